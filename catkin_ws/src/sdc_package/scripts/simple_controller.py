@@ -1,0 +1,132 @@
+#!/usr/bin/env python3
+"""Controller: answers each pair of odometry and local path with throttle, brake and steer."""
+import threading
+
+import rospy
+from nav_msgs.msg import Odometry
+from sdc_package.msg import CarlaVehicleControl, LocalPath
+
+from sdc_package.car import PedalMap, SteeringMap
+from sdc_package.local_path import LocalPath as Road
+from sdc_package.node import parameter, refuse
+from sdc_package.odometry import pose_and_speed
+from sdc_package.pid import PidGains
+from sdc_package.route import wrap_angle
+from sdc_package.speed import SpeedControl, SpeedControlLimits
+from sdc_package.stanley import AxleGeometry, StanleyGains, StanleySteering
+
+LONGEST_STEP_S = 0.2
+
+
+class SimpleController:
+    def __init__(self):
+        rospy.init_node("simple_controller")
+        self.basic_control = parameter("basic_control")
+        self.basic_throttle = parameter("basic_throttle")
+        self.basic_steer = parameter("basic_steer")
+        self.patience_s = parameter("patience_s")
+        self.stop_brake = parameter("stop_brake")
+        try:
+            self.steering = StanleySteering(StanleyGains(**parameter("stanley")), AxleGeometry(**parameter("axles")))
+            self.speed_control = SpeedControl(PidGains(**parameter("pid")), SpeedControlLimits(**parameter("limits")))
+            self.steering_map = SteeringMap(**parameter("steering"))
+            self.pedal_map = PedalMap(**parameter("pedals"))
+        except (TypeError, ValueError) as error:
+            refuse(f"{error}; mend it in config/simple_controller.yaml")
+
+        self.lock = threading.Lock()
+        self.road = Road()
+        self.odometry = None
+        self.last_pose = None
+        self.last_command = None
+        self.odometry_waits = False
+        self.path_waits = False
+        self.heard_at = {"odometry": rospy.Time(0), "path": rospy.Time(0)}
+
+        self.publisher = rospy.Publisher("/carla/ego_vehicle/vehicle_control_cmd", CarlaVehicleControl, queue_size=1)
+
+        rospy.Subscriber("/carla/ego_vehicle/odometry", Odometry, self.on_odometry, queue_size=1, tcp_nodelay=True)
+        rospy.Subscriber("/planner/local_waypoints", LocalPath, self.on_path, queue_size=1, tcp_nodelay=True)
+        rospy.Timer(rospy.Duration(0.1), self.on_timer, reset=True)
+
+    def on_odometry(self, odometry):
+        with self.lock:
+            if self.odometry is not None and odometry.header.stamp == self.odometry.header.stamp:
+                self.repeat()
+                return
+            try:
+                pose_and_speed(odometry)
+            except ValueError as error:
+                rospy.logwarn_throttle(1.0, f"simple_controller: refused /carla/ego_vehicle/odometry: {error}")
+                return
+            self.odometry = odometry
+            self.odometry_waits = True
+            self.heard_at["odometry"] = odometry.header.stamp
+            if self.basic_control:
+                self.odometry_waits = False
+                self.publish(self.basic_throttle, self.basic_steer, 0.0)
+            elif self.path_waits:
+                self.answer()
+
+    def on_path(self, path):
+        with self.lock:
+            try:
+                self.road.update([(point.x, point.y, point.v) for point in path.waypoints])
+            except ValueError as error:
+                rospy.logwarn_throttle(1.0, f"simple_controller: refused a path on /planner/local_waypoints: {error}")
+                return
+            self.path_waits = True
+            self.heard_at["path"] = rospy.Time.now()
+            if self.odometry_waits and not self.basic_control:
+                self.answer()
+
+    def answer(self):
+        """One pair is complete: drive."""
+        x, y, yaw, speed = pose_and_speed(self.odometry)
+        stamp_s = self.odometry.header.stamp.to_sec()
+        last_stamp_s, last_yaw = self.last_pose or (stamp_s, yaw)
+        step_s = min(max(stamp_s - last_stamp_s, 0.0), LONGEST_STEP_S)
+        yaw_rate = wrap_angle(yaw - last_yaw) / step_s if step_s > 0.0 else 0.0
+        self.last_pose = stamp_s, yaw
+
+        target = self.road.nearest(x, y)
+        acceleration = self.speed_control.acceleration(target.speed_mps, target.acceleration_mps2, speed, step_s)
+        wheel_angle = self.steering.wheel_angle(self.road, x, y, yaw, speed, yaw_rate)
+
+        throttle, brake = self.pedal_map.pedals(acceleration)
+        steer, _ = self.steering_map.command(wheel_angle, speed)
+        self.odometry_waits = self.path_waits = False
+        self.publish(throttle, steer, brake)
+
+    def repeat(self):
+        """A simulator that has not heard the answer to its first odometry repeats it: so does the answer, and a path that came
+        twice while this node was connecting belongs to no other odometry."""
+        if not self.odometry_waits:
+            self.path_waits = False
+            self.publisher.publish(self.last_command)
+
+    def on_timer(self, _event):
+        """Brake when the world or the planner has fallen silent."""
+        with self.lock:
+            now = rospy.Time.now()
+            silent = [topic for topic, heard in self.heard_at.items()
+                      if (now - heard).to_sec() > self.patience_s and not (self.basic_control and topic == "path")]
+            if not silent:
+                return
+            rospy.logwarn_throttle(5.0, f"simple_controller: no {' and no '.join(silent)} for {self.patience_s:g} s, braking")
+            self.speed_control.reset()
+            self.publish(0.0, 0.0, self.stop_brake)
+
+    def publish(self, throttle, steer, brake):
+        command = CarlaVehicleControl(throttle=throttle, steer=steer, brake=brake)
+        if self.odometry is not None:
+            command.header.stamp = self.odometry.header.stamp
+        self.last_command = command
+        self.publisher.publish(command)
+
+    def run(self):
+        rospy.spin()
+
+
+if __name__ == "__main__":
+    SimpleController().run()

@@ -1,0 +1,1 @@
+"""The software of a self-driving car: the thinking behind the nodes, free of ROS."""

@@ -1,0 +1,117 @@
+"""Plans the road ahead: where the car is on its route, and how fast it may be on each point of it."""
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from sdc_package.route import Route, respace
+
+# A planned path neither wastes messages on points closer than this nor leaves a bend's speed to two far points.
+_SHORTEST_STEP_M = 0.4
+_LONGEST_STEP_M = 1.25
+# A car that drives moves less than this between two odometry messages; one that moves more was picked up and put elsewhere.
+_WINDOW_BACK_M = 3.0
+_WINDOW_AHEAD_M = 8.0
+
+
+class OffRouteError(ValueError):
+    """The car is too far from its route to join it."""
+
+
+@dataclass(frozen=True)
+class SpeedLimits:
+    """Limits of a speed profile: m/s and m/s^2, all positive. `start_mps` is the target speed on the first point, which a car
+    at rest needs in order to set off."""
+
+    cruise_mps: float
+    lateral_mps2: float
+    acceleration_mps2: float
+    braking_mps2: float
+    start_mps: float = 1.0
+
+    def __post_init__(self):
+        for name, value in vars(self).items():
+            if not (math.isfinite(value) and value > 0.0):
+                raise ValueError(f"{name} must be a positive number, got {value}")
+
+
+def speed_profile(route: Route, limits: SpeedLimits) -> np.ndarray:
+    """The greatest speeds (N,) m/s at the points of a route that keep every limit and end at rest.
+
+    First the speed at which a bend asks for all of the lateral limit, then a backward pass for braking and a forward pass for
+    accelerating, each with what the friction ellipse leaves beside the lateral acceleration.
+    Source: N. R. Kapania, J. Subosits and J. C. Gerdes, A Sequential Two-Step Algorithm for Fast Generation of Vehicle
+    Racing Trajectories, J. Dyn. Sys. Meas. Control 138(9), 2016, section 3.
+    """
+    curvature = np.abs(route.curvature)
+    bend = np.sqrt(limits.lateral_mps2 / np.maximum(curvature, 1e-9))
+    speed = np.minimum(bend, limits.cruise_mps).tolist()
+    steps = np.diff(route.s).tolist()
+    curvature = curvature.tolist()
+    speed[-1] = 0.0
+    speed[0] = min(speed[0], limits.start_mps)
+    for i in range(len(steps) - 1, -1, -1):
+        speed[i] = min(speed[i], _reachable(speed[i + 1], curvature[i + 1], steps[i], limits.braking_mps2, limits))
+    for i, step in enumerate(steps):
+        speed[i + 1] = min(speed[i + 1], _reachable(speed[i], curvature[i], step, limits.acceleration_mps2, limits))
+    return np.array(speed)
+
+
+def _reachable(speed: float, curvature: float, step: float, longitudinal: float, limits: SpeedLimits) -> float:
+    used = min(1.0, speed * speed * curvature / limits.lateral_mps2)
+    return math.sqrt(speed * speed + 2.0 * longitudinal * math.sqrt(1.0 - used * used) * step)
+
+
+def ideal_duration(route: Route, speed_mps: np.ndarray) -> float:
+    """Seconds that a route takes with the given speeds (N,) m/s at its points and constant acceleration between them."""
+    mean = 0.5 * (speed_mps[:-1] + speed_mps[1:])
+    return float(np.sum(np.diff(route.s) / np.maximum(mean, 1e-3)))
+
+
+class LocalPlanner:
+    """Follows the car's progress along one route and cuts out the road ahead of it.
+
+    The place on the whole route is searched once; from then on only its neighbourhood is looked at, so that a route that
+    passes close to itself never makes the car jump from one pass to the other.
+    """
+
+    def __init__(self, waypoints_m: np.ndarray, limits: SpeedLimits, lookahead_m: float, join_within_m: float):
+        if not lookahead_m > 0.0:
+            raise ValueError(f"the look-ahead must be a positive number of metres, got {lookahead_m}")
+        self.route = Route(respace(waypoints_m, _SHORTEST_STEP_M, _LONGEST_STEP_M))
+        self.speed = speed_profile(self.route, limits)
+        self.lookahead_m = lookahead_m
+        self.join_within_m = join_within_m
+        self.place = None
+        self._last_xy = None
+        self._path = np.column_stack([self.route.points, self.speed])
+
+    def plan(self, x_m: float, y_m: float, yaw_rad: float) -> np.ndarray:
+        """Return the road ahead of the car as (n, 3) rows of x, y (metres) and target speed (m/s), n >= 2.
+
+        The first row is the first point of the route that is not behind the car, the last one lies `lookahead_m` ahead or ends the route.
+        Raises OffRouteError when the car is farther than `join_within_m` from the route, ValueError for numbers
+        that are not finite.
+        """
+        if not (math.isfinite(x_m) and math.isfinite(y_m) and math.isfinite(yaw_rad)):
+            raise ValueError(f"the car's pose ({x_m}, {y_m}, {yaw_rad}) is not finite")
+        self._follow(x_m, y_m, yaw_rad)
+        count = len(self._path)
+        first = int(np.searchsorted(self.route.s, self.place.s_m, side="left"))
+        last = int(np.searchsorted(self.route.s, self.place.s_m + self.lookahead_m, side="right"))
+        first = min(first, count - 2)
+        return self._path[first:max(first + 2, min(last, count))]
+
+    def _follow(self, x_m: float, y_m: float, yaw_rad: float) -> None:
+        place = None
+        if self.place is not None and math.dist(self._last_xy, (x_m, y_m)) < _WINDOW_AHEAD_M:
+            place = self.route.project(x_m, y_m, self.place.s_m, _WINDOW_BACK_M, _WINDOW_AHEAD_M)
+        if place is None or place.distance_m > self.join_within_m:
+            place = self.route.locate(x_m, y_m, yaw_rad)
+        if place.distance_m > self.join_within_m:
+            raise OffRouteError(f"the car is {place.distance_m:.1f} m from the route, more than the {self.join_within_m:g} m "
+                                "within which it may join; bring it back to the road")
+        self.place = place
+        self._last_xy = (x_m, y_m)

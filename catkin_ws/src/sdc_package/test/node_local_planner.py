@@ -1,0 +1,85 @@
+#!/usr/bin/env python3
+"""The local planner answers each odometry once, refuses bad ones, and ends a route in order."""
+import math
+import unittest
+
+import rospy
+import rostest
+from nav_msgs.msg import Odometry
+from sdc_package.msg import BaseWaypoint, LocalPath, Path
+
+from sdc_package.listening import Listener, wait_for_subscriber
+
+LENGTH = 60
+
+
+def odometry(number, x, y=0.0, yaw=0.0):
+    message = Odometry()
+    message.header.stamp = rospy.Time(number)
+    message.header.frame_id = "map"
+    message.pose.pose.position.x = x
+    message.pose.pose.position.y = y
+    message.pose.pose.orientation.z = math.sin(yaw / 2)
+    message.pose.pose.orientation.w = math.cos(yaw / 2)
+    return message
+
+
+class LocalPlannerTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.mission = rospy.Publisher("/planner/mission_waypoints", Path, queue_size=1, latch=True)
+        cls.odometry = rospy.Publisher("/carla/ego_vehicle/odometry", Odometry, queue_size=10)
+        cls.path = Listener("/planner/local_waypoints", LocalPath)
+        wait_for_subscriber(cls.odometry)
+        cls.path.wait_for_publisher()
+        cls.mission.publish([BaseWaypoint(x, 0.0) for x in range(LENGTH + 1)])
+        cls.number = 100
+        # The mission takes another way than the odometry: repeat until it has arrived.
+        while not cls.path.messages:
+            cls.number += 1
+            cls.odometry.publish(odometry(cls.number, 0.0))
+            rospy.rostime.wallsleep(0.05)
+
+    def answer(self, x, y=0.0, yaw=0.0):
+        before = len(self.path.messages)
+        type(self).number += 1
+        self.odometry.publish(odometry(self.number, x, y, yaw))
+        return self.path.wait_for(after=before)
+
+    def test_road_ahead_with_speeds(self):
+        path = self.answer(10.2, 0.4)
+        self.assertEqual(path.waypoints[0].x, 11.0)
+        self.assertEqual(path.waypoints[-1].x, 35.0)
+        self.assertTrue(all(0.0 < point.v <= 10.0 for point in path.waypoints))
+
+    def test_repeated_odometry_is_answered_once(self):
+        self.answer(20.0)
+        before = len(self.path.messages)
+        self.odometry.publish(odometry(self.number, 20.0))
+        self.answer(21.0)
+        self.assertEqual(len(self.path.messages), before + 1)
+
+    def test_bad_odometry_leaves_no_answer_and_no_harm(self):
+        before = len(self.path.messages)
+        for x, y, yaw in ((math.nan, 0.0, 0.0), (0.0, math.inf, 0.0), (5.0, 0.0, math.nan), (5.0, 200.0, 0.0)):
+            type(self).number += 1
+            self.odometry.publish(odometry(self.number, x, y, yaw))
+        path = self.answer(30.0)
+        self.assertEqual(len(self.path.messages), before + 1)
+        self.assertEqual(path.waypoints[0].x, 30.0)
+
+    def test_end_of_the_route(self):
+        for x in (LENGTH - 1.5, LENGTH - 0.5, LENGTH, LENGTH + 0.5):
+            path = self.answer(x)
+        self.assertEqual(len(path.waypoints), 2)
+        self.assertEqual((path.waypoints[-1].x, path.waypoints[-1].v), (LENGTH, 0.0))
+
+    def test_bad_mission_keeps_the_last_good_one(self):
+        self.mission.publish([BaseWaypoint(0.0, 0.0)])
+        self.mission.publish([BaseWaypoint(math.nan, 0.0), BaseWaypoint(1.0, 0.0)])
+        self.assertEqual(self.answer(40.0).waypoints[0].x, 40.0)
+
+
+if __name__ == "__main__":
+    rospy.init_node("local_planner_test")
+    rostest.rosrun("sdc_package", "local_planner", LocalPlannerTest)

@@ -1,0 +1,113 @@
+#!/usr/bin/env python3
+"""The controller answers each pair of odometry and path, steers the right way, and stops when the world falls silent."""
+import math
+import time
+import unittest
+
+import rospy
+import rostest
+from nav_msgs.msg import Odometry
+from sdc_package.msg import CarlaVehicleControl, LocalPath, Waypoint
+
+from sdc_package.listening import Listener, wait_for_subscriber
+
+
+def straight_path(speed=5.0, start=0.0):
+    return LocalPath([Waypoint(start + x, 0.0, speed) for x in range(25)])
+
+
+class SimpleControllerTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.path = rospy.Publisher("/planner/local_waypoints", LocalPath, queue_size=10)
+        cls.odometry = rospy.Publisher("/carla/ego_vehicle/odometry", Odometry, queue_size=10)
+        cls.command = Listener("/carla/ego_vehicle/vehicle_control_cmd", CarlaVehicleControl)
+        wait_for_subscriber(cls.odometry)
+        wait_for_subscriber(cls.path)
+        cls.command.wait_for_publisher()
+
+    def drive(self, y=0.0, yaw=0.0, speed=5.0, path=None, body_frame=True):
+        """Publish one pair; return the command that answers it."""
+        odometry = Odometry()
+        odometry.header.stamp = rospy.Time.now()
+        odometry.pose.pose.position.x = 2.0
+        odometry.pose.pose.position.y = y
+        odometry.pose.pose.orientation.z = math.sin(yaw / 2)
+        odometry.pose.pose.orientation.w = math.cos(yaw / 2)
+        odometry.twist.twist.linear.x = speed if body_frame else 0.0
+        odometry.twist.twist.linear.y = 0.0 if body_frame else speed
+        self.odometry.publish(odometry)
+        self.path.publish(path or straight_path())
+        return self.command.wait_for(lambda command: command.header.stamp == odometry.header.stamp and not self.stops(command))
+
+    def drive_until(self, condition, seconds=15.0, **arguments):
+        """Drive on until a command fulfils the condition: pedals move as fast as the limit of jerk allows."""
+        limit = time.monotonic() + seconds
+        while True:
+            command = self.drive(**arguments)
+            if condition(command):
+                return command
+            self.assertLess(time.monotonic(), limit, f"the last command was\n{command}")
+
+    @staticmethod
+    def stops(command):
+        """Whether this is the command of a stop for silence, which may come between two tests."""
+        return command.brake == 0.5 and command.steer == 0.0
+
+    def test_positive_steer_turns_right(self):
+        self.assertGreater(self.drive(y=1.0).steer, 0.05)
+        self.assertLess(self.drive(y=-1.0).steer, -0.05)
+        self.assertGreater(self.drive(yaw=0.3).steer, 0.05)
+        self.assertLess(self.drive(yaw=-0.3).steer, -0.05)
+
+    def test_throttle_when_slow_and_brake_when_fast(self):
+        slow = self.drive_until(lambda command: command.throttle > 0.3, speed=0.0)
+        self.assertEqual(slow.brake, 0.0)
+        fast = self.drive_until(lambda command: command.brake > 0.1, speed=15.0)
+        self.assertEqual(fast.throttle, 0.0)
+
+    def test_speed_counts_by_its_magnitude(self):
+        """CARLA's 0.9.3 bridge gives the twist in the world's frame."""
+        self.drive_until(lambda command: command.brake > 0.1, speed=15.0, body_frame=False)
+
+    def test_end_of_the_route_holds_the_car(self):
+        command = self.drive(speed=0.0, path=LocalPath([Waypoint(2.0, 0.0, 0.0), Waypoint(3.0, 0.0, 0.0)]))
+        self.assertGreater(command.brake, 0.1)
+        self.assertEqual(command.throttle, 0.0)
+
+    def test_bad_messages_are_refused_and_the_last_path_is_kept(self):
+        self.drive()
+        for points in ([], [Waypoint(0.0, 0.0, 1.0)], [Waypoint(math.nan, 0.0, 1.0), Waypoint(1.0, 0.0, 1.0)],
+                       [Waypoint(0.0, 0.0, 1.0)] * 3, [Waypoint(0.0, 0.0, -1.0), Waypoint(1.0, 0.0, -1.0)]):
+            self.path.publish(LocalPath(points))
+        nan = Odometry()
+        nan.header.stamp = rospy.Time.now()
+        nan.pose.pose.orientation.w = 1.0
+        nan.pose.pose.position.x = math.nan
+        self.odometry.publish(nan)
+        command = self.drive(y=1.0)
+        self.assertTrue(all(map(math.isfinite, (command.throttle, command.steer, command.brake))))
+        self.assertGreater(command.steer, 0.05)
+
+    def test_silence_brakes_and_the_drive_goes_on(self):
+        self.drive()
+        before = len(self.command.messages)
+        self.assertEqual(self.command.wait_for(self.stops, after=before).throttle, 0.0)
+        self.drive_until(lambda command: command.throttle > 0.3, speed=0.0)
+
+    def test_silence_of_the_planner_alone_brakes(self):
+        self.drive()
+        before = len(self.command.messages)
+        limit = rospy.Time.now() + rospy.Duration(15.0)
+        while not any(map(self.stops, self.command.messages[before:])) and rospy.Time.now() < limit:
+            odometry = Odometry()
+            odometry.header.stamp = rospy.Time.now()
+            odometry.pose.pose.orientation.w = 1.0
+            self.odometry.publish(odometry)
+            rospy.sleep(0.05)
+        self.assertTrue(any(map(self.stops, self.command.messages[before:])))
+
+
+if __name__ == "__main__":
+    rospy.init_node("simple_controller_test")
+    rostest.rosrun("sdc_package", "simple_controller", SimpleControllerTest)

@@ -1,0 +1,77 @@
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sdc_package.pid import Pid, PidGains
+
+finite = st.floats(-1e3, 1e3)
+
+
+def test_each_term_by_hand():
+    pid = Pid(PidGains(kp=2.0, ki=0.5, kd=0.25), -100.0, 100.0)
+    assert pid.update(3.0, 1.0, 0.5) == (2.0 * 2.0 + 0.5 * 2.0 * 0.5, False)
+    output, _ = pid.update(3.0, 2.0, 0.5)
+    assert output == pytest.approx(2.0 * 1.0 + (0.5 + 0.25) + 0.25 * -2.0)
+
+
+def test_derivative_ignores_a_jump_of_the_setpoint():
+    pid = Pid(PidGains(kp=0.0, kd=1.0), -10.0, 10.0)
+    pid.update(0.0, 1.0, 0.1)
+    assert pid.update(100.0, 1.0, 0.1) == (0.0, False)
+
+
+def test_integral_stops_while_saturated_and_leaves_at_once():
+    pid = Pid(PidGains(kp=1.0, ki=1.0), -1.0, 1.0)
+    for _ in range(1000):
+        assert pid.update(10.0, 0.0, 0.1) == (1.0, True)
+    assert pid.integral == 0.0
+    output, saturated = pid.update(0.5, 1.0, 0.1)
+    assert output < 0.0
+    assert not saturated
+
+
+def test_integral_may_unwind_while_saturated():
+    pid = Pid(PidGains(kp=0.1, ki=1.0), -1.0, 1.0)
+    pid.update(0.9, 0.0, 1.0)
+    charged = pid.integral
+    pid.update(-0.1, 0.0, 0.5, feed_forward=5.0)
+    assert pid.integral < charged
+
+
+def test_reset_is_as_new():
+    pid, new = (Pid(PidGains(1.0, 1.0, 1.0), -10.0, 10.0) for _ in range(2))
+    pid.update(1.0, 0.0, 0.1)
+    pid.update(1.0, 0.5, 0.1)
+    pid.reset()
+    assert pid.update(2.0, 1.0, 0.1) == new.update(2.0, 1.0, 0.1)
+
+
+def test_zero_time_neither_integrates_nor_differentiates():
+    pid = Pid(PidGains(1.0, 1.0, 1.0), -10.0, 10.0)
+    pid.update(1.0, 0.0, 0.0)
+    assert pid.update(1.0, 0.5, 0.0) == (0.5, False)
+
+
+@pytest.mark.parametrize("dt", [-0.1, math.nan, math.inf])
+def test_bad_time_step(dt):
+    with pytest.raises(ValueError, match="time step"):
+        Pid(PidGains(1.0), -1.0, 1.0).update(0.0, 0.0, dt)
+
+
+def test_bad_limits_and_gains():
+    with pytest.raises(ValueError, match="below"):
+        Pid(PidGains(1.0), 1.0, 1.0)
+    with pytest.raises(ValueError, match="finite"):
+        Pid(PidGains(math.nan), -1.0, 1.0)
+
+
+@given(finite, finite, finite, st.lists(st.tuples(finite, finite, st.floats(0.0, 1.0)), max_size=30))
+def test_output_never_leaves_the_limits(kp, ki, kd, steps):
+    pid = Pid(PidGains(kp, ki, kd), -0.5, 2.0)
+    for setpoint, measurement, dt in steps:
+        output, saturated = pid.update(setpoint, measurement, dt)
+        assert -0.5 <= output <= 2.0
+        assert saturated or -0.5 <= output <= 2.0
+        assert math.isfinite(pid.integral)

@@ -1,0 +1,1 @@
+"""A world for a self-driving car: physics, camera, time, and the referee that measures a drive."""

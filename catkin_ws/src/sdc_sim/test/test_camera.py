@@ -1,0 +1,329 @@
+"""The camera picture: where things stand in it, what hides what, and that it depends on its arguments only."""
+import os
+import sys
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, os.path.join(os.path.dirname(__file__), "..", "src"))
+
+from sdc_sim import camera  # noqa: E402
+from sdc_sim.benchmark_camera import pose, route, traffic  # noqa: E402
+from sdc_sim.camera import Box, CameraModel, Renderer  # noqa: E402
+from sdc_sim.road import DASH_LENGTH_M, DASH_PERIOD_M, Road  # noqa: E402
+
+STRAIGHT = Road([[0.0, 0.0], [400.0, 0.0]])
+CURVY = Road(route(("s", 60), ("l", 40, 1.2), ("s", 30), ("r", 25, 1.6), ("s", 60), step_m=0.5))
+CROSSING = Road(route(("s", 60), ("l", 15, 1.5 * np.pi), ("s", 60)))
+
+
+class _Bare(Road):
+    """The same road with nothing beside it, so that no shadow lies on its lines."""
+
+    def scenery(self, seed=0):
+        found = super().scenery(seed)
+        return camera_scenery(found, np.zeros(len(found), bool))
+
+
+def camera_scenery(scenery, keep):
+    return type(scenery)(*(getattr(scenery, name)[keep] for name in ("kind", "position_m", "yaw_rad", "size_m",
+                                                                    "variant")))
+
+
+@pytest.fixture(scope="module")
+def straight():
+    return Renderer(STRAIGHT)
+
+
+@pytest.fixture(scope="module")
+def curvy():
+    return Renderer(CURVY)
+
+
+# ------------------------------------------------------------------ geometry
+
+def test_intrinsics_are_those_of_the_bridge():
+    assert np.allclose(CameraModel().intrinsic_matrix(), [[320.0, 0.0, 320.0], [0.0, 320.0, 240.0], [0.0, 0.0, 1.0]])
+
+
+def test_project_by_hand():
+    cam = CameraModel()
+    pitch = np.deg2rad(0.5)
+    pixels, front = cam.project([[10.7, 0.0, 0.0], [10.7, -2.0, 1.7], [-5.0, 0.0, 0.0]], 0.0, 0.0, 0.0)
+    assert front.tolist() == [True, True, False]
+    assert np.isnan(pixels[2]).all()
+    assert pixels[0] == pytest.approx([320.0, 240.0 + 320.0 * np.tan(np.arctan(0.17) - pitch)])
+    assert pixels[1, 0] == pytest.approx(320.0 + 320.0 * 2.0 / (10.0 * np.cos(pitch)))
+
+
+def test_project_turns_with_the_vehicle():
+    cam = CameraModel()
+    ahead = np.array([[12.0, 1.0, 0.5], [30.0, -4.0, 2.0]])
+    yaw, x, y = 2.2, -40.0, 17.0
+    c, s = np.cos(yaw), np.sin(yaw)
+    moved = np.column_stack([x + c * ahead[:, 0] - s * ahead[:, 1], y + s * ahead[:, 0] + c * ahead[:, 1], ahead[:, 2]])
+    assert np.allclose(cam.project(moved, x, y, yaw)[0], cam.project(ahead, 0.0, 0.0, 0.0)[0])
+
+
+def test_optical_frame_is_a_rotation_with_z_along_the_view():
+    turn = CameraModel(pitch_rad=0.1).vehicle_from_optical()
+    assert np.allclose(turn @ turn.T, np.eye(3)) and np.linalg.det(turn) == pytest.approx(1.0)
+    assert np.allclose(turn @ [0.0, 0.0, 1.0], [np.cos(0.1), 0.0, -np.sin(0.1)])
+
+
+# ------------------------------------------------------------------ lines
+
+def _grey(picture):
+    return picture[..., :3].astype(float).mean(axis=2)
+
+
+def _line_errors(renderer, at, points, rows):
+    """Pixels across the line, between the middle of the paint in each row and the projected line of `points` (N, 2)."""
+    grey = _grey(renderer.render(*at))
+    pixels, front = renderer.camera.project(np.column_stack([points, np.zeros(len(points))]), *at)
+    pixels = pixels[front]
+    pixels = pixels[np.argsort(pixels[:, 1])]
+    errors = []
+    for row in rows:
+        if not pixels[0, 1] < row < pixels[-1, 1]:
+            continue
+        u = float(np.interp(row, pixels[:, 1], pixels[:, 0]))
+        slope = abs(np.interp(row + 1, pixels[:, 1], pixels[:, 0]) - u)
+        distance = renderer.camera.focal_px * 1.7 / (row - renderer.camera.horizon_px)
+        half = int(np.ceil(1.6 + 0.5 * 0.2 * 320.0 / distance * np.hypot(1.0, slope / 2.5)))
+        middle = int(round(u))
+        if middle - 2 * half < 0 or middle + 2 * half >= grey.shape[1]:
+            continue
+        window = grey[row, middle - 2 * half:middle + 2 * half + 1]
+        ground, paint = np.percentile(window, [25, 95])
+        assert paint - ground > 20.0, f"no line in row {row} near column {u:.0f}"
+        # Saturating at paint and roadway keeps their grain out; 0.55 keeps the kerb out.
+        weight = np.clip(((window - ground) / (paint - ground) - 0.55) * 4.0 + 0.5, 0.0, 1.0)
+        along_row = float(np.sum(weight * np.arange(-2 * half, 2 * half + 1)) / weight.sum()) + middle - u
+        errors.append(along_row / np.hypot(1.0, slope))
+    return np.array(errors)
+
+
+@pytest.mark.parametrize("offset", ["right_edge_m", "left_edge_m"])
+@pytest.mark.parametrize("s_m, aside_m, turn_rad", [
+    (20.0, 0.0, 0.0), (20.0, 0.4, 0.06), (31.3, -0.5, -0.08), (75.0, 0.0, 0.0), (90.0, 0.3, 0.05), (165.0, 0.0, 0.1)])
+def test_solid_lines_stand_where_the_geometry_says(offset, s_m, aside_m, turn_rad):
+    road = _Bare(route(("s", 60), ("l", 40, 1.2), ("s", 30), ("r", 25, 1.6), ("s", 60), step_m=0.5))
+    x, y, yaw = pose(road, s_m, aside_m)
+    points, seen = road.lane_points(getattr(road, offset), s_m + 2.5, s_m + 24.0, step_m=0.1)
+    errors = _line_errors(Renderer(road), (x, y, yaw + turn_rad), points[seen], range(262, 470, 4))
+    assert len(errors) >= 10
+    assert np.abs(errors).max() < 1.0
+    assert abs(errors.mean()) < 0.3
+
+
+def test_dashes_stand_where_the_geometry_says():
+    road = _Bare([[0.0, 0.0], [400.0, 0.0]])
+    renderer = Renderer(road)
+    at = (100.0, 0.3, 0.03)
+    first = DASH_PERIOD_M * np.ceil(103.0 / DASH_PERIOD_M)
+    for start in (first, first + DASH_PERIOD_M):
+        points, _ = road.lane_points(road.centre_line_m, start + 0.2, start + DASH_LENGTH_M - 0.2, step_m=0.05)
+        errors = _line_errors(renderer, at, points, range(255, 470, 2))
+        assert len(errors) >= 3
+        assert np.abs(errors).max() < 1.0
+        gap, _ = renderer.camera.project([[start + 6.0, road.centre_line_m, 0.0]], *at)
+        u, v = np.round(gap[0]).astype(int)
+        dash, _ = renderer.camera.project([[start + 1.5, road.centre_line_m, 0.0]], *at)
+        du, dv = np.round(dash[0]).astype(int)
+        grey = _grey(renderer.render(*at))
+        assert grey[dv, du] > grey[v, u] + 50.0
+
+
+@pytest.mark.parametrize("pitch_deg", [0.5, 0.0, 2.0])
+def test_horizon_is_right_to_the_pixel(pitch_deg):
+    model = CameraModel(pitch_rad=np.deg2rad(pitch_deg))
+    horizon = model.height / 2 - 320.0 * np.tan(np.deg2rad(pitch_deg))
+    picture = Renderer(_Bare([[0.0, 0.0], [400.0, 0.0]]), model).render(0.0, 0.0, np.pi / 2).astype(float)
+    step = np.abs(np.diff(picture[..., :3].mean(axis=1), axis=0)).sum(axis=1)
+    near = slice(int(horizon) - 4, int(horizon) + 4)
+    rows = np.arange(len(step))[near] + 0.5
+    edge = float(np.sum(rows * (step[near] == step[near].max()))) / np.sum(step[near] == step[near].max())
+    assert abs(edge - horizon) <= 1.0
+
+
+def test_edges_stay_clear_of_the_crossing():
+    road = _Bare(route(("s", 60), ("l", 15, 1.5 * np.pi), ("s", 60)))
+    renderer = Renderer(road)
+    at = pose(road, 45.0)
+    grey = _grey(renderer.render(*at))
+    # The other pass comes through x = 75; the right edge of this one would run across it.
+    own, cross = [], []
+    for s in np.arange(48.0, 68.0, 0.5):
+        line, seen = road.lane_points(road.right_edge_m, s, s)
+        beside, _ = road.lane_points(road.right_edge_m + 0.5, s, s)
+        (u, v), (bu, bv) = (np.round(renderer.camera.project([[*p[0], 0.0]], *at)[0][0]).astype(int)
+                            for p in (line, beside))
+        if 0 <= u < 640 and v < 480:
+            (own if seen[0] else cross).append(grey[v, u] - grey[bv, bu])
+    assert len(own) > 3 and len(cross) > 3
+    assert np.median(own) > 40.0
+    assert np.median(cross) < 10.0
+
+
+# ------------------------------------------------------------------ bodies
+
+def _covered(renderer, at, *boxes):
+    return np.any(renderer.render(*at, boxes=boxes) != renderer.render(*at), axis=2)
+
+
+@pytest.mark.parametrize("kind, size", [("car", (4.7, 2.0, 1.45)), ("pedestrian", (0.5, 0.6, 1.8)),
+                                        ("obstacle", (1.0, 1.0, 1.0))])
+def test_a_box_fills_its_outline_in_the_picture(straight, kind, size):
+    box = Box(20.0, 1.0, 0.0, *size, colour_bgr=(20, 20, 230), kind=kind)
+    changed = _covered(straight, (0.0, 0.0, 0.0), box)
+    corners = np.array([[20.0 + i * size[0] / 2, 1.0 + j * size[1] / 2, k * size[2]]
+                        for i in (-1, 1) for j in (-1, 1) for k in (0, 1)])
+    pixels, _ = straight.camera.project(corners, 0.0, 0.0, 0.0)
+    rows, columns = np.nonzero(changed)
+    assert rows.min() == pytest.approx(pixels[:, 1].min(), abs=2.5)
+    assert columns.min() >= pixels[:, 0].min() - 1.5
+    assert columns.min() == pytest.approx(pixels[:, 0].min(), abs=3.0)
+
+
+@pytest.mark.parametrize("far, near", [
+    (Box(25.0, 0.0, 0.0, 1.0, 1.0, 1.0, (255, 0, 0), "obstacle"),
+     Box(10.0, 0.0, 0.0, 1.0, 3.0, 2.5, (0, 0, 255), "obstacle")),
+    (Box(30.0, 0.0, 0.3, colour_bgr=(255, 0, 0)), Box(9.0, 0.0, 0.0, 0.5, 5.0, 3.0, (0, 0, 255), "obstacle")),
+    # A long wall whose centre is farther away than the pedestrian it hides.
+    (Box(13.0, 3.0, 0.0, 0.5, 0.6, 1.7, (255, 0, 0), "pedestrian"),
+     Box(18.0, 1.2, 0.0, 24.0, 0.4, 3.0, (0, 0, 255), "obstacle")),
+])
+def test_a_near_box_hides_a_far_one_in_any_order(straight, far, near):
+    at = (0.0, 0.0, 0.0)
+    alone = straight.render(*at, boxes=[near])
+    both = straight.render(*at, boxes=[far, near])
+    assert np.array_equal(both, straight.render(*at, boxes=[near, far]))
+    face = np.all(np.abs(alone[..., :3].astype(int) - [0, 0, 200]) < [40, 40, 70], axis=2)
+    assert face.sum() > 500
+    inner = face & np.roll(face, 1, 0) & np.roll(face, -1, 0) & np.roll(face, 1, 1) & np.roll(face, -1, 1)
+    inner &= np.roll(inner, 2, 0) & np.roll(inner, -2, 0) & np.roll(inner, 2, 1) & np.roll(inner, -2, 1)
+    assert inner.sum() > 500
+    assert np.array_equal(both[inner], alone[inner])
+
+
+def test_a_box_in_front_of_a_long_wall_is_seen(straight):
+    wall = Box(18.0, 4.0, 0.0, 24.0, 0.4, 3.0, (0, 0, 255), "obstacle")
+    walker = Box(20.0, 2.5, 0.0, 0.5, 0.6, 1.7, (255, 0, 0), "pedestrian")
+    picture = straight.render(0.0, 0.0, 0.0, boxes=[walker, wall]).astype(int)
+    assert np.sum((picture[..., 0] > 120) & (picture[..., 2] < 60)) > 40
+
+
+def test_buildings_hide_boxes_behind_them(straight):
+    scenery = straight.scenery
+    k = int(np.flatnonzero((scenery.kind == 2) & (scenery.position_m[:, 0] > 40.0))[0])
+    middle, depth = scenery.position_m[k], scenery.size_m[k, 1]
+    side = np.sign(middle[1])
+    at = (float(middle[0]), 0.0, float(side * np.pi / 2))
+    hidden = Box(middle[0], middle[1] + side * (0.5 * depth + 3.0), 0.0, 2.0, 2.0, 1.0, (0, 0, 255), "obstacle")
+    shown = Box(middle[0], middle[1] - side * (0.5 * depth + 3.0), 0.0, 2.0, 2.0, 1.0, (0, 0, 255), "obstacle")
+    red = [np.sum(np.all(np.abs(straight.render(*at, boxes=[box])[..., :3].astype(int) - [0, 0, 205]) < 55, axis=2))
+           for box in (hidden, shown)]
+    assert red[0] == 0 and red[1] > 300
+
+
+def test_boxes_behind_beside_and_around_the_camera_do_no_harm(straight):
+    plain = straight.render(50.0, 0.0, 0.0)
+    assert np.array_equal(plain, straight.render(50.0, 0.0, 0.0, boxes=[Box(35.0, 0.0, 0.0), Box(50.0, -40.0, 0.0)]))
+    for kind in camera.KINDS:
+        for x in (50.0, 50.7, 51.0, 52.5, 53.4):
+            picture = straight.render(50.0, 0.0, 0.0, boxes=[Box(x, 0.2, 0.4, kind=kind)])
+            assert picture.shape == (480, 640, 4)
+
+
+def test_the_lit_lamp_of_a_traffic_light_shows_towards_its_yaw(straight):
+    def red(yaw):
+        light = Box(15.0, -3.0, yaw, 0.5, 0.5, 3.0, (0, 0, 255), "light")
+        picture = straight.render(0.0, 0.0, 0.0, boxes=[light]).astype(int)
+        return np.sum((picture[..., 2] > 200) & (picture[..., 1] < 60) & (picture[..., 0] < 60))
+    assert red(np.pi) > 8 and red(0.0) == 0
+
+
+@pytest.mark.parametrize("change", [{"x_m": np.nan}, {"height_m": 0.0}, {"width_m": -1.0}, {"kind": "tank"}])
+def test_a_box_that_cannot_be_is_refused(change):
+    with pytest.raises(ValueError):
+        Box(**{"x_m": 0.0, "y_m": 0.0, "yaw_rad": 0.0, **change})
+
+
+# ------------------------------------------------------------------ the picture as a whole
+
+def test_the_picture_does_not_depend_on_what_was_drawn_before():
+    road = CURVY
+    stations = (5.0, 60.0, 61.5, 140.0, 8.0)
+    used = Renderer(road)
+    for s in np.arange(0.0, road.length_m, 4.0):
+        used.render(*pose(road, s), boxes=traffic(road, s))
+    for s in stations:
+        fresh = Renderer(road).render(*pose(road, s), boxes=traffic(road, s))
+        assert np.array_equal(fresh, used.render(*pose(road, s), boxes=traffic(road, s)))
+
+
+def test_each_picture_is_a_new_opaque_array(curvy):
+    first = curvy.render(*pose(CURVY, 10.0))
+    kept = first.copy()
+    curvy.render(*pose(CURVY, 90.0))
+    assert np.array_equal(first, kept)
+    assert first.shape == (480, 640, 4) and first.dtype == np.uint8 and np.all(first[..., 3] == 255)
+    assert first.flags["C_CONTIGUOUS"]
+
+
+def test_memory_is_bounded_on_a_long_route(monkeypatch):
+    monkeypatch.setattr(camera, "CACHED_TILES", 30)
+    monkeypatch.setattr(camera, "CACHED_BUILDINGS", 12)
+    road = Road(np.column_stack([np.arange(0.0, 10_000.0, 2.0), 40.0 * np.sin(np.arange(0.0, 10_000.0, 2.0) / 150.0)]))
+    renderer = Renderer(road)
+    made = []
+    rasterise = renderer._ground._rasterise
+    monkeypatch.setattr(renderer._ground, "_rasterise", lambda *key: made.append(key) or rasterise(*key))
+    for s in np.arange(0.0, road.length_m, 60.0):
+        renderer.render(*pose(road, s))
+        assert len(renderer._ground.cache) <= 30
+        assert len(renderer._buildings) <= 12
+    assert len(made) > 300
+
+
+def test_night_scales_the_brightness(curvy):
+    at = pose(CURVY, 20.0)
+    day, dusk, night = (curvy.render(*at, light=light) for light in (1.0, 0.5, 0.0))
+    assert not night[..., :3].any() and np.all(night[..., 3] == 255)
+    assert np.abs(dusk[..., :3] - 0.5 * day[..., :3]).max() <= 1.0
+
+
+@pytest.mark.parametrize("arguments", [(np.nan, 0.0, 0.0), (0.0, np.inf, 0.0), (0.0, 0.0, np.nan)])
+def test_a_pose_that_is_not_finite_is_refused(straight, arguments):
+    with pytest.raises(ValueError):
+        straight.render(*arguments)
+    with pytest.raises(ValueError):
+        straight.render(0.0, 0.0, 0.0, light=1.5)
+
+
+@pytest.mark.parametrize("road", [Road([[0.0, 0.0], [25.0, 10.0]]), CROSSING,
+                                  Road(route(("s", 20), ("l", 4, np.pi / 2), ("s", 20))),
+                                  Road([[0.0, 0.0], [50.0, 0.0], [0.0, 0.0]])],
+                         ids=["two points", "crossing", "tight left", "there and back"])
+def test_asphalt_lies_under_the_car_all_along(road):
+    renderer = Renderer(road)
+    for s in np.linspace(0.0, road.length_m, 8):
+        picture = renderer.render(*pose(road, s)).astype(float)
+        ground = picture[420:470, 300:340, :3].mean(axis=(0, 1))
+        assert ground.ptp() < 12.0, "asphalt is grey, grass is not"
+
+
+def test_far_from_the_road_there_is_grass(straight):
+    picture = straight.render(0.0, 5e5, 0.3).astype(float)
+    b, g, r = picture[300:, :, :3].mean(axis=(0, 1))
+    assert g > b + 20.0
+
+
+def test_distance_does_not_shimmer():
+    """Moving by a hair changes the far ground by little: an aliased picture would flicker."""
+    renderer = Renderer(_Bare(route(("s", 300))))
+    pictures = [_grey(renderer.render(100.0 + 0.05 * k, 0.0, 0.0))[242:262] for k in range(6)]
+    flicker = np.abs(np.diff(pictures, axis=0))
+    assert flicker.mean() < 1.5
+    assert np.percentile(flicker, 99) < 12.0

@@ -1,0 +1,132 @@
+import math
+
+import numpy as np
+import pytest
+
+from sdc_package.route import Route
+from sdc_sim.drive import BLOCKED, COMPLETED, OFF_ROUTE, TIMEOUT, Drive, DriveLimits
+
+LIMITS = DriveLimits(off_route_m=15.0, blocked_s=30.0, finish_within_m=2.0, timeout_s=300.0)
+STRAIGHT = Route(np.column_stack([np.arange(101.0), np.zeros(101)]))
+
+
+def circle(radius, turns):
+    angle = np.arange(0.0, turns * 2.0 * math.pi, 1.0 / radius)
+    return Route(np.column_stack([radius * np.cos(angle), radius * np.sin(angle)]))
+
+
+def drive_straight(speed=10.0, offset=0.0, stop_at=100.0, rest_s=5.0, tick=0.05, limits=LIMITS):
+    drive = Drive(STRAIGHT, limits)
+    time, x = 0.0, 0.0
+    while drive.status is None and time < 400.0:
+        now = speed if x < stop_at else 0.0
+        drive.update(time, x, offset, 0.0, now)
+        x = min(stop_at, x + now * tick)
+        time += tick
+        if now == 0.0 and time > stop_at / speed + rest_s and rest_s < 10.0:
+            break
+    return drive
+
+
+def test_parallel_line():
+    drive = drive_straight(offset=0.3)
+    figures = drive.figures(10.0)
+    assert figures["status"] == COMPLETED
+    assert figures["cross_track_rms_m"] == pytest.approx(0.3)
+    assert figures["cross_track_max_m"] == pytest.approx(0.3)
+    assert figures["route_completion_percent"] == 100.0
+    assert figures["duration_s"] == pytest.approx(10.0, abs=0.1)
+    assert figures["time_ratio"] == pytest.approx(1.0, abs=0.01)
+    assert figures["speed_max_mps"] == 10.0
+
+
+def test_sides():
+    assert drive_straight(offset=0.3).samples[5].cross_track_m == pytest.approx(0.3)
+    assert drive_straight(offset=-0.3).samples[5].cross_track_m == pytest.approx(-0.3)
+
+
+def test_circle_at_constant_speed():
+    route = circle(20.0, 1.3)
+    drive = Drive(route, LIMITS)
+    for tick in range(int(1.2 * 2.0 * math.pi * 20.0 / 5.0 / 0.05)):
+        angle = 5.0 * 0.05 * tick / 20.0
+        drive.update(tick * 0.05, 20.2 * math.cos(angle), 20.2 * math.sin(angle), angle + math.pi / 2, 5.0 * 20.2 / 20.0)
+    figures = drive.figures(30.0)
+    assert figures["cross_track_rms_m"] == pytest.approx(0.2, abs=0.01)
+    assert drive.samples[-1].cross_track_m < 0.0, "outside of a left bend is right"
+    assert figures["lateral_acceleration_max_mps2"] == pytest.approx(5.05**2 / 20.2, rel=0.02)
+    assert figures["longitudinal_acceleration_max_mps2"] == pytest.approx(0.0, abs=1e-9)
+    assert figures["route_completion_percent"] == pytest.approx(100.0 * 1.2 / 1.3, abs=0.5), "the second round is not the first"
+    assert figures["heading_rms_rad"] < 0.03
+
+
+def test_constant_acceleration():
+    drive = Drive(STRAIGHT, LIMITS)
+    for tick in range(100):
+        time = tick * 0.05
+        drive.update(time, time * time, 0.0, 0.0, 2.0 * time)
+    figures = drive.figures(10.0)
+    assert figures["longitudinal_acceleration_max_mps2"] == pytest.approx(2.0, abs=1e-6)
+    assert figures["longitudinal_acceleration_min_mps2"] == pytest.approx(2.0, abs=1e-6)
+    assert figures["jerk_max_mps3"] == pytest.approx(0.0, abs=1e-6)
+
+
+def test_standing_still_is_blocked():
+    assert drive_straight(stop_at=50.0, rest_s=1e9).status == BLOCKED
+
+
+def test_crawl_is_a_timeout():
+    slow = DriveLimits(off_route_m=15.0, blocked_s=30.0, finish_within_m=2.0, timeout_s=20.0)
+    drive = drive_straight(speed=1.0, limits=slow)
+    assert drive.status == TIMEOUT
+    assert drive.completion_percent == pytest.approx(20.0, abs=1.0)
+
+
+def test_leaving_the_route():
+    drive = Drive(STRAIGHT, LIMITS)
+    for tick in range(200):
+        drive.update(tick * 0.05, 5.0 + tick * 0.1, tick * 0.1, 0.7, 3.0)
+        if drive.status:
+            break
+    assert drive.status == OFF_ROUTE
+
+
+def test_teleport_is_off_route_even_onto_another_part():
+    drive = Drive(STRAIGHT, LIMITS)
+    drive.update(0.0, 5.0, 0.0, 0.0, 3.0)
+    drive.update(0.05, 80.0, 0.0, 0.0, 3.0)
+    assert drive.status == OFF_ROUTE
+
+
+def test_route_cut_short_is_aborted():
+    drive = drive_straight(stop_at=60.0, rest_s=1.0)
+    figures = drive.figures(10.0)
+    assert figures["status"] == "aborted"
+    assert figures["route_completion_percent"] == pytest.approx(60.0, abs=0.5)
+
+
+def test_rolling_over_the_end_is_no_arrival_before_the_stop():
+    drive = Drive(STRAIGHT, LIMITS)
+    drive.update(0.0, 90.0, 0.0, 0.0, 5.0)
+    drive.update(0.05, 99.9, 0.0, 0.0, 5.0)
+    assert drive.status is None
+    drive.update(0.1, 100.5, 0.0, 0.0, 0.0)
+    assert drive.status == COMPLETED
+
+
+def test_time_must_move_on():
+    drive = Drive(STRAIGHT, LIMITS)
+    drive.update(1.0, 0.0, 0.0, 0.0, 0.0)
+    with pytest.raises(ValueError, match="time went"):
+        drive.update(0.5, 0.0, 0.0, 0.0, 0.0)
+
+
+def test_too_short_to_tell():
+    drive = Drive(STRAIGHT, LIMITS)
+    drive.update(1.0, 0.0, 0.0, 0.0, 0.0)
+    assert drive.figures(10.0)["jerk_max_mps3"] is None
+
+
+def test_limits_must_be_positive():
+    with pytest.raises(ValueError, match="blocked_s"):
+        DriveLimits(off_route_m=15.0, blocked_s=0.0, finish_within_m=2.0, timeout_s=300.0)

@@ -1,0 +1,53 @@
+"""Lets pytest run the rostests (*.test) beside the unit tests, so that one closing line counts everything."""
+import os
+import subprocess
+
+import pytest
+
+_LIMIT_S = 400
+
+
+def pytest_collect_file(file_path, parent):
+    if file_path.suffix == ".test":
+        return RosTestFile.from_parent(parent, path=file_path)
+    return None
+
+
+class RosTestFile(pytest.File):
+    def collect(self):
+        yield RosTestItem.from_parent(self, name="rostest")
+
+
+class RosTestItem(pytest.Item):
+    """One rostest file: passes when rostest does and at least one test in it ran."""
+
+    def runtest(self):
+        results = os.path.join(str(self.config.rootpath), "catkin_ws", "build", "test_results", "pytest")
+        command = ["rostest", "--results-base-dir", results, str(self.path)]
+        try:
+            done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=_LIMIT_S, check=False)
+        except subprocess.TimeoutExpired as error:
+            raise RosTestFailure(f"no end after {_LIMIT_S} s\n{_text(error.stdout)}") from error
+        if done.returncode != 0 or _count(done.stdout) == 0:
+            raise RosTestFailure(f"{' '.join(command)} ended with {done.returncode}\n{done.stdout}")
+
+    def repr_failure(self, excinfo):
+        return str(excinfo.value) if isinstance(excinfo.value, RosTestFailure) else super().repr_failure(excinfo)
+
+    def reportinfo(self):
+        return self.path, 0, self.path.name
+
+
+class RosTestFailure(Exception):
+    pass
+
+
+def _text(output):
+    return output.decode(errors="replace") if isinstance(output, bytes) else output or ""
+
+
+def _count(output):
+    for line in output.splitlines():
+        if line.strip().startswith("* TESTS:"):
+            return int(line.split(":")[1])
+    return 0
