@@ -39,8 +39,9 @@ class Camera:
             rospy.logwarn_throttle(1.0, f"camera: refused a picture on {message._connection_header['topic']}: {error}")
             return
         self.publish(mask, message.header)
-        with self.lock:
-            self.picture = np.dstack([mask] * 3) if self.filter_shown else image[:, :, :3]
+        if self.show_window:
+            with self.lock:
+                self.picture = np.dstack([mask] * 3) if self.filter_shown else image[:, :, :3]
 
     def publish(self, mask, header):
         picture = self.bridge.cv2_to_imgmsg(mask, "mono8")

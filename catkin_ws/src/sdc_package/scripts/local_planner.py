@@ -5,7 +5,7 @@ import rospy
 from nav_msgs.msg import Odometry
 from sdc_package.msg import LocalPath, Path, Waypoint
 
-from sdc_package.node import parameter, refuse
+from sdc_package.node import loop_publisher, parameter, refuse
 from sdc_package.odometry import pose_and_speed
 from sdc_package.planning import LocalPlanner, SpeedLimits
 
@@ -27,7 +27,7 @@ class LocalPlannerNode:
         self.planner = None
         self.answered_stamp = None
 
-        self.publisher = rospy.Publisher("/planner/local_waypoints", LocalPath, queue_size=1, latch=True)
+        self.publisher = loop_publisher("/planner/local_waypoints", LocalPath, latch=True)
         rospy.Subscriber("/planner/mission_waypoints", Path, self.on_mission, queue_size=1)
         rospy.Subscriber("/carla/ego_vehicle/odometry", Odometry, self.on_odometry, queue_size=1, tcp_nodelay=True)
 

@@ -42,7 +42,7 @@ class Referee:
         self.ideal_duration_s = None
         self.answers = Answers()
         self.early_odometry = []
-        self.started_at = None
+        self.started_at = self.ended_at = None
 
         rospy.Subscriber("/planner/mission_waypoints", Path, self.on_mission, queue_size=1)
         rospy.Subscriber("/carla/ego_vehicle/odometry", Odometry, self.on_odometry, tcp_nodelay=True)
@@ -62,7 +62,6 @@ class Referee:
             self.ideal_duration_s = ideal_duration(route, speed_profile(route, profile_limits))
             timeout_s = self.timeout_ratio * self.ideal_duration_s + self.timeout_margin_s
             self.drive = Drive(route, DriveLimits(timeout_s=timeout_s, **self.limits))
-            self.started_at = time.monotonic()
             for odometry in self.early_odometry:
                 self.follow(odometry)
             self.early_odometry = []
@@ -82,10 +81,13 @@ class Referee:
         stamp = odometry.header.stamp
         if self.drive.status is not None or not self.answers.ask(stamp.to_nsec()):
             return
+        if len(self.drive.samples) < 2:
+            self.started_at = time.monotonic()
         try:
             self.drive.update(stamp.to_sec(), *pose_and_speed(odometry))
         except ValueError as error:
             rospy.logwarn_throttle(1.0, f"referee: left out an odometry on /carla/ego_vehicle/odometry: {error}")
+        self.ended_at = time.monotonic()
         if self.drive.status is not None:
             self.ended.set()
 
@@ -110,9 +112,9 @@ class Referee:
             if self.drive is None or not self.drive.samples:
                 rospy.logerr("referee: the drive ended before it began: no route or no odometry was heard")
                 return 1
-            wall_s = time.monotonic() - self.started_at
+            wall_s = self.ended_at - self.started_at
             figures = self.drive.figures(self.ideal_duration_s)
-        figures.update(wall_duration_s=wall_s, real_time_factor=figures["duration_s"] / wall_s,
+        figures.update(wall_duration_s=wall_s, real_time_factor=figures["duration_s"] / max(wall_s, 1e-3),
                        ticks=self.answers.asked, missed_ticks=self.answers.missed)
         try:
             write_report(self.report_path, figures, self.drive)

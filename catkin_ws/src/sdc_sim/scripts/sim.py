@@ -13,7 +13,7 @@ from sdc_package.msg import CarlaVehicleControl
 from sensor_msgs.msg import CameraInfo, Image
 from tf2_msgs.msg import TFMessage
 
-from sdc_package.node import parameter, refuse
+from sdc_package.node import loop_publisher, parameter, refuse
 from sdc_package.route import Route
 from sdc_package.waypoints import WaypointError, load_waypoints
 from sdc_sim.background import Background
@@ -50,9 +50,9 @@ class Sim:
         self.stamps_seen = False
         self.obeyed_stamp = UNSTAMPED
 
-        self.clock_publisher = rospy.Publisher("/clock", Clock, queue_size=10)
+        self.clock_publisher = loop_publisher("/clock", Clock)
         self.tf_publisher = rospy.Publisher("/tf", TFMessage, queue_size=10)
-        self.odometry_publisher = rospy.Publisher(EGO + "/odometry", Odometry, queue_size=1000)
+        self.odometry_publisher = loop_publisher(EGO + "/odometry", Odometry)
         self.images = None
         if parameter("camera"):
             self.open_camera(route_m)

@@ -90,16 +90,16 @@ def _line_errors(renderer, at, points, rows):
         u = float(np.interp(row, pixels[:, 1], pixels[:, 0]))
         slope = abs(np.interp(row + 1, pixels[:, 1], pixels[:, 0]) - u)
         distance = renderer.camera.focal_px * 1.7 / (row - renderer.camera.horizon_px)
-        half = int(np.ceil(1.6 + 0.5 * 0.2 * 320.0 / distance * np.hypot(1.0, slope / 2.5)))
+        half = int(np.ceil(1.0 + 0.5 * 0.15 * 320.0 / distance * np.hypot(1.0, slope / 3.0))) + 2
         middle = int(round(u))
-        if middle - 2 * half < 0 or middle + 2 * half >= grey.shape[1]:
+        if middle - half < 0 or middle + half >= grey.shape[1]:
             continue
-        window = grey[row, middle - 2 * half:middle + 2 * half + 1]
+        window = grey[row, middle - half:middle + half + 1]
         ground, paint = np.percentile(window, [25, 95])
         assert paint - ground > 20.0, f"no line in row {row} near column {u:.0f}"
         # Saturating at paint and roadway keeps their grain out; 0.55 keeps the kerb out.
         weight = np.clip(((window - ground) / (paint - ground) - 0.55) * 4.0 + 0.5, 0.0, 1.0)
-        along_row = float(np.sum(weight * np.arange(-2 * half, 2 * half + 1)) / weight.sum()) + middle - u
+        along_row = float(np.sum(weight * np.arange(-half, half + 1)) / weight.sum()) + middle - u
         errors.append(along_row / np.hypot(1.0, slope))
     return np.array(errors)
 
@@ -124,7 +124,7 @@ def test_dashes_stand_where_the_geometry_says():
     first = DASH_PERIOD_M * np.ceil(103.0 / DASH_PERIOD_M)
     for start in (first, first + DASH_PERIOD_M):
         points, _ = road.lane_points(road.centre_line_m, start + 0.2, start + DASH_LENGTH_M - 0.2, step_m=0.05)
-        errors = _line_errors(renderer, at, points, range(255, 470, 2))
+        errors = _line_errors(renderer, at, points, range(255, 470))
         assert len(errors) >= 3
         assert np.abs(errors).max() < 1.0
         gap, _ = renderer.camera.project([[start + 6.0, road.centre_line_m, 0.0]], *at)
@@ -321,9 +321,9 @@ def test_far_from_the_road_there_is_grass(straight):
 
 
 def test_distance_does_not_shimmer():
-    """Moving by a hair changes the far ground by little: an aliased picture would flicker."""
-    renderer = Renderer(_Bare(route(("s", 300))))
-    pictures = [_grey(renderer.render(100.0 + 0.05 * k, 0.0, 0.0))[242:262] for k in range(6)]
-    flicker = np.abs(np.diff(pictures, axis=0))
-    assert flicker.mean() < 1.5
-    assert np.percentile(flicker, 99) < 12.0
+    """A road across the view comes nearer by 10 cm a frame: its lines must fade from row to row, not flash."""
+    renderer = Renderer(_Bare([[130.0, -200.0], [130.0, 200.0]]))
+    rows = np.array([_grey(renderer.render(90.0 + 0.1 * k, 0.0, 0.0))[242:270, 200:440].mean(axis=1)
+                     for k in range(80)])
+    assert rows.max() > 100.0, "the lines are in the rows looked at"
+    assert np.abs(np.diff(rows, axis=0)).max() < 12.0

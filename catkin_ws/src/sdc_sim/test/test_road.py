@@ -46,6 +46,23 @@ def test_left_edge_of_a_turn_tighter_than_its_offset_hides_its_fold():
     assert shown[outgoing, 1].min() > 5.25 - 0.3
 
 
+def test_a_line_inside_the_road_hides_its_fold_too():
+    road = Road(LEFT_TURN)
+    points, seen = road.lane_points(4.8)
+    distance = np.array([np.hypot(*(road.points_m - p).T).min() for p in points])
+    assert not seen.all()
+    assert distance[seen].min() > 4.7 and distance[~seen].min() < 4.5
+
+
+def test_a_second_lap_is_the_same_road():
+    angle = np.arange(0.0, 4.0 * np.pi, 0.02)
+    road = Road(50.0 * np.column_stack([np.cos(angle), np.sin(angle)]))
+    second = road.s_m > 2.0 * np.pi * 50.0 + 5.0
+    inside = (road.s_m > 5.0) & (road.s_m < road.length_m - 5.0)
+    assert road.repeats[second & inside].all()
+    assert not road.repeats[(road.s_m > 5.0) & (road.s_m < 300.0)].any()
+
+
 def test_edges_do_not_run_across_the_other_pass_of_a_crossing():
     road = Road(CROSSING)
     for offset in (road.right_edge_m, road.left_edge_m):

@@ -180,7 +180,7 @@ def test_full_wheel_angle_shrinks_with_speed(speed_kmh, share):
 @pytest.mark.parametrize("name,manoeuvre,speed_mps,rate_radps,angle_rad,rows", GOLDEN)
 def test_figure_steering_like_commonroad(name, manoeuvre, speed_mps, rate_radps, angle_rad, rows):
     full_rad = preset(name).max_wheel_angle_rad
-    # CommonRoad's axle loads follow the acceleration asked for, here none: with the centre of gravity on the ground, ours too.
+    # CommonRoad's axle loads follow the acceleration asked for, here none: so do ours without a height.
     vehicle = rolling_car(
         rolling_free(name, steer_travel_s=2.0 * full_rad / rate_radps, cg_height_m=1e-9), speed_mps)
     command = VehicleCommand(steer=-angle_rad / full_rad)

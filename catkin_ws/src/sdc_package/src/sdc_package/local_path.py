@@ -1,14 +1,15 @@
-"""The road around the car as the controller sees it: the points ahead, and the last ones that it passed."""
+"""The road around the car as the controller sees it: the points ahead, and the last ones that it passed.
+
+A path has some twenty points: plain Python floats are faster here than arrays.
+"""
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
 from dataclasses import dataclass
 
-import numpy as np
-
-from sdc_package.route import wrap_angle
-
 _KEEP_BEHIND_M = 8.0
+_SAME_POINT_M = 1e-6
 
 
 @dataclass(frozen=True)
@@ -22,6 +23,59 @@ class PathPoint:
     acceleration_mps2: float
 
 
+class Polyline:
+    """Points (x, y) in metres with `lengths` of the pieces between them, arc length `s` and continuous `headings`, all lists.
+
+    The heading at an inner point is the mean of its two pieces' headings, so that it changes steadily along the line.
+    """
+
+    def __init__(self, points):
+        self.points = points
+        self.lengths = []
+        self.s = [0.0]
+        pieces = []
+        last = None
+        for (x, y), (next_x, next_y) in zip(points, points[1:]):
+            step_x, step_y = next_x - x, next_y - y
+            length = math.sqrt(step_x * step_x + step_y * step_y)
+            heading = math.atan2(step_y, step_x)
+            if last is not None:
+                heading += 2.0 * math.pi * round((last - heading) / (2.0 * math.pi))
+            last = heading
+            pieces.append(heading)
+            self.lengths.append(length)
+            self.s.append(self.s[-1] + length)
+        self.headings = [pieces[0], *(0.5 * (a + b) for a, b in zip(pieces, pieces[1:])), pieces[-1]]
+
+    def nearest(self, x_m: float, y_m: float):
+        """(index of the piece, fraction of it, s_m, cross_track_m, heading_rad) of the place nearest to a point.
+
+        The first and the last piece reach on beyond the ends; there the fraction stays within 0..1.
+        """
+        best = None
+        final = len(self.lengths) - 1
+        points = self.points
+        for i, length in enumerate(self.lengths):
+            if length == 0.0:
+                continue
+            x, y = points[i]
+            step_x, step_y = (points[i + 1][0] - x) / length, (points[i + 1][1] - y) / length
+            offset_x, offset_y = x_m - x, y_m - y
+            along = offset_x * step_x + offset_y * step_y
+            if along < 0.0 and i > 0:
+                along = 0.0
+            elif along > length and i < final:
+                along = length
+            away_x, away_y = offset_x - along * step_x, offset_y - along * step_y
+            square = away_x * away_x + away_y * away_y
+            if best is None or square < best[0]:
+                best = square, i, along, step_x * away_y - step_y * away_x
+        square, i, along, side = best
+        fraction = min(max(along / self.lengths[i], 0.0), 1.0)
+        heading = self.headings[i] + fraction * (self.headings[i + 1] - self.headings[i])
+        return i, fraction, self.s[i] + along, math.copysign(math.sqrt(square), side), heading
+
+
 class LocalPath:
     """A polyline of x, y (metres) and target speed (m/s) in the map frame.
 
@@ -30,77 +84,38 @@ class LocalPath:
     """
 
     def __init__(self):
-        self.rows = np.empty((0, 3))
+        self.rows = []
+        self.line = None
 
-    def update(self, rows: np.ndarray) -> None:
-        """Take the (n, 3) points of a new path, n >= 2. Raises ValueError for fewer points, other shapes, numbers that are not
-        finite, negative speeds, and points that all coincide; the last path stays in place then."""
-        rows = np.asarray(rows, dtype=float)
-        if rows.ndim != 2 or rows.shape[1] != 3 or len(rows) < 2:
+    def update(self, rows) -> None:
+        """Take the (x, y, v) points of a new path, at least two. Raises ValueError for fewer points, numbers that are not finite,
+        negative speeds, and points that all coincide; the last path stays in place then."""
+        if len(rows) < 2:
             raise ValueError(f"a path needs at least 2 points of x, y and v, got {len(rows)}")
-        if not np.isfinite(rows).all():
-            raise ValueError("a point of the path is not finite")
-        if rows[:, 2].min() < 0.0:
-            raise ValueError("a target speed of the path is negative")
-        distinct = np.append(True, np.hypot(*np.diff(rows[:, :2], axis=0).T) > 1e-6)
-        if distinct.sum() < 2:
+        distinct = []
+        for x, y, v in rows:
+            if not math.isfinite(x + y + v):
+                raise ValueError("a point of the path is not finite")
+            if v < 0.0:
+                raise ValueError("a target speed of the path is negative")
+            if not distinct or abs(x - distinct[-1][0]) + abs(y - distinct[-1][1]) > _SAME_POINT_M:
+                distinct.append((x, y, v))
+        if len(distinct) < 2:
             raise ValueError("all points of the path coincide")
-        rows = rows[distinct]
-        self.rows = np.vstack([self._passed(rows[0]), rows])
-        self._measure()
+        self.rows = self._passed(distinct[0]) + distinct
+        self.line = Polyline([(x, y) for x, y, _ in self.rows])
 
-    def _passed(self, first: np.ndarray) -> np.ndarray:
+    def _passed(self, first):
         """The points of the last path that come before `first`, if `first` is one of its points."""
-        same = np.flatnonzero((self.rows[:, 0] == first[0]) & (self.rows[:, 1] == first[1]))
-        if not len(same):
-            return np.empty((0, 3))
-        behind = self.rows[:same[-1]]
-        distance = np.hypot(behind[:, 0] - first[0], behind[:, 1] - first[1])
-        near = np.flatnonzero(distance > _KEEP_BEHIND_M)
-        return behind[near[-1] + 1:] if len(near) else behind
-
-    def _measure(self) -> None:
-        steps = np.diff(self.rows[:, :2], axis=0)
-        self.lengths = np.hypot(steps[:, 0], steps[:, 1])
-        self.s = np.concatenate([[0.0], np.cumsum(self.lengths)])
-        self.headings = vertex_headings(steps)
+        for i, row in enumerate(self.rows):
+            if row[0] == first[0] and row[1] == first[1]:
+                return self.rows[bisect_right(self.line.s, self.line.s[i] - _KEEP_BEHIND_M):i]
+        return []
 
     def nearest(self, x_m: float, y_m: float) -> PathPoint:
         """The place on the path nearest to a point; the first and last pieces reach on beyond their ends."""
-        return nearest_point(self.rows, self.s, self.headings, x_m, y_m)
-
-
-def vertex_headings(steps: np.ndarray) -> np.ndarray:
-    """Continuous headings (n,) radians at the points of a polyline from its (n - 1, 2) steps: at inner points, that of the chord
-    between the unit vectors of both steps."""
-    segment = np.unwrap(np.arctan2(steps[:, 1], steps[:, 0]))
-    return np.concatenate([segment[:1], 0.5 * (segment[:-1] + segment[1:]), segment[-1:]])
-
-
-def nearest_point(rows: np.ndarray, s: np.ndarray, headings: np.ndarray, x_m: float, y_m: float) -> PathPoint:
-    """The place nearest to a point on a polyline of (n, 3) rows x, y, v with arc lengths `s` and vertex headings."""
-    start = rows[:-1]
-    length = np.diff(s)
-    step_x = (rows[1:, 0] - start[:, 0]) / length
-    step_y = (rows[1:, 1] - start[:, 1]) / length
-    offset_x = x_m - start[:, 0]
-    offset_y = y_m - start[:, 1]
-    along = offset_x * step_x + offset_y * step_y
-    low = np.zeros(len(length))
-    high = length.copy()
-    low[0] = -math.inf
-    high[-1] = math.inf
-    along = np.minimum(np.maximum(along, low), high)
-    away_x = offset_x - along * step_x
-    away_y = offset_y - along * step_y
-    i = int(np.argmin(away_x * away_x + away_y * away_y))
-    fraction = min(max(float(along[i] / length[i]), 0.0), 1.0)
-    side = float(step_x[i] * away_y[i] - step_y[i] * away_x[i])
-    speed, next_speed = float(start[i, 2]), float(rows[i + 1, 2])
-    square = max(0.0, speed * speed + fraction * (next_speed * next_speed - speed * speed))
-    return PathPoint(
-        s_m=float(s[i] + along[i]),
-        cross_track_m=math.copysign(math.hypot(away_x[i], away_y[i]), side),
-        heading_rad=wrap_angle(float(headings[i]) + fraction * float(headings[i + 1] - headings[i])),
-        speed_mps=math.sqrt(square),
-        acceleration_mps2=(next_speed * next_speed - speed * speed) / (2.0 * float(length[i])))
+        i, fraction, s, cross_track, heading = self.line.nearest(x_m, y_m)
+        speed, next_speed = self.rows[i][2], self.rows[i + 1][2]
+        gain = next_speed * next_speed - speed * speed
+        return PathPoint(s, cross_track, heading, math.sqrt(max(0.0, speed * speed + fraction * gain)),
+                         gain / (2.0 * self.line.lengths[i]))

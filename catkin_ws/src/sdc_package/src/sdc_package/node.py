@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import sys
+import warnings
 
 import rospy
 
@@ -20,3 +21,15 @@ def refuse(message) -> None:
     rospy.logfatal("%s: %s", rospy.get_name().lstrip("/"), message)
     rospy.signal_shutdown(str(message))
     sys.exit(1)
+
+
+def loop_publisher(topic: str, message_class, latch: bool = False) -> rospy.Publisher:
+    """A publisher for the driving loop: it writes to its subscribers in the caller's thread.
+
+    A queue (rospy's `queue_size`) hands each message to a thread of its own, which costs about as much as the hop itself. What
+    is lost is only that a subscriber which stops reading for minutes will stop the publisher, too, once the system's
+    buffers are full.
+    """
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SyntaxWarning)  # rospy recommends a queue
+        return rospy.Publisher(topic, message_class, queue_size=None, latch=latch, tcp_nodelay=True)

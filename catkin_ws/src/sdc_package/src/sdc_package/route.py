@@ -5,13 +5,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import savgol_filter
+from scipy.ndimage import gaussian_filter1d
 from scipy.spatial import cKDTree
 
-# Spacing and width of the window in which heading and curvature are fitted. A recorded route has about 1 m between its
-# points, and the tightest bend of a town (4 m radius) is some 6 m long: the window must span points, not bends.
+# Spacing and width (standard deviation) of the window in which heading and curvature are estimated. A recorded route has about
+# 1 m between its points, and the tightest bend of a town (4 m radius) is some 6 m long: the window must span points, not bends.
 _SAMPLE_M = 0.5
-_WINDOW_M = 4.0
+_SIGMA_M = 1.0
 
 
 def wrap_angle(angle_rad: float) -> float:
@@ -87,8 +87,8 @@ class Route:
     """An open polyline with arc length `s` (N,) metres, `heading` (N,) radians (continuous, not wrapped) and `curvature`
     (N,) 1/m, positive to the left, at each of its `points` (N, 2).
 
-    Heading and curvature are those of a Savitzky-Golay fit (A. Savitzky and M. Golay, Anal. Chem. 36(8), 1964), so that
-    the noise of a recorded route does not become a bend.
+    Heading and curvature are those of the line smoothed by a Gaussian (F. Mokhtarian and A. Mackworth, IEEE Trans. PAMI 8(1),
+    1986, section III), so that the noise of a recorded route does not become a bend.
     Raises ValueError for fewer than two points, coincident neighbours and numbers that are not finite.
     """
 
@@ -108,16 +108,18 @@ class Route:
     def _fit(self):
         count = max(2, int(round(self.length_m / _SAMPLE_M)) + 1)
         s, step = np.linspace(0.0, self.length_m, count, retstep=True)
-        window = min(int(round(_WINDOW_M / step)) | 1, count if count % 2 else count - 1)
-        if window < 5:
-            heading = np.unwrap(np.arctan2(self._directions[:, 1], self._directions[:, 0]))
-            return np.append(heading, heading[-1]), np.zeros(len(self.points))
-        xy = [np.interp(s, self.s, self.points[:, axis]) for axis in (0, 1)]
-        dx, dy = (savgol_filter(values, window, 3, deriv=1, delta=step) for values in xy)
-        ddx, ddy = (savgol_filter(values, window, 2, deriv=2, delta=step) for values in xy)
-        speed = np.maximum(np.hypot(dx, dy), 1e-6)
-        heading = np.unwrap(np.arctan2(dy, dx))
-        curvature = (dx * ddy - dy * ddx) / speed**3
+        xy = np.column_stack([np.interp(s, self.s, self.points[:, axis]) for axis in (0, 1)])
+        # Beyond its ends the line goes on, mirrored in its end points: straight on, whatever it does before.
+        reach = min(int(math.ceil(4.0 * _SIGMA_M / step)), count - 1)
+        xy = np.vstack([2.0 * xy[0] - xy[reach:0:-1], xy, 2.0 * xy[-1] - xy[-2:-2 - reach:-1]])
+        sigma = min(_SIGMA_M, 0.25 * self.length_m) / step
+        smooth = gaussian_filter1d(xy, sigma, axis=0, mode="nearest")
+        first = np.gradient(smooth, step, axis=0)
+        second = np.gradient(first, step, axis=0)[reach:reach + count]
+        first = first[reach:reach + count]
+        heading = np.unwrap(np.arctan2(first[:, 1], first[:, 0]))
+        speed = np.maximum(np.hypot(first[:, 0], first[:, 1]), 1e-6)
+        curvature = (first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]) / speed**3
         return np.interp(self.s, s, heading), np.interp(self.s, s, curvature)
 
     def locate(self, x_m: float, y_m: float, yaw_rad: float = None) -> Place:

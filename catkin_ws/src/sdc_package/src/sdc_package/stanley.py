@@ -6,11 +6,10 @@ Driving, American Control Conference 2007, equation 5 (the law) and section III.
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
 from dataclasses import dataclass
 
-import numpy as np
-
-from sdc_package.local_path import LocalPath, nearest_point, vertex_headings
+from sdc_package.local_path import LocalPath, Polyline
 from sdc_package.route import wrap_angle
 
 # A piece of path this long ahead of the car holds the front axle's nearest point, whatever the error.
@@ -49,30 +48,28 @@ def stanley_angle(heading_error_rad: float, cross_track_m: float, speed_mps: flo
     return heading_error_rad - math.atan2(gains.k * cross_track_m, gains.softening_mps + abs(speed_mps))
 
 
-def front_axle_path(rows: np.ndarray, axles: AxleGeometry) -> np.ndarray:
-    """The path (n, 3) that the front axle follows while the car's centre follows `rows` (n, 3) of x, y, v.
+def front_axle_path(line: Polyline, count: int, axles: AxleGeometry) -> Polyline:
+    """The line that the front axle follows while the car's centre follows the first `count` points of `line`.
 
     In a bend the front axle runs outside of the centre: steering the front axle along the centre's path would make the car cut
     the corner, by 0.9 m in a bend of 4 m radius. The slip angle u between path and car at the centre obeys
     du/ds = curvature - sin(u) / rear_m (kinematic bicycle; R. Rajamani, Vehicle Dynamics and Control, 2nd ed., section 2.2); here
     it is advanced from point to point with the solution for constant curvature.
     """
-    steps = np.diff(rows[:, :2], axis=0)
-    lengths = np.hypot(steps[:, 0], steps[:, 1]).tolist()
-    headings = vertex_headings(steps).tolist()
-    slip = [0.0] * len(headings)
-    for i, length in enumerate(lengths):
-        curvature = (headings[i + 1] - headings[i]) / length
-        steady = math.asin(min(max(axles.rear_m * curvature, -0.95), 0.95))
-        start = steady if i == 0 else slip[i]
-        slip[i + 1] = steady + (start - steady) * math.exp(-length * math.cos(steady) / axles.rear_m)
-        if i == 0:
-            slip[0] = steady
-    front = rows.copy()
-    yaw = np.array(headings) - slip
-    front[:, 0] += axles.front_m * np.cos(yaw)
-    front[:, 1] += axles.front_m * np.sin(yaw)
-    return front
+    front = []
+    slip = None
+    headings = line.headings
+    for i in range(count):
+        if i > 0:
+            length = line.lengths[i - 1]
+            steady = math.asin(min(max(axles.rear_m * (headings[i] - headings[i - 1]) / length, -0.95), 0.95))
+            if slip is None:
+                slip = steady
+            slip = steady + (slip - steady) * math.exp(-length * math.cos(steady) / axles.rear_m)
+        yaw = headings[i] - (slip or 0.0)
+        x, y = line.points[i]
+        front.append((x + axles.front_m * math.cos(yaw), y + axles.front_m * math.sin(yaw)))
+    return Polyline(front)
 
 
 class StanleySteering:
@@ -91,10 +88,8 @@ class StanleySteering:
         middle = 0.5 * (yaw_rad + yaw)
         reach_x = x_m + ahead_m * math.cos(middle) + self.axles.front_m * math.cos(yaw)
         reach_y = y_m + ahead_m * math.sin(middle) + self.axles.front_m * math.sin(yaw)
-        centre = path.nearest(x_m, y_m)
-        count = max(3, int(np.searchsorted(path.s, centre.s_m + ahead_m + _LOOK_AT_M)) + 1)
-        front = front_axle_path(path.rows[:count], self.axles)
-        steps = np.diff(front[:, :2], axis=0)
-        s = np.concatenate([[0.0], np.cumsum(np.hypot(steps[:, 0], steps[:, 1]))])
-        point = nearest_point(front, s, vertex_headings(steps), reach_x, reach_y)
-        return stanley_angle(wrap_angle(point.heading_rad - yaw), point.cross_track_m, speed_mps, self.gains)
+        centre_s = path.line.nearest(x_m, y_m)[2]
+        count = max(3, bisect_right(path.line.s, centre_s + ahead_m + _LOOK_AT_M))
+        front = front_axle_path(path.line, min(count, len(path.rows)), self.axles)
+        _, _, _, cross_track, heading = front.nearest(reach_x, reach_y)
+        return stanley_angle(wrap_angle(heading - yaw), cross_track, speed_mps, self.gains)

@@ -69,8 +69,8 @@ def strip() -> np.ndarray:
     curvy = Road(route(*CURVY))
     ring = Road(route(("s", 60), ("r", 12, 0.8), ("l", 20, 5.6), ("r", 12, 0.8), ("s", 60)))
     cross = Road(route(("s", 120), ("l", 15, 4.71), ("s", 120)))
-    shots = [(curvy, 30.0, (), 1.0), (ring, 75.0, TRAFFIC[1:2], 1.0), (curvy, 460.0, TRAFFIC[:1], 1.0),
-             (cross, 80.0, (), 1.0), (curvy, 190.0, TRAFFIC, 1.0), (curvy, 250.0, TRAFFIC, 0.25)]
+    shots = [(curvy, 30.0, (), 1.0), (ring, 75.0, TRAFFIC[1:2], 1.0), (curvy, 521.0, TRAFFIC[3:4], 1.0),
+             (cross, 105.0, (), 1.0), (curvy, 190.0, TRAFFIC, 1.0), (curvy, 250.0, TRAFFIC, 0.25)]
     frames = [Renderer(road).render(*pose(road, s), boxes=traffic(road, s, placed), light=light)[..., :3]
               for road, s, placed, light in shots]
     return np.vstack([np.hstack(frames[:3]), np.hstack(frames[3:])])

@@ -177,9 +177,12 @@ class _Ground:
             self._outline_shadows(seed)
 
     def _index_pieces(self, stations: np.ndarray) -> tuple:
-        points = self.road.points_m[stations]
+        """First and last samples of the pieces (P, 2) to draw, those of repeated laps left out, and where they are."""
+        stations = np.column_stack([stations[:-1], stations[1:]])
+        stations = stations[~self.road.repeats[stations].all(axis=1)]
+        ends = self.road.points_m[stations]
         reach = self.road.left_edge_m + 2.0
-        low, high = np.minimum(points[:-1], points[1:]) - reach, np.maximum(points[:-1], points[1:]) + reach
+        low, high = ends.min(axis=1) - reach, ends.max(axis=1) + reach
         return stations, CellIndex(low, high, max(32.0, float(np.max(high - low)) / 2.0 + 0.1))
 
     def _outline_shadows(self, seed: int) -> None:
@@ -253,7 +256,7 @@ class _Ground:
         def fixed(points):
             return np.round(((points - origin) / texel_m - 0.5) * 2 ** FIXED_POINT_BITS).astype(np.int32)
 
-        first, last = stations[pieces], stations[pieces + 1]
+        first, last = stations[pieces].T
         p0, p1, l0, l1 = (a[None] for a in (road.points_m[first], road.points_m[last],
                                             road.left[first], road.left[last]))
         low, high = (np.array([band[k] for band in bands])[:, None, None] for k in (0, 1))
@@ -375,7 +378,7 @@ def _skyline(seed: int) -> np.ndarray:
         roofs[np.arange(at, at + wide) % columns] = rng.uniform(0.35, 0.85)
     image = np.zeros((rows, columns, 4), np.float32)
     height = (np.arange(rows)[::-1, None] + 0.5) / rows
-    for top, colour in ((roofs, (168, 160, 152)), (wood, (104, 122, 100))):
+    for top, colour in ((roofs, (168, 160, 152)), (wood, (88, 108, 84))):
         cover = np.clip((top - height) * rows / 1.6 + 0.5, 0.0, 1.0)[..., None]
         colour = np.append(np.array(colour, np.float32), 255.0)
         image += cover * (colour - image)
@@ -607,9 +610,9 @@ def _windows(a: np.ndarray, b: np.ndarray, height_m: float) -> np.ndarray:
 # ------------------------------------------------------------------ the renderer
 
 TREE_RANGE_M = 120.0
-BUILDING_RANGE_M = 230.0
-PANES_RANGE_M = 110.0
-SHADOW_RANGE_M = 80.0
+BUILDING_RANGE_M = 190.0
+PANES_RANGE_M = 85.0
+SHADOW_RANGE_M = 55.0
 HAZE_RANGE_M = 420.0
 CACHED_BUILDINGS = 256
 
@@ -700,9 +703,9 @@ class Renderer:
         self._sub = np.empty((start, cam.width, 4), np.uint8)
         self._side = side * (1.0 + 1.0 / cam.width)
 
-        haze = 1.0 - np.exp(-distance / HAZE_RANGE_M)
-        self._far_bgra = tuple(0.5 * GRASS_BGR + 0.5 * HAZE_BGR) + (255.0,)
-        self._hazy = slice(self._first_tiled_row, int(np.flatnonzero(distance > 35.0)[-1]) + 1)
+        haze = np.minimum(1.0 - np.exp(-distance / HAZE_RANGE_M), 0.55)
+        self._far_bgra = tuple(GRASS_BGR) + (255.0,)
+        self._hazy = slice(self._first_ground_row, int(np.flatnonzero(distance > 35.0)[-1]) + 1)
         clear = np.broadcast_to((1.0 - haze[self._hazy])[:, None, None], (len(haze[self._hazy]), cam.width, 4))
         veil = clear * 0.0 + np.append(HAZE_BGR * 0.82, 255.0) * haze[self._hazy][:, None, None]
         self._clear, self._veil = np.round(255 * clear).astype(np.uint8), np.round(veil).astype(np.uint8)
@@ -996,7 +999,7 @@ class Renderer:
         near = optical[..., 2].min(axis=1) < NEAR_M
         pixels = view.pixels(np.where(near[:, None, None], 1.0, optical))
         extent = (pixels.max(axis=1) - pixels.min(axis=1)).max(axis=1)
-        facing &= near | (extent > (3 << FIXED_POINT_BITS) // 4)
+        facing &= near | (extent > (5 << FIXED_POINT_BITS) // 4)
         depth = (offset.mean(axis=1) ** 2).sum(axis=1)
         drawn = []
         start = 0

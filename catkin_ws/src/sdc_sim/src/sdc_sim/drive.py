@@ -5,7 +5,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import savgol_filter
 
 from sdc_package.route import Place, Route, wrap_angle
 
@@ -138,6 +137,7 @@ class Drive:
         window = int(round(_SMOOTHING_S / np.median(np.diff(time_s)))) | 1 if len(time_s) > 1 else 0
         if len(time_s) < max(window, 5) or window < 5:
             return dict.fromkeys(names)
+        from scipy.signal import savgol_filter  # slow to load, and needed once, at the end of a drive
         step_s = float(np.median(np.diff(time_s)))
         speed = self.column("speed_mps")
         yaw = np.unwrap(self.column("yaw_rad"))

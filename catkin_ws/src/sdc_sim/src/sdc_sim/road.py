@@ -23,6 +23,8 @@ MIN_SPACING_M = 0.2        # closer waypoints are merged
 SMOOTHING_M = 1.5          # half the chord that gives the direction of the road
 REPRESENTATIVE_CELL_M = 3.0
 MAX_SCENERY_SLOTS = 20_000
+CROWD_CELL_M = 24.0
+REPEAT_TOLERANCE_M = 0.03
 CHORD_TOLERANCE_M = 0.003  # between the road as drawn and the road as computed, at the outer edge
 
 
@@ -92,7 +94,8 @@ class Road:
 
     The route may be of any spacing and may cross or overlap itself. Waypoints nearer than 0.2 m to the one before are
     merged and the direction is taken over a chord of 3 m, so noise does not turn the road. It is drawn on, straight,
-    30 m behind the start and 80 m beyond the end, as far as it does not meet itself there.
+    30 m behind the start and 80 m beyond the end, as far as it does not meet itself there. A lap that runs within 3 cm of
+    an earlier one counts as the same road.
 
     `points_m` (M, 2), `heading_rad` (M,), `left` (M, 2) unit vector to the left and `s_m` (M,) sample the road every
     0.5 m; `s_m` is 0 at the first waypoint, `length_m` at the last, negative on the lead-in.
@@ -145,9 +148,28 @@ class Road:
                                     np.repeat(direction[-1:], len(lead_out), axis=0)])
         self.heading_rad = np.arctan2(direction[:, 1], direction[:, 0])
         self.left = np.column_stack([-direction[:, 1], direction[:, 0]])
-        a, b = self.points_m[:-1], self.points_m[1:]
+        self.repeats = self._find_repeats()
+        self._own = np.flatnonzero(~(self.repeats[:-1] & self.repeats[1:]))
+        a, b = self.points_m[self._own], self.points_m[self._own + 1]
         self._cell_m = max(10.0, 2.0 * self.lane_width_m, step)
         self._segments = CellIndex(np.minimum(a, b), np.maximum(a, b), self._cell_m)
+
+    def _find_repeats(self) -> np.ndarray:
+        """Mask (M,) of the samples where the route runs, the same way, on a line it has run on before (laps)."""
+        cells = np.floor(self.points_m / SAMPLE_STEP_M).astype(np.int64)
+        keys, firsts = np.unique(CellIndex._key(cells[:, 0], cells[:, 1]), return_index=True)
+        repeats = np.zeros(len(cells), bool)
+        for i in (-1, 0, 1):
+            for j in (-1, 0, 1):
+                key = CellIndex._key(cells[:, 0] + i, cells[:, 1] + j)
+                slot = np.minimum(np.searchsorted(keys, key), len(keys) - 1)
+                first = firsts[slot]
+                rows = np.flatnonzero((keys[slot] == key) & (first < np.arange(len(cells)) - 40))
+                first = first[rows]
+                across = np.sum((self.points_m[rows] - self.points_m[first]) * self.left[first], axis=1)
+                along = np.sum(self.left[rows] * self.left[first], axis=1)
+                repeats[rows[(np.abs(across) < REPEAT_TOLERANCE_M) & (along > 0.999)]] = True
+        return repeats
 
     def _lead(self, points: np.ndarray, start: np.ndarray, direction: np.ndarray, length_m: float) -> np.ndarray:
         lead = start + direction * (SAMPLE_STEP_M * np.arange(1, int(length_m / SAMPLE_STEP_M) + 1))[:, None]
@@ -235,12 +257,16 @@ class Road:
     def _relations(self, points: np.ndarray):
         """Per cell: the rows of `points` in it, and their distance and side to every segment of the road nearby."""
         cells = np.floor(points / self._cell_m).astype(np.int64)
-        for cell in np.unique(cells, axis=0):
+        keys, group = np.unique(CellIndex._key(cells[:, 0], cells[:, 1]), return_inverse=True)
+        order = np.argsort(group, kind="stable")
+        for rows in np.split(order, np.searchsorted(group[order], np.arange(1, len(keys)))):
+            if len(rows) == 0:
+                continue
+            cell = cells[rows[0]]
             found = self._segments.near((cell - 1) * self._cell_m, (cell + 1.5) * self._cell_m)
             if len(found) == 0:
                 continue
-            rows = np.flatnonzero((cells == cell).all(axis=1))
-            a, b = self.points_m[found], self.points_m[found + 1]
+            a, b = self.points_m[self._own[found]], self.points_m[self._own[found] + 1]
             along = b - a
             for part in np.array_split(rows, 1 + len(rows) * len(found) // 2_000_000):
                 offset = points[part][:, None] - a
@@ -315,10 +341,27 @@ class Road:
                                   kind, position, radius)
         return Scenery(kind[chosen], position[chosen], yaw[chosen], size[chosen], variant[chosen])
 
+    def _crowded_cells(self) -> np.ndarray:
+        """Keys of the cells that the road comes through more than once."""
+        cells = np.floor(self.points_m / CROWD_CELL_M).astype(np.int64)
+        keys = CellIndex._key(cells[:, 0], cells[:, 1])
+        entered = np.append(True, np.diff(keys) != 0)
+        found, visits = np.unique(keys[entered], return_counts=True)
+        twisted = keys[:-1][np.abs(np.diff(np.unwrap(self.heading_rad))) > 0.2]
+        return np.unique(np.concatenate([found[visits > 1], twisted]))
+
     def _stands_free(self, kind: np.ndarray, position: np.ndarray, yaw: np.ndarray, size: np.ndarray) -> np.ndarray:
-        """Mask (N,) of the trees and buildings with no part of any pass's roadway and kerb within or near them."""
-        free = ~self.on_road(position, 1.2)
-        built = np.flatnonzero((kind != 0) & free)
+        """Mask (N,) of the trees and buildings with no pass's roadway within or near them.
+
+        Exact, so slow: looked at only where more than one pass comes by, as `clearance_m` knows one a cell.
+        """
+        free = np.ones(len(kind), bool)
+        crowded = self._crowded_cells()
+        cells = np.floor(position / CROWD_CELL_M).astype(np.int64)
+        around = np.stack([CellIndex._key(cells[:, 0] + i, cells[:, 1] + j) for i in (-1, 0, 1) for j in (-1, 0, 1)])
+        doubtful = np.isin(around, crowded).any(axis=0)
+        free[doubtful] = ~self.on_road(position[doubtful], 1.2)
+        built = np.flatnonzero((kind != 0) & free & doubtful)
         u, v = (grid.ravel() for grid in np.meshgrid(np.linspace(-0.5, 0.5, 5), np.linspace(-0.5, 0.5, 4)))
         x, y = u * size[built, :1], v * size[built, 1:2]
         c, s = np.cos(yaw[built])[:, None], np.sin(yaw[built])[:, None]

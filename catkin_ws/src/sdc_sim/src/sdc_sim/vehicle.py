@@ -104,7 +104,7 @@ class VehicleParameters:
     def understeer_gradient(self) -> float:
         """Wheel angle that a lateral acceleration needs beyond the Ackermann angle, in rad per m/s^2.
 
-        m (lr Cr - lf Cf) / (L Cf Cr): Rajamani, Vehicle Dynamics and Control, section 3.3 (steady state cornering).
+        m (lr Cr - lf Cf) / (L Cf Cr): Rajamani, Vehicle Dynamics and Control, chapter 3 (steady-state cornering).
         """
         front = self.mass_kg * self.rear_axle_m / self.wheelbase_m / self.front_cornering_stiffness_n_per_rad
         rear = self.mass_kg * self.front_axle_m / self.wheelbase_m / self.rear_cornering_stiffness_n_per_rad
@@ -370,8 +370,10 @@ def _dynamics(p: VehicleParameters, friction: float, side_wind_mps: float):
         if reference < blend:
             reference = half_blend + blend_gain * reference * reference
         slip = sliding / reference
-        # In a spin the steered wheel may roll against the car's own motion: its brake resists its own rolling.
-        force = drive_f - resist_f * (direction if rolling * direction >= 0.0 else -direction)
+        # In a spin the steered wheel may roll against the car's own motion, where this resistance would drive it on.
+        force = drive_f
+        if rolling * direction >= 0.0:
+            force -= resist_f * direction
         limit = front_share * grip_f
         if abs(sliding) > 1e-9:
             limit *= abs(rolling) / sqrt(rolling * rolling + sliding * sliding)

@@ -1,0 +1,64 @@
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sdc_package.local_path import LocalPath, Polyline
+
+
+def straight(start=0, count=25, speed=5.0):
+    return [(float(start + i), 0.0, speed) for i in range(count)]
+
+
+def test_nearest_interpolates_place_heading_and_speed():
+    path = LocalPath()
+    path.update([(0.0, 0.0, 2.0), (2.0, 0.0, 4.0), (4.0, 2.0, 4.0)])
+    point = path.nearest(1.0, 0.5)
+    assert (point.s_m, point.cross_track_m) == (1.0, 0.5)
+    assert point.heading_rad == pytest.approx(math.pi / 16)
+    assert point.speed_mps == pytest.approx(math.sqrt((4.0 + 16.0) / 2.0))
+    assert point.acceleration_mps2 == pytest.approx((16.0 - 4.0) / 4.0)
+
+
+def test_ends_reach_on():
+    path = LocalPath()
+    path.update(straight(speed=3.0))
+    assert path.nearest(-2.0, -0.5).cross_track_m == -0.5
+    assert path.nearest(30.0, 1.0).cross_track_m == 1.0
+    assert path.nearest(-2.0, 0.0).speed_mps == 3.0
+
+
+def test_what_was_passed_stays_for_some_metres():
+    path = LocalPath()
+    for start in range(30):
+        path.update(straight(start))
+    assert path.rows[0][0] == pytest.approx(21.0, abs=1.0)
+    assert [row[0] for row in path.rows] == [path.rows[0][0] + i for i in range(len(path.rows))]
+    path.update([(500.0, 500.0, 1.0), (501.0, 500.0, 1.0)])
+    assert len(path.rows) == 2
+
+
+@pytest.mark.parametrize(("rows", "part"), [
+    ([], "at least 2"), ([(0.0, 0.0, 1.0)], "at least 2"), ([(0.0, 0.0, 1.0)] * 3, "coincide"),
+    ([(0.0, math.nan, 1.0), (1.0, 0.0, 1.0)], "finite"), ([(0.0, 0.0, math.inf), (1.0, 0.0, 1.0)], "finite"),
+    ([(0.0, 0.0, -1.0), (1.0, 0.0, 1.0)], "negative")])
+def test_bad_paths_leave_the_last_one_in_place(rows, part):
+    path = LocalPath()
+    path.update(straight())
+    before = list(path.rows)
+    with pytest.raises(ValueError, match=part):
+        path.update(rows)
+    assert path.rows == before
+
+
+@given(st.floats(-math.pi, math.pi), st.floats(-50.0, 50.0), st.floats(-20.0, 20.0))
+def test_nearest_turns_with_the_world(angle, x, y):
+    bend = [(0.0, 0.0), (10.0, 0.0), (15.0, 4.0), (15.0, 12.0)]
+    c, s = math.cos(angle), math.sin(angle)
+    turned = Polyline([(c * px - s * py, s * px + c * py) for px, py in bend])
+    _, _, along, cross_track, heading = Polyline(bend).nearest(x, y)
+    _, _, along_turned, cross_track_turned, heading_turned = turned.nearest(c * x - s * y, s * x + c * y)
+    if abs(abs(cross_track) - abs(cross_track_turned)) < 1e-9 and abs(along - along_turned) < 1e-6:
+        assert math.cos(heading_turned - heading - angle) == pytest.approx(1.0, abs=1e-6)
+    assert abs(cross_track_turned) == pytest.approx(abs(cross_track), abs=1e-6)

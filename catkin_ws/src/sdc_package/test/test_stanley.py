@@ -1,0 +1,72 @@
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sdc_package.local_path import LocalPath, Polyline
+from sdc_package.stanley import AxleGeometry, StanleyGains, StanleySteering, front_axle_path, stanley_angle
+
+AXLES = AxleGeometry(front_m=1.435, rear_m=1.435)
+GAINS = StanleyGains(k=2.0, softening_mps=1.0, preview_s=0.0)
+
+
+def arc(radius, side=1.0, count=40, speed=5.0):
+    """Points 1 m apart on a circle, from the origin along x, to the left for side 1."""
+    return [(radius * math.sin(i / radius), side * radius * (1.0 - math.cos(i / radius)), speed) for i in range(count)]
+
+
+def steering(rows, x, y, yaw, speed=5.0, **changes):
+    path = LocalPath()
+    path.update(rows)
+    return StanleySteering(StanleyGains(**{**vars(GAINS), **changes}), AXLES).wheel_angle(path, x, y, yaw, speed)
+
+
+def test_law_by_hand():
+    assert stanley_angle(0.1, 0.5, 4.0, GAINS) == pytest.approx(0.1 - math.atan(2.0 * 0.5 / 5.0))
+    assert stanley_angle(0.0, 0.5, -4.0, GAINS) == stanley_angle(0.0, 0.5, 4.0, GAINS)
+
+
+@given(st.floats(-1.5, 1.5), st.floats(-5.0, 5.0), st.floats(0.0, 30.0))
+def test_law_is_odd(heading, cross_track, speed):
+    assert stanley_angle(-heading, -cross_track, speed, GAINS) == -stanley_angle(heading, cross_track, speed, GAINS)
+
+
+def test_steers_towards_the_path():
+    straight = [(float(i), 0.0, 5.0) for i in range(30)]
+    assert steering(straight, 5.0, 0.0, 0.0) == pytest.approx(0.0, abs=1e-12)
+    assert steering(straight, 5.0, 1.0, 0.0) < -0.1, "left of the path: to the right"
+    assert steering(straight, 5.0, -1.0, 0.0) > 0.1
+    assert steering(straight, 5.0, 0.0, 0.3) < -0.1
+    assert steering(straight, 5.0, 0.0, 0.0, speed=0.0) == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize("radius", [4.0, 8.0, 20.0, 60.0])
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_car_on_a_circle_keeps_the_angle_of_the_kinematic_bicycle(radius, side):
+    """With its centre on the circle, the car stands across by the slip angle and steers as the bicycle model says."""
+    slip = math.asin(1.435 / radius)
+    along = 12.0 / radius
+    x, y = radius * math.sin(along), side * radius * (1.0 - math.cos(along))
+    wheel = steering(arc(radius, side), x, y, side * (along - slip))
+    assert wheel == pytest.approx(side * math.atan(2.0 * math.tan(slip)), abs=0.02)
+
+
+def test_front_axle_runs_outside_the_bend():
+    radius = 6.0
+    line = Polyline([(x, y) for x, y, _ in arc(radius)])
+    front = front_axle_path(line, 30, AXLES)
+    rear_circle = math.sqrt(radius**2 - 1.435**2)
+    for x, y in front.points[10:]:
+        assert math.hypot(x, y - radius) == pytest.approx(math.hypot(rear_circle, 2.87), abs=0.02)
+
+
+def test_preview_looks_ahead_in_time():
+    bend = [(float(i), 0.0, 5.0) for i in range(10)] + [(9.0 + x, y, 5.0) for x, y, _ in arc(8.0)[1:]]
+    now, later = (steering(bend, 6.5, 0.0, 0.0, speed=8.0, preview_s=preview) for preview in (0.0, 0.4))
+    assert later > now + 0.02
+
+
+def test_axles_must_lie_away_from_the_centre():
+    with pytest.raises(ValueError, match="axles"):
+        AxleGeometry(front_m=0.0, rear_m=1.0)
