@@ -1,9 +1,10 @@
-"""Reads a route from a CSV file of waypoints."""
+"""Reads a route from a CSV file of waypoints. To check a file: python3 -m sdc_package.waypoints FILE"""
 from __future__ import annotations
 
 import math
 import os
 import re
+import sys
 
 import numpy as np
 
@@ -101,3 +102,18 @@ def _numbers(path: str, row: int, fields):
                                 "write metres in a local frame")
         values.append(value)
     return values
+
+
+def main() -> int:
+    """Check the file named on the command line; returns the exit status."""
+    try:
+        route = load_waypoints(sys.argv[1] if len(sys.argv) > 1 else "")
+    except WaypointError as error:
+        print(error, file=sys.stderr)
+        return 1
+    print(f"{sys.argv[1]}: {len(route)} waypoints, {np.hypot(*np.diff(route, axis=0).T).sum():.1f} m")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -94,8 +94,8 @@ class Road:
 
     The route may be of any spacing and may cross or overlap itself. Waypoints nearer than 0.2 m to the one before are
     merged and the direction is taken over a chord of 3 m, so noise does not turn the road. It is drawn on, straight,
-    30 m behind the start and 80 m beyond the end, as far as it does not meet itself there. A lap that runs within 3 cm of
-    an earlier one counts as the same road.
+    30 m behind the start and 80 m beyond the end, as far as it does not meet itself there. A lap that runs within
+    3 cm of an earlier one counts as the same road.
 
     `points_m` (M, 2), `heading_rad` (M,), `left` (M, 2) unit vector to the left and `s_m` (M,) sample the road every
     0.5 m; `s_m` is 0 at the first waypoint, `length_m` at the last, negative on the lead-in.

@@ -1,0 +1,105 @@
+"""./drive as a person and a CI machine use it: real processes under a master of their own."""
+import json
+import os
+import signal
+import socket
+import subprocess
+import time
+
+import pytest
+
+ROOT = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", "..", "..", ".."))
+DRIVE = os.path.join(ROOT, "drive")
+
+
+@pytest.fixture
+def environment(tmp_path):
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    mark = f"http://127.0.0.1:{port}"
+    yield {**os.environ, "ROS_MASTER_URI": mark, "ROS_IP": "127.0.0.1", "ROS_HOME": str(tmp_path / "ros")}
+    left = processes_with(mark)
+    for pid in left:
+        os.kill(pid, signal.SIGKILL)
+    assert not left, "processes were left behind"
+
+
+def processes_with(mark):
+    found = []
+    for pid in filter(str.isdigit, os.listdir("/proc")):
+        try:
+            with open(f"/proc/{pid}/environ", "rb") as file:
+                if f"ROS_MASTER_URI={mark}".encode() in file.read().split(b"\0"):
+                    found.append(int(pid))
+        except OSError:
+            continue
+    return [pid for pid in found if pid != os.getpid()]
+
+
+def drive(environment, folder, *arguments, limit_s=200):
+    return subprocess.run([DRIVE, "headless:=true", *arguments], cwd=folder, env=environment, timeout=limit_s, check=False,
+                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace")
+
+
+def test_drives_to_the_end_from_any_folder_twice_the_same(environment, tmp_path):
+    traces = []
+    for name, camera in (("first", "true"), ("second", "false")):
+        done = drive(environment, tmp_path, "sync:=true", f"camera:={camera}", f"report:={name}/report.json")
+        assert done.returncode == 0, done.stdout
+        assert "Traceback" not in done.stdout
+        with open(tmp_path / name / "report.json", encoding="utf-8") as file:
+            report = json.load(file)
+        assert report["status"] == "completed"
+        assert report["missed_ticks"] == 0
+        assert report["cross_track_rms_m"] < 0.1
+        assert report["cross_track_max_m"] < 0.3
+        assert (tmp_path / name / "report.png").stat().st_size > 10_000
+        traces.append((tmp_path / name / "report.csv").read_bytes())
+    assert traces[0] == traces[1], "lockstep is repeatable to the bit, with a camera and without"
+
+
+def test_bad_route_ends_before_the_car_moves(environment, tmp_path):
+    (tmp_path / "report").mkdir()
+    (tmp_path / "report" / "report.json").write_text('{"status": "completed"}')
+    (tmp_path / "bad.csv").write_text("0,0\n1,word\n")
+    done = drive(environment, tmp_path, "waypoints_path:=bad.csv", limit_s=60)
+    assert done.returncode != 0
+    assert f"{tmp_path}/bad.csv, row 2: y is 'word'" in done.stdout
+    assert len(done.stdout.splitlines()) == 1
+    assert not (tmp_path / "report" / "report.json").exists(), "no old report is taken for a new one"
+
+
+def test_report_that_cannot_be_written_is_told(environment, tmp_path):
+    (tmp_path / "file").write_text("")
+    done = drive(environment, tmp_path, "sync:=true", "camera:=false", "report:=file/report.json", limit_s=60)
+    assert done.returncode != 0
+    assert "report:=FILE" in done.stdout
+
+
+@pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
+def test_one_signal_ends_everything(environment, tmp_path, sent):
+    log = tmp_path / "log"
+    with open(log, "wb") as output:
+        process = subprocess.Popen([DRIVE, "headless:=true", "camera:=false"], cwd=tmp_path, env=environment,
+                                   stdout=output, stderr=subprocess.STDOUT, start_new_session=True)
+    limit = time.monotonic() + 60.0
+    while b"cross-track error" not in log.read_bytes():
+        assert time.monotonic() < limit, log.read_text(errors="replace")
+        time.sleep(0.05)
+    process.send_signal(sent)
+    assert process.wait(timeout=60) == 130
+    assert json.loads((tmp_path / "report" / "report.json").read_text())["status"] == "aborted"
+
+
+@pytest.mark.parametrize(("argument", "part"), [("sync", "not ARG:=VALUE"), ("--nonsense", "no such option"), ("sinc:=true", "no argument 'sinc'")])
+def test_misspelt_arguments(environment, tmp_path, argument, part):
+    done = drive(environment, tmp_path, argument, limit_s=60)
+    assert done.returncode != 0
+    assert part in done.stdout
+
+
+def test_help_lists_every_argument():
+    text = subprocess.run([DRIVE, "--help"], stdout=subprocess.PIPE, text=True, check=True).stdout
+    for name in ("waypoints_path", "sim", "headless", "sync", "camera", "report"):
+        assert f"  {name} " in text
