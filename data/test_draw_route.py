@@ -33,7 +33,7 @@ def test_curvature_is_continuous_and_no_tighter_than_asked():
     s, curvature = curvature_profile([{"straight_m": 5}, {"left_deg": 90, "radius_m": 4, "transition_m": 3}, {"straight_m": 5}])
     assert curvature.max() == 0.25
     assert (np.diff(s) > 0.0).all()
-    assert np.trapz(curvature, s) == pytest.approx(math.pi / 2)
+    assert np.sum(0.5 * (curvature[1:] + curvature[:-1]) * np.diff(s)) == pytest.approx(math.pi / 2)
 
 
 @pytest.mark.parametrize(("element", "part"), [

@@ -92,7 +92,8 @@ def test_one_signal_ends_everything(environment, tmp_path, sent):
     assert json.loads((tmp_path / "report" / "report.json").read_text())["status"] == "aborted"
 
 
-@pytest.mark.parametrize(("argument", "part"), [("sync", "not ARG:=VALUE"), ("--nonsense", "no such option"), ("sinc:=true", "no argument 'sinc'")])
+@pytest.mark.parametrize(("argument", "part"), [("sync", "not ARG:=VALUE"), ("--nonsense", "no such option"),
+                                                ("sinc:=true", "no argument 'sinc'")])
 def test_misspelt_arguments(environment, tmp_path, argument, part):
     done = drive(environment, tmp_path, argument, limit_s=60)
     assert done.returncode != 0
