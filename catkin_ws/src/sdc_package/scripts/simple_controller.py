@@ -13,7 +13,7 @@ from sdc_package.odometry import pose_and_speed
 from sdc_package.pid import PidGains
 from sdc_package.route import wrap_angle
 from sdc_package.speed import SpeedControl, SpeedControlLimits
-from sdc_package.stanley import AxleGeometry, StanleyGains, StanleySteering
+from sdc_package.stanley import Axles, StanleyGains, StanleySteering
 
 LONGEST_STEP_S = 0.2
 
@@ -27,7 +27,7 @@ class SimpleController:
         self.patience_s = parameter("patience_s")
         self.stop_brake = parameter("stop_brake")
         try:
-            self.steering = StanleySteering(StanleyGains(**parameter("stanley")), AxleGeometry(**parameter("axles")))
+            self.steering = StanleySteering(StanleyGains(**parameter("stanley")), Axles(**parameter("axles")))
             self.speed_control = SpeedControl(PidGains(**parameter("pid")), SpeedControlLimits(**parameter("limits")))
             self.steering_map = SteeringMap(**parameter("steering"))
             self.pedal_map = PedalMap(**parameter("pedals"))

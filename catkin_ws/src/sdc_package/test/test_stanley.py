@@ -5,9 +5,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sdc_package.local_path import LocalPath, Polyline
-from sdc_package.stanley import AxleGeometry, StanleyGains, StanleySteering, front_axle_path, stanley_angle
+from sdc_package.stanley import Axles, StanleyGains, StanleySteering, front_axle_path, stanley_angle
 
-AXLES = AxleGeometry(front_m=1.435, rear_m=1.435)
+AXLES = Axles(front_m=1.435, rear_m=1.435, front_compliance=0.0, rear_compliance=0.0)
 GAINS = StanleyGains(k=2.0, softening_mps=1.0, preview_s=0.0)
 
 
@@ -55,10 +55,24 @@ def test_car_on_a_circle_keeps_the_angle_of_the_kinematic_bicycle(radius, side):
 def test_front_axle_runs_outside_the_bend():
     radius = 6.0
     line = Polyline([(x, y) for x, y, _ in arc(radius)])
-    front = front_axle_path(line, 30, AXLES)
+    front = front_axle_path(line, 30, 5.0, AXLES)
     rear_circle = math.sqrt(radius**2 - 1.435**2)
     for x, y in front.points[10:]:
         assert math.hypot(x, y - radius) == pytest.approx(math.hypot(rear_circle, 2.87), abs=0.02)
+
+
+def test_tyres_that_slip_are_steered_by_the_understeer_gradient():
+    """On a circle, wheel and attitude change by the compliances times the lateral acceleration."""
+    soft = Axles(front_m=1.435, rear_m=1.435, front_compliance=0.008, rear_compliance=0.006)
+    radius, speed = 40.0, 10.0
+    acceleration = speed**2 / radius
+    along = 15.0 / radius
+    yaw = along - math.asin(1.435 / radius) + 0.006 * acceleration
+    path = LocalPath()
+    path.update(arc(radius))
+    x, y = radius * math.sin(along), radius * (1.0 - math.cos(along))
+    wheel = StanleySteering(GAINS, soft).wheel_angle(path, x, y, yaw, speed)
+    assert wheel == pytest.approx(2.87 / radius + (0.008 - 0.006) * acceleration, abs=0.002)
 
 
 def test_preview_looks_ahead_in_time():
@@ -69,4 +83,6 @@ def test_preview_looks_ahead_in_time():
 
 def test_axles_must_lie_away_from_the_centre():
     with pytest.raises(ValueError, match="axles"):
-        AxleGeometry(front_m=0.0, rear_m=1.0)
+        Axles(front_m=0.0, rear_m=1.0, front_compliance=0.0, rear_compliance=0.0)
+    with pytest.raises(ValueError, match="compliance"):
+        Axles(front_m=1.0, rear_m=1.0, front_compliance=-0.1, rear_compliance=0.0)

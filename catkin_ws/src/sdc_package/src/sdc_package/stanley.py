@@ -29,15 +29,20 @@ class StanleyGains:
 
 
 @dataclass(frozen=True)
-class AxleGeometry:
-    """Distances in metres from the car's centre, the point that follows the path, to its axles."""
+class Axles:
+    """Distances in metres from the car's centre, the point that follows the path, to its axles, and their cornering
+    compliances: the tyres' slip angle a unit of lateral acceleration, rad/(m/s^2)."""
 
     front_m: float
     rear_m: float
+    front_compliance: float
+    rear_compliance: float
 
     def __post_init__(self):
         if not (self.front_m > 0.0 and self.rear_m > 0.0):
             raise ValueError(f"both axles lie away from the centre, got {self}")
+        if not (self.front_compliance >= 0.0 and self.rear_compliance >= 0.0):
+            raise ValueError(f"a cornering compliance is not negative, got {self}")
 
 
 def stanley_angle(heading_error_rad: float, cross_track_m: float, speed_mps: float, gains: StanleyGains) -> float:
@@ -48,13 +53,14 @@ def stanley_angle(heading_error_rad: float, cross_track_m: float, speed_mps: flo
     return heading_error_rad - math.atan2(gains.k * cross_track_m, gains.softening_mps + abs(speed_mps))
 
 
-def front_axle_path(line: Polyline, count: int, axles: AxleGeometry) -> Polyline:
+def front_axle_path(line: Polyline, count: int, speed_mps: float, axles: Axles) -> Polyline:
     """The line that the front axle follows while the car's centre follows the first `count` points of `line`.
 
     In a bend the front axle runs outside of the centre: steering the front axle along the centre's path would make the car cut
     the corner, by 0.9 m in a bend of 4 m radius. The slip angle u between path and car at the centre obeys
     du/ds = curvature - sin(u) / rear_m (kinematic bicycle; R. Rajamani, Vehicle Dynamics and Control, 2nd ed., section 2.2); here
-    it is advanced from point to point with the solution for constant curvature.
+    it is advanced from point to point with the solution for constant curvature. At speed the rear tyres slip outwards and turn the
+    car back into the bend, by their compliance times the lateral acceleration (the same, section 3.1).
     """
     front = []
     slip = None
@@ -66,7 +72,11 @@ def front_axle_path(line: Polyline, count: int, axles: AxleGeometry) -> Polyline
             if slip is None:
                 slip = steady
             slip = steady + (slip - steady) * math.exp(-length * math.cos(steady) / axles.rear_m)
-        yaw = headings[i] - (slip or 0.0)
+        sideways = 0.0
+        if 0 < i < count - 1:
+            curvature = (headings[i + 1] - headings[i - 1]) / (line.lengths[i - 1] + line.lengths[i])
+            sideways = axles.rear_compliance * curvature * speed_mps * speed_mps
+        yaw = headings[i] - (slip or 0.0) + sideways
         x, y = line.points[i]
         front.append((x + axles.front_m * math.cos(yaw), y + axles.front_m * math.sin(yaw)))
     return Polyline(front)
@@ -75,7 +85,7 @@ def front_axle_path(line: Polyline, count: int, axles: AxleGeometry) -> Polyline
 class StanleySteering:
     """Turns a pose and a local path into a wheel angle."""
 
-    def __init__(self, gains: StanleyGains, axles: AxleGeometry):
+    def __init__(self, gains: StanleyGains, axles: Axles):
         self.gains = gains
         self.axles = axles
 
@@ -90,6 +100,8 @@ class StanleySteering:
         reach_y = y_m + ahead_m * math.sin(middle) + self.axles.front_m * math.sin(yaw)
         centre_s = path.line.nearest(x_m, y_m)[2]
         count = max(3, bisect_right(path.line.s, centre_s + ahead_m + _LOOK_AT_M))
-        front = front_axle_path(path.line, min(count, len(path.rows)), self.axles)
-        _, _, _, cross_track, heading = front.nearest(reach_x, reach_y)
-        return stanley_angle(wrap_angle(heading - yaw), cross_track, speed_mps, self.gains)
+        front = front_axle_path(path.line, min(count, len(path.rows)), speed_mps, self.axles)
+        piece, _, _, cross_track, heading = front.nearest(reach_x, reach_y)
+        curvature = (front.headings[piece + 1] - front.headings[piece]) / front.lengths[piece]
+        slip = self.axles.front_compliance * curvature * speed_mps * speed_mps
+        return stanley_angle(wrap_angle(heading - yaw), cross_track, speed_mps, self.gains) + slip

@@ -20,7 +20,7 @@ from sdc_package.local_path import LocalPath
 from sdc_package.pid import PidGains
 from sdc_package.planning import LocalPlanner, SpeedLimits
 from sdc_package.speed import SpeedControl, SpeedControlLimits
-from sdc_package.stanley import AxleGeometry, StanleyGains, StanleySteering
+from sdc_package.stanley import Axles, StanleyGains, StanleySteering
 from sdc_package.waypoints import load_waypoints
 from sdc_sim.camera import CameraModel, Renderer
 from sdc_sim.messages import image_message, odometry_message
@@ -41,7 +41,7 @@ def parts_ms() -> dict:
     route = load_waypoints(os.path.join(theirs, "data", "waypoints.csv"))
     planner = LocalPlanner(route, SpeedLimits(10.0, 3.0, 1.8, 2.5), lookahead_m=25.0, join_within_m=20.0)
     path = LocalPath()
-    steering = StanleySteering(StanleyGains(**config["stanley"]), AxleGeometry(**config["axles"]))
+    steering = StanleySteering(StanleyGains(**config["stanley"]), Axles(**config["axles"]))
     speed_control = SpeedControl(PidGains(**config["pid"]), SpeedControlLimits(**config["limits"]))
     steering_map, pedal_map = SteeringMap(**config["steering"]), PedalMap(**config["pedals"])
     vehicle = Vehicle(load_vehicle(os.path.join(ours, "config", "vehicles", "tesla_model3.yaml")))
