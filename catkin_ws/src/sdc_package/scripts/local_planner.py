@@ -18,7 +18,8 @@ class LocalPlannerNode:
                 cruise_mps=parameter("planned_speed_mps"),
                 lateral_mps2=parameter("lateral_acceleration_mps2"),
                 acceleration_mps2=parameter("acceleration_mps2"),
-                braking_mps2=parameter("braking_mps2"))
+                braking_mps2=parameter("braking_mps2"),
+                lateral_jerk_mps3=parameter("lateral_jerk_mps3"))
         except (TypeError, ValueError) as error:
             refuse(f"{error}; mend it in config/local_planner.yaml")
         self.lookahead_m = parameter("lookahead_m")

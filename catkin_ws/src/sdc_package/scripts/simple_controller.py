@@ -89,7 +89,7 @@ class SimpleController:
         yaw_rate = wrap_angle(yaw - last_yaw) / step_s if step_s > 0.0 else 0.0
         self.last_pose = stamp_s, yaw
 
-        target = self.road.nearest(x, y)
+        target = self.road.nearest(x, y, self.speed_control.preview_m(speed))
         acceleration = self.speed_control.acceleration(target.speed_mps, target.acceleration_mps2, speed, step_s)
         wheel_angle = self.steering.wheel_angle(self.road, x, y, yaw, speed, yaw_rate)
 

@@ -14,11 +14,25 @@ def straight(start=0, count=25, speed=5.0):
 def test_nearest_interpolates_place_heading_and_speed():
     path = LocalPath()
     path.update([(0.0, 0.0, 2.0), (2.0, 0.0, 4.0), (4.0, 2.0, 4.0)])
-    point = path.nearest(1.0, 0.5)
-    assert (point.s_m, point.cross_track_m) == (1.0, 0.5)
-    assert point.heading_rad == pytest.approx(math.pi / 16)
-    assert point.speed_mps == pytest.approx(math.sqrt((4.0 + 16.0) / 2.0))
+    point = path.nearest(0.7, 0.5)
+    assert (point.s_m, point.cross_track_m) == (0.7, 0.5)
+    assert point.heading_rad == pytest.approx(0.35 * math.pi / 8)
+    assert point.speed_mps == pytest.approx(math.sqrt((4.0 + 16.0) / 2.0)), "the speed of a point 0.3 m ahead"
     assert point.acceleration_mps2 == pytest.approx((16.0 - 4.0) / 4.0)
+
+
+def test_planned_acceleration_is_averaged_over_the_preview():
+    path = LocalPath()
+    path.update([(0.0, 0.0, 4.0), (2.0, 0.0, 4.0), (4.0, 0.0, 2.0)])
+    assert path.nearest(0.7, 0.0, 0.5).acceleration_mps2 == 0.0
+    assert path.nearest(0.7, 0.0, 2.0).acceleration_mps2 == pytest.approx((10.0 - 16.0) / 4.0)
+
+
+def test_beyond_a_stop_nothing_is_planned():
+    path = LocalPath()
+    path.update([(0.0, 0.0, 2.0), (2.0, 0.0, 0.0)])
+    for x in (1.71, 2.0, 3.0):
+        assert (path.nearest(x, 0.0).speed_mps, path.nearest(x, 0.0).acceleration_mps2) == (0.0, 0.0)
 
 
 def test_ends_reach_on():

@@ -34,12 +34,12 @@ def planner(points, **changes):
 def test_straight_road_is_a_trapezium():
     route = Route(straight(200.0))
     speed = speed_profile(route, LIMITS)
-    assert speed[0] == 1.0
+    assert speed[0] == 0.5
     assert speed[-1] == 0.0
     assert speed.max() == 10.0
-    assert speed[10] == pytest.approx(math.sqrt(1.0 + 2.0 * 1.8 * 10.0))
+    assert speed[10] == pytest.approx(math.sqrt(0.25 + 2.0 * 1.8 * 10.0))
     assert speed[-11] == pytest.approx(math.sqrt(2.0 * 2.5 * 10.0))
-    by_hand = 9.0 / 1.8 + 10.0 / 2.5 + (200.0 - 99.0 / 3.6 - 100.0 / 5.0) / 10.0
+    by_hand = 9.5 / 1.8 + 10.0 / 2.5 + (200.0 - 99.75 / 3.6 - 100.0 / 5.0) / 10.0
     assert ideal_duration(route, speed) == pytest.approx(by_hand, rel=0.01)
 
 
@@ -63,6 +63,15 @@ def test_no_limit_is_broken_anywhere(pieces):
     change = np.diff(speed**2) / (2.0 * np.diff(route.s))
     assert (change <= 1.8 + 1e-9).all()
     assert (change >= -2.5 - 1e-9).all()
+
+
+def test_a_bend_that_begins_at_once_is_entered_slowly_enough():
+    sharp = np.vstack([straight(60.0), np.column_stack([60.0 + np.arange(1.0, 40.0) * 0.8, np.arange(1.0, 40.0) * 0.6])])
+    route = Route(sharp)
+    free, calm = (speed_profile(route, SpeedLimits(**{**vars(LIMITS), "lateral_jerk_mps3": jerk})) for jerk in (math.inf, 4.0))
+    assert (calm <= free).all()
+    assert calm.min() < free[50:70].min()
+    assert (calm**3 * np.abs(np.gradient(route.curvature, route.s)) <= 4.0 + 1e-9).all()
 
 
 def test_limits_must_be_positive():

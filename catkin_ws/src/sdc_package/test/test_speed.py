@@ -3,7 +3,8 @@ import pytest
 from sdc_package.pid import PidGains
 from sdc_package.speed import SpeedControl, SpeedControlLimits
 
-LIMITS = SpeedControlLimits(acceleration_mps2=2.0, braking_mps2=4.0, jerk_mps3=5.0, standstill_mps=0.15, hold_mps2=2.0)
+LIMITS = SpeedControlLimits(acceleration_mps2=2.0, braking_mps2=4.0, jerk_mps3=5.0, standstill_mps=0.15, hold_mps2=2.0,
+                            preview_s=0.5, preview_min_m=1.0)
 
 
 def control():

@@ -20,7 +20,7 @@ from sdc_sim.report import ReportError, check_writable, write_report
 
 # The names under which the local planner knows its limits: what the ideal duration is reckoned with.
 PLANNER_LIMITS = {"cruise_mps": "planned_speed_mps", "lateral_mps2": "lateral_acceleration_mps2",
-                  "acceleration_mps2": "acceleration_mps2", "braking_mps2": "braking_mps2"}
+                  "acceleration_mps2": "acceleration_mps2", "braking_mps2": "braking_mps2", "lateral_jerk_mps3": "lateral_jerk_mps3"}
 LAST_ANSWERS_S = 1.0
 
 

@@ -10,11 +10,15 @@ from dataclasses import dataclass
 
 _KEEP_BEHIND_M = 8.0
 _SAME_POINT_M = 1e-6
+_SHORTEST_PREVIEW_M = 0.1
+# Speeds are read a little ahead of the car: pedals have a lag, and better short of a stop line than over it.
+_AIM_AHEAD_M = 0.3
 
 
 @dataclass(frozen=True)
 class PathPoint:
-    """The point of a path nearest to the car. cross_track_m is positive when the car is to the left of the path."""
+    """The point of a path nearest to the car. cross_track_m is positive when the car is to the left of the path; speed and
+    acceleration are those planned from a little ahead of it on, over the distance of the preview."""
 
     s_m: float
     cross_track_m: float
@@ -112,10 +116,17 @@ class LocalPath:
                 return self.rows[bisect_right(self.line.s, self.line.s[i] - _KEEP_BEHIND_M):i]
         return []
 
-    def nearest(self, x_m: float, y_m: float) -> PathPoint:
+    def nearest(self, x_m: float, y_m: float, preview_m: float = _SHORTEST_PREVIEW_M) -> PathPoint:
         """The place on the path nearest to a point; the first and last pieces reach on beyond their ends."""
-        i, fraction, s, cross_track, heading = self.line.nearest(x_m, y_m)
+        _, _, s, cross_track, heading = self.line.nearest(x_m, y_m)
+        aim_s = s + _AIM_AHEAD_M
+        reach_m = max(_SHORTEST_PREVIEW_M, min(preview_m, self.line.s[-1] - aim_s))
+        here, there = self._speed_squared(aim_s), self._speed_squared(aim_s + reach_m)
+        return PathPoint(s, cross_track, heading, math.sqrt(here), (there - here) / (2.0 * reach_m))
+
+    def _speed_squared(self, s: float) -> float:
+        """At constant acceleration the square of the speed is linear over distance."""
+        i = bisect_right(self.line.s, s, 1, len(self.line.s) - 1) - 1
+        fraction = min(max((s - self.line.s[i]) / self.line.lengths[i], 0.0), 1.0)
         speed, next_speed = self.rows[i][2], self.rows[i + 1][2]
-        gain = next_speed * next_speed - speed * speed
-        return PathPoint(s, cross_track, heading, math.sqrt(max(0.0, speed * speed + fraction * gain)),
-                         gain / (2.0 * self.line.lengths[i]))
+        return speed * speed + fraction * (next_speed * next_speed - speed * speed)

@@ -22,32 +22,35 @@ class OffRouteError(ValueError):
 
 @dataclass(frozen=True)
 class SpeedLimits:
-    """Limits of a speed profile: m/s and m/s^2, all positive. `start_mps` is the target speed on the first point, which a car
+    """Limits of a speed profile: m/s, m/s^2 and m/s^3, all positive. `start_mps` is the target speed on the first point, which a car
     at rest needs in order to set off."""
 
     cruise_mps: float
     lateral_mps2: float
     acceleration_mps2: float
     braking_mps2: float
-    start_mps: float = 1.0
+    lateral_jerk_mps3: float = math.inf
+    start_mps: float = 0.5
 
     def __post_init__(self):
         for name, value in vars(self).items():
-            if not (math.isfinite(value) and value > 0.0):
+            if not value > 0.0 or (math.isinf(value) and name != "lateral_jerk_mps3"):
                 raise ValueError(f"{name} must be a positive number, got {value}")
 
 
 def speed_profile(route: Route, limits: SpeedLimits) -> np.ndarray:
     """The greatest speeds (N,) m/s at the points of a route that keep every limit and end at rest.
 
-    First the speed at which a bend asks for all of the lateral limit, then a backward pass for braking and a forward pass for
+    First the speed at which a bend asks for all of the lateral limit, and its beginning and end for all of the lateral jerk, then a backward pass for braking and a forward pass for
     accelerating, each with what the friction ellipse leaves beside the lateral acceleration.
     Source: N. R. Kapania, J. Subosits and J. C. Gerdes, A Sequential Two-Step Algorithm for Fast Generation of Vehicle
     Racing Trajectories, J. Dyn. Sys. Meas. Control 138(9), 2016, section 3.
     """
     curvature = np.abs(route.curvature)
     bend = np.sqrt(limits.lateral_mps2 / np.maximum(curvature, 1e-9))
-    speed = np.minimum(bend, limits.cruise_mps).tolist()
+    change = np.abs(np.gradient(route.curvature, route.s))
+    turn = np.cbrt(limits.lateral_jerk_mps3 / np.maximum(change, 1e-9))
+    speed = np.minimum(np.minimum(bend, turn), limits.cruise_mps).tolist()
     steps = np.diff(route.s).tolist()
     curvature = curvature.tolist()
     speed[-1] = 0.0

@@ -8,13 +8,16 @@ from sdc_package.pid import Pid, PidGains
 
 @dataclass(frozen=True)
 class SpeedControlLimits:
-    """m/s^2, m/s^3 and m/s; below `standstill_mps` with a target of zero the car is held by the brake."""
+    """m/s^2, m/s^3 and m/s; below `standstill_mps` with a target of zero the car is held by the brake. `preview_s` and `preview_min_m`
+    are how far ahead the planned acceleration is averaged, so that pedals move before a bend and not in it."""
 
     acceleration_mps2: float
     braking_mps2: float
     jerk_mps3: float
     standstill_mps: float
     hold_mps2: float
+    preview_s: float
+    preview_min_m: float
 
 
 class SpeedControl:
@@ -29,6 +32,10 @@ class SpeedControl:
         """Forget the past: as new."""
         self.pid.reset()
         self.acceleration_mps2 = 0.0
+
+    def preview_m(self, speed_mps: float) -> float:
+        """Length of the road ahead over which the planned acceleration counts at this speed."""
+        return max(self.limits.preview_min_m, self.limits.preview_s * speed_mps)
 
     def acceleration(self, target_mps: float, planned_mps2: float, speed_mps: float, dt_s: float) -> float:
         """The acceleration in m/s^2 to ask of the car for this step of `dt_s` seconds."""

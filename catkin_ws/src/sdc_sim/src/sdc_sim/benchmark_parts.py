@@ -57,7 +57,7 @@ def parts_ms() -> dict:
         rows = planner.plan(state.x_m, state.y_m, state.yaw_rad).tolist()
         marks.append(clock())
         path.update(rows)
-        target = path.nearest(state.x_m, state.y_m)
+        target = path.nearest(state.x_m, state.y_m, speed_control.preview_m(state.speed_mps))
         wheel = steering.wheel_angle(path, state.x_m, state.y_m, state.yaw_rad, state.speed_mps, state.yaw_rate_radps)
         throttle, brake = pedal_map.pedals(
             speed_control.acceleration(target.speed_mps, target.acceleration_mps2, state.speed_mps, _TICK_S))
