@@ -41,7 +41,7 @@ class SimpleController:
         self.last_command = None
         self.odometry_waits = False
         self.path_waits = False
-        self.heard_at = {"odometry": rospy.Time(0), "path": rospy.Time(0)}
+        self.path_heard_at = rospy.Time(0)
 
         self.publisher = loop_publisher("/carla/ego_vehicle/vehicle_control_cmd", CarlaVehicleControl)
 
@@ -61,7 +61,6 @@ class SimpleController:
                 return
             self.odometry = odometry
             self.odometry_waits = True
-            self.heard_at["odometry"] = odometry.header.stamp
             if self.basic_control:
                 self.odometry_waits = False
                 self.publish(self.basic_throttle, self.basic_steer, 0.0)
@@ -76,7 +75,8 @@ class SimpleController:
                 rospy.logwarn_throttle(1.0, f"simple_controller: refused a path on /planner/local_waypoints: {error}")
                 return
             self.path_waits = True
-            self.heard_at["path"] = rospy.Time.now()
+            if self.odometry is not None:
+                self.path_heard_at = self.odometry.header.stamp
             if self.odometry_waits and not self.basic_control:
                 self.answer()
 
@@ -108,14 +108,22 @@ class SimpleController:
     def on_timer(self, _event):
         """Brake when the world or the planner has fallen silent."""
         with self.lock:
-            now = rospy.Time.now()
-            silent = [topic for topic, heard in self.heard_at.items()
-                      if (now - heard).to_sec() > self.patience_s and not (self.basic_control and topic == "path")]
-            if not silent:
+            silent = self.silent_topic(rospy.Time.now())
+            if silent is None:
                 return
-            rospy.logwarn_throttle(5.0, f"simple_controller: no {' and no '.join(silent)} for {self.patience_s:g} s, braking")
+            rospy.logwarn_throttle(5.0, f"simple_controller: no {silent} for {self.patience_s:g} s, braking")
             self.speed_control.reset()
             self.publish(0.0, 0.0, self.stop_brake)
+
+    def silent_topic(self, now):
+        """What has not been heard for too long. A path's age is reckoned in odometry stamps: the clock comes on a connection of
+        its own and may be seconds ahead or behind when time runs fast."""
+        heard = self.odometry.header.stamp if self.odometry is not None else rospy.Time(0)
+        if (now - heard).to_sec() > self.patience_s:
+            return "odometry"
+        if (heard - self.path_heard_at).to_sec() > self.patience_s and not self.basic_control:
+            return "path"
+        return None
 
     def publish(self, throttle, steer, brake):
         command = CarlaVehicleControl(throttle=throttle, steer=steer, brake=brake)

@@ -42,7 +42,8 @@ def speed_profile(route: Route, limits: SpeedLimits) -> np.ndarray:
     """The greatest speeds (N,) m/s at the points of a route that keep every limit and end at rest.
 
     First the speed at which a bend asks for all of the lateral limit, and its beginning and end for all of the lateral jerk,
-    then a backward pass for braking and a forward pass for accelerating, each with what the friction ellipse leaves beside the lateral acceleration.
+    then a backward pass for braking and a forward pass for accelerating, each with what the friction ellipse leaves beside the
+    lateral acceleration.
     Source: N. R. Kapania, J. Subosits and J. C. Gerdes, A Sequential Two-Step Algorithm for Fast Generation of Vehicle
     Racing Trajectories, J. Dyn. Sys. Meas. Control 138(9), 2016, section 3.
     """
