@@ -4,7 +4,6 @@ from __future__ import annotations
 import math
 from collections import deque
 from dataclasses import dataclass, field
-from typing import Optional
 
 from sdc_sim.vehicle import VehicleCommand
 
@@ -20,12 +19,12 @@ class Readings:
 
     server_fps: float = 0.0
     client_fps: float = 0.0
-    map_name: Optional[str] = None
-    time_s: Optional[float] = None
-    x_m: Optional[float] = None
-    y_m: Optional[float] = None
-    yaw_rad: Optional[float] = None
-    speed_mps: Optional[float] = None
+    map_name: str | None = None
+    time_s: float | None = None
+    x_m: float | None = None
+    y_m: float | None = None
+    yaw_rad: float | None = None
+    speed_mps: float | None = None
     command: VehicleCommand = field(default_factory=VehicleCommand)
     manual: bool = False
 
@@ -74,7 +73,7 @@ def crossed_line_text(markings) -> str:
     return f"Crossed line: {' and '.join(names)}" if names else "Crossed line"
 
 
-def collision_text(actor: int, name: Optional[str] = None) -> str:
+def collision_text(actor: int, name: str | None = None) -> str:
     """What is said of a collision with an actor."""
     return f"Collision with {name or f'actor {actor}'}"
 

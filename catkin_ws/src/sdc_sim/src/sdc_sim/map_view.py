@@ -16,11 +16,13 @@ _LINE = (225, 225, 225)
 _CAR = (200, 60, 30)
 _GLASS = (60, 40, 30)
 _OUTLINE = (255, 255, 255)
+_OBSTACLE = (30, 130, 240)
 
 _CAR_LENGTH_M, _CAR_WIDTH_M = 4.7, 2.0
 _CAR_OUTLINE_M = np.array([(0.5, 0.35), (0.42, 0.5), (-0.46, 0.5), (-0.5, 0.4), (-0.5, -0.4), (-0.46, -0.5), (0.42, -0.5),
                            (0.5, -0.35)]) * (_CAR_LENGTH_M, _CAR_WIDTH_M)
 _WINDSCREEN_M = np.array([(0.21, 0.38), (0.08, 0.32), (0.08, -0.32), (0.21, -0.38)]) * (_CAR_LENGTH_M, _CAR_WIDTH_M)
+_BOX = np.array([(0.5, 0.5), (-0.5, 0.5), (-0.5, -0.5), (0.5, -0.5)])
 _SHIFT = 4  # fractional bits of the pixels that are drawn
 
 
@@ -53,8 +55,9 @@ class MapView:
         width, height = self._size
         return np.stack([0.5 * width - left_m / self._m_per_pixel, 0.7 * height - forward_m / self._m_per_pixel], axis=-1)
 
-    def picture(self, x_m: float, y_m: float, yaw_rad: float, path=None) -> np.ndarray:
-        """The (H, W, 3) BGR uint8 picture around a car with this pose; `path` is (N, 3) x, y, target speed, or None."""
+    def picture(self, x_m: float, y_m: float, yaw_rad: float, path=None, obstacles=None) -> np.ndarray:
+        """The (H, W, 3) BGR uint8 picture around a car with this pose. path: (N, 3) x, y, target speed; obstacles: (N, 5) x, y,
+        yaw, length, width; or None."""
         canvas = np.full((self._size[1], self._size[0], 3), _GRASS, np.uint8)
         if self._paint is not None:
             pixels = self._pixels_near(self._paint.surface, x_m, y_m, yaw_rad)
@@ -62,8 +65,12 @@ class MapView:
                 cv2.fillConvexPoly(canvas, quadrilateral, _ASPHALT, cv2.LINE_8, _SHIFT)
             for segments in (self._paint.edges, self._paint.dashes):
                 cv2.polylines(canvas, list(self._pixels_near(segments, x_m, y_m, yaw_rad)), False, _LINE, 1, cv2.LINE_AA, _SHIFT)
-        if path is not None and len(path) > 1:
-            self._draw_path(canvas, np.asarray(path, dtype=float), x_m, y_m, yaw_rad)
+        path = _finite_rows(path, 3)
+        if len(path) > 1:
+            self._draw_path(canvas, path, x_m, y_m, yaw_rad)
+        for x, y, yaw, length, width in _finite_rows(obstacles, 5).tolist():
+            corners = _in_map(_BOX * (length, width), x, y, yaw)
+            cv2.fillConvexPoly(canvas, _fixed_point(self.to_pixels(corners, x_m, y_m, yaw_rad)), _OBSTACLE, cv2.LINE_AA, _SHIFT)
         for outline, colour in ((_CAR_OUTLINE_M, _CAR), (_WINDSCREEN_M, _GLASS)):
             cv2.fillConvexPoly(canvas, _fixed_point(self._place(*outline.T)), colour, cv2.LINE_AA, _SHIFT)
         cv2.polylines(canvas, [_fixed_point(self._place(*_CAR_OUTLINE_M.T))], True, _OUTLINE, 1, cv2.LINE_AA, _SHIFT)
@@ -80,10 +87,20 @@ class MapView:
         return _fixed_point(self.to_pixels(shapes_m[near], x_m, y_m, yaw_rad))
 
 
+def _finite_rows(rows, columns):
+    rows = np.asarray(rows if rows is not None else (), dtype=float).reshape(-1, columns)
+    return rows[np.isfinite(rows).all(axis=1)]
+
+
 def _in_car_frame(points, x_m, y_m, yaw_rad):
     dx, dy = points[..., 0] - x_m, points[..., 1] - y_m
     c, s = math.cos(yaw_rad), math.sin(yaw_rad)
     return c * dx + s * dy, c * dy - s * dx
+
+
+def _in_map(points, x_m, y_m, yaw_rad):
+    c, s = math.cos(yaw_rad), math.sin(yaw_rad)
+    return np.stack([x_m + c * points[:, 0] - s * points[:, 1], y_m + s * points[:, 0] + c * points[:, 1]], axis=-1)
 
 
 def _fixed_point(pixels: np.ndarray) -> np.ndarray:

@@ -13,7 +13,8 @@ _STOP, _HALF, _FULL = np.array([(0.9, 0.1, 0.1), (1.0, 0.8, 0.1), (0.1, 0.8, 0.2
 
 @dataclass(frozen=True)
 class RoadPaint:
-    """edges, dashes (N, 2, 2): the segments of the lines; surface (N, 4, 2): quadrilaterals of asphalt, corners in turn. Metres, map frame."""
+    """edges, dashes (N, 2, 2): the segments of the lines; surface (N, 4, 2): quadrilaterals of asphalt, their corners in turn.
+    All in metres in the map frame."""
 
     edges: np.ndarray
     dashes: np.ndarray
@@ -29,7 +30,7 @@ def paint_road(road: Road) -> RoadPaint:
     ends = [road.at(s) for s in (dash_s, dash_s + DASH_LENGTH_M)]
     dashes = np.stack([points + road.centre_line_m * left for points, left in ends], axis=1)
 
-    stations = road.stations(tolerance_m=0.05)
+    stations = road.stations(tolerance_m=0.02)
     points, left = road.points_m[stations], road.left[stations]
     right_side = points + (road.right_edge_m - MARGIN_M) * left
     left_side = points + (road.left_edge_m + MARGIN_M) * left

@@ -11,13 +11,16 @@ from sdc_sim.messages import MAP_FRAME, VEHICLE_FRAME
 from sdc_sim.road_paint import RoadPaint, speed_colours
 
 # Heights above the ground at which things are drawn, so that none hides in another: m.
-_ASPHALT_M, _LINES_M, _ROUTE_M, _PATH_M = -0.04, -0.02, 0.02, 0.1
-_ASPHALT_COLOUR = (0.27, 0.28, 0.30)
+_GRASS_M, _ASPHALT_M, _LINES_M, _ROUTE_M, _PATH_M = -0.12, -0.04, -0.02, 0.02, 0.1
+# RViz lights surfaces from the side: they come out at about 0.4 of their colour, lines at all of it.
+_ASPHALT_COLOUR = (0.80, 0.81, 0.84)
+_GRASS_COLOUR = (0.85, 1.0, 0.72)
 _LINE_COLOUR = (0.92, 0.92, 0.90)
 _LINE_WIDTH_M = 0.15
 _PATH_WIDTH_M = 0.6
+_GRASS_MARGIN_M = 150.0
 
-_BODY, _GLASS, _TYRE, _LAMP, _TAIL = (0.75, 0.08, 0.08), (0.10, 0.12, 0.16), (0.05, 0.05, 0.05), (1.0, 1.0, 0.85), (0.5, 0.0, 0.0)
+_BODY, _GLASS, _TYRE, _LAMP, _TAIL = (0.95, 0.15, 0.12), (0.15, 0.2, 0.3), (0.05, 0.05, 0.05), (1.0, 1.0, 0.85), (0.5, 0.0, 0.0)
 # A car of 4.7 x 2.0 x 1.44 m: rows of shape, centre x, y, z, size x, y, z, colour. Metres in the car's frame.
 _CAR = (
     (Marker.CUBE, 0.00, 0.00, 0.55, 4.70, 1.90, 0.55, _BODY),
@@ -49,15 +52,14 @@ def route_path(points_m) -> Path:
 
 
 def road_markers(paint: RoadPaint) -> MarkerArray:
-    """The asphalt and the lines of a road."""
-    corners = paint.surface[:, (0, 1, 2, 0, 2, 3)]
-    asphalt = _marker(Marker.TRIANGLE_LIST, MAP_FRAME, "asphalt", 0, _ASPHALT_COLOUR)
-    asphalt.scale.x = asphalt.scale.y = asphalt.scale.z = 1.0
-    asphalt.points = _points(corners, _ASPHALT_M)
+    """The grass around a road, its asphalt and its lines: what RViz shows, and what a click in it finds."""
+    (x0, y0), (x1, y1) = paint.surface.min(axis=(0, 1)) - _GRASS_MARGIN_M, paint.surface.max(axis=(0, 1)) + _GRASS_MARGIN_M
+    grass = _surface("grass", np.array([[(x0, y0), (x1, y0), (x1, y1), (x0, y1)]]), _GRASS_M, _GRASS_COLOUR)
+    asphalt = _surface("asphalt", paint.surface, _ASPHALT_M, _ASPHALT_COLOUR)
     lines = _marker(Marker.LINE_LIST, MAP_FRAME, "lines", 0, _LINE_COLOUR)
     lines.scale.x = _LINE_WIDTH_M
     lines.points = _points(np.concatenate([paint.edges, paint.dashes]), _LINES_M)
-    return MarkerArray([asphalt, lines])
+    return MarkerArray([grass, asphalt, lines])
 
 
 def path_marker(rows, full_speed_mps: float) -> Marker:
@@ -96,6 +98,13 @@ def _marker(shape, frame, namespace, number, colour) -> Marker:
     marker = Marker(type=shape, action=Marker.ADD, ns=namespace, id=number, color=ColorRGBA(*colour, 1.0))
     marker.header.frame_id = frame
     marker.pose.orientation.w = 1.0
+    return marker
+
+
+def _surface(namespace, quadrilaterals, z_m, colour) -> Marker:
+    marker = _marker(Marker.TRIANGLE_LIST, MAP_FRAME, namespace, 0, colour)
+    marker.scale.x = marker.scale.y = marker.scale.z = 1.0
+    marker.points = _points(quadrilaterals[:, (0, 1, 2, 0, 2, 3)], z_m)
     return marker
 
 

@@ -59,6 +59,19 @@ class VirtualDisplay:
         """Press a key and let it go."""
         self._xdotool("key", key, check=True)
 
+    def move(self, x: int, y: int) -> None:
+        """Put the pointer on a pixel of the screen."""
+        self._xdotool("mousemove", str(x), str(y), check=True)
+
+    def click(self, x: int, y: int) -> None:
+        """Click the left button on a pixel of the screen."""
+        self._xdotool("mousemove", str(x), str(y), "click", "1", check=True)
+
+    def drag(self, x: int, y: int, to_x: int, to_y: int) -> None:
+        """Drag with the left button from one pixel of the screen to another."""
+        self._xdotool("mousemove", str(x), str(y), "mousedown", "1", "mousemove", str((x + to_x) // 2), str((y + to_y) // 2),
+                      "mousemove", str(to_x), str(to_y), "mouseup", "1", check=True)
+
     def picture(self, window: str = "root") -> np.ndarray:
         """What a window shows, or the whole screen, as (H, W, 3) BGR uint8."""
         which = ["-root"] if window == "root" else ["-id", window]
@@ -75,5 +88,4 @@ class VirtualDisplay:
             raise OSError(f"{path} could not be written")
 
     def _xdotool(self, *arguments, check=False):
-        return subprocess.run(["xdotool", *arguments], env=self.environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                              universal_newlines=True, check=check, timeout=30)
+        return subprocess.run(["xdotool", *arguments], env=self.environment, capture_output=True, text=True, check=check, timeout=30)
