@@ -6,119 +6,173 @@ import time
 
 import cv2
 import rospy
-import tf2_ros
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from sdc_package.msg import CarlaVehicleControl
-from sensor_msgs.msg import CameraInfo, Image
+from sdc_sim.msg import AckermannDrive, CarlaEgoVehicleControl
+from std_msgs.msg import Bool
 from tf2_msgs.msg import TFMessage
 
-from sdc_package.node import parameter, refuse
+from sdc_package.node import refuse
 from sdc_package.route import Route
 from sdc_package.waypoints import WaypointError, load_waypoints
-from sdc_sim.background import Background
-from sdc_sim.messages import camera_info_message, camera_transform, image_message, odometry_message, vehicle_transform
+from sdc_sim.ackermann import AckermannControl, AckermannGains, AckermannTarget
+from sdc_sim.bridge_topics import BridgeTopics
+from sdc_sim.director import Director
+from sdc_sim.messages import odometry_message, vehicle_transform
+from sdc_sim.obstacles import KINDS, Obstacles
+from sdc_sim.pace import Pace
+from sdc_sim.parameters import Parameters
+from sdc_sim.scenario import ScenarioError, load_obstacles
+from sdc_sim.sensing import OdometryNoise
 from sdc_sim.vehicle import Vehicle, VehicleCommand, VehicleError, load_vehicle
 from sdc_sim.world import World
 
-EGO = "/carla/ego_vehicle"
 UNSTAMPED = (0, 0)
+# What the bridge is told by and what it calls its picture, up to CARLA 0.9.4 and from 0.9.5 on.
+BRIDGES = {"old": (CarlaVehicleControl, "/camera/rgb/front/image_color", "/camera/rgb/front/camera_info"),
+           "new": (CarlaEgoVehicleControl, "/rgb_front/image", "/rgb_front/camera_info")}
 
 
 class Sim:
     def __init__(self):
         rospy.init_node("sim")
         cv2.setNumThreads(1)
+        parameter = Parameters()
         self.sync = parameter("sync")
         self.patience_s = parameter("patience_s")
         self.unstamped_patience_s = parameter("unstamped_patience_s")
         self.start_patience_s = parameter("start_patience_s")
         self.wait_for_nodes = set(parameter("wait_for_nodes"))
+        clicked_obstacle = parameter("clicked_obstacle")
+        role_name, bridge, with_camera = parameter("role_name"), parameter("bridge"), parameter("camera")
+        waypoints_path, preset = parameter("waypoints_path"), parameter("vehicle")
+        for name, value, known in (("clicked_obstacle", clicked_obstacle, KINDS), ("bridge", bridge, BRIDGES)):
+            if value not in known:
+                refuse(f"{name} is '{value}'; write one of {', '.join(known)}")
         try:
-            route_m = load_waypoints(parameter("waypoints_path"))
-            vehicle = Vehicle(load_vehicle(os.path.join(parameter("vehicles_folder"), parameter("vehicle") + ".yaml")))
-            self.world = World(vehicle, parameter("tick_s"), parameter("command_patience_s"))
-        except (WaypointError, VehicleError) as error:
+            route_m = load_waypoints(waypoints_path)
+            self.route = Route(route_m)
+            self.world = self.make_world(parameter, preset)
+        except (WaypointError, VehicleError, ScenarioError) as error:
             refuse(error)
         except (TypeError, ValueError) as error:
             refuse(f"{error}; mend it in config/sim.yaml")
-        start = Route(route_m[:2])
-        vehicle.reset(*start.points[0].tolist(), float(start.heading[0]))
+        parameter.refuse_unread()
 
         self.lock = threading.Lock()
+        self.pace = Pace()
         self.started = False
         self.stamps_seen = False
         self.obeyed_stamp = UNSTAMPED
 
+        ego = "/carla/" + role_name
+        control, image_topic, camera_info_topic = BRIDGES[bridge]
+        self.command_topic = ego + "/vehicle_control_cmd"
         self.clock_publisher = rospy.Publisher("/clock", Clock, queue_size=10)
         self.tf_publisher = rospy.Publisher("/tf", TFMessage, queue_size=10)
-        self.odometry_publisher = rospy.Publisher(EGO + "/odometry", Odometry, queue_size=1000)
-        self.images = None
-        if parameter("camera"):
-            self.open_camera(route_m)
+        self.odometry_publisher = rospy.Publisher(ego + "/odometry", Odometry, queue_size=1000)
+        map_name = os.path.splitext(os.path.basename(waypoints_path))[0]
+        self.topics = BridgeTopics(role_name, preset, map_name, self.world, self.sync, route_m)
+        self.camera = None
+        if with_camera:
+            from sdc_sim.front_camera import FrontCamera  # a world without a picture starts faster without it
+            self.camera = FrontCamera(route_m, ego + image_topic, ego + camera_info_topic, every_frame=self.sync)
 
-        rospy.Subscriber(EGO + "/vehicle_control_cmd", CarlaVehicleControl, self.on_command, queue_size=10, tcp_nodelay=True)
+        rospy.Subscriber(self.command_topic, control, self.on_command, queue_size=10, tcp_nodelay=True)
+        rospy.Subscriber(self.command_topic + "_manual", control, self.on_manual_command, queue_size=10, tcp_nodelay=True)
+        rospy.Subscriber(ego + "/vehicle_control_manual_override", Bool, self.on_override, queue_size=10)
+        rospy.Subscriber(ego + "/ackermann_cmd", AckermannDrive, self.on_ackermann, queue_size=10, tcp_nodelay=True)
+        self.director = Director(self, clicked_obstacle)
 
-    def open_camera(self, route_m):
-        from sdc_sim.camera import CameraModel, Renderer  # a world without a picture starts faster without them
-        from sdc_sim.road import Road
-        model = CameraModel()
-        self.renderer = Renderer(Road(route_m), model)
-        self.camera_info = camera_info_message(model)
-        self.image_publisher = rospy.Publisher(EGO + "/camera/rgb/front/image_color", Image, queue_size=2)
-        self.camera_info_publisher = rospy.Publisher(EGO + "/camera/rgb/front/camera_info", CameraInfo, queue_size=2)
-        self.static_tf = tf2_ros.StaticTransformBroadcaster()
-        self.static_tf.sendTransform(camera_transform(model))
-        self.images = Background(self.publish_image)
+    def make_world(self, parameter, preset):
+        start_m = Route(self.route.points[:2])
+        vehicle = Vehicle(load_vehicle(os.path.join(parameter("vehicles_folder"), preset + ".yaml")),
+                          friction=parameter("friction"), side_wind_mps=parameter("side_wind_mps"))
+        return World(
+            vehicle, parameter("tick_s"), parameter("command_patience_s"),
+            start=(*start_m.points[0].tolist(), float(start_m.heading[0])),
+            obstacles=Obstacles(load_obstacles(parameter("obstacles_path"), self.route)),
+            noise=OdometryNoise(parameter("seed"), **parameter("odometry_noise")),
+            ackermann=AckermannControl(vehicle.parameters, AckermannGains(**parameter("ackermann"))),
+            command_latency_s=parameter("command_latency_s"), sensor_latency_s=parameter("sensor_latency_s"))
 
     def on_command(self, message):
-        command = VehicleCommand(message.throttle, message.steer, message.brake, message.hand_brake, message.reverse)
         stamp = (message.header.stamp.secs, message.header.stamp.nsecs)
         with self.lock:
             if self.sync and stamp != UNSTAMPED:
                 if stamp <= self.obeyed_stamp:
                     return  # an answer that was sent twice
                 self.obeyed_stamp = stamp
-            try:
-                clamped = self.world.obey(command)
-            except ValueError as error:
-                rospy.logwarn_throttle(1.0, f"sim: refused a command on {EGO}/vehicle_control_cmd: {error}")
+            if not self.obey(message, self.command_topic):
                 return
-            if clamped:
-                rospy.logwarn_throttle(1.0, f"sim: clamped a command on {EGO}/vehicle_control_cmd to its range")
             self.stamps_seen = stamp != UNSTAMPED
-            if self.sync and self.started and stamp == self.world.stamp:
-                self.advance()
+            self.go_on_if_answered()
 
-    def advance(self):
-        self.world.advance()
-        self.publish()
+    def on_manual_command(self, message):
+        with self.lock:
+            self.obey(message, self.command_topic + "_manual", by_hand=True)
+
+    def obey(self, message, topic, by_hand=False):
+        command = VehicleCommand(message.throttle, message.steer, message.brake, message.hand_brake, message.reverse)
+        return self.take(topic, lambda: self.world.obey(command, by_hand))
+
+    def on_ackermann(self, message):
+        target = AckermannTarget(message.steering_angle, message.steering_angle_velocity, message.speed, message.acceleration, message.jerk)
+        with self.lock:
+            if self.take("ackermann_cmd", lambda: self.world.obey_ackermann(target)):
+                self.stamps_seen = False
+
+    def take(self, topic, give):
+        """Give the world a command; returns whether it took it."""
+        try:
+            if give():
+                rospy.logwarn_throttle(1.0, f"sim: clamped a command on {topic} to its range")
+        except ValueError as error:
+            rospy.logwarn_throttle(1.0, f"sim: refused a command on {topic}: {error}")
+            return False
+        return True
+
+    def on_override(self, message):
+        with self.lock:
+            self.world.take_over(message.data)
+
+    def go_on_if_answered(self):
+        """In lockstep the world goes on when the last odometry has been answered."""
+        if self.sync and self.started and self.obeyed_stamp == self.world.sensed.stamp:
+            self.advance_if_due()
+
+    def advance_if_due(self):
+        if not self.pace.take():
+            return
+        touches = self.world.advance()
+        self.publish(touches)
         if self.world.silent:
-            rospy.logwarn_throttle(5.0, f"sim: no command on {EGO}/vehicle_control_cmd, braking")
+            rospy.logwarn_throttle(5.0, f"sim: no command on {self.command_topic}, braking")
 
-    def publish(self):
-        stamp = rospy.Time(*self.world.stamp)
-        odometry = odometry_message(self.world.vehicle.state, stamp)
-        self.clock_publisher.publish(stamp)
+    def publish(self, touches):
+        try:
+            self.publish_tick()
+            self.topics.publish(touches)
+        except rospy.ROSException:
+            if not rospy.is_shutdown():  # a tick that the end of the node has overtaken is nobody's loss
+                raise
+
+    def publish_tick(self):
+        sensed = self.world.sensed
+        stamp = rospy.Time(*sensed.stamp)
+        odometry = odometry_message(sensed.measured, stamp)
+        self.clock_publisher.publish(rospy.Time(*self.world.stamp))
         self.odometry_publisher.publish(odometry)
         self.tf_publisher.publish([vehicle_transform(odometry)])
-        if self.images:
-            state = self.world.vehicle.state
-            frame = (stamp, state.x_m, state.y_m, state.yaw_rad)
-            self.images.put(frame) if self.sync else self.images.offer(frame)
-
-    def publish_image(self, frame):
-        stamp, x, y, yaw = frame
-        picture = self.renderer.render(x, y, yaw)
-        self.image_publisher.publish(image_message(picture, stamp))
-        self.camera_info.header.stamp = stamp
-        self.camera_info_publisher.publish(self.camera_info)
+        if self.camera:
+            self.camera.show(sensed)
 
     def run_in_real_time(self):
         due = time.monotonic()
         while not rospy.is_shutdown():
             with self.lock:
-                self.advance()
+                self.advance_if_due()
             due += self.world.tick_s
             late = time.monotonic() - due
             if late < 0.0:
@@ -127,15 +181,15 @@ class Sim:
                 due += late  # an overloaded machine slows the world down; time lost is not made up in a rush
 
     def run_in_lockstep(self):
-        """on_command advances the world; here stands only what happens when no answer comes."""
+        """Commands and services advance the world; here stands only what happens when no answer comes."""
         self.wait_for_stack()
         while not rospy.is_shutdown():
             tick = self.world.tick
             time.sleep(self.patience_s if self.stamps_seen else self.unstamped_patience_s)
             with self.lock:
-                if self.world.tick == tick:
+                if self.world.tick == tick and not self.pace.waiting:
                     rospy.logwarn_throttle(5.0, "sim: no command carries the stamp of the last odometry; going on without")
-                    self.advance()
+                    self.advance_if_due()
 
     def wait_for_stack(self):
         """Repeat the first tick until a command answers it and all who must see every tick are connected."""
@@ -144,17 +198,17 @@ class Sim:
             if self.stamps_seen and self.wait_for_nodes <= self.listeners():
                 break
             with self.lock:
-                self.publish()
+                self.publish([])
             time.sleep(0.1)
         else:
             rospy.logwarn("sim: started after %g s without an answer to the first odometry", self.start_patience_s)
         # Once more, now that all are there: a controller forgets a path that it was sent twice while it connected.
         with self.lock:
-            self.publish()
+            self.publish([])
         time.sleep(0.1)
         with self.lock:
             self.started = True
-            self.advance()
+            self.advance_if_due()
 
     def listeners(self):
         """Names of the nodes that are connected to the odometry."""

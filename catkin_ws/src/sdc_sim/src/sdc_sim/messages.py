@@ -5,11 +5,22 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-from geometry_msgs.msg import Quaternion, TransformStamped
+from geometry_msgs.msg import Point, Pose, Quaternion, TransformStamped, Vector3
 from nav_msgs.msg import Odometry
+from sdc_package.msg import Obstacle, ObstacleArray
 from sensor_msgs.msg import CameraInfo, Image
+from std_msgs.msg import ColorRGBA, Header
+from visualization_msgs.msg import Marker, MarkerArray
 
-from sdc_sim.vehicle import VehicleState
+from sdc_sim.msg import (
+    CarlaCollisionEvent,
+    CarlaEgoVehicleControl,
+    CarlaEgoVehicleInfo,
+    CarlaEgoVehicleInfoWheel,
+    CarlaEgoVehicleStatus,
+    CarlaLaneInvasionEvent,
+)
+from sdc_sim.vehicle import VehicleCommand, VehicleParameters, VehicleState
 
 if TYPE_CHECKING:
     from sdc_sim.camera import CameraModel
@@ -17,6 +28,13 @@ if TYPE_CHECKING:
 MAP_FRAME = "map"
 VEHICLE_FRAME = "ego_vehicle"
 CAMERA_FRAME = "ego_vehicle/camera/rgb/front"
+EGO_ID = 1
+
+# What the model of the car has no figure for, and readers of vehicle_info may divide by.
+_NOMINAL_WHEEL_RADIUS_M = 0.35
+_NOMINAL_TRACK_SHARE = 0.8
+# Red, green, blue of each kind of obstacle, in the camera as in RViz.
+COLOURS = {"car": (0.63, 0.16, 0.16), "pedestrian": (0.13, 0.31, 0.67), "obstacle": (0.9, 0.55, 0.1)}
 
 
 def quaternion_from_yaw(yaw_rad: float) -> Quaternion:
@@ -88,3 +106,67 @@ def camera_info_message(camera: CameraModel) -> CameraInfo:
     message.R = np.eye(3).ravel().tolist()
     message.P = np.column_stack([k, np.zeros(3)]).ravel().tolist()
     return message
+
+
+def status_message(state: VehicleState, command: VehicleCommand, stamp) -> CarlaEgoVehicleStatus:
+    """How the car moves; its acceleration in the map, as the bridge gives it."""
+    message = CarlaEgoVehicleStatus(header=Header(stamp=stamp, frame_id=MAP_FRAME))
+    message.velocity = math.hypot(state.speed_mps, state.lateral_speed_mps)
+    c, s = math.cos(state.yaw_rad), math.sin(state.yaw_rad)
+    forward, left = state.longitudinal_acceleration_mps2, state.lateral_acceleration_mps2
+    message.acceleration.linear = Vector3(c * forward - s * left, s * forward + c * left, 0.0)
+    message.orientation = quaternion_from_yaw(state.yaw_rad)
+    message.control = CarlaEgoVehicleControl(
+        header=message.header, throttle=command.throttle, steer=command.steer, brake=command.brake,
+        hand_brake=command.hand_brake, reverse=command.reverse, gear=-1 if command.reverse else 1)
+    return message
+
+
+def vehicle_info_message(parameters: VehicleParameters, preset: str, role_name: str) -> CarlaEgoVehicleInfo:
+    """What the car is. Its motor and gears have no figures here: those fields are zero."""
+    p = parameters
+    track_m = _NOMINAL_TRACK_SHARE * p.width_m
+    radius_m = _NOMINAL_WHEEL_RADIUS_M
+    message = CarlaEgoVehicleInfo(id=EGO_ID, type="vehicle." + preset.replace("_", ".", 1), rolename=role_name,
+                                  mass=p.mass_kg, drag_coefficient=p.drag_area_m2, use_gear_autobox=True)
+    message.center_of_mass.z = p.cg_height_m
+    brakes_n = (p.brake_force_n * p.brake_front_share, p.brake_force_n * (1.0 - p.brake_front_share))
+    for front in (True, False):
+        for left in (True, False):
+            message.wheels.append(CarlaEgoVehicleInfoWheel(
+                tire_friction=p.tyre_friction, radius=radius_m,
+                max_steer_angle=p.max_wheel_angle_rad if front else 0.0,
+                max_brake_torque=0.5 * radius_m * brakes_n[0 if front else 1],
+                max_handbrake_torque=0.0 if front else 0.5 * radius_m * p.hand_brake_force_n,
+                position=Vector3(p.front_axle_m if front else -p.rear_axle_m, 0.5 * track_m if left else -0.5 * track_m, radius_m)))
+    return message
+
+
+def collision_message(touch, stamp) -> CarlaCollisionEvent:
+    """A Touch as an event."""
+    return CarlaCollisionEvent(header=Header(stamp=stamp, frame_id=VEHICLE_FRAME), other_actor_id=touch.id,
+                               normal_impulse=Vector3(touch.impulse_x_ns, touch.impulse_y_ns, 0.0))
+
+
+def lane_invasion_message(lines, stamp) -> CarlaLaneInvasionEvent:
+    """The kinds of lines that the car has begun to cross as an event."""
+    return CarlaLaneInvasionEvent(header=Header(stamp=stamp, frame_id=VEHICLE_FRAME), crossed_lane_markings=lines)
+
+
+def obstacles_message(bodies, stamp) -> ObstacleArray:
+    """The obstacles' ground truth."""
+    return ObstacleArray(Header(stamp=stamp, frame_id=MAP_FRAME), [
+        Obstacle(body.id, body.kind, Pose(Point(body.x_m, body.y_m, 0.0), quaternion_from_yaw(body.yaw_rad)),
+                 Vector3(body.length_m, body.width_m, body.height_m), body.speed_mps) for body in bodies])
+
+
+def markers_message(bodies, gone, stamp) -> MarkerArray:
+    """The obstacles as boxes for RViz; `gone` are the numbers of those that are there no more."""
+    header = Header(stamp=stamp, frame_id=MAP_FRAME)
+    markers = [Marker(header=header, ns="obstacles", id=number, action=Marker.DELETE) for number in sorted(gone)]
+    for body in bodies:
+        markers.append(Marker(
+            header=header, ns="obstacles", id=body.id, type=Marker.CUBE, action=Marker.ADD,
+            pose=Pose(Point(body.x_m, body.y_m, 0.5 * body.height_m), quaternion_from_yaw(body.yaw_rad)),
+            scale=Vector3(body.length_m, body.width_m, body.height_m), color=ColorRGBA(*COLOURS[body.kind], 1.0)))
+    return MarkerArray(markers)

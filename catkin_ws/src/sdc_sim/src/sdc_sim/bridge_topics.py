@@ -1,0 +1,98 @@
+"""The topics of the CARLA bridge that no tick waits for: what the car is, how it fares, what is around it."""
+from __future__ import annotations
+
+import rospy
+from sdc_package.msg import ObstacleArray
+from visualization_msgs.msg import MarkerArray
+
+from sdc_sim.lane_invasion import LaneWatch
+from sdc_sim.messages import (
+    collision_message,
+    lane_invasion_message,
+    markers_message,
+    obstacles_message,
+    status_message,
+    vehicle_info_message,
+)
+from sdc_sim.msg import (
+    CarlaCollisionEvent,
+    CarlaEgoVehicleInfo,
+    CarlaEgoVehicleStatus,
+    CarlaLaneInvasionEvent,
+    CarlaStatus,
+    CarlaWorldInfo,
+)
+from sdc_sim.road import Road
+from sdc_sim.world import World
+
+# What only people look at is published this often in simulated time.
+_SLOW_S = 0.2
+
+
+class BridgeTopics:
+    """Publishes them after each tick, and only what somebody listens to: the loop that drives has no time to lose."""
+
+    def __init__(self, role_name: str, preset: str, map_name: str, world: World, sync: bool, route_m):
+        ego = "/carla/" + role_name
+        self.world = world
+        self.route_m = route_m
+        self.lane_watch = None
+        self.slow_ticks = max(1, round(_SLOW_S / world.tick_s))
+        self.shown = set()
+        self.carla_status = CarlaStatus(fixed_delta_seconds=world.tick_s, synchronous_mode=sync, synchronous_mode_running=True)
+
+        self.status = rospy.Publisher(ego + "/vehicle_status", CarlaEgoVehicleStatus, queue_size=10)
+        self.obstacles = rospy.Publisher(ego + "/obstacles", ObstacleArray, queue_size=10)
+        self.collision = rospy.Publisher(ego + "/collision", CarlaCollisionEvent, queue_size=100)
+        self.lane_invasion = rospy.Publisher(ego + "/lane_invasion", CarlaLaneInvasionEvent, queue_size=100)
+        self.markers = rospy.Publisher("/carla/markers", MarkerArray, queue_size=10)
+        self.world_status = rospy.Publisher("/carla/status", CarlaStatus, queue_size=10, latch=True)
+        self.info = rospy.Publisher(ego + "/vehicle_info", CarlaEgoVehicleInfo, queue_size=1, latch=True)
+        self.world_info = rospy.Publisher("/carla/world_info", CarlaWorldInfo, queue_size=1, latch=True)
+
+        self.info.publish(vehicle_info_message(world.vehicle.parameters, preset, role_name))
+        self.world_info.publish(CarlaWorldInfo(map_name=map_name))
+        self.show_running(True)
+
+    def show_running(self, running: bool) -> None:
+        """Tell whether the world runs or is paused."""
+        self.carla_status.frame = self.world.tick
+        self.carla_status.synchronous_mode_running = running
+        self.world_status.publish(self.carla_status)
+
+    def publish(self, touches) -> None:
+        """Everything about the tick that has just been taken."""
+        sensed = self.world.sensed
+        stamp = rospy.Time(*sensed.stamp)
+        if self.obstacles.get_num_connections():
+            self.obstacles.publish(obstacles_message(sensed.bodies, stamp))
+        if self.status.get_num_connections():
+            self.status.publish(status_message(sensed.state, self.world.control.last, stamp))
+        for touch in touches:
+            self.collision.publish(collision_message(touch, stamp))
+        if self.lane_invasion.get_num_connections():
+            self.watch_lanes(stamp)
+        if self.world.tick % self.slow_ticks == 0:
+            self.publish_slowly(sensed, stamp)
+
+    def publish_slowly(self, sensed, stamp) -> None:
+        """What people look at; also after a change that the paused world would not show."""
+        if self.markers.get_num_connections():
+            numbers = {body.id for body in sensed.bodies}
+            self.markers.publish(markers_message(sensed.bodies, self.shown - numbers, stamp))
+            self.shown = numbers
+        if self.world_status.get_num_connections():
+            self.show_running(self.carla_status.synchronous_mode_running)
+
+    def watch_lanes(self, stamp) -> None:
+        """The lines are looked for from the moment that somebody wants to know."""
+        if self.lane_watch is None:
+            self.lane_watch = LaneWatch(Road(self.route_m))
+        crossed = self.lane_watch.update(self.world.car)
+        if crossed:
+            self.lane_invasion.publish(lane_invasion_message(crossed, stamp))
+
+    def car_was_moved(self) -> None:
+        """The car has been put somewhere else: it has crossed no line on the way."""
+        if self.lane_watch:
+            self.lane_watch.reset()
