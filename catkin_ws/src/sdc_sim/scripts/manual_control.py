@@ -10,7 +10,7 @@ from sdc_package.msg import CarlaVehicleControl, LocalPath, ObstacleArray, Path
 from sdc_sim.msg import CarlaCollisionEvent, CarlaEgoVehicleStatus, CarlaLaneInvasionEvent, CarlaWorldInfo
 from sensor_msgs.msg import Image
 from std_msgs.msg import Bool
-from std_srvs.srv import Empty
+from std_srvs.srv import Trigger
 
 from sdc_package.node import parameter, refuse
 from sdc_package.window import NoDisplay, Window
@@ -45,7 +45,7 @@ class ManualControl:
 
         self.command_publisher = rospy.Publisher(EGO + "/vehicle_control_cmd_manual", CarlaVehicleControl, queue_size=1)
         self.override_publisher = rospy.Publisher(EGO + "/vehicle_control_manual_override", Bool, queue_size=1, latch=True)
-        self.reset_service = rospy.ServiceProxy("/sim/reset", Empty)
+        self.reset_service = rospy.ServiceProxy("/sim/reset", Trigger)
 
         for topic in PICTURES:
             rospy.Subscriber(topic, Image, self.views.take, topic, queue_size=1, buff_size=4 * 1024 * 1024, tcp_nodelay=True)

@@ -66,9 +66,9 @@ class RvizTest(unittest.TestCase):
             blue, green, red = self.display.picture()[:, 370:].reshape(-1, 3).astype(int).T
             asphalt = (abs(red - green) < 12) & (abs(green - blue) < 12) & (red > 50) & (red < 120)
             grass = (green > red + 8) & (green > blue + 20)
-            car = (red > 60) & (green < 0.5 * red) & (blue < 0.5 * red)
+            car = (blue > 80) & (red < 0.5 * blue)
             return asphalt.mean() > 0.05 and grass.mean() > 0.2 and car.mean() > 0.002
-        wait_until(seen, LIMIT_S, "asphalt, grass and a red car")
+        wait_until(seen, LIMIT_S, "asphalt, grass and a blue car")
 
     def test_3_publish_point_finds_the_road(self):
         self.click("c", "/clicked_point", PointStamped, lambda: self.display.click(*ON_THE_ROAD),

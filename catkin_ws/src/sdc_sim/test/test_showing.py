@@ -36,7 +36,7 @@ def test_road_is_triangles_and_lines():
     grass, asphalt, lines = road_markers(paint).markers
     assert len(grass.points) == 6 and min(point.x for point in grass.points) < -100.0
     assert grass.points[0].z < asphalt.points[0].z < lines.points[0].z
-    assert asphalt.type == Marker.TRIANGLE_LIST and len(asphalt.points) == 6 * len(paint.surface)
+    assert asphalt.type == Marker.TRIANGLE_LIST and len(asphalt.points) == 6 * len(paint.surface) == 3 * len(asphalt.colors)
     assert lines.type == Marker.LINE_LIST and len(lines.points) == 2 * (len(paint.edges) + len(paint.dashes))
 
 

@@ -12,15 +12,14 @@ from sdc_sim.road_paint import RoadPaint, speed_colours
 
 # Heights above the ground at which things are drawn, so that none hides in another: m.
 _GRASS_M, _ASPHALT_M, _LINES_M, _ROUTE_M, _PATH_M = -0.12, -0.04, -0.02, 0.02, 0.1
-# RViz lights surfaces from the side: they come out at about 0.4 of their colour, lines at all of it.
-_ASPHALT_COLOUR = (0.80, 0.81, 0.84)
-_GRASS_COLOUR = (0.85, 1.0, 0.72)
+_ASPHALT_COLOUR = (0.29, 0.30, 0.32)
+_GRASS_COLOUR = (0.45, 0.56, 0.40)
 _LINE_COLOUR = (0.92, 0.92, 0.90)
 _LINE_WIDTH_M = 0.15
 _PATH_WIDTH_M = 0.6
 _GRASS_MARGIN_M = 150.0
 
-_BODY, _GLASS, _TYRE, _LAMP, _TAIL = (0.95, 0.15, 0.12), (0.15, 0.2, 0.3), (0.05, 0.05, 0.05), (1.0, 1.0, 0.85), (0.5, 0.0, 0.0)
+_BODY, _GLASS, _TYRE, _LAMP, _TAIL = (0.25, 0.5, 1.0), (0.15, 0.2, 0.3), (0.05, 0.05, 0.05), (1.0, 1.0, 0.85), (0.5, 0.0, 0.0)
 # A car of 4.7 x 2.0 x 1.44 m: rows of shape, centre x, y, z, size x, y, z, colour. Metres in the car's frame.
 _CAR = (
     (Marker.CUBE, 0.00, 0.00, 0.55, 4.70, 1.90, 0.55, _BODY),
@@ -105,6 +104,8 @@ def _surface(namespace, quadrilaterals, z_m, colour) -> Marker:
     marker = _marker(Marker.TRIANGLE_LIST, MAP_FRAME, namespace, 0, colour)
     marker.scale.x = marker.scale.y = marker.scale.z = 1.0
     marker.points = _points(quadrilaterals[:, (0, 1, 2, 0, 2, 3)], z_m)
+    # One colour a triangle makes RViz leave out its lamp, which would turn the ground dark.
+    marker.colors = [marker.color] * (2 * len(quadrilaterals))
     return marker
 
 
