@@ -22,6 +22,7 @@ from sdc_sim.virtual_display import VirtualDisplay
 EGO = "/carla/ego_vehicle"
 TITLE = "hand control"
 PANEL = slice(0, 196)     # columns of the window that the figures cover
+GRASS = (70, 105, 80)     # of the map, BGR
 LIMIT_S = 40.0
 
 
@@ -52,12 +53,14 @@ class ManualControlTest(unittest.TestCase):
 
     def setUp(self):
         """A person at the wheel of a car that stands at the start, the camera in view."""
+        starts_from = len(self.override.messages)
         if self.client is None:
             ManualControlTest.client = subprocess.Popen(["roslaunch", "sdc_sim", "manual_control.launch"], env=self.display.environment)
+            self.override.wait_for(lambda message: message.data, LIMIT_S, after=starts_from)
+        self.assertTrue(self.override.messages[-1].data)
         self.window = wait_until(lambda: self.display.windows(TITLE), LIMIT_S, "the window")[0]
         self.display.focus(TITLE)
         wait_until(self.command._subscriber.get_num_connections, LIMIT_S, "a hand control")
-        self.assertTrue(self.override.wait_for(seconds=LIMIT_S, after=max(0, len(self.override.messages) - 1)).data)
         self.display.press("BackSpace")
         self.wait_for_car(lambda car: self.is_at_start(car) and self.forward_speed(car) == 0.0)
 
@@ -150,21 +153,20 @@ class ManualControlTest(unittest.TestCase):
         self.display.press("Tab")
         self.wait_for_picture(lambda picture: 0.0 < (picture[:, 250:] > 128).mean() < 0.1, "the lane mask")
         self.display.press("Tab")
-        self.wait_for_picture(lambda picture: tuple(picture[2, 620]) == (70, 105, 80), "the grass of the map")
+        self.wait_for_picture(lambda picture: tuple(picture[2, 620]) == GRASS, "the grass of the map")
         self.check_notice()
         self.display.press("Tab")
         self.wait_for_picture(lambda picture: np.abs(picture[:, 250:].astype(int) - camera[:, 250:]).mean() < 10, "the camera again")
 
     def check_notice(self):
         wait_for_subscriber(self.lane_invasion)
-        # The last notice, of the reset, must have faded first.
-        def bottom():
-            return self.display.picture(self.window)[430:, 250:]
-        quiet = wait_until(lambda: (lambda picture: picture if (picture[-20:] == picture[0, 0]).all() else None)(bottom()), LIMIT_S,
-                           "a window without notices")
+
+        def bottom_is_grass(picture):
+            return (picture[430:, 360:] == GRASS).all()
+        self.wait_for_picture(bottom_is_grass, "the end of the earlier notices")
         self.lane_invasion.publish(CarlaLaneInvasionEvent(crossed_lane_markings=[2]))
-        wait_until(lambda: (bottom() != quiet).mean() > 0.02, LIMIT_S, "the notice")
-        wait_until(lambda: (bottom() == quiet).all(), LIMIT_S, "the notice's end")
+        self.wait_for_picture(lambda picture: not bottom_is_grass(picture), "the notice")
+        self.wait_for_picture(bottom_is_grass, "the end of the notice")
 
     def save_screenshot(self):
         path = rospy.get_param("~screenshot")

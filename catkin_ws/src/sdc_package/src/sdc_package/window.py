@@ -34,16 +34,21 @@ class Window:
 
     @staticmethod
     def _open(title, size):
-        display = os.environ.get("DISPLAY", "")
+        display, chosen = os.environ.get("DISPLAY", ""), "SDL_VIDEODRIVER" in os.environ
+        missing = f"there is no display to open a window on (DISPLAY={display!r})"
+        if not (display or chosen or "WAYLAND_DISPLAY" in os.environ):
+            raise NoDisplay(missing)
+        if "WAYLAND_DISPLAY" not in os.environ:
+            os.environ.setdefault("SDL_VIDEODRIVER", "x11")
         try:
             pygame.display.init()
-            if pygame.display.get_driver() not in _UNSEEN or "SDL_VIDEODRIVER" in os.environ:
+            if chosen or pygame.display.get_driver() not in _UNSEEN:
                 pygame.display.set_caption(title)
                 return pygame.display.set_mode(size)
         except pygame.error as error:
-            raise NoDisplay(f"no window can be opened on DISPLAY={display!r}: {error}") from error
+            raise NoDisplay(f"{missing}: {error}") from error
         pygame.display.quit()
-        raise NoDisplay(f"there is no display to open a window on (DISPLAY={display!r})")
+        raise NoDisplay(missing)
 
     @property
     def frame_rate(self) -> float:
