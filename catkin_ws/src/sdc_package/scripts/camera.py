@@ -52,8 +52,13 @@ class Camera:
         if not self.show_window:
             rospy.spin()
             return
-        from sdc_package.window import Window  # only where there is a display
-        window = Window("camera: F shows or hides the lane filter, Q closes")
+        from sdc_package.window import NoDisplay, Window  # only where there is a display
+        try:
+            window = Window("camera: F shows or hides the lane filter, Q closes")
+        except NoDisplay as error:
+            rospy.logwarn("camera: %s; going on without a window", error)
+            rospy.spin()
+            return
         while not rospy.is_shutdown() and not window.closed:
             with self.lock:
                 picture = self.picture
