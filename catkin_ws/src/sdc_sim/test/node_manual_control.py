@@ -17,7 +17,7 @@ from std_msgs.msg import Bool
 
 from sdc_package.listening import Listener, wait_for_subscriber, wait_until
 from sdc_package.odometry import pose_and_speed
-from sdc_sim.virtual_display import VirtualDisplay
+from sdc_package.virtual_display import VirtualDisplay
 
 EGO = "/carla/ego_vehicle"
 TITLE = "hand control"

@@ -12,7 +12,7 @@ from sdc_package.msg import BaseWaypoint, Path
 from tf2_msgs.msg import TFMessage
 
 from sdc_package.listening import Listener, wait_until
-from sdc_sim.virtual_display import VirtualDisplay
+from sdc_package.virtual_display import VirtualDisplay
 
 SHOWN = {"/show/route", "/show/road", "/show/car", "/show/local_path", "/carla/markers", "/camera/lane_mask", "/tf",
          "/carla/ego_vehicle/camera/rgb/front/image_color"}

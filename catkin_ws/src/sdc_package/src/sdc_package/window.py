@@ -87,7 +87,7 @@ class Window:
                 self.held.add(pygame.key.name(event.key))
             elif event.type == pygame.KEYUP:
                 self.held.discard(pygame.key.name(event.key))
-            elif event.type == pygame.WINDOWFOCUSLOST:
+            elif event.type == getattr(pygame, "WINDOWFOCUSLOST", None):  # pygame 1.9 knows no such event
                 self.held.clear()
         return keys
 

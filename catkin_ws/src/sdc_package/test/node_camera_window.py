@@ -1,0 +1,67 @@
+#!/usr/bin/env python3
+"""The camera node's window, on a display of its own: it shows the picture, F shows the lane filter, Q closes it."""
+import os
+import subprocess
+import unittest
+
+import numpy as np
+import rospy
+import rostest
+from cv_bridge import CvBridge
+from sensor_msgs.msg import Image
+
+from sdc_package.listening import Listener, wait_for_subscriber, wait_until
+from sdc_package.virtual_display import VirtualDisplay
+
+TITLE = "camera: F"
+LIMIT_S = 40.0
+
+
+class CameraWindowTest(unittest.TestCase):
+    def setUp(self):
+        self.picture = rospy.Publisher("/carla/ego_vehicle/camera/rgb/front/image_color", Image, queue_size=1)
+        self.mask = Listener("/camera/lane_mask", Image)
+        road = np.full((480, 640, 4), (60, 90, 30, 255), np.uint8)
+        road[:, 300:310] = 255
+        self.message = CvBridge().cv2_to_imgmsg(road, "bgra8")
+
+    def launch(self, environment):
+        process = subprocess.Popen(["roslaunch", "sdc_package", "camera.launch"], env=environment)
+        self.addCleanup(process.wait, LIMIT_S)
+        self.addCleanup(process.terminate)
+        wait_for_subscriber(self.picture, LIMIT_S)
+        self.mask.wait_for_publisher(LIMIT_S)
+
+    def wait_for_pixel(self, display, window, colour, what):
+        """Show the road until the pixel at (100, 400) of the window has a colour."""
+        def has_colour():
+            self.picture.publish(self.message)
+            return np.abs(display.picture(window)[400, 100].astype(int) - colour).max() < 8
+        wait_until(has_colour, LIMIT_S, what)
+
+    def test_window_and_keys(self):
+        with VirtualDisplay(800, 600) as display:
+            self.launch(display.environment)
+            window = wait_until(lambda: display.windows(TITLE), LIMIT_S, "the window")[0]
+            self.wait_for_pixel(display, window, (60, 90, 30), "the camera's picture")
+            display.focus(TITLE)
+            display.press("f")
+            self.wait_for_pixel(display, window, (0, 0, 0), "the lane mask")
+            self.assertGreater(display.picture(window)[400, 295:315].max(), 200, "the line is in it")
+            display.press("f")
+            self.wait_for_pixel(display, window, (60, 90, 30), "the camera's picture again")
+            display.press("q")
+            wait_until(lambda: not display.windows(TITLE), LIMIT_S, "the window's end")
+            seen = len(self.mask.messages)
+            self.picture.publish(self.message)
+            self.mask.wait_for(after=seen)
+
+    def test_without_a_display_the_mask_is_published_all_the_same(self):
+        self.launch({name: value for name, value in os.environ.items() if name != "DISPLAY"})
+        self.picture.publish(self.message)
+        self.mask.wait_for()
+
+
+if __name__ == "__main__":
+    rospy.init_node("camera_window_test")
+    rostest.rosrun("sdc_package", "camera_window_test", CameraWindowTest)
