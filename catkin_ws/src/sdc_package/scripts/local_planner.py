@@ -1,12 +1,15 @@
 #!/usr/bin/env python3
 """Local planner: answers every odometry with the road ahead of the car and a target speed on each of its points."""
+import threading
+
 import numpy as np
 import rospy
 from nav_msgs.msg import Odometry
-from sdc_package.msg import LocalPath, Path, Waypoint
+from sdc_package.msg import LocalPath, ObstacleArray, Path, Waypoint
 
 from sdc_package.node import loop_publisher, parameter, refuse
-from sdc_package.odometry import pose_and_speed
+from sdc_package.obstacles import Caution, Obstacle
+from sdc_package.odometry import pose_and_speed, yaw_from_quaternion
 from sdc_package.planning import LocalPlanner, SpeedLimits
 
 
@@ -20,32 +23,61 @@ class LocalPlannerNode:
                 acceleration_mps2=parameter("acceleration_mps2"),
                 braking_mps2=parameter("braking_mps2"),
                 lateral_jerk_mps3=parameter("lateral_jerk_mps3"))
+            self.caution = Caution(**parameter("caution"))
         except (TypeError, ValueError) as error:
             refuse(f"{error}; mend it in config/local_planner.yaml")
         self.lookahead_m = parameter("lookahead_m")
         self.join_within_m = parameter("join_within_m")
 
+        self.lock = threading.Lock()
         self.planner = None
+        self.odometry = None
         self.answered_stamp = None
+        self.obstacles = ()
+        self.obstacles_stamp = rospy.Time(0)
 
         self.publisher = loop_publisher("/planner/local_waypoints", LocalPath, latch=True)
         rospy.Subscriber("/planner/mission_waypoints", Path, self.on_mission, queue_size=1)
         rospy.Subscriber("/carla/ego_vehicle/odometry", Odometry, self.on_odometry, queue_size=1, tcp_nodelay=True)
+        rospy.Subscriber("/carla/ego_vehicle/obstacles", ObstacleArray, self.on_obstacles, queue_size=1, tcp_nodelay=True)
 
     def on_mission(self, path):
         waypoints = np.array([(point.x, point.y) for point in path.waypoints]).reshape(-1, 2)
         try:
-            self.planner = LocalPlanner(waypoints, self.limits, self.lookahead_m, self.join_within_m)
+            planner = LocalPlanner(waypoints, self.limits, self.lookahead_m, self.join_within_m, self.caution)
         except ValueError as error:
             rospy.logerr("local_planner: refused the mission on /planner/mission_waypoints: %s", error)
+            return
+        with self.lock:
+            self.planner = planner
 
     def on_odometry(self, odometry):
-        # A simulator that waits for its first answer repeats its first odometry: one answer is enough.
-        if self.planner is None or odometry.header.stamp == self.answered_stamp:
-            return
+        with self.lock:
+            # A simulator that waits for its first answer repeats its first odometry: one answer is enough.
+            if self.planner is None or odometry.header.stamp == self.answered_stamp:
+                return
+            expects_obstacles = self.obstacles and self.odometry is None and self.obstacles_stamp < odometry.header.stamp
+            self.odometry = odometry
+            if not expects_obstacles:
+                self.answer()
+
+    def on_obstacles(self, message):
+        """While there are obstacles, each odometry comes with the obstacles of its stamp, in whichever order."""
+        with self.lock:
+            try:
+                self.obstacles = [Obstacle(body.pose.position.x, body.pose.position.y, yaw_from_quaternion(body.pose.orientation),
+                                           body.size.x, body.size.y, body.speed) for body in message.obstacles]
+            except ValueError as error:
+                rospy.logwarn_throttle(1.0, f"local_planner: refused obstacles on /carla/ego_vehicle/obstacles: {error}")
+            self.obstacles_stamp = message.header.stamp
+            if self.odometry is not None and self.odometry.header.stamp <= self.obstacles_stamp:
+                self.answer()
+
+    def answer(self):
+        odometry, self.odometry = self.odometry, None
         try:
             x, y, yaw, _ = pose_and_speed(odometry)
-            rows = self.planner.plan(x, y, yaw)
+            rows = self.planner.plan(x, y, yaw, self.obstacles)
         except ValueError as error:
             rospy.logwarn_throttle(1.0, f"local_planner: no path for this /carla/ego_vehicle/odometry: {error}")
             return

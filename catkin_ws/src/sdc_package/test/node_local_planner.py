@@ -6,9 +6,9 @@ import unittest
 import rospy
 import rostest
 from nav_msgs.msg import Odometry
-from sdc_package.msg import BaseWaypoint, LocalPath, Path
+from sdc_package.msg import BaseWaypoint, LocalPath, Obstacle, ObstacleArray, Path
 
-from sdc_package.listening import Listener, wait_for_subscriber
+from sdc_package.listening import Listener, wait_for_subscriber, wait_until
 
 LENGTH = 60
 
@@ -29,8 +29,10 @@ class LocalPlannerTest(unittest.TestCase):
     def setUpClass(cls):
         cls.mission = rospy.Publisher("/planner/mission_waypoints", Path, queue_size=1, latch=True)
         cls.odometry = rospy.Publisher("/carla/ego_vehicle/odometry", Odometry, queue_size=10)
+        cls.obstacles = rospy.Publisher("/carla/ego_vehicle/obstacles", ObstacleArray, queue_size=10)
         cls.path = Listener("/planner/local_waypoints", LocalPath)
         wait_for_subscriber(cls.odometry)
+        wait_for_subscriber(cls.obstacles)
         cls.path.wait_for_publisher()
         cls.mission.publish([BaseWaypoint(x, 0.0) for x in range(LENGTH + 1)])
         cls.number = 100
@@ -40,11 +42,19 @@ class LocalPlannerTest(unittest.TestCase):
             cls.odometry.publish(odometry(cls.number, 0.0))
             rospy.rostime.wallsleep(0.05)
 
-    def answer(self, x, y=0.0, yaw=0.0):
+    def answer(self, x, y=0.0, yaw=0.0, obstacles=None):
         before = len(self.path.messages)
         type(self).number += 1
+        if obstacles is not None:
+            message = ObstacleArray(obstacles=obstacles)
+            message.header.stamp = rospy.Time(self.number)
+            self.obstacles.publish(message)
         self.odometry.publish(odometry(self.number, x, y, yaw))
         return self.path.wait_for(after=before)
+
+    def answer_until(self, accepts, *arguments, **keywords):
+        """Ask again until an answer is accepted: obstacles travel on another connection than the odometry."""
+        return wait_until(lambda: next(filter(accepts, [self.answer(*arguments, **keywords)]), None), what="such an answer")
 
     def test_road_ahead_with_speeds(self):
         path = self.answer(10.2, 0.4)
@@ -73,6 +83,19 @@ class LocalPlannerTest(unittest.TestCase):
             path = self.answer(x)
         self.assertEqual(len(path.waypoints), 2)
         self.assertEqual((path.waypoints[-1].x, path.waypoints[-1].v), (LENGTH, 0.0))
+
+    def test_obstacle_is_a_stop_until_it_leaves(self):
+        self.answer(5.0)
+        body = Obstacle(id=1, kind="car", speed=0.0)
+        body.pose.position.x = 25.0
+        body.pose.orientation.w = 1.0
+        body.size.x, body.size.y, body.size.z = 4.7, 2.0, 1.5
+        self.assertEqual(self.answer(5.0).waypoints[-1].v, 10.0)
+        path = self.answer_until(lambda path: path.waypoints[-1].v == 0.0, 5.0, obstacles=[body])
+        self.assertGreater(path.waypoints[2].v, 0.0)
+        self.answer_until(lambda path: path.waypoints[-1].v == 10.0, 5.0, obstacles=[])
+        body.pose.position.x = math.nan
+        self.assertEqual(self.answer(5.0, obstacles=[body]).waypoints[-1].v, 10.0)
 
     def test_bad_mission_keeps_the_last_good_one(self):
         self.mission.publish([BaseWaypoint(0.0, 0.0)])

@@ -5,9 +5,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from sdc_package.obstacles import Caution
 from sdc_package.planning import LocalPlanner, OffRouteError, SpeedLimits, ideal_duration, speed_profile
 from sdc_package.route import Route
 
+CAUTION = Caution(side_m=0.4, gap_m=5.0, car_front_m=2.35, car_width_m=2.0)
 LIMITS = SpeedLimits(cruise_mps=10.0, lateral_mps2=3.0, acceleration_mps2=1.8, braking_mps2=2.5)
 
 
@@ -28,7 +30,8 @@ def twice_round(radius=20.0, turns=1.2):
 
 
 def planner(points, **changes):
-    return LocalPlanner(points, SpeedLimits(**{**vars(LIMITS), **changes}), lookahead_m=25.0, join_within_m=20.0)
+    return LocalPlanner(points, SpeedLimits(**{**vars(LIMITS), **changes}), lookahead_m=25.0, join_within_m=20.0,
+                        caution=CAUTION)
 
 
 def test_straight_road_is_a_trapezium():

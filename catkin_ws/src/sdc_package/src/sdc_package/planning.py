@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sdc_package.obstacles import Caution, speed_caps
 from sdc_package.route import Route, respace
 
 # A planned path neither wastes messages on points closer than this nor leaves a bend's speed to two far points.
@@ -81,19 +82,21 @@ class LocalPlanner:
     passes close to itself never makes the car jump from one pass to the other.
     """
 
-    def __init__(self, waypoints_m: np.ndarray, limits: SpeedLimits, lookahead_m: float, join_within_m: float):
+    def __init__(self, waypoints_m: np.ndarray, limits: SpeedLimits, lookahead_m: float, join_within_m: float, caution: Caution):
         if not lookahead_m > 0.0:
             raise ValueError(f"the look-ahead must be a positive number of metres, got {lookahead_m}")
         self.route = Route(respace(waypoints_m, _SHORTEST_STEP_M, _LONGEST_STEP_M))
         self.speed = speed_profile(self.route, limits)
         self.lookahead_m = lookahead_m
         self.join_within_m = join_within_m
+        self.limits = limits
+        self.caution = caution
         self.place = None
         self._last_xy = None
         self._path = np.column_stack([self.route.points, self.speed])
 
-    def plan(self, x_m: float, y_m: float, yaw_rad: float) -> np.ndarray:
-        """Return the road ahead of the car as (n, 3) rows of x, y (metres) and target speed (m/s), n >= 2.
+    def plan(self, x_m: float, y_m: float, yaw_rad: float, obstacles=()) -> np.ndarray:
+        """Return the road ahead of the car as (n, 3) rows of x, y (metres) and target speed (m/s), n >= 2. `obstacles` are those known now.
 
         The first row is the first point of the route that is not behind the car, the last one lies `lookahead_m` ahead or ends the route.
         Raises OffRouteError when the car is farther than `join_within_m` from the route, ValueError for numbers
@@ -106,7 +109,14 @@ class LocalPlanner:
         first = int(np.searchsorted(self.route.s, self.place.s_m, side="left"))
         last = int(np.searchsorted(self.route.s, self.place.s_m + self.lookahead_m, side="right"))
         first = min(first, count - 2)
-        return self._path[first:max(first + 2, min(last, count))]
+        ahead = slice(first, max(first + 2, min(last, count)))
+        path = self._path[ahead]
+        if obstacles:
+            stopping_m = self.limits.cruise_mps**2 / (2.0 * self.limits.braking_mps2)
+            caps = speed_caps(self.route, self.route.s[ahead], self.place.s_m, obstacles, self.caution, self.limits.braking_mps2,
+                              self.lookahead_m + stopping_m + self.caution.gap_m + self.caution.car_front_m)
+            path = np.column_stack([path[:, :2], np.minimum(path[:, 2], caps)])
+        return path
 
     def _follow(self, x_m: float, y_m: float, yaw_rad: float) -> None:
         place = None

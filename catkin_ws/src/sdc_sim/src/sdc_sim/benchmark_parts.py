@@ -17,6 +17,7 @@ from sdc_package.msg import LocalPath as LocalPathMessage
 
 from sdc_package.car import PedalMap, SteeringMap
 from sdc_package.local_path import LocalPath
+from sdc_package.obstacles import Caution
 from sdc_package.pid import PidGains
 from sdc_package.planning import LocalPlanner, SpeedLimits
 from sdc_package.speed import SpeedControl, SpeedControlLimits
@@ -39,7 +40,8 @@ def parts_ms() -> dict:
     with open(os.path.join(theirs, "config", "simple_controller.yaml"), encoding="utf-8") as file:
         config = yaml.safe_load(file)
     route = load_waypoints(os.path.join(theirs, "data", "waypoints.csv"))
-    planner = LocalPlanner(route, SpeedLimits(10.0, 3.0, 1.8, 2.5), lookahead_m=25.0, join_within_m=20.0)
+    planner = LocalPlanner(route, SpeedLimits(10.0, 3.0, 1.8, 2.5), lookahead_m=25.0, join_within_m=20.0,
+                        caution=Caution(side_m=0.4, gap_m=5.0, car_front_m=2.35, car_width_m=2.0))
     path = LocalPath()
     steering = StanleySteering(StanleyGains(**config["stanley"]), Axles(**config["axles"]))
     speed_control = SpeedControl(PidGains(**config["pid"]), SpeedControlLimits(**config["limits"]))

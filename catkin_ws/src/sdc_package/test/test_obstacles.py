@@ -1,0 +1,91 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sdc_package.obstacles import Caution, Obstacle, speed_caps
+from sdc_package.planning import LocalPlanner, SpeedLimits
+from sdc_package.route import Route
+
+CAUTION = Caution(side_m=0.4, gap_m=5.0, car_front_m=2.35, car_width_m=2.0)
+STRAIGHT = Route(np.column_stack([np.arange(201.0), np.zeros(201)]))
+BRAKING = 2.5
+# Centre of a car that stands 5 m short of the rear of a standing car at x = 50.
+STOP = 50.0 - 2.35 - 5.0 - 2.35
+
+
+def car(x=50.0, y=0.0, yaw=0.0, speed=0.0):
+    return Obstacle(x, y, yaw, 4.7, 2.0, speed)
+
+
+def caps(*obstacles, from_s=0.0, horizon=100.0):
+    return speed_caps(STRAIGHT, STRAIGHT.s, from_s, obstacles, CAUTION, BRAKING, horizon)
+
+
+def test_standing_car_is_a_stop_five_metres_short():
+    speed = caps(car())
+    assert (speed[STRAIGHT.s >= STOP] == 0.0).all()
+    assert speed[30] == pytest.approx(math.sqrt(2.0 * BRAKING * (STOP - 30.0)))
+
+
+@pytest.mark.parametrize(("offset", "blocks"), [(0.0, True), (2.3, True), (-2.3, True), (2.5, False), (-2.5, False), (5.0, False)])
+def test_only_what_stands_on_the_lane_counts(offset, blocks):
+    assert np.isfinite(caps(car(y=offset))).any() == blocks
+
+
+def test_car_across_the_lane_blocks_with_its_length():
+    assert np.isfinite(caps(car(y=3.0, yaw=math.pi / 2))).any()
+
+
+def test_leader_is_followed_at_its_speed():
+    speed = caps(car(speed=4.0))
+    assert speed.min() == pytest.approx(4.0)
+    assert speed[30] == pytest.approx(math.sqrt(16.0 + 2.0 * BRAKING * (STOP - 30.0)))
+
+
+def test_oncoming_car_on_the_lane_is_a_stop():
+    assert caps(car(yaw=math.pi, speed=4.0)).min() == 0.0
+
+
+def test_pedestrian_who_is_about_to_step_onto_the_lane():
+    walking = Obstacle(40.0, -3.5, math.pi / 2, 0.5, 0.5, 1.4)
+    standing = Obstacle(40.0, -3.5, math.pi / 2, 0.5, 0.5, 0.0)
+    leaving = Obstacle(40.0, 3.5, math.pi / 2, 0.5, 0.5, 1.4)
+    assert caps(walking).min() == 0.0
+    assert not np.isfinite(caps(standing)).any()
+    assert not np.isfinite(caps(leaving)).any()
+
+
+def test_what_was_passed_and_what_is_far_does_not_count():
+    assert not np.isfinite(caps(car(), from_s=60.0)).any()
+    assert not np.isfinite(caps(car(x=150.0), horizon=60.0)).any()
+
+
+def test_nearest_of_several_rules():
+    np.testing.assert_array_equal(caps(car(), car(x=80.0), car(x=60.0, y=9.0)), caps(car()))
+
+
+@pytest.mark.parametrize("number", range(6))
+def test_numbers_that_are_none_are_refused(number):
+    values = [0.0, 0.0, 0.0, 4.0, 2.0, 0.0]
+    values[number] = math.nan
+    with pytest.raises(ValueError, match="finite"):
+        Obstacle(*values)
+
+
+@given(st.floats(0.0, 200.0), st.floats(-10.0, 10.0), st.floats(-math.pi, math.pi), st.floats(0.0, 15.0), st.floats(0.0, 150.0))
+def test_caps_never_rise_towards_an_obstacle(x, y, yaw, speed, from_s):
+    found = caps(car(x, y, yaw, speed), from_s=from_s)
+    finite = found[np.isfinite(found)]
+    assert (np.diff(finite) <= 1e-9).all()
+    assert (finite >= 0.0).all()
+
+
+def test_plan_stops_and_drives_on_when_the_way_is_free():
+    planner = LocalPlanner(STRAIGHT.points, SpeedLimits(10.0, 3.0, 1.8, BRAKING), lookahead_m=25.0, join_within_m=20.0, caution=CAUTION)
+    blocked, free = planner.plan(30.0, 0.0, 0.0, [car()]), planner.plan(30.0, 0.0, 0.0)
+    assert blocked[-1, 2] == 0.0
+    assert free[-1, 2] == 10.0
+    np.testing.assert_array_equal(blocked[:, :2], free[:, :2])
