@@ -10,7 +10,8 @@ from sdc_sim.placing import PlaceError, checked_point, checked_pose
 
 
 def test_a_pose_becomes_numbers():
-    assert checked_pose("map", Pose(Point(1.0, 2.0, 9.0), Quaternion(0, 0, math.sin(0.25), math.cos(0.25)))) == pytest.approx((1.0, 2.0, 0.5))
+    pose = Pose(Point(1.0, 2.0, 9.0), Quaternion(0, 0, math.sin(0.25), math.cos(0.25)))
+    assert checked_pose("map", pose) == pytest.approx((1.0, 2.0, 0.5))
     assert checked_point("", Point(1.0, 2.0, 0.0)) == (1.0, 2.0)
 
 

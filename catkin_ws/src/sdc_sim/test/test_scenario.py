@@ -39,7 +39,9 @@ obstacles:
     assert moving.size_m == (0.6, 0.7, 1.8)
 
 
-@pytest.mark.parametrize(("at", "x", "y", "yaw"), [([50, 2], 50, 2, 0.0), ([150, 2], 98, 50, math.pi / 2), ([150, -3], 103, 50, math.pi / 2)])
+@pytest.mark.parametrize(("at", "x", "y", "yaw"), [
+    ([50, 2], 50, 2, 0.0), ([150, 2], 98, 50, math.pi / 2), ([150, -3], 103, 50, math.pi / 2),
+])
 def test_route_frame_counts_along_and_to_the_left(tmp_path, at, x, y, yaw):
     plan, = load(tmp_path, f"frame: route\nobstacles: [{{kind: obstacle, at: {at}}}]")
     assert plan.points_m[0] == pytest.approx((x, y), abs=1e-6)

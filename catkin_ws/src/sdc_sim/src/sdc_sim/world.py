@@ -15,6 +15,10 @@ from sdc_sim.vehicle import Vehicle, VehicleCommand, VehicleState
 _NANOSECONDS = 1_000_000_000
 
 
+class OccupiedError(ValueError):
+    """An obstacle stands where the car is to be put; the message says which and where."""
+
+
 class Snapshot(NamedTuple):
     """What there is to be sensed at one tick: `state` is the truth, `measured` what the odometry makes of it."""
 
@@ -111,7 +115,7 @@ class World:
     def _check_free(self, x_m: float, y_m: float, yaw_rad: float) -> None:
         body = self.obstacles.at(self._outline(x_m, y_m, yaw_rad))
         if body:
-            raise ValueError(f"the {body.kind} at ({body.x_m:.1f}, {body.y_m:.1f}) is where the car would stand; move one of them")
+            raise OccupiedError(f"the {body.kind} at ({body.x_m:.1f}, {body.y_m:.1f}) is where the car would stand; move one of them")
 
     def look_again(self) -> None:
         """Sense what has been moved since the tick, as a paused world shows it; the odometry is the truth then."""
