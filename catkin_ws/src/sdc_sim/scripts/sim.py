@@ -26,7 +26,7 @@ from sdc_sim.parameters import Parameters
 from sdc_sim.scenario import ScenarioError, load_obstacles
 from sdc_sim.sensing import OdometryNoise
 from sdc_sim.vehicle import Vehicle, VehicleCommand, VehicleError, load_vehicle
-from sdc_sim.world import World
+from sdc_sim.world import OccupiedError, World
 
 UNSTAMPED = (0, 0)
 # What the bridge is told by and what it calls its picture, up to CARLA 0.9.4 and from 0.9.5 on.
@@ -54,7 +54,7 @@ class Sim:
             route_m = load_waypoints(waypoints_path)
             self.route = Route(route_m)
             self.world = self.make_world(parameter, preset)
-        except (WaypointError, VehicleError, ScenarioError) as error:
+        except (WaypointError, VehicleError, ScenarioError, OccupiedError) as error:
             refuse(error)
         except (TypeError, ValueError) as error:
             refuse(f"{error}; mend it in config/sim.yaml")

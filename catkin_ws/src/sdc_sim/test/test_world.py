@@ -2,15 +2,32 @@ import math
 import os
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
+from sdc_sim.collision import overlap
+from sdc_sim.obstacles import KINDS, Obstacles, Plan
+from sdc_sim.sensing import OdometryNoise
 from sdc_sim.vehicle import Vehicle, VehicleCommand, load_vehicle
 from sdc_sim.world import World
 
 TESLA = os.path.join(os.path.dirname(__file__), "..", "config", "vehicles", "tesla_model3.yaml")
 
 
-def world(patience_s=1.0):
-    return World(Vehicle(load_vehicle(TESLA)), 0.05, patience_s)
+def world(patience_s=1.0, **others):
+    return World(Vehicle(load_vehicle(TESLA)), 0.05, patience_s, **others)
+
+
+def wall_at(x_m, y_m=0.0, yaw_rad=0.0, kind="obstacle"):
+    return Obstacles([Plan.standing(kind, x_m, y_m, yaw_rad)])
+
+
+def drive(here, seconds, **command):
+    touches = []
+    for _ in range(round(seconds / here.tick_s)):
+        here.obey(VehicleCommand(**command))
+        touches += here.advance()
+    return touches
 
 
 def test_stamps_are_whole_ticks_without_drift():
@@ -60,3 +77,125 @@ def test_out_of_range_is_clamped_and_said():
 def test_senseless_times_are_refused(tick_s, patience_s):
     with pytest.raises(ValueError, match="_s must"):
         World(Vehicle(load_vehicle(TESLA)), tick_s, patience_s)
+
+
+def test_car_stops_at_an_obstacle_with_one_touch_and_its_momentum():
+    here = world(obstacles=wall_at(30.0))
+    speeds = []
+    touches = []
+    for _ in range(200):
+        speeds.append(here.vehicle.state.speed_mps)
+        touches += drive(here, 0.05, throttle=0.6)
+    touch, = touches
+    assert touch.id == here.obstacles.bodies[0].id
+    assert touch.impulse_x_ns == pytest.approx(-1845.0 * max(speeds), rel=0.05)
+    assert touch.impulse_y_ns == pytest.approx(0.0, abs=1.0)
+    assert here.vehicle.state.speed_mps == pytest.approx(0.0, abs=0.2)
+    assert here.vehicle.state.x_m == pytest.approx(30.0 - 0.5 - 2.35, abs=0.01)
+
+
+def test_car_backs_off_an_obstacle_and_touches_it_anew():
+    here = world(obstacles=wall_at(10.0))
+    assert len(drive(here, 5.0, throttle=0.6)) == 1
+    assert drive(here, 5.0, throttle=0.6, reverse=True) == []
+    assert here.vehicle.state.x_m < 5.0
+    assert len(drive(here, 20.0, throttle=0.6)) == 1
+
+
+def test_nothing_touched_leaves_the_drive_as_it_was_to_the_bit():
+    alone, beside = world(), world(obstacles=wall_at(30.0, 2.6))
+    for here in (alone, beside):
+        assert drive(here, 8.0, throttle=0.6) == []
+    assert alone.vehicle.state == beside.vehicle.state
+
+
+def test_pedestrian_who_walks_into_the_standing_car_stops_and_is_told():
+    walker = Plan("pedestrian", ((0.0, -5.0), (0.0, 5.0)), KINDS["pedestrian"][:3], speed_mps=1.5)
+    here = world(obstacles=Obstacles([walker]))
+    touch, = drive(here, 8.0, brake=1.0)
+    assert touch.impulse_y_ns == pytest.approx(75.0 * 1.5)
+    assert here.vehicle.state.y_m == 0.0
+
+
+def test_car_is_not_put_where_an_obstacle_stands():
+    with pytest.raises(ValueError, match="pedestrian at"):
+        world(obstacles=wall_at(2.0, kind="pedestrian"))
+    here = world(obstacles=wall_at(10.0))
+    with pytest.raises(ValueError, match="obstacle at"):
+        here.place(9.0, 0.0, 0.0)
+    assert here.vehicle.state.x_m == 0.0
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.floats(0.0, 40.0), st.floats(-math.pi, math.pi), st.floats(-1.0, 1.0), st.floats(-1.4, 1.4), st.floats(0.0, math.pi),
+       st.sampled_from(sorted(KINDS)))
+def test_no_drive_enters_an_obstacle_or_gains_speed_from_it(speed_mps, heading, steer, aside_m, yaw, kind):
+    here = world(patience_s=0.0)
+    here.vehicle.reset(0.0, 0.0, heading, speed_mps)
+    c, s = math.cos(heading), math.sin(heading)
+    here.obstacles = wall_at(12.0 * c - aside_m * s, 12.0 * s + aside_m * c, yaw, kind)
+    body = here.obstacles.bodies[0]
+    assert overlap(here.car, body.rectangle) is None
+    here.obey(VehicleCommand(steer=steer))
+    for _ in range(60):
+        before = math.hypot(here.vehicle.state.speed_mps, here.vehicle.state.lateral_speed_mps)
+        touches = here.advance()
+        assert overlap(here.car, body.rectangle) is None
+        after = math.hypot(here.vehicle.state.speed_mps, here.vehicle.state.lateral_speed_mps)
+        if touches:
+            assert after <= before + 0.1
+            assert math.hypot(touches[0].impulse_x_ns, touches[0].impulse_y_ns) <= 1845.0 * (before + 0.1)
+
+
+def test_reset_brings_car_and_obstacles_back_and_lets_time_go_on():
+    walker = Plan("pedestrian", ((20.0, -5.0), (20.0, 5.0)), KINDS["pedestrian"][:3], speed_mps=1.0, start_s=1.0)
+    here = world(start=(1.0, 2.0, 0.5), obstacles=Obstacles([walker]))
+
+    def course():
+        drive(here, 3.0, throttle=0.6)
+        return here.vehicle.state, here.obstacles.bodies
+    first = course()
+    tick = here.tick
+    here.reset()
+    assert here.tick == tick
+    assert (here.vehicle.state.x_m, here.vehicle.state.y_m, here.vehicle.state.yaw_rad) == (1.0, 2.0, 0.5)
+    assert course() == first
+
+
+def test_place_forgets_the_command():
+    here = world()
+    drive(here, 3.0, throttle=0.8)
+    here.place(50.0, 60.0, 1.0)
+    here.advance()
+    assert (here.vehicle.state.x_m, here.vehicle.state.y_m, here.vehicle.state.speed_mps) == (50.0, 60.0, 0.0)
+    with pytest.raises(ValueError, match="x_m"):
+        here.place(math.nan, 0.0, 0.0)
+
+
+def test_senses_are_late_by_whole_ticks_with_the_stamp_of_what_they_show():
+    now, late = world(), world(sensor_latency_s=0.15)
+    assert late.sensed.stamp == (0, 50_000_000)
+    assert late.stamp == (0, 200_000_000)
+    states = []
+    for _ in range(60):
+        drive(now, 0.05, throttle=0.7)
+        drive(late, 0.05, throttle=0.7)
+        states.append(now.sensed.state)
+    assert late.sensed.state == states[-4]
+    assert late.tick - 3 == late.sensed.stamp[0] * 20 + late.sensed.stamp[1] // 50_000_000
+
+
+def test_commands_are_late_by_whole_ticks():
+    now, late = world(), world(command_latency_s=0.1)
+    drive(now, 1.0, throttle=0.7)
+    drive(late, 1.1, throttle=0.7)
+    assert late.vehicle.state.speed_mps == pytest.approx(now.vehicle.state.speed_mps)
+    assert late.vehicle.state.speed_mps > 0.5
+
+
+def test_noise_is_in_what_is_measured_and_the_truth_stays():
+    noisy, clear = world(noise=OdometryNoise(7, 0.1, 0.01, 0.2)), world(noise=OdometryNoise(7))
+    drive(noisy, 2.0, throttle=0.7)
+    drive(clear, 2.0, throttle=0.7)
+    assert noisy.sensed.state == clear.sensed.state == clear.sensed.measured
+    assert 1e-4 < abs(noisy.sensed.measured.x_m - noisy.sensed.state.x_m) < 1.0

@@ -6,6 +6,9 @@ import time
 
 import rospy
 
+# Of a message that was not the awaited one, so many letters are shown: a picture has millions.
+_SHOWN = 2000
+
 
 class Listener:
     """Collects all messages of a topic. Waiting is done on the wall clock, so that it ends even where no /clock runs."""
@@ -37,7 +40,7 @@ class Listener:
                     seen += 1
                 left = limit - time.monotonic()
                 if left <= 0.0:
-                    last = self.messages[-1] if self.messages else "none"
+                    last = str(self.messages[-1])[:_SHOWN] if self.messages else "none"
                     raise TimeoutError(f"no such message on {self.topic} within {seconds:g} s; "
                                        f"{len(self.messages)} came, the last:\n{last}")
                 self._changed.wait(left)

@@ -150,6 +150,10 @@ class Obstacles:
         """Every Body as it is now."""
         return tuple(obstacle.body for obstacle in self.all)
 
+    def at(self, place: Rectangle) -> Body | None:
+        """A body that lies on this place, or None."""
+        return next((obstacle.body for obstacle in self.all if overlap(obstacle.body.rectangle, place)), None)
+
     def reset(self) -> None:
         """As at the start: what was added by a click goes, what was removed comes back."""
         self.all = list(self._planned)

@@ -15,6 +15,10 @@ from sdc_sim.vehicle import Vehicle, VehicleCommand, VehicleState
 _NANOSECONDS = 1_000_000_000
 
 
+class OccupiedError(ValueError):
+    """An obstacle stands where the car is to be put; the message says which and where."""
+
+
 class Snapshot(NamedTuple):
     """What there is to be sensed at one tick: `state` is the truth, `measured` what the odometry makes of it."""
 
@@ -52,6 +56,7 @@ class World:
         self._started_at = self.tick
         # From the axles' middle, which is taken for the body's, to the centre of gravity, which is the state's point.
         self._behind_m = 0.5 * (vehicle.parameters.front_axle_m - vehicle.parameters.rear_axle_m)
+        self._check_free(*start)
         vehicle.reset(*start)
         self.sensed = self._sense()
         while self.sensed is None:  # the car has stood here since before the first tick
@@ -93,15 +98,24 @@ class World:
         self.control.take_over(by_hand, self.tick)
 
     def place(self, x_m: float, y_m: float, yaw_rad: float) -> None:
-        """Put the car down elsewhere, at rest, all commands forgotten. Raises ValueError for NaN and infinities."""
+        """Put the car down elsewhere, at rest, all commands forgotten.
+
+        Raises ValueError for NaN and infinities, and where an obstacle is in the way.
+        """
+        self._check_free(x_m, y_m, yaw_rad)
         self.vehicle.reset(x_m, y_m, yaw_rad)
         self.control.reset()
 
     def reset(self) -> None:
         """Everything back to its start, but for time, which goes on."""
-        self.place(*self._start)
         self.obstacles.reset()
+        self.place(*self._start)
         self._started_at = self.tick
+
+    def _check_free(self, x_m: float, y_m: float, yaw_rad: float) -> None:
+        body = self.obstacles.at(self._outline(x_m, y_m, yaw_rad))
+        if body:
+            raise OccupiedError(f"the {body.kind} at ({body.x_m:.1f}, {body.y_m:.1f}) is where the car would stand; move one of them")
 
     def look_again(self) -> None:
         """Sense what has been moved since the tick, as a paused world shows it; the odometry is the truth then."""

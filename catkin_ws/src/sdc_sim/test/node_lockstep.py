@@ -1,0 +1,109 @@
+#!/usr/bin/env python3
+"""Pause, step, resume, reset and a person at the wheel while the world runs in lockstep; the test is the stack."""
+import threading
+import unittest
+
+import rospy
+import rostest
+from nav_msgs.msg import Odometry
+from sdc_package.msg import CarlaVehicleControl
+from std_msgs.msg import Bool
+from std_srvs.srv import Trigger
+
+from sdc_package.listening import Listener, wait_for_subscriber, wait_until
+from sdc_package.odometry import pose_and_speed
+
+EGO = "/carla/ego_vehicle"
+TICK_NS = 50_000_000
+
+
+class LockstepTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.throttle = 0.5
+        cls.answering = threading.Event()
+        cls.answering.set()
+        cls.command = rospy.Publisher(EGO + "/vehicle_control_cmd", CarlaVehicleControl, queue_size=100)
+        cls.manual = rospy.Publisher(EGO + "/vehicle_control_cmd_manual", CarlaVehicleControl, queue_size=100)
+        cls.override = rospy.Publisher(EGO + "/vehicle_control_manual_override", Bool, queue_size=10)
+        for publisher in (cls.command, cls.manual, cls.override):
+            wait_for_subscriber(publisher)
+        cls.odometry = Listener(EGO + "/odometry", Odometry)
+        rospy.Subscriber(EGO + "/odometry", Odometry, cls.answer, tcp_nodelay=True)
+        cls.odometry.wait_for(lambda odometry: odometry.header.stamp.to_nsec() > 20 * TICK_NS)
+
+    @classmethod
+    def answer(cls, odometry):
+        if cls.answering.is_set():
+            cls.command.publish(CarlaVehicleControl(header=odometry.header, throttle=cls.throttle))
+
+    def setUp(self):
+        self.__class__.throttle = 0.5
+        self.call("resume")
+
+    def call(self, service):
+        """Call a service of the sim; returns the tick that it says the world is at."""
+        answer = rospy.ServiceProxy("/sim/" + service, Trigger)()
+        self.assertTrue(answer.success)
+        return int(answer.message.rsplit(" ", 1)[1])
+
+    def stamps(self):
+        return [odometry.header.stamp.to_nsec() for odometry in self.odometry.messages]
+
+    def test_pause_stands_steps_are_single_and_resume_goes_on_without_a_lost_tick(self):
+        stood = self.call("pause") * TICK_NS
+        wait_until(lambda: self.stamps()[-1] == stood, what="the tick that the world was paused at")
+        for step in range(1, 4):
+            self.assertEqual(self.call("pause") * TICK_NS, stood + (step - 1) * TICK_NS, "nothing moves by itself")
+            self.call("step")
+            wait_until(lambda due=stood + step * TICK_NS: self.stamps()[-1] == due, what=f"step {step}")
+        self.call("resume")
+        wait_until(lambda: self.stamps()[-1] > stood + 50 * TICK_NS, what="ticks after resuming")
+        stamps = self.stamps()
+        self.assertEqual({b - a for a, b in zip(stamps[5:], stamps[6:])}, {TICK_NS})
+
+    def test_a_step_waits_for_the_answer_to_the_last_odometry(self):
+        stood = self.call("pause") * TICK_NS
+        wait_until(lambda: self.stamps()[-1] == stood, what="the tick that the world was paused at")
+        self.answering.clear()
+        try:
+            self.call("step")
+            wait_until(lambda: self.stamps()[-1] == stood + TICK_NS, what="a step, the last odometry had been answered")
+            self.call("step")
+            self.assertEqual(self.call_tick(), stood // TICK_NS + 1, "nobody has answered yet")
+        finally:
+            self.answering.set()
+        last = self.odometry.messages[-1]
+        self.answer(last)
+        wait_until(lambda: self.stamps()[-1] == stood + 2 * TICK_NS, what="the step that was waiting")
+
+    def call_tick(self):
+        """Where the world is, by a service that changes nothing in a paused world but the car's place."""
+        return self.call("reset")
+
+    def test_reset_puts_the_car_back_and_lets_time_go_on(self):
+        self.odometry.wait_for(lambda odometry: pose_and_speed(odometry)[3] > 3.0)
+        before = self.call("reset")
+        after = self.odometry.wait_for(lambda odometry: odometry.header.stamp.to_nsec() > before * TICK_NS)
+        self.assertLess(abs(pose_and_speed(after)[0]), 0.5)
+        self.assertLess(pose_and_speed(after)[3], 0.5)
+
+    def test_a_person_drives_while_the_stack_keeps_answering(self):
+        self.call("reset")
+        self.__class__.throttle = 0.0
+        self.override.publish(True)
+
+        def accepts(odometry):
+            self.manual.publish(CarlaVehicleControl(throttle=0.7))
+            return pose_and_speed(odometry)[3] > 5.0
+        try:
+            self.odometry.wait_for(accepts, after=len(self.odometry.messages))
+        finally:
+            self.override.publish(False)
+        fast = pose_and_speed(self.odometry.messages[-1])[3]
+        self.odometry.wait_for(lambda odometry: pose_and_speed(odometry)[3] < fast - 1.0, after=len(self.odometry.messages))
+
+
+if __name__ == "__main__":
+    rospy.init_node("lockstep_test")
+    rostest.rosrun("sdc_sim", "lockstep_test", LockstepTest)

@@ -1,0 +1,73 @@
+#!/usr/bin/env python3
+"""The options of config/sim.yaml reach the world: noise, latencies, friction, wind, and the car's name."""
+import unittest
+
+import numpy as np
+import rospy
+import rostest
+from nav_msgs.msg import Odometry
+from rosgraph_msgs.msg import Clock
+from sdc_package.msg import CarlaVehicleControl
+from sdc_sim.msg import CarlaEgoVehicleStatus
+
+from sdc_package.listening import Listener, wait_for_subscriber
+from sdc_package.odometry import pose_and_speed, yaw_from_quaternion
+from sdc_sim.sensing import OdometryNoise
+
+EGO = "/carla/hero"
+TICK_NS = 50_000_000
+
+
+class OptionsTest(unittest.TestCase):
+    def test_options(self):
+        command = rospy.Publisher(EGO + "/vehicle_control_cmd", CarlaVehicleControl, queue_size=10)
+        clock = Listener("/clock", Clock)
+        odometry = Listener(EGO + "/odometry", Odometry)
+        status = Listener(EGO + "/vehicle_status", CarlaEgoVehicleStatus)
+        wait_for_subscriber(command)
+
+        # Noise: one draw a tick from the first on, of the seed and the size that were asked for. Nobody drives yet.
+        last = odometry.wait_for(lambda message: message.header.stamp.to_nsec() > 60 * TICK_NS)
+        noise = OdometryNoise(5, 0.4)
+        drawn = [noise.apply(0.0, 0.0, 0.0, 0.0) for _ in range(last.header.stamp.to_nsec() // TICK_NS)]
+        np.testing.assert_allclose(pose_and_speed(last)[:2], drawn[-1][:2], atol=1e-9)
+
+        # Sensors are four ticks late.
+        stamp = odometry.wait_for(after=len(odometry.messages)).header.stamp.to_nsec()
+        clock.wait_for(lambda message: message.clock.to_nsec() >= stamp + 4 * TICK_NS)
+        lags = self.lags(clock, odometry)
+        self.assertEqual(lags, {4})
+
+        # Commands are five ticks late, after the four of the status: full throttle, then full brake.
+        def drive(condition, **pedals):
+            def accepts(message):
+                command.publish(CarlaVehicleControl(**pedals))
+                return condition(message)
+            return status.wait_for(accepts, after=len(status.messages))
+        moving = drive(lambda message: message.velocity > 8.0, throttle=0.8)
+        before = len(status.messages)
+        drive(lambda message: message.velocity < 1.0, brake=1.0)
+        told = [message.control.brake for message in status.messages[before:]]
+        self.assertGreaterEqual(told.index(1.0), 3)
+
+        # On a third of the grip the car brakes with at most a third of it; the wind has turned it, without which it drives straight.
+        braking = [message for message in status.messages[before:] if 2.0 < message.velocity < 7.0 and message.control.brake == 1.0]
+        seconds = (braking[-1].header.stamp - braking[0].header.stamp).to_sec()
+        deceleration = (braking[0].velocity - braking[-1].velocity) / seconds
+        self.assertLess(deceleration, 0.3 * 1.05 * 9.81 * 1.1)
+        self.assertGreater(deceleration, 1.0)
+        self.assertGreater(abs(yaw_from_quaternion(moving.orientation)), 1e-3)
+
+    def lags(self, clock, odometry):
+        """By how many ticks each odometry was stamped before the clock of its tick, counted from the end of both."""
+        ticks = sorted({message.clock.to_nsec() // TICK_NS for message in clock.messages})
+        stamps = sorted({message.header.stamp.to_nsec() // TICK_NS for message in odometry.messages})
+        common = min(len(ticks), len(stamps), 20)
+        first = max(ticks[-common], stamps[-common] + 4)
+        self.assertIn(first, ticks)
+        return {tick - stamp for tick, stamp in zip(ticks[ticks.index(first):], stamps[stamps.index(first - 4):])}
+
+
+if __name__ == "__main__":
+    rospy.init_node("options_test")
+    rostest.rosrun("sdc_sim", "options_test", OptionsTest)

@@ -1,0 +1,98 @@
+#!/usr/bin/env python3
+"""A sim with something wrong in its parameters or files ends with one line that names it; odd routes are driven on."""
+import math
+import os
+import subprocess
+import tempfile
+import unittest
+
+import rospkg
+import rospy
+import rostest
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import Image
+
+from sdc_package.listening import Listener
+
+SIM = os.path.join(rospkg.RosPack().get_path("sdc_sim"), "scripts", "sim.py")
+OBSTACLE_ON_START = "frame: route\nobstacles:\n  - {kind: car, at: [1.0, 0.0]}\n"
+
+
+class RefusalsTest(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+
+    def file(self, name, text):
+        path = os.path.join(self.folder.name, name)
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(text)
+        return path
+
+    def start(self, name, **changes):
+        rospy.set_param("/" + name, {**rospy.get_param("~good"), **changes})
+        return subprocess.Popen(["/usr/bin/env", "python3", SIM, "__name:=" + name],
+                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+
+    def test_refusals_name_what_is_wrong(self):
+        with open(os.path.join(rospy.get_param("~good/vehicles_folder"), "tesla_model3.yaml"), encoding="utf-8") as file:
+            tesla = file.read()
+        self.file("negative.yaml", tesla.replace("mass_kg: 1845.0", "mass_kg: -5.0"))
+        self.file("missing.yaml", "\n".join(line for line in tesla.splitlines() if not line.startswith("tyre_shape")))
+        typing_error = self.file("typo.scenario", "frame: map\nobstacles:\n  - kind: pedestrain\n    at: [5, 5]\n")
+        noise = {"position_m": -1.0, "heading_rad": 0.0, "speed_mps": 0.0}
+        rows = [
+            ("scenario", {"obstacles_path": typing_error}, ["typo.scenario, line 3", "did you mean 'pedestrian'"]),
+            ("no_scenario", {"obstacles_path": "/nowhere.yaml"}, ["/nowhere.yaml"]),
+            ("blocked", {"obstacles_path": self.file("b.yaml", OBSTACLE_ON_START)}, ["the car at (1.0, 0.0)"]),
+            ("negative", {"vehicles_folder": self.folder.name, "vehicle": "negative"}, ["negative.yaml", "mass_kg"]),
+            ("missing", {"vehicles_folder": self.folder.name, "vehicle": "missing"}, ["missing.yaml", "tyre_shape"]),
+            ("route", {"waypoints_path": self.file("r.csv", "1,2\n")}, ["r.csv", "at least 2"]),
+            ("misspelt", {"frictoin": 0.5}, ["frictoin", "did you mean 'friction'"]),
+            ("friction", {"friction": -1.0}, ["friction", "config/sim.yaml"]),
+            ("noise", {"odometry_noise": noise}, ["position_m", "config/sim.yaml"]),
+            ("latency", {"sensor_latency_s": -0.1}, ["delay_s", "config/sim.yaml"]),
+            ("bridge", {"bridge": "newer"}, ["bridge is 'newer'", "old, new"]),
+            ("ackermann", {"ackermann": {"kp": 1.0}}, ["kp", "config/sim.yaml"]),
+        ]
+        for name, changes, words in rows:
+            with self.subTest(name):
+                sim = self.start("bad_" + name, **changes)
+                try:
+                    said, _ = sim.communicate(timeout=30)
+                finally:
+                    sim.kill()
+                self.assertEqual(sim.returncode, 1, said)
+                self.assertNotIn("Traceback", said)
+                for word in words:
+                    self.assertIn(word, said)
+
+    def drive_on(self, name, waypoints_path):
+        """The sim starts on this route and gives odometry and a picture."""
+        odometry = Listener("/carla/" + name + "/odometry", Odometry)
+        image = Listener("/carla/" + name + "/camera/rgb/front/image_color", Image)
+        sim = self.start(name, waypoints_path=waypoints_path, role_name=name)
+        try:
+            image.wait_for(seconds=60.0)
+            first = odometry.wait_for()
+            self.assertTrue(all(map(math.isfinite, (first.pose.pose.position.x, first.pose.pose.orientation.w))))
+        finally:
+            sim.terminate()
+            said, _ = sim.communicate(timeout=20)
+        self.assertNotIn("Traceback", said)
+
+    def test_route_of_two_points(self):
+        self.drive_on("two_points", self.file("two.csv", "0,0\n30,10\n"))
+
+    def test_route_of_100000_points(self):
+        rows = "".join(f"{0.5 * n:.3f},{300.0 * math.sin(n / 900.0):.3f}\n" for n in range(100_000))
+        self.drive_on("long_route", self.file("long.csv", rows))
+
+    def test_route_that_crosses_itself(self):
+        rows = "".join(f"{100.0 * math.sin(n / 100.0):.3f},{50.0 * math.sin(n / 50.0):.3f}\n" for n in range(700))
+        self.drive_on("figure_of_eight", self.file("eight.csv", rows))
+
+
+if __name__ == "__main__":
+    rospy.init_node("refusals_test")
+    rostest.rosrun("sdc_sim", "refusals_test", RefusalsTest)

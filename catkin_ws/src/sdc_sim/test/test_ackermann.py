@@ -1,0 +1,111 @@
+"""The car reaches the speed and the wheel angle that it is asked for, within the limits it is given."""
+from __future__ import annotations
+
+import math
+import os
+
+import pytest
+import yaml
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from sdc_sim.ackermann import AckermannControl, AckermannGains, AckermannTarget
+from sdc_sim.vehicle import Vehicle, load_vehicle
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+CONFIG = os.path.join(HERE, "..", "config")
+with open(os.path.join(CONFIG, "sim.yaml"), encoding="utf-8") as file:
+    GAINS = AckermannGains(**yaml.safe_load(file)["ackermann"])
+PRESETS = ("tesla_model3", "ford_escort", "bmw_320i", "vw_vanagon", "snider2009")
+TICK_S = 0.05
+
+
+def drive(target, seconds, preset="tesla_model3", speed_mps=0.0, control=None, vehicle=None):
+    parameters = load_vehicle(os.path.join(CONFIG, "vehicles", preset + ".yaml"))
+    control = control or AckermannControl(parameters, GAINS)
+    if vehicle is None:
+        vehicle = Vehicle(parameters)
+        vehicle.reset(0.0, 0.0, 0.0, speed_mps)
+    states, commands = [], []
+    for _ in range(round(seconds / TICK_S)):
+        command = control.command(target, vehicle.state.speed_mps, vehicle.state.wheel_angle_rad, TICK_S)
+        assert command.clamped() == (command, False)
+        vehicle.step(command, TICK_S)
+        states.append(vehicle.state)
+        commands.append(command)
+    return states, commands, vehicle
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+@pytest.mark.parametrize(("start", "wanted"), [(0.0, 5.0), (0.0, 15.0), (12.0, 6.0), (8.0, 0.0), (0.0, -3.0), (5.0, -3.0), (-3.0, 4.0)])
+def test_speed_is_reached_and_held(preset, start, wanted):
+    states, _, _ = drive(AckermannTarget(speed_mps=wanted), 25.0, preset, start)
+    assert states[-1].speed_mps == pytest.approx(wanted, abs=0.1)
+    overshoot = max(math.copysign(1.0, wanted - start) * (state.speed_mps - wanted) for state in states)
+    assert overshoot < 0.7
+
+
+def test_target_of_zero_holds_the_car():
+    states, commands, _ = drive(AckermannTarget(), 10.0, speed_mps=4.0)
+    assert [state.x_m for state in states[-20:]] == [states[-1].x_m] * 20
+    assert commands[-1].brake == GAINS.hold_brake
+    assert commands[-1].throttle == 0.0
+
+
+@pytest.mark.parametrize(("angle", "sign"), [(0.2, 1.0), (-0.2, -1.0)])
+def test_wheel_angle_is_reached_positive_to_the_left(angle, sign):
+    states, commands, _ = drive(AckermannTarget(steering_angle_rad=angle, speed_mps=3.0), 5.0)
+    assert states[-1].wheel_angle_rad == pytest.approx(angle, rel=0.01)
+    assert states[-1].yaw_rad * sign > 0.5
+    assert commands[-1].steer * sign < 0.0
+
+
+def test_steering_rate_and_acceleration_and_jerk_are_kept():
+    slow = AckermannTarget(steering_angle_rad=0.4, steering_rate_radps=0.1, speed_mps=10.0, acceleration_mps2=0.8, jerk_mps3=0.5)
+    states, _, _ = drive(slow, 12.0)
+    angles = [state.wheel_angle_rad for state in states]
+    assert max(b - a for a, b in zip(angles, angles[1:])) <= 0.1 * TICK_S * 1.3
+    assert angles[19] == pytest.approx(0.1, abs=0.03)
+    assert states[-1].wheel_angle_rad == pytest.approx(0.4, rel=0.02)
+    speeds = [state.speed_mps for state in states]
+    assert max(b - a for a, b in zip(speeds, speeds[10:])) < 0.8 * 10 * TICK_S * 1.25
+    assert speeds[20] < 0.5 * 0.5 * 1.05 ** 2 + 0.1, "jerk of 0.5 m/s^3: a quarter of a metre a second after one second"
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.floats(-60.0, 60.0), st.floats(-0.8, 0.8), st.floats(0.0, 5.0), st.floats(0.0, 5.0), st.floats(0.0, 10.0))
+def test_any_target_gives_commands_in_range(speed, angle, rate, acceleration, jerk):
+    drive(AckermannTarget(angle, rate, speed, acceleration, jerk), 3.0)
+
+
+def control():
+    return AckermannControl(load_vehicle(os.path.join(CONFIG, "vehicles", "tesla_model3.yaml")), GAINS)
+
+
+@pytest.mark.parametrize(("target", "within", "limited"), [
+    (AckermannTarget(0.1, 0.2, 3.0, 0.4, 0.5), AckermannTarget(0.1, 0.2, 3.0, 0.4, 0.5), False),
+    (AckermannTarget(speed_mps=1e9), AckermannTarget(speed_mps=60.0), True),
+    (AckermannTarget(speed_mps=-1e9), AckermannTarget(speed_mps=-60.0), True),
+    (AckermannTarget(steering_rate_radps=-1.0, acceleration_mps2=-1.0, jerk_mps3=-1.0), AckermannTarget(), True),
+])
+def test_targets_are_limited(target, within, limited):
+    assert control().limited(target) == (within, limited)
+
+
+def test_wheel_angle_is_limited_to_what_the_wheels_can():
+    target, limited = control().limited(AckermannTarget(steering_angle_rad=3.0))
+    assert limited
+    assert target.steering_angle_rad == pytest.approx(0.8145, abs=1e-3)
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+@pytest.mark.parametrize("name", ["steering_angle_rad", "steering_rate_radps", "speed_mps", "acceleration_mps2", "jerk_mps3"])
+def test_what_is_no_number_is_refused_by_name(name, value):
+    with pytest.raises(ValueError, match=name):
+        control().limited(AckermannTarget(**{name: value}))
+
+
+@pytest.mark.parametrize("name", ["kp_per_s", "acceleration_mps2", "max_speed_mps", "hold_brake"])
+def test_senseless_gains_are_refused_by_name(name):
+    with pytest.raises(ValueError, match=name):
+        AckermannGains(**{**vars(GAINS), name: -1.0})

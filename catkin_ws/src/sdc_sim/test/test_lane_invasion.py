@@ -1,0 +1,66 @@
+"""Lines are told once a crossing, by their kind, and only by the pass of the road that is driven."""
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from sdc_sim.collision import Rectangle
+from sdc_sim.lane_invasion import BROKEN, SOLID, LaneWatch
+from sdc_sim.road import Road
+
+STRAIGHT = Road(np.column_stack([np.arange(0.0, 300.0), np.zeros(300)]))
+
+
+def car(x, y, yaw=0.0):
+    return Rectangle(x, y, yaw, 4.7, 2.0)
+
+
+def crossed(road, poses):
+    watch = LaneWatch(road)
+    return [line for pose in poses for line in watch.update(car(*pose))]
+
+
+def test_driving_in_the_lane_crosses_nothing():
+    assert crossed(STRAIGHT, [(x, 0.7 * math.sin(0.1 * x)) for x in np.arange(0.0, 290.0, 0.5)]) == []
+
+
+@pytest.mark.parametrize(("to_y", "lines"), [(1.0, [BROKEN]), (-1.0, [SOLID]), (3.5, [BROKEN]), (5.5, [BROKEN, SOLID])])
+def test_moving_over_crosses_what_lies_between(to_y, lines):
+    assert crossed(STRAIGHT, [(20.0 + x, to_y * x / 50.0) for x in range(51)]) == lines
+
+
+def test_there_and_back_is_two_crossings_and_trembling_is_one():
+    there_and_back = [(x, 1.5 * math.sin(math.pi * x / 50.0)) for x in np.arange(0.0, 101.0, 0.5)]
+    assert crossed(STRAIGHT, there_and_back) == [BROKEN, SOLID]
+    trembling = [(50.0 + 0.1 * n, 0.75 + 0.03 * (-1) ** n) for n in range(200)]
+    assert crossed(STRAIGHT, [(50.0, 0.0), *trembling]) == [BROKEN]
+
+
+def test_a_turned_car_crosses_with_its_corner():
+    assert crossed(STRAIGHT, [(50.0, 0.0), (50.0, 0.0, 0.3)]) == []
+    assert crossed(STRAIGHT, [(50.0, 0.0), (50.0, 0.0, 0.45)]) == [SOLID, BROKEN]
+
+
+@pytest.mark.parametrize("radius_m", [12.0, 40.0])
+def test_a_bend_driven_in_its_lane_crosses_nothing(radius_m):
+    angle = np.arange(0.0, 1.5 * math.pi, 1.0 / radius_m)
+    bend = Road(radius_m * np.column_stack([np.sin(angle), 1.0 - np.cos(angle)]))
+    poses = [(radius_m * math.sin(a), radius_m * (1.0 - math.cos(a)), a) for a in np.arange(0.1, 4.5, 0.3 / radius_m)]
+    assert crossed(bend, poses) == []
+
+
+def test_lines_of_a_crossing_road_do_not_count():
+    """A route that crosses itself at right angles: out to the east, round, and back south through the first stretch."""
+    corner = [(x, 0.0) for x in range(101)] + [(100.0, y) for y in range(1, 51)] + [(x, 50.0) for x in range(99, 49, -1)]
+    route = np.array(corner + [(50.0, y) for y in range(49, -60, -1)], float)
+    assert crossed(Road(route), [(x, 0.0) for x in np.arange(5.0, 90.0, 0.5)]) == []
+
+
+def test_a_car_that_is_put_elsewhere_has_crossed_nothing():
+    watch = LaneWatch(STRAIGHT)
+    watch.update(car(20.0, 0.0))
+    watch.reset()
+    assert watch.update(car(200.0, 1.5)) == []
+    assert watch.update(car(201.0, 3.5)) == []

@@ -1,0 +1,111 @@
+"""A scenario is read as its author meant it, or refused in one line that names file, line, key and mend."""
+from __future__ import annotations
+
+import math
+import os
+
+import numpy as np
+import pytest
+
+from sdc_package.route import Route
+from sdc_package.waypoints import load_waypoints
+from sdc_sim.scenario import ScenarioError, load_obstacles
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+EXAMPLES = os.path.join(HERE, "..", "config", "obstacles")
+# East for 100 m, then north.
+ROUTE = Route(np.vstack([[(x, 0.0) for x in range(101)], [(100.0, y) for y in range(1, 101)]]))
+
+
+def load(tmp_path, text):
+    path = tmp_path / "scenario.yaml"
+    path.write_text(text)
+    return load_obstacles(str(path), ROUTE)
+
+
+def test_none():
+    assert load_obstacles("", ROUTE) == []
+
+
+def test_map_frame(tmp_path):
+    standing, moving = load(tmp_path, """
+frame: map
+obstacles:
+  - {kind: car, at: [3, -2.5], yaw_rad: 1.5}
+  - {kind: pedestrian, path: [[0, 1], [2, 3]], speed_mps: 1.4, trigger_m: 12, size_m: [0.6, 0.7, 1.8]}
+""")
+    assert (standing.kind, standing.points_m, standing.yaw_rad, standing.size_m) == ("car", ((3.0, -2.5),), 1.5, (4.7, 2.0, 1.45))
+    assert (moving.points_m, moving.speed_mps, moving.trigger_m) == (((0.0, 1.0), (2.0, 3.0)), 1.4, 12.0)
+    assert moving.size_m == (0.6, 0.7, 1.8)
+
+
+@pytest.mark.parametrize(("at", "x", "y", "yaw"), [
+    ([50, 2], 50, 2, 0.0), ([150, 2], 98, 50, math.pi / 2), ([150, -3], 103, 50, math.pi / 2),
+])
+def test_route_frame_counts_along_and_to_the_left(tmp_path, at, x, y, yaw):
+    plan, = load(tmp_path, f"frame: route\nobstacles: [{{kind: obstacle, at: {at}}}]")
+    assert plan.points_m[0] == pytest.approx((x, y), abs=1e-6)
+    assert plan.yaw_rad == pytest.approx(yaw, abs=1e-6)
+
+
+def test_examples_can_be_read():
+    route = Route(load_waypoints(os.path.join(HERE, "..", "..", "sdc_package", "data", "waypoints.csv")))
+    names = os.listdir(EXAMPLES)
+    assert names
+    for name in names:
+        assert load_obstacles(os.path.join(EXAMPLES, name), route)
+
+
+ENTRY = "frame: map\nobstacles:\n  - "
+
+
+@pytest.mark.parametrize(("text", "line", "message"), [
+    ("", None, "is empty"),
+    ("obstacles: []", None, "'frame' is missing"),
+    ("frame: map", None, "'obstacles' is missing"),
+    ("frame: rote\nobstacles: []", 1, "did you mean 'route'"),
+    ("frame: map\nobstackles: []", 2, "did you mean 'obstacles'"),
+    ("frame: map\nobstacles: 7", 2, "is no list"),
+    ("frame: map\nobstacles: [7]", 2, "is no mapping"),
+    ("frame: map\nframe: map\nobstacles: []", 2, "twice"),
+    ("- 1\n- 2", 1, "is no mapping"),
+    ("frame: [map", None, "is no YAML"),
+    ("frame: map\nobstacles:\n\t- kind: car", 3, "is no YAML"),
+    (ENTRY + "at: [0, 0]", 3, "no 'kind'"),
+    (ENTRY + "kind: cra\n    at: [0, 0]", 3, "did you mean 'car'"),
+    (ENTRY + "kind: car\n    att: [0, 0]", 4, "did you mean 'at'"),
+    (ENTRY + "kind: car", 3, "either 'at"),
+    (ENTRY + "{kind: car, at: [0, 0], path: [[0, 0], [1, 1]], speed_mps: 1}", 3, "either 'at"),
+    (ENTRY + "kind: car\n    at: [0, one]", 4, "'at' is 'one'; give a number"),
+    (ENTRY + "kind: car\n    at: [0, .nan]", 4, "give a number"),
+    (ENTRY + "kind: car\n    at: [0, nan]", 4, "give a number from"),
+    (ENTRY + "kind: car\n    at: [0, 1e9]", 4, "give a number from"),
+    (ENTRY + "kind: car\n    at: [0]", 4, "list of 2 numbers"),
+    (ENTRY + "kind: car\n    at: [0, 0]\n    speed_mps: 3", 5, "'speed_mps' belongs to an obstacle with 'path'"),
+    (ENTRY + "kind: car\n    path: [[0, 0], [1, 0]]", 3, "no 'speed_mps'"),
+    (ENTRY + "kind: car\n    path: [[0, 0], [1, 0]]\n    speed_mps: -1", 5, "from 0.01 to 60"),
+    (ENTRY + "kind: car\n    path: [[0, 0], [1, 0]]\n    speed_mps: 1000", 5, "from 0.01 to 60"),
+    (ENTRY + "kind: car\n    path: [[0, 0], [1, 0]]\n    speed_mps: 1\n    yaw_rad: 1", 6, "belongs to an obstacle with 'at'"),
+    (ENTRY + "kind: car\n    path: [[0, 0]]\n    speed_mps: 1", 4, "two points or more"),
+    (ENTRY + "kind: car\n    path: [[0, 0], [0, 0]]\n    speed_mps: 1", 4, "repeats"),
+    (ENTRY + "{kind: car, path: [[0, 0], [1, 0]], speed_mps: 1, start_s: 1, trigger_m: 1}", 3, "remove one of them"),
+    (ENTRY + "kind: car\n    at: [0, 0]\n    size_m: [1, 1, 0]", 5, "'size_m' is 0"),
+    ("frame: route\nobstacles:\n  - kind: car\n    at: [5000, 0]", 4, "along a route of"),
+])
+def test_mistakes_are_named(tmp_path, text, line, message):
+    with pytest.raises(ScenarioError) as refusal:
+        load(tmp_path, text)
+    said = str(refusal.value)
+    assert "\n" not in said
+    assert said.startswith(str(tmp_path / "scenario.yaml"))
+    assert message in said
+    if line:
+        assert f", line {line}: " in said
+
+
+def test_file_that_is_not_there_or_no_text(tmp_path):
+    with pytest.raises(ScenarioError, match="nowhere.yaml: .*obstacles_path"):
+        load_obstacles("/nowhere.yaml", ROUTE)
+    (tmp_path / "picture.png").write_bytes(b"\x89PNG\xff\xfe")
+    with pytest.raises(ScenarioError, match="no text"):
+        load_obstacles(str(tmp_path / "picture.png"), ROUTE)
