@@ -4,7 +4,6 @@ import contextlib
 import os
 import signal
 import subprocess
-import time
 import unittest
 
 import numpy as np
@@ -69,6 +68,10 @@ class ManualControlTest(unittest.TestCase):
 
     def wait_for_command(self, accepts):
         return self.command.wait_for(accepts, LIMIT_S, after=len(self.command.messages))
+
+    def wait_for_frames(self, count):
+        """Wait until what has come now can be seen."""
+        self.command.wait_for(seconds=LIMIT_S, after=len(self.command.messages) + count)
 
     def wait_for_picture(self, accepts, what):
         return wait_until(lambda: accepts(self.display.picture(self.window)), LIMIT_S, what)
@@ -142,7 +145,7 @@ class ManualControlTest(unittest.TestCase):
 
     def test_views_figures_and_help(self):
         self.wait_for_picture(lambda picture: picture[:100, 300:, 0].mean() > 120, "a blue sky")
-        self.save_screenshot()
+        self.wait_for_frames(20)
         camera = self.display.picture(self.window)
         self.display.press("F1")
         self.wait_for_picture(lambda picture: picture[300:, PANEL].mean() > 1.3 * camera[300:, PANEL].mean(), "a window without figures")
@@ -168,20 +171,20 @@ class ManualControlTest(unittest.TestCase):
         self.wait_for_picture(lambda picture: not bottom_is_grass(picture), "the notice")
         self.wait_for_picture(bottom_is_grass, "the end of the notice")
 
-    def save_screenshot(self):
-        path = rospy.get_param("~screenshot")
-        if path:
-            self.display.press("p")
-            self.wait_for_car(lambda car: car.pose.pose.position.x > 20.0)
-            self.display.press("p")
-            with self.held("w", "d"):
-                self.wait_for_command(lambda command: command.steer > 0.1)
-                self.lane_invasion.publish(CarlaLaneInvasionEvent(crossed_lane_markings=[1]))
-                self.wait_for_car(lambda car: self.forward_speed(car) > 1.0)
-                time.sleep(0.2)
-                self.display.save(path, self.window)
-            self.display.press("BackSpace")
-            self.wait_for_car(self.is_at_start)
+    def test_crossing_a_line_is_said(self):
+        events = Listener(EGO + "/lane_invasion", CarlaLaneInvasionEvent)
+        events.wait_for_publisher()
+        self.display.press("p")
+        self.wait_for_car(lambda car: car.pose.pose.position.x > 15.0)
+        self.display.press("p")
+        with self.held("w", "a"):
+            event = events.wait_for(seconds=LIMIT_S)
+            self.wait_for_frames(5)
+            picture = self.display.picture(self.window)
+            if rospy.get_param("~screenshot"):
+                self.display.save(rospy.get_param("~screenshot"), self.window)
+        self.assertEqual(list(event.crossed_lane_markings), [CarlaLaneInvasionEvent.LANE_MARKING_BROKEN])
+        self.assertGreater((picture[430:, 300:540].min(axis=2) > 240).sum(), 300)  # white letters
 
     def test_escape_quits_and_hands_back(self):
         self.check_quits(lambda: self.display.press("Escape"))
