@@ -210,8 +210,9 @@ class ContractTest(unittest.TestCase):
         clock.wait_for()
         self.assertIn("paused", self.call("pause").message)
         stood = self.last_tick(clock)
+        seen = len(self.odometry.messages)
         self.put(20.0, 0.0)
-        shown = self.next(self.odometry, lambda message: message.pose.pose.position.x == 20.0)
+        shown = self.odometry.wait_for(lambda message: message.pose.pose.position.x == 20.0, after=seen)
         self.assertEqual(shown.header.stamp.to_nsec(), stood, "a paused world shows a change, and time stands")
         for step in (1, 2):
             self.call("step")
