@@ -6,6 +6,7 @@ import rospy
 from nav_msgs.msg import Odometry
 from sdc_package.msg import CarlaVehicleControl, LocalPath
 
+from sdc_package.axles import Axles
 from sdc_package.car import PedalMap, SteeringMap
 from sdc_package.local_path import LocalPath as Road
 from sdc_package.node import loop_publisher, parameter, refuse
@@ -13,7 +14,7 @@ from sdc_package.odometry import pose_and_speed
 from sdc_package.pid import PidGains
 from sdc_package.route import wrap_angle
 from sdc_package.speed import SpeedControl, SpeedControlLimits
-from sdc_package.stanley import Axles, StanleyGains, StanleySteering
+from sdc_package.steering import load_steering, section_of
 
 LONGEST_STEP_S = 0.2
 
@@ -27,7 +28,8 @@ class SimpleController:
         self.patience_s = parameter("patience_s")
         self.stop_brake = parameter("stop_brake")
         try:
-            self.steering = StanleySteering(StanleyGains(**parameter("stanley")), Axles(**parameter("axles")))
+            method = parameter("steering_method")
+            self.steering = load_steering(method, rospy.get_param("~" + section_of(method), None), Axles(**parameter("axles")))
             self.speed_control = SpeedControl(PidGains(**parameter("pid")), SpeedControlLimits(**parameter("limits")))
             self.steering_map = SteeringMap(**parameter("steering"))
             self.pedal_map = PedalMap(**parameter("pedals"))

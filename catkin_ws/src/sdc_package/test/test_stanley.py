@@ -4,11 +4,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from sdc_package.axles import Axles, front_axle_path, rear_axle_path
 from sdc_package.local_path import LocalPath, Polyline
-from sdc_package.stanley import Axles, StanleyGains, StanleySteering, front_axle_path, stanley_angle
+from sdc_package.stanley import StanleySteering, stanley_angle
 
 AXLES = Axles(front_m=1.435, rear_m=1.435, front_compliance=0.0, rear_compliance=0.0)
-GAINS = StanleyGains(k=2.0, softening_mps=1.0, preview_s=0.0)
+GAINS = {"k": 2.0, "softening_mps": 1.0, "preview_s": 0.0}
 
 
 def arc(radius, side=1.0, count=40, speed=5.0):
@@ -19,17 +20,18 @@ def arc(radius, side=1.0, count=40, speed=5.0):
 def steering(rows, x, y, yaw, speed=5.0, **changes):
     path = LocalPath()
     path.update(rows)
-    return StanleySteering(StanleyGains(**{**vars(GAINS), **changes}), AXLES).wheel_angle(path, x, y, yaw, speed)
+    return StanleySteering(AXLES, **{**GAINS, **changes}).wheel_angle(path, x, y, yaw, speed)
 
 
 def test_law_by_hand():
-    assert stanley_angle(0.1, 0.5, 4.0, GAINS) == pytest.approx(0.1 - math.atan(2.0 * 0.5 / 5.0))
-    assert stanley_angle(0.0, 0.5, -4.0, GAINS) == stanley_angle(0.0, 0.5, 4.0, GAINS)
+    assert stanley_angle(0.1, 0.5, 4.0, 2.0, 1.0) == pytest.approx(0.1 - math.atan(2.0 * 0.5 / 5.0))
+    assert stanley_angle(0.1, 0.5, 4.0, 2.0) == pytest.approx(0.1 - math.atan(2.0 * 0.5 / 4.0))
+    assert stanley_angle(0.0, 0.5, -4.0, 2.0, 1.0) == stanley_angle(0.0, 0.5, 4.0, 2.0, 1.0)
 
 
 @given(st.floats(-1.5, 1.5), st.floats(-5.0, 5.0), st.floats(0.0, 30.0))
 def test_law_is_odd(heading, cross_track, speed):
-    assert stanley_angle(-heading, -cross_track, speed, GAINS) == -stanley_angle(heading, cross_track, speed, GAINS)
+    assert stanley_angle(-heading, -cross_track, speed, 2.0, 1.0) == -stanley_angle(heading, cross_track, speed, 2.0, 1.0)
 
 
 def test_steers_towards_the_path():
@@ -61,6 +63,13 @@ def test_front_axle_runs_outside_the_bend():
         assert math.hypot(x, y - radius) == pytest.approx(math.hypot(rear_circle, 2.87), abs=0.02)
 
 
+def test_rear_axle_runs_inside_the_bend():
+    radius = 6.0
+    line = Polyline([(x, y) for x, y, _ in arc(radius)])
+    for x, y in rear_axle_path(line, 30, 5.0, AXLES).points[10:]:
+        assert math.hypot(x, y - radius) == pytest.approx(math.sqrt(radius**2 - 1.435**2), abs=0.02)
+
+
 def test_tyres_that_slip_are_steered_by_the_understeer_gradient():
     """On a circle, wheel and attitude change by the compliances times the lateral acceleration."""
     soft = Axles(front_m=1.435, rear_m=1.435, front_compliance=0.008, rear_compliance=0.006)
@@ -71,7 +80,7 @@ def test_tyres_that_slip_are_steered_by_the_understeer_gradient():
     path = LocalPath()
     path.update(arc(radius))
     x, y = radius * math.sin(along), radius * (1.0 - math.cos(along))
-    wheel = StanleySteering(GAINS, soft).wheel_angle(path, x, y, yaw, speed)
+    wheel = StanleySteering(soft, **GAINS).wheel_angle(path, x, y, yaw, speed)
     assert wheel == pytest.approx(2.87 / radius + (0.008 - 0.006) * acceleration, abs=0.002)
 
 

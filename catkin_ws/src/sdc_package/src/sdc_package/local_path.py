@@ -13,6 +13,8 @@ _SAME_POINT_M = 1e-6
 _SHORTEST_PREVIEW_M = 0.1
 # Speeds are read a little ahead of the car: pedals have a lag, and better short of a stop line than over it.
 _AIM_AHEAD_M = 0.3
+# Curvature is taken over so much road before and after a place: the points are about 1 m apart.
+_HALF_SPAN_M = 1.0
 
 
 @dataclass(frozen=True)
@@ -50,6 +52,36 @@ class Polyline:
             self.lengths.append(length)
             self.s.append(self.s[-1] + length)
         self.headings = [pieces[0], *(0.5 * (a + b) for a, b in zip(pieces, pieces[1:])), pieces[-1]]
+
+    def count_until(self, s_m: float) -> int:
+        """How many points lie up to arc length `s_m`, and 3 at the least if there are as many."""
+        return min(max(3, bisect_right(self.s, s_m)), len(self.points))
+
+    def point_at(self, s_m: float):
+        """(x, y) at arc length `s_m`; the first and the last piece reach on beyond the ends."""
+        i, along = self._piece_at(s_m)
+        (x, y), (next_x, next_y) = self.points[i], self.points[i + 1]
+        part = along / self.lengths[i]
+        return x + part * (next_x - x), y + part * (next_y - y)
+
+    def heading_at(self, s_m: float) -> float:
+        """Heading in radians at arc length `s_m`, linear between the points and constant beyond the ends."""
+        i, along = self._piece_at(s_m)
+        part = min(max(along / self.lengths[i], 0.0), 1.0)
+        return self.headings[i] + part * (self.headings[i + 1] - self.headings[i])
+
+    def curvature_at(self, s_m: float) -> float:
+        """Curvature in 1/m at arc length `s_m`, positive to the left: the change of heading over 2 m, or what there is of them."""
+        before, after = max(s_m - _HALF_SPAN_M, 0.0), min(s_m + _HALF_SPAN_M, self.s[-1])
+        if not after > before:
+            return 0.0
+        return (self.heading_at(after) - self.heading_at(before)) / (after - before)
+
+    def _piece_at(self, s_m: float):
+        i = min(max(bisect_right(self.s, s_m) - 1, 0), len(self.lengths) - 1)
+        while self.lengths[i] == 0.0 and i > 0:
+            i -= 1
+        return i, s_m - self.s[i]
 
     def nearest(self, x_m: float, y_m: float):
         """(index of the piece, fraction of it, s_m, cross_track_m, heading_rad) of the place nearest to a point.

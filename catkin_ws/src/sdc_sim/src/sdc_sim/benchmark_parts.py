@@ -15,13 +15,14 @@ from rosgraph_msgs.msg import Clock
 from sdc_package.msg import CarlaVehicleControl, Waypoint
 from sdc_package.msg import LocalPath as LocalPathMessage
 
+from sdc_package.axles import Axles
 from sdc_package.car import PedalMap, SteeringMap
 from sdc_package.local_path import LocalPath
 from sdc_package.obstacles import Caution
 from sdc_package.pid import PidGains
 from sdc_package.planning import LocalPlanner, SpeedLimits
 from sdc_package.speed import SpeedControl, SpeedControlLimits
-from sdc_package.stanley import Axles, StanleyGains, StanleySteering
+from sdc_package.steering import load_steering
 from sdc_package.waypoints import load_waypoints
 from sdc_sim.camera import CameraModel, Renderer
 from sdc_sim.messages import image_message, odometry_message
@@ -43,7 +44,8 @@ def parts_ms() -> dict:
     planner = LocalPlanner(route, SpeedLimits(10.0, 3.0, 1.8, 2.5), lookahead_m=25.0, join_within_m=20.0,
                         caution=Caution(side_m=0.4, gap_m=5.0, car_front_m=2.35, car_width_m=2.0))
     path = LocalPath()
-    steering = StanleySteering(StanleyGains(**config["stanley"]), Axles(**config["axles"]))
+    method = config["steering_method"]
+    steering = load_steering(method, config[method], Axles(**config["axles"]))
     speed_control = SpeedControl(PidGains(**config["pid"]), SpeedControlLimits(**config["limits"]))
     steering_map, pedal_map = SteeringMap(**config["steering"]), PedalMap(**config["pedals"])
     vehicle = Vehicle(load_vehicle(os.path.join(ours, "config", "vehicles", "tesla_model3.yaml")))
