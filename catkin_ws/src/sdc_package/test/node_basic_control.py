@@ -15,7 +15,7 @@ class BasicControlTest(unittest.TestCase):
         publisher = rospy.Publisher("/carla/ego_vehicle/odometry", Odometry, queue_size=1)
         command = Listener("/carla/ego_vehicle/vehicle_control_cmd", CarlaVehicleControl)
         wait_for_subscriber(publisher)
-        command.wait_for_publisher()
+        command.wait_for()  # the stop for want of odometry: it proves that commands arrive
         odometry = Odometry()
         odometry.header.stamp = rospy.Time.now()
         odometry.pose.pose.orientation.w = 1.0

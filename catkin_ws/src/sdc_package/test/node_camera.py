@@ -8,7 +8,7 @@ import rostest
 from cv_bridge import CvBridge
 from sensor_msgs.msg import Image
 
-from sdc_package.listening import Listener, wait_for_subscriber
+from sdc_package.listening import Listener, wait_for_subscriber, wait_until
 
 
 class CameraTest(unittest.TestCase):
@@ -18,7 +18,13 @@ class CameraTest(unittest.TestCase):
         cls.picture = rospy.Publisher("/carla/ego_vehicle/camera/rgb/front/image_color", Image, queue_size=10)
         cls.mask = Listener("/camera/lane_mask", Image)
         wait_for_subscriber(cls.picture)
-        cls.mask.wait_for_publisher()
+        wait_until(cls.is_answered, what="the first mask")
+
+    @classmethod
+    def is_answered(cls):
+        """Connections open one after the other: show a picture until a mask comes back."""
+        cls.picture.publish(cls.bridge.cv2_to_imgmsg(np.zeros((48, 64, 4), np.uint8), "bgra8"))
+        return cls.mask.messages
 
     def mask_of(self, image, encoding):
         message = self.bridge.cv2_to_imgmsg(image, encoding)

@@ -32,6 +32,15 @@ class CameraWindowTest(unittest.TestCase):
         wait_for_subscriber(self.picture, LIMIT_S)
         self.mask.wait_for_publisher(LIMIT_S)
 
+    def wait_for_mask(self):
+        """Show the road until a mask comes back."""
+        seen = len(self.mask.messages)
+
+        def is_answered():
+            self.picture.publish(self.message)
+            return len(self.mask.messages) > seen
+        wait_until(is_answered, LIMIT_S, "a mask")
+
     def wait_for_pixel(self, display, window, colour, what):
         """Show the road until the pixel at (100, 400) of the window has a colour."""
         def has_colour():
@@ -52,14 +61,11 @@ class CameraWindowTest(unittest.TestCase):
             self.wait_for_pixel(display, window, (60, 90, 30), "the camera's picture again")
             display.press("q")
             wait_until(lambda: not display.windows(TITLE), LIMIT_S, "the window's end")
-            seen = len(self.mask.messages)
-            self.picture.publish(self.message)
-            self.mask.wait_for(after=seen)
+            self.wait_for_mask()
 
     def test_without_a_display_the_mask_is_published_all_the_same(self):
         self.launch({name: value for name, value in os.environ.items() if name != "DISPLAY"})
-        self.picture.publish(self.message)
-        self.mask.wait_for()
+        self.wait_for_mask()
 
 
 if __name__ == "__main__":

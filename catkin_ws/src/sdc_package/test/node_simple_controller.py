@@ -24,7 +24,7 @@ class SimpleControllerTest(unittest.TestCase):
         cls.command = Listener("/carla/ego_vehicle/vehicle_control_cmd", CarlaVehicleControl)
         wait_for_subscriber(cls.odometry)
         wait_for_subscriber(cls.path)
-        cls.command.wait_for_publisher()
+        cls.command.wait_for()  # the stop for want of odometry: it proves that commands arrive
 
     def drive(self, y=0.0, yaw=0.0, speed=5.0, path=None, body_frame=True):
         """Publish one pair; return the command that answers it."""
