@@ -8,8 +8,8 @@ import rostest
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
 from sdc_package.msg import CarlaVehicleControl
-from std_srvs.srv import Trigger
 from sdc_sim.msg import CarlaEgoVehicleStatus
+from std_srvs.srv import Trigger
 
 from sdc_package.listening import Listener, wait_for_subscriber
 from sdc_package.odometry import pose_and_speed, yaw_from_quaternion
