@@ -198,12 +198,14 @@ class ContractTest(unittest.TestCase):
     def test_bad_places_are_refused(self):
         for x, y in ((math.nan, 0.0), (math.inf, 0.0), (1e12, 0.0)):
             self.put(x, y)
-            self.click_at(x, y)
-        self.click_at(20.0, 0.0, frame="camera")
-        self.click_at(0.5, 0.0)  # on the car itself
         self.put(40.0, 0.0)
         self.next(self.odometry, lambda message: message.pose.pose.position.x == 40.0)
-        self.assertEqual(self.obstacles.messages[-1].obstacles, [])
+        for x, y in ((math.nan, 0.0), (math.inf, 0.0), (1e12, 0.0), (40.5, 0.0)):  # the last is on the car itself
+            self.click_at(x, y)
+        self.click_at(20.0, 0.0, frame="camera")
+        self.click_at(60.0, 0.0)
+        told = self.next(self.obstacles, lambda message: message.obstacles)
+        self.assertEqual([one.pose.position.x for one in told.obstacles], [60.0])
 
     def test_pause_step_resume(self):
         clock = Listener("/clock", Clock)

@@ -52,6 +52,14 @@ def test_target_of_zero_holds_the_car():
     assert commands[-1].throttle == 0.0
 
 
+@pytest.mark.parametrize(("start", "wanted"), [(5.0, -3.0), (-3.0, 4.0)])
+def test_direction_is_changed_by_the_brake_at_first(start, wanted):
+    states, commands, _ = drive(AckermannTarget(speed_mps=wanted), 3.0, speed_mps=start)
+    against = [command for state, command in zip(states, commands[1:]) if state.speed_mps * start > GAINS.standstill_mps * abs(start)]
+    assert against
+    assert all(command.throttle == 0.0 and command.brake > 0.0 for command in against)
+
+
 @pytest.mark.parametrize(("angle", "sign"), [(0.2, 1.0), (-0.2, -1.0)])
 def test_wheel_angle_is_reached_positive_to_the_left(angle, sign):
     states, commands, _ = drive(AckermannTarget(steering_angle_rad=angle, speed_mps=3.0), 5.0)

@@ -105,3 +105,9 @@ def test_a_turn_on_the_spot_meets_what_stands_beside():
 def test_a_body_that_lies_in_another_may_back_out_only(to_x, free):
     contact = first_contact(lambda share: Rectangle(share * to_x, 0, 0, 4.7, 2.0), Rectangle(2.5, 0, 0, 1, 1))
     assert (contact is None) == free
+
+
+def test_half_a_turn_meets_what_it_sweeps_over():
+    """It ends where it began, turned round: only the way between tells."""
+    contact = first_contact(lambda share: Rectangle(0, 0, share * math.pi, 4.7, 2.0), Rectangle(0, 2.0, 0, 1.0, 1.0))
+    assert 0.0 < contact.share < 0.5

@@ -58,6 +58,13 @@ def test_lines_of_a_crossing_road_do_not_count():
     assert crossed(Road(route), [(x, 0.0) for x in np.arange(5.0, 90.0, 0.5)]) == []
 
 
+def test_lines_count_as_those_of_the_pass_that_is_driven():
+    """The road comes back in the other lane: over there the car has crossed the centre line all the same."""
+    bend = [(200.0 + 1.75 * math.sin(a), 1.75 - 1.75 * math.cos(a)) for a in np.arange(0.3, math.pi, 0.3)]
+    there_and_back = Road(np.array([(x, 0.0) for x in range(200)] + bend + [(x, 3.5) for x in range(200, 0, -1)], float))
+    assert crossed(there_and_back, [(20.0 + x, 3.5 * x / 50.0) for x in range(51)]) == [BROKEN]
+
+
 def test_a_car_that_is_put_elsewhere_has_crossed_nothing():
     watch = LaneWatch(STRAIGHT)
     watch.update(car(20.0, 0.0))
