@@ -15,6 +15,13 @@ def test_lines_of_a_straight_road_lie_where_the_road_says():
     np.testing.assert_allclose(paint.dashes[:, 1, 0] - paint.dashes[:, 0, 0], 3.0)
 
 
+def test_edges_have_no_gaps():
+    road = Road(np.column_stack([np.arange(0.0, 1001.0), np.zeros(1001)]))
+    edges = paint_road(road).edges
+    lengths = np.hypot(*np.moveaxis(edges[:, 1] - edges[:, 0], 1, 0))
+    assert lengths.sum() == pytest.approx(2.0 * (road.s_m[-1] - road.s_m[0]), abs=2.0)
+
+
 def test_surface_of_a_straight_road_has_its_area():
     road = Road(STRAIGHT)
     x, y = np.moveaxis(paint_road(road).surface, 2, 0)
