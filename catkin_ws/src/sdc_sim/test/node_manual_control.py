@@ -53,7 +53,7 @@ class ManualControlTest(unittest.TestCase):
     def setUp(self):
         """A person at the wheel of a car that stands at the start, the camera in view."""
         starts_from = len(self.override.messages)
-        if self.client is None:
+        if self.client is None or self.client.poll() is not None:
             ManualControlTest.client = subprocess.Popen(["roslaunch", "sdc_sim", "manual_control.launch"], env=self.display.environment)
             self.override.wait_for(lambda message: message.data, LIMIT_S, after=starts_from)
         self.assertTrue(self.override.messages[-1].data)

@@ -54,6 +54,10 @@ def test_bad_rows_are_left_out():
     view = MapView(0.1, 10.0)
     bad = view.picture(0.0, 0.0, 0.0, path=[(math.nan, 0.0, 1.0), (math.inf, 1.0, 1.0)], obstacles=[(math.nan,) * 5])
     np.testing.assert_array_equal(bad, view.picture(0.0, 0.0, 0.0))
+    good = [(5.0, 1.0, 3.0), (15.0, 0.0, 6.0)]
+    mixed = view.picture(0.0, 0.0, 0.0, path=[good[0], (math.nan, 0.0, 1.0), good[1]])
+    np.testing.assert_array_equal(mixed, view.picture(0.0, 0.0, 0.0, path=good))
+    assert (mixed != bad).any()
 
 
 def test_bad_routes_and_scales_are_refused():

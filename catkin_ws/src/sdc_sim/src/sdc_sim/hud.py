@@ -111,15 +111,11 @@ class FrameRate:
     def count(self, now_s: float) -> None:
         """A frame came at `now_s`."""
         self._times.append(now_s)
-        self._forget(now_s)
 
     def per_second(self, now_s: float) -> float:
         """The rate; 0 until two frames have come."""
-        self._forget(now_s)
+        while self._times and now_s - self._times[0] > self._window_s:
+            self._times.popleft()
         if len(self._times) < 2 or self._times[-1] == self._times[0]:
             return 0.0
         return (len(self._times) - 1) / (self._times[-1] - self._times[0])
-
-    def _forget(self, now_s: float) -> None:
-        while self._times and now_s - self._times[0] > self._window_s:
-            self._times.popleft()

@@ -8,6 +8,8 @@ import numpy as np
 from sdc_sim.road import DASH_LENGTH_M, DASH_PERIOD_M, MARGIN_M, Road
 
 _EDGE_STEP_M = 1.0
+# A road is painted piece by piece: the search for what lies on a line takes the square of its length.
+_PIECE_M = 200.0
 _STOP, _HALF, _FULL = np.array([(0.9, 0.1, 0.1), (1.0, 0.8, 0.1), (0.1, 0.8, 0.2)])
 
 
@@ -24,7 +26,8 @@ class RoadPaint:
 def paint_road(road: Road) -> RoadPaint:
     """The lines that can be seen, and the asphalt of every pass. At the ends the road reaches on beyond the route."""
     start_m, end_m = float(road.s_m[0]), float(road.s_m[-1])
-    edges = [_visible_segments(*road.lane_points(offset, start_m, end_m, _EDGE_STEP_M)) for offset in (road.right_edge_m, road.left_edge_m)]
+    edges = [_visible_segments(*road.lane_points(offset, piece_m, min(piece_m + _PIECE_M, end_m), _EDGE_STEP_M))
+             for piece_m in np.arange(start_m, end_m, _PIECE_M).tolist() for offset in (road.right_edge_m, road.left_edge_m)]
 
     dash_s = np.arange(start_m, end_m - DASH_LENGTH_M, DASH_PERIOD_M)
     ends = [road.at(s) for s in (dash_s, dash_s + DASH_LENGTH_M)]
