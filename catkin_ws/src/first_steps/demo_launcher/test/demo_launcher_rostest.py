@@ -1,0 +1,104 @@
+#!/usr/bin/env python3
+"""The demo as a whole, started as a reader starts it."""
+import os
+import queue
+import signal
+import subprocess
+import sys
+import unittest
+from pathlib import Path
+
+import rosgraph
+import rospy
+import rostest
+from std_msgs.msg import UInt32
+from um_msgs.msg import Waypoint
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "qt_interface" / "test"))
+from virtual_screen import VirtualScreen
+
+LIMIT_SECONDS = 60.0
+SMALL = "world_parameters:={ellipse_width: 240.0, ellipse_height: 160.0, waypoint_count: 10, speed: 300.0}"
+
+
+def launch(*arguments, environment=None):
+    return subprocess.Popen(["roslaunch", "demo_launcher", "demo.launch", *arguments], env=environment or os.environ,
+                            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+
+
+class DemoTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        rospy.init_node("demo_test")
+        cls.master = rosgraph.Master("/demo_test")
+
+    def nodes(self):
+        """The names of the nodes that publish or listen to anything."""
+        return {node for topics in self.master.getSystemState() for _, nodes in topics for node in nodes}
+
+    def await_messages(self, topic, message_type, condition):
+        messages = queue.Queue()
+        subscriber = rospy.Subscriber(topic, message_type, messages.put, queue_size=100)
+        try:
+            while not condition(messages.get(timeout=LIMIT_SECONDS)):
+                pass
+        except queue.Empty:
+            self.fail(f"waited in vain on {topic}")
+        finally:
+            subscriber.unregister()
+
+    def await_start(self):
+        """Waits until the world and the driver are at work: a node that still starts answers Ctrl-C with a traceback."""
+        self.await_messages("/target_waypoint", Waypoint, lambda _msg: True)
+
+    def stop(self, demo):
+        demo.send_signal(signal.SIGINT)
+        output, _ = demo.communicate(timeout=LIMIT_SECONDS)
+        self.assertNotIn("Traceback", output)
+        return output
+
+    def test_headless_it_drives_laps_without_a_window(self):
+        demo = launch("headless:=true", SMALL)
+        try:
+            self.await_messages("/lap_count", UInt32, lambda msg: msg.data >= 2)
+            self.assertTrue({"/world", "/driverless"} <= self.nodes())
+            self.assertNotIn("/qt_interface", self.nodes())
+        finally:
+            output = self.stop(demo)
+        self.assertIn("lap 1 completed", output)
+
+    def test_closing_the_window_ends_the_launch(self):
+        with VirtualScreen() as screen:
+            demo = launch(environment=screen.environment)
+            try:
+                window = screen.find_window("First steps")
+                self.await_start()
+                screen.press_close_button(window)
+                output, _ = demo.communicate(timeout=LIMIT_SECONDS)
+            finally:
+                if demo.poll() is None:
+                    self.stop(demo)
+            self.assertNotIn("Traceback", output)
+            self.assertIn("qt_interface", output)
+
+    def test_ending_the_launch_closes_the_window(self):
+        with VirtualScreen() as screen:
+            demo = launch(environment=screen.environment)
+            screen.find_window("First steps")
+            self.await_start()
+            output = self.stop(demo)
+            self.assertNotIn("escalating", output, "every node ended when it was asked to")
+            found = subprocess.run(["xdotool", "search", "--name", "First steps"], check=False,
+                                   env=screen.environment, stdout=subprocess.PIPE, text=True)
+            self.assertEqual(found.stdout.strip(), "")
+
+    def test_a_bad_parameter_ends_the_launch_with_one_clear_line(self):
+        demo = launch("headless:=true", "world_parameters:={field_height: 0}")
+        output, _ = demo.communicate(timeout=LIMIT_SECONDS)
+        lines = [line for line in output.splitlines() if "FATAL" in line]
+        self.assertEqual(len(lines), 1, output)
+        self.assertIn("parameter ~field_height is 0: give a number above 0", lines[0])
+
+
+if __name__ == "__main__":
+    rostest.rosrun("demo_launcher", "demo_launcher_test", DemoTest, sys.argv)

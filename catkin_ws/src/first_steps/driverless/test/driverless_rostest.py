@@ -1,0 +1,97 @@
+#!/usr/bin/env python3
+"""The real driver node: positions and points go in, steering commands come out."""
+import math
+import queue
+import subprocess
+import sys
+import time
+import unittest
+
+import rospy
+import rostest
+from um_msgs.msg import CarPosition, SteeringCommand, Waypoint, Waypoints
+
+LIMIT_SECONDS = 30.0
+SQUARE = [(0, 0.0, 0.0), (1, 100.0, 0.0), (2, 100.0, 100.0), (3, 0.0, 100.0)]
+
+
+def to_message(points):
+    return Waypoints([Waypoint(x=x, y=y, idx=idx) for idx, x, y in points])
+
+
+class DriverlessTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        rospy.init_node("driverless_test")
+        cls.commands, cls.targets = queue.Queue(), queue.Queue()
+        rospy.Subscriber("/cmd", SteeringCommand, cls.commands.put, queue_size=100)
+        rospy.Subscriber("/target_waypoint", Waypoint, cls.targets.put, queue_size=100)
+        cls.map = rospy.Publisher("/world_waypoints", Waypoints, queue_size=10, latch=True)
+        cls.sensed = rospy.Publisher("/sensed_waypoints", Waypoints, queue_size=10)
+        cls.car = rospy.Publisher("/car_position", CarPosition, queue_size=10)
+        end = time.monotonic() + LIMIT_SECONDS
+        for publisher in (cls.map, cls.sensed, cls.car):
+            while not publisher.get_num_connections():
+                assert time.monotonic() < end, f"nobody listens to {publisher.name}"
+                time.sleep(0.01)
+        # The other way round a connection takes a moment too: ask until an answer comes.
+        while cls.commands.empty():
+            assert time.monotonic() < end, "no answer on /cmd"
+            cls.car.publish(x=-900.0, y=0.0, direction=0.0)
+            time.sleep(0.05)
+
+    def setUp(self):
+        self.wait_for_silence()
+
+    def wait_for_silence(self):
+        """Empties the queue of commands that answer what was asked before."""
+        while True:
+            try:
+                self.commands.get(timeout=0.3)
+            except queue.Empty:
+                return
+
+    def answer(self, x, y, direction):
+        self.car.publish(x=x, y=y, direction=direction)
+        return self.commands.get(timeout=LIMIT_SECONDS).delta_direction
+
+    def answer_once_known(self, x, y, direction, expected):
+        """Asks until the answer is the expected one: map and position come on two connections, in either order."""
+        end = time.monotonic() + LIMIT_SECONDS
+        answer = math.nan
+        while time.monotonic() < end:
+            answer = self.answer(x, y, direction)
+            if abs(answer - expected) < 1e-9:
+                return
+        self.fail(f"expected {expected}, the last answer was {answer}")
+
+    def test_it_turns_to_the_next_point_and_says_which_it_is(self):
+        self.map.publish(to_message(SQUARE))
+        self.answer_once_known(-50.0, 0.0, 0.1, -0.05)                    # half of the heading error, to point 0
+        self.assertEqual(self.answer(-50.0, 0.0, 2.0), -0.2)              # max_turn from the launch file
+        self.answer_once_known(0.0, 0.0, 0.1, -0.05)                      # reached: on to point 1
+        self.answer_once_known(100.0, 0.0, math.pi / 2 + 0.1, -0.05)      # to point 2
+        self.answer_once_known(100.0, 100.0, -math.pi + 0.1, -0.05)       # to point 3, across the wrap
+        self.answer_once_known(0.0, 100.0, -math.pi / 2 - 0.1, 0.05)      # after the last comes the first
+        seen = [self.targets.get(timeout=LIMIT_SECONDS).idx for _ in range(5)]
+        self.assertEqual(seen, [0, 1, 2, 3, 0])
+
+    def test_messages_that_are_no_numbers_are_refused_and_it_drives_on(self):
+        self.map.publish(to_message([(0, math.nan, 0.0)]))
+        self.sensed.publish(to_message([(0, 0.0, math.inf)]))
+        self.car.publish(x=math.nan, y=0.0, direction=0.0)
+        self.car.publish(x=0.0, y=0.0, direction=math.inf)
+        answer = self.answer(50.0, 50.0, 0.3)
+        self.assertTrue(abs(answer) <= 0.2)
+
+    def test_bad_parameters_end_in_one_clear_line(self):
+        result = subprocess.run(["rosrun", "driverless", "driverless_node.py", "__name:=bad_driver", "_max_turn:=-1"],
+                                check=False, timeout=60, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                                text=True)
+        lines = [line for line in result.stdout.splitlines() if line.strip()]
+        self.assertEqual((result.returncode, len(lines)), (1, 1), result.stdout)
+        self.assertIn("parameter ~max_turn is -1: give a number above 0, at most 3.142", lines[0])
+
+
+if __name__ == "__main__":
+    rostest.rosrun("driverless", "driverless_test", DriverlessTest, sys.argv)

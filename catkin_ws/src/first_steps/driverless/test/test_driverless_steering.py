@@ -1,0 +1,199 @@
+"""How far to turn, and which point comes next."""
+import math
+from pathlib import Path
+
+import pytest
+import yaml
+from hypothesis import given
+from hypothesis import strategies as st
+
+from driverless.driver import Driver
+from driverless.route import Point, Route
+from driverless.settings import SettingsError, read_settings
+from driverless.steering import clamp, heading_error, needs_run_up, wrap_angle
+
+PI = math.pi
+CONFIG = yaml.safe_load((Path(__file__).resolve().parents[1] / "config" / "driverless.yaml").read_text())
+NUMBERS = ["reach_distance", "turn_gain", "max_turn", "search_turn"]
+coordinates, angles = st.floats(-1e3, 1e3), st.floats(-50.0, 50.0)
+
+
+def driver(**overrides):
+    return Driver(read_settings({**CONFIG, **overrides}))
+
+
+@given(angles)
+def test_wrap_stays_in_range_and_keeps_the_direction(angle):
+    wrapped = wrap_angle(angle)
+    assert -PI < wrapped <= PI
+    assert math.cos(wrapped - angle) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("angle, wrapped", [(PI, PI), (-PI, PI), (PI + 1e-9, -PI + 1e-9), (3 * PI, PI), (0.0, 0.0)])
+def test_wrap_at_pi(angle, wrapped):
+    assert wrap_angle(angle) == pytest.approx(wrapped, abs=1e-12)
+
+
+@pytest.mark.parametrize("direction, target, error", [
+    (0.0, (1.0, 0.0), 0.0), (0.0, (1.0, 1.0), PI / 4), (0.0, (0.0, -1.0), -PI / 2), (PI / 2, (0.0, 5.0), 0.0),
+    (3.0, (-1.0, math.tan(-0.1)), 2 * PI - 3.0 - (PI - 0.1)),   # over pi, not back through zero
+    (-3.0, (-1.0, 0.1), math.atan2(0.1, -1.0) + 3.0 - 2 * PI),
+    (0.0, (-1.0, 0.0), PI), (0.7, (0.0, 0.0), 0.0)])
+def test_heading_error_turns_the_shortest_way(direction, target, error):
+    assert heading_error(0.0, 0.0, direction, *target) == pytest.approx(error)
+
+
+@given(coordinates, coordinates, angles, coordinates, coordinates)
+def test_turning_by_the_heading_error_looks_at_the_target(x, y, direction, target_x, target_y):
+    error = heading_error(x, y, direction, target_x, target_y)
+    assert -PI < error <= PI
+    distance = math.hypot(target_x - x, target_y - y)
+    assert x + distance * math.cos(direction + error) == pytest.approx(target_x, abs=1e-6)
+    assert y + distance * math.sin(direction + error) == pytest.approx(target_y, abs=1e-6)
+
+
+def test_clamp():
+    assert (clamp(0.1, 0.25), clamp(9.0, 0.25), clamp(-9.0, 0.25)) == (0.1, 0.25, -0.25)
+
+
+def test_run_up_begins_well_inside_the_turning_circle_and_ends_outside():
+    circle = {"turning_radius": 100.0, "reach_distance": 20.0}  # its centre is at (0, 100) for a target on the left
+    assert needs_run_up(False, 0.0, 0.0, 0.0, 0.0, 100.0, **circle)
+    assert not needs_run_up(False, 0.0, 0.0, 0.0, 90.0, 100.0, **circle)
+    assert needs_run_up(True, 0.0, 0.0, 0.0, 90.0, 100.0, **circle)
+    assert not needs_run_up(True, 0.0, 0.0, 0.0, 101.0, 100.0, **circle)
+    assert needs_run_up(False, 0.0, 0.0, 0.0, 0.0, -100.0, **circle), "on the right as on the left"
+    assert not needs_run_up(False, 0.0, 0.0, 0.0, 0.0, 1.0, turning_radius=16.0, reach_distance=20.0)
+
+
+def visited(points, count, start=(-4.0, 0.0)):
+    """The targets in turn, the car jumping from each to the next."""
+    route = Route()
+    route.set_map(points)
+    target = route.update(*start, points, 1.0)
+    order = []
+    for _ in range(count):
+        order.append((target.idx, target.x))
+        target = route.update(target.x, target.y, points, 1.0)
+    return order
+
+
+def test_after_the_last_comes_the_first_for_any_number_of_points():
+    for count in range(1, 40):
+        points = [Point(i, 10.0 * i, 0.0) for i in range(count)]
+        order = [idx for idx, _ in visited(points[::-1], 2 * count + 1)]
+        if count == 1:
+            assert order == [0, 0, 0]
+        else:
+            assert order == [*range(count), *range(count), 0]
+
+
+def test_missing_and_repeated_idx():
+    points = [Point(9, 30.0, 0.0), Point(4, 10.0, 0.0), Point(2, 0.0, 0.0), Point(4, 20.0, 0.0)]
+    assert visited(points, 5) == [(2, 0.0), (4, 10.0), (4, 20.0), (9, 30.0), (2, 0.0)]
+
+
+def test_first_target_is_the_nearest_point():
+    points = [Point(i, 10.0 * i, 0.0) for i in range(10)]
+    assert visited(points, 2, start=(62.0, 3.0)) == [(6, 60.0), (7, 70.0)]
+
+
+@given(st.lists(st.integers(0, 20), min_size=2, max_size=20), st.floats(-30.0, 250.0))
+def test_each_round_visits_every_point_once_in_order_of_idx(indices, start):
+    points = [Point(idx, 10.0 * place, 0.0) for place, idx in enumerate(indices)]
+    order = visited(points, 2 * len(points), (start, 4.0))
+    first, second = order[:len(points)], order[len(points):]
+    assert first == second
+    begin = first.index(min(first))
+    assert first[begin:] + first[:begin] == sorted((point.idx, point.x) for point in points)
+
+
+def test_points_closer_than_the_reach_are_passed_at_once():
+    route = Route()
+    points = [Point(i, 1.0 * i, 0.0) for i in range(100)]
+    route.set_map(points)
+    assert route.update(0.0, 0.0, points, 10.5).idx == 11
+
+
+def test_without_a_map_the_sensor_teaches_the_route():
+    route = Route()
+    assert route.update(0.0, 0.0, set(), 1.0) is None
+    route.add_sensed([Point(5, 50.0, 0.0)])
+    assert route.update(0.0, 0.0, set(), 1.0).idx == 5
+    assert route.update(50.0, 0.0, {Point(5, 50.0, 0.0)}, 1.0).idx == 5
+    route.add_sensed([Point(3, 30.0, 0.0)])
+    assert route.update(50.0, 0.0, set(), 1.0).idx == 3, "after the highest known comes the lowest known"
+    route.add_sensed([Point(7, 70.0, 0.0)])
+    assert route.update(50.0, 0.0, set(), 1.0).idx == 7, "but a point that turns out to lie between comes first"
+
+
+def test_a_remembered_point_that_is_gone_is_forgotten():
+    route = Route()
+    points = [Point(i, 10.0 * i, 0.0) for i in range(3)]
+    route.add_sensed(points)
+    assert route.update(0.0, 0.0, {points[0]}, 1.0).idx == 1
+    assert route.update(10.0, 0.0, {points[0], points[2]}, 1.0).idx == 2
+    assert route.update(20.0, 0.0, {points[2]}, 1.0).idx == 0
+    assert route.update(0.0, 0.0, {points[0]}, 1.0).idx == 2
+
+
+def test_another_map_keeps_the_progress():
+    route = Route()
+    points = [Point(i, 10.0 * i, 0.0) for i in range(4)]
+    route.set_map(points)
+    assert route.update(20.0, 0.0, points, 1.0).idx == 3
+    route.set_map([*points, Point(4, 40.0, 0.0)])
+    assert route.update(30.0, 0.0, points, 1.0).idx == 4
+    route.set_map(points)
+    assert route.update(30.0, 0.0, points, 1.0).idx == 0
+    route.set_map([])
+    assert route.update(30.0, 0.0, points, 1.0) is None
+
+
+@given(coordinates, coordinates, angles)
+def test_a_step_never_turns_more_than_allowed(x, y, direction):
+    student = driver(max_turn=0.2)
+    student.set_map([(0, 0.0, 0.0), (1, 300.0, 0.0)])
+    turn, target = student.step(x, y, direction)
+    assert abs(turn) <= 0.2 and target is not None
+
+
+def test_a_step_turns_by_the_gain_towards_the_target():
+    student = driver(turn_gain=0.5, max_turn=0.25)
+    student.set_map([(0, 100.0, 0.0), (1, 300.0, 0.0)])
+    assert student.step(0.0, 0.0, 0.1)[0] == pytest.approx(-0.05)
+    assert student.step(0.0, 0.0, -1.0)[0] == 0.25
+
+
+def test_search_turns_by_the_golden_angle_now_and_then():
+    student = driver(search_patience=10, search_turn=2.4, max_turn=0.25)
+    turns = [student.step(0.0, 0.0, 0.0)[0] for _ in range(40)]
+    assert turns[:9] == [0.0] * 9
+    assert sum(turns[9:19]) == pytest.approx(2.4, abs=0.25) and max(turns) == 0.25
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf])
+def test_what_is_no_number_is_refused_and_the_last_good_state_kept(bad):
+    student = driver()
+    student.set_map([(0, 100.0, 0.0), (1, 300.0, 0.0)])
+    for action in (lambda: student.set_map([(0, bad, 0.0)]), lambda: student.set_sensed([(0, 0.0, bad)]),
+                   lambda: student.step(bad, 0.0, 0.0), lambda: student.step(0.0, 0.0, bad)):
+        with pytest.raises(ValueError, match="finite"):
+            action()
+    assert student.step(0.0, 0.0, 0.0) == (0.0, Point(0, 100.0, 0.0))
+
+
+BAD = ([(name, value) for name in NUMBERS for value in (0, -1.0, math.nan, "much", True)]
+       + [("turn_gain", 1.1), ("max_turn", 4.0), ("search_patience", 0), ("search_patience", 1.5), ("use_map", "yes")])
+
+
+@pytest.mark.parametrize("name, value", BAD)
+def test_bad_parameters_are_named_with_the_mend(name, value):
+    with pytest.raises(SettingsError, match=f"^parameter ~{name} is .*: give "):
+        read_settings({**CONFIG, name: value})
+
+
+@pytest.mark.parametrize("name", sorted(CONFIG))
+def test_missing_parameters_are_named(name):
+    with pytest.raises(SettingsError, match=f"~{name} is missing"):
+        read_settings({key: value for key, value in CONFIG.items() if key != name})

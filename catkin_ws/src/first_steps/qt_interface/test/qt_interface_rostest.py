@@ -1,0 +1,138 @@
+#!/usr/bin/env python3
+"""The real window node beside the real world node: mouse and keys reach the world, the world reaches the screen."""
+import functools
+import os
+import subprocess
+import sys
+import time
+import unittest
+from pathlib import Path
+
+import rospy
+import rostest
+from std_msgs.msg import Bool
+from um_msgs.msg import CarPosition, Waypoints
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+from virtual_screen import VirtualScreen
+
+LIMIT_SECONDS = 30.0
+NAME = "First steps"
+
+
+def wait_for(condition, what):
+    end = time.monotonic() + LIMIT_SECONDS
+    while not condition():
+        assert time.monotonic() < end, f"waited in vain for {what}"
+        time.sleep(0.02)
+
+
+def run_window(screen, *arguments):
+    return subprocess.Popen(["rosrun", "qt_interface", "qt_interface_node.py", *arguments], env=screen.environment,
+                            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+
+
+class QtInterfaceTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        rospy.init_node("qt_interface_test")
+        cls.latest = {}
+        for topic, message_type in (("/world_waypoints", Waypoints), ("/car_position", CarPosition), ("/paused", Bool)):
+            rospy.Subscriber(topic, message_type, lambda msg, topic=topic: cls.latest.__setitem__(topic, msg))
+        cls.pause_echo = rospy.Subscriber("/world/pause", Bool)
+        wait_for(lambda: len(cls.latest) == 3, "the world")
+        cls.screen = VirtualScreen(1120, 680)  # the window's own size: it fills the screen
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.screen.stop()
+
+    def setUp(self):
+        self.node = run_window(self.screen, "__name:=qt_interface")
+        self.window = self.screen.find_window(NAME)
+
+    def tearDown(self):
+        if self.node.poll() is None:
+            self.node.terminate()
+        self.node.communicate(timeout=LIMIT_SECONDS)
+
+    def count(self):
+        return len(self.latest["/world_waypoints"].waypoints)
+
+    def middle_of_the_field(self):
+        # The field is all but the column of 240 pixels on the right and the status bar below, about 26.
+        return (1120 - 240) // 2, (680 - 26) // 2
+
+    def do_until(self, condition, action, what):
+        """Does it again only if nothing comes of it for long: the window may be shown before its connections stand."""
+        for _ in range(3):
+            action()
+            end = time.monotonic() + LIMIT_SECONDS / 3
+            while time.monotonic() < end:
+                if condition():
+                    return
+                time.sleep(0.02)
+        self.fail(f"waited in vain for {what}")
+
+    def click_until(self, condition, x, y, what):
+        self.do_until(condition, functools.partial(self.screen.click, x, y), what)
+
+    def press_until(self, condition, key, what):
+        self.do_until(condition, functools.partial(self.screen.xdotool, "key", key), what)
+
+    def carry(self, from_x, from_y, to_x, to_y):
+        self.screen.xdotool("key", "f")  # all in view, should an earlier attempt have come too soon and panned
+        self.screen.xdotool("mousemove", from_x, from_y, "mousedown", 1)
+        self.screen.xdotool("mousemove", to_x, to_y, "mouseup", 1)
+
+    def test_mouse_and_keys_reach_the_world(self):
+        wait_for(self.pause_echo.get_num_connections, "the window's connections")
+        self.press_until(lambda: self.latest["/paused"].data, "space", "the pause")
+        x, y = self.middle_of_the_field()
+        self.click_until(lambda: self.count() > 30, x, y + 100, "a waypoint where the mouse clicked")
+        added = self.latest["/world_waypoints"].waypoints[30]
+        self.assertEqual(added.idx, 30)
+        self.assertLess(abs(added.x), 15.0)
+        self.assertTrue(-120.0 < added.y < -70.0, added)
+        self.press_until(lambda: self.count() == 30, "r", "the reset")
+        wait_for(lambda: self.latest["/car_position"].x == self.latest["/car_position"].y == 0.0, "the reset car")
+        self.assertTrue(self.latest["/paused"].data, "reset, and still paused")
+        start = self.latest["/car_position"]
+        self.do_until(lambda: self.latest["/car_position"].x > 150.0, lambda: self.carry(x, y, x + 200, y - 50),
+                      "the car where the mouse let go of it")
+        carried = self.latest["/car_position"]
+        self.assertTrue(30.0 < carried.y < 70.0, carried)
+        self.assertAlmostEqual(carried.direction, start.direction)
+        self.assertEqual(self.count(), 30, "no waypoint was added by carrying")
+        self.press_until(lambda: not self.latest["/paused"].data, "space", "the pause's end")
+
+    def test_the_cross_ends_the_node(self):
+        self.screen.press_close_button(self.window)
+        self.assertEqual(self.node.wait(timeout=LIMIT_SECONDS), 0)
+
+    def test_ros_shutting_down_ends_the_node(self):
+        wait_for(lambda: not subprocess.call(["rosnode", "kill", "/qt_interface"], stdout=subprocess.DEVNULL,
+                                             stderr=subprocess.DEVNULL), "the node to be known to the master")
+        self.assertEqual(self.node.wait(timeout=LIMIT_SECONDS), 0)
+
+    def test_bad_parameters_end_in_one_clear_line(self):
+        node = run_window(self.screen, "__name:=bad_window", "_trail_points:=-5")
+        output, _ = node.communicate(timeout=LIMIT_SECONDS)
+        lines = [line for line in output.splitlines() if "FATAL" in line]
+        self.assertEqual((node.returncode, len(lines)), (1, 1), output)
+        self.assertIn("parameter ~trail_points is -5: give a number above 0", lines[0])
+        self.assertNotIn("Traceback", output)
+
+    def test_without_a_screen_there_is_one_clear_line(self):
+        environment = {name: value for name, value in os.environ.items()
+                       if name not in ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM")}
+        result = subprocess.run(["rosrun", "qt_interface", "qt_interface_node.py", "__name:=bad_window"],
+                                env=environment, timeout=60, check=False, stdout=subprocess.PIPE,
+                                stderr=subprocess.STDOUT, text=True)
+        self.assertEqual(result.returncode, 1, result.stdout)
+        self.assertIn("there is no screen: set DISPLAY, or launch with headless:=true", result.stdout)
+        self.assertEqual(len(result.stdout.strip().splitlines()), 1, result.stdout)
+
+
+if __name__ == "__main__":
+    rostest.rosrun("qt_interface", "qt_interface_test", QtInterfaceTest, sys.argv)

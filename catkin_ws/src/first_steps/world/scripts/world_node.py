@@ -1,0 +1,110 @@
+#!/usr/bin/env python3
+"""The world: publishes the waypoints, moves the car, says what its sensor sees, obeys steering commands."""
+import sys
+import threading
+
+import rospy
+from std_msgs.msg import Bool, Empty, UInt32
+from um_msgs.msg import CarPosition, SteeringCommand, Waypoint, Waypoints
+
+from world.settings import SettingsError, read_settings
+from world.simulation import Simulation
+from world.waypoints import WaypointError
+
+
+class World:
+    def __init__(self):
+        # Parameters
+        self.settings = read_settings(rospy.get_param("~", {}))
+
+        # State; callbacks run in threads of their own, so each takes the lock before it touches the simulation
+        self.simulation = Simulation(self.settings)
+        self.lock = threading.Lock()
+
+        # Publishers
+        self.waypoints_pub = rospy.Publisher("/world_waypoints", Waypoints, queue_size=1, latch=True, tcp_nodelay=True)
+        self.car_pub = rospy.Publisher("/car_position", CarPosition, queue_size=10, tcp_nodelay=True)
+        self.sensed_pub = rospy.Publisher("/sensed_waypoints", Waypoints, queue_size=10, tcp_nodelay=True)
+        self.laps_pub = rospy.Publisher("/lap_count", UInt32, queue_size=1, latch=True)
+        self.paused_pub = rospy.Publisher("/paused", Bool, queue_size=1, latch=True)
+        self.publish_waypoints()
+        self.publish_state()
+
+        # Subscribers
+        rospy.Subscriber("/cmd", SteeringCommand, self.on_cmd, queue_size=10, tcp_nodelay=True)
+        rospy.Subscriber("~place_car", CarPosition, self.on_place_car, queue_size=10)
+        rospy.Subscriber("~add_waypoint", Waypoint, self.on_add_waypoint, queue_size=10)
+        rospy.Subscriber("~pause", Bool, self.on_pause, queue_size=10)
+        rospy.Subscriber("~reset", Empty, self.on_reset, queue_size=10)
+
+    # Callbacks
+    def on_cmd(self, msg):
+        self.try_to("/cmd", self.simulation.steer, msg.delta_direction)
+
+    def on_place_car(self, msg):
+        self.try_to("~place_car", self.simulation.place_car, msg.x, msg.y, msg.direction)
+
+    def on_add_waypoint(self, msg):
+        if self.try_to("~add_waypoint", self.simulation.add_waypoint, msg.x, msg.y):
+            self.publish_waypoints()
+
+    def on_pause(self, msg):
+        with self.lock:
+            self.simulation.is_paused = msg.data
+            self.publish_state()
+
+    def on_reset(self, _msg):
+        with self.lock:
+            self.simulation.reset()
+            self.publish_state()
+        self.publish_waypoints()
+
+    def try_to(self, topic, action, *numbers):
+        try:
+            with self.lock:
+                action(*numbers)
+            return True
+        except ValueError as error:
+            rospy.logwarn_throttle(1.0, f"refused a message on {topic}: {error}")
+            return False
+
+    # Publishing
+    def publish_waypoints(self, _event=None):
+        with self.lock:
+            self.waypoints_pub.publish(to_message(self.simulation.waypoints))
+
+    def publish_state(self):
+        self.laps_pub.publish(self.simulation.laps)
+        self.paused_pub.publish(self.simulation.is_paused)
+
+    def publish_car(self):
+        # The sensor first: who steers on /car_position then knows what the car sees from there.
+        self.sensed_pub.publish(to_message(self.simulation.sensed()))
+        self.car_pub.publish(*self.simulation.car)
+
+    # Run
+    def run(self):
+        rospy.Timer(rospy.Duration.from_sec(self.settings.waypoints_period), self.publish_waypoints)
+        rate = rospy.Rate(self.settings.rate)
+        while not rospy.is_shutdown():
+            with self.lock:
+                if self.simulation.tick(1.0 / self.settings.rate):
+                    self.publish_state()
+                    rospy.loginfo(f"lap {self.simulation.laps} completed")
+                self.publish_car()
+            rate.sleep()
+
+
+def to_message(waypoints):
+    return Waypoints([Waypoint(x=waypoint.x, y=waypoint.y, idx=waypoint.idx) for waypoint in waypoints])
+
+
+if __name__ == "__main__":
+    rospy.init_node("world")
+    try:
+        World().run()
+    except (SettingsError, WaypointError) as error:
+        rospy.logfatal(str(error))
+        sys.exit(1)
+    except rospy.ROSInterruptException:
+        pass

@@ -1,0 +1,147 @@
+"""Sensor, laps, and the world as a whole."""
+import math
+from pathlib import Path
+
+import pytest
+import yaml
+from hypothesis import given
+from hypothesis import strategies as st
+
+from world.car import Car
+from world.laps import LapCounter
+from world.sensor import sense
+from world.settings import read_settings
+from world.simulation import Simulation
+from world.waypoints import Waypoint
+
+CONFIG = yaml.safe_load((Path(__file__).resolve().parents[1] / "config" / "world.yaml").read_text())
+SQUARE = [Waypoint(0, 0.0, 0.0), Waypoint(1, 100.0, 0.0), Waypoint(2, 100.0, 100.0), Waypoint(3, 0.0, 100.0)]
+coordinates = st.floats(-500.0, 500.0)
+
+
+def simulation(**overrides):
+    return Simulation(read_settings({**CONFIG, **overrides}))
+
+
+def test_sensor_sees_its_edge_and_no_farther():
+    points = [Waypoint(0, 103.0, 4.0), Waypoint(1, 103.0, 4.001), Waypoint(2, 3.0, 4.0)]
+    assert sense(Car(3.0, 4.0, 0.0), points, 100.0, False) == [points[0], points[2]]
+
+
+def test_front_only_sensor_sees_what_is_ahead_and_abeam():
+    points = [Waypoint(0, 10.0, 0.0), Waypoint(1, -10.0, 0.0), Waypoint(2, 0.0, 10.0), Waypoint(3, 0.0, -10.0)]
+    assert sense(Car(0.0, 0.0, 0.0), points, 100.0, True) == [points[0], points[2], points[3]]
+    assert points[0] not in sense(Car(0.0, 0.0, math.pi), points, 100.0, True)
+    assert sense(Car(0.0, 0.0, math.pi / 4), points, 100.0, True) == [points[0], points[2]]
+
+
+@given(coordinates, coordinates, st.floats(-4.0, 4.0), st.floats(1.0, 400.0))
+def test_front_and_back_together_see_all_that_is_near(x, y, direction, sensor_range):
+    points = [Waypoint(i, 350.0 * math.cos(i), 150.0 * math.sin(i)) for i in range(30)]
+    near = {p for p in points if math.hypot(p.x - x, p.y - y) < sensor_range - 1e-6}
+    ahead = set(sense(Car(x, y, direction), points, sensor_range, True))
+    behind = set(sense(Car(x, y, direction + math.pi), points, sensor_range, True))
+    assert near <= ahead | behind == set(sense(Car(x, y, direction), points, sensor_range, False))
+
+
+def laps_after(points, visits):
+    counter = LapCounter(points, 10.0)
+    completed = [counter.update(*visit) for visit in visits]
+    assert sum(completed) == counter.laps
+    return counter.laps
+
+
+PLACES = [(p.x, p.y) for p in SQUARE]
+
+
+@pytest.mark.parametrize("order, laps", [
+    ([0, 1, 2, 3], 0), ([0, 1, 2, 3, 0], 1), ([0, 1, 2, 3, 0, 1, 2, 3, 0], 2),
+    ([2, 3, 0, 1, 2], 1),                # any point may be the start
+    ([0, 1, 3, 0], 0),                   # one left out
+    ([0, 1, 3, 2, 3, 0], 1),             # an excursion does no harm
+    ([3, 2, 1, 0, 3], 0),                # the wrong way round
+    ([0, 0, 0, 0, 0, 0], 0)])
+def test_laps_count_when_all_are_touched_in_order(order, laps):
+    assert laps_after(SQUARE, [PLACES[i] for i in order]) == laps
+
+
+def test_laps_with_missing_and_repeated_idx_in_any_order_of_the_list():
+    points = [Waypoint(40, 0.0, 100.0), Waypoint(7, 100.0, 0.0), Waypoint(3, 0.0, 0.0), Waypoint(7, 100.0, 100.0)]
+    assert laps_after(points, [PLACES[i] for i in (0, 1, 2, 3, 0)]) == 1
+
+
+def test_laps_of_points_closer_than_the_touch_distance():
+    points = [Waypoint(i, 100.0 * math.cos(0.02 * i), 100.0 * math.sin(0.02 * i)) for i in range(314)]
+    visits = [(100.0 * math.cos(0.1 * i), 100.0 * math.sin(0.1 * i)) for i in range(130)]
+    assert laps_after(points, visits) == 2
+
+
+def test_world_counts_a_lap_only_if_the_car_was_not_carried():
+    world = simulation()
+    for waypoint in [*world.waypoints, world.waypoints[0]]:
+        world.place_car(waypoint.x, waypoint.y, 0.0)
+        world.tick(1.0 / 30.0)
+    assert world.laps == 0
+
+
+def test_tick_moves_at_constant_speed_unless_paused():
+    world = simulation(speed=90.0, start_direction=0.0)
+    world.tick(1.0 / 30.0)
+    assert world.car == (pytest.approx(3.0), 0.0, 0.0)
+    world.is_paused = True
+    car = world.car
+    world.tick(1.0)
+    world.steer(1.0)
+    assert world.car == car
+
+
+def test_steering_adds_to_the_direction_and_wraps():
+    world = simulation(start_direction=3.0)
+    world.steer(0.5)
+    assert world.car.direction == pytest.approx(3.5 - 2 * math.pi)
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
+def test_what_is_no_number_is_refused_and_changes_nothing(bad):
+    world = simulation()
+    before = (world.car, list(world.waypoints))
+    for action in (lambda: world.steer(bad), lambda: world.place_car(bad, 0.0, 0.0),
+                   lambda: world.place_car(0.0, 0.0, bad), lambda: world.add_waypoint(0.0, bad)):
+        with pytest.raises(ValueError, match="finite"):
+            action()
+    assert (world.car, world.waypoints) == before
+
+
+def test_car_placed_outside_the_walls_stands_at_them():
+    world = simulation()
+    world.place_car(1e9, -1e9, 9.0)
+    assert world.car == (390.0, -215.0, pytest.approx(9.0 - 2 * math.pi))
+
+
+def test_added_waypoint_comes_last_and_reset_takes_it_away():
+    world = simulation()
+    world.add_waypoint(10.0, 20.0)
+    assert world.waypoints[-1] == (30, 10.0, 20.0) and len(world.waypoints) == 31
+    with pytest.raises(ValueError, match="outside the walls"):
+        world.add_waypoint(401.0, 0.0)
+    world.tick(1.0)
+    world.reset()
+    assert len(world.waypoints) == 30 and world.car == (0.0, 0.0, CONFIG["start_direction"]) and world.laps == 0
+
+
+def test_waypoints_run_out_of_numbers(tmp_path):
+    path = tmp_path / "route.csv"
+    path.write_text("idx,x,y\n0,0,0\n65535,100,0\n")
+    world = simulation(waypoints_path=str(path))
+    with pytest.raises(ValueError, match="one too many"):
+        world.add_waypoint(0.0, 0.0)
+
+
+@given(st.lists(st.tuples(st.floats(-10.0, 10.0), st.floats(0.0, 2.0)), max_size=60))
+def test_whatever_is_commanded_the_car_stays_inside(commands):
+    world = simulation()
+    for turn, time_step in commands:
+        world.steer(turn)
+        world.tick(time_step)
+        assert abs(world.car.x) <= 390.0 and abs(world.car.y) <= 215.0
+        assert -math.pi < world.car.direction <= math.pi
