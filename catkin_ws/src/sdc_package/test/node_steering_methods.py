@@ -45,13 +45,13 @@ class SteeringMethodsTest(unittest.TestCase):
         return {name: commands.wait_for(answers) for name, commands in self.commands.items()}
 
     def test_each_steers_back_to_the_road(self):
-        self.steer(4.0, 1.0)
-        left = self.steer(4.5, 1.0)
+        self.steer(4.0, 0.3)
+        left = self.steer(4.5, 0.3)
         for name, command in left.items():
-            self.assertGreater(command.steer, 0.02, name)
-        self.steer(4.0, -1.0)
-        for name, command in self.steer(4.5, -1.0).items():
-            self.assertLess(command.steer, -0.02, name)
+            self.assertGreater(command.steer, 0.01, name)
+        self.steer(4.0, -0.3)
+        for name, command in self.steer(4.5, -0.3).items():
+            self.assertLess(command.steer, -0.01, name)
         self.assertEqual(len({round(command.steer, 5) for command in left.values()}), len(CONTROLLERS), "each is a method of its own")
 
     def test_what_cannot_be_built_ends_the_node_in_one_line(self):

@@ -37,3 +37,9 @@ def test_far_off_it_stays_finite():
     for heading_error in (-3.0, 1.6, 3.0):
         for cross_track in (-50.0, 9.9, 10.1, 50.0):
             assert abs(form.wheel_angle(0.5, cross_track, heading_error, 0.1, 0.01, 0.3)) < 0.5 * math.pi
+
+
+@pytest.mark.parametrize("heading_error", [0.5, 1.3, 1.6, 2.4, 3.0])
+def test_a_car_that_points_elsewhere_turns_back(heading_error):
+    assert ChainedForm(2.5).wheel_angle(2.0, 0.0, heading_error, 0.0, 0.0, 0.3) < -0.05
+    assert ChainedForm(2.5).wheel_angle(2.0, 0.0, -heading_error, 0.0, 0.0, 0.3) > 0.05

@@ -14,14 +14,16 @@ FIGURES = {"cross_track_weight": 1.0, "cross_track_rate_weight": 0.0, "heading_w
 
 
 def test_model_by_hand():
-    """Rajamani, equation 2.45, with mass, inertia and stiffness instead of compliances."""
-    m, inertia, c, lf, v = 1140.0, 1436.24, 155494.663, 1.165, 10.0
-    a, b = error_model(v, AXLES, GYRATION)
+    """Rajamani, equation 2.45, with mass, inertia and stiffness instead of compliances, for a car whose axles differ."""
+    m, inertia, front, rear, lf, lr, v = 1200.0, 1500.0, 90000.0, 130000.0, 1.0, 1.5, 10.0
+    axles = Axles(lf, lr, m * lr / (lf + lr) / front, m * lf / (lf + lr) / rear)
+    a, b = error_model(v, axles, math.sqrt(inertia / m))
+    turn, damping = lf * front - lr * rear, lf * lf * front + lr * lr * rear
     assert a == pytest.approx(np.array([[0.0, 1.0, 0.0, 0.0],
-                                        [0.0, -2.0 * c / (m * v), 2.0 * c / m, 0.0],
+                                        [0.0, -(front + rear) / (m * v), (front + rear) / m, -turn / (m * v)],
                                         [0.0, 0.0, 0.0, 1.0],
-                                        [0.0, 0.0, 0.0, -2.0 * lf * lf * c / (inertia * v)]]))
-    assert b[:, 0] == pytest.approx([0.0, c / m, 0.0, lf * c / inertia])
+                                        [0.0, -turn / (inertia * v), turn / inertia, -damping / (inertia * v)]]))
+    assert b[:, 0] == pytest.approx([0.0, front / m, 0.0, lf * front / inertia])
 
 
 @pytest.mark.parametrize("speed", [1.0, 5.0, 15.0, 40.0])
