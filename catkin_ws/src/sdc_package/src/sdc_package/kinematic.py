@@ -26,8 +26,9 @@ from sdc_package.steering import Steering, check_not_negative, check_positive, p
 _LOOK_AT_M = 6.0
 # A car moves less than this between two calls; one that moves more was picked up and put elsewhere.
 _LONGEST_STEP_M = 5.0
-# Where the path coordinates end: a car across the path, or in the centre of its bend.
-_MOST_HEADING_ERROR_RAD = 1.2
+# Where the path coordinates end: a car across the path, or in the centre of its bend. The cube of the cosine lets go of the steering
+# long before a right angle, so that greater heading errors count as this one.
+_MOST_HEADING_ERROR_RAD = 0.8
 _LEAST_SCALE = 0.3
 # No steering drives a bend tighter than this, and x2 is the curvature in excess of the path's.
 _MOST_EXCESS_CURVATURE = 0.3

@@ -39,6 +39,7 @@ class BridgeTopics:
         self.lane_watch = None
         self.slow_ticks = max(1, round(_SLOW_S / world.tick_s))
         self.shown = set()
+        self.told_of_obstacles = False
         self.carla_status = CarlaStatus(fixed_delta_seconds=world.tick_s, synchronous_mode=sync, synchronous_mode_running=True)
 
         self.status = rospy.Publisher(ego + "/vehicle_status", CarlaEgoVehicleStatus, queue_size=10)
@@ -64,8 +65,9 @@ class BridgeTopics:
         """Everything about the tick that has just been taken."""
         sensed = self.world.sensed
         stamp = rospy.Time(*sensed.stamp)
-        if self.obstacles.get_num_connections():
+        if self.obstacles.get_num_connections() and (sensed.bodies or self.told_of_obstacles or self.world.tick % self.slow_ticks == 0):
             self.obstacles.publish(obstacles_message(sensed.bodies, stamp))
+            self.told_of_obstacles = bool(sensed.bodies)
         if self.status.get_num_connections():
             self.status.publish(status_message(sensed.state, self.world.control.last, stamp))
         for touch in touches:

@@ -15,6 +15,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import yaml
+from scipy.optimize import brentq
+from scipy.special import j0
 
 from sdc_package.axles import Axles
 from sdc_package.kinematic import ChainedForm
@@ -118,8 +120,9 @@ def lane_change() -> Course:
     """To the left by 3.5 m, 25 m on, and back. Each change is one period of a sine of curvature, which neither jumps nor has a corner,
     over 30 m: 99 % of the way to the side lie within 25 m, the length that one reads from the paper's plot."""
     width, length, gap = 3.5, 30.0, 25.0
-    # Curvature a sin(2 pi s / T) moves the car sideways by a T^2 / (2 pi).
-    peak = 2.0 * math.pi * width / length**2
+    # Curvature a sin(2 pi s / T) turns by h (1 - cos(2 pi s / T)) with h = a T / (2 pi), and moves the car sideways by T sin(h) J0(h).
+    mean_heading = brentq(lambda h: length * math.sin(h) * j0(h) - width, 0.0, 0.5)
+    peak = 2.0 * math.pi / length * mean_heading
 
     def curvature_at(s):
         for start, side in ((30.0, 1.0), (30.0 + length + gap, -1.0)):

@@ -141,6 +141,7 @@ def text(traces) -> str:
     ratios = {course: [min(traces[UNDERSTEERING, course, name, speed].centre_peak_m for name in ("pure pursuit", "Stanley", "kinematic"))
                        / traces[UNDERSTEERING, course, OURS, speed].centre_peak_m for speed in SPEEDS_MPS] for course in PAPER_M}
     lane_change_ratios, figure_eight_ratios = (", ".join(f"{value:.1f}" for value in values) for values in ratios.values())
+    steepest = max(snider.lane_change().curvature)
     degrees_a_g = math.degrees(snider.UNDERSTEER) * GRAVITY_MPS2
     weights = snider.LQR_WEIGHTS
     lqr_gain = f"Q = diag({weights['cross_track_weight']:g}, 0, {weights['heading_weight']:g}, 0), R = 1"
@@ -161,7 +162,7 @@ figures in every run.
 
 - **Lane change**: 3.5 m to the left over 25 m, 25 m on, and back. Each change is a sine of curvature over 30 m, of which the middle 25
   m hold 99 % of the way
-  to the side. At 20 m/s it asks for {2 * math.pi * 3.5 / 900 * 400:.1f} m/s2, all the grip there is; the paper shows no errors there.
+  to the side. At 20 m/s it asks for {steepest * SPEEDS_MPS[-1]**2:.1f} m/s2, all the grip there is; the paper shows no errors there.
 - **Figure-eight**: 64 m radius, clothoids in between. Only the settled second half of each circle counts, as in the paper's steady state.
 - **Road course**: eight bends of 60 to 200 m radius. The paper's own road is not published, so its errors cannot stand beside.
 
