@@ -28,6 +28,30 @@ BOUNDS_M = {"stanley": (0.02, 0.10), "pure_pursuit": (0.035, 0.17), "kinematic":
             "lqr_feedforward": (0.02, 0.10)}
 
 
+def test_the_controller_knows_the_car_that_it_drives():
+    """Full steer at every speed, axles and tyres: the figures of the configuration are those of the default car."""
+    car = load_vehicle(os.path.join(SRC, "sdc_sim", "config", "vehicles", "tesla_model3.yaml"))
+    steering_map = SteeringMap(**CONFIG["steering"])
+    for speed in np.linspace(0.0, 40.0, 81):
+        assert steering_map.command(-0.5 * car.full_wheel_angle_rad(speed), speed)[0] == pytest.approx(0.5, rel=1e-3)
+    axles = Axles(**CONFIG["axles"])
+    assert (axles.front_m, axles.rear_m) == (car.front_axle_m, car.rear_axle_m)
+    front_load = car.mass_kg * car.rear_axle_m / car.wheelbase_m
+    assert axles.front_compliance == pytest.approx(front_load / car.front_cornering_stiffness_n_per_rad, rel=0.01)
+    assert axles.rear_compliance == pytest.approx((car.mass_kg - front_load) / car.rear_cornering_stiffness_n_per_rad, rel=0.01)
+    assert CONFIG["lqr"]["gyration_m"] == pytest.approx(math.sqrt(car.yaw_inertia_kgm2 / car.mass_kg), rel=0.01)
+
+
+@pytest.mark.parametrize("speed", [2.0, 10.0, 20.0])
+def test_a_wheel_angle_that_is_asked_for_is_the_one_that_comes(speed):
+    vehicle = Vehicle(load_vehicle(os.path.join(SRC, "sdc_sim", "config", "vehicles", "tesla_model3.yaml")))
+    vehicle.reset(0.0, 0.0, 0.0, speed)
+    for _ in range(10):
+        steer, _ = SteeringMap(**CONFIG["steering"]).command(0.05, vehicle.state.speed_mps)
+        vehicle.step(VehicleCommand(steer=steer), TICK_S)
+    assert vehicle.state.wheel_angle_rad == pytest.approx(0.05, rel=0.01)
+
+
 def drive(method, y_m=0.0, yaw_rad=0.0, longest_s=400.0):
     """(cross-track errors (N,) m, steer commands (N,), median ms of a steering call, metres left) from a start `y_m` and `yaw_rad` off."""
     route = load_waypoints(os.path.join(SRC, "sdc_package", "data", "waypoints.csv"))
