@@ -95,3 +95,12 @@ def test_a_car_that_is_lost_says_so():
     trace = snider.drive(straight, COURSES["figure-eight"], 10.0, car)
     assert not trace.finished
     assert trace.peak_m == math.inf
+
+
+def test_reflowing_keeps_every_word_and_every_table():
+    text = "# Head\n\nA line\nand " + "more " * 60 + "\n\n- one\n  thing\n- **two**: x\n\n| a | b |\n|---|---|\n"
+    flowed = snider_report.reflowed(text)
+    assert flowed.split() == text.split()
+    assert "| a | b |\n|---|---|" in flowed
+    assert "- one thing\n- **two**: x" in flowed
+    assert max(map(len, flowed.splitlines())) <= 138

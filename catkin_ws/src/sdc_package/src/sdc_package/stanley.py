@@ -2,6 +2,9 @@
 
 Source: G. M. Hoffmann, C. J. Tomlin, M. Montemerlo and S. Thrun, Autonomous Automobile Trajectory Tracking for Off-Road
 Driving, American Control Conference 2007, equation 5 (the law) and section III.B (softening at low speed).
+
+The source's yaw damping is left out because it was measured to do harm here: with the slip fed forward, 0.05 s of it turns 0.012 m RMS into
+0.016 m on the packaged route (0.025 into 0.030 m at 25 m/s) and takes nothing off the steering's noise.
 """
 from __future__ import annotations
 
