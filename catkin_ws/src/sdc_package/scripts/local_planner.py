@@ -7,7 +7,7 @@ import rospy
 from nav_msgs.msg import Odometry
 from sdc_package.msg import LocalPath, ObstacleArray, Path, Waypoint
 
-from sdc_package.node import loop_publisher, parameter, refuse
+from sdc_package.node import LoopPublisher, parameter, refuse
 from sdc_package.obstacles import Caution, Obstacle
 from sdc_package.odometry import pose_and_speed, yaw_from_quaternion
 from sdc_package.planning import LocalPlanner, SpeedLimits
@@ -36,7 +36,7 @@ class LocalPlannerNode:
         self.obstacles = ()
         self.obstacles_stamp = rospy.Time(0)
 
-        self.publisher = loop_publisher("/planner/local_waypoints", LocalPath, latch=True)
+        self.publisher = LoopPublisher("/planner/local_waypoints", LocalPath, latch=True)
         rospy.Subscriber("/planner/mission_waypoints", Path, self.on_mission, queue_size=1)
         rospy.Subscriber("/carla/ego_vehicle/odometry", Odometry, self.on_odometry, queue_size=1, tcp_nodelay=True)
         rospy.Subscriber("/carla/ego_vehicle/obstacles", ObstacleArray, self.on_obstacles, queue_size=1, tcp_nodelay=True)

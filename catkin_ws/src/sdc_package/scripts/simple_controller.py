@@ -9,7 +9,7 @@ from sdc_package.msg import CarlaVehicleControl, LocalPath
 from sdc_package.axles import Axles
 from sdc_package.car import PedalMap, SteeringMap
 from sdc_package.local_path import LocalPath as Road
-from sdc_package.node import loop_publisher, parameter, refuse
+from sdc_package.node import LoopPublisher, parameter, refuse
 from sdc_package.odometry import pose_and_speed
 from sdc_package.pid import PidGains
 from sdc_package.route import wrap_angle
@@ -45,7 +45,7 @@ class SimpleController:
         self.path_waits = False
         self.path_heard_at = rospy.Time(0)
 
-        self.publisher = loop_publisher("/carla/ego_vehicle/vehicle_control_cmd", CarlaVehicleControl)
+        self.publisher = LoopPublisher("/carla/ego_vehicle/vehicle_control_cmd", CarlaVehicleControl)
 
         rospy.Subscriber("/carla/ego_vehicle/odometry", Odometry, self.on_odometry, queue_size=1, tcp_nodelay=True)
         rospy.Subscriber("/planner/local_waypoints", LocalPath, self.on_path, queue_size=1, tcp_nodelay=True)

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """The controller answers each pair of odometry and path, steers the right way, and stops when the world falls silent."""
+import contextlib
 import math
 import time
 import unittest
@@ -27,18 +28,28 @@ class SimpleControllerTest(unittest.TestCase):
         cls.command.wait_for()  # the stop for want of odometry: it proves that commands arrive
 
     def drive(self, y=0.0, yaw=0.0, speed=5.0, path=None, body_frame=True):
-        """Publish one pair; return the command that answers it."""
+        """Publish pairs until one is answered; return the command. A path that overtakes its odometry is taken with the one before,
+        so the answer to the first pair may wait for the second."""
         odometry = Odometry()
-        odometry.header.stamp = rospy.Time.now()
         odometry.pose.pose.position.x = 2.0
         odometry.pose.pose.position.y = y
         odometry.pose.pose.orientation.z = math.sin(yaw / 2)
         odometry.pose.pose.orientation.w = math.cos(yaw / 2)
         odometry.twist.twist.linear.x = speed if body_frame else 0.0
         odometry.twist.twist.linear.y = 0.0 if body_frame else speed
-        self.odometry.publish(odometry)
-        self.path.publish(path or straight_path())
-        return self.command.wait_for(lambda command: command.header.stamp == odometry.header.stamp and not self.stops(command))
+        stamps = []
+
+        def is_answer(command):
+            return command.header.stamp in stamps and not self.stops(command)
+
+        for _ in range(20):
+            odometry.header.stamp = rospy.Time.now()
+            stamps.append(odometry.header.stamp)
+            self.odometry.publish(odometry)
+            self.path.publish(path or straight_path())
+            with contextlib.suppress(TimeoutError):
+                return self.command.wait_for(is_answer, 1.0, after=max(0, len(self.command.messages) - 50))
+        raise TimeoutError(f"none of {len(stamps)} pairs was answered")
 
     def drive_until(self, condition, seconds=15.0, **arguments):
         """Drive on until a command fulfils the condition: pedals move as fast as the limit of jerk allows."""

@@ -18,7 +18,7 @@ from nav_msgs.msg import Odometry
 from sdc_package.msg import CarlaVehicleControl, LocalPath, Waypoint
 
 from sdc_package.listening import wait_until
-from sdc_package.node import loop_publisher
+from sdc_package.node import LoopPublisher
 from sdc_package.odometry import pose_and_speed
 
 ODOMETRY = "/carla/ego_vehicle/odometry"
@@ -67,10 +67,10 @@ def bare_node(role):
     rospy.init_node("bare_" + role)
     if role == "planner":
         path = LocalPath([Waypoint(1.0, 2.0, 3.0)] * 25)
-        publisher = loop_publisher(PATH, LocalPath)
+        publisher = LoopPublisher(PATH, LocalPath)
         rospy.Subscriber(ODOMETRY, Odometry, lambda _: publisher.publish(path), queue_size=1, tcp_nodelay=True)
     else:
-        publisher = loop_publisher(COMMAND, CarlaVehicleControl)
+        publisher = LoopPublisher(COMMAND, CarlaVehicleControl)
         rospy.Subscriber(ODOMETRY, Odometry, lambda _: None, queue_size=1, tcp_nodelay=True)
         rospy.Subscriber(PATH, LocalPath, lambda _: publisher.publish(CarlaVehicleControl()), queue_size=1, tcp_nodelay=True)
     rospy.spin()
@@ -78,7 +78,7 @@ def bare_node(role):
 
 def bare_tick_ms():
     """Median time of a tick that is nothing but its hops: odometry to both nodes, path, command."""
-    publisher = loop_publisher(ODOMETRY, Odometry)
+    publisher = LoopPublisher(ODOMETRY, Odometry)
     answered = threading.Event()
     rospy.Subscriber(COMMAND, CarlaVehicleControl, lambda _: answered.set(), queue_size=1, tcp_nodelay=True)
     wait_until(lambda: publisher.get_num_connections() == 2, what="both bare nodes")

@@ -12,7 +12,7 @@ from sensor_msgs.msg import Image
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 
-from sdc_package.node import parameter, refuse
+from sdc_package.node import LoopPublisher, parameter, refuse
 from sdc_package.window import NoDisplay, Window
 from sdc_sim import hand_control
 from sdc_sim.drive_facts import DriveFacts
@@ -43,8 +43,8 @@ class ManualControl:
         self.drawing = HudDrawing()
         self.show_figures, self.show_help = True, False
 
-        self.command_publisher = rospy.Publisher(EGO + "/vehicle_control_cmd_manual", CarlaVehicleControl, queue_size=1)
-        self.override_publisher = rospy.Publisher(EGO + "/vehicle_control_manual_override", Bool, queue_size=1, latch=True)
+        self.command_publisher = LoopPublisher(EGO + "/vehicle_control_cmd_manual", CarlaVehicleControl)
+        self.override_publisher = LoopPublisher(EGO + "/vehicle_control_manual_override", Bool, latch=True)
         self.reset_service = rospy.ServiceProxy("/sim/reset", Trigger)
 
         for topic in PICTURES:

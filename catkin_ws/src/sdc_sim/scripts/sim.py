@@ -13,7 +13,7 @@ from sdc_sim.msg import AckermannDrive, CarlaEgoVehicleControl
 from std_msgs.msg import Bool
 from tf2_msgs.msg import TFMessage
 
-from sdc_package.node import loop_publisher, refuse
+from sdc_package.node import LoopPublisher, refuse, spin_beside
 from sdc_package.route import Route
 from sdc_package.waypoints import WaypointError, load_waypoints
 from sdc_sim.ackermann import AckermannControl, AckermannGains, AckermannTarget
@@ -69,9 +69,9 @@ class Sim:
         ego = "/carla/" + role_name
         control, image_topic, camera_info_topic = BRIDGES[bridge]
         self.command_topic = ego + "/vehicle_control_cmd"
-        self.clock_publisher = loop_publisher("/clock", Clock)
+        self.clock_publisher = LoopPublisher("/clock", Clock)
         self.tf_publisher = rospy.Publisher("/tf", TFMessage, queue_size=10)
-        self.odometry_publisher = loop_publisher(ego + "/odometry", Odometry)
+        self.odometry_publisher = LoopPublisher(ego + "/odometry", Odometry)
         map_name = os.path.splitext(os.path.basename(waypoints_path))[0]
         self.topics = BridgeTopics(role_name, preset, map_name, self.world, self.sync, route_m)
         self.camera = None
@@ -215,10 +215,7 @@ class Sim:
         return {connection[1] for connection in self.odometry_publisher.impl.get_stats_info()}
 
     def run(self):
-        if self.sync:
-            self.run_in_lockstep()
-        else:
-            self.run_in_real_time()
+        spin_beside(self.run_in_lockstep if self.sync else self.run_in_real_time)
 
 
 if __name__ == "__main__":

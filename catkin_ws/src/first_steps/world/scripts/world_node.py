@@ -83,16 +83,18 @@ class World:
         self.car_pub.publish(*self.simulation.car)
 
     # Run
+    def tick(self, _event):
+        with self.lock:
+            if self.simulation.tick(1.0 / self.settings.rate):
+                self.publish_state()
+                rospy.loginfo(f"lap {self.simulation.laps} completed")
+            self.publish_car()
+
     def run(self):
+        # The main thread publishes nothing: Ctrl-C interrupts it, and must not meet a lock that a half-done publish holds.
         rospy.Timer(rospy.Duration.from_sec(self.settings.waypoints_period), self.publish_waypoints)
-        rate = rospy.Rate(self.settings.rate)
-        while not rospy.is_shutdown():
-            with self.lock:
-                if self.simulation.tick(1.0 / self.settings.rate):
-                    self.publish_state()
-                    rospy.loginfo(f"lap {self.simulation.laps} completed")
-                self.publish_car()
-            rate.sleep()
+        rospy.Timer(rospy.Duration.from_sec(1.0 / self.settings.rate), self.tick)
+        rospy.spin()
 
 
 def to_message(waypoints):

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import sys
+import threading
 import warnings
 
 import rospy
@@ -23,13 +24,44 @@ def refuse(message) -> None:
     sys.exit(1)
 
 
-def loop_publisher(topic: str, message_class, latch: bool = False) -> rospy.Publisher:
+class LoopPublisher(rospy.Publisher):
     """A publisher for the driving loop: it writes to its subscribers in the caller's thread.
 
     A queue (rospy's `queue_size`) hands each message to a thread of its own, which costs about as much as the hop itself. What
     is lost is only that a subscriber which stops reading for minutes will stop the publisher, too, once the system's
     buffers are full.
     """
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SyntaxWarning)  # rospy recommends a queue
-        return rospy.Publisher(topic, message_class, queue_size=None, latch=latch, tcp_nodelay=True)
+
+    def __init__(self, topic: str, message_class, latch: bool = False):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", SyntaxWarning)  # rospy recommends a queue
+            super().__init__(topic, message_class, queue_size=None, latch=latch, tcp_nodelay=True)
+
+    def publish(self, *args, **kwds):
+        """As rospy's; a message that the end of the node has overtaken is nobody's loss."""
+        try:
+            super().publish(*args, **kwds)
+        except rospy.ROSException:
+            if not rospy.core.is_shutdown_requested():
+                raise
+
+
+def spin_beside(loop) -> None:
+    """Run `loop()` in a thread of its own until it ends or the node shuts down; raises what it raised.
+
+    Signal handlers run in the main thread: one that interrupts a publish there waits for ever for the lock that the publish
+    holds, and the node has to be killed. So the main thread does nothing but wait.
+    """
+    failures = []
+
+    def run():
+        try:
+            loop()
+        except Exception as error:  # noqa: BLE001  raised again in the main thread
+            failures.append(error)
+        rospy.signal_shutdown("the loop has ended")
+
+    threading.Thread(target=run, daemon=True).start()
+    rospy.spin()
+    if failures and not isinstance(failures[0], rospy.ROSInterruptException):
+        raise failures[0]
