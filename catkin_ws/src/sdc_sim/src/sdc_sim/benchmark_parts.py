@@ -23,6 +23,7 @@ from sdc_package.pid import PidGains
 from sdc_package.planning import LocalPlanner, SpeedLimits
 from sdc_package.speed import SpeedControl, SpeedControlLimits
 from sdc_package.steering import load_steering
+from sdc_package.waypoint_search import WaypointSearch
 from sdc_package.waypoints import load_waypoints
 from sdc_sim.camera import CameraModel, Renderer
 from sdc_sim.messages import image_message, odometry_message
@@ -43,6 +44,7 @@ def parts_ms() -> dict:
     route = load_waypoints(os.path.join(theirs, "data", "waypoints.csv"))
     planner = LocalPlanner(route, SpeedLimits(10.0, 3.0, 1.8, 2.5), lookahead_m=25.0, join_within_m=20.0,
                         caution=Caution(side_m=0.4, gap_m=5.0, car_front_m=2.35, car_width_m=2.0))
+    search = WaypointSearch(planner.route.points)
     path = LocalPath()
     method = config["steering_method"]
     steering = load_steering(method, config[method], Axles(**config["axles"]))
@@ -58,7 +60,7 @@ def parts_ms() -> dict:
         stamp = rospy.Time.from_sec((tick + 1) * _TICK_S)
         state = vehicle.state
         marks = [clock()]
-        rows = planner.plan(state.x_m, state.y_m, state.yaw_rad).tolist()
+        rows = planner.plan(search.first_ahead(state.x_m, state.y_m), state.x_m, state.y_m, state.yaw_rad).tolist()
         marks.append(clock())
         path.update(rows)
         target = path.nearest(state.x_m, state.y_m, speed_control.preview_m(state.speed_mps))

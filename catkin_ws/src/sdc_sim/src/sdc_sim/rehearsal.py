@@ -17,6 +17,7 @@ from sdc_package.planning import LocalPlanner, SpeedLimits, ideal_duration, spee
 from sdc_package.route import Route, wrap_angle
 from sdc_package.speed import SpeedControl, SpeedControlLimits
 from sdc_package.steering import load_steering
+from sdc_package.waypoint_search import WaypointSearch
 from sdc_sim.drive import Drive, DriveLimits
 from sdc_sim.vehicle import Vehicle, VehicleCommand, load_vehicle
 
@@ -48,6 +49,7 @@ def rehearse(route_m, offset_m: float = 0.0, turned_rad: float = 0.0, steering_m
                          planner_config["acceleration_mps2"], planner_config["braking_mps2"], planner_config["lateral_jerk_mps3"])
     planner = LocalPlanner(route_m, limits, planner_config["lookahead_m"], planner_config["join_within_m"],
                            Caution(**planner_config["caution"]))
+    search = WaypointSearch(planner.route.points)
     steering = load_steering(steering_method, config[steering_method], Axles(**config["axles"]))
     speed_control = SpeedControl(PidGains(**config["pid"]), SpeedControlLimits(**config["limits"]))
     steering_map, pedal_map = SteeringMap(**config["steering"]), PedalMap(**config["pedals"])
@@ -69,7 +71,7 @@ def rehearse(route_m, offset_m: float = 0.0, turned_rad: float = 0.0, steering_m
         step_s = 0.0 if last_yaw is None else TICK_S
         yaw_rate = wrap_angle(yaw - last_yaw) / step_s if step_s else 0.0
         last_yaw = yaw
-        path.update(planner.plan(state.x_m, state.y_m, yaw).tolist())
+        path.update(planner.plan(search.first_ahead(state.x_m, state.y_m), state.x_m, state.y_m, yaw).tolist())
         target = path.nearest(state.x_m, state.y_m, speed_control.preview_m(speed))
         acceleration = speed_control.acceleration(target.speed_mps, target.acceleration_mps2, speed, step_s)
         throttle, brake = pedal_map.pedals(acceleration)
