@@ -95,18 +95,20 @@ class LocalPlanner:
         self._last_xy = None
         self._path = np.column_stack([self.route.points, self.speed])
 
-    def plan(self, x_m: float, y_m: float, yaw_rad: float, obstacles=()) -> np.ndarray:
+    def plan(self, first: int, x_m: float, y_m: float, yaw_rad: float, obstacles=()) -> np.ndarray:
         """Return the road ahead of the car as (n, 3) rows of x, y (metres) and target speed (m/s), n >= 2. `obstacles` are those known now.
 
-        The first row is the first point of the route that is not behind the car, the last one lies `lookahead_m` ahead or ends the route.
+        `first` is the index, among `route.points`, of the first waypoint ahead of the car, as WaypointSearch finds it. The first row is
+        this waypoint, unless it belongs to another pass of a route that comes by here more than once; the last row lies
+        `lookahead_m` ahead or ends the route.
         Raises OffRouteError when the car is farther than `join_within_m` from the route, ValueError for numbers
-        that are not finite.
+        that are not finite and for a waypoint that cannot be the first one ahead.
         """
         if not (math.isfinite(x_m) and math.isfinite(y_m) and math.isfinite(yaw_rad)):
             raise ValueError(f"the car's pose ({x_m}, {y_m}, {yaw_rad}) is not finite")
         self._follow(x_m, y_m, yaw_rad)
         count = len(self._path)
-        first = int(np.searchsorted(self.route.s, self.place.s_m, side="left"))
+        first = self._first_on_this_pass(first, x_m, y_m)
         last = int(np.searchsorted(self.route.s, self.place.s_m + self.lookahead_m, side="right"))
         first = min(first, count - 2)
         ahead = slice(first, max(first + 2, min(last, count)))
@@ -117,6 +119,18 @@ class LocalPlanner:
                               self.lookahead_m + stopping_m + self.caution.gap_m + self.caution.car_front_m)
             path = np.column_stack([path[:, :2], np.minimum(path[:, 2], caps)])
         return path
+
+    def _first_on_this_pass(self, first: int, x_m: float, y_m: float) -> int:
+        if not 0 <= first < len(self._path):
+            raise ValueError(f"waypoint {first} is none of the route's {len(self._path)}")
+        x, y = self._path[first, :2]
+        distance_m = math.hypot(x - x_m, y - y_m)
+        if distance_m > self.place.distance_m + 2.0 * _LONGEST_STEP_M:
+            raise ValueError(f"waypoint {first} is {distance_m:.1f} m away from the car, but the route {self.place.distance_m:.1f} m: "
+                             "it is not the first one ahead")
+        if abs(self.route.s[first] - self.place.s_m) <= 2.0 * _LONGEST_STEP_M:
+            return first
+        return int(np.searchsorted(self.route.s, self.place.s_m, side="left"))
 
     def _follow(self, x_m: float, y_m: float, yaw_rad: float) -> None:
         place = None

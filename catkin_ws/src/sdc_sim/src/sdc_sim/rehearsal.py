@@ -17,6 +17,7 @@ from sdc_package.planning import LocalPlanner, SpeedLimits, ideal_duration, spee
 from sdc_package.route import Route, wrap_angle
 from sdc_package.speed import SpeedControl, SpeedControlLimits
 from sdc_package.steering import load_steering
+from sdc_package.waypoint_search import WaypointSearch
 from sdc_sim.drive import Drive, DriveLimits
 from sdc_sim.vehicle import Vehicle, VehicleCommand, VehicleState, load_vehicle
 
@@ -48,6 +49,7 @@ class Thinking:
                                   planner_config["acceleration_mps2"], planner_config["braking_mps2"], planner_config["lateral_jerk_mps3"])
         self._planner = LocalPlanner(route_m, self.limits, planner_config["lookahead_m"], planner_config["join_within_m"],
                                      Caution(**planner_config["caution"]))
+        self._search = WaypointSearch(self._planner.route.points)
         self._steering = load_steering(steering_method, config[steering_method], Axles(**config["axles"]))
         self._speed_control = SpeedControl(PidGains(**config["pid"]), SpeedControlLimits(**config["limits"]))
         self._steering_map, self._pedal_map = SteeringMap(**config["steering"]), PedalMap(**config["pedals"])
@@ -56,7 +58,8 @@ class Thinking:
 
     def plan(self, state: VehicleState) -> list:
         """The local planner: the rows (x, y, v) of the road ahead."""
-        return self._planner.plan(state.x_m, state.y_m, wrap_angle(state.yaw_rad)).tolist()
+        first = self._search.first_ahead(state.x_m, state.y_m)
+        return self._planner.plan(first, state.x_m, state.y_m, wrap_angle(state.yaw_rad)).tolist()
 
     def command(self, rows: list, state: VehicleState) -> VehicleCommand:
         """The controller: what answers these rows in this state, one tick after the state before."""
