@@ -66,8 +66,9 @@ def write_trace(path: str, result: Result) -> None:
 
 def write_pages(report_path: str, result: Result, snapshots) -> None:
     """Draw report.png and report.html. Raises ReportError."""
-    from sdc_sim.pages import draw  # matplotlib is slow to load, and needed once, at the end of a drive
+    from sdc_sim.pages import write_html, write_png  # Matplotlib is slow to load, and needed once, at the end of a drive
     try:
-        draw(companion(report_path, ".png"), result)
+        write_png(companion(report_path, ".png"), result)
+        write_html(companion(report_path, ".html"), result, snapshots)
     except OSError as error:
         raise ReportError(f"{error.filename or report_path}: {error.strerror}; the figures are written, the pages are not") from error
