@@ -22,7 +22,7 @@ from sdc_sim.drive import Drive, DriveLimits
 from sdc_sim.vehicle import Vehicle, VehicleCommand, VehicleState, load_vehicle
 
 TICK_S = 0.05
-_LIMITS = DriveLimits(off_route_m=15.0, blocked_s=30.0, finish_within_m=2.0, timeout_s=600.0)
+_LIMITS = DriveLimits(off_route_m=15.0, off_route_s=0.5, blocked_s=30.0, finish_within_m=2.0, timeout_s=600.0)
 
 
 def node_config(node: str) -> dict:
