@@ -13,6 +13,7 @@ from sdc_sim.msg import AckermannDrive, CarlaEgoVehicleControl
 from std_msgs.msg import Bool
 from tf2_msgs.msg import TFMessage
 
+from sdc_package.kept_state import KeptState
 from sdc_package.node import LoopPublisher, refuse, spin_beside
 from sdc_package.route import Route
 from sdc_package.waypoints import WaypointError, load_waypoints
@@ -63,8 +64,12 @@ class Sim:
         self.lock = threading.Lock()
         self.pace = Pace()
         self.started = False
+        self.commanded = False
         self.stamps_seen = False
         self.obeyed_stamp = UNSTAMPED
+        self.kept = KeptState()
+        self.resumed = False
+        self.resume()
 
         ego = "/carla/" + role_name
         control, image_topic, camera_info_topic = BRIDGES[bridge]
@@ -97,6 +102,27 @@ class Sim:
             ackermann=AckermannControl(vehicle.parameters, AckermannGains(**parameter("ackermann"))),
             command_latency_s=parameter("command_latency_s"), sensor_latency_s=parameter("sensor_latency_s"))
 
+    def resume(self):
+        """Go on in the world that this node was killed in, if it was."""
+        state = self.kept.load()
+        if state is None:
+            return
+        try:
+            self.world.recall(state["world"])
+            self.pace.recall(*state["pace"])
+            self.obeyed_stamp = tuple(state["obeyed_stamp"])
+            self.resumed = state["commanded"]
+        except (KeyError, TypeError, ValueError) as error:
+            refuse(f"the world that was kept when this node was killed is of another kind ({error}); start the drive anew")
+        rospy.logwarn("sim: was killed; the world goes on at tick %d", self.world.tick)
+
+    def keep(self):
+        """Keep all that a new process needs to go on from here."""
+        state = {"world": self.world.memory(), "pace": self.pace.memory(), "obeyed_stamp": self.obeyed_stamp,
+                 "commanded": self.commanded or self.resumed}
+        if not self.kept.save(state) and self.kept.problem:
+            rospy.logwarn_once(f"sim: cannot keep the world ({self.kept.problem}): if this node is killed, the drive starts anew")
+
     def on_command(self, message):
         stamp = (message.header.stamp.secs, message.header.stamp.nsecs)
         with self.lock:
@@ -106,6 +132,7 @@ class Sim:
                 self.obeyed_stamp = stamp
             if not self.obey(message, self.command_topic):
                 return
+            self.commanded = True
             self.stamps_seen = stamp != UNSTAMPED
             self.go_on_if_answered()
 
@@ -146,6 +173,7 @@ class Sim:
         if not self.pace.take():
             return
         touches = self.world.advance()
+        self.keep()
         self.publish(touches)
         if self.world.silent:
             rospy.logwarn_throttle(5.0, f"sim: no command on {self.command_topic}, braking")
@@ -169,6 +197,8 @@ class Sim:
             self.camera.show(sensed)
 
     def run_in_real_time(self):
+        if self.resumed:
+            self.wait_for_stack()
         due = time.monotonic()
         while not rospy.is_shutdown():
             with self.lock:
@@ -195,7 +225,7 @@ class Sim:
         """Repeat the first tick until a command answers it and all who must see every tick are connected."""
         limit = time.monotonic() + self.start_patience_s
         while not rospy.is_shutdown() and time.monotonic() < limit:
-            if self.stamps_seen and self.wait_for_nodes <= self.listeners():
+            if (self.stamps_seen if self.sync else self.commanded) and self.wait_for_nodes <= self.listeners():
                 break
             with self.lock:
                 self.publish([])
