@@ -4,7 +4,6 @@ import os
 import threading
 import time
 
-import cv2
 import rospy
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
@@ -20,6 +19,7 @@ from sdc_package.waypoints import WaypointError, load_waypoints
 from sdc_sim.ackermann import AckermannControl, AckermannGains, AckermannTarget
 from sdc_sim.bridge_topics import BridgeTopics
 from sdc_sim.director import Director
+from sdc_sim.front_camera import FrontCamera
 from sdc_sim.messages import odometry_message, vehicle_transform
 from sdc_sim.obstacles import KINDS, Obstacles
 from sdc_sim.pace import Pace
@@ -38,7 +38,6 @@ BRIDGES = {"old": (CarlaVehicleControl, "/camera/rgb/front/image_color", "/camer
 class Sim:
     def __init__(self):
         rospy.init_node("sim")
-        cv2.setNumThreads(1)
         parameter = Parameters()
         self.sync = parameter("sync")
         self.patience_s = parameter("patience_s")
@@ -81,8 +80,7 @@ class Sim:
         self.topics = BridgeTopics(role_name, preset, map_name, self.world, self.sync, route_m)
         self.camera = None
         if with_camera:
-            from sdc_sim.front_camera import FrontCamera  # a world without a picture starts faster without it
-            self.camera = FrontCamera(route_m, ego + image_topic, ego + camera_info_topic, every_frame=self.sync)
+            self.camera = FrontCamera(waypoints_path, ego + image_topic, ego + camera_info_topic, every_frame=self.sync)
 
         rospy.Subscriber(self.command_topic, control, self.on_command, queue_size=10, tcp_nodelay=True)
         rospy.Subscriber(self.command_topic + "_manual", control, self.on_manual_command, queue_size=10, tcp_nodelay=True)

@@ -1,16 +1,13 @@
 """The camera picture: where things stand in it, what hides what, and that it depends on its arguments only."""
-import os
-import sys
-
 import numpy as np
 import pytest
 
-sys.path.insert(0, os.path.join(os.path.dirname(__file__), "..", "src"))
-
-from sdc_sim import camera  # noqa: E402
-from sdc_sim.benchmark_camera import pose, route, traffic  # noqa: E402
-from sdc_sim.camera import Box, CameraModel, Renderer  # noqa: E402
-from sdc_sim.road import DASH_LENGTH_M, DASH_PERIOD_M, Road  # noqa: E402
+from sdc_sim import bodies, ground
+from sdc_sim.benchmark_camera import pose, route, traffic
+from sdc_sim.bodies import Box
+from sdc_sim.camera import CameraModel
+from sdc_sim.renderer import Renderer
+from sdc_sim.road import DASH_LENGTH_M, DASH_PERIOD_M, Road
 
 STRAIGHT = Road([[0.0, 0.0], [400.0, 0.0]])
 CURVY = Road(route(("s", 60), ("l", 40, 1.2), ("s", 30), ("r", 25, 1.6), ("s", 60), step_m=0.5))
@@ -215,7 +212,7 @@ def test_a_box_in_front_of_a_long_wall_is_seen(straight):
 
 
 def test_buildings_hide_boxes_behind_them(straight):
-    scenery = straight.scenery
+    scenery = straight.bodies.scenery
     k = int(np.flatnonzero((scenery.kind == 2) & (scenery.position_m[:, 0] > 40.0))[0])
     middle, depth = scenery.position_m[k], scenery.size_m[k, 1]
     side = np.sign(middle[1])
@@ -230,7 +227,7 @@ def test_buildings_hide_boxes_behind_them(straight):
 def test_boxes_behind_beside_and_around_the_camera_do_no_harm(straight):
     plain = straight.render(50.0, 0.0, 0.0)
     assert np.array_equal(plain, straight.render(50.0, 0.0, 0.0, boxes=[Box(35.0, 0.0, 0.0), Box(50.0, -40.0, 0.0)]))
-    for kind in camera.KINDS:
+    for kind in bodies.KINDS:
         for x in (50.0, 50.7, 51.0, 52.5, 53.4):
             picture = straight.render(50.0, 0.0, 0.0, boxes=[Box(x, 0.2, 0.4, kind=kind)])
             assert picture.shape == (480, 640, 4)
@@ -273,17 +270,18 @@ def test_each_picture_is_a_new_opaque_array(curvy):
 
 
 def test_memory_is_bounded_on_a_long_route(monkeypatch):
-    monkeypatch.setattr(camera, "CACHED_TILES", 30)
-    monkeypatch.setattr(camera, "CACHED_BUILDINGS", 12)
+    monkeypatch.setattr(ground, "CACHED_TILES", 30)
+    monkeypatch.setattr(bodies, "CACHED_BUILDINGS", 12)
     road = Road(np.column_stack([np.arange(0.0, 10_000.0, 2.0), 40.0 * np.sin(np.arange(0.0, 10_000.0, 2.0) / 150.0)]))
     renderer = Renderer(road)
     made = []
-    rasterise = renderer._ground._rasterise
-    monkeypatch.setattr(renderer._ground, "_rasterise", lambda *key: made.append(key) or rasterise(*key))
+    tiles = renderer.backdrop.ground.tiles
+    rasterise = tiles._rasterise
+    monkeypatch.setattr(tiles, "_rasterise", lambda *key: made.append(key) or rasterise(*key))
     for s in np.arange(0.0, road.length_m, 60.0):
         renderer.render(*pose(road, s))
-        assert len(renderer._ground.cache) <= 30
-        assert len(renderer._buildings) <= 12
+        assert len(tiles.cache) <= 30
+        assert len(renderer.bodies._buildings) <= 12
     assert len(made) > 300
 
 

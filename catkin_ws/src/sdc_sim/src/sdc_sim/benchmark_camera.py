@@ -14,7 +14,8 @@ import time
 import cv2
 import numpy as np
 
-from .camera import Box, Renderer
+from .bodies import Box
+from .renderer import Renderer
 from .road import Road
 
 STEP_M = 0.5  # 10 m/s at 20 Hz

@@ -24,8 +24,9 @@ from sdc_package.planning import LocalPlanner, SpeedLimits
 from sdc_package.speed import SpeedControl, SpeedControlLimits
 from sdc_package.steering import load_steering
 from sdc_package.waypoints import load_waypoints
-from sdc_sim.camera import CameraModel, Renderer
+from sdc_sim.camera import CameraModel
 from sdc_sim.messages import image_message, odometry_message
+from sdc_sim.renderer import Renderer
 from sdc_sim.road import Road
 from sdc_sim.vehicle import Vehicle, VehicleCommand, load_vehicle
 

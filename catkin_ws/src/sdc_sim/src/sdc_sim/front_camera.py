@@ -1,42 +1,33 @@
-"""Publishes the picture of the front camera, beside the loop that drives."""
+"""The world's side of the front camera: tells the process that takes the pictures what stands where."""
 from __future__ import annotations
 
-import rospy
-import tf2_ros
-from sensor_msgs.msg import CameraInfo, Image
+import sys
 
-from sdc_sim.background import Background
-from sdc_sim.camera import Box, CameraModel, Renderer
-from sdc_sim.messages import COLOURS, camera_info_message, camera_transform, image_message
-from sdc_sim.road import Road
+import rospy
+
+from sdc_sim.side_process import SideProcess
 from sdc_sim.world import Snapshot
+
+# In lockstep the world may run so many pictures ahead, which evens out the dear ones, and waits so long for one.
+_AHEAD = 3
+_PATIENCE_S = 2.0
 
 
 class FrontCamera:
-    """Renders the Snapshots that it is shown; in lockstep every one of them, else those that it has time for."""
+    """Shows Snapshots to the camera; in lockstep every one of them, else those that it has time for."""
 
-    def __init__(self, route_m, image_topic: str, camera_info_topic: str, every_frame: bool):
-        model = CameraModel()
-        self.renderer = Renderer(Road(route_m), model)
-        self.camera_info = camera_info_message(model)
-        self.image_publisher = rospy.Publisher(image_topic, Image, queue_size=2)
-        self.camera_info_publisher = rospy.Publisher(camera_info_topic, CameraInfo, queue_size=2)
-        self.static_tf = tf2_ros.StaticTransformBroadcaster()
-        self.static_tf.sendTransform(camera_transform(model))
-        work = Background(self.publish)
-        self.show = work.put if every_frame else work.offer
+    def __init__(self, waypoints_path: str, image_topic: str, camera_info_topic: str, every_frame: bool):
+        remappings = [argument for argument in sys.argv[1:] if ":=" in argument and not argument.startswith("__")]
+        command = [sys.executable, "-m", "sdc_sim.backdrop_painter", waypoints_path, image_topic, camera_info_topic, *remappings]
+        self._process = SideProcess(command, _AHEAD, lambda problem: rospy.logwarn("sim: the camera's process %s", problem))
+        self._every_frame = every_frame
+        rospy.on_shutdown(self._process.close)
 
-    def publish(self, sensed: Snapshot) -> None:
-        """Render and publish one Snapshot."""
+    def show(self, sensed: Snapshot) -> None:
+        """One tick of the world."""
         state = sensed.state
-        stamp = rospy.Time(*sensed.stamp)
-        picture = self.renderer.render(state.x_m, state.y_m, state.yaw_rad, boxes=boxes_of(sensed.bodies))
-        self.image_publisher.publish(image_message(picture, stamp))
-        self.camera_info.header.stamp = stamp
-        self.camera_info_publisher.publish(self.camera_info)
-
-
-def boxes_of(bodies) -> list:
-    """The obstacles as the camera draws them."""
-    return [Box(body.x_m, body.y_m, body.yaw_rad, body.length_m, body.width_m, body.height_m,
-                tuple(round(255 * share) for share in reversed(COLOURS[body.kind])), body.kind) for body in bodies]
+        scene = [sensed.stamp, state.x_m, state.y_m, state.yaw_rad, sensed.bodies]
+        if self._every_frame:
+            self._process.put(scene, _PATIENCE_S)
+        else:
+            self._process.offer(scene)
