@@ -1,4 +1,4 @@
-"""keep_running.py starts what was killed again, and nothing else, and leaves nothing behind."""
+"""keep_running starts what was killed again, and nothing else, and leaves nothing behind."""
 import contextlib
 import os
 import signal
@@ -8,7 +8,6 @@ import time
 
 import pytest
 
-SCRIPT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "scripts", "keep_running.py")
 PATIENCE_S = 60.0
 # Says its number, then does what the files in its folder tell for that number, or waits.
 NODE = """
@@ -34,7 +33,7 @@ def keep(tmp_path):
     processes = []
 
     def start(*deeds):
-        command = [sys.executable, SCRIPT, sys.executable, "-c", NODE, str(tmp_path), *deeds, "__name:=dummy"]
+        command = [sys.executable, "-m", "sdc_package.keep_running", sys.executable, "-c", NODE, str(tmp_path), *deeds, "__name:=dummy"]
         process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
         processes.append(process)
         return process

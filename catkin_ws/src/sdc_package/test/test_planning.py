@@ -146,3 +146,29 @@ def test_two_far_points_become_a_road():
 def test_dense_recording_becomes_a_short_message():
     plan = planner(straight(60.0, step=0.02)).plan(20.0, 0.0, 0.0)
     assert len(plan) < 70
+
+
+def test_a_planner_that_comes_back_takes_the_pass_that_the_car_was_in():
+    points = twice_round(turns=2.2)
+    first = planner(points)
+    for s in np.arange(0.0, 200.0, 0.5):
+        plan(first, 20.0 * math.cos(s / 20.0), 20.0 * math.sin(s / 20.0), s / 20.0 + math.pi / 2)
+    assert first.place.s_m == pytest.approx(199.5, abs=0.5)
+    for moved in (0.0, 15.0):
+        angle = (199.5 + moved) / 20.0
+        second = planner(points)
+        second.recall(*first.memory())
+        plan(second, 20.0 * math.cos(angle), 20.0 * math.sin(angle), angle + math.pi / 2)
+        assert second.place.s_m == pytest.approx(199.5 + moved, abs=0.5)
+    assert planner(points).memory() == []
+
+
+def test_a_planner_that_comes_back_to_a_car_elsewhere_looks_everywhere():
+    here = planner(straight(300.0))
+    here.recall(20.0, 20.0, 0.0)
+    plan(here, 200.0, 0.0, 0.0)
+    assert here.place.s_m == pytest.approx(200.0)
+
+
+def plan(here, x_m, y_m, yaw_rad):
+    return here.plan(x_m, y_m, yaw_rad)

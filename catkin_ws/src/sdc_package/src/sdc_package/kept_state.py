@@ -1,4 +1,4 @@
-"""What a node must know to go on where it was killed: kept in files that keep_running.py gives it a folder for."""
+"""What a node must know to go on where it was killed: kept in files that keep_running gives it a folder for."""
 from __future__ import annotations
 
 import json
@@ -14,7 +14,7 @@ class KeptState:
     """The latest state of a node as plain JSON data. Two files take turns, so that one is always whole.
 
     A write goes to the system's memory in one call and costs microseconds: a killed process loses none, a machine without
-    power does. Without the folder (a node that keep_running.py did not start) nothing is kept. A disk that is full costs
+    power does. Without the folder (a node that keep_running did not start) nothing is kept. A disk that is full costs
     the state, never the drive: `problem` then says what went wrong.
     """
 

@@ -1,9 +1,10 @@
-#!/usr/bin/env python3
-"""Starts a node again when a signal has killed it, as the launch-prefix of its <node>: keep_running.py COMMAND [ARGUMENT ...]
+"""Starts a node again when a signal has killed it, as the launch-prefix of its <node>: python3 -m sdc_package.keep_running COMMAND [ARGUMENT ...]
 
 roslaunch starts a node again however it ended (respawn), or ends everything with it (required), but never both. With this in
 front, required="true" keeps its meaning for a node that ends by itself, and one that is killed comes back.
 """
+from __future__ import annotations
+
 import os
 import signal
 import subprocess
@@ -61,6 +62,4 @@ class Keeper:
 
 
 if __name__ == "__main__":
-    if len(sys.argv) < 2:
-        sys.exit(__doc__)
-    sys.exit(Keeper(sys.argv[1:]).run())
+    sys.exit(Keeper(sys.argv[1:]).run() if len(sys.argv) > 1 else __doc__)
