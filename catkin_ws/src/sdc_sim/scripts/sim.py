@@ -25,11 +25,14 @@ from sdc_sim.obstacles import KINDS, Obstacles
 from sdc_sim.pace import Pace
 from sdc_sim.parameters import Parameters
 from sdc_sim.scenario import ScenarioError, load_obstacles
+from sdc_sim.seat import Seat
 from sdc_sim.sensing import OdometryNoise
 from sdc_sim.vehicle import Vehicle, VehicleCommand, VehicleError, load_vehicle
 from sdc_sim.world import OccupiedError, World
 
 UNSTAMPED = (0, 0)
+# After so much silence of the node that drives, another one may.
+HANDOVER_S = 0.5
 # What the bridge is told by and what it calls its picture, up to CARLA 0.9.4 and from 0.9.5 on.
 BRIDGES = {"old": (CarlaVehicleControl, "/camera/rgb/front/image_color", "/camera/rgb/front/camera_info"),
            "new": (CarlaEgoVehicleControl, "/rgb_front/image", "/rgb_front/camera_info")}
@@ -63,6 +66,7 @@ class Sim:
         self.lock = threading.Lock()
         self.pace = Pace()
         self.started = False
+        self.seat = Seat(round(HANDOVER_S / self.world.tick_s))
         self.commanded = False
         self.stamps_seen = False
         self.obeyed_stamp = UNSTAMPED
@@ -123,7 +127,11 @@ class Sim:
 
     def on_command(self, message):
         stamp = (message.header.stamp.secs, message.header.stamp.nsecs)
+        node = message._connection_header["callerid"]
         with self.lock:
+            if not self.seat.admits(node, self.world.tick):
+                rospy.logwarn_throttle(5.0, f"sim: unheeded commands of {node} on {self.command_topic}: {self.seat.driver} drives; stop one of them")
+                return
             if self.sync and stamp != UNSTAMPED:
                 if stamp <= self.obeyed_stamp:
                     return  # an answer that was sent twice
@@ -217,6 +225,7 @@ class Sim:
             with self.lock:
                 if self.world.tick == tick and not self.pace.waiting:
                     rospy.logwarn_throttle(5.0, "sim: no command carries the stamp of the last odometry; going on without")
+                    self.seat.leave()
                     self.advance_if_due()
 
     def wait_for_stack(self):

@@ -51,14 +51,14 @@ def stopped(node):
 
 
 class Watch:
-    """Hears all of a drive. Times are those of the simulation, in seconds; `margin_m` is how far the car came off its route."""
+    """Hears all of a drive; times are those of the simulation, in seconds. Odometry whose child frame is `ignored_frame` is left out."""
 
-    def __init__(self, waypoints_path):
+    def __init__(self, waypoints_path, ignored_frame=None):
         self.route = Route(load_waypoints(waypoints_path))
         self.clock = Listener("/clock", Clock)
         self.paths = Listener("/planner/local_waypoints", LocalPath)
         self.commands = Listener(EGO + "/vehicle_control_cmd", CarlaVehicleControl)
-        self.odometry = Listener(EGO + "/odometry", Odometry)
+        self.odometry = Listener(EGO + "/odometry", Odometry, lambda odometry: odometry.child_frame_id != ignored_frame)
         self.odometry.wait_for(seconds=PATIENCE_S)
 
     def wait_for(self, condition, seconds=PATIENCE_S):
@@ -88,11 +88,15 @@ class Watch:
         still = series[series[:, 1] < 0.05]
         return still[0, 0] - since if len(still) else None
 
-    def worst_error_m(self):
-        """Farthest that the car's centre came off the route's line, wherever along it."""
-        points = self.route.points
-        tree = Route(points)
-        return max(abs(tree.locate(*pose_and_speed(message)[:3]).distance_m) for message in list(self.odometry.messages))
+    def turning(self, since=0.0):
+        """Lateral acceleration of the odometry heard since then, m/s^2: (n,)."""
+        return np.array([message.twist.twist.linear.x * message.twist.twist.angular.z for message in list(self.odometry.messages)
+                         if message.header.stamp.to_sec() >= since])
+
+    def worst_error_m(self, since=0.0):
+        """Farthest that the car's centre has come off the route's line since then, wherever along it."""
+        return max(self.route.locate(*pose_and_speed(message)[:3]).distance_m for message in list(self.odometry.messages)
+                   if message.header.stamp.to_sec() >= since)
 
     def clock_went_back(self):
         """Whether any tick of the clock was before the one heard before it."""
