@@ -10,6 +10,7 @@ import rospy
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from sdc_package.msg import CarlaVehicleControl, LocalPath
+from sdc_sim.msg import CarlaEgoVehicleStatus
 
 from sdc_package.listening import Listener, wait_until
 from sdc_package.odometry import pose_and_speed
@@ -18,6 +19,7 @@ from sdc_package.waypoints import load_waypoints
 
 EGO = "/carla/ego_vehicle"
 PATIENCE_S = 60.0
+TICK_S = 0.05
 
 
 def pid_of(node):
@@ -59,7 +61,9 @@ class Watch:
         self.paths = Listener("/planner/local_waypoints", LocalPath)
         self.commands = Listener(EGO + "/vehicle_control_cmd", CarlaVehicleControl)
         self.odometry = Listener(EGO + "/odometry", Odometry, lambda odometry: odometry.child_frame_id != ignored_frame)
+        self.status = Listener(EGO + "/vehicle_status", CarlaEgoVehicleStatus)
         self.odometry.wait_for(seconds=PATIENCE_S)
+        self.status.wait_for(seconds=PATIENCE_S)
 
     def wait_for(self, condition, seconds=PATIENCE_S):
         """The first odometry from now on whose (x, y, yaw, speed) fulfils the condition."""
@@ -76,11 +80,14 @@ class Watch:
         rows = [(message.header.stamp.to_sec(), pose_and_speed(message)[3]) for message in list(self.odometry.messages)]
         return np.array([row for row in rows if row[0] >= since])
 
-    def braking_since(self, since, fall_mps=0.1):
-        """Seconds from `since` until the car is slower by `fall_mps` than it was."""
-        series = self.series(since)
-        slower = series[series[:, 1] < series[0, 1] - fall_mps]
-        return slower[0, 0] - since if len(slower) else None
+    def braking_since(self, since):
+        """Seconds from `since` until the car obeyed the brake, None if it did not."""
+        for status in list(self.status.messages):
+            # A status shows the command of the tick that led to it.
+            obeyed_at = status.header.stamp.to_sec() - TICK_S
+            if obeyed_at >= since - 1e-6 and status.control.brake > 0.0:
+                return obeyed_at - since
+        return None
 
     def stopped_since(self, since):
         """Seconds from `since` until the car stood, None if it did not."""

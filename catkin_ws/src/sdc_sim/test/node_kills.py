@@ -34,7 +34,7 @@ class KillsTest(unittest.TestCase):
         since = self.watch.now()
         wait_for_return(node, kill(node))
         self.watch.wait_for_speed(above_mps=6.0)
-        braked, stood = self.watch.braking_since(since, fall_mps=0.5), self.watch.stopped_since(since)
+        braked, stood = self.watch.braking_since(since), self.watch.stopped_since(since)
         print(f"{node} killed: braking after {braked} s, standing after {stood} s of simulated time")
         if stood is not None:
             self.assertLess(stood, STANDS_WITHIN_S, node)
