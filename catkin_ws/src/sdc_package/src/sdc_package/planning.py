@@ -15,6 +15,8 @@ _LONGEST_STEP_M = 1.25
 # A car that drives moves less than this between two odometry messages; one that moves more was picked up and put elsewhere.
 _WINDOW_BACK_M = 3.0
 _WINDOW_AHEAD_M = 8.0
+# A car whose planner was away has braked meanwhile: it is not farther on than this.
+_RESUME_WITHIN_M = 40.0
 
 
 class OffRouteError(ValueError):
@@ -85,6 +87,7 @@ class LocalPlanner:
     def __init__(self, waypoints_m: np.ndarray, limits: SpeedLimits, lookahead_m: float, join_within_m: float, caution: Caution):
         if not lookahead_m > 0.0:
             raise ValueError(f"the look-ahead must be a positive number of metres, got {lookahead_m}")
+        self.waypoints_m = waypoints_m
         self.route = Route(respace(waypoints_m, _SHORTEST_STEP_M, _LONGEST_STEP_M))
         self.speed = speed_profile(self.route, limits)
         self.lookahead_m = lookahead_m
@@ -93,6 +96,7 @@ class LocalPlanner:
         self.caution = caution
         self.place = None
         self._last_xy = None
+        self._window_ahead_m = _WINDOW_AHEAD_M
         self._path = np.column_stack([self.route.points, self.speed])
 
     def plan(self, first: int, x_m: float, y_m: float, yaw_rad: float, obstacles=()) -> np.ndarray:
@@ -132,10 +136,20 @@ class LocalPlanner:
             return first
         return int(np.searchsorted(self.route.s, self.place.s_m, side="left"))
 
+    def memory(self) -> list:
+        """Where the car was on the route and on the map, as plain data; nothing before the first plan."""
+        return [self.place.s_m, *self._last_xy] if self.place is not None else []
+
+    def recall(self, s_m: float, x_m: float, y_m: float) -> None:
+        """Look for the car from the place that `memory` said on: the right pass of a route that comes by here more than once."""
+        self.place = self.route.project(x_m, y_m, s_m, _WINDOW_BACK_M, _WINDOW_BACK_M)
+        self._last_xy = (x_m, y_m)
+        self._window_ahead_m = _RESUME_WITHIN_M
+
     def _follow(self, x_m: float, y_m: float, yaw_rad: float) -> None:
         place = None
-        if self.place is not None and math.dist(self._last_xy, (x_m, y_m)) < _WINDOW_AHEAD_M:
-            place = self.route.project(x_m, y_m, self.place.s_m, _WINDOW_BACK_M, _WINDOW_AHEAD_M)
+        if self.place is not None and math.dist(self._last_xy, (x_m, y_m)) < self._window_ahead_m:
+            place = self.route.project(x_m, y_m, self.place.s_m, _WINDOW_BACK_M, self._window_ahead_m)
         if place is None or place.distance_m > self.join_within_m:
             place = self.route.locate(x_m, y_m, yaw_rad)
         if place.distance_m > self.join_within_m:
@@ -143,3 +157,4 @@ class LocalPlanner:
                                 "within which it may join; bring it back to the road")
         self.place = place
         self._last_xy = (x_m, y_m)
+        self._window_ahead_m = _WINDOW_AHEAD_M
