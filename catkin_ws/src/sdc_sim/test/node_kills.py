@@ -7,7 +7,6 @@ import unittest
 
 import rospy
 import rostest
-
 from faults import PATIENCE_S, Watch, kill, wait_for_return
 
 from sdc_package.listening import wait_until
