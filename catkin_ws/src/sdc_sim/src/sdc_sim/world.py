@@ -8,9 +8,9 @@ from typing import NamedTuple
 from sdc_sim.ackermann import AckermannControl, AckermannTarget
 from sdc_sim.collision import Rectangle
 from sdc_sim.control import Control
-from sdc_sim.obstacles import Obstacles, Plan, Touch
+from sdc_sim.obstacles import Body, Obstacles, Plan, Touch
 from sdc_sim.sensing import Delay, OdometryNoise
-from sdc_sim.traffic_lights import TrafficLights
+from sdc_sim.traffic_lights import Lamp, TrafficLights
 from sdc_sim.vehicle import Vehicle, VehicleCommand, VehicleState
 
 _NANOSECONDS = 1_000_000_000
@@ -121,6 +121,26 @@ class World:
         self.place(*self._start)
         self._started_at = self.tick
 
+    def memory(self) -> dict:
+        """All that this world carries from tick to tick, as plain data: another one made of the same parameters goes on from it
+        bit for bit."""
+        return {"tick": self.tick, "started_at": self._started_at, "car": list(vars(self.vehicle.state).values()),
+                "control": self.control.memory(), "obstacles": self.obstacles.memory(),
+                "sensed": _plain(self.sensed), "senses": [_plain(snapshot) for snapshot in self._senses.items],
+                "noise_draws": self._noise.draws if self._noise is not None else 0}
+
+    def recall(self, memory: dict) -> None:
+        """Go on as `memory` said; to be called before the first tick. Raises KeyError, TypeError or ValueError where it is the
+        memory of another kind of world."""
+        self.tick, self._started_at = memory["tick"], memory["started_at"]
+        self.vehicle.state = VehicleState(*memory["car"])
+        self.control.recall(memory["control"])
+        self.obstacles.recall(memory["obstacles"])
+        self.sensed = _snapshot(memory["sensed"])
+        self._senses.fill(map(_snapshot, memory["senses"]))
+        if self._noise is not None:
+            self._noise.skip(memory["noise_draws"] - self._noise.draws)
+
     def _check_free(self, x_m: float, y_m: float, yaw_rad: float) -> None:
         body = self.obstacles.at(self._outline(x_m, y_m, yaw_rad))
         if body:
@@ -189,3 +209,15 @@ class World:
 def _between(before: VehicleState, after: VehicleState, share: float):
     return (before.x_m + share * (after.x_m - before.x_m), before.y_m + share * (after.y_m - before.y_m),
             before.yaw_rad + share * (after.yaw_rad - before.yaw_rad))
+
+
+def _plain(sensed: Snapshot) -> list:
+    state, measured = sensed.state, sensed.measured
+    return [sensed.stamp, list(vars(state).values()), None if measured is state else list(vars(measured).values()), sensed.bodies, sensed.lamps]
+
+
+def _snapshot(plain: list) -> Snapshot:
+    stamp, state, measured, bodies, lamps = plain
+    state = VehicleState(*state)
+    return Snapshot(tuple(stamp), state, state if measured is None else VehicleState(*measured),
+                    tuple(Body(*body) for body in bodies), tuple(Lamp(*lamp) for lamp in lamps))
