@@ -1,4 +1,6 @@
 #!/usr/bin/env python3
+# TODO 1 (line 1): the interpreter that shall run this file
+# --------------------------------------------------------------------------------
 """Camera: shows the road and its lane markings, and publishes the filtered picture."""
 import threading
 
@@ -10,11 +12,15 @@ from sensor_msgs.msg import Image
 
 from sdc_package.lane_filter import LaneFilter, LaneFilterThresholds
 from sdc_package.node import parameter, refuse
+from sdc_package.picture import check_picture
+from sdc_package.surroundings import watch_surroundings
 
 
 class Camera:
     def __init__(self):
+        # TODO 2: register this program with ROS as the node "camera"
         rospy.init_node("camera")
+        # ------------------------------------------------------------------------
         cv2.setNumThreads(1)
         self.show_window = parameter("show_window")
         self.filter_shown = parameter("show_filter")
@@ -28,14 +34,19 @@ class Camera:
         self.picture = None
 
         self.publisher = rospy.Publisher("/camera/lane_mask", Image, queue_size=1)
+        # TODO 3: listen to the front camera: every picture shall come to on_image
         rospy.Subscriber("/carla/ego_vehicle/camera/rgb/front/image_color", Image, self.on_image, queue_size=1,
                          buff_size=4 * 1024 * 1024, tcp_nodelay=True)
+        # ------------------------------------------------------------------------
 
     def on_image(self, message):
         try:
+            check_picture(message)
+            # TODO 4: turn the message into a picture for OpenCV, and find the lane markings in it (until then: return)
             image = self.bridge.imgmsg_to_cv2(message, "bgra8")
             mask = self.lane_filter.mask(image)
-        except (CvBridgeError, ValueError) as error:
+            # --------------------------------------------------------------------
+        except (CvBridgeError, TypeError, ValueError) as error:
             rospy.logwarn_throttle(1.0, f"camera: refused a picture on {message._connection_header['topic']}: {error}")
             return
         self.publish(mask, message.header)
@@ -49,6 +60,7 @@ class Camera:
         self.publisher.publish(picture)
 
     def run(self):
+        watch_surroundings()
         if not self.show_window:
             rospy.spin()
             return

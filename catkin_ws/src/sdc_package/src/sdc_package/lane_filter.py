@@ -6,6 +6,8 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from sdc_package.figures import check_between
+
 
 @dataclass(frozen=True)
 class LaneFilterThresholds:
@@ -17,12 +19,8 @@ class LaneFilterThresholds:
     horizon_fraction: float
 
     def __post_init__(self):
-        for name in ("gradient", "saturation", "lightness"):
-            value = getattr(self, name)
-            if not 0 <= value <= 255:
-                raise ValueError(f"{name} must lie in 0..255, got {value}")
-        if not 0.0 <= self.horizon_fraction < 1.0:
-            raise ValueError(f"horizon_fraction must lie in 0..1, got {self.horizon_fraction}")
+        check_between(0, 255, gradient=self.gradient, saturation=self.saturation, lightness=self.lightness)
+        check_between(0.0, 0.99, horizon_fraction=self.horizon_fraction)
 
 
 class LaneFilter:
@@ -50,7 +48,9 @@ class LaneFilter:
         top = int(image.shape[0] * self.thresholds.horizon_fraction)
         road = image[top:]
         bgr = cv2.cvtColor(road, cv2.COLOR_BGRA2BGR) if road.shape[2] == 4 else road
-        cv2.bitwise_or(self._steep(bgr), self._colourful(bgr), dst=mask[top:])
+        # TODO 5: below the horizon, a pixel is a marking where the picture is steep or colourful
+        mask[top:] = cv2.bitwise_or(self._steep(bgr), self._colourful(bgr))
+        # ------------------------------------------------------------------------
         return mask
 
     def _steep(self, bgr: np.ndarray) -> np.ndarray:

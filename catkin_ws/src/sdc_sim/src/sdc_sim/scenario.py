@@ -34,6 +34,8 @@ def load_obstacles(path: str, route: Route) -> list:
     try:
         with open(path, encoding="utf-8") as file:
             return _Reader(path, route).read(file.read())
+    except RecursionError:
+        raise ScenarioError(f"{path}: is nested too deep to be read; write one list of obstacles") from None
     except OSError as error:
         raise ScenarioError(f"{path}: {error.strerror}; set obstacles_path to a readable YAML file") from None
     except UnicodeDecodeError:
