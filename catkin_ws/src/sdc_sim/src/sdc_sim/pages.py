@@ -50,8 +50,7 @@ h1.good { color: #2e8b57; } h1.bad { color: #c0392b; }
 .tile { background: #f1f3f4; border-radius: 0.6rem; padding: 0.7rem 1.2rem; flex: 1 1 9rem; }
 .tile b { display: block; font-size: 1.9rem; white-space: nowrap; } .tile span { color: #5f6368; }
 svg { width: 100%; height: auto; }
-.camera { display: grid; grid-template-columns: repeat(auto-fill, minmax(22rem, 1fr)); gap: 0.8rem; }
-figure { margin: 0; } figure img { width: 100%; border-radius: 0.4rem; display: block; } figcaption { color: #5f6368; }
+.camera { display: flex; flex-wrap: wrap; gap: 0.8rem; } figure { margin: 0; flex: 0 0 calc(33.3% - 0.6rem); } figure img { width: 100%; border-radius: 0.4rem; display: block; } figcaption { color: #5f6368; }
 table { border-collapse: collapse; } td, th { text-align: left; padding: 0.25rem 1.4rem 0.25rem 0; border-bottom: 1px solid #e3e5e8;
         vertical-align: top; }
 td.value { font-variant-numeric: tabular-nums; font-weight: 600; }
