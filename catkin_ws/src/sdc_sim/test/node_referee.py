@@ -61,8 +61,8 @@ class RefereeTest(unittest.TestCase):
             if at_most_bytes:
                 resource.setrlimit(resource.RLIMIT_FSIZE, (at_most_bytes, at_most_bytes))
         with open(self.log_path, "wb") as log:
-            process = subprocess.Popen([os.path.join(SCRIPTS, program), "__name:=" + self.name[1:], "__log:=/dev/null"], stdout=log, stderr=log,
-                                       preexec_fn=limit, start_new_session=True)
+            process = subprocess.Popen([os.path.join(SCRIPTS, program), "__name:=" + self.name[1:], "__log:=/dev/null"],
+                                       stdout=log, stderr=log, preexec_fn=limit, start_new_session=True)
         self.addCleanup(self.end, process)
         self.meet()
         return process
