@@ -1,4 +1,6 @@
 #!/usr/bin/env python3
+# TODO 1 (line 1): the interpreter that shall run this file
+# --------------------------------------------------------------------------------
 """Camera: shows the road and its lane markings, and publishes the filtered picture."""
 import threading
 
@@ -14,7 +16,9 @@ from sdc_package.node import parameter, refuse
 
 class Camera:
     def __init__(self):
+        # TODO 2: register this program with ROS as the node "camera"
         rospy.init_node("camera")
+        # ------------------------------------------------------------------------
         cv2.setNumThreads(1)
         self.show_window = parameter("show_window")
         self.filter_shown = parameter("show_filter")
@@ -28,13 +32,17 @@ class Camera:
         self.picture = None
 
         self.publisher = rospy.Publisher("/camera/lane_mask", Image, queue_size=1)
+        # TODO 3: listen to the front camera: every picture shall come to on_image
         rospy.Subscriber("/carla/ego_vehicle/camera/rgb/front/image_color", Image, self.on_image, queue_size=1,
                          buff_size=4 * 1024 * 1024, tcp_nodelay=True)
+        # ------------------------------------------------------------------------
 
     def on_image(self, message):
         try:
+            # TODO 4: turn the message into a picture for OpenCV, and find the lane markings in it (until then: return)
             image = self.bridge.imgmsg_to_cv2(message, "bgra8")
             mask = self.lane_filter.mask(image)
+            # --------------------------------------------------------------------
         except (CvBridgeError, ValueError) as error:
             rospy.logwarn_throttle(1.0, f"camera: refused a picture on {message._connection_header['topic']}: {error}")
             return

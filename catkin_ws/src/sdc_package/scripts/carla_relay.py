@@ -3,6 +3,8 @@
 import rospy
 from sdc_package.msg import CarlaEgoVehicleControl, CarlaVehicleControl
 
+from sdc_package.node import spin
+
 
 class CarlaRelay:
     def __init__(self):
@@ -17,7 +19,7 @@ class CarlaRelay:
             hand_brake=command.hand_brake, reverse=command.reverse, gear=-1 if command.reverse else 1, manual_gear_shift=False))
 
     def run(self):
-        rospy.spin()
+        spin()
 
 
 if __name__ == "__main__":

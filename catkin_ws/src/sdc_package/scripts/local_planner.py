@@ -5,17 +5,22 @@ import threading
 import numpy as np
 import rospy
 from nav_msgs.msg import Odometry
+# TODO 1: the messages that come in (Path, ObstacleArray) and go out (LocalPath, Waypoint)
 from sdc_package.msg import LocalPath, ObstacleArray, Path, Waypoint
+# --------------------------------------------------------------------------------
 
 from sdc_package.node import LoopPublisher, parameter, refuse
 from sdc_package.obstacles import Caution, Obstacle
 from sdc_package.odometry import pose_and_speed, yaw_from_quaternion
 from sdc_package.planning import LocalPlanner, SpeedLimits
+from sdc_package.waypoint_search import WaypointSearch
 
 
 class LocalPlannerNode:
     def __init__(self):
+        # TODO 2: register this program with ROS as the node "local_planner"
         rospy.init_node("local_planner")
+        # ------------------------------------------------------------------------
         try:
             self.limits = SpeedLimits(
                 cruise_mps=parameter("planned_speed_mps"),
@@ -31,18 +36,23 @@ class LocalPlannerNode:
 
         self.lock = threading.Lock()
         self.planner = None
+        self.search = None
         self.odometry = None
         self.answered_stamp = None
         self.obstacles = ()
         self.obstacles_stamp = rospy.Time(0)
 
         self.publisher = LoopPublisher("/planner/local_waypoints", LocalPath, latch=True)
+        # TODO 3: listen to the mission: it shall come to on_mission
         rospy.Subscriber("/planner/mission_waypoints", Path, self.on_mission, queue_size=1)
+        # ------------------------------------------------------------------------
         rospy.Subscriber("/carla/ego_vehicle/odometry", Odometry, self.on_odometry, queue_size=1, tcp_nodelay=True)
         rospy.Subscriber("/carla/ego_vehicle/obstacles", ObstacleArray, self.on_obstacles, queue_size=1, tcp_nodelay=True)
 
     def on_mission(self, path):
+        # TODO 4: the mission as rows x, y of an array (until then: return)
         waypoints = np.array([(point.x, point.y) for point in path.waypoints]).reshape(-1, 2)
+        # ------------------------------------------------------------------------
         try:
             planner = LocalPlanner(waypoints, self.limits, self.lookahead_m, self.join_within_m, self.caution)
         except ValueError as error:
@@ -50,6 +60,7 @@ class LocalPlannerNode:
             return
         with self.lock:
             self.planner = planner
+            self.search = WaypointSearch(planner.route.points)
 
     def on_odometry(self, odometry):
         with self.lock:
@@ -76,8 +87,11 @@ class LocalPlannerNode:
     def answer(self):
         odometry, self.odometry = self.odometry, None
         try:
+            # TODO 7: where is the car, which waypoint is the first ahead of it, and what is the plan from there? (until then: return)
             x, y, yaw, _ = pose_and_speed(odometry)
-            rows = self.planner.plan(x, y, yaw, self.obstacles)
+            first = self.search.first_ahead(x, y)
+            rows = self.planner.plan(first, x, y, yaw, self.obstacles)
+            # --------------------------------------------------------------------
         except ValueError as error:
             rospy.logwarn_throttle(1.0, f"local_planner: no path for this /carla/ego_vehicle/odometry: {error}")
             return
@@ -85,7 +99,9 @@ class LocalPlannerNode:
         self.answered_stamp = odometry.header.stamp
 
     def publish(self, rows):
+        # TODO 8: a LocalPath with one Waypoint for each row x, y, v: publish it (until then: pass)
         self.publisher.publish(LocalPath([Waypoint(x, y, v) for x, y, v in rows.tolist()]))
+        # ------------------------------------------------------------------------
 
     def run(self):
         rospy.spin()

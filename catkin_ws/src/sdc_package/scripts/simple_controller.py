@@ -4,7 +4,12 @@ import threading
 
 import rospy
 from nav_msgs.msg import Odometry
-from sdc_package.msg import CarlaVehicleControl, LocalPath
+# TODO 1.1: the message that a car is driven with
+from sdc_package.msg import CarlaVehicleControl
+# --------------------------------------------------------------------------------
+# TODO 2.1: the message of the road ahead
+from sdc_package.msg import LocalPath
+# --------------------------------------------------------------------------------
 
 from sdc_package.axles import Axles
 from sdc_package.car import PedalMap, SteeringMap
@@ -21,7 +26,9 @@ LONGEST_STEP_S = 0.2
 
 class SimpleController:
     def __init__(self):
+        # TODO 1.2: register this program with ROS as the node "simple_controller"
         rospy.init_node("simple_controller")
+        # ------------------------------------------------------------------------
         self.basic_control = parameter("basic_control")
         self.basic_throttle = parameter("basic_throttle")
         self.basic_steer = parameter("basic_steer")
@@ -45,10 +52,15 @@ class SimpleController:
         self.path_waits = False
         self.path_heard_at = rospy.Time(0)
 
+        # TODO 1.3: a publisher of commands to the car
         self.publisher = LoopPublisher("/carla/ego_vehicle/vehicle_control_cmd", CarlaVehicleControl)
-
+        # ------------------------------------------------------------------------
+        # TODO 1.4: listen to where the car is and how fast: on_odometry
         rospy.Subscriber("/carla/ego_vehicle/odometry", Odometry, self.on_odometry, queue_size=1, tcp_nodelay=True)
+        # ------------------------------------------------------------------------
+        # TODO 2.2: listen to the road ahead: on_path
         rospy.Subscriber("/planner/local_waypoints", LocalPath, self.on_path, queue_size=1, tcp_nodelay=True)
+        # ------------------------------------------------------------------------
         rospy.Timer(rospy.Duration(0.1), self.on_timer, reset=True)
 
     def on_odometry(self, odometry):
@@ -72,7 +84,9 @@ class SimpleController:
     def on_path(self, path):
         with self.lock:
             try:
+                # TODO 2.3: keep the path, as a list of (x, y, v) (until then: return)
                 self.road.update([(point.x, point.y, point.v) for point in path.waypoints])
+                # ----------------------------------------------------------------
             except ValueError as error:
                 rospy.logwarn_throttle(1.0, f"simple_controller: refused a path on /planner/local_waypoints: {error}")
                 return
@@ -91,14 +105,17 @@ class SimpleController:
         yaw_rate = wrap_angle(yaw - last_yaw) / step_s if step_s > 0.0 else 0.0
         self.last_pose = stamp_s, yaw
 
+        self.odometry_waits = self.path_waits = False
+        # TODO 2.8: what the road asks for here: an acceleration, and an angle of the front wheels (until then: return)
         target = self.road.nearest(x, y, self.speed_control.preview_m(speed))
         acceleration = self.speed_control.acceleration(target.speed_mps, target.acceleration_mps2, speed, step_s)
         wheel_angle = self.steering.wheel_angle(self.road, x, y, yaw, speed, yaw_rate)
-
+        # ------------------------------------------------------------------------
+        # TODO 2.9: the pedals for this acceleration, the steer command for this angle: publish them
         throttle, brake = self.pedal_map.pedals(acceleration)
         steer, _ = self.steering_map.command(wheel_angle, speed)
-        self.odometry_waits = self.path_waits = False
         self.publish(throttle, steer, brake)
+        # ------------------------------------------------------------------------
 
     def repeat(self):
         """A simulator that has not heard the answer to its first odometry repeats it: so does the answer, and a path that came
@@ -128,11 +145,13 @@ class SimpleController:
         return None
 
     def publish(self, throttle, steer, brake):
+        # TODO 1.5: fill in a command, give it the stamp of the odometry that it answers, remember it and publish it (until then: pass)
         command = CarlaVehicleControl(throttle=throttle, steer=steer, brake=brake)
         if self.odometry is not None:
             command.header.stamp = self.odometry.header.stamp
         self.last_command = command
         self.publisher.publish(command)
+        # ------------------------------------------------------------------------
 
     def run(self):
         rospy.spin()

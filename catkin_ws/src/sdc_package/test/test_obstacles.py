@@ -85,7 +85,7 @@ def test_caps_never_rise_towards_an_obstacle(x, y, yaw, speed, from_s):
 
 def test_plan_stops_and_drives_on_when_the_way_is_free():
     planner = LocalPlanner(STRAIGHT.points, SpeedLimits(10.0, 3.0, 1.8, BRAKING), lookahead_m=25.0, join_within_m=20.0, caution=CAUTION)
-    blocked, free = planner.plan(30.0, 0.0, 0.0, [car()]), planner.plan(30.0, 0.0, 0.0)
+    blocked, free = (planner.plan(30, 30.0, 0.0, 0.0, obstacles) for obstacles in ([car()], []))
     assert blocked[-1, 2] == 0.0
     assert free[-1, 2] == 10.0
     np.testing.assert_array_equal(blocked[:, :2], free[:, :2])

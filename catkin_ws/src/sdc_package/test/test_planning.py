@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from sdc_package.obstacles import Caution
 from sdc_package.planning import LocalPlanner, OffRouteError, SpeedLimits, ideal_duration, speed_profile
 from sdc_package.route import Route
+from sdc_package.waypoint_search import WaypointSearch
 
 CAUTION = Caution(side_m=0.4, gap_m=5.0, car_front_m=2.35, car_width_m=2.0)
 LIMITS = SpeedLimits(cruise_mps=10.0, lateral_mps2=3.0, acceleration_mps2=1.8, braking_mps2=2.5)
@@ -32,6 +33,10 @@ def twice_round(radius=20.0, turns=1.2):
 def planner(points, **changes):
     return LocalPlanner(points, SpeedLimits(**{**vars(LIMITS), **changes}), lookahead_m=25.0, join_within_m=20.0,
                         caution=CAUTION)
+
+
+def road_ahead(local, x, y, yaw):
+    return local.plan(WaypointSearch(local.route.points).first_ahead(x, y), x, y, yaw)
 
 
 def test_straight_road_is_a_trapezium():
@@ -85,7 +90,7 @@ def test_limits_must_be_positive():
 
 
 def test_path_starts_ahead_of_the_car_and_reaches_as_far_as_asked():
-    plan = planner(straight(200.0)).plan(50.4, 0.3, 0.0)
+    plan = road_ahead(planner(straight(200.0)), 50.4, 0.3, 0.0)
     assert plan[0, 0] == 51.0
     assert plan[-1, 0] == 75.0
     assert (np.diff(plan[:, 0]) > 0.0).all()
@@ -94,7 +99,7 @@ def test_path_starts_ahead_of_the_car_and_reaches_as_far_as_asked():
 def test_end_of_the_route_is_a_path_of_two_points_at_rest():
     local = planner(straight(50.0))
     for x in (0.0, 8.0, 16.0, 24.0, 32.0, 40.0, 48.0, 49.5, 50.0, 52.0):
-        plan = local.plan(x, 0.0, 0.0)
+        plan = road_ahead(local, x, 0.0, 0.0)
         assert len(plan) >= 2
         assert np.isfinite(plan).all()
     assert plan.shape == (2, 3)
@@ -107,7 +112,7 @@ def test_route_that_passes_close_to_itself_never_makes_it_jump():
     last = -1.0
     for x, y in points:
         yaw = math.atan2(y, x) + math.pi / 2
-        local.plan(x * 0.995, y * 0.995, yaw)
+        road_ahead(local, x * 0.995, y * 0.995, yaw)
         assert last < local.place.s_m < last + 3.0
         last = local.place.s_m
     assert last > 0.97 * local.route.length_m
@@ -115,34 +120,72 @@ def test_route_that_passes_close_to_itself_never_makes_it_jump():
 
 def test_car_that_is_moved_is_found_again():
     local = planner(straight(200.0))
-    local.plan(10.0, 0.0, 0.0)
-    assert local.plan(150.0, 1.0, 0.0)[0, 0] == 150.0
-    assert local.plan(139.0, 1.0, 0.0)[0, 0] == 139.0, "also within the distance of joining"
+    road_ahead(local, 10.0, 0.0, 0.0)
+    assert road_ahead(local, 150.0, 1.0, 0.0)[0, 0] == 150.0
+    assert road_ahead(local, 139.0, 1.0, 0.0)[0, 0] == 139.0, "also within the distance of joining"
 
 
 def test_too_far_from_the_route_is_refused_and_forgotten_on_return():
     local = planner(straight(200.0))
     with pytest.raises(OffRouteError, match=r"25\.0 m from the route"):
-        local.plan(100.0, 25.0, 0.0)
-    assert local.plan(100.0, 19.0, 0.0)[0, 0] == 100.0
+        road_ahead(local, 100.0, 25.0, 0.0)
+    assert road_ahead(local, 100.0, 19.0, 0.0)[0, 0] == 100.0
     with pytest.raises(OffRouteError):
-        local.plan(100.0, -30.0, 0.0)
+        road_ahead(local, 100.0, -30.0, 0.0)
     assert local.place.s_m == pytest.approx(100.0)
 
 
 @pytest.mark.parametrize("pose", [(math.nan, 0.0, 0.0), (0.0, math.inf, 0.0), (0.0, 0.0, math.nan)])
 def test_pose_that_is_not_finite_is_refused(pose):
     with pytest.raises(ValueError, match="not finite"):
-        planner(straight(50.0)).plan(*pose)
+        planner(straight(50.0)).plan(0, *pose)
 
 
 def test_two_far_points_become_a_road():
     local = planner(np.array([[0.0, 0.0], [300.0, 0.0]]))
-    plan = local.plan(150.0, 0.0, 0.0)
+    plan = road_ahead(local, 150.0, 0.0, 0.0)
     assert len(plan) > 15
     assert plan[0, 2] == 10.0
 
 
 def test_dense_recording_becomes_a_short_message():
-    plan = planner(straight(60.0, step=0.02)).plan(20.0, 0.0, 0.0)
+    plan = road_ahead(planner(straight(60.0, step=0.02)), 20.0, 0.0, 0.0)
     assert len(plan) < 70
+
+
+def test_waypoint_that_is_far_away_cannot_be_the_first_one_ahead():
+    local = planner(straight(200.0))
+    with pytest.raises(ValueError, match=r"waypoint 0 is 100.0 m away from the car, but the route 0.5 m"):
+        local.plan(0, 100.0, 0.5, 0.0)
+    with pytest.raises(ValueError, match="waypoint 201 is none of the route's 201"):
+        local.plan(201, 100.0, 0.5, 0.0)
+
+
+def test_waypoint_of_another_pass_is_not_taken():
+    points = twice_round(turns=2.0)
+    local = planner(points)
+    other = int(round(2.0 * math.pi * 20.0)) + 5
+    assert local.plan(other, *points[5], math.pi / 2 + 0.25)[0, :2] == pytest.approx(points[5], abs=1.0)
+    assert local.place.s_m < 10.0
+
+
+def test_a_planner_that_comes_back_takes_the_pass_that_the_car_was_in():
+    points = twice_round(turns=2.2)
+    first = planner(points)
+    for s in np.arange(0.0, 200.0, 0.5):
+        road_ahead(first, 20.0 * math.cos(s / 20.0), 20.0 * math.sin(s / 20.0), s / 20.0 + math.pi / 2)
+    assert first.place.s_m == pytest.approx(199.5, abs=0.5)
+    for moved in (0.0, 15.0):
+        angle = (199.5 + moved) / 20.0
+        second = planner(points)
+        second.recall(*first.memory())
+        road_ahead(second, 20.0 * math.cos(angle), 20.0 * math.sin(angle), angle + math.pi / 2)
+        assert second.place.s_m == pytest.approx(199.5 + moved, abs=0.5)
+    assert planner(points).memory() == []
+
+
+def test_a_planner_that_comes_back_to_a_car_elsewhere_looks_everywhere():
+    here = planner(straight(300.0))
+    here.recall(20.0, 20.0, 0.0)
+    road_ahead(here, 200.0, 0.0, 0.0)
+    assert here.place.s_m == pytest.approx(200.0)

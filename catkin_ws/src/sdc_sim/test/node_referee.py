@@ -52,7 +52,7 @@ class RefereeTest(unittest.TestCase):
         self.report_path = os.path.join(self.folder, "report.json")
         self.log_path = os.path.join(folder.name, "log")
 
-    def start(self, program="referee.py", at_most_bytes=None, **changes):
+    def start(self, prefix=(), at_most_bytes=None, **changes):
         """A referee that has heard the mission."""
         rospy.set_param(self.name, {**rospy.get_param("~good"), "pictures": False, "snapshots": 0, "drive_id": "here",
                                      "report": self.report_path, **changes})
@@ -61,7 +61,7 @@ class RefereeTest(unittest.TestCase):
             if at_most_bytes:
                 resource.setrlimit(resource.RLIMIT_FSIZE, (at_most_bytes, at_most_bytes))
         with open(self.log_path, "wb") as log:
-            process = subprocess.Popen([os.path.join(SCRIPTS, program), "__name:=" + self.name[1:], "__log:=/dev/null"],
+            process = subprocess.Popen([*prefix, os.path.join(SCRIPTS, "referee.py"), "__name:=" + self.name[1:], "__log:=/dev/null"],
                                        stdout=log, stderr=log, preexec_fn=limit, start_new_session=True)
         self.addCleanup(self.end, process)
         self.meet()
@@ -132,11 +132,11 @@ class RefereeTest(unittest.TestCase):
         self.assertEqual(sorted(os.listdir(self.folder)), ["report.csv", "report.json"])
 
     def test_a_killed_referee_goes_on_with_its_drive(self):
-        process = self.start("referee")
+        process = self.start(prefix=("python3", "-m", "sdc_package.keep_running"))
         self.drive_heard(1, 100)
         node = xmlrpc.client.ServerProxy(rosgraph.Master("/referee_test").lookupNode(self.name))
         os.kill(node.getPid("/referee_test")[2], signal.SIGKILL)
-        wait_until(lambda: "was killed" in self.said(), 30.0, "the word that it was killed")
+        wait_until(lambda: "was killed by" in self.said(), 30.0, "the word that it was killed")
         wait_until(self.nobody_listens, 30.0, "the end of the old connections")
         self.meet()
         self.drive_heard(100, 200)

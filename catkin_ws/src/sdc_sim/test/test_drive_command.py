@@ -60,8 +60,8 @@ def test_drives_to_the_end_from_any_folder_twice_the_same_and_a_third_time_from_
         traces.append((tmp_path / name / "report.csv").read_bytes())
     assert traces[0] == traces[1], "lockstep is repeatable to the bit, with a camera and without"
 
-    done = subprocess.run(["roslaunch", "sdc_sim", "replay.launch", "bag:=second/report.bag"], cwd=tmp_path, timeout=60,
-                          env={**environment, "PWD": str(tmp_path)}, check=False, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace")
+    done = subprocess.run(["roslaunch", "sdc_sim", "replay.launch", "bag:=second/report.bag"], env={**environment, "PWD": str(tmp_path)},
+                          cwd=tmp_path, timeout=60, check=False, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     assert "Traceback" not in done.stdout
     assert (tmp_path / "report" / "replay.csv").read_bytes() == traces[1]
     again = json.loads((tmp_path / "report" / "replay.json").read_text())

@@ -9,7 +9,8 @@ import pytest
 
 from sdc_package.route import Route
 from sdc_package.waypoints import load_waypoints
-from sdc_sim.scenario import ScenarioError, load_obstacles
+from sdc_sim.scenario import load_obstacles
+from sdc_sim.yaml_reading import ScenarioError
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 EXAMPLES = os.path.join(HERE, "..", "config", "obstacles")

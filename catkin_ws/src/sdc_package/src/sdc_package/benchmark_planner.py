@@ -8,6 +8,7 @@ import numpy as np
 
 from sdc_package.obstacles import Caution, Obstacle
 from sdc_package.planning import LocalPlanner, SpeedLimits
+from sdc_package.waypoint_search import WaypointSearch
 
 _TICKS = 2000
 _COUNTS = (1_000, 10_000, 100_000, 1_000_000)
@@ -26,7 +27,8 @@ def measure(count: int):
     start = time.perf_counter()
     planner = LocalPlanner(points, SpeedLimits(10.0, 3.0, 1.8, 2.5, 6.0), lookahead_m=25.0, join_within_m=20.0,
                            caution=Caution(side_m=0.4, gap_m=5.0, car_front_m=2.35, car_width_m=2.0))
-    planner.plan(*points[count // 2], 0.0)
+    search = WaypointSearch(planner.route.points)
+    planner.plan(search.first_ahead(*points[count // 2]), *points[count // 2], 0.0)
     load_s = time.perf_counter() - start
     megabytes = tracemalloc.get_traced_memory()[0] / 1e6
     tracemalloc.stop()
@@ -35,7 +37,7 @@ def measure(count: int):
         x, y = points[(count // 2 + tick // 4) % count]
         obstacles = [Obstacle(x + 30.0, y, 0.0, 4.7, 2.0, 0.0)] if tick % 2 else []
         start = time.perf_counter()
-        planner.plan(x, y, 0.0, obstacles)
+        planner.plan(search.first_ahead(x, y), x, y, 0.0, obstacles)
         times[tick % 2].append(time.perf_counter() - start)
     return load_s, megabytes, *(1e6 * float(np.median(values)) for values in times)
 

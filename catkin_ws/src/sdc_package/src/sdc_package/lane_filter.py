@@ -50,7 +50,9 @@ class LaneFilter:
         top = int(image.shape[0] * self.thresholds.horizon_fraction)
         road = image[top:]
         bgr = cv2.cvtColor(road, cv2.COLOR_BGRA2BGR) if road.shape[2] == 4 else road
-        cv2.bitwise_or(self._steep(bgr), self._colourful(bgr), dst=mask[top:])
+        # TODO 5: below the horizon, a pixel is a marking where the picture is steep or colourful
+        mask[top:] = cv2.bitwise_or(self._steep(bgr), self._colourful(bgr))
+        # ------------------------------------------------------------------------
         return mask
 
     def _steep(self, bgr: np.ndarray) -> np.ndarray:

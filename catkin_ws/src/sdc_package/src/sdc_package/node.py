@@ -7,6 +7,8 @@ import warnings
 
 import rospy
 
+from sdc_package.surroundings import watch_surroundings
+
 
 def parameter(name: str):
     """The private parameter `name` of this node; without it the node ends with one line and exit code 1."""
@@ -46,6 +48,12 @@ class LoopPublisher(rospy.Publisher):
                 raise
 
 
+def spin() -> None:
+    """Wait until the node is to end; meanwhile it says what it waits for when the world's clock stands."""
+    watch_surroundings()
+    rospy.spin()
+
+
 def spin_beside(loop) -> None:
     """Run `loop()` in a thread of its own until it ends or the node shuts down; raises what it raised.
 
@@ -62,6 +70,6 @@ def spin_beside(loop) -> None:
         rospy.signal_shutdown("the loop has ended")
 
     threading.Thread(target=run, daemon=True).start()
-    rospy.spin()
+    spin()
     if failures and not isinstance(failures[0], rospy.ROSInterruptException):
         raise failures[0]

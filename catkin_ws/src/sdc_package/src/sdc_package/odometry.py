@@ -9,7 +9,9 @@ def yaw_from_quaternion(q) -> float:
 
     Source: J. Diebel, Representing Attitude: Euler Angles, Unit Quaternions, and Rotation Vectors, 2006, equation 290.
     """
+    # TODO 2.4: yaw, the turn about the vertical axis (until then: return 0.0)
     return math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
+    # ----------------------------------------------------------------------------
 
 
 def pose_and_speed(odometry):
@@ -22,7 +24,10 @@ def pose_and_speed(odometry):
     velocity = odometry.twist.twist.linear
     if not 0.9 < q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w < 1.1:
         raise ValueError("its orientation is not a unit quaternion")
-    numbers = (position.x, position.y, yaw_from_quaternion(q), math.hypot(velocity.x, velocity.y))
+    # TODO 2.5: the speed over the ground, from the velocity's components (until then: speed = 0.0)
+    speed = math.hypot(velocity.x, velocity.y)
+    # ----------------------------------------------------------------------------
+    numbers = (position.x, position.y, yaw_from_quaternion(q), speed)
     if not all(map(math.isfinite, numbers)):
         raise ValueError("a number in it is not finite")
     return numbers

@@ -55,8 +55,10 @@ class Pid:
         if dt_s >= _SHORTEST_STEP_S and self._last_measurement is not None:
             derivative = (self._last_measurement - measurement) / dt_s
         self._last_measurement = measurement
+        # TODO 2.6: the new integral, and the sum of feed-forward and the three parts (until then: integral = wanted = 0.0)
         integral = self.integral + self.gains.ki * error * dt_s
         wanted = feed_forward + self.gains.kp * error + integral + self.gains.kd * derivative
+        # ------------------------------------------------------------------------
         output = min(max(wanted, lower), upper)
         saturated = output != wanted
         if not saturated or (wanted - output) * error < 0.0:

@@ -15,6 +15,8 @@ _LONGEST_STEP_M = 1.25
 # A car that drives moves less than this between two odometry messages; one that moves more was picked up and put elsewhere.
 _WINDOW_BACK_M = 3.0
 _WINDOW_AHEAD_M = 8.0
+# A car whose planner was away has braked meanwhile: it is not farther on than this.
+_RESUME_WITHIN_M = 40.0
 
 
 class OffRouteError(ValueError):
@@ -85,6 +87,7 @@ class LocalPlanner:
     def __init__(self, waypoints_m: np.ndarray, limits: SpeedLimits, lookahead_m: float, join_within_m: float, caution: Caution):
         if not lookahead_m > 0.0:
             raise ValueError(f"the look-ahead must be a positive number of metres, got {lookahead_m}")
+        self.waypoints_m = waypoints_m
         self.route = Route(respace(waypoints_m, _SHORTEST_STEP_M, _LONGEST_STEP_M))
         self.speed = speed_profile(self.route, limits)
         self.lookahead_m = lookahead_m
@@ -93,20 +96,23 @@ class LocalPlanner:
         self.caution = caution
         self.place = None
         self._last_xy = None
+        self._window_ahead_m = _WINDOW_AHEAD_M
         self._path = np.column_stack([self.route.points, self.speed])
 
-    def plan(self, x_m: float, y_m: float, yaw_rad: float, obstacles=()) -> np.ndarray:
+    def plan(self, first: int, x_m: float, y_m: float, yaw_rad: float, obstacles=()) -> np.ndarray:
         """Return the road ahead of the car as (n, 3) rows of x, y (metres) and target speed (m/s), n >= 2. `obstacles` are those known now.
 
-        The first row is the first point of the route that is not behind the car, the last one lies `lookahead_m` ahead or ends the route.
+        `first` is the index, among `route.points`, of the first waypoint ahead of the car, as WaypointSearch finds it. The first row is
+        this waypoint, unless it belongs to another pass of a route that comes by here more than once; the last row lies
+        `lookahead_m` ahead or ends the route.
         Raises OffRouteError when the car is farther than `join_within_m` from the route, ValueError for numbers
-        that are not finite.
+        that are not finite and for a waypoint that cannot be the first one ahead.
         """
         if not (math.isfinite(x_m) and math.isfinite(y_m) and math.isfinite(yaw_rad)):
             raise ValueError(f"the car's pose ({x_m}, {y_m}, {yaw_rad}) is not finite")
         self._follow(x_m, y_m, yaw_rad)
         count = len(self._path)
-        first = int(np.searchsorted(self.route.s, self.place.s_m, side="left"))
+        first = self._first_on_this_pass(first, x_m, y_m)
         last = int(np.searchsorted(self.route.s, self.place.s_m + self.lookahead_m, side="right"))
         first = min(first, count - 2)
         ahead = slice(first, max(first + 2, min(last, count)))
@@ -118,10 +124,32 @@ class LocalPlanner:
             path = np.column_stack([path[:, :2], np.minimum(path[:, 2], caps)])
         return path
 
+    def _first_on_this_pass(self, first: int, x_m: float, y_m: float) -> int:
+        if not 0 <= first < len(self._path):
+            raise ValueError(f"waypoint {first} is none of the route's {len(self._path)}")
+        x, y = self._path[first, :2]
+        distance_m = math.hypot(x - x_m, y - y_m)
+        if distance_m > self.place.distance_m + 2.0 * _LONGEST_STEP_M:
+            raise ValueError(f"waypoint {first} is {distance_m:.1f} m away from the car, but the route {self.place.distance_m:.1f} m: "
+                             "it is not the first one ahead")
+        if abs(self.route.s[first] - self.place.s_m) <= 2.0 * _LONGEST_STEP_M:
+            return first
+        return int(np.searchsorted(self.route.s, self.place.s_m, side="left"))
+
+    def memory(self) -> list:
+        """Where the car was on the route and on the map, as plain data; nothing before the first plan."""
+        return [self.place.s_m, *self._last_xy] if self.place is not None else []
+
+    def recall(self, s_m: float, x_m: float, y_m: float) -> None:
+        """Look for the car from the place that `memory` said on: the right pass of a route that comes by here more than once."""
+        self.place = self.route.project(x_m, y_m, s_m, _WINDOW_BACK_M, _WINDOW_BACK_M)
+        self._last_xy = (x_m, y_m)
+        self._window_ahead_m = _RESUME_WITHIN_M
+
     def _follow(self, x_m: float, y_m: float, yaw_rad: float) -> None:
         place = None
-        if self.place is not None and math.dist(self._last_xy, (x_m, y_m)) < _WINDOW_AHEAD_M:
-            place = self.route.project(x_m, y_m, self.place.s_m, _WINDOW_BACK_M, _WINDOW_AHEAD_M)
+        if self.place is not None and math.dist(self._last_xy, (x_m, y_m)) < self._window_ahead_m:
+            place = self.route.project(x_m, y_m, self.place.s_m, _WINDOW_BACK_M, self._window_ahead_m)
         if place is None or place.distance_m > self.join_within_m:
             place = self.route.locate(x_m, y_m, yaw_rad)
         if place.distance_m > self.join_within_m:
@@ -129,3 +157,4 @@ class LocalPlanner:
                                 "within which it may join; bring it back to the road")
         self.place = place
         self._last_xy = (x_m, y_m)
+        self._window_ahead_m = _WINDOW_AHEAD_M

@@ -25,7 +25,9 @@ def stanley_angle(heading_error_rad: float, cross_track_m: float, speed_mps: flo
     heading_error_rad is the path's heading less the car's; cross_track_m is positive when the front axle is to the left of the path;
     k in 1/s turns cross-track error into an angle; softening_mps keeps that angle small at walking speed.
     """
+    # TODO 2.7: Stanley's law: along the path, and back to it by an angle that grows with the error (until then: return 0.0)
     return heading_error_rad - math.atan2(k * cross_track_m, softening_mps + abs(speed_mps))
+    # ----------------------------------------------------------------------------
 
 
 class StanleySteering(Steering):

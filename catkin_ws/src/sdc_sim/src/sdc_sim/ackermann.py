@@ -74,6 +74,14 @@ class AckermannControl:
         self._acceleration_mps2 = 0.0
         self._angle_rad = None
 
+    def memory(self) -> list:
+        """What the loop carries from tick to tick, as plain data."""
+        return [self._integral_mps2, self._acceleration_mps2, self._angle_rad]
+
+    def recall(self, memory: list) -> None:
+        """Go on as `memory` said."""
+        self._integral_mps2, self._acceleration_mps2, self._angle_rad = memory
+
     def limited(self, target: AckermannTarget):
         """The target within what this car does, and whether it had to be limited. Raises ValueError for NaN."""
         return target.limited(self.gains.max_speed_mps, self.parameters.full_wheel_angle_rad(0.0))

@@ -30,6 +30,9 @@ class SideProcess:
     def _start(self):
         self._socket, theirs = socket.socketpair()
         with theirs:
+            # rospy gives new sockets a time-out, which the other side would inherit as reads that do not wait.
+            self._socket.settimeout(None)
+            theirs.settimeout(None)
             self.process = subprocess.Popen([*self._command, str(theirs.fileno())], pass_fds=(theirs.fileno(), *self._files),
                                             stdin=subprocess.DEVNULL)
         self._pending = 0

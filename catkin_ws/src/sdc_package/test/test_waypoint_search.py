@@ -1,0 +1,30 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sdc_package.waypoint_search import WaypointSearch
+
+STRAIGHT = WaypointSearch(np.column_stack([np.arange(20.0), np.zeros(20)]))
+turned = np.arange(0.0, 1.5 * math.pi, 0.05)
+BEND = WaypointSearch(np.column_stack([20.0 * np.sin(turned), 20.0 * (1.0 - np.cos(turned))]))
+
+
+@given(st.floats(-50.0, 50.0), st.floats(-50.0, 50.0))
+def test_nearest_is_the_nearest(x, y):
+    distances = np.hypot(*(BEND.waypoints - (x, y)).T)
+    assert distances[BEND.nearest(x, y)] == pytest.approx(distances.min())
+
+
+@pytest.mark.parametrize(("x", "first"), [(-3.0, 0), (0.0, 0), (0.4, 1), (0.6, 1), (4.9, 5), (5.0, 5), (5.1, 6), (18.8, 19),
+                                           (19.0, 19), (25.0, 19)])
+def test_first_ahead_on_a_straight(x, first):
+    assert STRAIGHT.first_ahead(x, 0.3) == first
+
+
+@given(st.floats(0.1, 4.5), st.floats(-1.5, 1.5))
+def test_first_ahead_in_a_bend_is_never_behind(angle, offset):
+    x, y = (20.0 - offset) * math.sin(angle), 20.0 - (20.0 - offset) * math.cos(angle)
+    assert turned[BEND.first_ahead(x, y)] == pytest.approx(angle + 0.025, abs=0.03)

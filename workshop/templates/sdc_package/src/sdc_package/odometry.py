@@ -1,0 +1,33 @@
+"""Reads the numbers out of a nav_msgs/Odometry."""
+from __future__ import annotations
+
+import math
+
+
+def yaw_from_quaternion(q) -> float:
+    """Yaw in radians, counter-clockwise from the x axis, of a unit quaternion with x, y, z, w.
+
+    Source: J. Diebel, Representing Attitude: Euler Angles, Unit Quaternions, and Rotation Vectors, 2006, equation 290.
+    """
+    # TODO 2.4: yaw, the turn about the vertical axis (until then: return 0.0)
+    return 0.0
+    # ----------------------------------------------------------------------------
+
+
+def pose_and_speed(odometry):
+    """(x_m, y_m, yaw_rad, speed_mps) of an odometry message; the speed is the magnitude of its twist, whichever frame it is in.
+
+    Raises ValueError when a number is not finite, or when the quaternion is not one.
+    """
+    position = odometry.pose.pose.position
+    q = odometry.pose.pose.orientation
+    velocity = odometry.twist.twist.linear
+    if not 0.9 < q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w < 1.1:
+        raise ValueError("its orientation is not a unit quaternion")
+    # TODO 2.5: the speed over the ground, from the velocity's components (until then: speed = 0.0)
+    speed = 0.0
+    # ----------------------------------------------------------------------------
+    numbers = (position.x, position.y, yaw_from_quaternion(q), speed)
+    if not all(map(math.isfinite, numbers)):
+        raise ValueError("a number in it is not finite")
+    return numbers

@@ -1,0 +1,72 @@
+"""One source: the templates are what the solution gives, the steps cover it, and solving them all gives it back."""
+import os
+import subprocess
+
+import pytest
+
+from sdc_workshop.regions import regions
+from sdc_workshop.steps import StepError, find_step, load_steps
+from sdc_workshop.templates import stale
+from sdc_workshop.workspace import PROJECT, SOLUTION, WorkspaceError, derived_templates, differences, find, make, solve
+
+WANTED = {"camera": ["1", "2", "3", "4", "5"], "mission_planner": list("123456789"), "local_planner": list("12345678"),
+          "controller": [f"1.{i}" for i in range(1, 6)] + [f"2.{i}" for i in range(1, 10)]}
+
+
+def test_templates_are_fresh():
+    assert stale() == [], "run: PYTHONPATH=workshop python3 -m sdc_workshop.templates"
+
+
+def test_templates_are_python_that_runs():
+    for name, text in derived_templates().items():
+        if name.endswith(".py"):
+            compile(text, name, "exec")
+
+
+def test_every_region_has_one_step_and_every_todo_of_the_workshop_its_region():
+    steps = load_steps()
+    assert len({step.id for step in steps}) == len(steps)
+    covered = [(step.file, step.todo) for step in steps if step.todo]
+    there = [(name, number) for name in derived_templates() for number in regions((SOLUTION / name).read_text())]
+    assert sorted(covered) == sorted(there)
+    for node, numbers in WANTED.items():
+        for number in numbers:
+            step = find_step(f"{node}-{number}")
+            assert step.todo == number
+            assert regions((SOLUTION / step.file).read_text())[number].title
+
+
+def test_unknown_step_names_its_neighbours():
+    with pytest.raises(StepError, match="camera-9.*camera-1, camera-2"):
+        find_step("camera-9")
+
+
+def test_nothing_is_solved_at_the_start_and_all_is_equal_at_the_end(tmp_path):
+    make(tmp_path / "ws")
+    unsolved = set(differences(tmp_path / "ws"))
+    assert unsolved == {step.file for step in load_steps() if step.file}
+    for step in load_steps():
+        solve(tmp_path / "ws", step)
+    assert differences(tmp_path / "ws") == []
+    assert os.access(tmp_path / "ws" / "src" / "sdc_package" / "scripts" / "camera.py", os.X_OK)
+    assert os.path.samefile(tmp_path / "ws" / "workshop", PROJECT / "workshop")
+    assert find(tmp_path / "ws" / "src" / "sdc_package") == tmp_path / "ws"
+
+
+def test_folders_that_cannot_become_a_workspace(tmp_path):
+    (tmp_path / "full").mkdir()
+    (tmp_path / "full" / "mine").write_text("")
+    with pytest.raises(WorkspaceError, match="not empty"):
+        make(tmp_path / "full")
+    with pytest.raises(WorkspaceError, match="own workspace"):
+        make(PROJECT / "catkin_ws" / "src" / "mine")
+    with pytest.raises(WorkspaceError, match="in no workspace"):
+        find(tmp_path)
+
+
+def test_start_refuses_in_one_line(tmp_path):
+    (tmp_path / "mine").write_text("")
+    done = subprocess.run([PROJECT / "workshop" / "start", tmp_path], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                          check=False, timeout=120)
+    assert done.returncode == 1
+    assert done.stdout == f"start: {tmp_path} is not empty; name a new folder, or empty this one\n"
