@@ -22,6 +22,10 @@ from sdc_package.pid import Pid, PidGains
 from sdc_package.route import wrap_angle
 from sdc_package.stanley import stanley_angle
 from sdc_package.waypoint_search import WaypointSearch
+from sdc_package.waypoints import load_waypoints
+from sdc_sim.renderer import Renderer
+from sdc_sim.road import Road
+from sdc_workshop.workspace import SOLUTION
 
 FOLDER = Path(__file__).resolve().parents[1] / "pictures"
 BLUE, RED, GREEN, GREY, ORANGE = "#2a6fb0", "#c2402f", "#3a8a4d", "#666666", "#d98c1f"
@@ -39,8 +43,8 @@ def _bare(axes):
     axes.set_axis_off()
 
 
-def _arrow(axes, start, end, colour, text=None, offset=(0.0, 0.0), **kwargs):
-    axes.annotate("", xy=end, xytext=start, arrowprops={"arrowstyle": "-|>", "color": colour, "lw": 2.0, "shrinkA": 0, "shrinkB": 0, **kwargs})
+def _arrow(axes, start, end, colour, text=None, offset=(0.0, 0.0)):
+    axes.annotate("", xy=end, xytext=start, arrowprops={"arrowstyle": "-|>", "color": colour, "lw": 2.0, "shrinkA": 0, "shrinkB": 0})
     if text:
         middle = 0.5 * (np.add(start, end)) + offset
         axes.text(*middle, text, color=colour, ha="center", va="center", fontsize=11)
@@ -61,8 +65,8 @@ def _car(axes, x, y, yaw, wheel=0.0, colour=BLUE):
 def architecture():
     """The nodes of the finished car and the topics between them."""
     figure, (axes,) = _figure(10.0, 3.9)
-    boxes = {"mission_planner": (0.0, 2.0), "local_planner": (3.6, 2.0), "simple_controller": (7.2, 2.0), "the world\n(sim or CARLA)": (7.2, 0.0),
-             "camera": (3.6, 0.0), "waypoints.csv": (0.0, 3.3)}
+    boxes = {"mission_planner": (0.0, 2.0), "local_planner": (3.6, 2.0), "simple_controller": (7.2, 2.0),
+             "the world\n(sim or CARLA)": (7.2, 0.0), "camera": (3.6, 0.0), "waypoints.csv": (0.0, 3.3)}
     for name, (x, y) in boxes.items():
         mine = not name.startswith(("the world", "waypoints"))
         axes.add_patch(FancyBboxPatch((x - 0.85, y - 0.3), 1.7, 0.6, boxstyle="round,pad=0.06", facecolor=BLUE if mine else "#eeeeee",
@@ -100,12 +104,14 @@ def stanley():
     left.text(7.6, 7.6 * math.tan(heading) - 0.55, "path", color=GREEN, fontsize=12)
     _car(left, x, y, yaw, wheel)
     left.plot([front_x, front_x + 4.6 * math.cos(yaw)], [front_y, front_y + 4.6 * math.sin(yaw)], color=BLUE, ls="--", lw=1.2)
-    left.text(front_x + 4.3 * math.cos(yaw), front_y + 4.3 * math.sin(yaw) + 0.3, "where the car points", color=BLUE, ha="right", fontsize=10)
+    left.text(front_x + 4.3 * math.cos(yaw), front_y + 4.3 * math.sin(yaw) + 0.3, "where the car points", color=BLUE, ha="right",
+              fontsize=10)
     left.plot([front_x, front_x + 4.6 * math.cos(heading)], [front_y, front_y + 4.6 * math.sin(heading)], color=GREEN, ls="--", lw=1.2)
     left.add_patch(Arc((front_x, front_y), 6.4, 6.4, theta1=math.degrees(heading), theta2=math.degrees(yaw), color=ORANGE, lw=2))
     left.text(front_x + 3.35, front_y + 0.8, r"heading error $\psi$", color=ORANGE, fontsize=11)
     left.plot([foot[0], front_x], [foot[1], front_y], color=RED, lw=2)
-    left.text(foot[0] + 0.15, 0.5 * (foot[1] + front_y) - 0.1, "cross-track error $e$\n(left of the path: positive)", color=RED, fontsize=10, va="center")
+    left.text(foot[0] + 0.15, 0.5 * (foot[1] + front_y) - 0.1, "cross-track error $e$\n(left of the path: positive)", color=RED,
+              fontsize=10, va="center")
     tip = (front_x + 2.6 * math.cos(yaw + wheel), front_y + 2.6 * math.sin(yaw + wheel))
     _arrow(left, (front_x, front_y), tip, "#333333")
     left.text(tip[0] + 0.1, tip[1] - 0.25, r"wheels: $\delta$", color="#333333", fontsize=11)
@@ -180,7 +186,8 @@ def dot_product():
         axes.set_xlim(-3.2, 12.0)
         axes.set_ylim(-1.6, 7.0)
         _bare(axes)
-    figure.text(0.5, 0.02, "red: direction from the car to its nearest waypoint;  orange: direction of the route there", ha="center", fontsize=10, color=GREY)
+    figure.text(0.5, 0.02, "red: direction from the car to its nearest waypoint;  orange: direction of the route there", ha="center",
+                fontsize=10, color=GREY)
     return figure
 
 
@@ -233,10 +240,12 @@ def pid():
 
 def lane_filter():
     """The camera's picture of the packaged route, and the mask that the lane filter makes of it."""
-    picture = _camera_picture()
+    route = load_waypoints(str(SOLUTION / "sdc_package" / "data" / "waypoints.csv"))
+    picture = Renderer(Road(route)).render(42.0, 0.0, 0.0)
     mask = LaneFilter(LaneFilterThresholds(gradient=70, saturation=90, lightness=110, horizon_fraction=0.52)).mask(picture)
     figure, pair = _figure(10.0, 3.9, 2)
-    for axes, image, title in ((pair[0], cv2.cvtColor(picture, cv2.COLOR_BGRA2RGB), "the camera's picture"), (pair[1], mask, "the lane mask")):
+    shown = cv2.cvtColor(picture, cv2.COLOR_BGRA2RGB)
+    for axes, image, title in ((pair[0], shown, "the camera's picture"), (pair[1], mask, "the lane mask")):
         axes.imshow(image, cmap="gray")
         axes.set_title(title, fontsize=11)
         axes.set_axis_off()
