@@ -110,13 +110,13 @@ def stanley():
     left.add_patch(Arc((front_x, front_y), 6.4, 6.4, theta1=math.degrees(heading), theta2=math.degrees(yaw), color=ORANGE, lw=2))
     left.text(front_x + 3.35, front_y + 0.8, r"heading error $\psi$", color=ORANGE, fontsize=11)
     left.plot([foot[0], front_x], [foot[1], front_y], color=RED, lw=2)
-    left.text(foot[0] + 0.15, 0.5 * (foot[1] + front_y) - 0.1, "cross-track error $e$\n(left of the path: positive)", color=RED,
-              fontsize=10, va="center")
+    left.annotate("cross-track error $e$\n(left of the path: positive)", (0.5 * (foot[0] + front_x), foot[1] + 0.35), (-1.6, -1.0),
+                  color=RED, fontsize=10, va="center", arrowprops={"arrowstyle": "-", "color": RED, "lw": 0.8})
     tip = (front_x + 2.6 * math.cos(yaw + wheel), front_y + 2.6 * math.sin(yaw + wheel))
     _arrow(left, (front_x, front_y), tip, "#333333")
     left.text(tip[0] + 0.1, tip[1] - 0.25, r"wheels: $\delta$", color="#333333", fontsize=11)
     left.set_xlim(-2.2, 9.2)
-    left.set_ylim(-1.0, 5.2)
+    left.set_ylim(-1.6, 5.0)
     _bare(left)
 
     for k, colour in ((0.5, ORANGE), (2.5, BLUE), (10.0, RED)):
@@ -164,27 +164,26 @@ def cross_track():
 
 def dot_product():
     """A waypoint ahead of the car, and one behind it."""
-    figure, pair = _figure(10.0, 3.4, 2)
-    turned = np.linspace(-0.2, 1.0, 7)
-    points = np.column_stack([12.0 * np.sin(turned), 12.0 * (1.0 - np.cos(turned))])
+    figure, pair = _figure(10.0, 2.9, 2)
+    turned = np.arange(-0.4, 0.8, 0.2)
+    points = np.column_stack([30.0 * np.sin(turned), 30.0 * (1.0 - np.cos(turned))])
     search = WaypointSearch(points)
-    for axes, s in zip(pair, (0.52, 0.68)):
-        x, y = 11.4 * math.sin(s), 12.0 - 11.4 * math.cos(s)
+    for axes, s in zip(pair, (0.11, 0.27)):
+        x, y = 28.8 * math.sin(s), 30.0 - 28.8 * math.cos(s)
         index = search.nearest(x, y)
         behind = search.is_behind(index, x, y)
         axes.plot(*points.T, "o-", color=GREEN, ms=7)
         for number, point in enumerate(points):
-            axes.text(point[0] + 0.1, point[1] - 0.75, str(number), color=GREEN, fontsize=10)
+            axes.text(point[0] + 0.2, point[1] - 1.3, str(number), color=GREEN, fontsize=10, clip_on=True)
         _car(axes, x, y, s)
         along = points[index + 1] - points[index - 1]
-        axes.plot(*points[index], "o", color=RED, ms=10)
-        to_point = points[index] - (x, y)
-        _arrow(axes, (x, y), tuple((x, y) + 3.2 * to_point / np.hypot(*to_point) * 0.6), RED)
-        _arrow(axes, tuple(points[index]), tuple(points[index] + 0.9 * along), ORANGE)
+        axes.plot(*points[index], "o", color=RED, ms=9)
+        _arrow(axes, tuple(points[index]), tuple(points[index] + 0.7 * along), ORANGE)
+        _arrow(axes, (x, y), tuple(points[index]), RED)
         sign = "< 0: behind, take the next" if behind else "> 0: ahead, take it"
         axes.set_title(f"nearest: {index};  red . orange {sign}", fontsize=11, color=RED if behind else "black")
-        axes.set_xlim(-3.2, 12.0)
-        axes.set_ylim(-1.6, 7.0)
+        axes.set_xlim(-8.0, 15.0)
+        axes.set_ylim(-2.8, 5.6)
         _bare(axes)
     figure.text(0.5, 0.02, "red: direction from the car to its nearest waypoint;  orange: direction of the route there", ha="center",
                 fontsize=10, color=GREY)
@@ -243,7 +242,7 @@ def lane_filter():
     route = load_waypoints(str(SOLUTION / "sdc_package" / "data" / "waypoints.csv"))
     picture = Renderer(Road(route)).render(42.0, 0.0, 0.0)
     mask = LaneFilter(LaneFilterThresholds(gradient=70, saturation=90, lightness=110, horizon_fraction=0.52)).mask(picture)
-    figure, pair = _figure(10.0, 3.9, 2)
+    figure, pair = _figure(10.0, 4.2, 2)
     shown = cv2.cvtColor(picture, cv2.COLOR_BGRA2RGB)
     for axes, image, title in ((pair[0], shown, "the camera's picture"), (pair[1], mask, "the lane mask")):
         axes.imshow(image, cmap="gray")
