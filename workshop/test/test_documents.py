@@ -19,7 +19,6 @@ def headings(page):
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_links(page):
     links = re.findall(r"\]\(([^)]+)\)", page.read_text())
-    assert links
     for link in links:
         if not link.startswith("http"):
             name, _, anchor = link.partition("#")
