@@ -15,7 +15,7 @@ import pytest
 from sdc_package.virtual_display import VirtualDisplay
 from sdc_workshop.guide import GuideError, missing_line, read
 from sdc_workshop.steps import Step, load_steps
-from sdc_workshop.workspace import PROJECT, differences, write
+from sdc_workshop.workspace import PROJECT, differences, solution_body, write
 
 GUIDE = PROJECT / "workshop" / "guide.md"
 CHECK = PROJECT / "workshop" / "check"
@@ -234,6 +234,14 @@ def test_the_guide_leads_to_a_car_that_drives(student):
     assert differences(student.workspace) == [], "the files are not the solution's"
     assert [step.id for step in load_steps() if step.id not in student.steps_seen] == [], "steps that the guide leaves out"
     print("slowest blocks (s, line):", [(round(seconds, 1), line) for seconds, line in sorted(times, reverse=True)[:12]])
+
+
+def test_snippets_are_the_solution():
+    """The same is found at the end of the long test; this one says at once which snippet has drifted."""
+    written = {(block.file, block.todo): block for block in read(GUIDE.read_text(encoding="utf-8")) if block.does == "write"}
+    for step in filter(lambda step: step.file, load_steps()):
+        block = written[step.file, step.todo]
+        assert block.text == solution_body(step), f"{GUIDE}, line {block.line}: not what the solution has at {step.place}"
 
 
 def test_blocks_that_nobody_can_follow():
