@@ -3,6 +3,8 @@
 import rospy
 from sdc_package.msg import CarlaEgoVehicleControl, CarlaVehicleControl
 
+from sdc_package.surroundings import watch_surroundings
+
 
 class CarlaRelay:
     def __init__(self):
@@ -17,6 +19,7 @@ class CarlaRelay:
             hand_brake=command.hand_brake, reverse=command.reverse, gear=-1 if command.reverse else 1, manual_gear_shift=False))
 
     def run(self):
+        watch_surroundings()
         rospy.spin()
 
 

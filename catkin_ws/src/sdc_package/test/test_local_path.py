@@ -76,3 +76,12 @@ def test_nearest_turns_with_the_world(angle, x, y):
     if abs(abs(cross_track) - abs(cross_track_turned)) < 1e-9 and abs(along - along_turned) < 1e-6:
         assert math.cos(heading_turned - heading - angle) == pytest.approx(1.0, abs=1e-6)
     assert abs(cross_track_turned) == pytest.approx(abs(cross_track), abs=1e-6)
+
+
+def test_a_path_that_lies_behind_the_car_is_no_road_to_drive_on():
+    road = LocalPath()
+    road.update([(float(x), 0.0, 8.0) for x in range(10)])
+    assert road.nearest(8.5, 0.1).speed_mps == pytest.approx(8.0)
+    beyond = road.nearest(10.5, 0.1)
+    assert (beyond.speed_mps, beyond.acceleration_mps2) == (0.0, 0.0)
+    assert beyond.cross_track_m == pytest.approx(0.1)

@@ -167,3 +167,28 @@ def test_waypoint_of_another_pass_is_not_taken():
     other = int(round(2.0 * math.pi * 20.0)) + 5
     assert local.plan(other, *points[5], math.pi / 2 + 0.25)[0, :2] == pytest.approx(points[5], abs=1.0)
     assert local.place.s_m < 10.0
+
+
+def test_a_planner_that_comes_back_takes_the_pass_that_the_car_was_in():
+    points = twice_round(turns=2.2)
+    first = planner(points)
+    for s in np.arange(0.0, 200.0, 0.5):
+        road_ahead(first, 20.0 * math.cos(s / 20.0), 20.0 * math.sin(s / 20.0), s / 20.0 + math.pi / 2)
+    assert first.place.s_m == pytest.approx(199.5, abs=0.5)
+    for moved in (0.0, 15.0):
+        angle = (199.5 + moved) / 20.0
+        second = planner(points)
+        assert second.recall(first.memory())
+        road_ahead(second, 20.0 * math.cos(angle), 20.0 * math.sin(angle), angle + math.pi / 2)
+        assert second.place.s_m == pytest.approx(199.5 + moved, abs=0.5)
+    assert not planner(points).recall(None)
+    assert not planner(points[:-1]).recall(first.memory()), "another route"
+
+
+def test_a_planner_that_comes_back_to_a_car_elsewhere_looks_everywhere():
+    here = planner(straight(300.0))
+    road_ahead(here, 20.0, 0.0, 0.0)
+    there = planner(straight(300.0))
+    there.recall(here.memory())
+    road_ahead(there, 200.0, 0.0, 0.0)
+    assert there.place.s_m == pytest.approx(200.0)

@@ -25,6 +25,8 @@ ODOMETRY = "/carla/ego_vehicle/odometry"
 PATH = "/planner/local_waypoints"
 COMMAND = "/carla/ego_vehicle/vehicle_control_cmd"
 BARE_TICKS = 4000
+# The parts of a tick that wait for each other; pictures are made beside them.
+ONE_AFTER_THE_OTHER = ("physics", "serialise", "planner", "controller")
 
 
 @contextlib.contextmanager
@@ -53,13 +55,41 @@ def launch(*arguments):
 
 
 def lockstep(camera):
-    """The report of one complete drive in lockstep."""
+    """The report of one complete drive in lockstep, and the CPU milliseconds a tick of each process in the midst of it."""
     with tempfile.TemporaryDirectory() as folder, own_master() as environment:
         report = os.path.join(folder, "report.json")
         command = launch("sync:=true", f"camera:={str(camera).lower()}", f"report:={report}")
-        subprocess.run(command, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False)
+        samples = []
+        with running(command, environment) as process:
+            while process.poll() is None:
+                samples.append((time.time(), cpu_ms(environment)))
+                time.sleep(0.1)
         with open(report, encoding="utf-8") as file:
-            return json.load(file)
+            figures = json.load(file)
+        age_s = [(os.stat(report).st_mtime - at) / figures["wall_duration_s"] for at, _ in samples]
+    midst = [sample for age, sample in zip(age_s, samples) if 0.3 < age < 0.8]
+    (first_at, first), (last_at, last) = midst[0], midst[-1]
+    ticks = (last_at - first_at) * figures["ticks"] / figures["wall_duration_s"]
+    return figures, {name: (last[name] - first[name]) / ticks for name in first if name in last}
+
+
+def cpu_ms(environment):
+    """CPU milliseconds that each process under this master has used, by its name."""
+    mine = f"ROS_MASTER_URI={environment['ROS_MASTER_URI']}".encode()
+    used = {}
+    for pid in filter(str.isdigit, os.listdir("/proc")):
+        with contextlib.suppress(OSError):
+            if mine not in environment_of(pid):
+                continue
+            with open(f"/proc/{pid}/stat", encoding="utf-8") as file:
+                user, system = file.read().rsplit(")", 1)[1].split()[11:13]
+            with open(f"/proc/{pid}/cmdline", encoding="utf-8") as file:
+                words = file.read().split("\0")
+            names = [word.split(":=")[1] for word in words if word.startswith("__name:=")] or \
+                [word.split(".")[1] for word in words if word.startswith("sdc_sim.")]
+            if names:
+                used[names[0]] = 1e3 * (int(user) + int(system)) / os.sysconf("SC_CLK_TCK")
+    return used
 
 
 def bare_node(role):
@@ -146,13 +176,20 @@ def main():
         bare_node(arguments.bare)
         return
 
+    parts = thinking_ms()
     for camera in (False, True):
-        report = lockstep(camera)
+        report, used = lockstep(camera)
         tick = 1e3 * report["wall_duration_s"] / report["ticks"]
         print(f"lockstep, camera {'on ' if camera else 'off'}: {report['real_time_factor']:5.1f} times real time, "
               f"{tick:.2f} ms a tick, {report['missed_ticks']} missed", flush=True)
-    for name, value in thinking_ms().items():
-        print(f"  {name:<22} {value:.3f} ms", flush=True)
+        if not camera:
+            one_after_the_other = {name: parts[name] for name in ONE_AFTER_THE_OTHER}
+            one_after_the_other["waiting"] = tick - sum(one_after_the_other.values())
+            print("  a tick: " + ", ".join(f"{name} {value:.3f}" for name, value in one_after_the_other.items()) +
+                  " ms (waiting: rospy's hops, the kernel, other processes)", flush=True)
+        print("  CPU a tick: " + ", ".join(f"{name} {value:.2f}" for name, value in sorted(used.items(), key=lambda item: -item[1])
+                                           if value >= 0.05) + f" ms; together {sum(used.values()):.2f}", flush=True)
+    print("each part alone, median: " + ", ".join(f"{name} {value:.3f}" for name, value in parts.items()) + " ms", flush=True)
 
     with own_master() as environment:
         os.environ.update({name: environment[name] for name in ("ROS_MASTER_URI", "ROS_IP")})

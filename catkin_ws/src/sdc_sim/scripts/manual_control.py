@@ -13,6 +13,7 @@ from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 
 from sdc_package.node import LoopPublisher, parameter, refuse
+from sdc_package.surroundings import watch_surroundings
 from sdc_package.window import NoDisplay, Window
 from sdc_sim import hand_control
 from sdc_sim.drive_facts import DriveFacts
@@ -130,6 +131,7 @@ class ManualControl:
 
     def run(self):
         rospy.on_shutdown(self.hand_back)
+        watch_surroundings()
         self.drive_by_hand(self.manual)
         while not (rospy.is_shutdown() or self.window.closed):
             pressed = self.show()

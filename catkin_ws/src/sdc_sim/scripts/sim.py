@@ -12,6 +12,7 @@ from sdc_sim.msg import AckermannDrive, CarlaEgoVehicleControl
 from std_msgs.msg import Bool
 from tf2_msgs.msg import TFMessage
 
+from sdc_package.kept_state import KeptState
 from sdc_package.node import LoopPublisher, refuse, spin_beside
 from sdc_package.route import Route
 from sdc_package.waypoints import WaypointError, load_waypoints
@@ -23,12 +24,18 @@ from sdc_sim.messages import odometry_message, vehicle_transform
 from sdc_sim.obstacles import KINDS, Obstacles
 from sdc_sim.pace import Pace
 from sdc_sim.parameters import Parameters
-from sdc_sim.scenario import ScenarioError, load_obstacles
+from sdc_sim.placing import start_pose
+from sdc_sim.scenario import load_lights, load_obstacles
+from sdc_sim.seat import Seat
 from sdc_sim.sensing import OdometryNoise
+from sdc_sim.traffic_lights import TrafficLights
 from sdc_sim.vehicle import Vehicle, VehicleCommand, VehicleError, load_vehicle
 from sdc_sim.world import OccupiedError, World
+from sdc_sim.yaml_reading import ScenarioError
 
 UNSTAMPED = (0, 0)
+# After so much silence of the node that drives, another one may.
+HANDOVER_S = 0.5
 # What the bridge is told by and what it calls its picture, up to CARLA 0.9.4 and from 0.9.5 on.
 BRIDGES = {"old": (CarlaVehicleControl, "/camera/rgb/front/image_color", "/camera/rgb/front/camera_info"),
            "new": (CarlaEgoVehicleControl, "/rgb_front/image", "/rgb_front/camera_info")}
@@ -44,7 +51,7 @@ class Sim:
         self.start_patience_s = parameter("start_patience_s")
         self.wait_for_nodes = set(parameter("wait_for_nodes"))
         clicked_obstacle = parameter("clicked_obstacle")
-        role_name, bridge, with_camera = parameter("role_name"), parameter("bridge"), parameter("camera")
+        role_name, bridge, with_camera, daylight = parameter("role_name"), parameter("bridge"), parameter("camera"), parameter("daylight")
         waypoints_path, preset = parameter("waypoints_path"), parameter("vehicle")
         for name, value, known in (("clicked_obstacle", clicked_obstacle, KINDS), ("bridge", bridge, BRIDGES)):
             if value not in known:
@@ -62,8 +69,13 @@ class Sim:
         self.lock = threading.Lock()
         self.pace = Pace()
         self.started = False
+        self.seat = Seat(round(HANDOVER_S / self.world.tick_s))
+        self.commanded = False
         self.stamps_seen = False
         self.obeyed_stamp = UNSTAMPED
+        self.kept = KeptState()
+        self.resumed = False
+        self.resume()
 
         ego = "/carla/" + role_name
         control, image_topic, camera_info_topic = BRIDGES[bridge]
@@ -75,7 +87,7 @@ class Sim:
         self.topics = BridgeTopics(role_name, preset, map_name, self.world, self.sync, route_m)
         self.camera = None
         if with_camera:
-            self.camera = FrontCamera(waypoints_path, ego + image_topic, ego + camera_info_topic, every_frame=self.sync)
+            self.camera = FrontCamera(waypoints_path, ego + image_topic, ego + camera_info_topic, daylight, every_frame=self.sync)
 
         rospy.Subscriber(self.command_topic, control, self.on_command, queue_size=10, tcp_nodelay=True)
         rospy.Subscriber(self.command_topic + "_manual", control, self.on_manual_command, queue_size=10, tcp_nodelay=True)
@@ -84,26 +96,54 @@ class Sim:
         self.director = Director(self, clicked_obstacle)
 
     def make_world(self, parameter, preset):
-        start_m = Route(self.route.points[:2])
+        obstacles_path = parameter("obstacles_path")
         vehicle = Vehicle(load_vehicle(os.path.join(parameter("vehicles_folder"), preset + ".yaml")),
                           friction=parameter("friction"), side_wind_mps=parameter("side_wind_mps"))
         return World(
             vehicle, parameter("tick_s"), parameter("command_patience_s"),
-            start=(*start_m.points[0].tolist(), float(start_m.heading[0])),
-            obstacles=Obstacles(load_obstacles(parameter("obstacles_path"), self.route)),
+            start=start_pose(self.route, **parameter("start")),
+            obstacles=Obstacles(load_obstacles(obstacles_path, self.route)),
+            lights=TrafficLights(load_lights(obstacles_path, self.route)),
             noise=OdometryNoise(parameter("seed"), **parameter("odometry_noise")),
             ackermann=AckermannControl(vehicle.parameters, AckermannGains(**parameter("ackermann"))),
             command_latency_s=parameter("command_latency_s"), sensor_latency_s=parameter("sensor_latency_s"))
 
+    def resume(self):
+        """Go on in the world that this node was killed in, if it was."""
+        state = self.kept.load()
+        if state is None:
+            return
+        try:
+            self.world.recall(state["world"])
+            self.pace.recall(*state["pace"])
+            self.obeyed_stamp = tuple(state["obeyed_stamp"])
+            self.resumed = state["commanded"]
+        except (KeyError, TypeError, ValueError) as error:
+            refuse(f"the world that was kept when this node was killed is of another kind ({error}); start the drive anew")
+        rospy.logwarn("sim: was killed; the world goes on at tick %d", self.world.tick)
+
+    def keep(self):
+        """Keep all that a new process needs to go on from here."""
+        state = {"world": self.world.memory(), "pace": self.pace.memory(), "obeyed_stamp": self.obeyed_stamp,
+                 "commanded": self.commanded or self.resumed}
+        if not self.kept.save(state) and self.kept.problem:
+            rospy.logwarn_once(f"sim: cannot keep the world ({self.kept.problem}): if this node is killed, the drive starts anew")
+
     def on_command(self, message):
         stamp = (message.header.stamp.secs, message.header.stamp.nsecs)
+        node = message._connection_header["callerid"]
         with self.lock:
+            if not self.seat.admits(node, self.world.tick):
+                rospy.logwarn_throttle(5.0, f"sim: unheeded commands of {node} on {self.command_topic}: {self.seat.driver} drives; "
+                                       "stop one of them")
+                return
             if self.sync and stamp != UNSTAMPED:
                 if stamp <= self.obeyed_stamp:
                     return  # an answer that was sent twice
                 self.obeyed_stamp = stamp
             if not self.obey(message, self.command_topic):
                 return
+            self.commanded = True
             self.stamps_seen = stamp != UNSTAMPED
             self.go_on_if_answered()
 
@@ -144,6 +184,7 @@ class Sim:
         if not self.pace.take():
             return
         touches = self.world.advance()
+        self.keep()
         self.publish(touches)
         if self.world.silent:
             rospy.logwarn_throttle(5.0, f"sim: no command on {self.command_topic}, braking")
@@ -167,6 +208,8 @@ class Sim:
             self.camera.show(sensed)
 
     def run_in_real_time(self):
+        if self.resumed:
+            self.wait_for_stack()
         due = time.monotonic()
         while not rospy.is_shutdown():
             with self.lock:
@@ -187,13 +230,14 @@ class Sim:
             with self.lock:
                 if self.world.tick == tick and not self.pace.waiting:
                     rospy.logwarn_throttle(5.0, "sim: no command carries the stamp of the last odometry; going on without")
+                    self.seat.leave()
                     self.advance_if_due()
 
     def wait_for_stack(self):
         """Repeat the first tick until a command answers it and all who must see every tick are connected."""
         limit = time.monotonic() + self.start_patience_s
         while not rospy.is_shutdown() and time.monotonic() < limit:
-            if self.stamps_seen and self.wait_for_nodes <= self.listeners():
+            if self.commanded and self.wait_for_nodes <= self.listeners():
                 break
             with self.lock:
                 self.publish([])

@@ -15,6 +15,7 @@ TESLA = load_vehicle(os.path.join(os.path.dirname(os.path.abspath(__file__)), ".
 TICK_S = 0.05
 STILL = VehicleState()
 SOFTWARE, PERSON = VehicleCommand(throttle=0.5), VehicleCommand(throttle=0.2, steer=0.1)
+BRAKES = VehicleCommand(brake=1.0)
 
 
 def control(latency_s=0.0, patience_ticks=20):
@@ -29,7 +30,7 @@ def test_the_last_order_stays_in_force_until_silence():
     driver = control()
     driver.obey(SOFTWARE, 1)
     assert driver.command(21, STILL, TICK_S) == SOFTWARE
-    assert driver.command(22, STILL, TICK_S) == Control.EMERGENCY
+    assert driver.command(22, STILL, TICK_S) == BRAKES
     driver.obey(SOFTWARE, 23)
     assert driver.command(23, STILL, TICK_S) == SOFTWARE
 
@@ -75,7 +76,7 @@ def test_a_person_who_takes_over_and_does_nothing_brakes():
     driver.take_over(True, 100)
     assert driver.command(120, STILL, TICK_S) == VehicleCommand()
     driver.obey(SOFTWARE, 121)
-    assert driver.command(121, STILL, TICK_S) == Control.EMERGENCY
+    assert driver.command(121, STILL, TICK_S) == BRAKES
 
 
 def test_the_later_of_pedals_and_ackermann_rules():
@@ -90,7 +91,7 @@ def test_the_later_of_pedals_and_ackermann_rules():
 def test_ackermann_silence_brakes():
     driver = control()
     driver.obey_ackermann(AckermannTarget(speed_mps=5.0), 1)
-    assert driver.command(50, STILL, TICK_S) == Control.EMERGENCY
+    assert driver.command(50, STILL, TICK_S) == BRAKES
 
 
 def test_ackermann_starts_anew_after_pedals():
@@ -112,7 +113,7 @@ def test_latency_delays_orders_by_whole_ticks_but_not_the_emergency():
         driver.obey(VehicleCommand(throttle=tick / 10.0), tick)
         given.append(driver.command(tick, STILL, TICK_S).throttle)
     assert given == [0.0, 0.0, 0.0, 0.1, 0.2]
-    assert driver.command(26, STILL, TICK_S) == Control.EMERGENCY
+    assert driver.command(26, STILL, TICK_S) == BRAKES
 
 
 def test_refused_orders_change_nothing():

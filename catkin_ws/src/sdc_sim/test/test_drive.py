@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from sdc_package.route import Route
-from sdc_sim.drive import BLOCKED, COMPLETED, OFF_ROUTE, TIMEOUT, Drive, DriveLimits
+from sdc_sim.drive import ABORTED, BLOCKED, COLLISION, COMPLETED, OFF_ROUTE, TIMEOUT, Drive, DriveLimits
 
-LIMITS = DriveLimits(off_route_m=15.0, blocked_s=30.0, finish_within_m=2.0, timeout_s=300.0)
+LIMITS = DriveLimits(off_route_m=15.0, off_route_s=0.5, blocked_s=30.0, finish_within_m=2.0, timeout_s=300.0)
 STRAIGHT = Route(np.column_stack([np.arange(101.0), np.zeros(101)]))
 
 
@@ -38,6 +38,9 @@ def test_parallel_line():
     assert figures["duration_s"] == pytest.approx(10.0, abs=0.1)
     assert figures["time_ratio"] == pytest.approx(1.0, abs=0.01)
     assert figures["speed_max_mps"] == 10.0
+    assert figures["cross_track_p95_m"] == pytest.approx(0.3)
+    assert figures["off_lane_percent"] == 0.0
+    assert drive.figures(10.0, lane_width_m=0.5)["off_lane_percent"] == pytest.approx(100.0)
 
 
 def test_sides():
@@ -58,6 +61,9 @@ def test_circle_at_constant_speed():
     assert figures["longitudinal_acceleration_max_mps2"] == pytest.approx(0.0, abs=1e-9)
     assert figures["route_completion_percent"] == pytest.approx(100.0 * 1.2 / 1.3, abs=0.5), "the second round is not the first"
     assert figures["heading_rms_rad"] < 0.03
+    assert figures["speed_mean_mps"] == pytest.approx(5.05)
+    assert figures["jerk_max_mps3"] == pytest.approx(0.0, abs=1e-6)
+    assert figures["comfortable"] is True
 
 
 def test_constant_acceleration():
@@ -76,7 +82,7 @@ def test_standing_still_is_blocked():
 
 
 def test_crawl_is_a_timeout():
-    slow = DriveLimits(off_route_m=15.0, blocked_s=30.0, finish_within_m=2.0, timeout_s=20.0)
+    slow = LIMITS._replace(timeout_s=20.0)
     drive = drive_straight(speed=1.0, limits=slow)
     assert drive.status == TIMEOUT
     assert drive.completion_percent == pytest.approx(20.0, abs=1.0)
@@ -94,8 +100,34 @@ def test_leaving_the_route():
 def test_teleport_is_off_route_even_onto_another_part():
     drive = Drive(STRAIGHT, LIMITS)
     drive.update(0.0, 5.0, 0.0, 0.0, 3.0)
-    drive.update(0.05, 80.0, 0.0, 0.0, 3.0)
+    for tick in range(1, 20):
+        drive.update(0.05 * tick, 80.0, 0.0, 0.0, 3.0)
+        if drive.status:
+            break
     assert drive.status == OFF_ROUTE
+    assert drive.samples[-1].time_s == pytest.approx(0.55)
+    figures = drive.figures(10.0)
+    assert figures["cross_track_max_m"] > 15.0
+    assert figures["route_completion_percent"] < 20.0
+    assert figures["comfortable"] is True, "a place that leaps is no acceleration: speed and heading did not change"
+
+
+def test_one_odometry_from_elsewhere_ends_no_drive():
+    drive = Drive(STRAIGHT, LIMITS)
+    for tick in range(41):
+        drive.update(0.05 * tick, 0.5 * tick + (50.0 if tick == 20 else 0.0), 0.0, 0.0, 10.0)
+    assert drive.status is None
+    assert drive.samples[-1].cross_track_m == pytest.approx(0.0)
+    assert drive.samples[-1].s_m == pytest.approx(20.0)
+    assert drive.figures(10.0)["cross_track_max_m"] > 30.0, "but it is not hidden"
+
+
+def test_what_was_not_seen_is_looked_for_farther_ahead():
+    drive = Drive(STRAIGHT, LIMITS)
+    drive.update(0.0, 5.0, 0.0, 0.0, 10.0)
+    drive.update(4.0, 45.0, 0.1, 0.0, 10.0)
+    assert drive.samples[-1].s_m == pytest.approx(45.0)
+    assert drive.figures(10.0)["cross_track_max_m"] == pytest.approx(0.1)
 
 
 def test_route_cut_short_is_aborted():
@@ -129,4 +161,56 @@ def test_too_short_to_tell():
 
 def test_limits_must_be_positive():
     with pytest.raises(ValueError, match="blocked_s"):
-        DriveLimits(off_route_m=15.0, blocked_s=0.0, finish_within_m=2.0, timeout_s=300.0)
+        Drive(STRAIGHT, LIMITS._replace(blocked_s=0.0))
+
+
+def drive_at(speed, ticks, drive=None, first=0):
+    drive = drive or Drive(STRAIGHT, LIMITS)
+    for tick in range(first, first + ticks):
+        drive.update(0.05 * tick, speed * 0.05 * tick, 0.0, 0.0, speed)
+    return drive
+
+
+@pytest.mark.parametrize(("kind", "score"), [("pedestrian", 50.0), ("vehicle", 100.0 / 1.7), ("static", 62.5)])
+def test_collision_ends_the_drive_and_counts_by_its_kind(kind, score):
+    drive = drive_at(10.0, 11)
+    drive.collision(kind)
+    figures = drive.figures(10.0)
+    assert figures["status"] == COLLISION
+    assert figures["infractions"] == {**dict.fromkeys(figures["infractions"], 0), "collision_" + kind: 1}
+    assert figures["driving_score"] == pytest.approx(0.01 * score * 5.0), "5 m of 100 m"
+    assert [event.name for event in drive.events] == ["collision_" + kind, COLLISION]
+    drive.collision(kind)
+    assert drive.infractions["collision_" + kind] == 1
+
+
+def test_collision_ends_the_drive_at_its_own_time_whenever_it_is_heard():
+    late, early = drive_at(10.0, 31), drive_at(10.0, 11)
+    late.collision("vehicle", 1.0)
+    early.collision("vehicle", 1.0)
+    assert early.status is None
+    drive_at(10.0, 10, early, first=11)
+    assert late.status == early.status == COLLISION
+    assert late.samples == early.samples
+    assert late.figures(10.0) == early.figures(10.0)
+    assert drive_at(10.0, 21).figures(10.0)["status"] == ABORTED
+
+
+def test_other_infractions_count_and_the_drive_goes_on():
+    drive = drive_at(10.0, 11)
+    drive.infraction("red_light")
+    drive.infraction("red_light")
+    drive.infraction("stop")
+    assert drive.status is None
+    figures = drive.figures(10.0)
+    assert (figures["infractions"]["red_light"], figures["infractions"]["stop"]) == (2, 1)
+    assert figures["driving_score"] == pytest.approx(5.0 / (1.0 + 2 * 0.4 + 0.25))
+    with pytest.raises(ValueError, match="red_light"):
+        drive.infraction("red_lihgt")
+
+
+def test_memory_of_an_endless_drive():
+    drive = Drive(STRAIGHT, LIMITS, keep_samples=False)
+    drive_at(10.0, 100, drive)
+    assert len(drive.samples) == 1
+    assert drive.duration_s == pytest.approx(99 * 0.05)

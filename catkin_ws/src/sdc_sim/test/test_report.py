@@ -4,43 +4,69 @@ import os
 import numpy as np
 import pytest
 
-from sdc_package.route import Route
-from sdc_sim.drive import Drive, DriveLimits
-from sdc_sim.report import ReportError, check_writable, write_report
+from sdc_sim.report import ReportError, open_report, write_report
+from sdc_sim.watch import Rules, Watch
+
+RULES = Rules(off_route_m=15.0, off_route_s=0.5, blocked_s=30.0, finish_within_m=2.0, timeout_ratio=5.0, timeout_margin_s=60.0,
+              lane_width_m=3.5, planner={"planned_speed_mps": 10.0, "lateral_acceleration_mps2": 3.0, "acceleration_mps2": 1.8,
+                                         "braking_mps2": 2.5, "lateral_jerk_mps3": 6.0})
 
 
 @pytest.fixture
-def drive():
-    here = Drive(Route(np.column_stack([np.arange(11.0), np.zeros(11)])), DriveLimits(15.0, 30.0, 2.0, 300.0))
+def result():
+    watch = Watch(RULES)
+    watch.mission(np.column_stack([np.arange(11.0), np.zeros(11)]))
     for tick in range(101):
-        here.update(tick * 0.05, tick * 0.1, 0.1, 0.0, 2.0 if tick < 100 else 0.0)
-    return here
+        watch.odometry(tick * 50_000_000, tick * 0.1, 0.1, 0.0, 2.0 if tick < 100 else 0.0)
+        watch.command(tick * 50_000_000, 0.5, 0.0, -0.25)
+    return watch.result()
 
 
-def test_three_files(tmp_path, drive):
+def test_figures_and_trace(tmp_path, result):
     path = str(tmp_path / "new" / "report.json")
-    check_writable(path)
+    open_report(path, "drive").remove()
     assert os.listdir(tmp_path / "new") == []
-    write_report(path, drive.figures(5.0), drive)
-    assert sorted(os.listdir(tmp_path / "new")) == ["report.csv", "report.json", "report.png"]
+    write_report(path, result)
+    assert sorted(os.listdir(tmp_path / "new")) == ["report.csv", "report.json"]
     with open(path, encoding="utf-8") as file:
         assert json.load(file)["status"] == "completed"
     rows = (tmp_path / "new" / "report.csv").read_text().splitlines()
     assert len(rows) == 102
-    assert rows[0].startswith("time_s,x_m,y_m,yaw_rad,speed_mps,s_m,cross_track_m")
-    assert float(rows[-1].split(",")[1]) == drive.samples[-1].x_m
+    assert rows[0] == "time_s,x_m,y_m,yaw_rad,speed_mps,s_m,cross_track_m,heading_error_rad,throttle,brake,steer"
+    assert float(rows[-1].split(",")[1]) == result.drive.samples[-1].x_m
+    assert rows[-1].split(",")[8:] == ["0.5", "0.0", "-0.25"]
 
 
 def test_an_old_report_is_removed_before_the_drive(tmp_path):
-    for name in ("report.json", "report.csv", "report.png"):
+    for name in ("report.json", "report.csv", "report.png", "report.html"):
         (tmp_path / name).write_text("old")
-    check_writable(str(tmp_path / "report.json"))
+    open_report(str(tmp_path / "report.json"), "drive").remove()
     assert os.listdir(tmp_path) == []
+
+
+def test_the_journal_of_this_drive_is_no_old_report(tmp_path):
+    path = str(tmp_path / "report.json")
+    open_report(path, "drive").write(["command", 1])
+    assert list(open_report(path, "drive").events()) == [["command", 1]]
+    assert list(open_report(path, "another").events()) == []
 
 
 def test_a_place_that_cannot_be_written_is_named(tmp_path):
     (tmp_path / "file").write_text("")
     path = str(tmp_path / "file" / "report.json")
     with pytest.raises(ReportError, match="report:=FILE") as caught:
-        check_writable(path)
+        open_report(path, "drive")
     assert str(tmp_path / "file") in str(caught.value)
+
+
+def test_a_folder_that_vanished_is_made_again(tmp_path, result):
+    path = tmp_path / "gone" / "report.json"
+    write_report(str(path), result)
+    assert path.exists()
+
+
+def test_a_report_that_cannot_be_written_leaves_none(tmp_path, result):
+    (tmp_path / "report.json.part").mkdir()
+    with pytest.raises(ReportError, match="not reported"):
+        write_report(str(tmp_path / "report.json"), result)
+    assert not (tmp_path / "report.json").exists()

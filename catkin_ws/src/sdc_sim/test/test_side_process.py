@@ -1,5 +1,7 @@
 import os
 import signal
+import socket
+import subprocess
 import sys
 import textwrap
 
@@ -48,6 +50,18 @@ def test_what_was_given_is_done_before_the_end(started, tmp_path):
     process.close()
     assert (tmp_path / "done").read_text().split() == ["0", "1", "2"]
     assert process.process.returncode == 0
+
+
+def test_a_time_out_for_new_sockets_does_not_end_it(started, tmp_path):
+    socket.setdefaulttimeout(30.0)
+    try:
+        process, warnings = started(writer(tmp_path / "done"))
+    finally:
+        socket.setdefaulttimeout(None)
+    assert process.put([1], 30.0) and process.drain(30.0)
+    with pytest.raises(subprocess.TimeoutExpired):
+        process.process.wait(1.0)
+    assert warnings == []
 
 
 def test_offer_drops_while_busy(started, tmp_path):

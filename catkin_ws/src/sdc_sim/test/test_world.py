@@ -1,3 +1,4 @@
+import json
 import math
 import os
 
@@ -5,6 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from sdc_sim.ackermann import AckermannControl, AckermannGains, AckermannTarget
 from sdc_sim.collision import overlap
 from sdc_sim.obstacles import KINDS, Obstacles, Plan
 from sdc_sim.sensing import OdometryNoise
@@ -199,3 +201,61 @@ def test_noise_is_in_what_is_measured_and_the_truth_stays():
     drive(clear, 2.0, throttle=0.7)
     assert noisy.sensed.state == clear.sensed.state == clear.sensed.measured
     assert 1e-4 < abs(noisy.sensed.measured.x_m - noisy.sensed.state.x_m) < 1.0
+
+
+def rich_world():
+    """A world with all there is to remember."""
+    car = Vehicle(load_vehicle(TESLA))
+    plans = [Plan("pedestrian", ((15.0, -3.0), (15.0, 3.0)), (0.5, 0.5, 1.75), speed_mps=1.4, trigger_m=12.0),
+             Plan("car", ((40.0, 0.0), (60.0, 0.0), (60.0, 20.0)), (4.7, 2.0, 1.45), speed_mps=3.0, start_s=0.5),
+             Plan.standing("obstacle", 10.0, 5.0, 0.3)]
+    gains = AckermannGains(1.5, 0.4, 3.0, 6.0, 60.0, 0.15, 0.3)
+    return World(car, 0.05, 0.4, obstacles=Obstacles(plans), noise=OdometryNoise(3, 0.05, 0.01, 0.1),
+                 ackermann=AckermannControl(car.parameters, gains), command_latency_s=0.1, sensor_latency_s=0.15)
+
+
+DEEDS = st.one_of(
+    st.tuples(st.just("tick"), st.integers(1, 30)),
+    st.tuples(st.just("pedals"), st.floats(0.0, 1.0), st.floats(-1.0, 1.0), st.booleans()),
+    st.tuples(st.just("ackermann"), st.floats(-0.5, 0.5), st.floats(-5.0, 15.0)),
+    st.tuples(st.just("by_hand"), st.booleans()),
+    st.tuples(st.just("click"), st.floats(5.0, 50.0), st.floats(-2.0, 6.0)),
+    st.tuples(st.just("reset")))
+
+
+def do(here, deed, *values):
+    if deed == "tick":
+        return [here.advance() for _ in range(values[0])]
+    if deed == "pedals":
+        return here.obey(VehicleCommand(values[0], values[1]), by_hand=values[2])
+    if deed == "ackermann":
+        return here.obey_ackermann(AckermannTarget(values[0], 0.0, values[1]))
+    if deed == "by_hand":
+        return here.take_over(values[0])
+    try:
+        return here.toggle_obstacle(Plan.standing("car", values[0], values[1], 0.1)) if deed == "click" else here.reset()
+    except ValueError as error:
+        return str(error)
+
+
+@settings(max_examples=60)
+@given(before=st.lists(DEEDS, max_size=12), after=st.lists(DEEDS, min_size=1, max_size=12))
+def test_another_world_goes_on_from_the_memory_bit_for_bit(before, after):
+    first, second = rich_world(), rich_world()
+    for deed in before:
+        do(first, *deed)
+    second.recall(json.loads(json.dumps(first.memory())))
+    assert (second.stamp, second.sensed, second.vehicle.state) == (first.stamp, first.sensed, first.vehicle.state)
+    for deed in after:
+        assert do(second, *deed) == do(first, *deed)
+        assert second.memory() == first.memory()
+        assert second.sensed == first.sensed
+
+
+def test_a_silent_car_keeps_its_wheel_where_it_is():
+    here = world(0.4)
+    drive(here, 4.0, throttle=0.6, steer=0.3)
+    for _ in range(10):
+        here.advance()
+    assert here.silent
+    assert here.control.last == VehicleCommand(steer=0.3, brake=1.0)

@@ -11,10 +11,12 @@ _SHOWN = 2000
 
 
 class Listener:
-    """Collects all messages of a topic. Waiting is done on the wall clock, so that it ends even where no /clock runs."""
+    """Collects the messages of a topic that `heeds` says True to. Waiting is done on the wall clock, so that it ends even where
+    no /clock runs."""
 
-    def __init__(self, topic: str, message_class):
+    def __init__(self, topic: str, message_class, heeds=lambda message: True):
         self.topic = topic
+        self._heeds = heeds
         self.messages = []
         self._changed = threading.Condition()
         self._subscriber = rospy.Subscriber(topic, message_class, self._on_message, tcp_nodelay=True)
@@ -24,6 +26,8 @@ class Listener:
         wait_until(self._subscriber.get_num_connections, seconds, f"a publisher of {self.topic}")
 
     def _on_message(self, message):
+        if not self._heeds(message):
+            return
         with self._changed:
             self.messages.append(message)
             self._changed.notify_all()

@@ -13,6 +13,8 @@ _SAME_POINT_M = 1e-6
 _SHORTEST_PREVIEW_M = 0.1
 # Speeds are read a little ahead of the car: pedals have a lag, and better short of a stop line than over it.
 _AIM_AHEAD_M = 0.3
+# A car that is so far beyond the last point has no road: it is to stop, whatever speed that point had.
+_BEYOND_END_M = 1.0
 # Curvature is taken over so much road before and after a place: the points are about 1 m apart.
 _HALF_SPAN_M = 1.0
 
@@ -149,8 +151,11 @@ class LocalPath:
         return []
 
     def nearest(self, x_m: float, y_m: float, preview_m: float = _SHORTEST_PREVIEW_M) -> PathPoint:
-        """The place on the path nearest to a point; the first and last pieces reach on beyond their ends."""
+        """The place on the path nearest to a point; the first and last pieces reach on beyond their ends, with a speed of zero where
+        the whole path lies behind."""
         _, _, s, cross_track, heading = self.line.nearest(x_m, y_m)
+        if s > self.line.s[-1] + _BEYOND_END_M:
+            return PathPoint(s, cross_track, heading, 0.0, 0.0)
         aim_s = s + _AIM_AHEAD_M
         reach_m = max(_SHORTEST_PREVIEW_M, min(preview_m, self.line.s[-1] - aim_s))
         here, there = self._speed_squared(aim_s), self._speed_squared(aim_s + reach_m)

@@ -7,6 +7,8 @@ import warnings
 
 import rospy
 
+from sdc_package.surroundings import watch_surroundings
+
 
 def parameter(name: str):
     """The private parameter `name` of this node; without it the node ends with one line and exit code 1."""
@@ -61,6 +63,7 @@ def spin_beside(loop) -> None:
             failures.append(error)
         rospy.signal_shutdown("the loop has ended")
 
+    watch_surroundings()
     threading.Thread(target=run, daemon=True).start()
     rospy.spin()
     if failures and not isinstance(failures[0], rospy.ROSInterruptException):

@@ -2,10 +2,12 @@
 from __future__ import annotations
 
 import math
+import zlib
 from dataclasses import dataclass
 
 import numpy as np
 
+from sdc_package.figures import check_positive
 from sdc_package.obstacles import Caution, speed_caps
 from sdc_package.route import Route, respace
 
@@ -15,6 +17,8 @@ _LONGEST_STEP_M = 1.25
 # A car that drives moves less than this between two odometry messages; one that moves more was picked up and put elsewhere.
 _WINDOW_BACK_M = 3.0
 _WINDOW_AHEAD_M = 8.0
+# A car whose planner was away has braked meanwhile: it is not farther on than this.
+_RESUME_WITHIN_M = 40.0
 
 
 class OffRouteError(ValueError):
@@ -34,9 +38,7 @@ class SpeedLimits:
     start_mps: float = 0.5
 
     def __post_init__(self):
-        for name, value in vars(self).items():
-            if not value > 0.0 or (math.isinf(value) and name != "lateral_jerk_mps3"):
-                raise ValueError(f"{name} must be a positive number, got {value}")
+        check_positive(**{name: value for name, value in vars(self).items() if value != math.inf or name != "lateral_jerk_mps3"})
 
 
 def speed_profile(route: Route, limits: SpeedLimits) -> np.ndarray:
@@ -83,8 +85,9 @@ class LocalPlanner:
     """
 
     def __init__(self, waypoints_m: np.ndarray, limits: SpeedLimits, lookahead_m: float, join_within_m: float, caution: Caution):
-        if not lookahead_m > 0.0:
-            raise ValueError(f"the look-ahead must be a positive number of metres, got {lookahead_m}")
+        check_positive(lookahead_m=lookahead_m, join_within_m=join_within_m)
+        self.waypoints_m = waypoints_m
+        self._fingerprint = zlib.crc32(np.ascontiguousarray(waypoints_m, float).tobytes())
         self.route = Route(respace(waypoints_m, _SHORTEST_STEP_M, _LONGEST_STEP_M))
         self.speed = speed_profile(self.route, limits)
         self.lookahead_m = lookahead_m
@@ -93,6 +96,7 @@ class LocalPlanner:
         self.caution = caution
         self.place = None
         self._last_xy = None
+        self._window_ahead_m = _WINDOW_AHEAD_M
         self._path = np.column_stack([self.route.points, self.speed])
 
     def plan(self, first: int, x_m: float, y_m: float, yaw_rad: float, obstacles=()) -> np.ndarray:
@@ -120,6 +124,25 @@ class LocalPlanner:
             path = np.column_stack([path[:, :2], np.minimum(path[:, 2], caps)])
         return path
 
+    def is_for(self, waypoints_m: np.ndarray) -> bool:
+        """Whether this is a planner for that route."""
+        return np.array_equal(self.waypoints_m, waypoints_m)
+
+    def memory(self) -> dict:
+        """Where the car is on this route, as plain data; after the first plan."""
+        x_m, y_m = self._last_xy
+        return {"route": self._fingerprint, "s_m": self.place.s_m, "x_m": x_m, "y_m": y_m}
+
+    def recall(self, memory) -> bool:
+        """Look for the car from where `memory` of a planner before this one said: in the right pass of a route that comes by here
+        more than once. Returns whether it was a memory of this route."""
+        if not memory or memory["route"] != self._fingerprint:
+            return False
+        self._last_xy = memory["x_m"], memory["y_m"]
+        self.place = self.route.project(*self._last_xy, memory["s_m"], _WINDOW_BACK_M, _WINDOW_BACK_M)
+        self._window_ahead_m = _RESUME_WITHIN_M
+        return True
+
     def _first_on_this_pass(self, first: int, x_m: float, y_m: float) -> int:
         if not 0 <= first < len(self._path):
             raise ValueError(f"waypoint {first} is none of the route's {len(self._path)}")
@@ -134,8 +157,8 @@ class LocalPlanner:
 
     def _follow(self, x_m: float, y_m: float, yaw_rad: float) -> None:
         place = None
-        if self.place is not None and math.dist(self._last_xy, (x_m, y_m)) < _WINDOW_AHEAD_M:
-            place = self.route.project(x_m, y_m, self.place.s_m, _WINDOW_BACK_M, _WINDOW_AHEAD_M)
+        if self.place is not None and math.dist(self._last_xy, (x_m, y_m)) < self._window_ahead_m:
+            place = self.route.project(x_m, y_m, self.place.s_m, _WINDOW_BACK_M, self._window_ahead_m)
         if place is None or place.distance_m > self.join_within_m:
             place = self.route.locate(x_m, y_m, yaw_rad)
         if place.distance_m > self.join_within_m:
@@ -143,3 +166,4 @@ class LocalPlanner:
                                 "within which it may join; bring it back to the road")
         self.place = place
         self._last_xy = (x_m, y_m)
+        self._window_ahead_m = _WINDOW_AHEAD_M

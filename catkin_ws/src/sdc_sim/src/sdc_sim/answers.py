@@ -12,6 +12,7 @@ class Answers:
 
     def __init__(self):
         self.asked = 0
+        self.answered = 0
         self._lost = 0
         self._open = OrderedDict()
         self._early = OrderedDict()
@@ -25,6 +26,8 @@ class Answers:
         self.asked += 1
         if self._early.pop(stamp, None) is None:
             self._open[stamp] = True
+        else:
+            self.answered += 1
         if len(self._open) > _PATIENCE:
             self._open.popitem(last=False)
             self._lost += 1
@@ -32,10 +35,17 @@ class Answers:
 
     def answer(self, stamp: int) -> None:
         """A command with this stamp was heard."""
-        if self._open.pop(stamp, None) is None and stamp != self._last:
+        if self._open.pop(stamp, None) is not None:
+            self.answered += 1
+        elif stamp != self._last:
             self._early[stamp] = True
             if len(self._early) > _PATIENCE:
                 self._early.popitem(last=False)
+
+    @property
+    def awaited(self) -> bool:
+        """Whether ticks are answered at all, and the answer to some tick, the last one included, has not been heard."""
+        return self.answered > 0 and bool(self._open)
 
     @property
     def missed(self) -> int:

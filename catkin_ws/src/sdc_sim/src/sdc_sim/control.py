@@ -14,8 +14,6 @@ class Control:
     back. An order reaches the car `latency.ticks` ticks after it was given; the car's own braking does not wait.
     """
 
-    EMERGENCY = VehicleCommand(brake=1.0)
-
     def __init__(self, patience_ticks: int, latency: Delay, ackermann: AckermannControl = None):
         self.by_hand = False
         self._patience_ticks = patience_ticks
@@ -59,15 +57,39 @@ class Control:
         if not isinstance(order, AckermannTarget) and self._ackermann is not None:
             self._ackermann.reset()
         if self.silent(tick):
-            self._last = self.EMERGENCY
+            # The wheel stays where it is: in a bend, straight on would be off the road.
+            self._last = VehicleCommand(steer=self._last.steer, brake=1.0)
         elif isinstance(order, AckermannTarget):
             self._last = self._ackermann.command(order, state.speed_mps, state.wheel_angle_rad, tick_s)
         else:
             self._last = order or VehicleCommand()
         return self._last
 
+    def memory(self) -> dict:
+        """Who drives and what was ordered, as plain data."""
+        return {"by_hand": self.by_hand, "last": _plain(self._last), "latency": [_plain(order) for order in self._latency.items],
+                "orders": [order and [_plain(order[0]), order[1]] for order in (self._orders[False], self._orders[True])],
+                "ackermann": self._ackermann.memory() if self._ackermann is not None else None}
+
+    def recall(self, memory: dict) -> None:
+        """Go on as `memory` said."""
+        self.by_hand = memory["by_hand"]
+        self._last = _order(memory["last"])
+        self._latency.fill(map(_order, memory["latency"]))
+        self._orders = {by_hand: entry and (_order(entry[0]), entry[1]) for by_hand, entry in zip((False, True), memory["orders"])}
+        if self._ackermann is not None:
+            self._ackermann.recall(memory["ackermann"])
+
     def reset(self) -> None:
         """Forget every order, as for a car that has just been put down; who drives stays as it is."""
         self._orders = {False: None, True: None}
         self._latency.clear()
         self._last = VehicleCommand()
+
+
+def _plain(order) -> list:
+    return [isinstance(order, AckermannTarget), *vars(order).values()]
+
+
+def _order(plain: list):
+    return (AckermannTarget if plain[0] else VehicleCommand)(*plain[1:])

@@ -12,7 +12,7 @@ from sdc_sim.placing import checked_point, checked_pose
 class Director:
     """The services ~pause, ~resume, ~step and ~reset, and RViz's /initialpose and /clicked_point.
 
-    `sim` is the node: its lock, world, pace, route and topics are used, and its go_on_if_answered and publish called.
+    `sim` is the node: its lock, world, pace, route and topics are used, and its go_on_if_answered, keep and publish called.
     """
 
     def __init__(self, sim, clicked_obstacle: str):
@@ -30,6 +30,7 @@ class Director:
                 change()
                 self.sim.go_on_if_answered()
                 self.sim.topics.show_running(not self.sim.pace.paused)
+                self.sim.keep()
                 return True, f"{'paused' if self.sim.pace.paused else 'running'} at tick {self.sim.world.tick}"
         return answer
 
@@ -64,3 +65,4 @@ class Director:
         if self.sim.pace.waiting:
             self.sim.world.look_again()
             self.sim.publish([])
+        self.sim.keep()

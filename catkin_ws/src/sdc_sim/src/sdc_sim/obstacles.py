@@ -78,6 +78,10 @@ class Plan:
         return Plan(kind, ((x_m, y_m),), KINDS[kind][:3], yaw_rad)
 
 
+def _plan_from(kind, points_m, size_m, *rest) -> Plan:
+    return Plan(kind, tuple(map(tuple, points_m)), tuple(size_m), *rest)
+
+
 class Obstacle:
     """One body and how far it has come along its plan."""
 
@@ -96,6 +100,15 @@ class Obstacle:
         self.started = False
         self.speed_mps = 0.0
         self.body = self.body_at(0.0)
+
+    def memory(self) -> list:
+        """How far it has come, as plain data; its plan is not in it."""
+        return [self.id, self.travelled_m, self.started, self.speed_mps]
+
+    def recall(self, travelled_m: float, started: bool, speed_mps: float) -> None:
+        """Be as far as `memory` said."""
+        self.travelled_m, self.started, self.speed_mps = travelled_m, started, speed_mps
+        self.body = self.body_at(travelled_m)
 
     def body_at(self, travelled_m: float) -> Body:
         """The body after that much of its path."""
@@ -160,6 +173,23 @@ class Obstacles:
         self._touching = set()
         for obstacle in self.all:
             obstacle.reset()
+
+    def memory(self) -> dict:
+        """Where they all are, as plain data."""
+        planned = set(self._planned)
+        return {"next_id": self._next_id, "touching": sorted(self._touching),
+                "all": [[*obstacle.memory(), None if obstacle in planned else list(vars(obstacle.plan).values())] for obstacle in self.all]}
+
+    def recall(self, memory: dict) -> None:
+        """Be as `memory` said; the obstacles of the scenario must be the same."""
+        planned = {obstacle.id: obstacle for obstacle in self._planned}
+        self.all = []
+        for number, travelled_m, started, speed_mps, plan in memory["all"]:
+            obstacle = Obstacle(number, _plan_from(*plan)) if plan else planned[number]
+            obstacle.recall(travelled_m, started, speed_mps)
+            self.all.append(obstacle)
+        self._next_id = memory["next_id"]
+        self._touching = set(memory["touching"])
 
     def toggle(self, plan: Plan, car: Rectangle) -> str:
         """Remove the obstacles within half a metre of the plan's point, or put the planned one there; returns what was done.

@@ -29,6 +29,14 @@ class Pace:
         self.paused = True
         self._steps += 1
 
+    def memory(self) -> list:
+        """How it stands, as plain data."""
+        return [self.paused, self._steps]
+
+    def recall(self, paused: bool, steps: int) -> None:
+        """Stand as `memory` said."""
+        self.paused, self._steps = paused, steps
+
     def take(self) -> bool:
         """Ask for a tick: whether it may be taken. A granted step is used up."""
         if self.waiting:

@@ -19,10 +19,10 @@ from sdc_package.speed import SpeedControl, SpeedControlLimits
 from sdc_package.steering import load_steering
 from sdc_package.waypoint_search import WaypointSearch
 from sdc_sim.drive import Drive, DriveLimits
-from sdc_sim.vehicle import Vehicle, VehicleCommand, load_vehicle
+from sdc_sim.vehicle import Vehicle, VehicleCommand, VehicleState, load_vehicle
 
 TICK_S = 0.05
-_LIMITS = DriveLimits(off_route_m=15.0, blocked_s=30.0, finish_within_m=2.0, timeout_s=600.0)
+_LIMITS = DriveLimits(off_route_m=15.0, off_route_s=0.5, blocked_s=30.0, finish_within_m=2.0, timeout_s=600.0)
 
 
 def node_config(node: str) -> dict:
@@ -40,43 +40,65 @@ class Rehearsal:
     steers: list = field(default_factory=list)
 
 
+class Thinking:
+    """What the stack's nodes think, from the car's state to its command, with the nodes' own configuration."""
+
+    def __init__(self, route_m, steering_method: str):
+        planner_config, config = node_config("local_planner"), node_config("simple_controller")
+        self.limits = SpeedLimits(planner_config["planned_speed_mps"], planner_config["lateral_acceleration_mps2"],
+                                  planner_config["acceleration_mps2"], planner_config["braking_mps2"], planner_config["lateral_jerk_mps3"])
+        self._planner = LocalPlanner(route_m, self.limits, planner_config["lookahead_m"], planner_config["join_within_m"],
+                                     Caution(**planner_config["caution"]))
+        self._search = WaypointSearch(self._planner.route.points)
+        self._steering = load_steering(steering_method, config[steering_method], Axles(**config["axles"]))
+        self._speed_control = SpeedControl(PidGains(**config["pid"]), SpeedControlLimits(**config["limits"]))
+        self._steering_map, self._pedal_map = SteeringMap(**config["steering"]), PedalMap(**config["pedals"])
+        self._path = LocalPath()
+        self._last_yaw = None
+
+    def plan(self, state: VehicleState) -> list:
+        """The local planner: the rows (x, y, v) of the road ahead."""
+        first = self._search.first_ahead(state.x_m, state.y_m)
+        return self._planner.plan(first, state.x_m, state.y_m, wrap_angle(state.yaw_rad)).tolist()
+
+    def command(self, rows: list, state: VehicleState) -> VehicleCommand:
+        """The controller: what answers these rows in this state, one tick after the state before."""
+        yaw, speed = wrap_angle(state.yaw_rad), math.hypot(state.speed_mps, state.lateral_speed_mps)
+        step_s = 0.0 if self._last_yaw is None else TICK_S
+        yaw_rate = wrap_angle(yaw - self._last_yaw) / step_s if step_s else 0.0
+        self._last_yaw = yaw
+        self._path.update(rows)
+        target = self._path.nearest(state.x_m, state.y_m, self._speed_control.preview_m(speed))
+        acceleration = self._speed_control.acceleration(target.speed_mps, target.acceleration_mps2, speed, step_s)
+        throttle, brake = self._pedal_map.pedals(acceleration)
+        wheel_angle = self._steering.wheel_angle(self._path, state.x_m, state.y_m, yaw, speed, yaw_rate)
+        return VehicleCommand(throttle, self._steering_map.command(wheel_angle, speed)[0], brake)
+
+
+def load_preset(vehicle: str) -> Vehicle:
+    """A car of config/vehicles."""
+    presets = os.path.join(rospkg.RosPack().get_path("sdc_sim"), "config", "vehicles")
+    return Vehicle(load_vehicle(os.path.join(presets, vehicle + ".yaml")))
+
+
 def rehearse(route_m, offset_m: float = 0.0, turned_rad: float = 0.0, steering_method: str = "stanley", vehicle: str = "tesla_model3",
              longest_s: float = _LIMITS.timeout_s) -> Rehearsal:
-    """Drive along the (N, 2) route from a start at rest, `offset_m` to its left and `turned_rad` across it, with the nodes' own
-    configuration, until the drive ends or `longest_s` of simulated time have passed."""
-    planner_config, config = node_config("local_planner"), node_config("simple_controller")
-    limits = SpeedLimits(planner_config["planned_speed_mps"], planner_config["lateral_acceleration_mps2"],
-                         planner_config["acceleration_mps2"], planner_config["braking_mps2"], planner_config["lateral_jerk_mps3"])
-    planner = LocalPlanner(route_m, limits, planner_config["lookahead_m"], planner_config["join_within_m"],
-                           Caution(**planner_config["caution"]))
-    search = WaypointSearch(planner.route.points)
-    steering = load_steering(steering_method, config[steering_method], Axles(**config["axles"]))
-    speed_control = SpeedControl(PidGains(**config["pid"]), SpeedControlLimits(**config["limits"]))
-    steering_map, pedal_map = SteeringMap(**config["steering"]), PedalMap(**config["pedals"])
-    path = LocalPath()
-
-    presets = os.path.join(rospkg.RosPack().get_path("sdc_sim"), "config", "vehicles")
-    car = Vehicle(load_vehicle(os.path.join(presets, vehicle + ".yaml")))
+    """Drive along the (N, 2) route from a start at rest, `offset_m` to its left and `turned_rad` across it, until the drive ends
+    or `longest_s` of simulated time have passed."""
+    thinking = Thinking(route_m, steering_method)
+    car = load_preset(vehicle)
     route = Route(route_m)
     heading = math.atan2(route.points[1, 1] - route.points[0, 1], route.points[1, 0] - route.points[0, 0])
     car.reset(route.points[0, 0] - offset_m * math.sin(heading), route.points[0, 1] + offset_m * math.cos(heading), heading + turned_rad)
 
-    rehearsal = Rehearsal(Drive(route, _LIMITS), ideal_duration(route, speed_profile(route, limits)))
-    last_yaw = None
+    rehearsal = Rehearsal(Drive(route, _LIMITS), ideal_duration(route, speed_profile(route, thinking.limits)))
     tick = 0
     while rehearsal.drive.status is None and tick * TICK_S < longest_s:
         state = car.state
-        yaw, speed = wrap_angle(state.yaw_rad), math.hypot(state.speed_mps, state.lateral_speed_mps)
-        rehearsal.drive.update(tick * TICK_S, state.x_m, state.y_m, yaw, speed)
-        step_s = 0.0 if last_yaw is None else TICK_S
-        yaw_rate = wrap_angle(yaw - last_yaw) / step_s if step_s else 0.0
-        last_yaw = yaw
-        path.update(planner.plan(search.first_ahead(state.x_m, state.y_m), state.x_m, state.y_m, yaw).tolist())
-        target = path.nearest(state.x_m, state.y_m, speed_control.preview_m(speed))
-        acceleration = speed_control.acceleration(target.speed_mps, target.acceleration_mps2, speed, step_s)
-        throttle, brake = pedal_map.pedals(acceleration)
-        steer, _ = steering_map.command(steering.wheel_angle(path, state.x_m, state.y_m, yaw, speed, yaw_rate), speed)
-        rehearsal.steers.append(steer)
-        car.step(VehicleCommand(throttle, steer, brake), TICK_S)
+        rehearsal.drive.update(tick * TICK_S, state.x_m, state.y_m, wrap_angle(state.yaw_rad),
+                               math.hypot(state.speed_mps, state.lateral_speed_mps))
+        command = thinking.command(thinking.plan(state), state)
+        rehearsal.steers.append(command.steer)
+        car.step(command, TICK_S)
         tick += 1
     return rehearsal

@@ -1,94 +1,74 @@
-"""Writes what a drive measured: report.json, a trace of every tick, and a picture."""
+"""Writes what a drive measured: report.json, a trace of every tick, and the pages that a person looks at."""
 from __future__ import annotations
 
+import contextlib
 import csv
 import json
+import math
 import os
-from dataclasses import astuple, fields
 
-from sdc_sim.drive import Drive, Sample
+from sdc_sim.drive import Sample
+from sdc_sim.journal import Journal
+from sdc_sim.watch import Result
+
+COMMAND_FIELDS = ("throttle", "brake", "steer")
+_JOURNAL = ".journal"
+_COMPANIONS = (".csv", ".png", ".html", _JOURNAL)
 
 
 class ReportError(OSError):
     """The report cannot be written; the message names the file and the mend."""
 
 
-def check_writable(report_path: str) -> None:
-    """Make the report's folder and remove an older report, so that none is taken for the new one. Raises ReportError."""
+def companion(report_path: str, ending: str) -> str:
+    """The file beside the report with another ending, such as ".csv"."""
+    return os.path.splitext(report_path)[0] + ending
+
+
+def open_report(report_path: str, drive_id: str) -> Journal:
+    """Make the report's folder and the journal of this drive. A journal of it that is there already is gone on with; an older
+    report is removed, so that none is taken for the new one. Raises ReportError."""
     try:
         os.makedirs(os.path.dirname(report_path) or ".", exist_ok=True)
-        for path in (report_path, *_companions(report_path)):
-            if os.path.exists(path):
+        journal = Journal(companion(report_path, _JOURNAL), drive_id)
+        for path in (report_path, *(companion(report_path, ending) for ending in _COMPANIONS if ending != _JOURNAL)):
+            with contextlib.suppress(FileNotFoundError):
                 os.remove(path)
-        with open(report_path, "w", encoding="utf-8"):
-            pass
-        os.remove(report_path)
+        if journal.failure is not None:
+            raise journal.failure
     except OSError as error:
         raise ReportError(f"{error.filename or report_path}: {error.strerror}; name a file in a folder that can be written to "
                           "with report:=FILE") from error
+    return journal
 
 
-def _companions(report_path: str):
-    stem = os.path.splitext(report_path)[0]
-    return stem + ".csv", stem + ".png"
-
-
-def write_report(report_path: str, figures: dict, drive: Drive) -> None:
-    """Write the figures as JSON, last of all files, beside a CSV of every sample and a PNG. Raises ReportError."""
-    trace_path, picture_path = _companions(report_path)
+def write_report(report_path: str, result: Result) -> None:
+    """Write a CSV of every sample and then, at once and whole, the figures as JSON. Raises ReportError."""
     try:
-        write_trace(trace_path, drive)
-        draw(picture_path, figures, drive)
+        os.makedirs(os.path.dirname(report_path) or ".", exist_ok=True)
+        write_trace(companion(report_path, ".csv"), result)
         with open(report_path + ".part", "w", encoding="utf-8") as file:
-            json.dump(figures, file, indent=2)
+            json.dump(result.figures, file, indent=2)
             file.write("\n")
         os.replace(report_path + ".part", report_path)
     except OSError as error:
         raise ReportError(f"{error.filename or report_path}: {error.strerror}; the drive was not reported") from error
 
 
-def write_trace(path: str, drive: Drive) -> None:
-    """One row a sample, with every digit: two traces are equal when the drives were."""
+def write_trace(path: str, result: Result) -> None:
+    """One row a sample, with every digit, and the command that answered it: two traces are equal when the drives were."""
     with open(path, "w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file)
-        writer.writerow(field.name for field in fields(Sample))
-        writer.writerows(astuple(sample) for sample in drive.samples)
+        writer.writerow(Sample._fields + COMMAND_FIELDS)
+        for sample, command in zip(result.drive.samples, result.commands.tolist()):
+            writer.writerow((*sample, *("" if math.isnan(value) else value for value in command)))
 
 
-def draw(path: str, figures: dict, drive: Drive) -> None:
-    """A picture of the drive: the map coloured by cross-track error, and speed and error over the distance."""
-    import matplotlib
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
-
-    route = drive.route.points
-    s = drive.column("s_m")
-    error = drive.column("cross_track_m")
-    figure = pyplot.figure(figsize=(14, 7), constrained_layout=True)
-    grid = figure.add_gridspec(2, 2, width_ratios=(1.1, 1.0))
-    on_map = figure.add_subplot(grid[:, 0])
-    on_map.plot(route[:, 0], route[:, 1], color="0.8", linewidth=7, solid_capstyle="round", zorder=1)
-    worst = max(float(abs(error).max()), 1e-3)
-    dots = on_map.scatter(drive.column("x_m"), drive.column("y_m"), c=abs(error), s=4, cmap="viridis_r", vmin=0.0, vmax=worst, zorder=2)
-    on_map.plot(*route[0], "o", color="tab:green", markersize=9, label="start")
-    on_map.plot(*route[-1], "s", color="tab:red", markersize=8, label="end")
-    on_map.set_aspect("equal")
-    on_map.set_xlabel("x [m]")
-    on_map.set_ylabel("y [m]")
-    on_map.legend(loc="best")
-    figure.colorbar(dots, ax=on_map, shrink=0.7, label="cross-track error [m]")
-    speed = figure.add_subplot(grid[0, 1])
-    speed.plot(s, drive.column("speed_mps"), color="tab:blue")
-    speed.set_ylabel("speed [m/s]")
-    cross_track = figure.add_subplot(grid[1, 1], sharex=speed)
-    cross_track.axhline(0.0, color="0.7", linewidth=1)
-    cross_track.plot(s, error, color="tab:orange")
-    cross_track.set_ylabel("cross-track error [m], positive left")
-    cross_track.set_xlabel("distance along the route [m]")
-    for axes in (speed, cross_track):
-        axes.grid(alpha=0.3)
-    figure.suptitle(f"{figures['status']}: {figures['route_completion_percent']:.0f} % of {figures['route_length_m']:.0f} m in "
-                    f"{figures['duration_s']:.0f} s, cross-track error {figures['cross_track_rms_m']:.3f} m RMS, "
-                    f"{figures['cross_track_max_m']:.3f} m at worst", fontsize=14)
-    figure.savefig(path, dpi=100)
-    pyplot.close(figure)
+def write_pages(report_path: str, result: Result, snapshots) -> None:
+    """Draw report.png and report.html. Raises ReportError."""
+    from sdc_sim.pages import write_html, write_png  # Matplotlib is slow to load, and needed once, at the end of a drive
+    try:
+        write_png(companion(report_path, ".png"), result)
+        write_html(companion(report_path, ".html"), result, snapshots)
+    except OSError as error:
+        raise ReportError(f"{error.filename or report_path}: {error.strerror}; the figures are written, the pages are not") from error

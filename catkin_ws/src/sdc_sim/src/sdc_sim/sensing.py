@@ -22,6 +22,7 @@ class OdometryNoise:
                 raise ValueError(f"odometry noise {name} must be a number from 0, got {sigma}")
         self._sigmas = (position_m, position_m, heading_rad, speed_mps)
         self._random = np.random.RandomState(seed)
+        self.draws = 0
 
     def apply(self, x_m: float, y_m: float, yaw_rad: float, speed_mps: float) -> tuple[float, float, float, float]:
         """The (x, y, yaw, speed) that is measured where the true ones are these."""
@@ -29,7 +30,15 @@ class OdometryNoise:
         if not any(self._sigmas):
             return true
         draws = self._random.standard_normal(4).tolist()
+        self.draws += 1
         return tuple(value + sigma * draw if sigma else value for value, sigma, draw in zip(true, self._sigmas, draws))
+
+    def skip(self, draws: int) -> None:
+        """Go on as after that many calls of `apply` that drew: the noise of a drive that is taken up again."""
+        self.draws += draws
+        while draws > 0:
+            self._random.standard_normal(4 * min(draws, 100_000))
+            draws -= 100_000
 
 
 class Delay:
@@ -56,3 +65,12 @@ class Delay:
     def clear(self) -> None:
         """Empty the line, as after a reset of the car."""
         self._line.clear()
+
+    @property
+    def items(self) -> list:
+        """What is in the line, the oldest first."""
+        return list(self._line)
+
+    def fill(self, items) -> None:
+        """Put these into the line, the oldest first, in place of what is in it."""
+        self._line = deque(items)

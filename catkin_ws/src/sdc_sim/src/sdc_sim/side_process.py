@@ -30,6 +30,9 @@ class SideProcess:
     def _start(self):
         self._socket, theirs = socket.socketpair()
         with theirs:
+            # rospy gives new sockets a time-out, which the other side would inherit as reads that do not wait.
+            self._socket.settimeout(None)
+            theirs.settimeout(None)
             self.process = subprocess.Popen([*self._command, str(theirs.fileno())], pass_fds=(theirs.fileno(), *self._files),
                                             stdin=subprocess.DEVNULL)
         self._pending = 0
@@ -96,7 +99,13 @@ class SideProcess:
 def serve(socket_number: int, work) -> None:
     """The other side: call work(item) for each item until the giver closes or ends."""
     with socket.socket(fileno=socket_number) as connection, connection.makefile("r", encoding="utf-8") as lines:
-        for line in lines:
+        while True:
+            try:
+                line = lines.readline()
+            except ConnectionError:
+                return  # the giver was killed
+            if not line:
+                return
             work(json.loads(line))
             try:
                 connection.send(b".")
