@@ -8,11 +8,13 @@ from nav_msgs.msg import Odometry
 # TODO 1: the messages that come in (Path, ObstacleArray) and go out (LocalPath, Waypoint)
 from sdc_package.msg import LocalPath, ObstacleArray, Path, Waypoint
 # --------------------------------------------------------------------------------
+from sdc_package.msg import CarlaTrafficLightInfoList, CarlaTrafficLightStatusList
 
 from sdc_package.node import LoopPublisher, parameter, refuse
 from sdc_package.obstacles import Caution, Obstacle
 from sdc_package.odometry import pose_and_speed, yaw_from_quaternion
 from sdc_package.planning import LocalPlanner, SpeedLimits
+from sdc_package.traffic_lights import LightCaution, TrafficLights
 from sdc_package.waypoint_search import WaypointSearch
 
 
@@ -29,6 +31,7 @@ class LocalPlannerNode:
                 braking_mps2=parameter("braking_mps2"),
                 lateral_jerk_mps3=parameter("lateral_jerk_mps3"))
             self.caution = Caution(**parameter("caution"))
+            self.lights = TrafficLights(LightCaution(**parameter("traffic_lights")))
         except (TypeError, ValueError) as error:
             refuse(f"{error}; mend it in config/local_planner.yaml")
         self.lookahead_m = parameter("lookahead_m")
@@ -48,6 +51,8 @@ class LocalPlannerNode:
         # ------------------------------------------------------------------------
         rospy.Subscriber("/carla/ego_vehicle/odometry", Odometry, self.on_odometry, queue_size=1, tcp_nodelay=True)
         rospy.Subscriber("/carla/ego_vehicle/obstacles", ObstacleArray, self.on_obstacles, queue_size=1, tcp_nodelay=True)
+        rospy.Subscriber("/carla/traffic_lights/info", CarlaTrafficLightInfoList, self.on_light_places, queue_size=1)
+        rospy.Subscriber("/carla/traffic_lights/status", CarlaTrafficLightStatusList, self.on_light_states, queue_size=1)
 
     def on_mission(self, path):
         # TODO 4: the mission as rows x, y of an array (until then: return)
@@ -67,30 +72,42 @@ class LocalPlannerNode:
             # A simulator that waits for its first answer repeats its first odometry: one answer is enough.
             if self.planner is None or odometry.header.stamp == self.answered_stamp:
                 return
-            expects_obstacles = self.obstacles and self.odometry is None and self.obstacles_stamp < odometry.header.stamp
+            expects_obstacles = (self.obstacles or self.lights.stamped) and self.odometry is None and self.obstacles_stamp < odometry.header.stamp
             self.odometry = odometry
             if not expects_obstacles:
                 self.answer()
 
     def on_obstacles(self, message):
-        """While there are obstacles, each odometry comes with the obstacles of its stamp, in whichever order."""
+        """While there are obstacles or traffic lights, each odometry comes with those of its stamp, in whichever order."""
         with self.lock:
             try:
                 self.obstacles = [Obstacle(body.pose.position.x, body.pose.position.y, yaw_from_quaternion(body.pose.orientation),
                                            body.size.x, body.size.y, body.speed) for body in message.obstacles]
             except ValueError as error:
                 rospy.logwarn_throttle(1.0, f"local_planner: refused obstacles on /carla/ego_vehicle/obstacles: {error}")
+            self.lights.show(message.traffic_lights, stamped=True)
             self.obstacles_stamp = message.header.stamp
             if self.odometry is not None and self.odometry.header.stamp <= self.obstacles_stamp:
                 self.answer()
+
+    def on_light_places(self, message):
+        with self.lock:
+            try:
+                self.lights.place(message)
+            except ValueError as error:
+                rospy.logwarn_throttle(1.0, f"local_planner: refused traffic lights on /carla/traffic_lights/info: {error}")
+
+    def on_light_states(self, message):
+        with self.lock:
+            self.lights.show(message.traffic_lights, stamped=False)
 
     def answer(self):
         odometry, self.odometry = self.odometry, None
         try:
             # TODO 7: where is the car, which waypoint is the first ahead of it, and what is the plan from there? (until then: return)
-            x, y, yaw, _ = pose_and_speed(odometry)
+            x, y, yaw, speed = pose_and_speed(odometry)
             first = self.search.first_ahead(x, y)
-            rows = self.planner.plan(first, x, y, yaw, self.obstacles)
+            rows = self.planner.plan(first, x, y, yaw, self.obstacles, self.lights, speed)
             # --------------------------------------------------------------------
         except ValueError as error:
             rospy.logwarn_throttle(1.0, f"local_planner: no path for this /carla/ego_vehicle/odometry: {error}")
