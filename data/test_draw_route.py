@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 import yaml
 
+from sdc_sim.drawn_route import RouteSpecError, curvature_profile, draw
+
 FOLDER = os.path.dirname(os.path.abspath(__file__))
-sys.path.insert(0, FOLDER)
-from draw_route import RouteSpecError, curvature_profile, draw  # noqa: E402  a script, not a package
 
 
 def spec(*elements, heading_deg=0.0):

@@ -24,11 +24,14 @@ from sdc_sim.messages import odometry_message, vehicle_transform
 from sdc_sim.obstacles import KINDS, Obstacles
 from sdc_sim.pace import Pace
 from sdc_sim.parameters import Parameters
-from sdc_sim.scenario import ScenarioError, load_obstacles
+from sdc_sim.placing import start_pose
+from sdc_sim.scenario import load_lights, load_obstacles
 from sdc_sim.seat import Seat
 from sdc_sim.sensing import OdometryNoise
+from sdc_sim.traffic_lights import TrafficLights
 from sdc_sim.vehicle import Vehicle, VehicleCommand, VehicleError, load_vehicle
 from sdc_sim.world import OccupiedError, World
+from sdc_sim.yaml_reading import ScenarioError
 
 UNSTAMPED = (0, 0)
 # After so much silence of the node that drives, another one may.
@@ -48,7 +51,7 @@ class Sim:
         self.start_patience_s = parameter("start_patience_s")
         self.wait_for_nodes = set(parameter("wait_for_nodes"))
         clicked_obstacle = parameter("clicked_obstacle")
-        role_name, bridge, with_camera = parameter("role_name"), parameter("bridge"), parameter("camera")
+        role_name, bridge, with_camera, daylight = parameter("role_name"), parameter("bridge"), parameter("camera"), parameter("daylight")
         waypoints_path, preset = parameter("waypoints_path"), parameter("vehicle")
         for name, value, known in (("clicked_obstacle", clicked_obstacle, KINDS), ("bridge", bridge, BRIDGES)):
             if value not in known:
@@ -84,7 +87,7 @@ class Sim:
         self.topics = BridgeTopics(role_name, preset, map_name, self.world, self.sync, route_m)
         self.camera = None
         if with_camera:
-            self.camera = FrontCamera(waypoints_path, ego + image_topic, ego + camera_info_topic, every_frame=self.sync)
+            self.camera = FrontCamera(waypoints_path, ego + image_topic, ego + camera_info_topic, daylight, every_frame=self.sync)
 
         rospy.Subscriber(self.command_topic, control, self.on_command, queue_size=10, tcp_nodelay=True)
         rospy.Subscriber(self.command_topic + "_manual", control, self.on_manual_command, queue_size=10, tcp_nodelay=True)
@@ -93,13 +96,14 @@ class Sim:
         self.director = Director(self, clicked_obstacle)
 
     def make_world(self, parameter, preset):
-        start_m = Route(self.route.points[:2])
+        obstacles_path = parameter("obstacles_path")
         vehicle = Vehicle(load_vehicle(os.path.join(parameter("vehicles_folder"), preset + ".yaml")),
                           friction=parameter("friction"), side_wind_mps=parameter("side_wind_mps"))
         return World(
             vehicle, parameter("tick_s"), parameter("command_patience_s"),
-            start=(*start_m.points[0].tolist(), float(start_m.heading[0])),
-            obstacles=Obstacles(load_obstacles(parameter("obstacles_path"), self.route)),
+            start=start_pose(self.route, **parameter("start")),
+            obstacles=Obstacles(load_obstacles(obstacles_path, self.route)),
+            lights=TrafficLights(load_lights(obstacles_path, self.route)),
             noise=OdometryNoise(parameter("seed"), **parameter("odometry_noise")),
             ackermann=AckermannControl(vehicle.parameters, AckermannGains(**parameter("ackermann"))),
             command_latency_s=parameter("command_latency_s"), sensor_latency_s=parameter("sensor_latency_s"))

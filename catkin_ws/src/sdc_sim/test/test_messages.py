@@ -11,12 +11,15 @@ from sdc_package.msg import BaseWaypoint, CarlaVehicleControl, LocalPath, Path, 
 from visualization_msgs.msg import Marker
 
 from sdc_package.odometry import pose_and_speed
+from sdc_package.traffic_lights import stop_lines
 from sdc_sim.camera import CameraModel
 from sdc_sim.messages import (
     camera_info_message,
     collision_message,
     image_message,
     lane_invasion_message,
+    light_info_message,
+    light_status_message,
     markers_message,
     obstacles_message,
     odometry_message,
@@ -25,10 +28,13 @@ from sdc_sim.messages import (
     vehicle_transform,
 )
 from sdc_sim.obstacles import Obstacles, Plan, Touch
+from sdc_sim.traffic_lights import Light, TrafficLights
 from sdc_sim.vehicle import VehicleCommand, VehicleState, load_vehicle
 
 TESLA = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "config", "vehicles", "tesla_model3.yaml")
 NOW = rospy.Time(7)
+LIGHTS = TrafficLights([Light(50.0, 2.0, 0.5, (("red", 5.0),)), Light(10.0, 0.0, 0.0, (("green", 5.0),))])
+LAMPS = LIGHTS.lamps(0.0)
 
 
 def test_control_has_the_md5_sum_of_the_bridge():
@@ -38,6 +44,8 @@ def test_control_has_the_md5_sum_of_the_bridge():
 # The sums that carla_msgs (and ackermann_msgs) bring along in their generated code.
 @pytest.mark.parametrize(("package", "name", "md5"), [
     ("sdc_package", "CarlaEgoVehicleControl", "e5b57fc698c12ff4c20a5fc71fba832f"),
+    ("sdc_package", "CarlaTrafficLightStatusList", "99769ac9a785c6de87ed86d7bb4a653a"),
+    ("sdc_package", "CarlaTrafficLightInfoList", "d1e03fe534c61bfaafc4dfce64de368a"),
     ("sdc_sim", "CarlaEgoVehicleControl", "e5b57fc698c12ff4c20a5fc71fba832f"),
     ("sdc_sim", "CarlaEgoVehicleStatus", "7d24d9cd2c1c81e9a2b845b347cb2162"),
     ("sdc_sim", "CarlaEgoVehicleInfo", "7635942a53dfdf0edbbafc9eea467602"),
@@ -122,10 +130,25 @@ def test_events():
 
 def test_obstacles_and_their_markers():
     bodies = Obstacles([Plan.standing("car", 1.0, 2.0, 0.5), Plan.standing("pedestrian", 3.0, 4.0, 0.0)]).bodies
-    message = sendable(obstacles_message(bodies, NOW))
+    message = sendable(obstacles_message(bodies, LAMPS, NOW))
     assert message.header.stamp == NOW
     assert [(one.id, one.kind, one.pose.position.x, one.size.x) for one in message.obstacles] == [
         (101, "car", 1.0, 4.7), (102, "pedestrian", 3.0, 0.5)]
+    assert [(light.id, light.state) for light in message.traffic_lights] == [(1001, 0), (1002, 2)]
     markers = sendable(markers_message(bodies, {7}, NOW)).markers
     assert [(marker.id, marker.action) for marker in markers] == [(7, Marker.DELETE), (101, Marker.ADD), (102, Marker.ADD)]
     assert markers[1].pose.position.z == 0.5 * markers[1].scale.z
+
+
+def test_lights_say_where_their_stop_line_is_and_what_they_show():
+    status = sendable(light_status_message(LAMPS))
+    assert [(light.id, light.state) for light in status.traffic_lights] == [(1001, status.traffic_lights[0].RED), (1002, 2)]
+    info = sendable(light_info_message(LIGHTS.all, LAMPS))
+    lines = stop_lines(info)
+    assert lines[1001] == pytest.approx((50.0, 2.0, 1.75))
+    assert lines[1002] == pytest.approx((10.0, 0.0, 1.75))
+    # The pole stands beyond its line, to the right, and looks back.
+    pole = info.traffic_lights[1].transform
+    assert pole.position.x > 12.0
+    assert pole.position.y < -1.9
+    assert abs(pole.orientation.z) == pytest.approx(1.0)

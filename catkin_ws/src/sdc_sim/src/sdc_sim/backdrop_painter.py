@@ -29,7 +29,7 @@ class BackdropPainter:
 
     def take(self, scene) -> None:
         """Paint one scene's backdrop and hand it on."""
-        _, x, y, yaw, _ = scene
+        _, x, y, yaw, *_ = scene
         self.backdrop.draw(self.pictures[self.slot], x, y, yaw)
         if self.photographer.put([self.slot, *scene], _PATIENCE_S):
             self.slot = (self.slot + 1) % shared_pictures.SLOTS

@@ -2,13 +2,15 @@
 from __future__ import annotations
 
 import rospy
-from sdc_package.msg import ObstacleArray
+from sdc_package.msg import CarlaTrafficLightInfoList, CarlaTrafficLightStatusList, ObstacleArray
 from visualization_msgs.msg import MarkerArray
 
 from sdc_sim.lane_invasion import LaneWatch
 from sdc_sim.messages import (
     collision_message,
     lane_invasion_message,
+    light_info_message,
+    light_status_message,
     markers_message,
     obstacles_message,
     status_message,
@@ -51,6 +53,11 @@ class BridgeTopics:
         self.info = rospy.Publisher(ego + "/vehicle_info", CarlaEgoVehicleInfo, queue_size=1, latch=True)
         self.world_info = rospy.Publisher("/carla/world_info", CarlaWorldInfo, queue_size=1, latch=True)
 
+        self.light_info = rospy.Publisher("/carla/traffic_lights/info", CarlaTrafficLightInfoList, queue_size=1, latch=True)
+        self.light_status = rospy.Publisher("/carla/traffic_lights/status", CarlaTrafficLightStatusList, queue_size=10, latch=True)
+        self.shown_lamps = None
+
+        self.light_info.publish(light_info_message(world.lights.all, world.sensed.lamps))
         self.info.publish(vehicle_info_message(world.vehicle.parameters, preset, role_name))
         self.world_info.publish(CarlaWorldInfo(map_name=map_name))
         self.show_running(True)
@@ -65,8 +72,12 @@ class BridgeTopics:
         """Everything about the tick that has just been taken."""
         sensed = self.world.sensed
         stamp = rospy.Time(*sensed.stamp)
-        if self.obstacles.get_num_connections() and (sensed.bodies or self.told_of_obstacles or self.world.tick % self.slow_ticks == 0):
-            self.obstacles.publish(obstacles_message(sensed.bodies, stamp))
+        if sensed.lamps != self.shown_lamps:
+            self.light_status.publish(light_status_message(sensed.lamps))
+            self.shown_lamps = sensed.lamps
+        if self.obstacles.get_num_connections() and (sensed.bodies or sensed.lamps or self.told_of_obstacles
+                                                     or self.world.tick % self.slow_ticks == 0):
+            self.obstacles.publish(obstacles_message(sensed.bodies, sensed.lamps, stamp))
             self.told_of_obstacles = bool(sensed.bodies)
         if self.status.get_num_connections():
             self.status.publish(status_message(sensed.state, self.world.control.last, stamp))

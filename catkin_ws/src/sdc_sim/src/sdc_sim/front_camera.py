@@ -14,11 +14,15 @@ _PATIENCE_S = 2.0
 
 
 class FrontCamera:
-    """Shows Snapshots to the camera; in lockstep every one of them, else those that it has time for."""
+    """Shows Snapshots to the camera; in lockstep every one of them, else those that it has time for.
 
-    def __init__(self, waypoints_path: str, image_topic: str, camera_info_topic: str, every_frame: bool):
+    daylight: 0..1, brightness of the picture.
+    """
+
+    def __init__(self, waypoints_path: str, image_topic: str, camera_info_topic: str, daylight: float, every_frame: bool):
         remappings = [argument for argument in sys.argv[1:] if ":=" in argument and not argument.startswith("__")]
-        command = [sys.executable, "-m", "sdc_sim.backdrop_painter", waypoints_path, image_topic, camera_info_topic, *remappings]
+        command = [sys.executable, "-m", "sdc_sim.backdrop_painter", waypoints_path, image_topic, camera_info_topic, str(daylight),
+                   *remappings]
         self._process = SideProcess(command, _AHEAD, lambda problem: rospy.logwarn("sim: the camera's process %s", problem))
         self._every_frame = every_frame
         rospy.on_shutdown(self._process.close)
@@ -26,7 +30,7 @@ class FrontCamera:
     def show(self, sensed: Snapshot) -> None:
         """One tick of the world."""
         state = sensed.state
-        scene = [sensed.stamp, state.x_m, state.y_m, state.yaw_rad, sensed.bodies]
+        scene = [sensed.stamp, state.x_m, state.y_m, state.yaw_rad, sensed.bodies, sensed.lamps]
         if self._every_frame:
             self._process.put(scene, _PATIENCE_S)
         else:

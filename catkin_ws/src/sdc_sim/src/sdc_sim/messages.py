@@ -7,7 +7,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from geometry_msgs.msg import Point, Pose, Quaternion, TransformStamped, Vector3
 from nav_msgs.msg import Odometry
-from sdc_package.msg import Obstacle, ObstacleArray
+from sdc_package.msg import (
+    CarlaBoundingBox,
+    CarlaTrafficLightInfo,
+    CarlaTrafficLightInfoList,
+    CarlaTrafficLightStatus,
+    CarlaTrafficLightStatusList,
+    Obstacle,
+    ObstacleArray,
+)
 from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
@@ -20,6 +28,7 @@ from sdc_sim.msg import (
     CarlaEgoVehicleStatus,
     CarlaLaneInvasionEvent,
 )
+from sdc_sim.traffic_lights import LANE_WIDTH_M
 from sdc_sim.vehicle import VehicleCommand, VehicleParameters, VehicleState
 
 if TYPE_CHECKING:
@@ -33,6 +42,9 @@ EGO_ID = 1
 # What the model of the car has no figure for, and readers of vehicle_info may divide by.
 _NOMINAL_WHEEL_RADIUS_M = 0.35
 _NOMINAL_TRACK_SHARE = 0.8
+# Length along the lane and height of a traffic light's trigger volume.
+_LINE_DEPTH_M = 1.0
+_LINE_HEIGHT_M = 2.0
 # Red, green, blue of each kind of obstacle, in the camera as in RViz.
 COLOURS = {"car": (0.63, 0.16, 0.16), "pedestrian": (0.13, 0.31, 0.67), "obstacle": (0.9, 0.55, 0.1)}
 
@@ -153,11 +165,30 @@ def lane_invasion_message(lines, stamp) -> CarlaLaneInvasionEvent:
     return CarlaLaneInvasionEvent(header=Header(stamp=stamp, frame_id=VEHICLE_FRAME), crossed_lane_markings=lines)
 
 
-def obstacles_message(bodies, stamp) -> ObstacleArray:
-    """The obstacles' ground truth."""
+def obstacles_message(bodies, lamps, stamp) -> ObstacleArray:
+    """The ground truth of the obstacles, and of what the traffic lights show."""
     return ObstacleArray(Header(stamp=stamp, frame_id=MAP_FRAME), [
         Obstacle(body.id, body.kind, Pose(Point(body.x_m, body.y_m, 0.0), quaternion_from_yaw(body.yaw_rad)),
-                 Vector3(body.length_m, body.width_m, body.height_m), body.speed_mps) for body in bodies])
+                 Vector3(body.length_m, body.width_m, body.height_m), body.speed_mps) for body in bodies],
+        [CarlaTrafficLightStatus(lamp.id, lamp.state) for lamp in lamps])
+
+
+def light_status_message(lamps) -> CarlaTrafficLightStatusList:
+    """What every traffic light shows."""
+    return CarlaTrafficLightStatusList([CarlaTrafficLightStatus(lamp.id, lamp.state) for lamp in lamps])
+
+
+def light_info_message(lights, lamps) -> CarlaTrafficLightInfoList:
+    """Where the traffic lights stand. The middle of a trigger volume is the middle of the stop line, a lane wide."""
+    infos = []
+    for light, lamp in zip(lights, lamps):
+        yaw = lamp.heading_rad + math.pi
+        c, s = math.cos(yaw), math.sin(yaw)
+        east, north = light.x_m - lamp.x_m, light.y_m - lamp.y_m
+        centre = Vector3(c * east + s * north, c * north - s * east, 0.0)
+        infos.append(CarlaTrafficLightInfo(lamp.id, Pose(Point(lamp.x_m, lamp.y_m, 0.0), quaternion_from_yaw(yaw)),
+                                           CarlaBoundingBox(centre, Vector3(_LINE_DEPTH_M, LANE_WIDTH_M, _LINE_HEIGHT_M))))
+    return CarlaTrafficLightInfoList(infos)
 
 
 def markers_message(bodies, gone, stamp) -> MarkerArray:

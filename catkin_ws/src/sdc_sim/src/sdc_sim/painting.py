@@ -33,3 +33,9 @@ def blend(part: np.ndarray, sprite: np.ndarray) -> None:
     """Lay a premultiplied BGRA sprite over a part of the picture."""
     clear = cv2.merge([cv2.bitwise_not(sprite[..., 3])] * 4)
     cv2.add(cv2.multiply(part, clear, scale=1.0 / 255.0), sprite, dst=part)
+
+
+def dim(picture: np.ndarray, light: float) -> None:
+    """Scale the brightness of a BGRA picture, in place: 1 leaves it as it is, 0 makes it black."""
+    if light < 1.0:
+        cv2.multiply(picture, (light, light, light, 1.0), dst=picture)

@@ -1,6 +1,7 @@
 """The second of the two processes behind the front camera: paints what stands in the picture, and publishes it."""
 from __future__ import annotations
 
+import math
 import signal
 import sys
 
@@ -16,15 +17,23 @@ from sdc_sim.bodies import Bodies, Box
 from sdc_sim.camera import CameraModel
 from sdc_sim.messages import COLOURS, camera_info_message, camera_transform, image_message
 from sdc_sim.obstacles import Body
+from sdc_sim.painting import dim
 from sdc_sim.road import Road
 from sdc_sim.side_process import serve
+from sdc_sim.traffic_lights import GREEN, OFF, RED, YELLOW, Lamp
+
+LIGHT_HEIGHT_M = 3.4
+LIGHT_SIZE_M = 0.4
+# The lamp that burns, blue, green, red; off: the red one's glass.
+LIT_BGR = {RED: (40, 40, 255), YELLOW: (40, 200, 255), GREEN: (90, 255, 60), OFF: (20, 20, 62)}
 
 
 class Photographer:
     """Finishes and publishes the pictures that BackdropPainter began."""
 
-    def __init__(self, waypoints_path: str, image_topic: str, camera_info_topic: str, pictures_number: str):
+    def __init__(self, waypoints_path: str, image_topic: str, camera_info_topic: str, daylight: str, pictures_number: str):
         model = CameraModel()
+        self.daylight = float(daylight)
         self.pictures = shared_pictures.pictures(int(pictures_number))
         self.bodies = Bodies(Road(load_waypoints(waypoints_path)).scenery(), model)
         self.camera_info = camera_info_message(model)
@@ -35,10 +44,12 @@ class Photographer:
 
     def take(self, work) -> None:
         """Finish and publish one picture."""
-        slot, stamp, x, y, yaw, bodies = work
+        slot, stamp, x, y, yaw, bodies, lamps = work
         stamp = rospy.Time(*stamp)
         picture = self.pictures[slot]
-        self.bodies.draw(picture, x, y, yaw, [box_of(Body(*body)) for body in bodies])
+        boxes = [box_of(Body(*body)) for body in bodies] + [light_of(Lamp(*lamp)) for lamp in lamps]
+        self.bodies.draw(picture, x, y, yaw, boxes)
+        dim(picture, self.daylight)
         self.camera_info.header.stamp = stamp
         self.camera_info_publisher.publish(self.camera_info)
         self.image_publisher.publish(image_message(picture, stamp))
@@ -48,6 +59,11 @@ def box_of(body: Body) -> Box:
     """An obstacle as the camera draws it."""
     return Box(body.x_m, body.y_m, body.yaw_rad, body.length_m, body.width_m, body.height_m,
                tuple(round(255 * share) for share in reversed(COLOURS[body.kind])), body.kind)
+
+
+def light_of(lamp: Lamp) -> Box:
+    """A traffic light as the camera draws it: it looks at those who drive along its heading."""
+    return Box(lamp.x_m, lamp.y_m, lamp.heading_rad + math.pi, LIGHT_SIZE_M, LIGHT_SIZE_M, LIGHT_HEIGHT_M, LIT_BGR[lamp.state], "light")
 
 
 def main():

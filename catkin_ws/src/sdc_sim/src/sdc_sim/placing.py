@@ -1,15 +1,34 @@
-"""Checks the places that a person points at in RViz."""
+"""Places for the car: where it starts, and where a person points at in RViz."""
 from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from sdc_package.odometry import yaw_from_quaternion
+from sdc_package.route import Route
 
 FARTHEST_M = 1e5
 
 
 class PlaceError(ValueError):
     """A place where nothing can be put; the message says why."""
+
+
+def start_pose(route: Route, along_m: float, left_m: float, turned_rad: float):
+    """(x, y, yaw) of a car that stands so far along the route and to its left, turned away from it to the left.
+
+    Raises ValueError for a place that is not on the route, and for numbers that are not finite.
+    """
+    if not 0.0 <= along_m <= route.length_m:
+        raise ValueError(f"start along_m must be from 0 to the route's {route.length_m:.1f} m, got {along_m}")
+    if not (math.isfinite(left_m) and math.isfinite(turned_rad)):
+        raise ValueError(f"start left_m and turned_rad must be finite, got {left_m} and {turned_rad}")
+    piece = min(int(np.searchsorted(route.s, along_m, side="right")) - 1, len(route.s) - 2)
+    (x, y), heading = route.points[piece].tolist(), float(Route(route.points[piece:piece + 2]).heading[0])
+    ahead_m = along_m - float(route.s[piece])
+    c, s = math.cos(heading), math.sin(heading)
+    return x + ahead_m * c - left_m * s, y + ahead_m * s + left_m * c, heading + turned_rad
 
 
 def checked_point(frame_id: str, point):

@@ -1,12 +1,12 @@
 """Draws the picture of the front camera: a road, its surroundings and boxes."""
 from __future__ import annotations
 
-import cv2
 import numpy as np
 
 from .bodies import Bodies
 from .camera import CameraModel
 from .ground import Ground
+from .painting import dim
 from .road import Road
 from .sky import Sky
 
@@ -47,9 +47,7 @@ class Renderer:
         if not 0.0 <= light <= 1.0:
             raise ValueError(f"light {light} is outside 0..1")
         picture = np.empty((self.camera.height, self.camera.width, 4), np.uint8)
-        picture = np.empty((self.camera.height, self.camera.width, 4), np.uint8)
         self.backdrop.draw(picture, x_m, y_m, yaw_rad)
         self.bodies.draw(picture, x_m, y_m, yaw_rad, boxes)
-        if light < 1.0:
-            picture = cv2.multiply(picture, (light, light, light, 1.0))
+        dim(picture, light)
         return picture

@@ -1,116 +1,154 @@
-"""Reads the obstacles of a scenario from a YAML file. The format stands in the README of this package."""
+"""Reads scenarios: what a drive is like, and what it must keep. The format stands in scenarios/README.md."""
 from __future__ import annotations
 
-import difflib
 import math
 import os
+from dataclasses import dataclass, field
 
 import numpy as np
-import yaml
 
 from sdc_package.route import Route
+from sdc_sim.drawn_route import ELEMENTS, RouteSpecError, check
+from sdc_sim.limits import FIGURES, INFRACTIONS, STATUSES, Limits, Stop
 from sdc_sim.obstacles import KINDS, Plan
+from sdc_sim.traffic_lights import COLOURS, Light
+from sdc_sim.yaml_reading import ScenarioError, YamlReader, read_text
 
 FASTEST_MPS = 60.0
 FARTHEST_M = 1e5
 LARGEST_M = 50.0
+LONGEST_S = 1e6
 
+# The lines of config/sim.yaml that a scenario may set, with their ranges. Whole numbers stay whole.
+SIM_NUMBERS = {"seed": (0, 2**32 - 1), "friction": (0.05, 2.0), "side_wind_mps": (-40.0, 40.0), "sensor_latency_s": (0.0, 2.0),
+               "command_latency_s": (0.0, 2.0), "daylight": (0.0, 1.0), "unstamped_patience_s": (0.001, 10.0)}
+SIM_GROUPS = {"odometry_noise": {"position_m": (0.0, 5.0), "heading_rad": (0.0, 1.0), "speed_mps": (0.0, 10.0)},
+              "start": {"along_m": (0.0, FARTHEST_M), "left_m": (-50.0, 50.0), "turned_rad": (-math.pi, math.pi)}}
+
+_KEYS = ("about", "route", "vehicle", "stack", "camera", *SIM_NUMBERS, *SIM_GROUPS, "frame", "obstacles", "lights", "limits")
 _FRAMES = ("map", "route")
-_KEYS = ("kind", "at", "yaw_rad", "path", "speed_mps", "start_s", "trigger_m", "size_m")
+_OBSTACLE_KEYS = ("kind", "at", "yaw_rad", "path", "speed_mps", "start_s", "trigger_m", "size_m")
+_LIGHT_KEYS = ("stop_line_m", "phases", "offset_s")
+_LIMIT_KEYS = ("status", "at_most", "at_least", "stops")
 
 
-class ScenarioError(ValueError):
-    """A scenario that no world should be made of; the message names the file, the line, the key and the mend."""
+@dataclass(frozen=True)
+class Scenario:
+    """A drive as its file describes it. route: elements of a drawn route, or a name or path; None where the file leaves it open.
+
+    sim: lines of config/sim.yaml. What stands on the road is read by `load_obstacles` and `load_lights`, which need the route.
+    """
+
+    path: str
+    about: str = ""
+    route: object = None
+    vehicle: str = None
+    stack: str = None
+    camera: bool = False
+    sim: dict = field(default_factory=dict)
+    limits: Limits = field(default_factory=Limits)
+
+    @property
+    def name(self) -> str:
+        """The file's name without its ending."""
+        return os.path.splitext(os.path.basename(self.path))[0]
+
+
+def load_scenario(path: str) -> Scenario:
+    """Read a scenario, but for what stands on the road. Raises ScenarioError."""
+    return _Reader(path).scenario()
 
 
 def load_obstacles(path: str, route: Route) -> list:
-    """The Plans of a scenario file; none for an empty path. Raises ScenarioError.
+    """The Plans of the obstacles in a scenario, or in a file with obstacles alone; none for an empty path. Raises ScenarioError.
 
     A point is [x, y] in the map with `frame: map`, and [metres along the route, metres to its left] with `frame: route`.
     """
-    if not path:
-        return []
-    path = os.path.expanduser(path)
-    try:
-        with open(path, encoding="utf-8") as file:
-            return _Reader(path, route).read(file.read())
-    except RecursionError:
-        raise ScenarioError(f"{path}: is nested too deep to be read; write one list of obstacles") from None
-    except OSError as error:
-        raise ScenarioError(f"{path}: {error.strerror}; set obstacles_path to a readable YAML file") from None
-    except UnicodeDecodeError:
-        raise ScenarioError(f"{path}: is no text; set obstacles_path to a YAML file") from None
-    except yaml.YAMLError as error:
-        mark = getattr(error, "problem_mark", None)
-        place = f"{path}, line {mark.line + 1}" if mark else path
-        problem = " ".join(str(getattr(error, "problem", None) or error).split())
-        raise ScenarioError(f"{place}: is no YAML ({problem}); write 'key: value' and lists as '- '") from None
+    return _Reader(path, route).plans() if path else []
 
 
-class _Reader:
-    def __init__(self, path: str, route: Route):
-        self.path = path
+def load_lights(path: str, route: Route) -> list:
+    """The traffic Lights of a scenario; none for an empty path. Raises ScenarioError."""
+    return _Reader(path, route).lights() if path else []
+
+
+class _Reader(YamlReader):
+    def __init__(self, path: str, route: Route = None):
+        super().__init__(path)
         self.route = route
-        self.by_route = False
-
-    def refuse(self, node, message: str):
-        raise ScenarioError(f"{self.path}, line {node.start_mark.line + 1}: {message}")
-
-    def read(self, text: str) -> list:
-        root = yaml.compose(text, yaml.SafeLoader)
+        root = self.compose(read_text(path, "name a readable YAML file (scenario:=, obstacles_path:=)"))
         if root is None:
-            raise ScenarioError(f"{self.path}: is empty; write 'frame: map' and 'obstacles:'")
-        entries = self.mapping(root, ("frame", "obstacles"), "the file")
-        for key in ("frame", "obstacles"):
-            if key not in entries:
-                raise ScenarioError(f"{self.path}: key '{key}' is missing; add the line '{key}:'")
-        self.by_route = self.word(entries["frame"], "frame", _FRAMES) == "route"
-        if not isinstance(entries["obstacles"], yaml.SequenceNode):
-            self.refuse(entries["obstacles"], "'obstacles' is no list; write each as '- kind: ...'")
-        return [self.plan(node) for node in entries["obstacles"].value]
+            raise ScenarioError(f"{self.path}: is empty; write 'frame: map' and 'obstacles:', or a scenario")
+        self.entries = self.mapping(root, _KEYS, "the file")
+        if set(self.entries) <= {"frame", "obstacles"} or "obstacles" in self.entries:
+            for key in ("frame", "obstacles"):
+                if key not in self.entries:
+                    raise ScenarioError(f"{self.path}: key '{key}' is missing; add the line '{key}:'")
+        self.by_route = "frame" in self.entries and self.word(self.entries["frame"], "frame", _FRAMES) == "route"
 
-    def mapping(self, node, known, what: str) -> dict:
-        if not isinstance(node, yaml.MappingNode):
-            self.refuse(node, f"{what} is no mapping; write lines of 'key: value'")
-        entries = {}
-        for key_node, value_node in node.value:
-            key = str(key_node.value)
-            if key not in known:
-                close = difflib.get_close_matches(key, known, n=1)
-                mend = f"did you mean '{close[0]}'?" if close else f"the keys are {', '.join(known)}"
-                self.refuse(key_node, f"unknown key '{key}'; {mend}")
-            if key in entries:
-                self.refuse(key_node, f"key '{key}' stands here twice; remove one of them")
-            entries[key] = value_node
-        return entries
+    def scenario(self) -> Scenario:
+        entries = self.entries
+        words = {key: self.text(entries[key], key) for key in ("about", "vehicle", "stack") if key in entries}
+        for key in ("vehicle", "stack"):
+            if key in words and not words[key].isidentifier():
+                self.refuse(entries[key], f"'{key}' is {words[key]!r}; write a name of letters, digits and _, no path")
+        sim = {key: self.setting(entries[key], key, bounds) for key, bounds in SIM_NUMBERS.items() if key in entries}
+        for group, known in SIM_GROUPS.items():
+            if group in entries:
+                parts = self.mapping(entries[group], tuple(known), f"'{group}'")
+                sim[group] = {key: self.number(node, key, *known[key]) for key, node in parts.items()}
+        return Scenario(self.path, route=self.course(entries["route"]) if "route" in entries else None,
+                        camera="camera" in entries and self.word(entries["camera"], "camera", ("true", "false")) == "true",
+                        sim=sim, limits=self.limits(entries["limits"]) if "limits" in entries else Limits(), **words)
 
-    def word(self, node, key: str, known) -> str:
-        word = str(node.value) if isinstance(node, yaml.ScalarNode) else "a list"
-        if word not in known:
-            close = difflib.get_close_matches(word, known, n=1)
-            mend = f"did you mean '{close[0]}'?" if close else f"write one of {', '.join(known)}"
-            self.refuse(node, f"'{key}' is {word!r}; {mend}")
-        return word
-
-    def number(self, node, key: str, low: float, high: float) -> float:
-        try:
-            if not isinstance(node, yaml.ScalarNode):
-                raise ValueError("a list")
-            value = float(node.value)
-        except ValueError:
-            found = repr(node.value) if isinstance(node, yaml.ScalarNode) else "a list"
-            self.refuse(node, f"'{key}' is {found}; give a number")
-        if not (math.isfinite(value) and low <= value <= high):
-            self.refuse(node, f"'{key}' is {node.value}; give a number from {low:g} to {high:g}")
+    def setting(self, node, key: str, bounds):
+        value = self.number(node, key, *bounds)
+        if isinstance(bounds[0], int):
+            if value != int(value):
+                self.refuse(node, f"'{key}' is {node.value}; give a whole number")
+            return int(value)
         return value
 
-    def numbers(self, node, key: str, count: int, low: float, high: float) -> list:
-        if not isinstance(node, yaml.SequenceNode) or len(node.value) != count:
-            self.refuse(node, f"'{key}' must be a list of {count} numbers, such as [{', '.join(['1.0'] * count)}]")
-        return [self.number(entry, key, low, high) for entry in node.value]
+    def course(self, node):
+        """The name or path of a route as it stands there, or the elements of a drawn one."""
+        if isinstance(getattr(node, "value", None), str):
+            return self.text(node, "route")
+        elements = []
+        for entry in self.sequence(node, "route", "straight_m: 50"):
+            parts = self.mapping(entry, tuple(ELEMENTS), "a part of the route")
+            elements.append({key: self.number(part, key, *ELEMENTS[key]) for key, part in parts.items()})
+            try:
+                check(elements)
+            except RouteSpecError as error:
+                self.refuse(entry, str(error))
+        if not elements:
+            self.refuse(node, "'route' has no part; add '- straight_m: 50'")
+        return elements
+
+    def limits(self, node) -> Limits:
+        entries = self.mapping(node, _LIMIT_KEYS, "'limits'")
+        known = (*FIGURES, "infractions", *INFRACTIONS)
+        bounds = {}
+        for side in ("at_most", "at_least"):
+            figures = self.mapping(entries[side], known, f"'{side}'") if side in entries else {}
+            bounds[side] = {key: self.number(value, key, -1e9, 1e9) for key, value in figures.items()}
+        stops = []
+        for entry in self.sequence(entries["stops"], "stops", "{at_m: 40, within_m: 1}") if "stops" in entries else []:
+            parts = self.mapping(entry, Stop._fields, "a stop")
+            for key in Stop._fields:
+                if key not in parts:
+                    self.refuse(entry, f"a stop has no '{key}'; add it in m")
+            stops.append(Stop(self.number(parts["at_m"], "at_m", 0.0, FARTHEST_M), self.number(parts["within_m"], "within_m", 0.01, 1e3)))
+        status = self.word(entries["status"], "status", STATUSES) if "status" in entries else Limits.status
+        return Limits(status, bounds["at_most"], bounds["at_least"], tuple(stops))
+
+    def plans(self) -> list:
+        if "obstacles" not in self.entries:
+            return []
+        return [self.plan(node) for node in self.sequence(self.entries["obstacles"], "obstacles", "kind: ...")]
 
     def plan(self, node) -> Plan:
-        entries = self.mapping(node, _KEYS, "an obstacle")
+        entries = self.mapping(node, _OBSTACLE_KEYS, "an obstacle")
         if "kind" not in entries:
             self.refuse(node, f"an obstacle has no 'kind'; add 'kind: ' and one of {', '.join(KINDS)}")
         kind = self.word(entries["kind"], "kind", tuple(KINDS))
@@ -134,16 +172,16 @@ class _Reader:
             self.refuse(node, "an obstacle with 'path' has no 'speed_mps'; add it in m/s")
         if "start_s" in entries and "trigger_m" in entries:
             self.refuse(entries["trigger_m"], "an obstacle has both 'start_s' and 'trigger_m'; remove one of them")
-        path = entries["path"]
-        if not isinstance(path, yaml.SequenceNode) or len(path.value) < 2:
-            self.refuse(path, "'path' must be a list of two points or more, such as [[0, 0], [5, 0]]")
-        points = tuple(self.place(entry, "path")[0] for entry in path.value)
-        for entry, a, b in zip(path.value[1:], points, points[1:]):
+        path = self.sequence(entries["path"], "path", "[0, 0]")
+        if len(path) < 2:
+            self.refuse(entries["path"], "'path' must be a list of two points or more, such as [[0, 0], [5, 0]]")
+        points = tuple(self.place(entry, "path")[0] for entry in path)
+        for entry, a, b in zip(path[1:], points, points[1:]):
             if math.hypot(b[0] - a[0], b[1] - a[1]) < 1e-3:
                 self.refuse(entry, "'path' repeats the point before; remove one of them")
         return Plan(kind, points, size,
                     speed_mps=self.number(entries["speed_mps"], "speed_mps", 0.01, FASTEST_MPS),
-                    start_s=self.number(entries["start_s"], "start_s", 0.0, 1e6) if "start_s" in entries else 0.0,
+                    start_s=self.number(entries["start_s"], "start_s", 0.0, LONGEST_S) if "start_s" in entries else 0.0,
                     trigger_m=self.number(entries["trigger_m"], "trigger_m", 0.1, FARTHEST_M) if "trigger_m" in entries else None)
 
     def place(self, node, key: str):
@@ -151,8 +189,35 @@ class _Reader:
         first, second = self.numbers(node, key, 2, -FARTHEST_M, FARTHEST_M)
         if not self.by_route:
             return (first, second), 0.0
-        if not 0.0 <= first <= self.route.length_m:
-            self.refuse(node, f"'{key}' lies {first:g} m along a route of {self.route.length_m:.1f} m; give a place on it")
-        x, y = (float(np.interp(first, self.route.s, self.route.points[:, axis])) for axis in (0, 1))
-        heading = float(np.interp(first, self.route.s, self.route.heading))
+        x, y, heading = self.on_route(node, key, first)
         return (x - second * math.sin(heading), y + second * math.cos(heading)), heading
+
+    def on_route(self, node, key: str, along_m: float):
+        """(x, y, heading) at so many metres along the route."""
+        if not 0.0 <= along_m <= self.route.length_m:
+            self.refuse(node, f"'{key}' lies {along_m:g} m along a route of {self.route.length_m:.1f} m; give a place on it")
+        return tuple(float(np.interp(along_m, self.route.s, values)) for values in (*self.route.points.T, self.route.heading))
+
+    def lights(self) -> list:
+        if "lights" not in self.entries:
+            return []
+        return [self.light(node) for node in self.sequence(self.entries["lights"], "lights", "stop_line_m: 50")]
+
+    def light(self, node) -> Light:
+        entries = self.mapping(node, _LIGHT_KEYS, "a light")
+        for key in ("stop_line_m", "phases"):
+            if key not in entries:
+                self.refuse(node, f"a light has no '{key}'; add it")
+        line = entries["stop_line_m"]
+        place = self.on_route(line, "stop_line_m", self.number(line, "stop_line_m", 0.0, FARTHEST_M))
+        phases = []
+        for entry in self.sequence(entries["phases"], "phases", "red: 8.0"):
+            parts = self.mapping(entry, COLOURS, "a phase")
+            if len(parts) != 1:
+                self.refuse(entry, f"a phase is one colour and its seconds, such as 'red: 8.0'; the colours are {', '.join(COLOURS)}")
+            (colour, seconds), = parts.items()
+            phases.append((colour, self.number(seconds, colour, 0.05, LONGEST_S)))
+        if not phases:
+            self.refuse(entries["phases"], "'phases' has no phase; add '- red: 8.0'")
+        offset = self.number(entries["offset_s"], "offset_s", -LONGEST_S, LONGEST_S) if "offset_s" in entries else 0.0
+        return Light(*place, tuple(phases), offset)

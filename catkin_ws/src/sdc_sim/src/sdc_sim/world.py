@@ -10,6 +10,7 @@ from sdc_sim.collision import Rectangle
 from sdc_sim.control import Control
 from sdc_sim.obstacles import Body, Obstacles, Plan, Touch
 from sdc_sim.sensing import Delay, OdometryNoise
+from sdc_sim.traffic_lights import Lamp, TrafficLights
 from sdc_sim.vehicle import Vehicle, VehicleCommand, VehicleState
 
 _NANOSECONDS = 1_000_000_000
@@ -20,12 +21,14 @@ class OccupiedError(ValueError):
 
 
 class Snapshot(NamedTuple):
-    """What there is to be sensed at one tick: `state` is the truth, `measured` what the odometry makes of it."""
+    """What there is to be sensed at one tick: `state` is the truth, `measured` what the odometry makes of it, `lamps` are the
+    traffic lights."""
 
     stamp: tuple
     state: VehicleState
     measured: VehicleState
     bodies: tuple
+    lamps: tuple = ()
 
 
 class World:
@@ -38,7 +41,7 @@ class World:
     """
 
     def __init__(self, vehicle: Vehicle, tick_s: float, command_patience_s: float, start=(0.0, 0.0, 0.0),
-                 obstacles: Obstacles = None, noise: OdometryNoise = None, ackermann: AckermannControl = None,
+                 obstacles: Obstacles = None, lights: TrafficLights = None, noise: OdometryNoise = None, ackermann: AckermannControl = None,
                  command_latency_s: float = 0.0, sensor_latency_s: float = 0.0):
         if not tick_s > 0.0:
             raise ValueError(f"tick_s must be positive, got {tick_s}")
@@ -48,6 +51,7 @@ class World:
         self.tick_s = tick_s
         self.tick = 1
         self.obstacles = obstacles or Obstacles()
+        self.lights = lights or TrafficLights()
         self.control = Control(round(command_patience_s / tick_s), Delay(command_latency_s, tick_s), ackermann)
         self._tick_ns = round(tick_s * _NANOSECONDS)
         self._noise = noise
@@ -67,6 +71,11 @@ class World:
     def stamp(self):
         """Simulated time as (seconds, nanoseconds); the first tick is not zero, which ROS takes for 'no time yet'."""
         return divmod(self.tick * self._tick_ns, _NANOSECONDS)
+
+    @property
+    def elapsed_s(self) -> float:
+        """Simulated time since the start, or the reset, of the world."""
+        return (self.tick - self._started_at) * self.tick_s
 
     @property
     def silent(self) -> bool:
@@ -150,7 +159,7 @@ class World:
         """One tick of simulated time; returns the Touches that began in it."""
         touches = []
         if self.obstacles.all:
-            touches = self.obstacles.advance((self.tick - self._started_at) * self.tick_s, self.tick_s, self.car)
+            touches = self.obstacles.advance(self.elapsed_s, self.tick_s, self.car)
         before = self.vehicle.state
         self.vehicle.step(self.control.command(self.tick, before, self.tick_s), self.tick_s)
         if self.obstacles.all:
@@ -194,7 +203,7 @@ class World:
         if self._noise is not None:
             x, y, yaw, speed = self._noise.apply(state.x_m, state.y_m, state.yaw_rad, state.speed_mps)
             measured = replace(state, x_m=x, y_m=y, yaw_rad=yaw, speed_mps=speed)
-        return self._senses.put(Snapshot(self.stamp, state, measured, self.obstacles.bodies))
+        return self._senses.put(Snapshot(self.stamp, state, measured, self.obstacles.bodies, self.lights.lamps(self.elapsed_s)))
 
 
 def _between(before: VehicleState, after: VehicleState, share: float):
@@ -204,10 +213,12 @@ def _between(before: VehicleState, after: VehicleState, share: float):
 
 def _plain(sensed: Snapshot) -> list:
     state, measured = sensed.state, sensed.measured
-    return [sensed.stamp, list(vars(state).values()), None if measured is state else list(vars(measured).values()), sensed.bodies]
+    return [sensed.stamp, list(vars(state).values()), None if measured is state else list(vars(measured).values()),
+            sensed.bodies, sensed.lamps]
 
 
 def _snapshot(plain: list) -> Snapshot:
-    stamp, state, measured, bodies = plain
+    stamp, state, measured, bodies, lamps = plain
     state = VehicleState(*state)
-    return Snapshot(tuple(stamp), state, state if measured is None else VehicleState(*measured), tuple(Body(*body) for body in bodies))
+    return Snapshot(tuple(stamp), state, state if measured is None else VehicleState(*measured), tuple(Body(*body) for body in bodies),
+                    tuple(Lamp(*lamp) for lamp in lamps))
