@@ -11,7 +11,7 @@ from cv_bridge import CvBridge, CvBridgeError
 from sensor_msgs.msg import Image
 
 from sdc_package.lane_filter import LaneFilter, LaneFilterThresholds
-from sdc_package.node import parameter, refuse
+from sdc_package.node import LoopPublisher, parameter, refuse
 from sdc_package.picture import check_picture
 from sdc_package.surroundings import watch_surroundings
 
@@ -33,7 +33,7 @@ class Camera:
         self.lock = threading.Lock()
         self.picture = None
 
-        self.publisher = rospy.Publisher("/camera/lane_mask", Image, queue_size=1)
+        self.publisher = LoopPublisher("/camera/lane_mask", Image)
         # TODO 3: listen to the front camera: every picture shall come to on_image
         rospy.Subscriber("/carla/ego_vehicle/camera/rgb/front/image_color", Image, self.on_image, queue_size=1,
                          buff_size=4 * 1024 * 1024, tcp_nodelay=True)

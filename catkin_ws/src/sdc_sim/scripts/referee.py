@@ -104,6 +104,7 @@ class Referee:
         """Write the report; returns the exit status."""
         self.wait_for_last_answers()
         with self.lock:
+            self.progress.tell_news(self.watch)
             if self.watch.drive is None or not self.watch.drive.samples:
                 rospy.logerr("referee: the drive ended before it began: no route or no odometry was heard")
                 return 1

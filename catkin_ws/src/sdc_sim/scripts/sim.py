@@ -237,7 +237,7 @@ class Sim:
         """Repeat the first tick until a command answers it and all who must see every tick are connected."""
         limit = time.monotonic() + self.start_patience_s
         while not rospy.is_shutdown() and time.monotonic() < limit:
-            if (self.stamps_seen if self.sync else self.commanded) and self.wait_for_nodes <= self.listeners():
+            if self.commanded and self.wait_for_nodes <= self.listeners():
                 break
             with self.lock:
                 self.publish([])

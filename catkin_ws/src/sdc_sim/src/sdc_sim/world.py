@@ -213,12 +213,12 @@ def _between(before: VehicleState, after: VehicleState, share: float):
 
 def _plain(sensed: Snapshot) -> list:
     state, measured = sensed.state, sensed.measured
-    return [sensed.stamp, list(vars(state).values()), None if measured is state else list(vars(measured).values()),
-            sensed.bodies, sensed.lamps]
+    return [sensed.stamp, list(vars(state).values()), None if measured is state else list(vars(measured).values()), sensed.bodies,
+            sensed.lamps]
 
 
 def _snapshot(plain: list) -> Snapshot:
     stamp, state, measured, bodies, lamps = plain
     state = VehicleState(*state)
-    return Snapshot(tuple(stamp), state, state if measured is None else VehicleState(*measured), tuple(Body(*body) for body in bodies),
-                    tuple(Lamp(*lamp) for lamp in lamps))
+    return Snapshot(tuple(stamp), state, state if measured is None else VehicleState(*measured),
+                    tuple(Body(*body) for body in bodies), tuple(Lamp(*lamp) for lamp in lamps))
