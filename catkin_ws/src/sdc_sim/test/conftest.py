@@ -69,8 +69,8 @@ class Program:
         """Wait until it has said all of these."""
         limit = time.monotonic() + PATIENCE_S
         while not all(text in self.said for text in texts):
-            assert time.monotonic() < limit, f"not said: {[text for text in texts if text not in self.said]}\n{self.said}"
-            assert self.process.poll() is None or all(text in self.said for text in texts), self.said
+            assert time.monotonic() < limit, f"not said: {[text for text in texts if text not in self.said]}\n{self.said[-5000:]}"
+            assert self.process.poll() is None or all(text in self.said for text in texts), self.said[-5000:]
             time.sleep(0.05)
 
     def wait_for_end(self, limit_s=200.0):

@@ -18,7 +18,7 @@ ROUTE = os.path.join(HERE, "routes", "fast_bends.csv")
 BY_FORCE = "escalating"
 
 
-def test_without_a_clock_every_node_says_what_it_waits_for_and_ctrl_c_ends_them(start, environment):
+def test_without_a_clock_every_node_says_what_it_waits_for_and_ctrl_c_ends_them(environment, start):
     nodes = ("camera", "mission_planner", "local_planner", "simple_controller", "carla_relay", "referee", "show")
     launch = start(["roslaunch", os.path.join(HERE, "without_world.launch")], environment)
     launch.wait_to_say(*(f"{node}: waiting for /clock" for node in nodes))
@@ -35,7 +35,7 @@ def roscore(start, environment):
     return core
 
 
-def test_a_drive_goes_on_without_its_roscore_and_registers_with_the_next(start, environment, tmp_path):
+def test_a_drive_goes_on_without_its_roscore_and_registers_with_the_next(environment, start, tmp_path):
     core = roscore(start, environment)
     drive = start(["roslaunch", "sdc_package", "all.launch", "headless:=true", "camera:=false", f"waypoints_path:={ROUTE}"], environment)
     drive.wait_to_say("published a route")
@@ -60,7 +60,7 @@ def wait_for_progress(drive):
         time.sleep(0.1)
 
 
-def test_a_drive_whose_own_master_is_killed_ends_in_order(start, environment, tmp_path):
+def test_a_drive_whose_own_master_is_killed_ends_in_order(environment, start, tmp_path):
     drive = start([DRIVE, "headless:=true", "camera:=false"], environment)
     wait_for_progress(drive)
     os.kill(drive.process_of("rosmaster"), signal.SIGKILL)
@@ -82,7 +82,7 @@ def small_disk(folder):
         subprocess.run(["umount", "--lazy", str(folder)], check=True)
 
 
-def test_a_full_disk_costs_the_report_and_not_the_drive(start, environment, tmp_path):
+def test_a_full_disk_costs_the_report_and_not_the_drive(environment, start, tmp_path):
     with small_disk(tmp_path / "small"):
         drive = start([DRIVE, "headless:=true", "sync:=true", "camera:=false", f"waypoints_path:={ROUTE}", "report:=small/report.json"],
                       environment)
@@ -92,7 +92,7 @@ def test_a_full_disk_costs_the_report_and_not_the_drive(start, environment, tmp_
     assert "Traceback" not in drive.said
 
 
-def test_a_report_folder_that_goes_away_costs_the_report_and_not_the_drive(start, environment, tmp_path):
+def test_a_report_folder_that_goes_away_costs_the_report_and_not_the_drive(environment, start, tmp_path):
     drive = start([DRIVE, "headless:=true", "sync:=true", "camera:=false", f"waypoints_path:={ROUTE}"], environment)
     limit = time.monotonic() + 60.0
     while not os.path.isdir(tmp_path / "report"):
