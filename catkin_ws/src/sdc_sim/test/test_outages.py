@@ -73,7 +73,8 @@ def test_a_drive_whose_own_master_is_killed_ends_in_order(environment, start, tm
 @contextlib.contextmanager
 def small_disk(folder):
     folder.mkdir()
-    done = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=64k", "workshop_test", str(folder)], capture_output=True, text=True, check=False)
+    command = ["mount", "-t", "tmpfs", "-o", "size=64k", "workshop_test", str(folder)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:
         pytest.skip(f"no small disk can be mounted here: {done.stderr.strip()}")
     try:

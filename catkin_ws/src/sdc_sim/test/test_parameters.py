@@ -95,7 +95,7 @@ def car(figures, folder):
 
 BUILDERS = {"local_planner.yaml": (plan, PLANNER), "simple_controller.yaml": (control, CONTROLLER), "camera.yaml": (look, CAMERA),
             "sim.yaml": (world, SIM), "tesla_model3.yaml": (car, TESLA)}
-NUMBERS = st.one_of(st.floats(allow_nan=True), st.floats(-10.0, 10.0), st.integers(-3, 300), st.sampled_from([0, 1, -1, 1e-9, 1e9, 10**400]))
+NUMBERS = st.one_of(st.floats(allow_nan=True), st.floats(-10.0, 10.0), st.integers(-3, 300), st.sampled_from([0, 1, -1, 1e-9, 10**400]))
 WORDS = st.text(max_size=5) | st.sampled_from(["1.0", "nan", "", "true"])
 ANYTHING = st.one_of(NUMBERS, st.none(), st.booleans(), WORDS, st.lists(NUMBERS | WORDS, max_size=5),
                      st.dictionaries(st.text(max_size=5), NUMBERS, max_size=2))
