@@ -55,7 +55,8 @@ class Rules(NamedTuple):
 
 @dataclass
 class Result:
-    """A drive as it is reported. commands: (n, 3) throttle, brake and steer that answered each sample, NaN where none did;
+    """A drive as it is reported. commands: (n, 3) throttle, brake and steer that answered each sample, or else were in
+    force, NaN where none were;
     planned: (m, 2) distance and planned speed; limit_mps: (N,) the greatest speed at each point of the route."""
 
     figures: dict
@@ -211,7 +212,7 @@ class Watch:
         self.drive.update(time_s, x_m, y_m, yaw_rad, speed_mps)
         if self._journal is None:
             self._stamps.append(stamp_ns)
-            self._fallbacks.append(None)
+            self._fallbacks.append(self._fallbacks[-1] if self._fallbacks else None)
         return True
 
     def _on_command(self, stamp_ns, throttle, brake, steer) -> None:
