@@ -134,7 +134,8 @@ class Sim:
         node = message._connection_header["callerid"]
         with self.lock:
             if not self.seat.admits(node, self.world.tick):
-                rospy.logwarn_throttle(5.0, f"sim: unheeded commands of {node} on {self.command_topic}: {self.seat.driver} drives; stop one of them")
+                rospy.logwarn_throttle(5.0, f"sim: unheeded commands of {node} on {self.command_topic}: {self.seat.driver} drives; "
+                                       "stop one of them")
                 return
             if self.sync and stamp != UNSTAMPED:
                 if stamp <= self.obeyed_stamp:
@@ -236,7 +237,7 @@ class Sim:
         """Repeat the first tick until a command answers it and all who must see every tick are connected."""
         limit = time.monotonic() + self.start_patience_s
         while not rospy.is_shutdown() and time.monotonic() < limit:
-            if (self.stamps_seen if self.sync else self.commanded) and self.wait_for_nodes <= self.listeners():
+            if self.commanded and self.wait_for_nodes <= self.listeners():
                 break
             with self.lock:
                 self.publish([])

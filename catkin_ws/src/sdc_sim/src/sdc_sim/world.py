@@ -10,7 +10,7 @@ from sdc_sim.collision import Rectangle
 from sdc_sim.control import Control
 from sdc_sim.obstacles import Body, Obstacles, Plan, Touch
 from sdc_sim.sensing import Delay, OdometryNoise
-from sdc_sim.traffic_lights import TrafficLights
+from sdc_sim.traffic_lights import Lamp, TrafficLights
 from sdc_sim.vehicle import Vehicle, VehicleCommand, VehicleState
 
 _NANOSECONDS = 1_000_000_000
@@ -213,10 +213,12 @@ def _between(before: VehicleState, after: VehicleState, share: float):
 
 def _plain(sensed: Snapshot) -> list:
     state, measured = sensed.state, sensed.measured
-    return [sensed.stamp, list(vars(state).values()), None if measured is state else list(vars(measured).values()), sensed.bodies]
+    return [sensed.stamp, list(vars(state).values()), None if measured is state else list(vars(measured).values()), sensed.bodies,
+            sensed.lamps]
 
 
 def _snapshot(plain: list) -> Snapshot:
-    stamp, state, measured, bodies = plain
+    stamp, state, measured, bodies, lamps = plain
     state = VehicleState(*state)
-    return Snapshot(tuple(stamp), state, state if measured is None else VehicleState(*measured), tuple(Body(*body) for body in bodies))
+    return Snapshot(tuple(stamp), state, state if measured is None else VehicleState(*measured),
+                    tuple(Body(*body) for body in bodies), tuple(Lamp(*lamp) for lamp in lamps))
