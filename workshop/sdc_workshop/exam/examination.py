@@ -1,7 +1,7 @@
 """Judges the steps of a workspace, in their order."""
 from __future__ import annotations
 
-from sdc_workshop.exam.answer import PASSED, Answer
+from sdc_workshop.exam.answer import Answer
 from sdc_workshop.exam.camera_subject import CameraSubject, LaneFilterSubject
 from sdc_workshop.exam.cmake_subject import CMakeSubject, PackageXmlSubject
 from sdc_workshop.exam.controller_subject import BasicControlSubject, PathFollowingSubject
@@ -12,7 +12,6 @@ from sdc_workshop.exam.library_subjects import OdometrySubject, PidSubject, Stan
 from sdc_workshop.exam.local_planner_subject import LocalPlannerSubject
 from sdc_workshop.exam.mission_planner_subject import MissionPlannerSubject
 from sdc_workshop.exam.student import Student
-from sdc_workshop.exam.subject import BUILD, solution_md5
 from sdc_workshop.steps import Step
 
 SUBJECTS = (

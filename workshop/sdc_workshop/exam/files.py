@@ -43,7 +43,7 @@ def message_answer(name: str, student, _stage) -> Answer:
         folder = student.src / PACKAGE / "msg"
         near = difflib.get_close_matches(f"{name}.msg", os.listdir(folder) if folder.is_dir() else [], 1, 0.8)
         if near and not (SOLUTION / PACKAGE / "msg" / near[0]).is_file():
-            return Answer(WRONG, f"the file src/{file}", f"there is {near[0]}", f"Is the name misspelt? Rename it: capital and small letters count.", f"src/{PACKAGE}/msg/{near[0]}")
+            return Answer(WRONG, f"the file src/{file}", f"there is {near[0]}", "Is the name misspelt? Rename it: capital and small letters count.", f"src/{PACKAGE}/msg/{near[0]}")
         return Answer(UNFINISHED, f"the file src/{file}", "it is not there yet", "", f"src/{file}")
     wanted = load_msg_from_string(MsgContext(), (SOLUTION / file).read_text(encoding="utf-8"), f"{PACKAGE}/{name}")
     if not any(line.split("#")[0].strip() for line in text.splitlines()):

@@ -14,8 +14,8 @@ import yaml
 from sdc_workshop.exam.process import Program
 from sdc_workshop.exam.student import Student
 from sdc_workshop.exam.variant import Variant
-from sdc_workshop.regions import RegionError
 from sdc_workshop.exam.variant import make as make_variant
+from sdc_workshop.regions import RegionError
 from sdc_workshop.steps import load_steps
 from sdc_workshop.workspace import PACKAGE, SOLUTION
 
