@@ -3,11 +3,13 @@ import os
 import subprocess
 
 import pytest
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
 
 # The same examples in every run, and none fails for want of speed: a machine that is busy is no broken law.
 settings.register_profile("workshop", derandomize=True, deadline=None)
-settings.load_profile("workshop")
+# New examples in each run, and many of them, for a machine that has the night: HYPOTHESIS_PROFILE=nightly ./test -k fuzz
+settings.register_profile("nightly", max_examples=10_000, deadline=None, print_blob=True, suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "workshop"))
 
 _LIMIT_S = 400
 

@@ -11,7 +11,9 @@ from cv_bridge import CvBridge, CvBridgeError
 from sensor_msgs.msg import Image
 
 from sdc_package.lane_filter import LaneFilter, LaneFilterThresholds
-from sdc_package.node import parameter, refuse
+from sdc_package.node import LoopPublisher, parameter, refuse
+from sdc_package.picture import check_picture
+from sdc_package.surroundings import watch_surroundings
 
 
 class Camera:
@@ -31,7 +33,7 @@ class Camera:
         self.lock = threading.Lock()
         self.picture = None
 
-        self.publisher = rospy.Publisher("/camera/lane_mask", Image, queue_size=1)
+        self.publisher = LoopPublisher("/camera/lane_mask", Image)
         # TODO 3: listen to the front camera: every picture shall come to on_image
         rospy.Subscriber("/carla/ego_vehicle/camera/rgb/front/image_color", Image, self.on_image, queue_size=1,
                          buff_size=4 * 1024 * 1024, tcp_nodelay=True)
@@ -39,11 +41,12 @@ class Camera:
 
     def on_image(self, message):
         try:
+            check_picture(message)
             # TODO 4: turn the message into a picture for OpenCV, and find the lane markings in it (until then: return)
             image = self.bridge.imgmsg_to_cv2(message, "bgra8")
             mask = self.lane_filter.mask(image)
             # --------------------------------------------------------------------
-        except (CvBridgeError, ValueError) as error:
+        except (CvBridgeError, TypeError, ValueError) as error:
             rospy.logwarn_throttle(1.0, f"camera: refused a picture on {message._connection_header['topic']}: {error}")
             return
         self.publish(mask, message.header)
@@ -57,6 +60,7 @@ class Camera:
         self.publisher.publish(picture)
 
     def run(self):
+        watch_surroundings()
         if not self.show_window:
             rospy.spin()
             return

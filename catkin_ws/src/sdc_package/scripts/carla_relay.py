@@ -3,7 +3,7 @@
 import rospy
 from sdc_package.msg import CarlaEgoVehicleControl, CarlaVehicleControl
 
-from sdc_package.node import spin
+from sdc_package.surroundings import watch_surroundings
 
 
 class CarlaRelay:
@@ -19,7 +19,8 @@ class CarlaRelay:
             hand_brake=command.hand_brake, reverse=command.reverse, gear=-1 if command.reverse else 1, manual_gear_shift=False))
 
     def run(self):
-        spin()
+        watch_surroundings()
+        rospy.spin()
 
 
 if __name__ == "__main__":

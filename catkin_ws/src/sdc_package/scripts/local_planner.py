@@ -10,10 +10,13 @@ from sdc_package.msg import LocalPath, ObstacleArray, Path, Waypoint
 # --------------------------------------------------------------------------------
 from sdc_package.msg import CarlaTrafficLightInfoList, CarlaTrafficLightStatusList
 
+from sdc_package.figures import check_positive
+from sdc_package.kept_state import KeptState
 from sdc_package.node import LoopPublisher, parameter, refuse
 from sdc_package.obstacles import Caution, Obstacle
 from sdc_package.odometry import pose_and_speed, yaw_from_quaternion
 from sdc_package.planning import LocalPlanner, SpeedLimits
+from sdc_package.surroundings import watch_surroundings
 from sdc_package.traffic_lights import LightCaution, TrafficLights
 from sdc_package.waypoint_search import WaypointSearch
 
@@ -32,13 +35,15 @@ class LocalPlannerNode:
                 lateral_jerk_mps3=parameter("lateral_jerk_mps3"))
             self.caution = Caution(**parameter("caution"))
             self.lights = TrafficLights(LightCaution(**parameter("traffic_lights")))
+            self.lookahead_m = parameter("lookahead_m")
+            self.join_within_m = parameter("join_within_m")
+            check_positive(lookahead_m=self.lookahead_m, join_within_m=self.join_within_m)
         except (TypeError, ValueError) as error:
             refuse(f"{error}; mend it in config/local_planner.yaml")
-        self.lookahead_m = parameter("lookahead_m")
-        self.join_within_m = parameter("join_within_m")
 
         self.lock = threading.Lock()
         self.planner = None
+        self.kept = KeptState()
         self.search = None
         self.odometry = None
         self.answered_stamp = None
@@ -65,6 +70,10 @@ class LocalPlannerNode:
             rospy.logerr("local_planner: refused the mission on /planner/mission_waypoints: %s", error)
             return
         with self.lock:
+            if self.planner is not None and self.planner.is_for(waypoints):
+                return  # a mission planner that was started again repeats its mission
+            if planner.recall(self.kept.load()):
+                rospy.logwarn("local_planner: was killed; looks for the car where it was, %.0f m along its route", planner.place.s_m)
             self.planner = planner
             self.search = WaypointSearch(planner.route.points)
 
@@ -118,6 +127,7 @@ class LocalPlannerNode:
             return
         self.publish(rows)
         self.answered_stamp = odometry.header.stamp
+        self.kept.save(self.planner.memory())
 
     def publish(self, rows):
         # TODO 8: a LocalPath with one Waypoint for each row x, y, v: publish it (until then: pass)
@@ -125,6 +135,7 @@ class LocalPlannerNode:
         # ------------------------------------------------------------------------
 
     def run(self):
+        watch_surroundings()
         rospy.spin()
 
 

@@ -6,6 +6,7 @@ from sdc_package.msg import BaseWaypoint, Path
 # --------------------------------------------------------------------------------
 
 from sdc_package.node import parameter, refuse
+from sdc_package.surroundings import watch_surroundings
 from sdc_package.waypoints import WaypointError, load_waypoints
 
 
@@ -37,6 +38,7 @@ class MissionPlanner:
         # ------------------------------------------------------------------------
 
     def run(self):
+        watch_surroundings()
         # TODO 6: publish what was loaded (until then: pass)
         self.publish()
         # ------------------------------------------------------------------------

@@ -91,7 +91,7 @@ def test_preview_looks_ahead_in_time():
 
 
 def test_axles_must_lie_away_from_the_centre():
-    with pytest.raises(ValueError, match="axles"):
+    with pytest.raises(ValueError, match="front_m must be a positive"):
         Axles(front_m=0.0, rear_m=1.0, front_compliance=0.0, rear_compliance=0.0)
     with pytest.raises(ValueError, match="compliance"):
         Axles(front_m=1.0, rear_m=1.0, front_compliance=-0.1, rear_compliance=0.0)

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sdc_package.waypoints import WaypointError, load_waypoints
@@ -83,8 +83,16 @@ def test_a_picture_is_no_route(write):
         load_waypoints(write(b"\x89PNG\r\n\x1a\n\xff\xfe"))
 
 
-@given(st.binary(max_size=200) | st.text("0123456789.,-+einfax#\r\n ", max_size=200).map(str.encode))
-def test_any_bytes_give_a_route_or_one_clear_error(tmp_path_factory, content):
+NUMBERS = st.floats().map(repr) | st.floats(-1e4, 1e4).map("{:.3f}".format) | \
+    st.sampled_from(["", "nan", "-inf", "1e400", "0x10", "1_0", "x", "٣"])
+ROWS = st.lists(NUMBERS, max_size=4).map(",".join)
+FILES = st.binary(max_size=200) | st.text("0123456789.,-+einfax#\r\n \"", max_size=200).map(str.encode) \
+    | st.lists(ROWS, max_size=12).map("\n".join).map(str.encode)
+
+
+@settings(max_examples=max(500, settings.default.max_examples))
+@given(FILES)
+def test_fuzz_any_bytes_give_a_route_or_one_clear_error(tmp_path_factory, content):
     path = tmp_path_factory.getbasetemp() / "fuzz.csv"
     path.write_bytes(content)
     try:

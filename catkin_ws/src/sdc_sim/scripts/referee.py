@@ -13,6 +13,7 @@ from sdc_sim.msg import CarlaCollisionEvent
 from std_msgs.msg import String
 
 from sdc_package.node import parameter, refuse
+from sdc_package.surroundings import watch_surroundings
 from sdc_sim.drive import COMPLETED
 from sdc_sim.hearing import Hearing
 from sdc_sim.progress import Progress, closing_line
@@ -105,6 +106,7 @@ class Referee:
         """Write the report; returns the exit status."""
         self.wait_for_last_answers()
         with self.lock:
+            self.progress.tell_news(self.watch)
             if self.watch.drive is None or not self.watch.drive.samples:
                 rospy.logerr("referee: the drive ended before it began: no route or no odometry was heard")
                 return 1
@@ -122,6 +124,7 @@ class Referee:
         return 0 if result.figures["status"] == COMPLETED else 1
 
     def run(self):
+        watch_surroundings()
         while not (rospy.is_shutdown() or self.ended.wait(0.05)):
             with self.lock:
                 self.progress.update(self.watch, time.monotonic())

@@ -8,7 +8,8 @@ from nav_msgs.msg import Path as DisplayedPath
 from sdc_package.msg import LocalPath, Path
 from visualization_msgs.msg import Marker, MarkerArray
 
-from sdc_package.node import parameter, refuse, spin
+from sdc_package.node import parameter, refuse
+from sdc_package.surroundings import watch_surroundings
 from sdc_sim.road import Road
 from sdc_sim.road_paint import paint_road
 from sdc_sim.showing import car_markers, path_marker, road_markers, route_path
@@ -55,7 +56,8 @@ class Show:
 
     def run(self):
         self.car_publisher.publish(car_markers())
-        spin()
+        watch_surroundings()
+        rospy.spin()
 
 
 if __name__ == "__main__":

@@ -136,7 +136,8 @@ class Sim:
         node = message._connection_header["callerid"]
         with self.lock:
             if not self.seat.admits(node, self.world.tick):
-                rospy.logwarn_throttle(5.0, f"sim: unheeded commands of {node} on {self.command_topic}: {self.seat.driver} drives; stop one of them")
+                rospy.logwarn_throttle(5.0, f"sim: unheeded commands of {node} on {self.command_topic}: {self.seat.driver} drives; "
+                                       "stop one of them")
                 return
             if self.sync and stamp != UNSTAMPED:
                 if stamp <= self.obeyed_stamp:

@@ -80,12 +80,12 @@ class Watch:
         rows = [(message.header.stamp.to_sec(), pose_and_speed(message)[3]) for message in list(self.odometry.messages)]
         return np.array([row for row in rows if row[0] >= since])
 
-    def braking_since(self, since):
+    def braking_since(self, since, least_brake=0.01):
         """Seconds from `since` until the car obeyed the brake, None if it did not."""
         for status in list(self.status.messages):
             # A status shows the command of the tick that led to it.
             obeyed_at = status.header.stamp.to_sec() - TICK_S
-            if obeyed_at >= since - 1e-6 and status.control.brake > 0.0:
+            if obeyed_at >= since - 1e-6 and status.control.brake >= least_brake:
                 return obeyed_at - since
         return None
 
@@ -102,8 +102,8 @@ class Watch:
 
     def worst_error_m(self, since=0.0):
         """Farthest that the car's centre has come off the route's line since then, wherever along it."""
-        return max(self.route.locate(*pose_and_speed(message)[:3]).distance_m for message in list(self.odometry.messages)
-                   if message.header.stamp.to_sec() >= since)
+        return max(self.route.project(*pose_and_speed(message)[:2], 0.0, 0.0, self.route.length_m).distance_m
+                   for message in list(self.odometry.messages) if message.header.stamp.to_sec() >= since)
 
     def clock_went_back(self):
         """Whether any tick of the clock was before the one heard before it."""

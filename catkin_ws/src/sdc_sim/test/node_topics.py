@@ -110,8 +110,8 @@ class TopicsTest(unittest.TestCase):
 
     def pictures(self):
         good = Image(height=48, width=64, encoding="bgra8", step=256, data=bytes(48 * 256))
-        spoilt = [{"encoding": "nonsense"}, {"encoding": ""}, {"encoding": "32FC1"}, {"height": 480}, {"width": 0, "height": 0, "data": b""},
-                  {"step": 7}, {"data": b"short"}, {"width": 2**31, "height": 2**31}, {"encoding": "mono8"}, {"encoding": "yuv422"},
+        spoilt = [*({"encoding": name} for name in ("nonsense", "", "32FC1", "mono8", "yuv422")), {"height": 480}, {"step": 7},
+                  {"width": 0, "height": 0, "data": b""}, {"data": b"short"}, {"width": 2**31, "height": 2**31},
                   {"height": 1, "data": bytes(256)}, {"width": 1, "height": 1, "step": 4, "data": bytes(4)}]
         for changes in spoilt:
             picture = copy.copy(good)

@@ -42,10 +42,10 @@ def drive(environment, folder, *arguments, limit_s=200):
                           stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace")
 
 
-def test_drives_to_the_end_from_any_folder_twice_the_same(environment, tmp_path):
+def test_drives_to_the_end_from_any_folder_twice_the_same_and_a_third_time_from_its_bag(environment, tmp_path):
     traces = []
-    for name, camera in (("first", "true"), ("second", "false")):
-        done = drive(environment, tmp_path, "sync:=true", f"camera:={camera}", f"report:={name}/report.json")
+    for name, camera, record in (("first", "true", "false"), ("second", "false", "true")):
+        done = drive(environment, tmp_path, "sync:=true", f"camera:={camera}", f"record:={record}", f"report:={name}/report.json")
         assert done.returncode == 0, done.stdout
         assert "Traceback" not in done.stdout
         with open(tmp_path / name / "report.json", encoding="utf-8") as file:
@@ -55,8 +55,17 @@ def test_drives_to_the_end_from_any_folder_twice_the_same(environment, tmp_path)
         assert report["cross_track_rms_m"] < 0.1
         assert report["cross_track_max_m"] < 0.3
         assert (tmp_path / name / "report.png").stat().st_size > 10_000
+        page = (tmp_path / name / "report.html").read_text()
+        assert page.count("data:image/jpeg") == (6 if camera == "true" else 0)
         traces.append((tmp_path / name / "report.csv").read_bytes())
     assert traces[0] == traces[1], "lockstep is repeatable to the bit, with a camera and without"
+
+    done = subprocess.run(["roslaunch", "sdc_sim", "replay.launch", "bag:=second/report.bag"], env={**environment, "PWD": str(tmp_path)},
+                          cwd=tmp_path, timeout=60, check=False, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    assert "Traceback" not in done.stdout
+    assert (tmp_path / "report" / "replay.csv").read_bytes() == traces[1]
+    again = json.loads((tmp_path / "report" / "replay.json").read_text())
+    assert again == {**report, "wall_duration_s": None, "real_time_factor": None}, "no clock runs when a bag is read"
 
 
 def test_bad_route_ends_before_the_car_moves(environment, tmp_path):

@@ -6,9 +6,13 @@ import os
 
 import numpy as np
 import pytest
+import yaml
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from sdc_package.route import Route
 from sdc_package.waypoints import load_waypoints
+from sdc_sim.obstacles import KINDS, Obstacles
 from sdc_sim.scenario import load_obstacles
 from sdc_sim.yaml_reading import ScenarioError
 
@@ -110,3 +114,44 @@ def test_file_that_is_not_there_or_no_text(tmp_path):
     (tmp_path / "picture.png").write_bytes(b"\x89PNG\xff\xfe")
     with pytest.raises(ScenarioError, match="no text"):
         load_obstacles(str(tmp_path / "picture.png"), ROUTE)
+
+
+# YAML as an author might have meant it, with everything that can be wrong in it: keys, kinds of values, nesting, tags.
+ODD_WORDS = ["route", "map", ".nan", "1e999", "!!python/object/apply:os.getpid []", "!radians 1", "&a", "*a"]
+SCALARS = st.one_of(st.none(), st.booleans(), st.integers(-10, 10**30), st.floats(), st.text(max_size=8),
+                    st.sampled_from([*KINDS, *ODD_WORDS]))
+KEYS = st.text(max_size=4) | st.sampled_from(
+    ["frame", "obstacles", "kind", "at", "yaw_rad", "path", "speed_mps", "start_s", "trigger_m", "size_m", "<<"])
+POINTS = st.lists(st.floats(-300.0, 300.0), min_size=2, max_size=2)
+SIZES = st.lists(st.floats(0.0, 60.0), min_size=3, max_size=3)
+VALUES = st.recursive(SCALARS | POINTS | st.lists(POINTS, max_size=3),
+                      lambda inner: st.lists(inner, max_size=4) | st.dictionaries(KEYS | SCALARS, inner, max_size=4), max_leaves=12)
+OBSTACLES = st.fixed_dictionaries({"kind": st.sampled_from(sorted(KINDS)) | SCALARS}, optional={
+    "at": POINTS | VALUES, "path": st.lists(POINTS, max_size=4) | VALUES, "speed_mps": st.floats(0.0, 70.0) | VALUES, "start_s": VALUES,
+    "trigger_m": VALUES, "yaw_rad": st.floats(-8.0, 8.0) | VALUES, "size_m": SIZES | VALUES})
+NEARLY = st.fixed_dictionaries({"frame": st.sampled_from(["map", "route"]) | SCALARS,
+                                "obstacles": st.lists(OBSTACLES, max_size=3) | VALUES})
+TEXTS = st.one_of((NEARLY | VALUES).map(lambda data: yaml.safe_dump(data, allow_unicode=True)), NEARLY.map(str), st.text(max_size=60),
+                  st.text("frame: map\nobstcl-[]{},.&*!|>'\"%@0123456789", max_size=120))
+CONTENTS = TEXTS.map(lambda text: text.encode("utf-8", "surrogatepass")) | st.binary(max_size=80)
+
+
+@settings(max_examples=max(500, settings.default.max_examples), suppress_health_check=list(HealthCheck))
+@given(CONTENTS)
+def test_fuzz_any_file_is_a_scenario_or_one_clear_refusal(tmp_path_factory, content):
+    path = tmp_path_factory.getbasetemp() / "fuzz.yaml"
+    path.write_bytes(content)
+    try:
+        plans = load_obstacles(str(path), ROUTE)
+    except ScenarioError as refusal:
+        assert str(refusal).startswith(str(path))
+        assert "\n" not in str(refusal)
+    else:
+        for body in Obstacles(plans).bodies:
+            assert all(map(math.isfinite, body[2:]))
+
+
+@pytest.mark.parametrize("text", ["[" * 5000, "{a: " * 5000, "- " * 5000])
+def test_a_file_nested_without_end_is_refused(tmp_path, text):
+    with pytest.raises(ScenarioError, match="nested too deep|no YAML"):
+        load(tmp_path, text)

@@ -11,7 +11,9 @@ from cv_bridge import CvBridge, CvBridgeError
 from sensor_msgs.msg import Image
 
 from sdc_package.lane_filter import LaneFilter, LaneFilterThresholds
-from sdc_package.node import parameter, refuse
+from sdc_package.node import LoopPublisher, parameter, refuse
+from sdc_package.picture import check_picture
+from sdc_package.surroundings import watch_surroundings
 
 
 class Camera:
@@ -30,16 +32,17 @@ class Camera:
         self.lock = threading.Lock()
         self.picture = None
 
-        self.publisher = rospy.Publisher("/camera/lane_mask", Image, queue_size=1)
+        self.publisher = LoopPublisher("/camera/lane_mask", Image)
         # TODO 3: listen to the front camera: every picture shall come to on_image
         # ------------------------------------------------------------------------
 
     def on_image(self, message):
         try:
+            check_picture(message)
             # TODO 4: turn the message into a picture for OpenCV, and find the lane markings in it (until then: return)
             return
             # --------------------------------------------------------------------
-        except (CvBridgeError, ValueError) as error:
+        except (CvBridgeError, TypeError, ValueError) as error:
             rospy.logwarn_throttle(1.0, f"camera: refused a picture on {message._connection_header['topic']}: {error}")
             return
         self.publish(mask, message.header)
@@ -53,6 +56,7 @@ class Camera:
         self.publisher.publish(picture)
 
     def run(self):
+        watch_surroundings()
         if not self.show_window:
             rospy.spin()
             return

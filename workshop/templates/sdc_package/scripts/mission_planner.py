@@ -5,6 +5,7 @@ import rospy
 # --------------------------------------------------------------------------------
 
 from sdc_package.node import parameter, refuse
+from sdc_package.surroundings import watch_surroundings
 from sdc_package.waypoints import WaypointError, load_waypoints
 
 
@@ -28,6 +29,7 @@ class MissionPlanner:
         # ------------------------------------------------------------------------
 
     def run(self):
+        watch_surroundings()
         # TODO 6: publish what was loaded (until then: pass)
         pass
         # ------------------------------------------------------------------------

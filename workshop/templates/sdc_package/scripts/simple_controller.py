@@ -11,6 +11,7 @@ from nav_msgs.msg import Odometry
 
 from sdc_package.axles import Axles
 from sdc_package.car import PedalMap, SteeringMap
+from sdc_package.figures import check_between, check_positive
 from sdc_package.local_path import LocalPath as Road
 from sdc_package.node import LoopPublisher, parameter, refuse
 from sdc_package.odometry import pose_and_speed
@@ -18,6 +19,7 @@ from sdc_package.pid import PidGains
 from sdc_package.route import wrap_angle
 from sdc_package.speed import SpeedControl, SpeedControlLimits
 from sdc_package.steering import load_steering, section_of
+from sdc_package.surroundings import watch_surroundings
 
 LONGEST_STEP_S = 0.2
 
@@ -32,6 +34,9 @@ class SimpleController:
         self.patience_s = parameter("patience_s")
         self.stop_brake = parameter("stop_brake")
         try:
+            check_between(0.0, 1.0, basic_throttle=self.basic_throttle, stop_brake=self.stop_brake)
+            check_between(-1.0, 1.0, basic_steer=self.basic_steer)
+            check_positive(patience_s=self.patience_s)
             method = parameter("steering_method")
             self.steering = load_steering(method, rospy.get_param("~" + section_of(method), None), Axles(**parameter("axles")))
             self.speed_control = SpeedControl(PidGains(**parameter("pid")), SpeedControlLimits(**parameter("limits")))
@@ -74,6 +79,8 @@ class SimpleController:
                 self.publish(self.basic_throttle, self.basic_steer, 0.0)
             elif self.path_waits:
                 self.answer()
+            elif self.path_heard_at and self.silent_topic(odometry.header.stamp):
+                self.stop("path")
 
     def on_path(self, path):
         with self.lock:
@@ -117,11 +124,19 @@ class SimpleController:
         """Brake when the world or the planner has fallen silent."""
         with self.lock:
             silent = self.silent_topic(rospy.Time.now())
-            if silent is None:
-                return
-            rospy.logwarn_throttle(5.0, f"simple_controller: no {silent} for {self.patience_s:g} s, braking")
-            self.speed_control.reset()
-            self.publish(0.0, 0.0, self.stop_brake)
+            if silent is not None:
+                self.stop(silent)
+
+    def stop(self, silent):
+        """Brake for want of `silent`, along the last known road, or with the wheel as it was. The command bears no stamp: it answers no
+        odometry, and a simulator in lockstep goes on waiting for the node that will."""
+        rospy.logwarn_throttle(5.0, f"simple_controller: no {silent} for {self.patience_s:g} s, braking")
+        self.speed_control.reset()
+        steer = self.last_command.steer if self.last_command is not None else 0.0
+        if silent == "path" and self.road.line is not None:
+            x, y, yaw, speed = pose_and_speed(self.odometry)
+            steer, _ = self.steering_map.command(self.steering.wheel_angle(self.road, x, y, yaw, speed), speed)
+        self.publisher.publish(CarlaVehicleControl(steer=steer, brake=self.stop_brake))
 
     def silent_topic(self, now):
         """What has not been heard for too long. A path's age is reckoned in odometry stamps: the clock comes on a connection of
@@ -139,6 +154,7 @@ class SimpleController:
         # ------------------------------------------------------------------------
 
     def run(self):
+        watch_surroundings()
         rospy.spin()
 
 

@@ -1,59 +1,38 @@
-"""A screen that nobody sees, with a real mouse and keyboard: Xvfb and xdotool, for the tests of the window."""
+"""A screen that nobody sees, for the tests of the window: what VirtualDisplay does, and what Qt's windows need besides."""
 from __future__ import annotations
 
 import ctypes
-import os
-import subprocess
-import time
+
+from sdc_package.listening import wait_until
+from sdc_package.virtual_display import VirtualDisplay
 
 WINDOW_SECONDS = 30.0  # at most, from a node's start to its window
 
 
-class VirtualScreen:
-    """An X server of its own on a free display. Use it in a `with`, or call stop()."""
+class VirtualScreen(VirtualDisplay):
+    """Lives from its making until stop(), or the end of its `with`."""
 
     def __init__(self, width=1200, height=760):
-        reader, writer = os.pipe()
-        self._server = subprocess.Popen(
-            ["Xvfb", "-displayfd", str(writer), "-screen", "0", f"{width}x{height}x24", "-nolisten", "tcp"],
-            pass_fds=[writer], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        os.close(writer)
-        with os.fdopen(reader) as pipe:
-            number = pipe.readline().strip()  # the server writes it once it takes clients
-        if not number:
-            raise RuntimeError("Xvfb did not start: apt-get install xvfb")
-        self.display = f":{number}"
-        self.environment = dict(os.environ, DISPLAY=self.display, QT_QPA_PLATFORM="xcb")
+        super().__init__(width, height)
+        super().__enter__()
+        self.display = self.environment["DISPLAY"]
+        self.environment["QT_QPA_PLATFORM"] = "xcb"
         self.environment.pop("WAYLAND_DISPLAY", None)
 
     def __enter__(self):
         return self
 
-    def __exit__(self, *_error):
-        self.stop()
-
     def stop(self):
         """Ends the X server."""
-        self._server.terminate()
-        self._server.wait()
+        self.__exit__()
 
     def xdotool(self, *arguments):
-        """Runs xdotool, which moves the screen's mouse and presses its keys; returns what it prints."""
-        return subprocess.run(["xdotool", *map(str, arguments)], env=self.environment, check=True, timeout=60,
-                              stdout=subprocess.PIPE, text=True).stdout.strip()
+        """Runs xdotool, which moves the screen's mouse and presses its keys."""
+        self._xdotool(*map(str, arguments), check=True)
 
     def find_window(self, name):
         """The id of the window with this name, as soon as it is shown; gives it the keyboard."""
-        end = time.monotonic() + WINDOW_SECONDS
-        while True:
-            search = subprocess.run(["xdotool", "search", "--onlyvisible", "--name", name], env=self.environment,
-                                    check=False, timeout=60, stdout=subprocess.PIPE, text=True)
-            if search.stdout.strip():
-                break
-            if time.monotonic() > end:
-                raise AssertionError(f"no window called {name!r} was shown within {WINDOW_SECONDS} s")
-            time.sleep(0.1)
-        window = search.stdout.split()[0]
+        window = wait_until(lambda: self.windows(name), WINDOW_SECONDS, f"a window called {name!r}")[0]
         self.xdotool("windowfocus", "--sync", window)
         return window
 

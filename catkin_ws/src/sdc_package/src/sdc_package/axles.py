@@ -4,6 +4,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from sdc_package.figures import check_not_negative, check_positive
 from sdc_package.local_path import Polyline
 
 # A bend so tight that the rear axle would stand still is no bend a car can drive.
@@ -21,10 +22,8 @@ class Axles:
     rear_compliance: float
 
     def __post_init__(self):
-        if not (self.front_m > 0.0 and self.rear_m > 0.0):
-            raise ValueError(f"both axles lie away from the centre, got {self}")
-        if not (self.front_compliance >= 0.0 and self.rear_compliance >= 0.0):
-            raise ValueError(f"a cornering compliance is not negative, got {self}")
+        check_positive(front_m=self.front_m, rear_m=self.rear_m)
+        check_not_negative(front_compliance=self.front_compliance, rear_compliance=self.rear_compliance)
 
     @property
     def wheelbase_m(self) -> float:

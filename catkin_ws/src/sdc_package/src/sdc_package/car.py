@@ -7,6 +7,8 @@ from typing import Sequence
 
 import numpy as np
 
+from sdc_package.figures import check_between, check_not_negative, check_positive, is_number
+
 
 @dataclass(frozen=True)
 class SteeringMap:
@@ -21,8 +23,11 @@ class SteeringMap:
     shares: Sequence[float]
 
     def __post_init__(self):
-        if not 0.0 < self.max_wheel_angle_rad < 0.5 * math.pi:
-            raise ValueError(f"max_wheel_angle_rad must lie between 0 and pi/2, got {self.max_wheel_angle_rad}")
+        check_between(1e-3, 0.499 * math.pi, max_wheel_angle_rad=self.max_wheel_angle_rad)
+        for name in ("speeds_mps", "shares"):
+            values = getattr(self, name)
+            if not (isinstance(values, (list, tuple)) and all(map(is_number, values))):
+                raise ValueError(f"{name} of the steering must be a list of numbers, got {values!r}")
         if len(self.speeds_mps) != len(self.shares) or not len(self.speeds_mps):
             raise ValueError("steer speeds and shares must be lists of the same length")
         if any(b <= a for a, b in zip(self.speeds_mps, self.speeds_mps[1:])) or min(self.shares) <= 0.0:
@@ -50,13 +55,9 @@ class PedalMap:
     coast_mps2: float
 
     def __post_init__(self):
-        if not 0.0 <= self.throttle_deadband < 1.0:
-            raise ValueError(f"throttle_deadband must lie in 0..1, got {self.throttle_deadband}")
-        for name in ("throttle_gain_mps2", "brake_gain_mps2"):
-            if not getattr(self, name) > 0.0:
-                raise ValueError(f"{name} must be positive, got {getattr(self, name)}")
-        if not self.coast_mps2 >= 0.0:
-            raise ValueError(f"coast_mps2 must not be negative, got {self.coast_mps2}")
+        check_between(0.0, 0.99, throttle_deadband=self.throttle_deadband)
+        check_positive(throttle_gain_mps2=self.throttle_gain_mps2, brake_gain_mps2=self.brake_gain_mps2)
+        check_not_negative(coast_mps2=self.coast_mps2)
 
     def pedals(self, acceleration_mps2: float):
         """(throttle, brake), each in 0..1 and never both, for a wanted acceleration."""

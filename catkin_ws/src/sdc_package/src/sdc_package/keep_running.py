@@ -1,4 +1,4 @@
-"""Starts a node again when a signal has killed it, as the launch-prefix of its <node>: python3 -m sdc_package.keep_running COMMAND [ARGUMENT ...]
+"""Starts a node again when a signal has killed it. As the launch-prefix of its <node>: python3 -m sdc_package.keep_running
 
 roslaunch starts a node again however it ended (respawn), or ends everything with it (required), but never both. With this in
 front, required="true" keeps its meaning for a node that ends by itself, and one that is killed comes back.

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from sdc_package.figures import check_between
+
 
 @dataclass(frozen=True)
 class LaneFilterThresholds:
@@ -17,12 +19,8 @@ class LaneFilterThresholds:
     horizon_fraction: float
 
     def __post_init__(self):
-        for name in ("gradient", "saturation", "lightness"):
-            value = getattr(self, name)
-            if not 0 <= value <= 255:
-                raise ValueError(f"{name} must lie in 0..255, got {value}")
-        if not 0.0 <= self.horizon_fraction < 1.0:
-            raise ValueError(f"horizon_fraction must lie in 0..1, got {self.horizon_fraction}")
+        check_between(0, 255, gradient=self.gradient, saturation=self.saturation, lightness=self.lightness)
+        check_between(0.0, 0.99, horizon_fraction=self.horizon_fraction)
 
 
 class LaneFilter:

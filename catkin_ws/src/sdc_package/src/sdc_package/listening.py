@@ -11,7 +11,8 @@ _SHOWN = 2000
 
 
 class Listener:
-    """Collects the messages of a topic that `heeds` says True to. Waiting is done on the wall clock, so that it ends even where no /clock runs."""
+    """Collects the messages of a topic that `heeds` says True to. Waiting is done on the wall clock, so that it ends even where
+    no /clock runs."""
 
     def __init__(self, topic: str, message_class, heeds=lambda message: True):
         self.topic = topic

@@ -48,12 +48,6 @@ class LoopPublisher(rospy.Publisher):
                 raise
 
 
-def spin() -> None:
-    """Wait until the node is to end; meanwhile it says what it waits for when the world's clock stands."""
-    watch_surroundings()
-    rospy.spin()
-
-
 def spin_beside(loop) -> None:
     """Run `loop()` in a thread of its own until it ends or the node shuts down; raises what it raised.
 
@@ -69,7 +63,8 @@ def spin_beside(loop) -> None:
             failures.append(error)
         rospy.signal_shutdown("the loop has ended")
 
+    watch_surroundings()
     threading.Thread(target=run, daemon=True).start()
-    spin()
+    rospy.spin()
     if failures and not isinstance(failures[0], rospy.ROSInterruptException):
         raise failures[0]

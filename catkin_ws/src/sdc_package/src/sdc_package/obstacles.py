@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sdc_package.figures import check_not_negative
 from sdc_package.route import Route
 
 # Instants ahead at which a moving obstacle is looked for: who steps onto the lane is seen before he is there.
@@ -36,6 +37,9 @@ class Caution:
     gap_m: float
     car_front_m: float
     car_width_m: float
+
+    def __post_init__(self):
+        check_not_negative(**vars(self))
 
 
 def speed_caps(route: Route, s: np.ndarray, from_s_m: float, obstacles, caution: Caution, braking_mps2: float,

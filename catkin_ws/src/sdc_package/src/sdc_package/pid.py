@@ -4,6 +4,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from sdc_package.figures import check_finite
+
 # Two measurements closer in time than this tell nothing about a rate.
 _SHORTEST_STEP_S = 1e-6
 
@@ -16,6 +18,9 @@ class PidGains:
     ki: float = 0.0
     kd: float = 0.0
 
+    def __post_init__(self):
+        check_finite(**vars(self))
+
 
 class Pid:
     """PID with clamped output; the integral stops growing while the output is saturated (conditional integration).
@@ -27,8 +32,6 @@ class Pid:
     def __init__(self, gains: PidGains, lower: float, upper: float):
         if not lower < upper:
             raise ValueError(f"the lower limit {lower} must lie below the upper limit {upper}")
-        if not all(map(math.isfinite, (gains.kp, gains.ki, gains.kd))):
-            raise ValueError(f"gains must be finite, not {gains}")
         self.gains = gains
         self.lower = lower
         self.upper = upper

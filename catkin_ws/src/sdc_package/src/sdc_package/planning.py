@@ -2,10 +2,12 @@
 from __future__ import annotations
 
 import math
+import zlib
 from dataclasses import dataclass
 
 import numpy as np
 
+from sdc_package.figures import check_positive
 from sdc_package.obstacles import Caution, speed_caps
 from sdc_package.route import Route, respace
 from sdc_package.traffic_lights import TrafficLights
@@ -37,9 +39,7 @@ class SpeedLimits:
     start_mps: float = 0.5
 
     def __post_init__(self):
-        for name, value in vars(self).items():
-            if not value > 0.0 or (math.isinf(value) and name != "lateral_jerk_mps3"):
-                raise ValueError(f"{name} must be a positive number, got {value}")
+        check_positive(**{name: value for name, value in vars(self).items() if value != math.inf or name != "lateral_jerk_mps3"})
 
 
 def speed_profile(route: Route, limits: SpeedLimits) -> np.ndarray:
@@ -86,9 +86,9 @@ class LocalPlanner:
     """
 
     def __init__(self, waypoints_m: np.ndarray, limits: SpeedLimits, lookahead_m: float, join_within_m: float, caution: Caution):
-        if not lookahead_m > 0.0:
-            raise ValueError(f"the look-ahead must be a positive number of metres, got {lookahead_m}")
+        check_positive(lookahead_m=lookahead_m, join_within_m=join_within_m)
         self.waypoints_m = waypoints_m
+        self._fingerprint = zlib.crc32(np.ascontiguousarray(waypoints_m, float).tobytes())
         self.route = Route(respace(waypoints_m, _SHORTEST_STEP_M, _LONGEST_STEP_M))
         self.speed = speed_profile(self.route, limits)
         self.lookahead_m = lookahead_m
@@ -133,6 +133,25 @@ class LocalPlanner:
             path = np.column_stack([path[:, :2], np.minimum(path[:, 2], caps)])
         return path
 
+    def is_for(self, waypoints_m: np.ndarray) -> bool:
+        """Whether this is a planner for that route."""
+        return np.array_equal(self.waypoints_m, waypoints_m)
+
+    def memory(self) -> dict:
+        """Where the car is on this route, as plain data; after the first plan."""
+        x_m, y_m = self._last_xy
+        return {"route": self._fingerprint, "s_m": self.place.s_m, "x_m": x_m, "y_m": y_m}
+
+    def recall(self, memory) -> bool:
+        """Look for the car from where `memory` of a planner before this one said: in the right pass of a route that comes by here
+        more than once. Returns whether it was a memory of this route."""
+        if not memory or memory["route"] != self._fingerprint:
+            return False
+        self._last_xy = memory["x_m"], memory["y_m"]
+        self.place = self.route.project(*self._last_xy, memory["s_m"], _WINDOW_BACK_M, _WINDOW_BACK_M)
+        self._window_ahead_m = _RESUME_WITHIN_M
+        return True
+
     def _first_on_this_pass(self, first: int, x_m: float, y_m: float) -> int:
         if not 0 <= first < len(self._path):
             raise ValueError(f"waypoint {first} is none of the route's {len(self._path)}")
@@ -144,16 +163,6 @@ class LocalPlanner:
         if abs(self.route.s[first] - self.place.s_m) <= 2.0 * _LONGEST_STEP_M:
             return first
         return int(np.searchsorted(self.route.s, self.place.s_m, side="left"))
-
-    def memory(self) -> list:
-        """Where the car was on the route and on the map, as plain data; nothing before the first plan."""
-        return [self.place.s_m, *self._last_xy] if self.place is not None else []
-
-    def recall(self, s_m: float, x_m: float, y_m: float) -> None:
-        """Look for the car from the place that `memory` said on: the right pass of a route that comes by here more than once."""
-        self.place = self.route.project(x_m, y_m, s_m, _WINDOW_BACK_M, _WINDOW_BACK_M)
-        self._last_xy = (x_m, y_m)
-        self._window_ahead_m = _RESUME_WITHIN_M
 
     def _follow(self, x_m: float, y_m: float, yaw_rad: float) -> None:
         place = None

@@ -9,8 +9,9 @@ from __future__ import annotations
 import math
 
 from sdc_package.axles import Axles, rear_axle_path
+from sdc_package.figures import check_not_negative, check_positive
 from sdc_package.local_path import LocalPath, Polyline
-from sdc_package.steering import Steering, check_not_negative, check_positive, predicted_pose
+from sdc_package.steering import Steering, predicted_pose
 
 # Beyond the look-ahead point the path is of no concern, but for the slip at that point.
 _BEYOND_M = 3.0

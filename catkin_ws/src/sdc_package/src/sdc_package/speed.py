@@ -3,6 +3,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from sdc_package.figures import check_positive
 from sdc_package.pid import Pid, PidGains
 
 
@@ -18,6 +19,9 @@ class SpeedControlLimits:
     hold_mps2: float
     preview_s: float
     preview_min_m: float
+
+    def __post_init__(self):
+        check_positive(**vars(self))
 
 
 class SpeedControl:

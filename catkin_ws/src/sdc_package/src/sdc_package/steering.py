@@ -112,24 +112,6 @@ def _did_you_mean(word, known) -> str:
     return f": did you mean '{close[0]}'?" if close else ""
 
 
-def check_positive(**figures) -> None:
-    """Raises ValueError, by name, for the first of these figures that is no positive, finite number."""
-    for name, value in figures.items():
-        if not (_is_number(value) and value > 0.0):
-            raise ValueError(f"{name} must be a positive number, got {value!r}")
-
-
-def check_not_negative(**figures) -> None:
-    """Raises ValueError, by name, for the first of these figures that is no finite number from 0 on."""
-    for name, value in figures.items():
-        if not (_is_number(value) and value >= 0.0):
-            raise ValueError(f"{name} must be a number that is not negative, got {value!r}")
-
-
-def _is_number(value) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
-
-
 def predicted_pose(x_m: float, y_m: float, yaw_rad: float, speed_mps: float, yaw_rate_radps: float, ahead_s: float):
     """(x_m, y_m, yaw_rad) of the car `ahead_s` from now, on the arc that it drives: makes up for the delay of computer and steering."""
     turned = min(max(yaw_rate_radps, -_FASTEST_YAW_RATE_RADPS), _FASTEST_YAW_RATE_RADPS) * ahead_s

@@ -10,6 +10,7 @@ import bisect
 import math
 from dataclasses import dataclass, fields, replace
 
+from sdc_package.figures import check_not_negative, check_positive
 from sdc_sim.vehicle import AIR_DENSITY_KGPM3, GRAVITY_MPS2, VehicleCommand, VehicleParameters
 
 
@@ -54,10 +55,9 @@ class AckermannGains:
     hold_brake: float               # 0..1
 
     def __post_init__(self):
-        for field in fields(self):
-            value = getattr(self, field.name)
-            if not (math.isfinite(value) and (value > 0.0 or (value == 0.0 and field.name == "ki_per_s2"))):
-                raise ValueError(f"ackermann.{field.name} must be positive, got {value}")
+        figures = vars(self)
+        check_positive(**{f"ackermann.{name}": value for name, value in figures.items() if name != "ki_per_s2"})
+        check_not_negative(**{"ackermann.ki_per_s2": figures["ki_per_s2"]})
 
 
 class AckermannControl:

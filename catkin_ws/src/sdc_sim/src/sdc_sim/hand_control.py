@@ -5,6 +5,7 @@ import math
 from dataclasses import dataclass
 from typing import Collection
 
+from sdc_package.figures import check_between, check_positive
 from sdc_sim.vehicle import VehicleCommand
 
 THROTTLE_KEYS = frozenset({"w", "up"})
@@ -50,12 +51,8 @@ class HandControlRates:
     steer_limit: float
 
     def __post_init__(self):
-        for name in ("throttle_per_s", "brake_per_s", "steer_per_s", "steer_return_per_s"):
-            value = getattr(self, name)
-            if not (value > 0.0 and math.isfinite(value)):
-                raise ValueError(f"{name} must be positive, got {value}")
-        if not 0.0 < self.steer_limit <= 1.0:
-            raise ValueError(f"steer_limit must lie in 0..1, got {self.steer_limit}")
+        check_positive(**vars(self))
+        check_between(0.01, 1.0, steer_limit=self.steer_limit)
 
 
 class HandControl:

@@ -50,8 +50,8 @@ h1.good { color: #2e8b57; } h1.bad { color: #c0392b; }
 .tile { background: #f1f3f4; border-radius: 0.6rem; padding: 0.7rem 1.2rem; flex: 1 1 9rem; }
 .tile b { display: block; font-size: 1.9rem; white-space: nowrap; } .tile span { color: #5f6368; }
 svg { width: 100%; height: auto; }
-.camera { display: grid; grid-template-columns: repeat(auto-fill, minmax(22rem, 1fr)); gap: 0.8rem; }
-figure { margin: 0; } figure img { width: 100%; border-radius: 0.4rem; display: block; } figcaption { color: #5f6368; }
+.camera { display: flex; flex-wrap: wrap; gap: 0.8rem; } figure { margin: 0; flex: 0 0 calc(33.3% - 0.6rem); }
+figure img { width: 100%; border-radius: 0.4rem; display: block; } figcaption { color: #5f6368; }
 table { border-collapse: collapse; } td, th { text-align: left; padding: 0.25rem 1.4rem 0.25rem 0; border-bottom: 1px solid #e3e5e8;
         vertical-align: top; }
 td.value { font-variant-numeric: tabular-nums; font-weight: 600; }
@@ -78,7 +78,8 @@ def page(result: Result, snapshots) -> str:
                     for name, value in headline(figures))
     parts = [
         f'<header><h1 class="{"good" if figures["status"] == "completed" else "bad"}">{status}</h1>'
-        f'<p>{figures["route_completion_percent"]:.0f} % of {figures["route_length_m"]:.0f} m in {figures["duration_s"]:.0f} s</p></header>',
+        f'<p>{figures["route_completion_percent"]:.0f} % of {figures["route_length_m"]:.0f} m '
+        f'in {figures["duration_s"]:.0f} s</p></header>',
         f'<div class="tiles">{tiles}</div>',
         _events(result),
         "<h2>The way</h2>", _svg(svg_map, result),
@@ -96,7 +97,9 @@ def _svg(draw, result: Result) -> str:
     text = file.getvalue().decode("utf-8")
     # Two drawings on one page: each needs names of its own for what it refers to.
     text = text[text.index("<svg"):]
-    return text.replace('id="', f'id="{draw.__name__}-').replace('href="#', f'href="#{draw.__name__}-').replace("url(#", f"url(#{draw.__name__}-")
+    for mark in ('id="', 'href="#', "url(#"):
+        text = text.replace(mark, f"{mark}{draw.__name__}-")
+    return text
 
 
 def _events(result: Result) -> str:
@@ -119,8 +122,8 @@ def _camera(snapshots) -> str:
 
 def _table(figures: dict) -> str:
     names = [*(name for name in MEANINGS if name in figures), *(name for name in figures if name not in MEANINGS)]
-    rows = "".join(f'<tr><td>{name}</td><td class="value">{html.escape(_shown(figures[name]))}</td><td>{html.escape(MEANINGS.get(name, ""))}</td></tr>'
-                   for name in names)
+    rows = "".join(f'<tr><td>{html.escape(name)}</td><td class="value">{html.escape(_shown(figures[name]))}</td>'
+                   f'<td>{html.escape(MEANINGS.get(name, ""))}</td></tr>' for name in names)
     return f"<table>{rows}</table>"
 
 

@@ -86,7 +86,8 @@ def draw_cross_track(axes, result: Result) -> None:
 
 def draw_heading(axes, result: Result) -> None:
     """Positive to the left of the route's direction."""
-    _draw_signed(axes, result.drive.column("s_m"), np.degrees(result.drive.column("heading_error_rad")), "heading error [degrees], left is positive", 2.0)
+    error_deg = np.degrees(result.drive.column("heading_error_rad"))
+    _draw_signed(axes, result.drive.column("s_m"), error_deg, "heading error [degrees], left is positive", 2.0)
 
 
 def draw_steer(axes, result: Result) -> None:

@@ -24,21 +24,25 @@ class Progress:
 
     def update(self, watch, wall_s: float) -> None:
         """Tell what there is to tell by now."""
-        if watch.write_failure is not None:
-            self.say_once(f"referee: {watch.write_failure.filename}: {watch.write_failure.strerror}; the drive goes on, and is kept in "
-                          "memory until its end; a referee that is killed cannot go on with it")
+        self.tell_news(watch)
         if watch.missing:
             self._say_missing(watch.missing, wall_s)
-            return
-        if watch.referee_restarts:
-            self.say_once(f"referee: goes on with the drive after a restart, at {watch.drive.completion_percent:.1f} %", "restart")
-        if watch.world_restarts:
-            self.say_once("referee: time went back: the world was started anew, and so is the drive", f"world {watch.world_restarts}")
-        if self._next_s is None or wall_s >= self._next_s:
+        elif self._next_s is None or wall_s >= self._next_s:
             self._next_s = wall_s + (_TERMINAL_S if self._in_place else _LOG_S)
             last = watch.drive.samples[-1]
             self.show(progress_line(watch.drive.completion_percent, last.speed_mps, last.cross_track_m, watch.time_left_s(),
                                     self._pace(wall_s, last.time_s)))
+
+    def tell_news(self, watch) -> None:
+        """Say once what a person should know of."""
+        failure = watch.write_failure
+        if failure is not None:
+            self.say_once(f"referee: {failure.filename}: {failure.strerror}; the drive goes on, and is kept in memory until its end; "
+                          "a referee that is killed cannot go on with it")
+        if watch.referee_restarts:
+            self.say_once(f"referee: goes on with the drive after a restart, at {watch.drive.completion_percent:.1f} %", "restart")
+        if watch.world_restarts:
+            self.say_once("referee: time went back: the world was started anew, and so is the drive", f"world {watch.world_restarts}")
 
     def _say_missing(self, topics, wall_s: float) -> None:
         if self._next_s is None:
@@ -85,9 +89,9 @@ class Progress:
 
 def progress_line(percent: float, speed_mps: float, cross_track_m: float, left_s: float, real_time_factor) -> str:
     """Share of the route, m/s, m (positive to the left), seconds of the drive's time, times real time or None."""
-    factor = "" if real_time_factor is None else f"  {real_time_factor:.1f} x real time"
+    factor = "" if real_time_factor is None else f" {real_time_factor:.1f}x real time"
     minutes, seconds = divmod(int(round(left_s)), 60)
-    return (f"referee: {percent:5.1f} %  {speed_mps:5.1f} m/s  cross-track error {cross_track_m:+.2f} m"
+    return (f"referee: {percent:4.1f} % {speed_mps:4.1f} m/s  cross-track error {cross_track_m:+.2f} m"
             f"  {minutes:d}:{seconds:02d} left{factor}")
 
 

@@ -99,7 +99,13 @@ class SideProcess:
 def serve(socket_number: int, work) -> None:
     """The other side: call work(item) for each item until the giver closes or ends."""
     with socket.socket(fileno=socket_number) as connection, connection.makefile("r", encoding="utf-8") as lines:
-        for line in lines:
+        while True:
+            try:
+                line = lines.readline()
+            except ConnectionError:
+                return  # the giver was killed
+            if not line:
+                return
             work(json.loads(line))
             try:
                 connection.send(b".")
