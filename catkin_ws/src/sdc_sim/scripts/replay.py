@@ -22,7 +22,7 @@ class Replay:
         self.pictures = parameter("pictures")
         self.rules = Rules(planner=parameter("assumed_planner"), assumed=list(parameter("assumed_planner")), **{
             name: parameter(name) for name in ("off_route_m", "off_route_s", "blocked_s", "finish_within_m",
-                                               "timeout_ratio", "timeout_margin_s", "lane_width_m")})
+                                               "timeout_ratio", "timeout_margin_s", "lane_width_m", "car_front_m")})
 
     def score(self, bag):
         """The Watch that has heard the whole bag."""
@@ -37,6 +37,8 @@ class Replay:
             "/carla/ego_vehicle/vehicle_control_cmd": hearing.command,
             "/carla/ego_vehicle/collision": hearing.collision,
             "/carla/ego_vehicle/obstacles": hearing.obstacles,
+            "/carla/traffic_lights/info": hearing.light_info,
+            "/carla/traffic_lights/status": hearing.light_status,
         }
         for topic, message, _ in bag.read_messages(list(listen)):
             try:
