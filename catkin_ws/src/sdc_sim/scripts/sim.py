@@ -35,6 +35,8 @@ from sdc_sim.world import OccupiedError, World
 from sdc_sim.yaml_reading import ScenarioError
 
 UNSTAMPED = (0, 0)
+# Who listens to what stands on the road is waited for so long before the first lockstep tick, wall time.
+CONNECTING_S = 3.0
 # After so much silence of the node that drives, another one may.
 HANDOVER_S = 0.5
 # What the bridge is told by and what it calls its picture, up to CARLA 0.9.4 and from 0.9.5 on.
@@ -248,6 +250,9 @@ class Sim:
             time.sleep(0.1)
         else:
             rospy.logwarn("sim: started after %g s without an answer to the first odometry", self.start_patience_s)
+        limit = time.monotonic() + CONNECTING_S
+        while not (rospy.is_shutdown() or self.topics.all_connected() or time.monotonic() > limit):
+            time.sleep(0.02)
         # Once more, now that all are there: a controller forgets a path that it was sent twice while it connected.
         with self.lock:
             self.publish([])
