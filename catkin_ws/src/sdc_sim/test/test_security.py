@@ -170,7 +170,8 @@ def test_the_world_on_one_machine_and_the_stack_on_another(two_machines, start, 
     for folder in folders.values():
         folder.mkdir()
     here = start(["ip", "netns", "exec", world, "roslaunch", "sdc_sim", "sim.launch", "camera:=false", "sync:=true",
-                  f"waypoints_path:={ROUTE}", "wait_for_nodes:=[/referee]"], {**common, "ROS_IP": world_address, "ROS_HOME": str(folders["world"])}, folders["world"])
+                  f"waypoints_path:={ROUTE}", "wait_for_nodes:=[/referee]"],
+                 {**common, "ROS_IP": world_address, "ROS_HOME": str(folders["world"])}, folders["world"])
     here.wait_to_say("process[sim")
     there = start(["ip", "netns", "exec", car, "roslaunch", "sdc_package", "all.launch", "sim:=false", "headless:=true", "camera:=false",
                    f"waypoints_path:={ROUTE}"], {**common, "ROS_IP": car_address, "ROS_HOME": str(folders["car"])}, folders["car"])
