@@ -31,7 +31,8 @@ class Referee:
         self.pictures = parameter("pictures")
         self.assumed_planner = parameter("assumed_planner")
         rules = Rules(planner=self.assumed_planner, **{name: parameter(name) for name in (
-            "off_route_m", "off_route_s", "blocked_s", "finish_within_m", "timeout_ratio", "timeout_margin_s", "lane_width_m", "car_front_m")})
+            "off_route_m", "off_route_s", "blocked_s", "finish_within_m", "timeout_ratio", "timeout_margin_s", "lane_width_m",
+            "car_front_m")})
         self.progress = Progress(sys.stdout)
         self.snapshots = Snapshots("/carla/ego_vehicle/camera/rgb/front/image_color", parameter("snapshots"))
         try:
