@@ -146,7 +146,7 @@ class Student:
         self.said = ""
         for line in lines:
             if line.startswith("./workshop/check "):
-                self.steps_seen.update(line.split()[1:])
+                self.steps_seen.update(terminal.run(line.replace("./workshop/check", "echo"))[1].split())
                 if not CHECK.exists():
                     continue
             status, said = terminal.run(line)
