@@ -8,6 +8,7 @@ from nav_msgs.msg import Odometry
 # TODO 1: the messages that come in (Path, ObstacleArray) and go out (LocalPath, Waypoint)
 from sdc_package.msg import LocalPath, ObstacleArray, Path, Waypoint
 # --------------------------------------------------------------------------------
+from sdc_package.msg import CarlaTrafficLightInfoList, CarlaTrafficLightStatusList
 
 from sdc_package.figures import check_positive
 from sdc_package.kept_state import KeptState
@@ -16,6 +17,7 @@ from sdc_package.obstacles import Caution, Obstacle
 from sdc_package.odometry import pose_and_speed, yaw_from_quaternion
 from sdc_package.planning import LocalPlanner, SpeedLimits
 from sdc_package.surroundings import watch_surroundings
+from sdc_package.traffic_lights import LightCaution, TrafficLights
 from sdc_package.waypoint_search import WaypointSearch
 
 
@@ -35,6 +37,7 @@ class LocalPlannerNode:
             self.lookahead_m = parameter("lookahead_m")
             self.join_within_m = parameter("join_within_m")
             check_positive(lookahead_m=self.lookahead_m, join_within_m=self.join_within_m)
+            self.lights = TrafficLights(LightCaution(**parameter("traffic_lights")))
         except (TypeError, ValueError) as error:
             refuse(f"{error}; mend it in config/local_planner.yaml")
 
@@ -51,8 +54,11 @@ class LocalPlannerNode:
         # TODO 3: listen to the mission: it shall come to on_mission
         rospy.Subscriber("/planner/mission_waypoints", Path, self.on_mission, queue_size=1)
         # ------------------------------------------------------------------------
-        rospy.Subscriber("/carla/ego_vehicle/odometry", Odometry, self.on_odometry, queue_size=1, tcp_nodelay=True)
         rospy.Subscriber("/carla/ego_vehicle/obstacles", ObstacleArray, self.on_obstacles, queue_size=1, tcp_nodelay=True)
+        rospy.Subscriber("/carla/traffic_lights/info", CarlaTrafficLightInfoList, self.on_light_places, queue_size=1)
+        rospy.Subscriber("/carla/traffic_lights/status", CarlaTrafficLightStatusList, self.on_light_states, queue_size=1)
+        # The last: the world takes an answer for a sign that all the rest is listened to.
+        rospy.Subscriber("/carla/ego_vehicle/odometry", Odometry, self.on_odometry, queue_size=1, tcp_nodelay=True)
 
     def on_mission(self, path):
         # TODO 4: the mission as rows x, y of an array (until then: return)
@@ -76,30 +82,45 @@ class LocalPlannerNode:
             # A simulator that waits for its first answer repeats its first odometry: one answer is enough.
             if self.planner is None or odometry.header.stamp == self.answered_stamp:
                 return
-            expects_obstacles = self.obstacles and self.odometry is None and self.obstacles_stamp < odometry.header.stamp
+            one_waits_already = self.odometry is not None
             self.odometry = odometry
-            if not expects_obstacles:
+            if one_waits_already or self.all_heard():
                 self.answer()
 
     def on_obstacles(self, message):
-        """While there are obstacles, each odometry comes with the obstacles of its stamp, in whichever order."""
         with self.lock:
             try:
                 self.obstacles = [Obstacle(body.pose.position.x, body.pose.position.y, yaw_from_quaternion(body.pose.orientation),
                                            body.size.x, body.size.y, body.speed) for body in message.obstacles]
             except ValueError as error:
                 rospy.logwarn_throttle(1.0, f"local_planner: refused obstacles on /carla/ego_vehicle/obstacles: {error}")
+            self.lights.show(message.traffic_lights, stamped=True)
             self.obstacles_stamp = message.header.stamp
-            if self.odometry is not None and self.odometry.header.stamp <= self.obstacles_stamp:
+            if self.odometry is not None and self.all_heard():
                 self.answer()
+
+    def on_light_places(self, message):
+        with self.lock:
+            try:
+                self.lights.place(message)
+            except ValueError as error:
+                rospy.logwarn_throttle(1.0, f"local_planner: refused traffic lights on /carla/traffic_lights/info: {error}")
+
+    def on_light_states(self, message):
+        with self.lock:
+            self.lights.show(message.traffic_lights, stamped=False)
+
+    def all_heard(self):
+        """While there are obstacles or traffic lights, each odometry comes with those of its stamp, in whichever order."""
+        return not (self.obstacles or self.lights.stamped) or self.obstacles_stamp >= self.odometry.header.stamp
 
     def answer(self):
         odometry, self.odometry = self.odometry, None
         try:
             # TODO 7: where is the car, which waypoint is the first ahead of it, and what is the plan from there? (until then: return)
-            x, y, yaw, _ = pose_and_speed(odometry)
+            x, y, yaw, speed = pose_and_speed(odometry)
             first = self.search.first_ahead(x, y)
-            rows = self.planner.plan(first, x, y, yaw, self.obstacles)
+            rows = self.planner.plan(first, x, y, yaw, self.obstacles, self.lights, speed)
             # --------------------------------------------------------------------
         except ValueError as error:
             rospy.logwarn_throttle(1.0, f"local_planner: no path for this /carla/ego_vehicle/odometry: {error}")

@@ -85,3 +85,14 @@ def test_a_path_that_lies_behind_the_car_is_no_road_to_drive_on():
     beyond = road.nearest(10.5, 0.1)
     assert (beyond.speed_mps, beyond.acceleration_mps2) == (0.0, 0.0)
     assert beyond.cross_track_m == pytest.approx(0.1)
+
+
+def test_before_a_stop_on_the_way_the_planned_braking_is_as_strong_as_before_the_end_of_the_road():
+    rows = [(float(x), 0.0, math.sqrt(2.0 * 2.0 * max(10 - x, 0.0))) for x in range(20)]
+    road, ending = LocalPath(), LocalPath()
+    road.update(rows)
+    ending.update(rows[:11])
+    for x in (5.0, 8.0, 9.0, 9.5):
+        assert road.nearest(x, 0.0, 3.0).acceleration_mps2 == pytest.approx(-2.0)
+        assert road.nearest(x, 0.0, 3.0) == ending.nearest(x, 0.0, 3.0)
+    assert road.nearest(11.0, 0.0, 3.0).acceleration_mps2 == 0.0

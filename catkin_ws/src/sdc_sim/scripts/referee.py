@@ -8,7 +8,7 @@ import time
 
 import rospy
 from nav_msgs.msg import Odometry
-from sdc_package.msg import CarlaVehicleControl, LocalPath, ObstacleArray, Path
+from sdc_package.msg import CarlaTrafficLightInfoList, CarlaTrafficLightStatusList, CarlaVehicleControl, LocalPath, ObstacleArray, Path
 from sdc_sim.msg import CarlaCollisionEvent
 from std_msgs.msg import String
 
@@ -31,7 +31,7 @@ class Referee:
         self.pictures = parameter("pictures")
         self.assumed_planner = parameter("assumed_planner")
         rules = Rules(planner=self.assumed_planner, **{name: parameter(name) for name in (
-            "off_route_m", "off_route_s", "blocked_s", "finish_within_m", "timeout_ratio", "timeout_margin_s", "lane_width_m")})
+            "off_route_m", "off_route_s", "blocked_s", "finish_within_m", "timeout_ratio", "timeout_margin_s", "lane_width_m", "car_front_m")})
         self.progress = Progress(sys.stdout)
         self.snapshots = Snapshots("/carla/ego_vehicle/camera/rgb/front/image_color", parameter("snapshots"))
         try:
@@ -54,6 +54,8 @@ class Referee:
         rospy.Subscriber("/planner/local_waypoints", LocalPath, callback_args=self.hearing.local_path, **hears)
         rospy.Subscriber("/carla/ego_vehicle/collision", CarlaCollisionEvent, callback_args=self.hearing.collision, **hears)
         rospy.Subscriber("/carla/ego_vehicle/obstacles", ObstacleArray, callback_args=self.hearing.obstacles, **hears)
+        rospy.Subscriber("/carla/traffic_lights/info", CarlaTrafficLightInfoList, callback_args=self.hearing.light_info, **hears)
+        rospy.Subscriber("/carla/traffic_lights/status", CarlaTrafficLightStatusList, callback_args=self.hearing.light_status, **hears)
 
     def on_mission(self, path):
         with self.lock:

@@ -22,7 +22,7 @@ class Replay:
         self.pictures = parameter("pictures")
         self.rules = Rules(planner=parameter("assumed_planner"), assumed=list(parameter("assumed_planner")), **{
             name: parameter(name) for name in ("off_route_m", "off_route_s", "blocked_s", "finish_within_m",
-                                               "timeout_ratio", "timeout_margin_s", "lane_width_m")})
+                                               "timeout_ratio", "timeout_margin_s", "lane_width_m", "car_front_m")})
 
     def score(self, bag):
         """The Watch that has heard the whole bag."""

@@ -15,6 +15,7 @@ from tf2_msgs.msg import TFMessage
 from sdc_package.kept_state import KeptState
 from sdc_package.node import LoopPublisher, refuse, spin_beside
 from sdc_package.route import Route
+from sdc_package.surroundings import CLOCK_PATIENCE_S
 from sdc_package.waypoints import WaypointError, load_waypoints
 from sdc_sim.ackermann import AckermannControl, AckermannGains, AckermannTarget
 from sdc_sim.bridge_topics import BridgeTopics
@@ -34,6 +35,8 @@ from sdc_sim.world import OccupiedError, World
 from sdc_sim.yaml_reading import ScenarioError
 
 UNSTAMPED = (0, 0)
+# Who listens to what stands on the road is waited for so long before the first lockstep tick, wall time.
+CONNECTING_S = 3.0
 # After so much silence of the node that drives, another one may.
 HANDOVER_S = 0.5
 # What the bridge is told by and what it calls its picture, up to CARLA 0.9.4 and from 0.9.5 on.
@@ -194,7 +197,7 @@ class Sim:
             self.publish_tick()
             self.topics.publish(touches)
         except rospy.ROSException:
-            if not rospy.is_shutdown():  # a tick that the end of the node has overtaken is nobody's loss
+            if not rospy.core.is_shutdown_requested():  # a tick that the end of the node has overtaken is nobody's loss
                 raise
 
     def publish_tick(self):
@@ -235,8 +238,11 @@ class Sim:
 
     def wait_for_stack(self):
         """Repeat the first tick until a command answers it and all who must see every tick are connected."""
-        limit = time.monotonic() + self.start_patience_s
-        while not rospy.is_shutdown() and time.monotonic() < limit:
+        begun = time.monotonic()
+        while not rospy.is_shutdown() and time.monotonic() < begun + self.start_patience_s:
+            if time.monotonic() > begun + CLOCK_PATIENCE_S:
+                absent = " ".join(sorted(self.wait_for_nodes - self.listeners())) or f"a command on {self.command_topic}"
+                rospy.logwarn_once(f"sim: waiting for {absent}; the first tick is repeated until then")
             if self.commanded and self.wait_for_nodes <= self.listeners():
                 break
             with self.lock:
@@ -244,6 +250,9 @@ class Sim:
             time.sleep(0.1)
         else:
             rospy.logwarn("sim: started after %g s without an answer to the first odometry", self.start_patience_s)
+        limit = time.monotonic() + CONNECTING_S
+        while not (rospy.is_shutdown() or self.topics.all_connected() or time.monotonic() > limit):
+            time.sleep(0.02)
         # Once more, now that all are there: a controller forgets a path that it was sent twice while it connected.
         with self.lock:
             self.publish([])

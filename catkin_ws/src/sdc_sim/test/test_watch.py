@@ -7,13 +7,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sdc_sim.journal import Journal
+from sdc_sim.traffic_lights import GREEN, RED
 from sdc_sim.watch import Rules, Watch
 
 POINTS = np.column_stack([np.arange(101.0), np.zeros(101)])
 TICK_NS = 50_000_000
 RULES = Rules(off_route_m=15.0, off_route_s=0.5, blocked_s=30.0, finish_within_m=2.0, timeout_ratio=5.0, timeout_margin_s=60.0,
-              lane_width_m=3.5, planner={"planned_speed_mps": 10.0, "lateral_acceleration_mps2": 3.0, "acceleration_mps2": 1.8,
-                                         "braking_mps2": 2.5, "lateral_jerk_mps3": 6.0})
+              lane_width_m=3.5, car_front_m=2.35, planner={"planned_speed_mps": 10.0, "lateral_acceleration_mps2": 3.0, "acceleration_mps2": 1.8,
+                                                           "braking_mps2": 2.5, "lateral_jerk_mps3": 6.0})
 
 
 def drive_on(watch, first, ticks, speed=10.0, answer=True):
@@ -177,3 +178,22 @@ def test_time_left():
     drive_on(watch, 2, 198)
     assert 0.0 <= watch.time_left_s() < 1.0
     assert math.isfinite(watch.time_left_s())
+
+
+def drive_past_a_light(watch, shown):
+    """Along the road at 10 m/s, over a stop line at 50 m that the car's front reaches in tick 96; `shown` gives the state at a tick."""
+    watch.stop_lines({7: (50.0, 0.0, 1.75)})
+    for tick in range(1, 201):
+        drive_on(watch, tick, 1)
+        watch.lights(tick * TICK_NS, {7: shown(tick)})
+    return watch
+
+
+@pytest.mark.parametrize(("red", "count"), [(range(300), 1), (range(96), 0), (range(97, 300), 0), (range(96, 97), 1)])
+@pytest.mark.parametrize("kept", [False, True])
+def test_red_light_counts_when_the_front_crosses_the_line(red, count, kept, tmp_path):
+    watch = drive_past_a_light(watched(Journal(str(tmp_path / "journal"), "drive") if kept else None),
+                               lambda tick: RED if tick in red else GREEN)
+    figures = watch.result().figures
+    assert figures["infractions"]["red_light"] == count
+    assert (figures["driving_score"] < 99.0) == bool(count)

@@ -140,8 +140,11 @@ class LocalPath:
                 distinct.append((x, y, v))
         if len(distinct) < 2:
             raise ValueError("all points of the path coincide")
-        self.rows = self._passed(distinct[0]) + distinct
+        passed = self._passed(distinct[0])
+        self.rows = passed + distinct
         self.line = Polyline([(x, y) for x, y, _ in self.rows])
+        stops = (s for s, row in zip(self.line.s[len(passed):], distinct) if row[2] == 0.0)
+        self._stop_s = next(stops, self.line.s[-1])
 
     def _passed(self, first):
         """The points of the last path that come before `first`, if `first` is one of its points."""
@@ -157,7 +160,8 @@ class LocalPath:
         if s > self.line.s[-1] + _BEYOND_END_M:
             return PathPoint(s, cross_track, heading, 0.0, 0.0)
         aim_s = s + _AIM_AHEAD_M
-        reach_m = max(_SHORTEST_PREVIEW_M, min(preview_m, self.line.s[-1] - aim_s))
+        # Beyond a stop nothing is planned: an average that reached over it would brake too little before it.
+        reach_m = max(_SHORTEST_PREVIEW_M, min(preview_m, self._stop_s - aim_s))
         here, there = self._speed_squared(aim_s), self._speed_squared(aim_s + reach_m)
         return PathPoint(s, cross_track, heading, math.sqrt(here), (there - here) / (2.0 * reach_m))
 

@@ -47,8 +47,8 @@ def speed_caps(route: Route, s: np.ndarray, from_s_m: float, obstacles, caution:
     """The greatest speeds (n,) m/s at the arc lengths `s` (n,) with which the car's centre, now at `from_s_m`, stays `gap_m` behind
     everything on its lane within `horizon_m`.
 
-    Behind what stands the car stops; behind what drives along the route it follows at that speed. The cost does not depend on
-    the length of the route.
+    Behind what stands the car stops, at the last point of the route before that gap; behind what drives along the route it
+    follows at that speed. The cost does not depend on the length of the route.
     """
     square = np.full(len(s), np.inf)
     for obstacle in obstacles:
@@ -58,6 +58,8 @@ def speed_caps(route: Route, s: np.ndarray, from_s_m: float, obstacles, caution:
                 continue
             rear_s, along_mps = blocked
             stop_s = rear_s - along_mps * ahead_s - caution.gap_m - caution.car_front_m
+            if along_mps == 0.0:
+                stop_s = route.last_point_s(stop_s)
             np.minimum(square, along_mps**2 + 2.0 * braking_mps2 * np.maximum(stop_s - s, 0.0), out=square)
             if along_mps == 0.0:
                 square[s >= stop_s] = 0.0

@@ -10,6 +10,7 @@ import numpy as np
 from sdc_package.figures import check_positive
 from sdc_package.obstacles import Caution, speed_caps
 from sdc_package.route import Route, respace
+from sdc_package.traffic_lights import TrafficLights
 
 # A planned path neither wastes messages on points closer than this nor leaves a bend's speed to two far points.
 _SHORTEST_STEP_M = 0.4
@@ -99,8 +100,11 @@ class LocalPlanner:
         self._window_ahead_m = _WINDOW_AHEAD_M
         self._path = np.column_stack([self.route.points, self.speed])
 
-    def plan(self, first: int, x_m: float, y_m: float, yaw_rad: float, obstacles=()) -> np.ndarray:
-        """Return the road ahead of the car as (n, 3) rows of x, y (metres) and target speed (m/s), n >= 2. `obstacles` are those known now.
+    def plan(self, first: int, x_m: float, y_m: float, yaw_rad: float, obstacles=(), lights: TrafficLights = None,
+             speed_mps: float = 0.0) -> np.ndarray:
+        """Return the road ahead of the car as (n, 3) rows of x, y (metres) and target speed (m/s), n >= 2.
+
+        `obstacles` and `lights` are those known now; for a yellow light it matters how fast the car is, `speed_mps`.
 
         `first` is the index, among `route.points`, of the first waypoint ahead of the car, as WaypointSearch finds it. The first row is
         this waypoint, unless it belongs to another pass of a route that comes by here more than once; the last row lies
@@ -117,10 +121,15 @@ class LocalPlanner:
         first = min(first, count - 2)
         ahead = slice(first, max(first + 2, min(last, count)))
         path = self._path[ahead]
+        braking_mps2 = self.limits.braking_mps2
+        # As far as this something may stand, and the last point of the path must still be driven slower for it.
+        horizon_m = self.lookahead_m + self.limits.cruise_mps**2 / (2.0 * braking_mps2) + self.caution.gap_m + self.caution.car_front_m
         if obstacles:
-            stopping_m = self.limits.cruise_mps**2 / (2.0 * self.limits.braking_mps2)
-            caps = speed_caps(self.route, self.route.s[ahead], self.place.s_m, obstacles, self.caution, self.limits.braking_mps2,
-                              self.lookahead_m + stopping_m + self.caution.gap_m + self.caution.car_front_m)
+            caps = speed_caps(self.route, self.route.s[ahead], self.place.s_m, obstacles, self.caution, braking_mps2, horizon_m)
+            path = np.column_stack([path[:, :2], np.minimum(path[:, 2], caps)])
+        stop_s = lights.stop_s(self.route, self.place.s_m, speed_mps, braking_mps2, horizon_m) if lights is not None else None
+        if stop_s is not None:
+            caps = np.sqrt(2.0 * braking_mps2 * np.maximum(self.route.last_point_s(stop_s) - self.route.s[ahead], 0.0))
             path = np.column_stack([path[:, :2], np.minimum(path[:, 2], caps)])
         return path
 

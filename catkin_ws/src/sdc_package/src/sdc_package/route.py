@@ -140,6 +140,10 @@ class Route:
         best = first[np.argmin(np.hypot(*(self.points[first] - (x_m, y_m)).T))]
         return self._nearest(x_m, y_m, max(0, best - 1), min(len(self._lengths), best + 1))
 
+    def last_point_s(self, until_s_m: float) -> float:
+        """Arc length of the last point of the route up to a place; that of the first point for a place before it."""
+        return float(self.s[max(0, int(np.searchsorted(self.s, until_s_m, side="right")) - 1)])
+
     def project(self, x_m: float, y_m: float, near_s_m: float, back_m: float, ahead_m: float) -> Place:
         """Find the place nearest to a point among those from `back_m` behind to `ahead_m` ahead of `near_s_m`.
 

@@ -61,13 +61,16 @@ def stop_lines(info) -> dict:
 
 
 class TrafficLights:
-    """What the car knows of the lights, and which of them it is stopping for."""
+    """What the car knows of the lights, and which of them it is stopping for.
+
+    stamped: whether the world says with stamps what they show; what is said without stamps is not heard any more then.
+    """
 
     def __init__(self, caution: LightCaution):
         self.caution = caution
         self.lines = {}
         self.states = {}
-        self._stamped = False
+        self.stamped = False
         self._stops_for = set()
 
     def place(self, info) -> None:
@@ -75,9 +78,9 @@ class TrafficLights:
         self.lines = stop_lines(info)
 
     def show(self, statuses, stamped: bool) -> None:
-        """Take CarlaTrafficLightStatus messages: what the lights show. A world that says it with stamps is not heard without them."""
-        if stamped or not self._stamped:
-            self._stamped = self._stamped or (stamped and bool(statuses))
+        """Take CarlaTrafficLightStatus messages: what all lights show."""
+        if stamped or not self.stamped:
+            self.stamped = stamped and bool(statuses)
             self.states = {status.id: status.state for status in statuses}
 
     def stop_s(self, route: Route, from_s_m: float, speed_mps: float, braking_mps2: float, horizon_m: float):

@@ -68,6 +68,12 @@ class BridgeTopics:
         self.carla_status.synchronous_mode_running = running
         self.world_status.publish(self.carla_status)
 
+    def all_connected(self) -> bool:
+        """Whether all who have asked the master for what stands on the road are connected to it."""
+        listeners = dict(rospy.get_master().getSystemState()[2][1])
+        return all(set(listeners.get(topic.resolved_name, ())) <= {connection[1] for connection in topic.impl.get_stats_info()}
+                   for topic in (self.obstacles, self.light_info, self.light_status))
+
     def publish(self, touches) -> None:
         """Everything about the tick that has just been taken."""
         sensed = self.world.sensed

@@ -4,6 +4,7 @@ from __future__ import annotations
 import math
 
 from sdc_package.odometry import pose_and_speed
+from sdc_package.traffic_lights import stop_lines
 from sdc_sim.watch import Watch
 
 
@@ -19,6 +20,8 @@ class Hearing:
             "/carla/ego_vehicle/vehicle_control_cmd": self.command,
             "/carla/ego_vehicle/collision": self.collision,
             "/carla/ego_vehicle/obstacles": self.obstacles,
+            "/carla/traffic_lights/info": self.light_info,
+            "/carla/traffic_lights/status": self.light_status,
         }
 
     def mission(self, path) -> None:
@@ -44,6 +47,16 @@ class Hearing:
         self.watch.collision(event.header.stamp.to_nsec(), event.other_actor_id)
 
     def obstacles(self, array) -> None:
-        """sdc_package/ObstacleArray: what the bodies are that the car may run into."""
+        """sdc_package/ObstacleArray: what the bodies are that the car may run into, and what the traffic lights show."""
         for obstacle in array.obstacles:
             self.watch.obstacle(obstacle.id, obstacle.kind)
+        if array.traffic_lights:
+            self.watch.lights(array.header.stamp.to_nsec(), {light.id: light.state for light in array.traffic_lights})
+
+    def light_info(self, info) -> None:
+        """sdc_package/CarlaTrafficLightInfoList: where the stop lines are."""
+        self.watch.stop_lines(stop_lines(info))
+
+    def light_status(self, status) -> None:
+        """sdc_package/CarlaTrafficLightStatusList, which has no stamp: heard where the world does not say it with one."""
+        self.watch.lights(0, {light.id: light.state for light in status.traffic_lights})

@@ -15,6 +15,7 @@ from sdc_sim.answers import Answers
 from sdc_sim.drive import Drive, DriveLimits
 from sdc_sim.journal import Journal
 from sdc_sim.measures import COEFFICIENTS
+from sdc_sim.red_lights import RedLights
 from sdc_sim.timeline import LEFT_OUT, RESTARTED, Timeline
 
 # The names under which the local planner knows its limits: what the ideal duration is reckoned with.
@@ -44,6 +45,7 @@ class Rules(NamedTuple):
     timeout_ratio: float
     timeout_margin_s: float
     lane_width_m: float
+    car_front_m: float
     planner: dict
     assumed: list = ()
 
@@ -87,10 +89,12 @@ class Watch:
         self._limit_mps = self._ideal_s = None
         self._early = deque(maxlen=_EARLY)
         self._kinds = {}
+        self._red_lights = RedLights(rules.car_front_m)
         self._begin()
 
     def _begin(self):
         self._timeline = Timeline()
+        self._red_lights.begin()
         self._stamps = []
         self._commands = {}
         self._fallbacks = []
@@ -166,6 +170,15 @@ class Watch:
         if self._kinds.get(number) != kind:
             self._take(["obstacle", number, kind])
 
+    def stop_lines(self, lines: dict) -> None:
+        """Where the traffic lights' stop lines are: (x, y, half the width) in metres by their lights' numbers."""
+        self._take(["stop_lines", [[number, *line] for number, line in lines.items()]])
+
+    def lights(self, stamp_ns: int, states: dict) -> None:
+        """What the traffic lights show, by their numbers. A stamp of 0: just now."""
+        if self._red_lights.is_news(states):
+            self._take(["lights", stamp_ns, [list(item) for item in states.items()]])
+
     def collision(self, stamp_ns: int, number: int) -> None:
         """The car ran into the body with this number. A stamp of 0: just now."""
         self._take(["collision", stamp_ns, number])
@@ -208,8 +221,10 @@ class Watch:
             self._timeline.take(time_s)
         elif last_s is not None and time_s - last_s > _UNSEEN_S:
             self.unseen_s += time_s - last_s
+            self._red_lights.begin()
         self.answers.ask(stamp_ns)
         self.drive.update(time_s, x_m, y_m, yaw_rad, speed_mps)
+        self._run_red_lights(self._red_lights.move(stamp_ns, self._route, self.drive.samples[-1].s_m))
         if self._journal is None:
             self._stamps.append(stamp_ns)
             self._fallbacks.append(self._fallbacks[-1] if self._fallbacks else None)
@@ -228,6 +243,16 @@ class Watch:
 
     def _on_obstacle(self, number, kind) -> None:
         self._kinds[number] = kind
+
+    def _on_stop_lines(self, lines) -> None:
+        self._red_lights.place({number: line for number, *line in lines})
+
+    def _on_lights(self, stamp_ns, states) -> None:
+        self._run_red_lights(self._red_lights.show(stamp_ns, {number: state for number, state in states}))
+
+    def _run_red_lights(self, count: int) -> None:
+        for _ in range(0 if self.over else count):
+            self.drive.infraction("red_light")
 
     def _on_collision(self, stamp_ns, number) -> None:
         if self.over:

@@ -1,0 +1,50 @@
+#!/usr/bin/env python3
+"""A first controller: steers for a point some metres ahead, and presses the pedals in proportion. Its commands have no stamp."""
+import math
+
+import rospy
+from nav_msgs.msg import Odometry
+from sdc_package.msg import CarlaVehicleControl, LocalPath
+
+LOOK_AHEAD_M = 5.0
+WHEELBASE_M = 2.87
+FULL_STEER_RAD = 0.8
+THROTTLE_THAT_ROLLS = 0.32
+
+
+class StudentController:
+    def __init__(self):
+        rospy.init_node("student_controller")
+        self.path = []
+        self.publisher = rospy.Publisher("/carla/ego_vehicle/vehicle_control_cmd", CarlaVehicleControl, queue_size=1)
+        rospy.Subscriber("/planner/local_waypoints", LocalPath, self.on_path, queue_size=1)
+        rospy.Subscriber("/carla/ego_vehicle/odometry", Odometry, self.on_odometry, queue_size=1)
+
+    def on_path(self, path):
+        self.path = path.waypoints
+
+    def on_odometry(self, odometry):
+        if not self.path:
+            return
+        pose = odometry.pose.pose
+        yaw = 2.0 * math.atan2(pose.orientation.z, pose.orientation.w)
+        speed = math.hypot(odometry.twist.twist.linear.x, odometry.twist.twist.linear.y)
+
+        target = self.path[min(int(LOOK_AHEAD_M), len(self.path) - 1)]
+        x, y = target.x - pose.position.x, target.y - pose.position.y
+        left = -math.sin(yaw) * x + math.cos(yaw) * y
+        wheel = math.atan2(2.0 * WHEELBASE_M * left, max(x * x + y * y, 1.0))
+
+        error = self.path[0].v - speed
+        command = CarlaVehicleControl()
+        command.steer = min(max(-wheel / FULL_STEER_RAD, -1.0), 1.0)
+        if error > 0.0:
+            command.throttle = min(THROTTLE_THAT_ROLLS + 0.2 * error, 1.0)
+        else:
+            command.brake = min(-0.3 * error, 1.0)
+        self.publisher.publish(command)
+
+
+if __name__ == "__main__":
+    StudentController()
+    rospy.spin()

@@ -1,0 +1,46 @@
+#!/usr/bin/env python3
+"""A first local planner: the next waypoints with one speed, slower towards the end."""
+import math
+
+import rospy
+from nav_msgs.msg import Odometry
+from sdc_package.msg import LocalPath, Path, Waypoint
+
+AHEAD = 15
+SPEED_MPS = 6.0
+BRAKING_MPS2 = 1.5
+
+
+class StudentPlanner:
+    def __init__(self):
+        rospy.init_node("student_planner")
+        self.waypoints = []
+        self.next = 0
+        self.publisher = rospy.Publisher("/planner/local_waypoints", LocalPath, queue_size=1)
+        rospy.Subscriber("/planner/mission_waypoints", Path, self.on_mission)
+        rospy.Subscriber("/carla/ego_vehicle/odometry", Odometry, self.on_odometry, queue_size=1)
+
+    def on_mission(self, path):
+        self.waypoints = path.waypoints
+
+    def on_odometry(self, odometry):
+        car = odometry.pose.pose.position
+        ahead = self.waypoints[self.next:self.next + 2 * AHEAD]
+        if not ahead:
+            return
+        distances = [math.hypot(point.x - car.x, point.y - car.y) for point in ahead]
+        self.next += distances.index(min(distances))
+        self.publish()
+
+    def publish(self):
+        path = LocalPath()
+        for number in range(self.next, min(self.next + AHEAD, len(self.waypoints))):
+            left_m = max(len(self.waypoints) - 2 - number, 0)  # the waypoints are a metre apart; the last but one is near enough
+            speed = min(SPEED_MPS, math.sqrt(2.0 * BRAKING_MPS2 * left_m))
+            path.waypoints.append(Waypoint(self.waypoints[number].x, self.waypoints[number].y, speed))
+        self.publisher.publish(path)
+
+
+if __name__ == "__main__":
+    StudentPlanner()
+    rospy.spin()

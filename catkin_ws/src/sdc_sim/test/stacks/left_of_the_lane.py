@@ -1,0 +1,13 @@
+"""Steers well, but for a lane 80 cm left of the route."""
+import math
+
+from sdc_package.stanley import StanleySteering
+from sdc_package.steering import Steering
+
+
+class LeftOfTheLane(Steering):
+    def __init__(self, axles):
+        self.inner = StanleySteering(axles, k=2.5, softening_mps=2.0, preview_s=0.025)
+
+    def wheel_angle(self, path, x_m, y_m, yaw_rad, speed_mps, yaw_rate_radps=0.0):
+        return self.inner.wheel_angle(path, x_m + 0.8 * math.sin(yaw_rad), y_m - 0.8 * math.cos(yaw_rad), yaw_rad, speed_mps, yaw_rate_radps)
