@@ -1,5 +1,6 @@
 """Programs of a student's: started, watched, and ended whatever they do. A program may crash, run in circles, start others, or wait for
 ever; none of that may reach whoever examines it."""
+
 from __future__ import annotations
 
 import contextlib
@@ -33,8 +34,14 @@ class Program:
         self._said = []
         self._size = 0
         self._process = subprocess.Popen(
-            self.command, env={**environment, MARK: f"{environment.get(MARK, '')}/{self.mark}"}, cwd=folder, stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, start_new_session=True)
+            self.command,
+            env={**environment, MARK: f"{environment.get(MARK, '')}/{self.mark}"},
+            cwd=folder,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            start_new_session=True,
+        )
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
 
@@ -128,8 +135,10 @@ def marked(mark: str) -> list:
     for name in os.listdir("/proc"):
         if name.isdigit() and int(name) != os.getpid():
             with contextlib.suppress(OSError):
-                if any(line.startswith(f"{MARK}=".encode()) and mark.encode() in line
-                       for line in Path("/proc", name, "environ").read_bytes().split(b"\0")):
+                if any(
+                    line.startswith(f"{MARK}=".encode()) and mark.encode() in line
+                    for line in Path("/proc", name, "environ").read_bytes().split(b"\0")
+                ):
                     found.append(int(name))
     return found
 
