@@ -13,7 +13,7 @@ ROOT = os.path.abspath(os.path.join(HERE, "..", "..", "..", ".."))
 DRIVE = os.path.join(ROOT, "drive")
 ROUTE = os.path.join(HERE, "routes", "fast_bends.csv")
 LISTENS = "0A"
-PATIENCE_S = 60.0
+PATIENCE_S = 120.0
 
 
 def sockets_of(pids):
