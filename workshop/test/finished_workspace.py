@@ -17,6 +17,6 @@ def solved(folder):
 def build(folder):
     """As a student builds, in a new terminal."""
     done = subprocess.run(["bash", "-c", "[ ! -f /opt/ros/noetic/setup.bash ] || . /opt/ros/noetic/setup.bash; catkin_make"], cwd=folder,
-                          env={"HOME": str(folder), "PATH": "/usr/bin:/bin"}, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False,
-                          timeout=300)
+                          env={"HOME": str(folder), "PATH": "/usr/bin:/bin"}, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                          check=False, timeout=300)
     assert done.returncode == 0, done.stdout

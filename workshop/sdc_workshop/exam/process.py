@@ -21,6 +21,7 @@ _IDLE_CPU_S = 0.04
 # Nobody needs that much processor time for one picture or one path.
 BUSY_CPU_S = 3.0
 PATIENCE_S = 60.0
+_END_LIMIT_S = 30.0
 _KEPT_OUTPUT = 200_000
 _TICKS_PER_S = os.sysconf("SC_CLK_TCK")
 
@@ -35,7 +36,7 @@ class Program:
         self._size = 0
         self._process = subprocess.Popen(
             self.command,
-            env={**environment, MARK: f"{environment.get(MARK, '')}/{self.mark}"},
+            env={**environment, MARK: f"{os.environ.get(MARK, '')}/{self.mark}"},
             cwd=folder,
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
@@ -144,15 +145,21 @@ def marked(mark: str) -> list:
 
 
 def end_marked(mark: str) -> None:
-    """End all processes with this mark. One that starts others faster than they are ended is stopped first."""
-    for _ in range(100):
-        left = marked(mark)
-        if not left:
+    """End all processes with this mark. Those that start others faster than they could be ended are stopped first, one and all."""
+    limit = time.monotonic() + _END_LIMIT_S
+    stopped = set()
+    while time.monotonic() < limit:
+        found = set(marked(mark))
+        if not found:
             return
-        for number in left:
-            with contextlib.suppress(ProcessLookupError, PermissionError):
-                os.kill(number, signal.SIGSTOP)
-        for number in left:
-            with contextlib.suppress(ProcessLookupError, PermissionError):
-                os.kill(number, signal.SIGKILL)
-        time.sleep(0.01)
+        _signal(found - stopped, signal.SIGSTOP)
+        if found <= stopped:
+            _signal(found, signal.SIGKILL)
+            time.sleep(_POLL_S)
+        stopped |= found
+
+
+def _signal(numbers, what) -> None:
+    for number in numbers:
+        with contextlib.suppress(ProcessLookupError, PermissionError):
+            os.kill(number, what)
