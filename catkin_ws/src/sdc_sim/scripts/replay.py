@@ -20,24 +20,14 @@ class Replay:
         self.bag_path = os.path.expanduser(parameter("bag"))
         self.report_path = os.path.expanduser(parameter("report"))
         self.pictures = parameter("pictures")
-        self.rules = Rules(planner=parameter("assumed_planner"), assumed=list(parameter("assumed_planner")), **{
-            name: parameter(name) for name in ("off_route_m", "off_route_s", "blocked_s", "finish_within_m",
-                                               "timeout_ratio", "timeout_margin_s", "lane_width_m")})
+        self.rules = Rules.read(parameter)
 
     def score(self, bag):
         """The Watch that has heard the whole bag."""
         for _, message, _ in bag.read_messages("/referee/rules"):
             self.rules = Rules(**json.loads(message.data))
         watch = Watch(self.rules)
-        hearing = Hearing(watch)
-        listen = {
-            "/planner/mission_waypoints": hearing.mission,
-            "/planner/local_waypoints": hearing.local_path,
-            "/carla/ego_vehicle/odometry": hearing.odometry,
-            "/carla/ego_vehicle/vehicle_control_cmd": hearing.command,
-            "/carla/ego_vehicle/collision": hearing.collision,
-            "/carla/ego_vehicle/obstacles": hearing.obstacles,
-        }
+        listen = Hearing(watch).by_topic
         for topic, message, _ in bag.read_messages(list(listen)):
             try:
                 listen[topic](message)

@@ -12,6 +12,7 @@ from sdc_sim.msg import AckermannDrive, CarlaEgoVehicleControl
 from std_msgs.msg import Bool
 from tf2_msgs.msg import TFMessage
 
+from sdc_package.figures import check_between
 from sdc_package.kept_state import KeptState
 from sdc_package.node import LoopPublisher, refuse, spin_beside
 from sdc_package.route import Route
@@ -63,6 +64,7 @@ class Sim:
             route_m = load_waypoints(waypoints_path)
             self.route = Route(route_m)
             self.world = self.make_world(parameter, preset)
+            check_between(0.0, 1.0, daylight=daylight)
         except (WaypointError, VehicleError, ScenarioError, OccupiedError) as error:
             refuse(error)
         except (TypeError, ValueError) as error:

@@ -6,6 +6,7 @@ import subprocess
 import tempfile
 import unittest
 
+import numpy as np
 import rospkg
 import rospy
 import rostest
@@ -52,6 +53,10 @@ class RefusalsTest(unittest.TestCase):
             ("friction", {"friction": -1.0}, ["friction", "config/sim.yaml"]),
             ("noise", {"odometry_noise": noise}, ["position_m", "config/sim.yaml"]),
             ("latency", {"sensor_latency_s": -0.1}, ["delay_s", "config/sim.yaml"]),
+            ("daylight", {"daylight": 2.0}, ["daylight", "from 0 to 1", "config/sim.yaml"]),
+            ("start", {"start": {"along_m": 1e6, "left_m": 0.0, "turned_rad": 0.0}}, ["along_m", "config/sim.yaml"]),
+            ("light", {"obstacles_path": self.file("l.yaml", "lights:\n  - stop_line_m: 20\n    phases: [gren: 5]\n")},
+             ["l.yaml, line 3", "did you mean 'green'"]),
             ("bridge", {"bridge": "newer"}, ["bridge is 'newer'", "old, new"]),
             ("ackermann", {"ackermann": {"kp": 1.0}}, ["kp", "config/sim.yaml"]),
         ]
@@ -67,22 +72,25 @@ class RefusalsTest(unittest.TestCase):
                 for word in words:
                     self.assertIn(word, said)
 
-    def drive_on(self, name, waypoints_path):
-        """The sim starts on this route and gives odometry and a picture."""
+    def drive_on(self, name, waypoints_path, **changes):
+        """The sim starts on this route and gives odometry and a picture; returns the picture's mean brightness, 0..255."""
         odometry = Listener("/carla/" + name + "/odometry", Odometry)
         image = Listener("/carla/" + name + "/camera/rgb/front/image_color", Image)
-        sim = self.start(name, waypoints_path=waypoints_path, role_name=name)
+        sim = self.start(name, waypoints_path=waypoints_path, role_name=name, **changes)
         try:
-            image.wait_for(seconds=60.0)
+            picture = image.wait_for(seconds=60.0)
             first = odometry.wait_for()
             self.assertTrue(all(map(math.isfinite, (first.pose.pose.position.x, first.pose.pose.orientation.w))))
         finally:
             sim.terminate()
             said, _ = sim.communicate(timeout=20)
         self.assertNotIn("Traceback", said)
+        return np.frombuffer(picture.data, np.uint8).reshape(-1, 4)[:, :3].mean()
 
-    def test_route_of_two_points(self):
-        self.drive_on("two_points", self.file("two.csv", "0,0\n30,10\n"))
+    def test_route_of_two_points_by_day_and_by_night(self):
+        route = self.file("two.csv", "0,0\n30,10\n")
+        day, night = self.drive_on("two_points", route), self.drive_on("by_night", route, daylight=0.1)
+        self.assertAlmostEqual(night, 0.1 * day, delta=1.0)
 
     def test_route_of_100000_points(self):
         rows = "".join(f"{0.5 * n:.3f},{300.0 * math.sin(n / 900.0):.3f}\n" for n in range(100_000))

@@ -60,6 +60,27 @@ def test_report_that_cannot_be_written_is_told(environment, tmp_path):
     assert "report:=FILE" in done.stdout
 
 
+def test_scenario_is_driven_and_its_limits_are_told(environment, tmp_path):
+    (tmp_path / "mine.yaml").write_text("route: [straight_m: 40]\nlimits:\n  at_most: {speed_max_mps: 7.0}\n")
+    for speed, status, said in (("5", 0, "all limits are kept"), ("9", 1, "speed_max_mps is ")):
+        done = drive(environment, tmp_path, "scenario:=mine.yaml", f"planned_speed_mps:={speed}", "sync:=true", "camera:=false",
+                     "referee_options:={pictures: false}")
+        assert done.returncode == status, done.stdout
+        assert said in done.stdout
+    assert sorted(name.name for name in tmp_path.iterdir()) == ["mine.yaml", "report", "ros"]
+
+
+@pytest.mark.parametrize(("argument", "parts"), [
+    ("scenario:=ovla", ["no scenario 'ovla'", "did you mean 'oval'", "traffic_lights"]),
+    ("scenario:=wrong.yaml", ["wrong.yaml, line 2", "did you mean 'friction'"])])
+def test_scenario_that_is_none_is_told_in_one_line(environment, tmp_path, argument, parts):
+    (tmp_path / "wrong.yaml").write_text("route: town\nfrictoin: 0.5\n")
+    done = drive(environment, tmp_path, argument, limit_s=60)
+    assert done.returncode != 0
+    assert len(done.stdout.splitlines()) == 1
+    assert [part for part in parts if part not in done.stdout] == []
+
+
 @pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
 def test_one_signal_ends_everything(environment, tmp_path, sent):
     log = tmp_path / "log"
@@ -85,5 +106,5 @@ def test_misspelt_arguments(environment, tmp_path, argument, part):
 
 def test_help_lists_every_argument():
     text = subprocess.run([DRIVE, "--help"], stdout=subprocess.PIPE, text=True, check=True).stdout
-    for name in ("waypoints_path", "sim", "headless", "sync", "camera", "report"):
+    for name in ("scenario", "waypoints_path", "sim", "headless", "sync", "camera", "report"):
         assert f"  {name} " in text

@@ -12,9 +12,10 @@ from hypothesis import strategies as st
 
 from sdc_package.route import Route
 from sdc_package.waypoints import load_waypoints
+from sdc_sim.limits import Limits, Stop
 from sdc_sim.obstacles import KINDS, Obstacles
 from sdc_sim.scenario import SIM_GROUPS, SIM_NUMBERS, load_lights, load_obstacles, load_scenario
-from sdc_sim.traffic_lights import TrafficLights
+from sdc_sim.traffic_lights import Light, TrafficLights
 from sdc_sim.yaml_reading import ScenarioError
 
 HERE = os.path.dirname(os.path.abspath(__file__))
@@ -164,7 +165,115 @@ def test_fuzz_any_file_is_a_scenario_or_one_clear_refusal(tmp_path_factory, cont
             assert all(map(math.isfinite, lamp[1:4]))
 
 
-@pytest.mark.parametrize("opening", ["[", "{a: ", "- "])
-def test_a_file_nested_without_end_is_refused(tmp_path, opening):
-    with pytest.raises(ScenarioError, match="is no YAML"):
-        load(tmp_path, 2000 * opening)
+@pytest.mark.parametrize("text", ["[" * 5000, "{a: " * 5000, "- " * 5000])
+def test_a_file_nested_without_end_is_refused(tmp_path, text):
+    with pytest.raises(ScenarioError, match="nested too deep|no YAML"):
+        load(tmp_path, text)
+
+
+WHOLE = """
+about: a bit of everything
+route:
+  - straight_m: 50
+  - {right_deg: 90, radius_m: 12, transition_m: 6}
+vehicle: bmw_320i
+stack: student_nodes
+camera: true
+seed: 7
+friction: 0.6
+odometry_noise: {position_m: 0.05}
+start: {left_m: 2, turned_rad: -1.0}
+frame: route
+obstacles: []
+lights:
+  - stop_line_m: 30
+    phases: [red: 5, green: 10.5]
+    offset_s: 2
+limits:
+  status: collision
+  at_most: {cross_track_max_m: 0.5, infractions: 1}
+  at_least: {red_light: 1}
+  stops: [{at_m: 27, within_m: 1}]
+"""
+
+
+def write(tmp_path, text):
+    path = tmp_path / "scenario.yaml"
+    path.write_text(text)
+    return str(path)
+
+
+def test_a_whole_scenario(tmp_path):
+    path = write(tmp_path, WHOLE)
+    scenario = load_scenario(path)
+    assert (scenario.name, scenario.about, scenario.vehicle, scenario.stack, scenario.camera) == (
+        "scenario", "a bit of everything", "bmw_320i", "student_nodes", True)
+    assert scenario.route == [{"straight_m": 50.0}, {"right_deg": 90.0, "radius_m": 12.0, "transition_m": 6.0}]
+    assert scenario.sim == {"seed": 7, "friction": 0.6, "odometry_noise": {"position_m": 0.05},
+                            "start": {"left_m": 2.0, "turned_rad": -1.0}}
+    assert isinstance(scenario.sim["seed"], int)
+    assert scenario.limits == Limits("collision", {"cross_track_max_m": 0.5, "infractions": 1.0}, {"red_light": 1.0}, (Stop(27.0, 1.0),))
+    assert load_obstacles(path, ROUTE) == []
+    assert load_lights(path, ROUTE) == [Light(30.0, 0.0, 0.0, (("red", 5.0), ("green", 10.5)), 2.0)]
+
+
+def test_what_a_scenario_leaves_out_is_as_usual(tmp_path):
+    path = write(tmp_path, "about: nothing special")
+    scenario = load_scenario(path)
+    assert (scenario.route, scenario.vehicle, scenario.stack, scenario.camera, scenario.sim, scenario.limits) == (
+        None, None, None, False, {}, Limits())
+    assert load_obstacles(path, ROUTE) + load_lights(path, ROUTE) == []
+
+
+LIGHT = "lights:\n  - "
+
+
+@pytest.mark.parametrize(("text", "line", "message"), [
+    ("frictoin: 0.5", 1, "did you mean 'friction'"),
+    ("about: x\nfriction: slippery", 2, "'friction' is 'slippery'; give a number"),
+    ("friction: 3", 1, "from 0.05 to 2"),
+    ("seed: 1.5", 1, "whole number"),
+    ("odometry_noise:\n  positon_m: 1", 2, "did you mean 'position_m'"),
+    ("start:\n  left_m: far", 2, "'left_m' is 'far'"),
+    ("vehicle: ../../etc/passwd", 1, "no path"),
+    ("about: x\nstack: /tmp/evil", 2, "no path"),
+    ("camera: maybe", 1, "'camera' is 'maybe'"),
+    ("route: []", 1, "no part"),
+    ("route:\n  - straight: 50", 2, "did you mean 'straight_m'"),
+    ("route:\n  - straight_m: 50\n  - {left_deg: 90, radius_m: 10}", 3, "left_deg"),
+    ("route:\n  - straight_m: 50\n  - {left_deg: 10, radius_m: 10, transition_m: 9}", 3, "shorten transition_m"),
+    ("route:\n  - straight_m: 15000\n  - straight_m: 15000", 3, "longer than"),
+    ("limits:\n  at_most:\n    cross_track_maxi_m: 1", 3, "did you mean 'cross_track_max_m'"),
+    ("limits:\n  status: compleat", 2, "'status' is 'compleat'"),
+    ("limits:\n  stops:\n    - at_m: 5", 3, "within_m"),
+    ("about: &a [*a]", 1, "must be a word"),
+    ("about: !!python/object/apply:os.system ['true']\nfriction: 1", 1, "must be a word"),
+    ("obstacles: []", None, "'frame' is missing"),
+])
+def test_mistakes_in_a_scenario_are_named(tmp_path, text, line, message):
+    path = write(tmp_path, text)
+    with pytest.raises(ScenarioError) as refusal:
+        load_scenario(path)
+    said = str(refusal.value)
+    assert "\n" not in said
+    assert said.startswith(path)
+    assert message in said
+    if line:
+        assert f", line {line}: " in said
+
+
+@pytest.mark.parametrize(("text", "line", "message"), [
+    (LIGHT + "stop_line_m: 20", 2, "no 'phases'"),
+    (LIGHT + "phases: [red: 5]", 2, "no 'stop_line_m'"),
+    (LIGHT + "stop_line_m: 20\n    phases: []", 3, "no phase"),
+    (LIGHT + "stop_line_m: 20\n    phases: [blue: 5]", 3, "unknown key 'blue'"),
+    (LIGHT + "stop_line_m: 20\n    phases: [{red: 5, green: 5}]", 3, "one colour"),
+    (LIGHT + "stop_line_m: 20\n    phases: [red: 0]", 3, "from 0.05"),
+    (LIGHT + "stop_line_m: 5000\n    phases: [red: 5]", 2, "along a route of"),
+    ("lights: 7", 1, "no list"),
+])
+def test_mistakes_in_lights_are_named(tmp_path, text, line, message):
+    with pytest.raises(ScenarioError) as refusal:
+        load_lights(write(tmp_path, text), ROUTE)
+    assert f", line {line}: " in str(refusal.value)
+    assert message in str(refusal.value)

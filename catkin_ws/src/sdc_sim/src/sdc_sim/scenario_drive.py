@@ -84,6 +84,9 @@ def prepare(name: str, report_path: str, given: dict, packaged: Packaged) -> dic
     route = Route(load_waypoints(arguments.get("waypoints_path") or os.path.join(packaged.routes, _ROUTES["town"])))
     load_obstacles(arguments["obstacles_path"], route)
     load_lights(arguments["obstacles_path"], route)
+    along_m = scenario.sim.get("start", {}).get("along_m", 0.0)
+    if along_m > route.length_m:
+        raise ScenarioError(f"{scenario.path}: the start lies {along_m:g} m along a route of {route.length_m:.1f} m; give a place on it")
     return arguments
 
 

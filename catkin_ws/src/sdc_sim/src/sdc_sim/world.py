@@ -149,7 +149,8 @@ class World:
     def look_again(self) -> None:
         """Sense what has been moved since the tick, as a paused world shows it; the odometry is the truth then."""
         state = self.vehicle.state
-        self.sensed = self.sensed._replace(state=state, measured=state, bodies=self.obstacles.bodies)
+        self.sensed = self.sensed._replace(state=state, measured=state, bodies=self.obstacles.bodies,
+                                           lamps=self.lights.lamps(self.elapsed_s))
 
     def toggle_obstacle(self, plan: Plan) -> str:
         """Put an obstacle there, or take away what is there; returns what was done. Raises ValueError where the car stands."""

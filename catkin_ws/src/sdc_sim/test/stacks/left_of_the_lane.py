@@ -10,4 +10,5 @@ class LeftOfTheLane(Steering):
         self.inner = StanleySteering(axles, k=2.5, softening_mps=2.0, preview_s=0.025)
 
     def wheel_angle(self, path, x_m, y_m, yaw_rad, speed_mps, yaw_rate_radps=0.0):
-        return self.inner.wheel_angle(path, x_m + 0.8 * math.sin(yaw_rad), y_m - 0.8 * math.cos(yaw_rad), yaw_rad, speed_mps, yaw_rate_radps)
+        x_m, y_m = x_m + 0.8 * math.sin(yaw_rad), y_m - 0.8 * math.cos(yaw_rad)
+        return self.inner.wheel_angle(path, x_m, y_m, yaw_rad, speed_mps, yaw_rate_radps)
