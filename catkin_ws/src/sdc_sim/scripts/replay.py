@@ -29,17 +29,7 @@ class Replay:
         for _, message, _ in bag.read_messages("/referee/rules"):
             self.rules = Rules(**json.loads(message.data))
         watch = Watch(self.rules)
-        hearing = Hearing(watch)
-        listen = {
-            "/planner/mission_waypoints": hearing.mission,
-            "/planner/local_waypoints": hearing.local_path,
-            "/carla/ego_vehicle/odometry": hearing.odometry,
-            "/carla/ego_vehicle/vehicle_control_cmd": hearing.command,
-            "/carla/ego_vehicle/collision": hearing.collision,
-            "/carla/ego_vehicle/obstacles": hearing.obstacles,
-            "/carla/traffic_lights/info": hearing.light_info,
-            "/carla/traffic_lights/status": hearing.light_status,
-        }
+        listen = Hearing(watch).by_topic
         for topic, message, _ in bag.read_messages(list(listen)):
             try:
                 listen[topic](message)

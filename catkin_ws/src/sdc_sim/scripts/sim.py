@@ -16,6 +16,7 @@ from sdc_package.figures import check_between
 from sdc_package.kept_state import KeptState
 from sdc_package.node import LoopPublisher, refuse, spin_beside
 from sdc_package.route import Route
+from sdc_package.surroundings import CLOCK_PATIENCE_S
 from sdc_package.waypoints import WaypointError, load_waypoints
 from sdc_sim.ackermann import AckermannControl, AckermannGains, AckermannTarget
 from sdc_sim.bridge_topics import BridgeTopics
@@ -239,8 +240,11 @@ class Sim:
 
     def wait_for_stack(self):
         """Repeat the first tick until a command answers it and all who must see every tick are connected."""
-        limit = time.monotonic() + self.start_patience_s
-        while not rospy.is_shutdown() and time.monotonic() < limit:
+        begun = time.monotonic()
+        while not rospy.is_shutdown() and time.monotonic() < begun + self.start_patience_s:
+            if time.monotonic() > begun + CLOCK_PATIENCE_S:
+                absent = " ".join(sorted(self.wait_for_nodes - self.listeners())) or f"a command on {self.command_topic}"
+                rospy.logwarn_once(f"sim: waiting for {absent}; the first tick is repeated until then")
             if self.commanded and self.wait_for_nodes <= self.listeners():
                 break
             with self.lock:

@@ -102,8 +102,9 @@ class Watch:
 
     def worst_error_m(self, since=0.0):
         """Farthest that the car's centre has come off the route's line since then, wherever along it."""
-        return max(self.route.project(*pose_and_speed(message)[:2], 0.0, 0.0, self.route.length_m).distance_m
-                   for message in list(self.odometry.messages) if message.header.stamp.to_sec() >= since)
+        whole = 0.0, 0.0, self.route.length_m
+        return max(self.route.project(*pose_and_speed(message)[:2], *whole).distance_m for message in list(self.odometry.messages)
+                   if message.header.stamp.to_sec() >= since)
 
     def clock_went_back(self):
         """Whether any tick of the clock was before the one heard before it."""

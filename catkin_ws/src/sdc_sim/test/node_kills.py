@@ -45,18 +45,10 @@ class KillsTest(unittest.TestCase):
             self.killed_unaffected(node)
         self.killed_world()
         self.killed_stops("/simple_controller")
-        self.watch.wait_for(lambda x, y, yaw, speed: self.second_lap())
+        self.watch.wait_for(lambda _x, y, _yaw, _speed: y > 15.0)
+        self.watch.wait_for(lambda x, y, _yaw, _speed: 5.0 < x < 20.0 and abs(y) < 2.0)
         self.killed_stops("/local_planner")
         self.complete()
-
-    def second_lap(self):
-        """Whether the car has come by the middle of the route."""
-        return len(self.laps()) > 0
-
-    def laps(self):
-        """Odometry at the start of the lap, after more than ten seconds."""
-        return [message for message in self.watch.odometry.messages[200:]
-                if abs(message.pose.pose.position.y) < 2.0 and 0.0 < message.pose.pose.position.x < 20.0]
 
     def killed_world(self):
         """The world stands while nobody moves it, and goes on at the very place."""
@@ -81,7 +73,7 @@ class KillsTest(unittest.TestCase):
         self.assertEqual(report["status"], "completed", report)
         self.assertFalse(self.watch.clock_went_back())
         self.assertLess(self.watch.worst_error_m(), 0.5)
-        self.assertLess(report["duration_s"], 100.0, "no lap was driven twice")
+        self.assertLess(report["time_ratio"], 1.6, "no lap was driven twice")
         print(report, f"worst error {self.watch.worst_error_m():.2f} m")
 
 

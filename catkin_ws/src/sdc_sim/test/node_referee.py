@@ -162,7 +162,7 @@ class RefereeTest(unittest.TestCase):
         self.assertNotIn("Traceback", self.said())
 
     def test_a_full_disk_ends_no_drive_and_is_told(self):
-        process = self.start(at_most_bytes=8192)
+        process = self.start(at_most_bytes=5000)
         self.drive()
         self.assertEqual(process.wait(timeout=60), 1, self.said())
         self.assertIn("report.journal: No space left on device; the drive goes on", self.said())

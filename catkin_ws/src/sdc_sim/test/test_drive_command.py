@@ -2,7 +2,6 @@
 import json
 import os
 import signal
-import socket
 import subprocess
 import time
 
@@ -10,31 +9,6 @@ import pytest
 
 ROOT = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", "..", "..", ".."))
 DRIVE = os.path.join(ROOT, "drive")
-
-
-@pytest.fixture
-def environment(tmp_path):
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
-    mark = f"http://127.0.0.1:{port}"
-    yield {**os.environ, "ROS_MASTER_URI": mark, "ROS_IP": "127.0.0.1", "ROS_HOME": str(tmp_path / "ros")}
-    left = processes_with(mark)
-    for pid in left:
-        os.kill(pid, signal.SIGKILL)
-    assert not left, "processes were left behind"
-
-
-def processes_with(mark):
-    found = []
-    for pid in filter(str.isdigit, os.listdir("/proc")):
-        try:
-            with open(f"/proc/{pid}/environ", "rb") as file:
-                if f"ROS_MASTER_URI={mark}".encode() in file.read().split(b"\0"):
-                    found.append(int(pid))
-        except OSError:
-            continue
-    return [pid for pid in found if pid != os.getpid()]
 
 
 def drive(environment, folder, *arguments, limit_s=200):

@@ -14,8 +14,8 @@ from sdc_package.route import Route
 from sdc_package.waypoints import load_waypoints
 from sdc_sim.limits import Limits, Stop
 from sdc_sim.obstacles import KINDS, Obstacles
-from sdc_sim.scenario import load_lights, load_obstacles, load_scenario
-from sdc_sim.traffic_lights import Light
+from sdc_sim.scenario import SIM_GROUPS, SIM_NUMBERS, load_lights, load_obstacles, load_scenario
+from sdc_sim.traffic_lights import Light, TrafficLights
 from sdc_sim.yaml_reading import ScenarioError
 
 HERE = os.path.dirname(os.path.abspath(__file__))
@@ -122,18 +122,26 @@ def test_file_that_is_not_there_or_no_text(tmp_path):
 ODD_WORDS = ["route", "map", ".nan", "1e999", "!!python/object/apply:os.getpid []", "!radians 1", "&a", "*a"]
 SCALARS = st.one_of(st.none(), st.booleans(), st.integers(-10, 10**30), st.floats(), st.text(max_size=8),
                     st.sampled_from([*KINDS, *ODD_WORDS]))
-KEYS = st.text(max_size=4) | st.sampled_from(
-    ["frame", "obstacles", "kind", "at", "yaw_rad", "path", "speed_mps", "start_s", "trigger_m", "size_m", "<<"])
+SCENARIO_KEYS = ["about", "route", "vehicle", "stack", "camera", "limits", "lights", *SIM_NUMBERS, *SIM_GROUPS]
+PART_KEYS = ["kind", "at", "yaw_rad", "path", "speed_mps", "start_s", "trigger_m", "size_m", "straight_m", "left_deg", "radius_m",
+             "transition_m", "stop_line_m", "phases", "offset_s", "position_m", "along_m", "left_m", "turned_rad", "status", "at_most",
+             "stops", "at_m", "within_m"]
+KEYS = st.text(max_size=4) | st.sampled_from(["frame", "obstacles", "<<", *SCENARIO_KEYS, *PART_KEYS])
 POINTS = st.lists(st.floats(-300.0, 300.0), min_size=2, max_size=2)
 SIZES = st.lists(st.floats(0.0, 60.0), min_size=3, max_size=3)
-VALUES = st.recursive(SCALARS | POINTS | st.lists(POINTS, max_size=3),
-                      lambda inner: st.lists(inner, max_size=4) | st.dictionaries(KEYS | SCALARS, inner, max_size=4), max_leaves=12)
+LISTS = st.lists(SCALARS | POINTS, max_size=3)
+VALUES = SCALARS | POINTS | LISTS | st.dictionaries(KEYS | SCALARS, SCALARS | POINTS | LISTS, max_size=3)
+LIGHTS = st.fixed_dictionaries({"stop_line_m": st.floats(-10.0, 250.0), "phases": st.lists(
+    st.dictionaries(st.sampled_from(["red", "yellow", "green", "blue"]), st.floats(-1.0, 100.0), max_size=2), max_size=3)},
+    optional={"offset_s": VALUES})
 OBSTACLES = st.fixed_dictionaries({"kind": st.sampled_from(sorted(KINDS)) | SCALARS}, optional={
     "at": POINTS | VALUES, "path": st.lists(POINTS, max_size=4) | VALUES, "speed_mps": st.floats(0.0, 70.0) | VALUES, "start_s": VALUES,
     "trigger_m": VALUES, "yaw_rad": st.floats(-8.0, 8.0) | VALUES, "size_m": SIZES | VALUES})
 NEARLY = st.fixed_dictionaries({"frame": st.sampled_from(["map", "route"]) | SCALARS,
-                                "obstacles": st.lists(OBSTACLES, max_size=3) | VALUES})
-TEXTS = st.one_of((NEARLY | VALUES).map(lambda data: yaml.safe_dump(data, allow_unicode=True)), NEARLY.map(str), st.text(max_size=60),
+                                "obstacles": st.lists(OBSTACLES, max_size=3) | VALUES},
+                               optional={"lights": st.lists(LIGHTS, max_size=2) | VALUES, "limits": VALUES, "route": VALUES})
+ANYTHING = st.dictionaries(st.sampled_from(SCENARIO_KEYS), VALUES, max_size=3) | VALUES
+TEXTS = st.one_of((NEARLY | ANYTHING).map(lambda data: yaml.safe_dump(data, allow_unicode=True)), NEARLY.map(str), st.text(max_size=60),
                   st.text("frame: map\nobstcl-[]{},.&*!|>'\"%@0123456789", max_size=120))
 CONTENTS = TEXTS.map(lambda text: text.encode("utf-8", "surrogatepass")) | st.binary(max_size=80)
 
@@ -144,19 +152,17 @@ def test_fuzz_any_file_is_a_scenario_or_one_clear_refusal(tmp_path_factory, cont
     path = tmp_path_factory.getbasetemp() / "fuzz.yaml"
     path.write_bytes(content)
     try:
-        plans = load_obstacles(str(path), ROUTE)
+        scenario = load_scenario(str(path))
+        plans, lights = load_obstacles(str(path), ROUTE), load_lights(str(path), ROUTE)
     except ScenarioError as refusal:
         assert str(refusal).startswith(str(path))
         assert "\n" not in str(refusal)
     else:
+        assert scenario.path == str(path)
         for body in Obstacles(plans).bodies:
             assert all(map(math.isfinite, body[2:]))
-
-
-@pytest.mark.parametrize("text", ["[" * 5000, "{a: " * 5000, "- " * 5000])
-def test_a_file_nested_without_end_is_refused(tmp_path, text):
-    with pytest.raises(ScenarioError, match="nested too deep|no YAML"):
-        load(tmp_path, text)
+        for lamp in TrafficLights(lights).lamps(12.3):
+            assert all(map(math.isfinite, lamp[1:4]))
 
 
 WHOLE = """
@@ -265,3 +271,9 @@ def test_mistakes_in_lights_are_named(tmp_path, text, line, message):
         load_lights(write(tmp_path, text), ROUTE)
     assert f", line {line}: " in str(refusal.value)
     assert message in str(refusal.value)
+
+
+@pytest.mark.parametrize("opening", ["[", "{a: ", "- "])
+def test_a_file_nested_without_end_is_refused(tmp_path, opening):
+    with pytest.raises(ScenarioError, match="is no YAML"):
+        load(tmp_path, 2000 * opening)

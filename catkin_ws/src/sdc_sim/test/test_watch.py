@@ -144,6 +144,14 @@ def test_commands_without_stamps_belong_to_what_was_heard_last():
     np.testing.assert_allclose(result.commands[:, 2], 0.01 * np.arange(1, 20))
 
 
+def test_a_command_is_in_force_until_the_next():
+    watch = watched()
+    drive_on(watch, 1, 3, answer=False)
+    drive_on(watch, 4, 1)
+    drive_on(watch, 5, 3, answer=False)
+    np.testing.assert_allclose(watch.result().commands[:, 0], [math.nan] * 3 + [0.004] * 4)
+
+
 def test_infractions_outlive_a_kill(tmp_path):
     path = str(tmp_path / "journal")
     first = watched(Journal(path, "drive"))

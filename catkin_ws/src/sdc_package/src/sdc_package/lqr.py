@@ -48,12 +48,16 @@ def lqr_gains(speed_mps: float, axles: Axles, gyration_m: float, weights, steer_
     """The four gains K of delta = -K x at one speed, rad a unit of each error.
 
     weights: (4,) on the squares of the errors; steer_weight on that of the wheel angle; tick_s: for how long a wheel angle is held.
+    Raises ValueError where these figures leave no stable car.
     """
     a, b = error_model(speed_mps, axles, gyration_m)
     held = expm(tick_s * np.block([[a, b], [np.zeros((1, 5))]]))
     a, b = held[:4, :4], held[:4, 4:]
-    p = solve_discrete_are(a, b, np.diag(weights), np.array([[steer_weight]]))
-    return np.linalg.solve(steer_weight + b.T @ p @ b, b.T @ p @ a)[0].tolist()
+    try:
+        p = solve_discrete_are(a, b, np.diag(weights), np.array([[steer_weight]]))
+        return np.linalg.solve(steer_weight + b.T @ p @ b, b.T @ p @ a)[0].tolist()
+    except np.linalg.LinAlgError as error:
+        raise ValueError(f"no gains keep such a car on its path at {speed_mps:g} m/s ({error})") from error
 
 
 class GainSchedule:

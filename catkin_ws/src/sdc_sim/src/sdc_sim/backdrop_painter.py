@@ -11,7 +11,7 @@ from sdc_sim import shared_pictures
 from sdc_sim.camera import CameraModel
 from sdc_sim.renderer import Backdrop
 from sdc_sim.road import Road
-from sdc_sim.side_process import SideProcess, serve
+from sdc_sim.side_process import SideProcess, give_way, serve
 
 _PATIENCE_S = 2.0
 
@@ -43,6 +43,7 @@ class BackdropPainter:
 def main():
     """Serve until the world closes or ends: an interrupt from the keyboard is the world's to hear."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    give_way()
     cv2.setNumThreads(1)
     *arguments, socket_number = sys.argv[1:]
     painter = BackdropPainter(*arguments)

@@ -4,6 +4,7 @@ from __future__ import annotations
 import os
 import signal
 import subprocess
+import sys
 import time
 
 from sdc_sim.limits import Limits, read_report, shortfalls
@@ -45,7 +46,8 @@ class CheckedDrive:
         return [*lines, self._last_words()] if lines else []
 
     def _launch(self, wall_limit_s, stopped, environment):
-        command = ["roslaunch", "sdc_package", "all.launch", *(f"{key}:={value}" for key, value in self.arguments.items())]
+        command = [sys.executable, "-m", "sdc_package.safe_roslaunch", "sdc_package", "all.launch",
+                   *(f"{key}:={value}" for key, value in self.arguments.items())]
         with open(self.log_path, "wb") as log:
             launch = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT, env=environment,
                                       start_new_session=True)

@@ -13,6 +13,16 @@ class Hearing:
 
     def __init__(self, watch: Watch):
         self.watch = watch
+        self.by_topic = {
+            "/planner/mission_waypoints": self.mission,
+            "/planner/local_waypoints": self.local_path,
+            "/carla/ego_vehicle/odometry": self.odometry,
+            "/carla/ego_vehicle/vehicle_control_cmd": self.command,
+            "/carla/ego_vehicle/collision": self.collision,
+            "/carla/ego_vehicle/obstacles": self.obstacles,
+            "/carla/traffic_lights/info": self.light_info,
+            "/carla/traffic_lights/status": self.light_status,
+        }
 
     def mission(self, path) -> None:
         """sdc_package/Path; the first one counts."""

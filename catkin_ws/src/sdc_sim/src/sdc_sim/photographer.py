@@ -19,7 +19,7 @@ from sdc_sim.messages import COLOURS, camera_info_message, camera_transform, ima
 from sdc_sim.obstacles import Body
 from sdc_sim.painting import dim
 from sdc_sim.road import Road
-from sdc_sim.side_process import serve
+from sdc_sim.side_process import give_way, serve
 from sdc_sim.traffic_lights import GREEN, OFF, RED, YELLOW, Lamp
 
 LIGHT_HEIGHT_M = 3.4
@@ -69,6 +69,7 @@ def light_of(lamp: Lamp) -> Box:
 def main():
     """Serve until the painter closes or ends: an interrupt from the keyboard is the world's to hear."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    give_way()
     cv2.setNumThreads(1)
     *arguments, socket_number = rospy.myargv(sys.argv)[1:]
     rospy.init_node("front_camera", disable_signals=True)

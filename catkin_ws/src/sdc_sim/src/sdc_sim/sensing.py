@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from sdc_package.figures import check_not_negative, check_positive
+
 
 class OdometryNoise:
     """Adds independent Gaussian noise to each odometry: standard deviations of position (each axis), heading and speed.
@@ -18,8 +20,7 @@ class OdometryNoise:
 
     def __init__(self, seed: int, position_m: float = 0.0, heading_rad: float = 0.0, speed_mps: float = 0.0):
         for name, sigma in (("position_m", position_m), ("heading_rad", heading_rad), ("speed_mps", speed_mps)):
-            if not 0.0 <= sigma < math.inf:
-                raise ValueError(f"odometry noise {name} must be a number from 0, got {sigma}")
+            check_not_negative(**{f"odometry_noise.{name}": sigma})
         self._sigmas = (position_m, position_m, heading_rad, speed_mps)
         self._random = np.random.RandomState(seed)
         self.draws = 0
@@ -49,10 +50,8 @@ class Delay:
     """
 
     def __init__(self, delay_s: float, tick_s: float):
-        if not 0.0 <= delay_s < math.inf:
-            raise ValueError(f"delay_s must be a number of seconds from 0, got {delay_s}")
-        if not 0.0 < tick_s < math.inf:
-            raise ValueError(f"tick_s must be a positive number of seconds, got {tick_s}")
+        check_not_negative(delay_s=delay_s)
+        check_positive(tick_s=tick_s)
         # A delay of 1.5 ticks must not fall to 1 because 0.15 / 0.1 is 1.4999...
         self.ticks = int(math.floor(delay_s / tick_s + 0.5 + 1e-9))
         self._line = deque()

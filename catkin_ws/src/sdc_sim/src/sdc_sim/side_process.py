@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import os
 import socket
 import subprocess
 import threading
@@ -34,7 +35,7 @@ class SideProcess:
             self._socket.settimeout(None)
             theirs.settimeout(None)
             self.process = subprocess.Popen([*self._command, str(theirs.fileno())], pass_fds=(theirs.fileno(), *self._files),
-                                            stdin=subprocess.DEVNULL)
+                                            stdin=subprocess.DEVNULL, start_new_session=True)
         self._pending = 0
         threading.Thread(target=self._count_done, args=(self._socket, self.process), daemon=True).start()
 
@@ -94,6 +95,14 @@ class SideProcess:
             self.process.wait(5.0)
         except subprocess.TimeoutExpired:
             self.process.kill()
+
+
+def give_way() -> None:
+    """Let whoever has something else to do run at once, for the rest of this process: work beside the loop must not delay it.
+
+    With Linux' sched_autogroup, which shares the processor among sessions, the process still gets its session's share of it.
+    """
+    os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))
 
 
 def serve(socket_number: int, work) -> None:

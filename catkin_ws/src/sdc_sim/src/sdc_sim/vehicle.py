@@ -13,6 +13,8 @@ from dataclasses import dataclass
 
 import yaml
 
+from sdc_package.figures import check_between
+
 GRAVITY_MPS2 = 9.81
 AIR_DENSITY_KGPM3 = 1.2
 
@@ -175,10 +177,8 @@ class Vehicle:
 
     def __init__(self, parameters: VehicleParameters, friction: float = 1.0, side_wind_mps: float = 0.0,
                  internal_step_s: float = 0.005):
-        if not (math.isfinite(friction) and friction > 0.0):
-            raise ValueError(f"friction must be a positive number, got {friction}")
-        if not abs(side_wind_mps) <= _STRONGEST_WIND_MPS:
-            raise ValueError(f"side_wind_mps must lie within +-{_STRONGEST_WIND_MPS:g} m/s, got {side_wind_mps}")
+        check_between(1e-3, 100.0, friction=friction)
+        check_between(-_STRONGEST_WIND_MPS, _STRONGEST_WIND_MPS, side_wind_mps=side_wind_mps)
         longest = min(_LONGEST_INTERNAL_STEP_S, 2.0 / _stiffest_rate(parameters))
         if not 0.0 < internal_step_s <= longest:
             raise ValueError(f"internal_step_s must lie in 0..{longest:.4g} s for this car, got {internal_step_s}")

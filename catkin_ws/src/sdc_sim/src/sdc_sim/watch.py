@@ -57,7 +57,8 @@ class Rules(NamedTuple):
 
 @dataclass
 class Result:
-    """A drive as it is reported. commands: (n, 3) throttle, brake and steer that answered each sample, NaN where none did;
+    """A drive as it is reported. commands: (n, 3) throttle, brake and steer that answered each sample, or else were in
+    force, NaN where none were;
     planned: (m, 2) distance and planned speed; limit_mps: (N,) the greatest speed at each point of the route."""
 
     figures: dict
@@ -226,7 +227,7 @@ class Watch:
         self._run_red_lights(self._red_lights.move(stamp_ns, self._route, self.drive.samples[-1].s_m))
         if self._journal is None:
             self._stamps.append(stamp_ns)
-            self._fallbacks.append(None)
+            self._fallbacks.append(self._fallbacks[-1] if self._fallbacks else None)
         return True
 
     def _on_command(self, stamp_ns, throttle, brake, steer) -> None:

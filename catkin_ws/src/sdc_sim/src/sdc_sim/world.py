@@ -5,6 +5,7 @@ import math
 from dataclasses import replace
 from typing import NamedTuple
 
+from sdc_package.figures import check_between
 from sdc_sim.ackermann import AckermannControl, AckermannTarget
 from sdc_sim.collision import Rectangle
 from sdc_sim.control import Control
@@ -43,10 +44,9 @@ class World:
     def __init__(self, vehicle: Vehicle, tick_s: float, command_patience_s: float, start=(0.0, 0.0, 0.0),
                  obstacles: Obstacles = None, lights: TrafficLights = None, noise: OdometryNoise = None, ackermann: AckermannControl = None,
                  command_latency_s: float = 0.0, sensor_latency_s: float = 0.0):
-        if not tick_s > 0.0:
-            raise ValueError(f"tick_s must be positive, got {tick_s}")
-        if not command_patience_s >= 0.0:
-            raise ValueError(f"command_patience_s must not be negative, got {command_patience_s}")
+        check_between(1e-3, 1.0, tick_s=tick_s)
+        check_between(0.0, 1e6, command_patience_s=command_patience_s)
+        check_between(0.0, 100.0, command_latency_s=command_latency_s, sensor_latency_s=sensor_latency_s)
         self.vehicle = vehicle
         self.tick_s = tick_s
         self.tick = 1

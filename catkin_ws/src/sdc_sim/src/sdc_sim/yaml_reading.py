@@ -31,7 +31,7 @@ class YamlReader:
 
     def refuse(self, node, message: str):
         """Raise ScenarioError for this node's line."""
-        raise ScenarioError(f"{self.path}, line {node.start_mark.line + 1}: {message}")
+        raise ScenarioError(f"{self.path}, line {node.start_mark.line + 1}: {' '.join(message.splitlines())}")
 
     def compose(self, text: str):
         """The root node of the text, None where it is empty. Raises ScenarioError."""

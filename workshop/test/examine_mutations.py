@@ -1,0 +1,62 @@
+"""Makes each mistake of a part of mutations.yaml in a finished workspace, alone, and prints what the check of its step says, as JSON on
+the last line. Usage: examine_mutations.py WORKSPACE PART PARTS"""
+import json
+import sys
+import time
+from pathlib import Path
+
+import yaml
+
+from sdc_workshop.exam.examination import Examination
+from sdc_workshop.exam.stage import Stage
+from sdc_workshop.exam.student import Student
+from sdc_workshop.regions import body, replaced
+from sdc_workshop.steps import find_step
+from sdc_workshop.workspace import PROJECT
+
+
+def mutations():
+    return yaml.safe_load((PROJECT / "workshop" / "mutations.yaml").read_text(encoding="utf-8"))
+
+
+def mutated(text, step, mutation):
+    """The file with this mistake in it."""
+    region = body(text, step.todo) if step.todo else text
+    if region.count(mutation["old"]) != 1:
+        raise ValueError(f"{step.id}, {mutation['name']}: '{mutation['old']}' is there {region.count(mutation['old'])} times")
+    region = region.replace(mutation["old"], mutation["new"])
+    return replaced(text, step.todo, region) if step.todo else region
+
+
+def examine(folder, mutation, stage):
+    step = find_step(mutation["step"])
+    path = folder / "src" / step.file
+    text, mode = path.read_bytes(), path.stat().st_mode
+    try:
+        if mutation.get("mode") == "-x":
+            path.chmod(mode & ~0o111)
+        else:
+            path.write_text(mutated(text.decode(), step, mutation), encoding="utf-8")
+        return Examination(Student(folder), stage).judge([step])[step.id]
+    finally:
+        path.write_bytes(text)
+        path.chmod(mode)
+
+
+def main():
+    folder, part, parts = Path(sys.argv[1]), int(sys.argv[2]), int(sys.argv[3])
+    wanted = sys.argv[4:]
+    answers = {}
+    with Stage(Student(folder)) as stage:
+        for mutation in mutations()[part::parts]:
+            if wanted and mutation["step"] not in wanted:
+                continue
+            start = time.monotonic(), time.process_time()
+            answers[f"{mutation['step']}: {mutation['name']}"] = answer = examine(folder, mutation, stage).as_dict()
+            if wanted or answer["status"] != "wrong" or not all(word in answer["hint"] for word in mutation["hint"]):
+                print(f"{time.monotonic() - start[0]:.1f} s {mutation['step']}: {mutation['name']} {answer} wanted {mutation['hint']}", file=sys.stderr)
+    print(json.dumps(answers))
+
+
+if __name__ == "__main__":
+    main()
