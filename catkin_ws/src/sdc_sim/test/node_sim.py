@@ -7,10 +7,13 @@ import numpy as np
 import rospy
 import rostest
 import tf2_ros
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from sdc_package.msg import CarlaVehicleControl
 from sensor_msgs.msg import CameraInfo, Image
+from std_msgs.msg import Header
 
 from sdc_package.listening import Listener, wait_for_subscriber, wait_until
 from sdc_package.odometry import pose_and_speed
@@ -81,6 +84,22 @@ class SimTest(unittest.TestCase):
         self.drive_until(lambda odometry: self.speed(odometry) == 0.0, brake=1e9, steer=-1e9)
         odometry = self.odometry.wait_for(after=len(self.odometry.messages))
         self.assertTrue(all(map(math.isfinite, pose_and_speed(odometry))))
+
+    def test_commands_with_anything_in_any_field(self):
+        figure = st.floats(width=32)
+        times = st.builds(rospy.Time, st.integers(0, 2**32 - 1), st.integers(0, 999_999_999))
+        headers = st.builds(Header, st.integers(0, 2**32 - 1), times, st.text(max_size=10))
+
+        @settings(max_examples=60, deadline=None, derandomize=True, database=None)
+        @given(st.builds(CarlaVehicleControl, headers, figure, figure, figure, st.booleans(), st.booleans()))
+        def send(command):
+            before = len(self.odometry.messages)
+            self.command.publish(command)
+            self.assertTrue(all(map(math.isfinite, pose_and_speed(self.odometry.wait_for(after=before)))))
+
+        send()
+        self.drive_until(lambda odometry: self.speed(odometry) == 0.0, brake=1.0)
+        self.drive_until(lambda odometry: self.speed(odometry) > 2.0, throttle=0.7)
 
     def test_car_brakes_when_no_command_comes(self):
         moving = self.drive_until(lambda odometry: self.speed(odometry) > 4.0, throttle=0.8)

@@ -5,11 +5,14 @@ import math
 import os
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from sdc_sim.ackermann import AckermannControl, AckermannGains, AckermannTarget
 from sdc_sim.control import Control
 from sdc_sim.sensing import Delay
-from sdc_sim.vehicle import VehicleCommand, VehicleState, load_vehicle
+from sdc_sim.vehicle import Vehicle, VehicleCommand, VehicleState, load_vehicle
+from sdc_sim.world import World
 
 TESLA = load_vehicle(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "config", "vehicles", "tesla_model3.yaml"))
 TICK_S = 0.05
@@ -134,3 +137,29 @@ def test_reset_forgets_orders_but_not_who_drives():
     driver.reset()
     assert driver.by_hand
     assert [driver.command(tick, STILL, TICK_S) for tick in (2, 3, 4)] == [VehicleCommand()] * 3
+
+
+FIGURE = st.floats(width=32)
+COMMANDS = st.builds(VehicleCommand, FIGURE, FIGURE, FIGURE, st.booleans(), st.booleans())
+
+
+@settings(max_examples=max(500, settings.default.max_examples))
+@given(st.lists(st.tuples(COMMANDS, st.booleans()), min_size=1, max_size=8))
+def test_fuzz_whatever_is_commanded_the_car_obeys_sane_pedals(orders):
+    world = World(Vehicle(TESLA), TICK_S, 0.4)
+    for command, by_hand in orders:
+        before = world.control.last
+        figures = (command.throttle, command.brake, command.steer)
+        try:
+            clamped = world.obey(command, by_hand)
+        except ValueError as error:
+            assert not all(map(math.isfinite, figures)), error
+            clamped = False
+        else:
+            assert all(map(math.isfinite, figures))
+            assert clamped == (not (0.0 <= command.throttle <= 1.0 and 0.0 <= command.brake <= 1.0 and -1.0 <= command.steer <= 1.0))
+        assert world.control.last == before, "an order is obeyed in the tick, not before"
+        world.advance()
+        last = world.control.last
+        assert 0.0 <= last.throttle <= 1.0 and 0.0 <= last.brake <= 1.0 and -1.0 <= last.steer <= 1.0
+        assert all(map(math.isfinite, vars(world.vehicle.state).values()))
