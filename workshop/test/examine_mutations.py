@@ -1,5 +1,6 @@
 """Makes each mistake of a part of mutations.yaml in a finished workspace, alone, and prints what the check of its step says, as JSON on
 the last line. Usage: examine_mutations.py WORKSPACE PART PARTS"""
+
 import json
 import sys
 import time
@@ -54,7 +55,10 @@ def main():
             start = time.monotonic(), time.process_time()
             answers[f"{mutation['step']}: {mutation['name']}"] = answer = examine(folder, mutation, stage).as_dict()
             if wanted or answer["status"] != "wrong" or not all(word in answer["hint"] for word in mutation["hint"]):
-                print(f"{time.monotonic() - start[0]:.1f} s {mutation['step']}: {mutation['name']} {answer} wanted {mutation['hint']}", file=sys.stderr)
+                print(
+                    f"{time.monotonic() - start[0]:.1f} s {mutation['step']}: {mutation['name']} {answer} wanted {mutation['hint']}",
+                    file=sys.stderr,
+                )
     print(json.dumps(answers))
 
 

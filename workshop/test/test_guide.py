@@ -18,7 +18,6 @@ from sdc_workshop.steps import Step, load_steps
 from sdc_workshop.workspace import PROJECT, differences, solution_body, write
 
 GUIDE = PROJECT / "workshop" / "guide.md"
-CHECK = PROJECT / "workshop" / "check"
 PATIENCE_S = 90.0
 PROMPT = re.compile(r"\[prompt:(\d+)\]")
 
@@ -147,8 +146,6 @@ class Student:
         for line in lines:
             if line.startswith("./workshop/check "):
                 self.steps_seen.update(terminal.run(line.replace("./workshop/check", "echo"))[1].split())
-                if not CHECK.exists():
-                    continue
             status, said = terminal.run(line)
             self.said += said
             assert status == 0, f"'{line}' ended with {status}:\n{said}"

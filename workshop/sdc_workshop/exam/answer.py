@@ -1,4 +1,5 @@
 """What a check says about a step."""
+
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
@@ -19,6 +20,7 @@ class Problem:
     hint: str
     todo: str | None = None
     line: int | None = None
+    is_error: bool = False  # Python's own words; what they mean alone seldom says what belongs here
 
 
 @dataclass(frozen=True)

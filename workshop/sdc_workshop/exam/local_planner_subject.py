@@ -1,4 +1,5 @@
 """The local planner: given a mission and a place, it is to answer with the road ahead."""
+
 from __future__ import annotations
 
 import math
@@ -36,6 +37,7 @@ class LocalPlannerSubject(NodeSubject):
         import rospy
         from nav_msgs.msg import Odometry
         from sdc_package.msg import BaseWaypoint, LocalPath, Path
+
         with stage.node(variant, {}) as node:
             how = node.wait_until(lambda: node.subscribes(MISSION) and node.subscribes(ODOMETRY) and node.publishes(ROAD))
             found = self.start_problem(node, how, variant)
@@ -43,11 +45,16 @@ class LocalPlannerSubject(NodeSubject):
                 return found
             if how == "ended":
                 return self.ended_problem(node, variant)
-            found = (self.publisher_problem(node, ROAD, message_name("LocalPath"), "1")
-                     or self.subscriber_problem(node, MISSION, message_name("Path"), "3"))
+            found = self.publisher_problem(node, ROAD, message_name("LocalPath"), "1") or self.subscriber_problem(
+                node, MISSION, message_name("Path"), "3"
+            )
             if found is not None or variant.judged == ("2",):
                 return found
-            heard, mission, odometry = node.listener(ROAD, LocalPath), node.publisher(MISSION, Path, latch=True), node.publisher(ODOMETRY, Odometry)
+            heard, mission, odometry = (
+                node.listener(ROAD, LocalPath),
+                node.publisher(MISSION, Path, latch=True),
+                node.publisher(ODOMETRY, Odometry),
+            )
             mission.publish(Path([BaseWaypoint(x, y) for x, y in ROUTE]))
             reference = self._reference(stage)
             for place in PLACES:
@@ -55,12 +62,17 @@ class LocalPlannerSubject(NodeSubject):
 
                 def say(place=place):
                     odometry.publish(odometry_at(*place, 4.0, rospy.Time.now()))
+
                 wanted = [tuple(row) for row in reference(*place).tolist()]
 
                 def answered(before=before, place=place):
                     # Answers to the place before may still be on their way.
-                    return any(math.dist((message.waypoints[0].x, message.waypoints[0].y), place[:2]) < 8.0
-                               for message in heard.messages[before:] if message.waypoints)
+                    return any(
+                        math.dist((message.waypoints[0].x, message.waypoints[0].y), place[:2]) < 8.0
+                        for message in heard.messages[before:]
+                        if message.waypoints
+                    )
+
                 how = node.ask(say, answered)
                 if how != "true":
                     return self._silence(node, how, variant, heard.messages[before:], wanted)
@@ -79,9 +91,15 @@ class LocalPlannerSubject(NodeSubject):
         from sdc_package.obstacles import Caution
         from sdc_package.planning import LocalPlanner, SpeedLimits
         from sdc_package.waypoint_search import WaypointSearch
+
         figures = stage.configuration("local_planner")
-        limits = SpeedLimits(figures["planned_speed_mps"], figures["lateral_acceleration_mps2"], figures["acceleration_mps2"], figures["braking_mps2"],
-                             figures["lateral_jerk_mps3"])
+        limits = SpeedLimits(
+            figures["planned_speed_mps"],
+            figures["lateral_acceleration_mps2"],
+            figures["acceleration_mps2"],
+            figures["braking_mps2"],
+            figures["lateral_jerk_mps3"],
+        )
         route = np.array(ROUTE, np.float32).astype(float)
         planner = LocalPlanner(route, limits, figures["lookahead_m"], figures["join_within_m"], Caution(**figures["caution"]))
         search = WaypointSearch(planner.route.points)
@@ -96,26 +114,50 @@ class LocalPlannerSubject(NodeSubject):
             got = [(point.x, point.y, point.v) for point in messages[-1].waypoints]
             problem = points_problem(got, wanted, "the road ahead", "x, y, v")
             if problem is not None:
-                return Problem(problem.expected, problem.seen, problem.hint, next((todo for todo in ("8", "7", "4") if todo in variant.judged), None))
+                return Problem(
+                    problem.expected, problem.seen, problem.hint, next((todo for todo in ("8", "7", "4") if todo in variant.judged), None)
+                )
         if how == "busy":
             return Problem("a road ahead for each odometry", "a callback runs in circles", "Is there a loop in it that never ends?")
         if said is not None and "mission" in said:
-            return Problem("the mission is taken", f"the node says: {said}", "waypoints is an array of rows (x, y), one for each point of path.waypoints.", "4")
+            return Problem(
+                "the mission is taken",
+                f"the node says: {said}",
+                "waypoints is an array of rows (x, y), one for each point of path.waypoints.",
+                "4",
+            )
         if said is not None:
-            hint = ("The first waypoint ahead is that of this very place: self.search.first_ahead(x, y), with x and y of pose_and_speed in this order; then self.planner.plan(first, x, y, yaw, self.obstacles)."
-                    if "7" in variant.judged else "Are x and y of the mission swapped? Each row of the array is (point.x, point.y).")
+            hint = (
+                "The first waypoint ahead is that of this very place: self.search.first_ahead(x, y), with x and y of pose_and_speed in "
+                "this order; then self.planner.plan(first, x, y, yaw, self.obstacles, self.lights, speed)."
+                if "7" in variant.judged
+                else "Are x and y of the mission swapped? Each row of the array is (point.x, point.y)."
+            )
             return Problem("a road ahead for each odometry", f"the node says: {said}", hint, "7" if "7" in variant.judged else "4")
         if "3" in variant.judged and len(variant.judged) == 1:
-            return Problem("the mission arrives in on_mission", "the mission was published, and nothing happened", "The third argument of rospy.Subscriber is the function that is called with each message: self.on_mission.", "3")
+            return Problem(
+                "the mission arrives in on_mission",
+                "the mission was published, and nothing happened",
+                "The third argument of rospy.Subscriber is the function that is called with each message: self.on_mission.",
+                "3",
+            )
         todo = next((todo for todo in ("8", "7", "4", "3") if todo in variant.judged), None)
-        return Problem(f"a LocalPath on {ROAD} for each odometry", "mission and odometry came, and nothing was published",
-                       {"8": "self.publisher.publish(...) sends the LocalPath: making one alone does not.", "7": "After this region `rows` is published: nothing before it may return.",
-                        "4": "After this region `waypoints` becomes the plan: nothing before it may return."}.get(todo, "Is everything handed on?"), todo)
+        return Problem(
+            f"a LocalPath on {ROAD} for each odometry",
+            "mission and odometry came, and nothing was published",
+            {
+                "8": "self.publisher.publish(...) sends the LocalPath: making one alone does not.",
+                "7": "After this region `rows` is published: nothing before it may return.",
+                "4": "After this region `waypoints` becomes the plan: nothing before it may return.",
+            }.get(todo, "Is everything handed on?"),
+            todo,
+        )
 
 
 def odometry_at(x, y, yaw, speed, stamp):
     """An odometry message: metres, radians, m/s."""
     from nav_msgs.msg import Odometry
+
     message = Odometry()
     message.header.stamp, message.header.frame_id, message.child_frame_id = stamp, "map", "ego_vehicle"
     message.pose.pose.position.x, message.pose.pose.position.y = x, y

@@ -1,4 +1,5 @@
 """Compares rows of numbers, and says what is typical about their difference."""
+
 from __future__ import annotations
 
 import math
@@ -23,12 +24,17 @@ def points_problem(got: list, wanted: list, what: str, names: str = "x, y") -> P
     if len(wanted[0]) == 3:
         if _equal([(row[0], row[1], 0.0) for row in got], [(row[0], row[1], 0.0) for row in wanted]):
             return Problem(expected, seen, "The speed v is not handed on: each row has x, y and v, and so has each point.")
-        for order, text in (((0, 2, 1), "y and v are swapped."), ((2, 1, 0), "x and v are swapped."), ((1, 2, 0), "x, y and v are in the wrong order."), ((2, 0, 1), "x, y and v are in the wrong order.")):
+        for order, text in (
+            ((0, 2, 1), "y and v are swapped."),
+            ((2, 1, 0), "x and v are swapped."),
+            ((1, 2, 0), "x, y and v are in the wrong order."),
+            ((2, 0, 1), "x, y and v are in the wrong order."),
+        ):
             if _equal([tuple(row[i] for i in order) for row in got], wanted):
                 return Problem(expected, seen, text)
     if len(got) != len(wanted):
         for shift in (1, 2, 3, -1, -2, -3):
-            if _equal(got, wanted[shift:]) or _equal(got[max(-shift, 0):], wanted):
+            if _equal(got, wanted[shift:]) or _equal(got[max(-shift, 0) :], wanted):
                 return Problem(expected, seen, "It begins at the wrong point.")
     nearest = math.dist(got[0][:2], wanted[0][:2])
     return Problem(expected, f"{seen}, {nearest:.2f} m away", "Compare the numbers: where does the first difference come from?")

@@ -1,4 +1,5 @@
 """Tries a variant of a library file in a process of its own: a student's loop may never end."""
+
 from __future__ import annotations
 
 import json
@@ -22,8 +23,14 @@ def probe(variant: Variant, stage, name: str):
         found = crash(program.output, path)
         if found is not None:
             shown = variant.text.split("\n")[found.line - 1].strip() if found.line else ""
-            return Problem(f"{path.name} runs without an error", f"{found.error[:300]}{f', in `{shown}`' if shown else ''}", meaning(found),
-                           variant.region_of(found.line) if found.line else None, found.line)
+            return Problem(
+                f"{path.name} runs without an error",
+                f"{found.error[:300]}{f', in `{shown}`' if shown else ''}",
+                meaning(found),
+                variant.region_of(found.line) if found.line else None,
+                found.line,
+                True,
+            )
         if program.status != 0:
             return Problem("an answer", last_words(program.output), "Its last words say why.")
         return json.loads(program.output.splitlines()[-1])

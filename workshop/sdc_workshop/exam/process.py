@@ -1,5 +1,6 @@
 """Programs of a student's: started, watched, and ended whatever they do. A program may crash, run in circles, start others, or wait for
 ever; none of that may reach whoever examines it."""
+
 from __future__ import annotations
 
 import contextlib
@@ -20,6 +21,7 @@ _IDLE_CPU_S = 0.04
 # Nobody needs that much processor time for one picture or one path.
 BUSY_CPU_S = 3.0
 PATIENCE_S = 60.0
+_END_LIMIT_S = 30.0
 _KEPT_OUTPUT = 200_000
 _TICKS_PER_S = os.sysconf("SC_CLK_TCK")
 
@@ -33,8 +35,14 @@ class Program:
         self._said = []
         self._size = 0
         self._process = subprocess.Popen(
-            self.command, env={**environment, MARK: f"{environment.get(MARK, '')}/{self.mark}"}, cwd=folder, stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, start_new_session=True)
+            self.command,
+            env={**environment, MARK: f"{os.environ.get(MARK, '')}/{self.mark}"},
+            cwd=folder,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            start_new_session=True,
+        )
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
 
@@ -128,22 +136,30 @@ def marked(mark: str) -> list:
     for name in os.listdir("/proc"):
         if name.isdigit() and int(name) != os.getpid():
             with contextlib.suppress(OSError):
-                if any(line.startswith(f"{MARK}=".encode()) and mark.encode() in line
-                       for line in Path("/proc", name, "environ").read_bytes().split(b"\0")):
+                if any(
+                    line.startswith(f"{MARK}=".encode()) and mark.encode() in line
+                    for line in Path("/proc", name, "environ").read_bytes().split(b"\0")
+                ):
                     found.append(int(name))
     return found
 
 
 def end_marked(mark: str) -> None:
-    """End all processes with this mark. One that starts others faster than they are ended is stopped first."""
-    for _ in range(100):
-        left = marked(mark)
-        if not left:
+    """End all processes with this mark. Those that start others faster than they could be ended are stopped first, one and all."""
+    limit = time.monotonic() + _END_LIMIT_S
+    stopped = set()
+    while time.monotonic() < limit:
+        found = set(marked(mark))
+        if not found:
             return
-        for number in left:
-            with contextlib.suppress(ProcessLookupError, PermissionError):
-                os.kill(number, signal.SIGSTOP)
-        for number in left:
-            with contextlib.suppress(ProcessLookupError, PermissionError):
-                os.kill(number, signal.SIGKILL)
-        time.sleep(0.01)
+        _signal(found - stopped, signal.SIGSTOP)
+        if found <= stopped:
+            _signal(found, signal.SIGKILL)
+            time.sleep(_POLL_S)
+        stopped |= found
+
+
+def _signal(numbers, what) -> None:
+    for number in numbers:
+        with contextlib.suppress(ProcessLookupError, PermissionError):
+            os.kill(number, what)

@@ -1,4 +1,5 @@
 """The ROS on which a student's nodes are tried: a master of its own, on a free port, in this process, and a node that talks to them."""
+
 from __future__ import annotations
 
 import contextlib
@@ -41,6 +42,7 @@ class Stage:
     def __exit__(self, *_):
         if self._master is not None:
             import rospy
+
             rospy.signal_shutdown("the check has ended")
             self._master.stop()
         self._closing.close()
@@ -52,11 +54,13 @@ class Stage:
             os.environ.update(ROS_IP="127.0.0.1", ROS_HOME=str(self.folder / "ros"), ROS_LOG_DIR=str(self.folder / "ros" / "log"))
             os.environ.pop("ROS_HOSTNAME", None)
             from rosmaster.master import Master
+
             self._master = Master(port=0)
             self._master.start()
             self._master.uri = f"http://127.0.0.1:{self._master.uri.rstrip('/').rpartition(':')[2]}"
             os.environ["ROS_MASTER_URI"] = self._master.uri
             import rospy
+
             rospy.init_node(NAME[1:], argv=[], disable_signals=True, disable_rosout=True)
             for name in ("rosout", "rospy", "rosmaster"):
                 logging.getLogger(name).setLevel(logging.CRITICAL + 1)
@@ -67,6 +71,7 @@ class Stage:
         """A screen that nobody sees; None where there is none to be had."""
         if self._display is None:
             from sdc_package.virtual_display import VirtualDisplay
+
             try:
                 if shutil.which("xdotool") is None or shutil.which("xwd") is None:
                     raise FileNotFoundError("xdotool")
@@ -77,11 +82,18 @@ class Stage:
 
     def environment(self, **more) -> dict:
         """The student's environment, on this master. Raises NotBuilt."""
-        base = {**self.student.environment,
-                "ROS_MASTER_URI": self.master.uri if self._master is not None else "http://127.0.0.1:1", "ROS_IP": "127.0.0.1",
-                "ROS_HOME": str(self.folder / "ros"), "ROS_LOG_DIR": str(self.folder / "ros" / "log"),
-                "PYTHONPYCACHEPREFIX": str(self.folder / "pycache"), "PYTHONUNBUFFERED": "1", "TMPDIR": str(self.folder / "tmp"),
-                "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+        base = {
+            **self.student.environment,
+            "ROS_MASTER_URI": self.master.uri if self._master is not None else "http://127.0.0.1:1",
+            "ROS_IP": "127.0.0.1",
+            "ROS_HOME": str(self.folder / "ros"),
+            "ROS_LOG_DIR": str(self.folder / "ros" / "log"),
+            "PYTHONPYCACHEPREFIX": str(self.folder / "pycache"),
+            "PYTHONUNBUFFERED": "1",
+            "TMPDIR": str(self.folder / "tmp"),
+            "OMP_NUM_THREADS": "1",
+            "OPENBLAS_NUM_THREADS": "1",
+        }
         return {**base, **more}
 
     def build(self, variant: Variant) -> tuple:
@@ -100,9 +112,12 @@ class Stage:
                     text = make_variant(name, text if text is not None else "", ()).text if text else None
                 except RegionError:
                     text = None
-            (library / Path(name).name).write_text(text if text is not None else (SOLUTION / name).read_text(encoding="utf-8"), encoding="utf-8")
+            (library / Path(name).name).write_text(
+                text if text is not None else (SOLUTION / name).read_text(encoding="utf-8"), encoding="utf-8"
+            )
         shadow.joinpath("__init__.py").write_text(
-            f"__path__ = {[str(library), str(self.student.library), str(self.student.built_python)]!r}\n", encoding="utf-8")
+            f"__path__ = {[str(library), str(self.student.library), str(self.student.built_python)]!r}\n", encoding="utf-8"
+        )
         path = library / Path(variant.name).name
         if variant.name not in library_files():
             path = folder / Path(variant.name).name
@@ -149,6 +164,7 @@ class Stage:
 
         def others(rows):
             return {topic: [node for node in nodes if node != NAME] for topic, nodes in rows if set(nodes) - {NAME}}
+
         return others(publishers), others(subscribers), dict(handler.getTopicTypes(NAME)[2])
 
     def _forget(self) -> None:
@@ -159,9 +175,11 @@ class Stage:
             for name, reference in list(manager.nodes.items()):
                 if name == NAME:
                     continue
-                for registrations, unregister in ((manager.publishers, manager.unregister_publisher),
-                                                  (manager.subscribers, manager.unregister_subscriber),
-                                                  (manager.services, manager.unregister_service)):
+                for registrations, unregister in (
+                    (manager.publishers, manager.unregister_publisher),
+                    (manager.subscribers, manager.unregister_subscriber),
+                    (manager.services, manager.unregister_service),
+                ):
                     for key, rows in list(registrations.map.items()):
                         if any(row[0] == name for row in rows):
                             api = registrations.service_api_map[key][1] if registrations is manager.services else reference.api
@@ -184,6 +202,7 @@ class Node:
         self.stage = stage
         self.program = program
         self.path = path
+        self.seen_types = {}
         self._ends = []
 
     @property
@@ -201,9 +220,12 @@ class Node:
         return sorted({name for nodes in (*published.values(), *subscribed.values()) for name in nodes})
 
     def publishes(self, topic: str) -> str | None:
-        """The type with which it publishes on this topic; None when it does not."""
+        """The type with which it publishes on this topic, which `seen_types` keeps; None when it does not."""
         published, _, types = self.stage.state()
-        return types.get(topic, "?") if topic in published else None
+        if topic not in published:
+            return None
+        self.seen_types[topic] = types.get(topic, "?")
+        return self.seen_types[topic]
 
     def subscribes(self, topic: str) -> str | None:
         """The type with which it listens to this topic; None when it does not. To be asked before a publisher of our own is there."""
@@ -218,6 +240,7 @@ class Node:
     def publisher(self, topic: str, message_class, latch: bool = False):
         """An end to speak to it."""
         import rospy
+
         end = rospy.Publisher(topic, message_class, queue_size=20, latch=latch, tcp_nodelay=True)
         self._ends.append(end)
         return end
@@ -241,6 +264,7 @@ class Node:
                 say()
                 said_at[0] = time.monotonic()
             return False
+
         for _ in range(3):
             last = self.program.wait_until(condition)
             if last != "idle":
@@ -258,6 +282,7 @@ class Heard:
 
     def __init__(self, topic: str, message_class):
         import rospy
+
         self.messages = []
         self.subscriber = rospy.Subscriber(topic, message_class, self.messages.append, tcp_nodelay=True)
 

@@ -1,4 +1,5 @@
 """A student's workspace as the checks see it: its files, and the environment in which its programs run. Nothing is ever written there."""
+
 from __future__ import annotations
 
 import os
@@ -65,8 +66,15 @@ class Student:
             raise NotBuilt(f"there is no {setup}")
         plain = {name: os.environ[name] for name in _KEPT if name in os.environ}
         plain["PATH"] = "/usr/local/bin:/usr/bin:/bin"
-        done = subprocess.run(["bash", "-c", 'source "$1" >/dev/null && env -0', "bash", str(setup)], env=plain, stdin=subprocess.DEVNULL,
-                              stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, timeout=_LIMIT_S, check=False)
+        done = subprocess.run(
+            ["bash", "-c", 'source "$1" >/dev/null && env -0', "bash", str(setup)],
+            env=plain,
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            timeout=_LIMIT_S,
+            check=False,
+        )
         if done.returncode != 0:
             raise NotBuilt(f"{setup} ended with {done.stderr.strip().splitlines()[-1:] or done.returncode}")
         found = dict(line.split("=", 1) for line in done.stdout.split("\0") if "=" in line)

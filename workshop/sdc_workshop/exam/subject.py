@@ -1,4 +1,5 @@
 """A file with regions, and how its steps are judged."""
+
 from __future__ import annotations
 
 import ast
@@ -6,11 +7,12 @@ from pathlib import Path
 
 from sdc_workshop.exam import typical
 from sdc_workshop.exam.answer import PASSED, UNFINISHED, WAITING, WRONG, Answer, Problem, wrong
+from sdc_workshop.exam.hints import hint_of
 from sdc_workshop.exam.output import Crash, meaning
 from sdc_workshop.exam.student import NotBuilt
 from sdc_workshop.exam.variant import Variant, make
 from sdc_workshop.regions import RegionError, body, is_written, regions, template
-from sdc_workshop.steps import Step
+from sdc_workshop.steps import Step, load_steps
 from sdc_workshop.workspace import PACKAGE, PROJECT, SOLUTION, TEMPLATES
 
 BUILD = "In the folder of your workspace: `catkin_make`, and then `source devel/setup.bash` in this terminal."
@@ -56,21 +58,38 @@ class Subject:
         path = f"src/{self.file}"
         text = student.text(self.file)
         if text is None:
-            return self._all(steps, Answer(WRONG, f"the file {path}", "it is not there",
-                                           f"Bring it back: cp {TEMPLATES / self.file} {path}", path))
+            return self._all(
+                steps, Answer(WRONG, f"the file {path}", "it is not there", f"Bring it back: cp {TEMPLATES / self.file} {path}", path)
+            )
         try:
             found = regions(text)
         except RegionError as error:
             line = int(str(error).split()[1].rstrip(":")) if str(error).startswith("line ") else None
-            return self._all(steps, Answer(WRONG, "the TODO lines and the rules below them as they were", str(error),
-                                           "Your lines go between the two; both stay.", path, line))
+            return self._all(
+                steps,
+                Answer(
+                    WRONG,
+                    "the TODO lines and the rules below them as they were",
+                    str(error),
+                    "Your lines go between the two; both stay.",
+                    path,
+                    line,
+                ),
+            )
         answers, begun = {}, []
         for step in steps:
             if step.todo not in found:
-                answers[step.id] = Answer(WRONG, f"a line that begins with '# TODO {step.todo}:' and a rule below it", "there is no such line",
-                                          f"Look it up in {TEMPLATES / self.file} and put both lines back.", path)
+                answers[step.id] = Answer(
+                    WRONG,
+                    f"a line that begins with '# TODO {step.todo}:' and a rule below it",
+                    "there is no such line",
+                    f"Look it up in {TEMPLATES / self.file} and put both lines back.",
+                    path,
+                )
             elif not self.written(text, step.todo):
-                answers[step.id] = Answer(UNFINISHED, found[step.todo].title, "nothing is written there yet", "", path, found[step.todo].line)
+                answers[step.id] = Answer(
+                    UNFINISHED, found[step.todo].title, "nothing is written there yet", hint_of(step.id).hint, path, found[step.todo].line
+                )
             else:
                 begun.append(step)
         waits = self._waits(student) if begun else None
@@ -95,10 +114,14 @@ class Subject:
         for message, group in self.needs.items():
             if student.built_md5(message) != solution_md5(message):
                 made = (student.src / PACKAGE / "msg" / f"{message}.msg").is_file()
-                return Answer(WAITING, f"the class of the message {message}, built from {PACKAGE}/msg/{message}.msg",
-                              "it was built from another text of the file" if student.built_md5(message) else "it has not been built",
-                              f"{BUILD} Then `./workshop/check {group}` must pass." if made
-                              else f"`./workshop/check {group}` says what to make first.")
+                return Answer(
+                    WAITING,
+                    f"the class of the message {message}, built from {PACKAGE}/msg/{message}.msg",
+                    "it was built from another text of the file" if student.built_md5(message) else "it has not been built",
+                    f"{BUILD} Then `./workshop/check {group}` must pass."
+                    if made
+                    else f"`./workshop/check {group}` says what to make first.",
+                )
         return None
 
     def _judge(self, steps, text, stage) -> dict:
@@ -128,8 +151,12 @@ class Subject:
             answers[step.id] = self._blame(variant, step.todo, alone, text, stage) if alone else Answer(PASSED)
         if all(answers[step.id].status == PASSED for step in sound):
             step = next((step for step in sound if step.todo == found[0].todo), sound[0])
-            problem = Problem(found[0].expected, found[0].seen,
-                              "Each TODO is right for itself, but together they are not: do they use the same names? " + found[0].hint, line=found[0].line)
+            problem = Problem(
+                found[0].expected,
+                found[0].seen,
+                "Each TODO is right for itself, but together they are not: do they use the same names? " + found[0].hint,
+                line=found[0].line,
+            )
             answers[step.id] = self._wrong(together, step.todo, problem)
         return answers
 
@@ -147,15 +174,24 @@ class Subject:
     def _wrong(self, variant, todo, problem) -> Answer:
         hint = problem.hint
         region = regions(variant.text)[todo]
+        if problem.is_error:
+            hint = f"{hint} {hint_of(self._step(todo)).hint}"
         if self.file.endswith(".py"):
             hint = " ".join([*typical.mistakes(body(variant.text, todo), region), hint]).strip()
         return Answer(WRONG, problem.expected, problem.seen, hint, f"src/{self.file}", variant.student_line(problem.line, todo))
 
+    def _step(self, todo) -> str:
+        return next(step.id for step in load_steps() if (step.file, step.todo) == (self.file, todo))
+
     def _outside(self, text, problem) -> Problem:
         line = self._changed_line(text) or problem.line
-        return Problem(problem.expected, problem.seen,
-                       f"The fault lies outside of your TODOs{f', near line {line}' if line else ''}: something there was changed. Compare with "
-                       f"{TEMPLATES / self.file}. {problem.hint}", line=problem.line)
+        return Problem(
+            problem.expected,
+            problem.seen,
+            f"The fault lies outside of your TODOs{f', near line {line}' if line else ''}: something there was changed. Compare with "
+            f"{TEMPLATES / self.file}. {problem.hint}",
+            line=problem.line,
+        )
 
     def _changed_line(self, text) -> int | None:
         """The first line outside of all regions that is not as it was given, as the student's file counts."""
@@ -173,6 +209,7 @@ class Subject:
 def solution_md5(message: str) -> str | None:
     """Fingerprint of a message of the finished car."""
     from sdc_workshop.exam.student import Student
+
     return Student(PROJECT / "catkin_ws").built_md5(message)
 
 

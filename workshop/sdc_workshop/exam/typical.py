@@ -1,4 +1,5 @@
 """Mistakes that everybody makes once, seen in the text of a region. They never make a step wrong: they say why it may be."""
+
 from __future__ import annotations
 
 import ast
@@ -20,7 +21,9 @@ def _left_over(text: str, region: Region) -> list:
         return []
     lines = [line.strip() for line in text.split("\n") if line.strip() and not line.strip().startswith("#")]
     if lines and lines[0] == region.until_then and region.until_then.startswith("return") and len(lines) > 1:
-        return [f"The line `{region.until_then}` of the template still stands first in the region: what follows it is never reached. Delete it."]
+        return [
+            f"The line `{region.until_then}` of the template still stands first in the region: what follows it is never reached. Delete it."
+        ]
     if len(lines) > 1 and lines[-1] == region.until_then and "=" in region.until_then:
         return [f"The line `{region.until_then}` of the template still stands last in the region and undoes yours. Delete it."]
     return []
@@ -40,7 +43,9 @@ def _in_syntax(text: str) -> list:
             for argument in (*node.args, *(keyword.value for keyword in node.keywords)):
                 if isinstance(argument, ast.Call) and (_last_name(argument.func) or "").startswith("on_"):
                     name = _last_name(argument.func)
-                    found.append(f"The callback is handed over without parentheses: `self.{name}`. With them, `self.{name}()`, it is called at once.")
+                    found.append(
+                        f"The callback is handed over without parentheses: `self.{name}`. With them, `self.{name}()`, it is called at once."
+                    )
     return found
 
 

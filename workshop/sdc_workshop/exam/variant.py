@@ -3,6 +3,7 @@
 A step is judged on a variant in which nothing but its own region is the student's. What goes wrong there is that region's doing, whatever
 else in the workspace is wrong or not yet written.
 """
+
 from __future__ import annotations
 
 from dataclasses import dataclass

@@ -29,10 +29,6 @@ class Referee:
         rospy.init_node("referee")
         self.report_path = os.path.expanduser(parameter("report"))
         self.pictures = parameter("pictures")
-        self.assumed_planner = parameter("assumed_planner")
-        rules = Rules(planner=self.assumed_planner, **{name: parameter(name) for name in (
-            "off_route_m", "off_route_s", "blocked_s", "finish_within_m", "timeout_ratio", "timeout_margin_s", "lane_width_m",
-            "car_front_m")})
         self.progress = Progress(sys.stdout)
         self.snapshots = Snapshots("/carla/ego_vehicle/camera/rgb/front/image_color", parameter("snapshots"))
         try:
@@ -43,7 +39,7 @@ class Referee:
         self.lock = threading.Lock()
         self.ended = threading.Event()
         self.ended_at_s = None
-        self.watch = Watch(rules, self.journal)
+        self.watch = Watch(Rules.read(parameter), self.journal)
         self.hearing = Hearing(self.watch)
 
         self.rules_publisher = rospy.Publisher("/referee/rules", String, queue_size=1, latch=True)
@@ -73,9 +69,10 @@ class Referee:
 
     def look_up_planner(self):
         """Judge by the planner's own limits; returns the names of those that had to be assumed."""
-        assumed = [name for name in self.assumed_planner if not rospy.has_param("/local_planner/" + name)]
-        told = {name: rospy.get_param("/local_planner/" + name) for name in self.assumed_planner if name not in assumed}
-        self.watch.rules = self.watch.rules._replace(planner={**self.assumed_planner, **told}, assumed=assumed)
+        usual = parameter("assumed_planner")
+        assumed = [name for name in usual if not rospy.has_param("/local_planner/" + name)]
+        told = {name: rospy.get_param("/local_planner/" + name) for name in usual if name not in assumed}
+        self.watch.rules = self.watch.rules._replace(planner={**usual, **told}, assumed=assumed)
         return assumed
 
     def on_odometry(self, odometry):

@@ -20,9 +20,7 @@ class Replay:
         self.bag_path = os.path.expanduser(parameter("bag"))
         self.report_path = os.path.expanduser(parameter("report"))
         self.pictures = parameter("pictures")
-        self.rules = Rules(planner=parameter("assumed_planner"), assumed=list(parameter("assumed_planner")), **{
-            name: parameter(name) for name in ("off_route_m", "off_route_s", "blocked_s", "finish_within_m",
-                                               "timeout_ratio", "timeout_margin_s", "lane_width_m", "car_front_m")})
+        self.rules = Rules.read(parameter)
 
     def score(self, bag):
         """The Watch that has heard the whole bag."""

@@ -1,8 +1,10 @@
 import html.parser
+import os
 import re
 
 import numpy as np
 import pytest
+import yaml
 from matplotlib.image import imread
 
 from sdc_sim.pages import page, write_html, write_png
@@ -10,9 +12,8 @@ from sdc_sim.plots import thinned
 from sdc_sim.snapshots import Snapshot
 from sdc_sim.watch import Rules, Watch
 
-RULES = Rules(off_route_m=15.0, off_route_s=0.5, blocked_s=30.0, finish_within_m=2.0, timeout_ratio=5.0, timeout_margin_s=60.0,
-              lane_width_m=3.5, planner={"planned_speed_mps": 10.0, "lateral_acceleration_mps2": 3.0, "acceleration_mps2": 1.8,
-                                         "braking_mps2": 2.5, "lateral_jerk_mps3": 6.0})
+with open(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "config", "referee.yaml"), encoding="utf-8") as config:
+    RULES = Rules.read(yaml.safe_load(config).get)
 
 
 def driven(ticks, commands=True):

@@ -1,14 +1,15 @@
 import io
+import os
 
 import numpy as np
 import pytest
+import yaml
 
 from sdc_sim.progress import Progress, closing_line, progress_line
 from sdc_sim.watch import Rules, Watch
 
-RULES = Rules(off_route_m=15.0, off_route_s=0.5, blocked_s=30.0, finish_within_m=2.0, timeout_ratio=5.0, timeout_margin_s=60.0,
-              lane_width_m=3.5, planner={"planned_speed_mps": 10.0, "lateral_acceleration_mps2": 3.0, "acceleration_mps2": 1.8,
-                                         "braking_mps2": 2.5, "lateral_jerk_mps3": 6.0})
+with open(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "config", "referee.yaml"), encoding="utf-8") as config:
+    RULES = Rules.read(yaml.safe_load(config).get)
 
 
 class Terminal(io.StringIO):

@@ -1,8 +1,10 @@
 import math
+import os
 import re
 
 import numpy as np
 import pytest
+import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -12,10 +14,8 @@ from sdc_sim.watch import Rules, Watch
 
 POINTS = np.column_stack([np.arange(101.0), np.zeros(101)])
 TICK_NS = 50_000_000
-RULES = Rules(off_route_m=15.0, off_route_s=0.5, blocked_s=30.0, finish_within_m=2.0, timeout_ratio=5.0, timeout_margin_s=60.0,
-              lane_width_m=3.5, car_front_m=2.35,
-              planner={"planned_speed_mps": 10.0, "lateral_acceleration_mps2": 3.0, "acceleration_mps2": 1.8,
-                       "braking_mps2": 2.5, "lateral_jerk_mps3": 6.0})
+with open(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "config", "referee.yaml"), encoding="utf-8") as config:
+    RULES = Rules.read(yaml.safe_load(config).get)
 
 
 def drive_on(watch, first, ticks, speed=10.0, answer=True):

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
-"""Reads launch files as roslaunch does, once for each list of arguments, and prints what they would start, as JSON on the last line: for each
-file a list with one entry for each list of arguments, or the words of roslaunch about what it did not understand.
+"""Reads launch files as roslaunch does, once for each list of arguments, and prints what they would start, as JSON on the last line: for
+each file a list with one entry for each list of arguments, or the words of roslaunch about what it did not understand.
 Usage: launch_probe.py '[["arg:=value"], ...]' FILE ..."""
+
 import json
 import sys
 
@@ -13,8 +14,10 @@ from roslaunch.xmlloader import XmlLoader, XmlParseException
 def read(path, arguments):
     config = ROSLaunchConfig()
     XmlLoader().load(path, config, argv=arguments, verbose=False)
-    nodes = [{"name": node.name, "package": node.package, "type": node.type, "output": node.output, "namespace": node.namespace}
-             for node in config.nodes]
+    nodes = [
+        {"name": node.name, "package": node.package, "type": node.type, "output": node.output, "namespace": node.namespace}
+        for node in config.nodes
+    ]
     return {"nodes": nodes, "parameters": {name: parameter.value for name, parameter in config.params.items()}}
 
 

@@ -1,14 +1,15 @@
 """A picture of a road whose markings are known."""
+
 import numpy as np
 
 
 def road():
     """A (480, 640, 4) uint8 BGRA picture: a white and a yellow line, a red and a blue stripe, a bright sign in the sky."""
-    picture = np.full((480, 640, 4), (60, 60, 60, 255), np.uint8)
+    picture = np.full((480, 640, 4), (80, 80, 80, 255), np.uint8)
     picture[:240] = (150, 90, 30, 255)
     picture[100:140, 500:560, :3] = (20, 220, 240)
     picture[250:, 100:110, :3] = 255
     picture[250:, 300:310, :3] = (20, 200, 230)
-    picture[250:, 400:440, :3] = (0, 0, 190)
-    picture[250:, 500:540, :3] = (190, 0, 0)
+    picture[250:, 400:440, :3] = (0, 0, 215)
+    picture[250:, 500:540, :3] = (215, 0, 0)
     return picture

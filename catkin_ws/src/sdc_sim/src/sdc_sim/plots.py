@@ -22,6 +22,7 @@ EVENT_NAMES = {
 # More points than this are not seen, and make a page heavy.
 _MOST_POINTS = 4000
 _MOST_COLOURS = 1200
+_MOST_ROAD_POINTS = 20_000
 _LEAST_SCALE_M = 0.1
 
 
@@ -40,8 +41,9 @@ def draw_map(axes, result: Result) -> None:
     drive = result.drive
     route = drive.route.points
     x, y, error = drive.column("x_m"), drive.column("y_m"), np.abs(drive.column("cross_track_m"))
-    axes.plot(*route.T, color=ROAD, linewidth=12, solid_capstyle="round", solid_joinstyle="round", zorder=1)
-    axes.plot(*route.T, color="white", linewidth=1, dashes=(4, 4), zorder=2)
+    road = np.vstack([route[::len(route) // _MOST_ROAD_POINTS + 1], route[-1]])
+    axes.plot(*road.T, color=ROAD, linewidth=12, solid_capstyle="round", solid_joinstyle="round", zorder=1)
+    axes.plot(*road.T, color="white", linewidth=1, dashes=(4, 4), zorder=2)
     parts = [part for part in np.array_split(np.arange(len(x)), min(len(x), _MOST_COLOURS)) if len(part)]
     # Every piece begins with the last point of the one before, or the line would have gaps.
     pieces = [np.column_stack([x[max(part[0] - 1, 0):part[-1] + 1], y[max(part[0] - 1, 0):part[-1] + 1]]) for part in parts]

@@ -49,6 +49,13 @@ class Rules(NamedTuple):
     planner: dict
     assumed: list = ()
 
+    @classmethod
+    def read(cls, parameter) -> Rules:
+        """The rules by a function that gives a parameter of config/referee.yaml by its name; the planner's limits are assumed ones."""
+        planner = parameter("assumed_planner")
+        return cls(planner=planner, assumed=list(planner),
+                   **{name: parameter(name) for name in cls._fields if name not in ("planner", "assumed")})
+
     def drive_limits(self, ideal_duration_s: float) -> DriveLimits:
         """The limits of a drive that could have taken so long."""
         return DriveLimits(self.off_route_m, self.off_route_s, self.blocked_s, self.finish_within_m,

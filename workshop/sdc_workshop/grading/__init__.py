@@ -1,0 +1,1 @@
+"""Grades many students' workspaces side by side."""

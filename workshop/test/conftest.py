@@ -1,0 +1,5 @@
+"""Lets tests use what stands beside them."""
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))

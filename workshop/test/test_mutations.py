@@ -1,0 +1,49 @@
+"""Every typical mistake is caught by the check of its step, called wrong and not unfinished, and its hint names it."""
+import json
+import os
+import subprocess
+import sys
+from collections import Counter
+from pathlib import Path
+
+import pytest
+from examine_mutations import mutations
+from finished_workspace import solved
+
+from sdc_workshop.exam.hints import hint_of
+from sdc_workshop.steps import load_steps
+from sdc_workshop.workspace import PROJECT
+
+PARTS = 2
+LIMIT_S = 900
+
+
+def test_every_todo_has_two_mistakes_and_every_step_a_hint():
+    count = Counter(mutation["step"] for mutation in mutations())
+    assert [step.id for step in load_steps() if step.file and count[step.id] < 2] == []
+    for step in load_steps():
+        assert hint_of(step.id).hint and hint_of(step.id).more
+    names = [(mutation["step"], mutation["name"]) for mutation in mutations()]
+    assert len(names) == len(set(names))
+
+
+@pytest.mark.parametrize("part", range(PARTS))
+def test_mistakes_are_caught_and_named(part, tmp_path):
+    folder = solved(tmp_path / "ws")
+    devel = next(Path(PROJECT).glob("catkin_ws/devel/lib/python3*/dist-packages"))
+    done = subprocess.run(
+        [sys.executable, "-B", str(Path(__file__).with_name("examine_mutations.py")), str(folder), str(part), str(PARTS)],
+        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(PROJECT / "workshop"), str(devel), os.environ.get("PYTHONPATH", "")])},
+        capture_output=True, text=True, timeout=LIMIT_S, check=False)
+    assert done.returncode == 0, done.stderr
+    answers = json.loads(done.stdout.splitlines()[-1])
+    wanted = mutations()[part::PARTS]
+    assert len(answers) == len(wanted)
+    failures = []
+    for mutation in wanted:
+        name = f"{mutation['step']}: {mutation['name']}"
+        answer = answers[name]
+        missing = [word for word in mutation["hint"] if word not in answer["hint"]]
+        if answer["status"] != "wrong" or missing or not (answer["expected"] and answer["seen"] and answer["file"]):
+            failures.append(f"{name}: {answer['status']}; not in its hint: {missing}\n  {answer}")
+    assert failures == [], "\n".join(failures)
