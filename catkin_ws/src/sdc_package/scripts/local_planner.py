@@ -118,10 +118,11 @@ class LocalPlannerNode:
         odometry, self.odometry = self.odometry, None
         try:
             # TODO 7: where is the car, which waypoint is the first ahead of it, and what is the plan from there? (until then: return)
-            x, y, yaw, speed = pose_and_speed(odometry)
+            x, y, yaw, _ = pose_and_speed(odometry)
             first = self.search.first_ahead(x, y)
-            rows = self.planner.plan(first, x, y, yaw, self.obstacles, self.lights, speed)
+            rows = self.planner.plan(first, x, y, yaw, self.obstacles)
             # --------------------------------------------------------------------
+            rows = self.planner.stop_for(self.lights, rows, pose_and_speed(odometry)[3])
         except ValueError as error:
             rospy.logwarn_throttle(1.0, f"local_planner: no path for this /carla/ego_vehicle/odometry: {error}")
             return

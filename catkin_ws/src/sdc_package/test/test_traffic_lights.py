@@ -90,12 +90,12 @@ def test_planner_plans_the_stop():
     planner = LocalPlanner(STRAIGHT.points, SpeedLimits(10.0, 3.0, 1.8, BRAKING), lookahead_m=25.0, join_within_m=20.0,
                            caution=Caution(side_m=0.4, gap_m=5.0, car_front_m=2.35, car_width_m=2.0))
     free = planner.plan(80, 80.0, 0.0, 0.0)
-    path = planner.plan(80, 80.0, 0.0, 0.0, (), lights(RED), 5.0)
+    path = planner.stop_for(lights(RED), free, 5.0)
     point = 96.0  # the last one of the route before the place
     assert (path[path[:, 0] >= point][:, 2] == 0.0).all()
     before = path[:, 0] < point
     np.testing.assert_allclose(path[before, 2], np.minimum(free[before, 2], np.sqrt(2.0 * BRAKING * (point - path[before, 0]))))
-    np.testing.assert_array_equal(planner.plan(80, 80.0, 0.0, 0.0, (), lights(GREEN), 5.0), free)
+    np.testing.assert_array_equal(planner.stop_for(lights(GREEN), free, 5.0), free)
 
 
 @pytest.mark.parametrize("changes", [{"gap_m": -1.0}, {"reaction_s": float("nan")}, {"hardest_mps2": float("inf")}])

@@ -117,6 +117,7 @@ class LocalPlannerNode:
             # TODO 7: where is the car, which waypoint is the first ahead of it, and what is the plan from there? (until then: return)
             return
             # --------------------------------------------------------------------
+            rows = self.planner.stop_for(self.lights, rows, pose_and_speed(odometry)[3])
         except ValueError as error:
             rospy.logwarn_throttle(1.0, f"local_planner: no path for this /carla/ego_vehicle/odometry: {error}")
             return

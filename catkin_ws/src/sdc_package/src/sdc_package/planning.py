@@ -97,14 +97,12 @@ class LocalPlanner:
         self.caution = caution
         self.place = None
         self._last_xy = None
+        self._ahead = slice(0, 0)
         self._window_ahead_m = _WINDOW_AHEAD_M
         self._path = np.column_stack([self.route.points, self.speed])
 
-    def plan(self, first: int, x_m: float, y_m: float, yaw_rad: float, obstacles=(), lights: TrafficLights = None,
-             speed_mps: float = 0.0) -> np.ndarray:
-        """Return the road ahead of the car as (n, 3) rows of x, y (metres) and target speed (m/s), n >= 2.
-
-        `obstacles` and `lights` are those known now; for a yellow light it matters how fast the car is, `speed_mps`.
+    def plan(self, first: int, x_m: float, y_m: float, yaw_rad: float, obstacles=()) -> np.ndarray:
+        """Return the road ahead of the car as (n, 3) rows of x, y (metres) and target speed (m/s), n >= 2. `obstacles` are those known now.
 
         `first` is the index, among `route.points`, of the first waypoint ahead of the car, as WaypointSearch finds it. The first row is
         this waypoint, unless it belongs to another pass of a route that comes by here more than once; the last row lies
@@ -121,16 +119,11 @@ class LocalPlanner:
         first = min(first, count - 2)
         ahead = slice(first, max(first + 2, min(last, count)))
         path = self._path[ahead]
-        braking_mps2 = self.limits.braking_mps2
-        # As far as this something may stand, and the last point of the path must still be driven slower for it.
-        horizon_m = self.lookahead_m + self.limits.cruise_mps**2 / (2.0 * braking_mps2) + self.caution.gap_m + self.caution.car_front_m
         if obstacles:
-            caps = speed_caps(self.route, self.route.s[ahead], self.place.s_m, obstacles, self.caution, braking_mps2, horizon_m)
+            caps = speed_caps(self.route, self.route.s[ahead], self.place.s_m, obstacles, self.caution, self.limits.braking_mps2,
+                              self._horizon_m)
             path = np.column_stack([path[:, :2], np.minimum(path[:, 2], caps)])
-        stop_s = lights.stop_s(self.route, self.place.s_m, speed_mps, braking_mps2, horizon_m) if lights is not None else None
-        if stop_s is not None:
-            caps = np.sqrt(2.0 * braking_mps2 * np.maximum(self.route.last_point_s(stop_s) - self.route.s[ahead], 0.0))
-            path = np.column_stack([path[:, :2], np.minimum(path[:, 2], caps)])
+        self._ahead = ahead
         return path
 
     def is_for(self, waypoints_m: np.ndarray) -> bool:
@@ -151,6 +144,21 @@ class LocalPlanner:
         self.place = self.route.project(*self._last_xy, memory["s_m"], _WINDOW_BACK_M, _WINDOW_BACK_M)
         self._window_ahead_m = _RESUME_WITHIN_M
         return True
+
+    def stop_for(self, lights: TrafficLights, rows: np.ndarray, speed_mps: float) -> np.ndarray:
+        """Return the rows of the last plan with the stop that the traffic lights ask for, if they do; the car drives at `speed_mps`."""
+        braking_mps2 = self.limits.braking_mps2
+        stop_s = lights.stop_s(self.route, self.place.s_m, speed_mps, braking_mps2, self._horizon_m)
+        if stop_s is None:
+            return rows
+        caps = np.sqrt(2.0 * braking_mps2 * np.maximum(self.route.last_point_s(stop_s) - self.route.s[self._ahead], 0.0))
+        return np.column_stack([rows[:, :2], np.minimum(rows[:, 2], caps)])
+
+    @property
+    def _horizon_m(self) -> float:
+        """So far ahead something may stand for which the last point of the path must be driven more slowly."""
+        return (self.lookahead_m + self.limits.cruise_mps**2 / (2.0 * self.limits.braking_mps2) + self.caution.gap_m
+                + self.caution.car_front_m)
 
     def _first_on_this_pass(self, first: int, x_m: float, y_m: float) -> int:
         if not 0 <= first < len(self._path):
