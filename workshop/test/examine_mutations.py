@@ -1,5 +1,6 @@
 """Makes each change of a part of mutations.yaml and alternatives.yaml in a finished workspace, alone, and prints what the check of its
-step says, as JSON on the last line. Usage: examine_mutations.py WORKSPACE PART PARTS [STEP ...]; with steps, it says on standard error what it does."""
+step says, as JSON on the last line; with steps, it also says on standard error what it does.
+Usage: examine_mutations.py WORKSPACE PART PARTS [STEP ...]"""
 
 import json
 import sys
