@@ -14,8 +14,10 @@ from pathlib import Path
 # Marks all that a program starts, even what leaves its process group, by a line of its environment.
 MARK = "SDC_WORKSHOP_EXAM"
 
-IDLE_S = 0.5
+IDLE_S = 0.8
 _POLL_S = 0.02
+# So many looks, too: whoever looks may itself have had to wait for a processor, and the program for its answer.
+_IDLE_LOOKS = 30
 # Processor time in this window that a program which only waits may use (timers, the threads of rospy), in seconds.
 _IDLE_CPU_S = 0.04
 # Nobody needs that much processor time for one picture or one path.
@@ -86,9 +88,9 @@ class Program:
             if running:
                 window = []
             window.append((now, cpu))
-            while len(window) > 2 and now - window[1][0] >= IDLE_S:
+            while len(window) > _IDLE_LOOKS + 1 and now - window[1][0] >= IDLE_S:
                 window.pop(0)
-            if now - window[0][0] >= IDLE_S and cpu - window[0][1] <= _IDLE_CPU_S:
+            if len(window) > _IDLE_LOOKS and now - window[0][0] >= IDLE_S and cpu - window[0][1] <= _IDLE_CPU_S:
                 return "true" if condition() else "idle"
             if cpu - cpu_at_start > BUSY_CPU_S:
                 return "busy"

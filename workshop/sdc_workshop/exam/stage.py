@@ -171,7 +171,7 @@ class Stage:
     def clear(self) -> None:
         """As if nothing had been started here yet: a launch leaves its parameters behind."""
         self._forget()
-        for name in self.master.handler.getParam(NAME, "/")[2]:
+        for name in list(self.master.handler.getParam(NAME, "/")[2]):
             self.master.handler.deleteParam(NAME, f"/{name}")
 
     def _forget(self) -> None:
@@ -272,7 +272,7 @@ class Node:
                 said_at[0] = time.monotonic()
             return False
 
-        for _ in range(3):
+        for _ in range(2):
             last = self.program.wait_until(condition)
             if last != "idle":
                 return last

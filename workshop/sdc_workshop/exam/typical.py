@@ -24,6 +24,8 @@ def _left_over(text: str, region: Region) -> list:
         return [
             f"The line `{region.until_then}` of the template still stands first in the region: what follows it is never reached. Delete it."
         ]
+    if region.until_then.startswith("return ") and not any(re.match(r".*\breturn\b", line) for line in lines):
+        return ["The word `return` is missing: a function that returns nothing gives back None."]
     if len(lines) > 1 and lines[-1] == region.until_then and "=" in region.until_then:
         return [f"The line `{region.until_then}` of the template still stands last in the region and undoes yours. Delete it."]
     return []

@@ -94,11 +94,12 @@ def waypoint_search():
     }
 
 
+def plain(value):
+    """What JSON does not know: NumPy's numbers become plain ones, all else the words for it."""
+    return value.item() if getattr(value, "size", None) == 1 and hasattr(value, "item") else str(value)
+
+
+PROBES = {probe.__name__: probe for probe in (lane_filter, pid, stanley, odometry, waypoint_search)}
+
 if __name__ == "__main__":
-    print(
-        json.dumps(
-            {"lane_filter": lane_filter, "pid": pid, "stanley": stanley, "odometry": odometry, "waypoint_search": waypoint_search}[
-                sys.argv[1]
-            ]()
-        )
-    )
+    print(json.dumps(PROBES[sys.argv[1]](), default=plain))
