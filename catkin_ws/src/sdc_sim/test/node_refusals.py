@@ -52,7 +52,7 @@ class RefusalsTest(unittest.TestCase):
             ("misspelt", {"frictoin": 0.5}, ["frictoin", "did you mean 'friction'"]),
             ("friction", {"friction": -1.0}, ["friction", "config/sim.yaml"]),
             ("noise", {"odometry_noise": noise}, ["position_m", "config/sim.yaml"]),
-            ("latency", {"sensor_latency_s": -0.1}, ["delay_s", "config/sim.yaml"]),
+            ("latency", {"sensor_latency_s": -0.1}, ["sensor_latency_s", "config/sim.yaml"]),
             ("daylight", {"daylight": 2.0}, ["daylight", "from 0 to 1", "config/sim.yaml"]),
             ("start", {"start": {"along_m": 1e6, "left_m": 0.0, "turned_rad": 0.0}}, ["along_m", "config/sim.yaml"]),
             ("light", {"obstacles_path": self.file("l.yaml", "lights:\n  - stop_line_m: 20\n    phases: [gren: 5]\n")},
