@@ -132,6 +132,7 @@ class Stage:
     def node(self, variant: Variant, parameters: dict, **environment):
         """A running node made of a variant of its file. Its parameters are those of the student's config/NAME.yaml, and `parameters`."""
         name = Path(variant.name).stem
+        self.student.environment  # noqa: B018  without a build, not even a master is needed
         api = self.master.handler
         api.setParam(NAME, f"/{name}", {**self.configuration(name), **parameters})
         path, python_path = self.build(variant)

@@ -128,7 +128,7 @@ class Subject:
         path = f"src/{self.file}"
         outside = self.syntax_problem(self._variant(text, ()))
         if outside is not None:
-            return self._all(steps, wrong(self._outside(text, outside), path, outside.line))
+            return self._all(steps, wrong(self._outside(text, outside), path, self._changed_line(text)))
         answers, sound = {}, []
         for step in steps:
             problem = self.syntax_problem(self._variant(text, (step.todo,)))

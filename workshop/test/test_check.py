@@ -1,0 +1,221 @@
+"""./workshop/check as a student meets it: nothing is solved at the start, answers have a place and a mend, unfinished is not wrong."""
+import io
+import os
+import subprocess
+import sys
+import time
+
+import pytest
+
+from sdc_workshop.check import chosen
+from sdc_workshop.exam import process
+from sdc_workshop.exam.answer import PASSED, UNFINISHED, WAITING, WRONG, Answer
+from sdc_workshop.exam.examination import Examination
+from sdc_workshop.exam.output import crash, meaning
+from sdc_workshop.exam.process import Program, marked
+from sdc_workshop.exam.stage import Stage
+from sdc_workshop.exam.student import Student
+from sdc_workshop.show import Show
+from sdc_workshop.steps import StepError, find_step, load_steps
+from sdc_workshop.workspace import PROJECT, make, solve
+
+CHECK = PROJECT / "workshop" / "check"
+CAMERA = "src/sdc_package/scripts/camera.py"
+
+
+@pytest.fixture
+def folder(tmp_path):
+    make(tmp_path / "ws")
+    return tmp_path / "ws"
+
+
+def run(folder, *arguments):
+    return subprocess.run([CHECK, *arguments], cwd=folder, env={**os.environ, "PWD": str(folder)}, stdout=subprocess.PIPE,
+                          stderr=subprocess.STDOUT, text=True, check=False, timeout=120)
+
+
+def answers(folder, *ids):
+    """Of steps that need no ROS to be judged."""
+    student = Student(folder)
+    with Stage(student) as stage:
+        return Examination(student, stage).judge([find_step(step_id) for step_id in ids])
+
+
+def edit(path, old, new):
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new))
+
+
+# ---- what is unfinished, and what is wrong ------------------------------------------------------------------------------------------
+
+
+def test_at_the_start_every_step_is_unfinished_and_has_a_hint(folder):
+    found = answers(folder, *(step.id for step in load_steps()))
+    assert {step_id: answer.status for step_id, answer in found.items() if answer.status != UNFINISHED} == {}
+    assert [step_id for step_id, answer in found.items() if not (answer.expected and answer.seen and answer.hint)] == []
+
+
+def test_a_comment_is_no_answer_yet(folder):
+    edit(folder / CAMERA, "shall come to on_image\n", "shall come to on_image\n        # hm\n")
+    assert answers(folder, "camera-3")["camera-3"].status == UNFINISHED
+
+
+def test_without_a_build_what_is_written_waits(folder):
+    solve(folder, find_step("camera-2"))
+    solve(folder, find_step("controller-1.1"))
+    found = answers(folder, "camera-2", "controller-1.1")
+    assert found["camera-2"].status == found["controller-1.1"].status == WAITING
+    assert "catkin_make" in found["camera-2"].hint
+    assert "CarlaVehicleControl" in found["controller-1.1"].expected
+
+
+def test_the_line_of_a_syntax_error_is_the_student_s_and_other_steps_are_not_blamed(folder):
+    solve(folder, find_step("camera-2"))
+    edit(folder / CAMERA, '        rospy.init_node("camera")', '        # so\n        rospy.init_node("camera"')
+    solve(folder, find_step("camera-1"))
+    (folder / CAMERA).chmod(0o755)
+    found = answers(folder, "camera-1", "camera-2")
+    assert found["camera-1"].status == PASSED
+    assert found["camera-2"].status == WRONG
+    line = int(found["camera-2"].where.rpartition(":")[2])
+    assert "init_node" in (folder / CAMERA).read_text().split("\n")[line - 1]
+    assert "bracket" in found["camera-2"].hint
+
+
+def test_a_rule_that_was_deleted_is_named_with_its_line(folder):
+    text = (folder / CAMERA).read_text().split("\n")
+    at = next(index for index, line in enumerate(text) if "TODO 2" in line)
+    del text[at + 1]
+    (folder / CAMERA).write_text("\n".join(text))
+    found = answers(folder, "camera-1", "camera-2")
+    assert found["camera-1"].status == WRONG
+    assert "TODO 2 is" in found["camera-1"].seen
+    assert found["camera-2"].status == WAITING
+
+
+def test_what_was_changed_outside_of_a_todo_is_said(folder):
+    solve(folder, find_step("camera-2"))
+    edit(folder / CAMERA, "    def run(self):", "    def run(self)")
+    found = answers(folder, "camera-2")["camera-2"]
+    assert found.status == WRONG
+    assert "outside of your TODOs" in found.hint
+    assert "def run" in (folder / CAMERA).read_text().split("\n")[found.line - 1]
+
+
+def test_a_file_that_is_gone(folder):
+    (folder / CAMERA).unlink()
+    found = answers(folder, "camera-2")["camera-2"]
+    assert found.status == WRONG
+    assert "templates/sdc_package/scripts/camera.py" in found.hint
+
+
+# ---- the command --------------------------------------------------------------------------------------------------------------------
+
+
+def test_command(folder):
+    done = run(folder, "messages-7")
+    assert done.returncode == 1
+    assert "messages-7: A point of the mission: BaseWaypoint.msg: is not written yet." in done.stdout
+    assert "src/sdc_package/msg/BaseWaypoint.msg" in done.stdout
+    done = run(folder / "src", "--solution", "messages-7")
+    assert done.returncode == 0
+    assert "float32 x\nfloat32 y\n" in done.stdout
+    done = run(folder / "src", "messages-7")
+    assert done.returncode == 0
+    assert "] 1 of 1\n" in done.stdout
+    done = run(folder, "--hint", "mission_planner-3")
+    assert "latch=True" in done.stdout
+
+
+def test_bad_command_lines_are_one_line(folder, tmp_path):
+    assert run(folder, "camera-9").stdout.startswith("check: there is no step 'camera-9'; there are camera-1, camera-2")
+    assert run(folder, "--solution", "messages").stdout.startswith("check: 'messages' are several steps: messages-1, ")
+    done = run(tmp_path, "camera-1")
+    assert (done.returncode, done.stdout.count("\n")) == (2, 1)
+    assert "in no workspace" in done.stdout
+
+
+def test_groups_of_steps():
+    assert [step.id for step in chosen(["controller-1.3", "hello"])] == ["hello", "controller-1.3"]
+    assert {step.id for step in chosen(["stack-launch"])} == {"stack-launch-1", "stack-launch-2"}
+    with pytest.raises(StepError):
+        chosen(["cam"])
+
+
+def test_watch_goes_on_when_a_file_is_saved(folder):
+    watch = subprocess.Popen([CHECK, "--watch", "messages-7", "messages-9"], cwd=folder, env={**os.environ, "PWD": str(folder)},
+                             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    try:
+        for step_id in ("messages-7", "messages-9"):
+            said = []
+            while not said or "Waiting for you" not in said[-1]:
+                said.append(watch.stdout.readline())
+                assert said[-1], "it ended early"
+            assert f"\n{step_id}: " in "".join(said)
+            solve(folder, find_step(step_id))
+        assert watch.wait(60) == 0
+        assert "2 of 2" in watch.stdout.read()
+    finally:
+        watch.kill()
+        watch.wait()
+        watch.stdout.close()
+
+
+def test_what_is_shown():
+    steps = [find_step(step_id) for step_id in ("camera-1", "camera-2", "camera-3")]
+    found = {"camera-1": Answer(PASSED), "camera-2": Answer(UNFINISHED, "a", "b", "c", "f", 1),
+             "camera-3": Answer(WRONG, "d", "e", "g", "f", 7)}
+    for encoding, tick, cross in (("utf-8", "✓", "✗"), ("ascii", "+", "x")):
+        written = io.BytesIO()
+        stream = io.TextIOWrapper(written, encoding)
+        show = Show(stream)
+        for step in steps:
+            show.step(step, found[step.id])
+        show.end(steps, found, False)
+        text = written.getvalue().decode(encoding)
+        assert f" {tick} camera-1" in text
+        assert f" {cross} camera-3" in text
+        assert "1 of 3" in text
+        assert "camera-3: Camera: the subscriber: is not right yet." in text, "a wrong step comes before one that is not begun"
+        assert "where     f:7" in text
+
+
+# ---- programs and what they say -----------------------------------------------------------------------------------------------------
+
+
+def test_programs_end_with_all_that_they_started():
+    command = "setsid sleep 1000 & (setsid sh -c 'while :; do sleep 1000; done' &) ; echo ready; sleep 1000"
+    with Program(["sh", "-c", command], dict(os.environ)) as program:
+        assert program.wait_until(lambda: "ready" in program.output) == "true"
+        assert program.wait_until(lambda: False) == "idle"
+        assert len(marked(program.mark)) >= 3
+    assert marked(program.mark) == []
+
+
+def test_programs_that_run_in_circles_or_end(monkeypatch):
+    monkeypatch.setattr(process, "BUSY_CPU_S", 0.2)
+    with Program([sys.executable, "-c", "while True: pass"], dict(os.environ)) as program:
+        assert program.wait_until(lambda: False) == "busy"
+    with Program(["sh", "-c", "echo last; exit 3"], dict(os.environ)) as program:
+        assert program.wait_until(lambda: False) == "ended"
+        assert (program.status, program.output) == (3, "last\n")
+
+
+def test_a_program_that_says_too_much_is_not_kept_whole():
+    with Program(["sh", "-c", "yes"], dict(os.environ)) as program:
+        time.sleep(0.2)
+        assert program.status is None
+    assert len(program.output) < 1_000_000
+
+
+def test_tracebacks_are_shortened_to_the_student_s_line(tmp_path):
+    script = tmp_path / "node.py"
+    script.write_text("import json\n\n\ndef f():\n    json.loads('x')\n\n\nf()\n")
+    done = subprocess.run([sys.executable, script], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False, timeout=60)
+    found = crash("[INFO] [1]: hm\n" + done.stdout, script)
+    assert (found.kind, found.line) == ("JSONDecodeError", 5)
+    script.write_text("rospy.spin()\n")
+    done = subprocess.run([sys.executable, script], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False, timeout=60)
+    assert "import rospy" in meaning(crash(done.stdout, script))
+    assert crash("all is well\n", script) is None

@@ -1,0 +1,141 @@
+"""./workshop/grade: whatever a student's programs do costs that student only, and no student's folder is touched."""
+import csv
+import json
+import os
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from sdc_workshop.grading.copying import CopyError, copy_workspace
+from sdc_workshop.grading.grade import names, workspaces
+from sdc_workshop.grading.grading import Grade, grade
+from sdc_workshop.grading.summary import leaderboard, write_csv, write_html
+from sdc_workshop.steps import find_step, load_steps
+from sdc_workshop.workspace import PROJECT, make, solve, write
+
+LIMIT_S = 900
+
+
+def workspace(folder, *steps):
+    make(folder)
+    for step_id in steps:
+        solve(folder, find_step(step_id))
+    return folder
+
+
+def state(folder):
+    """All that a visitor could change: names, times, permissions and contents."""
+    found = {}
+    for path in [folder, *sorted(folder.rglob("*"))]:
+        entry = path.lstat()
+        content = path.read_bytes() if path.is_file() and not path.is_symlink() else b""
+        found[str(path)] = (entry.st_mtime_ns, entry.st_ctime_ns, entry.st_mode, content)
+    return found
+
+
+def left_over(mark):
+    """Command lines of running processes with a word in them."""
+    found = []
+    for name in filter(str.isdigit, os.listdir("/proc")):
+        try:
+            line = Path("/proc", name, "cmdline").read_bytes().replace(b"\0", b" ").decode(errors="replace")
+        except OSError:
+            continue
+        if mark in line:
+            found.append(line)
+    return found
+
+
+def test_each_student_gets_what_is_due(tmp_path):
+    students = tmp_path / "class"
+    solved = workspace(students / "ada", *(step.id for step in load_steps()))
+    loops = workspace(students / "bert", "hello", "messages-1")
+    write(loops, find_step("camera-2"), "        while True:\n            pass\n")
+    flood = workspace(students / "carl", "messages-1")
+    write(flood, find_step("hello"), "#!/usr/bin/env bash\nfor i in $(seq 400); do setsid sleep 98765 & done\nsleep 98765\n")
+    (flood / "src/sdc_package/scripts/hello.sh").chmod(0o755)
+    before = state(students)
+    output = tmp_path / "grades"
+    done = subprocess.run([PROJECT / "workshop" / "grade", students, tmp_path / "nobody", "--output", output], stdout=subprocess.PIPE,
+                          stderr=subprocess.STDOUT, text=True, check=False, timeout=LIMIT_S)
+    assert state(students) == before, "a student's folder was touched"
+    assert left_over("sleep 98765") == []
+    assert left_over(str(solved)) == []
+    rows = {row["student"]: row for row in csv.DictReader((output / "grades.csv").open(encoding="utf-8"))}
+    assert list(rows)[0] == "ada", done.stdout
+
+    open_steps = {name: value for name, value in rows["ada"].items() if name.startswith("step ") and value != "passed"}
+    assert open_steps == {}, json.loads((output / "ada" / "answers.json").read_text())
+    assert (rows["ada"]["status"], float(rows["ada"]["driving_score"])) == ("completed", 100.0)
+    assert (rows["ada"]["steps_done"], rows["ada"]["note"]) == (str(len(load_steps())), "")
+    assert (output / "ada" / "report.png").is_file()
+
+    assert rows["bert"]["step hello"] == rows["bert"]["step messages-1"] == "passed"
+    assert rows["bert"]["step camera-2"] == "wrong"
+    assert rows["bert"]["step camera-3"] == "unfinished"
+    assert (rows["bert"]["next_step"], rows["bert"]["note"]) == ("camera-2", "")
+
+    assert "processes were started" in rows["carl"]["note"]
+    assert "is no workspace" in rows["nobody"]["note"]
+    assert done.returncode == 1
+
+    page = (output / "grades.html").read_text(encoding="utf-8")
+    for word in ("ada", "bert", "carl", "nobody", "camera-2", "processes were started", "data:image/png;base64,", "<title>"):
+        assert word in page
+
+
+def test_a_time_limit_ends_one_student(tmp_path):
+    folder = workspace(tmp_path / "slow")
+    (folder / "src/sdc_package/CMakeLists.txt").write_text("cmake_minimum_required(VERSION 3.5)\nexecute_process(COMMAND sleep 98766)\n")
+    found = grade("slow", folder, tmp_path / "result", 8.0)
+    assert found.note == "the build took longer than its time limit and was ended"
+    assert left_over("sleep 98766") == []
+
+
+def test_copy_leaves_out_what_would_never_end(tmp_path):
+    folder = workspace(tmp_path / "ws")
+    package = folder / "src" / "sdc_package"
+    os.mkfifo(package / "pipe")
+    (package / "round").symlink_to(package)
+    (package / "nowhere").symlink_to("/does/not/exist")
+    (package / "build").mkdir()
+    copy_workspace(folder, tmp_path / "copy")
+    copied = tmp_path / "copy" / "src" / "sdc_package"
+    assert (copied / "scripts" / "camera.py").read_bytes() == (package / "scripts" / "camera.py").read_bytes()
+    assert not any((copied / name).exists() for name in ("pipe", "nowhere", "build", "round/scripts"))
+    with pytest.raises(CopyError, match="no src/sdc_package"):
+        copy_workspace(tmp_path, tmp_path / "other")
+
+
+def test_folders_and_names(tmp_path):
+    for name in ("a/ws", "b/ws", "b/c"):
+        (tmp_path / name / "src" / "sdc_package").mkdir(parents=True)
+    found = workspaces([tmp_path / "a" / "ws", tmp_path / "b", tmp_path / "b" / "ws", tmp_path / "none"])
+    assert found == [tmp_path / "a" / "ws", tmp_path / "b" / "c", tmp_path / "b" / "ws", tmp_path / "none"]
+    assert list(names(found).values()) == ["a_ws", "c", "b_ws", "none"]
+
+
+def test_summary_is_not_written_into_a_student_s_folder(tmp_path):
+    folder = workspace(tmp_path / "ws")
+    done = subprocess.run([PROJECT / "workshop" / "grade", folder, "--output", folder / "grades"], stdout=subprocess.PIPE,
+                          stderr=subprocess.STDOUT, text=True, check=False, timeout=60)
+    assert (done.returncode, done.stdout.count("\n")) == (2, 1)
+    assert "a student's folder" in done.stdout
+
+
+def test_leaderboard_and_what_is_written_about_strange_names(tmp_path):
+    def answer(status):
+        return {"status": status, "expected": "<a & b>", "seen": "", "hint": "", "file": None, "line": None}
+    slow = Grade("slow", tmp_path, {"hello": answer("passed")}, {"driving_score": 80.0, "time_ratio": 2.0, "infractions": {"stop": 3}})
+    quick = Grade("quick", tmp_path, {"hello": answer("passed")}, {"driving_score": 80.0, "time_ratio": 1.1})
+    never = Grade("<b>never</b>", tmp_path, {"hello": answer("wrong")}, {})
+    ranked = leaderboard([never, slow, quick])
+    assert ranked == [quick, slow, never]
+    write_csv(tmp_path / "grades.csv", ranked)
+    rows = list(csv.DictReader((tmp_path / "grades.csv").open(encoding="utf-8")))
+    assert [row["infractions_stop"] for row in rows] == ["", "3", ""]
+    write_html(tmp_path / "grades.html", ranked)
+    page = (tmp_path / "grades.html").read_text(encoding="utf-8")
+    assert "<b>never" not in page
+    assert "&lt;a &amp; b&gt;" in page
