@@ -129,7 +129,7 @@ class LocalPlannerSubject(NodeSubject):
         if said is not None:
             hint = (
                 "The first waypoint ahead is that of this very place: self.search.first_ahead(x, y), with x and y of pose_and_speed in "
-                "this order; then self.planner.plan(first, x, y, yaw, self.obstacles, self.lights, speed)."
+                "this order; then self.planner.plan(first, x, y, yaw, self.obstacles)."
                 if "7" in variant.judged
                 else "Are x and y of the mission swapped? Each row of the array is (point.x, point.y)."
             )
