@@ -10,7 +10,7 @@ import sys
 import time
 from pathlib import Path
 
-from sdc_workshop.exam.answer import PASSED
+from sdc_workshop.exam.answer import PASSED, Answer
 from sdc_workshop.exam.examination import Examination
 from sdc_workshop.exam.hints import hint_of
 from sdc_workshop.exam.stage import Stage
@@ -80,54 +80,46 @@ def check(folder: Path, steps: list, show: Show, json_path: str | None = None) -
 
 
 def stamp(folder: Path) -> tuple:
-    """What changes when a file is saved, or when the workspace is built."""
+    """(path, time and permissions) of all that changes when a file is saved, or when the workspace is built."""
     found = [folder / "devel" / "setup.bash", *sorted((folder / "src").rglob("*"))]
     found += sorted((folder / "devel" / "lib").glob("python3*/dist-packages/*/msg/*.py"))
     times = []
     for path in found:
         if path.suffix != ".pyc" and path.name != "__pycache__" and not path.name.endswith("~"):
             try:
-                times.append((str(path), path.stat().st_mtime_ns, path.stat().st_mode))
+                entry = path.stat()
+                times.append((str(path), (entry.st_mtime_ns, entry.st_mode)))
             except OSError:
                 continue
     return tuple(times)
 
 
-def watch(folder: Path, names: list, show: Show) -> int:
-    """Check again and again, from the first step that is not right on, until Ctrl-C or until all is right. Each round is a process of its
-    own: rospy lives once in a process."""
-    while True:
-        seen = stamp(folder)
-        show.clear()
-        status = _round(folder, names)
-        if status == 0:
-            return 0
-        print("\nWaiting for you to save a file; Ctrl-C ends.", flush=True)
-        while stamp(folder) == seen:
-            time.sleep(_LOOK_EVERY_S)
-        time.sleep(_LOOK_EVERY_S)  # editors write several files
-
-
-def _round(folder: Path, names: list) -> int:
-    process = os.fork()
-    if process == 0:
-        status = 1
-        try:
-            status = check(folder, chosen(names), Show(sys.stdout))
-            sys.stdout.flush()
-        except KeyboardInterrupt:
-            status = 130
-        finally:
-            os._exit(status)
-    try:
-        return (
-            os.waitstatus_to_exitcode(os.waitpid(process, 0)[1])
-            if hasattr(os, "waitstatus_to_exitcode")
-            else os.waitpid(process, 0)[1] >> 8
-        )
-    except KeyboardInterrupt:
-        os.waitpid(process, 0)
-        raise
+def watch(folder: Path, steps: list, show: Show) -> int:
+    """Check again and again, up to the first step that is not right, until all are or until Ctrl-C. What was right is looked at again
+    only when its file has changed."""
+    right = {}
+    with Stage(Student(folder)) as stage:
+        while True:
+            seen = stamp(folder)
+            stage.student = Student(folder)
+            examination = Examination(stage.student, stage)
+            times = dict(seen)
+            unchanged = [step_id for step_id, (path, saved) in right.items() if times.get(path) == saved]
+            examination.answers.update((step_id, Answer(PASSED)) for step_id in unchanged)
+            show.clear()
+            show.begin(folder, steps)
+            answers = examination.judge(steps, show.step, stop_at_first=True)
+            show.end(steps, answers, len(steps) == len(load_steps()))
+            if all(answer.status == PASSED for answer in answers.values()):
+                return 0
+            for step in steps:
+                path = str(folder / "src" / step.file) if step.file else ""
+                if step.id in answers and answers[step.id].status == PASSED and path in times:
+                    right[step.id] = path, times[path]
+            print("\nWaiting for you to save a file; Ctrl-C ends.", flush=True)
+            while stamp(folder) == seen:
+                time.sleep(_LOOK_EVERY_S)
+            time.sleep(_LOOK_EVERY_S)  # editors write several files
 
 
 def say_more(name: str) -> int:
@@ -170,7 +162,7 @@ def main(arguments) -> int:
         if options.solution:
             return apply_solution(folder, options.solution)
         if options.watch:
-            return watch(folder, options.steps, Show(sys.stdout))
+            return watch(folder, steps, Show(sys.stdout))
         return check(folder, steps, Show(sys.stdout), options.json)
     except (WorkspaceError, StepError, RegionError, OSError) as error:
         print(f"check: {error}", file=sys.stderr)

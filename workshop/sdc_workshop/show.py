@@ -42,7 +42,7 @@ class Show:
 
     def end(self, steps, answers: dict, everything: bool) -> None:
         """The bar, and the first step that is not passed in full: a wrong one before one that nobody has begun."""
-        done = sum(answers[step.id].status == PASSED for step in steps)
+        done = sum(answer.status == PASSED for answer in answers.values())
         filled = round(_BAR * done / len(steps))
         full, empty = ("#", "-") if self._plain else ("█", "░")
         self._line(f"\n[{self._coloured(full * filled, '32')}{empty * (_BAR - filled)}] {done} of {len(steps)}")
@@ -87,6 +87,6 @@ def first_open(steps, answers: dict):
     """The first step that is wrong; without one, the first that is not passed; None when all are."""
     for wanted in ((WRONG,), (UNFINISHED, WAITING)):
         for step in steps:
-            if answers[step.id].status in wanted:
+            if step.id in answers and answers[step.id].status in wanted:
                 return step
     return None

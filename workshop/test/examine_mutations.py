@@ -1,5 +1,6 @@
-"""Makes each mistake of a part of mutations.yaml in a finished workspace, alone, and prints what the check of its step says, as JSON on
-the last line. Usage: examine_mutations.py WORKSPACE PART PARTS"""
+"""Makes each change of a part of mutations.yaml and alternatives.yaml in a finished workspace, alone, and prints what the check of its
+step says, as JSON on the last line; with steps, it also says on standard error what it does.
+Usage: examine_mutations.py WORKSPACE PART PARTS [STEP ...]"""
 
 import json
 import sys
@@ -17,7 +18,15 @@ from sdc_workshop.workspace import PROJECT
 
 
 def mutations():
-    return yaml.safe_load((PROJECT / "workshop" / "mutations.yaml").read_text(encoding="utf-8"))
+    return _load("mutations.yaml")
+
+
+def alternatives():
+    return _load("alternatives.yaml")
+
+
+def _load(name):
+    return yaml.safe_load((PROJECT / "workshop" / name).read_text(encoding="utf-8"))
 
 
 def mutated(text, step, mutation):
@@ -49,16 +58,15 @@ def main():
     wanted = sys.argv[4:]
     answers = {}
     with Stage(Student(folder)) as stage:
-        for mutation in mutations()[part::parts]:
+        for mutation in [*mutations(), *alternatives()][part::parts]:
             if wanted and mutation["step"] not in wanted:
                 continue
-            start = time.monotonic(), time.process_time()
+            start = time.monotonic()
             answers[f"{mutation['step']}: {mutation['name']}"] = answer = examine(folder, mutation, stage).as_dict()
-            if wanted or answer["status"] != "wrong" or not all(word in answer["hint"] for word in mutation["hint"]):
-                print(
-                    f"{time.monotonic() - start[0]:.1f} s {mutation['step']}: {mutation['name']} {answer} wanted {mutation['hint']}",
-                    file=sys.stderr,
-                )
+            as_wanted = answer["status"] == ("wrong" if "hint" in mutation else "passed")
+            if wanted or not as_wanted or not all(word in answer["hint"] for word in mutation.get("hint", [])):
+                print(f"{time.monotonic() - start:.1f} s {mutation['step']}: {mutation['name']} {answer} wanted {mutation.get('hint')}",
+                      file=sys.stderr)
     print(json.dumps(answers))
 
 

@@ -33,6 +33,7 @@ def drive_answer(stage) -> tuple:
         if status is None:
             program.interrupt()
             program.wait(PATIENCE_S / 2)
+    stage.clear()
     if not report.is_file():
         broken = crash(output, stage.student.src)
         seen = broken.error if broken else ("no end after " + f"{LIMIT_S:g} s" if status is None else last_words(output))

@@ -60,9 +60,9 @@ class Examination:
         self.report = None
         self.drive_anyway = drive_anyway
 
-    def judge(self, steps: list, told=lambda step, answer: None) -> dict:
+    def judge(self, steps: list, told=lambda step, answer: None, stop_at_first: bool = False) -> dict:
         """{id: Answer} of some steps; `told` is called with each as soon as its answer and those before it are known. Steps of one file
-        are judged together, from one start of its node where that can be."""
+        are judged together, from one start of its node where that can be. With `stop_at_first` the first that is not passed is the last."""
         told_until = 0
         for step in steps:
             if step.id not in self.answers:
@@ -75,6 +75,8 @@ class Examination:
             while told_until < len(steps) and steps[told_until].id in self.answers:
                 told(steps[told_until], self.answers[steps[told_until].id])
                 told_until += 1
+                if stop_at_first and self.answers[steps[told_until - 1].id].status != PASSED:
+                    return {other.id: self.answers[other.id] for other in steps[:told_until]}
         return {step.id: self.answers[step.id] for step in steps}
 
     def _drive(self) -> Answer:

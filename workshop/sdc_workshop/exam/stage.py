@@ -168,6 +168,12 @@ class Stage:
 
         return others(publishers), others(subscribers), dict(handler.getTopicTypes(NAME)[2])
 
+    def clear(self) -> None:
+        """As if nothing had been started here yet: a launch leaves its parameters behind."""
+        self._forget()
+        for name in self.master.handler.getParam(NAME, "/")[2]:
+            self.master.handler.deleteParam(NAME, f"/{name}")
+
     def _forget(self) -> None:
         """Nodes that were killed never say goodbye: say it for them."""
         handler = self.master.handler

@@ -6,6 +6,7 @@ import csv
 import html
 import io
 from pathlib import Path
+from urllib.parse import quote
 
 from sdc_workshop.exam.answer import PASSED, UNFINISHED, WAITING, WRONG
 from sdc_workshop.grading.grading import Grade
@@ -14,7 +15,7 @@ from sdc_workshop.steps import load_steps
 _PICTURE_WIDTH = 720
 # Figures of the report that a page shows: key, heading, how to write it.
 _SHOWN = (("status", "drive", "{}"), ("route_completion_percent", "route %", "{:.0f}"), ("duration_s", "time s", "{:.1f}"),
-          ("time_ratio", "time ratio", "{:.2f}"), ("cross_track_rms_m", "cross-track RMS m", "{:.3f}"),
+          ("time_ratio", "time ratio", "{:.2f}"), ("cross_track_rms_m", "error RMS m", "{:.3f}"),
           ("cross_track_max_m", "worst m", "{:.2f}"), ("lateral_acceleration_max_mps2", "lateral m/s²", "{:.1f}"),
           ("jerk_max_mps3", "jerk m/s³", "{:.1f}"), ("comfortable", "comfortable", "{}"))
 
@@ -68,9 +69,10 @@ def write_html(path: Path, ranked: list) -> None:
 </head>
 <body>
 <h1>Grades of the self-driving-car workshop</h1>
-<p class="lead">{len(ranked)} students, {complete} with all {len(steps)} steps, {driven} cars at the end of the road.</p>
+<p class="lead">Students: {len(ranked)}. All {len(steps)} steps right: {complete}. Drives to the end of the road: {driven}.</p>
 <div class="scroll"><table>
-<thead><tr><th>#</th><th class="name">student</th><th>driving score</th><th class="name">steps</th>{headings}</tr></thead>
+<thead><tr><th>#</th><th class="name">student</th><th>driving score</th><th class="name">steps</th><th class="name">next step</th>
+{headings}</tr></thead>
 <tbody>
 {rows}
 </tbody>
@@ -95,7 +97,7 @@ def _row(rank: int, found: Grade, steps: list) -> str:
     return (f'<tr><td>{rank}</td><td class="name"><a href="#{html.escape(found.name)}">{html.escape(found.name)}</a></td>'
             f'<td class="score">{f"{found.score:.1f}" if found.report else "–"}</td>'
             f'<td class="name"><span class="bar"><span style="width:{share:.0f}%"></span></span> {found.steps_done}/{len(steps)}</td>'
-            f'{figures}</tr>')
+            f'<td class="name">{html.escape(found.first_open) or "–"}</td>{figures}</tr>')
 
 
 def _class(key: str, report: dict) -> str:
@@ -106,7 +108,7 @@ def _class(key: str, report: dict) -> str:
 
 def _figure(report: dict, key: str, how: str) -> str:
     value = report.get(key)
-    if value is None:
+    if value is None or (key == "time_ratio" and report.get("status") != "completed"):
         return "–"
     if isinstance(value, bool):
         return "yes" if value else "no"
@@ -125,6 +127,8 @@ def _student(found: Grade, steps: list, folder: Path) -> str:
         strip.append(f'<span class="step {status}" title="{html.escape(f"{step.id}: {step.title}{said}", quote=True)}"></span>')
     note = f'<p class="note">{html.escape(found.note)}</p>' if found.note else ""
     picture = _picture(folder / "report.png")
+    if (folder / "report.html").is_file():
+        picture += f'<p><a href="{quote(found.name)}/report.html">The whole report of the drive</a></p>'
     return (f'<section id="{html.escape(found.name)}"><h2>{html.escape(found.name)}</h2>'
             f'<p class="folder">{html.escape(str(found.folder))}</p><div class="strip">{"".join(strip)}</div>'
             f'{note}{_next(found)}{picture}</section>')
@@ -166,13 +170,13 @@ _STYLE = """
 @media (prefers-color-scheme: dark) { :root { --ink: #e4e7eb; --soft: #9aa5b1; --line: #323f4b; --page: #1f2933;
   --panel: #27333f; --none: #52606d; } }
 body { font: 15px/1.5 system-ui, "Segoe UI", "DejaVu Sans", sans-serif; color: var(--ink); background: var(--page);
-  margin: 2rem auto; max-width: 1200px; padding: 0 1rem; }
+  margin: 2rem auto; max-width: 1300px; padding: 0 1rem; }
 h1 { font-size: 1.6rem; margin-bottom: 0; } h2 { font-size: 1.15rem; margin: 0; }
 .lead, .folder, .key { color: var(--soft); } .folder { font-size: .8rem; margin: 0 0 .5rem; } .key { font-size: .85rem; }
 .scroll { overflow-x: auto; }
-table { border-collapse: collapse; width: 100%; font-variant-numeric: tabular-nums; }
+table { border-collapse: collapse; width: 100%; font-size: .88rem; font-variant-numeric: tabular-nums; }
 th { font-weight: 600; font-size: .8rem; color: var(--soft); border-bottom: 2px solid var(--line); }
-th, td { text-align: right; padding: .4rem .6rem; white-space: nowrap; } td { border-bottom: 1px solid var(--line);
+th, td { text-align: right; padding: .4rem .5rem; white-space: nowrap; } td { border-bottom: 1px solid var(--line);
   } .name { text-align: left; }
 tbody tr:first-child td.score { color: var(--good); } .score { font-weight: 700; } .good { color: var(--good);
   } .bad { color: var(--bad); }
@@ -184,6 +188,7 @@ section { background: var(--panel); border-radius: 8px; padding: 1rem 1.2rem; ma
 .strip { display: flex; flex-wrap: wrap; gap: 3px; }
 .step { display: inline-block; width: 14px; height: 14px; border-radius: 3px; background: var(--none); vertical-align: -2px;
   opacity: .55; }
+.step.unknown { background: none; box-shadow: inset 0 0 0 1px var(--none); opacity: 1; }
 .step.passed { background: var(--good); opacity: 1; } .step.wrong { background: var(--bad); opacity: 1;
   } .step.waiting { background: var(--wait); opacity: 1; }
 .note { color: var(--bad); font-weight: 600; } .next { margin-top: .8rem; }
