@@ -103,6 +103,15 @@ def test_what_was_changed_outside_of_a_todo_is_said(folder):
     assert "def run" in (folder / CAMERA).read_text().split("\n")[found.line - 1]
 
 
+def test_line_ends_of_windows(folder):
+    solve(folder, find_step("camera-1"))
+    (folder / CAMERA).chmod(0o755)
+    (folder / CAMERA).write_bytes((folder / CAMERA).read_bytes().replace(b"\n", b"\r\n"))
+    found = answers(folder, "camera-1")["camera-1"]
+    assert found.status == WRONG
+    assert "LF, not CRLF" in found.hint
+
+
 def test_a_file_that_is_gone(folder):
     (folder / CAMERA).unlink()
     found = answers(folder, "camera-2")["camera-2"]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from sdc_workshop.exam.answer import Problem
 from sdc_workshop.exam.local_planner_subject import odometry_at
-from sdc_workshop.exam.node_subject import NodeSubject, message_name, refusal
+from sdc_workshop.exam.node_subject import NodeSubject, configuration_problem, message_name, refusal
 from sdc_workshop.exam.variant import Variant
 from sdc_workshop.workspace import PACKAGE
 
@@ -170,6 +170,10 @@ class PathFollowingSubject(ControllerSubject):
                 node.publisher(ROAD, LocalPath),
                 stage,
             )
+            try:
+                drive.wanted(SCENES[0])
+            except (TypeError, ValueError, KeyError) as error:
+                return configuration_problem("simple_controller", error)
             for scene in SCENES:
                 how = drive.play(scene)
                 if how == "true":

@@ -172,12 +172,6 @@ def interpreter_problem(text: str, names, example: str) -> Problem | None:
     """What is wrong with the first line of a program."""
     first = text.split("\n", 1)[0]
     expected = f"line 1 is {example}"
-    if first.endswith("\r"):
-        return Problem(
-            expected,
-            "its lines end as on Windows",
-            "Save the file with Unix line ends: Linux looks for an interpreter whose name ends in an invisible character.",
-        )
     if not first.startswith("#!"):
         return Problem(
             expected, first or "an empty line", f"It begins with the two characters #! in the very first column of line 1: {example}"
@@ -194,8 +188,12 @@ def interpreter_problem(text: str, names, example: str) -> Problem | None:
 
 
 def permission_problem(student, name: str) -> Problem | None:
-    """Whether a program may not be run."""
+    """Why Linux would not run a program, whatever stands in it."""
     path = student.src / name
+    if path.read_bytes().partition(b"\n")[0].endswith(b"\r"):
+        return Problem("lines that end as on Linux", "they end as on Windows",
+                       "Save the file with Unix line ends (LF, not CRLF): Linux looks "
+                       f"for an interpreter whose name ends in an invisible character. sed -i 's/\\r$//' src/{name} mends it.")
     if path.stat().st_mode & stat.S_IXUSR:
         return None
     return Problem(f"src/{name} may be run", "it has no permission to be run (x)", f"chmod +x src/{name}")

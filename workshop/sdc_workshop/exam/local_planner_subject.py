@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from sdc_workshop.exam.answer import Problem
-from sdc_workshop.exam.node_subject import NodeSubject, message_name, refusal
+from sdc_workshop.exam.node_subject import NodeSubject, configuration_problem, message_name, refusal
 from sdc_workshop.exam.points import points_problem
 from sdc_workshop.exam.variant import Variant
 from sdc_workshop.workspace import PACKAGE
@@ -56,7 +56,10 @@ class LocalPlannerSubject(NodeSubject):
                 node.publisher(ODOMETRY, Odometry),
             )
             mission.publish(Path([BaseWaypoint(x, y) for x, y in ROUTE]))
-            reference = self._reference(stage)
+            try:
+                reference = self._reference(stage)
+            except (TypeError, ValueError, KeyError) as error:
+                return configuration_problem("local_planner", error)
             for place in PLACES:
                 before = len(heard.messages)
 

@@ -8,7 +8,7 @@ import re
 from sdc_workshop.exam.answer import Problem
 from sdc_workshop.exam.output import crash, last_words, meaning, warnings
 from sdc_workshop.exam.subject import Subject, name_of
-from sdc_workshop.workspace import PACKAGE
+from sdc_workshop.workspace import PACKAGE, SOLUTION
 
 _MISSING_PARAMETER = re.compile(r"parameter (/\S*?)/?(\w+) is missing")
 STANDARD_TOPICS = ("/rosout", "/clock")
@@ -150,6 +150,12 @@ class NodeSubject(Subject):
 
     # Topics that the file as it is given uses already.
     usual_topics: tuple = ()
+
+
+def configuration_problem(name: str, error: Exception) -> Problem:
+    """A configuration that the finished car cannot drive with either."""
+    return Problem(f"figures in config/{name}.yaml that a car can drive with", f"{type(error).__name__}: {error}",
+                   f"Compare config/{name}.yaml with {SOLUTION / PACKAGE / 'config' / name}.yaml.")
 
 
 def message_name(name: str) -> str:

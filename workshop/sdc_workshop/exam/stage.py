@@ -145,13 +145,13 @@ class Stage:
             api.deleteParam(NAME, f"/{name}")
 
     def configuration(self, name: str) -> dict:
-        """The student's config/NAME.yaml; the project's where that cannot be read."""
-        for text in (self.student.text(f"{PACKAGE}/config/{name}.yaml"), self._solution_configuration(name)):
-            with contextlib.suppress(yaml.YAMLError):
-                found = yaml.safe_load(text or "")
-                if isinstance(found, dict):
-                    return found
-        return {}
+        """The student's config/NAME.yaml; the project's figures where that cannot be read, or has none."""
+        found = yaml.safe_load(self._solution_configuration(name)) or {}
+        with contextlib.suppress(yaml.YAMLError):
+            own = yaml.safe_load(self.student.text(f"{PACKAGE}/config/{name}.yaml") or "")
+            if isinstance(own, dict):
+                found.update(own)
+        return found
 
     @staticmethod
     def _solution_configuration(name: str) -> str:
