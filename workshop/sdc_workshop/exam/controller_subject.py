@@ -53,7 +53,7 @@ class BasicControlSubject(ControllerSubject):
 
     todos = BASICS
     left_empty = ("2.1", "2.2", "2.3", "2.8", "2.9")
-    needs = {"CarlaVehicleControl": "messages"}
+    needs = ("CarlaVehicleControl",)
 
     def _problem(self, variant, stage):
         import rospy
@@ -151,7 +151,7 @@ class PathFollowingSubject(ControllerSubject):
     """TODO 2.1 to 2.3, 2.8 and 2.9: along the road ahead."""
 
     todos = PATH_FOLLOWING
-    needs = {"CarlaVehicleControl": "messages", "Waypoint": "messages", "LocalPath": "messages"}
+    needs = ("CarlaVehicleControl", "Waypoint", "LocalPath")
 
     def _problem(self, variant, stage):
         from nav_msgs.msg import Odometry

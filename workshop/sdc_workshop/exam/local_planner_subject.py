@@ -26,7 +26,7 @@ class LocalPlannerSubject(NodeSubject):
     file = f"{PACKAGE}/scripts/local_planner.py"
     todos = ("1", "2", "3", "4", "7", "8")
     init_todo = "2"
-    needs = {message: "messages" for message in ("Waypoint", "BaseWaypoint", "Path", "LocalPath", "ObstacleArray")}
+    needs = ("Waypoint", "BaseWaypoint", "Path", "LocalPath", "ObstacleArray")
     usual_topics = (ODOMETRY, OBSTACLES, ROAD)
 
     def problems(self, variant: Variant, stage) -> list:

@@ -20,7 +20,7 @@ class MissionPlannerSubject(NodeSubject):
     file = f"{PACKAGE}/scripts/mission_planner.py"
     todos = tuple("123456789")
     init_todo = "2"
-    needs = {"BaseWaypoint": "messages", "Path": "messages"}
+    needs = ("BaseWaypoint", "Path")
 
     def problems(self, variant: Variant, stage) -> list:
         found = self._problem(variant, stage)

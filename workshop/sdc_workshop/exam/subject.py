@@ -24,8 +24,8 @@ class Subject:
     file: str
     todos: tuple
     left_empty: tuple = ()
-    # Messages without whose classes none of these regions can be tried, and the group of steps that makes each.
-    needs: dict = {}
+    # Messages without whose classes none of these regions can be tried.
+    needs: tuple = ()
     needs_build = True
 
     def problems(self, variant: Variant, stage) -> list:
@@ -111,16 +111,15 @@ class Subject:
         """What stands in the way before anything can be tried."""
         if not self.needs_build:
             return None
-        for message, group in self.needs.items():
+        for message in self.needs:
             if student.built_md5(message) != solution_md5(message):
                 made = (student.src / PACKAGE / "msg" / f"{message}.msg").is_file()
                 return Answer(
                     WAITING,
                     f"the class of the message {message}, built from {PACKAGE}/msg/{message}.msg",
                     "it was built from another text of the file" if student.built_md5(message) else "it has not been built",
-                    f"{BUILD} Then `./workshop/check {group}` must pass."
-                    if made
-                    else f"`./workshop/check {group}` says what to make first.",
+                    f"{BUILD} `./workshop/check messages` says what is not right yet." if made
+                    else "`./workshop/check messages` says what to make first.",
                 )
         return None
 
