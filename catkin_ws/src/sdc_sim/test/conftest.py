@@ -58,7 +58,7 @@ class Program:
         self.environment = environment
         self.log = log
         with open(log, "wb") as output:
-            self.process = subprocess.Popen(command, cwd=folder, env={**environment, "PWD": str(folder)}, stdout=output,
+            self.process = subprocess.Popen(command, cwd=folder, env={**environment, "PWD": str(folder), "PYTHONUNBUFFERED": "1"}, stdout=output,
                                             stderr=subprocess.STDOUT, start_new_session=True)
 
     @property
