@@ -13,6 +13,7 @@ from sdc_workshop.workspace import PACKAGE
 PICTURES = "/carla/ego_vehicle/camera/rgb/front/image_color"
 MASKS = "/camera/lane_mask"
 TITLE = "camera: F"
+# So often a window may show another picture than the one that was sent, before it counts as wrong.
 _LOOKS = 20
 THRESHOLDS = {"gradient": 70, "saturation": 90, "lightness": 110, "horizon_fraction": 0.52}
 

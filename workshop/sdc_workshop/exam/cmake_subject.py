@@ -18,8 +18,6 @@ _LOOK = Path(__file__).with_name("probes") / "look.cmake"
 _LIMIT_S = 60
 _SCRIPT = re.compile(r"scripts/\S+\.py")
 _CALL = re.compile(r"^look:(\w+):(.*)$", re.MULTILINE)
-_ERROR = re.compile(r"CMake Error at [^\n]*?:(\d+)[^\n]*\n((?:[ \t][^\n]*\n|\n)*)|CMake Error in [^\n]*:(\d+)?")
-_PARSE_ERROR = re.compile(r"(\S+):(\d+)(?::\d+)?:?\s*\n?\s*(Parse error[^\n]*|[^\n]*)")
 COMMAND = ("CarlaVehicleControl",)
 PLANNERS = ("BaseWaypoint", "LocalPath", "Path", "Waypoint")
 

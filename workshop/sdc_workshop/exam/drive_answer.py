@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 
-from sdc_workshop.exam.answer import PASSED, UNFINISHED, WRONG, Answer
+from sdc_workshop.exam.answer import PASSED, WRONG, Answer
 from sdc_workshop.exam.output import crash, last_words, plain
 from sdc_workshop.exam.process import PATIENCE_S
 
@@ -53,8 +53,3 @@ def drive_answer(stage) -> tuple:
         said[0] if said else figures["status"],
         _MEANINGS.get(figures["status"], "Look at report.png."),
     ), figures
-
-
-def not_yet(steps: list) -> Answer:
-    """The answer while other steps are open."""
-    return Answer(UNFINISHED, "all steps before it", f"open: {', '.join(steps[:3])}{' ...' if len(steps) > 3 else ''}", "")

@@ -11,7 +11,6 @@ from sdc_workshop.exam.subject import Subject, name_of
 from sdc_workshop.workspace import PACKAGE, SOLUTION
 
 _MISSING_PARAMETER = re.compile(r"parameter (/\S*?)/?(\w+) is missing")
-STANDARD_TOPICS = ("/rosout", "/clock")
 
 
 class NodeSubject(Subject):

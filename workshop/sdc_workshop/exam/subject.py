@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 from pathlib import Path
 
 from sdc_workshop.exam import typical
@@ -12,7 +11,7 @@ from sdc_workshop.exam.output import Crash, meaning
 from sdc_workshop.exam.student import NotBuilt
 from sdc_workshop.exam.variant import Variant, make
 from sdc_workshop.regions import RegionError, body, is_written, regions, template
-from sdc_workshop.steps import Step, load_steps
+from sdc_workshop.steps import load_steps
 from sdc_workshop.workspace import PACKAGE, PROJECT, SOLUTION, TEMPLATES
 
 BUILD = "In the folder of your workspace: `catkin_make`, and then `source devel/setup.bash` in this terminal."
@@ -210,20 +209,6 @@ def solution_md5(message: str) -> str | None:
     from sdc_workshop.exam.student import Student
 
     return Student(PROJECT / "catkin_ws").built_md5(message)
-
-
-def calls(text: str) -> list:
-    """All calls in a piece of Python, [] when it is not Python."""
-    try:
-        tree = ast.parse(text)
-    except SyntaxError:
-        return []
-    return [node for node in ast.walk(tree) if isinstance(node, ast.Call)]
-
-
-def stem(step: Step) -> str:
-    """The name of a step's group: camera of camera-3."""
-    return step.id.rpartition("-")[0] or step.id
 
 
 def name_of(file: str) -> str:
