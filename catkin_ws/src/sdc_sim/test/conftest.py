@@ -58,8 +58,8 @@ class Program:
         self.environment = environment
         self.log = log
         with open(log, "wb") as output:
-            self.process = subprocess.Popen(command, cwd=folder, env={**environment, "PWD": str(folder), "PYTHONUNBUFFERED": "1"}, stdout=output,
-                                            stderr=subprocess.STDOUT, start_new_session=True)
+            self.process = subprocess.Popen(command, cwd=folder, env={**environment, "PWD": str(folder), "PYTHONUNBUFFERED": "1"},
+                                            stdout=output, stderr=subprocess.STDOUT, start_new_session=True)
 
     @property
     def said(self):
