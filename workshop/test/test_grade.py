@@ -2,7 +2,9 @@
 import csv
 import json
 import os
+import signal
 import subprocess
+import time
 from pathlib import Path
 
 import pytest
@@ -91,6 +93,21 @@ def test_a_time_limit_ends_one_student(tmp_path):
     found = grade("slow", folder, tmp_path / "result", 8.0)
     assert found.note == "the build took longer than its time limit and was ended"
     assert left_over("sleep 98766") == []
+
+
+def test_ctrl_c_ends_all(tmp_path):
+    folder = workspace(tmp_path / "slow")
+    (folder / "src/sdc_package/CMakeLists.txt").write_text("cmake_minimum_required(VERSION 3.5)\nexecute_process(COMMAND sleep 98767)\n")
+    process = subprocess.Popen([PROJECT / "workshop" / "grade", folder, "--output", tmp_path / "grades"], stdout=subprocess.PIPE,
+                               stderr=subprocess.STDOUT, text=True)
+    limit = time.monotonic() + 60
+    while not left_over("sleep 98767"):
+        assert time.monotonic() < limit and process.poll() is None
+        time.sleep(0.05)
+    process.send_signal(signal.SIGINT)
+    said, _ = process.communicate(timeout=60)
+    assert (process.returncode, said) == (130, "")
+    assert left_over("sleep 98767") == []
 
 
 def test_copy_leaves_out_what_would_never_end(tmp_path):

@@ -120,16 +120,20 @@ class Program:
 
     def interrupt(self) -> None:
         """Ctrl-C."""
-        with contextlib.suppress(ProcessLookupError):
-            os.killpg(self._process.pid, signal.SIGINT)
+        self._signal_group(signal.SIGINT)
 
     def end(self) -> None:
         """End it and all that it started."""
-        with contextlib.suppress(ProcessLookupError):
-            os.killpg(self._process.pid, signal.SIGKILL)
+        self._signal_group(signal.SIGKILL)
         self._process.wait()
         end_marked(self.mark)
         self._reader.join(timeout=2.0)
+
+    def _signal_group(self, what) -> None:
+        # The number of a program that has ended may belong to somebody else by now.
+        if self._process.poll() is None:
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(self._process.pid, what)
 
 
 def marked(mark: str) -> list:

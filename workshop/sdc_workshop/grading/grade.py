@@ -5,6 +5,7 @@ import argparse
 import os
 import signal
 import sys
+import threading
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
 
@@ -72,16 +73,17 @@ def main(arguments) -> int:
         return 1
     total = len(load_steps())
     grades = []
+    stop = threading.Event()
     with ThreadPoolExecutor(options.jobs) as pool:
-        waiting = [pool.submit(grade, name, folder, output / name, options.limit) for folder, name in named.items()]
+        waiting = [pool.submit(grade, name, folder, output / name, options.limit, stop.is_set) for folder, name in named.items()]
         try:
             for done in as_completed(waiting):
                 grades.append(done.result())
                 print(line(grades[-1], total), flush=True)
         except KeyboardInterrupt:
+            stop.set()
             for job in waiting:
                 job.cancel()
-            print("grade: ends when the students at hand are done; Ctrl-C again ends at once", file=sys.stderr)
             raise
     ranked = leaderboard(grades)
     write_csv(output / "grades.csv", ranked)

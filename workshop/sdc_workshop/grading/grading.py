@@ -55,8 +55,9 @@ class Grade:
         return ""
 
 
-def grade(name: str, folder: Path, result: Path, limit_s: float) -> Grade:
-    """Grade the workspace in `folder`, of which nothing is changed; logs, answers and report go to `result`."""
+def grade(name: str, folder: Path, result: Path, limit_s: float, stopped=lambda: False) -> Grade:
+    """Grade the workspace in `folder`, of which nothing is changed; logs, answers and report go to `result`. Once `stopped()` is true,
+    all that runs is ended."""
     found = Grade(name, folder)
     start = time.monotonic()
     result.mkdir(parents=True, exist_ok=True)
@@ -67,8 +68,8 @@ def grade(name: str, folder: Path, result: Path, limit_s: float) -> Grade:
         workspace = Path(temporary) / "workspace"
         try:
             copy_workspace(folder, workspace)
-            _build(workspace, result, start + limit_s)
-            _examine(workspace, result, Path(temporary), start + limit_s)
+            _build(workspace, result, start + limit_s, stopped)
+            _examine(workspace, result, Path(temporary), start + limit_s, stopped)
         except (CopyError, OSError, _Ended) as error:
             found.note = str(error)
     with contextlib.suppress(OSError, ValueError):
@@ -87,17 +88,17 @@ def _plain_environment(**more) -> dict:
     return {**{name: os.environ[name] for name in ("HOME", "LANG", "PATH") if name in os.environ}, "PYTHONDONTWRITEBYTECODE": "1", **more}
 
 
-def _build(workspace: Path, result: Path, until: float) -> None:
+def _build(workspace: Path, result: Path, until: float, stopped) -> None:
     """catkin_make, as in a new terminal. What does not build is examined all the same: many steps can be judged without."""
     setup = "[ ! -f /opt/ros/noetic/setup.bash ] || . /opt/ros/noetic/setup.bash"
     with Program(["bash", "-c", f"{setup}; exec catkin_make -j1"], _plain_environment(PATH="/usr/bin:/bin"), workspace) as program:
         try:
-            _wait(program, until, "the build")
+            _wait(program, until, stopped, "the build")
         finally:
             (result / _BUILD_LOG).write_text(program.output, encoding="utf-8")
 
 
-def _examine(workspace: Path, result: Path, temporary: Path, until: float) -> None:
+def _examine(workspace: Path, result: Path, temporary: Path, until: float, stopped) -> None:
     home, scratch = temporary / "home", temporary / "tmp"
     home.mkdir()
     scratch.mkdir()
@@ -105,15 +106,17 @@ def _examine(workspace: Path, result: Path, temporary: Path, until: float) -> No
                                      OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1")
     with Program([sys.executable, "-B", "-m", "sdc_workshop.grading.examine_one", workspace, result], environment, workspace) as program:
         try:
-            _wait(program, until, "the check")
+            _wait(program, until, stopped, "the check")
         finally:
             (result / _CHECK_LOG).write_text(program.output, encoding="utf-8")
         if program.status != 0:
             raise _Ended(f"the check ended with status {program.status}, see {result / _CHECK_LOG}")
 
 
-def _wait(program: Program, until: float, what: str) -> None:
+def _wait(program: Program, until: float, stopped, what: str) -> None:
     while program.status is None:
+        if stopped():
+            raise _Ended(f"{what} was interrupted")
         if time.monotonic() > until:
             raise _Ended(f"{what} took longer than its time limit and was ended")
         if len(marked(program.mark)) > MOST_PROCESSES:
