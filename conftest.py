@@ -20,6 +20,11 @@ def pytest_collect_file(file_path, parent):
     return None
 
 
+def pytest_collection_modifyitems(items):
+    """The workshop's tests first: they take the longest, and the processes that share the tests out deal them in this order."""
+    items.sort(key=lambda item: "workshop" not in item.path.relative_to(item.config.rootpath).parts)
+
+
 class RosTestFile(pytest.File):
     def collect(self):
         yield RosTestItem.from_parent(self, name="rostest")
