@@ -1,6 +1,7 @@
 """Lets pytest run the rostests (*.test) beside the unit tests, so that one closing line counts everything."""
 import os
 import subprocess
+import tempfile
 
 import pytest
 from hypothesis import HealthCheck, settings
@@ -37,7 +38,10 @@ class RosTestItem(pytest.Item):
         results = os.path.join(str(self.config.rootpath), "catkin_ws", "build", "test_results", "pytest")
         command = ["rostest", "--results-base-dir", results, str(self.path)]
         try:
-            done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=_LIMIT_S, check=False)
+            # In a folder of its own: what a drive writes "here" shall not meet what another one writes.
+            with tempfile.TemporaryDirectory() as folder:
+                done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=_LIMIT_S, check=False,
+                                      cwd=folder, env={**os.environ, "PWD": folder})
         except subprocess.TimeoutExpired as error:
             raise RosTestFailure(f"no end after {_LIMIT_S} s\n{_text(error.stdout)}") from error
         if done.returncode != 0 or _count(done.stdout) == 0:

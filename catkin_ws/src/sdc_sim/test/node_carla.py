@@ -22,7 +22,8 @@ class CarlaTest(unittest.TestCase):
         driven = odometry.wait_for(lambda message: pose_and_speed(message)[0] > 20.0, seconds=60.0)
         self.assertLess(abs(pose_and_speed(driven)[1]), 0.5, "it keeps to its lane")
         mask.wait_for()
-        sent = command.wait_for(lambda message: message.throttle > 0.0)
+        heard = odometry.messages[0].header.stamp
+        sent = command.wait_for(lambda message: message.throttle > 0.0 and message.header.stamp >= heard)
         self.assertEqual((sent.gear, sent.manual_gear_shift), (1, False))
         # Each command says which odometry it answers: what a bridge in synchronous mode waits for.
         self.assertIn(sent.header.stamp, [message.header.stamp for message in odometry.messages])
