@@ -19,7 +19,7 @@ SHOWN = {"/show/route", "/show/road", "/show/car", "/show/local_path", "/carla/m
 CLICKED = {"/initialpose", "/clicked_point"}
 # A place of the window where the road ahead of the car is.
 ON_THE_ROAD = (815, 560)
-LIMIT_S = 60.0
+LIMIT_S = 120.0
 
 
 class RvizTest(unittest.TestCase):
@@ -82,7 +82,7 @@ class RvizTest(unittest.TestCase):
     def click(self, tool, topic, message_class, act, place):
         """Choose a tool by its key, act, and expect a place ahead of the car on the road."""
         listener = Listener(topic, message_class)
-        listener.wait_for_publisher()
+        listener.wait_for_publisher(LIMIT_S)
         before = len(listener.messages)
 
         def clicked():
