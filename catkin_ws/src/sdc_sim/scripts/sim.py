@@ -47,7 +47,7 @@ BRIDGES = {"old": (CarlaVehicleControl, "/camera/rgb/front/image_color", "/camer
 
 class Sim:
     def __init__(self):
-        rospy.init_node("sim")
+        rospy.init_node("sim", disable_rostime=True)
         parameter = Parameters()
         self.sync = parameter("sync")
         self.patience_s = parameter("patience_s")
@@ -206,9 +206,10 @@ class Sim:
         sensed = self.world.sensed
         stamp = rospy.Time(*sensed.stamp)
         odometry = odometry_message(sensed.measured, stamp)
-        self.clock_publisher.publish(rospy.Time(*self.world.stamp))
         self.odometry_publisher.publish(odometry)
-        self.tf_publisher.publish([vehicle_transform(odometry)])
+        self.clock_publisher.publish(rospy.Time(*self.world.stamp))
+        if self.tf_publisher.get_num_connections():
+            self.tf_publisher.publish([vehicle_transform(odometry)])
         if self.camera:
             self.camera.show(sensed)
 

@@ -1,7 +1,7 @@
 """What a node must know to go on where it was killed: kept in files that keep_running gives it a folder for."""
 from __future__ import annotations
 
-import json
+import marshal
 import os
 import struct
 import zlib
@@ -11,7 +11,8 @@ _HEAD = struct.Struct("<QII")
 
 
 class KeptState:
-    """The latest state of a node as plain JSON data. Two files take turns, so that one is always whole.
+    """The latest state of a node as plain data: numbers, strings and None in tuples, lists and dicts. Two files take turns, so that one
+    is always whole.
 
     A write goes to the system's memory in one call and costs microseconds: a killed process loses none, a machine without
     power does. Without the folder (a node that keep_running did not start) nothing is kept. A disk that is full costs
@@ -41,7 +42,8 @@ class KeptState:
             if not self._files:
                 self._files = [os.open(path, os.O_RDWR | os.O_CREAT, 0o600) for path in self._paths]
             self._number += 1
-            body = json.dumps(state, separators=(",", ":")).encode()
+            # A tenth of JSON's time, on the way from a command to the tick that it asks for. Nobody else reads or writes the folder.
+            body = marshal.dumps(state)
             entry = _HEAD.pack(self._number, len(body), zlib.crc32(body)) + body
             if os.pwrite(self._files[self._number % 2], entry, 0) != len(entry):
                 self.problem = "the disk is full"
@@ -61,4 +63,4 @@ def _read(path):
     body = content[_HEAD.size:_HEAD.size + length]
     if len(body) != length or zlib.crc32(body) != check:
         return None
-    return number, json.loads(body)
+    return number, marshal.loads(body)

@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import sys
 import threading
+import time
 import warnings
 
 import rospy
@@ -46,6 +47,19 @@ class LoopPublisher(rospy.Publisher):
         except rospy.ROSException:
             if not rospy.core.is_shutdown_requested():
                 raise
+
+
+def every(seconds: float, look) -> None:
+    """From now on call `look()` each so many seconds of wall time, in a thread of its own.
+
+    rospy's Timer wakes with each message on /clock, which in lockstep is with every tick.
+    """
+    def run():
+        while not rospy.is_shutdown():
+            time.sleep(seconds)
+            look()
+
+    threading.Thread(target=run, daemon=True).start()
 
 
 def spin_beside(loop) -> None:

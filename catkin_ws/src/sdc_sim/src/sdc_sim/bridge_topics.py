@@ -29,6 +29,8 @@ from sdc_sim.world import World
 
 # What only people look at is published this often in simulated time.
 _SLOW_S = 0.2
+# That nothing stands on the road is said this often.
+_NOTHING_S = 1.0
 
 
 class BridgeTopics:
@@ -40,6 +42,7 @@ class BridgeTopics:
         self.route_m = route_m
         self.lane_watch = None
         self.slow_ticks = max(1, round(_SLOW_S / world.tick_s))
+        self.nothing_ticks = max(1, round(_NOTHING_S / world.tick_s))
         self.shown = set()
         self.told_of_obstacles = False
         self.carla_status = CarlaStatus(fixed_delta_seconds=world.tick_s, synchronous_mode=sync, synchronous_mode_running=True)
@@ -81,8 +84,8 @@ class BridgeTopics:
         if sensed.lamps != self.shown_lamps:
             self.light_status.publish(light_status_message(sensed.lamps))
             self.shown_lamps = sensed.lamps
-        if self.obstacles.get_num_connections() and (sensed.bodies or sensed.lamps or self.told_of_obstacles
-                                                     or self.world.tick % self.slow_ticks == 0):
+        if ((sensed.bodies or sensed.lamps or self.told_of_obstacles or self.world.tick % self.nothing_ticks == 0)
+                and self.obstacles.get_num_connections()):
             self.obstacles.publish(obstacles_message(sensed.bodies, sensed.lamps, stamp))
             self.told_of_obstacles = bool(sensed.bodies)
         if self.status.get_num_connections():

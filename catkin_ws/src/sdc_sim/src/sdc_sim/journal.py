@@ -7,6 +7,8 @@ import itertools
 import json
 import os
 
+_encode = json.JSONEncoder(separators=(",", ":")).encode
+
 
 class Journal:
     """Events (lists of strings and numbers) in the order of hearing.
@@ -37,7 +39,7 @@ class Journal:
     def write(self, event: list) -> None:
         """Append one event."""
         if self.failure is None:
-            line = json.dumps(event, separators=(",", ":")).encode() + b"\n"
+            line = _encode(event).encode() + b"\n"
             try:
                 if os.write(self._file, line) == len(line):
                     return

@@ -214,8 +214,8 @@ def _between(before: VehicleState, after: VehicleState, share: float):
 
 def _plain(sensed: Snapshot) -> list:
     state, measured = sensed.state, sensed.measured
-    return [sensed.stamp, list(vars(state).values()), None if measured is state else list(vars(measured).values()), sensed.bodies,
-            sensed.lamps]
+    return [sensed.stamp, list(vars(state).values()), None if measured is state else list(vars(measured).values()),
+            [tuple(body) for body in sensed.bodies], [tuple(lamp) for lamp in sensed.lamps]]
 
 
 def _snapshot(plain: list) -> Snapshot:
