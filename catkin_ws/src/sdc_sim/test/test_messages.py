@@ -8,6 +8,7 @@ import pytest
 import rospy
 from nav_msgs.msg import Odometry
 from sdc_package.msg import BaseWaypoint, CarlaVehicleControl, LocalPath, Path, Waypoint
+from sensor_msgs.msg import Image
 from visualization_msgs.msg import Marker
 
 from sdc_package.odometry import pose_and_speed
@@ -84,6 +85,12 @@ def test_image_keeps_every_pixel():
     message = image_message(picture, rospy.Time(7))
     assert (message.step, len(message.data)) == (2560, 480 * 2560)
     np.testing.assert_array_equal(np.frombuffer(message.data, np.uint8).reshape(picture.shape), picture)
+    buffer = io.BytesIO(b"before")
+    buffer.seek(6)
+    message.serialize(buffer)
+    heard = Image().deserialize(buffer.getvalue()[6:])
+    assert (heard.header, heard.encoding, heard.step) == (message.header, "bgra8", 2560)
+    assert heard.data == picture.tobytes()
 
 
 def test_camera_info_has_90_degrees():

@@ -187,7 +187,7 @@ GLASS_BGR = (96, 82, 70)
 class _Building:
     """The faces of a house or a block of flats in the map, in the order to paint them.
 
-    `polygons` (F + P, 4, 3): first the F faces, then the window panes; `panes[k]` is the slice of those on face k.
+    `polygons` (F + P, 4, 3): first the F = `faces` faces, then the window panes; `panes[k]` is the slice of those on face k.
     `normals` (F + P, 3) point out, and are 0 for panes; `colours` (F + P, 3) BGR.
     """
 
@@ -217,7 +217,7 @@ class _Building:
             self._add([(*a, eaves), (*b, eaves), peak, peak], wall)
         for slope in slopes:
             self._add(slope, roof)
-        count = len(self._faces)
+        self.faces = count = len(self._faces)
         self.panes = {k: slice(count + start, count + start + n) for k, (start, n) in self.panes.items()}
         self.polygons = np.concatenate([np.array(self._faces)] + panes)
         self.normals = np.array(self._normals + [np.zeros(3)] * (len(self.polygons) - count))
@@ -373,12 +373,14 @@ class Bodies:
             buildings.append(self._buildings[item])
         if not buildings:
             return {}
-        counts = [len(b.polygons) for b in buildings]
-        polygons = np.concatenate([b.polygons for b in buildings])
-        colours = np.concatenate([b.colours for b in buildings])
+        # The panes stand behind the faces, and are not seen from afar.
+        counts = [len(b.polygons) if far_m < PANES_RANGE_M else b.faces for b, far_m in zip(buildings, ahead.tolist())]
+        polygons = np.concatenate([b.polygons[:n] for b, n in zip(buildings, counts)])
+        colours = np.concatenate([b.colours[:n] for b, n in zip(buildings, counts)])
         haze = np.repeat(1.0 - np.exp(-np.maximum(ahead, 0.0) / HAZE_RANGE_M), counts)[:, None]
         colours = (colours + haze * (HAZE_BGR - colours)).tolist()
-        facing = ((view.eye - polygons[:, 0]) * np.concatenate([b.normals for b in buildings])).sum(axis=1) > 0.0
+        normals = np.concatenate([b.normals[:n] for b, n in zip(buildings, counts)])
+        facing = np.einsum("fk,fk->f", view.eye - polygons[:, 0], normals) > 0.0
         optical = (polygons - view.eye) @ view.turn
         near = optical[..., 2].min(axis=1) < NEAR_M
         if near.any():
@@ -535,17 +537,23 @@ def _paint_order(corners: np.ndarray, eye: np.ndarray, heading: np.ndarray) -> l
     normal = np.stack([edge[..., 1], -edge[..., 0]], axis=2)
     level = np.sum(normal * corners, axis=2)
     front = np.sum(normal * eye, axis=2) > level
-    height = np.einsum("ifk,jck->ifjc", normal, corners)
-    behind = (height <= level[:, :, None, None] + 1e-6).all(axis=3) & front[:, :, None]
-    hides = behind.any(axis=1)          # [i, j]: i may hide j, j cannot hide i
     offset = corners - eye
     ahead = np.maximum(offset @ heading, 0.3)
     slope = (heading[0] * offset[..., 1] - heading[1] * offset[..., 0]) / ahead
     low, high = slope.min(axis=1), slope.max(axis=1)
     meet = (low[:, None] < high[None, :]) & (low[None, :] < high[:, None])
-    first = hides.T & ~hides & meet     # [j, i]: j must be painted before i
-    if not np.any(np.tril(first, -1)):
+    far, near = np.nonzero(np.triu(meet, 1))
+
+    def may_hide(one, other):
+        height = np.einsum("pfk,pck->pfc", normal[one], corners[other])
+        return ((height <= level[one][..., None] + 1e-6).all(axis=2) & front[one]).any(axis=1)
+
+    far_may, near_may = may_hide(far, near), may_hide(near, far)
+    if not np.any(far_may & ~near_may):
         return list(range(n))
+    first = np.zeros((n, n), bool)      # [j, i]: j must be painted before i
+    first[near, far] = far_may & ~near_may
+    first[far, near] = near_may & ~far_may
     order, left = [], np.ones(n, bool)
     waiting = first.sum(axis=0)
     for _ in range(n):

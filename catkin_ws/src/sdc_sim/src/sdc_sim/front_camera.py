@@ -9,7 +9,7 @@ from sdc_sim.side_process import SideProcess
 from sdc_sim.world import Snapshot
 
 # In lockstep the world may run so many pictures ahead, which evens out the dear ones, and waits so long for one.
-_AHEAD = 3
+_AHEAD = 6
 _PATIENCE_S = 2.0
 
 

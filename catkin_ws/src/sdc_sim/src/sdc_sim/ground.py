@@ -98,7 +98,7 @@ class _Tiles:
         if weights is None:
             tile = grass
         else:
-            paved, green = (cv2.merge([plane] * 4) for plane in cv2.split(weights)[:2])
+            paved, green = (cv2.cvtColor(plane, cv2.COLOR_GRAY2BGRA) for plane in weights)
             tile = cv2.add(cv2.multiply(asphalt, paved, scale=1.0 / (ASPHALT * 255.0)),
                            cv2.multiply(grass, green, scale=1.0 / 255.0))
             tile[..., 3] = 255
@@ -106,7 +106,7 @@ class _Tiles:
         return tile if shade is None else cv2.multiply(tile, shade, scale=1.0 / 255.0)
 
     def _road_weights(self, level: int, origin: np.ndarray, size_m: float):
-        """(TILE_PX, TILE_PX, 3): brightness of the paved part, share of the grass and 0, or None without a road."""
+        """Two planes (TILE_PX, TILE_PX) uint8, brightness of the paved part and share of the grass; None without a road."""
         road = self.road
         stations, index = self._pieces[level // 2]
         pieces = index.near(origin, origin + size_m)
@@ -121,10 +121,11 @@ class _Tiles:
         half_m = 0.5 * (line_m - texel_m)
         inset_m = half_m + 1.5 * texel_m
         ink = ASPHALT + (PAINT - ASPHALT) * LINE_WIDTH_M / line_m
-        paint, asphalt, track = ((int(255 * brightness), 0, 0) for brightness in (ink, ASPHALT, TRACK))
-        # Painted first to last. From the roadway on (ROADWAY), a stretch of road at a time.
-        bands = [(right - MARGIN_M - 1.1, left + MARGIN_M + 1.1, (int(255 * 0.22), 140, 0)),
-                 (right - MARGIN_M - 0.25, left + MARGIN_M + 0.25, (int(255 * KERB), 0, 0)),
+        paint, asphalt, track = (int(255 * brightness) for brightness in (ink, ASPHALT, TRACK))
+        # Painted first to last. From the roadway on (ROADWAY), a stretch of road at a time. The first two leave so much grass:
+        grass = (140, 0)
+        bands = [(right - MARGIN_M - 1.1, left + MARGIN_M + 1.1, int(255 * 0.22)),
+                 (right - MARGIN_M - 0.25, left + MARGIN_M + 0.25, int(255 * KERB)),
                  (right - MARGIN_M, left + MARGIN_M, asphalt),
                  (right - half_m, right + half_m, paint), (left - half_m, left + half_m, paint),
                  (right + inset_m, left - inset_m, asphalt)]
@@ -146,20 +147,21 @@ class _Tiles:
             return None
         folded = np.minimum(np.sum((corners[:, :, 1] - corners[:, :, 0]) * (p1 - p0), axis=2),
                             np.sum((corners[:, :, 2] - corners[:, :, 3]) * (p1 - p0), axis=2)) < 0.0
-        canvas = np.zeros((side, side, 3), np.uint8)  # OpenCV is quick with three channels and slow with two
-        cv2.rectangle(canvas, (0, 0), (side, side), (0, 255, 0), -1)
+        canvas, green = np.zeros((side, side), np.uint8), np.full((side, side), 255, np.uint8)
 
-        def lay(band, rows):
-            colour, own, tangled = bands[band][2], quads[band], folded[band]
-            for k in rows[seen[band, rows]]:
+        def lay(band, rows, onto, value):
+            own, tangled = quads[band], folded[band]
+            for k in rows[seen[band, rows]].tolist():
                 if tangled[k]:
-                    cv2.fillPoly(canvas, own[k:k + 1], colour, edge, FIXED_POINT_BITS)
+                    cv2.fillPoly(onto, own[k:k + 1], value, edge, FIXED_POINT_BITS)
                 else:
-                    cv2.fillConvexPoly(canvas, own[k], colour, edge, FIXED_POINT_BITS)
+                    cv2.fillConvexPoly(onto, own[k], value, edge, FIXED_POINT_BITS)
 
         every = np.arange(len(pieces))
         for band in range(ROADWAY):
-            lay(band, every)
+            lay(band, every, canvas, bands[band][2])
+        for band, share in enumerate(grass):
+            lay(band, every, green, share)
         # Over the edge lines of one pass goes the roadway of every other; a later pass also hides earlier dashes.
         # A stretch ends between two dashes, so that no piece of roadway cuts a dash of its own pass.
         stretch_m = 2.0 * DASH_PERIOD_M
@@ -174,10 +176,10 @@ class _Tiles:
         exists = (s[..., 0] >= road.s_m[0]) & (s[..., -1] <= road.s_m[-1])
         for n, rows in enumerate(np.split(every, starts[1:])):
             for band in range(ROADWAY, len(bands)):
-                lay(band, rows)
+                lay(band, rows, canvas, bands[band][2])
             for quad in dashes[n][exists[n]].reshape(-1, 4, 2):
                 cv2.fillConvexPoly(canvas, quad, paint, edge, FIXED_POINT_BITS)
-        return halve(canvas)
+        return halve(canvas), halve(green)
 
     def _shade(self, level: int, origin: np.ndarray, size_m: float):
         """(TILE_PX, TILE_PX, 4) factor of the shadows of trees and buildings, or None where none falls."""

@@ -31,7 +31,7 @@ def footprint(position, yaw_rad: float, size) -> np.ndarray:
 
 def blend(part: np.ndarray, sprite: np.ndarray) -> None:
     """Lay a premultiplied BGRA sprite over a part of the picture."""
-    clear = cv2.merge([cv2.bitwise_not(sprite[..., 3])] * 4)
+    clear = cv2.cvtColor(cv2.bitwise_not(cv2.extractChannel(sprite, 3)), cv2.COLOR_GRAY2BGRA)
     cv2.add(cv2.multiply(part, clear, scale=1.0 / 255.0), sprite, dst=part)
 
 

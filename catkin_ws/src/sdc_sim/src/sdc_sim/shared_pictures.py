@@ -9,7 +9,7 @@ import numpy as np
 from .camera import CameraModel
 
 # One is painted while the others wait for their turn.
-SLOTS = 4
+SLOTS = 6
 
 
 def create() -> int:
