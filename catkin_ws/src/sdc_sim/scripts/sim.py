@@ -38,6 +38,8 @@ from sdc_sim.yaml_reading import ScenarioError
 UNSTAMPED = (0, 0)
 # Who listens to what stands on the road is waited for so long before the first lockstep tick, wall time.
 CONNECTING_S = 3.0
+# In real time a picture, which keeps both cores busy for some milliseconds, lets the answer to its odometry pass, but for no longer than:
+PICTURE_WAITS_S = 0.01
 # After so much silence of the node that drives, another one may.
 HANDOVER_S = 0.5
 # What the bridge is told by and what it calls its picture, up to CARLA 0.9.4 and from 0.9.5 on.
@@ -76,6 +78,7 @@ class Sim:
         self.started = False
         self.seat = Seat(round(HANDOVER_S / self.world.tick_s))
         self.commanded = False
+        self.answered = threading.Event()
         self.stamps_seen = False
         self.obeyed_stamp = UNSTAMPED
         self.kept = KeptState()
@@ -149,6 +152,7 @@ class Sim:
             if not self.obey(message, self.command_topic):
                 return
             self.commanded = True
+            self.answered.set()
             self.stamps_seen = stamp != UNSTAMPED
             self.go_on_if_answered()
 
@@ -185,22 +189,26 @@ class Sim:
         if self.sync and self.started and self.obeyed_stamp == self.world.sensed.stamp:
             self.advance_if_due()
 
-    def advance_if_due(self):
+    def advance_if_due(self, show=True):
+        """Take the next tick, unless the world is paused; returns whether it was taken."""
         if not self.pace.take():
-            return
+            return False
         touches = self.world.advance()
         self.keep()
-        self.publish(touches)
+        self.publish(touches, show)
         if self.world.silent:
             rospy.logwarn_throttle(5.0, f"sim: no command on {self.command_topic}, braking")
+        return True
 
-    def publish(self, touches):
+    def publish(self, touches, show=True):
         try:
             self.publish_tick()
             self.topics.publish(touches)
         except rospy.ROSException:
             if not rospy.core.is_shutdown_requested():  # a tick that the end of the node has overtaken is nobody's loss
                 raise
+        if show and self.camera:
+            self.camera.show(self.world.sensed)
 
     def publish_tick(self):
         sensed = self.world.sensed
@@ -210,8 +218,6 @@ class Sim:
         self.clock_publisher.publish(rospy.Time(*self.world.stamp))
         if self.tf_publisher.get_num_connections():
             self.tf_publisher.publish([vehicle_transform(odometry)])
-        if self.camera:
-            self.camera.show(sensed)
 
     def run_in_real_time(self):
         if self.resumed:
@@ -219,7 +225,12 @@ class Sim:
         due = time.monotonic()
         while not rospy.is_shutdown():
             with self.lock:
-                self.advance_if_due()
+                self.answered.clear()
+                taken = self.advance_if_due(show=False)
+            if taken and self.camera:
+                self.answered.wait(PICTURE_WAITS_S)
+                with self.lock:
+                    self.camera.show(self.world.sensed)
             due += self.world.tick_s
             late = time.monotonic() - due
             if late < 0.0:

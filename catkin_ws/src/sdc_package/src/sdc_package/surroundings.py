@@ -12,7 +12,7 @@ from rospy.impl.registration import get_service_manager
 
 CLOCK_PATIENCE_S = 5.0
 _LOOK_EVERY_S = 0.5
-_ASK_MASTER_EVERY_S = 3.0
+_ASK_MASTER_EVERY_S = 10.0
 
 
 class ClockWatch:
