@@ -51,6 +51,8 @@ class Camera:
                 self.picture = np.dstack([mask] * 3) if self.filter_shown else image[:, :, :3]
 
     def publish(self, mask, header):
+        if not self.publisher.get_num_connections():
+            return
         picture = self.bridge.cv2_to_imgmsg(mask, "mono8")
         picture.header = header
         self.publisher.publish(picture)

@@ -13,7 +13,7 @@ from sdc_package.axles import Axles
 from sdc_package.car import PedalMap, SteeringMap
 from sdc_package.figures import check_between, check_positive
 from sdc_package.local_path import LocalPath as Road
-from sdc_package.node import LoopPublisher, parameter, refuse
+from sdc_package.node import LoopPublisher, every, parameter, refuse
 from sdc_package.odometry import pose_and_speed
 from sdc_package.pid import PidGains
 from sdc_package.route import wrap_angle
@@ -22,6 +22,7 @@ from sdc_package.steering import load_steering, section_of
 from sdc_package.surroundings import watch_surroundings
 
 LONGEST_STEP_S = 0.2
+LOOK_EVERY_S = 0.1
 
 
 class SimpleController:
@@ -60,7 +61,7 @@ class SimpleController:
         # ------------------------------------------------------------------------
         # TODO 2.2: listen to the road ahead: on_path
         # ------------------------------------------------------------------------
-        rospy.Timer(rospy.Duration(0.1), self.on_timer, reset=True)
+        every(LOOK_EVERY_S, self.look)
 
     def on_odometry(self, odometry):
         with self.lock:
@@ -120,7 +121,7 @@ class SimpleController:
             self.path_waits = False
             self.publisher.publish(self.last_command)
 
-    def on_timer(self, _event):
+    def look(self):
         """Brake when the world or the planner has fallen silent."""
         with self.lock:
             silent = self.silent_topic(rospy.Time.now())

@@ -51,7 +51,11 @@ class Driverless:
         except ValueError as error:
             rospy.logwarn_throttle(1.0, f"refused a message on /car_position: {error}")
             return
-        self.publish(turn, target)
+        try:
+            self.publish(turn, target)
+        except rospy.ROSException:
+            if not rospy.core.is_shutdown_requested():  # on the way out the topics are closed already
+                raise
 
     # Publishing
     def publish(self, turn, target):

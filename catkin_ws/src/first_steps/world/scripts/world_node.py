@@ -84,11 +84,15 @@ class World:
 
     # Run
     def tick(self, _event):
-        with self.lock:
-            if self.simulation.tick(1.0 / self.settings.rate):
-                self.publish_state()
-                rospy.loginfo(f"lap {self.simulation.laps} completed")
-            self.publish_car()
+        try:
+            with self.lock:
+                if self.simulation.tick(1.0 / self.settings.rate):
+                    self.publish_state()
+                    rospy.loginfo(f"lap {self.simulation.laps} completed")
+                self.publish_car()
+        except rospy.ROSException:
+            if not rospy.core.is_shutdown_requested():  # on the way out the topics are closed already
+                raise
 
     def run(self):
         # The main thread publishes nothing: Ctrl-C interrupts it, and must not meet a lock that a half-done publish holds.

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import threading
 import time
 import xmlrpc.client
@@ -101,7 +102,7 @@ def _watch():
     with contextlib.suppress(OSError, rosgraph.MasterException):
         master = Master()
         clock = ClockWatch(CLOCK_PATIENCE_S, time.monotonic())
-        asked_at = time.monotonic()
+        asked_at = -math.inf
         while not rospy.core.is_shutdown_requested():
             time.sleep(_LOOK_EVERY_S)
             if master.parameters["/use_sim_time"] and clock.look(time.monotonic(), rospy.get_rostime()):
