@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """Referee: follows the drive along the route, tells how it goes, and writes the report when it ends."""
+import contextlib
 import json
 import os
 import sys
@@ -11,6 +12,7 @@ from nav_msgs.msg import Odometry
 from sdc_package.msg import CarlaTrafficLightInfoList, CarlaTrafficLightStatusList, CarlaVehicleControl, LocalPath, ObstacleArray, Path
 from sdc_sim.msg import CarlaCollisionEvent
 from std_msgs.msg import String
+from std_srvs.srv import Trigger
 
 from sdc_package.node import parameter, refuse
 from sdc_package.surroundings import watch_surroundings
@@ -22,6 +24,7 @@ from sdc_sim.snapshots import Snapshots
 from sdc_sim.watch import Rules, Watch
 
 LAST_ANSWERS_S = 1.0
+PAUSE_PATIENCE_S = 0.5
 
 
 class Referee:
@@ -100,9 +103,23 @@ class Referee:
         while self.watch.answers.awaited and time.monotonic() < limit and not rospy.is_shutdown():
             time.sleep(0.01)
 
+    @staticmethod
+    def pause_the_world():
+        """The simulator in lockstep would go on beside the report, as fast as it can."""
+        def ask():
+            with contextlib.suppress(rospy.ROSException, rospy.ServiceException):  # CARLA has no such service
+                rospy.wait_for_service("/sim/pause", 0.1)
+                rospy.ServiceProxy("/sim/pause", Trigger)()
+
+        asking = threading.Thread(target=ask, daemon=True)
+        asking.start()
+        asking.join(PAUSE_PATIENCE_S)
+
     def finish(self):
         """Write the report; returns the exit status."""
         self.wait_for_last_answers()
+        if not rospy.is_shutdown():
+            self.pause_the_world()
         with self.lock:
             self.progress.tell_news(self.watch)
             if self.watch.drive is None or not self.watch.drive.samples:

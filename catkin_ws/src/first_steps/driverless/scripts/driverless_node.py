@@ -22,7 +22,7 @@ class Driverless:
 
         # Publishers
         self.cmd_pub = rospy.Publisher("/cmd", SteeringCommand, queue_size=1, tcp_nodelay=True)
-        self.target_pub = rospy.Publisher("/target_waypoint", Waypoint, queue_size=1, latch=True)
+        self.target_pub = rospy.Publisher("/target_waypoint", Waypoint, queue_size=10, latch=True)
 
         # Subscribers
         if self.settings.use_map:

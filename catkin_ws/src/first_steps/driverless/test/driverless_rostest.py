@@ -25,7 +25,7 @@ class DriverlessTest(unittest.TestCase):
         rospy.init_node("driverless_test")
         cls.commands, cls.targets = queue.Queue(), queue.Queue()
         rospy.Subscriber("/cmd", SteeringCommand, cls.commands.put, queue_size=100)
-        rospy.Subscriber("/target_waypoint", Waypoint, cls.targets.put, queue_size=100)
+        targets = rospy.Subscriber("/target_waypoint", Waypoint, cls.targets.put, queue_size=100)
         cls.map = rospy.Publisher("/world_waypoints", Waypoints, queue_size=10, latch=True)
         cls.sensed = rospy.Publisher("/sensed_waypoints", Waypoints, queue_size=10)
         cls.car = rospy.Publisher("/car_position", CarPosition, queue_size=10)
@@ -39,6 +39,9 @@ class DriverlessTest(unittest.TestCase):
             assert time.monotonic() < end, "no answer on /cmd"
             cls.car.publish(x=-900.0, y=0.0, direction=0.0)
             time.sleep(0.05)
+        while not targets.get_num_connections():
+            assert time.monotonic() < end, "nobody publishes /target_waypoint"
+            time.sleep(0.01)
 
     def setUp(self):
         self.wait_for_silence()
