@@ -49,7 +49,7 @@ BRIDGES = {"old": (CarlaVehicleControl, "/camera/rgb/front/image_color", "/camer
 
 class Sim:
     def __init__(self):
-        rospy.init_node("sim", disable_rostime=True)
+        rospy.init_node("sim", disable_rostime=True)  # it makes the clock, and need not hear it
         parameter = Parameters()
         self.sync = parameter("sync")
         self.patience_s = parameter("patience_s")

@@ -72,7 +72,7 @@ def main():
     give_way()
     cv2.setNumThreads(1)
     *arguments, socket_number = rospy.myargv(sys.argv)[1:]
-    rospy.init_node("front_camera", disable_signals=True)
+    rospy.init_node("front_camera", disable_signals=True, disable_rostime=True)  # each picture brings its time along
     serve(int(socket_number), Photographer(*arguments).take)
 
 
