@@ -170,7 +170,7 @@ def thinking_ms():
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--bare", choices=("planner", "controller"), help=argparse.SUPPRESS)
-    parser.add_argument("--seconds", type=float, default=20.0, help="how long the drive in real time is watched")
+    parser.add_argument("--seconds", type=float, default=30.0, help="how long the drive in real time is watched")
     arguments = parser.parse_args(rospy.myargv(sys.argv)[1:])
     if arguments.bare:
         bare_node(arguments.bare)
@@ -207,8 +207,8 @@ def main():
                     print(f"real time: first motion {time.monotonic() - start:.1f} s after roslaunch", flush=True)
                     del watch.delays[:]
                     time.sleep(arguments.seconds)
+                    delays = 1e3 * np.array(watch.delays)  # before the look at all processes' memory, which holds them up
                     print(f"real time: {memory_mb(process.pid):.0f} MB resident in all processes (PSS, this one included)", flush=True)
-                delays = 1e3 * np.array(watch.delays)
                 print(f"real time: odometry to command median {np.median(delays):.2f} ms, 99 % {np.percentile(delays, 99):.2f} ms "
                       f"({len(delays)} ticks, as heard by a third process)", flush=True)
 
