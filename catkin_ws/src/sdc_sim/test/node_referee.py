@@ -19,6 +19,7 @@ from nav_msgs.msg import Odometry
 from sdc_package.msg import BaseWaypoint, CarlaVehicleControl, Obstacle, ObstacleArray, Path
 from sdc_sim.msg import CarlaCollisionEvent
 from sensor_msgs.msg import Image
+from std_srvs.srv import Trigger
 
 from sdc_package.listening import wait_until
 
@@ -118,6 +119,20 @@ class RefereeTest(unittest.TestCase):
         self.assertNotIn("Traceback", self.said())
         with open(self.report_path, encoding="utf-8") as file:
             return json.load(file)
+
+    def test_a_world_that_can_be_paused_stands_while_the_report_is_written(self):
+        pauses = []
+
+        def pause(_request):
+            pauses.append(os.path.exists(self.report_path))
+            return True, "paused"
+
+        service = rospy.Service("/sim/pause", Trigger, pause)
+        self.addCleanup(service.shutdown)
+        process = self.start()
+        self.drive()
+        self.assertEqual(self.report(process, 0)["status"], "completed")
+        self.assertEqual(pauses, [False], "once, before there was a report")
 
     def test_another_stack_is_scored_by_the_contracts_topics_alone(self):
         process = self.start()
