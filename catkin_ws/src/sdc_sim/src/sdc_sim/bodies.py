@@ -537,23 +537,17 @@ def _paint_order(corners: np.ndarray, eye: np.ndarray, heading: np.ndarray) -> l
     normal = np.stack([edge[..., 1], -edge[..., 0]], axis=2)
     level = np.sum(normal * corners, axis=2)
     front = np.sum(normal * eye, axis=2) > level
+    height = np.einsum("ifk,jck->ifjc", normal, corners)
+    behind = (height <= level[:, :, None, None] + 1e-6).all(axis=3) & front[:, :, None]
+    hides = behind.any(axis=1)          # [i, j]: i may hide j, j cannot hide i
     offset = corners - eye
     ahead = np.maximum(offset @ heading, 0.3)
     slope = (heading[0] * offset[..., 1] - heading[1] * offset[..., 0]) / ahead
     low, high = slope.min(axis=1), slope.max(axis=1)
     meet = (low[:, None] < high[None, :]) & (low[None, :] < high[:, None])
-    far, near = np.nonzero(np.triu(meet, 1))
-
-    def may_hide(one, other):
-        height = np.einsum("pfk,pck->pfc", normal[one], corners[other])
-        return ((height <= level[one][..., None] + 1e-6).all(axis=2) & front[one]).any(axis=1)
-
-    far_may, near_may = may_hide(far, near), may_hide(near, far)
-    if not np.any(far_may & ~near_may):
+    first = hides.T & ~hides & meet     # [j, i]: j must be painted before i
+    if not np.any(np.tril(first, -1)):
         return list(range(n))
-    first = np.zeros((n, n), bool)      # [j, i]: j must be painted before i
-    first[near, far] = far_may & ~near_may
-    first[far, near] = near_may & ~far_may
     order, left = [], np.ones(n, bool)
     waiting = first.sum(axis=0)
     for _ in range(n):
