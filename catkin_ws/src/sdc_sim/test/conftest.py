@@ -9,6 +9,13 @@ import time
 import pytest
 
 PATIENCE_S = 120.0
+HERE = os.path.dirname(os.path.abspath(__file__))
+
+
+@pytest.fixture
+def route():
+    """A route that is driven in half a minute of simulated time."""
+    return os.path.join(HERE, "routes", "fast_bends.csv")
 
 
 @pytest.fixture

@@ -9,7 +9,6 @@ import pytest
 
 ROOT = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", "..", "..", ".."))
 DRIVE = os.path.join(ROOT, "drive")
-ROUTE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "routes", "fast_bends.csv")
 
 
 def drive(environment, folder, *arguments, limit_s=200):
@@ -17,11 +16,11 @@ def drive(environment, folder, *arguments, limit_s=200):
                           stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace")
 
 
-def test_drives_to_the_end_from_any_folder_twice_the_same_and_a_third_time_from_its_bag(environment, tmp_path):
+def test_drives_to_the_end_from_any_folder_twice_the_same_and_a_third_time_from_its_bag(environment, route, tmp_path):
     traces = []
     for name, camera, record in (("first", "true", "false"), ("second", "false", "true")):
         done = drive(environment, tmp_path, "sync:=true", f"camera:={camera}", f"record:={record}", f"report:={name}/report.json",
-                     f"waypoints_path:={ROUTE}")
+                     f"waypoints_path:={route}")
         assert done.returncode == 0, done.stdout
         assert "Traceback" not in done.stdout
         with open(tmp_path / name / "report.json", encoding="utf-8") as file:

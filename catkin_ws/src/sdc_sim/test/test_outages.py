@@ -13,7 +13,6 @@ import pytest
 HERE = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.abspath(os.path.join(HERE, "..", "..", "..", ".."))
 DRIVE = os.path.join(ROOT, "drive")
-ROUTE = os.path.join(HERE, "routes", "fast_bends.csv")
 # These words stand in a log when roslaunch had to end a node by force.
 BY_FORCE = "escalating"
 
@@ -35,9 +34,9 @@ def roscore(start, environment):
     return core
 
 
-def test_a_drive_goes_on_without_its_roscore_and_registers_with_the_next(environment, start, tmp_path):
+def test_a_drive_goes_on_without_its_roscore_and_registers_with_the_next(environment, start, route, tmp_path):
     core = roscore(start, environment)
-    drive = start(["roslaunch", "sdc_package", "all.launch", "headless:=true", "camera:=false", f"waypoints_path:={ROUTE}"], environment)
+    drive = start(["roslaunch", "sdc_package", "all.launch", "headless:=true", "camera:=false", f"waypoints_path:={route}"], environment)
     drive.wait_to_say("published a route")
     wait_for_progress(drive)
     core.interrupt()
@@ -84,9 +83,9 @@ def small_disk(folder):
         subprocess.run(["umount", "--lazy", str(folder)], check=True)
 
 
-def test_a_full_disk_costs_the_report_and_not_the_drive(environment, start, tmp_path):
+def test_a_full_disk_costs_the_report_and_not_the_drive(environment, start, route, tmp_path):
     with small_disk(tmp_path / "small"):
-        drive = start([DRIVE, "headless:=true", "sync:=true", "camera:=false", f"waypoints_path:={ROUTE}", "report:=small/report.json"],
+        drive = start([DRIVE, "headless:=true", "sync:=true", "camera:=false", f"waypoints_path:={route}", "report:=small/report.json"],
                       environment)
         assert drive.wait_for_end() not in (0, None)
     assert "referee: completed: 100.0 %" in drive.said
@@ -94,8 +93,8 @@ def test_a_full_disk_costs_the_report_and_not_the_drive(environment, start, tmp_
     assert "Traceback" not in drive.said
 
 
-def test_a_report_folder_that_goes_away_costs_the_report_and_not_the_drive(environment, start, tmp_path):
-    drive = start([DRIVE, "headless:=true", "sync:=true", "camera:=false", f"waypoints_path:={ROUTE}"], environment)
+def test_a_report_folder_that_goes_away_costs_the_report_and_not_the_drive(environment, start, route, tmp_path):
+    drive = start([DRIVE, "headless:=true", "sync:=true", "camera:=false", f"waypoints_path:={route}"], environment)
     limit = time.monotonic() + 120.0
     journal = tmp_path / "report" / "report.journal"
     while not (journal.exists() and b'"odometry"' in journal.read_bytes()):  # the drive is on, the old report's files are looked after
@@ -110,9 +109,9 @@ def test_a_report_folder_that_goes_away_costs_the_report_and_not_the_drive(envir
     assert "Traceback" not in drive.said
 
 
-def test_a_world_that_is_killed_in_lockstep_leaves_no_trace_of_it(environment, other_environment, start, tmp_path):
+def test_a_world_that_is_killed_in_lockstep_leaves_no_trace_of_it(environment, other_environment, start, route, tmp_path):
     """The drive goes on at the very tick: the trace is that of a drive without the kill, bit for bit."""
-    command = [DRIVE, "headless:=true", "sync:=true", "camera:=false", f"waypoints_path:={ROUTE}", "referee_options:={pictures: false}"]
+    command = [DRIVE, "headless:=true", "sync:=true", "camera:=false", f"waypoints_path:={route}", "referee_options:={pictures: false}"]
     for name in ("calm", "killed"):
         (tmp_path / name).mkdir()
     calm = start(command, environment, tmp_path / "calm")

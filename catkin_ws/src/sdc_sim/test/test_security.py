@@ -11,7 +11,6 @@ import pytest
 HERE = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.abspath(os.path.join(HERE, "..", "..", "..", ".."))
 DRIVE = os.path.join(ROOT, "drive")
-ROUTE = os.path.join(HERE, "routes", "fast_bends.csv")
 LISTENS = "0A"
 PATIENCE_S = 120.0
 
@@ -63,12 +62,12 @@ def test_nothing_of_a_drive_listens_beyond_loopback(environment, start, processe
 
 
 def test_two_drives_side_by_side_do_not_touch_each_other_and_write_in_their_report_folders_only(
-        environment, other_environment, start, tmp_path):
+        environment, other_environment, start, route, tmp_path):
     drives = []
     elsewhere = f"planner_options:={{report: {tmp_path}/elsewhere/r.json, log_folder: {tmp_path}/elsewhere}}"
     for name, variables in (("one", environment), ("two", other_environment)):
         (tmp_path / name).mkdir()
-        command = [DRIVE, "headless:=true", "sync:=true", "camera:=false", f"waypoints_path:={ROUTE}", elsewhere]
+        command = [DRIVE, "headless:=true", "sync:=true", "camera:=false", f"waypoints_path:={route}", elsewhere]
         drives.append(start(command, variables, tmp_path / name))
     assert [drive.wait_for_end() for drive in drives] == [0, 0], [drive.said[-2000:] for drive in drives]
     traces = [(tmp_path / name / "report" / "report.csv").read_bytes() for name in ("one", "two")]
@@ -158,7 +157,7 @@ def two_machines():
             ip("netns", "del", name)
 
 
-def test_the_world_on_one_machine_and_the_stack_on_another(two_machines, start, tmp_path):
+def test_the_world_on_one_machine_and_the_stack_on_another(two_machines, start, route, tmp_path):
     (world, world_address), (car, car_address) = two_machines
     common = {**os.environ, "ROS_MASTER_URI": f"http://{world_address}:11311"}
     common.pop("ROS_HOSTNAME", None)
@@ -166,11 +165,11 @@ def test_the_world_on_one_machine_and_the_stack_on_another(two_machines, start, 
     for folder in folders.values():
         folder.mkdir()
     here = start(["ip", "netns", "exec", world, "roslaunch", "sdc_sim", "sim.launch", "camera:=false", "sync:=true",
-                  f"waypoints_path:={ROUTE}", "wait_for_nodes:=[/referee]"],
+                  f"waypoints_path:={route}", "wait_for_nodes:=[/referee]"],
                  {**common, "ROS_IP": world_address, "ROS_HOME": str(folders["world"])}, folders["world"])
     here.wait_to_say("process[sim")
     there = start(["ip", "netns", "exec", car, "roslaunch", "sdc_package", "all.launch", "sim:=false", "headless:=true", "camera:=false",
-                   f"waypoints_path:={ROUTE}"], {**common, "ROS_IP": car_address, "ROS_HOME": str(folders["car"])}, folders["car"])
+                   f"waypoints_path:={route}"], {**common, "ROS_IP": car_address, "ROS_HOME": str(folders["car"])}, folders["car"])
     assert there.wait_for_end() == 0, there.said[-3000:] + here.said[-3000:]
     here.interrupt()
     limit = time.monotonic() + PATIENCE_S
