@@ -12,19 +12,26 @@ import tempfile
 import threading
 import time
 
+import cv2
 import numpy as np
 import rospy
 from nav_msgs.msg import Odometry
 from sdc_package.msg import CarlaVehicleControl, LocalPath, Waypoint
+from sensor_msgs.msg import Image
 
 from sdc_package.listening import wait_until
 from sdc_package.node import LoopPublisher
 from sdc_package.odometry import pose_and_speed
+from sdc_sim.benchmark_camera import bare_warp
+from sdc_sim.messages import image_message
 
 ODOMETRY = "/carla/ego_vehicle/odometry"
 PATH = "/planner/local_waypoints"
 COMMAND = "/carla/ego_vehicle/vehicle_control_cmd"
+IMAGE = "/carla/ego_vehicle/camera/rgb/front/image_color"
 BARE_TICKS = 4000
+BARE_PICTURES = 1000
+TICK_S = 0.05
 # The parts of a tick that wait for each other; pictures are made beside them.
 ONE_AFTER_THE_OTHER = ("physics", "serialise", "planner", "controller")
 
@@ -99,6 +106,7 @@ def bare_node(role):
         path = LocalPath([Waypoint(1.0, 2.0, 3.0)] * 25)
         publisher = LoopPublisher(PATH, LocalPath)
         rospy.Subscriber(ODOMETRY, Odometry, lambda _: publisher.publish(path), queue_size=1, tcp_nodelay=True)
+        rospy.Subscriber(IMAGE, Image, lambda _: None, queue_size=1, buff_size=4 * 1024 * 1024, tcp_nodelay=True)
     else:
         publisher = LoopPublisher(COMMAND, CarlaVehicleControl)
         rospy.Subscriber(ODOMETRY, Odometry, lambda _: None, queue_size=1, tcp_nodelay=True)
@@ -106,21 +114,36 @@ def bare_node(role):
     rospy.spin()
 
 
-def bare_tick_ms():
-    """Median time of a tick that is nothing but its hops: odometry to both nodes, path, command."""
-    publisher = LoopPublisher(ODOMETRY, Odometry)
-    answered = threading.Event()
-    rospy.Subscriber(COMMAND, CarlaVehicleControl, lambda _: answered.set(), queue_size=1, tcp_nodelay=True)
-    wait_until(lambda: publisher.get_num_connections() == 2, what="both bare nodes")
-    times = []
-    message = Odometry()
-    for _ in range(BARE_TICKS):
-        answered.clear()
-        start = time.perf_counter()
-        publisher.publish(message)
-        if answered.wait(1.0):
-            times.append(time.perf_counter() - start)
-    return 1e3 * float(np.median(times))
+class BareWorld:
+    """The third process of the bare loop: odometry to both nodes, path, command, and nothing that is worth it."""
+
+    def __init__(self):
+        self.odometry_publisher = LoopPublisher(ODOMETRY, Odometry)
+        self.image_publisher = LoopPublisher(IMAGE, Image)
+        self.answered = threading.Event()
+        rospy.Subscriber(COMMAND, CarlaVehicleControl, lambda _: self.answered.set(), queue_size=1, tcp_nodelay=True)
+        wait_until(lambda: self.odometry_publisher.get_num_connections() == 2 and self.image_publisher.get_num_connections(),
+                   what="both bare nodes")
+
+    def tick_ms(self, ticks, paint=None):
+        """Median time of a tick that is nothing but its hops; with `paint`, a picture is made and published in each."""
+        times = []
+        message = Odometry()
+        for _ in range(ticks):
+            self.answered.clear()
+            start = time.perf_counter()
+            self.odometry_publisher.publish(message)
+            if paint:
+                self.image_publisher.publish(image_message(paint(), rospy.Time(0)))
+            if self.answered.wait(1.0):
+                times.append(time.perf_counter() - start)
+        return 1e3 * float(np.median(times))
+
+
+def tell_bare_loop(world):
+    for what, tick in (("no thinking", world.tick_ms(BARE_TICKS)),
+                       ("one perspective warp and its picture published in each", world.tick_ms(BARE_PICTURES, bare_warp()))):
+        print(f"bare loop of three processes, {what}: {tick:.2f} ms a tick, {1e3 * TICK_S / tick:.1f} times real time", flush=True)
 
 
 class RealTime:
@@ -176,6 +199,7 @@ def main():
         bare_node(arguments.bare)
         return
 
+    cv2.setNumThreads(1)
     parts = thinking_ms()
     for camera in (False, True):
         report, used = lockstep(camera)
@@ -198,7 +222,7 @@ def main():
             own = os.path.abspath(__file__)
             with running([sys.executable, own, "--bare", "planner"], environment), \
                     running([sys.executable, own, "--bare", "controller"], environment):
-                print(f"four bare hops, no thinking: {bare_tick_ms():.2f} ms a tick", flush=True)
+                tell_bare_loop(BareWorld())
             with tempfile.TemporaryDirectory() as folder:
                 watch = RealTime()
                 start = time.monotonic()

@@ -6,6 +6,7 @@ from sdc_sim import bodies, ground
 from sdc_sim.benchmark_camera import pose, route, traffic
 from sdc_sim.bodies import Box
 from sdc_sim.camera import CameraModel
+from sdc_sim.ground import TILE_PX
 from sdc_sim.renderer import Renderer
 from sdc_sim.road import DASH_LENGTH_M, DASH_PERIOD_M, Road
 
@@ -130,6 +131,21 @@ def test_dashes_stand_where_the_geometry_says():
         du, dv = np.round(dash[0]).astype(int)
         grey = _grey(renderer.render(*at))
         assert grey[dv, du] > grey[v, u] + 50.0
+
+
+def test_dashes_of_several_laps_do_not_run_together():
+    road = _Bare(route(("s", 30), ("l", 12, 31), ("s", 60)))
+    tiles = Renderer(road).backdrop.ground.tiles
+    points, _ = road.lane_points(road.centre_line_m, 35.0, 30.0 + 24.0 * np.pi, step_m=0.05)
+
+    def grey(point):
+        column, row = np.floor(point / (0.05 * TILE_PX)).astype(int)
+        x, y = ((point / 0.05) % TILE_PX).astype(int)
+        return float(tiles.tile(1, int(column), int(row))[y, x, :3].mean())
+
+    painted = "".join("#" if grey(point) > 130.0 else " " for point in points).split()
+    assert len(painted) >= 6
+    assert max(map(len, painted)) * 0.05 < DASH_LENGTH_M + 0.3
 
 
 @pytest.mark.parametrize("pitch_deg", [0.5, 0.0, 2.0])

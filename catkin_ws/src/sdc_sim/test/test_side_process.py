@@ -50,6 +50,8 @@ def test_what_was_given_is_done_before_the_end(started, tmp_path):
     process.close()
     assert (tmp_path / "done").read_text().split() == ["0", "1", "2"]
     assert process.process.returncode == 0
+    assert not process.put([3], patience_s=30.0)
+    assert process.process.returncode == 0, "what was closed is not started anew"
 
 
 def test_a_time_out_for_new_sockets_does_not_end_it(started, tmp_path):
@@ -90,8 +92,6 @@ def test_a_killed_process_is_started_anew(started, tmp_path):
     first = process.process
     os.kill(first.pid, signal.SIGKILL)
     first.wait(30.0)
-    while process.process is first:
-        pass
     assert process.put([2], 30.0) and process.drain(30.0)
     assert (tmp_path / "done").read_text().split() == ["1", "2"]
     assert warnings == ["ended with -9 and was started anew"]

@@ -187,13 +187,13 @@ GLASS_BGR = (96, 82, 70)
 class _Building:
     """The faces of a house or a block of flats in the map, in the order to paint them.
 
-    `polygons` (F + P, 4, 3): first the F = `faces` faces, then the window panes; `panes[k]` is the slice of those on face k.
-    `normals` (F + P, 3) point out, and are 0 for panes; `colours` (F + P, 3) BGR.
+    `polygons` (F, 4, 3): its faces; `normals` (F, 3) point out; `colours` (F, 6): BGR of the face and of its window panes.
+    `panes[k]` (P, 4, 3): the window panes of face k.
     """
 
     def __init__(self, scenery, item: int):
         self._faces, self._normals, self._colours = [], [], []
-        self.panes, panes, tints = {}, [], []
+        self.panes = {}
         variant, height_m = int(scenery.variant[item]), float(scenery.size_m[item, 2])
         gabled = scenery.kind[item] == 1
         wall, roof = np.array(WALLS_BGR[variant % 6], float), np.array(ROOFS_BGR[variant % 3], float)
@@ -203,35 +203,28 @@ class _Building:
         for slope in slopes:
             self._add(slope[::-1], roof, 0.55)
         for a, b in zip(corners, np.roll(corners, -1, axis=0)):
-            shade = self._add([(*a, 0.0), (*b, 0.0), (*b, eaves), (*a, eaves)], wall)
+            self._add([(*a, 0.0), (*b, 0.0), (*b, eaves), (*a, eaves)], wall)
             self._add([(*a, 0.0), (*b, 0.0), (*b, 0.4), (*a, 0.4)], 0.6 * wall)
             if not gabled:
                 self._add([(*a, eaves - 0.5), (*b, eaves - 0.5), (*b, eaves), (*a, eaves)], 0.72 * wall)
-            quads = _windows(a, b, eaves)
-            self.panes[len(self._faces) - 1] = (sum(map(len, panes)), len(quads))
-            panes.append(quads)
-            tints += [shade * np.array(GLASS_BGR, float)] * len(quads)
+            self.panes[len(self._faces) - 1] = _windows(a, b, eaves)
         for first, second in ((0, 1), (2, 3)) if gabled else ():
             a, b = self._gables[first], self._gables[second]
             peak = (*(0.5 * (a + b)), height_m)
             self._add([(*a, eaves), (*b, eaves), peak, peak], wall)
         for slope in slopes:
             self._add(slope, roof)
-        self.faces = count = len(self._faces)
-        self.panes = {k: slice(count + start, count + start + n) for k, (start, n) in self.panes.items()}
-        self.polygons = np.concatenate([np.array(self._faces)] + panes)
-        self.normals = np.array(self._normals + [np.zeros(3)] * (len(self.polygons) - count))
-        self.colours = np.clip(np.array(self._colours + tints), 0.0, 255.0)
+        self.polygons, self.normals = np.array(self._faces), np.array(self._normals)
+        self.colours = np.clip(np.array(self._colours), 0.0, 255.0)
 
-    def _add(self, corners, colour, dim: float = 1.0) -> float:
+    def _add(self, corners, colour, dim: float = 1.0) -> None:
         quad = np.array(corners, float)
         normal = np.cross(quad[1] - quad[0], quad[2] - quad[0])
         normal /= np.linalg.norm(normal)
         shade = dim * (0.66 + 0.38 * max(0.0, float(normal @ SUN)))
         self._faces.append(quad)
         self._normals.append(normal)
-        self._colours.append(colour * shade)
-        return shade
+        self._colours.append(np.concatenate([colour * shade, shade * np.array(GLASS_BGR, float)]))
 
     def _roof_slopes(self, corners, eaves: float, height_m: float) -> list:
         """The two slopes of a gable roof with overhangs, its ridge between the middles of the two shorter walls."""
@@ -260,6 +253,10 @@ BUILDING_RANGE_M = 190.0
 PANES_RANGE_M = 85.0
 SHADOW_RANGE_M = 55.0
 CACHED_BUILDINGS = 256
+CELL_M = 128.0
+BOX = 3                             # beside the kinds of Scenery: 0 tree, 1 house, 2 block of flats
+# Below this share of its height a tree is nothing but trunk, so much of its width to either side.
+TRUNK_FROM, TRUNK_HALF = 0.68, 0.04
 
 
 class Bodies:
@@ -270,8 +267,10 @@ class Bodies:
         self.scenery = scenery
         self._focal = cam.focal_px
         self._side = np.tan(cam.fov_rad / 2.0) * (1.0 + 1.0 / cam.width)
+        self._standing = self._measure(scenery.kind, scenery.position_m, scenery.yaw_rad, scenery.size_m)
+        self._near = (None, None, ())
         if len(scenery):
-            self._places = CellIndex(scenery.position_m, scenery.position_m, 128.0)
+            self._places = CellIndex(scenery.position_m, scenery.position_m, CELL_M)
         self._sprites = [self._pyramid(_tree_sprite(seed + 17 * k)) for k in range(4)]
         self._meshes = {"car": _car_mesh(), "pedestrian": _pedestrian_mesh(), "obstacle": _obstacle_mesh()}
         self._lights = {}
@@ -284,60 +283,68 @@ class Bodies:
             levels.append(halve(levels[-1]))
         return levels
 
+    def _measure(self, kind, position, yaw, size) -> tuple:
+        """What tells whether a body is seen, a row each: kind, position (N, 2), footprint (N, 4, 2), least and largest distance
+        ahead, and how far it reaches aside."""
+        radius = 0.5 * np.hypot(size[:, 0], size[:, 1])
+        least = np.where(kind == 0, 1.0, NEAR_M - radius)
+        largest = np.where(kind == 0, TREE_RANGE_M, np.where(kind == BOX, 400.0, BUILDING_RANGE_M))
+        forward = np.column_stack([np.cos(yaw), np.sin(yaw)])
+        trim = np.where(kind == 0, 0.35, 0.5)[:, None]
+        along = trim * size[:, :1] * forward
+        across = trim * size[:, 1:2] * np.column_stack([-forward[:, 1], forward[:, 0]])
+        corners = np.stack([position + along - across, position + along + across,
+                            position - along + across, position - along - across], axis=1)
+        return kind, position, corners, least, largest, radius * np.hypot(1.0, self._side)
+
+    def _standing_near(self, eye: np.ndarray) -> tuple:
+        """Numbers of the scenery that may be in sight, and its measures; they change only where a cell begins."""
+        if not len(self.scenery):
+            return np.zeros(0, np.int64), self._standing
+        place = tuple(math.floor((at + side) / CELL_M) for at in eye.tolist() for side in (-BUILDING_RANGE_M, BUILDING_RANGE_M))
+        if self._near[0] != place:
+            still = self._places.near(eye - BUILDING_RANGE_M, eye + BUILDING_RANGE_M)
+            self._near = (place, still, tuple(a[still] for a in self._standing))
+        return self._near[1:]
+
     def draw(self, picture: np.ndarray, x_m: float, y_m: float, yaw_rad: float, boxes) -> None:
         cam = self.camera
         eye = cam.position_in_map(x_m, y_m, yaw_rad)[:2]
-        c, s = np.cos(yaw_rad), np.sin(yaw_rad)
-        still = np.zeros(0, np.int64)
-        if len(self.scenery):
-            still = self._places.near(eye - BUILDING_RANGE_M, eye + BUILDING_RANGE_M)
-        position, yaw, size = (a[still] for a in (self.scenery.position_m, self.scenery.yaw_rad, self.scenery.size_m))
+        c, s = math.cos(yaw_rad), math.sin(yaw_rad)
+        still, measures = self._standing_near(eye)
         if len(boxes):
-            position = np.concatenate([position, [[b.x_m, b.y_m] for b in boxes]])
-            yaw = np.concatenate([yaw, [b.yaw_rad for b in boxes]])
-            size = np.concatenate([size, [[b.length_m, b.width_m, b.height_m] for b in boxes]])
-        if len(position) == 0:
-            return
-        kind = np.concatenate([self.scenery.kind[still], np.full(len(boxes), 3)])
-        radius = 0.5 * np.hypot(size[:, 0], size[:, 1])
+            moving = self._measure(np.full(len(boxes), BOX), np.array([[b.x_m, b.y_m] for b in boxes]),
+                                   np.array([b.yaw_rad for b in boxes]), np.array([[b.length_m, b.width_m, b.height_m] for b in boxes]))
+            measures = [np.concatenate(both) for both in zip(measures, moving)]
+        kind, position, corners, least, largest, width = measures
         offset = position - eye
-        ahead, aside = c * offset[:, 0] + s * offset[:, 1], c * offset[:, 1] - s * offset[:, 0]
-        reach = np.where(kind == 0, TREE_RANGE_M, np.where(kind == 3, 400.0, BUILDING_RANGE_M))
-        slant = np.hypot(1.0, self._side)
-        seen = ((ahead > np.where(kind == 0, 1.0, NEAR_M - radius)) & (ahead < reach)
-                & (np.abs(aside) < self._side * ahead + radius * slant))
-        rows = np.flatnonzero(seen)
+        ahead, aside = offset @ (c, s), offset @ (-s, c)
+        rows = np.flatnonzero((ahead > least) & (ahead < largest) & (np.abs(aside) < self._side * ahead + width))
         if len(rows) == 0:
             return
-        distance = np.hypot(ahead[rows], aside[rows])
-        rows = rows[np.argsort(-distance, kind="stable")]
-        forward = np.column_stack([np.cos(yaw[rows]), np.sin(yaw[rows])])
-        trim = np.where(kind[rows] == 0, 0.35, 0.5)[:, None]
-        along = trim * size[rows, :1] * forward
-        across = trim * size[rows, 1:2] * np.column_stack([-forward[:, 1], forward[:, 0]])
-        centre = position[rows]
-        corners = np.stack([centre + along - across, centre + along + across,
-                            centre - along + across, centre - along - across], axis=1)
+        rows = rows[np.argsort(-np.hypot(ahead[rows], aside[rows]), kind="stable")]
         view = _View(cam, x_m, y_m, yaw_rad)
-        built = rows[(kind[rows] == 1) | (kind[rows] == 2)]
+        kinds = kind[rows]
+        built = rows[(kinds == 1) | (kinds == 2)]
         buildings = self._project_buildings(view, still[built].tolist(), ahead[built])
-        loose = rows[kind[rows] == 3]
+        loose = rows[kinds == BOX]
         bodies = self._project_boxes(view, [boxes[row - len(still)] for row in loose])
         bodies = dict(zip(loose.tolist(), bodies))
         for row in loose[ahead[loose] < SHADOW_RANGE_M]:
             self._draw_shadow(picture, view, boxes[row - len(still)])
-        for k in _paint_order(corners, eye, np.array([c, s])):
+        kinds, rows = kinds.tolist(), rows.tolist()
+        for k in _paint_order(corners[rows], eye, np.array([c, s])):
             row = rows[k]
-            if kind[row] == 3:
-                self._draw_box(picture, view, bodies[int(row)])
-            elif kind[row] == 0:
-                self._draw_tree(picture, float(ahead[row]), float(aside[row]), float(size[row, 2]),
-                                int(self.scenery.variant[still[row]]))
+            if kinds[k] == BOX:
+                self._draw_box(picture, view, bodies[row])
+            elif kinds[k] == 0:
+                self._draw_tree(picture, float(ahead[row]), float(aside[row]), int(still[row]))
             else:
-                self._draw_building(picture, view, buildings[int(still[row])], float(ahead[row]))
+                self._draw_building(picture, view, buildings[int(still[row])])
 
-    def _draw_tree(self, picture: np.ndarray, ahead: float, aside: float, height_m: float, variant: int) -> None:
+    def _draw_tree(self, picture: np.ndarray, ahead: float, aside: float, item: int) -> None:
         cam = self.camera
+        height_m, variant = float(self.scenery.size_m[item, 2]), int(self.scenery.variant[item])
         c, s = math.cos(cam.pitch_rad), math.sin(cam.pitch_rad)
         depth = ahead * c + cam.mount_z_m * s
         scale = self._focal / depth
@@ -349,21 +356,30 @@ class Bodies:
         sprite = levels[level]
         per_px = sprite.shape[0] / high
         wide = sprite.shape[1] / per_px
-        u0, u1 = max(0, math.floor(foot_u - wide / 2)), min(cam.width, math.ceil(foot_u + wide / 2) + 1)
-        v0, v1 = max(0, math.floor(foot_v - high)), min(cam.height, math.ceil(foot_v) + 1)
-        if u1 - u0 < 1 or v1 - v0 < 1:
-            return
-        flip = -1.0 if variant & 4 else 1.0
-        inverse = np.array([[flip * per_px, 0.0, (sprite.shape[1] - 1) / 2.0 + flip * per_px * (u0 - foot_u)],
-                            [0.0, per_px, sprite.shape[0] - 0.5 + per_px * (v0 - foot_v)]])
-        part = cv2.warpAffine(sprite, inverse, (u1 - u0, v1 - v0), flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP)
+        flip = -per_px if variant & 4 else per_px
         fade = min(1.0, (TREE_RANGE_M - ahead) / 30.0)
-        if fade < 1.0:
-            part = cv2.multiply(part, (fade, fade, fade, fade))
-        blend(picture[v0:v1, u0:u1], part)
+        top, end, half = math.floor(foot_v - high), math.ceil(foot_v) + 1, 0.5 * wide
+        parts = [(half, top, end)]
+        if high > 40.0:
+            middle = math.ceil(foot_v - (1.0 - TRUNK_FROM) * high) + 2
+            parts = [(half, top, middle), (TRUNK_HALF * wide + 2.0, middle, end)]
+        for half, v0, v1 in parts:
+            u0, u1 = max(0, math.floor(foot_u - half)), min(cam.width, math.ceil(foot_u + half) + 1)
+            v0, v1 = max(0, v0), min(cam.height, v1)
+            if u1 - u0 < 1 or v1 - v0 < 1:
+                continue
+            inverse = np.array([[flip, 0.0, (sprite.shape[1] - 1) / 2.0 + flip * (u0 - foot_u)],
+                                [0.0, per_px, sprite.shape[0] - 0.5 + per_px * (v0 - foot_v)]])
+            part = cv2.warpAffine(sprite, inverse, (u1 - u0, v1 - v0), flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP)
+            if fade < 1.0:
+                part = cv2.multiply(part, (fade, fade, fade, fade))
+            blend(picture[v0:v1, u0:u1], part)
 
     def _project_buildings(self, view: _View, items: list, ahead: np.ndarray) -> dict:
-        """All the buildings of a picture in one go: item -> (building, pixels, near, facing, colours)."""
+        """All the buildings of a picture in one go: item -> what is to be drawn, as (polygons, outlines, beyond, colour) in turn.
+
+        A part is one face, or all the window panes of a face. Where all is `beyond` the near plane, the outlines are its pixels.
+        """
         buildings = []
         for item in items:
             if item not in self._buildings:
@@ -373,40 +389,46 @@ class Bodies:
             buildings.append(self._buildings[item])
         if not buildings:
             return {}
-        # The panes stand behind the faces, and are not seen from afar.
-        counts = [len(b.polygons) if far_m < PANES_RANGE_M else b.faces for b, far_m in zip(buildings, ahead.tolist())]
-        polygons = np.concatenate([b.polygons[:n] for b, n in zip(buildings, counts)])
-        colours = np.concatenate([b.colours[:n] for b, n in zip(buildings, counts)])
-        haze = np.repeat(1.0 - np.exp(-np.maximum(ahead, 0.0) / HAZE_RANGE_M), counts)[:, None]
-        colours = (colours + haze * (HAZE_BGR - colours)).tolist()
-        normals = np.concatenate([b.normals[:n] for b, n in zip(buildings, counts)])
-        facing = np.einsum("fk,fk->f", view.eye - polygons[:, 0], normals) > 0.0
-        optical = (polygons - view.eye) @ view.turn
-        near = optical[..., 2].min(axis=1) < NEAR_M
-        if near.any():
-            optical[near] = [0.0, 0.0, 1.0]
-        pixels = view.pixels(optical)
-        ends = np.cumsum(counts)
-        return {item: (building, pixels[start:end], near[start:end], np.flatnonzero(facing[start:end]).tolist(),
-                       colours[start:end])
-                for item, building, start, end in zip(items, buildings, ends - counts, ends)}
+        counts = [len(b.polygons) for b in buildings]
+        polygons = np.concatenate([b.polygons for b in buildings])
+        normals = np.concatenate([b.normals for b in buildings])
+        facing = np.flatnonzero(((view.eye - polygons[:, 0]) * normals).sum(axis=1) > 0.0)
+        owner = np.repeat(np.arange(len(buildings)), counts)[facing]
+        first = np.cumsum(counts) - counts
+        colours = np.concatenate([b.colours for b in buildings])[facing]
+        haze = (1.0 - np.exp(-np.maximum(ahead, 0.0) / HAZE_RANGE_M))[owner, None]
+        colours = (colours + haze * (np.tile(HAZE_BGR, 2) - colours)).tolist()
+        parts = []
+        for face, building, colour in zip(facing.tolist(), owner.tolist(), colours):
+            face -= int(first[building])
+            parts.append((building, buildings[building].polygons[face:face + 1], (*colour[:3], 255.0)))
+            panes = buildings[building].panes.get(face)
+            if panes is not None and ahead[building] < PANES_RANGE_M and len(panes):
+                parts.append((building, panes, (*colour[3:], 255.0)))
+        drawn = {item: [] for item in items}
+        if not parts:
+            return drawn
+        optical = (np.concatenate([part[1] for part in parts]) - view.eye) @ view.turn
+        beyond = optical[..., 2].min(axis=1) >= NEAR_M
+        optical[~beyond] = [0.0, 0.0, 1.0]
+        outlines = view.pixels(optical)
+        start = 0
+        for building, polygons, colour in parts:
+            end = start + len(polygons)
+            drawn[items[building]].append((polygons, outlines[start:end], beyond[start:end], colour))
+            start = end
+        return drawn
 
     @staticmethod
-    def _draw_building(picture: np.ndarray, view: _View, projected: tuple, ahead: float) -> None:
-        building, pixels, near, facing, colours = projected
-        for k in facing:
-            outline = pixels[k]
-            if near[k]:
-                clipped = _clip_near((building.polygons[k] - view.eye) @ view.turn)
-                if clipped is None:
-                    continue
-                outline = view.pixels(clipped)
-            cv2.fillConvexPoly(picture, outline, (*colours[k], 255.0), cv2.LINE_AA, FIXED_POINT_BITS)
-            panes = building.panes.get(k)
-            if panes is not None and ahead < PANES_RANGE_M:
-                whole = list(pixels[panes][~near[panes]])
-                if whole:
-                    cv2.fillPoly(picture, whole, (*colours[panes.start], 255.0), cv2.LINE_AA, FIXED_POINT_BITS)
+    def _draw_building(picture: np.ndarray, view: _View, parts: list) -> None:
+        for polygons, outlines, beyond, colour in parts:
+            if len(polygons) > 1:
+                if beyond.any():
+                    cv2.fillPoly(picture, list(outlines[beyond]), colour, cv2.LINE_AA, FIXED_POINT_BITS)
+                continue
+            outline = outlines[0] if beyond[0] else view.outline(polygons[0])
+            if outline is not None:
+                cv2.fillConvexPoly(picture, outline, colour, cv2.LINE_AA, FIXED_POINT_BITS)
 
     @staticmethod
     def _draw_shadow(picture: np.ndarray, view: _View, box: Box) -> None:

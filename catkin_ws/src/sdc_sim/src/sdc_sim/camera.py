@@ -35,7 +35,7 @@ class CameraModel:
     @property
     def focal_px(self) -> float:
         """fx = fy, pixels."""
-        return self.width / (2.0 * np.tan(self.fov_rad / 2.0))
+        return float(self.width / (2.0 * np.tan(self.fov_rad / 2.0)))
 
     @property
     def horizon_px(self) -> float:

@@ -3,7 +3,8 @@
 The map is cut into square tiles at six resolutions, 2.5 cm to 80 cm a texel; a tile is rasterised when first seen and
 depends on nothing but its place, so that a picture does not depend on the ones before. Each band of rows samples the
 resolution that suits its distance, several times a row where a row spans metres of ground, and averages: that is what
-keeps the distance from shimmering (texture mip-mapping, Williams 1983, with anisotropic sampling along the view).
+keeps the distance from shimmering (texture mip-mapping, Williams 1983, with anisotropic sampling along the view). A texel
+is never narrower than 1.5 pixels of the picture, so every second column is sampled and those between are interpolated.
 """
 from __future__ import annotations
 
@@ -23,6 +24,7 @@ SUBROWS = (1, 2, 4, 8, 4, 4)        # samples a row, one entry a resolution; pow
 SUPERSAMPLES = 2                    # of a texel, either way, when a tile is rasterised
 CACHED_TILES = 96
 ROADWAY = 5                         # bands of a tile painted before the roadway
+STRETCH_M = 2.0 * DASH_PERIOD_M
 GRASS_BGR = np.array([50.0, 104.0, 92.0])
 ASPHALT_BGR = np.array([88.0, 85.0, 83.0])
 ASPHALT, PAINT, KERB, TRACK = 0.40, 1.0, 0.66, 0.365  # brightness, as parts of paint
@@ -38,9 +40,41 @@ def _ground_textures(level: int, seed: int) -> tuple:
     hue = 0.05 * octaves[1] + 0.04 * octaves[0]
     grass = GRASS_BGR * (1.0 + blades[..., None] + hue[..., None] * np.array([-0.6, 0.0, 0.9]))
     stone = 0.022 * octaves[0] + fine * (0.022 * octaves[1] + 0.028 * octaves[2])
-    stone = stone + (0.075, 0.03, 0.01, 0.0, 0.0, 0.0)[level] * grain
+    stone = stone + (0.06, 0.03, 0.01, 0.0, 0.0, 0.0)[level] * grain
     asphalt = ASPHALT_BGR * (1.0 + stone[..., None])
     return tuple(cv2.cvtColor(np.clip(t, 0, 255).astype(np.uint8), cv2.COLOR_BGR2BGRA) for t in (grass, asphalt))
+
+
+class _Pieces:
+    """The road in straight pieces between `stations`, those of repeated laps left out, and where to find them.
+
+    A piece runs from `start` to `end` (P, 2), with the unit vectors to the left `start_left` and `end_left` (P, 2). `stretch` (P,)
+    numbers the stretches of STRETCH_M along the road; each ends between two dashes, so that none of its pieces cuts a dash.
+    """
+
+    def __init__(self, road: Road, stations: np.ndarray):
+        stations = np.column_stack([stations[:-1], stations[1:]])
+        stations = stations[~road.repeats[stations].all(axis=1)]
+        first, last = stations.T
+        self.start, self.end, self.start_left, self.end_left = (
+            a[k] for a, k in ((road.points_m, first), (road.points_m, last), (road.left, first), (road.left, last)))
+        self.stretch = np.floor((road.s_m[first] + DASH_LENGTH_M) / STRETCH_M).astype(np.int64)
+        along = self.end - self.start
+        self._length2 = np.sum(along * along, axis=1)
+        self._twist = np.sum(along * (self.end_left - self.start_left), axis=1)
+        reach = road.left_edge_m + 2.0
+        low, high = np.minimum(self.start, self.end) - reach, np.maximum(self.start, self.end) + reach
+        self.index = CellIndex(low, high, max(32.0, float(np.max(high - low)) / 2.0 + 0.1))
+
+    def tangled(self, pieces: np.ndarray, low_m: np.ndarray, high_m: np.ndarray) -> np.ndarray:
+        """Whether the band from `low_m` to `high_m` (B,) to the left of the pieces (P,) folds over itself: (B, P)."""
+        length2, twist = self._length2[pieces], self._twist[pieces]
+        return np.minimum(length2 + low_m[:, None] * twist, length2 + high_m[:, None] * twist) < 0.0
+
+
+def _fixed(points_px: np.ndarray) -> np.ndarray:
+    """Pixels of a canvas as OpenCV's fixed-point numbers; 0 is the border of the first pixel, not its middle."""
+    return np.rint((points_px - 0.5) * 2 ** FIXED_POINT_BITS).astype(np.int32)
 
 
 class _Tiles:
@@ -51,32 +85,31 @@ class _Tiles:
         self.scenery = scenery
         self.textures = [_ground_textures(level, seed) for level in range(len(SUBROWS))]
         self.cache = OrderedDict()
-        self._pieces = [self._index_pieces(road.stations(*limits)) for limits in ((0.004,), (0.015,), (0.05, 24.0))]
+        self._pieces = [_Pieces(road, road.stations(*limits)) for limits in ((0.004,), (0.015,), (0.05, 24.0))]
         if len(scenery):
             self._outline_shadows(seed)
 
-    def _index_pieces(self, stations: np.ndarray) -> tuple:
-        """First and last samples of the pieces (P, 2) to draw, those of repeated laps left out, and where they are."""
-        stations = np.column_stack([stations[:-1], stations[1:]])
-        stations = stations[~self.road.repeats[stations].all(axis=1)]
-        ends = self.road.points_m[stations]
-        reach = self.road.left_edge_m + 2.0
-        low, high = ends.min(axis=1) - reach, ends.max(axis=1) + reach
-        return stations, CellIndex(low, high, max(32.0, float(np.max(high - low)) / 2.0 + 0.1))
-
     def _outline_shadows(self, seed: int) -> None:
-        """Crown outlines (N, 18, 2) and bounding boxes of the shadows that the scenery casts on the ground."""
+        """Outlines of the shadows that the scenery casts on the ground, a list of (N, 2) for each item, and where they are."""
         position, height = self.scenery.position_m, self.scenery.size_m[:, 2:]
         angle = np.linspace(0.0, 2.0 * np.pi, 18, endpoint=False)
         wobble = np.random.RandomState(seed + 3).uniform(0.85, 1.12, (256, 18))[self.scenery.variant]
         away = SHADOW_M_PER_M / np.hypot(*SHADOW_M_PER_M)
         ring = 0.42 * np.cos(angle)[:, None] * away + 0.30 * np.sin(angle)[:, None] * [-away[1], away[0]]
-        crown = position + 0.62 * height * SHADOW_M_PER_M
-        self._crowns = crown[:, None] + height[..., None] * wobble[..., None] * ring
+        middle = position + 0.62 * height * SHADOW_M_PER_M
+        crowns = middle[:, None] + height[..., None] * wobble[..., None] * ring
+        trunks = np.stack([position - 0.15, position + 0.15, middle + 0.15, middle - 0.15], axis=1)
+        self._outlines = [[crown, trunk] if kind == 0 else [self._building_shadow(item)]
+                          for item, (kind, crown, trunk) in enumerate(zip(self.scenery.kind, crowns, trunks))]
         reach = (0.6 * np.max(self.scenery.size_m, axis=1) + 1.0)[:, None]
         tip = position + height * SHADOW_M_PER_M
         self._shadow_low, self._shadow_high = np.minimum(position, tip) - reach, np.maximum(position, tip) + reach
         self._shadows = CellIndex(self._shadow_low, self._shadow_high, 32.0)
+
+    def _building_shadow(self, item: int) -> np.ndarray:
+        position, size = self.scenery.position_m[item], self.scenery.size_m[item]
+        base = footprint((0.0, 0.0), self.scenery.yaw_rad[item], size)
+        return position + cv2.convexHull(np.concatenate([base, base + size[2] * SHADOW_M_PER_M]).astype(np.float32))[:, 0]
 
     def tile(self, level: int, column: int, row: int) -> np.ndarray:
         key = (level, column, row)
@@ -94,23 +127,21 @@ class _Tiles:
         origin = np.array([column, row]) * size_m
         part = np.s_[row % 2 * TILE_PX:(row % 2 + 1) * TILE_PX, column % 2 * TILE_PX:(column % 2 + 1) * TILE_PX]
         grass, asphalt = (texture[part] for texture in self.textures[level])
-        weights = self._road_weights(level, origin, size_m)
+        weights, shade = self._road_weights(level, origin, size_m), self._shade(level, origin, size_m)
         if weights is None:
-            tile = grass
-        else:
-            paved, green = (cv2.cvtColor(plane, cv2.COLOR_GRAY2BGRA) for plane in weights)
-            tile = cv2.add(cv2.multiply(asphalt, paved, scale=1.0 / (ASPHALT * 255.0)),
-                           cv2.multiply(grass, green, scale=1.0 / 255.0))
-            tile[..., 3] = 255
-        shade = self._shade(level, origin, size_m)
-        return tile if shade is None else cv2.multiply(tile, shade, scale=1.0 / 255.0)
+            return grass if shade is None else cv2.multiply(grass, cv2.cvtColor(shade, cv2.COLOR_GRAY2BGRA), scale=1.0 / 255.0)
+        if shade is not None:
+            weights = [cv2.multiply(plane, shade, scale=1.0 / 255.0) for plane in weights]
+        paved, green = (cv2.cvtColor(plane, cv2.COLOR_GRAY2BGRA) for plane in weights)
+        tile = cv2.add(cv2.multiply(asphalt, paved, scale=1.0 / (ASPHALT * 255.0)), cv2.multiply(grass, green, scale=1.0 / 255.0))
+        tile[..., 3] = 255
+        return tile
 
     def _road_weights(self, level: int, origin: np.ndarray, size_m: float):
         """Two planes (TILE_PX, TILE_PX) uint8, brightness of the paved part and share of the grass; None without a road."""
-        road = self.road
-        stations, index = self._pieces[level // 2]
-        pieces = index.near(origin, origin + size_m)
-        if len(pieces) == 0:
+        road, store = self.road, self._pieces[level // 2]
+        near = store.index.near(origin, origin + size_m)
+        if len(near) == 0:
             return None
         side = TILE_PX * SUPERSAMPLES
         texel_m = size_m / side
@@ -133,20 +164,24 @@ class _Tiles:
             bands += [(at - 0.22, at + 0.22, track)
                       for at in (-0.75, 0.75, road.lane_width_m - 0.75, road.lane_width_m + 0.75)]
 
-        def fixed(points):
-            return np.round(((points - origin) / texel_m - 0.5) * 2 ** FIXED_POINT_BITS).astype(np.int32)
+        low, high = np.array([band[:2] for band in bands]).T
 
-        first, last = stations[pieces].T
-        p0, p1, l0, l1 = (a[None] for a in (road.points_m[first], road.points_m[last],
-                                            road.left[first], road.left[last]))
-        low, high = (np.array([band[k] for band in bands])[:, None, None] for k in (0, 1))
-        corners = np.stack([p0 + low * l0, p1 + low * l1, p1 + high * l1, p0 + high * l0], axis=2)
-        quads = fixed(corners)
-        seen = np.all((quads.max(axis=2) >= 0) & (quads.min(axis=2) <= side << FIXED_POINT_BITS), axis=2)
-        if not seen[0].any():
+        def outlines(pieces, low, high):
+            """Quadrilaterals (B, P, 4, 2) of those bands of those pieces, and which of them touch the canvas (B, P)."""
+            low, high = low[:, None, None] / texel_m, high[:, None, None] / texel_m
+            start, end = (store.start[pieces] - origin) / texel_m, (store.end[pieces] - origin) / texel_m
+            start_left, end_left = store.start_left[pieces], store.end_left[pieces]
+            a, b, c, d = corners = [_fixed(point + aside * left) for point, aside, left in (
+                (start, low, start_left), (end, low, end_left), (end, high, end_left), (start, high, start_left))]
+            least, most = np.minimum(np.minimum(a, b), np.minimum(c, d)), np.maximum(np.maximum(a, b), np.maximum(c, d))
+            touch = (most >= 0) & (least <= side << FIXED_POINT_BITS)
+            return np.stack(corners, axis=2), touch[..., 0] & touch[..., 1]
+
+        pieces = near[outlines(near, low[:1], high[:1])[1][0]]  # the first band holds all others
+        if len(pieces) == 0:
             return None
-        folded = np.minimum(np.sum((corners[:, :, 1] - corners[:, :, 0]) * (p1 - p0), axis=2),
-                            np.sum((corners[:, :, 2] - corners[:, :, 3]) * (p1 - p0), axis=2)) < 0.0
+        quads, seen = outlines(pieces, low, high)
+        folded = store.tangled(pieces, low, high)
         canvas, green = np.zeros((side, side), np.uint8), np.full((side, side), 255, np.uint8)
 
         def lay(band, rows, onto, value):
@@ -163,18 +198,19 @@ class _Tiles:
         for band, share in enumerate(grass):
             lay(band, every, green, share)
         # Over the edge lines of one pass goes the roadway of every other; a later pass also hides earlier dashes.
-        # A stretch ends between two dashes, so that no piece of roadway cuts a dash of its own pass.
-        stretch_m = 2.0 * DASH_PERIOD_M
-        stretch = np.floor((road.s_m[first] + DASH_LENGTH_M) / stretch_m).astype(np.int64)
-        numbers, starts = np.unique(stretch, return_index=True)
-        s = (stretch_m * numbers[:, None, None] + DASH_PERIOD_M * np.arange(2)[:, None]
-             + DASH_LENGTH_M * np.linspace(0.0, 1.0, 4))
+        # The last piece of a stretch may reach into the next one's dashes.
+        stretch = store.stretch[pieces]
+        numbers = np.unique(np.concatenate([stretch, np.intersect1d(stretch + 1, store.stretch[near])]))
+        s = (STRETCH_M * numbers[:, None, None] + DASH_PERIOD_M * np.arange(2)[:, None] + DASH_LENGTH_M * np.linspace(0.0, 1.0, 4))
         points, normals = road.at(s.ravel())
-        rims = [(points + (road.centre_line_m + side_m) * normals).reshape(s.shape + (2,))
+        rims = [(((points + (road.centre_line_m + side_m) * normals) - origin) / texel_m).reshape(s.shape + (2,))
                 for side_m in (-half_m, half_m)]
-        dashes = fixed(np.stack([rims[0][:, :, :-1], rims[0][:, :, 1:], rims[1][:, :, 1:], rims[1][:, :, :-1]], axis=3))
-        exists = (s[..., 0] >= road.s_m[0]) & (s[..., -1] <= road.s_m[-1])
-        for n, rows in enumerate(np.split(every, starts[1:])):
+        dashes = _fixed(np.stack([rims[0][:, :, :-1], rims[0][:, :, 1:], rims[1][:, :, 1:], rims[1][:, :, :-1]], axis=3))
+        ends = s[..., [0, -1]]
+        repeated = road.repeats[np.minimum(np.searchsorted(road.s_m, ends), len(road.s_m) - 1)].all(axis=-1)
+        exists = (ends[..., 0] >= road.s_m[0]) & (ends[..., 1] <= road.s_m[-1]) & ~repeated
+        for n, number in enumerate(numbers):
+            rows = np.flatnonzero(stretch == number)
             for band in range(ROADWAY, len(bands)):
                 lay(band, rows, canvas, bands[band][2])
             for quad in dashes[n][exists[n]].reshape(-1, 4, 2):
@@ -182,33 +218,21 @@ class _Tiles:
         return halve(canvas), halve(green)
 
     def _shade(self, level: int, origin: np.ndarray, size_m: float):
-        """(TILE_PX, TILE_PX, 4) factor of the shadows of trees and buildings, or None where none falls."""
+        """(TILE_PX, TILE_PX) uint8 factor of the shadows of trees and buildings, or None where none falls."""
         if len(self.scenery) == 0:
             return None
         near = self._shadows.near(origin, origin + size_m)
         near = near[np.all((self._shadow_low[near] <= origin + size_m) & (self._shadow_high[near] >= origin), axis=1)]
         if len(near) == 0:
             return None
-        scale = size_m / TILE_PX / (1 << FIXED_POINT_BITS)
-        half_px = 0.5 * (1 << FIXED_POINT_BITS)
         shade = np.full((TILE_PX, TILE_PX), 255, np.uint8)
-        for i in near:
-            position, height = self.scenery.position_m[i], float(self.scenery.size_m[i, 2])
-            if self.scenery.kind[i] == 0:
-                crown = position + 0.62 * height * SHADOW_M_PER_M
-                outlines = [self._crowns[i], np.stack([position - 0.15, position + 0.15, crown + 0.15, crown - 0.15])]
-            else:
-                base = footprint(position, self.scenery.yaw_rad[i], self.scenery.size_m[i])
-                corners = np.concatenate([base, base + height * SHADOW_M_PER_M]) - position
-                outlines = [position + cv2.convexHull(corners.astype(np.float32))[:, 0]]
-            for outline in outlines:
-                cv2.fillPoly(shade, [np.round((outline - origin) / scale - half_px).astype(np.int32)],
-                             int(255 * SHADE), cv2.LINE_AA, FIXED_POINT_BITS)
+        scale = TILE_PX / size_m
+        for item in near.tolist():
+            for outline in self._outlines[item]:
+                cv2.fillPoly(shade, [_fixed((outline - origin) * scale)], int(255 * SHADE), cv2.LINE_AA, FIXED_POINT_BITS)
         if int(shade.min()) == 255:
             return None
-        if level < 2:
-            shade = cv2.blur(shade, (5, 5))
-        return cv2.cvtColor(shade, cv2.COLOR_GRAY2BGRA)
+        return cv2.blur(shade, (5, 5)) if level < 2 else shade
 
 
 class Ground:
@@ -256,18 +280,21 @@ class Ground:
         self._forward, self._spread = np.concatenate(forward), np.concatenate(spread)
         self._near, self._deep = (np.array([b[k] for b in self._bands])[:, None, None] for k in (5, 6))
         self._level_of_row = np.concatenate([np.full((b[2] - b[1]) * b[3], n) for n, b in enumerate(self._bands)])
-        self._columns = np.stack([np.ones(cam.width), np.arange(cam.width) - cam.width / 2.0]).astype(np.float32)
-        self._map_x = np.empty((start, cam.width), np.float32)
+        columns = -(-cam.width // 2)  # each stands for two of the picture
+        middle = (np.arange(columns) + 0.5) * cam.width / columns - 0.5
+        self._columns = np.stack([np.ones(columns), middle - cam.width / 2.0]).astype(np.float32)
+        self._map_x = np.empty((start, columns), np.float32)
         self._map_y = np.empty_like(self._map_x)
-        self._sub = np.empty((start, cam.width, 4), np.uint8)
+        self._sub = np.empty((start, columns, 4), np.uint8)
         self._side = side * (1.0 + 1.0 / cam.width)
 
         haze = np.minimum(1.0 - np.exp(-distance / HAZE_RANGE_M), 0.55)
         self._far_bgra = tuple(GRASS_BGR) + (255.0,)
         self._hazy = slice(self._first_ground_row, int(np.flatnonzero(distance > 35.0)[-1]) + 1)
         clear = np.broadcast_to((1.0 - haze[self._hazy])[:, None, None], (len(haze[self._hazy]), cam.width, 4))
-        veil = clear * 0.0 + np.append(HAZE_BGR * 0.82, 255.0) * haze[self._hazy][:, None, None]
+        veil = clear * 0.0 + np.append(HAZE_BGR * 0.82, 0.0) * haze[self._hazy][:, None, None]
         self._clear, self._veil = np.round(255 * clear).astype(np.uint8), np.round(veil).astype(np.uint8)
+        self._clear[..., 3] = 255
 
     def draw(self, picture: np.ndarray, x_m: float, y_m: float, yaw_rad: float, horizon_sky: np.ndarray) -> None:
         cam = self.camera
@@ -293,17 +320,16 @@ class Ground:
         for level, first, last, count, start, _, _ in self._bands:
             rows = last - first
             part = slice(start, start + rows * count)
-            target = picture[first:last] if count == 1 else self._sub[part]
+            target = self._sub[part]
             cv2.remap(self._windows[level][2], self._map_x[part], self._map_y[part], cv2.INTER_LINEAR, dst=target,
                       borderMode=cv2.BORDER_REPLICATE)
             while count > 1:
                 count //= 2
                 half = rows * count
-                goal = picture[first:last] if count == 1 else target[:half]
-                cv2.addWeighted(target[:half], 0.5, target[half:2 * half], 0.5, 0.0, dst=goal)
+                cv2.addWeighted(target[:half], 0.5, target[half:2 * half], 0.5, 0.0, dst=target[:half])
+            cv2.resize(target[:rows], (cam.width, rows), dst=picture[first:last], interpolation=cv2.INTER_LINEAR)
         hazy = picture[self._hazy]
         cv2.add(cv2.multiply(hazy, self._clear, scale=1.0 / 255.0), self._veil, dst=hazy)
-        hazy[..., 3] = 255
         row = self._first_ground_row
         share = float(np.clip(row + 0.5 - cam.horizon_px, 0.0, 1.0))
         if row > 0 and share < 1.0:

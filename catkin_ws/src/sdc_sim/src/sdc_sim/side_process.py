@@ -4,17 +4,19 @@ from __future__ import annotations
 import contextlib
 import json
 import os
+import select
 import socket
 import subprocess
 import threading
+import time
 
 
 class SideProcess:
     """A program that is given items, one JSON text a line, and says with one byte each when it has done them.
 
     command: the program; the number of its socket is added as the last argument, see `serve`. depth: how many items may be on
-    their way. warn: called with one line when the program ended by itself, which starts it anew, or has fallen behind.
-    files: numbers of open files that the program is to have, too.
+    their way. warn: called with one line when the program had ended by itself, which starts it anew with the next item, or has
+    fallen behind. files: numbers of open files that the program is to have, too.
     """
 
     def __init__(self, command: list, depth: int, warn, files=()):
@@ -22,8 +24,7 @@ class SideProcess:
         self._files = tuple(files)
         self._depth = depth
         self._warn = warn
-        self._changed = threading.Condition()
-        self._pending = 0
+        self._lock = threading.Lock()
         self._behind = False
         self._closed = False
         self._start()
@@ -36,44 +37,58 @@ class SideProcess:
             theirs.settimeout(None)
             self.process = subprocess.Popen([*self._command, str(theirs.fileno())], pass_fds=(theirs.fileno(), *self._files),
                                             stdin=subprocess.DEVNULL, start_new_session=True)
+        self._answers = select.poll()
+        self._answers.register(self._socket, select.POLLIN)
         self._pending = 0
-        threading.Thread(target=self._count_done, args=(self._socket, self.process), daemon=True).start()
+        self._ended = False
 
-    def _count_done(self, connection, process):
-        with contextlib.suppress(OSError):
-            while True:
-                done = connection.recv(4096)
-                if not done:
-                    break
-                with self._changed:
-                    self._pending -= len(done)
-                    self._behind = False
-                    self._changed.notify_all()
-        process.wait()
-        with self._changed:
-            if not self._closed:
-                connection.close()
-                self._warn(f"ended with {process.returncode} and was started anew")
-                self._start()
-            self._changed.notify_all()
+    def _hear(self, patience_s: float = 0.0) -> None:
+        """Count what it says it has done; wait for a word of it if there is none."""
+        if self._ended or not self._answers.poll(1e3 * patience_s):
+            return
+        try:
+            done = len(self._socket.recv(4096))
+        except OSError:
+            done = 0
+        self._pending -= done
+        self._behind = self._behind and not done
+        self._ended = not done
+
+    def _wait(self, pending: int, patience_s: float) -> bool:
+        """Wait until no more than so many items are on their way; returns whether that came to be."""
+        limit = time.monotonic() + patience_s
+        self._hear()
+        while self._pending > pending and not self._ended:
+            left_s = limit - time.monotonic()
+            if left_s <= 0.0:
+                return False
+            self._hear(left_s)
+        return True
 
     def offer(self, item) -> bool:
         """Give it the item unless it is still busy with another; returns whether it was given."""
-        with self._changed:
-            return self._pending < 1 and self._give(item)
+        with self._lock:
+            return self._wait(0, 0.0) and self._give(item)
 
     def put(self, item, patience_s: float) -> bool:
         """Give it the item, after waiting up to patience_s of wall time for room; returns whether it was given.
 
         Who has once been too slow is not waited for again until it has done something.
         """
-        with self._changed:
-            if not self._behind and not self._changed.wait_for(lambda: self._pending < self._depth, patience_s):
+        with self._lock:
+            room = self._wait(self._depth - 1, 0.0 if self._behind else patience_s)
+            if not room and not self._behind:
                 self._behind = True
                 self._warn(f"has not answered for {patience_s:g} s; going on without it")
-            return self._pending < self._depth and self._give(item)
+            return room and self._give(item)
 
     def _give(self, item) -> bool:
+        if self._closed:
+            return False
+        if self._ended:
+            self._socket.close()
+            self._warn(f"ended with {self.process.wait()} and was started anew")
+            self._start()
         try:
             self._socket.sendall(json.dumps(item).encode() + b"\n")
         except OSError:
@@ -83,12 +98,12 @@ class SideProcess:
 
     def drain(self, patience_s: float) -> bool:
         """Wait until all items are done; returns whether they are."""
-        with self._changed:
-            return self._changed.wait_for(lambda: self._pending == 0, patience_s)
+        with self._lock:
+            return self._wait(0, patience_s) and self._pending == 0
 
     def close(self) -> None:
         """Tell it to end, and wait for that; what it has been given is still done."""
-        with self._changed:
+        with self._lock, contextlib.suppress(OSError):  # it may have ended by itself
             self._closed = True
             self._socket.shutdown(socket.SHUT_WR)
         try:

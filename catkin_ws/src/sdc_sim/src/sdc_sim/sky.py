@@ -5,7 +5,7 @@ import cv2
 import numpy as np
 
 from .camera import CameraModel
-from .painting import HAZE_BGR, blend, lattice_noise
+from .painting import HAZE_BGR, lattice_noise
 
 SKY_COLUMNS = 2048
 SKY_TOP_RAD = 0.75
@@ -32,8 +32,8 @@ def _panorama(seed: int) -> np.ndarray:
     return cv2.cvtColor(np.clip(sky, 0, 255).astype(np.uint8), cv2.COLOR_BGR2BGRA)
 
 
-def _skyline(seed: int) -> np.ndarray:
-    """Far trees and roofs (48, 2 SKY_COLUMNS, 4): premultiplied BGRA, last row at the horizon, SKYLINE_RAD high."""
+def _skyline(seed: int, sky: np.ndarray) -> np.ndarray:
+    """Far trees and roofs before the `sky` (48, 2 SKY_COLUMNS, 4) BGRA, last row at the horizon, SKYLINE_RAD high."""
     rows, columns = 48, 2 * SKY_COLUMNS
     rng = np.random.RandomState(seed + 5)
     angle = np.linspace(0.0, 2.0 * np.pi, columns, endpoint=False)
@@ -44,13 +44,16 @@ def _skyline(seed: int) -> np.ndarray:
     for _ in range(70):
         at, wide = rng.randint(columns), rng.randint(12, 40)
         roofs[np.arange(at, at + wide) % columns] = rng.uniform(0.35, 0.85)
-    image = np.zeros((rows, columns, 4), np.float32)
     height = (np.arange(rows)[::-1, None] + 0.5) / rows
+    column, row = (grid.astype(np.float32) for grid in
+                   np.meshgrid(0.5 * np.arange(columns), (1.0 - height * SKYLINE_RAD / SKY_TOP_RAD) * (len(sky) - 1)))
+    image = cv2.remap(sky, column, row, cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP).astype(np.float32)
     for top, colour in ((roofs, (168, 160, 152)), (wood, (88, 108, 84))):
         cover = np.clip((top - height) * rows / 1.6 + 0.5, 0.0, 1.0)[..., None]
         colour = np.append(np.array(colour, np.float32), 255.0)
         image += cover * (colour - image)
     return np.clip(image, 0, 255).astype(np.uint8)
+
 
 class Sky:
     """Paints the rows of the picture down to the horizon; `horizon` (1, width, 4) is the last of them that was painted."""
@@ -70,19 +73,19 @@ class Sky:
 
         rows = cam.first_ground_row
         self._sky_rows = rows
+        depth = min(rows, int(np.ceil(cam.focal_px * np.tan(SKYLINE_RAD))) + 1)
+        self._line_top = rows - depth
         sky = _panorama(seed)
         self._sky = np.concatenate([sky, sky], axis=1)[:, :SKY_COLUMNS + SKY_COLUMNS // 2 + 4]
-        small_rows = min(-(-rows // SKY_STEP), cam.height // SKY_STEP)
+        small_rows = min(-(-self._line_top // SKY_STEP), cam.height // SKY_STEP)
         middle = 0.5 * (SKY_STEP - 1)
         azimuth, elevation = directions(SKY_STEP * np.arange(-(-cam.width // SKY_STEP)) + middle,
                                         SKY_STEP * np.arange(small_rows) + middle)
         self._sky_x = (azimuth * SKY_COLUMNS / (2.0 * np.pi)).astype(np.float32)
         self._sky_y = np.clip((1.0 - elevation / SKY_TOP_RAD) * (len(sky) - 1), 0, len(sky) - 1).astype(np.float32)
-        line = _skyline(seed)
+        line = _skyline(seed, sky)
         self._line = np.concatenate([line, line], axis=1)[:, :3 * SKY_COLUMNS + 4]
-        depth = min(rows, int(np.ceil(cam.focal_px * np.tan(SKYLINE_RAD))) + 1)
-        self._line_top = rows - depth
-        azimuth, elevation = directions(np.arange(cam.width), np.arange(rows - depth, rows))
+        azimuth, elevation = directions(np.arange(cam.width), np.arange(self._line_top, rows))
         self._line_x = (azimuth * SKY_COLUMNS / np.pi).astype(np.float32)
         self._line_y = np.minimum((1.0 - elevation / SKYLINE_RAD) * len(line) - 0.5, len(line) - 1).astype(np.float32)
         self.horizon = np.zeros((1, cam.width, 4), np.uint8)
@@ -94,11 +97,11 @@ class Sky:
         # Columns run to the right, from a quarter turn left of the view at the least.
         turn = np.mod(-yaw_rad, 2.0 * np.pi) / (2.0 * np.pi)
         wrap = 1.0 if turn * SKY_COLUMNS < SKY_COLUMNS / 4 else 0.0
-        small = cv2.remap(self._sky, self._sky_x + np.float32((turn + wrap) * SKY_COLUMNS), self._sky_y,
-                          cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-        rows = SKY_STEP * len(small)
-        cv2.resize(small, (cam.width, rows), dst=picture[:rows], interpolation=cv2.INTER_LINEAR)
-        line = cv2.remap(self._line, self._line_x + np.float32((turn + wrap) * 2 * SKY_COLUMNS), self._line_y,
-                         cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT)
-        blend(picture[self._line_top:self._sky_rows], line)
+        rows = SKY_STEP * len(self._sky_x)
+        if rows:
+            small = cv2.remap(self._sky, self._sky_x + np.float32((turn + wrap) * SKY_COLUMNS), self._sky_y,
+                              cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+            cv2.resize(small, (cam.width, rows), dst=picture[:rows], interpolation=cv2.INTER_LINEAR)
+        cv2.remap(self._line, self._line_x + np.float32((turn + wrap) * 2 * SKY_COLUMNS), self._line_y, cv2.INTER_LINEAR,
+                  dst=picture[self._line_top:self._sky_rows], borderMode=cv2.BORDER_REPLICATE)
         self.horizon[:] = picture[self._sky_rows - 1]
