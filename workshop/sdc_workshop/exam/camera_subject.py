@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+
 from sdc_workshop.exam.answer import Problem
 from sdc_workshop.exam.files import interpreter_problem, permission_problem
 from sdc_workshop.exam.node_subject import NodeSubject, refusal
@@ -122,8 +124,10 @@ class CameraSubject(NodeSubject):
                 return bool(shown) and np.abs(shown[-1] - road()[400, 305, :3]).max() < 8
 
             def is_decided():
-                for window in display.windows(TITLE)[:1]:
-                    shown.append(display.picture(window)[400, 305].astype(int))
+                # A window that opens may be made anew, and be gone or smaller for a moment.
+                with contextlib.suppress(LookupError):
+                    for window in display.windows(TITLE)[:1]:
+                        shown.append(display.picture(window)[400, 305].astype(int))
                 # A window is black until the first picture comes.
                 return is_right() or sum(colour.any() for colour in shown) > _LOOKS
 

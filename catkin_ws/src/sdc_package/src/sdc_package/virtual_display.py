@@ -73,16 +73,19 @@ class VirtualDisplay:
                       "mousemove", str(to_x), str(to_y), "mouseup", "1", check=True)
 
     def picture(self, window: str = "root") -> np.ndarray:
-        """What a window shows, or the whole screen, as (H, W, 3) BGR uint8."""
+        """What a window shows, or the whole screen, as (H, W, 3) BGR uint8. Raises LookupError when the window is gone."""
         which = ["-root"] if window == "root" else ["-id", window]
-        dump = subprocess.run(["xwd", "-silent", *which], env=self.environment, stdout=subprocess.PIPE, check=True).stdout
+        done = subprocess.run(["xwd", "-silent", *which], env=self.environment, capture_output=True, check=False)
+        if done.returncode:
+            raise LookupError(f"no picture of the window {window}: {done.stderr.decode(errors='replace').strip()}")
+        dump = done.stdout
         header = np.frombuffer(dump, ">u4", 25)
         header_size, width, height, pixel_bytes, row_bytes, colours = header[[0, 4, 5, 11, 12, 19]] // (1, 1, 1, 8, 1, 1)
         rows = np.frombuffer(dump, np.uint8, height * row_bytes, header_size + 12 * colours).reshape(height, row_bytes)
         return rows[:, :width * pixel_bytes].reshape(height, width, pixel_bytes)[:, :, :3].copy()
 
     def save(self, path: str, window: str = "root") -> None:
-        """Write the picture of a window, or of the whole screen, as PNG. Raises OSError when that fails."""
+        """Write the picture of a window, or of the whole screen, as PNG. Raises OSError when that fails, LookupError as `picture`."""
         os.makedirs(os.path.dirname(os.path.abspath(path)), exist_ok=True)
         if not cv2.imwrite(path, self.picture(window)):
             raise OSError(f"{path} could not be written")
