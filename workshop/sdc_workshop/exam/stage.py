@@ -88,7 +88,7 @@ class Stage:
             "ROS_IP": "127.0.0.1",
             "ROS_HOME": str(self.folder / "ros"),
             "ROS_LOG_DIR": str(self.folder / "ros" / "log"),
-            "PYTHONPYCACHEPREFIX": str(self.folder / "pycache"),
+            "PYTHONDONTWRITEBYTECODE": "1",
             "PYTHONUNBUFFERED": "1",
             "TMPDIR": str(self.folder / "tmp"),
             "OMP_NUM_THREADS": "1",
