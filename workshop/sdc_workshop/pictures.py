@@ -17,9 +17,9 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.patches import Arc, FancyBboxPatch, Polygon
 
+from sdc_package.angles import wrap_angle
 from sdc_package.lane_filter import LaneFilter, LaneFilterThresholds
 from sdc_package.pid import Pid, PidGains
-from sdc_package.route import wrap_angle
 from sdc_package.stanley import stanley_angle
 from sdc_package.waypoint_search import WaypointSearch
 from sdc_package.waypoints import load_waypoints

@@ -11,6 +11,7 @@ from sdc_package.msg import CarlaVehicleControl
 from sdc_package.msg import LocalPath
 # --------------------------------------------------------------------------------
 
+from sdc_package.angles import wrap_angle
 from sdc_package.axles import Axles
 from sdc_package.car import PedalMap, SteeringMap
 from sdc_package.figures import check_between, check_positive
@@ -18,7 +19,6 @@ from sdc_package.local_path import LocalPath as Road
 from sdc_package.node import LoopPublisher, every, parameter, refuse
 from sdc_package.odometry import pose_and_speed
 from sdc_package.pid import PidGains
-from sdc_package.route import wrap_angle
 from sdc_package.speed import SpeedControl, SpeedControlLimits
 from sdc_package.steering import load_steering, section_of
 from sdc_package.surroundings import watch_surroundings

@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sdc_package.route import Route, respace, wrap_angle
+from sdc_package.angles import wrap_angle
+from sdc_package.route import Route, respace
 
 
 def circle(radius, angle, spacing=1.0, noise=0.0, seed=0):

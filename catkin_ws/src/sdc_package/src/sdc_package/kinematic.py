@@ -18,10 +18,10 @@ from __future__ import annotations
 
 import math
 
+from sdc_package.angles import wrap_angle
 from sdc_package.axles import Axles, rear_axle_path
 from sdc_package.figures import check_not_negative, check_positive
 from sdc_package.local_path import LocalPath
-from sdc_package.route import wrap_angle
 from sdc_package.steering import Steering, predicted_pose
 
 _LOOK_AT_M = 6.0

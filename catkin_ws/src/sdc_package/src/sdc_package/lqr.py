@@ -11,10 +11,10 @@ import math
 import numpy as np
 from scipy.linalg import expm, solve_discrete_are
 
+from sdc_package.angles import wrap_angle
 from sdc_package.axles import Axles
 from sdc_package.figures import check_not_negative, check_positive
 from sdc_package.local_path import LocalPath
-from sdc_package.route import wrap_angle
 from sdc_package.steering import Steering, predicted_pose
 
 # Below the first of these speeds the model's tyres are too stiff to tell anything, beyond the last one no road allows to drive.

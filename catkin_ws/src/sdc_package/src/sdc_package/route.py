@@ -8,15 +8,12 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 from scipy.spatial import cKDTree
 
+from sdc_package.angles import wrap_angle
+
 # Spacing and width (standard deviation) of the window in which heading and curvature are estimated. A recorded route has about
 # 1 m between its points, and the tightest bend of a town (4 m radius) is some 6 m long: the window must span points, not bends.
 _SAMPLE_M = 0.5
 _SIGMA_M = 1.0
-
-
-def wrap_angle(angle_rad: float) -> float:
-    """Return the same direction in [-pi, pi)."""
-    return (angle_rad + math.pi) % (2.0 * math.pi) - math.pi
 
 
 def checked_points(points_m) -> np.ndarray:

@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sdc_package.route import Place, Route, wrap_angle
+from sdc_package.angles import wrap_angle
+from sdc_package.route import Place, Route
 from sdc_sim.measures import COEFFICIENTS, measure
 
 COMPLETED, COLLISION, OFF_ROUTE = "completed", "collision", "off_route"

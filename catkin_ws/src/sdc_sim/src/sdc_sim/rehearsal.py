@@ -8,13 +8,14 @@ from dataclasses import dataclass, field
 import rospkg
 import yaml
 
+from sdc_package.angles import wrap_angle
 from sdc_package.axles import Axles
 from sdc_package.car import PedalMap, SteeringMap
 from sdc_package.local_path import LocalPath
 from sdc_package.obstacles import Caution
 from sdc_package.pid import PidGains
 from sdc_package.planning import LocalPlanner, SpeedLimits, ideal_duration, speed_profile
-from sdc_package.route import Route, wrap_angle
+from sdc_package.route import Route
 from sdc_package.speed import SpeedControl, SpeedControlLimits
 from sdc_package.steering import load_steering
 from sdc_package.waypoint_search import WaypointSearch

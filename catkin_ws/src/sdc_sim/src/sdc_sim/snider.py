@@ -18,12 +18,12 @@ import yaml
 from scipy.optimize import brentq
 from scipy.special import j0
 
+from sdc_package.angles import wrap_angle
 from sdc_package.axles import Axles
 from sdc_package.kinematic import ChainedForm
 from sdc_package.local_path import LocalPath
 from sdc_package.lqr import LqrFeedforwardSteering, LqrSteering
 from sdc_package.pure_pursuit import pure_pursuit_angle
-from sdc_package.route import wrap_angle
 from sdc_package.stanley import stanley_angle
 from sdc_package.steering import load_steering
 from sdc_sim.vehicle import Vehicle, VehicleCommand, VehicleParameters, load_vehicle
