@@ -255,8 +255,6 @@ SHADOW_RANGE_M = 55.0
 CACHED_BUILDINGS = 256
 CELL_M = 128.0
 BOX = 3                             # beside the kinds of Scenery: 0 tree, 1 house, 2 block of flats
-# Below this share of its height a tree is nothing but trunk, so much of its width to either side.
-TRUNK_FROM, TRUNK_HALF = 0.68, 0.04
 
 
 class Bodies:
@@ -357,23 +355,17 @@ class Bodies:
         per_px = sprite.shape[0] / high
         wide = sprite.shape[1] / per_px
         flip = -per_px if variant & 4 else per_px
+        u0, u1 = max(0, math.floor(foot_u - wide / 2)), min(cam.width, math.ceil(foot_u + wide / 2) + 1)
+        v0, v1 = max(0, math.floor(foot_v - high)), min(cam.height, math.ceil(foot_v) + 1)
+        if u1 - u0 < 1 or v1 - v0 < 1:
+            return
+        inverse = np.array([[flip, 0.0, (sprite.shape[1] - 1) / 2.0 + flip * (u0 - foot_u)],
+                            [0.0, per_px, sprite.shape[0] - 0.5 + per_px * (v0 - foot_v)]])
+        part = cv2.warpAffine(sprite, inverse, (u1 - u0, v1 - v0), flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP)
         fade = min(1.0, (TREE_RANGE_M - ahead) / 30.0)
-        top, end, half = math.floor(foot_v - high), math.ceil(foot_v) + 1, 0.5 * wide
-        parts = [(half, top, end)]
-        if high > 40.0:
-            middle = math.ceil(foot_v - (1.0 - TRUNK_FROM) * high) + 2
-            parts = [(half, top, middle), (TRUNK_HALF * wide + 2.0, middle, end)]
-        for half, v0, v1 in parts:
-            u0, u1 = max(0, math.floor(foot_u - half)), min(cam.width, math.ceil(foot_u + half) + 1)
-            v0, v1 = max(0, v0), min(cam.height, v1)
-            if u1 - u0 < 1 or v1 - v0 < 1:
-                continue
-            inverse = np.array([[flip, 0.0, (sprite.shape[1] - 1) / 2.0 + flip * (u0 - foot_u)],
-                                [0.0, per_px, sprite.shape[0] - 0.5 + per_px * (v0 - foot_v)]])
-            part = cv2.warpAffine(sprite, inverse, (u1 - u0, v1 - v0), flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP)
-            if fade < 1.0:
-                part = cv2.multiply(part, (fade, fade, fade, fade))
-            blend(picture[v0:v1, u0:u1], part)
+        if fade < 1.0:
+            part = cv2.multiply(part, (fade, fade, fade, fade))
+        blend(picture[v0:v1, u0:u1], part)
 
     def _project_buildings(self, view: _View, items: list, ahead: np.ndarray) -> dict:
         """All the buildings of a picture in one go: item -> what is to be drawn, as (polygons, outlines, beyond, colour) in turn.
