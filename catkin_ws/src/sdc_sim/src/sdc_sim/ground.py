@@ -133,9 +133,7 @@ class _Tiles:
         if shade is not None:
             weights = [cv2.multiply(plane, shade, scale=1.0 / 255.0) for plane in weights]
         paved, green = (cv2.cvtColor(plane, cv2.COLOR_GRAY2BGRA) for plane in weights)
-        tile = cv2.add(cv2.multiply(asphalt, paved, scale=1.0 / (ASPHALT * 255.0)), cv2.multiply(grass, green, scale=1.0 / 255.0))
-        tile[..., 3] = 255
-        return tile
+        return cv2.add(cv2.multiply(asphalt, paved, scale=1.0 / (ASPHALT * 255.0)), cv2.multiply(grass, green, scale=1.0 / 255.0))
 
     def _road_weights(self, level: int, origin: np.ndarray, size_m: float):
         """Two planes (TILE_PX, TILE_PX) uint8, brightness of the paved part and share of the grass; None without a road."""
