@@ -70,7 +70,7 @@ def lockstep(camera):
         with running(command, environment) as process:
             while process.poll() is None:
                 samples.append((time.time(), cpu_ms(environment)))
-                time.sleep(0.1)
+                time.sleep(0.25)  # a look costs some milliseconds of what it measures
         with open(report, encoding="utf-8") as file:
             figures = json.load(file)
         age_s = [(os.stat(report).st_mtime - at) / figures["wall_duration_s"] for at, _ in samples]
