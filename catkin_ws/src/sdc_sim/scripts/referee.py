@@ -25,6 +25,8 @@ from sdc_sim.watch import Rules, Watch
 
 LAST_ANSWERS_S = 1.0
 PAUSE_PATIENCE_S = 0.5
+# Somebody who commands is waited for so long, wall time, before the odometry is heard.
+CONNECTING_S = 2.0
 
 
 class Referee:
@@ -48,14 +50,19 @@ class Referee:
         self.rules_publisher = rospy.Publisher("/referee/rules", String, queue_size=1, latch=True)
 
         rospy.Subscriber("/planner/mission_waypoints", Path, self.on_mission, queue_size=1)
-        rospy.Subscriber("/carla/ego_vehicle/odometry", Odometry, self.on_odometry, tcp_nodelay=True)
         hears = {"callback": self.on_message, "tcp_nodelay": True}
-        rospy.Subscriber("/carla/ego_vehicle/vehicle_control_cmd", CarlaVehicleControl, callback_args=self.hearing.command, **hears)
+        command_topic = "/carla/ego_vehicle/vehicle_control_cmd"
+        commands = rospy.Subscriber(command_topic, CarlaVehicleControl, callback_args=self.hearing.command, **hears)
         rospy.Subscriber("/planner/local_waypoints", LocalPath, callback_args=self.hearing.local_path, **hears)
         rospy.Subscriber("/carla/ego_vehicle/collision", CarlaCollisionEvent, callback_args=self.hearing.collision, **hears)
         rospy.Subscriber("/carla/ego_vehicle/obstacles", ObstacleArray, callback_args=self.hearing.obstacles, **hears)
         rospy.Subscriber("/carla/traffic_lights/info", CarlaTrafficLightInfoList, callback_args=self.hearing.light_info, **hears)
         rospy.Subscriber("/carla/traffic_lights/status", CarlaTrafficLightStatusList, callback_args=self.hearing.light_status, **hears)
+        # A world in lockstep starts when its odometry is heard here: by then its first answer must be heard, too.
+        limit = time.monotonic() + CONNECTING_S
+        while not (commands.get_num_connections() or rospy.is_shutdown() or time.monotonic() > limit):
+            time.sleep(0.01)
+        rospy.Subscriber("/carla/ego_vehicle/odometry", Odometry, self.on_odometry, tcp_nodelay=True)
 
     def on_mission(self, path):
         with self.lock:
