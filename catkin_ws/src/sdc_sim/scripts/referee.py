@@ -51,8 +51,8 @@ class Referee:
 
         rospy.Subscriber("/planner/mission_waypoints", Path, self.on_mission, queue_size=1)
         hears = {"callback": self.on_message, "tcp_nodelay": True}
-        command_topic = "/carla/ego_vehicle/vehicle_control_cmd"
-        commands = rospy.Subscriber(command_topic, CarlaVehicleControl, callback_args=self.hearing.command, **hears)
+        commands = rospy.Subscriber("/carla/ego_vehicle/vehicle_control_cmd", CarlaVehicleControl,
+                                    callback_args=self.hearing.command, **hears)
         rospy.Subscriber("/planner/local_waypoints", LocalPath, callback_args=self.hearing.local_path, **hears)
         rospy.Subscriber("/carla/ego_vehicle/collision", CarlaCollisionEvent, callback_args=self.hearing.collision, **hears)
         rospy.Subscriber("/carla/ego_vehicle/obstacles", ObstacleArray, callback_args=self.hearing.obstacles, **hears)
