@@ -1,4 +1,5 @@
 """Lets pytest run the rostests (*.test) beside the unit tests, so that one closing line counts everything."""
+
 import os
 import subprocess
 import tempfile
@@ -9,7 +10,13 @@ from hypothesis import HealthCheck, settings
 # The same examples in every run, and none fails for want of speed: a machine that is busy is no broken law.
 settings.register_profile("workshop", derandomize=True, deadline=None)
 # New examples in each run, and many of them, for a machine that has the night: HYPOTHESIS_PROFILE=nightly ./test -k fuzz
-settings.register_profile("nightly", max_examples=10_000, deadline=None, print_blob=True, suppress_health_check=[HealthCheck.too_slow])
+settings.register_profile(
+    "nightly",
+    max_examples=10_000,
+    deadline=None,
+    print_blob=True,
+    suppress_health_check=[HealthCheck.too_slow],
+)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "workshop"))
 
 _LIMIT_S = 400
@@ -25,9 +32,26 @@ def pytest_collect_file(file_path, parent):
 
 # The longest of all files. The processes that share the tests out deal file by file in the order of collection: what takes minutes
 # must not come last.
-_LONGEST = ("test_guide.py", "test_mutations.py", "test_scenarios.py", "test_drive_command.py", "test_outages.py", "test_grade.py",
-            "test_security.py", "kills.test", "manual_control.test", "silence.test", "test_first_steps_lesson.py", "drive.test",
-            "test_random_routes.py", "topics.test", "refusals.test", "contract.test", "test_drive_check.py", "test_soak.py")
+_LONGEST = (
+    "test_guide.py",
+    "test_mutations.py",
+    "test_scenarios.py",
+    "test_drive_command.py",
+    "test_outages.py",
+    "test_grade.py",
+    "test_security.py",
+    "kills.test",
+    "manual_control.test",
+    "silence.test",
+    "test_first_steps_lesson.py",
+    "drive.test",
+    "test_random_routes.py",
+    "topics.test",
+    "refusals.test",
+    "contract.test",
+    "test_drive_check.py",
+    "test_soak.py",
+)
 
 
 def pytest_collection_modifyitems(items):
@@ -45,20 +69,40 @@ class RosTestItem(pytest.Item):
     """One rostest file: passes when rostest does and at least one test in it ran."""
 
     def runtest(self):
-        results = os.path.join(str(self.config.rootpath), "catkin_ws", "build", "test_results", "pytest")
-        command = ["rostest", "--results-base-dir", results, str(self.path), *_ARGUMENTS.get(self.path.name, ())]
+        results = os.path.join(
+            str(self.config.rootpath), "catkin_ws", "build", "test_results", "pytest"
+        )
+        command = [
+            "rostest",
+            "--results-base-dir",
+            results,
+            str(self.path),
+            *_ARGUMENTS.get(self.path.name, ()),
+        ]
         try:
             # In a folder of its own: what a drive writes "here" shall not meet what another one writes.
             with tempfile.TemporaryDirectory() as folder:
-                done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=_LIMIT_S, check=False,
-                                      cwd=folder, env={**os.environ, "PWD": folder})
+                done = subprocess.run(
+                    command,
+                    stdout=subprocess.PIPE,
+                    stderr=subprocess.STDOUT,
+                    text=True,
+                    timeout=_LIMIT_S,
+                    check=False,
+                    cwd=folder,
+                    env={**os.environ, "PWD": folder},
+                )
         except subprocess.TimeoutExpired as error:
             raise RosTestFailure(f"no end after {_LIMIT_S} s\n{_text(error.stdout)}") from error
         if done.returncode != 0 or _count(done.stdout) == 0:
             raise RosTestFailure(f"{' '.join(command)} ended with {done.returncode}\n{done.stdout}")
 
     def repr_failure(self, excinfo):
-        return str(excinfo.value) if isinstance(excinfo.value, RosTestFailure) else super().repr_failure(excinfo)
+        return (
+            str(excinfo.value)
+            if isinstance(excinfo.value, RosTestFailure)
+            else super().repr_failure(excinfo)
+        )
 
     def reportinfo(self):
         return self.path, 0, self.path.name

@@ -3,6 +3,7 @@
 
 The file lists what a driver would say; data/town.yaml is an example with every word explained.
 """
+
 from __future__ import annotations
 
 import argparse
@@ -13,8 +14,13 @@ import numpy as np
 import yaml
 
 # Works without a built workspace, too.
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.realpath(__file__)), "..", "catkin_ws", "src", "sdc_sim", "src"))
-from sdc_sim.drawn_route import RouteSpecError, csv_lines, draw  # noqa: E402
+sys.path.insert(
+    0,
+    os.path.join(
+        os.path.dirname(os.path.realpath(__file__)), "..", "catkin_ws", "src", "sdc_sim", "src"
+    ),
+)
+from sdc_sim.road.route_generator import RouteSpecError, csv_lines, draw  # noqa: E402
 
 
 def main() -> int:
@@ -29,7 +35,10 @@ def main() -> int:
         print(f"{arguments.spec}: {error}", file=sys.stderr)
         return 1
     except (KeyError, TypeError) as error:
-        print(f"{arguments.spec}: {error} is missing or wrong; see data/town.yaml for an example", file=sys.stderr)
+        print(
+            f"{arguments.spec}: {error} is missing or wrong; see data/town.yaml for an example",
+            file=sys.stderr,
+        )
         return 1
     with open(arguments.csv, "w", encoding="utf-8") as file:
         file.writelines(csv_lines(rows))

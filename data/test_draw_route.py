@@ -7,13 +7,17 @@ import numpy as np
 import pytest
 import yaml
 
-from sdc_sim.drawn_route import RouteSpecError, curvature_profile, draw
+from sdc_sim.road.route_generator import RouteSpecError, curvature_profile, draw
 
 FOLDER = os.path.dirname(os.path.abspath(__file__))
 
 
 def spec(*elements, heading_deg=0.0):
-    return {"spacing_m": 1.0, "start": {"x_m": 0.0, "y_m": 0.0, "heading_deg": heading_deg}, "elements": list(elements)}
+    return {
+        "spacing_m": 1.0,
+        "start": {"x_m": 0.0, "y_m": 0.0, "heading_deg": heading_deg},
+        "elements": list(elements),
+    }
 
 
 def test_straight():
@@ -30,15 +34,25 @@ def test_bend_turns_by_its_angle_to_its_side(side, sign):
 
 
 def test_curvature_is_continuous_and_no_tighter_than_asked():
-    s, curvature = curvature_profile([{"straight_m": 5}, {"left_deg": 90, "radius_m": 4, "transition_m": 3}, {"straight_m": 5}])
+    s, curvature = curvature_profile(
+        [{"straight_m": 5}, {"left_deg": 90, "radius_m": 4, "transition_m": 3}, {"straight_m": 5}]
+    )
     assert curvature.max() == 0.25
     assert (np.diff(s) > 0.0).all()
     assert np.sum(0.5 * (curvature[1:] + curvature[:-1]) * np.diff(s)) == pytest.approx(math.pi / 2)
 
 
-@pytest.mark.parametrize(("element", "part"), [
-    ({"straigth_m": 5}, "straight_m"), ({"straight_m": -5}, "positive"), ({"straight_m": "long"}, "positive"), (None, "straight_m"),
-    ({"left_deg": 10, "radius_m": 10, "transition_m": 6}, "shorten transition_m to 1.7"), ({"left_deg": 90}, "radius_m")])
+@pytest.mark.parametrize(
+    ("element", "part"),
+    [
+        ({"straigth_m": 5}, "straight_m"),
+        ({"straight_m": -5}, "positive"),
+        ({"straight_m": "long"}, "positive"),
+        (None, "straight_m"),
+        ({"left_deg": 10, "radius_m": 10, "transition_m": 6}, "shorten transition_m to 1.7"),
+        ({"left_deg": 90}, "radius_m"),
+    ],
+)
 def test_errors_name_the_element(element, part):
     with pytest.raises(RouteSpecError, match=part) as caught:
         draw(spec({"straight_m": 5}, element))
@@ -48,7 +62,11 @@ def test_errors_name_the_element(element, part):
 def test_packaged_route_is_what_the_list_says(tmp_path):
     path = tmp_path / "route.csv"
     script = os.path.join(FOLDER, "draw_route.py")
-    subprocess.run([sys.executable, script, os.path.join(FOLDER, "town.yaml"), str(path)], check=True, stdout=subprocess.DEVNULL)
+    subprocess.run(
+        [sys.executable, script, os.path.join(FOLDER, "town.yaml"), str(path)],
+        check=True,
+        stdout=subprocess.DEVNULL,
+    )
     with open(os.path.join(FOLDER, "waypoints.csv"), encoding="utf-8") as file:
         assert path.read_text() == file.read()
 
@@ -69,8 +87,17 @@ def test_packaged_route_has_what_it_promises():
 def test_bad_file_is_one_line(tmp_path):
     path = tmp_path / "route.yaml"
     path.write_text("elements: []\n")
-    done = subprocess.run([sys.executable, os.path.join(FOLDER, "draw_route.py"), str(path), str(tmp_path / "out.csv")],
-                          stderr=subprocess.PIPE, text=True, check=False)
+    done = subprocess.run(
+        [
+            sys.executable,
+            os.path.join(FOLDER, "draw_route.py"),
+            str(path),
+            str(tmp_path / "out.csv"),
+        ],
+        stderr=subprocess.PIPE,
+        text=True,
+        check=False,
+    )
     assert done.returncode == 1
     assert len(done.stderr.splitlines()) == 1
     assert str(path) in done.stderr

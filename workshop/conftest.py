@@ -1,4 +1,5 @@
 """Puts the workshop's Python where its tests find it."""
+
 import sys
 from pathlib import Path
 

@@ -30,11 +30,17 @@ def parse(arguments):
     """The command line."""
     parser = argparse.ArgumentParser(prog="./workshop/check", description=DESCRIPTION)
     parser.add_argument("steps", nargs="*", metavar="STEP")
-    parser.add_argument("--watch", action="store_true", help="check again whenever a file is saved, until Ctrl-C")
+    parser.add_argument(
+        "--watch", action="store_true", help="check again whenever a file is saved, until Ctrl-C"
+    )
     parser.add_argument("--hint", metavar="STEP", help="say more about a step, and check nothing")
-    parser.add_argument("--solution", metavar="STEP", help="write the solution of a step into the workspace")
+    parser.add_argument(
+        "--solution", metavar="STEP", help="write the solution of a step into the workspace"
+    )
     parser.add_argument("--list", action="store_true", help="list all steps, and check nothing")
-    parser.add_argument("--json", metavar="FILE", help="write all answers into a file, too, for programs")
+    parser.add_argument(
+        "--json", metavar="FILE", help="write all answers into a file, too, for programs"
+    )
     return parser.parse_args(arguments)
 
 
@@ -43,9 +49,13 @@ def chosen(names: list) -> list:
     steps = load_steps()
     meant = set()
     for name in names:
-        found = [step.id for step in steps if step.id == name] or [step.id for step in steps if step.id.startswith(name.rstrip("-") + "-")]
+        found = [step.id for step in steps if step.id == name] or [
+            step.id for step in steps if step.id.startswith(name.rstrip("-") + "-")
+        ]
         if not found:
-            near = [step.id for step in steps if step.id[:3] == name[:3]] or [step.id for step in steps]
+            near = [step.id for step in steps if step.id[:3] == name[:3]] or [
+                step.id for step in steps
+            ]
             raise StepError(f"there is no step '{name}'; there are {', '.join(near)}")
         meant.update(found)
     return [step for step in steps if not names or step.id in meant]
@@ -55,7 +65,9 @@ def one(name: str):
     """The step of this id. Raises StepError."""
     found = chosen([name])
     if len(found) > 1:
-        raise StepError(f"'{name}' are several steps: {', '.join(step.id for step in found)}; name one")
+        raise StepError(
+            f"'{name}' are several steps: {', '.join(step.id for step in found)}; name one"
+        )
     return found[0]
 
 
@@ -71,7 +83,13 @@ def check(folder: Path, steps: list, show: Show, json_path: str | None = None) -
         if json_path is not None:
             Path(json_path).write_text(
                 json.dumps(
-                    {"answers": {step_id: answer.as_dict() for step_id, answer in answers.items()}, "report": examination.report}, indent=1
+                    {
+                        "answers": {
+                            step_id: answer.as_dict() for step_id, answer in answers.items()
+                        },
+                        "report": examination.report,
+                    },
+                    indent=1,
                 )
                 + "\n",
                 encoding="utf-8",
@@ -104,7 +122,9 @@ def watch(folder: Path, steps: list, show: Show) -> int:
             stage.student = Student(folder)
             examination = Examination(stage.student, stage)
             times = dict(seen)
-            unchanged = [step_id for step_id, (path, saved) in right.items() if times.get(path) == saved]
+            unchanged = [
+                step_id for step_id, (path, saved) in right.items() if times.get(path) == saved
+            ]
             examination.answers.update((step_id, Answer(PASSED)) for step_id in unchanged)
             show.clear()
             show.begin(folder, steps)
@@ -143,7 +163,9 @@ def apply_solution(folder: Path, name: str) -> int:
     print(f"{step.id}: src/{step.place} is written:\n")
     print(solution_body(step), end="")
     if step.file.endswith((".msg", "CMakeLists.txt", "package.xml")):
-        print("\nNow `catkin_make`, and `source devel/setup.bash`, when the steps of this group are done.")
+        print(
+            "\nNow `catkin_make`, and `source devel/setup.bash`, when the steps of this group are done."
+        )
     return 0
 
 

@@ -12,6 +12,7 @@ follows it says what to do:
     LANGUAGE FILE TODO n            the body of a region of a file below src
     LANGUAGE FILE                   a whole file, below src for files of sdc_package, else in the workspace
 """
+
 from __future__ import annotations
 
 import re
@@ -41,8 +42,10 @@ class Block:
 
 def read(guide: str) -> list:
     """The blocks of a guide, in order. Raises GuideError."""
-    return [_block(guide.count("\n", 0, match.start()) + 1, match[1], shlex.split(match[2]), match[3])
-            for match in _BLOCK.finditer(guide)]
+    return [
+        _block(guide.count("\n", 0, match.start()) + 1, match[1], shlex.split(match[2]), match[3])
+        for match in _BLOCK.finditer(guide)
+    ]
 
 
 def _block(line: int, language: str, words: list, text: str) -> Block:
@@ -59,9 +62,16 @@ def _block(line: int, language: str, words: list, text: str) -> Block:
         return Block(line, "window", text)
     if language == "keys" and not plain and len(named) == 1:
         return Block(line, "keys", text, named.get("terminal"), window=named.get("window"))
-    if not named and plain and "." in plain[0] and (len(plain) == 1 or (len(plain) == 3 and plain[1] == "TODO")):
+    if (
+        not named
+        and plain
+        and "." in plain[0]
+        and (len(plain) == 1 or (len(plain) == 3 and plain[1] == "TODO"))
+    ):
         return Block(line, "write", text, file=plain[0], todo=plain[2] if len(plain) == 3 else None)
-    raise GuideError(f"line {line}: what to do with '{language} {' '.join(words)}'? See sdc_workshop/guide.py for the words there are")
+    raise GuideError(
+        f"line {line}: what to do with '{language} {' '.join(words)}'? See sdc_workshop/guide.py for the words there are"
+    )
 
 
 def missing_line(wanted: str, said: str) -> str | None:

@@ -2,6 +2,7 @@
 
 Curves are computed with the car's own library, so that a picture shows what the code does.
 """
+
 from __future__ import annotations
 
 import math
@@ -17,14 +18,14 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.patches import Arc, FancyBboxPatch, Polygon
 
-from sdc_package.angles import wrap_angle
+from sdc_common.geometry.angles import wrap_angle
+from sdc_common.routes.waypoint_file import load_waypoints
 from sdc_package.lane_filter import LaneFilter, LaneFilterThresholds
 from sdc_package.pid import Pid, PidGains
-from sdc_package.stanley import stanley_angle
+from sdc_package.steering.stanley import stanley_angle
 from sdc_package.waypoint_search import WaypointSearch
-from sdc_package.waypoints import load_waypoints
-from sdc_sim.renderer import Renderer
-from sdc_sim.road import Road
+from sdc_sim.camera.renderer import Renderer
+from sdc_sim.road.road import Road
 from sdc_workshop.workspace import SOLUTION
 
 FOLDER = Path(__file__).resolve().parents[1] / "pictures"
@@ -44,7 +45,12 @@ def _bare(axes):
 
 
 def _arrow(axes, start, end, colour, text=None, offset=(0.0, 0.0)):
-    axes.annotate("", xy=end, xytext=start, arrowprops={"arrowstyle": "-|>", "color": colour, "lw": 2.0, "shrinkA": 0, "shrinkB": 0})
+    axes.annotate(
+        "",
+        xy=end,
+        xytext=start,
+        arrowprops={"arrowstyle": "-|>", "color": colour, "lw": 2.0, "shrinkA": 0, "shrinkB": 0},
+    )
     if text:
         middle = 0.5 * (np.add(start, end)) + offset
         axes.text(*middle, text, color=colour, ha="center", va="center", fontsize=11)
@@ -54,10 +60,20 @@ def _car(axes, x, y, yaw, wheel=0.0, colour=BLUE):
     """A car seen from above, its centre at (x, y), with front wheels turned by `wheel`, radians to the left."""
     turn = np.array([[math.cos(yaw), -math.sin(yaw)], [math.sin(yaw), math.cos(yaw)]])
     body = np.array([[-2.35, -0.95], [2.35, -0.95], [2.35, 0.95], [-2.35, 0.95]]) @ turn.T + (x, y)
-    axes.add_patch(Polygon(body, closed=True, facecolor=colour, alpha=0.15, edgecolor=colour, lw=1.5))
-    for along, across, angle in ((-AXLE_M, -0.8, 0.0), (-AXLE_M, 0.8, 0.0), (AXLE_M, -0.8, wheel), (AXLE_M, 0.8, wheel)):
+    axes.add_patch(
+        Polygon(body, closed=True, facecolor=colour, alpha=0.15, edgecolor=colour, lw=1.5)
+    )
+    for along, across, angle in (
+        (-AXLE_M, -0.8, 0.0),
+        (-AXLE_M, 0.8, 0.0),
+        (AXLE_M, -0.8, wheel),
+        (AXLE_M, 0.8, wheel),
+    ):
         spin = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
-        tyre = np.array([[-0.35, -0.12], [0.35, -0.12], [0.35, 0.12], [-0.35, 0.12]]) @ spin.T + (along, across)
+        tyre = np.array([[-0.35, -0.12], [0.35, -0.12], [0.35, 0.12], [-0.35, 0.12]]) @ spin.T + (
+            along,
+            across,
+        )
         axes.add_patch(Polygon(tyre @ turn.T + (x, y), closed=True, facecolor="#333333"))
     return lambda along, across=0.0: tuple(turn @ (along, across) + (x, y))
 
@@ -65,25 +81,49 @@ def _car(axes, x, y, yaw, wheel=0.0, colour=BLUE):
 def architecture():
     """The nodes of the finished car and the topics between them."""
     figure, (axes,) = _figure(10.0, 3.9)
-    boxes = {"mission_planner": (0.0, 2.0), "local_planner": (3.6, 2.0), "simple_controller": (7.2, 2.0),
-             "the world\n(sim or CARLA)": (7.2, 0.0), "camera": (3.6, 0.0), "waypoints.csv": (0.0, 3.3)}
+    boxes = {
+        "mission_planner": (0.0, 2.0),
+        "local_planner": (3.6, 2.0),
+        "simple_controller": (7.2, 2.0),
+        "the world\n(sim or CARLA)": (7.2, 0.0),
+        "camera": (3.6, 0.0),
+        "waypoints.csv": (0.0, 3.3),
+    }
     for name, (x, y) in boxes.items():
         mine = not name.startswith(("the world", "waypoints"))
-        axes.add_patch(FancyBboxPatch((x - 0.85, y - 0.3), 1.7, 0.6, boxstyle="round,pad=0.06", facecolor=BLUE if mine else "#eeeeee",
-                                      alpha=0.9, edgecolor=GREY))
-        axes.text(x, y, name, ha="center", va="center", color="white" if mine else "black", fontsize=10)
+        axes.add_patch(
+            FancyBboxPatch(
+                (x - 0.85, y - 0.3),
+                1.7,
+                0.6,
+                boxstyle="round,pad=0.06",
+                facecolor=BLUE if mine else "#eeeeee",
+                alpha=0.9,
+                edgecolor=GREY,
+            )
+        )
+        axes.text(
+            x, y, name, ha="center", va="center", color="white" if mine else "black", fontsize=10
+        )
     for start, end, text, offset in (
-            ((0.0, 2.95), (0.0, 2.4), "", (0, 0)),
-            ((0.95, 2.0), (2.65, 2.0), "/planner/\nmission_waypoints", (0, 0.34)),
-            ((4.55, 2.0), (6.25, 2.0), "/planner/\nlocal_waypoints", (0, 0.34)),
-            ((7.6, 1.6), (7.6, 0.42), "throttle, brake, steer\n.../vehicle_control_cmd", (1.15, 0)),
-            ((6.8, 0.42), (6.8, 1.6), "", (0, 0)),
-            ((6.3, 0.42), (4.0, 1.6), "odometry\n.../odometry", (-0.2, -0.28)),
-            ((6.25, 0.0), (4.55, 0.0), "pictures\n.../image_color", (0, -0.36)),
-            ((2.65, 0.0), (1.4, 0.0), "", (0, 0))):
+        ((0.0, 2.95), (0.0, 2.4), "", (0, 0)),
+        ((0.95, 2.0), (2.65, 2.0), "/planner/\nmission_waypoints", (0, 0.34)),
+        ((4.55, 2.0), (6.25, 2.0), "/planner/\nlocal_waypoints", (0, 0.34)),
+        ((7.6, 1.6), (7.6, 0.42), "throttle, brake, steer\n.../vehicle_control_cmd", (1.15, 0)),
+        ((6.8, 0.42), (6.8, 1.6), "", (0, 0)),
+        ((6.3, 0.42), (4.0, 1.6), "odometry\n.../odometry", (-0.2, -0.28)),
+        ((6.25, 0.0), (4.55, 0.0), "pictures\n.../image_color", (0, -0.36)),
+        ((2.65, 0.0), (1.4, 0.0), "", (0, 0)),
+    ):
         _arrow(axes, start, end, GREY, text, offset)
     axes.text(1.3, 0.0, "/camera/lane_mask", ha="right", va="center", color=GREY, fontsize=11)
-    axes.text(-0.85, -0.75, "blue: your nodes; arrows: topics; ... stands for /carla/ego_vehicle", color=GREY, fontsize=9)
+    axes.text(
+        -0.85,
+        -0.75,
+        "blue: your nodes; arrows: topics; ... stands for /carla/ego_vehicle",
+        color=GREY,
+        fontsize=9,
+    )
     axes.set_xlim(-1.0, 9.6)
     axes.set_ylim(-0.95, 3.75)
     axes.set_axis_off()
@@ -92,7 +132,9 @@ def architecture():
 
 def stanley():
     """Heading error, cross-track error and wheel angle, and what the law makes of them."""
-    figure, (left, right) = plt.subplots(1, 2, figsize=(11.0, 4.2), gridspec_kw={"width_ratios": [1.0, 1.1]})
+    figure, (left, right) = plt.subplots(
+        1, 2, figsize=(11.0, 4.2), gridspec_kw={"width_ratios": [1.0, 1.1]}
+    )
     yaw, heading = math.radians(22.0), math.radians(4.0)
     x, y = 1.0, 1.9
     front_x, front_y = x + AXLE_M * math.cos(yaw), y + AXLE_M * math.sin(yaw)
@@ -103,15 +145,50 @@ def stanley():
     left.plot([-3.0, 9.0], [-3.0 * math.tan(heading), 9.0 * math.tan(heading)], color=GREEN, lw=2.5)
     left.text(7.6, 7.6 * math.tan(heading) - 0.55, "path", color=GREEN, fontsize=12)
     _car(left, x, y, yaw, wheel)
-    left.plot([front_x, front_x + 4.6 * math.cos(yaw)], [front_y, front_y + 4.6 * math.sin(yaw)], color=BLUE, ls="--", lw=1.2)
-    left.text(front_x + 4.3 * math.cos(yaw), front_y + 4.3 * math.sin(yaw) + 0.3, "where the car points", color=BLUE, ha="right",
-              fontsize=10)
-    left.plot([front_x, front_x + 4.6 * math.cos(heading)], [front_y, front_y + 4.6 * math.sin(heading)], color=GREEN, ls="--", lw=1.2)
-    left.add_patch(Arc((front_x, front_y), 6.4, 6.4, theta1=math.degrees(heading), theta2=math.degrees(yaw), color=ORANGE, lw=2))
+    left.plot(
+        [front_x, front_x + 4.6 * math.cos(yaw)],
+        [front_y, front_y + 4.6 * math.sin(yaw)],
+        color=BLUE,
+        ls="--",
+        lw=1.2,
+    )
+    left.text(
+        front_x + 4.3 * math.cos(yaw),
+        front_y + 4.3 * math.sin(yaw) + 0.3,
+        "where the car points",
+        color=BLUE,
+        ha="right",
+        fontsize=10,
+    )
+    left.plot(
+        [front_x, front_x + 4.6 * math.cos(heading)],
+        [front_y, front_y + 4.6 * math.sin(heading)],
+        color=GREEN,
+        ls="--",
+        lw=1.2,
+    )
+    left.add_patch(
+        Arc(
+            (front_x, front_y),
+            6.4,
+            6.4,
+            theta1=math.degrees(heading),
+            theta2=math.degrees(yaw),
+            color=ORANGE,
+            lw=2,
+        )
+    )
     left.text(front_x + 3.35, front_y + 0.8, r"heading error $\psi$", color=ORANGE, fontsize=11)
     left.plot([foot[0], front_x], [foot[1], front_y], color=RED, lw=2)
-    left.annotate("cross-track error $e$\n(left of the path: positive)", (0.5 * (foot[0] + front_x), foot[1] + 0.35), (-1.6, -1.0),
-                  color=RED, fontsize=10, va="center", arrowprops={"arrowstyle": "-", "color": RED, "lw": 0.8})
+    left.annotate(
+        "cross-track error $e$\n(left of the path: positive)",
+        (0.5 * (foot[0] + front_x), foot[1] + 0.35),
+        (-1.6, -1.0),
+        color=RED,
+        fontsize=10,
+        va="center",
+        arrowprops={"arrowstyle": "-", "color": RED, "lw": 0.8},
+    )
     tip = (front_x + 2.6 * math.cos(yaw + wheel), front_y + 2.6 * math.sin(yaw + wheel))
     _arrow(left, (front_x, front_y), tip, "#333333")
     left.text(tip[0] + 0.1, tip[1] - 0.25, r"wheels: $\delta$", color="#333333", fontsize=11)
@@ -146,15 +223,27 @@ def _driven(k, speed=5.0, lag_s=0.2, tick_s=0.01):
 def cross_track():
     """The sign of the cross-track error, and which way a car steers for it."""
     figure, (axes,) = _figure(8.5, 3.3)
-    axes.annotate("", xy=(11.5, 0.0), xytext=(-3.0, 0.0), arrowprops={"arrowstyle": "-|>", "color": GREEN, "lw": 2.5})
+    axes.annotate(
+        "",
+        xy=(11.5, 0.0),
+        xytext=(-3.0, 0.0),
+        arrowprops={"arrowstyle": "-|>", "color": GREEN, "lw": 2.5},
+    )
     axes.text(10.2, 0.25, "path", color=GREEN, fontsize=12)
-    for x, side, colour, text in ((0.0, 1.0, RED, "$e > 0$: left of the path\nsteers right: $\\delta < 0$"),
-                                  (6.0, -1.0, BLUE, "$e < 0$: right of the path\nsteers left: $\\delta > 0$")):
+    for x, side, colour, text in (
+        (0.0, 1.0, RED, "$e > 0$: left of the path\nsteers right: $\\delta < 0$"),
+        (6.0, -1.0, BLUE, "$e < 0$: right of the path\nsteers left: $\\delta > 0$"),
+    ):
         wheel = stanley_angle(0.0, side * 1.8, 5.0, 2.5, 2.0)
         place = _car(axes, x, side * 1.8, 0.0, wheel, colour)
         front = place(AXLE_M)
         axes.plot([front[0], front[0]], [0.0, front[1]], color=colour, lw=2, ls=":")
-        _arrow(axes, front, (front[0] + 2.2 * math.cos(wheel), front[1] + 2.2 * math.sin(wheel)), "#333333")
+        _arrow(
+            axes,
+            front,
+            (front[0] + 2.2 * math.cos(wheel), front[1] + 2.2 * math.sin(wheel)),
+            "#333333",
+        )
         axes.text(x - 0.2, side * 3.4, text, color=colour, ha="center", va="center", fontsize=11)
     axes.set_xlim(-3.2, 12.0)
     axes.set_ylim(-4.1, 4.1)
@@ -174,25 +263,37 @@ def dot_product():
         behind = search.is_behind(index, x, y)
         axes.plot(*points.T, "o-", color=GREEN, ms=7)
         for number, point in enumerate(points):
-            axes.text(point[0] + 0.2, point[1] - 1.3, str(number), color=GREEN, fontsize=10, clip_on=True)
+            axes.text(
+                point[0] + 0.2, point[1] - 1.3, str(number), color=GREEN, fontsize=10, clip_on=True
+            )
         _car(axes, x, y, s)
         along = points[index + 1] - points[index - 1]
         axes.plot(*points[index], "o", color=RED, ms=9)
         _arrow(axes, tuple(points[index]), tuple(points[index] + 0.7 * along), ORANGE)
         _arrow(axes, (x, y), tuple(points[index]), RED)
         sign = "< 0: behind, take the next" if behind else "> 0: ahead, take it"
-        axes.set_title(f"nearest: {index};  red . orange {sign}", fontsize=11, color=RED if behind else "black")
+        axes.set_title(
+            f"nearest: {index};  red . orange {sign}", fontsize=11, color=RED if behind else "black"
+        )
         axes.set_xlim(-8.0, 15.0)
         axes.set_ylim(-2.8, 5.6)
         _bare(axes)
-    figure.text(0.5, 0.02, "red: direction from the car to its nearest waypoint;  orange: direction of the route there", ha="center",
-                fontsize=10, color=GREY)
+    figure.text(
+        0.5,
+        0.02,
+        "red: direction from the car to its nearest waypoint;  orange: direction of the route there",
+        ha="center",
+        fontsize=10,
+        color=GREY,
+    )
     return figure
 
 
 def quaternion():
     """Yaw, and the quaternion of a turn about the vertical axis."""
-    figure, (left, right) = plt.subplots(1, 2, figsize=(10.0, 3.8), gridspec_kw={"width_ratios": [1.0, 1.3]})
+    figure, (left, right) = plt.subplots(
+        1, 2, figsize=(10.0, 3.8), gridspec_kw={"width_ratios": [1.0, 1.3]}
+    )
     yaw = math.radians(50.0)
     _arrow(left, (0.0, 0.0), (4.5, 0.0), GREY)
     _arrow(left, (0.0, 0.0), (0.0, 4.5), GREY)
@@ -200,8 +301,12 @@ def quaternion():
     left.text(-0.4, 4.4, "y", color=GREY, fontsize=12)
     _car(left, 0.0, 0.0, yaw)
     _arrow(left, (0.0, 0.0), (4.2 * math.cos(yaw), 4.2 * math.sin(yaw)), BLUE)
-    left.add_patch(Arc((0.0, 0.0), 6.4, 6.4, theta1=0.0, theta2=math.degrees(yaw), color=ORANGE, lw=2))
-    left.text(3.3 * math.cos(0.5 * yaw), 3.3 * math.sin(0.5 * yaw), "yaw", color=ORANGE, fontsize=13)
+    left.add_patch(
+        Arc((0.0, 0.0), 6.4, 6.4, theta1=0.0, theta2=math.degrees(yaw), color=ORANGE, lw=2)
+    )
+    left.text(
+        3.3 * math.cos(0.5 * yaw), 3.3 * math.sin(0.5 * yaw), "yaw", color=ORANGE, fontsize=13
+    )
     left.set_xlim(-2.6, 5.0)
     left.set_ylim(-2.4, 4.8)
     _bare(left)
@@ -209,7 +314,9 @@ def quaternion():
     right.plot(angles, np.cos(0.5 * angles), color=BLUE, label="w = cos(yaw / 2)")
     right.plot(angles, np.sin(0.5 * angles), color=RED, label="z = sin(yaw / 2)")
     right.axvline(yaw, color=ORANGE, lw=1.5, ls="--")
-    right.set_xticks([-math.pi, -0.5 * math.pi, 0.0, 0.5 * math.pi, math.pi], ["-pi", "-pi/2", "0", "pi/2", "pi"])
+    right.set_xticks(
+        [-math.pi, -0.5 * math.pi, 0.0, 0.5 * math.pi, math.pi], ["-pi", "-pi/2", "0", "pi/2", "pi"]
+    )
     right.set_xlabel("yaw, radians")
     right.set_title("on a flat road x = y = 0, and z and w are left", fontsize=10)
     right.legend(frameon=False)
@@ -219,8 +326,12 @@ def quaternion():
 def pid():
     """A car that shall go 10 m/s, against a headwind, with P, PI and too much I."""
     figure, (axes,) = _figure(8.0, 3.8)
-    for gains, colour, name in ((PidGains(1.2), ORANGE, "P: kp 1.2"), (PidGains(1.2, 0.3), BLUE, "PI: kp 1.2, ki 0.3 (this car)"),
-                                (PidGains(1.2, 3.0), RED, "too much I: ki 3.0"), (PidGains(0.3), GREY, "too little P: kp 0.3")):
+    for gains, colour, name in (
+        (PidGains(1.2), ORANGE, "P: kp 1.2"),
+        (PidGains(1.2, 0.3), BLUE, "PI: kp 1.2, ki 0.3 (this car)"),
+        (PidGains(1.2, 3.0), RED, "too much I: ki 3.0"),
+        (PidGains(0.3), GREY, "too little P: kp 0.3"),
+    ):
         controller = Pid(gains, -7.0, 2.0)
         speed, acceleration, times, speeds = 6.0, 0.0, np.arange(0.0, 20.0, 0.05), []
         for _ in times:
@@ -232,7 +343,9 @@ def pid():
     axes.axhline(10.0, color=GREEN, lw=1.5, ls="--")
     axes.set_xlabel("s")
     axes.set_ylabel("speed, m/s")
-    axes.set_title("from 6 to 10 m/s against a headwind of 0.6 m/s$^2$; the pedals take 0.3 s", fontsize=10)
+    axes.set_title(
+        "from 6 to 10 m/s against a headwind of 0.6 m/s$^2$; the pedals take 0.3 s", fontsize=10
+    )
     axes.legend(frameon=False, loc="lower right")
     return figure
 
@@ -241,10 +354,15 @@ def lane_filter():
     """The camera's picture of the packaged route, and the mask that the lane filter makes of it."""
     route = load_waypoints(str(SOLUTION / "sdc_package" / "data" / "waypoints.csv"))
     picture = Renderer(Road(route)).render(42.0, 0.0, 0.0)
-    mask = LaneFilter(LaneFilterThresholds(gradient=70, saturation=90, lightness=110, horizon_fraction=0.52)).mask(picture)
+    mask = LaneFilter(
+        LaneFilterThresholds(gradient=70, saturation=90, lightness=110, horizon_fraction=0.52)
+    ).mask(picture)
     figure, pair = _figure(10.0, 4.2, 2)
     shown = cv2.cvtColor(picture, cv2.COLOR_BGRA2RGB)
-    for axes, image, title in ((pair[0], shown, "the camera's picture"), (pair[1], mask, "the lane mask")):
+    for axes, image, title in (
+        (pair[0], shown, "the camera's picture"),
+        (pair[1], mask, "the lane mask"),
+    ):
         axes.imshow(image, cmap="gray")
         axes.set_title(title, fontsize=11)
         axes.set_axis_off()

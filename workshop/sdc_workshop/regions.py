@@ -8,13 +8,17 @@ A line `# TODO 2.4: what to do` opens a region, a rule (a comment of dashes) clo
 
 No file is read or written here: everything works on text.
 """
+
 from __future__ import annotations
 
 import re
 from dataclasses import dataclass
 
-_OPENS = re.compile(r"""^(?P<indent>[ ]*)(?:\#|<!--)[ ]TODO[ ](?P<number>\d+(?:\.\d+)?)(?P<first_line>[ ]\(line[ ]1\))?:[ ]
-                         (?P<title>.*?)(?:[ ]\(until[ ]then:[ ](?P<until_then>.*)\))?(?:[ ]-->)?$""", re.VERBOSE)
+_OPENS = re.compile(
+    r"""^(?P<indent>[ ]*)(?:\#|<!--)[ ]TODO[ ](?P<number>\d+(?:\.\d+)?)(?P<first_line>[ ]\(line[ ]1\))?:[ ]
+                         (?P<title>.*?)(?:[ ]\(until[ ]then:[ ](?P<until_then>.*)\))?(?:[ ]-->)?$""",
+    re.VERBOSE,
+)
 _RULE = re.compile(r"^[ ]*(?:# -{10,}|<!-- (?:- ){5,}-->)$")
 
 
@@ -48,35 +52,45 @@ def regions(text: str) -> dict:
     for index, line in enumerate(lines):
         opens = _OPENS.match(line)
         if opened is None and _RULE.match(line):
-            raise RegionError(f"line {index + 1}: this rule closes no TODO; put its TODO line back, or delete the rule")
+            raise RegionError(
+                f"line {index + 1}: this rule closes no TODO; put its TODO line back, or delete the rule"
+            )
         if opens is not None:
             if opened is not None:
-                raise RegionError(f"line {index + 1}: TODO {opens['number']} begins before TODO {opened[1]['number']} is closed; "
-                                  f"put the rule back that closes TODO {opened[1]['number']}")
+                raise RegionError(
+                    f"line {index + 1}: TODO {opens['number']} begins before TODO {opened[1]['number']} is closed; "
+                    f"put the rule back that closes TODO {opened[1]['number']}"
+                )
             if opens["number"] in found:
-                raise RegionError(f"line {index + 1}: TODO {opens['number']} is there twice; delete one of the two")
+                raise RegionError(
+                    f"line {index + 1}: TODO {opens['number']} is there twice; delete one of the two"
+                )
             opened = index, opens
         elif opened is not None and _RULE.match(line):
             start, opens = opened
             first, end = (0, 1) if opens["first_line"] else (start + 1, index)
-            found[opens["number"]] = Region(opens["number"], opens["title"], first, end, opens["indent"], opens["until_then"])
+            found[opens["number"]] = Region(
+                opens["number"], opens["title"], first, end, opens["indent"], opens["until_then"]
+            )
             opened = None
     if opened is not None:
-        raise RegionError(f"line {opened[0] + 1}: TODO {opened[1]['number']} is not closed; put back the rule after it")
+        raise RegionError(
+            f"line {opened[0] + 1}: TODO {opened[1]['number']} is not closed; put back the rule after it"
+        )
     return found
 
 
 def body(text: str, number: str) -> str:
     """What stands in region `number`, with its line ends. Raises RegionError when there is no such region."""
     region = _region(text, number)
-    return "".join(line + "\n" for line in text.split("\n")[region.first:region.end])
+    return "".join(line + "\n" for line in text.split("\n")[region.first : region.end])
 
 
 def replaced(text: str, number: str, new_body: str) -> str:
     """The file with another body in region `number`. Raises RegionError when there is no such region."""
     region = _region(text, number)
     lines = text.split("\n")
-    return "\n".join(lines[:region.first] + new_body.split("\n")[:-1] + lines[region.end:])
+    return "\n".join(lines[: region.first] + new_body.split("\n")[:-1] + lines[region.end :])
 
 
 def template_body(region: Region) -> str:
@@ -101,7 +115,11 @@ def is_written(text: str, number: str) -> bool:
 
 def _substance(lines: str) -> list:
     stripped = (line.strip() for line in lines.split("\n"))
-    return [line for line in stripped if line and (line.startswith("#!") or not line.startswith(("#", "<!--")))]
+    return [
+        line
+        for line in stripped
+        if line and (line.startswith("#!") or not line.startswith(("#", "<!--")))
+    ]
 
 
 def _region(text: str, number: str) -> Region:

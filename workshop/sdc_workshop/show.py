@@ -10,7 +10,11 @@ from sdc_workshop.exam.answer import PASSED, UNFINISHED, WAITING, WRONG, Answer
 _BAR = 40
 _SIGNS = {PASSED: ("✓", "32"), WRONG: ("✗", "31"), UNFINISHED: ("·", "33"), WAITING: ("○", "33")}
 _PLAIN_SIGNS = {PASSED: "+", WRONG: "x", UNFINISHED: ".", WAITING: "o"}
-_WORDS = {WRONG: "is not right yet", UNFINISHED: "is not written yet", WAITING: "cannot be checked yet"}
+_WORDS = {
+    WRONG: "is not right yet",
+    UNFINISHED: "is not written yet",
+    WAITING: "cannot be checked yet",
+}
 
 
 class Show:
@@ -38,14 +42,18 @@ class Show:
         """One line about a step."""
         sign, colour = _SIGNS[answer.status]
         note = {WAITING: "   (waits)", UNFINISHED: "   (to be written)"}.get(answer.status, "")
-        self._line(f" {self._coloured(_PLAIN_SIGNS[answer.status] if self._plain else sign, colour)} {step.id:22} {step.title}{note}")
+        self._line(
+            f" {self._coloured(_PLAIN_SIGNS[answer.status] if self._plain else sign, colour)} {step.id:22} {step.title}{note}"
+        )
 
     def end(self, steps, answers: dict, everything: bool) -> None:
         """The bar, and the first step that is not passed in full: a wrong one before one that nobody has begun."""
         done = sum(answer.status == PASSED for answer in answers.values())
         filled = round(_BAR * done / len(steps))
         full, empty = ("#", "-") if self._plain else ("█", "░")
-        self._line(f"\n[{self._coloured(full * filled, '32')}{empty * (_BAR - filled)}] {done} of {len(steps)}")
+        self._line(
+            f"\n[{self._coloured(full * filled, '32')}{empty * (_BAR - filled)}] {done} of {len(steps)}"
+        )
         first = first_open(steps, answers)
         if first is None:
             if everything:
@@ -67,7 +75,11 @@ class Show:
             return
         width = max(40, min(shutil.get_terminal_size((120, 24)).columns, 120) - 12)
         # A place is left whole: terminals and editors open it by a click.
-        lines = [text] if name == "where" else textwrap.wrap(text, width, break_long_words=False, break_on_hyphens=False)
+        lines = (
+            [text]
+            if name == "where"
+            else textwrap.wrap(text, width, break_long_words=False, break_on_hyphens=False)
+        )
         for number, line in enumerate(lines):
             self._line(f"  {(name if number == 0 else ''):9} {line}")
 

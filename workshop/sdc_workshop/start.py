@@ -1,4 +1,5 @@
 """./workshop/start DIR: makes a student's workspace."""
+
 from __future__ import annotations
 
 import sys

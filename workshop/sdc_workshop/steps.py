@@ -1,4 +1,5 @@
 """The steps of the workshop in their order, as steps.yaml lists them."""
+
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -34,7 +35,10 @@ def load_steps() -> list:
     """All steps, in order."""
     with open(STEPS_FILE, encoding="utf-8") as file:
         rows = yaml.safe_load(file)
-    return [Step(**{**row, "todo": str(row["todo"]) if row.get("todo") is not None else None}) for row in rows]
+    return [
+        Step(**{**row, "todo": str(row["todo"]) if row.get("todo") is not None else None})
+        for row in rows
+    ]
 
 
 def find_step(step_id: str) -> Step:

@@ -1,4 +1,5 @@
 """Writes workshop/templates anew from the solution. From the project's folder: PYTHONPATH=workshop python3 -m sdc_workshop.templates"""
+
 from __future__ import annotations
 
 import shutil
@@ -9,7 +10,11 @@ from sdc_workshop.workspace import TEMPLATES, derived_templates
 def stale() -> list:
     """The templates that are not what the solution gives: changed, missing, or left over."""
     derived = derived_templates()
-    there = {str(path.relative_to(TEMPLATES)): path.read_text(encoding="utf-8") for path in TEMPLATES.rglob("*") if path.is_file()}
+    there = {
+        str(path.relative_to(TEMPLATES)): path.read_text(encoding="utf-8")
+        for path in TEMPLATES.rglob("*")
+        if path.is_file()
+    }
     return sorted(name for name in {*derived, *there} if derived.get(name) != there.get(name))
 
 

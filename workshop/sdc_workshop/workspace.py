@@ -1,4 +1,5 @@
 """A student's workspace: making one, and applying the solution of a step to one."""
+
 from __future__ import annotations
 
 import os
@@ -27,7 +28,11 @@ def package_files() -> list:
     """All files of a finished workspace, relative to its src folder, sorted."""
     root = SOLUTION / PACKAGE
     found = (path.relative_to(SOLUTION) for path in root.rglob("*") if path.is_file())
-    return sorted(str(path) for path in found if not set(path.parts) & set(_LEFT_OUT) and path.suffix != ".pyc")
+    return sorted(
+        str(path)
+        for path in found
+        if not set(path.parts) & set(_LEFT_OUT) and path.suffix != ".pyc"
+    )
 
 
 def files_to_make() -> set:
@@ -59,7 +64,9 @@ def make(folder: Path) -> None:
     if folder.is_dir() and any(folder.iterdir()):
         raise WorkspaceError(f"{folder} is not empty; name a new folder, or empty this one")
     if (PROJECT / "catkin_ws") in folder.resolve().parents:
-        raise WorkspaceError(f"{folder} lies in the project's own workspace; name a folder elsewhere, such as ~/sdc_ws")
+        raise WorkspaceError(
+            f"{folder} lies in the project's own workspace; name a folder elsewhere, such as ~/sdc_ws"
+        )
     created = files_to_make()
     for name in package_files():
         if name in created:
@@ -81,7 +88,9 @@ def find(start: Path) -> Path:
     for folder in (start, *start.parents):
         if (folder / MARKER).is_file():
             return folder
-    raise WorkspaceError(f"{start} lies in no workspace of the workshop; cd to yours, or make one with ./workshop/start DIR")
+    raise WorkspaceError(
+        f"{start} lies in no workspace of the workshop; cd to yours, or make one with ./workshop/start DIR"
+    )
 
 
 def solution_body(step: Step) -> str:
@@ -112,5 +121,9 @@ def solve(folder: Path, step: Step) -> None:
 
 def differences(folder: Path) -> list:
     """The files of the package that are missing in a workspace or not equal to the solution, byte for byte."""
-    return [name for name in package_files()
-            if not (folder / "src" / name).is_file() or (folder / "src" / name).read_bytes() != (SOLUTION / name).read_bytes()]
+    return [
+        name
+        for name in package_files()
+        if not (folder / "src" / name).is_file()
+        or (folder / "src" / name).read_bytes() != (SOLUTION / name).read_bytes()
+    ]

@@ -1,4 +1,5 @@
 """Lets tests use what stands beside them."""
+
 import sys
 from pathlib import Path
 

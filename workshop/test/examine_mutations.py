@@ -33,7 +33,9 @@ def mutated(text, step, mutation):
     """The file with this mistake in it."""
     region = body(text, step.todo) if step.todo else text
     if region.count(mutation["old"]) != 1:
-        raise ValueError(f"{step.id}, {mutation['name']}: '{mutation['old']}' is there {region.count(mutation['old'])} times")
+        raise ValueError(
+            f"{step.id}, {mutation['name']}: '{mutation['old']}' is there {region.count(mutation['old'])} times"
+        )
     region = region.replace(mutation["old"], mutation["new"])
     return replaced(text, step.todo, region) if step.todo else region
 
@@ -62,11 +64,19 @@ def main():
             if wanted and mutation["step"] not in wanted:
                 continue
             start = time.monotonic()
-            answers[f"{mutation['step']}: {mutation['name']}"] = answer = examine(folder, mutation, stage).as_dict()
+            answers[f"{mutation['step']}: {mutation['name']}"] = answer = examine(
+                folder, mutation, stage
+            ).as_dict()
             as_wanted = answer["status"] == ("wrong" if "hint" in mutation else "passed")
-            if wanted or not as_wanted or not all(word in answer["hint"] for word in mutation.get("hint", [])):
-                print(f"{time.monotonic() - start:.1f} s {mutation['step']}: {mutation['name']} {answer} wanted {mutation.get('hint')}",
-                      file=sys.stderr)
+            if (
+                wanted
+                or not as_wanted
+                or not all(word in answer["hint"] for word in mutation.get("hint", []))
+            ):
+                print(
+                    f"{time.monotonic() - start:.1f} s {mutation['step']}: {mutation['name']} {answer} wanted {mutation.get('hint')}",
+                    file=sys.stderr,
+                )
     print(json.dumps(answers))
 
 

@@ -1,4 +1,5 @@
 """A student's workspace in which all steps are solved, built: what mistakes are made in, and what is to pass."""
+
 import subprocess
 
 from sdc_workshop.steps import load_steps
@@ -16,7 +17,18 @@ def solved(folder):
 
 def build(folder):
     """As a student builds, in a new terminal."""
-    done = subprocess.run(["bash", "-c", "[ ! -f /opt/ros/noetic/setup.bash ] || . /opt/ros/noetic/setup.bash; catkin_make"], cwd=folder,
-                          env={"HOME": str(folder), "PATH": "/usr/bin:/bin"}, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-                          check=False, timeout=300)
+    done = subprocess.run(
+        [
+            "bash",
+            "-c",
+            "[ ! -f /opt/ros/noetic/setup.bash ] || . /opt/ros/noetic/setup.bash; catkin_make",
+        ],
+        cwd=folder,
+        env={"HOME": str(folder), "PATH": "/usr/bin:/bin"},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        check=False,
+        timeout=300,
+    )
     assert done.returncode == 0, done.stdout

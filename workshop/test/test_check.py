@@ -1,4 +1,5 @@
 """./workshop/check as a student meets it: nothing is solved at the start, answers have a place and a mend, unfinished is not wrong."""
+
 import io
 import os
 import subprocess
@@ -30,8 +31,16 @@ def folder(tmp_path):
 
 
 def run(folder, *arguments):
-    return subprocess.run([CHECK, *arguments], cwd=folder, env={**os.environ, "PWD": str(folder)}, stdout=subprocess.PIPE,
-                          stderr=subprocess.STDOUT, text=True, check=False, timeout=120)
+    return subprocess.run(
+        [CHECK, *arguments],
+        cwd=folder,
+        env={**os.environ, "PWD": str(folder)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        check=False,
+        timeout=120,
+    )
 
 
 def answers(folder, *ids):
@@ -52,8 +61,14 @@ def edit(path, old, new):
 
 def test_at_the_start_every_step_is_unfinished_and_has_a_hint(folder):
     found = answers(folder, *(step.id for step in load_steps()))
-    assert {step_id: answer.status for step_id, answer in found.items() if answer.status != UNFINISHED} == {}
-    assert [step_id for step_id, answer in found.items() if not (answer.expected and answer.seen and answer.hint)] == []
+    assert {
+        step_id: answer.status for step_id, answer in found.items() if answer.status != UNFINISHED
+    } == {}
+    assert [
+        step_id
+        for step_id, answer in found.items()
+        if not (answer.expected and answer.seen and answer.hint)
+    ] == []
 
 
 def test_a_comment_is_no_answer_yet(folder):
@@ -72,7 +87,11 @@ def test_without_a_build_what_is_written_waits(folder):
 
 def test_the_line_of_a_syntax_error_is_the_student_s_and_other_steps_are_not_blamed(folder):
     solve(folder, find_step("camera-2"))
-    edit(folder / CAMERA, '        rospy.init_node("camera")', '        # so\n        rospy.init_node("camera"')
+    edit(
+        folder / CAMERA,
+        '        rospy.init_node("camera")',
+        '        # so\n        rospy.init_node("camera"',
+    )
     solve(folder, find_step("camera-1"))
     (folder / CAMERA).chmod(0o755)
     found = answers(folder, "camera-1", "camera-2")
@@ -125,7 +144,9 @@ def test_a_file_that_is_gone(folder):
 def test_command(folder):
     done = run(folder, "messages-7")
     assert done.returncode == 1
-    assert "messages-7: A point of the mission: BaseWaypoint.msg: is not written yet." in done.stdout
+    assert (
+        "messages-7: A point of the mission: BaseWaypoint.msg: is not written yet." in done.stdout
+    )
     assert "src/sdc_package/msg/BaseWaypoint.msg" in done.stdout
     done = run(folder / "src", "--solution", "messages-7")
     assert done.returncode == 0
@@ -138,8 +159,12 @@ def test_command(folder):
 
 
 def test_bad_command_lines_are_one_line(folder, tmp_path):
-    assert run(folder, "camera-9").stdout.startswith("check: there is no step 'camera-9'; there are camera-1, camera-2")
-    assert run(folder, "--solution", "messages").stdout.startswith("check: 'messages' are several steps: messages-1, ")
+    assert run(folder, "camera-9").stdout.startswith(
+        "check: there is no step 'camera-9'; there are camera-1, camera-2"
+    )
+    assert run(folder, "--solution", "messages").stdout.startswith(
+        "check: 'messages' are several steps: messages-1, "
+    )
     done = run(tmp_path, "camera-1")
     assert (done.returncode, done.stdout.count("\n")) == (2, 1)
     assert "in no workspace" in done.stdout
@@ -153,8 +178,14 @@ def test_groups_of_steps():
 
 
 def test_watch_goes_on_when_a_file_is_saved(folder):
-    watch = subprocess.Popen([CHECK, "--watch", "messages-7", "messages-9"], cwd=folder, env={**os.environ, "PWD": str(folder)},
-                             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    watch = subprocess.Popen(
+        [CHECK, "--watch", "messages-7", "messages-9"],
+        cwd=folder,
+        env={**os.environ, "PWD": str(folder)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
     try:
         for step_id in ("messages-7", "messages-9"):
             said = []
@@ -173,8 +204,11 @@ def test_watch_goes_on_when_a_file_is_saved(folder):
 
 def test_what_is_shown():
     steps = [find_step(step_id) for step_id in ("camera-1", "camera-2", "camera-3")]
-    found = {"camera-1": Answer(PASSED), "camera-2": Answer(UNFINISHED, "a", "b", "c", "f", 1),
-             "camera-3": Answer(WRONG, "d", "e", "g", "f", 7)}
+    found = {
+        "camera-1": Answer(PASSED),
+        "camera-2": Answer(UNFINISHED, "a", "b", "c", "f", 1),
+        "camera-3": Answer(WRONG, "d", "e", "g", "f", 7),
+    }
     for encoding, tick, cross in (("utf-8", "✓", "✗"), ("ascii", "+", "x")):
         written = io.BytesIO()
         stream = io.TextIOWrapper(written, encoding)
@@ -186,7 +220,9 @@ def test_what_is_shown():
         assert f" {tick} camera-1" in text
         assert f" {cross} camera-3" in text
         assert "1 of 3" in text
-        assert "camera-3: Camera: the subscriber: is not right yet." in text, "a wrong step comes before one that is not begun"
+        assert "camera-3: Camera: the subscriber: is not right yet." in text, (
+            "a wrong step comes before one that is not begun"
+        )
         assert "where     f:7" in text
 
 
@@ -221,10 +257,24 @@ def test_a_program_that_says_too_much_is_not_kept_whole():
 def test_tracebacks_are_shortened_to_the_student_s_line(tmp_path):
     script = tmp_path / "node.py"
     script.write_text("import json\n\n\ndef f():\n    json.loads('x')\n\n\nf()\n")
-    done = subprocess.run([sys.executable, script], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False, timeout=60)
+    done = subprocess.run(
+        [sys.executable, script],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        check=False,
+        timeout=60,
+    )
     found = crash("[INFO] [1]: hm\n" + done.stdout, script)
     assert (found.kind, found.line) == ("JSONDecodeError", 5)
     script.write_text("rospy.spin()\n")
-    done = subprocess.run([sys.executable, script], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False, timeout=60)
+    done = subprocess.run(
+        [sys.executable, script],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        check=False,
+        timeout=60,
+    )
     assert "import rospy" in meaning(crash(done.stdout, script))
     assert crash("all is well\n", script) is None

@@ -1,4 +1,5 @@
 """The guide's pictures are there and can be drawn anew, and no link in its pages leads nowhere."""
+
 import re
 
 import pytest
@@ -32,5 +33,7 @@ def test_every_picture_is_drawn_and_shown(tmp_path):
     drawn = {path.name for path in tmp_path.iterdir()}
     assert drawn == {f"{picture.__name__}.png" for picture in PICTURES}
     assert drawn == {path.name for path in (WORKSHOP / "pictures").iterdir()}
-    shown = set(re.findall(r"\]\(pictures/(\w+\.png)\)", "".join(page.read_text() for page in PAGES)))
+    shown = set(
+        re.findall(r"\]\(pictures/(\w+\.png)\)", "".join(page.read_text() for page in PAGES))
+    )
     assert shown == drawn

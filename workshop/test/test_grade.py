@@ -1,4 +1,5 @@
 """./workshop/grade: whatever a student's programs do costs that student only, and no student's folder is touched."""
+
 import csv
 import json
 import os
@@ -41,7 +42,12 @@ def left_over(mark):
     found = []
     for name in filter(str.isdigit, os.listdir("/proc")):
         try:
-            line = Path("/proc", name, "cmdline").read_bytes().replace(b"\0", b" ").decode(errors="replace")
+            line = (
+                Path("/proc", name, "cmdline")
+                .read_bytes()
+                .replace(b"\0", b" ")
+                .decode(errors="replace")
+            )
         except OSError:
             continue
         if mark in line:
@@ -55,19 +61,36 @@ def test_each_student_gets_what_is_due(tmp_path):
     loops = workspace(students / "bert", "hello", "messages-1")
     write(loops, find_step("camera-2"), "        while True:\n            pass\n")
     flood = workspace(students / "carl", "messages-1")
-    write(flood, find_step("hello"), "#!/usr/bin/env bash\nfor i in $(seq 400); do setsid sleep 98765 & done\nsleep 98765\n")
+    write(
+        flood,
+        find_step("hello"),
+        "#!/usr/bin/env bash\nfor i in $(seq 400); do setsid sleep 98765 & done\nsleep 98765\n",
+    )
     (flood / "src/sdc_package/scripts/hello.sh").chmod(0o755)
     before = state(students)
     output = tmp_path / "grades"
-    done = subprocess.run([PROJECT / "workshop" / "grade", students, tmp_path / "nobody", "--output", output], stdout=subprocess.PIPE,
-                          stderr=subprocess.STDOUT, text=True, check=False, timeout=LIMIT_S)
+    done = subprocess.run(
+        [PROJECT / "workshop" / "grade", students, tmp_path / "nobody", "--output", output],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        check=False,
+        timeout=LIMIT_S,
+    )
     assert state(students) == before, "a student's folder was touched"
     assert left_over("sleep 98765") == []
     assert left_over(str(solved)) == []
-    rows = {row["student"]: row for row in csv.DictReader((output / "grades.csv").open(encoding="utf-8"))}
+    rows = {
+        row["student"]: row
+        for row in csv.DictReader((output / "grades.csv").open(encoding="utf-8"))
+    }
     assert list(rows)[0] == "ada", done.stdout
 
-    open_steps = {name: value for name, value in rows["ada"].items() if name.startswith("step ") and value != "passed"}
+    open_steps = {
+        name: value
+        for name, value in rows["ada"].items()
+        if name.startswith("step ") and value != "passed"
+    }
     assert open_steps == {}, json.loads((output / "ada" / "answers.json").read_text())
     assert (rows["ada"]["status"], float(rows["ada"]["driving_score"])) == ("completed", 100.0)
     assert (rows["ada"]["steps_done"], rows["ada"]["note"]) == (str(len(load_steps())), "")
@@ -83,13 +106,24 @@ def test_each_student_gets_what_is_due(tmp_path):
     assert done.returncode == 1
 
     page = (output / "grades.html").read_text(encoding="utf-8")
-    for word in ("ada", "bert", "carl", "nobody", "camera-2", "processes were started", "data:image/png;base64,", "<title>"):
+    for word in (
+        "ada",
+        "bert",
+        "carl",
+        "nobody",
+        "camera-2",
+        "processes were started",
+        "data:image/png;base64,",
+        "<title>",
+    ):
         assert word in page
 
 
 def test_a_time_limit_ends_one_student(tmp_path):
     folder = workspace(tmp_path / "slow")
-    (folder / "src/sdc_package/CMakeLists.txt").write_text("cmake_minimum_required(VERSION 3.5)\nexecute_process(COMMAND sleep 98766)\n")
+    (folder / "src/sdc_package/CMakeLists.txt").write_text(
+        "cmake_minimum_required(VERSION 3.5)\nexecute_process(COMMAND sleep 98766)\n"
+    )
     found = grade("slow", folder, tmp_path / "result", 8.0)
     assert found.note == "the build took longer than its time limit and was ended"
     assert left_over("sleep 98766") == []
@@ -97,9 +131,15 @@ def test_a_time_limit_ends_one_student(tmp_path):
 
 def test_ctrl_c_ends_all(tmp_path):
     folder = workspace(tmp_path / "slow")
-    (folder / "src/sdc_package/CMakeLists.txt").write_text("cmake_minimum_required(VERSION 3.5)\nexecute_process(COMMAND sleep 98767)\n")
-    process = subprocess.Popen([PROJECT / "workshop" / "grade", folder, "--output", tmp_path / "grades"], stdout=subprocess.PIPE,
-                               stderr=subprocess.STDOUT, text=True)
+    (folder / "src/sdc_package/CMakeLists.txt").write_text(
+        "cmake_minimum_required(VERSION 3.5)\nexecute_process(COMMAND sleep 98767)\n"
+    )
+    process = subprocess.Popen(
+        [PROJECT / "workshop" / "grade", folder, "--output", tmp_path / "grades"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
     limit = time.monotonic() + 60
     while not left_over("sleep 98767"):
         assert time.monotonic() < limit and process.poll() is None
@@ -119,8 +159,12 @@ def test_copy_leaves_out_what_would_never_end(tmp_path):
     (package / "build").mkdir()
     copy_workspace(folder, tmp_path / "copy")
     copied = tmp_path / "copy" / "src" / "sdc_package"
-    assert (copied / "scripts" / "camera.py").read_bytes() == (package / "scripts" / "camera.py").read_bytes()
-    assert not any((copied / name).exists() for name in ("pipe", "nowhere", "build", "round/scripts"))
+    assert (copied / "scripts" / "camera.py").read_bytes() == (
+        package / "scripts" / "camera.py"
+    ).read_bytes()
+    assert not any(
+        (copied / name).exists() for name in ("pipe", "nowhere", "build", "round/scripts")
+    )
     with pytest.raises(CopyError, match="no src/sdc_package"):
         copy_workspace(tmp_path, tmp_path / "other")
 
@@ -128,24 +172,52 @@ def test_copy_leaves_out_what_would_never_end(tmp_path):
 def test_folders_and_names(tmp_path):
     for name in ("a/ws", "b/ws", "b/c"):
         (tmp_path / name / "src" / "sdc_package").mkdir(parents=True)
-    found = workspaces([tmp_path / "a" / "ws", tmp_path / "b", tmp_path / "b" / "ws", tmp_path / "none"])
-    assert found == [tmp_path / "a" / "ws", tmp_path / "b" / "c", tmp_path / "b" / "ws", tmp_path / "none"]
+    found = workspaces(
+        [tmp_path / "a" / "ws", tmp_path / "b", tmp_path / "b" / "ws", tmp_path / "none"]
+    )
+    assert found == [
+        tmp_path / "a" / "ws",
+        tmp_path / "b" / "c",
+        tmp_path / "b" / "ws",
+        tmp_path / "none",
+    ]
     assert list(names(found).values()) == ["a_ws", "c", "b_ws", "none"]
 
 
 def test_summary_is_not_written_into_a_student_s_folder(tmp_path):
     folder = workspace(tmp_path / "ws")
-    done = subprocess.run([PROJECT / "workshop" / "grade", folder, "--output", folder / "grades"], stdout=subprocess.PIPE,
-                          stderr=subprocess.STDOUT, text=True, check=False, timeout=60)
+    done = subprocess.run(
+        [PROJECT / "workshop" / "grade", folder, "--output", folder / "grades"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        check=False,
+        timeout=60,
+    )
     assert (done.returncode, done.stdout.count("\n")) == (2, 1)
     assert "a student's folder" in done.stdout
 
 
 def test_leaderboard_and_what_is_written_about_strange_names(tmp_path):
     def answer(status):
-        return {"status": status, "expected": "<a & b>", "seen": "", "hint": "", "file": None, "line": None}
-    slow = Grade("slow", tmp_path, {"hello": answer("passed")}, {"driving_score": 80.0, "time_ratio": 2.0, "infractions": {"stop": 3}})
-    quick = Grade("quick", tmp_path, {"hello": answer("passed")}, {"driving_score": 80.0, "time_ratio": 1.1})
+        return {
+            "status": status,
+            "expected": "<a & b>",
+            "seen": "",
+            "hint": "",
+            "file": None,
+            "line": None,
+        }
+
+    slow = Grade(
+        "slow",
+        tmp_path,
+        {"hello": answer("passed")},
+        {"driving_score": 80.0, "time_ratio": 2.0, "infractions": {"stop": 3}},
+    )
+    quick = Grade(
+        "quick", tmp_path, {"hello": answer("passed")}, {"driving_score": 80.0, "time_ratio": 1.1}
+    )
     never = Grade("<b>never</b>", tmp_path, {"hello": answer("wrong")}, {})
     ranked = leaderboard([never, slow, quick])
     assert ranked == [quick, slow, never]

@@ -1,4 +1,5 @@
 """Plays the student: an empty home, and guide.md word for word, on real terminals, with a screen of its own."""
+
 import contextlib
 import os
 import re
@@ -12,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from sdc_package.virtual_display import VirtualDisplay
+from sdc_common.testing.virtual_display import VirtualDisplay
 from sdc_workshop.guide import GuideError, missing_line, read
 from sdc_workshop.steps import Step, load_steps
 from sdc_workshop.workspace import PROJECT, differences, solution_body, write
@@ -33,8 +34,14 @@ class Terminal:
         settings = termios.tcgetattr(screen)
         settings[3] &= ~termios.ECHO
         termios.tcsetattr(screen, termios.TCSANOW, settings)
-        self.shell = subprocess.Popen(["setsid", "--ctty", "bash", "--norc", "--noprofile", "--noediting", "-i"], cwd=home,
-                                      env={**environment, "PS1": "[prompt:$?]", "TERM": "dumb"}, stdin=screen, stdout=screen, stderr=screen)
+        self.shell = subprocess.Popen(
+            ["setsid", "--ctty", "bash", "--norc", "--noprofile", "--noediting", "-i"],
+            cwd=home,
+            env={**environment, "PS1": "[prompt:$?]", "TERM": "dumb"},
+            stdin=screen,
+            stdout=screen,
+            stderr=screen,
+        )
         os.close(screen)
         threading.Thread(target=self.listen, daemon=True).start()
         self.typed_at = 0
@@ -51,7 +58,7 @@ class Terminal:
     @property
     def said(self):
         """What it has said since the last line was typed."""
-        return self.heard[self.typed_at:].replace("\r\n", "\n")
+        return self.heard[self.typed_at :].replace("\r\n", "\n")
 
     def wait(self, condition, what):
         """The first true value of condition(said)."""
@@ -62,7 +69,9 @@ class Terminal:
                 if value:
                     return value
                 left = limit - time.monotonic()
-                assert left > 0.0, f"waited in vain for {what} in the terminal {self.name}, which says\n{self.said}"
+                assert left > 0.0, (
+                    f"waited in vain for {what} in the terminal {self.name}, which says\n{self.said}"
+                )
                 self.changed.wait(left)
 
     def type(self, line):
@@ -75,7 +84,7 @@ class Terminal:
         """Type a line and wait for its end; returns (status, what it said)."""
         self.type(line)
         prompt = self.wait(PROMPT.search, f"the end of '{line}'")
-        return int(prompt[1]), self.said[:prompt.start()]
+        return int(prompt[1]), self.said[: prompt.start()]
 
     def interrupt(self):
         """Ctrl-C, until the prompt is back."""
@@ -109,11 +118,16 @@ class Student:
         self.workspace = home / "sdc_ws"
         self.display = display
         self.environment = {
-            "HOME": str(home), "PATH": "/usr/bin:/bin", "LANG": os.environ.get("LANG", "C.UTF-8"),
-            "DISPLAY": display.environment["DISPLAY"], "LIBGL_ALWAYS_SOFTWARE": "1",
+            "HOME": str(home),
+            "PATH": "/usr/bin:/bin",
+            "LANG": os.environ.get("LANG", "C.UTF-8"),
+            "DISPLAY": display.environment["DISPLAY"],
+            "LIBGL_ALWAYS_SOFTWARE": "1",
             # A master of its own, beside those of other tests.
-            "ROS_MASTER_URI": f"http://127.0.0.1:{port}", "ROS_IP": "127.0.0.1",
-            "BASH_FUNC_roscore%%": f"() {{ command roscore -p {port}; }}"}
+            "ROS_MASTER_URI": f"http://127.0.0.1:{port}",
+            "ROS_IP": "127.0.0.1",
+            "BASH_FUNC_roscore%%": f"() {{ command roscore -p {port}; }}",
+        }
         self.terminals = {}
         self.said = ""
         self.held = []
@@ -145,7 +159,9 @@ class Student:
         self.said = ""
         for line in lines:
             if line.startswith("./workshop/check "):
-                self.steps_seen.update(terminal.run(line.replace("./workshop/check", "echo"))[1].split())
+                self.steps_seen.update(
+                    terminal.run(line.replace("./workshop/check", "echo"))[1].split()
+                )
             status, said = terminal.run(line)
             self.said += said
             assert status == 0, f"'{line}' ended with {status}:\n{said}"
@@ -160,7 +176,9 @@ class Student:
             missing = missing_line(block.text, self.said)
             assert missing is None, f"'{missing}' is not in\n{self.said}"
         else:
-            self.terminal(block.terminal).wait(lambda said: missing_line(block.text, said) is None, block.text)
+            self.terminal(block.terminal).wait(
+                lambda said: missing_line(block.text, said) is None, block.text
+            )
 
     def window(self, block):
         limit = time.monotonic() + PATIENCE_S
@@ -183,7 +201,9 @@ class Student:
             self.display.press(key)
 
     def write(self, block):
-        steps = [step for step in load_steps() if (step.file, step.todo) == (block.file, block.todo)]
+        steps = [
+            step for step in load_steps() if (step.file, step.todo) == (block.file, block.todo)
+        ]
         if steps:
             write(self.workspace, steps[0], block.text)
             self.steps_seen.add(steps[0].id)
@@ -224,20 +244,34 @@ def test_the_guide_leads_to_a_car_that_drives(student):
         try:
             student.follow(block)
         except Exception as error:
-            others = "".join(f"\n== terminal {name}:\n{terminal.said[-3000:]}" for name, terminal in student.terminals.items())
+            others = "".join(
+                f"\n== terminal {name}:\n{terminal.said[-3000:]}"
+                for name, terminal in student.terminals.items()
+            )
             raise AssertionError(f"{GUIDE}, line {block.line}: {error}{others}") from error
         times.append((time.monotonic() - start, block.line))
     assert differences(student.workspace) == [], "the files are not the solution's"
-    assert [step.id for step in load_steps() if step.id not in student.steps_seen] == [], "steps that the guide leaves out"
-    print("slowest blocks (s, line):", [(round(seconds, 1), line) for seconds, line in sorted(times, reverse=True)[:12]])
+    assert [step.id for step in load_steps() if step.id not in student.steps_seen] == [], (
+        "steps that the guide leaves out"
+    )
+    print(
+        "slowest blocks (s, line):",
+        [(round(seconds, 1), line) for seconds, line in sorted(times, reverse=True)[:12]],
+    )
 
 
 def test_snippets_are_the_solution():
     """The same is found at the end of the long test; this one says at once which snippet has drifted."""
-    written = {(block.file, block.todo): block for block in read(GUIDE.read_text(encoding="utf-8")) if block.does == "write"}
+    written = {
+        (block.file, block.todo): block
+        for block in read(GUIDE.read_text(encoding="utf-8"))
+        if block.does == "write"
+    }
     for step in filter(lambda step: step.file, load_steps()):
         block = written[step.file, step.todo]
-        assert block.text == solution_body(step), f"{GUIDE}, line {block.line}: not what the solution has at {step.place}"
+        assert block.text == solution_body(step), (
+            f"{GUIDE}, line {block.line}: not what the solution has at {step.place}"
+        )
 
 
 def test_blocks_that_nobody_can_follow():

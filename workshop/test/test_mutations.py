@@ -1,5 +1,6 @@
 """Every typical mistake is caught by the check of its step, called wrong and not unfinished, and its hint names it; other words for the
 right thing pass."""
+
 import json
 import os
 import subprocess
@@ -33,9 +34,25 @@ def test_mistakes_are_caught_and_named_and_other_words_pass(part, tmp_path):
     folder = solved(tmp_path / "ws")
     devel = next(Path(PROJECT).glob("catkin_ws/devel/lib/python3*/dist-packages"))
     done = subprocess.run(
-        [sys.executable, "-B", str(Path(__file__).with_name("examine_mutations.py")), str(folder), str(part), str(PARTS)],
-        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(PROJECT / "workshop"), str(devel), os.environ.get("PYTHONPATH", "")])},
-        capture_output=True, text=True, timeout=LIMIT_S, check=False)
+        [
+            sys.executable,
+            "-B",
+            str(Path(__file__).with_name("examine_mutations.py")),
+            str(folder),
+            str(part),
+            str(PARTS),
+        ],
+        env={
+            **os.environ,
+            "PYTHONPATH": os.pathsep.join(
+                [str(PROJECT / "workshop"), str(devel), os.environ.get("PYTHONPATH", "")]
+            ),
+        },
+        capture_output=True,
+        text=True,
+        timeout=LIMIT_S,
+        check=False,
+    )
     assert done.returncode == 0, done.stderr
     answers = json.loads(done.stdout.splitlines()[-1])
     wanted = [*mutations(), *alternatives()][part::PARTS]
@@ -49,6 +66,10 @@ def test_mistakes_are_caught_and_named_and_other_words_pass(part, tmp_path):
                 failures.append(f"{name} is right\n  {answer}")
             continue
         missing = [word for word in mutation["hint"] if word not in answer["hint"]]
-        if answer["status"] != "wrong" or missing or not (answer["expected"] and answer["seen"] and answer["file"]):
+        if (
+            answer["status"] != "wrong"
+            or missing
+            or not (answer["expected"] and answer["seen"] and answer["file"])
+        ):
             failures.append(f"{name}: {answer['status']}; not in its hint: {missing}\n  {answer}")
     assert failures == [], "\n".join(failures)

@@ -1,19 +1,25 @@
 """Regions are found, taken out, put in, and refused with a place and a mend where they are broken."""
+
 import pytest
 
 from sdc_workshop.regions import RegionError, body, is_written, regions, replaced, template
 
 RULE = "# ----------------\n"
-PYTHON = (f"#!/usr/bin/env python3\n# TODO 1 (line 1): the interpreter\n{RULE}def f(x):\n"
-          f"    # TODO 2.1: twice x (until then: return 0)\n    return 2 * x\n    {RULE}"
-          f"    # TODO 3: more\n    x = 1\n    y = 2\n    {RULE}")
+PYTHON = (
+    f"#!/usr/bin/env python3\n# TODO 1 (line 1): the interpreter\n{RULE}def f(x):\n"
+    f"    # TODO 2.1: twice x (until then: return 0)\n    return 2 * x\n    {RULE}"
+    f"    # TODO 3: more\n    x = 1\n    y = 2\n    {RULE}"
+)
 XML = "<a>\n  <!-- TODO 1: a node -->\n  <node/>\n  <!-- - - - - - - - -->\n</a>\n"
 
 
 def test_regions_are_found_in_their_order():
     found = regions(PYTHON)
     assert [(region.number, region.title, region.line) for region in found.values()] == [
-        ("1", "the interpreter", 1), ("2.1", "twice x", 6), ("3", "more", 9)]
+        ("1", "the interpreter", 1),
+        ("2.1", "twice x", 6),
+        ("3", "more", 9),
+    ]
     assert found["2.1"].until_then == "return 0"
     assert regions(XML)["1"].title == "a node"
 
@@ -44,11 +50,15 @@ def test_comments_and_blank_lines_are_not_yet_an_answer():
     assert is_written(replaced(empty, "3", "    pass\n"), "3")
 
 
-@pytest.mark.parametrize(("text", "says"), [
-    (f"# TODO 1: a\n# TODO 2: b\n{RULE}", "line 2: TODO 2 begins before TODO 1 is closed"),
-    ("x\n# TODO 1: a\nx\n", "line 2: TODO 1 is not closed"),
-    (f"x\n{RULE}", "line 2: this rule closes no TODO"),
-    (f"# TODO 1: a\n{RULE}# TODO 1: a\n{RULE}", "line 3: TODO 1 is there twice")])
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        (f"# TODO 1: a\n# TODO 2: b\n{RULE}", "line 2: TODO 2 begins before TODO 1 is closed"),
+        ("x\n# TODO 1: a\nx\n", "line 2: TODO 1 is not closed"),
+        (f"x\n{RULE}", "line 2: this rule closes no TODO"),
+        (f"# TODO 1: a\n{RULE}# TODO 1: a\n{RULE}", "line 3: TODO 1 is there twice"),
+    ],
+)
 def test_broken_files_are_refused_with_a_place(text, says):
     with pytest.raises(RegionError, match=says):
         regions(text)

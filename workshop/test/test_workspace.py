@@ -1,4 +1,5 @@
 """One source: the templates are what the solution gives, the steps cover it, and solving them all gives it back."""
+
 import os
 import subprocess
 
@@ -7,10 +8,23 @@ import pytest
 from sdc_workshop.regions import regions
 from sdc_workshop.steps import StepError, find_step, load_steps
 from sdc_workshop.templates import stale
-from sdc_workshop.workspace import PROJECT, SOLUTION, WorkspaceError, derived_templates, differences, find, make, solve
+from sdc_workshop.workspace import (
+    PROJECT,
+    SOLUTION,
+    WorkspaceError,
+    derived_templates,
+    differences,
+    find,
+    make,
+    solve,
+)
 
-WANTED = {"camera": ["1", "2", "3", "4", "5"], "mission_planner": list("123456789"), "local_planner": list("12345678"),
-          "controller": [f"1.{i}" for i in range(1, 6)] + [f"2.{i}" for i in range(1, 10)]}
+WANTED = {
+    "camera": ["1", "2", "3", "4", "5"],
+    "mission_planner": list("123456789"),
+    "local_planner": list("12345678"),
+    "controller": [f"1.{i}" for i in range(1, 6)] + [f"2.{i}" for i in range(1, 10)],
+}
 
 
 def test_templates_are_fresh():
@@ -27,7 +41,11 @@ def test_every_region_has_one_step_and_every_todo_of_the_workshop_its_region():
     steps = load_steps()
     assert len({step.id for step in steps}) == len(steps)
     covered = [(step.file, step.todo) for step in steps if step.todo]
-    there = [(name, number) for name in derived_templates() for number in regions((SOLUTION / name).read_text())]
+    there = [
+        (name, number)
+        for name in derived_templates()
+        for number in regions((SOLUTION / name).read_text())
+    ]
     assert sorted(covered) == sorted(there)
     for node, numbers in WANTED.items():
         for number in numbers:
@@ -66,7 +84,13 @@ def test_folders_that_cannot_become_a_workspace(tmp_path):
 
 def test_start_refuses_in_one_line(tmp_path):
     (tmp_path / "mine").write_text("")
-    done = subprocess.run([PROJECT / "workshop" / "start", tmp_path], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-                          check=False, timeout=120)
+    done = subprocess.run(
+        [PROJECT / "workshop" / "start", tmp_path],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        check=False,
+        timeout=120,
+    )
     assert done.returncode == 1
     assert done.stdout == f"start: {tmp_path} is not empty; name a new folder, or empty this one\n"

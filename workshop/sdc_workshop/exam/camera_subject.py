@@ -30,9 +30,9 @@ class CameraSubject(NodeSubject):
 
     def problems(self, variant: Variant, stage) -> list:
         if "1" in variant.judged:
-            found = interpreter_problem(variant.text, ("python3",), "#!/usr/bin/env python3") or permission_problem(
-                stage.student, self.file
-            )
+            found = interpreter_problem(
+                variant.text, ("python3",), "#!/usr/bin/env python3"
+            ) or permission_problem(stage.student, self.file)
             if found is not None:
                 return [Problem(found.expected, found.seen, found.hint, "1", 1)]
             if variant.judged == ("1",):
@@ -70,14 +70,17 @@ class CameraSubject(NodeSubject):
             wanted = LaneFilter(LaneFilterThresholds(**THRESHOLDS)).mask(road())
             if masks.messages[0].header.frame_id != message.header.frame_id:
                 return Problem(
-                    "the mask carries the header of its picture", "another header", "publish(mask, message.header) hands it on.", "4"
+                    "the mask carries the header of its picture",
+                    "another header",
+                    "publish(mask, message.header) hands it on.",
+                    "4",
                 )
             if mask.shape != (wanted.size,) or np.count_nonzero(mask != wanted.ravel()) > 20:
                 return Problem(
                     "the mask of the lane filter for this picture",
                     "another mask",
                     'Is the picture turned into "bgra8" (blue, green, red, alpha: as the car sends it), and does mask come from '
-                    'self.lane_filter.mask(image)?',
+                    "self.lane_filter.mask(image)?",
                     "4",
                 )
         return None
@@ -95,7 +98,12 @@ class CameraSubject(NodeSubject):
                 "4",
             )
         if how == "busy":
-            return Problem("a mask for each picture", "the callback runs in circles", "Is there a loop in it that never ends?", "4")
+            return Problem(
+                "a mask for each picture",
+                "the callback runs in circles",
+                "Is there a loop in it that never ends?",
+                "4",
+            )
         return Problem(
             f"a mask on {MASKS} for a picture on {PICTURES}",
             "the picture came, and nothing happened",
@@ -114,7 +122,10 @@ class CameraSubject(NodeSubject):
 
         display = stage.display
         with stage.node(
-            variant, {"show_window": True, "lane_filter": THRESHOLDS}, DISPLAY=display.environment["DISPLAY"], SDL_AUDIODRIVER="dummy"
+            variant,
+            {"show_window": True, "lane_filter": THRESHOLDS},
+            DISPLAY=display.environment["DISPLAY"],
+            SDL_AUDIODRIVER="dummy",
         ) as node:
             pictures = node.publisher(PICTURES, Image)
             message = CvBridge().cv2_to_imgmsg(road(), "bgra8")
@@ -156,7 +167,13 @@ class LaneFilterSubject(Subject):
         if isinstance(found, Problem):
             return [found]
         top = int(480 * THRESHOLDS["horizon_fraction"])
-        white, yellow, sky, road_between, shape = found["white_line"], found["yellow_line"], found["sky"], found["asphalt"], found["shape"]
+        white, yellow, sky, road_between, shape = (
+            found["white_line"],
+            found["yellow_line"],
+            found["sky"],
+            found["asphalt"],
+            found["shape"],
+        )
         if shape != [480, 640]:
             return [
                 Problem(

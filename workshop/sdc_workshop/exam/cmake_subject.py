@@ -44,7 +44,9 @@ class CMakeSubject(Subject):
         )
         if done.returncode != 0:
             return [_cmake_error(done.stdout, path)]
-        called = [(name, words.split(";") if words else []) for name, words in _CALL.findall(done.stdout)]
+        called = [
+            (name, words.split(";") if words else []) for name, words in _CALL.findall(done.stdout)
+        ]
         return [
             *self._components(called),
             *self._message_files(called),
@@ -82,7 +84,9 @@ class CMakeSubject(Subject):
             ("geometry_msgs", "Some messages have a field of this package."),
         ):
             if wanted not in found:
-                yield _missing("find_package(catkin REQUIRED COMPONENTS ...)", wanted, found, "1", why)
+                yield _missing(
+                    "find_package(catkin REQUIRED COMPONENTS ...)", wanted, found, "1", why
+                )
 
     def _message_files(self, called):
         found = self._words(called, "add_message_files", "FILES", ("DIRECTORY",))
@@ -132,9 +136,14 @@ class CMakeSubject(Subject):
                     wanted,
                     found,
                     "3",
-                    why + " After the word DEPENDENCIES stand all packages whose messages ours use.",
+                    why
+                    + " After the word DEPENDENCIES stand all packages whose messages ours use.",
                 )
-        order = [name for name, _ in called if name in ("add_message_files", "generate_messages", "catkin_package")]
+        order = [
+            name
+            for name, _ in called
+            if name in ("add_message_files", "generate_messages", "catkin_package")
+        ]
         if order and order[-1] == "add_message_files":
             yield Problem(
                 "add_message_files before generate_messages",
@@ -144,9 +153,19 @@ class CMakeSubject(Subject):
             )
 
     def _package(self, called):
-        found = self._words(called, "catkin_package", "CATKIN_DEPENDS", ("DEPENDS", "INCLUDE_DIRS", "LIBRARIES", "CFG_EXTRAS"))
+        found = self._words(
+            called,
+            "catkin_package",
+            "CATKIN_DEPENDS",
+            ("DEPENDS", "INCLUDE_DIRS", "LIBRARIES", "CFG_EXTRAS"),
+        )
         if found is None:
-            yield Problem("catkin_package(CATKIN_DEPENDS ...)", "catkin_package is not called", "It declares the package.", "4")
+            yield Problem(
+                "catkin_package(CATKIN_DEPENDS ...)",
+                "catkin_package is not called",
+                "It declares the package.",
+                "4",
+            )
             return
         for wanted in ("message_runtime", "std_msgs", "geometry_msgs"):
             if wanted not in found:
@@ -171,7 +190,9 @@ class CMakeSubject(Subject):
                 "6",
             )
             return
-        for script in _SCRIPT.findall(body((SOLUTION / self.file).read_text(encoding="utf-8"), "6")):
+        for script in _SCRIPT.findall(
+            body((SOLUTION / self.file).read_text(encoding="utf-8"), "6")
+        ):
             if script not in found:
                 yield _missing(
                     "catkin_install_python(PROGRAMS ...)",
@@ -192,7 +213,12 @@ class CMakeSubject(Subject):
 def _missing(command, wanted, found, todo, why) -> Problem:
     near = difflib.get_close_matches(wanted, found, 1, 0.75)
     spelt = f"Is {near[0]} misspelt? " if near else ""
-    return Problem(f"{wanted} in {command}", ", ".join(found) or "nothing", f"{spelt}{wanted} is missing. {why}", todo)
+    return Problem(
+        f"{wanted} in {command}",
+        ", ".join(found) or "nothing",
+        f"{spelt}{wanted} is missing. {why}",
+        todo,
+    )
 
 
 def _cmake_error(said, path) -> Problem:
@@ -232,8 +258,16 @@ class PackageXmlSubject(Subject):
         }
         found = []
         for kind, name, why in (
-            ("build_depend", "message_generation", "it makes the classes while the package is built"),
-            ("build_export_depend", "message_runtime", "who builds upon this package needs the messages' runtime"),
+            (
+                "build_depend",
+                "message_generation",
+                "it makes the classes while the package is built",
+            ),
+            (
+                "build_export_depend",
+                "message_runtime",
+                "who builds upon this package needs the messages' runtime",
+            ),
             ("exec_depend", "message_runtime", "the classes need it when they are used"),
             ("build_depend", "geometry_msgs", "a field of our messages comes from it"),
             ("exec_depend", "geometry_msgs", "a field of our messages comes from it"),

@@ -38,9 +38,9 @@ class ControllerSubject(NodeSubject):
             return found
         if how == "ended":
             return self.ended_problem(node, variant)
-        return self.publisher_problem(node, COMMANDS, message_name("CarlaVehicleControl"), "1.3") or self.subscriber_problem(
-            node, ODOMETRY, "nav_msgs/Odometry", "1.4"
-        )
+        return self.publisher_problem(
+            node, COMMANDS, message_name("CarlaVehicleControl"), "1.3"
+        ) or self.subscriber_problem(node, ODOMETRY, "nav_msgs/Odometry", "1.4")
 
 
 def is_stop(command) -> bool:
@@ -73,7 +73,10 @@ class BasicControlSubject(ControllerSubject):
             found = self._connection_problem(node, how, variant)
             if found is not None or variant.judged == ("1.2",):
                 return found
-            heard, odometry = node.listener(COMMANDS, CarlaVehicleControl), node.publisher(ODOMETRY, Odometry)
+            heard, odometry = (
+                node.listener(COMMANDS, CarlaVehicleControl),
+                node.publisher(ODOMETRY, Odometry),
+            )
             stamps = []
 
             def say():
@@ -98,9 +101,7 @@ class BasicControlSubject(ControllerSubject):
                     or (abs(got["brake"] - THROTTLE) < _NEAR)
                     or abs(got["brake"] - STEER) < _NEAR
                 ):
-                    hint = (
-                        "throttle, steer and brake have changed places: the fields of a message are best given by name, throttle=throttle."
-                    )
+                    hint = "throttle, steer and brake have changed places: the fields of a message are best given by name, throttle=throttle."
                 return Problem(_command(values), _command(got), hint, "1.5")
             if command.header.stamp not in stamps:
                 return Problem(
@@ -131,7 +132,11 @@ class BasicControlSubject(ControllerSubject):
         if found is not None:
             return found
         if how == "busy":
-            return Problem("a command for each odometry", "a callback runs in circles", "Is there a loop in it that never ends?")
+            return Problem(
+                "a command for each odometry",
+                "a callback runs in circles",
+                "Is there a loop in it that never ends?",
+            )
         if "1.5" in variant.judged:
             return Problem(
                 f"a command on {COMMANDS} for each odometry",
@@ -157,10 +162,21 @@ class PathFollowingSubject(ControllerSubject):
         from nav_msgs.msg import Odometry
         from sdc_package.msg import CarlaVehicleControl, LocalPath
 
-        settings = {"basic_control": False, "patience_s": 1000.0, "stop_brake": STOP_BRAKE, "steering_method": "stanley"}
+        settings = {
+            "basic_control": False,
+            "patience_s": 1000.0,
+            "stop_brake": STOP_BRAKE,
+            "steering_method": "stanley",
+        }
         with stage.node(variant, settings) as node:
-            how = node.wait_until(lambda: node.subscribes(ODOMETRY) and node.publishes(COMMANDS) and node.subscribes(ROAD))
-            found = self._connection_problem(node, how, variant) or self.subscriber_problem(node, ROAD, message_name("LocalPath"), "2.2")
+            how = node.wait_until(
+                lambda: (
+                    node.subscribes(ODOMETRY) and node.publishes(COMMANDS) and node.subscribes(ROAD)
+                )
+            )
+            found = self._connection_problem(node, how, variant) or self.subscriber_problem(
+                node, ROAD, message_name("LocalPath"), "2.2"
+            )
             if found is not None:
                 return found
             drive = Drive(
@@ -183,9 +199,19 @@ class PathFollowingSubject(ControllerSubject):
                     return found
                 if drive.answer is None:
                     return self._silence(node, how, variant)
-                wanted, got = drive.wanted(scene), {name: getattr(drive.answer, name) for name in ("throttle", "steer", "brake")}
-                todo = next((todo for todo in ("2.9", "2.8", "2.3") if todo in variant.judged), None)
-                return Problem(f"{scene.text}: {_command(wanted)}", _command(got), self._hint(wanted, got, scene, todo), todo)
+                wanted, got = (
+                    drive.wanted(scene),
+                    {name: getattr(drive.answer, name) for name in ("throttle", "steer", "brake")},
+                )
+                todo = next(
+                    (todo for todo in ("2.9", "2.8", "2.3") if todo in variant.judged), None
+                )
+                return Problem(
+                    f"{scene.text}: {_command(wanted)}",
+                    _command(got),
+                    self._hint(wanted, got, scene, todo),
+                    todo,
+                )
             return self.crash_problem(node, variant)
 
     @staticmethod
@@ -196,33 +222,44 @@ class PathFollowingSubject(ControllerSubject):
         if todo == "2.3":
             return "The path that was kept is another one than the one that came: each row is (point.x, point.y, point.v), in this order."
         if todo == "2.9" and near(got["steer"], -wanted["steer"]) and abs(wanted["steer"]) > 0.03:
-            return ("The sign of steer is wrong: a positive wheel angle turns left, a positive steer command turns right; "
-                    "self.steering_map.command knows.")
-        if todo == "2.9" and near(got["throttle"], wanted["brake"]) and near(got["brake"], wanted["throttle"]):
+            return (
+                "The sign of steer is wrong: a positive wheel angle turns left, a positive steer command turns right; "
+                "self.steering_map.command knows."
+            )
+        if (
+            todo == "2.9"
+            and near(got["throttle"], wanted["brake"])
+            and near(got["brake"], wanted["throttle"])
+        ):
             return "throttle and brake have changed places: pedals() returns (throttle, brake), publish() takes throttle, steer, brake."
         if near(got["steer"], wanted["steer"]):
             return {
                 "2.8": "The steering is right, the pedals are not: self.speed_control.acceleration takes the target's speed, the "
-                       "target's acceleration, the car's speed and the step, in this order.",
+                "target's acceleration, the car's speed and the step, in this order.",
                 "2.9": "The steering is right, the pedals are not: pedals(acceleration) returns (throttle, brake), and publish takes "
-                       "throttle, steer, brake in this order.",
+                "throttle, steer, brake in this order.",
             }.get(todo, "The pedals are wrong.")
         return {
             "2.8": "The steering is wrong: self.steering.wheel_angle takes the road, x, y, yaw, speed and yaw rate, in this order; "
-                   "angles are in radians.",
+            "angles are in radians.",
             "2.9": "The steering is wrong: self.steering_map.command(wheel_angle, speed) makes the steer command, and returns with it "
-                   "whether it was limited.",
+            "whether it was limited.",
         }.get(todo, "The steering is wrong.")
 
     def _silence(self, node, how, variant):
         said = refusal(node)
         if how == "busy":
             return Problem(
-                "a command for each pair of odometry and path", "a callback runs in circles", "Is there a loop in it that never ends?"
+                "a command for each pair of odometry and path",
+                "a callback runs in circles",
+                "Is there a loop in it that never ends?",
             )
         if said is not None and "refused a path" in said:
             return Problem(
-                "the path is kept", f"the node says: {said}", "Each row of the list is (point.x, point.y, point.v): three numbers.", "2.3"
+                "the path is kept",
+                f"the node says: {said}",
+                "Each row of the list is (point.x, point.y, point.v): three numbers.",
+                "2.3",
             )
         hints = {
             "2.2": "The third argument of rospy.Subscriber is the function that is called with each message: self.on_path.",
@@ -243,15 +280,33 @@ class Scene:
     """A place and a speed of the car, and the speeds planned on a straight road along the line y = x / 2 + 1."""
 
     def __init__(self, text, x, y, yaw, speed, planned, pedals):
-        self.text, self.x, self.y, self.yaw, self.speed, self.planned, self.pedals = text, x, y, yaw, speed, planned, pedals
+        self.text, self.x, self.y, self.yaw, self.speed, self.planned, self.pedals = (
+            text,
+            x,
+            y,
+            yaw,
+            speed,
+            planned,
+            pedals,
+        )
 
     def rows(self):
         return [(0.9 * i, 0.45 * i + 1.0, self.planned(i)) for i in range(25)]
 
 
 SCENES = (
-    Scene("A car to the left of its road, too slow", 4.0, 3.6, 0.4636, 1.0, lambda i: 6.0, "throttle"),
-    Scene("A car to the right of its road that points to the left, too fast", 4.0, 2.5, 0.6636, 12.0, lambda i: 6.0, "brake"),
+    Scene(
+        "A car to the left of its road, too slow", 4.0, 3.6, 0.4636, 1.0, lambda i: 6.0, "throttle"
+    ),
+    Scene(
+        "A car to the right of its road that points to the left, too fast",
+        4.0,
+        2.5,
+        0.6636,
+        12.0,
+        lambda i: 6.0,
+        "brake",
+    ),
     Scene(
         "A car that is as fast as planned, while the plan speeds up",
         4.0,
@@ -295,25 +350,32 @@ class Drive:
                 self.road.publish(LocalPath([Waypoint(*row) for row in scene.rows()]))
 
             def answers(stamp=stamp, before=before):
-                return [command for command in self.heard.messages[before:] if command.header.stamp == stamp and not is_stop(command)]
+                return [
+                    command
+                    for command in self.heard.messages[before:]
+                    if command.header.stamp == stamp and not is_stop(command)
+                ]
 
             how = self.node.ask(say, answers)
             if how != "true":
                 self.answer = None
                 return how
             self.answer = answers()[0]
-            if all(abs(getattr(self.answer, name) - value) < (0.002 if name == "steer" else 0.03) for name, value in wanted.items()):
+            if all(
+                abs(getattr(self.answer, name) - value) < (0.002 if name == "steer" else 0.03)
+                for name, value in wanted.items()
+            ):
                 return "true"
         return "false"
 
     def wanted(self, scene) -> dict:
         """The command that this scene comes to, as the car's library reckons it."""
-        from sdc_package.axles import Axles
-        from sdc_package.car import PedalMap, SteeringMap
-        from sdc_package.local_path import LocalPath as Road
+        from sdc_package.actuation import PedalMap, SteeringMap
+        from sdc_package.local_path import ReferencePath as Road
         from sdc_package.pid import PidGains
-        from sdc_package.speed import SpeedControl, SpeedControlLimits
-        from sdc_package.steering import load_steering
+        from sdc_package.speed_control import SpeedControl, SpeedControlLimits
+        from sdc_package.steering.axles import Axles
+        from sdc_package.steering.method import load_steering
 
         figures = self.figures
         road = Road()
@@ -321,7 +383,9 @@ class Drive:
         control = SpeedControl(PidGains(**figures["pid"]), SpeedControlLimits(**figures["limits"]))
         target = road.nearest(scene.x, scene.y, control.preview_m(scene.speed))
         for _ in range(self.TICKS):
-            acceleration = control.acceleration(target.speed_mps, target.acceleration_mps2, scene.speed, self.STEP_S)
+            acceleration = control.acceleration(
+                target.speed_mps, target.acceleration_mps2, scene.speed, self.STEP_S
+            )
         steering = load_steering("stanley", figures["stanley"], Axles(**figures["axles"]))
         throttle, brake = PedalMap(**figures["pedals"]).pedals(acceleration)
         steer, _ = SteeringMap(**figures["steering"]).command(

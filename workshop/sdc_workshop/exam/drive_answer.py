@@ -14,7 +14,7 @@ _REFEREE = re.compile(r"referee: (\w+): (.*)")
 _MEANINGS = {
     "off_route": "The car has left its road: look at steering and local planner; `./workshop/check` says whether a step is wrong.",
     "blocked": "The car stands: does it get a path, and does the controller answer it? `rostopic echo "
-               "/carla/ego_vehicle/vehicle_control_cmd` shows its commands.",
+    "/carla/ego_vehicle/vehicle_control_cmd` shows its commands.",
     "timeout": "The car is far too slow: look at the planned speeds and at the pedals.",
     "collision": "The car has hit something.",
     "aborted": "A node has ended before the drive was over: its words above say why.",
@@ -26,7 +26,16 @@ def drive_answer(stage) -> tuple:
     report = stage.folder / "report" / "report.json"
     stage.master  # noqa: B018  roslaunch finds a master that runs, and uses it
     with stage.program(
-        ["roslaunch", "--skip-log-check", "sdc_package", "all.launch", "sync:=true", "camera:=false", "headless:=true", f"report:={report}"]
+        [
+            "roslaunch",
+            "--skip-log-check",
+            "sdc_package",
+            "all.launch",
+            "sync:=true",
+            "camera:=false",
+            "headless:=true",
+            f"report:={report}",
+        ]
     ) as program:
         status = program.wait(LIMIT_S)
         output = plain(program.output)
@@ -36,7 +45,11 @@ def drive_answer(stage) -> tuple:
     stage.clear()
     if not report.is_file():
         broken = crash(output, stage.student.src)
-        seen = broken.error if broken else ("no end after " + f"{LIMIT_S:g} s" if status is None else last_words(output))
+        seen = (
+            broken.error
+            if broken
+            else ("no end after " + f"{LIMIT_S:g} s" if status is None else last_words(output))
+        )
         return Answer(
             WRONG,
             "a drive along the whole route",

@@ -10,7 +10,12 @@ from sdc_workshop.exam.drive_answer import drive_answer
 from sdc_workshop.exam.files import hello_answer, message_answer, workspace_answer
 from sdc_workshop.exam.hints import hint_of
 from sdc_workshop.exam.launch_subject import IncludeSubject, NodeLaunchSubject
-from sdc_workshop.exam.library_subjects import OdometrySubject, PidSubject, StanleySubject, WaypointSearchSubject
+from sdc_workshop.exam.library_subjects import (
+    OdometrySubject,
+    PidSubject,
+    StanleySubject,
+    WaypointSearchSubject,
+)
 from sdc_workshop.exam.local_planner_subject import LocalPlannerSubject
 from sdc_workshop.exam.mission_planner_subject import MissionPlannerSubject
 from sdc_workshop.exam.student import Student
@@ -26,14 +31,29 @@ SUBJECTS = (
     CMakeSubject(),
     BasicControlSubject(),
     PathFollowingSubject(),
-    NodeLaunchSubject("simple_controller", "simple_controller.py", [], ["basic_control:=true", "steering_method:=pure_pursuit"]),
+    NodeLaunchSubject(
+        "simple_controller",
+        "simple_controller.py",
+        [],
+        ["basic_control:=true", "steering_method:=pure_pursuit"],
+    ),
     IncludeSubject("stack", "1", "2"),
     IncludeSubject("all", "1"),
     MissionPlannerSubject(),
-    NodeLaunchSubject("mission_planner", "mission_planner.py", ["waypoints_path:=/tmp/route.csv"], ["waypoints_path:=mine/route.csv"]),
+    NodeLaunchSubject(
+        "mission_planner",
+        "mission_planner.py",
+        ["waypoints_path:=/tmp/route.csv"],
+        ["waypoints_path:=mine/route.csv"],
+    ),
     LocalPlannerSubject(),
     WaypointSearchSubject(),
-    NodeLaunchSubject("local_planner", "local_planner.py", [], ["planned_speed_mps:=7.5", "planner_options:={lookahead_m: 33.0}"]),
+    NodeLaunchSubject(
+        "local_planner",
+        "local_planner.py",
+        [],
+        ["planned_speed_mps:=7.5", "planner_options:={lookahead_m: 33.0}"],
+    ),
     OdometrySubject(),
     PidSubject(),
     StanleySubject(),
@@ -42,7 +62,14 @@ SUBJECTS = (
 
 def subject_of(step: Step):
     """Who judges a step; None for a step without a region."""
-    return next((subject for subject in SUBJECTS if subject.file == step.file and step.todo in subject.todos), None)
+    return next(
+        (
+            subject
+            for subject in SUBJECTS
+            if subject.file == step.file and step.todo in subject.todos
+        ),
+        None,
+    )
 
 
 # A car drives without its camera, and without being installed.
@@ -60,7 +87,9 @@ class Examination:
         self.report = None
         self.drive_anyway = drive_anyway
 
-    def judge(self, steps: list, told=lambda step, answer: None, stop_at_first: bool = False) -> dict:
+    def judge(
+        self, steps: list, told=lambda step, answer: None, stop_at_first: bool = False
+    ) -> dict:
         """{id: Answer} of some steps; `told` is called with each as soon as its answer and those before it are known. Steps of one file
         are judged together, from one start of its node where that can be. With `stop_at_first` the first that is not passed is the last."""
         told_until = 0
@@ -80,7 +109,11 @@ class Examination:
         return {step.id: self.answers[step.id] for step in steps}
 
     def _drive(self) -> Answer:
-        steps = [step for step in load_steps() if step.id != "drive" and not step.id.startswith(_NOT_FOR_THE_DRIVE)]
+        steps = [
+            step
+            for step in load_steps()
+            if step.id != "drive" and not step.id.startswith(_NOT_FOR_THE_DRIVE)
+        ]
         unwritten = [step.id for step in steps if not self._is_written(step)]
         if unwritten:
             more = " and more" if len(unwritten) > 3 else ""
@@ -90,7 +123,11 @@ class Examination:
                 f"nothing is written yet at {', '.join(unwritten[:3])}{more}",
                 "The drive comes when all is written.",
             )
-        wrong = [step.id for step in steps if step.id in self.answers and self.answers[step.id].status != PASSED]
+        wrong = [
+            step.id
+            for step in steps
+            if step.id in self.answers and self.answers[step.id].status != PASSED
+        ]
         if wrong and not self.drive_anyway:
             return Answer(
                 WAITING,
@@ -120,4 +157,6 @@ class Examination:
             return hello_answer(self.student, self.stage)
         if step.id == "drive":
             return self._drive()
-        return message_answer(step.file.rpartition("/")[2].partition(".")[0], hint_of(step.id).hint, self.student)
+        return message_answer(
+            step.file.rpartition("/")[2].partition(".")[0], hint_of(step.id).hint, self.student
+        )

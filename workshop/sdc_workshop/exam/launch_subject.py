@@ -51,10 +51,19 @@ class NodeLaunchSubject(Subject):
         folder.mkdir(exist_ok=True)
         path = folder / f"{self.node}.launch"
         path.write_text(variant.text, encoding="utf-8")
-        with stage.program(["/usr/bin/env", "python3", _PROBE, json.dumps(self.cases), path, SOLUTION / self.file]) as program:
+        with stage.program(
+            ["/usr/bin/env", "python3", _PROBE, json.dumps(self.cases), path, SOLUTION / self.file]
+        ) as program:
             program.wait()
             if program.status != 0:
-                return [Problem("a launch file that roslaunch can read", last_words(program.output), "Its last words say why.", "1")]
+                return [
+                    Problem(
+                        "a launch file that roslaunch can read",
+                        last_words(program.output),
+                        "Its last words say why.",
+                        "1",
+                    )
+                ]
             student, solution = json.loads(program.output.splitlines()[-1])
         if isinstance(student, str):
             return [
@@ -67,16 +76,34 @@ class NodeLaunchSubject(Subject):
                 )
             ]
         if isinstance(solution, str):
-            return [Problem("a configuration that roslaunch can read", solution, f"Look at config/{self.node}.yaml.", "1")]
-        return [problem for case, got, wanted in zip(self.cases, student, solution) for problem in self._compare(case, got, wanted)]
+            return [
+                Problem(
+                    "a configuration that roslaunch can read",
+                    solution,
+                    f"Look at config/{self.node}.yaml.",
+                    "1",
+                )
+            ]
+        return [
+            problem
+            for case, got, wanted in zip(self.cases, student, solution)
+            for problem in self._compare(case, got, wanted)
+        ]
 
     def _compare(self, case, got, wanted):
         started = " ".join(["roslaunch sdc_package", f"{self.node}.launch", *case])
         (node,) = wanted["nodes"]
         if not got["nodes"]:
-            yield Problem(f"{started} starts the node {self.node}", "it starts nothing", "A <node .../> belongs here.", "1")
+            yield Problem(
+                f"{started} starts the node {self.node}",
+                "it starts nothing",
+                "A <node .../> belongs here.",
+                "1",
+            )
             return
-        mine = next((other for other in got["nodes"] if other["name"] == node["name"]), got["nodes"][0])
+        mine = next(
+            (other for other in got["nodes"] if other["name"] == node["name"]), got["nodes"][0]
+        )
         for key, why in (
             ("package", "pkg is the package that the program lies in"),
             ("type", "type is the name of the program in scripts/, with its ending"),
@@ -84,7 +111,12 @@ class NodeLaunchSubject(Subject):
         ):
             if mine[key] != node[key]:
                 attribute = {"package": "pkg"}.get(key, key)
-                yield Problem(f'{attribute}="{node[key]}"', f'{attribute}="{mine[key]}"', f'Write {attribute}="{node[key]}": {why}.', "1")
+                yield Problem(
+                    f'{attribute}="{node[key]}"',
+                    f'{attribute}="{mine[key]}"',
+                    f'Write {attribute}="{node[key]}": {why}.',
+                    "1",
+                )
         if mine["output"] != node["output"]:
             yield Problem(
                 'output="screen"',
@@ -155,11 +187,17 @@ class IncludeSubject(Subject):
         return [
             problem
             for todo in variant.judged
-            for problem in self._compare(_includes(variant.text, todo), _includes(solution, todo), variant.text, todo)
+            for problem in self._compare(
+                _includes(variant.text, todo), _includes(solution, todo), variant.text, todo
+            )
         ]
 
     def _compare(self, got, wanted, text, todo):
-        known = {argument.get("name") for argument in ElementTree.fromstring(text).iter("arg") if argument.get("doc")}
+        known = {
+            argument.get("name")
+            for argument in ElementTree.fromstring(text).iter("arg")
+            if argument.get("doc")
+        }
         for file, include in wanted.items():
             short = Path(file).name
             if file not in got:
@@ -177,9 +215,11 @@ class IncludeSubject(Subject):
                     near = difflib.get_close_matches(name, mine["args"], 1, 0.7)
                     yield Problem(
                         f"{name} is handed on to {short}",
-                        f"{near[0]} instead" if near else f"handed on: {', '.join(mine['args']) or 'nothing'}",
+                        f"{near[0]} instead"
+                        if near
+                        else f"handed on: {', '.join(mine['args']) or 'nothing'}",
                         f'An argument that is not handed on is lost on the way: <arg name="{name}" value="$(arg {name})"/> belongs '
-                        f'into the include of {short}.',
+                        f"into the include of {short}.",
                         todo,
                     )
                 elif mine["args"][name] != value:
@@ -199,7 +239,9 @@ class IncludeSubject(Subject):
                     )
             if mine["if"] != include["if"]:
                 yield Problem(
-                    f'if="{include["if"]}" on the include of {short}' if include["if"] else f"{short} is always included",
+                    f'if="{include["if"]}" on the include of {short}'
+                    if include["if"]
+                    else f"{short} is always included",
                     f'if="{mine["if"]}"' if mine["if"] else "it is always included",
                     f"if=... says when {short} is included: it is there so that `{include['if'] or 'nothing'}` decides.",
                     todo,
@@ -210,7 +252,10 @@ def _includes(text: str, todo: str) -> dict:
     root = ElementTree.fromstring(f"<launch>{body(text, todo)}</launch>")
     return {
         include.get("file", ""): {
-            "args": {argument.get("name"): argument.get("value", argument.get("default")) for argument in include.iter("arg")},
+            "args": {
+                argument.get("name"): argument.get("value", argument.get("default"))
+                for argument in include.iter("arg")
+            },
             "if": include.get("if"),
         }
         for include in root.iter("include")

@@ -41,7 +41,14 @@ def same(got, wanted) -> bool:
 
 def shown(numbers) -> str:
     row = numbers if isinstance(numbers, list) else [numbers]
-    words = ("nothing" if number is None else f"{number:.3f}" if isinstance(number, (int, float)) else str(number) for number in row)
+    words = (
+        "nothing"
+        if number is None
+        else f"{number:.3f}"
+        if isinstance(number, (int, float))
+        else str(number)
+        for number in row
+    )
     return ", ".join(words)
 
 
@@ -56,7 +63,10 @@ class PidSubject(LibrarySubject):
                 [6.0],
                 "kp = 2 and an error of 3 m/s: output",
                 (
-                    ([-6.0], "The sign: the error is the setpoint less the measurement; a car that is too slow has to speed up."),
+                    (
+                        [-6.0],
+                        "The sign: the error is the setpoint less the measurement; a car that is too slow has to speed up.",
+                    ),
                     ([0.0], "The proportional part is missing: kp times the error."),
                 ),
             ),
@@ -65,7 +75,10 @@ class PidSubject(LibrarySubject):
                 [0.7],
                 "no error and a feed_forward of 0.7: output",
                 (
-                    ([0.0], "feed_forward is missing in the sum: it is what the road asks for anyway."),
+                    (
+                        [0.0],
+                        "feed_forward is missing in the sum: it is what the road asks for anyway.",
+                    ),
                     ([-0.7], "feed_forward has the wrong sign."),
                 ),
             ),
@@ -79,7 +92,10 @@ class PidSubject(LibrarySubject):
                         "The time step dt_s is missing: the integral grows by ki times error times dt_s, whatever the rate of the "
                         "messages.",
                     ),
-                    ([0.1, 0.1, 0.1], "The integral does not grow: the new one is the old one, self.integral, and a bit more."),
+                    (
+                        [0.1, 0.1, 0.1],
+                        "The integral does not grow: the new one is the old one, self.integral, and a bit more.",
+                    ),
                     (
                         [0.0, 0.0, 0.0],
                         "The integral part is missing in the sum, or never grows: self.integral and ki times error times dt_s.",
@@ -129,7 +145,10 @@ class StanleySubject(LibrarySubject):
                         0.2 - math.pi / 2,
                         "The two arguments of math.atan2 are swapped: the first is k times the error, the second the speed.",
                     ),
-                    (-0.2, "The sign of the heading error is wrong: the wheels turn to where the path leads."),
+                    (
+                        -0.2,
+                        "The sign of the heading error is wrong: the wheels turn to where the path leads.",
+                    ),
                     (0.0, "The heading error is missing: the wheels first point along the path."),
                 ),
             ),
@@ -143,7 +162,10 @@ class StanleySubject(LibrarySubject):
                         "The sign of the cross-track part is wrong: a car to the left of its path (positive error) has to steer to the "
                         "right (negative angle).",
                     ),
-                    (0.0, "The cross-track part is missing: without it the car never comes back to its path."),
+                    (
+                        0.0,
+                        "The cross-track part is missing: without it the car never comes back to its path.",
+                    ),
                     (
                         -math.atan2(5.0, 1.25),
                         "The two arguments of math.atan2 are swapped: the first is k times the error, the second the speed.",
@@ -187,23 +209,40 @@ class OdometrySubject(LibrarySubject):
             halves = [yaw / 2 for yaw in wanted]
             hint = "yaw is atan2(2 (w z + x y), 1 - 2 (y y + z z))."
             for value, text in (
-                ([math.degrees(yaw) for yaw in wanted], "These are degrees; angles are in radians everywhere."),
-                ([-yaw for yaw in wanted], "The sign is wrong: yaw grows counter-clockwise, to the left."),
+                (
+                    [math.degrees(yaw) for yaw in wanted],
+                    "These are degrees; angles are in radians everywhere.",
+                ),
+                (
+                    [-yaw for yaw in wanted],
+                    "The sign is wrong: yaw grows counter-clockwise, to the left.",
+                ),
                 (
                     [math.sin(yaw / 2) for yaw in wanted],
                     "This is z of the quaternion, the sine of half the angle, and not yet the angle: yaw is an atan2.",
                 ),
-                (halves, "This is half the angle: a quaternion holds half angles, hence the factors 2."),
+                (
+                    halves,
+                    "This is half the angle: a quaternion holds half angles, hence the factors 2.",
+                ),
                 (
                     [math.atan2(math.cos(yaw), math.sin(yaw)) for yaw in wanted],
                     "The two arguments of math.atan2 are swapped: it is atan2(sine part, cosine part).",
                 ),
-                ([math.atan2(math.sin(yaw) / 2, math.cos(yaw)) for yaw in wanted], "A factor 2 is missing before (w z + x y)."),
-                ([math.asin(math.sin(yaw)) for yaw in wanted], "asin only knows -90 to 90 degrees; atan2 knows all directions."),
+                (
+                    [math.atan2(math.sin(yaw) / 2, math.cos(yaw)) for yaw in wanted],
+                    "A factor 2 is missing before (w z + x y).",
+                ),
+                (
+                    [math.asin(math.sin(yaw)) for yaw in wanted],
+                    "asin only knows -90 to 90 degrees; atan2 knows all directions.",
+                ),
             ):
                 if same(got, value):
                     hint = text
-            yield Problem(f"the yaws {shown(wanted)} rad from their quaternions", shown(got), hint, "2.4")
+            yield Problem(
+                f"the yaws {shown(wanted)} rad from their quaternions", shown(got), hint, "2.4"
+            )
         elif not same(found["tilted"], 0.6):
             yield Problem(
                 "yaw 0.600 rad of a car that also pitches and rolls",
@@ -223,7 +262,10 @@ class OdometrySubject(LibrarySubject):
                     [3.0, -3.0, 0.0, 0.0],
                     "y is missing: some worlds give the velocity in the map's frame, where a car that drives north has all its speed in y.",
                 ),
-                ([25.0, 9.0, 4.0, 0.0], "The root is missing: this is the square of the speed. math.hypot does it all."),
+                (
+                    [25.0, 9.0, 4.0, 0.0],
+                    "The root is missing: this is the square of the speed. math.hypot does it all.",
+                ),
                 (
                     [3.0, 3.0, 0.0, 0.0],
                     "y is missing: some worlds give the velocity in the map's frame, where a car that drives north has all its speed in y.",
@@ -231,7 +273,12 @@ class OdometrySubject(LibrarySubject):
             ):
                 if same(got, value):
                     hint = text
-            yield Problem(f"the speeds {shown(wanted)} m/s for the velocities (3, 4), (-3, 0), (0, -2), (0, 0)", shown(got), hint, "2.5")
+            yield Problem(
+                f"the speeds {shown(wanted)} m/s for the velocities (3, 4), (-3, 0), (0, -2), (0, 0)",
+                shown(got),
+                hint,
+                "2.5",
+            )
 
 
 class WaypointSearchSubject(LibrarySubject):
@@ -245,19 +292,37 @@ class WaypointSearchSubject(LibrarySubject):
             if got == [None] * 6:
                 pass
             elif got == [0] * 6:
-                hint = "It is always 0: " + hint + " Is the distance, made a whole number, taken for it?"
+                hint = (
+                    "It is always 0: "
+                    + hint
+                    + " Is the distance, made a whole number, taken for it?"
+                )
             elif any(isinstance(value, float) for value in got):
                 hint = "These are distances: " + hint
             else:
                 hint = "Are x and y swapped? " + hint
-            yield Problem("the indices 0, 3, 5, 6, 4, 0 of the nearest waypoints", ", ".join(str(value) for value in got), hint, "5")
+            yield Problem(
+                "the indices 0, 3, 5, 6, 4, 0 of the nearest waypoints",
+                ", ".join(str(value) for value in got),
+                hint,
+                "5",
+            )
         wanted, got = [False, True, False, True], found["behind"]
         if got != wanted:
-            hint = ("The way from the car to the waypoint (waypoint less car), times the direction of the route: the dot product is "
-                    "negative when the waypoint lies behind.")
+            hint = (
+                "The way from the car to the waypoint (waypoint less car), times the direction of the route: the dot product is "
+                "negative when the waypoint lies behind."
+            )
             if got == [not value for value in wanted]:
-                hint = ("It is turned round: behind is where the dot product is negative (< 0), and the vector leads from the car to the "
-                        "waypoint: waypoint less car.")
+                hint = (
+                    "It is turned round: behind is where the dot product is negative (< 0), and the vector leads from the car to the "
+                    "waypoint: waypoint less car."
+                )
             elif not any(got):
                 hint = "It never says True: the dot product of the two vectors has to be compared with 0."
-            yield Problem("waypoints ahead: no, yes behind: False, True, False, True", ", ".join(map(str, got)), hint, "6")
+            yield Problem(
+                "waypoints ahead: no, yes behind: False, True, False, True",
+                ", ".join(map(str, got)),
+                hint,
+                "6",
+            )

@@ -15,7 +15,9 @@ ODOMETRY = "/carla/ego_vehicle/odometry"
 OBSTACLES = "/carla/ego_vehicle/obstacles"
 ROAD = "/planner/local_waypoints"
 # A bend to the left that begins at x = 30, y = 5: no coordinate is like another.
-ROUTE = [(30.0 + 40.0 * math.sin(0.02 * i), 5.0 + 40.0 * (1.0 - math.cos(0.02 * i))) for i in range(90)]
+ROUTE = [
+    (30.0 + 40.0 * math.sin(0.02 * i), 5.0 + 40.0 * (1.0 - math.cos(0.02 * i))) for i in range(90)
+]
 # x, y, yaw of the car: a little beside the route.
 PLACES = [(38.3, 6.3, 0.25), (57.9, 16.6, 0.78)]
 
@@ -39,15 +41,19 @@ class LocalPlannerSubject(NodeSubject):
         from sdc_package.msg import BaseWaypoint, LocalPath, Path
 
         with stage.node(variant, {}) as node:
-            how = node.wait_until(lambda: node.subscribes(MISSION) and node.subscribes(ODOMETRY) and node.publishes(ROAD))
+            how = node.wait_until(
+                lambda: (
+                    node.subscribes(MISSION) and node.subscribes(ODOMETRY) and node.publishes(ROAD)
+                )
+            )
             found = self.start_problem(node, how, variant)
             if found is not None:
                 return found
             if how == "ended":
                 return self.ended_problem(node, variant)
-            found = self.publisher_problem(node, ROAD, message_name("LocalPath"), "1") or self.subscriber_problem(
-                node, MISSION, message_name("Path"), "3"
-            )
+            found = self.publisher_problem(
+                node, ROAD, message_name("LocalPath"), "1"
+            ) or self.subscriber_problem(node, MISSION, message_name("Path"), "3")
             if found is not None or variant.judged == ("2",):
                 return found
             heard, mission, odometry = (
@@ -91,8 +97,9 @@ class LocalPlannerSubject(NodeSubject):
         """The road ahead of a car at x, y, yaw, as the finished car plans it with the student's configuration."""
         import numpy as np
 
-        from sdc_package.obstacles import Caution
-        from sdc_package.planning import LocalPlanner, SpeedLimits
+        from sdc_common.planning.speed_profile import SpeedLimits
+        from sdc_package.local_planner import LocalPlanner
+        from sdc_package.obstacles import ObstacleMargins
         from sdc_package.waypoint_search import WaypointSearch
 
         figures = stage.configuration("local_planner")
@@ -104,7 +111,13 @@ class LocalPlannerSubject(NodeSubject):
             figures["lateral_jerk_mps3"],
         )
         route = np.array(ROUTE, np.float32).astype(float)
-        planner = LocalPlanner(route, limits, figures["lookahead_m"], figures["join_within_m"], Caution(**figures["caution"]))
+        planner = LocalPlanner(
+            route,
+            limits,
+            figures["lookahead_m"],
+            figures["join_within_m"],
+            ObstacleMargins(**figures["caution"]),
+        )
         search = WaypointSearch(planner.route.points)
         return lambda x, y, yaw: planner.plan(search.first_ahead(x, y), x, y, yaw)
 
@@ -118,10 +131,17 @@ class LocalPlannerSubject(NodeSubject):
             problem = points_problem(got, wanted, "the road ahead", "x, y, v")
             if problem is not None:
                 return Problem(
-                    problem.expected, problem.seen, problem.hint, next((todo for todo in ("8", "7", "4") if todo in variant.judged), None)
+                    problem.expected,
+                    problem.seen,
+                    problem.hint,
+                    next((todo for todo in ("8", "7", "4") if todo in variant.judged), None),
                 )
         if how == "busy":
-            return Problem("a road ahead for each odometry", "a callback runs in circles", "Is there a loop in it that never ends?")
+            return Problem(
+                "a road ahead for each odometry",
+                "a callback runs in circles",
+                "Is there a loop in it that never ends?",
+            )
         if said is not None and "mission" in said:
             return Problem(
                 "the mission is taken",
@@ -136,7 +156,12 @@ class LocalPlannerSubject(NodeSubject):
                 if "7" in variant.judged
                 else "Are x and y of the mission swapped? Each row of the array is (point.x, point.y)."
             )
-            return Problem("a road ahead for each odometry", f"the node says: {said}", hint, "7" if "7" in variant.judged else "4")
+            return Problem(
+                "a road ahead for each odometry",
+                f"the node says: {said}",
+                hint,
+                "7" if "7" in variant.judged else "4",
+            )
         if "3" in variant.judged and len(variant.judged) == 1:
             return Problem(
                 "the mission arrives in on_mission",
@@ -162,8 +187,15 @@ def odometry_at(x, y, yaw, speed, stamp):
     from nav_msgs.msg import Odometry
 
     message = Odometry()
-    message.header.stamp, message.header.frame_id, message.child_frame_id = stamp, "map", "ego_vehicle"
+    message.header.stamp, message.header.frame_id, message.child_frame_id = (
+        stamp,
+        "map",
+        "ego_vehicle",
+    )
     message.pose.pose.position.x, message.pose.pose.position.y = x, y
-    message.pose.pose.orientation.z, message.pose.pose.orientation.w = math.sin(yaw / 2), math.cos(yaw / 2)
+    message.pose.pose.orientation.z, message.pose.pose.orientation.w = (
+        math.sin(yaw / 2),
+        math.cos(yaw / 2),
+    )
     message.twist.twist.linear.x = speed
     return message

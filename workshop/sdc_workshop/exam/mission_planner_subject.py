@@ -42,7 +42,11 @@ class MissionPlannerSubject(NodeSubject):
                 how = node.wait_until(lambda: heard.messages)
                 if how != "true":
                     return self._silence(node, how, variant)
-                problem = points_problem([(point.x, point.y) for point in heard.messages[-1].waypoints], ROUTE, "the file's waypoints")
+                problem = points_problem(
+                    [(point.x, point.y) for point in heard.messages[-1].waypoints],
+                    ROUTE,
+                    "the file's waypoints",
+                )
                 if problem is not None:
                     return self._points(problem, variant, heard.messages[-1].waypoints)
                 if not heard.latched:
@@ -70,12 +74,17 @@ class MissionPlannerSubject(NodeSubject):
                 "the route of the file that the parameter waypoints_path names",
                 f"a route of {len(points)} other points",
                 'The launch file says which file it is: parameter("waypoints_path"). A name that is written into the program holds on '
-                'one machine only.',
+                "one machine only.",
                 "4",
             )
         todo = next((todo for todo in ("8", "5", "9", "6") if todo in variant.judged), None)
         if not points and todo == "5":
-            return Problem(problem.expected, "an empty path", "self.waypoints is to hold what load_waypoints(waypoints_path) returns.", "5")
+            return Problem(
+                problem.expected,
+                "an empty path",
+                "self.waypoints is to hold what load_waypoints(waypoints_path) returns.",
+                "5",
+            )
         return Problem(problem.expected, problem.seen, problem.hint, todo)
 
     def _silence(self, node, how, variant):
@@ -92,7 +101,12 @@ class MissionPlannerSubject(NodeSubject):
                 "3",
             )
         if "6" in variant.judged:
-            return Problem(f"the mission on {TOPIC}", "the node runs, and publishes nothing", "run() has to call self.publish().", "6")
+            return Problem(
+                f"the mission on {TOPIC}",
+                "the node runs, and publishes nothing",
+                "run() has to call self.publish().",
+                "6",
+            )
         return Problem(
             f"the mission on {TOPIC}",
             "the node runs, and publishes nothing",
@@ -118,8 +132,20 @@ class MissionPlannerSubject(NodeSubject):
         path.write_text(BAD_FILE, encoding="utf-8")
         with stage.node(variant, {"waypoints_path": str(path)}) as node:
             # The end of a node of ROS takes a while, in which it only waits.
-            how = next((how for how in (node.wait_until(lambda: False) for _ in range(4)) if how != "idle"), "idle")
-            if how == "ended" and node.program.status == 1 and f"{path}, row 3" in node.output and "Traceback" not in node.output:
+            how = next(
+                (
+                    how
+                    for how in (node.wait_until(lambda: False) for _ in range(4))
+                    if how != "idle"
+                ),
+                "idle",
+            )
+            if (
+                how == "ended"
+                and node.program.status == 1
+                and f"{path}, row 3" in node.output
+                and "Traceback" not in node.output
+            ):
                 return None
             if "Traceback" in node.output:
                 found = self.crash_problem(node, variant)

@@ -30,8 +30,17 @@ class NodeSubject(Subject):
         todo = variant.region_of(found.line) if found.line is not None else None
         shown = variant.text.split("\n")[found.line - 1].strip() if found.line else None
         place = f", in `{shown}`" if shown else ""
-        place += f" (called from there: {found.library_line})" if found.library_line and shown else ""
-        return Problem(f"{self.node_name}.py runs without an error", f"{found.error[:300]}{place}", meaning(found), todo, found.line, True)
+        place += (
+            f" (called from there: {found.library_line})" if found.library_line and shown else ""
+        )
+        return Problem(
+            f"{self.node_name}.py runs without an error",
+            f"{found.error[:300]}{place}",
+            meaning(found),
+            todo,
+            found.line,
+            True,
+        )
 
     def start_problem(self, node, how: str, variant) -> Problem | None:
         """Why a node that was just started did not come to where it was waited for; None when that is not known. `how`: as
@@ -111,7 +120,12 @@ class NodeSubject(Subject):
             )
         published, _ = node.topics()
         if topic in published:
-            return Problem(f"it listens to {topic}", "it publishes there", "rospy.Subscriber listens, rospy.Publisher speaks.", todo)
+            return Problem(
+                f"it listens to {topic}",
+                "it publishes there",
+                "rospy.Subscriber listens, rospy.Publisher speaks.",
+                todo,
+            )
         return Problem(
             f"it listens to {topic}",
             f"it listens to {', '.join(others or mine) or 'nothing'}",
@@ -128,7 +142,12 @@ class NodeSubject(Subject):
             return self.type_problem(got, kind, todo)
         published, subscribed = node.topics()
         if topic in subscribed and topic not in self.usual_topics:
-            return Problem(f"it publishes on {topic}", "it listens there", "rospy.Publisher speaks, rospy.Subscriber listens.", todo)
+            return Problem(
+                f"it publishes on {topic}",
+                "it listens there",
+                "rospy.Publisher speaks, rospy.Subscriber listens.",
+                todo,
+            )
         others = [name for name in published if name not in self.usual_topics]
         return Problem(
             f"it publishes on {topic}",
@@ -153,8 +172,11 @@ class NodeSubject(Subject):
 
 def configuration_problem(name: str, error: Exception) -> Problem:
     """A configuration that the finished car cannot drive with either."""
-    return Problem(f"figures in config/{name}.yaml that a car can drive with", f"{type(error).__name__}: {error}",
-                   f"Compare config/{name}.yaml with {SOLUTION / PACKAGE / 'config' / name}.yaml.")
+    return Problem(
+        f"figures in config/{name}.yaml that a car can drive with",
+        f"{type(error).__name__}: {error}",
+        f"Compare config/{name}.yaml with {SOLUTION / PACKAGE / 'config' / name}.yaml.",
+    )
 
 
 def message_name(name: str) -> str:

@@ -7,11 +7,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 _TRACEBACK = re.compile(
-    r"Traceback \(most recent call last\):\n(?P<frames>(?:[ \t].*\n|\n)*?)(?P<error>[A-Za-z_][\w.]*(?::.*|$))", re.MULTILINE
+    r"Traceback \(most recent call last\):\n(?P<frames>(?:[ \t].*\n|\n)*?)(?P<error>[A-Za-z_][\w.]*(?::.*|$))",
+    re.MULTILINE,
 )
 _FRAME = re.compile(r'^\s*File "(?P<file>[^"]+)", line (?P<line>\d+)', re.MULTILINE)
 _SYNTAX = re.compile(
-    r'^\s*File "(?P<file>[^"]+)", line (?P<line>\d+)\n(?P<shown>(?:[ \t].*\n)*)(?P<error>(?:Syntax|Indentation|Tab)Error: .*)', re.MULTILINE
+    r'^\s*File "(?P<file>[^"]+)", line (?P<line>\d+)\n(?P<shown>(?:[ \t].*\n)*)(?P<error>(?:Syntax|Indentation|Tab)Error: .*)',
+    re.MULTILINE,
 )
 _COLOUR = re.compile(r"\x1b\[[0-9;]*m")
 _LOGGED = re.compile(r"^\[(?:FATAL|ERROR|WARN)\] \[[^\]]*\]:? ?(?P<text>.*)", re.MULTILINE)
@@ -77,14 +79,22 @@ def meaning(crash: Crash) -> str:
 
 
 _MEANINGS = (
-    ("NameError", r"name 'rospy' is not defined", "`rospy` is not known in this file: write `import rospy` at its top."),
+    (
+        "NameError",
+        r"name 'rospy' is not defined",
+        "`rospy` is not known in this file: write `import rospy` at its top.",
+    ),
     (
         "NameError",
         r"name '(\w+)' is not defined",
-        'Python does not know `{0}` here: is it misspelt, or was it to be imported or given a value before? A word that is meant as '
+        "Python does not know `{0}` here: is it misspelt, or was it to be imported or given a value before? A word that is meant as "
         'text stands in quotes: "{0}".',
     ),
-    ("UnboundLocalError", r"variable '(\w+)'", "`{0}` is used before it has got a value: assign it first, under this very name."),
+    (
+        "UnboundLocalError",
+        r"variable '(\w+)'",
+        "`{0}` is used before it has got a value: assign it first, under this very name.",
+    ),
     (
         "ModuleNotFoundError",
         r"No module named 'sdc_package\.msg'",
@@ -95,7 +105,11 @@ _MEANINGS = (
         r"No module named 'sdc_package\.(\w+)'",
         "The package has no module `{0}`: messages are imported from `sdc_package.msg`.",
     ),
-    ("ModuleNotFoundError", r"No module named '([\w.]+)'", "There is no module `{0}`: is its name misspelt?"),
+    (
+        "ModuleNotFoundError",
+        r"No module named '([\w.]+)'",
+        "There is no module `{0}`: is its name misspelt?",
+    ),
     (
         "ImportError",
         r"cannot import name '(\w+)' from 'sdc_package\.msg'",
@@ -117,25 +131,53 @@ _MEANINGS = (
         r"'(\w+)' object has no attribute '(\w+)'",
         "A {0} has no `{1}`: is the name misspelt, or is this another kind of thing than you think?",
     ),
-    ("AttributeError", r"has no attribute '(\w+)'", "There is no `{0}` in it: is the name misspelt?"),
+    (
+        "AttributeError",
+        r"has no attribute '(\w+)'",
+        "There is no `{0}` in it: is the name misspelt?",
+    ),
     (
         "TypeError",
         r"missing \d+ required positional arguments?: '(\w+)'",
         "A function is called without `{0}`. To hand a function over, as a callback, write its name without parentheses; to call it, "
         "give it all it asks for.",
     ),
-    ("TypeError", r"takes \d+ positional arguments? but \d+ were given", "A function gets more values than it takes: count them."),
-    ("TypeError", r"'(\w+)' object is not callable", "This is a {0} and no function: parentheses after it call it, and that it cannot be."),
-    ("TypeError", r"Invalid number of arguments", "The message is given another number of fields than it has: see `rosmsg show`."),
-    ("TypeError", r"got an unexpected keyword argument '(\w+)'", "There is no parameter `{0}`: is its name misspelt?"),
+    (
+        "TypeError",
+        r"takes \d+ positional arguments? but \d+ were given",
+        "A function gets more values than it takes: count them.",
+    ),
+    (
+        "TypeError",
+        r"'(\w+)' object is not callable",
+        "This is a {0} and no function: parentheses after it call it, and that it cannot be.",
+    ),
+    (
+        "TypeError",
+        r"Invalid number of arguments",
+        "The message is given another number of fields than it has: see `rosmsg show`.",
+    ),
+    (
+        "TypeError",
+        r"got an unexpected keyword argument '(\w+)'",
+        "There is no parameter `{0}`: is its name misspelt?",
+    ),
     (
         "ValueError",
         r"is not a message data class",
         "The second argument is the class of the messages: one that was imported from a package's msg, such as `from sensor_msgs.msg "
         "import Image`.",
     ),
-    ("ROSException", r"time is not initialized", "ROS is used before the node is registered: `rospy.init_node` comes first."),
-    ("ROSInitException", r"", "ROS is used before the node is registered: `rospy.init_node` comes first."),
+    (
+        "ROSException",
+        r"time is not initialized",
+        "ROS is used before the node is registered: `rospy.init_node` comes first.",
+    ),
+    (
+        "ROSInitException",
+        r"",
+        "ROS is used before the node is registered: `rospy.init_node` comes first.",
+    ),
     (
         "IndentationError",
         r"",
@@ -143,6 +185,14 @@ _MEANINGS = (
     ),
     ("TabError", r"", "Tabs and spaces are mixed: use spaces only."),
     ("SyntaxError", r"was never closed", "A bracket is opened and never closed."),
-    ("SyntaxError", r"unterminated string", "A text is not closed: it begins and ends with the same quotes."),
-    ("SyntaxError", r"", "Python cannot read this line: look for a missing bracket, comma, colon or quote, in it and in the line before."),
+    (
+        "SyntaxError",
+        r"unterminated string",
+        "A text is not closed: it begins and ends with the same quotes.",
+    ),
+    (
+        "SyntaxError",
+        r"",
+        "Python cannot read this line: look for a missing bracket, comma, colon or quote, in it and in the line before.",
+    ),
 )

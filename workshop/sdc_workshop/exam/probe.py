@@ -16,10 +16,16 @@ _LIMIT_S = 60.0
 def probe(variant: Variant, stage, name: str):
     """What library_probe.py finds out about module `name`, as a dictionary; a Problem when the module breaks or never answers."""
     path, python_path = stage.build(variant)
-    with stage.program(["/usr/bin/env", "python3", _PROBE, name], PYTHONPATH=python_path) as program:
+    with stage.program(
+        ["/usr/bin/env", "python3", _PROBE, name], PYTHONPATH=python_path
+    ) as program:
         how = program.wait_until(lambda: False, _LIMIT_S)
         if how != "ended":
-            return Problem("an answer", "it runs in circles and never answers", "Is there a loop that never ends?")
+            return Problem(
+                "an answer",
+                "it runs in circles and never answers",
+                "Is there a loop that never ends?",
+            )
         found = crash(program.output, path)
         if found is not None:
             shown = variant.text.split("\n")[found.line - 1].strip() if found.line else ""

@@ -90,7 +90,11 @@ class Program:
             window.append((now, cpu))
             while len(window) > _IDLE_LOOKS + 1 and now - window[1][0] >= IDLE_S:
                 window.pop(0)
-            if len(window) > _IDLE_LOOKS and now - window[0][0] >= IDLE_S and cpu - window[0][1] <= _IDLE_CPU_S:
+            if (
+                len(window) > _IDLE_LOOKS
+                and now - window[0][0] >= IDLE_S
+                and cpu - window[0][1] <= _IDLE_CPU_S
+            ):
                 return "true" if condition() else "idle"
             if cpu - cpu_at_start > BUSY_CPU_S:
                 return "busy"
@@ -114,7 +118,13 @@ class Program:
         """Whether a thread of it runs, or would run if a processor were free, or waits for a disk."""
         with contextlib.suppress(OSError, IndexError):
             for task in os.listdir(f"/proc/{self._process.pid}/task"):
-                if Path(f"/proc/{self._process.pid}/task/{task}/stat").read_text().rpartition(")")[2].split()[0] in "RD":
+                if (
+                    Path(f"/proc/{self._process.pid}/task/{task}/stat")
+                    .read_text()
+                    .rpartition(")")[2]
+                    .split()[0]
+                    in "RD"
+                ):
                     return True
         return False
 

@@ -35,7 +35,9 @@ class Stage:
         self._runs = 0
 
     def __enter__(self):
-        self.folder = Path(self._closing.enter_context(tempfile.TemporaryDirectory(prefix="workshop_check_")))
+        self.folder = Path(
+            self._closing.enter_context(tempfile.TemporaryDirectory(prefix="workshop_check_"))
+        )
         (self.folder / "tmp").mkdir()
         return self
 
@@ -51,7 +53,11 @@ class Stage:
     def master(self):
         """The master; started when it is first asked for."""
         if self._master is None:
-            os.environ.update(ROS_IP="127.0.0.1", ROS_HOME=str(self.folder / "ros"), ROS_LOG_DIR=str(self.folder / "ros" / "log"))
+            os.environ.update(
+                ROS_IP="127.0.0.1",
+                ROS_HOME=str(self.folder / "ros"),
+                ROS_LOG_DIR=str(self.folder / "ros" / "log"),
+            )
             os.environ.pop("ROS_HOSTNAME", None)
             from rosmaster.master import Master
 
@@ -70,7 +76,7 @@ class Stage:
     def display(self):
         """A screen that nobody sees; None where there is none to be had."""
         if self._display is None:
-            from sdc_package.virtual_display import VirtualDisplay
+            from sdc_common.testing.virtual_display import VirtualDisplay
 
             try:
                 if shutil.which("xdotool") is None or shutil.which("xwd") is None:
@@ -109,14 +115,20 @@ class Stage:
                 text = variant.text
             else:
                 try:
-                    text = make_variant(name, text if text is not None else "", ()).text if text else None
+                    text = (
+                        make_variant(name, text if text is not None else "", ()).text
+                        if text
+                        else None
+                    )
                 except RegionError:
                     text = None
             (library / Path(name).name).write_text(
-                text if text is not None else (SOLUTION / name).read_text(encoding="utf-8"), encoding="utf-8"
+                text if text is not None else (SOLUTION / name).read_text(encoding="utf-8"),
+                encoding="utf-8",
             )
         shadow.joinpath("__init__.py").write_text(
-            f"__path__ = {[str(library), str(self.student.library), str(self.student.built_python)]!r}\n", encoding="utf-8"
+            f"__path__ = {[str(library), str(self.student.library), str(self.student.built_python)]!r}\n",
+            encoding="utf-8",
         )
         path = library / Path(variant.name).name
         if variant.name not in library_files():
@@ -136,7 +148,11 @@ class Stage:
         api = self.master.handler
         api.setParam(NAME, f"/{name}", {**self.configuration(name), **parameters})
         path, python_path = self.build(variant)
-        node = Node(self, self.program(["/usr/bin/env", "python3", path], PYTHONPATH=python_path, **environment), path)
+        node = Node(
+            self,
+            self.program(["/usr/bin/env", "python3", path], PYTHONPATH=python_path, **environment),
+            path,
+        )
         try:
             yield node
         finally:
@@ -164,7 +180,11 @@ class Stage:
         _, _, (publishers, subscribers, _) = handler.getSystemState(NAME)
 
         def others(rows):
-            return {topic: [node for node in nodes if node != NAME] for topic, nodes in rows if set(nodes) - {NAME}}
+            return {
+                topic: [node for node in nodes if node != NAME]
+                for topic, nodes in rows
+                if set(nodes) - {NAME}
+            }
 
         return others(publishers), others(subscribers), dict(handler.getTopicTypes(NAME)[2])
 
@@ -189,9 +209,17 @@ class Stage:
                 ):
                     for key, rows in list(registrations.map.items()):
                         if any(row[0] == name for row in rows):
-                            api = registrations.service_api_map[key][1] if registrations is manager.services else reference.api
+                            api = (
+                                registrations.service_api_map[key][1]
+                                if registrations is manager.services
+                                else reference.api
+                            )
                             unregister(key, name, api)
-            mine = {topic for registrations in (manager.publishers, manager.subscribers) for topic in registrations.map}
+            mine = {
+                topic
+                for registrations in (manager.publishers, manager.subscribers)
+                for topic in registrations.map
+            }
             for topic in list(handler.topics_types):
                 if topic not in mine:
                     del handler.topics_types[topic]
@@ -199,7 +227,13 @@ class Stage:
 
 def library_files() -> list:
     """The files of the car's library that have regions, relative to the src folder."""
-    return sorted({step.file for step in load_steps() if step.todo and f"/src/{PACKAGE}/" in (step.file or "")})
+    return sorted(
+        {
+            step.file
+            for step in load_steps()
+            if step.todo and f"/src/{PACKAGE}/" in (step.file or "")
+        }
+    )
 
 
 class Node:
@@ -224,7 +258,9 @@ class Node:
     def names(self) -> list:
         """The names under which it is known to the master."""
         published, subscribed, _ = self.stage.state()
-        return sorted({name for nodes in (*published.values(), *subscribed.values()) for name in nodes})
+        return sorted(
+            {name for nodes in (*published.values(), *subscribed.values()) for name in nodes}
+        )
 
     def publishes(self, topic: str) -> str | None:
         """The type with which it publishes on this topic, which `seen_types` keeps; None when it does not."""
@@ -291,7 +327,9 @@ class Heard:
         import rospy
 
         self.messages = []
-        self.subscriber = rospy.Subscriber(topic, message_class, self.messages.append, tcp_nodelay=True)
+        self.subscriber = rospy.Subscriber(
+            topic, message_class, self.messages.append, tcp_nodelay=True
+        )
 
     @property
     def latched(self) -> bool:

@@ -53,7 +53,9 @@ class Student:
     def built_md5(self, message: str) -> str | None:
         """Fingerprint of a message's class as it was built last; None when there is no such class."""
         try:
-            found = _MD5.search((self.built_python / "msg" / f"_{message}.py").read_text(encoding="utf-8"))
+            found = _MD5.search(
+                (self.built_python / "msg" / f"_{message}.py").read_text(encoding="utf-8")
+            )
         except OSError:
             return None
         return found[1] if found else None
@@ -76,11 +78,15 @@ class Student:
             check=False,
         )
         if done.returncode != 0:
-            raise NotBuilt(f"{setup} ended with {done.stderr.strip().splitlines()[-1:] or done.returncode}")
+            raise NotBuilt(
+                f"{setup} ended with {done.stderr.strip().splitlines()[-1:] or done.returncode}"
+            )
         found = dict(line.split("=", 1) for line in done.stdout.split("\0") if "=" in line)
         known = [os.path.realpath(path) for path in found.get("ROS_PACKAGE_PATH", "").split(":")]
         if os.path.realpath(self.src) not in known:
-            raise NotBuilt(f"{setup} was built for another folder: ROS_PACKAGE_PATH is {found.get('ROS_PACKAGE_PATH', '')}")
+            raise NotBuilt(
+                f"{setup} was built for another folder: ROS_PACKAGE_PATH is {found.get('ROS_PACKAGE_PATH', '')}"
+            )
         if f"{PROJECT / 'catkin_ws' / 'devel'}" in found.get("CMAKE_PREFIX_PATH", "").split(":"):
             raise NotBuilt(f"{setup} leans on the finished car of {PROJECT}")
         return found

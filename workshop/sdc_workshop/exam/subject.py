@@ -40,8 +40,17 @@ class Subject:
         except (SyntaxError, ValueError) as error:
             line = getattr(error, "lineno", None)
             found = Crash(f"{type(error).__name__}: {getattr(error, 'msg', error)}", line)
-            shown = variant.text.split("\n")[line - 1].strip() if line and line <= variant.text.count("\n") + 1 else ""
-            return Problem("a file that Python can read", f"{found.error}{': ' + shown if shown else ''}", meaning(found), line=line)
+            shown = (
+                variant.text.split("\n")[line - 1].strip()
+                if line and line <= variant.text.count("\n") + 1
+                else ""
+            )
+            return Problem(
+                "a file that Python can read",
+                f"{found.error}{': ' + shown if shown else ''}",
+                meaning(found),
+                line=line,
+            )
         return None
 
     def written(self, text: str, todo: str) -> bool:
@@ -58,12 +67,21 @@ class Subject:
         text = student.text(self.file)
         if text is None:
             return self._all(
-                steps, Answer(WRONG, f"the file {path}", "it is not there", f"Bring it back: cp {TEMPLATES / self.file} {path}", path)
+                steps,
+                Answer(
+                    WRONG,
+                    f"the file {path}",
+                    "it is not there",
+                    f"Bring it back: cp {TEMPLATES / self.file} {path}",
+                    path,
+                ),
             )
         try:
             found = regions(text)
         except RegionError as error:
-            line = int(str(error).split()[1].rstrip(":")) if str(error).startswith("line ") else None
+            line = (
+                int(str(error).split()[1].rstrip(":")) if str(error).startswith("line ") else None
+            )
             return self._all(
                 steps,
                 Answer(
@@ -87,7 +105,12 @@ class Subject:
                 )
             elif not self.written(text, step.todo):
                 answers[step.id] = Answer(
-                    UNFINISHED, found[step.todo].title, "nothing is written there yet", hint_of(step.id).hint, path, found[step.todo].line
+                    UNFINISHED,
+                    found[step.todo].title,
+                    "nothing is written there yet",
+                    hint_of(step.id).hint,
+                    path,
+                    found[step.todo].line,
                 )
             else:
                 begun.append(step)
@@ -98,12 +121,24 @@ class Subject:
             try:
                 answers.update(self._judge(begun, text, stage))
             except NotBuilt as error:
-                answers.update({step.id: Answer(WAITING, "a workspace that is built", str(error), BUILD) for step in begun})
+                answers.update(
+                    {
+                        step.id: Answer(WAITING, "a workspace that is built", str(error), BUILD)
+                        for step in begun
+                    }
+                )
         return answers
 
     @staticmethod
     def _all(steps, answer) -> dict:
-        later = Answer(WAITING, "", f"the file must be mended first, see {steps[0].id}", "", answer.file, answer.line)
+        later = Answer(
+            WAITING,
+            "",
+            f"the file must be mended first, see {steps[0].id}",
+            "",
+            answer.file,
+            answer.line,
+        )
         return {step.id: answer if step is steps[0] else later for step in steps}
 
     def _waits(self, student) -> Answer | None:
@@ -116,8 +151,11 @@ class Subject:
                 return Answer(
                     WAITING,
                     f"the class of the message {message}, built from {PACKAGE}/msg/{message}.msg",
-                    "it was built from another text of the file" if student.built_md5(message) else "it has not been built",
-                    f"{BUILD} `./workshop/check messages` says what is not right yet." if made
+                    "it was built from another text of the file"
+                    if student.built_md5(message)
+                    else "it has not been built",
+                    f"{BUILD} `./workshop/check messages` says what is not right yet."
+                    if made
                     else "`./workshop/check messages` says what to make first.",
                 )
         return None
@@ -126,12 +164,16 @@ class Subject:
         path = f"src/{self.file}"
         outside = self.syntax_problem(self._variant(text, ()))
         if outside is not None:
-            return self._all(steps, wrong(self._outside(text, outside), path, self._changed_line(text)))
+            return self._all(
+                steps, wrong(self._outside(text, outside), path, self._changed_line(text))
+            )
         answers, sound = {}, []
         for step in steps:
             problem = self.syntax_problem(self._variant(text, (step.todo,)))
             if problem is not None:
-                answers[step.id] = self._wrong(self._variant(text, (step.todo,)), step.todo, problem)
+                answers[step.id] = self._wrong(
+                    self._variant(text, (step.todo,)), step.todo, problem
+                )
             else:
                 sound.append(step)
         if not sound:
@@ -146,13 +188,16 @@ class Subject:
         for step in sound:
             variant = self._variant(text, (step.todo,))
             alone = self.problems(variant, stage)
-            answers[step.id] = self._blame(variant, step.todo, alone, text, stage) if alone else Answer(PASSED)
+            answers[step.id] = (
+                self._blame(variant, step.todo, alone, text, stage) if alone else Answer(PASSED)
+            )
         if all(answers[step.id].status == PASSED for step in sound):
             step = next((step for step in sound if step.todo == found[0].todo), sound[0])
             problem = Problem(
                 found[0].expected,
                 found[0].seen,
-                "Each TODO is right for itself, but together they are not: do they use the same names? " + found[0].hint,
+                "Each TODO is right for itself, but together they are not: do they use the same names? "
+                + found[0].hint,
                 line=found[0].line,
             )
             answers[step.id] = self._wrong(together, step.todo, problem)
@@ -166,8 +211,12 @@ class Subject:
         if template(text) != template((SOLUTION / self.file).read_text(encoding="utf-8")):
             outside = self.problems(self._variant(text, ()), stage)
             if outside:
-                return wrong(self._outside(text, outside[0]), f"src/{self.file}", self._changed_line(text))
-        return self._wrong(variant, todo, next((problem for problem in found if problem.todo == todo), found[0]))
+                return wrong(
+                    self._outside(text, outside[0]), f"src/{self.file}", self._changed_line(text)
+                )
+        return self._wrong(
+            variant, todo, next((problem for problem in found if problem.todo == todo), found[0])
+        )
 
     def _wrong(self, variant, todo, problem) -> Answer:
         hint = problem.hint
@@ -176,7 +225,14 @@ class Subject:
             hint = f"{hint} {hint_of(self._step(todo)).hint}"
         if self.file.endswith(".py"):
             hint = " ".join([*typical.mistakes(body(variant.text, todo), region), hint]).strip()
-        return Answer(WRONG, problem.expected, problem.seen, hint, f"src/{self.file}", variant.student_line(problem.line, todo))
+        return Answer(
+            WRONG,
+            problem.expected,
+            problem.seen,
+            hint,
+            f"src/{self.file}",
+            variant.student_line(problem.line, todo),
+        )
 
     def _step(self, todo) -> str:
         return next(step.id for step in load_steps() if (step.file, step.todo) == (self.file, todo))
@@ -194,9 +250,17 @@ class Subject:
     def _changed_line(self, text) -> int | None:
         """The first line outside of all regions that is not as it was given, as the student's file counts."""
         given = template((SOLUTION / self.file).read_text(encoding="utf-8")).split("\n")
-        inside = {line for region in regions(text).values() for line in range(region.first, region.end)}
-        inside_given = {line for region in regions("\n".join(given)).values() for line in range(region.first, region.end)}
-        lines = [(index, line) for index, line in enumerate(text.split("\n")) if index not in inside]
+        inside = {
+            line for region in regions(text).values() for line in range(region.first, region.end)
+        }
+        inside_given = {
+            line
+            for region in regions("\n".join(given)).values()
+            for line in range(region.first, region.end)
+        }
+        lines = [
+            (index, line) for index, line in enumerate(text.split("\n")) if index not in inside
+        ]
         wanted = [line for index, line in enumerate(given) if index not in inside_given]
         for (index, line), original in zip(lines, wanted):
             if line != original:

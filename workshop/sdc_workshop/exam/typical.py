@@ -19,15 +19,28 @@ def mistakes(text: str, region: Region) -> list:
 def _left_over(text: str, region: Region) -> list:
     if region.until_then is None:
         return []
-    lines = [line.strip() for line in text.split("\n") if line.strip() and not line.strip().startswith("#")]
-    if lines and lines[0] == region.until_then and region.until_then.startswith("return") and len(lines) > 1:
+    lines = [
+        line.strip()
+        for line in text.split("\n")
+        if line.strip() and not line.strip().startswith("#")
+    ]
+    if (
+        lines
+        and lines[0] == region.until_then
+        and region.until_then.startswith("return")
+        and len(lines) > 1
+    ):
         return [
             f"The line `{region.until_then}` of the template still stands first in the region: what follows it is never reached. Delete it."
         ]
-    if region.until_then.startswith("return ") and not any(re.match(r".*\breturn\b", line) for line in lines):
+    if region.until_then.startswith("return ") and not any(
+        re.match(r".*\breturn\b", line) for line in lines
+    ):
         return ["The word `return` is missing: a function that returns nothing gives back None."]
     if len(lines) > 1 and lines[-1] == region.until_then and "=" in region.until_then:
-        return [f"The line `{region.until_then}` of the template still stands last in the region and undoes yours. Delete it."]
+        return [
+            f"The line `{region.until_then}` of the template still stands last in the region and undoes yours. Delete it."
+        ]
     return []
 
 
@@ -40,10 +53,14 @@ def _in_syntax(text: str) -> list:
     for node in ast.walk(tree):
         if isinstance(node, ast.Expr) and isinstance(node.value, (ast.Name, ast.Attribute)):
             named = ast.unparse(node.value) if hasattr(ast, "unparse") else text.strip()
-            found.append(f"`{named}` only names the function; with parentheses, `{named}()`, it is called.")
+            found.append(
+                f"`{named}` only names the function; with parentheses, `{named}()`, it is called."
+            )
         if isinstance(node, ast.Call) and _last_name(node.func) == "Subscriber":
             for argument in (*node.args, *(keyword.value for keyword in node.keywords)):
-                if isinstance(argument, ast.Call) and (_last_name(argument.func) or "").startswith("on_"):
+                if isinstance(argument, ast.Call) and (_last_name(argument.func) or "").startswith(
+                    "on_"
+                ):
                     name = _last_name(argument.func)
                     found.append(
                         f"The callback is handed over without parentheses: `self.{name}`. With them, `self.{name}()`, it is called at once."
@@ -53,7 +70,9 @@ def _in_syntax(text: str) -> list:
 
 def _degrees(text: str) -> list:
     if _DEGREES.search(text):
-        return ["All angles here are in radians: leave degrees out, `math.atan2` and the car's library know radians only."]
+        return [
+            "All angles here are in radians: leave degrees out, `math.atan2` and the car's library know radians only."
+        ]
     return []
 
 

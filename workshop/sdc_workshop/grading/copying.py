@@ -1,4 +1,5 @@
 """Copies what a student has written, and nothing that was built."""
+
 from __future__ import annotations
 
 import os
@@ -58,6 +59,8 @@ def _copy(source: Path, target: Path) -> None:
                 continue
             size += found.st_size
             if size > LARGEST_SUM_B:
-                raise CopyError(f"src/{PACKAGE} holds more than {LARGEST_SUM_B // 1_000_000} MB; delete what does not belong there")
+                raise CopyError(
+                    f"src/{PACKAGE} holds more than {LARGEST_SUM_B // 1_000_000} MB; delete what does not belong there"
+                )
             shutil.copyfile(path, to / name)
             (to / name).chmod(stat.S_IMODE(found.st_mode) | 0o600)

@@ -1,5 +1,6 @@
 """Examines one workspace to its end and writes what it finds after each step, so that whoever ends it half-way has what was found till
 then. Usage: python3 -m sdc_workshop.grading.examine_one WORKSPACE RESULT_FOLDER"""
+
 from __future__ import annotations
 
 import json
@@ -29,6 +30,7 @@ def main() -> None:
             part = result / f"{ANSWERS}.part"
             part.write_text(json.dumps(answers, indent=1) + "\n", encoding="utf-8")
             os.replace(part, result / ANSWERS)
+
         examination.judge(load_steps(), told)
         for path in sorted((stage.folder / "report").glob("report*")):
             if path.is_file():

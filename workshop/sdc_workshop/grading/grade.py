@@ -1,4 +1,5 @@
 """./workshop/grade DIR ...: grades students' workspaces and writes a summary."""
+
 from __future__ import annotations
 
 import argparse
@@ -23,12 +24,27 @@ def parse(arguments):
     """The command line."""
     parser = argparse.ArgumentParser(prog="./workshop/grade", description=DESCRIPTION)
     parser.add_argument("folders", nargs="+", metavar="DIR", type=Path)
-    parser.add_argument("--output", type=Path, default=Path("grades"), metavar="FOLDER",
-                        help="where the summary is written (default: grades)")
-    parser.add_argument("--limit", type=float, default=600.0, metavar="SECONDS",
-                        help="time for one student, build and drive included (default: 600)")
-    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, metavar="N",
-                        help="students at the same time (default: one a core)")
+    parser.add_argument(
+        "--output",
+        type=Path,
+        default=Path("grades"),
+        metavar="FOLDER",
+        help="where the summary is written (default: grades)",
+    )
+    parser.add_argument(
+        "--limit",
+        type=float,
+        default=600.0,
+        metavar="SECONDS",
+        help="time for one student, build and drive included (default: 600)",
+    )
+    parser.add_argument(
+        "--jobs",
+        type=int,
+        default=os.cpu_count() or 1,
+        metavar="N",
+        help="students at the same time (default: one a core)",
+    )
     options = parser.parse_args(arguments)
     if options.limit <= 0.0 or options.jobs < 1:
         parser.error("--limit and --jobs must be positive")
@@ -41,7 +57,11 @@ def workspaces(folders: list) -> list:
     found = []
     for folder in folders:
         folder = folder.absolute()
-        inside = [] if is_workspace(folder) or not folder.is_dir() else sorted(path for path in folder.iterdir() if is_workspace(path))
+        inside = (
+            []
+            if is_workspace(folder) or not folder.is_dir()
+            else sorted(path for path in folder.iterdir() if is_workspace(path))
+        )
         found.extend(inside or [folder])
     return list(dict.fromkeys(Path(os.path.normpath(path)) for path in found))
 
@@ -51,7 +71,10 @@ def names(folders: list) -> dict:
     found = {}
     for folder in folders:
         count = 1
-        while count < len(folder.parts) and sum(other.parts[-count:] == folder.parts[-count:] for other in folders) > 1:
+        while (
+            count < len(folder.parts)
+            and sum(other.parts[-count:] == folder.parts[-count:] for other in folders) > 1
+        ):
             count += 1
         found[folder] = "_".join(part for part in folder.parts[-count:] if part != "/") or "root"
     return found
@@ -64,18 +87,26 @@ def main(arguments) -> int:
     named = names(workspaces(options.folders))
     for folder in named:
         if output == folder or folder in output.parents:
-            print(f"grade: the summary would be written into {folder}, a student's folder; name another one with --output", file=sys.stderr)
+            print(
+                f"grade: the summary would be written into {folder}, a student's folder; name another one with --output",
+                file=sys.stderr,
+            )
             return 2
     try:
         output.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        print(f"grade: {output}: {error.strerror}; name another folder with --output", file=sys.stderr)
+        print(
+            f"grade: {output}: {error.strerror}; name another folder with --output", file=sys.stderr
+        )
         return 1
     total = len(load_steps())
     grades = []
     stop = threading.Event()
     with ThreadPoolExecutor(options.jobs) as pool:
-        waiting = [pool.submit(grade, name, folder, output / name, options.limit, stop.is_set) for folder, name in named.items()]
+        waiting = [
+            pool.submit(grade, name, folder, output / name, options.limit, stop.is_set)
+            for folder, name in named.items()
+        ]
         try:
             for done in as_completed(waiting):
                 grades.append(done.result())
@@ -94,7 +125,11 @@ def main(arguments) -> int:
 
 def line(found: Grade, total: int) -> str:
     """One line about a student for the terminal."""
-    drive = f"driving score {found.score:.1f} ({found.report['status']})" if found.report else "no drive"
+    drive = (
+        f"driving score {found.score:.1f} ({found.report['status']})"
+        if found.report
+        else "no drive"
+    )
     after = f"; next: {found.first_open}" if found.first_open else ""
     note = f"; {found.note}" if found.note else ""
     return f"grade: {found.name}: {found.steps_done} of {total} steps, {drive}{after}{note}"

@@ -1,4 +1,5 @@
 """Grades one workspace: copied, built and examined within a time limit, by programs of its own."""
+
 from __future__ import annotations
 
 import contextlib
@@ -61,7 +62,12 @@ def grade(name: str, folder: Path, result: Path, limit_s: float, stopped=lambda:
     found = Grade(name, folder)
     start = time.monotonic()
     result.mkdir(parents=True, exist_ok=True)
-    for path in (*result.glob("report*"), result / ANSWERS, result / _BUILD_LOG, result / _CHECK_LOG):
+    for path in (
+        *result.glob("report*"),
+        result / ANSWERS,
+        result / _BUILD_LOG,
+        result / _CHECK_LOG,
+    ):
         if path.is_file():
             path.unlink()
     with tempfile.TemporaryDirectory(prefix="workshop_grade_") as temporary:
@@ -85,13 +91,21 @@ class _Ended(Exception):
 
 
 def _plain_environment(**more) -> dict:
-    return {**{name: os.environ[name] for name in ("HOME", "LANG", "PATH") if name in os.environ}, "PYTHONDONTWRITEBYTECODE": "1", **more}
+    return {
+        **{name: os.environ[name] for name in ("HOME", "LANG", "PATH") if name in os.environ},
+        "PYTHONDONTWRITEBYTECODE": "1",
+        **more,
+    }
 
 
 def _build(workspace: Path, result: Path, until: float, stopped) -> None:
     """catkin_make, as in a new terminal. What does not build is examined all the same: many steps can be judged without."""
     setup = "[ ! -f /opt/ros/noetic/setup.bash ] || . /opt/ros/noetic/setup.bash"
-    with Program(["bash", "-c", f"{setup}; exec catkin_make -j1"], _plain_environment(PATH="/usr/bin:/bin"), workspace) as program:
+    with Program(
+        ["bash", "-c", f"{setup}; exec catkin_make -j1"],
+        _plain_environment(PATH="/usr/bin:/bin"),
+        workspace,
+    ) as program:
         try:
             _wait(program, until, stopped, "the build")
         finally:
@@ -102,9 +116,18 @@ def _examine(workspace: Path, result: Path, temporary: Path, until: float, stopp
     home, scratch = temporary / "home", temporary / "tmp"
     home.mkdir()
     scratch.mkdir()
-    environment = _plain_environment(PYTHONPATH=os.environ.get("PYTHONPATH", ""), HOME=str(home), TMPDIR=str(scratch),
-                                     OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1")
-    with Program([sys.executable, "-B", "-m", "sdc_workshop.grading.examine_one", workspace, result], environment, workspace) as program:
+    environment = _plain_environment(
+        PYTHONPATH=os.environ.get("PYTHONPATH", ""),
+        HOME=str(home),
+        TMPDIR=str(scratch),
+        OMP_NUM_THREADS="1",
+        OPENBLAS_NUM_THREADS="1",
+    )
+    with Program(
+        [sys.executable, "-B", "-m", "sdc_workshop.grading.examine_one", workspace, result],
+        environment,
+        workspace,
+    ) as program:
         try:
             _wait(program, until, stopped, "the check")
         finally:

@@ -1,4 +1,5 @@
 """The summary of all grades: a table for a spreadsheet, and a page for the eye."""
+
 from __future__ import annotations
 
 import base64
@@ -14,15 +15,30 @@ from sdc_workshop.steps import load_steps
 
 _PICTURE_WIDTH = 720
 # Figures of the report that a page shows: key, heading, how to write it.
-_SHOWN = (("status", "drive", "{}"), ("route_completion_percent", "route %", "{:.0f}"), ("duration_s", "time s", "{:.1f}"),
-          ("time_ratio", "time ratio", "{:.2f}"), ("cross_track_rms_m", "error RMS m", "{:.3f}"),
-          ("cross_track_max_m", "worst m", "{:.2f}"), ("lateral_acceleration_max_mps2", "lateral m/s²", "{:.1f}"),
-          ("jerk_max_mps3", "jerk m/s³", "{:.1f}"), ("comfortable", "comfortable", "{}"))
+_SHOWN = (
+    ("status", "drive", "{}"),
+    ("route_completion_percent", "route %", "{:.0f}"),
+    ("duration_s", "time s", "{:.1f}"),
+    ("time_ratio", "time ratio", "{:.2f}"),
+    ("cross_track_rms_m", "error RMS m", "{:.3f}"),
+    ("cross_track_max_m", "worst m", "{:.2f}"),
+    ("lateral_acceleration_max_mps2", "lateral m/s²", "{:.1f}"),
+    ("jerk_max_mps3", "jerk m/s³", "{:.1f}"),
+    ("comfortable", "comfortable", "{}"),
+)
 
 
 def leaderboard(grades: list) -> list:
     """Best first: driving score, then steps done, then the quicker drive, then the name."""
-    return sorted(grades, key=lambda found: (-found.score, -found.steps_done, found.report.get("time_ratio") or float("inf"), found.name))
+    return sorted(
+        grades,
+        key=lambda found: (
+            -found.score,
+            -found.steps_done,
+            found.report.get("time_ratio") or float("inf"),
+            found.name,
+        ),
+    )
 
 
 def flat(report: dict) -> dict:
@@ -42,13 +58,36 @@ def write_csv(path: Path, ranked: list) -> None:
     figures = list(dict.fromkeys(key for found in ranked for key in flat(found.report)))
     with open(path, "w", newline="", encoding="utf-8") as file:
         rows = csv.writer(file)
-        rows.writerow(["rank", "student", "folder", "steps_done", "steps", "next_step", "driving_score", "note",
-                       *(key for key in figures if key != "driving_score"), *(f"step {step.id}" for step in steps)])
+        rows.writerow(
+            [
+                "rank",
+                "student",
+                "folder",
+                "steps_done",
+                "steps",
+                "next_step",
+                "driving_score",
+                "note",
+                *(key for key in figures if key != "driving_score"),
+                *(f"step {step.id}" for step in steps),
+            ]
+        )
         for rank, found in enumerate(ranked, start=1):
             report = flat(found.report)
-            rows.writerow([rank, found.name, found.folder, found.steps_done, len(steps), found.first_open, f"{found.score:.4f}", found.note,
-                           *(report.get(key, "") for key in figures if key != "driving_score"),
-                           *(found.answers.get(step.id, {}).get("status", "") for step in steps)])
+            rows.writerow(
+                [
+                    rank,
+                    found.name,
+                    found.folder,
+                    found.steps_done,
+                    len(steps),
+                    found.first_open,
+                    f"{found.score:.4f}",
+                    found.note,
+                    *(report.get(key, "") for key in figures if key != "driving_score"),
+                    *(found.answers.get(step.id, {}).get("status", "") for step in steps),
+                ]
+            )
 
 
 def write_html(path: Path, ranked: list) -> None:
@@ -59,7 +98,8 @@ def write_html(path: Path, ranked: list) -> None:
     headings = "".join(f"<th>{html.escape(heading)}</th>" for _, heading, _ in _SHOWN)
     complete = sum(found.steps_done == len(steps) for found in ranked)
     driven = sum(found.report.get("status") == "completed" for found in ranked)
-    path.write_text(f"""<!DOCTYPE html>
+    path.write_text(
+        f"""<!DOCTYPE html>
 <html lang="en">
 <head>
 <meta charset="utf-8">
@@ -81,23 +121,34 @@ def write_html(path: Path, ranked: list) -> None:
 {parts}
 </body>
 </html>
-""", encoding="utf-8")
+""",
+        encoding="utf-8",
+    )
 
 
 def _key() -> str:
-    states = ((PASSED, "right"), (WRONG, "wrong"), (WAITING, "waits for another step"), (UNFINISHED, "not written yet"),
-              ("unknown", "not checked"))
+    states = (
+        (PASSED, "right"),
+        (WRONG, "wrong"),
+        (WAITING, "waits for another step"),
+        (UNFINISHED, "not written yet"),
+        ("unknown", "not checked"),
+    )
     return " ".join(f'<span class="step {status}"></span> {text}' for status, text in states)
 
 
 def _row(rank: int, found: Grade, steps: list) -> str:
     share = 100.0 * found.steps_done / len(steps)
-    figures = "".join(f'<td class="{_class(key, found.report)}">{html.escape(_figure(found.report, key, how))}</td>'
-                      for key, _, how in _SHOWN)
-    return (f'<tr><td>{rank}</td><td class="name"><a href="#{html.escape(found.name)}">{html.escape(found.name)}</a></td>'
-            f'<td class="score">{f"{found.score:.1f}" if found.report else "–"}</td>'
-            f'<td class="name"><span class="bar"><span style="width:{share:.0f}%"></span></span> {found.steps_done}/{len(steps)}</td>'
-            f'<td class="name">{html.escape(found.first_open) or "–"}</td>{figures}</tr>')
+    figures = "".join(
+        f'<td class="{_class(key, found.report)}">{html.escape(_figure(found.report, key, how))}</td>'
+        for key, _, how in _SHOWN
+    )
+    return (
+        f'<tr><td>{rank}</td><td class="name"><a href="#{html.escape(found.name)}">{html.escape(found.name)}</a></td>'
+        f'<td class="score">{f"{found.score:.1f}" if found.report else "–"}</td>'
+        f'<td class="name"><span class="bar"><span style="width:{share:.0f}%"></span></span> {found.steps_done}/{len(steps)}</td>'
+        f'<td class="name">{html.escape(found.first_open) or "–"}</td>{figures}</tr>'
+    )
 
 
 def _class(key: str, report: dict) -> str:
@@ -124,27 +175,47 @@ def _student(found: Grade, steps: list, folder: Path) -> str:
         answer = found.answers.get(step.id)
         status = answer["status"] if answer else "unknown"
         said = f": {answer['seen']}" if answer and answer["seen"] else ""
-        strip.append(f'<span class="step {status}" title="{html.escape(f"{step.id}: {step.title}{said}", quote=True)}"></span>')
+        strip.append(
+            f'<span class="step {status}" title="{html.escape(f"{step.id}: {step.title}{said}", quote=True)}"></span>'
+        )
     note = f'<p class="note">{html.escape(found.note)}</p>' if found.note else ""
     picture = _picture(folder / "report.png")
     if (folder / "report.html").is_file():
-        picture += f'<p><a href="{quote(found.name)}/report.html">The whole report of the drive</a></p>'
-    return (f'<section id="{html.escape(found.name)}"><h2>{html.escape(found.name)}</h2>'
-            f'<p class="folder">{html.escape(str(found.folder))}</p><div class="strip">{"".join(strip)}</div>'
-            f'{note}{_next(found)}{picture}</section>')
+        picture += (
+            f'<p><a href="{quote(found.name)}/report.html">The whole report of the drive</a></p>'
+        )
+    return (
+        f'<section id="{html.escape(found.name)}"><h2>{html.escape(found.name)}</h2>'
+        f'<p class="folder">{html.escape(str(found.folder))}</p><div class="strip">{"".join(strip)}</div>'
+        f"{note}{_next(found)}{picture}</section>"
+    )
 
 
 def _next(found: Grade) -> str:
     if not found.first_open:
         return ""
     answer = found.answers[found.first_open]
-    rows = "".join(f"<dt>{name}</dt><dd>{html.escape(text)}</dd>" for name, text in (
-        ("expected", answer["expected"]), ("seen", answer["seen"]), ("where", _where(answer)), ("hint", answer["hint"])) if text)
-    return f'<div class="next"><b>{html.escape(found.first_open)}</b> comes next<dl>{rows}</dl></div>'
+    rows = "".join(
+        f"<dt>{name}</dt><dd>{html.escape(text)}</dd>"
+        for name, text in (
+            ("expected", answer["expected"]),
+            ("seen", answer["seen"]),
+            ("where", _where(answer)),
+            ("hint", answer["hint"]),
+        )
+        if text
+    )
+    return (
+        f'<div class="next"><b>{html.escape(found.first_open)}</b> comes next<dl>{rows}</dl></div>'
+    )
 
 
 def _where(answer: dict) -> str:
-    return f"{answer['file']}:{answer['line']}" if answer["file"] and answer["line"] else answer["file"] or ""
+    return (
+        f"{answer['file']}:{answer['line']}"
+        if answer["file"] and answer["line"]
+        else answer["file"] or ""
+    )
 
 
 def _picture(path: Path) -> str:
@@ -152,8 +223,10 @@ def _picture(path: Path) -> str:
     if not path.is_file():
         return ""
     import matplotlib
+
     matplotlib.use("Agg")
     from matplotlib import image
+
     try:
         pixels = image.imread(path)
     except (OSError, SyntaxError, ValueError):

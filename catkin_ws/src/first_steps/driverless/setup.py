@@ -1,4 +1,5 @@
 """Tells catkin where this package's Python modules are; catkin runs it, you do not."""
+
 from catkin_pkg.python_setup import generate_distutils_setup
 from setuptools import setup
 

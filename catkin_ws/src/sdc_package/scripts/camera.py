@@ -2,6 +2,7 @@
 # TODO 1 (line 1): the interpreter that shall run this file
 # --------------------------------------------------------------------------------
 """Camera: shows the road and its lane markings, and publishes the filtered picture."""
+
 import threading
 
 import cv2
@@ -11,9 +12,9 @@ from cv_bridge import CvBridge, CvBridgeError
 from sensor_msgs.msg import Image
 
 from sdc_package.lane_filter import LaneFilter, LaneFilterThresholds
-from sdc_package.node import LoopPublisher, parameter, refuse
-from sdc_package.picture import check_picture
-from sdc_package.surroundings import watch_surroundings
+from sdc_common.ros.node import LoopPublisher, parameter, refuse
+from sdc_common.ros.image_check import check_image
+from sdc_common.ros.connection_watchdog import watch_connections
 
 
 class Camera:
@@ -35,19 +36,27 @@ class Camera:
 
         self.publisher = LoopPublisher("/camera/lane_mask", Image)
         # TODO 3: listen to the front camera: every picture shall come to on_image
-        rospy.Subscriber("/carla/ego_vehicle/camera/rgb/front/image_color", Image, self.on_image, queue_size=1,
-                         buff_size=4 * 1024 * 1024, tcp_nodelay=True)
+        rospy.Subscriber(
+            "/carla/ego_vehicle/camera/rgb/front/image_color",
+            Image,
+            self.on_image,
+            queue_size=1,
+            buff_size=4 * 1024 * 1024,
+            tcp_nodelay=True,
+        )
         # ------------------------------------------------------------------------
 
     def on_image(self, message):
         try:
-            check_picture(message)
+            check_image(message)
             # TODO 4: turn the message into a picture for OpenCV, and find the lane markings in it (until then: return)
             image = self.bridge.imgmsg_to_cv2(message, "bgra8")
             mask = self.lane_filter.mask(image)
             # --------------------------------------------------------------------
         except (CvBridgeError, TypeError, ValueError) as error:
-            rospy.logwarn_throttle(1.0, f"camera: refused a picture on {message._connection_header['topic']}: {error}")
+            rospy.logwarn_throttle(
+                1.0, f"camera: refused a picture on {message._connection_header['topic']}: {error}"
+            )
             return
         self.publish(mask, message.header)
         if self.show_window:
@@ -62,13 +71,14 @@ class Camera:
         self.publisher.publish(picture)
 
     def run(self):
-        watch_surroundings()
+        watch_connections()
         if not self.show_window:
             rospy.spin()
             return
-        from sdc_package.window import NoDisplay, Window  # only where there is a display
+        from sdc_common.window import ImageWindow, NoDisplay  # only where there is a display
+
         try:
-            window = Window("camera: F shows or hides the lane filter, Q closes")
+            window = ImageWindow("camera: F shows or hides the lane filter, Q closes")
         except NoDisplay as error:
             rospy.logwarn("camera: %s; going on without a window", error)
             rospy.spin()

@@ -1,23 +1,28 @@
 #!/usr/bin/env python3
 """Local planner: answers every odometry with the road ahead of the car and a target speed on each of its points."""
+
 import threading
 
 import numpy as np
 import rospy
 from nav_msgs.msg import Odometry
-# TODO 1: the messages that come in (Path, ObstacleArray) and go out (LocalPath, Waypoint)
-from sdc_package.msg import LocalPath, ObstacleArray, Path, Waypoint
-# --------------------------------------------------------------------------------
-from sdc_package.msg import CarlaTrafficLightInfoList, CarlaTrafficLightStatusList
 
-from sdc_package.figures import check_positive
-from sdc_package.kept_state import KeptState
-from sdc_package.node import LoopPublisher, parameter, refuse
-from sdc_package.obstacles import Caution, Obstacle
+# TODO 1: the messages that come in (Path, ObstacleArray) and go out (LocalPath, Waypoint)
+from sdc_package.msg import LocalPath, Path, Waypoint
+from sdc_msgs.msg import ObstacleArray
+
+# --------------------------------------------------------------------------------
+from carla_msgs.msg import CarlaTrafficLightInfoList, CarlaTrafficLightStatusList
+
+from sdc_common.validation import check_positive
+from sdc_common.ros.checkpoint import Checkpoint
+from sdc_common.ros.node import LoopPublisher, parameter, refuse
+from sdc_package.obstacles import DetectedObstacle, ObstacleMargins
 from sdc_package.odometry import pose_and_speed, yaw_from_quaternion
-from sdc_package.planning import LocalPlanner, SpeedLimits
-from sdc_package.surroundings import watch_surroundings
-from sdc_package.traffic_lights import LightCaution, TrafficLights
+from sdc_package.local_planner import LocalPlanner
+from sdc_common.planning.speed_profile import SpeedLimits
+from sdc_common.ros.connection_watchdog import watch_connections
+from sdc_package.traffic_lights import TrafficLightMargins, TrafficLightMonitor
 from sdc_package.waypoint_search import WaypointSearch
 
 
@@ -32,18 +37,19 @@ class LocalPlannerNode:
                 lateral_mps2=parameter("lateral_acceleration_mps2"),
                 acceleration_mps2=parameter("acceleration_mps2"),
                 braking_mps2=parameter("braking_mps2"),
-                lateral_jerk_mps3=parameter("lateral_jerk_mps3"))
-            self.caution = Caution(**parameter("caution"))
+                lateral_jerk_mps3=parameter("lateral_jerk_mps3"),
+            )
+            self.caution = ObstacleMargins(**parameter("caution"))
             self.lookahead_m = parameter("lookahead_m")
             self.join_within_m = parameter("join_within_m")
             check_positive(lookahead_m=self.lookahead_m, join_within_m=self.join_within_m)
-            self.lights = TrafficLights(LightCaution(**parameter("traffic_lights")))
+            self.lights = TrafficLightMonitor(TrafficLightMargins(**parameter("traffic_lights")))
         except (TypeError, ValueError) as error:
             refuse(f"{error}; mend it in config/local_planner.yaml")
 
         self.lock = threading.Lock()
         self.planner = None
-        self.kept = KeptState()
+        self.kept = Checkpoint()
         self.search = None
         self.odometry = None
         self.answered_stamp = None
@@ -54,26 +60,55 @@ class LocalPlannerNode:
         # TODO 3: listen to the mission: it shall come to on_mission
         rospy.Subscriber("/planner/mission_waypoints", Path, self.on_mission, queue_size=1)
         # ------------------------------------------------------------------------
-        rospy.Subscriber("/carla/ego_vehicle/obstacles", ObstacleArray, self.on_obstacles, queue_size=1, tcp_nodelay=True)
-        rospy.Subscriber("/carla/traffic_lights/info", CarlaTrafficLightInfoList, self.on_light_places, queue_size=1)
-        rospy.Subscriber("/carla/traffic_lights/status", CarlaTrafficLightStatusList, self.on_light_states, queue_size=1)
+        rospy.Subscriber(
+            "/carla/ego_vehicle/obstacles",
+            ObstacleArray,
+            self.on_obstacles,
+            queue_size=1,
+            tcp_nodelay=True,
+        )
+        rospy.Subscriber(
+            "/carla/traffic_lights/info",
+            CarlaTrafficLightInfoList,
+            self.on_light_places,
+            queue_size=1,
+        )
+        rospy.Subscriber(
+            "/carla/traffic_lights/status",
+            CarlaTrafficLightStatusList,
+            self.on_light_states,
+            queue_size=1,
+        )
         # The last: the world takes an answer for a sign that all the rest is listened to.
-        rospy.Subscriber("/carla/ego_vehicle/odometry", Odometry, self.on_odometry, queue_size=1, tcp_nodelay=True)
+        rospy.Subscriber(
+            "/carla/ego_vehicle/odometry",
+            Odometry,
+            self.on_odometry,
+            queue_size=1,
+            tcp_nodelay=True,
+        )
 
     def on_mission(self, path):
         # TODO 4: the mission as rows x, y of an array (until then: return)
         waypoints = np.array([(point.x, point.y) for point in path.waypoints]).reshape(-1, 2)
         # ------------------------------------------------------------------------
         try:
-            planner = LocalPlanner(waypoints, self.limits, self.lookahead_m, self.join_within_m, self.caution)
+            planner = LocalPlanner(
+                waypoints, self.limits, self.lookahead_m, self.join_within_m, self.caution
+            )
         except ValueError as error:
-            rospy.logerr("local_planner: refused the mission on /planner/mission_waypoints: %s", error)
+            rospy.logerr(
+                "local_planner: refused the mission on /planner/mission_waypoints: %s", error
+            )
             return
         with self.lock:
             if self.planner is not None and self.planner.is_for(waypoints):
                 return  # a mission planner that was started again repeats its mission
             if planner.recall(self.kept.load()):
-                rospy.logwarn("local_planner: was killed; looks for the car where it was, %.0f m along its route", planner.place.s_m)
+                rospy.logwarn(
+                    "local_planner: was killed; looks for the car where it was, %.0f m along its route",
+                    planner.place.s_m,
+                )
             self.planner = planner
             self.search = WaypointSearch(planner.route.points)
 
@@ -90,10 +125,22 @@ class LocalPlannerNode:
     def on_obstacles(self, message):
         with self.lock:
             try:
-                self.obstacles = [Obstacle(body.pose.position.x, body.pose.position.y, yaw_from_quaternion(body.pose.orientation),
-                                           body.size.x, body.size.y, body.speed) for body in message.obstacles]
+                self.obstacles = [
+                    DetectedObstacle(
+                        body.pose.position.x,
+                        body.pose.position.y,
+                        yaw_from_quaternion(body.pose.orientation),
+                        body.size.x,
+                        body.size.y,
+                        body.speed,
+                    )
+                    for body in message.obstacles
+                ]
             except ValueError as error:
-                rospy.logwarn_throttle(1.0, f"local_planner: refused obstacles on /carla/ego_vehicle/obstacles: {error}")
+                rospy.logwarn_throttle(
+                    1.0,
+                    f"local_planner: refused obstacles on /carla/ego_vehicle/obstacles: {error}",
+                )
             self.lights.show(message.traffic_lights, stamped=True)
             self.obstacles_stamp = message.header.stamp
             if self.odometry is not None and self.all_heard():
@@ -104,7 +151,10 @@ class LocalPlannerNode:
             try:
                 self.lights.place(message)
             except ValueError as error:
-                rospy.logwarn_throttle(1.0, f"local_planner: refused traffic lights on /carla/traffic_lights/info: {error}")
+                rospy.logwarn_throttle(
+                    1.0,
+                    f"local_planner: refused traffic lights on /carla/traffic_lights/info: {error}",
+                )
 
     def on_light_states(self, message):
         with self.lock:
@@ -112,7 +162,10 @@ class LocalPlannerNode:
 
     def all_heard(self):
         """While there are obstacles or traffic lights, each odometry comes with those of its stamp, in whichever order."""
-        return not (self.obstacles or self.lights.stamped) or self.obstacles_stamp >= self.odometry.header.stamp
+        return (
+            not (self.obstacles or self.lights.stamped)
+            or self.obstacles_stamp >= self.odometry.header.stamp
+        )
 
     def answer(self):
         odometry, self.odometry = self.odometry, None
@@ -124,7 +177,9 @@ class LocalPlannerNode:
             # --------------------------------------------------------------------
             rows = self.planner.stop_for(self.lights, rows, pose_and_speed(odometry)[3])
         except ValueError as error:
-            rospy.logwarn_throttle(1.0, f"local_planner: no path for this /carla/ego_vehicle/odometry: {error}")
+            rospy.logwarn_throttle(
+                1.0, f"local_planner: no path for this /carla/ego_vehicle/odometry: {error}"
+            )
             return
         self.publish(rows)
         self.answered_stamp = odometry.header.stamp
@@ -136,7 +191,7 @@ class LocalPlannerNode:
         # ------------------------------------------------------------------------
 
     def run(self):
-        watch_surroundings()
+        watch_connections()
         rospy.spin()
 
 

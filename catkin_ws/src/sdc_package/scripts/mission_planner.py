@@ -1,13 +1,15 @@
 #!/usr/bin/env python3
 """Mission planner: loads the route from a CSV file and publishes it once, latched, for whoever comes when."""
+
 import rospy
+
 # TODO 1: the two messages of a mission: a point, and the path of all points
 from sdc_package.msg import BaseWaypoint, Path
 # --------------------------------------------------------------------------------
 
-from sdc_package.node import parameter, refuse
-from sdc_package.surroundings import watch_surroundings
-from sdc_package.waypoints import WaypointError, load_waypoints
+from sdc_common.ros.node import parameter, refuse
+from sdc_common.ros.connection_watchdog import watch_connections
+from sdc_common.routes.waypoint_file import WaypointError, load_waypoints
 
 
 class MissionPlanner:
@@ -16,7 +18,9 @@ class MissionPlanner:
         rospy.init_node("mission_planner")
         # ------------------------------------------------------------------------
         # TODO 3: a latched publisher, which repeats the mission to whoever asks for it later
-        self.publisher = rospy.Publisher("/planner/mission_waypoints", Path, queue_size=1, latch=True)
+        self.publisher = rospy.Publisher(
+            "/planner/mission_waypoints", Path, queue_size=1, latch=True
+        )
         # ------------------------------------------------------------------------
         # TODO 4: which file? The launch file says so in the parameter "waypoints_path"
         waypoints_path = parameter("waypoints_path")
@@ -38,7 +42,7 @@ class MissionPlanner:
         # ------------------------------------------------------------------------
 
     def run(self):
-        watch_surroundings()
+        watch_connections()
         # TODO 6: publish what was loaded (until then: pass)
         self.publish()
         # ------------------------------------------------------------------------

@@ -1,27 +1,30 @@
 #!/usr/bin/env python3
 """Controller: answers each pair of odometry and local path with throttle, brake and steer."""
+
 import threading
 
 import rospy
 from nav_msgs.msg import Odometry
+
 # TODO 1.1: the message that a car is driven with
 from sdc_package.msg import CarlaVehicleControl
+
 # --------------------------------------------------------------------------------
 # TODO 2.1: the message of the road ahead
 from sdc_package.msg import LocalPath
 # --------------------------------------------------------------------------------
 
-from sdc_package.angles import wrap_angle
-from sdc_package.axles import Axles
-from sdc_package.car import PedalMap, SteeringMap
-from sdc_package.figures import check_between, check_positive
-from sdc_package.local_path import LocalPath as Road
-from sdc_package.node import LoopPublisher, every, parameter, refuse
+from sdc_common.geometry.angles import wrap_angle
+from sdc_package.steering.axles import Axles
+from sdc_package.actuation import PedalMap, SteeringMap
+from sdc_common.validation import check_between, check_positive
+from sdc_package.local_path import ReferencePath as Road
+from sdc_common.ros.node import LoopPublisher, every, parameter, refuse
 from sdc_package.odometry import pose_and_speed
 from sdc_package.pid import PidGains
-from sdc_package.speed import SpeedControl, SpeedControlLimits
-from sdc_package.steering import load_steering, section_of
-from sdc_package.surroundings import watch_surroundings
+from sdc_package.speed_control import SpeedControl, SpeedControlLimits
+from sdc_package.steering.method import load_steering, section_of
+from sdc_common.ros.connection_watchdog import watch_connections
 
 LONGEST_STEP_S = 0.2
 LOOK_EVERY_S = 0.1
@@ -42,8 +45,12 @@ class SimpleController:
             check_between(-1.0, 1.0, basic_steer=self.basic_steer)
             check_positive(patience_s=self.patience_s)
             method = parameter("steering_method")
-            self.steering = load_steering(method, rospy.get_param("~" + section_of(method), None), Axles(**parameter("axles")))
-            self.speed_control = SpeedControl(PidGains(**parameter("pid")), SpeedControlLimits(**parameter("limits")))
+            self.steering = load_steering(
+                method, rospy.get_param("~" + section_of(method), None), Axles(**parameter("axles"))
+            )
+            self.speed_control = SpeedControl(
+                PidGains(**parameter("pid")), SpeedControlLimits(**parameter("limits"))
+            )
             self.steering_map = SteeringMap(**parameter("steering"))
             self.pedal_map = PedalMap(**parameter("pedals"))
         except (TypeError, ValueError) as error:
@@ -59,13 +66,23 @@ class SimpleController:
         self.path_heard_at = rospy.Time(0)
 
         # TODO 1.3: a publisher of commands to the car
-        self.publisher = LoopPublisher("/carla/ego_vehicle/vehicle_control_cmd", CarlaVehicleControl)
+        self.publisher = LoopPublisher(
+            "/carla/ego_vehicle/vehicle_control_cmd", CarlaVehicleControl
+        )
         # ------------------------------------------------------------------------
         # TODO 1.4: listen to where the car is and how fast: on_odometry
-        rospy.Subscriber("/carla/ego_vehicle/odometry", Odometry, self.on_odometry, queue_size=1, tcp_nodelay=True)
+        rospy.Subscriber(
+            "/carla/ego_vehicle/odometry",
+            Odometry,
+            self.on_odometry,
+            queue_size=1,
+            tcp_nodelay=True,
+        )
         # ------------------------------------------------------------------------
         # TODO 2.2: listen to the road ahead: on_path
-        rospy.Subscriber("/planner/local_waypoints", LocalPath, self.on_path, queue_size=1, tcp_nodelay=True)
+        rospy.Subscriber(
+            "/planner/local_waypoints", LocalPath, self.on_path, queue_size=1, tcp_nodelay=True
+        )
         # ------------------------------------------------------------------------
         every(LOOK_EVERY_S, self.look)
 
@@ -77,7 +94,9 @@ class SimpleController:
             try:
                 pose_and_speed(odometry)
             except ValueError as error:
-                rospy.logwarn_throttle(1.0, f"simple_controller: refused /carla/ego_vehicle/odometry: {error}")
+                rospy.logwarn_throttle(
+                    1.0, f"simple_controller: refused /carla/ego_vehicle/odometry: {error}"
+                )
                 return
             self.odometry = odometry
             self.odometry_waits = True
@@ -96,7 +115,9 @@ class SimpleController:
                 self.road.update([(point.x, point.y, point.v) for point in path.waypoints])
                 # ----------------------------------------------------------------
             except ValueError as error:
-                rospy.logwarn_throttle(1.0, f"simple_controller: refused a path on /planner/local_waypoints: {error}")
+                rospy.logwarn_throttle(
+                    1.0, f"simple_controller: refused a path on /planner/local_waypoints: {error}"
+                )
                 return
             self.path_waits = True
             if self.odometry is not None:
@@ -116,7 +137,9 @@ class SimpleController:
         self.odometry_waits = self.path_waits = False
         # TODO 2.8: what the road asks for here: an acceleration, and an angle of the front wheels (until then: return)
         target = self.road.nearest(x, y, self.speed_control.preview_m(speed))
-        acceleration = self.speed_control.acceleration(target.speed_mps, target.acceleration_mps2, speed, step_s)
+        acceleration = self.speed_control.acceleration(
+            target.speed_mps, target.acceleration_mps2, speed, step_s
+        )
         wheel_angle = self.steering.wheel_angle(self.road, x, y, yaw, speed, yaw_rate)
         # ------------------------------------------------------------------------
         # TODO 2.9: the pedals for this acceleration, the steer command for this angle: publish them
@@ -142,12 +165,16 @@ class SimpleController:
     def stop(self, silent):
         """Brake for want of `silent`, along the last known road, or with the wheel as it was. The command bears no stamp: it answers no
         odometry, and a simulator in lockstep goes on waiting for the node that will."""
-        rospy.logwarn_throttle(5.0, f"simple_controller: no {silent} for {self.patience_s:g} s, braking")
+        rospy.logwarn_throttle(
+            5.0, f"simple_controller: no {silent} for {self.patience_s:g} s, braking"
+        )
         self.speed_control.reset()
         steer = self.last_command.steer if self.last_command is not None else 0.0
         if silent == "path" and self.road.line is not None:
             x, y, yaw, speed = pose_and_speed(self.odometry)
-            steer, _ = self.steering_map.command(self.steering.wheel_angle(self.road, x, y, yaw, speed), speed)
+            steer, _ = self.steering_map.command(
+                self.steering.wheel_angle(self.road, x, y, yaw, speed), speed
+            )
         self.publisher.publish(CarlaVehicleControl(steer=steer, brake=self.stop_brake))
 
     def silent_topic(self, now):
@@ -170,7 +197,7 @@ class SimpleController:
         # ------------------------------------------------------------------------
 
     def run(self):
-        watch_surroundings()
+        watch_connections()
         rospy.spin()
 
 

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """The camera node publishes the lane mask of every kind of picture, and survives those that are none."""
+
 import unittest
 
 import numpy as np
@@ -8,15 +9,17 @@ import rostest
 from cv_bridge import CvBridge
 from sensor_msgs.msg import Image
 
-from sdc_package.listening import Listener, wait_for_subscriber, wait_until
+from sdc_common.testing.message_listener import MessageListener, wait_for_subscriber, wait_until
 
 
 class CameraTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.bridge = CvBridge()
-        cls.picture = rospy.Publisher("/carla/ego_vehicle/camera/rgb/front/image_color", Image, queue_size=10)
-        cls.mask = Listener("/camera/lane_mask", Image)
+        cls.picture = rospy.Publisher(
+            "/carla/ego_vehicle/camera/rgb/front/image_color", Image, queue_size=10
+        )
+        cls.mask = MessageListener("/camera/lane_mask", Image)
         wait_for_subscriber(cls.picture)
         wait_until(cls.is_answered, what="the first mask")
 
@@ -46,11 +49,15 @@ class CameraTest(unittest.TestCase):
     def test_black_picture_and_other_encodings(self):
         self.assertFalse(self.mask_of(np.zeros((480, 640, 4), np.uint8), "bgra8").any())
         for encoding, channels in (("bgr8", 3), ("rgb8", 3), ("rgba8", 4)):
-            self.assertFalse(self.mask_of(np.full((120, 160, channels), 90, np.uint8), encoding).any())
+            self.assertFalse(
+                self.mask_of(np.full((120, 160, channels), 90, np.uint8), encoding).any()
+            )
 
     def test_bad_pictures_are_refused(self):
         self.picture.publish(Image())
-        self.picture.publish(Image(height=480, width=640, step=2560, encoding="bgra8", data=b"short"))
+        self.picture.publish(
+            Image(height=480, width=640, step=2560, encoding="bgra8", data=b"short")
+        )
         self.picture.publish(Image(height=1, width=1, step=4, encoding="nonsense", data=b"1234"))
         self.assertFalse(self.mask_of(np.zeros((480, 640, 4), np.uint8), "bgra8").any())
 

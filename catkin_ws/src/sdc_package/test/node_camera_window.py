@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """The camera node's window, on a display of its own: it shows the picture, F shows the lane filter, Q closes it."""
+
 import contextlib
 import os
 import subprocess
@@ -11,8 +12,8 @@ import rostest
 from cv_bridge import CvBridge
 from sensor_msgs.msg import Image
 
-from sdc_package.listening import Listener, wait_for_subscriber, wait_until
-from sdc_package.virtual_display import VirtualDisplay
+from sdc_common.testing.message_listener import MessageListener, wait_for_subscriber, wait_until
+from sdc_common.testing.virtual_display import VirtualDisplay
 
 TITLE = "camera: F"
 LIMIT_S = 40.0
@@ -20,8 +21,10 @@ LIMIT_S = 40.0
 
 class CameraWindowTest(unittest.TestCase):
     def setUp(self):
-        self.picture = rospy.Publisher("/carla/ego_vehicle/camera/rgb/front/image_color", Image, queue_size=1)
-        self.mask = Listener("/camera/lane_mask", Image)
+        self.picture = rospy.Publisher(
+            "/carla/ego_vehicle/camera/rgb/front/image_color", Image, queue_size=1
+        )
+        self.mask = MessageListener("/camera/lane_mask", Image)
         road = np.full((480, 640, 4), (60, 90, 30, 255), np.uint8)
         road[:, 300:310] = 255
         self.message = CvBridge().cv2_to_imgmsg(road, "bgra8")
@@ -40,15 +43,18 @@ class CameraWindowTest(unittest.TestCase):
         def is_answered():
             self.picture.publish(self.message)
             return len(self.mask.messages) > seen
+
         wait_until(is_answered, LIMIT_S, "a mask")
 
     def wait_for_pixel(self, display, colour, what):
         """Show the road until the pixel at (100, 400) of the window has a colour; returns what it shows then."""
+
         def has_colour():
             self.picture.publish(self.message)
             with contextlib.suppress(LookupError):  # a window that opens may be made anew
                 shown = display.picture(display.windows(TITLE)[0])
                 return [shown] if np.abs(shown[400, 100].astype(int) - colour).max() < 8 else []
+
         return wait_until(has_colour, LIMIT_S, what)[0]
 
     def test_window_and_keys(self):

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """hello.sh greets by rosrun and by roslaunch."""
+
 import subprocess
 import unittest
 
@@ -8,7 +9,9 @@ import rostest
 
 class HelloTest(unittest.TestCase):
     def greeting_of(self, *command):
-        return subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True, timeout=60).stdout
+        return subprocess.run(
+            command, check=True, stdout=subprocess.PIPE, text=True, timeout=60
+        ).stdout
 
     def test_rosrun(self):
         self.assertIn("Hello!", self.greeting_of("rosrun", "sdc_package", "hello.sh"))

@@ -1,14 +1,16 @@
 #!/usr/bin/env python3
 """The local planner answers each odometry once, refuses bad ones, and ends a route in order."""
+
 import math
 import unittest
 
 import rospy
 import rostest
 from nav_msgs.msg import Odometry
-from sdc_package.msg import BaseWaypoint, LocalPath, Obstacle, ObstacleArray, Path
+from sdc_msgs.msg import Obstacle, ObstacleArray
+from sdc_package.msg import BaseWaypoint, LocalPath, Path
 
-from sdc_package.listening import Listener, wait_for_subscriber, wait_until
+from sdc_common.testing.message_listener import MessageListener, wait_for_subscriber, wait_until
 
 LENGTH = 60
 
@@ -29,8 +31,10 @@ class LocalPlannerTest(unittest.TestCase):
     def setUpClass(cls):
         cls.mission = rospy.Publisher("/planner/mission_waypoints", Path, queue_size=1, latch=True)
         cls.odometry = rospy.Publisher("/carla/ego_vehicle/odometry", Odometry, queue_size=10)
-        cls.obstacles = rospy.Publisher("/carla/ego_vehicle/obstacles", ObstacleArray, queue_size=10)
-        cls.path = Listener("/planner/local_waypoints", LocalPath)
+        cls.obstacles = rospy.Publisher(
+            "/carla/ego_vehicle/obstacles", ObstacleArray, queue_size=10
+        )
+        cls.path = MessageListener("/planner/local_waypoints", LocalPath)
         wait_for_subscriber(cls.odometry)
         wait_for_subscriber(cls.obstacles)
         cls.path.wait_for_publisher()
@@ -54,7 +58,10 @@ class LocalPlannerTest(unittest.TestCase):
 
     def answer_until(self, accepts, *arguments, **keywords):
         """Ask again until an answer is accepted: obstacles travel on another connection than the odometry."""
-        return wait_until(lambda: next(filter(accepts, [self.answer(*arguments, **keywords)]), None), what="such an answer")
+        return wait_until(
+            lambda: next(filter(accepts, [self.answer(*arguments, **keywords)]), None),
+            what="such an answer",
+        )
 
     def test_road_ahead_with_speeds(self):
         path = self.answer(10.2, 0.4)
@@ -71,7 +78,12 @@ class LocalPlannerTest(unittest.TestCase):
 
     def test_bad_odometry_leaves_no_answer_and_no_harm(self):
         before = len(self.path.messages)
-        for x, y, yaw in ((math.nan, 0.0, 0.0), (0.0, math.inf, 0.0), (5.0, 0.0, math.nan), (5.0, 200.0, 0.0)):
+        for x, y, yaw in (
+            (math.nan, 0.0, 0.0),
+            (0.0, math.inf, 0.0),
+            (5.0, 0.0, math.nan),
+            (5.0, 200.0, 0.0),
+        ):
             type(self).number += 1
             self.odometry.publish(odometry(self.number, x, y, yaw))
         path = self.answer(30.0)

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """The mission planner publishes its route, latched, and refuses every bad file before the car moves."""
+
 import os
 import re
 import subprocess
@@ -10,8 +11,8 @@ import rospy
 import rostest
 from sdc_package.msg import Path
 
-from sdc_package.listening import Listener
-from sdc_package.waypoints import load_waypoints
+from sdc_common.routes.waypoint_file import load_waypoints
+from sdc_common.testing.message_listener import MessageListener
 
 BAD_FILES = [
     ("missing", None, "No such file"),
@@ -27,7 +28,7 @@ class MissionPlannerTest(unittest.TestCase):
     def test_route_is_published_to_those_who_come_late(self):
         expected = load_waypoints(rospy.get_param("/mission_planner/waypoints_path"))
         for _ in range(2):
-            path = Listener("/planner/mission_waypoints", Path).wait_for()
+            path = MessageListener("/planner/mission_waypoints", Path).wait_for()
             self.assertEqual(len(path.waypoints), len(expected))
             self.assertAlmostEqual(path.waypoints[50].x, expected[50, 0], places=4)
             self.assertAlmostEqual(path.waypoints[50].y, expected[50, 1], places=4)
@@ -41,17 +42,38 @@ class MissionPlannerTest(unittest.TestCase):
                         with open(path, "wb") as file:
                             file.write(content)
                     done = subprocess.run(
-                        ["rosrun", "sdc_package", "mission_planner.py", "__name:=bad", "_waypoints_path:=" + path],
-                        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=60, check=False)
+                        [
+                            "rosrun",
+                            "sdc_package",
+                            "mission_planner.py",
+                            "__name:=bad",
+                            "_waypoints_path:=" + path,
+                        ],
+                        stdout=subprocess.PIPE,
+                        stderr=subprocess.STDOUT,
+                        text=True,
+                        timeout=60,
+                        check=False,
+                    )
                     self.assertEqual(done.returncode, 1, done.stdout)
-                    lines = [line for line in re.sub(r"\x1b\[[0-9;]*m", "", done.stdout).splitlines() if line.strip()]
+                    lines = [
+                        line
+                        for line in re.sub(r"\x1b\[[0-9;]*m", "", done.stdout).splitlines()
+                        if line.strip()
+                    ]
                     self.assertEqual(len(lines), 1, done.stdout)
                     self.assertIn(path, lines[0])
                     self.assertIn(part, lines[0])
 
     def test_missing_parameter_is_named(self):
-        done = subprocess.run(["rosrun", "sdc_package", "mission_planner.py", "__name:=bare"],
-                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=60, check=False)
+        done = subprocess.run(
+            ["rosrun", "sdc_package", "mission_planner.py", "__name:=bare"],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            timeout=60,
+            check=False,
+        )
         self.assertEqual(done.returncode, 1)
         self.assertIn("/bare/waypoints_path is missing", done.stdout)
 

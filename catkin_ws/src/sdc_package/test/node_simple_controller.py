@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """The controller answers each pair of odometry and path, steers the right way, and stops when the world falls silent."""
+
 import contextlib
 import math
 import time
@@ -10,7 +11,7 @@ import rostest
 from nav_msgs.msg import Odometry
 from sdc_package.msg import CarlaVehicleControl, LocalPath, Waypoint
 
-from sdc_package.listening import Listener, wait_for_subscriber
+from sdc_common.testing.message_listener import MessageListener, wait_for_subscriber
 
 
 def straight_path(speed=5.0, start=0.0):
@@ -22,7 +23,7 @@ class SimpleControllerTest(unittest.TestCase):
     def setUpClass(cls):
         cls.path = rospy.Publisher("/planner/local_waypoints", LocalPath, queue_size=10)
         cls.odometry = rospy.Publisher("/carla/ego_vehicle/odometry", Odometry, queue_size=10)
-        cls.command = Listener("/carla/ego_vehicle/vehicle_control_cmd", CarlaVehicleControl)
+        cls.command = MessageListener("/carla/ego_vehicle/vehicle_control_cmd", CarlaVehicleControl)
         wait_for_subscriber(cls.odometry)
         wait_for_subscriber(cls.path)
         cls.command.wait_for()  # the stop for want of odometry: it proves that commands arrive
@@ -48,7 +49,9 @@ class SimpleControllerTest(unittest.TestCase):
             self.odometry.publish(odometry)
             self.path.publish(path or straight_path())
             with contextlib.suppress(TimeoutError):
-                return self.command.wait_for(is_answer, 1.0, after=max(0, len(self.command.messages) - 50))
+                return self.command.wait_for(
+                    is_answer, 1.0, after=max(0, len(self.command.messages) - 50)
+                )
         raise TimeoutError(f"none of {len(stamps)} pairs was answered")
 
     def drive_until(self, condition, seconds=15.0, **arguments):
@@ -82,14 +85,21 @@ class SimpleControllerTest(unittest.TestCase):
         self.drive_until(lambda command: command.brake > 0.1, speed=15.0, body_frame=False)
 
     def test_end_of_the_route_holds_the_car(self):
-        command = self.drive(speed=0.0, path=LocalPath([Waypoint(2.0, 0.0, 0.0), Waypoint(3.0, 0.0, 0.0)]))
+        command = self.drive(
+            speed=0.0, path=LocalPath([Waypoint(2.0, 0.0, 0.0), Waypoint(3.0, 0.0, 0.0)])
+        )
         self.assertGreater(command.brake, 0.1)
         self.assertEqual(command.throttle, 0.0)
 
     def test_bad_messages_are_refused_and_the_last_path_is_kept(self):
         self.drive()
-        for points in ([], [Waypoint(0.0, 0.0, 1.0)], [Waypoint(math.nan, 0.0, 1.0), Waypoint(1.0, 0.0, 1.0)],
-                       [Waypoint(0.0, 0.0, 1.0)] * 3, [Waypoint(0.0, 0.0, -1.0), Waypoint(1.0, 0.0, -1.0)]):
+        for points in (
+            [],
+            [Waypoint(0.0, 0.0, 1.0)],
+            [Waypoint(math.nan, 0.0, 1.0), Waypoint(1.0, 0.0, 1.0)],
+            [Waypoint(0.0, 0.0, 1.0)] * 3,
+            [Waypoint(0.0, 0.0, -1.0), Waypoint(1.0, 0.0, -1.0)],
+        ):
             self.path.publish(LocalPath(points))
         nan = Odometry()
         nan.header.stamp = rospy.Time.now()

@@ -4,19 +4,28 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sdc_package.kinematic import ChainedForm
+from sdc_package.steering.kinematic import ChainedForm
 
 
 def test_on_the_path_the_wheels_point_along_its_curvature():
-    assert ChainedForm(2.5).wheel_angle(0.0, 0.0, 0.0, 0.1, 0.0, 0.3) == pytest.approx(math.atan(0.25))
+    assert ChainedForm(2.5).wheel_angle(0.0, 0.0, 0.0, 0.1, 0.0, 0.3) == pytest.approx(
+        math.atan(0.25)
+    )
 
 
 def test_an_inner_circle_is_tighter():
     """Beside a bend of 10 m radius, 1 m to the inside and parallel, x2 = 0 keeps the distance: the circle of 9 m."""
-    assert ChainedForm(2.5).wheel_angle(0.0, 1.0, 0.0, 0.1, 0.0, 0.3) == pytest.approx(math.atan(2.5 / 9.0))
+    assert ChainedForm(2.5).wheel_angle(0.0, 1.0, 0.0, 0.1, 0.0, 0.3) == pytest.approx(
+        math.atan(2.5 / 9.0)
+    )
 
 
-@given(st.floats(-1.0, 1.0), st.floats(-0.4, 0.4), st.sampled_from([-0.05, 0.0, 0.02]), st.floats(0.15, 0.5))
+@given(
+    st.floats(-1.0, 1.0),
+    st.floats(-0.4, 0.4),
+    st.sampled_from([-0.05, 0.0, 0.02]),
+    st.floats(0.15, 0.5),
+)
 def test_the_error_obeys_its_linear_equation(cross_track, heading_error, curvature, k):
     """Rolled without slip in path coordinates, the error is that of (p + k)^3 over the distance, whatever the bend: exact linearisation."""
     form, wheelbase, step = ChainedForm(2.5), 2.5, 0.01
@@ -28,7 +37,11 @@ def test_the_error_obeys_its_linear_equation(cross_track, heading_error, curvatu
         along = step * math.cos(theta) / (1.0 - d * curvature)
         d += step * math.sin(theta)
         theta += step * math.tan(wheel) / wheelbase - curvature * along
-        x4, x3, x2 = x4 + along * x3, x3 + along * x2, x2 + along * (-k**3 * x4 - 3.0 * k * k * x3 - 3.0 * k * x2)
+        x4, x3, x2 = (
+            x4 + along * x3,
+            x3 + along * x2,
+            x2 + along * (-(k**3) * x4 - 3.0 * k * k * x3 - 3.0 * k * x2),
+        )
     assert d == pytest.approx(x4, abs=0.02)
 
 
@@ -36,7 +49,10 @@ def test_far_off_it_stays_finite():
     form = ChainedForm(2.5)
     for heading_error in (-3.0, 1.6, 3.0):
         for cross_track in (-50.0, 9.9, 10.1, 50.0):
-            assert abs(form.wheel_angle(0.5, cross_track, heading_error, 0.1, 0.01, 0.3)) < 0.5 * math.pi
+            assert (
+                abs(form.wheel_angle(0.5, cross_track, heading_error, 0.1, 0.01, 0.3))
+                < 0.5 * math.pi
+            )
 
 
 @pytest.mark.parametrize("heading_error", [0.5, 1.3, 1.6, 2.4, 3.0])

@@ -51,20 +51,31 @@ def test_noise_in_the_dark_is_not_painted_white():
     assert LaneFilter(THRESHOLDS).mask(noise).mean() < 1.0
 
 
-@pytest.mark.parametrize("image", [np.zeros((480, 640), np.uint8), np.zeros((480, 640, 3)), np.zeros((0, 640, 3), np.uint8),
-                                   np.zeros((4, 4, 2), np.uint8)])
+@pytest.mark.parametrize(
+    "image",
+    [
+        np.zeros((480, 640), np.uint8),
+        np.zeros((480, 640, 3)),
+        np.zeros((0, 640, 3), np.uint8),
+        np.zeros((4, 4, 2), np.uint8),
+    ],
+)
 def test_other_arrays_are_refused(image):
     with pytest.raises(ValueError, match="expected"):
         LaneFilter(THRESHOLDS).mask(image)
 
 
-@pytest.mark.parametrize("wrong", [{"gradient": -1}, {"saturation": 256}, {"lightness": 1000}, {"horizon_fraction": 1.0}])
+@pytest.mark.parametrize(
+    "wrong", [{"gradient": -1}, {"saturation": 256}, {"lightness": 1000}, {"horizon_fraction": 1.0}]
+)
 def test_thresholds_out_of_range_are_refused(wrong):
     with pytest.raises(ValueError, match=next(iter(wrong))):
         LaneFilterThresholds(**{**vars(THRESHOLDS), **wrong})
 
 
-@given(hnp.arrays(np.uint8, st.tuples(st.integers(1, 9), st.integers(1, 9), st.sampled_from([3, 4]))))
+@given(
+    hnp.arrays(np.uint8, st.tuples(st.integers(1, 9), st.integers(1, 9), st.sampled_from([3, 4])))
+)
 def test_any_picture_gives_a_binary_mask_of_its_size(image):
     mask = LaneFilter(THRESHOLDS).mask(image)
     assert mask.shape == image.shape[:2]

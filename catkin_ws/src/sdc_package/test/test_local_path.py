@@ -4,7 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sdc_package.local_path import LocalPath, Polyline
+from sdc_common.geometry.polyline import Polyline
+from sdc_package.local_path import ReferencePath
 
 
 def straight(start=0, count=25, speed=5.0):
@@ -12,31 +13,36 @@ def straight(start=0, count=25, speed=5.0):
 
 
 def test_nearest_interpolates_place_heading_and_speed():
-    path = LocalPath()
+    path = ReferencePath()
     path.update([(0.0, 0.0, 2.0), (2.0, 0.0, 4.0), (4.0, 2.0, 4.0)])
     point = path.nearest(0.7, 0.5)
     assert (point.s_m, point.cross_track_m) == (0.7, 0.5)
     assert point.heading_rad == pytest.approx(0.35 * math.pi / 8)
-    assert point.speed_mps == pytest.approx(math.sqrt((4.0 + 16.0) / 2.0)), "the speed of a point 0.3 m ahead"
+    assert point.speed_mps == pytest.approx(math.sqrt((4.0 + 16.0) / 2.0)), (
+        "the speed of a point 0.3 m ahead"
+    )
     assert point.acceleration_mps2 == pytest.approx((16.0 - 4.0) / 4.0)
 
 
 def test_planned_acceleration_is_averaged_over_the_preview():
-    path = LocalPath()
+    path = ReferencePath()
     path.update([(0.0, 0.0, 4.0), (2.0, 0.0, 4.0), (4.0, 0.0, 2.0)])
     assert path.nearest(0.7, 0.0, 0.5).acceleration_mps2 == 0.0
     assert path.nearest(0.7, 0.0, 2.0).acceleration_mps2 == pytest.approx((10.0 - 16.0) / 4.0)
 
 
 def test_beyond_a_stop_nothing_is_planned():
-    path = LocalPath()
+    path = ReferencePath()
     path.update([(0.0, 0.0, 2.0), (2.0, 0.0, 0.0)])
     for x in (1.71, 2.0, 3.0):
-        assert (path.nearest(x, 0.0).speed_mps, path.nearest(x, 0.0).acceleration_mps2) == (0.0, 0.0)
+        assert (path.nearest(x, 0.0).speed_mps, path.nearest(x, 0.0).acceleration_mps2) == (
+            0.0,
+            0.0,
+        )
 
 
 def test_ends_reach_on():
-    path = LocalPath()
+    path = ReferencePath()
     path.update(straight(speed=3.0))
     assert path.nearest(-2.0, -0.5).cross_track_m == -0.5
     assert path.nearest(30.0, 1.0).cross_track_m == 1.0
@@ -44,7 +50,7 @@ def test_ends_reach_on():
 
 
 def test_what_was_passed_stays_for_some_metres():
-    path = LocalPath()
+    path = ReferencePath()
     for start in range(30):
         path.update(straight(start))
     assert path.rows[0][0] == pytest.approx(21.0, abs=1.0)
@@ -53,12 +59,19 @@ def test_what_was_passed_stays_for_some_metres():
     assert len(path.rows) == 2
 
 
-@pytest.mark.parametrize(("rows", "part"), [
-    ([], "at least 2"), ([(0.0, 0.0, 1.0)], "at least 2"), ([(0.0, 0.0, 1.0)] * 3, "coincide"),
-    ([(0.0, math.nan, 1.0), (1.0, 0.0, 1.0)], "finite"), ([(0.0, 0.0, math.inf), (1.0, 0.0, 1.0)], "finite"),
-    ([(0.0, 0.0, -1.0), (1.0, 0.0, 1.0)], "negative")])
+@pytest.mark.parametrize(
+    ("rows", "part"),
+    [
+        ([], "at least 2"),
+        ([(0.0, 0.0, 1.0)], "at least 2"),
+        ([(0.0, 0.0, 1.0)] * 3, "coincide"),
+        ([(0.0, math.nan, 1.0), (1.0, 0.0, 1.0)], "finite"),
+        ([(0.0, 0.0, math.inf), (1.0, 0.0, 1.0)], "finite"),
+        ([(0.0, 0.0, -1.0), (1.0, 0.0, 1.0)], "negative"),
+    ],
+)
 def test_bad_paths_leave_the_last_one_in_place(rows, part):
-    path = LocalPath()
+    path = ReferencePath()
     path.update(straight())
     before = list(path.rows)
     with pytest.raises(ValueError, match=part):
@@ -72,14 +85,16 @@ def test_nearest_turns_with_the_world(angle, x, y):
     c, s = math.cos(angle), math.sin(angle)
     turned = Polyline([(c * px - s * py, s * px + c * py) for px, py in bend])
     _, _, along, cross_track, heading = Polyline(bend).nearest(x, y)
-    _, _, along_turned, cross_track_turned, heading_turned = turned.nearest(c * x - s * y, s * x + c * y)
+    _, _, along_turned, cross_track_turned, heading_turned = turned.nearest(
+        c * x - s * y, s * x + c * y
+    )
     if abs(abs(cross_track) - abs(cross_track_turned)) < 1e-9 and abs(along - along_turned) < 1e-6:
         assert math.cos(heading_turned - heading - angle) == pytest.approx(1.0, abs=1e-6)
     assert abs(cross_track_turned) == pytest.approx(abs(cross_track), abs=1e-6)
 
 
 def test_a_path_that_lies_behind_the_car_is_no_road_to_drive_on():
-    road = LocalPath()
+    road = ReferencePath()
     road.update([(float(x), 0.0, 8.0) for x in range(10)])
     assert road.nearest(8.5, 0.1).speed_mps == pytest.approx(8.0)
     beyond = road.nearest(10.5, 0.1)
@@ -89,7 +104,7 @@ def test_a_path_that_lies_behind_the_car_is_no_road_to_drive_on():
 
 def test_before_a_stop_on_the_way_the_planned_braking_is_as_strong_as_before_the_end_of_the_road():
     rows = [(float(x), 0.0, math.sqrt(2.0 * 2.0 * max(10 - x, 0.0))) for x in range(20)]
-    road, ending = LocalPath(), LocalPath()
+    road, ending = ReferencePath(), ReferencePath()
     road.update(rows)
     ending.update(rows[:11])
     for x in (5.0, 8.0, 9.0, 9.5):

@@ -5,11 +5,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sdc_package.obstacles import Caution, Obstacle, speed_caps
-from sdc_package.planning import LocalPlanner, SpeedLimits
-from sdc_package.route import Route
+from sdc_common.geometry.route import Route
+from sdc_common.planning.speed_profile import SpeedLimits
+from sdc_package.local_planner import LocalPlanner
+from sdc_package.obstacles import DetectedObstacle, ObstacleMargins, speed_caps
 
-CAUTION = Caution(side_m=0.4, gap_m=5.0, car_front_m=2.35, car_width_m=2.0)
+CAUTION = ObstacleMargins(side_m=0.4, gap_m=5.0, car_front_m=2.35, car_width_m=2.0)
 STRAIGHT = Route(np.column_stack([np.arange(201.0), np.zeros(201)]))
 BRAKING = 2.5
 # Centre of a car that stands 5 m short of the rear of a standing car at x = 50.
@@ -17,7 +18,7 @@ STOP = 50.0 - 2.35 - 5.0 - 2.35
 
 
 def car(x=50.0, y=0.0, yaw=0.0, speed=0.0):
-    return Obstacle(x, y, yaw, 4.7, 2.0, speed)
+    return DetectedObstacle(x, y, yaw, 4.7, 2.0, speed)
 
 
 def caps(*obstacles, from_s=0.0, horizon=100.0):
@@ -31,7 +32,10 @@ def test_standing_car_is_a_stop_five_metres_short():
     assert speed[30] == pytest.approx(math.sqrt(2.0 * BRAKING * (point - 30.0)))
 
 
-@pytest.mark.parametrize(("offset", "blocks"), [(0.0, True), (2.3, True), (-2.3, True), (2.5, False), (-2.5, False), (5.0, False)])
+@pytest.mark.parametrize(
+    ("offset", "blocks"),
+    [(0.0, True), (2.3, True), (-2.3, True), (2.5, False), (-2.5, False), (5.0, False)],
+)
 def test_only_what_stands_on_the_lane_counts(offset, blocks):
     assert np.isfinite(caps(car(y=offset))).any() == blocks
 
@@ -51,9 +55,9 @@ def test_oncoming_car_on_the_lane_is_a_stop():
 
 
 def test_pedestrian_who_is_about_to_step_onto_the_lane():
-    walking = Obstacle(40.0, -3.5, math.pi / 2, 0.5, 0.5, 1.4)
-    standing = Obstacle(40.0, -3.5, math.pi / 2, 0.5, 0.5, 0.0)
-    leaving = Obstacle(40.0, 3.5, math.pi / 2, 0.5, 0.5, 1.4)
+    walking = DetectedObstacle(40.0, -3.5, math.pi / 2, 0.5, 0.5, 1.4)
+    standing = DetectedObstacle(40.0, -3.5, math.pi / 2, 0.5, 0.5, 0.0)
+    leaving = DetectedObstacle(40.0, 3.5, math.pi / 2, 0.5, 0.5, 1.4)
     assert caps(walking).min() == 0.0
     assert not np.isfinite(caps(standing)).any()
     assert not np.isfinite(caps(leaving)).any()
@@ -73,10 +77,16 @@ def test_numbers_that_are_none_are_refused(number):
     values = [0.0, 0.0, 0.0, 4.0, 2.0, 0.0]
     values[number] = math.nan
     with pytest.raises(ValueError, match="finite"):
-        Obstacle(*values)
+        DetectedObstacle(*values)
 
 
-@given(st.floats(0.0, 200.0), st.floats(-10.0, 10.0), st.floats(-math.pi, math.pi), st.floats(0.0, 15.0), st.floats(0.0, 150.0))
+@given(
+    st.floats(0.0, 200.0),
+    st.floats(-10.0, 10.0),
+    st.floats(-math.pi, math.pi),
+    st.floats(0.0, 15.0),
+    st.floats(0.0, 150.0),
+)
 def test_caps_never_rise_towards_an_obstacle(x, y, yaw, speed, from_s):
     found = caps(car(x, y, yaw, speed), from_s=from_s)
     finite = found[np.isfinite(found)]
@@ -85,7 +95,13 @@ def test_caps_never_rise_towards_an_obstacle(x, y, yaw, speed, from_s):
 
 
 def test_plan_stops_and_drives_on_when_the_way_is_free():
-    planner = LocalPlanner(STRAIGHT.points, SpeedLimits(10.0, 3.0, 1.8, BRAKING), lookahead_m=25.0, join_within_m=20.0, caution=CAUTION)
+    planner = LocalPlanner(
+        STRAIGHT.points,
+        SpeedLimits(10.0, 3.0, 1.8, BRAKING),
+        lookahead_m=25.0,
+        join_within_m=20.0,
+        caution=CAUTION,
+    )
     blocked, free = (planner.plan(30, 30.0, 0.0, 0.0, obstacles) for obstacles in ([car()], []))
     assert blocked[-1, 2] == 0.0
     assert free[-1, 2] == 10.0

@@ -30,9 +30,15 @@ def test_speed_is_a_magnitude():
     assert pose_and_speed(odometry(yaw=1.0, x=-3.0, y=4.0))[2:] == (pytest.approx(1.0), 5.0)
 
 
-@pytest.mark.parametrize("break_it", [
-    lambda m: setattr(m.pose.pose.position, "x", math.nan), lambda m: setattr(m.twist.twist.linear, "y", math.inf),
-    lambda m: setattr(m.pose.pose.orientation, "w", math.nan), lambda m: setattr(m.pose.pose.orientation, "w", 0.0)])
+@pytest.mark.parametrize(
+    "break_it",
+    [
+        lambda m: setattr(m.pose.pose.position, "x", math.nan),
+        lambda m: setattr(m.twist.twist.linear, "y", math.inf),
+        lambda m: setattr(m.pose.pose.orientation, "w", math.nan),
+        lambda m: setattr(m.pose.pose.orientation, "w", 0.0),
+    ],
+)
 def test_numbers_that_are_none_are_refused(break_it):
     message = odometry()
     break_it(message)

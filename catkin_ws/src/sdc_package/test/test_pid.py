@@ -67,7 +67,9 @@ def test_bad_limits_and_gains():
         Pid(PidGains(math.nan), -1.0, 1.0)
 
 
-@given(finite, finite, finite, st.lists(st.tuples(finite, finite, st.floats(0.0, 1.0)), max_size=30))
+@given(
+    finite, finite, finite, st.lists(st.tuples(finite, finite, st.floats(0.0, 1.0)), max_size=30)
+)
 def test_output_never_leaves_the_limits(kp, ki, kd, steps):
     pid = Pid(PidGains(kp, ki, kd), -0.5, 2.0)
     for setpoint, measurement, dt in steps:

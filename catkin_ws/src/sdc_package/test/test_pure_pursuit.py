@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sdc_package.local_path import Polyline
-from sdc_package.pure_pursuit import look_ahead_point, pure_pursuit_angle
+from sdc_common.geometry.polyline import Polyline
+from sdc_package.steering.pure_pursuit import look_ahead_point, pure_pursuit_angle
 
 LINE = Polyline([(float(x), 0.0) for x in range(10)] + [(9.0, float(y)) for y in range(1, 10)])
 
@@ -18,16 +18,21 @@ def test_law_by_hand():
 @given(st.floats(5.0, 100.0), st.floats(0.1, 1.5))
 def test_the_arc_ends_at_the_goal(radius, alpha):
     """A point seen at angle alpha lies on the circle through it, 2 R sin(alpha) away: the wheel angle is that circle's."""
-    assert pure_pursuit_angle(alpha, 2.0 * radius * math.sin(alpha), 2.5) == pytest.approx(math.atan(2.5 / radius))
+    assert pure_pursuit_angle(alpha, 2.0 * radius * math.sin(alpha), 2.5) == pytest.approx(
+        math.atan(2.5 / radius)
+    )
 
 
-@pytest.mark.parametrize(("x", "y", "distance", "goal"), [
-    (0.5, 0.0, 3.0, (3.5, 0.0)),
-    (0.0, 3.0, 5.0, (4.0, 0.0)),
-    (8.0, 0.0, 3.0, (9.0, math.sqrt(8.0))),
-    (9.0, 8.0, 5.0, (9.0, 13.0)),
-    (0.0, -3.0, 2.0, (2.0, 0.0)),
-])
+@pytest.mark.parametrize(
+    ("x", "y", "distance", "goal"),
+    [
+        (0.5, 0.0, 3.0, (3.5, 0.0)),
+        (0.0, 3.0, 5.0, (4.0, 0.0)),
+        (8.0, 0.0, 3.0, (9.0, math.sqrt(8.0))),
+        (9.0, 8.0, 5.0, (9.0, 13.0)),
+        (0.0, -3.0, 2.0, (2.0, 0.0)),
+    ],
+)
 def test_look_ahead_point(x, y, distance, goal):
     """On the line, on a slant, round the corner, beyond the end, and from too far off."""
     assert look_ahead_point(LINE, x, y, distance) == pytest.approx(goal)

@@ -4,9 +4,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sdc_package.axles import Axles, front_axle_path, rear_axle_path
-from sdc_package.local_path import LocalPath, Polyline
-from sdc_package.stanley import StanleySteering, stanley_angle
+from sdc_common.geometry.polyline import Polyline
+from sdc_package.local_path import ReferencePath
+from sdc_package.steering.axles import Axles, front_axle_path, rear_axle_path
+from sdc_package.steering.stanley import StanleySteering, stanley_angle
 
 AXLES = Axles(front_m=1.435, rear_m=1.435, front_compliance=0.0, rear_compliance=0.0)
 GAINS = {"k": 2.0, "softening_mps": 1.0, "preview_s": 0.0}
@@ -14,11 +15,14 @@ GAINS = {"k": 2.0, "softening_mps": 1.0, "preview_s": 0.0}
 
 def arc(radius, side=1.0, count=40, speed=5.0):
     """Points 1 m apart on a circle, from the origin along x, to the left for side 1."""
-    return [(radius * math.sin(i / radius), side * radius * (1.0 - math.cos(i / radius)), speed) for i in range(count)]
+    return [
+        (radius * math.sin(i / radius), side * radius * (1.0 - math.cos(i / radius)), speed)
+        for i in range(count)
+    ]
 
 
 def steering(rows, x, y, yaw, speed=5.0, **changes):
-    path = LocalPath()
+    path = ReferencePath()
     path.update(rows)
     return StanleySteering(AXLES, **{**GAINS, **changes}).wheel_angle(path, x, y, yaw, speed)
 
@@ -31,7 +35,9 @@ def test_law_by_hand():
 
 @given(st.floats(-1.5, 1.5), st.floats(-5.0, 5.0), st.floats(0.0, 30.0))
 def test_law_is_odd(heading, cross_track, speed):
-    assert stanley_angle(-heading, -cross_track, speed, 2.0, 1.0) == -stanley_angle(heading, cross_track, speed, 2.0, 1.0)
+    assert stanley_angle(-heading, -cross_track, speed, 2.0, 1.0) == -stanley_angle(
+        heading, cross_track, speed, 2.0, 1.0
+    )
 
 
 def test_steers_towards_the_path():
@@ -77,7 +83,7 @@ def test_tyres_that_slip_are_steered_by_the_understeer_gradient():
     acceleration = speed**2 / radius
     along = 15.0 / radius
     yaw = along - math.asin(1.435 / radius) + 0.006 * acceleration
-    path = LocalPath()
+    path = ReferencePath()
     path.update(arc(radius))
     x, y = radius * math.sin(along), radius * (1.0 - math.cos(along))
     wheel = StanleySteering(soft, **GAINS).wheel_angle(path, x, y, yaw, speed)
@@ -85,8 +91,12 @@ def test_tyres_that_slip_are_steered_by_the_understeer_gradient():
 
 
 def test_preview_looks_ahead_in_time():
-    bend = [(float(i), 0.0, 5.0) for i in range(10)] + [(9.0 + x, y, 5.0) for x, y, _ in arc(8.0)[1:]]
-    now, later = (steering(bend, 6.5, 0.0, 0.0, speed=8.0, preview_s=preview) for preview in (0.0, 0.4))
+    bend = [(float(i), 0.0, 5.0) for i in range(10)] + [
+        (9.0 + x, y, 5.0) for x, y, _ in arc(8.0)[1:]
+    ]
+    now, later = (
+        steering(bend, 6.5, 0.0, 0.0, speed=8.0, preview_s=preview) for preview in (0.0, 0.4)
+    )
     assert later > now + 0.02
 
 

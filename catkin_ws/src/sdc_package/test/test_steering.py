@@ -1,4 +1,5 @@
 """What every steering method must do, and how methods are found by name."""
+
 import math
 import os
 
@@ -7,12 +8,14 @@ import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from sdc_package.axles import Axles
-from sdc_package.local_path import LocalPath
-from sdc_package.steering import METHODS, load_steering, predicted_pose, section_of
+from sdc_package.local_path import ReferencePath
+from sdc_package.steering.axles import Axles
+from sdc_package.steering.method import METHODS, load_steering, predicted_pose, section_of
 
 HERE = os.path.dirname(os.path.abspath(__file__))
-with open(os.path.join(HERE, "..", "config", "simple_controller.yaml"), encoding="utf-8") as config_file:
+with open(
+    os.path.join(HERE, "..", "config", "simple_controller.yaml"), encoding="utf-8"
+) as config_file:
     CONFIG = yaml.safe_load(config_file)
 AXLES = Axles(**CONFIG["axles"])
 # Tyres that hardly give: the car of the tests rolls without slipping.
@@ -30,20 +33,27 @@ def build(method, axles=STIFF, **changes):
 
 
 def path_of(points, speed=5.0):
-    path = LocalPath()
+    path = ReferencePath()
     path.update([(x, y, speed) for x, y in points])
     return path
 
 
 def bend(curvature, count=30):
     """Points 1 m apart along an arc, or a straight line where the curvature is 0; the car's place is about the eighth of them."""
-    return [(math.sin(s * curvature) / curvature if curvature else float(s),
-             (1.0 - math.cos(s * curvature)) / curvature if curvature else 0.0) for s in range(-8, count - 8)]
+    return [
+        (
+            math.sin(s * curvature) / curvature if curvature else float(s),
+            (1.0 - math.cos(s * curvature)) / curvature if curvature else 0.0,
+        )
+        for s in range(-8, count - 8)
+    ]
 
 
 @pytest.mark.parametrize("method", METHODS)
 def test_no_error_on_a_straight_line_needs_no_steering(method):
-    assert build(method).wheel_angle(path_of(bend(0.0)), 0.3, 0.0, 0.0, 5.0) == pytest.approx(0.0, abs=1e-12)
+    assert build(method).wheel_angle(path_of(bend(0.0)), 0.3, 0.0, 0.0, 5.0) == pytest.approx(
+        0.0, abs=1e-12
+    )
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -57,11 +67,19 @@ def test_steers_back(method, y, yaw):
     assert first <= 0.0
     mirrored = build(method)
     mirrored.wheel_angle(path_of(bend(0.0)), 0.0, -y, -yaw, 5.0)
-    assert mirrored.wheel_angle(path_of(bend(0.0)), 1.0, -y, -yaw, 5.0) == pytest.approx(-later, abs=1e-9)
+    assert mirrored.wheel_angle(path_of(bend(0.0)), 1.0, -y, -yaw, 5.0) == pytest.approx(
+        -later, abs=1e-9
+    )
 
 
-poses = st.tuples(st.floats(-0.1, 0.1), st.floats(-1.0, 1.0), st.floats(-2.0, 2.0), st.floats(-0.6, 0.6), st.floats(0.0, 25.0),
-                  st.floats(-0.5, 0.5))
+poses = st.tuples(
+    st.floats(-0.1, 0.1),
+    st.floats(-1.0, 1.0),
+    st.floats(-2.0, 2.0),
+    st.floats(-0.6, 0.6),
+    st.floats(0.0, 25.0),
+    st.floats(-0.5, 0.5),
+)
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -78,14 +96,24 @@ def test_left_mirrors_right(method, pose):
 
 @pytest.mark.parametrize("method", METHODS)
 @settings(QUIET, max_examples=40)
-@given(pose=poses, turn=st.floats(-3.0, 3.0), shift=st.tuples(st.floats(-500.0, 500.0), st.floats(-500.0, 500.0)))
+@given(
+    pose=poses,
+    turn=st.floats(-3.0, 3.0),
+    shift=st.tuples(st.floats(-500.0, 500.0), st.floats(-500.0, 500.0)),
+)
 def test_it_does_not_matter_where_on_the_map(method, pose, turn, shift):
     curvature, x, y, yaw, speed, rate = pose
 
     def moved(px, py):
-        return (shift[0] + px * math.cos(turn) - py * math.sin(turn), shift[1] + px * math.sin(turn) + py * math.cos(turn))
+        return (
+            shift[0] + px * math.cos(turn) - py * math.sin(turn),
+            shift[1] + px * math.sin(turn) + py * math.cos(turn),
+        )
+
     here = build(method).wheel_angle(path_of(bend(curvature)), x, y, yaw, speed, rate)
-    there = build(method).wheel_angle(path_of([moved(*point) for point in bend(curvature)]), *moved(x, y), yaw + turn, speed, rate)
+    there = build(method).wheel_angle(
+        path_of([moved(*point) for point in bend(curvature)]), *moved(x, y), yaw + turn, speed, rate
+    )
     # Inside of a corner two pieces of the path may be equally near, and rounding decides.
     assert there == pytest.approx(here, abs=0.02)
 
@@ -98,15 +126,20 @@ def test_car_on_a_circle_keeps_the_angle_of_the_bicycle(method, radius, side):
     slip = math.asin(STIFF.rear_m / radius)
     speed = 4.0
     # Points every 0.25 m: what is asked for is the law, not how it deals with corners.
-    points = [(radius * math.sin(s / radius), side * radius * (1.0 - math.cos(s / radius))) for s in [0.25 * i - 8.0 for i in range(130)]]
-    wheel = build(method, preview_s=0.0).wheel_angle(path_of(points), 0.0, 0.0, -side * slip, speed, side * speed / radius)
+    points = [
+        (radius * math.sin(s / radius), side * radius * (1.0 - math.cos(s / radius)))
+        for s in [0.25 * i - 8.0 for i in range(130)]
+    ]
+    wheel = build(method, preview_s=0.0).wheel_angle(
+        path_of(points), 0.0, 0.0, -side * slip, speed, side * speed / radius
+    )
     assert wheel == pytest.approx(side * math.atan(2.0 * math.tan(slip)), abs=0.02)
 
 
 def rolling_car(method, y, yaw, speed, length_m):
     """(y, yaw) after `length_m` along the x axis of a car that rolls without slipping: the bicycle with its centre in the middle."""
     steering = build(method)
-    path = LocalPath()
+    path = ReferencePath()
     x, rate = 0.0, 0.0
     for _ in range(int(length_m / speed / 0.05)):
         start = int(x) - 6
@@ -115,13 +148,21 @@ def rolling_car(method, y, yaw, speed, length_m):
         slip = math.atan(0.5 * math.tan(wheel))
         rate = speed * math.sin(slip) / STIFF.rear_m
         middle = yaw + 0.025 * rate + slip
-        x, y, yaw = x + 0.05 * speed * math.cos(middle), y + 0.05 * speed * math.sin(middle), yaw + 0.05 * rate
+        x, y, yaw = (
+            x + 0.05 * speed * math.cos(middle),
+            y + 0.05 * speed * math.sin(middle),
+            yaw + 0.05 * rate,
+        )
     return y, yaw
 
 
 @pytest.mark.parametrize("method", METHODS)
 @settings(QUIET, max_examples=15)
-@given(y=st.floats(-2.0, 2.0), yaw=st.floats(-math.radians(30.0), math.radians(30.0)), speed=st.floats(2.0, 12.0))
+@given(
+    y=st.floats(-2.0, 2.0),
+    yaw=st.floats(-math.radians(30.0), math.radians(30.0)),
+    speed=st.floats(2.0, 12.0),
+)
 def test_comes_back_from_two_metres_and_thirty_degrees(method, y, yaw, speed):
     end_y, end_yaw = rolling_car(method, y, yaw, speed, 60.0)
     assert abs(end_y) < 0.05
@@ -131,14 +172,20 @@ def test_comes_back_from_two_metres_and_thirty_degrees(method, y, yaw, speed):
 def test_prediction_by_hand():
     assert predicted_pose(1.0, 2.0, 0.0, 10.0, 0.0, 0.1) == pytest.approx((2.0, 2.0, 0.0))
     x, y, yaw = predicted_pose(0.0, 0.0, 0.0, 10.0, 1.0, 0.1)
-    assert (x, y, yaw) == pytest.approx((10.0 * math.sin(0.1), 10.0 * (1.0 - math.cos(0.1)), 0.1), abs=1e-3)
-    assert predicted_pose(0.0, 0.0, 0.0, 0.0, 60.0, 0.1)[2] == pytest.approx(0.15), "a jump of the pose is no yaw rate"
+    assert (x, y, yaw) == pytest.approx(
+        (10.0 * math.sin(0.1), 10.0 * (1.0 - math.cos(0.1)), 0.1), abs=1e-3
+    )
+    assert predicted_pose(0.0, 0.0, 0.0, 0.0, 60.0, 0.1)[2] == pytest.approx(0.15), (
+        "a jump of the pose is no yaw rate"
+    )
 
 
 @pytest.fixture()
 def own_modules(tmp_path, monkeypatch):
     """The folder of a student's module, and one with two that cannot be loaded, on Python's path."""
-    (tmp_path / "needs_more.py").write_text("import a_package_that_nobody_installed\n", encoding="utf-8")
+    (tmp_path / "needs_more.py").write_text(
+        "import a_package_that_nobody_installed\n", encoding="utf-8"
+    )
     (tmp_path / "misspelt.py").write_text("def wheel_angle(:\n", encoding="utf-8")
     monkeypatch.syspath_prepend(str(tmp_path))
     monkeypatch.syspath_prepend(os.path.join(HERE, "own_steering"))
@@ -153,28 +200,47 @@ def test_a_file_of_ones_own():
 
 
 @pytest.mark.usefixtures("own_modules")
-@pytest.mark.parametrize(("method", "figures", "says"), [
-    ("stanly", {}, "no steering_method 'stanly': did you mean 'stanley'"),
-    ("xyz", {}, "there are stanley, pure_pursuit"),
-    ("", {}, "must be one of"),
-    (5, {}, "must be one of"),
-    ("stanley:", {}, "form my_module:MySteering"),
-    ("your_module:YourSteering", {}, "no module 'your_module'; put the folder of your_module.py on the PYTHONPATH"),
-    ("needs_more:MySteering", {}, "asks for 'a_package_that_nobody_installed'"),
-    ("misspelt:MySteering", {}, "cannot be loaded"),
-    ("my_module:MySteerin", {}, "no class 'MySteerin': did you mean 'MySteering'"),
-    ("my_module:NoSteering", {}, "no class with a method wheel_angle"),
-    ("my_module:MySteering", None, "section 'MySteering' lacks 'gain'"),
-    ("my_module:MySteering", {"gain": 1.0, "gian": 1.0}, "'gian', which steering_method 'my_module:MySteering' does not know: did"),
-    ("pure_pursuit", None, "section 'pure_pursuit' lacks 'look_ahead_s'"),
-    ("stanley", 3.0, "must hold lines"),
-    ("stanley", {**CONFIG["stanley"], "k": -1.0}, "section 'stanley': k must be a positive number, got -1.0"),
-    ("stanley", {**CONFIG["stanley"], "k": "fast"}, "k must be a positive number, got 'fast'"),
-    ("stanley", {**CONFIG["stanley"], "preview_s": math.nan}, "preview_s"),
-    ("pure_pursuit", {**CONFIG["pure_pursuit"], "shortest_look_ahead_m": 20.0}, "exceeds longest_look_ahead_m"),
-    ("kinematic", {**CONFIG["kinematic"], "convergence_m": 0.0}, "convergence_m"),
-    ("lqr", {**CONFIG["lqr"], "steer_weight": 0.0}, "steer_weight"),
-])
+@pytest.mark.parametrize(
+    ("method", "figures", "says"),
+    [
+        ("stanly", {}, "no steering_method 'stanly': did you mean 'stanley'"),
+        ("xyz", {}, "there are stanley, pure_pursuit"),
+        ("", {}, "must be one of"),
+        (5, {}, "must be one of"),
+        ("stanley:", {}, "form my_module:MySteering"),
+        (
+            "your_module:YourSteering",
+            {},
+            "no module 'your_module'; put the folder of your_module.py on the PYTHONPATH",
+        ),
+        ("needs_more:MySteering", {}, "asks for 'a_package_that_nobody_installed'"),
+        ("misspelt:MySteering", {}, "cannot be loaded"),
+        ("my_module:MySteerin", {}, "no class 'MySteerin': did you mean 'MySteering'"),
+        ("my_module:NoSteering", {}, "no class with a method wheel_angle"),
+        ("my_module:MySteering", None, "section 'MySteering' lacks 'gain'"),
+        (
+            "my_module:MySteering",
+            {"gain": 1.0, "gian": 1.0},
+            "'gian', which steering_method 'my_module:MySteering' does not know: did",
+        ),
+        ("pure_pursuit", None, "section 'pure_pursuit' lacks 'look_ahead_s'"),
+        ("stanley", 3.0, "must hold lines"),
+        (
+            "stanley",
+            {**CONFIG["stanley"], "k": -1.0},
+            "section 'stanley': k must be a positive number, got -1.0",
+        ),
+        ("stanley", {**CONFIG["stanley"], "k": "fast"}, "k must be a positive number, got 'fast'"),
+        ("stanley", {**CONFIG["stanley"], "preview_s": math.nan}, "preview_s"),
+        (
+            "pure_pursuit",
+            {**CONFIG["pure_pursuit"], "shortest_look_ahead_m": 20.0},
+            "exceeds longest_look_ahead_m",
+        ),
+        ("kinematic", {**CONFIG["kinematic"], "convergence_m": 0.0}, "convergence_m"),
+        ("lqr", {**CONFIG["lqr"], "steer_weight": 0.0}, "steer_weight"),
+    ],
+)
 def test_what_cannot_be_built_is_refused_in_one_line(method, figures, says):
     with pytest.raises(ValueError, match="") as caught:
         load_steering(method, figures, AXLES)

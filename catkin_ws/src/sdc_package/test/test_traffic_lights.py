@@ -1,23 +1,26 @@
 """The car stops at the line for red, for yellow where it can do so comfortably, and else goes through."""
+
 from types import SimpleNamespace as Message
 
 import numpy as np
 import pytest
 
-from sdc_package.obstacles import Caution
-from sdc_package.planning import LocalPlanner, SpeedLimits
-from sdc_package.route import Route
-from sdc_package.traffic_lights import GREEN, RED, YELLOW, LightCaution, StopLine, TrafficLights, stop_lines
+from sdc_common.geometry.route import Route
+from sdc_common.planning.speed_profile import SpeedLimits
+from sdc_common.ros.stop_lines import GREEN, RED, YELLOW, StopLine, stop_lines
+from sdc_package.local_planner import LocalPlanner
+from sdc_package.obstacles import ObstacleMargins
+from sdc_package.traffic_lights import TrafficLightMargins, TrafficLightMonitor
 
 OFF, UNKNOWN = 3, 4
-CAUTION = LightCaution(gap_m=1.0, reaction_s=0.5, hardest_mps2=6.0, car_front_m=2.35)
+CAUTION = TrafficLightMargins(gap_m=1.0, reaction_s=0.5, hardest_mps2=6.0, car_front_m=2.35)
 STRAIGHT = Route(np.column_stack([np.arange(201.0), np.zeros(201)]))
 LINE, BRAKING = 100.0, 2.5
 STOP = LINE - 1.0 - 2.35
 
 
 def lights(state, x=LINE, y=0.0):
-    known = TrafficLights(CAUTION)
+    known = TrafficLightMonitor(CAUTION)
     known.lines = {7: StopLine(x, y, 1.75)}
     known.show([Message(id=7, state=state)], stamped=True)
     return known
@@ -27,14 +30,25 @@ def stop(known, from_s, speed, horizon=60.0):
     return known.stop_s(STRAIGHT, from_s, speed, BRAKING, horizon)
 
 
-@pytest.mark.parametrize(("state", "stops"), [(RED, True), (YELLOW, True), (GREEN, False), (OFF, False), (UNKNOWN, False)])
+@pytest.mark.parametrize(
+    ("state", "stops"),
+    [(RED, True), (YELLOW, True), (GREEN, False), (OFF, False), (UNKNOWN, False)],
+)
 def test_stops_a_gap_before_the_line_for_red_and_yellow(state, stops):
     assert stop(lights(state), 60.0, 10.0) == (pytest.approx(STOP) if stops else None)
 
 
 # At 10 m/s a comfortable stop takes 20 m, and 5 m of reaction; a hard one 8.3 m and 5 m, up to the line itself.
-@pytest.mark.parametrize(("state", "room_m", "stops"), [(YELLOW, 25.1, True), (YELLOW, 24.9, False), (RED, 24.9, True),
-                                                        (RED, 13.4 - 1.0, True), (RED, 13.3 - 1.0, False)])
+@pytest.mark.parametrize(
+    ("state", "room_m", "stops"),
+    [
+        (YELLOW, 25.1, True),
+        (YELLOW, 24.9, False),
+        (RED, 24.9, True),
+        (RED, 13.4 - 1.0, True),
+        (RED, 13.3 - 1.0, False),
+    ],
+)
 def test_what_cannot_stop_any_more_goes_through(state, room_m, stops):
     assert (stop(lights(state), STOP - room_m, 10.0) is not None) == stops
 
@@ -75,9 +89,20 @@ def test_what_is_said_with_stamps_counts_alone_while_it_is_said():
 
 
 def info(yaw, centre, size=(1.0, 3.5)):
-    return Message(traffic_lights=[Message(
-        id=7, transform=Message(position=Message(x=10.0, y=20.0), orientation=Message(x=0.0, y=0.0, z=np.sin(yaw / 2), w=np.cos(yaw / 2))),
-        trigger_volume=Message(center=Message(x=centre[0], y=centre[1]), size=Message(x=size[0], y=size[1])))])
+    return Message(
+        traffic_lights=[
+            Message(
+                id=7,
+                transform=Message(
+                    position=Message(x=10.0, y=20.0),
+                    orientation=Message(x=0.0, y=0.0, z=np.sin(yaw / 2), w=np.cos(yaw / 2)),
+                ),
+                trigger_volume=Message(
+                    center=Message(x=centre[0], y=centre[1]), size=Message(x=size[0], y=size[1])
+                ),
+            )
+        ]
+    )
 
 
 def test_the_line_is_in_the_middle_of_the_trigger_volume():
@@ -87,18 +112,28 @@ def test_the_line_is_in_the_middle_of_the_trigger_volume():
 
 
 def test_planner_plans_the_stop():
-    planner = LocalPlanner(STRAIGHT.points, SpeedLimits(10.0, 3.0, 1.8, BRAKING), lookahead_m=25.0, join_within_m=20.0,
-                           caution=Caution(side_m=0.4, gap_m=5.0, car_front_m=2.35, car_width_m=2.0))
+    planner = LocalPlanner(
+        STRAIGHT.points,
+        SpeedLimits(10.0, 3.0, 1.8, BRAKING),
+        lookahead_m=25.0,
+        join_within_m=20.0,
+        caution=ObstacleMargins(side_m=0.4, gap_m=5.0, car_front_m=2.35, car_width_m=2.0),
+    )
     free = planner.plan(80, 80.0, 0.0, 0.0)
     path = planner.stop_for(lights(RED), free, 5.0)
     point = 96.0  # the last one of the route before the place
     assert (path[path[:, 0] >= point][:, 2] == 0.0).all()
     before = path[:, 0] < point
-    np.testing.assert_allclose(path[before, 2], np.minimum(free[before, 2], np.sqrt(2.0 * BRAKING * (point - path[before, 0]))))
+    np.testing.assert_allclose(
+        path[before, 2],
+        np.minimum(free[before, 2], np.sqrt(2.0 * BRAKING * (point - path[before, 0]))),
+    )
     np.testing.assert_array_equal(planner.stop_for(lights(GREEN), free, 5.0), free)
 
 
-@pytest.mark.parametrize("changes", [{"gap_m": -1.0}, {"reaction_s": float("nan")}, {"hardest_mps2": float("inf")}])
+@pytest.mark.parametrize(
+    "changes", [{"gap_m": -1.0}, {"reaction_s": float("nan")}, {"hardest_mps2": float("inf")}]
+)
 def test_caution_without_sense_is_refused(changes):
     with pytest.raises(ValueError, match=next(iter(changes))):
-        LightCaution(**{**vars(CAUTION), **changes})
+        TrafficLightMargins(**{**vars(CAUTION), **changes})

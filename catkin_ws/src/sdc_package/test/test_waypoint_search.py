@@ -18,8 +18,21 @@ def test_nearest_is_the_nearest(x, y):
     assert distances[BEND.nearest(x, y)] == pytest.approx(distances.min())
 
 
-@pytest.mark.parametrize(("x", "first"), [(-3.0, 0), (0.0, 0), (0.4, 1), (0.6, 1), (4.9, 5), (5.0, 5), (5.1, 6), (18.8, 19),
-                                           (19.0, 19), (25.0, 19)])
+@pytest.mark.parametrize(
+    ("x", "first"),
+    [
+        (-3.0, 0),
+        (0.0, 0),
+        (0.4, 1),
+        (0.6, 1),
+        (4.9, 5),
+        (5.0, 5),
+        (5.1, 6),
+        (18.8, 19),
+        (19.0, 19),
+        (25.0, 19),
+    ],
+)
 def test_first_ahead_on_a_straight(x, first):
     assert STRAIGHT.first_ahead(x, 0.3) == first
 
@@ -30,14 +43,19 @@ def test_first_ahead_in_a_bend_is_never_behind(angle, offset):
     assert turned[BEND.first_ahead(x, y)] == pytest.approx(angle + 0.025, abs=0.03)
 
 
-@given(st.lists(st.tuples(st.floats(0.05, 4.6), st.floats(-1.5, 1.5)), min_size=1, max_size=30), st.floats(0.01, 0.2))
+@given(
+    st.lists(st.tuples(st.floats(0.05, 4.6), st.floats(-1.5, 1.5)), min_size=1, max_size=30),
+    st.floats(0.01, 0.2),
+)
 def test_the_first_ahead_does_not_depend_on_what_was_asked_before(jumps, step):
     asked_before = WaypointSearch(BEND.waypoints)
     for angle, offset in jumps:
         for k in range(3):
             turn = min(angle + k * step, 4.6)
             place = (20.0 - offset) * math.sin(turn), 20.0 - (20.0 - offset) * math.cos(turn)
-            assert asked_before.first_ahead(*place) == WaypointSearch(BEND.waypoints).first_ahead(*place)
+            assert asked_before.first_ahead(*place) == WaypointSearch(BEND.waypoints).first_ahead(
+                *place
+            )
 
 
 def test_the_tree_is_asked_again_now_and_then_even_of_a_car_that_drives_on():

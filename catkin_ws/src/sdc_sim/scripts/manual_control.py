@@ -1,25 +1,31 @@
 #!/usr/bin/env python3
 """Hand control: a window with the camera picture and the keys of the CARLA client. H in the window shows them."""
+
 import threading
 import time
 
 import numpy as np
 import rospy
+from carla_msgs.msg import (
+    CarlaCollisionEvent,
+    CarlaEgoVehicleStatus,
+    CarlaLaneInvasionEvent,
+    CarlaWorldInfo,
+)
 from nav_msgs.msg import Odometry
-from sdc_package.msg import CarlaVehicleControl, LocalPath, ObstacleArray, Path
-from sdc_sim.msg import CarlaCollisionEvent, CarlaEgoVehicleStatus, CarlaLaneInvasionEvent, CarlaWorldInfo
+from sdc_msgs.msg import CarlaVehicleControl, LocalPath, ObstacleArray, Path
 from sensor_msgs.msg import Image
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 
-from sdc_package.node import LoopPublisher, parameter, refuse
-from sdc_package.surroundings import watch_surroundings
-from sdc_package.window import NoDisplay, Window
-from sdc_sim import hand_control
-from sdc_sim.drive_facts import DriveFacts
-from sdc_sim.drive_views import DriveViews
-from sdc_sim.hud_drawing import HudDrawing
-from sdc_sim.map_view import MapView
+from sdc_common.ros.connection_watchdog import watch_connections
+from sdc_common.ros.node import LoopPublisher, parameter, refuse
+from sdc_common.window import ImageWindow, NoDisplay
+from sdc_sim.manual_control import keyboard
+from sdc_sim.manual_control.drive_state import DriveState
+from sdc_sim.manual_control.hud_renderer import HudRenderer
+from sdc_sim.manual_control.map_view import MapView
+from sdc_sim.manual_control.views import ViewSelector
 
 EGO = "/carla/ego_vehicle"
 PICTURES = (EGO + "/camera/rgb/front/image_color", "/camera/lane_mask")
@@ -32,29 +38,49 @@ class ManualControl:
         rospy.init_node("manual_control")
         self.manual = parameter("manual_at_start")
         try:
-            self.control = hand_control.HandControl(hand_control.HandControlRates(**parameter("rates")))
-            self.views = DriveViews(PICTURES, MapView(**parameter("map")))
-            self.facts = DriveFacts(parameter("notice_s"), time.monotonic)
-            self.window = Window("hand control", frames_per_second=parameter("frames_per_second"))
+            self.control = keyboard.HandControl(keyboard.HandControlRates(**parameter("rates")))
+            self.views = ViewSelector(PICTURES, MapView(**parameter("map")))
+            self.facts = DriveState(parameter("notice_s"), time.monotonic)
+            self.window = ImageWindow(
+                "hand control", frames_per_second=parameter("frames_per_second")
+            )
         except (TypeError, ValueError) as error:
             refuse(f"{error}; mend it in config/manual_control.yaml")
         except NoDisplay as error:
             refuse(error)
 
-        self.drawing = HudDrawing()
+        self.drawing = HudRenderer()
         self.show_figures, self.show_help = True, False
 
-        self.command_publisher = LoopPublisher(EGO + "/vehicle_control_cmd_manual", CarlaVehicleControl)
-        self.override_publisher = LoopPublisher(EGO + "/vehicle_control_manual_override", Bool, latch=True)
+        self.command_publisher = LoopPublisher(
+            EGO + "/vehicle_control_cmd_manual", CarlaVehicleControl
+        )
+        self.override_publisher = LoopPublisher(
+            EGO + "/vehicle_control_manual_override", Bool, latch=True
+        )
         self.reset_service = rospy.ServiceProxy("/sim/reset", Trigger)
 
         for topic in PICTURES:
-            rospy.Subscriber(topic, Image, self.views.take, topic, queue_size=1, buff_size=4 * 1024 * 1024, tcp_nodelay=True)
-        rospy.Subscriber(EGO + "/odometry", Odometry, self.on_odometry, queue_size=1, tcp_nodelay=True)
-        rospy.Subscriber(EGO + "/vehicle_status", CarlaEgoVehicleStatus, self.facts.on_status, queue_size=1)
+            rospy.Subscriber(
+                topic,
+                Image,
+                self.views.take,
+                topic,
+                queue_size=1,
+                buff_size=4 * 1024 * 1024,
+                tcp_nodelay=True,
+            )
+        rospy.Subscriber(
+            EGO + "/odometry", Odometry, self.on_odometry, queue_size=1, tcp_nodelay=True
+        )
+        rospy.Subscriber(
+            EGO + "/vehicle_status", CarlaEgoVehicleStatus, self.facts.on_status, queue_size=1
+        )
         rospy.Subscriber(EGO + "/obstacles", ObstacleArray, self.facts.on_obstacles, queue_size=1)
         rospy.Subscriber(EGO + "/collision", CarlaCollisionEvent, self.facts.on_collision)
-        rospy.Subscriber(EGO + "/lane_invasion", CarlaLaneInvasionEvent, self.facts.on_lane_invasion)
+        rospy.Subscriber(
+            EGO + "/lane_invasion", CarlaLaneInvasionEvent, self.facts.on_lane_invasion
+        )
         rospy.Subscriber("/carla/world_info", CarlaWorldInfo, self.facts.on_world_info)
         rospy.Subscriber("/planner/mission_waypoints", Path, self.on_mission)
         rospy.Subscriber("/planner/local_waypoints", LocalPath, self.facts.on_path, queue_size=1)
@@ -69,24 +95,28 @@ class ManualControl:
         try:
             self.views.map_view.set_route([(point.x, point.y) for point in path.waypoints])
         except ValueError as error:
-            rospy.logwarn("manual_control: no map of the mission on /planner/mission_waypoints: %s", error)
+            rospy.logwarn(
+                "manual_control: no map of the mission on /planner/mission_waypoints: %s", error
+            )
 
     def press(self, key):
-        if key == hand_control.QUIT_KEY:
+        if key == keyboard.QUIT_KEY:
             self.window.close()
-        elif key == hand_control.REVERSE_KEY:
+        elif key == keyboard.REVERSE_KEY:
             self.control.toggle_reverse()
-        elif key == hand_control.AUTOPILOT_KEY:
+        elif key == keyboard.AUTOPILOT_KEY:
             self.drive_by_hand(not self.manual)
             self.facts.say("You drive" if self.manual else "The stack drives")
-        elif key == hand_control.VIEW_KEY:
+        elif key == keyboard.VIEW_KEY:
             self.views.next()
-        elif key == hand_control.RESET_KEY:
+        elif key == keyboard.RESET_KEY:
             self.control.reset()
-            threading.Thread(target=self.reset_world, daemon=True).start()  # a paused world may keep it waiting
-        elif key == hand_control.HUD_KEY:
+            threading.Thread(
+                target=self.reset_world, daemon=True
+            ).start()  # a paused world may keep it waiting
+        elif key == keyboard.HUD_KEY:
             self.show_figures = not self.show_figures
-        elif key == hand_control.HELP_KEY:
+        elif key == keyboard.HELP_KEY:
             self.show_help = not self.show_help
 
     def reset_world(self):
@@ -106,7 +136,14 @@ class ManualControl:
         if not self.manual:
             return
         command = self.control.step(held, self.window.step_s)
-        message = CarlaVehicleControl(None, command.throttle, command.steer, command.brake, command.hand_brake, command.reverse)
+        message = CarlaVehicleControl(
+            None,
+            command.throttle,
+            command.steer,
+            command.brake,
+            command.hand_brake,
+            command.reverse,
+        )
         message.header.stamp = self.facts.stamp or rospy.Time(0)
         self.command_publisher.publish(message)
 
@@ -126,12 +163,15 @@ class ManualControl:
         def overlay(screen):
             if picture is None:
                 self.drawing.draw_centred(screen, f"nothing to see yet on {self.views.shown}")
-            self.drawing.draw(screen, readings, self.facts.notices(), self.show_figures, self.show_help)
+            self.drawing.draw(
+                screen, readings, self.facts.notices(), self.show_figures, self.show_help
+            )
+
         return self.window.show(BLACK if picture is None else picture, overlay)
 
     def run(self):
         rospy.on_shutdown(self.hand_back)
-        watch_surroundings()
+        watch_connections()
         self.drive_by_hand(self.manual)
         while not (rospy.is_shutdown() or self.window.closed):
             pressed = self.show()

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """Referee: follows the drive along the route, tells how it goes, and writes the report when it ends."""
+
 import contextlib
 import json
 import os
@@ -8,20 +9,24 @@ import threading
 import time
 
 import rospy
+from carla_msgs.msg import (
+    CarlaCollisionEvent,
+    CarlaTrafficLightInfoList,
+    CarlaTrafficLightStatusList,
+)
 from nav_msgs.msg import Odometry
-from sdc_package.msg import CarlaTrafficLightInfoList, CarlaTrafficLightStatusList, CarlaVehicleControl, LocalPath, ObstacleArray, Path
-from sdc_sim.msg import CarlaCollisionEvent
+from sdc_msgs.msg import CarlaVehicleControl, LocalPath, ObstacleArray, Path
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
-from sdc_package.node import parameter, refuse
-from sdc_package.surroundings import watch_surroundings
-from sdc_sim.drive import COMPLETED
-from sdc_sim.hearing import Hearing
-from sdc_sim.progress import Progress, closing_line
-from sdc_sim.report import ReportError, open_report, write_pages, write_report
-from sdc_sim.snapshots import Snapshots
-from sdc_sim.watch import Rules, Watch
+from sdc_common.ros.connection_watchdog import watch_connections
+from sdc_common.ros.node import parameter, refuse
+from sdc_sim.evaluation.evaluator import EvaluationRules, Evaluator
+from sdc_sim.evaluation.route_progress import COMPLETED
+from sdc_sim.report.camera_snapshots import CameraSnapshots
+from sdc_sim.report.console_progress import ConsoleProgress, closing_line
+from sdc_sim.report.writer import ReportError, open_report, write_pages, write_report
+from sdc_sim.ros.evaluator_input import EvaluatorInput
 
 LAST_ANSWERS_S = 1.0
 PAUSE_PATIENCE_S = 0.5
@@ -34,8 +39,10 @@ class Referee:
         rospy.init_node("referee")
         self.report_path = os.path.expanduser(parameter("report"))
         self.pictures = parameter("pictures")
-        self.progress = Progress(sys.stdout)
-        self.snapshots = Snapshots("/carla/ego_vehicle/camera/rgb/front/image_color", parameter("snapshots"))
+        self.progress = ConsoleProgress(sys.stdout)
+        self.snapshots = CameraSnapshots(
+            "/carla/ego_vehicle/camera/rgb/front/image_color", parameter("snapshots")
+        )
         try:
             self.journal = open_report(self.report_path, parameter("drive_id"))
         except ReportError as error:
@@ -44,25 +51,55 @@ class Referee:
         self.lock = threading.Lock()
         self.ended = threading.Event()
         self.ended_at_s = None
-        self.watch = Watch(Rules.read(parameter), self.journal)
-        self.hearing = Hearing(self.watch)
+        self.watch = Evaluator(EvaluationRules.read(parameter), self.journal)
+        self.hearing = EvaluatorInput(self.watch)
 
         self.rules_publisher = rospy.Publisher("/referee/rules", String, queue_size=1, latch=True)
 
         rospy.Subscriber("/planner/mission_waypoints", Path, self.on_mission, queue_size=1)
         hears = {"callback": self.on_message, "tcp_nodelay": True}
-        commands = rospy.Subscriber("/carla/ego_vehicle/vehicle_control_cmd", CarlaVehicleControl,
-                                    callback_args=self.hearing.command, **hears)
-        rospy.Subscriber("/planner/local_waypoints", LocalPath, callback_args=self.hearing.local_path, **hears)
-        rospy.Subscriber("/carla/ego_vehicle/collision", CarlaCollisionEvent, callback_args=self.hearing.collision, **hears)
-        rospy.Subscriber("/carla/ego_vehicle/obstacles", ObstacleArray, callback_args=self.hearing.obstacles, **hears)
-        rospy.Subscriber("/carla/traffic_lights/info", CarlaTrafficLightInfoList, callback_args=self.hearing.light_info, **hears)
-        rospy.Subscriber("/carla/traffic_lights/status", CarlaTrafficLightStatusList, callback_args=self.hearing.light_status, **hears)
+        commands = rospy.Subscriber(
+            "/carla/ego_vehicle/vehicle_control_cmd",
+            CarlaVehicleControl,
+            callback_args=self.hearing.command,
+            **hears,
+        )
+        rospy.Subscriber(
+            "/planner/local_waypoints", LocalPath, callback_args=self.hearing.local_path, **hears
+        )
+        rospy.Subscriber(
+            "/carla/ego_vehicle/collision",
+            CarlaCollisionEvent,
+            callback_args=self.hearing.collision,
+            **hears,
+        )
+        rospy.Subscriber(
+            "/carla/ego_vehicle/obstacles",
+            ObstacleArray,
+            callback_args=self.hearing.obstacles,
+            **hears,
+        )
+        rospy.Subscriber(
+            "/carla/traffic_lights/info",
+            CarlaTrafficLightInfoList,
+            callback_args=self.hearing.light_info,
+            **hears,
+        )
+        rospy.Subscriber(
+            "/carla/traffic_lights/status",
+            CarlaTrafficLightStatusList,
+            callback_args=self.hearing.light_status,
+            **hears,
+        )
         # A world in lockstep starts when its odometry is heard here: by then its first answer must be heard, too.
         limit = time.monotonic() + CONNECTING_S
-        while not (commands.get_num_connections() or rospy.is_shutdown() or time.monotonic() > limit):
+        while not (
+            commands.get_num_connections() or rospy.is_shutdown() or time.monotonic() > limit
+        ):
             time.sleep(0.01)
-        rospy.Subscriber("/carla/ego_vehicle/odometry", Odometry, self.on_odometry, tcp_nodelay=True)
+        rospy.Subscriber(
+            "/carla/ego_vehicle/odometry", Odometry, self.on_odometry, tcp_nodelay=True
+        )
 
     def on_mission(self, path):
         with self.lock:
@@ -73,15 +110,20 @@ class Referee:
             if self.watch.drive is None:
                 return
             if assumed:
-                rospy.logwarn("referee: /local_planner does not tell %s; the ideal duration is reckoned with the figures of "
-                              "config/referee.yaml", ", ".join(assumed))
+                rospy.logwarn(
+                    "referee: /local_planner does not tell %s; the ideal duration is reckoned with the figures of "
+                    "config/referee.yaml",
+                    ", ".join(assumed),
+                )
             self.rules_publisher.publish(json.dumps(self.watch.rules._asdict()))
 
     def look_up_planner(self):
         """Judge by the planner's own limits; returns the names of those that had to be assumed."""
         usual = parameter("assumed_planner")
         assumed = [name for name in usual if not rospy.has_param("/local_planner/" + name)]
-        told = {name: rospy.get_param("/local_planner/" + name) for name in usual if name not in assumed}
+        told = {
+            name: rospy.get_param("/local_planner/" + name) for name in usual if name not in assumed
+        }
         self.watch.rules = self.watch.rules._replace(planner={**usual, **told}, assumed=assumed)
         return assumed
 
@@ -100,7 +142,10 @@ class Referee:
         try:
             listen(message)
         except (TypeError, ValueError) as error:
-            rospy.logwarn_throttle(1.0, f"referee: left out a message on {message._connection_header['topic']}: {error}")
+            rospy.logwarn_throttle(
+                1.0,
+                f"referee: left out a message on {message._connection_header['topic']}: {error}",
+            )
         if self.watch.over:
             self.ended.set()
 
@@ -113,8 +158,11 @@ class Referee:
     @staticmethod
     def pause_the_world():
         """The simulator in lockstep would go on beside the report, as fast as it can."""
+
         def ask():
-            with contextlib.suppress(rospy.ROSException, rospy.ServiceException):  # CARLA has no such service
+            with contextlib.suppress(
+                rospy.ROSException, rospy.ServiceException
+            ):  # CARLA has no such service
                 rospy.wait_for_service("/sim/pause", 0.1)
                 rospy.ServiceProxy("/sim/pause", Trigger)()
 
@@ -130,7 +178,9 @@ class Referee:
         with self.lock:
             self.progress.tell_news(self.watch)
             if self.watch.drive is None or not self.watch.drive.samples:
-                rospy.logerr("referee: the drive ended before it began: no route or no odometry was heard")
+                rospy.logerr(
+                    "referee: the drive ended before it began: no route or no odometry was heard"
+                )
                 return 1
             result = self.watch.result(self.ended_at_s)
         try:
@@ -146,7 +196,7 @@ class Referee:
         return 0 if result.figures["status"] == COMPLETED else 1
 
     def run(self):
-        watch_surroundings()
+        watch_connections()
         while not (rospy.is_shutdown() or self.ended.wait(0.05)):
             with self.lock:
                 self.progress.update(self.watch, time.monotonic())

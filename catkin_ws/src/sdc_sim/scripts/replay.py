@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """Replay: scores a recorded drive again, from its bag, and writes the report."""
+
 import json
 import os
 import sys
@@ -7,11 +8,11 @@ import sys
 import rosbag
 import rospy
 
-from sdc_package.node import parameter, refuse
-from sdc_sim.hearing import Hearing
-from sdc_sim.progress import Progress, closing_line
-from sdc_sim.report import ReportError, open_report, write_pages, write_report
-from sdc_sim.watch import Rules, Watch
+from sdc_common.ros.node import parameter, refuse
+from sdc_sim.evaluation.evaluator import EvaluationRules, Evaluator
+from sdc_sim.report.console_progress import ConsoleProgress, closing_line
+from sdc_sim.report.writer import ReportError, open_report, write_pages, write_report
+from sdc_sim.ros.evaluator_input import EvaluatorInput
 
 
 class Replay:
@@ -20,14 +21,14 @@ class Replay:
         self.bag_path = os.path.expanduser(parameter("bag"))
         self.report_path = os.path.expanduser(parameter("report"))
         self.pictures = parameter("pictures")
-        self.rules = Rules.read(parameter)
+        self.rules = EvaluationRules.read(parameter)
 
     def score(self, bag):
         """The Watch that has heard the whole bag."""
         for _, message, _ in bag.read_messages("/referee/rules"):
-            self.rules = Rules(**json.loads(message.data))
-        watch = Watch(self.rules)
-        listen = Hearing(watch).by_topic
+            self.rules = EvaluationRules(**json.loads(message.data))
+        watch = Evaluator(self.rules)
+        listen = EvaluatorInput(watch).by_topic
         for topic, message, _ in bag.read_messages(list(listen)):
             try:
                 listen[topic](message)
@@ -40,9 +41,13 @@ class Replay:
             with rosbag.Bag(self.bag_path) as bag:
                 watch = self.score(bag)
         except rosbag.ROSBagUnindexedException:
-            refuse(f"{self.bag_path} was not closed in order; mend it with: rosbag reindex {self.bag_path}")
+            refuse(
+                f"{self.bag_path} was not closed in order; mend it with: rosbag reindex {self.bag_path}"
+            )
         except (OSError, rosbag.ROSBagException) as error:
-            refuse(f"{self.bag_path}: {getattr(error, 'strerror', None) or error}; name a recorded drive with bag:=FILE")
+            refuse(
+                f"{self.bag_path}: {getattr(error, 'strerror', None) or error}; name a recorded drive with bag:=FILE"
+            )
         if watch.missing:
             refuse(f"{self.bag_path} holds no {' and no '.join(watch.missing)}")
         result = watch.result()
@@ -53,7 +58,7 @@ class Replay:
                 write_pages(self.report_path, result, ())
         except ReportError as error:
             refuse(error)
-        Progress(sys.stdout).say(f"{closing_line(result.figures)}; see {self.report_path}")
+        ConsoleProgress(sys.stdout).say(f"{closing_line(result.figures)}; see {self.report_path}")
 
 
 if __name__ == "__main__":

@@ -1,17 +1,14 @@
 #!/usr/bin/env python3
 """The rest of the bridge's contract in real time: status, events, obstacles, who drives, and where the car is put."""
+
 import math
 import unittest
 
 import numpy as np
 import rospy
 import rostest
-from geometry_msgs.msg import PointStamped, PoseWithCovarianceStamped
-from nav_msgs.msg import Odometry
-from rosgraph_msgs.msg import Clock
-from sdc_package.msg import CarlaVehicleControl, ObstacleArray
-from sdc_sim.msg import (
-    AckermannDrive,
+from ackermann_msgs.msg import AckermannDrive
+from carla_msgs.msg import (
     CarlaCollisionEvent,
     CarlaEgoVehicleInfo,
     CarlaEgoVehicleStatus,
@@ -19,13 +16,17 @@ from sdc_sim.msg import (
     CarlaStatus,
     CarlaWorldInfo,
 )
+from geometry_msgs.msg import PointStamped, PoseWithCovarianceStamped
+from nav_msgs.msg import Odometry
+from rosgraph_msgs.msg import Clock
+from sdc_msgs.msg import CarlaVehicleControl, ObstacleArray
 from sensor_msgs.msg import Image
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 from visualization_msgs.msg import Marker, MarkerArray
 
-from sdc_package.listening import Listener, wait_for_subscriber, wait_until
-from sdc_package.odometry import pose_and_speed
+from sdc_common.ros.odometry import pose_and_speed
+from sdc_common.testing.message_listener import MessageListener, wait_for_subscriber, wait_until
 
 EGO = "/carla/ego_vehicle"
 
@@ -37,17 +38,18 @@ class ContractTest(unittest.TestCase):
             made = rospy.Publisher(topic, kind, queue_size=100)
             wait_for_subscriber(made)
             return made
+
         cls.command = publisher(EGO + "/vehicle_control_cmd", CarlaVehicleControl)
         cls.manual = publisher(EGO + "/vehicle_control_cmd_manual", CarlaVehicleControl)
         cls.override = publisher(EGO + "/vehicle_control_manual_override", Bool)
         cls.ackermann = publisher(EGO + "/ackermann_cmd", AckermannDrive)
         cls.pose = publisher("/initialpose", PoseWithCovarianceStamped)
         cls.click = publisher("/clicked_point", PointStamped)
-        cls.odometry = Listener(EGO + "/odometry", Odometry)
-        cls.status = Listener(EGO + "/vehicle_status", CarlaEgoVehicleStatus)
-        cls.collision = Listener(EGO + "/collision", CarlaCollisionEvent)
-        cls.lane_invasion = Listener(EGO + "/lane_invasion", CarlaLaneInvasionEvent)
-        cls.obstacles = Listener(EGO + "/obstacles", ObstacleArray)
+        cls.odometry = MessageListener(EGO + "/odometry", Odometry)
+        cls.status = MessageListener(EGO + "/vehicle_status", CarlaEgoVehicleStatus)
+        cls.collision = MessageListener(EGO + "/collision", CarlaCollisionEvent)
+        cls.lane_invasion = MessageListener(EGO + "/lane_invasion", CarlaLaneInvasionEvent)
+        cls.obstacles = MessageListener(EGO + "/obstacles", ObstacleArray)
         for listener in (cls.odometry, cls.status, cls.obstacles):
             listener.wait_for()
         for listener in (cls.collision, cls.lane_invasion):
@@ -73,6 +75,7 @@ class ContractTest(unittest.TestCase):
         def accepts(odometry):
             publish()
             return condition(*pose_and_speed(odometry))
+
         return self.next(self.odometry, accepts, seconds)
 
     def click_at(self, x, y, frame="map"):
@@ -85,23 +88,35 @@ class ContractTest(unittest.TestCase):
         message = PoseWithCovarianceStamped()
         message.header.frame_id = "map"
         message.pose.pose.position.x, message.pose.pose.position.y = x, y
-        message.pose.pose.orientation.z, message.pose.pose.orientation.w = math.sin(0.5 * yaw), math.cos(0.5 * yaw)
+        message.pose.pose.orientation.z, message.pose.pose.orientation.w = (
+            math.sin(0.5 * yaw),
+            math.cos(0.5 * yaw),
+        )
         self.pose.publish(message)
 
     def test_info_is_there_for_whoever_comes_late(self):
-        info = Listener(EGO + "/vehicle_info", CarlaEgoVehicleInfo).wait_for()
-        self.assertEqual((info.type, info.rolename, info.mass, len(info.wheels)), ("vehicle.tesla.model3", "ego_vehicle", 1845.0, 4))
-        self.assertEqual(Listener("/carla/world_info", CarlaWorldInfo).wait_for().map_name, "waypoints")
+        info = MessageListener(EGO + "/vehicle_info", CarlaEgoVehicleInfo).wait_for()
+        self.assertEqual(
+            (info.type, info.rolename, info.mass, len(info.wheels)),
+            ("vehicle.tesla.model3", "ego_vehicle", 1845.0, 4),
+        )
+        self.assertEqual(
+            MessageListener("/carla/world_info", CarlaWorldInfo).wait_for().map_name, "waypoints"
+        )
 
     def test_status_tells_command_and_speed(self):
         self.drive_until(lambda x, y, yaw, speed: speed > 2.0, throttle=0.75, steer=0.125)
         status = self.status.messages[-1]
-        self.assertEqual((status.control.throttle, status.control.steer, status.control.gear), (0.75, 0.125, 1))
-        odometry = self.odometry.wait_for(lambda message: message.header.stamp == status.header.stamp)
+        self.assertEqual(
+            (status.control.throttle, status.control.steer, status.control.gear), (0.75, 0.125, 1)
+        )
+        odometry = self.odometry.wait_for(
+            lambda message: message.header.stamp == status.header.stamp
+        )
         self.assertAlmostEqual(status.velocity, pose_and_speed(odometry)[3], places=4)
 
     def test_world_status_counts_ticks(self):
-        world = Listener("/carla/status", CarlaStatus)
+        world = MessageListener("/carla/status", CarlaStatus)
         first = world.wait_for()
         later = world.wait_for(lambda message: message.frame > first.frame)
         self.assertFalse(later.synchronous_mode)
@@ -109,16 +124,20 @@ class ContractTest(unittest.TestCase):
         self.assertAlmostEqual(later.fixed_delta_seconds, 0.05, places=6)
 
     def test_clicked_obstacle_is_told_shown_seen_and_stops_the_car(self):
-        images = Listener(EGO + "/camera/rgb/front/image_color", Image)
+        images = MessageListener(EGO + "/camera/rgb/front/image_color", Image)
         before = self.pixels(images.wait_for())
-        markers = Listener("/carla/markers", MarkerArray)
+        markers = MessageListener("/carla/markers", MarkerArray)
         self.click_at(15.0, 0.0)
         told = self.next(self.obstacles, lambda message: len(message.obstacles) == 1).obstacles[0]
         self.assertEqual((told.kind, told.pose.position.x, told.speed), ("obstacle", 15.0, 0.0))
         marker = markers.wait_for(lambda message: message.markers).markers[0]
-        self.assertEqual((marker.id, marker.action, marker.scale.x), (told.id, Marker.ADD, told.size.x))
+        self.assertEqual(
+            (marker.id, marker.action, marker.scale.x), (told.id, Marker.ADD, told.size.x)
+        )
         face = np.s_[256:274, 312:328]  # 23 x 23 pixels of it, 13.8 m before the camera
-        self.next(images, lambda image: np.abs(self.pixels(image)[face] - before[face]).mean() > 20.0)
+        self.next(
+            images, lambda image: np.abs(self.pixels(image)[face] - before[face]).mean() > 20.0
+        )
 
         seen = len(self.collision.messages)
         self.drive_until(lambda x, y, yaw, speed: len(self.collision.messages) > seen, throttle=0.7)
@@ -135,7 +154,11 @@ class ContractTest(unittest.TestCase):
         self.drive_until(lambda x, y, yaw, speed: x < 9.0, throttle=0.6, reverse=True)
         self.click_at(15.2, 0.3)
         self.next(self.obstacles, lambda message: not message.obstacles)
-        markers.wait_for(lambda message: [m.action for m in message.markers if m.id == told.id] == [Marker.DELETE])
+        markers.wait_for(
+            lambda message: (
+                [m.action for m in message.markers if m.id == told.id] == [Marker.DELETE]
+            )
+        )
 
     @staticmethod
     def pixels(image):
@@ -145,7 +168,9 @@ class ContractTest(unittest.TestCase):
         seen = len(self.lane_invasion.messages)
         self.drive_until(lambda x, y, yaw, speed: y < -1.2, throttle=0.5, steer=0.2)
         event = self.lane_invasion.wait_for(after=seen)
-        self.assertEqual(list(event.crossed_lane_markings), [CarlaLaneInvasionEvent.LANE_MARKING_SOLID])
+        self.assertEqual(
+            list(event.crossed_lane_markings), [CarlaLaneInvasionEvent.LANE_MARKING_SOLID]
+        )
 
     def test_person_takes_over_and_gives_back(self):
         self.override.publish(True)
@@ -153,20 +178,28 @@ class ContractTest(unittest.TestCase):
         def both():
             self.command.publish(CarlaVehicleControl(brake=1.0))
             self.manual.publish(CarlaVehicleControl(throttle=0.7))
+
         self.drive_until(lambda x, y, yaw, speed: speed > 3.0, publish=both)
         self.override.publish(False)
         self.drive_until(lambda x, y, yaw, speed: speed == 0.0, publish=both)
 
     def test_manual_commands_without_override_move_nothing(self):
         for _ in range(20):
-            self.drive_until(lambda *pose: True, publish=lambda: self.manual.publish(CarlaVehicleControl(throttle=1.0)))
+            self.drive_until(
+                lambda *pose: True,
+                publish=lambda: self.manual.publish(CarlaVehicleControl(throttle=1.0)),
+            )
         self.assertEqual(pose_and_speed(self.odometry.messages[-1])[3], 0.0)
 
     def test_ackermann_reaches_speed_and_turns_left_and_stops(self):
         def go():
             self.ackermann.publish(AckermannDrive(steering_angle=0.3, speed=3.0))
+
         self.drive_until(lambda x, y, yaw, speed: yaw > 0.5 and abs(speed - 3.0) < 0.2, publish=go)
-        self.drive_until(lambda x, y, yaw, speed: speed == 0.0, publish=lambda: self.ackermann.publish(AckermannDrive()))
+        self.drive_until(
+            lambda x, y, yaw, speed: speed == 0.0,
+            publish=lambda: self.ackermann.publish(AckermannDrive()),
+        )
 
     def test_bad_ackermann_and_manual_commands_are_refused_or_limited(self):
         self.drive_until(lambda x, y, yaw, speed: speed > 2.0, throttle=0.6)
@@ -174,8 +207,10 @@ class ContractTest(unittest.TestCase):
             self.ackermann.publish(AckermannDrive(speed=bad, steering_angle=bad))
             self.manual.publish(CarlaVehicleControl(throttle=bad, steer=bad, brake=bad))
         self.drive_until(lambda x, y, yaw, speed: speed == 0.0, brake=1.0)
-        self.drive_until(lambda x, y, yaw, speed: speed > 2.0,
-                         publish=lambda: self.ackermann.publish(AckermannDrive(speed=1e9, steering_angle=-1e9)))
+        self.drive_until(
+            lambda x, y, yaw, speed: speed > 2.0,
+            publish=lambda: self.ackermann.publish(AckermannDrive(speed=1e9, steering_angle=-1e9)),
+        )
         self.assertTrue(all(map(math.isfinite, pose_and_speed(self.odometry.messages[-1]))))
 
     def test_flood_of_commands_does_not_stop_the_world(self):
@@ -189,7 +224,9 @@ class ContractTest(unittest.TestCase):
     def test_car_is_put_where_the_arrow_points(self):
         self.drive_until(lambda x, y, yaw, speed: speed > 2.0, throttle=0.7)
         self.put(40.0, 30.0, 1.0)
-        odometry = self.next(self.odometry, lambda message: abs(message.pose.pose.position.x - 40.0) < 0.1)
+        odometry = self.next(
+            self.odometry, lambda message: abs(message.pose.pose.position.x - 40.0) < 0.1
+        )
         _, y, yaw, speed = pose_and_speed(odometry)
         self.assertAlmostEqual(y, 30.0)
         self.assertAlmostEqual(yaw, 1.0)
@@ -200,7 +237,12 @@ class ContractTest(unittest.TestCase):
             self.put(x, y)
         self.put(40.0, 0.0)
         self.next(self.odometry, lambda message: message.pose.pose.position.x == 40.0)
-        for x, y in ((math.nan, 0.0), (math.inf, 0.0), (1e12, 0.0), (40.5, 0.0)):  # the last is on the car itself
+        for x, y in (
+            (math.nan, 0.0),
+            (math.inf, 0.0),
+            (1e12, 0.0),
+            (40.5, 0.0),
+        ):  # the last is on the car itself
             self.click_at(x, y)
         self.click_at(20.0, 0.0, frame="camera")
         self.click_at(60.0, 0.0)
@@ -208,26 +250,40 @@ class ContractTest(unittest.TestCase):
         self.assertEqual([one.pose.position.x for one in told.obstacles], [60.0])
 
     def test_pause_step_resume(self):
-        clock = Listener("/clock", Clock)
+        clock = MessageListener("/clock", Clock)
         clock.wait_for()
         self.assertIn("paused", self.call("pause").message)
         stood = self.last_tick(clock)
         seen = len(self.odometry.messages)
         self.put(20.0, 0.0)
-        shown = self.odometry.wait_for(lambda message: message.pose.pose.position.x == 20.0, after=seen)
-        self.assertEqual(shown.header.stamp.to_nsec(), stood, "a paused world shows a change, and time stands")
+        shown = self.odometry.wait_for(
+            lambda message: message.pose.pose.position.x == 20.0, after=seen
+        )
+        self.assertEqual(
+            shown.header.stamp.to_nsec(), stood, "a paused world shows a change, and time stands"
+        )
         for step in (1, 2):
             self.call("step")
-            clock.wait_for(lambda message, due=stood + step * 50_000_000: message.clock.to_nsec() == due)
+            clock.wait_for(
+                lambda message, due=stood + step * 50_000_000: message.clock.to_nsec() == due
+            )
         self.assertIn("running", self.call("resume").message)
         clock.wait_for(lambda message: message.clock.to_nsec() > stood + 200_000_000)
-        steps = {b - a for a, b in zip(*(lambda t: (t, t[1:]))([message.clock.to_nsec() for message in clock.messages]))}
+        steps = {
+            b - a
+            for a, b in zip(
+                *(lambda t: (t, t[1:]))([message.clock.to_nsec() for message in clock.messages])
+            )
+        }
         self.assertLessEqual(steps, {0, 50_000_000})
 
     def last_tick(self, clock):
         """The tick at which a paused world stands: its message may still be on the way."""
         frame = int(self.call("pause").message.rsplit(" ", 1)[1])
-        return wait_until(lambda: clock.messages[-1].clock.to_nsec() == frame * 50_000_000 and frame * 50_000_000, what="the last tick")
+        return wait_until(
+            lambda: clock.messages[-1].clock.to_nsec() == frame * 50_000_000 and frame * 50_000_000,
+            what="the last tick",
+        )
 
 
 if __name__ == "__main__":

@@ -1,17 +1,18 @@
 #!/usr/bin/env python3
 """Pause, step, resume, reset and a person at the wheel while the world runs in lockstep; the test is the stack."""
+
 import threading
 import unittest
 
 import rospy
 import rostest
 from nav_msgs.msg import Odometry
-from sdc_package.msg import CarlaVehicleControl
+from sdc_msgs.msg import CarlaVehicleControl
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 
-from sdc_package.listening import Listener, wait_for_subscriber, wait_until
-from sdc_package.odometry import pose_and_speed
+from sdc_common.ros.odometry import pose_and_speed
+from sdc_common.testing.message_listener import MessageListener, wait_for_subscriber, wait_until
 
 EGO = "/carla/ego_vehicle"
 TICK_NS = 50_000_000
@@ -23,12 +24,18 @@ class LockstepTest(unittest.TestCase):
         cls.throttle = 0.5
         cls.answering = threading.Event()
         cls.answering.set()
-        cls.command = rospy.Publisher(EGO + "/vehicle_control_cmd", CarlaVehicleControl, queue_size=100)
-        cls.manual = rospy.Publisher(EGO + "/vehicle_control_cmd_manual", CarlaVehicleControl, queue_size=100)
-        cls.override = rospy.Publisher(EGO + "/vehicle_control_manual_override", Bool, queue_size=10)
+        cls.command = rospy.Publisher(
+            EGO + "/vehicle_control_cmd", CarlaVehicleControl, queue_size=100
+        )
+        cls.manual = rospy.Publisher(
+            EGO + "/vehicle_control_cmd_manual", CarlaVehicleControl, queue_size=100
+        )
+        cls.override = rospy.Publisher(
+            EGO + "/vehicle_control_manual_override", Bool, queue_size=10
+        )
         for publisher in (cls.command, cls.manual, cls.override):
             wait_for_subscriber(publisher)
-        cls.odometry = Listener(EGO + "/odometry", Odometry)
+        cls.odometry = MessageListener(EGO + "/odometry", Odometry)
         rospy.Subscriber(EGO + "/odometry", Odometry, cls.answer, tcp_nodelay=True)
         cls.odometry.wait_for(lambda odometry: odometry.header.stamp.to_nsec() > 20 * TICK_NS)
 
@@ -54,9 +61,15 @@ class LockstepTest(unittest.TestCase):
         stood = self.call("pause") * TICK_NS
         wait_until(lambda: self.stamps()[-1] == stood, what="the tick that the world was paused at")
         for step in range(1, 4):
-            self.assertEqual(self.call("pause") * TICK_NS, stood + (step - 1) * TICK_NS, "nothing moves by itself")
+            self.assertEqual(
+                self.call("pause") * TICK_NS,
+                stood + (step - 1) * TICK_NS,
+                "nothing moves by itself",
+            )
             self.call("step")
-            wait_until(lambda due=stood + step * TICK_NS: self.stamps()[-1] == due, what=f"step {step}")
+            wait_until(
+                lambda due=stood + step * TICK_NS: self.stamps()[-1] == due, what=f"step {step}"
+            )
         self.call("resume")
         wait_until(lambda: self.stamps()[-1] > stood + 50 * TICK_NS, what="ticks after resuming")
         stamps = self.stamps()
@@ -68,14 +81,19 @@ class LockstepTest(unittest.TestCase):
         self.answering.clear()
         try:
             self.call("step")
-            wait_until(lambda: self.stamps()[-1] == stood + TICK_NS, what="a step, the last odometry had been answered")
+            wait_until(
+                lambda: self.stamps()[-1] == stood + TICK_NS,
+                what="a step, the last odometry had been answered",
+            )
             self.call("step")
             self.assertEqual(self.call_tick(), stood // TICK_NS + 1, "nobody has answered yet")
         finally:
             self.answering.set()
         last = self.odometry.messages[-1]
         self.answer(last)
-        wait_until(lambda: self.stamps()[-1] == stood + 2 * TICK_NS, what="the step that was waiting")
+        wait_until(
+            lambda: self.stamps()[-1] == stood + 2 * TICK_NS, what="the step that was waiting"
+        )
 
     def call_tick(self):
         """Where the world is, by a service that changes nothing in a paused world but the car's place."""
@@ -84,7 +102,9 @@ class LockstepTest(unittest.TestCase):
     def test_reset_puts_the_car_back_and_lets_time_go_on(self):
         self.odometry.wait_for(lambda odometry: pose_and_speed(odometry)[3] > 3.0)
         before = self.call("reset")
-        after = self.odometry.wait_for(lambda odometry: odometry.header.stamp.to_nsec() > before * TICK_NS)
+        after = self.odometry.wait_for(
+            lambda odometry: odometry.header.stamp.to_nsec() > before * TICK_NS
+        )
         self.assertLess(abs(pose_and_speed(after)[0]), 0.5)
         self.assertLess(pose_and_speed(after)[3], 0.5)
 
@@ -96,12 +116,16 @@ class LockstepTest(unittest.TestCase):
         def accepts(odometry):
             self.manual.publish(CarlaVehicleControl(throttle=0.7))
             return pose_and_speed(odometry)[3] > 5.0
+
         try:
             self.odometry.wait_for(accepts, after=len(self.odometry.messages))
         finally:
             self.override.publish(False)
         fast = pose_and_speed(self.odometry.messages[-1])[3]
-        self.odometry.wait_for(lambda odometry: pose_and_speed(odometry)[3] < fast - 1.0, after=len(self.odometry.messages))
+        self.odometry.wait_for(
+            lambda odometry: pose_and_speed(odometry)[3] < fast - 1.0,
+            after=len(self.odometry.messages),
+        )
 
 
 if __name__ == "__main__":

@@ -1,19 +1,20 @@
 #!/usr/bin/env python3
 """The options of config/sim.yaml reach the world: noise, latencies, friction, wind, and the car's name."""
+
 import unittest
 
 import numpy as np
 import rospy
 import rostest
+from carla_msgs.msg import CarlaEgoVehicleStatus
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
-from sdc_package.msg import CarlaVehicleControl
-from sdc_sim.msg import CarlaEgoVehicleStatus
+from sdc_msgs.msg import CarlaVehicleControl
 from std_srvs.srv import Trigger
 
-from sdc_package.listening import Listener, wait_for_subscriber
-from sdc_package.odometry import pose_and_speed, yaw_from_quaternion
-from sdc_sim.sensing import OdometryNoise
+from sdc_common.ros.odometry import pose_and_speed, yaw_from_quaternion
+from sdc_common.testing.message_listener import MessageListener, wait_for_subscriber
+from sdc_sim.simulation.sensors import OdometryNoise
 
 EGO = "/carla/hero"
 TICK_NS = 50_000_000
@@ -23,15 +24,17 @@ class OptionsTest(unittest.TestCase):
     def test_options(self):
         command = rospy.Publisher(EGO + "/vehicle_control_cmd", CarlaVehicleControl, queue_size=10)
         pose = rospy.Publisher("/initialpose", PoseWithCovarianceStamped, queue_size=1)
-        odometry = Listener(EGO + "/odometry", Odometry)
-        status = Listener(EGO + "/vehicle_status", CarlaEgoVehicleStatus)
+        odometry = MessageListener(EGO + "/odometry", Odometry)
+        status = MessageListener(EGO + "/vehicle_status", CarlaEgoVehicleStatus)
         wait_for_subscriber(command)
         wait_for_subscriber(pose)
 
         # Noise: one draw a tick from the first on, of the seed and the size that were asked for. Nobody drives yet.
         last = odometry.wait_for(lambda message: message.header.stamp.to_nsec() > 60 * TICK_NS)
         noise = OdometryNoise(5, 0.4)
-        drawn = [noise.apply(0.0, 0.0, 0.0, 0.0) for _ in range(last.header.stamp.to_nsec() // TICK_NS)]
+        drawn = [
+            noise.apply(0.0, 0.0, 0.0, 0.0) for _ in range(last.header.stamp.to_nsec() // TICK_NS)
+        ]
         np.testing.assert_allclose(pose_and_speed(last)[:2], drawn[-1][:2], atol=1e-9)
 
         # Commands are five ticks late, after the four of the status: full throttle, then full brake.
@@ -39,7 +42,9 @@ class OptionsTest(unittest.TestCase):
             def accepts(message):
                 command.publish(CarlaVehicleControl(**pedals))
                 return condition(message)
+
             return status.wait_for(accepts, after=len(status.messages))
+
         moving = drive(lambda message: message.velocity > 8.0, throttle=0.8)
         before = len(status.messages)
         drive(lambda message: message.velocity < 1.0, brake=1.0)
@@ -47,7 +52,11 @@ class OptionsTest(unittest.TestCase):
         self.assertGreaterEqual(told.index(1.0), 3)
 
         # On a third of the grip the car brakes with at most a third of it; the wind has turned it, without which it drives straight.
-        braking = [message for message in status.messages[before:] if 2.0 < message.velocity < 7.0 and message.control.brake == 1.0]
+        braking = [
+            message
+            for message in status.messages[before:]
+            if 2.0 < message.velocity < 7.0 and message.control.brake == 1.0
+        ]
         seconds = (braking[-1].header.stamp - braking[0].header.stamp).to_sec()
         deceleration = (braking[0].velocity - braking[-1].velocity) / seconds
         self.assertLess(deceleration, 0.3 * 1.05 * 9.81 * 1.1)

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """The referee on topics that this test alone publishes: another stack, a kill, a folder that vanishes, a full disk, a collision."""
+
 import json
 import math
 import os
@@ -15,13 +16,13 @@ import rosgraph
 import rospkg
 import rospy
 import rostest
+from carla_msgs.msg import CarlaCollisionEvent
 from nav_msgs.msg import Odometry
-from sdc_package.msg import BaseWaypoint, CarlaVehicleControl, Obstacle, ObstacleArray, Path
-from sdc_sim.msg import CarlaCollisionEvent
+from sdc_msgs.msg import BaseWaypoint, CarlaVehicleControl, Obstacle, ObstacleArray, Path
 from sensor_msgs.msg import Image
 from std_srvs.srv import Trigger
 
-from sdc_package.listening import wait_until
+from sdc_common.testing.message_listener import wait_until
 
 SCRIPTS = os.path.join(rospkg.RosPack().get_path("sdc_sim"), "scripts")
 EGO = "/carla/ego_vehicle"
@@ -39,7 +40,9 @@ class RefereeTest(unittest.TestCase):
     def setUpClass(cls):
         cls.mission = rospy.Publisher("/planner/mission_waypoints", Path, queue_size=1)
         cls.odometry = rospy.Publisher(EGO + "/odometry", Odometry, queue_size=1000)
-        cls.command = rospy.Publisher(EGO + "/vehicle_control_cmd", CarlaVehicleControl, queue_size=1000)
+        cls.command = rospy.Publisher(
+            EGO + "/vehicle_control_cmd", CarlaVehicleControl, queue_size=1000
+        )
         cls.collision = rospy.Publisher(EGO + "/collision", CarlaCollisionEvent, queue_size=10)
         cls.obstacles = rospy.Publisher(EGO + "/obstacles", ObstacleArray, queue_size=10)
         cls.publishers = cls.mission, cls.odometry, cls.command, cls.collision, cls.obstacles
@@ -55,15 +58,35 @@ class RefereeTest(unittest.TestCase):
 
     def start(self, prefix=(), at_most_bytes=None, **changes):
         """A referee that has heard the mission."""
-        rospy.set_param(self.name, {**rospy.get_param("~good"), "pictures": False, "snapshots": 0, "drive_id": "here",
-                                     "report": self.report_path, **changes})
+        rospy.set_param(
+            self.name,
+            {
+                **rospy.get_param("~good"),
+                "pictures": False,
+                "snapshots": 0,
+                "drive_id": "here",
+                "report": self.report_path,
+                **changes,
+            },
+        )
 
         def limit():
             if at_most_bytes:
                 resource.setrlimit(resource.RLIMIT_FSIZE, (at_most_bytes, at_most_bytes))
+
         with open(self.log_path, "wb") as log:
-            process = subprocess.Popen([*prefix, os.path.join(SCRIPTS, "referee.py"), "__name:=" + self.name[1:], "__log:=/dev/null"],
-                                       stdout=log, stderr=log, preexec_fn=limit, start_new_session=True)
+            process = subprocess.Popen(
+                [
+                    *prefix,
+                    os.path.join(SCRIPTS, "referee.py"),
+                    "__name:=" + self.name[1:],
+                    "__log:=/dev/null",
+                ],
+                stdout=log,
+                stderr=log,
+                preexec_fn=limit,
+                start_new_session=True,
+            )
         self.addCleanup(self.end, process)
         self.meet()
         return process
@@ -71,12 +94,18 @@ class RefereeTest(unittest.TestCase):
     def meet(self):
         """Wait until the referee listens, and give it the mission."""
         for publisher in self.publishers:
-            wait_until(lambda publisher=publisher: self.name in listeners(publisher), 60.0, f"{self.name} on {publisher.resolved_name}")
+            wait_until(
+                lambda publisher=publisher: self.name in listeners(publisher),
+                60.0,
+                f"{self.name} on {publisher.resolved_name}",
+            )
         self.mission.publish(Path([BaseWaypoint(float(x), 0.0) for x in range(101)]))
 
     def nobody_listens(self):
         """A publisher notices by writing that its listener has gone; what was said before is no news to a listener that is there."""
-        for publisher, message in zip(self.publishers, (Path(), Odometry(), CarlaVehicleControl(), None, ObstacleArray())):
+        for publisher, message in zip(
+            self.publishers, (Path(), Odometry(), CarlaVehicleControl(), None, ObstacleArray())
+        ):
             if message is not None and self.name in listeners(publisher):
                 publisher.publish(message)
         return not any(self.name in listeners(publisher) for publisher in self.publishers[:3])
@@ -97,7 +126,10 @@ class RefereeTest(unittest.TestCase):
             message.header.stamp = rospy.Time(*divmod(50_000_000 * tick, 1_000_000_000))
             message.pose.pose.position.x = min(0.5 * tick, 100.0)
             message.pose.pose.position.y = 0.3
-            message.pose.pose.orientation.z, message.pose.pose.orientation.w = math.sin(0.5 * yaw), math.cos(0.5 * yaw)
+            message.pose.pose.orientation.z, message.pose.pose.orientation.w = (
+                math.sin(0.5 * yaw),
+                math.cos(0.5 * yaw),
+            )
             speed = 10.0 if tick < 200 else 0.0
             message.twist.twist.linear.x, message.twist.twist.linear.y = 0.6 * speed, -0.8 * speed
             self.odometry.publish(message)
@@ -112,7 +144,11 @@ class RefereeTest(unittest.TestCase):
 
     def drive_heard(self, first, last):
         self.drive(first, last)
-        wait_until(lambda: self.journal_lines() >= last - 1, 30.0, f"{last - 1} odometry messages in the journal")
+        wait_until(
+            lambda: self.journal_lines() >= last - 1,
+            30.0,
+            f"{last - 1} odometry messages in the journal",
+        )
 
     def report(self, process, status):
         self.assertEqual(process.wait(timeout=60), status, self.said())
@@ -147,7 +183,7 @@ class RefereeTest(unittest.TestCase):
         self.assertEqual(sorted(os.listdir(self.folder)), ["report.csv", "report.json"])
 
     def test_a_killed_referee_goes_on_with_its_drive(self):
-        process = self.start(prefix=("python3", "-m", "sdc_package.keep_running"))
+        process = self.start(prefix=("python3", "-m", "sdc_common.ros.supervisor"))
         self.drive_heard(1, 100)
         node = xmlrpc.client.ServerProxy(rosgraph.Master("/referee_test").lookupNode(self.name))
         os.kill(node.getPid("/referee_test")[2], signal.SIGKILL)
@@ -181,7 +217,10 @@ class RefereeTest(unittest.TestCase):
         self.drive()
         self.assertEqual(process.wait(timeout=60), 1, self.said())
         # The limit cuts a line in two, as a full disk does, or refuses the next one whole.
-        self.assertRegex(self.said(), "report.journal: (No space left on device|File too large); the drive goes on")
+        self.assertRegex(
+            self.said(),
+            "report.journal: (No space left on device|File too large); the drive goes on",
+        )
         self.assertIn("completed: 100.0 %", self.said())
         self.assertIn("not reported", self.said())
         self.assertNotIn("Traceback", self.said())
@@ -192,11 +231,18 @@ class RefereeTest(unittest.TestCase):
         self.drive_heard(1, 120)
         wait_until(self.image.get_num_connections, 30.0, "the referee's wish for a picture")
         self.image.publish(IMAGE)
-        wait_until(lambda: not self.image.get_num_connections(), 30.0, "the end of that wish: a picture is heavy")
+        wait_until(
+            lambda: not self.image.get_num_connections(),
+            30.0,
+            "the end of that wish: a picture is heavy",
+        )
         self.collision.publish(CarlaCollisionEvent(other_actor_id=103))
         report = self.report(process, 1)
         self.assertEqual(report["status"], "collision")
-        self.assertEqual({name for name, count in report["infractions"].items() if count}, {"collision_pedestrian"})
+        self.assertEqual(
+            {name for name, count in report["infractions"].items() if count},
+            {"collision_pedestrian"},
+        )
         self.assertAlmostEqual(report["driving_score"], 0.5 * report["route_completion_percent"])
         with open(os.path.join(self.folder, "report.html"), encoding="utf-8") as file:
             self.assertIn("data:image/jpeg", file.read())

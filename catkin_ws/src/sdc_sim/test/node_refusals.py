@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """A sim with something wrong in its parameters or files ends with one line that names it; odd routes are driven on."""
+
 import math
 import os
 import subprocess
@@ -13,7 +14,7 @@ import rostest
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Image
 
-from sdc_package.listening import Listener
+from sdc_common.testing.message_listener import MessageListener
 
 SIM = os.path.join(rospkg.RosPack().get_path("sdc_sim"), "scripts", "sim.py")
 OBSTACLE_ON_START = "frame: route\nobstacles:\n  - {kind: car, at: [1.0, 0.0]}\n"
@@ -32,31 +33,70 @@ class RefusalsTest(unittest.TestCase):
 
     def start(self, name, **changes):
         rospy.set_param("/" + name, {**rospy.get_param("~good"), **changes})
-        return subprocess.Popen(["/usr/bin/env", "python3", SIM, "__name:=" + name],
-                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        return subprocess.Popen(
+            ["/usr/bin/env", "python3", SIM, "__name:=" + name],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        )
 
     def test_refusals_name_what_is_wrong(self):
-        with open(os.path.join(rospy.get_param("~good/vehicles_folder"), "tesla_model3.yaml"), encoding="utf-8") as file:
+        with open(
+            os.path.join(rospy.get_param("~good/vehicles_folder"), "tesla_model3.yaml"),
+            encoding="utf-8",
+        ) as file:
             tesla = file.read()
         self.file("negative.yaml", tesla.replace("mass_kg: 1845.0", "mass_kg: -5.0"))
-        self.file("missing.yaml", "\n".join(line for line in tesla.splitlines() if not line.startswith("tyre_shape")))
-        typing_error = self.file("typo.scenario", "frame: map\nobstacles:\n  - kind: pedestrain\n    at: [5, 5]\n")
+        self.file(
+            "missing.yaml",
+            "\n".join(line for line in tesla.splitlines() if not line.startswith("tyre_shape")),
+        )
+        typing_error = self.file(
+            "typo.scenario", "frame: map\nobstacles:\n  - kind: pedestrain\n    at: [5, 5]\n"
+        )
         noise = {"position_m": -1.0, "heading_rad": 0.0, "speed_mps": 0.0}
         rows = [
-            ("scenario", {"obstacles_path": typing_error}, ["typo.scenario, line 3", "did you mean 'pedestrian'"]),
+            (
+                "scenario",
+                {"obstacles_path": typing_error},
+                ["typo.scenario, line 3", "did you mean 'pedestrian'"],
+            ),
             ("no_scenario", {"obstacles_path": "/nowhere.yaml"}, ["/nowhere.yaml"]),
-            ("blocked", {"obstacles_path": self.file("b.yaml", OBSTACLE_ON_START)}, ["the car at (1.0, 0.0)"]),
-            ("negative", {"vehicles_folder": self.folder.name, "vehicle": "negative"}, ["negative.yaml", "mass_kg"]),
-            ("missing", {"vehicles_folder": self.folder.name, "vehicle": "missing"}, ["missing.yaml", "tyre_shape"]),
+            (
+                "blocked",
+                {"obstacles_path": self.file("b.yaml", OBSTACLE_ON_START)},
+                ["the car at (1.0, 0.0)"],
+            ),
+            (
+                "negative",
+                {"vehicles_folder": self.folder.name, "vehicle": "negative"},
+                ["negative.yaml", "mass_kg"],
+            ),
+            (
+                "missing",
+                {"vehicles_folder": self.folder.name, "vehicle": "missing"},
+                ["missing.yaml", "tyre_shape"],
+            ),
             ("route", {"waypoints_path": self.file("r.csv", "1,2\n")}, ["r.csv", "at least 2"]),
             ("misspelt", {"frictoin": 0.5}, ["frictoin", "did you mean 'friction'"]),
             ("friction", {"friction": -1.0}, ["friction", "config/sim.yaml"]),
             ("noise", {"odometry_noise": noise}, ["position_m", "config/sim.yaml"]),
             ("latency", {"sensor_latency_s": -0.1}, ["sensor_latency_s", "config/sim.yaml"]),
             ("daylight", {"daylight": 2.0}, ["daylight", "from 0 to 1", "config/sim.yaml"]),
-            ("start", {"start": {"along_m": 1e6, "left_m": 0.0, "turned_rad": 0.0}}, ["along_m", "config/sim.yaml"]),
-            ("light", {"obstacles_path": self.file("l.yaml", "lights:\n  - stop_line_m: 20\n    phases: [gren: 5]\n")},
-             ["l.yaml, line 3", "did you mean 'green'"]),
+            (
+                "start",
+                {"start": {"along_m": 1e6, "left_m": 0.0, "turned_rad": 0.0}},
+                ["along_m", "config/sim.yaml"],
+            ),
+            (
+                "light",
+                {
+                    "obstacles_path": self.file(
+                        "l.yaml", "lights:\n  - stop_line_m: 20\n    phases: [gren: 5]\n"
+                    )
+                },
+                ["l.yaml, line 3", "did you mean 'green'"],
+            ),
             ("bridge", {"bridge": "newer"}, ["bridge is 'newer'", "old, new"]),
             ("ackermann", {"ackermann": {"kp": 1.0}}, ["kp", "config/sim.yaml"]),
         ]
@@ -74,13 +114,15 @@ class RefusalsTest(unittest.TestCase):
 
     def drive_on(self, name, waypoints_path, **changes):
         """The sim starts on this route and gives odometry and a picture; returns the picture's mean brightness, 0..255."""
-        odometry = Listener("/carla/" + name + "/odometry", Odometry)
-        image = Listener("/carla/" + name + "/camera/rgb/front/image_color", Image)
+        odometry = MessageListener("/carla/" + name + "/odometry", Odometry)
+        image = MessageListener("/carla/" + name + "/camera/rgb/front/image_color", Image)
         sim = self.start(name, waypoints_path=waypoints_path, role_name=name, **changes)
         try:
             picture = image.wait_for(seconds=60.0)
             first = odometry.wait_for()
-            self.assertTrue(all(map(math.isfinite, (first.pose.pose.position.x, first.pose.pose.orientation.w))))
+            self.assertTrue(
+                all(map(math.isfinite, (first.pose.pose.position.x, first.pose.pose.orientation.w)))
+            )
         finally:
             sim.terminate()
             said, _ = sim.communicate(timeout=20)
@@ -89,7 +131,10 @@ class RefusalsTest(unittest.TestCase):
 
     def test_route_of_two_points_by_day_and_by_night(self):
         route = self.file("two.csv", "0,0\n30,10\n")
-        day, night = self.drive_on("two_points", route), self.drive_on("by_night", route, daylight=0.1)
+        day, night = (
+            self.drive_on("two_points", route),
+            self.drive_on("by_night", route, daylight=0.1),
+        )
         self.assertAlmostEqual(night, 0.1 * day, delta=1.0)
 
     def test_route_of_100000_points(self):
@@ -97,7 +142,10 @@ class RefusalsTest(unittest.TestCase):
         self.drive_on("long_route", self.file("long.csv", rows))
 
     def test_route_that_crosses_itself(self):
-        rows = "".join(f"{100.0 * math.sin(n / 100.0):.3f},{50.0 * math.sin(n / 50.0):.3f}\n" for n in range(700))
+        rows = "".join(
+            f"{100.0 * math.sin(n / 100.0):.3f},{50.0 * math.sin(n / 50.0):.3f}\n"
+            for n in range(700)
+        )
         self.drive_on("figure_of_eight", self.file("eight.csv", rows))
 
 

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """RViz with our configuration, on a display of its own: it listens to the drive, shows it, and publishes clicks."""
+
 import signal
 import subprocess
 import unittest
@@ -8,14 +9,22 @@ import rosgraph
 import rospy
 import rostest
 from geometry_msgs.msg import PointStamped, PoseWithCovarianceStamped, TransformStamped
-from sdc_package.msg import BaseWaypoint, Path
+from sdc_msgs.msg import BaseWaypoint, Path
 from tf2_msgs.msg import TFMessage
 
-from sdc_package.listening import Listener, wait_until
-from sdc_package.virtual_display import VirtualDisplay
+from sdc_common.testing.message_listener import MessageListener, wait_until
+from sdc_common.testing.virtual_display import VirtualDisplay
 
-SHOWN = {"/show/route", "/show/road", "/show/car", "/show/local_path", "/carla/markers", "/camera/lane_mask", "/tf",
-         "/carla/ego_vehicle/camera/rgb/front/image_color"}
+SHOWN = {
+    "/show/route",
+    "/show/road",
+    "/show/car",
+    "/show/local_path",
+    "/carla/markers",
+    "/camera/lane_mask",
+    "/tf",
+    "/carla/ego_vehicle/camera/rgb/front/image_color",
+}
 CLICKED = {"/initialpose", "/clicked_point"}
 # A place of the window where the road ahead of the car is.
 ON_THE_ROAD = (815, 560)
@@ -32,9 +41,13 @@ class RvizTest(unittest.TestCase):
         cls.display = VirtualDisplay()
         cls.display.__enter__()
         cls.addClassCleanup(cls.display.__exit__)
-        cls.launch = subprocess.Popen(["roslaunch", "sdc_sim", "rviz.launch"], env=cls.display.environment)
+        cls.launch = subprocess.Popen(
+            ["roslaunch", "sdc_sim", "rviz.launch"], env=cls.display.environment
+        )
         cls.addClassCleanup(cls.stop)
-        cls.window = wait_until(lambda: cls.display.windows("drive.rviz"), LIMIT_S, "RViz's window")[0]
+        cls.window = wait_until(
+            lambda: cls.display.windows("drive.rviz"), LIMIT_S, "RViz's window"
+        )[0]
 
     @classmethod
     def publish_transform(cls, _event):
@@ -53,12 +66,16 @@ class RvizTest(unittest.TestCase):
     def topics_of_rviz():
         """Names of the topics that the node /rviz publishes, and of those that it subscribes to."""
         publishers, subscribers, _ = rosgraph.Master("/rviz_test").getSystemState()
-        return [{topic for topic, nodes in side if "/rviz" in nodes} for side in (publishers, subscribers)]
+        return [
+            {topic for topic, nodes in side if "/rviz" in nodes}
+            for side in (publishers, subscribers)
+        ]
 
     def test_1_it_listens_to_the_drive_and_publishes_clicks(self):
         def connected():
             publishes, subscribes = self.topics_of_rviz()
             return subscribes >= SHOWN and publishes >= CLICKED
+
         wait_until(connected, LIMIT_S, f"RViz's subscriptions {sorted(SHOWN)}")
 
     def test_2_it_shows_road_and_car(self):
@@ -68,20 +85,31 @@ class RvizTest(unittest.TestCase):
             grass = (green > red + 8) & (green > blue + 20)
             car = (blue > 80) & (red < 0.5 * blue)
             return asphalt.mean() > 0.05 and grass.mean() > 0.2 and car.mean() > 0.002
+
         wait_until(seen, LIMIT_S, "asphalt, grass and a blue car")
 
     def test_3_publish_point_finds_the_road(self):
-        self.click("c", "/clicked_point", PointStamped, lambda: self.display.click(*ON_THE_ROAD),
-                   lambda message: (message.header.frame_id, message.point))
+        self.click(
+            "c",
+            "/clicked_point",
+            PointStamped,
+            lambda: self.display.click(*ON_THE_ROAD),
+            lambda message: (message.header.frame_id, message.point),
+        )
 
     def test_4_pose_estimate_points_along_the_drag(self):
         x, y = ON_THE_ROAD
-        self.click("p", "/initialpose", PoseWithCovarianceStamped, lambda: self.display.drag(x, y, x, y - 60),
-                   lambda message: (message.header.frame_id, message.pose.pose.position))
+        self.click(
+            "p",
+            "/initialpose",
+            PoseWithCovarianceStamped,
+            lambda: self.display.drag(x, y, x, y - 60),
+            lambda message: (message.header.frame_id, message.pose.pose.position),
+        )
 
     def click(self, tool, topic, message_class, act, place):
         """Choose a tool by its key, act, and expect a place ahead of the car on the road."""
-        listener = Listener(topic, message_class)
+        listener = MessageListener(topic, message_class)
         listener.wait_for_publisher(LIMIT_S)
         before = len(listener.messages)
 
@@ -90,6 +118,7 @@ class RvizTest(unittest.TestCase):
             self.display.press(tool)
             act()
             return len(listener.messages) > before
+
         wait_until(clicked, LIMIT_S, f"a message on {topic}")
         frame, point = place(listener.messages[-1])
         self.assertEqual(frame, "map")
@@ -99,7 +128,12 @@ class RvizTest(unittest.TestCase):
         subprocess.run(["rosnode", "kill", "/rviz"], check=True, stdout=subprocess.DEVNULL)
         wait_until(lambda: self.topics_of_rviz() == [set(), set()], LIMIT_S, "RViz's end")
         self.assertIsNone(self.launch.poll())
-        subprocess.run(["rosnode", "ping", "-c1", "/show"], check=True, stdout=subprocess.DEVNULL, timeout=LIMIT_S)
+        subprocess.run(
+            ["rosnode", "ping", "-c1", "/show"],
+            check=True,
+            stdout=subprocess.DEVNULL,
+            timeout=LIMIT_S,
+        )
 
 
 if __name__ == "__main__":

@@ -1,15 +1,16 @@
 #!/usr/bin/env python3
 """The show node turns mission and local path into what RViz displays, for whoever comes when, and refuses what is neither."""
+
 import math
 import unittest
 
 import rospy
 import rostest
 from nav_msgs.msg import Path as DisplayedPath
-from sdc_package.msg import BaseWaypoint, LocalPath, Path, Waypoint
+from sdc_msgs.msg import BaseWaypoint, LocalPath, Path, Waypoint
 from visualization_msgs.msg import Marker, MarkerArray
 
-from sdc_package.listening import Listener, wait_for_subscriber, wait_until
+from sdc_common.testing.message_listener import MessageListener, wait_for_subscriber, wait_until
 
 
 class ShowTest(unittest.TestCase):
@@ -27,33 +28,43 @@ class ShowTest(unittest.TestCase):
         def shown():
             self.local_path.publish(LocalPath([Waypoint(*waypoint) for waypoint in waypoints]))
             return len(listener.messages) > before
+
         wait_until(shown, what="a local path")
         return listener.messages[-1]
 
     def test_mission_becomes_route_and_road(self):
         self.mission.publish(Path([BaseWaypoint(x, 2.0) for x in range(50)]))
         for _ in range(2):  # the second listener comes late: what is shown is latched
-            route = Listener("/show/route", DisplayedPath).wait_for(lambda path: len(path.poses) == 50)
+            route = MessageListener("/show/route", DisplayedPath).wait_for(
+                lambda path: len(path.poses) == 50
+            )
             self.assertEqual(route.header.frame_id, "map")
-            self.assertEqual([(pose.pose.position.x, pose.pose.position.y) for pose in route.poses], [(x, 2.0) for x in range(50)])
-            road = Listener("/show/road", MarkerArray).wait_for()
+            self.assertEqual(
+                [(pose.pose.position.x, pose.pose.position.y) for pose in route.poses],
+                [(x, 2.0) for x in range(50)],
+            )
+            road = MessageListener("/show/road", MarkerArray).wait_for()
             self.assertEqual([marker.ns for marker in road.markers], ["grass", "asphalt", "lines"])
             for marker in road.markers:
                 self.assertEqual((marker.header.frame_id, marker.action), ("map", Marker.ADD))
                 self.assertGreater(len(marker.points), 5)
 
     def test_bad_mission_is_refused_and_the_last_is_kept(self):
-        listener = Listener("/show/route", DisplayedPath)
+        listener = MessageListener("/show/route", DisplayedPath)
         self.mission.publish(Path([BaseWaypoint(x, 0.0) for x in range(7)]))
         listener.wait_for(lambda path: len(path.poses) == 7)
-        for points in ([], [BaseWaypoint(0.0, 0.0)], [BaseWaypoint(math.nan, 0.0), BaseWaypoint(1.0, 0.0)]):
+        for points in (
+            [],
+            [BaseWaypoint(0.0, 0.0)],
+            [BaseWaypoint(math.nan, 0.0), BaseWaypoint(1.0, 0.0)],
+        ):
             self.mission.publish(Path(points))
         self.mission.publish(Path([BaseWaypoint(x, 0.0) for x in range(9)]))
         listener.wait_for(lambda path: len(path.poses) == 9)
         self.assertLessEqual({len(path.poses) for path in listener.messages} - {50}, {7, 9})
 
     def test_local_path_is_coloured_by_speed(self):
-        listener = Listener("/show/local_path", Marker)
+        listener = MessageListener("/show/local_path", Marker)
         listener.wait_for_publisher()
         marker = self.show_path(listener, (0.0, 0.0, 10.0), (1.0, 0.0, 5.0), (2.0, 0.0, 0.0))
         self.assertEqual((marker.header.frame_id, marker.type), ("map", Marker.LINE_STRIP))
@@ -63,15 +74,19 @@ class ShowTest(unittest.TestCase):
         self.assertEqual(self.show_path(listener).action, Marker.DELETE)
 
     def test_bad_local_path_is_refused(self):
-        listener = Listener("/show/local_path", Marker)
+        listener = MessageListener("/show/local_path", Marker)
         listener.wait_for_publisher()
         for _ in range(20):
-            self.local_path.publish(LocalPath([Waypoint(math.nan, 0.0, 1.0), Waypoint(1.0, 0.0, 1.0)]))
+            self.local_path.publish(
+                LocalPath([Waypoint(math.nan, 0.0, 1.0), Waypoint(1.0, 0.0, 1.0)])
+            )
         self.show_path(listener, (5.0, 0.0, 1.0), (6.0, 0.0, 1.0))
-        self.assertTrue(all(math.isfinite(point.x) for marker in listener.messages for point in marker.points))
+        self.assertTrue(
+            all(math.isfinite(point.x) for marker in listener.messages for point in marker.points)
+        )
 
     def test_car_is_there_for_whoever_comes(self):
-        car = Listener("/show/car", MarkerArray).wait_for()
+        car = MessageListener("/show/car", MarkerArray).wait_for()
         self.assertEqual({marker.header.frame_id for marker in car.markers}, {"ego_vehicle"})
         self.assertGreater(len(car.markers), 4)
 

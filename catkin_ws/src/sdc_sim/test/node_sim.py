@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """The world in real time keeps its contract: topics, frames, stamps, and obedience to the command."""
+
 import math
 import unittest
 
@@ -11,12 +12,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
-from sdc_package.msg import CarlaVehicleControl
+from sdc_msgs.msg import CarlaVehicleControl
 from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import Header
 
-from sdc_package.listening import Listener, wait_for_subscriber, wait_until
-from sdc_package.odometry import pose_and_speed
+from sdc_common.ros.odometry import pose_and_speed
+from sdc_common.testing.message_listener import MessageListener, wait_for_subscriber, wait_until
 
 EGO = "/carla/ego_vehicle"
 
@@ -24,35 +25,41 @@ EGO = "/carla/ego_vehicle"
 class SimTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.command = rospy.Publisher(EGO + "/vehicle_control_cmd", CarlaVehicleControl, queue_size=10)
-        cls.odometry = Listener(EGO + "/odometry", Odometry)
+        cls.command = rospy.Publisher(
+            EGO + "/vehicle_control_cmd", CarlaVehicleControl, queue_size=10
+        )
+        cls.odometry = MessageListener(EGO + "/odometry", Odometry)
         wait_for_subscriber(cls.command)
         cls.odometry.wait_for()
 
     def drive_until(self, condition, seconds=20.0, **command):
         """Command at every odometry until an odometry fulfils the condition."""
+
         def accepts(odometry):
             self.command.publish(CarlaVehicleControl(**command))
             return condition(odometry)
+
         return self.odometry.wait_for(accepts, seconds, after=len(self.odometry.messages))
 
     def speed(self, odometry):
         return pose_and_speed(odometry)[3]
 
     def test_clock_and_odometry_move_on_by_ticks(self):
-        clock = Listener("/clock", Clock)
+        clock = MessageListener("/clock", Clock)
         wait_until(lambda: len(clock.messages) > 5, what="five ticks of /clock")
         steps = np.diff([message.clock.to_nsec() for message in clock.messages[:6]])
         self.assertEqual(set(steps), {50_000_000})
         odometry = self.odometry.messages[-1]
-        self.assertEqual((odometry.header.frame_id, odometry.child_frame_id), ("map", "ego_vehicle"))
+        self.assertEqual(
+            (odometry.header.frame_id, odometry.child_frame_id), ("map", "ego_vehicle")
+        )
 
     def test_picture_and_camera_info_share_a_stamp(self):
-        image = Listener(EGO + "/camera/rgb/front/image_color", Image).wait_for()
+        image = MessageListener(EGO + "/camera/rgb/front/image_color", Image).wait_for()
         self.assertEqual((image.width, image.height, image.encoding), (640, 480, "bgra8"))
         pixels = np.frombuffer(image.data, np.uint8).reshape(480, 640, 4)
         self.assertGreater(pixels[:, :, :3].std(), 10.0)
-        info = Listener(EGO + "/camera/rgb/front/camera_info", CameraInfo)
+        info = MessageListener(EGO + "/camera/rgb/front/camera_info", CameraInfo)
         self.assertTrue(info.wait_for(lambda message: message.header.stamp >= image.header.stamp))
         self.assertAlmostEqual(info.messages[0].K[0], 320.0, places=6)
         self.assertEqual(info.messages[0].header.frame_id, image.header.frame_id)
@@ -61,18 +68,31 @@ class SimTest(unittest.TestCase):
         buffer = tf2_ros.Buffer()
         listener = tf2_ros.TransformListener(buffer)
         frame = "ego_vehicle/camera/rgb/front"
-        wait_until(lambda: buffer.can_transform("map", frame, rospy.Time(0)), what="a transform from map to camera")
+        wait_until(
+            lambda: buffer.can_transform("map", frame, rospy.Time(0)),
+            what="a transform from map to camera",
+        )
         fixed = buffer.lookup_transform("ego_vehicle", frame, rospy.Time(0)).transform
         self.assertAlmostEqual(fixed.translation.x, 0.7)
         self.assertAlmostEqual(fixed.translation.z, 1.7)
         q = fixed.rotation
-        forward = (2 * (q.x * q.z + q.w * q.y), 2 * (q.y * q.z - q.w * q.x), 1 - 2 * (q.x**2 + q.y**2))
-        np.testing.assert_allclose(forward, (math.cos(math.radians(0.5)), 0.0, -math.sin(math.radians(0.5))), atol=1e-9)
+        forward = (
+            2 * (q.x * q.z + q.w * q.y),
+            2 * (q.y * q.z - q.w * q.x),
+            1 - 2 * (q.x**2 + q.y**2),
+        )
+        np.testing.assert_allclose(
+            forward, (math.cos(math.radians(0.5)), 0.0, -math.sin(math.radians(0.5))), atol=1e-9
+        )
         listener.unregister()
 
     def test_command_moves_the_car_and_positive_steer_turns_right(self):
-        start = self.drive_until(lambda odometry: self.speed(odometry) > 3.0, throttle=0.7, steer=0.5)
-        turned = self.drive_until(lambda odometry: pose_and_speed(odometry)[2] < -0.3, throttle=0.4, steer=0.5)
+        start = self.drive_until(
+            lambda odometry: self.speed(odometry) > 3.0, throttle=0.7, steer=0.5
+        )
+        turned = self.drive_until(
+            lambda odometry: pose_and_speed(odometry)[2] < -0.3, throttle=0.4, steer=0.5
+        )
         self.assertLess(turned.twist.twist.angular.z, 0.0)
         self.assertGreater(turned.header.stamp, start.header.stamp)
         self.drive_until(lambda odometry: self.speed(odometry) == 0.0, brake=1.0)
@@ -91,11 +111,17 @@ class SimTest(unittest.TestCase):
         headers = st.builds(Header, st.integers(0, 2**32 - 1), times, st.text(max_size=10))
 
         @settings(max_examples=60, deadline=None, derandomize=True, database=None)
-        @given(st.builds(CarlaVehicleControl, headers, figure, figure, figure, st.booleans(), st.booleans()))
+        @given(
+            st.builds(
+                CarlaVehicleControl, headers, figure, figure, figure, st.booleans(), st.booleans()
+            )
+        )
         def send(command):
             before = len(self.odometry.messages)
             self.command.publish(command)
-            self.assertTrue(all(map(math.isfinite, pose_and_speed(self.odometry.wait_for(after=before)))))
+            self.assertTrue(
+                all(map(math.isfinite, pose_and_speed(self.odometry.wait_for(after=before))))
+            )
 
         send()
         self.drive_until(lambda odometry: self.speed(odometry) == 0.0, brake=1.0)
@@ -103,7 +129,9 @@ class SimTest(unittest.TestCase):
 
     def test_car_brakes_when_no_command_comes(self):
         moving = self.drive_until(lambda odometry: self.speed(odometry) > 4.0, throttle=0.8)
-        stopped = self.odometry.wait_for(lambda odometry: self.speed(odometry) == 0.0, after=len(self.odometry.messages))
+        stopped = self.odometry.wait_for(
+            lambda odometry: self.speed(odometry) == 0.0, after=len(self.odometry.messages)
+        )
         self.assertLess((stopped.header.stamp - moving.header.stamp).to_sec(), 3.0)
 
 

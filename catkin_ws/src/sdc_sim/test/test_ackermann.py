@@ -1,4 +1,5 @@
 """The car reaches the speed and the wheel angle that it is asked for, within the limits it is given."""
+
 from __future__ import annotations
 
 import math
@@ -9,8 +10,8 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sdc_sim.ackermann import AckermannControl, AckermannGains, AckermannTarget
-from sdc_sim.vehicle import Vehicle, load_vehicle
+from sdc_sim.physics.ackermann import AckermannControl, AckermannGains, AckermannTarget
+from sdc_sim.physics.vehicle import Vehicle, load_vehicle
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 CONFIG = os.path.join(HERE, "..", "config")
@@ -28,7 +29,9 @@ def drive(target, seconds, preset="tesla_model3", speed_mps=0.0, control=None, v
         vehicle.reset(0.0, 0.0, 0.0, speed_mps)
     states, commands = [], []
     for _ in range(round(seconds / TICK_S)):
-        command = control.command(target, vehicle.state.speed_mps, vehicle.state.wheel_angle_rad, TICK_S)
+        command = control.command(
+            target, vehicle.state.speed_mps, vehicle.state.wheel_angle_rad, TICK_S
+        )
         assert command.clamped() == (command, False)
         vehicle.step(command, TICK_S)
         states.append(vehicle.state)
@@ -37,11 +40,16 @@ def drive(target, seconds, preset="tesla_model3", speed_mps=0.0, control=None, v
 
 
 @pytest.mark.parametrize("preset", PRESETS)
-@pytest.mark.parametrize(("start", "wanted"), [(0.0, 5.0), (0.0, 15.0), (12.0, 6.0), (8.0, 0.0), (0.0, -3.0), (5.0, -3.0), (-3.0, 4.0)])
+@pytest.mark.parametrize(
+    ("start", "wanted"),
+    [(0.0, 5.0), (0.0, 15.0), (12.0, 6.0), (8.0, 0.0), (0.0, -3.0), (5.0, -3.0), (-3.0, 4.0)],
+)
 def test_speed_is_reached_and_held(preset, start, wanted):
     states, _, _ = drive(AckermannTarget(speed_mps=wanted), 25.0, preset, start)
     assert states[-1].speed_mps == pytest.approx(wanted, abs=0.1)
-    overshoot = max(math.copysign(1.0, wanted - start) * (state.speed_mps - wanted) for state in states)
+    overshoot = max(
+        math.copysign(1.0, wanted - start) * (state.speed_mps - wanted) for state in states
+    )
     assert overshoot < 0.7
 
 
@@ -55,7 +63,11 @@ def test_target_of_zero_holds_the_car():
 @pytest.mark.parametrize(("start", "wanted"), [(5.0, -3.0), (-3.0, 4.0)])
 def test_direction_is_changed_by_the_brake_at_first(start, wanted):
     states, commands, _ = drive(AckermannTarget(speed_mps=wanted), 3.0, speed_mps=start)
-    against = [command for state, command in zip(states, commands[1:]) if state.speed_mps * start > GAINS.standstill_mps * abs(start)]
+    against = [
+        command
+        for state, command in zip(states, commands[1:])
+        if state.speed_mps * start > GAINS.standstill_mps * abs(start)
+    ]
     assert against
     assert all(command.throttle == 0.0 and command.brake > 0.0 for command in against)
 
@@ -69,7 +81,13 @@ def test_wheel_angle_is_reached_positive_to_the_left(angle, sign):
 
 
 def test_steering_rate_and_acceleration_and_jerk_are_kept():
-    slow = AckermannTarget(steering_angle_rad=0.4, steering_rate_radps=0.1, speed_mps=10.0, acceleration_mps2=0.8, jerk_mps3=0.5)
+    slow = AckermannTarget(
+        steering_angle_rad=0.4,
+        steering_rate_radps=0.1,
+        speed_mps=10.0,
+        acceleration_mps2=0.8,
+        jerk_mps3=0.5,
+    )
     states, _, _ = drive(slow, 12.0)
     angles = [state.wheel_angle_rad for state in states]
     assert max(b - a for a, b in zip(angles, angles[1:])) <= 0.1 * TICK_S * 1.3
@@ -77,25 +95,42 @@ def test_steering_rate_and_acceleration_and_jerk_are_kept():
     assert states[-1].wheel_angle_rad == pytest.approx(0.4, rel=0.02)
     speeds = [state.speed_mps for state in states]
     assert max(b - a for a, b in zip(speeds, speeds[10:])) < 0.8 * 10 * TICK_S * 1.25
-    assert speeds[20] < 0.5 * 0.5 * 1.05 ** 2 + 0.1, "jerk of 0.5 m/s^3: a quarter of a metre a second after one second"
+    assert speeds[20] < 0.5 * 0.5 * 1.05**2 + 0.1, (
+        "jerk of 0.5 m/s^3: a quarter of a metre a second after one second"
+    )
 
 
 @settings(max_examples=40, deadline=None)
-@given(st.floats(-60.0, 60.0), st.floats(-0.8, 0.8), st.floats(0.0, 5.0), st.floats(0.0, 5.0), st.floats(0.0, 10.0))
+@given(
+    st.floats(-60.0, 60.0),
+    st.floats(-0.8, 0.8),
+    st.floats(0.0, 5.0),
+    st.floats(0.0, 5.0),
+    st.floats(0.0, 10.0),
+)
 def test_any_target_gives_commands_in_range(speed, angle, rate, acceleration, jerk):
     drive(AckermannTarget(angle, rate, speed, acceleration, jerk), 3.0)
 
 
 def control():
-    return AckermannControl(load_vehicle(os.path.join(CONFIG, "vehicles", "tesla_model3.yaml")), GAINS)
+    return AckermannControl(
+        load_vehicle(os.path.join(CONFIG, "vehicles", "tesla_model3.yaml")), GAINS
+    )
 
 
-@pytest.mark.parametrize(("target", "within", "limited"), [
-    (AckermannTarget(0.1, 0.2, 3.0, 0.4, 0.5), AckermannTarget(0.1, 0.2, 3.0, 0.4, 0.5), False),
-    (AckermannTarget(speed_mps=1e9), AckermannTarget(speed_mps=60.0), True),
-    (AckermannTarget(speed_mps=-1e9), AckermannTarget(speed_mps=-60.0), True),
-    (AckermannTarget(steering_rate_radps=-1.0, acceleration_mps2=-1.0, jerk_mps3=-1.0), AckermannTarget(), True),
-])
+@pytest.mark.parametrize(
+    ("target", "within", "limited"),
+    [
+        (AckermannTarget(0.1, 0.2, 3.0, 0.4, 0.5), AckermannTarget(0.1, 0.2, 3.0, 0.4, 0.5), False),
+        (AckermannTarget(speed_mps=1e9), AckermannTarget(speed_mps=60.0), True),
+        (AckermannTarget(speed_mps=-1e9), AckermannTarget(speed_mps=-60.0), True),
+        (
+            AckermannTarget(steering_rate_radps=-1.0, acceleration_mps2=-1.0, jerk_mps3=-1.0),
+            AckermannTarget(),
+            True,
+        ),
+    ],
+)
 def test_targets_are_limited(target, within, limited):
     assert control().limited(target) == (within, limited)
 
@@ -107,7 +142,10 @@ def test_wheel_angle_is_limited_to_what_the_wheels_can():
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
-@pytest.mark.parametrize("name", ["steering_angle_rad", "steering_rate_radps", "speed_mps", "acceleration_mps2", "jerk_mps3"])
+@pytest.mark.parametrize(
+    "name",
+    ["steering_angle_rad", "steering_rate_radps", "speed_mps", "acceleration_mps2", "jerk_mps3"],
+)
 def test_what_is_no_number_is_refused_by_name(name, value):
     with pytest.raises(ValueError, match=name):
         control().limited(AckermannTarget(**{name: value}))

@@ -1,14 +1,15 @@
 """The camera picture: where things stand in it, what hides what, and that it depends on its arguments only."""
+
 import numpy as np
 import pytest
 
-from sdc_sim import bodies, ground
-from sdc_sim.benchmark_camera import pose, route, traffic
-from sdc_sim.bodies import Box
-from sdc_sim.camera import CameraModel
-from sdc_sim.ground import TILE_PX
-from sdc_sim.renderer import Renderer
-from sdc_sim.road import DASH_LENGTH_M, DASH_PERIOD_M, Road
+from sdc_experiments.benchmark_camera import pose, route, traffic
+from sdc_sim.camera import bodies, ground
+from sdc_sim.camera.bodies import Box
+from sdc_sim.camera.camera_model import CameraModel
+from sdc_sim.camera.ground import TILE_PX
+from sdc_sim.camera.renderer import Renderer
+from sdc_sim.road.road import DASH_LENGTH_M, DASH_PERIOD_M, Road
 
 STRAIGHT = Road([[0.0, 0.0], [400.0, 0.0]])
 CURVY = Road(route(("s", 60), ("l", 40, 1.2), ("s", 30), ("r", 25, 1.6), ("s", 60), step_m=0.5))
@@ -24,8 +25,12 @@ class _Bare(Road):
 
 
 def camera_scenery(scenery, keep):
-    return type(scenery)(*(getattr(scenery, name)[keep] for name in ("kind", "position_m", "yaw_rad", "size_m",
-                                                                    "variant")))
+    return type(scenery)(
+        *(
+            getattr(scenery, name)[keep]
+            for name in ("kind", "position_m", "yaw_rad", "size_m", "variant")
+        )
+    )
 
 
 @pytest.fixture(scope="module")
@@ -40,14 +45,20 @@ def curvy():
 
 # ------------------------------------------------------------------ geometry
 
+
 def test_intrinsics_are_those_of_the_bridge():
-    assert np.allclose(CameraModel().intrinsic_matrix(), [[320.0, 0.0, 320.0], [0.0, 320.0, 240.0], [0.0, 0.0, 1.0]])
+    assert np.allclose(
+        CameraModel().intrinsic_matrix(),
+        [[320.0, 0.0, 320.0], [0.0, 320.0, 240.0], [0.0, 0.0, 1.0]],
+    )
 
 
 def test_project_by_hand():
     cam = CameraModel()
     pitch = np.deg2rad(0.5)
-    pixels, front = cam.project([[10.7, 0.0, 0.0], [10.7, -2.0, 1.7], [-5.0, 0.0, 0.0]], 0.0, 0.0, 0.0)
+    pixels, front = cam.project(
+        [[10.7, 0.0, 0.0], [10.7, -2.0, 1.7], [-5.0, 0.0, 0.0]], 0.0, 0.0, 0.0
+    )
     assert front.tolist() == [True, True, False]
     assert np.isnan(pixels[2]).all()
     assert pixels[0] == pytest.approx([320.0, 240.0 + 320.0 * np.tan(np.arctan(0.17) - pitch)])
@@ -59,7 +70,9 @@ def test_project_turns_with_the_vehicle():
     ahead = np.array([[12.0, 1.0, 0.5], [30.0, -4.0, 2.0]])
     yaw, x, y = 2.2, -40.0, 17.0
     c, s = np.cos(yaw), np.sin(yaw)
-    moved = np.column_stack([x + c * ahead[:, 0] - s * ahead[:, 1], y + s * ahead[:, 0] + c * ahead[:, 1], ahead[:, 2]])
+    moved = np.column_stack(
+        [x + c * ahead[:, 0] - s * ahead[:, 1], y + s * ahead[:, 0] + c * ahead[:, 1], ahead[:, 2]]
+    )
     assert np.allclose(cam.project(moved, x, y, yaw)[0], cam.project(ahead, 0.0, 0.0, 0.0)[0])
 
 
@@ -70,6 +83,7 @@ def test_optical_frame_is_a_rotation_with_z_along_the_view():
 
 
 # ------------------------------------------------------------------ lines
+
 
 def _grey(picture):
     return picture[..., :3].astype(float).mean(axis=2)
@@ -92,7 +106,7 @@ def _line_errors(renderer, at, points, rows):
         middle = int(round(u))
         if middle - half < 0 or middle + half >= grey.shape[1]:
             continue
-        window = grey[row, middle - half:middle + half + 1]
+        window = grey[row, middle - half : middle + half + 1]
         ground, paint = np.percentile(window, [25, 95])
         assert paint - ground > 20.0, f"no line in row {row} near column {u:.0f}"
         # Saturating at paint and roadway keeps their grain out; 0.55 keeps the kerb out.
@@ -103,8 +117,17 @@ def _line_errors(renderer, at, points, rows):
 
 
 @pytest.mark.parametrize("offset", ["right_edge_m", "left_edge_m"])
-@pytest.mark.parametrize("s_m, aside_m, turn_rad", [
-    (20.0, 0.0, 0.0), (20.0, 0.4, 0.06), (31.3, -0.5, -0.08), (75.0, 0.0, 0.0), (90.0, 0.3, 0.05), (165.0, 0.0, 0.1)])
+@pytest.mark.parametrize(
+    "s_m, aside_m, turn_rad",
+    [
+        (20.0, 0.0, 0.0),
+        (20.0, 0.4, 0.06),
+        (31.3, -0.5, -0.08),
+        (75.0, 0.0, 0.0),
+        (90.0, 0.3, 0.05),
+        (165.0, 0.0, 0.1),
+    ],
+)
 def test_solid_lines_stand_where_the_geometry_says(offset, s_m, aside_m, turn_rad):
     road = _Bare(route(("s", 60), ("l", 40, 1.2), ("s", 30), ("r", 25, 1.6), ("s", 60), step_m=0.5))
     x, y, yaw = pose(road, s_m, aside_m)
@@ -121,7 +144,9 @@ def test_dashes_stand_where_the_geometry_says():
     at = (100.0, 0.3, 0.03)
     first = DASH_PERIOD_M * np.ceil(103.0 / DASH_PERIOD_M)
     for start in (first, first + DASH_PERIOD_M):
-        points, _ = road.lane_points(road.centre_line_m, start + 0.2, start + DASH_LENGTH_M - 0.2, step_m=0.05)
+        points, _ = road.lane_points(
+            road.centre_line_m, start + 0.2, start + DASH_LENGTH_M - 0.2, step_m=0.05
+        )
         errors = _line_errors(renderer, at, points, range(255, 470))
         assert len(errors) >= 3
         assert np.abs(errors).max() < 1.0
@@ -152,11 +177,15 @@ def test_dashes_of_several_laps_do_not_run_together():
 def test_horizon_is_right_to_the_pixel(pitch_deg):
     model = CameraModel(pitch_rad=np.deg2rad(pitch_deg))
     horizon = model.height / 2 - 320.0 * np.tan(np.deg2rad(pitch_deg))
-    picture = Renderer(_Bare([[0.0, 0.0], [400.0, 0.0]]), model).render(0.0, 0.0, np.pi / 2).astype(float)
+    picture = (
+        Renderer(_Bare([[0.0, 0.0], [400.0, 0.0]]), model).render(0.0, 0.0, np.pi / 2).astype(float)
+    )
     step = np.abs(np.diff(picture[..., :3].mean(axis=1), axis=0)).sum(axis=1)
     near = slice(int(horizon) - 4, int(horizon) + 4)
     rows = np.arange(len(step))[near] + 0.5
-    edge = float(np.sum(rows * (step[near] == step[near].max()))) / np.sum(step[near] == step[near].max())
+    edge = float(np.sum(rows * (step[near] == step[near].max()))) / np.sum(
+        step[near] == step[near].max()
+    )
     assert abs(edge - horizon) <= 1.0
 
 
@@ -170,8 +199,10 @@ def test_edges_stay_clear_of_the_crossing():
     for s in np.arange(48.0, 68.0, 0.5):
         line, seen = road.lane_points(road.right_edge_m, s, s)
         beside, _ = road.lane_points(road.right_edge_m + 0.5, s, s)
-        (u, v), (bu, bv) = (np.round(renderer.camera.project([[*p[0], 0.0]], *at)[0][0]).astype(int)
-                            for p in (line, beside))
+        (u, v), (bu, bv) = (
+            np.round(renderer.camera.project([[*p[0], 0.0]], *at)[0][0]).astype(int)
+            for p in (line, beside)
+        )
         if 0 <= u < 640 and v < 480:
             (own if seen[0] else cross).append(grey[v, u] - grey[bv, bu])
     assert len(own) > 3 and len(cross) > 3
@@ -181,17 +212,26 @@ def test_edges_stay_clear_of_the_crossing():
 
 # ------------------------------------------------------------------ bodies
 
+
 def _covered(renderer, at, *boxes):
     return np.any(renderer.render(*at, boxes=boxes) != renderer.render(*at), axis=2)
 
 
-@pytest.mark.parametrize("kind, size", [("car", (4.7, 2.0, 1.45)), ("pedestrian", (0.5, 0.6, 1.8)),
-                                        ("obstacle", (1.0, 1.0, 1.0))])
+@pytest.mark.parametrize(
+    "kind, size",
+    [("car", (4.7, 2.0, 1.45)), ("pedestrian", (0.5, 0.6, 1.8)), ("obstacle", (1.0, 1.0, 1.0))],
+)
 def test_a_box_fills_its_outline_in_the_picture(straight, kind, size):
     box = Box(20.0, 1.0, 0.0, *size, colour_bgr=(20, 20, 230), kind=kind)
     changed = _covered(straight, (0.0, 0.0, 0.0), box)
-    corners = np.array([[20.0 + i * size[0] / 2, 1.0 + j * size[1] / 2, k * size[2]]
-                        for i in (-1, 1) for j in (-1, 1) for k in (0, 1)])
+    corners = np.array(
+        [
+            [20.0 + i * size[0] / 2, 1.0 + j * size[1] / 2, k * size[2]]
+            for i in (-1, 1)
+            for j in (-1, 1)
+            for k in (0, 1)
+        ]
+    )
     pixels, _ = straight.camera.project(corners, 0.0, 0.0, 0.0)
     rows, columns = np.nonzero(changed)
     assert rows.min() == pytest.approx(pixels[:, 1].min(), abs=2.5)
@@ -199,14 +239,24 @@ def test_a_box_fills_its_outline_in_the_picture(straight, kind, size):
     assert columns.min() == pytest.approx(pixels[:, 0].min(), abs=3.0)
 
 
-@pytest.mark.parametrize("far, near", [
-    (Box(25.0, 0.0, 0.0, 1.0, 1.0, 1.0, (255, 0, 0), "obstacle"),
-     Box(10.0, 0.0, 0.0, 1.0, 3.0, 2.5, (0, 0, 255), "obstacle")),
-    (Box(30.0, 0.0, 0.3, colour_bgr=(255, 0, 0)), Box(9.0, 0.0, 0.0, 0.5, 5.0, 3.0, (0, 0, 255), "obstacle")),
-    # A long wall whose centre is farther away than the pedestrian it hides.
-    (Box(13.0, 3.0, 0.0, 0.5, 0.6, 1.7, (255, 0, 0), "pedestrian"),
-     Box(18.0, 1.2, 0.0, 24.0, 0.4, 3.0, (0, 0, 255), "obstacle")),
-])
+@pytest.mark.parametrize(
+    "far, near",
+    [
+        (
+            Box(25.0, 0.0, 0.0, 1.0, 1.0, 1.0, (255, 0, 0), "obstacle"),
+            Box(10.0, 0.0, 0.0, 1.0, 3.0, 2.5, (0, 0, 255), "obstacle"),
+        ),
+        (
+            Box(30.0, 0.0, 0.3, colour_bgr=(255, 0, 0)),
+            Box(9.0, 0.0, 0.0, 0.5, 5.0, 3.0, (0, 0, 255), "obstacle"),
+        ),
+        # A long wall whose centre is farther away than the pedestrian it hides.
+        (
+            Box(13.0, 3.0, 0.0, 0.5, 0.6, 1.7, (255, 0, 0), "pedestrian"),
+            Box(18.0, 1.2, 0.0, 24.0, 0.4, 3.0, (0, 0, 255), "obstacle"),
+        ),
+    ],
+)
 def test_a_near_box_hides_a_far_one_in_any_order(straight, far, near):
     at = (0.0, 0.0, 0.0)
     alone = straight.render(*at, boxes=[near])
@@ -214,8 +264,16 @@ def test_a_near_box_hides_a_far_one_in_any_order(straight, far, near):
     assert np.array_equal(both, straight.render(*at, boxes=[near, far]))
     face = np.all(np.abs(alone[..., :3].astype(int) - [0, 0, 200]) < [40, 40, 70], axis=2)
     assert face.sum() > 500
-    inner = face & np.roll(face, 1, 0) & np.roll(face, -1, 0) & np.roll(face, 1, 1) & np.roll(face, -1, 1)
-    inner &= np.roll(inner, 2, 0) & np.roll(inner, -2, 0) & np.roll(inner, 2, 1) & np.roll(inner, -2, 1)
+    inner = (
+        face
+        & np.roll(face, 1, 0)
+        & np.roll(face, -1, 0)
+        & np.roll(face, 1, 1)
+        & np.roll(face, -1, 1)
+    )
+    inner &= (
+        np.roll(inner, 2, 0) & np.roll(inner, -2, 0) & np.roll(inner, 2, 1) & np.roll(inner, -2, 1)
+    )
     assert inner.sum() > 500
     assert np.array_equal(both[inner], alone[inner])
 
@@ -233,16 +291,43 @@ def test_buildings_hide_boxes_behind_them(straight):
     middle, depth = scenery.position_m[k], scenery.size_m[k, 1]
     side = np.sign(middle[1])
     at = (float(middle[0]), 0.0, float(side * np.pi / 2))
-    hidden = Box(middle[0], middle[1] + side * (0.5 * depth + 3.0), 0.0, 2.0, 2.0, 1.0, (0, 0, 255), "obstacle")
-    shown = Box(middle[0], middle[1] - side * (0.5 * depth + 3.0), 0.0, 2.0, 2.0, 1.0, (0, 0, 255), "obstacle")
-    red = [np.sum(np.all(np.abs(straight.render(*at, boxes=[box])[..., :3].astype(int) - [0, 0, 205]) < 55, axis=2))
-           for box in (hidden, shown)]
+    hidden = Box(
+        middle[0],
+        middle[1] + side * (0.5 * depth + 3.0),
+        0.0,
+        2.0,
+        2.0,
+        1.0,
+        (0, 0, 255),
+        "obstacle",
+    )
+    shown = Box(
+        middle[0],
+        middle[1] - side * (0.5 * depth + 3.0),
+        0.0,
+        2.0,
+        2.0,
+        1.0,
+        (0, 0, 255),
+        "obstacle",
+    )
+    red = [
+        np.sum(
+            np.all(
+                np.abs(straight.render(*at, boxes=[box])[..., :3].astype(int) - [0, 0, 205]) < 55,
+                axis=2,
+            )
+        )
+        for box in (hidden, shown)
+    ]
     assert red[0] == 0 and red[1] > 300
 
 
 def test_boxes_behind_beside_and_around_the_camera_do_no_harm(straight):
     plain = straight.render(50.0, 0.0, 0.0)
-    assert np.array_equal(plain, straight.render(50.0, 0.0, 0.0, boxes=[Box(35.0, 0.0, 0.0), Box(50.0, -40.0, 0.0)]))
+    assert np.array_equal(
+        plain, straight.render(50.0, 0.0, 0.0, boxes=[Box(35.0, 0.0, 0.0), Box(50.0, -40.0, 0.0)])
+    )
     for kind in bodies.KINDS:
         for x in (50.0, 50.7, 51.0, 52.5, 53.4):
             picture = straight.render(50.0, 0.0, 0.0, boxes=[Box(x, 0.2, 0.4, kind=kind)])
@@ -254,16 +339,20 @@ def test_the_lit_lamp_of_a_traffic_light_shows_towards_its_yaw(straight):
         light = Box(15.0, -3.0, yaw, 0.5, 0.5, 3.0, (0, 0, 255), "light")
         picture = straight.render(0.0, 0.0, 0.0, boxes=[light]).astype(int)
         return np.sum((picture[..., 2] > 200) & (picture[..., 1] < 60) & (picture[..., 0] < 60))
+
     assert red(np.pi) > 8 and red(0.0) == 0
 
 
-@pytest.mark.parametrize("change", [{"x_m": np.nan}, {"height_m": 0.0}, {"width_m": -1.0}, {"kind": "tank"}])
+@pytest.mark.parametrize(
+    "change", [{"x_m": np.nan}, {"height_m": 0.0}, {"width_m": -1.0}, {"kind": "tank"}]
+)
 def test_a_box_that_cannot_be_is_refused(change):
     with pytest.raises(ValueError):
         Box(**{"x_m": 0.0, "y_m": 0.0, "yaw_rad": 0.0, **change})
 
 
 # ------------------------------------------------------------------ the picture as a whole
+
 
 def test_the_picture_does_not_depend_on_what_was_drawn_before():
     road = CURVY
@@ -288,7 +377,11 @@ def test_each_picture_is_a_new_opaque_array(curvy):
 def test_memory_is_bounded_on_a_long_route(monkeypatch):
     monkeypatch.setattr(ground, "CACHED_TILES", 30)
     monkeypatch.setattr(bodies, "CACHED_BUILDINGS", 12)
-    road = Road(np.column_stack([np.arange(0.0, 10_000.0, 2.0), 40.0 * np.sin(np.arange(0.0, 10_000.0, 2.0) / 150.0)]))
+    road = Road(
+        np.column_stack(
+            [np.arange(0.0, 10_000.0, 2.0), 40.0 * np.sin(np.arange(0.0, 10_000.0, 2.0) / 150.0)]
+        )
+    )
     renderer = Renderer(road)
     made = []
     tiles = renderer.backdrop.ground.tiles
@@ -316,10 +409,16 @@ def test_a_pose_that_is_not_finite_is_refused(straight, arguments):
         straight.render(0.0, 0.0, 0.0, light=1.5)
 
 
-@pytest.mark.parametrize("road", [Road([[0.0, 0.0], [25.0, 10.0]]), CROSSING,
-                                  Road(route(("s", 20), ("l", 4, np.pi / 2), ("s", 20))),
-                                  Road([[0.0, 0.0], [50.0, 0.0], [0.0, 0.0]])],
-                         ids=["two points", "crossing", "tight left", "there and back"])
+@pytest.mark.parametrize(
+    "road",
+    [
+        Road([[0.0, 0.0], [25.0, 10.0]]),
+        CROSSING,
+        Road(route(("s", 20), ("l", 4, np.pi / 2), ("s", 20))),
+        Road([[0.0, 0.0], [50.0, 0.0], [0.0, 0.0]]),
+    ],
+    ids=["two points", "crossing", "tight left", "there and back"],
+)
 def test_asphalt_lies_under_the_car_all_along(road):
     renderer = Renderer(road)
     for s in np.linspace(0.0, road.length_m, 8):
@@ -337,7 +436,11 @@ def test_far_from_the_road_there_is_grass(straight):
 def test_distance_does_not_shimmer():
     """A road across the view comes nearer by 10 cm a frame: its lines must fade from row to row, not flash."""
     renderer = Renderer(_Bare([[130.0, -200.0], [130.0, 200.0]]))
-    rows = np.array([_grey(renderer.render(90.0 + 0.1 * k, 0.0, 0.0))[242:270, 200:440].mean(axis=1)
-                     for k in range(80)])
+    rows = np.array(
+        [
+            _grey(renderer.render(90.0 + 0.1 * k, 0.0, 0.0))[242:270, 200:440].mean(axis=1)
+            for k in range(80)
+        ]
+    )
     assert rows.max() > 100.0, "the lines are in the rows looked at"
     assert np.abs(np.diff(rows, axis=0)).max() < 12.0

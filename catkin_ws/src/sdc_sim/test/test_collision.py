@@ -1,4 +1,5 @@
 """Rectangles touch when and only when they do, the way out is the shortest, and no body passes through another."""
+
 from __future__ import annotations
 
 import math
@@ -7,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sdc_sim.collision import Rectangle, first_contact, overlap
+from sdc_sim.physics.collision import Rectangle, first_contact, overlap
 
 metres = st.floats(-4.0, 4.0)
 angles = st.floats(-math.pi, math.pi)
@@ -18,7 +19,9 @@ rectangles = st.builds(Rectangle, metres, metres, angles, sizes, sizes)
 def contains(body, x, y):
     c, s = math.cos(body.yaw_rad), math.sin(body.yaw_rad)
     dx, dy = x - body.x_m, y - body.y_m
-    return abs(c * dx + s * dy) <= 0.5 * body.length_m and abs(c * dy - s * dx) <= 0.5 * body.width_m
+    return (
+        abs(c * dx + s * dy) <= 0.5 * body.length_m and abs(c * dy - s * dx) <= 0.5 * body.width_m
+    )
 
 
 def share_a_point(a, b, n=24):
@@ -35,13 +38,21 @@ def share_a_point(a, b, n=24):
     return False
 
 
-@pytest.mark.parametrize(("a", "b", "depth_m", "normal"), [
-    (Rectangle(0, 0, 0, 2, 2), Rectangle(1.5, 0, 0, 2, 2), 0.5, (-1.0, 0.0)),
-    (Rectangle(0, 1.75, 0, 4, 2), Rectangle(0, 0, math.pi, 4, 2), 0.25, (0.0, 1.0)),
-    (Rectangle(0, 0, 0, 2, 2), Rectangle(2.0, 0, 0, 2, 2), None, None),
-    (Rectangle(0, 0, 0, 2, 2), Rectangle(2.3, 0, math.pi / 4, 2, 2), 1 + math.sqrt(2) - 2.3, (-1.0, 0.0)),
-    (Rectangle(0, 0, 0, 2, 2), Rectangle(2.0, 2.0, math.pi / 4, 2, 2), None, None),
-])
+@pytest.mark.parametrize(
+    ("a", "b", "depth_m", "normal"),
+    [
+        (Rectangle(0, 0, 0, 2, 2), Rectangle(1.5, 0, 0, 2, 2), 0.5, (-1.0, 0.0)),
+        (Rectangle(0, 1.75, 0, 4, 2), Rectangle(0, 0, math.pi, 4, 2), 0.25, (0.0, 1.0)),
+        (Rectangle(0, 0, 0, 2, 2), Rectangle(2.0, 0, 0, 2, 2), None, None),
+        (
+            Rectangle(0, 0, 0, 2, 2),
+            Rectangle(2.3, 0, math.pi / 4, 2, 2),
+            1 + math.sqrt(2) - 2.3,
+            (-1.0, 0.0),
+        ),
+        (Rectangle(0, 0, 0, 2, 2), Rectangle(2.0, 2.0, math.pi / 4, 2, 2), None, None),
+    ],
+)
 def test_known_overlaps(a, b, depth_m, normal):
     found = overlap(a, b)
     if depth_m is None:
@@ -73,7 +84,9 @@ def test_the_way_out_is_a_way_out_and_the_same_for_both(a, b):
 
 
 @settings(deadline=None)
-@given(st.floats(-math.pi, math.pi), st.floats(10.0, 60.0), st.floats(-2.0, 2.0), st.floats(0.1, 0.6))
+@given(
+    st.floats(-math.pi, math.pi), st.floats(10.0, 60.0), st.floats(-2.0, 2.0), st.floats(0.1, 0.6)
+)
 def test_nothing_is_too_fast_or_too_thin_to_be_met(heading, distance_m, aside_m, thickness_m):
     """A car crosses the origin in one go; a thin body there must stop it, before it touches."""
     c, s = math.cos(heading), math.sin(heading)
@@ -81,7 +94,10 @@ def test_nothing_is_too_fast_or_too_thin_to_be_met(heading, distance_m, aside_m,
     def way(share):
         along = (share - 0.5) * distance_m
         return Rectangle(along * c, along * s, heading, 4.7, 2.0)
-    other = Rectangle(-aside_m * 0.4 * s, aside_m * 0.4 * c, heading + 0.3, thickness_m, thickness_m)
+
+    other = Rectangle(
+        -aside_m * 0.4 * s, aside_m * 0.4 * c, heading + 0.3, thickness_m, thickness_m
+    )
     if overlap(way(0.0), other):
         return
     contact = first_contact(way, other)
@@ -92,22 +108,38 @@ def test_nothing_is_too_fast_or_too_thin_to_be_met(heading, distance_m, aside_m,
 
 
 def test_a_free_way_has_no_contact():
-    assert first_contact(lambda share: Rectangle(10 * share, 0, 0, 4.7, 2.0), Rectangle(5, 1.6, 0, 1, 1)) is None
-    assert first_contact(lambda share: Rectangle(10 * share, 0, 0, 4.7, 2.0), Rectangle(5, 1.4, 0, 1, 1)) is not None
+    assert (
+        first_contact(
+            lambda share: Rectangle(10 * share, 0, 0, 4.7, 2.0), Rectangle(5, 1.6, 0, 1, 1)
+        )
+        is None
+    )
+    assert (
+        first_contact(
+            lambda share: Rectangle(10 * share, 0, 0, 4.7, 2.0), Rectangle(5, 1.4, 0, 1, 1)
+        )
+        is not None
+    )
 
 
 def test_a_turn_on_the_spot_meets_what_stands_beside():
-    contact = first_contact(lambda share: Rectangle(0, 0, share * math.pi / 2, 4.7, 2.0), Rectangle(0, 2.0, 0, 1.0, 1.0))
+    contact = first_contact(
+        lambda share: Rectangle(0, 0, share * math.pi / 2, 4.7, 2.0), Rectangle(0, 2.0, 0, 1.0, 1.0)
+    )
     assert 0.0 < contact.share < 1.0
 
 
 @pytest.mark.parametrize(("to_x", "free"), [(-1.0, True), (1.0, False)])
 def test_a_body_that_lies_in_another_may_back_out_only(to_x, free):
-    contact = first_contact(lambda share: Rectangle(share * to_x, 0, 0, 4.7, 2.0), Rectangle(2.5, 0, 0, 1, 1))
+    contact = first_contact(
+        lambda share: Rectangle(share * to_x, 0, 0, 4.7, 2.0), Rectangle(2.5, 0, 0, 1, 1)
+    )
     assert (contact is None) == free
 
 
 def test_half_a_turn_meets_what_it_sweeps_over():
     """It ends where it began, turned round: only the way between tells."""
-    contact = first_contact(lambda share: Rectangle(0, 0, share * math.pi, 4.7, 2.0), Rectangle(0, 2.0, 0, 1.0, 1.0))
+    contact = first_contact(
+        lambda share: Rectangle(0, 0, share * math.pi, 4.7, 2.0), Rectangle(0, 2.0, 0, 1.0, 1.0)
+    )
     assert 0.0 < contact.share < 0.5

@@ -5,18 +5,34 @@ import sys
 
 import pytest
 
-from sdc_sim.comparison import ReportReadError, differences, load_report
+from sdc_sim.report.comparison import ReportReadError, differences, load_report
 
 COMPARE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "scripts", "compare.py")
-FIGURES = {"status": "completed", "route_length_m": 100.0, "route_completion_percent": 100.0, "duration_s": 20.0,
-           "cross_track_rms_m": 0.02, "cross_track_max_m": 0.1, "infractions": {"stop": 0}, "comfortable": True}
-TRACE = "time_s,x_m,y_m,yaw_rad,speed_mps,s_m,cross_track_m,heading_error_rad,throttle,brake,steer\n" + "".join(
-    f"{tick * 0.05},{tick * 0.5},0.1,0.0,10.0,{tick * 0.5},0.1,0.0,0.5,0.0,{'' if tick == 3 else 0.1}\n" for tick in range(200))
+FIGURES = {
+    "status": "completed",
+    "route_length_m": 100.0,
+    "route_completion_percent": 100.0,
+    "duration_s": 20.0,
+    "cross_track_rms_m": 0.02,
+    "cross_track_max_m": 0.1,
+    "infractions": {"stop": 0},
+    "comfortable": True,
+}
+TRACE = (
+    "time_s,x_m,y_m,yaw_rad,speed_mps,s_m,cross_track_m,heading_error_rad,throttle,brake,steer\n"
+    + "".join(
+        f"{tick * 0.05},{tick * 0.5},0.1,0.0,10.0,{tick * 0.5},0.1,0.0,0.5,0.0,{'' if tick == 3 else 0.1}\n"
+        for tick in range(200)
+    )
+)
 
 
 @pytest.fixture
 def two(tmp_path):
-    for name, changes in (("a", {}), ("b", {"cross_track_rms_m": 0.03, "status": "aborted", "infractions": {"stop": 2}})):
+    for name, changes in (
+        ("a", {}),
+        ("b", {"cross_track_rms_m": 0.03, "status": "aborted", "infractions": {"stop": 2}}),
+    ):
         (tmp_path / name).mkdir()
         (tmp_path / name / "report.json").write_text(json.dumps({**FIGURES, **changes}))
         (tmp_path / name / "report.csv").write_text(TRACE)
@@ -24,17 +40,30 @@ def two(tmp_path):
 
 
 def compare(folder, *arguments):
-    return subprocess.run([sys.executable, COMPARE, *arguments], cwd=folder, text=True, capture_output=True, check=False)
+    return subprocess.run(
+        [sys.executable, COMPARE, *arguments],
+        cwd=folder,
+        text=True,
+        capture_output=True,
+        check=False,
+    )
 
 
 def test_only_differences_are_told(two):
     a, b = load_report(str(two / "a")), load_report(str(two / "b" / "report.json"))
     changed = {name: change for name, _, _, change in differences(a.figures, b.figures) if change}
-    assert changed == {"cross_track_rms_m": "+0.01 (+50.0 %)", "status": "differs", "infractions.stop": "+2"}
+    assert changed == {
+        "cross_track_rms_m": "+0.01 (+50.0 %)",
+        "status": "differs",
+        "infractions.stop": "+2",
+    }
 
 
 def test_a_figure_that_only_one_has():
-    assert differences({"old": 1.0}, {"new": None}) == [("old", "1", "-", "differs"), ("new", "-", "-", "")]
+    assert differences({"old": 1.0}, {"new": None}) == [
+        ("old", "1", "-", "differs"),
+        ("new", "-", "-", ""),
+    ]
 
 
 def test_the_command_prints_and_draws(two):
@@ -52,7 +81,9 @@ def test_without_a_trace_there_is_no_picture(two):
     assert "no picture" in done.stdout
 
 
-@pytest.mark.parametrize(("text", "part"), [("{}", "no status"), ("[1", "no report"), (None, "No such file")])
+@pytest.mark.parametrize(
+    ("text", "part"), [("{}", "no status"), ("[1", "no report"), (None, "No such file")]
+)
 def test_what_is_no_report_is_named(two, text, part):
     path = two / "a" / "report.json"
     path.unlink()

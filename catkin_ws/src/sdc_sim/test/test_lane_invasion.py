@@ -1,4 +1,5 @@
 """Lines are told once a crossing, by their kind, and only by the pass of the road that is driven."""
+
 from __future__ import annotations
 
 import math
@@ -6,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from sdc_sim.collision import Rectangle
-from sdc_sim.lane_invasion import BROKEN, SOLID, LaneWatch
-from sdc_sim.road import Road
+from sdc_sim.physics.collision import Rectangle
+from sdc_sim.road.lane_invasion import BROKEN, SOLID, LaneInvasionDetector
+from sdc_sim.road.road import Road
 
 STRAIGHT = Road(np.column_stack([np.arange(0.0, 300.0), np.zeros(300)]))
 
@@ -18,15 +19,19 @@ def car(x, y, yaw=0.0):
 
 
 def crossed(road, poses):
-    watch = LaneWatch(road)
+    watch = LaneInvasionDetector(road)
     return [line for pose in poses for line in watch.update(car(*pose))]
 
 
 def test_driving_in_the_lane_crosses_nothing():
-    assert crossed(STRAIGHT, [(x, 0.7 * math.sin(0.1 * x)) for x in np.arange(0.0, 290.0, 0.5)]) == []
+    assert (
+        crossed(STRAIGHT, [(x, 0.7 * math.sin(0.1 * x)) for x in np.arange(0.0, 290.0, 0.5)]) == []
+    )
 
 
-@pytest.mark.parametrize(("to_y", "lines"), [(1.0, [BROKEN]), (-1.0, [SOLID]), (3.5, [BROKEN]), (5.5, [BROKEN, SOLID])])
+@pytest.mark.parametrize(
+    ("to_y", "lines"), [(1.0, [BROKEN]), (-1.0, [SOLID]), (3.5, [BROKEN]), (5.5, [BROKEN, SOLID])]
+)
 def test_moving_over_crosses_what_lies_between(to_y, lines):
     assert crossed(STRAIGHT, [(20.0 + x, to_y * x / 50.0) for x in range(51)]) == lines
 
@@ -47,26 +52,40 @@ def test_a_turned_car_crosses_with_its_corner():
 def test_a_bend_driven_in_its_lane_crosses_nothing(radius_m):
     angle = np.arange(0.0, 1.5 * math.pi, 1.0 / radius_m)
     bend = Road(radius_m * np.column_stack([np.sin(angle), 1.0 - np.cos(angle)]))
-    poses = [(radius_m * math.sin(a), radius_m * (1.0 - math.cos(a)), a) for a in np.arange(0.1, 4.5, 0.3 / radius_m)]
+    poses = [
+        (radius_m * math.sin(a), radius_m * (1.0 - math.cos(a)), a)
+        for a in np.arange(0.1, 4.5, 0.3 / radius_m)
+    ]
     assert crossed(bend, poses) == []
 
 
 def test_lines_of_a_crossing_road_do_not_count():
     """A route that crosses itself at right angles: out to the east, round, and back south through the first stretch."""
-    corner = [(x, 0.0) for x in range(101)] + [(100.0, y) for y in range(1, 51)] + [(x, 50.0) for x in range(99, 49, -1)]
+    corner = (
+        [(x, 0.0) for x in range(101)]
+        + [(100.0, y) for y in range(1, 51)]
+        + [(x, 50.0) for x in range(99, 49, -1)]
+    )
     route = np.array(corner + [(50.0, y) for y in range(49, -60, -1)], float)
     assert crossed(Road(route), [(x, 0.0) for x in np.arange(5.0, 90.0, 0.5)]) == []
 
 
 def test_lines_count_as_those_of_the_pass_that_is_driven():
     """The road comes back in the other lane: over there the car has crossed the centre line all the same."""
-    bend = [(200.0 + 1.75 * math.sin(a), 1.75 - 1.75 * math.cos(a)) for a in np.arange(0.3, math.pi, 0.3)]
-    there_and_back = Road(np.array([(x, 0.0) for x in range(200)] + bend + [(x, 3.5) for x in range(200, 0, -1)], float))
+    bend = [
+        (200.0 + 1.75 * math.sin(a), 1.75 - 1.75 * math.cos(a))
+        for a in np.arange(0.3, math.pi, 0.3)
+    ]
+    there_and_back = Road(
+        np.array(
+            [(x, 0.0) for x in range(200)] + bend + [(x, 3.5) for x in range(200, 0, -1)], float
+        )
+    )
     assert crossed(there_and_back, [(20.0 + x, 3.5 * x / 50.0) for x in range(51)]) == [BROKEN]
 
 
 def test_a_car_that_is_put_elsewhere_has_crossed_nothing():
-    watch = LaneWatch(STRAIGHT)
+    watch = LaneInvasionDetector(STRAIGHT)
     watch.update(car(20.0, 0.0))
     watch.reset()
     assert watch.update(car(200.0, 1.5)) == []

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sdc_sim.map_view import MapView
+from sdc_sim.manual_control.map_view import MapView
 
 STRAIGHT = np.column_stack([np.arange(0.0, 101.0), np.zeros(101)])
 GRASS = (70, 105, 80)
@@ -21,8 +21,13 @@ def colour_at(view, picture, point, pose):
 def test_ahead_is_up_and_left_is_left(pose, forward_m, left_m):
     x, y, yaw = pose
     view = MapView(0.25, 10.0)
-    point = (x + math.cos(yaw) * forward_m - math.sin(yaw) * left_m, y + math.sin(yaw) * forward_m + math.cos(yaw) * left_m)
-    np.testing.assert_allclose(view.to_pixels(point, *pose), (320.0 - left_m / 0.25, 336.0 - forward_m / 0.25), atol=1e-6)
+    point = (
+        x + math.cos(yaw) * forward_m - math.sin(yaw) * left_m,
+        y + math.sin(yaw) * forward_m + math.cos(yaw) * left_m,
+    )
+    np.testing.assert_allclose(
+        view.to_pixels(point, *pose), (320.0 - left_m / 0.25, 336.0 - forward_m / 0.25), atol=1e-6
+    )
 
 
 @pytest.mark.parametrize("pose", [(20.0, 0.0, 0.0), (20.0, 1.0, 0.5), (50.0, -2.0, math.pi)])
@@ -36,8 +41,11 @@ def test_road_path_and_obstacles_are_drawn_where_they_are(pose):
     assert colour_at(view, plain, (ahead, 0.0), pose) == (78, 76, 74)
     assert min(colour_at(view, plain, (ahead, -1.75), pose)) > 120
     assert colour_at(view, plain, (ahead, -4.0), pose) == GRASS
-    full = view.picture(*pose, path=[(x, 0.0, 10.0), (ahead + 1.0, 0.0, 10.0), (ahead - 1.0, 0.0, 10.0)],
-                        obstacles=[(ahead, -4.0, 0.3, 2.0, 1.0)])
+    full = view.picture(
+        *pose,
+        path=[(x, 0.0, 10.0), (ahead + 1.0, 0.0, 10.0), (ahead - 1.0, 0.0, 10.0)],
+        obstacles=[(ahead, -4.0, 0.3, 2.0, 1.0)],
+    )
     blue, green, red = colour_at(view, full, (ahead, 0.0), pose)
     assert green > 150 > max(blue, red)
     assert colour_at(view, full, (ahead, -4.0), pose) == (30, 130, 240)
@@ -52,7 +60,13 @@ def test_the_car_is_there_before_any_road():
 
 def test_bad_rows_are_left_out():
     view = MapView(0.1, 10.0)
-    bad = view.picture(0.0, 0.0, 0.0, path=[(math.nan, 0.0, 1.0), (math.inf, 1.0, 1.0)], obstacles=[(math.nan,) * 5])
+    bad = view.picture(
+        0.0,
+        0.0,
+        0.0,
+        path=[(math.nan, 0.0, 1.0), (math.inf, 1.0, 1.0)],
+        obstacles=[(math.nan,) * 5],
+    )
     np.testing.assert_array_equal(bad, view.picture(0.0, 0.0, 0.0))
     good = [(5.0, 1.0, 3.0), (15.0, 0.0, 6.0)]
     mixed = view.picture(0.0, 0.0, 0.0, path=[good[0], (math.nan, 0.0, 1.0), good[1]])

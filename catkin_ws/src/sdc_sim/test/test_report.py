@@ -5,16 +5,19 @@ import numpy as np
 import pytest
 import yaml
 
-from sdc_sim.report import ReportError, open_report, write_report
-from sdc_sim.watch import Rules, Watch
+from sdc_sim.evaluation.evaluator import EvaluationRules, Evaluator
+from sdc_sim.report.writer import ReportError, open_report, write_report
 
-with open(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "config", "referee.yaml"), encoding="utf-8") as config:
-    RULES = Rules.read(yaml.safe_load(config).get)
+with open(
+    os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "config", "referee.yaml"),
+    encoding="utf-8",
+) as config:
+    RULES = EvaluationRules.read(yaml.safe_load(config).get)
 
 
 @pytest.fixture
 def result():
-    watch = Watch(RULES)
+    watch = Evaluator(RULES)
     watch.mission(np.column_stack([np.arange(11.0), np.zeros(11)]))
     for tick in range(101):
         watch.odometry(tick * 50_000_000, tick * 0.1, 0.1, 0.0, 2.0 if tick < 100 else 0.0)
@@ -32,7 +35,10 @@ def test_figures_and_trace(tmp_path, result):
         assert json.load(file)["status"] == "completed"
     rows = (tmp_path / "new" / "report.csv").read_text().splitlines()
     assert len(rows) == 102
-    assert rows[0] == "time_s,x_m,y_m,yaw_rad,speed_mps,s_m,cross_track_m,heading_error_rad,throttle,brake,steer"
+    assert (
+        rows[0]
+        == "time_s,x_m,y_m,yaw_rad,speed_mps,s_m,cross_track_m,heading_error_rad,throttle,brake,steer"
+    )
     assert float(rows[-1].split(",")[1]) == result.drive.samples[-1].x_m
     assert rows[-1].split(",")[8:] == ["0.5", "0.0", "-0.25"]
 

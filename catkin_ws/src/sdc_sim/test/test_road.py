@@ -1,4 +1,5 @@
 """The geometry of the road: lines, folds, crossings, scenery, and routes that are hard to lay a road on."""
+
 import os
 import sys
 
@@ -7,17 +8,23 @@ import pytest
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), "..", "src"))
 
-from sdc_sim.benchmark_camera import route  # noqa: E402
-from sdc_sim.road import Road  # noqa: E402
+from sdc_experiments.benchmark_camera import route  # noqa: E402
+from sdc_sim.road.road import Road  # noqa: E402
 
 LEFT_TURN = route(("s", 40), ("l", 4, np.pi / 2), ("s", 40))
 CROSSING = route(("s", 60), ("l", 15, 1.5 * np.pi), ("s", 60))
-ROUNDABOUT = np.vstack([route(("s", 50), ("l", 20, 2 * np.pi)), route(("s", 50), ("l", 20.3, 2 * np.pi))[51:]])
+ROUNDABOUT = np.vstack(
+    [route(("s", 50), ("l", 20, 2 * np.pi)), route(("s", 50), ("l", 20.3, 2 * np.pi))[51:]]
+)
 
 
 def test_lines_of_a_straight_road_stand_at_their_offsets():
     road = Road([[0.0, 0.0], [0.0, 100.0]])
-    for offset, x in ((road.right_edge_m, 1.75), (road.centre_line_m, -1.75), (road.left_edge_m, -5.25)):
+    for offset, x in (
+        (road.right_edge_m, 1.75),
+        (road.centre_line_m, -1.75),
+        (road.left_edge_m, -5.25),
+    ):
         points, seen = road.lane_points(offset)
         assert seen.all()
         assert np.allclose(points[:, 0], x, atol=1e-9)
@@ -79,13 +86,17 @@ def test_off_lane_is_the_right_hand_lane_of_any_pass():
     assert not road.off_lane(middle - 1.6 * left).any()
     straight, left = road.at([20.0, 30.0])
     assert road.off_lane(straight + 1.9 * left).all() and road.off_lane(straight - 1.9 * left).all()
-    assert road.on_road(straight + 5.2 * left).all() and not road.on_road(straight + 5.4 * left).any()
+    assert (
+        road.on_road(straight + 5.2 * left).all() and not road.on_road(straight + 5.4 * left).any()
+    )
     assert np.allclose(road.lateral_m(straight + 1.9 * left), 1.9, atol=1e-6)
 
 
 def test_noise_does_not_turn_the_road():
     rng = np.random.RandomState(1)
-    noisy = np.column_stack([np.arange(0.0, 200.0, 0.1), np.zeros(2000)]) + rng.normal(0.0, 0.03, (2000, 2))
+    noisy = np.column_stack([np.arange(0.0, 200.0, 0.1), np.zeros(2000)]) + rng.normal(
+        0.0, 0.03, (2000, 2)
+    )
     back_and_forth = np.repeat(noisy, 2, axis=0)
     back_and_forth[1::2, 0] -= 0.08
     road = Road(back_and_forth)
@@ -97,7 +108,8 @@ ROUTES = {
     "two points": [[0.0, 0.0], [25.0, 10.0]],
     "very short": [[0.0, 0.0], [0.3, 0.0]],
     "100,000 points": np.column_stack([np.arange(1e5), 300.0 * np.sin(np.arange(1e5) / 300.0)]),
-    "100 laps": 50.0 * np.column_stack([np.cos(np.arange(31400) / 50.0), np.sin(np.arange(31400) / 50.0)]),
+    "100 laps": 50.0
+    * np.column_stack([np.cos(np.arange(31400) / 50.0), np.sin(np.arange(31400) / 50.0)]),
     "random walk": np.cumsum(np.random.RandomState(0).normal(size=(3000, 2)), axis=0),
     "there and back": [[0.0, 0.0], [50.0, 0.0], [0.0, 0.0]],
     "far away": [[1e6, -1e6], [1e6 + 300.0, -1e6]],
@@ -116,14 +128,20 @@ def test_any_route_gives_a_finite_road_with_unit_normals(name):
     assert road.s_m[0] <= 0.0 and road.s_m[-1] >= road.length_m
 
 
-@pytest.mark.parametrize("name", ["tight left", "crossing", "roundabout", "two points", "100 laps", "random walk"])
+@pytest.mark.parametrize(
+    "name", ["tight left", "crossing", "roundabout", "two points", "100 laps", "random walk"]
+)
 def test_scenery_stands_on_no_pass_of_the_road_and_is_repeatable(name):
     road = Road(ROUTES[name])
     scenery, again = road.scenery(3), Road(ROUTES[name]).scenery(3)
-    assert np.array_equal(scenery.position_m, again.position_m) and np.array_equal(scenery.variant, again.variant)
+    assert np.array_equal(scenery.position_m, again.position_m) and np.array_equal(
+        scenery.variant, again.variant
+    )
     if name != "random walk":
         assert len(scenery) > 5
-    for kind, position, yaw, size in zip(scenery.kind, scenery.position_m, scenery.yaw_rad, scenery.size_m):
+    for kind, position, yaw, size in zip(
+        scenery.kind, scenery.position_m, scenery.yaw_rad, scenery.size_m
+    ):
         half = 0.5 * size[:2] if kind else np.array([0.4, 0.4])
         u, v = (grid.ravel() for grid in np.meshgrid(np.linspace(-1, 1, 9), np.linspace(-1, 1, 9)))
         c, s = np.cos(yaw), np.sin(yaw)
@@ -132,10 +150,17 @@ def test_scenery_stands_on_no_pass_of_the_road_and_is_repeatable(name):
         assert not road.on_road(body, margin_m=0.3).any()
 
 
-@pytest.mark.parametrize("bad", [
-    [], [[0.0, 0.0]], [[0.0, 0.0], [0.0, 0.0]], [[0.0, np.nan], [1.0, 1.0]], [[0.0, 0.0], [np.inf, 1.0]],
-    [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]],
-])
+@pytest.mark.parametrize(
+    "bad",
+    [
+        [],
+        [[0.0, 0.0]],
+        [[0.0, 0.0], [0.0, 0.0]],
+        [[0.0, np.nan], [1.0, 1.0]],
+        [[0.0, 0.0], [np.inf, 1.0]],
+        [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]],
+    ],
+)
 def test_a_route_without_a_direction_is_refused(bad):
     with pytest.raises(ValueError):
         Road(bad)

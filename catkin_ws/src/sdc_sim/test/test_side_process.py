@@ -7,14 +7,18 @@ import textwrap
 
 import pytest
 
-from sdc_sim.side_process import SideProcess
+from sdc_sim.camera.side_process import SideProcess
 
 DEPTH = 3
 
 
 def program(body):
     """A process that serves with `work` as `body` defines it."""
-    source = "import sys, time, os\nfrom sdc_sim.side_process import serve\n" + textwrap.dedent(body) + "\nserve(int(sys.argv[1]), work)"
+    source = (
+        "import sys, time, os\nfrom sdc_sim.camera.side_process import serve\n"
+        + textwrap.dedent(body)
+        + "\nserve(int(sys.argv[1]), work)"
+    )
     return [sys.executable, "-c", source]
 
 
@@ -25,6 +29,7 @@ def started():
     def start(body):
         made.append(SideProcess(program(body), DEPTH, warnings.append))
         return made[-1], warnings
+
     yield start
     for process in made:
         process.close()
@@ -39,7 +44,9 @@ def test_put_loses_nothing_and_keeps_the_order(started, tmp_path):
     assert all(process.put([n, 0.1 * n], patience_s=30.0) for n in range(100))
     assert process.drain(30.0)
     lines = (tmp_path / "done").read_text().splitlines()
-    assert [[float(word) for word in line.split()] for line in lines] == [[n, 0.1 * n] for n in range(100)]
+    assert [[float(word) for word in line.split()] for line in lines] == [
+        [n, 0.1 * n] for n in range(100)
+    ]
     assert warnings == []
 
 
@@ -68,7 +75,9 @@ def test_a_time_out_for_new_sockets_does_not_end_it(started, tmp_path):
 
 def test_offer_drops_while_busy(started, tmp_path):
     go = tmp_path / "go"
-    process, _ = started(f"def work(item):\n    while not os.path.exists({str(go)!r}): time.sleep(0.01)")
+    process, _ = started(
+        f"def work(item):\n    while not os.path.exists({str(go)!r}): time.sleep(0.01)"
+    )
     assert process.offer(1)
     assert not process.offer(2)
     go.touch()
@@ -78,8 +87,12 @@ def test_offer_drops_while_busy(started, tmp_path):
 
 def test_who_is_too_slow_is_waited_for_once(started, tmp_path):
     go = tmp_path / "go"
-    process, warnings = started(f"def work(item):\n    while not os.path.exists({str(go)!r}): time.sleep(0.01)")
-    assert [process.put(n, patience_s=0.05) for n in range(DEPTH + 3)] == [True] * DEPTH + [False] * 3
+    process, warnings = started(
+        f"def work(item):\n    while not os.path.exists({str(go)!r}): time.sleep(0.01)"
+    )
+    assert [process.put(n, patience_s=0.05) for n in range(DEPTH + 3)] == [True] * DEPTH + [
+        False
+    ] * 3
     assert warnings == ["has not answered for 0.05 s; going on without it"]
     go.touch()
     assert process.drain(30.0)

@@ -2,7 +2,7 @@ import math
 
 import pytest
 
-from sdc_sim.timeline import LEFT_OUT, NEXT, RESTARTED, Timeline
+from sdc_sim.evaluation.timeline import LEFT_OUT, NEXT, RESTARTED, Timeline
 
 
 def judged(*times):
@@ -20,7 +20,12 @@ def test_one_strange_stamp_is_left_out(strange):
 
 
 def test_two_publishers_between_each_other():
-    assert judged(*(time for tick in range(10) for time in (10.0 + 0.05 * tick, 9.9 + 0.05 * tick)))[1::2] == [LEFT_OUT] * 10
+    assert (
+        judged(*(time for tick in range(10) for time in (10.0 + 0.05 * tick, 9.9 + 0.05 * tick)))[
+            1::2
+        ]
+        == [LEFT_OUT] * 10
+    )
 
 
 def test_a_world_that_begins_anew_is_believed_after_some_ticks():

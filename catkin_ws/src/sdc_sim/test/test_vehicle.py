@@ -2,6 +2,7 @@
 
 The tests named figure_* print what they measured: python3 -m pytest -rP -k figure test/test_vehicle.py
 """
+
 from __future__ import annotations
 
 import copy
@@ -14,7 +15,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sdc_sim.vehicle import Vehicle, VehicleCommand, VehicleError, VehicleParameters, VehicleState, load_vehicle
+from sdc_sim.physics.vehicle import (
+    Vehicle,
+    VehicleCommand,
+    VehicleError,
+    VehicleParameters,
+    VehicleState,
+    load_vehicle,
+)
 
 PRESET_FOLDER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "config", "vehicles")
 PRESETS = ("tesla_model3", "ford_escort", "bmw_320i", "vw_vanagon", "snider2009")
@@ -28,60 +36,123 @@ KMH = 1.0 / 3.6
 # track": linear tyres, constant speed), steered at the rate until the angle, by scipy.integrate.solve_ivp(
 # method="LSODA", rtol=1e-9, atol=1e-9), started again where the steering stops. Lateral speed is v sin(slip angle).
 GOLDEN = [
-    ("ford_escort", "step steer, single track", 15.0, 0.4, 0.02, [
-        (0.1, 1.49998, 0.00601, 0.00386, 0.0844, 0.08345),
-        (0.3, 4.49934, 0.06516, 0.02638, 0.12343, 0.06583),
-        (0.6, 8.99366, 0.28599, 0.06386, 0.12536, 0.05819),
-        (1.0, 14.96721, 0.84198, 0.11402, 0.12538, 0.05798),
-        (3.0, 44.0077, 8.04919, 0.36478, 0.12538, 0.05798),
-    ]),
-    ("ford_escort", "ramp steer, drift", 15.0, 0.02, 0.1, [
-        (1.0, 14.993, 0.28929, 0.05469, 0.11662, 0.06119),
-        (3.0, 43.58574, 7.91171, 0.53454, 0.3611, 0.14565),
-        (5.0, 59.30587, 31.26353, 1.48089, 0.57745, 0.13985),
-    ]),
-    ("ford_escort", "ramp steer to the limit, drift", 25.0, 0.02, 0.04, [
-        (1.0, 24.98108, 0.56449, 0.08288, 0.18213, -0.20566),
-        (2.0, 49.3567, 5.21478, 0.35944, 0.36424, -0.70942),
-        (3.0, 70.57608, 17.09563, 0.75191, 0.40037, -1.23216),
-        (5.0, 91.4401, 57.67129, 1.53906, 0.38341, -0.9078),
-    ]),
-    ("bmw_320i", "step steer, single track", 15.0, 0.4, 0.02, [
-        (0.1, 1.49999, 0.00526, 0.00345, 0.07594, 0.07225),
-        (0.3, 4.49948, 0.05776, 0.02406, 0.11406, 0.05225),
-        (0.6, 8.99481, 0.25782, 0.05881, 0.1163, 0.04404),
-        (1.0, 14.97261, 0.76712, 0.10534, 0.11633, 0.04378),
-        (3.0, 44.15331, 7.43306, 0.33799, 0.11633, 0.04378),
-    ]),
-    ("bmw_320i", "ramp steer, drift", 15.0, 0.02, 0.1, [
-        (1.0, 14.99409, 0.26295, 0.0505, 0.10793, 0.04806),
-        (3.0, 43.79147, 7.31855, 0.49571, 0.33559, 0.11133),
-        (5.0, 61.26873, 29.70047, 1.37877, 0.54147, 0.1063),
-    ]),
-    ("bmw_320i", "ramp steer to the limit, drift", 25.0, 0.02, 0.04, [
-        (1.0, 24.98415, 0.51301, 0.07626, 0.16841, -0.20004),
-        (2.0, 49.44998, 4.818, 0.33367, 0.34131, -0.65114),
-        (3.0, 71.13088, 16.04784, 0.70209, 0.37565, -1.05612),
-        (5.0, 94.96356, 55.76868, 1.44133, 0.36157, -0.81622),
-    ]),
-    ("vw_vanagon", "step steer, single track", 15.0, 0.4, 0.02, [
-        (0.1, 1.49999, 0.0051, 0.00336, 0.07489, 0.06974),
-        (0.3, 4.4995, 0.05656, 0.02433, 0.11793, 0.04448),
-        (0.6, 8.99475, 0.25801, 0.06048, 0.12129, 0.03376),
-        (1.0, 14.97148, 0.77914, 0.10902, 0.12136, 0.03335),
-        (3.0, 44.09197, 7.67752, 0.35174, 0.12136, 0.03335),
-    ]),
-    ("vw_vanagon", "ramp steer, drift", 15.0, 0.02, 0.1, [
-        (1.0, 14.99381, 0.26452, 0.05193, 0.1117, 0.03923),
-        (3.0, 43.71626, 7.51523, 0.51414, 0.34854, 0.07909),
-        (5.0, 60.43858, 30.31628, 1.42968, 0.56003, 0.04388),
-    ]),
-    ("vw_vanagon", "ramp steer to the limit, drift", 25.0, 0.02, 0.04, [
-        (1.0, 24.98372, 0.51268, 0.07766, 0.17293, -0.22015),
-        (2.0, 49.42806, 4.889, 0.34223, 0.35013, -0.71474),
-        (3.0, 70.96529, 16.3095, 0.72196, 0.38906, -1.19287),
-        (5.0, 93.54699, 56.353, 1.48977, 0.37514, -0.93417),
-    ]),
+    (
+        "ford_escort",
+        "step steer, single track",
+        15.0,
+        0.4,
+        0.02,
+        [
+            (0.1, 1.49998, 0.00601, 0.00386, 0.0844, 0.08345),
+            (0.3, 4.49934, 0.06516, 0.02638, 0.12343, 0.06583),
+            (0.6, 8.99366, 0.28599, 0.06386, 0.12536, 0.05819),
+            (1.0, 14.96721, 0.84198, 0.11402, 0.12538, 0.05798),
+            (3.0, 44.0077, 8.04919, 0.36478, 0.12538, 0.05798),
+        ],
+    ),
+    (
+        "ford_escort",
+        "ramp steer, drift",
+        15.0,
+        0.02,
+        0.1,
+        [
+            (1.0, 14.993, 0.28929, 0.05469, 0.11662, 0.06119),
+            (3.0, 43.58574, 7.91171, 0.53454, 0.3611, 0.14565),
+            (5.0, 59.30587, 31.26353, 1.48089, 0.57745, 0.13985),
+        ],
+    ),
+    (
+        "ford_escort",
+        "ramp steer to the limit, drift",
+        25.0,
+        0.02,
+        0.04,
+        [
+            (1.0, 24.98108, 0.56449, 0.08288, 0.18213, -0.20566),
+            (2.0, 49.3567, 5.21478, 0.35944, 0.36424, -0.70942),
+            (3.0, 70.57608, 17.09563, 0.75191, 0.40037, -1.23216),
+            (5.0, 91.4401, 57.67129, 1.53906, 0.38341, -0.9078),
+        ],
+    ),
+    (
+        "bmw_320i",
+        "step steer, single track",
+        15.0,
+        0.4,
+        0.02,
+        [
+            (0.1, 1.49999, 0.00526, 0.00345, 0.07594, 0.07225),
+            (0.3, 4.49948, 0.05776, 0.02406, 0.11406, 0.05225),
+            (0.6, 8.99481, 0.25782, 0.05881, 0.1163, 0.04404),
+            (1.0, 14.97261, 0.76712, 0.10534, 0.11633, 0.04378),
+            (3.0, 44.15331, 7.43306, 0.33799, 0.11633, 0.04378),
+        ],
+    ),
+    (
+        "bmw_320i",
+        "ramp steer, drift",
+        15.0,
+        0.02,
+        0.1,
+        [
+            (1.0, 14.99409, 0.26295, 0.0505, 0.10793, 0.04806),
+            (3.0, 43.79147, 7.31855, 0.49571, 0.33559, 0.11133),
+            (5.0, 61.26873, 29.70047, 1.37877, 0.54147, 0.1063),
+        ],
+    ),
+    (
+        "bmw_320i",
+        "ramp steer to the limit, drift",
+        25.0,
+        0.02,
+        0.04,
+        [
+            (1.0, 24.98415, 0.51301, 0.07626, 0.16841, -0.20004),
+            (2.0, 49.44998, 4.818, 0.33367, 0.34131, -0.65114),
+            (3.0, 71.13088, 16.04784, 0.70209, 0.37565, -1.05612),
+            (5.0, 94.96356, 55.76868, 1.44133, 0.36157, -0.81622),
+        ],
+    ),
+    (
+        "vw_vanagon",
+        "step steer, single track",
+        15.0,
+        0.4,
+        0.02,
+        [
+            (0.1, 1.49999, 0.0051, 0.00336, 0.07489, 0.06974),
+            (0.3, 4.4995, 0.05656, 0.02433, 0.11793, 0.04448),
+            (0.6, 8.99475, 0.25801, 0.06048, 0.12129, 0.03376),
+            (1.0, 14.97148, 0.77914, 0.10902, 0.12136, 0.03335),
+            (3.0, 44.09197, 7.67752, 0.35174, 0.12136, 0.03335),
+        ],
+    ),
+    (
+        "vw_vanagon",
+        "ramp steer, drift",
+        15.0,
+        0.02,
+        0.1,
+        [
+            (1.0, 14.99381, 0.26452, 0.05193, 0.1117, 0.03923),
+            (3.0, 43.71626, 7.51523, 0.51414, 0.34854, 0.07909),
+            (5.0, 60.43858, 30.31628, 1.42968, 0.56003, 0.04388),
+        ],
+    ),
+    (
+        "vw_vanagon",
+        "ramp steer to the limit, drift",
+        25.0,
+        0.02,
+        0.04,
+        [
+            (1.0, 24.98372, 0.51268, 0.07766, 0.17293, -0.22015),
+            (2.0, 49.42806, 4.889, 0.34223, 0.35013, -0.71474),
+            (3.0, 70.96529, 16.3095, 0.72196, 0.38906, -1.19287),
+            (5.0, 93.54699, 56.353, 1.48977, 0.37514, -0.93417),
+        ],
+    ),
 ]
 
 
@@ -100,8 +171,10 @@ def rolling_car(parameters, speed_mps, **options):
 
 
 def kinetic_energy_j(parameters, state):
-    return 0.5 * (parameters.mass_kg * (state.speed_mps ** 2 + state.lateral_speed_mps ** 2)
-                  + parameters.yaw_inertia_kgm2 * state.yaw_rate_radps ** 2)
+    return 0.5 * (
+        parameters.mass_kg * (state.speed_mps**2 + state.lateral_speed_mps**2)
+        + parameters.yaw_inertia_kgm2 * state.yaw_rate_radps**2
+    )
 
 
 def cruise(vehicle, speed_mps, steer, duration_s, step_s=TICK_S):
@@ -123,14 +196,16 @@ def test_figure_walking_speed_circle_is_kinematic(name, speed_mps):
     cruise(vehicle, speed_mps, -0.5, 15.0)
     state = vehicle.state
     radius_m = math.hypot(state.speed_mps, state.lateral_speed_mps) / state.yaw_rate_radps
-    kinematic_m = math.hypot(parameters.wheelbase_m / math.tan(state.wheel_angle_rad), parameters.rear_axle_m)
+    kinematic_m = math.hypot(
+        parameters.wheelbase_m / math.tan(state.wheel_angle_rad), parameters.rear_axle_m
+    )
     print(f"{name} at {speed_mps} m/s: radius {radius_m:.3f} m, kinematic {kinematic_m:.3f} m")
     assert radius_m == pytest.approx(kinematic_m, rel=0.02)
 
 
 def test_figure_turn_of_4_m_at_3_mps_matches_the_geometry():
     parameters = preset()
-    angle_rad = math.atan(parameters.wheelbase_m / math.sqrt(4.0 ** 2 - parameters.rear_axle_m ** 2))
+    angle_rad = math.atan(parameters.wheelbase_m / math.sqrt(4.0**2 - parameters.rear_axle_m**2))
     vehicle = rolling_car(parameters, 3.0)
     cruise(vehicle, 3.0, angle_rad / parameters.full_wheel_angle_rad(3.0), 20.0)
     state = vehicle.state
@@ -143,18 +218,25 @@ def test_figure_turn_of_4_m_at_3_mps_matches_the_geometry():
 @pytest.mark.parametrize("front,rear", [(130e3, 150e3), (100e3, 160e3), (160e3, 150e3)])
 @pytest.mark.parametrize("speed_mps", [8.0, 15.0, 25.0])
 def test_figure_steady_circle_follows_the_understeer_gradient(speed_mps, front, rear):
-    parameters = rolling_free(front_cornering_stiffness_n_per_rad=front, rear_cornering_stiffness_n_per_rad=rear)
+    parameters = rolling_free(
+        front_cornering_stiffness_n_per_rad=front, rear_cornering_stiffness_n_per_rad=rear
+    )
     vehicle = rolling_car(parameters, speed_mps)
-    curvature = 1.0 / speed_mps ** 2
+    curvature = 1.0 / speed_mps**2
     angle_rad = parameters.wheelbase_m * curvature + parameters.understeer_gradient
     steer = -angle_rad / parameters.full_wheel_angle_rad(speed_mps)
     for _ in range(100):
         vehicle.step(VehicleCommand(steer=steer), TICK_S)
     state = vehicle.state
-    theory = state.speed_mps * state.wheel_angle_rad / (
-        parameters.wheelbase_m + parameters.understeer_gradient * state.speed_mps ** 2)
-    print(f"{speed_mps} m/s, gradient {parameters.understeer_gradient * 1e3:.2f} mrad/(m/s^2): radius "
-          f"{state.speed_mps / state.yaw_rate_radps:.1f} m, theory {state.speed_mps / theory:.1f} m")
+    theory = (
+        state.speed_mps
+        * state.wheel_angle_rad
+        / (parameters.wheelbase_m + parameters.understeer_gradient * state.speed_mps**2)
+    )
+    print(
+        f"{speed_mps} m/s, gradient {parameters.understeer_gradient * 1e3:.2f} mrad/(m/s^2): radius "
+        f"{state.speed_mps / state.yaw_rate_radps:.1f} m, theory {state.speed_mps / theory:.1f} m"
+    )
     assert state.yaw_rate_radps == pytest.approx(theory, rel=0.01)
 
 
@@ -163,15 +245,20 @@ def test_understeer_gradient_of_the_default_car_is_that_of_a_road_car():
     assert 0.2 < degrees_per_g < 2.0
 
 
-@pytest.mark.parametrize("speed_kmh,share", [
-    (0.0, 1.0), (10.0, 0.95), (20.0, 0.9), (60.0, 0.8), (120.0, 0.7), (200.0, 0.7)])
+@pytest.mark.parametrize(
+    "speed_kmh,share",
+    [(0.0, 1.0), (10.0, 0.95), (20.0, 0.9), (60.0, 0.8), (120.0, 0.7), (200.0, 0.7)],
+)
 def test_full_wheel_angle_shrinks_with_speed(speed_kmh, share):
     full_rad = math.radians(70.0) * 2.0 / 3.0
-    assert preset().full_wheel_angle_rad(speed_kmh * KMH) == pytest.approx(full_rad * share, rel=1e-3)
+    assert preset().full_wheel_angle_rad(speed_kmh * KMH) == pytest.approx(
+        full_rad * share, rel=1e-3
+    )
     vehicle = rolling_car(rolling_free(), speed_kmh * KMH)
     vehicle.step(VehicleCommand(steer=1.0), 0.2)
     assert vehicle.state.wheel_angle_rad == pytest.approx(
-        -preset().full_wheel_angle_rad(vehicle.state.speed_mps), rel=1e-12)
+        -preset().full_wheel_angle_rad(vehicle.state.speed_mps), rel=1e-12
+    )
 
 
 # An independent model ----------------------------------------------------------------------------------------------
@@ -182,19 +269,30 @@ def test_figure_steering_like_commonroad(name, manoeuvre, speed_mps, rate_radps,
     full_rad = preset(name).max_wheel_angle_rad
     # CommonRoad's axle loads follow the acceleration asked for, here none: so do ours without a height.
     vehicle = rolling_car(
-        rolling_free(name, steer_travel_s=2.0 * full_rad / rate_radps, cg_height_m=1e-9), speed_mps)
+        rolling_free(name, steer_travel_s=2.0 * full_rad / rate_radps, cg_height_m=1e-9), speed_mps
+    )
     command = VehicleCommand(steer=-angle_rad / full_rad)
-    passed_s, worst = 0.0, {"position m": 0.0, "yaw rad": 0.0, "yaw rate rad/s": 0.0, "lateral speed m/s": 0.0}
+    passed_s, worst = (
+        0.0,
+        {"position m": 0.0, "yaw rad": 0.0, "yaw rate rad/s": 0.0, "lateral speed m/s": 0.0},
+    )
     peak = max(abs(row[4]) for row in rows), max(abs(row[5]) for row in rows)
     for time_s, x_m, y_m, yaw_rad, yaw_rate_radps, lateral_mps in rows:
         vehicle.step(command, time_s - passed_s)
         passed_s = time_s
         state = vehicle.state
-        differences = (math.hypot(state.x_m - x_m, state.y_m - y_m), abs(state.yaw_rad - yaw_rad),
-                       abs(state.yaw_rate_radps - yaw_rate_radps), abs(state.lateral_speed_mps - lateral_mps))
+        differences = (
+            math.hypot(state.x_m - x_m, state.y_m - y_m),
+            abs(state.yaw_rad - yaw_rad),
+            abs(state.yaw_rate_radps - yaw_rate_radps),
+            abs(state.lateral_speed_mps - lateral_mps),
+        )
         for key, difference in zip(worst, differences):
             worst[key] = max(worst[key], difference)
-    print(f"{name}, {manoeuvre}, {speed_mps} m/s: " + ", ".join(f"{key} {value:.4f}" for key, value in worst.items()))
+    print(
+        f"{name}, {manoeuvre}, {speed_mps} m/s: "
+        + ", ".join(f"{key} {value:.4f}" for key, value in worst.items())
+    )
     distance_m = speed_mps * rows[-1][0]
     assert worst["position m"] < 0.003 * distance_m
     assert worst["yaw rate rad/s"] < 0.015 * peak[0]
@@ -244,7 +342,9 @@ def test_figure_full_brake():
         decelerations.append(-vehicle.state.longitudinal_acceleration_mps2)
     held = decelerations[50:-1]
     distance_m = vehicle.state.x_m
-    print(f"full brake {sum(held) / len(held):.2f} m/s^2, 50-0 km/h in {distance_m:.2f} m and {seconds:.2f} s")
+    print(
+        f"full brake {sum(held) / len(held):.2f} m/s^2, 50-0 km/h in {distance_m:.2f} m and {seconds:.2f} s"
+    )
     assert sum(held) / len(held) == pytest.approx(7.3, rel=0.05)
     # Pedal lag and a constant 7.3 m/s^2 need v T/2 + v^2/2a = 14.4 m: the 11.3 m sometimes quoted would need 9.5 m/s^2.
     assert distance_m == pytest.approx(50.0 * KMH / 12.0 + (50.0 * KMH) ** 2 / 14.6, rel=0.02)
@@ -279,7 +379,9 @@ def test_positive_steer_turns_right_and_reverse_backs_round_the_same_circle():
     state = vehicle.state
     assert state.speed_mps < -1.0 and state.yaw_rate_radps > 0.2
     radius_m = math.hypot(state.speed_mps, state.lateral_speed_mps) / state.yaw_rate_radps
-    kinematic_m = math.hypot(preset().wheelbase_m / math.tan(state.wheel_angle_rad), preset().rear_axle_m)
+    kinematic_m = math.hypot(
+        preset().wheelbase_m / math.tan(state.wheel_angle_rad), preset().rear_axle_m
+    )
     assert radius_m == pytest.approx(kinematic_m, rel=0.05)
 
 
@@ -317,8 +419,15 @@ def test_standing_car_stays_where_it_is(title, name, wind_mps):
 
 @pytest.mark.parametrize("wind_mps", [0.0, 8.0])
 @pytest.mark.parametrize("steer", [0.0, 0.6, -1.0])
-@pytest.mark.parametrize("command", [VehicleCommand(), VehicleCommand(brake=0.3), VehicleCommand(brake=1.0),
-                                     VehicleCommand(hand_brake=True)])
+@pytest.mark.parametrize(
+    "command",
+    [
+        VehicleCommand(),
+        VehicleCommand(brake=0.3),
+        VehicleCommand(brake=1.0),
+        VehicleCommand(hand_brake=True),
+    ],
+)
 @pytest.mark.parametrize("speed_mps", [0.1, 4.0, -4.0, 12.0])
 def test_car_settles_to_exactly_zero_and_never_reverses(command, speed_mps, steer, wind_mps):
     vehicle = rolling_car(preset(), speed_mps, side_wind_mps=wind_mps)
@@ -349,7 +458,10 @@ def test_figure_slalom_at_walking_speed_follows_the_kinematic_model(name, revers
         vehicle.step(VehicleCommand(throttle, steer, reverse=reverse), 0.005)
         after = vehicle.state
         speed = 0.5 * (before.speed_mps + after.speed_mps)
-        curvature = math.tan(0.5 * (before.wheel_angle_rad + after.wheel_angle_rad)) / parameters.wheelbase_m
+        curvature = (
+            math.tan(0.5 * (before.wheel_angle_rad + after.wheel_angle_rad))
+            / parameters.wheelbase_m
+        )
         heading = yaw_rad + math.atan(parameters.rear_axle_m * curvature)
         along = speed * math.hypot(1.0, parameters.rear_axle_m * curvature)
         x_m += 0.005 * along * math.cos(heading)
@@ -357,7 +469,9 @@ def test_figure_slalom_at_walking_speed_follows_the_kinematic_model(name, revers
         yaw_rad += 0.005 * speed * curvature
         distance_m += 0.005 * abs(speed)
     apart_m = math.hypot(vehicle.state.x_m - x_m, vehicle.state.y_m - y_m)
-    print(f"{name}{' in reverse' if reverse else ''}: {apart_m * 100:.1f} cm apart after {distance_m:.1f} m")
+    print(
+        f"{name}{' in reverse' if reverse else ''}: {apart_m * 100:.1f} cm apart after {distance_m:.1f} m"
+    )
     assert distance_m > 20.0
     assert apart_m < 0.02 * distance_m
 
@@ -372,10 +486,14 @@ def test_figure_no_jump_through_the_blend():
         vehicle.step(VehicleCommand(throttle=0.5, steer=-0.25), 0.005)
         after = vehicle.state
         rate_leap = max(rate_leap, abs(after.yaw_rate_radps - before.yaw_rate_radps))
-        acceleration_leap = max(acceleration_leap,
-                                abs(after.lateral_acceleration_mps2 - before.lateral_acceleration_mps2))
+        acceleration_leap = max(
+            acceleration_leap,
+            abs(after.lateral_acceleration_mps2 - before.lateral_acceleration_mps2),
+        )
         before = after
-    print(f"largest change in 5 ms: yaw rate {rate_leap:.5f} rad/s, lateral acceleration {acceleration_leap:.4f} m/s^2")
+    print(
+        f"largest change in 5 ms: yaw rate {rate_leap:.5f} rad/s, lateral acceleration {acceleration_leap:.4f} m/s^2"
+    )
     assert before.speed_mps > 6.0
     assert rate_leap < 0.002
     assert acceleration_leap < 0.05
@@ -384,19 +502,40 @@ def test_figure_no_jump_through_the_blend():
 # Laws --------------------------------------------------------------------------------------------------------------
 
 finite_commands = st.builds(
-    VehicleCommand, st.floats(-2.0, 2.0), st.floats(-2.0, 2.0), st.floats(-2.0, 2.0), st.booleans(), st.booleans())
+    VehicleCommand,
+    st.floats(-2.0, 2.0),
+    st.floats(-2.0, 2.0),
+    st.floats(-2.0, 2.0),
+    st.booleans(),
+    st.booleans(),
+)
 any_commands = st.builds(
-    VehicleCommand, st.floats(allow_nan=False, allow_infinity=False), st.floats(allow_nan=False, allow_infinity=False),
-    st.floats(allow_nan=False, allow_infinity=False), st.booleans(), st.booleans())
+    VehicleCommand,
+    st.floats(allow_nan=False, allow_infinity=False),
+    st.floats(allow_nan=False, allow_infinity=False),
+    st.floats(allow_nan=False, allow_infinity=False),
+    st.booleans(),
+    st.booleans(),
+)
 unpowered_commands = st.builds(
-    VehicleCommand, st.just(0.0), st.floats(-1.0, 1.0), st.sampled_from([0.0, 0.0, 0.4, 1.0]), st.booleans())
+    VehicleCommand,
+    st.just(0.0),
+    st.floats(-1.0, 1.0),
+    st.sampled_from([0.0, 0.0, 0.4, 1.0]),
+    st.booleans(),
+)
 drives = st.lists(st.tuples(finite_commands, st.floats(0.0, 1.5)), min_size=1, max_size=25)
 cars = st.sampled_from(PRESETS)
 frictions = st.sampled_from([0.1, 0.5, 1.0])
 
 
 @settings(max_examples=60, deadline=None)
-@given(cars, frictions, st.floats(-40.0, 40.0), st.lists(st.tuples(any_commands, st.floats(0.0, 1.5)), max_size=25))
+@given(
+    cars,
+    frictions,
+    st.floats(-40.0, 40.0),
+    st.lists(st.tuples(any_commands, st.floats(0.0, 1.5)), max_size=25),
+)
 def test_any_drive_stays_finite_and_sane(name, friction, wind_mps, drive):
     parameters = preset(name)
     vehicle = Vehicle(parameters, friction=friction, side_wind_mps=wind_mps)
@@ -404,23 +543,43 @@ def test_any_drive_stays_finite_and_sane(name, friction, wind_mps, drive):
         vehicle.step(command, duration_s)
         state = vehicle.state
         assert all(math.isfinite(value) for value in dataclasses.astuple(state))
-        assert 0.0 <= state.throttle <= 1.0 and 0.0 <= state.brake <= 1.0 and -1.0 <= state.steer <= 1.0
+        assert (
+            0.0 <= state.throttle <= 1.0
+            and 0.0 <= state.brake <= 1.0
+            and -1.0 <= state.steer <= 1.0
+        )
         assert abs(state.wheel_angle_rad) <= parameters.full_wheel_angle_rad(0.0) + 1e-9
         assert math.hypot(state.speed_mps, state.lateral_speed_mps) < 80.0
         assert abs(state.yaw_rate_radps) < 12.0
         grip = friction * parameters.tyre_friction * 9.81
-        air = 0.6 * (parameters.side_drag_area_m2 + parameters.drag_area_m2) * 120.0 ** 2 / parameters.mass_kg
-        assert math.hypot(state.longitudinal_acceleration_mps2, state.lateral_acceleration_mps2) < 1.1 * grip + air
+        air = (
+            0.6
+            * (parameters.side_drag_area_m2 + parameters.drag_area_m2)
+            * 120.0**2
+            / parameters.mass_kg
+        )
+        assert (
+            math.hypot(state.longitudinal_acceleration_mps2, state.lateral_acceleration_mps2)
+            < 1.1 * grip + air
+        )
 
 
 @settings(max_examples=60, deadline=None)
-@given(cars, frictions, st.floats(-25.0, 25.0), st.floats(-6.0, 6.0), st.floats(-3.0, 3.0),
-       st.lists(unpowered_commands, min_size=1, max_size=10))
+@given(
+    cars,
+    frictions,
+    st.floats(-25.0, 25.0),
+    st.floats(-6.0, 6.0),
+    st.floats(-3.0, 3.0),
+    st.lists(unpowered_commands, min_size=1, max_size=10),
+)
 def test_energy_is_never_created(name, friction, speed_mps, lateral_mps, yaw_rate_radps, commands):
     """Coasting, steering, braking, sliding and spinning: without throttle each internal step loses kinetic energy."""
     parameters = preset(name)
     vehicle = Vehicle(parameters, friction=friction)
-    vehicle.state = VehicleState(speed_mps=speed_mps, lateral_speed_mps=lateral_mps, yaw_rate_radps=yaw_rate_radps)
+    vehicle.state = VehicleState(
+        speed_mps=speed_mps, lateral_speed_mps=lateral_mps, yaw_rate_radps=yaw_rate_radps
+    )
     energy_j = kinetic_energy_j(parameters, vehicle.state)
     for command in commands:
         for _ in range(40):
@@ -438,10 +597,20 @@ def test_left_is_the_mirror_image_of_right(name, friction, drive):
     for command, duration_s in drive:
         left.step(command, duration_s)
         right.step(dataclasses.replace(command, steer=-command.steer), duration_s)
-    for key, sign in (("x_m", 1), ("y_m", -1), ("yaw_rad", -1), ("speed_mps", 1), ("lateral_speed_mps", -1),
-                      ("yaw_rate_radps", -1), ("wheel_angle_rad", -1), ("longitudinal_acceleration_mps2", 1),
-                      ("lateral_acceleration_mps2", -1)):
-        assert getattr(left.state, key) == pytest.approx(sign * getattr(right.state, key), abs=1e-9, rel=1e-9)
+    for key, sign in (
+        ("x_m", 1),
+        ("y_m", -1),
+        ("yaw_rad", -1),
+        ("speed_mps", 1),
+        ("lateral_speed_mps", -1),
+        ("yaw_rate_radps", -1),
+        ("wheel_angle_rad", -1),
+        ("longitudinal_acceleration_mps2", 1),
+        ("lateral_acceleration_mps2", -1),
+    ):
+        assert getattr(left.state, key) == pytest.approx(
+            sign * getattr(right.state, key), abs=1e-9, rel=1e-9
+        )
 
 
 @settings(max_examples=20, deadline=None)
@@ -457,14 +626,21 @@ def test_same_drive_gives_the_same_numbers_bit_for_bit(name, drive):
 
 
 @settings(max_examples=40, deadline=None)
-@given(st.floats(1.0, 30.0), st.sampled_from([0.3, 1.0]), st.floats(-1.0, 1.0), st.floats(0.0, 1.0),
-       st.floats(0.0, 1.0))
+@given(
+    st.floats(1.0, 30.0),
+    st.sampled_from([0.3, 1.0]),
+    st.floats(-1.0, 1.0),
+    st.floats(0.0, 1.0),
+    st.floats(0.0, 1.0),
+)
 def test_tyres_stay_inside_the_friction_circle(speed_mps, friction, steer, throttle, brake):
     parameters = rolling_free()
     vehicle = rolling_car(parameters, speed_mps, friction=friction)
     for _ in range(40):
         vehicle.step(VehicleCommand(throttle, steer, brake), TICK_S)
-        felt = math.hypot(vehicle.state.longitudinal_acceleration_mps2, vehicle.state.lateral_acceleration_mps2)
+        felt = math.hypot(
+            vehicle.state.longitudinal_acceleration_mps2, vehicle.state.lateral_acceleration_mps2
+        )
         assert felt <= friction * parameters.tyre_friction * 9.81 * 1.001
 
 
@@ -475,7 +651,9 @@ def test_turning_over_to_a_stop_takes_the_same_time_whatever_the_tick():
         coarse.step(command, 0.05)
         for _ in range(10):
             fine.step(command, 0.005)
-    assert dataclasses.astuple(coarse.state) == pytest.approx(dataclasses.astuple(fine.state), rel=1e-9, abs=1e-9)
+    assert dataclasses.astuple(coarse.state) == pytest.approx(
+        dataclasses.astuple(fine.state), rel=1e-9, abs=1e-9
+    )
 
 
 def drive_of_60_s(internal_step_s, name="tesla_model3"):
@@ -497,7 +675,9 @@ def drive_of_60_s(internal_step_s, name="tesla_model3"):
         elif t < 41.0:
             command = VehicleCommand(brake=0.5)
         else:
-            command = VehicleCommand(throttle=0.45, steer=0.3 * math.sin(0.7 * t) / (1.0 + 0.15 * (t - 41.0)))
+            command = VehicleCommand(
+                throttle=0.45, steer=0.3 * math.sin(0.7 * t) / (1.0 + 0.15 * (t - 41.0))
+            )
         before = vehicle.state
         vehicle.step(command, TICK_S)
         travelled_m += math.hypot(vehicle.state.x_m - before.x_m, vehicle.state.y_m - before.y_m)
@@ -511,8 +691,10 @@ def test_figure_halving_the_step_moves_the_end_of_60_s_by_centimetres(name):
     fine, _ = drive_of_60_s(0.00125, name)
     moved_m = math.hypot(half.x_m - whole.x_m, half.y_m - whole.y_m)
     again_m = math.hypot(fine.x_m - half.x_m, fine.y_m - half.y_m)
-    print(f"{name}: {travelled_m:.0f} m in 60 s; halving 5 ms moves the end by {moved_m * 100:.2f} cm, "
-          f"once more {again_m * 100:.2f} cm")
+    print(
+        f"{name}: {travelled_m:.0f} m in 60 s; halving 5 ms moves the end by {moved_m * 100:.2f} cm, "
+        f"once more {again_m * 100:.2f} cm"
+    )
     assert travelled_m > 300.0
     assert moved_m < 0.06
     assert again_m < 0.8 * moved_m + 0.001
@@ -543,7 +725,9 @@ def test_braking_in_a_bend_stays_inside_the_friction_circle(steer):
     vehicle = rolling_car(rolling_free(), 20.0, friction=0.4)
     for _ in range(100):
         vehicle.step(VehicleCommand(steer=steer, brake=1.0), 0.01)
-        felt = math.hypot(vehicle.state.longitudinal_acceleration_mps2, vehicle.state.lateral_acceleration_mps2)
+        felt = math.hypot(
+            vehicle.state.longitudinal_acceleration_mps2, vehicle.state.lateral_acceleration_mps2
+        )
         assert felt <= 0.4 * 1.05 * 9.81 * 1.001
 
 
@@ -617,7 +801,9 @@ def test_command_with_no_number_is_refused_and_leaves_the_car_as_it_was(key, val
 
 
 def test_command_out_of_range_is_clamped_and_said_so():
-    limited, was_limited = VehicleCommand(throttle=7.0, steer=-3.0, brake=-1.0, hand_brake=True, reverse=True).clamped()
+    limited, was_limited = VehicleCommand(
+        throttle=7.0, steer=-3.0, brake=-1.0, hand_brake=True, reverse=True
+    ).clamped()
     assert was_limited and limited == VehicleCommand(1.0, -1.0, 0.0, True, True)
     kept, was_limited = VehicleCommand(0.2, -1.0, 1.0).clamped()
     assert not was_limited and kept == VehicleCommand(0.2, -1.0, 1.0)
@@ -638,10 +824,20 @@ def test_no_duration_changes_nothing_and_a_tiny_one_little():
     assert vehicle.state.x_m == pytest.approx(5e-9)
 
 
-@pytest.mark.parametrize("options", [
-    {"friction": 0.0}, {"friction": -1.0}, {"friction": math.nan}, {"friction": math.inf},
-    {"side_wind_mps": math.nan}, {"side_wind_mps": 1e6}, {"internal_step_s": 0.0}, {"internal_step_s": 0.1},
-    {"internal_step_s": math.nan}])
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"friction": 0.0},
+        {"friction": -1.0},
+        {"friction": math.nan},
+        {"friction": math.inf},
+        {"side_wind_mps": math.nan},
+        {"side_wind_mps": 1e6},
+        {"internal_step_s": 0.0},
+        {"internal_step_s": 0.1},
+        {"internal_step_s": math.nan},
+    ],
+)
 def test_bad_option_is_refused_by_its_name(options):
     with pytest.raises(ValueError, match=list(options)[0]):
         Vehicle(preset(), **options)
@@ -652,8 +848,15 @@ def test_car_too_stiff_for_the_step_is_refused():
         Vehicle(preset(front_cornering_stiffness_n_per_rad=5e6))
 
 
-@pytest.mark.parametrize("place", [(math.nan, 0.0, 0.0, 0.0), (0.0, math.inf, 0.0, 0.0), (0.0, 0.0, math.nan, 0.0),
-                                   (0.0, 0.0, 0.0, -math.inf)])
+@pytest.mark.parametrize(
+    "place",
+    [
+        (math.nan, 0.0, 0.0, 0.0),
+        (0.0, math.inf, 0.0, 0.0),
+        (0.0, 0.0, math.nan, 0.0),
+        (0.0, 0.0, 0.0, -math.inf),
+    ],
+)
 def test_reset_to_no_number_is_refused(place):
     with pytest.raises(ValueError, match="reset refused"):
         Vehicle(preset()).reset(*place)
@@ -691,9 +894,19 @@ BAD_PRESETS = [
     ("missing key", "mass_kg", None, ["'mass_kg'", "missing", "add the line"]),
     ("misspelt key", "mass_kg", "mas_kg: 1845.0", ["line 1", "'mas_kg'", "did you mean 'mass_kg'"]),
     ("alien key", "mass_kg", "mass_kg: 1845.0\nzebra: 1", ["line 2", "'zebra'", "remove the line"]),
-    ("key given twice", "mass_kg", "mass_kg: 1845.0\nmass_kg: 1800.0", ["lines 1 and 2", "'mass_kg'", "remove one"]),
+    (
+        "key given twice",
+        "mass_kg",
+        "mass_kg: 1845.0\nmass_kg: 1800.0",
+        ["lines 1 and 2", "'mass_kg'", "remove one"],
+    ),
     ("negative", "mass_kg", "mass_kg: -1845.0", ["line 1", "'mass_kg'", "positive", "-1845"]),
-    ("zero", "yaw_inertia_kgm2", "yaw_inertia_kgm2: 0", ["line 2", "'yaw_inertia_kgm2'", "positive"]),
+    (
+        "zero",
+        "yaw_inertia_kgm2",
+        "yaw_inertia_kgm2: 0",
+        ["line 2", "'yaw_inertia_kgm2'", "positive"],
+    ),
     ("NaN", "mass_kg", "mass_kg: .nan", ["line 1", "'mass_kg'", "finite"]),
     ("infinity", "mass_kg", "mass_kg: .inf", ["line 1", "'mass_kg'", "finite"]),
     ("astronomic", "mass_kg", "mass_kg: 1" + "0" * 400, ["line 1", "'mass_kg'", "finite"]),
@@ -702,18 +915,63 @@ BAD_PRESETS = [
     ("empty", "mass_kg", "mass_kg:", ["'mass_kg'", "empty", "give a number"]),
     ("list for a number", "mass_kg", "mass_kg: [1, 2]", ["'mass_kg'", "a list"]),
     ("number for a list", "steer_shares", "steer_shares: 1.0", ["'steer_shares'", "list of two"]),
-    ("word in a list", "steer_shares", "steer_shares: [1.0, b, 0.8, 0.7]", ["'steer_shares'", "word 'b'"]),
-    ("negative in a list", "drive_forces_n", "drive_forces_n: [0, -1, 2, 3]", ["'drive_forces_n'", "negative"]),
-    ("short list", "steer_shares", "steer_shares: [1.0, 0.9]", ["'steer_shares'", "as many entries"]),
-    ("falling speeds", "steer_speeds_mps", "steer_speeds_mps: [0, 9, 5, 30]", ["'steer_speeds_mps'", "rise"]),
-    ("share above one", "brake_front_share", "brake_front_share: 1.5", ["'brake_front_share'", "0..1"]),
+    (
+        "word in a list",
+        "steer_shares",
+        "steer_shares: [1.0, b, 0.8, 0.7]",
+        ["'steer_shares'", "word 'b'"],
+    ),
+    (
+        "negative in a list",
+        "drive_forces_n",
+        "drive_forces_n: [0, -1, 2, 3]",
+        ["'drive_forces_n'", "negative"],
+    ),
+    (
+        "short list",
+        "steer_shares",
+        "steer_shares: [1.0, 0.9]",
+        ["'steer_shares'", "as many entries"],
+    ),
+    (
+        "falling speeds",
+        "steer_speeds_mps",
+        "steer_speeds_mps: [0, 9, 5, 30]",
+        ["'steer_speeds_mps'", "rise"],
+    ),
+    (
+        "share above one",
+        "brake_front_share",
+        "brake_front_share: 1.5",
+        ["'brake_front_share'", "0..1"],
+    ),
     ("drag below zero", "drag_area_m2", "drag_area_m2: -0.1", ["'drag_area_m2'", "negative"]),
-    ("angle in degrees", "max_wheel_angle_rad", "max_wheel_angle_rad: 70", ["'max_wheel_angle_rad'", "90 degrees"]),
+    (
+        "angle in degrees",
+        "max_wheel_angle_rad",
+        "max_wheel_angle_rad: 70",
+        ["'max_wheel_angle_rad'", "90 degrees"],
+    ),
     ("tyre without a shape", "tyre_shape", "tyre_shape: 5", ["'tyre_shape'", "between 1 and 2"]),
-    ("short throttle", "throttle_points", "throttle_points: [0, 0.3, 0.5, 0.9]", ["'throttle_points'", "end at 1"]),
-    ("force that falls", "drive_forces_n", "drive_forces_n: [0, 9, 5, 10]", ["'drive_forces_n'", "never fall"]),
+    (
+        "short throttle",
+        "throttle_points",
+        "throttle_points: [0, 0.3, 0.5, 0.9]",
+        ["'throttle_points'", "end at 1"],
+    ),
+    (
+        "force that falls",
+        "drive_forces_n",
+        "drive_forces_n: [0, 9, 5, 10]",
+        ["'drive_forces_n'", "never fall"],
+    ),
     ("broken YAML", "mass_kg", "mass_kg: [1, 2", ["no YAML", "line"]),
-    ("code in YAML", "mass_kg", "mass_kg: !!python/object/apply:os.getcwd []", ["no YAML", "line 1"]),
+    (
+        "code in YAML",
+        "mass_kg",
+        "mass_kg: !!python/object/apply:os.getcwd []",
+        ["no YAML", "line 1"],
+    ),
 ]
 
 
@@ -746,7 +1004,9 @@ def test_missing_file_and_folder_are_refused(tmp_path):
 
 
 def test_number_that_yaml_takes_for_a_word_is_read(tmp_path):
-    lines = ["mass_kg: 1845e0" if text.startswith("mass_kg") else text for text in good_preset_lines()]
+    lines = [
+        "mass_kg: 1845e0" if text.startswith("mass_kg") else text for text in good_preset_lines()
+    ]
     path = tmp_path / "car.yaml"
     path.write_text("\n".join(lines))
     assert load_vehicle(str(path)) == preset()

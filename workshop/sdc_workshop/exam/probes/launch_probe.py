@@ -15,10 +15,19 @@ def read(path, arguments):
     config = ROSLaunchConfig()
     XmlLoader().load(path, config, argv=arguments, verbose=False)
     nodes = [
-        {"name": node.name, "package": node.package, "type": node.type, "output": node.output, "namespace": node.namespace}
+        {
+            "name": node.name,
+            "package": node.package,
+            "type": node.type,
+            "output": node.output,
+            "namespace": node.namespace,
+        }
         for node in config.nodes
     ]
-    return {"nodes": nodes, "parameters": {name: parameter.value for name, parameter in config.params.items()}}
+    return {
+        "nodes": nodes,
+        "parameters": {name: parameter.value for name, parameter in config.params.items()},
+    }
 
 
 def main():

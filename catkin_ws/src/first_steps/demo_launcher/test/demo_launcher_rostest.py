@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """The demo as a whole, started as a reader starts it."""
+
 import os
 import queue
 import signal
@@ -22,8 +23,13 @@ SMALL = "world_parameters:={ellipse_width: 240.0, ellipse_height: 160.0, waypoin
 
 
 def launch(*arguments, environment=None):
-    return subprocess.Popen(["roslaunch", "demo_launcher", "demo.launch", *arguments], env=environment or os.environ,
-                            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    return subprocess.Popen(
+        ["roslaunch", "demo_launcher", "demo.launch", *arguments],
+        env=environment or os.environ,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
 
 
 class DemoTest(unittest.TestCase):
@@ -34,7 +40,9 @@ class DemoTest(unittest.TestCase):
 
     def nodes(self):
         """The names of the nodes that publish or listen to anything."""
-        return {node for topics in self.master.getSystemState() for _, nodes in topics for node in nodes}
+        return {
+            node for topics in self.master.getSystemState() for _, nodes in topics for node in nodes
+        }
 
     def await_messages(self, topic, message_type, condition):
         messages = queue.Queue()
@@ -88,8 +96,13 @@ class DemoTest(unittest.TestCase):
             self.await_start()
             output = self.stop(demo)
             self.assertNotIn("escalating", output, "every node ended when it was asked to")
-            found = subprocess.run(["xdotool", "search", "--name", "First steps"], check=False,
-                                   env=screen.environment, stdout=subprocess.PIPE, text=True)
+            found = subprocess.run(
+                ["xdotool", "search", "--name", "First steps"],
+                check=False,
+                env=screen.environment,
+                stdout=subprocess.PIPE,
+                text=True,
+            )
             self.assertEqual(found.stdout.strip(), "")
 
     def test_a_bad_parameter_ends_the_launch_with_one_clear_line(self):

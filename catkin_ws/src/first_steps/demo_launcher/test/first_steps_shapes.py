@@ -1,4 +1,5 @@
 """Shapes of routes for the tests, and a field without ROS on which to drive them."""
+
 from __future__ import annotations
 
 import math
@@ -26,24 +27,39 @@ def along(corners, spacing=50.0):
     points = []
     for (x0, y0), (x1, y1) in zip(corners, corners[1:] + corners[:1]):
         pieces = max(1, round(math.hypot(x1 - x0, y1 - y0) / spacing))
-        points += [(x0 + (x1 - x0) * i / pieces, y0 + (y1 - y0) * i / pieces) for i in range(pieces)]
+        points += [
+            (x0 + (x1 - x0) * i / pieces, y0 + (y1 - y0) * i / pieces) for i in range(pieces)
+        ]
     return points
 
 
 SHAPES = {
-    "ellipse": [(350 * math.cos(math.pi * i / 15), 150 * math.sin(math.pi * i / 15)) for i in range(30)],
+    "ellipse": [
+        (350 * math.cos(math.pi * i / 15), 150 * math.sin(math.pi * i / 15)) for i in range(30)
+    ],
     "circle": around(lambda a: 160),
     "clockwise circle": around(lambda a: 160)[::-1],
     "rectangle to the corners": along([(400, 225), (-400, 225), (-400, -225), (400, -225)]),
     "triangle": along([(0, 180), (-250, -150), (250, -150)]),
-    "star": along([(190 * r * math.cos(math.pi * i / 5), 190 * r * math.sin(math.pi * i / 5))
-                   for i, r in enumerate([1, 0.45] * 5)]),
-    "figure eight": [(330 * math.sin(a), 170 * math.sin(2 * a)) for a in [2 * math.pi * i / 36 for i in range(36)]],
+    "star": along(
+        [
+            (190 * r * math.cos(math.pi * i / 5), 190 * r * math.sin(math.pi * i / 5))
+            for i, r in enumerate([1, 0.45] * 5)
+        ]
+    ),
+    "figure eight": [
+        (330 * math.sin(a), 170 * math.sin(2 * a))
+        for a in [2 * math.pi * i / 36 for i in range(36)]
+    ],
     "clover": around(lambda a: 120 + 80 * math.cos(4 * a), count=40),
     "there and back": along([(-350, 0), (350, 0)]),
-    "spiral": [(40 * a * math.cos(a) / math.pi, 40 * a * math.sin(a) / math.pi)
-               for a in [math.pi / 4 * i for i in range(1, 20)]],
-    "zigzag": along([(x, y) for x in range(-350, 351, 100) for y in ((-150,) if x % 200 == 50 else (150,))]),
+    "spiral": [
+        (40 * a * math.cos(a) / math.pi, 40 * a * math.sin(a) / math.pi)
+        for a in [math.pi / 4 * i for i in range(1, 20)]
+    ],
+    "zigzag": along(
+        [(x, y) for x in range(-350, 351, 100) for y in ((-150,) if x % 200 == 50 else (150,))]
+    ),
     "two points": [(-300, 100), (300, -100)],
 }
 

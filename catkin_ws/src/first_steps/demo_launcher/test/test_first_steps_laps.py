@@ -1,4 +1,5 @@
 """The packaged driver in the packaged world: laps are completed from anywhere, on every shape."""
+
 import math
 import sys
 from pathlib import Path
@@ -29,6 +30,7 @@ def test_laps_on_every_shape_from_any_start(shape):
     @few(30)
     def laps(start, delay):
         assert drive(SHAPES[shape], start, laps=2, delay=delay) is not None
+
     laps()
 
 
@@ -36,17 +38,31 @@ def test_laps_on_every_shape_from_any_start(shape):
 @pytest.mark.parametrize("front_only", [False, True])
 def test_laps_by_the_sensor_alone(shape, front_only):
     """Without the map, as long as the points are no farther apart than the sensor sees."""
+
     @given(start=STARTS)
     @few(10)
     def laps(start):
-        assert drive(SHAPES[shape], start, {"sensor_front_only": front_only}, {"use_map": False},
-                     laps=2, step_limit=12000) is not None
+        assert (
+            drive(
+                SHAPES[shape],
+                start,
+                {"sensor_front_only": front_only},
+                {"use_map": False},
+                laps=2,
+                step_limit=12000,
+            )
+            is not None
+        )
+
     laps()
 
 
 @pytest.mark.parametrize("count", [2, 3, 4, 7, 100, 1000])
 def test_laps_with_any_number_of_points(count):
-    points = [(350 * math.cos(2 * math.pi * i / count), 150 * math.sin(2 * math.pi * i / count)) for i in range(count)]
+    points = [
+        (350 * math.cos(2 * math.pi * i / count), 150 * math.sin(2 * math.pi * i / count))
+        for i in range(count)
+    ]
     assert drive(points, (0.0, 0.0, 2.0), laps=2) is not None
 
 
@@ -59,4 +75,8 @@ def test_laps_at_other_speeds(speed):
 
 def test_packaged_turning_circle_is_within_the_reach():
     world, driver = packaged("world"), packaged("driverless")
-    assert world["speed"] / world["rate"] / driver["max_turn"] < driver["reach_distance"] < world["touch_distance"]
+    assert (
+        world["speed"] / world["rate"] / driver["max_turn"]
+        < driver["reach_distance"]
+        < world["touch_distance"]
+    )

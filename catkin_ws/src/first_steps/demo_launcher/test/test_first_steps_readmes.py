@@ -1,4 +1,5 @@
 """The tables in the READMEs hold what is in the code."""
+
 import re
 from pathlib import Path
 
@@ -14,7 +15,7 @@ def rows(package, heading):
     lines = (PACKAGES / package / "README.md").read_text().splitlines()
     begin = next(i for i, line in enumerate(lines) if line.startswith(f"| {heading} |"))
     table = []
-    for line in lines[begin + 2:]:
+    for line in lines[begin + 2 :]:
         if not line.startswith("|"):
             break
         table.append([cell.strip().replace("`", "") for cell in line.strip("|").split("|")])
@@ -25,7 +26,8 @@ def rows(package, heading):
 def test_parameters_and_defaults_are_those_of_the_config_file(package):
     config = yaml.safe_load((PACKAGES / package / "config" / f"{package}.yaml").read_text())
     assert {name: yaml.safe_load(default) for name, default, *_ in rows(package, "parameter")} == {
-        f"~{name}": value for name, value in config.items()}
+        f"~{name}": value for name, value in config.items()
+    }
 
 
 @pytest.mark.parametrize("package", NODES)
@@ -37,10 +39,16 @@ def test_every_parameter_has_its_unit_or_meaning_beside_it(package):
 @pytest.mark.parametrize("package", NODES)
 def test_topics_are_those_of_the_node(package):
     code = (PACKAGES / package / "scripts" / f"{package}_node.py").read_text()
-    in_code = {(topic, message, "out" if kind == "Publisher" else "in")
-               for kind, topic, message in re.findall(r'rospy\.(Publisher|Subscriber)\("([^"]+)", (\w+)', code)}
+    in_code = {
+        (topic, message, "out" if kind == "Publisher" else "in")
+        for kind, topic, message in re.findall(
+            r'rospy\.(Publisher|Subscriber)\("([^"]+)", (\w+)', code
+        )
+    }
     assert in_code, "the node has topics"
-    assert {(topic, message.split("/")[1], way) for topic, message, way, _ in rows(package, "topic")} == in_code
+    assert {
+        (topic, message.split("/")[1], way) for topic, message, way, _ in rows(package, "topic")
+    } == in_code
 
 
 def test_arguments_are_those_of_the_launch_file():
@@ -50,8 +58,14 @@ def test_arguments_are_those_of_the_launch_file():
 
 
 def test_messages_are_those_of_the_files():
-    in_files = {path.stem: [re.sub(r"\s+", " ", line.split("#")[0]).strip() for line in path.read_text().splitlines()
-                            if line.split("#")[0].strip()] for path in (PACKAGES / "um_msgs" / "msg").glob("*.msg")}
+    in_files = {
+        path.stem: [
+            re.sub(r"\s+", " ", line.split("#")[0]).strip()
+            for line in path.read_text().splitlines()
+            if line.split("#")[0].strip()
+        ]
+        for path in (PACKAGES / "um_msgs" / "msg").glob("*.msg")
+    }
     assert {name: fields.split(", ") for name, fields, _ in rows("um_msgs", "message")} == in_files
 
 

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """The driver: answers each position of the car with a steering command towards the next waypoint."""
+
 import sys
 import threading
 
@@ -26,9 +27,19 @@ class Driverless:
 
         # Subscribers
         if self.settings.use_map:
-            rospy.Subscriber("/world_waypoints", Waypoints, self.on_world_waypoints, queue_size=1, tcp_nodelay=True)
-        rospy.Subscriber("/sensed_waypoints", Waypoints, self.on_sensed_waypoints, queue_size=1, tcp_nodelay=True)
-        rospy.Subscriber("/car_position", CarPosition, self.on_car_position, queue_size=1, tcp_nodelay=True)
+            rospy.Subscriber(
+                "/world_waypoints",
+                Waypoints,
+                self.on_world_waypoints,
+                queue_size=1,
+                tcp_nodelay=True,
+            )
+        rospy.Subscriber(
+            "/sensed_waypoints", Waypoints, self.on_sensed_waypoints, queue_size=1, tcp_nodelay=True
+        )
+        rospy.Subscriber(
+            "/car_position", CarPosition, self.on_car_position, queue_size=1, tcp_nodelay=True
+        )
 
     # Callbacks
     def on_world_waypoints(self, msg):
@@ -54,7 +65,9 @@ class Driverless:
         try:
             self.publish(turn, target)
         except rospy.ROSException:
-            if not rospy.core.is_shutdown_requested():  # on the way out the topics are closed already
+            if (
+                not rospy.core.is_shutdown_requested()
+            ):  # on the way out the topics are closed already
                 raise
 
     # Publishing

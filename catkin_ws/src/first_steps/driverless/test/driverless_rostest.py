@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """The real driver node: positions and points go in, steering commands come out."""
+
 import math
 import queue
 import subprocess
@@ -70,12 +71,14 @@ class DriverlessTest(unittest.TestCase):
 
     def test_it_turns_to_the_next_point_and_says_which_it_is(self):
         self.map.publish(to_message(SQUARE))
-        self.answer_once_known(-50.0, 0.0, 0.1, -0.05)                    # half of the heading error, to point 0
-        self.assertEqual(self.answer(-50.0, 0.0, 2.0), -0.2)              # max_turn from the launch file
-        self.answer_once_known(0.0, 0.0, 0.1, -0.05)                      # reached: on to point 1
-        self.answer_once_known(100.0, 0.0, math.pi / 2 + 0.1, -0.05)      # to point 2
-        self.answer_once_known(100.0, 100.0, -math.pi + 0.1, -0.05)       # to point 3, across the wrap
-        self.answer_once_known(0.0, 100.0, -math.pi / 2 - 0.1, 0.05)      # after the last comes the first
+        self.answer_once_known(-50.0, 0.0, 0.1, -0.05)  # half of the heading error, to point 0
+        self.assertEqual(self.answer(-50.0, 0.0, 2.0), -0.2)  # max_turn from the launch file
+        self.answer_once_known(0.0, 0.0, 0.1, -0.05)  # reached: on to point 1
+        self.answer_once_known(100.0, 0.0, math.pi / 2 + 0.1, -0.05)  # to point 2
+        self.answer_once_known(100.0, 100.0, -math.pi + 0.1, -0.05)  # to point 3, across the wrap
+        self.answer_once_known(
+            0.0, 100.0, -math.pi / 2 - 0.1, 0.05
+        )  # after the last comes the first
         seen = [self.targets.get(timeout=LIMIT_SECONDS).idx for _ in range(5)]
         self.assertEqual(seen, [0, 1, 2, 3, 0])
 
@@ -88,9 +91,14 @@ class DriverlessTest(unittest.TestCase):
         self.assertTrue(abs(answer) <= 0.2)
 
     def test_bad_parameters_end_in_one_clear_line(self):
-        result = subprocess.run(["rosrun", "driverless", "driverless_node.py", "__name:=bad_driver", "_max_turn:=-1"],
-                                check=False, timeout=60, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                                text=True)
+        result = subprocess.run(
+            ["rosrun", "driverless", "driverless_node.py", "__name:=bad_driver", "_max_turn:=-1"],
+            check=False,
+            timeout=60,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        )
         lines = [line for line in result.stdout.splitlines() if line.strip()]
         self.assertEqual((result.returncode, len(lines)), (1, 1), result.stdout)
         self.assertIn("parameter ~max_turn is -1: give a number above 0, at most 3.142", lines[0])

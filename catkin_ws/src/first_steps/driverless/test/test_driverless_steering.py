@@ -1,4 +1,5 @@
 """How far to turn, and which point comes next."""
+
 import math
 from pathlib import Path
 
@@ -13,7 +14,9 @@ from driverless.settings import SettingsError, read_settings
 from driverless.steering import clamp, heading_error, needs_run_up, wrap_angle
 
 PI = math.pi
-CONFIG = yaml.safe_load((Path(__file__).resolve().parents[1] / "config" / "driverless.yaml").read_text())
+CONFIG = yaml.safe_load(
+    (Path(__file__).resolve().parents[1] / "config" / "driverless.yaml").read_text()
+)
 NUMBERS = ["reach_distance", "turn_gain", "max_turn", "search_turn"]
 coordinates, angles = st.floats(-1e3, 1e3), st.floats(-50.0, 50.0)
 
@@ -29,16 +32,26 @@ def test_wrap_stays_in_range_and_keeps_the_direction(angle):
     assert math.cos(wrapped - angle) == pytest.approx(1.0)
 
 
-@pytest.mark.parametrize("angle, wrapped", [(PI, PI), (-PI, PI), (PI + 1e-9, -PI + 1e-9), (3 * PI, PI), (0.0, 0.0)])
+@pytest.mark.parametrize(
+    "angle, wrapped", [(PI, PI), (-PI, PI), (PI + 1e-9, -PI + 1e-9), (3 * PI, PI), (0.0, 0.0)]
+)
 def test_wrap_at_pi(angle, wrapped):
     assert wrap_angle(angle) == pytest.approx(wrapped, abs=1e-12)
 
 
-@pytest.mark.parametrize("direction, target, error", [
-    (0.0, (1.0, 0.0), 0.0), (0.0, (1.0, 1.0), PI / 4), (0.0, (0.0, -1.0), -PI / 2), (PI / 2, (0.0, 5.0), 0.0),
-    (3.0, (-1.0, math.tan(-0.1)), 2 * PI - 3.0 - (PI - 0.1)),   # over pi, not back through zero
-    (-3.0, (-1.0, 0.1), math.atan2(0.1, -1.0) + 3.0 - 2 * PI),
-    (0.0, (-1.0, 0.0), PI), (0.7, (0.0, 0.0), 0.0)])
+@pytest.mark.parametrize(
+    "direction, target, error",
+    [
+        (0.0, (1.0, 0.0), 0.0),
+        (0.0, (1.0, 1.0), PI / 4),
+        (0.0, (0.0, -1.0), -PI / 2),
+        (PI / 2, (0.0, 5.0), 0.0),
+        (3.0, (-1.0, math.tan(-0.1)), 2 * PI - 3.0 - (PI - 0.1)),  # over pi, not back through zero
+        (-3.0, (-1.0, 0.1), math.atan2(0.1, -1.0) + 3.0 - 2 * PI),
+        (0.0, (-1.0, 0.0), PI),
+        (0.7, (0.0, 0.0), 0.0),
+    ],
+)
 def test_heading_error_turns_the_shortest_way(direction, target, error):
     assert heading_error(0.0, 0.0, direction, *target) == pytest.approx(error)
 
@@ -57,13 +70,18 @@ def test_clamp():
 
 
 def test_run_up_begins_well_inside_the_turning_circle_and_ends_outside():
-    circle = {"turning_radius": 100.0, "reach_distance": 20.0}  # its centre is at (0, 100) for a target on the left
+    circle = {
+        "turning_radius": 100.0,
+        "reach_distance": 20.0,
+    }  # its centre is at (0, 100) for a target on the left
     assert needs_run_up(False, 0.0, 0.0, 0.0, 0.0, 100.0, **circle)
     assert not needs_run_up(False, 0.0, 0.0, 0.0, 90.0, 100.0, **circle)
     assert needs_run_up(True, 0.0, 0.0, 0.0, 90.0, 100.0, **circle)
     assert not needs_run_up(True, 0.0, 0.0, 0.0, 101.0, 100.0, **circle)
     assert needs_run_up(False, 0.0, 0.0, 0.0, 0.0, -100.0, **circle), "on the right as on the left"
-    assert not needs_run_up(False, 0.0, 0.0, 0.0, 0.0, 1.0, turning_radius=16.0, reach_distance=20.0)
+    assert not needs_run_up(
+        False, 0.0, 0.0, 0.0, 0.0, 1.0, turning_radius=16.0, reach_distance=20.0
+    )
 
 
 def visited(points, count, start=(-4.0, 0.0)):
@@ -102,7 +120,7 @@ def test_first_target_is_the_nearest_point():
 def test_each_round_visits_every_point_once_in_order_of_idx(indices, start):
     points = [Point(idx, 10.0 * place, 0.0) for place, idx in enumerate(indices)]
     order = visited(points, 2 * len(points), (start, 4.0))
-    first, second = order[:len(points)], order[len(points):]
+    first, second = order[: len(points)], order[len(points) :]
     assert first == second
     begin = first.index(min(first))
     assert first[begin:] + first[:begin] == sorted((point.idx, point.x) for point in points)
@@ -122,9 +140,13 @@ def test_without_a_map_the_sensor_teaches_the_route():
     assert route.update(0.0, 0.0, set(), 1.0).idx == 5
     assert route.update(50.0, 0.0, {Point(5, 50.0, 0.0)}, 1.0).idx == 5
     route.add_sensed([Point(3, 30.0, 0.0)])
-    assert route.update(50.0, 0.0, set(), 1.0).idx == 3, "after the highest known comes the lowest known"
+    assert route.update(50.0, 0.0, set(), 1.0).idx == 3, (
+        "after the highest known comes the lowest known"
+    )
     route.add_sensed([Point(7, 70.0, 0.0)])
-    assert route.update(50.0, 0.0, set(), 1.0).idx == 7, "but a point that turns out to lie between comes first"
+    assert route.update(50.0, 0.0, set(), 1.0).idx == 7, (
+        "but a point that turns out to lie between comes first"
+    )
 
 
 def test_a_remembered_point_that_is_gone_is_forgotten():
@@ -176,15 +198,24 @@ def test_search_turns_by_the_golden_angle_now_and_then():
 def test_what_is_no_number_is_refused_and_the_last_good_state_kept(bad):
     student = driver()
     student.set_map([(0, 100.0, 0.0), (1, 300.0, 0.0)])
-    for action in (lambda: student.set_map([(0, bad, 0.0)]), lambda: student.set_sensed([(0, 0.0, bad)]),
-                   lambda: student.step(bad, 0.0, 0.0), lambda: student.step(0.0, 0.0, bad)):
+    for action in (
+        lambda: student.set_map([(0, bad, 0.0)]),
+        lambda: student.set_sensed([(0, 0.0, bad)]),
+        lambda: student.step(bad, 0.0, 0.0),
+        lambda: student.step(0.0, 0.0, bad),
+    ):
         with pytest.raises(ValueError, match="finite"):
             action()
     assert student.step(0.0, 0.0, 0.0) == (0.0, Point(0, 100.0, 0.0))
 
 
-BAD = ([(name, value) for name in NUMBERS for value in (0, -1.0, math.nan, "much", True)]
-       + [("turn_gain", 1.1), ("max_turn", 4.0), ("search_patience", 0), ("search_patience", 1.5), ("use_map", "yes")])
+BAD = [(name, value) for name in NUMBERS for value in (0, -1.0, math.nan, "much", True)] + [
+    ("turn_gain", 1.1),
+    ("max_turn", 4.0),
+    ("search_patience", 0),
+    ("search_patience", 1.5),
+    ("use_map", "yes"),
+]
 
 
 @pytest.mark.parametrize("name, value", BAD)

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """The window on the field: shows what the world publishes, publishes what mouse and keys wish."""
+
 import os
 import sys
 
@@ -35,7 +36,9 @@ class QtInterface(QObject):
         self.window = Window(self.scene)
 
         # Publishers
-        self.place_pub = rospy.Publisher("world/place_car", CarPosition, queue_size=1, tcp_nodelay=True)
+        self.place_pub = rospy.Publisher(
+            "world/place_car", CarPosition, queue_size=1, tcp_nodelay=True
+        )
         self.add_pub = rospy.Publisher("world/add_waypoint", Waypoint, queue_size=10)
         self.pause_pub = rospy.Publisher("world/pause", Bool, queue_size=10)
         self.reset_pub = rospy.Publisher("world/reset", Empty, queue_size=10)
@@ -43,10 +46,16 @@ class QtInterface(QObject):
 
         # Subscribers
         rospy.Subscriber("/world_waypoints", Waypoints, self.on_world_waypoints, queue_size=1)
-        rospy.Subscriber("/sensed_waypoints", Waypoints, self.on_sensed_waypoints, queue_size=1, tcp_nodelay=True)
+        rospy.Subscriber(
+            "/sensed_waypoints", Waypoints, self.on_sensed_waypoints, queue_size=1, tcp_nodelay=True
+        )
         rospy.Subscriber("/target_waypoint", Waypoint, self.on_target_waypoint, queue_size=1)
-        rospy.Subscriber("/car_position", CarPosition, self.on_car_position, queue_size=10, tcp_nodelay=True)
-        rospy.Subscriber("/lap_count", UInt32, lambda msg: self.laps_came.emit(msg.data), queue_size=1)
+        rospy.Subscriber(
+            "/car_position", CarPosition, self.on_car_position, queue_size=10, tcp_nodelay=True
+        )
+        rospy.Subscriber(
+            "/lap_count", UInt32, lambda msg: self.laps_came.emit(msg.data), queue_size=1
+        )
         rospy.Subscriber("/paused", Bool, lambda msg: self.pause_came.emit(msg.data), queue_size=1)
         rospy.Subscriber("world/reset", Empty, lambda _msg: self.reset_came.emit(), queue_size=1)
         rospy.on_shutdown(self.shutdown_came.emit)

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """The real window node beside the real world node: mouse and keys reach the world, the world reaches the screen."""
+
 import functools
 import os
 import subprocess
@@ -28,8 +29,13 @@ def wait_for(condition, what):
 
 
 def run_window(screen, *arguments):
-    return subprocess.Popen(["rosrun", "qt_interface", "qt_interface_node.py", *arguments], env=screen.environment,
-                            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    return subprocess.Popen(
+        ["rosrun", "qt_interface", "qt_interface_node.py", *arguments],
+        env=screen.environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
 
 
 class QtInterfaceTest(unittest.TestCase):
@@ -37,8 +43,14 @@ class QtInterfaceTest(unittest.TestCase):
     def setUpClass(cls):
         rospy.init_node("qt_interface_test")
         cls.latest = {}
-        for topic, message_type in (("/world_waypoints", Waypoints), ("/car_position", CarPosition), ("/paused", Bool)):
-            rospy.Subscriber(topic, message_type, lambda msg, topic=topic: cls.latest.__setitem__(topic, msg))
+        for topic, message_type in (
+            ("/world_waypoints", Waypoints),
+            ("/car_position", CarPosition),
+            ("/paused", Bool),
+        ):
+            rospy.Subscriber(
+                topic, message_type, lambda msg, topic=topic: cls.latest.__setitem__(topic, msg)
+            )
         cls.pause_echo = rospy.Subscriber("/world/pause", Bool)
         wait_for(lambda: len(cls.latest) == 3, "the world")
         cls.screen = VirtualScreen(1120, 680)  # the window's own size: it fills the screen
@@ -81,7 +93,9 @@ class QtInterfaceTest(unittest.TestCase):
         self.do_until(condition, functools.partial(self.screen.xdotool, "key", key), what)
 
     def carry(self, from_x, from_y, to_x, to_y):
-        self.screen.xdotool("key", "f")  # all in view, should an earlier attempt have come too soon and panned
+        self.screen.xdotool(
+            "key", "f"
+        )  # all in view, should an earlier attempt have come too soon and panned
         self.screen.xdotool("mousemove", from_x, from_y, "mousedown", 1)
         self.screen.xdotool("mousemove", to_x, to_y, "mouseup", 1)
 
@@ -89,17 +103,25 @@ class QtInterfaceTest(unittest.TestCase):
         wait_for(self.pause_echo.get_num_connections, "the window's connections")
         self.press_until(lambda: self.latest["/paused"].data, "space", "the pause")
         x, y = self.middle_of_the_field()
-        self.click_until(lambda: self.count() > 30, x, y + 100, "a waypoint where the mouse clicked")
+        self.click_until(
+            lambda: self.count() > 30, x, y + 100, "a waypoint where the mouse clicked"
+        )
         added = self.latest["/world_waypoints"].waypoints[30]
         self.assertEqual(added.idx, 30)
         self.assertLess(abs(added.x), 15.0)
         self.assertTrue(-120.0 < added.y < -70.0, added)
         self.press_until(lambda: self.count() == 30, "r", "the reset")
-        wait_for(lambda: self.latest["/car_position"].x == self.latest["/car_position"].y == 0.0, "the reset car")
+        wait_for(
+            lambda: self.latest["/car_position"].x == self.latest["/car_position"].y == 0.0,
+            "the reset car",
+        )
         self.assertTrue(self.latest["/paused"].data, "reset, and still paused")
         start = self.latest["/car_position"]
-        self.do_until(lambda: self.latest["/car_position"].x > 150.0, lambda: self.carry(x, y, x + 200, y - 50),
-                      "the car where the mouse let go of it")
+        self.do_until(
+            lambda: self.latest["/car_position"].x > 150.0,
+            lambda: self.carry(x, y, x + 200, y - 50),
+            "the car where the mouse let go of it",
+        )
         carried = self.latest["/car_position"]
         self.assertTrue(30.0 < carried.y < 70.0, carried)
         self.assertAlmostEqual(carried.direction, start.direction)
@@ -111,8 +133,16 @@ class QtInterfaceTest(unittest.TestCase):
         self.assertEqual(self.node.wait(timeout=LIMIT_SECONDS), 0)
 
     def test_ros_shutting_down_ends_the_node(self):
-        wait_for(lambda: not subprocess.call(["rosnode", "kill", "/qt_interface"], stdout=subprocess.DEVNULL,
-                                             stderr=subprocess.DEVNULL), "the node to be known to the master")
+        wait_for(
+            lambda: (
+                not subprocess.call(
+                    ["rosnode", "kill", "/qt_interface"],
+                    stdout=subprocess.DEVNULL,
+                    stderr=subprocess.DEVNULL,
+                )
+            ),
+            "the node to be known to the master",
+        )
         self.assertEqual(self.node.wait(timeout=LIMIT_SECONDS), 0)
 
     def test_bad_parameters_end_in_one_clear_line(self):
@@ -124,13 +154,24 @@ class QtInterfaceTest(unittest.TestCase):
         self.assertNotIn("Traceback", output)
 
     def test_without_a_screen_there_is_one_clear_line(self):
-        environment = {name: value for name, value in os.environ.items()
-                       if name not in ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM")}
-        result = subprocess.run(["rosrun", "qt_interface", "qt_interface_node.py", "__name:=bad_window"],
-                                env=environment, timeout=60, check=False, stdout=subprocess.PIPE,
-                                stderr=subprocess.STDOUT, text=True)
+        environment = {
+            name: value
+            for name, value in os.environ.items()
+            if name not in ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM")
+        }
+        result = subprocess.run(
+            ["rosrun", "qt_interface", "qt_interface_node.py", "__name:=bad_window"],
+            env=environment,
+            timeout=60,
+            check=False,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        )
         self.assertEqual(result.returncode, 1, result.stdout)
-        self.assertIn("there is no screen: set DISPLAY, or launch with headless:=true", result.stdout)
+        self.assertIn(
+            "there is no screen: set DISPLAY, or launch with headless:=true", result.stdout
+        )
         self.assertEqual(len(result.stdout.strip().splitlines()), 1, result.stdout)
 
 

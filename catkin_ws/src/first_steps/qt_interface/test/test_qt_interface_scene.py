@@ -1,4 +1,5 @@
 """The thinking behind the window: view, trail, scene, settings."""
+
 import math
 from pathlib import Path
 
@@ -12,14 +13,26 @@ from qt_interface.settings import SettingsError, read_settings, read_world_sizes
 from qt_interface.trail import PIECE_LENGTH, Trail
 from qt_interface.view import SCALE_MAX, SCALE_MIN, View, fit, nice_step
 
-CONFIG = yaml.safe_load((Path(__file__).resolve().parents[1] / "config" / "qt_interface.yaml").read_text())
+CONFIG = yaml.safe_load(
+    (Path(__file__).resolve().parents[1] / "config" / "qt_interface.yaml").read_text()
+)
 lengths = st.floats(-1e4, 1e4)
-views = st.builds(View, lengths, lengths, st.floats(SCALE_MIN, SCALE_MAX), st.integers(1, 4000), st.integers(1, 4000))
+views = st.builds(
+    View,
+    lengths,
+    lengths,
+    st.floats(SCALE_MIN, SCALE_MAX),
+    st.integers(1, 4000),
+    st.integers(1, 4000),
+)
 
 
 @given(views, lengths, lengths)
 def test_view_there_and_back(view, x, y):
-    assert view.to_field(*view.to_pixel(x, y)) == (pytest.approx(x, abs=1e-6), pytest.approx(y, abs=1e-6))
+    assert view.to_field(*view.to_pixel(x, y)) == (
+        pytest.approx(x, abs=1e-6),
+        pytest.approx(y, abs=1e-6),
+    )
 
 
 def test_view_has_y_up_on_the_field_and_down_on_the_screen():
@@ -32,14 +45,20 @@ def test_zooming_keeps_what_is_under_the_mouse(view, factor, pixel_x, pixel_y):
     x, y = view.to_field(pixel_x, pixel_y)
     zoomed = view.zoomed(factor, pixel_x, pixel_y)
     assert SCALE_MIN <= zoomed.scale <= SCALE_MAX
-    assert zoomed.to_pixel(x, y) == (pytest.approx(pixel_x, abs=1e-3), pytest.approx(pixel_y, abs=1e-3))
+    assert zoomed.to_pixel(x, y) == (
+        pytest.approx(pixel_x, abs=1e-3),
+        pytest.approx(pixel_y, abs=1e-3),
+    )
 
 
 @given(views, lengths, lengths)
 def test_panning_moves_the_field_with_the_mouse(view, pixels_x, pixels_y):
     before = view.to_pixel(3.0, 4.0)
     after = view.panned(pixels_x, pixels_y).to_pixel(3.0, 4.0)
-    assert after == (pytest.approx(before[0] + pixels_x, abs=1e-5), pytest.approx(before[1] + pixels_y, abs=1e-5))
+    assert after == (
+        pytest.approx(before[0] + pixels_x, abs=1e-5),
+        pytest.approx(before[1] + pixels_y, abs=1e-5),
+    )
 
 
 @given(st.lists(st.tuples(st.floats(-900, 900), st.floats(-900, 900)), max_size=20))
@@ -124,13 +143,18 @@ def test_scene_without_a_world_has_no_walls_and_all_points_fit():
     assert scene.corners() == [(5.0, 6.0)]
     for x, y in ((1.0, 2.0), (-1.0, 9.0)):
         scene.set_car(x, y, 0.0, 0.0)
-    assert scene.corners() == [(5.0, 6.0), (-1.0, 2.0), (1.0, 9.0)], "where the car has been stays in view"
+    assert scene.corners() == [(5.0, 6.0), (-1.0, 2.0), (1.0, 9.0)], (
+        "where the car has been stays in view"
+    )
     scene.set_world(read_world_sizes({"field_width": 10, "field_height": 8.0}), [])
     assert scene.contains(5.0, 4.0) and not scene.contains(5.1, 0.0)
 
 
-@pytest.mark.parametrize("name, value", [(name, value) for name in CONFIG for value in (0, -1, math.nan, "x", True)]
-                         + [("trail_points", 2.5), ("window_width", 100.5)])
+@pytest.mark.parametrize(
+    "name, value",
+    [(name, value) for name in CONFIG for value in (0, -1, math.nan, "x", True)]
+    + [("trail_points", 2.5), ("window_width", 100.5)],
+)
 def test_bad_parameters_are_named_with_the_mend(name, value):
     with pytest.raises(SettingsError, match=rf"^parameter ~{name} is .*: give a"):
         read_settings({**CONFIG, name: value})
@@ -143,5 +167,7 @@ def test_missing_parameters_are_named(name):
 
 
 def test_odd_sizes_of_a_world_are_unknown():
-    sizes = read_world_sizes({"field_width": -1.0, "field_height": 5, "car_size": "big", "sensor_front_only": True})
+    sizes = read_world_sizes(
+        {"field_width": -1.0, "field_height": 5, "car_size": "big", "sensor_front_only": True}
+    )
     assert sizes == (None, 5, None, None, True)

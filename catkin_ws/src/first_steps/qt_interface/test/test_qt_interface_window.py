@@ -1,4 +1,5 @@
 """The window on a screen of its own, with a real mouse and keyboard."""
+
 import math
 import os
 import sys
@@ -13,14 +14,21 @@ from virtual_screen import VirtualScreen  # noqa: E402
 
 CONFIG = Path(__file__).resolve().parents[1] / "config" / "qt_interface.yaml"
 LIMIT_SECONDS = 30.0
-ELLIPSE = [(i, 350.0 * math.cos(math.pi * i / 15), 150.0 * math.sin(math.pi * i / 15)) for i in range(30)]
+ELLIPSE = [
+    (i, 350.0 * math.cos(math.pi * i / 15), 150.0 * math.sin(math.pi * i / 15)) for i in range(30)
+]
 
 
 class Shown:
     """A window that is shown, the screen it is on, and the wishes it uttered."""
 
     def __init__(self, screen, application, window):
-        self.screen, self.application, self.window, self.scene = screen, application, window, window.scene
+        self.screen, self.application, self.window, self.scene = (
+            screen,
+            application,
+            window,
+            window.scene,
+        )
         self.wishes = []
         window.car_dragged.connect(lambda x, y: self.wishes.append(("drag", x, y)))
         window.waypoint_wished.connect(lambda x, y: self.wishes.append(("waypoint", x, y)))
@@ -31,13 +39,16 @@ class Shown:
         """Lets Qt work until the condition holds."""
         end = time.monotonic() + LIMIT_SECONDS
         while not condition():
-            assert time.monotonic() < end, f"waited {LIMIT_SECONDS} s in vain; wishes so far: {self.wishes}"
+            assert time.monotonic() < end, (
+                f"waited {LIMIT_SECONDS} s in vain; wishes so far: {self.wishes}"
+            )
             self.application.processEvents()
             time.sleep(0.005)
 
     def pixel(self, x, y):
         """Where on the screen the field point is."""
         from PyQt5.QtCore import QPoint
+
         px, py = self.window.field.view.to_pixel(x, y)
         point = self.window.field.mapToGlobal(QPoint(round(px), round(py)))
         return point.x(), point.y()
@@ -61,6 +72,7 @@ def screen_and_application():
     os.environ.update(DISPLAY=screen.display, QT_QPA_PLATFORM="xcb")
     from PyQt5 import sip
     from PyQt5.QtWidgets import QApplication
+
     application = QApplication(["test"])
     yield screen, application
     sip.delete(application)  # before its screen goes: a Qt without a screen ends the process
@@ -95,7 +107,7 @@ def shown(screen_and_application):
 def test_click_wishes_for_a_waypoint_there(shown):
     shown.screen.click(*shown.pixel(-150.0, 80.0))
     shown.wait_for(lambda: shown.wishes)
-    (kind, x, y), = shown.wishes
+    ((kind, x, y),) = shown.wishes
     assert kind == "waypoint"
     assert (x, y) == (pytest.approx(-150.0, abs=1.0), pytest.approx(80.0, abs=1.0))
 
@@ -205,16 +217,27 @@ def test_status_bar_tells_where_it_stands(shown):
 
 def test_a_hundred_thousand_positions_leave_a_bounded_trail(shown):
     for step in range(100000):
-        shown.scene.set_car(300.0 * math.sin(0.01 * step), 100.0 * math.cos(0.01 * step), 0.0, float(step))
+        shown.scene.set_car(
+            300.0 * math.sin(0.01 * step), 100.0 * math.cos(0.01 * step), 0.0, float(step)
+        )
     assert 9000 < len(shown.scene.trail) <= 10000
     shown.picture()
 
 
-@pytest.mark.parametrize("points", [[], [(0, 1.0, 1.0)], [(3, math.nan, 0.0), (3, 5.0, math.inf)],
-                                    [(i, float(i % 300), float(i // 300)) for i in range(20000)],
-                                    [(0, 9e9, -9e9), (1, 0.0, 0.0)], [(7, 0.0, 0.0)] * 5])
+@pytest.mark.parametrize(
+    "points",
+    [
+        [],
+        [(0, 1.0, 1.0)],
+        [(3, math.nan, 0.0), (3, 5.0, math.inf)],
+        [(i, float(i % 300), float(i // 300)) for i in range(20000)],
+        [(0, 9e9, -9e9), (1, 0.0, 0.0)],
+        [(7, 0.0, 0.0)] * 5,
+    ],
+)
 def test_odd_waypoints_make_a_sane_picture(shown, points):
     from qt_interface.settings import read_world_sizes
+
     sizes = read_world_sizes({"field_width": -3, "field_height": "tall", "sensor_range": math.nan})
     shown.scene.set_world(sizes, points)
     shown.scene.set_sensed(points[:3])

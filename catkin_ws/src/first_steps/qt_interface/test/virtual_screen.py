@@ -1,4 +1,5 @@
 """A screen that nobody sees, for the tests of the window: what VirtualDisplay does, and what Qt's windows need besides."""
+
 from __future__ import annotations
 
 import ctypes
@@ -32,7 +33,9 @@ class VirtualScreen(VirtualDisplay):
 
     def find_window(self, name):
         """The id of the window with this name, as soon as it is shown; gives it the keyboard."""
-        window = wait_until(lambda: self.windows(name), WINDOW_SECONDS, f"a window called {name!r}")[0]
+        window = wait_until(
+            lambda: self.windows(name), WINDOW_SECONDS, f"a window called {name!r}"
+        )[0]
         self.xdotool("windowfocus", "--sync", window)
         return window
 
@@ -46,16 +49,30 @@ class VirtualScreen(VirtualDisplay):
         x11.XOpenDisplay.restype = ctypes.c_void_p
         x11.XInternAtom.restype = ctypes.c_ulong
         display = ctypes.c_void_p(x11.XOpenDisplay(self.display.encode()))
-        event = _ClientMessage(type=33, window=int(window), format=32,
-                               message_type=x11.XInternAtom(display, b"WM_PROTOCOLS", 0))
+        event = _ClientMessage(
+            type=33,
+            window=int(window),
+            format=32,
+            message_type=x11.XInternAtom(display, b"WM_PROTOCOLS", 0),
+        )
         event.data[0] = x11.XInternAtom(display, b"WM_DELETE_WINDOW", 0)
-        x11.XSendEvent(display, ctypes.c_ulong(int(window)), 0, ctypes.c_long(0), ctypes.byref(event))
+        x11.XSendEvent(
+            display, ctypes.c_ulong(int(window)), 0, ctypes.c_long(0), ctypes.byref(event)
+        )
         x11.XCloseDisplay(display)
 
 
 class _ClientMessage(ctypes.Structure):
     """XClientMessageEvent of Xlib.h, padded to the size of an XEvent."""
 
-    _fields_ = [("type", ctypes.c_int), ("serial", ctypes.c_ulong), ("send_event", ctypes.c_int),
-                ("display", ctypes.c_void_p), ("window", ctypes.c_ulong), ("message_type", ctypes.c_ulong),
-                ("format", ctypes.c_int), ("data", ctypes.c_long * 5), ("padding", ctypes.c_long * 24)]
+    _fields_ = [
+        ("type", ctypes.c_int),
+        ("serial", ctypes.c_ulong),
+        ("send_event", ctypes.c_int),
+        ("display", ctypes.c_void_p),
+        ("window", ctypes.c_ulong),
+        ("message_type", ctypes.c_ulong),
+        ("format", ctypes.c_int),
+        ("data", ctypes.c_long * 5),
+        ("padding", ctypes.c_long * 24),
+    ]

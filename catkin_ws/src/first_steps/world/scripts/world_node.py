@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """The world: publishes the waypoints, moves the car, says what its sensor sees, obeys steering commands."""
+
 import sys
 import threading
 
@@ -22,9 +23,15 @@ class World:
         self.lock = threading.Lock()
 
         # Publishers
-        self.waypoints_pub = rospy.Publisher("/world_waypoints", Waypoints, queue_size=1, latch=True, tcp_nodelay=True)
-        self.car_pub = rospy.Publisher("/car_position", CarPosition, queue_size=10, tcp_nodelay=True)
-        self.sensed_pub = rospy.Publisher("/sensed_waypoints", Waypoints, queue_size=10, tcp_nodelay=True)
+        self.waypoints_pub = rospy.Publisher(
+            "/world_waypoints", Waypoints, queue_size=1, latch=True, tcp_nodelay=True
+        )
+        self.car_pub = rospy.Publisher(
+            "/car_position", CarPosition, queue_size=10, tcp_nodelay=True
+        )
+        self.sensed_pub = rospy.Publisher(
+            "/sensed_waypoints", Waypoints, queue_size=10, tcp_nodelay=True
+        )
         self.laps_pub = rospy.Publisher("/lap_count", UInt32, queue_size=1, latch=True)
         self.paused_pub = rospy.Publisher("/paused", Bool, queue_size=1, latch=True)
         self.publish_waypoints()
@@ -91,7 +98,9 @@ class World:
                     rospy.loginfo(f"lap {self.simulation.laps} completed")
                 self.publish_car()
         except rospy.ROSException:
-            if not rospy.core.is_shutdown_requested():  # on the way out the topics are closed already
+            if (
+                not rospy.core.is_shutdown_requested()
+            ):  # on the way out the topics are closed already
                 raise
 
     def run(self):
@@ -102,7 +111,9 @@ class World:
 
 
 def to_message(waypoints):
-    return Waypoints([Waypoint(x=waypoint.x, y=waypoint.y, idx=waypoint.idx) for waypoint in waypoints])
+    return Waypoints(
+        [Waypoint(x=waypoint.x, y=waypoint.y, idx=waypoint.idx) for waypoint in waypoints]
+    )
 
 
 if __name__ == "__main__":

@@ -1,4 +1,5 @@
 """Moving, turning and bouncing."""
+
 import math
 
 import pytest
@@ -14,14 +15,26 @@ distances = st.floats(0.0, 1e5)
 xs, ys = st.floats(-45.0, 45.0), st.floats(-25.0, 25.0)
 
 
-@pytest.mark.parametrize("angle, wrapped", [(0.0, 0.0), (PI, PI), (-PI, PI), (3 * PI, PI), (-3 * PI, PI), (2 * PI, 0.0),
-                                            (PI + 0.1, 0.1 - PI), (-PI - 0.1, PI - 0.1), (-1e-17, 0.0)])
+@pytest.mark.parametrize(
+    "angle, wrapped",
+    [
+        (0.0, 0.0),
+        (PI, PI),
+        (-PI, PI),
+        (3 * PI, PI),
+        (-3 * PI, PI),
+        (2 * PI, 0.0),
+        (PI + 0.1, 0.1 - PI),
+        (-PI - 0.1, PI - 0.1),
+        (-1e-17, 0.0),
+    ],
+)
 def test_wrap_at_and_beyond_pi(angle, wrapped):
     assert wrap_angle(angle) == pytest.approx(wrapped, abs=1e-12)
 
 
 @given(angles)
-@example(math.nextafter(PI, 4.0) if hasattr(math, "nextafter") else PI * (1 + 2 ** -52))
+@example(math.nextafter(PI, 4.0) if hasattr(math, "nextafter") else PI * (1 + 2**-52))
 @example(-PI)
 def test_wrap_stays_in_range_and_keeps_the_direction(angle):
     wrapped = wrap_angle(angle)
@@ -30,10 +43,22 @@ def test_wrap_stays_in_range_and_keeps_the_direction(angle):
     assert math.sin(wrapped) == pytest.approx(math.sin(angle), abs=1e-9)
 
 
-@pytest.mark.parametrize("position, folded", [
-    (0.0, (0.0, False)), (45.0, (45.0, False)), (-45.0, (-45.0, False)), (46.0, (44.0, True)), (-47.0, (-43.0, True)),
-    (45.0 + 90.0, (-45.0, True)), (45.0 + 91.0, (-44.0, False)), (-45.0 - 91.0, (44.0, False)),
-    (180.0, (0.0, False)), (90.0, (0.0, True)), (-225.0, (-45.0, False))])
+@pytest.mark.parametrize(
+    "position, folded",
+    [
+        (0.0, (0.0, False)),
+        (45.0, (45.0, False)),
+        (-45.0, (-45.0, False)),
+        (46.0, (44.0, True)),
+        (-47.0, (-43.0, True)),
+        (45.0 + 90.0, (-45.0, True)),
+        (45.0 + 91.0, (-44.0, False)),
+        (-45.0 - 91.0, (44.0, False)),
+        (180.0, (0.0, False)),
+        (90.0, (0.0, True)),
+        (-225.0, (-45.0, False)),
+    ],
+)
 def test_fold_at_and_beyond_the_mirrors(position, folded):
     place, is_back = fold(position, 45.0)
     assert place == pytest.approx(folded[0])
@@ -58,18 +83,21 @@ def test_straight_on():
     assert car == pytest.approx((10.0 * math.cos(PI / 6), 5.0, PI / 6))
 
 
-@pytest.mark.parametrize("start, distance, end", [
-    (Car(40.0, 0.0, 0.0), 10.0, Car(40.0, 0.0, PI)),                    # right wall, and back again
-    (Car(-40.0, 0.0, PI), 10.0, Car(-40.0, 0.0, 0.0)),                  # left wall
-    (Car(0.0, 20.0, PI / 2), 8.0, Car(0.0, 22.0, -PI / 2)),             # upper wall
-    (Car(0.0, -20.0, -PI / 2), 8.0, Car(0.0, -22.0, PI / 2)),           # lower wall
-    (Car(40.0, 0.0, PI / 4), 10.0 * math.sqrt(2), Car(40.0, 10.0, 3 * PI / 4)),
-    (Car(45.0, 0.0, 0.0), 0.0, Car(45.0, 0.0, 0.0)),                    # touching the wall is no bounce yet
-    (Car(40.0, 0.0, 0.0), 5.0, Car(45.0, 0.0, 0.0)),                    # arriving exactly at it neither
-    (Car(45.0, 0.0, 0.0), 3.0, Car(42.0, 0.0, PI)),                     # the next step is
-    (Car(0.0, 0.0, 0.0), 180.0, Car(0.0, 0.0, 0.0)),                    # both walls in one step
-    (Car(0.0, 0.0, 0.0), 270.0, Car(0.0, 0.0, PI)),                     # three walls
-])
+@pytest.mark.parametrize(
+    "start, distance, end",
+    [
+        (Car(40.0, 0.0, 0.0), 10.0, Car(40.0, 0.0, PI)),  # right wall, and back again
+        (Car(-40.0, 0.0, PI), 10.0, Car(-40.0, 0.0, 0.0)),  # left wall
+        (Car(0.0, 20.0, PI / 2), 8.0, Car(0.0, 22.0, -PI / 2)),  # upper wall
+        (Car(0.0, -20.0, -PI / 2), 8.0, Car(0.0, -22.0, PI / 2)),  # lower wall
+        (Car(40.0, 0.0, PI / 4), 10.0 * math.sqrt(2), Car(40.0, 10.0, 3 * PI / 4)),
+        (Car(45.0, 0.0, 0.0), 0.0, Car(45.0, 0.0, 0.0)),  # touching the wall is no bounce yet
+        (Car(40.0, 0.0, 0.0), 5.0, Car(45.0, 0.0, 0.0)),  # arriving exactly at it neither
+        (Car(45.0, 0.0, 0.0), 3.0, Car(42.0, 0.0, PI)),  # the next step is
+        (Car(0.0, 0.0, 0.0), 180.0, Car(0.0, 0.0, 0.0)),  # both walls in one step
+        (Car(0.0, 0.0, 0.0), 270.0, Car(0.0, 0.0, PI)),  # three walls
+    ],
+)
 def test_bounce_off_walls(start, distance, end):
     car = FIELD.advance(start, distance, 10.0)
     assert car[:2] == pytest.approx(end[:2])
@@ -80,9 +108,12 @@ def test_bounce_off_walls(start, distance, end):
 def test_bounce_in_a_corner_comes_back_the_way_it_went(sign_x, sign_y):
     direction = math.atan2(sign_y, sign_x)
     start = Car(sign_x * 40.0, sign_y * 20.0, direction)
-    into = FIELD.advance(start, 5.0 * math.sqrt(2), 10.0)           # exactly to the corner
+    into = FIELD.advance(start, 5.0 * math.sqrt(2), 10.0)  # exactly to the corner
     assert into == pytest.approx((sign_x * 45.0, sign_y * 25.0, direction))
-    for car in (FIELD.advance(into, 5.0 * math.sqrt(2), 10.0), FIELD.advance(start, 10.0 * math.sqrt(2), 10.0)):
+    for car in (
+        FIELD.advance(into, 5.0 * math.sqrt(2), 10.0),
+        FIELD.advance(start, 10.0 * math.sqrt(2), 10.0),
+    ):
         assert car[:2] == pytest.approx(start[:2])
         assert math.cos(car.direction - direction) == pytest.approx(-1.0)
 
@@ -125,4 +156,8 @@ def test_clamp_puts_the_car_inside_and_leaves_one_that_is(x, y, direction):
 
 
 def test_field_contains_its_walls():
-    assert FIELD.contains(50.0, -30.0) and not FIELD.contains(50.1, 0.0) and not FIELD.contains(0.0, -30.1)
+    assert (
+        FIELD.contains(50.0, -30.0)
+        and not FIELD.contains(50.1, 0.0)
+        and not FIELD.contains(0.0, -30.1)
+    )

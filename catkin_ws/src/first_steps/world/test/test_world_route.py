@@ -1,4 +1,5 @@
 """Where the waypoints come from, and which parameters make a world."""
+
 import math
 from pathlib import Path
 
@@ -37,24 +38,37 @@ def test_packaged_file_is_a_route():
     assert len(Simulation(read_settings({**CONFIG, "waypoints_path": path})).waypoints) == 36
 
 
-@pytest.mark.parametrize("text, points", [
-    ("1,2\n3,4\n", [(0, 1.0, 2.0), (1, 3.0, 4.0)]),
-    ("x,y\n1,2\n3,4", [(0, 1.0, 2.0), (1, 3.0, 4.0)]),
-    ("1,2,9.5,fast\n\n3,4,1,slow\n\n", [(0, 1.0, 2.0), (1, 3.0, 4.0)]),
-    ("\ufeffidx, x, y\r\n7,1,2\r\n7,3,4\r\n", [(7, 1.0, 2.0), (7, 3.0, 4.0)]),
-    ("y,x\n1,2\n", [(0, 2.0, 1.0)]),
-    ("", []), ("x,y\n", [])])
+@pytest.mark.parametrize(
+    "text, points",
+    [
+        ("1,2\n3,4\n", [(0, 1.0, 2.0), (1, 3.0, 4.0)]),
+        ("x,y\n1,2\n3,4", [(0, 1.0, 2.0), (1, 3.0, 4.0)]),
+        ("1,2,9.5,fast\n\n3,4,1,slow\n\n", [(0, 1.0, 2.0), (1, 3.0, 4.0)]),
+        ("\ufeffidx, x, y\r\n7,1,2\r\n7,3,4\r\n", [(7, 1.0, 2.0), (7, 3.0, 4.0)]),
+        ("y,x\n1,2\n", [(0, 2.0, 1.0)]),
+        ("", []),
+        ("x,y\n", []),
+    ],
+)
 def test_files_that_can_be_read(tmp_path, text, points):
     path = tmp_path / "route.csv"
     path.write_text(text, encoding="utf-8")
     assert load_csv(str(path)) == points
 
 
-@pytest.mark.parametrize("text, row, mend", [
-    ("1,2\n3,nan\n", 2, "plain numbers"), ("x,y\n1,2\ninf,4\n", 3, "plain numbers"), ("1,2\n3\n", 2, "x,y in numbers"),
-    ("1,2\nthree,4\n", 2, "x,y in numbers"), ("a,b\n1,2\n", 1, "call the columns x,y"),
-    ("idx,x,y\n-1,2,3\n", 2, "0..65535"), ("idx,x,y\n65536,2,3\n", 2, "0..65535"),
-    ("idx,x,y\n1.5,2,3\n", 2, "numbers")])
+@pytest.mark.parametrize(
+    "text, row, mend",
+    [
+        ("1,2\n3,nan\n", 2, "plain numbers"),
+        ("x,y\n1,2\ninf,4\n", 3, "plain numbers"),
+        ("1,2\n3\n", 2, "x,y in numbers"),
+        ("1,2\nthree,4\n", 2, "x,y in numbers"),
+        ("a,b\n1,2\n", 1, "call the columns x,y"),
+        ("idx,x,y\n-1,2,3\n", 2, "0..65535"),
+        ("idx,x,y\n65536,2,3\n", 2, "0..65535"),
+        ("idx,x,y\n1.5,2,3\n", 2, "numbers"),
+    ],
+)
 def test_files_that_cannot_name_the_row_and_the_mend(tmp_path, text, row, mend):
     path = tmp_path / "route.csv"
     path.write_text(text)
@@ -64,30 +78,54 @@ def test_files_that_cannot_name_the_row_and_the_mend(tmp_path, text, row, mend):
     assert message.startswith(f"{path}: row {row}: ") and mend in message and "\n" not in message
 
 
-@pytest.mark.parametrize("make", [lambda path: None, lambda path: path.mkdir(),
-                                  lambda path: path.write_bytes(b"\xff\xfe\x00")])
+@pytest.mark.parametrize(
+    "make",
+    [lambda path: None, lambda path: path.mkdir(), lambda path: path.write_bytes(b"\xff\xfe\x00")],
+)
 def test_no_file_names_the_parameter(tmp_path, make):
     make(tmp_path / "route.csv")
     with pytest.raises(WaypointError, match=r"^waypoints_path .*route\.csv: .*give a readable CSV"):
         load_csv(str(tmp_path / "route.csv"))
 
 
-@pytest.mark.parametrize("points, mend", [
-    ([], "at least 2"), ([Waypoint(0, 1.0, 1.0)], "at least 2"),
-    ([Waypoint(0, 0.0, 0.0), Waypoint(1, 400.5, 0.0)], "outside the walls"),
-    ([Waypoint(0, 0.0, -226.0), Waypoint(1, 0.0, 0.0)], "outside the walls"),
-    ([Waypoint(0, 0.0, 0.0), Waypoint(1, 20.0, 0.0)], "spread them")])
+@pytest.mark.parametrize(
+    "points, mend",
+    [
+        ([], "at least 2"),
+        ([Waypoint(0, 1.0, 1.0)], "at least 2"),
+        ([Waypoint(0, 0.0, 0.0), Waypoint(1, 400.5, 0.0)], "outside the walls"),
+        ([Waypoint(0, 0.0, -226.0), Waypoint(1, 0.0, 0.0)], "outside the walls"),
+        ([Waypoint(0, 0.0, 0.0), Waypoint(1, 20.0, 0.0)], "spread them"),
+    ],
+)
 def test_routes_on_which_no_lap_is_possible(points, mend):
     with pytest.raises(WaypointError, match=f"^route.csv: .*{mend}"):
         check_route(points, FIELD, 25.0, "route.csv")
 
 
-POSITIVE = ["field_width", "field_height", "car_size", "speed", "rate", "ellipse_width", "ellipse_height",
-            "waypoints_period", "sensor_range", "touch_distance"]
-BAD = ([(name, value) for name in POSITIVE for value in (0, -3.0, math.nan, math.inf, "wide", True)]
-       + [("waypoint_count", value) for value in (1, 0, -30, 2.5, 65537, "many", True)]
-       + [("start_x", 400.0), ("start_y", -225.0), ("start_direction", math.nan), ("start_x", "left")]
-       + [("sensor_front_only", 1), ("waypoints_path", 5), ("waypoints_period", 3.5), ("field_width", 20.0)])
+POSITIVE = [
+    "field_width",
+    "field_height",
+    "car_size",
+    "speed",
+    "rate",
+    "ellipse_width",
+    "ellipse_height",
+    "waypoints_period",
+    "sensor_range",
+    "touch_distance",
+]
+BAD = (
+    [(name, value) for name in POSITIVE for value in (0, -3.0, math.nan, math.inf, "wide", True)]
+    + [("waypoint_count", value) for value in (1, 0, -30, 2.5, 65537, "many", True)]
+    + [("start_x", 400.0), ("start_y", -225.0), ("start_direction", math.nan), ("start_x", "left")]
+    + [
+        ("sensor_front_only", 1),
+        ("waypoints_path", 5),
+        ("waypoints_period", 3.5),
+        ("field_width", 20.0),
+    ]
+)
 
 
 @pytest.mark.parametrize("name, value", BAD)

@@ -1,4 +1,5 @@
 """Sensor, laps, and the world as a whole."""
+
 import math
 from pathlib import Path
 
@@ -15,7 +16,12 @@ from world.simulation import Simulation
 from world.waypoints import Waypoint
 
 CONFIG = yaml.safe_load((Path(__file__).resolve().parents[1] / "config" / "world.yaml").read_text())
-SQUARE = [Waypoint(0, 0.0, 0.0), Waypoint(1, 100.0, 0.0), Waypoint(2, 100.0, 100.0), Waypoint(3, 0.0, 100.0)]
+SQUARE = [
+    Waypoint(0, 0.0, 0.0),
+    Waypoint(1, 100.0, 0.0),
+    Waypoint(2, 100.0, 100.0),
+    Waypoint(3, 0.0, 100.0),
+]
 coordinates = st.floats(-500.0, 500.0)
 
 
@@ -29,7 +35,12 @@ def test_sensor_sees_its_edge_and_no_farther():
 
 
 def test_front_only_sensor_sees_what_is_ahead_and_abeam():
-    points = [Waypoint(0, 10.0, 0.0), Waypoint(1, -10.0, 0.0), Waypoint(2, 0.0, 10.0), Waypoint(3, 0.0, -10.0)]
+    points = [
+        Waypoint(0, 10.0, 0.0),
+        Waypoint(1, -10.0, 0.0),
+        Waypoint(2, 0.0, 10.0),
+        Waypoint(3, 0.0, -10.0),
+    ]
     assert sense(Car(0.0, 0.0, 0.0), points, 100.0, True) == [points[0], points[2], points[3]]
     assert points[0] not in sense(Car(0.0, 0.0, math.pi), points, 100.0, True)
     assert sense(Car(0.0, 0.0, math.pi / 4), points, 100.0, True) == [points[0], points[2]]
@@ -54,24 +65,37 @@ def laps_after(points, visits):
 PLACES = [(p.x, p.y) for p in SQUARE]
 
 
-@pytest.mark.parametrize("order, laps", [
-    ([0, 1, 2, 3], 0), ([0, 1, 2, 3, 0], 1), ([0, 1, 2, 3, 0, 1, 2, 3, 0], 2),
-    ([2, 3, 0, 1, 2], 1),                # any point may be the start
-    ([0, 1, 3, 0], 0),                   # one left out
-    ([0, 1, 3, 2, 3, 0], 1),             # an excursion does no harm
-    ([3, 2, 1, 0, 3], 0),                # the wrong way round
-    ([0, 0, 0, 0, 0, 0], 0)])
+@pytest.mark.parametrize(
+    "order, laps",
+    [
+        ([0, 1, 2, 3], 0),
+        ([0, 1, 2, 3, 0], 1),
+        ([0, 1, 2, 3, 0, 1, 2, 3, 0], 2),
+        ([2, 3, 0, 1, 2], 1),  # any point may be the start
+        ([0, 1, 3, 0], 0),  # one left out
+        ([0, 1, 3, 2, 3, 0], 1),  # an excursion does no harm
+        ([3, 2, 1, 0, 3], 0),  # the wrong way round
+        ([0, 0, 0, 0, 0, 0], 0),
+    ],
+)
 def test_laps_count_when_all_are_touched_in_order(order, laps):
     assert laps_after(SQUARE, [PLACES[i] for i in order]) == laps
 
 
 def test_laps_with_missing_and_repeated_idx_in_any_order_of_the_list():
-    points = [Waypoint(40, 0.0, 100.0), Waypoint(7, 100.0, 0.0), Waypoint(3, 0.0, 0.0), Waypoint(7, 100.0, 100.0)]
+    points = [
+        Waypoint(40, 0.0, 100.0),
+        Waypoint(7, 100.0, 0.0),
+        Waypoint(3, 0.0, 0.0),
+        Waypoint(7, 100.0, 100.0),
+    ]
     assert laps_after(points, [PLACES[i] for i in (0, 1, 2, 3, 0)]) == 1
 
 
 def test_laps_of_points_closer_than_the_touch_distance():
-    points = [Waypoint(i, 100.0 * math.cos(0.02 * i), 100.0 * math.sin(0.02 * i)) for i in range(314)]
+    points = [
+        Waypoint(i, 100.0 * math.cos(0.02 * i), 100.0 * math.sin(0.02 * i)) for i in range(314)
+    ]
     visits = [(100.0 * math.cos(0.1 * i), 100.0 * math.sin(0.1 * i)) for i in range(130)]
     assert laps_after(points, visits) == 2
 
@@ -105,8 +129,12 @@ def test_steering_adds_to_the_direction_and_wraps():
 def test_what_is_no_number_is_refused_and_changes_nothing(bad):
     world = simulation()
     before = (world.car, list(world.waypoints))
-    for action in (lambda: world.steer(bad), lambda: world.place_car(bad, 0.0, 0.0),
-                   lambda: world.place_car(0.0, 0.0, bad), lambda: world.add_waypoint(0.0, bad)):
+    for action in (
+        lambda: world.steer(bad),
+        lambda: world.place_car(bad, 0.0, 0.0),
+        lambda: world.place_car(0.0, 0.0, bad),
+        lambda: world.add_waypoint(0.0, bad),
+    ):
         with pytest.raises(ValueError, match="finite"):
             action()
     assert (world.car, world.waypoints) == before
@@ -126,7 +154,11 @@ def test_added_waypoint_comes_last_and_reset_takes_it_away():
         world.add_waypoint(401.0, 0.0)
     world.tick(1.0)
     world.reset()
-    assert len(world.waypoints) == 30 and world.car == (0.0, 0.0, CONFIG["start_direction"]) and world.laps == 0
+    assert (
+        len(world.waypoints) == 30
+        and world.car == (0.0, 0.0, CONFIG["start_direction"])
+        and world.laps == 0
+    )
 
 
 def test_waypoints_run_out_of_numbers(tmp_path):

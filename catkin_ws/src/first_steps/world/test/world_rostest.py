@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """The real world node, met as any other node would meet it."""
+
 import math
 import os
 import subprocess
@@ -48,8 +49,10 @@ class Listener:
                 if found:
                     return found[0]
                 if not self.changed.wait(max(end - time.monotonic(), 0.0)):
-                    raise AssertionError(f"{self.topic}: waited in vain; last of {len(self.messages)} messages: "
-                                         f"{self.messages[-1:]}")
+                    raise AssertionError(
+                        f"{self.topic}: waited in vain; last of {len(self.messages)} messages: "
+                        f"{self.messages[-1:]}"
+                    )
 
     def next(self, condition=lambda _msg: True):
         """The next message from now on for which the condition holds."""
@@ -104,7 +107,7 @@ class WorldTest(unittest.TestCase):
         self.car.wait_for(lambda _msg: len(self.car.messages) > first + 60)
         self.assertGreater(time.monotonic() - begin, 60 / 30.0 * 0.8)
         self.assertLess(time.monotonic() - begin, 60 / 30.0 * 3.0)
-        positions = self.car.messages[first:first + 60]
+        positions = self.car.messages[first : first + 60]
         for before, after in zip(positions, positions[1:]):
             self.assertAlmostEqual(after.x - before.x, STEP)
             self.assertEqual((after.y, after.direction), (0.0, 0.0))
@@ -128,14 +131,20 @@ class WorldTest(unittest.TestCase):
         self.add.publish(x=0.0, y=math.nan)
         self.cmd.publish(delta_direction=1.0)
         self.car.next(lambda msg: abs(msg.direction - 1.0) < 1e-9)
-        self.assertTrue(all(math.isfinite(msg.x + msg.y + msg.direction) for msg in self.car.messages))
+        self.assertTrue(
+            all(math.isfinite(msg.x + msg.y + msg.direction) for msg in self.car.messages)
+        )
 
     def test_sensor_sees_what_is_in_range_whenever_the_car_moves(self):
         self.pause.publish(True)
         self.paused.wait_for_last(lambda msg: msg.data)
         self.place.publish(x=200.0, y=0.0, direction=0.0)
         self.car.next(lambda msg: msg.x == 200.0)
-        near = [p.idx for p in self.waypoints.messages[-1].waypoints if math.hypot(p.x - 200.0, p.y) <= 150.0]
+        near = [
+            p.idx
+            for p in self.waypoints.messages[-1].waypoints
+            if math.hypot(p.x - 200.0, p.y) <= 150.0
+        ]
         self.assertEqual(near, [0, 1, 2, 10, 11])
         self.sensed.next(lambda msg: sorted(p.idx for p in msg.waypoints) == near)
         self.place.publish(x=0.0, y=0.0, direction=0.0)
@@ -169,8 +178,14 @@ class WorldTest(unittest.TestCase):
         self.waypoints.next(lambda msg: len(msg.waypoints) == 12)
 
     def run_bad(self, *arguments):
-        return subprocess.run(["rosrun", "world", "world_node.py", "__name:=bad_world", *arguments], check=False,
-                              timeout=60, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        return subprocess.run(
+            ["rosrun", "world", "world_node.py", "__name:=bad_world", *arguments],
+            check=False,
+            timeout=60,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        )
 
     def test_bad_parameters_and_files_end_in_one_clear_line(self):
         folder = tempfile.mkdtemp()
@@ -180,12 +195,31 @@ class WorldTest(unittest.TestCase):
                 file.write(text)
         good = {"_field_width": "800.0", "_waypoint_count": "30", "_waypoints_path": "''"}
         for argument, value, words in (
-                ("_field_width", "-3.0", "parameter ~field_width is -3.0: give a number above 0"),
-                ("_waypoint_count", "1", "parameter ~waypoint_count is 1: give a whole number within 2..65536"),
-                ("_waypoints_path", f"{folder}/nan.csv", f"{folder}/nan.csv: row 3: '3,nan' is not finite; write"),
-                ("_waypoints_path", f"{folder}/one.csv", f"{folder}/one.csv: 1 waypoint(s); a lap needs at least 2"),
-                ("_waypoints_path", f"{folder}/outside.csv", "waypoint 1 at (900, 0) lies outside the walls")):
-            result = self.run_bad(*(f"{name}:={setting}" for name, setting in {**good, argument: value}.items()))
+            ("_field_width", "-3.0", "parameter ~field_width is -3.0: give a number above 0"),
+            (
+                "_waypoint_count",
+                "1",
+                "parameter ~waypoint_count is 1: give a whole number within 2..65536",
+            ),
+            (
+                "_waypoints_path",
+                f"{folder}/nan.csv",
+                f"{folder}/nan.csv: row 3: '3,nan' is not finite; write",
+            ),
+            (
+                "_waypoints_path",
+                f"{folder}/one.csv",
+                f"{folder}/one.csv: 1 waypoint(s); a lap needs at least 2",
+            ),
+            (
+                "_waypoints_path",
+                f"{folder}/outside.csv",
+                "waypoint 1 at (900, 0) lies outside the walls",
+            ),
+        ):
+            result = self.run_bad(
+                *(f"{name}:={setting}" for name, setting in {**good, argument: value}.items())
+            )
             lines = [line for line in result.stdout.splitlines() if line.strip()]
             self.assertEqual(result.returncode, 1, result.stdout)
             self.assertEqual(len(lines), 1, result.stdout)

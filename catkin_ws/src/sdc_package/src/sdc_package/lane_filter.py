@@ -1,4 +1,5 @@
 """Finds lane markings in a camera picture: gradient and saturation thresholds, combined to a binary mask."""
+
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -6,7 +7,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from sdc_package.figures import check_between
+from sdc_common.validation import check_between
 
 
 @dataclass(frozen=True)
@@ -19,7 +20,9 @@ class LaneFilterThresholds:
     horizon_fraction: float
 
     def __post_init__(self):
-        check_between(0, 255, gradient=self.gradient, saturation=self.saturation, lightness=self.lightness)
+        check_between(
+            0, 255, gradient=self.gradient, saturation=self.saturation, lightness=self.lightness
+        )
         check_between(0.0, 0.99, horizon_fraction=self.horizon_fraction)
 
 
@@ -42,8 +45,15 @@ class LaneFilter:
 
         Raises ValueError for an array of another shape or type.
         """
-        if image.dtype != np.uint8 or image.ndim != 3 or image.shape[2] not in (3, 4) or 0 in image.shape:
-            raise ValueError(f"expected a (H, W, 3 or 4) uint8 picture, got {image.shape} {image.dtype}")
+        if (
+            image.dtype != np.uint8
+            or image.ndim != 3
+            or image.shape[2] not in (3, 4)
+            or 0 in image.shape
+        ):
+            raise ValueError(
+                f"expected a (H, W, 3 or 4) uint8 picture, got {image.shape} {image.dtype}"
+            )
         mask = np.zeros(image.shape[:2], np.uint8)
         top = int(image.shape[0] * self.thresholds.horizon_fraction)
         road = image[top:]

@@ -1,4 +1,5 @@
 """Obstacles on the lane: where the car must stop for them, or how slowly it must follow."""
+
 from __future__ import annotations
 
 import math
@@ -6,15 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sdc_package.figures import check_not_negative
-from sdc_package.route import Route
+from sdc_common.geometry.route import Route
+from sdc_common.validation import check_non_negative
 
 # Instants ahead at which a moving obstacle is looked for: who steps onto the lane is seen before he is there.
 _PREDICTED_S = (0.0, 0.5, 1.0, 1.5, 2.0)
 
 
 @dataclass(frozen=True)
-class Obstacle:
+class DetectedObstacle:
     """A box on the ground: centre and heading in the map frame, metres and radians, length along the heading, speed along it in m/s."""
 
     x_m: float
@@ -30,7 +31,7 @@ class Obstacle:
 
 
 @dataclass(frozen=True)
-class Caution:
+class ObstacleMargins:
     """How an obstacle is kept away from, metres: the free strip beside the car, the gap in front of it, and the car's own size."""
 
     side_m: float
@@ -39,11 +40,18 @@ class Caution:
     car_width_m: float
 
     def __post_init__(self):
-        check_not_negative(**vars(self))
+        check_non_negative(**vars(self))
 
 
-def speed_caps(route: Route, s: np.ndarray, from_s_m: float, obstacles, caution: Caution, braking_mps2: float,
-               horizon_m: float) -> np.ndarray:
+def speed_caps(
+    route: Route,
+    s: np.ndarray,
+    from_s_m: float,
+    obstacles,
+    caution: ObstacleMargins,
+    braking_mps2: float,
+    horizon_m: float,
+) -> np.ndarray:
     """The greatest speeds (n,) m/s at the arc lengths `s` (n,) with which the car's centre, now at `from_s_m`, stays `gap_m` behind
     everything on its lane within `horizon_m`.
 
@@ -60,14 +68,23 @@ def speed_caps(route: Route, s: np.ndarray, from_s_m: float, obstacles, caution:
             stop_s = rear_s - along_mps * ahead_s - caution.gap_m - caution.car_front_m
             if along_mps == 0.0:
                 stop_s = route.last_point_s(stop_s)
-            np.minimum(square, along_mps**2 + 2.0 * braking_mps2 * np.maximum(stop_s - s, 0.0), out=square)
+            np.minimum(
+                square, along_mps**2 + 2.0 * braking_mps2 * np.maximum(stop_s - s, 0.0), out=square
+            )
             if along_mps == 0.0:
                 square[s >= stop_s] = 0.0
             break
     return np.sqrt(square)
 
 
-def _blocked_from(route: Route, from_s_m: float, obstacle: Obstacle, ahead_s: float, caution: Caution, horizon_m: float):
+def _blocked_from(
+    route: Route,
+    from_s_m: float,
+    obstacle: DetectedObstacle,
+    ahead_s: float,
+    caution: ObstacleMargins,
+    horizon_m: float,
+):
     """(arc length of the obstacle's near end, its speed along the route) when it will be on the lane then, else None."""
     x = obstacle.x_m + obstacle.speed_mps * ahead_s * math.cos(obstacle.yaw_rad)
     y = obstacle.y_m + obstacle.speed_mps * ahead_s * math.sin(obstacle.yaw_rad)
@@ -76,7 +93,10 @@ def _blocked_from(route: Route, from_s_m: float, obstacle: Obstacle, ahead_s: fl
     c, s = abs(math.cos(turned)), abs(math.sin(turned))
     half_along = 0.5 * (obstacle.length_m * c + obstacle.width_m * s)
     half_across = 0.5 * (obstacle.length_m * s + obstacle.width_m * c)
-    if place.distance_m > half_across + 0.5 * caution.car_width_m + caution.side_m or place.s_m <= from_s_m:
+    if (
+        place.distance_m > half_across + 0.5 * caution.car_width_m + caution.side_m
+        or place.s_m <= from_s_m
+    ):
         return None
     along = max(0.0, obstacle.speed_mps * math.cos(turned))
     return place.s_m - half_along, along if along > 0.5 else 0.0

@@ -1,4 +1,5 @@
 """Reads the numbers out of a nav_msgs/Odometry."""
+
 from __future__ import annotations
 
 import math

@@ -1,10 +1,11 @@
 """A PID controller: no clock, no message."""
+
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
 
-from sdc_package.figures import check_finite
+from sdc_common.validation import check_finite
 
 # Two measurements closer in time than this tell nothing about a rate.
 _SHORTEST_STEP_S = 1e-6
@@ -42,8 +43,15 @@ class Pid:
         self.integral = 0.0
         self._last_measurement = None
 
-    def update(self, setpoint: float, measurement: float, dt_s: float, feed_forward: float = 0.0,
-               lower: float = None, upper: float = None):
+    def update(
+        self,
+        setpoint: float,
+        measurement: float,
+        dt_s: float,
+        feed_forward: float = 0.0,
+        lower: float = None,
+        upper: float = None,
+    ):
         """One step of `dt_s` >= 0 seconds; returns (output, saturated).
 
         `lower` and `upper` replace the limits for this step only. A step of zero seconds neither integrates nor

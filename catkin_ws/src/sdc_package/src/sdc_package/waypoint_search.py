@@ -1,4 +1,5 @@
 """Finds the waypoint that a car drives to next: the nearest one, or the one after it when that is behind the car."""
+
 from __future__ import annotations
 
 import numpy as np
@@ -52,10 +53,10 @@ class WaypointSearch:
             return None
         self._walked += 1
         first = max(self._last - 1, 0)
-        rows = self.waypoints[first:first + _LOOKED_AT].tolist()
+        rows = self.waypoints[first : first + _LOOKED_AT].tolist()
         squares = [(x - x_m) ** 2 + (y - y_m) ** 2 for x, y in rows]
         best = squares.index(min(squares))
         # Far away, or on the edge of what was looked at, another one may be nearer.
-        if squares[best] > _NEAR_M ** 2 or best == len(rows) - 1 or (best == 0 and first > 0):
+        if squares[best] > _NEAR_M**2 or best == len(rows) - 1 or (best == 0 and first > 0):
             return None
         return first + best

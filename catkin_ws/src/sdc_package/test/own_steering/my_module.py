@@ -1,5 +1,6 @@
 """A student's steering, as the README shows it, for the tests."""
-from sdc_package.steering import Steering
+
+from sdc_package.steering.method import Steering
 
 
 class MySteering(Steering):

@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 """A first controller: steers for a point some metres ahead, and presses the pedals in proportion. Its commands have no stamp."""
+
 import math
 
 import rospy
 from nav_msgs.msg import Odometry
-from sdc_package.msg import CarlaVehicleControl, LocalPath
+from sdc_msgs.msg import CarlaVehicleControl, LocalPath
 
 LOOK_AHEAD_M = 5.0
 WHEELBASE_M = 2.87
@@ -16,7 +17,9 @@ class StudentController:
     def __init__(self):
         rospy.init_node("student_controller")
         self.path = []
-        self.publisher = rospy.Publisher("/carla/ego_vehicle/vehicle_control_cmd", CarlaVehicleControl, queue_size=1)
+        self.publisher = rospy.Publisher(
+            "/carla/ego_vehicle/vehicle_control_cmd", CarlaVehicleControl, queue_size=1
+        )
         rospy.Subscriber("/planner/local_waypoints", LocalPath, self.on_path, queue_size=1)
         rospy.Subscriber("/carla/ego_vehicle/odometry", Odometry, self.on_odometry, queue_size=1)
 

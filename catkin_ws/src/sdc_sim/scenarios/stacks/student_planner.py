@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 """A first local planner: the next waypoints with one speed, slower towards the end."""
+
 import math
 
 import rospy
 from nav_msgs.msg import Odometry
-from sdc_package.msg import LocalPath, Path, Waypoint
+from sdc_msgs.msg import LocalPath, Path, Waypoint
 
 AHEAD = 15
 SPEED_MPS = 6.0
@@ -25,7 +26,7 @@ class StudentPlanner:
 
     def on_odometry(self, odometry):
         car = odometry.pose.pose.position
-        ahead = self.waypoints[self.next:self.next + 2 * AHEAD]
+        ahead = self.waypoints[self.next : self.next + 2 * AHEAD]
         if not ahead:
             return
         distances = [math.hypot(point.x - car.x, point.y - car.y) for point in ahead]
@@ -35,9 +36,13 @@ class StudentPlanner:
     def publish(self):
         path = LocalPath()
         for number in range(self.next, min(self.next + AHEAD, len(self.waypoints))):
-            left_m = max(len(self.waypoints) - 2 - number, 0)  # the waypoints are a metre apart; the last but one is near enough
+            left_m = max(
+                len(self.waypoints) - 2 - number, 0
+            )  # the waypoints are a metre apart; the last but one is near enough
             speed = min(SPEED_MPS, math.sqrt(2.0 * BRAKING_MPS2 * left_m))
-            path.waypoints.append(Waypoint(self.waypoints[number].x, self.waypoints[number].y, speed))
+            path.waypoints.append(
+                Waypoint(self.waypoints[number].x, self.waypoints[number].y, speed)
+            )
         self.publisher.publish(path)
 
 

@@ -1,8 +1,9 @@
 """Steers well, but for a lane 80 cm left of the route."""
+
 import math
 
-from sdc_package.stanley import StanleySteering
-from sdc_package.steering import Steering
+from sdc_package.steering.method import Steering
+from sdc_package.steering.stanley import StanleySteering
 
 
 class LeftOfTheLane(Steering):

@@ -1,4 +1,5 @@
 """The driver: from what the car knows and where it is to how far it turns."""
+
 from __future__ import annotations
 
 import math
@@ -35,15 +36,25 @@ class Driver:
         """
         if not all(math.isfinite(value) for value in (x, y, direction)):
             raise ValueError(f"position ({x}, {y}, {direction}) is not finite")
-        step_length = math.hypot(x - self._position[0], y - self._position[1]) if self._position else 0.0
+        step_length = (
+            math.hypot(x - self._position[0], y - self._position[1]) if self._position else 0.0
+        )
         self._position = (x, y)
         target = self._route.update(x, y, self._sensed, self.settings.reach_distance)
         if target is None:
             return self._search(), None
         self._steps_in_vain, self._search_turn_left = 0, 0.0
         turning_radius = step_length / self.settings.max_turn
-        self._is_running_up = needs_run_up(self._is_running_up, x, y, direction, target.x, target.y,
-                                           turning_radius, self.settings.reach_distance)
+        self._is_running_up = needs_run_up(
+            self._is_running_up,
+            x,
+            y,
+            direction,
+            target.x,
+            target.y,
+            turning_radius,
+            self.settings.reach_distance,
+        )
         if self._is_running_up:
             return 0.0, target
         error = heading_error(x, y, direction, target.x, target.y)

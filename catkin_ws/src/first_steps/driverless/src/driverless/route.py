@@ -1,4 +1,5 @@
 """Which point comes next: what the car knows of the route, and how far it got."""
+
 from __future__ import annotations
 
 import bisect
@@ -46,7 +47,10 @@ class Route:
         if self.target is None and self._known:
             self.target = min(self._known, key=lambda point: math.hypot(point.x - x, point.y - y))
         for _ in range(len(self._known)):
-            if self.target is None or math.hypot(self.target.x - x, self.target.y - y) > reach_distance:
+            if (
+                self.target is None
+                or math.hypot(self.target.x - x, self.target.y - y) > reach_distance
+            ):
                 break
             self._last_reached = self.target
             if not self._has_map and self.target not in sensed:

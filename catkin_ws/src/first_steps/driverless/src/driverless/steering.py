@@ -1,4 +1,5 @@
 """How far to turn, now, to get to a point."""
+
 from __future__ import annotations
 
 import math
@@ -25,7 +26,9 @@ def heading_error(x, y, direction, target_x, target_y):
     return wrap_angle(math.atan2(target_y - y, target_x - x) - direction)
 
 
-def needs_run_up(was_running_up, x, y, direction, target_x, target_y, turning_radius, reach_distance):
+def needs_run_up(
+    was_running_up, x, y, direction, target_x, target_y, turning_radius, reach_distance
+):
     """Whether to drive straight on for now, since a car that turned would circle the target for ever.
 
     A car that turns as sharply as it can runs on a circle beside it, and never comes near a target well inside that

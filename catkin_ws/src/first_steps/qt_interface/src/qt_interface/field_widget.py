@@ -1,4 +1,5 @@
 """The field on the screen: draws the scene, and turns mouse and wheel into wishes."""
+
 from __future__ import annotations
 
 import math
@@ -11,13 +12,13 @@ from PyQt5.QtWidgets import QWidget
 from qt_interface import painting
 from qt_interface.view import fit, nice_step
 
-CLICK_PIXELS = 4       # a press that moves no farther than this is a click
-GRAB_PIXELS = 14       # the car can be grabbed at least this far from its centre
-MARGIN_PIXELS = 30     # around the field when all of it is shown
-ZOOM_STEP = 1.15       # of one notch of the wheel
-GRID_PIXELS = 60       # at most between two lines of the grid
-FADE_PIECES = 16       # a trail of fewer pieces has not faded to the end yet
-LABEL_PIXELS = 24      # at least between two numbered waypoints
+CLICK_PIXELS = 4  # a press that moves no farther than this is a click
+GRAB_PIXELS = 14  # the car can be grabbed at least this far from its centre
+MARGIN_PIXELS = 30  # around the field when all of it is shown
+ZOOM_STEP = 1.15  # of one notch of the wheel
+GRID_PIXELS = 60  # at most between two lines of the grid
+FADE_PIECES = 16  # a trail of fewer pieces has not faded to the end yet
+LABEL_PIXELS = 24  # at least between two numbered waypoints
 
 
 def labelled_points(waypoints, view):
@@ -27,8 +28,11 @@ def labelled_points(waypoints, view):
         x, y = view.to_pixel(point.x, point.y)
         column, row = math.floor(x / LABEL_PIXELS), math.floor(y / LABEL_PIXELS)
         neighbours = [(column + i, row + j) for i in (-1, 0, 1) for j in (-1, 0, 1)]
-        is_free = all(math.hypot(x - taken_x, y - taken_y) >= LABEL_PIXELS
-                      for cell in neighbours for taken_x, taken_y in taken.get(cell, ()))
+        is_free = all(
+            math.hypot(x - taken_x, y - taken_y) >= LABEL_PIXELS
+            for cell in neighbours
+            for taken_x, taken_y in taken.get(cell, ())
+        )
         if is_free:
             taken.setdefault((column, row), []).append((x, y))
             labelled.add(point)
@@ -51,14 +55,14 @@ class FieldWidget(QWidget):
         self.setAttribute(Qt.WA_OpaquePaintEvent)
         self.paint_seconds = 0.0
         self._is_fitted = True
-        self._held_car = None     # where the mouse holds the car, field units
-        self._press = None        # where the mouse was pressed, and where it was last
+        self._held_car = None  # where the mouse holds the car, field units
+        self._press = None  # where the mouse was pressed, and where it was last
         self._last_mouse = None
         self._is_panning = False
         self._ground = self._ground_key = None
         self._points = self._points_key = None
         self._polygons = {}
-        self._labelled = set()    # waypoints with room for a number
+        self._labelled = set()  # waypoints with room for a number
         self.view = fit([], 320, 240, MARGIN_PIXELS)
 
     # View
@@ -101,7 +105,9 @@ class FieldWidget(QWidget):
             self._held_car = self._field_point(event.pos())
             self.car_dragged.emit(*self._held_car)
         elif self._press is not None:
-            self._is_panning = self._is_panning or (event.pos() - self._press).manhattanLength() > CLICK_PIXELS
+            self._is_panning = (
+                self._is_panning or (event.pos() - self._press).manhattanLength() > CLICK_PIXELS
+            )
             if self._is_panning:
                 moved = event.pos() - self._last_mouse
                 self._is_fitted = False
@@ -119,7 +125,9 @@ class FieldWidget(QWidget):
             if self.scene.contains(x, y):
                 self.waypoint_wished.emit(x, y)
             else:
-                self.click_refused.emit("That is outside the walls: click inside to add a waypoint.")
+                self.click_refused.emit(
+                    "That is outside the walls: click inside to add a waypoint."
+                )
         self._held_car = self._press = None
         self._is_panning = False
 
@@ -180,7 +188,10 @@ class FieldWidget(QWidget):
         pieces = self.scene.trail.finished
         kept = {}
         for place, piece in enumerate(pieces):
-            _, polygon = self._polygons.get(id(piece)) or (piece, QPolygonF([QPointF(*point) for point in piece]))
+            _, polygon = self._polygons.get(id(piece)) or (
+                piece,
+                QPolygonF([QPointF(*point) for point in piece]),
+            )
             kept[id(piece)] = piece, polygon
             freshness = 1.0 - (len(pieces) - place) / max(len(pieces) + 1.0, FADE_PIECES)
             self._paint_polyline(painter, polygon, freshness)
@@ -240,17 +251,34 @@ class FieldWidget(QWidget):
             x, y = self.view.to_pixel(car.x, car.y)
             painter.save()
             if scene.has_walls:
-                half_width, half_height = scene.sizes.field_width / 2.0, scene.sizes.field_height / 2.0
-                painter.setClipRect(QRectF(QPointF(*self.view.to_pixel(-half_width, half_height)),
-                                           QPointF(*self.view.to_pixel(half_width, -half_height))))
-            painting.sensor(painter, x, y, scene.sizes.sensor_range * self.view.scale, car.direction,
-                            scene.sizes.sensor_front_only)
+                half_width, half_height = (
+                    scene.sizes.field_width / 2.0,
+                    scene.sizes.field_height / 2.0,
+                )
+                painter.setClipRect(
+                    QRectF(
+                        QPointF(*self.view.to_pixel(-half_width, half_height)),
+                        QPointF(*self.view.to_pixel(half_width, -half_height)),
+                    )
+                )
+            painting.sensor(
+                painter,
+                x,
+                y,
+                scene.sizes.sensor_range * self.view.scale,
+                car.direction,
+                scene.sizes.sensor_front_only,
+            )
             painter.restore()
         for point in sorted(scene.sensed):
             painting.glow(painter, *self.view.to_pixel(point.x, point.y), self._radius(point))
             self._paint_disc(painter, point, painting.SENSED)
         if scene.target is not None:
-            painting.ring(painter, *self.view.to_pixel(scene.target.x, scene.target.y), self._radius(scene.target))
+            painting.ring(
+                painter,
+                *self.view.to_pixel(scene.target.x, scene.target.y),
+                self._radius(scene.target),
+            )
         if car is not None:
             x, y = self.view.to_pixel(car.x, car.y)
             painting.car(painter, x, y, max(scene.car_size * self.view.scale, 8.0), car.direction)

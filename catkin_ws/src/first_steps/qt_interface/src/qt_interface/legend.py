@@ -1,4 +1,5 @@
 """The column beside the field: laps, what the signs mean, what the keys do."""
+
 from __future__ import annotations
 
 from PyQt5.QtCore import QPointF, QRectF, Qt
@@ -9,8 +10,16 @@ from qt_interface import painting
 
 WIDTH = 240
 ROW = 34
-KEYS = (("drag the square", "carry the car"), ("click", "add a waypoint"), ("wheel", "zoom"), ("drag the floor", "pan"),
-        ("space", "pause"), ("R", "reset"), ("F", "show all"), ("Q", "quit"))
+KEYS = (
+    ("drag the square", "carry the car"),
+    ("click", "add a waypoint"),
+    ("wheel", "zoom"),
+    ("drag the floor", "pan"),
+    ("space", "pause"),
+    ("R", "reset"),
+    ("F", "show all"),
+    ("Q", "quit"),
+)
 
 
 class Legend(QWidget):
@@ -29,9 +38,14 @@ class Legend(QWidget):
         painter.fillRect(self.rect(), painting.GROUND)
         self._paint_laps(painter)
         y = 152.0
-        for paint_sign, text in ((self._car, "the car"), (self._trail, "its trail"), (self._sensor, "sensor range"),
-                                 (self._waypoint, "waypoint"), (self._sensed, "sensed now"),
-                                 (self._target, "target")):
+        for paint_sign, text in (
+            (self._car, "the car"),
+            (self._trail, "its trail"),
+            (self._sensor, "sensor range"),
+            (self._waypoint, "waypoint"),
+            (self._sensed, "sensed now"),
+            (self._target, "target"),
+        ):
             paint_sign(painter, 34.0, y)
             _text(painter, 66.0, y, text, 14, painting.INK)
             y += ROW
@@ -48,13 +62,18 @@ class Legend(QWidget):
         font.setPixelSize(58)
         font.setBold(True)
         painter.setFont(font)
-        painter.drawText(QRectF(0, 22, WIDTH, 66), Qt.AlignCenter,
-                         "\N{EN DASH}" if self.scene.laps is None else str(self.scene.laps))
+        painter.drawText(
+            QRectF(0, 22, WIDTH, 66),
+            Qt.AlignCenter,
+            "\N{EN DASH}" if self.scene.laps is None else str(self.scene.laps),
+        )
         font.setPixelSize(14)
         font.setBold(False)
         painter.setFont(font)
         painter.setPen(painting.FAINT_INK)
-        painter.drawText(QRectF(0, 88, WIDTH, 22), Qt.AlignCenter, "lap" if self.scene.laps == 1 else "laps")
+        painter.drawText(
+            QRectF(0, 88, WIDTH, 22), Qt.AlignCenter, "lap" if self.scene.laps == 1 else "laps"
+        )
         painter.setPen(QPen(painting.AXIS, 1))
         painter.drawLine(QPointF(16, 124), QPointF(WIDTH - 16, 124))
 
@@ -66,7 +85,9 @@ class Legend(QWidget):
     def _trail(painter, x, y):
         for place in range(8):
             painter.setPen(painting.trail_pen((place + 1) / 8.0))
-            painter.drawPolyline(QPolygonF([QPointF(x - 18 + 4.5 * place, y), QPointF(x - 13.5 + 4.5 * place, y)]))
+            painter.drawPolyline(
+                QPolygonF([QPointF(x - 18 + 4.5 * place, y), QPointF(x - 13.5 + 4.5 * place, y)])
+            )
 
     @staticmethod
     def _sensor(painter, x, y):

@@ -1,4 +1,5 @@
 """How each thing on the field looks; the legend and the field draw with the same strokes."""
+
 from __future__ import annotations
 
 import math
@@ -21,7 +22,7 @@ CAR = QColor("#e02f2f")
 CAR_EDGE = QColor("#8e1414")
 
 DISC_RADIUS = 11.0  # pixels, where there is room for a number
-DOT_RADIUS = 4.0    # pixels, where there is none
+DOT_RADIUS = 4.0  # pixels, where there is none
 
 
 def start(painter):
@@ -49,7 +50,9 @@ def disc(painter, x, y, radius, colour, number=""):
             font.setPixelSize(max(6, round(font.pixelSize() * 2.3 / len(number))))
         painter.setFont(font)
         painter.setPen(INK if colour == SENSED else Qt.white)
-        painter.drawText(QRectF(x - 2 * radius, y - radius, 4 * radius, 2 * radius), Qt.AlignCenter, number)
+        painter.drawText(
+            QRectF(x - 2 * radius, y - radius, 4 * radius, 2 * radius), Qt.AlignCenter, number
+        )
 
 
 def glow(painter, x, y, radius):
@@ -94,8 +97,16 @@ def car(painter, x, y, size, direction):
     painter.drawRoundedRect(QRectF(-half, -half, size, size), size * 0.12, size * 0.12)
     painter.setPen(Qt.NoPen)
     painter.setBrush(Qt.white)
-    painter.drawPolygon(QPolygonF([QPointF(0.34 * size, 0.0), QPointF(-0.2 * size, 0.28 * size),
-                                   QPointF(-0.06 * size, 0.0), QPointF(-0.2 * size, -0.28 * size)]))
+    painter.drawPolygon(
+        QPolygonF(
+            [
+                QPointF(0.34 * size, 0.0),
+                QPointF(-0.2 * size, 0.28 * size),
+                QPointF(-0.06 * size, 0.0),
+                QPointF(-0.2 * size, -0.28 * size),
+            ]
+        )
+    )
     painter.restore()
 
 

@@ -1,4 +1,5 @@
 """What the window shows: the latest that is known of the field, the points and the car."""
+
 from __future__ import annotations
 
 import math
@@ -27,12 +28,19 @@ class Pose(NamedTuple):
 def blend(before, after, fraction):
     """The pose `fraction` (0..1) of the way between two; the direction turns the shortest way round."""
     turn = math.remainder(after.direction - before.direction, 2.0 * math.pi)
-    return Pose(before.x + (after.x - before.x) * fraction, before.y + (after.y - before.y) * fraction,
-                before.direction + turn * fraction)
+    return Pose(
+        before.x + (after.x - before.x) * fraction,
+        before.y + (after.y - before.y) * fraction,
+        before.direction + turn * fraction,
+    )
 
 
 def _finite(points):
-    return [point for point in (Point(*p) for p in points) if math.isfinite(point.x) and math.isfinite(point.y)]
+    return [
+        point
+        for point in (Point(*p) for p in points)
+        if math.isfinite(point.x) and math.isfinite(point.y)
+    ]
 
 
 class Scene:
@@ -85,7 +93,11 @@ class Scene:
         if not all(math.isfinite(value) for value in pose):
             return
         self._car_before = self.car_at(now)
-        if self._car_before and math.hypot(x - self._car_before.x, y - self._car_before.y) > self.settings.trail_jump:
+        if (
+            self._car_before
+            and math.hypot(x - self._car_before.x, y - self._car_before.y)
+            > self.settings.trail_jump
+        ):
             self._car_before = None
         self._car_period = min(now - self._car_time, 0.1)
         self.car, self._car_time = pose, now
@@ -97,7 +109,11 @@ class Scene:
         """Where to draw the car at `now`: between its last two positions, so that it glides at any frame rate."""
         if self.car is None or self._car_before is None or self._car_period <= 0.0:
             return self.car
-        return blend(self._car_before, self.car, min(max((now - self._car_time) / self._car_period, 0.0), 1.0))
+        return blend(
+            self._car_before,
+            self.car,
+            min(max((now - self._car_time) / self._car_period, 0.0), 1.0),
+        )
 
     def silence(self, now):
         """Seconds since a position of the car came in."""
@@ -105,7 +121,9 @@ class Scene:
 
     def contains(self, x, y):
         """Whether the point lies within the walls; without walls all do."""
-        return not self.has_walls or (abs(x) <= self.sizes.field_width / 2 and abs(y) <= self.sizes.field_height / 2)
+        return not self.has_walls or (
+            abs(x) <= self.sizes.field_width / 2 and abs(y) <= self.sizes.field_height / 2
+        )
 
     def corners(self):
         """The points that a view of everything has to show."""

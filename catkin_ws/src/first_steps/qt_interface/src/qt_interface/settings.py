@@ -1,4 +1,5 @@
 """The parameters of the window, checked; and those of the world, as far as there is one."""
+
 from __future__ import annotations
 
 import math
@@ -32,15 +33,22 @@ class WorldSizes(NamedTuple):
 
 def is_length(value):
     """Whether the value is a finite number above 0."""
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value) and value > 0
+    return (
+        isinstance(value, (int, float))
+        and not isinstance(value, bool)
+        and math.isfinite(value)
+        and value > 0
+    )
 
 
 def read_settings(parameters):
     """Settings from a dictionary of parameters. Raises SettingsError for a missing, odd or impossible one."""
     for name in Settings._fields:
         if name not in parameters:
-            raise SettingsError(f"parameter ~{name} is missing: load config/qt_interface.yaml, "
-                                "as qt_interface.launch does")
+            raise SettingsError(
+                f"parameter ~{name} is missing: load config/qt_interface.yaml, "
+                "as qt_interface.launch does"
+            )
         value = parameters[name]
         if not is_length(value):
             raise SettingsError(f"parameter ~{name} is {value!r}: give a number above 0")
@@ -52,6 +60,8 @@ def read_settings(parameters):
 
 def read_world_sizes(parameters):
     """WorldSizes from the world's own parameters; what is missing or odd there is unknown here."""
-    lengths = {name: parameters.get(name) if is_length(parameters.get(name)) else None
-               for name in ("field_width", "field_height", "car_size", "sensor_range")}
+    lengths = {
+        name: parameters.get(name) if is_length(parameters.get(name)) else None
+        for name in ("field_width", "field_height", "car_size", "sensor_range")
+    }
     return WorldSizes(**lengths, sensor_front_only=parameters.get("sensor_front_only") is True)

@@ -1,4 +1,5 @@
 """The trail behind the car, cut into pieces so that a long one need not be drawn anew for each frame."""
+
 from __future__ import annotations
 
 import math

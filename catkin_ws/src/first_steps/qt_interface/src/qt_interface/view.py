@@ -1,4 +1,5 @@
 """From the field to the screen and back: which part of the field is seen, and how large."""
+
 from __future__ import annotations
 
 import math
@@ -21,26 +22,35 @@ class View(NamedTuple):
 
     def to_pixel(self, x, y):
         """Where on the widget the field point lies, pixels."""
-        return (self.width / 2.0 + (x - self.centre_x) * self.scale,
-                self.height / 2.0 - (y - self.centre_y) * self.scale)
+        return (
+            self.width / 2.0 + (x - self.centre_x) * self.scale,
+            self.height / 2.0 - (y - self.centre_y) * self.scale,
+        )
 
     def to_field(self, pixel_x, pixel_y):
         """Which field point lies under the pixel, field units."""
-        return (self.centre_x + (pixel_x - self.width / 2.0) / self.scale,
-                self.centre_y - (pixel_y - self.height / 2.0) / self.scale)
+        return (
+            self.centre_x + (pixel_x - self.width / 2.0) / self.scale,
+            self.centre_y - (pixel_y - self.height / 2.0) / self.scale,
+        )
 
     def zoomed(self, factor, pixel_x, pixel_y):
         """A view `factor` times as large; the field point under the pixel stays under it."""
         scale = min(max(self.scale * factor, SCALE_MIN), SCALE_MAX)
         kept = 1.0 - self.scale / scale
         x, y = self.to_field(pixel_x, pixel_y)
-        return self._replace(centre_x=self.centre_x + (x - self.centre_x) * kept,
-                             centre_y=self.centre_y + (y - self.centre_y) * kept, scale=scale)
+        return self._replace(
+            centre_x=self.centre_x + (x - self.centre_x) * kept,
+            centre_y=self.centre_y + (y - self.centre_y) * kept,
+            scale=scale,
+        )
 
     def panned(self, pixels_x, pixels_y):
         """The view after the field was dragged by so many pixels."""
-        return self._replace(centre_x=self.centre_x - pixels_x / self.scale,
-                             centre_y=self.centre_y + pixels_y / self.scale)
+        return self._replace(
+            centre_x=self.centre_x - pixels_x / self.scale,
+            centre_y=self.centre_y + pixels_y / self.scale,
+        )
 
 
 def fit(points, width, height, margin):

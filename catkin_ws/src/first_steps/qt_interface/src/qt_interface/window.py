@@ -1,4 +1,5 @@
 """The window: the field, the column beside it, the status bar, the keys."""
+
 from __future__ import annotations
 
 import math
@@ -54,7 +55,9 @@ class Window(QMainWindow):
         self.add_keys(("-",), lambda: self.field.zoom(1.0 / ZOOM_STEP))
         self.add_keys(("Q", "Ctrl+Q", "Ctrl+W", "Esc"), self.close)
         self._frame_times = deque(maxlen=60)
-        self._frame_timer = QTimer(self, timerType=Qt.PreciseTimer, interval=int(1000.0 / scene.settings.frame_rate))
+        self._frame_timer = QTimer(
+            self, timerType=Qt.PreciseTimer, interval=int(1000.0 / scene.settings.frame_rate)
+        )
         self._frame_timer.timeout.connect(self.next_frame)
         self._frame_timer.start()
         self._status_timer = QTimer(self, interval=200)
@@ -102,13 +105,21 @@ class Window(QMainWindow):
         """Writes the status bar."""
         scene, labels = self.scene, self.labels
         is_silent = scene.silence(time.monotonic()) > SILENT_SECONDS
-        labels["state"].setText("paused" if scene.is_paused else "no car on /car_position" if is_silent else "running")
+        labels["state"].setText(
+            "paused" if scene.is_paused else "no car on /car_position" if is_silent else "running"
+        )
         car = scene.car
-        labels["car"].setText(f"car x {car.x:.0f}  y {car.y:.0f}  {math.degrees(car.direction):.0f}\N{DEGREE SIGN}"
-                              if car else "")
+        labels["car"].setText(
+            f"car x {car.x:.0f}  y {car.y:.0f}  {math.degrees(car.direction):.0f}\N{DEGREE SIGN}"
+            if car
+            else ""
+        )
         target = f", heading for {scene.target.idx}" if scene.target else ""
-        labels["points"].setText(f"{len(scene.waypoints)} waypoints, {len(scene.sensed)} sensed{target}"
-                                 if scene.waypoints else "no points on /world_waypoints")
+        labels["points"].setText(
+            f"{len(scene.waypoints)} waypoints, {len(scene.sensed)} sensed{target}"
+            if scene.waypoints
+            else "no points on /world_waypoints"
+        )
         labels["zoom"].setText(f"zoom {100.0 * self.field.view.scale:.0f} %")
         times = self._frame_times
         if len(times) > 1 and times[-1] > times[0]:

@@ -1,4 +1,5 @@
 """The car and the field with its four walls: moving, bouncing, turning."""
+
 from __future__ import annotations
 
 import math
@@ -52,8 +53,11 @@ class Field(NamedTuple):
     def clamp(self, car, car_size):
         """The nearest place to `car` where its square of side `car_size` touches no wall."""
         x_limit, y_limit = (self.width - car_size) / 2.0, (self.height - car_size) / 2.0
-        return car._replace(x=min(max(car.x, -x_limit), x_limit), y=min(max(car.y, -y_limit), y_limit),
-                            direction=wrap_angle(car.direction))
+        return car._replace(
+            x=min(max(car.x, -x_limit), x_limit),
+            y=min(max(car.y, -y_limit), y_limit),
+            direction=wrap_angle(car.direction),
+        )
 
     def advance(self, car, distance, car_size):
         """The car after it moved `distance` along its direction, bouncing off walls like light off mirrors.

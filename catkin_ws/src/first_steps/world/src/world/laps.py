@@ -1,4 +1,5 @@
 """Counting laps: the referee of the field. It knows nothing of how the car is steered."""
+
 from __future__ import annotations
 
 import math
@@ -28,7 +29,9 @@ class LapCounter:
     def update(self, x, y):
         """Takes the car's position; returns whether a lap was completed by it."""
         if self._next is None:
-            touched = [place for place, waypoint in enumerate(self._order) if self._touches(waypoint, x, y)]
+            touched = [
+                place for place, waypoint in enumerate(self._order) if self._touches(waypoint, x, y)
+            ]
             if not touched:
                 return False
             self._next = (touched[0] + 1) % len(self._order)

@@ -1,4 +1,5 @@
 """The car's sensor: which waypoints lie near."""
+
 from __future__ import annotations
 
 import math

@@ -1,4 +1,5 @@
 """The parameters of the world, checked."""
+
 from __future__ import annotations
 
 import math
@@ -37,41 +38,69 @@ def read_settings(parameters):
     """Settings from a dictionary of parameters. Raises SettingsError for a missing, odd or impossible one."""
     missing = [name for name in Settings._fields if name not in parameters]
     if missing:
-        raise SettingsError(f"parameter ~{missing[0]} is missing: load config/world.yaml, as world.launch does")
+        raise SettingsError(
+            f"parameter ~{missing[0]} is missing: load config/world.yaml, as world.launch does"
+        )
     settings = Settings(**{name: parameters[name] for name in Settings._fields})
-    for name in ("field_width", "field_height", "car_size", "speed", "rate", "ellipse_width", "ellipse_height",
-                 "waypoints_period", "sensor_range", "touch_distance"):
+    for name in (
+        "field_width",
+        "field_height",
+        "car_size",
+        "speed",
+        "rate",
+        "ellipse_width",
+        "ellipse_height",
+        "waypoints_period",
+        "sensor_range",
+        "touch_distance",
+    ):
         _check_number(settings, name, ABOVE_ZERO)
     for name in ("start_x", "start_y", "start_direction"):
         _check_number(settings, name, ANY)
     count = settings.waypoint_count
     if isinstance(count, bool) or not isinstance(count, int) or not 2 <= count <= 65536:
-        raise SettingsError(f"parameter ~waypoint_count is {count!r}: give a whole number within 2..65536; "
-                            "a lap needs at least 2 waypoints")
+        raise SettingsError(
+            f"parameter ~waypoint_count is {count!r}: give a whole number within 2..65536; "
+            "a lap needs at least 2 waypoints"
+        )
     if not isinstance(settings.sensor_front_only, bool):
-        raise SettingsError(f"parameter ~sensor_front_only is {settings.sensor_front_only!r}: give true or false")
+        raise SettingsError(
+            f"parameter ~sensor_front_only is {settings.sensor_front_only!r}: give true or false"
+        )
     if not isinstance(settings.waypoints_path, str):
-        raise SettingsError(f"parameter ~waypoints_path is {settings.waypoints_path!r}: give a file's path or ''")
+        raise SettingsError(
+            f"parameter ~waypoints_path is {settings.waypoints_path!r}: give a file's path or ''"
+        )
     _check_together(settings)
     return settings
 
 
 def _check_number(settings, name, kind):
     value = getattr(settings, name)
-    is_number = isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
+    is_number = (
+        isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
+    )
     if not is_number or (kind == ABOVE_ZERO and value <= 0):
-        raise SettingsError(f"parameter ~{name} is {value!r}: give a number {'' if kind == ANY else kind}".rstrip())
+        raise SettingsError(
+            f"parameter ~{name} is {value!r}: give a number {'' if kind == ANY else kind}".rstrip()
+        )
 
 
 def _check_together(settings):
     if settings.waypoints_period > 3.0:
-        raise SettingsError(f"parameter ~waypoints_period is {settings.waypoints_period:g}: give at most 3 s")
+        raise SettingsError(
+            f"parameter ~waypoints_period is {settings.waypoints_period:g}: give at most 3 s"
+        )
     for side in ("field_width", "field_height"):
         if getattr(settings, side) <= settings.car_size:
-            raise SettingsError(f"parameter ~{side} is {getattr(settings, side):g}: make it larger than the car, "
-                                f"car_size {settings.car_size:g}")
+            raise SettingsError(
+                f"parameter ~{side} is {getattr(settings, side):g}: make it larger than the car, "
+                f"car_size {settings.car_size:g}"
+            )
     for name, length in (("start_x", settings.field_width), ("start_y", settings.field_height)):
         room = (length - settings.car_size) / 2.0
         if abs(getattr(settings, name)) > room:
-            raise SettingsError(f"parameter ~{name} is {getattr(settings, name):g}: the car would stand in a wall, "
-                                f"give -{room:g}..{room:g}")
+            raise SettingsError(
+                f"parameter ~{name} is {getattr(settings, name):g}: the car would stand in a wall, "
+                f"give -{room:g}..{room:g}"
+            )

@@ -1,4 +1,5 @@
 """All of the world together: what stands where, and what a tick, a push or a click does to it."""
+
 from __future__ import annotations
 
 import math
@@ -22,9 +23,13 @@ class Simulation:
             self._route = load_csv(settings.waypoints_path)
             source = settings.waypoints_path
         else:
-            self._route = ellipse(settings.waypoint_count, settings.ellipse_width, settings.ellipse_height)
-            source = (f"parameters ~ellipse_width {settings.ellipse_width:g}, "
-                      f"~ellipse_height {settings.ellipse_height:g}")
+            self._route = ellipse(
+                settings.waypoint_count, settings.ellipse_width, settings.ellipse_height
+            )
+            source = (
+                f"parameters ~ellipse_width {settings.ellipse_width:g}, "
+                f"~ellipse_height {settings.ellipse_height:g}"
+            )
         check_route(self._route, self.field, settings.touch_distance, source)
         self.is_paused = False
         self.reset()
@@ -36,7 +41,9 @@ class Simulation:
 
     def reset(self):
         """All as at the start: the car in its place, no laps, no added waypoints. A pause stays a pause."""
-        self.car = Car(self.settings.start_x, self.settings.start_y, 0.0).turned(self.settings.start_direction)
+        self.car = Car(self.settings.start_x, self.settings.start_y, 0.0).turned(
+            self.settings.start_direction
+        )
         self.waypoints = list(self._route)
         self._lap_counter = LapCounter(self.waypoints, self.settings.touch_distance)
 
@@ -44,17 +51,23 @@ class Simulation:
         """Moves the car on by `time_step` seconds unless paused; returns whether that completed a lap."""
         if self.is_paused:
             return False
-        self.car = self.field.advance(self.car, self.settings.speed * time_step, self.settings.car_size)
+        self.car = self.field.advance(
+            self.car, self.settings.speed * time_step, self.settings.car_size
+        )
         return self._lap_counter.update(self.car.x, self.car.y)
 
     def sensed(self):
         """The waypoints that the car's sensor reports now."""
-        return sense(self.car, self.waypoints, self.settings.sensor_range, self.settings.sensor_front_only)
+        return sense(
+            self.car, self.waypoints, self.settings.sensor_range, self.settings.sensor_front_only
+        )
 
     def steer(self, delta_direction):
         """Turns the car, unless paused. Raises ValueError for what is no angle."""
         if not math.isfinite(delta_direction):
-            raise ValueError(f"delta_direction {delta_direction} is not a finite angle; send radians")
+            raise ValueError(
+                f"delta_direction {delta_direction} is not a finite angle; send radians"
+            )
         if not self.is_paused:
             self.car = self.car.turned(delta_direction)
 
@@ -70,7 +83,9 @@ class Simulation:
         if not (math.isfinite(x) and math.isfinite(y)):
             raise ValueError(f"waypoint ({x}, {y}) is not finite; send numbers")
         if not self.field.contains(x, y):
-            raise ValueError(f"waypoint ({x:g}, {y:g}) lies outside the walls; choose a place inside")
+            raise ValueError(
+                f"waypoint ({x:g}, {y:g}) lies outside the walls; choose a place inside"
+            )
         idx = max(waypoint.idx for waypoint in self.waypoints) + 1
         if idx > IDX_MAX:
             raise ValueError(f"waypoint {idx} would be one too many; reset the world")

@@ -1,0 +1,140 @@
+"""Reads a route from a CSV file of waypoints. To check a file: python3 -m sdc_common.routes.waypoint_file FILE"""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+import sys
+
+import numpy as np
+
+# The published Town03 file ends its lines with "\r\r\n": any number of carriage returns before a line feed is one end.
+_LINE_END = re.compile(r"\r*\n|\r")
+SHORTEST_STEP_M = 1e-3
+LARGEST_COORDINATE_M = 1e5
+
+
+class WaypointError(ValueError):
+    """A waypoint file that no car should follow; the message names the file, the row and the mend."""
+
+
+def load_waypoints(path: str) -> np.ndarray:
+    """Load a CSV of CARLA coordinates as points in the ROS map frame.
+
+    The first two columns are x and y in metres (y to the right, as CARLA counts it); further columns, one header line,
+    blank lines and comments after `#` are allowed, and so is any kind of line end.
+
+    Returns an (N, 2) float array, N >= 2, in metres with y to the left (REP 103).
+    Raises WaypointError for a file that is missing or unreadable, for a word, NaN or infinity where a number belongs,
+    for coordinates beyond 100 km, for a repeated point, and for fewer than two points.
+    """
+    path = os.path.expanduser(path)
+    points = []
+    rows = []
+    header_allowed = True
+    for row, line in enumerate(_LINE_END.split(_read_text(path)), start=1):
+        fields = [field.strip().strip('"') for field in line.split("#", 1)[0].split(",")]
+        if not any(fields):
+            continue
+        if header_allowed and _is_header(fields):
+            _check_header(path, row, fields)
+            header_allowed = False
+            continue
+        header_allowed = False
+        x, y = _numbers(path, row, fields)
+        if points and math.hypot(x - points[-1][0], y - points[-1][1]) < SHORTEST_STEP_M:
+            raise WaypointError(
+                f"{path}, row {row}: repeats the point of row {rows[-1]}; delete one of the two rows"
+            )
+        points.append((x, y))
+        rows.append(row)
+    if len(points) < 2:
+        raise WaypointError(
+            f"{path}: {len(points)} waypoint(s) found, a route needs at least 2; "
+            "add rows of x,y in metres"
+        )
+    route = np.array(points)
+    route[:, 1] = -route[:, 1]
+    return route
+
+
+def _read_text(path: str) -> str:
+    if not path:
+        raise WaypointError("no waypoint file is named; set waypoints_path to a CSV file of x,y")
+    try:
+        with open(path, "rb") as file:
+            return file.read().decode("utf-8-sig")
+    except OSError as error:
+        raise WaypointError(
+            f"{path}: {error.strerror or error}; set waypoints_path to a readable CSV file"
+        ) from error
+    except UnicodeDecodeError as error:
+        raise WaypointError(
+            f"{path}: byte {error.start} is not text; save the file as CSV in UTF-8"
+        ) from error
+
+
+def _is_header(fields) -> bool:
+    return not any(_is_number(field) for field in fields if field)
+
+
+def _is_number(field: str) -> bool:
+    try:
+        float(field)
+    except ValueError:
+        return False
+    return True
+
+
+def _check_header(path: str, row: int, fields) -> None:
+    names = [name.lower() for name in fields]
+    if "x" in names and "y" in names and names[:2] != ["x", "y"]:
+        raise WaypointError(
+            f"{path}, row {row}: the header puts x in column {names.index('x') + 1} and y in column "
+            f"{names.index('y') + 1}; move them to columns 1 and 2"
+        )
+
+
+def _numbers(path: str, row: int, fields):
+    if len(fields) < 2:
+        raise WaypointError(
+            f"{path}, row {row}: one column ({fields[0]!r}), two are needed; write x,y with a comma"
+        )
+    values = []
+    for name, field in zip("xy", fields):
+        try:
+            value = float(field)
+        except ValueError:
+            raise WaypointError(
+                f"{path}, row {row}: {name} is {field!r}, not a number; "
+                "write it in metres with a decimal point"
+            ) from None
+        if not math.isfinite(value):
+            raise WaypointError(
+                f"{path}, row {row}: {name} is {field}; replace it with a finite number or delete the row"
+            )
+        if abs(value) > LARGEST_COORDINATE_M:
+            raise WaypointError(
+                f"{path}, row {row}: {name} is {field}, farther than {LARGEST_COORDINATE_M:.0f} m from the origin; "
+                "write metres in a local frame"
+            )
+        values.append(value)
+    return values
+
+
+def main() -> int:
+    """Check the file named on the command line; returns the exit status."""
+    try:
+        route = load_waypoints(sys.argv[1] if len(sys.argv) > 1 else "")
+    except WaypointError as error:
+        print(error, file=sys.stderr)
+        return 1
+    print(
+        f"{sys.argv[1]}: {len(route)} waypoints, {np.hypot(*np.diff(route, axis=0).T).sum():.1f} m"
+    )
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

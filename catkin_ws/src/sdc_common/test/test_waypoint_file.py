@@ -1,0 +1,117 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from sdc_common.routes.waypoint_file import WaypointError, load_waypoints
+
+GOOD = "0,0\n1,0\n2,-1\n"
+ROUTE = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 1.0]])
+
+ACCEPTED = [
+    ("plain", GOOD),
+    ("further columns", "0,0,90,a\n1,0,90,b\n2,-1,45,c\n"),
+    ("header", "x,y,yaw\n" + GOOD),
+    ("quoted header", '"X","Y"\n' + GOOD),
+    ("comments", "# a route\n0,0\n1,0 # here\n2,-1\n"),
+    ("blank lines", "\n0,0\n\n1,0\n,\n2,-1\n\n\n"),
+    ("windows", GOOD.replace("\n", "\r\n")),
+    ("town03", GOOD.replace("\n", "\r\r\n")),
+    ("old mac", GOOD.replace("\n", "\r")),
+    ("no last line end", GOOD.rstrip()),
+    ("spaces", " 0 , 0 \n 1,0\n2 ,-1\n"),
+    ("byte order mark", "\ufeff" + GOOD),
+    ("exponents", "0e0,0\n1.0E0,0\n.2e1,-1\n"),
+]
+
+REFUSED = [
+    ("empty", "", ["0 waypoint(s)", "at least 2"]),
+    ("one point", "1,2\n", ["1 waypoint(s)", "at least 2"]),
+    ("header alone", "x,y\n", ["0 waypoint(s)"]),
+    ("word", "0,0\n1,zero\n2,0\n", ["row 2", "y is 'zero'", "not a number"]),
+    ("word in the first row", "0,zero\n1,0\n", ["row 1", "y is 'zero'"]),
+    ("second header", "x,y\nx,y\n0,0\n1,0\n", ["row 2", "x is 'x'"]),
+    ("empty field", "0,0\n1,\n2,0\n", ["row 2", "y is ''"]),
+    ("NaN", "0,0\nnan,0\n2,0\n", ["row 2", "x is nan", "finite"]),
+    ("infinity", "0,0\n0,-inf\n", ["row 2", "y is -inf"]),
+    ("one column", "0,0\n1\n2,0\n", ["row 2", "one column"]),
+    ("semicolons", "0;0\n1;0\n", ["row 2", "comma"]),
+    ("repeated point", "0,0\n\n1,1\n1,1\n2,2\n", ["row 4", "repeats", "row 3", "delete"]),
+    ("swapped header", "y,x\n0,0\n1,0\n", ["row 1", "column 2", "columns 1 and 2"]),
+    ("time in front", "time,x,y\n0,0,0\n1,0,1\n", ["row 1", "column 2"]),
+    ("far away", "0,0\n1e30,0\n", ["row 2", "farther than"]),
+    ("row counted over town03 ends", "0,0\r\r\n1,0\r\r\nword,0\r\r\n", ["row 3", "'word'"]),
+]
+
+
+@pytest.fixture
+def write(tmp_path):
+    def write_file(text):
+        path = tmp_path / "route.csv"
+        path.write_bytes(text.encode() if isinstance(text, str) else text)
+        return str(path)
+
+    return write_file
+
+
+@pytest.mark.parametrize("text", [row[1] for row in ACCEPTED], ids=[row[0] for row in ACCEPTED])
+def test_accepted(write, text):
+    np.testing.assert_array_equal(load_waypoints(write(text)), ROUTE)
+
+
+@pytest.mark.parametrize(
+    ("text", "parts"), [row[1:] for row in REFUSED], ids=[row[0] for row in REFUSED]
+)
+def test_refused_in_one_line_that_names_file_and_row(write, text, parts):
+    path = write(text)
+    with pytest.raises(WaypointError) as caught:
+        load_waypoints(path)
+    message = str(caught.value)
+    assert "\n" not in message
+    for part in [path, *parts]:
+        assert part in message
+
+
+def test_missing_file_folder_and_name(tmp_path):
+    for path, part in ((tmp_path / "none.csv", "No such file"), (tmp_path, "Is a directory")):
+        with pytest.raises(WaypointError, match=part) as caught:
+            load_waypoints(str(path))
+        assert str(path) in str(caught.value)
+    with pytest.raises(WaypointError, match="waypoints_path"):
+        load_waypoints("")
+
+
+def test_a_picture_is_no_route(write):
+    with pytest.raises(WaypointError, match="byte 0 is not text"):
+        load_waypoints(write(b"\x89PNG\r\n\x1a\n\xff\xfe"))
+
+
+NUMBERS = (
+    st.floats().map(repr)
+    | st.floats(-1e4, 1e4).map("{:.3f}".format)
+    | st.sampled_from(["", "nan", "-inf", "1e400", "0x10", "1_0", "x", "٣"])
+)
+ROWS = st.lists(NUMBERS, max_size=4).map(",".join)
+FILES = (
+    st.binary(max_size=200)
+    | st.text('0123456789.,-+einfax#\r\n "', max_size=200).map(str.encode)
+    | st.lists(ROWS, max_size=12).map("\n".join).map(str.encode)
+)
+
+
+@settings(max_examples=max(500, settings.default.max_examples))
+@given(FILES)
+def test_fuzz_any_bytes_give_a_route_or_one_clear_error(tmp_path_factory, content):
+    path = tmp_path_factory.getbasetemp() / "fuzz.csv"
+    path.write_bytes(content)
+    try:
+        route = load_waypoints(str(path))
+    except WaypointError as error:
+        assert str(path) in str(error)
+        assert "\n" not in str(error)
+    else:
+        assert route.ndim == 2
+        assert route.shape[1] == 2
+        assert len(route) >= 2
+        assert np.isfinite(route).all()
+        assert (np.hypot(*np.diff(route, axis=0).T) > 0.0).all()

@@ -1,0 +1,90 @@
+"""200 seeded routes that nobody drew, from starts beside them: all are driven to their end, within the lane."""
+
+import math
+from concurrent.futures import ProcessPoolExecutor
+
+import numpy as np
+import pytest
+
+from sdc_experiments.offline_drive import drive_offline
+from sdc_sim.evaluation.route_progress import COMPLETED
+
+ROUTES = 200
+HALF_LANE_M = 1.75
+HALF_CAR_M = 1.0
+JOIN_M = 30.0
+
+
+def random_route(seed):
+    """Points 1 m apart on straights and bends of 6 m radius and more, with clothoids or (every third) without, every fourth with the
+    noise of a recording: (N, 2) metres, and whether it is noisy."""
+    random = np.random.default_rng(seed)
+    transition_m = 0.0 if seed % 3 == 0 else random.uniform(3.0, 8.0)
+    s, curvature = [0.0, 15.0], [0.0, 0.0]
+    for _ in range(random.integers(3, 7)):
+        radius = 6.0 * (100.0 / 6.0) ** random.uniform()
+        bend_m = radius * random.uniform(math.radians(20.0), math.radians(110.0))
+        bend = random.choice([-1.0, 1.0]) / radius
+        for length, end in (
+            (transition_m, bend),
+            (1e-6, bend),
+            (max(1.0, bend_m - transition_m), bend),
+            (transition_m, 0.0),
+            (1e-6, 0.0),
+            (random.uniform(2.0, 40.0), 0.0),
+        ):
+            s.append(s[-1] + length)
+            curvature.append(end)
+    fine = np.arange(0.0, s[-1], 0.01)
+    heading = random.uniform(-math.pi, math.pi) + np.cumsum(np.interp(fine, s, curvature)) * 0.01
+    points = np.column_stack([np.cumsum(np.cos(heading)), np.cumsum(np.sin(heading))])[::100] * 0.01
+    noisy = seed % 4 == 0
+    return points + random.normal(0.0, 0.02, points.shape) if noisy else points, noisy
+
+
+def drive_one(seed):
+    """What is wrong with the drive of this seed, or None."""
+    route, noisy = random_route(seed)
+    random = np.random.default_rng([seed, 1])
+    offset, turned = random.uniform(-2.0, 2.0), math.radians(random.uniform(-30.0, 30.0))
+    drive = drive_offline(route, offset, turned).drive
+    if drive.status != COMPLETED:
+        return f"seed {seed}: {drive.status} after {drive.completion_percent:.0f} %"
+    late = drive.column("s_m") > JOIN_M
+    worst = float(np.abs(drive.column("cross_track_m")[late]).max())
+    room = HALF_LANE_M - HALF_CAR_M
+    return (
+        None
+        if worst < room
+        else f"seed {seed}: {worst:.2f} m off the middle of the lane (noisy: {noisy}), {room} m are free"
+    )
+
+
+def test_all_are_completed_and_none_leaves_its_lane():
+    with ProcessPoolExecutor(max_workers=2) as pool:
+        failures = [
+            failure for failure in pool.map(drive_one, range(ROUTES), chunksize=10) if failure
+        ]
+    assert failures == []
+
+
+@pytest.mark.parametrize("seed", [1, 3, 4])
+def test_the_routes_are_what_they_claim(seed):
+    route, noisy = random_route(seed)
+    steps = np.hypot(*np.diff(route, axis=0).T)
+    assert steps.min() > 0.8
+    assert steps.max() < 1.2
+    assert len(route) > 60
+    assert noisy == (seed == 4)
+
+
+@pytest.mark.parametrize("vehicle", ["tesla_model3", "ford_escort", "bmw_320i", "vw_vanagon"])
+def test_the_same_gains_hold_for_every_car(vehicle):
+    """The steering map is the default car's: what matters here is the speed."""
+    route = np.column_stack([np.arange(0.0, 301.0), np.zeros(301)])
+    rehearsal = drive_offline(route, vehicle=vehicle)
+    figures = rehearsal.drive.figures(rehearsal.ideal_duration_s)
+    assert figures["status"] == COMPLETED
+    assert figures["time_ratio"] < 1.05
+    assert figures["speed_max_mps"] < 10.5
+    assert figures["jerk_max_mps3"] < 8.37

@@ -1,0 +1,245 @@
+#!/usr/bin/env python3
+"""The hand control in a real window, driven by real key events, against the real world and the real stack."""
+
+import contextlib
+import os
+import signal
+import subprocess
+import unittest
+
+import numpy as np
+import rospy
+import rostest
+from carla_msgs.msg import CarlaLaneInvasionEvent
+from nav_msgs.msg import Odometry
+from sdc_package.msg import CarlaVehicleControl
+from std_msgs.msg import Bool
+
+from sdc_common.testing.message_listener import MessageListener, wait_for_subscriber, wait_until
+from sdc_common.testing.virtual_display import VirtualDisplay
+from sdc_package.odometry import pose_and_speed
+
+EGO = "/carla/ego_vehicle"
+TITLE = "hand control"
+PANEL = slice(0, 196)  # columns of the window that the figures cover
+GRASS = (70, 105, 80)  # of the map, BGR
+LIMIT_S = 40.0
+
+
+class ManualControlTest(unittest.TestCase):
+    client = None
+
+    @classmethod
+    def setUpClass(cls):
+        cls.display = VirtualDisplay()
+        cls.display.__enter__()
+        cls.addClassCleanup(cls.display.__exit__)
+        cls.odometry = MessageListener(EGO + "/odometry", Odometry)
+        cls.command = MessageListener(EGO + "/vehicle_control_cmd_manual", CarlaVehicleControl)
+        cls.override = MessageListener(EGO + "/vehicle_control_manual_override", Bool)
+        cls.lane_invasion = rospy.Publisher(
+            EGO + "/lane_invasion", CarlaLaneInvasionEvent, queue_size=1
+        )
+        cls.odometry.wait_for(seconds=LIMIT_S)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.close_client()
+
+    @classmethod
+    def close_client(cls, with_signal=signal.SIGINT):
+        if cls.client and cls.client.poll() is None:
+            cls.client.send_signal(with_signal)
+            cls.client.communicate(timeout=LIMIT_S)
+        ManualControlTest.client = None
+
+    def setUp(self):
+        """A person at the wheel of a car that stands at the start, the camera in view."""
+        starts_from = len(self.override.messages)
+        if self.client is None or self.client.poll() is not None:
+            ManualControlTest.client = subprocess.Popen(
+                ["roslaunch", "sdc_sim", "manual_control.launch"], env=self.display.environment
+            )
+            self.override.wait_for(lambda message: message.data, LIMIT_S, after=starts_from)
+        self.assertTrue(self.override.messages[-1].data)
+        self.window = wait_until(lambda: self.display.windows(TITLE), LIMIT_S, "the window")[0]
+        self.display.focus(TITLE)
+        wait_until(self.command._subscriber.get_num_connections, LIMIT_S, "a hand control")
+        self.display.press("BackSpace")
+        self.wait_for_car(lambda car: self.is_at_start(car) and self.forward_speed(car) == 0.0)
+
+    def wait_for_car(self, accepts):
+        return self.odometry.wait_for(accepts, LIMIT_S, after=len(self.odometry.messages))
+
+    def wait_for_command(self, accepts):
+        return self.command.wait_for(accepts, LIMIT_S, after=len(self.command.messages))
+
+    def wait_for_frames(self, count):
+        """Wait until what has come now can be seen."""
+        self.command.wait_for(seconds=LIMIT_S, after=len(self.command.messages) + count)
+
+    def wait_for_picture(self, accepts, what):
+        return wait_until(lambda: accepts(self.display.picture(self.window)), LIMIT_S, what)
+
+    @contextlib.contextmanager
+    def held(self, *keys):
+        for key in keys:
+            self.display.key_down(key)
+        try:
+            yield
+        finally:
+            for key in keys:
+                self.display.key_up(key)
+
+    @staticmethod
+    def is_at_start(car):
+        return np.hypot(*pose_and_speed(car)[:2]) < 1.0
+
+    @staticmethod
+    def forward_speed(car):
+        return car.twist.twist.linear.x
+
+    def test_w_drives_and_s_brakes(self):
+        with self.held("w"):
+            self.wait_for_car(lambda car: self.forward_speed(car) > 4.0)
+        command = self.wait_for_command(lambda command: command.throttle == 0.0)
+        self.assertGreater(command.header.stamp.to_sec(), 0.0)
+        with self.held("s"):
+            self.wait_for_command(lambda command: command.brake == 1.0)
+            self.wait_for_car(lambda car: self.forward_speed(car) == 0.0)
+
+    def test_arrows_steer_and_let_go(self):
+        with self.held("Up"):
+            self.wait_for_car(lambda car: self.forward_speed(car) > 3.0)
+        with self.held("Right"):
+            self.wait_for_car(lambda car: car.twist.twist.angular.z < -0.1)
+        self.wait_for_command(lambda command: command.steer == 0.0)
+        with self.held("Left"):
+            self.wait_for_command(lambda command: command.steer < -0.2)
+        with self.held("Down"):
+            self.wait_for_car(lambda car: self.forward_speed(car) == 0.0)
+
+    def test_q_reverses(self):
+        self.display.press("q")
+        with self.held("w"):
+            self.wait_for_command(lambda command: command.reverse and command.throttle > 0.0)
+            self.wait_for_car(lambda car: self.forward_speed(car) < -1.0)
+        self.display.press("q")
+        self.wait_for_command(lambda command: not command.reverse)
+
+    def test_space_is_the_hand_brake(self):
+        with self.held("w"):
+            self.wait_for_car(lambda car: self.forward_speed(car) > 3.0)
+        with self.held("space"):
+            self.wait_for_command(lambda command: command.hand_brake)
+            self.wait_for_car(lambda car: self.forward_speed(car) == 0.0)
+        self.wait_for_command(lambda command: not command.hand_brake)
+
+    def test_p_hands_back_and_takes_over(self):
+        before = len(self.override.messages)
+        self.display.press("p")
+        self.override.wait_for(lambda message: not message.data, LIMIT_S, after=before)
+        self.wait_for_car(lambda car: self.forward_speed(car) > 3.0)  # the stack drives
+        silent_from = len(self.command.messages)
+        self.wait_for_car(lambda car: self.forward_speed(car) > 5.0)
+        self.assertEqual(len(self.command.messages), silent_from)
+        self.display.press("p")
+        self.override.wait_for(lambda message: message.data, LIMIT_S, after=before)
+        with self.held("s"):
+            self.wait_for_car(lambda car: self.forward_speed(car) == 0.0)
+
+    def test_views_figures_and_help(self):
+        self.wait_for_picture(lambda picture: picture[:100, 300:, 0].mean() > 120, "a blue sky")
+        self.wait_for_frames(20)
+        camera = self.display.picture(self.window)
+        self.display.press("F1")
+        self.wait_for_picture(
+            lambda picture: picture[300:, PANEL].mean() > 1.3 * camera[300:, PANEL].mean(),
+            "a window without figures",
+        )
+        self.display.press("F1")
+        self.display.press("h")
+        self.wait_for_picture(
+            lambda picture: picture[80:280, 250:600].mean() < 0.6 * camera[80:280, 250:600].mean(),
+            "the help",
+        )
+        self.display.press("h")
+        self.display.press("Tab")
+        self.wait_for_picture(
+            lambda picture: 0.0 < (picture[:, 250:] > 128).mean() < 0.1, "the lane mask"
+        )
+        self.display.press("Tab")
+        self.wait_for_picture(
+            lambda picture: tuple(picture[2, 620]) == GRASS, "the grass of the map"
+        )
+        self.check_notice()
+        self.display.press("Tab")
+        self.wait_for_picture(
+            lambda picture: np.abs(picture[:, 250:].astype(int) - camera[:, 250:]).mean() < 10,
+            "the camera again",
+        )
+
+    def check_notice(self):
+        wait_for_subscriber(self.lane_invasion)
+
+        def bottom_is_grass(picture):
+            return (picture[430:, 360:] == GRASS).all()
+
+        self.wait_for_picture(bottom_is_grass, "the end of the earlier notices")
+        self.lane_invasion.publish(CarlaLaneInvasionEvent(crossed_lane_markings=[2]))
+        self.wait_for_picture(lambda picture: not bottom_is_grass(picture), "the notice")
+        self.wait_for_picture(bottom_is_grass, "the end of the notice")
+
+    def test_crossing_a_line_is_said(self):
+        events = MessageListener(EGO + "/lane_invasion", CarlaLaneInvasionEvent)
+        events.wait_for_publisher()
+        self.display.press("p")
+        self.wait_for_car(lambda car: car.pose.pose.position.x > 15.0)
+        self.display.press("p")
+        with self.held("w", "a"):
+            event = events.wait_for(seconds=LIMIT_S)
+            self.wait_for_frames(5)
+            picture = self.display.picture(self.window)
+            if rospy.get_param("~screenshot"):
+                self.display.save(rospy.get_param("~screenshot"), self.window)
+        self.assertEqual(
+            list(event.crossed_lane_markings), [CarlaLaneInvasionEvent.LANE_MARKING_BROKEN]
+        )
+        self.assertGreater((picture[430:, 300:540].min(axis=2) > 240).sum(), 300)  # white letters
+
+    def test_escape_quits_and_hands_back(self):
+        self.check_quits(lambda: self.display.press("Escape"))
+
+    def test_interrupt_quits_and_hands_back(self):
+        self.check_quits(lambda: self.client.send_signal(signal.SIGINT))
+
+    def check_quits(self, quit_it):
+        before = len(self.override.messages)
+        quit_it()
+        self.override.wait_for(lambda message: not message.data, LIMIT_S, after=before)
+        self.client.communicate(timeout=LIMIT_S)
+        ManualControlTest.client = None
+        self.assertEqual(self.display.windows(TITLE), [])
+
+    def test_without_a_display_it_ends_with_one_line(self):
+        self.close_client()
+        for name in ("", ":63"):
+            environment = {**os.environ, "DISPLAY": name}
+            environment.pop("SDL_VIDEODRIVER", None)
+            done = subprocess.run(
+                ["rosrun", "sdc_sim", "manual_control.py", "__name:=manual_control"],
+                env=environment,
+                check=False,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
+                text=True,
+                timeout=LIMIT_S,
+            )
+            self.assertEqual(done.returncode, 1, done.stdout)
+            self.assertRegex(done.stdout, "(?m)^.*manual_control: there is no display")
+            self.assertEqual(len(done.stdout.strip().splitlines()), 1, done.stdout)
+
+
+if __name__ == "__main__":
+    rospy.init_node("manual_control_test")
+    rostest.rosrun("sdc_sim", "manual_control_test", ManualControlTest)

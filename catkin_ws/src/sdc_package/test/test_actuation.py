@@ -1,0 +1,71 @@
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sdc_package.actuation import PedalMap, SteeringMap
+
+STEERING = SteeringMap(0.8, [0.0, 10.0], [1.0, 0.5])
+PEDALS = PedalMap(
+    throttle_deadband=0.3, throttle_gain_mps2=7.0, brake_gain_mps2=7.3, coast_mps2=0.2
+)
+
+
+def test_positive_steer_is_right_and_grows_as_the_wheel_loses_angle():
+    assert STEERING.command(0.4, 0.0) == (-0.5, False)
+    assert STEERING.command(-0.4, 0.0) == (0.5, False)
+    assert STEERING.command(-0.4, 5.0)[0] == pytest.approx(0.4 / 0.6)
+    assert STEERING.command(-0.4, 100.0) == (1.0, False)
+    assert STEERING.command(-0.41, 100.0) == (1.0, True)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"max_wheel_angle_rad": 0.0},
+        {"max_wheel_angle_rad": 2.0},
+        {"shares": [1.0]},
+        {"shares": [1.0, 0.0]},
+        {"speeds_mps": [5.0, 5.0]},
+        {"speeds_mps": [], "shares": []},
+    ],
+)
+def test_senseless_steering_maps(wrong):
+    with pytest.raises(ValueError):
+        SteeringMap(
+            **{"max_wheel_angle_rad": 0.8, "speeds_mps": [0.0, 10.0], "shares": [1.0, 0.5], **wrong}
+        )
+
+
+def test_pedals_by_hand():
+    assert PEDALS.pedals(1.2) == (pytest.approx(0.3 + 1.4 / 7.0), 0.0)
+    assert PEDALS.pedals(-0.2) == (0.0, 0.0)
+    assert PEDALS.pedals(-3.85) == (0.0, pytest.approx(0.5))
+    assert PEDALS.pedals(100.0) == (1.0, 0.0)
+    assert PEDALS.pedals(-100.0) == (0.0, 1.0)
+
+
+@given(st.floats(-20.0, 20.0), st.floats(0.0, 0.01))
+def test_pedals_are_monotonic_continuous_and_never_both(acceleration, more):
+    throttle, brake = PEDALS.pedals(acceleration)
+    assert 0.0 <= throttle <= 1.0
+    assert 0.0 <= brake <= 1.0
+    assert throttle * brake == 0.0
+    next_throttle, next_brake = PEDALS.pedals(acceleration + more)
+    assert next_throttle - next_brake >= throttle - brake
+    assert next_throttle - next_brake - (throttle - brake) < 0.02
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"throttle_deadband": 1.0},
+        {"throttle_gain_mps2": 0.0},
+        {"brake_gain_mps2": math.nan},
+        {"coast_mps2": -0.1},
+    ],
+)
+def test_senseless_pedal_maps(wrong):
+    with pytest.raises(ValueError, match=next(iter(wrong))):
+        PedalMap(**{**vars(PEDALS), **wrong})

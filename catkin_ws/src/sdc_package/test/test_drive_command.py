@@ -1,0 +1,172 @@
+"""./drive as a person and a CI machine use it: real processes under a master of their own."""
+
+import json
+import os
+import signal
+import subprocess
+import time
+
+import pytest
+
+ROOT = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", "..", "..", ".."))
+DRIVE = os.path.join(ROOT, "drive")
+
+
+def drive(environment, folder, *arguments, limit_s=200):
+    return subprocess.run(
+        [DRIVE, "headless:=true", *arguments],
+        cwd=folder,
+        env=environment,
+        timeout=limit_s,
+        check=False,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        errors="replace",
+    )
+
+
+def test_drives_to_the_end_from_any_folder_twice_the_same_and_a_third_time_from_its_bag(
+    environment, route, tmp_path
+):
+    traces = []
+    for name, camera, record in (("first", "true", "false"), ("second", "false", "true")):
+        done = drive(
+            environment,
+            tmp_path,
+            "sync:=true",
+            f"camera:={camera}",
+            f"record:={record}",
+            f"report:={name}/report.json",
+            f"waypoints_path:={route}",
+        )
+        assert done.returncode == 0, done.stdout
+        assert "Traceback" not in done.stdout
+        with open(tmp_path / name / "report.json", encoding="utf-8") as file:
+            report = json.load(file)
+        assert report["status"] == "completed"
+        assert report["missed_ticks"] == 0
+        assert report["cross_track_rms_m"] < 0.1
+        assert report["cross_track_max_m"] < 0.3
+        assert (tmp_path / name / "report.png").stat().st_size > 10_000
+        page = (tmp_path / name / "report.html").read_text()
+        pictures = page.count(
+            "data:image/jpeg"
+        )  # taken by the wall clock: a drive that is over in a second may pass some by
+        assert 1 <= pictures <= 6 if camera == "true" else pictures == 0
+        traces.append((tmp_path / name / "report.csv").read_bytes())
+    assert traces[0] == traces[1], "lockstep is repeatable to the bit, with a camera and without"
+
+    done = subprocess.run(
+        ["roslaunch", "sdc_sim", "replay.launch", "bag:=second/report.bag"],
+        env={**environment, "PWD": str(tmp_path)},
+        cwd=tmp_path,
+        timeout=60,
+        check=False,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
+    assert "Traceback" not in done.stdout
+    assert (tmp_path / "report" / "replay.csv").read_bytes() == traces[1]
+    again = json.loads((tmp_path / "report" / "replay.json").read_text())
+    assert again == {**report, "wall_duration_s": None, "real_time_factor": None}, (
+        "no clock runs when a bag is read"
+    )
+
+
+def test_bad_route_ends_before_the_car_moves(environment, tmp_path):
+    (tmp_path / "report").mkdir()
+    (tmp_path / "report" / "report.json").write_text('{"status": "completed"}')
+    (tmp_path / "bad.csv").write_text("0,0\n1,word\n")
+    done = drive(environment, tmp_path, "waypoints_path:=bad.csv", limit_s=60)
+    assert done.returncode != 0
+    assert f"{tmp_path}/bad.csv, row 2: y is 'word'" in done.stdout
+    assert len(done.stdout.splitlines()) == 1
+    assert not (tmp_path / "report" / "report.json").exists(), (
+        "no old report is taken for a new one"
+    )
+
+
+def test_report_that_cannot_be_written_is_told(environment, tmp_path):
+    (tmp_path / "file").write_text("")
+    done = drive(
+        environment, tmp_path, "sync:=true", "camera:=false", "report:=file/report.json", limit_s=60
+    )
+    assert done.returncode != 0
+    assert "report:=FILE" in done.stdout
+
+
+def test_scenario_is_driven_and_its_limits_are_told(environment, tmp_path):
+    (tmp_path / "mine.yaml").write_text(
+        "route: [straight_m: 40]\nlimits:\n  at_most: {speed_max_mps: 7.0}\n"
+    )
+    for speed, status, said in (("5", 0, "all limits are kept"), ("9", 1, "speed_max_mps is ")):
+        done = drive(
+            environment,
+            tmp_path,
+            "scenario:=mine.yaml",
+            f"planned_speed_mps:={speed}",
+            "sync:=true",
+            "camera:=false",
+            "referee_options:={pictures: false}",
+        )
+        assert done.returncode == status, done.stdout
+        assert said in done.stdout
+    assert sorted(name.name for name in tmp_path.iterdir()) == ["mine.yaml", "report", "ros"]
+
+
+@pytest.mark.parametrize(
+    ("argument", "parts"),
+    [
+        ("scenario:=ovla", ["no scenario 'ovla'", "did you mean 'oval'", "traffic_lights"]),
+        ("scenario:=wrong.yaml", ["wrong.yaml, line 2", "did you mean 'friction'"]),
+    ],
+)
+def test_scenario_that_is_none_is_told_in_one_line(environment, tmp_path, argument, parts):
+    (tmp_path / "wrong.yaml").write_text("route: town\nfrictoin: 0.5\n")
+    done = drive(environment, tmp_path, argument, limit_s=60)
+    assert done.returncode != 0
+    assert len(done.stdout.splitlines()) == 1
+    assert [part for part in parts if part not in done.stdout] == []
+
+
+@pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
+def test_one_signal_ends_everything(environment, tmp_path, sent):
+    log = tmp_path / "log"
+    with open(log, "wb") as output:
+        process = subprocess.Popen(
+            [DRIVE, "headless:=true", "camera:=false"],
+            cwd=tmp_path,
+            env=environment,
+            stdout=output,
+            stderr=subprocess.STDOUT,
+            start_new_session=True,
+        )
+    limit = time.monotonic() + 60.0
+    while b"cross-track error" not in log.read_bytes():
+        assert time.monotonic() < limit, log.read_text(errors="replace")
+        time.sleep(0.05)
+    process.send_signal(sent)
+    assert process.wait(timeout=60) == 130
+    assert json.loads((tmp_path / "report" / "report.json").read_text())["status"] == "aborted"
+
+
+@pytest.mark.parametrize(
+    ("argument", "part"),
+    [
+        ("sync", "not ARG:=VALUE"),
+        ("--nonsense", "no such option"),
+        ("sinc:=true", "no argument 'sinc'"),
+    ],
+)
+def test_misspelt_arguments(environment, tmp_path, argument, part):
+    done = drive(environment, tmp_path, argument, limit_s=60)
+    assert done.returncode != 0
+    assert part in done.stdout
+
+
+def test_help_lists_every_argument():
+    text = subprocess.run([DRIVE, "--help"], stdout=subprocess.PIPE, text=True, check=True).stdout
+    for name in ("scenario", "waypoints_path", "sim", "headless", "sync", "camera", "report"):
+        assert f"  {name} " in text

@@ -1,0 +1,224 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sdc_common.geometry.route import Route
+from sdc_common.planning.speed_profile import SpeedLimits, ideal_duration, speed_profile
+from sdc_package.local_planner import LocalPlanner, OffRouteError
+from sdc_package.obstacles import ObstacleMargins
+from sdc_package.waypoint_search import WaypointSearch
+
+CAUTION = ObstacleMargins(side_m=0.4, gap_m=5.0, car_front_m=2.35, car_width_m=2.0)
+LIMITS = SpeedLimits(cruise_mps=10.0, lateral_mps2=3.0, acceleration_mps2=1.8, braking_mps2=2.5)
+
+
+def straight(length, step=1.0):
+    return np.column_stack(
+        [np.arange(0.0, length + step / 2, step), np.zeros(int(round(length / step)) + 1)]
+    )
+
+
+def bend(radius, angle, before=60.0, after=60.0):
+    turned = np.arange(1.0, radius * angle) / radius
+    arc = np.column_stack([before + radius * np.sin(turned), radius * (1.0 - np.cos(turned))])
+    away = np.array([math.cos(turned[-1]), math.sin(turned[-1])])
+    return np.vstack([straight(before), arc, arc[-1] + np.outer(np.arange(1.0, after), away)])
+
+
+def twice_round(radius=20.0, turns=1.2):
+    angle = np.arange(0.0, turns * 2.0 * math.pi * radius) / radius
+    return np.column_stack([radius * np.cos(angle), radius * np.sin(angle)])
+
+
+def planner(points, **changes):
+    return LocalPlanner(
+        points,
+        SpeedLimits(**{**vars(LIMITS), **changes}),
+        lookahead_m=25.0,
+        join_within_m=20.0,
+        caution=CAUTION,
+    )
+
+
+def road_ahead(local, x, y, yaw):
+    return local.plan(WaypointSearch(local.route.points).first_ahead(x, y), x, y, yaw)
+
+
+def test_straight_road_is_a_trapezium():
+    route = Route(straight(200.0))
+    speed = speed_profile(route, LIMITS)
+    assert speed[0] == 0.5
+    assert speed[-1] == 0.0
+    assert speed.max() == 10.0
+    assert speed[10] == pytest.approx(math.sqrt(0.25 + 2.0 * 1.8 * 10.0))
+    assert speed[-11] == pytest.approx(math.sqrt(2.0 * 2.5 * 10.0))
+    by_hand = 9.5 / 1.8 + 10.0 / 2.5 + (200.0 - 99.75 / 3.6 - 100.0 / 5.0) / 10.0
+    assert ideal_duration(route, speed) == pytest.approx(by_hand, rel=0.01)
+
+
+@pytest.mark.parametrize("radius", [6.0, 12.0, 30.0])
+def test_bends_ask_for_no_more_than_the_lateral_limit(radius):
+    route = Route(bend(radius, math.pi / 2))
+    speed = speed_profile(route, LIMITS)
+    assert (speed**2 * np.abs(route.curvature) <= 3.0 + 1e-9).all()
+    assert speed[60 + int(radius * 0.7)] == pytest.approx(
+        min(10.0, math.sqrt(3.0 * radius)), rel=0.05
+    )
+
+
+@given(st.lists(st.tuples(st.floats(1.0, 20.0), st.floats(-0.15, 0.15)), min_size=1, max_size=15))
+def test_no_limit_is_broken_anywhere(pieces):
+    curvature = np.concatenate(
+        [np.full(max(1, int(length)), bending) for length, bending in pieces]
+    )
+    heading = np.cumsum(curvature)
+    route = Route(
+        np.vstack(
+            [[0.0, 0.0], np.column_stack([np.cumsum(np.cos(heading)), np.cumsum(np.sin(heading))])]
+        )
+    )
+    speed = speed_profile(route, LIMITS)
+    assert speed[-1] == 0.0
+    assert (speed <= 10.0).all()
+    assert (speed**2 * np.abs(route.curvature) <= 3.0 + 1e-9).all()
+    change = np.diff(speed**2) / (2.0 * np.diff(route.s))
+    assert (change <= 1.8 + 1e-9).all()
+    assert (change >= -2.5 - 1e-9).all()
+
+
+def test_a_bend_that_begins_at_once_is_entered_slowly_enough():
+    sharp = np.vstack(
+        [
+            straight(60.0),
+            np.column_stack([60.0 + np.arange(1.0, 40.0) * 0.8, np.arange(1.0, 40.0) * 0.6]),
+        ]
+    )
+    route = Route(sharp)
+    free, calm = (
+        speed_profile(route, SpeedLimits(**{**vars(LIMITS), "lateral_jerk_mps3": jerk}))
+        for jerk in (math.inf, 4.0)
+    )
+    assert (calm <= free).all()
+    assert calm.min() < free[50:70].min()
+    assert (calm**3 * np.abs(np.gradient(route.curvature, route.s)) <= 4.0 + 1e-9).all()
+
+
+def test_limits_must_be_positive():
+    with pytest.raises(ValueError, match="braking_mps2"):
+        SpeedLimits(10.0, 3.0, 1.8, 0.0)
+    with pytest.raises(ValueError, match="cruise_mps"):
+        SpeedLimits(math.nan, 3.0, 1.8, 2.0)
+
+
+def test_path_starts_ahead_of_the_car_and_reaches_as_far_as_asked():
+    plan = road_ahead(planner(straight(200.0)), 50.4, 0.3, 0.0)
+    assert plan[0, 0] == 51.0
+    assert plan[-1, 0] == 75.0
+    assert (np.diff(plan[:, 0]) > 0.0).all()
+
+
+def test_end_of_the_route_is_a_path_of_two_points_at_rest():
+    local = planner(straight(50.0))
+    for x in (0.0, 8.0, 16.0, 24.0, 32.0, 40.0, 48.0, 49.5, 50.0, 52.0):
+        plan = road_ahead(local, x, 0.0, 0.0)
+        assert len(plan) >= 2
+        assert np.isfinite(plan).all()
+    assert plan.shape == (2, 3)
+    assert plan[-1].tolist() == [50.0, 0.0, 0.0]
+
+
+def test_route_that_passes_close_to_itself_never_makes_it_jump():
+    points = twice_round()
+    local = planner(points)
+    last = -1.0
+    for x, y in points:
+        yaw = math.atan2(y, x) + math.pi / 2
+        road_ahead(local, x * 0.995, y * 0.995, yaw)
+        assert last < local.place.s_m < last + 3.0
+        last = local.place.s_m
+    assert last > 0.97 * local.route.length_m
+
+
+def test_car_that_is_moved_is_found_again():
+    local = planner(straight(200.0))
+    road_ahead(local, 10.0, 0.0, 0.0)
+    assert road_ahead(local, 150.0, 1.0, 0.0)[0, 0] == 150.0
+    assert road_ahead(local, 139.0, 1.0, 0.0)[0, 0] == 139.0, "also within the distance of joining"
+
+
+def test_too_far_from_the_route_is_refused_and_forgotten_on_return():
+    local = planner(straight(200.0))
+    with pytest.raises(OffRouteError, match=r"25\.0 m from the route"):
+        road_ahead(local, 100.0, 25.0, 0.0)
+    assert road_ahead(local, 100.0, 19.0, 0.0)[0, 0] == 100.0
+    with pytest.raises(OffRouteError):
+        road_ahead(local, 100.0, -30.0, 0.0)
+    assert local.place.s_m == pytest.approx(100.0)
+
+
+@pytest.mark.parametrize("pose", [(math.nan, 0.0, 0.0), (0.0, math.inf, 0.0), (0.0, 0.0, math.nan)])
+def test_pose_that_is_not_finite_is_refused(pose):
+    with pytest.raises(ValueError, match="not finite"):
+        planner(straight(50.0)).plan(0, *pose)
+
+
+def test_two_far_points_become_a_road():
+    local = planner(np.array([[0.0, 0.0], [300.0, 0.0]]))
+    plan = road_ahead(local, 150.0, 0.0, 0.0)
+    assert len(plan) > 15
+    assert plan[0, 2] == 10.0
+
+
+def test_dense_recording_becomes_a_short_message():
+    plan = road_ahead(planner(straight(60.0, step=0.02)), 20.0, 0.0, 0.0)
+    assert len(plan) < 70
+
+
+def test_waypoint_that_is_far_away_cannot_be_the_first_one_ahead():
+    local = planner(straight(200.0))
+    with pytest.raises(
+        ValueError, match=r"waypoint 0 is 100.0 m away from the car, but the route 0.5 m"
+    ):
+        local.plan(0, 100.0, 0.5, 0.0)
+    with pytest.raises(ValueError, match="waypoint 201 is none of the route's 201"):
+        local.plan(201, 100.0, 0.5, 0.0)
+
+
+def test_waypoint_of_another_pass_is_not_taken():
+    points = twice_round(turns=2.0)
+    local = planner(points)
+    other = int(round(2.0 * math.pi * 20.0)) + 5
+    assert local.plan(other, *points[5], math.pi / 2 + 0.25)[0, :2] == pytest.approx(
+        points[5], abs=1.0
+    )
+    assert local.place.s_m < 10.0
+
+
+def test_a_planner_that_comes_back_takes_the_pass_that_the_car_was_in():
+    points = twice_round(turns=2.2)
+    first = planner(points)
+    for s in np.arange(0.0, 200.0, 0.5):
+        road_ahead(
+            first, 20.0 * math.cos(s / 20.0), 20.0 * math.sin(s / 20.0), s / 20.0 + math.pi / 2
+        )
+    assert first.place.s_m == pytest.approx(199.5, abs=0.5)
+    for moved in (0.0, 15.0):
+        angle = (199.5 + moved) / 20.0
+        second = planner(points)
+        assert second.recall(first.memory())
+        road_ahead(second, 20.0 * math.cos(angle), 20.0 * math.sin(angle), angle + math.pi / 2)
+        assert second.place.s_m == pytest.approx(199.5 + moved, abs=0.5)
+    assert not planner(points).recall(None)
+    assert not planner(points[:-1]).recall(first.memory()), "another route"
+
+
+def test_a_planner_that_comes_back_to_a_car_elsewhere_looks_everywhere():
+    here = planner(straight(300.0))
+    road_ahead(here, 20.0, 0.0, 0.0)
+    there = planner(straight(300.0))
+    there.recall(here.memory())
+    road_ahead(there, 200.0, 0.0, 0.0)
+    assert there.place.s_m == pytest.approx(200.0)

@@ -1,0 +1,255 @@
+"""Who reaches a drive, and what a file can make it do: real processes under masters of their own."""
+
+import json
+import os
+import re
+import subprocess
+import sys
+import time
+
+import pytest
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+ROOT = os.path.abspath(os.path.join(HERE, "..", "..", "..", ".."))
+DRIVE = os.path.join(ROOT, "drive")
+LISTENS = "0A"
+PATIENCE_S = 120.0
+
+
+def sockets_of(pids):
+    """The numbers of all sockets that these processes have."""
+    numbers = set()
+    for pid in pids:
+        try:
+            for name in os.listdir(f"/proc/{pid}/fd"):
+                numbers.update(
+                    re.findall(r"socket:\[(\d+)\]", os.readlink(f"/proc/{pid}/fd/{name}"))
+                )
+        except OSError:
+            continue
+    return numbers
+
+
+def listening(pids):
+    """(protocol, address) of everything that can be reached from outside a process, addresses as the system writes them."""
+    numbers = sockets_of(pids)
+    found = set()
+    for protocol in ("tcp", "tcp6", "udp", "udp6"):
+        with open(f"/proc/net/{protocol}", encoding="ascii") as file:
+            for line in file.read().splitlines()[1:]:
+                (
+                    _,
+                    local,
+                    _,
+                    state,
+                    *_,
+                ) = line.split()
+                if line.split()[9] in numbers and (state == LISTENS or protocol.startswith("udp")):
+                    found.add((protocol, local.split(":")[0]))
+    return found
+
+
+@pytest.fixture
+def processes_with(request):
+    """The processes of a ROS master, as the fixtures know them."""
+    return sys.modules[request.getfixturevalue("start").__module__].processes_with
+
+
+def wait_for_progress(drive):
+    drive.wait_to_say("cross-track error")
+
+
+def test_nothing_of_a_drive_listens_beyond_loopback(environment, start, processes_with):
+    drive = start([DRIVE, "headless:=true"], environment)
+    wait_for_progress(drive)
+    pids = processes_with(environment["ROS_MASTER_URI"])
+    found = listening(pids)
+    assert len(sockets_of(pids)) > 20
+    assert ("tcp", "0100007F") in found
+    assert found <= {
+        ("tcp", "0100007F"),
+        ("udp", "0100007F"),
+        ("tcp6", "00000000000000000000000001000000"),
+    }
+    drive.interrupt()
+
+
+def test_two_drives_side_by_side_do_not_touch_each_other_and_write_in_their_report_folders_only(
+    environment, other_environment, start, route, tmp_path
+):
+    drives = []
+    elsewhere = f"planner_options:={{report: {tmp_path}/elsewhere/r.json, log_folder: {tmp_path}/elsewhere}}"
+    for name, variables in (("one", environment), ("two", other_environment)):
+        (tmp_path / name).mkdir()
+        command = [
+            DRIVE,
+            "headless:=true",
+            "sync:=true",
+            "camera:=false",
+            f"waypoints_path:={route}",
+            elsewhere,
+        ]
+        drives.append(start(command, variables, tmp_path / name))
+    assert [drive.wait_for_end() for drive in drives] == [0, 0], [
+        drive.said[-2000:] for drive in drives
+    ]
+    traces = [(tmp_path / name / "report" / "report.csv").read_bytes() for name in ("one", "two")]
+    assert traces[0] == traces[1], "each drove as if alone"
+    assert sorted(os.listdir(tmp_path)) == ["log0", "log1", "one", "other_ros", "ros", "two"]
+    for name in ("one", "two"):
+        assert os.listdir(tmp_path / name) == ["report"]
+        assert (
+            json.loads((tmp_path / name / "report" / "report.json").read_text())["missed_ticks"]
+            == 0
+        )
+
+
+TOUCH = "__import__('os').system('touch {mark}')"
+CODE = [
+    ('planner_options:={{lookahead_m: !radians "' + TOUCH + '"}}', None),
+    ('sim_options:={{friction: !degrees "' + TOUCH + '"}}', None),
+    ('planner_options:={{lookahead_m: !!python/object/apply:os.system ["touch {mark}"]}}', None),
+    ("scenario:={file}", "about: !!python/object/apply:os.system ['touch {mark}']\nroute: town\n"),
+    ("scenario:={file}", 'route: "$(eval ' + TOUCH + ')"\n'),
+    ("obstacles_path:={file}", 'frame: map\nobstacles: !radians "' + TOUCH + '"\n'),
+    ("waypoints_path:={file}", TOUCH + ",1\n2,3\n"),
+    ("waypoints_path:=$(eval " + TOUCH + ")", None),
+]
+
+
+@pytest.mark.parametrize(
+    ("argument", "content"),
+    CODE,
+    ids=[f"{row[0].split(':=')[0]}{number}" for number, row in enumerate(CODE)],
+)
+def test_no_file_and_no_option_runs_code(environment, start, tmp_path, argument, content):
+    mark, file = tmp_path / "mark", tmp_path / "file"
+    if content:
+        file.write_text(content.format(mark=mark))
+    drive = start(
+        [
+            DRIVE,
+            "headless:=true",
+            "sync:=true",
+            "camera:=false",
+            argument.format(mark=mark, file=file),
+        ],
+        environment,
+    )
+    assert drive.wait_for_end() not in (0, None)
+    assert not mark.exists(), drive.said
+    assert not (tmp_path / "report" / "report.json").exists()
+
+
+@pytest.mark.parametrize(
+    "key", ["report", "record", "waypoints_path", "vehicles_folder", "referee_options"]
+)
+def test_a_scenario_names_no_path_to_be_written(environment, start, tmp_path, key):
+    (tmp_path / "scenario.yaml").write_text(f"route: town\n{key}: {tmp_path}/elsewhere/file\n")
+    drive = start([DRIVE, "headless:=true", f"scenario:={tmp_path}/scenario.yaml"], environment)
+    assert drive.wait_for_end() not in (0, None)
+    assert f"scenario.yaml, line 2: unknown key '{key}'" in drive.said
+    assert not (tmp_path / "elsewhere").exists()
+
+
+def test_the_expressions_of_ros_are_what_is_refused(tmp_path):
+    """The danger is there: ROS's own loader runs them."""
+    code = "import rosparam; rosparam.load_str(\"a: !radians __import__('os').mkdir('mark') or 1.0\", 'text')"
+    subprocess.run([sys.executable, "-c", code], cwd=tmp_path, check=True)
+    assert (tmp_path / "mark").exists()
+
+
+def test_the_container_runs_as_a_plain_user():
+    with open(os.path.join(ROOT, "docker", "Dockerfile"), encoding="utf-8") as file:
+        users = re.findall(r"^USER\s+(\S+)", file.read(), re.MULTILINE)
+    assert users
+    assert users[-1] not in ("root", "0")
+    with open(os.path.join(ROOT, "docker", "compose.yaml"), encoding="utf-8") as file:
+        compose = file.read()
+    for power in ("privileged", "network_mode", "cap_add", "ports:", "user:"):
+        assert power not in compose
+
+
+def ip(*arguments):
+    return subprocess.run(["ip", *arguments], capture_output=True, text=True, check=False)
+
+
+@pytest.fixture
+def two_machines():
+    """Two network namespaces with one wire between them, as two machines: (name, address) of each."""
+    names = [f"workshop{os.getpid()}{end}" for end in "ab"]
+    addresses = ["10.213.7.1", "10.213.7.2"]
+    made = [ip("netns", "add", name) for name in names]
+    try:
+        if any(done.returncode for done in made):
+            pytest.skip(f"no network namespaces can be made here: {made[0].stderr.strip()}")
+        wires = [f"wsp{os.getpid() % 100000}{end}" for end in "ab"]
+        wired = ip("link", "add", wires[0], "type", "veth", "peer", "name", wires[1])
+        if wired.returncode:
+            pytest.skip(
+                f"no wire can be laid between network namespaces here: {wired.stderr.strip()}"
+            )
+        for name, wire, address in zip(names, wires, addresses):
+            for step in (
+                ("link", "set", wire, "netns", name),
+                ("-n", name, "address", "add", address + "/24", "dev", wire),
+                ("-n", name, "link", "set", wire, "up"),
+                ("-n", name, "link", "set", "lo", "up"),
+            ):
+                done = ip(*step)
+                assert done.returncode == 0, done.stderr
+        yield list(zip(names, addresses))
+    finally:
+        for name in names:
+            ip("netns", "del", name)
+
+
+def test_the_world_on_one_machine_and_the_stack_on_another(two_machines, start, route, tmp_path):
+    (world, world_address), (car, car_address) = two_machines
+    common = {**os.environ, "ROS_MASTER_URI": f"http://{world_address}:11311"}
+    common.pop("ROS_HOSTNAME", None)
+    folders = {name: tmp_path / name for name in ("world", "car")}
+    for folder in folders.values():
+        folder.mkdir()
+    here = start(
+        [
+            "ip",
+            "netns",
+            "exec",
+            world,
+            "roslaunch",
+            "sdc_sim",
+            "sim.launch",
+            "camera:=false",
+            "sync:=true",
+            f"waypoints_path:={route}",
+            "wait_for_nodes:=[/referee]",
+        ],
+        {**common, "ROS_IP": world_address, "ROS_HOME": str(folders["world"])},
+        folders["world"],
+    )
+    here.wait_to_say("process[sim")
+    there = start(
+        [
+            "ip",
+            "netns",
+            "exec",
+            car,
+            "roslaunch",
+            "sdc_package",
+            "all.launch",
+            "sim:=false",
+            "headless:=true",
+            "camera:=false",
+            f"waypoints_path:={route}",
+        ],
+        {**common, "ROS_IP": car_address, "ROS_HOME": str(folders["car"])},
+        folders["car"],
+    )
+    assert there.wait_for_end() == 0, there.said[-3000:] + here.said[-3000:]
+    here.interrupt()
+    limit = time.monotonic() + PATIENCE_S
+    while here.process.poll() is None:
+        assert time.monotonic() < limit
+    report = json.loads((folders["car"] / "report" / "report.json").read_text())
+    assert (report["status"], report["missed_ticks"]) == ("completed", 0)

@@ -1,0 +1,59 @@
+import pytest
+
+from sdc_package.pid import PidGains
+from sdc_package.speed_control import SpeedControl, SpeedControlLimits
+
+LIMITS = SpeedControlLimits(
+    acceleration_mps2=2.0,
+    braking_mps2=4.0,
+    jerk_mps3=5.0,
+    standstill_mps=0.15,
+    hold_mps2=2.0,
+    preview_s=0.5,
+    preview_min_m=1.0,
+)
+
+
+def control():
+    return SpeedControl(PidGains(kp=1.0, ki=0.3), LIMITS)
+
+
+def test_acceleration_and_jerk_stay_within_their_limits():
+    speed = control()
+    last = 0.0
+    for target in [20.0] * 40 + [0.0] * 40 + [20.0] * 40:
+        now = speed.acceleration(target, 0.0, 8.0, 0.05)
+        assert -4.0 <= now <= 2.0
+        assert abs(now - last) <= 0.25 + 1e-9
+        last = now
+
+
+def test_reaches_and_keeps_a_speed_without_overshoot_to_speak_of():
+    speed, v, top = control(), 0.0, 0.0
+    for _ in range(600):
+        v += 0.05 * speed.acceleration(5.0, 0.0, v, 0.05)
+        top = max(top, v)
+    assert v == pytest.approx(5.0, abs=0.02)
+    assert top < 5.6
+
+
+def test_planned_acceleration_is_fed_forward():
+    speed = control()
+    for _ in range(10):
+        now = speed.acceleration(5.0, 1.0, 5.0, 0.05)
+    assert now == pytest.approx(1.0)
+
+
+def test_waiting_car_is_held_steadily_and_sets_off_smoothly():
+    speed = control()
+    assert {speed.acceleration(0.0, 0.0, v, 0.05) for v in (0.1, 0.0, 0.05, 0.0)} == {-2.0}
+    assert speed.acceleration(1.0, 1.8, 0.0, 0.05) == pytest.approx(0.25)
+
+
+def test_a_planned_start_from_rest_is_no_wait():
+    assert control().acceleration(0.1, 1.8, 0.0, 0.05) > 0.0
+
+
+def test_no_time_changes_nothing():
+    speed = control()
+    assert speed.acceleration(5.0, 1.0, 0.0, 0.0) == 0.0

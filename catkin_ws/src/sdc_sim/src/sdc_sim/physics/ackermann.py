@@ -1,0 +1,159 @@
+"""Drives a car by speed and wheel angle instead of pedals and steering: the bridge's second control mode.
+
+The fields mean what ackermann_msgs/AckermannDrive says of them: the angle is that of a virtual wheel in the middle of the
+front axle, positive to the left; a negative speed drives backwards; a rate, acceleration or jerk of zero means as fast as
+the car can.
+"""
+
+from __future__ import annotations
+
+import bisect
+import math
+from dataclasses import dataclass, fields, replace
+
+from sdc_common.validation import check_non_negative, check_positive
+from sdc_sim.physics.vehicle import (
+    AIR_DENSITY_KGPM3,
+    GRAVITY_MPS2,
+    VehicleCommand,
+    VehicleParameters,
+)
+
+
+@dataclass(frozen=True)
+class AckermannTarget:
+    """What is asked for. `limited` refuses what is no number and bounds the rest."""
+
+    steering_angle_rad: float = 0.0
+    steering_rate_radps: float = 0.0
+    speed_mps: float = 0.0
+    acceleration_mps2: float = 0.0
+    jerk_mps3: float = 0.0
+
+    def limited(self, max_speed_mps: float, max_wheel_angle_rad: float):
+        """(target, whether it had to be limited): within the car's speed and wheel angle, and no rate below zero.
+
+        Raises ValueError for NaN and infinities.
+        """
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if not math.isfinite(value):
+                raise ValueError(f"command refused: {field.name} is {value}")
+        within = AckermannTarget(
+            min(max(self.steering_angle_rad, -max_wheel_angle_rad), max_wheel_angle_rad),
+            max(self.steering_rate_radps, 0.0),
+            min(max(self.speed_mps, -max_speed_mps), max_speed_mps),
+            max(self.acceleration_mps2, 0.0),
+            max(self.jerk_mps3, 0.0),
+        )
+        return within, within != self
+
+
+@dataclass(frozen=True)
+class AckermannGains:
+    """Of the speed loop; every figure positive (ki may be zero)."""
+
+    kp_per_s: float  # m/s^2 a m/s of speed error
+    ki_per_s2: float
+    acceleration_mps2: float  # the most, whatever is asked for
+    braking_mps2: float  # the most, whatever is asked for
+    max_speed_mps: float  # faster targets are limited to this
+    standstill_mps: float  # below it a target of zero holds the car with the brake
+    hold_brake: float  # 0..1
+
+    def __post_init__(self):
+        figures = vars(self)
+        check_positive(
+            **{f"ackermann.{name}": value for name, value in figures.items() if name != "ki_per_s2"}
+        )
+        check_non_negative(**{"ackermann.ki_per_s2": figures["ki_per_s2"]})
+
+
+class AckermannControl:
+    """A PI speed loop (integration stops while the demand is limited) over the car's own drive, brake and steering curves."""
+
+    def __init__(self, parameters: VehicleParameters, gains: AckermannGains):
+        self.parameters = parameters
+        self.gains = gains
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the past, as when another mode has driven in between."""
+        self._integral_mps2 = 0.0
+        self._acceleration_mps2 = 0.0
+        self._angle_rad = None
+
+    def memory(self) -> list:
+        """What the loop carries from tick to tick, as plain data."""
+        return [self._integral_mps2, self._acceleration_mps2, self._angle_rad]
+
+    def recall(self, memory: list) -> None:
+        """Go on as `memory` said."""
+        self._integral_mps2, self._acceleration_mps2, self._angle_rad = memory
+
+    def limited(self, target: AckermannTarget):
+        """The target within what this car does, and whether it had to be limited. Raises ValueError for NaN."""
+        return target.limited(self.gains.max_speed_mps, self.parameters.full_wheel_angle_rad(0.0))
+
+    def command(
+        self, target: AckermannTarget, speed_mps: float, wheel_angle_rad: float, step_s: float
+    ) -> VehicleCommand:
+        """Pedals and steering for the next step_s; speed_mps is signed, wheel_angle_rad is where the front wheel stands."""
+        gains = self.gains
+        steer = self._steer(target, speed_mps, wheel_angle_rad, step_s)
+        backwards = target.speed_mps < 0.0
+        turning_round = speed_mps * target.speed_mps < 0.0 and abs(speed_mps) > gains.standstill_mps
+        if turning_round:
+            target = replace(target, speed_mps=0.0)
+            backwards = speed_mps < 0.0
+        elif target.speed_mps == 0.0:
+            backwards = speed_mps < 0.0
+            if abs(speed_mps) < gains.standstill_mps:
+                self._integral_mps2 = self._acceleration_mps2 = 0.0
+                return VehicleCommand(steer=steer, brake=gains.hold_brake)
+        forward_mps = -speed_mps if backwards else speed_mps
+        throttle, brake = self._pedals(
+            self._acceleration(target, abs(target.speed_mps) - forward_mps, step_s), forward_mps
+        )
+        return VehicleCommand(throttle=throttle, steer=steer, brake=brake, reverse=backwards)
+
+    def _steer(
+        self, target: AckermannTarget, speed_mps: float, wheel_angle_rad: float, step_s: float
+    ) -> float:
+        if self._angle_rad is None:
+            self._angle_rad = wheel_angle_rad
+        change = target.steering_angle_rad - self._angle_rad
+        if target.steering_rate_radps > 0.0:
+            most = target.steering_rate_radps * step_s
+            change = min(max(change, -most), most)
+        self._angle_rad += change
+        full = self.parameters.full_wheel_angle_rad(speed_mps)
+        return min(max(-self._angle_rad / full, -1.0), 1.0)
+
+    def _acceleration(self, target: AckermannTarget, error_mps: float, step_s: float) -> float:
+        gains = self.gains
+        asked = target.acceleration_mps2 or math.inf
+        highest, lowest = min(asked, gains.acceleration_mps2), -min(asked, gains.braking_mps2)
+        if target.jerk_mps3 > 0.0:
+            change = target.jerk_mps3 * step_s
+            highest = max(min(highest, self._acceleration_mps2 + change), lowest)
+            lowest = min(max(lowest, self._acceleration_mps2 - change), highest)
+        wanted = gains.kp_per_s * error_mps + self._integral_mps2
+        acceleration = min(max(wanted, lowest), highest)
+        if acceleration == wanted:
+            self._integral_mps2 += gains.ki_per_s2 * error_mps * step_s
+        self._acceleration_mps2 = acceleration
+        return acceleration
+
+    def _pedals(self, acceleration_mps2: float, forward_mps: float):
+        p = self.parameters
+        drag_n = 0.5 * AIR_DENSITY_KGPM3 * p.drag_area_m2 * forward_mps * abs(forward_mps)
+        force_n = p.mass_kg * (acceleration_mps2 + p.rolling_resistance * GRAVITY_MPS2) + drag_n
+        if force_n <= 0.0:
+            return 0.0, min(1.0, -force_n / p.brake_force_n)
+        forces, throttles = p.drive_forces_n, p.throttle_points
+        at = bisect.bisect_left(forces, force_n)
+        if at >= len(forces):
+            return 1.0, 0.0
+        share = (force_n - forces[at - 1]) / (forces[at] - forces[at - 1])
+        return throttles[at - 1] + share * (throttles[at] - throttles[at - 1]), 0.0

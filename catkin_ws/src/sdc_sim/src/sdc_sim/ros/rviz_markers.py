@@ -1,0 +1,129 @@
+"""Turns the route, the planned path and the car into messages that RViz displays."""
+
+from __future__ import annotations
+
+import numpy as np
+from geometry_msgs.msg import Point, PoseStamped
+from nav_msgs.msg import Path
+from std_msgs.msg import ColorRGBA
+from visualization_msgs.msg import Marker, MarkerArray
+
+from sdc_sim.road.road_markings import RoadMarkings, speed_colours
+from sdc_sim.ros.message_conversion import MAP_FRAME, VEHICLE_FRAME
+
+# Heights above the ground at which things are drawn, so that none hides in another: m.
+_GRASS_M, _ASPHALT_M, _LINES_M, _ROUTE_M, _PATH_M = -0.12, -0.04, -0.02, 0.02, 0.1
+_ASPHALT_COLOUR = (0.29, 0.30, 0.32)
+_GRASS_COLOUR = (0.45, 0.56, 0.40)
+_LINE_COLOUR = (0.92, 0.92, 0.90)
+_LINE_WIDTH_M = 0.15
+_PATH_WIDTH_M = 0.6
+_GRASS_MARGIN_M = 150.0
+
+_BODY, _GLASS, _TYRE, _LAMP, _TAIL = (
+    (0.25, 0.5, 1.0),
+    (0.15, 0.2, 0.3),
+    (0.05, 0.05, 0.05),
+    (1.0, 1.0, 0.85),
+    (0.5, 0.0, 0.0),
+)
+# A car of 4.7 x 2.0 x 1.44 m: rows of shape, centre x, y, z, size x, y, z, colour. Metres in the car's frame.
+_CAR = (
+    (Marker.CUBE, 0.00, 0.00, 0.55, 4.70, 1.90, 0.55, _BODY),
+    (Marker.CUBE, -0.25, 0.00, 1.05, 2.50, 1.60, 0.50, _GLASS),
+    (Marker.CUBE, -0.35, 0.00, 1.38, 1.80, 1.50, 0.12, _BODY),
+    (Marker.CUBE, 2.33, 0.65, 0.65, 0.06, 0.40, 0.15, _LAMP),
+    (Marker.CUBE, 2.33, -0.65, 0.65, 0.06, 0.40, 0.15, _LAMP),
+    (Marker.CUBE, -2.33, 0.65, 0.70, 0.06, 0.40, 0.15, _TAIL),
+    (Marker.CUBE, -2.33, -0.65, 0.70, 0.06, 0.40, 0.15, _TAIL),
+    (Marker.CYLINDER, 1.435, 0.86, 0.34, 0.68, 0.68, 0.26, _TYRE),
+    (Marker.CYLINDER, 1.435, -0.86, 0.34, 0.68, 0.68, 0.26, _TYRE),
+    (Marker.CYLINDER, -1.435, 0.86, 0.34, 0.68, 0.68, 0.26, _TYRE),
+    (Marker.CYLINDER, -1.435, -0.86, 0.34, 0.68, 0.68, 0.26, _TYRE),
+)
+_QUARTER_TURN = 0.5**0.5
+
+
+def route_path(points_m) -> Path:
+    """An (N, 2) route in the map frame as a path."""
+    path = Path()
+    path.header.frame_id = MAP_FRAME
+    for x, y in np.asarray(points_m, dtype=float).tolist():
+        pose = PoseStamped()
+        pose.header.frame_id = MAP_FRAME
+        pose.pose.position = Point(x, y, _ROUTE_M)
+        pose.pose.orientation.w = 1.0
+        path.poses.append(pose)
+    return path
+
+
+def road_markers(paint: RoadMarkings) -> MarkerArray:
+    """The grass around a road, its asphalt and its lines: what RViz shows, and what a click in it finds."""
+    (x0, y0), (x1, y1) = (
+        paint.surface.min(axis=(0, 1)) - _GRASS_MARGIN_M,
+        paint.surface.max(axis=(0, 1)) + _GRASS_MARGIN_M,
+    )
+    grass = _surface(
+        "grass", np.array([[(x0, y0), (x1, y0), (x1, y1), (x0, y1)]]), _GRASS_M, _GRASS_COLOUR
+    )
+    asphalt = _surface("asphalt", paint.surface, _ASPHALT_M, _ASPHALT_COLOUR)
+    lines = _marker(Marker.LINE_LIST, MAP_FRAME, "lines", 0, _LINE_COLOUR)
+    lines.scale.x = _LINE_WIDTH_M
+    lines.points = _points(np.concatenate([paint.edges, paint.dashes]), _LINES_M)
+    return MarkerArray([grass, asphalt, lines])
+
+
+def path_marker(rows, full_speed_mps: float) -> Marker:
+    """The local path, (N, 3) rows of x, y, target speed, as a line coloured by speed. Fewer than two rows delete it.
+
+    Raises ValueError for a number that is not finite.
+    """
+    rows = np.asarray(rows, dtype=float).reshape(-1, 3)
+    if not np.isfinite(rows).all():
+        raise ValueError("a number in it is not finite")
+    marker = _marker(Marker.LINE_STRIP, MAP_FRAME, "local_path", 0, (1.0, 1.0, 1.0))
+    marker.scale.x = _PATH_WIDTH_M
+    if len(rows) < 2:
+        marker.action = Marker.DELETE
+        return marker
+    marker.points = _points(rows[:, :2], _PATH_M)
+    marker.colors = [
+        ColorRGBA(r, g, b, 1.0) for r, g, b in speed_colours(rows[:, 2], full_speed_mps).tolist()
+    ]
+    return marker
+
+
+def car_markers() -> MarkerArray:
+    """The car in its own frame: told once, RViz moves it with the transform."""
+    markers = []
+    for number, (shape, x, y, z, length, width, height, colour) in enumerate(_CAR):
+        marker = _marker(shape, VEHICLE_FRAME, "car", number, colour)
+        marker.frame_locked = True
+        marker.pose.position = Point(x, y, z)
+        marker.scale.x, marker.scale.y, marker.scale.z = length, width, height
+        if shape == Marker.CYLINDER:  # lies on its side
+            marker.pose.orientation.x = marker.pose.orientation.w = _QUARTER_TURN
+        markers.append(marker)
+    return MarkerArray(markers)
+
+
+def _marker(shape, frame, namespace, number, colour) -> Marker:
+    marker = Marker(
+        type=shape, action=Marker.ADD, ns=namespace, id=number, color=ColorRGBA(*colour, 1.0)
+    )
+    marker.header.frame_id = frame
+    marker.pose.orientation.w = 1.0
+    return marker
+
+
+def _surface(namespace, quadrilaterals, z_m, colour) -> Marker:
+    marker = _marker(Marker.TRIANGLE_LIST, MAP_FRAME, namespace, 0, colour)
+    marker.scale.x = marker.scale.y = marker.scale.z = 1.0
+    marker.points = _points(quadrilaterals[:, (0, 1, 2, 0, 2, 3)], z_m)
+    # One colour a triangle makes RViz leave out its lamp, which would turn the ground dark.
+    marker.colors = [marker.color] * (2 * len(quadrilaterals))
+    return marker
+
+
+def _points(points_m: np.ndarray, z_m: float):
+    return [Point(x, y, z_m) for x, y in points_m.reshape(-1, 2).tolist()]

@@ -1,0 +1,86 @@
+"""A drive that keeps its limits passes; one that does not is told with each figure and its bound."""
+
+import pytest
+
+from sdc_sim.evaluation.metrics import COEFFICIENTS
+from sdc_sim.evaluation.route_progress import (
+    ABORTED,
+    BLOCKED,
+    COLLISION,
+    COMPLETED,
+    OFF_ROUTE,
+    TIMEOUT,
+)
+from sdc_sim.report.html_page import MEANINGS
+from sdc_sim.scenario.acceptance_limits import (
+    FIGURES,
+    INFRACTIONS,
+    STATUSES,
+    AcceptanceLimits,
+    RequiredStop,
+    read_report,
+    violations,
+)
+
+REPORT = {
+    "status": "completed",
+    "cross_track_max_m": 0.62,
+    "missed_ticks": 3,
+    "jerk_max_mps3": None,
+    "infractions": {"red_light": 1, "collision_static": 2},
+}
+
+
+@pytest.mark.parametrize(
+    ("limits", "stood", "said"),
+    [
+        (AcceptanceLimits(), (), []),
+        (
+            AcceptanceLimits(at_most={"cross_track_max_m": 0.62}, at_least={"missed_ticks": 3}),
+            (),
+            [],
+        ),
+        (AcceptanceLimits(status="collision"), (), ["status is completed, collision is wanted"]),
+        (
+            AcceptanceLimits(at_most={"cross_track_max_m": 0.5}),
+            (),
+            ["cross_track_max_m is 0.62, at most 0.5 is allowed"],
+        ),
+        (
+            AcceptanceLimits(at_least={"missed_ticks": 4}),
+            (),
+            ["missed_ticks is 3, at least 4 is allowed"],
+        ),
+        (
+            AcceptanceLimits(at_most={"infractions": 2, "red_light": 0, "collision_static": 2}),
+            (),
+            ["infractions is 3, at most 2 is allowed", "red_light is 1, at most 0 is allowed"],
+        ),
+        (
+            AcceptanceLimits(at_most={"jerk_max_mps3": 9.0}),
+            (),
+            ["jerk_max_mps3 is not in the report, at most 9 is allowed"],
+        ),
+        (AcceptanceLimits(stops=(RequiredStop(50.0, 1.0),)), (10.0, 50.9), []),
+        (
+            AcceptanceLimits(stops=(RequiredStop(50.0, 1.0),)),
+            (10.0, 51.2),
+            ["the car did not stop 50 m along the route (within 1 m); it stood at: 10.0, 51.2"],
+        ),
+    ],
+)
+def test_what_fell_short_is_told(limits, stood, said):
+    assert violations(limits, REPORT, stood) == said
+
+
+def test_the_names_are_those_of_the_report():
+    assert set(FIGURES) <= set(MEANINGS)
+    assert set(INFRACTIONS) == set(COEFFICIENTS)
+    assert set(STATUSES) == {COMPLETED, COLLISION, OFF_ROUTE, BLOCKED, TIMEOUT, ABORTED}
+
+
+def test_where_the_car_stood_is_read_from_the_trace(tmp_path):
+    (tmp_path / "report.json").write_text('{"status": "completed"}')
+    rows = ((0.0, 0.0), (1.0, 2.0), (5.0, 0.01), (5.0, 0.0), (6.0, 1.0), (9.0, 0.0))
+    (tmp_path / "report.csv").write_text("s_m,speed_mps\n" + "".join(f"{s},{v}\n" for s, v in rows))
+    assert read_report(str(tmp_path / "report.json")) == ({"status": "completed"}, [5.0, 9.0])

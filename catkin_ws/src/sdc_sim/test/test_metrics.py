@@ -1,0 +1,90 @@
+import math
+
+import numpy as np
+import pytest
+
+from sdc_sim.evaluation.metrics import (
+    accelerations,
+    comfortable,
+    driving_score,
+    greatest_accelerations,
+    off_lane_percent,
+)
+
+TIME_S = np.arange(0.0, 20.0, 0.05)
+
+
+def test_off_lane_is_a_share_of_the_distance_not_of_the_time():
+    speed = np.where(TIME_S < 10.0, 10.0, 1.0)
+    error = np.where(TIME_S < 10.0, 0.0, -2.0)
+    assert off_lane_percent(TIME_S, speed, error, 3.5) == pytest.approx(
+        100.0 * 10.0 / 110.0, abs=0.5
+    )
+    assert off_lane_percent(TIME_S, speed, error, 4.1) == 0.0
+    assert off_lane_percent(TIME_S, 0.0 * speed, error, 3.5) == 0.0
+
+
+def test_driving_score_of_the_leaderboard():
+    none = dict.fromkeys(
+        ("collision_pedestrian", "collision_vehicle", "collision_static", "red_light", "stop"), 0
+    )
+    assert driving_score(80.0, 0.0, none) == 80.0
+    assert driving_score(80.0, 25.0, none) == 60.0
+    assert driving_score(100.0, 0.0, dict.fromkeys(none, 1)) == pytest.approx(
+        100.0 / (1.0 + 1.0 + 0.7 + 0.6 + 0.4 + 0.25)
+    )
+    assert driving_score(100.0, 50.0, {**none, "collision_pedestrian": 2}) == pytest.approx(
+        50.0 / 3.0
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "within", "beyond"),
+    [
+        ("longitudinal_acceleration_max_mps2", 2.39, 2.41),
+        ("longitudinal_acceleration_min_mps2", -4.04, -4.06),
+        ("lateral_acceleration_max_mps2", 4.88, 4.90),
+        ("jerk_max_mps3", 8.36, 8.38),
+    ],
+)
+def test_comfort_has_nuplans_thresholds(name, within, beyond):
+    calm = {
+        "longitudinal_acceleration_max_mps2": 1.0,
+        "longitudinal_acceleration_min_mps2": -1.0,
+        "lateral_acceleration_max_mps2": 1.0,
+        "jerk_max_mps3": 1.0,
+    }
+    assert comfortable({**calm, name: within}) is True
+    assert comfortable({**calm, name: beyond}) is False
+    assert comfortable({**calm, name: None}) is None
+
+
+def test_constant_jerk():
+    values = greatest_accelerations(TIME_S, 0.5 * 0.2 * TIME_S**2, np.zeros_like(TIME_S))
+    assert values["jerk_max_mps3"] == pytest.approx(0.2, rel=1e-6)
+    assert values["longitudinal_acceleration_max_mps2"] == pytest.approx(0.2 * TIME_S[-1], rel=0.02)
+
+
+def test_uneven_time_steps_give_the_same_accelerations():
+    uneven_s = np.sort(np.concatenate([TIME_S, TIME_S + 0.013]))
+    for time_s in (TIME_S, uneven_s):
+        values = greatest_accelerations(time_s, 3.0 * time_s, 0.1 * time_s)
+        assert values["longitudinal_acceleration_max_mps2"] == pytest.approx(3.0, rel=1e-6)
+        assert values["lateral_acceleration_max_mps2"] == pytest.approx(
+            0.1 * 3.0 * time_s[-1], rel=0.02
+        )
+
+
+def test_yaw_may_pass_the_half_turn():
+    yaw = np.mod(0.5 * TIME_S + math.pi, 2.0 * math.pi) - math.pi
+    assert greatest_accelerations(TIME_S, np.full_like(TIME_S, 4.0), yaw)[
+        "lateral_acceleration_max_mps2"
+    ] == pytest.approx(2.0)
+
+
+def test_no_slope_across_a_silence():
+    keep = (TIME_S < 5.0) | (TIME_S > 8.0)
+    speed = np.where(TIME_S < 5.0, 2.0, 12.0)
+    values = greatest_accelerations(TIME_S[keep], speed[keep], np.zeros(keep.sum()))
+    assert values["longitudinal_acceleration_max_mps2"] == pytest.approx(0.0, abs=1e-9)
+    assert len(accelerations(TIME_S[keep], speed[keep], np.zeros(keep.sum()))) == 2

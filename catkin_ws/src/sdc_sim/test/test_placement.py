@@ -1,0 +1,69 @@
+"""The car starts where it shall, and what is pointed at in RViz is checked before anything is put there."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from geometry_msgs.msg import Point, Pose, Quaternion
+
+from sdc_common.geometry.route import Route
+from sdc_sim.simulation.placement import PlaceError, checked_point, checked_pose, start_pose
+
+
+def test_a_pose_becomes_numbers():
+    pose = Pose(Point(1.0, 2.0, 9.0), Quaternion(0, 0, math.sin(0.25), math.cos(0.25)))
+    assert checked_pose("map", pose) == pytest.approx((1.0, 2.0, 0.5))
+    assert checked_point("", Point(1.0, 2.0, 0.0)) == (1.0, 2.0)
+
+
+@pytest.mark.parametrize(
+    ("frame", "x", "y", "message"),
+    [
+        ("ego_vehicle", 0.0, 0.0, "Fixed Frame"),
+        ("map", math.nan, 0.0, "not finite"),
+        ("map", 0.0, -math.inf, "not finite"),
+        ("map", 1e9, 0.0, "farther than"),
+    ],
+)
+def test_bad_points_are_refused(frame, x, y, message):
+    with pytest.raises(PlaceError, match=message):
+        checked_point(frame, Point(x, y, 0.0))
+
+
+@pytest.mark.parametrize("q", [(0, 0, 0, 0), (0, 0, 0, math.nan), (0, 0, 5, 5)])
+def test_bad_orientations_are_refused(q):
+    with pytest.raises(PlaceError, match="quaternion"):
+        checked_pose("map", Pose(Point(), Quaternion(*q)))
+
+
+ROUTE = Route(np.array([(0.0, 0.0), (10.0, 0.0), (10.0, 20.0)]))
+
+
+@pytest.mark.parametrize(
+    ("start", "pose"),
+    [
+        ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)),
+        ((4.0, 2.0, -0.5), (4.0, 2.0, -0.5)),
+        ((15.0, 1.0, 0.25), (9.0, 5.0, math.pi / 2 + 0.25)),
+        ((30.0, 0.0, 0.0), (10.0, 20.0, math.pi / 2)),
+    ],
+)
+def test_the_start_counts_along_the_route_and_to_its_left(start, pose):
+    assert start_pose(ROUTE, *start) == pytest.approx(pose)
+
+
+@pytest.mark.parametrize(
+    ("start", "part"),
+    [
+        ((-1.0, 0.0, 0.0), "along_m"),
+        ((31.0, 0.0, 0.0), "30.0 m"),
+        ((0.0, math.nan, 0.0), "finite"),
+        ((math.nan, 0.0, 0.0), "along_m"),
+        ((0.0, 0.0, math.inf), "finite"),
+    ],
+)
+def test_a_start_that_is_no_place_is_refused(start, part):
+    with pytest.raises(ValueError, match=part):
+        start_pose(ROUTE, *start)

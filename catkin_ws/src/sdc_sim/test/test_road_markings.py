@@ -1,0 +1,62 @@
+import numpy as np
+import pytest
+
+from sdc_sim.road.road import MARGIN_M, Road
+from sdc_sim.road.road_markings import road_markings, speed_colours
+
+STRAIGHT = np.column_stack([np.arange(0.0, 101.0), np.zeros(101)])
+
+
+def test_lines_of_a_straight_road_lie_where_the_road_says():
+    road = Road(STRAIGHT)
+    paint = road_markings(road)
+    assert {round(float(y), 3) for y in paint.edges[:, :, 1].ravel()} == {
+        road.right_edge_m,
+        road.left_edge_m,
+    }
+    assert {round(float(y), 3) for y in paint.dashes[:, :, 1].ravel()} == {road.centre_line_m}
+    np.testing.assert_allclose(paint.dashes[:, 1, 0] - paint.dashes[:, 0, 0], 3.0)
+
+
+def test_edges_have_no_gaps():
+    road = Road(np.column_stack([np.arange(0.0, 1001.0), np.zeros(1001)]))
+    edges = road_markings(road).edges
+    lengths = np.hypot(*np.moveaxis(edges[:, 1] - edges[:, 0], 1, 0))
+    assert lengths.sum() == pytest.approx(2.0 * (road.s_m[-1] - road.s_m[0]), abs=2.0)
+
+
+def test_surface_of_a_straight_road_has_its_area():
+    road = Road(STRAIGHT)
+    x, y = np.moveaxis(road_markings(road).surface, 2, 0)
+    area = (
+        0.5 * np.abs(np.sum(x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1), axis=1)).sum()
+    )
+    assert area == pytest.approx(
+        (road.s_m[-1] - road.s_m[0]) * (2.0 * road.lane_width_m + 2.0 * MARGIN_M)
+    )
+
+
+def test_edges_are_left_out_where_another_pass_lies_on_them():
+    loop = np.concatenate([STRAIGHT, [(130.0, 30.0), (100.0, 60.0), (50.0, 60.0), (50.0, -60.0)]])
+    x, y = road_markings(Road(loop)).edges.mean(axis=1).T
+    assert (
+        (x > 45.0) & (x < 60.0) & (np.abs(y) > 8.0)
+    ).any()  # the edges of the pass to the south, on both sides
+    assert not (
+        (x > 45.0) & (x < 60.0) & (y > -1.5) & (y < 5.0)
+    ).any()  # but none across the pass to the east
+
+
+def test_colours_of_speeds():
+    red, half, green, beyond = speed_colours([0.0, 5.0, 10.0, 30.0], 10.0)
+    assert red[0] > 0.8 > red[1]
+    assert half[0] > 0.8 and half[1] > 0.7
+    assert green[1] > 0.7 > green[0]
+    np.testing.assert_array_equal(green, beyond)
+    assert speed_colours([], 10.0).shape == (0, 3)
+
+
+@pytest.mark.parametrize("full_speed_mps", [0.0, -1.0, float("nan")])
+def test_a_full_speed_is_needed(full_speed_mps):
+    with pytest.raises(ValueError, match="green"):
+        speed_colours([1.0], full_speed_mps)

@@ -1,0 +1,441 @@
+"""A scenario is read as its author meant it, or refused in one line that names file, line, key and mend."""
+
+from __future__ import annotations
+
+import math
+import os
+
+import numpy as np
+import pytest
+import yaml
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from sdc_common.geometry.route import Route
+from sdc_common.routes.waypoint_file import load_waypoints
+from sdc_sim.physics.obstacles import KINDS, Obstacles
+from sdc_sim.physics.traffic_lights import TrafficLightPlan, TrafficLights
+from sdc_sim.scenario.acceptance_limits import AcceptanceLimits, RequiredStop
+from sdc_sim.scenario.reader import (
+    SIM_GROUPS,
+    SIM_NUMBERS,
+    load_lights,
+    load_obstacles,
+    load_scenario,
+)
+from sdc_sim.scenario.yaml_reader import ScenarioError
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+EXAMPLES = os.path.join(HERE, "..", "config", "obstacles")
+# East for 100 m, then north.
+ROUTE = Route(np.vstack([[(x, 0.0) for x in range(101)], [(100.0, y) for y in range(1, 101)]]))
+
+
+def load(tmp_path, text):
+    path = tmp_path / "scenario.yaml"
+    path.write_text(text)
+    return load_obstacles(str(path), ROUTE)
+
+
+def test_none():
+    assert load_obstacles("", ROUTE) == []
+
+
+def test_map_frame(tmp_path):
+    standing, moving = load(
+        tmp_path,
+        """
+frame: map
+obstacles:
+  - {kind: car, at: [3, -2.5], yaw_rad: 1.5}
+  - {kind: pedestrian, path: [[0, 1], [2, 3]], speed_mps: 1.4, trigger_m: 12, size_m: [0.6, 0.7, 1.8]}
+""",
+    )
+    assert (standing.kind, standing.points_m, standing.yaw_rad, standing.size_m) == (
+        "car",
+        ((3.0, -2.5),),
+        1.5,
+        (4.7, 2.0, 1.45),
+    )
+    assert (moving.points_m, moving.speed_mps, moving.trigger_m) == (
+        ((0.0, 1.0), (2.0, 3.0)),
+        1.4,
+        12.0,
+    )
+    assert moving.size_m == (0.6, 0.7, 1.8)
+
+
+@pytest.mark.parametrize(
+    ("at", "x", "y", "yaw"),
+    [
+        ([50, 2], 50, 2, 0.0),
+        ([150, 2], 98, 50, math.pi / 2),
+        ([150, -3], 103, 50, math.pi / 2),
+    ],
+)
+def test_route_frame_counts_along_and_to_the_left(tmp_path, at, x, y, yaw):
+    (plan,) = load(tmp_path, f"frame: route\nobstacles: [{{kind: obstacle, at: {at}}}]")
+    assert plan.points_m[0] == pytest.approx((x, y), abs=1e-6)
+    assert plan.yaw_rad == pytest.approx(yaw, abs=1e-6)
+
+
+def test_examples_can_be_read():
+    route = Route(
+        load_waypoints(os.path.join(HERE, "..", "..", "sdc_common", "data", "waypoints.csv"))
+    )
+    names = os.listdir(EXAMPLES)
+    assert names
+    for name in names:
+        assert load_obstacles(os.path.join(EXAMPLES, name), route)
+
+
+ENTRY = "frame: map\nobstacles:\n  - "
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "message"),
+    [
+        ("", None, "is empty"),
+        ("obstacles: []", None, "'frame' is missing"),
+        ("frame: map", None, "'obstacles' is missing"),
+        ("frame: rote\nobstacles: []", 1, "did you mean 'route'"),
+        ("frame: map\nobstackles: []", 2, "did you mean 'obstacles'"),
+        ("frame: map\nobstacles: 7", 2, "is no list"),
+        ("frame: map\nobstacles: [7]", 2, "is no mapping"),
+        ("frame: map\nframe: map\nobstacles: []", 2, "twice"),
+        ("- 1\n- 2", 1, "is no mapping"),
+        ("frame: [map", None, "is no YAML"),
+        ("frame: map\nobstacles:\n\t- kind: car", 3, "is no YAML"),
+        (ENTRY + "at: [0, 0]", 3, "no 'kind'"),
+        (ENTRY + "kind: cra\n    at: [0, 0]", 3, "did you mean 'car'"),
+        (ENTRY + "kind: car\n    att: [0, 0]", 4, "did you mean 'at'"),
+        (ENTRY + "kind: car", 3, "either 'at"),
+        (ENTRY + "{kind: car, at: [0, 0], path: [[0, 0], [1, 1]], speed_mps: 1}", 3, "either 'at"),
+        (ENTRY + "kind: car\n    at: [0, one]", 4, "'at' is 'one'; give a number"),
+        (ENTRY + "kind: car\n    at: [0, .nan]", 4, "give a number"),
+        (ENTRY + "kind: car\n    at: [0, nan]", 4, "give a number from"),
+        (ENTRY + "kind: car\n    at: [0, 1e9]", 4, "give a number from"),
+        (ENTRY + "kind: car\n    at: [0]", 4, "list of 2 numbers"),
+        (
+            ENTRY + "kind: car\n    at: [0, 0]\n    speed_mps: 3",
+            5,
+            "'speed_mps' belongs to an obstacle with 'path'",
+        ),
+        (ENTRY + "kind: car\n    path: [[0, 0], [1, 0]]", 3, "no 'speed_mps'"),
+        (ENTRY + "kind: car\n    path: [[0, 0], [1, 0]]\n    speed_mps: -1", 5, "from 0.01 to 60"),
+        (
+            ENTRY + "kind: car\n    path: [[0, 0], [1, 0]]\n    speed_mps: 1000",
+            5,
+            "from 0.01 to 60",
+        ),
+        (
+            ENTRY + "kind: car\n    path: [[0, 0], [1, 0]]\n    speed_mps: 1\n    yaw_rad: 1",
+            6,
+            "belongs to an obstacle with 'at'",
+        ),
+        (ENTRY + "kind: car\n    path: [[0, 0]]\n    speed_mps: 1", 4, "two points or more"),
+        (ENTRY + "kind: car\n    path: [[0, 0], [0, 0]]\n    speed_mps: 1", 4, "repeats"),
+        (
+            ENTRY + "{kind: car, path: [[0, 0], [1, 0]], speed_mps: 1, start_s: 1, trigger_m: 1}",
+            3,
+            "remove one of them",
+        ),
+        (ENTRY + "kind: car\n    at: [0, 0]\n    size_m: [1, 1, 0]", 5, "'size_m' is 0"),
+        ("frame: route\nobstacles:\n  - kind: car\n    at: [5000, 0]", 4, "along a route of"),
+    ],
+)
+def test_mistakes_are_named(tmp_path, text, line, message):
+    with pytest.raises(ScenarioError) as refusal:
+        load(tmp_path, text)
+    said = str(refusal.value)
+    assert "\n" not in said
+    assert said.startswith(str(tmp_path / "scenario.yaml"))
+    assert message in said
+    if line:
+        assert f", line {line}: " in said
+
+
+def test_file_that_is_not_there_or_no_text(tmp_path):
+    with pytest.raises(ScenarioError, match="nowhere.yaml: .*obstacles_path"):
+        load_obstacles("/nowhere.yaml", ROUTE)
+    (tmp_path / "picture.png").write_bytes(b"\x89PNG\xff\xfe")
+    with pytest.raises(ScenarioError, match="no text"):
+        load_obstacles(str(tmp_path / "picture.png"), ROUTE)
+
+
+# YAML as an author might have meant it, with everything that can be wrong in it: keys, kinds of values, nesting, tags.
+ODD_WORDS = [
+    "route",
+    "map",
+    ".nan",
+    "1e999",
+    "!!python/object/apply:os.getpid []",
+    "!radians 1",
+    "&a",
+    "*a",
+]
+SCALARS = st.one_of(
+    st.none(),
+    st.booleans(),
+    st.integers(-10, 10**30),
+    st.floats(),
+    st.text(max_size=8),
+    st.sampled_from([*KINDS, *ODD_WORDS]),
+)
+SCENARIO_KEYS = [
+    "about",
+    "route",
+    "vehicle",
+    "stack",
+    "camera",
+    "limits",
+    "lights",
+    *SIM_NUMBERS,
+    *SIM_GROUPS,
+]
+PART_KEYS = [
+    "kind",
+    "at",
+    "yaw_rad",
+    "path",
+    "speed_mps",
+    "start_s",
+    "trigger_m",
+    "size_m",
+    "straight_m",
+    "left_deg",
+    "radius_m",
+    "transition_m",
+    "stop_line_m",
+    "phases",
+    "offset_s",
+    "position_m",
+    "along_m",
+    "left_m",
+    "turned_rad",
+    "status",
+    "at_most",
+    "stops",
+    "at_m",
+    "within_m",
+]
+KEYS = st.text(max_size=4) | st.sampled_from(
+    ["frame", "obstacles", "<<", *SCENARIO_KEYS, *PART_KEYS]
+)
+POINTS = st.lists(st.floats(-300.0, 300.0), min_size=2, max_size=2)
+SIZES = st.lists(st.floats(0.0, 60.0), min_size=3, max_size=3)
+LISTS = st.lists(SCALARS | POINTS, max_size=3)
+VALUES = (
+    SCALARS | POINTS | LISTS | st.dictionaries(KEYS | SCALARS, SCALARS | POINTS | LISTS, max_size=3)
+)
+LIGHTS = st.fixed_dictionaries(
+    {
+        "stop_line_m": st.floats(-10.0, 250.0),
+        "phases": st.lists(
+            st.dictionaries(
+                st.sampled_from(["red", "yellow", "green", "blue"]),
+                st.floats(-1.0, 100.0),
+                max_size=2,
+            ),
+            max_size=3,
+        ),
+    },
+    optional={"offset_s": VALUES},
+)
+OBSTACLES = st.fixed_dictionaries(
+    {"kind": st.sampled_from(sorted(KINDS)) | SCALARS},
+    optional={
+        "at": POINTS | VALUES,
+        "path": st.lists(POINTS, max_size=4) | VALUES,
+        "speed_mps": st.floats(0.0, 70.0) | VALUES,
+        "start_s": VALUES,
+        "trigger_m": VALUES,
+        "yaw_rad": st.floats(-8.0, 8.0) | VALUES,
+        "size_m": SIZES | VALUES,
+    },
+)
+NEARLY = st.fixed_dictionaries(
+    {
+        "frame": st.sampled_from(["map", "route"]) | SCALARS,
+        "obstacles": st.lists(OBSTACLES, max_size=3) | VALUES,
+    },
+    optional={"lights": st.lists(LIGHTS, max_size=2) | VALUES, "limits": VALUES, "route": VALUES},
+)
+ANYTHING = st.dictionaries(st.sampled_from(SCENARIO_KEYS), VALUES, max_size=3) | VALUES
+TEXTS = st.one_of(
+    (NEARLY | ANYTHING).map(lambda data: yaml.safe_dump(data, allow_unicode=True)),
+    NEARLY.map(str),
+    st.text(max_size=60),
+    st.text("frame: map\nobstcl-[]{},.&*!|>'\"%@0123456789", max_size=120),
+)
+CONTENTS = TEXTS.map(lambda text: text.encode("utf-8", "surrogatepass")) | st.binary(max_size=80)
+
+
+@settings(
+    max_examples=max(500, settings.default.max_examples), suppress_health_check=list(HealthCheck)
+)
+@given(CONTENTS)
+def test_fuzz_any_file_is_a_scenario_or_one_clear_refusal(tmp_path_factory, content):
+    path = tmp_path_factory.getbasetemp() / "fuzz.yaml"
+    path.write_bytes(content)
+    try:
+        scenario = load_scenario(str(path))
+        plans, lights = load_obstacles(str(path), ROUTE), load_lights(str(path), ROUTE)
+    except ScenarioError as refusal:
+        assert str(refusal).startswith(str(path))
+        assert "\n" not in str(refusal)
+    else:
+        assert scenario.path == str(path)
+        for body in Obstacles(plans).bodies:
+            assert all(map(math.isfinite, body[2:]))
+        for lamp in TrafficLights(lights).lamps(12.3):
+            assert all(map(math.isfinite, lamp[1:4]))
+
+
+@pytest.mark.parametrize("text", ["[" * 5000, "{a: " * 5000, "- " * 5000])
+def test_a_file_nested_without_end_is_refused(tmp_path, text):
+    with pytest.raises(ScenarioError, match="nested too deep|no YAML"):
+        load(tmp_path, text)
+
+
+WHOLE = """
+about: a bit of everything
+route:
+  - straight_m: 50
+  - {right_deg: 90, radius_m: 12, transition_m: 6}
+vehicle: bmw_320i
+stack: student_nodes
+camera: true
+seed: 7
+friction: 0.6
+odometry_noise: {position_m: 0.05}
+start: {left_m: 2, turned_rad: -1.0}
+frame: route
+obstacles: []
+lights:
+  - stop_line_m: 30
+    phases: [red: 5, green: 10.5]
+    offset_s: 2
+limits:
+  status: collision
+  at_most: {cross_track_max_m: 0.5, infractions: 1}
+  at_least: {red_light: 1}
+  stops: [{at_m: 27, within_m: 1}]
+"""
+
+
+def write(tmp_path, text):
+    path = tmp_path / "scenario.yaml"
+    path.write_text(text)
+    return str(path)
+
+
+def test_a_whole_scenario(tmp_path):
+    path = write(tmp_path, WHOLE)
+    scenario = load_scenario(path)
+    assert (scenario.name, scenario.about, scenario.vehicle, scenario.stack, scenario.camera) == (
+        "scenario",
+        "a bit of everything",
+        "bmw_320i",
+        "student_nodes",
+        True,
+    )
+    assert scenario.route == [
+        {"straight_m": 50.0},
+        {"right_deg": 90.0, "radius_m": 12.0, "transition_m": 6.0},
+    ]
+    assert scenario.sim == {
+        "seed": 7,
+        "friction": 0.6,
+        "odometry_noise": {"position_m": 0.05},
+        "start": {"left_m": 2.0, "turned_rad": -1.0},
+    }
+    assert isinstance(scenario.sim["seed"], int)
+    assert scenario.limits == AcceptanceLimits(
+        "collision",
+        {"cross_track_max_m": 0.5, "infractions": 1.0},
+        {"red_light": 1.0},
+        (RequiredStop(27.0, 1.0),),
+    )
+    assert load_obstacles(path, ROUTE) == []
+    assert load_lights(path, ROUTE) == [
+        TrafficLightPlan(30.0, 0.0, 0.0, (("red", 5.0), ("green", 10.5)), 2.0)
+    ]
+
+
+def test_what_a_scenario_leaves_out_is_as_usual(tmp_path):
+    path = write(tmp_path, "about: nothing special")
+    scenario = load_scenario(path)
+    assert (
+        scenario.route,
+        scenario.vehicle,
+        scenario.stack,
+        scenario.camera,
+        scenario.sim,
+        scenario.limits,
+    ) == (None, None, None, False, {}, AcceptanceLimits())
+    assert load_obstacles(path, ROUTE) + load_lights(path, ROUTE) == []
+
+
+LIGHT = "lights:\n  - "
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "message"),
+    [
+        ("frictoin: 0.5", 1, "did you mean 'friction'"),
+        ("about: x\nfriction: slippery", 2, "'friction' is 'slippery'; give a number"),
+        ("friction: 3", 1, "from 0.05 to 2"),
+        ("seed: 1.5", 1, "whole number"),
+        ("odometry_noise:\n  positon_m: 1", 2, "did you mean 'position_m'"),
+        ("start:\n  left_m: far", 2, "'left_m' is 'far'"),
+        ("vehicle: ../../etc/passwd", 1, "no path"),
+        ("about: x\nstack: /tmp/evil", 2, "no path"),
+        ("camera: maybe", 1, "'camera' is 'maybe'"),
+        ("route: []", 1, "no part"),
+        ("route:\n  - straight: 50", 2, "did you mean 'straight_m'"),
+        ("route:\n  - straight_m: 50\n  - {left_deg: 90, radius_m: 10}", 3, "left_deg"),
+        (
+            "route:\n  - straight_m: 50\n  - {left_deg: 10, radius_m: 10, transition_m: 9}",
+            3,
+            "shorten transition_m",
+        ),
+        ("route:\n  - straight_m: 15000\n  - straight_m: 15000", 3, "longer than"),
+        ("limits:\n  at_most:\n    cross_track_maxi_m: 1", 3, "did you mean 'cross_track_max_m'"),
+        ("limits:\n  status: compleat", 2, "'status' is 'compleat'"),
+        ("limits:\n  stops:\n    - at_m: 5", 3, "within_m"),
+        ("about: &a [*a]", 1, "must be a word"),
+        ("about: !!python/object/apply:os.system ['true']\nfriction: 1", 1, "must be a word"),
+        ("obstacles: []", None, "'frame' is missing"),
+    ],
+)
+def test_mistakes_in_a_scenario_are_named(tmp_path, text, line, message):
+    path = write(tmp_path, text)
+    with pytest.raises(ScenarioError) as refusal:
+        load_scenario(path)
+    said = str(refusal.value)
+    assert "\n" not in said
+    assert said.startswith(path)
+    assert message in said
+    if line:
+        assert f", line {line}: " in said
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "message"),
+    [
+        (LIGHT + "stop_line_m: 20", 2, "no 'phases'"),
+        (LIGHT + "phases: [red: 5]", 2, "no 'stop_line_m'"),
+        (LIGHT + "stop_line_m: 20\n    phases: []", 3, "no phase"),
+        (LIGHT + "stop_line_m: 20\n    phases: [blue: 5]", 3, "unknown key 'blue'"),
+        (LIGHT + "stop_line_m: 20\n    phases: [{red: 5, green: 5}]", 3, "one colour"),
+        (LIGHT + "stop_line_m: 20\n    phases: [red: 0]", 3, "from 0.05"),
+        (LIGHT + "stop_line_m: 5000\n    phases: [red: 5]", 2, "along a route of"),
+        ("lights: 7", 1, "no list"),
+    ],
+)
+def test_mistakes_in_lights_are_named(tmp_path, text, line, message):
+    with pytest.raises(ScenarioError) as refusal:
+        load_lights(write(tmp_path, text), ROUTE)
+    assert f", line {line}: " in str(refusal.value)
+    assert message in str(refusal.value)

@@ -1,0 +1,110 @@
+"""Odometry noise has the sigma and the seed it was given; a delay line gives back what was put in, that much later."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sdc_sim.simulation.sensors import DelayLine, OdometryNoise
+
+TRUE = (10.0, -5.0, 0.3, 8.0)
+
+
+def test_no_noise_leaves_the_odometry_untouched():
+    noise = OdometryNoise(seed=1)
+    for _ in range(3):
+        assert noise.apply(*TRUE) == TRUE
+
+
+@pytest.mark.parametrize("seed", [0, 7, 2**32 - 1])
+def test_seed_decides_the_noise(seed):
+    first, second = OdometryNoise(seed, 0.1, 0.01, 0.2), OdometryNoise(seed, 0.1, 0.01, 0.2)
+    other = OdometryNoise(seed - 1 if seed else 1, 0.1, 0.01, 0.2)
+    rows = [first.apply(*TRUE) for _ in range(5)]
+    assert rows == [second.apply(*TRUE) for _ in range(5)]
+    assert rows != [other.apply(*TRUE) for _ in range(5)]
+    assert rows[0] != rows[1]
+
+
+def test_noise_has_its_sigmas_no_bias_and_no_correlation():
+    noise = OdometryNoise(11, position_m=0.2, heading_rad=0.02, speed_mps=0.5)
+    errors = np.array([noise.apply(*TRUE) for _ in range(20000)]) - TRUE
+    assert errors.std(axis=0) == pytest.approx([0.2, 0.2, 0.02, 0.5], rel=0.03)
+    assert np.abs(errors.mean(axis=0) / [0.2, 0.2, 0.02, 0.5]).max() < 0.03
+    assert np.abs(np.corrcoef(errors.T) - np.eye(4)).max() < 0.03
+
+
+@pytest.mark.parametrize(
+    "kind,touched", [("position_m", {0, 1}), ("heading_rad", {2}), ("speed_mps", {3})]
+)
+def test_one_kind_of_noise_touches_its_own_figures_only_and_is_the_same_alone(kind, touched):
+    alone = OdometryNoise(4, **{kind: 0.1})
+    together = OdometryNoise(4, 0.1, 0.1, 0.1)
+    for _ in range(5):
+        measured, all_noisy = alone.apply(*TRUE), together.apply(*TRUE)
+        for index in range(4):
+            assert measured[index] == (all_noisy[index] if index in touched else TRUE[index])
+
+
+def test_measured_figures_are_plain_floats():
+    assert all(type(value) is float for value in OdometryNoise(1, 0.1, 0.1, 0.1).apply(*TRUE))
+
+
+@pytest.mark.parametrize("sigma", [-0.1, math.nan, math.inf])
+@pytest.mark.parametrize("kind", ["position_m", "heading_rad", "speed_mps"])
+def test_bad_sigma_is_refused_by_its_name(kind, sigma):
+    with pytest.raises(ValueError, match=kind):
+        OdometryNoise(1, **{kind: sigma})
+
+
+@given(st.integers(0, 40), st.lists(st.integers(), max_size=80))
+def test_delay_gives_back_what_was_put_in_that_many_ticks_ago(ticks, items):
+    delay = DelayLine(ticks * 0.05, 0.05)
+    given_back = [delay.put(item) for item in items]
+    assert delay.ticks == ticks
+    assert given_back == ([None] * ticks + items)[: len(items)]
+
+
+@pytest.mark.parametrize(
+    "delay_s,tick_s,ticks",
+    [
+        (0.0, 0.05, 0),
+        (0.02, 0.05, 0),
+        (0.025, 0.05, 1),
+        (0.05, 0.05, 1),
+        (0.12, 0.05, 2),
+        (0.15, 0.1, 2),
+        (0.3, 0.1, 3),
+        (1.0, 0.001, 1000),
+    ],
+)
+def test_delay_is_rounded_to_whole_ticks(delay_s, tick_s, ticks):
+    assert DelayLine(delay_s, tick_s).ticks == ticks
+
+
+def test_cleared_line_fills_anew():
+    delay = DelayLine(0.1, 0.05)
+    assert [delay.put(item) for item in "abc"] == [None, None, "a"]
+    delay.clear()
+    assert [delay.put(item) for item in "xyz"] == [None, None, "x"]
+
+
+@pytest.mark.parametrize(
+    "delay_s,tick_s,name",
+    [
+        (-0.1, 0.05, "delay_s"),
+        (math.nan, 0.05, "delay_s"),
+        (math.inf, 0.05, "delay_s"),
+        (0.1, 0.0, "tick_s"),
+        (0.1, -0.05, "tick_s"),
+        (0.1, math.nan, "tick_s"),
+        (0.1, math.inf, "tick_s"),
+    ],
+)
+def test_bad_delay_is_refused(delay_s, tick_s, name):
+    with pytest.raises(ValueError, match=name):
+        DelayLine(delay_s, tick_s)
