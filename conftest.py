@@ -1,4 +1,4 @@
-"""Lets pytest run the rostests (*.test) beside the unit tests, so that one closing line counts everything."""
+"""Let pytest run the rostests (*.test) with the unit tests, so that one result counts them all."""
 
 import os
 import subprocess
@@ -7,9 +7,9 @@ import tempfile
 import pytest
 from hypothesis import HealthCheck, settings
 
-# The same examples in every run, and none fails for want of speed: a machine that is busy is no broken law.
+# The examples are the same in every run. No deadline: a busy machine is no failure.
 settings.register_profile("workshop", derandomize=True, deadline=None)
-# New examples in each run, and many of them, for a machine that has the night: HYPOTHESIS_PROFILE=nightly ./test -k fuzz
+# New examples in each run, and many: HYPOTHESIS_PROFILE=nightly ./test -k fuzz
 settings.register_profile(
     "nightly",
     max_examples=10_000,
@@ -20,7 +20,7 @@ settings.register_profile(
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "workshop"))
 
 _LIMIT_S = 400
-# The whole road with every picture would take twenty CPU seconds more; other tests render shorter ones.
+# Rendering every picture takes 20 CPU seconds more; other tests render shorter drives.
 _ARGUMENTS = {"drive.test": ("camera:=false",)}
 
 
@@ -30,8 +30,8 @@ def pytest_collect_file(file_path, parent):
     return None
 
 
-# The longest of all files. The processes that share the tests out deal file by file in the order of collection: what takes minutes
-# must not come last.
+# The files that take longest. pytest-xdist distributes files in the order of collection, and a file
+# that takes minutes must not be the last one.
 _LONGEST = (
     "test_guide.py",
     "test_mutations.py",
@@ -55,7 +55,7 @@ _LONGEST = (
 
 
 def pytest_collection_modifyitems(items):
-    """The longest first."""
+    """Put the longest files first."""
     order = {name: number for number, name in enumerate(_LONGEST)}
     items.sort(key=lambda item: order.get(item.path.name, len(order)))
 
@@ -66,7 +66,7 @@ class RosTestFile(pytest.File):
 
 
 class RosTestItem(pytest.Item):
-    """One rostest file: passes when rostest does and at least one test in it ran."""
+    """A rostest file: it passes if rostest does and at least one of its tests ran."""
 
     def runtest(self):
         results = os.path.join(
@@ -80,7 +80,7 @@ class RosTestItem(pytest.Item):
             *_ARGUMENTS.get(self.path.name, ()),
         ]
         try:
-            # In a folder of its own: what a drive writes "here" shall not meet what another one writes.
+            # Drives that run at the same time must not write files in the same folder.
             with tempfile.TemporaryDirectory() as folder:
                 done = subprocess.run(
                     command,

@@ -30,7 +30,7 @@ ENCODINGS = st.sampled_from(
 GOOD = {"height": 48, "width": 64, "encoding": "bgra8", "step": 256, "data": bytes(48 * 256)}
 
 
-def test_good_pictures_pass():
+def test_good_images_are_accepted():
     check_image(Image(**GOOD))
     check_image(Image(height=1, width=1, encoding="bgr8", step=8, data=bytes(8)))
 
@@ -38,8 +38,8 @@ def test_good_pictures_pass():
 @pytest.mark.parametrize(
     "changes", [{"height": 480}, {"width": 0}, {"data": b""}, {"step": 7}, {"height": 0}]
 )
-def test_a_wrong_size_is_named(changes):
-    with pytest.raises(ValueError, match="do not come with"):
+def test_wrong_size_is_an_error(changes):
+    with pytest.raises(ValueError, match="do not match"):
         check_image(Image(**{**GOOD, **changes}))
 
 
@@ -52,7 +52,7 @@ def test_a_wrong_size_is_named(changes):
     st.binary(max_size=2000),
     st.booleans(),
 )
-def test_fuzz_any_picture_is_pixels_or_an_error_that_the_camera_knows(
+def test_fuzz_any_image_is_pixels_or_an_error_that_the_camera_handles(
     height, width, step, encoding, data, big_endian
 ):
     message = Image(

@@ -20,7 +20,7 @@ def circle(radius, angle, spacing=1.0, noise=0.0, seed=0):
 
 
 @given(st.floats(-1e4, 1e4))
-def test_wrapped_angles_point_the_same_way(angle):
+def test_wrapped_angle_has_the_same_direction(angle):
     wrapped = wrap_angle(angle)
     assert -math.pi <= wrapped < math.pi
     assert math.cos(wrapped) == pytest.approx(math.cos(angle), abs=1e-9)
@@ -28,7 +28,7 @@ def test_wrapped_angles_point_the_same_way(angle):
 
 
 @pytest.mark.parametrize("radius", [4.0, 10.0, 50.0])
-def test_circle(radius):
+def test_arc_has_the_curvature_and_length_of_its_circle(radius):
     route = Route(circle(radius, 1.5 * math.pi))
     inner = slice(6, -6)
     np.testing.assert_allclose(route.curvature[inner], 1.0 / radius, rtol=0.06)
@@ -36,14 +36,14 @@ def test_circle(radius):
     assert route.length_m == pytest.approx(1.5 * math.pi * radius, rel=0.01)
 
 
-def test_mirrored_route_bends_the_other_way():
+def test_mirrored_route_has_opposite_curvature():
     points = circle(10.0, 3.0)
     left, right = Route(points), Route(points * [1.0, -1.0])
     np.testing.assert_allclose(left.curvature, -right.curvature, atol=1e-12)
     np.testing.assert_allclose(left.heading, -right.heading, atol=1e-12)
 
 
-def test_noise_of_a_recording_is_no_bend():
+def test_recording_noise_makes_no_bend():
     route = Route(
         np.column_stack([np.arange(200.0), np.random.default_rng(3).normal(0.0, 0.02, 200)])
     )
@@ -51,7 +51,7 @@ def test_noise_of_a_recording_is_no_bend():
     assert np.abs(route.curvature).max() < 0.4 * raw.max()
 
 
-def test_two_points():
+def test_route_of_two_points_is_straight():
     route = Route([[0.0, 0.0], [3.0, 4.0]])
     assert route.length_m == 5.0
     np.testing.assert_allclose(route.heading, math.atan2(4.0, 3.0))
@@ -67,7 +67,7 @@ def test_two_points():
         (np.zeros((4, 3)), "2 points"),
     ],
 )
-def test_bad_routes(points, part):
+def test_points_that_are_no_route_are_refused(points, part):
     with pytest.raises(ValueError, match=part):
         Route(points)
 
@@ -79,7 +79,7 @@ def test_cross_track_is_positive_to_the_left():
     assert route.project(4.0, -0.5, 4.0, 5.0, 5.0).cross_track_m == pytest.approx(-0.5)
 
 
-def test_project_looks_only_near_its_own_progress():
+def test_project_searches_only_near_the_given_arc_length():
     there = np.column_stack([np.arange(0.0, 50.0), np.zeros(50)])
     back = np.column_stack([np.arange(49.0, 0.0, -1.0), np.full(49, 0.4)])
     route = Route(np.vstack([there, back]))
@@ -89,7 +89,7 @@ def test_project_looks_only_near_its_own_progress():
     )
 
 
-def test_locate_prefers_the_pass_that_runs_the_cars_way_and_the_earlier_one():
+def test_locate_prefers_the_pass_in_the_cars_direction_then_the_earlier_one():
     there = np.column_stack([np.arange(0.0, 50.0), np.zeros(50)])
     back = np.column_stack([np.arange(49.0, 0.0, -1.0), np.full(49, 0.4)])
     route = Route(np.vstack([there, back]))
@@ -100,7 +100,7 @@ def test_locate_prefers_the_pass_that_runs_the_cars_way_and_the_earlier_one():
 
 
 @given(st.floats(0.0, 28.0), st.floats(-2.0, 2.0))
-def test_a_point_beside_the_route_is_found_again(s, offset):
+def test_point_next_to_the_route_is_located(s, offset):
     route = Route(circle(10.0, 3.0))
     angle = s / 10.0
     x = (10.0 - offset) * math.sin(angle)
@@ -121,6 +121,6 @@ def test_respaced_points_lie_on_the_line_and_keep_its_ends(steps):
     assert (gaps[:-1] >= min(0.4, 0.625) - 1e-9).all()
 
 
-def test_respace_refuses_senseless_steps():
-    with pytest.raises(ValueError, match="below"):
+def test_respace_refuses_a_minimum_above_the_maximum():
+    with pytest.raises(ValueError, match="less than"):
         respace(np.zeros((2, 2)), 2.0, 1.0)

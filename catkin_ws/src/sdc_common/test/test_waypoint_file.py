@@ -55,14 +55,14 @@ def write(tmp_path):
 
 
 @pytest.mark.parametrize("text", [row[1] for row in ACCEPTED], ids=[row[0] for row in ACCEPTED])
-def test_accepted(write, text):
+def test_well_formed_file_is_accepted(write, text):
     np.testing.assert_array_equal(load_waypoints(write(text)), ROUTE)
 
 
 @pytest.mark.parametrize(
     ("text", "parts"), [row[1:] for row in REFUSED], ids=[row[0] for row in REFUSED]
 )
-def test_refused_in_one_line_that_names_file_and_row(write, text, parts):
+def test_bad_file_is_refused_in_one_line_that_names_file_and_row(write, text, parts):
     path = write(text)
     with pytest.raises(WaypointError) as caught:
         load_waypoints(path)
@@ -72,7 +72,7 @@ def test_refused_in_one_line_that_names_file_and_row(write, text, parts):
         assert part in message
 
 
-def test_missing_file_folder_and_name(tmp_path):
+def test_missing_file_folder_or_name_is_refused(tmp_path):
     for path, part in ((tmp_path / "none.csv", "No such file"), (tmp_path, "Is a directory")):
         with pytest.raises(WaypointError, match=part) as caught:
             load_waypoints(str(path))
@@ -81,8 +81,8 @@ def test_missing_file_folder_and_name(tmp_path):
         load_waypoints("")
 
 
-def test_a_picture_is_no_route(write):
-    with pytest.raises(WaypointError, match="byte 0 is not text"):
+def test_binary_file_is_refused(write):
+    with pytest.raises(WaypointError, match="not text .byte 0"):
         load_waypoints(write(b"\x89PNG\r\n\x1a\n\xff\xfe"))
 
 
@@ -101,7 +101,7 @@ FILES = (
 
 @settings(max_examples=max(500, settings.default.max_examples))
 @given(FILES)
-def test_fuzz_any_bytes_give_a_route_or_one_clear_error(tmp_path_factory, content):
+def test_fuzz_any_bytes_are_a_route_or_one_clear_error(tmp_path_factory, content):
     path = tmp_path_factory.getbasetemp() / "fuzz.csv"
     path.write_bytes(content)
     try:

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
+# pygame reads the variable when it is imported.
 os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
-import pygame  # noqa: E402  the line above must stand before it
+import pygame  # noqa: E402
 
-_FRAMES_PER_SECOND = 30
-# What SDL falls back to where there is no display: windows that nobody sees.
-_UNSEEN = ("offscreen", "dummy")
+_FRAMES_PER_SECOND = 30.0
+# Without a display, SDL selects one of these drivers, whose windows are invisible.
+_INVISIBLE_DRIVERS = ("offscreen", "dummy")
 
 
 class NoDisplay(Exception):
@@ -19,22 +22,40 @@ class NoDisplay(Exception):
 
 
 class ImageWindow:
-    """Shows BGR pictures and hands back the keys that were pressed. Raises NoDisplay where there is none.
+    """Shows BGR pictures and returns the keys that were pressed.
 
-    `held` is the set of the names of the keys that are down, `step_s` the time that the last picture was shown, in seconds.
+    Attributes:
+        closed: whether the window is closed
+        held: names of the keys that are down
+        step_s: how long the last picture was shown [s]
     """
 
-    def __init__(self, title: str, size=(640, 480), frames_per_second: float = _FRAMES_PER_SECOND):
+    def __init__(
+        self,
+        title: str,
+        size: tuple[int, int] = (640, 480),
+        frames_per_second: float = _FRAMES_PER_SECOND,
+    ):
+        """Open a window.
+
+        Args:
+            title: text in the title bar
+            size: width and height [px]
+            frames_per_second: maximum rate of `show`
+
+        Raises:
+            NoDisplay: there is no display
+        """
         self._screen = self._open(title, size)
         self._clock = pygame.time.Clock()
-        self._frames_per_second = frames_per_second
-        self._surface = None
+        self._frames_per_second: Any = frames_per_second
+        self._surface: Any = None
         self.closed = False
-        self.held = set()
+        self.held: set[str] = set()
         self.step_s = 0.0
 
     @staticmethod
-    def _open(title, size):
+    def _open(title: str, size: tuple[int, int]) -> Any:
         display, chosen = os.environ.get("DISPLAY", ""), "SDL_VIDEODRIVER" in os.environ
         missing = f"there is no display to open a window on (DISPLAY={display!r})"
         if not (display or chosen or "WAYLAND_DISPLAY" in os.environ):
@@ -43,7 +64,7 @@ class ImageWindow:
             os.environ.setdefault("SDL_VIDEODRIVER", "x11")
         try:
             pygame.display.init()
-            if chosen or pygame.display.get_driver() not in _UNSEEN:
+            if chosen or pygame.display.get_driver() not in _INVISIBLE_DRIVERS:
                 pygame.display.set_caption(title)
                 return pygame.display.set_mode(size)
         except pygame.error as error:
@@ -53,20 +74,32 @@ class ImageWindow:
 
     @property
     def frame_rate(self) -> float:
-        """Pictures shown per second, over the last ten."""
+        """Return the pictures shown per second, averaged over the last ten."""
         return self._clock.get_fps()
 
-    def show(self, picture, overlay=None):
-        """Show a (H, W, 3) BGR uint8 picture, or what was shown last if it is None, until the next is due; returns the names of
-        the keys pressed meanwhile. `overlay(screen)` draws on top of it."""
+    def show(
+        self,
+        picture: np.ndarray | None,
+        overlay: Callable[[pygame.Surface], None] | None = None,
+    ) -> list[str]:
+        """Show a picture until the next one is due.
+
+        Args:
+            picture: (H, W, 3) BGR uint8, or None for the last picture again
+            overlay: draws on the screen, over the picture
+
+        Returns:
+            the names of the keys that were pressed
+        """
         keys = self._pressed_keys()
         if self.closed:
             return keys
         if picture is not None:
-            if picture.shape[1::-1] != self._screen.get_size():
-                self._screen = pygame.display.set_mode(picture.shape[1::-1])
+            size = picture.shape[1], picture.shape[0]
+            if size != self._screen.get_size():
+                self._screen = pygame.display.set_mode(size)
             rgb = np.ascontiguousarray(picture[:, :, ::-1])
-            self._surface = pygame.image.frombuffer(rgb.tobytes(), picture.shape[1::-1], "RGB")
+            self._surface = pygame.image.frombuffer(rgb.tobytes(), size, "RGB")
         if self._surface is not None:
             self._screen.blit(self._surface, (0, 0))
         else:
@@ -77,8 +110,10 @@ class ImageWindow:
         self.step_s = self._clock.tick(self._frames_per_second) / 1000.0
         return keys
 
-    def _pressed_keys(self):
-        keys = []
+    def _pressed_keys(self) -> list[str]:
+        # pygame 1.9 has no event for a lost focus.
+        focus_lost = getattr(pygame, "WINDOWFOCUSLOST", None)
+        keys: list[str] = []
         for event in pygame.event.get():
             if event.type == pygame.QUIT:
                 self.close()
@@ -88,14 +123,12 @@ class ImageWindow:
                 self.held.add(pygame.key.name(event.key))
             elif event.type == pygame.KEYUP:
                 self.held.discard(pygame.key.name(event.key))
-            elif event.type == getattr(
-                pygame, "WINDOWFOCUSLOST", None
-            ):  # pygame 1.9 knows no such event
+            elif event.type == focus_lost:
                 self.held.clear()
         return keys
 
     def close(self) -> None:
-        """Close the window; the node goes on without it."""
+        """Close the window; further calls of `show` do nothing."""
         if not self.closed:
             self.closed = True
             self.held.clear()

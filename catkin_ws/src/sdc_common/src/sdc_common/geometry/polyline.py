@@ -1,99 +1,184 @@
-"""A short line of points in the plane: arc length, heading, curvature, nearest place.
+"""A line of points in the plane: arc length, heading, curvature, nearest place.
 
-A path has some twenty points: plain Python floats are faster here than arrays.
+All path geometry of the project is computed here. Plain Python floats are faster than NumPy arrays
+for the 10 to 60 segments that a node looks at in one tick.
 """
 
 from __future__ import annotations
 
 import math
-from bisect import bisect_right
+from bisect import bisect_left, bisect_right
+from collections.abc import Sequence
+from typing import NamedTuple
 
-# Curvature is taken over so much road before and after a place: the points are about 1 m apart.
-_HALF_SPAN_M = 1.0
+from sdc_common.geometry.angles import wrap_angle
+
+# Curvature is the change of heading from this far before a place to this far after it.
+_CURVATURE_HALF_SPAN_M = 1.0
+# A repeated point has no direction. NaN is never less than the distance of another segment.
+_NO_SEGMENT = (math.nan, math.nan, 0.0, 0.0, 0.0, 0.0)
+
+
+class Place(NamedTuple):
+    """The place on a line that is nearest to a point.
+
+    Attributes:
+        segment: index of the line's segment
+        fraction: position on the segment, 0 at its start and 1 at its end
+        s_m: arc length of the place [m]
+        cross_track_m: distance of the point, positive left of the line [m]
+        heading_rad: heading of the line at the place, in [-pi, pi) [rad]
+    """
+
+    segment: int
+    fraction: float
+    s_m: float
+    cross_track_m: float
+    heading_rad: float
+
+    @property
+    def distance_m(self) -> float:
+        """Return the distance between the point and the line."""
+        return abs(self.cross_track_m)
 
 
 class Polyline:
-    """Points (x, y) in metres with `lengths` of the pieces between them, arc length `s` and continuous `headings`, all lists.
+    """Points with straight segments between them.
 
-    The heading at an inner point is the mean of its two pieces' headings, so that it changes steadily along the line.
+    Attributes:
+        points: (x, y) of each point [m]
+        lengths: length of each segment [m]
+        s: arc length at each point [m]
+        headings: heading at each point, continuous, not wrapped [rad]. At an inner point it is the
+            mean of the two segments' headings. A user that knows the headings better replaces this
+            list.
     """
 
-    def __init__(self, points):
+    def __init__(self, points: Sequence, extend: bool = True):
+        """Compute the geometry of a line.
+
+        Args:
+            points: two or more points (x, y) of Python floats [m]
+            extend: whether the first and the last segment continue, straight, beyond the ends of
+                the line
+        """
         self.points = points
-        self.lengths = []
+        self.lengths: list[float] = []
         self.s = [0.0]
-        pieces = []
-        last = None
+        self._segments = []
+        directions: list[float] = []
+        total = heading = 0.0
         for (x, y), (next_x, next_y) in zip(points, points[1:]):
             step_x, step_y = next_x - x, next_y - y
             length = math.sqrt(step_x * step_x + step_y * step_y)
-            heading = math.atan2(step_y, step_x)
-            if last is not None:
-                heading += 2.0 * math.pi * round((last - heading) / (2.0 * math.pi))
-            last = heading
-            pieces.append(heading)
+            total += length
             self.lengths.append(length)
-            self.s.append(self.s[-1] + length)
+            self.s.append(total)
+            if length > 0.0:
+                self._segments.append((x, y, step_x / length, step_y / length, 0.0, length))
+                direction = math.atan2(step_y, step_x)
+                if directions:
+                    direction += 2.0 * math.pi * round((heading - direction) / (2.0 * math.pi))
+                heading = direction
+            else:
+                self._segments.append(_NO_SEGMENT)
+            directions.append(heading)
         self.headings = [
-            pieces[0],
-            *(0.5 * (a + b) for a, b in zip(pieces, pieces[1:])),
-            pieces[-1],
+            directions[0],
+            *[0.5 * (before + after) for before, after in zip(directions, directions[1:])],
+            directions[-1],
         ]
+        if extend:
+            self._segments[0] = (*self._segments[0][:4], -math.inf, self._segments[0][5])
+            self._segments[-1] = (*self._segments[-1][:5], math.inf)
 
-    def count_until(self, s_m: float) -> int:
-        """How many points lie up to arc length `s_m`, and 3 at the least if there are as many."""
-        return min(max(3, bisect_right(self.s, s_m)), len(self.points))
+    def nearest(self, x_m: float, y_m: float, first: int = 0, last: int | None = None) -> Place:
+        """Return the place on the line nearest to a point.
 
-    def point_at(self, s_m: float):
-        """(x, y) at arc length `s_m`; the first and the last piece reach on beyond the ends."""
-        i, along = self._piece_at(s_m)
+        Args:
+            x_m: x of the point [m]
+            y_m: y of the point [m]
+            first: index of the first segment to search
+            last: index after the last segment to search, None for all
+        """
+        best = math.inf
+        # What remains if the point is not finite.
+        segment, along, side = first, math.nan, math.nan
+        for i, (x, y, direction_x, direction_y, low, high) in enumerate(
+            self._segments[first:last], first
+        ):
+            offset_x, offset_y = x_m - x, y_m - y
+            position = offset_x * direction_x + offset_y * direction_y
+            if position < low:
+                position = low
+            elif position > high:
+                position = high
+            away_x, away_y = offset_x - position * direction_x, offset_y - position * direction_y
+            square = away_x * away_x + away_y * away_y
+            if square < best:
+                best, segment, along = square, i, position
+                side = direction_x * away_y - direction_y * away_x
+        fraction = min(max(along / self.lengths[segment], 0.0), 1.0)
+        heading = self._heading_in(segment, fraction)
+        cross_track = math.copysign(math.sqrt(best), side)
+        return Place(segment, fraction, self.s[segment] + along, cross_track, wrap_angle(heading))
+
+    def nearest_around(
+        self, x_m: float, y_m: float, near_s_m: float, back_m: float, ahead_m: float
+    ) -> Place:
+        """Return the place nearest to a point on a stretch of the line.
+
+        The cost does not depend on the length of the whole line.
+
+        Args:
+            x_m: x of the point [m]
+            y_m: y of the point [m]
+            near_s_m: arc length around which to search [m]
+            back_m: length of the stretch before `near_s_m` [m]
+            ahead_m: length of the stretch after `near_s_m` [m]
+        """
+        count = len(self.lengths)
+        first = min(max(bisect_right(self.s, near_s_m - back_m) - 1, 0), count - 1)
+        last = min(max(bisect_left(self.s, near_s_m + ahead_m), first + 1), count)
+        return self.nearest(x_m, y_m, first, last)
+
+    def segment_at(self, s_m: float) -> tuple[int, float]:
+        """Return the segment at an arc length and the fraction of it, in 0..1 inside the line."""
+        i = min(max(bisect_right(self.s, s_m) - 1, 0), len(self.lengths) - 1)
+        while self.lengths[i] == 0.0 and i > 0:
+            i -= 1
+        length = self.lengths[i]
+        return i, (s_m - self.s[i]) / length if length > 0.0 else 0.0
+
+    def point_at(self, s_m: float) -> tuple[float, float]:
+        """Return (x, y) at an arc length; beyond the ends, the line continues straight."""
+        i, fraction = self.segment_at(s_m)
         (x, y), (next_x, next_y) = self.points[i], self.points[i + 1]
-        part = along / self.lengths[i]
-        return x + part * (next_x - x), y + part * (next_y - y)
+        return x + fraction * (next_x - x), y + fraction * (next_y - y)
+
+    def direction_at(self, s_m: float) -> float:
+        """Return the direction of the segment at an arc length [rad]."""
+        i, _ = self.segment_at(s_m)
+        (x, y), (next_x, next_y) = self.points[i], self.points[i + 1]
+        return math.atan2(next_y - y, next_x - x)
 
     def heading_at(self, s_m: float) -> float:
-        """Heading in radians at arc length `s_m`, linear between the points and constant beyond the ends."""
-        i, along = self._piece_at(s_m)
-        part = min(max(along / self.lengths[i], 0.0), 1.0)
-        return self.headings[i] + part * (self.headings[i + 1] - self.headings[i])
+        """Return the heading at an arc length [rad], linear between points, constant outside."""
+        i, fraction = self.segment_at(s_m)
+        return self._heading_in(i, min(max(fraction, 0.0), 1.0))
 
     def curvature_at(self, s_m: float) -> float:
-        """Curvature in 1/m at arc length `s_m`, positive to the left: the change of heading over 2 m, or what there is of them."""
-        before, after = max(s_m - _HALF_SPAN_M, 0.0), min(s_m + _HALF_SPAN_M, self.s[-1])
+        """Return the curvature at an arc length, averaged over 2 m, positive to the left [1/m]."""
+        before = max(s_m - _CURVATURE_HALF_SPAN_M, 0.0)
+        after = min(s_m + _CURVATURE_HALF_SPAN_M, self.s[-1])
         if not after > before:
             return 0.0
         return (self.heading_at(after) - self.heading_at(before)) / (after - before)
 
-    def _piece_at(self, s_m: float):
-        i = min(max(bisect_right(self.s, s_m) - 1, 0), len(self.lengths) - 1)
-        while self.lengths[i] == 0.0 and i > 0:
-            i -= 1
-        return i, s_m - self.s[i]
+    def count_until(self, s_m: float) -> int:
+        """Return how many points lie up to an arc length; at least 3 if the line has as many."""
+        return min(max(3, bisect_right(self.s, s_m)), len(self.points))
 
-    def nearest(self, x_m: float, y_m: float):
-        """(index of the piece, fraction of it, s_m, cross_track_m, heading_rad) of the place nearest to a point.
-
-        The first and the last piece reach on beyond the ends; there the fraction stays within 0..1.
-        """
-        best = None
-        final = len(self.lengths) - 1
-        points = self.points
-        for i, length in enumerate(self.lengths):
-            if length == 0.0:
-                continue
-            x, y = points[i]
-            step_x, step_y = (points[i + 1][0] - x) / length, (points[i + 1][1] - y) / length
-            offset_x, offset_y = x_m - x, y_m - y
-            along = offset_x * step_x + offset_y * step_y
-            if along < 0.0 and i > 0:
-                along = 0.0
-            elif along > length and i < final:
-                along = length
-            away_x, away_y = offset_x - along * step_x, offset_y - along * step_y
-            square = away_x * away_x + away_y * away_y
-            if best is None or square < best[0]:
-                best = square, i, along, step_x * away_y - step_y * away_x
-        square, i, along, side = best
-        fraction = min(max(along / self.lengths[i], 0.0), 1.0)
-        heading = self.headings[i] + fraction * (self.headings[i + 1] - self.headings[i])
-        return i, fraction, self.s[i] + along, math.copysign(math.sqrt(square), side), heading
+    def _heading_in(self, segment: int, fraction: float) -> float:
+        heading = self.headings[segment]
+        return heading + fraction * (self.headings[segment + 1] - heading)

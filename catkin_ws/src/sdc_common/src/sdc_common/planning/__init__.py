@@ -1,1 +1,1 @@
-
+"""Speed planning along a route."""

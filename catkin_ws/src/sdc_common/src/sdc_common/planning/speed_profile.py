@@ -1,4 +1,4 @@
-"""The greatest speed on each point of a route that keeps every limit."""
+"""The highest speed on each point of a route that keeps every limit."""
 
 from __future__ import annotations
 
@@ -13,8 +13,16 @@ from sdc_common.validation import check_positive
 
 @dataclass(frozen=True)
 class SpeedLimits:
-    """Limits of a speed profile: m/s, m/s^2 and m/s^3, all positive. `start_mps` is the target speed on the first point, which a car
-    at rest needs in order to set off."""
+    """Limits of a speed profile, all positive.
+
+    Attributes:
+        cruise_mps: maximum speed [m/s]
+        lateral_mps2: maximum lateral acceleration [m/s^2]
+        acceleration_mps2: maximum acceleration [m/s^2]
+        braking_mps2: maximum deceleration [m/s^2]
+        lateral_jerk_mps3: maximum rate of lateral acceleration, may be infinite [m/s^3]
+        start_mps: target speed on the first point, which a car at rest needs to set off [m/s]
+    """
 
     cruise_mps: float
     lateral_mps2: float
@@ -24,23 +32,28 @@ class SpeedLimits:
     start_mps: float = 0.5
 
     def __post_init__(self):
-        check_positive(
-            **{
-                name: value
-                for name, value in vars(self).items()
-                if value != math.inf or name != "lateral_jerk_mps3"
-            }
-        )
+        limits = dict(vars(self))
+        if self.lateral_jerk_mps3 == math.inf:
+            del limits["lateral_jerk_mps3"]
+        check_positive(**limits)
 
 
 def speed_profile(route: Route, limits: SpeedLimits) -> np.ndarray:
-    """The greatest speeds (N,) m/s at the points of a route that keep every limit and end at rest.
+    """Return the highest speeds that keep every limit and end at rest.
 
-    First the speed at which a bend asks for all of the lateral limit, and its beginning and end for all of the lateral jerk,
-    then a backward pass for braking and a forward pass for accelerating, each with what the friction ellipse leaves beside the
-    lateral acceleration.
-    Source: N. R. Kapania, J. Subosits and J. C. Gerdes, A Sequential Two-Step Algorithm for Fast Generation of Vehicle
-    Racing Trajectories, J. Dyn. Sys. Meas. Control 138(9), 2016, section 3.
+    First limit the speed by the lateral acceleration and the lateral jerk. Then limit it by braking
+    in a backward pass and by acceleration in a forward pass, each with the part of the friction
+    ellipse that the lateral acceleration leaves.
+
+    Args:
+        route: the route
+        limits: the limits
+
+    Returns:
+        (N,) speeds at the points of the route [m/s]
+
+    Reference: N. R. Kapania, J. Subosits and J. C. Gerdes, A Sequential Two-Step Algorithm for Fast
+    Generation of Vehicle Racing Trajectories, J. Dyn. Sys. Meas. Control 138(9), 2016, section 3.
     """
     curvature = np.abs(route.curvature)
     bend = np.sqrt(limits.lateral_mps2 / np.maximum(curvature, 1e-9))
@@ -48,29 +61,38 @@ def speed_profile(route: Route, limits: SpeedLimits) -> np.ndarray:
     turn = np.cbrt(limits.lateral_jerk_mps3 / np.maximum(change, 1e-9))
     speed = np.minimum(np.minimum(bend, turn), limits.cruise_mps).tolist()
     steps = np.diff(route.s).tolist()
-    curvature = curvature.tolist()
+    curvatures = curvature.tolist()
     speed[-1] = 0.0
     speed[0] = min(speed[0], limits.start_mps)
     for i in range(len(steps) - 1, -1, -1):
-        speed[i] = min(
-            speed[i],
-            _reachable(speed[i + 1], curvature[i + 1], steps[i], limits.braking_mps2, limits),
+        before = _reachable(
+            speed[i + 1], curvatures[i + 1], steps[i], limits.braking_mps2, limits.lateral_mps2
         )
+        speed[i] = min(speed[i], before)
     for i, step in enumerate(steps):
-        speed[i + 1] = min(
-            speed[i + 1], _reachable(speed[i], curvature[i], step, limits.acceleration_mps2, limits)
+        after = _reachable(
+            speed[i], curvatures[i], step, limits.acceleration_mps2, limits.lateral_mps2
         )
+        speed[i + 1] = min(speed[i + 1], after)
     return np.array(speed)
 
 
 def _reachable(
-    speed: float, curvature: float, step: float, longitudinal: float, limits: SpeedLimits
+    speed: float, curvature: float, step: float, longitudinal: float, lateral: float
 ) -> float:
-    used = min(1.0, speed * speed * curvature / limits.lateral_mps2)
+    used = min(1.0, speed * speed * curvature / lateral)
     return math.sqrt(speed * speed + 2.0 * longitudinal * math.sqrt(1.0 - used * used) * step)
 
 
 def ideal_duration(route: Route, speed_mps: np.ndarray) -> float:
-    """Seconds that a route takes with the given speeds (N,) m/s at its points and constant acceleration between them."""
+    """Return the duration of a drive with constant acceleration between the points.
+
+    Args:
+        route: the route
+        speed_mps: (N,) speeds at its points [m/s]
+
+    Returns:
+        duration [s]
+    """
     mean = 0.5 * (speed_mps[:-1] + speed_mps[1:])
     return float(np.sum(np.diff(route.s) / np.maximum(mean, 1e-3)))

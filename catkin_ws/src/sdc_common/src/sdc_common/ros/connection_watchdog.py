@@ -1,4 +1,4 @@
-"""Watches, beside a node, what it depends on: the world's clock and the ROS master."""
+"""Watch what a node depends on: the simulated clock and the ROS master."""
 
 from __future__ import annotations
 
@@ -12,129 +12,153 @@ import rosgraph
 import rospy
 from rospy.impl.registration import get_service_manager
 
-CLOCK_PATIENCE_S = 5.0
-_LOOK_EVERY_S = 0.5
-_ASK_MASTER_EVERY_S = 10.0
+CLOCK_TIMEOUT_S = 5.0
+_CHECK_CLOCK_EVERY_S = 0.5
+_CHECK_MASTER_EVERY_S = 10.0
 
 
-class ClockWatch:
-    """Tells once each time simulated time stops or comes back. Times are numbers given to it: wall clock in seconds."""
+class ClockMonitor:
+    """Detects when simulated time stops and when it continues.
 
-    def __init__(self, patience_s: float, wall_s: float):
-        self._patience_s = patience_s
-        self._moved_at_s = wall_s
-        self._last = None
-        self.stands = False
+    Attributes:
+        stopped: whether simulated time has not changed for the timeout
+    """
 
-    def look(self, wall_s: float, sim_time) -> bool:
-        """Take the present times; returns whether `stands` has changed."""
+    def __init__(self, timeout_s: float, wall_s: float):
+        """Start to monitor.
+
+        Args:
+            timeout_s: after this wall time without a change, the clock counts as stopped [s]
+            wall_s: the wall clock now [s]
+        """
+        self._timeout_s = timeout_s
+        self._changed_at_s = wall_s
+        self._last: object = None
+        self.stopped = False
+
+    def update(self, wall_s: float, sim_time: object) -> bool:
+        """Take the present times.
+
+        Args:
+            wall_s: the wall clock [s]
+            sim_time: simulated time, in any type that can be compared
+
+        Returns:
+            whether `stopped` has changed
+        """
         if sim_time != self._last:
             self._last = sim_time
-            self._moved_at_s = wall_s
-        stands = wall_s - self._moved_at_s >= self._patience_s
-        changed = stands != self.stands
-        self.stands = stands
+            self._changed_at_s = wall_s
+        stopped = wall_s - self._changed_at_s >= self._timeout_s
+        changed = stopped != self.stopped
+        self.stopped = stopped
         return changed
 
 
-class Master:
-    """Registers this node again when the roscore has been started anew.
+class MasterRegistration:
+    """Registers this node again after the roscore was restarted.
 
-    In ROS 1 nodes talk to each other without the master, so what is connected drives on while it is gone. But a new one knows
-    nobody: whoever comes later finds no one, and what roslaunch had set as parameters is lost. So each node tells the new one
-    again what it publishes, hears and serves, and the parameters that are its own.
+    Connected nodes work without the master. But a restarted master has no registrations and no
+    parameters: a new node finds no other. So each node registers its topics, its services and its
+    own parameters again.
     """
 
     def __init__(self):
-        self.name = rospy.get_name()
-        self.master = rosgraph.Master(self.name)
-        self.parameters = {
-            "/use_sim_time": rospy.get_param("/use_sim_time", False),
-            self.name: rospy.get_param(self.name, None),
+        self._name = rospy.get_name()
+        self._master = rosgraph.Master(self._name)
+        self._unreachable = False
+        self.uses_sim_time = rospy.get_param("/use_sim_time", False)
+        self._parameters = {
+            "/use_sim_time": self.uses_sim_time,
+            self._name: rospy.get_param(self._name, None),
         }
-        self.gone = False
 
-    def look(self) -> None:
-        """Ask the master whether it knows this node."""
+    def check(self) -> None:
+        """Ask the master for this node; register again if the master does not know it."""
         try:
-            self.master.lookupNode(self.name)
+            self._master.lookupNode(self._name)
         except rosgraph.MasterException:
             if rospy.core.is_shutdown_requested():
                 return
             with contextlib.suppress(OSError, rosgraph.MasterException):
-                self.register_again()
-                rospy.logwarn(
-                    "%s: the roscore was started anew; registered with it again",
-                    self.name.lstrip("/"),
-                )
+                self._register()
+                self._warn("the roscore was restarted; registered again")
         except OSError:
-            if not self.gone and not rospy.core.is_shutdown_requested():
-                rospy.logwarn(
-                    "%s: no roscore answers at %s; what is connected goes on",
-                    self.name.lstrip("/"),
-                    self.master.master_uri,
+            if not self._unreachable and not rospy.core.is_shutdown_requested():
+                self._warn(
+                    f"no roscore responds at {self._master.master_uri}; existing connections stay"
                 )
-            self.gone = True
+            self._unreachable = True
             return
-        self.gone = False
+        self._unreachable = False
 
-    def register_again(self) -> None:
-        """Tell a master that has forgotten it all that this node told the one before."""
+    def _register(self) -> None:
         uri = rospy.get_node_uri()
         own = xmlrpc.client.ServerProxy(uri)
-        for name, value in self.parameters.items():
-            if value is not None and not self.master.hasParam(name):
-                self.master.setParam(name, value)
-        for topic, message_type in own.getPublications(self.name)[2]:
-            self.master.registerPublisher(topic, message_type, uri)
-        for topic, message_type in own.getSubscriptions(self.name)[2]:
-            own.publisherUpdate(
-                self.name, topic, self.master.registerSubscriber(topic, message_type, uri)
-            )
+        for name, value in self._parameters.items():
+            if value is not None and not self._master.hasParam(name):
+                self._master.setParam(name, value)
+        for topic, message_type in _topics(own.getPublications(self._name)):
+            self._master.registerPublisher(topic, message_type, uri)
+        for topic, message_type in _topics(own.getSubscriptions(self._name)):
+            publishers = self._master.registerSubscriber(topic, message_type, uri)
+            own.publisherUpdate(self._name, topic, publishers)
         for service, service_uri in get_service_manager().get_services():
-            self.master.registerService(service, service_uri, uri)
+            self._master.registerService(service, service_uri, uri)
+
+    def _warn(self, message: str) -> None:
+        rospy.logwarn("%s: %s", self._name.lstrip("/"), message)
 
 
-def unconnected_topics() -> list:
-    """The topics that this node listens to and that nobody publishes to it."""
+def topics_without_publisher() -> list[str]:
+    """Return the topics that this node subscribes to and that have no connected publisher."""
     own, name = xmlrpc.client.ServerProxy(rospy.get_node_uri()), rospy.get_name()
     connected = {
         connection[4]
-        for connection in own.getBusInfo(name)[2]
+        for connection in _topics(own.getBusInfo(name))
         if connection[2] in ("i", "b") and connection[5]
     }
-    return sorted(topic for topic, _ in own.getSubscriptions(name)[2] if topic not in connected)
+    topics = _topics(own.getSubscriptions(name))
+    return sorted(topic for topic, _ in topics if topic not in connected)
+
+
+def _topics(answer: object) -> list:
+    """Return the value of an answer (code, message, value) of a node's XML-RPC interface."""
+    return answer[2]  # type: ignore[index]
 
 
 def watch_connections() -> None:
-    """From now on say what this node waits for when the clock stands, and register again with a new master.
+    """Watch the clock and the master from now on, in a thread of its own and in wall time.
 
-    All of it happens on the wall clock and in a thread of its own, so that it works where no time passes.
+    While the clock is stopped, log which topics have no publisher. Register again with a restarted
+    master.
     """
     threading.Thread(target=_watch, daemon=True).start()
 
 
-def _watch():
-    node = rospy.get_name().lstrip("/")
+def _watch() -> None:
     with contextlib.suppress(OSError, rosgraph.MasterException):
-        master = Master()
-        clock = ClockWatch(CLOCK_PATIENCE_S, time.monotonic())
-        asked_at = -math.inf
+        master = MasterRegistration()
+        clock = ClockMonitor(CLOCK_TIMEOUT_S, time.monotonic())
+        checked_at = -math.inf
         while not rospy.core.is_shutdown_requested():
-            time.sleep(_LOOK_EVERY_S)
-            if master.parameters["/use_sim_time"] and clock.look(
-                time.monotonic(), rospy.get_rostime()
-            ):
-                if clock.stands:
-                    unheard = ", ".join(unconnected_topics())
-                    rospy.logwarn(
-                        "%s: waiting for /clock, which has stood for %g s: no world runs, it is paused, or it waits for a command"
-                        + ("; nobody publishes " + unheard if unheard else ""),
-                        node,
-                        CLOCK_PATIENCE_S,
-                    )
-                else:
-                    rospy.loginfo("%s: /clock runs", node)
-            if time.monotonic() - asked_at > _ASK_MASTER_EVERY_S:
-                master.look()
-                asked_at = time.monotonic()
+            time.sleep(_CHECK_CLOCK_EVERY_S)
+            if master.uses_sim_time and clock.update(time.monotonic(), rospy.get_rostime()):
+                _log_clock(clock.stopped)
+            if time.monotonic() - checked_at > _CHECK_MASTER_EVERY_S:
+                master.check()
+                checked_at = time.monotonic()
+
+
+def _log_clock(stopped: bool) -> None:
+    node = rospy.get_name().lstrip("/")
+    if not stopped:
+        rospy.loginfo("%s: /clock continues", node)
+        return
+    missing = ", ".join(topics_without_publisher())
+    rospy.logwarn(
+        "%s: waiting for /clock, which stopped %g s ago: the simulator does not run, is paused, "
+        "or waits for a command" + (f"; no publisher of {missing}" if missing else ""),
+        node,
+        CLOCK_TIMEOUT_S,
+    )

@@ -1,4 +1,4 @@
-"""What every node needs from ROS beyond rospy itself."""
+"""What nodes need from ROS in addition to rospy."""
 
 from __future__ import annotations
 
@@ -6,25 +6,27 @@ import sys
 import threading
 import time
 import warnings
+from collections.abc import Callable
+from typing import Any, NoReturn
 
 import rospy
 
 from sdc_common.ros.connection_watchdog import watch_connections
 
 
-def parameter(name: str):
-    """The private parameter `name` of this node; without it the node ends with one line and exit code 1."""
+def parameter(name: str) -> Any:
+    """Return the private parameter `name`; end the node with exit code 1 if it is missing."""
     try:
         return rospy.get_param("~" + name)
     except KeyError:
         refuse(
-            f"parameter {rospy.resolve_name('~' + name)} is missing; start the node with its launch file, "
-            f"which loads config{rospy.get_name()}.yaml"
+            f"parameter {rospy.resolve_name('~' + name)} is missing; "
+            f"start the node with its launch file, which loads config{rospy.get_name()}.yaml"
         )
 
 
-def refuse(message) -> None:
-    """End the node with one clear line and exit code 1."""
+def refuse(message: object) -> NoReturn:
+    """Log one line and end the node with exit code 1."""
     rospy.logfatal("%s: %s", rospy.get_name().lstrip("/"), message)
     rospy.signal_shutdown(str(message))
     sys.exit(1)
@@ -33,18 +35,18 @@ def refuse(message) -> None:
 class LoopPublisher(rospy.Publisher):
     """A publisher for the driving loop: it writes to its subscribers in the caller's thread.
 
-    A queue (rospy's `queue_size`) hands each message to a thread of its own, which costs about as much as the hop itself. What
-    is lost is only that a subscriber which stops reading for minutes will stop the publisher, too, once the system's
-    buffers are full.
+    With a queue (rospy's `queue_size`), another thread sends each message, which about doubles the
+    latency. Without one, a subscriber that stops reading for minutes blocks the publisher when the
+    system's buffers are full.
     """
 
-    def __init__(self, topic: str, message_class, latch: bool = False):
+    def __init__(self, topic: str, message_class: type, latch: bool = False):
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", SyntaxWarning)  # rospy recommends a queue
             super().__init__(topic, message_class, queue_size=None, latch=latch, tcp_nodelay=True)
 
-    def publish(self, *args, **kwds):
-        """As rospy's; a message that the end of the node has overtaken is nobody's loss."""
+    def publish(self, *args: Any, **kwds: Any) -> None:
+        """Publish a message as rospy does; while the node shuts down, drop it."""
         try:
             super().publish(*args, **kwds)
         except rospy.ROSException:
@@ -52,29 +54,34 @@ class LoopPublisher(rospy.Publisher):
                 raise
 
 
-def every(seconds: float, look) -> None:
-    """From now on call `look()` each so many seconds of wall time, in a thread of its own.
+def every(seconds: float, function: Callable[[], object]) -> None:
+    """Call a function periodically, in wall time, in a thread of its own.
 
-    rospy's Timer wakes with each message on /clock, which in lockstep is with every tick.
+    rospy's Timer wakes up for each message on /clock, which is once a tick in lockstep. A message
+    that the function publishes while the node shuts down is dropped.
     """
 
-    def run():
+    def run() -> None:
         while not rospy.is_shutdown():
             time.sleep(seconds)
-            look()
+            try:
+                function()
+            except rospy.ROSException:
+                if not rospy.core.is_shutdown_requested():
+                    raise
 
     threading.Thread(target=run, daemon=True).start()
 
 
-def spin_beside(loop) -> None:
-    """Run `loop()` in a thread of its own until it ends or the node shuts down; raises what it raised.
+def spin_with(loop: Callable[[], object]) -> None:
+    """Run a loop in a thread until it returns or the node shuts down; raise what it raised.
 
-    Signal handlers run in the main thread: one that interrupts a publish there waits for ever for the lock that the publish
-    holds, and the node has to be killed. So the main thread does nothing but wait.
+    Signal handlers run in the main thread. One that interrupts `publish` there waits forever for
+    the lock that `publish` holds. So the main thread only spins.
     """
     failures = []
 
-    def run():
+    def run() -> None:
         try:
             loop()
         except Exception as error:  # noqa: BLE001  raised again in the main thread

@@ -1,22 +1,29 @@
-"""Reads the numbers out of a nav_msgs/Odometry."""
+"""Pose and speed of a nav_msgs/Odometry message."""
 
 from __future__ import annotations
 
 import math
 
+from geometry_msgs.msg import Quaternion
+from nav_msgs.msg import Odometry
 
-def yaw_from_quaternion(q) -> float:
-    """Yaw in radians, counter-clockwise from the x axis, of a unit quaternion with x, y, z, w.
 
-    Source: J. Diebel, Representing Attitude: Euler Angles, Unit Quaternions, and Rotation Vectors, 2006, equation 290.
+def yaw_from_quaternion(q: Quaternion) -> float:
+    """Return the yaw of a unit quaternion, counter-clockwise from the x axis [rad].
+
+    Reference: J. Diebel, Representing Attitude: Euler Angles, Unit Quaternions, and Rotation
+    Vectors, 2006, equation 290.
     """
     return math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
 
 
-def pose_and_speed(odometry):
-    """(x_m, y_m, yaw_rad, speed_mps) of an odometry message; the speed is the magnitude of its twist, whichever frame it is in.
+def pose_and_speed(odometry: Odometry) -> tuple[float, float, float, float]:
+    """Return x [m], y [m], yaw [rad] and speed [m/s] of an odometry message.
 
-    Raises ValueError when a number is not finite, or when the quaternion is not one.
+    The speed is the magnitude of the twist, which is the same in every frame.
+
+    Raises:
+        ValueError: a number is not finite, or the orientation is not a unit quaternion
     """
     position = odometry.pose.pose.position
     q = odometry.pose.pose.orientation
@@ -26,5 +33,5 @@ def pose_and_speed(odometry):
     speed = math.hypot(velocity.x, velocity.y)
     numbers = (position.x, position.y, yaw_from_quaternion(q), speed)
     if not all(map(math.isfinite, numbers)):
-        raise ValueError("a number in it is not finite")
+        raise ValueError("one of its numbers is not finite")
     return numbers

@@ -1,7 +1,9 @@
-"""roslaunch whose parameters run no code: python3 -m sdc_common.ros.safe_launch PACKAGE FILE.launch [ARG:=VALUE ...]
+"""Run roslaunch without evaluating expressions in parameter files.
 
-ROS lets a parameter be written as an expression, `!radians pi/2` or `rad(pi/2)`, and evaluates it as Python: a YAML file could do
-anything. Here such a line is refused like any other mistake.
+Usage: python3 -m sdc_common.ros.safe_launch PACKAGE FILE.launch [ARG:=VALUE ...]
+
+ROS evaluates `!radians pi/2` and `rad(pi/2)` in YAML files as Python, so that a parameter file can
+run any code. Here such a line is an error.
 """
 
 from __future__ import annotations
@@ -9,14 +11,14 @@ from __future__ import annotations
 import sys
 
 import roslaunch
-import rosparam  # adds the expressions to YAML's safe loader, from which they are taken away again
+import rosparam  # adds the expressions to YAML's safe loader
 import yaml
 
-EXPRESSIONS = ("!radians", "!degrees")
+EXPRESSION_TAGS = ("!radians", "!degrees")
 
 
-def refuse(_loader, node):
-    """Raises ConstructorError with the line of the expression."""
+def refuse_expression(_loader: yaml.SafeLoader, node: yaml.ScalarNode) -> None:
+    """Raise ConstructorError with the line of the expression."""
     raise yaml.constructor.ConstructorError(
         None,
         None,
@@ -26,10 +28,10 @@ def refuse(_loader, node):
 
 
 def main() -> None:
-    """Refuse expressions from now on, and run roslaunch."""
-    assert rosparam
-    for tag in EXPRESSIONS:
-        yaml.SafeLoader.add_constructor(tag, refuse)
+    """Disable expressions and run roslaunch."""
+    assert rosparam  # imported first, so that its constructors are replaced
+    for tag in EXPRESSION_TAGS:
+        yaml.SafeLoader.add_constructor(tag, refuse_expression)
     roslaunch.main(["roslaunch", *sys.argv[1:]])
 
 

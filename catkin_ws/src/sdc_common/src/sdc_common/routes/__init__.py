@@ -1,1 +1,1 @@
-
+"""Routes as files of waypoints."""

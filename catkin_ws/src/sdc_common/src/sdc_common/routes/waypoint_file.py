@@ -1,4 +1,7 @@
-"""Reads a route from a CSV file of waypoints. To check a file: python3 -m sdc_common.routes.waypoint_file FILE"""
+"""Read a route from a CSV file of waypoints.
+
+Check a file with: python3 -m sdc_common.routes.waypoint_file FILE
+"""
 
 from __future__ import annotations
 
@@ -9,29 +12,38 @@ import sys
 
 import numpy as np
 
-# The published Town03 file ends its lines with "\r\r\n": any number of carriage returns before a line feed is one end.
+from sdc_common.geometry.polyline import Polyline
+
+# The published Town03 file ends its lines with "\r\r\n": all carriage returns before a line feed
+# belong to one end.
 _LINE_END = re.compile(r"\r*\n|\r")
 SHORTEST_STEP_M = 1e-3
 LARGEST_COORDINATE_M = 1e5
 
 
 class WaypointError(ValueError):
-    """A waypoint file that no car should follow; the message names the file, the row and the mend."""
+    """A waypoint file is wrong; the message names the file, the row, the mistake and the fix."""
 
 
 def load_waypoints(path: str) -> np.ndarray:
-    """Load a CSV of CARLA coordinates as points in the ROS map frame.
+    """Load a CSV file of CARLA coordinates as points in the ROS map frame.
 
-    The first two columns are x and y in metres (y to the right, as CARLA counts it); further columns, one header line,
-    blank lines and comments after `#` are allowed, and so is any kind of line end.
+    The first two columns are x and y in metres, y to the right as in CARLA. The file can have
+    further columns, one header line, blank lines, comments after `#`, and any kind of line end.
 
-    Returns an (N, 2) float array, N >= 2, in metres with y to the left (REP 103).
-    Raises WaypointError for a file that is missing or unreadable, for a word, NaN or infinity where a number belongs,
-    for coordinates beyond 100 km, for a repeated point, and for fewer than two points.
+    Args:
+        path: the file; `~` is the home folder
+
+    Returns:
+        (N, 2) points, N >= 2, y to the left (REP 103) [m]
+
+    Raises:
+        WaypointError: the file cannot be read, a value is not a finite number, a coordinate is
+            beyond 100 km, a point repeats the one before it, or there are fewer than two points
     """
     path = os.path.expanduser(path)
-    points = []
-    rows = []
+    points: list[tuple[float, float]] = []
+    rows: list[int] = []
     header_allowed = True
     for row, line in enumerate(_LINE_END.split(_read_text(path)), start=1):
         fields = [field.strip().strip('"') for field in line.split("#", 1)[0].split(",")]
@@ -45,13 +57,14 @@ def load_waypoints(path: str) -> np.ndarray:
         x, y = _numbers(path, row, fields)
         if points and math.hypot(x - points[-1][0], y - points[-1][1]) < SHORTEST_STEP_M:
             raise WaypointError(
-                f"{path}, row {row}: repeats the point of row {rows[-1]}; delete one of the two rows"
+                f"{path}, row {row}: the row repeats the point of row {rows[-1]}; "
+                "delete one of them"
             )
         points.append((x, y))
         rows.append(row)
     if len(points) < 2:
         raise WaypointError(
-            f"{path}: {len(points)} waypoint(s) found, a route needs at least 2; "
+            f"{path}: the file has {len(points)} waypoint(s), but a route needs at least 2; "
             "add rows of x,y in metres"
         )
     route = np.array(points)
@@ -61,21 +74,22 @@ def load_waypoints(path: str) -> np.ndarray:
 
 def _read_text(path: str) -> str:
     if not path:
-        raise WaypointError("no waypoint file is named; set waypoints_path to a CSV file of x,y")
+        raise WaypointError("waypoints_path is empty; set it to a CSV file of x,y")
     try:
         with open(path, "rb") as file:
             return file.read().decode("utf-8-sig")
     except OSError as error:
         raise WaypointError(
-            f"{path}: {error.strerror or error}; set waypoints_path to a readable CSV file"
+            f"{path}: the file cannot be read ({error.strerror or error}); "
+            "set waypoints_path to a readable CSV file"
         ) from error
     except UnicodeDecodeError as error:
         raise WaypointError(
-            f"{path}: byte {error.start} is not text; save the file as CSV in UTF-8"
+            f"{path}: the file is not text (byte {error.start}); save it as CSV in UTF-8"
         ) from error
 
 
-def _is_header(fields) -> bool:
+def _is_header(fields: list[str]) -> bool:
     return not any(_is_number(field) for field in fields if field)
 
 
@@ -87,19 +101,20 @@ def _is_number(field: str) -> bool:
     return True
 
 
-def _check_header(path: str, row: int, fields) -> None:
+def _check_header(path: str, row: int, fields: list[str]) -> None:
     names = [name.lower() for name in fields]
     if "x" in names and "y" in names and names[:2] != ["x", "y"]:
         raise WaypointError(
-            f"{path}, row {row}: the header puts x in column {names.index('x') + 1} and y in column "
+            f"{path}, row {row}: the header has x in column {names.index('x') + 1} and y in column "
             f"{names.index('y') + 1}; move them to columns 1 and 2"
         )
 
 
-def _numbers(path: str, row: int, fields):
+def _numbers(path: str, row: int, fields: list[str]) -> tuple[float, float]:
     if len(fields) < 2:
         raise WaypointError(
-            f"{path}, row {row}: one column ({fields[0]!r}), two are needed; write x,y with a comma"
+            f"{path}, row {row}: the row has one column ({fields[0]!r}), but needs two; "
+            "write x,y with a comma"
         )
     values = []
     for name, field in zip("xy", fields):
@@ -112,27 +127,28 @@ def _numbers(path: str, row: int, fields):
             ) from None
         if not math.isfinite(value):
             raise WaypointError(
-                f"{path}, row {row}: {name} is {field}; replace it with a finite number or delete the row"
+                f"{path}, row {row}: {name} is {field}, not a finite number; "
+                "write it in metres or delete the row"
             )
         if abs(value) > LARGEST_COORDINATE_M:
             raise WaypointError(
-                f"{path}, row {row}: {name} is {field}, farther than {LARGEST_COORDINATE_M:.0f} m from the origin; "
+                f"{path}, row {row}: {name} is {field}, "
+                f"farther than {LARGEST_COORDINATE_M:.0f} m from the origin; "
                 "write metres in a local frame"
             )
         values.append(value)
-    return values
+    return values[0], values[1]
 
 
 def main() -> int:
-    """Check the file named on the command line; returns the exit status."""
+    """Check the file that the command line names; return the exit status."""
     try:
         route = load_waypoints(sys.argv[1] if len(sys.argv) > 1 else "")
     except WaypointError as error:
         print(error, file=sys.stderr)
         return 1
-    print(
-        f"{sys.argv[1]}: {len(route)} waypoints, {np.hypot(*np.diff(route, axis=0).T).sum():.1f} m"
-    )
+    length_m = Polyline(route.tolist()).s[-1]
+    print(f"{sys.argv[1]}: {len(route)} waypoints, {length_m:.1f} m")
     return 0
 
 

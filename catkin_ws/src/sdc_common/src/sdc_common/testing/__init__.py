@@ -1,1 +1,1 @@
-
+"""Helpers of tests and checks: messages, processes, virtual displays."""

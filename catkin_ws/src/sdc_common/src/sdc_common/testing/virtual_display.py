@@ -1,82 +1,84 @@
-"""A display where there is none, with a keyboard and a camera: for tests of windows, and for pictures of them."""
+"""A virtual display with a keyboard, a mouse and pictures of its windows."""
 
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 
 import cv2
 import numpy as np
+from pyvirtualdisplay import Display
+from pyvirtualdisplay.abstractdisplay import XStartError
 
 
 class VirtualDisplay:
-    """An Xvfb on the next free display number, from `with` to its end. Programs started with `environment` open their windows
-    there. Raises FileNotFoundError where Xvfb is not installed, and OSError when it does not start."""
+    """An Xvfb server, from `with` to the end of the block, which xdotool and xwd control.
+
+    Attributes:
+        environment: environment variables of programs that open their windows there
+    """
 
     def __init__(self, width: int = 1280, height: int = 900):
-        self._size = width, height
-        self._server = None
+        """Describe a display.
 
-    def __enter__(self):
-        width, height = self._size
-        read, write = os.pipe()
+        Args:
+            width: width of the screen [px]
+            height: height of the screen [px]
+        """
+        self._size = width, height
+
+    def __enter__(self) -> VirtualDisplay:
+        """Start the server.
+
+        Raises:
+            FileNotFoundError: Xvfb is not installed
+            OSError: Xvfb does not start
+        """
+        if shutil.which("Xvfb") is None:
+            raise FileNotFoundError("Xvfb is not installed; run: apt-get install xvfb")
+        self._display = Display(
+            backend="xvfb", size=self._size, extra_args=["-noreset"], manage_global_env=False
+        )
         try:
-            self._server = subprocess.Popen(
-                [
-                    "Xvfb",
-                    "-displayfd",
-                    str(write),
-                    "-screen",
-                    "0",
-                    f"{width}x{height}x24",
-                    "-nolisten",
-                    "tcp",
-                    "-noreset",
-                ],
-                pass_fds=[write],
-                stdout=subprocess.DEVNULL,
-                stderr=subprocess.DEVNULL,
-            )
-        finally:
-            os.close(write)
-        with os.fdopen(read) as numbers:
-            number = numbers.readline().strip()
-        if not number:
-            self._server.wait()
-            raise OSError(f"Xvfb ended with {self._server.returncode}")
-        self.environment = dict(os.environ, DISPLAY=f":{number}", LIBGL_ALWAYS_SOFTWARE="1")
+            self._display.start()
+        except XStartError as error:
+            raise OSError(str(error)) from error
+        self.environment = dict(
+            os.environ, DISPLAY=self._display.new_display_var, LIBGL_ALWAYS_SOFTWARE="1"
+        )
         return self
 
-    def __exit__(self, *_):
-        self._server.terminate()
-        self._server.wait()
+    def __exit__(self, *_: object) -> None:
+        """Stop the server."""
+        self._display.stop()
 
-    def windows(self, title: str):
-        """Numbers of the visible windows whose title contains `title`."""
-        # By class, which every window has: searched by name, windows are missed whose name is UTF-8.
+    def windows(self, title: str) -> list[str]:
+        """Return the numbers of the visible windows whose title contains `title`."""
+        # Every window has a class. A search by name misses windows whose name is UTF-8.
         windows = self._xdotool("search", "--onlyvisible", "--class", ".").stdout.split()
         return [
             window for window in windows if title in self._xdotool("getwindowname", window).stdout
         ]
 
     def focus(self, title: str) -> None:
-        """Give the keyboard to the window with this title."""
+        """Give the keyboard focus to the window with this title."""
         self._xdotool("windowfocus", "--sync", self.windows(title)[0], check=True)
 
     def key_down(self, key: str) -> None:
-        """Hold a key; names as in X: w, Up, space, Tab, BackSpace, F1, Escape."""
+        """Press a key and hold it; names as in X: w, Up, space, Tab, BackSpace, F1, Escape."""
         self._xdotool("keydown", key, check=True)
 
     def key_up(self, key: str) -> None:
-        """Let a key go."""
+        """Release a key."""
         self._xdotool("keyup", key, check=True)
 
     def press(self, key: str) -> None:
-        """Press a key and let it go."""
+        """Press and release a key."""
         self._xdotool("key", key, check=True)
 
     def move(self, x: int, y: int) -> None:
-        """Put the pointer on a pixel of the screen."""
+        """Move the pointer to a pixel of the screen."""
         self._xdotool("mousemove", str(x), str(y), check=True)
 
     def click(self, x: int, y: int) -> None:
@@ -85,25 +87,18 @@ class VirtualDisplay:
 
     def drag(self, x: int, y: int, to_x: int, to_y: int) -> None:
         """Drag with the left button from one pixel of the screen to another."""
-        self._xdotool(
-            "mousemove",
-            str(x),
-            str(y),
-            "mousedown",
-            "1",
-            "mousemove",
-            str((x + to_x) // 2),
-            str((y + to_y) // 2),
-            "mousemove",
-            str(to_x),
-            str(to_y),
-            "mouseup",
-            "1",
-            check=True,
+        middle = (x + to_x) // 2, (y + to_y) // 2
+        start, over, end = (
+            ["mousemove", str(at_x), str(at_y)] for at_x, at_y in ((x, y), middle, (to_x, to_y))
         )
+        self._xdotool(*start, "mousedown", "1", *over, *end, "mouseup", "1", check=True)
 
     def picture(self, window: str = "root") -> np.ndarray:
-        """What a window shows, or the whole screen, as (H, W, 3) BGR uint8. Raises LookupError when the window is gone."""
+        """Return the picture of a window, or of the whole screen, as (H, W, 3) BGR uint8.
+
+        Raises:
+            LookupError: the window does not exist any more
+        """
         which = ["-root"] if window == "root" else ["-id", window]
         done = subprocess.run(
             ["xwd", "-silent", *which], env=self.environment, capture_output=True, check=False
@@ -123,12 +118,17 @@ class VirtualDisplay:
         return rows[:, : width * pixel_bytes].reshape(height, width, pixel_bytes)[:, :, :3].copy()
 
     def save(self, path: str, window: str = "root") -> None:
-        """Write the picture of a window, or of the whole screen, as PNG. Raises OSError when that fails, LookupError as `picture`."""
+        """Write the picture of a window, or of the whole screen, to a PNG file.
+
+        Raises:
+            OSError: the file cannot be written
+            LookupError: the window does not exist any more
+        """
         os.makedirs(os.path.dirname(os.path.abspath(path)), exist_ok=True)
         if not cv2.imwrite(path, self.picture(window)):
-            raise OSError(f"{path} could not be written")
+            raise OSError(f"{path}: cannot be written; name a file in a folder that can be written")
 
-    def _xdotool(self, *arguments, check=False):
+    def _xdotool(self, *arguments: str, check: bool = False) -> subprocess.CompletedProcess:
         return subprocess.run(
             ["xdotool", *arguments],
             env=self.environment,

@@ -1,9 +1,10 @@
-"""Tells when the car begins to cross a line of the road."""
+"""Detects when the car begins to cross a line of the road."""
 
 from __future__ import annotations
 
 import math
 
+from sdc_common.geometry.polyline import Place
 from sdc_common.geometry.route import Route
 from sdc_sim.physics.collision import Rectangle
 from sdc_sim.road.road import Road
@@ -11,18 +12,19 @@ from sdc_sim.road.road import Road
 # As carla_msgs/CarlaLaneInvasionEvent numbers them.
 OTHER, BROKEN, SOLID = 0, 1, 2
 
-# A line that the car has crossed counts again when the whole car has been this far off it.
+# A crossed line counts again after the whole car was this far off it.
 _CLEAR_M = 0.1
 _BACK_M, _AHEAD_M = 10.0, 15.0
-# By how much a corner of the car may lie farther aside in the tightest bend than on a straight road.
+# A corner of the car is at most this much farther aside in the tightest bend than on a straight
+# road.
 _BEND_M = 0.35
 
 
 class LaneInvasionDetector:
-    """Watches the outline of the car against the three lines of the road: right edge, centre, left edge.
+    """Compares the outline of the car with the right edge, centre and left edge of the road.
 
-    The car's place is sought near its last one, so that the lines of another pass of the road, which it drives over at a
-    crossing, do not count; a car that has left the road is sought anew everywhere.
+    The car's place is searched near the last one, so that the lines of another pass do not count
+    where the road crosses itself. A car that has left the road is searched on the whole road.
     """
 
     def __init__(self, road: Road):
@@ -33,29 +35,19 @@ class LaneInvasionDetector:
         )
         self._lost_m = 2.5 * road.lane_width_m
         self._route = Route(road.points_m)
-        self._s_m = None
-        self._crossing = set()
+        self._s_m: float | None = None
+        self._crossing: set[int] = set()
 
-    def update(self, car: Rectangle) -> list:
-        """The kinds of the lines that the car has begun to cross since the last update; none in the first one."""
+    def update(self, car: Rectangle) -> list[int]:
+        """Return the kinds of the lines that the car has begun to cross since the last update.
+
+        The first update after the start or a reset returns none.
+        """
         first = self._s_m is None
-        place = (
-            None if first else self._route.project(car.x_m, car.y_m, self._s_m, _BACK_M, _AHEAD_M)
-        )
-        if first or place.distance_m > self._lost_m:
-            place = self._route.locate(car.x_m, car.y_m, car.yaw_rad)
+        place = self._locate(car)
         self._s_m = place.s_m
-        turn = car.yaw_rad - place.heading_rad
-        reach = (
-            0.5 * (car.length_m * abs(math.sin(turn)) + car.width_m * abs(math.cos(turn)))
-            + _BEND_M
-            + _CLEAR_M
-        )
-        if (
-            self._lines[0][0] < place.cross_track_m - reach
-            and place.cross_track_m + reach < self._lines[1][0]
-        ):
-            self._crossing = set()  # well within the lane: no need to look at each corner
+        if self._is_inside_lane(car, place):
+            self._crossing = set()  # no need to look at each corner
             return []
         lateral = [
             self._route.project(x, y, place.s_m, _BACK_M, _AHEAD_M).cross_track_m
@@ -73,6 +65,25 @@ class LaneInvasionDetector:
         return [] if first else [self._lines[number][1] for number in begun]
 
     def reset(self) -> None:
-        """The car has been put somewhere else."""
+        """Forget the place of the car, which was moved."""
         self._s_m = None
         self._crossing = set()
+
+    def _locate(self, car: Rectangle) -> Place:
+        if self._s_m is not None:
+            place = self._route.project(car.x_m, car.y_m, self._s_m, _BACK_M, _AHEAD_M)
+            if place.distance_m <= self._lost_m:
+                return place
+        return self._route.locate(car.x_m, car.y_m, car.yaw_rad)
+
+    def _is_inside_lane(self, car: Rectangle, place: Place) -> bool:
+        turn = car.yaw_rad - place.heading_rad
+        half_width_m = 0.5 * (
+            car.length_m * abs(math.sin(turn)) + car.width_m * abs(math.cos(turn))
+        )
+        reach_m = half_width_m + _BEND_M + _CLEAR_M
+        right_edge_m, centre_line_m = self._lines[0][0], self._lines[1][0]
+        return (
+            right_edge_m < place.cross_track_m - reach_m
+            and place.cross_track_m + reach_m < centre_line_m
+        )

@@ -1,7 +1,8 @@
-"""The road and the planned speed as things to draw: segments, triangles and colours, for the map view and for RViz."""
+"""The road and the planned speed as shapes and colours, for the map view and RViz."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,15 +10,19 @@ import numpy as np
 from sdc_sim.road.road import DASH_LENGTH_M, DASH_PERIOD_M, MARGIN_M, Road
 
 _EDGE_STEP_M = 1.0
-# A road is painted piece by piece: the search for what lies on a line takes the square of its length.
-_PIECE_M = 200.0
+_SURFACE_TOLERANCE_M = 0.02
 _STOP, _HALF, _FULL = np.array([(0.9, 0.1, 0.1), (1.0, 0.8, 0.1), (0.1, 0.8, 0.2)])
 
 
 @dataclass(frozen=True)
 class RoadMarkings:
-    """edges, dashes (N, 2, 2): the segments of the lines; surface (N, 4, 2): quadrilaterals of asphalt, their corners in turn.
-    All in metres in the map frame."""
+    """Shapes of a road in the map frame.
+
+    Attributes:
+        edges: (N, 2, 2) segments of the solid lines [m]
+        dashes: (N, 2, 2) segments of the dashed line [m]
+        surface: (N, 4, 2) quadrilaterals of asphalt, corners in order [m]
+    """
 
     edges: np.ndarray
     dashes: np.ndarray
@@ -25,21 +30,18 @@ class RoadMarkings:
 
 
 def road_markings(road: Road) -> RoadMarkings:
-    """The lines that can be seen, and the asphalt of every pass. At the ends the road reaches on beyond the route."""
+    """Return the visible lines and the asphalt of a road, with its ends outside the route."""
     start_m, end_m = float(road.s_m[0]), float(road.s_m[-1])
     edges = [
-        _visible_segments(
-            *road.lane_points(offset, piece_m, min(piece_m + _PIECE_M, end_m), _EDGE_STEP_M)
-        )
-        for piece_m in np.arange(start_m, end_m, _PIECE_M).tolist()
-        for offset in (road.right_edge_m, road.left_edge_m)
+        _visible_segments(*road.lane_points(offset_m, start_m, end_m, _EDGE_STEP_M))
+        for offset_m in (road.right_edge_m, road.left_edge_m)
     ]
 
     dash_s = np.arange(start_m, end_m - DASH_LENGTH_M, DASH_PERIOD_M)
     ends = [road.at(s) for s in (dash_s, dash_s + DASH_LENGTH_M)]
     dashes = np.stack([points + road.centre_line_m * left for points, left in ends], axis=1)
 
-    stations = road.stations(tolerance_m=0.02)
+    stations = road.stations(_SURFACE_TOLERANCE_M)
     points, left = road.points_m[stations], road.left[stations]
     right_side = points + (road.right_edge_m - MARGIN_M) * left
     left_side = points + (road.left_edge_m + MARGIN_M) * left
@@ -47,15 +49,23 @@ def road_markings(road: Road) -> RoadMarkings:
     return RoadMarkings(np.concatenate(edges), dashes, surface)
 
 
-def _visible_segments(points: np.ndarray, seen: np.ndarray) -> np.ndarray:
+def _visible_segments(points: np.ndarray, visible: np.ndarray) -> np.ndarray:
     segments = np.stack([points[:-1], points[1:]], axis=1)
-    return segments[seen[:-1] & seen[1:]]
+    return segments[visible[:-1] & visible[1:]]
 
 
-def speed_colours(speeds_mps, full_speed_mps: float) -> np.ndarray:
-    """Colours (N, 3), red, green and blue in 0..1, of (N,) speeds: red at a stop, yellow halfway, green from full_speed_mps on.
+def speed_colours(speeds_mps: Sequence[float] | np.ndarray, full_speed_mps: float) -> np.ndarray:
+    """Return the colours of speeds: red at a stop, yellow at half speed, green at full speed.
 
-    Raises ValueError unless full_speed_mps is positive.
+    Args:
+        speeds_mps: (N,) speeds [m/s]
+        full_speed_mps: the speed that is shown green, positive [m/s]
+
+    Returns:
+        (N, 3) red, green and blue in 0..1
+
+    Raises:
+        ValueError: `full_speed_mps` is not positive
     """
     if not full_speed_mps > 0.0:
         raise ValueError(f"the speed that is shown green must be positive, got {full_speed_mps}")

@@ -1,0 +1,133 @@
+"""Run programs under a ROS master of their own, and find the processes that belong to it."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import socket
+import subprocess
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+
+import psutil
+
+_TIMEOUT_S = 120.0
+# A drive from start to end.
+_END_TIMEOUT_S = 200.0
+_SHOWN_CHARACTERS = 5000
+
+
+def free_port() -> int:
+    """Return a TCP port that no program uses."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+def processes_with(variable: str, value: str) -> list[psutil.Process]:
+    """Return the processes, except this one, in whose environment a variable has a value."""
+    found = []
+    for process in psutil.process_iter():
+        with contextlib.suppress(psutil.Error, OSError):
+            if process.pid != os.getpid() and process.environ().get(variable) == value:
+                found.append(process)
+    return found
+
+
+@contextlib.contextmanager
+def isolated_ros_environment(
+    ros_home: os.PathLike | str, address: str = "127.0.0.1"
+) -> Iterator[dict[str, str]]:
+    """Provide environment variables for programs under a ROS master of their own.
+
+    Args:
+        ros_home: folder of ROS's logs
+        address: address of this machine for ROS
+
+    Raises:
+        AssertionError: at the end of the block, a process of this master was still running; it is
+            killed
+    """
+    master_uri = f"http://{address}:{free_port()}"
+    yield {**os.environ, "ROS_MASTER_URI": master_uri, "ROS_IP": address, "ROS_HOME": str(ros_home)}
+    left = processes_with("ROS_MASTER_URI", master_uri)
+    for process in left:
+        with contextlib.suppress(psutil.NoSuchProcess):
+            process.kill()
+    assert not left, f"processes were left behind: {left}"
+
+
+class Program:
+    """A running program whose output goes to a file."""
+
+    def __init__(
+        self, command: Sequence[str], environment: Mapping[str, str], folder: Path, log: Path
+    ):
+        """Start a program.
+
+        Args:
+            command: the program and its arguments
+            environment: all its environment variables
+            folder: its working directory
+            log: the file that receives its output
+        """
+        self.environment = environment
+        self.log = log
+        with open(log, "wb") as output:
+            self.process = subprocess.Popen(
+                command,
+                cwd=folder,
+                env={**environment, "PWD": str(folder), "PYTHONUNBUFFERED": "1"},
+                stdout=output,
+                stderr=subprocess.STDOUT,
+                start_new_session=True,
+            )
+
+    @property
+    def output(self) -> str:
+        """Return all output so far."""
+        return self.log.read_text(errors="replace")
+
+    def wait_for_output(self, *texts: str) -> None:
+        """Wait until the output contains all texts.
+
+        Raises:
+            AssertionError: a text is missing after a timeout, or at the end of the program
+        """
+        limit = time.monotonic() + _TIMEOUT_S
+        while True:
+            ended = self.process.poll() is not None
+            output = self.output
+            missing = [text for text in texts if text not in output]
+            if not missing:
+                return
+            assert not ended, f"ended without {missing}:\n{output[-_SHOWN_CHARACTERS:]}"
+            assert time.monotonic() < limit, (
+                f"timed out without {missing}:\n{output[-_SHOWN_CHARACTERS:]}"
+            )
+            time.sleep(0.05)
+
+    def wait_for_end(self, timeout_s: float = _END_TIMEOUT_S) -> int:
+        """Return the exit status."""
+        return self.process.wait(timeout_s)
+
+    def interrupt(self) -> int:
+        """Send one Ctrl-C; return the exit status."""
+        self.process.send_signal(signal.SIGINT)
+        return self.wait_for_end()
+
+    def pid_of(self, word: str) -> int:
+        """Return the id of the one process of this ROS master whose program name contains a word.
+
+        A node and its supervisor have the same command; the node is meant.
+        """
+        found = []
+        for process in processes_with("ROS_MASTER_URI", self.environment["ROS_MASTER_URI"]):
+            with contextlib.suppress(psutil.Error):
+                names = map(os.path.basename, process.cmdline()[:3])
+                if process.name() != "supervisor" and any(word in name for name in names):
+                    found.append(process.pid)
+        assert len(found) == 1, f"{word}: {found}"
+        return found[0]

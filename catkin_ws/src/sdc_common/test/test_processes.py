@@ -1,0 +1,65 @@
+import subprocess
+import sys
+
+import pytest
+
+from sdc_common.testing.processes import (
+    Program,
+    free_port,
+    isolated_ros_environment,
+    processes_with,
+)
+
+SLEEP = [sys.executable, "-c", "import time; print('ready'); time.sleep(600)"]
+
+
+@pytest.fixture
+def program(tmp_path):
+    programs = []
+
+    def start(command, environment):
+        programs.append(Program(command, environment, tmp_path, tmp_path / "log"))
+        return programs[-1]
+
+    yield start
+    for running in programs:
+        running.process.kill()
+        running.process.wait()
+
+
+def test_free_ports_can_be_bound():
+    assert free_port() > 1023
+
+
+def test_process_is_found_by_its_environment(program, tmp_path):
+    with isolated_ros_environment(tmp_path) as environment:
+        uri = environment["ROS_MASTER_URI"]
+        running = program(SLEEP, environment)
+        running.wait_for_output("ready")
+        assert [process.pid for process in processes_with("ROS_MASTER_URI", uri)] == [
+            running.process.pid
+        ]
+        assert running.pid_of("python") == running.process.pid
+        assert running.interrupt() != 0
+
+
+def test_process_that_is_left_behind_is_killed_and_reported(program, tmp_path):
+    with pytest.raises(AssertionError, match="left behind"):  # noqa: SIM117
+        with isolated_ros_environment(tmp_path) as environment:
+            running = program(SLEEP, environment)
+            running.wait_for_output("ready")
+    assert running.wait_for_end(10.0) == -9
+
+
+def test_missing_output_of_a_program_that_ended_is_an_error(program):
+    running = program(["sh", "-c", "echo one; exit 3"], {"PATH": "/usr/bin:/bin"})
+    running.wait_for_output("one")
+    with pytest.raises(AssertionError, match="two"):
+        running.wait_for_output("one", "two")
+    assert running.wait_for_end() == 3
+
+
+def test_program_that_does_not_end_times_out(program):
+    running = program(SLEEP, {})
+    with pytest.raises(subprocess.TimeoutExpired):
+        running.wait_for_end(0.1)

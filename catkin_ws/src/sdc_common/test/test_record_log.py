@@ -1,0 +1,180 @@
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sdc_common.ros.record_log import RecordLog
+
+PLAIN = st.recursive(
+    st.none()
+    | st.booleans()
+    | st.integers()
+    | st.floats(allow_nan=False)
+    | st.text(max_size=20)
+    | st.binary(max_size=20),
+    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=5), inner),
+    max_leaves=10,
+)
+WRITER = """
+import sys
+from sdc_common.ros.record_log import RecordLog
+log = RecordLog(sys.argv[1])
+number = 0
+while log.append({"number": number, "padding": "x" * 3000}):
+    number += 1
+    if sys.argv[2] == "replace" and log.size_bytes > 50_000:
+        log.replace({"number": number, "padding": "x" * 3000})
+        number += 1
+    print(number - 1, flush=True)
+"""
+
+
+@pytest.fixture
+def path(tmp_path):
+    return str(tmp_path / "log")
+
+
+@given(st.lists(PLAIN, max_size=8))
+def test_records_are_read_back_unchanged(tmp_path_factory, records):
+    path = str(tmp_path_factory.mktemp("log") / "log")
+    log = RecordLog(path)
+    assert all(log.append(record) for record in records)
+    for reader in (log, RecordLog(path)):
+        assert list(reader.records()) == records
+        assert reader.last() == (records[-1] if records else None)
+
+
+def test_tuples_and_integer_keys_stay_what_they_are(path):
+    RecordLog(path).append((1, {2: (3,)}))
+    assert RecordLog(path).last() == (1, {2: (3,)})
+
+
+@given(cut=st.integers(0, 200), flipped=st.integers(0, 199))
+def test_damaged_tail_is_dropped_and_the_log_continues(tmp_path_factory, cut, flipped):
+    path = tmp_path_factory.mktemp("log") / "log"
+    log = RecordLog(str(path))
+    ends = [0]
+    for number in range(4):
+        log.append([number, "padding" * 3])
+        ends.append(log.size_bytes)
+    damaged = bytearray(path.read_bytes()[:cut])
+    if flipped < len(damaged):
+        damaged[flipped] ^= 0x55
+    path.write_bytes(damaged)
+    whole = min(len(damaged), flipped)
+    count = max(n for n, end in enumerate(ends) if end <= whole)
+    again = RecordLog(str(path))
+    again.append("next")
+    expected = [*[[number, "padding" * 3] for number in range(count)], "next"]
+    assert list(again.records()) == expected
+    assert list(RecordLog(str(path)).records()) == expected
+
+
+@pytest.mark.parametrize("content", [b"\xff\x00 nonsense\n", bytes(100), b'["a"]\n["b"]\n'])
+def test_file_of_another_format_is_an_empty_log(path, content):
+    with open(path, "wb") as file:
+        file.write(content)
+    log = RecordLog(path)
+    assert log.failure is None
+    assert log.last() is None
+    assert log.append("first")
+    assert list(RecordLog(path).records()) == ["first"]
+
+
+def test_file_of_another_user_is_an_empty_log(path, monkeypatch):
+    RecordLog(path).append("foreign")
+    monkeypatch.setattr(os, "geteuid", lambda: os.getuid() + 1)
+    assert RecordLog(path).last() is None
+
+
+def test_short_write_stops_the_log_and_raises_nothing(path, monkeypatch):
+    log = RecordLog(path)
+    assert log.append("first")
+    write = os.write
+    monkeypatch.setattr(os, "write", lambda file, data: write(file, data[:5]))
+    assert not log.append("second")
+    monkeypatch.setattr(os, "write", write)
+    assert not log.append("third")
+    assert "No space left" in str(log.failure)
+    assert log.failure.filename == path
+    assert list(log.records()) == list(RecordLog(path).records()) == ["first"]
+
+
+def test_missing_folder_is_a_failure_and_raises_nothing(tmp_path):
+    log = RecordLog(str(tmp_path / "none" / "log"))
+    assert "No such file" in str(log.failure)
+    assert not log.append("lost")
+    assert list(log.records()) == []
+    assert log.last() is None
+    log.clear()
+    log.remove()
+
+
+def test_log_survives_the_removal_of_its_folder(tmp_path):
+    folder = tmp_path / "folder"
+    folder.mkdir()
+    log = RecordLog(str(folder / "log"))
+    log.append(1)
+    os.remove(log.path)
+    folder.rmdir()
+    assert log.append(2)
+    assert list(log.records()) == [1, 2]
+    assert not log.replace(3)
+    assert log.failure is not None
+
+
+def test_replace_leaves_one_record(path):
+    log = RecordLog(path)
+    log.append(1)
+    log.append(2)
+    assert log.replace(3)
+    assert log.append(4)
+    assert list(log.records()) == list(RecordLog(path).records()) == [3, 4]
+
+
+def test_clear_and_remove(path):
+    log = RecordLog(path)
+    log.append(1)
+    log.clear()
+    assert log.last() is None
+    log.append(2)
+    assert list(RecordLog(path).records()) == [2]
+    log.remove()
+    assert not os.path.exists(path)
+    assert not log.append(3)
+
+
+def test_object_that_is_not_plain_data_is_refused(path):
+    with pytest.raises(ValueError, match="unmarshallable"):
+        RecordLog(path).append(object())
+
+
+@pytest.mark.parametrize("mode", ["append", "replace"])
+def test_killed_writer_loses_at_most_the_record_it_writes(path, mode):
+    for pause_s in (0.0, 0.01, 0.03):
+        if os.path.exists(path):
+            os.remove(path)
+        writer = subprocess.Popen(
+            [sys.executable, "-c", WRITER, path, mode], stdout=subprocess.PIPE, text=True
+        )
+        writer.stdout.readline()
+        time.sleep(pause_s)
+        writer.send_signal(signal.SIGKILL)
+        # A line that the writer could not finish is no promise.
+        printed = [line for line in writer.stdout.read().splitlines(True) if line.endswith("\n")]
+        writer.wait()
+        writer.stdout.close()
+        reached = int(printed[-1]) if printed else 0
+        assert RecordLog(path).last()["number"] in (reached, reached + 1, reached + 2)
+
+
+def test_file_is_closed_with_its_log(path):
+    before = len(os.listdir("/proc/self/fd"))
+    for _ in range(10):
+        RecordLog(path).append(1)
+    assert len(os.listdir("/proc/self/fd")) == before

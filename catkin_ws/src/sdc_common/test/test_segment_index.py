@@ -1,0 +1,43 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sdc_common.geometry import segment_index
+from sdc_common.geometry.polyline import Polyline
+from sdc_common.geometry.segment_index import SegmentIndex
+
+COORDINATES = st.floats(-20.0, 20.0).map(lambda value: round(value, 2))
+POINT = st.tuples(COORDINATES, COORDINATES)
+
+
+def index_of(points, reach_m):
+    points = np.array(points)
+    return SegmentIndex(points[:-1], points[1:], reach_m)
+
+
+@given(st.lists(POINT, min_size=2, max_size=12, unique=True), st.lists(POINT, min_size=1))
+def test_nearest_distance_is_that_of_the_polyline(line, points):
+    offsets = index_of(line, 100.0).nearest_offsets(np.array(points))
+    polyline = Polyline(line, extend=False)
+    expected = [polyline.nearest(x, y).distance_m for x, y in points]
+    np.testing.assert_allclose(np.abs(offsets), expected, atol=1e-9)
+
+
+def test_offset_is_positive_to_the_left_and_infinite_out_of_reach():
+    index = index_of([(0.0, 0.0), (10.0, 0.0), (30.0, 0.0)], 5.0)
+    offsets = index.nearest_offsets(np.array([(4.0, 1.0), (25.0, -2.0), (5.0, 40.0)]))
+    assert offsets.tolist() == [1.0, -2.0, np.inf]
+
+
+@pytest.mark.parametrize("at_once", [1, 3, 100])
+def test_every_segment_within_reach_is_compared(at_once, monkeypatch):
+    monkeypatch.setattr(segment_index, "_POINTS_AT_ONCE", at_once)
+    index = index_of([(0.0, 0.0), (10.0, 0.0), (10.0, 10.0)], 6.0)
+    points = np.array([(8.0, 1.0)] * 4)
+    found = [
+        (int(row), round(float(offset), 9))
+        for rows, offsets in index.offsets(points)
+        for row, offset in zip(rows, offsets)
+    ]
+    assert sorted(found) == sorted((row, offset) for row in range(4) for offset in (1.0, 2.0))
