@@ -1,1 +1,1 @@
-
+"""Physics of the simulation: vehicle, Ackermann control, collisions, obstacles, traffic lights."""

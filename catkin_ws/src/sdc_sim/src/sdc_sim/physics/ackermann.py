@@ -1,8 +1,8 @@
-"""Drives a car by speed and wheel angle instead of pedals and steering: the bridge's second control mode.
+"""Control of the vehicle by speed and wheel angle, the second control mode of the CARLA bridge.
 
-The fields mean what ackermann_msgs/AckermannDrive says of them: the angle is that of a virtual wheel in the middle of the
-front axle, positive to the left; a negative speed drives backwards; a rate, acceleration or jerk of zero means as fast as
-the car can.
+The fields have the meaning of ackermann_msgs/AckermannDrive: the angle is that of a virtual wheel
+in the middle of the front axle, positive to the left; a negative speed drives in reverse; a rate,
+acceleration or jerk of zero means as fast as possible.
 """
 
 from __future__ import annotations
@@ -12,17 +12,14 @@ import math
 from dataclasses import dataclass, fields, replace
 
 from sdc_common.validation import check_non_negative, check_positive
-from sdc_sim.physics.vehicle import (
-    AIR_DENSITY_KGPM3,
-    GRAVITY_MPS2,
-    VehicleCommand,
-    VehicleParameters,
-)
+from sdc_sim.physics.vehicle import VehicleCommand
+from sdc_sim.physics.vehicle_dynamics import AIR_DENSITY_KGPM3, GRAVITY_MPS2
+from sdc_sim.physics.vehicle_parameters import VehicleParameters
 
 
 @dataclass(frozen=True)
 class AckermannTarget:
-    """What is asked for. `limited` refuses what is no number and bounds the rest."""
+    """A demand of speed and wheel angle."""
 
     steering_angle_rad: float = 0.0
     steering_rate_radps: float = 0.0
@@ -30,10 +27,13 @@ class AckermannTarget:
     acceleration_mps2: float = 0.0
     jerk_mps3: float = 0.0
 
-    def limited(self, max_speed_mps: float, max_wheel_angle_rad: float):
-        """(target, whether it had to be limited): within the car's speed and wheel angle, and no rate below zero.
+    def limited(
+        self, max_speed_mps: float, max_wheel_angle_rad: float
+    ) -> tuple[AckermannTarget, bool]:
+        """Return the target within these limits, and whether it was outside them.
 
-        Raises ValueError for NaN and infinities.
+        Raises:
+            ValueError: a value is NaN or infinite
         """
         for field in fields(self):
             value = getattr(self, field.name)
@@ -51,82 +51,96 @@ class AckermannTarget:
 
 @dataclass(frozen=True)
 class AckermannGains:
-    """Of the speed loop; every figure positive (ki may be zero)."""
+    """Parameters of the speed loop; all are positive, ki may be zero."""
 
-    kp_per_s: float  # m/s^2 a m/s of speed error
+    kp_per_s: float  # m/s^2 per m/s of speed error
     ki_per_s2: float
-    acceleration_mps2: float  # the most, whatever is asked for
-    braking_mps2: float  # the most, whatever is asked for
-    max_speed_mps: float  # faster targets are limited to this
-    standstill_mps: float  # below it a target of zero holds the car with the brake
+    acceleration_mps2: float  # upper limit of every demand
+    braking_mps2: float  # upper limit of every demand
+    max_speed_mps: float  # targets are limited to it
+    standstill_mps: float  # below it a target of zero holds the vehicle with the brake
     hold_brake: float  # 0..1
 
-    def __post_init__(self):
-        figures = vars(self)
+    def __post_init__(self) -> None:
+        gains = vars(self)
         check_positive(
-            **{f"ackermann.{name}": value for name, value in figures.items() if name != "ki_per_s2"}
+            **{f"ackermann.{name}": value for name, value in gains.items() if name != "ki_per_s2"}
         )
-        check_non_negative(**{"ackermann.ki_per_s2": figures["ki_per_s2"]})
+        check_non_negative(**{"ackermann.ki_per_s2": self.ki_per_s2})
 
 
 class AckermannControl:
-    """A PI speed loop (integration stops while the demand is limited) over the car's own drive, brake and steering curves."""
+    """A PI speed loop with anti-windup, on the drive, brake and steering curves of the vehicle."""
 
     def __init__(self, parameters: VehicleParameters, gains: AckermannGains):
         self.parameters = parameters
         self.gains = gains
-        self.reset()
+        self._integral_mps2 = 0.0
+        self._acceleration_mps2 = 0.0
+        self._angle_rad: float | None = None
 
     def reset(self) -> None:
-        """Forget the past, as when another mode has driven in between."""
+        """Forget the past, as after another control mode."""
         self._integral_mps2 = 0.0
         self._acceleration_mps2 = 0.0
         self._angle_rad = None
 
-    def memory(self) -> list:
-        """What the loop carries from tick to tick, as plain data."""
+    def checkpoint(self) -> list[float | None]:
+        """Return the state of the loop as plain data."""
         return [self._integral_mps2, self._acceleration_mps2, self._angle_rad]
 
-    def recall(self, memory: list) -> None:
-        """Go on as `memory` said."""
-        self._integral_mps2, self._acceleration_mps2, self._angle_rad = memory
+    def restore(self, checkpoint: list) -> None:
+        """Restore a checkpoint."""
+        self._integral_mps2, self._acceleration_mps2, self._angle_rad = checkpoint
 
-    def limited(self, target: AckermannTarget):
-        """The target within what this car does, and whether it had to be limited. Raises ValueError for NaN."""
+    def limited(self, target: AckermannTarget) -> tuple[AckermannTarget, bool]:
+        """Return the target within the limits of the vehicle, and whether it was outside them.
+
+        Raises:
+            ValueError: a value is NaN or infinite
+        """
         return target.limited(self.gains.max_speed_mps, self.parameters.full_wheel_angle_rad(0.0))
 
     def command(
         self, target: AckermannTarget, speed_mps: float, wheel_angle_rad: float, step_s: float
     ) -> VehicleCommand:
-        """Pedals and steering for the next step_s; speed_mps is signed, wheel_angle_rad is where the front wheel stands."""
+        """Return pedals and steering for the next step.
+
+        Args:
+            target: the demand, within the limits
+            speed_mps: speed of the vehicle, negative in reverse
+            wheel_angle_rad: present wheel angle, positive left
+            step_s: duration of the step
+        """
         gains = self.gains
         steer = self._steer(target, speed_mps, wheel_angle_rad, step_s)
-        backwards = target.speed_mps < 0.0
-        turning_round = speed_mps * target.speed_mps < 0.0 and abs(speed_mps) > gains.standstill_mps
-        if turning_round:
+        reverse = target.speed_mps < 0.0
+        changes_direction = (
+            speed_mps * target.speed_mps < 0.0 and abs(speed_mps) > gains.standstill_mps
+        )
+        if changes_direction:
             target = replace(target, speed_mps=0.0)
-            backwards = speed_mps < 0.0
+            reverse = speed_mps < 0.0
         elif target.speed_mps == 0.0:
-            backwards = speed_mps < 0.0
+            reverse = speed_mps < 0.0
             if abs(speed_mps) < gains.standstill_mps:
                 self._integral_mps2 = self._acceleration_mps2 = 0.0
                 return VehicleCommand(steer=steer, brake=gains.hold_brake)
-        forward_mps = -speed_mps if backwards else speed_mps
+        forward_mps = -speed_mps if reverse else speed_mps
         throttle, brake = self._pedals(
             self._acceleration(target, abs(target.speed_mps) - forward_mps, step_s), forward_mps
         )
-        return VehicleCommand(throttle=throttle, steer=steer, brake=brake, reverse=backwards)
+        return VehicleCommand(throttle=throttle, steer=steer, brake=brake, reverse=reverse)
 
     def _steer(
         self, target: AckermannTarget, speed_mps: float, wheel_angle_rad: float, step_s: float
     ) -> float:
-        if self._angle_rad is None:
-            self._angle_rad = wheel_angle_rad
-        change = target.steering_angle_rad - self._angle_rad
+        angle_rad = wheel_angle_rad if self._angle_rad is None else self._angle_rad
+        change = target.steering_angle_rad - angle_rad
         if target.steering_rate_radps > 0.0:
             most = target.steering_rate_radps * step_s
             change = min(max(change, -most), most)
-        self._angle_rad += change
+        self._angle_rad = angle_rad + change
         full = self.parameters.full_wheel_angle_rad(speed_mps)
         return min(max(-self._angle_rad / full, -1.0), 1.0)
 
@@ -145,7 +159,7 @@ class AckermannControl:
         self._acceleration_mps2 = acceleration
         return acceleration
 
-    def _pedals(self, acceleration_mps2: float, forward_mps: float):
+    def _pedals(self, acceleration_mps2: float, forward_mps: float) -> tuple[float, float]:
         p = self.parameters
         drag_n = 0.5 * AIR_DENSITY_KGPM3 * p.drag_area_m2 * forward_mps * abs(forward_mps)
         force_n = p.mass_kg * (acceleration_mps2 + p.rolling_resistance * GRAVITY_MPS2) + drag_n

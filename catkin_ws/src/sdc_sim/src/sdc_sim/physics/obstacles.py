@@ -1,21 +1,22 @@
-"""What stands and moves on the road beside the car: boxes the size of cars, pedestrians and things."""
+"""Obstacles: boxes of the size of cars, pedestrians and objects that are or move on the road."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, Iterable, NamedTuple
 
-from sdc_sim.physics.collision import Contact, Rectangle, first_contact, overlap
+from sdc_common.geometry.polyline import Polyline
+from sdc_sim.physics.collision import Contact, Motion, Rectangle, first_contact, overlap
 
-# Numbers of the bodies, as CollisionEvent gives them; the car itself is 1.
+# First ID of the obstacles in messages; the ego vehicle is 1.
 FIRST_ID = 101
-# A contact is over when the bodies are this far apart: one touch is one event, however it trembles.
+# A contact ends at this distance: a trembling contact is one event.
 RELEASE_M = 0.1
 
 
 class ObstacleKind(NamedTuple):
-    """What a kind of obstacle is like, where the scenario does not say otherwise."""
+    """Default properties of a kind of obstacle."""
 
     length_m: float
     width_m: float
@@ -31,7 +32,7 @@ KINDS = {
 
 
 class ObstacleState(NamedTuple):
-    """An obstacle at one moment: metres, radians, m/s, in the map."""
+    """An obstacle at one time, in the map."""
 
     id: int
     kind: str
@@ -45,12 +46,12 @@ class ObstacleState(NamedTuple):
 
     @property
     def rectangle(self) -> Rectangle:
-        """Its outline on the ground."""
+        """Outline on the ground."""
         return Rectangle(self.x_m, self.y_m, self.yaw_rad, self.length_m, self.width_m)
 
 
 class CollisionEvent(NamedTuple):
-    """A contact that has just begun: with which body, and the impulse on the car (N s, in the map)."""
+    """The start of a contact: ID of the obstacle, impulse on the ego vehicle in the map [N s]."""
 
     id: int
     impulse_x_ns: float
@@ -59,169 +60,176 @@ class CollisionEvent(NamedTuple):
 
 @dataclass(frozen=True)
 class ObstaclePlan:
-    """An obstacle as a scenario describes it: (x, y) in the map, one point for a standing body, more for a moving one.
+    """An obstacle in a scenario.
 
-    A moving body waits at its first point until start_s after the start (or the reset) of the world, or, with trigger_m, until
-    the car is that near; it moves on straight lines and stays at the last point. yaw_rad counts for a standing body only.
+    A moving obstacle waits at its first point, moves along straight lines, and stops at the last
+    point.
+
+    Args:
+        kind: a key of KINDS
+        points_m: points (x, y) in the map; one for a stationary obstacle, more for a moving one
+        size_m: length, width and height
+        yaw_rad: heading of a stationary obstacle
+        speed_mps: speed of a moving obstacle
+        start_s: time after the start, or the reset, of the simulation at which it starts to move
+        trigger_m: it starts when the ego vehicle is this near, in place of start_s
     """
 
     kind: str
-    points_m: tuple
-    size_m: tuple
+    points_m: tuple[tuple[float, float], ...]
+    size_m: tuple[float, float, float]
     yaw_rad: float = 0.0
     speed_mps: float = 0.0
     start_s: float = 0.0
-    trigger_m: float = None
+    trigger_m: float | None = None
 
     @staticmethod
-    def standing(kind: str, x_m: float, y_m: float, yaw_rad: float) -> ObstaclePlan:
-        """A body of the kind's own size."""
+    def stationary(kind: str, x_m: float, y_m: float, yaw_rad: float) -> ObstaclePlan:
+        """Return a stationary obstacle with the default size of its kind."""
         return ObstaclePlan(kind, ((x_m, y_m),), KINDS[kind][:3], yaw_rad)
 
 
-def _plan_from(kind, points_m, size_m, *rest) -> ObstaclePlan:
-    return ObstaclePlan(kind, tuple(map(tuple, points_m)), tuple(size_m), *rest)
+def _plan_from(plain: list[Any]) -> ObstaclePlan:
+    kind, points_m, (length_m, width_m, height_m), *rest = plain
+    points = tuple((x_m, y_m) for x_m, y_m in points_m)
+    return ObstaclePlan(kind, points, (length_m, width_m, height_m), *rest)
 
 
 class SimulatedObstacle:
-    """One body and how far it has come along its plan."""
+    """One obstacle and its progress along its plan."""
 
     def __init__(self, number: int, plan: ObstaclePlan):
         self.id = number
         self.plan = plan
-        legs = list(zip(plan.points_m, plan.points_m[1:]))
-        self._lengths = [math.hypot(b[0] - a[0], b[1] - a[1]) for a, b in legs]
-        self._yaws = [math.atan2(b[1] - a[1], b[0] - a[0]) for a, b in legs] or [plan.yaw_rad]
-        self._path_m = sum(self._lengths)
+        self._path = Polyline(plan.points_m) if len(plan.points_m) > 1 else None
         self.reset()
 
     def reset(self) -> None:
-        """Back to the first point, waiting."""
+        """Return to the first point and wait."""
         self.travelled_m = 0.0
         self.started = False
         self.speed_mps = 0.0
         self.body = self.body_at(0.0)
 
-    def memory(self) -> list:
-        """How far it has come, as plain data; its plan is not in it."""
+    def checkpoint(self) -> list[Any]:
+        """Return the progress as plain data, without the plan."""
         return [self.id, self.travelled_m, self.started, self.speed_mps]
 
-    def recall(self, travelled_m: float, started: bool, speed_mps: float) -> None:
-        """Be as far as `memory` said."""
+    def restore(self, travelled_m: float, started: bool, speed_mps: float) -> None:
+        """Restore the progress of a checkpoint."""
         self.travelled_m, self.started, self.speed_mps = travelled_m, started, speed_mps
         self.body = self.body_at(travelled_m)
 
     def body_at(self, travelled_m: float) -> ObstacleState:
-        """The body after that much of its path."""
-        x, y = self.plan.points_m[0]
-        yaw = self._yaws[0]
-        left = travelled_m
-        for start, length, leg_yaw in zip(self.plan.points_m, self._lengths, self._yaws):
-            x, y, yaw = start[0], start[1], leg_yaw
-            if left <= length:
-                break
-            x, y = x + length * math.cos(yaw), y + length * math.sin(yaw)
-            left -= length
-            length = 0.0
+        """Return the obstacle after this distance along its path."""
+        if self._path is None:
+            (x, y), yaw = self.plan.points_m[0], self.plan.yaw_rad
         else:
-            left = 0.0
-        return ObstacleState(
-            self.id,
-            self.plan.kind,
-            x + left * math.cos(yaw),
-            y + left * math.sin(yaw),
-            yaw,
-            *self.plan.size_m,
-            self.speed_mps,
-        )
+            s = min(travelled_m, self._path.s[-1])
+            (x, y), yaw = self._path.point_at(s), self._path.direction_at(s)
+        return ObstacleState(self.id, self.plan.kind, x, y, yaw, *self.plan.size_m, self.speed_mps)
 
-    def advance(self, elapsed_s: float, step_s: float, car: Rectangle) -> Contact | None:
-        """Move on for step_s, not into the car; returns the contact that stopped it, if one did."""
-        if not self._lengths:
+    def advance(self, elapsed_s: float, step_s: float, ego: Rectangle) -> Contact | None:
+        """Move for step_s, but not into the ego vehicle.
+
+        Returns:
+            the contact that stopped it, None without one
+        """
+        if self._path is None:
             return None
         if not self.started:
-            self.started = self._may_start(elapsed_s, car)
+            self.started = self._may_start(elapsed_s, ego)
         ahead = (
-            min(self.plan.speed_mps * step_s, self._path_m - self.travelled_m)
+            min(self.plan.speed_mps * step_s, self._path.s[-1] - self.travelled_m)
             if self.started
             else 0.0
         )
         contact = None
         if ahead > 0.0:
-            here = self.travelled_m
-            contact = first_contact(lambda share: self.body_at(here + share * ahead).rectangle, car)
+            here, distance = self.travelled_m, ahead
+            contact = first_contact(
+                lambda share: self.body_at(here + share * distance).rectangle, ego
+            )
             ahead *= contact.share if contact else 1.0
             self.travelled_m += ahead
         self.speed_mps = 0.0 if contact else ahead / step_s
         self.body = self.body_at(self.travelled_m)
         return contact
 
-    def _may_start(self, elapsed_s: float, car: Rectangle) -> bool:
+    def _may_start(self, elapsed_s: float, ego: Rectangle) -> bool:
         if self.plan.trigger_m is None:
             return elapsed_s >= self.plan.start_s - 1e-9
-        return math.hypot(car.x_m - self.body.x_m, car.y_m - self.body.y_m) <= self.plan.trigger_m
+        return math.hypot(ego.x_m - self.body.x_m, ego.y_m - self.body.y_m) <= self.plan.trigger_m
 
 
 class Obstacles:
-    """All of them: they move, hold the car up, and come and go by a click."""
+    """All obstacles of a simulation: they move, stop the ego vehicle, and are added and removed."""
 
-    def __init__(self, plans=()):
+    def __init__(self, plans: Iterable[ObstaclePlan] = ()):
         self._planned = [
             SimulatedObstacle(FIRST_ID + number, plan) for number, plan in enumerate(plans)
         ]
         self._next_id = FIRST_ID + len(self._planned)
         self.all = list(self._planned)
-        self._touching = set()
+        self._touching: set[int] = set()
 
     @property
-    def bodies(self) -> tuple:
-        """Every Body as it is now."""
+    def states(self) -> tuple[ObstacleState, ...]:
+        """All obstacles at the present time."""
         return tuple(obstacle.body for obstacle in self.all)
 
     def at(self, place: Rectangle) -> ObstacleState | None:
-        """A body that lies on this place, or None."""
+        """Return an obstacle that overlaps this place, None if it is free."""
         return next(
             (obstacle.body for obstacle in self.all if overlap(obstacle.body.rectangle, place)),
             None,
         )
 
     def reset(self) -> None:
-        """As at the start: what was added by a click goes, what was removed comes back."""
+        """Restore the obstacles of the scenario: added ones go, removed ones return."""
         self.all = list(self._planned)
         self._touching = set()
         for obstacle in self.all:
             obstacle.reset()
 
-    def memory(self) -> dict:
-        """Where they all are, as plain data."""
+    def checkpoint(self) -> dict[str, Any]:
+        """Return the state of all obstacles as plain data."""
         planned = set(self._planned)
         return {
             "next_id": self._next_id,
             "touching": sorted(self._touching),
             "all": [
                 [
-                    *obstacle.memory(),
+                    *obstacle.checkpoint(),
                     None if obstacle in planned else list(vars(obstacle.plan).values()),
                 ]
                 for obstacle in self.all
             ],
         }
 
-    def recall(self, memory: dict) -> None:
-        """Be as `memory` said; the obstacles of the scenario must be the same."""
+    def restore(self, checkpoint: dict[str, Any]) -> None:
+        """Restore a checkpoint; the obstacles of the scenario must be the same.
+
+        Raises:
+            KeyError, TypeError, ValueError: it is the checkpoint of another scenario
+        """
         planned = {obstacle.id: obstacle for obstacle in self._planned}
         self.all = []
-        for number, travelled_m, started, speed_mps, plan in memory["all"]:
-            obstacle = SimulatedObstacle(number, _plan_from(*plan)) if plan else planned[number]
-            obstacle.recall(travelled_m, started, speed_mps)
+        for number, travelled_m, started, speed_mps, plan in checkpoint["all"]:
+            obstacle = SimulatedObstacle(number, _plan_from(plan)) if plan else planned[number]
+            obstacle.restore(travelled_m, started, speed_mps)
             self.all.append(obstacle)
-        self._next_id = memory["next_id"]
-        self._touching = set(memory["touching"])
+        self._next_id = checkpoint["next_id"]
+        self._touching = set(checkpoint["touching"])
 
-    def toggle(self, plan: ObstaclePlan, car: Rectangle) -> str:
-        """Remove the obstacles within half a metre of the plan's point, or put the planned one there; returns what was done.
+    def toggle(self, plan: ObstaclePlan, ego: Rectangle) -> str:
+        """Remove the obstacles within 0.5 m of the plan's point, or add the plan if there is none.
 
-        Raises ValueError where the car is in the way.
+        Returns:
+            a text that describes the change
+
+        Raises:
+            ValueError: the ego vehicle is there
         """
         x, y = plan.points_m[0]
         point = Rectangle(x, y, 0.0, 1.0, 1.0)
@@ -230,54 +238,54 @@ class Obstacles:
             self.all = [obstacle for obstacle in self.all if obstacle not in hit]
             return f"removed {len(hit)} at ({x:.1f}, {y:.1f})"
         obstacle = SimulatedObstacle(self._next_id, plan)
-        if overlap(obstacle.body.rectangle, car):
-            raise ValueError(f"the car stands at ({x:.1f}, {y:.1f})")
+        if overlap(obstacle.body.rectangle, ego):
+            raise ValueError(f"the ego vehicle is at ({x:.1f}, {y:.1f}); choose another place")
         self._next_id += 1
         self.all.append(obstacle)
-        return f"put one {plan.kind} at ({x:.1f}, {y:.1f})"
+        return f"added one {plan.kind} at ({x:.1f}, {y:.1f})"
 
-    def advance(self, elapsed_s: float, step_s: float, car: Rectangle) -> list:
-        """Move them all for step_s while the car stands still; returns the Touches that began.
+    def advance(self, elapsed_s: float, step_s: float, ego: Rectangle) -> list[CollisionEvent]:
+        """Move all obstacles for step_s while the ego vehicle does not move.
 
-        What walks into the car gives it the momentum it loses.
+        Returns:
+            the contacts that began; an obstacle transfers its momentum to the ego vehicle
         """
-        touches = []
+        events = []
         for obstacle in self.all:
-            contact = obstacle.advance(elapsed_s, step_s, car)
-            if contact and obstacle.id not in self._touching:
+            contact = obstacle.advance(elapsed_s, step_s, ego)
+            if contact and self.begin_contact(obstacle.id):
                 yaw, speed = obstacle.body.yaw_rad, obstacle.plan.speed_mps
                 approach = -speed * (
                     math.cos(yaw) * contact.normal_x + math.sin(yaw) * contact.normal_y
                 )
                 impulse = -KINDS[obstacle.plan.kind].mass_kg * max(approach, 0.0)
-                touches.append(
+                events.append(
                     CollisionEvent(
                         obstacle.id, impulse * contact.normal_x, impulse * contact.normal_y
                     )
                 )
-                self._touching.add(obstacle.id)
-        return touches
+        return events
 
-    def first_contact(self, way):
-        """(obstacle, Contact) of the first that the car meets on its way (see collision.first_contact), or None."""
-        met = None
+    def first_contact(self, motion: Motion) -> tuple[SimulatedObstacle, Contact] | None:
+        """Return the obstacle and the contact that first stop this motion, None if it is free."""
+        first = None
         for obstacle in self.all:
-            contact = first_contact(way, obstacle.body.rectangle)
-            if contact and (met is None or contact.share < met[1].share):
-                met = obstacle, contact
-        return met
+            contact = first_contact(motion, obstacle.body.rectangle)
+            if contact and (first is None or contact.share < first[1].share):
+                first = obstacle, contact
+        return first
 
-    def begins_to_touch(self, number: int) -> bool:
-        """Note a contact of the car with this obstacle; returns whether it is a new one."""
+    def begin_contact(self, number: int) -> bool:
+        """Record a contact with this obstacle; return whether it is a new one."""
         if number in self._touching:
             return False
         self._touching.add(number)
         return True
 
-    def release(self, car: Rectangle) -> None:
+    def end_contacts(self, ego: Rectangle) -> None:
         """Forget the contacts that are over."""
         if self._touching:
-            near = car.grown(RELEASE_M)
+            near = ego.grown(RELEASE_M)
             self._touching = {
                 obstacle.id
                 for obstacle in self.all

@@ -1,25 +1,25 @@
-"""Traffic lights: where they stand and what they show at what time."""
+"""Traffic lights: their positions and their phases."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Iterable, NamedTuple
 
-# As the bridge's messages number them.
+# In the order of the states of the bridge's messages.
 COLOURS = ("red", "yellow", "green", "off")
 RED, YELLOW, GREEN, OFF = range(4)
 
-# Numbers of the lights in the messages; obstacles count from 101.
+# First ID of the traffic lights in messages; obstacles start at 101.
 FIRST_ID = 1001
 LANE_WIDTH_M = 3.5
-# A pole stands so far beyond its stop line and to the right of the lane's middle: a driver who waits at the line sees its lamps.
+# The pole is beyond the stop line and to the right of the lane: a driver at the line sees its lamp.
 _POLE_AHEAD_M = 4.0
 _POLE_RIGHT_M = 2.7
 
 
 class TrafficLightState(NamedTuple):
-    """A light at one moment: its number, its pole's place, the heading of who must heed it, and what it shows."""
+    """A light at one time: position of its pole, heading of the lane it controls, its colour."""
 
     id: int
     x_m: float
@@ -30,18 +30,25 @@ class TrafficLightState(NamedTuple):
 
 @dataclass(frozen=True)
 class TrafficLightPlan:
-    """A light as a scenario describes it: the middle of the stop line in the map, the lane's heading there, and its phases
-    (colour, seconds), which repeat for ever; at the start of the world it is offset_s into them."""
+    """A light in a scenario.
+
+    Args:
+        x_m: middle of the stop line in the map
+        y_m: middle of the stop line in the map
+        heading_rad: heading of the lane there
+        phases: (colour, seconds) of each phase; they repeat
+        offset_s: position in the phases at the start of the simulation
+    """
 
     x_m: float
     y_m: float
     heading_rad: float
-    phases: tuple
+    phases: tuple[tuple[str, float], ...]
     offset_s: float = 0.0
 
     def state(self, elapsed_s: float) -> int:
-        """What it shows so long after the start of the world."""
-        # A change falls on the tick that it is due at, however the sums of ticks and phases are rounded.
+        """Return the colour at this time after the start of the simulation."""
+        # 1 us compensates rounding: a change happens at the tick at which it is due.
         left = (elapsed_s + self.offset_s + 1e-6) % sum(seconds for _, seconds in self.phases)
         for colour, seconds in self.phases:
             if left < seconds:
@@ -50,8 +57,8 @@ class TrafficLightPlan:
         return COLOURS.index(self.phases[-1][0])
 
     @property
-    def pole_m(self) -> tuple:
-        """Where its pole stands, (x, y) in the map."""
+    def pole_m(self) -> tuple[float, float]:
+        """Position of the pole (x, y) in the map."""
         c, s = math.cos(self.heading_rad), math.sin(self.heading_rad)
         return (
             self.x_m + _POLE_AHEAD_M * c + _POLE_RIGHT_M * s,
@@ -60,16 +67,16 @@ class TrafficLightPlan:
 
 
 class TrafficLights:
-    """All the lights of a world."""
+    """All traffic lights of a simulation."""
 
-    def __init__(self, lights=()):
-        self.all = tuple(lights)
+    def __init__(self, plans: Iterable[TrafficLightPlan] = ()):
+        self.plans = tuple(plans)
 
-    def lamps(self, elapsed_s: float) -> tuple:
-        """Every Lamp so long after the start (or the reset) of the world."""
+    def states(self, elapsed_s: float) -> tuple[TrafficLightState, ...]:
+        """Return all lights at this time after the start, or the reset, of the simulation."""
         return tuple(
             TrafficLightState(
                 FIRST_ID + number, *light.pole_m, light.heading_rad, light.state(elapsed_s)
             )
-            for number, light in enumerate(self.all)
+            for number, light in enumerate(self.plans)
         )

@@ -1,68 +1,95 @@
-"""Turns the contract's messages into what a Watch knows, whether they come over topics or out of a bag."""
+"""Conversion of ROS messages to the evaluator's input: for topics, and for a bag."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+
+from carla_msgs.msg import (
+    CarlaCollisionEvent,
+    CarlaTrafficLightInfoList,
+    CarlaTrafficLightStatusList,
+)
+from nav_msgs.msg import Odometry
+from sdc_msgs.msg import CarlaVehicleControl, LocalPath, ObstacleArray, Path
 
 from sdc_common.ros.odometry import pose_and_speed
 from sdc_common.ros.stop_lines import stop_lines
 from sdc_sim.evaluation.evaluator import Evaluator
 
+ROUTE_TOPIC = "/planner/mission_waypoints"
+
 
 class EvaluatorInput:
-    """One method a topic. Raises ValueError for a message that no drive can be measured by."""
+    """One method for each topic that the evaluator needs.
 
-    def __init__(self, watch: Evaluator):
-        self.watch = watch
-        self.by_topic = {
-            "/planner/mission_waypoints": self.mission,
-            "/planner/local_waypoints": self.local_path,
-            "/carla/ego_vehicle/odometry": self.odometry,
-            "/carla/ego_vehicle/vehicle_control_cmd": self.command,
-            "/carla/ego_vehicle/collision": self.collision,
-            "/carla/ego_vehicle/obstacles": self.obstacles,
-            "/carla/traffic_lights/info": self.light_info,
-            "/carla/traffic_lights/status": self.light_status,
+    A method raises ValueError for a message with values that cannot be evaluated.
+    """
+
+    def __init__(self, evaluator: Evaluator, wall_clock: Callable[[], float] | None = None):
+        """Create the input of an evaluator.
+
+        Args:
+            evaluator: receives the content of the messages
+            wall_clock: returns the wall clock [s]; None: messages come from a bag
+        """
+        self.evaluator = evaluator
+        self._wall_clock = wall_clock
+        # Odometry is last: a sim in lockstep starts when the referee subscribes to it, and by then
+        # the referee must be subscribed to all other topics.
+        self.topics = {
+            ROUTE_TOPIC: (Path, self.route),
+            "/planner/local_waypoints": (LocalPath, self.local_path),
+            "/carla/ego_vehicle/vehicle_control_cmd": (CarlaVehicleControl, self.command),
+            "/carla/ego_vehicle/collision": (CarlaCollisionEvent, self.collision),
+            "/carla/ego_vehicle/obstacles": (ObstacleArray, self.obstacles),
+            "/carla/traffic_lights/info": (CarlaTrafficLightInfoList, self.light_info),
+            "/carla/traffic_lights/status": (CarlaTrafficLightStatusList, self.light_status),
+            "/carla/ego_vehicle/odometry": (Odometry, self.odometry),
         }
 
-    def mission(self, path) -> None:
-        """sdc_package/Path; the first one counts."""
-        if self.watch.drive is None:
-            self.watch.mission([(point.x, point.y) for point in path.waypoints])
+    def route(self, path: Path) -> None:
+        """Set the route; only the first one counts."""
+        if self.evaluator.drive is None:
+            self.evaluator.set_route([(point.x, point.y) for point in path.waypoints])
 
-    def odometry(self, odometry) -> bool:
-        """nav_msgs/Odometry; returns whether it was news."""
-        return self.watch.odometry(odometry.header.stamp.to_nsec(), *pose_and_speed(odometry))
+    def odometry(self, odometry: Odometry) -> bool:
+        """Add an odometry; return False if it is ignored."""
+        x_m, y_m, yaw_rad, speed_mps = pose_and_speed(odometry)
+        wall_s = self._wall_clock() if self._wall_clock else None
+        return self.evaluator.add_odometry(
+            odometry.header.stamp.to_nsec(), x_m, y_m, yaw_rad, speed_mps, wall_s
+        )
 
-    def command(self, command) -> None:
-        """sdc_package/CarlaVehicleControl."""
-        self.watch.command(
+    def command(self, command: CarlaVehicleControl) -> None:
+        """Add a command."""
+        self.evaluator.add_command(
             command.header.stamp.to_nsec(), command.throttle, command.brake, command.steer
         )
 
-    def local_path(self, path) -> None:
-        """sdc_package/LocalPath: its first point is the first that is not behind the car."""
+    def local_path(self, path: LocalPath) -> None:
+        """Add the planned speed: that of the first point, which is the first not behind the car."""
         if path.waypoints and math.isfinite(path.waypoints[0].v):
-            self.watch.planned(path.waypoints[0].v)
+            self.evaluator.add_planned_speed(path.waypoints[0].v)
 
-    def collision(self, event) -> None:
-        """sdc_sim/CarlaCollisionEvent."""
-        self.watch.collision(event.header.stamp.to_nsec(), event.other_actor_id)
+    def collision(self, event: CarlaCollisionEvent) -> None:
+        """Add a collision."""
+        self.evaluator.add_collision(event.header.stamp.to_nsec(), event.other_actor_id)
 
-    def obstacles(self, array) -> None:
-        """sdc_package/ObstacleArray: what the bodies are that the car may run into, and what the traffic lights show."""
+    def obstacles(self, array: ObstacleArray) -> None:
+        """Add the kinds of the obstacles, and the states of the traffic lights if there are any."""
         for obstacle in array.obstacles:
-            self.watch.obstacle(obstacle.id, obstacle.kind)
+            self.evaluator.add_obstacle(obstacle.id, obstacle.kind)
         if array.traffic_lights:
-            self.watch.lights(
+            self.evaluator.set_lights(
                 array.header.stamp.to_nsec(),
                 {light.id: light.state for light in array.traffic_lights},
             )
 
-    def light_info(self, info) -> None:
-        """sdc_package/CarlaTrafficLightInfoList: where the stop lines are."""
-        self.watch.stop_lines(stop_lines(info))
+    def light_info(self, info: CarlaTrafficLightInfoList) -> None:
+        """Set the stop lines."""
+        self.evaluator.set_stop_lines(stop_lines(info))
 
-    def light_status(self, status) -> None:
-        """sdc_package/CarlaTrafficLightStatusList, which has no stamp: heard where the world does not say it with one."""
-        self.watch.lights(0, {light.id: light.state for light in status.traffic_lights})
+    def light_status(self, status: CarlaTrafficLightStatusList) -> None:
+        """Set the states of the traffic lights; this message has no stamp."""
+        self.evaluator.set_lights(0, {light.id: light.state for light in status.traffic_lights})

@@ -1,13 +1,15 @@
-"""Turns the numbers of the world into ROS messages."""
+"""Conversion between the simulation's data and ROS messages."""
 
 from __future__ import annotations
 
 import math
 import os
 import struct
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Iterable, Sequence
 
 import numpy as np
+import rospy
+from ackermann_msgs.msg import AckermannDrive
 from carla_msgs.msg import (
     CarlaBoundingBox,
     CarlaCollisionEvent,
@@ -28,8 +30,12 @@ from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
-from sdc_sim.physics.traffic_lights import LANE_WIDTH_M
-from sdc_sim.physics.vehicle import VehicleCommand, VehicleParameters, VehicleState
+from sdc_common.ros.odometry import yaw_from_quaternion
+from sdc_sim.physics.ackermann import AckermannTarget
+from sdc_sim.physics.obstacles import CollisionEvent, ObstacleState
+from sdc_sim.physics.traffic_lights import LANE_WIDTH_M, TrafficLightPlan, TrafficLightState
+from sdc_sim.physics.vehicle import VehicleCommand, VehicleState
+from sdc_sim.physics.vehicle_parameters import VehicleParameters
 
 if TYPE_CHECKING:
     from sdc_sim.camera.camera_model import CameraModel
@@ -39,13 +45,15 @@ VEHICLE_FRAME = "ego_vehicle"
 CAMERA_FRAME = "ego_vehicle/camera/rgb/front"
 EGO_ID = 1
 
-# What the model of the car has no figure for, and readers of vehicle_info may divide by.
+# Nominal values of vehicle_info that the vehicle model does not have. A reader may divide by them.
 _NOMINAL_WHEEL_RADIUS_M = 0.35
 _NOMINAL_TRACK_SHARE = 0.8
+# Points of RViz that are farther from the origin are refused.
+_MAX_DISTANCE_M = 1e5
 # Length along the lane and height of a traffic light's trigger volume.
 _LINE_DEPTH_M = 1.0
 _LINE_HEIGHT_M = 2.0
-# Red, green, blue of each kind of obstacle, in the camera as in RViz.
+# Red, green, blue of each kind of obstacle, in the camera and in RViz.
 COLOURS = {
     "car": (0.63, 0.16, 0.16),
     "pedestrian": (0.13, 0.31, 0.67),
@@ -54,12 +62,64 @@ COLOURS = {
 
 
 def quaternion_from_yaw(yaw_rad: float) -> Quaternion:
-    """The orientation of a body turned counter-clockwise from the x axis."""
+    """Return the orientation of a body with this heading, counter-clockwise from the x axis."""
     return Quaternion(0.0, 0.0, math.sin(0.5 * yaw_rad), math.cos(0.5 * yaw_rad))
 
 
-def odometry_message(state: VehicleState, stamp) -> Odometry:
-    """Pose of the car's centre in the map, twist in the body frame."""
+class PlaceError(ValueError):
+    """A point or pose that is refused; the message gives the reason."""
+
+
+def map_point(frame_id: str, point: Point) -> tuple[float, float]:
+    """Return (x, y) [m] of a point in the map.
+
+    Raises:
+        PlaceError: the frame is not the map, or a value is not finite or too large
+    """
+    if frame_id.lstrip("/") not in (MAP_FRAME, ""):
+        raise PlaceError(f"it is in the frame '{frame_id}'; set RViz's Fixed Frame to map")
+    if not (math.isfinite(point.x) and math.isfinite(point.y)):
+        raise PlaceError(f"({point.x}, {point.y}) is not finite")
+    if max(abs(point.x), abs(point.y)) > _MAX_DISTANCE_M:
+        raise PlaceError(
+            f"({point.x:g}, {point.y:g}) is farther than {_MAX_DISTANCE_M:g} m from the origin"
+        )
+    return point.x, point.y
+
+
+def map_pose(frame_id: str, pose: Pose) -> tuple[float, float, float]:
+    """Return (x [m], y [m], yaw [rad]) of a pose in the map.
+
+    Raises:
+        PlaceError: as map_point, or the orientation is not a unit quaternion
+    """
+    x, y = map_point(frame_id, pose.position)
+    q = pose.orientation
+    if not 0.9 < q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w < 1.1:
+        raise PlaceError("its orientation is not a unit quaternion")
+    return x, y, yaw_from_quaternion(q)
+
+
+def vehicle_command(message: Any) -> VehicleCommand:
+    """Return the command in a CarlaVehicleControl or CarlaEgoVehicleControl."""
+    return VehicleCommand(
+        message.throttle, message.steer, message.brake, message.hand_brake, message.reverse
+    )
+
+
+def ackermann_target(message: AckermannDrive) -> AckermannTarget:
+    """Return the target in an AckermannDrive."""
+    return AckermannTarget(
+        message.steering_angle,
+        message.steering_angle_velocity,
+        message.speed,
+        message.acceleration,
+        message.jerk,
+    )
+
+
+def odometry_message(state: VehicleState, stamp: rospy.Time) -> Odometry:
+    """Return the pose of the vehicle in the map and its twist in the body frame."""
     message = Odometry()
     message.header.stamp = stamp
     message.header.frame_id = MAP_FRAME
@@ -76,7 +136,7 @@ def odometry_message(state: VehicleState, stamp) -> Odometry:
 
 
 def vehicle_transform(odometry: Odometry) -> TransformStamped:
-    """The transform map -> ego_vehicle of an odometry message."""
+    """Return the transform map -> ego_vehicle of an odometry message."""
     transform = TransformStamped()
     transform.header = odometry.header
     transform.child_frame_id = VEHICLE_FRAME
@@ -87,46 +147,56 @@ def vehicle_transform(odometry: Odometry) -> TransformStamped:
 
 
 def camera_transform(camera: CameraModel) -> TransformStamped:
-    """The fixed transform ego_vehicle -> camera optical frame (z forward, x right, y down: REP 103)."""
+    """Return the fixed transform ego_vehicle -> camera optical frame.
+
+    The optical frame has z forward, x right, y down (REP 103).
+    """
     half = 0.5 * camera.pitch_rad
     transform = TransformStamped()
     transform.header.frame_id = VEHICLE_FRAME
     transform.child_frame_id = CAMERA_FRAME
     transform.transform.translation.x = camera.mount_x_m
     transform.transform.translation.z = camera.mount_z_m
-    # The optical frame's quaternion (-0.5, 0.5, -0.5, 0.5), after a turn about the body's y axis by the pitch.
+    # The optical frame's quaternion (-0.5, 0.5, -0.5, 0.5) after a pitch about the body's y axis.
     c, s = 0.5 * math.cos(half), 0.5 * math.sin(half)
     transform.transform.rotation = Quaternion(-c - s, c + s, s - c, c - s)
     return transform
 
 
-class PictureMessage(Image):
-    """An Image whose `data` is a flat memoryview: it is serialised without the copies that bytes would cost."""
+class MemoryviewImage(Image):
+    """An Image whose `data` is a flat memoryview, which saves the copies to and from bytes."""
 
-    def serialize(self, buff) -> None:
-        """Write it as an Image is written."""
+    data: Any
+
+    def serialize(self, buff: Any) -> None:
+        """Write the message to a buffer in the format of Image."""
         pixels, self.data = self.data, b""
         super().serialize(buff)
         self.data = pixels
-        buff.seek(-4, os.SEEK_CUR)  # the length of no data
+        buff.seek(-4, os.SEEK_CUR)  # Overwrite the length of the empty data.
         buff.write(struct.pack("<I", len(pixels)))
         buff.write(pixels)
 
 
-def image_message(picture: np.ndarray, stamp) -> Image:
-    """A contiguous (H, W, 4) BGRA uint8 picture as an Image; to be published before the picture changes."""
-    message = PictureMessage()
+def image_message(picture: np.ndarray, stamp: rospy.Time) -> Image:
+    """Return a picture as an Image that shares its memory: publish it before the picture changes.
+
+    Args:
+        picture: contiguous (H, W, 4) array of BGRA uint8
+        stamp: time of the picture
+    """
+    message = MemoryviewImage()
     message.header.stamp = stamp
     message.header.frame_id = CAMERA_FRAME
     message.height, message.width = picture.shape[:2]
     message.encoding = "bgra8"
     message.step = picture.shape[1] * 4
-    message.data = memoryview(picture).cast("B")
+    message.data = picture.data.cast("B")
     return message
 
 
 def camera_info_message(camera: CameraModel) -> CameraInfo:
-    """The pinhole camera without distortion; the stamp is left to set."""
+    """Return the description of a pinhole camera without distortion; the caller sets the stamp."""
     k = np.asarray(camera.intrinsic_matrix())
     message = CameraInfo(height=camera.height, width=camera.width, distortion_model="plumb_bob")
     message.header.frame_id = CAMERA_FRAME
@@ -137,8 +207,10 @@ def camera_info_message(camera: CameraModel) -> CameraInfo:
     return message
 
 
-def status_message(state: VehicleState, command: VehicleCommand, stamp) -> CarlaEgoVehicleStatus:
-    """How the car moves; its acceleration in the map, as the bridge gives it."""
+def status_message(
+    state: VehicleState, command: VehicleCommand, stamp: rospy.Time
+) -> CarlaEgoVehicleStatus:
+    """Return speed, orientation, executed command, and acceleration in the map frame."""
     message = CarlaEgoVehicleStatus(header=Header(stamp=stamp, frame_id=MAP_FRAME))
     message.velocity = math.hypot(state.speed_mps, state.lateral_speed_mps)
     c, s = math.cos(state.yaw_rad), math.sin(state.yaw_rad)
@@ -160,7 +232,7 @@ def status_message(state: VehicleState, command: VehicleCommand, stamp) -> Carla
 def vehicle_info_message(
     parameters: VehicleParameters, preset: str, role_name: str
 ) -> CarlaEgoVehicleInfo:
-    """What the car is. Its motor and gears have no figures here: those fields are zero."""
+    """Return the description of the vehicle; the model has no motor and gears: they are zero."""
     p = parameters
     track_m = _NOMINAL_TRACK_SHARE * p.width_m
     radius_m = _NOMINAL_WHEEL_RADIUS_M
@@ -196,86 +268,101 @@ def vehicle_info_message(
     return message
 
 
-def collision_message(touch, stamp) -> CarlaCollisionEvent:
-    """A Touch as an event."""
+def collision_message(event: CollisionEvent, stamp: rospy.Time) -> CarlaCollisionEvent:
+    """Return the message of a collision."""
     return CarlaCollisionEvent(
         header=Header(stamp=stamp, frame_id=VEHICLE_FRAME),
-        other_actor_id=touch.id,
-        normal_impulse=Vector3(touch.impulse_x_ns, touch.impulse_y_ns, 0.0),
+        other_actor_id=event.id,
+        normal_impulse=Vector3(event.impulse_x_ns, event.impulse_y_ns, 0.0),
     )
 
 
-def lane_invasion_message(lines, stamp) -> CarlaLaneInvasionEvent:
-    """The kinds of lines that the car has begun to cross as an event."""
+def lane_invasion_message(lines: Sequence[int], stamp: rospy.Time) -> CarlaLaneInvasionEvent:
+    """Return the message of the kinds of lane markings that the vehicle starts to cross."""
     return CarlaLaneInvasionEvent(
         header=Header(stamp=stamp, frame_id=VEHICLE_FRAME), crossed_lane_markings=lines
     )
 
 
-def obstacles_message(bodies, lamps, stamp) -> ObstacleArray:
-    """The ground truth of the obstacles, and of what the traffic lights show."""
+def obstacles_message(
+    obstacles: Iterable[ObstacleState], lights: Iterable[TrafficLightState], stamp: rospy.Time
+) -> ObstacleArray:
+    """Return the true states of obstacles and traffic lights."""
     return ObstacleArray(
         Header(stamp=stamp, frame_id=MAP_FRAME),
         [
             Obstacle(
-                body.id,
-                body.kind,
-                Pose(Point(body.x_m, body.y_m, 0.0), quaternion_from_yaw(body.yaw_rad)),
-                Vector3(body.length_m, body.width_m, body.height_m),
-                body.speed_mps,
+                one.id,
+                one.kind,
+                Pose(Point(one.x_m, one.y_m, 0.0), quaternion_from_yaw(one.yaw_rad)),
+                Vector3(one.length_m, one.width_m, one.height_m),
+                one.speed_mps,
             )
-            for body in bodies
+            for one in obstacles
         ],
-        [CarlaTrafficLightStatus(lamp.id, lamp.state) for lamp in lamps],
+        [CarlaTrafficLightStatus(light.id, light.state) for light in lights],
     )
 
 
-def light_status_message(lamps) -> CarlaTrafficLightStatusList:
-    """What every traffic light shows."""
+def light_status_message(lights: Iterable[TrafficLightState]) -> CarlaTrafficLightStatusList:
+    """Return the colours of all traffic lights."""
     return CarlaTrafficLightStatusList(
-        [CarlaTrafficLightStatus(lamp.id, lamp.state) for lamp in lamps]
+        [CarlaTrafficLightStatus(light.id, light.state) for light in lights]
     )
 
 
-def light_info_message(lights, lamps) -> CarlaTrafficLightInfoList:
-    """Where the traffic lights stand. The middle of a trigger volume is the middle of the stop line, a lane wide."""
+def light_info_message(
+    plans: Iterable[TrafficLightPlan], lights: Iterable[TrafficLightState]
+) -> CarlaTrafficLightInfoList:
+    """Return the positions of the traffic lights.
+
+    The centre of a trigger volume is the middle of the stop line; its width is a lane.
+    """
     infos = []
-    for light, lamp in zip(lights, lamps):
-        yaw = lamp.heading_rad + math.pi
+    for plan, light in zip(plans, lights):
+        yaw = light.heading_rad + math.pi
         c, s = math.cos(yaw), math.sin(yaw)
-        east, north = light.x_m - lamp.x_m, light.y_m - lamp.y_m
+        east, north = plan.x_m - light.x_m, plan.y_m - light.y_m
         centre = Vector3(c * east + s * north, c * north - s * east, 0.0)
         infos.append(
             CarlaTrafficLightInfo(
-                lamp.id,
-                Pose(Point(lamp.x_m, lamp.y_m, 0.0), quaternion_from_yaw(yaw)),
+                light.id,
+                Pose(Point(light.x_m, light.y_m, 0.0), quaternion_from_yaw(yaw)),
                 CarlaBoundingBox(centre, Vector3(_LINE_DEPTH_M, LANE_WIDTH_M, _LINE_HEIGHT_M)),
             )
         )
     return CarlaTrafficLightInfoList(infos)
 
 
-def markers_message(bodies, gone, stamp) -> MarkerArray:
-    """The obstacles as boxes for RViz; `gone` are the numbers of those that are there no more."""
+def markers_message(
+    obstacles: Iterable[ObstacleState], removed: Iterable[int], stamp: rospy.Time
+) -> MarkerArray:
+    """Return the obstacles as boxes for RViz.
+
+    Args:
+        obstacles: the obstacles
+        removed: IDs of obstacles to delete
+        stamp: time of the obstacles
+    """
     header = Header(stamp=stamp, frame_id=MAP_FRAME)
     markers = [
         Marker(header=header, ns="obstacles", id=number, action=Marker.DELETE)
-        for number in sorted(gone)
+        for number in sorted(removed)
     ]
-    for body in bodies:
+    for one in obstacles:
         markers.append(
             Marker(
                 header=header,
                 ns="obstacles",
-                id=body.id,
+                id=one.id,
                 type=Marker.CUBE,
                 action=Marker.ADD,
                 pose=Pose(
-                    Point(body.x_m, body.y_m, 0.5 * body.height_m),
-                    quaternion_from_yaw(body.yaw_rad),
+                    Point(one.x_m, one.y_m, 0.5 * one.height_m),
+                    quaternion_from_yaw(one.yaw_rad),
                 ),
-                scale=Vector3(body.length_m, body.width_m, body.height_m),
-                color=ColorRGBA(*COLOURS[body.kind], 1.0),
+                scale=Vector3(one.length_m, one.width_m, one.height_m),
+                color=ColorRGBA(*COLOURS[one.kind], 1.0),
             )
         )
     return MarkerArray(markers)

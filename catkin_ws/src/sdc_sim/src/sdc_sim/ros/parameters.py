@@ -1,8 +1,9 @@
-"""The parameters of a node, with a mend for each that is misspelt."""
+"""Private parameters of a node, with an error for each that the node does not know."""
 
 from __future__ import annotations
 
 import difflib
+from typing import Any
 
 import rospy
 
@@ -10,17 +11,21 @@ from sdc_common.ros.node import parameter, refuse
 
 
 class Parameters:
-    """Reads private parameters by name, and refuses those that were set but that nothing reads."""
+    """Reads private parameters by name and refuses those that are set but not read."""
 
-    def __init__(self):
-        self._read = set()
+    def __init__(self) -> None:
+        self._read: set[str] = set()
 
-    def __call__(self, name: str):
+    def __call__(self, name: str) -> Any:
+        """Return the value of a parameter; without it the node ends with an error."""
         self._read.add(name)
         return parameter(name)
 
     def refuse_unread(self) -> None:
-        """To be called when all have been read: a misspelt option would change nothing, and nobody would know."""
+        """End the node with an error if there is a parameter that was not read, as a misspelt one.
+
+        Call it after all parameters have been read.
+        """
         for name in sorted(set(rospy.get_param("~", {})) - self._read):
             close = difflib.get_close_matches(name, self._read, n=1)
             refuse(

@@ -1,6 +1,8 @@
-"""Turns the route, the planned path and the car into messages that RViz displays."""
+"""Convert the route, the road, the planned path and the car to messages for RViz."""
 
 from __future__ import annotations
+
+from typing import Sequence
 
 import numpy as np
 from geometry_msgs.msg import Point, PoseStamped
@@ -11,7 +13,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 from sdc_sim.road.road_markings import RoadMarkings, speed_colours
 from sdc_sim.ros.message_conversion import MAP_FRAME, VEHICLE_FRAME
 
-# Heights above the ground at which things are drawn, so that none hides in another: m.
+# Heights above the ground [m]: one layer must not hide another.
 _GRASS_M, _ASPHALT_M, _LINES_M, _ROUTE_M, _PATH_M = -0.12, -0.04, -0.02, 0.02, 0.1
 _ASPHALT_COLOUR = (0.29, 0.30, 0.32)
 _GRASS_COLOUR = (0.45, 0.56, 0.40)
@@ -27,7 +29,7 @@ _BODY, _GLASS, _TYRE, _LAMP, _TAIL = (
     (1.0, 1.0, 0.85),
     (0.5, 0.0, 0.0),
 )
-# A car of 4.7 x 2.0 x 1.44 m: rows of shape, centre x, y, z, size x, y, z, colour. Metres in the car's frame.
+# A car of 4.7 x 2.0 x 1.44 m: rows of shape, centre x, y, z, size x, y, z [m], colour.
 _CAR = (
     (Marker.CUBE, 0.00, 0.00, 0.55, 4.70, 1.90, 0.55, _BODY),
     (Marker.CUBE, -0.25, 0.00, 1.05, 2.50, 1.60, 0.50, _GLASS),
@@ -44,8 +46,8 @@ _CAR = (
 _QUARTER_TURN = 0.5**0.5
 
 
-def route_path(points_m) -> Path:
-    """An (N, 2) route in the map frame as a path."""
+def route_path(points_m: np.ndarray) -> Path:
+    """Return an (N, 2) route in the map frame [m] as a nav_msgs/Path."""
     path = Path()
     path.header.frame_id = MAP_FRAME
     for x, y in np.asarray(points_m, dtype=float).tolist():
@@ -57,30 +59,32 @@ def route_path(points_m) -> Path:
     return path
 
 
-def road_markers(paint: RoadMarkings) -> MarkerArray:
-    """The grass around a road, its asphalt and its lines: what RViz shows, and what a click in it finds."""
-    (x0, y0), (x1, y1) = (
-        paint.surface.min(axis=(0, 1)) - _GRASS_MARGIN_M,
-        paint.surface.max(axis=(0, 1)) + _GRASS_MARGIN_M,
-    )
-    grass = _surface(
-        "grass", np.array([[(x0, y0), (x1, y0), (x1, y1), (x0, y1)]]), _GRASS_M, _GRASS_COLOUR
-    )
-    asphalt = _surface("asphalt", paint.surface, _ASPHALT_M, _ASPHALT_COLOUR)
+def road_markers(markings: RoadMarkings) -> MarkerArray:
+    """Return the grass around a road, its asphalt and its lines. Clicks in RViz need surfaces."""
+    x0, y0 = markings.surface.min(axis=(0, 1)) - _GRASS_MARGIN_M
+    x1, y1 = markings.surface.max(axis=(0, 1)) + _GRASS_MARGIN_M
+    corners = np.array([[(x0, y0), (x1, y0), (x1, y1), (x0, y1)]])
+    grass = _surface("grass", corners, _GRASS_M, _GRASS_COLOUR)
+    asphalt = _surface("asphalt", markings.surface, _ASPHALT_M, _ASPHALT_COLOUR)
     lines = _marker(Marker.LINE_LIST, MAP_FRAME, "lines", 0, _LINE_COLOUR)
     lines.scale.x = _LINE_WIDTH_M
-    lines.points = _points(np.concatenate([paint.edges, paint.dashes]), _LINES_M)
+    lines.points = _points(np.concatenate([markings.edges, markings.dashes]), _LINES_M)
     return MarkerArray([grass, asphalt, lines])
 
 
-def path_marker(rows, full_speed_mps: float) -> Marker:
-    """The local path, (N, 3) rows of x, y, target speed, as a line coloured by speed. Fewer than two rows delete it.
+def path_marker(path: Sequence, full_speed_mps: float) -> Marker:
+    """Return the local path as a line that is coloured by speed.
 
-    Raises ValueError for a number that is not finite.
+    Args:
+        path: rows of x, y [m], target speed [m/s]; less than two rows delete the marker
+        full_speed_mps: target speed that is shown green [m/s]
+
+    Raises:
+        ValueError: a value is not finite.
     """
-    rows = np.asarray(rows, dtype=float).reshape(-1, 3)
+    rows = np.asarray(path, dtype=float).reshape(-1, 3)
     if not np.isfinite(rows).all():
-        raise ValueError("a number in it is not finite")
+        raise ValueError("the path has a value that is not finite")
     marker = _marker(Marker.LINE_STRIP, MAP_FRAME, "local_path", 0, (1.0, 1.0, 1.0))
     marker.scale.x = _PATH_WIDTH_M
     if len(rows) < 2:
@@ -94,20 +98,20 @@ def path_marker(rows, full_speed_mps: float) -> Marker:
 
 
 def car_markers() -> MarkerArray:
-    """The car in its own frame: told once, RViz moves it with the transform."""
+    """Return the car in its own frame. RViz moves it with the transform of the frame."""
     markers = []
     for number, (shape, x, y, z, length, width, height, colour) in enumerate(_CAR):
         marker = _marker(shape, VEHICLE_FRAME, "car", number, colour)
         marker.frame_locked = True
         marker.pose.position = Point(x, y, z)
         marker.scale.x, marker.scale.y, marker.scale.z = length, width, height
-        if shape == Marker.CYLINDER:  # lies on its side
+        if shape == Marker.CYLINDER:  # its axis is z by default
             marker.pose.orientation.x = marker.pose.orientation.w = _QUARTER_TURN
         markers.append(marker)
     return MarkerArray(markers)
 
 
-def _marker(shape, frame, namespace, number, colour) -> Marker:
+def _marker(shape: int, frame: str, namespace: str, number: int, colour: tuple) -> Marker:
     marker = Marker(
         type=shape, action=Marker.ADD, ns=namespace, id=number, color=ColorRGBA(*colour, 1.0)
     )
@@ -116,14 +120,14 @@ def _marker(shape, frame, namespace, number, colour) -> Marker:
     return marker
 
 
-def _surface(namespace, quadrilaterals, z_m, colour) -> Marker:
+def _surface(namespace: str, quadrilaterals: np.ndarray, z_m: float, colour: tuple) -> Marker:
     marker = _marker(Marker.TRIANGLE_LIST, MAP_FRAME, namespace, 0, colour)
     marker.scale.x = marker.scale.y = marker.scale.z = 1.0
     marker.points = _points(quadrilaterals[:, (0, 1, 2, 0, 2, 3)], z_m)
-    # One colour a triangle makes RViz leave out its lamp, which would turn the ground dark.
+    # With one colour per triangle RViz switches its light off, which would darken the ground.
     marker.colors = [marker.color] * (2 * len(quadrilaterals))
     return marker
 
 
-def _points(points_m: np.ndarray, z_m: float):
+def _points(points_m: np.ndarray, z_m: float) -> list:
     return [Point(x, y, z_m) for x, y in points_m.reshape(-1, 2).tolist()]

@@ -1,81 +1,100 @@
-"""What a person does to the world from outside: pause it, step it, put it back, move the car, put things on the road."""
+"""Control of the simulation by people: pause, resume, step, reset, and clicks in RViz."""
 
 from __future__ import annotations
+
+from typing import Any, Callable
 
 import rospy
 from geometry_msgs.msg import PointStamped, PoseWithCovarianceStamped
 from std_srvs.srv import Trigger
 
+from sdc_common.geometry.route import Route
 from sdc_sim.physics.obstacles import ObstaclePlan
-from sdc_sim.simulation.placement import checked_point, checked_pose
+from sdc_sim.ros.message_conversion import map_point, map_pose
+from sdc_sim.ros.request_queue import RequestQueue
+from sdc_sim.simulation.pause import PauseControl
+from sdc_sim.simulation.simulation import Simulation
 
 
 class SimulationServices:
     """The services ~pause, ~resume, ~step and ~reset, and RViz's /initialpose and /clicked_point.
 
-    `sim` is the node: its lock, world, pace, route and topics are used, and its go_on_if_answered, keep and publish called.
+    All changes are requests that the loop executes.
+
+    Args:
+        requests: requests to the loop
+        simulation: the simulation
+        pause: whether it is paused
+        route: the route, whose direction a clicked obstacle gets
+        clicked_obstacle: kind of a clicked obstacle
+        on_pause: called in the loop after a change of `pause`
+        on_change: called in the loop after a change of the simulation
     """
 
-    def __init__(self, sim, clicked_obstacle: str):
-        self.sim = sim
-        self.clicked_obstacle = clicked_obstacle
+    def __init__(
+        self,
+        requests: RequestQueue,
+        simulation: Simulation,
+        pause: PauseControl,
+        route: Route,
+        clicked_obstacle: str,
+        on_pause: Callable[[], None],
+        on_change: Callable[[], None],
+    ):
+        self._requests = requests
+        self._simulation = simulation
+        self._pause = pause
+        self._route = route
+        self._clicked_obstacle = clicked_obstacle
+        self._on_pause = on_pause
+        self._on_change = on_change
         for name, change in (
-            ("pause", sim.pace.pause),
-            ("resume", sim.pace.resume),
-            ("step", sim.pace.step),
-            ("reset", self.reset),
+            ("pause", pause.pause),
+            ("resume", pause.resume),
+            ("step", pause.step),
+            ("reset", self._reset),
         ):
-            rospy.Service("~" + name, Trigger, self.service(change))
-        rospy.Subscriber("/initialpose", PoseWithCovarianceStamped, self.on_pose, queue_size=1)
-        rospy.Subscriber("/clicked_point", PointStamped, self.on_click, queue_size=10)
+            rospy.Service("~" + name, Trigger, self._service(change))
+        rospy.Subscriber(
+            "/initialpose",
+            PoseWithCovarianceStamped,
+            requests.deferred(self._on_pose),
+            queue_size=1,
+        )
+        rospy.Subscriber(
+            "/clicked_point", PointStamped, requests.deferred(self._on_click), queue_size=10
+        )
 
-    def service(self, change):
-        """A service that makes a change and tells how the world stands after it."""
+    def _service(self, change: Callable[[], None]) -> Callable[[Any], tuple[bool, str]]:
+        def execute() -> tuple[bool, str]:
+            change()
+            self._on_pause()
+            state = "paused" if self._pause.paused else "running"
+            return True, f"{state} at tick {self._simulation.tick}"
 
-        def answer(_request):
-            with self.sim.lock:
-                change()
-                self.sim.go_on_if_answered()
-                self.sim.topics.show_running(not self.sim.pace.paused)
-                self.sim.keep()
-                return (
-                    True,
-                    f"{'paused' if self.sim.pace.paused else 'running'} at tick {self.sim.world.tick}",
-                )
+        return lambda _request: self._requests.call(execute)
 
-        return answer
+    def _reset(self) -> None:
+        self._simulation.reset()
+        self._on_change()
 
-    def reset(self):
-        self.sim.world.reset()
-        self.show_change()
+    def _on_pose(self, message: PoseWithCovarianceStamped) -> None:
+        try:
+            self._simulation.place(*map_pose(message.header.frame_id, message.pose.pose))
+        except ValueError as error:
+            rospy.logwarn_throttle(1.0, f"sim: refused a pose on /initialpose: {error}")
+            return
+        self._on_change()
 
-    def on_pose(self, message):
-        with self.sim.lock:
-            try:
-                self.sim.world.place(*checked_pose(message.header.frame_id, message.pose.pose))
-            except ValueError as error:
-                rospy.logwarn_throttle(1.0, f"sim: refused a pose on /initialpose: {error}")
-                return
-            self.show_change()
-
-    def on_click(self, message):
-        with self.sim.lock:
-            try:
-                x, y = checked_point(message.header.frame_id, message.point)
-                heading = self.sim.route.locate(x, y).heading_rad
-                done = self.sim.world.toggle_obstacle(
-                    ObstaclePlan.standing(self.clicked_obstacle, x, y, heading)
-                )
-            except ValueError as error:
-                rospy.logwarn_throttle(1.0, f"sim: refused a point on /clicked_point: {error}")
-                return
-            rospy.loginfo("sim: obstacles: %s", done)
-            self.show_change()
-
-    def show_change(self):
-        """A paused world shows at once what has been changed in it."""
-        self.sim.topics.car_was_moved()
-        if self.sim.pace.waiting:
-            self.sim.world.look_again()
-            self.sim.publish([])
-        self.sim.keep()
+    def _on_click(self, message: PointStamped) -> None:
+        try:
+            x, y = map_point(message.header.frame_id, message.point)
+            heading = self._route.locate(x, y).heading_rad
+            change = self._simulation.toggle_obstacle(
+                ObstaclePlan.stationary(self._clicked_obstacle, x, y, heading)
+            )
+        except ValueError as error:
+            rospy.logwarn_throttle(1.0, f"sim: refused a point on /clicked_point: {error}")
+            return
+        rospy.loginfo("sim: obstacles: %s", change)
+        self._on_change()

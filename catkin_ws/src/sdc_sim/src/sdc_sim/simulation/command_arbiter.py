@@ -1,27 +1,28 @@
-"""Who sits at the wheel when more than one node commands the car."""
+"""Arbitration between several publishers of control commands."""
 
 from __future__ import annotations
 
 
 class CommandArbiter:
-    """The node that commanded first keeps the seat until it has been silent for `patience_ticks`; then the next one has it.
+    """Accepts commands of one publisher at a time: a car that obeys two jerks between them.
 
-    A car that obeyed two at once would jerk between them.
+    The first publisher keeps control until it has sent no command for timeout_ticks. Then the next
+    one that sends a command gets control.
     """
 
-    def __init__(self, patience_ticks: int):
-        self._patience_ticks = patience_ticks
-        self._heard_at = 0
-        self.driver = None
+    def __init__(self, timeout_ticks: int):
+        self._timeout_ticks = timeout_ticks
+        self._last_tick = 0
+        self.active: str | None = None
 
     def admits(self, name: str, tick: int) -> bool:
-        """Whether the car obeys a command of this node that comes in this tick."""
-        if self.driver not in (None, name) and tick - self._heard_at <= self._patience_ticks:
+        """Return whether to accept a command that this publisher sends in this tick."""
+        if self.active not in (None, name) and tick - self._last_tick <= self._timeout_ticks:
             return False
-        self.driver = name
-        self._heard_at = tick
+        self.active = name
+        self._last_tick = tick
         return True
 
-    def leave(self) -> None:
-        """The driver has not answered: the seat is free at once."""
-        self.driver = None
+    def release(self) -> None:
+        """Accept the next command of any publisher."""
+        self.active = None

@@ -1,112 +1,138 @@
-"""Who drives the car: the software, or a person who has taken over; by pedals, or by speed and wheel angle."""
+"""Selection of the command that the vehicle executes: software or manual, pedals or Ackermann."""
 
 from __future__ import annotations
+
+from typing import Any, Tuple, Union
 
 from sdc_sim.physics.ackermann import AckermannControl, AckermannTarget
 from sdc_sim.physics.vehicle import VehicleCommand, VehicleState
 from sdc_sim.simulation.sensors import DelayLine
 
+Command = Union[VehicleCommand, AckermannTarget]
+_Entry = Tuple[Command, int]  # a command and the tick at which it was accepted
+
 
 class CommandMux:
-    """Keeps the last order of the software and of the person, and tells each tick which command the car obeys.
+    """Stores the latest software and manual commands and selects one of them in each tick.
 
-    patience_ticks is how long an order stays in force without a new one before the car brakes by itself; 0 means for ever.
-    While `by_hand` the person's orders rule; the software's are kept, so that the latest of them holds when the car is given
-    back. An order reaches the car `latency.ticks` ticks after it was given; the car's own braking does not wait.
+    The manual command applies while `manual_override` is set. The latest software command is kept
+    and applies when the override ends.
+
+    Args:
+        timeout_ticks: time without a new command after which the vehicle brakes; 0 is never
+        latency: delay between a command and its execution; the braking after a timeout has none
+        ackermann: converts Ackermann targets to pedals and steering; without it they are refused
     """
 
-    def __init__(self, patience_ticks: int, latency: DelayLine, ackermann: AckermannControl = None):
-        self.by_hand = False
-        self._patience_ticks = patience_ticks
+    def __init__(
+        self, timeout_ticks: int, latency: DelayLine, ackermann: AckermannControl | None = None
+    ):
+        self.manual_override = False
+        self.executed = VehicleCommand()
+        self._timeout_ticks = timeout_ticks
         self._latency = latency
         self._ackermann = ackermann
-        self._orders = {False: None, True: None}
-        self._last = VehicleCommand()
+        self._software: _Entry | None = None
+        self._manual: _Entry | None = None
+
+    def accept(self, command: Command, tick: int, manual: bool = False) -> bool:
+        """Store a command, limited to its range, from this tick on.
+
+        Returns:
+            whether it was outside its range
+
+        Raises:
+            ValueError: a value is NaN or infinite, or the vehicle has no Ackermann control
+        """
+        limited, outside = self._limited(command)
+        if manual:
+            self._manual = limited, tick
+        else:
+            self._software = limited, tick
+        return outside
+
+    def _limited(self, command: Command) -> tuple[Command, bool]:
+        if isinstance(command, VehicleCommand):
+            return command.clamped()
+        if self._ackermann is None:
+            raise ValueError("command refused: this simulation has no Ackermann control")
+        return self._ackermann.limited(command)
+
+    def set_manual_override(self, enabled: bool, tick: int) -> None:
+        """Start or end manual control. The vehicle coasts until the first manual command."""
+        if enabled and not self.manual_override:
+            self._manual = VehicleCommand(), tick
+        self.manual_override = enabled
 
     @property
-    def last(self) -> VehicleCommand:
-        """The command that the car obeyed last."""
-        return self._last
+    def has_software_command(self) -> bool:
+        """Whether there has been a software command since the start or the last reset."""
+        return self._software is not None
 
-    def obey(self, command: VehicleCommand, tick: int, by_hand: bool = False) -> bool:
-        """Take a command, clamped to its range; returns whether it had to be. Raises ValueError for NaN and infinities."""
-        command, clamped = command.clamped()
-        self._orders[by_hand] = command, tick
-        return clamped
-
-    def obey_ackermann(self, target: AckermannTarget, tick: int) -> bool:
-        """Take a speed and a wheel angle from the software; returns whether they had to be limited. Raises ValueError for NaN."""
-        target, limited = self._ackermann.limited(target)
-        self._orders[False] = target, tick
-        return limited
-
-    def take_over(self, by_hand: bool, tick: int) -> None:
-        """A person takes the car over, or gives it back. The car coasts until the person's first command."""
-        if by_hand and not self.by_hand:
-            self._orders[True] = VehicleCommand(), tick
-        self.by_hand = by_hand
-
-    def silent(self, tick: int) -> bool:
-        """Whether a driver who has commanded before has been without a new command for too long."""
-        order = self._orders[self.by_hand]
+    def timed_out(self, tick: int) -> bool:
+        """Return whether the latest command is too old. Before the first one nothing times out."""
+        entry = self._active
         return (
-            order is not None
-            and self._patience_ticks > 0
-            and tick - order[1] > self._patience_ticks
+            entry is not None and self._timeout_ticks > 0 and tick - entry[1] > self._timeout_ticks
         )
 
-    def command(self, tick: int, state: VehicleState, tick_s: float) -> VehicleCommand:
-        """The command that the car obeys in this tick; to be asked once a tick."""
-        order = self._orders[self.by_hand]
-        order = self._latency.put(order[0] if order else VehicleCommand())
-        if not isinstance(order, AckermannTarget) and self._ackermann is not None:
+    @property
+    def _active(self) -> _Entry | None:
+        return self._manual if self.manual_override else self._software
+
+    def select(self, tick: int, state: VehicleState, tick_s: float) -> VehicleCommand:
+        """Return the command to execute in this tick; call it once a tick."""
+        entry = self._active
+        command = self._latency.put(entry[0] if entry else VehicleCommand())
+        if not isinstance(command, AckermannTarget) and self._ackermann is not None:
             self._ackermann.reset()
-        if self.silent(tick):
-            # The wheel stays where it is: in a bend, straight on would be off the road.
-            self._last = VehicleCommand(steer=self._last.steer, brake=1.0)
-        elif isinstance(order, AckermannTarget):
-            self._last = self._ackermann.command(
-                order, state.speed_mps, state.wheel_angle_rad, tick_s
+        if self.timed_out(tick):
+            # The steering keeps its position: in a bend, straight wheels leave the road.
+            self.executed = VehicleCommand(steer=self.executed.steer, brake=1.0)
+        elif isinstance(command, AckermannTarget):
+            assert self._ackermann is not None
+            self.executed = self._ackermann.command(
+                command, state.speed_mps, state.wheel_angle_rad, tick_s
             )
         else:
-            self._last = order or VehicleCommand()
-        return self._last
+            self.executed = command or VehicleCommand()
+        return self.executed
 
-    def memory(self) -> dict:
-        """Who drives and what was ordered, as plain data."""
+    def checkpoint(self) -> dict[str, Any]:
+        """Return the state as plain data."""
         return {
-            "by_hand": self.by_hand,
-            "last": _plain(self._last),
-            "latency": [_plain(order) for order in self._latency.items],
-            "orders": [
-                order and [_plain(order[0]), order[1]]
-                for order in (self._orders[False], self._orders[True])
+            "manual_override": self.manual_override,
+            "executed": _plain(self.executed),
+            "latency": [_plain(command) for command in self._latency.items],
+            "entries": [
+                entry and [_plain(entry[0]), entry[1]] for entry in (self._software, self._manual)
             ],
-            "ackermann": self._ackermann.memory() if self._ackermann is not None else None,
+            "ackermann": self._ackermann.checkpoint() if self._ackermann is not None else None,
         }
 
-    def recall(self, memory: dict) -> None:
-        """Go on as `memory` said."""
-        self.by_hand = memory["by_hand"]
-        self._last = _order(memory["last"])
-        self._latency.fill(map(_order, memory["latency"]))
-        self._orders = {
-            by_hand: entry and (_order(entry[0]), entry[1])
-            for by_hand, entry in zip((False, True), memory["orders"])
-        }
+    def restore(self, checkpoint: dict[str, Any]) -> None:
+        """Restore a checkpoint."""
+        self.manual_override = checkpoint["manual_override"]
+        self.executed = _command(checkpoint["executed"])
+        self._latency.fill(map(_command, checkpoint["latency"]))
+        self._software, self._manual = (
+            entry and (_command(entry[0]), entry[1]) for entry in checkpoint["entries"]
+        )
         if self._ackermann is not None:
-            self._ackermann.recall(memory["ackermann"])
+            self._ackermann.restore(checkpoint["ackermann"])
 
     def reset(self) -> None:
-        """Forget every order, as for a car that has just been put down; who drives stays as it is."""
-        self._orders = {False: None, True: None}
+        """Forget all commands; the manual override stays."""
+        self._software = self._manual = None
         self._latency.clear()
-        self._last = VehicleCommand()
+        self.executed = VehicleCommand()
 
 
-def _plain(order) -> list:
-    return [isinstance(order, AckermannTarget), *vars(order).values()]
+def _plain(command: Command | None) -> list | None:
+    if command is None:
+        return None
+    return [isinstance(command, AckermannTarget), *vars(command).values()]
 
 
-def _order(plain: list):
-    return (AckermannTarget if plain[0] else VehicleCommand)(*plain[1:])
+def _command(plain: list | None) -> Any:
+    return plain and (AckermannTarget if plain[0] else VehicleCommand)(*plain[1:])

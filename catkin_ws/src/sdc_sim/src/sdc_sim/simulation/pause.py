@@ -1,22 +1,22 @@
-"""Pause, resume, step: whether the world may take its next tick."""
+"""Pause, resume and single steps of the simulation."""
 
 from __future__ import annotations
 
 
 class PauseControl:
-    """Runs, stands, or stands with some steps to go."""
+    """Runs, is paused, or is paused with some steps left to take."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.paused = False
         self._steps = 0
 
     @property
     def waiting(self) -> bool:
-        """Whether the world stands still until somebody says otherwise."""
+        """Whether the next tick has to wait for `resume` or `step`."""
         return self.paused and self._steps == 0
 
     def pause(self) -> None:
-        """Stand after the present tick."""
+        """Pause after the present tick."""
         self.paused = True
         self._steps = 0
 
@@ -26,20 +26,20 @@ class PauseControl:
         self._steps = 0
 
     def step(self) -> None:
-        """One tick more, then stand: a running world pauses after it."""
+        """Allow one more tick, then pause; a running simulation pauses after it."""
         self.paused = True
         self._steps += 1
 
-    def memory(self) -> list:
-        """How it stands, as plain data."""
+    def checkpoint(self) -> list:
+        """Return the state as plain data."""
         return [self.paused, self._steps]
 
-    def recall(self, paused: bool, steps: int) -> None:
-        """Stand as `memory` said."""
+    def restore(self, paused: bool, steps: int) -> None:
+        """Restore a checkpoint."""
         self.paused, self._steps = paused, steps
 
     def take(self) -> bool:
-        """Ask for a tick: whether it may be taken. A granted step is used up."""
+        """Return whether the next tick is allowed now, and use up a step that allows it."""
         if self.waiting:
             return False
         if self.paused:

@@ -1,10 +1,10 @@
-"""What a car measures of itself: odometry with seeded noise, and lines that delay measurements and commands."""
+"""Sensor models: odometry noise with a seed, and delay lines for measurements and commands."""
 
 from __future__ import annotations
 
 import math
 from collections import deque
-from typing import Any
+from typing import Any, Iterable
 
 import numpy as np
 
@@ -12,11 +12,20 @@ from sdc_common.validation import check_non_negative, check_positive
 
 
 class OdometryNoise:
-    """Adds independent Gaussian noise to each odometry: standard deviations of position (each axis), heading and speed.
+    """Adds independent Gaussian noise to position, heading and speed.
 
-    The same seed gives the same noise on every machine (NumPy's RandomState keeps its streams between versions). All
-    four draws are made each time, so that switching one kind of noise off leaves the other kinds as they were; with
-    every sigma zero the input comes back untouched. Raises ValueError for a sigma that is negative or no number.
+    The same seed gives the same noise on every machine: the streams of NumPy's RandomState do not
+    change between versions. Each call draws all four numbers, so that one kind of noise does not
+    depend on the others. Without noise the input is returned unchanged.
+
+    Args:
+        seed: seed of the random numbers
+        position_m: standard deviation of x and of y
+        heading_rad: standard deviation of the heading
+        speed_mps: standard deviation of the speed
+
+    Raises:
+        ValueError: a standard deviation is negative or not a number
     """
 
     def __init__(
@@ -29,59 +38,66 @@ class OdometryNoise:
         ):
             check_non_negative(**{f"odometry_noise.{name}": sigma})
         self._sigmas = (position_m, position_m, heading_rad, speed_mps)
-        self._random = np.random.RandomState(seed)
+        self._seed = seed
         self.draws = 0
+        self._random = np.random.RandomState(seed)
 
     def apply(
         self, x_m: float, y_m: float, yaw_rad: float, speed_mps: float
     ) -> tuple[float, float, float, float]:
-        """The (x, y, yaw, speed) that is measured where the true ones are these."""
+        """Return measured (x, y, yaw, speed) for these true values."""
         true = (x_m, y_m, yaw_rad, speed_mps)
         if not any(self._sigmas):
             return true
         draws = self._random.standard_normal(4).tolist()
         self.draws += 1
-        return tuple(
+        x, y, yaw, speed = (
             value + sigma * draw if sigma else value
             for value, sigma, draw in zip(true, self._sigmas, draws)
         )
+        return x, y, yaw, speed
 
-    def skip(self, draws: int) -> None:
-        """Go on as after that many calls of `apply` that drew: the noise of a drive that is taken up again."""
-        self.draws += draws
+    def reset(self, draws: int = 0) -> None:
+        """Continue as after this number of calls of `apply`."""
+        self._random = np.random.RandomState(self._seed)
+        self.draws = draws
         while draws > 0:
             self._random.standard_normal(4 * min(draws, 100_000))
             draws -= 100_000
 
 
 class DelayLine:
-    """A line that gives back each tick what was put into it delay_s before.
+    """Returns each item a fixed number of ticks after it was put in.
 
-    The delay is rounded to whole ticks (`ticks`; halves upwards): with a tick of 0.05 s, 0.12 s become 2 ticks and
-    0.02 s none. Raises ValueError for a delay that is negative or no number, and for a tick that is not positive.
+    Args:
+        delay_s: delay; it is rounded to whole ticks, halves upwards
+        tick_s: duration of a tick
+
+    Raises:
+        ValueError: the delay is negative or the tick not positive, or one of them is not a number
     """
 
     def __init__(self, delay_s: float, tick_s: float):
         check_non_negative(delay_s=delay_s)
         check_positive(tick_s=tick_s)
-        # A delay of 1.5 ticks must not fall to 1 because 0.15 / 0.1 is 1.4999...
+        # 1e-9 compensates rounding: 0.15 / 0.1 is 1.4999..., but 1.5 ticks are rounded to 2.
         self.ticks = int(math.floor(delay_s / tick_s + 0.5 + 1e-9))
-        self._line = deque()
+        self._line: deque[Any] = deque()
 
-    def put(self, item: Any) -> Any | None:
-        """Put this tick's item in; returns the item of `ticks` ticks ago, None while the line fills."""
+    def put(self, item: Any) -> Any:
+        """Put in the item of this tick; return that of `ticks` ticks ago, None until it fills."""
         self._line.append(item)
         return self._line.popleft() if len(self._line) > self.ticks else None
 
     def clear(self) -> None:
-        """Empty the line, as after a reset of the car."""
+        """Remove all items."""
         self._line.clear()
 
     @property
-    def items(self) -> list:
-        """What is in the line, the oldest first."""
+    def items(self) -> list[Any]:
+        """All items, the oldest first."""
         return list(self._line)
 
-    def fill(self, items) -> None:
-        """Put these into the line, the oldest first, in place of what is in it."""
+    def fill(self, items: Iterable[Any]) -> None:
+        """Replace all items by these, the oldest first."""
         self._line = deque(items)

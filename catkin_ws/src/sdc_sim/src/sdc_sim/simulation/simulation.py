@@ -1,229 +1,311 @@
-"""The world at one tick: the car, who drives it, what it meets, what it senses, and simulated time."""
+"""The simulation of a vehicle among obstacles and traffic lights, tick by tick."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple, Tuple
 
 from sdc_common.validation import check_between
-from sdc_sim.physics.ackermann import AckermannControl, AckermannTarget
-from sdc_sim.physics.collision import Rectangle
+from sdc_sim.physics.ackermann import AckermannControl
+from sdc_sim.physics.collision import Contact, Rectangle
 from sdc_sim.physics.obstacles import CollisionEvent, ObstaclePlan, Obstacles, ObstacleState
 from sdc_sim.physics.traffic_lights import TrafficLights, TrafficLightState
-from sdc_sim.physics.vehicle import Vehicle, VehicleCommand, VehicleState
-from sdc_sim.simulation.command_mux import CommandMux
+from sdc_sim.physics.vehicle import Vehicle, VehicleState
+from sdc_sim.simulation.answer_tracker import Stamp
+from sdc_sim.simulation.command_mux import Command, CommandMux
 from sdc_sim.simulation.sensors import DelayLine, OdometryNoise
 
 _NANOSECONDS = 1_000_000_000
+_ORIGIN = (0.0, 0.0, 0.0)
+
+Pose = Tuple[float, float, float]
 
 
 class OccupiedError(ValueError):
-    """An obstacle stands where the car is to be put; the message says which and where."""
+    """An obstacle is at the place of the vehicle; the message names it."""
 
 
 class Observation(NamedTuple):
-    """What there is to be sensed at one tick: `state` is the truth, `measured` what the odometry makes of it, `lamps` are the
-    traffic lights."""
+    """What the sensors show at one tick, at most sensor_latency_s late.
 
-    stamp: tuple
+    Attributes:
+        stamp: simulated time (seconds, nanoseconds)
+        state: true state of the vehicle
+        measured: state of the vehicle with the noise of its odometry
+        obstacles: all obstacles
+        traffic_lights: all traffic lights
+        collisions: contacts that began in the last tick; they have no latency
+    """
+
+    stamp: Stamp
     state: VehicleState
     measured: VehicleState
-    bodies: tuple
-    lamps: tuple = ()
+    obstacles: tuple[ObstacleState, ...] = ()
+    traffic_lights: tuple[TrafficLightState, ...] = ()
+    collisions: tuple[CollisionEvent, ...] = ()
 
 
 class Simulation:
-    """A car among obstacles that obeys the command in force, tick after tick.
+    """A vehicle that executes commands among obstacles and traffic lights.
 
-    start: where the car stands, (x, y, yaw). command_patience_s: how long a command stays in force without a new one before
-    the car brakes by itself; 0 means for ever. Latencies are rounded to whole ticks: a command reaches the car that much
-    later, and `sensed` is what the world was that much earlier. Time is counted in whole ticks, so that it neither drifts nor
-    depends on a clock.
+    Equal arguments and equal commands give equal observations, bit for bit. Time is a number of
+    whole ticks. Latencies are rounded to whole ticks.
+
+    Args:
+        vehicle: the vehicle
+        tick_s: duration of a tick
+        command_timeout_s: time without a new command after which the vehicle brakes; 0 is never
+        start: pose of the vehicle (x [m], y [m], yaw [rad])
+        obstacles: the obstacles
+        lights: the traffic lights
+        noise: noise of the odometry
+        ackermann: control mode by speed and wheel angle
+        command_latency_s: delay between a command and its execution
+        sensor_latency_s: age of an observation
+
+    Raises:
+        ValueError: a value is out of range
+        OccupiedError: an obstacle is at the start pose
     """
 
     def __init__(
         self,
         vehicle: Vehicle,
         tick_s: float,
-        command_patience_s: float,
-        start=(0.0, 0.0, 0.0),
-        obstacles: Obstacles = None,
-        lights: TrafficLights = None,
-        noise: OdometryNoise = None,
-        ackermann: AckermannControl = None,
+        command_timeout_s: float,
+        start: Pose = _ORIGIN,
+        obstacles: Obstacles | None = None,
+        lights: TrafficLights | None = None,
+        noise: OdometryNoise | None = None,
+        ackermann: AckermannControl | None = None,
         command_latency_s: float = 0.0,
         sensor_latency_s: float = 0.0,
     ):
         check_between(1e-3, 1.0, tick_s=tick_s)
-        check_between(0.0, 1e6, command_patience_s=command_patience_s)
+        check_between(0.0, 1e6, command_timeout_s=command_timeout_s)
         check_between(
             0.0, 100.0, command_latency_s=command_latency_s, sensor_latency_s=sensor_latency_s
         )
         self.vehicle = vehicle
         self.tick_s = tick_s
-        self.tick = 1
         self.obstacles = obstacles or Obstacles()
         self.lights = lights or TrafficLights()
-        self.control = CommandMux(
-            round(command_patience_s / tick_s), DelayLine(command_latency_s, tick_s), ackermann
+        self.commands = CommandMux(
+            round(command_timeout_s / tick_s), DelayLine(command_latency_s, tick_s), ackermann
         )
         self._tick_ns = round(tick_s * _NANOSECONDS)
         self._noise = noise
-        self._senses = DelayLine(sensor_latency_s, tick_s)
+        self._sensor_line = DelayLine(sensor_latency_s, tick_s)
         self._start = start
-        self._started_at = self.tick
-        # From the axles' middle, which is taken for the body's, to the centre of gravity, which is the state's point.
-        self._behind_m = 0.5 * (vehicle.parameters.front_axle_m - vehicle.parameters.rear_axle_m)
-        self._check_free(*start)
-        vehicle.reset(*start)
-        self.sensed = self._sense()
-        while self.sensed is None:  # the car has stood here since before the first tick
-            self.tick += 1
-            self.sensed = self._sense()
+        # From the centre of gravity, the point of the state, forward to the centre of the body.
+        self._centre_m = 0.5 * (vehicle.parameters.front_axle_m - vehicle.parameters.rear_axle_m)
+        # The first stamp must not be zero, which is no time in ROS.
+        self.tick = 1 + self._sensor_line.ticks
+        self.observation = self.reset()
 
     @property
-    def stamp(self):
-        """Simulated time as (seconds, nanoseconds); the first tick is not zero, which ROS takes for 'no time yet'."""
-        return divmod(self.tick * self._tick_ns, _NANOSECONDS)
+    def stamp(self) -> Stamp:
+        """Present simulated time (seconds, nanoseconds)."""
+        return self._stamp_at(self.tick)
 
     @property
     def elapsed_s(self) -> float:
-        """Simulated time since the start, or the reset, of the world."""
-        return (self.tick - self._started_at) * self.tick_s
+        """Simulated time since the start or the last reset."""
+        return self._elapsed_at(self.tick)
 
     @property
-    def silent(self) -> bool:
-        """Whether a car that was commanded before has been without a new command for too long."""
-        return self.control.silent(self.tick)
-
-    @property
-    def car(self) -> Rectangle:
-        """The outline of the car on the ground."""
+    def outline(self) -> Rectangle:
+        """Outline of the vehicle on the ground."""
         state = self.vehicle.state
-        return self._outline(state.x_m, state.y_m, state.yaw_rad)
+        return self._outline_at(state.x_m, state.y_m, state.yaw_rad)
 
-    def _outline(self, x_m: float, y_m: float, yaw_rad: float) -> Rectangle:
-        parameters = self.vehicle.parameters
-        if self._behind_m:
-            x_m, y_m = (
-                x_m + self._behind_m * math.cos(yaw_rad),
-                y_m + self._behind_m * math.sin(yaw_rad),
-            )
-        return Rectangle(x_m, y_m, yaw_rad, parameters.length_m, parameters.width_m)
+    @property
+    def command_timed_out(self) -> bool:
+        """Whether the vehicle brakes because its latest command is too old."""
+        return self.commands.timed_out(self.tick)
 
-    def obey(self, command: VehicleCommand, by_hand: bool = False) -> bool:
-        """Take a command, clamped to its range; returns whether it had to be clamped. Raises ValueError for NaN and infinities."""
-        return self.control.obey(command, self.tick, by_hand)
+    def reset(self) -> Observation:
+        """Restore the start and return its observation; only the time continues.
 
-    def obey_ackermann(self, target: AckermannTarget) -> bool:
-        """Take a speed and a wheel angle; returns whether they had to be limited. Raises ValueError for NaN and infinities."""
-        return self.control.obey_ackermann(target, self.tick)
-
-    def take_over(self, by_hand: bool) -> None:
-        """A person takes the car over, or gives it back."""
-        self.control.take_over(by_hand, self.tick)
-
-    def place(self, x_m: float, y_m: float, yaw_rad: float) -> None:
-        """Put the car down elsewhere, at rest, all commands forgotten.
-
-        Raises ValueError for NaN and infinities, and where an obstacle is in the way.
+        The same commands then repeat the drive bit for bit, with later stamps.
         """
-        self._check_free(x_m, y_m, yaw_rad)
-        self.vehicle.reset(x_m, y_m, yaw_rad)
-        self.control.reset()
-
-    def reset(self) -> None:
-        """Everything back to its start, but for time, which goes on."""
         self.obstacles.reset()
         self.place(*self._start)
-        self._started_at = self.tick
+        if self._noise is not None:
+            self._noise.reset()
+        # The vehicle has been at its start for the time that the sensors are late.
+        self._sensor_line.clear()
+        self._start_tick = self.tick - self._sensor_line.ticks
+        for tick in range(self._start_tick, self.tick):
+            self._sense(tick)
+        self.observation = self._sense(self.tick)
+        return self.observation
 
-    def memory(self) -> dict:
-        """All that this world carries from tick to tick, as plain data: another one made of the same parameters goes on from it
-        bit for bit."""
+    def step(self, command: Command | None = None) -> Observation:
+        """Advance by one tick and return the observation after it.
+
+        Args:
+            command: software command that answers the last observation; it is limited to its
+                range. None leaves the last command in force.
+
+        Raises:
+            ValueError: the command holds NaN or infinity; the simulation does not advance
+        """
+        if command is not None:
+            self.accept(command)
+        collisions: list[CollisionEvent] = []
+        if self.obstacles.all:
+            collisions = self.obstacles.advance(self.elapsed_s, self.tick_s, self.outline)
+        before = self.vehicle.state
+        self.vehicle.step(self.commands.select(self.tick, before, self.tick_s), self.tick_s)
+        if self.obstacles.all:
+            collisions += self._collide(before)
+        self.tick += 1
+        self.observation = self._sense(self.tick)
+        if collisions:
+            self.observation = self.observation._replace(collisions=tuple(collisions))
+        return self.observation
+
+    def accept(self, command: Command, manual: bool = False) -> bool:
+        """Store a command of the software or of a person for the next tick.
+
+        Returns:
+            whether the command was outside its range, to which it is limited
+
+        Raises:
+            ValueError: the command holds NaN or infinity
+        """
+        return self.commands.accept(command, self.tick, manual)
+
+    def set_manual_override(self, enabled: bool) -> None:
+        """Start or end manual control."""
+        self.commands.set_manual_override(enabled, self.tick)
+
+    def place(self, x_m: float, y_m: float, yaw_rad: float) -> None:
+        """Place the vehicle at rest and forget all commands.
+
+        Raises:
+            ValueError: a value is not finite
+            OccupiedError: an obstacle is there
+        """
+        obstacle = self.obstacles.at(self._outline_at(x_m, y_m, yaw_rad))
+        if obstacle:
+            raise OccupiedError(
+                f"the {obstacle.kind} at ({obstacle.x_m:.1f}, {obstacle.y_m:.1f}) is at the place "
+                "of the vehicle; move one of them"
+            )
+        self.vehicle.reset(x_m, y_m, yaw_rad)
+        self.commands.reset()
+
+    def toggle_obstacle(self, plan: ObstaclePlan) -> str:
+        """Add an obstacle, or remove those at its point; return a text that describes the change.
+
+        Raises:
+            ValueError: the vehicle is there
+        """
+        return self.obstacles.toggle(plan, self.outline)
+
+    def observe_again(self) -> Observation:
+        """Return the last observation with the present positions, without noise.
+
+        A paused simulation shows with it what has been placed, added or removed.
+        """
+        state = self.vehicle.state
+        self.observation = self.observation._replace(
+            state=state,
+            measured=state,
+            obstacles=self.obstacles.states,
+            traffic_lights=self.lights.states(self.elapsed_s),
+            collisions=(),
+        )
+        return self.observation
+
+    def checkpoint(self) -> dict[str, Any]:
+        """Return the whole state as plain data."""
         return {
             "tick": self.tick,
-            "started_at": self._started_at,
-            "car": list(vars(self.vehicle.state).values()),
-            "control": self.control.memory(),
-            "obstacles": self.obstacles.memory(),
-            "sensed": _plain(self.sensed),
-            "senses": [_plain(snapshot) for snapshot in self._senses.items],
+            "start_tick": self._start_tick,
+            "vehicle": list(vars(self.vehicle.state).values()),
+            "commands": self.commands.checkpoint(),
+            "obstacles": self.obstacles.checkpoint(),
+            "observation": _plain(self.observation),
+            "sensor_line": [_plain(observation) for observation in self._sensor_line.items],
             "noise_draws": self._noise.draws if self._noise is not None else 0,
         }
 
-    def recall(self, memory: dict) -> None:
-        """Go on as `memory` said; to be called before the first tick. Raises KeyError, TypeError or ValueError where it is the
-        memory of another kind of world."""
-        self.tick, self._started_at = memory["tick"], memory["started_at"]
-        self.vehicle.state = VehicleState(*memory["car"])
-        self.control.recall(memory["control"])
-        self.obstacles.recall(memory["obstacles"])
-        self.sensed = _snapshot(memory["sensed"])
-        self._senses.fill(map(_snapshot, memory["senses"]))
+    def restore(self, checkpoint: dict[str, Any]) -> None:
+        """Restore a checkpoint of a simulation with the same arguments, bit for bit.
+
+        Raises:
+            KeyError, TypeError, ValueError: it is the checkpoint of another simulation
+        """
+        self.tick, self._start_tick = checkpoint["tick"], checkpoint["start_tick"]
+        self.vehicle.state = VehicleState(*checkpoint["vehicle"])
+        self.commands.restore(checkpoint["commands"])
+        self.obstacles.restore(checkpoint["obstacles"])
+        self.observation = _observation(checkpoint["observation"])
+        self._sensor_line.fill(map(_observation, checkpoint["sensor_line"]))
         if self._noise is not None:
-            self._noise.skip(memory["noise_draws"] - self._noise.draws)
+            self._noise.reset(checkpoint["noise_draws"])
 
-    def _check_free(self, x_m: float, y_m: float, yaw_rad: float) -> None:
-        body = self.obstacles.at(self._outline(x_m, y_m, yaw_rad))
-        if body:
-            raise OccupiedError(
-                f"the {body.kind} at ({body.x_m:.1f}, {body.y_m:.1f}) is where the car would stand; move one of them"
+    def _stamp_at(self, tick: int) -> Stamp:
+        return divmod(tick * self._tick_ns, _NANOSECONDS)
+
+    def _elapsed_at(self, tick: int) -> float:
+        return (tick - self._start_tick) * self.tick_s
+
+    def _outline_at(self, x_m: float, y_m: float, yaw_rad: float) -> Rectangle:
+        parameters = self.vehicle.parameters
+        if self._centre_m:
+            x_m += self._centre_m * math.cos(yaw_rad)
+            y_m += self._centre_m * math.sin(yaw_rad)
+        return Rectangle(x_m, y_m, yaw_rad, parameters.length_m, parameters.width_m)
+
+    def _sense(self, tick: int) -> Any:
+        """Observe the present state; return the observation of sensor_latency_s ago."""
+        state = measured = self.vehicle.state
+        if self._noise is not None:
+            x, y, yaw, speed = self._noise.apply(
+                state.x_m, state.y_m, state.yaw_rad, state.speed_mps
             )
-
-    def look_again(self) -> None:
-        """Sense what has been moved since the tick, as a paused world shows it; the odometry is the truth then."""
-        state = self.vehicle.state
-        self.sensed = self.sensed._replace(
-            state=state,
-            measured=state,
-            bodies=self.obstacles.bodies,
-            lamps=self.lights.lamps(self.elapsed_s),
+            measured = replace(state, x_m=x, y_m=y, yaw_rad=yaw, speed_mps=speed)
+        return self._sensor_line.put(
+            Observation(
+                self._stamp_at(tick),
+                state,
+                measured,
+                self.obstacles.states,
+                self.lights.states(self._elapsed_at(tick)),
+            )
         )
 
-    def toggle_obstacle(self, plan: ObstaclePlan) -> str:
-        """Put an obstacle there, or take away what is there; returns what was done. Raises ValueError where the car stands."""
-        return self.obstacles.toggle(plan, self.car)
-
-    def advance(self) -> list:
-        """One tick of simulated time; returns the Touches that began in it."""
-        touches = []
-        if self.obstacles.all:
-            touches = self.obstacles.advance(self.elapsed_s, self.tick_s, self.car)
-        before = self.vehicle.state
-        self.vehicle.step(self.control.command(self.tick, before, self.tick_s), self.tick_s)
-        if self.obstacles.all:
-            touches += self._collide(before)
-        self.tick += 1
-        self.sensed = self._sense() or self.sensed
-        return touches
-
-    def _collide(self, before: VehicleState) -> list:
+    def _collide(self, before: VehicleState) -> list[CollisionEvent]:
+        """Stop the vehicle at the first obstacle on its way; return the contact that began."""
         after = self.vehicle.state
 
-        def way(share):
-            return self._outline(*_between(before, after, share))
+        def motion(share: float) -> Rectangle:
+            return self._outline_at(*_interpolated(before, after, share))
 
-        touches = []
-        met = self.obstacles.first_contact(way)
+        events = []
+        met = self.obstacles.first_contact(motion)
         if met:
             obstacle, contact = met
             approach_mps = self._stop(before, contact)
-            if self.obstacles.begins_to_touch(obstacle.id):
+            if self.obstacles.begin_contact(obstacle.id):
                 impulse = self.vehicle.parameters.mass_kg * approach_mps
-                touches.append(
+                events.append(
                     CollisionEvent(
                         obstacle.id, impulse * contact.normal_x, impulse * contact.normal_y
                     )
                 )
-        self.obstacles.release(self.car)
-        return touches
+        self.obstacles.end_contacts(self.outline)
+        return events
 
-    def _stop(self, before: VehicleState, contact) -> float:
-        """Leave the car where it meets the body, without the part of its motion that goes into it; returns that speed."""
+    def _stop(self, before: VehicleState, contact: Contact) -> float:
+        """Move the vehicle back to the contact and remove the speed into it; return that speed."""
         after = self.vehicle.state
-        x, y, yaw = _between(before, after, contact.share)
+        x, y, yaw = _interpolated(before, after, contact.share)
         c, s = math.cos(after.yaw_rad), math.sin(after.yaw_rad)
         along, across = (
             contact.normal_x * c + contact.normal_y * s,
@@ -244,25 +326,8 @@ class Simulation:
         )
         return approach_mps
 
-    def _sense(self):
-        state = measured = self.vehicle.state
-        if self._noise is not None:
-            x, y, yaw, speed = self._noise.apply(
-                state.x_m, state.y_m, state.yaw_rad, state.speed_mps
-            )
-            measured = replace(state, x_m=x, y_m=y, yaw_rad=yaw, speed_mps=speed)
-        return self._senses.put(
-            Observation(
-                self.stamp,
-                state,
-                measured,
-                self.obstacles.bodies,
-                self.lights.lamps(self.elapsed_s),
-            )
-        )
 
-
-def _between(before: VehicleState, after: VehicleState, share: float):
+def _interpolated(before: VehicleState, after: VehicleState, share: float) -> Pose:
     return (
         before.x_m + share * (after.x_m - before.x_m),
         before.y_m + share * (after.y_m - before.y_m),
@@ -270,24 +335,26 @@ def _between(before: VehicleState, after: VehicleState, share: float):
     )
 
 
-def _plain(sensed: Observation) -> list:
-    state, measured = sensed.state, sensed.measured
+def _plain(observation: Observation) -> list[Any]:
+    state, measured = observation.state, observation.measured
     return [
-        sensed.stamp,
+        observation.stamp,
         list(vars(state).values()),
         None if measured is state else list(vars(measured).values()),
-        [tuple(body) for body in sensed.bodies],
-        [tuple(lamp) for lamp in sensed.lamps],
+        [tuple(obstacle) for obstacle in observation.obstacles],
+        [tuple(light) for light in observation.traffic_lights],
+        [tuple(event) for event in observation.collisions],
     ]
 
 
-def _snapshot(plain: list) -> Observation:
-    stamp, state, measured, bodies, lamps = plain
+def _observation(plain: list[Any]) -> Observation:
+    stamp, state, measured, obstacles, lights, collisions = plain
     state = VehicleState(*state)
     return Observation(
-        tuple(stamp),
+        (stamp[0], stamp[1]),
         state,
         state if measured is None else VehicleState(*measured),
-        tuple(ObstacleState(*body) for body in bodies),
-        tuple(TrafficLightState(*lamp) for lamp in lamps),
+        tuple(ObstacleState(*obstacle) for obstacle in obstacles),
+        tuple(TrafficLightState(*light) for light in lights),
+        tuple(CollisionEvent(*event) for event in collisions),
     )

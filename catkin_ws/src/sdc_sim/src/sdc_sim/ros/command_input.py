@@ -1,0 +1,121 @@
+"""Control commands from ROS topics to the simulation."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import rospy
+from ackermann_msgs.msg import AckermannDrive
+from std_msgs.msg import Bool
+
+from sdc_sim.ros.message_conversion import ackermann_target, vehicle_command
+from sdc_sim.ros.request_queue import RequestQueue
+from sdc_sim.simulation.answer_tracker import UNSTAMPED, AnswerTracker
+from sdc_sim.simulation.command_arbiter import CommandArbiter
+from sdc_sim.simulation.command_mux import Command
+from sdc_sim.simulation.simulation import Simulation
+
+# After this time without a command of the active publisher, another one may take control.
+_HANDOVER_S = 0.5
+
+
+class CommandInput:
+    """Gives commands to the simulation; the loop executes all of it.
+
+    Args:
+        ego: prefix of the topics of the vehicle
+        control_class: message class of the control commands
+        simulation: the simulation
+        requests: requests to the loop
+        lockstep: whether the stamp of a command decides which observation it answers
+
+    Attributes:
+        received: whether a software command was accepted since the loop cleared it
+        subscribers: subscribers to software commands
+    """
+
+    def __init__(
+        self,
+        ego: str,
+        control_class: type,
+        simulation: Simulation,
+        requests: RequestQueue,
+        lockstep: bool,
+    ):
+        self.topic = ego + "/vehicle_control_cmd"
+        self.received = False
+        self._simulation = simulation
+        self._lockstep = lockstep
+        self._answers = AnswerTracker()
+        self._arbiter = CommandArbiter(round(_HANDOVER_S / simulation.tick_s))
+
+        def subscriber(topic: str, message_class: type, callback: Any) -> rospy.Subscriber:
+            return rospy.Subscriber(
+                topic, message_class, requests.deferred(callback), queue_size=10, tcp_nodelay=True
+            )
+
+        self.subscribers = (
+            subscriber(self.topic, control_class, self._on_control),
+            subscriber(ego + "/ackermann_cmd", AckermannDrive, self._on_ackermann),
+        )
+        subscriber(self.topic + "_manual", control_class, self._on_manual_control)
+        subscriber(ego + "/vehicle_control_manual_override", Bool, self._on_override)
+
+    @property
+    def stamped(self) -> bool:
+        """Whether the last command had a stamp."""
+        return self._answers.stamped
+
+    @property
+    def has_answer(self) -> bool:
+        """Whether a command with its stamp has answered the last observation."""
+        return self._answers.has_answer(self._simulation.observation.stamp)
+
+    def release(self) -> None:
+        """Let another publisher take control: the active one has not answered in time."""
+        self._arbiter.release()
+
+    def checkpoint(self) -> list:
+        """Return the state as plain data."""
+        return self._answers.checkpoint()
+
+    def restore(self, checkpoint: list) -> None:
+        """Restore a checkpoint."""
+        self._answers.restore(*checkpoint)
+
+    def _on_control(self, message: Any) -> None:
+        publisher = message._connection_header["callerid"]
+        if not self._arbiter.admits(publisher, self._simulation.tick):
+            rospy.logwarn_throttle(
+                5.0,
+                f"sim: ignored commands of {publisher} on {self.topic}: {self._arbiter.active} "
+                "has control; stop one of the two nodes",
+            )
+            return
+        stamp = message.header.stamp.secs, message.header.stamp.nsecs
+        if self._lockstep and self._answers.is_repeated(stamp):
+            return
+        if self._accept(vehicle_command(message), self.topic):
+            self._answers.record(stamp, self._simulation.observation.stamp)
+            self.received = True
+
+    def _on_ackermann(self, message: AckermannDrive) -> None:
+        if self._accept(ackermann_target(message), "ackermann_cmd"):
+            self._answers.record(UNSTAMPED, self._simulation.observation.stamp)
+            self.received = True
+
+    def _on_manual_control(self, message: Any) -> None:
+        self._accept(vehicle_command(message), self.topic + "_manual", manual=True)
+
+    def _on_override(self, message: Bool) -> None:
+        self._simulation.set_manual_override(message.data)
+
+    def _accept(self, command: Command, topic: str, manual: bool = False) -> bool:
+        """Give a command to the simulation; return whether it was accepted."""
+        try:
+            if self._simulation.accept(command, manual):
+                rospy.logwarn_throttle(1.0, f"sim: clamped a command on {topic} to its range")
+        except ValueError as error:
+            rospy.logwarn_throttle(1.0, f"sim: refused a command on {topic}: {error}")
+            return False
+        return True

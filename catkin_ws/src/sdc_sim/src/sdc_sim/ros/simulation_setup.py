@@ -1,0 +1,133 @@
+"""Parameters of the sim node, and the simulation that they describe."""
+
+from __future__ import annotations
+
+import os
+from typing import Collection, NamedTuple
+
+import numpy as np
+from carla_msgs.msg import CarlaEgoVehicleControl
+from sdc_msgs.msg import CarlaVehicleControl
+
+from sdc_common.geometry.route import Route
+from sdc_common.ros.node import refuse
+from sdc_common.routes.waypoint_file import WaypointError, load_waypoints
+from sdc_common.validation import check_between, check_non_negative
+from sdc_sim.physics.ackermann import AckermannControl, AckermannGains
+from sdc_sim.physics.obstacles import KINDS, Obstacles
+from sdc_sim.physics.traffic_lights import TrafficLights
+from sdc_sim.physics.vehicle import Vehicle
+from sdc_sim.physics.vehicle_parameters import VehicleError, load_vehicle
+from sdc_sim.ros.parameters import Parameters
+from sdc_sim.scenario.reader import load_lights, load_obstacles
+from sdc_sim.scenario.yaml_document import DocumentError
+from sdc_sim.simulation.placement import start_pose
+from sdc_sim.simulation.sensors import OdometryNoise
+from sdc_sim.simulation.simulation import OccupiedError, Simulation
+
+
+class BridgeNames(NamedTuple):
+    """Message class and topic names that differ between versions of the CARLA bridge."""
+
+    control_class: type
+    image_topic: str
+    camera_info_topic: str
+
+
+# Up to CARLA 0.9.4, and from 0.9.5 on.
+BRIDGES = {
+    "old": BridgeNames(
+        CarlaVehicleControl, "/camera/rgb/front/image_color", "/camera/rgb/front/camera_info"
+    ),
+    "new": BridgeNames(CarlaEgoVehicleControl, "/rgb_front/image", "/rgb_front/camera_info"),
+}
+
+
+class Timeouts(NamedTuple):
+    """Wall-clock time to wait for an answer in lockstep [s]."""
+
+    answer_s: float
+    unstamped_answer_s: float
+    start_s: float
+
+
+class SimulationSetup:
+    """Reads and checks all parameters; with an invalid one the node ends with one line.
+
+    Attributes:
+        simulation: the simulation at its start
+        route: the route
+        lockstep: whether a tick waits for the answer to the last observation
+        timeouts: limits of this wait
+        ego: prefix of the topics of the vehicle
+        bridge: message class and topic names
+    """
+
+    def __init__(self) -> None:
+        parameter = Parameters()
+        self.lockstep = bool(parameter("sync"))
+        self.timeouts = Timeouts(
+            parameter("patience_s"),
+            parameter("unstamped_patience_s"),
+            parameter("start_patience_s"),
+        )
+        self.wait_for_nodes = list(parameter("wait_for_nodes"))
+        self.clicked_obstacle: str = parameter("clicked_obstacle")
+        self.role_name: str = parameter("role_name")
+        self.ego = f"/carla/{self.role_name}"
+        bridge = parameter("bridge")
+        self.with_camera = bool(parameter("camera"))
+        self.daylight: float = parameter("daylight")
+        self.waypoints_path: str = parameter("waypoints_path")
+        self.preset: str = parameter("vehicle")
+        _check_known("clicked_obstacle", self.clicked_obstacle, KINDS)
+        _check_known("bridge", bridge, BRIDGES)
+        self.bridge = BRIDGES[bridge]
+        try:
+            self.route_m: np.ndarray = load_waypoints(self.waypoints_path)
+            self.route = Route(self.route_m)
+            self.simulation = _simulation(parameter, self.preset, self.route)
+            check_between(0.0, 1.0, daylight=self.daylight)
+            check_non_negative(
+                patience_s=self.timeouts.answer_s,
+                unstamped_patience_s=self.timeouts.unstamped_answer_s,
+                start_patience_s=self.timeouts.start_s,
+            )
+        except (WaypointError, VehicleError, DocumentError, OccupiedError) as error:
+            refuse(error)
+        except (TypeError, ValueError) as error:
+            refuse(f"{error}; fix it in config/sim.yaml")
+        parameter.refuse_unread()
+
+    @property
+    def map_name(self) -> str:
+        """Name of the map: the file name of the route without its ending."""
+        return os.path.splitext(os.path.basename(self.waypoints_path))[0]
+
+
+def _check_known(name: str, value: str, known: Collection[str]) -> None:
+    if value not in known:
+        refuse(f"{name} is '{value}'; write one of {', '.join(known)}")
+
+
+def _simulation(parameter: Parameters, preset: str, route: Route) -> Simulation:
+    obstacles_path = parameter("obstacles_path")
+    vehicle = Vehicle(
+        load_vehicle(os.path.join(parameter("vehicles_folder"), preset + ".yaml")),
+        friction=parameter("friction"),
+        side_wind_mps=parameter("side_wind_mps"),
+    )
+    command_timeout_s = parameter("command_patience_s")
+    check_between(0.0, 1e6, command_patience_s=command_timeout_s)
+    return Simulation(
+        vehicle,
+        parameter("tick_s"),
+        command_timeout_s,
+        start=start_pose(route, **parameter("start")),
+        obstacles=Obstacles(load_obstacles(obstacles_path, route)),
+        lights=TrafficLights(load_lights(obstacles_path, route)),
+        noise=OdometryNoise(parameter("seed"), **parameter("odometry_noise")),
+        ackermann=AckermannControl(vehicle.parameters, AckermannGains(**parameter("ackermann"))),
+        command_latency_s=parameter("command_latency_s"),
+        sensor_latency_s=parameter("sensor_latency_s"),
+    )
