@@ -1,5 +1,8 @@
 #!/usr/bin/env python3
-"""Two reports side by side: rosrun sdc_sim compare.py A B [--plot FILE.png]; A and B are report.json files or their folders."""
+"""Compare two reports, each named by its report.json or its folder.
+
+Usage: rosrun sdc_sim compare.py A B [--plot FILE.png]
+"""
 
 import argparse
 import sys
@@ -21,7 +24,7 @@ def main():
         "--plot",
         metavar="FILE.png",
         default="compare.png",
-        help="where both drives are drawn; default: %(default)s",
+        help="image of both drives; default: %(default)s",
     )
     arguments = parser.parse_args()
     try:
@@ -29,16 +32,16 @@ def main():
     except ReportReadError as error:
         print(f"compare: {error}", file=sys.stderr)
         return 1
-    print(f"A: {a.name}\nB: {b.name}\n\n{as_table(differences(a.figures, b.figures))}\n")
+    print(f"A: {a.name}\nB: {b.name}\n\n{as_table(differences(a.metrics, b.metrics))}\n")
     if a.trace is None or b.trace is None:
-        print("no picture: the trace (.csv) beside a report is missing")
+        print("no picture: a report has no trace (.csv) in its folder")
         return 0
     try:
         draw_overlay(arguments.plot, a, b)
     except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
         print(
-            f"compare: {arguments.plot}: {getattr(error, 'strerror', None) or error}; name another file with --plot",
-            file=sys.stderr,
+            f"compare: {arguments.plot}: {reason}; name another file with --plot", file=sys.stderr
         )
         return 1
     print(f"both drives: {arguments.plot}")

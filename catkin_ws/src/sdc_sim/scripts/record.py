@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Record: keeps what the referee hears in a bag, message by message and without loss, so that the drive can be scored again."""
+"""Record: writes all messages that the referee receives to a bag, for replay.py."""
 
 import contextlib
 import os
@@ -12,6 +12,8 @@ import rospy
 from sdc_common.ros.node import parameter, refuse
 from sdc_sim.report.writer import companion
 
+NS_PER_S = 1_000_000_000
+
 
 class Record:
     def __init__(self):
@@ -22,14 +24,15 @@ class Record:
             self.bag = rosbag.Bag(self.bag_path, "w")
         except OSError as error:
             refuse(
-                f"{error.filename}: {error.strerror}; the bag stands beside the report: name another folder with report:=FILE"
+                f"{error.filename}: {error.strerror}; the bag is written next to the report: "
+                "name another folder with report:=FILE"
             )
 
         self.lock = threading.Lock()
         self.last_ns = 0
         rospy.on_shutdown(self.close)
         for topic in parameter("topics"):
-            # Not one is left out, and none is understood: bytes go from the topic into the bag.
+            # AnyMsg keeps the bytes of a message. Without queue_size, none is dropped.
             rospy.Subscriber(
                 topic, rospy.AnyMsg, self.on_message, callback_args=topic, tcp_nodelay=True
             )
@@ -38,22 +41,14 @@ class Record:
         with self.lock:
             if self.bag is None:
                 return
-            # A bag is read in the order of its times: no two are equal, so that it is the order of hearing.
+            # A bag is read in the order of its times. Different times keep the order of arrival.
             self.last_ns = max(rospy.get_rostime().to_nsec(), self.last_ns + 1)
-            time = rospy.Time(*divmod(self.last_ns, 1_000_000_000))
-            header = {
-                "topic": topic,
-                **{
-                    name: message._connection_header[name]
-                    for name in ("type", "md5sum", "message_definition")
-                },
-            }
-            raw = (
-                header["type"],
-                message._buff,
-                header["md5sum"],
-                SimpleNamespace(_md5sum=header["md5sum"]),
-            )
+            names = ("type", "md5sum", "message_definition")
+            header = {name: message._connection_header[name] for name in names}
+            header["topic"] = topic
+            message_class = SimpleNamespace(_md5sum=header["md5sum"])
+            raw = (header["type"], message._buff, header["md5sum"], message_class)
+            time = rospy.Time(*divmod(self.last_ns, NS_PER_S))
             try:
                 self.bag.write(topic, raw, time, raw=True, connection_header=header)
             except OSError as error:

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Replay: scores a recorded drive again, from its bag, and writes the report."""
+"""Replay: evaluates a recorded drive again, from its bag, and writes the report."""
 
 import json
 import os
@@ -9,7 +9,8 @@ import rosbag
 import rospy
 
 from sdc_common.ros.node import parameter, refuse
-from sdc_sim.evaluation.evaluator import EvaluationRules, Evaluator
+from sdc_sim.evaluation.evaluator import Evaluator
+from sdc_sim.evaluation.rules import EvaluationRules
 from sdc_sim.report.console_progress import ConsoleProgress, closing_line
 from sdc_sim.report.writer import ReportError, open_report, write_pages, write_report
 from sdc_sim.ros.evaluator_input import EvaluatorInput
@@ -23,34 +24,35 @@ class Replay:
         self.pictures = parameter("pictures")
         self.rules = EvaluationRules.read(parameter)
 
-    def score(self, bag):
-        """The Watch that has heard the whole bag."""
+    def evaluate(self, bag):
+        """Return an evaluator with all messages of the bag."""
         for _, message, _ in bag.read_messages("/referee/rules"):
             self.rules = EvaluationRules(**json.loads(message.data))
-        watch = Evaluator(self.rules)
-        listen = EvaluatorInput(watch).by_topic
-        for topic, message, _ in bag.read_messages(list(listen)):
+        evaluator = Evaluator(self.rules)
+        topics = EvaluatorInput(evaluator).topics
+        for topic, message, _ in bag.read_messages(list(topics)):
+            _, handle = topics[topic]
             try:
-                listen[topic](message)
+                handle(message)
             except (TypeError, ValueError) as error:
-                rospy.logwarn_throttle(1.0, f"replay: left out a message on {topic}: {error}")
-        return watch
+                rospy.logwarn_throttle(1.0, f"replay: ignored a message on {topic}: {error}")
+        return evaluator
 
     def run(self):
         try:
             with rosbag.Bag(self.bag_path) as bag:
-                watch = self.score(bag)
+                evaluator = self.evaluate(bag)
         except rosbag.ROSBagUnindexedException:
             refuse(
-                f"{self.bag_path} was not closed in order; mend it with: rosbag reindex {self.bag_path}"
+                f"{self.bag_path} has no index, because its recording did not end properly; "
+                f"create it with: rosbag reindex {self.bag_path}"
             )
         except (OSError, rosbag.ROSBagException) as error:
-            refuse(
-                f"{self.bag_path}: {getattr(error, 'strerror', None) or error}; name a recorded drive with bag:=FILE"
-            )
-        if watch.missing:
-            refuse(f"{self.bag_path} holds no {' and no '.join(watch.missing)}")
-        result = watch.result()
+            reason = getattr(error, "strerror", None) or error
+            refuse(f"{self.bag_path}: {reason}; name a recorded drive with bag:=FILE")
+        if not evaluator.started:
+            refuse(f"{self.bag_path} has no message on {' and '.join(evaluator.missing_topics)}")
+        result = evaluator.result()
         try:
             open_report(self.report_path, "replay").remove()
             write_report(self.report_path, result)
@@ -58,7 +60,8 @@ class Replay:
                 write_pages(self.report_path, result, ())
         except ReportError as error:
             refuse(error)
-        ConsoleProgress(sys.stdout).say(f"{closing_line(result.figures)}; see {self.report_path}")
+        line = f"{closing_line(result.metrics)}; see {self.report_path}"
+        ConsoleProgress(sys.stdout).print_line(line)
 
 
 if __name__ == "__main__":

@@ -1,54 +1,89 @@
-"""Counts the ticks of a drive and those that no command answered."""
+"""Matching of commands to odometry messages by their stamps."""
 
 from __future__ import annotations
 
+import math
 from collections import OrderedDict
 
-# A command may be heard after the next odometry: a tick counts as missed when this many later ones have been heard.
-_PATIENCE = 1000
+import numpy as np
+
+# A command can arrive after later odometry. Of more open ticks than this, the oldest is missed.
+_MAX_OPEN = 1000
+_NO_COMMAND = (math.nan, math.nan, math.nan)
 
 
 class CommandMatching:
-    """Pairs the stamps of odometry messages with the stamps of commands, in whichever order they are heard."""
+    """Counters of the odometry messages of a drive and of those that no command answered.
+
+    Messages arrive on several connections: a command can arrive before the odometry with its stamp.
+    """
 
     def __init__(self):
-        self.asked = 0
+        self.ticks = 0
         self.answered = 0
         self._lost = 0
-        self._open = OrderedDict()
-        self._early = OrderedDict()
-        self._last = None
+        self._open: OrderedDict[int, bool] = OrderedDict()
+        self._early: OrderedDict[int, bool] = OrderedDict()
+        self._last_stamp: int | None = None
 
-    def ask(self, stamp: int) -> bool:
-        """An odometry with this stamp was heard; returns False for the stamp heard last, which is no new tick."""
-        if stamp == self._last:
-            return False
-        self._last = stamp
-        self.asked += 1
+    def add_odometry(self, stamp: int) -> None:
+        """Count the odometry with this stamp; a repeated stamp does not count."""
+        if stamp == self._last_stamp:
+            return
+        self._last_stamp = stamp
+        self.ticks += 1
         if self._early.pop(stamp, None) is None:
             self._open[stamp] = True
         else:
             self.answered += 1
-        if len(self._open) > _PATIENCE:
+        if len(self._open) > _MAX_OPEN:
             self._open.popitem(last=False)
             self._lost += 1
-        return True
 
-    def answer(self, stamp: int) -> None:
-        """A command with this stamp was heard."""
+    def add_command(self, stamp: int) -> None:
+        """Match a command with this stamp to its odometry."""
         if self._open.pop(stamp, None) is not None:
             self.answered += 1
-        elif stamp != self._last:
+        elif stamp != self._last_stamp:
             self._early[stamp] = True
-            if len(self._early) > _PATIENCE:
+            if len(self._early) > _MAX_OPEN:
                 self._early.popitem(last=False)
 
     @property
-    def awaited(self) -> bool:
-        """Whether ticks are answered at all, and the answer to some tick, the last one included, has not been heard."""
+    def pending(self) -> bool:
+        """Return whether a command is missing in a drive whose commands carry stamps."""
         return self.answered > 0 and bool(self._open)
 
     @property
     def missed(self) -> int:
-        """Ticks without an answer; the last tick does not count, its answer may be on the way."""
-        return self._lost + sum(1 for stamp in self._open if stamp != self._last)
+        """Return the number of ticks without a command; that of the last tick can still arrive."""
+        return self._lost + sum(1 for stamp in self._open if stamp != self._last_stamp)
+
+
+class CommandTrace:
+    """The command of each tick: the first with the stamp of the tick, else the last received."""
+
+    def __init__(self):
+        self._stamps: list = []
+        self._received: list = []
+        self._by_stamp: dict = {}
+
+    def add_odometry(self, stamp: int) -> None:
+        """Begin a tick."""
+        self._stamps.append(stamp)
+        self._received.append(self._received[-1] if self._received else _NO_COMMAND)
+
+    def add_command(self, stamp: int, throttle: float, brake: float, steer: float) -> None:
+        """Add a command, which belongs to the tick with its stamp or else to the current one."""
+        command = throttle, brake, steer
+        self._by_stamp.setdefault(stamp, command)
+        if self._received:
+            self._received[-1] = command
+
+    def as_array(self, ticks: int) -> np.ndarray:
+        """Return throttle, brake and steer of the first ticks: (ticks, 3), NaN if unknown."""
+        rows = [
+            self._by_stamp.get(stamp, received)
+            for stamp, received in zip(self._stamps[:ticks], self._received)
+        ]
+        return np.array(rows, dtype=float).reshape(-1, 3)

@@ -1,78 +1,60 @@
-"""What the referee heard, line by line in a file, so that a referee that was killed can go on where it stopped."""
+"""The events of a drive on disk, from which a killed referee resumes."""
 
 from __future__ import annotations
 
-import contextlib
-import errno
 import itertools
-import json
-import os
+from collections.abc import Iterator
 
-_encode = json.JSONEncoder(separators=(",", ":")).encode
+from sdc_common.ros.record_log import RecordLog
 
 
 class EventLog:
-    """Events (lists of strings and numbers) in the order of hearing.
+    """The events of one drive, lists of plain data, in the order in which they were received.
 
-    Writing never raises: what a full disk does not take is kept in memory, and `failure` tells why.
+    The first record of the file is the drive's id. An event that cannot be written, as on a full
+    disk, is kept in memory.
     """
 
     def __init__(self, path: str, drive_id: str):
-        """Go on with the journal of this drive where there is one, else begin anew. Raises OSError."""
+        """Resume the log of this drive if the file holds one, else start an empty log.
+
+        Args:
+            path: the file; its folder must exist
+            drive_id: identifies the drive; the log of another drive is discarded
+
+        Raises:
+            OSError: the file cannot be written
+        """
         self.path = path
         self._drive_id = drive_id
-        self.failure = None
-        self._not_written = []
-        self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o666)
-        self.resumed = next(self._lines(), None) == [drive_id]
-        if self.resumed:
-            self._drop_torn_line()
-        else:
-            self.begin()
+        self._unwritten: list = []
+        self._log = RecordLog(path)
+        self.resumed = next(self._log.records(), None) == [drive_id]
+        if not self.resumed:
+            self.clear()
+        if self._log.failure is not None:
+            raise self._log.failure
 
-    def begin(self) -> None:
-        """Forget everything and begin anew."""
-        self._not_written = []
-        with contextlib.suppress(OSError):
-            os.ftruncate(self._file, 0)
-        self.write([self._drive_id])
+    @property
+    def failure(self) -> OSError | None:
+        """Return why events are no longer written, or None."""
+        return self._log.failure
 
-    def write(self, event: list) -> None:
+    def clear(self) -> None:
+        """Remove all events."""
+        self._unwritten = []
+        self._log.clear()
+        self.append([self._drive_id])
+
+    def append(self, event: list) -> None:
         """Append one event."""
-        if self.failure is None:
-            line = _encode(event).encode() + b"\n"
-            try:
-                if os.write(self._file, line) == len(line):
-                    return
-                self.failure = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), self.path)
-            except OSError as error:
-                self.failure = OSError(error.errno, error.strerror, self.path)
-        self._not_written.append(event)
+        if not self._log.append(event):
+            self._unwritten.append(event)
 
-    def events(self):
-        """Yield all events so far, whether they could be written or not."""
-        return itertools.islice(itertools.chain(self._lines(), self._not_written), 1, None)
-
-    def _lines(self):
-        # By the open file: its folder may have been moved or removed meanwhile.
-        with open(self._file, "rb", closefd=False) as file:
-            file.seek(0)
-            for line in file:
-                if not line.endswith(b"\n"):
-                    return
-                try:
-                    yield json.loads(line)
-                except ValueError:
-                    return
-
-    def _drop_torn_line(self) -> None:
-        with open(self._file, "rb", closefd=False) as file:
-            file.seek(0)
-            whole = sum(len(line) for line in file if line.endswith(b"\n"))
-        os.ftruncate(self._file, whole)
+    def events(self) -> Iterator:
+        """Yield all events, the oldest first, including those that could not be written."""
+        return itertools.islice(itertools.chain(self._log.records(), self._unwritten), 1, None)
 
     def remove(self) -> None:
-        """The drive is reported: nothing is to be resumed."""
-        with contextlib.suppress(OSError):
-            os.remove(self.path)
-        os.close(self._file)
+        """Delete the file: the drive is reported."""
+        self._log.remove()

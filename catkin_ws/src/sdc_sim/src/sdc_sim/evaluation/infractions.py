@@ -1,4 +1,4 @@
-"""Who crosses a stop line while its light is red."""
+"""Detection of stop lines that the car crosses while their traffic light is red."""
 
 from __future__ import annotations
 
@@ -7,62 +7,78 @@ from collections import deque
 from sdc_common.geometry.route import Route
 from sdc_common.ros.stop_lines import RED, StopLine
 
-# A line is looked for so far around the way of one odometry to the next.
+# Lines this far before and after the part of the route that a tick covers are checked.
 _MARGIN_M = 2.0
-_KEPT_CHANGES = 100
+_MAX_CHANGES = 100
 
 
 class RedLightDetector:
-    """Watches the car's front against the stop lines, and judges a crossing by what the light showed at its stamp.
+    """Detector of crossings on red, judged by the light's state at the stamp of the crossing.
 
-    Stamps are nanoseconds. Where states come with stamps, a crossing is judged as soon as the states of its time are known, in
-    whatever order both are heard; else by what was heard last.
+    Stamps are integers [ns]. If states carry stamps, a crossing is judged when the states of its
+    time are known, whatever the order of arrival; otherwise by the last state received.
     """
 
     def __init__(self, car_front_m: float):
         self.car_front_m = car_front_m
-        self.lines = {}
-        self._changes = deque(maxlen=_KEPT_CHANGES)
-        self._known_until = None
-        self.begin()
+        self.lines: dict = {}
+        self._changes: deque = deque(maxlen=_MAX_CHANGES)
+        self._known_until: int | None = None
+        self.reset_car()
 
-    def begin(self) -> None:
-        """Forget the car, not the lights."""
-        self._front_s = None
+    def reset_car(self) -> None:
+        """Forget the car's position and open crossings, but not the lights."""
+        self._front_s: float | None = None
         self._now = 0
-        self._crossed = []
+        self._crossed: list = []
 
-    def place(self, lines: dict) -> None:
-        """Where the stop lines are, StopLines by their lights' numbers."""
-        self.lines = {number: StopLine(*line) for number, line in lines.items()}
+    def set_lines(self, lines: dict) -> None:
+        """Set the stop lines: fields of StopLine by light id."""
+        self.lines = {light_id: StopLine(*line) for light_id, line in lines.items()}
 
-    def is_news(self, states: dict) -> bool:
-        """Whether these states change anything, or settle a crossing."""
+    def is_relevant(self, states: dict) -> bool:
+        """Return whether these states differ from the last ones, or a crossing needs them."""
         return bool(self._crossed) or not self._changes or self._changes[-1][1] != states
 
-    def show(self, stamp_ns: int, states: dict) -> int:
-        """What all lights show since then, by number; a stamp of 0 means: since now. Returns how often a line was crossed on red,
-        as far as that was not known before."""
+    def update_lights(self, stamp_ns: int, states: dict) -> int:
+        """Set the states of all lights.
+
+        Args:
+            stamp_ns: when the lights changed; 0: now
+            states: state by light id, as CarlaTrafficLightStatus numbers them
+
+        Returns:
+            number of newly detected crossings on red
+        """
         if stamp_ns or self._known_until is None:
             self._known_until = stamp_ns or None
             self._changes.append((stamp_ns or self._now, states))
-        return self._settle()
+        return self._count_red()
 
-    def move(self, stamp_ns: int, route: Route, s_m: float) -> int:
-        """The car's centre is there along the route; returns as `show` does."""
+    def update_car(self, stamp_ns: int, route: Route, s_m: float) -> int:
+        """Move the car's centre to a place on the route.
+
+        Args:
+            stamp_ns: stamp of the odometry
+            route: the route
+            s_m: arc length of the car's centre [m]
+
+        Returns:
+            number of newly detected crossings on red
+        """
         front_s, before_s = s_m + self.car_front_m, self._front_s
         self._now = stamp_ns
         self._front_s = front_s if before_s is None else max(front_s, before_s)
         if before_s is not None and front_s > before_s:
-            for number, line in self.lines.items():
+            for light_id, line in self.lines.items():
                 line_s = line.along(
                     route, max(0.0, before_s - _MARGIN_M), front_s - before_s + 2.0 * _MARGIN_M
                 )
                 if line_s is not None and before_s < line_s <= front_s:
-                    self._crossed.append((stamp_ns, number))
-        return self._settle()
+                    self._crossed.append((stamp_ns, light_id))
+        return self._count_red()
 
-    def _settle(self) -> int:
+    def _count_red(self) -> int:
         known = [
             crossing
             for crossing in self._crossed
@@ -71,8 +87,12 @@ class RedLightDetector:
         self._crossed = [crossing for crossing in self._crossed if crossing not in known]
         return sum(self._state(*crossing) == RED for crossing in known)
 
-    def _state(self, stamp_ns: int, number: int):
+    def _state(self, stamp_ns: int, light_id: int) -> int | None:
         return next(
-            (states.get(number) for since, states in reversed(self._changes) if since <= stamp_ns),
+            (
+                states.get(light_id)
+                for since, states in reversed(self._changes)
+                if since <= stamp_ns
+            ),
             None,
         )

@@ -1,4 +1,4 @@
-"""What the figures of a drive are: errors, accelerations, comfort, and the driving score."""
+"""Metrics of a drive: errors, accelerations, comfort and the driving score."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ import math
 
 import numpy as np
 
-# CARLA leaderboard 2.1 (https://leaderboard.carla.org/#evaluation-and-metrics): what each infraction counts.
+# Coefficients of the infractions, CARLA leaderboard 2.1:
+# https://leaderboard.carla.org/#evaluation-and-metrics
 COEFFICIENTS = {
     "collision_pedestrian": 1.0,
     "collision_vehicle": 0.7,
@@ -15,14 +16,14 @@ COEFFICIENTS = {
     "stop": 0.25,
 }
 
-# Accelerations are slopes over this time and at least so many samples, as nuPlan's comfort metrics smooth them (Savitzky-Golay,
-# second order).
+# Accelerations are slopes over this time and at least this many samples, with the smoothing of
+# nuPlan's comfort metrics (Savitzky-Golay, second order).
 _SMOOTHING_S = 0.4
-_FEWEST = 5
-# Over a longer silence nothing is known: no slope is taken across it.
-_SILENCE_S = 1.0
+_MIN_SAMPLES = 5
+# No slope is computed across a longer gap between two samples.
+_MAX_GAP_S = 1.0
 
-# nuPlan (H. Caesar et al., NuPlan: A closed-loop ML-based planning benchmark, 2021): what a passenger finds comfortable.
+# Comfort thresholds of H. Caesar et al., "NuPlan: A closed-loop ML-based planning benchmark", 2021.
 _COMFORT = {
     "longitudinal_acceleration_max_mps2": (-math.inf, 2.40),
     "longitudinal_acceleration_min_mps2": (-4.05, math.inf),
@@ -31,107 +32,128 @@ _COMFORT = {
 }
 
 
-def measure(
+def drive_metrics(
     columns: dict, completion_percent: float, infractions: dict, lane_width_m: float
 ) -> dict:
-    """The report's figures that come from the samples of a drive: `columns` are the fields of Sample, (n,) each."""
-    figures = {}
-    if len(columns["time_s"]):
-        error, speed = np.abs(columns["cross_track_m"]), columns["speed_mps"]
-        figures.update(
-            {
-                "cross_track_rms_m": root_mean_square(error),
-                "cross_track_p95_m": float(np.percentile(error, 95.0)),
-                "cross_track_max_m": float(error.max()),
-                "heading_rms_rad": root_mean_square(columns["heading_error_rad"]),
-                "speed_mean_mps": float(speed.mean()),
-                "speed_max_mps": float(speed.max()),
-            }
+    """Return the metrics of the report that follow from the samples of a drive.
+
+    Args:
+        columns: the fields of DriveSample, (n,) each
+        completion_percent: completed share of the route [%]
+        infractions: counts by the keys of COEFFICIENTS
+        lane_width_m: width of the lane around the route [m]
+    """
+    time_s, speed, error = columns["time_s"], columns["speed_mps"], columns["cross_track_m"]
+    metrics: dict = {}
+    if len(time_s):
+        size = np.abs(error)
+        metrics.update(
+            cross_track_rms_m=root_mean_square(size),
+            cross_track_p95_m=float(np.percentile(size, 95.0)),
+            cross_track_max_m=float(size.max()),
+            heading_rms_rad=root_mean_square(columns["heading_error_rad"]),
+            speed_mean_mps=float(speed.mean()),
+            speed_max_mps=float(speed.max()),
         )
-    figures.update(
-        greatest_accelerations(columns["time_s"], columns["speed_mps"], columns["yaw_rad"])
+    metrics.update(peak_accelerations(time_s, speed, columns["yaw_rad"]))
+    off_lane = off_lane_percent(time_s, speed, error, lane_width_m)
+    metrics.update(
+        off_lane_percent=off_lane,
+        infractions=dict(infractions),
+        driving_score=driving_score(completion_percent, off_lane, infractions),
+        comfortable=comfortable(metrics),
     )
-    off_lane = off_lane_percent(
-        columns["time_s"], columns["speed_mps"], columns["cross_track_m"], lane_width_m
-    )
-    figures.update(
-        {
-            "off_lane_percent": off_lane,
-            "infractions": dict(infractions),
-            "driving_score": driving_score(completion_percent, off_lane, infractions),
-            "comfortable": comfortable(figures),
-        }
-    )
-    return figures
+    return metrics
 
 
 def root_mean_square(values: np.ndarray) -> float:
-    """Root of the mean of the squares of (n,) values, n >= 1."""
+    """Return the root of the mean square of (n,) values, n >= 1."""
     return math.sqrt(float(np.mean(np.square(values))))
 
 
-def off_lane_percent(time_s, speed_mps, cross_track_m, lane_width_m: float) -> float:
-    """Share of the driven distance on which the car's centre was farther than half the lane's width from the route."""
+def off_lane_percent(
+    time_s: np.ndarray, speed_mps: np.ndarray, cross_track_m: np.ndarray, lane_width_m: float
+) -> float:
+    """Return the share of the driven distance with the car's centre off the lane [%].
+
+    Args:
+        time_s: (n,) time of each sample [s]
+        speed_mps: (n,) speed [m/s]
+        cross_track_m: (n,) distance of the car's centre from the route [m]
+        lane_width_m: width of the lane around the route [m]
+    """
     if len(time_s) < 2:
         return 0.0
-    # From the speed, as places that tremble or jump would count as driven metres.
+    # The distance comes from the speed: noise in the positions would add to it.
     steps_m = 0.5 * (speed_mps[:-1] + speed_mps[1:]) * np.diff(time_s)
     off = np.abs(cross_track_m[1:]) > 0.5 * lane_width_m
     return 100.0 * float(steps_m[off].sum()) / max(float(steps_m.sum()), 1e-9)
 
 
 def driving_score(completion_percent: float, off_lane: float, infractions: dict) -> float:
-    """CARLA leaderboard 2.1, 0..100: completion x (1 - off lane) / (1 + sum of the infractions' coefficients)."""
+    """Return the driving score of CARLA leaderboard 2.1, 0 to 100.
+
+    Args:
+        completion_percent: completed share of the route [%]
+        off_lane: share of the distance off the lane [%]
+        infractions: counts by the keys of COEFFICIENTS
+    """
     penalty = sum(COEFFICIENTS[name] * count for name, count in infractions.items())
     return completion_percent * (1.0 - off_lane / 100.0) / (1.0 + penalty)
 
 
-def comfortable(figures: dict):
-    """Whether all accelerations and the jerk stayed within nuPlan's thresholds; None where they are not known."""
-    if any(figures[name] is None for name in _COMFORT):
+def comfortable(metrics: dict) -> bool | None:
+    """Return whether accelerations and jerk keep nuPlan's thresholds; None if one is unknown."""
+    if any(metrics[name] is None for name in _COMFORT):
         return None
-    return all(low <= figures[name] <= high for name, (low, high) in _COMFORT.items())
+    return all(low <= metrics[name] <= high for name, (low, high) in _COMFORT.items())
 
 
-def greatest_accelerations(time_s, speed_mps, yaw_rad) -> dict:
-    """The greatest lateral, forward and backward acceleration and the greatest jerk; None where a drive is too short to tell."""
-    parts = accelerations(time_s, speed_mps, yaw_rad)
+def peak_accelerations(time_s: np.ndarray, speed_mps: np.ndarray, yaw_rad: np.ndarray) -> dict:
+    """Return the extreme accelerations and the greatest jerk; None for a drive that is too short.
+
+    Args:
+        time_s: (n,) time of each sample [s]
+        speed_mps: (n,) speed [m/s]
+        yaw_rad: (n,) heading [rad]
+    """
     names = (
         "lateral_acceleration_max_mps2",
         "longitudinal_acceleration_max_mps2",
         "longitudinal_acceleration_min_mps2",
         "jerk_max_mps3",
     )
+    parts = [part[1:] for part in accelerations(time_s, speed_mps, yaw_rad)]
     if not parts:
         return dict.fromkeys(names)
-    _, longitudinal, lateral, jerk = (np.concatenate(part) for part in zip(*parts))
-    return dict(
-        zip(
-            names,
-            (
-                float(np.abs(lateral).max()),
-                float(longitudinal.max()),
-                float(longitudinal.min()),
-                float(jerk.max()),
-            ),
-        )
-    )
+    longitudinal, lateral, jerk = (np.concatenate(part) for part in zip(*parts))
+    peaks = np.abs(lateral).max(), longitudinal.max(), longitudinal.min(), jerk.max()
+    return dict(zip(names, map(float, peaks)))
 
 
-def accelerations(time_s, speed_mps, yaw_rad) -> list:
-    """(time, longitudinal, lateral, size of the jerk) of each part of the drive without a silence: (m,) seconds, m/s^2 and m/s^3.
+def accelerations(time_s: np.ndarray, speed_mps: np.ndarray, yaw_rad: np.ndarray) -> list:
+    """Return the accelerations of each part of a drive between two gaps.
 
-    The lateral acceleration is speed times yaw rate: what follows from the odometry's pose and speed alone.
+    The lateral acceleration is speed times yaw rate, which follows from the odometry alone.
+
+    Args:
+        time_s: (n,) time of each sample [s]
+        speed_mps: (n,) speed [m/s]
+        yaw_rad: (n,) heading [rad]
+
+    Returns:
+        for each part: time [s], longitudinal and lateral acceleration [m/s^2] and magnitude of
+        the jerk [m/s^3], (m,) each
     """
     parts = []
-    for part in np.split(np.arange(len(time_s)), np.flatnonzero(np.diff(time_s) > _SILENCE_S) + 1):
-        if len(part) >= _FEWEST:
+    for part in np.split(np.arange(len(time_s)), np.flatnonzero(np.diff(time_s) > _MAX_GAP_S) + 1):
+        if len(part) >= _MIN_SAMPLES:
             parts += _slopes(time_s[part], speed_mps[part], np.unwrap(yaw_rad[part]))
     return parts
 
 
-def _slopes(time_s, speed_mps, yaw_rad) -> list:
-    from scipy.signal import savgol_filter  # slow to load, and needed once, at the end of a drive
+def _slopes(time_s: np.ndarray, speed_mps: np.ndarray, yaw_rad: np.ndarray) -> list:
+    from scipy.signal import savgol_filter  # slow to import, and only the report needs it
 
     step_s = float(np.median(np.diff(time_s)))
     if np.ptp(np.diff(time_s)) > 0.01 * step_s:
@@ -141,11 +163,11 @@ def _slopes(time_s, speed_mps, yaw_rad) -> list:
             np.interp(even_s, time_s, yaw_rad),
             even_s,
         )
-    window = max(_FEWEST, int(round(_SMOOTHING_S / step_s)) | 1)
+    window = max(_MIN_SAMPLES, int(round(_SMOOTHING_S / step_s)) | 1)
     if len(time_s) < window:
         return []
 
-    def slope(values):
+    def slope(values: np.ndarray) -> np.ndarray:
         return savgol_filter(values, window, 2, deriv=1, delta=step_s)
 
     longitudinal, lateral = slope(speed_mps), speed_mps * slope(yaw_rad)

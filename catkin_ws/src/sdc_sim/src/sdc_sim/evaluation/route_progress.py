@@ -1,4 +1,4 @@
-"""Judges a drive while it goes on: where the car is on its route, what it did wrong, and when it is over."""
+"""Progress of a drive along its route: position, infractions, and when and how the drive ends."""
 
 from __future__ import annotations
 
@@ -9,20 +9,21 @@ import numpy as np
 
 from sdc_common.geometry.angles import wrap_angle
 from sdc_common.geometry.route import Place, Route
-from sdc_sim.evaluation.metrics import COEFFICIENTS, measure
+from sdc_sim.evaluation.metrics import COEFFICIENTS, drive_metrics
 
 COMPLETED, COLLISION, OFF_ROUTE = "completed", "collision", "off_route"
 BLOCKED, TIMEOUT, ABORTED = "blocked", "timeout", "aborted"
 
-# The place is sought this far around the last one on the route, and as far ahead again as the car may have come since then.
+# The position is searched this far around the last one, and farther ahead by the greatest distance
+# that the car can have driven since.
 _WINDOW_M = 5.0
-_SPEEDING_UP_MPS = 5.0
+_SPEED_MARGIN_MPS = 5.0
 _STANDSTILL_MPS = 0.05
-_PROGRESS_M = 0.1
+_MIN_PROGRESS_M = 0.1
 
 
 class TerminationLimits(NamedTuple):
-    """When a drive is over: metres, seconds of simulated time."""
+    """Limits that end a drive; times are simulated."""
 
     off_route_m: float
     off_route_s: float
@@ -31,7 +32,11 @@ class TerminationLimits(NamedTuple):
     timeout_s: float
 
     def checked(self) -> TerminationLimits:
-        """The limits themselves. Raises ValueError for one that is not positive."""
+        """Return the limits.
+
+        Raises:
+            ValueError: a limit is not positive
+        """
         for name, value in self._asdict().items():
             if not value > 0.0:
                 raise ValueError(f"{name} must be positive, got {value}")
@@ -39,7 +44,7 @@ class TerminationLimits(NamedTuple):
 
 
 class DriveSample(NamedTuple):
-    """One odometry, placed on the route: seconds, metres, radians, m/s; errors positive to the left."""
+    """One odometry and its position relative to the route; errors are positive to the left."""
 
     time_s: float
     x_m: float
@@ -51,8 +56,8 @@ class DriveSample(NamedTuple):
     heading_error_rad: float
 
 
-class Event(NamedTuple):
-    """Something that happened on the way, at this place and time: an infraction, or how the drive ended."""
+class DriveEvent(NamedTuple):
+    """An infraction or the end of the drive, with its time and place."""
 
     name: str
     time_s: float
@@ -62,151 +67,129 @@ class Event(NamedTuple):
 
 
 class RouteProgress:
-    """Follows one drive along one route, from its first odometry to its end.
+    """One drive along one route, from its first odometry to its end.
 
-    The place on the route is searched near the drive's own progress only, so that a route which passes close to itself is
-    measured against the pass that is being driven. keep_samples: False keeps the last sample alone, for a drive of many hours.
+    The position is searched only near the progress of the drive, so that on a route that passes
+    close to itself, the car is measured against the right pass.
     """
 
     def __init__(self, route: Route, limits: TerminationLimits, keep_samples: bool = True):
+        """Start a drive.
+
+        Args:
+            route: the route
+            limits: what ends the drive
+            keep_samples: False keeps only the last sample, for a drive of many hours
+        """
         self.route = route
         self.limits = limits.checked()
         self.keep_samples = keep_samples
-        self.samples = []
-        self.status = None
+        self.samples: list[DriveSample] = []
+        self.status: str | None = None
         self.progress_m = 0.0
         self.infractions = dict.fromkeys(COEFFICIENTS, 0)
-        self.events = []
+        self.events: list[DriveEvent] = []
         self._started_at_s = 0.0
         self._progress_at_s = 0.0
-        self._seen_at_s = self._seen_at_m = 0.0
-        self._collided_at_s = None
+        self._on_route_at_s = self._on_route_at_m = 0.0
+        self._collided_at_s: float | None = None
 
     @property
     def completion_percent(self) -> float:
-        """Share of the route that lies behind the car; all of it once the drive is completed."""
+        """Return the share of the route behind the car [%]; 100 for a completed drive."""
         return 100.0 if self.status == COMPLETED else 100.0 * self.progress_m / self.route.length_m
 
     @property
     def duration_s(self) -> float:
-        """Simulated time since the first odometry."""
+        """Return the simulated time [s] since the first odometry."""
         return self.samples[-1].time_s - self._started_at_s if self.samples else 0.0
 
     def update(
         self, time_s: float, x_m: float, y_m: float, yaw_rad: float, speed_mps: float
     ) -> DriveSample:
-        """Take one odometry; sets `status` when it ends the drive. Raises ValueError when time does not move on."""
+        """Add one odometry, and set `status` if it ends the drive.
+
+        Args:
+            time_s: simulated time [s]
+            x_m: position in the map [m]
+            y_m: position in the map [m]
+            yaw_rad: heading, counter-clockwise from the x axis [rad]
+            speed_mps: speed [m/s]
+
+        Raises:
+            ValueError: the time is not after that of the last odometry
+        """
         if self.samples and time_s <= self.samples[-1].time_s:
             raise ValueError(f"time went from {self.samples[-1].time_s:.3f} s to {time_s:.3f} s")
-        place = self._place(time_s, x_m, y_m, yaw_rad, speed_mps)
+        place = self._locate(time_s, x_m, y_m, yaw_rad, speed_mps)
+        heading_error = wrap_angle(yaw_rad - place.heading_rad)
         sample = DriveSample(
-            time_s,
-            x_m,
-            y_m,
-            yaw_rad,
-            speed_mps,
-            place.s_m,
-            place.cross_track_m,
-            wrap_angle(yaw_rad - place.heading_rad),
+            time_s, x_m, y_m, yaw_rad, speed_mps, place.s_m, place.cross_track_m, heading_error
         )
         if not self.samples:
-            self._started_at_s = self._progress_at_s = self._seen_at_s = time_s
-            self._seen_at_m = place.s_m
+            self._started_at_s = self._progress_at_s = self._on_route_at_s = time_s
+            self._on_route_at_m = place.s_m
         if not self.keep_samples:
             self.samples.clear()
         self.samples.append(sample)
         if place.distance_m <= self.limits.off_route_m:
-            self._seen_at_s, self._seen_at_m = time_s, place.s_m
-            if place.s_m > self.progress_m + _PROGRESS_M:
+            self._on_route_at_s, self._on_route_at_m = time_s, place.s_m
+            if place.s_m > self.progress_m + _MIN_PROGRESS_M:
                 self._progress_at_s = time_s
             self.progress_m = max(self.progress_m, place.s_m)
-        status = self._judge(sample, place)
+        status = self._termination(sample, place)
         if status is not None:
             self._end(status)
         return sample
 
-    def infraction(self, name: str) -> None:
-        """Count one: a key of the report's `infractions`. Raises ValueError for another name."""
-        if name not in self.infractions:
-            raise ValueError(f"'{name}' is no infraction; they are: {', '.join(self.infractions)}")
-        self.infractions[name] += 1
-        self._note(name)
+    def add_infraction(self, name: str) -> None:
+        """Count an infraction.
 
-    def collision(self, kind: str, time_s: float = None) -> None:
-        """The car ran into a pedestrian, a vehicle or something static: the drive ends with the odometry of that time.
+        Args:
+            name: a key of the report's infractions, such as red_light
 
-        Messages travel on connections of their own: later odometry may have been heard already and is left out again, or that
-        odometry may still be under way. None: now. Raises ValueError for another kind.
+        Raises:
+            ValueError: the name is unknown
         """
-        name = "collision_" + kind
+        if name not in self.infractions:
+            raise ValueError(f"unknown infraction '{name}'; write one of {', '.join(COEFFICIENTS)}")
+        self.infractions[name] += 1
+        self._add_event(name)
+
+    def add_collision(self, kind: str, time_s: float | None = None) -> None:
+        """End the drive with the odometry at the time of a collision.
+
+        Collisions and odometry arrive on different connections: samples later than the collision
+        are removed, and if its odometry has not arrived yet, the drive ends when it does.
+
+        Args:
+            kind: pedestrian, vehicle or static
+            time_s: time of the collision [s]; None: now
+
+        Raises:
+            ValueError: the kind is unknown
+        """
         if self.status is not None or self._collided_at_s is not None:
             return
         if time_s is not None and self.keep_samples:
-            self._go_back_to(time_s)
-        self.infraction(name)
+            self._remove_samples_after(time_s)
+        self.add_infraction("collision_" + kind)
         if time_s is None or (self.samples and self.samples[-1].time_s >= time_s):
             self._end(COLLISION)
         else:
             self._collided_at_s = time_s
 
-    def _go_back_to(self, time_s: float) -> None:
-        while len(self.samples) > 1 and self.samples[-1].time_s > time_s:
-            self.samples.pop()
-        self.progress_m = max(
-            (
-                sample.s_m
-                for sample in self.samples
-                if abs(sample.cross_track_m) <= self.limits.off_route_m
-            ),
-            default=0.0,
-        )
-
-    def _end(self, status: str) -> None:
-        self.status = status
-        self._note(status)
-
-    def _note(self, name: str) -> None:
-        if self.samples:
-            last = self.samples[-1]
-            self.events.append(Event(name, last.time_s, last.s_m, last.x_m, last.y_m))
-
-    def _place(
-        self, time_s: float, x_m: float, y_m: float, yaw_rad: float, speed_mps: float
-    ) -> Place:
-        if not self.samples:
-            return self.route.locate(x_m, y_m, yaw_rad)
-        last = self.samples[-1]
-        ahead_m = _WINDOW_M + (time_s - self._seen_at_s) * (
-            max(last.speed_mps, speed_mps) + _SPEEDING_UP_MPS
-        )
-        return self.route.project(x_m, y_m, self._seen_at_m, _WINDOW_M, ahead_m)
-
-    def _judge(self, sample: DriveSample, place: Place):
-        if self._collided_at_s is not None and sample.time_s >= self._collided_at_s:
-            return COLLISION
-        at_rest = sample.speed_mps < _STANDSTILL_MPS
-        left_m = self.route.length_m - place.s_m
-        if (
-            at_rest
-            and left_m < self.limits.finish_within_m
-            and place.distance_m < self.limits.finish_within_m
-        ):
-            return COMPLETED
-        if sample.time_s - self._seen_at_s > self.limits.off_route_s:
-            return OFF_ROUTE
-        if sample.time_s - self._progress_at_s > self.limits.blocked_s:
-            return BLOCKED
-        if self.duration_s > self.limits.timeout_s:
-            return TIMEOUT
-        return None
-
     def column(self, name: str) -> np.ndarray:
-        """All values of one field of Sample, in the order of time: (n,)."""
+        """Return one field of DriveSample for all samples: (n,)."""
         return np.array([getattr(sample, name) for sample in self.samples])
 
-    def figures(self, ideal_duration_s: float, lane_width_m: float = math.inf) -> dict:
-        """The report's figures, units in their names; None where a drive is too short to tell. The car is off its lane where its
-        centre is farther than half the lane's width from the route."""
+    def metrics(self, ideal_duration_s: float, lane_width_m: float = math.inf) -> dict:
+        """Return the metrics of the report; None for those that a short drive does not define.
+
+        Args:
+            ideal_duration_s: least duration of a drive along the route [s]
+            lane_width_m: width of the lane around the route [m]
+        """
         return {
             "status": self.status or (ABORTED if self._collided_at_s is None else COLLISION),
             "route_length_m": self.route.length_m,
@@ -214,10 +197,53 @@ class RouteProgress:
             "duration_s": self.duration_s,
             "ideal_duration_s": ideal_duration_s,
             "time_ratio": self.duration_s / ideal_duration_s,
-            **measure(
+            **drive_metrics(
                 {name: self.column(name) for name in DriveSample._fields},
                 self.completion_percent,
                 self.infractions,
                 lane_width_m,
             ),
         }
+
+    def _remove_samples_after(self, time_s: float) -> None:
+        while len(self.samples) > 1 and self.samples[-1].time_s > time_s:
+            self.samples.pop()
+        on_route = (
+            sample.s_m
+            for sample in self.samples
+            if abs(sample.cross_track_m) <= self.limits.off_route_m
+        )
+        self.progress_m = max(on_route, default=0.0)
+
+    def _end(self, status: str) -> None:
+        self.status = status
+        self._add_event(status)
+
+    def _add_event(self, name: str) -> None:
+        if self.samples:
+            last = self.samples[-1]
+            self.events.append(DriveEvent(name, last.time_s, last.s_m, last.x_m, last.y_m))
+
+    def _locate(
+        self, time_s: float, x_m: float, y_m: float, yaw_rad: float, speed_mps: float
+    ) -> Place:
+        if not self.samples:
+            return self.route.locate(x_m, y_m, yaw_rad)
+        max_speed_mps = max(self.samples[-1].speed_mps, speed_mps) + _SPEED_MARGIN_MPS
+        ahead_m = _WINDOW_M + (time_s - self._on_route_at_s) * max_speed_mps
+        return self.route.project(x_m, y_m, self._on_route_at_m, _WINDOW_M, ahead_m)
+
+    def _termination(self, sample: DriveSample, place: Place) -> str | None:
+        limits = self.limits
+        if self._collided_at_s is not None and sample.time_s >= self._collided_at_s:
+            return COLLISION
+        to_end_m = max(self.route.length_m - place.s_m, place.distance_m)
+        if sample.speed_mps < _STANDSTILL_MPS and to_end_m < limits.finish_within_m:
+            return COMPLETED
+        if sample.time_s - self._on_route_at_s > limits.off_route_s:
+            return OFF_ROUTE
+        if sample.time_s - self._progress_at_s > limits.blocked_s:
+            return BLOCKED
+        if self.duration_s > limits.timeout_s:
+            return TIMEOUT
+        return None

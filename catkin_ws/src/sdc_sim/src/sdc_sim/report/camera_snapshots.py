@@ -1,4 +1,4 @@
-"""Takes a picture of the camera now and then: a picture is a megabyte, so nobody listens in between."""
+"""Snapshots of the camera for the report."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 import rospy
 from sensor_msgs.msg import Image
 
-# Encodings by the places of red, green and blue among their channels; the number of channels.
+# Channel indices of red, green and blue, and number of channels, by encoding.
 _ENCODINGS = {
     "bgra8": ((2, 1, 0), 4),
     "bgr8": ((2, 1, 0), 3),
@@ -19,10 +19,11 @@ _ENCODINGS = {
     "mono8": ((0, 0, 0), 1),
 }
 _WIDTH_PX = 480
+_BUFFER_BYTES = 4 * 1024 * 1024
 
 
 class CameraSnapshot(NamedTuple):
-    """A picture of the camera: when (simulated time) and how far along the route, and a JPEG of it."""
+    """A JPEG of the camera, its simulated time [s] and the completed share of the route [%]."""
 
     time_s: float
     percent: float
@@ -30,60 +31,67 @@ class CameraSnapshot(NamedTuple):
 
 
 class CameraSnapshots:
-    """Takes `count` pictures, evenly over the route. `look` is called often, and listens to the topic only while one is due."""
+    """Snapshots at equal distances along the route.
+
+    An image is about a megabyte, so the topic is subscribed to only while a snapshot is due.
+    """
 
     def __init__(self, topic: str, count: int):
-        self.taken = []
+        """Plan the snapshots.
+
+        Args:
+            topic: of the camera's images
+            count: number of snapshots in a completed drive
+        """
+        self.taken: list[CameraSnapshot] = []
         self._topic = topic
         self._due = [100.0 * (number + 0.5) / count for number in range(count)]
         self._percent = 0.0
-        self._subscriber = None
-        self._got = threading.Event()
+        self._subscriber: rospy.Subscriber | None = None
+        self._received = threading.Event()
 
-    def look(self, percent: float) -> None:
-        """The drive has come this far."""
+    def update(self, percent: float) -> None:
+        """Subscribe if a snapshot is due at this share of the route [%], else unsubscribe."""
         self._percent = percent
-        if self._subscriber is not None and self._got.is_set():
+        if self._subscriber is not None and self._received.is_set():
             self.close()
         if self._subscriber is None and self._due and percent >= self._due[0]:
             self._due = [due for due in self._due if due > percent]
-            self._got.clear()
+            self._received.clear()
             self._subscriber = rospy.Subscriber(
-                self._topic, Image, self._on_image, queue_size=1, buff_size=4 * 1024 * 1024
+                self._topic, Image, self._on_image, queue_size=1, buff_size=_BUFFER_BYTES
             )
 
-    def _on_image(self, message) -> None:
-        if not self._got.is_set():
-            jpeg = jpeg_of(message)
-            if jpeg is not None:
-                self._got.set()
-                self.taken.append(
-                    CameraSnapshot(message.header.stamp.to_sec(), self._percent, jpeg)
-                )
+    def _on_image(self, message: Image) -> None:
+        if self._received.is_set():
+            return
+        jpeg = encode_jpeg(message)
+        if jpeg is not None:
+            self._received.set()
+            self.taken.append(CameraSnapshot(message.header.stamp.to_sec(), self._percent, jpeg))
 
     def close(self) -> None:
-        """Listen no more."""
+        """Unsubscribe."""
         if self._subscriber is not None:
             self._subscriber.unregister()
             self._subscriber = None
 
 
-def jpeg_of(message):
-    """A sensor_msgs/Image as a small JPEG; None for an encoding or a size that is not understood."""
-    from PIL import Image as Picture  # not needed where no camera is
+def encode_jpeg(message: Image) -> bytes | None:
+    """Return a small JPEG of an image, or None if its encoding or size is not supported."""
+    from PIL import Image as Picture  # not needed in a drive without a camera
 
-    order, channels = _ENCODINGS.get(message.encoding, (None, 0))
-    wide = message.width * channels
+    order, channels = _ENCODINGS.get(message.encoding, ((), 0))
+    row_bytes = message.width * channels
     if (
-        order is None
-        or not wide
+        not row_bytes
         or not message.height
-        or message.step < wide
+        or message.step < row_bytes
         or len(message.data) != message.step * message.height
     ):
         return None
-    pixels = np.frombuffer(message.data, np.uint8).reshape(message.height, message.step)[:, :wide]
-    pixels = pixels.reshape(message.height, message.width, channels)[:, :, order]
+    rows = np.frombuffer(message.data, np.uint8).reshape(message.height, message.step)
+    pixels = rows[:, :row_bytes].reshape(message.height, message.width, channels)[:, :, order]
     picture = Picture.fromarray(np.ascontiguousarray(pixels))
     picture.thumbnail((_WIDTH_PX, message.height))
     file = io.BytesIO()

@@ -1,103 +1,109 @@
-"""Tells a person how the drive goes: one line that stays in its place in a terminal, plain lines in a log."""
+"""Status of a drive on the console: one line that updates in place, or plain lines in a log."""
 
 from __future__ import annotations
 
 import shutil
+from typing import TextIO
 
-# How often, in seconds of the wall clock.
-_TERMINAL_S = 0.25
-_LOG_S = 5.0
-_PATIENCE_S = 5.0
-_RECENT_S = 2.0
+from sdc_sim.evaluation.evaluator import Evaluator
+
+# Periods of the status line on the wall clock.
+_TERMINAL_PERIOD_S = 0.25
+_LOG_PERIOD_S = 5.0
+_WAITING_PERIOD_S = 5.0
+_PACE_WINDOW_S = 2.0
 
 
 class ConsoleProgress:
-    """Looks at a Watch and writes to a stream. A stream that takes nothing any more (a closed terminal, a full disk) never ends
-    the drive. Time is that of the wall clock, given with each call."""
+    """The status of an evaluator, written to a stream.
 
-    def __init__(self, stream):
+    A stream that accepts no data, such as a closed terminal or a full disk, does not end the drive.
+    """
+
+    def __init__(self, stream: TextIO):
         self._stream = stream
         self._in_place = stream.isatty()
-        self._next_s = None
-        self._standing = False
-        self._marks = []
-        self._told = set()
+        self._next_s: float | None = None
+        self._status_shown = False
+        self._marks: list = []
+        self._printed: set = set()
 
-    def update(self, watch, wall_s: float) -> None:
-        """Tell what there is to tell by now."""
-        self.tell_news(watch)
-        if watch.missing:
-            self._say_missing(watch.missing, wall_s)
+    def update(self, evaluator: Evaluator, wall_s: float) -> None:
+        """Print what is due at this time on the wall clock [s]."""
+        self.print_notices(evaluator)
+        drive = evaluator.drive
+        if drive is None or not evaluator.started:
+            self._print_missing(evaluator.missing_topics, wall_s)
         elif self._next_s is None or wall_s >= self._next_s:
-            self._next_s = wall_s + (_TERMINAL_S if self._in_place else _LOG_S)
-            last = watch.drive.samples[-1]
-            self.show(
+            self._next_s = wall_s + (_TERMINAL_PERIOD_S if self._in_place else _LOG_PERIOD_S)
+            last = drive.progress.samples[-1]
+            self._print_status(
                 progress_line(
-                    watch.drive.completion_percent,
+                    drive.progress.completion_percent,
                     last.speed_mps,
                     last.cross_track_m,
-                    watch.time_left_s(),
+                    drive.time_left_s(),
                     self._pace(wall_s, last.time_s),
                 )
             )
 
-    def tell_news(self, watch) -> None:
-        """Say once what a person should know of."""
-        failure = watch.write_failure
+    def print_notices(self, evaluator: Evaluator) -> None:
+        """Print a write failure and restarts, each once."""
+        failure = evaluator.write_failure
         if failure is not None:
-            self.say_once(
-                f"referee: {failure.filename}: {failure.strerror}; the drive goes on, and is kept in memory until its end; "
-                "a referee that is killed cannot go on with it"
+            self._print_once(
+                f"referee: {failure.filename}: {failure.strerror}; the drive continues and its "
+                "events are kept in memory, but a killed referee cannot resume it"
             )
-        if watch.referee_restarts:
-            self.say_once(
-                f"referee: goes on with the drive after a restart, at {watch.drive.completion_percent:.1f} %",
-                "restart",
+        drive = evaluator.drive
+        if drive is not None and drive.referee_restarts:
+            self._print_once(
+                "referee: restarted, and resumed the drive at "
+                f"{drive.progress.completion_percent:.1f} %",
+                "referee",
             )
-        if watch.world_restarts:
-            self.say_once(
-                "referee: time went back: the world was started anew, and so is the drive",
-                f"world {watch.world_restarts}",
+        if drive is not None and drive.world_restarts:
+            self._print_once(
+                "referee: simulated time began again; the drive starts again, too",
+                f"world {drive.world_restarts}",
             )
 
-    def _say_missing(self, topics, wall_s: float) -> None:
+    def print_line(self, line: str) -> None:
+        """Print a line that stays."""
+        self._write(("\r\x1b[K" if self._status_shown else "") + line + "\n")
+        self._status_shown = False
+
+    def _print_once(self, line: str, key: str | None = None) -> None:
+        if (key or line) not in self._printed:
+            self._printed.add(key or line)
+            self.print_line(line)
+
+    def _print_missing(self, topics: list, wall_s: float) -> None:
         if self._next_s is None:
-            self._next_s = wall_s + _PATIENCE_S
+            self._next_s = wall_s + _WAITING_PERIOD_S
         if wall_s >= self._next_s:
-            self._next_s = wall_s + _PATIENCE_S
-            self.say(f"referee: waiting for {' and '.join(topics)}")
+            self._next_s = wall_s + _WAITING_PERIOD_S
+            self.print_line(f"referee: waiting for {' and '.join(topics)}")
 
-    def _pace(self, wall_s: float, time_s: float):
-        """How many times faster than the wall clock the drive went over the last seconds; None while that is not known."""
+    def _pace(self, wall_s: float, time_s: float) -> float | None:
+        """Return the real-time factor over the last seconds, or None if it is unknown."""
         self._marks = [
             mark
             for mark in self._marks
-            if wall_s - mark[0] <= _RECENT_S + _LOG_S and mark[1] <= time_s
+            if wall_s - mark[0] <= _PACE_WINDOW_S + _LOG_PERIOD_S and mark[1] <= time_s
         ]
         self._marks.append((wall_s, time_s))
         first_wall_s, first_s = self._marks[0]
         return (time_s - first_s) / (wall_s - first_wall_s) if wall_s > first_wall_s else None
 
-    def show(self, line: str) -> None:
-        """How it goes now, instead of the line before where that can be."""
+    def _print_status(self, line: str) -> None:
         if self._in_place:
-            # The cursor waits at the beginning, so that what others print does not hang on to the end of this line.
+            # The cursor returns to the start, so that output of other nodes overwrites the line.
             line = line[: max(shutil.get_terminal_size().columns - 1, 20)]
             self._write(f"\r\x1b[K{line}\r")
-            self._standing = True
+            self._status_shown = True
         else:
             self._write(line + "\n")
-
-    def say_once(self, line: str, key: str = None) -> None:
-        """Say a line unless it, or one by the same key, has been said."""
-        if (key or line) not in self._told:
-            self._told.add(key or line)
-            self.say(line)
-
-    def say(self, line: str) -> None:
-        """A line that is to stay."""
-        self._write(("\r\x1b[K" if self._standing else "") + line + "\n")
-        self._standing = False
 
     def _write(self, text: str) -> None:
         try:
@@ -108,9 +114,21 @@ class ConsoleProgress:
 
 
 def progress_line(
-    percent: float, speed_mps: float, cross_track_m: float, left_s: float, real_time_factor
+    percent: float,
+    speed_mps: float,
+    cross_track_m: float,
+    left_s: float,
+    real_time_factor: float | None,
 ) -> str:
-    """Share of the route, m/s, m (positive to the left), seconds of the drive's time, times real time or None."""
+    """Return the status line.
+
+    Args:
+        percent: completed share of the route [%]
+        speed_mps: speed of the car [m/s]
+        cross_track_m: cross-track error, positive to the left [m]
+        left_s: estimated simulated time to the end of the route [s]
+        real_time_factor: simulated time over wall time, None if unknown
+    """
     factor = "" if real_time_factor is None else f" {real_time_factor:.1f}x real time"
     minutes, seconds = divmod(int(round(left_s)), 60)
     return (
@@ -119,12 +137,14 @@ def progress_line(
     )
 
 
-def closing_line(figures: dict) -> str:
-    """How the drive ended."""
-    factor = figures["real_time_factor"]
+def closing_line(metrics: dict) -> str:
+    """Return the line that sums up a drive."""
+    factor = metrics["real_time_factor"]
     pace = "" if factor is None else f" ({factor:.1f} times real time)"
     return (
-        f"referee: {figures['status']}: {figures['route_completion_percent']:.1f} % of {figures['route_length_m']:.0f} m in "
-        f"{figures['duration_s']:.1f} s{pace}, cross-track error {figures['cross_track_rms_m']:.3f} m RMS, "
-        f"{figures['cross_track_max_m']:.3f} m at worst; driving score {figures['driving_score']:.0f}"
+        f"referee: {metrics['status']}: {metrics['route_completion_percent']:.1f} % of "
+        f"{metrics['route_length_m']:.0f} m in {metrics['duration_s']:.1f} s{pace}, "
+        f"cross-track error {metrics['cross_track_rms_m']:.3f} m RMS, "
+        f"{metrics['cross_track_max_m']:.3f} m at worst; "
+        f"driving score {metrics['driving_score']:.0f}"
     )

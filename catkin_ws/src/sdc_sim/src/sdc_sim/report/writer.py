@@ -1,4 +1,4 @@
-"""Writes what a drive measured: report.json, a trace of every tick, and the pages that a person looks at."""
+"""The files of a report: metrics, the trace of every tick, and pages for people."""
 
 from __future__ import annotations
 
@@ -7,82 +7,102 @@ import csv
 import json
 import math
 import os
+from collections.abc import Sequence
 
-from sdc_sim.evaluation.evaluator import DriveResult
+from sdc_sim.evaluation.drive_evaluation import DriveResult
 from sdc_sim.evaluation.event_log import EventLog
 from sdc_sim.evaluation.route_progress import DriveSample
+from sdc_sim.report.camera_snapshots import CameraSnapshot
 
 COMMAND_FIELDS = ("throttle", "brake", "steer")
-_JOURNAL = ".journal"
-_COMPANIONS = (".csv", ".png", ".html", _JOURNAL)
+_EVENT_LOG = ".journal"
 
 
 class ReportError(OSError):
-    """The report cannot be written; the message names the file and the mend."""
+    """The report cannot be written; the message names the file and the fix."""
 
 
-def companion(report_path: str, ending: str) -> str:
-    """The file beside the report with another ending, such as ".csv"."""
-    return os.path.splitext(report_path)[0] + ending
+def companion(report_path: str, extension: str) -> str:
+    """Return the path of the report with another extension, such as ".csv"."""
+    return os.path.splitext(report_path)[0] + extension
 
 
 def open_report(report_path: str, drive_id: str) -> EventLog:
-    """Make the report's folder and the journal of this drive. A journal of it that is there already is gone on with; an older
-    report is removed, so that none is taken for the new one. Raises ReportError."""
+    """Make the report's folder, remove an older report and open the event log.
+
+    Args:
+        report_path: path of report.json
+        drive_id: identifies the drive; an event log of this drive is resumed
+
+    Raises:
+        ReportError: the folder or the event log cannot be written
+    """
     try:
         os.makedirs(os.path.dirname(report_path) or ".", exist_ok=True)
-        journal = EventLog(companion(report_path, _JOURNAL), drive_id)
-        for path in (
-            report_path,
-            *(companion(report_path, ending) for ending in _COMPANIONS if ending != _JOURNAL),
-        ):
+        event_log = EventLog(companion(report_path, _EVENT_LOG), drive_id)
+        for path in (report_path, *(companion(report_path, e) for e in (".csv", ".png", ".html"))):
             with contextlib.suppress(FileNotFoundError):
                 os.remove(path)
-        if journal.failure is not None:
-            raise journal.failure
     except OSError as error:
         raise ReportError(
-            f"{error.filename or report_path}: {error.strerror}; name a file in a folder that can be written to "
-            "with report:=FILE"
+            f"{error.filename or report_path}: {error.strerror}; "
+            "name a file in a writable folder with report:=FILE"
         ) from error
-    return journal
+    return event_log
 
 
 def write_report(report_path: str, result: DriveResult) -> None:
-    """Write a CSV of every sample and then, at once and whole, the figures as JSON. Raises ReportError."""
+    """Write the trace and then, atomically, the metrics.
+
+    Args:
+        report_path: path of report.json
+        result: the evaluated drive
+
+    Raises:
+        ReportError: a file cannot be written
+    """
     try:
         os.makedirs(os.path.dirname(report_path) or ".", exist_ok=True)
         write_trace(companion(report_path, ".csv"), result)
         with open(report_path + ".part", "w", encoding="utf-8") as file:
-            json.dump(result.figures, file, indent=2)
+            json.dump(result.metrics, file, indent=2)
             file.write("\n")
         os.replace(report_path + ".part", report_path)
     except OSError as error:
         raise ReportError(
-            f"{error.filename or report_path}: {error.strerror}; the drive was not reported"
+            f"{error.filename or report_path}: {error.strerror}; the drive is not reported"
         ) from error
 
 
 def write_trace(path: str, result: DriveResult) -> None:
-    """One row a sample, with every digit, and the command that answered it: two traces are equal when the drives were."""
+    """Write one row for each sample, with all digits, and the command that answered it."""
     with open(path, "w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file)
         writer.writerow(DriveSample._fields + COMMAND_FIELDS)
-        for sample, command in zip(result.drive.samples, result.commands.tolist()):
+        for sample, command in zip(result.progress.samples, result.commands.tolist()):
             writer.writerow((*sample, *("" if math.isnan(value) else value for value in command)))
 
 
-def write_pages(report_path: str, result: DriveResult, snapshots) -> None:
-    """Draw report.png and report.html. Raises ReportError."""
-    from sdc_sim.report.html_page import (  # Matplotlib is slow to load, and needed once, at the end of a drive
-        write_html,
-        write_png,
-    )
+def write_pages(report_path: str, result: DriveResult, snapshots: Sequence[CameraSnapshot]) -> None:
+    """Write report.png and report.html.
+
+    Args:
+        report_path: path of report.json
+        result: the evaluated drive
+        snapshots: of the camera, for report.html
+
+    Raises:
+        ReportError: a file cannot be written
+    """
+    # Matplotlib is slow to import, and only the end of a drive needs it.
+    from sdc_sim.report.html_page import write_html
+    from sdc_sim.report.plots import write_png
 
     try:
         write_png(companion(report_path, ".png"), result)
         write_html(companion(report_path, ".html"), result, snapshots)
     except OSError as error:
         raise ReportError(
-            f"{error.filename or report_path}: {error.strerror}; the figures are written, the pages are not"
+            f"{error.filename or report_path}: {error.strerror}; "
+            "the metrics are written, the pages are not"
         ) from error

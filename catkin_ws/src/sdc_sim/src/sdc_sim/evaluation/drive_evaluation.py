@@ -1,0 +1,203 @@
+"""Evaluation of one drive along a known route, event by event."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sdc_common.geometry.route import Route
+from sdc_sim.evaluation.command_matching import CommandMatching, CommandTrace
+from sdc_sim.evaluation.ideal_drive import IdealDrive
+from sdc_sim.evaluation.infractions import RedLightDetector
+from sdc_sim.evaluation.route_progress import RouteProgress
+from sdc_sim.evaluation.rules import EvaluationRules
+from sdc_sim.evaluation.timeline import IGNORED, RESTARTED, Timeline
+
+_NS_PER_S = 1_000_000_000
+# A longer time between two odometry messages counts as unseen.
+_MAX_GAP_S = 1.0
+# The pace of the first seconds does not predict the rest of the drive.
+_MIN_PACE_S = 5.0
+# Kinds of obstacles and the report's names for them.
+_COLLISION_KINDS = {"car": "vehicle", "pedestrian": "pedestrian", "obstacle": "static"}
+
+
+@dataclass
+class DriveResult:
+    """An evaluated drive.
+
+    Attributes:
+        metrics: the content of report.json
+        progress: the samples and events of the drive
+        commands: (n, 3) throttle, brake and steer of each sample, NaN if unknown
+        planned: (m, 2) arc length [m] and planned speed [m/s]
+        limit_mps: (N,) greatest speed at each point of the route [m/s]
+    """
+
+    metrics: dict
+    progress: RouteProgress
+    commands: np.ndarray
+    planned: np.ndarray
+    limit_mps: np.ndarray
+
+
+class DriveEvaluation:
+    """The state of a drive after the events so far.
+
+    An event is a list: its name and its arguments. For each name there is a method `_on_NAME`.
+    Stamps are integers [ns].
+    """
+
+    def __init__(self, rules: EvaluationRules, route: Route, keep_trace: bool):
+        """Start an evaluation.
+
+        Args:
+            rules: what the drive is evaluated by
+            route: the route of the mission
+            keep_trace: keep all samples and commands, which `result` needs
+        """
+        self.route = route
+        self.ideal = IdealDrive(route, rules.speed_limits())
+        self.world_restarts = 0
+        self.referee_restarts = 0
+        self.unseen_s = 0.0
+        self._rules = rules
+        self._keep_trace = keep_trace
+        self._red_lights = RedLightDetector(rules.car_front_m)
+        self._obstacle_kinds: dict = {}
+        self._start()
+
+    def _start(self) -> None:
+        self.progress = RouteProgress(
+            self.route,
+            self._rules.termination_limits(self.ideal.duration_s),
+            keep_samples=self._keep_trace,
+        )
+        self.matching = CommandMatching()
+        self._started_at_s: float | None = None
+        self._timeline = Timeline()
+        self._red_lights.reset_car()
+        self._commands = CommandTrace()
+        self._planned: list = []
+
+    @property
+    def over(self) -> bool:
+        """Return whether the drive has ended."""
+        return self.progress.status is not None
+
+    def apply(self, event: list) -> bool:
+        """Apply one event; return False for an odometry that is ignored."""
+        return getattr(self, "_on_" + event[0])(*event[1:]) is not False
+
+    @property
+    def needs_wall_clock(self) -> bool:
+        """Return whether the drive has started and its start on the wall clock is unknown."""
+        return bool(self.progress.samples) and self._started_at_s is None
+
+    def is_new_kind(self, obstacle_id: int, kind: str) -> bool:
+        """Return whether the kind of an obstacle is not known yet."""
+        return self._obstacle_kinds.get(obstacle_id) != kind
+
+    def needs_lights(self, states: dict) -> bool:
+        """Return whether these states of the traffic lights change anything."""
+        return self._red_lights.is_relevant(states)
+
+    def time_left_s(self) -> float:
+        """Return the simulated time [s] to the end of the route at the pace of the drive so far."""
+        ideal_s = self.ideal.time_at(self.progress.samples[-1].s_m)
+        pace = max(1.0, self.progress.duration_s / ideal_s) if ideal_s > _MIN_PACE_S else 1.0
+        return pace * (self.ideal.duration_s - ideal_s)
+
+    def result(self, ended_at_s: float | None) -> DriveResult:
+        """Return the evaluated drive.
+
+        Args:
+            ended_at_s: wall clock at the end of the drive [s], None without a wall clock
+        """
+        metrics = self.progress.metrics(self.ideal.duration_s, self._rules.lane_width_m)
+        wall_s = None
+        if ended_at_s is not None and self._started_at_s is not None:
+            wall_s = ended_at_s - self._started_at_s
+        metrics.update(
+            wall_duration_s=wall_s,
+            real_time_factor=None if wall_s is None else metrics["duration_s"] / max(wall_s, 1e-3),
+            ticks=len(self.progress.samples),
+            missed_ticks=self.matching.missed,
+            unseen_s=self.unseen_s,
+            referee_restarts=self.referee_restarts,
+            world_restarts=self.world_restarts,
+            assumed_limits=list(self._rules.assumed),
+        )
+        return DriveResult(
+            metrics,
+            self.progress,
+            self._commands.as_array(len(self.progress.samples)),
+            np.array(self._planned, dtype=float).reshape(-1, 2),
+            self.ideal.speed_mps,
+        )
+
+    def _on_odometry(
+        self, stamp_ns: int, x_m: float, y_m: float, yaw_rad: float, speed_mps: float
+    ) -> bool:
+        if self.over:
+            return False
+        time_s = stamp_ns / _NS_PER_S
+        last_s = self._timeline.now_s
+        step = self._timeline.advance(time_s)
+        if step == IGNORED:
+            return False
+        if step == RESTARTED:
+            self.world_restarts += 1
+            self._start()
+            self._timeline.advance(time_s)
+        elif last_s is not None and time_s - last_s > _MAX_GAP_S:
+            self.unseen_s += time_s - last_s
+            self._red_lights.reset_car()
+        self.matching.add_odometry(stamp_ns)
+        sample = self.progress.update(time_s, x_m, y_m, yaw_rad, speed_mps)
+        self._count_red(self._red_lights.update_car(stamp_ns, self.route, sample.s_m))
+        if self._keep_trace:
+            self._commands.add_odometry(stamp_ns)
+        return True
+
+    def _on_command(self, stamp_ns: int, throttle: float, brake: float, steer: float) -> None:
+        self.matching.add_command(stamp_ns)
+        if self._keep_trace:
+            self._commands.add_command(stamp_ns, throttle, brake, steer)
+
+    def _on_planned(self, speed_mps: float) -> None:
+        if self._keep_trace and self.progress.samples and not self.over:
+            self._planned.append((self.progress.samples[-1].s_m, speed_mps))
+
+    def _on_obstacle(self, obstacle_id: int, kind: str) -> None:
+        self._obstacle_kinds[obstacle_id] = kind
+
+    def _on_stop_lines(self, lines: dict) -> None:
+        self._red_lights.set_lines(lines)
+
+    def _on_lights(self, stamp_ns: int, states: dict) -> None:
+        self._count_red(self._red_lights.update_lights(stamp_ns, states))
+
+    def _count_red(self, count: int) -> None:
+        for _ in range(0 if self.over else count):
+            self.progress.add_infraction("red_light")
+
+    def _on_collision(self, stamp_ns: int, obstacle_id: int) -> None:
+        if self.over:
+            return
+        # CARLA gives static scenery the id 0. Another actor of unknown kind is likely a vehicle.
+        kind = _COLLISION_KINDS.get(
+            self._obstacle_kinds.get(obstacle_id, ""), "vehicle" if obstacle_id else "static"
+        )
+        self.progress.add_collision(kind, stamp_ns / _NS_PER_S if stamp_ns else None)
+
+    def _on_infraction(self, name: str) -> None:
+        if not self.over:
+            self.progress.add_infraction(name)
+
+    def _on_wall_clock(self, now_s: float) -> None:
+        self._started_at_s = now_s
+
+    def _on_resumed(self) -> None:
+        self.referee_restarts += 1

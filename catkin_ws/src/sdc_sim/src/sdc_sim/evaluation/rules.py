@@ -1,0 +1,68 @@
+"""What a drive is evaluated by: the referee's parameters and the local planner's limits."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from sdc_common.planning.speed_profile import SpeedLimits
+from sdc_sim.evaluation.route_progress import TerminationLimits
+
+# Fields of SpeedLimits and the local planner's parameters with the same meaning.
+_PLANNER_PARAMETERS = {
+    "cruise_mps": "planned_speed_mps",
+    "lateral_mps2": "lateral_acceleration_mps2",
+    "acceleration_mps2": "acceleration_mps2",
+    "braking_mps2": "braking_mps2",
+    "lateral_jerk_mps3": "lateral_jerk_mps3",
+}
+
+
+class EvaluationRules(NamedTuple):
+    """The parameters of config/referee.yaml that decide about a drive.
+
+    Attributes:
+        planner: limits of the local planner by its parameter names
+        assumed: names of those limits that /local_planner does not provide
+    """
+
+    off_route_m: float
+    off_route_s: float
+    blocked_s: float
+    finish_within_m: float
+    timeout_ratio: float
+    timeout_margin_s: float
+    lane_width_m: float
+    car_front_m: float
+    planner: dict
+    assumed: list
+
+    @classmethod
+    def read(cls, parameter: Callable[[str], Any]) -> EvaluationRules:
+        """Return the rules, with assumed limits of the local planner.
+
+        Args:
+            parameter: returns the parameter of config/referee.yaml with a given name
+        """
+        planner = parameter("assumed_planner")
+        return cls(
+            planner=planner,
+            assumed=list(planner),
+            **{name: parameter(name) for name in cls._fields if name not in ("planner", "assumed")},
+        )
+
+    def speed_limits(self) -> SpeedLimits:
+        """Return the local planner's limits as limits of a speed profile."""
+        return SpeedLimits(
+            **{field: self.planner[name] for field, name in _PLANNER_PARAMETERS.items()}
+        )
+
+    def termination_limits(self, ideal_duration_s: float) -> TerminationLimits:
+        """Return the limits that end a drive whose ideal duration [s] is given."""
+        return TerminationLimits(
+            self.off_route_m,
+            self.off_route_s,
+            self.blocked_s,
+            self.finish_within_m,
+            self.timeout_ratio * ideal_duration_s + self.timeout_margin_s,
+        )
