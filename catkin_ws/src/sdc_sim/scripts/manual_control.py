@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Hand control: a window with the camera picture and the keys of the CARLA client. H in the window shows them."""
+"""Manual control: a window with the camera picture and the keys of CARLA's client."""
 
 import threading
 import time
@@ -28,7 +28,8 @@ from sdc_sim.manual_control.map_view import MapView
 from sdc_sim.manual_control.views import ViewSelector
 
 EGO = "/carla/ego_vehicle"
-PICTURES = (EGO + "/camera/rgb/front/image_color", "/camera/lane_mask")
+PICTURE_TOPICS = (EGO + "/camera/rgb/front/image_color", "/camera/lane_mask")
+PICTURE_BUFFER_BYTES = 4 * 1024 * 1024
 BLACK = np.zeros((480, 640, 3), np.uint8)
 LAST_MESSAGE_S = 0.2
 
@@ -36,21 +37,22 @@ LAST_MESSAGE_S = 0.2
 class ManualControl:
     def __init__(self):
         rospy.init_node("manual_control")
-        self.manual = parameter("manual_at_start")
+        self.is_manual = parameter("manual_at_start")
         try:
-            self.control = keyboard.HandControl(keyboard.HandControlRates(**parameter("rates")))
-            self.views = ViewSelector(PICTURES, MapView(**parameter("map")))
-            self.facts = DriveState(parameter("notice_s"), time.monotonic)
+            self.control = keyboard.KeyboardControl(
+                keyboard.KeyboardControlRates(**parameter("rates"))
+            )
+            self.views = ViewSelector(PICTURE_TOPICS, MapView(**parameter("map")))
+            self.state = DriveState(parameter("notice_s"), time.monotonic)
             self.window = ImageWindow(
                 "hand control", frames_per_second=parameter("frames_per_second")
             )
         except (TypeError, ValueError) as error:
-            refuse(f"{error}; mend it in config/manual_control.yaml")
+            refuse(f"{error}; correct it in config/manual_control.yaml")
         except NoDisplay as error:
             refuse(error)
-
-        self.drawing = HudRenderer()
-        self.show_figures, self.show_help = True, False
+        self.hud = HudRenderer()
+        self.show_panel, self.show_help = True, False
 
         self.command_publisher = LoopPublisher(
             EGO + "/vehicle_control_cmd_manual", CarlaVehicleControl
@@ -60,34 +62,26 @@ class ManualControl:
         )
         self.reset_service = rospy.ServiceProxy("/sim/reset", Trigger)
 
-        for topic in PICTURES:
+        latest = {"queue_size": 1, "tcp_nodelay": True}
+        for topic in PICTURE_TOPICS:
             rospy.Subscriber(
-                topic,
-                Image,
-                self.views.take,
-                topic,
-                queue_size=1,
-                buff_size=4 * 1024 * 1024,
-                tcp_nodelay=True,
+                topic, Image, self.views.on_picture, topic, buff_size=PICTURE_BUFFER_BYTES, **latest
             )
+        state = self.state
+        rospy.Subscriber(EGO + "/odometry", Odometry, self.on_odometry, **latest)
         rospy.Subscriber(
-            EGO + "/odometry", Odometry, self.on_odometry, queue_size=1, tcp_nodelay=True
+            EGO + "/vehicle_status", CarlaEgoVehicleStatus, state.on_status, queue_size=1
         )
-        rospy.Subscriber(
-            EGO + "/vehicle_status", CarlaEgoVehicleStatus, self.facts.on_status, queue_size=1
-        )
-        rospy.Subscriber(EGO + "/obstacles", ObstacleArray, self.facts.on_obstacles, queue_size=1)
-        rospy.Subscriber(EGO + "/collision", CarlaCollisionEvent, self.facts.on_collision)
-        rospy.Subscriber(
-            EGO + "/lane_invasion", CarlaLaneInvasionEvent, self.facts.on_lane_invasion
-        )
-        rospy.Subscriber("/carla/world_info", CarlaWorldInfo, self.facts.on_world_info)
+        rospy.Subscriber(EGO + "/obstacles", ObstacleArray, state.on_obstacles, queue_size=1)
+        rospy.Subscriber(EGO + "/collision", CarlaCollisionEvent, state.on_collision)
+        rospy.Subscriber(EGO + "/lane_invasion", CarlaLaneInvasionEvent, state.on_lane_invasion)
+        rospy.Subscriber("/carla/world_info", CarlaWorldInfo, state.on_world_info)
         rospy.Subscriber("/planner/mission_waypoints", Path, self.on_mission)
-        rospy.Subscriber("/planner/local_waypoints", LocalPath, self.facts.on_path, queue_size=1)
+        rospy.Subscriber("/planner/local_waypoints", LocalPath, state.on_path, queue_size=1)
 
     def on_odometry(self, odometry):
         try:
-            self.facts.on_odometry(odometry)
+            self.state.on_odometry(odometry)
         except ValueError as error:
             rospy.logwarn_throttle(1.0, f"manual_control: refused {EGO}/odometry: {error}")
 
@@ -95,89 +89,84 @@ class ManualControl:
         try:
             self.views.map_view.set_route([(point.x, point.y) for point in path.waypoints])
         except ValueError as error:
-            rospy.logwarn(
-                "manual_control: no map of the mission on /planner/mission_waypoints: %s", error
-            )
+            rospy.logwarn("manual_control: refused /planner/mission_waypoints: %s", error)
 
-    def press(self, key):
+    def on_key(self, key):
         if key == keyboard.QUIT_KEY:
             self.window.close()
         elif key == keyboard.REVERSE_KEY:
             self.control.toggle_reverse()
         elif key == keyboard.AUTOPILOT_KEY:
-            self.drive_by_hand(not self.manual)
-            self.facts.say("You drive" if self.manual else "The stack drives")
+            self.set_manual(not self.is_manual)
+            self.state.notify("You drive" if self.is_manual else "The stack drives")
         elif key == keyboard.VIEW_KEY:
-            self.views.next()
+            self.views.select_next()
         elif key == keyboard.RESET_KEY:
             self.control.reset()
-            threading.Thread(
-                target=self.reset_world, daemon=True
-            ).start()  # a paused world may keep it waiting
+            # The service call blocks while the world is paused.
+            threading.Thread(target=self.reset_world, daemon=True).start()
         elif key == keyboard.HUD_KEY:
-            self.show_figures = not self.show_figures
+            self.show_panel = not self.show_panel
         elif key == keyboard.HELP_KEY:
             self.show_help = not self.show_help
 
     def reset_world(self):
         try:
             self.reset_service()
-            self.facts.say("Back at the start")
+            self.state.notify("Back at the start")
         except rospy.ServiceException as error:
-            rospy.logwarn("manual_control: the world was not reset: %s", error)
-            self.facts.say("This world cannot be reset")
+            rospy.logwarn("manual_control: cannot reset the world: %s", error)
+            self.state.notify("This world cannot be reset")
 
-    def drive_by_hand(self, manual):
-        self.manual = manual
+    def set_manual(self, is_manual):
+        """Take control, or return it to the stack."""
+        self.is_manual = is_manual
         self.control.reset()
-        self.override_publisher.publish(manual)
+        self.override_publisher.publish(is_manual)
 
-    def drive(self, held):
-        if not self.manual:
-            return
+    def on_shutdown(self):
+        self.set_manual(False)
+        time.sleep(LAST_MESSAGE_S)  # rospy sends the message in another thread
+
+    def publish_command(self, held):
         command = self.control.step(held, self.window.step_s)
         message = CarlaVehicleControl(
-            None,
-            command.throttle,
-            command.steer,
-            command.brake,
-            command.hand_brake,
-            command.reverse,
+            throttle=command.throttle,
+            steer=command.steer,
+            brake=command.brake,
+            hand_brake=command.hand_brake,
+            reverse=command.reverse,
         )
-        message.header.stamp = self.facts.stamp or rospy.Time(0)
+        message.header.stamp = self.state.stamp or rospy.Time(0)
         self.command_publisher.publish(message)
 
-    def hand_back(self):
-        self.drive_by_hand(False)
-        time.sleep(LAST_MESSAGE_S)  # the publisher's own thread sends it
-
-    def show(self):
-        """Show one frame; returns the keys that were pressed meanwhile."""
-        readings = self.facts.readings(self.control.command, self.manual, self.window.frame_rate)
+    def show_frame(self):
+        """Show one frame; return the keys that were pressed meanwhile."""
         try:
-            picture = self.views.picture(self.facts)
+            picture = self.views.picture(self.state)
         except ValueError as error:
             rospy.logwarn_throttle(1.0, f"manual_control: {error}")
             picture = None
+        readings = self.state.readings(self.control.command, self.is_manual, self.window.frame_rate)
+        notices = self.state.notices()
 
         def overlay(screen):
             if picture is None:
-                self.drawing.draw_centred(screen, f"nothing to see yet on {self.views.shown}")
-            self.drawing.draw(
-                screen, readings, self.facts.notices(), self.show_figures, self.show_help
-            )
+                self.hud.draw_centred(screen, f"no picture on {self.views.selected} yet")
+            self.hud.draw(screen, readings, notices, self.show_panel, self.show_help)
 
         return self.window.show(BLACK if picture is None else picture, overlay)
 
     def run(self):
-        rospy.on_shutdown(self.hand_back)
+        rospy.on_shutdown(self.on_shutdown)
         watch_connections()
-        self.drive_by_hand(self.manual)
+        self.set_manual(self.is_manual)
         while not (rospy.is_shutdown() or self.window.closed):
-            pressed = self.show()
+            pressed = self.show_frame()
             for key in pressed:
-                self.press(key)
-            self.drive(self.window.held.union(pressed))
+                self.on_key(key)
+            if self.is_manual:
+                self.publish_command(self.window.held.union(pressed))
         self.window.close()
         rospy.signal_shutdown("the window was closed")
 

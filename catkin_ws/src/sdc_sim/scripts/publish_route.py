@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Publish a waypoint file as the mission, for a world without the car's own mission planner."""
+"""Publish a waypoint file as the mission, for a world without a mission planner."""
 
 import rospy
 from sdc_msgs.msg import BaseWaypoint, Path

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Shows the drive in RViz: turns the mission, the local path and the car into what RViz displays."""
+"""Publish the mission, the local path and the car in the form that RViz displays."""
 
 import time
 
@@ -20,18 +20,16 @@ class Show:
     def __init__(self):
         rospy.init_node("show")
         self.full_speed_mps = parameter("full_speed_mps")
-        rate_hz = parameter("path_rate_hz")
-        if not (self.full_speed_mps > 0.0 and rate_hz > 0.0):
-            refuse("full_speed_mps and path_rate_hz must be positive; mend it in config/show.yaml")
-        self.period_s = 1.0 / rate_hz
+        path_rate_hz = parameter("path_rate_hz")
+        if not (self.full_speed_mps > 0.0 and path_rate_hz > 0.0):
+            refuse("config/show.yaml: full_speed_mps and path_rate_hz must be positive")
+        self.path_period_s = 1.0 / path_rate_hz
+        self.next_path_time = 0.0
 
-        self.path_due_at = 0.0
-
-        self.route_publisher = rospy.Publisher(
-            "/show/route", DisplayedPath, queue_size=1, latch=True
-        )
-        self.road_publisher = rospy.Publisher("/show/road", MarkerArray, queue_size=1, latch=True)
-        self.car_publisher = rospy.Publisher("/show/car", MarkerArray, queue_size=1, latch=True)
+        latched = {"queue_size": 1, "latch": True}
+        self.route_publisher = rospy.Publisher("/show/route", DisplayedPath, **latched)
+        self.road_publisher = rospy.Publisher("/show/road", MarkerArray, **latched)
+        self.car_publisher = rospy.Publisher("/show/car", MarkerArray, **latched)
         self.path_publisher = rospy.Publisher("/show/local_path", Marker, queue_size=1)
 
         rospy.Subscriber("/planner/mission_waypoints", Path, self.on_mission, queue_size=1)
@@ -42,26 +40,22 @@ class Show:
         try:
             road = Road(route)
         except ValueError as error:
-            rospy.logwarn("show: refused the mission on /planner/mission_waypoints: %s", error)
+            rospy.logwarn("show: refused /planner/mission_waypoints: %s", error)
             return
         self.route_publisher.publish(route_path(route))
         self.road_publisher.publish(road_markers(road_markings(road)))
 
     def on_path(self, path):
+        # A lockstep drive plans thousands of paths per second, more than RViz can draw.
         now = time.monotonic()
-        if now < self.path_due_at:
-            return  # a lockstep drive plans thousands of paths a second: nobody could see them all
-        self.path_due_at = now + self.period_s
+        if now < self.next_path_time:
+            return
+        self.next_path_time = now + self.path_period_s
+        rows = [(point.x, point.y, point.v) for point in path.waypoints]
         try:
-            self.path_publisher.publish(
-                path_marker(
-                    [(point.x, point.y, point.v) for point in path.waypoints], self.full_speed_mps
-                )
-            )
+            self.path_publisher.publish(path_marker(rows, self.full_speed_mps))
         except ValueError as error:
-            rospy.logwarn_throttle(
-                1.0, f"show: refused a path on /planner/local_waypoints: {error}"
-            )
+            rospy.logwarn_throttle(1.0, f"show: refused /planner/local_waypoints: {error}")
 
     def run(self):
         self.car_publisher.publish(car_markers())

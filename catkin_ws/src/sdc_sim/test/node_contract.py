@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The rest of the bridge's contract in real time: status, events, obstacles, who drives, and where the car is put."""
+"""The contract of the bridge in real time: status, events, obstacles, control modes, placing."""
 
 import math
 import unittest
@@ -65,11 +65,11 @@ class ContractTest(unittest.TestCase):
         return rospy.ServiceProxy("/sim/" + service, Trigger)()
 
     def next(self, listener, accepts=lambda message: True, seconds=20.0):
-        """The next message, from now on, that is accepted."""
+        """Return the next message from now on that is accepted."""
         return listener.wait_for(accepts, seconds, after=len(listener.messages))
 
     def drive_until(self, condition, publish=None, seconds=20.0, **command):
-        """Command at every odometry until one fulfils the condition."""
+        """Send a command at each odometry until one fulfils the condition."""
         publish = publish or (lambda: self.command.publish(CarlaVehicleControl(**command)))
 
         def accepts(odometry):
@@ -84,7 +84,7 @@ class ContractTest(unittest.TestCase):
         message.point.x, message.point.y = x, y
         self.click.publish(message)
 
-    def put(self, x, y, yaw=0.0):
+    def place(self, x, y, yaw=0.0):
         message = PoseWithCovarianceStamped()
         message.header.frame_id = "map"
         message.pose.pose.position.x, message.pose.pose.position.y = x, y
@@ -94,7 +94,7 @@ class ContractTest(unittest.TestCase):
         )
         self.pose.publish(message)
 
-    def test_info_is_there_for_whoever_comes_late(self):
+    def test_late_subscriber_receives_vehicle_and_world_info(self):
         info = MessageListener(EGO + "/vehicle_info", CarlaEgoVehicleInfo).wait_for()
         self.assertEqual(
             (info.type, info.rolename, info.mass, len(info.wheels)),
@@ -104,7 +104,7 @@ class ContractTest(unittest.TestCase):
             MessageListener("/carla/world_info", CarlaWorldInfo).wait_for().map_name, "waypoints"
         )
 
-    def test_status_tells_command_and_speed(self):
+    def test_status_has_command_and_speed(self):
         self.drive_until(lambda x, y, yaw, speed: speed > 2.0, throttle=0.75, steer=0.125)
         status = self.status.messages[-1]
         self.assertEqual(
@@ -123,18 +123,22 @@ class ContractTest(unittest.TestCase):
         self.assertTrue(later.synchronous_mode_running)
         self.assertAlmostEqual(later.fixed_delta_seconds, 0.05, places=6)
 
-    def test_clicked_obstacle_is_told_shown_seen_and_stops_the_car(self):
+    def test_clicked_obstacle_is_published_rendered_and_stops_the_car(self):
         images = MessageListener(EGO + "/camera/rgb/front/image_color", Image)
         before = self.pixels(images.wait_for())
         markers = MessageListener("/carla/markers", MarkerArray)
         self.click_at(15.0, 0.0)
-        told = self.next(self.obstacles, lambda message: len(message.obstacles) == 1).obstacles[0]
-        self.assertEqual((told.kind, told.pose.position.x, told.speed), ("obstacle", 15.0, 0.0))
+        array = self.next(self.obstacles, lambda message: len(message.obstacles) == 1)
+        obstacle = array.obstacles[0]
+        self.assertEqual(
+            (obstacle.kind, obstacle.pose.position.x, obstacle.speed), ("obstacle", 15.0, 0.0)
+        )
         marker = markers.wait_for(lambda message: message.markers).markers[0]
         self.assertEqual(
-            (marker.id, marker.action, marker.scale.x), (told.id, Marker.ADD, told.size.x)
+            (marker.id, marker.action, marker.scale.x), (obstacle.id, Marker.ADD, obstacle.size.x)
         )
-        face = np.s_[256:274, 312:328]  # 23 x 23 pixels of it, 13.8 m before the camera
+        # A part of its 23 x 23 pixels, 13.8 m in front of the camera.
+        face = np.s_[256:274, 312:328]
         self.next(
             images, lambda image: np.abs(self.pixels(image)[face] - before[face]).mean() > 20.0
         )
@@ -142,21 +146,21 @@ class ContractTest(unittest.TestCase):
         seen = len(self.collision.messages)
         self.drive_until(lambda x, y, yaw, speed: len(self.collision.messages) > seen, throttle=0.7)
         event = self.collision.messages[seen]
-        self.assertEqual(event.other_actor_id, told.id)
+        self.assertEqual(event.other_actor_id, obstacle.id)
         self.assertLess(event.normal_impulse.x, -1845.0)
         for _ in range(20):
             self.drive_until(lambda *pose: True, throttle=0.7)
         x, _, _, speed = pose_and_speed(self.odometry.messages[-1])
         self.assertAlmostEqual(x, 15.0 - 0.5 - 2.35, delta=0.05)
         self.assertLess(speed, 0.3)
-        self.assertEqual(len(self.collision.messages), seen + 1, "one touch is one event")
+        self.assertEqual(len(self.collision.messages), seen + 1, "a contact is one event")
 
         self.drive_until(lambda x, y, yaw, speed: x < 9.0, throttle=0.6, reverse=True)
         self.click_at(15.2, 0.3)
         self.next(self.obstacles, lambda message: not message.obstacles)
         markers.wait_for(
             lambda message: (
-                [m.action for m in message.markers if m.id == told.id] == [Marker.DELETE]
+                [m.action for m in message.markers if m.id == obstacle.id] == [Marker.DELETE]
             )
         )
 
@@ -164,7 +168,7 @@ class ContractTest(unittest.TestCase):
     def pixels(image):
         return np.frombuffer(image.data, np.uint8).reshape(480, 640, 4)[:, :, :3].astype(int)
 
-    def test_crossed_lines_are_told(self):
+    def test_crossed_lines_are_published(self):
         seen = len(self.lane_invasion.messages)
         self.drive_until(lambda x, y, yaw, speed: y < -1.2, throttle=0.5, steer=0.2)
         event = self.lane_invasion.wait_for(after=seen)
@@ -172,7 +176,7 @@ class ContractTest(unittest.TestCase):
             list(event.crossed_lane_markings), [CarlaLaneInvasionEvent.LANE_MARKING_SOLID]
         )
 
-    def test_person_takes_over_and_gives_back(self):
+    def test_override_starts_and_ends_manual_control(self):
         self.override.publish(True)
 
         def both():
@@ -183,7 +187,7 @@ class ContractTest(unittest.TestCase):
         self.override.publish(False)
         self.drive_until(lambda x, y, yaw, speed: speed == 0.0, publish=both)
 
-    def test_manual_commands_without_override_move_nothing(self):
+    def test_manual_commands_without_override_are_ignored(self):
         for _ in range(20):
             self.drive_until(
                 lambda *pose: True,
@@ -201,7 +205,7 @@ class ContractTest(unittest.TestCase):
             publish=lambda: self.ackermann.publish(AckermannDrive()),
         )
 
-    def test_bad_ackermann_and_manual_commands_are_refused_or_limited(self):
+    def test_invalid_ackermann_and_manual_commands_are_refused_or_limited(self):
         self.drive_until(lambda x, y, yaw, speed: speed > 2.0, throttle=0.6)
         for bad in (math.nan, math.inf, -math.inf):
             self.ackermann.publish(AckermannDrive(speed=bad, steering_angle=bad))
@@ -213,17 +217,17 @@ class ContractTest(unittest.TestCase):
         )
         self.assertTrue(all(map(math.isfinite, pose_and_speed(self.odometry.messages[-1]))))
 
-    def test_flood_of_commands_does_not_stop_the_world(self):
-        """Absurdly fast: far more commands than ticks."""
+    def test_flood_of_commands_does_not_stop_the_simulation(self):
+        """Send far more commands than there are ticks."""
         before = len(self.odometry.messages)
         for number in range(5000):
             self.command.publish(CarlaVehicleControl(throttle=0.6, steer=(-1.0) ** number))
         self.odometry.wait_for(lambda odometry: pose_and_speed(odometry)[3] > 0.5, after=before)
         self.drive_until(lambda x, y, yaw, speed: speed == 0.0, brake=1.0)
 
-    def test_car_is_put_where_the_arrow_points(self):
+    def test_initial_pose_places_the_car(self):
         self.drive_until(lambda x, y, yaw, speed: speed > 2.0, throttle=0.7)
-        self.put(40.0, 30.0, 1.0)
+        self.place(40.0, 30.0, 1.0)
         odometry = self.next(
             self.odometry, lambda message: abs(message.pose.pose.position.x - 40.0) < 0.1
         )
@@ -232,43 +236,45 @@ class ContractTest(unittest.TestCase):
         self.assertAlmostEqual(yaw, 1.0)
         self.assertEqual(speed, 0.0)
 
-    def test_bad_places_are_refused(self):
+    def test_invalid_places_are_refused(self):
         for x, y in ((math.nan, 0.0), (math.inf, 0.0), (1e12, 0.0)):
-            self.put(x, y)
-        self.put(40.0, 0.0)
+            self.place(x, y)
+        self.place(40.0, 0.0)
         self.next(self.odometry, lambda message: message.pose.pose.position.x == 40.0)
         for x, y in (
             (math.nan, 0.0),
             (math.inf, 0.0),
             (1e12, 0.0),
             (40.5, 0.0),
-        ):  # the last is on the car itself
+        ):  # The last one is on the car.
             self.click_at(x, y)
         self.click_at(20.0, 0.0, frame="camera")
         self.click_at(60.0, 0.0)
-        told = self.next(self.obstacles, lambda message: message.obstacles)
-        self.assertEqual([one.pose.position.x for one in told.obstacles], [60.0])
+        array = self.next(self.obstacles, lambda message: message.obstacles)
+        self.assertEqual([one.pose.position.x for one in array.obstacles], [60.0])
 
-    def test_pause_step_resume(self):
+    def test_pause_step_and_resume_control_the_clock(self):
         clock = MessageListener("/clock", Clock)
         clock.wait_for()
         self.assertIn("paused", self.call("pause").message)
-        stood = self.last_tick(clock)
+        paused_at = self.last_tick(clock)
         seen = len(self.odometry.messages)
-        self.put(20.0, 0.0)
+        self.place(20.0, 0.0)
         shown = self.odometry.wait_for(
             lambda message: message.pose.pose.position.x == 20.0, after=seen
         )
         self.assertEqual(
-            shown.header.stamp.to_nsec(), stood, "a paused world shows a change, and time stands"
+            shown.header.stamp.to_nsec(),
+            paused_at,
+            "a paused simulation publishes a change at the same time",
         )
         for step in (1, 2):
             self.call("step")
             clock.wait_for(
-                lambda message, due=stood + step * 50_000_000: message.clock.to_nsec() == due
+                lambda message, due=paused_at + step * 50_000_000: message.clock.to_nsec() == due
             )
         self.assertIn("running", self.call("resume").message)
-        clock.wait_for(lambda message: message.clock.to_nsec() > stood + 200_000_000)
+        clock.wait_for(lambda message: message.clock.to_nsec() > paused_at + 200_000_000)
         steps = {
             b - a
             for a, b in zip(
@@ -278,7 +284,7 @@ class ContractTest(unittest.TestCase):
         self.assertLessEqual(steps, {0, 50_000_000})
 
     def last_tick(self, clock):
-        """The tick at which a paused world stands: its message may still be on the way."""
+        """Pause and return the time when its message has arrived."""
         frame = int(self.call("pause").message.rsplit(" ", 1)[1])
         return wait_until(
             lambda: clock.messages[-1].clock.to_nsec() == frame * 50_000_000 and frame * 50_000_000,

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The integration check: a stack drives under this test's own master, and its report is held against the limits."""
+"""Integration check: a stack drives under the master of this test; its report is checked."""
 
 import os
 import unittest
@@ -7,7 +7,7 @@ import unittest
 import rospy
 import rostest
 
-from sdc_sim.scenario.checked_drive import CheckedDrive
+from sdc_sim.scenario.runner import CheckedDrive
 
 GIVEN = ("stack", "waypoints_path", "sync", "camera")
 PATHS = ("stack", "waypoints_path")
@@ -18,9 +18,9 @@ BOUNDS = {
 
 
 class DriveTest(unittest.TestCase):
-    def test_drive(self):
+    def test_drive_meets_its_limits(self):
         parameters = rospy.get_param("~")
-        # Relative paths count from the folder that rostest was run in, which is not this test's own.
+        # rostest changes the working directory; relative paths start where it was called.
         os.chdir(parameters["folder"])
         scenario = parameters["scenario"]
         given = {
@@ -33,14 +33,12 @@ class DriveTest(unittest.TestCase):
         drive = CheckedDrive(
             scenario, os.path.abspath(os.path.expanduser(parameters["report"])), given
         )
-        for name, (figure, usual) in BOUNDS.items():
+        for name, (metric, default) in BOUNDS.items():
             if parameters[name] or not scenario:
-                drive.limits.at_most[figure] = float(parameters[name] or usual)
-        fell_short = drive.run(parameters["wall_limit_s"], stopped=rospy.is_shutdown)
+                drive.limits.at_most[metric] = float(parameters[name] or default)
+        lines = drive.run(parameters["wall_limit_s"], is_stopped=rospy.is_shutdown)
         self.assertEqual(
-            fell_short,
-            [],
-            "\n".join([f"the drive fell short, see {drive.report_path}", *fell_short]),
+            lines, [], "\n".join([f"limits violated, see {drive.report_path}", *lines])
         )
 
 

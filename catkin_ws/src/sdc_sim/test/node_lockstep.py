@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Pause, step, resume, reset and a person at the wheel while the world runs in lockstep; the test is the stack."""
+"""Pause, step, resume, reset and manual control in lockstep; the test is the stack."""
 
 import threading
 import unittest
@@ -49,7 +49,7 @@ class LockstepTest(unittest.TestCase):
         self.call("resume")
 
     def call(self, service):
-        """Call a service of the sim; returns the tick that it says the world is at."""
+        """Call a service of the sim; return the tick in its answer."""
         answer = rospy.ServiceProxy("/sim/" + service, Trigger)()
         self.assertTrue(answer.success)
         return int(answer.message.rsplit(" ", 1)[1])
@@ -57,49 +57,52 @@ class LockstepTest(unittest.TestCase):
     def stamps(self):
         return [odometry.header.stamp.to_nsec() for odometry in self.odometry.messages]
 
-    def test_pause_stands_steps_are_single_and_resume_goes_on_without_a_lost_tick(self):
-        stood = self.call("pause") * TICK_NS
-        wait_until(lambda: self.stamps()[-1] == stood, what="the tick that the world was paused at")
+    def test_pause_stops_step_takes_one_tick_and_resume_loses_none(self):
+        paused_at = self.call("pause") * TICK_NS
+        wait_until(lambda: self.stamps()[-1] == paused_at, what="the tick of the pause")
         for step in range(1, 4):
             self.assertEqual(
                 self.call("pause") * TICK_NS,
-                stood + (step - 1) * TICK_NS,
-                "nothing moves by itself",
+                paused_at + (step - 1) * TICK_NS,
+                "a paused simulation does not advance",
             )
             self.call("step")
             wait_until(
-                lambda due=stood + step * TICK_NS: self.stamps()[-1] == due, what=f"step {step}"
+                lambda due=paused_at + step * TICK_NS: self.stamps()[-1] == due, what=f"step {step}"
             )
         self.call("resume")
-        wait_until(lambda: self.stamps()[-1] > stood + 50 * TICK_NS, what="ticks after resuming")
+        wait_until(
+            lambda: self.stamps()[-1] > paused_at + 50 * TICK_NS, what="ticks after resuming"
+        )
         stamps = self.stamps()
         self.assertEqual({b - a for a, b in zip(stamps[5:], stamps[6:])}, {TICK_NS})
 
-    def test_a_step_waits_for_the_answer_to_the_last_odometry(self):
-        stood = self.call("pause") * TICK_NS
-        wait_until(lambda: self.stamps()[-1] == stood, what="the tick that the world was paused at")
+    def test_step_waits_for_the_answer_to_the_last_odometry(self):
+        paused_at = self.call("pause") * TICK_NS
+        wait_until(lambda: self.stamps()[-1] == paused_at, what="the tick of the pause")
         self.answering.clear()
         try:
             self.call("step")
             wait_until(
-                lambda: self.stamps()[-1] == stood + TICK_NS,
-                what="a step, the last odometry had been answered",
+                lambda: self.stamps()[-1] == paused_at + TICK_NS,
+                what="a step, whose odometry has its answer",
             )
             self.call("step")
-            self.assertEqual(self.call_tick(), stood // TICK_NS + 1, "nobody has answered yet")
+            self.assertEqual(self.call_tick(), paused_at // TICK_NS + 1, "there is no answer yet")
         finally:
             self.answering.set()
         last = self.odometry.messages[-1]
         self.answer(last)
         wait_until(
-            lambda: self.stamps()[-1] == stood + 2 * TICK_NS, what="the step that was waiting"
+            lambda: self.stamps()[-1] == paused_at + 2 * TICK_NS,
+            what="the step that waited for the answer",
         )
 
     def call_tick(self):
-        """Where the world is, by a service that changes nothing in a paused world but the car's place."""
+        """Return the present tick; a reset does not change it."""
         return self.call("reset")
 
-    def test_reset_puts_the_car_back_and_lets_time_go_on(self):
+    def test_reset_places_the_car_at_its_start_while_time_continues(self):
         self.odometry.wait_for(lambda odometry: pose_and_speed(odometry)[3] > 3.0)
         before = self.call("reset")
         after = self.odometry.wait_for(
@@ -108,7 +111,7 @@ class LockstepTest(unittest.TestCase):
         self.assertLess(abs(pose_and_speed(after)[0]), 0.5)
         self.assertLess(pose_and_speed(after)[3], 0.5)
 
-    def test_a_person_drives_while_the_stack_keeps_answering(self):
+    def test_manual_commands_drive_while_the_stack_keeps_answering(self):
         self.call("reset")
         self.__class__.throttle = 0.0
         self.override.publish(True)

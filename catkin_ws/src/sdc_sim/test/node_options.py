@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The options of config/sim.yaml reach the world: noise, latencies, friction, wind, and the car's name."""
+"""The options of config/sim.yaml take effect: noise, latencies, friction, wind, role name."""
 
 import unittest
 
@@ -21,7 +21,7 @@ TICK_NS = 50_000_000
 
 
 class OptionsTest(unittest.TestCase):
-    def test_options(self):
+    def test_each_option_of_the_launch_file_takes_effect(self):
         command = rospy.Publisher(EGO + "/vehicle_control_cmd", CarlaVehicleControl, queue_size=10)
         pose = rospy.Publisher("/initialpose", PoseWithCovarianceStamped, queue_size=1)
         odometry = MessageListener(EGO + "/odometry", Odometry)
@@ -29,7 +29,7 @@ class OptionsTest(unittest.TestCase):
         wait_for_subscriber(command)
         wait_for_subscriber(pose)
 
-        # Noise: one draw a tick from the first on, of the seed and the size that were asked for. Nobody drives yet.
+        # Noise: one draw a tick from the first on, with this seed and size. No node drives yet.
         last = odometry.wait_for(lambda message: message.header.stamp.to_nsec() > 60 * TICK_NS)
         noise = OdometryNoise(5, 0.4)
         drawn = [
@@ -37,7 +37,7 @@ class OptionsTest(unittest.TestCase):
         ]
         np.testing.assert_allclose(pose_and_speed(last)[:2], drawn[-1][:2], atol=1e-9)
 
-        # Commands are five ticks late, after the four of the status: full throttle, then full brake.
+        # Commands are 5 ticks late, the status 4: full throttle, then full brake.
         def drive(condition, **pedals):
             def accepts(message):
                 command.publish(CarlaVehicleControl(**pedals))
@@ -48,10 +48,10 @@ class OptionsTest(unittest.TestCase):
         moving = drive(lambda message: message.velocity > 8.0, throttle=0.8)
         before = len(status.messages)
         drive(lambda message: message.velocity < 1.0, brake=1.0)
-        told = [message.control.brake for message in status.messages[before:]]
-        self.assertGreaterEqual(told.index(1.0), 3)
+        brakes = [message.control.brake for message in status.messages[before:]]
+        self.assertGreaterEqual(brakes.index(1.0), 3)
 
-        # On a third of the grip the car brakes with at most a third of it; the wind has turned it, without which it drives straight.
+        # With a third of the grip the car brakes with at most a third; only the wind turns it.
         braking = [
             message
             for message in status.messages[before:]
@@ -63,7 +63,7 @@ class OptionsTest(unittest.TestCase):
         self.assertGreater(deceleration, 1.0)
         self.assertGreater(abs(yaw_from_quaternion(moving.orientation)), 1e-3)
 
-        # Sensors are four ticks late: a paused world shows the car where it was put, as of then.
+        # Sensors are 4 ticks late: paused, the car is shown at its new place with that stamp.
         paused_at = int(rospy.ServiceProxy("/sim/pause", Trigger)().message.rsplit(" ", 1)[1])
         there = PoseWithCovarianceStamped()
         there.header.frame_id = "map"

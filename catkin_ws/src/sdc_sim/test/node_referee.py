@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The referee on topics that this test alone publishes: another stack, a kill, a folder that vanishes, a full disk, a collision."""
+"""Tests of the referee node with topics that only this test publishes."""
 
 import json
 import math
@@ -30,8 +30,8 @@ TICKS = 220
 IMAGE = Image(height=48, width=64, encoding="bgra8", step=256, data=bytes(48 * 256))
 
 
-def listeners(publisher):
-    """Names of the nodes that are connected."""
+def subscribers(publisher):
+    """Return the names of the connected nodes."""
     return {connection[1] for connection in publisher.impl.get_stats_info()}
 
 
@@ -56,8 +56,8 @@ class RefereeTest(unittest.TestCase):
         self.report_path = os.path.join(self.folder, "report.json")
         self.log_path = os.path.join(folder.name, "log")
 
-    def start(self, prefix=(), at_most_bytes=None, **changes):
-        """A referee that has heard the mission."""
+    def start(self, max_bytes=None, **changes):
+        """Start a referee and publish the route to it."""
         rospy.set_param(
             self.name,
             {
@@ -71,13 +71,12 @@ class RefereeTest(unittest.TestCase):
         )
 
         def limit():
-            if at_most_bytes:
-                resource.setrlimit(resource.RLIMIT_FSIZE, (at_most_bytes, at_most_bytes))
+            if max_bytes:
+                resource.setrlimit(resource.RLIMIT_FSIZE, (max_bytes, max_bytes))
 
         with open(self.log_path, "wb") as log:
             process = subprocess.Popen(
                 [
-                    *prefix,
                     os.path.join(SCRIPTS, "referee.py"),
                     "__name:=" + self.name[1:],
                     "__log:=/dev/null",
@@ -88,39 +87,42 @@ class RefereeTest(unittest.TestCase):
                 start_new_session=True,
             )
         self.addCleanup(self.end, process)
-        self.meet()
+        self.publish_route()
         return process
 
-    def meet(self):
-        """Wait until the referee listens, and give it the mission."""
+    def publish_route(self):
+        """Wait until the referee is connected, and publish the route."""
         for publisher in self.publishers:
             wait_until(
-                lambda publisher=publisher: self.name in listeners(publisher),
+                lambda publisher=publisher: self.name in subscribers(publisher),
                 60.0,
                 f"{self.name} on {publisher.resolved_name}",
             )
         self.mission.publish(Path([BaseWaypoint(float(x), 0.0) for x in range(101)]))
 
-    def nobody_listens(self):
-        """A publisher notices by writing that its listener has gone; what was said before is no news to a listener that is there."""
+    def disconnected(self):
+        """Write, because publishers notice it only then, and return whether none is connected."""
         for publisher, message in zip(
             self.publishers, (Path(), Odometry(), CarlaVehicleControl(), None, ObstacleArray())
         ):
-            if message is not None and self.name in listeners(publisher):
+            if message is not None and self.name in subscribers(publisher):
                 publisher.publish(message)
-        return not any(self.name in listeners(publisher) for publisher in self.publishers[:3])
+        return not any(self.name in subscribers(publisher) for publisher in self.publishers[:3])
 
     def end(self, process):
         if process.poll() is None:
             os.killpg(process.pid, signal.SIGKILL)
         process.wait()
 
-    def said(self):
+    def log(self):
         with open(self.log_path, encoding="utf-8") as file:
             return file.read()
 
     def drive(self, first=1, last=TICKS, yaw=0.5):
-        """Along the x axis at 10 m/s, 0.3 m to the left, as the 0.9.3 bridge tells it: twist in the map, commands without stamps."""
+        """Publish a drive along the x axis at 10 m/s, 0.3 m to the left.
+
+        As with the 0.9.3 bridge, the twist is in the map frame and commands carry no stamps.
+        """
         for tick in range(first, last):
             message = Odometry()
             message.header.stamp = rospy.Time(*divmod(50_000_000 * tick, 1_000_000_000))
@@ -135,28 +137,28 @@ class RefereeTest(unittest.TestCase):
             self.odometry.publish(message)
             self.command.publish(CarlaVehicleControl(throttle=0.5))
 
-    def journal_lines(self):
+    def logged_odometry(self):
         try:
             with open(os.path.join(self.folder, "report.journal"), "rb") as file:
-                return file.read().count(b'"odometry"')
+                return file.read().count(b"odometry")
         except FileNotFoundError:
             return 0
 
-    def drive_heard(self, first, last):
+    def drive_and_wait(self, first, last):
         self.drive(first, last)
         wait_until(
-            lambda: self.journal_lines() >= last - 1,
+            lambda: self.logged_odometry() >= last - 1,
             30.0,
-            f"{last - 1} odometry messages in the journal",
+            f"{last - 1} odometry messages in the event log",
         )
 
     def report(self, process, status):
-        self.assertEqual(process.wait(timeout=60), status, self.said())
-        self.assertNotIn("Traceback", self.said())
+        self.assertEqual(process.wait(timeout=60), status, self.log())
+        self.assertNotIn("Traceback", self.log())
         with open(self.report_path, encoding="utf-8") as file:
             return json.load(file)
 
-    def test_a_world_that_can_be_paused_stands_while_the_report_is_written(self):
+    def test_simulation_is_paused_while_the_report_is_written(self):
         pauses = []
 
         def pause(_request):
@@ -168,9 +170,9 @@ class RefereeTest(unittest.TestCase):
         process = self.start()
         self.drive()
         self.assertEqual(self.report(process, 0)["status"], "completed")
-        self.assertEqual(pauses, [False], "once, before there was a report")
+        self.assertEqual(pauses, [False], "one time, before the report exists")
 
-    def test_another_stack_is_scored_by_the_contracts_topics_alone(self):
+    def test_another_stack_is_evaluated_by_the_topics_of_the_contract(self):
         process = self.start()
         self.drive()
         report = self.report(process, 0)
@@ -179,62 +181,62 @@ class RefereeTest(unittest.TestCase):
         self.assertAlmostEqual(report["speed_max_mps"], 10.0, places=6)
         self.assertAlmostEqual(report["heading_rms_rad"], 0.5, places=6)
         self.assertIn("planned_speed_mps", report["assumed_limits"])
-        self.assertIn("/local_planner does not tell", self.said())
+        self.assertIn("/local_planner has no parameter planned_speed_mps", self.log())
         self.assertEqual(sorted(os.listdir(self.folder)), ["report.csv", "report.json"])
 
-    def test_a_killed_referee_goes_on_with_its_drive(self):
-        process = self.start(prefix=("python3", "-m", "sdc_common.ros.supervisor"))
-        self.drive_heard(1, 100)
+    def test_killed_referee_resumes_its_drive(self):
+        process = self.start()
+        self.drive_and_wait(1, 100)
         node = xmlrpc.client.ServerProxy(rosgraph.Master("/referee_test").lookupNode(self.name))
         os.kill(node.getPid("/referee_test")[2], signal.SIGKILL)
-        wait_until(lambda: "was killed by" in self.said(), 30.0, "the word that it was killed")
-        wait_until(self.nobody_listens, 30.0, "the end of the old connections")
-        self.meet()
-        self.drive_heard(100, 200)
+        wait_until(lambda: "was killed by" in self.log(), 30.0, "the message of the supervisor")
+        wait_until(self.disconnected, 30.0, "the end of the old connections")
+        self.publish_route()
+        self.drive_and_wait(100, 200)
         self.drive(200)
         report = self.report(process, 0)
         self.assertEqual((report["status"], report["referee_restarts"]), ("completed", 1))
         self.assertEqual(report["ticks"], 200)
         self.assertAlmostEqual(report["duration_s"], 9.95)
         self.assertEqual(report["unseen_s"], 0.0)
-        self.assertIn("goes on with the drive after a restart", self.said())
+        self.assertIn("resumed the drive at", self.log())
 
-    def test_a_folder_that_vanishes_ends_no_drive(self):
+    def test_removed_folder_does_not_end_the_drive(self):
         process = self.start()
-        self.drive_heard(1, 100)
+        self.drive_and_wait(1, 100)
         shutil.rmtree(self.folder)
         with open(self.folder, "wb"):
             pass
         self.drive(100)
-        self.assertEqual(process.wait(timeout=60), 1, self.said())
-        self.assertIn(self.folder, self.said())
-        self.assertIn("completed: 100.0 %", self.said())
-        self.assertIn("not reported", self.said())
-        self.assertNotIn("Traceback", self.said())
+        self.assertEqual(process.wait(timeout=60), 1, self.log())
+        self.assertIn(self.folder, self.log())
+        self.assertIn("completed: 100.0 %", self.log())
+        self.assertIn("not reported", self.log())
+        self.assertNotIn("Traceback", self.log())
 
-    def test_a_full_disk_ends_no_drive_and_is_told(self):
-        process = self.start(at_most_bytes=5000)
+    def test_full_disk_does_not_end_the_drive_and_is_reported(self):
+        process = self.start(max_bytes=5000)
         self.drive()
-        self.assertEqual(process.wait(timeout=60), 1, self.said())
-        # The limit cuts a line in two, as a full disk does, or refuses the next one whole.
+        self.assertEqual(process.wait(timeout=60), 1, self.log())
+        # The limit cuts an event in two, as a full disk does, or refuses the next one.
         self.assertRegex(
-            self.said(),
-            "report.journal: (No space left on device|File too large); the drive goes on",
+            self.log(),
+            "report.journal: (No space left on device|File too large); the drive continues",
         )
-        self.assertIn("completed: 100.0 %", self.said())
-        self.assertIn("not reported", self.said())
-        self.assertNotIn("Traceback", self.said())
+        self.assertIn("completed: 100.0 %", self.log())
+        self.assertIn("not reported", self.log())
+        self.assertNotIn("Traceback", self.log())
 
-    def test_a_collision_ends_the_drive_and_the_camera_is_in_the_page(self):
+    def test_collision_ends_the_drive_and_the_page_has_a_snapshot(self):
         process = self.start(pictures=True, snapshots=2)
         self.obstacles.publish(ObstacleArray(obstacles=[Obstacle(id=103, kind="pedestrian")]))
-        self.drive_heard(1, 120)
-        wait_until(self.image.get_num_connections, 30.0, "the referee's wish for a picture")
+        self.drive_and_wait(1, 120)
+        wait_until(self.image.get_num_connections, 30.0, "the subscription to the camera")
         self.image.publish(IMAGE)
         wait_until(
             lambda: not self.image.get_num_connections(),
             30.0,
-            "the end of that wish: a picture is heavy",
+            "the end of the subscription",
         )
         self.collision.publish(CarlaCollisionEvent(other_actor_id=103))
         report = self.report(process, 1)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A sim with something wrong in its parameters or files ends with one line that names it; odd routes are driven on."""
+"""An invalid parameter or file ends the sim with one line that names it; unusual routes work."""
 
 import math
 import os
@@ -40,7 +40,7 @@ class RefusalsTest(unittest.TestCase):
             text=True,
         )
 
-    def test_refusals_name_what_is_wrong(self):
+    def test_error_names_what_is_wrong(self):
         with open(
             os.path.join(rospy.get_param("~good/vehicles_folder"), "tesla_model3.yaml"),
             encoding="utf-8",
@@ -104,16 +104,16 @@ class RefusalsTest(unittest.TestCase):
             with self.subTest(name):
                 sim = self.start("bad_" + name, **changes)
                 try:
-                    said, _ = sim.communicate(timeout=30)
+                    output, _ = sim.communicate(timeout=30)
                 finally:
                     sim.kill()
-                self.assertEqual(sim.returncode, 1, said)
-                self.assertNotIn("Traceback", said)
+                self.assertEqual(sim.returncode, 1, output)
+                self.assertNotIn("Traceback", output)
                 for word in words:
-                    self.assertIn(word, said)
+                    self.assertIn(word, output)
 
-    def drive_on(self, name, waypoints_path, **changes):
-        """The sim starts on this route and gives odometry and a picture; returns the picture's mean brightness, 0..255."""
+    def start_on(self, name, waypoints_path, **changes):
+        """Start the sim on this route; return the mean brightness 0..255 of its first picture."""
         odometry = MessageListener("/carla/" + name + "/odometry", Odometry)
         image = MessageListener("/carla/" + name + "/camera/rgb/front/image_color", Image)
         sim = self.start(name, waypoints_path=waypoints_path, role_name=name, **changes)
@@ -125,28 +125,28 @@ class RefusalsTest(unittest.TestCase):
             )
         finally:
             sim.terminate()
-            said, _ = sim.communicate(timeout=20)
-        self.assertNotIn("Traceback", said)
+            output, _ = sim.communicate(timeout=20)
+        self.assertNotIn("Traceback", output)
         return np.frombuffer(picture.data, np.uint8).reshape(-1, 4)[:, :3].mean()
 
-    def test_route_of_two_points_by_day_and_by_night(self):
+    def test_route_of_two_points_works_at_day_and_at_night(self):
         route = self.file("two.csv", "0,0\n30,10\n")
         day, night = (
-            self.drive_on("two_points", route),
-            self.drive_on("by_night", route, daylight=0.1),
+            self.start_on("two_points", route),
+            self.start_on("by_night", route, daylight=0.1),
         )
         self.assertAlmostEqual(night, 0.1 * day, delta=1.0)
 
-    def test_route_of_100000_points(self):
+    def test_route_of_100000_points_works(self):
         rows = "".join(f"{0.5 * n:.3f},{300.0 * math.sin(n / 900.0):.3f}\n" for n in range(100_000))
-        self.drive_on("long_route", self.file("long.csv", rows))
+        self.start_on("long_route", self.file("long.csv", rows))
 
-    def test_route_that_crosses_itself(self):
+    def test_route_that_crosses_itself_works(self):
         rows = "".join(
             f"{100.0 * math.sin(n / 100.0):.3f},{50.0 * math.sin(n / 50.0):.3f}\n"
             for n in range(700)
         )
-        self.drive_on("figure_of_eight", self.file("eight.csv", rows))
+        self.start_on("figure_of_eight", self.file("eight.csv", rows))
 
 
 if __name__ == "__main__":

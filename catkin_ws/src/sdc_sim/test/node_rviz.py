@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""RViz with our configuration, on a display of its own: it listens to the drive, shows it, and publishes clicks."""
+"""Test of RViz with the packaged configuration on a virtual display."""
 
 import signal
 import subprocess
@@ -15,7 +15,7 @@ from tf2_msgs.msg import TFMessage
 from sdc_common.testing.message_listener import MessageListener, wait_until
 from sdc_common.testing.virtual_display import VirtualDisplay
 
-SHOWN = {
+SUBSCRIBED = {
     "/show/route",
     "/show/road",
     "/show/car",
@@ -25,8 +25,8 @@ SHOWN = {
     "/tf",
     "/carla/ego_vehicle/camera/rgb/front/image_color",
 }
-CLICKED = {"/initialpose", "/clicked_point"}
-# A place of the window where the road ahead of the car is.
+PUBLISHED = {"/initialpose", "/clicked_point"}
+# Pixel of the window on the road ahead of the car.
 ON_THE_ROAD = (815, 560)
 LIMIT_S = 120.0
 
@@ -64,21 +64,21 @@ class RvizTest(unittest.TestCase):
 
     @staticmethod
     def topics_of_rviz():
-        """Names of the topics that the node /rviz publishes, and of those that it subscribes to."""
+        """Return the topics that the node /rviz publishes and those that it subscribes to."""
         publishers, subscribers, _ = rosgraph.Master("/rviz_test").getSystemState()
         return [
             {topic for topic, nodes in side if "/rviz" in nodes}
             for side in (publishers, subscribers)
         ]
 
-    def test_1_it_listens_to_the_drive_and_publishes_clicks(self):
+    def test_1_rviz_subscribes_to_the_drive_and_publishes_clicks(self):
         def connected():
             publishes, subscribes = self.topics_of_rviz()
-            return subscribes >= SHOWN and publishes >= CLICKED
+            return subscribes >= SUBSCRIBED and publishes >= PUBLISHED
 
-        wait_until(connected, LIMIT_S, f"RViz's subscriptions {sorted(SHOWN)}")
+        wait_until(connected, LIMIT_S, f"RViz's subscriptions {sorted(SUBSCRIBED)}")
 
-    def test_2_it_shows_road_and_car(self):
+    def test_2_rviz_shows_road_and_car(self):
         def seen():
             blue, green, red = self.display.picture()[:, 370:].reshape(-1, 3).astype(int).T
             asphalt = (abs(red - green) < 12) & (abs(green - blue) < 12) & (red > 50) & (red < 120)
@@ -88,7 +88,7 @@ class RvizTest(unittest.TestCase):
 
         wait_until(seen, LIMIT_S, "asphalt, grass and a blue car")
 
-    def test_3_publish_point_finds_the_road(self):
+    def test_3_publish_point_hits_the_road(self):
         self.click(
             "c",
             "/clicked_point",
@@ -97,7 +97,7 @@ class RvizTest(unittest.TestCase):
             lambda message: (message.header.frame_id, message.point),
         )
 
-    def test_4_pose_estimate_points_along_the_drag(self):
+    def test_4_pose_estimate_is_on_the_road(self):
         x, y = ON_THE_ROAD
         self.click(
             "p",
@@ -108,7 +108,7 @@ class RvizTest(unittest.TestCase):
         )
 
     def click(self, tool, topic, message_class, act, place):
-        """Choose a tool by its key, act, and expect a place ahead of the car on the road."""
+        """Select a tool by its key, use it, and expect a point on the road ahead of the car."""
         listener = MessageListener(topic, message_class)
         listener.wait_for_publisher(LIMIT_S)
         before = len(listener.messages)
@@ -124,7 +124,7 @@ class RvizTest(unittest.TestCase):
         self.assertEqual(frame, "map")
         self.assertTrue(0.0 < point.x < 60.0 and abs(point.y) < 5.0 and abs(point.z) < 1.0, point)
 
-    def test_5_closing_it_ends_nothing_else(self):
+    def test_5_closing_rviz_keeps_the_show_node(self):
         subprocess.run(["rosnode", "kill", "/rviz"], check=True, stdout=subprocess.DEVNULL)
         wait_until(lambda: self.topics_of_rviz() == [set(), set()], LIMIT_S, "RViz's end")
         self.assertIsNone(self.launch.poll())

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The show node turns mission and local path into what RViz displays, for whoever comes when, and refuses what is neither."""
+"""Test of the show node: messages for RViz, late subscribers, invalid input."""
 
 import math
 import unittest
@@ -22,19 +22,19 @@ class ShowTest(unittest.TestCase):
         wait_for_subscriber(cls.local_path)
 
     def show_path(self, listener, *waypoints):
-        """Publish a local path until it is shown: the node leaves out those that come too fast."""
+        """Publish a local path until the node shows it: the node limits its rate."""
         before = len(listener.messages)
 
-        def shown():
+        def is_shown():
             self.local_path.publish(LocalPath([Waypoint(*waypoint) for waypoint in waypoints]))
             return len(listener.messages) > before
 
-        wait_until(shown, what="a local path")
+        wait_until(is_shown, what="a local path")
         return listener.messages[-1]
 
-    def test_mission_becomes_route_and_road(self):
+    def test_mission_is_shown_as_route_and_road(self):
         self.mission.publish(Path([BaseWaypoint(x, 2.0) for x in range(50)]))
-        for _ in range(2):  # the second listener comes late: what is shown is latched
+        for _ in range(2):  # the topics are latched for the second, late listener
             route = MessageListener("/show/route", DisplayedPath).wait_for(
                 lambda path: len(path.poses) == 50
             )
@@ -49,7 +49,7 @@ class ShowTest(unittest.TestCase):
                 self.assertEqual((marker.header.frame_id, marker.action), ("map", Marker.ADD))
                 self.assertGreater(len(marker.points), 5)
 
-    def test_bad_mission_is_refused_and_the_last_is_kept(self):
+    def test_invalid_mission_is_refused_and_the_previous_one_stays(self):
         listener = MessageListener("/show/route", DisplayedPath)
         self.mission.publish(Path([BaseWaypoint(x, 0.0) for x in range(7)]))
         listener.wait_for(lambda path: len(path.poses) == 7)
@@ -73,7 +73,7 @@ class ShowTest(unittest.TestCase):
         self.assertGreater(marker.colors[2].r, marker.colors[2].g)
         self.assertEqual(self.show_path(listener).action, Marker.DELETE)
 
-    def test_bad_local_path_is_refused(self):
+    def test_invalid_local_path_is_refused(self):
         listener = MessageListener("/show/local_path", Marker)
         listener.wait_for_publisher()
         for _ in range(20):
@@ -85,7 +85,7 @@ class ShowTest(unittest.TestCase):
             all(math.isfinite(point.x) for marker in listener.messages for point in marker.points)
         )
 
-    def test_car_is_there_for_whoever_comes(self):
+    def test_car_is_latched(self):
         car = MessageListener("/show/car", MarkerArray).wait_for()
         self.assertEqual({marker.header.frame_id for marker in car.markers}, {"ego_vehicle"})
         self.assertGreater(len(car.markers), 4)

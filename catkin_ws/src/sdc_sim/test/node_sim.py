@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The world in real time keeps its contract: topics, frames, stamps, and obedience to the command."""
+"""The simulator keeps its contract in real time: topics, frames, stamps, commands."""
 
 import math
 import unittest
@@ -33,7 +33,7 @@ class SimTest(unittest.TestCase):
         cls.odometry.wait_for()
 
     def drive_until(self, condition, seconds=20.0, **command):
-        """Command at every odometry until an odometry fulfils the condition."""
+        """Send a command at each odometry until an odometry fulfils the condition."""
 
         def accepts(odometry):
             self.command.publish(CarlaVehicleControl(**command))
@@ -44,7 +44,7 @@ class SimTest(unittest.TestCase):
     def speed(self, odometry):
         return pose_and_speed(odometry)[3]
 
-    def test_clock_and_odometry_move_on_by_ticks(self):
+    def test_clock_and_odometry_advance_by_ticks(self):
         clock = MessageListener("/clock", Clock)
         wait_until(lambda: len(clock.messages) > 5, what="five ticks of /clock")
         steps = np.diff([message.clock.to_nsec() for message in clock.messages[:6]])
@@ -97,7 +97,7 @@ class SimTest(unittest.TestCase):
         self.assertGreater(turned.header.stamp, start.header.stamp)
         self.drive_until(lambda odometry: self.speed(odometry) == 0.0, brake=1.0)
 
-    def test_bad_commands_are_refused_or_clamped(self):
+    def test_invalid_commands_are_refused_or_clamped(self):
         self.drive_until(lambda odometry: self.speed(odometry) > 2.0, throttle=0.6)
         for value in (math.nan, math.inf, -math.inf):
             self.command.publish(CarlaVehicleControl(throttle=value, steer=value, brake=value))
@@ -105,15 +105,15 @@ class SimTest(unittest.TestCase):
         odometry = self.odometry.wait_for(after=len(self.odometry.messages))
         self.assertTrue(all(map(math.isfinite, pose_and_speed(odometry))))
 
-    def test_commands_with_anything_in_any_field(self):
-        figure = st.floats(width=32)
+    def test_any_value_in_any_field_leaves_the_state_finite(self):
+        number = st.floats(width=32)
         times = st.builds(rospy.Time, st.integers(0, 2**32 - 1), st.integers(0, 999_999_999))
         headers = st.builds(Header, st.integers(0, 2**32 - 1), times, st.text(max_size=10))
 
         @settings(max_examples=60, deadline=None, derandomize=True, database=None)
         @given(
             st.builds(
-                CarlaVehicleControl, headers, figure, figure, figure, st.booleans(), st.booleans()
+                CarlaVehicleControl, headers, number, number, number, st.booleans(), st.booleans()
             )
         )
         def send(command):
@@ -127,7 +127,7 @@ class SimTest(unittest.TestCase):
         self.drive_until(lambda odometry: self.speed(odometry) == 0.0, brake=1.0)
         self.drive_until(lambda odometry: self.speed(odometry) > 2.0, throttle=0.7)
 
-    def test_car_brakes_when_no_command_comes(self):
+    def test_car_brakes_when_commands_time_out(self):
         moving = self.drive_until(lambda odometry: self.speed(odometry) > 4.0, throttle=0.8)
         stopped = self.odometry.wait_for(
             lambda odometry: self.speed(odometry) == 0.0, after=len(self.odometry.messages)

@@ -1,4 +1,4 @@
-"""A drive that keeps its limits passes; one that does not is told with each figure and its bound."""
+"""Tests of the acceptance limits."""
 
 import pytest
 
@@ -13,8 +13,8 @@ from sdc_sim.evaluation.route_progress import (
 )
 from sdc_sim.report.html_page import MEANINGS
 from sdc_sim.scenario.acceptance_limits import (
-    FIGURES,
     INFRACTIONS,
+    METRICS,
     STATUSES,
     AcceptanceLimits,
     RequiredStop,
@@ -32,7 +32,7 @@ REPORT = {
 
 
 @pytest.mark.parametrize(
-    ("limits", "stood", "said"),
+    ("limits", "stops_m", "lines"),
     [
         (AcceptanceLimits(), (), []),
         (
@@ -40,7 +40,7 @@ REPORT = {
             (),
             [],
         ),
-        (AcceptanceLimits(status="collision"), (), ["status is completed, collision is wanted"]),
+        (AcceptanceLimits(status="collision"), (), ["status is completed, must be collision"]),
         (
             AcceptanceLimits(at_most={"cross_track_max_m": 0.5}),
             (),
@@ -65,21 +65,21 @@ REPORT = {
         (
             AcceptanceLimits(stops=(RequiredStop(50.0, 1.0),)),
             (10.0, 51.2),
-            ["the car did not stop 50 m along the route (within 1 m); it stood at: 10.0, 51.2"],
+            ["the car did not stop 50 m along the route (within 1 m); it stopped at: 10.0, 51.2"],
         ),
     ],
 )
-def test_what_fell_short_is_told(limits, stood, said):
-    assert violations(limits, REPORT, stood) == said
+def test_each_violation_is_one_line_with_metric_and_bound(limits, stops_m, lines):
+    assert violations(limits, REPORT, stops_m) == lines
 
 
-def test_the_names_are_those_of_the_report():
-    assert set(FIGURES) <= set(MEANINGS)
+def test_names_of_limits_are_names_of_the_report():
+    assert set(METRICS) <= set(MEANINGS)
     assert set(INFRACTIONS) == set(COEFFICIENTS)
     assert set(STATUSES) == {COMPLETED, COLLISION, OFF_ROUTE, BLOCKED, TIMEOUT, ABORTED}
 
 
-def test_where_the_car_stood_is_read_from_the_trace(tmp_path):
+def test_stops_of_the_car_are_read_from_the_trace(tmp_path):
     (tmp_path / "report.json").write_text('{"status": "completed"}')
     rows = ((0.0, 0.0), (1.0, 2.0), (5.0, 0.01), (5.0, 0.0), (6.0, 1.0), (9.0, 0.0))
     (tmp_path / "report.csv").write_text("s_m,speed_mps\n" + "".join(f"{s},{v}\n" for s, v in rows))

@@ -1,4 +1,4 @@
-"""The car reaches the speed and the wheel angle that it is asked for, within the limits it is given."""
+"""The vehicle reaches the demanded speed and wheel angle within its limits."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sdc_sim.physics.ackermann import AckermannControl, AckermannGains, AckermannTarget
-from sdc_sim.physics.vehicle import Vehicle, load_vehicle
+from sdc_sim.physics.vehicle import Vehicle
+from sdc_sim.physics.vehicle_parameters import load_vehicle
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 CONFIG = os.path.join(HERE, "..", "config")
@@ -53,7 +54,7 @@ def test_speed_is_reached_and_held(preset, start, wanted):
     assert overshoot < 0.7
 
 
-def test_target_of_zero_holds_the_car():
+def test_target_of_zero_holds_the_vehicle():
     states, commands, _ = drive(AckermannTarget(), 10.0, speed_mps=4.0)
     assert [state.x_m for state in states[-20:]] == [states[-1].x_m] * 20
     assert commands[-1].brake == GAINS.hold_brake
@@ -61,7 +62,7 @@ def test_target_of_zero_holds_the_car():
 
 
 @pytest.mark.parametrize(("start", "wanted"), [(5.0, -3.0), (-3.0, 4.0)])
-def test_direction_is_changed_by_the_brake_at_first(start, wanted):
+def test_change_of_direction_starts_with_the_brake(start, wanted):
     states, commands, _ = drive(AckermannTarget(speed_mps=wanted), 3.0, speed_mps=start)
     against = [
         command
@@ -96,7 +97,7 @@ def test_steering_rate_and_acceleration_and_jerk_are_kept():
     speeds = [state.speed_mps for state in states]
     assert max(b - a for a, b in zip(speeds, speeds[10:])) < 0.8 * 10 * TICK_S * 1.25
     assert speeds[20] < 0.5 * 0.5 * 1.05**2 + 0.1, (
-        "jerk of 0.5 m/s^3: a quarter of a metre a second after one second"
+        "a jerk of 0.5 m/s^3 gives 0.25 m/s after one second"
     )
 
 
@@ -135,7 +136,7 @@ def test_targets_are_limited(target, within, limited):
     assert control().limited(target) == (within, limited)
 
 
-def test_wheel_angle_is_limited_to_what_the_wheels_can():
+def test_wheel_angle_is_limited_to_that_of_the_vehicle():
     target, limited = control().limited(AckermannTarget(steering_angle_rad=3.0))
     assert limited
     assert target.steering_angle_rad == pytest.approx(0.8145, abs=1e-3)
@@ -146,12 +147,12 @@ def test_wheel_angle_is_limited_to_what_the_wheels_can():
     "name",
     ["steering_angle_rad", "steering_rate_radps", "speed_mps", "acceleration_mps2", "jerk_mps3"],
 )
-def test_what_is_no_number_is_refused_by_name(name, value):
+def test_nan_and_infinity_are_refused_by_name(name, value):
     with pytest.raises(ValueError, match=name):
         control().limited(AckermannTarget(**{name: value}))
 
 
 @pytest.mark.parametrize("name", ["kp_per_s", "acceleration_mps2", "max_speed_mps", "hold_brake"])
-def test_senseless_gains_are_refused_by_name(name):
+def test_negative_gains_are_refused_by_name(name):
     with pytest.raises(ValueError, match=name):
         AckermannGains(**{**vars(GAINS), name: -1.0})

@@ -1,13 +1,13 @@
-"""The camera picture: where things stand in it, what hides what, and that it depends on its arguments only."""
+"""The camera picture: positions of lines and objects, what hides what, independence of the past."""
 
 import numpy as np
 import pytest
 
 from sdc_experiments.benchmark_camera import pose, route, traffic
-from sdc_sim.camera import bodies, ground
-from sdc_sim.camera.bodies import Box
+from sdc_sim.camera import buildings, tiles
+from sdc_sim.camera.boxes import KINDS, Box
 from sdc_sim.camera.camera_model import CameraModel
-from sdc_sim.camera.ground import TILE_PX
+from sdc_sim.camera.ground_textures import TILE_PX
 from sdc_sim.camera.renderer import Renderer
 from sdc_sim.road.road import DASH_LENGTH_M, DASH_PERIOD_M, Road
 
@@ -17,14 +17,14 @@ CROSSING = Road(route(("s", 60), ("l", 15, 1.5 * np.pi), ("s", 60)))
 
 
 class _Bare(Road):
-    """The same road with nothing beside it, so that no shadow lies on its lines."""
+    """A road without scenery, whose shadows would cover its lines."""
 
     def scenery(self, seed=0):
         found = super().scenery(seed)
-        return camera_scenery(found, np.zeros(len(found), bool))
+        return selected(found, np.zeros(len(found), bool))
 
 
-def camera_scenery(scenery, keep):
+def selected(scenery, keep):
     return type(scenery)(
         *(
             getattr(scenery, name)[keep]
@@ -46,14 +46,14 @@ def curvy():
 # ------------------------------------------------------------------ geometry
 
 
-def test_intrinsics_are_those_of_the_bridge():
+def test_intrinsics_equal_those_of_the_bridge():
     assert np.allclose(
         CameraModel().intrinsic_matrix(),
         [[320.0, 0.0, 320.0], [0.0, 320.0, 240.0], [0.0, 0.0, 1.0]],
     )
 
 
-def test_project_by_hand():
+def test_project_returns_pixels_computed_by_hand():
     cam = CameraModel()
     pitch = np.deg2rad(0.5)
     pixels, front = cam.project(
@@ -90,7 +90,7 @@ def _grey(picture):
 
 
 def _line_errors(renderer, at, points, rows):
-    """Pixels across the line, between the middle of the paint in each row and the projected line of `points` (N, 2)."""
+    """Return the distances of the painted line from the projected points (N, 2), by row [px]."""
     grey = _grey(renderer.render(*at))
     pixels, front = renderer.camera.project(np.column_stack([points, np.zeros(len(points))]), *at)
     pixels = pixels[front]
@@ -109,7 +109,7 @@ def _line_errors(renderer, at, points, rows):
         window = grey[row, middle - half : middle + half + 1]
         ground, paint = np.percentile(window, [25, 95])
         assert paint - ground > 20.0, f"no line in row {row} near column {u:.0f}"
-        # Saturating at paint and roadway keeps their grain out; 0.55 keeps the kerb out.
+        # The limits exclude the grain of paint and roadway, and 0.55 the kerb.
         weight = np.clip(((window - ground) / (paint - ground) - 0.55) * 4.0 + 0.5, 0.0, 1.0)
         along_row = float(np.sum(weight * np.arange(-half, half + 1)) / weight.sum()) + middle - u
         errors.append(along_row / np.hypot(1.0, slope))
@@ -128,7 +128,7 @@ def _line_errors(renderer, at, points, rows):
         (165.0, 0.0, 0.1),
     ],
 )
-def test_solid_lines_stand_where_the_geometry_says(offset, s_m, aside_m, turn_rad):
+def test_solid_lines_are_where_the_geometry_puts_them(offset, s_m, aside_m, turn_rad):
     road = _Bare(route(("s", 60), ("l", 40, 1.2), ("s", 30), ("r", 25, 1.6), ("s", 60), step_m=0.5))
     x, y, yaw = pose(road, s_m, aside_m)
     points, seen = road.lane_points(getattr(road, offset), s_m + 2.5, s_m + 24.0, step_m=0.1)
@@ -138,7 +138,7 @@ def test_solid_lines_stand_where_the_geometry_says(offset, s_m, aside_m, turn_ra
     assert abs(errors.mean()) < 0.3
 
 
-def test_dashes_stand_where_the_geometry_says():
+def test_dashes_are_where_the_geometry_puts_them():
     road = _Bare([[0.0, 0.0], [400.0, 0.0]])
     renderer = Renderer(road)
     at = (100.0, 0.3, 0.03)
@@ -158,15 +158,15 @@ def test_dashes_stand_where_the_geometry_says():
         assert grey[dv, du] > grey[v, u] + 50.0
 
 
-def test_dashes_of_several_laps_do_not_run_together():
+def test_dashes_of_several_laps_do_not_merge():
     road = _Bare(route(("s", 30), ("l", 12, 31), ("s", 60)))
-    tiles = Renderer(road).backdrop.ground.tiles
+    ground = Renderer(road).ground
     points, _ = road.lane_points(road.centre_line_m, 35.0, 30.0 + 24.0 * np.pi, step_m=0.05)
 
     def grey(point):
         column, row = np.floor(point / (0.05 * TILE_PX)).astype(int)
         x, y = ((point / 0.05) % TILE_PX).astype(int)
-        return float(tiles.tile(1, int(column), int(row))[y, x, :3].mean())
+        return float(ground.tiles.tile(1, int(column), int(row))[y, x, :3].mean())
 
     painted = "".join("#" if grey(point) > 130.0 else " " for point in points).split()
     assert len(painted) >= 6
@@ -174,7 +174,7 @@ def test_dashes_of_several_laps_do_not_run_together():
 
 
 @pytest.mark.parametrize("pitch_deg", [0.5, 0.0, 2.0])
-def test_horizon_is_right_to_the_pixel(pitch_deg):
+def test_horizon_is_correct_to_one_pixel(pitch_deg):
     model = CameraModel(pitch_rad=np.deg2rad(pitch_deg))
     horizon = model.height / 2 - 320.0 * np.tan(np.deg2rad(pitch_deg))
     picture = (
@@ -189,19 +189,19 @@ def test_horizon_is_right_to_the_pixel(pitch_deg):
     assert abs(edge - horizon) <= 1.0
 
 
-def test_edges_stay_clear_of_the_crossing():
+def test_edge_lines_do_not_cross_the_road_at_a_crossing():
     road = _Bare(route(("s", 60), ("l", 15, 1.5 * np.pi), ("s", 60)))
     renderer = Renderer(road)
     at = pose(road, 45.0)
     grey = _grey(renderer.render(*at))
-    # The other pass comes through x = 75; the right edge of this one would run across it.
+    # The other pass crosses at x = 75; the right edge of this one would cross it.
     own, cross = [], []
     for s in np.arange(48.0, 68.0, 0.5):
         line, seen = road.lane_points(road.right_edge_m, s, s)
-        beside, _ = road.lane_points(road.right_edge_m + 0.5, s, s)
+        outside, _ = road.lane_points(road.right_edge_m + 0.5, s, s)
         (u, v), (bu, bv) = (
             np.round(renderer.camera.project([[*p[0], 0.0]], *at)[0][0]).astype(int)
-            for p in (line, beside)
+            for p in (line, outside)
         )
         if 0 <= u < 640 and v < 480:
             (own if seen[0] else cross).append(grey[v, u] - grey[bv, bu])
@@ -210,7 +210,7 @@ def test_edges_stay_clear_of_the_crossing():
     assert np.median(cross) < 10.0
 
 
-# ------------------------------------------------------------------ bodies
+# ------------------------------------------------------------------ objects
 
 
 def _covered(renderer, at, *boxes):
@@ -250,7 +250,7 @@ def test_a_box_fills_its_outline_in_the_picture(straight, kind, size):
             Box(30.0, 0.0, 0.3, colour_bgr=(255, 0, 0)),
             Box(9.0, 0.0, 0.0, 0.5, 5.0, 3.0, (0, 0, 255), "obstacle"),
         ),
-        # A long wall whose centre is farther away than the pedestrian it hides.
+        # A long wall whose centre is farther away than the pedestrian that it hides.
         (
             Box(13.0, 3.0, 0.0, 0.5, 0.6, 1.7, (255, 0, 0), "pedestrian"),
             Box(18.0, 1.2, 0.0, 24.0, 0.4, 3.0, (0, 0, 255), "obstacle"),
@@ -278,7 +278,7 @@ def test_a_near_box_hides_a_far_one_in_any_order(straight, far, near):
     assert np.array_equal(both[inner], alone[inner])
 
 
-def test_a_box_in_front_of_a_long_wall_is_seen(straight):
+def test_a_box_in_front_of_a_long_wall_is_visible(straight):
     wall = Box(18.0, 4.0, 0.0, 24.0, 0.4, 3.0, (0, 0, 255), "obstacle")
     walker = Box(20.0, 2.5, 0.0, 0.5, 0.6, 1.7, (255, 0, 0), "pedestrian")
     picture = straight.render(0.0, 0.0, 0.0, boxes=[walker, wall]).astype(int)
@@ -286,7 +286,7 @@ def test_a_box_in_front_of_a_long_wall_is_seen(straight):
 
 
 def test_buildings_hide_boxes_behind_them(straight):
-    scenery = straight.bodies.scenery
+    scenery = straight.objects.scenery
     k = int(np.flatnonzero((scenery.kind == 2) & (scenery.position_m[:, 0] > 40.0))[0])
     middle, depth = scenery.position_m[k], scenery.size_m[k, 1]
     side = np.sign(middle[1])
@@ -323,18 +323,18 @@ def test_buildings_hide_boxes_behind_them(straight):
     assert red[0] == 0 and red[1] > 300
 
 
-def test_boxes_behind_beside_and_around_the_camera_do_no_harm(straight):
+def test_boxes_behind_next_to_and_around_the_camera_raise_no_error(straight):
     plain = straight.render(50.0, 0.0, 0.0)
     assert np.array_equal(
         plain, straight.render(50.0, 0.0, 0.0, boxes=[Box(35.0, 0.0, 0.0), Box(50.0, -40.0, 0.0)])
     )
-    for kind in bodies.KINDS:
+    for kind in KINDS:
         for x in (50.0, 50.7, 51.0, 52.5, 53.4):
             picture = straight.render(50.0, 0.0, 0.0, boxes=[Box(x, 0.2, 0.4, kind=kind)])
             assert picture.shape == (480, 640, 4)
 
 
-def test_the_lit_lamp_of_a_traffic_light_shows_towards_its_yaw(straight):
+def test_the_lit_lamp_of_a_traffic_light_is_visible_from_its_front_only(straight):
     def red(yaw):
         light = Box(15.0, -3.0, yaw, 0.5, 0.5, 3.0, (0, 0, 255), "light")
         picture = straight.render(0.0, 0.0, 0.0, boxes=[light]).astype(int)
@@ -346,7 +346,7 @@ def test_the_lit_lamp_of_a_traffic_light_shows_towards_its_yaw(straight):
 @pytest.mark.parametrize(
     "change", [{"x_m": np.nan}, {"height_m": 0.0}, {"width_m": -1.0}, {"kind": "tank"}]
 )
-def test_a_box_that_cannot_be_is_refused(change):
+def test_an_impossible_box_is_refused(change):
     with pytest.raises(ValueError):
         Box(**{"x_m": 0.0, "y_m": 0.0, "yaw_rad": 0.0, **change})
 
@@ -354,7 +354,7 @@ def test_a_box_that_cannot_be_is_refused(change):
 # ------------------------------------------------------------------ the picture as a whole
 
 
-def test_the_picture_does_not_depend_on_what_was_drawn_before():
+def test_the_picture_does_not_depend_on_the_pictures_before():
     road = CURVY
     stations = (5.0, 60.0, 61.5, 140.0, 8.0)
     used = Renderer(road)
@@ -375,8 +375,8 @@ def test_each_picture_is_a_new_opaque_array(curvy):
 
 
 def test_memory_is_bounded_on_a_long_route(monkeypatch):
-    monkeypatch.setattr(ground, "CACHED_TILES", 30)
-    monkeypatch.setattr(bodies, "CACHED_BUILDINGS", 12)
+    monkeypatch.setattr(tiles, "CACHED_TILES", 30)
+    monkeypatch.setattr(buildings, "CACHED_BUILDINGS", 12)
     road = Road(
         np.column_stack(
             [np.arange(0.0, 10_000.0, 2.0), 40.0 * np.sin(np.arange(0.0, 10_000.0, 2.0) / 150.0)]
@@ -384,13 +384,13 @@ def test_memory_is_bounded_on_a_long_route(monkeypatch):
     )
     renderer = Renderer(road)
     made = []
-    tiles = renderer.backdrop.ground.tiles
-    rasterise = tiles._rasterise
-    monkeypatch.setattr(tiles, "_rasterise", lambda *key: made.append(key) or rasterise(*key))
+    cache = renderer.ground.tiles
+    rasterize = cache._rasterize
+    monkeypatch.setattr(cache, "_rasterize", lambda *key: made.append(key) or rasterize(*key))
     for s in np.arange(0.0, road.length_m, 60.0):
         renderer.render(*pose(road, s))
-        assert len(tiles.cache) <= 30
-        assert len(renderer.bodies._buildings) <= 12
+        assert len(cache.cache) <= 30
+        assert len(renderer.objects.buildings.cache) <= 12
     assert len(made) > 300
 
 
@@ -419,7 +419,7 @@ def test_a_pose_that_is_not_finite_is_refused(straight, arguments):
     ],
     ids=["two points", "crossing", "tight left", "there and back"],
 )
-def test_asphalt_lies_under_the_car_all_along(road):
+def test_asphalt_is_under_the_car_along_the_route(road):
     renderer = Renderer(road)
     for s in np.linspace(0.0, road.length_m, 8):
         picture = renderer.render(*pose(road, s)).astype(float)
@@ -427,14 +427,14 @@ def test_asphalt_lies_under_the_car_all_along(road):
         assert np.ptp(ground) < 12.0, "asphalt is grey, grass is not"
 
 
-def test_far_from_the_road_there_is_grass(straight):
+def test_ground_far_from_the_road_is_grass(straight):
     picture = straight.render(0.0, 5e5, 0.3).astype(float)
     b, g, r = picture[300:, :, :3].mean(axis=(0, 1))
     assert g > b + 20.0
 
 
-def test_distance_does_not_shimmer():
-    """A road across the view comes nearer by 10 cm a frame: its lines must fade from row to row, not flash."""
+def test_distant_lines_do_not_flicker():
+    """A road across the view comes nearer by 10 cm per frame; its lines must not flash."""
     renderer = Renderer(_Bare([[130.0, -200.0], [130.0, 200.0]]))
     rows = np.array(
         [
@@ -444,3 +444,10 @@ def test_distance_does_not_shimmer():
     )
     assert rows.max() > 100.0, "the lines are in the rows looked at"
     assert np.abs(np.diff(rows, axis=0)).max() < 12.0
+
+
+def test_render_fills_the_given_array(curvy):
+    at = pose(CURVY, 20.0)
+    picture = np.zeros((480, 640, 4), np.uint8)
+    assert curvy.render(*at, boxes=traffic(CURVY, 20.0), out=picture) is picture
+    assert np.array_equal(picture, curvy.render(*at, boxes=traffic(CURVY, 20.0)))

@@ -5,7 +5,7 @@ import pytest
 from PIL import Image as Picture
 from sensor_msgs.msg import Image
 
-from sdc_sim.report.camera_snapshots import jpeg_of
+from sdc_sim.report.camera_snapshots import encode_jpeg
 
 ORANGE = (240, 150, 20)
 
@@ -28,24 +28,24 @@ def image(encoding, pixel, width=640, height=480, step=None):
         ("rgba8", (*ORANGE, 255)),
     ],
 )
-def test_colours_and_size(encoding, pixel):
-    jpeg = jpeg_of(image(encoding, pixel))
+def test_jpeg_has_the_colours_of_the_image_and_a_small_size(encoding, pixel):
+    jpeg = encode_jpeg(image(encoding, pixel))
     picture = np.asarray(Picture.open(io.BytesIO(jpeg)))
     assert picture.shape == (360, 480, 3)
     assert np.abs(picture[100, 100].astype(int) - ORANGE).max() < 6
     assert len(jpeg) < 50_000
 
 
-def test_rows_with_a_rim():
-    assert jpeg_of(image("rgb8", ORANGE, step=2048)) == jpeg_of(image("rgb8", ORANGE))
+def test_padding_of_rows_is_removed():
+    assert encode_jpeg(image("rgb8", ORANGE, step=2048)) == encode_jpeg(image("rgb8", ORANGE))
 
 
-def test_what_is_no_picture():
-    assert jpeg_of(image("32FC1", (0, 0, 0, 0))) is None
-    assert jpeg_of(Image()) is None
+def test_unsupported_images_give_no_jpeg():
+    assert encode_jpeg(image("32FC1", (0, 0, 0, 0))) is None
+    assert encode_jpeg(Image()) is None
     torn = image("rgb8", ORANGE)
     torn.data = torn.data[:-1]
-    assert jpeg_of(torn) is None
+    assert encode_jpeg(torn) is None
     wide = image("rgb8", ORANGE)
     wide.width = 10_000
-    assert jpeg_of(wide) is None
+    assert encode_jpeg(wide) is None

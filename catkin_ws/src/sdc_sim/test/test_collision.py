@@ -1,4 +1,4 @@
-"""Rectangles touch when and only when they do, the way out is the shortest, and no body passes through another."""
+"""Overlap and first contact of rectangles: exact, with the shortest way out, and no tunnelling."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def contains(body, x, y):
 
 
 def share_a_point(a, b, n=24):
-    """The slow way: some point of a lattice on `a` lies in `b`."""
+    """Return whether a point of a grid on `a` is in `b`, the slow way."""
     corners = list(a.corners())
     front, right = (corners[1], corners[0]), (corners[1], corners[2])
     for i in range(n + 1):
@@ -53,7 +53,7 @@ def share_a_point(a, b, n=24):
         (Rectangle(0, 0, 0, 2, 2), Rectangle(2.0, 2.0, math.pi / 4, 2, 2), None, None),
     ],
 )
-def test_known_overlaps(a, b, depth_m, normal):
+def test_overlap_has_known_depth_and_normal(a, b, depth_m, normal):
     found = overlap(a, b)
     if depth_m is None:
         assert found is None
@@ -62,16 +62,16 @@ def test_known_overlaps(a, b, depth_m, normal):
 
 
 @given(rectangles, rectangles)
-def test_overlap_agrees_with_looking_at_every_point(a, b):
+def test_overlap_agrees_with_a_grid_of_points(a, b):
     if share_a_point(a, b) or share_a_point(b, a):
         assert overlap(a.grown(1e-6), b)
     elif overlap(a, b):
         depth_m = overlap(a, b)[0]
-        assert depth_m < 0.5  # a lattice misses only slivers
+        assert depth_m < 0.5  # a grid misses only slivers
 
 
 @given(rectangles, rectangles)
-def test_the_way_out_is_a_way_out_and_the_same_for_both(a, b):
+def test_normal_leads_out_and_depth_is_symmetric(a, b):
     found = overlap(a, b)
     other = overlap(b, a)
     assert (found is None) == (other is None)
@@ -87,27 +87,29 @@ def test_the_way_out_is_a_way_out_and_the_same_for_both(a, b):
 @given(
     st.floats(-math.pi, math.pi), st.floats(10.0, 60.0), st.floats(-2.0, 2.0), st.floats(0.1, 0.6)
 )
-def test_nothing_is_too_fast_or_too_thin_to_be_met(heading, distance_m, aside_m, thickness_m):
-    """A car crosses the origin in one go; a thin body there must stop it, before it touches."""
+def test_no_motion_is_too_fast_and_no_body_too_thin_for_a_contact(
+    heading, distance_m, aside_m, thickness_m
+):
+    """A car crosses the origin in one motion; a thin body there stops it before the contact."""
     c, s = math.cos(heading), math.sin(heading)
 
-    def way(share):
+    def motion(share):
         along = (share - 0.5) * distance_m
         return Rectangle(along * c, along * s, heading, 4.7, 2.0)
 
     other = Rectangle(
         -aside_m * 0.4 * s, aside_m * 0.4 * c, heading + 0.3, thickness_m, thickness_m
     )
-    if overlap(way(0.0), other):
+    if overlap(motion(0.0), other):
         return
-    contact = first_contact(way, other)
+    contact = first_contact(motion, other)
     assert contact is not None
-    assert overlap(way(contact.share), other) is None
-    assert overlap(way(min(1.0, contact.share + 1e-6)), other)
+    assert overlap(motion(contact.share), other) is None
+    assert overlap(motion(min(1.0, contact.share + 1e-6)), other)
     assert contact.normal_x * c + contact.normal_y * s < 0.0
 
 
-def test_a_free_way_has_no_contact():
+def test_free_motion_has_no_contact():
     assert (
         first_contact(
             lambda share: Rectangle(10 * share, 0, 0, 4.7, 2.0), Rectangle(5, 1.6, 0, 1, 1)
@@ -122,7 +124,7 @@ def test_a_free_way_has_no_contact():
     )
 
 
-def test_a_turn_on_the_spot_meets_what_stands_beside():
+def test_turn_in_place_has_contact_with_a_body_at_the_side():
     contact = first_contact(
         lambda share: Rectangle(0, 0, share * math.pi / 2, 4.7, 2.0), Rectangle(0, 2.0, 0, 1.0, 1.0)
     )
@@ -130,15 +132,15 @@ def test_a_turn_on_the_spot_meets_what_stands_beside():
 
 
 @pytest.mark.parametrize(("to_x", "free"), [(-1.0, True), (1.0, False)])
-def test_a_body_that_lies_in_another_may_back_out_only(to_x, free):
+def test_overlapping_body_may_only_move_out(to_x, free):
     contact = first_contact(
         lambda share: Rectangle(share * to_x, 0, 0, 4.7, 2.0), Rectangle(2.5, 0, 0, 1, 1)
     )
     assert (contact is None) == free
 
 
-def test_half_a_turn_meets_what_it_sweeps_over():
-    """It ends where it began, turned round: only the way between tells."""
+def test_half_a_turn_has_contact_with_a_body_that_it_sweeps():
+    """Start and end have the same outline: only the motion between them has the contact."""
     contact = first_contact(
         lambda share: Rectangle(0, 0, share * math.pi, 4.7, 2.0), Rectangle(0, 2.0, 0, 1.0, 1.0)
     )

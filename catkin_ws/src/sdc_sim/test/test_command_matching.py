@@ -1,51 +1,79 @@
+import math
+
+import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sdc_sim.evaluation.command_matching import CommandMatching
+from sdc_sim.evaluation.command_matching import CommandMatching, CommandTrace
 
 
-def test_all_answered_but_the_last():
-    answers = CommandMatching()
+def test_last_tick_without_a_command_is_not_missed():
+    matching = CommandMatching()
     for stamp in range(1, 6):
-        assert answers.ask(stamp)
-        answers.answer(stamp)
-    answers.ask(6)
-    assert (answers.asked, answers.missed) == (6, 0)
+        matching.add_odometry(stamp)
+        matching.add_command(stamp)
+    assert not matching.pending
+    matching.add_odometry(6)
+    assert (matching.ticks, matching.missed) == (6, 0)
+    assert matching.pending
 
 
-def test_repeated_odometry_is_no_tick():
-    answers = CommandMatching()
-    assert answers.ask(1)
-    assert not answers.ask(1)
-    assert answers.asked == 1
+def test_repeated_odometry_is_not_a_tick():
+    matching = CommandMatching()
+    matching.add_odometry(1)
+    matching.add_odometry(1)
+    assert matching.ticks == 1
 
 
-def test_unstamped_commands_answer_nothing():
-    answers = CommandMatching()
+def test_commands_without_stamps_answer_no_tick():
+    matching = CommandMatching()
     for stamp in range(1, 11):
-        answers.ask(stamp)
-        answers.answer(0)
-    assert answers.missed == 9
+        matching.add_odometry(stamp)
+        matching.add_command(0)
+    assert matching.missed == 9
+    assert not matching.pending
 
 
 @given(st.sets(st.integers(1, 50)), st.randoms())
-def test_order_of_hearing_does_not_matter(lost, random):
-    answers = CommandMatching()
-    events = [("ask", stamp) for stamp in range(1, 52)]
+def test_order_of_arrival_does_not_matter(lost, random):
+    matching = CommandMatching()
+    events = [("add_odometry", stamp) for stamp in range(1, 52)]
     for stamp in range(1, 51):
         if stamp not in lost:
-            place = max(0, min(len(events), events.index(("ask", stamp)) + random.randint(-3, 4)))
-            events.insert(place, ("answer", stamp))
+            tick = events.index(("add_odometry", stamp))
+            place = max(0, min(len(events), tick + random.randint(-3, 4)))
+            events.insert(place, ("add_command", stamp))
     for kind, stamp in events:
-        getattr(answers, kind)(stamp)
-    assert answers.asked == 51
-    assert answers.missed == len(lost)
+        getattr(matching, kind)(stamp)
+    assert matching.ticks == 51
+    assert matching.missed == len(lost)
 
 
 def test_memory_is_bounded():
-    answers = CommandMatching()
+    matching = CommandMatching()
     for stamp in range(1, 100_001):
-        answers.ask(stamp)
-        answers.answer(-stamp)
-    assert len(answers._open) + len(answers._early) < 5000
-    assert answers.missed == 99_999
+        matching.add_odometry(stamp)
+        matching.add_command(-stamp)
+    assert len(matching._open) + len(matching._early) < 5000
+    assert matching.missed == 99_999
+
+
+def test_trace_takes_the_command_with_the_stamp_and_else_the_last_received():
+    trace = CommandTrace()
+    trace.add_odometry(1)
+    trace.add_odometry(2)
+    trace.add_command(1, 0.1, 0.0, 0.0)
+    trace.add_command(2, 0.2, 0.0, 0.0)
+    trace.add_odometry(3)
+    trace.add_odometry(4)
+    trace.add_command(4, 0.4, 0.0, 0.0)
+    trace.add_command(4, 0.5, 0.0, 0.0)
+    np.testing.assert_array_equal(trace.as_array(4)[:, 0], [0.1, 0.2, 0.2, 0.4])
+    assert trace.as_array(2).shape == (2, 3)
+
+
+def test_trace_without_commands_is_nan():
+    trace = CommandTrace()
+    assert trace.as_array(0).shape == (0, 3)
+    trace.add_odometry(1)
+    np.testing.assert_array_equal(trace.as_array(1), [[math.nan] * 3])

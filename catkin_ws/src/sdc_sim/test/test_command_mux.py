@@ -1,4 +1,4 @@
-"""Who drives: one test an edge of the changes between software and person, pedals and Ackermann, silence and orders."""
+"""Selection of the executed command: one test for each transition."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sdc_sim.physics.ackermann import AckermannControl, AckermannGains, AckermannTarget
-from sdc_sim.physics.vehicle import Vehicle, VehicleCommand, VehicleState, load_vehicle
+from sdc_sim.physics.vehicle import Vehicle, VehicleCommand, VehicleState
+from sdc_sim.physics.vehicle_parameters import load_vehicle
 from sdc_sim.simulation.command_mux import CommandMux
 from sdc_sim.simulation.sensors import DelayLine
 from sdc_sim.simulation.simulation import Simulation
@@ -21,164 +22,161 @@ TESLA = load_vehicle(
     )
 )
 TICK_S = 0.05
-STILL = VehicleState()
-SOFTWARE, PERSON = VehicleCommand(throttle=0.5), VehicleCommand(throttle=0.2, steer=0.1)
-BRAKES = VehicleCommand(brake=1.0)
+AT_REST = VehicleState()
+SOFTWARE, MANUAL = VehicleCommand(throttle=0.5), VehicleCommand(throttle=0.2, steer=0.1)
+FULL_BRAKE = VehicleCommand(brake=1.0)
 
 
-def control(latency_s=0.0, patience_ticks=20):
+def make_mux(latency_s=0.0, timeout_ticks=20):
     return CommandMux(
-        patience_ticks,
+        timeout_ticks,
         DelayLine(latency_s, TICK_S),
         AckermannControl(TESLA, AckermannGains(1.5, 0.4, 3.0, 6.0, 60.0, 0.15, 0.3)),
     )
 
 
-def test_before_the_first_order_the_car_coasts():
-    assert control().command(500, STILL, TICK_S) == VehicleCommand()
+def test_vehicle_coasts_before_the_first_command():
+    mux = make_mux()
+    assert mux.select(500, AT_REST, TICK_S) == VehicleCommand()
+    assert not mux.has_software_command
 
 
-def test_the_last_order_stays_in_force_until_silence():
-    driver = control()
-    driver.obey(SOFTWARE, 1)
-    assert driver.command(21, STILL, TICK_S) == SOFTWARE
-    assert driver.command(22, STILL, TICK_S) == BRAKES
-    driver.obey(SOFTWARE, 23)
-    assert driver.command(23, STILL, TICK_S) == SOFTWARE
+def test_last_command_stays_in_force_until_the_timeout():
+    mux = make_mux()
+    mux.accept(SOFTWARE, 1)
+    assert mux.has_software_command
+    assert mux.select(21, AT_REST, TICK_S) == SOFTWARE
+    assert mux.select(22, AT_REST, TICK_S) == FULL_BRAKE
+    mux.accept(SOFTWARE, 23)
+    assert mux.select(23, AT_REST, TICK_S) == SOFTWARE
 
 
-def test_patience_of_zero_is_for_ever():
-    driver = control(patience_ticks=0)
-    driver.obey(SOFTWARE, 1)
-    assert driver.command(10**6, STILL, TICK_S) == SOFTWARE
+def test_timeout_of_zero_never_ends():
+    mux = make_mux(timeout_ticks=0)
+    mux.accept(SOFTWARE, 1)
+    assert mux.select(10**6, AT_REST, TICK_S) == SOFTWARE
 
 
-def test_a_persons_orders_count_only_while_overriding():
-    driver = control()
-    driver.obey(SOFTWARE, 1)
-    driver.obey(PERSON, 1, by_hand=True)
-    assert driver.command(1, STILL, TICK_S) == SOFTWARE
-    driver.take_over(True, 2)
-    assert driver.command(2, STILL, TICK_S) == VehicleCommand(), (
-        "orders from before the override do not count"
-    )
-    driver.obey(PERSON, 3, by_hand=True)
-    driver.obey(SOFTWARE, 3)
-    assert driver.command(3, STILL, TICK_S) == PERSON
+def test_manual_commands_count_only_during_the_override():
+    mux = make_mux()
+    mux.accept(SOFTWARE, 1)
+    mux.accept(MANUAL, 1, manual=True)
+    assert mux.select(1, AT_REST, TICK_S) == SOFTWARE
+    mux.set_manual_override(True, 2)
+    coasting = mux.select(2, AT_REST, TICK_S)
+    assert coasting == VehicleCommand(), "a command from before the override does not count"
+    mux.accept(MANUAL, 3, manual=True)
+    mux.accept(SOFTWARE, 3)
+    assert mux.select(3, AT_REST, TICK_S) == MANUAL
 
 
-def test_given_back_the_car_obeys_the_softwares_latest_order():
-    driver = control()
-    driver.take_over(True, 1)
-    driver.obey(PERSON, 2, by_hand=True)
-    driver.obey(SOFTWARE, 3)
-    driver.take_over(False, 4)
-    assert driver.command(4, STILL, TICK_S) == SOFTWARE
+def test_latest_software_command_applies_after_the_override():
+    mux = make_mux()
+    mux.set_manual_override(True, 1)
+    mux.accept(MANUAL, 2, manual=True)
+    mux.accept(SOFTWARE, 3)
+    mux.set_manual_override(False, 4)
+    assert mux.select(4, AT_REST, TICK_S) == SOFTWARE
 
 
-def test_a_person_who_repeats_the_override_keeps_the_order():
-    driver = control()
-    driver.take_over(True, 1)
-    driver.obey(PERSON, 2, by_hand=True)
-    driver.take_over(True, 3)
-    assert driver.command(3, STILL, TICK_S) == PERSON
+def test_repeated_override_keeps_the_manual_command():
+    mux = make_mux()
+    mux.set_manual_override(True, 1)
+    mux.accept(MANUAL, 2, manual=True)
+    mux.set_manual_override(True, 3)
+    assert mux.select(3, AT_REST, TICK_S) == MANUAL
 
 
-def test_a_person_who_takes_over_and_does_nothing_brakes():
-    driver = control()
-    driver.obey(SOFTWARE, 100)
-    driver.take_over(True, 100)
-    assert driver.command(120, STILL, TICK_S) == VehicleCommand()
-    driver.obey(SOFTWARE, 121)
-    assert driver.command(121, STILL, TICK_S) == BRAKES
+def test_override_without_a_manual_command_times_out():
+    mux = make_mux()
+    mux.accept(SOFTWARE, 100)
+    mux.set_manual_override(True, 100)
+    assert mux.select(120, AT_REST, TICK_S) == VehicleCommand()
+    mux.accept(SOFTWARE, 121)
+    assert mux.select(121, AT_REST, TICK_S) == FULL_BRAKE
 
 
-def test_the_later_of_pedals_and_ackermann_rules():
-    driver = control()
-    driver.obey(SOFTWARE, 1)
-    driver.obey_ackermann(AckermannTarget(steering_angle_rad=0.3, speed_mps=5.0), 2)
-    assert driver.command(2, STILL, TICK_S).steer < 0.0
-    driver.obey(SOFTWARE, 3)
-    assert driver.command(3, STILL, TICK_S) == SOFTWARE
+def test_later_of_pedals_and_ackermann_applies():
+    mux = make_mux()
+    mux.accept(SOFTWARE, 1)
+    mux.accept(AckermannTarget(steering_angle_rad=0.3, speed_mps=5.0), 2)
+    assert mux.select(2, AT_REST, TICK_S).steer < 0.0
+    mux.accept(SOFTWARE, 3)
+    assert mux.select(3, AT_REST, TICK_S) == SOFTWARE
 
 
-def test_ackermann_silence_brakes():
-    driver = control()
-    driver.obey_ackermann(AckermannTarget(speed_mps=5.0), 1)
-    assert driver.command(50, STILL, TICK_S) == BRAKES
+def test_ackermann_target_times_out():
+    mux = make_mux()
+    mux.accept(AckermannTarget(speed_mps=5.0), 1)
+    assert mux.select(50, AT_REST, TICK_S) == FULL_BRAKE
 
 
-def test_ackermann_starts_anew_after_pedals():
-    driver, fresh = control(), control()
+def test_ackermann_control_is_reset_after_pedals():
+    used, new = make_mux(), make_mux()
     for tick in range(1, 40):
-        driver.obey_ackermann(AckermannTarget(speed_mps=5.0), tick)
-        driver.command(tick, STILL, TICK_S)
-    driver.obey(SOFTWARE, 40)
-    driver.command(40, STILL, TICK_S)
-    for each in (driver, fresh):
-        each.obey_ackermann(AckermannTarget(speed_mps=1.0), 41)
-    assert driver.command(41, STILL, TICK_S) == fresh.command(41, STILL, TICK_S)
+        used.accept(AckermannTarget(speed_mps=5.0), tick)
+        used.select(tick, AT_REST, TICK_S)
+    used.accept(SOFTWARE, 40)
+    used.select(40, AT_REST, TICK_S)
+    for mux in (used, new):
+        mux.accept(AckermannTarget(speed_mps=1.0), 41)
+    assert used.select(41, AT_REST, TICK_S) == new.select(41, AT_REST, TICK_S)
 
 
-def test_latency_delays_orders_by_whole_ticks_but_not_the_emergency():
-    driver = control(latency_s=0.15)
-    given = []
+def test_latency_delays_commands_but_not_the_braking_after_a_timeout():
+    mux = make_mux(latency_s=0.15)
+    executed = []
     for tick in range(1, 6):
-        driver.obey(VehicleCommand(throttle=tick / 10.0), tick)
-        given.append(driver.command(tick, STILL, TICK_S).throttle)
-    assert given == [0.0, 0.0, 0.0, 0.1, 0.2]
-    assert driver.command(26, STILL, TICK_S) == BRAKES
+        mux.accept(VehicleCommand(throttle=tick / 10.0), tick)
+        executed.append(mux.select(tick, AT_REST, TICK_S).throttle)
+    assert executed == [0.0, 0.0, 0.0, 0.1, 0.2]
+    assert mux.select(26, AT_REST, TICK_S) == FULL_BRAKE
 
 
-def test_refused_orders_change_nothing():
-    driver = control()
-    driver.obey(SOFTWARE, 1)
+def test_refused_command_changes_nothing():
+    mux = make_mux()
+    mux.accept(SOFTWARE, 1)
     with pytest.raises(ValueError, match="throttle"):
-        driver.obey(VehicleCommand(throttle=math.nan), 2)
+        mux.accept(VehicleCommand(throttle=math.nan), 2)
     with pytest.raises(ValueError, match="speed_mps"):
-        driver.obey_ackermann(AckermannTarget(speed_mps=math.inf), 2)
-    assert driver.command(2, STILL, TICK_S) == SOFTWARE
+        mux.accept(AckermannTarget(speed_mps=math.inf), 2)
+    assert mux.select(2, AT_REST, TICK_S) == SOFTWARE
 
 
-def test_reset_forgets_orders_but_not_who_drives():
-    driver = control(latency_s=0.1)
-    driver.take_over(True, 1)
-    driver.obey(PERSON, 1, by_hand=True)
-    driver.command(1, STILL, TICK_S)
-    driver.reset()
-    assert driver.by_hand
-    assert [driver.command(tick, STILL, TICK_S) for tick in (2, 3, 4)] == [VehicleCommand()] * 3
+def test_reset_forgets_commands_and_keeps_the_override():
+    mux = make_mux(latency_s=0.1)
+    mux.set_manual_override(True, 1)
+    mux.accept(MANUAL, 1, manual=True)
+    mux.select(1, AT_REST, TICK_S)
+    mux.reset()
+    assert mux.manual_override
+    assert [mux.select(tick, AT_REST, TICK_S) for tick in (2, 3, 4)] == [VehicleCommand()] * 3
 
 
-FIGURE = st.floats(width=32)
-COMMANDS = st.builds(VehicleCommand, FIGURE, FIGURE, FIGURE, st.booleans(), st.booleans())
+ANY_NUMBER = st.floats(width=32)
+ANY_COMMAND = st.builds(
+    VehicleCommand, ANY_NUMBER, ANY_NUMBER, ANY_NUMBER, st.booleans(), st.booleans()
+)
 
 
 @settings(max_examples=max(500, settings.default.max_examples))
-@given(st.lists(st.tuples(COMMANDS, st.booleans()), min_size=1, max_size=8))
-def test_fuzz_whatever_is_commanded_the_car_obeys_sane_pedals(orders):
-    world = Simulation(Vehicle(TESLA), TICK_S, 0.4)
-    for command, by_hand in orders:
-        before = world.control.last
-        figures = (command.throttle, command.brake, command.steer)
+@given(st.lists(st.tuples(ANY_COMMAND, st.booleans()), min_size=1, max_size=8))
+def test_fuzz_any_commands_execute_as_valid_pedals(commands):
+    simulation = Simulation(Vehicle(TESLA), TICK_S, 0.4)
+    for command, manual in commands:
+        before = simulation.commands.executed
+        numbers = (command.throttle, command.brake, command.steer)
         try:
-            clamped = world.obey(command, by_hand)
+            clamped = simulation.accept(command, manual)
         except ValueError as error:
-            assert not all(map(math.isfinite, figures)), error
-            clamped = False
+            assert not all(map(math.isfinite, numbers)), error
         else:
-            assert all(map(math.isfinite, figures))
-            assert clamped == (
-                not (
-                    0.0 <= command.throttle <= 1.0
-                    and 0.0 <= command.brake <= 1.0
-                    and -1.0 <= command.steer <= 1.0
-                )
-            )
-        assert world.control.last == before, "an order is obeyed in the tick, not before"
-        world.advance()
-        last = world.control.last
-        assert (
-            0.0 <= last.throttle <= 1.0 and 0.0 <= last.brake <= 1.0 and -1.0 <= last.steer <= 1.0
-        )
-        assert all(map(math.isfinite, vars(world.vehicle.state).values()))
+            assert all(map(math.isfinite, numbers))
+            pedals_valid = 0.0 <= command.throttle <= 1.0 and 0.0 <= command.brake <= 1.0
+            assert clamped == (not (pedals_valid and -1.0 <= command.steer <= 1.0))
+        assert simulation.commands.executed == before, "a command is executed in the next step"
+        simulation.step()
+        executed = simulation.commands.executed
+        assert 0.0 <= executed.throttle <= 1.0 and 0.0 <= executed.brake <= 1.0
+        assert -1.0 <= executed.steer <= 1.0
+        assert all(map(math.isfinite, vars(simulation.vehicle.state).values()))

@@ -8,7 +8,7 @@ import pytest
 from sdc_sim.report.comparison import ReportReadError, differences, load_report
 
 COMPARE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "scripts", "compare.py")
-FIGURES = {
+METRICS = {
     "status": "completed",
     "route_length_m": 100.0,
     "route_completion_percent": 100.0,
@@ -21,7 +21,8 @@ FIGURES = {
 TRACE = (
     "time_s,x_m,y_m,yaw_rad,speed_mps,s_m,cross_track_m,heading_error_rad,throttle,brake,steer\n"
     + "".join(
-        f"{tick * 0.05},{tick * 0.5},0.1,0.0,10.0,{tick * 0.5},0.1,0.0,0.5,0.0,{'' if tick == 3 else 0.1}\n"
+        f"{tick * 0.05},{tick * 0.5},0.1,0.0,10.0,{tick * 0.5},0.1,0.0,0.5,0.0,"
+        f"{'' if tick == 3 else 0.1}\n"
         for tick in range(200)
     )
 )
@@ -34,7 +35,7 @@ def two(tmp_path):
         ("b", {"cross_track_rms_m": 0.03, "status": "aborted", "infractions": {"stop": 2}}),
     ):
         (tmp_path / name).mkdir()
-        (tmp_path / name / "report.json").write_text(json.dumps({**FIGURES, **changes}))
+        (tmp_path / name / "report.json").write_text(json.dumps({**METRICS, **changes}))
         (tmp_path / name / "report.csv").write_text(TRACE)
     return tmp_path
 
@@ -49,9 +50,9 @@ def compare(folder, *arguments):
     )
 
 
-def test_only_differences_are_told(two):
+def test_equal_metrics_have_no_difference(two):
     a, b = load_report(str(two / "a")), load_report(str(two / "b" / "report.json"))
-    changed = {name: change for name, _, _, change in differences(a.figures, b.figures) if change}
+    changed = {name: change for name, _, _, change in differences(a.metrics, b.metrics) if change}
     assert changed == {
         "cross_track_rms_m": "+0.01 (+50.0 %)",
         "status": "differs",
@@ -59,14 +60,14 @@ def test_only_differences_are_told(two):
     }
 
 
-def test_a_figure_that_only_one_has():
+def test_metric_of_one_report_only_is_compared():
     assert differences({"old": 1.0}, {"new": None}) == [
         ("old", "1", "-", "differs"),
         ("new", "-", "-", ""),
     ]
 
 
-def test_the_command_prints_and_draws(two):
+def test_command_prints_a_table_and_draws_both_drives(two):
     done = compare(two, "a", "b", "--plot", "both.png")
     assert done.returncode == 0, done.stderr
     assert "cross_track_rms_m" in done.stdout
@@ -74,7 +75,7 @@ def test_the_command_prints_and_draws(two):
     assert (two / "both.png").stat().st_size > 10_000
 
 
-def test_without_a_trace_there_is_no_picture(two):
+def test_without_a_trace_no_picture_is_drawn(two):
     (two / "a" / "report.csv").unlink()
     done = compare(two, "a", "b")
     assert done.returncode == 0
@@ -82,9 +83,9 @@ def test_without_a_trace_there_is_no_picture(two):
 
 
 @pytest.mark.parametrize(
-    ("text", "part"), [("{}", "no status"), ("[1", "no report"), (None, "No such file")]
+    ("text", "part"), [("{}", "no status"), ("[1", "not a report"), (None, "No such file")]
 )
-def test_what_is_no_report_is_named(two, text, part):
+def test_error_names_a_file_that_is_not_a_report(two, text, part):
     path = two / "a" / "report.json"
     path.unlink()
     if text is not None:
@@ -96,6 +97,6 @@ def test_what_is_no_report_is_named(two, text, part):
     assert len(done.stderr.splitlines()) == 1
 
 
-def test_a_trace_that_is_none_is_named(two):
+def test_error_names_a_trace_that_cannot_be_read(two):
     (two / "a" / "report.csv").write_text("time_s,x_m\n1,word\n")
-    assert "report.csv is no trace" in compare(two, "a", "b").stderr
+    assert "report.csv is not a trace" in compare(two, "a", "b").stderr

@@ -5,7 +5,9 @@ import numpy as np
 import pytest
 import yaml
 
-from sdc_sim.evaluation.evaluator import EvaluationRules, Evaluator
+from sdc_sim.evaluation.evaluator import Evaluator
+from sdc_sim.evaluation.event_log import EventLog
+from sdc_sim.evaluation.rules import EvaluationRules
 from sdc_sim.report.console_progress import ConsoleProgress, closing_line, progress_line
 
 with open(
@@ -25,30 +27,31 @@ class Full(io.StringIO):
         raise OSError(28, "No space left on device")
 
 
-def watch_at(tick):
-    watch = Evaluator(RULES)
-    watch.mission(np.column_stack([np.arange(101.0), np.zeros(101)]))
+def evaluator_at(tick, wall_clock=False):
+    evaluator = Evaluator(RULES)
+    evaluator.set_route(np.column_stack([np.arange(101.0), np.zeros(101)]))
     for number in range(1, tick + 1):
-        watch.odometry(number * 50_000_000, 0.5 * number, 0.25, 0.0, 10.0)
-    return watch
+        wall_s = 0.05 * number if wall_clock else None
+        evaluator.add_odometry(number * 50_000_000, 0.5 * number, 0.25, 0.0, 10.0, wall_s)
+    return evaluator
 
 
-def told(stream, seconds, factor=2.0):
-    """What is said in so many seconds of wall time, looked at often, while the drive runs `factor` times real time."""
+def print_drive(stream, seconds, factor=2.0):
+    """Print a drive of this wall time [s] that runs at `factor` times real time."""
     progress = ConsoleProgress(stream)
-    watch = watch_at(1)
+    evaluator = evaluator_at(1)
     tick = 1
     for step in range(int(20 * seconds)):
         while tick < 20 * factor * step / 20.0:
             tick += 1
-            watch.odometry(tick * 50_000_000, 0.5 * tick, 0.25, 0.0, 10.0)
-        progress.update(watch, 100.0 + step / 20.0)
+            evaluator.add_odometry(tick * 50_000_000, 0.5 * tick, 0.25, 0.0, 10.0)
+        progress.update(evaluator, 100.0 + step / 20.0)
     return progress
 
 
-def test_one_line_stays_in_its_place_in_a_terminal():
+def test_status_updates_in_place_in_a_terminal():
     stream = Terminal()
-    told(stream, 4.0).say("referee: done")
+    print_drive(stream, 4.0).print_line("referee: done")
     text = stream.getvalue()
     assert text.count("\n") == 1
     assert text.endswith("\r\x1b[Kreferee: done\n")
@@ -56,9 +59,9 @@ def test_one_line_stays_in_its_place_in_a_terminal():
     assert "2.0x real time" in text
 
 
-def test_plain_lines_in_a_log():
+def test_status_is_printed_as_plain_lines_in_a_log():
     stream = io.StringIO()
-    told(stream, 4.5).say("referee: done")
+    print_drive(stream, 4.5).print_line("referee: done")
     assert "\x1b" not in stream.getvalue()
     assert "\r" not in stream.getvalue()
     lines = stream.getvalue().splitlines()
@@ -67,47 +70,63 @@ def test_plain_lines_in_a_log():
 
 
 @pytest.mark.parametrize("closed", [False, True])
-def test_a_stream_that_takes_nothing_ends_no_drive(closed):
+def test_stream_that_accepts_no_data_raises_nothing(closed):
     stream = Full()
     if closed:
         stream = io.StringIO()
         stream.close()
         stream.isatty = lambda: False
-    told(stream, 6.0).say("done")
+    print_drive(stream, 6.0).print_line("done")
 
 
-def test_waiting_is_told_with_what_is_missing():
+def test_missing_topics_are_printed():
     stream = io.StringIO()
     progress = ConsoleProgress(stream)
-    watch = Evaluator(RULES)
+    evaluator = Evaluator(RULES)
     for second in range(8):
-        progress.update(watch, float(second))
+        progress.update(evaluator, float(second))
     assert stream.getvalue().splitlines() == [
         "referee: waiting for /planner/mission_waypoints and /carla/ego_vehicle/odometry"
     ]
-    watch.mission([(0.0, 0.0), (10.0, 0.0)])
-    progress.update(watch, 100.0)
+    evaluator.set_route([(0.0, 0.0), (10.0, 0.0)])
+    progress.update(evaluator, 100.0)
     assert stream.getvalue().splitlines()[-1] == "referee: waiting for /carla/ego_vehicle/odometry"
 
 
-def test_the_line():
+def test_progress_line_fits_into_80_columns():
     line = progress_line(42.31, 9.84, -0.027, 71.4, 1.0)
     assert line == "referee: 42.3 %  9.8 m/s  cross-track error -0.03 m  1:11 left 1.0x real time"
     assert len(progress_line(99.9, 10.0, 0.0, 600.0, 68.0)) < 80
     assert progress_line(0.0, 0.0, 0.0, 59.7, None).endswith("1:00 left")
 
 
-def test_a_narrow_terminal_is_not_overrun(monkeypatch):
+def test_status_line_is_cut_to_a_narrow_terminal(monkeypatch):
     monkeypatch.setenv("COLUMNS", "40")
     stream = Terminal()
-    told(stream, 1.0)
+    print_drive(stream, 1.0)
     assert max(len(part) for part in stream.getvalue().replace("\x1b[K", "").split("\r")) <= 39
 
 
-def test_closing_line_with_and_without_a_clock():
-    watch = watch_at(50)
-    watch.began_at_s = 0.0
-    assert closing_line(watch.result(2.45).figures).startswith(
+def test_closing_line_has_the_real_time_factor_if_there_is_a_wall_clock():
+    with_clock, without = evaluator_at(50, wall_clock=True), evaluator_at(50)
+    assert closing_line(with_clock.result().metrics).startswith(
         "referee: aborted: 25.0 % of 100 m in 2.5 s (1.0 times real time), cross"
     )
-    assert "real time" not in closing_line(watch.result().figures)
+    assert "real time" not in closing_line(without.result().metrics)
+
+
+def test_restarts_and_write_failures_are_printed_one_time(tmp_path, monkeypatch):
+    path = str(tmp_path / "events")
+    points = [(0.0, 0.0), (10.0, 0.0)]
+    Evaluator(RULES, EventLog(path, "a")).set_route(points)
+    evaluator = Evaluator(RULES, EventLog(path, "a"))
+    evaluator.set_route(points)
+    monkeypatch.setattr(os, "write", lambda file, data: 0)
+    evaluator.add_odometry(1, 5.0, 0.0, 0.0, 1.0)
+    stream = io.StringIO()
+    progress = ConsoleProgress(stream)
+    for _ in range(3):
+        progress.print_notices(evaluator)
+    failure, restart = stream.getvalue().splitlines()
+    assert failure.startswith(f"referee: {path}: No space left on device; the drive continues")
+    assert restart == "referee: restarted, and resumed the drive at 50.0 %"

@@ -1,3 +1,5 @@
+"""Tests of the state and the views of the manual control."""
+
 import math
 
 import numpy as np
@@ -37,20 +39,20 @@ def odometry(x=3.0, stamp_s=7.0, orientation=None):
     return message
 
 
-def test_readings_gather_what_came():
+def test_readings_combine_all_messages():
     clock = Clock()
-    facts = DriveState(3.0, clock)
-    own = VehicleCommand(throttle=0.5)
-    assert facts.readings(own, manual=True, client_fps=30.0).command is own
-    assert facts.readings(own, manual=True, client_fps=30.0).x_m is None
+    state = DriveState(3.0, clock)
+    own_command = VehicleCommand(throttle=0.5)
+    assert state.readings(own_command, manual=True, client_fps=30.0).command is own_command
+    assert state.readings(own_command, manual=True, client_fps=30.0).x_m is None
     for _ in range(5):
-        facts.on_odometry(odometry())
+        state.on_odometry(odometry())
         clock.now_s += 0.05
     status = CarlaEgoVehicleStatus()
     status.control.brake = 1.0
-    facts.on_status(status)
-    facts.on_world_info(CarlaWorldInfo(map_name="Town03"))
-    readings = facts.readings(own, manual=False, client_fps=30.0)
+    state.on_status(status)
+    state.on_world_info(CarlaWorldInfo(map_name="Town03"))
+    readings = state.readings(own_command, manual=False, client_fps=30.0)
     assert (readings.x_m, readings.speed_mps, readings.time_s, readings.map_name) == (
         3.0,
         6.0,
@@ -60,51 +62,53 @@ def test_readings_gather_what_came():
     assert readings.yaw_rad == pytest.approx(0.5)
     assert readings.server_fps == pytest.approx(20.0)
     assert readings.command.brake == 1.0
-    assert facts.stamp == rospy.Time(7)
+    assert state.stamp == rospy.Time(7)
 
 
-def test_bad_odometry_is_refused_and_the_last_is_kept():
-    facts = DriveState(3.0, Clock())
-    facts.on_odometry(odometry())
+def test_invalid_odometry_is_refused_and_the_previous_pose_stays():
+    state = DriveState(3.0, Clock())
+    state.on_odometry(odometry())
     with pytest.raises(ValueError):
-        facts.on_odometry(odometry(x=math.nan))
-    assert facts.pose[0] == 3.0
+        state.on_odometry(odometry(x=math.nan))
+    assert state.pose[0] == 3.0
 
 
-def test_events_become_notices_that_fade():
+def test_events_become_notices():
     clock = Clock()
-    facts = DriveState(3.0, clock)
-    facts.on_obstacles(ObstacleArray(obstacles=[Obstacle(id=9, kind="pedestrian")]))
-    facts.on_collision(CarlaCollisionEvent(other_actor_id=9))
-    facts.on_collision(CarlaCollisionEvent(other_actor_id=8))
-    facts.on_lane_invasion(CarlaLaneInvasionEvent(crossed_lane_markings=[2]))
-    assert [text for text, _ in facts.notices()] == [
+    state = DriveState(3.0, clock)
+    state.on_obstacles(ObstacleArray(obstacles=[Obstacle(id=9, kind="pedestrian")]))
+    state.on_collision(CarlaCollisionEvent(other_actor_id=9))
+    state.on_collision(CarlaCollisionEvent(other_actor_id=8))
+    state.on_lane_invasion(CarlaLaneInvasionEvent(crossed_lane_markings=[2]))
+    assert [text for text, _ in state.notices()] == [
         "Collision with pedestrian",
         "Collision with actor 8",
         "Crossed line: solid",
     ]
     clock.now_s += 3.0
-    assert facts.notices() == []
+    assert state.notices() == []
 
 
-def test_views_cycle_and_show():
-    facts = DriveState(3.0, Clock())
+def test_views_cycle_through_pictures_and_map():
+    state = DriveState(3.0, Clock())
     views = ViewSelector(["front", "mask"], MapView(0.1, 10.0))
-    assert views.picture(facts) is None
+    assert views.picture(state) is None
     picture = np.random.default_rng(1).integers(0, 255, (48, 64, 4), dtype=np.uint8)
-    views.take(image_message(picture, rospy.Time(1)), "front")
-    np.testing.assert_array_equal(views.picture(facts), picture[:, :, :3])
-    views.next()
-    assert (views.shown, views.picture(facts)) == ("mask", None)
-    views.take(Image(height=2, width=3, step=3, encoding="mono8", data=bytes(range(6))), "mask")
-    np.testing.assert_array_equal(views.picture(facts)[:, :, 1], [[0, 1, 2], [3, 4, 5]])
-    views.next()
-    assert (views.shown, views.picture(facts)) == (ViewSelector.MAP, None)
-    facts.on_path(LocalPath([Waypoint(3.0, 0.0, 5.0), Waypoint(9.0, 0.0, 5.0)]))
-    facts.on_odometry(odometry())
-    assert views.picture(facts).shape == (480, 640, 3)
-    views.next()
-    assert views.shown == "front"
+    views.on_picture(image_message(picture, rospy.Time(1)), "front")
+    np.testing.assert_array_equal(views.picture(state), picture[:, :, :3])
+    views.select_next()
+    assert (views.selected, views.picture(state)) == ("mask", None)
+    views.on_picture(
+        Image(height=2, width=3, step=3, encoding="mono8", data=bytes(range(6))), "mask"
+    )
+    np.testing.assert_array_equal(views.picture(state)[:, :, 1], [[0, 1, 2], [3, 4, 5]])
+    views.select_next()
+    assert (views.selected, views.picture(state)) == (ViewSelector.MAP, None)
+    state.on_path(LocalPath([Waypoint(3.0, 0.0, 5.0), Waypoint(9.0, 0.0, 5.0)]))
+    state.on_odometry(odometry())
+    assert views.picture(state).shape == (480, 640, 3)
+    views.select_next()
+    assert views.selected == "front"
 
 
 @pytest.mark.parametrize(
@@ -115,8 +119,8 @@ def test_views_cycle_and_show():
         Image(height=1, width=1, step=4, encoding="nonsense", data=b"1234"),
     ],
 )
-def test_bad_pictures_are_refused(message):
+def test_invalid_picture_is_refused(message):
     views = ViewSelector(["front"], MapView(0.1, 10.0))
-    views.take(message, "front")
+    views.on_picture(message, "front")
     with pytest.raises(ValueError, match="front"):
         views.picture(DriveState(3.0, Clock()))

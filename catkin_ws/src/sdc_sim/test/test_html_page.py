@@ -7,10 +7,11 @@ import pytest
 import yaml
 from matplotlib.image import imread
 
-from sdc_sim.evaluation.evaluator import EvaluationRules, Evaluator
+from sdc_sim.evaluation.evaluator import Evaluator
+from sdc_sim.evaluation.rules import EvaluationRules
 from sdc_sim.report.camera_snapshots import CameraSnapshot
-from sdc_sim.report.html_page import page, write_html, write_png
-from sdc_sim.report.plots import thinned
+from sdc_sim.report.html_page import MEANINGS, render_page, write_html
+from sdc_sim.report.plots import thinned, write_png
 
 with open(
     os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "config", "referee.yaml"),
@@ -20,22 +21,22 @@ with open(
 
 
 def driven(ticks, commands=True):
-    watch = Evaluator(RULES)
+    evaluator = Evaluator(RULES)
     angle = np.linspace(0.0, 1.5, 80)
-    watch.mission(np.column_stack([60.0 * np.sin(angle), 60.0 - 60.0 * np.cos(angle)]))
+    evaluator.set_route(np.column_stack([60.0 * np.sin(angle), 60.0 - 60.0 * np.cos(angle)]))
     for tick in range(ticks):
         turned = 0.25 * tick / 60.0
-        watch.odometry(
+        evaluator.add_odometry(
             tick * 50_000_000, 60.1 * np.sin(turned), 60.0 - 60.1 * np.cos(turned), turned, 5.0
         )
-        watch.planned(5.2)
+        evaluator.add_planned_speed(5.2)
         if commands:
-            watch.command(tick * 50_000_000, 0.3, 0.0, -0.1)
-    return watch
+            evaluator.add_command(tick * 50_000_000, 0.3, 0.0, -0.1)
+    return evaluator
 
 
-class Check(html.parser.HTMLParser):
-    """Every tag is closed in order."""
+class TagChecker(html.parser.HTMLParser):
+    """Asserts that every tag is closed in order."""
 
     def __init__(self):
         super().__init__()
@@ -49,12 +50,12 @@ class Check(html.parser.HTMLParser):
         assert self.open.pop() == tag
 
 
-def test_one_file_that_needs_nothing_else():
-    watch = driven(200)
-    watch.infraction("red_light")
-    watch.collision(0, 0)
-    text = page(watch.result(), [CameraSnapshot(1.0, 25.0, b"jpeg")])
-    check = Check()
+def test_page_needs_no_other_file():
+    evaluator = driven(200)
+    evaluator.add_infraction("red_light")
+    evaluator.add_collision(0, 0)
+    text = render_page(evaluator.result(), [CameraSnapshot(1.0, 25.0, b"jpeg")])
+    check = TagChecker()
     check.feed(text)
     assert check.open == []
     links = re.findall(r'(?:src|href)="([^"]*)"', text)
@@ -62,27 +63,42 @@ def test_one_file_that_needs_nothing_else():
     assert "url(http" not in text
     assert "@import" not in text
     ids = re.findall(r' id="([^"]*)"', text)
-    assert len(ids) == len(set(ids)), "the two drawings do not get in each other's way"
+    assert len(ids) == len(set(ids)), "the ids of the two drawings differ"
     assert {link[1:] for link in links if link.startswith("#")} <= set(ids)
     for part in (
         "ran a red light",
-        "hit a thing",
+        "hit an object",
         "cross_track_p95_m",
-        "What the camera saw",
+        "<h2>Camera</h2>",
         "25 % of the route",
     ):
         assert part in text
 
 
-def test_what_is_not_known_is_left_out():
-    text = page(driven(100, commands=False).result(), [])
-    assert "What the camera saw" not in text
-    assert "What happened" not in text
+def test_page_escapes_text_from_the_metrics():
+    result = driven(20).result()
+    result.metrics["assumed_limits"] = ["<script>alert('x')</script> & more"]
+    text = render_page(result, [])
+    assert "<script>" not in text
+    assert "&lt;script&gt;alert(&#39;x&#39;)&lt;/script&gt; &amp; more" in text
+
+
+def test_page_shows_every_metric_with_its_meaning():
+    result = driven(20).result()
+    text = render_page(result, [])
+    assert [name for name in result.metrics if f"<tr><td>{name}</td>" not in text] == []
+    assert [name for name in result.metrics if name not in MEANINGS] == []
+
+
+def test_page_without_events_and_camera_has_no_such_sections():
+    text = render_page(driven(100, commands=False).result(), [])
+    assert "<h2>Camera</h2>" not in text
+    assert "<h2>Events</h2>" not in text
     assert "aborted" in text
 
 
 @pytest.mark.parametrize("ticks", [1, 2, 7, 100])
-def test_the_shortest_drives_are_drawn(tmp_path, ticks):
+def test_short_drives_are_drawn(tmp_path, ticks):
     result = driven(ticks).result()
     write_png(str(tmp_path / "report.png"), result)
     write_html(str(tmp_path / "report.html"), result, [])
@@ -90,8 +106,8 @@ def test_the_shortest_drives_are_drawn(tmp_path, ticks):
     assert (tmp_path / "report.html").stat().st_size > 20_000
 
 
-def test_the_same_drive_gives_the_same_page():
-    assert page(driven(100).result(), []) == page(driven(100).result(), [])
+def test_same_drive_gives_the_same_page():
+    assert render_page(driven(100).result(), []) == render_page(driven(100).result(), [])
 
 
 def test_thinning_keeps_the_extremes():
@@ -104,21 +120,21 @@ def test_thinning_keeps_the_extremes():
     assert (np.diff(few_x) > 0.0).all()
 
 
-def test_a_long_drive_makes_no_heavy_page():
-    watch = driven(1)
+def test_page_of_a_long_drive_is_small():
+    evaluator = driven(1)
     for tick in range(1, 20_000):
         turned = 0.25 * tick / 60.0 * 0.017
-        watch.odometry(
+        evaluator.add_odometry(
             tick * 50_000_000,
             60.0 * np.sin(turned) + 0.01 * (tick % 7),
             60.0 - 60.0 * np.cos(turned),
             turned,
             5.0,
         )
-    assert len(page(watch.result(), [])) < 1_500_000
+    assert len(render_page(evaluator.result(), [])) < 1_500_000
 
 
-def test_unwritable(tmp_path):
+def test_error_names_the_folder_that_cannot_be_written(tmp_path):
     with pytest.raises(OSError, match="gone"):
         write_html(str(tmp_path / "gone" / "report.html"), driven(20).result(), [])
     with pytest.raises(OSError, match="gone"):

@@ -1,3 +1,5 @@
+"""Tests of the contents of the head-up display."""
+
 import math
 
 import pytest
@@ -25,12 +27,12 @@ from sdc_sim.physics.vehicle import VehicleCommand
         (450.0, (0, "N")),
     ],
 )
-def test_compass(yaw_deg, expected):
+def test_compass_is_clockwise_from_north(yaw_deg, expected):
     assert hud.compass(math.radians(yaw_deg)) == expected
 
 
 @given(st.floats(-100.0, 100.0))
-def test_compass_is_always_on_the_dial(yaw_rad):
+def test_compass_is_in_range_for_any_yaw(yaw_rad):
     degrees, point = hud.compass(yaw_rad)
     assert 0 <= degrees < 360
     assert point
@@ -46,11 +48,11 @@ def test_compass_is_always_on_the_dial(yaw_rad):
         (36000.0, "10:00:00.0"),
     ],
 )
-def test_clock(time_s, expected):
+def test_clock_shows_tenths_of_seconds(time_s, expected):
     assert hud.clock(time_s) == expected
 
 
-def test_lines_of_a_drive():
+def test_lines_show_all_readings():
     readings = hud.Readings(
         server_fps=19.6,
         client_fps=30.0,
@@ -74,15 +76,15 @@ def test_lines_of_a_drive():
     }
 
 
-def test_lines_before_anything_is_known():
+def test_unknown_readings_are_dashes():
     lines = dict(hud.lines(hud.Readings()))
     assert [lines[name] for name in ("Map", "Time", "Speed", "Heading", "Location")] == [
-        hud.NOTHING
+        hud.UNKNOWN
     ] * 5
     assert lines["Driver"] == "autopilot"
 
 
-def test_bars_and_flags():
+def test_bars_and_flags_show_the_command():
     command = VehicleCommand(0.4, -0.3, 0.2, hand_brake=True)
     assert hud.bars(command) == (("Throttle", 0.4, 0.0), ("Steer", -0.3, -1.0), ("Brake", 0.2, 0.0))
     assert hud.flags(command) == (("Reverse", False), ("Hand brake", True))
@@ -98,38 +100,38 @@ def test_bars_and_flags():
         ([], "Crossed line"),
     ],
 )
-def test_crossed_lines(markings, expected):
+def test_crossed_line_text_names_the_markings(markings, expected):
     assert hud.crossed_line_text(markings) == expected
 
 
-def test_collisions():
+def test_collision_text_names_the_actor():
     assert hud.collision_text(7) == "Collision with actor 7"
     assert hud.collision_text(7, "pedestrian") == "Collision with pedestrian"
 
 
-def test_notices_fade_and_end():
+def test_notices_fade_out():
     notices = hud.Notices(duration_s=4.0)
-    notices.say("bump", now_s=10.0)
+    notices.add("bump", now_s=10.0)
     assert notices.visible(10.0) == notices.visible(12.0) == [("bump", 1.0)]
     assert notices.visible(13.0) == [("bump", 0.5)]
     assert notices.visible(14.0) == []
 
 
-def test_the_same_notice_is_renewed_and_the_oldest_makes_room():
-    notices = hud.Notices(duration_s=4.0, most=2)
+def test_repeated_notice_starts_again_and_oldest_is_dropped():
+    notices = hud.Notices(duration_s=4.0, max_count=2)
     for now_s, text in enumerate(("one", "two", "one")):
-        notices.say(text, now_s)
+        notices.add(text, now_s)
     assert [text for text, _ in notices.visible(2.0)] == ["two", "one"]
-    notices.say("three", 2.0)
+    notices.add("three", 2.0)
     assert [text for text, _ in notices.visible(2.0)] == ["one", "three"]
 
 
-def test_notices_need_a_duration():
+def test_notice_duration_must_be_positive():
     with pytest.raises(ValueError, match="duration"):
         hud.Notices(0.0)
 
 
-def test_frame_rate():
+def test_frame_rate_is_averaged_over_its_window():
     rate = hud.FrameRate(window_s=2.0)
     assert rate.per_second(0.0) == 0.0
     for tick in range(100):
@@ -138,7 +140,7 @@ def test_frame_rate():
     assert rate.per_second(20.0) == 0.0
 
 
-def test_frame_rate_of_frames_at_one_time():
+def test_frame_rate_of_simultaneous_frames_is_zero():
     rate = hud.FrameRate()
     rate.count(1.0)
     rate.count(1.0)

@@ -1,3 +1,5 @@
+"""Tests of the keyboard control."""
+
 import math
 
 import pytest
@@ -39,7 +41,7 @@ def held_for(seconds, *keys, control=None):
         (("x", "q", "escape"), VehicleCommand()),
     ],
 )
-def test_keys_held_for_a_fifth_of_a_second(keys, expected):
+def test_held_keys_change_the_command_at_their_rates(keys, expected):
     command = held_for(0.2, *keys)
     assert (command.throttle, command.steer, command.brake) == pytest.approx(
         (expected.throttle, expected.steer, expected.brake)
@@ -47,27 +49,27 @@ def test_keys_held_for_a_fifth_of_a_second(keys, expected):
     assert (command.hand_brake, command.reverse) == (expected.hand_brake, expected.reverse)
 
 
-def test_steering_builds_up_to_its_limit_and_comes_back_faster():
+def test_steering_grows_to_its_limit_and_returns_faster():
     control = KeyboardControl(RATES)
     assert held_for(3.0, "d", control=control).steer == 0.7
     assert held_for(0.2, control=control).steer == pytest.approx(0.3)
     assert held_for(0.2, control=control).steer == 0.0
 
 
-def test_steering_passes_through_the_middle_within_one_step():
+def test_opposite_key_steers_across_zero_within_one_step():
     control = KeyboardControl(RATES)
-    held_for(1.0, "d", control=control)  # 0.5 to the right
-    assert control.step(["a"], 0.45).steer == pytest.approx(-0.1)  # 0.25 s back, 0.2 s on
+    held_for(1.0, "d", control=control)  # steer is 0.5
+    assert control.step(["a"], 0.45).steer == pytest.approx(-0.1)  # 0.25 s to zero, then 0.2 s
 
 
-def test_pedals_are_free_as_soon_as_they_are_let_go():
+def test_pedals_are_zero_when_their_keys_are_released():
     control = KeyboardControl(RATES)
     held_for(1.0, "w", "s", control=control)
     assert (control.command.throttle, control.command.brake) == (1.0, 1.0)
     assert control.step([], 0.0) == VehicleCommand()
 
 
-def test_reverse_stays_until_it_is_toggled():
+def test_reverse_stays_until_toggled():
     control = KeyboardControl(RATES)
     control.toggle_reverse()
     assert control.command.reverse
@@ -76,7 +78,7 @@ def test_reverse_stays_until_it_is_toggled():
     assert not control.step(["w"], 1.0).reverse
 
 
-def test_reset_forgets_everything():
+def test_reset_clears_the_command():
     control = KeyboardControl(RATES)
     control.toggle_reverse()
     control.step(["w", "d", "space"], 1.0)
@@ -94,7 +96,7 @@ def test_command_is_always_in_range(history):
 
 
 @given(steps)
-def test_all_keys_released_bring_the_wheel_to_the_middle(history):
+def test_steering_returns_to_zero_without_keys(history):
     control = KeyboardControl(RATES)
     for keys, step_s in history:
         control.step(keys, step_s)
@@ -107,7 +109,7 @@ def test_all_keys_released_bring_the_wheel_to_the_middle(history):
 
 
 @given(steps)
-def test_left_and_right_are_alike(history):
+def test_left_and_right_are_symmetric(history):
     swap = {"a": "d", "d": "a", "left": "right", "right": "left"}
     control, mirrored = KeyboardControl(RATES), KeyboardControl(RATES)
     for keys, step_s in history:
@@ -129,7 +131,7 @@ def test_one_long_step_equals_two_short_ones(history, keys, first_s, second_s):
 
 
 @pytest.mark.parametrize("step_s", [-0.1, math.nan, math.inf])
-def test_bad_time_steps_are_refused(step_s):
+def test_invalid_time_step_is_refused(step_s):
     with pytest.raises(ValueError, match="time step"):
         KeyboardControl(RATES).step([], step_s)
 
@@ -145,12 +147,12 @@ def test_bad_time_steps_are_refused(step_s):
         ("steer_limit", 1.1),
     ],
 )
-def test_bad_rates_are_refused(name, value):
+def test_invalid_rate_is_refused_by_name(name, value):
     with pytest.raises(ValueError, match=name):
         KeyboardControlRates(**{**vars(RATES), name: value})
 
 
-def test_help_names_every_key():
+def test_help_lists_every_key():
     named = " ".join(keys for keys, _ in HELP).lower()
     for key in (
         "w",

@@ -1,4 +1,4 @@
-"""Lines are told once a crossing, by their kind, and only by the pass of the road that is driven."""
+"""The detector reports each crossed line once, by its kind, on the driven pass only."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ def car(x, y, yaw=0.0):
 
 
 def crossed(road, poses):
-    watch = LaneInvasionDetector(road)
-    return [line for pose in poses for line in watch.update(car(*pose))]
+    detector = LaneInvasionDetector(road)
+    return [line for pose in poses for line in detector.update(car(*pose))]
 
 
-def test_driving_in_the_lane_crosses_nothing():
+def test_driving_in_the_lane_crosses_no_line():
     assert (
         crossed(STRAIGHT, [(x, 0.7 * math.sin(0.1 * x)) for x in np.arange(0.0, 290.0, 0.5)]) == []
     )
@@ -32,24 +32,24 @@ def test_driving_in_the_lane_crosses_nothing():
 @pytest.mark.parametrize(
     ("to_y", "lines"), [(1.0, [BROKEN]), (-1.0, [SOLID]), (3.5, [BROKEN]), (5.5, [BROKEN, SOLID])]
 )
-def test_moving_over_crosses_what_lies_between(to_y, lines):
+def test_lane_change_crosses_the_lines_in_between(to_y, lines):
     assert crossed(STRAIGHT, [(20.0 + x, to_y * x / 50.0) for x in range(51)]) == lines
 
 
-def test_there_and_back_is_two_crossings_and_trembling_is_one():
+def test_repeated_crossing_counts_only_after_leaving_the_line():
     there_and_back = [(x, 1.5 * math.sin(math.pi * x / 50.0)) for x in np.arange(0.0, 101.0, 0.5)]
     assert crossed(STRAIGHT, there_and_back) == [BROKEN, SOLID]
-    trembling = [(50.0 + 0.1 * n, 0.75 + 0.03 * (-1) ** n) for n in range(200)]
-    assert crossed(STRAIGHT, [(50.0, 0.0), *trembling]) == [BROKEN]
+    vibrating = [(50.0 + 0.1 * n, 0.75 + 0.03 * (-1) ** n) for n in range(200)]
+    assert crossed(STRAIGHT, [(50.0, 0.0), *vibrating]) == [BROKEN]
 
 
-def test_a_turned_car_crosses_with_its_corner():
+def test_turned_car_crosses_with_its_corner():
     assert crossed(STRAIGHT, [(50.0, 0.0), (50.0, 0.0, 0.3)]) == []
     assert crossed(STRAIGHT, [(50.0, 0.0), (50.0, 0.0, 0.45)]) == [SOLID, BROKEN]
 
 
 @pytest.mark.parametrize("radius_m", [12.0, 40.0])
-def test_a_bend_driven_in_its_lane_crosses_nothing(radius_m):
+def test_bend_driven_in_its_lane_crosses_no_line(radius_m):
     angle = np.arange(0.0, 1.5 * math.pi, 1.0 / radius_m)
     bend = Road(radius_m * np.column_stack([np.sin(angle), 1.0 - np.cos(angle)]))
     poses = [
@@ -60,7 +60,7 @@ def test_a_bend_driven_in_its_lane_crosses_nothing(radius_m):
 
 
 def test_lines_of_a_crossing_road_do_not_count():
-    """A route that crosses itself at right angles: out to the east, round, and back south through the first stretch."""
+    # The route crosses itself at right angles: east, around, and south across the first stretch.
     corner = (
         [(x, 0.0) for x in range(101)]
         + [(100.0, y) for y in range(1, 51)]
@@ -71,7 +71,7 @@ def test_lines_of_a_crossing_road_do_not_count():
 
 
 def test_lines_count_as_those_of_the_pass_that_is_driven():
-    """The road comes back in the other lane: over there the car has crossed the centre line all the same."""
+    # The road returns in the other lane. There, too, the car has crossed the centre line.
     bend = [
         (200.0 + 1.75 * math.sin(a), 1.75 - 1.75 * math.cos(a))
         for a in np.arange(0.3, math.pi, 0.3)
@@ -84,9 +84,9 @@ def test_lines_count_as_those_of_the_pass_that_is_driven():
     assert crossed(there_and_back, [(20.0 + x, 3.5 * x / 50.0) for x in range(51)]) == [BROKEN]
 
 
-def test_a_car_that_is_put_elsewhere_has_crossed_nothing():
-    watch = LaneInvasionDetector(STRAIGHT)
-    watch.update(car(20.0, 0.0))
-    watch.reset()
-    assert watch.update(car(200.0, 1.5)) == []
-    assert watch.update(car(201.0, 3.5)) == []
+def test_moved_car_crosses_no_line():
+    detector = LaneInvasionDetector(STRAIGHT)
+    detector.update(car(20.0, 0.0))
+    detector.reset()
+    assert detector.update(car(200.0, 1.5)) == []
+    assert detector.update(car(201.0, 3.5)) == []

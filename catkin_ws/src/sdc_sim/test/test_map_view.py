@@ -1,3 +1,5 @@
+"""Tests of the map view."""
+
 import math
 
 import numpy as np
@@ -18,7 +20,7 @@ def colour_at(view, picture, point, pose):
 
 
 @given(pose, st.floats(-20.0, 20.0), st.floats(-20.0, 20.0))
-def test_ahead_is_up_and_left_is_left(pose, forward_m, left_m):
+def test_map_is_drawn_heading_up(pose, forward_m, left_m):
     x, y, yaw = pose
     view = MapView(0.25, 10.0)
     point = (
@@ -31,7 +33,7 @@ def test_ahead_is_up_and_left_is_left(pose, forward_m, left_m):
 
 
 @pytest.mark.parametrize("pose", [(20.0, 0.0, 0.0), (20.0, 1.0, 0.5), (50.0, -2.0, math.pi)])
-def test_road_path_and_obstacles_are_drawn_where_they_are(pose):
+def test_road_path_and_obstacles_are_drawn_at_their_positions(pose):
     view = MapView(0.1, 10.0)
     view.set_route(STRAIGHT)
     x, y, yaw = pose
@@ -51,14 +53,14 @@ def test_road_path_and_obstacles_are_drawn_where_they_are(pose):
     assert colour_at(view, full, (ahead, -4.0), pose) == (30, 130, 240)
 
 
-def test_the_car_is_there_before_any_road():
+def test_car_is_drawn_without_a_road():
     view = MapView(0.1, 10.0)
     picture = view.picture(1.0, 2.0, 3.0)
     assert colour_at(view, picture, (1.0, 2.0), (1.0, 2.0, 3.0)) != GRASS
     assert tuple(picture[0, 0]) == GRASS
 
 
-def test_bad_rows_are_left_out():
+def test_rows_that_are_not_finite_are_ignored():
     view = MapView(0.1, 10.0)
     bad = view.picture(
         0.0,
@@ -74,7 +76,7 @@ def test_bad_rows_are_left_out():
     assert (mixed != bad).any()
 
 
-def test_bad_routes_and_scales_are_refused():
+def test_invalid_route_scale_and_speed_are_refused():
     view = MapView(0.1, 10.0)
     with pytest.raises(ValueError, match="route"):
         view.set_route([(0.0, 0.0)])

@@ -16,7 +16,8 @@ from sdc_common.ros.stop_lines import stop_lines
 from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.physics.obstacles import CollisionEvent, ObstaclePlan, Obstacles
 from sdc_sim.physics.traffic_lights import TrafficLightPlan, TrafficLights
-from sdc_sim.physics.vehicle import VehicleCommand, VehicleState, load_vehicle
+from sdc_sim.physics.vehicle import VehicleCommand, VehicleState
+from sdc_sim.physics.vehicle_parameters import load_vehicle
 from sdc_sim.ros.message_conversion import (
     camera_info_message,
     collision_message,
@@ -42,14 +43,14 @@ LIGHTS = TrafficLights(
         TrafficLightPlan(10.0, 0.0, 0.0, (("green", 5.0),)),
     ]
 )
-LAMPS = LIGHTS.lamps(0.0)
+STATES = LIGHTS.states(0.0)
 
 
 def test_control_has_the_md5_sum_of_the_bridge():
     assert CarlaVehicleControl._md5sum == "50204ce132bb8c412ae626da2714a5ea"
 
 
-# The sums that carla_msgs (and ackermann_msgs) bring along in their generated code.
+# MD5 sums in the generated code of carla_msgs and ackermann_msgs.
 @pytest.mark.parametrize(
     ("package", "name", "md5"),
     [
@@ -67,11 +68,11 @@ def test_control_has_the_md5_sum_of_the_bridge():
         ("sdc_sim", "AckermannDrive", "3512e91b48d69674a0e86fadf1ea8231"),
     ],
 )
-def test_messages_have_the_md5_sums_of_their_models(package, name, md5):
+def test_messages_have_the_md5_sums_of_the_originals(package, name, md5):
     assert getattr(importlib.import_module(package + ".msg"), name)._md5sum == md5
 
 
-def test_fields_of_the_contract():
+def test_messages_have_the_fields_of_the_contract():
     assert (BaseWaypoint.__slots__, BaseWaypoint._slot_types) == (
         ["x", "y"],
         ["float32", "float32"],
@@ -80,7 +81,7 @@ def test_fields_of_the_contract():
     assert (Path.__slots__, LocalPath.__slots__) == (["waypoints"], ["waypoints"])
 
 
-def test_odometry_there_and_back():
+def test_odometry_message_returns_the_state():
     state = VehicleState(
         x_m=1.0, y_m=-2.0, yaw_rad=2.5, speed_mps=3.0, lateral_speed_mps=4.0, yaw_rate_radps=0.5
     )
@@ -105,26 +106,26 @@ def test_image_keeps_every_pixel():
     buffer = io.BytesIO(b"before")
     buffer.seek(6)
     message.serialize(buffer)
-    heard = Image().deserialize(buffer.getvalue()[6:])
-    assert (heard.header, heard.encoding, heard.step) == (message.header, "bgra8", 2560)
-    assert heard.data == picture.tobytes()
+    received = Image().deserialize(buffer.getvalue()[6:])
+    assert (received.header, received.encoding, received.step) == (message.header, "bgra8", 2560)
+    assert received.data == picture.tobytes()
 
 
-def test_camera_info_has_90_degrees():
+def test_camera_info_has_a_field_of_view_of_90_degrees():
     info = camera_info_message(CameraModel())
     assert 2.0 * math.degrees(math.atan(info.width / 2.0 / info.K[0])) == pytest.approx(90.0)
     assert (info.K[2], info.K[5]) == (320.0, 240.0)
     assert info.P[:3] == info.K[:3]
 
 
-def sendable(message):
-    """The message as a listener gets it."""
+def received(message):
+    """Return the message as a subscriber receives it."""
     buffer = io.BytesIO()
     message.serialize(buffer)
     return type(message)().deserialize(buffer.getvalue())
 
 
-def test_status_gives_speed_and_acceleration_in_the_map():
+def test_status_has_speed_and_acceleration_in_the_map():
     state = VehicleState(
         yaw_rad=math.pi / 2,
         speed_mps=3.0,
@@ -132,7 +133,7 @@ def test_status_gives_speed_and_acceleration_in_the_map():
         longitudinal_acceleration_mps2=2.0,
         lateral_acceleration_mps2=1.0,
     )
-    message = sendable(status_message(state, VehicleCommand(0.25, -0.5, 0.125, True, True), NOW))
+    message = received(status_message(state, VehicleCommand(0.25, -0.5, 0.125, True, True), NOW))
     assert message.velocity == 5.0
     np.testing.assert_allclose(
         (message.acceleration.linear.x, message.acceleration.linear.y), (-1.0, 2.0), atol=1e-12
@@ -148,8 +149,8 @@ def test_status_gives_speed_and_acceleration_in_the_map():
     assert (control.gear, message.header.frame_id, message.header.stamp) == (-1, "map", NOW)
 
 
-def test_info_gives_the_cars_figures():
-    info = sendable(vehicle_info_message(load_vehicle(TESLA), "tesla_model3", "hero"))
+def test_vehicle_info_has_the_parameters_of_the_vehicle():
+    info = received(vehicle_info_message(load_vehicle(TESLA), "tesla_model3", "hero"))
     assert (info.type, info.rolename, info.mass, len(info.wheels)) == (
         "vehicle.tesla.model3",
         "hero",
@@ -163,35 +164,35 @@ def test_info_gives_the_cars_figures():
     assert rear_left.position.y == -rear_right.position.y > 0.0
 
 
-def test_events():
-    collision = sendable(collision_message(CollisionEvent(102, -5.0, 2.0), NOW))
+def test_events_have_their_values():
+    collision = received(collision_message(CollisionEvent(102, -5.0, 2.0), NOW))
     assert (collision.other_actor_id, collision.normal_impulse.x, collision.normal_impulse.y) == (
         102,
         -5.0,
         2.0,
     )
-    invasion = sendable(lane_invasion_message([1, 2], NOW))
+    invasion = received(lane_invasion_message([1, 2], NOW))
     assert list(invasion.crossed_lane_markings) == [
         invasion.LANE_MARKING_BROKEN,
         invasion.LANE_MARKING_SOLID,
     ]
 
 
-def test_obstacles_and_their_markers():
-    bodies = Obstacles(
+def test_obstacles_and_markers_show_the_same():
+    obstacles = Obstacles(
         [
-            ObstaclePlan.standing("car", 1.0, 2.0, 0.5),
-            ObstaclePlan.standing("pedestrian", 3.0, 4.0, 0.0),
+            ObstaclePlan.stationary("car", 1.0, 2.0, 0.5),
+            ObstaclePlan.stationary("pedestrian", 3.0, 4.0, 0.0),
         ]
-    ).bodies
-    message = sendable(obstacles_message(bodies, LAMPS, NOW))
+    ).states
+    message = received(obstacles_message(obstacles, STATES, NOW))
     assert message.header.stamp == NOW
     assert [(one.id, one.kind, one.pose.position.x, one.size.x) for one in message.obstacles] == [
         (101, "car", 1.0, 4.7),
         (102, "pedestrian", 3.0, 0.5),
     ]
     assert [(light.id, light.state) for light in message.traffic_lights] == [(1001, 0), (1002, 2)]
-    markers = sendable(markers_message(bodies, {7}, NOW)).markers
+    markers = received(markers_message(obstacles, {7}, NOW)).markers
     assert [(marker.id, marker.action) for marker in markers] == [
         (7, Marker.DELETE),
         (101, Marker.ADD),
@@ -200,17 +201,17 @@ def test_obstacles_and_their_markers():
     assert markers[1].pose.position.z == 0.5 * markers[1].scale.z
 
 
-def test_lights_say_where_their_stop_line_is_and_what_they_show():
-    status = sendable(light_status_message(LAMPS))
+def test_lights_have_their_stop_line_and_their_colour():
+    status = received(light_status_message(STATES))
     assert [(light.id, light.state) for light in status.traffic_lights] == [
         (1001, status.traffic_lights[0].RED),
         (1002, 2),
     ]
-    info = sendable(light_info_message(LIGHTS.all, LAMPS))
+    info = received(light_info_message(LIGHTS.plans, STATES))
     lines = stop_lines(info)
     assert lines[1001] == pytest.approx((50.0, 2.0, 1.75))
     assert lines[1002] == pytest.approx((10.0, 0.0, 1.75))
-    # The pole stands beyond its line, to the right, and looks back.
+    # The pole is beyond the line, to the right, and faces the traffic.
     pole = info.traffic_lights[1].transform
     assert pole.position.x > 12.0
     assert pole.position.y < -1.9

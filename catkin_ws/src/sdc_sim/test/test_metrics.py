@@ -7,14 +7,14 @@ from sdc_sim.evaluation.metrics import (
     accelerations,
     comfortable,
     driving_score,
-    greatest_accelerations,
     off_lane_percent,
+    peak_accelerations,
 )
 
 TIME_S = np.arange(0.0, 20.0, 0.05)
 
 
-def test_off_lane_is_a_share_of_the_distance_not_of_the_time():
+def test_off_lane_percent_is_a_share_of_the_distance_and_not_of_the_time():
     speed = np.where(TIME_S < 10.0, 10.0, 1.0)
     error = np.where(TIME_S < 10.0, 0.0, -2.0)
     assert off_lane_percent(TIME_S, speed, error, 3.5) == pytest.approx(
@@ -24,7 +24,7 @@ def test_off_lane_is_a_share_of_the_distance_not_of_the_time():
     assert off_lane_percent(TIME_S, 0.0 * speed, error, 3.5) == 0.0
 
 
-def test_driving_score_of_the_leaderboard():
+def test_driving_score_follows_the_leaderboard():
     none = dict.fromkeys(
         ("collision_pedestrian", "collision_vehicle", "collision_static", "red_light", "stop"), 0
     )
@@ -47,7 +47,7 @@ def test_driving_score_of_the_leaderboard():
         ("jerk_max_mps3", 8.36, 8.38),
     ],
 )
-def test_comfort_has_nuplans_thresholds(name, within, beyond):
+def test_comfort_has_the_thresholds_of_nuplan(name, within, beyond):
     calm = {
         "longitudinal_acceleration_max_mps2": 1.0,
         "longitudinal_acceleration_min_mps2": -1.0,
@@ -59,8 +59,8 @@ def test_comfort_has_nuplans_thresholds(name, within, beyond):
     assert comfortable({**calm, name: None}) is None
 
 
-def test_constant_jerk():
-    values = greatest_accelerations(TIME_S, 0.5 * 0.2 * TIME_S**2, np.zeros_like(TIME_S))
+def test_constant_jerk_is_measured():
+    values = peak_accelerations(TIME_S, 0.5 * 0.2 * TIME_S**2, np.zeros_like(TIME_S))
     assert values["jerk_max_mps3"] == pytest.approx(0.2, rel=1e-6)
     assert values["longitudinal_acceleration_max_mps2"] == pytest.approx(0.2 * TIME_S[-1], rel=0.02)
 
@@ -68,23 +68,23 @@ def test_constant_jerk():
 def test_uneven_time_steps_give_the_same_accelerations():
     uneven_s = np.sort(np.concatenate([TIME_S, TIME_S + 0.013]))
     for time_s in (TIME_S, uneven_s):
-        values = greatest_accelerations(time_s, 3.0 * time_s, 0.1 * time_s)
+        values = peak_accelerations(time_s, 3.0 * time_s, 0.1 * time_s)
         assert values["longitudinal_acceleration_max_mps2"] == pytest.approx(3.0, rel=1e-6)
         assert values["lateral_acceleration_max_mps2"] == pytest.approx(
             0.1 * 3.0 * time_s[-1], rel=0.02
         )
 
 
-def test_yaw_may_pass_the_half_turn():
+def test_lateral_acceleration_is_right_where_yaw_wraps():
     yaw = np.mod(0.5 * TIME_S + math.pi, 2.0 * math.pi) - math.pi
-    assert greatest_accelerations(TIME_S, np.full_like(TIME_S, 4.0), yaw)[
+    assert peak_accelerations(TIME_S, np.full_like(TIME_S, 4.0), yaw)[
         "lateral_acceleration_max_mps2"
     ] == pytest.approx(2.0)
 
 
-def test_no_slope_across_a_silence():
+def test_no_slope_is_computed_across_a_gap():
     keep = (TIME_S < 5.0) | (TIME_S > 8.0)
     speed = np.where(TIME_S < 5.0, 2.0, 12.0)
-    values = greatest_accelerations(TIME_S[keep], speed[keep], np.zeros(keep.sum()))
+    values = peak_accelerations(TIME_S[keep], speed[keep], np.zeros(keep.sum()))
     assert values["longitudinal_acceleration_max_mps2"] == pytest.approx(0.0, abs=1e-9)
     assert len(accelerations(TIME_S[keep], speed[keep], np.zeros(keep.sum()))) == 2

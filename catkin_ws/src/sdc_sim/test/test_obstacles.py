@@ -1,4 +1,4 @@
-"""Obstacles start, move and stop as their plans say, come and go by a click, and never move into the car."""
+"""Obstacles follow their plans, are added and removed, and never move into the vehicle."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ WALKER = ObstaclePlan(
 )
 
 
-def run(obstacles, seconds, car=FAR, step_s=0.05, from_s=0.0):
-    touches = []
+def run(obstacles, seconds, ego=FAR, step_s=0.05, from_s=0.0):
+    events = []
     for tick in range(round(seconds / step_s)):
-        touches += obstacles.advance(from_s + tick * step_s, step_s, car)
-    return touches
+        events += obstacles.advance(from_s + tick * step_s, step_s, ego)
+    return events
 
 
 @pytest.mark.parametrize(
@@ -31,71 +31,71 @@ def run(obstacles, seconds, car=FAR, step_s=0.05, from_s=0.0):
         (60.0, 4.0, 5.0, 0.0, 0.0),
     ],
 )
-def test_walks_along_its_path_and_stays_at_the_end(seconds, x, y, yaw, speed):
+def test_obstacle_moves_along_its_path_and_stops_at_the_end(seconds, x, y, yaw, speed):
     obstacles = Obstacles([WALKER])
     run(obstacles, seconds)
-    body = obstacles.bodies[0]
+    body = obstacles.states[0]
     assert (body.x_m, body.y_m, body.yaw_rad, body.speed_mps) == pytest.approx(
         (x, y, yaw, speed), abs=1e-9
     )
 
 
-def test_waits_for_its_time():
+def test_obstacle_waits_for_its_start_time():
     obstacles = Obstacles([WALKER.__class__(**{**WALKER.__dict__, "start_s": 3.0})])
     run(obstacles, 3.0)
-    assert obstacles.bodies[0].y_m == -5.0
+    assert obstacles.states[0].y_m == -5.0
     run(obstacles, 1.0, from_s=3.0)
-    assert obstacles.bodies[0].y_m == pytest.approx(-3.0)
+    assert obstacles.states[0].y_m == pytest.approx(-3.0)
 
 
-def test_waits_for_the_car_and_then_goes_on_whatever_the_car_does():
+def test_obstacle_waits_for_the_vehicle_and_then_does_not_stop():
     obstacles = Obstacles([WALKER.__class__(**{**WALKER.__dict__, "trigger_m": 20.0})])
-    run(obstacles, 1.0, car=FAR._replace(x_m=20.5, y_m=-5.0))
-    assert obstacles.bodies[0].y_m == -5.0
-    run(obstacles, 0.5, car=FAR._replace(x_m=19.5, y_m=-5.0))
+    run(obstacles, 1.0, ego=FAR._replace(x_m=20.5, y_m=-5.0))
+    assert obstacles.states[0].y_m == -5.0
+    run(obstacles, 0.5, ego=FAR._replace(x_m=19.5, y_m=-5.0))
     run(obstacles, 0.5)
-    assert obstacles.bodies[0].y_m == pytest.approx(-3.0)
+    assert obstacles.states[0].y_m == pytest.approx(-3.0)
 
 
-def test_stops_at_the_car_with_one_touch_and_goes_on_when_it_has_left():
+def test_obstacle_stops_at_the_vehicle_with_one_event_and_continues_without_it():
     obstacles = Obstacles([WALKER])
-    car = Rectangle(0.0, 0.0, 0.0, 4.7, 2.0)
-    touches = run(obstacles, 10.0, car)
-    body = obstacles.bodies[0]
-    assert [touch.id for touch in touches] == [FIRST_ID]
-    assert touches[0].impulse_y_ns == pytest.approx(75.0 * 2.0)
-    assert touches[0].impulse_x_ns == pytest.approx(0.0, abs=1e-9)
+    ego = Rectangle(0.0, 0.0, 0.0, 4.7, 2.0)
+    events = run(obstacles, 10.0, ego)
+    body = obstacles.states[0]
+    assert [event.id for event in events] == [FIRST_ID]
+    assert events[0].impulse_y_ns == pytest.approx(75.0 * 2.0)
+    assert events[0].impulse_x_ns == pytest.approx(0.0, abs=1e-9)
     assert body.y_m == pytest.approx(-1.25, abs=1e-6)
     assert body.speed_mps == 0.0
-    assert overlap(body.rectangle, car) is None
+    assert overlap(body.rectangle, ego) is None
     run(obstacles, 1.0)
-    assert obstacles.bodies[0].y_m == pytest.approx(0.75)
+    assert obstacles.states[0].y_m == pytest.approx(0.75)
 
 
-def test_reset_brings_everything_back():
+def test_reset_restores_the_scenario():
     obstacles = Obstacles([WALKER])
     run(obstacles, 2.0)
-    obstacles.toggle(ObstaclePlan.standing("obstacle", 50.0, 0.0, 0.0), FAR)
-    obstacles.toggle(ObstaclePlan.standing("obstacle", 0.0, -1.0, 0.0), FAR)
-    assert [body.x_m for body in obstacles.bodies] == [50.0]
+    obstacles.toggle(ObstaclePlan.stationary("obstacle", 50.0, 0.0, 0.0), FAR)
+    obstacles.toggle(ObstaclePlan.stationary("obstacle", 0.0, -1.0, 0.0), FAR)
+    assert [body.x_m for body in obstacles.states] == [50.0]
     obstacles.reset()
-    assert [(body.id, body.y_m) for body in obstacles.bodies] == [(FIRST_ID, -5.0)]
+    assert [(body.id, body.y_m) for body in obstacles.states] == [(FIRST_ID, -5.0)]
 
 
-def test_click_puts_one_and_takes_it_away():
+def test_toggle_adds_and_removes_an_obstacle():
     obstacles = Obstacles()
-    assert "put" in obstacles.toggle(ObstaclePlan.standing("car", 10.0, 0.0, 0.5), FAR)
-    assert obstacles.bodies[0].kind == "car"
-    assert "removed" in obstacles.toggle(ObstaclePlan.standing("car", 11.0, 0.5, 0.0), FAR)
-    assert obstacles.bodies == ()
-    obstacles.toggle(ObstaclePlan.standing("car", 10.0, 0.0, 0.5), FAR)
-    assert obstacles.bodies[0].id == FIRST_ID + 1, "a number is never used twice"
+    assert "added" in obstacles.toggle(ObstaclePlan.stationary("car", 10.0, 0.0, 0.5), FAR)
+    assert obstacles.states[0].kind == "car"
+    assert "removed" in obstacles.toggle(ObstaclePlan.stationary("car", 11.0, 0.5, 0.0), FAR)
+    assert obstacles.states == ()
+    obstacles.toggle(ObstaclePlan.stationary("car", 10.0, 0.0, 0.5), FAR)
+    assert obstacles.states[0].id == FIRST_ID + 1, "an ID is never used twice"
 
 
-def test_click_on_the_car_is_refused():
+def test_obstacle_on_the_vehicle_is_refused():
     obstacles = Obstacles()
-    with pytest.raises(ValueError, match="the car stands"):
+    with pytest.raises(ValueError, match="ego vehicle is at"):
         obstacles.toggle(
-            ObstaclePlan.standing("obstacle", 2.0, 0.0, 0.0), Rectangle(0.0, 0.0, 0.0, 4.7, 2.0)
+            ObstaclePlan.stationary("obstacle", 2.0, 0.0, 0.0), Rectangle(0.0, 0.0, 0.0, 4.7, 2.0)
         )
-    assert obstacles.bodies == ()
+    assert obstacles.states == ()

@@ -1,48 +1,57 @@
-"""Pause, resume, step: one test an edge."""
+"""Pause, resume, step: one test for each transition."""
 
 from sdc_sim.simulation.pause import PauseControl
 
 
-def granted(pace, asked=5):
-    return sum(pace.take() for _ in range(asked))
+def allowed(pause, ticks=5):
+    return sum(pause.take() for _ in range(ticks))
 
 
-def test_runs_from_the_start():
-    assert granted(PauseControl()) == 5
+def test_runs_at_the_start():
+    assert allowed(PauseControl()) == 5
 
 
-def test_pause_stops_and_resume_goes_on():
-    pace = PauseControl()
-    pace.pause()
-    assert (granted(pace), pace.waiting) == (0, True)
-    pace.resume()
-    assert (granted(pace), pace.waiting) == (5, False)
+def test_pause_stops_and_resume_continues():
+    pause = PauseControl()
+    pause.pause()
+    assert (allowed(pause), pause.waiting) == (0, True)
+    pause.resume()
+    assert (allowed(pause), pause.waiting) == (5, False)
 
 
 def test_steps_are_counted():
-    pace = PauseControl()
-    pace.pause()
-    pace.step()
-    pace.step()
-    assert not pace.waiting
-    assert granted(pace) == 2
-    assert pace.waiting
+    pause = PauseControl()
+    pause.pause()
+    pause.step()
+    pause.step()
+    assert not pause.waiting
+    assert allowed(pause) == 2
+    assert pause.waiting
 
 
-def test_a_step_pauses_a_running_world_after_one_tick():
-    pace = PauseControl()
-    pace.step()
-    assert pace.paused
-    assert granted(pace) == 1
+def test_step_pauses_a_running_simulation_after_one_tick():
+    pause = PauseControl()
+    pause.step()
+    assert pause.paused
+    assert allowed(pause) == 1
 
 
-def test_pause_and_resume_forget_the_steps_to_go():
-    pace = PauseControl()
-    pace.step()
-    pace.pause()
-    assert granted(pace) == 0
-    pace.step()
-    pace.resume()
-    assert granted(pace) == 5
-    pace.pause()
-    assert granted(pace) == 0
+def test_pause_and_resume_forget_the_remaining_steps():
+    pause = PauseControl()
+    pause.step()
+    pause.pause()
+    assert allowed(pause) == 0
+    pause.step()
+    pause.resume()
+    assert allowed(pause) == 5
+    pause.pause()
+    assert allowed(pause) == 0
+
+
+def test_restored_checkpoint_has_the_remaining_steps():
+    pause, restored = PauseControl(), PauseControl()
+    pause.step()
+    pause.step()
+    restored.restore(*pause.checkpoint())
+    assert restored.paused
+    assert allowed(restored) == 2

@@ -1,4 +1,4 @@
-"""The car starts where it shall, and what is pointed at in RViz is checked before anything is put there."""
+"""The start pose on the route, and the check of points and poses from RViz."""
 
 from __future__ import annotations
 
@@ -9,13 +9,14 @@ import pytest
 from geometry_msgs.msg import Point, Pose, Quaternion
 
 from sdc_common.geometry.route import Route
-from sdc_sim.simulation.placement import PlaceError, checked_point, checked_pose, start_pose
+from sdc_sim.ros.message_conversion import PlaceError, map_point, map_pose
+from sdc_sim.simulation.placement import start_pose
 
 
-def test_a_pose_becomes_numbers():
+def test_pose_in_the_map_becomes_numbers():
     pose = Pose(Point(1.0, 2.0, 9.0), Quaternion(0, 0, math.sin(0.25), math.cos(0.25)))
-    assert checked_pose("map", pose) == pytest.approx((1.0, 2.0, 0.5))
-    assert checked_point("", Point(1.0, 2.0, 0.0)) == (1.0, 2.0)
+    assert map_pose("map", pose) == pytest.approx((1.0, 2.0, 0.5))
+    assert map_point("", Point(1.0, 2.0, 0.0)) == (1.0, 2.0)
 
 
 @pytest.mark.parametrize(
@@ -27,15 +28,15 @@ def test_a_pose_becomes_numbers():
         ("map", 1e9, 0.0, "farther than"),
     ],
 )
-def test_bad_points_are_refused(frame, x, y, message):
+def test_invalid_point_is_refused(frame, x, y, message):
     with pytest.raises(PlaceError, match=message):
-        checked_point(frame, Point(x, y, 0.0))
+        map_point(frame, Point(x, y, 0.0))
 
 
 @pytest.mark.parametrize("q", [(0, 0, 0, 0), (0, 0, 0, math.nan), (0, 0, 5, 5)])
-def test_bad_orientations_are_refused(q):
+def test_invalid_orientation_is_refused(q):
     with pytest.raises(PlaceError, match="quaternion"):
-        checked_pose("map", Pose(Point(), Quaternion(*q)))
+        map_pose("map", Pose(Point(), Quaternion(*q)))
 
 
 ROUTE = Route(np.array([(0.0, 0.0), (10.0, 0.0), (10.0, 20.0)]))
@@ -50,7 +51,7 @@ ROUTE = Route(np.array([(0.0, 0.0), (10.0, 0.0), (10.0, 20.0)]))
         ((30.0, 0.0, 0.0), (10.0, 20.0, math.pi / 2)),
     ],
 )
-def test_the_start_counts_along_the_route_and_to_its_left(start, pose):
+def test_start_is_along_the_route_and_to_its_left(start, pose):
     assert start_pose(ROUTE, *start) == pytest.approx(pose)
 
 
@@ -64,6 +65,6 @@ def test_the_start_counts_along_the_route_and_to_its_left(start, pose):
         ((0.0, 0.0, math.inf), "finite"),
     ],
 )
-def test_a_start_that_is_no_place_is_refused(start, part):
+def test_start_outside_the_route_is_refused(start, part):
     with pytest.raises(ValueError, match=part):
         start_pose(ROUTE, *start)

@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 import yaml
 
-from sdc_sim.evaluation.evaluator import EvaluationRules, Evaluator
+from sdc_sim.evaluation.evaluator import Evaluator
+from sdc_sim.evaluation.rules import EvaluationRules
 from sdc_sim.report.writer import ReportError, open_report, write_report
 
 with open(
@@ -17,15 +18,15 @@ with open(
 
 @pytest.fixture
 def result():
-    watch = Evaluator(RULES)
-    watch.mission(np.column_stack([np.arange(11.0), np.zeros(11)]))
+    evaluator = Evaluator(RULES)
+    evaluator.set_route(np.column_stack([np.arange(11.0), np.zeros(11)]))
     for tick in range(101):
-        watch.odometry(tick * 50_000_000, tick * 0.1, 0.1, 0.0, 2.0 if tick < 100 else 0.0)
-        watch.command(tick * 50_000_000, 0.5, 0.0, -0.25)
-    return watch.result()
+        evaluator.add_odometry(tick * 50_000_000, tick * 0.1, 0.1, 0.0, 2.0 if tick < 100 else 0.0)
+        evaluator.add_command(tick * 50_000_000, 0.5, 0.0, -0.25)
+    return evaluator.result()
 
 
-def test_figures_and_trace(tmp_path, result):
+def test_report_holds_metrics_and_trace(tmp_path, result):
     path = str(tmp_path / "new" / "report.json")
     open_report(path, "drive").remove()
     assert os.listdir(tmp_path / "new") == []
@@ -35,29 +36,28 @@ def test_figures_and_trace(tmp_path, result):
         assert json.load(file)["status"] == "completed"
     rows = (tmp_path / "new" / "report.csv").read_text().splitlines()
     assert len(rows) == 102
-    assert (
-        rows[0]
-        == "time_s,x_m,y_m,yaw_rad,speed_mps,s_m,cross_track_m,heading_error_rad,throttle,brake,steer"
+    assert rows[0] == (
+        "time_s,x_m,y_m,yaw_rad,speed_mps,s_m,cross_track_m,heading_error_rad,throttle,brake,steer"
     )
-    assert float(rows[-1].split(",")[1]) == result.drive.samples[-1].x_m
+    assert float(rows[-1].split(",")[1]) == result.progress.samples[-1].x_m
     assert rows[-1].split(",")[8:] == ["0.5", "0.0", "-0.25"]
 
 
-def test_an_old_report_is_removed_before_the_drive(tmp_path):
+def test_old_report_is_removed_before_the_drive(tmp_path):
     for name in ("report.json", "report.csv", "report.png", "report.html"):
         (tmp_path / name).write_text("old")
     open_report(str(tmp_path / "report.json"), "drive").remove()
     assert os.listdir(tmp_path) == []
 
 
-def test_the_journal_of_this_drive_is_no_old_report(tmp_path):
+def test_event_log_of_the_same_drive_is_resumed(tmp_path):
     path = str(tmp_path / "report.json")
-    open_report(path, "drive").write(["command", 1])
+    open_report(path, "drive").append(["command", 1])
     assert list(open_report(path, "drive").events()) == [["command", 1]]
     assert list(open_report(path, "another").events()) == []
 
 
-def test_a_place_that_cannot_be_written_is_named(tmp_path):
+def test_error_names_the_file_that_cannot_be_written(tmp_path):
     (tmp_path / "file").write_text("")
     path = str(tmp_path / "file" / "report.json")
     with pytest.raises(ReportError, match="report:=FILE") as caught:
@@ -65,13 +65,13 @@ def test_a_place_that_cannot_be_written_is_named(tmp_path):
     assert str(tmp_path / "file") in str(caught.value)
 
 
-def test_a_folder_that_vanished_is_made_again(tmp_path, result):
+def test_missing_folder_is_created_for_the_report(tmp_path, result):
     path = tmp_path / "gone" / "report.json"
     write_report(str(path), result)
     assert path.exists()
 
 
-def test_a_report_that_cannot_be_written_leaves_none(tmp_path, result):
+def test_failed_write_leaves_no_report(tmp_path, result):
     (tmp_path / "report.json.part").mkdir()
     with pytest.raises(ReportError, match="not reported"):
         write_report(str(tmp_path / "report.json"), result)

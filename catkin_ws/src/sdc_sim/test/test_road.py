@@ -1,15 +1,10 @@
-"""The geometry of the road: lines, folds, crossings, scenery, and routes that are hard to lay a road on."""
-
-import os
-import sys
+"""The geometry of the road: lines, folds, crossings, scenery and difficult routes."""
 
 import numpy as np
 import pytest
 
-sys.path.insert(0, os.path.join(os.path.dirname(__file__), "..", "src"))
-
-from sdc_experiments.benchmark_camera import route  # noqa: E402
-from sdc_sim.road.road import Road  # noqa: E402
+from sdc_experiments.benchmark_camera import route
+from sdc_sim.road.road import Road
 
 LEFT_TURN = route(("s", 40), ("l", 4, np.pi / 2), ("s", 40))
 CROSSING = route(("s", 60), ("l", 15, 1.5 * np.pi), ("s", 60))
@@ -18,7 +13,7 @@ ROUNDABOUT = np.vstack(
 )
 
 
-def test_lines_of_a_straight_road_stand_at_their_offsets():
+def test_lines_of_a_straight_road_lie_at_their_offsets():
     road = Road([[0.0, 0.0], [0.0, 100.0]])
     for offset, x in (
         (road.right_edge_m, 1.75),
@@ -41,7 +36,7 @@ def test_lines_of_an_arc_are_concentric_circles(turn, radius):
         assert np.allclose(distance, radius - sign * offset, atol=0.02)
 
 
-def test_left_edge_of_a_turn_tighter_than_its_offset_hides_its_fold():
+def test_left_edge_hides_its_fold_in_a_turn_tighter_than_its_offset():
     road = Road(LEFT_TURN)
     points, seen = road.lane_points(road.left_edge_m)
     assert not seen.all()
@@ -53,7 +48,7 @@ def test_left_edge_of_a_turn_tighter_than_its_offset_hides_its_fold():
     assert shown[outgoing, 1].min() > 5.25 - 0.3
 
 
-def test_a_line_inside_the_road_hides_its_fold_too():
+def test_line_inside_the_road_hides_its_fold():
     road = Road(LEFT_TURN)
     points, seen = road.lane_points(4.8)
     distance = np.array([np.hypot(*(road.points_m - p).T).min() for p in points])
@@ -61,7 +56,7 @@ def test_a_line_inside_the_road_hides_its_fold_too():
     assert distance[seen].min() > 4.7 and distance[~seen].min() < 4.5
 
 
-def test_a_second_lap_is_the_same_road():
+def test_second_lap_is_the_same_road():
     angle = np.arange(0.0, 4.0 * np.pi, 0.02)
     road = Road(50.0 * np.column_stack([np.cos(angle), np.sin(angle)]))
     second = road.s_m > 2.0 * np.pi * 50.0 + 5.0
@@ -70,7 +65,7 @@ def test_a_second_lap_is_the_same_road():
     assert not road.repeats[(road.s_m > 5.0) & (road.s_m < 300.0)].any()
 
 
-def test_edges_do_not_run_across_the_other_pass_of_a_crossing():
+def test_edges_are_hidden_on_the_other_pass_of_a_crossing():
     road = Road(CROSSING)
     for offset in (road.right_edge_m, road.left_edge_m):
         points, seen = road.lane_points(offset)
@@ -131,7 +126,7 @@ def test_any_route_gives_a_finite_road_with_unit_normals(name):
 @pytest.mark.parametrize(
     "name", ["tight left", "crossing", "roundabout", "two points", "100 laps", "random walk"]
 )
-def test_scenery_stands_on_no_pass_of_the_road_and_is_repeatable(name):
+def test_scenery_is_off_every_pass_of_the_road_and_repeatable(name):
     road = Road(ROUTES[name])
     scenery, again = road.scenery(3), Road(ROUTES[name]).scenery(3)
     assert np.array_equal(scenery.position_m, again.position_m) and np.array_equal(
@@ -161,11 +156,11 @@ def test_scenery_stands_on_no_pass_of_the_road_and_is_repeatable(name):
         [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]],
     ],
 )
-def test_a_route_without_a_direction_is_refused(bad):
+def test_route_without_a_direction_is_refused(bad):
     with pytest.raises(ValueError):
         Road(bad)
 
 
-def test_a_lane_without_a_width_is_refused():
+def test_lane_without_a_width_is_refused():
     with pytest.raises(ValueError):
         Road([[0.0, 0.0], [10.0, 0.0]], lane_width_m=0.0)

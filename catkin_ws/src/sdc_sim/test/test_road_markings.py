@@ -7,15 +7,15 @@ from sdc_sim.road.road_markings import road_markings, speed_colours
 STRAIGHT = np.column_stack([np.arange(0.0, 101.0), np.zeros(101)])
 
 
-def test_lines_of_a_straight_road_lie_where_the_road_says():
+def test_lines_of_a_straight_road_lie_at_their_offsets():
     road = Road(STRAIGHT)
-    paint = road_markings(road)
-    assert {round(float(y), 3) for y in paint.edges[:, :, 1].ravel()} == {
+    markings = road_markings(road)
+    assert {round(float(y), 3) for y in markings.edges[:, :, 1].ravel()} == {
         road.right_edge_m,
         road.left_edge_m,
     }
-    assert {round(float(y), 3) for y in paint.dashes[:, :, 1].ravel()} == {road.centre_line_m}
-    np.testing.assert_allclose(paint.dashes[:, 1, 0] - paint.dashes[:, 0, 0], 3.0)
+    assert {round(float(y), 3) for y in markings.dashes[:, :, 1].ravel()} == {road.centre_line_m}
+    np.testing.assert_allclose(markings.dashes[:, 1, 0] - markings.dashes[:, 0, 0], 3.0)
 
 
 def test_edges_have_no_gaps():
@@ -36,7 +36,7 @@ def test_surface_of_a_straight_road_has_its_area():
     )
 
 
-def test_edges_are_left_out_where_another_pass_lies_on_them():
+def test_edges_are_left_out_where_another_pass_covers_them():
     loop = np.concatenate([STRAIGHT, [(130.0, 30.0), (100.0, 60.0), (50.0, 60.0), (50.0, -60.0)]])
     x, y = road_markings(Road(loop)).edges.mean(axis=1).T
     assert (
@@ -47,7 +47,7 @@ def test_edges_are_left_out_where_another_pass_lies_on_them():
     ).any()  # but none across the pass to the east
 
 
-def test_colours_of_speeds():
+def test_colours_run_from_red_over_yellow_to_green():
     red, half, green, beyond = speed_colours([0.0, 5.0, 10.0, 30.0], 10.0)
     assert red[0] > 0.8 > red[1]
     assert half[0] > 0.8 and half[1] > 0.7
@@ -57,6 +57,6 @@ def test_colours_of_speeds():
 
 
 @pytest.mark.parametrize("full_speed_mps", [0.0, -1.0, float("nan")])
-def test_a_full_speed_is_needed(full_speed_mps):
+def test_full_speed_that_is_not_positive_is_refused(full_speed_mps):
     with pytest.raises(ValueError, match="green"):
         speed_colours([1.0], full_speed_mps)

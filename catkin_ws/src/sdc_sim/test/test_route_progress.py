@@ -39,27 +39,27 @@ def drive_straight(speed=10.0, offset=0.0, stop_at=100.0, rest_s=5.0, tick=0.05,
     return drive
 
 
-def test_parallel_line():
+def test_metrics_of_a_drive_parallel_to_the_route():
     drive = drive_straight(offset=0.3)
-    figures = drive.figures(10.0)
-    assert figures["status"] == COMPLETED
-    assert figures["cross_track_rms_m"] == pytest.approx(0.3)
-    assert figures["cross_track_max_m"] == pytest.approx(0.3)
-    assert figures["route_completion_percent"] == 100.0
-    assert figures["duration_s"] == pytest.approx(10.0, abs=0.1)
-    assert figures["time_ratio"] == pytest.approx(1.0, abs=0.01)
-    assert figures["speed_max_mps"] == 10.0
-    assert figures["cross_track_p95_m"] == pytest.approx(0.3)
-    assert figures["off_lane_percent"] == 0.0
-    assert drive.figures(10.0, lane_width_m=0.5)["off_lane_percent"] == pytest.approx(100.0)
+    metrics = drive.metrics(10.0)
+    assert metrics["status"] == COMPLETED
+    assert metrics["cross_track_rms_m"] == pytest.approx(0.3)
+    assert metrics["cross_track_max_m"] == pytest.approx(0.3)
+    assert metrics["route_completion_percent"] == 100.0
+    assert metrics["duration_s"] == pytest.approx(10.0, abs=0.1)
+    assert metrics["time_ratio"] == pytest.approx(1.0, abs=0.01)
+    assert metrics["speed_max_mps"] == 10.0
+    assert metrics["cross_track_p95_m"] == pytest.approx(0.3)
+    assert metrics["off_lane_percent"] == 0.0
+    assert drive.metrics(10.0, lane_width_m=0.5)["off_lane_percent"] == pytest.approx(100.0)
 
 
-def test_sides():
+def test_cross_track_error_is_positive_left_of_the_route():
     assert drive_straight(offset=0.3).samples[5].cross_track_m == pytest.approx(0.3)
     assert drive_straight(offset=-0.3).samples[5].cross_track_m == pytest.approx(-0.3)
 
 
-def test_circle_at_constant_speed():
+def test_metrics_of_a_circle_at_constant_speed():
     route = circle(20.0, 1.3)
     drive = RouteProgress(route, LIMITS)
     for tick in range(int(1.2 * 2.0 * math.pi * 20.0 / 5.0 / 0.05)):
@@ -71,43 +71,43 @@ def test_circle_at_constant_speed():
             angle + math.pi / 2,
             5.0 * 20.2 / 20.0,
         )
-    figures = drive.figures(30.0)
-    assert figures["cross_track_rms_m"] == pytest.approx(0.2, abs=0.01)
+    metrics = drive.metrics(30.0)
+    assert metrics["cross_track_rms_m"] == pytest.approx(0.2, abs=0.01)
     assert drive.samples[-1].cross_track_m < 0.0, "outside of a left bend is right"
-    assert figures["lateral_acceleration_max_mps2"] == pytest.approx(5.05**2 / 20.2, rel=0.02)
-    assert figures["longitudinal_acceleration_max_mps2"] == pytest.approx(0.0, abs=1e-9)
-    assert figures["route_completion_percent"] == pytest.approx(100.0 * 1.2 / 1.3, abs=0.5), (
+    assert metrics["lateral_acceleration_max_mps2"] == pytest.approx(5.05**2 / 20.2, rel=0.02)
+    assert metrics["longitudinal_acceleration_max_mps2"] == pytest.approx(0.0, abs=1e-9)
+    assert metrics["route_completion_percent"] == pytest.approx(100.0 * 1.2 / 1.3, abs=0.5), (
         "the second round is not the first"
     )
-    assert figures["heading_rms_rad"] < 0.03
-    assert figures["speed_mean_mps"] == pytest.approx(5.05)
-    assert figures["jerk_max_mps3"] == pytest.approx(0.0, abs=1e-6)
-    assert figures["comfortable"] is True
+    assert metrics["heading_rms_rad"] < 0.03
+    assert metrics["speed_mean_mps"] == pytest.approx(5.05)
+    assert metrics["jerk_max_mps3"] == pytest.approx(0.0, abs=1e-6)
+    assert metrics["comfortable"] is True
 
 
-def test_constant_acceleration():
+def test_constant_acceleration_is_measured():
     drive = RouteProgress(STRAIGHT, LIMITS)
     for tick in range(100):
         time = tick * 0.05
         drive.update(time, time * time, 0.0, 0.0, 2.0 * time)
-    figures = drive.figures(10.0)
-    assert figures["longitudinal_acceleration_max_mps2"] == pytest.approx(2.0, abs=1e-6)
-    assert figures["longitudinal_acceleration_min_mps2"] == pytest.approx(2.0, abs=1e-6)
-    assert figures["jerk_max_mps3"] == pytest.approx(0.0, abs=1e-6)
+    metrics = drive.metrics(10.0)
+    assert metrics["longitudinal_acceleration_max_mps2"] == pytest.approx(2.0, abs=1e-6)
+    assert metrics["longitudinal_acceleration_min_mps2"] == pytest.approx(2.0, abs=1e-6)
+    assert metrics["jerk_max_mps3"] == pytest.approx(0.0, abs=1e-6)
 
 
-def test_standing_still_is_blocked():
+def test_car_at_rest_is_blocked():
     assert drive_straight(stop_at=50.0, rest_s=1e9).status == BLOCKED
 
 
-def test_crawl_is_a_timeout():
+def test_slow_drive_ends_with_a_timeout():
     slow = LIMITS._replace(timeout_s=20.0)
     drive = drive_straight(speed=1.0, limits=slow)
     assert drive.status == TIMEOUT
     assert drive.completion_percent == pytest.approx(20.0, abs=1.0)
 
 
-def test_leaving_the_route():
+def test_drive_ends_when_the_car_leaves_the_route():
     drive = RouteProgress(STRAIGHT, LIMITS)
     for tick in range(200):
         drive.update(tick * 0.05, 5.0 + tick * 0.1, tick * 0.1, 0.7, 3.0)
@@ -125,40 +125,40 @@ def test_teleport_is_off_route_even_onto_another_part():
             break
     assert drive.status == OFF_ROUTE
     assert drive.samples[-1].time_s == pytest.approx(0.55)
-    figures = drive.figures(10.0)
-    assert figures["cross_track_max_m"] > 15.0
-    assert figures["route_completion_percent"] < 20.0
-    assert figures["comfortable"] is True, (
+    metrics = drive.metrics(10.0)
+    assert metrics["cross_track_max_m"] > 15.0
+    assert metrics["route_completion_percent"] < 20.0
+    assert metrics["comfortable"] is True, (
         "a place that leaps is no acceleration: speed and heading did not change"
     )
 
 
-def test_one_odometry_from_elsewhere_ends_no_drive():
+def test_single_odometry_far_away_does_not_end_the_drive():
     drive = RouteProgress(STRAIGHT, LIMITS)
     for tick in range(41):
         drive.update(0.05 * tick, 0.5 * tick + (50.0 if tick == 20 else 0.0), 0.0, 0.0, 10.0)
     assert drive.status is None
     assert drive.samples[-1].cross_track_m == pytest.approx(0.0)
     assert drive.samples[-1].s_m == pytest.approx(20.0)
-    assert drive.figures(10.0)["cross_track_max_m"] > 30.0, "but it is not hidden"
+    assert drive.metrics(10.0)["cross_track_max_m"] > 30.0, "the metrics contain it"
 
 
-def test_what_was_not_seen_is_looked_for_farther_ahead():
+def test_search_reaches_farther_ahead_after_a_gap():
     drive = RouteProgress(STRAIGHT, LIMITS)
     drive.update(0.0, 5.0, 0.0, 0.0, 10.0)
     drive.update(4.0, 45.0, 0.1, 0.0, 10.0)
     assert drive.samples[-1].s_m == pytest.approx(45.0)
-    assert drive.figures(10.0)["cross_track_max_m"] == pytest.approx(0.1)
+    assert drive.metrics(10.0)["cross_track_max_m"] == pytest.approx(0.1)
 
 
-def test_route_cut_short_is_aborted():
+def test_unfinished_drive_is_aborted():
     drive = drive_straight(stop_at=60.0, rest_s=1.0)
-    figures = drive.figures(10.0)
-    assert figures["status"] == "aborted"
-    assert figures["route_completion_percent"] == pytest.approx(60.0, abs=0.5)
+    metrics = drive.metrics(10.0)
+    assert metrics["status"] == "aborted"
+    assert metrics["route_completion_percent"] == pytest.approx(60.0, abs=0.5)
 
 
-def test_rolling_over_the_end_is_no_arrival_before_the_stop():
+def test_car_arrives_when_it_is_at_rest_and_not_before():
     drive = RouteProgress(STRAIGHT, LIMITS)
     drive.update(0.0, 90.0, 0.0, 0.0, 5.0)
     drive.update(0.05, 99.9, 0.0, 0.0, 5.0)
@@ -167,17 +167,17 @@ def test_rolling_over_the_end_is_no_arrival_before_the_stop():
     assert drive.status == COMPLETED
 
 
-def test_time_must_move_on():
+def test_time_that_goes_back_is_refused():
     drive = RouteProgress(STRAIGHT, LIMITS)
     drive.update(1.0, 0.0, 0.0, 0.0, 0.0)
     with pytest.raises(ValueError, match="time went"):
         drive.update(0.5, 0.0, 0.0, 0.0, 0.0)
 
 
-def test_too_short_to_tell():
+def test_jerk_of_a_single_sample_is_unknown():
     drive = RouteProgress(STRAIGHT, LIMITS)
     drive.update(1.0, 0.0, 0.0, 0.0, 0.0)
-    assert drive.figures(10.0)["jerk_max_mps3"] is None
+    assert drive.metrics(10.0)["jerk_max_mps3"] is None
 
 
 def test_limits_must_be_positive():
@@ -197,45 +197,45 @@ def drive_at(speed, ticks, drive=None, first=0):
 )
 def test_collision_ends_the_drive_and_counts_by_its_kind(kind, score):
     drive = drive_at(10.0, 11)
-    drive.collision(kind)
-    figures = drive.figures(10.0)
-    assert figures["status"] == COLLISION
-    assert figures["infractions"] == {
-        **dict.fromkeys(figures["infractions"], 0),
+    drive.add_collision(kind)
+    metrics = drive.metrics(10.0)
+    assert metrics["status"] == COLLISION
+    assert metrics["infractions"] == {
+        **dict.fromkeys(metrics["infractions"], 0),
         "collision_" + kind: 1,
     }
-    assert figures["driving_score"] == pytest.approx(0.01 * score * 5.0), "5 m of 100 m"
+    assert metrics["driving_score"] == pytest.approx(0.01 * score * 5.0), "5 m of 100 m"
     assert [event.name for event in drive.events] == ["collision_" + kind, COLLISION]
-    drive.collision(kind)
+    drive.add_collision(kind)
     assert drive.infractions["collision_" + kind] == 1
 
 
-def test_collision_ends_the_drive_at_its_own_time_whenever_it_is_heard():
+def test_collision_ends_the_drive_at_its_own_time_in_any_order_of_arrival():
     late, early = drive_at(10.0, 31), drive_at(10.0, 11)
-    late.collision("vehicle", 1.0)
-    early.collision("vehicle", 1.0)
+    late.add_collision("vehicle", 1.0)
+    early.add_collision("vehicle", 1.0)
     assert early.status is None
     drive_at(10.0, 10, early, first=11)
     assert late.status == early.status == COLLISION
     assert late.samples == early.samples
-    assert late.figures(10.0) == early.figures(10.0)
-    assert drive_at(10.0, 21).figures(10.0)["status"] == ABORTED
+    assert late.metrics(10.0) == early.metrics(10.0)
+    assert drive_at(10.0, 21).metrics(10.0)["status"] == ABORTED
 
 
-def test_other_infractions_count_and_the_drive_goes_on():
+def test_other_infractions_count_and_the_drive_continues():
     drive = drive_at(10.0, 11)
-    drive.infraction("red_light")
-    drive.infraction("red_light")
-    drive.infraction("stop")
+    drive.add_infraction("red_light")
+    drive.add_infraction("red_light")
+    drive.add_infraction("stop")
     assert drive.status is None
-    figures = drive.figures(10.0)
-    assert (figures["infractions"]["red_light"], figures["infractions"]["stop"]) == (2, 1)
-    assert figures["driving_score"] == pytest.approx(5.0 / (1.0 + 2 * 0.4 + 0.25))
+    metrics = drive.metrics(10.0)
+    assert (metrics["infractions"]["red_light"], metrics["infractions"]["stop"]) == (2, 1)
+    assert metrics["driving_score"] == pytest.approx(5.0 / (1.0 + 2 * 0.4 + 0.25))
     with pytest.raises(ValueError, match="red_light"):
-        drive.infraction("red_lihgt")
+        drive.add_infraction("red_lihgt")
 
 
-def test_memory_of_an_endless_drive():
+def test_drive_without_kept_samples_keeps_the_last_one():
     drive = RouteProgress(STRAIGHT, LIMITS, keep_samples=False)
     drive_at(10.0, 100, drive)
     assert len(drive.samples) == 1

@@ -1,3 +1,5 @@
+"""Tests of the messages for RViz."""
+
 import numpy as np
 import pytest
 from visualization_msgs.msg import Marker
@@ -9,14 +11,14 @@ from sdc_sim.ros.rviz_markers import car_markers, path_marker, road_markers, rou
 STRAIGHT = np.column_stack([np.arange(0.0, 101.0), np.zeros(101)])
 
 
-def test_route_has_every_point_in_the_map_frame():
+def test_route_path_has_all_points_in_the_map_frame():
     path = route_path(STRAIGHT)
     assert path.header.frame_id == "map"
     assert [pose.pose.position.x for pose in path.poses] == STRAIGHT[:, 0].tolist()
     assert {pose.pose.orientation.w for pose in path.poses} == {1.0}
 
 
-def test_local_path_is_coloured_by_its_speed():
+def test_local_path_is_coloured_by_speed():
     marker = path_marker([(0.0, 1.0, 10.0), (1.0, 1.0, 5.0), (2.0, 1.0, 0.0)], 10.0)
     assert (marker.header.frame_id, marker.type, marker.action) == (
         "map",
@@ -28,27 +30,27 @@ def test_local_path_is_coloured_by_its_speed():
     assert marker.colors[0].g > marker.colors[0].r and marker.colors[2].r > marker.colors[2].g
 
 
-def test_a_path_without_length_is_taken_away_and_a_bad_one_refused():
+def test_short_path_is_deleted_and_invalid_path_is_refused():
     for rows in ([], [(0.0, 0.0, 1.0)]):
         assert path_marker(rows, 10.0).action == Marker.DELETE
     with pytest.raises(ValueError, match="finite"):
         path_marker([(0.0, 0.0, 1.0), (float("nan"), 0.0, 1.0)], 10.0)
 
 
-def test_road_is_triangles_and_lines():
-    paint = road_markings(Road(STRAIGHT))
-    grass, asphalt, lines = road_markers(paint).markers
+def test_road_consists_of_triangles_and_lines():
+    markings = road_markings(Road(STRAIGHT))
+    grass, asphalt, lines = road_markers(markings).markers
     assert len(grass.points) == 6 and min(point.x for point in grass.points) < -100.0
     assert grass.points[0].z < asphalt.points[0].z < lines.points[0].z
     assert asphalt.type == Marker.TRIANGLE_LIST and len(asphalt.points) == 6 * len(
-        paint.surface
+        markings.surface
     ) == 3 * len(asphalt.colors)
     assert lines.type == Marker.LINE_LIST and len(lines.points) == 2 * (
-        len(paint.edges) + len(paint.dashes)
+        len(markings.edges) + len(markings.dashes)
     )
 
 
-def test_car_has_the_size_of_the_car_and_moves_with_its_frame():
+def test_car_has_real_size_and_is_locked_to_its_frame():
     markers = car_markers().markers
     assert len({(marker.ns, marker.id) for marker in markers}) == len(markers)
     assert {(marker.header.frame_id, marker.frame_locked) for marker in markers} == {

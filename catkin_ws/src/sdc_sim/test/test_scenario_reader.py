@@ -1,4 +1,4 @@
-"""A scenario is read as its author meant it, or refused in one line that names file, line, key and mend."""
+"""Tests of the scenario reader: valid files, and the one-line error of each mistake."""
 
 from __future__ import annotations
 
@@ -16,14 +16,9 @@ from sdc_common.routes.waypoint_file import load_waypoints
 from sdc_sim.physics.obstacles import KINDS, Obstacles
 from sdc_sim.physics.traffic_lights import TrafficLightPlan, TrafficLights
 from sdc_sim.scenario.acceptance_limits import AcceptanceLimits, RequiredStop
-from sdc_sim.scenario.reader import (
-    SIM_GROUPS,
-    SIM_NUMBERS,
-    load_lights,
-    load_obstacles,
-    load_scenario,
-)
-from sdc_sim.scenario.yaml_reader import ScenarioError
+from sdc_sim.scenario.reader import load_lights, load_obstacles, load_scenario
+from sdc_sim.scenario.schema import SIM_OPTIONS
+from sdc_sim.scenario.yaml_document import DocumentError
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 EXAMPLES = os.path.join(HERE, "..", "config", "obstacles")
@@ -37,18 +32,22 @@ def load(tmp_path, text):
     return load_obstacles(str(path), ROUTE)
 
 
-def test_none():
+def test_empty_path_has_no_obstacles():
     assert load_obstacles("", ROUTE) == []
 
 
-def test_map_frame(tmp_path):
+def test_points_in_map_frame_are_map_coordinates(tmp_path):
     standing, moving = load(
         tmp_path,
         """
 frame: map
 obstacles:
   - {kind: car, at: [3, -2.5], yaw_rad: 1.5}
-  - {kind: pedestrian, path: [[0, 1], [2, 3]], speed_mps: 1.4, trigger_m: 12, size_m: [0.6, 0.7, 1.8]}
+  - kind: pedestrian
+    path: [[0, 1], [2, 3]]
+    speed_mps: 1.4
+    trigger_m: 12
+    size_m: [0.6, 0.7, 1.8]
 """,
     )
     assert (standing.kind, standing.points_m, standing.yaw_rad, standing.size_m) == (
@@ -73,13 +72,13 @@ obstacles:
         ([150, -3], 103, 50, math.pi / 2),
     ],
 )
-def test_route_frame_counts_along_and_to_the_left(tmp_path, at, x, y, yaw):
+def test_points_in_route_frame_are_distances_along_and_left_of_the_route(tmp_path, at, x, y, yaw):
     (plan,) = load(tmp_path, f"frame: route\nobstacles: [{{kind: obstacle, at: {at}}}]")
     assert plan.points_m[0] == pytest.approx((x, y), abs=1e-6)
     assert plan.yaw_rad == pytest.approx(yaw, abs=1e-6)
 
 
-def test_examples_can_be_read():
+def test_packaged_obstacle_files_are_valid():
     route = Route(
         load_waypoints(os.path.join(HERE, "..", "..", "sdc_common", "data", "waypoints.csv"))
     )
@@ -95,33 +94,33 @@ ENTRY = "frame: map\nobstacles:\n  - "
 @pytest.mark.parametrize(
     ("text", "line", "message"),
     [
-        ("", None, "is empty"),
+        ("", None, "empty"),
         ("obstacles: []", None, "'frame' is missing"),
         ("frame: map", None, "'obstacles' is missing"),
         ("frame: rote\nobstacles: []", 1, "did you mean 'route'"),
         ("frame: map\nobstackles: []", 2, "did you mean 'obstacles'"),
-        ("frame: map\nobstacles: 7", 2, "is no list"),
-        ("frame: map\nobstacles: [7]", 2, "is no mapping"),
-        ("frame: map\nframe: map\nobstacles: []", 2, "twice"),
-        ("- 1\n- 2", 1, "is no mapping"),
-        ("frame: [map", None, "is no YAML"),
-        ("frame: map\nobstacles:\n\t- kind: car", 3, "is no YAML"),
-        (ENTRY + "at: [0, 0]", 3, "no 'kind'"),
+        ("frame: map\nobstacles: 7", 2, "must be a list"),
+        ("frame: map\nobstacles: [7]", 2, "must be a mapping"),
+        ("frame: map\nframe: map\nobstacles: []", 2, 'duplicate key "frame"'),
+        ("- 1\n- 2", 1, "must be a mapping"),
+        ("frame: [map", None, "not valid YAML"),
+        ("frame: map\nobstacles:\n\t- kind: car", 3, "not valid YAML"),
+        (ENTRY + "at: [0, 0]", 3, "'kind' is missing"),
         (ENTRY + "kind: cra\n    at: [0, 0]", 3, "did you mean 'car'"),
         (ENTRY + "kind: car\n    att: [0, 0]", 4, "did you mean 'at'"),
-        (ENTRY + "kind: car", 3, "either 'at"),
-        (ENTRY + "{kind: car, at: [0, 0], path: [[0, 0], [1, 1]], speed_mps: 1}", 3, "either 'at"),
-        (ENTRY + "kind: car\n    at: [0, one]", 4, "'at' is 'one'; give a number"),
-        (ENTRY + "kind: car\n    at: [0, .nan]", 4, "give a number"),
-        (ENTRY + "kind: car\n    at: [0, nan]", 4, "give a number from"),
-        (ENTRY + "kind: car\n    at: [0, 1e9]", 4, "give a number from"),
+        (ENTRY + "kind: car", 3, "either 'at'"),
+        (ENTRY + "{kind: car, at: [0, 0], path: [[0, 0], [1, 1]], speed_mps: 1}", 3, "either 'at'"),
+        (ENTRY + "kind: car\n    at: [0, one]", 4, "entry 2 of 'at' must be a number"),
+        (ENTRY + "kind: car\n    at: [0, .nan]", 4, "must be a number"),
+        (ENTRY + "kind: car\n    at: [0, nan]", 4, "must be a number from"),
+        (ENTRY + "kind: car\n    at: [0, 1e9]", 4, "must be a number from"),
         (ENTRY + "kind: car\n    at: [0]", 4, "list of 2 numbers"),
         (
             ENTRY + "kind: car\n    at: [0, 0]\n    speed_mps: 3",
             5,
-            "'speed_mps' belongs to an obstacle with 'path'",
+            "'path' is missing, 'speed_mps' needs it",
         ),
-        (ENTRY + "kind: car\n    path: [[0, 0], [1, 0]]", 3, "no 'speed_mps'"),
+        (ENTRY + "kind: car\n    path: [[0, 0], [1, 0]]", 4, "'speed_mps' is missing"),
         (ENTRY + "kind: car\n    path: [[0, 0], [1, 0]]\n    speed_mps: -1", 5, "from 0.01 to 60"),
         (
             ENTRY + "kind: car\n    path: [[0, 0], [1, 0]]\n    speed_mps: 1000",
@@ -131,39 +130,43 @@ ENTRY = "frame: map\nobstacles:\n  - "
         (
             ENTRY + "kind: car\n    path: [[0, 0], [1, 0]]\n    speed_mps: 1\n    yaw_rad: 1",
             6,
-            "belongs to an obstacle with 'at'",
+            "'at' is missing, 'yaw_rad' needs it",
         ),
-        (ENTRY + "kind: car\n    path: [[0, 0]]\n    speed_mps: 1", 4, "two points or more"),
+        (ENTRY + "kind: car\n    path: [[0, 0]]\n    speed_mps: 1", 4, "at least 2 points"),
         (ENTRY + "kind: car\n    path: [[0, 0], [0, 0]]\n    speed_mps: 1", 4, "repeats"),
         (
             ENTRY + "{kind: car, path: [[0, 0], [1, 0]], speed_mps: 1, start_s: 1, trigger_m: 1}",
             3,
-            "remove one of them",
+            "only one of 'start_s' and 'trigger_m'",
         ),
-        (ENTRY + "kind: car\n    at: [0, 0]\n    size_m: [1, 1, 0]", 5, "'size_m' is 0"),
+        (
+            ENTRY + "kind: car\n    at: [0, 0]\n    size_m: [1, 1, 0]",
+            5,
+            "entry 3 of 'size_m' must be a number from 0.05 to 50, got 0",
+        ),
         ("frame: route\nobstacles:\n  - kind: car\n    at: [5000, 0]", 4, "along a route of"),
     ],
 )
-def test_mistakes_are_named(tmp_path, text, line, message):
-    with pytest.raises(ScenarioError) as refusal:
+def test_error_names_line_and_fix_of_obstacle_mistake(tmp_path, text, line, message):
+    with pytest.raises(DocumentError) as refusal:
         load(tmp_path, text)
-    said = str(refusal.value)
-    assert "\n" not in said
-    assert said.startswith(str(tmp_path / "scenario.yaml"))
-    assert message in said
+    error = str(refusal.value)
+    assert "\n" not in error
+    assert error.startswith(str(tmp_path / "scenario.yaml"))
+    assert message in error
     if line:
-        assert f", line {line}: " in said
+        assert f", line {line}: " in error
 
 
-def test_file_that_is_not_there_or_no_text(tmp_path):
-    with pytest.raises(ScenarioError, match="nowhere.yaml: .*obstacles_path"):
+def test_missing_file_and_binary_file_are_refused(tmp_path):
+    with pytest.raises(DocumentError, match="nowhere.yaml: .*obstacles_path"):
         load_obstacles("/nowhere.yaml", ROUTE)
     (tmp_path / "picture.png").write_bytes(b"\x89PNG\xff\xfe")
-    with pytest.raises(ScenarioError, match="no text"):
+    with pytest.raises(DocumentError, match="not a text file"):
         load_obstacles(str(tmp_path / "picture.png"), ROUTE)
 
 
-# YAML as an author might have meant it, with everything that can be wrong in it: keys, kinds of values, nesting, tags.
+# YAML that is almost a scenario, with wrong keys, types, nesting and tags.
 ODD_WORDS = [
     "route",
     "map",
@@ -190,8 +193,7 @@ SCENARIO_KEYS = [
     "camera",
     "limits",
     "lights",
-    *SIM_NUMBERS,
-    *SIM_GROUPS,
+    *SIM_OPTIONS,
 ]
 PART_KEYS = [
     "kind",
@@ -275,26 +277,62 @@ CONTENTS = TEXTS.map(lambda text: text.encode("utf-8", "surrogatepass")) | st.bi
     max_examples=max(500, settings.default.max_examples), suppress_health_check=list(HealthCheck)
 )
 @given(CONTENTS)
-def test_fuzz_any_file_is_a_scenario_or_one_clear_refusal(tmp_path_factory, content):
+def test_any_file_is_a_valid_scenario_or_refused_in_one_line(tmp_path_factory, content):
     path = tmp_path_factory.getbasetemp() / "fuzz.yaml"
     path.write_bytes(content)
     try:
         scenario = load_scenario(str(path))
         plans, lights = load_obstacles(str(path), ROUTE), load_lights(str(path), ROUTE)
-    except ScenarioError as refusal:
+    except DocumentError as refusal:
         assert str(refusal).startswith(str(path))
         assert "\n" not in str(refusal)
     else:
         assert scenario.path == str(path)
-        for body in Obstacles(plans).bodies:
-            assert all(map(math.isfinite, body[2:]))
-        for lamp in TrafficLights(lights).lamps(12.3):
-            assert all(map(math.isfinite, lamp[1:4]))
+        for obstacle in Obstacles(plans).states:
+            assert all(map(math.isfinite, obstacle[2:]))
+        for light in TrafficLights(lights).states(12.3):
+            assert all(map(math.isfinite, light[1:4]))
 
 
-@pytest.mark.parametrize("text", ["[" * 5000, "{a: " * 5000, "- " * 5000])
-def test_a_file_nested_without_end_is_refused(tmp_path, text):
-    with pytest.raises(ScenarioError, match="nested too deep|no YAML"):
+def test_aliases_are_resolved(tmp_path):
+    path = write(tmp_path, "limits:\n  at_most: &same {ticks: 3}\n  at_least: *same")
+    limits = load_scenario(path).limits
+    assert limits.at_most == limits.at_least == {"ticks": 3}
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "a: &a [0, 0, 0]\n"
+        + "".join(f"{b}: &{b} [{f'*{a}, ' * 50}]\n" for a, b in zip("abcde", "bcdef")),
+        "seed: !!int seven",
+        "about: !!bool maybe",
+        "1: 2",
+    ],
+    ids=["alias bomb", "int tag", "bool tag", "key that is not text"],
+)
+def test_file_that_has_no_json_equivalent_is_refused(tmp_path, text):
+    with pytest.raises(DocumentError, match="not valid YAML"):
+        load_scenario(write(tmp_path, text))
+
+
+def test_unknown_key_is_reported_before_the_key_that_it_replaces(tmp_path):
+    with pytest.raises(
+        DocumentError, match="line 3: unknown key 'wihtin_m'; did you mean 'within_m'"
+    ):
+        load_scenario(write(tmp_path, "limits:\n  stops:\n    - {at_m: 5, wihtin_m: 1}"))
+
+
+def test_first_mistake_in_the_file_is_reported(tmp_path):
+    with pytest.raises(DocumentError, match="line 2: 'friction'"):
+        load_scenario(write(tmp_path, "about: x\nfriction: 9\nside_wind_mps: 900"))
+
+
+@pytest.mark.parametrize(
+    "text", ["[" * 1000, "{a: " * 1000, "- " * 1000], ids=["flow list", "flow mapping", "list"]
+)
+def test_deeply_nested_file_is_refused(tmp_path, text):
+    with pytest.raises(DocumentError, match="nested too deep|not valid YAML"):
         load(tmp_path, text)
 
 
@@ -330,7 +368,7 @@ def write(tmp_path, text):
     return str(path)
 
 
-def test_a_whole_scenario(tmp_path):
+def test_all_keys_of_a_scenario_are_read(tmp_path):
     path = write(tmp_path, WHOLE)
     scenario = load_scenario(path)
     assert (scenario.name, scenario.about, scenario.vehicle, scenario.stack, scenario.camera) == (
@@ -363,7 +401,7 @@ def test_a_whole_scenario(tmp_path):
     ]
 
 
-def test_what_a_scenario_leaves_out_is_as_usual(tmp_path):
+def test_missing_keys_have_default_values(tmp_path):
     path = write(tmp_path, "about: nothing special")
     scenario = load_scenario(path)
     assert (
@@ -384,15 +422,19 @@ LIGHT = "lights:\n  - "
     ("text", "line", "message"),
     [
         ("frictoin: 0.5", 1, "did you mean 'friction'"),
-        ("about: x\nfriction: slippery", 2, "'friction' is 'slippery'; give a number"),
+        (
+            "about: x\nfriction: slippery",
+            2,
+            "'friction' must be a number from 0.05 to 2, got 'slippery'",
+        ),
         ("friction: 3", 1, "from 0.05 to 2"),
         ("seed: 1.5", 1, "whole number"),
         ("odometry_noise:\n  positon_m: 1", 2, "did you mean 'position_m'"),
-        ("start:\n  left_m: far", 2, "'left_m' is 'far'"),
-        ("vehicle: ../../etc/passwd", 1, "no path"),
-        ("about: x\nstack: /tmp/evil", 2, "no path"),
-        ("camera: maybe", 1, "'camera' is 'maybe'"),
-        ("route: []", 1, "no part"),
+        ("start:\n  left_m: far", 2, "'left_m' must be a number from -50 to 50, got 'far'"),
+        ("vehicle: ../../etc/passwd", 1, "not a path"),
+        ("about: x\nstack: /tmp/evil", 2, "not a path"),
+        ("camera: maybe", 1, "'camera' must be true or false, got 'maybe'"),
+        ("route: []", 1, "must be a list of elements"),
         ("route:\n  - straight: 50", 2, "did you mean 'straight_m'"),
         ("route:\n  - straight_m: 50\n  - {left_deg: 90, radius_m: 10}", 3, "left_deg"),
         (
@@ -403,39 +445,43 @@ LIGHT = "lights:\n  - "
         ("route:\n  - straight_m: 15000\n  - straight_m: 15000", 3, "longer than"),
         ("limits:\n  at_most:\n    cross_track_maxi_m: 1", 3, "did you mean 'cross_track_max_m'"),
         ("limits:\n  status: compleat", 2, "'status' is 'compleat'"),
-        ("limits:\n  stops:\n    - at_m: 5", 3, "within_m"),
-        ("about: &a [*a]", 1, "must be a word"),
-        ("about: !!python/object/apply:os.system ['true']\nfriction: 1", 1, "must be a word"),
+        ("limits:\n  stops:\n    - at_m: 5", 3, "key 'within_m' is missing in entry 1 of 'stops'"),
+        ("about: &a [*a]", 1, "must be a line of text"),
+        (
+            "about: !!python/object/apply:os.system ['true']\nfriction: 1",
+            1,
+            "must be a line of text",
+        ),
         ("obstacles: []", None, "'frame' is missing"),
     ],
 )
-def test_mistakes_in_a_scenario_are_named(tmp_path, text, line, message):
+def test_error_names_line_and_fix_of_scenario_mistake(tmp_path, text, line, message):
     path = write(tmp_path, text)
-    with pytest.raises(ScenarioError) as refusal:
+    with pytest.raises(DocumentError) as refusal:
         load_scenario(path)
-    said = str(refusal.value)
-    assert "\n" not in said
-    assert said.startswith(path)
-    assert message in said
+    error = str(refusal.value)
+    assert "\n" not in error
+    assert error.startswith(path)
+    assert message in error
     if line:
-        assert f", line {line}: " in said
+        assert f", line {line}: " in error
 
 
 @pytest.mark.parametrize(
     ("text", "line", "message"),
     [
-        (LIGHT + "stop_line_m: 20", 2, "no 'phases'"),
-        (LIGHT + "phases: [red: 5]", 2, "no 'stop_line_m'"),
-        (LIGHT + "stop_line_m: 20\n    phases: []", 3, "no phase"),
+        (LIGHT + "stop_line_m: 20", 2, "'phases' is missing"),
+        (LIGHT + "phases: [red: 5]", 2, "'stop_line_m' is missing"),
+        (LIGHT + "stop_line_m: 20\n    phases: []", 3, "must be a list of phases"),
         (LIGHT + "stop_line_m: 20\n    phases: [blue: 5]", 3, "unknown key 'blue'"),
         (LIGHT + "stop_line_m: 20\n    phases: [{red: 5, green: 5}]", 3, "one colour"),
         (LIGHT + "stop_line_m: 20\n    phases: [red: 0]", 3, "from 0.05"),
         (LIGHT + "stop_line_m: 5000\n    phases: [red: 5]", 2, "along a route of"),
-        ("lights: 7", 1, "no list"),
+        ("lights: 7", 1, "must be a list"),
     ],
 )
-def test_mistakes_in_lights_are_named(tmp_path, text, line, message):
-    with pytest.raises(ScenarioError) as refusal:
+def test_error_names_line_and_fix_of_light_mistake(tmp_path, text, line, message):
+    with pytest.raises(DocumentError) as refusal:
         load_lights(write(tmp_path, text), ROUTE)
     assert f", line {line}: " in str(refusal.value)
     assert message in str(refusal.value)

@@ -1,4 +1,4 @@
-"""Odometry noise has the sigma and the seed it was given; a delay line gives back what was put in, that much later."""
+"""Odometry noise has its sigma and its seed; a delay line returns items after its delay."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from sdc_sim.simulation.sensors import DelayLine, OdometryNoise
 TRUE = (10.0, -5.0, 0.3, 8.0)
 
 
-def test_no_noise_leaves_the_odometry_untouched():
+def test_odometry_without_noise_is_unchanged():
     noise = OdometryNoise(seed=1)
     for _ in range(3):
         assert noise.apply(*TRUE) == TRUE
 
 
 @pytest.mark.parametrize("seed", [0, 7, 2**32 - 1])
-def test_seed_decides_the_noise(seed):
+def test_seed_determines_the_noise(seed):
     first, second = OdometryNoise(seed, 0.1, 0.01, 0.2), OdometryNoise(seed, 0.1, 0.01, 0.2)
     other = OdometryNoise(seed - 1 if seed else 1, 0.1, 0.01, 0.2)
     rows = [first.apply(*TRUE) for _ in range(5)]
@@ -41,7 +41,9 @@ def test_noise_has_its_sigmas_no_bias_and_no_correlation():
 @pytest.mark.parametrize(
     "kind,touched", [("position_m", {0, 1}), ("heading_rad", {2}), ("speed_mps", {3})]
 )
-def test_one_kind_of_noise_touches_its_own_figures_only_and_is_the_same_alone(kind, touched):
+def test_one_kind_of_noise_changes_only_its_own_values_and_does_not_depend_on_the_others(
+    kind, touched
+):
     alone = OdometryNoise(4, **{kind: 0.1})
     together = OdometryNoise(4, 0.1, 0.1, 0.1)
     for _ in range(5):
@@ -50,23 +52,35 @@ def test_one_kind_of_noise_touches_its_own_figures_only_and_is_the_same_alone(ki
             assert measured[index] == (all_noisy[index] if index in touched else TRUE[index])
 
 
-def test_measured_figures_are_plain_floats():
+def test_measured_values_are_plain_floats():
     assert all(type(value) is float for value in OdometryNoise(1, 0.1, 0.1, 0.1).apply(*TRUE))
+
+
+@pytest.mark.parametrize("draws", [0, 3])
+def test_reset_noise_continues_after_that_many_draws(draws):
+    used, new = OdometryNoise(7, 0.1), OdometryNoise(7, 0.1)
+    for _ in range(5):
+        used.apply(*TRUE)
+    used.reset(draws)
+    for _ in range(draws):
+        new.apply(*TRUE)
+    assert used.draws == draws
+    assert used.apply(*TRUE) == new.apply(*TRUE)
 
 
 @pytest.mark.parametrize("sigma", [-0.1, math.nan, math.inf])
 @pytest.mark.parametrize("kind", ["position_m", "heading_rad", "speed_mps"])
-def test_bad_sigma_is_refused_by_its_name(kind, sigma):
+def test_invalid_sigma_is_refused_by_its_name(kind, sigma):
     with pytest.raises(ValueError, match=kind):
         OdometryNoise(1, **{kind: sigma})
 
 
 @given(st.integers(0, 40), st.lists(st.integers(), max_size=80))
-def test_delay_gives_back_what_was_put_in_that_many_ticks_ago(ticks, items):
+def test_delay_line_returns_the_item_of_that_many_ticks_ago(ticks, items):
     delay = DelayLine(ticks * 0.05, 0.05)
-    given_back = [delay.put(item) for item in items]
+    returned = [delay.put(item) for item in items]
     assert delay.ticks == ticks
-    assert given_back == ([None] * ticks + items)[: len(items)]
+    assert returned == ([None] * ticks + items)[: len(items)]
 
 
 @pytest.mark.parametrize(
@@ -86,7 +100,7 @@ def test_delay_is_rounded_to_whole_ticks(delay_s, tick_s, ticks):
     assert DelayLine(delay_s, tick_s).ticks == ticks
 
 
-def test_cleared_line_fills_anew():
+def test_cleared_line_fills_again():
     delay = DelayLine(0.1, 0.05)
     assert [delay.put(item) for item in "abc"] == [None, None, "a"]
     delay.clear()
@@ -105,6 +119,6 @@ def test_cleared_line_fills_anew():
         (0.1, math.inf, "tick_s"),
     ],
 )
-def test_bad_delay_is_refused(delay_s, tick_s, name):
+def test_invalid_delay_is_refused(delay_s, tick_s, name):
     with pytest.raises(ValueError, match=name):
         DelayLine(delay_s, tick_s)

@@ -1,4 +1,4 @@
-"""Traffic lights show their phases, tick by tick, and the same every time."""
+"""Traffic lights show their phases at the right ticks."""
 
 import os
 
@@ -13,7 +13,8 @@ from sdc_sim.physics.traffic_lights import (
     TrafficLightPlan,
     TrafficLights,
 )
-from sdc_sim.physics.vehicle import Vehicle, load_vehicle
+from sdc_sim.physics.vehicle import Vehicle
+from sdc_sim.physics.vehicle_parameters import load_vehicle
 from sdc_sim.simulation.simulation import Simulation
 
 TESLA = os.path.join(
@@ -39,13 +40,13 @@ def test_phases_follow_each_other_and_repeat(elapsed_s, state):
     assert TrafficLightPlan(0.0, 0.0, 0.0, PHASES).state(elapsed_s) == state
 
 
-def test_the_offset_is_where_it_begins():
+def test_offset_is_the_position_in_the_phases_at_the_start():
     assert TrafficLightPlan(0.0, 0.0, 0.0, PHASES, offset_s=2.5).state(0.0) == GREEN
     assert TrafficLightPlan(0.0, 0.0, 0.0, PHASES, offset_s=-0.5).state(0.0) == OFF
 
 
-def test_the_world_senses_them_and_a_reset_begins_anew():
-    world = Simulation(
+def test_observation_shows_the_phases_and_a_reset_starts_them_again():
+    simulation = Simulation(
         Vehicle(load_vehicle(TESLA)),
         0.05,
         1.0,
@@ -53,11 +54,11 @@ def test_the_world_senses_them_and_a_reset_begins_anew():
     )
     shown = []
     for _ in range(80):
-        shown.append(world.sensed.lamps[0].state)
-        world.advance()
+        shown.append(simulation.observation.traffic_lights[0].state)
+        simulation.step()
     assert shown == [RED] * 40 + [GREEN] * 20 + [YELLOW] * 10 + [OFF] * 10
     for _ in range(45):
-        world.advance()
-    world.reset()
-    world.look_again()
-    assert world.sensed.lamps[0] == (FIRST_ID, 54.0, -2.7, 0.0, RED)
+        simulation.step()
+    assert simulation.observation.traffic_lights[0].state == GREEN
+    simulation.reset()
+    assert simulation.observation.traffic_lights[0] == (FIRST_ID, 54.0, -2.7, 0.0, RED)

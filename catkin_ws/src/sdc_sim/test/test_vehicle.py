@@ -1,6 +1,7 @@
-"""Evidence for the physics: theory, an independent model, the car's own figures, and laws that hold for any drive.
+"""Validate the vehicle model: theory, an independent model, data of the car, physical laws.
 
-The tests named figure_* print what they measured: python3 -m pytest -rP -k figure test/test_vehicle.py
+The tests named measured_* print what they measure:
+python3 -m pytest -rP -k measured test/test_vehicle.py
 """
 
 from __future__ import annotations
@@ -15,14 +16,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sdc_sim.physics.vehicle import (
-    Vehicle,
-    VehicleCommand,
-    VehicleError,
-    VehicleParameters,
-    VehicleState,
-    load_vehicle,
-)
+from sdc_sim.physics.vehicle import Vehicle, VehicleCommand, VehicleState
+from sdc_sim.physics.vehicle_parameters import VehicleError, VehicleParameters, load_vehicle
 
 PRESET_FOLDER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "config", "vehicles")
 PRESETS = ("tesla_model3", "ford_escort", "bmw_320i", "vw_vanagon", "snider2009")
@@ -30,11 +25,12 @@ TICK_S = 0.05
 KMH = 1.0 / 3.6
 
 # (preset, manoeuvre, speed m/s, steering rate rad/s, final wheel angle rad, rows of
-# (time s, x m, y m, yaw rad, yaw rate rad/s, lateral speed m/s)), reference point: centre of gravity.
-# Made with commonroad-vehicle-models 3.0.2 from PyPI, its parameter sets 1 to 3, no acceleration asked for: `init_std`
-# and `vehicle_dynamics_std` ("drift": Magic Formula, combined slip, wheel speeds) or `vehicle_dynamics_st` ("single
-# track": linear tyres, constant speed), steered at the rate until the angle, by scipy.integrate.solve_ivp(
-# method="LSODA", rtol=1e-9, atol=1e-9), started again where the steering stops. Lateral speed is v sin(slip angle).
+# (time s, x m, y m, yaw rad, yaw rate rad/s, lateral speed m/s)) of the centre of gravity.
+# Source: commonroad-vehicle-models 3.0.2 from PyPI, parameter sets 1 to 3, without acceleration:
+# `init_std` and `vehicle_dynamics_std` ("drift": Magic Formula, combined slip, wheel speeds) or
+# `vehicle_dynamics_st` ("single track": linear tyres, constant speed). The steering moves at the
+# rate to the angle. Integrated by scipy.integrate.solve_ivp(method="LSODA", rtol=1e-9, atol=1e-9),
+# started again where the steering stops. Lateral speed is v sin(slip angle).
 GOLDEN = [
     (
         "ford_escort",
@@ -178,19 +174,19 @@ def kinetic_energy_j(parameters, state):
 
 
 def cruise(vehicle, speed_mps, steer, duration_s, step_s=TICK_S):
-    """Hold a speed with the pedals and a steer position for a while."""
+    """Hold a speed with the pedals, and a steer position."""
     for _ in range(round(duration_s / step_s)):
         wanted = 1.5 * (speed_mps - vehicle.state.speed_mps)
         throttle = 0.3 + (wanted + 0.4) / 7.0
         vehicle.step(VehicleCommand(throttle, steer, max(0.0, -wanted / 7.0)).clamped()[0], step_s)
 
 
-# Steady state ------------------------------------------------------------------------------------------------------
+# Steady state
 
 
 @pytest.mark.parametrize("name", PRESETS)
 @pytest.mark.parametrize("speed_mps", [0.5, 1.0, 2.0])
-def test_figure_walking_speed_circle_is_kinematic(name, speed_mps):
+def test_measured_circle_at_walking_speed_is_kinematic(name, speed_mps):
     parameters = preset(name)
     vehicle = rolling_car(parameters, speed_mps)
     cruise(vehicle, speed_mps, -0.5, 15.0)
@@ -203,7 +199,7 @@ def test_figure_walking_speed_circle_is_kinematic(name, speed_mps):
     assert radius_m == pytest.approx(kinematic_m, rel=0.02)
 
 
-def test_figure_turn_of_4_m_at_3_mps_matches_the_geometry():
+def test_measured_turn_of_4_m_at_3_mps_matches_the_geometry():
     parameters = preset()
     angle_rad = math.atan(parameters.wheelbase_m / math.sqrt(4.0**2 - parameters.rear_axle_m**2))
     vehicle = rolling_car(parameters, 3.0)
@@ -211,13 +207,13 @@ def test_figure_turn_of_4_m_at_3_mps_matches_the_geometry():
     state = vehicle.state
     assert state.speed_mps == pytest.approx(3.0, abs=0.1)
     radius_m = math.hypot(state.speed_mps, state.lateral_speed_mps) / -state.yaw_rate_radps
-    print(f"radius {radius_m:.3f} m at {state.speed_mps:.2f} m/s, asked for 4.000 m")
+    print(f"radius {radius_m:.3f} m at {state.speed_mps:.2f} m/s, expected 4.000 m")
     assert radius_m == pytest.approx(4.0, rel=0.03)
 
 
 @pytest.mark.parametrize("front,rear", [(130e3, 150e3), (100e3, 160e3), (160e3, 150e3)])
 @pytest.mark.parametrize("speed_mps", [8.0, 15.0, 25.0])
-def test_figure_steady_circle_follows_the_understeer_gradient(speed_mps, front, rear):
+def test_measured_steady_circle_follows_the_understeer_gradient(speed_mps, front, rear):
     parameters = rolling_free(
         front_cornering_stiffness_n_per_rad=front, rear_cornering_stiffness_n_per_rad=rear
     )
@@ -234,13 +230,14 @@ def test_figure_steady_circle_follows_the_understeer_gradient(speed_mps, front, 
         / (parameters.wheelbase_m + parameters.understeer_gradient * state.speed_mps**2)
     )
     print(
-        f"{speed_mps} m/s, gradient {parameters.understeer_gradient * 1e3:.2f} mrad/(m/s^2): radius "
+        f"{speed_mps} m/s, gradient {parameters.understeer_gradient * 1e3:.2f} mrad/(m/s^2): "
+        "radius "
         f"{state.speed_mps / state.yaw_rate_radps:.1f} m, theory {state.speed_mps / theory:.1f} m"
     )
     assert state.yaw_rate_radps == pytest.approx(theory, rel=0.01)
 
 
-def test_understeer_gradient_of_the_default_car_is_that_of_a_road_car():
+def test_default_vehicle_understeers_like_a_road_car():
     degrees_per_g = math.degrees(preset().understeer_gradient) * 9.81
     assert 0.2 < degrees_per_g < 2.0
 
@@ -261,13 +258,15 @@ def test_full_wheel_angle_shrinks_with_speed(speed_kmh, share):
     )
 
 
-# An independent model ----------------------------------------------------------------------------------------------
+# An independent model
 
 
 @pytest.mark.parametrize("name,manoeuvre,speed_mps,rate_radps,angle_rad,rows", GOLDEN)
-def test_figure_steering_like_commonroad(name, manoeuvre, speed_mps, rate_radps, angle_rad, rows):
+def test_measured_steering_response_agrees_with_commonroad(
+    name, manoeuvre, speed_mps, rate_radps, angle_rad, rows
+):
     full_rad = preset(name).max_wheel_angle_rad
-    # CommonRoad's axle loads follow the acceleration asked for, here none: so do ours without a height.
+    # CommonRoad's axle loads follow the demanded acceleration, here zero. Height 0: no transfer.
     vehicle = rolling_car(
         rolling_free(name, steer_travel_s=2.0 * full_rad / rate_radps, cg_height_m=1e-9), speed_mps
     )
@@ -299,7 +298,7 @@ def test_figure_steering_like_commonroad(name, manoeuvre, speed_mps, rate_radps,
     assert worst["lateral speed m/s"] < 0.03 * peak[1] + 0.002
 
 
-# The car's own figures ---------------------------------------------------------------------------------------------
+# Data of the car
 
 
 def time_to_speed_s(vehicle, speed_mps):
@@ -311,13 +310,13 @@ def time_to_speed_s(vehicle, speed_mps):
     return seconds
 
 
-def test_figure_0_to_100_kmh():
+def test_measured_time_from_0_to_100_kmh_is_7_5_s():
     seconds = time_to_speed_s(Vehicle(preset()), 100.0 * KMH)
     print(f"0-100 km/h in {seconds:.2f} s")
     assert seconds == pytest.approx(7.5, rel=0.05)
 
 
-def test_figure_half_throttle_at_rest():
+def test_measured_acceleration_at_half_throttle_is_1_4_mps2():
     vehicle = Vehicle(preset())
     vehicle.step(VehicleCommand(throttle=0.5), 0.3)
     acceleration = vehicle.state.longitudinal_acceleration_mps2
@@ -327,13 +326,13 @@ def test_figure_half_throttle_at_rest():
 
 @pytest.mark.parametrize("name", PRESETS)
 @pytest.mark.parametrize("throttle", [0.0, 0.1, 0.2, 0.3])
-def test_small_throttle_does_not_move_a_standing_car(name, throttle):
+def test_small_throttle_does_not_move_a_vehicle_at_rest(name, throttle):
     vehicle = Vehicle(preset(name))
     vehicle.step(VehicleCommand(throttle=throttle), 20.0)
     assert (vehicle.state.x_m, vehicle.state.speed_mps) == (0.0, 0.0)
 
 
-def test_figure_full_brake():
+def test_measured_full_brake_decelerates_with_7_3_mps2():
     vehicle = rolling_car(preset(), 50.0 * KMH)
     seconds, decelerations = 0.0, []
     while vehicle.state.speed_mps > 0.0:
@@ -343,10 +342,11 @@ def test_figure_full_brake():
     held = decelerations[50:-1]
     distance_m = vehicle.state.x_m
     print(
-        f"full brake {sum(held) / len(held):.2f} m/s^2, 50-0 km/h in {distance_m:.2f} m and {seconds:.2f} s"
+        f"full brake {sum(held) / len(held):.2f} m/s^2, "
+        f"50-0 km/h in {distance_m:.2f} m and {seconds:.2f} s"
     )
     assert sum(held) / len(held) == pytest.approx(7.3, rel=0.05)
-    # Pedal lag and a constant 7.3 m/s^2 need v T/2 + v^2/2a = 14.4 m: the 11.3 m sometimes quoted would need 9.5 m/s^2.
+    # v T/2 + v^2/2a with the pedal time and 7.3 m/s^2 is 14.4 m; 11.3 m would need 9.5 m/s^2.
     assert distance_m == pytest.approx(50.0 * KMH / 12.0 + (50.0 * KMH) ** 2 / 14.6, rel=0.02)
 
 
@@ -370,7 +370,7 @@ def test_steering_takes_two_fifths_of_a_second_from_end_to_end():
     assert vehicle.state.wheel_angle_rad == pytest.approx(-0.8145, rel=1e-3)
 
 
-def test_positive_steer_turns_right_and_reverse_backs_round_the_same_circle():
+def test_positive_steer_turns_right_forward_and_in_reverse():
     vehicle = rolling_car(preset(), 2.0)
     vehicle.step(VehicleCommand(steer=0.5), 1.0)
     assert vehicle.state.yaw_rad < -0.2 and vehicle.state.y_m < 0.0
@@ -391,7 +391,7 @@ def test_reverse_is_limited_in_speed():
     assert -8.0 < vehicle.state.speed_mps < -7.5
 
 
-# Standstill --------------------------------------------------------------------------------------------------------
+# Standstill
 
 HOLDS = {
     "nothing pressed": VehicleCommand(),
@@ -406,7 +406,7 @@ HOLDS = {
 @pytest.mark.parametrize("wind_mps", [0.0, 20.0])
 @pytest.mark.parametrize("name", PRESETS)
 @pytest.mark.parametrize("title", HOLDS)
-def test_standing_car_stays_where_it_is(title, name, wind_mps):
+def test_vehicle_at_rest_stays_in_place(title, name, wind_mps):
     vehicle = Vehicle(preset(name), side_wind_mps=wind_mps)
     vehicle.reset(3.0, -2.0, 0.7)
     pressed = dataclasses.replace(HOLDS[title], throttle=0.0)
@@ -429,7 +429,7 @@ def test_standing_car_stays_where_it_is(title, name, wind_mps):
     ],
 )
 @pytest.mark.parametrize("speed_mps", [0.1, 4.0, -4.0, 12.0])
-def test_car_settles_to_exactly_zero_and_never_reverses(command, speed_mps, steer, wind_mps):
+def test_vehicle_stops_exactly_and_never_reverses(command, speed_mps, steer, wind_mps):
     vehicle = rolling_car(preset(), speed_mps, side_wind_mps=wind_mps)
     command = dataclasses.replace(command, steer=steer)
     spinning = command.hand_brake and abs(speed_mps) > 5.0 and steer
@@ -442,12 +442,12 @@ def test_car_settles_to_exactly_zero_and_never_reverses(command, speed_mps, stee
     assert (state.longitudinal_acceleration_mps2, state.lateral_acceleration_mps2) == (0.0, 0.0)
 
 
-# Blend into the kinematic model ------------------------------------------------------------------------------------
+# Blend into the kinematic model
 
 
 @pytest.mark.parametrize("name", PRESETS)
 @pytest.mark.parametrize("reverse", [False, True])
-def test_figure_slalom_at_walking_speed_follows_the_kinematic_model(name, reverse):
+def test_measured_slalom_at_walking_speed_follows_the_kinematic_model(name, reverse):
     parameters = preset(name, steer_travel_s=2.0)
     vehicle = rolling_car(parameters, 0.0)
     x_m = y_m = yaw_rad = distance_m = 0.0
@@ -470,36 +470,38 @@ def test_figure_slalom_at_walking_speed_follows_the_kinematic_model(name, revers
         distance_m += 0.005 * abs(speed)
     apart_m = math.hypot(vehicle.state.x_m - x_m, vehicle.state.y_m - y_m)
     print(
-        f"{name}{' in reverse' if reverse else ''}: {apart_m * 100:.1f} cm apart after {distance_m:.1f} m"
+        f"{name}{' in reverse' if reverse else ''}: "
+        f"{apart_m * 100:.1f} cm apart after {distance_m:.1f} m"
     )
     assert distance_m > 20.0
     assert apart_m < 0.02 * distance_m
 
 
-def test_figure_no_jump_through_the_blend():
-    """From rest to 8 m/s in a bend: in one internal step of 5 ms neither motion nor acceleration leaps."""
+def test_measured_motion_has_no_jump_in_the_blend():
+    """From rest to 8 m/s in a bend neither motion nor acceleration jumps in a step of 5 ms."""
     vehicle = Vehicle(preset())
     vehicle.step(VehicleCommand(steer=-0.25), 1.0)
-    rate_leap = acceleration_leap = 0.0
+    rate_jump = acceleration_jump = 0.0
     before = vehicle.state
     for _ in range(1200):
         vehicle.step(VehicleCommand(throttle=0.5, steer=-0.25), 0.005)
         after = vehicle.state
-        rate_leap = max(rate_leap, abs(after.yaw_rate_radps - before.yaw_rate_radps))
-        acceleration_leap = max(
-            acceleration_leap,
+        rate_jump = max(rate_jump, abs(after.yaw_rate_radps - before.yaw_rate_radps))
+        acceleration_jump = max(
+            acceleration_jump,
             abs(after.lateral_acceleration_mps2 - before.lateral_acceleration_mps2),
         )
         before = after
     print(
-        f"largest change in 5 ms: yaw rate {rate_leap:.5f} rad/s, lateral acceleration {acceleration_leap:.4f} m/s^2"
+        f"largest change in 5 ms: yaw rate {rate_jump:.5f} rad/s, "
+        f"lateral acceleration {acceleration_jump:.4f} m/s^2"
     )
     assert before.speed_mps > 6.0
-    assert rate_leap < 0.002
-    assert acceleration_leap < 0.05
+    assert rate_jump < 0.002
+    assert acceleration_jump < 0.05
 
 
-# Laws --------------------------------------------------------------------------------------------------------------
+# Laws
 
 finite_commands = st.builds(
     VehicleCommand,
@@ -574,7 +576,7 @@ def test_any_drive_stays_finite_and_sane(name, friction, wind_mps, drive):
     st.lists(unpowered_commands, min_size=1, max_size=10),
 )
 def test_energy_is_never_created(name, friction, speed_mps, lateral_mps, yaw_rate_radps, commands):
-    """Coasting, steering, braking, sliding and spinning: without throttle each internal step loses kinetic energy."""
+    """Without throttle each internal step loses kinetic energy, also in a slide and in a spin."""
     parameters = preset(name)
     vehicle = Vehicle(parameters, friction=friction)
     vehicle.state = VehicleState(
@@ -644,7 +646,7 @@ def test_tyres_stay_inside_the_friction_circle(speed_mps, friction, steer, throt
         assert felt <= friction * parameters.tyre_friction * 9.81 * 1.001
 
 
-def test_turning_over_to_a_stop_takes_the_same_time_whatever_the_tick():
+def test_braking_in_a_turn_does_not_depend_on_the_tick():
     coarse, fine = rolling_car(preset(), 10.0), rolling_car(preset(), 10.0)
     command = VehicleCommand(steer=0.2, brake=0.4)
     for _ in range(20):
@@ -657,7 +659,7 @@ def test_turning_over_to_a_stop_takes_the_same_time_whatever_the_tick():
 
 
 def drive_of_60_s(internal_step_s, name="tesla_model3"):
-    """Away, a slalom, a hard bend, a stop, back round a corner, and away again: the end and the way's length."""
+    """Return the last state and the distance of a drive with a slalom, a stop and reverse."""
     vehicle = Vehicle(preset(name), internal_step_s=internal_step_s)
     travelled_m = 0.0
     for tick in range(1200):
@@ -685,26 +687,27 @@ def drive_of_60_s(internal_step_s, name="tesla_model3"):
 
 
 @pytest.mark.parametrize("name", PRESETS)
-def test_figure_halving_the_step_moves_the_end_of_60_s_by_centimetres(name):
+def test_measured_halving_the_step_moves_the_end_of_60_s_by_centimetres(name):
     whole, travelled_m = drive_of_60_s(0.005, name)
     half, _ = drive_of_60_s(0.0025, name)
     fine, _ = drive_of_60_s(0.00125, name)
     moved_m = math.hypot(half.x_m - whole.x_m, half.y_m - whole.y_m)
     again_m = math.hypot(fine.x_m - half.x_m, fine.y_m - half.y_m)
     print(
-        f"{name}: {travelled_m:.0f} m in 60 s; halving 5 ms moves the end by {moved_m * 100:.2f} cm, "
-        f"once more {again_m * 100:.2f} cm"
+        f"{name}: {travelled_m:.0f} m in 60 s; "
+        f"halving 5 ms moves the end by {moved_m * 100:.2f} cm, "
+        f"again {again_m * 100:.2f} cm"
     )
     assert travelled_m > 300.0
     assert moved_m < 0.06
     assert again_m < 0.8 * moved_m + 0.001
 
 
-# Options -----------------------------------------------------------------------------------------------------------
+# Options
 
 
 @pytest.mark.parametrize("friction", [0.2, 0.5, 0.8])
-def test_figure_friction_scales_the_grip(friction):
+def test_measured_friction_scales_the_grip(friction):
     vehicle = rolling_car(rolling_free(), 20.0, friction=friction)
     vehicle.step(VehicleCommand(brake=1.0), 1.0)
     braking = -vehicle.state.longitudinal_acceleration_mps2
@@ -745,8 +748,8 @@ def test_braking_takes_grip_from_cornering():
     assert braked.state.lateral_acceleration_mps2 < 0.85 * free.state.lateral_acceleration_mps2
 
 
-def test_braking_loads_the_front_axle_and_so_tightens_the_bend():
-    """The nose turns in when the car is slowed in a bend: with the load transfer taken away it turns in less."""
+def test_braking_loads_the_front_axle_and_tightens_the_bend():
+    """Braking in a bend turns the vehicle in; without load transfer it turns in less."""
     yaw_rates = []
     for height_m in (0.45, 1e-6):
         vehicle = rolling_car(rolling_free(cg_height_m=height_m), 20.0)
@@ -755,7 +758,7 @@ def test_braking_loads_the_front_axle_and_so_tightens_the_bend():
     assert yaw_rates[0] > 1.02 * yaw_rates[1]
 
 
-def test_hand_brake_locks_the_rear_and_swings_the_car_round():
+def test_hand_brake_locks_the_rear_and_turns_the_vehicle():
     turns = []
     for hand_brake in (False, True):
         vehicle = rolling_car(preset(), 14.0)
@@ -766,7 +769,7 @@ def test_hand_brake_locks_the_rear_and_swings_the_car_round():
 
 
 @pytest.mark.parametrize("wind_mps", [8.0, -8.0])
-def test_figure_side_wind_pushes(wind_mps):
+def test_measured_side_wind_pushes(wind_mps):
     vehicle = rolling_car(preset(), 25.0, side_wind_mps=wind_mps)
     vehicle.step(VehicleCommand(throttle=0.35), 3.0)
     print(f"side wind {wind_mps} m/s at 25 m/s: {vehicle.state.y_m:.2f} m sideways in 3 s")
@@ -774,7 +777,7 @@ def test_figure_side_wind_pushes(wind_mps):
     assert 0.05 < abs(vehicle.state.y_m) < 3.0
 
 
-def test_figure_step_of_a_tick_costs_microseconds():
+def test_measured_tick_takes_less_than_a_millisecond():
     vehicle = rolling_car(preset(), 10.0)
     command = VehicleCommand(0.35, 0.1)
     best_s = math.inf
@@ -787,12 +790,12 @@ def test_figure_step_of_a_tick_costs_microseconds():
     assert best_s < 1e-3
 
 
-# Bad input ---------------------------------------------------------------------------------------------------------
+# Bad input
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
 @pytest.mark.parametrize("key", ["throttle", "steer", "brake"])
-def test_command_with_no_number_is_refused_and_leaves_the_car_as_it_was(key, value):
+def test_command_with_nan_is_refused_and_does_not_change_the_state(key, value):
     vehicle = rolling_car(preset(), 5.0)
     before = copy.deepcopy(vehicle.state)
     with pytest.raises(ValueError, match=key):
@@ -800,7 +803,7 @@ def test_command_with_no_number_is_refused_and_leaves_the_car_as_it_was(key, val
     assert vehicle.state == before
 
 
-def test_command_out_of_range_is_clamped_and_said_so():
+def test_command_out_of_range_is_clamped_and_reported():
     limited, was_limited = VehicleCommand(
         throttle=7.0, steer=-3.0, brake=-1.0, hand_brake=True, reverse=True
     ).clamped()
@@ -815,7 +818,7 @@ def test_bad_duration_is_refused(duration_s):
         Vehicle(preset()).step(VehicleCommand(), duration_s)
 
 
-def test_no_duration_changes_nothing_and_a_tiny_one_little():
+def test_zero_duration_changes_nothing_and_a_tiny_one_little():
     vehicle = rolling_car(preset(), 5.0)
     before = copy.deepcopy(vehicle.state)
     vehicle.step(VehicleCommand(throttle=1.0), 0.0)
@@ -838,12 +841,12 @@ def test_no_duration_changes_nothing_and_a_tiny_one_little():
         {"internal_step_s": math.nan},
     ],
 )
-def test_bad_option_is_refused_by_its_name(options):
+def test_invalid_option_is_refused_by_its_name(options):
     with pytest.raises(ValueError, match=list(options)[0]):
         Vehicle(preset(), **options)
 
 
-def test_car_too_stiff_for_the_step_is_refused():
+def test_vehicle_too_stiff_for_the_step_is_refused():
     with pytest.raises(ValueError, match="internal_step_s"):
         Vehicle(preset(front_cornering_stiffness_n_per_rad=5e6))
 
@@ -857,7 +860,7 @@ def test_car_too_stiff_for_the_step_is_refused():
         (0.0, 0.0, 0.0, -math.inf),
     ],
 )
-def test_reset_to_no_number_is_refused(place):
+def test_reset_to_nan_is_refused(place):
     with pytest.raises(ValueError, match="reset refused"):
         Vehicle(preset()).reset(*place)
 
@@ -872,7 +875,7 @@ def test_reset_forgets_everything():
 
 
 @pytest.mark.parametrize("name", PRESETS)
-def test_every_preset_loads_and_each_figure_has_its_unit(name):
+def test_every_preset_loads_and_each_value_has_its_unit(name):
     path = os.path.join(PRESET_FOLDER, name + ".yaml")
     assert isinstance(load_vehicle(path), VehicleParameters)
     with open(path, encoding="utf-8") as file:
@@ -880,7 +883,7 @@ def test_every_preset_loads_and_each_figure_has_its_unit(name):
             assert not line.strip() or line.startswith("#") or " # " in line
 
 
-def test_no_preset_goes_untested():
+def test_every_preset_is_tested():
     assert sorted(os.listdir(PRESET_FOLDER)) == sorted(name + ".yaml" for name in PRESETS)
 
 
@@ -889,16 +892,16 @@ def good_preset_lines():
         return [line.split("#")[0].rstrip() for line in file if ":" in line.split("#")[0]]
 
 
-# (title, key whose line is replaced, the new line or None to leave it out, words that the message must hold)
+# (title, key whose line is replaced, new line or None to remove it, words in the message)
 BAD_PRESETS = [
     ("missing key", "mass_kg", None, ["'mass_kg'", "missing", "add the line"]),
     ("misspelt key", "mass_kg", "mas_kg: 1845.0", ["line 1", "'mas_kg'", "did you mean 'mass_kg'"]),
-    ("alien key", "mass_kg", "mass_kg: 1845.0\nzebra: 1", ["line 2", "'zebra'", "remove the line"]),
+    ("alien key", "mass_kg", "mass_kg: 1845.0\nzebra: 1", ["line 2", "'zebra'", "remove it"]),
     (
         "key given twice",
         "mass_kg",
         "mass_kg: 1845.0\nmass_kg: 1800.0",
-        ["lines 1 and 2", "'mass_kg'", "remove one"],
+        ["line 2", "mass_kg", "duplicate", "correct it"],
     ),
     ("negative", "mass_kg", "mass_kg: -1845.0", ["line 1", "'mass_kg'", "positive", "-1845"]),
     (
@@ -965,18 +968,18 @@ BAD_PRESETS = [
         "drive_forces_n: [0, 9, 5, 10]",
         ["'drive_forces_n'", "never fall"],
     ),
-    ("broken YAML", "mass_kg", "mass_kg: [1, 2", ["no YAML", "line"]),
+    ("broken YAML", "mass_kg", "mass_kg: [1, 2", ["not valid YAML", "line"]),
     (
         "code in YAML",
         "mass_kg",
         "mass_kg: !!python/object/apply:os.getcwd []",
-        ["no YAML", "line 1"],
+        ["line 1", "'mass_kg'", "a list"],
     ),
 ]
 
 
 @pytest.mark.parametrize("title,key,line,words", BAD_PRESETS, ids=[case[0] for case in BAD_PRESETS])
-def test_bad_preset_is_refused_in_one_clear_line(tmp_path, title, key, line, words):
+def test_invalid_preset_is_refused_in_one_line(tmp_path, title, key, line, words):
     lines = [line if text.split(":")[0] == key else text for text in good_preset_lines()]
     path = tmp_path / "bad.yaml"
     path.write_text("\n".join(text for text in lines if text is not None) + "\n")
@@ -1003,7 +1006,7 @@ def test_missing_file_and_folder_are_refused(tmp_path):
             load_vehicle(str(path))
 
 
-def test_number_that_yaml_takes_for_a_word_is_read(tmp_path):
+def test_number_that_yaml_reads_as_text_is_converted(tmp_path):
     lines = [
         "mass_kg: 1845e0" if text.startswith("mass_kg") else text for text in good_preset_lines()
     ]

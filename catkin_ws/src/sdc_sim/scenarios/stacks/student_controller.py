@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A first controller: steers for a point some metres ahead, and presses the pedals in proportion. Its commands have no stamp."""
+"""A first controller: pure pursuit and a proportional speed control. Its commands have no stamp."""
 
 import math
 
@@ -7,10 +7,10 @@ import rospy
 from nav_msgs.msg import Odometry
 from sdc_msgs.msg import CarlaVehicleControl, LocalPath
 
-LOOK_AHEAD_M = 5.0
+LOOK_AHEAD_POINTS = 5  # waypoints are 1 m apart
 WHEELBASE_M = 2.87
 FULL_STEER_RAD = 0.8
-THROTTLE_THAT_ROLLS = 0.32
+MIN_THROTTLE = 0.32  # less throttle hardly moves the car
 
 
 class StudentController:
@@ -33,7 +33,7 @@ class StudentController:
         yaw = 2.0 * math.atan2(pose.orientation.z, pose.orientation.w)
         speed = math.hypot(odometry.twist.twist.linear.x, odometry.twist.twist.linear.y)
 
-        target = self.path[min(int(LOOK_AHEAD_M), len(self.path) - 1)]
+        target = self.path[min(LOOK_AHEAD_POINTS, len(self.path) - 1)]
         x, y = target.x - pose.position.x, target.y - pose.position.y
         left = -math.sin(yaw) * x + math.cos(yaw) * y
         wheel = math.atan2(2.0 * WHEELBASE_M * left, max(x * x + y * y, 1.0))
@@ -42,7 +42,7 @@ class StudentController:
         command = CarlaVehicleControl()
         command.steer = min(max(-wheel / FULL_STEER_RAD, -1.0), 1.0)
         if error > 0.0:
-            command.throttle = min(THROTTLE_THAT_ROLLS + 0.2 * error, 1.0)
+            command.throttle = min(MIN_THROTTLE + 0.2 * error, 1.0)
         else:
             command.brake = min(-0.3 * error, 1.0)
         self.publisher.publish(command)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A first local planner: the next waypoints with one speed, slower towards the end."""
+"""A first local planner: the next waypoints at a constant speed, slower near the end."""
 
 import math
 
@@ -7,7 +7,7 @@ import rospy
 from nav_msgs.msg import Odometry
 from sdc_msgs.msg import LocalPath, Path, Waypoint
 
-AHEAD = 15
+PATH_POINTS = 15
 SPEED_MPS = 6.0
 BRAKING_MPS2 = 1.5
 
@@ -26,7 +26,7 @@ class StudentPlanner:
 
     def on_odometry(self, odometry):
         car = odometry.pose.pose.position
-        ahead = self.waypoints[self.next : self.next + 2 * AHEAD]
+        ahead = self.waypoints[self.next : self.next + 2 * PATH_POINTS]
         if not ahead:
             return
         distances = [math.hypot(point.x - car.x, point.y - car.y) for point in ahead]
@@ -35,14 +35,12 @@ class StudentPlanner:
 
     def publish(self):
         path = LocalPath()
-        for number in range(self.next, min(self.next + AHEAD, len(self.waypoints))):
-            left_m = max(
-                len(self.waypoints) - 2 - number, 0
-            )  # the waypoints are a metre apart; the last but one is near enough
-            speed = min(SPEED_MPS, math.sqrt(2.0 * BRAKING_MPS2 * left_m))
-            path.waypoints.append(
-                Waypoint(self.waypoints[number].x, self.waypoints[number].y, speed)
-            )
+        for number in range(self.next, min(self.next + PATH_POINTS, len(self.waypoints))):
+            # Waypoints are 1 m apart; the car stops at the last but one.
+            remaining_m = max(len(self.waypoints) - 2 - number, 0)
+            speed = min(SPEED_MPS, math.sqrt(2.0 * BRAKING_MPS2 * remaining_m))
+            point = self.waypoints[number]
+            path.waypoints.append(Waypoint(point.x, point.y, speed))
         self.publisher.publish(path)
 
 

@@ -1,23 +1,24 @@
-"""The world's side of the front camera: tells the process that takes the pictures what stands where."""
+"""Front camera of the simulation: hands observations to the process that publishes the pictures."""
 
 from __future__ import annotations
 
-import sys
+from typing import Callable
 
 import rospy
 
-from sdc_sim.camera.side_process import SideProcess
+from sdc_sim.camera.worker_process import WorkerProcess
 from sdc_sim.simulation.simulation import Observation
 
-# In lockstep the world may run so many pictures ahead, which evens out the dear ones, and waits so long for one.
-_AHEAD = 6
-_PATIENCE_S = 2.0
+# In lockstep the simulation may be so many pictures ahead, which evens out their render times.
+_DEPTH = 6
+_TIMEOUT_S = 2.0
 
 
 class FrontCamera:
-    """Shows Snapshots to the camera; in lockstep every one of them, else those that it has time for.
+    """The camera of the simulated car.
 
-    daylight: 0..1, brightness of the picture.
+    In lockstep it publishes a picture of every observation; in real time it drops observations
+    while the previous picture is being rendered.
     """
 
     def __init__(
@@ -28,32 +29,36 @@ class FrontCamera:
         daylight: float,
         every_frame: bool,
     ):
-        remappings = [
-            argument
-            for argument in sys.argv[1:]
-            if ":=" in argument and not argument.startswith("__")
-        ]
-        command = [
-            sys.executable,
-            "-m",
-            "sdc_sim.camera.backdrop_painter",
-            waypoints_path,
-            image_topic,
-            camera_info_topic,
-            str(daylight),
-            *remappings,
-        ]
-        self._process = SideProcess(
-            command, _AHEAD, lambda problem: rospy.logwarn("sim: the camera's process %s", problem)
+        """Start the process; it ends when the node shuts down.
+
+        Args:
+            waypoints_path: CSV file of the route
+            image_topic: topic of the picture
+            camera_info_topic: topic of the camera_info
+            daylight: brightness of the picture, 0..1
+            every_frame: whether to publish every observation (lockstep)
+        """
+        self._process = WorkerProcess(
+            _start_node,
+            (waypoints_path, image_topic, camera_info_topic, daylight),
+            _DEPTH,
+            lambda problem: rospy.logwarn("sim: the camera's process %s", problem),
         )
         self._every_frame = every_frame
         rospy.on_shutdown(self._process.close)
 
-    def show(self, sensed: Observation) -> None:
-        """One tick of the world."""
-        state = sensed.state
-        scene = [sensed.stamp, state.x_m, state.y_m, state.yaw_rad, sensed.bodies, sensed.lamps]
+    def show(self, observation: Observation) -> None:
+        """Hand over one observation to be rendered and published."""
         if self._every_frame:
-            self._process.put(scene, _PATIENCE_S)
+            self._process.put(observation, _TIMEOUT_S)
         else:
-            self._process.offer(scene)
+            self._process.offer(observation)
+
+
+def _start_node(
+    waypoints_path: str, image_topic: str, camera_info_topic: str, daylight: float
+) -> Callable[[Observation], None]:
+    # The simulation imports this module, but does not need OpenCV and the renderer.
+    from sdc_sim.camera.camera_node import CameraNode
+
+    return CameraNode(waypoints_path, image_topic, camera_info_topic, daylight).publish

@@ -1,19 +1,34 @@
-"""What all painters of the camera picture share: the air, the shadows, and a few strokes."""
+"""Constants and pixel operations that the parts of the renderer share."""
 
 from __future__ import annotations
+
+from typing import Sequence
 
 import cv2
 import numpy as np
 
+# Fractional bits of the coordinates that OpenCV's polygon functions take.
 FIXED_POINT_BITS = 4
 HAZE_BGR = np.array([214.0, 202.0, 190.0])
 HAZE_RANGE_M = 420.0
-SHADOW_M_PER_M = np.array([0.55, -0.45])  # shadow of a thing one metre high
+# Unit vector to the sun, offset of the shadow of an object of 1 m height, brightness in the shadow.
+SUN = np.array([-0.52, 0.42, 0.74])
+SHADOW_M_PER_M = np.array([0.55, -0.45])
 SHADE = 0.58
 
 
 def lattice_noise(seed: int, octave: int, size_px: int, repeats: int) -> np.ndarray:
-    """Smooth periodic noise (size_px, size_px) of unit variance; equal seed and octave give the same pattern."""
+    """Return smooth periodic noise of unit variance.
+
+    Args:
+        seed: with `octave` selects the pattern
+        octave: number of the octave
+        size_px: width and height of the result [px]
+        repeats: periods of the pattern in the result
+
+    Returns:
+        noise (size_px, size_px) float32
+    """
     lattice = (
         np.random.RandomState(seed * 1009 + octave + 64).normal(size=(32, 32)).astype(np.float32)
     )
@@ -25,25 +40,40 @@ def lattice_noise(seed: int, octave: int, size_px: int, repeats: int) -> np.ndar
 
 
 def halve(image: np.ndarray) -> np.ndarray:
+    """Return the image at half its width and height."""
     return cv2.resize(image, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
 
 
-def footprint(position, yaw_rad: float, size) -> np.ndarray:
-    """Corners (4, 2) of a rectangle, counter-clockwise."""
-    forward = 0.5 * size[0] * np.array([np.cos(yaw_rad), np.sin(yaw_rad)])
-    left = 0.5 * size[1] * np.array([-np.sin(yaw_rad), np.cos(yaw_rad)])
-    return np.asarray(position) + np.stack(
+def footprint(
+    position_m: np.ndarray | Sequence[float], yaw_rad: float, size_m: np.ndarray | Sequence[float]
+) -> np.ndarray:
+    """Return the corners (4, 2) of a rectangle, counter-clockwise [m].
+
+    Args:
+        position_m: x, y of its centre [m]
+        yaw_rad: direction of its length [rad]
+        size_m: length, width and possibly more, which is ignored [m]
+    """
+    forward = 0.5 * size_m[0] * np.array([np.cos(yaw_rad), np.sin(yaw_rad)])
+    left = 0.5 * size_m[1] * np.array([-np.sin(yaw_rad), np.cos(yaw_rad)])
+    return np.asarray(position_m) + np.stack(
         [forward + left, left - forward, -forward - left, forward - left]
     )
 
 
-def blend(part: np.ndarray, sprite: np.ndarray) -> None:
-    """Lay a premultiplied BGRA sprite over a part of the picture."""
+def shadow_hull(base_m: np.ndarray, height_m: float) -> np.ndarray:
+    """Return the outline (N, 2) of the shadow of a prism with the corners `base_m` (4, 2) [m]."""
+    corners = np.concatenate([base_m, base_m + height_m * SHADOW_M_PER_M])
+    return cv2.convexHull(corners.astype(np.float32))[:, 0]
+
+
+def blend(target: np.ndarray, sprite: np.ndarray) -> None:
+    """Overlay a premultiplied BGRA sprite on a part of the picture of the same size."""
     clear = cv2.cvtColor(cv2.bitwise_not(cv2.extractChannel(sprite, 3)), cv2.COLOR_GRAY2BGRA)
-    cv2.add(cv2.multiply(part, clear, scale=1.0 / 255.0), sprite, dst=part)
+    cv2.add(cv2.multiply(target, clear, scale=1.0 / 255.0), sprite, dst=target)
 
 
 def dim(picture: np.ndarray, light: float) -> None:
-    """Scale the brightness of a BGRA picture, in place: 1 leaves it as it is, 0 makes it black."""
+    """Scale the brightness of a BGRA picture in place: 1 leaves it as it is, 0 makes it black."""
     if light < 1.0:
         cv2.multiply(picture, (light, light, light, 1.0), dst=picture)

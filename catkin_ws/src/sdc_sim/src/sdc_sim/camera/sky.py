@@ -1,4 +1,4 @@
-"""Paints the sky of the camera picture, and the far trees and roofs on the horizon."""
+"""Sky of the camera picture, with far trees and roofs on the horizon."""
 
 from __future__ import annotations
 
@@ -8,20 +8,122 @@ import numpy as np
 from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.camera.painting import HAZE_BGR, lattice_noise
 
-SKY_COLUMNS = 2048
-SKY_TOP_RAD = 0.75
-SKY_STEP = 4  # pixels of the picture to one computed of the sky
-SKYLINE_RAD = 0.055
+_SKY_COLUMNS = 2048
+_SKY_TOP_RAD = 0.75
+# The sky is smooth: one texel for so many pixels of the picture, either way.
+_SKY_STEP_PX = 4
+_SKYLINE_RAD = 0.055
+_SKYLINE_ROWS = 48
+_ZENITH_BGR = np.array([216.0, 150.0, 92.0])
+_CLOUD_BGR = np.array([246.0, 243.0, 240.0])
+_ROOF_BGR = (168, 160, 152)
+_WOOD_BGR = (88, 108, 84)
+
+
+class Sky:
+    """Painter of the picture's rows above the horizon.
+
+    Attributes:
+        horizon: the lowest painted row (1, width, 4), which the ground blends into
+    """
+
+    def __init__(self, camera: CameraModel, seed: int):
+        self._camera = camera
+        self._rows = camera.first_ground_row
+        skyline_rows = int(np.ceil(camera.focal_px * np.tan(_SKYLINE_RAD))) + 1
+        self._skyline_top = self._rows - min(self._rows, skyline_rows)
+        panorama = _panorama(seed)
+        self._plan_sky(panorama)
+        self._plan_skyline(_skyline(seed, panorama))
+        self.horizon = np.zeros((1, camera.width, 4), np.uint8)
+
+    def _plan_sky(self, panorama: np.ndarray) -> None:
+        """Compute where the reduced sky samples the panorama at heading 0."""
+        camera = self._camera
+        rows = len(panorama)
+        self._sky = np.concatenate([panorama, panorama], axis=1)[
+            :, : _SKY_COLUMNS + _SKY_COLUMNS // 2 + 4
+        ]
+        small_rows = min(-(-self._skyline_top // _SKY_STEP_PX), camera.height // _SKY_STEP_PX)
+        middle = 0.5 * (_SKY_STEP_PX - 1)
+        azimuth, elevation = self._directions(
+            _SKY_STEP_PX * np.arange(-(-camera.width // _SKY_STEP_PX)) + middle,
+            _SKY_STEP_PX * np.arange(small_rows) + middle,
+        )
+        self._sky_x = (azimuth * _SKY_COLUMNS / (2.0 * np.pi)).astype(np.float32)
+        self._sky_y = np.clip((1.0 - elevation / _SKY_TOP_RAD) * (rows - 1), 0, rows - 1).astype(
+            np.float32
+        )
+
+    def _plan_skyline(self, skyline: np.ndarray) -> None:
+        """Compute where the picture samples the skyline at heading 0."""
+        rows = len(skyline)
+        self._skyline = np.concatenate([skyline, skyline], axis=1)[:, : 3 * _SKY_COLUMNS + 4]
+        azimuth, elevation = self._directions(
+            np.arange(self._camera.width), np.arange(self._skyline_top, self._rows)
+        )
+        self._skyline_x = (azimuth * _SKY_COLUMNS / np.pi).astype(np.float32)
+        self._skyline_y = np.minimum(
+            (1.0 - elevation / _SKYLINE_RAD) * rows - 0.5, rows - 1
+        ).astype(np.float32)
+
+    def _directions(self, u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return azimuth, positive right, and elevation (len(v), len(u)) of pixels [rad]."""
+        camera = self._camera
+        c, s = np.cos(camera.pitch_rad), np.sin(camera.pitch_rad)
+        x, y = np.meshgrid(
+            (u - camera.width / 2.0) / camera.focal_px, (v - camera.height / 2.0) / camera.focal_px
+        )
+        ahead, up = c - y * s, -(s + y * c)
+        return np.arctan2(x, ahead), np.arctan2(up, np.hypot(x, ahead))
+
+    def draw(self, picture: np.ndarray, yaw_rad: float) -> None:
+        """Paint all rows above the horizon.
+
+        Args:
+            picture: BGRA picture (height, width, 4)
+            yaw_rad: heading of the vehicle [rad]
+        """
+        if self._rows == 0:
+            return
+        # Columns increase to the right; the wrap keeps the left quarter of the view above column 0.
+        turn = np.mod(-yaw_rad, 2.0 * np.pi) / (2.0 * np.pi)
+        wrap = 1.0 if turn * _SKY_COLUMNS < _SKY_COLUMNS / 4 else 0.0
+        rows = _SKY_STEP_PX * len(self._sky_x)
+        if rows:
+            small = cv2.remap(
+                self._sky,
+                self._sky_x + np.float32((turn + wrap) * _SKY_COLUMNS),
+                self._sky_y,
+                cv2.INTER_LINEAR,
+                borderMode=cv2.BORDER_REPLICATE,
+            )
+            cv2.resize(
+                small,
+                (self._camera.width, rows),
+                dst=picture[:rows],
+                interpolation=cv2.INTER_LINEAR,
+            )
+        cv2.remap(
+            self._skyline,
+            self._skyline_x + np.float32((turn + wrap) * 2 * _SKY_COLUMNS),
+            self._skyline_y,
+            cv2.INTER_LINEAR,
+            dst=picture[self._skyline_top : self._rows],
+            borderMode=cv2.BORDER_REPLICATE,
+        )
+        self.horizon[:] = picture[self._rows - 1]
 
 
 def _panorama(seed: int) -> np.ndarray:
-    """Sky (256, SKY_COLUMNS, 4) BGRA round the horizon, row 0 at elevation SKY_TOP_RAD, last row at 0."""
+    """Return the sky (256, _SKY_COLUMNS, 4) BGRA, from elevation _SKY_TOP_RAD down to 0."""
     rows = 256
-    elevation = np.linspace(SKY_TOP_RAD, 0.0, rows)[:, None]
-    azimuth = np.linspace(0.0, 2.0 * np.pi, SKY_COLUMNS, endpoint=False)[None, :]
+    elevation = np.linspace(_SKY_TOP_RAD, 0.0, rows)[:, None]
+    azimuth = np.linspace(0.0, 2.0 * np.pi, _SKY_COLUMNS, endpoint=False)[None, :]
     reach = 1.0 / np.tan(np.maximum(elevation, 0.035))
-    x, y = (110.0 * reach * f(azimuth) + 4096.0 for f in (np.cos, np.sin))
-    cover = np.zeros((rows, SKY_COLUMNS), np.float32)
+    x = 110.0 * reach * np.cos(azimuth) + 4096.0
+    y = 110.0 * reach * np.sin(azimuth) + 4096.0
+    cover = np.zeros((rows, _SKY_COLUMNS), np.float32)
     for octave, weight in ((0, 0.36), (1, 0.28), (2, 0.22), (3, 0.14)):
         noise = lattice_noise(seed + 31, octave, 1024, 2**octave).astype(np.float32)
         cover += weight * cv2.remap(
@@ -31,15 +133,19 @@ def _panorama(seed: int) -> np.ndarray:
             cv2.INTER_LINEAR,
         )
     cover = np.clip((cover - 0.05) / 0.55, 0.0, 1.0) * np.clip(elevation / 0.16, 0.0, 1.0) * 0.85
-    height = (elevation / SKY_TOP_RAD) ** 0.6
-    clear = HAZE_BGR + (np.array([216.0, 150.0, 92.0]) - HAZE_BGR) * height[..., None]
-    sky = clear + (np.array([246.0, 243.0, 240.0]) - clear) * cover[..., None]
+    height = (elevation / _SKY_TOP_RAD) ** 0.6
+    clear = HAZE_BGR + (_ZENITH_BGR - HAZE_BGR) * height[..., None]
+    sky = clear + (_CLOUD_BGR - clear) * cover[..., None]
     return cv2.cvtColor(np.clip(sky, 0, 255).astype(np.uint8), cv2.COLOR_BGR2BGRA)
 
 
 def _skyline(seed: int, sky: np.ndarray) -> np.ndarray:
-    """Far trees and roofs before the `sky` (48, 2 SKY_COLUMNS, 4) BGRA, last row at the horizon, SKYLINE_RAD high."""
-    rows, columns = 48, 2 * SKY_COLUMNS
+    """Return far woods and roofs in front of the sky.
+
+    The image (_SKYLINE_ROWS, 2 _SKY_COLUMNS, 4) BGRA is _SKYLINE_RAD high; its last row is at the
+    horizon.
+    """
+    rows, columns = _SKYLINE_ROWS, 2 * _SKY_COLUMNS
     rng = np.random.RandomState(seed + 5)
     angle = np.linspace(0.0, 2.0 * np.pi, columns, endpoint=False)
     ridge = sum(
@@ -49,91 +155,20 @@ def _skyline(seed: int, sky: np.ndarray) -> np.ndarray:
     wood = np.clip(0.46 + 0.12 * ridge, 0.3, 0.95)
     roofs = np.zeros(columns)
     for _ in range(70):
-        at, wide = rng.randint(columns), rng.randint(12, 40)
-        roofs[np.arange(at, at + wide) % columns] = rng.uniform(0.35, 0.85)
+        start, width = rng.randint(columns), rng.randint(12, 40)
+        roofs[np.arange(start, start + width) % columns] = rng.uniform(0.35, 0.85)
     height = (np.arange(rows)[::-1, None] + 0.5) / rows
     column, row = (
         grid.astype(np.float32)
         for grid in np.meshgrid(
-            0.5 * np.arange(columns), (1.0 - height * SKYLINE_RAD / SKY_TOP_RAD) * (len(sky) - 1)
+            0.5 * np.arange(columns), (1.0 - height * _SKYLINE_RAD / _SKY_TOP_RAD) * (len(sky) - 1)
         )
     )
     image = cv2.remap(sky, column, row, cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP).astype(
         np.float32
     )
-    for top, colour in ((roofs, (168, 160, 152)), (wood, (88, 108, 84))):
+    for top, bgr in ((roofs, _ROOF_BGR), (wood, _WOOD_BGR)):
         cover = np.clip((top - height) * rows / 1.6 + 0.5, 0.0, 1.0)[..., None]
-        colour = np.append(np.array(colour, np.float32), 255.0)
+        colour = np.append(np.array(bgr, np.float32), 255.0)
         image += cover * (colour - image)
     return np.clip(image, 0, 255).astype(np.uint8)
-
-
-class Sky:
-    """Paints the rows of the picture down to the horizon; `horizon` (1, width, 4) is the last of them that was painted."""
-
-    def __init__(self, cam: CameraModel, seed: int):
-        self.camera = cam
-        self._plan(seed)
-
-    def _plan(self, seed: int) -> None:
-        cam = self.camera
-        c, s = np.cos(cam.pitch_rad), np.sin(cam.pitch_rad)
-
-        def directions(u, v):
-            x, y = np.meshgrid(
-                (u - cam.width / 2.0) / cam.focal_px, (v - cam.height / 2.0) / cam.focal_px
-            )
-            ahead, up = c - y * s, -(s + y * c)
-            return np.arctan2(x, ahead), np.arctan2(up, np.hypot(x, ahead))
-
-        rows = cam.first_ground_row
-        self._sky_rows = rows
-        depth = min(rows, int(np.ceil(cam.focal_px * np.tan(SKYLINE_RAD))) + 1)
-        self._line_top = rows - depth
-        sky = _panorama(seed)
-        self._sky = np.concatenate([sky, sky], axis=1)[:, : SKY_COLUMNS + SKY_COLUMNS // 2 + 4]
-        small_rows = min(-(-self._line_top // SKY_STEP), cam.height // SKY_STEP)
-        middle = 0.5 * (SKY_STEP - 1)
-        azimuth, elevation = directions(
-            SKY_STEP * np.arange(-(-cam.width // SKY_STEP)) + middle,
-            SKY_STEP * np.arange(small_rows) + middle,
-        )
-        self._sky_x = (azimuth * SKY_COLUMNS / (2.0 * np.pi)).astype(np.float32)
-        self._sky_y = np.clip(
-            (1.0 - elevation / SKY_TOP_RAD) * (len(sky) - 1), 0, len(sky) - 1
-        ).astype(np.float32)
-        line = _skyline(seed, sky)
-        self._line = np.concatenate([line, line], axis=1)[:, : 3 * SKY_COLUMNS + 4]
-        azimuth, elevation = directions(np.arange(cam.width), np.arange(self._line_top, rows))
-        self._line_x = (azimuth * SKY_COLUMNS / np.pi).astype(np.float32)
-        self._line_y = np.minimum(
-            (1.0 - elevation / SKYLINE_RAD) * len(line) - 0.5, len(line) - 1
-        ).astype(np.float32)
-        self.horizon = np.zeros((1, cam.width, 4), np.uint8)
-
-    def draw(self, picture: np.ndarray, yaw_rad: float) -> None:
-        cam = self.camera
-        if self._sky_rows == 0:
-            return
-        # Columns run to the right, from a quarter turn left of the view at the least.
-        turn = np.mod(-yaw_rad, 2.0 * np.pi) / (2.0 * np.pi)
-        wrap = 1.0 if turn * SKY_COLUMNS < SKY_COLUMNS / 4 else 0.0
-        rows = SKY_STEP * len(self._sky_x)
-        if rows:
-            small = cv2.remap(
-                self._sky,
-                self._sky_x + np.float32((turn + wrap) * SKY_COLUMNS),
-                self._sky_y,
-                cv2.INTER_LINEAR,
-                borderMode=cv2.BORDER_REPLICATE,
-            )
-            cv2.resize(small, (cam.width, rows), dst=picture[:rows], interpolation=cv2.INTER_LINEAR)
-        cv2.remap(
-            self._line,
-            self._line_x + np.float32((turn + wrap) * 2 * SKY_COLUMNS),
-            self._line_y,
-            cv2.INTER_LINEAR,
-            dst=picture[self._line_top : self._sky_rows],
-            borderMode=cv2.BORDER_REPLICATE,
-        )
-        self.horizon[:] = picture[self._sky_rows - 1]

@@ -1,1 +1,1 @@
-
+"""The manual control client: keyboard, head-up display, map and views."""

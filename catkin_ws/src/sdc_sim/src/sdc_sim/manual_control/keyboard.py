@@ -1,9 +1,9 @@
-"""Driving by hand: keys held for a while become throttle, brake and steer, as in the client that comes with CARLA."""
+"""Turn held keys into throttle, brake and steer, as in the client that comes with CARLA."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Collection
 
 from sdc_common.validation import check_between, check_positive
@@ -29,10 +29,10 @@ HELP = (
     ("D, Right", "steer right"),
     ("Q", "reverse gear on or off"),
     ("Space", "hand brake"),
-    ("P", "hand back to the stack, or take over"),
+    ("P", "switch between you and the stack"),
     ("TAB", "next view: camera, lane mask, map"),
     ("Backspace", "back to the start of the route"),
-    ("F1", "figures (HUD) on or off"),
+    ("F1", "panel of readings (HUD) on or off"),
     ("H", "this help"),
     ("Esc", "quit"),
 )
@@ -40,9 +40,10 @@ HELP = (
 
 @dataclass(frozen=True)
 class KeyboardControlRates:
-    """How fast a held key acts, and how far. Rates are command units (pedals 0..1, steer -1..1) per second.
+    """How fast the command changes while a key is held [1/s], and the maximum steer.
 
-    Raises ValueError unless all rates are positive and steer_limit lies in 0..1.
+    Raises:
+        ValueError: a rate is not positive, or steer_limit is not from 0.01 to 1.
     """
 
     throttle_per_s: float
@@ -57,11 +58,14 @@ class KeyboardControlRates:
 
 
 class KeyboardControl:
-    """Turns the names of the keys that are held (pygame's: "w", "up", "space") into a command.
+    """Turns the names of held keys (pygame's names: "w", "up", "space") into a command.
 
-    A pedal comes while its key is held and is free at once when it is let go. Steering builds up while a key is held, returns to
-    the middle when none is, or both are, and passes through the middle when the other one is. Reverse stays until it is toggled.
-    Source: PythonAPI/examples/manual_control.py of CARLA, `_parse_vehicle_keys`; there the wheel is in the middle at once.
+    A pedal value rises while its key is held and is zero as soon as the key is released. The steer
+    value grows while a key is held. It returns to zero while no key or both keys are held, and
+    crosses zero when the opposite key is held. Reverse stays until it is toggled.
+
+    Reference: PythonAPI/examples/manual_control.py of CARLA, `_parse_vehicle_keys`. CARLA's client
+    resets the steer value to zero at once.
     """
 
     def __init__(self, rates: KeyboardControlRates):
@@ -69,32 +73,37 @@ class KeyboardControl:
         self.reset()
 
     def reset(self) -> None:
-        """No pedal, the wheel in the middle, the forward gear."""
+        """Release the pedals, centre the steering and select the forward gear."""
         self.command = VehicleCommand()
 
     def toggle_reverse(self) -> None:
-        """Change between the forward and the reverse gear."""
-        last = self.command
-        self.command = VehicleCommand(
-            last.throttle, last.steer, last.brake, last.hand_brake, not last.reverse
-        )
+        """Switch between the forward and the reverse gear."""
+        self.command = replace(self.command, reverse=not self.command.reverse)
 
     def step(self, held: Collection[str], step_s: float) -> VehicleCommand:
-        """The command after the keys `held` were held for `step_s` seconds. Raises ValueError for a negative or infinite time."""
+        """Return the command after keys were held for a time step.
+
+        Args:
+            held: names of the held keys
+            step_s: time step [s]
+
+        Raises:
+            ValueError: the time step is negative or not finite.
+        """
         if not 0.0 <= step_s < math.inf:
             raise ValueError(f"a time step must not be negative or infinite, got {step_s}")
-        held = set(held)
+        keys = set(held)
         last = self.command
-        direction = bool(held & RIGHT_KEYS) - bool(held & LEFT_KEYS)
+        direction = bool(keys & RIGHT_KEYS) - bool(keys & LEFT_KEYS)
         self.command = VehicleCommand(
             throttle=min(1.0, last.throttle + self.rates.throttle_per_s * step_s)
-            if held & THROTTLE_KEYS
+            if keys & THROTTLE_KEYS
             else 0.0,
             steer=self._steer(last.steer, direction, step_s),
             brake=min(1.0, last.brake + self.rates.brake_per_s * step_s)
-            if held & BRAKE_KEYS
+            if keys & BRAKE_KEYS
             else 0.0,
-            hand_brake=HAND_BRAKE_KEY in held,
+            hand_brake=HAND_BRAKE_KEY in keys,
             reverse=last.reverse,
         )
         return self.command

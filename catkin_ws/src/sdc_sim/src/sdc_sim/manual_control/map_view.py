@@ -1,14 +1,15 @@
-"""The map view of the hand control: the road, the planned path and the car from above, with the car's nose up."""
+"""The map view of the manual control: road, path, obstacles and car from above, heading up."""
 
 from __future__ import annotations
 
 import math
+from typing import Sequence
 
 import cv2
 import numpy as np
 
 from sdc_sim.road.road import Road
-from sdc_sim.road.road_markings import road_markings, speed_colours
+from sdc_sim.road.road_markings import RoadMarkings, road_markings, speed_colours
 
 # Blue, green, red.
 _GRASS = (70, 105, 80)
@@ -41,12 +42,18 @@ _SHIFT = 4  # fractional bits of the pixels that are drawn
 
 
 class MapView:
-    """Draws the surroundings of a car as pictures of `size` (width, height) pixels.
+    """Draws a map around the car.
 
-    m_per_pixel: scale. full_speed_mps: target speed that is drawn green. Raises ValueError where one of them is not positive.
+    Args:
+        m_per_pixel: scale [m]
+        full_speed_mps: target speed that is drawn green [m/s]
+        size: width and height of the picture [pixels]
+
+    Raises:
+        ValueError: the scale or the speed is not positive.
     """
 
-    def __init__(self, m_per_pixel: float, full_speed_mps: float, size=(640, 480)):
+    def __init__(self, m_per_pixel: float, full_speed_mps: float, size: tuple = (640, 480)):
         if not m_per_pixel > 0.0:
             raise ValueError(f"the scale of the map must be positive, got {m_per_pixel}")
         speed_colours([], full_speed_mps)
@@ -54,18 +61,32 @@ class MapView:
         self._full_speed_mps = full_speed_mps
         self._size = size
         self._reach_m = m_per_pixel * math.hypot(*size) + 10.0
-        self._paint = None
+        self._markings: RoadMarkings | None = None
 
-    def set_route(self, route_m) -> None:
-        """Lay the road along an (N, 2) route. Raises ValueError for a route that is none; the last road stays then."""
-        self._paint = road_markings(Road(route_m))
+    def set_route(self, route_m: np.ndarray) -> None:
+        """Build the road along an (N, 2) route [m].
 
-    def to_pixels(self, points_m, x_m: float, y_m: float, yaw_rad: float) -> np.ndarray:
-        """Pixels (..., 2), right and down, of points (..., 2) in the map frame, around a car with this pose."""
+        Raises:
+            ValueError: the route is not valid; the previous road stays.
+        """
+        self._markings = road_markings(Road(route_m))
+
+    def to_pixels(self, points_m: np.ndarray, x_m: float, y_m: float, yaw_rad: float) -> np.ndarray:
+        """Return the pixels of points in the map frame, in a picture around the car.
+
+        Args:
+            points_m: points, shape (..., 2) [m]
+            x_m: position of the car [m]
+            y_m: position of the car [m]
+            yaw_rad: heading of the car [rad]
+
+        Returns:
+            pixels to the right and down, shape (..., 2)
+        """
         forward, left = _in_car_frame(np.asarray(points_m, dtype=float), x_m, y_m, yaw_rad)
-        return self._place(forward, left)
+        return self._pixels(forward, left)
 
-    def _place(self, forward_m: np.ndarray, left_m: np.ndarray) -> np.ndarray:
+    def _pixels(self, forward_m: np.ndarray, left_m: np.ndarray) -> np.ndarray:
         width, height = self._size
         return np.stack(
             [
@@ -76,77 +97,79 @@ class MapView:
         )
 
     def picture(
-        self, x_m: float, y_m: float, yaw_rad: float, path=None, obstacles=None
+        self,
+        x_m: float,
+        y_m: float,
+        yaw_rad: float,
+        path: Sequence | None = None,
+        obstacles: Sequence | None = None,
     ) -> np.ndarray:
-        """The (H, W, 3) BGR uint8 picture around a car with this pose. path: (N, 3) x, y, target speed; obstacles: (N, 5) x, y,
-        yaw, length, width; or None."""
+        """Return the picture around the car as (H, W, 3) BGR uint8.
+
+        Args:
+            x_m: position of the car [m]
+            y_m: position of the car [m]
+            yaw_rad: heading of the car [rad]
+            path: rows of x, y [m], target speed [m/s]
+            obstacles: rows of x, y [m], yaw [rad], length, width [m]
+        """
+        pose = (x_m, y_m, yaw_rad)
         canvas = np.full((self._size[1], self._size[0], 3), _GRASS, np.uint8)
-        if self._paint is not None:
-            pixels = self._pixels_near(self._paint.surface, x_m, y_m, yaw_rad)
-            for quadrilateral in pixels:
-                cv2.fillConvexPoly(canvas, quadrilateral, _ASPHALT, cv2.LINE_8, _SHIFT)
-            for segments in (self._paint.edges, self._paint.dashes):
-                cv2.polylines(
-                    canvas,
-                    list(self._pixels_near(segments, x_m, y_m, yaw_rad)),
-                    False,
-                    _LINE,
-                    1,
-                    cv2.LINE_AA,
-                    _SHIFT,
-                )
-        path = _finite_rows(path, 3)
-        if len(path) > 1:
-            self._draw_path(canvas, path, x_m, y_m, yaw_rad)
+        if self._markings is not None:
+            self._draw_road(canvas, self._markings, pose)
+        rows = _finite_rows(path, 3)
+        if len(rows) > 1:
+            self._draw_path(canvas, rows, pose)
         for x, y, yaw, length, width in _finite_rows(obstacles, 5).tolist():
-            corners = _in_map(_BOX * (length, width), x, y, yaw)
-            cv2.fillConvexPoly(
-                canvas,
-                _fixed_point(self.to_pixels(corners, x_m, y_m, yaw_rad)),
-                _OBSTACLE,
-                cv2.LINE_AA,
-                _SHIFT,
-            )
-        for outline, colour in ((_CAR_OUTLINE_M, _CAR), (_WINDSCREEN_M, _GLASS)):
-            cv2.fillConvexPoly(
-                canvas, _fixed_point(self._place(*outline.T)), colour, cv2.LINE_AA, _SHIFT
-            )
-        cv2.polylines(
-            canvas,
-            [_fixed_point(self._place(*_CAR_OUTLINE_M.T))],
-            True,
-            _OUTLINE,
-            1,
-            cv2.LINE_AA,
-            _SHIFT,
-        )
+            corners = self.to_pixels(_in_map(_BOX * (length, width), x, y, yaw), *pose)
+            _fill(canvas, _fixed_point(corners), _OBSTACLE)
+        outline = _fixed_point(self._pixels(*_CAR_OUTLINE_M.T))
+        _fill(canvas, outline, _CAR)
+        _fill(canvas, _fixed_point(self._pixels(*_WINDSCREEN_M.T)), _GLASS)
+        _draw_lines(canvas, [outline], _OUTLINE, closed=True)
         return canvas
 
-    def _draw_path(self, canvas, path, x_m, y_m, yaw_rad):
+    def _draw_road(self, canvas: np.ndarray, markings: RoadMarkings, pose: tuple) -> None:
+        for quadrilateral in self._pixels_near(markings.surface, pose):
+            _fill(canvas, quadrilateral, _ASPHALT, cv2.LINE_8)
+        for segments in (markings.edges, markings.dashes):
+            _draw_lines(canvas, list(self._pixels_near(segments, pose)), _LINE)
+
+    def _draw_path(self, canvas: np.ndarray, path: np.ndarray, pose: tuple) -> None:
         segments = np.stack([path[:-1, :2], path[1:, :2]], axis=1)
+        pixels = _fixed_point(self.to_pixels(segments, *pose))
         colours = 255.0 * speed_colours(path[:-1, 2], self._full_speed_mps)[:, ::-1]
-        for segment, colour in zip(
-            _fixed_point(self.to_pixels(segments, x_m, y_m, yaw_rad)), colours.tolist()
-        ):
-            cv2.polylines(canvas, [segment], False, colour, 3, cv2.LINE_AA, _SHIFT)
+        for segment, colour in zip(pixels, colours.tolist()):
+            _draw_lines(canvas, [segment], colour, thickness=3)
 
-    def _pixels_near(self, shapes_m, x_m, y_m, yaw_rad):
-        near = np.abs(shapes_m[:, 0] - (x_m, y_m)).max(axis=1) < self._reach_m
-        return _fixed_point(self.to_pixels(shapes_m[near], x_m, y_m, yaw_rad))
-
-
-def _finite_rows(rows, columns):
-    rows = np.asarray(rows if rows is not None else (), dtype=float).reshape(-1, columns)
-    return rows[np.isfinite(rows).all(axis=1)]
+    def _pixels_near(self, shapes_m: np.ndarray, pose: tuple) -> np.ndarray:
+        """Return the fixed-point pixels of the shapes (N, corners, 2) near the car."""
+        near = np.abs(shapes_m[:, 0] - pose[:2]).max(axis=1) < self._reach_m
+        return _fixed_point(self.to_pixels(shapes_m[near], *pose))
 
 
-def _in_car_frame(points, x_m, y_m, yaw_rad):
+def _fill(canvas: np.ndarray, corners: np.ndarray, colour: tuple, line: int = cv2.LINE_AA) -> None:
+    cv2.fillConvexPoly(canvas, corners, colour, line, _SHIFT)
+
+
+def _draw_lines(
+    canvas: np.ndarray, lines: list, colour: tuple, thickness: int = 1, closed: bool = False
+) -> None:
+    cv2.polylines(canvas, lines, closed, colour, thickness, cv2.LINE_AA, _SHIFT)
+
+
+def _finite_rows(rows: Sequence | None, columns: int) -> np.ndarray:
+    array = np.asarray(() if rows is None else rows, dtype=float).reshape(-1, columns)
+    return array[np.isfinite(array).all(axis=1)]
+
+
+def _in_car_frame(points: np.ndarray, x_m: float, y_m: float, yaw_rad: float) -> tuple:
     dx, dy = points[..., 0] - x_m, points[..., 1] - y_m
     c, s = math.cos(yaw_rad), math.sin(yaw_rad)
     return c * dx + s * dy, c * dy - s * dx
 
 
-def _in_map(points, x_m, y_m, yaw_rad):
+def _in_map(points: np.ndarray, x_m: float, y_m: float, yaw_rad: float) -> np.ndarray:
     c, s = math.cos(yaw_rad), math.sin(yaw_rad)
     return np.stack(
         [x_m + c * points[:, 0] - s * points[:, 1], y_m + s * points[:, 0] + c * points[:, 1]],

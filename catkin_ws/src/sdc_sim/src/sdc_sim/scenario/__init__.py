@@ -1,1 +1,1 @@
-
+"""Scenarios: schema, reader, acceptance limits and runner."""

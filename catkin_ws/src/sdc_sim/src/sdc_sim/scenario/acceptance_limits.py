@@ -1,4 +1,4 @@
-"""What a drive must keep, and which figures of its report fell short."""
+"""Acceptance limits of a drive, and the check of its report against them."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ import csv
 import json
 import os
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import NamedTuple, Sequence
 
 STATUSES = ("completed", "collision", "off_route", "blocked", "timeout", "aborted")
 INFRACTIONS = ("collision_pedestrian", "collision_vehicle", "collision_static", "red_light", "stop")
-# The report's figures that are numbers, and so can have a bound.
-FIGURES = (
+# The numeric metrics of a report: a scenario can set bounds for them.
+METRICS = (
     "route_length_m",
     "route_completion_percent",
     "duration_s",
@@ -39,7 +39,7 @@ _STANDSTILL_MPS = 0.05
 
 
 class RequiredStop(NamedTuple):
-    """A place where the car must come to rest on its way: metres along the route, and how exactly."""
+    """A place where the car must stop: distance along the route and tolerance."""
 
     at_m: float
     within_m: float
@@ -47,56 +47,67 @@ class RequiredStop(NamedTuple):
 
 @dataclass(frozen=True)
 class AcceptanceLimits:
-    """What a drive must keep: its status, figures of the report that have a bound (`infractions` is the sum of all kinds), and
-    places where the car must have stood."""
+    """The limits of a drive.
+
+    Attributes:
+        status: required status of the report
+        at_most: upper bounds of metrics by name; `infractions` is the sum of all kinds
+        at_least: lower bounds of metrics by name
+        stops: places where the car must stop
+    """
 
     status: str = "completed"
-    at_most: dict = field(default_factory=dict)
-    at_least: dict = field(default_factory=dict)
-    stops: tuple = ()
+    at_most: dict[str, float] = field(default_factory=dict)
+    at_least: dict[str, float] = field(default_factory=dict)
+    stops: tuple[RequiredStop, ...] = ()
 
 
-def violations(limits: AcceptanceLimits, report: dict, stood_at_m=()) -> list:
-    """One line for each limit that the drive did not keep, with the figure and its bound; none where it kept them all.
+def violations(limits: AcceptanceLimits, report: dict, stops_m: Sequence[float] = ()) -> list[str]:
+    """Return one line for each limit that a drive violates.
 
-    stood_at_m: where along the route the car stood.
+    Args:
+        limits: limits of the drive
+        report: contents of report.json
+        stops_m: distances along the route at which the car stopped [m]
     """
     lines = []
     if report.get("status") != limits.status:
-        lines.append(f"status is {report.get('status')}, {limits.status} is wanted")
+        lines.append(f"status is {report.get('status')}, must be {limits.status}")
     infractions = report.get("infractions") or {}
-    figures = {**report, **infractions, "infractions": sum(infractions.values())}
-    for bounds, word, kept in (
-        (limits.at_most, "most", lambda value, bound: value <= bound),
-        (limits.at_least, "least", lambda value, bound: value >= bound),
-    ):
+    metrics = {**report, **infractions, "infractions": sum(infractions.values())}
+    for bounds, word, sign in ((limits.at_most, "most", 1.0), (limits.at_least, "least", -1.0)):
         for name, bound in bounds.items():
-            value = figures.get(name)
+            value = metrics.get(name)
             if value is None:
                 lines.append(f"{name} is not in the report, at {word} {bound:g} is allowed")
-            elif not kept(value, bound):
+            elif not sign * value <= sign * bound:
                 lines.append(f"{name} is {value:.4g}, at {word} {bound:g} is allowed")
     for stop in limits.stops:
-        if not any(abs(place - stop.at_m) <= stop.within_m for place in stood_at_m):
-            stood = ", ".join(f"{place:.1f}" for place in stood_at_m) or "nowhere"
+        if not any(abs(place - stop.at_m) <= stop.within_m for place in stops_m):
+            places = ", ".join(f"{place:.1f}" for place in stops_m) or "nowhere"
             lines.append(
-                f"the car did not stop {stop.at_m:g} m along the route (within {stop.within_m:g} m); it stood at: {stood}"
+                f"the car did not stop {stop.at_m:g} m along the route "
+                f"(within {stop.within_m:g} m); it stopped at: {places}"
             )
     return lines
 
 
-def read_report(path: str):
-    """(the report's figures, where along the route the car stood in metres) of a report.json and the trace beside it.
+def read_report(path: str) -> tuple[dict, list[float]]:
+    """Read a report.json and the trace next to it.
 
-    Raises OSError and ValueError where there is none.
+    Returns:
+        contents of the report, and distances along the route at which the car stopped [m]
+
+    Raises:
+        OSError, ValueError: one of the files is missing or not valid.
     """
     with open(path, encoding="utf-8") as file:
         report = json.load(file)
-    stood, moved = [], False
+    stops_m, was_moving = [], False
     with open(os.path.splitext(path)[0] + ".csv", encoding="utf-8", newline="") as file:
         for row in csv.DictReader(file):
-            stands = float(row["speed_mps"]) < _STANDSTILL_MPS
-            if stands and moved:
-                stood.append(float(row["s_m"]))
-            moved = not stands
-    return report, stood
+            is_moving = float(row["speed_mps"]) >= _STANDSTILL_MPS
+            if was_moving and not is_moving:
+                stops_m.append(float(row["s_m"]))
+            was_moving = is_moving
+    return report, stops_m

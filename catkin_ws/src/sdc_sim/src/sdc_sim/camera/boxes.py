@@ -1,0 +1,193 @@
+"""Cars, pedestrians, obstacles and traffic lights of the camera picture."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple, Sequence
+
+import cv2
+import numpy as np
+
+from sdc_sim.camera.meshes import (
+    Mesh,
+    car_mesh,
+    obstacle_mesh,
+    pedestrian_mesh,
+    traffic_light_mesh,
+)
+from sdc_sim.camera.painting import FIXED_POINT_BITS, SHADE, SUN, footprint, shadow_hull
+from sdc_sim.camera.rasterizer import NEAR_M, PolygonRasterizer, fill
+
+KINDS = ("car", "pedestrian", "obstacle", "light")
+_CACHED_LIGHTS = 64
+
+
+@dataclass(frozen=True)
+class Box:
+    """A body on the ground.
+
+    Attributes:
+        x_m: centre in the map [m]
+        y_m: centre in the map [m]
+        yaw_rad: heading in the map [rad]; the lamps of a traffic light face along it
+        length_m: length [m]
+        width_m: width [m]
+        height_m: height [m]
+        colour_bgr: blue, green, red, 0..255; of a traffic light that of the lamp that is lit
+        kind: 'car', 'pedestrian', 'obstacle' (a plain box) or 'light' (a traffic light)
+    """
+
+    x_m: float
+    y_m: float
+    yaw_rad: float
+    length_m: float = 4.7
+    width_m: float = 2.0
+    height_m: float = 1.45
+    colour_bgr: tuple[int, ...] = (40, 40, 160)
+    kind: str = "car"
+
+    def __post_init__(self):
+        pose = (self.x_m, self.y_m, self.yaw_rad)
+        size = (self.length_m, self.width_m, self.height_m)
+        if not np.all(np.isfinite(pose)):
+            raise ValueError(f"box: x_m, y_m and yaw_rad must be finite, got {pose}")
+        if not all(np.isfinite(v) and v > 0 for v in size):
+            raise ValueError(f"box: length_m, width_m and height_m must be positive, got {size}")
+        if self.kind not in KINDS:
+            raise ValueError(f"box: kind must be one of {', '.join(KINDS)}, got '{self.kind}'")
+
+
+class BoxFace(NamedTuple):
+    """A visible face of a box.
+
+    Attributes:
+        outline: outline (n, 2) in the picture, valid unless `optical` is given
+        optical: corners (n, 3) in the optical frame if the near plane cuts the face [m]
+        colour: blue, green, red
+    """
+
+    outline: np.ndarray
+    optical: np.ndarray | None
+    colour: list[float]
+
+
+class BoxPainter:
+    """Painter of boxes and of their shadows."""
+
+    def __init__(self):
+        self._meshes = {
+            "car": car_mesh(),
+            "pedestrian": pedestrian_mesh(),
+            "obstacle": obstacle_mesh(),
+        }
+        self._lights: dict[tuple, Mesh] = {}
+
+    def _mesh(self, box: Box) -> Mesh:
+        if box.kind != "light":
+            return self._meshes[box.kind]
+        key = (box.height_m, tuple(box.colour_bgr))
+        if key not in self._lights:
+            if len(self._lights) >= _CACHED_LIGHTS:
+                self._lights.clear()
+            self._lights[key] = traffic_light_mesh(*key)
+        return self._lights[key]
+
+    def project(self, rasterizer: PolygonRasterizer, boxes: Sequence[Box]) -> list[list[BoxFace]]:
+        """Project all boxes of a picture together, which is faster than one by one.
+
+        Args:
+            rasterizer: projection for the pose
+            boxes: the boxes to draw
+
+        Returns:
+            the visible faces of each box, in the order in which they are painted
+        """
+        if not boxes:
+            return []
+        meshes = [self._mesh(box) for box in boxes]
+        polygons, normals = _placed(meshes, boxes)
+        colours = _shaded_colours(meshes, boxes, normals)
+        offset = polygons - rasterizer.eye
+        facing = (normals * offset[:, 0]).sum(axis=1) < 0.0
+        optical = offset @ rasterizer.rotation
+        near = optical[..., 2].min(axis=1) < NEAR_M
+        pixels = rasterizer.pixels(np.where(near[:, None, None], 1.0, optical))
+        # Faces of up to 1.25 pixels are left out.
+        extent = (pixels.max(axis=1) - pixels.min(axis=1)).max(axis=1)
+        facing &= near | (extent > (5 << FIXED_POINT_BITS) // 4)
+        depth = (offset.mean(axis=1) ** 2).sum(axis=1)
+        drawn = []
+        start = 0
+        for box, mesh in zip(boxes, meshes):
+            end = start + len(mesh.colours)
+            faces = start + np.flatnonzero(facing[start:end])
+            if box.kind == "pedestrian":
+                faces = faces[np.argsort(-depth[faces], kind="stable")]
+            drawn.append(
+                [
+                    BoxFace(pixels[k], optical[k] if near[k] else None, colours[k])
+                    for k in faces.tolist()
+                ]
+            )
+            start = end
+        return drawn
+
+    @staticmethod
+    def draw(picture: np.ndarray, rasterizer: PolygonRasterizer, faces: Sequence[BoxFace]) -> None:
+        """Paint one box."""
+        for outline, optical, colour in faces:
+            visible = outline if optical is None else rasterizer.clipped_outline(optical)
+            if visible is not None:
+                fill(picture, visible, (*colour, 255))
+
+    @staticmethod
+    def draw_shadow(picture: np.ndarray, rasterizer: PolygonRasterizer, box: Box) -> None:
+        """Darken the ground in the shadow of a box."""
+        thin = box.kind == "light"
+        size = (0.15, 0.15) if thin else (0.96 * box.length_m, 0.96 * box.width_m)
+        base = footprint((box.x_m, box.y_m), box.yaw_rad, size)
+        hull = shadow_hull(base, 0.85 * box.height_m)
+        outline = rasterizer.outline(np.column_stack([hull, np.zeros(len(hull))]))
+        if outline is None:
+            return
+        low = np.maximum(outline.min(axis=0) >> FIXED_POINT_BITS, 0)
+        high = np.minimum(
+            (outline.max(axis=0) >> FIXED_POINT_BITS) + 2, [picture.shape[1], picture.shape[0]]
+        )
+        if np.any(high <= low):
+            return
+        factor = np.full((high[1] - low[1], high[0] - low[0], 4), 255, np.uint8)
+        dark = int(255 * SHADE)
+        fill(factor, outline - (low << FIXED_POINT_BITS), (dark, dark, dark, 255))
+        part = picture[low[1] : high[1], low[0] : high[0]]
+        cv2.multiply(part, factor, dst=part, scale=1.0 / 255.0)
+
+
+def _placed(meshes: Sequence[Mesh], boxes: Sequence[Box]) -> tuple[np.ndarray, np.ndarray]:
+    """Return corners (F, 8, 3) and unit normals (F, 3) of all faces in the map [m]."""
+    polygons, normals = [], []
+    for mesh, box in zip(meshes, boxes):
+        c, s = np.cos(box.yaw_rad), np.sin(box.yaw_rad)
+        turn = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+        # The mesh of a traffic light is in metres already.
+        light = box.kind == "light"
+        size = np.array((1.0,) * 3 if light else (box.length_m, box.width_m, box.height_m))
+        polygons.append((mesh.corners * size) @ turn + np.array([box.x_m, box.y_m, 0.0]))
+        normals.append((mesh.normals / size) @ turn)
+    stacked = np.concatenate(normals)
+    stacked /= np.sqrt((stacked * stacked).sum(axis=1))[:, None]
+    return np.concatenate(polygons), stacked
+
+
+def _shaded_colours(
+    meshes: Sequence[Mesh], boxes: Sequence[Box], normals: np.ndarray
+) -> list[list[float]]:
+    """Return blue, green, red of all faces in the light of the sun (F, 3)."""
+    counts = [len(mesh.colours) for mesh in meshes]
+    body = np.repeat(np.array([box.colour_bgr for box in boxes], float), counts, axis=0)
+    own = np.concatenate([mesh.colours for mesh in meshes])
+    tinted = np.concatenate([mesh.tinted for mesh in meshes])
+    glow = np.concatenate([mesh.glow for mesh in meshes])
+    shade = np.maximum(0.62 + 0.42 * np.maximum(normals @ SUN, 0.0), glow)
+    colours = np.where(tinted[:, None], body, own)
+    return np.minimum(colours * shade[:, None], 255.0).tolist()

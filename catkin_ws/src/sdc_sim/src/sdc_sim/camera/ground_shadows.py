@@ -1,0 +1,87 @@
+"""Shadows of trees and buildings on the tiles of the ground."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from sdc_sim.camera.ground_textures import TILE_PX
+from sdc_sim.camera.painting import (
+    FIXED_POINT_BITS,
+    SHADE,
+    SHADOW_M_PER_M,
+    footprint,
+    shadow_hull,
+)
+from sdc_sim.camera.road_rasterizer import fixed_point
+from sdc_sim.road.cell_index import CellIndex
+from sdc_sim.road.scenery import TREE, Scenery
+
+_CELL_M = 32.0
+_CROWN_CORNERS = 18
+
+
+class GroundShadows:
+    """Outlines of the shadows of the scenery, at least one object."""
+
+    def __init__(self, scenery: Scenery, seed: int):
+        self._scenery = scenery
+        position, height = scenery.position_m, scenery.size_m[:, 2:]
+        middle = position + 0.62 * height * SHADOW_M_PER_M
+        crowns = self._crowns(middle, seed)
+        trunks = np.stack([position - 0.15, position + 0.15, middle + 0.15, middle - 0.15], axis=1)
+        self._outlines = [
+            [crown, trunk] if kind == TREE else [self._building_shadow(item)]
+            for item, (kind, crown, trunk) in enumerate(zip(scenery.kind, crowns, trunks))
+        ]
+        reach = (0.6 * np.max(scenery.size_m, axis=1) + 1.0)[:, None]
+        tip = position + height * SHADOW_M_PER_M
+        self._low = np.minimum(position, tip) - reach
+        self._high = np.maximum(position, tip) + reach
+        self._index = CellIndex(self._low, self._high, _CELL_M)
+
+    def _crowns(self, middle: np.ndarray, seed: int) -> np.ndarray:
+        """Return the shadows (N, _CROWN_CORNERS, 2) of treetops around `middle` (N, 2) [m]."""
+        angle = np.linspace(0.0, 2.0 * np.pi, _CROWN_CORNERS, endpoint=False)
+        wobble = np.random.RandomState(seed + 3).uniform(0.85, 1.12, (256, _CROWN_CORNERS))
+        away = SHADOW_M_PER_M / np.hypot(*SHADOW_M_PER_M)
+        across = [-away[1], away[0]]
+        ring = 0.42 * np.cos(angle)[:, None] * away + 0.30 * np.sin(angle)[:, None] * across
+        height = self._scenery.size_m[:, 2:]
+        return middle[:, None] + height[..., None] * wobble[self._scenery.variant][..., None] * ring
+
+    def _building_shadow(self, item: int) -> np.ndarray:
+        size = self._scenery.size_m[item]
+        base = footprint((0.0, 0.0), self._scenery.yaw_rad[item], size)
+        return self._scenery.position_m[item] + shadow_hull(base, size[2])
+
+    def shade(self, level: int, origin_m: np.ndarray, size_m: float) -> np.ndarray | None:
+        """Return the brightness of the ground of a tile.
+
+        Args:
+            level: resolution of the tile
+            origin_m: lower corner (2,) of the tile [m]
+            size_m: width of the tile [m]
+
+        Returns:
+            brightness (TILE_PX, TILE_PX) uint8, or None if no shadow falls on the tile
+        """
+        near = self._index.near(origin_m, origin_m + size_m)
+        overlaps = (self._low[near] <= origin_m + size_m) & (self._high[near] >= origin_m)
+        near = near[np.all(overlaps, axis=1)]
+        if len(near) == 0:
+            return None
+        shade = np.full((TILE_PX, TILE_PX), 255, np.uint8)
+        scale = TILE_PX / size_m
+        for item in near.tolist():
+            for outline in self._outlines[item]:
+                cv2.fillPoly(
+                    shade,
+                    [fixed_point((outline - origin_m) * scale)],
+                    int(255 * SHADE),
+                    cv2.LINE_AA,
+                    FIXED_POINT_BITS,
+                )
+        if int(shade.min()) == 255:
+            return None
+        return cv2.blur(shade, (5, 5)) if level < 2 else shade

@@ -1,0 +1,85 @@
+"""Projection, clipping and filling of polygons for one pose of the vehicle."""
+
+from __future__ import annotations
+
+from typing import Sequence
+
+import cv2
+import numpy as np
+
+from sdc_sim.camera.camera_model import CameraModel
+from sdc_sim.camera.painting import FIXED_POINT_BITS
+
+# Distance of the near plane along the view.
+NEAR_M = 0.4
+
+
+class PolygonRasterizer:
+    """Rasterizer of polygons of the map.
+
+    Outlines are int32 pixels with FIXED_POINT_BITS fractional bits.
+
+    Attributes:
+        eye: position (3,) of the camera in the map [m]
+        rotation: rotation (3, 3) from the optical frame to the map
+    """
+
+    def __init__(self, camera: CameraModel, x_m: float, y_m: float, yaw_rad: float):
+        self.eye = camera.position_in_map(x_m, y_m, yaw_rad)
+        self.rotation = camera.map_from_optical(yaw_rad)
+        self._focal = camera.focal_px * (1 << FIXED_POINT_BITS)
+        self._middle = np.array([camera.width / 2.0, camera.height / 2.0]) * (1 << FIXED_POINT_BITS)
+
+    def pixels(self, optical: np.ndarray) -> np.ndarray:
+        """Return the outline (..., 2) of points (..., 3) of the optical frame [m]."""
+        return np.round(self._focal * optical[..., :2] / optical[..., 2:] + self._middle).astype(
+            np.int32
+        )
+
+    def outline(self, polygon: np.ndarray) -> np.ndarray | None:
+        """Return the outline (n, 2) of the visible part of a polygon (m, 3) of the map.
+
+        Returns:
+            the outline, or None if the polygon is behind the near plane
+        """
+        return self.clipped_outline((polygon - self.eye) @ self.rotation)
+
+    def clipped_outline(self, optical: np.ndarray) -> np.ndarray | None:
+        """Return the outline (n, 2) of the part of a polygon (m, 3) beyond the near plane, or None.
+
+        Args:
+            optical: corners of the polygon in the optical frame [m]
+        """
+        if optical[:, 2].min() >= NEAR_M:
+            return self.pixels(optical)
+        clipped = clip_near(optical)
+        return None if clipped is None else self.pixels(clipped)
+
+
+def clip_near(optical: np.ndarray) -> np.ndarray | None:
+    """Return the part of a polygon beyond the near plane.
+
+    Args:
+        optical: corners (n, 3) in the optical frame [m]
+
+    Returns:
+        corners (m, 3), or None if nothing is left
+
+    Reference: Sutherland and Hodgman, "Reentrant Polygon Clipping", CACM 1974.
+    """
+    kept = []
+    previous = optical[-1]
+    for point in optical:
+        if (point[2] >= NEAR_M) != (previous[2] >= NEAR_M):
+            kept.append(
+                previous + (NEAR_M - previous[2]) / (point[2] - previous[2]) * (point - previous)
+            )
+        if point[2] >= NEAR_M:
+            kept.append(point)
+        previous = point
+    return np.array(kept) if len(kept) >= 3 else None
+
+
+def fill(picture: np.ndarray, outline: np.ndarray, colour: Sequence[float]) -> None:
+    """Fill a convex outline (n, 2), with smooth edges."""
+    cv2.fillConvexPoly(picture, outline, colour, cv2.LINE_AA, FIXED_POINT_BITS)

@@ -1,0 +1,261 @@
+"""Rasterizer of the road for the tiles of the ground: roadway, kerb, lines and dashes."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+
+from sdc_sim.camera.ground_textures import TILE_PX
+from sdc_sim.camera.painting import FIXED_POINT_BITS, halve
+from sdc_sim.road.cell_index import CellIndex
+from sdc_sim.road.road import DASH_LENGTH_M, DASH_PERIOD_M, LINE_WIDTH_M, MARGIN_M, Road
+
+# Brightness as a share of that of paint.
+ASPHALT = 0.40
+_PAINT, _KERB, _TRACK = 1.0, 0.66, 0.365
+_VERGE_BRIGHTNESS = int(255 * 0.22)
+# Share of grass in the verge and in the kerb, 0..255.
+_GRASS_SHARES = (140, 0)
+# Samples of a texel, either way.
+_SUPERSAMPLES = 2
+_SIDE_PX = TILE_PX * _SUPERSAMPLES
+# The bands before this one are painted for the whole tile, the others stretch by stretch.
+_ROADWAY = 5
+_STRETCH_M = 2.0 * DASH_PERIOD_M
+_DASHES = 2  # per stretch
+# Greatest distance between road and piece, and greatest length of a piece, for levels 2k and 2k+1.
+_PIECE_LIMITS_M = ((0.004, 8.0), (0.015, 8.0), (0.05, 24.0))
+
+
+def fixed_point(points_px: np.ndarray) -> np.ndarray:
+    """Return pixels as OpenCV's fixed-point numbers.
+
+    Args:
+        points_px: pixels, 0 at the border of the first pixel and not in its middle
+    """
+    return np.rint((points_px - 0.5) * 2**FIXED_POINT_BITS).astype(np.int32)
+
+
+class _Canvas(NamedTuple):
+    """Place and resolution of the canvas of one tile."""
+
+    origin_m: np.ndarray
+    texel_m: float
+    level: int
+
+    @property
+    def line_type(self) -> int:
+        """Return OpenCV's line type for the edges of polygons."""
+        return cv2.LINE_8 if self.level < 2 else cv2.LINE_AA
+
+    def pixels(self, points_m: np.ndarray) -> np.ndarray:
+        """Return the pixels of points of the map."""
+        return (points_m - self.origin_m) / self.texel_m
+
+
+class _Bands(NamedTuple):
+    """Strips along the road, in the order in which they are painted.
+
+    Attributes:
+        low_m: right edge, positive left of the route (B,) [m]
+        high_m: left edge (B,) [m]
+        brightness: brightness, 0..255 (B,)
+        half_line_m: half the width of a line as painted [m]
+        paint: brightness of a line, 0..255
+    """
+
+    low_m: np.ndarray
+    high_m: np.ndarray
+    brightness: list[int]
+    half_line_m: float
+    paint: int
+
+
+class _Pieces:
+    """The road in straight pieces, without those of repeated laps.
+
+    Attributes:
+        start: where a piece begins (P, 2) [m]
+        end: where it ends (P, 2) [m]
+        start_left: unit vector to the left at its begin (P, 2)
+        end_left: unit vector to the left at its end (P, 2)
+        stretch: number of the stretch of _STRETCH_M that it belongs to (P,); stretches end between
+            two dashes, so that no piece cuts a dash
+        index: spatial index of the pieces
+    """
+
+    def __init__(self, road: Road, stations: np.ndarray):
+        ends = np.column_stack([stations[:-1], stations[1:]])
+        first, last = ends[~road.repeats[ends].all(axis=1)].T
+        self.start, self.end = road.points_m[first], road.points_m[last]
+        self.start_left, self.end_left = road.left[first], road.left[last]
+        self.stretch = np.floor((road.s_m[first] + DASH_LENGTH_M) / _STRETCH_M).astype(np.int64)
+        along = self.end - self.start
+        self._length2 = np.sum(along * along, axis=1)
+        self._twist = np.sum(along * (self.end_left - self.start_left), axis=1)
+        reach = road.left_edge_m + 2.0
+        low = np.minimum(self.start, self.end) - reach
+        high = np.maximum(self.start, self.end) + reach
+        self.index = CellIndex(low, high, max(32.0, float(np.max(high - low)) / 2.0 + 0.1))
+
+    def folds(self, pieces: np.ndarray, bands: _Bands) -> np.ndarray:
+        """Return whether a band of a piece folds over itself, as in a tight turn (B, P)."""
+        length2, twist = self._length2[pieces], self._twist[pieces]
+        return (
+            np.minimum(
+                length2 + bands.low_m[:, None] * twist, length2 + bands.high_m[:, None] * twist
+            )
+            < 0.0
+        )
+
+    def quads(
+        self, pieces: np.ndarray, canvas: _Canvas, low_m: np.ndarray, high_m: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return the outlines of bands of pieces on the canvas.
+
+        Args:
+            pieces: numbers of the pieces (P,)
+            canvas: place and resolution
+            low_m: right edges of the bands (B,) [m]
+            high_m: left edges of the bands (B,) [m]
+
+        Returns:
+            quadrilaterals (B, P, 4, 2), fixed point, and whether they touch the canvas (B, P)
+        """
+        low, high = low_m[:, None, None] / canvas.texel_m, high_m[:, None, None] / canvas.texel_m
+        start, end = canvas.pixels(self.start[pieces]), canvas.pixels(self.end[pieces])
+        start_left, end_left = self.start_left[pieces], self.end_left[pieces]
+        a, b, c, d = corners = [
+            fixed_point(start + low * start_left),
+            fixed_point(end + low * end_left),
+            fixed_point(end + high * end_left),
+            fixed_point(start + high * start_left),
+        ]
+        least = np.minimum(np.minimum(a, b), np.minimum(c, d))
+        most = np.maximum(np.maximum(a, b), np.maximum(c, d))
+        touch = (most >= 0) & (least <= _SIDE_PX << FIXED_POINT_BITS)
+        return np.stack(corners, axis=2), touch[..., 0] & touch[..., 1]
+
+
+class RoadRasterizer:
+    """Rasterizer of a road, tile by tile."""
+
+    def __init__(self, road: Road):
+        self._road = road
+        self._pieces = [_Pieces(road, road.stations(*limits)) for limits in _PIECE_LIMITS_M]
+
+    def weights(
+        self, level: int, origin_m: np.ndarray, size_m: float
+    ) -> tuple[np.ndarray, np.ndarray] | None:
+        """Return the brightness of the paved part of a tile, and the share of grass.
+
+        Args:
+            level: resolution of the tile
+            origin_m: lower corner (2,) of the tile [m]
+            size_m: width of the tile [m]
+
+        Returns:
+            two planes (TILE_PX, TILE_PX) uint8, or None if no road is on the tile
+        """
+        store = self._pieces[level // 2]
+        near = store.index.near(origin_m, origin_m + size_m)
+        if len(near) == 0:
+            return None
+        canvas = _Canvas(origin_m, size_m / _SIDE_PX, level)
+        bands = self._bands(canvas)
+        # The first band contains all others.
+        touches = store.quads(near, canvas, bands.low_m[:1], bands.high_m[:1])[1][0]
+        pieces = near[touches]
+        if len(pieces) == 0:
+            return None
+        return self._paint(store, near, pieces, canvas, bands)
+
+    def _bands(self, canvas: _Canvas) -> _Bands:
+        road, texel_m = self._road, canvas.texel_m
+        right, left = road.right_edge_m, road.left_edge_m
+        # OpenCV paints the boundary too, half a sample beyond the polygon on either side.
+        line_m = max(LINE_WIDTH_M, 2.0 * texel_m)
+        half_m = 0.5 * (line_m - texel_m)
+        inset_m = half_m + 1.5 * texel_m
+        ink = ASPHALT + (_PAINT - ASPHALT) * LINE_WIDTH_M / line_m
+        paint, asphalt, track = (int(255 * brightness) for brightness in (ink, ASPHALT, _TRACK))
+        bands = [
+            (right - MARGIN_M - 1.1, left + MARGIN_M + 1.1, _VERGE_BRIGHTNESS),
+            (right - MARGIN_M - 0.25, left + MARGIN_M + 0.25, int(255 * _KERB)),
+            (right - MARGIN_M, left + MARGIN_M, asphalt),
+            (right - half_m, right + half_m, paint),
+            (left - half_m, left + half_m, paint),
+            (right + inset_m, left - inset_m, asphalt),
+        ]
+        if canvas.level < 3:
+            width = road.lane_width_m
+            bands += [
+                (at - 0.22, at + 0.22, track) for at in (-0.75, 0.75, width - 0.75, width + 0.75)
+            ]
+        low, high = np.array([band[:2] for band in bands]).T
+        return _Bands(low, high, [band[2] for band in bands], half_m, paint)
+
+    def _paint(
+        self,
+        store: _Pieces,
+        near: np.ndarray,
+        pieces: np.ndarray,
+        canvas: _Canvas,
+        bands: _Bands,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Paint the bands and dashes of `pieces`, those of `near` that touch the canvas."""
+        quads, seen = store.quads(pieces, canvas, bands.low_m, bands.high_m)
+        folded = store.folds(pieces, bands)
+        paved = np.zeros((_SIDE_PX, _SIDE_PX), np.uint8)
+        green = np.full((_SIDE_PX, _SIDE_PX), 255, np.uint8)
+
+        def fill(band: int, rows: np.ndarray, plane: np.ndarray, value: int) -> None:
+            own, folds = quads[band], folded[band]
+            for k in rows[seen[band, rows]].tolist():
+                if folds[k]:
+                    cv2.fillPoly(plane, own[k : k + 1], value, canvas.line_type, FIXED_POINT_BITS)
+                else:
+                    cv2.fillConvexPoly(plane, own[k], value, canvas.line_type, FIXED_POINT_BITS)
+
+        every = np.arange(len(pieces))
+        for band in range(_ROADWAY):
+            fill(band, every, paved, bands.brightness[band])
+        for band, share in enumerate(_GRASS_SHARES):
+            fill(band, every, green, share)
+        # The roadway of one pass covers the edge lines of every other, and the dashes of earlier
+        # ones. The last piece of a stretch may reach into the dashes of the next stretch.
+        stretch = store.stretch[pieces]
+        numbers = np.unique(
+            np.concatenate([stretch, np.intersect1d(stretch + 1, store.stretch[near])])
+        )
+        for number, dashes in zip(numbers, self._dashes(numbers, canvas, bands.half_line_m)):
+            rows = np.flatnonzero(stretch == number)
+            for band in range(_ROADWAY, len(bands.brightness)):
+                fill(band, rows, paved, bands.brightness[band])
+            for quad in dashes:
+                cv2.fillConvexPoly(paved, quad, bands.paint, canvas.line_type, FIXED_POINT_BITS)
+        return halve(paved), halve(green)
+
+    def _dashes(self, numbers: np.ndarray, canvas: _Canvas, half_line_m: float) -> list[np.ndarray]:
+        """Return the outlines (n, 4, 2), fixed point, of the dashes of each stretch."""
+        road = self._road
+        s = (
+            _STRETCH_M * numbers[:, None, None]
+            + DASH_PERIOD_M * np.arange(_DASHES)[:, None]
+            + DASH_LENGTH_M * np.linspace(0.0, 1.0, 4)
+        )
+        points, normals = road.at(s.ravel())
+        right, left = (
+            canvas.pixels(points + (road.centre_line_m + side_m) * normals).reshape(s.shape + (2,))
+            for side_m in (-half_line_m, half_line_m)
+        )
+        outlines = fixed_point(
+            np.stack([right[:, :, :-1], right[:, :, 1:], left[:, :, 1:], left[:, :, :-1]], axis=3)
+        )
+        ends = s[..., [0, -1]]
+        samples = np.minimum(np.searchsorted(road.s_m, ends), len(road.s_m) - 1)
+        repeated = road.repeats[samples].all(axis=-1)
+        exists = (ends[..., 0] >= road.s_m[0]) & (ends[..., 1] <= road.s_m[-1]) & ~repeated
+        return [own[kept].reshape(-1, 4, 2) for own, kept in zip(outlines, exists)]

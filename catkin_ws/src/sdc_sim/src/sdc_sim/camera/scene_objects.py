@@ -1,0 +1,163 @@
+"""Everything above the ground in the camera picture: scenery and boxes."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple, Sequence
+
+import numpy as np
+
+from sdc_sim.camera.boxes import Box, BoxPainter
+from sdc_sim.camera.buildings import BUILDING_RANGE_M, BuildingPainter
+from sdc_sim.camera.camera_model import CameraModel
+from sdc_sim.camera.paint_order import paint_order
+from sdc_sim.camera.rasterizer import NEAR_M, PolygonRasterizer
+from sdc_sim.camera.trees import TREE_RANGE_M, TreePainter
+from sdc_sim.road.cell_index import CellIndex
+from sdc_sim.road.scenery import BLOCK, HOUSE, TREE, Scenery
+
+# One more kind next to those of Scenery.
+_BOX = BLOCK + 1
+_BOX_RANGE_M = 400.0
+_SHADOW_RANGE_M = 55.0
+_CELL_M = 128.0
+
+
+class _Bodies(NamedTuple):
+    """What decides whether bodies are visible, one row each.
+
+    Attributes:
+        kind: TREE, HOUSE, BLOCK or _BOX (N,)
+        position_m: centre in the map (N, 2)
+        corners_m: footprint in the map (N, 4, 2), counter-clockwise
+        least_ahead_m: nearest centre along the heading at which a body is drawn (N,)
+        most_ahead_m: farthest one (N,)
+        reach_aside_m: how far the centre may be beyond the side of the view (N,)
+    """
+
+    kind: np.ndarray
+    position_m: np.ndarray
+    corners_m: np.ndarray
+    least_ahead_m: np.ndarray
+    most_ahead_m: np.ndarray
+    reach_aside_m: np.ndarray
+
+
+class SceneObjects:
+    """Painter of trees, buildings and boxes, from far to near."""
+
+    def __init__(self, scenery: Scenery, camera: CameraModel, seed: int = 0):
+        self.scenery = scenery
+        self.trees = TreePainter(scenery, camera, seed)
+        self.buildings = BuildingPainter(scenery)
+        self.boxes = BoxPainter()
+        self._camera = camera
+        self._side = np.tan(camera.fov_rad / 2.0) * (1.0 + 1.0 / camera.width)
+        self._fixed = self._bodies(
+            scenery.kind, scenery.position_m, scenery.yaw_rad, scenery.size_m
+        )
+        self._index = (
+            CellIndex(scenery.position_m, scenery.position_m, _CELL_M) if len(scenery) else None
+        )
+        self._near_cells: tuple[int, ...] | None = None
+        self._near = (np.zeros(0, np.int64), self._fixed)
+
+    def _bodies(
+        self, kind: np.ndarray, position: np.ndarray, yaw: np.ndarray, size: np.ndarray
+    ) -> _Bodies:
+        radius = 0.5 * np.hypot(size[:, 0], size[:, 1])
+        tree = kind == TREE
+        least = np.where(tree, 1.0, NEAR_M - radius)
+        largest = np.where(
+            tree, TREE_RANGE_M, np.where(kind == _BOX, _BOX_RANGE_M, BUILDING_RANGE_M)
+        )
+        forward = np.column_stack([np.cos(yaw), np.sin(yaw)])
+        trim = np.where(tree, 0.35, 0.5)[:, None]
+        along = trim * size[:, :1] * forward
+        across = trim * size[:, 1:2] * np.column_stack([-forward[:, 1], forward[:, 0]])
+        corners = np.stack(
+            [
+                position + along - across,
+                position + along + across,
+                position - along + across,
+                position - along - across,
+            ],
+            axis=1,
+        )
+        return _Bodies(kind, position, corners, least, largest, radius * np.hypot(1.0, self._side))
+
+    def _scenery_near(self, eye: np.ndarray) -> tuple[np.ndarray, _Bodies]:
+        """Return numbers and rows of the scenery within range; they change from cell to cell."""
+        if self._index is None:
+            return self._near
+        cells = tuple(
+            math.floor((at + side) / _CELL_M)
+            for at in eye.tolist()
+            for side in (-BUILDING_RANGE_M, BUILDING_RANGE_M)
+        )
+        if self._near_cells != cells:
+            items = self._index.near(eye - BUILDING_RANGE_M, eye + BUILDING_RANGE_M)
+            self._near_cells = cells
+            self._near = (items, _Bodies(*(column[items] for column in self._fixed)))
+        return self._near
+
+    def draw(
+        self,
+        picture: np.ndarray,
+        x_m: float,
+        y_m: float,
+        yaw_rad: float,
+        boxes: Sequence[Box] = (),
+    ) -> None:
+        """Paint all visible objects over the ground and the sky.
+
+        Args:
+            picture: BGRA picture (height, width, 4)
+            x_m: position of the vehicle [m]
+            y_m: position of the vehicle [m]
+            yaw_rad: heading of the vehicle [rad]
+            boxes: the boxes, in any order
+        """
+        eye = self._camera.position_in_map(x_m, y_m, yaw_rad)[:2]
+        heading = (math.cos(yaw_rad), math.sin(yaw_rad))
+        items, bodies = self._scenery_near(eye)
+        if len(boxes):
+            bodies = self._with_boxes(bodies, boxes)
+        offset = bodies.position_m - eye
+        ahead, aside = offset @ heading, offset @ (-heading[1], heading[0])
+        rows = np.flatnonzero(
+            (ahead > bodies.least_ahead_m)
+            & (ahead < bodies.most_ahead_m)
+            & (np.abs(aside) < self._side * ahead + bodies.reach_aside_m)
+        )
+        if len(rows) == 0:
+            return
+        rows = rows[np.argsort(-np.hypot(ahead[rows], aside[rows]), kind="stable")]
+        kinds = bodies.kind[rows]
+        rasterizer = PolygonRasterizer(self._camera, x_m, y_m, yaw_rad)
+        built = rows[(kinds == HOUSE) | (kinds == BLOCK)]
+        buildings = self.buildings.project(rasterizer, items[built].tolist(), ahead[built])
+        box_rows = rows[kinds == _BOX]
+        visible = [boxes[row - len(items)] for row in box_rows]
+        faces = dict(zip(box_rows.tolist(), self.boxes.project(rasterizer, visible)))
+        for row, box in zip(box_rows.tolist(), visible):
+            if ahead[row] < _SHADOW_RANGE_M:
+                self.boxes.draw_shadow(picture, rasterizer, box)
+        kind_of, row_of = kinds.tolist(), rows.tolist()
+        for k in paint_order(bodies.corners_m[rows], eye, np.array(heading)):
+            row = row_of[k]
+            if kind_of[k] == _BOX:
+                self.boxes.draw(picture, rasterizer, faces[row])
+            elif kind_of[k] == TREE:
+                self.trees.draw(picture, int(items[row]), float(ahead[row]), float(aside[row]))
+            else:
+                self.buildings.draw(picture, rasterizer, buildings[int(items[row])])
+
+    def _with_boxes(self, bodies: _Bodies, boxes: Sequence[Box]) -> _Bodies:
+        moving = self._bodies(
+            np.full(len(boxes), _BOX),
+            np.array([[box.x_m, box.y_m] for box in boxes]),
+            np.array([box.yaw_rad for box in boxes]),
+            np.array([[box.length_m, box.width_m, box.height_m] for box in boxes]),
+        )
+        return _Bodies(*(np.concatenate(both) for both in zip(bodies, moving)))

@@ -1,0 +1,73 @@
+"""Tiles of the ground: textures, road and shadows, rasterized when they are first needed."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+
+import cv2
+import numpy as np
+
+from sdc_sim.camera.ground_shadows import GroundShadows
+from sdc_sim.camera.ground_textures import FINEST_TEXEL_M, LEVELS, TILE_PX, ground_textures
+from sdc_sim.camera.road_rasterizer import ASPHALT, RoadRasterizer
+from sdc_sim.road.road import Road
+from sdc_sim.road.scenery import Scenery
+
+CACHED_TILES = 96
+
+
+class GroundTiles:
+    """Cache of square tiles of the map at LEVELS resolutions.
+
+    A tile depends on its place only, so that a picture does not depend on the pictures before.
+
+    Attributes:
+        cache: the last CACHED_TILES tiles by (level, column, row)
+    """
+
+    def __init__(self, road: Road, scenery: Scenery, seed: int):
+        self.cache: OrderedDict[tuple[int, int, int], np.ndarray] = OrderedDict()
+        self._textures = [ground_textures(level, seed) for level in range(LEVELS)]
+        self._road = RoadRasterizer(road)
+        self._shadows = GroundShadows(scenery, seed) if len(scenery) else None
+
+    def tile(self, level: int, column: int, row: int) -> np.ndarray:
+        """Return a tile (TILE_PX, TILE_PX, 4) BGRA.
+
+        Args:
+            level: resolution; a texel is FINEST_TEXEL_M * 2**level wide
+            column: number of the tile along x
+            row: number of the tile along y
+        """
+        key = (level, column, row)
+        tile = self.cache.get(key)
+        if tile is None:
+            tile = self.cache[key] = self._rasterize(level, column, row)
+            if len(self.cache) > CACHED_TILES:
+                self.cache.popitem(last=False)
+        else:
+            self.cache.move_to_end(key)
+        return tile
+
+    def _rasterize(self, level: int, column: int, row: int) -> np.ndarray:
+        size_m = FINEST_TEXEL_M * 2**level * TILE_PX
+        origin_m = np.array([column, row]) * size_m
+        part = np.s_[
+            row % 2 * TILE_PX : (row % 2 + 1) * TILE_PX,
+            column % 2 * TILE_PX : (column % 2 + 1) * TILE_PX,
+        ]
+        grass, asphalt = (texture[part] for texture in self._textures[level])
+        weights = self._road.weights(level, origin_m, size_m)
+        shade = self._shadows.shade(level, origin_m, size_m) if self._shadows else None
+        if weights is None:
+            return grass if shade is None else _scaled(grass, shade)
+        if shade is not None:
+            paved, green = (cv2.multiply(plane, shade, scale=1.0 / 255.0) for plane in weights)
+        else:
+            paved, green = weights
+        return cv2.add(_scaled(asphalt, paved, ASPHALT * 255.0), _scaled(grass, green))
+
+
+def _scaled(texture: np.ndarray, plane: np.ndarray, full: float = 255.0) -> np.ndarray:
+    """Return a BGRA texture multiplied by a plane, whose value `full` leaves it as it is."""
+    return cv2.multiply(texture, cv2.cvtColor(plane, cv2.COLOR_GRAY2BGRA), scale=1.0 / full)

@@ -1,0 +1,163 @@
+"""Read YAML files and validate them against a JSON schema; every error names the file and line."""
+
+from __future__ import annotations
+
+import difflib
+import os
+from typing import Any, Iterable
+
+from sdc_common.validation import is_number
+
+# Aliases may refer to each other, so that a short file expands without end.
+_MAX_VALUES = 100_000
+_TYPE_NAMES = {type(None): "nothing", dict: "a mapping", list: "a list"}
+
+
+class DocumentError(ValueError):
+    """A file that cannot be used; the one-line message names file, line, problem and fix."""
+
+
+class YamlDocument:
+    """The values of a YAML file, as plain Python types, and their lines.
+
+    Attributes:
+        path: path of the file
+        values: mapping, list or scalar at the top of the file; None for an empty file
+    """
+
+    def __init__(self, path: str, root: Any):
+        self.path = path
+        self._root = root
+        self.values = _plain(root, [_MAX_VALUES])
+
+    def line(self, keys: Iterable) -> int:
+        """Return the line, counted from 1, of the value at a path of keys and list indices."""
+        node, line = self._root, 0
+        for key in keys:
+            line = (node.lc.data or {}).get(key, [line])[0]
+            node = node[key]
+        return line + 1
+
+    def error(self, keys: Iterable, message: str) -> DocumentError:
+        """Return the error to raise for the value at a path of keys and list indices."""
+        return DocumentError(f"{self.path}, line {self.line(keys)}: {' '.join(message.split())}")
+
+
+def load_yaml(path: str, fix: str) -> YamlDocument:
+    """Read a YAML file without running code from it.
+
+    Args:
+        path: path of the file, may start with ~
+        fix: advice for the error message if the file cannot be read
+
+    Raises:
+        DocumentError: the file cannot be read or is not valid YAML.
+    """
+    from ruamel.yaml import YAML  # Imports take 40 ms: only a drive with a scenario needs them.
+    from ruamel.yaml.error import YAMLError
+
+    path = os.path.expanduser(path)
+    try:
+        with open(path, encoding="utf-8") as file:
+            text = file.read()
+        return YamlDocument(path, YAML(typ="rt", pure=True).load(text))
+    except OSError as error:
+        raise DocumentError(f"{path}: cannot be read ({error.strerror}); {fix}") from None
+    except UnicodeDecodeError:
+        raise DocumentError(f"{path}: is not a text file; {fix}") from None
+    except RecursionError:
+        raise DocumentError(f"{path}: is nested too deeply; remove some levels") from None
+    except (
+        ArithmeticError,
+        AttributeError,
+        LookupError,
+        TypeError,
+        ValueError,
+        YAMLError,
+    ) as error:
+        # ruamel.yaml raises other types for a scalar that does not fit its tag: "!!bool maybe".
+        mark = getattr(error, "problem_mark", None)
+        place = f"{path}, line {mark.line + 1}" if mark else path
+        problem = (getattr(error, "problem", None) or str(error) or repr(error)).splitlines()[0]
+        raise DocumentError(f"{place}: is not valid YAML ({problem}); correct it") from None
+
+
+def validate(document: YamlDocument, schema: dict) -> None:
+    """Check the values of a document against a JSON schema (draft 7).
+
+    The `description` in a schema completes the sentence "it must be ...".
+
+    Raises:
+        DocumentError: for the first line with a mistake.
+    """
+    import jsonschema  # 100 ms
+
+    validator_class = jsonschema.validators.extend(
+        jsonschema.Draft7Validator,
+        type_checker=jsonschema.Draft7Validator.TYPE_CHECKER.redefine(
+            "number", lambda _, value: is_number(value)
+        ),
+    )
+    mistakes = [
+        # A misspelt key comes first: it is often the reason for other errors.
+        (error.validator != "additionalProperties", document.line(keys), keys, message)
+        for error in validator_class(schema).iter_errors(document.values)
+        for keys, message in [_describe(error)]
+    ]
+    if mistakes:
+        _, _, keys, message = min(mistakes, key=lambda mistake: mistake[:2])
+        raise document.error(keys, message)
+
+
+def _describe(error: Any) -> tuple[list, str]:
+    """Return the path of keys of a jsonschema error, and a message with the fix."""
+    keys, value, rule = list(error.absolute_path), error.instance, error.validator_value
+    name = _name(keys)
+    if error.validator == "additionalProperties":
+        known = list(error.schema["properties"])
+        key = next(key for key in value if key not in known)
+        return [*keys, key], f"unknown key '{key}'; {_suggestion(key, known, 'remove it or ')}"
+    if error.validator == "required":
+        key = next(key for key in rule if key not in value)
+        return keys, f"key '{key}' is missing in {name}; add the line '{key}: ...'"
+    if error.validator == "dependencies":
+        for key, needed in rule.items():
+            for other in needed if key in value else ():
+                if other not in value:
+                    fix = f"add '{other}: ...' or remove '{key}'"
+                    return [*keys, key], f"key '{other}' is missing, '{key}' needs it; {fix}"
+    found = _TYPE_NAMES.get(type(value)) or repr(value)[:40]
+    if error.validator == "enum":
+        return keys, f"{name} is {found}; {_suggestion(str(value), rule)}"
+    return keys, f"{name} must be {error.schema['description']}, got {found}"
+
+
+def _name(keys: list) -> str:
+    if not keys:
+        return "the file"
+    if isinstance(keys[-1], int) and len(keys) > 1:
+        return f"entry {keys[-1] + 1} of {_name(keys[:-1])}"
+    return f"'{keys[-1]}'"
+
+
+def _suggestion(word: str, known: list, other_fix: str = "") -> str:
+    close = difflib.get_close_matches(word, known, n=1)
+    return f"did you mean '{close[0]}'?" if close else f"{other_fix}use one of {', '.join(known)}"
+
+
+def _plain(value: Any, left: list) -> Any:
+    """Return a copy of types that YAML and JSON know; `left` holds how many values are allowed."""
+    left[0] -= 1
+    if left[0] < 0:
+        raise ValueError(f"more than {_MAX_VALUES} values")
+    if isinstance(value, dict):
+        for key in value:
+            if not isinstance(key, str):
+                raise ValueError(f"the key {key} is not text")
+        return {key: _plain(entry, left) for key, entry in value.items()}
+    if isinstance(value, list):
+        return [_plain(entry, left) for entry in value]
+    for kind in (bool, int, float, str):
+        if isinstance(value, kind):
+            return kind(value)
+    return value

@@ -1,0 +1,96 @@
+"""The start handshake names each connection that is missing for the first tick."""
+
+import pytest
+
+from sdc_sim.ros.start_handshake import missing_connections
+
+ODOMETRY, OBSTACLES, COMMAND, PATH = "/odometry", "/obstacles", "/command", "/path"
+TICK_TOPICS = (ODOMETRY, OBSTACLES)
+
+
+class FakeGraph:
+    """A world in which the referee and a planner are fully connected."""
+
+    def __init__(self):
+        self.publishers = {
+            ODOMETRY: {"/sim"},
+            OBSTACLES: {"/sim"},
+            COMMAND: {"/controller"},
+            PATH: {"/planner"},
+        }
+        self.subscribers = {
+            ODOMETRY: {"/referee", "/planner"},
+            OBSTACLES: {"/planner"},
+            COMMAND: {"/sim", "/referee"},
+            PATH: {"/referee"},
+        }
+        self.unreachable = set()
+        self.connected = {
+            "/referee": {(ODOMETRY, "/sim"), (COMMAND, "/controller"), (PATH, "/planner")},
+            "/planner": {(ODOMETRY, "/sim"), (OBSTACLES, "/sim")},
+        }
+
+    def is_reachable(self, node):
+        return node not in self.unreachable
+
+    def connections(self, node):
+        return self.connected.get(node, set())
+
+
+def missing(graph, nodes=("/referee",)):
+    return missing_connections(graph, ODOMETRY, TICK_TOPICS, set(nodes))
+
+
+def test_nothing_is_missing_when_all_nodes_are_connected():
+    assert missing(FakeGraph()) == []
+
+
+def test_node_that_does_not_run_is_missing():
+    assert missing(FakeGraph(), ["/referee", "/record"]) == ["/record to subscribe to /odometry"]
+
+
+@pytest.mark.parametrize(
+    ("node", "topic", "publisher"),
+    [
+        ("/referee", COMMAND, "/controller"),
+        ("/referee", ODOMETRY, "/sim"),
+        ("/planner", OBSTACLES, "/sim"),
+    ],
+)
+def test_each_missing_connection_is_named(node, topic, publisher):
+    graph = FakeGraph()
+    graph.connected[node].remove((topic, publisher))
+    assert missing(graph) == [f"{node} to connect to {publisher} for {topic}"]
+
+
+def test_topic_without_a_publisher_is_not_missing():
+    graph = FakeGraph()
+    del graph.publishers[PATH]
+    graph.connected["/referee"].remove((PATH, "/planner"))
+    assert missing(graph) == []
+
+
+def test_node_that_subscribes_to_no_topic_of_the_tick_is_ignored():
+    graph = FakeGraph()
+    graph.subscribers[COMMAND].add("/plot")
+    assert missing(graph) == []
+
+
+@pytest.mark.parametrize("dead", ["/planner", "/controller"])
+def test_killed_node_that_is_still_registered_is_ignored(dead):
+    graph = FakeGraph()
+    graph.unreachable = {dead}
+    graph.connected["/planner"] = set()
+    graph.connected["/referee"] = {(ODOMETRY, "/sim")} | (
+        {(COMMAND, "/controller")} if dead == "/planner" else {(PATH, "/planner")}
+    )
+    if dead == "/controller":
+        graph.connected["/planner"] = {(ODOMETRY, "/sim"), (OBSTACLES, "/sim")}
+    assert missing(graph) == []
+
+
+def test_node_to_wait_for_is_not_ignored_when_it_does_not_answer():
+    graph = FakeGraph()
+    graph.unreachable = {"/referee"}
+    graph.connected["/referee"] = set()
+    assert "/referee to connect to /sim for /odometry" in missing(graph)

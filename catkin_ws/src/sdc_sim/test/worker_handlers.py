@@ -1,0 +1,30 @@
+"""Handlers for the tests of WorkerProcess, which its process imports."""
+
+import os
+import time
+
+
+def make_writer(path):
+    """Return a handler that appends its items to a file."""
+
+    def write(item):
+        with open(path, "a", encoding="utf-8") as file:
+            print(*item, file=file)
+
+    return write
+
+
+def make_waiter(path):
+    """Return a handler that waits until a file exists."""
+
+    def wait(_item):
+        while not os.path.exists(path):
+            time.sleep(0.01)
+
+    return wait
+
+
+def make_after(path):
+    """Wait until a file exists; return a handler that does nothing."""
+    make_waiter(path)(None)
+    return lambda item: None
