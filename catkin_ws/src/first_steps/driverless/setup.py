@@ -1,4 +1,4 @@
-"""Tells catkin where this package's Python modules are; catkin runs it, you do not."""
+"""Register the Python modules of this package with catkin, which runs this file."""
 
 from catkin_pkg.python_setup import generate_distutils_setup
 from setuptools import setup

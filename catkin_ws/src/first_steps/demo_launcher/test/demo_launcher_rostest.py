@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The demo as a whole, started as a reader starts it."""
+"""Test the complete demo, started with roslaunch."""
 
 import os
 import queue
@@ -16,10 +16,13 @@ from std_msgs.msg import UInt32
 from um_msgs.msg import Waypoint
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "qt_interface" / "test"))
-from virtual_screen import VirtualScreen
+from window_control import find_window, press_close_button, qt_display
 
 LIMIT_SECONDS = 60.0
-SMALL = "world_parameters:={ellipse_width: 240.0, ellipse_height: 160.0, waypoint_count: 10, speed: 300.0}"
+SMALL = (
+    "world_parameters:="
+    "{ellipse_width: 240.0, ellipse_height: 160.0, waypoint_count: 10, speed: 300.0}"
+)
 
 
 def launch(*arguments, environment=None):
@@ -39,7 +42,7 @@ class DemoTest(unittest.TestCase):
         cls.master = rosgraph.Master("/demo_test")
 
     def nodes(self):
-        """The names of the nodes that publish or listen to anything."""
+        """Return the names of all nodes that publish or subscribe."""
         return {
             node for topics in self.master.getSystemState() for _, nodes in topics for node in nodes
         }
@@ -51,12 +54,15 @@ class DemoTest(unittest.TestCase):
             while not condition(messages.get(timeout=LIMIT_SECONDS)):
                 pass
         except queue.Empty:
-            self.fail(f"waited in vain on {topic}")
+            self.fail(f"timeout while waiting for {topic}")
         finally:
             subscriber.unregister()
 
     def await_start(self):
-        """Waits until the world and the driver are at work: a node that still starts answers Ctrl-C with a traceback."""
+        """Wait until the world and the driver run.
+
+        A node that is still starting prints a traceback on Ctrl-C.
+        """
         self.await_messages("/target_waypoint", Waypoint, lambda _msg: True)
 
     def stop(self, demo):
@@ -65,7 +71,7 @@ class DemoTest(unittest.TestCase):
         self.assertNotIn("Traceback", output)
         return output
 
-    def test_headless_it_drives_laps_without_a_window(self):
+    def test_headless_demo_drives_laps_without_a_window(self):
         demo = launch("headless:=true", SMALL)
         try:
             self.await_messages("/lap_count", UInt32, lambda msg: msg.data >= 2)
@@ -75,13 +81,13 @@ class DemoTest(unittest.TestCase):
             output = self.stop(demo)
         self.assertIn("lap 1 completed", output)
 
-    def test_closing_the_window_ends_the_launch(self):
-        with VirtualScreen() as screen:
-            demo = launch(environment=screen.environment)
+    def test_close_button_ends_the_launch(self):
+        with qt_display() as display:
+            demo = launch(environment=display.environment)
             try:
-                window = screen.find_window("First steps")
+                window = find_window(display, "First steps")
                 self.await_start()
-                screen.press_close_button(window)
+                press_close_button(display, window)
                 output, _ = demo.communicate(timeout=LIMIT_SECONDS)
             finally:
                 if demo.poll() is None:
@@ -89,23 +95,23 @@ class DemoTest(unittest.TestCase):
             self.assertNotIn("Traceback", output)
             self.assertIn("qt_interface", output)
 
-    def test_ending_the_launch_closes_the_window(self):
-        with VirtualScreen() as screen:
-            demo = launch(environment=screen.environment)
-            screen.find_window("First steps")
+    def test_ctrl_c_closes_the_window(self):
+        with qt_display() as display:
+            demo = launch(environment=display.environment)
+            find_window(display, "First steps")
             self.await_start()
             output = self.stop(demo)
-            self.assertNotIn("escalating", output, "every node ended when it was asked to")
+            self.assertNotIn("escalating", output, "every node ends on SIGINT")
             found = subprocess.run(
                 ["xdotool", "search", "--name", "First steps"],
                 check=False,
-                env=screen.environment,
+                env=display.environment,
                 stdout=subprocess.PIPE,
                 text=True,
             )
             self.assertEqual(found.stdout.strip(), "")
 
-    def test_a_bad_parameter_ends_the_launch_with_one_clear_line(self):
+    def test_invalid_parameter_ends_the_launch_with_one_error_line(self):
         demo = launch("headless:=true", "world_parameters:={field_height: 0}")
         output, _ = demo.communicate(timeout=LIMIT_SECONDS)
         lines = [line for line in output.splitlines() if "FATAL" in line]

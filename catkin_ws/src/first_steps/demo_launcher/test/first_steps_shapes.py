@@ -1,4 +1,4 @@
-"""Shapes of routes for the tests, and a field without ROS on which to drive them."""
+"""Routes for the tests, and a function that drives them without ROS."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ PACKAGES = Path(__file__).resolve().parents[2]
 
 
 def around(radius, count=30, turns=1):
-    """Points on a curve around the origin; `radius` gives the distance from it at an angle."""
+    """Return points on a curve around the origin; `radius` maps an angle to a distance."""
     angles = [2.0 * math.pi * turns * i / count for i in range(count)]
     return [(radius(a) * math.cos(a), radius(a) * math.sin(a)) for a in angles]
 
 
 def along(corners, spacing=50.0):
-    """Points along the closed polygon with these corners, about `spacing` apart."""
+    """Return points about `spacing` apart on the closed polygon with these corners."""
     points = []
     for (x0, y0), (x1, y1) in zip(corners, corners[1:] + corners[:1]):
         pieces = max(1, round(math.hypot(x1 - x0, y1 - y0) / spacing))
@@ -65,15 +65,16 @@ SHAPES = {
 
 
 def packaged(package, **overrides):
-    """The parameters in the package's config file, with overrides."""
+    """Return the parameters in the package's config file, with overrides."""
     text = (PACKAGES / package / "config" / f"{package}.yaml").read_text()
     return {**yaml.safe_load(text), **overrides}
 
 
 def drive(points, start, world=None, driver=None, laps=1, delay=0, step_limit=6000):
-    """Drives from `start` (x, y, direction) until `laps` are completed; returns the steps taken, None at the limit.
+    """Drive from `start` (x, y, direction) until `laps` are completed.
 
-    `delay` is the number of ticks by which a command arrives late.
+    `delay` is the number of ticks by which a command arrives late. Return the number of steps, or
+    None if it exceeds `step_limit`.
     """
     with tempfile.NamedTemporaryFile("w", suffix=".csv") as file:
         file.write("x,y\n" + "".join(f"{x},{y}\n" for x, y in points))

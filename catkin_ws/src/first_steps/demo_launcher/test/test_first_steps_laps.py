@@ -1,4 +1,4 @@
-"""The packaged driver in the packaged world: laps are completed from anywhere, on every shape."""
+"""Test that the driver completes laps in the world from any start, on every shape of route."""
 
 import math
 import sys
@@ -20,12 +20,12 @@ def few(examples):
 
 @given(start=STARTS, delay=st.integers(0, 1))
 @few(200)
-def test_laps_on_the_ellipse_from_any_start(start, delay):
+def test_driver_completes_laps_on_the_ellipse_from_any_start(start, delay):
     assert drive(SHAPES["ellipse"], start, laps=2, delay=delay) is not None
 
 
 @pytest.mark.parametrize("shape", sorted(SHAPES))
-def test_laps_on_every_shape_from_any_start(shape):
+def test_driver_completes_laps_on_every_shape_from_any_start(shape):
     @given(start=STARTS, delay=st.integers(0, 1))
     @few(30)
     def laps(start, delay):
@@ -36,8 +36,8 @@ def test_laps_on_every_shape_from_any_start(shape):
 
 @pytest.mark.parametrize("shape", sorted(set(SHAPES) - {"two points"}))
 @pytest.mark.parametrize("front_only", [False, True])
-def test_laps_by_the_sensor_alone(shape, front_only):
-    """Without the map, as long as the points are no farther apart than the sensor sees."""
+def test_driver_completes_laps_with_the_sensor_alone(shape, front_only):
+    """The points are close enough together for the range of the sensor."""
 
     @given(start=STARTS)
     @few(10)
@@ -58,7 +58,7 @@ def test_laps_by_the_sensor_alone(shape, front_only):
 
 
 @pytest.mark.parametrize("count", [2, 3, 4, 7, 100, 1000])
-def test_laps_with_any_number_of_points(count):
+def test_driver_completes_laps_with_any_number_of_points(count):
     points = [
         (350 * math.cos(2 * math.pi * i / count), 150 * math.sin(2 * math.pi * i / count))
         for i in range(count)
@@ -67,13 +67,13 @@ def test_laps_with_any_number_of_points(count):
 
 
 @pytest.mark.parametrize("speed", [10.0, 60.0, 240.0, 300.0, 600.0])
-def test_laps_at_other_speeds(speed):
-    """At 300 u/s the turning circle is larger than the reach: without a run-up the car would circle a point."""
+def test_driver_completes_laps_at_other_speeds(speed):
+    """At 300 u/s the turning circle exceeds the reach: only a run-up prevents endless circles."""
     for start in ((0.0, 0.0, 0.0), (390.0, 215.0, 1.0), (-350.0, 10.0, -2.0)):
         assert drive(SHAPES["ellipse"], start, {"speed": speed}) is not None
 
 
-def test_packaged_turning_circle_is_within_the_reach():
+def test_default_turning_circle_is_within_the_reach():
     world, driver = packaged("world"), packaged("driverless")
     assert (
         world["speed"] / world["rate"] / driver["max_turn"]

@@ -1,4 +1,4 @@
-"""Works through docs/first-steps.md as a reader does: types its commands, writes its files, looks at what comes out."""
+"""Follow docs/first-steps.md: run its commands, write its files, check the results."""
 
 import itertools
 import math
@@ -6,7 +6,6 @@ import os
 import re
 import shutil
 import signal
-import socket
 import subprocess
 import sys
 import time
@@ -14,30 +13,36 @@ from pathlib import Path
 
 import pytest
 
+from sdc_common.testing.processes import free_port
+
 FIRST_STEPS = Path(__file__).resolve().parents[2]
 WORKSHOP = FIRST_STEPS.parents[2]
 LESSON = WORKSHOP / "docs" / "first-steps.md"
 LIMIT_SECONDS = 60.0
 POINTS = 30  # of the ellipse
-RUNNING = (
-    "roscore",
-    "rosrun",
-    "roslaunch",
-    "rostopic",
-    "export WORKSHOP",
-)  # commands for terminals of their own
+# These commands do not end by themselves, or are not for the reader's main terminal.
+RUNNING = ("roscore", "rosrun", "roslaunch", "rostopic", "export WORKSHOP")
+# Variables of the system's ROS, without those that a workspace adds
+SYSTEM_VARIABLES = (
+    "ROS_DISTRO",
+    "ROS_ROOT",
+    "ROS_ETC_DIR",
+    "ROS_VERSION",
+    "ROS_PYTHON_VERSION",
+    "LANG",
+)
 
-pytestmark = pytest.mark.skipif(not LESSON.exists(), reason="the lesson is not beside the packages")
+pytestmark = pytest.mark.skipif(not LESSON.exists(), reason="the lesson is not in this tree")
 
 
 def sections():
-    """The lesson's numbered sections: {number: text}."""
+    """Return the lesson's numbered sections: {number: text}."""
     parts = re.split(r"^## (\d+)\. ", LESSON.read_text(), flags=re.MULTILINE)
     return {int(number): text for number, text in zip(parts[1::2], parts[2::2])}
 
 
 def blocks(text):
-    """The fenced blocks: (language, the text before it, the block)."""
+    """Return the fenced blocks: (language, text before the block, block)."""
     return [
         (match[2], match[1], match[3])
         for match in re.finditer(
@@ -47,16 +52,13 @@ def blocks(text):
 
 
 class Reader:
-    """Somebody with an empty home who follows the lesson."""
+    """A reader of the lesson, with an empty home folder and a ROS master port of their own."""
 
     def __init__(self, home):
         self.home, self.workspace, self.folder = home, home / "first_steps_ws", str(home)
-        with socket.socket() as free:
-            free.bind(("127.0.0.1", 0))
-            self.port = free.getsockname()[1]
-        interpreter = os.path.dirname(
-            sys.executable
-        )  # catkin shall build for the Python that runs this test
+        self.port = free_port()
+        # catkin must build for the Python that runs this test.
+        interpreter = os.path.dirname(sys.executable)
         self.environment = {
             "HOME": str(home),
             "WORKSHOP": str(WORKSHOP),
@@ -65,19 +67,9 @@ class Reader:
             "ROS_MASTER_URI": f"http://127.0.0.1:{self.port}",
             "PYTHONUNBUFFERED": "1",
         }
-        for (
-            name,
-            value,
-        ) in os.environ.items():  # what the system's own ROS set up, not what a workspace added
-            if name in (
-                "ROS_DISTRO",
-                "ROS_ROOT",
-                "ROS_ETC_DIR",
-                "ROS_VERSION",
-                "ROS_PYTHON_VERSION",
-                "LANG",
-            ):
-                self.environment[name] = value
+        self.environment.update(
+            {name: os.environ[name] for name in SYSTEM_VARIABLES if name in os.environ}
+        )
         self.processes = []
 
     def shell(self, command):
@@ -88,7 +80,7 @@ class Reader:
         return ["bash", "-c", known + command]
 
     def run(self, command):
-        """Types the commands into a terminal and waits for them; returns what they print."""
+        """Run the commands in a terminal and return their output."""
         result = subprocess.run(
             self.shell(f"set -e\n{command}"),
             cwd=str(self.home),
@@ -103,7 +95,7 @@ class Reader:
         return result.stdout
 
     def start(self, command):
-        """Types the command into a terminal of its own."""
+        """Start the command in another terminal."""
         process = subprocess.Popen(
             self.shell(f"exec {command}"),
             cwd=str(self.home),
@@ -115,7 +107,7 @@ class Reader:
         return process
 
     def stop(self, process):
-        """Presses Ctrl-C."""
+        """Press Ctrl-C."""
         process.send_signal(signal.SIGINT)
         try:
             process.wait(timeout=LIMIT_SECONDS)
@@ -128,14 +120,14 @@ class Reader:
                 self.stop(process)
 
     def follow(self, text):
-        """Writes the files of a section and types its commands that end by themselves, in the order they stand in."""
+        """Write the files of a section and run its commands that end by themselves, in order."""
         for language, before, block in blocks(text):
             named = re.findall(r"`([\w/]+\.(?:msg|py|txt|launch))`", before)
             if language == "bash" and not block.startswith(RUNNING):
-                said = self.run(
+                output = self.run(
                     f"cd {self.folder}\n{block.replace('source devel/setup.bash', '')}\npwd"
                 )
-                self.folder = said.splitlines()[-1]  # the terminal stays where it was
+                self.folder = output.splitlines()[-1]  # the next command runs in the same folder
             elif (
                 language != "bash"
                 and named
@@ -147,24 +139,24 @@ class Reader:
                 if mode:
                     path.chmod(mode)
 
-    def ask(self, topic, count=1):
-        """What is said on a topic."""
+    def echo(self, topic, count=1):
+        """Return messages of a topic as text."""
         return self.run(f"timeout {LIMIT_SECONDS:.0f} rostopic echo -n {count} {topic}")
 
     def number(self, topic, field):
-        """A number from a message on a topic."""
-        return float(self.ask(f"{topic}/{field}").split()[0])
+        """Return a number from a message of a topic."""
+        return float(self.echo(f"{topic}/{field}").split()[0])
 
     def wait_for(self, condition, what):
         end = time.monotonic() + LIMIT_SECONDS
         while not condition():
-            assert time.monotonic() < end, f"waited in vain for {what}"
+            assert time.monotonic() < end, f"timeout while waiting for {what}"
             time.sleep(0.1)
 
 
 def edit(path, old, new):
     text = path.read_text()
-    assert text.count(old) == 1, f"{path}: {old!r} is there {text.count(old)} times"
+    assert text.count(old) == 1, f"{path}: {old!r} occurs {text.count(old)} times"
     path.write_text(text.replace(old, new))
 
 
@@ -176,7 +168,7 @@ def reader(tmp_path):
     shutil.rmtree(str(tmp_path), ignore_errors=True)
 
 
-def test_the_lesson_holds_what_it_promises(reader):
+def test_lesson_leads_to_the_results_that_it_describes(reader):
     steps = sections()
     assert sorted(steps) == list(range(1, 12))
     world = reader.workspace / "src" / "world" / "scripts" / "world_node.py"
@@ -186,16 +178,16 @@ def test_the_lesson_holds_what_it_promises(reader):
     assert {"build", "devel", "src"} <= {path.name for path in reader.workspace.iterdir()}
 
     reader.follow(steps[2])
-    promised = [block for language, _, block in blocks(steps[2]) if language == "text"][-1]
-    assert promised in reader.run("rosmsg show um_msgs/Waypoints")
+    expected = [block for language, _, block in blocks(steps[2]) if language == "text"][-1]
+    assert expected in reader.run("rosmsg show um_msgs/Waypoints")
 
     reader.follow(steps[3])
-    reader.start(f"roscore -p {reader.port}")  # a port of its own, so as not to meet another master
+    reader.start(f"roscore -p {reader.port}")  # avoid the port of another master
     reader.wait_for(lambda: "/rosout" in reader.run("rostopic list || true"), "the master")
     node = reader.start("rosrun world world_node.py")
-    promised = [block for language, _, block in blocks(steps[3]) if language == "text"][-1]
-    said = re.sub(r" +$", "", reader.ask("/world_waypoints"), flags=re.MULTILINE)
-    assert promised in said and said.count("idx:") == POINTS
+    expected = [block for language, _, block in blocks(steps[3]) if language == "text"][-1]
+    output = re.sub(r" +$", "", reader.echo("/world_waypoints"), flags=re.MULTILINE)
+    assert expected in output and output.count("idx:") == POINTS
     reader.stop(node)
 
     reader.follow(steps[4])
@@ -240,7 +232,7 @@ def test_the_lesson_holds_what_it_promises(reader):
     )
     edit(world, "    def move(self):\n", callback + "\n    def move(self):\n")
     node = reader.start("rosrun world world_node.py")
-    reader.wait_for(lambda: "idx" in reader.ask("/sensed_waypoints"), "a sensed point")
+    reader.wait_for(lambda: "idx" in reader.echo("/sensed_waypoints"), "a sensed point")
     before = reader.number("/car_position", "direction")
     reader.run("rostopic pub -1 /cmd um_msgs/SteeringCommand 1.5708")
     turned = reader.number("/car_position", "direction") - before
@@ -268,10 +260,12 @@ def test_the_lesson_holds_what_it_promises(reader):
     def targets():
         return [int(idx) for idx in re.findall(r"^(\d+)$", record.read_text(), flags=re.MULTILINE)]
 
-    reader.wait_for(lambda: {8, 9, 10} <= set(targets()), "the place where it turns at pi")
+    reader.wait_for(
+        lambda: {8, 9, 10} <= set(targets()), "the points where the direction is near pi"
+    )
     seen = targets()
     assert {(after - before) % POINTS for before, after in zip(seen, seen[1:])} <= {0, 1}, (
-        "from one point to the next, never back"
+        "the target moves to the next point, never back"
     )
     stays = [len(list(same)) for _, same in itertools.groupby(seen)]
-    assert max(stays[1:]) < 30, "no needless loop: it takes 43 ticks, a point 13"
+    assert max(stays[1:]) < 30, "no loop: a loop takes 43 ticks, a point 13"

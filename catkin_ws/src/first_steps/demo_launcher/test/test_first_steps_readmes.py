@@ -1,4 +1,4 @@
-"""The tables in the READMEs hold what is in the code."""
+"""Test that the tables in the READMEs agree with the code."""
 
 import re
 from pathlib import Path
@@ -11,7 +11,7 @@ NODES = ["world", "driverless", "qt_interface"]
 
 
 def rows(package, heading):
-    """The rows of the table whose first column is called `heading`, cells without backticks."""
+    """Return the rows, without backticks, of the table whose first column is `heading`."""
     lines = (PACKAGES / package / "README.md").read_text().splitlines()
     begin = next(i for i, line in enumerate(lines) if line.startswith(f"| {heading} |"))
     table = []
@@ -23,7 +23,7 @@ def rows(package, heading):
 
 
 @pytest.mark.parametrize("package", NODES)
-def test_parameters_and_defaults_are_those_of_the_config_file(package):
+def test_readme_lists_the_parameters_and_defaults_of_the_config_file(package):
     config = yaml.safe_load((PACKAGES / package / "config" / f"{package}.yaml").read_text())
     assert {name: yaml.safe_load(default) for name, default, *_ in rows(package, "parameter")} == {
         f"~{name}": value for name, value in config.items()
@@ -31,18 +31,18 @@ def test_parameters_and_defaults_are_those_of_the_config_file(package):
 
 
 @pytest.mark.parametrize("package", NODES)
-def test_every_parameter_has_its_unit_or_meaning_beside_it(package):
+def test_config_file_has_a_comment_on_every_line(package):
     for line in (PACKAGES / package / "config" / f"{package}.yaml").read_text().splitlines():
         assert "#" in line, line
 
 
 @pytest.mark.parametrize("package", NODES)
-def test_topics_are_those_of_the_node(package):
+def test_readme_lists_the_topics_of_the_node(package):
     code = (PACKAGES / package / "scripts" / f"{package}_node.py").read_text()
     in_code = {
         (topic, message, "out" if kind == "Publisher" else "in")
         for kind, topic, message in re.findall(
-            r'rospy\.(Publisher|Subscriber)\("([^"]+)", (\w+)', code
+            r'rospy\.(Publisher|Subscriber)\(\s*"([^"]+)", (\w+)', code
         )
     }
     assert in_code, "the node has topics"
@@ -51,13 +51,13 @@ def test_topics_are_those_of_the_node(package):
     } == in_code
 
 
-def test_arguments_are_those_of_the_launch_file():
+def test_readme_lists_the_arguments_of_the_launch_file():
     launch = (PACKAGES / "demo_launcher" / "launch" / "demo.launch").read_text()
     in_launch = dict(re.findall(r'<arg name="(\w+)" default="([^"]*)"', launch))
     assert {name: default for name, default, _ in rows("demo_launcher", "argument")} == in_launch
 
 
-def test_messages_are_those_of_the_files():
+def test_readme_lists_the_fields_of_the_messages():
     in_files = {
         path.stem: [
             re.sub(r"\s+", " ", line.split("#")[0]).strip()
@@ -70,6 +70,6 @@ def test_messages_are_those_of_the_files():
 
 
 @pytest.mark.parametrize("package", NODES)
-def test_nodes_are_short(package):
+def test_node_is_shorter_than_120_lines(package):
     lines = (PACKAGES / package / "scripts" / f"{package}_node.py").read_text().splitlines()
     assert len(lines) < 120

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The driver: answers each position of the car with a steering command towards the next waypoint."""
+"""Drive: answer each position of the car with a steering command towards the next waypoint."""
 
 import sys
 import threading
@@ -16,7 +16,7 @@ class Driverless:
         # Parameters
         self.settings = read_settings(rospy.get_param("~", {}))
 
-        # State; callbacks run in threads of their own, so each takes the lock before it touches the driver
+        # State. ROS runs callbacks in several threads: the lock protects the driver.
         self.driver = Driver(self.settings)
         self.lock = threading.Lock()
         self.target = None
@@ -26,29 +26,20 @@ class Driverless:
         self.target_pub = rospy.Publisher("/target_waypoint", Waypoint, queue_size=10, latch=True)
 
         # Subscribers
+        newest = {"queue_size": 1, "tcp_nodelay": True}
         if self.settings.use_map:
-            rospy.Subscriber(
-                "/world_waypoints",
-                Waypoints,
-                self.on_world_waypoints,
-                queue_size=1,
-                tcp_nodelay=True,
-            )
-        rospy.Subscriber(
-            "/sensed_waypoints", Waypoints, self.on_sensed_waypoints, queue_size=1, tcp_nodelay=True
-        )
-        rospy.Subscriber(
-            "/car_position", CarPosition, self.on_car_position, queue_size=1, tcp_nodelay=True
-        )
+            rospy.Subscriber("/world_waypoints", Waypoints, self.on_world_waypoints, **newest)
+        rospy.Subscriber("/sensed_waypoints", Waypoints, self.on_sensed_waypoints, **newest)
+        rospy.Subscriber("/car_position", CarPosition, self.on_car_position, **newest)
 
     # Callbacks
     def on_world_waypoints(self, msg):
-        self.take("/world_waypoints", self.driver.set_map, msg)
+        self.set_points("/world_waypoints", self.driver.set_map, msg)
 
     def on_sensed_waypoints(self, msg):
-        self.take("/sensed_waypoints", self.driver.set_sensed, msg)
+        self.set_points("/sensed_waypoints", self.driver.set_sensed, msg)
 
-    def take(self, topic, action, msg):
+    def set_points(self, topic, action, msg):
         try:
             with self.lock:
                 action([(waypoint.idx, waypoint.x, waypoint.y) for waypoint in msg.waypoints])
@@ -59,15 +50,12 @@ class Driverless:
         try:
             with self.lock:
                 turn, target = self.driver.step(msg.x, msg.y, msg.direction)
+            self.publish(turn, target)
         except ValueError as error:
             rospy.logwarn_throttle(1.0, f"refused a message on /car_position: {error}")
-            return
-        try:
-            self.publish(turn, target)
         except rospy.ROSException:
-            if (
-                not rospy.core.is_shutdown_requested()
-            ):  # on the way out the topics are closed already
+            # ROS closes the topics at shutdown, possibly before this callback publishes.
+            if not rospy.core.is_shutdown_requested():
                 raise
 
     # Publishing

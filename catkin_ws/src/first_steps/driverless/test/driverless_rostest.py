@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The real driver node: positions and points go in, steering commands come out."""
+"""Test the driver node: publish positions and points, receive steering commands."""
 
 import math
 import queue
@@ -33,22 +33,19 @@ class DriverlessTest(unittest.TestCase):
         end = time.monotonic() + LIMIT_SECONDS
         for publisher in (cls.map, cls.sensed, cls.car):
             while not publisher.get_num_connections():
-                assert time.monotonic() < end, f"nobody listens to {publisher.name}"
+                assert time.monotonic() < end, f"no subscriber of {publisher.name}"
                 time.sleep(0.01)
-        # The other way round a connection takes a moment too: ask until an answer comes.
+        # The connections from the node take a moment too: publish until a command arrives.
         while cls.commands.empty():
-            assert time.monotonic() < end, "no answer on /cmd"
+            assert time.monotonic() < end, "no command on /cmd"
             cls.car.publish(x=-900.0, y=0.0, direction=0.0)
             time.sleep(0.05)
         while not targets.get_num_connections():
-            assert time.monotonic() < end, "nobody publishes /target_waypoint"
+            assert time.monotonic() < end, "no publisher of /target_waypoint"
             time.sleep(0.01)
 
     def setUp(self):
-        self.wait_for_silence()
-
-    def wait_for_silence(self):
-        """Empties the queue of commands that answer what was asked before."""
+        """Remove the commands that answer positions of an earlier test."""
         while True:
             try:
                 self.commands.get(timeout=0.3)
@@ -60,7 +57,10 @@ class DriverlessTest(unittest.TestCase):
         return self.commands.get(timeout=LIMIT_SECONDS).delta_direction
 
     def answer_once_known(self, x, y, direction, expected):
-        """Asks until the answer is the expected one: map and position come on two connections, in either order."""
+        """Publish the position until the expected command arrives.
+
+        Map and position use two connections and arrive in any order.
+        """
         end = time.monotonic() + LIMIT_SECONDS
         answer = math.nan
         while time.monotonic() < end:
@@ -69,20 +69,18 @@ class DriverlessTest(unittest.TestCase):
                 return
         self.fail(f"expected {expected}, the last answer was {answer}")
 
-    def test_it_turns_to_the_next_point_and_says_which_it_is(self):
+    def test_node_turns_to_the_next_point_and_publishes_the_target(self):
         self.map.publish(to_message(SQUARE))
         self.answer_once_known(-50.0, 0.0, 0.1, -0.05)  # half of the heading error, to point 0
         self.assertEqual(self.answer(-50.0, 0.0, 2.0), -0.2)  # max_turn from the launch file
-        self.answer_once_known(0.0, 0.0, 0.1, -0.05)  # reached: on to point 1
+        self.answer_once_known(0.0, 0.0, 0.1, -0.05)  # reached: the next is point 1
         self.answer_once_known(100.0, 0.0, math.pi / 2 + 0.1, -0.05)  # to point 2
         self.answer_once_known(100.0, 100.0, -math.pi + 0.1, -0.05)  # to point 3, across the wrap
-        self.answer_once_known(
-            0.0, 100.0, -math.pi / 2 - 0.1, 0.05
-        )  # after the last comes the first
+        self.answer_once_known(0.0, 100.0, -math.pi / 2 - 0.1, 0.05)  # the first follows the last
         seen = [self.targets.get(timeout=LIMIT_SECONDS).idx for _ in range(5)]
         self.assertEqual(seen, [0, 1, 2, 3, 0])
 
-    def test_messages_that_are_no_numbers_are_refused_and_it_drives_on(self):
+    def test_node_refuses_non_finite_messages_and_drives_on(self):
         self.map.publish(to_message([(0, math.nan, 0.0)]))
         self.sensed.publish(to_message([(0, 0.0, math.inf)]))
         self.car.publish(x=math.nan, y=0.0, direction=0.0)
@@ -90,7 +88,7 @@ class DriverlessTest(unittest.TestCase):
         answer = self.answer(50.0, 50.0, 0.3)
         self.assertTrue(abs(answer) <= 0.2)
 
-    def test_bad_parameters_end_in_one_clear_line(self):
+    def test_node_exits_with_one_error_line_for_an_invalid_parameter(self):
         result = subprocess.run(
             ["rosrun", "driverless", "driverless_node.py", "__name:=bad_driver", "_max_turn:=-1"],
             check=False,

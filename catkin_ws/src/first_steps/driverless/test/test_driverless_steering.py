@@ -1,4 +1,4 @@
-"""How far to turn, and which point comes next."""
+"""Test the steering geometry, the order of the route and the driver."""
 
 import math
 from pathlib import Path
@@ -26,7 +26,7 @@ def driver(**overrides):
 
 
 @given(angles)
-def test_wrap_stays_in_range_and_keeps_the_direction(angle):
+def test_wrap_angle_stays_in_range_and_keeps_the_direction(angle):
     wrapped = wrap_angle(angle)
     assert -PI < wrapped <= PI
     assert math.cos(wrapped - angle) == pytest.approx(1.0)
@@ -35,7 +35,7 @@ def test_wrap_stays_in_range_and_keeps_the_direction(angle):
 @pytest.mark.parametrize(
     "angle, wrapped", [(PI, PI), (-PI, PI), (PI + 1e-9, -PI + 1e-9), (3 * PI, PI), (0.0, 0.0)]
 )
-def test_wrap_at_pi(angle, wrapped):
+def test_wrap_angle_maps_minus_pi_to_pi(angle, wrapped):
     assert wrap_angle(angle) == pytest.approx(wrapped, abs=1e-12)
 
 
@@ -52,12 +52,12 @@ def test_wrap_at_pi(angle, wrapped):
         (0.7, (0.0, 0.0), 0.0),
     ],
 )
-def test_heading_error_turns_the_shortest_way(direction, target, error):
+def test_heading_error_is_the_shortest_turn(direction, target, error):
     assert heading_error(0.0, 0.0, direction, *target) == pytest.approx(error)
 
 
 @given(coordinates, coordinates, angles, coordinates, coordinates)
-def test_turning_by_the_heading_error_looks_at_the_target(x, y, direction, target_x, target_y):
+def test_car_turned_by_the_heading_error_points_at_the_target(x, y, direction, target_x, target_y):
     error = heading_error(x, y, direction, target_x, target_y)
     assert -PI < error <= PI
     distance = math.hypot(target_x - x, target_y - y)
@@ -65,27 +65,27 @@ def test_turning_by_the_heading_error_looks_at_the_target(x, y, direction, targe
     assert y + distance * math.sin(direction + error) == pytest.approx(target_y, abs=1e-6)
 
 
-def test_clamp():
+def test_clamp_limits_both_signs():
     assert (clamp(0.1, 0.25), clamp(9.0, 0.25), clamp(-9.0, 0.25)) == (0.1, 0.25, -0.25)
 
 
-def test_run_up_begins_well_inside_the_turning_circle_and_ends_outside():
-    circle = {
-        "turning_radius": 100.0,
-        "reach_distance": 20.0,
-    }  # its centre is at (0, 100) for a target on the left
+def test_run_up_begins_well_inside_the_turning_circle_and_ends_outside_it():
+    # The centre of the circle is (0, 100) for a target on the left.
+    circle = {"turning_radius": 100.0, "reach_distance": 20.0}
     assert needs_run_up(False, 0.0, 0.0, 0.0, 0.0, 100.0, **circle)
     assert not needs_run_up(False, 0.0, 0.0, 0.0, 90.0, 100.0, **circle)
     assert needs_run_up(True, 0.0, 0.0, 0.0, 90.0, 100.0, **circle)
     assert not needs_run_up(True, 0.0, 0.0, 0.0, 101.0, 100.0, **circle)
-    assert needs_run_up(False, 0.0, 0.0, 0.0, 0.0, -100.0, **circle), "on the right as on the left"
+    assert needs_run_up(False, 0.0, 0.0, 0.0, 0.0, -100.0, **circle), (
+        "the rule is the same for a target on the right"
+    )
     assert not needs_run_up(
         False, 0.0, 0.0, 0.0, 0.0, 1.0, turning_radius=16.0, reach_distance=20.0
     )
 
 
 def visited(points, count, start=(-4.0, 0.0)):
-    """The targets in turn, the car jumping from each to the next."""
+    """Return the first `count` targets of a car that moves from each target to the next."""
     route = Route()
     route.set_map(points)
     target = route.update(*start, points, 1.0)
@@ -96,7 +96,7 @@ def visited(points, count, start=(-4.0, 0.0)):
     return order
 
 
-def test_after_the_last_comes_the_first_for_any_number_of_points():
+def test_first_point_follows_the_last_for_any_number_of_points():
     for count in range(1, 40):
         points = [Point(i, 10.0 * i, 0.0) for i in range(count)]
         order = [idx for idx, _ in visited(points[::-1], 2 * count + 1)]
@@ -106,7 +106,7 @@ def test_after_the_last_comes_the_first_for_any_number_of_points():
             assert order == [*range(count), *range(count), 0]
 
 
-def test_missing_and_repeated_idx():
+def test_route_accepts_missing_and_repeated_idx():
     points = [Point(9, 30.0, 0.0), Point(4, 10.0, 0.0), Point(2, 0.0, 0.0), Point(4, 20.0, 0.0)]
     assert visited(points, 5) == [(2, 0.0), (4, 10.0), (4, 20.0), (9, 30.0), (2, 0.0)]
 
@@ -126,14 +126,14 @@ def test_each_round_visits_every_point_once_in_order_of_idx(indices, start):
     assert first[begin:] + first[:begin] == sorted((point.idx, point.x) for point in points)
 
 
-def test_points_closer_than_the_reach_are_passed_at_once():
+def test_target_skips_all_points_within_the_reach_distance():
     route = Route()
     points = [Point(i, 1.0 * i, 0.0) for i in range(100)]
     route.set_map(points)
     assert route.update(0.0, 0.0, points, 10.5).idx == 11
 
 
-def test_without_a_map_the_sensor_teaches_the_route():
+def test_route_without_a_map_consists_of_sensed_points():
     route = Route()
     assert route.update(0.0, 0.0, set(), 1.0) is None
     route.add_sensed([Point(5, 50.0, 0.0)])
@@ -141,15 +141,15 @@ def test_without_a_map_the_sensor_teaches_the_route():
     assert route.update(50.0, 0.0, {Point(5, 50.0, 0.0)}, 1.0).idx == 5
     route.add_sensed([Point(3, 30.0, 0.0)])
     assert route.update(50.0, 0.0, set(), 1.0).idx == 3, (
-        "after the highest known comes the lowest known"
+        "the lowest known idx follows the highest known one"
     )
     route.add_sensed([Point(7, 70.0, 0.0)])
     assert route.update(50.0, 0.0, set(), 1.0).idx == 7, (
-        "but a point that turns out to lie between comes first"
+        "a new point with a higher idx comes before the lowest one"
     )
 
 
-def test_a_remembered_point_that_is_gone_is_forgotten():
+def test_route_without_a_map_removes_a_point_that_no_longer_exists():
     route = Route()
     points = [Point(i, 10.0 * i, 0.0) for i in range(3)]
     route.add_sensed(points)
@@ -159,7 +159,7 @@ def test_a_remembered_point_that_is_gone_is_forgotten():
     assert route.update(0.0, 0.0, {points[0]}, 1.0).idx == 2
 
 
-def test_another_map_keeps_the_progress():
+def test_new_map_keeps_the_progress():
     route = Route()
     points = [Point(i, 10.0 * i, 0.0) for i in range(4)]
     route.set_map(points)
@@ -173,21 +173,21 @@ def test_another_map_keeps_the_progress():
 
 
 @given(coordinates, coordinates, angles)
-def test_a_step_never_turns_more_than_allowed(x, y, direction):
+def test_step_turns_at_most_max_turn(x, y, direction):
     student = driver(max_turn=0.2)
     student.set_map([(0, 0.0, 0.0), (1, 300.0, 0.0)])
     turn, target = student.step(x, y, direction)
     assert abs(turn) <= 0.2 and target is not None
 
 
-def test_a_step_turns_by_the_gain_towards_the_target():
+def test_step_turns_by_the_gain_times_the_heading_error():
     student = driver(turn_gain=0.5, max_turn=0.25)
     student.set_map([(0, 100.0, 0.0), (1, 300.0, 0.0)])
     assert student.step(0.0, 0.0, 0.1)[0] == pytest.approx(-0.05)
     assert student.step(0.0, 0.0, -1.0)[0] == 0.25
 
 
-def test_search_turns_by_the_golden_angle_now_and_then():
+def test_search_drives_straight_and_turns_after_search_patience_steps():
     student = driver(search_patience=10, search_turn=2.4, max_turn=0.25)
     turns = [student.step(0.0, 0.0, 0.0)[0] for _ in range(40)]
     assert turns[:9] == [0.0] * 9
@@ -195,7 +195,7 @@ def test_search_turns_by_the_golden_angle_now_and_then():
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf])
-def test_what_is_no_number_is_refused_and_the_last_good_state_kept(bad):
+def test_driver_refuses_non_finite_input_and_keeps_its_state(bad):
     student = driver()
     student.set_map([(0, 100.0, 0.0), (1, 300.0, 0.0)])
     for action in (
@@ -219,12 +219,12 @@ BAD = [(name, value) for name in NUMBERS for value in (0, -1.0, math.nan, "much"
 
 
 @pytest.mark.parametrize("name, value", BAD)
-def test_bad_parameters_are_named_with_the_mend(name, value):
+def test_error_for_an_invalid_parameter_names_it_and_the_fix(name, value):
     with pytest.raises(SettingsError, match=f"^parameter ~{name} is .*: give "):
         read_settings({**CONFIG, name: value})
 
 
 @pytest.mark.parametrize("name", sorted(CONFIG))
-def test_missing_parameters_are_named(name):
+def test_error_for_a_missing_parameter_names_it(name):
     with pytest.raises(SettingsError, match=f"~{name} is missing"):
         read_settings({key: value for key, value in CONFIG.items() if key != name})

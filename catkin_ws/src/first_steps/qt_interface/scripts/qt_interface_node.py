@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The window on the field: shows what the world publishes, publishes what mouse and keys wish."""
+"""Show the field in a window, and publish what the user requests with mouse and keys."""
 
 import os
 import sys
@@ -16,15 +16,16 @@ from qt_interface.window import Window
 
 
 class QtInterface(QObject):
-    # ROS calls back in threads of its own, and widgets belong to Qt's: only these signals go across.
-    world_came = pyqtSignal(object, object)
-    sensed_came = pyqtSignal(object)
-    target_came = pyqtSignal(object)
-    car_came = pyqtSignal(float, float, float)
-    laps_came = pyqtSignal(int)
-    pause_came = pyqtSignal(bool)
-    reset_came = pyqtSignal()
-    shutdown_came = pyqtSignal()
+    # ROS runs callbacks in its own threads, but only Qt's thread may use widgets: callbacks emit
+    # these signals, which Qt delivers in its thread.
+    world_received = pyqtSignal(object, object)
+    sensed_received = pyqtSignal(object)
+    target_received = pyqtSignal(object)
+    car_received = pyqtSignal(float, float, float)
+    laps_received = pyqtSignal(int)
+    pause_received = pyqtSignal(bool)
+    reset_received = pyqtSignal()
+    shutdown_received = pyqtSignal()
 
     def __init__(self):
         super().__init__()
@@ -36,9 +37,8 @@ class QtInterface(QObject):
         self.window = Window(self.scene)
 
         # Publishers
-        self.place_pub = rospy.Publisher(
-            "world/place_car", CarPosition, queue_size=1, tcp_nodelay=True
-        )
+        newest = {"queue_size": 1, "tcp_nodelay": True}
+        self.place_pub = rospy.Publisher("world/place_car", CarPosition, **newest)
         self.add_pub = rospy.Publisher("world/add_waypoint", Waypoint, queue_size=10)
         self.pause_pub = rospy.Publisher("world/pause", Bool, queue_size=10)
         self.reset_pub = rospy.Publisher("world/reset", Empty, queue_size=10)
@@ -46,46 +46,46 @@ class QtInterface(QObject):
 
         # Subscribers
         rospy.Subscriber("/world_waypoints", Waypoints, self.on_world_waypoints, queue_size=1)
-        rospy.Subscriber(
-            "/sensed_waypoints", Waypoints, self.on_sensed_waypoints, queue_size=1, tcp_nodelay=True
-        )
+        rospy.Subscriber("/sensed_waypoints", Waypoints, self.on_sensed_waypoints, **newest)
         rospy.Subscriber("/target_waypoint", Waypoint, self.on_target_waypoint, queue_size=1)
+        fast = {"queue_size": 10, "tcp_nodelay": True}
+        rospy.Subscriber("/car_position", CarPosition, self.on_car_position, **fast)
+        rospy.Subscriber("/lap_count", UInt32, self.on_lap_count, queue_size=1)
         rospy.Subscriber(
-            "/car_position", CarPosition, self.on_car_position, queue_size=10, tcp_nodelay=True
+            "/paused", Bool, lambda msg: self.pause_received.emit(msg.data), queue_size=1
         )
-        rospy.Subscriber(
-            "/lap_count", UInt32, lambda msg: self.laps_came.emit(msg.data), queue_size=1
-        )
-        rospy.Subscriber("/paused", Bool, lambda msg: self.pause_came.emit(msg.data), queue_size=1)
-        rospy.Subscriber("world/reset", Empty, lambda _msg: self.reset_came.emit(), queue_size=1)
-        rospy.on_shutdown(self.shutdown_came.emit)
+        rospy.Subscriber("world/reset", Empty, lambda _: self.reset_received.emit(), queue_size=1)
+        rospy.on_shutdown(self.shutdown_received.emit)
 
     def connect_window(self):
-        self.world_came.connect(self.scene.set_world)
-        self.sensed_came.connect(self.scene.set_sensed)
-        self.target_came.connect(self.scene.set_target)
-        self.car_came.connect(self.window.set_car)
-        self.laps_came.connect(self.window.set_laps)
-        self.pause_came.connect(self.window.set_paused)
-        self.reset_came.connect(self.window.clear_trail)
-        self.shutdown_came.connect(self.window.close)
+        self.world_received.connect(self.scene.set_world)
+        self.sensed_received.connect(self.scene.set_sensed)
+        self.target_received.connect(self.scene.set_target)
+        self.car_received.connect(self.window.set_car)
+        self.laps_received.connect(self.window.set_laps)
+        self.pause_received.connect(self.window.set_paused)
+        self.reset_received.connect(self.window.clear_trail)
+        self.shutdown_received.connect(self.window.close)
         self.window.car_dragged.connect(self.publish_place)
-        self.window.waypoint_wished.connect(lambda x, y: self.add_pub.publish(x=x, y=y))
-        self.window.pause_wished.connect(self.pause_pub.publish)
-        self.window.reset_wished.connect(self.reset_pub.publish)
+        self.window.waypoint_requested.connect(lambda x, y: self.add_pub.publish(x=x, y=y))
+        self.window.pause_requested.connect(self.pause_pub.publish)
+        self.window.reset_requested.connect(self.reset_pub.publish)
 
     # Callbacks
     def on_world_waypoints(self, msg):
-        self.world_came.emit(read_world_sizes(rospy.get_param("world", {})), to_points(msg))
+        self.world_received.emit(read_world_sizes(rospy.get_param("world", {})), to_points(msg))
 
     def on_sensed_waypoints(self, msg):
-        self.sensed_came.emit(to_points(msg))
+        self.sensed_received.emit(to_points(msg))
 
     def on_target_waypoint(self, msg):
-        self.target_came.emit((msg.idx, msg.x, msg.y))
+        self.target_received.emit((msg.idx, msg.x, msg.y))
 
     def on_car_position(self, msg):
-        self.car_came.emit(msg.x, msg.y, msg.direction)
+        self.car_received.emit(msg.x, msg.y, msg.direction)
+
+    def on_lap_count(self, msg):
+        self.laps_received.emit(msg.data)
 
     # Publishing
     def publish_place(self, x, y):
@@ -95,7 +95,7 @@ class QtInterface(QObject):
     def run(self):
         self.window.show()
         status = QApplication.exec_()
-        # No message may come in any more once Qt begins to take the window apart.
+        # Stop the callbacks before Qt deletes the window.
         rospy.signal_shutdown("the window was closed")
         return status
 

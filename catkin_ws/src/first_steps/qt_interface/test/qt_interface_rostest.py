@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""The real window node beside the real world node: mouse and keys reach the world, the world reaches the screen."""
+"""Test the window node together with the world node, by mouse and keys on a virtual display."""
 
-import functools
+import contextlib
 import os
 import subprocess
 import sys
@@ -15,7 +15,7 @@ from std_msgs.msg import Bool
 from um_msgs.msg import CarPosition, Waypoints
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from virtual_screen import VirtualScreen
+from window_control import click, find_window, press_close_button, qt_display, xdotool
 
 LIMIT_SECONDS = 30.0
 NAME = "First steps"
@@ -24,14 +24,14 @@ NAME = "First steps"
 def wait_for(condition, what):
     end = time.monotonic() + LIMIT_SECONDS
     while not condition():
-        assert time.monotonic() < end, f"waited in vain for {what}"
+        assert time.monotonic() < end, f"timeout while waiting for {what}"
         time.sleep(0.02)
 
 
-def run_window(screen, *arguments):
+def run_window(display, *arguments):
     return subprocess.Popen(
         ["rosrun", "qt_interface", "qt_interface_node.py", *arguments],
-        env=screen.environment,
+        env=display.environment,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
@@ -53,15 +53,17 @@ class QtInterfaceTest(unittest.TestCase):
             )
         cls.pause_echo = rospy.Subscriber("/world/pause", Bool)
         wait_for(lambda: len(cls.latest) == 3, "the world")
-        cls.screen = VirtualScreen(1120, 680)  # the window's own size: it fills the screen
+        # The display has the size of the window, so the window fills it.
+        cls.closing = contextlib.ExitStack()
+        cls.display = cls.closing.enter_context(qt_display(1120, 680))
 
     @classmethod
     def tearDownClass(cls):
-        cls.screen.stop()
+        cls.closing.close()
 
     def setUp(self):
-        self.node = run_window(self.screen, "__name:=qt_interface")
-        self.window = self.screen.find_window(NAME)
+        self.node = run_window(self.display, "__name:=qt_interface")
+        self.window = find_window(self.display, NAME)
 
     def tearDown(self):
         if self.node.poll() is None:
@@ -72,11 +74,14 @@ class QtInterfaceTest(unittest.TestCase):
         return len(self.latest["/world_waypoints"].waypoints)
 
     def middle_of_the_field(self):
-        # The field is all but the column of 240 pixels on the right and the status bar below, about 26.
+        # Without the legend (240 pixels on the right) and the status bar (about 26 pixels)
         return (1120 - 240) // 2, (680 - 26) // 2
 
     def do_until(self, condition, action, what):
-        """Does it again only if nothing comes of it for long: the window may be shown before its connections stand."""
+        """Repeat the action until the condition holds.
+
+        The window may be visible before its connections exist, so the first action may be lost.
+        """
         for _ in range(3):
             action()
             end = time.monotonic() + LIMIT_SECONDS / 3
@@ -84,20 +89,19 @@ class QtInterfaceTest(unittest.TestCase):
                 if condition():
                     return
                 time.sleep(0.02)
-        self.fail(f"waited in vain for {what}")
+        self.fail(f"timeout while waiting for {what}")
 
     def click_until(self, condition, x, y, what):
-        self.do_until(condition, functools.partial(self.screen.click, x, y), what)
+        self.do_until(condition, lambda: click(self.display, x, y), what)
 
     def press_until(self, condition, key, what):
-        self.do_until(condition, functools.partial(self.screen.xdotool, "key", key), what)
+        self.do_until(condition, lambda: xdotool(self.display, "key", key), what)
 
     def carry(self, from_x, from_y, to_x, to_y):
-        self.screen.xdotool(
-            "key", "f"
-        )  # all in view, should an earlier attempt have come too soon and panned
-        self.screen.xdotool("mousemove", from_x, from_y, "mousedown", 1)
-        self.screen.xdotool("mousemove", to_x, to_y, "mouseup", 1)
+        # An earlier attempt may have panned the view: show the whole field again.
+        xdotool(self.display, "key", "f")
+        xdotool(self.display, "mousemove", from_x, from_y, "mousedown", 1)
+        xdotool(self.display, "mousemove", to_x, to_y, "mouseup", 1)
 
     def test_mouse_and_keys_reach_the_world(self):
         wait_for(self.pause_echo.get_num_connections, "the window's connections")
@@ -115,24 +119,24 @@ class QtInterfaceTest(unittest.TestCase):
             lambda: self.latest["/car_position"].x == self.latest["/car_position"].y == 0.0,
             "the reset car",
         )
-        self.assertTrue(self.latest["/paused"].data, "reset, and still paused")
+        self.assertTrue(self.latest["/paused"].data, "the reset does not end the pause")
         start = self.latest["/car_position"]
         self.do_until(
             lambda: self.latest["/car_position"].x > 150.0,
             lambda: self.carry(x, y, x + 200, y - 50),
-            "the car where the mouse let go of it",
+            "the car where the mouse released it",
         )
         carried = self.latest["/car_position"]
         self.assertTrue(30.0 < carried.y < 70.0, carried)
         self.assertAlmostEqual(carried.direction, start.direction)
-        self.assertEqual(self.count(), 30, "no waypoint was added by carrying")
-        self.press_until(lambda: not self.latest["/paused"].data, "space", "the pause's end")
+        self.assertEqual(self.count(), 30, "carrying adds no waypoint")
+        self.press_until(lambda: not self.latest["/paused"].data, "space", "the end of the pause")
 
-    def test_the_cross_ends_the_node(self):
-        self.screen.press_close_button(self.window)
+    def test_close_button_ends_the_node(self):
+        press_close_button(self.display, self.window)
         self.assertEqual(self.node.wait(timeout=LIMIT_SECONDS), 0)
 
-    def test_ros_shutting_down_ends_the_node(self):
+    def test_ros_shutdown_ends_the_node(self):
         wait_for(
             lambda: (
                 not subprocess.call(
@@ -141,19 +145,19 @@ class QtInterfaceTest(unittest.TestCase):
                     stderr=subprocess.DEVNULL,
                 )
             ),
-            "the node to be known to the master",
+            "the registration of the node",
         )
         self.assertEqual(self.node.wait(timeout=LIMIT_SECONDS), 0)
 
-    def test_bad_parameters_end_in_one_clear_line(self):
-        node = run_window(self.screen, "__name:=bad_window", "_trail_points:=-5")
+    def test_node_exits_with_one_error_line_for_an_invalid_parameter(self):
+        node = run_window(self.display, "__name:=bad_window", "_trail_points:=-5")
         output, _ = node.communicate(timeout=LIMIT_SECONDS)
         lines = [line for line in output.splitlines() if "FATAL" in line]
         self.assertEqual((node.returncode, len(lines)), (1, 1), output)
         self.assertIn("parameter ~trail_points is -5: give a number above 0", lines[0])
         self.assertNotIn("Traceback", output)
 
-    def test_without_a_screen_there_is_one_clear_line(self):
+    def test_node_exits_with_one_error_line_without_a_screen(self):
         environment = {
             name: value
             for name, value in os.environ.items()

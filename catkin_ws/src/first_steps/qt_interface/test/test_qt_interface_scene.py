@@ -1,4 +1,4 @@
-"""The thinking behind the window: view, trail, scene, settings."""
+"""Test the parts of the window that do not use Qt: view, trail, scene and settings."""
 
 import math
 from pathlib import Path
@@ -28,20 +28,20 @@ views = st.builds(
 
 
 @given(views, lengths, lengths)
-def test_view_there_and_back(view, x, y):
+def test_to_field_is_the_inverse_of_to_pixel(view, x, y):
     assert view.to_field(*view.to_pixel(x, y)) == (
         pytest.approx(x, abs=1e-6),
         pytest.approx(y, abs=1e-6),
     )
 
 
-def test_view_has_y_up_on_the_field_and_down_on_the_screen():
+def test_y_points_up_on_the_field_and_down_on_the_screen():
     view = View(0.0, 0.0, 2.0, 100, 100)
     assert view.to_pixel(10.0, 10.0) == (70.0, 30.0)
 
 
 @given(views, st.floats(0.1, 10.0), st.floats(0, 4000), st.floats(0, 4000))
-def test_zooming_keeps_what_is_under_the_mouse(view, factor, pixel_x, pixel_y):
+def test_zoom_keeps_the_field_point_at_the_mouse(view, factor, pixel_x, pixel_y):
     x, y = view.to_field(pixel_x, pixel_y)
     zoomed = view.zoomed(factor, pixel_x, pixel_y)
     assert SCALE_MIN <= zoomed.scale <= SCALE_MAX
@@ -52,7 +52,7 @@ def test_zooming_keeps_what_is_under_the_mouse(view, factor, pixel_x, pixel_y):
 
 
 @given(views, lengths, lengths)
-def test_panning_moves_the_field_with_the_mouse(view, pixels_x, pixels_y):
+def test_pan_moves_the_field_with_the_mouse(view, pixels_x, pixels_y):
     before = view.to_pixel(3.0, 4.0)
     after = view.panned(pixels_x, pixels_y).to_pixel(3.0, 4.0)
     assert after == (
@@ -70,12 +70,12 @@ def test_fit_shows_all_points_within_the_margin(points):
 
 
 @given(st.floats(1e-3, 1e6))
-def test_grid_steps_are_round_and_below_the_length(length):
+def test_nice_step_is_at_most_the_length(length):
     step = nice_step(length)
     assert step <= length * (1 + 1e-9) and step > length / 2.6
 
 
-def test_trail_is_cut_into_pieces_that_join_and_never_change():
+def test_trail_pieces_join_and_never_change():
     trail = Trail(10000, 50.0)
     for i in range(2 * PIECE_LENGTH):
         trail.add(float(i), 0.0)
@@ -87,7 +87,7 @@ def test_trail_is_cut_into_pieces_that_join_and_never_change():
         assert before[-1] == after[0]
 
 
-def test_trail_of_a_carried_car_is_broken_and_a_resting_car_adds_nothing():
+def test_jump_interrupts_the_trail_and_a_still_car_adds_nothing():
     trail = Trail(100, 50.0)
     for x in (0.0, 10.0, 10.0, 10.0, 200.0, 210.0):
         trail.add(x, 0.0)
@@ -105,7 +105,7 @@ def test_trail_never_exceeds_its_limit(limit, count):
         assert trail.growing[-1] == (float(count - 1), 0.0)
 
 
-def test_clearing_the_trail_shows_in_its_version():
+def test_clear_changes_the_version_of_the_trail():
     trail = Trail(100, 50.0)
     trail.add(1.0, 2.0)
     version = trail.version
@@ -113,13 +113,13 @@ def test_clearing_the_trail_shows_in_its_version():
     assert len(trail) == 0 and trail.version != version
 
 
-def test_blend_turns_the_shortest_way_round():
+def test_blend_turns_the_shortest_way():
     middle = blend(Pose(0.0, 0.0, 3.1), Pose(2.0, 4.0, -3.1), 0.5)
     assert (middle.x, middle.y) == (1.0, 2.0)
     assert abs(middle.direction) == pytest.approx(math.pi)
 
 
-def test_car_glides_between_its_last_two_positions():
+def test_car_at_interpolates_the_last_two_positions():
     scene = Scene(read_settings(CONFIG))
     scene.set_car(0.0, 0.0, 0.0, 10.0)
     scene.set_car(4.0, 0.0, 0.0, 10.04)
@@ -129,14 +129,14 @@ def test_car_glides_between_its_last_two_positions():
     assert scene.car_at(99.0).x == 4.0
 
 
-def test_car_that_was_carried_does_not_glide():
+def test_car_at_does_not_interpolate_a_jump():
     scene = Scene(read_settings(CONFIG))
     scene.set_car(0.0, 0.0, 0.0, 10.0)
     scene.set_car(300.0, 0.0, 0.0, 10.03)
     assert scene.car_at(10.03).x == 300.0
 
 
-def test_scene_without_a_world_has_no_walls_and_all_points_fit():
+def test_scene_without_world_sizes_has_no_walls():
     scene = Scene(read_settings(CONFIG))
     assert scene.contains(1e6, -1e6) and scene.corners() == [] and not scene.has_walls
     scene.set_world(read_world_sizes({}), [(1, 5.0, 6.0)])
@@ -144,7 +144,7 @@ def test_scene_without_a_world_has_no_walls_and_all_points_fit():
     for x, y in ((1.0, 2.0), (-1.0, 9.0)):
         scene.set_car(x, y, 0.0, 0.0)
     assert scene.corners() == [(5.0, 6.0), (-1.0, 2.0), (1.0, 9.0)], (
-        "where the car has been stays in view"
+        "all positions of the car stay in view"
     )
     scene.set_world(read_world_sizes({"field_width": 10, "field_height": 8.0}), [])
     assert scene.contains(5.0, 4.0) and not scene.contains(5.1, 0.0)
@@ -155,18 +155,18 @@ def test_scene_without_a_world_has_no_walls_and_all_points_fit():
     [(name, value) for name in CONFIG for value in (0, -1, math.nan, "x", True)]
     + [("trail_points", 2.5), ("window_width", 100.5)],
 )
-def test_bad_parameters_are_named_with_the_mend(name, value):
+def test_error_for_an_invalid_parameter_names_it_and_the_fix(name, value):
     with pytest.raises(SettingsError, match=rf"^parameter ~{name} is .*: give a"):
         read_settings({**CONFIG, name: value})
 
 
 @pytest.mark.parametrize("name", sorted(CONFIG))
-def test_missing_parameters_are_named(name):
+def test_error_for_a_missing_parameter_names_it(name):
     with pytest.raises(SettingsError, match=f"~{name} is missing"):
         read_settings({key: value for key, value in CONFIG.items() if key != name})
 
 
-def test_odd_sizes_of_a_world_are_unknown():
+def test_invalid_world_sizes_are_none():
     sizes = read_world_sizes(
         {"field_width": -1.0, "field_height": 5, "car_size": "big", "sensor_front_only": True}
     )

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The world: publishes the waypoints, moves the car, says what its sensor sees, obeys steering commands."""
+"""Simulate the world: move the car, publish waypoints, car and sensor, apply steering commands."""
 
 import sys
 import threading
@@ -18,27 +18,23 @@ class World:
         # Parameters
         self.settings = read_settings(rospy.get_param("~", {}))
 
-        # State; callbacks run in threads of their own, so each takes the lock before it touches the simulation
+        # State. ROS runs callbacks in several threads: the lock protects the simulation.
         self.simulation = Simulation(self.settings)
         self.lock = threading.Lock()
 
         # Publishers
-        self.waypoints_pub = rospy.Publisher(
-            "/world_waypoints", Waypoints, queue_size=1, latch=True, tcp_nodelay=True
-        )
-        self.car_pub = rospy.Publisher(
-            "/car_position", CarPosition, queue_size=10, tcp_nodelay=True
-        )
-        self.sensed_pub = rospy.Publisher(
-            "/sensed_waypoints", Waypoints, queue_size=10, tcp_nodelay=True
-        )
-        self.laps_pub = rospy.Publisher("/lap_count", UInt32, queue_size=1, latch=True)
-        self.paused_pub = rospy.Publisher("/paused", Bool, queue_size=1, latch=True)
+        latched = {"queue_size": 1, "latch": True, "tcp_nodelay": True}
+        fast = {"queue_size": 10, "tcp_nodelay": True}
+        self.waypoints_pub = rospy.Publisher("/world_waypoints", Waypoints, **latched)
+        self.car_pub = rospy.Publisher("/car_position", CarPosition, **fast)
+        self.sensed_pub = rospy.Publisher("/sensed_waypoints", Waypoints, **fast)
+        self.laps_pub = rospy.Publisher("/lap_count", UInt32, **latched)
+        self.paused_pub = rospy.Publisher("/paused", Bool, **latched)
         self.publish_waypoints()
         self.publish_state()
 
         # Subscribers
-        rospy.Subscriber("/cmd", SteeringCommand, self.on_cmd, queue_size=10, tcp_nodelay=True)
+        rospy.Subscriber("/cmd", SteeringCommand, self.on_cmd, **fast)
         rospy.Subscriber("~place_car", CarPosition, self.on_place_car, queue_size=10)
         rospy.Subscriber("~add_waypoint", Waypoint, self.on_add_waypoint, queue_size=10)
         rospy.Subscriber("~pause", Bool, self.on_pause, queue_size=10)
@@ -46,13 +42,13 @@ class World:
 
     # Callbacks
     def on_cmd(self, msg):
-        self.try_to("/cmd", self.simulation.steer, msg.delta_direction)
+        self.apply("/cmd", self.simulation.steer, msg.delta_direction)
 
     def on_place_car(self, msg):
-        self.try_to("~place_car", self.simulation.place_car, msg.x, msg.y, msg.direction)
+        self.apply("~place_car", self.simulation.place_car, msg.x, msg.y, msg.direction)
 
     def on_add_waypoint(self, msg):
-        if self.try_to("~add_waypoint", self.simulation.add_waypoint, msg.x, msg.y):
+        if self.apply("~add_waypoint", self.simulation.add_waypoint, msg.x, msg.y):
             self.publish_waypoints()
 
     def on_pause(self, msg):
@@ -66,10 +62,10 @@ class World:
             self.publish_state()
         self.publish_waypoints()
 
-    def try_to(self, topic, action, *numbers):
+    def apply(self, topic, action, *values):
         try:
             with self.lock:
-                action(*numbers)
+                action(*values)
             return True
         except ValueError as error:
             rospy.logwarn_throttle(1.0, f"refused a message on {topic}: {error}")
@@ -85,7 +81,7 @@ class World:
         self.paused_pub.publish(self.simulation.is_paused)
 
     def publish_car(self):
-        # The sensor first: who steers on /car_position then knows what the car sees from there.
+        # Sensor before position: a driver that answers a position then has its sensor data.
         self.sensed_pub.publish(to_message(self.simulation.sensed()))
         self.car_pub.publish(*self.simulation.car)
 
@@ -98,22 +94,19 @@ class World:
                     rospy.loginfo(f"lap {self.simulation.laps} completed")
                 self.publish_car()
         except rospy.ROSException:
-            if (
-                not rospy.core.is_shutdown_requested()
-            ):  # on the way out the topics are closed already
+            # ROS closes the topics at shutdown, possibly in the middle of a tick.
+            if not rospy.core.is_shutdown_requested():
                 raise
 
     def run(self):
-        # The main thread publishes nothing: Ctrl-C interrupts it, and must not meet a lock that a half-done publish holds.
+        # Publish only in timer threads: Ctrl-C interrupts the main thread, maybe inside a lock.
         rospy.Timer(rospy.Duration.from_sec(self.settings.waypoints_period), self.publish_waypoints)
         rospy.Timer(rospy.Duration.from_sec(1.0 / self.settings.rate), self.tick)
         rospy.spin()
 
 
 def to_message(waypoints):
-    return Waypoints(
-        [Waypoint(x=waypoint.x, y=waypoint.y, idx=waypoint.idx) for waypoint in waypoints]
-    )
+    return Waypoints([Waypoint(x=point.x, y=point.y, idx=point.idx) for point in waypoints])
 
 
 if __name__ == "__main__":
@@ -123,5 +116,3 @@ if __name__ == "__main__":
     except (SettingsError, WaypointError) as error:
         rospy.logfatal(str(error))
         sys.exit(1)
-    except rospy.ROSInterruptException:
-        pass

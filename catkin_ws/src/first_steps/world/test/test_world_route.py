@@ -1,4 +1,4 @@
-"""Where the waypoints come from, and which parameters make a world."""
+"""Test the sources of waypoints and the validation of parameters."""
 
 import math
 from pathlib import Path
@@ -19,7 +19,7 @@ FIELD = Field(800.0, 450.0)
 
 
 @given(st.integers(2, 500), st.floats(1.0, 1e4), st.floats(1.0, 1e4))
-def test_ellipse_holds_its_points_in_order_of_idx(count, width, height):
+def test_ellipse_points_are_on_the_ellipse_in_order_of_idx(count, width, height):
     points = ellipse(count, width, height)
     assert [point.idx for point in points] == list(range(count))
     assert points[0][1:] == (width / 2.0, 0.0)
@@ -27,13 +27,13 @@ def test_ellipse_holds_its_points_in_order_of_idx(count, width, height):
         assert (2.0 * x / width) ** 2 + (2.0 * y / height) ** 2 == pytest.approx(1.0)
 
 
-def test_packaged_world_has_thirty_points_inside_its_walls():
+def test_default_world_has_thirty_points_inside_its_walls():
     simulation = Simulation(read_settings(CONFIG))
     assert len(simulation.waypoints) == 30
     assert all(simulation.field.contains(x, y) for _, x, y in simulation.waypoints)
 
 
-def test_packaged_file_is_a_route():
+def test_packaged_csv_file_is_a_valid_route():
     path = str(PACKAGE / "data" / "figure_eight.csv")
     assert len(Simulation(read_settings({**CONFIG, "waypoints_path": path})).waypoints) == 36
 
@@ -50,14 +50,14 @@ def test_packaged_file_is_a_route():
         ("x,y\n", []),
     ],
 )
-def test_files_that_can_be_read(tmp_path, text, points):
+def test_load_csv_reads_valid_files(tmp_path, text, points):
     path = tmp_path / "route.csv"
     path.write_text(text, encoding="utf-8")
     assert load_csv(str(path)) == points
 
 
 @pytest.mark.parametrize(
-    "text, row, mend",
+    "text, row, fix",
     [
         ("1,2\n3,nan\n", 2, "plain numbers"),
         ("x,y\n1,2\ninf,4\n", 3, "plain numbers"),
@@ -69,27 +69,27 @@ def test_files_that_can_be_read(tmp_path, text, points):
         ("idx,x,y\n1.5,2,3\n", 2, "numbers"),
     ],
 )
-def test_files_that_cannot_name_the_row_and_the_mend(tmp_path, text, row, mend):
+def test_error_for_an_invalid_row_names_it_and_the_fix(tmp_path, text, row, fix):
     path = tmp_path / "route.csv"
     path.write_text(text)
     with pytest.raises(WaypointError) as error:
         load_csv(str(path))
     message = str(error.value)
-    assert message.startswith(f"{path}: row {row}: ") and mend in message and "\n" not in message
+    assert message.startswith(f"{path}: row {row}: ") and fix in message and "\n" not in message
 
 
 @pytest.mark.parametrize(
     "make",
     [lambda path: None, lambda path: path.mkdir(), lambda path: path.write_bytes(b"\xff\xfe\x00")],
 )
-def test_no_file_names_the_parameter(tmp_path, make):
+def test_error_for_an_unreadable_file_names_the_parameter(tmp_path, make):
     make(tmp_path / "route.csv")
     with pytest.raises(WaypointError, match=r"^waypoints_path .*route\.csv: .*give a readable CSV"):
         load_csv(str(tmp_path / "route.csv"))
 
 
 @pytest.mark.parametrize(
-    "points, mend",
+    "points, fix",
     [
         ([], "at least 2"),
         ([Waypoint(0, 1.0, 1.0)], "at least 2"),
@@ -98,8 +98,8 @@ def test_no_file_names_the_parameter(tmp_path, make):
         ([Waypoint(0, 0.0, 0.0), Waypoint(1, 20.0, 0.0)], "spread them"),
     ],
 )
-def test_routes_on_which_no_lap_is_possible(points, mend):
-    with pytest.raises(WaypointError, match=f"^route.csv: .*{mend}"):
+def test_check_route_refuses_routes_without_possible_laps(points, fix):
+    with pytest.raises(WaypointError, match=f"^route.csv: .*{fix}"):
         check_route(points, FIELD, 25.0, "route.csv")
 
 
@@ -129,20 +129,20 @@ BAD = (
 
 
 @pytest.mark.parametrize("name, value", BAD)
-def test_bad_parameters_are_named_with_the_mend(name, value):
+def test_error_for_an_invalid_parameter_names_it_and_the_fix(name, value):
     with pytest.raises(SettingsError) as error:
         read_settings({**CONFIG, name: value})
     message = str(error.value)
     assert message.startswith(f"parameter ~{name} is ")
-    assert "\n" not in message and any(mend in message for mend in ("give", "make"))
+    assert "\n" not in message and any(fix in message for fix in ("give", "make"))
 
 
 @pytest.mark.parametrize("name", sorted(CONFIG))
-def test_missing_parameters_are_named(name):
+def test_error_for_a_missing_parameter_names_it(name):
     with pytest.raises(SettingsError, match=f"^parameter ~{name} is missing: load"):
         read_settings({key: value for key, value in CONFIG.items() if key != name})
 
 
-def test_an_ellipse_larger_than_the_field_is_refused():
+def test_simulation_refuses_an_ellipse_larger_than_the_field():
     with pytest.raises(WaypointError, match=r"~ellipse_width 900.*outside the walls"):
         Simulation(read_settings({**CONFIG, "ellipse_width": 900.0}))

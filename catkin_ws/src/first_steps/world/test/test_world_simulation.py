@@ -1,4 +1,4 @@
-"""Sensor, laps, and the world as a whole."""
+"""Test the sensor, the lap counter and the complete simulation."""
 
 import math
 from pathlib import Path
@@ -29,12 +29,12 @@ def simulation(**overrides):
     return Simulation(read_settings({**CONFIG, **overrides}))
 
 
-def test_sensor_sees_its_edge_and_no_farther():
+def test_sensor_detects_points_up_to_its_range():
     points = [Waypoint(0, 103.0, 4.0), Waypoint(1, 103.0, 4.001), Waypoint(2, 3.0, 4.0)]
     assert sense(Car(3.0, 4.0, 0.0), points, 100.0, False) == [points[0], points[2]]
 
 
-def test_front_only_sensor_sees_what_is_ahead_and_abeam():
+def test_front_only_sensor_detects_points_ahead_and_at_the_sides():
     points = [
         Waypoint(0, 10.0, 0.0),
         Waypoint(1, -10.0, 0.0),
@@ -47,7 +47,7 @@ def test_front_only_sensor_sees_what_is_ahead_and_abeam():
 
 
 @given(coordinates, coordinates, st.floats(-4.0, 4.0), st.floats(1.0, 400.0))
-def test_front_and_back_together_see_all_that_is_near(x, y, direction, sensor_range):
+def test_front_and_back_together_detect_all_near_points(x, y, direction, sensor_range):
     points = [Waypoint(i, 350.0 * math.cos(i), 150.0 * math.sin(i)) for i in range(30)]
     near = {p for p in points if math.hypot(p.x - x, p.y - y) < sensor_range - 1e-6}
     ahead = set(sense(Car(x, y, direction), points, sensor_range, True))
@@ -73,16 +73,16 @@ PLACES = [(p.x, p.y) for p in SQUARE]
         ([0, 1, 2, 3, 0, 1, 2, 3, 0], 2),
         ([2, 3, 0, 1, 2], 1),  # any point may be the start
         ([0, 1, 3, 0], 0),  # one left out
-        ([0, 1, 3, 2, 3, 0], 1),  # an excursion does no harm
-        ([3, 2, 1, 0, 3], 0),  # the wrong way round
+        ([0, 1, 3, 2, 3, 0], 1),  # other points in between do not matter
+        ([3, 2, 1, 0, 3], 0),  # the opposite direction
         ([0, 0, 0, 0, 0, 0], 0),
     ],
 )
-def test_laps_count_when_all_are_touched_in_order(order, laps):
+def test_lap_counts_when_all_points_are_touched_in_order(order, laps):
     assert laps_after(SQUARE, [PLACES[i] for i in order]) == laps
 
 
-def test_laps_with_missing_and_repeated_idx_in_any_order_of_the_list():
+def test_lap_counts_with_missing_and_repeated_idx_in_an_unsorted_list():
     points = [
         Waypoint(40, 0.0, 100.0),
         Waypoint(7, 100.0, 0.0),
@@ -92,7 +92,7 @@ def test_laps_with_missing_and_repeated_idx_in_any_order_of_the_list():
     assert laps_after(points, [PLACES[i] for i in (0, 1, 2, 3, 0)]) == 1
 
 
-def test_laps_of_points_closer_than_the_touch_distance():
+def test_lap_counts_with_points_closer_than_the_touch_distance():
     points = [
         Waypoint(i, 100.0 * math.cos(0.02 * i), 100.0 * math.sin(0.02 * i)) for i in range(314)
     ]
@@ -100,7 +100,7 @@ def test_laps_of_points_closer_than_the_touch_distance():
     assert laps_after(points, visits) == 2
 
 
-def test_world_counts_a_lap_only_if_the_car_was_not_carried():
+def test_lap_does_not_count_when_the_car_is_moved_by_hand():
     world = simulation()
     for waypoint in [*world.waypoints, world.waypoints[0]]:
         world.place_car(waypoint.x, waypoint.y, 0.0)
@@ -108,7 +108,7 @@ def test_world_counts_a_lap_only_if_the_car_was_not_carried():
     assert world.laps == 0
 
 
-def test_tick_moves_at_constant_speed_unless_paused():
+def test_tick_moves_the_car_at_constant_speed_unless_paused():
     world = simulation(speed=90.0, start_direction=0.0)
     world.tick(1.0 / 30.0)
     assert world.car == (pytest.approx(3.0), 0.0, 0.0)
@@ -119,14 +119,14 @@ def test_tick_moves_at_constant_speed_unless_paused():
     assert world.car == car
 
 
-def test_steering_adds_to_the_direction_and_wraps():
+def test_steer_adds_to_the_direction_and_wraps():
     world = simulation(start_direction=3.0)
     world.steer(0.5)
     assert world.car.direction == pytest.approx(3.5 - 2 * math.pi)
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
-def test_what_is_no_number_is_refused_and_changes_nothing(bad):
+def test_simulation_refuses_non_finite_input_and_keeps_its_state(bad):
     world = simulation()
     before = (world.car, list(world.waypoints))
     for action in (
@@ -140,13 +140,13 @@ def test_what_is_no_number_is_refused_and_changes_nothing(bad):
     assert (world.car, world.waypoints) == before
 
 
-def test_car_placed_outside_the_walls_stands_at_them():
+def test_car_placed_outside_the_walls_moves_to_the_nearest_position_inside():
     world = simulation()
     world.place_car(1e9, -1e9, 9.0)
     assert world.car == (390.0, -215.0, pytest.approx(9.0 - 2 * math.pi))
 
 
-def test_added_waypoint_comes_last_and_reset_takes_it_away():
+def test_added_waypoint_is_the_last_one_and_reset_removes_it():
     world = simulation()
     world.add_waypoint(10.0, 20.0)
     assert world.waypoints[-1] == (30, 10.0, 20.0) and len(world.waypoints) == 31
@@ -161,16 +161,16 @@ def test_added_waypoint_comes_last_and_reset_takes_it_away():
     )
 
 
-def test_waypoints_run_out_of_numbers(tmp_path):
+def test_waypoint_beyond_the_largest_idx_is_refused(tmp_path):
     path = tmp_path / "route.csv"
     path.write_text("idx,x,y\n0,0,0\n65535,100,0\n")
     world = simulation(waypoints_path=str(path))
-    with pytest.raises(ValueError, match="one too many"):
+    with pytest.raises(ValueError, match="above the maximum 65535"):
         world.add_waypoint(0.0, 0.0)
 
 
 @given(st.lists(st.tuples(st.floats(-10.0, 10.0), st.floats(0.0, 2.0)), max_size=60))
-def test_whatever_is_commanded_the_car_stays_inside(commands):
+def test_car_stays_inside_the_walls_for_any_commands(commands):
     world = simulation()
     for turn, time_step in commands:
         world.steer(turn)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The real world node, met as any other node would meet it."""
+"""Test the world node through its topics."""
 
 import math
 import os
@@ -20,7 +20,7 @@ STEP = 120.0 / 30.0  # u a tick, from speed and rate in config/world.yaml
 
 
 class Listener:
-    """Keeps the messages of a topic and waits for the one that is looked for."""
+    """A subscriber that stores all messages and waits for one that meets a condition."""
 
     def __init__(self, topic, message_type):
         self.topic = topic
@@ -34,11 +34,11 @@ class Listener:
             self.changed.notify_all()
 
     def wait_for(self, condition, since=0):
-        """The first message from number `since` on for which the condition holds."""
+        """Return the first message from index `since` on that meets the condition."""
         return self._wait(lambda: [msg for msg in self.messages[since:] if condition(msg)][:1])
 
     def wait_for_last(self, condition):
-        """Waits until the condition holds for the last message, for topics that tell a state once."""
+        """Wait until the last message meets the condition, for topics that publish a state once."""
         return self._wait(lambda: [msg for msg in self.messages[-1:] if condition(msg)])
 
     def _wait(self, find):
@@ -50,12 +50,12 @@ class Listener:
                     return found[0]
                 if not self.changed.wait(max(end - time.monotonic(), 0.0)):
                     raise AssertionError(
-                        f"{self.topic}: waited in vain; last of {len(self.messages)} messages: "
+                        f"{self.topic}: timeout; last of {len(self.messages)} messages: "
                         f"{self.messages[-1:]}"
                     )
 
     def next(self, condition=lambda _msg: True):
-        """The next message from now on for which the condition holds."""
+        """Return the next new message that meets the condition."""
         return self.wait_for(condition, len(self.messages))
 
 
@@ -76,7 +76,7 @@ class WorldTest(unittest.TestCase):
         end = time.monotonic() + LIMIT_SECONDS
         for publisher in (cls.cmd, cls.place, cls.add, cls.pause, cls.reset):
             while not publisher.get_num_connections():
-                assert time.monotonic() < end, f"nobody listens to {publisher.name}"
+                assert time.monotonic() < end, f"no subscriber of {publisher.name}"
                 time.sleep(0.01)
         cls.car.wait_for(lambda _msg: True)
 
@@ -86,7 +86,7 @@ class WorldTest(unittest.TestCase):
         self.car.next(lambda msg: msg.y == 0.0 and msg.x < 40.0 and msg.direction == 0.0)
         self.waypoints.wait_for(lambda msg: len(msg.waypoints) == 12)
 
-    def test_waypoints_follow_the_parameters_and_reach_a_late_listener_at_once(self):
+    def test_waypoints_follow_the_parameters_and_are_latched(self):
         late = Listener("/world_waypoints", Waypoints)
         msg = late.wait_for(lambda _msg: True)
         self.assertEqual(msg._connection_header["latching"], "1")
@@ -95,14 +95,14 @@ class WorldTest(unittest.TestCase):
         self.assertEqual((points[0].x, points[0].y), (300.0, 0.0))
         self.assertAlmostEqual(points[3].y, 150.0)
 
-    def test_waypoints_come_at_least_every_three_seconds(self):
+    def test_waypoints_are_published_at_least_every_three_seconds(self):
         times = []
         for _ in range(3):
             self.waypoints.next()
             times.append(time.monotonic())
         self.assertLess(times[2] - times[0], 2 * 3.0)
 
-    def test_car_moves_on_by_the_same_step_thirty_times_a_second(self):
+    def test_car_moves_by_the_same_step_thirty_times_a_second(self):
         begin, first = time.monotonic(), len(self.car.messages)
         self.car.wait_for(lambda _msg: len(self.car.messages) > first + 60)
         self.assertGreater(time.monotonic() - begin, 60 / 30.0 * 0.8)
@@ -124,7 +124,7 @@ class WorldTest(unittest.TestCase):
         self.cmd.publish(delta_direction=2.0)
         self.car.next(lambda msg: abs(msg.direction - (4.0 - 2.0 * math.pi)) < 1e-9)
 
-    def test_messages_that_are_no_numbers_are_refused_and_the_car_drives_on(self):
+    def test_node_refuses_non_finite_messages_and_the_car_drives_on(self):
         self.cmd.publish(delta_direction=math.nan)
         self.cmd.publish(delta_direction=math.inf)
         self.place.publish(x=math.nan, y=0.0, direction=0.0)
@@ -135,7 +135,7 @@ class WorldTest(unittest.TestCase):
             all(math.isfinite(msg.x + msg.y + msg.direction) for msg in self.car.messages)
         )
 
-    def test_sensor_sees_what_is_in_range_whenever_the_car_moves(self):
+    def test_sensor_reports_the_points_in_range_of_each_position(self):
         self.pause.publish(True)
         self.paused.wait_for_last(lambda msg: msg.data)
         self.place.publish(x=200.0, y=0.0, direction=0.0)
@@ -150,10 +150,10 @@ class WorldTest(unittest.TestCase):
         self.place.publish(x=0.0, y=0.0, direction=0.0)
         self.sensed.next(lambda msg: sorted(p.idx for p in msg.waypoints) == [3, 9])
 
-    def test_pause_holds_the_car_and_tells_so(self):
+    def test_pause_stops_the_car_and_is_published(self):
         self.pause.publish(True)
         self.paused.wait_for_last(lambda msg: msg.data)
-        # A position from before the pause may arrive after the word of it: they come on two connections.
+        # An older position may arrive after the pause message: they use two connections.
         still = self.car.next(lambda msg: msg == self.car.messages[-2])
         for _ in range(5):
             self.assertEqual(self.car.next(), still)
@@ -161,7 +161,7 @@ class WorldTest(unittest.TestCase):
         self.paused.wait_for_last(lambda msg: not msg.data)
         self.car.next(lambda msg: msg != still)
 
-    def test_car_placed_outside_stands_at_the_wall(self):
+    def test_car_placed_outside_moves_to_the_nearest_position_inside(self):
         self.pause.publish(True)
         self.paused.wait_for_last(lambda msg: msg.data)
         self.place.publish(x=5000.0, y=-5000.0, direction=7.0)
@@ -169,7 +169,7 @@ class WorldTest(unittest.TestCase):
         self.assertEqual(msg.y, -215.0)
         self.assertAlmostEqual(msg.direction, 7.0 - 2.0 * math.pi)
 
-    def test_added_waypoint_is_published_at_once_and_one_outside_is_refused(self):
+    def test_added_waypoint_is_published_and_one_outside_is_refused(self):
         self.add.publish(x=900.0, y=0.0)
         self.add.publish(x=10.0, y=20.0)
         points = self.waypoints.next(lambda msg: len(msg.waypoints) > 12).waypoints
@@ -187,7 +187,7 @@ class WorldTest(unittest.TestCase):
             text=True,
         )
 
-    def test_bad_parameters_and_files_end_in_one_clear_line(self):
+    def test_node_exits_with_one_error_line_for_invalid_parameters_and_files(self):
         folder = tempfile.mkdtemp()
         files = {"nan.csv": "x,y\n1,2\n3,nan\n", "one.csv": "1,2\n", "outside.csv": "0,0\n900,0\n"}
         for name, text in files.items():
@@ -214,7 +214,7 @@ class WorldTest(unittest.TestCase):
             (
                 "_waypoints_path",
                 f"{folder}/outside.csv",
-                "waypoint 1 at (900, 0) lies outside the walls",
+                "waypoint 1 at (900, 0) is outside the walls",
             ),
         ):
             result = self.run_bad(

@@ -1,1 +1,1 @@
-"""The algorithm that steers the red square. Nothing here knows of ROS or of a clock."""
+"""The algorithm that steers the red square, without ROS and without a clock."""

@@ -1,14 +1,14 @@
-"""Which point comes next: what the car knows of the route, and how far it got."""
+"""The route as far as it is known, and the next point to drive to."""
 
 from __future__ import annotations
 
 import bisect
 import math
-from typing import NamedTuple
+from typing import Collection, Iterable, NamedTuple
 
 
 class Point(NamedTuple):
-    """A point of the route; sorts by `idx`, so that points of the same idx are visited one after the other."""
+    """A point of the route; sorts by `idx`, so points with the same idx follow each other."""
 
     idx: int
     x: float
@@ -16,33 +16,48 @@ class Point(NamedTuple):
 
 
 class Route:
-    """The points known so far, in order, and the one to drive to: round and round, whatever numbers are missing."""
+    """The known points in the order of idx, and the current target.
 
-    def __init__(self):
-        self.target = None
-        self._known = []
-        self._last_reached = None
+    The order is cyclic: the first point follows the last one. Numbers may be missing or repeated.
+    """
+
+    def __init__(self) -> None:
+        self.target: Point | None = None
+        self._known: list[Point] = []
+        self._last_reached: Point | None = None
         self._has_map = False
 
-    def set_map(self, points):
-        """Takes the whole route at once; what was known before is forgotten, how far the car got is not."""
+    def set_map(self, points: Iterable[Point]) -> None:
+        """Replace the known points by the complete route; keep the progress."""
         self._has_map = True
         known = sorted(set(points))
         if known != self._known:
             self._known = known
-            self._choose()
+            self._choose_target()
 
-    def add_sensed(self, points):
-        """Remembers points that the sensor reported, unless a map told them all already."""
+    def add_sensed(self, points: Iterable[Point]) -> None:
+        """Add points that the sensor detected, unless a map is set."""
         new = set(points).difference(self._known)
         if new and not self._has_map:
             self._known = sorted(new.union(self._known))
-            self._choose()
+            self._choose_target()
 
-    def update(self, x, y, sensed, reach_distance):
-        """Moves the target on if the car at x, y has reached it; returns the target, None while nothing is known.
+    def update(
+        self, x: float, y: float, sensed: Collection[Point], reach_distance: float
+    ) -> Point | None:
+        """Advance the target past every point that the car has reached, and return it.
 
-        A remembered point that is not among the `sensed` ones when the car gets there is gone, and forgotten.
+        Without a map, a point that the sensor does not detect when the car reaches it no longer
+        exists and is removed.
+
+        Args:
+            x: position of the car [u]
+            y: position of the car [u]
+            sensed: points that the sensor detects now
+            reach_distance: a point at most this far away is reached [u]
+
+        Returns:
+            The target, or None if no point is known.
         """
         if self.target is None and self._known:
             self.target = min(self._known, key=lambda point: math.hypot(point.x - x, point.y - y))
@@ -55,13 +70,12 @@ class Route:
             self._last_reached = self.target
             if not self._has_map and self.target not in sensed:
                 self._known.remove(self.target)
-            self._choose()
+            self._choose_target()
         return self.target
 
-    def _choose(self):
-        """The first known point behind the one last reached; behind the last one, the first."""
+    def _choose_target(self) -> None:
         if self._last_reached is not None and self._known:
-            place = bisect.bisect_right(self._known, self._last_reached)
-            self.target = self._known[place % len(self._known)]
+            index = bisect.bisect_right(self._known, self._last_reached)
+            self.target = self._known[index % len(self._known)]
         elif self.target not in self._known:
             self.target = None

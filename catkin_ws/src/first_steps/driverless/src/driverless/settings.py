@@ -1,17 +1,17 @@
-"""The parameters of the driver, checked."""
+"""Read and validate the parameters of the driver."""
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, Mapping, NamedTuple
 
 
 class SettingsError(ValueError):
-    """A parameter that cannot be used; the text names it and the mend."""
+    """An invalid parameter; the message names the parameter and the fix."""
 
 
 class Settings(NamedTuple):
-    """What config/driverless.yaml holds; units are told there."""
+    """The parameters of config/driverless.yaml, which documents their units."""
 
     reach_distance: float
     turn_gain: float
@@ -29,8 +29,15 @@ UPPER_LIMITS = {
 }
 
 
-def read_settings(parameters):
-    """Settings from a dictionary of parameters. Raises SettingsError for a missing, odd or impossible one."""
+def read_settings(parameters: Mapping[str, Any]) -> Settings:
+    """Return the validated settings.
+
+    Args:
+        parameters: values by name, as in config/driverless.yaml; other names are ignored
+
+    Raises:
+        SettingsError: a parameter is missing, has the wrong type or is out of range
+    """
     missing = [name for name in Settings._fields if name not in parameters]
     if missing:
         raise SettingsError(
@@ -44,12 +51,12 @@ def read_settings(parameters):
             isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
         )
         if not is_number or not 0.0 < value <= limit:
-            mend = "above 0" if limit == math.inf else f"above 0, at most {limit:.4g}"
-            raise SettingsError(f"parameter ~{name} is {value!r}: give a number {mend}")
-    patience = settings.search_patience
-    if isinstance(patience, bool) or not isinstance(patience, int) or patience < 1:
+            valid = "above 0" if limit == math.inf else f"above 0, at most {limit:.4g}"
+            raise SettingsError(f"parameter ~{name} is {value!r}: give a number {valid}")
+    steps = settings.search_patience
+    if isinstance(steps, bool) or not isinstance(steps, int) or steps < 1:
         raise SettingsError(
-            f"parameter ~search_patience is {patience!r}: give a whole number of at least 1"
+            f"parameter ~search_patience is {steps!r}: give a whole number of at least 1"
         )
     if not isinstance(settings.use_map, bool):
         raise SettingsError(f"parameter ~use_map is {settings.use_map!r}: give true or false")

@@ -1,1 +1,1 @@
-"""The window on the field. view, trail and scene know nothing of Qt; nothing here knows of ROS."""
+"""The window on the field, without ROS; view, trail and scene are also without Qt."""

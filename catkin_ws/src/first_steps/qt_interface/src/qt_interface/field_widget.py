@@ -1,29 +1,42 @@
-"""The field on the screen: draws the scene, and turns mouse and wheel into wishes."""
+"""The field on the screen: draw the scene, and convert mouse and wheel events into signals."""
 
 from __future__ import annotations
 
 import math
 import time
+from typing import Iterable
 
-from PyQt5.QtCore import QPointF, QRectF, Qt, pyqtSignal
-from PyQt5.QtGui import QPainter, QPixmap, QPolygonF, QTransform
+from PyQt5.QtCore import QPoint, QPointF, QRectF, Qt, pyqtSignal
+from PyQt5.QtGui import (
+    QColor,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QPixmap,
+    QPolygonF,
+    QResizeEvent,
+    QTransform,
+    QWheelEvent,
+)
 from PyQt5.QtWidgets import QWidget
 
 from qt_interface import painting
-from qt_interface.view import fit, nice_step
+from qt_interface.scene import Point, Pose, Scene
+from qt_interface.view import View, fit, nice_step
 
-CLICK_PIXELS = 4  # a press that moves no farther than this is a click
-GRAB_PIXELS = 14  # the car can be grabbed at least this far from its centre
-MARGIN_PIXELS = 30  # around the field when all of it is shown
+CLICK_PIXELS = 4  # a press that moves at most this far is a click
+GRAB_PIXELS = 14  # smallest distance from its centre at which the car can be grabbed
+MARGIN_PIXELS = 30  # around the field when all of it is visible
 ZOOM_STEP = 1.15  # of one notch of the wheel
-GRID_PIXELS = 60  # at most between two lines of the grid
-FADE_PIECES = 16  # a trail of fewer pieces has not faded to the end yet
-LABEL_PIXELS = 24  # at least between two numbered waypoints
+GRID_PIXELS = 60  # largest distance of two grid lines
+FADE_PIECES = 16  # a trail with fewer pieces does not fade completely
+LABEL_PIXELS = 24  # smallest distance of two numbered waypoints
 
 
-def labelled_points(waypoints, view):
-    """The waypoints on the widget that have room for a number; the first come are the first served."""
-    taken, labelled = {}, set()
+def labelled_points(waypoints: Iterable[Point], view: View) -> set[Point]:
+    """Return the waypoints that have room for a number; earlier waypoints have priority."""
+    taken: dict[tuple[int, int], list[tuple[float, float]]] = {}
+    labelled = set()
     for point in waypoints:
         x, y = view.to_pixel(point.x, point.y)
         column, row = math.floor(x / LABEL_PIXELS), math.floor(y / LABEL_PIXELS)
@@ -40,14 +53,14 @@ def labelled_points(waypoints, view):
 
 
 class FieldWidget(QWidget):
-    """Shows a Scene. Signals carry field units; it changes nothing itself but its view."""
+    """A widget that shows a Scene; its signals carry field units, and it changes only its view."""
 
     car_dragged = pyqtSignal(float, float)
-    waypoint_wished = pyqtSignal(float, float)
+    waypoint_requested = pyqtSignal(float, float)
     click_refused = pyqtSignal(str)
     view_changed = pyqtSignal()
 
-    def __init__(self, scene, parent=None):
+    def __init__(self, scene: Scene, parent: QWidget | None = None):
         super().__init__(parent)
         self.scene = scene
         self.setMinimumSize(320, 240)
@@ -55,52 +68,54 @@ class FieldWidget(QWidget):
         self.setAttribute(Qt.WA_OpaquePaintEvent)
         self.paint_seconds = 0.0
         self._is_fitted = True
-        self._held_car = None  # where the mouse holds the car, field units
-        self._press = None  # where the mouse was pressed, and where it was last
-        self._last_mouse = None
+        self._held_car: tuple[float, float] | None = None  # where the mouse holds the car [u]
+        self._press: QPoint | None = None
+        self._last_mouse = QPoint()
         self._is_panning = False
         self._ground = self._ground_key = None
         self._points = self._points_key = None
-        self._polygons = {}
-        self._labelled = set()  # waypoints with room for a number
+        self._polygons: dict[int, tuple[list, QPolygonF]] = {}
+        self._labelled: set[Point] = set()
         self.view = fit([], 320, 240, MARGIN_PIXELS)
 
     # View
-    def fit_view(self):
-        """Shows all of the field, and keeps showing it when the window's size or the field changes."""
+    def fit_view(self) -> None:
+        """Show the whole field, also after the size of the window or of the field changes."""
         self._is_fitted = True
         self._refit()
 
-    def zoom(self, factor, pixel_x=None, pixel_y=None):
-        """Zooms around a pixel, the middle by default."""
+    def zoom(
+        self, factor: float, pixel_x: float | None = None, pixel_y: float | None = None
+    ) -> None:
+        """Scale the view by `factor` around a pixel, by default the middle of the widget."""
         x = self.width() / 2.0 if pixel_x is None else pixel_x
         y = self.height() / 2.0 if pixel_y is None else pixel_y
         self._is_fitted = False
         self.view = self.view.zoomed(factor, x, y)
         self.view_changed.emit()
 
-    def _refit(self):
+    def _refit(self) -> None:
         view = fit(self.scene.corners(), self.width(), self.height(), MARGIN_PIXELS)
         if view != self.view:
             self.view = view
             self.view_changed.emit()
 
-    def resizeEvent(self, _event):  # noqa: N802 (Qt's name)
-        """Keeps the middle of the view in the middle."""
+    def resizeEvent(self, _event: QResizeEvent) -> None:  # noqa: N802 (Qt's name)
+        """Keep the centre of the view in the middle of the widget."""
         self.view = self.view._replace(width=self.width(), height=self.height())
         if self._is_fitted:
             self._refit()
 
     # Mouse
-    def mousePressEvent(self, event):  # noqa: N802 (Qt's name)
-        """Grabs the car, or begins a click or a pan."""
+    def mousePressEvent(self, event: QMouseEvent) -> None:  # noqa: N802 (Qt's name)
+        """Grab the car, or begin a click or a pan."""
         self._press = self._last_mouse = event.pos()
         self._is_panning = event.button() != Qt.LeftButton
         if event.button() == Qt.LeftButton and self._is_over_car(event.pos()):
             self._held_car = self._field_point(event.pos())
 
-    def mouseMoveEvent(self, event):  # noqa: N802 (Qt's name)
-        """Carries the car, or pans; shows by the cursor what a press would do."""
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:  # noqa: N802 (Qt's name)
+        """Carry the car or pan, and set the cursor that shows what a press does here."""
         if self._held_car is not None:
             self._held_car = self._field_point(event.pos())
             self.car_dragged.emit(*self._held_car)
@@ -116,14 +131,14 @@ class FieldWidget(QWidget):
         over = self._held_car is not None or self._is_over_car(event.pos())
         self.setCursor(Qt.OpenHandCursor if over else Qt.CrossCursor)
 
-    def mouseReleaseEvent(self, event):  # noqa: N802 (Qt's name)
-        """Lets go of the car, or ends a click: a wish for a waypoint there."""
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:  # noqa: N802 (Qt's name)
+        """Release the car, or end a click and request a waypoint there."""
         if self._held_car is not None:
             self.car_dragged.emit(*self._field_point(event.pos()))
         elif self._press is not None and not self._is_panning:
             x, y = self._field_point(event.pos())
             if self.scene.contains(x, y):
-                self.waypoint_wished.emit(x, y)
+                self.waypoint_requested.emit(x, y)
             else:
                 self.click_refused.emit(
                     "That is outside the walls: click inside to add a waypoint."
@@ -131,20 +146,20 @@ class FieldWidget(QWidget):
         self._held_car = self._press = None
         self._is_panning = False
 
-    def wheelEvent(self, event):  # noqa: N802 (Qt's name)
-        """Zooms around the mouse."""
+    def wheelEvent(self, event: QWheelEvent) -> None:  # noqa: N802 (Qt's name)
+        """Zoom around the mouse."""
         position = event.position() if hasattr(event, "position") else QPointF(event.pos())
         self.zoom(ZOOM_STEP ** (event.angleDelta().y() / 120.0), position.x(), position.y())
 
-    def hold_car(self):
-        """While the mouse holds the car, says so again, so that it does not drive away below the mouse."""
+    def hold_car(self) -> None:
+        """Emit the position of a held car again, so that it does not drive away from the mouse."""
         if self._held_car is not None:
             self.car_dragged.emit(*self._held_car)
 
-    def _field_point(self, pixel):
+    def _field_point(self, pixel: QPoint) -> tuple[float, float]:
         return self.view.to_field(pixel.x(), pixel.y())
 
-    def _is_over_car(self, pixel):
+    def _is_over_car(self, pixel: QPoint) -> bool:
         car = self.scene.car_at(time.monotonic())
         if car is None:
             return False
@@ -153,8 +168,8 @@ class FieldWidget(QWidget):
         return math.hypot(pixel.x() - x, pixel.y() - y) <= reach
 
     # Painting
-    def paintEvent(self, _event):  # noqa: N802 (Qt's name)
-        """Draws a frame: ground and old trail from a picture kept, what moves anew."""
+    def paintEvent(self, _event: QPaintEvent) -> None:  # noqa: N802 (Qt's name)
+        """Draw a frame: still items from cached pictures, then the moving items."""
         begin = time.perf_counter()
         if self._is_fitted:
             self._refit()
@@ -168,8 +183,8 @@ class FieldWidget(QWidget):
         painter.end()
         self.paint_seconds = time.perf_counter() - begin
 
-    def _ground_picture(self):
-        """Floor, walls and the trail but its newest piece; drawn anew when the view or one of them changed."""
+    def _ground_picture(self) -> QPixmap:
+        """Return floor, walls and finished trail; draw them again only after a change."""
         key = (self.view, self.scene.version, self.scene.trail.version)
         if key != self._ground_key:
             picture = self._new_picture()
@@ -178,27 +193,28 @@ class FieldWidget(QWidget):
             sizes = self.scene.sizes
             walls = (sizes.field_width, sizes.field_height) if self.scene.has_walls else None
             painting.floor(painter, self.view, walls, nice_step(GRID_PIXELS / self.view.scale))
-            self._paint_old_trail(painter)
+            self._paint_finished_trail(painter)
             painter.end()
             self._ground, self._ground_key = picture, key
         return self._ground
 
-    def _paint_old_trail(self, painter):
-        """The finished pieces of trail, the fainter the older; their polygons are kept, and with them the pieces."""
+    def _paint_finished_trail(self, painter: QPainter) -> None:
+        """Draw the finished pieces of trail, older ones fainter; cache their polygons."""
         pieces = self.scene.trail.finished
         kept = {}
-        for place, piece in enumerate(pieces):
+        for index, piece in enumerate(pieces):
+            # The cache holds the piece too: the id of a deleted list could return with another one.
             _, polygon = self._polygons.get(id(piece)) or (
                 piece,
                 QPolygonF([QPointF(*point) for point in piece]),
             )
             kept[id(piece)] = piece, polygon
-            freshness = 1.0 - (len(pieces) - place) / max(len(pieces) + 1.0, FADE_PIECES)
+            freshness = 1.0 - (len(pieces) - index) / max(len(pieces) + 1.0, FADE_PIECES)
             self._paint_polyline(painter, polygon, freshness)
         self._polygons = kept
 
-    def _points_picture(self):
-        """The waypoints, over the trail; numbers only where they do not cover one another."""
+    def _points_picture(self) -> QPixmap:
+        """Return the waypoints, with numbers where these do not overlap."""
         key = (self.view, self.scene.version)
         if key != self._points_key:
             picture = self._new_picture()
@@ -212,13 +228,13 @@ class FieldWidget(QWidget):
             self._points, self._points_key = picture, key
         return self._points
 
-    def _new_picture(self):
+    def _new_picture(self) -> QPixmap:
         ratio = self.devicePixelRatioF()
         picture = QPixmap(max(1, round(self.width() * ratio)), max(1, round(self.height() * ratio)))
         picture.setDevicePixelRatio(ratio)
         return picture
 
-    def _paint_polyline(self, painter, polygon, freshness):
+    def _paint_polyline(self, painter: QPainter, polygon: QPolygonF, freshness: float) -> None:
         x, y = self.view.to_pixel(0.0, 0.0)
         painter.save()
         painter.setTransform(QTransform(self.view.scale, 0.0, 0.0, -self.view.scale, x, y), True)
@@ -226,50 +242,29 @@ class FieldWidget(QWidget):
         painter.drawPolyline(polygon)
         painter.restore()
 
-    def _radius(self, point):
+    def _radius(self, point: Point) -> float:
         return painting.DISC_RADIUS if point in self._labelled else painting.DOT_RADIUS
 
-    def _paint_disc(self, painter, point, colour):
+    def _paint_disc(self, painter: QPainter, point: Point, colour: QColor) -> None:
         x, y = self.view.to_pixel(point.x, point.y)
         number = str(point.idx) if point in self._labelled else ""
         painting.disc(painter, x, y, self._radius(point), colour, number)
 
-    def _shown_car(self):
+    def _shown_car(self) -> Pose | None:
         car = self.scene.car_at(time.monotonic())
         if car is not None and self._held_car is not None:
             car = car._replace(x=self._held_car[0], y=self._held_car[1])
         return car
 
-    def _paint_newest_trail(self, painter, car):
-        """The piece of trail that still grows, up to where the car is drawn."""
+    def _paint_newest_trail(self, painter: QPainter, car: Pose | None) -> None:
+        """Draw the growing piece of trail, up to the position at which the car is drawn."""
         points = self.scene.trail.growing[:-1] + ([(car.x, car.y)] if car is not None else [])
         self._paint_polyline(painter, QPolygonF([QPointF(*point) for point in points]), 1.0)
 
-    def _paint_moving(self, painter, car):
+    def _paint_moving(self, painter: QPainter, car: Pose | None) -> None:
         scene = self.scene
         if car is not None and scene.sizes.sensor_range:
-            x, y = self.view.to_pixel(car.x, car.y)
-            painter.save()
-            if scene.has_walls:
-                half_width, half_height = (
-                    scene.sizes.field_width / 2.0,
-                    scene.sizes.field_height / 2.0,
-                )
-                painter.setClipRect(
-                    QRectF(
-                        QPointF(*self.view.to_pixel(-half_width, half_height)),
-                        QPointF(*self.view.to_pixel(half_width, -half_height)),
-                    )
-                )
-            painting.sensor(
-                painter,
-                x,
-                y,
-                scene.sizes.sensor_range * self.view.scale,
-                car.direction,
-                scene.sizes.sensor_front_only,
-            )
-            painter.restore()
+            self._paint_sensor(painter, car)
         for point in sorted(scene.sensed):
             painting.glow(painter, *self.view.to_pixel(point.x, point.y), self._radius(point))
             self._paint_disc(painter, point, painting.SENSED)
@@ -286,3 +281,17 @@ class FieldWidget(QWidget):
             painter.setFont(painting.number_font(30.0))
             painter.setPen(painting.FAINT_INK)
             painter.drawText(QRectF(0, 0, self.width(), 80), Qt.AlignCenter, "paused")
+
+    def _paint_sensor(self, painter: QPainter, car: Pose) -> None:
+        """Draw the range of the sensor, inside the walls only."""
+        sizes = self.scene.sizes
+        x, y = self.view.to_pixel(car.x, car.y)
+        painter.save()
+        if self.scene.has_walls:
+            half_width, half_height = sizes.field_width / 2.0, sizes.field_height / 2.0
+            top_left = QPointF(*self.view.to_pixel(-half_width, half_height))
+            bottom_right = QPointF(*self.view.to_pixel(half_width, -half_height))
+            painter.setClipRect(QRectF(top_left, bottom_right))
+        radius = sizes.sensor_range * self.view.scale
+        painting.sensor(painter, x, y, radius, car.direction, sizes.sensor_front_only)
+        painter.restore()

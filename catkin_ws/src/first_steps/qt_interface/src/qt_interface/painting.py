@@ -1,4 +1,7 @@
-"""How each thing on the field looks; the legend and the field draw with the same strokes."""
+"""Drawing functions for every item on the field, shared by the field and the legend.
+
+Positions and sizes are in pixels of the widget.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +9,8 @@ import math
 
 from PyQt5.QtCore import QPointF, QRectF, Qt
 from PyQt5.QtGui import QBrush, QColor, QFont, QPainter, QPen, QPolygonF
+
+from qt_interface.view import View
 
 GROUND = QColor("#e9edf1")
 FLOOR = QColor("#fdfdfb")
@@ -21,26 +26,28 @@ SENSOR = QColor("#2a9d6f")
 CAR = QColor("#e02f2f")
 CAR_EDGE = QColor("#8e1414")
 
-DISC_RADIUS = 11.0  # pixels, where there is room for a number
-DOT_RADIUS = 4.0  # pixels, where there is none
+DISC_RADIUS = 11.0  # of a waypoint with a number
+DOT_RADIUS = 4.0  # of a waypoint without one
 
 
-def start(painter):
-    """Sets the painter to draw smooth edges."""
+def start(painter: QPainter) -> None:
+    """Enable smooth edges."""
     painter.setRenderHint(QPainter.Antialiasing)
     painter.setRenderHint(QPainter.TextAntialiasing)
 
 
-def number_font(radius):
-    """The font of the numbers in discs of this radius, pixels."""
+def number_font(radius: float) -> QFont:
+    """Return the font of the numbers in discs of this radius."""
     font = QFont("DejaVu Sans")
     font.setPixelSize(max(6, round(radius * 1.05)))
     font.setBold(True)
     return font
 
 
-def disc(painter, x, y, radius, colour, number=""):
-    """A waypoint: a disc of `radius` pixels with its number in it."""
+def disc(
+    painter: QPainter, x: float, y: float, radius: float, colour: QColor, number: str = ""
+) -> None:
+    """Draw a waypoint: a disc with its number."""
     painter.setPen(QPen(Qt.white, 1.5))
     painter.setBrush(colour)
     painter.drawEllipse(QPointF(x, y), radius, radius)
@@ -55,8 +62,8 @@ def disc(painter, x, y, radius, colour, number=""):
         )
 
 
-def glow(painter, x, y, radius):
-    """The light around a waypoint that the sensor reports."""
+def glow(painter: QPainter, x: float, y: float, radius: float) -> None:
+    """Draw the halo of a waypoint that the sensor detects."""
     painter.setPen(Qt.NoPen)
     for factor, alpha in ((1.9, 40), (1.45, 80)):
         colour = QColor(SENSED)
@@ -65,15 +72,26 @@ def glow(painter, x, y, radius):
         painter.drawEllipse(QPointF(x, y), radius * factor, radius * factor)
 
 
-def ring(painter, x, y, radius):
-    """The ring around the target."""
+def ring(painter: QPainter, x: float, y: float, radius: float) -> None:
+    """Draw the ring around the target."""
     painter.setBrush(Qt.NoBrush)
     painter.setPen(QPen(TARGET, 3.0))
     painter.drawEllipse(QPointF(x, y), radius + 5.0, radius + 5.0)
 
 
-def sensor(painter, x, y, radius, direction, front_only):
-    """The sensor's range, a disc or the half of it that lies ahead; `radius` in pixels."""
+def sensor(
+    painter: QPainter, x: float, y: float, radius: float, direction: float, front_only: bool
+) -> None:
+    """Draw the sensor's range: a disc, or its front half for a sensor with `front_only`.
+
+    Args:
+        painter: painter of the widget
+        x: position of the car
+        y: position of the car
+        radius: range of the sensor
+        direction: direction of the car [rad]
+        front_only: True if the sensor detects no points behind the car
+    """
     fill = QColor(SENSOR)
     fill.setAlpha(26)
     painter.setBrush(fill)
@@ -85,8 +103,16 @@ def sensor(painter, x, y, radius, direction, front_only):
         painter.drawEllipse(QPointF(x, y), radius, radius)
 
 
-def car(painter, x, y, size, direction):
-    """The red square of side `size` pixels, a white arrow in it pointing where it looks."""
+def car(painter: QPainter, x: float, y: float, size: float, direction: float) -> None:
+    """Draw the red square with a white arrow in its direction.
+
+    Args:
+        painter: painter of the widget
+        x: position of the centre
+        y: position of the centre
+        size: side of the square
+        direction: direction of the car [rad]
+    """
     painter.save()
     painter.translate(x, y)
     painter.rotate(-math.degrees(direction))
@@ -110,8 +136,8 @@ def car(painter, x, y, size, direction):
     painter.restore()
 
 
-def trail_pen(freshness):
-    """The pen for a piece of trail; `freshness` 1 for where the car is, 0 for the oldest."""
+def trail_pen(freshness: float) -> QPen:
+    """Return the pen for a piece of trail; `freshness` is 1 for the newest and 0 for the oldest."""
     colour = QColor(CAR)
     colour.setAlphaF(0.06 + 0.54 * min(max(freshness, 0.0), 1.0) ** 2)
     pen = QPen(colour, 2.0, Qt.SolidLine, Qt.FlatCap)
@@ -119,8 +145,17 @@ def trail_pen(freshness):
     return pen
 
 
-def floor(painter, view, walls, grid_step):
-    """The ground, and the field with its grid and its walls; `walls` is (width, height) in field units or None."""
+def floor(
+    painter: QPainter, view: View, walls: tuple[float, float] | None, grid_step: float
+) -> None:
+    """Draw the ground and the field with its grid and its walls.
+
+    Args:
+        painter: painter of the widget
+        view: visible part of the field
+        walls: width and height of the field [u], or None for a floor without walls
+        grid_step: distance of the grid lines [u]
+    """
     painter.fillRect(QRectF(0, 0, view.width, view.height), QBrush(GROUND if walls else FLOOR))
     if walls:
         left, top = view.to_pixel(-walls[0] / 2.0, walls[1] / 2.0)
@@ -134,13 +169,13 @@ def floor(painter, view, walls, grid_step):
     painter.save()
     painter.setClipRect(area)
     painter.setRenderHint(QPainter.Antialiasing, False)
-    for place in range(math.ceil(low_x / grid_step), math.floor(high_x / grid_step) + 1):
-        x = view.to_pixel(place * grid_step, 0.0)[0]
-        painter.setPen(QPen(AXIS if place == 0 else GRID, 1))
+    for line in range(math.ceil(low_x / grid_step), math.floor(high_x / grid_step) + 1):
+        x = view.to_pixel(line * grid_step, 0.0)[0]
+        painter.setPen(QPen(AXIS if line == 0 else GRID, 1))
         painter.drawLine(QPointF(x, area.top()), QPointF(x, area.bottom()))
-    for place in range(math.ceil(low_y / grid_step), math.floor(high_y / grid_step) + 1):
-        y = view.to_pixel(0.0, place * grid_step)[1]
-        painter.setPen(QPen(AXIS if place == 0 else GRID, 1))
+    for line in range(math.ceil(low_y / grid_step), math.floor(high_y / grid_step) + 1):
+        y = view.to_pixel(0.0, line * grid_step)[1]
+        painter.setPen(QPen(AXIS if line == 0 else GRID, 1))
         painter.drawLine(QPointF(area.left(), y), QPointF(area.right(), y))
     painter.restore()
     if walls:

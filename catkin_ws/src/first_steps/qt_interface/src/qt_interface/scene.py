@@ -1,16 +1,16 @@
-"""What the window shows: the latest that is known of the field, the points and the car."""
+"""The content of the window: the latest data about field, waypoints and car."""
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Iterable, NamedTuple
 
-from qt_interface.settings import WorldSizes
+from qt_interface.settings import Settings, WorldSizes
 from qt_interface.trail import Trail
 
 
 class Point(NamedTuple):
-    """A waypoint; `x`, `y` in field units."""
+    """A waypoint with its number, at `x`, `y` [u]."""
 
     idx: int
     x: float
@@ -18,15 +18,15 @@ class Point(NamedTuple):
 
 
 class Pose(NamedTuple):
-    """The car's place in field units and its direction in radians."""
+    """The car's position `x`, `y` [u] and its `direction` [rad]."""
 
     x: float
     y: float
     direction: float
 
 
-def blend(before, after, fraction):
-    """The pose `fraction` (0..1) of the way between two; the direction turns the shortest way round."""
+def blend(before: Pose, after: Pose, fraction: float) -> Pose:
+    """Return the pose at `fraction` (0..1) between two poses, turning the shortest way round."""
     turn = math.remainder(after.direction - before.direction, 2.0 * math.pi)
     return Pose(
         before.x + (after.x - before.x) * fraction,
@@ -35,60 +35,68 @@ def blend(before, after, fraction):
     )
 
 
-def _finite(points):
+def _finite(points: Iterable[tuple[int, float, float]]) -> list[Point]:
     return [
         point
-        for point in (Point(*p) for p in points)
+        for point in (Point(*values) for values in points)
         if math.isfinite(point.x) and math.isfinite(point.y)
     ]
 
 
 class Scene:
-    """What is shown. Times `now` are seconds on any steady clock."""
+    """The data to draw. Arguments `now` are times in seconds of one monotonic clock."""
 
-    def __init__(self, settings):
+    def __init__(self, settings: Settings):
         self.settings = settings
         self.sizes = WorldSizes(None, None, None, None, False)
-        self.waypoints = []
-        self.sensed = frozenset()
-        self.target = None
-        self.laps = None  # until somebody counts them
+        self.waypoints: list[Point] = []
+        self.sensed: frozenset[Point] = frozenset()
+        self.target: Point | None = None
+        self.laps: int | None = None  # None until a lap count is received
         self.is_paused = False
         self.trail = Trail(settings.trail_points, settings.trail_jump)
-        self.version = 0  # changes when walls or waypoints do
-        self.car = None
-        self._car_extent = []  # two corners of the box in which the car has been
-        self._car_before = None
+        self.version = 0  # changes with walls and waypoints
+        self.car: Pose | None = None
+        # Two corners of the smallest box around all positions of the car
+        self._car_extent: list[tuple[float, float]] = []
+        self._car_before: Pose | None = None
         self._car_time = -math.inf
         self._car_period = 0.0
 
     @property
-    def car_size(self):
-        """Side of the red square, field units."""
+    def car_size(self) -> float:
+        """Side of the red square [u]."""
         return self.sizes.car_size or self.settings.plain_car_size
 
     @property
-    def has_walls(self):
-        """Whether a world told how large its field is."""
+    def has_walls(self) -> bool:
+        """True if the world sets the size of its field."""
         return bool(self.sizes.field_width and self.sizes.field_height)
 
-    def set_world(self, sizes, points):
-        """Takes the world's sizes and the waypoints, (idx, x, y) each; points that are not finite are left out."""
+    def set_world(self, sizes: WorldSizes, points: Iterable[tuple[int, float, float]]) -> None:
+        """Set the world's sizes and the waypoints (idx, x, y) [u]; ignore non-finite points."""
         waypoints = sorted(_finite(points))
         if (sizes, waypoints) != (self.sizes, self.waypoints):
             self.sizes, self.waypoints = sizes, waypoints
             self.version += 1
 
-    def set_sensed(self, points):
-        """Takes the points that the sensor reports now."""
+    def set_sensed(self, points: Iterable[tuple[int, float, float]]) -> None:
+        """Set the points (idx, x, y) [u] that the sensor detects now."""
         self.sensed = frozenset(_finite(points))
 
-    def set_target(self, point):
-        """Takes the point that the driver is heading for; None if it is nowhere."""
+    def set_target(self, point: tuple[int, float, float]) -> None:
+        """Set the driver's target (idx, x, y) [u]; remove it if the point is not finite."""
         self.target = next(iter(_finite([point])), None)
 
-    def set_car(self, x, y, direction, now):
-        """Takes a position of the car that came in at `now`; one that is not finite is ignored."""
+    def set_car(self, x: float, y: float, direction: float, now: float) -> None:
+        """Set the car's pose; ignore one that is not finite.
+
+        Args:
+            x: position [u]
+            y: position [u]
+            direction: direction [rad]
+            now: time at which the pose was received [s]
+        """
         pose = Pose(x, y, direction)
         if not all(math.isfinite(value) for value in pose):
             return
@@ -105,8 +113,8 @@ class Scene:
         xs, ys = zip((x, y), *self._car_extent)
         self._car_extent = [(min(xs), min(ys)), (max(xs), max(ys))]
 
-    def car_at(self, now):
-        """Where to draw the car at `now`: between its last two positions, so that it glides at any frame rate."""
+    def car_at(self, now: float) -> Pose | None:
+        """Return the pose to draw at `now`, interpolated between the last two for smooth motion."""
         if self.car is None or self._car_before is None or self._car_period <= 0.0:
             return self.car
         return blend(
@@ -115,20 +123,20 @@ class Scene:
             min(max((now - self._car_time) / self._car_period, 0.0), 1.0),
         )
 
-    def silence(self, now):
-        """Seconds since a position of the car came in."""
+    def car_age(self, now: float) -> float:
+        """Return the time since the last pose of the car was received [s]."""
         return now - self._car_time
 
-    def contains(self, x, y):
-        """Whether the point lies within the walls; without walls all do."""
-        return not self.has_walls or (
-            abs(x) <= self.sizes.field_width / 2 and abs(y) <= self.sizes.field_height / 2
-        )
+    def contains(self, x: float, y: float) -> bool:
+        """Return True if the point [u] is within the walls, or if there are no walls."""
+        if self.sizes.field_width is None or self.sizes.field_height is None:
+            return True
+        return abs(x) <= self.sizes.field_width / 2 and abs(y) <= self.sizes.field_height / 2
 
-    def corners(self):
-        """The points that a view of everything has to show."""
+    def corners(self) -> list[tuple[float, float]]:
+        """Return the points (x, y) [u] that a view of the whole scene must contain."""
         points = [(point.x, point.y) for point in self.waypoints]
-        if not self.has_walls:
+        if self.sizes.field_width is None or self.sizes.field_height is None:
             return points + self._car_extent
         x, y = self.sizes.field_width / 2.0, self.sizes.field_height / 2.0
         return [*points, (-x, -y), (x, y)]

@@ -1,17 +1,17 @@
-"""The parameters of the window, checked; and those of the world, as far as there is one."""
+"""Read and validate the parameters of the window, and read the sizes of the world."""
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, Mapping, NamedTuple
 
 
 class SettingsError(ValueError):
-    """A parameter that cannot be used; the text names it and the mend."""
+    """An invalid parameter; the message names the parameter and the fix."""
 
 
 class Settings(NamedTuple):
-    """What config/qt_interface.yaml holds; units are told there."""
+    """The parameters of config/qt_interface.yaml, which documents their units."""
 
     frame_rate: float
     window_width: int
@@ -22,7 +22,7 @@ class Settings(NamedTuple):
 
 
 class WorldSizes(NamedTuple):
-    """What the window knows of the world's parameters; None: no world tells it."""
+    """The parameters of the world that the window uses [u]; None if the world does not set one."""
 
     field_width: float | None
     field_height: float | None
@@ -31,8 +31,8 @@ class WorldSizes(NamedTuple):
     sensor_front_only: bool
 
 
-def is_length(value):
-    """Whether the value is a finite number above 0."""
+def is_positive(value: object) -> bool:
+    """Return True if the value is a finite number above 0."""
     return (
         isinstance(value, (int, float))
         and not isinstance(value, bool)
@@ -41,8 +41,15 @@ def is_length(value):
     )
 
 
-def read_settings(parameters):
-    """Settings from a dictionary of parameters. Raises SettingsError for a missing, odd or impossible one."""
+def read_settings(parameters: Mapping[str, Any]) -> Settings:
+    """Return the validated settings.
+
+    Args:
+        parameters: values by name, as in config/qt_interface.yaml; other names are ignored
+
+    Raises:
+        SettingsError: a parameter is missing, has the wrong type or is out of range
+    """
     for name in Settings._fields:
         if name not in parameters:
             raise SettingsError(
@@ -50,7 +57,7 @@ def read_settings(parameters):
                 "as qt_interface.launch does"
             )
         value = parameters[name]
-        if not is_length(value):
+        if not is_positive(value):
             raise SettingsError(f"parameter ~{name} is {value!r}: give a number above 0")
     for name in ("window_width", "window_height", "trail_points"):
         if not isinstance(parameters[name], int):
@@ -58,10 +65,10 @@ def read_settings(parameters):
     return Settings(**{name: parameters[name] for name in Settings._fields})
 
 
-def read_world_sizes(parameters):
-    """WorldSizes from the world's own parameters; what is missing or odd there is unknown here."""
+def read_world_sizes(parameters: Mapping[str, Any]) -> WorldSizes:
+    """Return the sizes from the world's parameters; a missing or invalid size is None."""
     lengths = {
-        name: parameters.get(name) if is_length(parameters.get(name)) else None
+        name: parameters.get(name) if is_positive(parameters.get(name)) else None
         for name in ("field_width", "field_height", "car_size", "sensor_range")
     }
     return WorldSizes(**lengths, sensor_front_only=parameters.get("sensor_front_only") is True)

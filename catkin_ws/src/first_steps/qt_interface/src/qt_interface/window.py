@@ -1,10 +1,11 @@
-"""The window: the field, the column beside it, the status bar, the keys."""
+"""The main window: the field, the legend next to it, the status bar and the keys."""
 
 from __future__ import annotations
 
 import math
 import time
 from collections import deque
+from typing import Callable, Iterable
 
 from PyQt5.QtCore import Qt, QTimer, pyqtSignal
 from PyQt5.QtGui import QKeySequence
@@ -12,19 +13,23 @@ from PyQt5.QtWidgets import QHBoxLayout, QLabel, QMainWindow, QShortcut, QWidget
 
 from qt_interface.field_widget import ZOOM_STEP, FieldWidget
 from qt_interface.legend import Legend
+from qt_interface.scene import Scene
 
-SILENT_SECONDS = 1.0  # without a position of the car, until the status bar says so
+CAR_TIMEOUT_S = 1.0  # without a position of the car, before the status bar reports it
 
 
 class Window(QMainWindow):
-    """Shows a scene. The slots take what is new; the signals say what the user wishes."""
+    """A window that shows a scene.
+
+    Its slots receive new data; its signals emit what the user requests with mouse and keys.
+    """
 
     car_dragged = pyqtSignal(float, float)
-    waypoint_wished = pyqtSignal(float, float)
-    pause_wished = pyqtSignal(bool)
-    reset_wished = pyqtSignal()
+    waypoint_requested = pyqtSignal(float, float)
+    pause_requested = pyqtSignal(bool)
+    reset_requested = pyqtSignal()
 
-    def __init__(self, scene):
+    def __init__(self, scene: Scene):
         super().__init__()
         self.scene = scene
         self.setWindowTitle("First steps: the red square that finds its way")
@@ -46,15 +51,15 @@ class Window(QMainWindow):
             else:
                 self.statusBar().addWidget(label)
         self.field.car_dragged.connect(self.car_dragged)
-        self.field.waypoint_wished.connect(self.waypoint_wished)
+        self.field.waypoint_requested.connect(self.waypoint_requested)
         self.field.click_refused.connect(lambda text: self.statusBar().showMessage(text, 3000))
         self.add_keys(("Space", "P"), self.toggle_pause)
-        self.add_keys(("R",), self.reset_wished.emit)
+        self.add_keys(("R",), self.reset_requested.emit)
         self.add_keys(("F", "0"), self.field.fit_view)
         self.add_keys(("+", "="), lambda: self.field.zoom(ZOOM_STEP))
         self.add_keys(("-",), lambda: self.field.zoom(1.0 / ZOOM_STEP))
         self.add_keys(("Q", "Ctrl+Q", "Ctrl+W", "Esc"), self.close)
-        self._frame_times = deque(maxlen=60)
+        self._frame_times: deque[float] = deque(maxlen=60)
         self._frame_timer = QTimer(
             self, timerType=Qt.PreciseTimer, interval=int(1000.0 / scene.settings.frame_rate)
         )
@@ -65,48 +70,48 @@ class Window(QMainWindow):
         self._status_timer.start()
         self.update_status()
 
-    def add_keys(self, keys, action):
-        """Does the action when one of the keys is pressed, once a press."""
+    def add_keys(self, keys: Iterable[str], action: Callable[[], object]) -> None:
+        """Call `action` whenever one of the keys is pressed, without auto-repeat."""
         for key in keys:
             shortcut = QShortcut(QKeySequence(key), self)
             shortcut.setAutoRepeat(False)
             shortcut.activated.connect(action)
 
-    # What is new
-    def set_car(self, x, y, direction):
-        """A position of the car came in."""
+    # New data
+    def set_car(self, x: float, y: float, direction: float) -> None:
+        """Set the car's position [u] and direction [rad]."""
         self.scene.set_car(x, y, direction, time.monotonic())
 
-    def set_laps(self, laps):
-        """The count of laps came in."""
+    def set_laps(self, laps: int) -> None:
+        """Set the number of completed laps."""
         self.scene.laps = laps
         self.legend.update()
 
-    def set_paused(self, is_paused):
-        """The world paused or went on."""
+    def set_paused(self, is_paused: bool) -> None:
+        """Set whether the world is paused."""
         self.scene.is_paused = is_paused
 
-    def clear_trail(self):
-        """The world was reset."""
+    def clear_trail(self) -> None:
+        """Remove the trail, after a reset of the world."""
         self.scene.trail.clear()
 
-    # What happens by itself
-    def toggle_pause(self):
-        """Wishes for the other state than the one the world is in."""
-        self.pause_wished.emit(not self.scene.is_paused)
+    # Keys and timers
+    def toggle_pause(self) -> None:
+        """Request a pause, or its end."""
+        self.pause_requested.emit(not self.scene.is_paused)
 
-    def next_frame(self):
-        """Draws the field anew."""
+    def next_frame(self) -> None:
+        """Draw the field again."""
         self._frame_times.append(time.monotonic())
         self.field.hold_car()
         self.field.update()
 
-    def update_status(self):
-        """Writes the status bar."""
+    def update_status(self) -> None:
+        """Update the status bar."""
         scene, labels = self.scene, self.labels
-        is_silent = scene.silence(time.monotonic()) > SILENT_SECONDS
+        has_no_car = scene.car_age(time.monotonic()) > CAR_TIMEOUT_S
         labels["state"].setText(
-            "paused" if scene.is_paused else "no car on /car_position" if is_silent else "running"
+            "paused" if scene.is_paused else "no car on /car_position" if has_no_car else "running"
         )
         car = scene.car
         labels["car"].setText(

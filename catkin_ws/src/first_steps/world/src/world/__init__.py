@@ -1,1 +1,1 @@
-"""The world of the red square: field, waypoints, car, sensor, laps. Nothing here knows of ROS or of a clock."""
+"""The world of the red square: field, waypoints, car, sensor and laps, without ROS or a clock."""

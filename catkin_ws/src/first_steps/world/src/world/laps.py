@@ -1,41 +1,50 @@
-"""Counting laps: the referee of the field. It knows nothing of how the car is steered."""
+"""Count completed laps from the positions of the car."""
 
 from __future__ import annotations
 
 import math
+from typing import Iterable
+
+from world.waypoints import Waypoint
 
 
 class LapCounter:
-    """Counts rounds in which every waypoint was touched in the order of idx, none left out.
+    """Counter of laps in which the car touches every waypoint in the order of idx.
 
-    The first waypoint touched, whichever it is, is the start and the finish. `touch_distance` in field units.
+    The first waypoint that is touched is the start and the finish.
     """
 
-    def __init__(self, waypoints, touch_distance):
+    def __init__(self, waypoints: Iterable[Waypoint], touch_distance: float):
+        """Start to count.
+
+        Args:
+            waypoints: points of the route, in any order
+            touch_distance: a waypoint at most this far from the car is touched [u]
+        """
         self.touch_distance = touch_distance
         self.laps = 0
         self.set_waypoints(waypoints)
 
-    def set_waypoints(self, waypoints):
-        """Takes another route and begins the lap anew; laps that were completed stay counted."""
+    def set_waypoints(self, waypoints: Iterable[Waypoint]) -> None:
+        """Replace the route and restart the current lap; completed laps stay counted."""
         self._order = sorted(waypoints)
         self.restart_lap()
 
-    def restart_lap(self):
-        """Forgets the lap in progress, as after somebody carried the car elsewhere."""
-        self._next = None
+    def restart_lap(self) -> None:
+        """Discard the current lap, for example after the car was moved by hand."""
+        self._next: int | None = None
         self._passed = 0
 
-    def update(self, x, y):
-        """Takes the car's position; returns whether a lap was completed by it."""
+    def update(self, x: float, y: float) -> bool:
+        """Process a position of the car [u] and return True if it completes a lap."""
         if self._next is None:
             touched = [
-                place for place, waypoint in enumerate(self._order) if self._touches(waypoint, x, y)
+                index for index, waypoint in enumerate(self._order) if self._touches(waypoint, x, y)
             ]
             if not touched:
                 return False
             self._next = (touched[0] + 1) % len(self._order)
-        # Points may stand so close that one position touches several; never more than one lap a position.
+        # One position may touch several close points, but completes at most one lap.
         while self._touches(self._order[self._next], x, y):
             self._next = (self._next + 1) % len(self._order)
             self._passed += 1
@@ -45,5 +54,5 @@ class LapCounter:
                 return True
         return False
 
-    def _touches(self, waypoint, x, y):
+    def _touches(self, waypoint: Waypoint, x: float, y: float) -> bool:
         return math.hypot(waypoint.x - x, waypoint.y - y) <= self.touch_distance

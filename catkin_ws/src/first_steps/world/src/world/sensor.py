@@ -1,14 +1,24 @@
-"""The car's sensor: which waypoints lie near."""
+"""The car's sensor: find the waypoints near the car."""
 
 from __future__ import annotations
 
 import math
+from typing import Iterable
+
+from world.car import Car
+from world.waypoints import Waypoint
 
 
-def sense(car, waypoints, sensor_range, front_only):
-    """The waypoints within `sensor_range` field units of the car, its edge included.
+def sense(
+    car: Car, waypoints: Iterable[Waypoint], sensor_range: float, front_only: bool
+) -> list[Waypoint]:
+    """Return the waypoints that the sensor detects.
 
-    With `front_only`, those abeam of the car or ahead of it, not those behind.
+    Args:
+        car: position and direction of the car
+        waypoints: all waypoints
+        sensor_range: largest distance from the car's centre, inclusive [u]
+        front_only: True to leave out the points behind the car
     """
     ahead_x, ahead_y = math.cos(car.direction), math.sin(car.direction)
     sensed = []

@@ -1,20 +1,31 @@
-"""The parameters of the world, checked."""
+"""Read and validate the parameters of the world."""
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, Mapping, NamedTuple
 
-ABOVE_ZERO = "above 0"
-ANY = "finite"
+POSITIVE = (
+    "field_width",
+    "field_height",
+    "car_size",
+    "speed",
+    "rate",
+    "ellipse_width",
+    "ellipse_height",
+    "waypoints_period",
+    "sensor_range",
+    "touch_distance",
+)
+FINITE = ("start_x", "start_y", "start_direction")
 
 
 class SettingsError(ValueError):
-    """A parameter that cannot be used; the text names it and the mend."""
+    """An invalid parameter; the message names the parameter and the fix."""
 
 
 class Settings(NamedTuple):
-    """What config/world.yaml holds; units are told there."""
+    """The parameters of config/world.yaml, which documents their units."""
 
     field_width: float
     field_height: float
@@ -34,29 +45,23 @@ class Settings(NamedTuple):
     touch_distance: float
 
 
-def read_settings(parameters):
-    """Settings from a dictionary of parameters. Raises SettingsError for a missing, odd or impossible one."""
+def read_settings(parameters: Mapping[str, Any]) -> Settings:
+    """Return the validated settings.
+
+    Args:
+        parameters: values by name, as in config/world.yaml; other names are ignored
+
+    Raises:
+        SettingsError: a parameter is missing, has the wrong type or is out of range
+    """
     missing = [name for name in Settings._fields if name not in parameters]
     if missing:
         raise SettingsError(
             f"parameter ~{missing[0]} is missing: load config/world.yaml, as world.launch does"
         )
     settings = Settings(**{name: parameters[name] for name in Settings._fields})
-    for name in (
-        "field_width",
-        "field_height",
-        "car_size",
-        "speed",
-        "rate",
-        "ellipse_width",
-        "ellipse_height",
-        "waypoints_period",
-        "sensor_range",
-        "touch_distance",
-    ):
-        _check_number(settings, name, ABOVE_ZERO)
-    for name in ("start_x", "start_y", "start_direction"):
-        _check_number(settings, name, ANY)
+    for name in POSITIVE + FINITE:
+        _check_number(settings, name)
     count = settings.waypoint_count
     if isinstance(count, bool) or not isinstance(count, int) or not 2 <= count <= 65536:
         raise SettingsError(
@@ -71,22 +76,22 @@ def read_settings(parameters):
         raise SettingsError(
             f"parameter ~waypoints_path is {settings.waypoints_path!r}: give a file's path or ''"
         )
-    _check_together(settings)
+    _check_combinations(settings)
     return settings
 
 
-def _check_number(settings, name, kind):
+def _check_number(settings: Settings, name: str) -> None:
     value = getattr(settings, name)
     is_number = (
         isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
     )
-    if not is_number or (kind == ABOVE_ZERO and value <= 0):
-        raise SettingsError(
-            f"parameter ~{name} is {value!r}: give a number {'' if kind == ANY else kind}".rstrip()
-        )
+    if name in POSITIVE and not (is_number and value > 0):
+        raise SettingsError(f"parameter ~{name} is {value!r}: give a number above 0")
+    if not is_number:
+        raise SettingsError(f"parameter ~{name} is {value!r}: give a number")
 
 
-def _check_together(settings):
+def _check_combinations(settings: Settings) -> None:
     if settings.waypoints_period > 3.0:
         raise SettingsError(
             f"parameter ~waypoints_period is {settings.waypoints_period:g}: give at most 3 s"
@@ -98,9 +103,9 @@ def _check_together(settings):
                 f"car_size {settings.car_size:g}"
             )
     for name, length in (("start_x", settings.field_width), ("start_y", settings.field_height)):
-        room = (length - settings.car_size) / 2.0
-        if abs(getattr(settings, name)) > room:
+        limit = (length - settings.car_size) / 2.0
+        if abs(getattr(settings, name)) > limit:
             raise SettingsError(
-                f"parameter ~{name} is {getattr(settings, name):g}: the car would stand in a wall, "
-                f"give -{room:g}..{room:g}"
+                f"parameter ~{name} is {getattr(settings, name):g}: the car would be in a wall, "
+                f"give -{limit:g}..{limit:g}"
             )

@@ -1,4 +1,4 @@
-"""All of the world together: what stands where, and what a tick, a push or a click does to it."""
+"""The complete world: field, waypoints, car and laps, with the actions that change them."""
 
 from __future__ import annotations
 
@@ -7,16 +7,18 @@ import math
 from world.car import Car, Field
 from world.laps import LapCounter
 from world.sensor import sense
+from world.settings import Settings
 from world.waypoints import IDX_MAX, Waypoint, check_route, ellipse, load_csv
 
 
 class Simulation:
-    """The field, its waypoints, the car and the laps; `settings` are those of world.settings.
+    """The field with its waypoints, the car and the lap counter.
 
-    Raises world.waypoints.WaypointError for a route that cannot be driven.
+    Raises:
+        world.waypoints.WaypointError: the route is invalid
     """
 
-    def __init__(self, settings):
+    def __init__(self, settings: Settings):
         self.settings = settings
         self.field = Field(settings.field_width, settings.field_height)
         if settings.waypoints_path:
@@ -35,20 +37,20 @@ class Simulation:
         self.reset()
 
     @property
-    def laps(self):
-        """How many laps were completed."""
+    def laps(self) -> int:
+        """Number of completed laps."""
         return self._lap_counter.laps
 
-    def reset(self):
-        """All as at the start: the car in its place, no laps, no added waypoints. A pause stays a pause."""
+    def reset(self) -> None:
+        """Move the car to its start, remove added waypoints and laps; a pause continues."""
         self.car = Car(self.settings.start_x, self.settings.start_y, 0.0).turned(
             self.settings.start_direction
         )
         self.waypoints = list(self._route)
         self._lap_counter = LapCounter(self.waypoints, self.settings.touch_distance)
 
-    def tick(self, time_step):
-        """Moves the car on by `time_step` seconds unless paused; returns whether that completed a lap."""
+    def tick(self, time_step: float) -> bool:
+        """Move the car for `time_step` [s] unless paused; return True if that completes a lap."""
         if self.is_paused:
             return False
         self.car = self.field.advance(
@@ -56,14 +58,18 @@ class Simulation:
         )
         return self._lap_counter.update(self.car.x, self.car.y)
 
-    def sensed(self):
-        """The waypoints that the car's sensor reports now."""
+    def sensed(self) -> list[Waypoint]:
+        """Return the waypoints that the car's sensor detects now."""
         return sense(
             self.car, self.waypoints, self.settings.sensor_range, self.settings.sensor_front_only
         )
 
-    def steer(self, delta_direction):
-        """Turns the car, unless paused. Raises ValueError for what is no angle."""
+    def steer(self, delta_direction: float) -> None:
+        """Turn the car by `delta_direction` [rad] unless paused.
+
+        Raises:
+            ValueError: the angle is not finite
+        """
         if not math.isfinite(delta_direction):
             raise ValueError(
                 f"delta_direction {delta_direction} is not a finite angle; send radians"
@@ -71,23 +77,34 @@ class Simulation:
         if not self.is_paused:
             self.car = self.car.turned(delta_direction)
 
-    def place_car(self, x, y, direction):
-        """Puts the car down, at the nearest place inside the walls; the lap in progress begins anew."""
+    def place_car(self, x: float, y: float, direction: float) -> None:
+        """Move the car to the nearest position inside the walls and restart the current lap.
+
+        Args:
+            x: requested position [u]
+            y: requested position [u]
+            direction: new direction [rad]
+
+        Raises:
+            ValueError: a value is not finite
+        """
         if not all(math.isfinite(value) for value in (x, y, direction)):
             raise ValueError(f"position ({x}, {y}, {direction}) is not finite; send numbers")
         self.car = self.field.clamp(Car(x, y, direction), self.settings.car_size)
         self._lap_counter.restart_lap()
 
-    def add_waypoint(self, x, y):
-        """Adds a waypoint behind the last one; the lap in progress begins anew."""
+    def add_waypoint(self, x: float, y: float) -> None:
+        """Append a waypoint at (x, y) [u] to the route and restart the current lap.
+
+        Raises:
+            ValueError: the point is not finite or outside the walls, or the last idx is used
+        """
         if not (math.isfinite(x) and math.isfinite(y)):
             raise ValueError(f"waypoint ({x}, {y}) is not finite; send numbers")
         if not self.field.contains(x, y):
-            raise ValueError(
-                f"waypoint ({x:g}, {y:g}) lies outside the walls; choose a place inside"
-            )
+            raise ValueError(f"waypoint ({x:g}, {y:g}) is outside the walls; choose a point inside")
         idx = max(waypoint.idx for waypoint in self.waypoints) + 1
         if idx > IDX_MAX:
-            raise ValueError(f"waypoint {idx} would be one too many; reset the world")
-        self.waypoints = self.waypoints + [Waypoint(idx, x, y)]
+            raise ValueError(f"idx {idx} is above the maximum {IDX_MAX}; reset the world")
+        self.waypoints = [*self.waypoints, Waypoint(idx, x, y)]
         self._lap_counter.set_waypoints(self.waypoints)
