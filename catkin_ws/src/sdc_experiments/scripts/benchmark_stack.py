@@ -1,314 +1,206 @@
 #!/usr/bin/env python3
-"""Times the whole stack in separate processes, beside the floor that rospy itself sets: rosrun sdc_sim benchmark_stack.py"""
+"""Time the whole stack in separate processes, and compare it with the lower limit of rospy.
+
+rosrun sdc_experiments benchmark_stack.py [--rounds 5] [--seconds 30] [--setup FILE] [--ratios-only]
+"""
 
 import argparse
-import contextlib
-import json
 import os
-import signal
-import socket
-import subprocess
+import statistics
 import sys
 import tempfile
 import threading
 import time
+from pathlib import Path
 
 import cv2
 import numpy as np
+import rospkg
 import rospy
 from nav_msgs.msg import Odometry
-from sdc_package.msg import CarlaVehicleControl, LocalPath, Waypoint
-from sensor_msgs.msg import Image
+from sdc_package.msg import CarlaVehicleControl
 
-from sdc_common.ros.node import LoopPublisher
-from sdc_common.testing.message_listener import wait_until
+from sdc_common.testing.processes import isolated_ros_environment
+from sdc_experiments.bare_loop import COMMAND, ODOMETRY, BareWorld
 from sdc_experiments.benchmark_camera import bare_warp
+from sdc_experiments.benchmark_parts import parts_ms
+from sdc_experiments.process_metrics import cpu_ms, memory_mb
+from sdc_experiments.stack_launch import drive_in_lockstep, launch_command, running
 from sdc_package.odometry import pose_and_speed
-from sdc_sim.ros.message_conversion import image_message
 
-ODOMETRY = "/carla/ego_vehicle/odometry"
-PATH = "/planner/local_waypoints"
-COMMAND = "/carla/ego_vehicle/vehicle_control_cmd"
-IMAGE = "/carla/ego_vehicle/camera/rgb/front/image_color"
-BARE_TICKS = 4000
-BARE_PICTURES = 1000
 TICK_S = 0.05
-# The parts of a tick that wait for each other; pictures are made beside them.
-ONE_AFTER_THE_OTHER = ("physics", "serialise", "planner", "controller")
+MIN_ROUNDS = 5
+BARE_TICKS = 1000
+BARE_PICTURES = 300
+# The parts of a tick that run one after the other. Pictures are rendered in parallel.
+SERIAL_PARTS = ("physics", "serialize", "planner", "controller")
+# Start and end of a drive are left out of the CPU time.
+STEADY_FROM, STEADY_UNTIL = 0.3, 0.8
+FIRST_MOTION_TIMEOUT_S = 60.0
 
 
-@contextlib.contextmanager
-def own_master():
-    """An environment with a ROS master of its own, on loopback."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
-    yield {**os.environ, "ROS_MASTER_URI": f"http://127.0.0.1:{port}", "ROS_IP": "127.0.0.1"}
-
-
-@contextlib.contextmanager
-def running(command, environment):
-    """A process in a group of its own that is ended in order."""
-    process = subprocess.Popen(
-        command,
-        env=environment,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-        start_new_session=True,
-    )
-    try:
-        yield process
-    finally:
-        with contextlib.suppress(ProcessLookupError):
-            os.killpg(process.pid, signal.SIGINT)
-        process.wait()
-
-
-def launch(*arguments):
-    return ["roslaunch", "sdc_package", "all.launch", "headless:=true", *arguments]
-
-
-def lockstep(camera):
-    """The report of one complete drive in lockstep, and the CPU milliseconds a tick of each process in the midst of it."""
-    with tempfile.TemporaryDirectory() as folder, own_master() as environment:
-        report = os.path.join(folder, "report.json")
-        command = launch("sync:=true", f"camera:={str(camera).lower()}", f"report:={report}")
-        samples = []
-        with running(command, environment) as process:
-            while process.poll() is None:
-                samples.append((time.time(), cpu_ms(environment)))
-                time.sleep(0.25)  # a look costs some milliseconds of what it measures
-        with open(report, encoding="utf-8") as file:
-            figures = json.load(file)
-        age_s = [(os.stat(report).st_mtime - at) / figures["wall_duration_s"] for at, _ in samples]
-    midst = [sample for age, sample in zip(age_s, samples) if 0.3 < age < 0.8]
-    (first_at, first), (last_at, last) = midst[0], midst[-1]
-    ticks = (last_at - first_at) * figures["ticks"] / figures["wall_duration_s"]
-    return figures, {name: (last[name] - first[name]) / ticks for name in first if name in last}
-
-
-def cpu_ms(environment):
-    """CPU milliseconds that each process under this master has used, by its name."""
-    mine = f"ROS_MASTER_URI={environment['ROS_MASTER_URI']}".encode()
-    used = {}
-    for pid in filter(str.isdigit, os.listdir("/proc")):
-        with contextlib.suppress(OSError):
-            if mine not in environment_of(pid):
-                continue
-            with open(f"/proc/{pid}/stat", encoding="utf-8") as file:
-                user, system = file.read().rsplit(")", 1)[1].split()[11:13]
-            with open(f"/proc/{pid}/cmdline", encoding="utf-8") as file:
-                words = file.read().split("\0")
-            names = [word.split(":=")[1] for word in words if word.startswith("__name:=")] or [
-                word.split(".")[1] for word in words if word.startswith("sdc_sim.")
-            ]
-            if names:
-                used[names[0]] = 1e3 * (int(user) + int(system)) / os.sysconf("SC_CLK_TCK")
-    return used
-
-
-def bare_node(role):
-    """A node of the bare loop: messages of the contract, no thinking."""
-    rospy.init_node("bare_" + role)
-    if role == "planner":
-        path = LocalPath([Waypoint(1.0, 2.0, 3.0)] * 25)
-        publisher = LoopPublisher(PATH, LocalPath)
-        rospy.Subscriber(
-            ODOMETRY, Odometry, lambda _: publisher.publish(path), queue_size=1, tcp_nodelay=True
-        )
-        rospy.Subscriber(
-            IMAGE, Image, lambda _: None, queue_size=1, buff_size=4 * 1024 * 1024, tcp_nodelay=True
-        )
-    else:
-        publisher = LoopPublisher(COMMAND, CarlaVehicleControl)
-        rospy.Subscriber(ODOMETRY, Odometry, lambda _: None, queue_size=1, tcp_nodelay=True)
-        rospy.Subscriber(
-            PATH,
-            LocalPath,
-            lambda _: publisher.publish(CarlaVehicleControl()),
-            queue_size=1,
-            tcp_nodelay=True,
-        )
-    rospy.spin()
-
-
-class BareWorld:
-    """The third process of the bare loop: odometry to both nodes, path, command, and nothing that is worth it."""
+class RealTimeObserver:
+    """Measures the delay from each odometry to its command, and detects the first motion."""
 
     def __init__(self):
-        self.odometry_publisher = LoopPublisher(ODOMETRY, Odometry)
-        self.image_publisher = LoopPublisher(IMAGE, Image)
-        self.answered = threading.Event()
-        rospy.Subscriber(
-            COMMAND,
-            CarlaVehicleControl,
-            lambda _: self.answered.set(),
-            queue_size=1,
-            tcp_nodelay=True,
-        )
-        wait_until(
-            lambda: (
-                self.odometry_publisher.get_num_connections() == 2
-                and self.image_publisher.get_num_connections()
-            ),
-            what="both bare nodes",
-        )
-
-    def tick_ms(self, ticks, paint=None):
-        """Median time of a tick that is nothing but its hops; with `paint`, a picture is made and published in each."""
-        times = []
-        message = Odometry()
-        for _ in range(ticks):
-            self.answered.clear()
-            start = time.perf_counter()
-            self.odometry_publisher.publish(message)
-            if paint:
-                self.image_publisher.publish(image_message(paint(), rospy.Time(0)))
-            if self.answered.wait(1.0):
-                times.append(time.perf_counter() - start)
-        return 1e3 * float(np.median(times))
-
-
-def tell_bare_loop(world):
-    for what, tick in (
-        ("no thinking", world.tick_ms(BARE_TICKS)),
-        (
-            "one perspective warp and its picture published in each",
-            world.tick_ms(BARE_PICTURES, bare_warp()),
-        ),
-    ):
-        print(
-            f"bare loop of three processes, {what}: {tick:.2f} ms a tick, {1e3 * TICK_S / tick:.1f} times real time",
-            flush=True,
-        )
-
-
-class RealTime:
-    """What a drive in real time costs: first motion, memory, and the delay from an odometry to its command."""
-
-    def __init__(self):
-        self.heard = {}
-        self.delays = []
+        self.received_at_s = {}
+        self.delays_s = []
         self.moving = threading.Event()
         rospy.Subscriber(ODOMETRY, Odometry, self.on_odometry, tcp_nodelay=True)
         rospy.Subscriber(COMMAND, CarlaVehicleControl, self.on_command, tcp_nodelay=True)
 
     def on_odometry(self, odometry):
-        self.heard[odometry.header.stamp.to_nsec()] = time.perf_counter()
+        self.received_at_s[odometry.header.stamp.to_nsec()] = time.perf_counter()
         if pose_and_speed(odometry)[3] > 0.01:
             self.moving.set()
 
     def on_command(self, command):
-        heard = self.heard.pop(command.header.stamp.to_nsec(), None)
-        if heard is not None:
-            self.delays.append(time.perf_counter() - heard)
+        received_at_s = self.received_at_s.pop(command.header.stamp.to_nsec(), None)
+        if received_at_s is not None:
+            self.delays_s.append(time.perf_counter() - received_at_s)
 
 
-def memory_mb(group):
-    """Proportional set size of all processes of a session, megabytes."""
-    total = 0
-    for pid in filter(str.isdigit, os.listdir("/proc")):
-        with contextlib.suppress(OSError):
-            if os.getsid(int(pid)) == group or environment_of(pid) == environment_of(group):
-                with open(f"/proc/{pid}/smaps_rollup", encoding="ascii") as file:
-                    total += sum(int(line.split()[1]) for line in file if line.startswith("Pss:"))
-    return total / 1024.0
+def show(line):
+    print(line, flush=True)
 
 
-def environment_of(pid):
-    """The ROS master that a process belongs to."""
-    with open(f"/proc/{pid}/environ", "rb") as file:
-        return [part for part in file.read().split(b"\0") if part.startswith(b"ROS_MASTER_URI=")]
+def measure_ratios(world, rounds, setups, route):
+    """Print the ratio of a lockstep tick to a tick of the bare loop, for each workspace.
+
+    Other programs on the machine change the speed from minute to minute. Each round therefore
+    measures the bare loop again, right before the drives that it is compared with.
+    """
+    warp = bare_warp()
+    ratios = {(camera, setup): [] for camera in (False, True) for setup in setups}
+    for number in range(1, rounds + 1):
+        for camera in (False, True):
+            bare_ms = world.tick_ms(BARE_PICTURES, warp) if camera else world.tick_ms(BARE_TICKS)
+            columns = [f"bare {bare_ms:.2f} ms ({1e3 * TICK_S / bare_ms:.1f} times real time)"]
+            for setup in setups:
+                tick_ms = drive_in_lockstep(camera, route, setup).tick_ms
+                ratios[camera, setup].append(tick_ms / bare_ms)
+                columns.append(
+                    f"{workspace(setup)} {tick_ms:.2f} ms, ratio {tick_ms / bare_ms:.2f}"
+                )
+            show(f"round {number}, camera {on_off(camera)}: {'; '.join(columns)}")
+    for (camera, setup), values in ratios.items():
+        show(
+            f"lockstep tick over bare loop, camera {on_off(camera)}, {workspace(setup)}: "
+            f"median {statistics.median(values):.2f} of {len(values)} rounds "
+            f"({min(values):.2f} to {max(values):.2f})"
+        )
 
 
-def thinking_ms():
-    """Median time of each part of a tick, measured alone in this process on the packaged route."""
-    from sdc_experiments.benchmark_parts import parts_ms
+def workspace(setup):
+    return "this workspace" if setup is None else setup
 
-    return parts_ms()
+
+def on_off(camera):
+    return "on" if camera else "off"
+
+
+def measure_lockstep(parts):
+    """Print times and CPU times per tick of complete drives in lockstep."""
+    for camera in (False, True):
+        drive = drive_in_lockstep(camera, sample=cpu_ms)
+        show(
+            f"lockstep, camera {on_off(camera)}: {drive.report['real_time_factor']:.1f} times "
+            f"real time, {drive.tick_ms:.2f} ms per tick, {drive.report['missed_ticks']} missed"
+        )
+        if not camera:
+            serial = {name: parts[name] for name in SERIAL_PARTS}
+            serial["waiting"] = drive.tick_ms - sum(serial.values())
+            show(f"  one tick: {listed(serial, 3)} (waiting: rospy, kernel, other processes)")
+        used = cpu_per_tick_ms(drive)
+        show(
+            f"  CPU time per tick: {listed({n: v for n, v in used.items() if v >= 0.05}, 2)}; "
+            f"total {sum(used.values()):.2f} ms"
+        )
+
+
+def cpu_per_tick_ms(drive):
+    """Return the CPU time per tick of each process in the steady part of a drive, sorted [ms]."""
+    steady = [sample for sample in drive.samples if STEADY_FROM < sample[0] < STEADY_UNTIL]
+    (first_share, first), (last_share, last) = steady[0], steady[-1]
+    ticks = (last_share - first_share) * drive.report["ticks"]
+    used = {name: (last[name] - first[name]) / ticks for name in first if name in last}
+    return dict(sorted(used.items(), key=lambda item: -item[1]))
+
+
+def listed(times_ms, digits):
+    return ", ".join(f"{name} {value:.{digits}f}" for name, value in times_ms.items()) + " ms"
+
+
+def measure_real_time(environment, folder, seconds):
+    """Print first motion, memory and delay of a drive in real time."""
+    observer = RealTimeObserver()
+    start = time.monotonic()
+    command = launch_command(f"report:={folder}/report.json")
+    with running(command, environment, folder):
+        observer.moving.wait(FIRST_MOTION_TIMEOUT_S)
+        show(f"real time: first motion {time.monotonic() - start:.1f} s after roslaunch")
+        del observer.delays_s[:]
+        time.sleep(seconds)
+        # The measurement of the memory delays the nodes: keep the delays from before it.
+        delays_ms = 1e3 * np.array(observer.delays_s)
+        memory = memory_mb(environment["ROS_MASTER_URI"])
+        show(f"real time: {memory:.0f} MB in all processes of the stack (PSS)")
+    show(
+        f"real time: odometry to command median {np.median(delays_ms):.2f} ms, "
+        f"99 % {np.percentile(delays_ms, 99):.2f} ms "
+        f"({len(delays_ms)} ticks, measured in another process)"
+    )
+
+
+def parse_arguments():
+    routes = Path(rospkg.RosPack().get_path("sdc_package")) / "test" / "routes"
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument(
+        "--rounds", type=int, default=MIN_ROUNDS, help="rounds of the ratios, at least 5"
+    )
+    parser.add_argument(
+        "--route", default=str(routes / "fast_bends.csv"), help="waypoints of the rounds"
+    )
+    parser.add_argument(
+        "--setup", help="setup.bash of another workspace, whose stack is measured in each round too"
+    )
+    parser.add_argument("--ratios-only", action="store_true", help="measure only the rounds")
+    parser.add_argument(
+        "--seconds", type=float, default=30.0, help="duration of the drive in real time [s]"
+    )
+    arguments = parser.parse_args(rospy.myargv(sys.argv)[1:])
+    if arguments.rounds < MIN_ROUNDS:
+        parser.error(f"--rounds must be at least {MIN_ROUNDS}, got {arguments.rounds}")
+    for name in ("route", "setup"):
+        path = getattr(arguments, name)
+        if path is not None and not os.path.isfile(path):
+            parser.error(f"--{name}: there is no file {path}")
+    return arguments
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--bare", choices=("planner", "controller"), help=argparse.SUPPRESS)
-    parser.add_argument(
-        "--seconds", type=float, default=30.0, help="how long the drive in real time is watched"
-    )
-    arguments = parser.parse_args(rospy.myargv(sys.argv)[1:])
-    if arguments.bare:
-        bare_node(arguments.bare)
-        return
-
+    arguments = parse_arguments()
     cv2.setNumThreads(1)
-    parts = thinking_ms()
-    for camera in (False, True):
-        report, used = lockstep(camera)
-        tick = 1e3 * report["wall_duration_s"] / report["ticks"]
-        print(
-            f"lockstep, camera {'on ' if camera else 'off'}: {report['real_time_factor']:5.1f} times real time, "
-            f"{tick:.2f} ms a tick, {report['missed_ticks']} missed",
-            flush=True,
-        )
-        if not camera:
-            one_after_the_other = {name: parts[name] for name in ONE_AFTER_THE_OTHER}
-            one_after_the_other["waiting"] = tick - sum(one_after_the_other.values())
-            print(
-                "  a tick: "
-                + ", ".join(f"{name} {value:.3f}" for name, value in one_after_the_other.items())
-                + " ms (waiting: rospy's hops, the kernel, other processes)",
-                flush=True,
-            )
-        print(
-            "  CPU a tick: "
-            + ", ".join(
-                f"{name} {value:.2f}"
-                for name, value in sorted(used.items(), key=lambda item: -item[1])
-                if value >= 0.05
-            )
-            + f" ms; together {sum(used.values()):.2f}",
-            flush=True,
-        )
-    print(
-        "each part alone, median: "
-        + ", ".join(f"{name} {value:.3f}" for name, value in parts.items())
-        + " ms",
-        flush=True,
-    )
-
-    with own_master() as environment:
-        os.environ.update({name: environment[name] for name in ("ROS_MASTER_URI", "ROS_IP")})
-        with running(
-            ["roscore", "-p", environment["ROS_MASTER_URI"].rsplit(":", 1)[1]], environment
-        ):
+    setups = [None] if arguments.setup is None else [None, os.path.abspath(arguments.setup)]
+    with tempfile.TemporaryDirectory() as name, isolated_ros_environment(name) as environment:
+        folder = Path(name)
+        os.environ.update({key: environment[key] for key in ("ROS_MASTER_URI", "ROS_IP")})
+        port = environment["ROS_MASTER_URI"].rsplit(":", 1)[1]
+        bare_node = [sys.executable, "-m", "sdc_experiments.bare_loop"]
+        with running(["roscore", "-p", port], environment, folder):
             rospy.init_node("benchmark_stack", disable_signals=True)
-            own = os.path.abspath(__file__)
-            with running([sys.executable, own, "--bare", "planner"], environment), running(
-                [sys.executable, own, "--bare", "controller"], environment
+            with running([*bare_node, "planner"], environment, folder), running(
+                [*bare_node, "controller"], environment, folder
             ):
-                tell_bare_loop(BareWorld())
-            with tempfile.TemporaryDirectory() as folder:
-                watch = RealTime()
-                start = time.monotonic()
-                with running(launch(f"report:={folder}/report.json"), environment) as process:
-                    watch.moving.wait(60.0)
-                    print(
-                        f"real time: first motion {time.monotonic() - start:.1f} s after roslaunch",
-                        flush=True,
-                    )
-                    del watch.delays[:]
-                    time.sleep(arguments.seconds)
-                    delays = 1e3 * np.array(
-                        watch.delays
-                    )  # before the look at all processes' memory, which holds them up
-                    print(
-                        f"real time: {memory_mb(process.pid):.0f} MB resident in all processes (PSS, this one included)",
-                        flush=True,
-                    )
-                print(
-                    f"real time: odometry to command median {np.median(delays):.2f} ms, 99 % {np.percentile(delays, 99):.2f} ms "
-                    f"({len(delays)} ticks, as heard by a third process)",
-                    flush=True,
-                )
+                measure_ratios(BareWorld(), arguments.rounds, setups, arguments.route)
+            if not arguments.ratios_only:
+                parts = parts_ms()
+                measure_lockstep(parts)
+                show(f"each part alone, median: {listed(parts, 3)}")
+                measure_real_time(environment, folder, arguments.seconds)
+            rospy.signal_shutdown("all is measured")
 
 
 if __name__ == "__main__":

@@ -1,29 +1,34 @@
 #!/usr/bin/env python3
-"""Drives laps for many simulated hours in lockstep and watches every process: rosrun sdc_sim soak.py [hours:=10] [camera:=false]
+"""Drive laps for many simulated hours in lockstep and watch every process.
 
-Exit status 0 when the drive was completed without a missed tick, no process grew by 5 MB after the warm-up, and no file stayed open.
+rosrun sdc_experiments soak.py [hours:=10] [camera:=false]
+
+The exit status is 0 if the drive was completed without a missed tick, no process grew by 5 MB or
+more after the warm-up, and no file stayed open.
 """
 
 import contextlib
 import json
-import os
 import re
-import signal
-import socket
-import subprocess
 import sys
 import tempfile
 import time
 from collections import defaultdict
+from pathlib import Path
 
 import numpy as np
+import psutil
 
+from sdc_common.testing.processes import Program, isolated_ros_environment
+from sdc_experiments.process_metrics import private_memory_mb, process_name, stack_processes
 from sdc_experiments.soak import ProcessSample, judge, laps
 from sdc_sim.evaluation.route_progress import COMPLETED
 
-MOST_GROWTH_MB = 5.0
-LOOK_EVERY_S = 0.25
+MAX_GROWTH_MB = 5.0
+SAMPLE_PERIOD_S = 0.25
 PROGRESS = re.compile(r"referee: *([0-9.]+) %")
+# The route takes long to load, and a busy machine must not cause a missed tick.
+SIM_OPTIONS = "{start_patience_s: 600.0, patience_s: 60.0}"
 
 
 class Soak:
@@ -34,107 +39,60 @@ class Soak:
         self.percent = 0.0
 
     def drive(self, folder):
-        """Drive it all; returns the report, or what was said instead."""
-        route, report, log = (
-            os.path.join(folder, name) for name in ("laps.csv", "report.json", "log")
-        )
+        """Drive all laps; return the report, or the end of the log as its status."""
+        route, report, log = (folder / name for name in ("laps.csv", "report.json", "log"))
         np.savetxt(route, laps(self.hours), fmt="%.4f", delimiter=",")
-        with socket.socket() as probe:
-            probe.bind(("127.0.0.1", 0))
-            master = f"http://127.0.0.1:{probe.getsockname()[1]}"
-        # Nothing is hurried over: the route is long to lay out, and a busy machine is no missed tick.
         command = [
-            sys.executable,
-            "-m",
-            "sdc_common.ros.safe_launch",
-            "sdc_package",
-            "all.launch",
-            "headless:=true",
-            "sync:=true",
-            f"camera:={self.camera}",
-            f"waypoints_path:={route}",
-            f"report:={report}",
-            "sim_options:={start_patience_s: 600.0, patience_s: 60.0}",
+            *(sys.executable, "-m", "sdc_common.ros.safe_launch", "sdc_package", "all.launch"),
+            *("headless:=true", "sync:=true", f"camera:={self.camera}"),
+            *(f"waypoints_path:={route}", f"report:={report}", f"sim_options:={SIM_OPTIONS}"),
         ]
-        variables = {
-            **os.environ,
-            "ROS_MASTER_URI": master,
-            "ROS_IP": "127.0.0.1",
-            "ROS_HOME": os.path.join(folder, "ros"),
-        }
-        with open(log, "wb") as output:
-            process = subprocess.Popen(
-                command,
-                env=variables,
-                stdout=output,
-                stderr=subprocess.STDOUT,
-                start_new_session=True,
-            )
+        with isolated_ros_environment(folder / "ros") as environment:
+            launch = Program(command, environment, folder, log)
             try:
-                while process.poll() is None:
-                    self.look(f"ROS_MASTER_URI={master}".encode(), log)
-                    time.sleep(LOOK_EVERY_S)
+                while launch.process.poll() is None:
+                    self.sample(environment["ROS_MASTER_URI"], log)
+                    time.sleep(SAMPLE_PERIOD_S)
             finally:
-                with contextlib.suppress(ProcessLookupError):
-                    process.send_signal(signal.SIGINT)
-                process.wait()
-        with contextlib.suppress(OSError), open(report, encoding="utf-8") as file:
-            return json.load(file)
-        with open(log, encoding="utf-8", errors="replace") as file:
-            return {"status": "not reported:\n" + file.read()[-3000:]}
+                launch.interrupt()
+        with contextlib.suppress(OSError):
+            return json.loads(report.read_text(encoding="utf-8"))
+        return {"status": "no report:\n" + log.read_text(errors="replace")[-3000:]}
 
-    def look(self, mark, log):
-        """One sample of each process that belongs to the drive."""
+    def sample(self, master_uri, log):
+        """Add one sample of each process of the drive."""
         with open(log, "rb") as file:
-            file.seek(max(0, os.path.getsize(log) - 4096))
-            told = PROGRESS.findall(file.read().decode(errors="replace"))
-        self.percent = float(told[-1]) if told else self.percent
-        for pid in filter(str.isdigit, os.listdir("/proc")):
-            with contextlib.suppress(OSError):
-                if mark in read(f"/proc/{pid}/environ").split(b"\0"):
-                    memory_kb = re.search(rb"RssAnon:\s+(\d+)", read(f"/proc/{pid}/status"))
-                    if memory_kb:
-                        sample = ProcessSample(
-                            self.percent,
-                            int(memory_kb[1]) / 1024.0,
-                            len(os.listdir(f"/proc/{pid}/fd")),
-                        )
-                        self.samples[name_of(pid), int(pid)].append(sample)
+            file.seek(max(0, log.stat().st_size - 4096))
+            printed = PROGRESS.findall(file.read().decode(errors="replace"))
+        self.percent = float(printed[-1]) if printed else self.percent
+        for process in stack_processes(master_uri):
+            with contextlib.suppress(psutil.Error):
+                memory_mb, files = private_memory_mb(process), process.num_fds()
+                key = process_name(process), process.pid
+                self.samples[key].append(ProcessSample(self.percent, memory_mb, files))
 
-    def tell(self, report):
-        """Print what was seen; returns whether all of it was good."""
-        good = report["status"] == COMPLETED and report["missed_ticks"] == 0
+    def print_result(self, report):
+        """Print the drive and a table of all processes; return whether all of it is good."""
         if "duration_s" in report:
             print(
-                f"{report['status']}: {report['duration_s'] / 3600.0:.2f} simulated hours, {report['ticks']} ticks, "
-                f"{report['missed_ticks']} missed, {report['real_time_factor']:.0f} times real time"
+                f"{report['status']}: {report['duration_s'] / 3600.0:.2f} simulated hours, "
+                f"{report['ticks']} ticks, {report['missed_ticks']} missed, "
+                f"{report['real_time_factor']:.0f} times real time"
             )
         else:
             print(report["status"])
+        good = report["status"] == COMPLETED and report["missed_ticks"] == 0
         print("| process | memory after warm-up | growth | files left open |\n|---|---|---|---|")
         for (name, _), samples in sorted(self.samples.items()):
             verdict = judge(samples)
             if verdict is None:
                 continue
             print(
-                f"| {name} | {verdict.memory_mb:.1f} MB | {verdict.growth_mb:.2f} MB | {verdict.leaked_files} |"
+                f"| {name} | {verdict.memory_mb:.1f} MB | {verdict.growth_mb:.2f} MB "
+                f"| {verdict.leaked_files} |"
             )
-            good = good and verdict.growth_mb < MOST_GROWTH_MB and verdict.leaked_files == 0
+            good = good and verdict.growth_mb < MAX_GROWTH_MB and verdict.leaked_files == 0
         return good
-
-
-def read(path):
-    with open(path, "rb") as file:
-        return file.read()
-
-
-def name_of(pid):
-    """What a process is called: the name of its node, or its program's; with the word `keeper` for what starts a node again."""
-    words = read(f"/proc/{pid}/cmdline").decode(errors="replace").split("\0")
-    name = next((word[len("__name:=") :] for word in words if word.startswith("__name:=")), None)
-    keeper = " (keeper)" if "sdc_common.ros.supervisor" in words else ""
-    modules = [word for word in words if word.startswith(("sdc_", "/usr/bin/ros"))]
-    return (name or os.path.basename(modules[0] if modules else words[0])) + keeper
 
 
 def main():
@@ -146,7 +104,7 @@ def main():
         sys.exit(__doc__)
     with tempfile.TemporaryDirectory(prefix="soak-") as folder:
         soak = Soak(hours, camera)
-        good = soak.tell(soak.drive(folder))
+        good = soak.print_result(soak.drive(Path(folder)))
     print("flat" if good else "NOT flat")
     sys.exit(0 if good else 1)
 

@@ -1,4 +1,4 @@
-"""200 seeded routes that nobody drew, from starts beside them: all are driven to their end, within the lane."""
+"""Drive 200 random routes from random starts: all are completed, and the car stays in its lane."""
 
 import math
 from concurrent.futures import ProcessPoolExecutor
@@ -16,8 +16,11 @@ JOIN_M = 30.0
 
 
 def random_route(seed):
-    """Points 1 m apart on straights and bends of 6 m radius and more, with clothoids or (every third) without, every fourth with the
-    noise of a recording: (N, 2) metres, and whether it is noisy."""
+    """Return (N, 2) points 1 m apart and whether they are noisy.
+
+    The route has straights and bends of 6 m radius or more. Every third route has no clothoids, and
+    every fourth has the noise of a recording.
+    """
     random = np.random.default_rng(seed)
     transition_m = 0.0 if seed % 3 == 0 else random.uniform(3.0, 8.0)
     s, curvature = [0.0, 15.0], [0.0, 0.0]
@@ -42,34 +45,32 @@ def random_route(seed):
     return points + random.normal(0.0, 0.02, points.shape) if noisy else points, noisy
 
 
-def drive_one(seed):
-    """What is wrong with the drive of this seed, or None."""
+def failure_of(seed):
+    """Drive the route of a seed and return what is wrong with the drive, or None."""
     route, noisy = random_route(seed)
     random = np.random.default_rng([seed, 1])
     offset, turned = random.uniform(-2.0, 2.0), math.radians(random.uniform(-30.0, 30.0))
-    drive = drive_offline(route, offset, turned).drive
-    if drive.status != COMPLETED:
-        return f"seed {seed}: {drive.status} after {drive.completion_percent:.0f} %"
-    late = drive.column("s_m") > JOIN_M
-    worst = float(np.abs(drive.column("cross_track_m")[late]).max())
+    progress = drive_offline(route, offset, turned).progress
+    if progress.status != COMPLETED:
+        return f"seed {seed}: {progress.status} after {progress.completion_percent:.0f} %"
+    joined = progress.column("s_m") > JOIN_M
+    worst = float(np.abs(progress.column("cross_track_m")[joined]).max())
     room = HALF_LANE_M - HALF_CAR_M
-    return (
-        None
-        if worst < room
-        else f"seed {seed}: {worst:.2f} m off the middle of the lane (noisy: {noisy}), {room} m are free"
-    )
+    if worst < room:
+        return None
+    return f"seed {seed}: {worst:.2f} m off the centre of the lane (noisy: {noisy}), limit {room} m"
 
 
-def test_all_are_completed_and_none_leaves_its_lane():
+def test_car_completes_all_random_routes_in_its_lane():
     with ProcessPoolExecutor(max_workers=2) as pool:
         failures = [
-            failure for failure in pool.map(drive_one, range(ROUTES), chunksize=10) if failure
+            failure for failure in pool.map(failure_of, range(ROUTES), chunksize=10) if failure
         ]
     assert failures == []
 
 
 @pytest.mark.parametrize("seed", [1, 3, 4])
-def test_the_routes_are_what_they_claim(seed):
+def test_random_route_has_points_about_one_metre_apart(seed):
     route, noisy = random_route(seed)
     steps = np.hypot(*np.diff(route, axis=0).T)
     assert steps.min() > 0.8
@@ -79,12 +80,12 @@ def test_the_routes_are_what_they_claim(seed):
 
 
 @pytest.mark.parametrize("vehicle", ["tesla_model3", "ford_escort", "bmw_320i", "vw_vanagon"])
-def test_the_same_gains_hold_for_every_car(vehicle):
-    """The steering map is the default car's: what matters here is the speed."""
+def test_default_gains_control_the_speed_of_every_car(vehicle):
+    """The route is straight, because the steering map is that of the default car."""
     route = np.column_stack([np.arange(0.0, 301.0), np.zeros(301)])
-    rehearsal = drive_offline(route, vehicle=vehicle)
-    figures = rehearsal.drive.figures(rehearsal.ideal_duration_s)
-    assert figures["status"] == COMPLETED
-    assert figures["time_ratio"] < 1.05
-    assert figures["speed_max_mps"] < 10.5
-    assert figures["jerk_max_mps3"] < 8.37
+    drive = drive_offline(route, vehicle=vehicle)
+    metrics = drive.progress.metrics(drive.ideal_duration_s)
+    assert metrics["status"] == COMPLETED
+    assert metrics["time_ratio"] < 1.05
+    assert metrics["speed_max_mps"] < 10.5
+    assert metrics["jerk_max_mps3"] < 8.37

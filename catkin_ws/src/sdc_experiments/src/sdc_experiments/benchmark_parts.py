@@ -1,4 +1,4 @@
-"""Times the parts of a tick alone, in one process: python3 -m sdc_experiments.benchmark_parts"""
+"""Time each part of a tick alone, in one process: python3 -m sdc_experiments.benchmark_parts."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import io
 import math
 import os
 import time
+from typing import Any
 
 import cv2
 import numpy as np
@@ -15,71 +16,69 @@ from rosgraph_msgs.msg import Clock
 from sdc_package.msg import CarlaVehicleControl, LocalPath, Waypoint
 
 from sdc_common.routes.waypoint_file import load_waypoints
-from sdc_experiments.offline_drive import TICK_S, OfflineStack, load_preset, node_config
+from sdc_experiments.configuration import node_parameters, vehicle_preset
+from sdc_experiments.offline_drive import TICK_S, OfflineStack
 from sdc_sim.camera.renderer import Renderer
+from sdc_sim.physics.vehicle import Vehicle
 from sdc_sim.road.road import Road
 from sdc_sim.ros.message_conversion import image_message, odometry_message
 
+PARTS = ("planner", "controller", "physics", "serialize", "render", "serialize the picture")
 _TICKS = 1200
 
 
-def parts_ms() -> dict:
-    """Median milliseconds of each part over a minute of driving on the packaged route, one thread."""
+def parts_ms() -> dict[str, float]:
+    """Return the median time of each part in a minute of driving, with one thread [ms]."""
     cv2.setNumThreads(1)
-    route = load_waypoints(
-        os.path.join(rospkg.RosPack().get_path("sdc_common"), "data", "waypoints.csv")
-    )
-    thinking = OfflineStack(route, node_config("simple_controller")["steering_method"])
-    vehicle = load_preset("tesla_model3")
-    vehicle.reset(*route[0].tolist(), math.atan2(*(route[1] - route[0])[::-1]))
+    data = os.path.join(rospkg.RosPack().get_path("sdc_common"), "data")
+    route = load_waypoints(os.path.join(data, "waypoints.csv"))
+    stack = OfflineStack(route, node_parameters("simple_controller")["steering_method"])
+    vehicle = Vehicle(vehicle_preset("tesla_model3"))
+    (x, y), (next_x, next_y) = route[:2].tolist()
+    vehicle.reset(x, y, math.atan2(next_y - y, next_x - x))
     renderer = Renderer(Road(route))
-    buffer = io.BytesIO()
-    times = {
-        name: []
-        for name in (
-            "planner",
-            "controller",
-            "physics",
-            "serialise",
-            "render",
-            "serialise the picture",
-        )
-    }
+    table = [_tick_s(tick, stack, vehicle, renderer) for tick in range(_TICKS)]
+    return dict(zip(PARTS, (1e3 * np.median(table, axis=0)).tolist()))
+
+
+def _tick_s(tick: int, stack: OfflineStack, vehicle: Vehicle, renderer: Renderer) -> list[float]:
+    """Drive one tick and return the time of each of PARTS [s]."""
     clock = time.perf_counter
-    for tick in range(_TICKS):
-        stamp = rospy.Time.from_sec((tick + 1) * TICK_S)
-        state = vehicle.state
-        marks = [clock()]
-        rows = thinking.plan(state)
-        marks.append(clock())
-        command = thinking.command(rows, state)
-        marks.append(clock())
-        vehicle.step(command, TICK_S)
-        marks.append(clock())
-        for message in (
-            Clock(stamp),
-            odometry_message(state, stamp),
-            LocalPath([Waypoint(*row) for row in rows]),
-            CarlaVehicleControl(
-                throttle=command.throttle, steer=command.steer, brake=command.brake
-            ),
-        ):
-            message.serialize(buffer)
-            type(message)().deserialize(buffer.getvalue())
-            buffer.seek(0)
-            buffer.truncate()
-        marks.append(clock())
-        picture = renderer.render(state.x_m, state.y_m, state.yaw_rad)
-        marks.append(clock())
-        image_message(picture, stamp).serialize(buffer)
-        marks.append(clock())
-        buffer.seek(0)
-        buffer.truncate()
-        for values, start, end in zip(times.values(), marks, marks[1:]):
-            values.append(end - start)
-    return {name: 1e3 * float(np.median(values)) for name, values in times.items()}
+    stamp = rospy.Time.from_sec((tick + 1) * TICK_S)
+    state = vehicle.state
+    marks = [clock()]
+    rows = stack.plan(state)
+    marks.append(clock())
+    command = stack.command(rows, state)
+    marks.append(clock())
+    vehicle.step(command, TICK_S)
+    marks.append(clock())
+    for message in (
+        Clock(stamp),
+        odometry_message(state, stamp),
+        LocalPath([Waypoint(*row) for row in rows]),
+        CarlaVehicleControl(throttle=command.throttle, steer=command.steer, brake=command.brake),
+    ):
+        type(message)().deserialize(_serialized(message))
+    marks.append(clock())
+    picture = renderer.render(state.x_m, state.y_m, state.yaw_rad)
+    marks.append(clock())
+    image_message(picture, stamp).serialize(io.BytesIO())
+    marks.append(clock())
+    return [end - start for start, end in zip(marks, marks[1:])]
+
+
+def _serialized(message: Any) -> bytes:
+    buffer = io.BytesIO()
+    message.serialize(buffer)
+    return buffer.getvalue()
+
+
+def main() -> None:
+    """Measure all parts and print them."""
+    for part, milliseconds in parts_ms().items():
+        print(f"{part:<22} {milliseconds:.3f} ms")
 
 
 if __name__ == "__main__":
-    for part, milliseconds in parts_ms().items():
-        print(f"{part:<22} {milliseconds:.3f} ms")
+    main()

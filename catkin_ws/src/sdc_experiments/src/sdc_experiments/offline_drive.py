@@ -1,28 +1,29 @@
-"""Drives the car's thinking in this project's physics, in one process and without ROS: as the nodes do in lockstep, tick by tick."""
+"""Drive the algorithms of the car's nodes in this project's physics, in one process without ROS.
+
+A drive equals that of the nodes in lockstep, tick by tick.
+"""
 
 from __future__ import annotations
 
 import math
-import os
 from dataclasses import dataclass, field
 
-import rospkg
-import yaml
+import numpy as np
 
 from sdc_common.geometry.angles import wrap_angle
 from sdc_common.geometry.route import Route
-from sdc_common.planning.speed_profile import SpeedLimits, ideal_duration, speed_profile
+from sdc_common.planning.speed_profile import ideal_duration, speed_profile
+from sdc_experiments.configuration import node_parameters, vehicle_preset
 from sdc_package.actuation import PedalMap, SteeringMap
 from sdc_package.local_path import ReferencePath
-from sdc_package.local_planner import LocalPlanner
-from sdc_package.obstacles import ObstacleMargins
+from sdc_package.local_planner import LocalPlanner, PlannerSettings
 from sdc_package.pid import PidGains
 from sdc_package.speed_control import SpeedControl, SpeedControlLimits
 from sdc_package.steering.axles import Axles
-from sdc_package.steering.method import load_steering
+from sdc_package.steering.loader import load_steering
 from sdc_package.waypoint_search import WaypointSearch
 from sdc_sim.evaluation.route_progress import RouteProgress, TerminationLimits
-from sdc_sim.physics.vehicle import Vehicle, VehicleCommand, VehicleState, load_vehicle
+from sdc_sim.physics.vehicle import Vehicle, VehicleCommand, VehicleState
 
 TICK_S = 0.05
 _LIMITS = TerminationLimits(
@@ -30,70 +31,63 @@ _LIMITS = TerminationLimits(
 )
 
 
-def node_config(node: str) -> dict:
-    """The parameters of one of sdc_package's nodes, from its configuration."""
-    with open(
-        os.path.join(rospkg.RosPack().get_path("sdc_package"), "config", node + ".yaml"),
-        encoding="utf-8",
-    ) as file:
-        return yaml.safe_load(file)
-
-
 @dataclass
 class OfflineDrive:
-    """A drive, the steer command of each of its ticks, and the least time that its route could take, seconds."""
+    """The record of a drive.
 
-    drive: RouteProgress
+    Attributes:
+        progress: the drive as the referee measures it
+        ideal_duration_s: shortest time in which the route can be driven [s]
+        steers: steer command of each tick, -1..1
+    """
+
+    progress: RouteProgress
     ideal_duration_s: float
-    steers: list = field(default_factory=list)
+    steers: list[float] = field(default_factory=list)
 
 
 class OfflineStack:
-    """What the stack's nodes think, from the car's state to its command, with the nodes' own configuration."""
+    """The algorithms of local planner and controller, with the configuration of their nodes."""
 
-    def __init__(self, route_m, steering_method: str):
-        planner_config, config = node_config("local_planner"), node_config("simple_controller")
-        self.limits = SpeedLimits(
-            planner_config["planned_speed_mps"],
-            planner_config["lateral_acceleration_mps2"],
-            planner_config["acceleration_mps2"],
-            planner_config["braking_mps2"],
-            planner_config["lateral_jerk_mps3"],
-        )
-        self._planner = LocalPlanner(
-            route_m,
-            self.limits,
-            planner_config["lookahead_m"],
-            planner_config["join_within_m"],
-            ObstacleMargins(**planner_config["caution"]),
-        )
+    def __init__(self, route_m: np.ndarray, steering_method: str):
+        """Build the stack.
+
+        Args:
+            route_m: (N, 2) waypoints of the mission [m]
+            steering_method: name of a method in config/simple_controller.yaml
+        """
+        settings = PlannerSettings.read(node_parameters("local_planner").__getitem__)
+        config = node_parameters("simple_controller")
+        self.limits = settings.limits
+        self._planner = LocalPlanner(route_m, settings)
         self._search = WaypointSearch(self._planner.route.points)
-        self._steering = load_steering(
-            steering_method, config[steering_method], Axles(**config["axles"])
-        )
-        self._speed_control = SpeedControl(
-            PidGains(**config["pid"]), SpeedControlLimits(**config["limits"])
-        )
-        self._steering_map, self._pedal_map = (
-            SteeringMap(**config["steering"]),
-            PedalMap(**config["pedals"]),
-        )
+        axles = Axles(**config["axles"])
+        self._steering = load_steering(steering_method, config[steering_method], axles)
+        limits = SpeedControlLimits(**config["limits"])
+        self._speed_control = SpeedControl(PidGains(**config["pid"]), limits)
+        self._steering_map = SteeringMap(**config["steering"])
+        self._pedal_map = PedalMap(**config["pedals"])
         self._path = ReferencePath()
-        self._last_yaw = None
+        self._last_yaw_rad: float | None = None
 
-    def plan(self, state: VehicleState) -> list:
-        """The local planner: the rows (x, y, v) of the road ahead."""
+    def plan(self, state: VehicleState) -> list[list[float]]:
+        """Return the rows (x, y, target speed) of the path ahead, as the local planner does."""
         first = self._search.first_ahead(state.x_m, state.y_m)
-        return self._planner.plan(first, state.x_m, state.y_m, wrap_angle(state.yaw_rad)).tolist()
+        rows = self._planner.plan(first, state.x_m, state.y_m, wrap_angle(state.yaw_rad))
+        return rows.tolist()
 
-    def command(self, rows: list, state: VehicleState) -> VehicleCommand:
-        """The controller: what answers these rows in this state, one tick after the state before."""
-        yaw, speed = wrap_angle(state.yaw_rad), math.hypot(state.speed_mps, state.lateral_speed_mps)
-        step_s = 0.0 if self._last_yaw is None else TICK_S
-        yaw_rate = wrap_angle(yaw - self._last_yaw) / step_s if step_s else 0.0
-        self._last_yaw = yaw
+    def command(self, rows: list[list[float]], state: VehicleState) -> VehicleCommand:
+        """Return the command of the controller, one tick after the last call."""
+        yaw = wrap_angle(state.yaw_rad)
+        speed = math.hypot(state.speed_mps, state.lateral_speed_mps)
+        step_s = 0.0 if self._last_yaw_rad is None else TICK_S
+        yaw_rate = 0.0
+        if self._last_yaw_rad is not None:
+            yaw_rate = wrap_angle(yaw - self._last_yaw_rad) / TICK_S
+        self._last_yaw_rad = yaw
         self._path.update(rows)
-        target = self._path.nearest(state.x_m, state.y_m, self._speed_control.preview_m(speed))
+        preview_m = self._speed_control.preview_m(speed)
+        target = self._path.nearest(state.x_m, state.y_m, preview_m)
         acceleration = self._speed_control.acceleration(
             target.speed_mps, target.acceleration_mps2, speed, step_s
         )
@@ -101,52 +95,47 @@ class OfflineStack:
         wheel_angle = self._steering.wheel_angle(
             self._path, state.x_m, state.y_m, yaw, speed, yaw_rate
         )
-        return VehicleCommand(throttle, self._steering_map.command(wheel_angle, speed)[0], brake)
-
-
-def load_preset(vehicle: str) -> Vehicle:
-    """A car of config/vehicles."""
-    presets = os.path.join(rospkg.RosPack().get_path("sdc_sim"), "config", "vehicles")
-    return Vehicle(load_vehicle(os.path.join(presets, vehicle + ".yaml")))
+        steer, _ = self._steering_map.command(wheel_angle, speed)
+        return VehicleCommand(throttle, steer, brake)
 
 
 def drive_offline(
-    route_m,
+    route_m: np.ndarray,
     offset_m: float = 0.0,
     turned_rad: float = 0.0,
-    steering_method: str = "stanley",
+    steering_method: str = "stanley_compensated",
     vehicle: str = "tesla_model3",
     longest_s: float = _LIMITS.timeout_s,
 ) -> OfflineDrive:
-    """Drive along the (N, 2) route from a start at rest, `offset_m` to its left and `turned_rad` across it, until the drive ends
-    or `longest_s` of simulated time have passed."""
-    thinking = OfflineStack(route_m, steering_method)
-    car = load_preset(vehicle)
+    """Drive along a route from standstill, until the drive ends.
+
+    Args:
+        route_m: (N, 2) waypoints [m]
+        offset_m: distance of the start from the route, positive left [m]
+        turned_rad: heading at the start, relative to the route [rad]
+        steering_method: name of a method in config/simple_controller.yaml
+        vehicle: name of a file in sdc_sim/config/vehicles
+        longest_s: simulated time after which to stop [s]
+    """
+    stack = OfflineStack(route_m, steering_method)
+    car = Vehicle(vehicle_preset(vehicle))
     route = Route(route_m)
-    heading = math.atan2(
-        route.points[1, 1] - route.points[0, 1], route.points[1, 0] - route.points[0, 0]
-    )
+    (x, y), (next_x, next_y) = route.points[:2].tolist()
+    heading = math.atan2(next_y - y, next_x - x)
     car.reset(
-        route.points[0, 0] - offset_m * math.sin(heading),
-        route.points[0, 1] + offset_m * math.cos(heading),
-        heading + turned_rad,
+        x - offset_m * math.sin(heading), y + offset_m * math.cos(heading), heading + turned_rad
     )
 
-    rehearsal = OfflineDrive(
-        RouteProgress(route, _LIMITS), ideal_duration(route, speed_profile(route, thinking.limits))
-    )
+    duration_s = ideal_duration(route, speed_profile(route, stack.limits))
+    drive = OfflineDrive(RouteProgress(route, _LIMITS), duration_s)
     tick = 0
-    while rehearsal.drive.status is None and tick * TICK_S < longest_s:
+    while drive.progress.status is None and tick * TICK_S < longest_s:
         state = car.state
-        rehearsal.drive.update(
-            tick * TICK_S,
-            state.x_m,
-            state.y_m,
-            wrap_angle(state.yaw_rad),
-            math.hypot(state.speed_mps, state.lateral_speed_mps),
-        )
-        command = thinking.command(thinking.plan(state), state)
-        rehearsal.steers.append(command.steer)
+        speed = math.hypot(state.speed_mps, state.lateral_speed_mps)
+        yaw = wrap_angle(state.yaw_rad)
+        drive.progress.update(tick * TICK_S, state.x_m, state.y_m, yaw, speed)
+        command = stack.command(stack.plan(state), state)
+        drive.steers.append(command.steer)
         car.step(command, TICK_S)
         tick += 1
-    return rehearsal
+    return drive

@@ -1,0 +1,68 @@
+"""CPU time, memory and open files of the processes of one ROS master."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from collections import defaultdict
+
+import psutil
+
+from sdc_common.testing.processes import processes_with
+
+_NODE = "__name:="
+_MEGABYTE = 1024.0 * 1024.0
+
+
+def stack_processes(master_uri: str) -> list[psutil.Process]:
+    """Return the processes that were started with this ROS_MASTER_URI."""
+    return processes_with("ROS_MASTER_URI", master_uri)
+
+
+def process_name(process: psutil.Process) -> str:
+    """Return the name of a process: that of its node, or of its program.
+
+    A supervisor and a node's worker process have the name of the node with their role in brackets.
+
+    Raises:
+        psutil.Error: the process has ended
+    """
+    words = process.cmdline()
+    node = next((word[len(_NODE) :] for word in words if word.startswith(_NODE)), None)
+    if node is not None:
+        return f"{node} (supervisor)" if process.name() == "supervisor" else node
+    parent = process.parent()
+    if parent is not None and any("multiprocessing" in word for word in words):
+        role = "worker" if "--multiprocessing-fork" in words else "resource tracker"
+        return f"{process_name(parent)} ({role})"
+    programs = [os.path.basename(word) for word in words[:3]]
+    return next((name for name in programs if name.startswith(("ros", "sdc_"))), process.name())
+
+
+def cpu_ms(master_uri: str) -> dict[str, float]:
+    """Return the CPU time that the processes of a ROS master have used, by process name [ms]."""
+    used: dict[str, float] = defaultdict(float)
+    for process in stack_processes(master_uri):
+        with contextlib.suppress(psutil.Error):
+            times = process.cpu_times()
+            used[process_name(process)] += 1e3 * (times.user + times.system)
+    return dict(used)
+
+
+def memory_mb(master_uri: str) -> float:
+    """Return the memory of the processes of a ROS master, shared pages counted once (PSS) [MB]."""
+    total = 0
+    for process in stack_processes(master_uri):
+        with contextlib.suppress(psutil.Error):
+            total += process.memory_full_info().pss
+    return total / _MEGABYTE
+
+
+def private_memory_mb(process: psutil.Process) -> float:
+    """Return the resident memory of a process that is not shared [MB].
+
+    Raises:
+        psutil.Error: the process has ended
+    """
+    memory = process.memory_info()
+    return (memory.rss - memory.shared) / _MEGABYTE

@@ -1,0 +1,165 @@
+"""The courses of the comparison: lane change, figure-eight and road course."""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_left
+from typing import Callable, Iterable, Sequence
+
+import numpy as np
+from scipy.optimize import brentq
+from scipy.special import j0
+
+from sdc_common.geometry.polyline import Place, Polyline
+
+CurvatureProfile = Callable[[float], float]
+
+_SAMPLE_M = 0.05
+# Places are searched this far around the expected place.
+_SEARCH_M = 0.5
+
+
+class Course:
+    """A road that is defined by its curvature.
+
+    Attributes:
+        name: name of the course
+        curvature_at: curvature at an arc length, positive left [1/m]
+        line: points of the road, 5 cm apart, with exact headings; it continues beyond its ends
+        length_m: length of the road [m]
+        measured: stretches (from, to) of arc length on which errors count [m]
+    """
+
+    def __init__(
+        self,
+        name: str,
+        curvature_at: CurvatureProfile,
+        length_m: float,
+        measured: Sequence[tuple[float, float]],
+    ):
+        """Compute the points of a road.
+
+        Args:
+            name: name of the course
+            curvature_at: curvature at an arc length, positive left [1/m]
+            length_m: length of the road [m]
+            measured: stretches (from, to) of arc length on which errors count [m]
+        """
+        count = int(round(length_m / _SAMPLE_M)) + 1
+        s = np.arange(count) * _SAMPLE_M
+        middle = np.array([curvature_at(value) for value in s[:-1] + 0.5 * _SAMPLE_M])
+        heading = np.concatenate([[0.0], np.cumsum(middle) * _SAMPLE_M])
+        direction = heading[:-1] + 0.5 * middle * _SAMPLE_M
+        x = np.concatenate([[0.0], np.cumsum(np.cos(direction)) * _SAMPLE_M])
+        y = np.concatenate([[0.0], np.cumsum(np.sin(direction)) * _SAMPLE_M])
+        self.name = name
+        self.curvature_at = curvature_at
+        self.line = Polyline(list(zip(x.tolist(), y.tolist())))
+        self.line.headings = heading.tolist()
+        self.length_m = float(s[-1])
+        self.measured = measured
+
+    def place(self, x_m: float, y_m: float, near_s_m: float) -> Place:
+        """Return the place nearest to a point (x, y), searched from an arc length on [m]."""
+        while True:
+            place = self.line.nearest_around(x_m, y_m, near_s_m, _SEARCH_M, _SEARCH_M)
+            # A place at the edge of the searched stretch is only the nearest of this stretch.
+            if abs(place.s_m - near_s_m) < 0.9 * _SEARCH_M:
+                return place
+            near_s_m = place.s_m
+
+    def is_measured(self, s_m: float) -> bool:
+        """Return whether errors count at an arc length."""
+        return any(start <= s_m <= end for start, end in self.measured)
+
+
+def curvature_profile(
+    pieces: Iterable[tuple[float, float]],
+) -> tuple[CurvatureProfile, list[float]]:
+    """Return the curvature over arc length of a road of pieces with linear curvature.
+
+    Args:
+        pieces: length of each piece and curvature at its end [m, 1/m]; the first begins straight
+
+    Returns:
+        the curvature as a function of the arc length, and the arc lengths of the pieces' ends,
+        which begin with 0 [m]
+    """
+    ends, values = [0.0], [0.0]
+    for length, curvature in pieces:
+        ends.append(ends[-1] + length)
+        values.append(curvature)
+
+    def curvature_at(s_m: float) -> float:
+        if s_m >= ends[-1]:
+            return values[-1]
+        i = max(0, bisect_left(ends, s_m) - 1)
+        fraction = (s_m - ends[i]) / (ends[i + 1] - ends[i])
+        return values[i] + fraction * (values[i + 1] - values[i])
+
+    return curvature_at, ends
+
+
+def lane_change() -> Course:
+    """Return a double lane change: 3.5 m to the left, 25 m straight on, and back.
+
+    The curvature of each change is one period of a sine over 30 m, which has no jump and no corner.
+    99 % of the lateral motion happens within 25 m, the length in the plot of the paper.
+    """
+    width, length, gap = 3.5, 30.0, 25.0
+    # With h = a T / (2 pi), the curvature a sin(2 pi s / T) gives the heading
+    # h (1 - cos(2 pi s / T)), and moves the car sideways by T sin(h) J0(h).
+    mean_heading = brentq(lambda h: length * math.sin(h) * j0(h) - width, 0.0, 0.5)
+    peak = 2.0 * math.pi / length * mean_heading
+
+    def curvature_at(s_m: float) -> float:
+        for start, side in ((30.0, 1.0), (30.0 + length + gap, -1.0)):
+            if start <= s_m <= start + length:
+                return side * peak * math.sin(2.0 * math.pi * (s_m - start) / length)
+        return 0.0
+
+    return Course("lane change", curvature_at, 180.0, [(20.0, 160.0)])
+
+
+def figure_eight() -> Course:
+    """Return a figure-eight of two three-quarter circles of 64 m radius.
+
+    Errors count on the second half of each circle, where the car is in a steady state.
+    """
+    circle = 64.0 * 1.5 * math.pi
+    pieces = [
+        (30.0, 0.0),
+        (40.0, 1.0 / 64.0),
+        (circle, 1.0 / 64.0),
+        (80.0, -1.0 / 64.0),
+        (circle, -1.0 / 64.0),
+        (40.0, 0.0),
+    ]
+    curvature_at, ends = curvature_profile(pieces)
+    measured = [(ends[2] + 0.5 * circle, ends[3]), (ends[4] + 0.5 * circle, ends[5])]
+    return Course("figure-eight", curvature_at, ends[-1], measured)
+
+
+def road_course() -> Course:
+    """Return 1.3 km of country road with eight bends of 60 to 200 m radius.
+
+    The paper uses a road of its own, which is not published.
+    """
+    pieces = [(40.0, 0.0)]
+    for radius, angle, straight in (
+        (80.0, 70.0, 30.0),
+        (-60.0, 90.0, 0.0),
+        (70.0, 60.0, 50.0),
+        (200.0, 40.0, 0.0),
+        (-100.0, 80.0, 20.0),
+        (-65.0, 45.0, 0.0),
+        (60.0, 100.0, 40.0),
+        (-150.0, 50.0, 0.0),
+    ):
+        entry = 25.0
+        arc = abs(radius) * math.radians(angle) - entry
+        pieces += [(entry, 1.0 / radius), (arc, 1.0 / radius), (entry, 0.0)]
+        pieces += [(straight, 0.0)] if straight else []
+    pieces.append((60.0, 0.0))
+    curvature_at, ends = curvature_profile(pieces)
+    return Course("road course", curvature_at, ends[-1], [(20.0, ends[-1] - 30.0)])

@@ -1,0 +1,74 @@
+"""Test the metrics of processes with programs that stand in for nodes."""
+
+import os
+import subprocess
+import sys
+
+import psutil
+import pytest
+
+from sdc_common.testing.message_listener import wait_until
+from sdc_experiments.process_metrics import (
+    cpu_ms,
+    memory_mb,
+    private_memory_mb,
+    process_name,
+    stack_processes,
+)
+
+MASTER_URI = f"http://127.0.0.1:1/test_{os.getpid()}"
+BLOCK_MB = 40
+# Uses memory and CPU time, then waits for the end of its standard input.
+PROGRAM = f"""
+import sys, time
+block = bytearray(b"x" * ({BLOCK_MB} * 1024 * 1024))
+end = time.process_time() + 0.3
+while time.process_time() < end:
+    pass
+print("ready", flush=True)
+sys.stdin.read()
+"""
+
+
+@pytest.fixture
+def node():
+    process = subprocess.Popen(
+        [sys.executable, "-c", PROGRAM, "__name:=my_node"],
+        env={**os.environ, "ROS_MASTER_URI": MASTER_URI},
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stdout.readline() == "ready\n"
+    yield psutil.Process(process.pid)
+    process.communicate()
+
+
+def test_stack_processes_are_those_with_the_master_uri(node):
+    assert stack_processes(MASTER_URI) == [node]
+    assert stack_processes(MASTER_URI + "_other") == []
+
+
+def test_process_has_the_name_of_its_node(node):
+    assert process_name(node) == "my_node"
+
+
+def test_process_without_a_node_has_the_name_of_its_program():
+    process = subprocess.Popen(["sleep", "60"])
+    try:
+        wait_until(lambda: psutil.Process(process.pid).cmdline() == ["sleep", "60"])
+        assert process_name(psutil.Process(process.pid)) == "sleep"
+    finally:
+        process.kill()
+        process.wait()
+
+
+def test_cpu_time_is_that_of_the_node(node):
+    (used,) = cpu_ms(MASTER_URI).items()
+    assert used[0] == "my_node"
+    assert 300.0 <= used[1] < 5000.0
+
+
+def test_memory_contains_what_the_node_uses(node):
+    assert BLOCK_MB < private_memory_mb(node) < BLOCK_MB + 60.0
+    assert BLOCK_MB < memory_mb(MASTER_URI) < BLOCK_MB + 60.0
