@@ -1,19 +1,17 @@
 #!/usr/bin/env python3
-"""Relay: gives the controller's commands to a CARLA bridge from 0.9.5 on, which takes another message."""
+"""CARLA relay: convert commands to the message of CARLA bridges from version 0.9.5 on."""
 
 import rospy
 from carla_msgs.msg import CarlaEgoVehicleControl
-from sdc_package.msg import CarlaVehicleControl
-
 from sdc_common.ros.connection_watchdog import watch_connections
+from sdc_common.ros.node import LoopPublisher
+from sdc_package.msg import CarlaVehicleControl
 
 
 class CarlaRelay:
     def __init__(self):
         rospy.init_node("carla_relay")
-        self.publisher = rospy.Publisher(
-            "~vehicle_control_cmd", CarlaEgoVehicleControl, queue_size=1
-        )
+        self.publisher = LoopPublisher("~vehicle_control_cmd", CarlaEgoVehicleControl)
         rospy.Subscriber(
             "~stack_control_cmd",
             CarlaVehicleControl,
@@ -23,7 +21,7 @@ class CarlaRelay:
         )
 
     def on_command(self, command):
-        # The header goes on as it is: in lockstep its stamp says which tick the command answers.
+        # In lockstep the stamp of the header identifies the odometry that this command answers.
         self.publisher.publish(
             CarlaEgoVehicleControl(
                 header=command.header,

@@ -1,4 +1,4 @@
-"""What the fault tests share: finding, killing and stopping real nodes, and watching the car meanwhile."""
+"""Fault injection into a running drive: kill and suspend nodes, and record what the car does."""
 
 import contextlib
 import os
@@ -19,35 +19,34 @@ from sdc_common.testing.message_listener import MessageListener, wait_until
 from sdc_package.odometry import pose_and_speed
 
 EGO = "/carla/ego_vehicle"
-PATIENCE_S = 60.0
+TIMEOUT_S = 60.0
 TICK_S = 0.05
 
 
 def pid_of(node):
-    """The process number of a running node, None while it does not answer."""
+    """Return the process id of a node, None if it does not answer."""
     with contextlib.suppress(rosgraph.MasterException, OSError, xmlrpc.client.Error):
-        return xmlrpc.client.ServerProxy(rosgraph.Master(rospy.get_name()).lookupNode(node)).getPid(
-            rospy.get_name()
-        )[2]
+        uri = rosgraph.Master(rospy.get_name()).lookupNode(node)
+        return xmlrpc.client.ServerProxy(uri).getPid(rospy.get_name())[2]
     return None
 
 
 def kill(node):
-    """Kill a node as the system would; returns the number of the dead process."""
-    pid = wait_until(lambda: pid_of(node), PATIENCE_S, f"{node} to be there")
+    """Kill a node with SIGKILL; return its process id."""
+    pid = wait_until(lambda: pid_of(node), TIMEOUT_S, node)
     os.kill(pid, signal.SIGKILL)
     return pid
 
 
-def wait_for_return(node, dead_pid):
-    """Wait until another process answers in the place of a dead one."""
-    wait_until(lambda: pid_of(node) not in (None, dead_pid), PATIENCE_S, f"{node} to come back")
+def wait_for_restart(node, dead_pid):
+    """Wait until another process has the name of a node that was killed."""
+    wait_until(lambda: pid_of(node) not in (None, dead_pid), TIMEOUT_S, f"the restart of {node}")
 
 
 @contextlib.contextmanager
-def stopped(node):
-    """A node that neither runs nor ends meanwhile."""
-    pid = wait_until(lambda: pid_of(node), PATIENCE_S, f"{node} to be there")
+def suspended(node):
+    """Suspend a node for the duration of the block."""
+    pid = wait_until(lambda: pid_of(node), TIMEOUT_S, node)
     os.kill(pid, signal.SIGSTOP)
     try:
         yield
@@ -55,8 +54,11 @@ def stopped(node):
         os.kill(pid, signal.SIGCONT)
 
 
-class Watch:
-    """Hears all of a drive; times are those of the simulation, in seconds. Odometry whose child frame is `ignored_frame` is left out."""
+class DriveRecord:
+    """The messages of a drive; times are simulated [s].
+
+    Odometry whose child frame is `ignored_frame` is not recorded.
+    """
 
     def __init__(self, waypoints_path, ignored_frame=None):
         self.route = Route(load_waypoints(waypoints_path))
@@ -67,11 +69,11 @@ class Watch:
             EGO + "/odometry", Odometry, lambda odometry: odometry.child_frame_id != ignored_frame
         )
         self.status = MessageListener(EGO + "/vehicle_status", CarlaEgoVehicleStatus)
-        self.odometry.wait_for(seconds=PATIENCE_S)
-        self.status.wait_for(seconds=PATIENCE_S)
+        self.odometry.wait_for(seconds=TIMEOUT_S)
+        self.status.wait_for(seconds=TIMEOUT_S)
 
-    def wait_for(self, condition, seconds=PATIENCE_S):
-        """The first odometry from now on whose (x, y, yaw, speed) fulfils the condition."""
+    def wait_for(self, condition, seconds=TIMEOUT_S):
+        """Return the next odometry whose (x, y, yaw, speed) meets the condition."""
         return self.odometry.wait_for(
             lambda odometry: condition(*pose_and_speed(odometry)),
             seconds,
@@ -85,7 +87,7 @@ class Watch:
         return self.odometry.messages[-1].header.stamp.to_sec()
 
     def series(self, since=0.0):
-        """(time, speed) of the odometry heard since then: (n, 2)."""
+        """Return (time, speed) of each odometry since a time, (n, 2)."""
         rows = [
             (message.header.stamp.to_sec(), pose_and_speed(message)[3])
             for message in list(self.odometry.messages)
@@ -93,22 +95,22 @@ class Watch:
         return np.array([row for row in rows if row[0] >= since])
 
     def braking_since(self, since, least_brake=0.01):
-        """Seconds from `since` until the car obeyed the brake, None if it did not."""
+        """Return the seconds from a time until the brake was applied, None if it was not."""
         for status in list(self.status.messages):
-            # A status shows the command of the tick that led to it.
-            obeyed_at = status.header.stamp.to_sec() - TICK_S
-            if obeyed_at >= since - 1e-6 and status.control.brake >= least_brake:
-                return obeyed_at - since
+            # A status contains the command of the tick before it.
+            applied_at = status.header.stamp.to_sec() - TICK_S
+            if applied_at >= since - 1e-6 and status.control.brake >= least_brake:
+                return applied_at - since
         return None
 
     def stopped_since(self, since):
-        """Seconds from `since` until the car stood, None if it did not."""
+        """Return the seconds from a time until the car stopped, None if it did not."""
         series = self.series(since)
         still = series[series[:, 1] < 0.05]
         return still[0, 0] - since if len(still) else None
 
     def turning(self, since=0.0):
-        """Lateral acceleration of the odometry heard since then, m/s^2: (n,)."""
+        """Return the lateral acceleration of each odometry since a time, (n,) [m/s^2]."""
         return np.array(
             [
                 message.twist.twist.linear.x * message.twist.twist.angular.z
@@ -117,8 +119,8 @@ class Watch:
             ]
         )
 
-    def worst_error_m(self, since=0.0):
-        """Farthest that the car's centre has come off the route's line since then, wherever along it."""
+    def max_error_m(self, since=0.0):
+        """Return the maximum distance of the car's centre from the route since a time."""
         whole = 0.0, 0.0, self.route.length_m
         return max(
             self.route.project(*pose_and_speed(message)[:2], *whole).distance_m
@@ -127,6 +129,6 @@ class Watch:
         )
 
     def clock_went_back(self):
-        """Whether any tick of the clock was before the one heard before it."""
+        """Return whether a tick of the clock was earlier than the one before it."""
         ticks = [message.clock.to_nsec() for message in list(self.clock.messages)]
         return any(after < before for before, after in zip(ticks, ticks[1:]))

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The workshop's first drive: constant, gentle, at every odometry, without any path."""
+"""Basic control: the controller answers each odometry with a constant command, without a path."""
 
 import unittest
 
@@ -12,23 +12,20 @@ from sdc_common.testing.message_listener import MessageListener, wait_for_subscr
 
 
 class BasicControlTest(unittest.TestCase):
-    def test_constant_command(self):
+    def test_odometry_is_answered_with_the_constant_command(self):
         publisher = rospy.Publisher("/carla/ego_vehicle/odometry", Odometry, queue_size=1)
         command = MessageListener("/carla/ego_vehicle/vehicle_control_cmd", CarlaVehicleControl)
         wait_for_subscriber(publisher)
-        command.wait_for()  # the stop for want of odometry: it proves that commands arrive
+        command.wait_for()  # The stop without odometry shows that commands arrive.
         odometry = Odometry()
         odometry.header.stamp = rospy.Time.now()
         odometry.pose.pose.orientation.w = 1.0
         publisher.publish(odometry)
         answer = command.wait_for(lambda message: message.throttle > 0.0)
         self.assertEqual(answer.header.stamp, odometry.header.stamp)
-        self.assertAlmostEqual(
-            answer.throttle, rospy.get_param("/simple_controller/basic_throttle"), places=6
-        )
-        self.assertAlmostEqual(
-            answer.steer, rospy.get_param("/simple_controller/basic_steer"), places=6
-        )
+        parameters = rospy.get_param("/simple_controller")
+        self.assertAlmostEqual(answer.throttle, parameters["basic_throttle"], places=6)
+        self.assertAlmostEqual(answer.steer, parameters["basic_steer"], places=6)
         self.assertEqual(answer.brake, 0.0)
 
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The camera node publishes the lane mask of every kind of picture, and survives those that are none."""
+"""The camera node publishes the lane mask of each picture, and refuses invalid pictures."""
 
 import unittest
 
@@ -25,7 +25,7 @@ class CameraTest(unittest.TestCase):
 
     @classmethod
     def is_answered(cls):
-        """Connections open one after the other: show a picture until a mask comes back."""
+        """Publish a picture; it may be lost, because connections open one after the other."""
         cls.picture.publish(cls.bridge.cv2_to_imgmsg(np.zeros((48, 64, 4), np.uint8), "bgra8"))
         return cls.mask.messages
 
@@ -38,7 +38,7 @@ class CameraTest(unittest.TestCase):
         self.assertEqual((answer.header.frame_id, answer.encoding), ("camera", "mono8"))
         return self.bridge.imgmsg_to_cv2(answer)
 
-    def test_line_is_found(self):
+    def test_mask_contains_the_line(self):
         road = np.full((480, 640, 4), 90, np.uint8)
         road[:, 300:310] = 255
         mask = self.mask_of(road, "bgra8")
@@ -46,14 +46,14 @@ class CameraTest(unittest.TestCase):
         self.assertTrue(mask[400, 290:320].any())
         self.assertFalse(mask[400, :280].any())
 
-    def test_black_picture_and_other_encodings(self):
+    def test_mask_of_a_uniform_picture_in_any_encoding_is_empty(self):
         self.assertFalse(self.mask_of(np.zeros((480, 640, 4), np.uint8), "bgra8").any())
         for encoding, channels in (("bgr8", 3), ("rgb8", 3), ("rgba8", 4)):
             self.assertFalse(
                 self.mask_of(np.full((120, 160, channels), 90, np.uint8), encoding).any()
             )
 
-    def test_bad_pictures_are_refused(self):
+    def test_invalid_pictures_are_refused(self):
         self.picture.publish(Image())
         self.picture.publish(
             Image(height=480, width=640, step=2560, encoding="bgra8", data=b"short")

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The camera node's window, on a display of its own: it shows the picture, F shows the lane filter, Q closes it."""
+"""The camera node's window: it shows the picture, F shows the lane mask, Q closes it."""
 
 import contextlib
 import os
@@ -37,7 +37,7 @@ class CameraWindowTest(unittest.TestCase):
         self.mask.wait_for_publisher(LIMIT_S)
 
     def wait_for_mask(self):
-        """Show the road until a mask comes back."""
+        """Publish the picture until a mask arrives."""
         seen = len(self.mask.messages)
 
         def is_answered():
@@ -47,31 +47,31 @@ class CameraWindowTest(unittest.TestCase):
         wait_until(is_answered, LIMIT_S, "a mask")
 
     def wait_for_pixel(self, display, colour, what):
-        """Show the road until the pixel at (100, 400) of the window has a colour; returns what it shows then."""
+        """Publish the picture until a pixel of the window has a colour; return its contents."""
 
         def has_colour():
             self.picture.publish(self.message)
-            with contextlib.suppress(LookupError):  # a window that opens may be made anew
+            with contextlib.suppress(LookupError):  # A window may be replaced while it opens.
                 shown = display.picture(display.windows(TITLE)[0])
                 return [shown] if np.abs(shown[400, 100].astype(int) - colour).max() < 8 else []
 
         return wait_until(has_colour, LIMIT_S, what)[0]
 
-    def test_window_and_keys(self):
+    def test_keys_switch_and_close_the_window(self):
         with VirtualDisplay(800, 600) as display:
             self.launch(display.environment)
             self.wait_for_pixel(display, (60, 90, 30), "the camera's picture")
             display.focus(TITLE)
             display.press("f")
             mask = self.wait_for_pixel(display, (0, 0, 0), "the lane mask")
-            self.assertGreater(mask[400, 295:315].max(), 200, "the line is in it")
+            self.assertGreater(mask[400, 295:315].max(), 200, "the mask contains the line")
             display.press("f")
             self.wait_for_pixel(display, (60, 90, 30), "the camera's picture again")
             display.press("q")
-            wait_until(lambda: not display.windows(TITLE), LIMIT_S, "the window's end")
+            wait_until(lambda: not display.windows(TITLE), LIMIT_S, "the end of the window")
             self.wait_for_mask()
 
-    def test_without_a_display_the_mask_is_published_all_the_same(self):
+    def test_mask_is_published_without_a_display(self):
         self.launch({name: value for name, value in os.environ.items() if name != "DISPLAY"})
         self.wait_for_mask()
 

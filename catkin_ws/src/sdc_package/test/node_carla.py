@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The software drives a world that is dressed as a newer CARLA bridge, and sees its road."""
+"""The nodes drive in a world with the topics of a newer CARLA bridge."""
 
 import unittest
 
@@ -16,26 +16,26 @@ EGO = "/carla/hero"
 
 
 class CarlaTest(unittest.TestCase):
-    def test_car_drives_and_sees(self):
+    def test_car_drives_and_receives_pictures(self):
         command = MessageListener(EGO + "/vehicle_control_cmd", CarlaEgoVehicleControl)
         odometry = MessageListener(EGO + "/odometry", Odometry)
         mask = MessageListener("/camera/lane_mask", Image)
         driven = odometry.wait_for(lambda message: pose_and_speed(message)[0] > 20.0, seconds=60.0)
-        self.assertLess(abs(pose_and_speed(driven)[1]), 0.5, "it keeps to its lane")
+        self.assertLess(abs(pose_and_speed(driven)[1]), 0.5, "the car stays on its lane")
         mask.wait_for()
-        heard = odometry.messages[0].header.stamp
+        first = odometry.messages[0].header.stamp
         sent = command.wait_for(
-            lambda message: message.throttle > 0.0 and message.header.stamp >= heard
+            lambda message: message.throttle > 0.0 and message.header.stamp >= first
         )
         self.assertEqual((sent.gear, sent.manual_gear_shift), (1, False))
-        # Each command says which odometry it answers: what a bridge in synchronous mode waits for.
+        # A bridge in synchronous mode waits for the command with the stamp of its odometry.
         self.assertIn(sent.header.stamp, [message.header.stamp for message in odometry.messages])
 
-    def test_nothing_is_left_at_the_old_names(self):
+    def test_no_topic_has_the_old_name(self):
         names = [name for name, _ in rospy.get_published_topics()]
         self.assertEqual([name for name in names if name.startswith("/carla/ego_vehicle/")], [])
 
 
 if __name__ == "__main__":
     rospy.init_node("carla_test")
-    rostest.rosrun("sdc_sim", "carla_test", CarlaTest)
+    rostest.rosrun("sdc_package", "carla_test", CarlaTest)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""hello.sh greets by rosrun and by roslaunch."""
+"""hello.sh prints a greeting with rosrun and with roslaunch."""
 
 import subprocess
 import unittest
@@ -8,16 +8,16 @@ import rostest
 
 
 class HelloTest(unittest.TestCase):
-    def greeting_of(self, *command):
+    def output_of(self, *command):
         return subprocess.run(
             command, check=True, stdout=subprocess.PIPE, text=True, timeout=60
         ).stdout
 
-    def test_rosrun(self):
-        self.assertIn("Hello!", self.greeting_of("rosrun", "sdc_package", "hello.sh"))
+    def test_rosrun_prints_the_greeting(self):
+        self.assertIn("Hello!", self.output_of("rosrun", "sdc_package", "hello.sh"))
 
-    def test_roslaunch(self):
-        self.assertIn("Hello!", self.greeting_of("roslaunch", "sdc_package", "hello.launch"))
+    def test_roslaunch_prints_the_greeting(self):
+        self.assertIn("Hello!", self.output_of("roslaunch", "sdc_package", "hello.launch"))
 
 
 if __name__ == "__main__":

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The local planner answers each odometry once, refuses bad ones, and ends a route in order."""
+"""The local planner answers each odometry once, refuses bad messages, and ends a route properly."""
 
 import math
 import unittest
@@ -38,13 +38,11 @@ class LocalPlannerTest(unittest.TestCase):
         wait_for_subscriber(cls.odometry)
         wait_for_subscriber(cls.obstacles)
         cls.path.wait_for_publisher()
-        cls.mission.publish([BaseWaypoint(x, 0.0) for x in range(LENGTH + 1)])
         cls.number = 100
-        # The mission takes another way than the odometry: repeat until it has arrived.
-        while not cls.path.messages:
-            cls.number += 1
-            cls.odometry.publish(odometry(cls.number, 0.0))
-            rospy.rostime.wallsleep(0.05)
+        # As in a lockstep start, one odometry arrives before the mission and is not repeated.
+        cls.odometry.publish(odometry(cls.number, 0.0))
+        cls.mission.publish([BaseWaypoint(x, 0.0) for x in range(LENGTH + 1)])
+        cls.path.wait_for()
 
     def answer(self, x, y=0.0, yaw=0.0, obstacles=None):
         before = len(self.path.messages)
@@ -57,13 +55,13 @@ class LocalPlannerTest(unittest.TestCase):
         return self.path.wait_for(after=before)
 
     def answer_until(self, accepts, *arguments, **keywords):
-        """Ask again until an answer is accepted: obstacles travel on another connection than the odometry."""
+        """Repeat until a path is accepted: obstacles arrive on another connection."""
         return wait_until(
             lambda: next(filter(accepts, [self.answer(*arguments, **keywords)]), None),
-            what="such an answer",
+            what="such a path",
         )
 
-    def test_road_ahead_with_speeds(self):
+    def test_path_ahead_has_target_speeds(self):
         path = self.answer(10.2, 0.4)
         self.assertEqual(path.waypoints[0].x, 11.0)
         self.assertEqual(path.waypoints[-1].x, 35.0)
@@ -76,7 +74,12 @@ class LocalPlannerTest(unittest.TestCase):
         self.answer(21.0)
         self.assertEqual(len(self.path.messages), before + 1)
 
-    def test_bad_odometry_leaves_no_answer_and_no_harm(self):
+    def test_late_subscriber_receives_the_last_path(self):
+        self.answer(20.0)
+        late = MessageListener("/planner/local_waypoints", LocalPath)
+        self.assertEqual(late.wait_for(), self.path.messages[-1])
+
+    def test_bad_odometry_is_not_answered(self):
         before = len(self.path.messages)
         for x, y, yaw in (
             (math.nan, 0.0, 0.0),
@@ -90,26 +93,28 @@ class LocalPlannerTest(unittest.TestCase):
         self.assertEqual(len(self.path.messages), before + 1)
         self.assertEqual(path.waypoints[0].x, 30.0)
 
-    def test_end_of_the_route(self):
+    def test_path_at_the_end_of_the_route_is_a_stop(self):
         for x in (LENGTH - 1.5, LENGTH - 0.5, LENGTH, LENGTH + 0.5):
             path = self.answer(x)
         self.assertEqual(len(path.waypoints), 2)
         self.assertEqual((path.waypoints[-1].x, path.waypoints[-1].v), (LENGTH, 0.0))
 
-    def test_obstacle_is_a_stop_until_it_leaves(self):
+    def test_path_stops_for_an_obstacle_until_it_leaves(self):
         self.answer(5.0)
-        body = Obstacle(id=1, kind="car", speed=0.0)
-        body.pose.position.x = 25.0
-        body.pose.orientation.w = 1.0
-        body.size.x, body.size.y, body.size.z = 4.7, 2.0, 1.5
+        obstacle = Obstacle(id=1, kind="car", speed=0.0)
+        obstacle.pose.position.x = 25.0
+        obstacle.pose.orientation.w = 1.0
+        obstacle.size.x, obstacle.size.y, obstacle.size.z = 4.7, 2.0, 1.5
         self.assertEqual(self.answer(5.0).waypoints[-1].v, 10.0)
-        path = self.answer_until(lambda path: path.waypoints[-1].v == 0.0, 5.0, obstacles=[body])
+        path = self.answer_until(
+            lambda path: path.waypoints[-1].v == 0.0, 5.0, obstacles=[obstacle]
+        )
         self.assertGreater(path.waypoints[2].v, 0.0)
         self.answer_until(lambda path: path.waypoints[-1].v == 10.0, 5.0, obstacles=[])
-        body.pose.position.x = math.nan
-        self.assertEqual(self.answer(5.0, obstacles=[body]).waypoints[-1].v, 10.0)
+        obstacle.pose.position.x = math.nan
+        self.assertEqual(self.answer(5.0, obstacles=[obstacle]).waypoints[-1].v, 10.0)
 
-    def test_bad_mission_keeps_the_last_good_one(self):
+    def test_bad_mission_is_refused_and_the_last_one_is_kept(self):
         self.mission.publish([BaseWaypoint(0.0, 0.0)])
         self.mission.publish([BaseWaypoint(math.nan, 0.0), BaseWaypoint(1.0, 0.0)])
         self.assertEqual(self.answer(40.0).waypoints[0].x, 40.0)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The hand control in a real window, driven by real key events, against the real world and the real stack."""
+"""Test of the manual control window with key events, the simulator and the stack."""
 
 import contextlib
 import os
@@ -21,8 +21,8 @@ from sdc_package.odometry import pose_and_speed
 
 EGO = "/carla/ego_vehicle"
 TITLE = "hand control"
-PANEL = slice(0, 196)  # columns of the window that the figures cover
-GRASS = (70, 105, 80)  # of the map, BGR
+PANEL = slice(0, 196)  # columns of the window with the panel of readings
+GRASS = (70, 105, 80)  # BGR, in the map view
 LIMIT_S = 40.0
 
 
@@ -54,17 +54,17 @@ class ManualControlTest(unittest.TestCase):
         ManualControlTest.client = None
 
     def setUp(self):
-        """A person at the wheel of a car that stands at the start, the camera in view."""
-        starts_from = len(self.override.messages)
+        """Start manual control of a car at standstill at the start, with the camera view."""
+        first = len(self.override.messages)
         if self.client is None or self.client.poll() is not None:
             ManualControlTest.client = subprocess.Popen(
                 ["roslaunch", "sdc_sim", "manual_control.launch"], env=self.display.environment
             )
-            self.override.wait_for(lambda message: message.data, LIMIT_S, after=starts_from)
+            self.override.wait_for(lambda message: message.data, LIMIT_S, after=first)
         self.assertTrue(self.override.messages[-1].data)
         self.window = wait_until(lambda: self.display.windows(TITLE), LIMIT_S, "the window")[0]
         self.display.focus(TITLE)
-        wait_until(self.command._subscriber.get_num_connections, LIMIT_S, "a hand control")
+        wait_until(self.command._subscriber.get_num_connections, LIMIT_S, "a manual control")
         self.display.press("BackSpace")
         self.wait_for_car(lambda car: self.is_at_start(car) and self.forward_speed(car) == 0.0)
 
@@ -75,7 +75,7 @@ class ManualControlTest(unittest.TestCase):
         return self.command.wait_for(accepts, LIMIT_S, after=len(self.command.messages))
 
     def wait_for_frames(self, count):
-        """Wait until what has come now can be seen."""
+        """Wait until the window has shown new frames."""
         self.command.wait_for(seconds=LIMIT_S, after=len(self.command.messages) + count)
 
     def wait_for_picture(self, accepts, what):
@@ -108,7 +108,7 @@ class ManualControlTest(unittest.TestCase):
             self.wait_for_command(lambda command: command.brake == 1.0)
             self.wait_for_car(lambda car: self.forward_speed(car) == 0.0)
 
-    def test_arrows_steer_and_let_go(self):
+    def test_arrows_steer(self):
         with self.held("Up"):
             self.wait_for_car(lambda car: self.forward_speed(car) > 3.0)
         with self.held("Right"):
@@ -135,27 +135,27 @@ class ManualControlTest(unittest.TestCase):
             self.wait_for_car(lambda car: self.forward_speed(car) == 0.0)
         self.wait_for_command(lambda command: not command.hand_brake)
 
-    def test_p_hands_back_and_takes_over(self):
+    def test_p_switches_between_stack_and_person(self):
         before = len(self.override.messages)
         self.display.press("p")
         self.override.wait_for(lambda message: not message.data, LIMIT_S, after=before)
         self.wait_for_car(lambda car: self.forward_speed(car) > 3.0)  # the stack drives
-        silent_from = len(self.command.messages)
+        count = len(self.command.messages)
         self.wait_for_car(lambda car: self.forward_speed(car) > 5.0)
-        self.assertEqual(len(self.command.messages), silent_from)
+        self.assertEqual(len(self.command.messages), count)
         self.display.press("p")
         self.override.wait_for(lambda message: message.data, LIMIT_S, after=before)
         with self.held("s"):
             self.wait_for_car(lambda car: self.forward_speed(car) == 0.0)
 
-    def test_views_figures_and_help(self):
+    def test_tab_f1_and_h_switch_views_panel_and_help(self):
         self.wait_for_picture(lambda picture: picture[:100, 300:, 0].mean() > 120, "a blue sky")
         self.wait_for_frames(20)
         camera = self.display.picture(self.window)
         self.display.press("F1")
         self.wait_for_picture(
             lambda picture: picture[300:, PANEL].mean() > 1.3 * camera[300:, PANEL].mean(),
-            "a window without figures",
+            "a window without the panel",
         )
         self.display.press("F1")
         self.display.press("h")
@@ -190,7 +190,7 @@ class ManualControlTest(unittest.TestCase):
         self.wait_for_picture(lambda picture: not bottom_is_grass(picture), "the notice")
         self.wait_for_picture(bottom_is_grass, "the end of the notice")
 
-    def test_crossing_a_line_is_said(self):
+    def test_crossed_line_shows_a_notice(self):
         events = MessageListener(EGO + "/lane_invasion", CarlaLaneInvasionEvent)
         events.wait_for_publisher()
         self.display.press("p")
@@ -205,23 +205,23 @@ class ManualControlTest(unittest.TestCase):
         self.assertEqual(
             list(event.crossed_lane_markings), [CarlaLaneInvasionEvent.LANE_MARKING_BROKEN]
         )
-        self.assertGreater((picture[430:, 300:540].min(axis=2) > 240).sum(), 300)  # white letters
+        self.assertGreater((picture[430:, 300:540].min(axis=2) > 240).sum(), 300)  # white text
 
-    def test_escape_quits_and_hands_back(self):
+    def test_escape_quits_and_returns_control(self):
         self.check_quits(lambda: self.display.press("Escape"))
 
-    def test_interrupt_quits_and_hands_back(self):
+    def test_interrupt_quits_and_returns_control(self):
         self.check_quits(lambda: self.client.send_signal(signal.SIGINT))
 
-    def check_quits(self, quit_it):
+    def check_quits(self, quit_client):
         before = len(self.override.messages)
-        quit_it()
+        quit_client()
         self.override.wait_for(lambda message: not message.data, LIMIT_S, after=before)
         self.client.communicate(timeout=LIMIT_S)
         ManualControlTest.client = None
         self.assertEqual(self.display.windows(TITLE), [])
 
-    def test_without_a_display_it_ends_with_one_line(self):
+    def test_missing_display_is_one_line_and_exit_code_1(self):
         self.close_client()
         for name in ("", ":63"):
             environment = {**os.environ, "DISPLAY": name}
@@ -242,4 +242,4 @@ class ManualControlTest(unittest.TestCase):
 
 if __name__ == "__main__":
     rospy.init_node("manual_control_test")
-    rostest.rosrun("sdc_sim", "manual_control_test", ManualControlTest)
+    rostest.rosrun("sdc_package", "manual_control_test", ManualControlTest)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The mission planner publishes its route, latched, and refuses every bad file before the car moves."""
+"""The mission planner publishes its route, latched, and refuses a bad file with one line."""
 
 import os
 import re
@@ -19,13 +19,13 @@ BAD_FILES = [
     ("too few points", b"1,2\n", "1 waypoint"),
     ("word", b"0,0\n1,x\n", "row 2: y is 'x'"),
     ("NaN", b"0,0\nnan,1\n", "row 2: x is nan"),
-    ("repeated point", b"0,0\n1,1\n1,1\n", "row 3: repeats the point of row 2"),
+    ("repeated point", b"0,0\n1,1\n1,1\n", "row 3: the row repeats the point of row 2"),
     ("binary", bytes(range(128, 256)), "is not text"),
 ]
 
 
 class MissionPlannerTest(unittest.TestCase):
-    def test_route_is_published_to_those_who_come_late(self):
+    def test_late_subscriber_receives_the_route(self):
         expected = load_waypoints(rospy.get_param("/mission_planner/waypoints_path"))
         for _ in range(2):
             path = MessageListener("/planner/mission_waypoints", Path).wait_for()
@@ -33,7 +33,7 @@ class MissionPlannerTest(unittest.TestCase):
             self.assertAlmostEqual(path.waypoints[50].x, expected[50, 0], places=4)
             self.assertAlmostEqual(path.waypoints[50].y, expected[50, 1], places=4)
 
-    def test_bad_files_are_refused_in_one_line(self):
+    def test_bad_file_ends_the_node_with_one_line(self):
         with tempfile.TemporaryDirectory() as folder:
             for name, content, part in BAD_FILES:
                 with self.subTest(name):
@@ -65,7 +65,7 @@ class MissionPlannerTest(unittest.TestCase):
                     self.assertIn(path, lines[0])
                     self.assertIn(part, lines[0])
 
-    def test_missing_parameter_is_named(self):
+    def test_missing_parameter_ends_the_node_with_its_name(self):
         done = subprocess.run(
             ["rosrun", "sdc_package", "mission_planner.py", "__name:=bare"],
             stdout=subprocess.PIPE,

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The controller answers each pair of odometry and path, steers the right way, and stops when the world falls silent."""
+"""The controller answers each pair of odometry and path once, and stops when an input times out."""
 
 import contextlib
 import math
@@ -26,11 +26,14 @@ class SimpleControllerTest(unittest.TestCase):
         cls.command = MessageListener("/carla/ego_vehicle/vehicle_control_cmd", CarlaVehicleControl)
         wait_for_subscriber(cls.odometry)
         wait_for_subscriber(cls.path)
-        cls.command.wait_for()  # the stop for want of odometry: it proves that commands arrive
+        cls.command.wait_for()  # The stop without odometry shows that commands arrive.
 
     def drive(self, y=0.0, yaw=0.0, speed=5.0, path=None, body_frame=True):
-        """Publish pairs until one is answered; return the command. A path that overtakes its odometry is taken with the one before,
-        so the answer to the first pair may wait for the second."""
+        """Publish pairs until one is answered; return the command.
+
+        A path that arrives before its odometry may answer the one before; then the first pair waits
+        for the second.
+        """
         odometry = Odometry()
         odometry.pose.pose.position.x = 2.0
         odometry.pose.pose.position.y = y
@@ -55,7 +58,7 @@ class SimpleControllerTest(unittest.TestCase):
         raise TimeoutError(f"none of {len(stamps)} pairs was answered")
 
     def drive_until(self, condition, seconds=15.0, **arguments):
-        """Drive on until a command fulfils the condition: pedals move as fast as the limit of jerk allows."""
+        """Publish pairs until a command meets the condition: the jerk limit slows the pedals."""
         limit = time.monotonic() + seconds
         while True:
             command = self.drive(**arguments)
@@ -65,7 +68,7 @@ class SimpleControllerTest(unittest.TestCase):
 
     @staticmethod
     def stops(command):
-        """Whether this is the command of a stop for silence, which may come between two tests."""
+        """Return whether this is the command of a stop, which may come between two tests."""
         return command.brake == 0.5 and command.header.stamp == rospy.Time(0)
 
     def test_positive_steer_turns_right(self):
@@ -74,17 +77,17 @@ class SimpleControllerTest(unittest.TestCase):
         self.assertGreater(self.drive(yaw=0.3).steer, 0.05)
         self.assertLess(self.drive(yaw=-0.3).steer, -0.05)
 
-    def test_throttle_when_slow_and_brake_when_fast(self):
+    def test_throttle_is_applied_when_slow_and_brake_when_fast(self):
         slow = self.drive_until(lambda command: command.throttle > 0.3, speed=0.0)
         self.assertEqual(slow.brake, 0.0)
         fast = self.drive_until(lambda command: command.brake > 0.1, speed=15.0)
         self.assertEqual(fast.throttle, 0.0)
 
-    def test_speed_counts_by_its_magnitude(self):
-        """CARLA's 0.9.3 bridge gives the twist in the world's frame."""
+    def test_twist_in_the_map_frame_is_accepted(self):
+        """The CARLA bridge 0.9.3 publishes the twist in this frame."""
         self.drive_until(lambda command: command.brake > 0.1, speed=15.0, body_frame=False)
 
-    def test_end_of_the_route_holds_the_car(self):
+    def test_brake_holds_the_car_at_the_end_of_the_route(self):
         command = self.drive(
             speed=0.0, path=LocalPath([Waypoint(2.0, 0.0, 0.0), Waypoint(3.0, 0.0, 0.0)])
         )
@@ -110,13 +113,13 @@ class SimpleControllerTest(unittest.TestCase):
         self.assertTrue(all(map(math.isfinite, (command.throttle, command.steer, command.brake))))
         self.assertGreater(command.steer, 0.05)
 
-    def test_silence_brakes_and_the_drive_goes_on(self):
+    def test_controller_brakes_when_odometry_times_out_and_resumes(self):
         self.drive()
         before = len(self.command.messages)
         self.assertEqual(self.command.wait_for(self.stops, after=before).throttle, 0.0)
         self.drive_until(lambda command: command.throttle > 0.3, speed=0.0)
 
-    def test_silence_of_the_planner_alone_brakes(self):
+    def test_controller_brakes_when_path_times_out(self):
         self.drive()
         before = len(self.command.messages)
         limit = rospy.Time.now() + rospy.Duration(15.0)
@@ -127,6 +130,22 @@ class SimpleControllerTest(unittest.TestCase):
             self.odometry.publish(odometry)
             rospy.sleep(0.05)
         self.assertTrue(any(map(self.stops, self.command.messages[before:])))
+
+    def test_repeated_odometry_is_answered_once(self):
+        stamp = self.drive().header.stamp
+        repeated = Odometry()
+        repeated.header.stamp = stamp
+        repeated.pose.pose.orientation.w = 1.0
+        self.odometry.publish(repeated)
+        self.path.publish(straight_path())
+        self.drive()
+        answers = [command.header.stamp for command in self.command.messages]
+        self.assertEqual(answers.count(stamp), 1)
+
+    def test_late_subscriber_receives_the_last_command(self):
+        self.drive()
+        late = MessageListener("/carla/ego_vehicle/vehicle_control_cmd", CarlaVehicleControl)
+        self.assertTrue(late.wait_for() in self.command.messages)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""Every steering method steers the node, a student's own as well; what cannot be built ends the node before the car moves."""
+"""The controller runs with every steering method, and refuses one that cannot be built."""
 
+import contextlib
 import os
 import subprocess
 import unittest
@@ -11,7 +12,7 @@ from nav_msgs.msg import Odometry
 from sdc_package.msg import CarlaVehicleControl, LocalPath, Waypoint
 
 from sdc_common.testing.message_listener import MessageListener, wait_for_subscriber, wait_until
-from sdc_package.steering.method import METHODS
+from sdc_package.steering.loader import METHODS
 
 CONTROLLERS = [*METHODS, "own"]
 LIMIT_S = 30.0
@@ -33,19 +34,17 @@ class SteeringMethodsTest(unittest.TestCase):
             wait_until(
                 lambda wanted=publisher: wanted.get_num_connections() >= len(CONTROLLERS),
                 LIMIT_S,
-                "all controllers listening",
+                "a subscription of all controllers",
             )
 
     def steer(self, x, y):
-        """What each controller answers to one pair for a car beside a straight road; asked again where a pair came too late for one."""
+        """Return each controller's answer to a pair; publish the pair again if one misses it."""
         for _ in range(TRIES - 1):
-            try:
-                return self.ask(x, y, LIMIT_S / TRIES)
-            except TimeoutError:
-                pass
-        return self.ask(x, y, LIMIT_S / TRIES)
+            with contextlib.suppress(TimeoutError):
+                return self.answers(x, y, LIMIT_S / TRIES)
+        return self.answers(x, y, LIMIT_S / TRIES)
 
-    def ask(self, x, y, seconds):
+    def answers(self, x, y, seconds):
         odometry = Odometry()
         odometry.header.stamp = rospy.Time.now()
         odometry.pose.pose.position.x = x
@@ -55,15 +54,15 @@ class SteeringMethodsTest(unittest.TestCase):
         self.odometry.publish(odometry)
         self.path.publish(LocalPath([Waypoint(float(s), 0.0, 5.0) for s in range(30)]))
 
-        def answers(command):
-            stops_for_silence = command.brake == 0.5 and command.steer == 0.0
-            return command.header.stamp == odometry.header.stamp and not stops_for_silence
+        def is_answer(command):
+            is_stop = command.brake == 0.5 and command.steer == 0.0
+            return command.header.stamp == odometry.header.stamp and not is_stop
 
         return {
-            name: commands.wait_for(answers, seconds) for name, commands in self.commands.items()
+            name: commands.wait_for(is_answer, seconds) for name, commands in self.commands.items()
         }
 
-    def test_each_steers_back_to_the_road(self):
+    def test_each_method_steers_back_to_the_path(self):
         self.steer(4.0, 0.3)
         left = self.steer(4.5, 0.3)
         for name, command in left.items():
@@ -71,14 +70,13 @@ class SteeringMethodsTest(unittest.TestCase):
         self.steer(4.0, -0.3)
         for name, command in self.steer(4.5, -0.3).items():
             self.assertLess(command.steer, -0.01, name)
-        self.assertEqual(
-            len({round(command.steer, 5) for command in left.values()}),
-            len(CONTROLLERS),
-            "each is a method of its own",
-        )
+        # Parallel to a straight path, the compensated law equals the textbook law.
+        different = {round(command.steer, 5) for command in left.values()}
+        self.assertEqual(len(different), len(CONTROLLERS) - 1)
+        self.assertAlmostEqual(left["stanley"].steer, left["stanley_compensated"].steer, places=5)
 
-    def test_what_cannot_be_built_ends_the_node_in_one_line(self):
-        figures = rospy.get_param("/stanley/simple_controller")
+    def test_method_that_cannot_be_built_ends_the_node_with_one_line(self):
+        parameters = rospy.get_param("/stanley/simple_controller")
         cases = {
             "misspelt_name": (
                 {"steering_method": "stanly"},
@@ -92,8 +90,8 @@ class SteeringMethodsTest(unittest.TestCase):
                 {"steering_method": "my_module:MySteering"},
                 "section 'MySteering' lacks 'gain'",
             ),
-            "without_sense": (
-                {"stanley": {"k": -1.0, "softening_mps": 1.0, "preview_s": 0.0}},
+            "out_of_range": (
+                {"stanley": {"k": -1.0, "softening_mps": 1.0}},
                 "k must be a positive number, got -1.0",
             ),
         }
@@ -104,9 +102,9 @@ class SteeringMethodsTest(unittest.TestCase):
                 environment.get("PYTHONPATH", ""),
             ]
         )
-        for name, (changes, says) in cases.items():
+        for name, (changes, part) in cases.items():
             with self.subTest(name):
-                rospy.set_param("/" + name, {**figures, **changes})
+                rospy.set_param("/" + name, {**parameters, **changes})
                 done = subprocess.run(
                     ["rosrun", "sdc_package", "simple_controller.py", "__name:=" + name],
                     env=environment,
@@ -117,9 +115,9 @@ class SteeringMethodsTest(unittest.TestCase):
                     check=False,
                 )
                 self.assertEqual(done.returncode, 1, done.stdout)
-                told = [line for line in done.stdout.splitlines() if says in line]
-                self.assertEqual(len(told), 1, done.stdout)
-                self.assertIn("config/simple_controller.yaml", told[0])
+                lines = [line for line in done.stdout.splitlines() if part in line]
+                self.assertEqual(len(lines), 1, done.stdout)
+                self.assertIn("config/simple_controller.yaml", lines[0])
                 self.assertNotIn("Traceback", done.stdout)
 
 

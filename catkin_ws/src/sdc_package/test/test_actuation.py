@@ -12,7 +12,7 @@ PEDALS = PedalMap(
 )
 
 
-def test_positive_steer_is_right_and_grows_as_the_wheel_loses_angle():
+def test_positive_steer_is_right_and_grows_with_the_speed():
     assert STEERING.command(0.4, 0.0) == (-0.5, False)
     assert STEERING.command(-0.4, 0.0) == (0.5, False)
     assert STEERING.command(-0.4, 5.0)[0] == pytest.approx(0.4 / 0.6)
@@ -31,14 +31,14 @@ def test_positive_steer_is_right_and_grows_as_the_wheel_loses_angle():
         {"speeds_mps": [], "shares": []},
     ],
 )
-def test_senseless_steering_maps(wrong):
+def test_invalid_steering_maps_are_refused(wrong):
     with pytest.raises(ValueError):
         SteeringMap(
             **{"max_wheel_angle_rad": 0.8, "speeds_mps": [0.0, 10.0], "shares": [1.0, 0.5], **wrong}
         )
 
 
-def test_pedals_by_hand():
+def test_pedals_have_their_values():
     assert PEDALS.pedals(1.2) == (pytest.approx(0.3 + 1.4 / 7.0), 0.0)
     assert PEDALS.pedals(-0.2) == (0.0, 0.0)
     assert PEDALS.pedals(-3.85) == (0.0, pytest.approx(0.5))
@@ -47,7 +47,7 @@ def test_pedals_by_hand():
 
 
 @given(st.floats(-20.0, 20.0), st.floats(0.0, 0.01))
-def test_pedals_are_monotonic_continuous_and_never_both(acceleration, more):
+def test_pedals_are_monotonic_and_continuous_and_only_one_is_pressed(acceleration, more):
     throttle, brake = PEDALS.pedals(acceleration)
     assert 0.0 <= throttle <= 1.0
     assert 0.0 <= brake <= 1.0
@@ -66,6 +66,6 @@ def test_pedals_are_monotonic_continuous_and_never_both(acceleration, more):
         {"coast_mps2": -0.1},
     ],
 )
-def test_senseless_pedal_maps(wrong):
+def test_invalid_pedal_maps_are_refused(wrong):
     with pytest.raises(ValueError, match=next(iter(wrong))):
         PedalMap(**{**vars(PEDALS), **wrong})

@@ -1,4 +1,4 @@
-"""./drive as a person and a CI machine use it: real processes under a master of their own."""
+"""The command ./drive, with real processes under a ROS master of their own."""
 
 import json
 import os
@@ -26,7 +26,7 @@ def drive(environment, folder, *arguments, limit_s=200):
     )
 
 
-def test_drives_to_the_end_from_any_folder_twice_the_same_and_a_third_time_from_its_bag(
+def test_lockstep_drives_are_identical_and_replay_gives_the_same_report(
     environment, route, tmp_path
 ):
     traces = []
@@ -52,10 +52,10 @@ def test_drives_to_the_end_from_any_folder_twice_the_same_and_a_third_time_from_
         page = (tmp_path / name / "report.html").read_text()
         pictures = page.count(
             "data:image/jpeg"
-        )  # taken by the wall clock: a drive that is over in a second may pass some by
+        )  # Snapshots follow the wall clock, so that a fast drive may miss some.
         assert 1 <= pictures <= 6 if camera == "true" else pictures == 0
         traces.append((tmp_path / name / "report.csv").read_bytes())
-    assert traces[0] == traces[1], "lockstep is repeatable to the bit, with a camera and without"
+    assert traces[0] == traces[1], "lockstep is repeatable, with a camera and without"
 
     done = subprocess.run(
         ["roslaunch", "sdc_sim", "replay.launch", "bag:=second/report.bag"],
@@ -71,11 +71,11 @@ def test_drives_to_the_end_from_any_folder_twice_the_same_and_a_third_time_from_
     assert (tmp_path / "report" / "replay.csv").read_bytes() == traces[1]
     again = json.loads((tmp_path / "report" / "replay.json").read_text())
     assert again == {**report, "wall_duration_s": None, "real_time_factor": None}, (
-        "no clock runs when a bag is read"
+        "a replay has no wall time"
     )
 
 
-def test_bad_route_ends_before_the_car_moves(environment, tmp_path):
+def test_bad_route_ends_the_drive_with_one_line(environment, tmp_path):
     (tmp_path / "report").mkdir()
     (tmp_path / "report" / "report.json").write_text('{"status": "completed"}')
     (tmp_path / "bad.csv").write_text("0,0\n1,word\n")
@@ -83,12 +83,10 @@ def test_bad_route_ends_before_the_car_moves(environment, tmp_path):
     assert done.returncode != 0
     assert f"{tmp_path}/bad.csv, row 2: y is 'word'" in done.stdout
     assert len(done.stdout.splitlines()) == 1
-    assert not (tmp_path / "report" / "report.json").exists(), (
-        "no old report is taken for a new one"
-    )
+    assert not (tmp_path / "report" / "report.json").exists(), "an old report is removed"
 
 
-def test_report_that_cannot_be_written_is_told(environment, tmp_path):
+def test_report_that_cannot_be_written_ends_the_drive(environment, tmp_path):
     (tmp_path / "file").write_text("")
     done = drive(
         environment, tmp_path, "sync:=true", "camera:=false", "report:=file/report.json", limit_s=60
@@ -97,11 +95,11 @@ def test_report_that_cannot_be_written_is_told(environment, tmp_path):
     assert "report:=FILE" in done.stdout
 
 
-def test_scenario_is_driven_and_its_limits_are_told(environment, tmp_path):
+def test_scenario_limits_decide_the_exit_status(environment, tmp_path):
     (tmp_path / "mine.yaml").write_text(
         "route: [straight_m: 40]\nlimits:\n  at_most: {speed_max_mps: 7.0}\n"
     )
-    for speed, status, said in (("5", 0, "all limits are kept"), ("9", 1, "speed_max_mps is ")):
+    for speed, status, part in (("5", 0, "all limits are met"), ("9", 1, "speed_max_mps is ")):
         done = drive(
             environment,
             tmp_path,
@@ -112,18 +110,18 @@ def test_scenario_is_driven_and_its_limits_are_told(environment, tmp_path):
             "referee_options:={pictures: false}",
         )
         assert done.returncode == status, done.stdout
-        assert said in done.stdout
+        assert part in done.stdout
     assert sorted(name.name for name in tmp_path.iterdir()) == ["mine.yaml", "report", "ros"]
 
 
 @pytest.mark.parametrize(
     ("argument", "parts"),
     [
-        ("scenario:=ovla", ["no scenario 'ovla'", "did you mean 'oval'", "traffic_lights"]),
+        ("scenario:=ovla", ["unknown scenario 'ovla'", "did you mean 'oval'", "traffic_lights"]),
         ("scenario:=wrong.yaml", ["wrong.yaml, line 2", "did you mean 'friction'"]),
     ],
 )
-def test_scenario_that_is_none_is_told_in_one_line(environment, tmp_path, argument, parts):
+def test_bad_scenario_ends_the_drive_with_one_line(environment, tmp_path, argument, parts):
     (tmp_path / "wrong.yaml").write_text("route: town\nfrictoin: 0.5\n")
     done = drive(environment, tmp_path, argument, limit_s=60)
     assert done.returncode != 0
@@ -132,7 +130,7 @@ def test_scenario_that_is_none_is_told_in_one_line(environment, tmp_path, argume
 
 
 @pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
-def test_one_signal_ends_everything(environment, tmp_path, sent):
+def test_one_signal_ends_all_processes(environment, tmp_path, sent):
     log = tmp_path / "log"
     with open(log, "wb") as output:
         process = subprocess.Popen(
@@ -157,10 +155,10 @@ def test_one_signal_ends_everything(environment, tmp_path, sent):
     [
         ("sync", "not ARG:=VALUE"),
         ("--nonsense", "no such option"),
-        ("sinc:=true", "no argument 'sinc'"),
+        ("sinc:=true", "unknown argument 'sinc'"),
     ],
 )
-def test_misspelt_arguments(environment, tmp_path, argument, part):
+def test_misspelt_argument_is_refused(environment, tmp_path, argument, part):
     done = drive(environment, tmp_path, argument, limit_s=60)
     assert done.returncode != 0
     assert part in done.stdout

@@ -7,14 +7,14 @@ from hypothesis import strategies as st
 from sdc_package.steering.kinematic import ChainedForm
 
 
-def test_on_the_path_the_wheels_point_along_its_curvature():
+def test_wheel_angle_on_the_path_matches_its_curvature():
     assert ChainedForm(2.5).wheel_angle(0.0, 0.0, 0.0, 0.1, 0.0, 0.3) == pytest.approx(
         math.atan(0.25)
     )
 
 
-def test_an_inner_circle_is_tighter():
-    """Beside a bend of 10 m radius, 1 m to the inside and parallel, x2 = 0 keeps the distance: the circle of 9 m."""
+def test_wheel_angle_inside_of_a_bend_is_that_of_a_tighter_circle():
+    """With x2 = 0, a car parallel to a bend of 10 m radius, 1 m inside, drives a circle of 9 m."""
     assert ChainedForm(2.5).wheel_angle(0.0, 1.0, 0.0, 0.1, 0.0, 0.3) == pytest.approx(
         math.atan(2.5 / 9.0)
     )
@@ -26,8 +26,8 @@ def test_an_inner_circle_is_tighter():
     st.sampled_from([-0.05, 0.0, 0.02]),
     st.floats(0.15, 0.5),
 )
-def test_the_error_obeys_its_linear_equation(cross_track, heading_error, curvature, k):
-    """Rolled without slip in path coordinates, the error is that of (p + k)^3 over the distance, whatever the bend: exact linearisation."""
+def test_error_follows_its_linear_equation_in_any_bend(cross_track, heading_error, curvature, k):
+    """Without slip, the error over the distance is that of (p + k)^3: exact linearization."""
     form, wheelbase, step = ChainedForm(2.5), 2.5, 0.01
     d, theta = cross_track, heading_error
     form.wheel_angle(0.0, d, theta, curvature, 0.0, k)
@@ -45,7 +45,7 @@ def test_the_error_obeys_its_linear_equation(cross_track, heading_error, curvatu
     assert d == pytest.approx(x4, abs=0.02)
 
 
-def test_far_off_it_stays_finite():
+def test_wheel_angle_far_from_the_path_is_finite():
     form = ChainedForm(2.5)
     for heading_error in (-3.0, 1.6, 3.0):
         for cross_track in (-50.0, 9.9, 10.1, 50.0):
@@ -56,6 +56,6 @@ def test_far_off_it_stays_finite():
 
 
 @pytest.mark.parametrize("heading_error", [0.5, 1.3, 1.6, 2.4, 3.0])
-def test_a_car_that_points_elsewhere_turns_back(heading_error):
+def test_car_turns_back_from_any_heading_error(heading_error):
     assert ChainedForm(2.5).wheel_angle(2.0, 0.0, heading_error, 0.0, 0.0, 0.3) < -0.05
     assert ChainedForm(2.5).wheel_angle(2.0, 0.0, -heading_error, 0.0, 0.0, 0.3) > 0.05

@@ -17,17 +17,17 @@ def road(lines=((200, (255, 255, 255)), (400, (0, 200, 230)))):
     return picture
 
 
-def test_finds_white_and_yellow_lines_and_little_else():
+def test_mask_contains_white_and_yellow_lines():
     mask = LaneFilter(THRESHOLDS).mask(road())
     assert mask.shape == (480, 640)
     assert set(np.unique(mask)) == {0, 255}
     columns = np.flatnonzero(mask[300:].any(axis=0))
     assert np.abs(columns[:, None] - [200, 400]).min(axis=1).max() <= 6
     assert {200 - 4, 400} <= set(columns)
-    assert mask[300:, 396:404].mean() > 200, "a coloured line is filled, not only outlined"
+    assert mask[300:, 396:404].mean() > 200, "the filter fills a coloured line"
 
 
-def test_nothing_above_the_horizon():
+def test_mask_is_empty_above_the_horizon():
     picture = road()
     picture[:240, ::20] = 255
     assert not LaneFilter(THRESHOLDS).mask(picture)[:240].any()
@@ -35,18 +35,18 @@ def test_nothing_above_the_horizon():
 
 @pytest.mark.parametrize("level", [0, 1, 128, 255])
 @pytest.mark.parametrize("channels", [3, 4])
-def test_uniform_pictures_give_an_empty_mask(level, channels):
+def test_mask_of_a_uniform_picture_is_empty(level, channels):
     assert not LaneFilter(THRESHOLDS).mask(np.full((480, 640, channels), level, np.uint8)).any()
 
 
-def test_dusk_looks_like_noon():
+def test_brightness_does_not_change_the_mask():
     noon = road(lines=((200, (255, 255, 255)),))
     dusk = (noon // 3).astype(np.uint8)
     mask = LaneFilter(THRESHOLDS).mask
     np.testing.assert_array_equal(mask(dusk), mask(noon))
 
 
-def test_noise_in_the_dark_is_not_painted_white():
+def test_mask_of_noise_in_the_dark_is_almost_empty():
     noise = np.random.default_rng(1).integers(0, 4, (480, 640, 3)).astype(np.uint8)
     assert LaneFilter(THRESHOLDS).mask(noise).mean() < 1.0
 
@@ -60,7 +60,7 @@ def test_noise_in_the_dark_is_not_painted_white():
         np.zeros((4, 4, 2), np.uint8),
     ],
 )
-def test_other_arrays_are_refused(image):
+def test_array_that_is_no_picture_is_refused(image):
     with pytest.raises(ValueError, match="expected"):
         LaneFilter(THRESHOLDS).mask(image)
 
@@ -76,7 +76,7 @@ def test_thresholds_out_of_range_are_refused(wrong):
 @given(
     hnp.arrays(np.uint8, st.tuples(st.integers(1, 9), st.integers(1, 9), st.sampled_from([3, 4])))
 )
-def test_any_picture_gives_a_binary_mask_of_its_size(image):
+def test_mask_is_binary_and_has_the_size_of_the_picture(image):
     mask = LaneFilter(THRESHOLDS).mask(image)
     assert mask.shape == image.shape[:2]
     assert set(np.unique(mask)) <= {0, 255}

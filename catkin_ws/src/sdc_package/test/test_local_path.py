@@ -12,15 +12,13 @@ def straight(start=0, count=25, speed=5.0):
     return [(float(start + i), 0.0, speed) for i in range(count)]
 
 
-def test_nearest_interpolates_place_heading_and_speed():
+def test_nearest_point_interpolates_place_heading_and_speed():
     path = ReferencePath()
     path.update([(0.0, 0.0, 2.0), (2.0, 0.0, 4.0), (4.0, 2.0, 4.0)])
     point = path.nearest(0.7, 0.5)
     assert (point.s_m, point.cross_track_m) == (0.7, 0.5)
     assert point.heading_rad == pytest.approx(0.35 * math.pi / 8)
-    assert point.speed_mps == pytest.approx(math.sqrt((4.0 + 16.0) / 2.0)), (
-        "the speed of a point 0.3 m ahead"
-    )
+    assert point.speed_mps == pytest.approx(math.sqrt((4.0 + 16.0) / 2.0)), "the speed 0.3 m ahead"
     assert point.acceleration_mps2 == pytest.approx((16.0 - 4.0) / 4.0)
 
 
@@ -31,7 +29,7 @@ def test_planned_acceleration_is_averaged_over_the_preview():
     assert path.nearest(0.7, 0.0, 2.0).acceleration_mps2 == pytest.approx((10.0 - 16.0) / 4.0)
 
 
-def test_beyond_a_stop_nothing_is_planned():
+def test_planned_acceleration_beyond_a_stop_is_zero():
     path = ReferencePath()
     path.update([(0.0, 0.0, 2.0), (2.0, 0.0, 0.0)])
     for x in (1.71, 2.0, 3.0):
@@ -41,7 +39,7 @@ def test_beyond_a_stop_nothing_is_planned():
         )
 
 
-def test_ends_reach_on():
+def test_first_and_last_segment_continue_beyond_the_ends():
     path = ReferencePath()
     path.update(straight(speed=3.0))
     assert path.nearest(-2.0, -0.5).cross_track_m == -0.5
@@ -49,7 +47,7 @@ def test_ends_reach_on():
     assert path.nearest(-2.0, 0.0).speed_mps == 3.0
 
 
-def test_what_was_passed_stays_for_some_metres():
+def test_passed_points_are_kept_for_some_metres():
     path = ReferencePath()
     for start in range(30):
         path.update(straight(start))
@@ -70,7 +68,7 @@ def test_what_was_passed_stays_for_some_metres():
         ([(0.0, 0.0, -1.0), (1.0, 0.0, 1.0)], "negative"),
     ],
 )
-def test_bad_paths_leave_the_last_one_in_place(rows, part):
+def test_invalid_path_is_refused_and_the_last_one_is_kept(rows, part):
     path = ReferencePath()
     path.update(straight())
     before = list(path.rows)
@@ -80,7 +78,7 @@ def test_bad_paths_leave_the_last_one_in_place(rows, part):
 
 
 @given(st.floats(-math.pi, math.pi), st.floats(-50.0, 50.0), st.floats(-20.0, 20.0))
-def test_nearest_turns_with_the_world(angle, x, y):
+def test_nearest_point_does_not_depend_on_the_direction_of_the_map(angle, x, y):
     bend = [(0.0, 0.0), (10.0, 0.0), (15.0, 4.0), (15.0, 12.0)]
     c, s = math.cos(angle), math.sin(angle)
     turned = Polyline([(c * px - s * py, s * px + c * py) for px, py in bend])
@@ -93,21 +91,28 @@ def test_nearest_turns_with_the_world(angle, x, y):
     assert abs(cross_track_turned) == pytest.approx(abs(cross_track), abs=1e-6)
 
 
-def test_a_path_that_lies_behind_the_car_is_no_road_to_drive_on():
-    road = ReferencePath()
-    road.update([(float(x), 0.0, 8.0) for x in range(10)])
-    assert road.nearest(8.5, 0.1).speed_mps == pytest.approx(8.0)
-    beyond = road.nearest(10.5, 0.1)
+def test_path_behind_the_car_plans_a_stop():
+    path = ReferencePath()
+    path.update([(float(x), 0.0, 8.0) for x in range(10)])
+    assert path.nearest(8.5, 0.1).speed_mps == pytest.approx(8.0)
+    beyond = path.nearest(10.5, 0.1)
     assert (beyond.speed_mps, beyond.acceleration_mps2) == (0.0, 0.0)
     assert beyond.cross_track_m == pytest.approx(0.1)
 
 
-def test_before_a_stop_on_the_way_the_planned_braking_is_as_strong_as_before_the_end_of_the_road():
+def test_planned_braking_before_a_stop_is_the_same_as_before_the_end_of_the_path():
     rows = [(float(x), 0.0, math.sqrt(2.0 * 2.0 * max(10 - x, 0.0))) for x in range(20)]
-    road, ending = ReferencePath(), ReferencePath()
-    road.update(rows)
+    path, ending = ReferencePath(), ReferencePath()
+    path.update(rows)
     ending.update(rows[:11])
     for x in (5.0, 8.0, 9.0, 9.5):
-        assert road.nearest(x, 0.0, 3.0).acceleration_mps2 == pytest.approx(-2.0)
-        assert road.nearest(x, 0.0, 3.0) == ending.nearest(x, 0.0, 3.0)
-    assert road.nearest(11.0, 0.0, 3.0).acceleration_mps2 == 0.0
+        assert path.nearest(x, 0.0, 3.0).acceleration_mps2 == pytest.approx(-2.0)
+        assert path.nearest(x, 0.0, 3.0) == ending.nearest(x, 0.0, 3.0)
+    assert path.nearest(11.0, 0.0, 3.0).acceleration_mps2 == 0.0
+
+
+def test_path_is_empty_until_the_first_update():
+    path = ReferencePath()
+    assert path.empty
+    path.update(straight())
+    assert not path.empty

@@ -7,12 +7,14 @@ from hypothesis import strategies as st
 
 from sdc_common.geometry.route import Route
 from sdc_common.planning.speed_profile import SpeedLimits, ideal_duration, speed_profile
-from sdc_package.local_planner import LocalPlanner, OffRouteError
+from sdc_package.local_planner import LocalPlanner, OffRouteError, PlannerSettings
 from sdc_package.obstacles import ObstacleMargins
+from sdc_package.traffic_lights import TrafficLightMargins
 from sdc_package.waypoint_search import WaypointSearch
 
-CAUTION = ObstacleMargins(side_m=0.4, gap_m=5.0, car_front_m=2.35, car_width_m=2.0)
+OBSTACLES = ObstacleMargins(side_m=0.4, gap_m=5.0, car_front_m=2.35, car_width_m=2.0)
 LIMITS = SpeedLimits(cruise_mps=10.0, lateral_mps2=3.0, acceleration_mps2=1.8, braking_mps2=2.5)
+TRAFFIC_LIGHTS = TrafficLightMargins(gap_m=1.0, reaction_s=0.5, hardest_mps2=6.0, car_front_m=2.35)
 
 
 def straight(length, step=1.0):
@@ -34,20 +36,15 @@ def twice_round(radius=20.0, turns=1.2):
 
 
 def planner(points, **changes):
-    return LocalPlanner(
-        points,
-        SpeedLimits(**{**vars(LIMITS), **changes}),
-        lookahead_m=25.0,
-        join_within_m=20.0,
-        caution=CAUTION,
-    )
+    limits = SpeedLimits(**{**vars(LIMITS), **changes})
+    return LocalPlanner(points, PlannerSettings(limits, 25.0, 20.0, OBSTACLES, TRAFFIC_LIGHTS))
 
 
-def road_ahead(local, x, y, yaw):
+def path_ahead(local, x, y, yaw):
     return local.plan(WaypointSearch(local.route.points).first_ahead(x, y), x, y, yaw)
 
 
-def test_straight_road_is_a_trapezium():
+def test_speed_profile_of_a_straight_is_a_trapezium():
     route = Route(straight(200.0))
     speed = speed_profile(route, LIMITS)
     assert speed[0] == 0.5
@@ -60,7 +57,7 @@ def test_straight_road_is_a_trapezium():
 
 
 @pytest.mark.parametrize("radius", [6.0, 12.0, 30.0])
-def test_bends_ask_for_no_more_than_the_lateral_limit(radius):
+def test_speed_in_bends_keeps_the_lateral_limit(radius):
     route = Route(bend(radius, math.pi / 2))
     speed = speed_profile(route, LIMITS)
     assert (speed**2 * np.abs(route.curvature) <= 3.0 + 1e-9).all()
@@ -70,7 +67,7 @@ def test_bends_ask_for_no_more_than_the_lateral_limit(radius):
 
 
 @given(st.lists(st.tuples(st.floats(1.0, 20.0), st.floats(-0.15, 0.15)), min_size=1, max_size=15))
-def test_no_limit_is_broken_anywhere(pieces):
+def test_speed_profile_keeps_every_limit_on_any_route(pieces):
     curvature = np.concatenate(
         [np.full(max(1, int(length)), bending) for length, bending in pieces]
     )
@@ -89,7 +86,7 @@ def test_no_limit_is_broken_anywhere(pieces):
     assert (change >= -2.5 - 1e-9).all()
 
 
-def test_a_bend_that_begins_at_once_is_entered_slowly_enough():
+def test_lateral_jerk_limit_slows_the_car_at_a_sudden_bend():
     sharp = np.vstack(
         [
             straight(60.0),
@@ -97,13 +94,13 @@ def test_a_bend_that_begins_at_once_is_entered_slowly_enough():
         ]
     )
     route = Route(sharp)
-    free, calm = (
+    without, limited = (
         speed_profile(route, SpeedLimits(**{**vars(LIMITS), "lateral_jerk_mps3": jerk}))
         for jerk in (math.inf, 4.0)
     )
-    assert (calm <= free).all()
-    assert calm.min() < free[50:70].min()
-    assert (calm**3 * np.abs(np.gradient(route.curvature, route.s)) <= 4.0 + 1e-9).all()
+    assert (limited <= without).all()
+    assert limited.min() < without[50:70].min()
+    assert (limited**3 * np.abs(np.gradient(route.curvature, route.s)) <= 4.0 + 1e-9).all()
 
 
 def test_limits_must_be_positive():
@@ -113,49 +110,51 @@ def test_limits_must_be_positive():
         SpeedLimits(math.nan, 3.0, 1.8, 2.0)
 
 
-def test_path_starts_ahead_of_the_car_and_reaches_as_far_as_asked():
-    plan = road_ahead(planner(straight(200.0)), 50.4, 0.3, 0.0)
+def test_path_starts_ahead_of_the_car_and_ends_at_the_lookahead_distance():
+    plan = path_ahead(planner(straight(200.0)), 50.4, 0.3, 0.0)
     assert plan[0, 0] == 51.0
     assert plan[-1, 0] == 75.0
     assert (np.diff(plan[:, 0]) > 0.0).all()
 
 
-def test_end_of_the_route_is_a_path_of_two_points_at_rest():
+def test_path_at_the_end_of_the_route_has_two_points_and_ends_with_a_stop():
     local = planner(straight(50.0))
     for x in (0.0, 8.0, 16.0, 24.0, 32.0, 40.0, 48.0, 49.5, 50.0, 52.0):
-        plan = road_ahead(local, x, 0.0, 0.0)
+        plan = path_ahead(local, x, 0.0, 0.0)
         assert len(plan) >= 2
         assert np.isfinite(plan).all()
     assert plan.shape == (2, 3)
     assert plan[-1].tolist() == [50.0, 0.0, 0.0]
 
 
-def test_route_that_passes_close_to_itself_never_makes_it_jump():
+def test_place_does_not_jump_where_the_route_passes_itself():
     points = twice_round()
     local = planner(points)
     last = -1.0
     for x, y in points:
         yaw = math.atan2(y, x) + math.pi / 2
-        road_ahead(local, x * 0.995, y * 0.995, yaw)
+        path_ahead(local, x * 0.995, y * 0.995, yaw)
         assert last < local.place.s_m < last + 3.0
         last = local.place.s_m
     assert last > 0.97 * local.route.length_m
 
 
-def test_car_that_is_moved_is_found_again():
+def test_planner_finds_a_car_that_is_moved():
     local = planner(straight(200.0))
-    road_ahead(local, 10.0, 0.0, 0.0)
-    assert road_ahead(local, 150.0, 1.0, 0.0)[0, 0] == 150.0
-    assert road_ahead(local, 139.0, 1.0, 0.0)[0, 0] == 139.0, "also within the distance of joining"
+    path_ahead(local, 10.0, 0.0, 0.0)
+    assert path_ahead(local, 150.0, 1.0, 0.0)[0, 0] == 150.0
+    assert path_ahead(local, 139.0, 1.0, 0.0)[0, 0] == 139.0, (
+        "also if it is moved by less than join_within_m"
+    )
 
 
-def test_too_far_from_the_route_is_refused_and_forgotten_on_return():
+def test_pose_too_far_from_the_route_is_refused_and_has_no_effect_later():
     local = planner(straight(200.0))
     with pytest.raises(OffRouteError, match=r"25\.0 m from the route"):
-        road_ahead(local, 100.0, 25.0, 0.0)
-    assert road_ahead(local, 100.0, 19.0, 0.0)[0, 0] == 100.0
+        path_ahead(local, 100.0, 25.0, 0.0)
+    assert path_ahead(local, 100.0, 19.0, 0.0)[0, 0] == 100.0
     with pytest.raises(OffRouteError):
-        road_ahead(local, 100.0, -30.0, 0.0)
+        path_ahead(local, 100.0, -30.0, 0.0)
     assert local.place.s_m == pytest.approx(100.0)
 
 
@@ -165,29 +164,29 @@ def test_pose_that_is_not_finite_is_refused(pose):
         planner(straight(50.0)).plan(0, *pose)
 
 
-def test_two_far_points_become_a_road():
+def test_points_are_added_between_two_distant_waypoints():
     local = planner(np.array([[0.0, 0.0], [300.0, 0.0]]))
-    plan = road_ahead(local, 150.0, 0.0, 0.0)
+    plan = path_ahead(local, 150.0, 0.0, 0.0)
     assert len(plan) > 15
     assert plan[0, 2] == 10.0
 
 
-def test_dense_recording_becomes_a_short_message():
-    plan = road_ahead(planner(straight(60.0, step=0.02)), 20.0, 0.0, 0.0)
+def test_points_are_dropped_from_a_dense_recording():
+    plan = path_ahead(planner(straight(60.0, step=0.02)), 20.0, 0.0, 0.0)
     assert len(plan) < 70
 
 
-def test_waypoint_that_is_far_away_cannot_be_the_first_one_ahead():
+def test_first_waypoint_far_from_the_car_is_refused():
     local = planner(straight(200.0))
     with pytest.raises(
-        ValueError, match=r"waypoint 0 is 100.0 m away from the car, but the route 0.5 m"
+        ValueError, match=r"waypoint 0 .* 100\.0 m away from the car, the route only 0\.5 m"
     ):
         local.plan(0, 100.0, 0.5, 0.0)
-    with pytest.raises(ValueError, match="waypoint 201 is none of the route's 201"):
+    with pytest.raises(ValueError, match="waypoint 201 does not exist, the route has 201"):
         local.plan(201, 100.0, 0.5, 0.0)
 
 
-def test_waypoint_of_another_pass_is_not_taken():
+def test_first_waypoint_of_another_pass_is_replaced():
     points = twice_round(turns=2.0)
     local = planner(points)
     other = int(round(2.0 * math.pi * 20.0)) + 5
@@ -197,28 +196,56 @@ def test_waypoint_of_another_pass_is_not_taken():
     assert local.place.s_m < 10.0
 
 
-def test_a_planner_that_comes_back_takes_the_pass_that_the_car_was_in():
+def test_restored_planner_resumes_on_the_same_pass_of_the_route():
     points = twice_round(turns=2.2)
     first = planner(points)
     for s in np.arange(0.0, 200.0, 0.5):
-        road_ahead(
+        path_ahead(
             first, 20.0 * math.cos(s / 20.0), 20.0 * math.sin(s / 20.0), s / 20.0 + math.pi / 2
         )
     assert first.place.s_m == pytest.approx(199.5, abs=0.5)
     for moved in (0.0, 15.0):
         angle = (199.5 + moved) / 20.0
         second = planner(points)
-        assert second.recall(first.memory())
-        road_ahead(second, 20.0 * math.cos(angle), 20.0 * math.sin(angle), angle + math.pi / 2)
+        assert second.restore(first.checkpoint())
+        path_ahead(second, 20.0 * math.cos(angle), 20.0 * math.sin(angle), angle + math.pi / 2)
         assert second.place.s_m == pytest.approx(199.5 + moved, abs=0.5)
-    assert not planner(points).recall(None)
-    assert not planner(points[:-1]).recall(first.memory()), "another route"
+    assert not planner(points).restore(None)
+    assert not planner(points[:-1]).restore(first.checkpoint()), "another route"
 
 
-def test_a_planner_that_comes_back_to_a_car_elsewhere_looks_everywhere():
+def test_restored_planner_searches_the_whole_route_for_a_car_far_away():
     here = planner(straight(300.0))
-    road_ahead(here, 20.0, 0.0, 0.0)
+    path_ahead(here, 20.0, 0.0, 0.0)
     there = planner(straight(300.0))
-    there.recall(here.memory())
-    road_ahead(there, 200.0, 0.0, 0.0)
+    assert there.restore(here.checkpoint())
+    path_ahead(there, 200.0, 0.0, 0.0)
     assert there.place.s_m == pytest.approx(200.0)
+
+
+def test_planner_recognizes_the_waypoints_of_its_mission():
+    local = planner(straight(50.0))
+    assert local.is_for(straight(50.0))
+    assert not local.is_for(straight(51.0))
+
+
+def test_settings_are_read_from_the_sections_of_the_configuration():
+    values = {
+        "planned_speed_mps": 10.0,
+        "lateral_acceleration_mps2": 3.0,
+        "acceleration_mps2": 1.8,
+        "braking_mps2": 2.5,
+        "lateral_jerk_mps3": 6.0,
+        "lookahead_m": 25.0,
+        "join_within_m": 20.0,
+        "caution": vars(OBSTACLES),
+        "traffic_lights": vars(TRAFFIC_LIGHTS),
+    }
+    limits = SpeedLimits(10.0, 3.0, 1.8, 2.5, 6.0)
+    wanted = PlannerSettings(limits, 25.0, 20.0, OBSTACLES, TRAFFIC_LIGHTS)
+    assert PlannerSettings.read(values.__getitem__) == wanted
+    for name, value in (("lookahead_m", 0.0), ("join_within_m", math.nan)):
+        with pytest.raises(ValueError, match=name):
+            PlannerSettings.read({**values, name: value}.__getitem__)
+    with pytest.raises(TypeError, match="gap"):
+        PlannerSettings.read({**values, "caution": {"gap": 1.0}}.__getitem__)

@@ -13,10 +13,10 @@ from sdc_package.steering.lqr import (
     steady_state,
 )
 
-# 1140 kg, 1436.24 kg m^2, 155494.663 N/rad at each axle: the car of Snider's report.
+# The car of Snider's report: 1140 kg, 1436.24 kg m^2, 155494.663 N/rad at each axle.
 AXLES = Axles(1.165, 1.165, 570.0 / 155494.663, 570.0 / 155494.663)
 GYRATION = math.sqrt(1436.24 / 1140.0)
-FIGURES = {
+PARAMETERS = {
     "cross_track_weight": 1.0,
     "cross_track_rate_weight": 0.0,
     "heading_weight": 1.0,
@@ -28,8 +28,8 @@ FIGURES = {
 }
 
 
-def test_model_by_hand():
-    """Rajamani, equation 2.45, with mass, inertia and stiffness instead of compliances, for a car whose axles differ."""
+def test_error_model_equals_that_of_the_book():
+    """Rajamani, equation 2.45, in mass, inertia and stiffness, for a car with different axles."""
     m, inertia, front, rear, lf, lr, v = 1200.0, 1500.0, 90000.0, 130000.0, 1.0, 1.5, 10.0
     axles = Axles(lf, lr, m * lr / (lf + lr) / front, m * lf / (lf + lr) / rear)
     a, b = error_model(v, axles, math.sqrt(inertia / m))
@@ -48,11 +48,11 @@ def test_model_by_hand():
 
 
 @pytest.mark.parametrize("speed", [1.0, 5.0, 15.0, 40.0])
-def test_gains_make_the_sampled_car_stable_and_are_optimal(speed):
+def test_gains_are_stable_and_optimal(speed):
     weights, steer_weight, tick = (1.0, 0.0, 1.0, 0.0), 1.0, 0.05
     gains = np.array(lqr_gains(speed, AXLES, GYRATION, weights, steer_weight, tick))
     a, b = error_model(speed, AXLES, GYRATION)
-    # The held system by many small Euler steps: a way of its own to the same matrices.
+    # Many small Euler steps give the sampled system without the matrix exponential.
     fine, small = np.eye(4), tick / 40000
     held = np.zeros((4, 1))
     for _ in range(40000):
@@ -75,7 +75,7 @@ def test_gains_make_the_sampled_car_stable_and_are_optimal(speed):
             assert cost(other) >= best * (1.0 - 1e-4)
 
 
-def test_schedule_is_linear_between_and_constant_beyond():
+def test_gains_are_linear_between_the_speeds_and_constant_beyond():
     schedule = GainSchedule([1.0, 2.0, 3.0], [[1.0, 0.0], [3.0, 1.0], [4.0, 1.0]])
     assert [schedule.gains(speed)[0] for speed in (0.0, 1.0, 1.5, 2.0, 2.5, 3.0, 9.0)] == [
         1.0,
@@ -88,17 +88,17 @@ def test_schedule_is_linear_between_and_constant_beyond():
     ]
 
 
-def test_steady_state_by_hand():
+def test_steady_state_equals_the_formula_for_small_angles():
     understeering = Axles(1.165, 1.165, 0.005, 0.003)
     wheel, heading_error = steady_state(0.01, 10.0, understeering)
     assert wheel == pytest.approx(2.33 * 0.01 + 0.002 * 1.0, abs=2e-5)
     assert heading_error == pytest.approx(-1.165 * 0.01 + 0.003 * 1.0, abs=1e-5)
 
 
-def test_feed_forward_holds_the_circle_without_an_error_and_feedback_alone_does_not():
+def test_only_the_feed_forward_holds_a_circle_without_an_error():
     wheel, heading_error = steady_state(1.0 / 64.0, 15.0, AXLES)
     steady = (0.0, 0.0, heading_error, 0.0, 1.0 / 64.0, 15.0)
-    assert LqrFeedforwardSteering(AXLES, **FIGURES).feedback(*steady) == pytest.approx(
+    assert LqrFeedforwardSteering(AXLES, **PARAMETERS).feedback(*steady) == pytest.approx(
         wheel, abs=1e-12
     )
-    assert abs(LqrSteering(AXLES, **FIGURES).feedback(*steady) - wheel) > 0.01
+    assert abs(LqrSteering(AXLES, **PARAMETERS).feedback(*steady) - wheel) > 0.01

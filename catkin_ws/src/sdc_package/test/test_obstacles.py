@@ -7,13 +7,14 @@ from hypothesis import strategies as st
 
 from sdc_common.geometry.route import Route
 from sdc_common.planning.speed_profile import SpeedLimits
-from sdc_package.local_planner import LocalPlanner
+from sdc_package.local_planner import LocalPlanner, PlannerSettings
 from sdc_package.obstacles import DetectedObstacle, ObstacleMargins, speed_caps
+from sdc_package.traffic_lights import TrafficLightMargins
 
-CAUTION = ObstacleMargins(side_m=0.4, gap_m=5.0, car_front_m=2.35, car_width_m=2.0)
+MARGINS = ObstacleMargins(side_m=0.4, gap_m=5.0, car_front_m=2.35, car_width_m=2.0)
 STRAIGHT = Route(np.column_stack([np.arange(201.0), np.zeros(201)]))
 BRAKING = 2.5
-# Centre of a car that stands 5 m short of the rear of a standing car at x = 50.
+# Centre of a car that stops 5 m behind the rear of a standing car at x = 50.
 STOP = 50.0 - 2.35 - 5.0 - 2.35
 
 
@@ -22,10 +23,10 @@ def car(x=50.0, y=0.0, yaw=0.0, speed=0.0):
 
 
 def caps(*obstacles, from_s=0.0, horizon=100.0):
-    return speed_caps(STRAIGHT, STRAIGHT.s, from_s, obstacles, CAUTION, BRAKING, horizon)
+    return speed_caps(STRAIGHT, STRAIGHT.s, from_s, obstacles, MARGINS, BRAKING, horizon)
 
 
-def test_standing_car_is_a_stop_five_metres_short():
+def test_car_stops_a_gap_behind_a_standing_car():
     speed = caps(car())
     point = math.floor(STOP)
     assert (speed[STRAIGHT.s >= point] == 0.0).all()
@@ -36,25 +37,25 @@ def test_standing_car_is_a_stop_five_metres_short():
     ("offset", "blocks"),
     [(0.0, True), (2.3, True), (-2.3, True), (2.5, False), (-2.5, False), (5.0, False)],
 )
-def test_only_what_stands_on_the_lane_counts(offset, blocks):
+def test_obstacle_next_to_the_lane_is_ignored(offset, blocks):
     assert np.isfinite(caps(car(y=offset))).any() == blocks
 
 
-def test_car_across_the_lane_blocks_with_its_length():
+def test_car_across_the_lane_blocks_it_with_its_length():
     assert np.isfinite(caps(car(y=3.0, yaw=math.pi / 2))).any()
 
 
-def test_leader_is_followed_at_its_speed():
+def test_car_ahead_is_followed_at_its_speed():
     speed = caps(car(speed=4.0))
     assert speed.min() == pytest.approx(4.0)
     assert speed[30] == pytest.approx(math.sqrt(16.0 + 2.0 * BRAKING * (STOP - 30.0)))
 
 
-def test_oncoming_car_on_the_lane_is_a_stop():
+def test_car_stops_for_an_oncoming_car_on_its_lane():
     assert caps(car(yaw=math.pi, speed=4.0)).min() == 0.0
 
 
-def test_pedestrian_who_is_about_to_step_onto_the_lane():
+def test_car_stops_for_a_pedestrian_who_walks_towards_the_lane():
     walking = DetectedObstacle(40.0, -3.5, math.pi / 2, 0.5, 0.5, 1.4)
     standing = DetectedObstacle(40.0, -3.5, math.pi / 2, 0.5, 0.5, 0.0)
     leaving = DetectedObstacle(40.0, 3.5, math.pi / 2, 0.5, 0.5, 1.4)
@@ -63,17 +64,17 @@ def test_pedestrian_who_is_about_to_step_onto_the_lane():
     assert not np.isfinite(caps(leaving)).any()
 
 
-def test_what_was_passed_and_what_is_far_does_not_count():
+def test_obstacle_behind_the_car_or_beyond_the_horizon_is_ignored():
     assert not np.isfinite(caps(car(), from_s=60.0)).any()
     assert not np.isfinite(caps(car(x=150.0), horizon=60.0)).any()
 
 
-def test_nearest_of_several_rules():
+def test_nearest_of_several_obstacles_limits_the_speed():
     np.testing.assert_array_equal(caps(car(), car(x=80.0), car(x=60.0, y=9.0)), caps(car()))
 
 
 @pytest.mark.parametrize("number", range(6))
-def test_numbers_that_are_none_are_refused(number):
+def test_obstacle_with_a_number_that_is_not_finite_is_refused(number):
     values = [0.0, 0.0, 0.0, 4.0, 2.0, 0.0]
     values[number] = math.nan
     with pytest.raises(ValueError, match="finite"):
@@ -87,21 +88,17 @@ def test_numbers_that_are_none_are_refused(number):
     st.floats(0.0, 15.0),
     st.floats(0.0, 150.0),
 )
-def test_caps_never_rise_towards_an_obstacle(x, y, yaw, speed, from_s):
+def test_speed_never_rises_towards_an_obstacle(x, y, yaw, speed, from_s):
     found = caps(car(x, y, yaw, speed), from_s=from_s)
     finite = found[np.isfinite(found)]
     assert (np.diff(finite) <= 1e-9).all()
     assert (finite >= 0.0).all()
 
 
-def test_plan_stops_and_drives_on_when_the_way_is_free():
-    planner = LocalPlanner(
-        STRAIGHT.points,
-        SpeedLimits(10.0, 3.0, 1.8, BRAKING),
-        lookahead_m=25.0,
-        join_within_m=20.0,
-        caution=CAUTION,
-    )
+def test_plan_stops_for_an_obstacle_and_continues_without_it():
+    limits = SpeedLimits(10.0, 3.0, 1.8, BRAKING)
+    lights = TrafficLightMargins(1.0, 0.5, 6.0, 2.35)
+    planner = LocalPlanner(STRAIGHT.points, PlannerSettings(limits, 25.0, 20.0, MARGINS, lights))
     blocked, free = (planner.plan(30, 30.0, 0.0, 0.0, obstacles) for obstacles in ([car()], []))
     assert blocked[-1, 2] == 0.0
     assert free[-1, 2] == 10.0

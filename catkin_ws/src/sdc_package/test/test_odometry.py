@@ -18,7 +18,7 @@ def odometry(yaw=0.0, **twist):
 
 
 @given(st.floats(-3.14, 3.14), st.floats(-0.5, 0.5), st.floats(-0.5, 0.5))
-def test_yaw_of_any_attitude(yaw, pitch, roll):
+def test_yaw_is_correct_for_any_attitude(yaw, pitch, roll):
     cy, sy, cp, sp, cr, sr = (f(a / 2) for a in (yaw, pitch, roll) for f in (math.cos, math.sin))
     q = Odometry().pose.pose.orientation
     q.w, q.x = cr * cp * cy + sr * sp * sy, sr * cp * cy - cr * sp * sy
@@ -26,7 +26,7 @@ def test_yaw_of_any_attitude(yaw, pitch, roll):
     assert yaw_from_quaternion(q) == pytest.approx(yaw, abs=1e-9)
 
 
-def test_speed_is_a_magnitude():
+def test_speed_is_the_magnitude_of_the_twist():
     assert pose_and_speed(odometry(yaw=1.0, x=-3.0, y=4.0))[2:] == (pytest.approx(1.0), 5.0)
 
 
@@ -39,7 +39,7 @@ def test_speed_is_a_magnitude():
         lambda m: setattr(m.pose.pose.orientation, "w", 0.0),
     ],
 )
-def test_numbers_that_are_none_are_refused(break_it):
+def test_message_with_a_number_that_is_not_finite_is_refused(break_it):
     message = odometry()
     break_it(message)
     with pytest.raises(ValueError):

@@ -1,4 +1,4 @@
-"""What a drive depends on goes away: the clock, the roscore, the disk. Real processes under a master of their own."""
+"""A drive loses its clock, its roscore, its disk or its simulator."""
 
 import contextlib
 import json
@@ -14,11 +14,11 @@ import pytest
 HERE = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.abspath(os.path.join(HERE, "..", "..", "..", ".."))
 DRIVE = os.path.join(ROOT, "drive")
-# These words stand in a log when roslaunch had to end a node by force.
-BY_FORCE = "escalating"
+# Roslaunch logs this word when it has to kill a node.
+ESCALATION = "escalating"
 
 
-def test_without_a_clock_every_node_says_what_it_waits_for_and_ctrl_c_ends_them(environment, start):
+def test_nodes_without_a_clock_log_what_they_wait_for_and_end_at_once(environment, start):
     nodes = (
         "camera",
         "mission_planner",
@@ -29,23 +29,23 @@ def test_without_a_clock_every_node_says_what_it_waits_for_and_ctrl_c_ends_them(
         "show",
     )
     launch = start(["roslaunch", os.path.join(HERE, "without_world.launch")], environment)
-    launch.wait_to_say(*(f"{node}: waiting for /clock" for node in nodes))
-    assert "local_planner: waiting for /clock" in launch.said
+    launch.wait_for_output(*(f"{node}: waiting for /clock" for node in nodes))
+    assert "local_planner: waiting for /clock" in launch.output
     assert (
-        "nobody publishes /carla/ego_vehicle/obstacles, /carla/ego_vehicle/odometry" in launch.said
+        "no publisher of /carla/ego_vehicle/obstacles, /carla/ego_vehicle/odometry" in launch.output
     )
     launch.interrupt()
-    assert BY_FORCE not in launch.said
-    assert "Traceback" not in launch.said
+    assert ESCALATION not in launch.output
+    assert "Traceback" not in launch.output
 
 
 def roscore(start, environment):
     core = start(["roscore", "-p", environment["ROS_MASTER_URI"].rsplit(":", 1)[1]], environment)
-    core.wait_to_say("started core service [/rosout]")
+    core.wait_for_output("started core service [/rosout]")
     return core
 
 
-def test_a_drive_goes_on_without_its_roscore_and_registers_with_the_next(
+def test_drive_continues_without_its_roscore_and_registers_with_the_next_one(
     environment, start, route, tmp_path
 ):
     core = roscore(start, environment)
@@ -60,25 +60,25 @@ def test_a_drive_goes_on_without_its_roscore_and_registers_with_the_next(
         ],
         environment,
     )
-    drive.wait_to_say("published a route")
+    drive.wait_for_output("published a route")
     wait_for_progress(drive)
     core.interrupt()
-    drive.wait_to_say(
+    drive.wait_for_output(
         *(
-            f"{node}: no roscore answers"
+            f"{node}: no roscore responds"
             for node in ("sim", "local_planner", "simple_controller", "referee")
         )
     )
     roscore(start, environment)
-    drive.wait_to_say(
+    drive.wait_for_output(
         *(
-            f"{node}: the roscore was started anew"
+            f"{node}: the roscore was restarted"
             for node in ("sim", "mission_planner", "local_planner", "simple_controller", "referee")
         )
     )
-    os.kill(drive.process_of("local_planner"), signal.SIGKILL)
-    assert drive.wait_for_end() == 0, drive.said
-    assert "local_planner: was killed" in drive.said
+    os.kill(drive.pid_of("local_planner"), signal.SIGKILL)
+    assert drive.wait_for_end() == 0, drive.output
+    assert "local_planner was killed" in drive.output
     report = json.loads((tmp_path / "report" / "report.json").read_text())
     assert report["status"] == "completed"
     assert report["cross_track_max_m"] < 0.5
@@ -87,21 +87,21 @@ def test_a_drive_goes_on_without_its_roscore_and_registers_with_the_next(
 def wait_for_progress(drive):
     limit = time.monotonic() + 60.0
     while not any(
-        float(percent) > 2.0 for percent in re.findall(r"referee: *([0-9.]+) %", drive.said)
+        float(percent) > 2.0 for percent in re.findall(r"referee: *([0-9.]+) %", drive.output)
     ):
-        assert time.monotonic() < limit, drive.said
+        assert time.monotonic() < limit, drive.output
         time.sleep(0.1)
 
 
-def test_a_drive_whose_own_master_is_killed_ends_in_order(environment, start, tmp_path):
+def test_drive_whose_own_master_is_killed_ends_with_a_report(environment, start, tmp_path):
     drive = start([DRIVE, "headless:=true", "camera:=false"], environment)
     wait_for_progress(drive)
-    os.kill(drive.process_of("rosmaster"), signal.SIGKILL)
+    os.kill(drive.pid_of("rosmaster"), signal.SIGKILL)
     assert drive.wait_for_end() not in (0, None)
-    assert "REQUIRED process [master] has died" in drive.said
-    # The referee draws its pages at the end, which on a busy machine takes longer than roslaunch waits.
+    assert "REQUIRED process [master] has died" in drive.output
+    # On a busy machine the referee needs longer for its pages than roslaunch waits.
     assert [
-        line for line in drive.said.splitlines() if BY_FORCE in line and "referee" not in line
+        line for line in drive.output.splitlines() if ESCALATION in line and "referee" not in line
     ] == []
     assert json.loads((tmp_path / "report" / "report.json").read_text())["status"] == "aborted"
 
@@ -119,7 +119,7 @@ def small_disk(folder):
         subprocess.run(["umount", "--lazy", str(folder)], check=True)
 
 
-def test_a_full_disk_costs_the_report_and_not_the_drive(environment, start, route, tmp_path):
+def test_drive_completes_when_the_disk_is_full(environment, start, route, tmp_path):
     with small_disk(tmp_path / "small"):
         drive = start(
             [
@@ -133,14 +133,12 @@ def test_a_full_disk_costs_the_report_and_not_the_drive(environment, start, rout
             environment,
         )
         assert drive.wait_for_end() not in (0, None)
-    assert "referee: completed: 100.0 %" in drive.said
-    assert "No space left on device" in drive.said
-    assert "Traceback" not in drive.said
+    assert "referee: completed: 100.0 %" in drive.output
+    assert "No space left on device" in drive.output
+    assert "Traceback" not in drive.output
 
 
-def test_a_report_folder_that_goes_away_costs_the_report_and_not_the_drive(
-    environment, start, route, tmp_path
-):
+def test_drive_completes_when_the_report_folder_is_removed(environment, start, route, tmp_path):
     drive = start(
         [DRIVE, "headless:=true", "sync:=true", "camera:=false", f"waypoints_path:={route}"],
         environment,
@@ -148,23 +146,23 @@ def test_a_report_folder_that_goes_away_costs_the_report_and_not_the_drive(
     limit = time.monotonic() + 120.0
     journal = tmp_path / "report" / "report.journal"
     while not (
-        journal.exists() and b'"odometry"' in journal.read_bytes()
-    ):  # the drive is on, the old report's files are looked after
-        assert time.monotonic() < limit, drive.said
+        journal.exists() and b"odometry" in journal.read_bytes()
+    ):  # The drive runs, and the files of an old report are removed.
+        assert time.monotonic() < limit, drive.output
         time.sleep(0.01)
     shutil.rmtree(tmp_path / "report")
     (tmp_path / "report").write_text("no folder")
     assert drive.wait_for_end() not in (0, None)
-    assert "referee: completed: 100.0 %" in drive.said
-    assert f"{tmp_path}/report" in drive.said
-    assert "Not a directory" in drive.said or "File exists" in drive.said
-    assert "Traceback" not in drive.said
+    assert "referee: completed: 100.0 %" in drive.output
+    assert f"{tmp_path}/report" in drive.output
+    assert "Not a directory" in drive.output or "File exists" in drive.output
+    assert "Traceback" not in drive.output
 
 
-def test_a_world_that_is_killed_in_lockstep_leaves_no_trace_of_it(
+def test_sim_killed_in_lockstep_does_not_change_the_trace(
     environment, other_environment, start, route, tmp_path
 ):
-    """The drive goes on at the very tick: the trace is that of a drive without the kill, bit for bit."""
+    """The drive resumes at the same tick, with the trace of an undisturbed drive, bit for bit."""
     command = [
         DRIVE,
         "headless:=true",
@@ -173,19 +171,20 @@ def test_a_world_that_is_killed_in_lockstep_leaves_no_trace_of_it(
         f"waypoints_path:={route}",
         "referee_options:={pictures: false}",
     ]
-    for name in ("calm", "killed"):
+    for name in ("undisturbed", "killed"):
         (tmp_path / name).mkdir()
-    calm = start(command, environment, tmp_path / "calm")
+    undisturbed = start(command, environment, tmp_path / "undisturbed")
     killed = start(command, other_environment, tmp_path / "killed")
     journal = tmp_path / "killed" / "report" / "report.journal"
     limit = time.monotonic() + 120.0
     while not (journal.exists() and journal.stat().st_size > 20_000):
-        assert time.monotonic() < limit, killed.said
+        assert time.monotonic() < limit, killed.output
         time.sleep(0.002)
-    os.kill(killed.process_of("sim.py"), signal.SIGKILL)
-    assert [calm.wait_for_end(), killed.wait_for_end()] == [0, 0], killed.said[-3000:]
-    assert "sim: was killed; the world goes on at tick" in killed.said
+    os.kill(killed.pid_of("sim.py"), signal.SIGKILL)
+    assert [undisturbed.wait_for_end(), killed.wait_for_end()] == [0, 0], killed.output[-3000:]
+    assert "sim: restarted; the simulation resumes at tick" in killed.output
     traces = [
-        (tmp_path / name / "report" / "report.csv").read_bytes() for name in ("calm", "killed")
+        (tmp_path / name / "report" / "report.csv").read_bytes()
+        for name in ("undisturbed", "killed")
     ]
     assert traces[0] == traces[1]

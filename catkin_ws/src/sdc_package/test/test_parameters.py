@@ -1,4 +1,4 @@
-"""Whatever stands in a parameter file: the car and its world are built and work, or the mistake is refused before the car moves."""
+"""With any values in a parameter file, the car and its world work, or refuse them with an error."""
 
 import copy
 import json
@@ -11,25 +11,26 @@ import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from sdc_common.planning.speed_profile import SpeedLimits
-from sdc_common.validation import check_between, check_positive
+from sdc_common.validation import check_between
 from sdc_package.actuation import PedalMap, SteeringMap
 from sdc_package.lane_filter import LaneFilter, LaneFilterThresholds
 from sdc_package.local_path import ReferencePath
-from sdc_package.local_planner import LocalPlanner
-from sdc_package.obstacles import DetectedObstacle, ObstacleMargins
+from sdc_package.local_planner import LocalPlanner, PlannerSettings
+from sdc_package.obstacles import DetectedObstacle
 from sdc_package.pid import PidGains
 from sdc_package.speed_control import SpeedControl, SpeedControlLimits
 from sdc_package.steering.axles import Axles
-from sdc_package.steering.method import METHODS, load_steering
+from sdc_package.steering.loader import METHODS, load_steering
+from sdc_package.watchdog import InputWatchdog
 from sdc_package.waypoint_search import WaypointSearch
 from sdc_sim.physics.ackermann import AckermannControl, AckermannGains, AckermannTarget
-from sdc_sim.physics.vehicle import Vehicle, VehicleCommand, VehicleError, load_vehicle
+from sdc_sim.physics.vehicle import Vehicle, VehicleCommand
+from sdc_sim.physics.vehicle_parameters import VehicleError, load_vehicle
 from sdc_sim.simulation.sensors import OdometryNoise
 from sdc_sim.simulation.simulation import Simulation
 
 SRC = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", ".."))
-ROAD = np.column_stack([np.arange(0.0, 60.0), 3.0 * np.sin(np.arange(0.0, 60.0) / 9.0)])
+ROUTE = np.column_stack([np.arange(0.0, 60.0), 3.0 * np.sin(np.arange(0.0, 60.0) / 9.0)])
 
 
 def config(*path):
@@ -37,96 +38,70 @@ def config(*path):
         return yaml.safe_load(file)
 
 
-PLANNER, CONTROLLER = (
-    config("sdc_package", "config", "local_planner.yaml"),
-    config("sdc_package", "config", "simple_controller.yaml"),
-)
-CAMERA, SIM = (
-    config("sdc_package", "config", "camera.yaml"),
-    config("sdc_sim", "config", "sim.yaml"),
-)
+PLANNER = config("sdc_package", "config", "local_planner.yaml")
+CONTROLLER = config("sdc_package", "config", "simple_controller.yaml")
+CAMERA = config("sdc_package", "config", "camera.yaml")
+SIM = config("sdc_sim", "config", "sim.yaml")
 TESLA = config("sdc_sim", "config", "vehicles", "tesla_model3.yaml")
 
 
-def plan(figures, _folder):
-    limits = SpeedLimits(
-        figures["planned_speed_mps"],
-        figures["lateral_acceleration_mps2"],
-        figures["acceleration_mps2"],
-        figures["braking_mps2"],
-        figures["lateral_jerk_mps3"],
-    )
-    planner = LocalPlanner(
-        ROAD,
-        limits,
-        figures["lookahead_m"],
-        figures["join_within_m"],
-        ObstacleMargins(**figures["caution"]),
-    )
+def plan(parameters, _folder):
+    planner = LocalPlanner(ROUTE, PlannerSettings.read(parameters.__getitem__))
     first = WaypointSearch(planner.route.points).first_ahead(2.0, 0.5)
     return planner.plan(first, 2.0, 0.5, 0.1, [DetectedObstacle(15.0, 3.0, 0.0, 4.0, 2.0, 0.0)])
 
 
-def control(figures, _folder):
-    check_between(
-        0.0, 1.0, basic_throttle=figures["basic_throttle"], stop_brake=figures["stop_brake"]
-    )
-    check_positive(patience_s=figures["patience_s"])
-    speed_control = SpeedControl(
-        PidGains(**figures["pid"]), SpeedControlLimits(**figures["limits"])
-    )
-    steering_map, pedals, road = (
-        SteeringMap(**figures["steering"]),
-        PedalMap(**figures["pedals"]),
-        ReferencePath(),
-    )
-    road.update([(x, y, 5.0) for x, y in ROAD[:25].tolist()])
+def control(parameters, _folder):
+    throttle, brake = parameters["basic_throttle"], parameters["stop_brake"]
+    check_between(0.0, 1.0, basic_throttle=throttle, stop_brake=brake)
+    InputWatchdog(parameters["patience_s"])
+    limits = SpeedControlLimits(**parameters["limits"])
+    speed_control = SpeedControl(PidGains(**parameters["pid"]), limits)
+    steering_map = SteeringMap(**parameters["steering"])
+    pedals = PedalMap(**parameters["pedals"])
+    path = ReferencePath()
+    path.update([(x, y, 5.0) for x, y in ROUTE[:25].tolist()])
     results = []
     for method in METHODS:
-        steering = load_steering(method, figures.get(method), Axles(**figures["axles"]))
-        target = road.nearest(2.0, 0.5, speed_control.preview_m(4.0))
+        steering = load_steering(method, parameters.get(method), Axles(**parameters["axles"]))
+        target = path.nearest(2.0, 0.5, speed_control.preview_m(4.0))
         results += pedals.pedals(
             speed_control.acceleration(target.speed_mps, target.acceleration_mps2, 4.0, 0.05)
         )
-        results.append(steering_map.command(steering.wheel_angle(road, 2.0, 0.5, 0.1, 4.0), 4.0)[0])
+        results.append(steering_map.command(steering.wheel_angle(path, 2.0, 0.5, 0.1, 4.0), 4.0)[0])
     return results
 
 
-def look(figures, _folder):
-    return LaneFilter(LaneFilterThresholds(**figures["lane_filter"])).mask(
-        np.full((20, 20, 3), 90, np.uint8)
-    )
+def filter_picture(parameters, _folder):
+    thresholds = LaneFilterThresholds(**parameters["lane_filter"])
+    return LaneFilter(thresholds).mask(np.full((20, 20, 3), 90, np.uint8))
 
 
-def world(figures, _folder):
+def simulate(parameters, _folder):
+    preset = os.path.join(SRC, "sdc_sim", "config", "vehicles", "tesla_model3.yaml")
     vehicle = Vehicle(
-        load_vehicle(os.path.join(SRC, "sdc_sim", "config", "vehicles", "tesla_model3.yaml")),
-        friction=figures["friction"],
-        side_wind_mps=figures["side_wind_mps"],
+        load_vehicle(preset),
+        friction=parameters["friction"],
+        side_wind_mps=parameters["side_wind_mps"],
     )
-    here = Simulation(
+    gains = AckermannGains(**parameters["ackermann"])
+    simulation = Simulation(
         vehicle,
-        figures["tick_s"],
-        figures["command_patience_s"],
-        noise=OdometryNoise(figures["seed"], **figures["odometry_noise"]),
-        ackermann=AckermannControl(vehicle.parameters, AckermannGains(**figures["ackermann"])),
-        command_latency_s=figures["command_latency_s"],
-        sensor_latency_s=figures["sensor_latency_s"],
+        parameters["tick_s"],
+        parameters["command_patience_s"],
+        noise=OdometryNoise(parameters["seed"], **parameters["odometry_noise"]),
+        ackermann=AckermannControl(vehicle.parameters, gains),
+        command_latency_s=parameters["command_latency_s"],
+        sensor_latency_s=parameters["sensor_latency_s"],
     )
-    return moved(here)
+    simulation.step(AckermannTarget(0.1, 0.0, 5.0))
+    simulation.step(VehicleCommand(0.7, 0.1))
+    return list(vars(simulation.vehicle.state).values())
 
 
-def moved(here):
-    here.obey_ackermann(AckermannTarget(0.1, 0.0, 5.0))
-    here.advance()
-    here.obey(VehicleCommand(0.7, 0.1))
-    here.advance()
-    return [value for value in vars(here.vehicle.state).values()]
-
-
-def car(figures, folder):
+def drive_preset(parameters, folder):
     path = folder / "fuzz_car.yaml"
-    path.write_text(json.dumps(figures))
+    path.write_text(json.dumps(parameters))
     vehicle = Vehicle(load_vehicle(str(path)))
     vehicle.step(VehicleCommand(0.7, 0.1), 0.1)
     return list(vars(vehicle.state).values())
@@ -135,9 +110,9 @@ def car(figures, folder):
 BUILDERS = {
     "local_planner.yaml": (plan, PLANNER),
     "simple_controller.yaml": (control, CONTROLLER),
-    "camera.yaml": (look, CAMERA),
-    "sim.yaml": (world, SIM),
-    "tesla_model3.yaml": (car, TESLA),
+    "camera.yaml": (filter_picture, CAMERA),
+    "sim.yaml": (simulate, SIM),
+    "tesla_model3.yaml": (drive_preset, TESLA),
 }
 NUMBERS = st.one_of(
     st.floats(allow_nan=True),
@@ -156,18 +131,18 @@ ANYTHING = st.one_of(
 )
 
 
-def places(figures, before=()):
-    """Every line of a parameter file, as the keys that lead to it."""
-    for key, value in figures.items():
+def key_paths(parameters, before=()):
+    """Yield the keys that lead to each value of a parameter file."""
+    for key, value in parameters.items():
         yield (*before, key)
         if isinstance(value, dict):
-            yield from places(value, (*before, key))
+            yield from key_paths(value, (*before, key))
 
 
 @pytest.mark.parametrize("name", BUILDERS)
-def test_the_files_as_they_are_work(name, tmp_path):
-    build, figures = BUILDERS[name]
-    assert np.isfinite(np.asarray(build(copy.deepcopy(figures), tmp_path), float)).all()
+def test_parameter_file_works_as_it_is(name, tmp_path):
+    build, parameters = BUILDERS[name]
+    assert np.isfinite(np.asarray(build(copy.deepcopy(parameters), tmp_path), float)).all()
 
 
 @settings(
@@ -177,20 +152,20 @@ def test_the_files_as_they_are_work(name, tmp_path):
 @given(data=st.data())
 def test_fuzz_any_parameters_work_or_are_refused(data, tmp_path):
     name = data.draw(st.sampled_from(sorted(BUILDERS)))
-    build, figures = BUILDERS[name]
-    figures = copy.deepcopy(figures)
+    build, parameters = BUILDERS[name]
+    parameters = copy.deepcopy(parameters)
     for place in data.draw(
-        st.lists(st.sampled_from(sorted(places(figures))), min_size=1, max_size=2)
+        st.lists(st.sampled_from(sorted(key_paths(parameters))), min_size=1, max_size=2)
     ):
-        inner = figures
+        inner = parameters
         for key in place[:-1]:
             inner = (
                 inner[key] if isinstance(inner, dict) and isinstance(inner.get(key), dict) else {}
             )
         inner[place[-1]] = data.draw(ANYTHING)
     try:
-        result = build(figures, tmp_path)
-    except (TypeError, ValueError) as error:  # what the nodes turn into one line and exit code 1
+        result = build(parameters, tmp_path)
+    except (TypeError, ValueError) as error:  # The nodes exit with this message.
         assert str(error)
         assert (
             not isinstance(error, VehicleError)
@@ -198,4 +173,4 @@ def test_fuzz_any_parameters_work_or_are_refused(data, tmp_path):
             or "internal_step_s" in str(error)
         )
         return
-    assert all(map(math.isfinite, np.asarray(result, float).ravel())), figures
+    assert all(map(math.isfinite, np.asarray(result, float).ravel())), parameters

@@ -10,14 +10,14 @@ from sdc_package.steering.pure_pursuit import look_ahead_point, pure_pursuit_ang
 LINE = Polyline([(float(x), 0.0) for x in range(10)] + [(9.0, float(y)) for y in range(1, 10)])
 
 
-def test_law_by_hand():
+def test_angle_by_hand():
     assert pure_pursuit_angle(math.radians(30.0), 5.0, 2.5) == pytest.approx(math.atan(0.5))
     assert pure_pursuit_angle(0.0, 5.0, 2.5) == 0.0
 
 
 @given(st.floats(5.0, 100.0), st.floats(0.1, 1.5))
-def test_the_arc_ends_at_the_goal(radius, alpha):
-    """A point seen at angle alpha lies on the circle through it, 2 R sin(alpha) away: the wheel angle is that circle's."""
+def test_arc_ends_at_the_look_ahead_point(radius, alpha):
+    """The chord of a circle at the angle alpha has the length 2 R sin(alpha)."""
     assert pure_pursuit_angle(alpha, 2.0 * radius * math.sin(alpha), 2.5) == pytest.approx(
         math.atan(2.5 / radius)
     )
@@ -33,18 +33,18 @@ def test_the_arc_ends_at_the_goal(radius, alpha):
         (0.0, -3.0, 2.0, (2.0, 0.0)),
     ],
 )
-def test_look_ahead_point(x, y, distance, goal):
-    """On the line, on a slant, round the corner, beyond the end, and from too far off."""
+def test_look_ahead_point_in_every_place_of_the_line(x, y, distance, goal):
+    """On the line, next to it, around the corner, beyond the end, and too far from the line."""
     assert look_ahead_point(LINE, x, y, distance) == pytest.approx(goal)
 
 
 @given(st.floats(0.0, 8.0), st.floats(-2.0, 2.0), st.floats(2.5, 12.0))
-def test_look_ahead_point_is_as_far_as_asked_and_ahead(x, y, distance):
+def test_look_ahead_point_is_ahead_at_the_look_ahead_distance(x, y, distance):
     goal_x, goal_y = look_ahead_point(LINE, x, y, distance)
     assert math.hypot(goal_x - x, goal_y - y) == pytest.approx(distance)
     assert goal_x + goal_y > x - 1e-9
 
 
-def test_distance_must_be_positive():
+def test_look_ahead_distance_must_be_positive():
     with pytest.raises(ValueError, match="positive"):
         look_ahead_point(LINE, 0.0, 0.0, 0.0)

@@ -1,15 +1,17 @@
-"""The READMEs' tables say what the code does."""
+"""The tables of the documentation list what the code uses."""
 
 import os
 import re
+from pathlib import Path
 
 import pytest
 import yaml
 
-from sdc_package.steering.method import METHODS
-from sdc_sim.evaluation.evaluator import EvaluationRules
+from sdc_package.steering.loader import METHODS
+from sdc_sim.evaluation.rules import EvaluationRules
 
-SRC = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", ".."))
+SRC = Path(__file__).resolve().parents[2]
+ROOT = SRC.parents[1]
 NODES = {
     "sdc_package": ["camera", "local_planner", "mission_planner", "simple_controller"],
     "sdc_sim": ["referee", "sim"],
@@ -17,62 +19,90 @@ NODES = {
 ALL = [(package, node) for package, nodes in NODES.items() for node in nodes]
 
 
-def read(*parts):
-    with open(os.path.join(SRC, *parts), encoding="utf-8") as file:
-        return file.read()
+def script(package, node):
+    return (SRC / package / "scripts" / f"{node}.py").read_text(encoding="utf-8")
 
 
-def read_parameters(package, node):
-    return set(re.findall(r'parameter\("([a-z_0-9]+)"\)', read(package, "scripts", node + ".py")))
+def code_of(package, node):
+    """Return the text of a node's script and of all modules of its package that it imports."""
+    texts, paths = {}, [SRC / package / "scripts" / f"{node}.py"]
+    while paths:
+        path = paths.pop()
+        if path.exists() and path not in texts:
+            texts[path] = path.read_text(encoding="utf-8")
+            modules = re.findall(rf"^from ({package}\.[a-z_.]+) import", texts[path], re.MULTILINE)
+            paths += [
+                SRC / package / "src" / f"{module.replace('.', '/')}.py" for module in modules
+            ]
+    return "\n".join(texts.values())
 
 
-@pytest.mark.parametrize(("package", "node"), ALL)
-def test_every_topic_of_a_node_stands_in_its_row(package, node):
-    code = read(package, "scripts", node + ".py").replace('EGO + "', '"/carla/ego_vehicle')
-    used = set(re.findall(r'(?:[pP]ublisher|Subscriber)\(\s*"(/[a-z_/]+)"', code))
-    row = next(
-        line
-        for line in read(package, "README.md").splitlines()
-        if line.startswith(f"| `{node}.py`")
-    )
+def parameters_of(package, node):
+    return set(re.findall(r'parameter\("([a-z_0-9]+)"\)', code_of(package, node)))
+
+
+def documentation(package):
+    """Return the text of the package's README and of all pages in docs/."""
+    paths = [SRC / package / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+    return "\n".join(path.read_text(encoding="utf-8") for path in paths)
+
+
+def topics_in(code):
+    code = re.sub(r'\b(?:ego|EGO) \+ "', '"/carla/ego_vehicle', code)
+    return set(re.findall(r'"(/[a-z_]+(?:/[a-z_]+)*)"', code))
+
+
+@pytest.mark.parametrize("node", NODES["sdc_package"])
+def test_row_of_a_node_lists_its_topics(node):
+    used = topics_in(script("sdc_package", node))
+    readme = (SRC / "sdc_package" / "README.md").read_text(encoding="utf-8")
+    row = next(line for line in readme.splitlines() if line.startswith(f"| `{node}.py`"))
     assert used
-    assert used <= set(re.findall(r"`(/[a-z_/]+)`", row))
+    assert used == set(re.findall(r"`(/[a-z_/]+)`", row))
+
+
+@pytest.mark.parametrize("node", NODES["sdc_sim"])
+def test_topics_of_the_world_are_documented(node):
+    used = topics_in(code_of("sdc_sim", node))
+    text = documentation("sdc_sim")
+    assert used
+    # The tables write a topic next to another one of the same folder as its last name alone.
+    names = set(re.findall(r"([a-z_]+)`", text))
+    assert sorted(topic for topic in used if topic.split("/")[-1] not in names) == []
 
 
 @pytest.mark.parametrize(("package", "node"), ALL)
-def test_every_parameter_stands_in_the_readme(package, node):
-    used = read_parameters(package, node)
-    text = read(package, "README.md")
-    assert [name for name in used if f"`{name}`" not in text] == []
+def test_parameters_are_documented(package, node):
+    used = parameters_of(package, node)
+    text = documentation(package)
+    assert used
+    assert sorted(name for name in used if f"`{name}`" not in text) == []
 
 
 @pytest.mark.parametrize(("package", "node"), ALL)
-def test_every_line_of_the_configuration_reaches_the_node(package, node):
-    path = os.path.join(package, "config", node + ".yaml")
-    if not os.path.exists(os.path.join(SRC, path)):
-        pytest.skip("set by its launch file alone")
-    code = read(package, "scripts", node + ".py")
-    for name in yaml.safe_load(read(path)):
-        assert f'"{name}"' in code or name in METHODS or name in EvaluationRules._fields, (
-            f"{path}: {name} is read by nobody"
-        )
+def test_every_key_of_the_configuration_reaches_the_node(package, node):
+    path = SRC / package / "config" / f"{node}.yaml"
+    if not path.exists():
+        pytest.skip("the launch file sets all parameters")
+    used = {*parameters_of(package, node), *METHODS, *EvaluationRules._fields}
+    unused = [name for name in yaml.safe_load(path.read_text(encoding="utf-8")) if name not in used]
+    assert unused == []
 
 
 @pytest.mark.parametrize("package", NODES)
 def test_every_line_of_the_configuration_has_its_unit(package):
-    folder = os.path.join(SRC, package, "config")
-    for name in sorted(os.listdir(folder)):
-        if name.endswith(".yaml"):
-            for number, line in enumerate(read(package, "config", name).splitlines(), start=1):
-                opens_a_section = line.rstrip().endswith(":")
-                assert "#" in line or not line.strip() or opens_a_section, (
-                    f"{name}, line {number}: {line}"
-                )
+    for path in sorted((SRC / package / "config").glob("*.yaml")):
+        lines = path.read_text(encoding="utf-8").splitlines()
+        for number, line in enumerate(lines, start=1):
+            opens_a_section = line.rstrip().endswith(":")
+            assert "#" in line or not line.strip() or opens_a_section, (
+                f"{os.path.basename(path)}, line {number}: {line}"
+            )
 
 
-def test_every_argument_of_all_launch_stands_in_the_readme():
-    names = re.findall(
-        r'^  <arg name="([a-z_]+)"', read("sdc_package", "launch", "all.launch"), re.MULTILINE
-    )
-    text = read("..", "..", "README.md")
+def test_arguments_of_all_launch_are_documented():
+    launch = (SRC / "sdc_package" / "launch" / "all.launch").read_text(encoding="utf-8")
+    names = re.findall(r'^  <arg name="([a-z_]+)" default', launch, re.MULTILINE)
+    text = (ROOT / "README.md").read_text(encoding="utf-8") + documentation("sdc_package")
+    assert names
     assert [name for name in names if f"| `{name}` |" not in text] == []

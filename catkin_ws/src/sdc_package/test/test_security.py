@@ -1,4 +1,4 @@
-"""Who reaches a drive, and what a file can make it do: real processes under masters of their own."""
+"""A drive opens no port beyond loopback, and no file that it reads runs code."""
 
 import json
 import os
@@ -9,15 +9,17 @@ import time
 
 import pytest
 
+from sdc_common.testing.processes import processes_with
+
 HERE = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.abspath(os.path.join(HERE, "..", "..", "..", ".."))
 DRIVE = os.path.join(ROOT, "drive")
 LISTENS = "0A"
-PATIENCE_S = 120.0
+TIMEOUT_S = 120.0
 
 
 def sockets_of(pids):
-    """The numbers of all sockets that these processes have."""
+    """Return the numbers of all sockets of some processes."""
     numbers = set()
     for pid in pids:
         try:
@@ -31,7 +33,7 @@ def sockets_of(pids):
 
 
 def listening(pids):
-    """(protocol, address) of everything that can be reached from outside a process, addresses as the system writes them."""
+    """Return (protocol, address) of all listening sockets, with addresses as in /proc/net."""
     numbers = sockets_of(pids)
     found = set()
     for protocol in ("tcp", "tcp6", "udp", "udp6"):
@@ -49,20 +51,15 @@ def listening(pids):
     return found
 
 
-@pytest.fixture
-def processes_with(request):
-    """The processes of a ROS master, as the fixtures know them."""
-    return sys.modules[request.getfixturevalue("start").__module__].processes_with
-
-
 def wait_for_progress(drive):
-    drive.wait_to_say("cross-track error")
+    drive.wait_for_output("cross-track error")
 
 
-def test_nothing_of_a_drive_listens_beyond_loopback(environment, start, processes_with):
+def test_nothing_of_a_drive_listens_beyond_loopback(environment, start):
     drive = start([DRIVE, "headless:=true"], environment)
     wait_for_progress(drive)
-    pids = processes_with(environment["ROS_MASTER_URI"])
+    uri = environment["ROS_MASTER_URI"]
+    pids = [process.pid for process in processes_with("ROS_MASTER_URI", uri)]
     found = listening(pids)
     assert len(sockets_of(pids)) > 20
     assert ("tcp", "0100007F") in found
@@ -74,11 +71,12 @@ def test_nothing_of_a_drive_listens_beyond_loopback(environment, start, processe
     drive.interrupt()
 
 
-def test_two_drives_side_by_side_do_not_touch_each_other_and_write_in_their_report_folders_only(
+def test_two_drives_at_a_time_are_independent_and_write_only_their_report_folders(
     environment, other_environment, start, route, tmp_path
 ):
     drives = []
-    elsewhere = f"planner_options:={{report: {tmp_path}/elsewhere/r.json, log_folder: {tmp_path}/elsewhere}}"
+    folder = tmp_path / "elsewhere"
+    elsewhere = f"planner_options:={{report: {folder}/r.json, log_folder: {folder}}}"
     for name, variables in (("one", environment), ("two", other_environment)):
         (tmp_path / name).mkdir()
         command = [
@@ -91,10 +89,10 @@ def test_two_drives_side_by_side_do_not_touch_each_other_and_write_in_their_repo
         ]
         drives.append(start(command, variables, tmp_path / name))
     assert [drive.wait_for_end() for drive in drives] == [0, 0], [
-        drive.said[-2000:] for drive in drives
+        drive.output[-2000:] for drive in drives
     ]
     traces = [(tmp_path / name / "report" / "report.csv").read_bytes() for name in ("one", "two")]
-    assert traces[0] == traces[1], "each drove as if alone"
+    assert traces[0] == traces[1], "the other drive has no effect"
     assert sorted(os.listdir(tmp_path)) == ["log0", "log1", "one", "other_ros", "ros", "two"]
     for name in ("one", "two"):
         assert os.listdir(tmp_path / name) == ["report"]
@@ -137,29 +135,30 @@ def test_no_file_and_no_option_runs_code(environment, start, tmp_path, argument,
         environment,
     )
     assert drive.wait_for_end() not in (0, None)
-    assert not mark.exists(), drive.said
+    assert not mark.exists(), drive.output
     assert not (tmp_path / "report" / "report.json").exists()
 
 
 @pytest.mark.parametrize(
     "key", ["report", "record", "waypoints_path", "vehicles_folder", "referee_options"]
 )
-def test_a_scenario_names_no_path_to_be_written(environment, start, tmp_path, key):
+def test_scenario_cannot_set_a_path_to_write(environment, start, tmp_path, key):
     (tmp_path / "scenario.yaml").write_text(f"route: town\n{key}: {tmp_path}/elsewhere/file\n")
     drive = start([DRIVE, "headless:=true", f"scenario:={tmp_path}/scenario.yaml"], environment)
     assert drive.wait_for_end() not in (0, None)
-    assert f"scenario.yaml, line 2: unknown key '{key}'" in drive.said
+    assert f"scenario.yaml, line 2: unknown key '{key}'" in drive.output
     assert not (tmp_path / "elsewhere").exists()
 
 
-def test_the_expressions_of_ros_are_what_is_refused(tmp_path):
-    """The danger is there: ROS's own loader runs them."""
-    code = "import rosparam; rosparam.load_str(\"a: !radians __import__('os').mkdir('mark') or 1.0\", 'text')"
+def test_parameter_loader_of_ros_runs_the_refused_expressions(tmp_path):
+    """Without the refusal, these expressions would run."""
+    text = "a: !radians __import__('os').mkdir('mark') or 1.0"
+    code = f"import rosparam; rosparam.load_str({text!r}, 'text')"
     subprocess.run([sys.executable, "-c", code], cwd=tmp_path, check=True)
     assert (tmp_path / "mark").exists()
 
 
-def test_the_container_runs_as_a_plain_user():
+def test_container_runs_as_an_unprivileged_user():
     with open(os.path.join(ROOT, "docker", "Dockerfile"), encoding="utf-8") as file:
         users = re.findall(r"^USER\s+(\S+)", file.read(), re.MULTILINE)
     assert users
@@ -176,19 +175,17 @@ def ip(*arguments):
 
 @pytest.fixture
 def two_machines():
-    """Two network namespaces with one wire between them, as two machines: (name, address) of each."""
+    """Provide (name, address) of two connected network namespaces, which act as two machines."""
     names = [f"workshop{os.getpid()}{end}" for end in "ab"]
     addresses = ["10.213.7.1", "10.213.7.2"]
     made = [ip("netns", "add", name) for name in names]
     try:
         if any(done.returncode for done in made):
-            pytest.skip(f"no network namespaces can be made here: {made[0].stderr.strip()}")
+            pytest.skip(f"cannot create network namespaces here: {made[0].stderr.strip()}")
         wires = [f"wsp{os.getpid() % 100000}{end}" for end in "ab"]
         wired = ip("link", "add", wires[0], "type", "veth", "peer", "name", wires[1])
         if wired.returncode:
-            pytest.skip(
-                f"no wire can be laid between network namespaces here: {wired.stderr.strip()}"
-            )
+            pytest.skip(f"cannot connect network namespaces here: {wired.stderr.strip()}")
         for name, wire, address in zip(names, wires, addresses):
             for step in (
                 ("link", "set", wire, "netns", name),
@@ -204,7 +201,7 @@ def two_machines():
             ip("netns", "del", name)
 
 
-def test_the_world_on_one_machine_and_the_stack_on_another(two_machines, start, route, tmp_path):
+def test_simulator_and_stack_run_on_two_machines(two_machines, start, route, tmp_path):
     (world, world_address), (car, car_address) = two_machines
     common = {**os.environ, "ROS_MASTER_URI": f"http://{world_address}:11311"}
     common.pop("ROS_HOSTNAME", None)
@@ -228,7 +225,7 @@ def test_the_world_on_one_machine_and_the_stack_on_another(two_machines, start, 
         {**common, "ROS_IP": world_address, "ROS_HOME": str(folders["world"])},
         folders["world"],
     )
-    here.wait_to_say("process[sim")
+    here.wait_for_output("process[sim")
     there = start(
         [
             "ip",
@@ -246,9 +243,9 @@ def test_the_world_on_one_machine_and_the_stack_on_another(two_machines, start, 
         {**common, "ROS_IP": car_address, "ROS_HOME": str(folders["car"])},
         folders["car"],
     )
-    assert there.wait_for_end() == 0, there.said[-3000:] + here.said[-3000:]
+    assert there.wait_for_end() == 0, there.output[-3000:] + here.output[-3000:]
     here.interrupt()
-    limit = time.monotonic() + PATIENCE_S
+    limit = time.monotonic() + TIMEOUT_S
     while here.process.poll() is None:
         assert time.monotonic() < limit
     report = json.loads((folders["car"] / "report" / "report.json").read_text())

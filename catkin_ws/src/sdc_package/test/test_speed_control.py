@@ -18,7 +18,7 @@ def control():
     return SpeedControl(PidGains(kp=1.0, ki=0.3), LIMITS)
 
 
-def test_acceleration_and_jerk_stay_within_their_limits():
+def test_acceleration_and_jerk_stay_within_the_limits():
     speed = control()
     last = 0.0
     for target in [20.0] * 40 + [0.0] * 40 + [20.0] * 40:
@@ -28,7 +28,7 @@ def test_acceleration_and_jerk_stay_within_their_limits():
         last = now
 
 
-def test_reaches_and_keeps_a_speed_without_overshoot_to_speak_of():
+def test_speed_settles_with_little_overshoot():
     speed, v, top = control(), 0.0, 0.0
     for _ in range(600):
         v += 0.05 * speed.acceleration(5.0, 0.0, v, 0.05)
@@ -37,23 +37,23 @@ def test_reaches_and_keeps_a_speed_without_overshoot_to_speak_of():
     assert top < 5.6
 
 
-def test_planned_acceleration_is_fed_forward():
+def test_planned_acceleration_is_added():
     speed = control()
     for _ in range(10):
         now = speed.acceleration(5.0, 1.0, 5.0, 0.05)
     assert now == pytest.approx(1.0)
 
 
-def test_waiting_car_is_held_steadily_and_sets_off_smoothly():
+def test_brake_holds_a_waiting_car_and_the_start_is_smooth():
     speed = control()
     assert {speed.acceleration(0.0, 0.0, v, 0.05) for v in (0.1, 0.0, 0.05, 0.0)} == {-2.0}
     assert speed.acceleration(1.0, 1.8, 0.0, 0.05) == pytest.approx(0.25)
 
 
-def test_a_planned_start_from_rest_is_no_wait():
+def test_car_at_rest_starts_when_an_acceleration_is_planned():
     assert control().acceleration(0.1, 1.8, 0.0, 0.05) > 0.0
 
 
-def test_no_time_changes_nothing():
+def test_step_of_zero_seconds_changes_nothing():
     speed = control()
     assert speed.acceleration(5.0, 1.0, 0.0, 0.0) == 0.0

@@ -1,3 +1,5 @@
+"""Stanley's law, in its textbook form and with its compensations."""
+
 import math
 
 import pytest
@@ -8,9 +10,10 @@ from sdc_common.geometry.polyline import Polyline
 from sdc_package.local_path import ReferencePath
 from sdc_package.steering.axles import Axles, front_axle_path, rear_axle_path
 from sdc_package.steering.stanley import StanleySteering, stanley_angle
+from sdc_package.steering.stanley_compensated import CompensatedStanleySteering
 
 AXLES = Axles(front_m=1.435, rear_m=1.435, front_compliance=0.0, rear_compliance=0.0)
-GAINS = {"k": 2.0, "softening_mps": 1.0, "preview_s": 0.0}
+GAINS = {"k": 2.0, "softening_mps": 1.0}
 
 
 def arc(radius, side=1.0, count=40, speed=5.0):
@@ -21,13 +24,25 @@ def arc(radius, side=1.0, count=40, speed=5.0):
     ]
 
 
-def steering(rows, x, y, yaw, speed=5.0, **changes):
+def path_of(rows):
     path = ReferencePath()
     path.update(rows)
-    return StanleySteering(AXLES, **{**GAINS, **changes}).wheel_angle(path, x, y, yaw, speed)
+    return path
 
 
-def test_law_by_hand():
+def compensated(rows, x, y, yaw, speed=5.0, **changes):
+    """Return the wheel angle of the compensated method."""
+    parameters = {**GAINS, "preview_s": 0.0, **changes}
+    method = CompensatedStanleySteering(AXLES, **parameters)
+    return method.wheel_angle(path_of(rows), x, y, yaw, speed)
+
+
+def textbook(rows, x, y, yaw, speed=5.0, axles=AXLES, rate=0.0):
+    """Return the wheel angle of the textbook method."""
+    return StanleySteering(axles, **GAINS).wheel_angle(path_of(rows), x, y, yaw, speed, rate)
+
+
+def test_law_has_the_value_of_the_formula():
     assert stanley_angle(0.1, 0.5, 4.0, 2.0, 1.0) == pytest.approx(0.1 - math.atan(2.0 * 0.5 / 5.0))
     assert stanley_angle(0.1, 0.5, 4.0, 2.0) == pytest.approx(0.1 - math.atan(2.0 * 0.5 / 4.0))
     assert stanley_angle(0.0, 0.5, -4.0, 2.0, 1.0) == stanley_angle(0.0, 0.5, 4.0, 2.0, 1.0)
@@ -40,10 +55,11 @@ def test_law_is_odd(heading, cross_track, speed):
     )
 
 
-def test_steers_towards_the_path():
+@pytest.mark.parametrize("steering", [textbook, compensated])
+def test_car_steers_towards_the_path(steering):
     straight = [(float(i), 0.0, 5.0) for i in range(30)]
     assert steering(straight, 5.0, 0.0, 0.0) == pytest.approx(0.0, abs=1e-12)
-    assert steering(straight, 5.0, 1.0, 0.0) < -0.1, "left of the path: to the right"
+    assert steering(straight, 5.0, 1.0, 0.0) < -0.1, "the car is left of the path"
     assert steering(straight, 5.0, -1.0, 0.0) > 0.1
     assert steering(straight, 5.0, 0.0, 0.3) < -0.1
     assert steering(straight, 5.0, 0.0, 0.0, speed=0.0) == pytest.approx(0.0, abs=1e-12)
@@ -51,16 +67,18 @@ def test_steers_towards_the_path():
 
 @pytest.mark.parametrize("radius", [4.0, 8.0, 20.0, 60.0])
 @pytest.mark.parametrize("side", [1.0, -1.0])
-def test_car_on_a_circle_keeps_the_angle_of_the_kinematic_bicycle(radius, side):
-    """With its centre on the circle, the car stands across by the slip angle and steers as the bicycle model says."""
+def test_compensated_method_keeps_the_wheel_angle_of_the_kinematic_bicycle_on_a_circle(
+    radius, side
+):
+    """With its centre on the circle, the heading of the car differs by the slip angle."""
     slip = math.asin(1.435 / radius)
     along = 12.0 / radius
     x, y = radius * math.sin(along), side * radius * (1.0 - math.cos(along))
-    wheel = steering(arc(radius, side), x, y, side * (along - slip))
+    wheel = compensated(arc(radius, side), x, y, side * (along - slip))
     assert wheel == pytest.approx(side * math.atan(2.0 * math.tan(slip)), abs=0.02)
 
 
-def test_front_axle_runs_outside_the_bend():
+def test_front_axle_runs_outside_of_the_bend():
     radius = 6.0
     line = Polyline([(x, y) for x, y, _ in arc(radius)])
     front = front_axle_path(line, 30, 5.0, AXLES)
@@ -69,39 +87,59 @@ def test_front_axle_runs_outside_the_bend():
         assert math.hypot(x, y - radius) == pytest.approx(math.hypot(rear_circle, 2.87), abs=0.02)
 
 
-def test_rear_axle_runs_inside_the_bend():
+def test_rear_axle_runs_inside_of_the_bend():
     radius = 6.0
     line = Polyline([(x, y) for x, y, _ in arc(radius)])
     for x, y in rear_axle_path(line, 30, 5.0, AXLES).points[10:]:
         assert math.hypot(x, y - radius) == pytest.approx(math.sqrt(radius**2 - 1.435**2), abs=0.02)
 
 
-def test_tyres_that_slip_are_steered_by_the_understeer_gradient():
-    """On a circle, wheel and attitude change by the compliances times the lateral acceleration."""
+def test_compensated_method_adds_the_wheel_angle_of_the_slip():
+    """On a circle, wheel and heading change by the compliances times the lateral acceleration."""
     soft = Axles(front_m=1.435, rear_m=1.435, front_compliance=0.008, rear_compliance=0.006)
     radius, speed = 40.0, 10.0
     acceleration = speed**2 / radius
     along = 15.0 / radius
     yaw = along - math.asin(1.435 / radius) + 0.006 * acceleration
-    path = ReferencePath()
-    path.update(arc(radius))
     x, y = radius * math.sin(along), radius * (1.0 - math.cos(along))
-    wheel = StanleySteering(soft, **GAINS).wheel_angle(path, x, y, yaw, speed)
+    method = CompensatedStanleySteering(soft, **GAINS, preview_s=0.0)
+    wheel = method.wheel_angle(path_of(arc(radius)), x, y, yaw, speed)
     assert wheel == pytest.approx(2.87 / radius + (0.008 - 0.006) * acceleration, abs=0.002)
 
 
-def test_preview_looks_ahead_in_time():
+def test_compensated_method_predicts_the_pose():
     bend = [(float(i), 0.0, 5.0) for i in range(10)] + [
         (9.0 + x, y, 5.0) for x, y, _ in arc(8.0)[1:]
     ]
     now, later = (
-        steering(bend, 6.5, 0.0, 0.0, speed=8.0, preview_s=preview) for preview in (0.0, 0.4)
+        compensated(bend, 6.5, 0.0, 0.0, speed=8.0, preview_s=preview) for preview in (0.0, 0.4)
     )
     assert later > now + 0.02
 
 
-def test_axles_must_lie_away_from_the_centre():
+def test_invalid_axles_are_refused():
     with pytest.raises(ValueError, match="front_m must be a positive"):
         Axles(front_m=0.0, rear_m=1.0, front_compliance=0.0, rear_compliance=0.0)
     with pytest.raises(ValueError, match="compliance"):
         Axles(front_m=1.0, rear_m=1.0, front_compliance=-0.1, rear_compliance=0.0)
+
+
+@given(st.floats(-2.0, 2.0), st.floats(-0.5, 0.5), st.floats(0.0, 20.0), st.floats(-0.5, 0.5))
+def test_textbook_method_is_the_law_at_the_front_axle(y, yaw, speed, rate):
+    """It uses neither a prediction nor the tyres: yaw rate and compliances have no effect."""
+    soft = Axles(front_m=1.435, rear_m=1.435, front_compliance=0.008, rear_compliance=0.006)
+    straight = [(float(i), 0.0, 5.0) for i in range(30)]
+    front_y = y + 1.435 * math.sin(yaw)
+    wanted = stanley_angle(-yaw, front_y, speed, 2.0, 1.0)
+    assert textbook(straight, 5.0, y, yaw, speed, soft, rate) == pytest.approx(wanted, abs=1e-9)
+
+
+def test_textbook_method_cuts_a_corner_that_the_compensated_method_drives():
+    """With its centre on a circle, the textbook law steers inwards."""
+    radius = 8.0
+    slip = math.asin(1.435 / radius)
+    along = 12.0 / radius
+    pose = radius * math.sin(along), radius * (1.0 - math.cos(along)), along - slip
+    ideal = math.atan(2.0 * math.tan(slip))
+    assert compensated(arc(radius), *pose) == pytest.approx(ideal, abs=0.02)
+    assert textbook(arc(radius), *pose) > ideal + 0.05

@@ -1,4 +1,4 @@
-"""The car stops at the line for red, for yellow where it can do so comfortably, and else goes through."""
+"""The car stops at the line for red, and for yellow if it can brake comfortably."""
 
 from types import SimpleNamespace as Message
 
@@ -8,37 +8,38 @@ import pytest
 from sdc_common.geometry.route import Route
 from sdc_common.planning.speed_profile import SpeedLimits
 from sdc_common.ros.stop_lines import GREEN, RED, YELLOW, StopLine, stop_lines
-from sdc_package.local_planner import LocalPlanner
+from sdc_package.local_planner import LocalPlanner, PlannerSettings
 from sdc_package.obstacles import ObstacleMargins
 from sdc_package.traffic_lights import TrafficLightMargins, TrafficLightMonitor
 
 OFF, UNKNOWN = 3, 4
-CAUTION = TrafficLightMargins(gap_m=1.0, reaction_s=0.5, hardest_mps2=6.0, car_front_m=2.35)
+MARGINS = TrafficLightMargins(gap_m=1.0, reaction_s=0.5, hardest_mps2=6.0, car_front_m=2.35)
 STRAIGHT = Route(np.column_stack([np.arange(201.0), np.zeros(201)]))
 LINE, BRAKING = 100.0, 2.5
 STOP = LINE - 1.0 - 2.35
 
 
 def lights(state, x=LINE, y=0.0):
-    known = TrafficLightMonitor(CAUTION)
-    known.lines = {7: StopLine(x, y, 1.75)}
-    known.show([Message(id=7, state=state)], stamped=True)
-    return known
+    monitor = TrafficLightMonitor(MARGINS)
+    monitor.lines = {7: StopLine(x, y, 1.75)}
+    monitor.set_states([Message(id=7, state=state)], stamped=True)
+    return monitor
 
 
-def stop(known, from_s, speed, horizon=60.0):
-    return known.stop_s(STRAIGHT, from_s, speed, BRAKING, horizon)
+def stop(monitor, from_s, speed, horizon=60.0):
+    return monitor.stop_s(STRAIGHT, from_s, speed, BRAKING, horizon)
 
 
 @pytest.mark.parametrize(
     ("state", "stops"),
     [(RED, True), (YELLOW, True), (GREEN, False), (OFF, False), (UNKNOWN, False)],
 )
-def test_stops_a_gap_before_the_line_for_red_and_yellow(state, stops):
+def test_car_stops_a_gap_before_the_line_for_red_and_yellow(state, stops):
     assert stop(lights(state), 60.0, 10.0) == (pytest.approx(STOP) if stops else None)
 
 
-# At 10 m/s a comfortable stop takes 20 m, and 5 m of reaction; a hard one 8.3 m and 5 m, up to the line itself.
+# At 10 m/s a comfortable stop takes 20 m and 5 m of reaction; a hard one takes 8.3 m and 5 m
+# and may use the gap before the line.
 @pytest.mark.parametrize(
     ("state", "room_m", "stops"),
     [
@@ -49,43 +50,43 @@ def test_stops_a_gap_before_the_line_for_red_and_yellow(state, stops):
         (RED, 13.3 - 1.0, False),
     ],
 )
-def test_what_cannot_stop_any_more_goes_through(state, room_m, stops):
+def test_car_that_cannot_stop_any_more_drives_through(state, room_m, stops):
     assert (stop(lights(state), STOP - room_m, 10.0) is not None) == stops
 
 
-def test_who_has_begun_to_stop_does_not_change_his_mind_before_green():
-    known = lights(YELLOW)
-    assert stop(known, STOP - 26.0, 10.0) is not None
-    assert stop(known, STOP - 10.0, 9.0) is not None, "harder than comfortable by now, but begun"
-    known.show([Message(id=7, state=RED)], stamped=True)
-    assert stop(known, STOP - 0.5, 0.3) is not None
-    known.show([Message(id=7, state=GREEN)], stamped=True)
-    assert stop(known, STOP, 0.0) is None
-    known.show([Message(id=7, state=YELLOW)], stamped=True)
-    assert stop(known, STOP + 0.5, 3.0) is None, "a new yellow is a new decision"
+def test_car_that_has_begun_to_stop_continues_until_green():
+    monitor = lights(YELLOW)
+    assert stop(monitor, STOP - 26.0, 10.0) is not None
+    assert stop(monitor, STOP - 10.0, 9.0) is not None, "the car has begun to stop"
+    monitor.set_states([Message(id=7, state=RED)], stamped=True)
+    assert stop(monitor, STOP - 0.5, 0.3) is not None
+    monitor.set_states([Message(id=7, state=GREEN)], stamped=True)
+    assert stop(monitor, STOP, 0.0) is None
+    monitor.set_states([Message(id=7, state=YELLOW)], stamped=True)
+    assert stop(monitor, STOP + 0.5, 3.0) is None, "a new yellow is a new decision"
 
 
-def test_line_behind_the_front_beside_the_road_or_beyond_the_horizon_is_none():
+def test_line_behind_the_front_next_to_the_road_or_beyond_the_horizon_is_ignored():
     assert stop(lights(RED), LINE - 2.0, 1.0) is None
-    assert stop(lights(RED, y=3.5), 60.0, 10.0) is None, "the lane beside"
+    assert stop(lights(RED, y=3.5), 60.0, 10.0) is None, "the next lane"
     assert stop(lights(RED), 30.0, 10.0) is None
-    assert stop(lights(RED), LINE - 2.5, 0.2) is not None, "a car that creeps stops wherever it is"
+    assert stop(lights(RED), LINE - 2.5, 0.2) is not None, "a creeping car stops anywhere"
 
 
-def test_the_nearest_line_counts():
-    known = lights(RED)
-    known.lines[8] = StopLine(90.0, 0.0, 1.75)
-    known.show([Message(id=7, state=RED), Message(id=8, state=RED)], stamped=True)
-    assert stop(known, 60.0, 5.0) == pytest.approx(STOP - 10.0)
+def test_car_stops_at_the_nearest_line():
+    monitor = lights(RED)
+    monitor.lines[8] = StopLine(90.0, 0.0, 1.75)
+    monitor.set_states([Message(id=7, state=RED), Message(id=8, state=RED)], stamped=True)
+    assert stop(monitor, 60.0, 5.0) == pytest.approx(STOP - 10.0)
 
 
-def test_what_is_said_with_stamps_counts_alone_while_it_is_said():
-    known = lights(RED)
-    known.show([Message(id=7, state=GREEN)], stamped=False)
-    assert known.states == {7: RED}
-    known.show([], stamped=True)
-    known.show([Message(id=7, state=GREEN)], stamped=False)
-    assert known.states == {7: GREEN}
+def test_states_without_a_stamp_are_ignored_while_stamped_ones_arrive():
+    monitor = lights(RED)
+    monitor.set_states([Message(id=7, state=GREEN)], stamped=False)
+    assert monitor.states == {7: RED}
+    monitor.set_states([], stamped=True)
+    monitor.set_states([Message(id=7, state=GREEN)], stamped=False)
+    assert monitor.states == {7: GREEN}
 
 
 def info(yaw, centre, size=(1.0, 3.5)):
@@ -105,23 +106,19 @@ def info(yaw, centre, size=(1.0, 3.5)):
     )
 
 
-def test_the_line_is_in_the_middle_of_the_trigger_volume():
+def test_stop_line_is_in_the_middle_of_the_trigger_volume():
     assert stop_lines(info(np.pi / 2, (4.0, -2.0)))[7] == pytest.approx((12.0, 24.0, 1.75))
     with pytest.raises(ValueError, match="light 7"):
         stop_lines(info(0.0, (np.nan, 0.0)))
 
 
-def test_planner_plans_the_stop():
-    planner = LocalPlanner(
-        STRAIGHT.points,
-        SpeedLimits(10.0, 3.0, 1.8, BRAKING),
-        lookahead_m=25.0,
-        join_within_m=20.0,
-        caution=ObstacleMargins(side_m=0.4, gap_m=5.0, car_front_m=2.35, car_width_m=2.0),
-    )
+def test_planner_adds_the_stop_to_its_path():
+    limits = SpeedLimits(10.0, 3.0, 1.8, BRAKING)
+    obstacles = ObstacleMargins(side_m=0.4, gap_m=5.0, car_front_m=2.35, car_width_m=2.0)
+    planner = LocalPlanner(STRAIGHT.points, PlannerSettings(limits, 25.0, 20.0, obstacles, MARGINS))
     free = planner.plan(80, 80.0, 0.0, 0.0)
     path = planner.stop_for(lights(RED), free, 5.0)
-    point = 96.0  # the last one of the route before the place
+    point = 96.0  # the last point of the route before the stop
     assert (path[path[:, 0] >= point][:, 2] == 0.0).all()
     before = path[:, 0] < point
     np.testing.assert_allclose(
@@ -134,6 +131,6 @@ def test_planner_plans_the_stop():
 @pytest.mark.parametrize(
     "changes", [{"gap_m": -1.0}, {"reaction_s": float("nan")}, {"hardest_mps2": float("inf")}]
 )
-def test_caution_without_sense_is_refused(changes):
+def test_margins_out_of_range_are_refused(changes):
     with pytest.raises(ValueError, match=next(iter(changes))):
-        TrafficLightMargins(**{**vars(CAUTION), **changes})
+        TrafficLightMargins(**{**vars(MARGINS), **changes})

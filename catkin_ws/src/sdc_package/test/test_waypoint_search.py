@@ -13,7 +13,7 @@ BEND = WaypointSearch(np.column_stack([20.0 * np.sin(turned), 20.0 * (1.0 - np.c
 
 
 @given(st.floats(-50.0, 50.0), st.floats(-50.0, 50.0))
-def test_nearest_is_the_nearest(x, y):
+def test_nearest_waypoint_has_the_smallest_distance(x, y):
     distances = np.hypot(*(BEND.waypoints - (x, y)).T)
     assert distances[BEND.nearest(x, y)] == pytest.approx(distances.min())
 
@@ -33,12 +33,12 @@ def test_nearest_is_the_nearest(x, y):
         (25.0, 19),
     ],
 )
-def test_first_ahead_on_a_straight(x, first):
+def test_first_waypoint_ahead_on_a_straight(x, first):
     assert STRAIGHT.first_ahead(x, 0.3) == first
 
 
 @given(st.floats(0.1, 4.5), st.floats(-1.5, 1.5))
-def test_first_ahead_in_a_bend_is_never_behind(angle, offset):
+def test_first_waypoint_ahead_in_a_bend_is_not_behind_the_car(angle, offset):
     x, y = (20.0 - offset) * math.sin(angle), 20.0 - (20.0 - offset) * math.cos(angle)
     assert turned[BEND.first_ahead(x, y)] == pytest.approx(angle + 0.025, abs=0.03)
 
@@ -47,21 +47,21 @@ def test_first_ahead_in_a_bend_is_never_behind(angle, offset):
     st.lists(st.tuples(st.floats(0.05, 4.6), st.floats(-1.5, 1.5)), min_size=1, max_size=30),
     st.floats(0.01, 0.2),
 )
-def test_the_first_ahead_does_not_depend_on_what_was_asked_before(jumps, step):
-    asked_before = WaypointSearch(BEND.waypoints)
+def test_result_does_not_depend_on_earlier_queries(jumps, step):
+    used_before = WaypointSearch(BEND.waypoints)
     for angle, offset in jumps:
         for k in range(3):
             turn = min(angle + k * step, 4.6)
             place = (20.0 - offset) * math.sin(turn), 20.0 - (20.0 - offset) * math.cos(turn)
-            assert asked_before.first_ahead(*place) == WaypointSearch(BEND.waypoints).first_ahead(
+            assert used_before.first_ahead(*place) == WaypointSearch(BEND.waypoints).first_ahead(
                 *place
             )
 
 
-def test_the_tree_is_asked_again_now_and_then_even_of_a_car_that_drives_on():
+def test_tree_is_queried_now_and_then_for_a_car_that_drives_on():
     search = WaypointSearch(STRAIGHT.waypoints)
-    asked = []
-    search.nearest = lambda x, y: asked.append(x) or STRAIGHT.nearest(x, y)
+    queries = []
+    search.nearest = lambda x, y: queries.append(x) or STRAIGHT.nearest(x, y)
     for x in np.arange(0.0, 6.0, 0.1).tolist():
         assert search.first_ahead(x, 0.1) == STRAIGHT.first_ahead(x, 0.1)
-    assert 2 <= len(asked) <= 8
+    assert 2 <= len(queries) <= 8

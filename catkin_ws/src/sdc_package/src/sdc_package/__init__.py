@@ -1,1 +1,1 @@
-"""The software of a self-driving car: the thinking behind the nodes, free of ROS."""
+"""The library of the self-driving car: what its nodes compute."""

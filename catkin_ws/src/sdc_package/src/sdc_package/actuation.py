@@ -1,4 +1,4 @@
-"""What the car does with a command: wheel angle to steer, acceleration to pedals."""
+"""Convert wheel angle to steer and acceleration to pedals."""
 
 from __future__ import annotations
 
@@ -13,10 +13,12 @@ from sdc_common.validation import check_between, check_non_negative, check_posit
 
 @dataclass(frozen=True)
 class SteeringMap:
-    """How the normalised steer command turns the wheels.
+    """The front wheel angle that a steer command causes.
 
-    max_wheel_angle_rad: the bicycle-model front wheel angle at full steer and standstill.
-    speeds_mps, shares: the share of it that remains at each speed, linear in between, constant beyond.
+    Attributes:
+        max_wheel_angle_rad: wheel angle of the bicycle model at full steer and standstill [rad]
+        speeds_mps: speeds at which the shares are given, rising [m/s]
+        shares: share of the maximum angle at these speeds; linear in between, constant beyond
     """
 
     max_wheel_angle_rad: float
@@ -28,33 +30,44 @@ class SteeringMap:
         for name in ("speeds_mps", "shares"):
             values = getattr(self, name)
             if not (isinstance(values, (list, tuple)) and all(map(is_number, values))):
-                raise ValueError(
-                    f"{name} of the steering must be a list of numbers, got {values!r}"
-                )
+                raise ValueError(f"steering: '{name}' must be a list of numbers, got {values!r}")
         if len(self.speeds_mps) != len(self.shares) or not len(self.speeds_mps):
-            raise ValueError("steer speeds and shares must be lists of the same length")
-        if (
-            any(b <= a for a, b in zip(self.speeds_mps, self.speeds_mps[1:]))
-            or min(self.shares) <= 0.0
-        ):
-            raise ValueError("steer speeds must rise, and their shares must be positive")
+            raise ValueError(
+                "steering: 'speeds_mps' and 'shares' must have the same length, at least 1; got "
+                f"{len(self.speeds_mps)} and {len(self.shares)}"
+            )
+        if any(after <= before for before, after in zip(self.speeds_mps, self.speeds_mps[1:])):
+            raise ValueError(f"steering: 'speeds_mps' must rise, got {list(self.speeds_mps)}")
+        if min(self.shares) <= 0.0:
+            raise ValueError(f"steering: 'shares' must be positive, got {list(self.shares)}")
 
-    def command(self, wheel_angle_rad: float, speed_mps: float):
-        """The steer command in -1..1, positive to the RIGHT, for a wheel angle positive to the LEFT; returns (steer, limited)."""
-        full = self.max_wheel_angle_rad * float(
-            np.interp(abs(speed_mps), self.speeds_mps, self.shares)
-        )
-        wanted = -wheel_angle_rad / full
+    def command(self, wheel_angle_rad: float, speed_mps: float) -> tuple[float, bool]:
+        """Return the steer command for a wheel angle, and whether it is limited.
+
+        Args:
+            wheel_angle_rad: front wheel angle, positive LEFT [rad]
+            speed_mps: speed of the car [m/s]
+
+        Returns:
+            steer in -1..1, positive RIGHT, and True if the angle is out of the car's reach
+        """
+        share = float(np.interp(abs(speed_mps), self.speeds_mps, self.shares))
+        wanted = -wheel_angle_rad / (self.max_wheel_angle_rad * share)
         steer = min(max(wanted, -1.0), 1.0)
         return steer, steer != wanted
 
 
 @dataclass(frozen=True)
 class PedalMap:
-    """Throttle and brake that give an acceleration, as straight lines through the car's own curves.
+    """The acceleration that the pedals cause, as straight lines through the car's own curves.
 
-    throttle_deadband: the throttle at which the car barely moves; throttle_gain_mps2, brake_gain_mps2: acceleration that a full unit of
-    pedal adds beyond; coast_mps2: deceleration down to which the car merely rolls, so that throttle and brake do not take turns.
+    Attributes:
+        throttle_deadband: throttle at which the car barely moves, 0..1
+        throttle_gain_mps2: acceleration per unit of throttle beyond the deadband [m/s^2]
+        brake_gain_mps2: deceleration per unit of brake [m/s^2]
+        coast_mps2: deceleration without any pedal; down to it, the car coasts instead of
+        alternating between
+            throttle and brake [m/s^2]
     """
 
     throttle_deadband: float
@@ -69,14 +82,17 @@ class PedalMap:
         )
         check_non_negative(coast_mps2=self.coast_mps2)
 
-    def pedals(self, acceleration_mps2: float):
-        """(throttle, brake), each in 0..1 and never both, for a wanted acceleration."""
-        if acceleration_mps2 > -self.coast_mps2:
-            rise = (acceleration_mps2 + self.coast_mps2) / self.throttle_gain_mps2
-            share = (
-                min(1.0, (acceleration_mps2 + self.coast_mps2) / self.coast_mps2)
-                if self.coast_mps2
-                else 1.0
-            )
-            return min(1.0, self.throttle_deadband * share + rise), 0.0
+    def pedals(self, acceleration_mps2: float) -> tuple[float, float]:
+        """Return (throttle, brake) for an acceleration; each in 0..1, at most one of them above 0.
+
+        Args:
+            acceleration_mps2: wanted acceleration, negative to brake [m/s^2]
+        """
+        above_coasting = acceleration_mps2 + self.coast_mps2
+        if above_coasting > 0.0:
+            # Between coasting and constant speed, the deadband fades in, so that the throttle never
+            # jumps.
+            share = min(1.0, above_coasting / self.coast_mps2) if self.coast_mps2 else 1.0
+            throttle = self.throttle_deadband * share + above_coasting / self.throttle_gain_mps2
+            return min(1.0, throttle), 0.0
         return 0.0, min(1.0, (-acceleration_mps2 - self.coast_mps2) / self.brake_gain_mps2)

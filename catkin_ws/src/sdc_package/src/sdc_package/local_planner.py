@@ -1,25 +1,29 @@
-"""Plans the road ahead: where the car is on its route, and how fast it may be on each point of it."""
+"""Plan the path ahead of the car, with a target speed on each point."""
 
 from __future__ import annotations
 
 import math
 import zlib
+from dataclasses import dataclass
+from typing import Any, Callable, Mapping, Sequence
 
 import numpy as np
 
+from sdc_common.geometry.polyline import Place
 from sdc_common.geometry.route import Route, respace
 from sdc_common.planning.speed_profile import SpeedLimits, speed_profile
 from sdc_common.validation import check_positive
-from sdc_package.obstacles import ObstacleMargins, speed_caps
-from sdc_package.traffic_lights import TrafficLightMonitor
+from sdc_package.obstacles import DetectedObstacle, ObstacleMargins, speed_caps
+from sdc_package.traffic_lights import TrafficLightMargins, TrafficLightMonitor
 
-# A planned path neither wastes messages on points closer than this nor leaves a bend's speed to two far points.
-_SHORTEST_STEP_M = 0.4
-_LONGEST_STEP_M = 1.25
-# A car that drives moves less than this between two odometry messages; one that moves more was picked up and put elsewhere.
+# Distances between the points of a planned path: closer points only cost time, and two points that
+# are farther apart cannot follow the speed profile of a bend.
+_MIN_STEP_M = 0.4
+_MAX_STEP_M = 1.25
+# The car moves less than this between two odometry messages, unless it is moved to another place.
 _WINDOW_BACK_M = 3.0
 _WINDOW_AHEAD_M = 8.0
-# A car whose planner was away has braked meanwhile: it is not farther on than this.
+# The car brakes while its planner is restarted, so that it moves less than this.
 _RESUME_WITHIN_M = 40.0
 
 
@@ -27,141 +31,233 @@ class OffRouteError(ValueError):
     """The car is too far from its route to join it."""
 
 
-class LocalPlanner:
-    """Follows the car's progress along one route and cuts out the road ahead of it.
+@dataclass(frozen=True)
+class PlannerSettings:
+    """Parameters of the local planner.
 
-    The place on the whole route is searched once; from then on only its neighbourhood is looked at, so that a route that
-    passes close to itself never makes the car jump from one pass to the other.
+    Attributes:
+        limits: limits of the speed profile
+        lookahead_m: length of the planned path [m]
+        join_within_m: maximum distance from the route at which the car joins it [m]
+        obstacles: margins to obstacles
+        traffic_lights: margins at traffic lights
     """
 
-    def __init__(
-        self,
-        waypoints_m: np.ndarray,
-        limits: SpeedLimits,
-        lookahead_m: float,
-        join_within_m: float,
-        caution: ObstacleMargins,
-    ):
-        check_positive(lookahead_m=lookahead_m, join_within_m=join_within_m)
+    limits: SpeedLimits
+    lookahead_m: float
+    join_within_m: float
+    obstacles: ObstacleMargins
+    traffic_lights: TrafficLightMargins
+
+    def __post_init__(self):
+        check_positive(lookahead_m=self.lookahead_m, join_within_m=self.join_within_m)
+
+    @classmethod
+    def read(cls, parameter: Callable[[str], Any]) -> PlannerSettings:
+        """Read the parameters of config/local_planner.yaml.
+
+        Args:
+            parameter: function that returns the value of a parameter
+
+        Raises:
+            TypeError: a section lacks a parameter or has an unknown one
+            ValueError: a value is out of range
+        """
+        limits = SpeedLimits(
+            cruise_mps=parameter("planned_speed_mps"),
+            lateral_mps2=parameter("lateral_acceleration_mps2"),
+            acceleration_mps2=parameter("acceleration_mps2"),
+            braking_mps2=parameter("braking_mps2"),
+            lateral_jerk_mps3=parameter("lateral_jerk_mps3"),
+        )
+        return cls(
+            limits,
+            parameter("lookahead_m"),
+            parameter("join_within_m"),
+            ObstacleMargins(**parameter("caution")),
+            TrafficLightMargins(**parameter("traffic_lights")),
+        )
+
+
+class LocalPlanner:
+    """Tracks the car's place on one route and cuts out the path ahead of it.
+
+    The planner searches the whole route once, and from then on only around the last place, so that
+    the car's place never jumps where a route passes close to itself.
+
+    Attributes:
+        waypoints_m: (N, 2) waypoints of the mission [m]
+        settings: parameters
+        route: the waypoints with more even distances between them
+        speed: speed profile at the points of the route [m/s]
+    """
+
+    def __init__(self, waypoints_m: np.ndarray, settings: PlannerSettings):
+        """Plan the speed profile of a route.
+
+        Args:
+            waypoints_m: (N, 2) waypoints of the mission [m]
+            settings: parameters
+
+        Raises:
+            ValueError: there are fewer than 2 waypoints, one is not finite, or one repeats the one
+                before it
+        """
         self.waypoints_m = waypoints_m
+        self.settings = settings
         self._fingerprint = zlib.crc32(np.ascontiguousarray(waypoints_m, float).tobytes())
-        self.route = Route(respace(waypoints_m, _SHORTEST_STEP_M, _LONGEST_STEP_M))
-        self.speed = speed_profile(self.route, limits)
-        self.lookahead_m = lookahead_m
-        self.join_within_m = join_within_m
-        self.limits = limits
-        self.caution = caution
-        self.place = None
-        self._last_xy = None
-        self._ahead = slice(0, 0)
-        self._window_ahead_m = _WINDOW_AHEAD_M
+        self.route = Route(respace(waypoints_m, _MIN_STEP_M, _MAX_STEP_M))
+        self.speed = speed_profile(self.route, settings.limits)
         self._path = np.column_stack([self.route.points, self.speed])
+        self._ahead = slice(0, 0)
+        self._place: Place | None = None
+        self._xy = math.nan, math.nan
+        self._window_ahead_m = _WINDOW_AHEAD_M
 
-    def plan(self, first: int, x_m: float, y_m: float, yaw_rad: float, obstacles=()) -> np.ndarray:
-        """Return the road ahead of the car as (n, 3) rows of x, y (metres) and target speed (m/s), n >= 2. `obstacles` are those known now.
+    @property
+    def place(self) -> Place:
+        """Return the car's place on the route, after the first plan or after `restore`."""
+        assert self._place is not None, "the car's place is known after the first plan"
+        return self._place
 
-        `first` is the index, among `route.points`, of the first waypoint ahead of the car, as WaypointSearch finds it. The first row is
-        this waypoint, unless it belongs to another pass of a route that comes by here more than once; the last row lies
-        `lookahead_m` ahead or ends the route.
-        Raises OffRouteError when the car is farther than `join_within_m` from the route, ValueError for numbers
-        that are not finite and for a waypoint that cannot be the first one ahead.
+    def plan(
+        self,
+        first: int,
+        x_m: float,
+        y_m: float,
+        yaw_rad: float,
+        obstacles: Sequence[DetectedObstacle] = (),
+    ) -> np.ndarray:
+        """Return the path ahead of the car.
+
+        Args:
+            first: index, among `route.points`, of the first waypoint ahead of the car. Where the
+                route passes the car more than once, the planner replaces it with that of the car's
+                own pass.
+            x_m: position of the car [m]
+            y_m: position of the car [m]
+            yaw_rad: heading of the car [rad]
+            obstacles: the detected obstacles
+
+        Returns:
+            (n, 3) rows of x, y and target speed, n >= 2, that end `lookahead_m` ahead or at the end
+            of the route [m, m, m/s]
+
+        Raises:
+            OffRouteError: the car is farther than `join_within_m` from the route
+            ValueError: a number is not finite, or `first` cannot be the first waypoint ahead
         """
         if not (math.isfinite(x_m) and math.isfinite(y_m) and math.isfinite(yaw_rad)):
             raise ValueError(f"the car's pose ({x_m}, {y_m}, {yaw_rad}) is not finite")
-        self._follow(x_m, y_m, yaw_rad)
-        count = len(self._path)
-        first = self._first_on_this_pass(first, x_m, y_m)
-        last = int(np.searchsorted(self.route.s, self.place.s_m + self.lookahead_m, side="right"))
-        first = min(first, count - 2)
-        ahead = slice(first, max(first + 2, min(last, count)))
-        path = self._path[ahead]
-        if obstacles:
-            caps = speed_caps(
-                self.route,
-                self.route.s[ahead],
-                self.place.s_m,
-                obstacles,
-                self.caution,
-                self.limits.braking_mps2,
-                self._horizon_m,
-            )
-            path = np.column_stack([path[:, :2], np.minimum(path[:, 2], caps)])
-        self._ahead = ahead
-        return path
-
-    def is_for(self, waypoints_m: np.ndarray) -> bool:
-        """Whether this is a planner for that route."""
-        return np.array_equal(self.waypoints_m, waypoints_m)
-
-    def memory(self) -> dict:
-        """Where the car is on this route, as plain data; after the first plan."""
-        x_m, y_m = self._last_xy
-        return {"route": self._fingerprint, "s_m": self.place.s_m, "x_m": x_m, "y_m": y_m}
-
-    def recall(self, memory) -> bool:
-        """Look for the car from where `memory` of a planner before this one said: in the right pass of a route that comes by here
-        more than once. Returns whether it was a memory of this route."""
-        if not memory or memory["route"] != self._fingerprint:
-            return False
-        self._last_xy = memory["x_m"], memory["y_m"]
-        self.place = self.route.project(
-            *self._last_xy, memory["s_m"], _WINDOW_BACK_M, _WINDOW_BACK_M
+        self._update_place(x_m, y_m, yaw_rad)
+        self._ahead = self._rows_ahead(self._first_on_this_pass(first, x_m, y_m))
+        path = self._path[self._ahead]
+        if not obstacles:
+            return path
+        caps = speed_caps(
+            self.route,
+            self.route.s[self._ahead],
+            self.place.s_m,
+            obstacles,
+            self.settings.obstacles,
+            self.settings.limits.braking_mps2,
+            self._horizon_m,
         )
-        self._window_ahead_m = _RESUME_WITHIN_M
-        return True
+        return _capped(path, caps)
 
     def stop_for(
         self, lights: TrafficLightMonitor, rows: np.ndarray, speed_mps: float
     ) -> np.ndarray:
-        """Return the rows of the last plan with the stop that the traffic lights ask for, if they do; the car drives at `speed_mps`."""
-        braking_mps2 = self.limits.braking_mps2
+        """Return the rows of the last plan with the stop that the traffic lights demand, if any.
+
+        Args:
+            lights: the known traffic lights
+            rows: the last result of `plan`
+            speed_mps: speed of the car [m/s]
+        """
+        braking_mps2 = self.settings.limits.braking_mps2
         stop_s = lights.stop_s(self.route, self.place.s_m, speed_mps, braking_mps2, self._horizon_m)
         if stop_s is None:
             return rows
-        caps = np.sqrt(
-            2.0
-            * braking_mps2
-            * np.maximum(self.route.last_point_s(stop_s) - self.route.s[self._ahead], 0.0)
+        room_m = np.maximum(self.route.last_point_s(stop_s) - self.route.s[self._ahead], 0.0)
+        return _capped(rows, np.sqrt(2.0 * braking_mps2 * room_m))
+
+    def is_for(self, waypoints_m: np.ndarray) -> bool:
+        """Return whether this planner plans along exactly these waypoints."""
+        return np.array_equal(self.waypoints_m, waypoints_m)
+
+    def checkpoint(self) -> dict[str, float]:
+        """Return the car's place on this route as plain data, after the first plan."""
+        x_m, y_m = self._xy
+        return {"route": self._fingerprint, "s_m": self.place.s_m, "x_m": x_m, "y_m": y_m}
+
+    def restore(self, checkpoint: Mapping[str, float] | None) -> bool:
+        """Continue from a checkpoint, on the pass of the route on which the car was.
+
+        Args:
+            checkpoint: result of `checkpoint`, or None
+
+        Returns:
+            whether it is a checkpoint of this route; the planner is unchanged if it is not
+        """
+        if not checkpoint or checkpoint["route"] != self._fingerprint:
+            return False
+        self._xy = checkpoint["x_m"], checkpoint["y_m"]
+        self._place = self.route.project(
+            *self._xy, checkpoint["s_m"], _WINDOW_BACK_M, _WINDOW_BACK_M
         )
-        return np.column_stack([rows[:, :2], np.minimum(rows[:, 2], caps)])
+        self._window_ahead_m = _RESUME_WITHIN_M
+        return True
 
     @property
     def _horizon_m(self) -> float:
-        """So far ahead something may stand for which the last point of the path must be driven more slowly."""
-        return (
-            self.lookahead_m
-            + self.limits.cruise_mps**2 / (2.0 * self.limits.braking_mps2)
-            + self.caution.gap_m
-            + self.caution.car_front_m
-        )
+        """Return the distance ahead within which an obstacle can limit the planned speeds."""
+        limits, margins = self.settings.limits, self.settings.obstacles
+        stopping_m = limits.cruise_mps**2 / (2.0 * limits.braking_mps2)
+        return self.settings.lookahead_m + stopping_m + margins.gap_m + margins.car_front_m
+
+    def _rows_ahead(self, first: int) -> slice:
+        """Return the rows of the path ahead, at least two."""
+        until_s_m = self.place.s_m + self.settings.lookahead_m
+        last = int(np.searchsorted(self.route.s, until_s_m, side="right"))
+        first = min(first, len(self._path) - 2)
+        return slice(first, max(first + 2, min(last, len(self._path))))
 
     def _first_on_this_pass(self, first: int, x_m: float, y_m: float) -> int:
+        """Return the index of the first waypoint ahead on the car's own pass of the route."""
         if not 0 <= first < len(self._path):
-            raise ValueError(f"waypoint {first} is none of the route's {len(self._path)}")
-        x, y = self._path[first, :2]
-        distance_m = math.hypot(x - x_m, y - y_m)
-        if distance_m > self.place.distance_m + 2.0 * _LONGEST_STEP_M:
             raise ValueError(
-                f"waypoint {first} is {distance_m:.1f} m away from the car, but the route {self.place.distance_m:.1f} m: "
-                "it is not the first one ahead"
+                f"waypoint {first} does not exist, the route has {len(self._path)} waypoints"
             )
-        if abs(self.route.s[first] - self.place.s_m) <= 2.0 * _LONGEST_STEP_M:
+        place = self.place
+        distance_m = math.dist(self._path[first, :2], (x_m, y_m))
+        if distance_m > place.distance_m + 2.0 * _MAX_STEP_M:
+            raise ValueError(
+                f"waypoint {first} cannot be the first one ahead: it is {distance_m:.1f} m away "
+                f"from the car, the route only {place.distance_m:.1f} m"
+            )
+        if abs(self.route.s[first] - place.s_m) <= 2.0 * _MAX_STEP_M:
             return first
-        return int(np.searchsorted(self.route.s, self.place.s_m, side="left"))
+        return int(np.searchsorted(self.route.s, place.s_m, side="left"))
 
-    def _follow(self, x_m: float, y_m: float, yaw_rad: float) -> None:
-        place = None
-        if self.place is not None and math.dist(self._last_xy, (x_m, y_m)) < self._window_ahead_m:
+    def _update_place(self, x_m: float, y_m: float, yaw_rad: float) -> None:
+        """Find the car's place around the last one, or on the whole route if it is not there."""
+        join_within_m, place = self.settings.join_within_m, None
+        if self._place is not None and math.dist(self._xy, (x_m, y_m)) < self._window_ahead_m:
             place = self.route.project(
-                x_m, y_m, self.place.s_m, _WINDOW_BACK_M, self._window_ahead_m
+                x_m, y_m, self._place.s_m, _WINDOW_BACK_M, self._window_ahead_m
             )
-        if place is None or place.distance_m > self.join_within_m:
+        if place is None or place.distance_m > join_within_m:
             place = self.route.locate(x_m, y_m, yaw_rad)
-        if place.distance_m > self.join_within_m:
+        if place.distance_m > join_within_m:
             raise OffRouteError(
-                f"the car is {place.distance_m:.1f} m from the route, more than the {self.join_within_m:g} m "
-                "within which it may join; bring it back to the road"
+                f"the car is {place.distance_m:.1f} m from the route, more than join_within_m, "
+                f"which is {join_within_m:g} m; bring it back to the road"
             )
-        self.place = place
-        self._last_xy = (x_m, y_m)
+        self._place, self._xy = place, (x_m, y_m)
         self._window_ahead_m = _WINDOW_AHEAD_M
+
+
+def _capped(path: np.ndarray, caps: np.ndarray) -> np.ndarray:
+    """Return (n, 3) rows of x, y, v with v limited to (n,) speeds."""
+    return np.column_stack([path[:, :2], np.minimum(path[:, 2], caps)])

@@ -1,22 +1,35 @@
-"""Obstacles on the lane: where the car must stop for them, or how slowly it must follow."""
+"""Speed limits that obstacles on the lane impose: stop behind standing ones, follow moving ones."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Sequence
 
 import numpy as np
 
 from sdc_common.geometry.route import Route
 from sdc_common.validation import check_non_negative
 
-# Instants ahead at which a moving obstacle is looked for: who steps onto the lane is seen before he is there.
-_PREDICTED_S = (0.0, 0.5, 1.0, 1.5, 2.0)
+# Times ahead at which a moving obstacle is predicted, so that the car brakes before a pedestrian
+# steps onto the lane [s].
+_PREDICTION_TIMES_S = (0.0, 0.5, 1.0, 1.5, 2.0)
+# An obstacle that moves along the route more slowly than this is treated as standing.
+_MIN_FOLLOW_SPEED_MPS = 0.5
 
 
 @dataclass(frozen=True)
 class DetectedObstacle:
-    """A box on the ground: centre and heading in the map frame, metres and radians, length along the heading, speed along it in m/s."""
+    """A box on the ground, in the map frame.
+
+    Attributes:
+        x_m: position of its centre [m]
+        y_m: position of its centre [m]
+        yaw_rad: heading, counter-clockwise from the x axis [rad]
+        length_m: size along the heading [m]
+        width_m: size across the heading [m]
+        speed_mps: speed along the heading [m/s]
+    """
 
     x_m: float
     y_m: float
@@ -32,7 +45,14 @@ class DetectedObstacle:
 
 @dataclass(frozen=True)
 class ObstacleMargins:
-    """How an obstacle is kept away from, metres: the free strip beside the car, the gap in front of it, and the car's own size."""
+    """Distances that the car keeps from obstacles, and its own size.
+
+    Attributes:
+        side_m: free strip next to the car [m]
+        gap_m: distance between the car's front and an obstacle at which it stops [m]
+        car_front_m: distance from the car's centre to its front [m]
+        car_width_m: width of the car [m]
+    """
 
     side_m: float
     gap_m: float
@@ -45,34 +65,45 @@ class ObstacleMargins:
 
 def speed_caps(
     route: Route,
-    s: np.ndarray,
+    s_m: np.ndarray,
     from_s_m: float,
-    obstacles,
-    caution: ObstacleMargins,
+    obstacles: Sequence[DetectedObstacle],
+    margins: ObstacleMargins,
     braking_mps2: float,
     horizon_m: float,
 ) -> np.ndarray:
-    """The greatest speeds (n,) m/s at the arc lengths `s` (n,) with which the car's centre, now at `from_s_m`, stays `gap_m` behind
-    everything on its lane within `horizon_m`.
+    """Return the maximum speeds with which the car stays behind every obstacle on its lane.
 
-    Behind what stands the car stops, at the last point of the route before that gap; behind what drives along the route it
-    follows at that speed. The cost does not depend on the length of the route.
+    The car stops behind a standing obstacle, at the last point of the route before the gap. It
+    follows an obstacle that moves along the route at that obstacle's speed. The cost does not
+    depend on the length of the route.
+
+    Args:
+        route: the car's route
+        s_m: (n,) arc lengths on the route at which to compute the speed [m]
+        from_s_m: arc length of the car's centre [m]
+        obstacles: the detected obstacles
+        margins: distances to keep
+        braking_mps2: deceleration with which the car stops [m/s^2]
+        horizon_m: length of the route ahead of the car that is searched for obstacles [m]
+
+    Returns:
+        (n,) speeds, infinite where no obstacle limits them [m/s]
     """
-    square = np.full(len(s), np.inf)
+    square = np.full(len(s_m), np.inf)
     for obstacle in obstacles:
-        for ahead_s in _PREDICTED_S if obstacle.speed_mps else _PREDICTED_S[:1]:
-            blocked = _blocked_from(route, from_s_m, obstacle, ahead_s, caution, horizon_m)
+        for time_s in _PREDICTION_TIMES_S if obstacle.speed_mps else _PREDICTION_TIMES_S[:1]:
+            blocked = _blocked_from(route, from_s_m, obstacle, time_s, margins, horizon_m)
             if blocked is None:
                 continue
-            rear_s, along_mps = blocked
-            stop_s = rear_s - along_mps * ahead_s - caution.gap_m - caution.car_front_m
+            rear_s_m, along_mps = blocked
+            stop_s_m = rear_s_m - along_mps * time_s - margins.gap_m - margins.car_front_m
             if along_mps == 0.0:
-                stop_s = route.last_point_s(stop_s)
-            np.minimum(
-                square, along_mps**2 + 2.0 * braking_mps2 * np.maximum(stop_s - s, 0.0), out=square
-            )
+                stop_s_m = route.last_point_s(stop_s_m)
+            room_m = np.maximum(stop_s_m - s_m, 0.0)
+            np.minimum(square, along_mps**2 + 2.0 * braking_mps2 * room_m, out=square)
             if along_mps == 0.0:
-                square[s >= stop_s] = 0.0
+                square[s_m >= stop_s_m] = 0.0
             break
     return np.sqrt(square)
 
@@ -81,22 +112,21 @@ def _blocked_from(
     route: Route,
     from_s_m: float,
     obstacle: DetectedObstacle,
-    ahead_s: float,
-    caution: ObstacleMargins,
+    time_s: float,
+    margins: ObstacleMargins,
     horizon_m: float,
-):
-    """(arc length of the obstacle's near end, its speed along the route) when it will be on the lane then, else None."""
-    x = obstacle.x_m + obstacle.speed_mps * ahead_s * math.cos(obstacle.yaw_rad)
-    y = obstacle.y_m + obstacle.speed_mps * ahead_s * math.sin(obstacle.yaw_rad)
+) -> tuple[float, float] | None:
+    """Return (arc length of an obstacle's rear, its speed along the route), None off the lane."""
+    travel_m = obstacle.speed_mps * time_s
+    x = obstacle.x_m + travel_m * math.cos(obstacle.yaw_rad)
+    y = obstacle.y_m + travel_m * math.sin(obstacle.yaw_rad)
     place = route.project(x, y, from_s_m, 0.0, horizon_m)
-    turned = obstacle.yaw_rad - place.heading_rad
-    c, s = abs(math.cos(turned)), abs(math.sin(turned))
-    half_along = 0.5 * (obstacle.length_m * c + obstacle.width_m * s)
-    half_across = 0.5 * (obstacle.length_m * s + obstacle.width_m * c)
-    if (
-        place.distance_m > half_across + 0.5 * caution.car_width_m + caution.side_m
-        or place.s_m <= from_s_m
-    ):
+    relative_yaw = obstacle.yaw_rad - place.heading_rad
+    cos, sin = abs(math.cos(relative_yaw)), abs(math.sin(relative_yaw))
+    half_along = 0.5 * (obstacle.length_m * cos + obstacle.width_m * sin)
+    half_across = 0.5 * (obstacle.length_m * sin + obstacle.width_m * cos)
+    free_m = half_across + 0.5 * margins.car_width_m + margins.side_m
+    if place.distance_m > free_m or place.s_m <= from_s_m:
         return None
-    along = max(0.0, obstacle.speed_mps * math.cos(turned))
-    return place.s_m - half_along, along if along > 0.5 else 0.0
+    along_mps = obstacle.speed_mps * math.cos(relative_yaw)
+    return place.s_m - half_along, along_mps if along_mps > _MIN_FOLLOW_SPEED_MPS else 0.0

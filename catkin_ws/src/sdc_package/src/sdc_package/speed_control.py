@@ -1,4 +1,4 @@
-"""Speed control: how hard to accelerate or brake so that the car keeps the planned speed."""
+"""Speed control: compute the acceleration with which the car keeps the planned speed."""
 
 from __future__ import annotations
 
@@ -10,8 +10,18 @@ from sdc_package.pid import Pid, PidGains
 
 @dataclass(frozen=True)
 class SpeedControlLimits:
-    """m/s^2, m/s^3 and m/s; below `standstill_mps` with a target of zero the car is held by the brake. `preview_s` and `preview_min_m`
-    are how far ahead the planned acceleration is averaged, so that pedals move before a bend and not in it."""
+    """Limits of the speed control, all positive.
+
+    Attributes:
+        acceleration_mps2: maximum acceleration [m/s^2]
+        braking_mps2: maximum deceleration [m/s^2]
+        jerk_mps3: maximum change of the acceleration [m/s^3]
+        standstill_mps: below this speed, with a target below it, the brake holds the car [m/s]
+        hold_mps2: deceleration that holds the car [m/s^2]
+        preview_s: time ahead over which the planned acceleration is averaged, so that the pedals
+            move before a bend and not in it [s]
+        preview_min_m: minimum length of that preview [m]
+    """
 
     acceleration_mps2: float
     braking_mps2: float
@@ -26,7 +36,11 @@ class SpeedControlLimits:
 
 
 class SpeedControl:
-    """PID on the speed error, with the planned acceleration as feed-forward, limited in acceleration and jerk."""
+    """PID on the speed error plus the planned acceleration, limited in acceleration and jerk.
+
+    Attributes:
+        acceleration_mps2: the last result [m/s^2]
+    """
 
     def __init__(self, gains: PidGains, limits: SpeedControlLimits):
         self.limits = limits
@@ -34,24 +48,28 @@ class SpeedControl:
         self.reset()
 
     def reset(self) -> None:
-        """Forget the past: as new."""
+        """Return to the initial state."""
         self.pid.reset()
         self.acceleration_mps2 = 0.0
 
     def preview_m(self, speed_mps: float) -> float:
-        """Length of the road ahead over which the planned acceleration counts at this speed."""
+        """Return the length over which to average the planned acceleration at this speed [m]."""
         return max(self.limits.preview_min_m, self.limits.preview_s * speed_mps)
 
     def acceleration(
         self, target_mps: float, planned_mps2: float, speed_mps: float, dt_s: float
     ) -> float:
-        """The acceleration in m/s^2 to ask of the car for this step of `dt_s` seconds."""
+        """Return the acceleration for the next time step [m/s^2].
+
+        Args:
+            target_mps: planned speed [m/s]
+            planned_mps2: planned acceleration [m/s^2]
+            speed_mps: measured speed [m/s]
+            dt_s: time since the last call [s]
+        """
         limits = self.limits
-        if (
-            target_mps < limits.standstill_mps
-            and speed_mps < limits.standstill_mps
-            and planned_mps2 <= 0.0
-        ):
+        standing = max(target_mps, speed_mps) < limits.standstill_mps
+        if standing and planned_mps2 <= 0.0:
             self.reset()
             return -limits.hold_mps2
         change = limits.jerk_mps3 * dt_s

@@ -1,22 +1,31 @@
-"""Traffic lights: which stop line the car must stop at."""
+"""Traffic lights: decide at which stop line the car stops."""
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
+from typing import Any, Iterable
 
 from sdc_common.geometry.route import Route
-from sdc_common.ros.stop_lines import RED, YELLOW, stop_lines
+from sdc_common.ros.stop_lines import RED, YELLOW, StopLine, stop_lines
+from sdc_common.validation import check_non_negative
 
-# So slow a car can stop wherever it is.
-_CREEPING_MPS = 0.5
+# A car this slow can stop anywhere.
+_CREEP_SPEED_MPS = 0.5
 
 
 @dataclass(frozen=True)
 class TrafficLightMargins:
-    """gap_m is kept free between the car's front and the stop line; reaction_s is the time in which the car begins to brake;
-    car_front_m lies between its centre and its front. It stops for yellow where its comfortable braking is enough, and for red
-    where hardest_mps2 is: a car that cannot stop any more had better clear the crossing."""
+    """Distances and limits of a stop at a traffic light.
+
+    The car stops for yellow if its comfortable braking is enough, and for red if `hardest_mps2` is.
+    A car that can no longer stop clears the crossing.
+
+    Attributes:
+        gap_m: distance between the car's front and the stop line [m]
+        reaction_s: time until the car begins to brake [s]
+        hardest_mps2: maximum deceleration for a red light [m/s^2]
+        car_front_m: distance from the car's centre to its front [m]
+    """
 
     gap_m: float
     reaction_s: float
@@ -24,68 +33,87 @@ class TrafficLightMargins:
     car_front_m: float
 
     def __post_init__(self):
-        for name, value in vars(self).items():
-            if not 0.0 <= value < math.inf:
-                raise ValueError(f"traffic_lights {name} must be a number from 0, got {value}")
+        check_non_negative(
+            **{f"traffic_lights/{name}": value for name, value in vars(self).items()}
+        )
 
 
 class TrafficLightMonitor:
-    """What the car knows of the lights, and which of them it is stopping for.
+    """The known traffic lights, and those that the car is stopping for.
 
-    stamped: whether the world says with stamps what they show; what is said without stamps is not heard any more then.
+    Attributes:
+        lines: stop line of each light by its id
+        states: state of each light by its id
+        stamped: whether the states arrive with a stamp; states without a stamp are ignored then
     """
 
-    def __init__(self, caution: TrafficLightMargins):
-        self.caution = caution
-        self.lines = {}
-        self.states = {}
+    def __init__(self, margins: TrafficLightMargins):
+        self.margins = margins
+        self.lines: dict[int, StopLine] = {}
+        self.states: dict[int, int] = {}
         self.stamped = False
-        self._stops_for = set()
+        self._stopping_for: set[int] = set()
 
-    def place(self, info) -> None:
-        """Take a CarlaTrafficLightInfoList: where the lights are. Raises ValueError as stop_lines does."""
+    def set_lines(self, info: Any) -> None:
+        """Set the stop lines.
+
+        Args:
+            info: a CarlaTrafficLightInfoList
+
+        Raises:
+            ValueError: a number is not finite
+        """
         self.lines = stop_lines(info)
 
-    def show(self, statuses, stamped: bool) -> None:
-        """Take CarlaTrafficLightStatus messages: what all lights show."""
+    def set_states(self, statuses: Iterable[Any], stamped: bool) -> None:
+        """Set the states of all lights.
+
+        Args:
+            statuses: CarlaTrafficLightStatus messages
+            stamped: whether they arrived with a stamp
+        """
         if stamped or not self.stamped:
-            self.stamped = stamped and bool(statuses)
             self.states = {status.id: status.state for status in statuses}
+            self.stamped = stamped and bool(self.states)
 
     def stop_s(
         self, route: Route, from_s_m: float, speed_mps: float, braking_mps2: float, horizon_m: float
-    ):
-        """The arc length at which the car's centre, now at `from_s_m`, must stop for the nearest of these lights, or None.
+    ) -> float | None:
+        """Return the arc length at which the car's centre must stop for the nearest light, or None.
 
-        A car that has begun to stop for a light goes on doing so until it is neither red nor yellow.
+        Once the car has begun to stop for a light, it continues until the light is neither red nor
+        yellow.
+
+        Args:
+            route: the car's route
+            from_s_m: arc length of the car's centre [m]
+            speed_mps: speed of the car [m/s]
+            braking_mps2: comfortable deceleration [m/s^2]
+            horizon_m: length of the route ahead of the car that is searched for stop lines [m]
         """
         stops = []
         for number, state in self.states.items():
-            line_s = (
-                self.lines[number].along(route, from_s_m, horizon_m)
-                if number in self.lines
-                else None
-            )
-            if (
-                state not in (RED, YELLOW)
-                or line_s is None
-                or line_s <= from_s_m + self.caution.car_front_m
-            ):
-                self._stops_for.discard(number)
+            line_s_m = None
+            if state in (RED, YELLOW) and number in self.lines:
+                line_s_m = self.lines[number].along(route, from_s_m, horizon_m)
+            if line_s_m is None or line_s_m <= from_s_m + self.margins.car_front_m:
+                self._stopping_for.discard(number)
                 continue
-            stop_s = line_s - self.caution.car_front_m - self.caution.gap_m
-            if number in self._stops_for or self._can_stop(
-                state, stop_s - from_s_m, speed_mps, braking_mps2
+            stop_s_m = line_s_m - self.margins.car_front_m - self.margins.gap_m
+            room_m = stop_s_m - from_s_m
+            if number in self._stopping_for or self._can_stop(
+                state, room_m, speed_mps, braking_mps2
             ):
-                self._stops_for.add(number)
-                stops.append(stop_s)
+                self._stopping_for.add(number)
+                stops.append(stop_s_m)
         return min(stops, default=None)
 
     def _can_stop(self, state: int, room_m: float, speed_mps: float, braking_mps2: float) -> bool:
-        """Whether the car can stop: for yellow comfortably and in its place, for red with its front on the line at the latest."""
+        """Return whether the car can stop, for red with its front at the line and hard braking."""
         if state == RED:
-            room_m, braking_mps2 = room_m + self.caution.gap_m, self.caution.hardest_mps2
-        room_m -= self.caution.reaction_s * speed_mps
-        return speed_mps < _CREEPING_MPS or speed_mps * speed_mps <= 2.0 * braking_mps2 * max(
-            room_m, 0.0
+            room_m, braking_mps2 = room_m + self.margins.gap_m, self.margins.hardest_mps2
+        braking_room_m = max(room_m - self.margins.reaction_s * speed_mps, 0.0)
+        return (
+            speed_mps < _CREEP_SPEED_MPS
+            or speed_mps * speed_mps <= 2.0 * braking_mps2 * braking_room_m
         )

@@ -1,6 +1,6 @@
-"""A student's steering, as the README shows it, for the tests."""
+"""A steering method of a user, as in the README of the package."""
 
-from sdc_package.steering.method import Steering
+from sdc_package.steering import Steering
 
 
 class MySteering(Steering):

@@ -1,1 +1,5 @@
+"""Steering methods with a common interface, `Steering`."""
 
+from sdc_package.steering.method import Steering
+
+__all__ = ["Steering"]

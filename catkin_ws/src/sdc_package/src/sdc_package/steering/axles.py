@@ -1,4 +1,4 @@
-"""Where a car's axles run while its centre follows a path, with the slip of its tyres."""
+"""The paths of the axles while the car's centre follows a path, with the slip of the tyres."""
 
 from __future__ import annotations
 
@@ -8,14 +8,21 @@ from dataclasses import dataclass
 from sdc_common.geometry.polyline import Polyline
 from sdc_common.validation import check_non_negative, check_positive
 
-# A bend so tight that the rear axle would stand still is no bend a car can drive.
-_MOST_SLIP_SINE = 0.95
+# In a bend tighter than this, the rear axle would stand still. No car can drive it.
+MAX_SLIP_SINE = 0.95
 
 
 @dataclass(frozen=True)
 class Axles:
-    """Distances in metres from the car's centre, the point that follows the path, to its axles, and their cornering
-    compliances: the tyres' slip angle a unit of lateral acceleration, rad/(m/s^2)."""
+    """Positions of the axles and stiffness of the tyres.
+
+    Attributes:
+        front_m: distance from the car's centre, which follows the path, to the front axle [m]
+        rear_m: distance from the car's centre to the rear axle [m]
+        front_compliance: slip angle of the front tyres per unit of lateral acceleration
+            [rad/(m/s^2)]
+        rear_compliance: slip angle of the rear tyres per unit of lateral acceleration [rad/(m/s^2)]
+    """
 
     front_m: float
     rear_m: float
@@ -30,39 +37,47 @@ class Axles:
 
     @property
     def wheelbase_m(self) -> float:
-        """Front axle to rear axle."""
+        """Return the distance between the axles [m]."""
         return self.front_m + self.rear_m
 
     @property
     def understeer_gradient(self) -> float:
-        """Wheel angle that lateral acceleration asks for beyond the geometric one, rad/(m/s^2) (R. Rajamani, Vehicle Dynamics and
-        Control, 2nd ed., section 3.3)."""
+        """Return the wheel angle that a unit of lateral acceleration adds [rad/(m/s^2)].
+
+        Reference: R. Rajamani, Vehicle Dynamics and Control, 2nd ed., section 3.3.
+        """
         return self.front_compliance - self.rear_compliance
 
 
 def front_axle_path(line: Polyline, count: int, speed_mps: float, axles: Axles) -> Polyline:
-    """The line that the front axle follows while the car's centre follows the first `count` points of `line`.
+    """Return the path of the front axle while the car's centre follows a line.
 
-    In a bend the front axle runs outside of the centre: steering the front axle along the centre's path would make the car cut
-    the corner, by 0.9 m in a bend of 4 m radius.
+    In a bend the front axle runs outside of the centre. A front axle on the centre's path would
+    make the car cut the corner, by 0.9 m in a bend of 4 m radius.
+
+    Args:
+        line: path of the centre
+        count: number of points of the line to use, from its start
+        speed_mps: speed of the car [m/s]
+        axles: geometry and tyres of the car
     """
     return _axle_path(line, count, speed_mps, axles, axles.front_m)
 
 
 def rear_axle_path(line: Polyline, count: int, speed_mps: float, axles: Axles) -> Polyline:
-    """The line that the rear axle follows while the car's centre follows the first `count` points of `line`: inside of a bend."""
+    """Return the path of the rear axle, inside of a bend; see `front_axle_path`."""
     return _axle_path(line, count, speed_mps, axles, -axles.rear_m)
 
 
 def _axle_path(
     line: Polyline, count: int, speed_mps: float, axles: Axles, ahead_m: float
 ) -> Polyline:
-    """The line of the point `ahead_m` ahead of the centre.
+    """Return the path of the point `ahead_m` ahead of the centre.
 
-    The slip angle u between path and car at the centre obeys du/ds = curvature - sin(u) / rear_m (kinematic bicycle; R. Rajamani,
-    Vehicle Dynamics and Control, 2nd ed., section 2.2); here it is advanced from point to point with the solution for constant
-    curvature. At speed the rear tyres slip outwards and turn the car back into the bend, by their compliance times the lateral
-    acceleration (the same, section 3.1).
+    The slip angle u between path and car at the centre obeys du/ds = curvature - sin(u) / rear_m
+    (kinematic bicycle, Rajamani, section 2.2). From point to point, u follows the solution for
+    constant curvature. At speed the rear tyres slip outwards and turn the car into the bend, by
+    their compliance times the lateral acceleration (section 3.1).
     """
     points = []
     slip = None
@@ -71,17 +86,16 @@ def _axle_path(
         if i > 0:
             length = line.lengths[i - 1]
             sine = axles.rear_m * (headings[i] - headings[i - 1]) / length
-            steady = math.asin(min(max(sine, -_MOST_SLIP_SINE), _MOST_SLIP_SINE))
+            steady = math.asin(min(max(sine, -MAX_SLIP_SINE), MAX_SLIP_SINE))
             if slip is None:
                 slip = steady
             slip = steady + (slip - steady) * math.exp(-length * math.cos(steady) / axles.rear_m)
-        sideways = 0.0
+        tyre_slip = 0.0
         if 0 < i < count - 1:
-            curvature = (headings[i + 1] - headings[i - 1]) / (
-                line.lengths[i - 1] + line.lengths[i]
-            )
-            sideways = axles.rear_compliance * curvature * speed_mps * speed_mps
-        yaw = headings[i] - (slip or 0.0) + sideways
+            length = line.lengths[i - 1] + line.lengths[i]
+            curvature = (headings[i + 1] - headings[i - 1]) / length
+            tyre_slip = axles.rear_compliance * curvature * speed_mps * speed_mps
+        yaw = headings[i] - (slip or 0.0) + tyre_slip
         x, y = line.points[i]
         points.append((x + ahead_m * math.cos(yaw), y + ahead_m * math.sin(yaw)))
     return Polyline(points)

@@ -1,18 +1,21 @@
-"""The kinematic controller: exact linearisation of a car that rolls without slipping, in the coordinates of its path.
+"""The kinematic controller: exact linearization of a rolling car in the coordinates of its path.
 
-Source: A. De Luca, G. Oriolo and C. Samson, Feedback Control of a Nonholonomic Car-like Robot, in J.-P. Laumond (ed.), Robot Motion
-Planning and Control, Springer 1998 (chained form in path coordinates, and its control for path following); it is the
-kinematic controller of J. M. Snider, CMU-RI-TR-09-08, 2009.
+Reference: A. De Luca, G. Oriolo and C. Samson, Feedback Control of a Nonholonomic Car-like Robot,
+in J.-P. Laumond (ed.), Robot Motion Planning and Control, Springer 1998 (chained form in path
+coordinates, and its control for path following). It is the kinematic controller of J. M. Snider,
+CMU-RI-TR-09-08, 2009.
 
-With c the path's curvature at the rear axle's place s on it, c' its slope, d the cross-track error, theta the heading error, delta the
-wheel angle and L the wheelbase, the chained form is
+With the path's curvature c at the rear axle's place s, its slope c', the cross-track error d, the
+heading error theta, the wheel angle delta and the wheelbase L, the chained form is
 
-    x1 = s    x2 = -c' d tan(theta) - c (1 - d c) (1 + sin^2 theta) / cos^2 theta + (1 - d c)^2 tan(delta) / (L cos^3 theta)
-    x3 = (1 - d c) tan(theta)    x4 = d
+    x1 = s x2 = -c' d tan(theta) - c (1 - d c) (1 + sin^2 theta) / cos^2 theta + (1 - d c)^2
+    tan(delta) / (L cos^3 theta) x3 = (1 - d c) tan(theta) x4 = d
 
-with dx4 = x3 dx1, dx3 = x2 dx1, dx2 = u2 dt. The feedback dx2/dx1 = -k1 x4 - k2 x3 - k3 x2 makes the error die out over the distance
-driven, at any speed. The source turns u2 into a rate of the steering. As the car's steering goes where it is told, the same is had
-by carrying x2 along and solving its definition for delta: no clock and no second derivative of the road is needed.
+with dx4 = x3 dx1, dx3 = x2 dx1, dx2 = u2 dt. The feedback dx2/dx1 = -k1 x4 - k2 x3 - k3 x2 reduces
+the error over the distance driven, at any speed. The reference turns u2 into a rate of the
+steering. Because this car's wheels follow their command, the controller integrates x2 instead and
+solves its definition for delta. It needs neither a clock nor the second derivative of the
+curvature.
 """
 
 from __future__ import annotations
@@ -25,19 +28,26 @@ from sdc_package.local_path import ReferencePath
 from sdc_package.steering.axles import Axles, rear_axle_path
 from sdc_package.steering.method import Steering, predicted_pose
 
-_LOOK_AT_M = 6.0
-# A car moves less than this between two calls; one that moves more was picked up and put elsewhere.
-_LONGEST_STEP_M = 5.0
-# Where the path coordinates end: a car across the path, or in the centre of its bend. The cube of the cosine lets go of the steering
-# long before a right angle, so that greater heading errors count as this one.
-_MOST_HEADING_ERROR_RAD = 0.8
-_LEAST_SCALE = 0.3
-# No steering drives a bend tighter than this, and x2 is the curvature in excess of the path's.
-_MOST_EXCESS_CURVATURE = 0.3
+# The rear axle's path is computed up to this distance ahead of the car's centre.
+_PATH_AHEAD_M = 6.0
+# The car moves less than this between two calls, unless it is moved to another place.
+_MAX_STEP_M = 5.0
+# Path coordinates are singular for a car across the path, or at the centre of its bend. The cube of
+# the cosine removes the steering long before a right angle, so that greater errors count as this
+# one.
+_MAX_HEADING_ERROR_RAD = 0.8
+_MIN_SCALE = 0.3
+# x2 is the curvature beyond that of the path, and no car drives a tighter bend.
+_MAX_EXCESS_CURVATURE = 0.3
 
 
 class ChainedForm:
-    """The controller proper. `k` in 1/m: the error's three poles all lie at -k a metre, so that k1 = k^3, k2 = 3 k^2, k3 = 3 k."""
+    """The controller in path coordinates.
+
+    Attributes:
+        wheelbase_m: distance between the axles [m]
+        x2: state of the chained form, the curvature beyond that of the path [1/m]
+    """
 
     def __init__(self, wheelbase_m: float):
         self.wheelbase_m = wheelbase_m
@@ -52,18 +62,24 @@ class ChainedForm:
         curvature_slope: float,
         k: float,
     ) -> float:
-        """Front wheel angle in radians, positive to the left, after `driven_m` metres since the last call.
+        """Return the front wheel angle, positive left [rad].
 
-        cross_track_m is positive to the left of the path, heading_error_rad is the rear axle's direction of motion less the path's;
-        curvature in 1/m and curvature_slope in 1/m^2 are the path's.
+        Args:
+            driven_m: distance driven since the last call [m]
+            cross_track_m: lateral offset of the rear axle, positive left of the path [m]
+            heading_error_rad: direction in which the rear axle moves minus heading of the path
+                [rad]
+            curvature: curvature of the path [1/m]
+            curvature_slope: change of the curvature per distance [1/m^2]
+            k: all three poles of the error are at -k, so that k1 = k^3, k2 = 3 k^2, k3 = 3 k [1/m]
         """
-        theta = min(max(heading_error_rad, -_MOST_HEADING_ERROR_RAD), _MOST_HEADING_ERROR_RAD)
-        scale = max(_LEAST_SCALE, 1.0 - cross_track_m * curvature)
+        theta = min(max(heading_error_rad, -_MAX_HEADING_ERROR_RAD), _MAX_HEADING_ERROR_RAD)
+        scale = max(_MIN_SCALE, 1.0 - cross_track_m * curvature)
         cos, tan = math.cos(theta), math.tan(theta)
         x3 = scale * tan
         goal = -(k * k * cross_track_m + 3.0 * k * x3) / 3.0
         self.x2 = goal + (self.x2 - goal) * math.exp(-3.0 * k * driven_m * cos / scale)
-        self.x2 = min(max(self.x2, -_MOST_EXCESS_CURVATURE), _MOST_EXCESS_CURVATURE)
+        self.x2 = min(max(self.x2, -_MAX_EXCESS_CURVATURE), _MAX_EXCESS_CURVATURE)
         bend = (
             self.x2
             + curvature_slope * cross_track_m * tan
@@ -73,14 +89,23 @@ class ChainedForm:
 
 
 class KinematicSteering(Steering):
-    """The kinematic controller at the rear axle, along the path that it takes when the car's centre follows the route, with the
-    tyres' slip reckoned in.
+    """The kinematic controller, at the rear axle, while the car's centre follows the route.
 
-    Figures: the error dies out over `convergence_m` + speed times `convergence_s` (each pole's distance; a constant distance
-    would ask ever more of the steering as the car gets faster); `preview_s`, how far ahead in time the pose is predicted.
+    The slip of the tyres is compensated.
     """
 
     def __init__(self, axles: Axles, convergence_m: float, convergence_s: float, preview_s: float):
+        """Set the parameters.
+
+        The error decreases over `convergence_m + convergence_s * speed`. A constant distance would
+        demand ever faster steering as the speed grows.
+
+        Args:
+            axles: geometry and tyres of the car
+            convergence_m: distance over which an error decreases at standstill [m]
+            convergence_s: additional distance per speed [s]
+            preview_s: delay over which the pose is predicted [s]
+        """
         check_positive(convergence_m=convergence_m)
         check_non_negative(convergence_s=convergence_s, preview_s=preview_s)
         self.axles = axles
@@ -88,7 +113,7 @@ class KinematicSteering(Steering):
         self.convergence_s = convergence_s
         self.preview_s = preview_s
         self.form = ChainedForm(axles.wheelbase_m)
-        self._last = None
+        self._last_xy: tuple[float, float] | None = None
 
     def wheel_angle(
         self,
@@ -102,20 +127,17 @@ class KinematicSteering(Steering):
         """See Steering.wheel_angle."""
         axles = self.axles
         x, y, yaw = predicted_pose(x_m, y_m, yaw_rad, speed_mps, yaw_rate_radps, self.preview_s)
-        centre_s = path.line.nearest(x, y)[2]
-        rear = rear_axle_path(
-            path.line, path.line.count_until(centre_s + _LOOK_AT_M), speed_mps, axles
-        )
-        _, _, s, cross_track, heading = rear.nearest(
-            x - axles.rear_m * math.cos(yaw), y - axles.rear_m * math.sin(yaw)
-        )
-        curvature = rear.curvature_at(s)
-        slope = 0.5 * (rear.curvature_at(s + 1.0) - rear.curvature_at(s - 1.0))
+        centre_s = path.line.nearest(x, y).s_m
+        count = path.line.count_until(centre_s + _PATH_AHEAD_M)
+        rear = rear_axle_path(path.line, count, speed_mps, axles)
+        place = rear.nearest(x - axles.rear_m * math.cos(yaw), y - axles.rear_m * math.sin(yaw))
+        curvature = rear.curvature_at(place.s_m)
+        slope = 0.5 * (rear.curvature_at(place.s_m + 1.0) - rear.curvature_at(place.s_m - 1.0))
         acceleration = curvature * speed_mps * speed_mps
-        heading_error = wrap_angle(yaw - axles.rear_compliance * acceleration - heading)
+        heading_error = wrap_angle(yaw - axles.rear_compliance * acceleration - place.heading_rad)
         angle = self.form.wheel_angle(
-            self._driven(x_m, y_m, yaw_rad),
-            cross_track,
+            self._driven_m(x_m, y_m, yaw_rad),
+            place.cross_track_m,
             heading_error,
             curvature,
             slope,
@@ -123,10 +145,10 @@ class KinematicSteering(Steering):
         )
         return angle + axles.understeer_gradient * acceleration
 
-    def _driven(self, x_m: float, y_m: float, yaw_rad: float) -> float:
-        """Metres that the car moved forward since the last call."""
-        last, self._last = self._last, (x_m, y_m)
-        if last is None or math.dist(last, (x_m, y_m)) > _LONGEST_STEP_M:
+    def _driven_m(self, x_m: float, y_m: float, yaw_rad: float) -> float:
+        """Return how far the car has moved forward since the last call [m]."""
+        last, self._last_xy = self._last_xy, (x_m, y_m)
+        if last is None or math.dist(last, (x_m, y_m)) > _MAX_STEP_M:
             self.form.x2 = 0.0
             return 0.0
         return max(0.0, (x_m - last[0]) * math.cos(yaw_rad) + (y_m - last[1]) * math.sin(yaw_rad))

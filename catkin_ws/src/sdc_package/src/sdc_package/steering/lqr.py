@@ -1,13 +1,16 @@
-"""LQR steering: state feedback on the dynamic bicycle's errors, optimal for a quadratic cost, with and without feed-forward.
+"""LQR steering: optimal state feedback on the dynamic bicycle model, with and without feed-forward.
 
-Source: R. Rajamani, Vehicle Dynamics and Control, 2nd ed., section 2.5 (the bicycle in terms of its errors), section 3.1 (state feedback)
-and section 3.2 (the steady-state errors, and the feed-forward that removes that of position); these are the optimal controllers of
-J. M. Snider, CMU-RI-TR-09-08, 2009. The gains are those of the sampled system: a wheel angle holds for a tick.
+Reference: R. Rajamani, Vehicle Dynamics and Control, 2nd ed., section 2.5 (the bicycle model in
+terms of its errors), section 3.1 (state feedback) and section 3.2 (steady-state errors, and the
+feed-forward that removes the cross-track error). These are the optimal controllers of J. M. Snider,
+CMU-RI-TR-09-08, 2009. The gains are those of the sampled system, because a wheel angle holds for
+one tick.
 """
 
 from __future__ import annotations
 
 import math
+from typing import Sequence
 
 import numpy as np
 from scipy.linalg import expm, solve_discrete_are
@@ -15,20 +18,30 @@ from scipy.linalg import expm, solve_discrete_are
 from sdc_common.geometry.angles import wrap_angle
 from sdc_common.validation import check_non_negative, check_positive
 from sdc_package.local_path import ReferencePath
-from sdc_package.steering.axles import Axles
+from sdc_package.steering.axles import MAX_SLIP_SINE, Axles
 from sdc_package.steering.method import Steering, predicted_pose
 
-# Below the first of these speeds the model's tyres are too stiff to tell anything, beyond the last one no road allows to drive.
+# Below the first speed the tyres of the model are too stiff for a solution; no car drives faster
+# than the last one.
 _SPEEDS_MPS = [1.0 + 0.5 * i for i in range(79)]
-_MOST_SLIP_SINE = 0.95
 
 
-def error_model(speed_mps: float, axles: Axles, gyration_m: float):
-    """The continuous error dynamics x' = A x + B delta (Rajamani, equation 2.45, without the road's own turning): A (4, 4), B (4, 1).
+def error_model(speed_mps: float, axles: Axles, gyration_m: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the continuous error dynamics x' = A x + B delta on a straight path.
 
-    x = [cross-track error m, its rate m/s, heading error rad, its rate rad/s], positive to the left; gyration_m is the
-    radius of gyration about the vertical axis, sqrt(yaw inertia / mass). Divided by the mass, an axle's cornering stiffness is
-    its share of the weight over its compliance.
+    The state x is [cross-track error m, its rate m/s, heading error rad, its rate rad/s], positive
+    left. Divided by the mass, the cornering stiffness of an axle is its share of the weight over
+    its compliance.
+
+    Args:
+        speed_mps: speed [m/s]
+        axles: geometry and tyres of the car
+        gyration_m: radius of gyration about the vertical axis, sqrt(yaw inertia / mass) [m]
+
+    Returns:
+        A (4, 4) and B (4, 1)
+
+    Reference: Rajamani, equation 2.45.
     """
     lf, lr = axles.front_m, axles.rear_m
     front = lr / (axles.wheelbase_m * axles.front_compliance)
@@ -50,12 +63,25 @@ def error_model(speed_mps: float, axles: Axles, gyration_m: float):
 
 
 def lqr_gains(
-    speed_mps: float, axles: Axles, gyration_m: float, weights, steer_weight: float, tick_s: float
-):
-    """The four gains K of delta = -K x at one speed, rad a unit of each error.
+    speed_mps: float,
+    axles: Axles,
+    gyration_m: float,
+    weights: Sequence[float],
+    steer_weight: float,
+    tick_s: float,
+) -> list[float]:
+    """Return the four gains K of delta = -K x at one speed [rad per unit of each error].
 
-    weights: (4,) on the squares of the errors; steer_weight on that of the wheel angle; tick_s: for how long a wheel angle is held.
-    Raises ValueError where these figures leave no stable car.
+    Args:
+        speed_mps: speed [m/s]
+        axles: geometry and tyres of the car
+        gyration_m: radius of gyration about the vertical axis [m]
+        weights: (4,) cost per square of each error
+        steer_weight: cost per square of the wheel angle
+        tick_s: time for which a wheel angle holds [s]
+
+    Raises:
+        ValueError: no gains stabilize this car
     """
     a, b = error_model(speed_mps, axles, gyration_m)
     held = expm(tick_s * np.block([[a, b], [np.zeros((1, 5))]]))
@@ -65,33 +91,47 @@ def lqr_gains(
         return np.linalg.solve(steer_weight + b.T @ p @ b, b.T @ p @ a)[0].tolist()
     except np.linalg.LinAlgError as error:
         raise ValueError(
-            f"no gains keep such a car on its path at {speed_mps:g} m/s ({error})"
+            f"no gains stabilize this car at {speed_mps:g} m/s ({error}); check its weights and "
+            "axles"
         ) from error
 
 
 class GainSchedule:
-    """LQR gains over speed, computed once; in between they are linear, beyond the ends constant. `gains(speed_mps)` gives four."""
+    """Gains over speed, linear between the given speeds and constant beyond."""
 
-    def __init__(self, speeds_mps, rows):
+    def __init__(self, speeds_mps: Sequence[float], rows: Sequence[Sequence[float]]):
+        """Set the gains.
+
+        Args:
+            speeds_mps: two or more equidistant speeds, rising [m/s]
+            rows: gains at each speed
+        """
         self.first_mps = speeds_mps[0]
         self.step_mps = speeds_mps[1] - speeds_mps[0]
         self.rows = rows
 
-    def gains(self, speed_mps: float):
-        """[rad/m, rad/(m/s), rad/rad, rad/(rad/s)] at this speed."""
-        place = min(max((speed_mps - self.first_mps) / self.step_mps, 0.0), len(self.rows) - 1.0)
-        low = min(int(place), len(self.rows) - 2)
-        part = place - low
-        return [a + part * (b - a) for a, b in zip(self.rows[low], self.rows[low + 1])]
+    def gains(self, speed_mps: float) -> list[float]:
+        """Return the gains at this speed."""
+        position = (speed_mps - self.first_mps) / self.step_mps
+        position = min(max(position, 0.0), len(self.rows) - 1.0)
+        low = min(int(position), len(self.rows) - 2)
+        fraction = position - low
+        return [a + fraction * (b - a) for a, b in zip(self.rows[low], self.rows[low + 1])]
 
 
-def steady_state(curvature: float, speed_mps: float, axles: Axles):
-    """(wheel angle, heading error) in radians of the car that drives a circle with its centre on it.
+def steady_state(curvature: float, speed_mps: float, axles: Axles) -> tuple[float, float]:
+    """Return wheel angle and heading error of a car on a circle, with its centre on the path [rad].
 
-    For small angles these are L c + K v^2 c and -rear c + rear compliance v^2 c (Rajamani, equations 3.12 and 3.13 rewritten with the
-    compliances); here with the bicycle's exact geometry, which a bend of 4 m radius asks for.
+    For small angles they are L c + K v^2 c and -rear c + rear compliance v^2 c (Rajamani, equations
+    3.12 and 3.13 with compliances). Tight bends need the exact geometry of the bicycle, which is
+    used here.
+
+    Args:
+        curvature: curvature of the circle, positive left [1/m]
+        speed_mps: speed [m/s]
+        axles: geometry and tyres of the car
     """
-    sine = min(max(axles.rear_m * curvature, -_MOST_SLIP_SINE), _MOST_SLIP_SINE)
+    sine = min(max(axles.rear_m * curvature, -MAX_SLIP_SINE), MAX_SLIP_SINE)
     slip = math.asin(sine)
     acceleration = curvature * speed_mps * speed_mps
     wheel = (
@@ -102,12 +142,7 @@ def steady_state(curvature: float, speed_mps: float, axles: Axles):
 
 
 class LqrSteering(Steering):
-    """State feedback at the car's centre, nothing else: in a bend it keeps an error that its gains leave.
-
-    Figures: `cross_track_weight` 1/m^2, `cross_track_rate_weight` s^2/m^2, `heading_weight` 1/rad^2, `heading_rate_weight` s^2/rad^2 and
-    `steer_weight` 1/rad^2 of the quadratic cost; `gyration_m`, the car's radius of gyration about the vertical axis; `tick_s`, for
-    how long a command holds; `preview_s`, how far ahead in time the pose is predicted.
-    """
+    """State feedback at the car's centre without feed-forward; in a bend a steady error remains."""
 
     feeds_forward = False
 
@@ -123,6 +158,19 @@ class LqrSteering(Steering):
         tick_s: float,
         preview_s: float,
     ):
+        """Compute the gains over speed.
+
+        Args:
+            axles: geometry and tyres of the car
+            cross_track_weight: cost of the cross-track error [1/m^2]
+            cross_track_rate_weight: cost of its rate [s^2/m^2]
+            heading_weight: cost of the heading error [1/rad^2]
+            heading_rate_weight: cost of its rate [s^2/rad^2]
+            steer_weight: cost of the wheel angle [1/rad^2]
+            gyration_m: radius of gyration about the vertical axis [m]
+            tick_s: time for which a command holds [s]
+            preview_s: delay over which the pose is predicted [s]
+        """
         check_positive(
             cross_track_weight=cross_track_weight,
             steer_weight=steer_weight,
@@ -137,7 +185,8 @@ class LqrSteering(Steering):
         )
         if not (axles.front_compliance > 0.0 and axles.rear_compliance > 0.0):
             raise ValueError(
-                "the dynamic bicycle needs tyres that give: set front_compliance and rear_compliance of axles above 0"
+                "the dynamic bicycle model needs slipping tyres: set 'front_compliance' and "
+                "'rear_compliance' of 'axles' above 0"
             )
         self.axles = axles
         self.preview_s = preview_s
@@ -159,17 +208,17 @@ class LqrSteering(Steering):
         speed_mps: float,
         yaw_rate_radps: float = 0.0,
     ) -> float:
-        """See Steering.wheel_angle. How fast the car slides at its centre is not measured: it is that of a steady bend."""
+        """See Steering.wheel_angle."""
         x, y, yaw = predicted_pose(x_m, y_m, yaw_rad, speed_mps, yaw_rate_radps, self.preview_s)
-        _, _, s, cross_track, heading = path.line.nearest(x, y)
-        curvature = path.line.curvature_at(s)
-        heading_error = wrap_angle(yaw - heading)
-        slide = (
-            self.axles.rear_m - self.axles.rear_compliance * speed_mps * speed_mps
-        ) * yaw_rate_radps
-        rate = speed_mps * math.sin(heading_error) + slide * math.cos(heading_error)
+        place = path.line.nearest(x, y)
+        curvature = path.line.curvature_at(place.s_m)
+        heading_error = wrap_angle(yaw - place.heading_rad)
+        # The lateral speed of the centre is not measured. It is taken from a steady bend.
+        lever_m = self.axles.rear_m - self.axles.rear_compliance * speed_mps * speed_mps
+        lateral_mps = lever_m * yaw_rate_radps
+        rate = speed_mps * math.sin(heading_error) + lateral_mps * math.cos(heading_error)
         return self.feedback(
-            cross_track,
+            place.cross_track_m,
             rate,
             heading_error,
             yaw_rate_radps - speed_mps * curvature,
@@ -186,8 +235,16 @@ class LqrSteering(Steering):
         curvature: float,
         speed_mps: float,
     ) -> float:
-        """The law itself: front wheel angle in radians, positive to the left, from the errors of the centre (positive to the left) and
-        the path's curvature in 1/m."""
+        """Return the front wheel angle for the errors of the car's centre, all positive left [rad].
+
+        Args:
+            cross_track_m: cross-track error [m]
+            cross_track_rate_mps: its rate [m/s]
+            heading_error_rad: heading of the car minus heading of the path [rad]
+            heading_rate_radps: its rate [rad/s]
+            curvature: curvature of the path [1/m]
+            speed_mps: speed [m/s]
+        """
         k1, k2, k3, k4 = self.schedule.gains(speed_mps)
         angle = (
             -k1 * cross_track_m
@@ -202,6 +259,6 @@ class LqrSteering(Steering):
 
 
 class LqrFeedforwardSteering(LqrSteering):
-    """The same with the wheel angle of the road's bend fed forward, which leaves no error of position on a circle."""
+    """LQR steering with the wheel angle of the bend as feed-forward: no error on a circle."""
 
     feeds_forward = True

@@ -1,8 +1,9 @@
-"""Pure pursuit: the rear axle drives the arc that leads to a point of the path some way ahead.
+"""Pure pursuit: the rear axle drives the arc to a point of the path some distance ahead.
 
-Source: R. C. Coulter, Implementation of the Pure Pursuit Path Tracking Algorithm, CMU-RI-TR-92-01, 1992; in the form with a
-look-ahead distance proportional to speed of J. M. Snider, Automatic Steering Methods for Autonomous Automobile Path Tracking,
-CMU-RI-TR-09-08, 2009, section on pure pursuit: delta = atan(2 L sin(alpha) / (k v)).
+References: R. C. Coulter, Implementation of the Pure Pursuit Path Tracking Algorithm,
+CMU-RI-TR-92-01, 1992. The look-ahead distance is proportional to the speed, as in J. M. Snider,
+Automatic Steering Methods for Autonomous Automobile Path Tracking, CMU-RI-TR-09-08, 2009: delta =
+atan(2 L sin(alpha) / (k v)).
 """
 
 from __future__ import annotations
@@ -15,52 +16,77 @@ from sdc_package.local_path import ReferencePath
 from sdc_package.steering.axles import Axles, rear_axle_path
 from sdc_package.steering.method import Steering, predicted_pose
 
-# Beyond the look-ahead point the path is of no concern, but for the slip at that point.
+# The slip at the look-ahead point depends on the path this far beyond it.
 _BEYOND_M = 3.0
+# A car almost as far from the line as the look-ahead distance sees no point at that distance.
+_MAX_OFFSET_SHARE = 0.95
 
 
 def pure_pursuit_angle(alpha_rad: float, look_ahead_m: float, wheelbase_m: float) -> float:
-    """Front wheel angle in radians, positive to the left, of the arc from the rear axle to a point `look_ahead_m` away.
+    """Return the front wheel angle of the arc from the rear axle to the look-ahead point.
 
-    alpha_rad is the direction of that point less the rear axle's direction of motion.
+    Args:
+        alpha_rad: direction of the point, relative to the motion of the rear axle [rad]
+        look_ahead_m: distance of the point [m]
+        wheelbase_m: distance between the axles [m]
+
+    Returns:
+        wheel angle, positive left [rad]
     """
     return math.atan2(2.0 * wheelbase_m * math.sin(alpha_rad), look_ahead_m)
 
 
-def look_ahead_point(line: Polyline, x_m: float, y_m: float, distance_m: float):
-    """The first point of a line, from the place nearest to (x_m, y_m) on, that is `distance_m` away from it; the last piece reaches
-    on beyond its end. A car farther from the line than that looks at the point as far on along the line.
+def look_ahead_point(
+    line: Polyline, x_m: float, y_m: float, distance_m: float
+) -> tuple[float, float]:
+    """Return the point ahead on a line at a straight distance from the car [m].
 
-    Returns (x, y) metres. Raises ValueError for a distance that is not positive.
+    The last segment continues beyond its end. If the car is farther from the line than the
+    distance, return the point that is this far along the line.
+
+    Args:
+        line: the line, which the search follows from the place nearest to the car
+        x_m: position of the car [m]
+        y_m: position of the car [m]
+        distance_m: straight distance from the car [m]
+
+    Raises:
+        ValueError: the distance is not positive
     """
-    if not distance_m > 0.0:
-        raise ValueError(f"the look-ahead distance must be positive, got {distance_m}")
-    _, _, start_s, cross_track, _ = line.nearest(x_m, y_m)
-    if abs(cross_track) >= 0.95 * distance_m:
-        return line.point_at(start_s + distance_m)
-    square = distance_m * distance_m
+    check_positive(distance_m=distance_m)
+    start = line.nearest(x_m, y_m)
+    if start.distance_m >= _MAX_OFFSET_SHARE * distance_m:
+        return line.point_at(start.s_m + distance_m)
     final = len(line.lengths) - 1
     for i, length in enumerate(line.lengths):
-        if length == 0.0 or (line.s[i + 1] < start_s and i < final):
+        if length == 0.0 or (line.s[i + 1] < start.s_m and i < final):
             continue
-        (x, y), (next_x, next_y) = line.points[i], line.points[i + 1]
-        away_x, away_y = next_x - x_m, next_y - y_m
-        if i < final and away_x * away_x + away_y * away_y < square:
-            continue
-        step_x, step_y = (next_x - x) / length, (next_y - y) / length
-        offset_x, offset_y = x - x_m, y - y_m
-        towards = offset_x * step_x + offset_y * step_y
-        along = -towards + math.sqrt(
-            max(0.0, towards * towards - (offset_x * offset_x + offset_y * offset_y - square))
-        )
-        return x + along * step_x, y + along * step_y
+        if i == final or math.dist(line.points[i + 1], (x_m, y_m)) >= distance_m:
+            return _circle_exit(line.points[i], line.points[i + 1], length, (x_m, y_m), distance_m)
     return line.points[-1]
 
 
+def _circle_exit(
+    start: tuple[float, float],
+    end: tuple[float, float],
+    length_m: float,
+    centre: tuple[float, float],
+    radius_m: float,
+) -> tuple[float, float]:
+    """Return the point at which the segment from start to end leaves a circle."""
+    step_x, step_y = (end[0] - start[0]) / length_m, (end[1] - start[1]) / length_m
+    offset_x, offset_y = start[0] - centre[0], start[1] - centre[1]
+    inward = offset_x * step_x + offset_y * step_y
+    power = offset_x * offset_x + offset_y * offset_y - radius_m * radius_m
+    along = -inward + math.sqrt(max(0.0, inward * inward - power))
+    return start[0] + along * step_x, start[1] + along * step_y
+
+
 class PurePursuitSteering(Steering):
-    """Pure pursuit of the rear axle along the path that it takes when the car's centre follows the route, with the tyres' slip
-    reckoned in. Figures: `look_ahead_s`, the time ahead (the paper's k); `shortest_look_ahead_m`, `longest_look_ahead_m`;
-    `preview_s`, how far ahead in time the pose is predicted."""
+    """Pure pursuit of the rear axle, while the car's centre follows the route.
+
+    The slip of the tyres is compensated.
+    """
 
     def __init__(
         self,
@@ -70,15 +96,25 @@ class PurePursuitSteering(Steering):
         longest_look_ahead_m: float,
         preview_s: float,
     ):
+        """Set the parameters.
+
+        Args:
+            axles: geometry and tyres of the car
+            look_ahead_s: look-ahead distance per speed, k in the report [s]
+            shortest_look_ahead_m: minimum look-ahead distance [m]
+            longest_look_ahead_m: maximum look-ahead distance [m]
+            preview_s: delay over which the pose is predicted [s]
+        """
         check_positive(
             look_ahead_s=look_ahead_s,
             shortest_look_ahead_m=shortest_look_ahead_m,
             longest_look_ahead_m=longest_look_ahead_m,
         )
         check_non_negative(preview_s=preview_s)
-        if not shortest_look_ahead_m <= longest_look_ahead_m:
+        if shortest_look_ahead_m > longest_look_ahead_m:
             raise ValueError(
-                f"shortest_look_ahead_m {shortest_look_ahead_m:g} exceeds longest_look_ahead_m {longest_look_ahead_m:g}"
+                f"shortest_look_ahead_m {shortest_look_ahead_m:g} exceeds longest_look_ahead_m "
+                f"{longest_look_ahead_m:g}"
             )
         self.axles = axles
         self.look_ahead_s = look_ahead_s
@@ -103,7 +139,7 @@ class PurePursuitSteering(Steering):
         )
         x, y, yaw = predicted_pose(x_m, y_m, yaw_rad, speed_mps, yaw_rate_radps, self.preview_s)
         rear_x, rear_y = x - axles.rear_m * math.cos(yaw), y - axles.rear_m * math.sin(yaw)
-        centre_s = path.line.nearest(x, y)[2]
+        centre_s = path.line.nearest(x, y).s_m
         count = path.line.count_until(centre_s + look_ahead + axles.rear_m + _BEYOND_M)
         rear = rear_axle_path(path.line, count, speed_mps, axles)
         goal_x, goal_y = look_ahead_point(rear, rear_x, rear_y, look_ahead)

@@ -1,0 +1,230 @@
+"""Each odometry is answered once, when its path has arrived, whichever of the two arrives first."""
+
+import math
+import threading
+import time
+
+import pytest
+import rospy
+from nav_msgs.msg import Odometry
+
+from sdc_package.input_pairing import InputPairing
+from sdc_package.watchdog import InputWatchdog
+
+PATH = [(0.0, 0.0, 5.0), (10.0, 0.0, 5.0)]
+LATER_PATH = [(1.0, 0.0, 6.0), (11.0, 0.0, 6.0)]
+
+
+def odometry(seconds, x=0.0, yaw=0.0):
+    message = Odometry()
+    message.header.stamp = rospy.Time.from_sec(seconds)
+    message.pose.pose.position.x = x
+    message.pose.pose.orientation.z = math.sin(yaw / 2)
+    message.pose.pose.orientation.w = math.cos(yaw / 2)
+    return message
+
+
+class Record:
+    """An InputPairing with a timeout of 0.25 s, and what it has called."""
+
+    def __init__(self, path_needed=True):
+        self.answers = []
+        self.stops = []
+        watchdog = InputWatchdog(0.25)
+        self.inputs = InputPairing(self.answer, self.stop, watchdog, path_needed)
+
+    def answer(self, motion, path):
+        self.answers.append((motion.stamp.to_sec(), path.rows[0][2] if path.rows else None))
+
+    def stop(self, missing, motion, path):
+        self.stops.append((missing, motion and motion.stamp.to_sec(), path and path.rows[0][2]))
+
+
+def test_odometry_waits_for_its_path():
+    record = Record()
+    record.inputs.add_odometry(odometry(1.0))
+    assert record.answers == []
+    record.inputs.add_path(PATH)
+    assert record.answers == [(1.0, 5.0)]
+
+
+def test_path_waits_for_its_odometry():
+    record = Record()
+    record.inputs.add_path(PATH)
+    assert record.answers == []
+    record.inputs.add_odometry(odometry(1.0))
+    assert record.answers == [(1.0, 5.0)]
+
+
+def test_pairs_arrive_in_any_order():
+    record = Record()
+    record.inputs.add_path(PATH)
+    record.inputs.add_odometry(odometry(1.0))
+    record.inputs.add_odometry(odometry(1.05))
+    record.inputs.add_path(LATER_PATH)
+    record.inputs.add_path(PATH)
+    record.inputs.add_odometry(odometry(1.1))
+    assert [stamp for stamp, _ in record.answers] == [1.0, 1.05, 1.1]
+
+
+def test_one_path_answers_one_odometry():
+    record = Record()
+    record.inputs.add_odometry(odometry(1.0))
+    record.inputs.add_path(PATH)
+    record.inputs.add_odometry(odometry(1.05))
+    assert [stamp for stamp, _ in record.answers] == [1.0]
+
+
+def test_odometry_without_an_answer_is_replaced_by_the_next_one():
+    record = Record()
+    record.inputs.add_odometry(odometry(1.0))
+    record.inputs.add_odometry(odometry(1.05))
+    record.inputs.add_path(PATH)
+    assert [stamp for stamp, _ in record.answers] == [1.05]
+
+
+def test_paths_without_an_odometry_answer_one_odometry_with_the_last_of_them():
+    record = Record()
+    record.inputs.add_path(PATH)
+    record.inputs.add_path(LATER_PATH)
+    record.inputs.add_odometry(odometry(1.0))
+    record.inputs.add_odometry(odometry(1.05))
+    assert record.answers == [(1.0, 6.0)]
+
+
+def test_repeated_odometry_is_answered_once():
+    record = Record()
+    record.inputs.add_odometry(odometry(1.0))
+    record.inputs.add_path(PATH)
+    record.inputs.add_path(LATER_PATH)
+    record.inputs.add_odometry(odometry(1.0))
+    assert record.answers == [(1.0, 5.0)]
+    record.inputs.add_odometry(odometry(1.05))
+    assert record.answers == [(1.0, 5.0), (1.05, 6.0)]
+
+
+def test_motion_is_measured_from_the_last_answered_odometry():
+    motions = []
+    inputs = InputPairing(
+        lambda motion, _path: motions.append(motion), lambda *_: None, InputWatchdog(0.25)
+    )
+    inputs.add_odometry(odometry(1.0, yaw=3.1))
+    inputs.add_path(PATH)
+    inputs.add_odometry(odometry(1.05, yaw=0.5))
+    inputs.add_odometry(odometry(1.1, x=2.0, yaw=-3.1))
+    inputs.add_path(PATH)
+    first, second = motions
+    assert (first.step_s, first.yaw_rate_radps) == (0.0, 0.0)
+    assert second.x_m == 2.0
+    assert second.step_s == pytest.approx(0.1)
+    assert second.yaw_rate_radps == pytest.approx((2.0 * math.pi - 6.2) / 0.1)
+
+
+def test_time_step_after_a_gap_is_limited():
+    motions = []
+    inputs = InputPairing(
+        lambda motion, _path: motions.append(motion), lambda *_: None, InputWatchdog(0.25)
+    )
+    for seconds in (1.0, 9.0, 8.0):
+        inputs.add_odometry(odometry(seconds))
+        inputs.add_path(PATH)
+    assert [motion.step_s for motion in motions] == [0.0, 0.2, 0.0]
+    assert motions[2].yaw_rate_radps == 0.0
+
+
+def test_invalid_odometry_is_refused_and_ignored():
+    record = Record()
+    record.inputs.add_path(PATH)
+    with pytest.raises(ValueError, match="finite"):
+        record.inputs.add_odometry(odometry(1.0, x=math.nan))
+    assert record.answers == []
+    record.inputs.add_odometry(odometry(1.0))
+    assert record.answers == [(1.0, 5.0)]
+
+
+def test_invalid_path_is_refused_and_ignored():
+    record = Record()
+    record.inputs.add_odometry(odometry(1.0))
+    with pytest.raises(ValueError, match="at least 2"):
+        record.inputs.add_path(PATH[:1])
+    assert record.answers == []
+    record.inputs.add_path(PATH)
+    assert record.answers == [(1.0, 5.0)]
+
+
+def test_basic_control_answers_each_odometry_without_a_path():
+    record = Record(path_needed=False)
+    record.inputs.add_odometry(odometry(1.0))
+    record.inputs.add_path(PATH)
+    record.inputs.add_odometry(odometry(1.05))
+    assert record.answers == [(1.0, None), (1.05, 5.0)]
+    record.inputs.check(rospy.Time.from_sec(1.3))
+    assert record.stops == []
+    record.inputs.check(rospy.Time.from_sec(1.31))
+    assert record.stops == [("odometry", 1.05, 5.0)]
+
+
+def test_missing_odometry_stops_the_car():
+    record = Record()
+    record.inputs.check(rospy.Time(0))
+    assert record.stops == []
+    record.inputs.check(rospy.Time.from_sec(0.3))
+    assert record.stops == [("odometry", None, None)]
+
+
+def test_missing_path_stops_the_car_along_the_last_path_at_the_next_odometry():
+    record = Record()
+    record.inputs.add_odometry(odometry(1.0))
+    record.inputs.add_path(PATH)
+    for seconds in (1.05, 1.25, 1.3):
+        record.inputs.add_odometry(odometry(seconds))
+    assert record.stops == [("path", 1.3, 5.0)]
+    record.inputs.add_path(LATER_PATH)
+    assert record.answers == [(1.0, 5.0), (1.3, 6.0)]
+
+
+def test_missing_first_path_stops_the_car_only_by_the_clock():
+    record = Record()
+    record.inputs.add_odometry(odometry(5.0))
+    record.inputs.add_odometry(odometry(5.5))
+    assert record.stops == []
+    record.inputs.check(rospy.Time.from_sec(5.5))
+    assert record.stops == [("path", 5.5, None)]
+
+
+def test_path_that_arrives_before_the_first_odometry_does_not_time_out_with_it():
+    record = Record()
+    record.inputs.add_path(PATH)
+    record.inputs.add_odometry(odometry(30.0))
+    record.inputs.check(rospy.Time.from_sec(30.0))
+    assert record.stops == []
+
+
+def test_calls_from_several_threads_are_serialized():
+    """A slow answer never runs twice at a time, and no odometry is answered twice."""
+    running, overlaps, answers = [], [], []
+
+    def answer(motion, _path):
+        overlaps.extend(running)
+        running.append(motion)
+        time.sleep(0.001)
+        running.clear()
+        answers.append(motion.stamp)
+
+    def stop(*_):
+        overlaps.extend(running)
+
+    inputs = InputPairing(answer, stop, InputWatchdog(0.25))
+    stamps = [1.0 + 0.05 * i for i in range(40)]
+    threads = [
+        threading.Thread(target=lambda: [inputs.add_odometry(odometry(s)) for s in stamps]),
+        threading.Thread(target=lambda: [inputs.add_path(PATH) for _ in stamps]),
+        threading.Thread(target=lambda: [inputs.check(rospy.Time(100)) for _ in stamps]),
+    ]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert answers
+    assert overlaps == []
+    assert len(set(answers)) == len(answers)

@@ -1,0 +1,234 @@
+"""Each odometry is planned for once, with the obstacles and traffic lights of its time."""
+
+import math
+import threading
+import time
+
+import pytest
+import rospy
+from carla_msgs.msg import (
+    CarlaTrafficLightInfo,
+    CarlaTrafficLightInfoList,
+    CarlaTrafficLightStatus,
+    CarlaTrafficLightStatusList,
+)
+from nav_msgs.msg import Odometry
+from sdc_msgs.msg import Obstacle, ObstacleArray
+
+from sdc_common.ros.stop_lines import GREEN, RED
+from sdc_package.planner_inputs import PlannerInputs
+from sdc_package.traffic_lights import TrafficLightMargins
+
+MARGINS = TrafficLightMargins(gap_m=1.0, reaction_s=0.5, hardest_mps2=6.0, car_front_m=2.35)
+
+
+def odometry(seconds):
+    message = Odometry()
+    message.header.stamp = rospy.Time.from_sec(seconds)
+    return message
+
+
+def obstacles(seconds, *xs, lights=()):
+    message = ObstacleArray(traffic_lights=list(lights))
+    message.header.stamp = rospy.Time.from_sec(seconds)
+    for x in xs:
+        obstacle = Obstacle(kind="car", speed=2.0)
+        obstacle.pose.position.x = x
+        obstacle.pose.orientation.w = 1.0
+        obstacle.size.x, obstacle.size.y, obstacle.size.z = 4.0, 2.0, 1.5
+        message.obstacles.append(obstacle)
+    return message
+
+
+class Record:
+    """PlannerInputs, and each answered odometry with the obstacles that were known then."""
+
+    def __init__(self, started=True):
+        self.answers = []
+        self.inputs = PlannerInputs(self.answer, MARGINS)
+        if started:
+            self.inputs.start()
+
+    def answer(self, message):
+        seen = [obstacle.x_m for obstacle in self.inputs.obstacles]
+        self.answers.append((message.header.stamp.to_sec(), seen))
+
+
+def test_odometry_without_obstacles_is_answered_at_once():
+    record = Record()
+    record.inputs.add_odometry(odometry(1.0))
+    record.inputs.add_obstacles(obstacles(1.0))
+    assert record.answers == [(1.0, [])]
+
+
+def test_odometry_before_the_mission_is_answered_when_the_mission_arrives():
+    record = Record(started=False)
+    record.inputs.add_odometry(odometry(1.0))
+    record.inputs.add_obstacles(obstacles(1.0))
+    assert record.answers == []
+    record.inputs.start()
+    assert record.answers == [(1.0, [])]
+
+
+def test_only_the_last_odometry_before_the_mission_is_answered():
+    record = Record(started=False)
+    record.inputs.add_odometry(odometry(1.0))
+    record.inputs.add_odometry(odometry(1.05))
+    record.inputs.start()
+    assert record.answers == [(1.05, [])]
+
+
+def test_new_mission_does_not_answer_an_odometry_again():
+    record = Record()
+    record.inputs.add_odometry(odometry(1.0))
+    record.inputs.start()
+    assert record.answers == [(1.0, [])]
+
+
+def test_repeated_odometry_is_answered_once():
+    record = Record()
+    record.inputs.add_odometry(odometry(1.0))
+    record.inputs.add_odometry(odometry(1.0))
+    assert record.answers == [(1.0, [])]
+
+
+def test_repeated_odometry_does_not_make_a_waiting_one_overdue():
+    record = Record()
+    record.inputs.add_obstacles(obstacles(1.0, 30.0))
+    record.inputs.add_odometry(odometry(1.05))
+    record.inputs.add_odometry(odometry(1.05))
+    assert record.answers == []
+
+
+def test_odometry_waits_for_the_obstacles_of_its_time():
+    record = Record()
+    record.inputs.add_obstacles(obstacles(1.0, 30.0))
+    record.inputs.add_odometry(odometry(1.0))
+    record.inputs.add_odometry(odometry(1.05))
+    assert record.answers == [(1.0, [30.0])]
+    record.inputs.add_obstacles(obstacles(1.05, 31.0))
+    assert record.answers == [(1.0, [30.0]), (1.05, [31.0])]
+
+
+def test_obstacles_may_arrive_before_their_odometry():
+    record = Record()
+    for seconds, x in ((1.0, 30.0), (1.05, 31.0)):
+        record.inputs.add_obstacles(obstacles(seconds, x))
+        record.inputs.add_odometry(odometry(seconds))
+    assert record.answers == [(1.0, [30.0]), (1.05, [31.0])]
+
+
+def test_obstacles_of_an_earlier_time_do_not_complete_an_odometry():
+    record = Record()
+    record.inputs.add_obstacles(obstacles(0.95, 29.0))
+    record.inputs.add_odometry(odometry(1.05))
+    record.inputs.add_obstacles(obstacles(1.0, 30.0))
+    assert record.answers == []
+
+
+def test_last_obstacle_that_leaves_completes_its_odometry():
+    record = Record()
+    record.inputs.add_obstacles(obstacles(1.0, 30.0))
+    record.inputs.add_odometry(odometry(1.05))
+    record.inputs.add_obstacles(obstacles(1.05))
+    record.inputs.add_odometry(odometry(1.1))
+    assert record.answers == [(1.05, []), (1.1, [])]
+
+
+def test_overdue_obstacles_do_not_stop_the_planner():
+    record = Record()
+    record.inputs.add_obstacles(obstacles(1.0, 30.0))
+    for seconds in (1.05, 1.1, 1.15):
+        record.inputs.add_odometry(odometry(seconds))
+    assert record.answers == [(1.1, [30.0])]
+
+
+def test_odometry_waits_for_stamped_traffic_lights_and_not_for_others():
+    red = CarlaTrafficLightStatus(id=7, state=RED)
+    record = Record()
+    record.inputs.add_light_status(CarlaTrafficLightStatusList(traffic_lights=[red]))
+    record.inputs.add_odometry(odometry(1.0))
+    assert [stamp for stamp, _ in record.answers] == [1.0]
+    record.inputs.add_obstacles(obstacles(1.0, lights=[red]))
+    record.inputs.add_odometry(odometry(1.05))
+    assert [stamp for stamp, _ in record.answers] == [1.0]
+    green = CarlaTrafficLightStatus(id=7, state=GREEN)
+    record.inputs.add_light_status(CarlaTrafficLightStatusList(traffic_lights=[green]))
+    assert record.inputs.traffic_lights.states == {7: RED}
+    record.inputs.add_obstacles(obstacles(1.05, lights=[green]))
+    assert [stamp for stamp, _ in record.answers] == [1.0, 1.05]
+    assert record.inputs.traffic_lights.states == {7: GREEN}
+
+
+def test_bad_obstacles_are_refused_and_their_odometry_is_answered_with_the_last_good_ones():
+    record = Record()
+    record.inputs.add_obstacles(obstacles(1.0, 30.0))
+    record.inputs.add_odometry(odometry(1.05))
+    record.inputs.add_obstacles(obstacles(1.05, math.nan))
+    assert record.answers == [(1.05, [30.0])]
+
+
+def test_bad_positions_of_traffic_lights_are_refused():
+    light = CarlaTrafficLightInfo(id=7)
+    light.transform.orientation.w = 1.0
+    light.trigger_volume.size.x, light.trigger_volume.size.y = 1.0, 3.5
+    inputs = PlannerInputs(lambda message: None, MARGINS)
+    inputs.add_light_info(CarlaTrafficLightInfoList(traffic_lights=[light]))
+    assert inputs.traffic_lights.lines[7].half_width_m == pytest.approx(1.75)
+    light.transform.position.x = math.nan
+    inputs.add_light_info(CarlaTrafficLightInfoList(traffic_lights=[light]))
+    assert inputs.traffic_lights.lines[7].x_m == 0.0
+
+
+def test_detected_obstacle_has_the_values_of_the_message():
+    inputs = PlannerInputs(lambda message: None, MARGINS)
+    message = obstacles(1.0, 30.0)
+    message.obstacles[0].pose.orientation.z = math.sin(0.25)
+    message.obstacles[0].pose.orientation.w = math.cos(0.25)
+    inputs.add_obstacles(message)
+    (seen,) = inputs.obstacles
+    assert (seen.x_m, seen.y_m, seen.length_m, seen.width_m) == (30.0, 0.0, 4.0, 2.0)
+    assert (seen.yaw_rad, seen.speed_mps) == (pytest.approx(0.5), 2.0)
+
+
+def test_calls_from_several_threads_are_serialized():
+    running, overlaps, answers = [], [], []
+
+    def answer(message):
+        overlaps.extend(running)
+        running.append(message)
+        time.sleep(0.001)
+        running.clear()
+        answers.append(message.header.stamp)
+
+    inputs = PlannerInputs(answer, MARGINS)
+    inputs.start()
+    stamps = [1.0 + 0.05 * i for i in range(40)]
+    threads = [
+        threading.Thread(target=lambda: [inputs.add_odometry(odometry(s)) for s in stamps]),
+        threading.Thread(target=lambda: [inputs.add_obstacles(obstacles(s, 9.0)) for s in stamps]),
+        threading.Thread(target=lambda: [inputs.start() for _ in stamps]),
+    ]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert answers
+    assert overlaps == []
+    assert len(set(answers)) == len(answers)
+
+
+def test_mission_can_be_changed_while_no_answer_runs():
+    """`lock` is held during an answer, and its owner may start the answers itself."""
+    inputs = PlannerInputs(lambda message: answers.append(mission[:]), MARGINS)
+    answers, mission = [], ["old", "old"]
+    inputs.add_odometry(odometry(1.0))
+    with inputs.lock:
+        mission[0] = "new"
+        other = threading.Thread(target=inputs.start)
+        other.start()
+        time.sleep(0.02)
+        mission[1] = "new"
+        inputs.start()
+    other.join()
+    assert answers == [["new", "new"]]
