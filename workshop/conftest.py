@@ -1,4 +1,4 @@
-"""Puts the workshop's Python where its tests find it."""
+"""Put the workshop's Python on the path of its tests."""
 
 import sys
 from pathlib import Path

@@ -1,1 +1,1 @@
-"""The workshop: which parts of the solution a student writes, and how a student's workspace is made."""
+"""The workshop: students' workspaces, the checks of what students write, and the guide."""

@@ -1,4 +1,4 @@
-"""./workshop/check: says how far a student has come, and what is wrong."""
+"""./workshop/check: report how far a student has come, and what is wrong."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import signal
 import sys
 import time
 from pathlib import Path
+from typing import Sequence
 
 from sdc_workshop.exam.answer import PASSED, Answer
 from sdc_workshop.exam.examination import Examination
@@ -17,35 +18,36 @@ from sdc_workshop.exam.stage import Stage
 from sdc_workshop.exam.student import Student
 from sdc_workshop.regions import RegionError
 from sdc_workshop.show import Show
-from sdc_workshop.steps import StepError, load_steps
+from sdc_workshop.steps import Step, StepError, load_steps
 from sdc_workshop.workspace import WorkspaceError, find, solution_body, solve
 
-_LOOK_EVERY_S = 0.3
+_POLL_S = 0.3
 
-DESCRIPTION = """Checks your workspace, from anywhere inside of it. Without a STEP it goes through all steps in their order and explains
-the first that is not right; with STEPs it checks just those. A STEP is an id such as camera-3, or the beginning of several: camera."""
+DESCRIPTION = """Check your workspace, from any folder in it. Without a STEP, all steps are
+checked in their order and the first wrong one is explained; with STEPs, only those. A STEP is an id
+such as camera-3, or the beginning of several: camera."""
 
 
-def parse(arguments):
-    """The command line."""
+def parse(arguments: Sequence[str]) -> argparse.Namespace:
+    """Parse the command line."""
     parser = argparse.ArgumentParser(prog="./workshop/check", description=DESCRIPTION)
     parser.add_argument("steps", nargs="*", metavar="STEP")
     parser.add_argument(
         "--watch", action="store_true", help="check again whenever a file is saved, until Ctrl-C"
     )
-    parser.add_argument("--hint", metavar="STEP", help="say more about a step, and check nothing")
+    parser.add_argument("--hint", metavar="STEP", help="explain a step in more detail, and exit")
     parser.add_argument(
         "--solution", metavar="STEP", help="write the solution of a step into the workspace"
     )
-    parser.add_argument("--list", action="store_true", help="list all steps, and check nothing")
+    parser.add_argument("--list", action="store_true", help="list all steps, and exit")
     parser.add_argument(
-        "--json", metavar="FILE", help="write all answers into a file, too, for programs"
+        "--json", metavar="FILE", help="also write all answers to a file, for programs"
     )
     return parser.parse_args(arguments)
 
 
-def chosen(names: list) -> list:
-    """The steps that are meant, in their order. Raises StepError."""
+def chosen(names: Sequence[str]) -> list:
+    """Return the steps with these ids or beginnings of ids, in order. Raises StepError."""
     steps = load_steps()
     meant = set()
     for name in names:
@@ -61,44 +63,44 @@ def chosen(names: list) -> list:
     return [step for step in steps if not names or step.id in meant]
 
 
-def one(name: str):
-    """The step of this id. Raises StepError."""
+def one(name: str) -> Step:
+    """Return the one step with this name. Raises StepError."""
     found = chosen([name])
     if len(found) > 1:
-        raise StepError(
-            f"'{name}' are several steps: {', '.join(step.id for step in found)}; name one"
-        )
+        ids = ", ".join(step.id for step in found)
+        raise StepError(f"'{name}' matches several steps: {ids}; name one")
     return found[0]
 
 
 def check(folder: Path, steps: list, show: Show, json_path: str | None = None) -> int:
-    """Check some steps and say how they are; returns the exit status."""
+    """Check some steps and show the answers.
+
+    Args:
+        folder: the workspace
+        steps: the steps to check
+        show: where the answers are shown
+        json_path: file to which the answers are written, too
+
+    Returns:
+        the exit status
+    """
     student = Student(folder)
     with Stage(student) as stage:
         examination = Examination(student, stage)
-        everything = len(steps) == len(load_steps())
         show.begin(folder, steps)
         answers = examination.judge(steps, show.step)
-        show.end(steps, answers, everything)
-        if json_path is not None:
-            Path(json_path).write_text(
-                json.dumps(
-                    {
-                        "answers": {
-                            step_id: answer.as_dict() for step_id, answer in answers.items()
-                        },
-                        "report": examination.report,
-                    },
-                    indent=1,
-                )
-                + "\n",
-                encoding="utf-8",
-            )
+        show.end(steps, answers, len(steps) == len(load_steps()))
+    if json_path is not None:
+        found = {
+            "answers": {step_id: answer.as_dict() for step_id, answer in answers.items()},
+            "report": examination.report,
+        }
+        Path(json_path).write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
     return 0 if all(answer.status == PASSED for answer in answers.values()) else 1
 
 
 def stamp(folder: Path) -> tuple:
-    """(path, time and permissions) of all that changes when a file is saved, or when the workspace is built."""
+    """Return (path, (time, permissions)) of each file that saving or building changes."""
     found = [folder / "devel" / "setup.bash", *sorted((folder / "src").rglob("*"))]
     found += sorted((folder / "devel" / "lib").glob("python3*/dist-packages/*/msg/*.py"))
     times = []
@@ -113,9 +115,11 @@ def stamp(folder: Path) -> tuple:
 
 
 def watch(folder: Path, steps: list, show: Show) -> int:
-    """Check again and again, up to the first step that is not right, until all are or until Ctrl-C. What was right is looked at again
-    only when its file has changed."""
-    right = {}
+    """Check up to the first wrong step whenever a file is saved; return the exit status.
+
+    A step that was right is checked again only when its file has changed.
+    """
+    right: dict = {}
     with Stage(Student(folder)) as stage:
         while True:
             seen = stamp(folder)
@@ -138,12 +142,12 @@ def watch(folder: Path, steps: list, show: Show) -> int:
                     right[step.id] = path, times[path]
             print("\nWaiting for you to save a file; Ctrl-C ends.", flush=True)
             while stamp(folder) == seen:
-                time.sleep(_LOOK_EVERY_S)
-            time.sleep(_LOOK_EVERY_S)  # editors write several files
+                time.sleep(_POLL_S)
+            time.sleep(_POLL_S)  # editors write several files
 
 
-def say_more(name: str) -> int:
-    """Print all that hints.yaml knows about a step."""
+def print_hint(name: str) -> int:
+    """Print both hints of a step."""
     step = one(name)
     known = hint_of(step.id)
     print(f"{step.id}: {step.title}")
@@ -154,27 +158,32 @@ def say_more(name: str) -> int:
 
 
 def apply_solution(folder: Path, name: str) -> int:
-    """Write the solution of a step into the workspace, and show it."""
+    """Write the solution of a step into the workspace, and print it."""
     step = one(name)
     if step.file is None:
-        print(f"{step.id}: there is nothing to write in this step. {hint_of(step.id).hint}")
+        print(f"{step.id}: this step writes no file. {hint_of(step.id).hint}")
         return 0
     solve(folder, step)
     print(f"{step.id}: src/{step.place} is written:\n")
     print(solution_body(step), end="")
     if step.file.endswith((".msg", "CMakeLists.txt", "package.xml")):
         print(
-            "\nNow `catkin_make`, and `source devel/setup.bash`, when the steps of this group are done."
+            "\nWhen all steps of this group are done: "
+            "`catkin_make`, then `source devel/setup.bash`."
         )
     return 0
 
 
-def main(arguments) -> int:
-    """Returns the exit status: 0 when all that was checked is right, 1 when not, 2 for a wrong command line."""
+def main(arguments: Sequence[str]) -> int:
+    """Run the command.
+
+    Returns:
+        the exit status: 0 all checked steps are right, 1 some are not, 2 bad command line
+    """
     options = parse(arguments)
     try:
         if options.hint:
-            return say_more(options.hint)
+            return print_hint(options.hint)
         steps = chosen(options.steps)
         if options.list:
             for step in steps:
@@ -192,7 +201,7 @@ def main(arguments) -> int:
 
 
 if __name__ == "__main__":
-    # A terminal that is closed, or a `timeout`, ends it as Ctrl-C does: with all that it started.
+    # A closed terminal and `timeout` end the check as Ctrl-C does, with all programs it started.
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     signal.signal(signal.SIGHUP, signal.default_int_handler)
     try:

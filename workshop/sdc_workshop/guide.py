@@ -1,16 +1,18 @@
-"""Reads the guide as a machine does: its fenced blocks, and what each asks for. The word after the three marks is the language; what
-follows it says what to do:
+"""Parse the fenced blocks of the guide, for the test that follows it.
 
-    bash                            type it into the terminal "work", line by line; each command ends by itself
+The word after the three marks is the language; the words that follow give the action:
+
+    bash                            type it into the terminal "work"; each command ends
     bash new                        the same, in a new terminal of that name
     bash terminal=world [new]       type it into the terminal "world", where it keeps running
     bash carla                      not for this machine
-    text see [terminal=world]       what the last commands, or that terminal, say: these lines in this order; ... stands for anything
+    text see [terminal=world]       expected output of the last commands, or of that terminal:
+                                    these lines in this order; ... matches anything
     text window                     titles of windows that open
     keys terminal=world             Ctrl-C in that terminal
     keys window="TITLE"             "hold KEY" or "press KEY" in that window
     LANGUAGE FILE TODO n            the body of a region of a file below src
-    LANGUAGE FILE                   a whole file, below src for files of sdc_package, else in the workspace
+    LANGUAGE FILE                   a whole file: below src in sdc_package, else in the workspace
 """
 
 from __future__ import annotations
@@ -23,17 +25,28 @@ _BLOCK = re.compile(r"^```(\w+)([^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
 class GuideError(ValueError):
-    """A block that nobody can follow; the message names its line and the mend."""
+    """A block without a known action; the message names its line."""
 
 
 @dataclass(frozen=True)
 class Block:
-    """A fenced block. `does` is one of run, skip, see, window, keys and write; `line` counts from 1."""
+    """A fenced block.
+
+    Attributes:
+        line: line of its first mark, from 1
+        does: its action: run, skip, see, window, keys or write
+        text: its content
+        terminal: the terminal that it is for
+        new: whether that terminal is opened again
+        window: title of the window that gets the keys
+        file: the file that is written
+        todo: the region of the file, or None for the whole file
+    """
 
     line: int
     does: str
     text: str
-    terminal: str = "work"
+    terminal: str | None = "work"
     new: bool = False
     window: str | None = None
     file: str | None = None
@@ -41,7 +54,7 @@ class Block:
 
 
 def read(guide: str) -> list:
-    """The blocks of a guide, in order. Raises GuideError."""
+    """Return the blocks of a guide, in order. Raises GuideError."""
     return [
         _block(guide.count("\n", 0, match.start()) + 1, match[1], shlex.split(match[2]), match[3])
         for match in _BLOCK.finditer(guide)
@@ -62,23 +75,27 @@ def _block(line: int, language: str, words: list, text: str) -> Block:
         return Block(line, "window", text)
     if language == "keys" and not plain and len(named) == 1:
         return Block(line, "keys", text, named.get("terminal"), window=named.get("window"))
-    if (
-        not named
-        and plain
-        and "." in plain[0]
-        and (len(plain) == 1 or (len(plain) == 3 and plain[1] == "TODO"))
-    ):
-        return Block(line, "write", text, file=plain[0], todo=plain[2] if len(plain) == 3 else None)
+    if not named and plain and "." in plain[0]:
+        if len(plain) == 1:
+            return Block(line, "write", text, file=plain[0])
+        if len(plain) == 3 and plain[1] == "TODO":
+            return Block(line, "write", text, file=plain[0], todo=plain[2])
     raise GuideError(
-        f"line {line}: what to do with '{language} {' '.join(words)}'? See sdc_workshop/guide.py for the words there are"
+        f"line {line}: unknown block '{language} {' '.join(words)}'; "
+        "sdc_workshop/guide.py lists the known ones"
     )
 
 
-def missing_line(wanted: str, said: str) -> str | None:
-    """The first of the wanted lines that is not said, in this order; None when all are. `...` stands for anything within a line."""
+def missing_line(wanted: str, output: str) -> str | None:
+    """Return the first wanted line that the output lacks, or None.
+
+    Args:
+        wanted: lines in the order in which they must appear; `...` matches anything within a line
+        output: what was printed
+    """
     place = 0
     for line in filter(None, map(str.strip, wanted.splitlines())):
-        match = re.compile(".*?".join(map(re.escape, line.split("...")))).search(said, place)
+        match = re.compile(".*?".join(map(re.escape, line.split("...")))).search(output, place)
         if match is None:
             return line
         place = match.end()

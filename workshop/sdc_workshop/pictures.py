@@ -1,6 +1,6 @@
-"""Draws the pictures of the guide and its mathematics: python3 -m sdc_workshop.pictures [FOLDER], in the project's environment.
+"""Draw the pictures of the guide and of its mathematics with the car's own library.
 
-Curves are computed with the car's own library, so that a picture shows what the code does.
+In the project's environment: python3 -m sdc_workshop.pictures [FOLDER]
 """
 
 from __future__ import annotations
@@ -11,12 +11,11 @@ import sys
 from pathlib import Path
 
 import cv2
-import matplotlib
-
-matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib.patches import Arc, FancyBboxPatch, Polygon
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Arc, FancyBboxPatch
 
 from sdc_common.geometry.angles import wrap_angle
 from sdc_common.routes.waypoint_file import load_waypoints
@@ -26,61 +25,27 @@ from sdc_package.steering.stanley import stanley_angle
 from sdc_package.waypoint_search import WaypointSearch
 from sdc_sim.camera.renderer import Renderer
 from sdc_sim.road.road import Road
+from sdc_workshop.drawing import (
+    AXLE_M,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    RED,
+    draw_arrow,
+    draw_car,
+    hide_frame,
+    new_figure,
+)
 from sdc_workshop.workspace import SOLUTION
 
 FOLDER = Path(__file__).resolve().parents[1] / "pictures"
-BLUE, RED, GREEN, GREY, ORANGE = "#2a6fb0", "#c2402f", "#3a8a4d", "#666666", "#d98c1f"
 WHEELBASE_M = 2.87
-AXLE_M = 1.435
 
 
-def _figure(width=7.0, height=4.0, columns=1):
-    figure, axes = plt.subplots(1, columns, figsize=(width, height), squeeze=False)
-    return figure, axes[0]
-
-
-def _bare(axes):
-    axes.set_aspect("equal")
-    axes.set_axis_off()
-
-
-def _arrow(axes, start, end, colour, text=None, offset=(0.0, 0.0)):
-    axes.annotate(
-        "",
-        xy=end,
-        xytext=start,
-        arrowprops={"arrowstyle": "-|>", "color": colour, "lw": 2.0, "shrinkA": 0, "shrinkB": 0},
-    )
-    if text:
-        middle = 0.5 * (np.add(start, end)) + offset
-        axes.text(*middle, text, color=colour, ha="center", va="center", fontsize=11)
-
-
-def _car(axes, x, y, yaw, wheel=0.0, colour=BLUE):
-    """A car seen from above, its centre at (x, y), with front wheels turned by `wheel`, radians to the left."""
-    turn = np.array([[math.cos(yaw), -math.sin(yaw)], [math.sin(yaw), math.cos(yaw)]])
-    body = np.array([[-2.35, -0.95], [2.35, -0.95], [2.35, 0.95], [-2.35, 0.95]]) @ turn.T + (x, y)
-    axes.add_patch(
-        Polygon(body, closed=True, facecolor=colour, alpha=0.15, edgecolor=colour, lw=1.5)
-    )
-    for along, across, angle in (
-        (-AXLE_M, -0.8, 0.0),
-        (-AXLE_M, 0.8, 0.0),
-        (AXLE_M, -0.8, wheel),
-        (AXLE_M, 0.8, wheel),
-    ):
-        spin = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
-        tyre = np.array([[-0.35, -0.12], [0.35, -0.12], [0.35, 0.12], [-0.35, 0.12]]) @ spin.T + (
-            along,
-            across,
-        )
-        axes.add_patch(Polygon(tyre @ turn.T + (x, y), closed=True, facecolor="#333333"))
-    return lambda along, across=0.0: tuple(turn @ (along, across) + (x, y))
-
-
-def architecture():
-    """The nodes of the finished car and the topics between them."""
-    figure, (axes,) = _figure(10.0, 3.9)
+def architecture() -> Figure:
+    """Draw the nodes of the finished car and the topics between them."""
+    figure, (axes,) = new_figure(10.0, 3.9)
     boxes = {
         "mission_planner": (0.0, 2.0),
         "local_planner": (3.6, 2.0),
@@ -115,12 +80,12 @@ def architecture():
         ((6.25, 0.0), (4.55, 0.0), "pictures\n.../image_color", (0, -0.36)),
         ((2.65, 0.0), (1.4, 0.0), "", (0, 0)),
     ):
-        _arrow(axes, start, end, GREY, text, offset)
+        draw_arrow(axes, start, end, GREY, text, offset)
     axes.text(1.3, 0.0, "/camera/lane_mask", ha="right", va="center", color=GREY, fontsize=11)
     axes.text(
         -0.85,
         -0.75,
-        "blue: your nodes; arrows: topics; ... stands for /carla/ego_vehicle",
+        "blue: your nodes; arrows: topics; ... is /carla/ego_vehicle",
         color=GREY,
         fontsize=9,
     )
@@ -130,11 +95,17 @@ def architecture():
     return figure
 
 
-def stanley():
-    """Heading error, cross-track error and wheel angle, and what the law makes of them."""
+def stanley() -> Figure:
+    """Draw heading error, cross-track error and wheel angle, and the way back to the path."""
     figure, (left, right) = plt.subplots(
         1, 2, figsize=(11.0, 4.2), gridspec_kw={"width_ratios": [1.0, 1.1]}
     )
+    _stanley_angles(left)
+    _stanley_responses(right)
+    return figure
+
+
+def _stanley_angles(axes: Axes) -> None:
     yaw, heading = math.radians(22.0), math.radians(4.0)
     x, y = 1.0, 1.9
     front_x, front_y = x + AXLE_M * math.cos(yaw), y + AXLE_M * math.sin(yaw)
@@ -142,32 +113,21 @@ def stanley():
     foot = (along * math.cos(heading), along * math.sin(heading))
     error = math.hypot(front_x - foot[0], front_y - foot[1])
     wheel = stanley_angle(heading - yaw, error, 5.0, 2.5, 2.0)
-    left.plot([-3.0, 9.0], [-3.0 * math.tan(heading), 9.0 * math.tan(heading)], color=GREEN, lw=2.5)
-    left.text(7.6, 7.6 * math.tan(heading) - 0.55, "path", color=GREEN, fontsize=12)
-    _car(left, x, y, yaw, wheel)
-    left.plot(
-        [front_x, front_x + 4.6 * math.cos(yaw)],
-        [front_y, front_y + 4.6 * math.sin(yaw)],
-        color=BLUE,
-        ls="--",
-        lw=1.2,
-    )
-    left.text(
+    axes.plot([-3.0, 9.0], [-3.0 * math.tan(heading), 9.0 * math.tan(heading)], color=GREEN, lw=2.5)
+    axes.text(7.6, 7.6 * math.tan(heading) - 0.55, "path", color=GREEN, fontsize=12)
+    draw_car(axes, x, y, yaw, wheel)
+    for angle, colour in ((yaw, BLUE), (heading, GREEN)):
+        end = front_x + 4.6 * math.cos(angle), front_y + 4.6 * math.sin(angle)
+        axes.plot([front_x, end[0]], [front_y, end[1]], color=colour, ls="--", lw=1.2)
+    axes.text(
         front_x + 4.3 * math.cos(yaw),
         front_y + 4.3 * math.sin(yaw) + 0.3,
-        "where the car points",
+        "heading of the car",
         color=BLUE,
         ha="right",
         fontsize=10,
     )
-    left.plot(
-        [front_x, front_x + 4.6 * math.cos(heading)],
-        [front_y, front_y + 4.6 * math.sin(heading)],
-        color=GREEN,
-        ls="--",
-        lw=1.2,
-    )
-    left.add_patch(
+    axes.add_patch(
         Arc(
             (front_x, front_y),
             6.4,
@@ -178,9 +138,9 @@ def stanley():
             lw=2,
         )
     )
-    left.text(front_x + 3.35, front_y + 0.8, r"heading error $\psi$", color=ORANGE, fontsize=11)
-    left.plot([foot[0], front_x], [foot[1], front_y], color=RED, lw=2)
-    left.annotate(
+    axes.text(front_x + 3.35, front_y + 0.8, r"heading error $\psi$", color=ORANGE, fontsize=11)
+    axes.plot([foot[0], front_x], [foot[1], front_y], color=RED, lw=2)
+    axes.annotate(
         "cross-track error $e$\n(left of the path: positive)",
         (0.5 * (foot[0] + front_x), foot[1] + 0.35),
         (-1.6, -1.0),
@@ -190,24 +150,25 @@ def stanley():
         arrowprops={"arrowstyle": "-", "color": RED, "lw": 0.8},
     )
     tip = (front_x + 2.6 * math.cos(yaw + wheel), front_y + 2.6 * math.sin(yaw + wheel))
-    _arrow(left, (front_x, front_y), tip, "#333333")
-    left.text(tip[0] + 0.1, tip[1] - 0.25, r"wheels: $\delta$", color="#333333", fontsize=11)
-    left.set_xlim(-2.2, 9.2)
-    left.set_ylim(-1.6, 5.0)
-    _bare(left)
+    draw_arrow(axes, (front_x, front_y), tip, "#333333")
+    axes.text(tip[0] + 0.1, tip[1] - 0.25, r"wheels: $\delta$", color="#333333", fontsize=11)
+    axes.set_xlim(-2.2, 9.2)
+    axes.set_ylim(-1.6, 5.0)
+    hide_frame(axes)
 
+
+def _stanley_responses(axes: Axes) -> None:
     for k, colour in ((0.5, ORANGE), (2.5, BLUE), (10.0, RED)):
-        right.plot(*_driven(k), color=colour, label=f"k = {k} 1/s")
-    right.axhline(0.0, color=GREEN, lw=2.5)
-    right.set_xlabel("along the path, m")
-    right.set_ylabel("front axle, m to the left of the path")
-    right.set_title("5 m/s, from 2 m beside the path; the wheels take 0.2 s", fontsize=10)
-    right.legend(frameon=False)
-    return figure
+        axes.plot(*_driven(k), color=colour, label=f"k = {k} 1/s")
+    axes.axhline(0.0, color=GREEN, lw=2.5)
+    axes.set_xlabel("along the path, m")
+    axes.set_ylabel("front axle, m to the left of the path")
+    axes.set_title("5 m/s, starting 2 m off the path; the wheels lag by 0.2 s", fontsize=10)
+    axes.legend(frameon=False)
 
 
-def _driven(k, speed=5.0, lag_s=0.2, tick_s=0.01):
-    """Where the front axle of a car (kinematic bicycle) runs that Stanley's law steers back to the x axis: (x, y) in metres."""
+def _driven(k: float, speed: float = 5.0, lag_s: float = 0.2, tick_s: float = 0.01) -> np.ndarray:
+    """Return x, y of the front axle of a bicycle model that Stanley steers to the x axis [m]."""
     x, y, yaw, wheel = 0.0, 2.0, 0.0, 0.0
     points = []
     while x < 30.0:
@@ -220,9 +181,9 @@ def _driven(k, speed=5.0, lag_s=0.2, tick_s=0.01):
     return np.array(points).T
 
 
-def cross_track():
-    """The sign of the cross-track error, and which way a car steers for it."""
-    figure, (axes,) = _figure(8.5, 3.3)
+def cross_track() -> Figure:
+    """Draw the sign of the cross-track error, and where the car steers."""
+    figure, (axes,) = new_figure(8.5, 3.3)
     axes.annotate(
         "",
         xy=(11.5, 0.0),
@@ -235,10 +196,10 @@ def cross_track():
         (6.0, -1.0, BLUE, "$e < 0$: right of the path\nsteers left: $\\delta > 0$"),
     ):
         wheel = stanley_angle(0.0, side * 1.8, 5.0, 2.5, 2.0)
-        place = _car(axes, x, side * 1.8, 0.0, wheel, colour)
+        place = draw_car(axes, x, side * 1.8, 0.0, wheel, colour)
         front = place(AXLE_M)
         axes.plot([front[0], front[0]], [0.0, front[1]], color=colour, lw=2, ls=":")
-        _arrow(
+        draw_arrow(
             axes,
             front,
             (front[0] + 2.2 * math.cos(wheel), front[1] + 2.2 * math.sin(wheel)),
@@ -247,13 +208,13 @@ def cross_track():
         axes.text(x - 0.2, side * 3.4, text, color=colour, ha="center", va="center", fontsize=11)
     axes.set_xlim(-3.2, 12.0)
     axes.set_ylim(-4.1, 4.1)
-    _bare(axes)
+    hide_frame(axes)
     return figure
 
 
-def dot_product():
-    """A waypoint ahead of the car, and one behind it."""
-    figure, pair = _figure(10.0, 2.9, 2)
+def dot_product() -> Figure:
+    """Draw a waypoint ahead of the car, and one behind it."""
+    figure, pair = new_figure(10.0, 2.9, 2)
     turned = np.arange(-0.4, 0.8, 0.2)
     points = np.column_stack([30.0 * np.sin(turned), 30.0 * (1.0 - np.cos(turned))])
     search = WaypointSearch(points)
@@ -266,22 +227,22 @@ def dot_product():
             axes.text(
                 point[0] + 0.2, point[1] - 1.3, str(number), color=GREEN, fontsize=10, clip_on=True
             )
-        _car(axes, x, y, s)
+        draw_car(axes, x, y, s)
         along = points[index + 1] - points[index - 1]
         axes.plot(*points[index], "o", color=RED, ms=9)
-        _arrow(axes, tuple(points[index]), tuple(points[index] + 0.7 * along), ORANGE)
-        _arrow(axes, (x, y), tuple(points[index]), RED)
-        sign = "< 0: behind, take the next" if behind else "> 0: ahead, take it"
+        draw_arrow(axes, tuple(points[index]), tuple(points[index] + 0.7 * along), ORANGE)
+        draw_arrow(axes, (x, y), tuple(points[index]), RED)
+        sign = "< 0: behind, use the next" if behind else "> 0: ahead, use it"
         axes.set_title(
             f"nearest: {index};  red . orange {sign}", fontsize=11, color=RED if behind else "black"
         )
         axes.set_xlim(-8.0, 15.0)
         axes.set_ylim(-2.8, 5.6)
-        _bare(axes)
+        hide_frame(axes)
     figure.text(
         0.5,
         0.02,
-        "red: direction from the car to its nearest waypoint;  orange: direction of the route there",
+        "red: from the car to its nearest waypoint;  orange: direction of the route there",
         ha="center",
         fontsize=10,
         color=GREY,
@@ -289,18 +250,18 @@ def dot_product():
     return figure
 
 
-def quaternion():
-    """Yaw, and the quaternion of a turn about the vertical axis."""
+def quaternion() -> Figure:
+    """Draw yaw, and the quaternion of a rotation about the vertical axis."""
     figure, (left, right) = plt.subplots(
         1, 2, figsize=(10.0, 3.8), gridspec_kw={"width_ratios": [1.0, 1.3]}
     )
     yaw = math.radians(50.0)
-    _arrow(left, (0.0, 0.0), (4.5, 0.0), GREY)
-    _arrow(left, (0.0, 0.0), (0.0, 4.5), GREY)
+    draw_arrow(left, (0.0, 0.0), (4.5, 0.0), GREY)
+    draw_arrow(left, (0.0, 0.0), (0.0, 4.5), GREY)
     left.text(4.55, -0.35, "x", color=GREY, fontsize=12)
     left.text(-0.4, 4.4, "y", color=GREY, fontsize=12)
-    _car(left, 0.0, 0.0, yaw)
-    _arrow(left, (0.0, 0.0), (4.2 * math.cos(yaw), 4.2 * math.sin(yaw)), BLUE)
+    draw_car(left, 0.0, 0.0, yaw)
+    draw_arrow(left, (0.0, 0.0), (4.2 * math.cos(yaw), 4.2 * math.sin(yaw)), BLUE)
     left.add_patch(
         Arc((0.0, 0.0), 6.4, 6.4, theta1=0.0, theta2=math.degrees(yaw), color=ORANGE, lw=2)
     )
@@ -309,7 +270,7 @@ def quaternion():
     )
     left.set_xlim(-2.6, 5.0)
     left.set_ylim(-2.4, 4.8)
-    _bare(left)
+    hide_frame(left)
     angles = np.linspace(-math.pi, math.pi, 400)
     right.plot(angles, np.cos(0.5 * angles), color=BLUE, label="w = cos(yaw / 2)")
     right.plot(angles, np.sin(0.5 * angles), color=RED, label="z = sin(yaw / 2)")
@@ -318,14 +279,14 @@ def quaternion():
         [-math.pi, -0.5 * math.pi, 0.0, 0.5 * math.pi, math.pi], ["-pi", "-pi/2", "0", "pi/2", "pi"]
     )
     right.set_xlabel("yaw, radians")
-    right.set_title("on a flat road x = y = 0, and z and w are left", fontsize=10)
+    right.set_title("on a flat road x = y = 0; z and w remain", fontsize=10)
     right.legend(frameon=False)
     return figure
 
 
-def pid():
-    """A car that shall go 10 m/s, against a headwind, with P, PI and too much I."""
-    figure, (axes,) = _figure(8.0, 3.8)
+def pid() -> Figure:
+    """Draw the speed of a car in a headwind, with P, PI and too much I."""
+    figure, (axes,) = new_figure(8.0, 3.8)
     for gains, colour, name in (
         (PidGains(1.2), ORANGE, "P: kp 1.2"),
         (PidGains(1.2, 0.3), BLUE, "PI: kp 1.2, ki 0.3 (this car)"),
@@ -344,20 +305,20 @@ def pid():
     axes.set_xlabel("s")
     axes.set_ylabel("speed, m/s")
     axes.set_title(
-        "from 6 to 10 m/s against a headwind of 0.6 m/s$^2$; the pedals take 0.3 s", fontsize=10
+        "from 6 to 10 m/s against a headwind of 0.6 m/s$^2$; the pedals lag by 0.3 s", fontsize=10
     )
     axes.legend(frameon=False, loc="lower right")
     return figure
 
 
-def lane_filter():
-    """The camera's picture of the packaged route, and the mask that the lane filter makes of it."""
-    route = load_waypoints(str(SOLUTION / "sdc_package" / "data" / "waypoints.csv"))
+def lane_filter() -> Figure:
+    """Draw a camera picture, and its mask."""
+    route = load_waypoints(str(SOLUTION / "sdc_common" / "data" / "waypoints.csv"))
     picture = Renderer(Road(route)).render(42.0, 0.0, 0.0)
     mask = LaneFilter(
         LaneFilterThresholds(gradient=70, saturation=90, lightness=110, horizon_fraction=0.52)
     ).mask(picture)
-    figure, pair = _figure(10.0, 4.2, 2)
+    figure, pair = new_figure(10.0, 4.2, 2)
     shown = cv2.cvtColor(picture, cv2.COLOR_BGRA2RGB)
     for axes, image, title in (
         (pair[0], shown, "the camera's picture"),
@@ -373,7 +334,7 @@ PICTURES = (architecture, stanley, cross_track, dot_product, quaternion, pid, la
 
 
 def main(folder: Path = FOLDER) -> None:
-    """Draw all pictures into a folder."""
+    """Write all pictures to a folder."""
     os.makedirs(folder, exist_ok=True)
     plt.rcParams.update({"font.size": 10, "axes.spines.top": False, "axes.spines.right": False})
     for draw in PICTURES:

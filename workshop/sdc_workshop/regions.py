@@ -1,12 +1,13 @@
-"""Regions of a file: what a student writes at a numbered TODO.
+"""Regions of a file: the lines that a student writes at a numbered TODO.
 
-A line `# TODO 2.4: what to do` opens a region, a rule (a comment of dashes) closes it; in XML both stand in `<!-- -->`. Three forms:
+A line `# TODO 2.4: what to do` opens a region, a rule (a comment of dashes) closes it. In XML both
+are written as `<!-- -->`. There are three forms:
 
-    # TODO 3: what to do                          the template has nothing in the region
-    # TODO 4: what to do (until then: return)     the template has `return` in it
-    # TODO 1 (line 1): what to do                 the region is the file's first line; the rule follows at once
+    # TODO 3: what to do                          the region of the template is empty
+    # TODO 4: what to do (until then: return)     the region of the template holds `return`
+    # TODO 1 (line 1): what to do                 the region is line 1; the rule follows at once
 
-No file is read or written here: everything works on text.
+This module works on text; it reads and writes no files.
 """
 
 from __future__ import annotations
@@ -15,21 +16,30 @@ import re
 from dataclasses import dataclass
 
 _OPENS = re.compile(
-    r"""^(?P<indent>[ ]*)(?:\#|<!--)[ ]TODO[ ](?P<number>\d+(?:\.\d+)?)(?P<first_line>[ ]\(line[ ]1\))?:[ ]
-                         (?P<title>.*?)(?:[ ]\(until[ ]then:[ ](?P<until_then>.*)\))?(?:[ ]-->)?$""",
+    r"""^(?P<indent>[ ]*)(?:\#|<!--)[ ]TODO[ ]
+        (?P<number>\d+(?:\.\d+)?)(?P<first_line>[ ]\(line[ ]1\))?:[ ]
+        (?P<title>.*?)(?:[ ]\(until[ ]then:[ ](?P<until_then>.*)\))?(?:[ ]-->)?$""",
     re.VERBOSE,
 )
 _RULE = re.compile(r"^[ ]*(?:# -{10,}|<!-- (?:- ){5,}-->)$")
 
 
 class RegionError(ValueError):
-    """A file whose TODO lines and rules do not fit together; the message names the line and the mend."""
+    """TODO lines and rules that do not match; the message names the line and the fix."""
 
 
 @dataclass(frozen=True)
 class Region:
-    """One region. `first` and `end` count the file's lines from 0: lines[first:end] is the body. `until_then` is what stands in the
-    template, or None."""
+    """One region of a file; lines[first:end] is its body.
+
+    Attributes:
+        number: number of the TODO
+        title: what to do
+        first: index of the first line of the body, from 0
+        end: index of the line after the body
+        indent: spaces before the TODO line
+        until_then: the line that the template has in the region, or None
+    """
 
     number: str
     title: str
@@ -40,12 +50,12 @@ class Region:
 
     @property
     def line(self) -> int:
-        """Number of the body's first line, as editors count."""
+        """Number of the body's first line, from 1."""
         return self.first + 1
 
 
 def regions(text: str) -> dict:
-    """The regions of a file by number, in the order in which they stand. Raises RegionError."""
+    """Return the regions of a file by number, in the order of the file. Raises RegionError."""
     lines = text.split("\n")
     found = {}
     opened = None
@@ -53,17 +63,19 @@ def regions(text: str) -> dict:
         opens = _OPENS.match(line)
         if opened is None and _RULE.match(line):
             raise RegionError(
-                f"line {index + 1}: this rule closes no TODO; put its TODO line back, or delete the rule"
+                f"line {index + 1}: this rule closes no TODO; "
+                "put its TODO line back, or delete the rule"
             )
         if opens is not None:
+            number = opens["number"]
             if opened is not None:
                 raise RegionError(
-                    f"line {index + 1}: TODO {opens['number']} begins before TODO {opened[1]['number']} is closed; "
-                    f"put the rule back that closes TODO {opened[1]['number']}"
+                    f"line {index + 1}: TODO {number} begins before TODO {opened[1]['number']} is "
+                    f"closed; put the rule back that closes TODO {opened[1]['number']}"
                 )
-            if opens["number"] in found:
+            if number in found:
                 raise RegionError(
-                    f"line {index + 1}: TODO {opens['number']} is there twice; delete one of the two"
+                    f"line {index + 1}: TODO {number} is there twice; delete one of the two"
                 )
             opened = index, opens
         elif opened is not None and _RULE.match(line):
@@ -75,45 +87,46 @@ def regions(text: str) -> dict:
             opened = None
     if opened is not None:
         raise RegionError(
-            f"line {opened[0] + 1}: TODO {opened[1]['number']} is not closed; put back the rule after it"
+            f"line {opened[0] + 1}: TODO {opened[1]['number']} is not closed; "
+            "put the rule back that follows it"
         )
     return found
 
 
 def body(text: str, number: str) -> str:
-    """What stands in region `number`, with its line ends. Raises RegionError when there is no such region."""
+    """Return the lines of a region, with their line ends. Raises RegionError."""
     region = _region(text, number)
     return "".join(line + "\n" for line in text.split("\n")[region.first : region.end])
 
 
 def replaced(text: str, number: str, new_body: str) -> str:
-    """The file with another body in region `number`. Raises RegionError when there is no such region."""
+    """Return the file with a new body in one region. Raises RegionError."""
     region = _region(text, number)
     lines = text.split("\n")
     return "\n".join(lines[: region.first] + new_body.split("\n")[:-1] + lines[region.end :])
 
 
 def template_body(region: Region) -> str:
-    """What stands in a region that nobody has written yet."""
+    """Return the body that the template has in a region."""
     if region.first == 0:
         return "\n"
     return "" if region.until_then is None else f"{region.indent}{region.until_then}\n"
 
 
 def template(text: str) -> str:
-    """The file with nothing solved."""
+    """Return the file with the body of the template in every region."""
     for number, region in regions(text).items():
         text = replaced(text, number, template_body(region))
     return text
 
 
 def is_written(text: str, number: str) -> bool:
-    """Whether somebody has put something of their own into region `number`: more than the template, blank lines and comments."""
+    """Return whether a region holds more than the template, blank lines and comments."""
     region = _region(text, number)
-    return _substance(body(text, number)) != _substance(template_body(region))
+    return _code(body(text, number)) != _code(template_body(region))
 
 
-def _substance(lines: str) -> list:
+def _code(lines: str) -> list:
     stripped = (line.strip() for line in lines.split("\n"))
     return [
         line
@@ -125,5 +138,5 @@ def _substance(lines: str) -> list:
 def _region(text: str, number: str) -> Region:
     found = regions(text)
     if number not in found:
-        raise RegionError(f"there is no 'TODO {number}'; put its line and the rule after it back")
+        raise RegionError(f"there is no 'TODO {number}'; put its line and its rule back")
     return found[number]

@@ -1,19 +1,20 @@
-"""./workshop/start DIR: makes a student's workspace."""
+"""./workshop/start DIR: create a student's workspace."""
 
 from __future__ import annotations
 
 import sys
 from pathlib import Path
+from typing import Sequence
 
-from sdc_workshop.workspace import WorkspaceError, make
+from sdc_workshop.workspace import WORLD_SETUP, WorkspaceError, make
 
 USAGE = """Usage: ./workshop/start DIR
-Makes the workspace DIR of a student: the package sdc_package with the car's library, and nothing solved."""
+Create a student's workspace DIR: the package sdc_package with its library and empty TODOs."""
 
 
-def main(arguments) -> int:
-    """Returns the exit status."""
-    if arguments in (["--help"], ["-h"]):
+def main(arguments: Sequence[str]) -> int:
+    """Run the command and return its exit status."""
+    if list(arguments) in (["--help"], ["-h"]):
         print(USAGE)
         return 0
     if len(arguments) != 1 or arguments[0].startswith("-"):
@@ -27,6 +28,7 @@ def main(arguments) -> int:
         return 1
     print(f"""Your workspace is {folder}. Open a new terminal and type:
 
+    source {WORLD_SETUP}
     cd {folder}
     catkin_make
     source devel/setup.bash""")

@@ -11,13 +11,20 @@ STEPS_FILE = Path(__file__).resolve().parents[1] / "steps.yaml"
 
 
 class StepError(ValueError):
-    """A step that does not exist; the message names those that come near."""
+    """An unknown step; the message lists similar ones."""
 
 
 @dataclass(frozen=True)
 class Step:
-    """One step. `file` is relative to the src folder of a workspace; None: nothing is written in this step. `todo` is the number of the
-    region in it; None: the whole file is written."""
+    """One step of the workshop.
+
+    Attributes:
+        id: name of the step on the command line
+        title: what the student does
+        phase: phase of the guide, 1 to 4
+        file: relative to the src folder of a workspace; None: nothing is written in this step
+        todo: number of the region in the file; None: the whole file is written
+    """
 
     id: str
     title: str
@@ -27,12 +34,12 @@ class Step:
 
     @property
     def place(self) -> str:
-        """Where it is written, for people: "sdc_package/scripts/camera.py, TODO 2"."""
+        """Where the step is written, for people: "sdc_package/scripts/camera.py, TODO 2"."""
         return f"{self.file}, TODO {self.todo}" if self.todo else self.file or ""
 
 
 def load_steps() -> list:
-    """All steps, in order."""
+    """Return all steps, in order."""
     with open(STEPS_FILE, encoding="utf-8") as file:
         rows = yaml.safe_load(file)
     return [
@@ -42,7 +49,7 @@ def load_steps() -> list:
 
 
 def find_step(step_id: str) -> Step:
-    """The step with this id. Raises StepError."""
+    """Return the step with this id. Raises StepError."""
     steps = load_steps()
     for step in steps:
         if step.id == step_id:

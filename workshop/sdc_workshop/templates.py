@@ -1,4 +1,7 @@
-"""Writes workshop/templates anew from the solution. From the project's folder: PYTHONPATH=workshop python3 -m sdc_workshop.templates"""
+"""Write workshop/templates from the solution.
+
+From the project's folder: PYTHONPATH=workshop python3 -m sdc_workshop.templates
+"""
 
 from __future__ import annotations
 
@@ -8,7 +11,7 @@ from sdc_workshop.workspace import TEMPLATES, derived_templates
 
 
 def stale() -> list:
-    """The templates that are not what the solution gives: changed, missing, or left over."""
+    """Return the templates that differ from the solution: changed, missing, or left over."""
     derived = derived_templates()
     there = {
         str(path.relative_to(TEMPLATES)): path.read_text(encoding="utf-8")
@@ -19,7 +22,7 @@ def stale() -> list:
 
 
 def main() -> None:
-    """Write all templates anew."""
+    """Write all templates."""
     shutil.rmtree(TEMPLATES, ignore_errors=True)
     for name, text in derived_templates().items():
         path = TEMPLATES / name

@@ -1,4 +1,4 @@
-"""A student's workspace: making one, and applying the solution of a step to one."""
+"""A student's workspace: create one, and write the solution of a step into it."""
 
 from __future__ import annotations
 
@@ -13,19 +13,21 @@ from sdc_workshop.steps import Step, load_steps
 PROJECT = Path(__file__).resolve().parents[2]
 SOLUTION = PROJECT / "catkin_ws" / "src"
 TEMPLATES = PROJECT / "workshop" / "templates"
-WORLD = PROJECT / "workshop" / "sdc_world"
+# The workspace of the world's packages, which docker/prepare builds; a student's one overlays it.
+WORLD = PROJECT / "world_ws"
+WORLD_SETUP = WORLD / "devel" / "setup.bash"
 PACKAGE = "sdc_package"
 MARKER = ".workshop"
-# What a student has no part in: the tests of the solution, and the README that explains it.
+# Students get neither the tests of the solution nor the README that explains it.
 _LEFT_OUT = ("test", "README.md", "__pycache__")
 
 
 class WorkspaceError(ValueError):
-    """A folder that is no workspace, or cannot become one; the message says how to mend it."""
+    """A folder that is no workspace, or cannot become one; the message names the fix."""
 
 
 def package_files() -> list:
-    """All files of a finished workspace, relative to its src folder, sorted."""
+    """Return all files of a finished workspace, relative to its src folder, sorted."""
     root = SOLUTION / PACKAGE
     found = (path.relative_to(SOLUTION) for path in root.rglob("*") if path.is_file())
     return sorted(
@@ -36,12 +38,12 @@ def package_files() -> list:
 
 
 def files_to_make() -> set:
-    """The files that a student makes from nothing, relative to the src folder."""
+    """Return the files that a student writes from scratch, relative to the src folder."""
     return {step.file for step in load_steps() if step.file and step.todo is None}
 
 
 def derived_templates() -> dict:
-    """{file relative to the src folder: text} of all files with regions in them, nothing solved."""
+    """Return the template of each file with regions, by its path relative to the src folder."""
     found = {}
     for name in package_files():
         text = (SOLUTION / name).read_text(encoding="utf-8") if _is_text(name) else ""
@@ -55,17 +57,22 @@ def _is_text(name: str) -> bool:
 
 
 def make(folder: Path) -> None:
-    """Make a student's workspace: the package with nothing solved, the package that lends it the project's world, a link to the workshop,
-    and a marker that says where the project is. Raises WorkspaceError for a folder that is not empty or that lies in the project's own
-    workspace."""
+    """Create a student's workspace: the package with empty TODOs, and a link to the workshop.
+
+    Args:
+        folder: a folder that does not exist yet, or is empty
+    Raises:
+        WorkspaceError: the folder is not empty, or lies in the project's own workspace
+    """
     folder = folder.absolute()
     if folder.exists() and not folder.is_dir():
         raise WorkspaceError(f"{folder} is a file; name a new folder")
     if folder.is_dir() and any(folder.iterdir()):
         raise WorkspaceError(f"{folder} is not empty; name a new folder, or empty this one")
-    if (PROJECT / "catkin_ws") in folder.resolve().parents:
+    if {PROJECT / "catkin_ws", WORLD} & set(folder.resolve().parents):
         raise WorkspaceError(
-            f"{folder} lies in the project's own workspace; name a folder elsewhere, such as ~/sdc_ws"
+            f"{folder} lies in the project's own workspace; "
+            "name a folder elsewhere, such as ~/sdc_ws"
         )
     created = files_to_make()
     for name in package_files():
@@ -77,32 +84,40 @@ def make(folder: Path) -> None:
             shutil.copyfile(TEMPLATES / name, to)
         else:
             shutil.copy(SOLUTION / name, to)
-    shutil.copytree(WORLD, folder / "src" / WORLD.name)
+    link(folder)
+
+
+def link(folder: Path) -> None:
+    """Connect a workspace with the project: a link to the workshop, and the marker file."""
     os.symlink(PROJECT / "workshop", folder / "workshop")
     (folder / MARKER).write_text(f"{PROJECT}\n", encoding="utf-8")
 
 
 def find(start: Path) -> Path:
-    """The student's workspace that a folder lies in. Raises WorkspaceError."""
+    """Return the student's workspace that contains a folder. Raises WorkspaceError."""
     start = start.absolute()
     for folder in (start, *start.parents):
         if (folder / MARKER).is_file():
             return folder
     raise WorkspaceError(
-        f"{start} lies in no workspace of the workshop; cd to yours, or make one with ./workshop/start DIR"
+        f"{start} is in no workspace of the workshop; "
+        "cd to yours, or create one with ./workshop/start DIR"
     )
 
 
 def solution_body(step: Step) -> str:
-    """What the solution has in this step's region, or in the whole file."""
-    text = (SOLUTION / step.file).read_text(encoding="utf-8")
+    """Return the solution's lines of this step's region, or of the whole file."""
+    text = (SOLUTION / str(step.file)).read_text(encoding="utf-8")
     return region_body(text, step.todo) if step.todo else text
 
 
 def write(folder: Path, step: Step, new_body: str) -> None:
-    """Write a body into this step's region of the workspace, or the whole file. Raises RegionError where the region's TODO line or
-    rule is gone. Other regions, and permissions, stay as they are."""
-    path = folder / "src" / step.file
+    """Write a body into this step's region of a workspace, or the whole file.
+
+    Other regions and permissions are kept. Raises RegionError where the TODO line or the rule of
+    the region is missing.
+    """
+    path = folder / "src" / str(step.file)
     if step.todo:
         new_body = replaced(path.read_text(encoding="utf-8"), step.todo, new_body)
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -110,7 +125,7 @@ def write(folder: Path, step: Step, new_body: str) -> None:
 
 
 def solve(folder: Path, step: Step) -> None:
-    """Apply the solution of one step, with the permission to run the file where the solution has it."""
+    """Write the solution of one step, and make the file executable where the solution's is."""
     if step.file is None:
         return
     write(folder, step, solution_body(step))
@@ -120,7 +135,7 @@ def solve(folder: Path, step: Step) -> None:
 
 
 def differences(folder: Path) -> list:
-    """The files of the package that are missing in a workspace or not equal to the solution, byte for byte."""
+    """Return the package files of a workspace that are missing or differ from the solution."""
     return [
         name
         for name in package_files()

@@ -1,4 +1,4 @@
-"""Lets tests use what stands beside them."""
+"""Put the helper modules of these tests on their path."""
 
 import sys
 from pathlib import Path

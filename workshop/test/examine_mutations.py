@@ -1,6 +1,8 @@
-"""Makes each change of a part of mutations.yaml and alternatives.yaml in a finished workspace, alone, and prints what the check of its
-step says, as JSON on the last line; with steps, it also says on standard error what it does.
-Usage: examine_mutations.py WORKSPACE PART PARTS [STEP ...]"""
+"""Apply changes of mutations.yaml and alternatives.yaml to a finished workspace, each alone.
+
+Prints the answers of the checks as JSON on the last line. With steps, it also prints details on
+standard error. Usage: examine_mutations.py WORKSPACE PART PARTS [STEP ...]
+"""
 
 import json
 import sys
@@ -30,11 +32,12 @@ def _load(name):
 
 
 def mutated(text, step, mutation):
-    """The file with this mistake in it."""
+    """Return the file with this change."""
     region = body(text, step.todo) if step.todo else text
-    if region.count(mutation["old"]) != 1:
+    count = region.count(mutation["old"])
+    if count != 1:
         raise ValueError(
-            f"{step.id}, {mutation['name']}: '{mutation['old']}' is there {region.count(mutation['old'])} times"
+            f"{step.id}, {mutation['name']}: '{mutation['old']}' is there {count} times"
         )
     region = region.replace(mutation["old"], mutation["new"])
     return replaced(text, step.todo, region) if step.todo else region
@@ -64,17 +67,14 @@ def main():
             if wanted and mutation["step"] not in wanted:
                 continue
             start = time.monotonic()
-            answers[f"{mutation['step']}: {mutation['name']}"] = answer = examine(
-                folder, mutation, stage
-            ).as_dict()
-            as_wanted = answer["status"] == ("wrong" if "hint" in mutation else "passed")
-            if (
-                wanted
-                or not as_wanted
-                or not all(word in answer["hint"] for word in mutation.get("hint", []))
-            ):
+            name = f"{mutation['step']}: {mutation['name']}"
+            answers[name] = answer = examine(folder, mutation, stage).as_dict()
+            expected = answer["status"] == ("wrong" if "hint" in mutation else "passed")
+            hinted = all(word in answer["hint"] for word in mutation.get("hint", []))
+            if wanted or not expected or not hinted:
+                elapsed = time.monotonic() - start
                 print(
-                    f"{time.monotonic() - start:.1f} s {mutation['step']}: {mutation['name']} {answer} wanted {mutation.get('hint')}",
+                    f"{elapsed:.1f} s {name} {answer} expected: {mutation.get('hint')}",
                     file=sys.stderr,
                 )
     print(json.dumps(answers))

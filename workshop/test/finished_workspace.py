@@ -1,13 +1,13 @@
-"""A student's workspace in which all steps are solved, built: what mistakes are made in, and what is to pass."""
+"""A student's workspace in which all steps are solved, built as a student builds it."""
 
 import subprocess
 
 from sdc_workshop.steps import load_steps
-from sdc_workshop.workspace import make, solve
+from sdc_workshop.workspace import PROJECT, WORLD_SETUP, make, solve
 
 
 def solved(folder):
-    """Make it in `folder`, a path that does not exist."""
+    """Create it in `folder`, a path that does not exist."""
     make(folder)
     for step in load_steps():
         solve(folder, step)
@@ -15,14 +15,11 @@ def solved(folder):
     return folder
 
 
-def build(folder):
-    """As a student builds, in a new terminal."""
+def build(folder, setup=WORLD_SETUP):
+    """Build a workspace in a new terminal that has sourced `setup`."""
+    subprocess.run([PROJECT / "docker" / "prepare", "world"], check=True, timeout=300)
     done = subprocess.run(
-        [
-            "bash",
-            "-c",
-            "[ ! -f /opt/ros/noetic/setup.bash ] || . /opt/ros/noetic/setup.bash; catkin_make",
-        ],
+        ["bash", "-c", '[ -z "$1" ] || source "$1"; catkin_make', "bash", str(setup or "")],
         cwd=folder,
         env={"HOME": str(folder), "PATH": "/usr/bin:/bin"},
         stdout=subprocess.PIPE,

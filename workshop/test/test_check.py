@@ -1,4 +1,4 @@
-"""./workshop/check as a student meets it: nothing is solved at the start, answers have a place and a mend, unfinished is not wrong."""
+"""./workshop/check: its answers, with place and fix, and its command line."""
 
 import io
 import os
@@ -44,7 +44,7 @@ def run(folder, *arguments):
 
 
 def answers(folder, *ids):
-    """Of steps that need no ROS to be judged."""
+    """Check steps that need no ROS."""
     student = Student(folder)
     with Stage(student) as stage:
         return Examination(student, stage).judge([find_step(step_id) for step_id in ids])
@@ -56,10 +56,7 @@ def edit(path, old, new):
     path.write_text(text.replace(old, new))
 
 
-# ---- what is unfinished, and what is wrong ------------------------------------------------------------------------------------------
-
-
-def test_at_the_start_every_step_is_unfinished_and_has_a_hint(folder):
+def test_each_step_of_a_new_workspace_is_unfinished_and_has_a_hint(folder):
     found = answers(folder, *(step.id for step in load_steps()))
     assert {
         step_id: answer.status for step_id, answer in found.items() if answer.status != UNFINISHED
@@ -71,12 +68,16 @@ def test_at_the_start_every_step_is_unfinished_and_has_a_hint(folder):
     ] == []
 
 
-def test_a_comment_is_no_answer_yet(folder):
-    edit(folder / CAMERA, "shall come to on_image\n", "shall come to on_image\n        # hm\n")
+def test_region_with_only_a_comment_is_unfinished(folder):
+    edit(
+        folder / CAMERA,
+        "on_image receives every picture\n",
+        "on_image receives every picture\n        # hm\n",
+    )
     assert answers(folder, "camera-3")["camera-3"].status == UNFINISHED
 
 
-def test_without_a_build_what_is_written_waits(folder):
+def test_written_step_waits_for_the_build(folder):
     solve(folder, find_step("camera-2"))
     solve(folder, find_step("controller-1.1"))
     found = answers(folder, "camera-2", "controller-1.1")
@@ -85,7 +86,7 @@ def test_without_a_build_what_is_written_waits(folder):
     assert "CarlaVehicleControl" in found["controller-1.1"].expected
 
 
-def test_the_line_of_a_syntax_error_is_the_student_s_and_other_steps_are_not_blamed(folder):
+def test_syntax_error_is_reported_with_the_students_line_at_its_own_step(folder):
     solve(folder, find_step("camera-2"))
     edit(
         folder / CAMERA,
@@ -102,7 +103,7 @@ def test_the_line_of_a_syntax_error_is_the_student_s_and_other_steps_are_not_bla
     assert "bracket" in found["camera-2"].hint
 
 
-def test_a_rule_that_was_deleted_is_named_with_its_line(folder):
+def test_deleted_rule_is_reported(folder):
     text = (folder / CAMERA).read_text().split("\n")
     at = next(index for index, line in enumerate(text) if "TODO 2" in line)
     del text[at + 1]
@@ -113,7 +114,7 @@ def test_a_rule_that_was_deleted_is_named_with_its_line(folder):
     assert found["camera-2"].status == WAITING
 
 
-def test_what_was_changed_outside_of_a_todo_is_said(folder):
+def test_change_outside_of_all_todos_is_reported_with_its_line(folder):
     solve(folder, find_step("camera-2"))
     edit(folder / CAMERA, "    def run(self):", "    def run(self)")
     found = answers(folder, "camera-2")["camera-2"]
@@ -122,7 +123,7 @@ def test_what_was_changed_outside_of_a_todo_is_said(folder):
     assert "def run" in (folder / CAMERA).read_text().split("\n")[found.line - 1]
 
 
-def test_line_ends_of_windows(folder):
+def test_windows_line_ends_are_reported(folder):
     solve(folder, find_step("camera-1"))
     (folder / CAMERA).chmod(0o755)
     (folder / CAMERA).write_bytes((folder / CAMERA).read_bytes().replace(b"\n", b"\r\n"))
@@ -131,17 +132,14 @@ def test_line_ends_of_windows(folder):
     assert "LF, not CRLF" in found.hint
 
 
-def test_a_file_that_is_gone(folder):
+def test_missing_file_is_reported_with_its_template(folder):
     (folder / CAMERA).unlink()
     found = answers(folder, "camera-2")["camera-2"]
     assert found.status == WRONG
     assert "templates/sdc_package/scripts/camera.py" in found.hint
 
 
-# ---- the command --------------------------------------------------------------------------------------------------------------------
-
-
-def test_command(folder):
+def test_command_checks_solves_and_hints(folder):
     done = run(folder, "messages-7")
     assert done.returncode == 1
     assert (
@@ -158,26 +156,26 @@ def test_command(folder):
     assert "latch=True" in done.stdout
 
 
-def test_bad_command_lines_are_one_line(folder, tmp_path):
+def test_bad_command_line_is_refused_in_one_line(folder, tmp_path):
     assert run(folder, "camera-9").stdout.startswith(
         "check: there is no step 'camera-9'; there are camera-1, camera-2"
     )
     assert run(folder, "--solution", "messages").stdout.startswith(
-        "check: 'messages' are several steps: messages-1, "
+        "check: 'messages' matches several steps: messages-1, "
     )
     done = run(tmp_path, "camera-1")
     assert (done.returncode, done.stdout.count("\n")) == (2, 1)
     assert "in no workspace" in done.stdout
 
 
-def test_groups_of_steps():
+def test_name_of_a_group_selects_its_steps():
     assert [step.id for step in chosen(["controller-1.3", "hello"])] == ["hello", "controller-1.3"]
     assert {step.id for step in chosen(["stack-launch"])} == {"stack-launch-1", "stack-launch-2"}
     with pytest.raises(StepError):
         chosen(["cam"])
 
 
-def test_watch_goes_on_when_a_file_is_saved(folder):
+def test_watch_checks_again_when_a_file_is_saved(folder):
     watch = subprocess.Popen(
         [CHECK, "--watch", "messages-7", "messages-9"],
         cwd=folder,
@@ -188,11 +186,11 @@ def test_watch_goes_on_when_a_file_is_saved(folder):
     )
     try:
         for step_id in ("messages-7", "messages-9"):
-            said = []
-            while not said or "Waiting for you" not in said[-1]:
-                said.append(watch.stdout.readline())
-                assert said[-1], "it ended early"
-            assert f"\n{step_id}: " in "".join(said)
+            lines = []
+            while not lines or "Waiting for you" not in lines[-1]:
+                lines.append(watch.stdout.readline())
+                assert lines[-1], "it ended early"
+            assert f"\n{step_id}: " in "".join(lines)
             solve(folder, find_step(step_id))
         assert watch.wait(60) == 0
         assert "2 of 2" in watch.stdout.read()
@@ -202,7 +200,7 @@ def test_watch_goes_on_when_a_file_is_saved(folder):
         watch.stdout.close()
 
 
-def test_what_is_shown():
+def test_wrong_step_is_explained_before_an_unfinished_one():
     steps = [find_step(step_id) for step_id in ("camera-1", "camera-2", "camera-3")]
     found = {
         "camera-1": Answer(PASSED),
@@ -221,16 +219,16 @@ def test_what_is_shown():
         assert f" {cross} camera-3" in text
         assert "1 of 3" in text
         assert "camera-3: Camera: the subscriber: is not right yet." in text, (
-            "a wrong step comes before one that is not begun"
+            "the wrong step comes first"
         )
         assert "where     f:7" in text
 
 
-# ---- programs and what they say -----------------------------------------------------------------------------------------------------
-
-
-def test_programs_end_with_all_that_they_started():
-    command = "setsid sleep 1000 & (setsid sh -c 'while :; do sleep 1000; done' &) ; echo ready; sleep 1000"
+def test_program_ends_with_all_processes_it_started():
+    command = (
+        "setsid sleep 1000 & (setsid sh -c 'while :; do sleep 1000; done' &) ; "
+        "echo ready; sleep 1000"
+    )
     with Program(["sh", "-c", command], dict(os.environ)) as program:
         assert program.wait_until(lambda: "ready" in program.output) == "true"
         assert program.wait_until(lambda: False) == "idle"
@@ -238,7 +236,7 @@ def test_programs_end_with_all_that_they_started():
     assert marked(program.mark) == []
 
 
-def test_programs_that_run_in_circles_or_end(monkeypatch):
+def test_endless_loop_and_end_of_a_program_are_detected(monkeypatch):
     monkeypatch.setattr(process, "BUSY_CPU_S", 0.2)
     with Program([sys.executable, "-c", "while True: pass"], dict(os.environ)) as program:
         assert program.wait_until(lambda: False) == "busy"
@@ -247,14 +245,14 @@ def test_programs_that_run_in_circles_or_end(monkeypatch):
         assert (program.status, program.output) == (3, "last\n")
 
 
-def test_a_program_that_says_too_much_is_not_kept_whole():
+def test_output_of_a_program_is_limited():
     with Program(["sh", "-c", "yes"], dict(os.environ)) as program:
         time.sleep(0.2)
         assert program.status is None
     assert len(program.output) < 1_000_000
 
 
-def test_tracebacks_are_shortened_to_the_student_s_line(tmp_path):
+def test_traceback_is_reduced_to_the_line_of_the_students_file(tmp_path):
     script = tmp_path / "node.py"
     script.write_text("import json\n\n\ndef f():\n    json.loads('x')\n\n\nf()\n")
     done = subprocess.run(

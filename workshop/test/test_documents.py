@@ -1,4 +1,4 @@
-"""The guide's pictures are there and can be drawn anew, and no link in its pages leads nowhere."""
+"""Links and pictures of the guide's pages."""
 
 import re
 
@@ -12,13 +12,13 @@ PAGES = sorted(WORKSHOP.glob("*.md"))
 
 
 def headings(page):
-    """The anchors of a page's headings, as they are made from the words."""
+    """Return the anchors of a page's headings."""
     titles = re.findall(r"^#+ (.*)$", page.read_text(), re.MULTILINE)
     return {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in titles}
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
-def test_links(page):
+def test_links_of_a_page_have_targets(page):
     links = re.findall(r"\]\(([^)]+)\)", page.read_text())
     for link in links:
         if not link.startswith("http"):
@@ -28,7 +28,7 @@ def test_links(page):
             assert not anchor or anchor in headings(target), link
 
 
-def test_every_picture_is_drawn_and_shown(tmp_path):
+def test_each_picture_is_drawn_and_shown(tmp_path):
     main(tmp_path)
     drawn = {path.name for path in tmp_path.iterdir()}
     assert drawn == {f"{picture.__name__}.png" for picture in PICTURES}

@@ -1,34 +1,34 @@
-"""Plays the student: an empty home, and guide.md word for word, on real terminals, with a screen of its own."""
+"""Follow guide.md word for word, in an empty home, with real terminals and a virtual display."""
 
 import contextlib
 import os
 import re
 import signal
-import socket
 import subprocess
 import termios
 import threading
 import time
-from pathlib import Path
 
+import psutil
 import pytest
 
+from sdc_common.testing.processes import free_port, processes_with
 from sdc_common.testing.virtual_display import VirtualDisplay
 from sdc_workshop.guide import GuideError, missing_line, read
 from sdc_workshop.steps import Step, load_steps
 from sdc_workshop.workspace import PROJECT, differences, solution_body, write
 
 GUIDE = PROJECT / "workshop" / "guide.md"
-PATIENCE_S = 90.0
+TIMEOUT_S = 180.0
 PROMPT = re.compile(r"\[prompt:(\d+)\]")
 
 
 class Terminal:
-    """A bash on a terminal of its own, as a person has it: commands may keep running, Ctrl-C ends them."""
+    """A bash in a terminal: commands may keep running, and Ctrl-C ends them."""
 
     def __init__(self, name, environment, home):
         self.name = name
-        self.heard = ""
+        self.output = ""
         self.changed = threading.Condition()
         self.keyboard, screen = os.openpty()
         settings = termios.tcgetattr(screen)
@@ -43,58 +43,58 @@ class Terminal:
             stderr=screen,
         )
         os.close(screen)
-        threading.Thread(target=self.listen, daemon=True).start()
+        threading.Thread(target=self.read, daemon=True).start()
         self.typed_at = 0
-        self.wait(lambda said: PROMPT.search(said), "the prompt")
+        self.wait(PROMPT.search, "the prompt")
 
-    def listen(self):
+    def read(self):
         with contextlib.suppress(OSError):
             while True:
-                said = os.read(self.keyboard, 65536).decode(errors="replace")
+                text = os.read(self.keyboard, 65536).decode(errors="replace")
                 with self.changed:
-                    self.heard += said
+                    self.output += text
                     self.changed.notify_all()
 
     @property
-    def said(self):
-        """What it has said since the last line was typed."""
-        return self.heard[self.typed_at :].replace("\r\n", "\n")
+    def shown(self):
+        """Its output since the last line was typed."""
+        return self.output[self.typed_at :].replace("\r\n", "\n")
 
     def wait(self, condition, what):
-        """The first true value of condition(said)."""
-        limit = time.monotonic() + PATIENCE_S
+        """Return the first true value of condition(output)."""
+        limit = time.monotonic() + TIMEOUT_S
         with self.changed:
             while True:
-                value = condition(self.said)
+                value = condition(self.shown)
                 if value:
                     return value
                 left = limit - time.monotonic()
                 assert left > 0.0, (
-                    f"waited in vain for {what} in the terminal {self.name}, which says\n{self.said}"
+                    f"timed out: no {what} in the terminal {self.name}:\n{self.shown}"
                 )
                 self.changed.wait(left)
 
     def type(self, line):
-        """Type a line, and let it run."""
+        """Type a line, and do not wait for its end."""
         with self.changed:
-            self.typed_at = len(self.heard)
+            self.typed_at = len(self.output)
         os.write(self.keyboard, line.encode() + b"\n")
 
     def run(self, line):
-        """Type a line and wait for its end; returns (status, what it said)."""
+        """Type a line and wait for its end; return its status and output."""
         self.type(line)
         prompt = self.wait(PROMPT.search, f"the end of '{line}'")
-        return int(prompt[1]), self.said[: prompt.start()]
+        return int(prompt[1]), self.shown[: prompt.start()]
 
     def interrupt(self):
-        """Ctrl-C, until the prompt is back."""
+        """Type Ctrl-C and wait for the prompt."""
         with self.changed:
-            self.typed_at = len(self.heard)
+            self.typed_at = len(self.output)
         os.write(self.keyboard, b"\x03")
         self.wait(PROMPT.search, "the prompt after Ctrl-C")
 
     def close(self):
-        """End what runs in it, then close it."""
+        """End its program and close it."""
         if self.shell.poll() is None:
             with contextlib.suppress(AssertionError):
                 self.interrupt()
@@ -108,12 +108,10 @@ class Terminal:
 
 
 class Student:
-    """Somebody with an empty home who follows the guide."""
+    """A student with an empty home."""
 
     def __init__(self, home, display):
-        with socket.socket() as probe:
-            probe.bind(("127.0.0.1", 0))
-            port = probe.getsockname()[1]
+        port = free_port()
         self.home = home
         self.workspace = home / "sdc_ws"
         self.display = display
@@ -123,13 +121,13 @@ class Student:
             "LANG": os.environ.get("LANG", "C.UTF-8"),
             "DISPLAY": display.environment["DISPLAY"],
             "LIBGL_ALWAYS_SOFTWARE": "1",
-            # A master of its own, beside those of other tests.
+            # Other tests have masters of their own.
             "ROS_MASTER_URI": f"http://127.0.0.1:{port}",
             "ROS_IP": "127.0.0.1",
             "BASH_FUNC_roscore%%": f"() {{ command roscore -p {port}; }}",
         }
         self.terminals = {}
-        self.said = ""
+        self.output = ""
         self.held = []
         self.steps_seen = set()
         (home / "workshop").symlink_to(PROJECT)
@@ -153,18 +151,18 @@ class Student:
         lines = block.text.splitlines()
         if block.terminal != "work":
             for line in lines[:-1]:
-                assert terminal.run(line)[0] == 0, terminal.said
+                assert terminal.run(line)[0] == 0, terminal.shown
             terminal.type(lines[-1])
             return
-        self.said = ""
+        self.output = ""
         for line in lines:
             if line.startswith("./workshop/check "):
                 self.steps_seen.update(
                     terminal.run(line.replace("./workshop/check", "echo"))[1].split()
                 )
-            status, said = terminal.run(line)
-            self.said += said
-            assert status == 0, f"'{line}' ended with {status}:\n{said}"
+            status, output = terminal.run(line)
+            self.output += output
+            assert status == 0, f"'{line}' ended with {status}:\n{output}"
         while self.held:
             self.display.key_up(self.held.pop())
 
@@ -173,15 +171,15 @@ class Student:
 
     def see(self, block):
         if block.terminal == "work":
-            missing = missing_line(block.text, self.said)
-            assert missing is None, f"'{missing}' is not in\n{self.said}"
+            missing = missing_line(block.text, self.output)
+            assert missing is None, f"'{missing}' is not in\n{self.output}"
         else:
             self.terminal(block.terminal).wait(
-                lambda said: missing_line(block.text, said) is None, block.text
+                lambda output: missing_line(block.text, output) is None, block.text
             )
 
     def window(self, block):
-        limit = time.monotonic() + PATIENCE_S
+        limit = time.monotonic() + TIMEOUT_S
         while not self.display.windows(block.text.strip()):
             assert time.monotonic() < limit, f"no window '{block.text.strip()}' opened"
             time.sleep(0.05)
@@ -214,13 +212,10 @@ class Student:
     def leave(self):
         for terminal in reversed(self.terminals.values()):
             terminal.close()
-        mark = f"ROS_MASTER_URI={self.environment['ROS_MASTER_URI']}"
-        left = []
-        for pid in filter(str.isdigit, os.listdir("/proc")):
-            with contextlib.suppress(OSError):
-                if mark in Path("/proc", pid, "environ").read_text(errors="replace").split("\0"):
-                    left.append(Path("/proc", pid, "cmdline").read_text().replace("\0", " "))
-                    os.kill(int(pid), signal.SIGKILL)
+        left = processes_with("ROS_MASTER_URI", self.environment["ROS_MASTER_URI"])
+        for process in left:
+            with contextlib.suppress(psutil.NoSuchProcess):
+                process.kill()
         return left
 
 
@@ -236,7 +231,7 @@ def student(tmp_path):
         assert left == [], "processes were left behind"
 
 
-def test_the_guide_leads_to_a_car_that_drives(student):
+def test_guide_leads_to_a_car_that_drives(student):
     blocks = read(GUIDE.read_text(encoding="utf-8"))
     times = []
     for block in blocks:
@@ -245,14 +240,14 @@ def test_the_guide_leads_to_a_car_that_drives(student):
             student.follow(block)
         except Exception as error:
             others = "".join(
-                f"\n== terminal {name}:\n{terminal.said[-3000:]}"
+                f"\n== terminal {name}:\n{terminal.shown[-3000:]}"
                 for name, terminal in student.terminals.items()
             )
             raise AssertionError(f"{GUIDE}, line {block.line}: {error}{others}") from error
         times.append((time.monotonic() - start, block.line))
-    assert differences(student.workspace) == [], "the files are not the solution's"
+    assert differences(student.workspace) == [], "these files differ from the solution"
     assert [step.id for step in load_steps() if step.id not in student.steps_seen] == [], (
-        "steps that the guide leaves out"
+        "the guide lacks these steps"
     )
     print(
         "slowest blocks (s, line):",
@@ -260,8 +255,8 @@ def test_the_guide_leads_to_a_car_that_drives(student):
     )
 
 
-def test_snippets_are_the_solution():
-    """The same is found at the end of the long test; this one says at once which snippet has drifted."""
+def test_each_snippet_equals_the_solution():
+    """The long test finds the same at its end; this one names the snippet at once."""
     written = {
         (block.file, block.todo): block
         for block in read(GUIDE.read_text(encoding="utf-8"))
@@ -270,16 +265,16 @@ def test_snippets_are_the_solution():
     for step in filter(lambda step: step.file, load_steps()):
         block = written[step.file, step.todo]
         assert block.text == solution_body(step), (
-            f"{GUIDE}, line {block.line}: not what the solution has at {step.place}"
+            f"{GUIDE}, line {block.line}: differs from the solution of {step.place}"
         )
 
 
-def test_blocks_that_nobody_can_follow():
-    with pytest.raises(GuideError, match="line 3: what to do with 'bash loudly'"):
+def test_block_without_an_action_is_refused_with_its_line():
+    with pytest.raises(GuideError, match="line 3: unknown block 'bash loudly'"):
         read("\n\n```bash loudly\nls\n```\n")
 
 
-def test_what_should_be_seen_in_its_order():
+def test_expected_output_is_found_in_its_order():
     assert missing_line("a...c\n\nd\n", "xx abc\nd") is None
     assert missing_line("d\na...c\n", "xx abc\nd") == "a...c"
     assert missing_line("a...c\n", "a\nc") == "a...c"

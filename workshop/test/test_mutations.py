@@ -1,5 +1,7 @@
-"""Every typical mistake is caught by the check of its step, called wrong and not unfinished, and its hint names it; other words for the
-right thing pass."""
+"""Each typical mistake is found by the check of its step and named in its hint.
+
+Other code that does the same passes.
+"""
 
 import json
 import os
@@ -20,7 +22,7 @@ PARTS = 2
 LIMIT_S = 900
 
 
-def test_every_todo_has_two_mistakes_and_every_step_a_hint():
+def test_each_todo_has_two_mutations_and_each_step_a_hint():
     count = Counter(mutation["step"] for mutation in mutations())
     assert [step.id for step in load_steps() if step.file and count[step.id] < 2] == []
     for step in load_steps():
@@ -30,7 +32,7 @@ def test_every_todo_has_two_mistakes_and_every_step_a_hint():
 
 
 @pytest.mark.parametrize("part", range(PARTS))
-def test_mistakes_are_caught_and_named_and_other_words_pass(part, tmp_path):
+def test_mutations_are_explained_and_alternatives_pass(part, tmp_path):
     folder = solved(tmp_path / "ws")
     devel = next(Path(PROJECT).glob("catkin_ws/devel/lib/python3*/dist-packages"))
     done = subprocess.run(
@@ -63,7 +65,7 @@ def test_mistakes_are_caught_and_named_and_other_words_pass(part, tmp_path):
         answer = answers[name]
         if "hint" not in mutation:
             if answer["status"] != "passed":
-                failures.append(f"{name} is right\n  {answer}")
+                failures.append(f"{name} must pass\n  {answer}")
             continue
         missing = [word for word in mutation["hint"] if word not in answer["hint"]]
         if (
@@ -71,5 +73,7 @@ def test_mistakes_are_caught_and_named_and_other_words_pass(part, tmp_path):
             or missing
             or not (answer["expected"] and answer["seen"] and answer["file"])
         ):
-            failures.append(f"{name}: {answer['status']}; not in its hint: {missing}\n  {answer}")
+            failures.append(
+                f"{name}: {answer['status']}; missing in its hint: {missing}\n  {answer}"
+            )
     assert failures == [], "\n".join(failures)

@@ -1,4 +1,4 @@
-"""Regions are found, taken out, put in, and refused with a place and a mend where they are broken."""
+"""Regions of a file are found, replaced, and refused with line and fix where broken."""
 
 import pytest
 
@@ -13,7 +13,7 @@ PYTHON = (
 XML = "<a>\n  <!-- TODO 1: a node -->\n  <node/>\n  <!-- - - - - - - - -->\n</a>\n"
 
 
-def test_regions_are_found_in_their_order():
+def test_regions_are_found_in_the_order_of_the_file():
     found = regions(PYTHON)
     assert [(region.number, region.title, region.line) for region in found.values()] == [
         ("1", "the interpreter", 1),
@@ -24,13 +24,13 @@ def test_regions_are_found_in_their_order():
     assert regions(XML)["1"].title == "a node"
 
 
-def test_bodies():
+def test_body_is_what_a_region_contains():
     assert body(PYTHON, "1") == "#!/usr/bin/env python3\n"
     assert body(PYTHON, "3") == "    x = 1\n    y = 2\n"
     assert body(XML, "1") == "  <node/>\n"
 
 
-def test_template_has_nothing_solved_and_takes_the_solution_back():
+def test_template_is_unsolved_and_becomes_the_solution_again():
     for text in (PYTHON, XML):
         empty = template(text)
         assert template(empty) == empty
@@ -44,14 +44,14 @@ def test_template_has_nothing_solved_and_takes_the_solution_back():
     assert "x = 1" not in template(PYTHON)
 
 
-def test_comments_and_blank_lines_are_not_yet_an_answer():
+def test_comments_and_blank_lines_do_not_count_as_written():
     empty = template(PYTHON)
     assert not is_written(replaced(empty, "3", "\n    # hm\n"), "3")
     assert is_written(replaced(empty, "3", "    pass\n"), "3")
 
 
 @pytest.mark.parametrize(
-    ("text", "says"),
+    ("text", "message"),
     [
         (f"# TODO 1: a\n# TODO 2: b\n{RULE}", "line 2: TODO 2 begins before TODO 1 is closed"),
         ("x\n# TODO 1: a\nx\n", "line 2: TODO 1 is not closed"),
@@ -59,11 +59,11 @@ def test_comments_and_blank_lines_are_not_yet_an_answer():
         (f"# TODO 1: a\n{RULE}# TODO 1: a\n{RULE}", "line 3: TODO 1 is there twice"),
     ],
 )
-def test_broken_files_are_refused_with_a_place(text, says):
-    with pytest.raises(RegionError, match=says):
+def test_broken_regions_are_refused_with_their_line(text, message):
+    with pytest.raises(RegionError, match=message):
         regions(text)
 
 
-def test_a_region_that_is_not_there():
+def test_unknown_region_is_refused():
     with pytest.raises(RegionError, match="there is no 'TODO 4'"):
         body(PYTHON, "4")

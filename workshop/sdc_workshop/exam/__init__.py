@@ -1,1 +1,1 @@
-"""Examines a student's workspace, step by step: what is right, what is wrong and why, and what nobody has written yet."""
+"""Checks of the steps: each runs a student's code in the student's own environment."""

@@ -1,4 +1,4 @@
-"""What a check says about a step."""
+"""The answer of a check about one step."""
 
 from __future__ import annotations
 
@@ -6,26 +6,43 @@ from dataclasses import asdict, dataclass
 
 PASSED = "passed"
 WRONG = "wrong"
-UNFINISHED = "unfinished"  # nothing of the student's own is there yet
-WAITING = "waiting"  # an earlier step must be mended before this one can be judged
+UNFINISHED = "unfinished"  # the student has not written anything there yet
+WAITING = "waiting"  # an earlier step must be fixed before this one can be checked
 
 
 @dataclass(frozen=True)
 class Problem:
-    """One thing that is not as it should be. `todo` is the number of the region that it is about, None where that is not known; `line`
-    counts from 1 in the file that was examined, which is not always the student's."""
+    """One thing that is wrong.
+
+    Attributes:
+        expected: what was expected
+        seen: what was seen instead
+        hint: how to fix it
+        todo: number of the region that it is about, or None
+        line: line in the file that was checked, from 1; it may differ from the student's line
+        is_error: whether `seen` is an error of Python, which needs the hint of the step, too
+    """
 
     expected: str
     seen: str
     hint: str
     todo: str | None = None
     line: int | None = None
-    is_error: bool = False  # Python's own words; what they mean alone seldom says what belongs here
+    is_error: bool = False
 
 
 @dataclass(frozen=True)
 class Answer:
-    """The verdict on a step. `file` is relative to the workspace, `line` counts from 1."""
+    """The answer about a step: its status, and as in Problem what is wrong.
+
+    Attributes:
+        status: PASSED, WRONG, UNFINISHED or WAITING
+        expected: what was expected
+        seen: what was seen instead
+        hint: how to fix it
+        file: path relative to the workspace, or None
+        line: line in the file, from 1, or None
+    """
 
     status: str
     expected: str = ""
@@ -36,13 +53,14 @@ class Answer:
 
     @property
     def where(self) -> str:
-        """For people and editors: "src/sdc_package/scripts/camera.py:20"."""
+        """The place, for people and editors: "src/sdc_package/scripts/camera.py:20"."""
         return f"{self.file}:{self.line}" if self.file and self.line else self.file or ""
 
     def as_dict(self) -> dict:
+        """Return the attributes as a dictionary, for JSON."""
         return asdict(self)
 
 
 def wrong(problem: Problem, file: str | None = None, line: int | None = None) -> Answer:
-    """A problem as the answer to the step whose fault it is."""
+    """Return the answer to a step that has this problem."""
     return Answer(WRONG, problem.expected, problem.seen, problem.hint, file, line)

@@ -6,63 +6,55 @@ import json
 import re
 
 from sdc_workshop.exam.answer import PASSED, WRONG, Answer
-from sdc_workshop.exam.output import crash, last_words, plain
-from sdc_workshop.exam.process import PATIENCE_S
+from sdc_workshop.exam.output import crash, last_line, plain
+from sdc_workshop.exam.process import TIMEOUT_S
+from sdc_workshop.exam.stage import Stage
 
-LIMIT_S = 240.0
+DRIVE_TIMEOUT_S = 240.0
+_ARGUMENTS = "sdc_package all.launch sync:=true camera:=false headless:=true"
 _REFEREE = re.compile(r"referee: (\w+): (.*)")
-_MEANINGS = {
-    "off_route": "The car has left its road: look at steering and local planner; `./workshop/check` says whether a step is wrong.",
-    "blocked": "The car stands: does it get a path, and does the controller answer it? `rostopic echo "
-    "/carla/ego_vehicle/vehicle_control_cmd` shows its commands.",
+_HINTS = {
+    "off_route": "The car left its route: look at the steering and the local planner; "
+    "`./workshop/check` reports which step is wrong.",
+    "blocked": "The car does not move: does it get a path, and does the controller answer it? "
+    "`rostopic echo /carla/ego_vehicle/vehicle_control_cmd` shows its commands.",
     "timeout": "The car is far too slow: look at the planned speeds and at the pedals.",
-    "collision": "The car has hit something.",
-    "aborted": "A node has ended before the drive was over: its words above say why.",
+    "collision": "The car hit something.",
+    "aborted": "A node ended before the drive was over: its output gives the cause.",
 }
 
 
-def drive_answer(stage) -> tuple:
-    """(Answer, report): the report of the referee as a dictionary, None when there was none."""
-    report = stage.folder / "report" / "report.json"
-    stage.master  # noqa: B018  roslaunch finds a master that runs, and uses it
-    with stage.program(
-        [
-            "roslaunch",
-            "--skip-log-check",
-            "sdc_package",
-            "all.launch",
-            "sync:=true",
-            "camera:=false",
-            "headless:=true",
-            f"report:={report}",
-        ]
-    ) as program:
-        status = program.wait(LIMIT_S)
+def drive_answer(stage: Stage) -> tuple:
+    """Drive the route.
+
+    Returns:
+        the answer, and the referee's report as a dictionary, or None without one
+    """
+    path = stage.folder / "report" / "report.json"
+    stage.master  # noqa: B018  roslaunch uses a master that already runs
+    command = ["roslaunch", "--skip-log-check", *_ARGUMENTS.split(), f"report:={path}"]
+    with stage.program(command) as program:
+        status = program.wait(DRIVE_TIMEOUT_S)
         output = plain(program.output)
         if status is None:
             program.interrupt()
-            program.wait(PATIENCE_S / 2)
+            program.wait(TIMEOUT_S / 2)
     stage.clear()
-    if not report.is_file():
+    if not path.is_file():
         broken = crash(output, stage.student.src)
-        seen = (
-            broken.error
-            if broken
-            else ("no end after " + f"{LIMIT_S:g} s" if status is None else last_words(output))
-        )
-        return Answer(
-            WRONG,
-            "a drive along the whole route",
-            seen,
-            "roslaunch sdc_package all.launch sync:=true camera:=false headless:=true shows all that is said.",
-        ), None
-    figures = json.loads(report.read_text(encoding="utf-8"))
-    if figures["status"] == "completed":
-        return Answer(PASSED), figures
-    said = _REFEREE.search(output)
+        if broken:
+            seen = broken.error
+        else:
+            seen = f"no end after {DRIVE_TIMEOUT_S:g} s" if status is None else last_line(output)
+        hint = f"roslaunch {_ARGUMENTS} shows the whole output."
+        return Answer(WRONG, "a drive along the whole route", seen, hint), None
+    report = json.loads(path.read_text(encoding="utf-8"))
+    if report["status"] == "completed":
+        return Answer(PASSED), report
+    result = _REFEREE.search(output)
     return Answer(
         WRONG,
         "a drive along the whole route: completed",
-        said[0] if said else figures["status"],
-        _MEANINGS.get(figures["status"], "Look at report.png."),
-    ), figures
+        result[0] if result else report["status"],
+        _HINTS.get(report["status"], "Look at report.png."),
+    ), report

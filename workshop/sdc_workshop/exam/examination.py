@@ -1,14 +1,17 @@
-"""Judges the steps of a workspace, in their order."""
+"""Check the steps of a workspace, in their order."""
 
 from __future__ import annotations
 
+from typing import Callable
+
 from sdc_workshop.exam.answer import PASSED, UNFINISHED, WAITING, Answer
-from sdc_workshop.exam.camera_subject import CameraSubject, LaneFilterSubject
-from sdc_workshop.exam.cmake_subject import CMakeSubject, PackageXmlSubject
-from sdc_workshop.exam.controller_subject import BasicControlSubject, PathFollowingSubject
+from sdc_workshop.exam.basic_control_subject import BasicControlSubject
+from sdc_workshop.exam.camera_subject import CameraSubject
+from sdc_workshop.exam.cmake_subject import CMakeSubject
 from sdc_workshop.exam.drive_answer import drive_answer
-from sdc_workshop.exam.files import hello_answer, message_answer, workspace_answer
+from sdc_workshop.exam.files import hello_answer, workspace_answer
 from sdc_workshop.exam.hints import hint_of
+from sdc_workshop.exam.lane_filter_subject import LaneFilterSubject
 from sdc_workshop.exam.launch_subject import IncludeSubject, NodeLaunchSubject
 from sdc_workshop.exam.library_subjects import (
     OdometrySubject,
@@ -17,8 +20,13 @@ from sdc_workshop.exam.library_subjects import (
     WaypointSearchSubject,
 )
 from sdc_workshop.exam.local_planner_subject import LocalPlannerSubject
+from sdc_workshop.exam.message_answer import message_answer
 from sdc_workshop.exam.mission_planner_subject import MissionPlannerSubject
+from sdc_workshop.exam.package_xml_subject import PackageXmlSubject
+from sdc_workshop.exam.path_following_subject import PathFollowingSubject
+from sdc_workshop.exam.stage import Stage
 from sdc_workshop.exam.student import Student
+from sdc_workshop.exam.subject import Subject
 from sdc_workshop.regions import RegionError
 from sdc_workshop.steps import Step, load_steps
 
@@ -58,41 +66,53 @@ SUBJECTS = (
     PidSubject(),
     StanleySubject(),
 )
-
-
-def subject_of(step: Step):
-    """Who judges a step; None for a step without a region."""
-    return next(
-        (
-            subject
-            for subject in SUBJECTS
-            if subject.file == step.file and step.todo in subject.todos
-        ),
-        None,
-    )
-
-
 # A car drives without its camera, and without being installed.
 _NOT_FOR_THE_DRIVE = ("hello", "camera", "install")
 
 
-class Examination:
-    """Judges steps, and keeps the answers. `report` is what the referee wrote, once the last step has been judged; with `drive_anyway`
-    a car drives whose steps are written, but not all right."""
+def subject_of(step: Step) -> Subject | None:
+    """Return what checks a step, or None for a step without a region."""
+    for subject in SUBJECTS:
+        if subject.file == step.file and step.todo in subject.todos:
+            return subject
+    return None
 
-    def __init__(self, student: Student, stage, drive_anyway: bool = False):
+
+class Examination:
+    """Checks steps, and keeps their answers.
+
+    Attributes:
+        student: the workspace
+        stage: where its programs run
+        answers: the answers by step id
+        report: the referee's report of the last step, or None
+        drive_anyway: whether the car also drives when some steps are wrong
+    """
+
+    def __init__(self, student: Student, stage: Stage, drive_anyway: bool = False):
         self.student = student
         self.stage = stage
-        self.answers = {}
-        self.report = None
+        self.answers: dict = {}
+        self.report: dict | None = None
         self.drive_anyway = drive_anyway
 
     def judge(
-        self, steps: list, told=lambda step, answer: None, stop_at_first: bool = False
+        self,
+        steps: list,
+        on_answer: Callable[[Step, Answer], object] = lambda step, answer: None,
+        stop_at_first: bool = False,
     ) -> dict:
-        """{id: Answer} of some steps; `told` is called with each as soon as its answer and those before it are known. Steps of one file
-        are judged together, from one start of its node where that can be. With `stop_at_first` the first that is not passed is the last."""
-        told_until = 0
+        """Check some steps. Steps of one file are checked together, where possible in one run.
+
+        Args:
+            steps: the steps
+            on_answer: called with each step and its answer, in order, as soon as it is known
+            stop_at_first: stop after the first step that is not passed
+
+        Returns:
+            the answers by step id
+        """
+        reported = 0
         for step in steps:
             if step.id not in self.answers:
                 subject = subject_of(step)
@@ -101,11 +121,12 @@ class Examination:
                 else:
                     together = [other for other in steps if subject_of(other) is subject]
                     self.answers.update(subject.answers(together, self.student, self.stage))
-            while told_until < len(steps) and steps[told_until].id in self.answers:
-                told(steps[told_until], self.answers[steps[told_until].id])
-                told_until += 1
-                if stop_at_first and self.answers[steps[told_until - 1].id].status != PASSED:
-                    return {other.id: self.answers[other.id] for other in steps[:told_until]}
+            while reported < len(steps) and steps[reported].id in self.answers:
+                answer = self.answers[steps[reported].id]
+                on_answer(steps[reported], answer)
+                reported += 1
+                if stop_at_first and answer.status != PASSED:
+                    return {other.id: self.answers[other.id] for other in steps[:reported]}
         return {step.id: self.answers[step.id] for step in steps}
 
     def _drive(self) -> Answer:
@@ -119,9 +140,9 @@ class Examination:
             more = " and more" if len(unwritten) > 3 else ""
             return Answer(
                 UNFINISHED,
-                "a car that is written",
+                "all steps are written",
                 f"nothing is written yet at {', '.join(unwritten[:3])}{more}",
-                "The drive comes when all is written.",
+                "The car drives when all steps are written.",
             )
         wrong = [
             step.id
@@ -131,9 +152,9 @@ class Examination:
         if wrong and not self.drive_anyway:
             return Answer(
                 WAITING,
-                "a car in which all steps are right",
+                "all steps are right",
                 f"not right yet: {', '.join(wrong)}",
-                "The drive comes when all is right; `./workshop/check drive` drives all the same.",
+                "Fix these steps first; `./workshop/check drive` drives without checking them.",
             )
         answer, self.report = drive_answer(self.stage)
         return answer
@@ -146,7 +167,7 @@ class Examination:
         if text is None or subject is None:
             return bool(text)
         try:
-            return subject.written(text, step.todo)
+            return subject.written(text, str(step.todo))
         except (RegionError, KeyError):
             return True
 
@@ -157,6 +178,5 @@ class Examination:
             return hello_answer(self.student, self.stage)
         if step.id == "drive":
             return self._drive()
-        return message_answer(
-            step.file.rpartition("/")[2].partition(".")[0], hint_of(step.id).hint, self.student
-        )
+        name = str(step.file).rpartition("/")[2].partition(".")[0]
+        return message_answer(name, hint_of(step.id).hint, self.student)

@@ -1,181 +1,55 @@
-"""Steps in which a whole file is written, or none."""
+"""Checks of the workspace, of hello.sh, and of whether Linux can run a program."""
 
 from __future__ import annotations
 
-import difflib
-import os
 import stat
+from typing import Sequence
 
 from sdc_workshop.exam.answer import PASSED, UNFINISHED, WAITING, WRONG, Answer, Problem, wrong
 from sdc_workshop.exam.hints import hint_of
-from sdc_workshop.exam.output import last_words
-from sdc_workshop.exam.student import NotBuilt
+from sdc_workshop.exam.output import last_line
+from sdc_workshop.exam.stage import Stage
+from sdc_workshop.exam.student import NotBuilt, Student
 from sdc_workshop.exam.subject import BUILD
-from sdc_workshop.workspace import PACKAGE, SOLUTION
+from sdc_workshop.workspace import PACKAGE, WORLD_SETUP
 
-_HELLO_LIMIT_S = 20.0
+_HELLO_TIMEOUT_S = 20.0
 HELLO = f"{PACKAGE}/scripts/hello.sh"
+BUILT = "a workspace that is built on the world's"
 
 
-def workspace_answer(student, stage) -> Answer:
-    """Whether the workspace is there and built."""
-    for name in (f"{PACKAGE}/package.xml", f"{PACKAGE}/CMakeLists.txt", "sdc_world/CMakeLists.txt"):
+def workspace_answer(student: Student, stage: Stage) -> Answer:
+    """Check that the workspace is complete and built."""
+    for name in (f"{PACKAGE}/package.xml", f"{PACKAGE}/CMakeLists.txt"):
         if student.text(name) is None:
-            return Answer(
-                WRONG,
-                f"the file src/{name}",
-                "it is not there",
-                "Make a new workspace with ./workshop/start, or bring the file back from it.",
-                f"src/{name}",
-            )
+            hint = "Create a new workspace with ./workshop/start, or copy the file from one."
+            return Answer(WRONG, f"the file src/{name}", "it is missing", hint, f"src/{name}")
     if not (student.devel / "setup.bash").is_file():
-        return Answer(
-            UNFINISHED, "a workspace that is built", "there is no devel/setup.bash yet", BUILD
-        )
+        return Answer(UNFINISHED, BUILT, "there is no devel/setup.bash yet", BUILD)
     try:
-        environment = student.environment
+        student.environment  # noqa: B018  raises NotBuilt
     except NotBuilt as error:
-        return Answer(
-            WRONG,
-            "a workspace that is built",
-            str(error),
-            "Delete the folders build and devel, open a new terminal, and run `catkin_make` in the workspace.",
+        hint = (
+            "Delete the folders build and devel, open a new terminal, "
+            f"`source {WORLD_SETUP}`, and run `catkin_make` in the workspace."
         )
-    with stage.program(
-        ["/usr/bin/env", "python3", "-c", "import sdc_package; import rospy"]
-    ) as program:
+        return Answer(WRONG, BUILT, str(error), hint)
+    command = ["/usr/bin/env", "python3", "-c", "import sdc_package; import rospy"]
+    with stage.program(command) as program:
         if program.wait() != 0:
-            return Answer(
-                WRONG,
-                "a workspace that is built to its end",
-                last_words(program.output),
-                f"The build has not come to its end. {BUILD} The first line with `error` counts.",
-            )
-    if "sdc_sim" not in environment["ROS_PACKAGE_PATH"]:
-        return Answer(
-            WRONG,
-            "the world: ROS finds sdc_sim",
-            f"ROS_PACKAGE_PATH is {environment['ROS_PACKAGE_PATH']}",
-            f"Leave src/sdc_world as it was. {BUILD}",
-        )
+            hint = f"The build did not finish. {BUILD} Its first line with `error` gives the cause."
+            return Answer(WRONG, BUILT, last_line(program.output), hint)
     return Answer(PASSED)
 
 
-def message_answer(name: str, hint: str, student) -> Answer:
-    """Whether a message has the fields that the rest of the world knows; `hint` is for one that is not there yet."""
-    from genmsg import InvalidMsgSpec, MsgContext
-    from genmsg.msg_loader import load_msg_from_string
-
-    file = f"{PACKAGE}/msg/{name}.msg"
-    text = student.text(file)
-    if text is None:
-        folder = student.src / PACKAGE / "msg"
-        near = difflib.get_close_matches(
-            f"{name}.msg", os.listdir(folder) if folder.is_dir() else [], 1, 0.8
-        )
-        if near and not (SOLUTION / PACKAGE / "msg" / near[0]).is_file():
-            return Answer(
-                WRONG,
-                f"the file src/{file}",
-                f"there is {near[0]}",
-                "Is the name misspelt? Rename it: capital and small letters count.",
-                f"src/{PACKAGE}/msg/{near[0]}",
-            )
-        return Answer(
-            UNFINISHED, f"the file src/{file}", "it is not there yet", hint, f"src/{file}"
-        )
-    wanted = load_msg_from_string(
-        MsgContext(), (SOLUTION / file).read_text(encoding="utf-8"), f"{PACKAGE}/{name}"
-    )
-    if not any(line.split("#")[0].strip() for line in text.splitlines()):
-        return Answer(
-            UNFINISHED,
-            f"{len(wanted.names)} fields, one a line",
-            "it is empty",
-            hint,
-            f"src/{file}",
-        )
-    for number, line in enumerate(text.splitlines(), start=1):
-        try:
-            load_msg_from_string(MsgContext(), line, f"{PACKAGE}/{name}")
-        except (InvalidMsgSpec, ValueError) as error:
-            return wrong(
-                Problem(
-                    "one field a line: TYPE NAME",
-                    f"{line.strip()} ({error})",
-                    "A line has a type, a space, and a name; nothing else but a comment after #.",
-                ),
-                f"src/{file}",
-                number,
-            )
-    got = load_msg_from_string(MsgContext(), text, f"{PACKAGE}/{name}")
-    rows = [
-        number
-        for number, line in enumerate(text.splitlines(), start=1)
-        if line.split("#")[0].strip() and "=" not in line
-    ]
-    fields, mine = (
-        list(zip(map(_short, wanted.types), wanted.names)),
-        list(zip(map(_short, got.types), got.names)),
-    )
-    for index, (kind, field) in enumerate(fields):
-        line = rows[index] if index < len(rows) else (rows[-1] if rows else 1)
-        if index >= len(mine):
-            return wrong(
-                Problem(
-                    f"{kind} {field}", "no such field", f"The field {field} is missing at the end."
-                ),
-                f"src/{file}",
-                line,
-            )
-        if mine[index] == (kind, field):
-            continue
-        seen = " ".join(mine[index])
-        if (kind, field) in mine:
-            hint = f"{field} is there, but in another place: the order of the fields counts."
-        elif mine[index][1] == field:
-            hint = f"{field} has to be of type {kind}, not {mine[index][0]}." + (
-                " The brackets [] say that there are many."
-                if "[]" in kind and "[]" not in mine[index][0]
-                else ""
-            )
-        elif tuple(reversed(mine[index])) == (kind, field):
-            hint = f"A line has the type first and the name second: {kind} {field}."
-        elif mine[index][0] == kind and field not in got.names and len(mine) >= len(fields):
-            hint = f"The name is {field}, to the letter: other programs know it by this name."
-        else:
-            hint = f"The field {field} is missing here."
-        return wrong(Problem(f"{kind} {field}", seen, hint), f"src/{file}", line)
-    if len(mine) > len(fields):
-        return wrong(
-            Problem(
-                f"{len(fields)} fields",
-                f"one more: {' '.join(mine[len(fields)])}",
-                f"{mine[len(fields)][1]} is too much: programs with another list of fields are not understood.",
-            ),
-            f"src/{file}",
-            rows[len(fields)] if len(rows) > len(fields) else None,
-        )
-    return Answer(PASSED)
-
-
-def _short(kind: str) -> str:
-    return kind.replace(f"{PACKAGE}/", "").replace("std_msgs/Header", "Header")
-
-
-def hello_answer(student, stage) -> Answer:
-    """Whether hello.sh runs and greets."""
+def hello_answer(student: Student, stage: Stage) -> Answer:
+    """Check that hello.sh runs and prints a greeting."""
     text = student.text(HELLO)
     file = f"src/{HELLO}"
     if not (text or "").strip():
-        return Answer(
-            UNFINISHED,
-            f"the file {file}",
-            "it is not there yet" if text is None else "it is empty",
-            hint_of("hello").hint,
-            file,
-        )
-    problem = interpreter_problem(text, ("bash", "sh"), "#!/usr/bin/env bash")
+        seen = "it does not exist yet" if text is None else "it is empty"
+        return Answer(UNFINISHED, f"the file {file}", seen, hint_of("hello").hint, file)
+    problem = interpreter_problem(text or "", ("bash", "sh"), "#!/usr/bin/env bash")
     if problem is not None:
         return wrong(problem, file, 1)
     problem = permission_problem(student, HELLO)
@@ -183,81 +57,75 @@ def hello_answer(student, stage) -> Answer:
         return wrong(problem, file)
     try:
         with stage.program(["rosrun", PACKAGE, "hello.sh"]) as program:
-            status = program.wait(_HELLO_LIMIT_S)
+            status = program.wait(_HELLO_TIMEOUT_S)
             output = program.output
     except NotBuilt as error:
         return Answer(WAITING, "a workspace that is built", str(error), BUILD, file)
+    problem = _output_problem(status, output)
+    return Answer(PASSED) if problem is None else wrong(problem, file)
+
+
+def _output_problem(status: int | None, output: str) -> Problem | None:
     if status is None:
-        return wrong(
-            Problem(
-                "a greeting, and then the end",
-                f"it goes on; until now it said: {last_words(output)}",
-                "It is to say one thing and end.",
-            ),
-            file,
+        return Problem(
+            "a greeting, then the end of the program",
+            f"it still runs; its last line: {last_line(output)}",
+            "It must print one line and end.",
         )
     if status != 0:
-        return wrong(
-            Problem(
-                "exit status 0",
-                f"exit status {status}: {last_words(output)}",
-                "bash names the line that it did not understand.",
-            ),
-            file,
+        return Problem(
+            "exit status 0",
+            f"exit status {status}: {last_line(output)}",
+            "bash names the line with the error.",
         )
     if not output.strip():
-        return wrong(
-            Problem(
-                "a greeting on the screen",
-                "it says nothing",
-                'echo "Hello!" says something; the quotes go around all of it.',
-            ),
-            file,
-        )
-    return Answer(PASSED)
-
-
-def interpreter_problem(text: str, names, example: str) -> Problem | None:
-    """What is wrong with the first line of a program."""
-    first = text.split("\n", 1)[0]
-    expected = f"line 1 is {example}"
-    if not first.startswith("#!"):
         return Problem(
-            expected,
-            first or "an empty line",
-            f"It begins with the two characters #! in the very first column of line 1: {example}",
-        )
-    words = first[2:].split()
-    program = words[-1].rpartition("/")[2] if words else ""
-    if program not in names:
-        return Problem(
-            expected,
-            first,
-            f"This asks for `{program or 'nothing'}`, which is not the interpreter of this file: {example}",
-        )
-    if words[0] not in (f"/usr/bin/{program}", f"/bin/{program}", "/usr/bin/env") or (
-        len(words) == 1 and words[0].endswith("/env")
-    ):
-        return Problem(expected, first, f"There is no {words[0]}: {example} lets env look for it.")
-    if len(words) != (2 if words[0] == "/usr/bin/env" else 1):
-        return Problem(
-            expected, first, f"There is too much, or too little, in this line: {example}"
+            "a greeting on the screen",
+            "no output",
+            'echo "Hello!" prints a greeting; the quotes enclose the whole text.',
         )
     return None
 
 
-def permission_problem(student, name: str) -> Problem | None:
-    """Why Linux would not run a program, whatever stands in it."""
+def interpreter_problem(text: str, names: Sequence[str], example: str) -> Problem | None:
+    """Return what is wrong with the first line of a program, or None.
+
+    Args:
+        text: the program
+        names: interpreters that are right
+        example: a right first line
+    """
+    first = text.split("\n", 1)[0]
+    expected = f"line 1 is {example}"
+    if not first.startswith("#!"):
+        hint = f"It begins with the characters #! in the first column of line 1: {example}"
+        return Problem(expected, first or "an empty line", hint)
+    words = first[2:].split()
+    program = words[-1].rpartition("/")[2] if words else ""
+    if program not in names:
+        hint = f"`{program or 'nothing'}` is not the interpreter of this file: {example}"
+        return Problem(expected, first, hint)
+    if words[0] not in (f"/usr/bin/{program}", f"/bin/{program}", "/usr/bin/env") or (
+        len(words) == 1 and words[0].endswith("/env")
+    ):
+        hint = f"There is no {words[0]}: with {example} the program env finds it."
+        return Problem(expected, first, hint)
+    if len(words) != (2 if words[0] == "/usr/bin/env" else 1):
+        return Problem(expected, first, f"A word is missing, or there is one too many: {example}")
+    return None
+
+
+def permission_problem(student: Student, name: str) -> Problem | None:
+    """Return why Linux cannot run a file, or None."""
     path = student.src / name
     if path.read_bytes().partition(b"\n")[0].endswith(b"\r"):
         return Problem(
             "lines that end as on Linux",
             "they end as on Windows",
-            "Save the file with Unix line ends (LF, not CRLF): Linux looks "
-            f"for an interpreter whose name ends in an invisible character. sed -i 's/\\r$//' src/{name} mends it.",
+            "Save the file with Unix line ends (LF, not CRLF): Linux takes the invisible character "
+            f"for a part of the interpreter's name. sed -i 's/\\r$//' src/{name} fixes it.",
         )
     if path.stat().st_mode & stat.S_IXUSR:
         return None
-    return Problem(
-        f"src/{name} may be run", "it has no permission to be run (x)", f"chmod +x src/{name}"
-    )
+    seen = "it has no permission to run (x)"
+    return Problem(f"src/{name} is executable", seen, f"chmod +x src/{name}")

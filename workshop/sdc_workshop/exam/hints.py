@@ -12,7 +12,7 @@ from sdc_workshop.steps import STEPS_FILE
 
 @dataclass(frozen=True)
 class Hint:
-    """A hint, and what is said to those who want to know more."""
+    """The hint of a step, and further help for `./workshop/check --hint`."""
 
     hint: str
     more: str
@@ -24,5 +24,5 @@ def _all() -> dict:
 
 
 def hint_of(step_id: str) -> Hint:
-    """The hint of a step."""
+    """Return the hint of a step."""
     return Hint(**_all()[step_id])

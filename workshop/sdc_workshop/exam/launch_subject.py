@@ -1,4 +1,4 @@
-"""Launch files: roslaunch itself reads them, in the student's environment, with the arguments that matter, beside the solution's."""
+"""Checks of launch files: roslaunch loads them in the student's environment with some arguments."""
 
 from __future__ import annotations
 
@@ -6,26 +6,38 @@ import difflib
 import json
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
+from typing import Iterator
+
+import yaml
 
 from sdc_workshop.exam.answer import Problem
-from sdc_workshop.exam.output import last_words
+from sdc_workshop.exam.output import last_line
+from sdc_workshop.exam.stage import Stage
 from sdc_workshop.exam.subject import Subject
 from sdc_workshop.exam.variant import Variant
 from sdc_workshop.regions import body
 from sdc_workshop.workspace import PACKAGE, SOLUTION
 
 _PROBE = Path(__file__).with_name("probes") / "launch_probe.py"
+_READABLE = "a launch file that roslaunch can read"
+# (key of launch_probe.py, attribute of <node>, what it is)
+_ATTRIBUTES = (
+    ("package", "pkg", "pkg is the package of the program"),
+    ("type", "type", "type is the name of the program in scripts/, with its ending"),
+    ("name", "name", "name is the name of the node, under which its parameters are stored"),
+)
 
 
 def xml_problem(text: str, todo: str | None = None) -> Problem | None:
-    """What keeps a text from being XML."""
+    """Return why a text is no XML, or None."""
     try:
         ElementTree.fromstring(text)
     except ElementTree.ParseError as error:
         return Problem(
             "an XML file",
             str(error),
-            "Is a tag not closed, a quote missing, or a tag closed with another name? <node .../> closes itself, <node ...> needs </node>.",
+            "Is a tag not closed, a quote missing, or a tag closed with another name? <node .../> "
+            "closes itself, <node ...> needs </node>.",
             todo,
             error.position[0],
         )
@@ -33,17 +45,24 @@ def xml_problem(text: str, todo: str | None = None) -> Problem | None:
 
 
 class NodeLaunchSubject(Subject):
-    """A launch file that starts one node. `cases` are the arguments with which it is read."""
+    """A launch file that starts one node.
+
+    Attributes:
+        node: name of the node and of its launch file
+        program: the program
+        cases: the arguments with which the file is loaded
+    """
 
     todos = ("1",)
 
-    def __init__(self, node: str, program: str, *cases):
+    def __init__(self, node: str, program: str, *cases: list):
         self.file = f"{PACKAGE}/launch/{node}.launch"
         self.node = node
         self.program = program
         self.cases = cases
 
-    def problems(self, variant: Variant, stage) -> list:
+    def problems(self, variant: Variant, stage: Stage) -> list:
+        """See Subject.problems."""
         broken = xml_problem(variant.text, "1")
         if broken is not None:
             return [broken]
@@ -56,122 +75,92 @@ class NodeLaunchSubject(Subject):
         ) as program:
             program.wait()
             if program.status != 0:
-                return [
-                    Problem(
-                        "a launch file that roslaunch can read",
-                        last_words(program.output),
-                        "Its last words say why.",
-                        "1",
-                    )
-                ]
+                hint = "The last line of its output gives the cause."
+                return [Problem(_READABLE, last_line(program.output), hint, "1")]
             student, solution = json.loads(program.output.splitlines()[-1])
         if isinstance(student, str):
-            return [
-                Problem(
-                    "a launch file that roslaunch can read",
-                    student.replace(str(path), path.name),
-                    "roslaunch does not understand it. Files of this package are written $(find sdc_package)/FOLDER/FILE, arguments "
-                    "$(arg NAME).",
-                    "1",
-                )
-            ]
+            hint = (
+                "Write files of this package as $(find sdc_package)/FOLDER/FILE, and arguments as "
+                "$(arg NAME)."
+            )
+            return [Problem(_READABLE, student.replace(str(path), path.name), hint, "1")]
         if isinstance(solution, str):
-            return [
-                Problem(
-                    "a configuration that roslaunch can read",
-                    solution,
-                    f"Look at config/{self.node}.yaml.",
-                    "1",
-                )
-            ]
+            hint = f"Look at config/{self.node}.yaml."
+            return [Problem("a configuration that roslaunch can read", solution, hint, "1")]
         return [
             problem
             for case, got, wanted in zip(self.cases, student, solution)
             for problem in self._compare(case, got, wanted)
         ]
 
-    def _compare(self, case, got, wanted):
-        started = " ".join(["roslaunch sdc_package", f"{self.node}.launch", *case])
+    def _compare(self, case: list, got: dict, wanted: dict) -> Iterator[Problem]:
+        command = " ".join(["roslaunch sdc_package", f"{self.node}.launch", *case])
         (node,) = wanted["nodes"]
         if not got["nodes"]:
-            yield Problem(
-                f"{started} starts the node {self.node}",
-                "it starts nothing",
-                "A <node .../> belongs here.",
-                "1",
-            )
+            expected = f"{command} starts the node {self.node}"
+            yield Problem(expected, "it starts nothing", "Write a <node .../> here.", "1")
             return
         mine = next(
             (other for other in got["nodes"] if other["name"] == node["name"]), got["nodes"][0]
         )
-        for key, why in (
-            ("package", "pkg is the package that the program lies in"),
-            ("type", "type is the name of the program in scripts/, with its ending"),
-            ("name", "name is what the node is called, and what its parameters are found under"),
-        ):
+        for key, attribute, why in _ATTRIBUTES:
+            right = f'{attribute}="{node[key]}"'
             if mine[key] != node[key]:
-                attribute = {"package": "pkg"}.get(key, key)
-                yield Problem(
-                    f'{attribute}="{node[key]}"',
-                    f'{attribute}="{mine[key]}"',
-                    f'Write {attribute}="{node[key]}": {why}.',
-                    "1",
-                )
+                seen = f'{attribute}="{mine[key]}"'
+                yield Problem(right, seen, f"Write {right}: {why}.", "1")
         if mine["output"] != node["output"]:
             yield Problem(
                 'output="screen"',
                 f'output="{mine["output"] or "log"}"',
-                'Without output="screen" the words of the node go into a log file and nobody sees them.',
+                'Without output="screen" the output of the node goes to a log file.',
                 "1",
             )
-        prefix = f"/{node['name']}/"
-        for name in sorted(set(wanted["parameters"]) | set(got["parameters"])):
-            a, b = wanted["parameters"].get(name), got["parameters"].get(name)
-            if name in wanted["parameters"] and name not in got["parameters"]:
-                key = name[len(prefix) :] if name.startswith(prefix) else name
-                near = difflib.get_close_matches(name, got["parameters"], 1, 0.8)
-                if key.split("/")[0] in _keys(stage_file=self.node):
-                    how = f'Load it inside of <node>: <rosparam command="load" file="$(find sdc_package)/config/{self.node}.yaml"/>.'
-                else:
-                    how = f'Set it inside of <node>: <param name="{key}" .../>.'
-                yield Problem(
+        problem = self._parameter_problem(command, got["parameters"], wanted["parameters"])
+        if problem is not None:
+            yield problem
+
+    def _parameter_problem(self, command: str, got: dict, wanted: dict) -> Problem | None:
+        """Return the first parameter that is missing or differs, or None."""
+        prefix = f"/{self.node}/"
+        for name in sorted(wanted):
+            key = name[len(prefix) :] if name.startswith(prefix) else name
+            if name not in got:
+                near = difflib.get_close_matches(name, got, 1, 0.8)
+                how = f'Set it in <node>: <param name="{key}" .../>.'
+                if key.split("/")[0] in _configured(self.node):
+                    file = f"$(find sdc_package)/config/{self.node}.yaml"
+                    how = f'Load it in <node>: <rosparam command="load" file="{file}"/>.'
+                return Problem(
                     f"the parameter {name}",
-                    f"{near[0]} instead" if near else f"no such parameter after {started}",
+                    f"{near[0]} instead" if near else f"no such parameter after {command}",
                     f"{key} is missing. {how}",
                     "1",
                 )
-                return
-            if name in wanted["parameters"] and a != b and type(a) is type(b):
-                key = name[len(prefix) :]
-                yield Problem(
-                    f"{name} is {json.dumps(a)} after {started}",
-                    f"it is {json.dumps(b)}",
-                    f"{key} has to follow the argument: compare its value=... (is a `not` missing or too much, is the argument's name "
-                    "right, does a file that is loaded later set it again?).",
+            right, seen = wanted[name], got[name]
+            if right != seen:
+                hint = f"{key} has another type: look at type=... of its <param>."
+                if type(right) is type(seen):
+                    hint = (
+                        f"{key} must follow the argument: look at its value=... (is the name of "
+                        "the argument right, does a file that is loaded later set it again?)."
+                    )
+                return Problem(
+                    f"{name} is {json.dumps(right)} after {command}",
+                    f"it is {json.dumps(seen)}",
+                    hint,
                     "1",
                 )
-                return
-            if name in wanted["parameters"] and a != b:
-                key = name[len(prefix) :]
-                yield Problem(
-                    f"{name} is {json.dumps(a)}",
-                    f"it is {json.dumps(b)}",
-                    f"{key} is of another type: look at type=... of its <param>.",
-                    "1",
-                )
-                return
+        return None
 
 
-def _keys(stage_file: str) -> list:
-    """The parameters that the configuration of a node brings along."""
-    import yaml
-
-    path = SOLUTION / PACKAGE / "config" / f"{stage_file}.yaml"
+def _configured(node: str) -> list:
+    """Return the parameters in the configuration of a node."""
+    path = SOLUTION / PACKAGE / "config" / f"{node}.yaml"
     return list(yaml.safe_load(path.read_text(encoding="utf-8"))) if path.is_file() else []
 
 
 class IncludeSubject(Subject):
-    """A launch file whose regions include others and hand their arguments on."""
+    """A launch file whose regions include other files and pass their arguments on."""
 
     needs_build = False
 
@@ -179,76 +168,78 @@ class IncludeSubject(Subject):
         self.file = f"{PACKAGE}/launch/{name}.launch"
         self.todos = todos
 
-    def problems(self, variant: Variant, stage) -> list:
+    def problems(self, variant: Variant, stage: Stage) -> list:
+        """See Subject.problems."""
         broken = xml_problem(variant.text)
         if broken is not None:
             return [broken]
         solution = (SOLUTION / self.file).read_text(encoding="utf-8")
-        return [
-            problem
-            for todo in variant.judged
-            for problem in self._compare(
-                _includes(variant.text, todo), _includes(solution, todo), variant.text, todo
-            )
-        ]
-
-    def _compare(self, got, wanted, text, todo):
         known = {
             argument.get("name")
-            for argument in ElementTree.fromstring(text).iter("arg")
+            for argument in ElementTree.fromstring(variant.text).iter("arg")
             if argument.get("doc")
         }
-        for file, include in wanted.items():
-            short = Path(file).name
-            if file not in got:
-                near = difflib.get_close_matches(file, got, 1, 0.6)
-                yield Problem(
-                    f'<include file="{file}">',
-                    f'file="{near[0]}"' if near else "it is not included",
-                    f"{short} has to be included, by its path: $(find sdc_package)/launch/{short}.",
-                    todo,
-                )
-                continue
-            mine = got[file]
-            for name, value in include["args"].items():
-                if name not in mine["args"]:
-                    near = difflib.get_close_matches(name, mine["args"], 1, 0.7)
-                    yield Problem(
-                        f"{name} is handed on to {short}",
-                        f"{near[0]} instead"
-                        if near
-                        else f"handed on: {', '.join(mine['args']) or 'nothing'}",
-                        f'An argument that is not handed on is lost on the way: <arg name="{name}" value="$(arg {name})"/> belongs '
-                        f"into the include of {short}.",
-                        todo,
-                    )
-                elif mine["args"][name] != value:
-                    yield Problem(
-                        f'{name} of {short} is "{value}"',
-                        f'"{mine["args"][name]}"',
-                        f'The argument {name} is handed on by value="$(arg {name})"; $(arg ...) reads it.',
-                        todo,
-                    )
-            for name in mine["args"]:
-                if name not in include["args"] and name in known:
-                    yield Problem(
-                        f"{short} is given {', '.join(include['args'])}",
-                        f"{name}, too",
-                        f"{short} knows no argument {name}: roslaunch will refuse it.",
-                        todo,
-                    )
-            if mine["if"] != include["if"]:
-                yield Problem(
-                    f'if="{include["if"]}" on the include of {short}'
-                    if include["if"]
-                    else f"{short} is always included",
-                    f'if="{mine["if"]}"' if mine["if"] else "it is always included",
-                    f"if=... says when {short} is included: it is there so that `{include['if'] or 'nothing'}` decides.",
-                    todo,
-                )
+        found: list = []
+        for todo in variant.judged:
+            got, wanted = _includes(variant.text, todo), _includes(solution, todo)
+            for file, include in wanted.items():
+                found += _include_problems(file, include, got, known, todo)
+        return found
+
+
+def _include_problems(
+    file: str, include: dict, got: dict, known: set, todo: str
+) -> Iterator[Problem]:
+    """Yield what is wrong with one <include>; `known` are the arguments of the launch file."""
+    short = Path(file).name
+    if file not in got:
+        near = difflib.get_close_matches(file, got, 1, 0.6)
+        yield Problem(
+            f'<include file="{file}">',
+            f'file="{near[0]}"' if near else "it is not included",
+            f"Include {short}, by its path: $(find sdc_package)/launch/{short}.",
+            todo,
+        )
+        return
+    mine, wanted = got[file]["args"], include["args"]
+    for name, value in wanted.items():
+        if name not in mine:
+            near = difflib.get_close_matches(name, mine, 1, 0.7)
+            yield Problem(
+                f"{name} is passed on to {short}",
+                f"{near[0]} instead" if near else f"passed on: {', '.join(mine) or 'nothing'}",
+                f'An argument that is not passed on is lost: <arg name="{name}" '
+                f'value="$(arg {name})"/> belongs in the include of {short}.',
+                todo,
+            )
+        elif mine[name] != value:
+            yield Problem(
+                f'{name} of {short} is "{value}"',
+                f'"{mine[name]}"',
+                f'The argument {name} is passed on by value="$(arg {name})"; $(arg ...) reads it.',
+                todo,
+            )
+    for name in mine:
+        if name not in wanted and name in known:
+            yield Problem(
+                f"{short} gets {', '.join(wanted)}",
+                f"{name}, too",
+                f"{short} has no argument {name}: roslaunch refuses it.",
+                todo,
+            )
+    condition, mine_if = include["if"], got[file]["if"]
+    if mine_if != condition:
+        always = f"{short} is always included"
+        yield Problem(
+            f'if="{condition}" on the include of {short}' if condition else always,
+            f'if="{mine_if}"' if mine_if else always,
+            f"if=... is the condition for {short}; here it is `{condition or 'always'}`.",
+            todo,
+        )
 
 
 def _includes(text: str, todo: str) -> dict:
+    """Return the <include> tags of a region by file: their arguments, and their condition."""
     root = ElementTree.fromstring(f"<launch>{body(text, todo)}</launch>")
     return {
         include.get("file", ""): {

@@ -1,4 +1,4 @@
-"""What all nodes have in common when they are tried: they start, take their name, and are connected to their topics."""
+"""Checks that all nodes share: the node starts, has its name, and connects to its topics."""
 
 from __future__ import annotations
 
@@ -6,33 +6,42 @@ import difflib
 import re
 
 from sdc_workshop.exam.answer import Problem
-from sdc_workshop.exam.output import crash, last_words, meaning, warnings
+from sdc_workshop.exam.node import Node
+from sdc_workshop.exam.output import crash, last_line, meaning, warnings
 from sdc_workshop.exam.subject import Subject, name_of
+from sdc_workshop.exam.variant import Variant
 from sdc_workshop.workspace import PACKAGE, SOLUTION
 
 _MISSING_PARAMETER = re.compile(r"parameter (/\S*?)/?(\w+) is missing")
+ENDLESS_LOOP = "Is there a loop that never ends?"
 
 
 class NodeSubject(Subject):
-    """A script that is a node. `init_todo` is where it takes its name."""
+    """A script that is a node.
+
+    Attributes:
+        init_todo: the region that names the node
+        usual_topics: topics that the given lines of the file use
+    """
 
     init_todo: str
+    usual_topics: tuple = ()
 
     @property
     def node_name(self) -> str:
+        """Name of the node."""
         return name_of(self.file)
 
-    def crash_problem(self, node, variant) -> Problem | None:
-        """An error that the node did not catch, in its main thread or in a callback."""
+    def crash_problem(self, node: Node, variant: Variant) -> Problem | None:
+        """Return the exception that the node did not catch, or None."""
         found = crash(node.output, node.path)
         if found is None:
             return None
         todo = variant.region_of(found.line) if found.line is not None else None
         shown = variant.text.split("\n")[found.line - 1].strip() if found.line else None
         place = f", in `{shown}`" if shown else ""
-        place += (
-            f" (called from there: {found.library_line})" if found.library_line and shown else ""
-        )
+        if found.library_line and shown:
+            place += f" (raised in {found.library_line})"
         return Problem(
             f"{self.node_name}.py runs without an error",
             f"{found.error[:300]}{place}",
@@ -42,26 +51,31 @@ class NodeSubject(Subject):
             True,
         )
 
-    def start_problem(self, node, how: str, variant) -> Problem | None:
-        """Why a node that was just started did not come to where it was waited for; None when that is not known. `how`: as
-        Program.wait_until has it."""
+    def start_problem(self, node: Node, how: str, variant: Variant) -> Problem | None:
+        """Return why a node did not get ready, or None where that is unknown.
+
+        Args:
+            node: the node
+            how: result of Program.wait_until
+            variant: its file
+        """
         found = self.crash_problem(node, variant)
         if found is not None:
             return found
         if how in ("busy", "late"):
             return Problem(
                 f"{self.node_name}.py gets ready and then waits for messages",
-                "it runs in circles and never gets ready",
-                "Is there a loop that never ends? Where a node waits, rospy.spin() does it.",
+                "it loops and never gets ready",
+                f"{ENDLESS_LOOP} rospy.spin() is how a node waits.",
             )
         missing = _MISSING_PARAMETER.search(node.output)
         if missing:
             name, parameter = missing.groups()
             if name == f"/{self.node_name}":
                 return Problem(
-                    "only parameters that the launch file and config set",
-                    f"{parameter} is asked for, which nobody sets",
-                    f"The parameter {parameter} does not exist: is its name misspelt?",
+                    "only parameters that the launch file and the configuration set",
+                    f"it reads the parameter {parameter}, which is not set",
+                    f"There is no parameter {parameter}: is its name misspelt?",
                 )
             return self._name_problem(name if name not in ("", "/unnamed") else None)
         names = node.names
@@ -69,72 +83,76 @@ class NodeSubject(Subject):
             return self._name_problem(names[0])
         return None
 
-    def _name_problem(self, name):
+    def _name_problem(self, name: str | None) -> Problem:
         right = f'rospy.init_node("{self.node_name}")'
         if name is None:
             return Problem(
-                f"a node called {self.node_name}",
-                "nothing has been registered with ROS",
-                f"{right} belongs here, with parentheses and the name in quotes.",
+                f"a node with the name {self.node_name}",
+                "no node is registered with ROS",
+                f"Write {right}, with parentheses and the name in quotes.",
                 self.init_todo,
             )
         return Problem(
-            f"a node called /{self.node_name}",
-            f"it is called {name}",
-            f"Call it {self.node_name}: {right}. Its parameters, and others who look for it, know it by exactly this name.",
+            f"a node with the name /{self.node_name}",
+            f"its name is {name}",
+            f"Name it {self.node_name}: {right}. Its parameters are stored under this name.",
             self.init_todo,
         )
 
-    def ended_problem(self, node, variant) -> Problem:
-        """Why a node ended that should not have."""
+    def ended_problem(self, node: Node, variant: Variant) -> Problem:
+        """Return why a node ended that must keep running."""
         found = self.start_problem(node, "ended", variant)
         if found is not None:
             return found
         return Problem(
             f"{self.node_name}.py keeps running",
-            f"it ended with status {node.program.status}; its last words: {last_words(node.output)}",
-            "Its last words say why.",
+            f"it ended with status {node.program.status}; its last line: {last_line(node.output)}",
+            "The last line of its output gives the cause.",
         )
 
-    def subscriber_problem(self, node, topic, kind, todo) -> Problem | None:
-        """Whether it listens where it should."""
+    def subscriber_problem(self, node: Node, topic: str, kind: str, todo: str) -> Problem | None:
+        """Return why the node does not subscribe to a topic with this type, or None."""
         got = node.subscribes(topic)
         if got in (kind, "?"):
             return None
+        package, _, name = kind.partition("/")
         if got is not None:
             return Problem(
-                f"it listens to {topic} for messages of type {kind}",
-                f"it takes them for {got}",
-                f"The second argument of rospy.Subscriber is the message's class: {kind.rpartition('/')[2]}, of {kind.partition('/')[0]}.",
+                f"a subscriber to {topic} with the type {kind}",
+                f"its type is {got}",
+                "The second argument of rospy.Subscriber is the class of the message: "
+                f"{name}, of {package}.",
                 todo,
             )
-        _, mine = node.topics()
-        others = [name for name in mine if name not in self.usual_topics]
+        published, subscribed = node.topics()
+        others = [other for other in subscribed if other not in self.usual_topics]
         near = difflib.get_close_matches(topic, others, 1, 0.5)
+        expected = f"a subscriber to {topic}"
         if near:
             return Problem(
-                f"it listens to {topic}",
-                f"it listens to {near[0]}",
-                f"The topic's name is {topic}, to the letter: on another one nothing ever comes, and nobody complains.",
+                expected,
+                f"a subscriber to {near[0]}",
+                f"The topic is {topic}, letter for letter: on another topic no message ever "
+                "arrives, and ROS reports no error.",
                 todo,
             )
-        published, _ = node.topics()
         if topic in published:
             return Problem(
-                f"it listens to {topic}",
-                "it publishes there",
-                "rospy.Subscriber listens, rospy.Publisher speaks.",
+                expected,
+                "a publisher of it",
+                "rospy.Subscriber receives, rospy.Publisher sends.",
                 todo,
             )
         return Problem(
-            f"it listens to {topic}",
-            f"it listens to {', '.join(others or mine) or 'nothing'}",
-            f"rospy.Subscriber takes the topic {topic}, the class of its messages, and the function to call.",
+            expected,
+            f"it subscribes to {', '.join(others or subscribed) or 'nothing'}",
+            f"rospy.Subscriber takes the topic {topic}, the class of the messages and the "
+            "callback.",
             todo,
         )
 
-    def publisher_problem(self, node, topic, kind, todo) -> Problem | None:
-        """Whether it publishes where it should."""
+    def publisher_problem(self, node: Node, topic: str, kind: str, todo: str) -> Problem | None:
+        """Return why the node does not publish a topic with this type, or None."""
         got = node.publishes(topic)
         if got in (kind, "?"):
             return None
@@ -143,47 +161,46 @@ class NodeSubject(Subject):
         published, subscribed = node.topics()
         if topic in subscribed and topic not in self.usual_topics:
             return Problem(
-                f"it publishes on {topic}",
-                "it listens there",
-                "rospy.Publisher speaks, rospy.Subscriber listens.",
+                f"a publisher of {topic}",
+                "a subscriber to it",
+                "rospy.Publisher sends, rospy.Subscriber receives.",
                 todo,
             )
         others = [name for name in published if name not in self.usual_topics]
         return Problem(
-            f"it publishes on {topic}",
-            f"it publishes on {', '.join(others) or 'nothing'}",
-            f"The topic's name is {topic}, to the letter: others listen there and nowhere else.",
+            f"a publisher of {topic}",
+            f"it publishes {', '.join(others) or 'nothing'}",
+            f"The topic is {topic}, letter for letter: other nodes subscribe to this one.",
             todo,
         )
 
     @staticmethod
-    def type_problem(got, kind, todo) -> Problem:
-        """A publisher for another kind of message."""
+    def type_problem(got: str, kind: str, todo: str) -> Problem:
+        """Return the problem of a publisher with another type."""
+        package, _, name = kind.partition("/")
         return Problem(
             f"a publisher of {kind}",
-            f"the publisher is for {got}",
-            f"The second argument is the message's class: {kind.rpartition('/')[2]}, of {kind.partition('/')[0]}.",
+            f"its type is {got}",
+            f"The second argument is the class of the message: {name}, of {package}.",
             todo,
         )
 
-    # Topics that the file as it is given uses already.
-    usual_topics: tuple = ()
-
 
 def configuration_problem(name: str, error: Exception) -> Problem:
-    """A configuration that the finished car cannot drive with either."""
+    """Return the problem of a configuration that the solution cannot use either."""
     return Problem(
-        f"figures in config/{name}.yaml that a car can drive with",
+        f"valid parameters in config/{name}.yaml",
         f"{type(error).__name__}: {error}",
         f"Compare config/{name}.yaml with {SOLUTION / PACKAGE / 'config' / name}.yaml.",
     )
 
 
 def message_name(name: str) -> str:
+    """Return the full name of a message of the package."""
     return f"{PACKAGE}/{name}"
 
 
-def refusal(node) -> str | None:
-    """What it has complained about last."""
-    said = warnings(node.output)
-    return said[-1] if said else None
+def refusal(node: Node) -> str | None:
+    """Return the last warning of a node, or None."""
+    logged = warnings(node.output)
+    return logged[-1] if logged else None

@@ -1,4 +1,4 @@
-"""Reads what a student's program said when it broke: the line in the student's file, and what the error means."""
+"""Read a program's output: the error that ended it, its line in the student's file, its meaning."""
 
 from __future__ import annotations
 
@@ -7,12 +7,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 _TRACEBACK = re.compile(
-    r"Traceback \(most recent call last\):\n(?P<frames>(?:[ \t].*\n|\n)*?)(?P<error>[A-Za-z_][\w.]*(?::.*|$))",
+    r"Traceback \(most recent call last\):\n(?P<frames>(?:[ \t].*\n|\n)*?)"
+    r"(?P<error>[A-Za-z_][\w.]*(?::.*|$))",
     re.MULTILINE,
 )
 _FRAME = re.compile(r'^\s*File "(?P<file>[^"]+)", line (?P<line>\d+)', re.MULTILINE)
 _SYNTAX = re.compile(
-    r'^\s*File "(?P<file>[^"]+)", line (?P<line>\d+)\n(?P<shown>(?:[ \t].*\n)*)(?P<error>(?:Syntax|Indentation|Tab)Error: .*)',
+    r'^\s*File "(?P<file>[^"]+)", line (?P<line>\d+)\n(?P<shown>(?:[ \t].*\n)*)'
+    r"(?P<error>(?:Syntax|Indentation|Tab)Error: .*)",
     re.MULTILINE,
 )
 _COLOUR = re.compile(r"\x1b\[[0-9;]*m")
@@ -21,7 +23,13 @@ _LOGGED = re.compile(r"^\[(?:FATAL|ERROR|WARN)\] \[[^\]]*\]:? ?(?P<text>.*)", re
 
 @dataclass(frozen=True)
 class Crash:
-    """An error that a program did not catch. `line` counts from 1 in the file that was run; None when none of its lines took part."""
+    """An exception that a program did not catch.
+
+    Attributes:
+        error: its type and text
+        line: the last line of the program's own file in the traceback, from 1, or None
+        library_line: file and line that raised it, where that is another file
+    """
 
     error: str
     line: int | None
@@ -29,20 +37,22 @@ class Crash:
 
     @property
     def kind(self) -> str:
+        """Name of the exception's class."""
         return self.error.partition(":")[0].rpartition(".")[2]
 
     @property
     def text(self) -> str:
+        """Text of the exception."""
         return self.error.partition(":")[2].strip()
 
 
 def plain(output: str) -> str:
-    """Without colours."""
+    """Return the output without colours."""
     return _COLOUR.sub("", output)
 
 
 def crash(output: str, path: Path) -> Crash | None:
-    """The first error of a program that was run from `path`; None when there is none."""
+    """Return the first uncaught exception of the program in the file `path`, or None."""
     output = plain(output) + "\n"
     syntax = _SYNTAX.search(output)
     if syntax:
@@ -57,48 +67,54 @@ def crash(output: str, path: Path) -> Crash | None:
     return Crash(found["error"].strip(), own[-1] if own else None, beyond)
 
 
-def last_words(output: str) -> str:
-    """The last thing that it said, on one line."""
+def last_line(output: str) -> str:
+    """Return the last warning or error that was logged; without one, the last line."""
     logged = _LOGGED.findall(plain(output))
     lines = logged or [line.strip() for line in plain(output).splitlines() if line.strip()]
-    return lines[-1] if lines else "nothing at all"
+    return lines[-1] if lines else "no output"
 
 
 def warnings(output: str) -> list:
-    """All warnings and errors that it logged."""
+    """Return all warnings and errors that were logged."""
     return _LOGGED.findall(plain(output))
 
 
 def meaning(crash: Crash) -> str:
-    """What an error means, and how to mend it, for somebody who has seen few of them."""
+    """Return what an exception means and how to fix it, for a beginner."""
     for kind, pattern, text in _MEANINGS:
         match = re.search(pattern, crash.text)
         if crash.kind == kind and match:
             return text.format(*match.groups())
-    return "Read the error's last line first; the line of your file that is named above is where it happened."
+    return (
+        "Read the last line of the error first; it happened in the line of your file that is named "
+        "above."
+    )
 
 
+_INIT_FIRST = "ROS is used before the node is registered: call `rospy.init_node` first."
+# (class of the exception, pattern of its text, what it means); the first match counts.
 _MEANINGS = (
     (
         "NameError",
         r"name 'rospy' is not defined",
-        "`rospy` is not known in this file: write `import rospy` at its top.",
+        "`rospy` is not imported: write `import rospy` at the top of the file.",
     ),
     (
         "NameError",
         r"name '(\w+)' is not defined",
-        "Python does not know `{0}` here: is it misspelt, or was it to be imported or given a value before? A word that is meant as "
-        'text stands in quotes: "{0}".',
+        "Python does not know `{0}` here: is it misspelt, or must it be imported or assigned "
+        'before? Text needs quotes: "{0}".',
     ),
     (
         "UnboundLocalError",
         r"variable '(\w+)'",
-        "`{0}` is used before it has got a value: assign it first, under this very name.",
+        "`{0}` is used before it has a value: assign it first, with exactly this name.",
     ),
     (
         "ModuleNotFoundError",
         r"No module named 'sdc_package\.msg'",
-        "The messages are not built: run `catkin_make` in the workspace, then `source devel/setup.bash`.",
+        "The messages are not built: run `catkin_make` in the workspace, then "
+        "`source devel/setup.bash`.",
     ),
     (
         "ModuleNotFoundError",
@@ -113,23 +129,24 @@ _MEANINGS = (
     (
         "ImportError",
         r"cannot import name '(\w+)' from 'sdc_package\.msg'",
-        "There is no message `{0}` in what was built: is the name misspelt, or is its file missing in CMakeLists.txt, or was "
-        "`catkin_make` not run since?",
+        "There is no message `{0}` in the built package: is its name misspelt, is its file missing "
+        "in CMakeLists.txt, or was `catkin_make` not run since?",
     ),
     (
         "ImportError",
         r"cannot import name '(\w+)' from '([\w.]+)'",
-        "`{1}` has no `{0}`: is the name misspelt, or does it come from somewhere else?",
+        "`{1}` has no `{0}`: is the name misspelt, or is it defined in another module?",
     ),
     (
         "AttributeError",
         r"'Subscriber' object has no attribute 'publish'",
-        "A subscriber cannot publish: rospy.Subscriber listens, rospy.Publisher speaks.",
+        "A subscriber cannot publish: rospy.Subscriber receives, rospy.Publisher sends.",
     ),
     (
         "AttributeError",
         r"'(\w+)' object has no attribute '(\w+)'",
-        "A {0} has no `{1}`: is the name misspelt, or is this another kind of thing than you think?",
+        "A {0} has no `{1}`: is the name misspelt, or is the object of another class than you "
+        "expect?",
     ),
     (
         "AttributeError",
@@ -139,23 +156,23 @@ _MEANINGS = (
     (
         "TypeError",
         r"missing \d+ required positional arguments?: '(\w+)'",
-        "A function is called without `{0}`. To hand a function over, as a callback, write its name without parentheses; to call it, "
-        "give it all it asks for.",
+        "A function is called without `{0}`. To pass a function as a callback, write its name "
+        "without parentheses; to call it, pass all its arguments.",
     ),
     (
         "TypeError",
         r"takes \d+ positional arguments? but \d+ were given",
-        "A function gets more values than it takes: count them.",
+        "A function gets more arguments than it takes: count them.",
     ),
     (
         "TypeError",
         r"'(\w+)' object is not callable",
-        "This is a {0} and no function: parentheses after it call it, and that it cannot be.",
+        "Parentheses call a function, and this is a {0}.",
     ),
     (
         "TypeError",
         r"Invalid number of arguments",
-        "The message is given another number of fields than it has: see `rosmsg show`.",
+        "The message gets another number of fields than it has: see `rosmsg show`.",
     ),
     (
         "TypeError",
@@ -165,34 +182,28 @@ _MEANINGS = (
     (
         "ValueError",
         r"is not a message data class",
-        "The second argument is the class of the messages: one that was imported from a package's msg, such as `from sensor_msgs.msg "
-        "import Image`.",
+        "The second argument is the class of the messages, imported from a package's msg module, "
+        "such as `from sensor_msgs.msg import Image`.",
     ),
-    (
-        "ROSException",
-        r"time is not initialized",
-        "ROS is used before the node is registered: `rospy.init_node` comes first.",
-    ),
-    (
-        "ROSInitException",
-        r"",
-        "ROS is used before the node is registered: `rospy.init_node` comes first.",
-    ),
+    ("ROSException", r"time is not initialized", _INIT_FIRST),
+    ("ROSInitException", r"", _INIT_FIRST),
     (
         "IndentationError",
         r"",
-        "The line begins at the wrong column: inside a region all lines begin below one another, with spaces as in the lines around it.",
+        "The line begins at the wrong column: all lines of a region begin at the same column as "
+        "the lines around it, with spaces.",
     ),
     ("TabError", r"", "Tabs and spaces are mixed: use spaces only."),
     ("SyntaxError", r"was never closed", "A bracket is opened and never closed."),
     (
         "SyntaxError",
         r"unterminated string",
-        "A text is not closed: it begins and ends with the same quotes.",
+        "A string is not closed: it begins and ends with the same quotes.",
     ),
     (
         "SyntaxError",
         r"",
-        "Python cannot read this line: look for a missing bracket, comma, colon or quote, in it and in the line before.",
+        "Python cannot parse this line: look for a missing bracket, comma, colon or quote, in it "
+        "and in the line before.",
     ),
 )

@@ -1,4 +1,4 @@
-"""Tries a variant of a library file in a process of its own: a student's loop may never end."""
+"""Run a variant of a library file in its own process: a student's loop may never end."""
 
 from __future__ import annotations
 
@@ -6,26 +6,31 @@ import json
 from pathlib import Path
 
 from sdc_workshop.exam.answer import Problem
-from sdc_workshop.exam.output import crash, last_words, meaning
+from sdc_workshop.exam.output import crash, last_line, meaning
+from sdc_workshop.exam.stage import Stage
 from sdc_workshop.exam.variant import Variant
 
 _PROBE = Path(__file__).with_name("probes") / "library_probe.py"
-_LIMIT_S = 60.0
+_TIMEOUT_S = 60.0
 
 
-def probe(variant: Variant, stage, name: str):
-    """What library_probe.py finds out about module `name`, as a dictionary; a Problem when the module breaks or never answers."""
+def probe(variant: Variant, stage: Stage, name: str) -> dict | Problem:
+    """Return what library_probe.py finds about a module.
+
+    Args:
+        variant: the module's file
+        stage: where it runs
+        name: name of the probe
+
+    Returns:
+        the results, or a Problem when the module raises an exception or does not end
+    """
     path, python_path = stage.build(variant)
-    with stage.program(
-        ["/usr/bin/env", "python3", _PROBE, name], PYTHONPATH=python_path
-    ) as program:
-        how = program.wait_until(lambda: False, _LIMIT_S)
+    command = ["/usr/bin/env", "python3", _PROBE, name]
+    with stage.program(command, PYTHONPATH=python_path) as program:
+        how = program.wait_until(lambda: False, _TIMEOUT_S)
         if how != "ended":
-            return Problem(
-                "an answer",
-                "it runs in circles and never answers",
-                "Is there a loop that never ends?",
-            )
+            return Problem("a result", "it never returns", "Is there a loop that never ends?")
         found = crash(program.output, path)
         if found is not None:
             shown = variant.text.split("\n")[found.line - 1].strip() if found.line else ""
@@ -38,5 +43,9 @@ def probe(variant: Variant, stage, name: str):
                 True,
             )
         if program.status != 0:
-            return Problem("an answer", last_words(program.output), "Its last words say why.")
+            return Problem(
+                "a result",
+                last_line(program.output),
+                "The last line of its output gives the cause.",
+            )
         return json.loads(program.output.splitlines()[-1])

@@ -1,5 +1,7 @@
-"""Programs of a student's: started, watched, and ended whatever they do. A program may crash, run in circles, start others, or wait for
-ever; none of that may reach whoever examines it."""
+"""Run a student's programs: start them, watch them, and end them with all that they started.
+
+Such a program may crash, loop for ever, start other programs, or wait for ever; the check goes on.
+"""
 
 from __future__ import annotations
 
@@ -10,31 +12,38 @@ import subprocess
 import threading
 import time
 from pathlib import Path
+from types import TracebackType
+from typing import Callable, Iterable, Sequence
 
-# Marks all that a program starts, even what leaves its process group, by a line of its environment.
+# An environment variable that marks all processes a program starts, whatever their process group.
 MARK = "SDC_WORKSHOP_EXAM"
 
 IDLE_S = 0.8
 _POLL_S = 0.02
-# So many looks, too: whoever looks may itself have had to wait for a processor, and the program for its answer.
-_IDLE_LOOKS = 30
-# Processor time in this window that a program which only waits may use (timers, the threads of rospy), in seconds.
+# On a busy machine the check itself may wait for a processor, so that time alone is no measure.
+_IDLE_POLLS = 30
+# CPU time that a program which only waits may use in this window (timers, rospy's threads) [s].
 _IDLE_CPU_S = 0.04
-# Nobody needs that much processor time for one picture or one path.
+# CPU time within which a node answers a picture or a path [s].
 BUSY_CPU_S = 3.0
-PATIENCE_S = 60.0
-_END_LIMIT_S = 30.0
-_KEPT_OUTPUT = 200_000
+TIMEOUT_S = 60.0
+_END_TIMEOUT_S = 30.0
+_MAX_OUTPUT = 200_000
 _TICKS_PER_S = os.sysconf("SC_CLK_TCK")
 
 
 class Program:
-    """A running program and what it says, standard output and error together. Ends with the `with` block."""
+    """A running program and its output. The end of the `with` block ends it.
 
-    def __init__(self, command, environment: dict, folder=None):
+    Attributes:
+        command: the command line
+        mark: identifies the processes that it starts
+    """
+
+    def __init__(self, command: Sequence[object], environment: dict, folder: Path | None = None):
         self.command = [str(word) for word in command]
         self.mark = f"{os.getpid()}-{time.monotonic_ns()}"
-        self._said = []
+        self._pieces: list[bytes] = []
         self._size = 0
         self._process = subprocess.Popen(
             self.command,
@@ -48,33 +57,42 @@ class Program:
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
 
-    def __enter__(self):
+    def __enter__(self) -> Program:
         return self
 
-    def __exit__(self, *_):
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
         self.end()
 
-    def _read(self):
+    def _read(self) -> None:
         with self._process.stdout as pipe:
             for piece in iter(lambda: pipe.read1(65536), b""):
-                if self._size < _KEPT_OUTPUT:
-                    self._said.append(piece)
+                if self._size < _MAX_OUTPUT:
+                    self._pieces.append(piece)
                     self._size += len(piece)
 
     @property
     def output(self) -> str:
-        """What it has said until now."""
-        return b"".join(self._said).decode(errors="replace")
+        """What it has printed until now, on standard output and standard error."""
+        return b"".join(self._pieces).decode(errors="replace")
 
     @property
     def status(self) -> int | None:
         """Its exit status; None while it runs."""
         return self._process.poll()
 
-    def wait_until(self, condition, patience_s: float = PATIENCE_S) -> str:
-        """Wait until `condition()` is true, and say how it came: "true", "ended" (the program has ended), "idle" (it waits and
-        does nothing more), "busy" (it has run in circles) or "late"."""
-        limit = time.monotonic() + patience_s
+    def wait_until(self, condition: Callable[[], object], timeout_s: float = TIMEOUT_S) -> str:
+        """Wait until `condition()` is true, or will not become true any more.
+
+        Returns:
+            "true", "ended" (the program has ended), "idle" (it waits for something), "busy" (it
+            used more than BUSY_CPU_S) or "late" (the timeout)
+        """
+        limit = time.monotonic() + timeout_s
         cpu_at_start = self._cpu_s()
         window = [(time.monotonic(), cpu_at_start)]
         while True:
@@ -88,10 +106,10 @@ class Program:
             if running:
                 window = []
             window.append((now, cpu))
-            while len(window) > _IDLE_LOOKS + 1 and now - window[1][0] >= IDLE_S:
+            while len(window) > _IDLE_POLLS + 1 and now - window[1][0] >= IDLE_S:
                 window.pop(0)
             if (
-                len(window) > _IDLE_LOOKS
+                len(window) > _IDLE_POLLS
                 and now - window[0][0] >= IDLE_S
                 and cpu - window[0][1] <= _IDLE_CPU_S
             ):
@@ -101,35 +119,28 @@ class Program:
             if now > limit:
                 return "late"
 
-    def wait(self, patience_s: float = PATIENCE_S) -> int | None:
-        """Its exit status when it ends in time, None otherwise."""
+    def wait(self, timeout_s: float = TIMEOUT_S) -> int | None:
+        """Return its exit status if it ends in time, else None."""
         with contextlib.suppress(subprocess.TimeoutExpired):
-            self._process.wait(patience_s)
+            self._process.wait(timeout_s)
             self._reader.join(timeout=2.0)
         return self.status
 
     def _cpu_s(self) -> float:
         with contextlib.suppress(OSError, IndexError):
-            fields = Path(f"/proc/{self._process.pid}/stat").read_text().rpartition(")")[2].split()
+            fields = _stat(Path(f"/proc/{self._process.pid}/stat"))
             return (int(fields[11]) + int(fields[12])) / _TICKS_PER_S
         return 0.0
 
     def _is_running(self) -> bool:
-        """Whether a thread of it runs, or would run if a processor were free, or waits for a disk."""
+        """Return whether one of its threads runs, waits for a processor, or waits for a disk."""
         with contextlib.suppress(OSError, IndexError):
-            for task in os.listdir(f"/proc/{self._process.pid}/task"):
-                if (
-                    Path(f"/proc/{self._process.pid}/task/{task}/stat")
-                    .read_text()
-                    .rpartition(")")[2]
-                    .split()[0]
-                    in "RD"
-                ):
-                    return True
+            tasks = Path(f"/proc/{self._process.pid}/task")
+            return any(_stat(tasks / task / "stat")[0] in "RD" for task in os.listdir(tasks))
         return False
 
     def interrupt(self) -> None:
-        """Ctrl-C."""
+        """Send what Ctrl-C sends."""
         self._signal_group(signal.SIGINT)
 
     def end(self) -> None:
@@ -139,15 +150,20 @@ class Program:
         end_marked(self.mark)
         self._reader.join(timeout=2.0)
 
-    def _signal_group(self, what) -> None:
-        # The number of a program that has ended may belong to somebody else by now.
+    def _signal_group(self, what: signal.Signals) -> None:
+        # The id of a program that has ended may already belong to another process.
         if self._process.poll() is None:
             with contextlib.suppress(ProcessLookupError):
                 os.killpg(self._process.pid, what)
 
 
+def _stat(path: Path) -> list:
+    """Return the fields of a stat file of /proc after the command, the state first."""
+    return path.read_text().rpartition(")")[2].split()
+
+
 def marked(mark: str) -> list:
-    """Numbers of the running processes that a program with this mark has started, itself included."""
+    """Return the ids of the running processes that the program with this mark has started."""
     found = []
     for name in os.listdir("/proc"):
         if name.isdigit() and int(name) != os.getpid():
@@ -161,9 +177,12 @@ def marked(mark: str) -> list:
 
 
 def end_marked(mark: str) -> None:
-    """End all processes with this mark. Those that start others faster than they could be ended are stopped first, one and all."""
-    limit = time.monotonic() + _END_LIMIT_S
-    stopped = set()
+    """End all processes with this mark.
+
+    All are stopped before the first is killed: some start others faster than they can be killed.
+    """
+    limit = time.monotonic() + _END_TIMEOUT_S
+    stopped: set = set()
     while time.monotonic() < limit:
         found = set(marked(mark))
         if not found:
@@ -175,7 +194,7 @@ def end_marked(mark: str) -> None:
         stopped |= found
 
 
-def _signal(numbers, what) -> None:
-    for number in numbers:
+def _signal(ids: Iterable[int], what: signal.Signals) -> None:
+    for process_id in ids:
         with contextlib.suppress(ProcessLookupError, PermissionError):
-            os.kill(number, what)
+            os.kill(process_id, what)

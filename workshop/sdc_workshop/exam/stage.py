@@ -1,4 +1,4 @@
-"""The ROS on which a student's nodes are tried: a master of its own, on a free port, in this process, and a node that talks to them."""
+"""The ROS master, the display and the files with which a student's nodes are run."""
 
 from __future__ import annotations
 
@@ -7,11 +7,13 @@ import logging
 import os
 import shutil
 import tempfile
-import time
 from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Iterator, Sequence
 
 import yaml
 
+from sdc_workshop.exam.node import Node
 from sdc_workshop.exam.process import Program
 from sdc_workshop.exam.student import Student
 from sdc_workshop.exam.variant import Variant
@@ -20,28 +22,46 @@ from sdc_workshop.regions import RegionError
 from sdc_workshop.steps import load_steps
 from sdc_workshop.workspace import PACKAGE, SOLUTION
 
+if TYPE_CHECKING:
+    from rosmaster.master import Master
+
+    from sdc_common.testing.virtual_display import VirtualDisplay
+
 NAME = "/workshop_check"
-_AGAIN_S = 0.2
+_LIBRARY = f"{PACKAGE}/src/{PACKAGE}"
 
 
 class Stage:
-    """Ends with the `with` block, and with it all that runs on it. One a process: rospy knows its master once and for all."""
+    """A temporary folder, and a ROS master on a free port in this process.
+
+    The end of the `with` block ends all programs. There is one stage in a process: rospy keeps its
+    first master.
+
+    Attributes:
+        student: the workspace whose programs run
+        folder: the temporary folder
+    """
 
     def __init__(self, student: Student):
         self.student = student
         self._closing = contextlib.ExitStack()
-        self._master = None
-        self._display = None
+        self._master: Master | None = None
+        self._display: VirtualDisplay | bool | None = None
         self._runs = 0
 
-    def __enter__(self):
+    def __enter__(self) -> Stage:
         self.folder = Path(
             self._closing.enter_context(tempfile.TemporaryDirectory(prefix="workshop_check_"))
         )
         (self.folder / "tmp").mkdir()
         return self
 
-    def __exit__(self, *_):
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
         if self._master is not None:
             import rospy
 
@@ -50,8 +70,8 @@ class Stage:
         self._closing.close()
 
     @property
-    def master(self):
-        """The master; started when it is first asked for."""
+    def master(self) -> Master:
+        """The master; it is started at the first use."""
         if self._master is None:
             os.environ.update(
                 ROS_IP="127.0.0.1",
@@ -63,7 +83,8 @@ class Stage:
 
             self._master = Master(port=0)
             self._master.start()
-            self._master.uri = f"http://127.0.0.1:{self._master.uri.rstrip('/').rpartition(':')[2]}"
+            port = self._master.uri.rstrip("/").rpartition(":")[2]
+            self._master.uri = f"http://127.0.0.1:{port}"
             os.environ["ROS_MASTER_URI"] = self._master.uri
             import rospy
 
@@ -73,8 +94,8 @@ class Stage:
         return self._master
 
     @property
-    def display(self):
-        """A screen that nobody sees; None where there is none to be had."""
+    def display(self) -> VirtualDisplay | None:
+        """A virtual display; None where its programs are not installed."""
         if self._display is None:
             from sdc_common.testing.virtual_display import VirtualDisplay
 
@@ -86,8 +107,8 @@ class Stage:
                 self._display = False
         return self._display or None
 
-    def environment(self, **more) -> dict:
-        """The student's environment, on this master. Raises NotBuilt."""
+    def environment(self, **more: str) -> dict:
+        """Return the student's environment variables, with this master. Raises NotBuilt."""
         base = {
             **self.student.environment,
             "ROS_MASTER_URI": self.master.uri if self._master is not None else "http://127.0.0.1:1",
@@ -103,46 +124,55 @@ class Stage:
         return {**base, **more}
 
     def build(self, variant: Variant) -> tuple:
-        """Put a variant of a Python file, with a library whose other files are solved, on disk; returns (its path, PYTHONPATH)."""
+        """Write a variant of a Python file to disk, with a library in which all else is solved.
+
+        Returns:
+            the path of the file, and the PYTHONPATH that finds the library
+        """
         self._runs += 1
         folder = self.folder / str(self._runs)
-        shadow, library = folder / "python" / PACKAGE, folder / "library"
-        shadow.mkdir(parents=True)
-        library.mkdir()
+        package, library = folder / "python" / PACKAGE, folder / "library"
+        package.mkdir(parents=True)
+        if self.student.library.is_dir():
+            ignored = shutil.ignore_patterns("__pycache__")
+            shutil.copytree(self.student.library, library, ignore=ignored)
         for name in library_files():
-            text = self.student.text(name)
-            if name == variant.name:
-                text = variant.text
-            else:
-                try:
-                    text = (
-                        make_variant(name, text if text is not None else "", ()).text
-                        if text
-                        else None
-                    )
-                except RegionError:
-                    text = None
-            (library / Path(name).name).write_text(
-                text if text is not None else (SOLUTION / name).read_text(encoding="utf-8"),
-                encoding="utf-8",
+            path = library / Path(name).relative_to(_LIBRARY)
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(
+                variant.text if name == variant.name else self._solved(name), encoding="utf-8"
             )
-        shadow.joinpath("__init__.py").write_text(
-            f"__path__ = {[str(library), str(self.student.library), str(self.student.built_python)]!r}\n",
-            encoding="utf-8",
+        package.joinpath("__init__.py").write_text(
+            f"__path__ = {[str(library), str(self.student.built_python)]!r}\n", encoding="utf-8"
         )
-        path = library / Path(variant.name).name
-        if variant.name not in library_files():
+        if variant.name in library_files():
+            path = library / Path(variant.name).relative_to(_LIBRARY)
+        else:
             path = folder / Path(variant.name).name
             path.write_text(variant.text, encoding="utf-8")
-        return path, f"{shadow.parent}:{self.student.environment.get('PYTHONPATH', '')}"
+        return path, f"{package.parent}:{self.student.environment.get('PYTHONPATH', '')}"
 
-    def program(self, command, **environment) -> Program:
+    def _solved(self, name: str) -> str:
+        """Return the student's file with all regions solved; the solution where that fails."""
+        text = self.student.text(name)
+        with contextlib.suppress(RegionError):
+            if text:
+                return make_variant(name, text, ()).text
+        return (SOLUTION / name).read_text(encoding="utf-8")
+
+    def program(self, command: Sequence[object], **environment: str) -> Program:
         """Start a command in the student's environment."""
         return Program(command, self.environment(**environment), self.folder)
 
     @contextlib.contextmanager
-    def node(self, variant: Variant, parameters: dict, **environment):
-        """A running node made of a variant of its file. Its parameters are those of the student's config/NAME.yaml, and `parameters`."""
+    def node(self, variant: Variant, parameters: dict, **environment: str) -> Iterator[Node]:
+        """Run the node that a variant of its file is.
+
+        Args:
+            variant: a variant of scripts/NAME.py
+            parameters: replace parameters of the student's config/NAME.yaml
+            environment: further environment variables
+        """
         name = Path(variant.name).stem
         self.student.environment  # noqa: B018  without a build, not even a master is needed
         api = self.master.handler
@@ -157,29 +187,29 @@ class Stage:
             yield node
         finally:
             node.close()
-            self._forget()
+            self._unregister_nodes()
             api.deleteParam(NAME, f"/{name}")
 
     def configuration(self, name: str) -> dict:
-        """The student's config/NAME.yaml; the project's figures where that cannot be read, or has none."""
-        found = yaml.safe_load(self._solution_configuration(name)) or {}
+        """Return the parameters of the student's config/NAME.yaml, completed by the solution's."""
+        path = SOLUTION / PACKAGE / "config" / f"{name}.yaml"
+        found = yaml.safe_load(path.read_text(encoding="utf-8") if path.is_file() else "") or {}
         with contextlib.suppress(yaml.YAMLError):
             own = yaml.safe_load(self.student.text(f"{PACKAGE}/config/{name}.yaml") or "")
             if isinstance(own, dict):
                 found.update(own)
         return found
 
-    @staticmethod
-    def _solution_configuration(name: str) -> str:
-        path = SOLUTION / PACKAGE / "config" / f"{name}.yaml"
-        return path.read_text(encoding="utf-8") if path.is_file() else ""
-
     def state(self) -> tuple:
-        """({topic: [node]} published, {topic: [node]} subscribed, {topic: type}) as the master knows it, this process left out."""
+        """Return what the master knows, without this process.
+
+        Returns:
+            publishing nodes by topic, subscribing nodes by topic, and types by topic
+        """
         handler = self.master.handler
         _, _, (publishers, subscribers, _) = handler.getSystemState(NAME)
 
-        def others(rows):
+        def others(rows: list) -> dict:
             return {
                 topic: [node for node in nodes if node != NAME]
                 for topic, nodes in rows
@@ -189,13 +219,13 @@ class Stage:
         return others(publishers), others(subscribers), dict(handler.getTopicTypes(NAME)[2])
 
     def clear(self) -> None:
-        """As if nothing had been started here yet: a launch leaves its parameters behind."""
-        self._forget()
+        """Remove all nodes and parameters from the master, which a launch leaves behind."""
+        self._unregister_nodes()
         for name in list(self.master.handler.getParam(NAME, "/")[2]):
             self.master.handler.deleteParam(NAME, f"/{name}")
 
-    def _forget(self) -> None:
-        """Nodes that were killed never say goodbye: say it for them."""
+    def _unregister_nodes(self) -> None:
+        """Unregister all nodes from the master: a node that was killed does not do it itself."""
         handler = self.master.handler
         with handler.ps_lock:
             manager = handler.reg_manager
@@ -215,18 +245,14 @@ class Stage:
                                 else reference.api
                             )
                             unregister(key, name, api)
-            mine = {
-                topic
-                for registrations in (manager.publishers, manager.subscribers)
-                for topic in registrations.map
-            }
+            mine = {*manager.publishers.map, *manager.subscribers.map}
             for topic in list(handler.topics_types):
                 if topic not in mine:
                     del handler.topics_types[topic]
 
 
 def library_files() -> list:
-    """The files of the car's library that have regions, relative to the src folder."""
+    """Return the files of the car's library with regions, relative to the src folder."""
     return sorted(
         {
             step.file
@@ -234,104 +260,3 @@ def library_files() -> list:
             if step.todo and f"/src/{PACKAGE}/" in (step.file or "")
         }
     )
-
-
-class Node:
-    """A student's node on the stage, and the ends of the topics that lead to it."""
-
-    def __init__(self, stage: Stage, program: Program, path: Path):
-        self.stage = stage
-        self.program = program
-        self.path = path
-        self.seen_types = {}
-        self._ends = []
-
-    @property
-    def output(self) -> str:
-        return self.program.output
-
-    def wait_until(self, condition) -> str:
-        """As Program.wait_until."""
-        return self.program.wait_until(condition)
-
-    @property
-    def names(self) -> list:
-        """The names under which it is known to the master."""
-        published, subscribed, _ = self.stage.state()
-        return sorted(
-            {name for nodes in (*published.values(), *subscribed.values()) for name in nodes}
-        )
-
-    def publishes(self, topic: str) -> str | None:
-        """The type with which it publishes on this topic, which `seen_types` keeps; None when it does not."""
-        published, _, types = self.stage.state()
-        if topic not in published:
-            return None
-        self.seen_types[topic] = types.get(topic, "?")
-        return self.seen_types[topic]
-
-    def subscribes(self, topic: str) -> str | None:
-        """The type with which it listens to this topic; None when it does not. To be asked before a publisher of our own is there."""
-        _, subscribed, types = self.stage.state()
-        return types.get(topic, "?") if topic in subscribed else None
-
-    def topics(self) -> tuple:
-        """(published, subscribed) names, without those that every node has."""
-        published, subscribed, _ = self.stage.state()
-        return sorted(set(published) - {"/rosout"}), sorted(set(subscribed) - {"/clock"})
-
-    def publisher(self, topic: str, message_class, latch: bool = False):
-        """An end to speak to it."""
-        import rospy
-
-        end = rospy.Publisher(topic, message_class, queue_size=20, latch=latch, tcp_nodelay=True)
-        self._ends.append(end)
-        return end
-
-    def listener(self, topic: str, message_class) -> Heard:
-        """An end to listen to it."""
-        heard = Heard(topic, message_class)
-        self._ends.append(heard.subscriber)
-        return heard
-
-    def ask(self, say, is_answered) -> str:
-        """Call `say()` again and again until `is_answered()`; how it came as in Program.wait_until. A first message may be lost
-        while the two are connecting."""
-        said_at = [0.0]
-        last = "true"
-
-        def condition():
-            if is_answered():
-                return True
-            if time.monotonic() - said_at[0] > _AGAIN_S:
-                say()
-                said_at[0] = time.monotonic()
-            return False
-
-        for _ in range(2):
-            last = self.program.wait_until(condition)
-            if last != "idle":
-                return last
-        return last
-
-    def close(self) -> None:
-        for end in self._ends:
-            end.unregister()
-        self.program.end()
-
-
-class Heard:
-    """What has been heard on a topic, in order."""
-
-    def __init__(self, topic: str, message_class):
-        import rospy
-
-        self.messages = []
-        self.subscriber = rospy.Subscriber(
-            topic, message_class, self.messages.append, tcp_nodelay=True
-        )
-
-    @property
-    def latched(self) -> bool:
-        """Whether the publisher of the last message latches it."""
-        return bool(self.messages) and self.messages[-1]._connection_header.get("latching") == "1"

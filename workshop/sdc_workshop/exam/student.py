@@ -1,4 +1,4 @@
-"""A student's workspace as the checks see it: its files, and the environment in which its programs run. Nothing is ever written there."""
+"""A student's workspace as the checks see it: its files and its environment. It is read only."""
 
 from __future__ import annotations
 
@@ -8,27 +8,30 @@ import subprocess
 from functools import cached_property
 from pathlib import Path
 
-from sdc_workshop.workspace import PACKAGE, PROJECT
+from sdc_workshop.workspace import PACKAGE, PROJECT, WORLD, WORLD_SETUP
 
-_LIMIT_S = 60
+_TIMEOUT_S = 60
 _MD5 = re.compile(r'_md5sum = "([0-9a-f]{32})"')
-# What a program of the student's gets from the caller's environment; the rest comes from the workspace.
+# The variables that a student's program inherits; all others come from the workspace.
 _KEPT = ("HOME", "LANG", "LC_ALL", "USER", "TMPDIR")
 
 
 class NotBuilt(Exception):
-    """The workspace has no devel space, or one that does not work; the message says what to type."""
+    """The workspace has no usable devel space; the message names the reason."""
 
 
 class Student:
-    """The workspace in `folder`."""
+    """The workspace in a folder."""
 
     def __init__(self, folder: Path):
         self.folder = folder
         self.src = folder / "src"
 
     def text(self, name: str) -> str | None:
-        """A file below src, None when it is not there. What is not UTF-8 is replaced: Python and CMake will say what they think of it."""
+        """Return the text of a file below src, or None without such a file.
+
+        Bytes that are not UTF-8 are replaced: Python and CMake then report them.
+        """
         try:
             return (self.src / name).read_text(encoding="utf-8", errors="replace")
         except (FileNotFoundError, NotADirectoryError, IsADirectoryError):
@@ -36,22 +39,23 @@ class Student:
 
     @property
     def devel(self) -> Path:
+        """The devel space."""
         return self.folder / "devel"
 
     @property
     def library(self) -> Path:
-        """Where the library of the car lies."""
+        """The folder of the car's library."""
         return self.src / PACKAGE / "src" / PACKAGE
 
     @property
     def built_python(self) -> Path:
-        """Where the build puts the Python of the package: its messages."""
+        """The folder of the package's generated Python: its messages."""
         for python in sorted(self.devel.glob("lib/python3*/dist-packages")):
             return python / PACKAGE
         return self.devel / "lib" / "python3" / "dist-packages" / PACKAGE
 
     def built_md5(self, message: str) -> str | None:
-        """Fingerprint of a message's class as it was built last; None when there is no such class."""
+        """Return the md5 sum of a message's generated class, or None without such a class."""
         try:
             found = _MD5.search(
                 (self.built_python / "msg" / f"_{message}.py").read_text(encoding="utf-8")
@@ -62,7 +66,11 @@ class Student:
 
     @cached_property
     def environment(self) -> dict:
-        """Environment variables of a new terminal after `source devel/setup.bash`. Raises NotBuilt."""
+        """Environment variables of a new terminal after `source devel/setup.bash`.
+
+        Raises:
+            NotBuilt: there is no devel space, or it does not overlay the world's workspace
+        """
         setup = self.devel / "setup.bash"
         if not setup.is_file():
             raise NotBuilt(f"there is no {setup}")
@@ -74,7 +82,7 @@ class Student:
             stdin=subprocess.DEVNULL,
             capture_output=True,
             text=True,
-            timeout=_LIMIT_S,
+            timeout=_TIMEOUT_S,
             check=False,
         )
         if done.returncode != 0:
@@ -82,11 +90,25 @@ class Student:
                 f"{setup} ended with {done.stderr.strip().splitlines()[-1:] or done.returncode}"
             )
         found = dict(line.split("=", 1) for line in done.stdout.split("\0") if "=" in line)
-        known = [os.path.realpath(path) for path in found.get("ROS_PACKAGE_PATH", "").split(":")]
-        if os.path.realpath(self.src) not in known:
+        sources = _real_paths(found.get("ROS_PACKAGE_PATH", ""))
+        overlaid = _real_paths(found.get("CMAKE_PREFIX_PATH", ""))
+        if os.path.realpath(self.src) not in sources:
             raise NotBuilt(
-                f"{setup} was built for another folder: ROS_PACKAGE_PATH is {found.get('ROS_PACKAGE_PATH', '')}"
+                f"{setup} was built for another folder: "
+                f"ROS_PACKAGE_PATH is {found.get('ROS_PACKAGE_PATH', '')}"
             )
-        if f"{PROJECT / 'catkin_ws' / 'devel'}" in found.get("CMAKE_PREFIX_PATH", "").split(":"):
-            raise NotBuilt(f"{setup} leans on the finished car of {PROJECT}")
+        if os.path.realpath(PROJECT / "catkin_ws" / "devel") in overlaid:
+            raise NotBuilt(
+                f"{setup} overlays the finished car: the terminal in which it was built had "
+                f"sourced {PROJECT}/catkin_ws/devel/setup.bash"
+            )
+        if os.path.realpath(WORLD / "devel") not in overlaid:
+            raise NotBuilt(
+                f"{setup} does not overlay the world: the terminal in which it was built had "
+                f"not sourced {WORLD_SETUP}"
+            )
         return found
+
+
+def _real_paths(paths: str) -> list:
+    return [os.path.realpath(path) for path in paths.split(":")]

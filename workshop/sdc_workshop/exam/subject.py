@@ -1,4 +1,4 @@
-"""A file with regions, and how its steps are judged."""
+"""A file with regions, and how its steps are checked."""
 
 from __future__ import annotations
 
@@ -8,31 +8,46 @@ from sdc_workshop.exam import typical
 from sdc_workshop.exam.answer import PASSED, UNFINISHED, WAITING, WRONG, Answer, Problem, wrong
 from sdc_workshop.exam.hints import hint_of
 from sdc_workshop.exam.output import Crash, meaning
-from sdc_workshop.exam.student import NotBuilt
+from sdc_workshop.exam.stage import Stage
+from sdc_workshop.exam.student import NotBuilt, Student
 from sdc_workshop.exam.variant import Variant, make
 from sdc_workshop.regions import RegionError, body, is_written, regions, template
 from sdc_workshop.steps import load_steps
 from sdc_workshop.workspace import PACKAGE, PROJECT, SOLUTION, TEMPLATES
 
-BUILD = "In the folder of your workspace: `catkin_make`, and then `source devel/setup.bash` in this terminal."
+BUILD = (
+    "In the folder of your workspace: `catkin_make`, then `source devel/setup.bash` in this "
+    "terminal."
+)
 
 
 class Subject:
-    """Judges the regions `todos` of a file. `left_empty` are regions that belong to later steps, of which nothing may be needed yet."""
+    """Checks the regions of one file.
+
+    Attributes:
+        file: path relative to the src folder
+        todos: numbers of the regions that it checks
+        left_empty: regions of later steps, which stay as in the template
+        needs: messages whose classes must be built before any of these regions can run
+        needs_build: whether the workspace must be built
+    """
 
     file: str
     todos: tuple
     left_empty: tuple = ()
-    # Messages without whose classes none of these regions can be tried.
     needs: tuple = ()
     needs_build = True
 
-    def problems(self, variant: Variant, stage) -> list:
-        """What is wrong with a variant of the file, the most telling first; nothing when all is well. Raises NotBuilt."""
+    def problems(self, variant: Variant, stage: Stage) -> list:
+        """Return what is wrong with a variant of the file, the most useful problem first.
+
+        Raises:
+            NotBuilt: the workspace is not built
+        """
         raise NotImplementedError
 
     def syntax_problem(self, variant: Variant) -> Problem | None:
-        """What keeps the file from being read at all."""
+        """Return why Python cannot parse the file, or None."""
         if not self.file.endswith(".py"):
             return None
         try:
@@ -40,13 +55,10 @@ class Subject:
         except (SyntaxError, ValueError) as error:
             line = getattr(error, "lineno", None)
             found = Crash(f"{type(error).__name__}: {getattr(error, 'msg', error)}", line)
-            shown = (
-                variant.text.split("\n")[line - 1].strip()
-                if line and line <= variant.text.count("\n") + 1
-                else ""
-            )
+            lines = variant.text.split("\n")
+            shown = lines[line - 1].strip() if line and line <= len(lines) else ""
             return Problem(
-                "a file that Python can read",
+                "a file that Python can parse",
                 f"{found.error}{': ' + shown if shown else ''}",
                 meaning(found),
                 line=line,
@@ -54,66 +66,32 @@ class Subject:
         return None
 
     def written(self, text: str, todo: str) -> bool:
-        """Whether a student has begun with a region."""
+        """Return whether the student has begun with a region."""
         if regions(text)[todo].first == 0:
             return bool(body(text, todo).strip())
         return is_written(text, todo)
 
-    # ---- judging -------------------------------------------------------------
-
-    def answers(self, steps: list, student, stage) -> dict:
-        """{id: Answer} for some steps of this file."""
+    def answers(self, steps: list, student: Student, stage: Stage) -> dict:
+        """Return the answers to some steps of this file, by step id."""
         path = f"src/{self.file}"
         text = student.text(self.file)
         if text is None:
-            return self._all(
-                steps,
-                Answer(
-                    WRONG,
-                    f"the file {path}",
-                    "it is not there",
-                    f"Bring it back: cp {TEMPLATES / self.file} {path}",
-                    path,
-                ),
-            )
+            hint = f"Restore it: cp {TEMPLATES / self.file} {path}"
+            return self._all(steps, Answer(WRONG, f"the file {path}", "it is missing", hint, path))
         try:
-            found = regions(text)
+            regions(text)
         except RegionError as error:
-            line = (
-                int(str(error).split()[1].rstrip(":")) if str(error).startswith("line ") else None
+            line = str(error).split()[1].rstrip(":") if str(error).startswith("line ") else None
+            answer = Answer(
+                WRONG,
+                "the TODO lines and the rules below them as they were",
+                str(error),
+                "Your lines go between the two; keep both.",
+                path,
+                int(line) if line else None,
             )
-            return self._all(
-                steps,
-                Answer(
-                    WRONG,
-                    "the TODO lines and the rules below them as they were",
-                    str(error),
-                    "Your lines go between the two; both stay.",
-                    path,
-                    line,
-                ),
-            )
-        answers, begun = {}, []
-        for step in steps:
-            if step.todo not in found:
-                answers[step.id] = Answer(
-                    WRONG,
-                    f"a line that begins with '# TODO {step.todo}:' and a rule below it",
-                    "there is no such line",
-                    f"Look it up in {TEMPLATES / self.file} and put both lines back.",
-                    path,
-                )
-            elif not self.written(text, step.todo):
-                answers[step.id] = Answer(
-                    UNFINISHED,
-                    found[step.todo].title,
-                    "nothing is written there yet",
-                    hint_of(step.id).hint,
-                    path,
-                    found[step.todo].line,
-                )
-            else:
-                begun.append(step)
+            return self._all(steps, answer)
+        answers, begun = self._begun(steps, text)
         waits = self._waits(student) if begun else None
         if waits is not None:
             answers.update({step.id: waits for step in begun})
@@ -121,59 +99,74 @@ class Subject:
             try:
                 answers.update(self._judge(begun, text, stage))
             except NotBuilt as error:
-                answers.update(
-                    {
-                        step.id: Answer(WAITING, "a workspace that is built", str(error), BUILD)
-                        for step in begun
-                    }
-                )
+                answer = Answer(WAITING, "a workspace that is built", str(error), BUILD)
+                answers.update({step.id: answer for step in begun})
         return answers
 
+    def _begun(self, steps: list, text: str) -> tuple:
+        """Return the answers to steps without a student's line, and the other steps."""
+        path, found = f"src/{self.file}", regions(text)
+        answers, begun = {}, []
+        for step in steps:
+            if step.todo not in found:
+                answers[step.id] = Answer(
+                    WRONG,
+                    f"a line that begins with '# TODO {step.todo}:' and a rule below it",
+                    "there is no such line",
+                    f"Copy both lines from {TEMPLATES / self.file}.",
+                    path,
+                )
+            elif not self.written(text, step.todo):
+                region = found[step.todo]
+                seen, hint = "nothing is written there yet", hint_of(step.id).hint
+                answers[step.id] = Answer(UNFINISHED, region.title, seen, hint, path, region.line)
+            else:
+                begun.append(step)
+        return answers, begun
+
     @staticmethod
-    def _all(steps, answer) -> dict:
+    def _all(steps: list, answer: Answer) -> dict:
         later = Answer(
             WAITING,
             "",
-            f"the file must be mended first, see {steps[0].id}",
+            f"the file must be fixed first, see {steps[0].id}",
             "",
             answer.file,
             answer.line,
         )
         return {step.id: answer if step is steps[0] else later for step in steps}
 
-    def _waits(self, student) -> Answer | None:
-        """What stands in the way before anything can be tried."""
+    def _waits(self, student: Student) -> Answer | None:
+        """Return what must be built before the file can run, or None."""
         if not self.needs_build:
             return None
         for message in self.needs:
-            if student.built_md5(message) != solution_md5(message):
-                made = (student.src / PACKAGE / "msg" / f"{message}.msg").is_file()
+            built = student.built_md5(message)
+            if built != solution_md5(message):
+                hint = "`./workshop/check messages` reports what is missing."
+                if (student.src / PACKAGE / "msg" / f"{message}.msg").is_file():
+                    hint = f"{BUILD} {hint}"
                 return Answer(
                     WAITING,
                     f"the class of the message {message}, built from {PACKAGE}/msg/{message}.msg",
-                    "it was built from another text of the file"
-                    if student.built_md5(message)
-                    else "it has not been built",
-                    f"{BUILD} `./workshop/check messages` says what is not right yet."
-                    if made
-                    else "`./workshop/check messages` says what to make first.",
+                    "the message file has changed since the build" if built else "it is not built",
+                    hint,
                 )
         return None
 
-    def _judge(self, steps, text, stage) -> dict:
+    def _judge(self, steps: list, text: str, stage: Stage) -> dict:
+        """Check the steps together; where that fails, each alone."""
         path = f"src/{self.file}"
         outside = self.syntax_problem(self._variant(text, ()))
         if outside is not None:
-            return self._all(
-                steps, wrong(self._outside(text, outside), path, self._changed_line(text))
-            )
+            problem = self._outside(text, outside)
+            return self._all(steps, wrong(problem, path, self._changed_line(text)))
         answers, sound = {}, []
         for step in steps:
-            problem = self.syntax_problem(self._variant(text, (step.todo,)))
+            alone = self._variant(text, (step.todo,))
+            problem = self.syntax_problem(alone)
             if problem is not None:
-                answers[step.id] = self._wrong(
-                    self._variant(text, (step.todo,)), step.todo, problem
-                )
+                answers[step.id] = self._wrong(alone, step.todo, problem)
             else:
                 sound.append(step)
         if not sound:
@@ -187,94 +180,77 @@ class Subject:
             return answers
         for step in sound:
             variant = self._variant(text, (step.todo,))
-            alone = self.problems(variant, stage)
+            problems = self.problems(variant, stage)
             answers[step.id] = (
-                self._blame(variant, step.todo, alone, text, stage) if alone else Answer(PASSED)
+                self._blame(variant, step.todo, problems, text, stage)
+                if problems
+                else Answer(PASSED)
             )
         if all(answers[step.id].status == PASSED for step in sound):
             step = next((step for step in sound if step.todo == found[0].todo), sound[0])
-            problem = Problem(
-                found[0].expected,
-                found[0].seen,
-                "Each TODO is right for itself, but together they are not: do they use the same names? "
-                + found[0].hint,
-                line=found[0].line,
+            hint = (
+                "Each TODO is right alone, but not together with the others: do they use the same "
+                f"names? {found[0].hint}"
             )
+            problem = Problem(found[0].expected, found[0].seen, hint, line=found[0].line)
             answers[step.id] = self._wrong(together, step.todo, problem)
         return answers
 
-    def _variant(self, text, judged) -> Variant:
+    def _variant(self, text: str, judged: tuple) -> Variant:
         return make(self.file, text, judged, self.left_empty)
 
-    def _blame(self, variant, todo, found, text, stage) -> Answer:
-        """The answer to the step that these problems are the fault of."""
+    def _blame(self, variant: Variant, todo: str, found: list, text: str, stage: Stage) -> Answer:
+        """Return the answer to the step that causes these problems."""
         if template(text) != template((SOLUTION / self.file).read_text(encoding="utf-8")):
             outside = self.problems(self._variant(text, ()), stage)
             if outside:
-                return wrong(
-                    self._outside(text, outside[0]), f"src/{self.file}", self._changed_line(text)
-                )
-        return self._wrong(
-            variant, todo, next((problem for problem in found if problem.todo == todo), found[0])
-        )
+                problem = self._outside(text, outside[0])
+                return wrong(problem, f"src/{self.file}", self._changed_line(text))
+        own = next((problem for problem in found if problem.todo == todo), found[0])
+        return self._wrong(variant, todo, own)
 
-    def _wrong(self, variant, todo, problem) -> Answer:
+    def _wrong(self, variant: Variant, todo: str, problem: Problem) -> Answer:
         hint = problem.hint
         region = regions(variant.text)[todo]
         if problem.is_error:
             hint = f"{hint} {hint_of(self._step(todo)).hint}"
         if self.file.endswith(".py"):
             hint = " ".join([*typical.mistakes(body(variant.text, todo), region), hint]).strip()
-        return Answer(
-            WRONG,
-            problem.expected,
-            problem.seen,
-            hint,
-            f"src/{self.file}",
-            variant.student_line(problem.line, todo),
-        )
+        line = variant.student_line(problem.line, todo)
+        return Answer(WRONG, problem.expected, problem.seen, hint, f"src/{self.file}", line)
 
-    def _step(self, todo) -> str:
+    def _step(self, todo: str) -> str:
         return next(step.id for step in load_steps() if (step.file, step.todo) == (self.file, todo))
 
-    def _outside(self, text, problem) -> Problem:
+    def _outside(self, text: str, problem: Problem) -> Problem:
         line = self._changed_line(text) or problem.line
-        return Problem(
-            problem.expected,
-            problem.seen,
-            f"The fault lies outside of your TODOs{f', near line {line}' if line else ''}: something there was changed. Compare with "
-            f"{TEMPLATES / self.file}. {problem.hint}",
-            line=problem.line,
+        near = f", near line {line}" if line else ""
+        hint = (
+            f"The error is outside of your TODOs{near}: a given line was changed. Compare with "
+            f"{TEMPLATES / self.file}. {problem.hint}"
         )
+        return Problem(problem.expected, problem.seen, hint, line=problem.line)
 
-    def _changed_line(self, text) -> int | None:
-        """The first line outside of all regions that is not as it was given, as the student's file counts."""
-        given = template((SOLUTION / self.file).read_text(encoding="utf-8")).split("\n")
-        inside = {
-            line for region in regions(text).values() for line in range(region.first, region.end)
-        }
-        inside_given = {
-            line
-            for region in regions("\n".join(given)).values()
-            for line in range(region.first, region.end)
-        }
-        lines = [
-            (index, line) for index, line in enumerate(text.split("\n")) if index not in inside
-        ]
-        wanted = [line for index, line in enumerate(given) if index not in inside_given]
-        for (index, line), original in zip(lines, wanted):
+    def _changed_line(self, text: str) -> int | None:
+        """Return the first line outside of all regions that differs from the template, from 1."""
+        given = template((SOLUTION / self.file).read_text(encoding="utf-8"))
+        for (index, line), (_, original) in zip(_outside_lines(text), _outside_lines(given)):
             if line != original:
                 return index + 1
         return None
 
 
-def solution_md5(message: str) -> str | None:
-    """Fingerprint of a message of the finished car."""
-    from sdc_workshop.exam.student import Student
+def _outside_lines(text: str) -> list:
+    """Return (index, line) of the lines outside of all regions."""
+    inside = {line for region in regions(text).values() for line in range(region.first, region.end)}
+    return [(index, line) for index, line in enumerate(text.split("\n")) if index not in inside]
 
+
+def solution_md5(message: str) -> str | None:
+    """Return the md5 sum of a message of the solution."""
     return Student(PROJECT / "catkin_ws").built_md5(message)
 
 
 def name_of(file: str) -> str:
-    """The name of the node that a script is."""
+    """Return the name of the node in a script."""
     return Path(file).stem

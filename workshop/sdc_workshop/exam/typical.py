@@ -1,4 +1,4 @@
-"""Mistakes that everybody makes once, seen in the text of a region. They never make a step wrong: they say why it may be."""
+"""Find typical mistakes in the text of a region; they explain why a step may be wrong."""
 
 from __future__ import annotations
 
@@ -12,34 +12,30 @@ _DEGREES = re.compile(r"\b(?:degrees|rad2deg|180(?:\.0*)?|57\.2\d*)\b")
 
 
 def mistakes(text: str, region: Region) -> list:
-    """Sentences about what is typical in the body of a region."""
+    """Return sentences about typical mistakes in the body of a region."""
     return [*_left_over(text, region), *_in_syntax(text), *_degrees(text)]
 
 
 def _left_over(text: str, region: Region) -> list:
-    if region.until_then is None:
+    given = region.until_then
+    if given is None:
         return []
     lines = [
         line.strip()
         for line in text.split("\n")
         if line.strip() and not line.strip().startswith("#")
     ]
-    if (
-        lines
-        and lines[0] == region.until_then
-        and region.until_then.startswith("return")
-        and len(lines) > 1
-    ):
+    if len(lines) > 1 and lines[0] == given and given.startswith("return"):
         return [
-            f"The line `{region.until_then}` of the template still stands first in the region: what follows it is never reached. Delete it."
+            f"The line `{given}` of the template is still the first line of the region: the lines "
+            "after it never run. Delete it."
         ]
-    if region.until_then.startswith("return ") and not any(
-        re.match(r".*\breturn\b", line) for line in lines
-    ):
-        return ["The word `return` is missing: a function that returns nothing gives back None."]
-    if len(lines) > 1 and lines[-1] == region.until_then and "=" in region.until_then:
+    if given.startswith("return ") and not any(re.match(r".*\breturn\b", line) for line in lines):
+        return ["The word `return` is missing: a function without it returns None."]
+    if len(lines) > 1 and lines[-1] == given and "=" in given:
         return [
-            f"The line `{region.until_then}` of the template still stands last in the region and undoes yours. Delete it."
+            f"The line `{given}` of the template is still the last line of the region and "
+            "overwrites your result. Delete it."
         ]
     return []
 
@@ -52,31 +48,37 @@ def _in_syntax(text: str) -> list:
     found = []
     for node in ast.walk(tree):
         if isinstance(node, ast.Expr) and isinstance(node.value, (ast.Name, ast.Attribute)):
-            named = ast.unparse(node.value) if hasattr(ast, "unparse") else text.strip()
-            found.append(
-                f"`{named}` only names the function; with parentheses, `{named}()`, it is called."
-            )
+            name = ast.unparse(node.value) if hasattr(ast, "unparse") else text.strip()
+            found.append(f"`{name}` does not call the function; with parentheses, `{name}()` does.")
         if isinstance(node, ast.Call) and _last_name(node.func) == "Subscriber":
-            for argument in (*node.args, *(keyword.value for keyword in node.keywords)):
-                if isinstance(argument, ast.Call) and (_last_name(argument.func) or "").startswith(
-                    "on_"
-                ):
-                    name = _last_name(argument.func)
-                    found.append(
-                        f"The callback is handed over without parentheses: `self.{name}`. With them, `self.{name}()`, it is called at once."
-                    )
+            found += map(_called, _called_callbacks(node))
     return found
+
+
+def _called_callbacks(call: ast.Call) -> list:
+    """Return the names of callbacks that an argument of a call calls."""
+    arguments = (*call.args, *(keyword.value for keyword in call.keywords))
+    names = [_last_name(value.func) for value in arguments if isinstance(value, ast.Call)]
+    return [name for name in names if name and name.startswith("on_")]
+
+
+def _called(name: str) -> str:
+    return (
+        f"A callback is passed without parentheses: `self.{name}`. "
+        f"`self.{name}()` calls it at once."
+    )
 
 
 def _degrees(text: str) -> list:
     if _DEGREES.search(text):
         return [
-            "All angles here are in radians: leave degrees out, `math.atan2` and the car's library know radians only."
+            "All angles are in radians: remove the degrees; `math.atan2` and the car's library "
+            "use radians."
         ]
     return []
 
 
-def _last_name(node) -> str | None:
+def _last_name(node: ast.expr) -> str | None:
     if isinstance(node, ast.Attribute):
         return node.attr
     return node.id if isinstance(node, ast.Name) else None

@@ -1,12 +1,13 @@
-"""Variants of a student's file: some regions are the student's, the rest the solution's or nobody's.
+"""Variants of a student's file: some regions are the student's, the others the solution's.
 
-A step is judged on a variant in which nothing but its own region is the student's. What goes wrong there is that region's doing, whatever
-else in the workspace is wrong or not yet written.
+A step is checked on a variant in which its own region alone is the student's. So an error belongs
+to that region, whatever else in the workspace is wrong or not written yet.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Sequence
 
 from sdc_workshop.regions import Region, body, regions, replaced, template_body
 from sdc_workshop.workspace import SOLUTION
@@ -14,7 +15,14 @@ from sdc_workshop.workspace import SOLUTION
 
 @dataclass(frozen=True)
 class Variant:
-    """The text of such a file. `name` is relative to the src folder of the workspace; `judged` are the regions that are the student's."""
+    """One variant of a file.
+
+    Attributes:
+        name: path relative to the src folder of the workspace
+        text: its text
+        judged: numbers of the regions that are the student's
+        student_regions: the regions of the student's own file, by number
+    """
 
     name: str
     text: str
@@ -22,16 +30,19 @@ class Variant:
     student_regions: dict
 
     def region_of(self, line: int) -> str | None:
-        """Number of the region that a line of this text, counted from 1, lies in."""
+        """Return the number of the region that contains a line of this text, from 1."""
         for number, region in regions(self.text).items():
             if region.first < line <= max(region.end, region.first + 1):
                 return number
         return None
 
     def student_line(self, line: int | None, todo: str | None) -> int | None:
-        """The line of the student's own file that stands on this line here, or else the first line of the region `todo`."""
+        """Return the line of the student's file that is this line here.
+
+        For a line that is not the student's, return the first line of the region `todo`.
+        """
         number = self.region_of(line) if line is not None else None
-        if number in self.judged:
+        if line is not None and number in self.judged:
             return line - regions(self.text)[number].first + self.student_regions[number].first
         if todo in self.student_regions:
             return first_line(self.student_regions[todo])
@@ -39,13 +50,24 @@ class Variant:
 
 
 def first_line(region: Region) -> int:
-    """Where a student writes the first line of a region, counted from 1."""
+    """Return the number of the first line of a region, from 1."""
     return region.first + 1
 
 
-def make(name: str, student_text: str, judged, left_empty=()) -> Variant:
-    """The student's file with the solution in all regions but those `judged`, and nothing in those that are to be `left_empty`.
-    Raises RegionError for a file whose regions are broken."""
+def make(
+    name: str, student_text: str, judged: Sequence[str], left_empty: Sequence[str] = ()
+) -> Variant:
+    """Return a variant of a student's file.
+
+    Args:
+        name: path relative to the src folder of the workspace
+        student_text: text of the student's file
+        judged: regions that keep the student's lines
+        left_empty: regions that get the template's lines; all others get the solution's
+
+    Raises:
+        RegionError: TODO lines and rules do not match
+    """
     solution = (SOLUTION / name).read_text(encoding="utf-8")
     text = student_text
     for number, region in regions(student_text).items():

@@ -1,1 +1,1 @@
-"""Grades many students' workspaces side by side."""
+"""Grading: the checks of many workspaces, and their summary."""

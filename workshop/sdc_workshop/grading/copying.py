@@ -1,4 +1,4 @@
-"""Copies what a student has written, and nothing that was built."""
+"""Copy what a student has written, and nothing that was built."""
 
 from __future__ import annotations
 
@@ -7,37 +7,46 @@ import shutil
 import stat
 from pathlib import Path
 
-from sdc_workshop.workspace import MARKER, PACKAGE, PROJECT, WORLD
+from sdc_workshop.workspace import PACKAGE, link
 
-LARGEST_FILE_B = 20_000_000
-LARGEST_SUM_B = 200_000_000
+MAX_FILE_BYTES = 20_000_000
+MAX_TOTAL_BYTES = 200_000_000
 _LEFT_OUT = {".git", "__pycache__", "build", "devel", "install"}
 
 
 class CopyError(ValueError):
-    """A folder that cannot be graded; the message says why."""
+    """A folder that cannot be graded; the message names the reason."""
 
 
 def is_workspace(folder: Path) -> bool:
-    """Whether a student's package lies in this folder."""
+    """Return whether a folder contains a student's package."""
     return (folder / "src" / PACKAGE).is_dir()
 
 
 def copy_workspace(source: Path, target: Path) -> None:
-    """Make a workspace in `target` from the package that a student has written in `source`, with the project's own world beside it.
-    Nothing in `source` is changed. Raises CopyError, and OSError for what cannot be read."""
+    """Create a workspace with a copy of a student's package. The source is not changed.
+
+    Args:
+        source: the student's workspace
+        target: folder of the new workspace
+
+    Raises:
+        CopyError: the source is no workspace, or too large
+        OSError: a file cannot be read
+    """
     package = source / "src" / PACKAGE
     if not package.is_dir():
         raise CopyError(f"{source} is no workspace: it has no src/{PACKAGE}")
     target.mkdir(parents=True)
     _copy(package, target / "src" / PACKAGE)
-    shutil.copytree(WORLD, target / "src" / WORLD.name)
-    os.symlink(PROJECT / "workshop", target / "workshop")
-    (target / MARKER).write_text(f"{PROJECT}\n", encoding="utf-8")
+    link(target)
 
 
 def _copy(source: Path, target: Path) -> None:
-    """Regular files and folders; what a link leads to is copied, but no folder twice. Pipes and devices would never end: left out."""
+    """Copy regular files and folders, and what links point to; leave out pipes and devices.
+
+    A folder is copied once, so that cycles of links end.
+    """
     size = 0
     seen = set()
     for folder, names, files in os.walk(source, followlinks=True):
@@ -55,12 +64,13 @@ def _copy(source: Path, target: Path) -> None:
                 found = path.stat()
             except OSError:
                 continue
-            if not stat.S_ISREG(found.st_mode) or found.st_size > LARGEST_FILE_B:
+            if not stat.S_ISREG(found.st_mode) or found.st_size > MAX_FILE_BYTES:
                 continue
             size += found.st_size
-            if size > LARGEST_SUM_B:
+            if size > MAX_TOTAL_BYTES:
                 raise CopyError(
-                    f"src/{PACKAGE} holds more than {LARGEST_SUM_B // 1_000_000} MB; delete what does not belong there"
+                    f"src/{PACKAGE} is larger than {MAX_TOTAL_BYTES // 1_000_000} MB; "
+                    "delete what does not belong there"
                 )
             shutil.copyfile(path, to / name)
             (to / name).chmod(stat.S_IMODE(found.st_mode) | 0o600)

@@ -1,4 +1,4 @@
-"""./workshop/grade DIR ...: grades students' workspaces and writes a summary."""
+"""./workshop/grade DIR ...: grade students' workspaces and write a summary."""
 
 from __future__ import annotations
 
@@ -9,19 +9,20 @@ import sys
 import threading
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
+from typing import Sequence
 
 from sdc_workshop.grading.copying import is_workspace
 from sdc_workshop.grading.grading import Grade, grade
 from sdc_workshop.grading.summary import leaderboard, write_csv, write_html
 from sdc_workshop.steps import load_steps
 
-DESCRIPTION = """Checks every student's workspace, each with a ROS master and a time limit of its own, and never writes into it. A DIR is
-a workspace, or a folder with workspaces in it. The summary, grades.csv and grades.html, and for each student the logs and the report of
-the drive, are written into a folder."""
+DESCRIPTION = """Check every student's workspace, each with its own ROS master and time limit,
+without writing into it. A DIR is a workspace, or a folder that contains workspaces. The summary
+(grades.csv and grades.html) and each student's logs and report are written into one folder."""
 
 
-def parse(arguments):
-    """The command line."""
+def parse(arguments: Sequence[str]) -> argparse.Namespace:
+    """Parse the command line."""
     parser = argparse.ArgumentParser(prog="./workshop/grade", description=DESCRIPTION)
     parser.add_argument("folders", nargs="+", metavar="DIR", type=Path)
     parser.add_argument(
@@ -29,21 +30,21 @@ def parse(arguments):
         type=Path,
         default=Path("grades"),
         metavar="FOLDER",
-        help="where the summary is written (default: grades)",
+        help="folder of the summary (default: grades)",
     )
     parser.add_argument(
         "--limit",
         type=float,
         default=600.0,
         metavar="SECONDS",
-        help="time for one student, build and drive included (default: 600)",
+        help="time limit for one student, with build and drive (default: 600)",
     )
     parser.add_argument(
         "--jobs",
         type=int,
         default=os.cpu_count() or 1,
         metavar="N",
-        help="students at the same time (default: one a core)",
+        help="students that are graded at the same time (default: number of cores)",
     )
     options = parser.parse_args(arguments)
     if options.limit <= 0.0 or options.jobs < 1:
@@ -52,8 +53,10 @@ def parse(arguments):
 
 
 def workspaces(folders: list) -> list:
-    """The workspaces that are meant by some folders, by full paths, none twice. A folder that neither is one nor holds one stands for
-    itself: its row of the summary will say so."""
+    """Return the workspaces in some folders, as absolute paths without duplicates.
+
+    A folder without a workspace is returned, too: its row of the summary reports it.
+    """
     found = []
     for folder in folders:
         folder = folder.absolute()
@@ -67,7 +70,7 @@ def workspaces(folders: list) -> list:
 
 
 def names(folders: list) -> dict:
-    """{folder: name}: the last parts of its path, as many as tell it from the others."""
+    """Return a unique name for each folder: the last parts of its path, as few as possible."""
     found = {}
     for folder in folders:
         count = 1
@@ -80,15 +83,16 @@ def names(folders: list) -> dict:
     return found
 
 
-def main(arguments) -> int:
-    """Returns the exit status: 0 when all folders could be graded."""
+def main(arguments: Sequence[str]) -> int:
+    """Run the command; return 0 when all folders could be graded."""
     options = parse(arguments)
     output = options.output.absolute()
     named = names(workspaces(options.folders))
     for folder in named:
         if output == folder or folder in output.parents:
             print(
-                f"grade: the summary would be written into {folder}, a student's folder; name another one with --output",
+                f"grade: {output} is in {folder}, a student's folder; "
+                "name another one with --output",
                 file=sys.stderr,
             )
             return 2
@@ -124,7 +128,7 @@ def main(arguments) -> int:
 
 
 def line(found: Grade, total: int) -> str:
-    """One line about a student for the terminal."""
+    """Return one line about a student."""
     drive = (
         f"driving score {found.score:.1f} ({found.report['status']})"
         if found.report

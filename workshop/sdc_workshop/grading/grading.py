@@ -1,4 +1,4 @@
-"""Grades one workspace: copied, built and examined within a time limit, by programs of its own."""
+"""Grade one workspace: copy, build and check it in its own programs, within a time limit."""
 
 from __future__ import annotations
 
@@ -10,24 +10,35 @@ import tempfile
 import time
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Callable
 
 from sdc_workshop.exam.answer import PASSED, UNFINISHED, WAITING, WRONG
 from sdc_workshop.exam.process import Program, marked
 from sdc_workshop.grading.copying import CopyError, copy_workspace
 from sdc_workshop.grading.examine_one import ANSWERS
 from sdc_workshop.steps import load_steps
+from sdc_workshop.workspace import WORLD_SETUP
 
-# A student's programs that start more processes than these are ended, and the rest of the check with them.
-MOST_PROCESSES = 150
-_LOOK_EVERY_S = 0.2
+# A check with more processes than these is ended.
+MAX_PROCESSES = 150
+_POLL_S = 0.2
 _BUILD_LOG = "build.log"
 _CHECK_LOG = "check.log"
+_LOGS = (_BUILD_LOG, _CHECK_LOG)
 
 
 @dataclass
 class Grade:
-    """What is known about a student's workspace. `answers` are {step id: answer as a dictionary}, `report` the referee's figures; `note`
-    says what went wrong with the grading itself, or nothing."""
+    """The result of a student.
+
+    Attributes:
+        name: name in the summary
+        folder: the workspace
+        answers: the answers by step id, as dictionaries
+        report: the referee's report
+        note: what went wrong with the grading itself, or empty
+        wall_s: duration of the grading [s]
+    """
 
     name: str
     folder: Path
@@ -38,17 +49,18 @@ class Grade:
 
     @property
     def steps_done(self) -> int:
+        """Number of the steps that passed."""
         return sum(answer["status"] == PASSED for answer in self.answers.values())
 
     @property
     def score(self) -> float:
-        """Driving score, 0 without a drive."""
+        """Driving score; 0 without a drive."""
         value = self.report.get("driving_score")
         return float(value) if isinstance(value, (int, float)) else 0.0
 
     @property
     def first_open(self) -> str:
-        """The step that the student should look at first."""
+        """The step that the student must fix or write next."""
         for wanted in ((WRONG,), (UNFINISHED, WAITING)):
             for step in load_steps():
                 if self.answers.get(step.id, {}).get("status") in wanted:
@@ -56,26 +68,47 @@ class Grade:
         return ""
 
 
-def grade(name: str, folder: Path, result: Path, limit_s: float, stopped=lambda: False) -> Grade:
-    """Grade the workspace in `folder`, of which nothing is changed; logs, answers and report go to `result`. Once `stopped()` is true,
-    all that runs is ended."""
+class _Ended(Exception):
+    """A program was ended; the message names the reason."""
+
+
+@dataclass(frozen=True)
+class _Limit:
+    """When a student's programs are ended: at a time, or once `stopped()` is true."""
+
+    until: float
+    stopped: Callable[[], bool]
+
+
+def grade(
+    name: str,
+    folder: Path,
+    result: Path,
+    limit_s: float,
+    stopped: Callable[[], bool] = lambda: False,
+) -> Grade:
+    """Grade one workspace, without changing it.
+
+    Args:
+        name: name of the student
+        folder: the workspace
+        result: folder for logs, answers and report
+        limit_s: time limit [s]
+        stopped: once it returns True, all programs are ended
+    """
     found = Grade(name, folder)
     start = time.monotonic()
     result.mkdir(parents=True, exist_ok=True)
-    for path in (
-        *result.glob("report*"),
-        result / ANSWERS,
-        result / _BUILD_LOG,
-        result / _CHECK_LOG,
-    ):
+    for path in (*result.glob("report*"), *(result / log for log in (ANSWERS, *_LOGS))):
         if path.is_file():
             path.unlink()
+    limit = _Limit(start + limit_s, stopped)
     with tempfile.TemporaryDirectory(prefix="workshop_grade_") as temporary:
         workspace = Path(temporary) / "workspace"
         try:
             copy_workspace(folder, workspace)
-            _build(workspace, result, start + limit_s, stopped)
-            _examine(workspace, result, Path(temporary), start + limit_s, stopped)
+            _build(workspace, result, limit)
+            _examine(workspace, result, Path(temporary), limit)
         except (CopyError, OSError, _Ended) as error:
             found.note = str(error)
     with contextlib.suppress(OSError, ValueError):
@@ -86,33 +119,25 @@ def grade(name: str, folder: Path, result: Path, limit_s: float, stopped=lambda:
     return found
 
 
-class _Ended(Exception):
-    """A program had to be ended; the message says why."""
+def _plain_environment(**more: str) -> dict:
+    kept = {name: os.environ[name] for name in ("HOME", "LANG", "PATH") if name in os.environ}
+    return {**kept, "PYTHONDONTWRITEBYTECODE": "1", **more}
 
 
-def _plain_environment(**more) -> dict:
-    return {
-        **{name: os.environ[name] for name in ("HOME", "LANG", "PATH") if name in os.environ},
-        "PYTHONDONTWRITEBYTECODE": "1",
-        **more,
-    }
-
-
-def _build(workspace: Path, result: Path, until: float, stopped) -> None:
-    """catkin_make, as in a new terminal. What does not build is examined all the same: many steps can be judged without."""
-    setup = "[ ! -f /opt/ros/noetic/setup.bash ] || . /opt/ros/noetic/setup.bash"
+def _build(workspace: Path, result: Path, limit: _Limit) -> None:
+    """Run catkin_make as in a new terminal. Many steps can be checked although it fails."""
     with Program(
-        ["bash", "-c", f"{setup}; exec catkin_make -j1"],
+        ["bash", "-c", 'source "$1"; exec catkin_make -j1', "bash", WORLD_SETUP],
         _plain_environment(PATH="/usr/bin:/bin"),
         workspace,
     ) as program:
         try:
-            _wait(program, until, stopped, "the build")
+            _wait(program, limit, "the build")
         finally:
             (result / _BUILD_LOG).write_text(program.output, encoding="utf-8")
 
 
-def _examine(workspace: Path, result: Path, temporary: Path, until: float, stopped) -> None:
+def _examine(workspace: Path, result: Path, temporary: Path, limit: _Limit) -> None:
     home, scratch = temporary / "home", temporary / "tmp"
     home.mkdir()
     scratch.mkdir()
@@ -129,19 +154,19 @@ def _examine(workspace: Path, result: Path, temporary: Path, until: float, stopp
         workspace,
     ) as program:
         try:
-            _wait(program, until, stopped, "the check")
+            _wait(program, limit, "the check")
         finally:
             (result / _CHECK_LOG).write_text(program.output, encoding="utf-8")
         if program.status != 0:
             raise _Ended(f"the check ended with status {program.status}, see {result / _CHECK_LOG}")
 
 
-def _wait(program: Program, until: float, stopped, what: str) -> None:
+def _wait(program: Program, limit: _Limit, what: str) -> None:
     while program.status is None:
-        if stopped():
+        if limit.stopped():
             raise _Ended(f"{what} was interrupted")
-        if time.monotonic() > until:
+        if time.monotonic() > limit.until:
             raise _Ended(f"{what} took longer than its time limit and was ended")
-        if len(marked(program.mark)) > MOST_PROCESSES:
-            raise _Ended(f"more than {MOST_PROCESSES} processes were started; {what} was ended")
-        program.wait(_LOOK_EVERY_S)
+        if len(marked(program.mark)) > MAX_PROCESSES:
+            raise _Ended(f"more than {MAX_PROCESSES} processes were started; {what} was ended")
+        program.wait(_POLL_S)

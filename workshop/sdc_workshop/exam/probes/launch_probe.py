@@ -1,7 +1,12 @@
 #!/usr/bin/env python3
-"""Reads launch files as roslaunch does, once for each list of arguments, and prints what they would start, as JSON on the last line: for
-each file a list with one entry for each list of arguments, or the words of roslaunch about what it did not understand.
-Usage: launch_probe.py '[["arg:=value"], ...]' FILE ..."""
+"""Load launch files as roslaunch does, once for each list of arguments; print JSON.
+
+The JSON is the last line of the output. For each file it holds a list with one entry (nodes and
+parameters) for each list of arguments, or the error message of roslaunch.
+Usage: launch_probe.py '[["arg:=value"], ...]' FILE ...
+"""
+
+from __future__ import annotations
 
 import json
 import sys
@@ -11,7 +16,8 @@ from roslaunch.core import RLException
 from roslaunch.xmlloader import XmlLoader, XmlParseException
 
 
-def read(path, arguments):
+def read(path: str, arguments: list) -> dict:
+    """Return the nodes and parameters of a launch file with these arguments."""
     config = ROSLaunchConfig()
     XmlLoader().load(path, config, argv=arguments, verbose=False)
     nodes = [
@@ -30,8 +36,9 @@ def read(path, arguments):
     }
 
 
-def main():
-    found = []
+def main() -> None:
+    """Load all files and print what they hold."""
+    found: list = []
     for path in sys.argv[2:]:
         try:
             found.append([read(path, [*case]) for case in json.loads(sys.argv[1])])

@@ -1,6 +1,10 @@
 #!/usr/bin/env python3
-"""Calls a module of the car's library with known numbers, and prints what it answers, as JSON on the last line.
-Usage: library_probe.py MODULE"""
+"""Call a module of the car's library with known arguments; print the results as JSON.
+
+The JSON is the last line of the output. Usage: library_probe.py MODULE
+"""
+
+from __future__ import annotations
 
 import json
 import math
@@ -8,17 +12,16 @@ import sys
 from types import SimpleNamespace
 
 
-def lane_filter():
+def lane_filter() -> dict:
+    """Return the shape of a mask, and how many pixels it marks in some areas."""
     from road_picture import road
 
     from sdc_package.lane_filter import LaneFilter, LaneFilterThresholds
 
     mask = LaneFilter(LaneFilterThresholds(70, 90, 110, 0.52)).mask(road())
     if mask.shape != (480, 640):
-        return {
-            "shape": list(mask.shape),
-            **dict.fromkeys(("white_line", "yellow_line", "sky", "asphalt"), 0),
-        }
+        areas = ("white_line", "yellow_line", "sky", "asphalt")
+        return {"shape": list(mask.shape), **dict.fromkeys(areas, 0)}
     return {
         "shape": list(mask.shape),
         "white_line": int((mask[300:, 98:112] > 0).sum()),
@@ -28,11 +31,12 @@ def lane_filter():
     }
 
 
-def pid():
+def pid() -> dict:
+    """Return outputs of a controller with some gains."""
     from sdc_package.pid import Pid, PidGains
 
-    def run(gains, steps, limits=(-100.0, 100.0), **more):
-        controller = Pid(PidGains(*gains), *limits)
+    def run(gains: tuple, steps: list, **more: float) -> list:
+        controller = Pid(PidGains(*gains), -100.0, 100.0)
         return [controller.update(*step, **more)[0] for step in steps]
 
     return {
@@ -44,25 +48,34 @@ def pid():
     }
 
 
-def stanley():
+def stanley() -> dict:
+    """Return wheel angles; "ZeroDivisionError" where the law divides by zero."""
     from sdc_package.steering.stanley import stanley_angle
 
+    def angle(*arguments: float) -> float | str:
+        try:
+            return stanley_angle(*arguments)
+        except ZeroDivisionError:
+            return "ZeroDivisionError"
+
     return {
-        "heading": stanley_angle(0.2, 0.0, 5.0, 2.5),
-        "left": stanley_angle(0.0, 0.5, 5.0, 2.5),
-        "right": stanley_angle(0.0, -0.5, 5.0, 2.5),
-        "slow": stanley_angle(0.0, 0.5, 1.0, 2.5),
-        "stronger": stanley_angle(0.0, 0.5, 5.0, 5.0),
-        "softened": stanley_angle(0.0, 0.5, 5.0, 2.5, 2.0),
-        "both": stanley_angle(0.1, 0.5, 5.0, 2.5, 1.0),
-        "standing": stanley_angle(0.0, 0.0, 0.0, 2.5),
+        "heading": angle(0.2, 0.0, 5.0, 2.5),
+        "left": angle(0.0, 0.5, 5.0, 2.5),
+        "right": angle(0.0, -0.5, 5.0, 2.5),
+        "slow": angle(0.0, 0.5, 1.0, 2.5),
+        "stronger": angle(0.0, 0.5, 5.0, 5.0),
+        "softened": angle(0.0, 0.5, 5.0, 2.5, 2.0),
+        "both": angle(0.1, 0.5, 5.0, 2.5, 1.0),
+        "standstill_on_path": angle(0.0, 0.0, 0.0, 2.5),
+        "standstill": angle(0.0, 0.5, 0.0, 2.5),
     }
 
 
-def odometry():
+def odometry() -> dict:
+    """Return yaws of quaternions, and speeds of velocities."""
     from sdc_package.odometry import pose_and_speed, yaw_from_quaternion
 
-    def quaternion(yaw, pitch=0.0, roll=0.0):
+    def quaternion(yaw: float, pitch: float = 0.0, roll: float = 0.0) -> SimpleNamespace:
         cy, sy, cp, sp, cr, sr = (
             f(angle / 2) for angle in (yaw, pitch, roll) for f in (math.cos, math.sin)
         )
@@ -73,32 +86,27 @@ def odometry():
             z=cr * cp * sy - sr * sp * cy,
         )
 
-    def speed(x, y):
-        return pose_and_speed(
-            SimpleNamespace(
-                pose=SimpleNamespace(
-                    pose=SimpleNamespace(
-                        position=SimpleNamespace(x=1.0, y=2.0, z=0.0), orientation=quaternion(0.0)
-                    )
-                ),
-                twist=SimpleNamespace(
-                    twist=SimpleNamespace(linear=SimpleNamespace(x=x, y=y, z=0.0))
-                ),
-            )
-        )[3]
+    def speed(x: float, y: float) -> float:
+        pose = SimpleNamespace(
+            position=SimpleNamespace(x=1.0, y=2.0, z=0.0), orientation=quaternion(0.0)
+        )
+        twist = SimpleNamespace(linear=SimpleNamespace(x=x, y=y, z=0.0))
+        message = SimpleNamespace(
+            pose=SimpleNamespace(pose=pose), twist=SimpleNamespace(twist=twist)
+        )
+        return pose_and_speed(message)[3]
 
+    yaws = (0.0, 0.5, 1.5, 2.8, -0.5, -1.5, -2.8)
+    velocities = ((3.0, 4.0), (-3.0, 0.0), (0.0, -2.0), (0.0, 0.0))
     return {
-        "yaws": [
-            yaw_from_quaternion(quaternion(yaw)) for yaw in (0.0, 0.5, 1.5, 2.8, -0.5, -1.5, -2.8)
-        ],
+        "yaws": [yaw_from_quaternion(quaternion(yaw)) for yaw in yaws],
         "tilted": yaw_from_quaternion(quaternion(0.6, 0.2, -0.1)),
-        "speeds": [
-            speed(*velocity) for velocity in ((3.0, 4.0), (-3.0, 0.0), (0.0, -2.0), (0.0, 0.0))
-        ],
+        "speeds": [speed(*velocity) for velocity in velocities],
     }
 
 
-def waypoint_search():
+def waypoint_search() -> dict:
+    """Return the nearest waypoints of some points, and which are behind a car."""
     import numpy as np
 
     from sdc_package.waypoint_search import WaypointSearch
@@ -108,20 +116,19 @@ def waypoint_search():
             [(0.0, 0.0), (1.0, 0.0), (2.0, 0.5), (3.0, 1.5), (3.5, 3.0), (3.5, 4.5), (2.5, 6.0)]
         )
     )
-    places = [(0.1, -0.2), (2.9, 1.2), (3.7, 4.4), (2.4, 6.5), (3.6, 2.8), (-0.6, 0.3)]
+    points = [(0.1, -0.2), (2.9, 1.2), (3.7, 4.4), (2.4, 6.5), (3.6, 2.8), (-0.6, 0.3)]
     return {
-        "nearest": [search.nearest(*place) for place in places],
-        "kinds": [type(search.nearest(*place)).__name__ for place in places[:1]],
+        "nearest": [search.nearest(*point) for point in points],
         "behind": [bool(search.is_behind(1, x, 0.1)) for x in (0.6, 1.4)]
         + [bool(search.is_behind(4, 3.5, y)) for y in (2.6, 3.4)],
     }
 
 
-def plain(value):
-    """What JSON does not know: NumPy's numbers become plain ones, all else the words for it."""
-    return (
-        value.item() if getattr(value, "size", None) == 1 and hasattr(value, "item") else str(value)
-    )
+def plain(value: object) -> object:
+    """Return a value that JSON can hold: a NumPy number as a plain one, all else as text."""
+    if getattr(value, "size", None) == 1 and hasattr(value, "item"):
+        return value.item()
+    return str(value)
 
 
 PROBES = {probe.__name__: probe for probe in (lane_filter, pid, stanley, odometry, waypoint_search)}

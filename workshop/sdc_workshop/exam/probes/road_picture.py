@@ -1,10 +1,14 @@
-"""A picture of a road whose markings are known."""
+"""A picture of a road with known markings."""
 
 import numpy as np
 
 
-def road():
-    """A (480, 640, 4) uint8 BGRA picture: a white and a yellow line, a red and a blue stripe, a bright sign in the sky."""
+def road() -> np.ndarray:
+    """Return a picture with a white and a yellow line, a red and a blue stripe, and a bright sign.
+
+    Returns:
+        (480, 640, 4) uint8, BGRA
+    """
     picture = np.full((480, 640, 4), (80, 80, 80, 255), np.uint8)
     picture[:240] = (150, 90, 30, 255)
     picture[100:140, 500:560, :3] = (20, 220, 240)

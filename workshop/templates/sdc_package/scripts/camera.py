@@ -1,19 +1,18 @@
 
-# TODO 1 (line 1): the interpreter that shall run this file
+# TODO 1 (line 1): the interpreter that runs this file
 # --------------------------------------------------------------------------------
-"""Camera: shows the road and its lane markings, and publishes the filtered picture."""
-import threading
+"""Camera: find the lane markings in the camera picture, publish them and show both."""
 
 import cv2
-import numpy as np
 import rospy
 from cv_bridge import CvBridge, CvBridgeError
-from sensor_msgs.msg import Image
-
+from sdc_common.ros.connection_watchdog import watch_connections
+from sdc_common.ros.image_check import check_image
+from sdc_common.ros.node import parameter, refuse
+from sdc_common.ros.refusal import refusing
+from sdc_package.camera_window import CameraWindow
 from sdc_package.lane_filter import LaneFilter, LaneFilterThresholds
-from sdc_package.node import LoopPublisher, parameter, refuse
-from sdc_package.picture import check_picture
-from sdc_package.surroundings import watch_surroundings
+from sensor_msgs.msg import Image
 
 
 class Camera:
@@ -21,63 +20,33 @@ class Camera:
         # TODO 2: register this program with ROS as the node "camera"
         # ------------------------------------------------------------------------
         cv2.setNumThreads(1)
-        self.show_window = parameter("show_window")
-        self.filter_shown = parameter("show_filter")
         try:
             self.lane_filter = LaneFilter(LaneFilterThresholds(**parameter("lane_filter")))
         except (TypeError, ValueError) as error:
-            refuse(f"{error}; mend it in config/camera.yaml")
-
+            refuse(f"config/camera.yaml: {error}")
         self.bridge = CvBridge()
-        self.lock = threading.Lock()
-        self.picture = None
+        self.window = CameraWindow(parameter("show_window"), parameter("show_filter"))
 
-        self.publisher = LoopPublisher("/camera/lane_mask", Image)
-        # TODO 3: listen to the front camera: every picture shall come to on_image
+        self.publisher = rospy.Publisher("/camera/lane_mask", Image, queue_size=1)
+        # TODO 3: subscribe to the front camera: on_image receives every picture
         # ------------------------------------------------------------------------
 
     def on_image(self, message):
-        try:
-            check_picture(message)
-            # TODO 4: turn the message into a picture for OpenCV, and find the lane markings in it (until then: return)
+        with refusing(message._connection_header["topic"], CvBridgeError, TypeError):
+            check_image(message)
+            # TODO 4: convert the message to an image, and find the markings (until then: return)
             return
             # --------------------------------------------------------------------
-        except (CvBridgeError, TypeError, ValueError) as error:
-            rospy.logwarn_throttle(1.0, f"camera: refused a picture on {message._connection_header['topic']}: {error}")
-            return
-        self.publish(mask, message.header)
-        if self.show_window:
-            with self.lock:
-                self.picture = np.dstack([mask] * 3) if self.filter_shown else image[:, :, :3]
+            self.window.update(image, mask)
+            self.publish(mask, message.header)
 
     def publish(self, mask, header):
-        if not self.publisher.get_num_connections():
-            return
-        picture = self.bridge.cv2_to_imgmsg(mask, "mono8")
-        picture.header = header
-        self.publisher.publish(picture)
+        if self.publisher.get_num_connections():
+            self.publisher.publish(self.bridge.cv2_to_imgmsg(mask, "mono8", header))
 
     def run(self):
-        watch_surroundings()
-        if not self.show_window:
-            rospy.spin()
-            return
-        from sdc_package.window import NoDisplay, Window  # only where there is a display
-        try:
-            window = Window("camera: F shows or hides the lane filter, Q closes")
-        except NoDisplay as error:
-            rospy.logwarn("camera: %s; going on without a window", error)
-            rospy.spin()
-            return
-        while not rospy.is_shutdown() and not window.closed:
-            with self.lock:
-                picture = self.picture
-            for key in window.show(picture):
-                if key == "f":
-                    self.filter_shown = not self.filter_shown
-                elif key == "q":
-                    window.close()
-        window.close()
+        watch_connections()
+        self.window.run()
         rospy.spin()
 
 

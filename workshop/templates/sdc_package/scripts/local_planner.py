@@ -1,23 +1,23 @@
 #!/usr/bin/env python3
-"""Local planner: answers every odometry with the road ahead of the car and a target speed on each of its points."""
-import threading
+"""Local planner: answer each odometry with the path ahead and a target speed on each point."""
 
 import numpy as np
 import rospy
+from carla_msgs.msg import CarlaTrafficLightInfoList, CarlaTrafficLightStatusList
 from nav_msgs.msg import Odometry
-# TODO 1: the messages that come in (Path, ObstacleArray) and go out (LocalPath, Waypoint)
-# --------------------------------------------------------------------------------
-from sdc_package.msg import CarlaTrafficLightInfoList, CarlaTrafficLightStatusList
-
-from sdc_package.figures import check_positive
-from sdc_package.kept_state import KeptState
-from sdc_package.node import LoopPublisher, parameter, refuse
-from sdc_package.obstacles import Caution, Obstacle
-from sdc_package.odometry import pose_and_speed, yaw_from_quaternion
-from sdc_package.planning import LocalPlanner, SpeedLimits
-from sdc_package.surroundings import watch_surroundings
-from sdc_package.traffic_lights import LightCaution, TrafficLights
+from sdc_common.ros.checkpoint import Checkpoint
+from sdc_common.ros.connection_watchdog import watch_connections
+from sdc_common.ros.node import parameter, refuse
+from sdc_common.ros.refusal import refusing
+from sdc_common.ros.supervisor import supervise
+from sdc_msgs.msg import ObstacleArray
+from sdc_package.local_planner import LocalPlanner, PlannerSettings
+from sdc_package.odometry import pose_and_speed
+from sdc_package.planner_inputs import PlannerInputs
 from sdc_package.waypoint_search import WaypointSearch
+
+# TODO 1: the messages that this node receives (Path) and publishes (LocalPath, Waypoint)
+# --------------------------------------------------------------------------------
 
 
 class LocalPlannerNode:
@@ -25,115 +25,59 @@ class LocalPlannerNode:
         # TODO 2: register this program with ROS as the node "local_planner"
         # ------------------------------------------------------------------------
         try:
-            self.limits = SpeedLimits(
-                cruise_mps=parameter("planned_speed_mps"),
-                lateral_mps2=parameter("lateral_acceleration_mps2"),
-                acceleration_mps2=parameter("acceleration_mps2"),
-                braking_mps2=parameter("braking_mps2"),
-                lateral_jerk_mps3=parameter("lateral_jerk_mps3"))
-            self.caution = Caution(**parameter("caution"))
-            self.lookahead_m = parameter("lookahead_m")
-            self.join_within_m = parameter("join_within_m")
-            check_positive(lookahead_m=self.lookahead_m, join_within_m=self.join_within_m)
-            self.lights = TrafficLights(LightCaution(**parameter("traffic_lights")))
+            self.settings = PlannerSettings.read(parameter)
         except (TypeError, ValueError) as error:
-            refuse(f"{error}; mend it in config/local_planner.yaml")
-
-        self.lock = threading.Lock()
+            refuse(f"config/local_planner.yaml: {error}")
         self.planner = None
-        self.kept = KeptState()
         self.search = None
-        self.odometry = None
-        self.answered_stamp = None
-        self.obstacles = ()
-        self.obstacles_stamp = rospy.Time(0)
+        self.checkpoint = Checkpoint()
+        self.inputs = inputs = PlannerInputs(self.answer, self.settings.traffic_lights)
 
-        self.publisher = LoopPublisher("/planner/local_waypoints", LocalPath, latch=True)
-        # TODO 3: listen to the mission: it shall come to on_mission
+        topic = "/planner/local_waypoints"
+        self.publisher = rospy.Publisher(topic, LocalPath, queue_size=100, latch=True)
+        # TODO 3: subscribe to the mission: on_mission receives it
         # ------------------------------------------------------------------------
-        rospy.Subscriber("/carla/ego_vehicle/obstacles", ObstacleArray, self.on_obstacles, queue_size=1, tcp_nodelay=True)
-        rospy.Subscriber("/carla/traffic_lights/info", CarlaTrafficLightInfoList, self.on_light_places, queue_size=1)
-        rospy.Subscriber("/carla/traffic_lights/status", CarlaTrafficLightStatusList, self.on_light_states, queue_size=1)
-        # The last: the world takes an answer for a sign that all the rest is listened to.
-        rospy.Subscriber("/carla/ego_vehicle/odometry", Odometry, self.on_odometry, queue_size=1, tcp_nodelay=True)
+        for topic, message_class, callback in (
+            ("/carla/traffic_lights/info", CarlaTrafficLightInfoList, inputs.add_light_info),
+            ("/carla/traffic_lights/status", CarlaTrafficLightStatusList, inputs.add_light_status),
+            ("/carla/ego_vehicle/obstacles", ObstacleArray, inputs.add_obstacles),
+            ("/carla/ego_vehicle/odometry", Odometry, inputs.add_odometry),
+        ):
+            rospy.Subscriber(topic, message_class, callback, queue_size=1, tcp_nodelay=True)
 
     def on_mission(self, path):
-        # TODO 4: the mission as rows x, y of an array (until then: return)
-        return
-        # ------------------------------------------------------------------------
-        try:
-            planner = LocalPlanner(waypoints, self.limits, self.lookahead_m, self.join_within_m, self.caution)
-        except ValueError as error:
-            rospy.logerr("local_planner: refused the mission on /planner/mission_waypoints: %s", error)
-            return
-        with self.lock:
-            if self.planner is not None and self.planner.is_for(waypoints):
-                return  # a mission planner that was started again repeats its mission
-            if planner.recall(self.kept.load()):
-                rospy.logwarn("local_planner: was killed; looks for the car where it was, %.0f m along its route", planner.place.s_m)
-            self.planner = planner
-            self.search = WaypointSearch(planner.route.points)
-
-    def on_odometry(self, odometry):
-        with self.lock:
-            # A simulator that waits for its first answer repeats its first odometry: one answer is enough.
-            if self.planner is None or odometry.header.stamp == self.answered_stamp:
-                return
-            one_waits_already = self.odometry is not None
-            self.odometry = odometry
-            if one_waits_already or self.all_heard():
-                self.answer()
-
-    def on_obstacles(self, message):
-        with self.lock:
-            try:
-                self.obstacles = [Obstacle(body.pose.position.x, body.pose.position.y, yaw_from_quaternion(body.pose.orientation),
-                                           body.size.x, body.size.y, body.speed) for body in message.obstacles]
-            except ValueError as error:
-                rospy.logwarn_throttle(1.0, f"local_planner: refused obstacles on /carla/ego_vehicle/obstacles: {error}")
-            self.lights.show(message.traffic_lights, stamped=True)
-            self.obstacles_stamp = message.header.stamp
-            if self.odometry is not None and self.all_heard():
-                self.answer()
-
-    def on_light_places(self, message):
-        with self.lock:
-            try:
-                self.lights.place(message)
-            except ValueError as error:
-                rospy.logwarn_throttle(1.0, f"local_planner: refused traffic lights on /carla/traffic_lights/info: {error}")
-
-    def on_light_states(self, message):
-        with self.lock:
-            self.lights.show(message.traffic_lights, stamped=False)
-
-    def all_heard(self):
-        """While there are obstacles or traffic lights, each odometry comes with those of its stamp, in whichever order."""
-        return not (self.obstacles or self.lights.stamped) or self.obstacles_stamp >= self.odometry.header.stamp
-
-    def answer(self):
-        odometry, self.odometry = self.odometry, None
-        try:
-            # TODO 7: where is the car, which waypoint is the first ahead of it, and what is the plan from there? (until then: return)
+        with refusing("/planner/mission_waypoints"):
+            # TODO 4: the mission as rows x, y of an array (until then: return)
             return
             # --------------------------------------------------------------------
-            rows = self.planner.stop_for(self.lights, rows, pose_and_speed(odometry)[3])
-        except ValueError as error:
-            rospy.logwarn_throttle(1.0, f"local_planner: no path for this /carla/ego_vehicle/odometry: {error}")
+            if self.planner is not None and self.planner.is_for(waypoints):
+                return  # a restarted mission planner publishes the same mission again
+            planner = LocalPlanner(waypoints, self.settings)
+            if planner.restore(self.checkpoint.load()):
+                rospy.logwarn("local_planner: restarted; resumes at %.0f m", planner.place.s_m)
+            with self.inputs.lock:
+                self.planner, self.search = planner, WaypointSearch(planner.route.points)
+                self.inputs.start()
+
+    def answer(self, odometry):
+        """Plan the path ahead of the car that this odometry describes, and publish it."""
+        with refusing("/carla/ego_vehicle/odometry"):
+            # TODO 7: the car's pose, the next waypoint, the path from there (until then: return)
             return
-        self.publish(rows)
-        self.answered_stamp = odometry.header.stamp
-        self.kept.save(self.planner.memory())
+            # --------------------------------------------------------------------
+            self.publish(self.planner.stop_for(self.inputs.traffic_lights, rows, speed))
+            self.checkpoint.save(self.planner.checkpoint())
 
     def publish(self, rows):
-        # TODO 8: a LocalPath with one Waypoint for each row x, y, v: publish it (until then: pass)
+        # TODO 8: publish a LocalPath with one Waypoint for each row x, y, v (until then: pass)
         pass
         # ------------------------------------------------------------------------
 
     def run(self):
-        watch_surroundings()
+        watch_connections()
         rospy.spin()
 
 
 if __name__ == "__main__":
+    supervise()
     LocalPlannerNode().run()

@@ -1,41 +1,39 @@
 #!/usr/bin/env python3
-"""Mission planner: loads the route from a CSV file and publishes it once, latched, for whoever comes when."""
+"""Mission planner: load the route from a CSV file and publish it, latched."""
+
 import rospy
+from sdc_common.ros.connection_watchdog import watch_connections
+from sdc_common.ros.node import parameter, refuse
+from sdc_common.ros.supervisor import supervise
+from sdc_common.routes.waypoint_file import WaypointError, load_waypoints
+
 # TODO 1: the two messages of a mission: a point, and the path of all points
 # --------------------------------------------------------------------------------
-
-from sdc_package.node import parameter, refuse
-from sdc_package.surroundings import watch_surroundings
-from sdc_package.waypoints import WaypointError, load_waypoints
 
 
 class MissionPlanner:
     def __init__(self):
         # TODO 2: register this program with ROS as the node "mission_planner"
         # ------------------------------------------------------------------------
-        # TODO 3: a latched publisher, which repeats the mission to whoever asks for it later
+        # TODO 3: a latched publisher of the mission: nodes that start later receive it, too
         # ------------------------------------------------------------------------
-        # TODO 4: which file? The launch file says so in the parameter "waypoints_path"
+        # TODO 4: the file name, which the launch file sets as the parameter "waypoints_path"
         # ------------------------------------------------------------------------
-        # TODO 5: load the waypoints; end with one clear line when the file is bad (until then: self.waypoints = [])
+        # TODO 5: load the file; exit with one line if it is bad (until then: self.waypoints = [])
         self.waypoints = []
         # ------------------------------------------------------------------------
 
-    def publish(self):
-        # TODO 8: one BaseWaypoint for each row x, y (until then: waypoints = [])
+    def run(self):
+        watch_connections()
+        # TODO 6: one BaseWaypoint for each row x, y (until then: waypoints = [])
         waypoints = []
         # ------------------------------------------------------------------------
-        # TODO 9: put them into a Path, publish it and say so
+        # TODO 7: publish them as a Path, and log how many there are
         # ------------------------------------------------------------------------
-
-    def run(self):
-        watch_surroundings()
-        # TODO 6: publish what was loaded (until then: pass)
-        pass
-        # ------------------------------------------------------------------------
-        # TODO 7: stay, until ROS ends this node: who ends takes what is latched along
+        # TODO 8: keep running: when a node exits, its latched message is lost
         # ------------------------------------------------------------------------
 
 
 if __name__ == "__main__":
+    supervise()
     MissionPlanner().run()

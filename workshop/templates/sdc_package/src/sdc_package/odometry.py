@@ -1,23 +1,35 @@
-"""Reads the numbers out of a nav_msgs/Odometry."""
+"""Read pose and speed from a nav_msgs/Odometry."""
+
 from __future__ import annotations
 
 import math
+from typing import Any
 
 
-def yaw_from_quaternion(q) -> float:
-    """Yaw in radians, counter-clockwise from the x axis, of a unit quaternion with x, y, z, w.
+def yaw_from_quaternion(q: Any) -> float:
+    """Return the yaw of a unit quaternion, counter-clockwise from the x axis [rad].
 
-    Source: J. Diebel, Representing Attitude: Euler Angles, Unit Quaternions, and Rotation Vectors, 2006, equation 290.
+    Args:
+        q: quaternion with the attributes x, y, z, w
+
+    Reference: J. Diebel, Representing Attitude: Euler Angles, Unit Quaternions, and Rotation
+    Vectors, 2006, equation 290.
     """
-    # TODO 2.4: yaw, the turn about the vertical axis (until then: return 0.0)
+    # TODO 2.4: yaw, the rotation about the vertical axis (until then: return 0.0)
     return 0.0
     # ----------------------------------------------------------------------------
 
 
-def pose_and_speed(odometry):
-    """(x_m, y_m, yaw_rad, speed_mps) of an odometry message; the speed is the magnitude of its twist, whichever frame it is in.
+def pose_and_speed(odometry: Any) -> tuple[float, float, float, float]:
+    """Return (x, y, yaw, speed) of an odometry message [m, m, rad, m/s].
 
-    Raises ValueError when a number is not finite, or when the quaternion is not one.
+    The speed is the magnitude of the twist, so that the frame of the twist does not matter.
+
+    Args:
+        odometry: a nav_msgs/Odometry
+
+    Raises:
+        ValueError: a number is not finite, or the orientation is not a unit quaternion
     """
     position = odometry.pose.pose.position
     q = odometry.pose.pose.orientation
@@ -29,5 +41,5 @@ def pose_and_speed(odometry):
     # ----------------------------------------------------------------------------
     numbers = (position.x, position.y, yaw_from_quaternion(q), speed)
     if not all(map(math.isfinite, numbers)):
-        raise ValueError("a number in it is not finite")
+        raise ValueError("one of its numbers is not finite")
     return numbers

@@ -1,18 +1,25 @@
-"""A PID controller: no clock, no message."""
+"""A PID controller with limits."""
+
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
 
-from sdc_package.figures import check_finite
+from sdc_common.validation import check_finite
 
-# Two measurements closer in time than this tell nothing about a rate.
-_SHORTEST_STEP_S = 1e-6
+# Over a shorter time step the derivative is mostly noise.
+_MIN_STEP_S = 1e-6
 
 
 @dataclass(frozen=True)
 class PidGains:
-    """Gains of a PID controller, in units of the output a unit of error (and a second of it, for ki and kd)."""
+    """Gains of a PID controller.
+
+    Attributes:
+        kp: output per unit of error
+        ki: output per unit of error and second [1/s]
+        kd: output per unit of error and 1/second [s]
+    """
 
     kp: float
     ki: float = 0.0
@@ -23,31 +30,56 @@ class PidGains:
 
 
 class Pid:
-    """PID with clamped output; the integral stops growing while the output is saturated (conditional integration).
+    """PID with limited output; the integral stops growing while the output is limited.
 
-    The derivative acts on the measurement, so that a jump of the set-point does not kick the output.
-    Source: K. J. Astrom and R. M. Murray, Feedback Systems (2nd ed.), chapter 11.4 and 11.5.
+    The derivative acts on the measurement, so that a step of the set-point does not kick the
+    output.
+
+    Attributes:
+        integral: the integral part of the output
+
+    Reference: K. J. Astrom and R. M. Murray, Feedback Systems, 2nd ed., sections 11.4 and 11.5.
     """
 
     def __init__(self, gains: PidGains, lower: float, upper: float):
+        """Set gains and limits of the output.
+
+        Raises:
+            ValueError: `lower` is not below `upper`
+        """
         if not lower < upper:
-            raise ValueError(f"the lower limit {lower} must lie below the upper limit {upper}")
+            raise ValueError(f"the lower limit must be below the upper limit, got {lower}, {upper}")
         self.gains = gains
         self.lower = lower
         self.upper = upper
         self.reset()
 
     def reset(self) -> None:
-        """Forget the past: as new."""
+        """Return to the initial state."""
         self.integral = 0.0
-        self._last_measurement = None
+        self._last_measurement: float | None = None
 
-    def update(self, setpoint: float, measurement: float, dt_s: float, feed_forward: float = 0.0,
-               lower: float = None, upper: float = None):
-        """One step of `dt_s` >= 0 seconds; returns (output, saturated).
+    def update(
+        self,
+        setpoint: float,
+        measurement: float,
+        dt_s: float,
+        feed_forward: float = 0.0,
+        lower: float | None = None,
+        upper: float | None = None,
+    ) -> tuple[float, bool]:
+        """Return the output of one time step, and whether it is limited.
 
-        `lower` and `upper` replace the limits for this step only. A step of zero seconds neither integrates nor
-        differentiates. Raises ValueError for a negative or non-finite time step.
+        Args:
+            setpoint: wanted value
+            measurement: measured value
+            dt_s: time since the last step; a step of 0 s neither integrates nor differentiates [s]
+            feed_forward: known part of the output
+            lower: lower limit of this step, None for that of the controller
+            upper: upper limit of this step, None for that of the controller
+
+        Raises:
+            ValueError: the time step is negative or not finite
         """
         if not (dt_s >= 0.0 and math.isfinite(dt_s)):
             raise ValueError(f"a time step must be finite and not negative, got {dt_s}")
@@ -55,10 +87,10 @@ class Pid:
         upper = self.upper if upper is None else upper
         error = setpoint - measurement
         derivative = 0.0
-        if dt_s >= _SHORTEST_STEP_S and self._last_measurement is not None:
+        if dt_s >= _MIN_STEP_S and self._last_measurement is not None:
             derivative = (self._last_measurement - measurement) / dt_s
         self._last_measurement = measurement
-        # TODO 2.6: the new integral, and the sum of feed-forward and the three parts (until then: integral = wanted = 0.0)
+        # TODO 2.6: the integral, and the sum of all parts (until then: integral = wanted = 0.0)
         integral = wanted = 0.0
         # ------------------------------------------------------------------------
         output = min(max(wanted, lower), upper)

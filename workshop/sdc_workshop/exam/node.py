@@ -1,0 +1,136 @@
+"""A student's node that runs for a check, and the check's ends of its topics."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Callable
+
+from sdc_workshop.exam.process import Program
+
+if TYPE_CHECKING:
+    import rospy
+
+    from sdc_workshop.exam.stage import Stage
+
+_REPEAT_S = 0.2
+
+
+class Received:
+    """The messages received on a topic, in order.
+
+    Attributes:
+        messages: the messages
+        subscriber: the subscriber of the check
+    """
+
+    def __init__(self, topic: str, message_class: type):
+        import rospy
+
+        self.messages: list[Any] = []
+        self.subscriber = rospy.Subscriber(
+            topic, message_class, self.messages.append, tcp_nodelay=True
+        )
+
+    @property
+    def latched(self) -> bool:
+        """Whether the publisher of the last message is latched."""
+        return bool(self.messages) and self.messages[-1]._connection_header.get("latching") == "1"
+
+
+class Node:
+    """A running node.
+
+    Attributes:
+        stage: where it runs
+        program: its process
+        path: its file
+        seen_types: the types of the topics that it publishes, as far as they were asked for
+    """
+
+    def __init__(self, stage: Stage, program: Program, path: Path):
+        self.stage = stage
+        self.program = program
+        self.path = path
+        self.seen_types: dict = {}
+        self._ends: list = []
+
+    @property
+    def output(self) -> str:
+        """What it has printed until now."""
+        return self.program.output
+
+    def wait_until(self, condition: Callable[[], object]) -> str:
+        """See Program.wait_until."""
+        return self.program.wait_until(condition)
+
+    @property
+    def names(self) -> list:
+        """The names under which the master knows it."""
+        published, subscribed, _ = self.stage.state()
+        return sorted(
+            {name for nodes in (*published.values(), *subscribed.values()) for name in nodes}
+        )
+
+    def publishes(self, topic: str) -> str | None:
+        """Return the type with which it publishes a topic, or None; keep it in `seen_types`."""
+        published, _, types = self.stage.state()
+        if topic not in published:
+            return None
+        self.seen_types[topic] = types.get(topic, "?")
+        return self.seen_types[topic]
+
+    def subscribes(self, topic: str) -> str | None:
+        """Return the type with which it subscribes to a topic, or None.
+
+        Call this before the check publishes the topic itself.
+        """
+        _, subscribed, types = self.stage.state()
+        return types.get(topic, "?") if topic in subscribed else None
+
+    def topics(self) -> tuple:
+        """Return the topics that it publishes and subscribes to, without those of every node."""
+        published, subscribed, _ = self.stage.state()
+        return sorted(set(published) - {"/rosout"}), sorted(set(subscribed) - {"/clock"})
+
+    def publisher(self, topic: str, message_class: type, latch: bool = False) -> rospy.Publisher:
+        """Return a publisher of the check."""
+        import rospy
+
+        end = rospy.Publisher(topic, message_class, queue_size=20, latch=latch, tcp_nodelay=True)
+        self._ends.append(end)
+        return end
+
+    def subscriber(self, topic: str, message_class: type) -> Received:
+        """Return the messages that a new subscriber of the check receives."""
+        received = Received(topic, message_class)
+        self._ends.append(received.subscriber)
+        return received
+
+    def send_until(self, send: Callable[[], object], is_answered: Callable[[], object]) -> str:
+        """Call `send()` repeatedly until `is_answered()`; return as Program.wait_until.
+
+        It is repeated because messages are lost while a connection is set up.
+        """
+        sent_at = [0.0]
+        how = "true"
+
+        def condition() -> bool:
+            if is_answered():
+                return True
+            if time.monotonic() - sent_at[0] > _REPEAT_S:
+                send()
+                sent_at[0] = time.monotonic()
+            return False
+
+        for _ in range(2):
+            how = self.program.wait_until(condition)
+            if how != "idle":
+                return how
+        return how
+
+    def close(self) -> None:
+        """End it, and the check's ends of its topics."""
+        for end in self._ends:
+            end.unregister()
+        self.program.end()
