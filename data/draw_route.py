@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
-"""Draws a route from a readable list of straights and bends: data/draw_route.py data/town.yaml data/waypoints.csv
+"""Generate a waypoint file from a list of straights and bends.
 
-The file lists what a driver would say; data/town.yaml is an example with every word explained.
+Usage: data/draw_route.py data/town.yaml data/waypoints.csv
+
+data/town.yaml is an example that explains every key.
 """
 
 from __future__ import annotations
@@ -13,30 +15,30 @@ import sys
 import numpy as np
 import yaml
 
-# Works without a built workspace, too.
+# The script also runs without a built workspace.
 sys.path.insert(
     0,
     os.path.join(
         os.path.dirname(os.path.realpath(__file__)), "..", "catkin_ws", "src", "sdc_sim", "src"
     ),
 )
-from sdc_sim.road.route_generator import RouteSpecError, csv_lines, draw  # noqa: E402
+from sdc_sim.road.route_generator import RouteSpecError, csv_lines, generate_route  # noqa: E402
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("spec", help="YAML list of straights and bends")
-    parser.add_argument("csv", help="where to write x,y,yaw-degrees in CARLA coordinates")
+    parser.add_argument("csv", help="output file: x,y,yaw-degrees in CARLA coordinates")
     arguments = parser.parse_args()
     try:
         with open(arguments.spec, encoding="utf-8") as file:
-            rows = draw(yaml.safe_load(file))
+            rows = generate_route(yaml.safe_load(file))
     except (OSError, yaml.YAMLError, RouteSpecError) as error:
         print(f"{arguments.spec}: {error}", file=sys.stderr)
         return 1
     except (KeyError, TypeError) as error:
         print(
-            f"{arguments.spec}: {error} is missing or wrong; see data/town.yaml for an example",
+            f"{arguments.spec}: {error} is missing or not valid; see data/town.yaml for an example",
             file=sys.stderr,
         )
         return 1

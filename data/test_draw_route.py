@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import yaml
 
-from sdc_sim.road.route_generator import RouteSpecError, curvature_profile, draw
+from sdc_sim.road.route_generator import RouteSpecError, curvature_profile, generate_route
 
 FOLDER = os.path.dirname(os.path.abspath(__file__))
 
@@ -20,20 +20,20 @@ def spec(*elements, heading_deg=0.0):
     }
 
 
-def test_straight():
-    rows = draw(spec({"straight_m": 10}, heading_deg=90.0))
+def test_straight_ends_at_its_length():
+    rows = generate_route(spec({"straight_m": 10}, heading_deg=90.0))
     np.testing.assert_allclose(rows[-1], [0.0, -10.0, -90.0], atol=1e-9)
     assert rows.shape == (11, 3)
 
 
 @pytest.mark.parametrize(("side", "sign"), [("left_deg", -1.0), ("right_deg", 1.0)])
 def test_bend_turns_by_its_angle_to_its_side(side, sign):
-    rows = draw(spec({side: 90, "radius_m": 10, "transition_m": 6}))
+    rows = generate_route(spec({side: 90, "radius_m": 10, "transition_m": 6}))
     assert rows[-1, 2] == pytest.approx(sign * 90.0, abs=1e-6)
-    assert rows[-1, 1] * sign > 0.0, "CARLA's y is to the right"
+    assert rows[-1, 1] * sign > 0.0, "the y axis of CARLA points to the right"
 
 
-def test_curvature_is_continuous_and_no_tighter_than_asked():
+def test_curvature_is_continuous_and_bounded_by_the_radius():
     s, curvature = curvature_profile(
         [{"straight_m": 5}, {"left_deg": 90, "radius_m": 4, "transition_m": 3}, {"straight_m": 5}]
     )
@@ -53,13 +53,13 @@ def test_curvature_is_continuous_and_no_tighter_than_asked():
         ({"left_deg": 90}, "radius_m"),
     ],
 )
-def test_errors_name_the_element(element, part):
+def test_error_names_the_element(element, part):
     with pytest.raises(RouteSpecError, match=part) as caught:
-        draw(spec({"straight_m": 5}, element))
+        generate_route(spec({"straight_m": 5}, element))
     assert "element 2" in str(caught.value)
 
 
-def test_packaged_route_is_what_the_list_says(tmp_path):
+def test_packaged_route_is_drawn_from_its_list(tmp_path):
     path = tmp_path / "route.csv"
     script = os.path.join(FOLDER, "draw_route.py")
     subprocess.run(
@@ -71,7 +71,7 @@ def test_packaged_route_is_what_the_list_says(tmp_path):
         assert path.read_text() == file.read()
 
 
-def test_packaged_route_has_what_it_promises():
+def test_packaged_route_has_its_documented_length_and_bends():
     with open(os.path.join(FOLDER, "town.yaml"), encoding="utf-8") as file:
         elements = yaml.safe_load(file)["elements"]
     rows = np.loadtxt(os.path.join(FOLDER, "waypoints.csv"), delimiter=",")
@@ -81,10 +81,10 @@ def test_packaged_route_has_what_it_promises():
     assert min(element.get("radius_m", 99) for element in elements) == 4
     apart = np.hypot(rows[:, None, 0] - rows[None, :, 0], rows[:, None, 1] - rows[None, :, 1])
     later = np.subtract.outer(np.arange(len(rows)), np.arange(len(rows))) > 50
-    assert apart[later].min() < 0.5, "the roundabout meets itself"
+    assert apart[later].min() < 0.5, "the roundabout does not meet itself"
 
 
-def test_bad_file_is_one_line(tmp_path):
+def test_bad_file_is_reported_in_one_line(tmp_path):
     path = tmp_path / "route.yaml"
     path.write_text("elements: []\n")
     done = subprocess.run(

@@ -33,7 +33,7 @@ def tree(path):
 
 
 def imported_modules(path):
-    """Return the absolute names of all modules that a file imports, and of what it takes from them."""
+    """Return the names of all modules and of all their members that a file imports."""
     names = set()
     for node in ast.walk(tree(path)):
         if isinstance(node, ast.Import):
