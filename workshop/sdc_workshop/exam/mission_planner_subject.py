@@ -14,6 +14,8 @@ TOPIC = "/planner/mission_waypoints"
 FILE = "x,y\n10.0,1.0\n12.0,2.5\n14.5,5.0\n15.0,9.0\n13.5,13.25\n"
 ROUTE = [(10.0, -1.0), (12.0, -2.5), (14.5, -5.0), (15.0, -9.0), (13.5, -13.25)]
 BAD_FILE = "x,y\n1.0,1.0\n2.0,left\n"
+# A ROS node ends within this time after it has unregistered its topics.
+_SHUTDOWN_S = 5.0
 
 
 class MissionPlannerSubject(NodeSubject):
@@ -36,10 +38,10 @@ class MissionPlannerSubject(NodeSubject):
         path.write_text(FILE, encoding="utf-8")
         kind = message_name("Path")
         with stage.node(variant, {"waypoints_path": str(path)}) as node:
-            how = node.wait_until(lambda: node.publishes(TOPIC))
+            how = _settled(node, node.wait_until(lambda: node.publishes(TOPIC)))
             if node.seen_types.get(TOPIC, kind) != kind:
                 return self.type_problem(node.seen_types[TOPIC], kind, "3")
-            if how == "true" and not self.publisher_problem(node, TOPIC, kind, "3"):
+            if how == "true":
                 return self._mission_problem(node, variant)
             found = self.start_problem(node, how, variant)
             if found is not None:
@@ -55,7 +57,7 @@ class MissionPlannerSubject(NodeSubject):
         from sdc_package.msg import Path
 
         received = node.subscriber(TOPIC, Path)
-        how = node.wait_until(lambda: received.messages)
+        how = _settled(node, node.wait_until(lambda: received.messages))
         if how != "true":
             return self._silence(node, how, variant)
         points = [(point.x, point.y) for point in received.messages[-1].waypoints]
@@ -69,7 +71,7 @@ class MissionPlannerSubject(NodeSubject):
                 "rospy.Publisher(..., latch=True) sends the last message to new subscribers.",
                 "3",
             )
-        if node.wait_until(lambda: False) == "ended":
+        if _settled(node, node.wait_until(lambda: False)) == "ended":
             return self._ended(node, variant)
         return self.crash_problem(node, variant)
 
@@ -157,3 +159,12 @@ class MissionPlannerSubject(NodeSubject):
                 "except WaypointError as error: refuse(error) logs one line and ends the node.",
                 "5",
             )
+
+
+def _settled(node: Node, how: str) -> str:
+    """Return "ended" for a node that is shutting down, else `how`.
+
+    A ROS node first unregisters its topics, then waits for its threads, and ends after that.
+    """
+    unregistered = how == "idle" and node.publishes(TOPIC) is None
+    return "ended" if unregistered and node.program.wait(_SHUTDOWN_S) is not None else how

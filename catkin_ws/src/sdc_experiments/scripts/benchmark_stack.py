@@ -15,11 +15,13 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+import rosgraph
 import rospkg
 import rospy
 from nav_msgs.msg import Odometry
 from sdc_package.msg import CarlaVehicleControl
 
+from sdc_common.testing.message_listener import wait_until
 from sdc_common.testing.processes import isolated_ros_environment
 from sdc_experiments.bare_loop import COMMAND, ODOMETRY, BareWorld
 from sdc_experiments.benchmark_camera import bare_warp
@@ -37,6 +39,7 @@ SERIAL_PARTS = ("physics", "serialize", "planner", "controller")
 # Start and end of a drive are left out of the CPU time.
 STEADY_FROM, STEADY_UNTIL = 0.3, 0.8
 FIRST_MOTION_TIMEOUT_S = 60.0
+MASTER_TIMEOUT_S = 60.0
 
 
 class RealTimeObserver:
@@ -190,6 +193,7 @@ def main():
         port = environment["ROS_MASTER_URI"].rsplit(":", 1)[1]
         bare_node = [sys.executable, "-m", "sdc_experiments.bare_loop"]
         with running(["roscore", "-p", port], environment, folder):
+            wait_until(rosgraph.is_master_online, MASTER_TIMEOUT_S, "the ROS master")
             rospy.init_node("benchmark_stack", disable_signals=True)
             with running([*bare_node, "planner"], environment, folder), running(
                 [*bare_node, "controller"], environment, folder

@@ -27,9 +27,7 @@ class SilenceTest(unittest.TestCase):
                 lambda odometry: odometry.header.stamp.to_sec() > end, 60.0
             )
             braked, stopped = self.drive.braking_since(since), self.drive.stopped_since(since)
-        print(
-            f"{node} suspended: brakes after {braked:.2f} s, stops after {stopped} s"
-        )
+        print(f"{node} suspended: brakes after {braked:.2f} s, stops after {stopped} s")
         self.assertLessEqual(braked, BRAKES_WITHIN_S, node)
         self.assertLess(self.drive.series(since)[-1, 1], 5.0, node)
 

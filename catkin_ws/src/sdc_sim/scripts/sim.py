@@ -13,12 +13,12 @@ from sdc_sim.ros.saved_drive import SavedDrive
 from sdc_sim.ros.services import SimulationServices
 from sdc_sim.ros.simulation_setup import SimulationSetup
 from sdc_sim.ros.simulation_topics import SimulationTopics
-from sdc_sim.ros.start_handshake import WARNING_AFTER_S, StartHandshake
+from sdc_sim.ros.start_handshake import StartHandshake
 from sdc_sim.simulation.pause import PauseControl
 
-# In real time a picture starts after the answer to its odometry, because it needs both cores, but
-# no later than:
+# In real time a picture, which needs both cores, starts after the answer, but no later than this.
 PICTURE_DELAY_S = 0.01
+REPEAT_AFTER_S = 1.0
 
 
 class Sim:
@@ -88,7 +88,8 @@ class Sim:
                     5.0, "sim: no command has the stamp of the last odometry; the next tick starts"
                 )
             elif time.monotonic() < self.start_deadline_s:
-                rospy.logwarn_once(f"sim: waiting for a command on {self.commands.topic}")
+                rospy.loginfo_once(f"sim: waiting for a command on {self.commands.topic}")
+                self.topics.publish()  # for a node that could not use the first odometry yet
                 continue
             else:
                 rospy.logwarn("sim: started without an answer to the first odometry")
@@ -100,7 +101,7 @@ class Sim:
         stamped = self.commands.stamped
         timeout_s = self.timeouts.answer_s if stamped else self.timeouts.unstamped_answer_s
         if self.starting:
-            return max(min(self.start_deadline_s - time.monotonic(), WARNING_AFTER_S), timeout_s)
+            return max(min(self.start_deadline_s - time.monotonic(), REPEAT_AFTER_S), timeout_s)
         return timeout_s
 
     def is_answered(self):

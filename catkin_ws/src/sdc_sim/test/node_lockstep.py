@@ -1,6 +1,8 @@
 #!/usr/bin/env python3
 """Pause, step, resume, reset and manual control in lockstep; the test is the stack."""
 
+import re
+import subprocess
 import threading
 import unittest
 
@@ -76,6 +78,17 @@ class LockstepTest(unittest.TestCase):
         )
         stamps = self.stamps()
         self.assertEqual({b - a for a, b in zip(stamps[5:], stamps[6:])}, {TICK_NS})
+
+    def test_late_subscriber_receives_each_tick_once_from_the_first_one(self):
+        first = self.stamps()[:15]
+        self.assertEqual(first, [n * TICK_NS for n in range(1, 16)])
+
+    def test_node_that_connects_during_a_pause_receives_the_present_tick(self):
+        paused_at = self.call("pause") * TICK_NS
+        echo = ["rostopic", "echo", "-n", "1", EGO + "/odometry/header/stamp"]
+        output = subprocess.run(echo, capture_output=True, text=True, check=True, timeout=30.0)
+        seconds, nanoseconds = map(int, re.findall(r"secs: *(\d+)", output.stdout))
+        self.assertEqual(seconds * 10**9 + nanoseconds, paused_at)
 
     def test_step_waits_for_the_answer_to_the_last_odometry(self):
         paused_at = self.call("pause") * TICK_NS

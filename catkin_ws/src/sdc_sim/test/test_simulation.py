@@ -3,6 +3,8 @@
 import json
 import math
 import os
+import subprocess
+import sys
 
 import pytest
 from hypothesis import given, settings
@@ -376,3 +378,11 @@ def test_restored_checkpoint_continues_the_drive_bit_for_bit(before, after):
         assert do(second, *action) == do(first, *action)
         assert second.checkpoint() == first.checkpoint()
         assert second.observation == first.observation
+
+
+def test_simulation_does_not_import_ros():
+    code = (
+        "import sys, sdc_sim.simulation.simulation, sdc_sim.simulation.placement\n"
+        "assert not {'rospy', 'roslib', 'genpy', 'rosgraph'} & set(sys.modules)"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)

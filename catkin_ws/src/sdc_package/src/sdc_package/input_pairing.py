@@ -101,7 +101,7 @@ class InputPairing:
         with self._lock:
             self._path.update(rows)
             self._path_waits = True
-            if self._odometry_waits and self._path_needed and self._motion is not None:
+            if self._odometry_waits and self._motion is not None:
                 self._answer_pair(self._motion)
 
     def check(self, now: Any) -> None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from sdc_common.geometry.polyline import Polyline
 from sdc_common.validation import check_non_negative, check_positive
 
-# In a bend tighter than this, the rear axle would stand still. No car can drive it.
+# In a tighter bend the rear axle would not move at all, which no car can drive.
 MAX_SLIP_SINE = 0.95
 
 
