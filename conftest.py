@@ -1,6 +1,7 @@
 """Let pytest run the rostests (*.test) with the unit tests, so that one result counts them all."""
 
 import os
+import signal
 import subprocess
 import tempfile
 
@@ -18,6 +19,9 @@ settings.register_profile(
     suppress_health_check=[HealthCheck.too_slow],
 )
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "workshop"))
+
+# A shell starts a background job with SIGINT ignored, and every program of a test would inherit it.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 _LIMIT_S = 400
 # Rendering every picture takes 20 CPU seconds more; other tests render shorter drives.

@@ -50,22 +50,21 @@ def test_control_has_the_md5_sum_of_the_bridge():
     assert CarlaVehicleControl._md5sum == "50204ce132bb8c412ae626da2714a5ea"
 
 
-# MD5 sums in the generated code of carla_msgs and ackermann_msgs.
+# MD5 sums of the packages' releases: nodes built against these connect.
 @pytest.mark.parametrize(
     ("package", "name", "md5"),
     [
-        ("sdc_package", "CarlaEgoVehicleControl", "e5b57fc698c12ff4c20a5fc71fba832f"),
-        ("sdc_package", "CarlaTrafficLightStatusList", "99769ac9a785c6de87ed86d7bb4a653a"),
-        ("sdc_package", "CarlaTrafficLightInfoList", "d1e03fe534c61bfaafc4dfce64de368a"),
-        ("sdc_sim", "CarlaEgoVehicleControl", "e5b57fc698c12ff4c20a5fc71fba832f"),
-        ("sdc_sim", "CarlaEgoVehicleStatus", "7d24d9cd2c1c81e9a2b845b347cb2162"),
-        ("sdc_sim", "CarlaEgoVehicleInfo", "7635942a53dfdf0edbbafc9eea467602"),
-        ("sdc_sim", "CarlaEgoVehicleInfoWheel", "192cba6d0621954855f8c957508a83b4"),
-        ("sdc_sim", "CarlaCollisionEvent", "9f08ee4a25bac7157d460b45684dd2b7"),
-        ("sdc_sim", "CarlaLaneInvasionEvent", "3846cea49c4897522899dbda091314e8"),
-        ("sdc_sim", "CarlaWorldInfo", "7a3a7a7fc8c213a8bec2ce7928b0a46c"),
-        ("sdc_sim", "CarlaStatus", "0a6e668a0d517dead8f5c68762fc1dab"),
-        ("sdc_sim", "AckermannDrive", "3512e91b48d69674a0e86fadf1ea8231"),
+        ("carla_msgs", "CarlaEgoVehicleControl", "e5b57fc698c12ff4c20a5fc71fba832f"),
+        ("carla_msgs", "CarlaTrafficLightStatusList", "99769ac9a785c6de87ed86d7bb4a653a"),
+        ("carla_msgs", "CarlaTrafficLightInfoList", "d1e03fe534c61bfaafc4dfce64de368a"),
+        ("carla_msgs", "CarlaEgoVehicleStatus", "7d24d9cd2c1c81e9a2b845b347cb2162"),
+        ("carla_msgs", "CarlaEgoVehicleInfo", "7635942a53dfdf0edbbafc9eea467602"),
+        ("carla_msgs", "CarlaEgoVehicleInfoWheel", "192cba6d0621954855f8c957508a83b4"),
+        ("carla_msgs", "CarlaCollisionEvent", "9f08ee4a25bac7157d460b45684dd2b7"),
+        ("carla_msgs", "CarlaLaneInvasionEvent", "3846cea49c4897522899dbda091314e8"),
+        ("carla_msgs", "CarlaWorldInfo", "7a3a7a7fc8c213a8bec2ce7928b0a46c"),
+        ("carla_msgs", "CarlaStatus", "0a6e668a0d517dead8f5c68762fc1dab"),
+        ("ackermann_msgs", "AckermannDrive", "3512e91b48d69674a0e86fadf1ea8231"),
     ],
 )
 def test_messages_have_the_md5_sums_of_the_originals(package, name, md5):
