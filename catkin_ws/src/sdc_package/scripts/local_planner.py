@@ -7,7 +7,7 @@ from carla_msgs.msg import CarlaTrafficLightInfoList, CarlaTrafficLightStatusLis
 from nav_msgs.msg import Odometry
 from sdc_common.ros.checkpoint import Checkpoint
 from sdc_common.ros.connection_watchdog import watch_connections
-from sdc_common.ros.node import parameter, refuse
+from sdc_common.ros.node import LoopPublisher, parameter, refuse
 from sdc_common.ros.refusal import refusing
 from sdc_common.ros.supervisor import supervise
 from sdc_msgs.msg import ObstacleArray
@@ -36,7 +36,7 @@ class LocalPlannerNode:
         self.inputs = inputs = PlannerInputs(self.answer, self.settings.traffic_lights)
 
         topic = "/planner/local_waypoints"
-        self.publisher = rospy.Publisher(topic, LocalPath, queue_size=100, latch=True)
+        self.publisher = LoopPublisher(topic, LocalPath, latch=True)
         # TODO 3: subscribe to the mission: on_mission receives it
         rospy.Subscriber("/planner/mission_waypoints", Path, self.on_mission, queue_size=1)
         # ------------------------------------------------------------------------

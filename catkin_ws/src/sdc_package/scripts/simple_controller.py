@@ -4,7 +4,7 @@
 import rospy
 from nav_msgs.msg import Odometry
 from sdc_common.ros.connection_watchdog import watch_connections
-from sdc_common.ros.node import every, parameter, refuse
+from sdc_common.ros.node import LoopPublisher, every, parameter, refuse
 from sdc_common.ros.refusal import refusing
 from sdc_common.validation import check_between
 from sdc_package.actuation import PedalMap, SteeringMap
@@ -51,7 +51,7 @@ class SimpleController:
 
         # TODO 1.3: a publisher of commands to the car
         topic = "/carla/ego_vehicle/vehicle_control_cmd"
-        self.publisher = rospy.Publisher(topic, CarlaVehicleControl, queue_size=100, latch=True)
+        self.publisher = LoopPublisher(topic, CarlaVehicleControl, latch=True)
         # ------------------------------------------------------------------------
         # TODO 1.4: subscribe to the odometry: on_odometry receives it
         topic = "/carla/ego_vehicle/odometry"

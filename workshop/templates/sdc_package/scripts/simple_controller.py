@@ -4,7 +4,7 @@
 import rospy
 from nav_msgs.msg import Odometry
 from sdc_common.ros.connection_watchdog import watch_connections
-from sdc_common.ros.node import every, parameter, refuse
+from sdc_common.ros.node import LoopPublisher, every, parameter, refuse
 from sdc_common.ros.refusal import refusing
 from sdc_common.validation import check_between
 from sdc_package.actuation import PedalMap, SteeringMap
