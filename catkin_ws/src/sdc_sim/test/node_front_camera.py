@@ -1,11 +1,10 @@
 #!/usr/bin/env python3
-"""The process of the camera in lockstep: a picture of every tick, also after a crash."""
+"""The processes of the camera in lockstep: a picture of every tick, also after a crash."""
 
-import os
-import signal
 import unittest
 from xmlrpc.client import ServerProxy
 
+import psutil
 import rospy
 import rostest
 from nav_msgs.msg import Odometry
@@ -58,9 +57,15 @@ class FrontCameraTest(unittest.TestCase):
         stamps = [stamp for stamp in self.stamps() if first <= stamp <= last]
         self.assertEqual(stamps, list(range(first, last + TICK_NS, TICK_NS)))
 
-    def test_killed_camera_restarts_while_the_simulation_continues(self):
+    def test_killed_objects_process_restarts_while_the_simulation_continues(self):
+        self.kill_and_wait(psutil.Process(camera_pid()))
+
+    def test_killed_background_process_restarts_while_the_simulation_continues(self):
+        self.kill_and_wait(psutil.Process(camera_pid()).parent())
+
+    def kill_and_wait(self, process):
         pid = camera_pid()
-        os.kill(pid, signal.SIGKILL)
+        process.kill()
         wait_until(lambda: camera_pid() not in (None, pid), 60.0, "a new process")
         self.wait_for_pictures()
 

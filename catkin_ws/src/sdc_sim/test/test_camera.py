@@ -160,7 +160,7 @@ def test_dashes_are_where_the_geometry_puts_them():
 
 def test_dashes_of_several_laps_do_not_merge():
     road = _Bare(route(("s", 30), ("l", 12, 31), ("s", 60)))
-    ground = Renderer(road).ground
+    ground = Renderer(road).background.ground
     points, _ = road.lane_points(road.centre_line_m, 35.0, 30.0 + 24.0 * np.pi, step_m=0.05)
 
     def grey(point):
@@ -384,7 +384,7 @@ def test_memory_is_bounded_on_a_long_route(monkeypatch):
     )
     renderer = Renderer(road)
     made = []
-    cache = renderer.ground.tiles
+    cache = renderer.background.ground.tiles
     rasterize = cache._rasterize
     monkeypatch.setattr(cache, "_rasterize", lambda *key: made.append(key) or rasterize(*key))
     for s in np.arange(0.0, road.length_m, 60.0):

@@ -1,5 +1,8 @@
 """Front camera: which observations it hands over, and how it draws obstacles and traffic lights."""
 
+import contextlib
+from pathlib import Path
+
 import pytest
 
 from sdc_sim.camera import front_camera
@@ -31,7 +34,10 @@ def shutdown(monkeypatch):
     functions = []
     monkeypatch.setattr(front_camera, "WorkerProcess", RecordingProcess)
     monkeypatch.setattr(front_camera.rospy, "on_shutdown", functions.append)
-    return functions
+    yield functions
+    for function in functions:
+        with contextlib.suppress(FileNotFoundError):
+            function()
 
 
 @pytest.mark.parametrize(("every_frame", "way"), [(True, "put"), (False, "offer")])
@@ -40,15 +46,18 @@ def test_camera_waits_for_room_in_lockstep_only(shutdown, every_frame, way):
     camera.show("first")
     camera.show("second")
     assert camera._process.sent == [(way, "first"), (way, "second")]
-    assert camera._process.arguments == ("route.csv", "/image", "/info", 0.5)
+    route, pictures, *topics = camera._process.arguments
+    assert (route, topics) == ("route.csv", ["/image", "/info", 0.5])
+    assert (Path("/dev/shm") / pictures).exists()
 
 
-def test_camera_closes_its_process_at_shutdown(shutdown):
+def test_camera_closes_its_process_and_memory_at_shutdown(shutdown):
     camera = FrontCamera("route.csv", "/image", "/info", 1.0, True)
-    assert not camera._process.closed
+    pictures = Path("/dev/shm") / camera._process.arguments[1]
+    assert pictures.exists() and not camera._process.closed
     for function in shutdown:
         function()
-    assert camera._process.closed
+    assert camera._process.closed and not pictures.exists()
 
 
 def test_remappings_of_the_sim_apply_to_the_camera_but_not_its_name():

@@ -17,7 +17,7 @@ from sdc_sim.camera.worker_process import WorkerProcess
 FOLDER = os.path.dirname(__file__)
 sys.path.insert(0, FOLDER)  # the worker gets the path of the caller
 
-from worker_handlers import make_after, make_waiter, make_writer  # noqa: E402
+from worker_handlers import make_after, make_stage, make_waiter, make_writer  # noqa: E402
 
 DEPTH = 3
 LIMIT_S = 30.0
@@ -72,6 +72,14 @@ def test_close_finishes_the_items_that_were_sent(start, tmp_path):
     assert worker.process.exitcode == 0
     assert not worker.put((3,), LIMIT_S) and not worker.offer((3,))
     assert worker.process.exitcode == 0 and warnings == [], "a closed worker is not restarted"
+
+
+def test_worker_finishes_and_ends_its_own_worker(start, tmp_path):
+    worker, warnings = start(make_stage, tmp_path / "done")
+    assert all(worker.put((n,), LIMIT_S) for n in range(20))
+    worker.close()
+    assert lines_of(tmp_path / "done") == [str(n) for n in range(20)]
+    assert worker.process.exitcode == 0 and warnings == []
 
 
 def test_worker_survives_a_default_timeout_of_sockets(start, tmp_path):

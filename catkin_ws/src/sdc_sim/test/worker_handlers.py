@@ -3,6 +3,8 @@
 import os
 import time
 
+from sdc_sim.camera.worker_process import WorkerProcess
+
 
 def make_writer(path):
     """Return a handler that appends its items to a file."""
@@ -28,3 +30,9 @@ def make_after(path):
     """Wait until a file exists; return a handler that does nothing."""
     make_waiter(path)(None)
     return lambda item: None
+
+
+def make_stage(path):
+    """Return a handler that hands its items to a worker process of its own."""
+    worker = WorkerProcess(make_writer, (path,), 3, print)
+    return lambda item: worker.put(item, 30.0)

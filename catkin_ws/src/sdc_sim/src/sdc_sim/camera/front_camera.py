@@ -1,11 +1,13 @@
-"""Front camera of the simulation: hands observations to the process that publishes the pictures."""
+"""Front camera of the simulation: hands observations to the processes that publish the pictures."""
 
 from __future__ import annotations
 
-from typing import Callable
+from typing import Any, Callable
 
 import rospy
 
+from sdc_sim.camera.camera_model import CameraModel
+from sdc_sim.camera.shared_pictures import SharedPictures
 from sdc_sim.camera.worker_process import WorkerProcess
 from sdc_sim.simulation.simulation import Observation
 
@@ -29,7 +31,7 @@ class FrontCamera:
         daylight: float,
         every_frame: bool,
     ):
-        """Start the process; it ends when the node shuts down.
+        """Start the processes; they end when the node shuts down.
 
         Args:
             waypoints_path: CSV file of the route
@@ -38,14 +40,15 @@ class FrontCamera:
             daylight: brightness of the picture, 0..1
             every_frame: whether to publish every observation (lockstep)
         """
+        self._shared = SharedPictures(CameraModel())
         self._process = WorkerProcess(
-            _start_node,
-            (waypoints_path, image_topic, camera_info_topic, daylight),
+            _start_painter,
+            (waypoints_path, self._shared.name, image_topic, camera_info_topic, daylight),
             _DEPTH,
             lambda problem: rospy.logwarn("sim: the camera's process %s", problem),
         )
         self._every_frame = every_frame
-        rospy.on_shutdown(self._process.close)
+        rospy.on_shutdown(self._close)
 
     def show(self, observation: Observation) -> None:
         """Hand over one observation to be rendered and published."""
@@ -54,11 +57,13 @@ class FrontCamera:
         else:
             self._process.offer(observation)
 
+    def _close(self) -> None:
+        self._process.close()
+        self._shared.remove()
 
-def _start_node(
-    waypoints_path: str, image_topic: str, camera_info_topic: str, daylight: float
-) -> Callable[[Observation], None]:
+
+def _start_painter(waypoints_path: str, *arguments: Any) -> Callable[[Observation], None]:
     # The simulation imports this module, but does not need OpenCV and the renderer.
-    from sdc_sim.camera.camera_node import CameraNode
+    from sdc_sim.camera.camera_node import BackgroundPainter
 
-    return CameraNode(waypoints_path, image_topic, camera_info_topic, daylight).publish
+    return BackgroundPainter(waypoints_path, *arguments).paint

@@ -6,12 +6,11 @@ from typing import Sequence
 
 import numpy as np
 
+from sdc_sim.camera.background import Background
 from sdc_sim.camera.boxes import Box
 from sdc_sim.camera.camera_model import CameraModel
-from sdc_sim.camera.ground import Ground
 from sdc_sim.camera.painting import dim
 from sdc_sim.camera.scene_objects import SceneObjects
-from sdc_sim.camera.sky import Sky
 from sdc_sim.road.road import Road
 
 
@@ -23,15 +22,14 @@ class Renderer:
 
     Attributes:
         camera: geometry of the camera
-        ground: painter of the ground
+        background: painter of sky and ground
         objects: painter of scenery and boxes
     """
 
     def __init__(self, road: Road, camera: CameraModel | None = None, seed: int = 0):
         self.camera = CameraModel() if camera is None else camera
         scenery = road.scenery(seed)
-        self._sky = Sky(self.camera, seed)
-        self.ground = Ground(road, scenery, self.camera, seed)
+        self.background = Background(road, scenery, self.camera, seed)
         self.objects = SceneObjects(scenery, self.camera, seed)
 
     def render(
@@ -68,8 +66,7 @@ class Renderer:
         picture = out
         if picture is None:
             picture = np.empty((self.camera.height, self.camera.width, 4), np.uint8)
-        self._sky.draw(picture, yaw_rad)
-        self.ground.draw(picture, x_m, y_m, yaw_rad, self._sky.horizon)
+        self.background.draw(picture, x_m, y_m, yaw_rad)
         self.objects.draw(picture, x_m, y_m, yaw_rad, boxes)
         dim(picture, light)
         return picture

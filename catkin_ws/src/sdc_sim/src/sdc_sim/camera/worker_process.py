@@ -8,7 +8,7 @@ import os
 import signal
 import threading
 import time
-from multiprocessing import resource_tracker
+from multiprocessing import resource_tracker, util
 from multiprocessing.connection import Connection
 from typing import Any, Callable, Sequence
 
@@ -22,8 +22,9 @@ _CONTEXT = multiprocessing.get_context("spawn")
 class WorkerProcess:
     """A process that handles items one after the other, with low priority.
 
-    It finishes the items that it was sent when it is closed, and when the caller is killed. It
-    ignores SIGINT, which a terminal sends to the caller and to its children.
+    It finishes the items that it was sent when it is closed, which the end of the caller does,
+    too, and when the caller is killed. It ignores SIGINT, which a terminal sends to the caller and
+    to its children. It may have a worker process of its own.
 
     Attributes:
         process: the process that runs now
@@ -53,6 +54,8 @@ class WorkerProcess:
         self._slow = False
         self._closed = False
         self._start()
+        # multiprocessing waits for its processes at the end, after the functions that it lists.
+        util.Finalize(None, self.close, exitpriority=0)
 
     def _start(self) -> None:
         self._connection, theirs = _CONTEXT.Pipe()
@@ -62,7 +65,6 @@ class WorkerProcess:
         self.process = _CONTEXT.Process(
             target=_serve,
             args=(theirs, self._make_handler, self._arguments),
-            daemon=True,
         )
         # The process inherits the blocked SIGINT, which it would not ignore before it runs _serve.
         # The start of the resource tracker unblocks SIGINT, so the tracker must run already.
