@@ -1,8 +1,11 @@
 """The start handshake names each connection that is missing for the first tick."""
 
+from types import SimpleNamespace
+
 import pytest
 
-from sdc_sim.ros.start_handshake import missing_connections
+from sdc_sim.ros import start_handshake
+from sdc_sim.ros.start_handshake import ConnectionGraph, is_connected, missing_connections
 
 ODOMETRY, OBSTACLES, COMMAND, PATH = "/odometry", "/obstacles", "/command", "/path"
 TICK_TOPICS = (ODOMETRY, OBSTACLES)
@@ -94,3 +97,39 @@ def test_node_to_wait_for_is_not_ignored_when_it_does_not_answer():
     graph.unreachable = {"/referee"}
     graph.connected["/referee"] = set()
     assert "/referee to connect to /sim for /odometry" in missing(graph)
+
+
+class FakeMaster:
+    """A master that knows the nodes /sim and /referee."""
+
+    def __init__(self, _caller):
+        pass
+
+    def getSystemState(self):
+        return [[ODOMETRY, ["/sim"]]], [[ODOMETRY, ["/referee"]]], []
+
+    def lookupNode(self, name):
+        return "http:/" + name
+
+
+@pytest.mark.parametrize(
+    ("publisher_lists_it", "subscriber_lists_it", "connected"),
+    [(True, True, True), (False, True, False), (True, False, False)],
+)
+def test_connection_counts_when_both_nodes_list_it(
+    monkeypatch, publisher_lists_it, subscriber_lists_it, connected
+):
+    outward = [[1, "/referee", "o", "TCPROS", ODOMETRY, True, ""]] * publisher_lists_it
+    inward = [[1, "http://sim", "i", "TCPROS", ODOMETRY, True, ""]] * subscriber_lists_it
+    bus_infos = {"/sim": outward, "/referee": inward}
+    monkeypatch.setattr(start_handshake.rosgraph, "Master", FakeMaster)
+    monkeypatch.setattr(ConnectionGraph, "_ask", lambda self, node, method: bus_infos[node])
+    expected = {(ODOMETRY, "/sim")} if connected else set()
+    assert ConnectionGraph().connections("/referee") == expected
+
+
+@pytest.mark.parametrize(("md5sum", "connected"), [(None, False), ("50204ce1", True)])
+def test_subscriber_is_connected_when_the_publisher_has_accepted(md5sum, connected):
+    connections = [SimpleNamespace(md5sum=md5sum)]
+    subscriber = SimpleNamespace(impl=SimpleNamespace(connections=connections))
+    assert is_connected(subscriber) == connected

@@ -15,6 +15,8 @@ from sdc_sim.ros.request_queue import RequestQueue
 WARNING_AFTER_S = 5.0
 _POLL_S = 0.1
 _ANSWER_TIMEOUT_S = 1.0
+# Directions of connections in the list that a node returns, see the slave API of ROS.
+_INWARD, _OUTWARD = ("i", "b"), ("o", "b")
 
 
 class StartHandshake:
@@ -63,7 +65,7 @@ class StartHandshake:
     def missing(self) -> list[str]:
         """Return a description of each connection that is missing."""
         missing = []
-        if not any(command.get_num_connections() for command in self._command_subscribers):
+        if not any(is_connected(subscriber) for subscriber in self._command_subscribers):
             missing.append(f"a publisher of {self._command_subscribers[0].resolved_name}")
         try:
             graph = ConnectionGraph()
@@ -84,6 +86,7 @@ class ConnectionGraph:
     def __init__(self) -> None:
         self._master = rosgraph.Master(rospy.get_name())
         self._uris: dict[str, str | None] = {}
+        self._bus_infos: dict[str, Sequence[Sequence[Any]]] = {}
         publishers, subscribers, _ = self._master.getSystemState()
         self.publishers = {topic: set(nodes) for topic, nodes in publishers}
         self.subscribers = {topic: set(nodes) for topic, nodes in subscribers}
@@ -93,14 +96,32 @@ class ConnectionGraph:
         return self._ask(node, "getPid") is not None
 
     def connections(self, node: str) -> set[tuple[str, str]]:
-        """Return topic and publisher of each connection to a subscribing node."""
+        """Return topic and publisher of each connection to a subscribing node.
+
+        A subscriber lists a connection before it is open, and a publisher lists one to a process
+        that was killed. Only what both of them list is a connection.
+        """
         return {
             (topic, publisher)
-            for _, uri, direction, _, topic, connected, *_ in self._ask(node, "getBusInfo") or ()
-            if direction in ("i", "b") and connected
+            for _, uri, direction, _, topic, *_ in self._bus_info(node)
+            if direction in _INWARD
             for publisher in self.publishers.get(topic, ())
-            if self._uri(publisher) == uri
+            if self._uri(publisher) == uri and node in self._receivers(publisher, topic)
         }
+
+    def _receivers(self, publisher: str, topic: str) -> set[str]:
+        """Return the names of the nodes to which a node publishes a topic."""
+        return {
+            receiver
+            for _, receiver, direction, _, name, *_ in self._bus_info(publisher)
+            if direction in _OUTWARD and name == topic
+        }
+
+    def _bus_info(self, node: str) -> Sequence[Sequence[Any]]:
+        """Return the connections of a node as it lists them itself (getBusInfo)."""
+        if node not in self._bus_infos:
+            self._bus_infos[node] = self._ask(node, "getBusInfo") or ()
+        return self._bus_infos[node]
 
     def _uri(self, node: str) -> str | None:
         if node not in self._uris:
@@ -148,6 +169,14 @@ def missing_connections(
             if graph.is_reachable(publisher)
         ]
     return missing
+
+
+def is_connected(subscriber: rospy.Subscriber) -> bool:
+    """Return whether a publisher has accepted a connection of this subscriber.
+
+    rospy counts a connection (`get_num_connections`) before it is open.
+    """
+    return any(connection.md5sum for connection in list(subscriber.impl.connections))
 
 
 class _Transport(xmlrpc.client.Transport):
