@@ -124,6 +124,8 @@ class DriveEvaluation:
             real_time_factor=None if wall_s is None else metrics["duration_s"] / max(wall_s, 1e-3),
             ticks=len(self.progress.samples),
             missed_ticks=self.matching.missed,
+            ticks_by_stamp=self.matching.answered,
+            ticks_by_order=min(self.matching.by_order, self.matching.ticks - self.matching.answered),
             unseen_s=self.unseen_s,
             referee_restarts=self.referee_restarts,
             world_restarts=self.world_restarts,
