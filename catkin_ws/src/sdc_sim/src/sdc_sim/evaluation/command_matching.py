@@ -7,6 +7,7 @@ from collections import OrderedDict
 
 import numpy as np
 
+COMMAND_FIELDS = ("throttle", "brake", "steer")
 # A command can arrive after later odometry. Of more open ticks than this, the oldest is missed.
 _MAX_OPEN = 1000
 # So many odometry messages wait for a command without their stamp.
@@ -25,13 +26,12 @@ class CommandMatching:
     Attributes:
         ticks: odometry messages
         answered: those answered by stamp
-        by_order: those answered by order
     """
 
     def __init__(self):
         self.ticks = 0
         self.answered = 0
-        self.by_order = 0
+        self._by_order = 0
         self._lost = 0
         self._without_command = 0
         self._open: OrderedDict[int, bool] = OrderedDict()
@@ -50,7 +50,7 @@ class CommandMatching:
             self._without_command = min(self._without_command + 1, _MAX_LATE)
         else:
             self.answered += 1
-            self.by_order -= by_order
+            self._by_order -= by_order
         if len(self._open) > _MAX_OPEN:
             self._open.popitem(last=False)
             self._lost += 1
@@ -62,11 +62,16 @@ class CommandMatching:
             self.answered += 1
             self._without_command -= answers
         elif stamp != self._last_stamp:
-            self.by_order += answers
+            self._by_order += answers
             self._without_command -= answers
             self._early[stamp] = answers and stamp != _UNSTAMPED
             if len(self._early) > _MAX_OPEN:
                 self._early.popitem(last=False)
+
+    @property
+    def by_order(self) -> int:
+        """Return the number of odometry messages that a command without their stamp answered."""
+        return min(self._by_order, self.ticks - self.answered)
 
     @property
     def pending(self) -> bool:
@@ -98,6 +103,15 @@ class CommandTrace:
         self._by_stamp.setdefault(stamp, command)
         if self._received:
             self._received[-1] = command
+
+    def forget(self, ticks: int) -> None:
+        """Remove the oldest ticks, which the caller has stored."""
+        for stamp in self._stamps[:ticks]:
+            self._by_stamp.pop(stamp, None)
+        del self._stamps[:ticks], self._received[:ticks]
+        # Stamps that belong to no tick would fill the memory.
+        for stamp in list(self._by_stamp)[: max(len(self._by_stamp) - _MAX_OPEN, 0)]:
+            del self._by_stamp[stamp]
 
     def as_array(self, ticks: int) -> np.ndarray:
         """Return throttle, brake and steer of the first ticks: (ticks, 3), NaN if unknown."""
