@@ -25,7 +25,7 @@ from sdc_sim.report.trace_file import TraceFile
 from sdc_sim.report.writer import ReportError, companion, open_report, write_pages, write_report
 from sdc_sim.ros.evaluator_input import ROUTE_TOPIC, EvaluatorInput
 
-LAST_COMMANDS_S = 1.0
+LAST_COMMANDS_S = 0.3
 PAUSE_TIMEOUT_S = 0.5
 
 
@@ -98,7 +98,7 @@ class Referee:
         self.evaluator.rules = self.evaluator.rules._replace(planner=planner, assumed=assumed)
 
     def wait_for_last_commands(self):
-        """Wait for commands that answer the last odometry: they arrive on another connection."""
+        """Wait for the command that answers the last odometry; it has another connection."""
         limit = time.monotonic() + LAST_COMMANDS_S
         drive = self.evaluator.drive
         while drive and drive.matching.pending and time.monotonic() < limit:

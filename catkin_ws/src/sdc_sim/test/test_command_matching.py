@@ -18,6 +18,15 @@ def test_last_tick_without_a_command_is_not_missed():
     assert matching.pending
 
 
+def test_missed_tick_does_not_delay_the_report_of_a_drive():
+    matching = CommandMatching()
+    for stamp in range(1, 6):
+        matching.add_odometry(stamp)
+        if stamp != 3:
+            matching.add_command(stamp)
+    assert (matching.missed, matching.pending) == (1, False)
+
+
 def test_repeated_odometry_is_not_a_tick():
     matching = CommandMatching()
     matching.add_odometry(1)

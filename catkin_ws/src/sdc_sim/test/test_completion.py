@@ -13,6 +13,7 @@ import yaml
 from sdc_sim.evaluation.evaluator import Evaluator
 from sdc_sim.evaluation.rules import EvaluationRules
 from sdc_sim.report.completion import complete_report, is_complete
+from sdc_sim.report.trace_file import TraceFile
 from sdc_sim.report.writer import ReportError, open_report, write_report
 
 HERE = os.path.dirname(os.path.abspath(__file__))
@@ -28,10 +29,10 @@ def path(tmp_path):
     return str(tmp_path / "report.json")
 
 
-def driven(path, ticks=100):
+def driven(path, ticks=100, trace=None):
     """Return the evaluator of a drive, and its event log."""
     event_log = open_report(path, "drive")
-    evaluator = Evaluator(RULES, event_log)
+    evaluator = Evaluator(RULES, event_log, trace)
     evaluator.set_route(np.column_stack([np.arange(11.0), np.zeros(11)]))
     for tick in range(1, ticks + 1):
         evaluator.add_odometry(tick * TICK_NS, tick * 0.1, 0.1, 0.0, 2.0 if tick < 100 else 0.0)
@@ -41,7 +42,7 @@ def driven(path, ticks=100):
 
 
 def test_report_of_a_killed_referee_is_made_up(path, tmp_path):
-    driven(path, ticks=60)
+    driven(path, ticks=60, trace=TraceFile(str(tmp_path / "report.csv")))
     done = subprocess.run(
         [SCRIPT, str(tmp_path)], capture_output=True, text=True, timeout=120.0, check=False
     )

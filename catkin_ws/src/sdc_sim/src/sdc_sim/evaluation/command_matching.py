@@ -75,8 +75,8 @@ class CommandMatching:
 
     @property
     def pending(self) -> bool:
-        """Return whether a command is missing in a drive whose commands carry stamps."""
-        return self.answered > 0 and bool(self._open)
+        """Return whether the last command is missing in a drive whose commands carry stamps."""
+        return self.answered > 0 and self._last_stamp in self._open
 
     @property
     def missed(self) -> int:

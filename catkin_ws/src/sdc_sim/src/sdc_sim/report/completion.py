@@ -12,6 +12,7 @@ import sys
 
 from sdc_sim.evaluation.evaluator import evaluate_event_log
 from sdc_sim.evaluation.event_log import EventLog
+from sdc_sim.report.trace_file import TraceFile
 from sdc_sim.report.writer import (
     EVENT_LOG,
     ReportError,
@@ -64,6 +65,7 @@ def complete_report(report_path: str) -> bool:
             result.metrics = json.load(file)
     except (OSError, ValueError):
         write_report(report_path, result)
+        TraceFile(companion(report_path, ".csv")).remove()
     write_pages(report_path, result)
     if event_log.is_replaced:  # The next drive into this folder has removed the report.
         remove_pages(report_path)

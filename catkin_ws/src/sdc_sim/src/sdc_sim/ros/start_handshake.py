@@ -14,6 +14,9 @@ from sdc_sim.ros.request_queue import RequestQueue
 
 WARNING_AFTER_S = 5.0
 _POLL_S = 0.1
+# Nodes with different definitions of a message never connect.
+STUCK_S = 2.0
+_CONNECTION = " to connect to "
 _ANSWER_TIMEOUT_S = 1.0
 
 
@@ -50,13 +53,20 @@ class StartHandshake:
         self._nodes = set(nodes)
 
     def wait(self, deadline_s: float, requests: RequestQueue) -> None:
-        """Process requests until the handshake is complete or the deadline (time.monotonic())."""
+        """Process requests until the handshake is complete or the deadline (time.monotonic()).
+
+        Connections between ready nodes are given up when none is made for STUCK_S.
+        """
         warning_s = time.monotonic() + WARNING_AFTER_S
+        last, changed_s = [""], time.monotonic()
         while not rospy.is_shutdown() and (missing := self.missing()):
-            if time.monotonic() > deadline_s:
+            now_s = time.monotonic()
+            if missing != last or not all(_CONNECTION in each for each in missing):
+                last, changed_s = missing, now_s
+            if now_s > min(deadline_s, changed_s + STUCK_S):
                 rospy.logwarn("sim: starts without %s", "; ".join(missing))
                 return
-            if time.monotonic() > warning_s:
+            if now_s > warning_s:
                 rospy.logwarn_once(f"sim: waiting for {'; '.join(missing)}")
             requests.process_until(time.monotonic() + _POLL_S)
 
@@ -143,7 +153,7 @@ def missing_connections(
         if not open_connections or (node not in nodes and not graph.is_reachable(node)):
             continue
         missing += [
-            f"{node} to connect to {publisher} for {topic}"
+            f"{node}{_CONNECTION}{publisher} for {topic}"
             for topic, publisher in sorted(open_connections)
             if graph.is_reachable(publisher)
         ]
