@@ -100,7 +100,7 @@ class Sim:
         self.starting = False
 
     def timeout_s(self):
-        if self.starting:
+        if self.starting and not self.pause.waiting:
             return max(min(self.start_deadline_s - time.monotonic(), REPEAT_AFTER_S), 0.0)
         if self.commands.stamped or self.pause.waiting:
             return self.timeouts.answer_s
