@@ -18,9 +18,7 @@ from sdc_sim.simulation.pause import PauseControl
 
 # In real time a picture, which needs both cores, starts after the answer, but no later than this.
 PICTURE_DELAY_S = 0.01
-# In lockstep the first tick is repeated, and then ends without an answer: a node may wait for time.
 REPEAT_AFTER_S = 0.5
-FIRST_ANSWER_S = 1.0
 
 
 class Sim:
@@ -54,8 +52,7 @@ class Sim:
             setup.wait_for_nodes,
         )
         self.starting = True
-        self.started_s = time.monotonic()
-        self.start_deadline_s = self.started_s + self.timeouts.start_s
+        self.start_deadline_s = time.monotonic() + self.timeouts.start_s
         self.picture_due = False
 
     def loop(self):
@@ -78,11 +75,10 @@ class Sim:
         has_stack = self.simulation.commands.has_software_command
         if self.lockstep or (self.saved_drive.restored and has_stack):
             self.handshake.wait(self.start_deadline_s, self.requests)
-        self.next_tick_s = now_s = time.monotonic()
+        self.next_tick_s = time.monotonic()
         if not self.commands.stamped:
-            # A machine on which the connections took long also computes the first answer slowly.
-            answer_s = max(0.5 * (now_s - self.started_s), FIRST_ANSWER_S)
-            self.start_deadline_s = min(self.start_deadline_s, now_s + answer_s)
+            answer_s = self.handshake.answer_timeout_s
+            self.start_deadline_s = min(self.start_deadline_s, self.next_tick_s + answer_s)
 
     def wait_for_answer(self):
         """Process requests until a command answers the last odometry, or until the timeout."""
@@ -97,6 +93,7 @@ class Sim:
                 continue
             self.commands.give_up()
             break
+        self.commands.settle()
         self.starting = False
 
     def timeout_s(self):

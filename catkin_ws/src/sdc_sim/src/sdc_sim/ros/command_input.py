@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from typing import Any
 
 import rospy
@@ -18,6 +19,9 @@ from sdc_sim.simulation.simulation import Simulation
 
 # After this time without a command of the active publisher, another one may take control.
 _HANDOVER_S = 0.5
+# Without stamps nothing shows when all nodes have used a tick. After a shorter time, paths and
+# commands are many ticks old.
+_UNSTAMPED_TICK_S = 0.002
 
 
 class CommandInput:
@@ -49,6 +53,8 @@ class CommandInput:
         self._lockstep = lockstep
         self._answers = AnswerTracker()
         self._period = CommandPeriod()
+        self._requests = requests
+        self._expected_since_s = 0.0
         self._arbiter = CommandArbiter(round(_HANDOVER_S / simulation.tick_s))
 
         def subscriber(topic: str, message_class: type, callback: Any) -> rospy.Subscriber:
@@ -82,6 +88,12 @@ class CommandInput:
         """Expect the answer to a new observation."""
         self._period.end_tick(self.received)
         self.received = False
+        self._expected_since_s = time.monotonic()
+
+    def settle(self) -> None:
+        """Process requests until nodes without stamps have had time for the observation."""
+        if not self._answers.by_stamp:
+            self._requests.process_until(self._expected_since_s + _UNSTAMPED_TICK_S)
 
     def give_up(self) -> None:
         """Record that the next tick starts without an answer; any publisher may take control."""
