@@ -39,6 +39,9 @@ def drive_answer(stage: Stage) -> tuple:
         if status is None:
             program.interrupt()
             program.wait(TIMEOUT_S / 2)
+    # The end of the launch has ended the process that writes the pages of the report, too.
+    with stage.program(["rosrun", "sdc_sim", "report.py", path.parent]) as completion:
+        completion.wait(TIMEOUT_S)
     stage.clear()
     if not path.is_file():
         broken = crash(output, stage.student.src)

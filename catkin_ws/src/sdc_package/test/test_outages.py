@@ -99,10 +99,7 @@ def test_drive_whose_own_master_is_killed_ends_with_a_report(environment, start,
     os.kill(drive.pid_of("rosmaster"), signal.SIGKILL)
     assert drive.wait_for_end() not in (0, None)
     assert "REQUIRED process [master] has died" in drive.output
-    # On a busy machine the referee needs longer for its pages than roslaunch waits.
-    assert [
-        line for line in drive.output.splitlines() if ESCALATION in line and "referee" not in line
-    ] == []
+    assert ESCALATION not in drive.output
     assert json.loads((tmp_path / "report" / "report.json").read_text())["status"] == "aborted"
 
 

@@ -15,15 +15,17 @@ from std_srvs.srv import Trigger
 from sdc_common.ros.connection_watchdog import watch_connections
 from sdc_common.ros.node import parameter, refuse
 from sdc_common.ros.supervisor import supervise
-from sdc_sim.evaluation.evaluator import Evaluator
+from sdc_sim.evaluation.evaluator import Evaluator, evaluate_event_log
 from sdc_sim.evaluation.route_progress import COMPLETED
 from sdc_sim.evaluation.rules import EvaluationRules
 from sdc_sim.report.camera_snapshots import CameraSnapshots
+from sdc_sim.report.completion import start_completion
 from sdc_sim.report.console_progress import ConsoleProgress, closing_line
-from sdc_sim.report.writer import ReportError, open_report, write_pages, write_report
+from sdc_sim.report.trace_file import TraceFile
+from sdc_sim.report.writer import ReportError, companion, open_report, write_pages, write_report
 from sdc_sim.ros.evaluator_input import ROUTE_TOPIC, EvaluatorInput
 
-LAST_COMMANDS_S = 1.0
+LAST_COMMANDS_S = 0.3
 PAUSE_TIMEOUT_S = 0.5
 
 
@@ -34,16 +36,19 @@ class Referee:
         self.pictures = parameter("pictures")
         self.progress = ConsoleProgress(sys.stdout)
         self.snapshots = CameraSnapshots(
-            "/carla/ego_vehicle/camera/rgb/front/image_color", parameter("snapshots")
+            "/carla/ego_vehicle/camera/rgb/front/image_color",
+            parameter("snapshots"),
+            self.on_snapshot,
         )
         try:
             self.event_log = open_report(self.report_path, parameter("drive_id"))
         except ReportError as error:
             refuse(error)
+        self.trace = TraceFile(companion(self.report_path, ".csv"))
 
         self.lock = threading.Lock()
         self.ended = threading.Event()
-        self.evaluator = Evaluator(EvaluationRules.read(parameter), self.event_log)
+        self.evaluator = Evaluator(EvaluationRules.read(parameter), self.event_log, self.trace)
         self.input = EvaluatorInput(self.evaluator, time.monotonic)
 
         self.rules_publisher = rospy.Publisher("/referee/rules", String, queue_size=1, latch=True)
@@ -79,6 +84,10 @@ class Referee:
             )
         self.rules_publisher.publish(json.dumps(rules._asdict()))
 
+    def on_snapshot(self, snapshot):
+        with self.lock:
+            self.evaluator.add_snapshot(*snapshot)
+
     def read_planner_limits(self):
         """Use the local planner's own limits where it has them."""
         planner = dict(parameter("assumed_planner"))
@@ -89,7 +98,7 @@ class Referee:
         self.evaluator.rules = self.evaluator.rules._replace(planner=planner, assumed=assumed)
 
     def wait_for_last_commands(self):
-        """Wait for commands that answer the last odometry: they arrive on another connection."""
+        """Wait for the command that answers the last odometry; it has another connection."""
         limit = time.monotonic() + LAST_COMMANDS_S
         drive = self.evaluator.drive
         while drive and drive.matching.pending and time.monotonic() < limit:
@@ -99,7 +108,7 @@ class Referee:
 
     @staticmethod
     def pause_simulation():
-        """Pause the simulator: in lockstep it would keep both cores busy during the report."""
+        """Start to pause the simulator, which in lockstep keeps both cores busy."""
 
         def call():
             # CARLA has no such service.
@@ -109,30 +118,37 @@ class Referee:
 
         thread = threading.Thread(target=call, daemon=True)
         thread.start()
-        thread.join(PAUSE_TIMEOUT_S)
+        return thread
 
     def finish(self):
         """Write the report; return the exit status."""
         self.wait_for_last_commands()
-        if not rospy.is_shutdown():
-            self.pause_simulation()
+        pausing = None if rospy.is_shutdown() else self.pause_simulation()
         with self.lock:
             self.progress.print_notices(self.evaluator)
             if not self.evaluator.started:
                 topics = " and ".join(self.evaluator.missing_topics)
                 rospy.logerr("referee: the drive did not start: no message on %s", topics)
+                self.trace.remove()
+                self.event_log.remove()
                 return 1
             result = self.evaluator.result()
+        if pausing is not None:
+            pausing.join(PAUSE_TIMEOUT_S)
         try:
-            write_report(self.report_path, result)
-            self.progress.print_line(f"{closing_line(result.metrics)}; see {self.report_path}")
-            if self.pictures:
-                write_pages(self.report_path, result, self.snapshots.taken)
+            write_report(self.report_path, result, self.trace)
+            if self.pictures and self.event_log.failure is not None:
+                write_pages(self.report_path, evaluate_event_log(self.event_log))
         except ReportError as error:
             self.progress.print_line(closing_line(result.metrics))
             rospy.logfatal("referee: %s", error)
             return 1
-        self.event_log.remove()
+        self.progress.print_line(f"{closing_line(result.metrics)}; see {self.report_path}")
+        if self.pictures and self.event_log.failure is None:
+            self.event_log.close()
+            start_completion(self.report_path)
+        else:
+            self.event_log.remove()
         return 0 if result.metrics["status"] == COMPLETED else 1
 
     def run(self):

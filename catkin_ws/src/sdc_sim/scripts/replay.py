@@ -57,7 +57,7 @@ class Replay:
             open_report(self.report_path, "replay").remove()
             write_report(self.report_path, result)
             if self.pictures:
-                write_pages(self.report_path, result, ())
+                write_pages(self.report_path, result)
         except ReportError as error:
             refuse(error)
         line = f"{closing_line(result.metrics)}; see {self.report_path}"

@@ -18,7 +18,7 @@ from sdc_sim.simulation.pause import PauseControl
 
 # In real time a picture, which needs both cores, starts after the answer, but no later than this.
 PICTURE_DELAY_S = 0.01
-REPEAT_AFTER_S = 1.0
+REPEAT_AFTER_S = 0.5
 
 
 class Sim:
@@ -53,10 +53,11 @@ class Sim:
         )
         self.starting = True
         self.start_deadline_s = time.monotonic() + self.timeouts.start_s
-        self.next_tick_s = 0.0
         self.picture_due = False
 
     def loop(self):
+        if not self.saved_drive.restored:
+            self.topics.start_clock()
         self.wait_for_connections()
         self.publish()
         while not rospy.is_shutdown():
@@ -75,6 +76,9 @@ class Sim:
         if self.lockstep or (self.saved_drive.restored and has_stack):
             self.handshake.wait(self.start_deadline_s, self.requests)
         self.next_tick_s = time.monotonic()
+        if not self.commands.stamped:
+            answer_s = self.handshake.answer_timeout_s
+            self.start_deadline_s = min(self.start_deadline_s, self.next_tick_s + answer_s)
 
     def wait_for_answer(self):
         """Process requests until a command answers the last odometry, or until the timeout."""
@@ -83,31 +87,24 @@ class Sim:
                 break
             if self.pause.waiting:
                 continue
-            if not self.starting:
-                rospy.logwarn_throttle(
-                    5.0, "sim: no command has the stamp of the last odometry; the next tick starts"
-                )
-            elif time.monotonic() < self.start_deadline_s:
+            if self.starting and time.monotonic() < self.start_deadline_s:
                 rospy.loginfo_once(f"sim: waiting for a command on {self.commands.topic}")
                 self.topics.publish()  # for a node that could not use the first odometry yet
                 continue
-            else:
-                rospy.logwarn("sim: started without an answer to the first odometry")
-            self.commands.release()
+            self.commands.give_up()
             break
+        self.commands.settle()
         self.starting = False
 
     def timeout_s(self):
-        stamped = self.commands.stamped
-        timeout_s = self.timeouts.answer_s if stamped else self.timeouts.unstamped_answer_s
-        if self.starting:
-            return max(min(self.start_deadline_s - time.monotonic(), REPEAT_AFTER_S), timeout_s)
-        return timeout_s
+        if self.starting and not self.pause.waiting:
+            return max(min(self.start_deadline_s - time.monotonic(), REPEAT_AFTER_S), 0.0)
+        if self.commands.stamped or self.pause.waiting:
+            return self.timeouts.answer_s
+        return self.timeouts.unstamped_answer_s if self.commands.is_due else 0.0
 
     def is_answered(self):
-        # A stack without stamps answers the first odometry with any command.
-        started = self.starting and self.commands.received and not self.commands.stamped
-        return (self.commands.has_answer or started) and not self.pause.waiting
+        return self.commands.has_answer and not self.pause.waiting
 
     def wait_for_clock(self):
         """Process requests until the wall clock reaches the next tick."""
@@ -121,7 +118,7 @@ class Sim:
         self.requests.process_until(self.next_tick_s)
 
     def publish(self):
-        self.commands.received = False
+        self.commands.expect()
         self.topics.publish()
         if self.lockstep:
             self.topics.publish_picture()

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Tests of the referee node with topics that only this test publishes."""
 
+import contextlib
 import json
 import math
 import os
@@ -246,9 +247,21 @@ class RefereeTest(unittest.TestCase):
             {"collision_pedestrian"},
         )
         self.assertAlmostEqual(report["driving_score"], 0.5 * report["route_completion_percent"])
+        # A process that outlives the node writes the pages.
+        journal = os.path.join(self.folder, "report.journal")
+        wait_until(lambda: not os.path.exists(journal), 60.0, "the end of the event log")
         with open(os.path.join(self.folder, "report.html"), encoding="utf-8") as file:
             self.assertIn("data:image/jpeg", file.read())
         self.assertTrue(os.path.exists(os.path.join(self.folder, "report.png")))
+
+    def test_end_of_the_node_does_not_end_the_process_that_writes_the_pages(self):
+        process = self.start(pictures=True)
+        self.drive()
+        self.assertEqual(self.report(process, 0)["status"], "completed")
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+        html = os.path.join(self.folder, "report.html")
+        wait_until(lambda: os.path.exists(html), 60.0, "the page")
 
 
 if __name__ == "__main__":

@@ -18,6 +18,15 @@ def test_last_tick_without_a_command_is_not_missed():
     assert matching.pending
 
 
+def test_missed_tick_does_not_delay_the_report_of_a_drive():
+    matching = CommandMatching()
+    for stamp in range(1, 6):
+        matching.add_odometry(stamp)
+        if stamp != 3:
+            matching.add_command(stamp)
+    assert (matching.missed, matching.pending) == (1, False)
+
+
 def test_repeated_odometry_is_not_a_tick():
     matching = CommandMatching()
     matching.add_odometry(1)
@@ -32,6 +41,36 @@ def test_commands_without_stamps_answer_no_tick():
         matching.add_command(0)
     assert matching.missed == 9
     assert not matching.pending
+    assert (matching.answered, matching.by_order) == (0, 10)
+
+
+def test_stamped_commands_are_not_matched_by_order():
+    matching = CommandMatching()
+    for stamp in range(1, 11):
+        if stamp % 2:  # arrives before its odometry
+            matching.add_command(stamp)
+        matching.add_odometry(stamp)
+        if stamp % 2 == 0:
+            matching.add_command(stamp)
+    assert (matching.answered, matching.by_order) == (10, 0)
+
+
+def test_command_answers_by_order_the_last_odometry_or_the_one_before():
+    matching = CommandMatching()
+    for stamp in range(1, 11):
+        matching.add_odometry(stamp)
+    for _ in range(5):
+        matching.add_command(0)
+    assert matching.by_order == 2
+
+
+def test_loop_at_half_the_rate_answers_every_second_tick_by_order():
+    matching = CommandMatching()
+    for stamp in range(1, 21):
+        matching.add_odometry(stamp)
+        if stamp % 2 == 0:
+            matching.add_command(10**18 + stamp)  # the wall clock
+    assert (matching.answered, matching.by_order) == (0, 10)
 
 
 @given(st.sets(st.integers(1, 50)), st.randoms())
@@ -47,6 +86,7 @@ def test_order_of_arrival_does_not_matter(lost, random):
         getattr(matching, kind)(stamp)
     assert matching.ticks == 51
     assert matching.missed == len(lost)
+    assert matching.answered == 51 - len(lost) - 1
 
 
 def test_memory_is_bounded():

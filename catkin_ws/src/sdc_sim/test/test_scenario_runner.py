@@ -34,6 +34,7 @@ EXPECTED = {
     "slow_leader",
     "late_start",
     "night",
+    "student_loops",
     "student_nodes",
     "traffic_lights",
 }

@@ -1,11 +1,18 @@
 """The start handshake names each connection that is missing for the first tick."""
 
+import time
 from types import SimpleNamespace
 
 import pytest
 
 from sdc_sim.ros import start_handshake
-from sdc_sim.ros.start_handshake import ConnectionGraph, is_connected, missing_connections
+from sdc_sim.ros.request_queue import RequestQueue
+from sdc_sim.ros.start_handshake import (
+    ConnectionGraph,
+    StartHandshake,
+    is_connected,
+    missing_connections,
+)
 
 ODOMETRY, OBSTACLES, COMMAND, PATH = "/odometry", "/obstacles", "/command", "/path"
 TICK_TOPICS = (ODOMETRY, OBSTACLES)
@@ -133,3 +140,31 @@ def test_subscriber_is_connected_when_the_publisher_has_accepted(md5sum, connect
     connections = [SimpleNamespace(md5sum=md5sum)]
     subscriber = SimpleNamespace(impl=SimpleNamespace(connections=connections))
     assert is_connected(subscriber) == connected
+
+
+class Handshake(StartHandshake):
+    """Lacks the given connections at each poll, the last ones for ever."""
+
+    def __init__(self, *polls):
+        super().__init__((), ODOMETRY, (), ())
+        self.polls = list(polls)
+
+    def missing(self):
+        return self.polls.pop(0) if len(self.polls) > 1 else self.polls[0]
+
+
+CONNECTION = "/referee to connect to /planner for /path"
+
+
+def test_connection_that_is_never_made_does_not_delay_the_start(monkeypatch):
+    monkeypatch.setattr(start_handshake, "STUCK_S", 0.3)
+    Handshake([CONNECTION, "another to connect to it"], [CONNECTION]).wait(
+        time.monotonic() + 3600.0, RequestQueue()
+    )
+
+
+def test_absent_node_is_waited_for_until_the_deadline(monkeypatch):
+    monkeypatch.setattr(start_handshake, "STUCK_S", 0.0)
+    handshake = Handshake(*[["/record to subscribe to /odometry", CONNECTION]] * 5, [])
+    handshake.wait(time.monotonic() + 3600.0, RequestQueue())
+    assert handshake.polls == [[]]

@@ -7,23 +7,35 @@ from collections import OrderedDict
 
 import numpy as np
 
+COMMAND_FIELDS = ("throttle", "brake", "steer")
 # A command can arrive after later odometry. Of more open ticks than this, the oldest is missed.
 _MAX_OPEN = 1000
+# So many odometry messages wait for a command without their stamp.
+_MAX_LATE = 2
+_UNSTAMPED = 0
 _NO_COMMAND = (math.nan, math.nan, math.nan)
 
 
 class CommandMatching:
-    """Counters of the odometry messages of a drive and of those that no command answered.
+    """Counters of the odometry messages of a drive and of how commands answered them.
 
-    Messages arrive on several connections: a command can arrive before the odometry with its stamp.
+    A command answers the odometry with its stamp. Another one, as of a stack without stamps,
+    answers by order: the last odometry or, because messages arrive on several connections in any
+    order, the one before it, if that has no command yet.
+
+    Attributes:
+        ticks: odometry messages
+        answered: those answered by stamp
     """
 
     def __init__(self):
         self.ticks = 0
         self.answered = 0
+        self._by_order = 0
         self._lost = 0
+        self._without_command = 0
         self._open: OrderedDict[int, bool] = OrderedDict()
-        self._early: OrderedDict[int, bool] = OrderedDict()
+        self._early: OrderedDict[int, bool] = OrderedDict()  # True: counted in by_order
         self._last_stamp: int | None = None
 
     def add_odometry(self, stamp: int) -> None:
@@ -32,27 +44,39 @@ class CommandMatching:
             return
         self._last_stamp = stamp
         self.ticks += 1
-        if self._early.pop(stamp, None) is None:
+        by_order = self._early.pop(stamp, None)
+        if by_order is None:
             self._open[stamp] = True
+            self._without_command = min(self._without_command + 1, _MAX_LATE)
         else:
             self.answered += 1
+            self._by_order -= by_order
         if len(self._open) > _MAX_OPEN:
             self._open.popitem(last=False)
             self._lost += 1
 
     def add_command(self, stamp: int) -> None:
         """Match a command with this stamp to its odometry."""
+        answers = self._without_command > 0
         if self._open.pop(stamp, None) is not None:
             self.answered += 1
+            self._without_command -= answers
         elif stamp != self._last_stamp:
-            self._early[stamp] = True
+            self._by_order += answers
+            self._without_command -= answers
+            self._early[stamp] = answers and stamp != _UNSTAMPED
             if len(self._early) > _MAX_OPEN:
                 self._early.popitem(last=False)
 
     @property
+    def by_order(self) -> int:
+        """Return the number of odometry messages that a command without their stamp answered."""
+        return min(self._by_order, self.ticks - self.answered)
+
+    @property
     def pending(self) -> bool:
-        """Return whether a command is missing in a drive whose commands carry stamps."""
-        return self.answered > 0 and bool(self._open)
+        """Return whether the last command is missing in a drive whose commands carry stamps."""
+        return self.answered > 0 and self._last_stamp in self._open
 
     @property
     def missed(self) -> int:
@@ -79,6 +103,15 @@ class CommandTrace:
         self._by_stamp.setdefault(stamp, command)
         if self._received:
             self._received[-1] = command
+
+    def forget(self, ticks: int) -> None:
+        """Remove the oldest ticks, which the caller has stored."""
+        for stamp in self._stamps[:ticks]:
+            self._by_stamp.pop(stamp, None)
+        del self._stamps[:ticks], self._received[:ticks]
+        # Stamps that belong to no tick would fill the memory.
+        for stamp in list(self._by_stamp)[: max(len(self._by_stamp) - _MAX_OPEN, 0)]:
+            del self._by_stamp[stamp]
 
     def as_array(self, ticks: int) -> np.ndarray:
         """Return throttle, brake and steer of the first ticks: (ticks, 3), NaN if unknown."""

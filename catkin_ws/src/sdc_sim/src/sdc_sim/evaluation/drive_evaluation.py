@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
 from sdc_common.geometry.route import Route
-from sdc_sim.evaluation.command_matching import CommandMatching, CommandTrace
+from sdc_sim.evaluation.command_matching import COMMAND_FIELDS, CommandMatching, CommandTrace
 from sdc_sim.evaluation.ideal_drive import IdealDrive
 from sdc_sim.evaluation.infractions import RedLightDetector
-from sdc_sim.evaluation.route_progress import RouteProgress
+from sdc_sim.evaluation.route_progress import DriveSample, RouteProgress
 from sdc_sim.evaluation.rules import EvaluationRules
 from sdc_sim.evaluation.timeline import IGNORED, RESTARTED, Timeline
 
@@ -19,8 +20,30 @@ _NS_PER_S = 1_000_000_000
 _MAX_GAP_S = 1.0
 # The pace of the first seconds does not predict the rest of the drive.
 _MIN_PACE_S = 5.0
+# Commands of a tick can arrive during so many later ones; then its row of the trace is complete.
+_OPEN_TICKS = 1000
+_STORED_TICKS = 200
 # Kinds of obstacles and the report's names for them.
 _COLLISION_KINDS = {"car": "vehicle", "pedestrian": "pedestrian", "obstacle": "static"}
+
+
+class TraceStore(Protocol):
+    """Stores the complete rows of a trace: the fields of DriveSample, then throttle, brake, steer.
+
+    Attributes:
+        failure: why rows cannot be stored, or None
+    """
+
+    failure: OSError | None
+
+    def append(self, rows: np.ndarray) -> None:
+        """Store (n, 11) rows."""
+
+    def rows(self) -> np.ndarray:
+        """Return all stored rows: (n, 11)."""
+
+    def clear(self) -> None:
+        """Remove all rows."""
 
 
 @dataclass
@@ -29,10 +52,11 @@ class DriveResult:
 
     Attributes:
         metrics: the content of report.json
-        progress: the samples and events of the drive
-        commands: (n, 3) throttle, brake and steer of each sample, NaN if unknown
-        planned: (m, 2) arc length [m] and planned speed [m/s]
+        progress: the samples and events of the drive; with a trace store, the newest samples only
+        commands: (n, 3) throttle, brake and steer of each of these samples, NaN if unknown
+        planned: (m, 2) arc length [m] and planned speed [m/s]; with a trace store, empty
         limit_mps: (N,) greatest speed at each point of the route [m/s]
+        snapshots: time [s], completed share of the route [%] and JPEG of each camera picture
     """
 
     metrics: dict
@@ -40,6 +64,13 @@ class DriveResult:
     commands: np.ndarray
     planned: np.ndarray
     limit_mps: np.ndarray
+    snapshots: list
+
+    @property
+    def rows(self) -> np.ndarray:
+        """Return the rows of the trace of these samples: (n, 11)."""
+        samples = np.array(self.progress.samples, dtype=float)
+        return np.hstack([samples.reshape(-1, len(DriveSample._fields)), self.commands])
 
 
 class DriveEvaluation:
@@ -49,13 +80,20 @@ class DriveEvaluation:
     Stamps are integers [ns].
     """
 
-    def __init__(self, rules: EvaluationRules, route: Route, keep_trace: bool):
+    def __init__(
+        self,
+        rules: EvaluationRules,
+        route: Route,
+        keep_trace: bool,
+        trace_store: TraceStore | None = None,
+    ):
         """Start an evaluation.
 
         Args:
             rules: what the drive is evaluated by
             route: the route of the mission
             keep_trace: keep all samples and commands, which `result` needs
+            trace_store: takes the complete rows of the trace, which are then not kept in memory
         """
         self.route = route
         self.ideal = IdealDrive(route, rules.speed_limits())
@@ -64,6 +102,8 @@ class DriveEvaluation:
         self.unseen_s = 0.0
         self._rules = rules
         self._keep_trace = keep_trace
+        self._trace_store = trace_store
+        self._snapshots: list = []
         self._red_lights = RedLightDetector(rules.car_front_m)
         self._obstacle_kinds: dict = {}
         self._start()
@@ -80,6 +120,8 @@ class DriveEvaluation:
         self._red_lights.reset_car()
         self._commands = CommandTrace()
         self._planned: list = []
+        if self._trace_store is not None:
+            self._trace_store.clear()
 
     @property
     def over(self) -> bool:
@@ -115,15 +157,20 @@ class DriveEvaluation:
         Args:
             ended_at_s: wall clock at the end of the drive [s], None without a wall clock
         """
-        metrics = self.progress.metrics(self.ideal.duration_s, self._rules.lane_width_m)
+        stored = None
+        if self._trace_store is not None:
+            stored = self._trace_store.rows()[:, : -len(COMMAND_FIELDS)]
+        metrics = self.progress.metrics(self.ideal.duration_s, self._rules.lane_width_m, stored)
         wall_s = None
         if ended_at_s is not None and self._started_at_s is not None:
             wall_s = ended_at_s - self._started_at_s
         metrics.update(
             wall_duration_s=wall_s,
             real_time_factor=None if wall_s is None else metrics["duration_s"] / max(wall_s, 1e-3),
-            ticks=len(self.progress.samples),
+            ticks=len(self.progress.samples) + (0 if stored is None else len(stored)),
             missed_ticks=self.matching.missed,
+            ticks_by_stamp=self.matching.answered,
+            ticks_by_order=self.matching.by_order,
             unseen_s=self.unseen_s,
             referee_restarts=self.referee_restarts,
             world_restarts=self.world_restarts,
@@ -135,6 +182,7 @@ class DriveEvaluation:
             self._commands.as_array(len(self.progress.samples)),
             np.array(self._planned, dtype=float).reshape(-1, 2),
             self.ideal.speed_mps,
+            self._snapshots,
         )
 
     def _on_odometry(
@@ -159,7 +207,17 @@ class DriveEvaluation:
         self._count_red(self._red_lights.update_car(stamp_ns, self.route, sample.s_m))
         if self._keep_trace:
             self._commands.add_odometry(stamp_ns)
+        if self._trace_store is not None:
+            self._store_rows(self._trace_store)
         return True
+
+    def _store_rows(self, store: TraceStore) -> None:
+        if len(self.progress.samples) < _OPEN_TICKS + _STORED_TICKS:
+            return
+        samples = np.array(self.progress.samples[:_STORED_TICKS], dtype=float)
+        store.append(np.hstack([samples, self._commands.as_array(_STORED_TICKS)]))
+        self.progress.forget(_STORED_TICKS)
+        self._commands.forget(_STORED_TICKS)
 
     def _on_command(self, stamp_ns: int, throttle: float, brake: float, steer: float) -> None:
         self.matching.add_command(stamp_ns)
@@ -167,7 +225,8 @@ class DriveEvaluation:
             self._commands.add_command(stamp_ns, throttle, brake, steer)
 
     def _on_planned(self, speed_mps: float) -> None:
-        if self._keep_trace and self.progress.samples and not self.over:
+        needed = self._keep_trace and self._trace_store is None
+        if needed and self.progress.samples and not self.over:
             self._planned.append((self.progress.samples[-1].s_m, speed_mps))
 
     def _on_obstacle(self, obstacle_id: int, kind: str) -> None:
@@ -198,6 +257,9 @@ class DriveEvaluation:
 
     def _on_wall_clock(self, now_s: float) -> None:
         self._started_at_s = now_s
+
+    def _on_snapshot(self, time_s: float, percent: float, jpeg: bytes) -> None:
+        self._snapshots.append((time_s, percent, jpeg))
 
     def _on_resumed(self) -> None:
         self.referee_restarts += 1

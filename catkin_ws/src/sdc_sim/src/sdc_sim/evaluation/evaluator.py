@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import hashlib
+import contextlib
 from collections import deque
 from collections.abc import Sequence
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from sdc_common.geometry.route import Route
 from sdc_common.ros.stop_lines import StopLine
-from sdc_sim.evaluation.drive_evaluation import DriveEvaluation, DriveResult
+from sdc_sim.evaluation.drive_evaluation import DriveEvaluation, DriveResult, TraceStore
 from sdc_sim.evaluation.event_log import EventLog
 from sdc_sim.evaluation.metrics import COEFFICIENTS
 from sdc_sim.evaluation.rules import EvaluationRules
@@ -23,13 +23,20 @@ class Evaluator:
     """The evaluation of one drive, whose events can arrive in any order across topics.
 
     With an event log, no samples are kept in memory, so that a drive can last for days: `result`
-    replays the log, and an evaluator that opens the log of a killed one resumes its drive.
+    replays the log, and an evaluator that opens the log of a killed one resumes its drive. With a
+    trace store in addition, `result` replays nothing.
     """
 
-    def __init__(self, rules: EvaluationRules, event_log: EventLog | None = None):
+    def __init__(
+        self,
+        rules: EvaluationRules,
+        event_log: EventLog | None = None,
+        trace_store: TraceStore | None = None,
+    ):
         self.rules = rules
         self.drive: DriveEvaluation | None = None
         self._event_log = event_log
+        self._trace_store = trace_store
         self._last_wall_s: float | None = None
         self._early: deque = deque(maxlen=_MAX_EARLY_EVENTS)
 
@@ -64,17 +71,18 @@ class Evaluator:
             ValueError: the points are not a route
         """
         route = Route(np.asarray(points_m, dtype=float).reshape(-1, 2))
-        self.drive = DriveEvaluation(self.rules, route, keep_trace=self._event_log is None)
+        keep_trace = self._event_log is None or self._trace_store is not None
+        self.drive = DriveEvaluation(self.rules, route, keep_trace, self._trace_store)
         if self._event_log is not None:
-            self._open_event_log(self._event_log, self.drive)
+            self._open_event_log(self._event_log, self.drive, np.asarray(points_m, float).tolist())
         early, self._early = self._early, deque()
         for event in early:
             self._take(event)
 
-    def _open_event_log(self, event_log: EventLog, drive: DriveEvaluation) -> None:
-        head = ["route", hashlib.sha256(drive.route.points.tobytes()).hexdigest()]
+    def _open_event_log(self, event_log: EventLog, drive: DriveEvaluation, points_m: list) -> None:
+        head = ["route", points_m, self.rules._asdict()]
         events = event_log.events()
-        if event_log.resumed and next(events, None) == head:
+        if event_log.resumed and next(events, [])[:2] == head[:2]:
             for event in events:
                 drive.apply(event)
             self._take(["resumed"])
@@ -137,6 +145,16 @@ class Evaluator:
         """Add a collision with an obstacle; the stamp 0 means now."""
         self._take(["collision", stamp_ns, obstacle_id])
 
+    def add_snapshot(self, time_s: float, percent: float, jpeg: bytes) -> None:
+        """Add a camera picture for the report.
+
+        Args:
+            time_s: simulated time [s]
+            percent: completed share of the route [%]
+            jpeg: the picture
+        """
+        self._take(["snapshot", time_s, percent, jpeg])
+
     def add_infraction(self, name: str) -> None:
         """Count an infraction.
 
@@ -163,9 +181,28 @@ class Evaluator:
         assert self.drive is not None
         if self._event_log is None:
             return self.drive.result(self._last_wall_s)
-        drive = DriveEvaluation(self.rules, self.drive.route, keep_trace=True)
-        events = self._event_log.events()
-        next(events)  # the route
-        for event in events:
-            drive.apply(event)
-        return drive.result(self._last_wall_s)
+        if self._trace_store is not None and self._trace_store.failure is None:
+            with contextlib.suppress(OSError):
+                return self.drive.result(self._last_wall_s)
+        return evaluate_event_log(self._event_log, self._last_wall_s)
+
+
+def evaluate_event_log(event_log: EventLog, ended_at_s: float | None = None) -> DriveResult:
+    """Return the evaluated drive of an event log, with its whole trace.
+
+    Args:
+        event_log: of a drive whose route is known
+        ended_at_s: wall clock at the end of the drive [s], None if it is unknown
+
+    Raises:
+        ValueError: the log has no route
+    """
+    events = event_log.events()
+    head = next(events, None)
+    if head is None:
+        raise ValueError("the drive has no route")
+    _, points_m, rules = head
+    drive = DriveEvaluation(EvaluationRules(**rules), Route(np.array(points_m)), keep_trace=True)
+    for event in events:
+        drive.apply(event)
+    return drive.result(ended_at_s)

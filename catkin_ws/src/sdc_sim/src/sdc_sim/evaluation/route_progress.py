@@ -93,6 +93,7 @@ class RouteProgress:
         self._progress_at_s = 0.0
         self._on_route_at_s = self._on_route_at_m = 0.0
         self._collided_at_s: float | None = None
+        self._forgotten_progress_m = 0.0
 
     @property
     def completion_percent(self) -> float:
@@ -183,13 +184,27 @@ class RouteProgress:
         """Return one field of DriveSample for all samples: (n,)."""
         return np.array([getattr(sample, name) for sample in self.samples])
 
-    def metrics(self, ideal_duration_s: float, lane_width_m: float = math.inf) -> dict:
+    def forget(self, count: int) -> None:
+        """Remove the oldest samples, which the caller has stored; at least one must be left."""
+        self._forgotten_progress_m = self._progress_of(self.samples[:count])
+        del self.samples[:count]
+
+    def metrics(
+        self,
+        ideal_duration_s: float,
+        lane_width_m: float = math.inf,
+        forgotten: np.ndarray | None = None,
+    ) -> dict:
         """Return the metrics of the report; None for those that a short drive does not define.
 
         Args:
             ideal_duration_s: least duration of a drive along the route [s]
             lane_width_m: width of the lane around the route [m]
+            forgotten: (n, fields of DriveSample) forgotten samples
         """
+        rows = np.array(self.samples, dtype=float).reshape(-1, len(DriveSample._fields))
+        if forgotten is not None:
+            rows = np.concatenate([forgotten, rows])
         return {
             "status": self.status or (ABORTED if self._collided_at_s is None else COLLISION),
             "route_length_m": self.route.length_m,
@@ -198,7 +213,7 @@ class RouteProgress:
             "ideal_duration_s": ideal_duration_s,
             "time_ratio": self.duration_s / ideal_duration_s,
             **drive_metrics(
-                {name: self.column(name) for name in DriveSample._fields},
+                dict(zip(DriveSample._fields, rows.T)),
                 self.completion_percent,
                 self.infractions,
                 lane_width_m,
@@ -208,12 +223,13 @@ class RouteProgress:
     def _remove_samples_after(self, time_s: float) -> None:
         while len(self.samples) > 1 and self.samples[-1].time_s > time_s:
             self.samples.pop()
-        on_route = (
-            sample.s_m
-            for sample in self.samples
-            if abs(sample.cross_track_m) <= self.limits.off_route_m
-        )
-        self.progress_m = max(on_route, default=0.0)
+        self.progress_m = self._progress_of(self.samples)
+
+    def _progress_of(self, samples: list[DriveSample]) -> float:
+        """Return how far the drive came on the route with the forgotten and these samples."""
+        limit_m = self.limits.off_route_m
+        on_route = (sample.s_m for sample in samples if abs(sample.cross_track_m) <= limit_m)
+        return max(self._forgotten_progress_m, *on_route, 0.0)
 
     def _end(self, status: str) -> None:
         self.status = status

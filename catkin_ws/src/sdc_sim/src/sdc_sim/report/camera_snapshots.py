@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import threading
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -36,15 +37,16 @@ class CameraSnapshots:
     An image is about a megabyte, so the topic is subscribed to only while a snapshot is due.
     """
 
-    def __init__(self, topic: str, count: int):
+    def __init__(self, topic: str, count: int, on_taken: Callable[[CameraSnapshot], None]):
         """Plan the snapshots.
 
         Args:
             topic: of the camera's images
             count: number of snapshots in a completed drive
+            on_taken: called with each snapshot
         """
-        self.taken: list[CameraSnapshot] = []
         self._topic = topic
+        self._on_taken = on_taken
         self._due = [100.0 * (number + 0.5) / count for number in range(count)]
         self._percent = 0.0
         self._subscriber: rospy.Subscriber | None = None
@@ -68,7 +70,7 @@ class CameraSnapshots:
         jpeg = encode_jpeg(message)
         if jpeg is not None:
             self._received.set()
-            self.taken.append(CameraSnapshot(message.header.stamp.to_sec(), self._percent, jpeg))
+            self._on_taken(CameraSnapshot(message.header.stamp.to_sec(), self._percent, jpeg))
 
     def close(self) -> None:
         """Unsubscribe."""

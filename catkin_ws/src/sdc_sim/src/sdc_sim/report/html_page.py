@@ -42,6 +42,8 @@ MEANINGS = {
     "real_time_factor": "simulated time / wall time",
     "ticks": "odometry messages",
     "missed_ticks": "odometry messages without a command of the same stamp",
+    "ticks_by_stamp": "odometry messages that a command with their stamp answered",
+    "ticks_by_order": "odometry messages that the next command, with no such stamp, answered",
     "unseen_s": "s of simulated time without odometry",
     "referee_restarts": "times that the referee restarted and resumed the drive",
     "world_restarts": "times that simulated time and the drive began again",

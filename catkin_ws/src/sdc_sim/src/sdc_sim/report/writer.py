@@ -3,19 +3,14 @@
 from __future__ import annotations
 
 import contextlib
-import csv
 import json
-import math
 import os
-from collections.abc import Sequence
 
 from sdc_sim.evaluation.drive_evaluation import DriveResult
 from sdc_sim.evaluation.event_log import EventLog
-from sdc_sim.evaluation.route_progress import DriveSample
-from sdc_sim.report.camera_snapshots import CameraSnapshot
+from sdc_sim.report.trace_file import TraceFile, write_rows
 
-COMMAND_FIELDS = ("throttle", "brake", "steer")
-_EVENT_LOG = ".journal"
+EVENT_LOG = ".journal"
 
 
 class ReportError(OSError):
@@ -28,7 +23,7 @@ def companion(report_path: str, extension: str) -> str:
 
 
 def open_report(report_path: str, drive_id: str) -> EventLog:
-    """Make the report's folder, remove an older report and open the event log.
+    """Make the report's folder, remove an older report and open the event log, locked.
 
     Args:
         report_path: path of report.json
@@ -39,10 +34,11 @@ def open_report(report_path: str, drive_id: str) -> EventLog:
     """
     try:
         os.makedirs(os.path.dirname(report_path) or ".", exist_ok=True)
-        event_log = EventLog(companion(report_path, _EVENT_LOG), drive_id)
-        for path in (report_path, *(companion(report_path, e) for e in (".csv", ".png", ".html"))):
+        event_log = EventLog.locked(companion(report_path, EVENT_LOG), drive_id)
+        for path in (report_path, companion(report_path, ".csv")):
             with contextlib.suppress(FileNotFoundError):
                 os.remove(path)
+        remove_pages(report_path)
     except OSError as error:
         raise ReportError(
             f"{error.filename or report_path}: {error.strerror}; "
@@ -51,19 +47,25 @@ def open_report(report_path: str, drive_id: str) -> EventLog:
     return event_log
 
 
-def write_report(report_path: str, result: DriveResult) -> None:
+def write_report(report_path: str, result: DriveResult, trace: TraceFile | None = None) -> None:
     """Write the trace and then, atomically, the metrics.
 
     Args:
         report_path: path of report.json
         result: the evaluated drive
+        trace: has the rows that the result does not have
 
     Raises:
         ReportError: a file cannot be written
     """
     try:
         os.makedirs(os.path.dirname(report_path) or ".", exist_ok=True)
-        write_trace(companion(report_path, ".csv"), result)
+        if trace is not None and trace.failure is None:
+            trace.finish(result.rows)
+        else:
+            if trace is not None:
+                trace.remove()
+            write_trace(companion(report_path, ".csv"), result)
         with open(report_path + ".part", "w", encoding="utf-8") as file:
             json.dump(result.metrics, file, indent=2)
             file.write("\n")
@@ -77,29 +79,38 @@ def write_report(report_path: str, result: DriveResult) -> None:
 def write_trace(path: str, result: DriveResult) -> None:
     """Write one row for each sample, with all digits, and the command that answered it."""
     with open(path, "w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file)
-        writer.writerow(DriveSample._fields + COMMAND_FIELDS)
-        for sample, command in zip(result.progress.samples, result.commands.tolist()):
-            writer.writerow((*sample, *("" if math.isnan(value) else value for value in command)))
+        write_rows(file, result.rows.tolist())
 
 
-def write_pages(report_path: str, result: DriveResult, snapshots: Sequence[CameraSnapshot]) -> None:
+def remove_pages(report_path: str) -> None:
+    """Remove report.png and report.html, where they exist.
+
+    Raises:
+        OSError: a file cannot be removed
+    """
+    for extension in (".png", ".html"):
+        with contextlib.suppress(FileNotFoundError):
+            os.remove(companion(report_path, extension))
+
+
+def write_pages(report_path: str, result: DriveResult) -> None:
     """Write report.png and report.html.
 
     Args:
         report_path: path of report.json
-        result: the evaluated drive
-        snapshots: of the camera, for report.html
+        result: the evaluated drive, with its whole trace
 
     Raises:
         ReportError: a file cannot be written
     """
     # Matplotlib is slow to import, and only the end of a drive needs it.
+    from sdc_sim.report.camera_snapshots import CameraSnapshot
     from sdc_sim.report.html_page import write_html
     from sdc_sim.report.plots import write_png
 
     try:
         write_png(companion(report_path, ".png"), result)
+        snapshots = [CameraSnapshot(*snapshot) for snapshot in result.snapshots]
         write_html(companion(report_path, ".html"), result, snapshots)
     except OSError as error:
         raise ReportError(

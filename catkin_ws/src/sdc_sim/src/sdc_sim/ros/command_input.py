@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from typing import Any
 
 import rospy
@@ -10,13 +11,17 @@ from std_msgs.msg import Bool
 
 from sdc_sim.ros.message_conversion import ackermann_target, vehicle_command
 from sdc_sim.ros.request_queue import RequestQueue
-from sdc_sim.simulation.answer_tracker import UNSTAMPED, AnswerTracker
+from sdc_sim.simulation.answer_tracker import UNSTAMPED, AnswerTracker, Stamp
 from sdc_sim.simulation.command_arbiter import CommandArbiter
 from sdc_sim.simulation.command_mux import Command
+from sdc_sim.simulation.command_period import CommandPeriod
 from sdc_sim.simulation.simulation import Simulation
 
 # After this time without a command of the active publisher, another one may take control.
 _HANDOVER_S = 0.5
+# Without stamps nothing shows when all nodes have used a tick. After a shorter time, paths and
+# commands are many ticks old.
+_UNSTAMPED_TICK_S = 0.002
 
 
 class CommandInput:
@@ -30,7 +35,7 @@ class CommandInput:
         lockstep: whether the stamp of a command decides which observation it answers
 
     Attributes:
-        received: whether a software command was accepted since the loop cleared it
+        received: whether a software command was accepted since `expect`
         subscribers: subscribers to software commands
     """
 
@@ -47,6 +52,9 @@ class CommandInput:
         self._simulation = simulation
         self._lockstep = lockstep
         self._answers = AnswerTracker()
+        self._period = CommandPeriod()
+        self._requests = requests
+        self._expected_since_s = 0.0
         self._arbiter = CommandArbiter(round(_HANDOVER_S / simulation.tick_s))
 
         def subscriber(topic: str, message_class: type, callback: Any) -> rospy.Subscriber:
@@ -63,25 +71,48 @@ class CommandInput:
 
     @property
     def stamped(self) -> bool:
-        """Whether the last command had a stamp."""
-        return self._answers.stamped
+        """Whether the last command had a stamp, in a stack that stamps its commands."""
+        return self._answers.by_stamp and self._answers.stamped
+
+    @property
+    def is_due(self) -> bool:
+        """Whether a command can be expected before the next tick."""
+        return self._answers.by_stamp or self._period.is_due
 
     @property
     def has_answer(self) -> bool:
-        """Whether a command with its stamp has answered the last observation."""
-        return self._answers.has_answer(self._simulation.observation.stamp)
+        """Whether a command has answered the last observation."""
+        return self._answers.has_answer(self._simulation.observation.stamp, self.received)
 
-    def release(self) -> None:
-        """Let another publisher take control: the active one has not answered in time."""
+    def expect(self) -> None:
+        """Expect the answer to a new observation."""
+        self._period.end_tick(self.received)
+        self.received = False
+        self._expected_since_s = time.monotonic()
+
+    def settle(self) -> None:
+        """Process requests until nodes without stamps have had time for the observation."""
+        if not self._answers.by_stamp:
+            self._requests.process_until(self._expected_since_s + _UNSTAMPED_TICK_S)
+
+    def give_up(self) -> None:
+        """Record that the next tick starts without an answer; any publisher may take control."""
+        if not self.is_due:
+            return
+        if self._answers.by_stamp:
+            rospy.logwarn_throttle(
+                5.0, "sim: no command has the stamp of the last odometry; the next tick starts"
+            )
+        self._answers.give_up(self._simulation.observation.stamp)
         self._arbiter.release()
 
-    def checkpoint(self) -> list:
+    def checkpoint(self) -> dict[str, Any]:
         """Return the state as plain data."""
         return self._answers.checkpoint()
 
-    def restore(self, checkpoint: list) -> None:
+    def restore(self, checkpoint: dict[str, Any]) -> None:
         """Restore a checkpoint."""
-        self._answers.restore(*checkpoint)
+        self._answers.restore(checkpoint)
 
     def _on_control(self, message: Any) -> None:
         publisher = message._connection_header["callerid"]
@@ -93,16 +124,23 @@ class CommandInput:
             )
             return
         stamp = message.header.stamp.secs, message.header.stamp.nsecs
-        if self._lockstep and self._answers.is_repeated(stamp):
+        observed = self._simulation.observation.stamp
+        if self._lockstep and self._answers.is_repeated(stamp, observed):
             return
         if self._accept(vehicle_command(message), self.topic):
-            self._answers.record(stamp, self._simulation.observation.stamp)
-            self.received = True
+            self._record(stamp)
 
     def _on_ackermann(self, message: AckermannDrive) -> None:
         if self._accept(ackermann_target(message), "ackermann_cmd"):
-            self._answers.record(UNSTAMPED, self._simulation.observation.stamp)
-            self.received = True
+            self._record(UNSTAMPED)
+
+    def _record(self, stamp: Stamp) -> None:
+        self._answers.record(stamp, self._simulation.observation.stamp)
+        self.received = True
+        if self._lockstep and not self._answers.by_stamp:
+            rospy.loginfo_once(
+                "sim: commands have no stamp of an odometry; the first one after a tick answers it"
+            )
 
     def _on_manual_control(self, message: Any) -> None:
         self._accept(vehicle_command(message), self.topic + "_manual", manual=True)

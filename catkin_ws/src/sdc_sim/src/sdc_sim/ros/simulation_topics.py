@@ -44,6 +44,10 @@ class SimulationTopics:
                 every_frame=setup.lockstep,
             )
 
+    def start_clock(self) -> None:
+        """Publish the time of the first observation: some nodes wait for it and then subscribe."""
+        self._clock.publish(rospy.Time(*self._simulation.observation.stamp))
+
     def publish(self) -> None:
         """Publish all but the picture."""
         observation = self._simulation.observation

@@ -13,7 +13,12 @@ import rospy
 from sdc_sim.ros.request_queue import RequestQueue
 
 WARNING_AFTER_S = 5.0
+# A node with a rate of its own answers no odometry before the time advances.
+FIRST_ANSWER_S = 1.0
 _POLL_S = 0.1
+# Nodes with different definitions of a message never connect.
+STUCK_S = 10.0
+_CONNECTION = " to connect to "
 _ANSWER_TIMEOUT_S = 1.0
 # Directions of connections in the list that a node returns, see the slave API of ROS.
 _INWARD, _OUTWARD = ("i", "b"), ("o", "b")
@@ -50,15 +55,36 @@ class StartHandshake:
         self._odometry = odometry
         self._tick_topics = (odometry, *tick_topics)
         self._nodes = set(nodes)
+        self._waited_s = 0.0
+
+    @property
+    def answer_timeout_s(self) -> float:
+        """Wall time to wait for the answer to the first odometry.
+
+        A machine on which the connections took long also computes the first answer slowly.
+        """
+        return max(FIRST_ANSWER_S, 0.5 * self._waited_s)
 
     def wait(self, deadline_s: float, requests: RequestQueue) -> None:
-        """Process requests until the handshake is complete or the deadline (time.monotonic())."""
-        warning_s = time.monotonic() + WARNING_AFTER_S
+        """Process requests until the handshake is complete or the deadline (time.monotonic()).
+
+        Connections between ready nodes are given up when none is made for STUCK_S.
+        """
+        started_s = time.monotonic()
+        self._wait(deadline_s, requests, started_s)
+        self._waited_s = time.monotonic() - started_s
+
+    def _wait(self, deadline_s: float, requests: RequestQueue, started_s: float) -> None:
+        warning_s = started_s + WARNING_AFTER_S
+        last, changed_s = [""], started_s
         while not rospy.is_shutdown() and (missing := self.missing()):
-            if time.monotonic() > deadline_s:
+            now_s = time.monotonic()
+            if missing != last or not all(_CONNECTION in each for each in missing):
+                last, changed_s = missing, now_s
+            if now_s > min(deadline_s, changed_s + STUCK_S):
                 rospy.logwarn("sim: starts without %s", "; ".join(missing))
                 return
-            if time.monotonic() > warning_s:
+            if now_s > warning_s:
                 rospy.logwarn_once(f"sim: waiting for {'; '.join(missing)}")
             requests.process_until(time.monotonic() + _POLL_S)
 
@@ -164,7 +190,7 @@ def missing_connections(
         if not open_connections or (node not in nodes and not graph.is_reachable(node)):
             continue
         missing += [
-            f"{node} to connect to {publisher} for {topic}"
+            f"{node}{_CONNECTION}{publisher} for {topic}"
             for topic, publisher in sorted(open_connections)
             if graph.is_reachable(publisher)
         ]

@@ -19,6 +19,8 @@ METRICS = (
     "real_time_factor",
     "ticks",
     "missed_ticks",
+    "ticks_by_stamp",
+    "ticks_by_order",
     "cross_track_rms_m",
     "cross_track_p95_m",
     "cross_track_max_m",

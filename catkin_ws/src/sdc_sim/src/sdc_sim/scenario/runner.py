@@ -14,6 +14,7 @@ The exit status is 1 for errors and for violations.
 
 from __future__ import annotations
 
+import contextlib
 import difflib
 import os
 import signal
@@ -27,6 +28,8 @@ import yaml
 
 from sdc_common.geometry.route import Route
 from sdc_common.routes.waypoint_file import WaypointError, load_waypoints
+from sdc_sim.report.completion import complete_report, is_complete
+from sdc_sim.report.writer import EVENT_LOG, companion
 from sdc_sim.road.route_generator import csv_lines, generate_route
 from sdc_sim.scenario.acceptance_limits import AcceptanceLimits, read_report, violations
 from sdc_sim.scenario.reader import Scenario, load_lights, load_obstacles, load_scenario
@@ -172,7 +175,9 @@ class CheckedDrive:
         is_stopped: Callable[[], bool] = lambda: False,
         environment: Mapping[str, str] | None = None,
     ) -> list[str]:
-        """Drive until the launch ends, then check the report. All nodes have ended on return.
+        """Drive until the launch ends, complete the report and check it.
+
+        All nodes have ended on return.
 
         Args:
             timeout_s: wall time after which the drive is interrupted [s]
@@ -182,10 +187,13 @@ class CheckedDrive:
         Returns:
             one line for each violation, followed by the end of the log; empty if there is none
         """
-        if os.path.exists(self.report_path):
-            os.remove(self.report_path)
+        for path in (self.report_path, companion(self.report_path, EVENT_LOG)):
+            with contextlib.suppress(FileNotFoundError):
+                os.remove(path)
         status = self._launch(timeout_s, is_stopped, environment)
         try:
+            if not is_complete(self.report_path):
+                complete_report(self.report_path)
             lines = violations(self.limits, *read_report(self.report_path))
         except (OSError, ValueError) as error:
             lines = [f"roslaunch ended with status {status} and wrote no report ({error})"]

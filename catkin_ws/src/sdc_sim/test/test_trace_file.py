@@ -1,0 +1,93 @@
+"""The trace of a drive is written while it lasts, and equals the one written at its end."""
+
+import os
+import random
+
+import numpy as np
+import pytest
+import yaml
+
+from sdc_sim.evaluation.evaluator import Evaluator
+from sdc_sim.evaluation.event_log import EventLog
+from sdc_sim.evaluation.rules import EvaluationRules
+from sdc_sim.report.trace_file import TraceFile
+from sdc_sim.report.writer import write_report
+
+TICK_NS = 50_000_000
+POINTS = np.column_stack([np.arange(401.0), np.zeros(401)])
+with open(
+    os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "config", "referee.yaml"),
+    encoding="utf-8",
+) as config:
+    RULES = EvaluationRules.read(yaml.safe_load(config).get)
+
+
+def drive_on(evaluator, first, last):
+    """Drive at 2 m/s; some commands are late, some have no stamp or that of another clock."""
+    late = random.Random(5)
+    for tick in range(first, last):
+        y_m = late.uniform(-1.0, 1.0)
+        evaluator.add_odometry(tick * TICK_NS, 0.1 * tick, y_m, 0.01 * y_m, 2.0, wall_s=0.01 * tick)
+        stamp = late.choice([tick, tick, tick, tick - 1, tick - 7, 0, 10**9 + tick])
+        evaluator.add_command(stamp * TICK_NS, late.uniform(0.0, 1.0), 0.0, -0.1)
+
+
+def stored(folder, drive_id="drive"):
+    folder.mkdir(exist_ok=True)
+    trace = TraceFile(str(folder / "report.csv"))
+    evaluator = Evaluator(RULES, EventLog(str(folder / "events"), drive_id), trace)
+    evaluator.set_route(POINTS)
+    return evaluator, trace
+
+
+def in_memory():
+    evaluator = Evaluator(RULES)
+    evaluator.set_route(POINTS)
+    return evaluator
+
+
+def assert_same_report(folder, evaluator, trace, expected):
+    result = evaluator.result()
+    write_report(str(folder / "report.json"), result, trace)
+    (folder / "expected").mkdir()
+    write_report(str(folder / "expected" / "report.json"), expected.result())
+    assert (folder / "report.csv").read_text() == (folder / "expected" / "report.csv").read_text()
+    metrics = (folder / "report.json").read_text()
+    assert metrics == (folder / "expected" / "report.json").read_text()
+    assert not (folder / "report.csv.part").exists()
+
+
+def test_stored_trace_equals_the_one_kept_in_memory(tmp_path):
+    (evaluator, trace), expected = stored(tmp_path), in_memory()
+    for each in (evaluator, expected):
+        drive_on(each, 1, 3001)
+    assert len(evaluator.drive.progress.samples) < 1500, "a long drive does not fill the memory"
+    assert_same_report(tmp_path, evaluator, trace, expected)
+
+
+def test_late_collision_removes_the_samples_after_it(tmp_path):
+    (evaluator, trace), expected = stored(tmp_path), in_memory()
+    for each in (evaluator, expected):
+        drive_on(each, 1, 2001)
+        each.add_collision(1990 * TICK_NS, 0)
+    assert evaluator.drive.progress.progress_m == pytest.approx(199.0)
+    assert_same_report(tmp_path, evaluator, trace, expected)
+
+
+def test_restarted_world_and_resumed_referee_begin_the_trace_again(tmp_path):
+    drive_on(stored(tmp_path)[0], 1, 2001)
+    (evaluator, trace), expected = stored(tmp_path), in_memory()
+    expected.drive.apply(["resumed"])
+    drive_on(expected, 1, 2001)
+    for each in (evaluator, expected):
+        drive_on(each, 1, 1801)
+    assert evaluator.drive.world_restarts == 1
+    assert_same_report(tmp_path, evaluator, trace, expected)
+
+
+def test_failed_trace_is_replaced_by_the_event_log(tmp_path):
+    (evaluator, trace), expected = stored(tmp_path), in_memory()
+    for each in (evaluator, expected):
+        drive_on(each, 1, 2001)
+    trace.failure = OSError(28, "No space left on device")
+    assert_same_report(tmp_path, evaluator, trace, expected)
