@@ -1,4 +1,4 @@
-"""Links and pictures of the guide's pages."""
+"""Links and file names of all pages, and the pictures of the guide."""
 
 import re
 
@@ -9,6 +9,11 @@ from sdc_workshop.workspace import PROJECT
 
 WORKSHOP = PROJECT / "workshop"
 PAGES = sorted(WORKSHOP.glob("*.md"))
+GENERATED = {".git", ".tools", "build", "devel", "world_ws", "report", "grades"}
+FILES = [path for path in PROJECT.rglob("*") if not GENERATED & set(path.parts)]
+ALL_PAGES = sorted(path for path in FILES if path.suffix == ".md")
+# Files that a drive, a command or the reader writes.
+WRITTEN = re.compile(r"(report|replay|grades|mine|my_\w+|NAME|FILE)\.\w+")
 
 
 def headings(page):
@@ -17,7 +22,7 @@ def headings(page):
     return {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in titles}
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@pytest.mark.parametrize("page", ALL_PAGES, ids=lambda page: str(page.relative_to(PROJECT)))
 def test_links_of_a_page_have_targets(page):
     links = re.findall(r"\]\(([^)]+)\)", page.read_text())
     for link in links:
@@ -26,6 +31,13 @@ def test_links_of_a_page_have_targets(page):
             target = (page.parent / name) if name else page
             assert target.exists(), link
             assert not anchor or anchor in headings(target), link
+
+
+@pytest.mark.parametrize("page", ALL_PAGES, ids=lambda page: str(page.relative_to(PROJECT)))
+def test_files_that_a_page_names_are_there(page):
+    named = re.findall(r"[\w-]+\.(?:csv|launch|md|py|sh|test|yaml)\b", page.read_text())
+    known = {path.name for path in FILES}
+    assert [name for name in named if name not in known and not WRITTEN.fullmatch(name)] == []
 
 
 def test_each_picture_is_drawn_and_shown(tmp_path):

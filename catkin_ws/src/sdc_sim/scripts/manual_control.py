@@ -13,7 +13,7 @@ from carla_msgs.msg import (
     CarlaWorldInfo,
 )
 from nav_msgs.msg import Odometry
-from sdc_msgs.msg import CarlaVehicleControl, LocalPath, ObstacleArray, Path
+from sdc_msgs.msg import CarlaVehicleControl, ObstacleArray
 from sensor_msgs.msg import Image
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
@@ -26,6 +26,7 @@ from sdc_sim.manual_control.drive_state import DriveState
 from sdc_sim.manual_control.hud_renderer import HudRenderer
 from sdc_sim.manual_control.map_view import MapView
 from sdc_sim.manual_control.views import ViewSelector
+from sdc_sim.ros.waypoint_messages import waypoint_rows
 
 EGO = "/carla/ego_vehicle"
 PICTURE_TOPICS = (EGO + "/camera/rgb/front/image_color", "/camera/lane_mask")
@@ -76,8 +77,8 @@ class ManualControl:
         rospy.Subscriber(EGO + "/collision", CarlaCollisionEvent, state.on_collision)
         rospy.Subscriber(EGO + "/lane_invasion", CarlaLaneInvasionEvent, state.on_lane_invasion)
         rospy.Subscriber("/carla/world_info", CarlaWorldInfo, state.on_world_info)
-        rospy.Subscriber("/planner/mission_waypoints", Path, self.on_mission)
-        rospy.Subscriber("/planner/local_waypoints", LocalPath, state.on_path, queue_size=1)
+        rospy.Subscriber("/planner/mission_waypoints", rospy.AnyMsg, self.on_mission)
+        rospy.Subscriber("/planner/local_waypoints", rospy.AnyMsg, self.on_path, queue_size=1)
 
     def on_odometry(self, odometry):
         try:
@@ -87,9 +88,17 @@ class ManualControl:
 
     def on_mission(self, path):
         try:
-            self.views.map_view.set_route([(point.x, point.y) for point in path.waypoints])
+            self.views.map_view.set_route(waypoint_rows(path, "x", "y"))
         except ValueError as error:
             rospy.logwarn("manual_control: refused /planner/mission_waypoints: %s", error)
+
+    def on_path(self, path):
+        try:
+            self.state.on_path(path)
+        except ValueError as error:
+            rospy.logwarn_throttle(
+                1.0, f"manual_control: refused /planner/local_waypoints: {error}"
+            )
 
     def on_key(self, key):
         if key == keyboard.QUIT_KEY:

@@ -6,7 +6,6 @@ import time
 import numpy as np
 import rospy
 from nav_msgs.msg import Path as DisplayedPath
-from sdc_msgs.msg import LocalPath, Path
 from visualization_msgs.msg import Marker, MarkerArray
 
 from sdc_common.ros.connection_watchdog import watch_connections
@@ -14,6 +13,7 @@ from sdc_common.ros.node import parameter, refuse
 from sdc_sim.road.road import Road
 from sdc_sim.road.road_markings import road_markings
 from sdc_sim.ros.rviz_markers import car_markers, path_marker, road_markers, route_path
+from sdc_sim.ros.waypoint_messages import waypoint_rows
 
 
 class Show:
@@ -32,12 +32,12 @@ class Show:
         self.car_publisher = rospy.Publisher("/show/car", MarkerArray, **latched)
         self.path_publisher = rospy.Publisher("/show/local_path", Marker, queue_size=1)
 
-        rospy.Subscriber("/planner/mission_waypoints", Path, self.on_mission, queue_size=1)
-        rospy.Subscriber("/planner/local_waypoints", LocalPath, self.on_path, queue_size=1)
+        rospy.Subscriber("/planner/mission_waypoints", rospy.AnyMsg, self.on_mission, queue_size=1)
+        rospy.Subscriber("/planner/local_waypoints", rospy.AnyMsg, self.on_path, queue_size=1)
 
     def on_mission(self, path):
-        route = np.array([(point.x, point.y) for point in path.waypoints]).reshape(-1, 2)
         try:
+            route = np.array(waypoint_rows(path, "x", "y")).reshape(-1, 2)
             road = Road(route)
         except ValueError as error:
             rospy.logwarn("show: refused /planner/mission_waypoints: %s", error)
@@ -51,8 +51,8 @@ class Show:
         if now < self.next_path_time:
             return
         self.next_path_time = now + self.path_period_s
-        rows = [(point.x, point.y, point.v) for point in path.waypoints]
         try:
+            rows = waypoint_rows(path, "x", "y", "v")
             self.path_publisher.publish(path_marker(rows, self.full_speed_mps))
         except ValueError as error:
             rospy.logwarn_throttle(1.0, f"show: refused /planner/local_waypoints: {error}")

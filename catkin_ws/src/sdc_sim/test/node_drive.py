@@ -7,10 +7,11 @@ import unittest
 import rospy
 import rostest
 
+from sdc_common.ros.catkin_workspace import WorkspaceError
 from sdc_sim.scenario.runner import CheckedDrive
 
-GIVEN = ("stack", "waypoints_path", "sync", "camera")
-PATHS = ("stack", "waypoints_path")
+GIVEN = ("stack", "workspace", "waypoints_path", "sync", "camera")
+PATHS = ("workspace", "waypoints_path")
 BOUNDS = {
     "max_cross_track_m": ("cross_track_max_m", 0.5),
     "rms_cross_track_m": ("cross_track_rms_m", 0.2),
@@ -23,16 +24,16 @@ class DriveTest(unittest.TestCase):
         # rostest changes the working directory; relative paths start where it was called.
         os.chdir(parameters["folder"])
         scenario = parameters["scenario"]
-        given = {
-            name: os.path.abspath(os.path.expanduser(parameters[name]))
-            if name in PATHS
-            else parameters[name]
-            for name in GIVEN
-            if parameters[name]
-        }
-        drive = CheckedDrive(
-            scenario, os.path.abspath(os.path.expanduser(parameters["report"])), given
-        )
+        given = {name: parameters[name] for name in GIVEN if parameters[name]}
+        # With a workspace, the stack may also be a list of PACKAGE/NODE.
+        paths = PATHS if "workspace" in given else (*PATHS, "stack")
+        for name in given.keys() & set(paths):
+            given[name] = os.path.abspath(os.path.expanduser(given[name]))
+        report_path = os.path.abspath(os.path.expanduser(parameters["report"]))
+        try:
+            drive = CheckedDrive(scenario, report_path, given)
+        except WorkspaceError as error:
+            self.fail(str(error))
         for name, (metric, default) in BOUNDS.items():
             if parameters[name] or not scenario:
                 drive.limits.at_most[metric] = float(parameters[name] or default)

@@ -4,13 +4,27 @@
 import math
 import unittest
 
+import genpy.dynamic
 import rospy
 import rostest
 from nav_msgs.msg import Path as DisplayedPath
-from sdc_msgs.msg import BaseWaypoint, LocalPath, Path, Waypoint
+from sdc_msgs.msg import BaseWaypoint, Path
 from visualization_msgs.msg import Marker, MarkerArray
 
 from sdc_common.testing.message_listener import MessageListener, wait_for_subscriber, wait_until
+
+# The messages of another package, whose waypoints have one field more than those of sdc_msgs.
+CLASSES = genpy.dynamic.generate_dynamic(
+    "other/LocalPath",
+    "Waypoint[] waypoints\n"
+    + "=" * 80
+    + "\nMSG: other/Waypoint\nfloat32 x\nfloat32 y\nfloat32 yaw\nfloat32 v",
+)
+LocalPath, OtherWaypoint = CLASSES["other/LocalPath"], CLASSES["other/Waypoint"]
+
+
+def waypoint(x, y, v):
+    return OtherWaypoint(x=x, y=y, yaw=0.5, v=v)
 
 
 class ShowTest(unittest.TestCase):
@@ -21,12 +35,12 @@ class ShowTest(unittest.TestCase):
         wait_for_subscriber(cls.mission)
         wait_for_subscriber(cls.local_path)
 
-    def show_path(self, listener, *waypoints):
+    def show_path(self, listener, *rows):
         """Publish a local path until the node shows it: the node limits its rate."""
         before = len(listener.messages)
 
         def is_shown():
-            self.local_path.publish(LocalPath([Waypoint(*waypoint) for waypoint in waypoints]))
+            self.local_path.publish(LocalPath([waypoint(*row) for row in rows]))
             return len(listener.messages) > before
 
         wait_until(is_shown, what="a local path")
@@ -78,7 +92,7 @@ class ShowTest(unittest.TestCase):
         listener.wait_for_publisher()
         for _ in range(20):
             self.local_path.publish(
-                LocalPath([Waypoint(math.nan, 0.0, 1.0), Waypoint(1.0, 0.0, 1.0)])
+                LocalPath([waypoint(math.nan, 0.0, 1.0), waypoint(1.0, 0.0, 1.0)])
             )
         self.show_path(listener, (5.0, 0.0, 1.0), (6.0, 0.0, 1.0))
         self.assertTrue(

@@ -237,6 +237,20 @@ def test_measured_steady_circle_follows_the_understeer_gradient(speed_mps, front
     assert state.yaw_rate_radps == pytest.approx(theory, rel=0.01)
 
 
+@pytest.mark.parametrize("speed_mps", [1.0, 2.0])
+def test_measured_path_curvature_is_0_65_of_the_commanded_wheel_angle(speed_mps):
+    """The factor that World on Rails fitted to CARLA; see docs/physics.md."""
+    parameters = preset()
+    vehicle = rolling_car(parameters, speed_mps)
+    cruise(vehicle, speed_mps, -0.1, 15.0)
+    curvature = vehicle.state.yaw_rate_radps / vehicle.state.speed_mps
+    factor = curvature * parameters.wheelbase_m / (0.1 * parameters.max_wheel_angle_rad)
+    print(f"{speed_mps} m/s: curvature x wheelbase is {factor:.3f} of the commanded wheel angle")
+    fitted = 0.36848336 / (1.4178275 - 0.090769015) * parameters.wheelbase_m / math.radians(70.0)
+    assert fitted == pytest.approx(0.652, abs=0.001)
+    assert factor == pytest.approx(fitted, rel=0.03)
+
+
 def test_default_vehicle_understeers_like_a_road_car():
     degrees_per_g = math.degrees(preset().understeer_gradient) * 9.81
     assert 0.2 < degrees_per_g < 2.0
@@ -301,10 +315,10 @@ def test_measured_steering_response_agrees_with_commonroad(
 # Data of the car
 
 
-def time_to_speed_s(vehicle, speed_mps):
+def time_to_speed_s(vehicle, speed_mps, throttle=1.0):
     seconds = 0.0
     while vehicle.state.speed_mps < speed_mps:
-        vehicle.step(VehicleCommand(throttle=1.0), 0.005)
+        vehicle.step(VehicleCommand(throttle=throttle), 0.005)
         seconds += 0.005
         assert seconds < 60.0
     return seconds
@@ -324,9 +338,41 @@ def test_measured_acceleration_at_half_throttle_is_1_4_mps2():
     assert acceleration == pytest.approx(1.4, rel=0.05)
 
 
-@pytest.mark.parametrize("name", PRESETS)
+def test_measured_creep_at_throttle_0_3_reaches_3_7_mps_and_stays_there():
+    vehicle = Vehicle(preset())
+    seconds = time_to_speed_s(vehicle, 3.0, throttle=0.3)
+    vehicle.step(VehicleCommand(throttle=0.3), 60.0)
+    steady_mps = vehicle.state.speed_mps
+    print(f"throttle 0.3: 3 m/s after {seconds:.1f} s, {steady_mps:.2f} m/s after a minute more")
+    assert seconds < 15.0
+    assert steady_mps == pytest.approx(3.7, rel=0.02)
+
+
+def test_creep_ends_at_a_speed_that_grows_with_the_throttle_and_holds_in_reverse():
+    steady_mps = []
+    for throttle in (0.0, 0.05, 0.1, 0.2, 0.3):
+        vehicle = Vehicle(preset())
+        vehicle.step(VehicleCommand(throttle=throttle, reverse=True), 60.0)
+        steady_mps.append(-vehicle.state.speed_mps)
+    assert steady_mps[:2] == [0.0, 0.0], "without throttle nothing creeps"
+    assert steady_mps[2:] == pytest.approx([0.45, 2.08, 3.7], rel=0.05)
+
+
+def test_creep_ends_below_normal_speeds():
+    """Above 3.8 m/s, and above throttle 0.44, the drive force is that of a car without creep."""
+    for throttle, speed_mps in ((0.3, 3.85), (0.33, 10.0), (0.45, 0.0), (0.6, 2.0)):
+        found = []
+        for force_n in (0.0, preset().creep_force_n):
+            vehicle = rolling_car(preset(creep_force_n=force_n), speed_mps)
+            vehicle.state.throttle = throttle
+            vehicle.step(VehicleCommand(throttle=throttle), TICK_S)
+            found.append(vehicle.state)
+        assert found[0] == found[1]
+
+
+@pytest.mark.parametrize("name", [name for name in PRESETS if name != "tesla_model3"])
 @pytest.mark.parametrize("throttle", [0.0, 0.1, 0.2, 0.3])
-def test_small_throttle_does_not_move_a_vehicle_at_rest(name, throttle):
+def test_small_throttle_does_not_move_a_vehicle_without_creep(name, throttle):
     vehicle = Vehicle(preset(name))
     vehicle.step(VehicleCommand(throttle=throttle), 20.0)
     assert (vehicle.state.x_m, vehicle.state.speed_mps) == (0.0, 0.0)
@@ -453,7 +499,7 @@ def test_measured_slalom_at_walking_speed_follows_the_kinematic_model(name, reve
     x_m = y_m = yaw_rad = distance_m = 0.0
     for tick in range(6000):
         before = vehicle.state
-        throttle = 0.4 if abs(before.speed_mps) < 1.2 else 0.29
+        throttle = 0.4 if abs(before.speed_mps) < 1.2 else 0.05
         steer = 0.7 * math.sin(0.005 * tick)
         vehicle.step(VehicleCommand(throttle, steer, reverse=reverse), 0.005)
         after = vehicle.state

@@ -62,7 +62,7 @@ class PedalMap:
     """The acceleration that the pedals cause, as straight lines through the car's own curves.
 
     Attributes:
-        throttle_deadband: throttle at which the car barely moves, 0..1
+        throttle_deadband: throttle below which the car only creeps, 0..1
         throttle_gain_mps2: acceleration per unit of throttle beyond the deadband [m/s^2]
         brake_gain_mps2: deceleration per unit of brake [m/s^2]
         coast_mps2: deceleration without any pedal; down to it, the car coasts instead of

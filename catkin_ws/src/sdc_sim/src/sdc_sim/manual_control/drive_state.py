@@ -8,6 +8,7 @@ from typing import Any, Callable
 from sdc_common.ros.odometry import pose_and_speed, yaw_from_quaternion
 from sdc_sim.manual_control import hud
 from sdc_sim.physics.vehicle import VehicleCommand
+from sdc_sim.ros.waypoint_messages import waypoint_rows
 
 
 class DriveState:
@@ -70,8 +71,12 @@ class DriveState:
         ]
 
     def on_path(self, path: Any) -> None:
-        """Store a LocalPath."""
-        self.path = [(point.x, point.y, point.v) for point in path.waypoints]
+        """Store a LocalPath.
+
+        Raises:
+            ValueError: the message has other fields; the previous path stays.
+        """
+        self.path = waypoint_rows(path, "x", "y", "v")
 
     def on_world_info(self, info: Any) -> None:
         """Store the map name of a CarlaWorldInfo."""

@@ -249,7 +249,8 @@ class _Integrator:
         return state
 
     def _drive_force(self, throttle: float, speed: float, reverse: bool) -> float:
-        force_n = evaluate(throttle, self._drive_segments)
+        creep_n = self._p.creep_force_n * throttle - self._p.creep_damping_n_per_mps * abs(speed)
+        force_n = max(evaluate(throttle, self._drive_segments), creep_n)
         power_w = self._p.drive_power_w
         if force_n * abs(speed) > power_w:
             force_n = power_w / abs(speed)

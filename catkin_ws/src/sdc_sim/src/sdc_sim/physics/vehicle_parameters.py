@@ -11,7 +11,14 @@ from sdc_sim.physics.piecewise_linear import evaluate, linear_segments
 from sdc_sim.scenario.yaml_document import DocumentError, load_yaml, validate
 
 _SHARES = ("drive_front_share", "brake_front_share")
-_MAY_BE_ZERO = ("rolling_resistance", "drag_area_m2", "side_drag_area_m2", "wind_arm_m")
+_MAY_BE_ZERO = (
+    "rolling_resistance",
+    "drag_area_m2",
+    "side_drag_area_m2",
+    "wind_arm_m",
+    "creep_force_n",
+    "creep_damping_n_per_mps",
+)
 
 
 class VehicleError(ValueError):
@@ -63,6 +70,8 @@ class VehicleParameters:
     drag_area_m2: float  # drag coefficient times frontal area
     side_drag_area_m2: float  # side force coefficient times side area
     wind_arm_m: float  # distance from the centre of gravity forward to the side force
+    creep_force_n: float = 0.0  # least drive force at standstill, per unit of throttle
+    creep_damping_n_per_mps: float = 0.0  # decrease of this force with the speed
 
     def __post_init__(self) -> None:
         for field in dataclasses.fields(self):
@@ -121,11 +130,11 @@ def load_vehicle(path: str) -> VehicleParameters:
         VehicleError: the file cannot be read, is not such a mapping, or holds an invalid value;
             the message is one line with the file, the line, the key and the fix
     """
-    names = [field.name for field in dataclasses.fields(VehicleParameters)]
+    fields = dataclasses.fields(VehicleParameters)
     schema = {
         "type": "object",
-        "properties": {name: {} for name in names},
-        "required": names,
+        "properties": {field.name: {} for field in fields},
+        "required": [field.name for field in fields if field.default is dataclasses.MISSING],
         "additionalProperties": False,
         "description": "a mapping with lines of 'key: number'",
     }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import Any
 
 from carla_msgs.msg import (
     CarlaCollisionEvent,
@@ -11,11 +12,13 @@ from carla_msgs.msg import (
     CarlaTrafficLightStatusList,
 )
 from nav_msgs.msg import Odometry
-from sdc_msgs.msg import CarlaVehicleControl, LocalPath, ObstacleArray, Path
+from rospy import AnyMsg
+from sdc_msgs.msg import CarlaVehicleControl, ObstacleArray
 
 from sdc_common.ros.odometry import pose_and_speed
 from sdc_common.ros.stop_lines import stop_lines
 from sdc_sim.evaluation.evaluator import Evaluator
+from sdc_sim.ros.waypoint_messages import waypoint_rows
 
 ROUTE_TOPIC = "/planner/mission_waypoints"
 
@@ -38,8 +41,8 @@ class EvaluatorInput:
         # Odometry is last: a sim in lockstep starts when the referee subscribes to it, and by then
         # the referee must be subscribed to all other topics.
         self.topics = {
-            ROUTE_TOPIC: (Path, self.route),
-            "/planner/local_waypoints": (LocalPath, self.local_path),
+            ROUTE_TOPIC: (AnyMsg, self.route),
+            "/planner/local_waypoints": (AnyMsg, self.local_path),
             "/carla/ego_vehicle/vehicle_control_cmd": (CarlaVehicleControl, self.command),
             "/carla/ego_vehicle/collision": (CarlaCollisionEvent, self.collision),
             "/carla/ego_vehicle/obstacles": (ObstacleArray, self.obstacles),
@@ -48,10 +51,10 @@ class EvaluatorInput:
             "/carla/ego_vehicle/odometry": (Odometry, self.odometry),
         }
 
-    def route(self, path: Path) -> None:
+    def route(self, path: Any) -> None:
         """Set the route; only the first one counts."""
         if self.evaluator.drive is None:
-            self.evaluator.set_route([(point.x, point.y) for point in path.waypoints])
+            self.evaluator.set_route(waypoint_rows(path, "x", "y"))
 
     def odometry(self, odometry: Odometry) -> bool:
         """Add an odometry; return False if it is ignored."""
@@ -67,10 +70,11 @@ class EvaluatorInput:
             command.header.stamp.to_nsec(), command.throttle, command.brake, command.steer
         )
 
-    def local_path(self, path: LocalPath) -> None:
+    def local_path(self, path: Any) -> None:
         """Add the planned speed: that of the first point, which is the first not behind the car."""
-        if path.waypoints and math.isfinite(path.waypoints[0].v):
-            self.evaluator.add_planned_speed(path.waypoints[0].v)
+        for _, _, speed_mps in waypoint_rows(path, "x", "y", "v")[:1]:
+            if math.isfinite(speed_mps):
+                self.evaluator.add_planned_speed(speed_mps)
 
     def collision(self, event: CarlaCollisionEvent) -> None:
         """Add a collision."""

@@ -27,6 +27,11 @@ import rospkg
 import yaml
 
 from sdc_common.geometry.route import Route
+from sdc_common.ros.catkin_workspace import (
+    WorkspaceError,
+    check_stack,
+    workspace_environment,
+)
 from sdc_common.routes.waypoint_file import WaypointError, load_waypoints
 from sdc_sim.report.completion import complete_report, is_complete
 from sdc_sim.report.writer import EVENT_LOG, companion
@@ -92,7 +97,7 @@ def launch_arguments(
         arguments["waypoints_path"] = generated_path
     elif scenario.route is not None:
         arguments["waypoints_path"] = _route_path(scenario.path, scenario.route, folders)
-    if scenario.stack is not None:
+    if scenario.stack is not None and not given.get("workspace"):
         arguments["stack"] = _find_packaged(
             "stack", scenario.stack, folders.stacks, ".launch", scenario.path
         )
@@ -148,13 +153,19 @@ class CheckedDrive:
         given: arguments of all.launch that override those of the scenario
 
     Raises:
-        DocumentError, WaypointError, OSError: the scenario cannot be driven.
+        DocumentError, WaypointError, WorkspaceError, OSError: the scenario cannot be driven.
     """
 
     def __init__(self, scenario: str, report_path: str, given: Mapping[str, str]):
         self.report_path = report_path
         self.log_path = os.path.splitext(report_path)[0] + ".log"
         os.makedirs(os.path.dirname(report_path), exist_ok=True)
+        check_stack(given.get("workspace", ""), given.get("stack", ""))
+        self._environment = None
+        if given.get("workspace"):
+            self._environment = _world_environment()
+        else:
+            _check_all_launch()
         self.limits, camera = AcceptanceLimits(), True
         if scenario:
             folders = PackagedFolders.find()
@@ -213,7 +224,7 @@ class CheckedDrive:
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=subprocess.STDOUT,
-                env=environment,
+                env=environment or self._environment,
                 start_new_session=True,
             )
         deadline = time.monotonic() + timeout_s
@@ -228,6 +239,33 @@ class CheckedDrive:
         with open(self.log_path, encoding="utf-8", errors="replace") as file:
             lines = file.read().splitlines()[-_LOG_TAIL_LINES:]
         return "\n".join([f"the last lines of {self.log_path}:", *lines])
+
+
+def _world_environment() -> dict[str, str] | None:
+    """Return the environment of the workspace of this package, without any that overlays it."""
+    source = os.path.realpath(rospkg.RosPack().get_path("sdc_sim"))
+    try:
+        return workspace_environment(os.path.dirname(os.path.dirname(source)))
+    except WorkspaceError:
+        return None  # Installed outside a workspace.
+
+
+def _check_all_launch() -> None:
+    """Raise WorkspaceError if an overlay's package of the same name hides sdc_package."""
+    try:
+        folder = rospkg.RosPack().get_path("sdc_package")
+    except rospkg.ResourceNotFound:
+        return  # roslaunch names the missing package.
+    path = os.path.join(folder, "launch", "all.launch")
+    text = ""
+    if os.path.exists(path):
+        with open(path, encoding="utf-8") as file:
+            text = file.read()
+    if "sdc_sim" not in text:
+        raise WorkspaceError(
+            f"{folder}: this sdc_package hides the one whose all.launch starts the world; "
+            "add workspace:=FOLDER, the workspace that it belongs to"
+        )
 
 
 def _terminate(launch: subprocess.Popen) -> None:

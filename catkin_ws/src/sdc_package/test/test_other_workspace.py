@@ -1,0 +1,192 @@
+"""The stack of another workspace, whose package has the name of ours, drives in that workspace."""
+
+import json
+import os
+import subprocess
+
+import pytest
+import rosbag
+
+ROOT = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", "..", "..", ".."))
+LIMIT_S = 200
+DEPENDENCIES = ("message_generation", "message_runtime", "nav_msgs", "rospy", "std_msgs", "tf")
+PACKAGE = {
+    "package.xml": """<package format="2">
+        <name>sdc_package</name> <version>0.0.0</version> <description>A stack</description>
+        <maintainer email="student@example.org">student</maintainer> <license>MIT</license>
+        <buildtool_depend>catkin</buildtool_depend>
+        """
+    + "\n".join(f"<depend>{name}</depend>" for name in DEPENDENCIES)
+    + "</package>",
+    "CMakeLists.txt": """
+        cmake_minimum_required(VERSION 3.5)
+        project(sdc_package)
+        find_package(catkin REQUIRED COMPONENTS message_generation std_msgs)
+        add_message_files(DIRECTORY msg)
+        generate_messages(DEPENDENCIES std_msgs)
+        catkin_package()""",
+    # Their waypoints have a field that ours do not have, and it is not the last one.
+    "msg/Waypoint.msg": "float32 x\nfloat32 y\nfloat32 yaw\nfloat32 v\n",
+    "msg/BaseWaypoint.msg": "float32 x\nfloat32 y\n",
+    "msg/LocalPath.msg": "Waypoint[] waypoints\n",
+    "msg/Path.msg": "BaseWaypoint[] waypoints\n",
+    "msg/CarlaVehicleControl.msg": "Header header\nfloat32 throttle\nfloat32 steer\n"
+    "float32 brake\nbool hand_brake\nbool reverse\n",
+    "launch/nodes.launch": """<launch>
+        <arg name="waypoints_path"/>
+        <node name="planner" pkg="sdc_package" type="planner.py" output="screen">
+          <param name="waypoints_path" value="$(arg waypoints_path)"/>
+        </node>
+        <node name="controller" pkg="sdc_package" type="controller.py" output="screen"/>
+        </launch>""",
+    "scripts/planner.py": """#!/usr/bin/env python3
+import rospy
+from nav_msgs.msg import Odometry
+from sdc_package.msg import BaseWaypoint, LocalPath, Path, Waypoint
+
+rospy.init_node("planner")
+with open(rospy.get_param("~waypoints_path")) as file:
+    points = [tuple(map(float, line.split(",")[:2])) for line in file]
+points = [(x, -y) for x, y in points]
+mission = rospy.Publisher("/planner/mission_waypoints", Path, queue_size=1, latch=True)
+local = rospy.Publisher("/planner/local_waypoints", LocalPath, queue_size=1)
+mission.publish(Path([BaseWaypoint(x, y) for x, y in points]))
+
+def plan(odometry):
+    car = odometry.pose.pose.position
+    nearest = min(range(len(points)), key=lambda i: abs(points[i][0] - car.x))
+    speed = 5.0 if nearest < len(points) - 8 else 0.0
+    local.publish(LocalPath([Waypoint(x, y, 0.5, speed) for x, y in points[nearest:nearest + 10]]))
+
+rospy.Subscriber("/carla/ego_vehicle/odometry", Odometry, plan, queue_size=1)
+rospy.spin()
+""",
+    "scripts/controller.py": """#!/usr/bin/env python3
+import math
+import rospy
+import tf
+from nav_msgs.msg import Odometry
+from sdc_package.msg import CarlaVehicleControl, LocalPath
+
+rospy.init_node("controller")
+publisher = rospy.Publisher(
+    "/carla/ego_vehicle/vehicle_control_cmd", CarlaVehicleControl, queue_size=1)
+path = []
+
+def on_path(message):
+    path[:] = message.waypoints
+
+def control(odometry):
+    pose, speed = odometry.pose.pose, odometry.twist.twist.linear.x
+    turn = pose.orientation
+    yaw = tf.transformations.euler_from_quaternion((turn.x, turn.y, turn.z, turn.w))[2]
+    command = CarlaVehicleControl()
+    if path:
+        ahead = path[-1]
+        heading = math.atan2(ahead.y - pose.position.y, ahead.x - pose.position.x) - yaw
+        command.steer = -max(-1.0, min(1.0, math.remainder(heading, 2.0 * math.pi)))
+        command.throttle = 0.5 if speed < path[0].v else 0.0
+        command.brake = 0.3 if path[0].v == 0.0 else 0.0
+    publisher.publish(command)
+
+rospy.Subscriber("/planner/local_waypoints", LocalPath, on_path, queue_size=1)
+rospy.Subscriber("/carla/ego_vehicle/odometry", Odometry, control, queue_size=1)
+rospy.spin()
+""",
+}
+
+
+@pytest.fixture(scope="module")
+def workspace(tmp_path_factory):
+    """Build their workspace on top of ours; its sdc_package hides ours."""
+    folder = tmp_path_factory.mktemp("their") / "ws"
+    for name, text in PACKAGE.items():
+        path = folder / "src" / "sdc_package" / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+        path.chmod(0o755)
+    done = run(["catkin_make", "-DPYTHON_EXECUTABLE=/usr/bin/python3"], folder, os.environ)
+    assert done.returncode == 0, done.stdout
+    return folder
+
+
+@pytest.fixture
+def road(tmp_path):
+    path = tmp_path / "straight.csv"
+    path.write_text("".join(f"{x},{0.01 * x}\n" for x in range(61)))
+    return path
+
+
+def run(command, folder, environment):
+    return subprocess.run(
+        command,
+        cwd=folder,
+        env={**environment, "PWD": str(folder)},
+        timeout=LIMIT_S,
+        check=False,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        errors="replace",
+    )
+
+
+def report_of(folder):
+    with open(folder / "report" / "report.json", encoding="utf-8") as file:
+        return json.load(file)
+
+
+def test_list_of_nodes_drives_and_its_path_is_read_and_recorded(
+    workspace, road, environment, tmp_path
+):
+    arguments = [
+        f"workspace:={workspace}",
+        "stack:=sdc_package/planner.py sdc_package/controller.py",
+        f"waypoints_path:={road}",
+    ]
+    options = ["headless:=true", "sync:=true", "camera:=false", "record:=true"]
+    options += ["sim_options:={unstamped_patience_s: 0.01}", "referee_options:={pictures: false}"]
+    done = run([os.path.join(ROOT, "drive"), *arguments, *options], tmp_path, environment)
+    assert done.returncode == 0, done.stdout
+    for part in ("Traceback", "ignored a message", "md5sum"):
+        assert part not in done.stdout
+    assert report_of(tmp_path)["status"] == "completed"
+    with rosbag.Bag(str(tmp_path / "report" / "report.bag")) as bag:
+        _, path, _ = next(bag.read_messages("/planner/local_waypoints"))
+    assert (path.waypoints[0].yaw, path.waypoints[0].v) == (0.5, 5.0)
+
+
+def test_check_in_an_overlay_drives_its_launch_file_in_our_world(
+    workspace, road, environment, tmp_path
+):
+    check = ["rostest", "--results-base-dir", str(tmp_path), "sdc_sim", "drive.test"]
+    check += [f"waypoints_path:={road}", "camera:=false"]
+    overlay = ["bash", "-c", 'uri=$ROS_MASTER_URI; source "$0" && ROS_MASTER_URI=$uri "$@"']
+    overlay.append(str(workspace / "devel" / "setup.bash"))
+    stack = [f"workspace:={workspace}", "stack:=sdc_package/nodes.launch"]
+    done = run([*overlay, *check, *stack], tmp_path, environment)
+    assert done.returncode == 0, done.stdout
+    assert report_of(tmp_path)["status"] == "completed"
+
+    done = run([*overlay, *check], tmp_path, environment)
+    assert done.returncode != 0
+    assert "add workspace:=" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "parts"),
+    [
+        (["workspace:={}", "stack:=sdc_package/all.launch"], ["{}", "has no 'all.launch'"]),
+        (["workspace:={}"], ["{}", "has no 'stack.launch'", "stack:=PACKAGE/FILE.launch"]),
+        (["stack:={}/src/sdc_package/launch/nodes.launch"], ["add workspace:={}"]),
+        (["workspace:=nowhere"], ["nowhere is not a folder", "catkin_make"]),
+    ],
+)
+def test_stack_that_cannot_drive_ends_with_one_line(
+    workspace, environment, tmp_path, arguments, parts
+):
+    given = [argument.format(workspace) for argument in arguments]
+    done = run([os.path.join(ROOT, "drive"), "headless:=true", *given], tmp_path, environment)
+    assert done.returncode != 0
+    assert len(done.stdout.splitlines()) == 1, done.stdout
+    assert [part for part in parts if part.format(workspace) not in done.stdout] == []

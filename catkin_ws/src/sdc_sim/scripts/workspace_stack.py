@@ -1,0 +1,41 @@
+#!/usr/bin/env python3
+"""Workspace stack: becomes the roslaunch of another workspace's stack, in its environment.
+
+Usage: workspace_stack.py WORKSPACE STACK [ARG:=VALUE ...]
+"""
+
+import os
+import sys
+
+from sdc_common.ros.catkin_workspace import (
+    WorkspaceError,
+    absolute_path,
+    stack_launch,
+    workspace_environment,
+)
+
+STDIN = 0
+# roslaunch ends this program after 15 s; its nodes must have ended by then.
+TIMEOUTS = ("--sigint-timeout=8", "--sigterm-timeout=3")
+
+
+def main():
+    workspace, stack, *arguments = (word for word in sys.argv[1:] if not word.startswith("__"))
+    given = dict(argument.split(":=", 1) for argument in arguments)
+    given["waypoints_path"] = absolute_path(given["waypoints_path"])
+    try:
+        environment = workspace_environment(workspace)
+        launch = stack_launch(workspace, stack, environment, given["waypoints_path"])
+    except WorkspaceError as error:
+        sys.exit(str(error))
+    if launch.xml:
+        reader, writer = os.pipe()
+        os.write(writer, launch.xml.encode())
+        os.close(writer)
+        os.dup2(reader, STDIN)
+    values = [f"{name}:={value}" for name, value in given.items()]
+    os.execvpe("roslaunch", ["roslaunch", *TIMEOUTS, *launch.arguments, *values], environment)
+
+
+if __name__ == "__main__":
+    main()
