@@ -21,6 +21,7 @@ from sdc_sim.evaluation.rules import EvaluationRules
 from sdc_sim.report.camera_snapshots import CameraSnapshots
 from sdc_sim.report.console_progress import ConsoleProgress, closing_line
 from sdc_sim.report.writer import ReportError, open_report, write_pages, write_report
+from sdc_sim.ros.bridge_generations import GENERATIONS
 from sdc_sim.ros.evaluator_input import ROUTE_TOPIC, EvaluatorInput
 
 LAST_COMMANDS_S = 1.0
@@ -33,9 +34,9 @@ class Referee:
         self.report_path = os.path.expanduser(parameter("report"))
         self.pictures = parameter("pictures")
         self.progress = ConsoleProgress(sys.stdout)
-        self.snapshots = CameraSnapshots(
-            "/carla/ego_vehicle/camera/rgb/front/image_color", parameter("snapshots")
-        )
+        role_name = parameter("role_name")
+        image_topics = {f"/carla/{role_name}{one.front.image}" for one in GENERATIONS.values()}
+        self.snapshots = CameraSnapshots(sorted(image_topics), parameter("snapshots"))
         try:
             self.event_log = open_report(self.report_path, parameter("drive_id"))
         except ReportError as error:
@@ -44,7 +45,7 @@ class Referee:
         self.lock = threading.Lock()
         self.ended = threading.Event()
         self.evaluator = Evaluator(EvaluationRules.read(parameter), self.event_log)
-        self.input = EvaluatorInput(self.evaluator, time.monotonic)
+        self.input = EvaluatorInput(self.evaluator, time.monotonic, role_name)
 
         self.rules_publisher = rospy.Publisher("/referee/rules", String, queue_size=1, latch=True)
 

@@ -14,21 +14,29 @@ from sensor_msgs.msg import CameraInfo, Image
 
 from sdc_common.ros.node import LoopPublisher
 from sdc_common.routes.waypoint_file import load_waypoints
+from sdc_sim.camera.attached_camera import VIEW_MOUNT, AttachedCamera, CameraMount
 from sdc_sim.camera.boxes import Box
+from sdc_sim.camera.camera_input import CameraInput
 from sdc_sim.camera.renderer import Renderer
 from sdc_sim.physics.obstacles import ObstacleState
 from sdc_sim.physics.traffic_lights import GREEN, OFF, RED, YELLOW, TrafficLightState
+from sdc_sim.physics.vehicle import VehicleState
 from sdc_sim.road.road import Road
+from sdc_sim.ros.bridge_generations import BridgeGeneration
 from sdc_sim.ros.message_conversion import (
     COLOURS,
     camera_info_message,
     camera_transform,
     image_message,
 )
-from sdc_sim.simulation.simulation import Observation
 
 _LIGHT_HEIGHT_M = 3.4
 _LIGHT_SIZE_M = 0.4
+_EGO_SIZE_M = (4.7, 2.0, 1.5)
+_EGO_BGR = (120, 60, 25)
+# As in the sensor file of the bridge 0.9.11, and in carla_spectator_camera.
+_VIEW_FOV_RAD = math.radians(90.0)
+_SPECTATOR_FOV_RAD = math.radians(50.0)
 # Blue, green, red of the lamp that is lit; of a light that is off, the glass of the red lamp.
 _LIT_BGR = {RED: (40, 40, 255), YELLOW: (40, 200, 255), GREEN: (90, 255, 60), OFF: (20, 20, 62)}
 
@@ -36,9 +44,7 @@ _LIT_BGR = {RED: (40, 40, 255), YELLOW: (40, 200, 255), GREEN: (90, 255, 60), OF
 class CameraNode:
     """Node that publishes the picture and the camera_info of each observation."""
 
-    def __init__(
-        self, waypoints_path: str, image_topic: str, camera_info_topic: str, daylight: float
-    ):
+    def __init__(self, waypoints_path: str, role_name: str, generation: BridgeGeneration):
         cv2.setNumThreads(1)
         rospy.init_node(
             "front_camera",
@@ -46,27 +52,49 @@ class CameraNode:
             disable_signals=True,
             disable_rostime=True,  # each observation carries its time stamp
         )
-        self._daylight = daylight
-        self._renderer = Renderer(Road(load_waypoints(waypoints_path)))
-        camera = self._renderer.camera
+        road = Road(load_waypoints(waypoints_path))
+        self._renderer = Renderer(road)
+        camera, names = self._renderer.camera, generation.front
         self._picture = np.empty((camera.height, camera.width, 4), np.uint8)
-        self._camera_info = camera_info_message(camera)
-        self._image_publisher = LoopPublisher(image_topic, Image)
-        self._camera_info_publisher = LoopPublisher(camera_info_topic, CameraInfo)
+        self._frame = role_name + names.frame
+        self._camera_info = camera_info_message(camera, self._frame)
+        ego = "/carla/" + role_name
+        self._image_publisher = LoopPublisher(ego + names.image, Image)
+        self._camera_info_publisher = LoopPublisher(ego + names.camera_info, CameraInfo)
         self._static_tf = tf2_ros.StaticTransformBroadcaster()
-        self._static_tf.sendTransform(camera_transform(camera))
+        self._static_tf.sendTransform(camera_transform(camera, role_name, self._frame))
+        self._view = self._spectator = None
+        if generation.view:
+            self._view = AttachedCamera(road, role_name, generation.view, _VIEW_FOV_RAD)
+        if generation.spectator:
+            self._spectator = AttachedCamera(
+                road, role_name, generation.spectator, _SPECTATOR_FOV_RAD
+            )
 
-    def publish(self, observation: Observation) -> None:
-        """Render and publish the picture of one observation."""
+    def publish(self, shot: CameraInput) -> None:
+        """Render and publish the pictures of one observation."""
+        observation, daylight, spectator = shot
         stamp, state = rospy.Time(*observation.stamp), observation.state
         boxes = [obstacle_box(obstacle) for obstacle in observation.obstacles]
         boxes += [traffic_light_box(light) for light in observation.traffic_lights]
         self._renderer.render(
-            state.x_m, state.y_m, state.yaw_rad, boxes, self._daylight, out=self._picture
+            state.x_m, state.y_m, state.yaw_rad, boxes, daylight, out=self._picture
         )
         self._camera_info.header.stamp = stamp
         self._camera_info_publisher.publish(self._camera_info)
-        self._image_publisher.publish(image_message(self._picture, stamp))
+        self._image_publisher.publish(image_message(self._picture, stamp, self._frame))
+        for camera, mount in (
+            (self._view, VIEW_MOUNT),
+            (self._spectator, CameraMount(*spectator) if spectator else None),
+        ):
+            if camera is not None and mount is not None and camera.wanted:
+                own = [*boxes, ego_box(state)]
+                camera.publish(state, mount, own, daylight, stamp, self._static_tf)
+
+
+def ego_box(state: VehicleState) -> Box:
+    """Return the own car as the cameras outside it draw it."""
+    return Box(state.x_m, state.y_m, state.yaw_rad, *_EGO_SIZE_M, _EGO_BGR, "car")
 
 
 def remappings_of(argv: Sequence[str]) -> list[str]:

@@ -1,4 +1,4 @@
-"""Front camera of the simulation: hands observations to the process that publishes the pictures."""
+"""Cameras of the simulation: hand observations to the process that publishes the pictures."""
 
 from __future__ import annotations
 
@@ -6,7 +6,9 @@ from typing import Callable
 
 import rospy
 
+from sdc_sim.camera.camera_input import CameraInput
 from sdc_sim.camera.worker_process import WorkerProcess
+from sdc_sim.ros.bridge_generations import BridgeGeneration
 from sdc_sim.simulation.simulation import Observation
 
 # In lockstep the simulation may be so many pictures ahead, which evens out their render times.
@@ -15,7 +17,7 @@ _TIMEOUT_S = 2.0
 
 
 class FrontCamera:
-    """The camera of the simulated car.
+    """The front camera of the simulated car, and the cameras behind it and of a spectator.
 
     In lockstep it publishes a picture of every observation; in real time it drops observations
     while the previous picture is being rendered.
@@ -24,8 +26,8 @@ class FrontCamera:
     def __init__(
         self,
         waypoints_path: str,
-        image_topic: str,
-        camera_info_topic: str,
+        role_name: str,
+        generation: BridgeGeneration,
         daylight: float,
         every_frame: bool,
     ):
@@ -33,14 +35,16 @@ class FrontCamera:
 
         Args:
             waypoints_path: CSV file of the route
-            image_topic: topic of the picture
-            camera_info_topic: topic of the camera_info
-            daylight: brightness of the picture, 0..1
+            role_name: name of the vehicle in topics and frames
+            generation: names of the cameras
+            daylight: brightness of the pictures, 0..1
             every_frame: whether to publish every observation (lockstep)
         """
+        self.daylight = daylight
+        self.spectator: tuple[float, float, float, float, float] | None = None
         self._process = WorkerProcess(
             _start_node,
-            (waypoints_path, image_topic, camera_info_topic, daylight),
+            (waypoints_path, role_name, generation),
             _DEPTH,
             lambda problem: rospy.logwarn("sim: the camera's process %s", problem),
         )
@@ -49,16 +53,17 @@ class FrontCamera:
 
     def show(self, observation: Observation) -> None:
         """Hand over one observation to be rendered and published."""
+        shot = CameraInput(observation, self.daylight, self.spectator)
         if self._every_frame:
-            self._process.put(observation, _TIMEOUT_S)
+            self._process.put(shot, _TIMEOUT_S)
         else:
-            self._process.offer(observation)
+            self._process.offer(shot)
 
 
 def _start_node(
-    waypoints_path: str, image_topic: str, camera_info_topic: str, daylight: float
-) -> Callable[[Observation], None]:
+    waypoints_path: str, role_name: str, generation: BridgeGeneration
+) -> Callable[[CameraInput], None]:
     # The simulation imports this module, but does not need OpenCV and the renderer.
     from sdc_sim.camera.camera_node import CameraNode
 
-    return CameraNode(waypoints_path, image_topic, camera_info_topic, daylight).publish
+    return CameraNode(waypoints_path, role_name, generation).publish
