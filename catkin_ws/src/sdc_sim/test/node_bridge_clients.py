@@ -138,7 +138,7 @@ class BridgeClientsTest(unittest.TestCase):
         self.wait_for_speed(lambda speed: speed == 0.0)
 
     def test_local_planner_follows_a_latched_path(self):
-        """Path and speed are latched; a timer publishes one command each 0.05 s of simulated time."""
+        """Path and speed are latched; a timer in simulated time publishes the commands."""
         points = load_waypoints(rospy.get_param("~waypoints_path"))
         route = Route(points)
         path = Path()
@@ -173,7 +173,7 @@ class BridgeClientsTest(unittest.TestCase):
 
         self.timer(0.05, step)
         self.odometry.wait_for(
-            lambda one: route.locate(*pose_and_speed(one)[:2]).along_m > 60.0,
+            lambda one: route.locate(*pose_and_speed(one)[:2]).s_m > 60.0,
             60.0,
             len(self.odometry.messages),
         )
