@@ -72,6 +72,7 @@ class BridgeClientsTest(unittest.TestCase):
             EGO + "/vehicle_control_cmd_manual", CarlaEgoVehicleControl, queue_size=10
         )
         self.addCleanup(manual.unregister)
+        self.addCleanup(override.publish, False)
         pressed = CarlaEgoVehicleControl()
         self.subscribe("/carla/status", CarlaStatus, lambda _status: manual.publish(pressed))
         autopilot.publish(False)
