@@ -11,6 +11,8 @@ SRC = Path(__file__).resolve().parents[1] / "catkin_ws" / "src"
 LAYERS = {
     "ackermann_msgs": 0,
     "carla_msgs": 0,
+    "carla_ros_bridge": 0,
+    "derived_object_msgs": 0,
     "sdc_msgs": 0,
     "sdc_common": 1,
     "sdc_sim": 2,

@@ -23,6 +23,7 @@ from sdc_sim.report.completion import start_completion
 from sdc_sim.report.console_progress import ConsoleProgress, closing_line
 from sdc_sim.report.trace_file import TraceFile
 from sdc_sim.report.writer import ReportError, companion, open_report, write_pages, write_report
+from sdc_sim.ros.bridge_generations import GENERATIONS
 from sdc_sim.ros.evaluator_input import ROUTE_TOPIC, EvaluatorInput
 
 LAST_COMMANDS_S = 0.3
@@ -35,10 +36,10 @@ class Referee:
         self.report_path = os.path.expanduser(parameter("report"))
         self.pictures = parameter("pictures")
         self.progress = ConsoleProgress(sys.stdout)
+        role_name = parameter("role_name")
+        image_topics = {f"/carla/{role_name}{one.front.image}" for one in GENERATIONS.values()}
         self.snapshots = CameraSnapshots(
-            "/carla/ego_vehicle/camera/rgb/front/image_color",
-            parameter("snapshots"),
-            self.on_snapshot,
+            sorted(image_topics), parameter("snapshots"), self.on_snapshot
         )
         try:
             self.event_log = open_report(self.report_path, parameter("drive_id"))
@@ -49,7 +50,7 @@ class Referee:
         self.lock = threading.Lock()
         self.ended = threading.Event()
         self.evaluator = Evaluator(EvaluationRules.read(parameter), self.event_log, self.trace)
-        self.input = EvaluatorInput(self.evaluator, time.monotonic)
+        self.input = EvaluatorInput(self.evaluator, time.monotonic, role_name)
 
         self.rules_publisher = rospy.Publisher("/referee/rules", String, queue_size=1, latch=True)
 

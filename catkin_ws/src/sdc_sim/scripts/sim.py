@@ -32,18 +32,17 @@ class Sim:
 
         self.requests = RequestQueue()
         self.commands = CommandInput(
-            setup.ego, setup.bridge.control_class, self.simulation, self.requests, setup.lockstep
+            setup.ego,
+            setup.bridge.control_class,
+            self.simulation,
+            self.requests,
+            setup.lockstep,
+            setup.ackermann_cmd,
         )
         self.saved_drive = SavedDrive(self.simulation, self.pause, self.commands)
         self.topics = SimulationTopics(setup)
         SimulationServices(
-            self.requests,
-            self.simulation,
-            self.pause,
-            setup.route,
-            setup.clicked_obstacle,
-            on_pause=self.on_pause,
-            on_change=self.on_change,
+            self.requests, setup, self.pause, on_pause=self.on_pause, on_change=self.on_change
         )
         self.handshake = StartHandshake(
             self.commands.subscribers,

@@ -17,7 +17,7 @@ import rosgraph
 import rospkg
 import rospy
 import rostest
-from carla_msgs.msg import CarlaCollisionEvent
+from carla_msgs.msg import CarlaCollisionEvent, CarlaEgoVehicleControl
 from nav_msgs.msg import Odometry
 from sdc_msgs.msg import BaseWaypoint, CarlaVehicleControl, Obstacle, ObstacleArray, Path
 from sensor_msgs.msg import Image
@@ -184,6 +184,29 @@ class RefereeTest(unittest.TestCase):
         self.assertIn("planned_speed_mps", report["assumed_limits"])
         self.assertIn("/local_planner has no parameter planned_speed_mps", self.log())
         self.assertEqual(sorted(os.listdir(self.folder)), ["report.csv", "report.json"])
+
+    def test_commands_of_a_newer_bridge_answer_their_ticks(self):
+        ego = "/carla/hero"
+        self.odometry = rospy.Publisher(ego + "/odometry", Odometry, queue_size=1000)
+        self.command = rospy.Publisher(
+            ego + "/vehicle_control_cmd", CarlaEgoVehicleControl, queue_size=1000
+        )
+        self.publishers = self.mission, self.odometry, self.command
+        process = self.start(role_name="hero")
+        for tick in range(1, TICKS):
+            message = Odometry()
+            message.header.stamp = rospy.Time(*divmod(50_000_000 * tick, 1_000_000_000))
+            message.pose.pose.position.x = min(0.5 * tick, 100.0)
+            message.pose.pose.orientation.w = 1.0
+            message.twist.twist.linear.x = 10.0 if tick < 200 else 0.0
+            self.odometry.publish(message)
+            command = CarlaEgoVehicleControl(throttle=0.5, gear=1)
+            command.header.stamp = message.header.stamp
+            self.command.publish(command)
+        report = self.report(process, 0)
+        self.assertEqual((report["status"], report["missed_ticks"]), ("completed", 0))
+        with open(os.path.join(self.folder, "report.csv"), encoding="utf-8") as file:
+            self.assertIn(",0.5,", file.readlines()[50])
 
     def test_killed_referee_resumes_its_drive(self):
         process = self.start()

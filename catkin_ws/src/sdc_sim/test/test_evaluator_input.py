@@ -1,8 +1,11 @@
+import io
 import os
 
 import numpy as np
 import pytest
+import rospy
 import yaml
+from carla_msgs.msg import CarlaEgoVehicleControl
 from nav_msgs.msg import Odometry
 from sdc_msgs.msg import BaseWaypoint, CarlaVehicleControl, LocalPath, Path, Waypoint
 
@@ -56,6 +59,32 @@ def test_messages_become_a_drive():
     assert result.progress.samples[0].speed_mps == 3.0
     np.testing.assert_allclose(result.planned, [(0.0, 4.0)])
     np.testing.assert_allclose(result.commands, [(0.5, 0.0, -0.25)])
+
+
+@pytest.mark.parametrize("message_class", [CarlaVehicleControl, CarlaEgoVehicleControl])
+def test_commands_of_every_bridge_are_read_as_their_publisher_defines_them(message_class):
+    evaluator_input = with_route()
+    odometry = odometry_message(1)
+    evaluator_input.odometry(odometry)
+    buffer = io.BytesIO()
+    message_class(throttle=0.5, steer=-0.25, header=odometry.header).serialize(buffer)
+    raw = rospy.AnyMsg().deserialize(buffer.getvalue())
+    raw._connection_header = {"md5sum": message_class._md5sum, "type": message_class._type}
+    evaluator_input.command(raw)
+    np.testing.assert_allclose(evaluator_input.evaluator.result().commands, [(0.5, 0.0, -0.25)])
+
+
+def test_command_of_an_unknown_type_is_refused():
+    raw = rospy.AnyMsg()
+    raw._connection_header = {"md5sum": Odometry._md5sum, "type": "nav_msgs/Odometry"}
+    with pytest.raises(ValueError, match="its type is nav_msgs/Odometry; publish"):
+        with_route().command(raw)
+
+
+def test_topics_have_the_role_name_of_the_vehicle():
+    topics = EvaluatorInput(Evaluator(RULES), role_name="hero").topics
+    assert "/carla/hero/odometry" in topics
+    assert not [topic for topic in topics if "ego_vehicle" in topic]
 
 
 def test_wall_duration_comes_from_the_wall_clock():

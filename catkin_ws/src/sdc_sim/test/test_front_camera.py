@@ -10,6 +10,7 @@ from sdc_sim.camera.camera_node import obstacle_box, remappings_of, traffic_ligh
 from sdc_sim.camera.front_camera import FrontCamera
 from sdc_sim.physics.obstacles import ObstacleState
 from sdc_sim.physics.traffic_lights import GREEN, OFF, RED, YELLOW, TrafficLightState
+from sdc_sim.ros.bridge_generations import GENERATIONS
 
 
 class RecordingProcess:
@@ -42,17 +43,21 @@ def shutdown(monkeypatch):
 
 @pytest.mark.parametrize(("every_frame", "way"), [(True, "put"), (False, "offer")])
 def test_camera_waits_for_room_in_lockstep_only(shutdown, every_frame, way):
-    camera = FrontCamera("route.csv", "/image", "/info", 0.5, every_frame)
+    camera = FrontCamera("route.csv", "hero", GENERATIONS["0.9.3"], 0.5, every_frame)
     camera.show("first")
+    camera.daylight, camera.spectator = 0.25, (1.0, 2.0, 3.0, 0.0, 0.1)
     camera.show("second")
-    assert camera._process.sent == [(way, "first"), (way, "second")]
-    route, pictures, *topics = camera._process.arguments
-    assert (route, topics) == ("route.csv", ["/image", "/info", 0.5])
+    assert camera._process.sent == [
+        (way, ("first", 0.5, None)),
+        (way, ("second", 0.25, (1.0, 2.0, 3.0, 0.0, 0.1))),
+    ]
+    route, pictures, *others = camera._process.arguments
+    assert (route, others) == ("route.csv", ["hero", GENERATIONS["0.9.3"]])
     assert (Path("/dev/shm") / pictures).exists()
 
 
 def test_camera_closes_its_process_and_memory_at_shutdown(shutdown):
-    camera = FrontCamera("route.csv", "/image", "/info", 1.0, True)
+    camera = FrontCamera("route.csv", "hero", GENERATIONS["0.9.3"], 1.0, True)
     pictures = Path("/dev/shm") / camera._process.arguments[1]
     assert pictures.exists() and not camera._process.closed
     for function in shutdown:

@@ -64,6 +64,10 @@ def test_control_has_the_md5_sum_of_the_bridge():
         ("carla_msgs", "CarlaLaneInvasionEvent", "3846cea49c4897522899dbda091314e8"),
         ("carla_msgs", "CarlaWorldInfo", "7a3a7a7fc8c213a8bec2ce7928b0a46c"),
         ("carla_msgs", "CarlaStatus", "0a6e668a0d517dead8f5c68762fc1dab"),
+        ("carla_msgs", "CarlaActorList", "a10ababa303f55dd50f485b995641f71"),
+        ("carla_msgs", "CarlaMapInfo", "13896e12d449662e7a6dbaeb31ad882a"),
+        ("carla_msgs", "CarlaWeatherParameters", "bb273e4588ee8778c1dac74839d4709e"),
+        ("carla_ros_bridge", "CarlaVehicleControl", "50204ce132bb8c412ae626da2714a5ea"),
         ("ackermann_msgs", "AckermannDrive", "3512e91b48d69674a0e86fadf1ea8231"),
     ],
 )

@@ -16,8 +16,10 @@ from sensor_msgs.msg import CameraInfo, Image
 
 from sdc_common.ros.node import LoopPublisher
 from sdc_common.routes.waypoint_file import load_waypoints
+from sdc_sim.camera.attached_camera import VIEW_MOUNT, AttachedCamera, CameraMount
 from sdc_sim.camera.background import Background
 from sdc_sim.camera.boxes import Box
+from sdc_sim.camera.camera_input import CameraInput
 from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.camera.painting import dim
 from sdc_sim.camera.scene_objects import SceneObjects
@@ -25,18 +27,24 @@ from sdc_sim.camera.shared_pictures import SLOTS, SharedPictures
 from sdc_sim.camera.worker_process import WorkerProcess
 from sdc_sim.physics.obstacles import ObstacleState
 from sdc_sim.physics.traffic_lights import GREEN, OFF, RED, YELLOW, TrafficLightState
+from sdc_sim.physics.vehicle import VehicleState
 from sdc_sim.road.road import Road
+from sdc_sim.ros.bridge_generations import BridgeGeneration
 from sdc_sim.ros.message_conversion import (
     COLOURS,
     camera_info_message,
     camera_transform,
     image_message,
 )
-from sdc_sim.simulation.simulation import Observation
 
 _TIMEOUT_S = 2.0
 _LIGHT_HEIGHT_M = 3.4
 _LIGHT_SIZE_M = 0.4
+_EGO_SIZE_M = (4.7, 2.0, 1.5)
+_EGO_BGR = (120, 60, 25)
+# As in the sensor file of the bridge 0.9.11, and in carla_spectator_camera.
+_VIEW_FOV_RAD = math.radians(90.0)
+_SPECTATOR_FOV_RAD = math.radians(50.0)
 # Blue, green, red of the lamp that is lit; of a light that is off, the glass of the red lamp.
 _LIT_BGR = {RED: (40, 40, 255), YELLOW: (40, 200, 255), GREEN: (90, 255, 60), OFF: (20, 20, 62)}
 
@@ -64,12 +72,12 @@ class BackgroundPainter:
         self._shared = SharedPictures(camera, pictures_name)
         self._slot = 0
 
-    def paint(self, observation: Observation) -> None:
+    def paint(self, shot: CameraInput) -> None:
         """Paint the background of one observation and hand it to the second process."""
-        state = observation.state
+        state = shot.observation.state
         picture = self._shared.pictures[self._slot]
         self._background.draw(picture, state.x_m, state.y_m, state.yaw_rad)
-        if self._objects_process.put((self._slot, observation), _TIMEOUT_S):
+        if self._objects_process.put((self._slot, shot), _TIMEOUT_S):
             self._slot = (self._slot + 1) % SLOTS
 
 
@@ -79,18 +87,16 @@ class CameraNode:
     Args:
         waypoints_path: CSV file of the route
         pictures_name: name of the shared pictures
-        image_topic: topic of the picture
-        camera_info_topic: topic of the camera_info
-        daylight: brightness of the picture, 0..1
+        role_name: name of the vehicle in topics and frames
+        generation: names of the cameras
     """
 
     def __init__(
         self,
         waypoints_path: str,
         pictures_name: str,
-        image_topic: str,
-        camera_info_topic: str,
-        daylight: float,
+        role_name: str,
+        generation: BridgeGeneration,
     ):
         cv2.setNumThreads(1)
         rospy.init_node(
@@ -99,33 +105,54 @@ class CameraNode:
             disable_signals=True,
             disable_rostime=True,  # each observation carries its time stamp
         )
-        camera = CameraModel()
-        self._daylight = daylight
+        road = Road(load_waypoints(waypoints_path))
+        camera, names = CameraModel(), generation.front
         self._shared = SharedPictures(camera, pictures_name)
-        self._objects = SceneObjects(Road(load_waypoints(waypoints_path)).scenery(), camera)
-        self._camera_info = camera_info_message(camera)
-        self._image_publisher = LoopPublisher(image_topic, Image)
-        self._camera_info_publisher = LoopPublisher(camera_info_topic, CameraInfo)
+        self._objects = SceneObjects(road.scenery(), camera)
+        self._frame = role_name + names.frame
+        self._camera_info = camera_info_message(camera, self._frame)
+        ego = "/carla/" + role_name
+        self._image_publisher = LoopPublisher(ego + names.image, Image)
+        self._camera_info_publisher = LoopPublisher(ego + names.camera_info, CameraInfo)
         self._static_tf = tf2_ros.StaticTransformBroadcaster()
-        self._static_tf.sendTransform(camera_transform(camera))
+        self._static_tf.sendTransform(camera_transform(camera, role_name, self._frame))
+        self._view = self._spectator = None
+        if generation.view:
+            self._view = AttachedCamera(road, role_name, generation.view, _VIEW_FOV_RAD)
+        if generation.spectator:
+            self._spectator = AttachedCamera(
+                road, role_name, generation.spectator, _SPECTATOR_FOV_RAD
+            )
 
-    def publish(self, item: tuple[int, Observation]) -> None:
-        """Finish and publish the picture in a slot of the shared memory."""
-        slot, observation = item
+    def publish(self, item: tuple[int, CameraInput]) -> None:
+        """Finish and publish the picture in a slot of the shared memory, and the other pictures."""
+        slot, (observation, daylight, spectator) = item
         picture = self._shared.pictures[slot]
         stamp, state = rospy.Time(*observation.stamp), observation.state
         boxes = [obstacle_box(obstacle) for obstacle in observation.obstacles]
         boxes += [traffic_light_box(light) for light in observation.traffic_lights]
         self._objects.draw(picture, state.x_m, state.y_m, state.yaw_rad, boxes)
-        dim(picture, self._daylight)
+        dim(picture, daylight)
         self._camera_info.header.stamp = stamp
         self._camera_info_publisher.publish(self._camera_info)
-        self._image_publisher.publish(image_message(picture, stamp))
+        self._image_publisher.publish(image_message(picture, stamp, self._frame))
+        for camera, mount in (
+            (self._view, VIEW_MOUNT),
+            (self._spectator, CameraMount(*spectator) if spectator else None),
+        ):
+            if camera is not None and mount is not None and camera.wanted:
+                own = [*boxes, ego_box(state)]
+                camera.publish(state, mount, own, daylight, stamp, self._static_tf)
 
 
-def start_camera_node(*arguments: Any) -> Callable[[tuple[int, Observation]], None]:
+def start_camera_node(*arguments: Any) -> Callable[[tuple[int, CameraInput]], None]:
     """Start the node of the second process; return what handles its items."""
     return CameraNode(*arguments).publish
+
+
+def ego_box(state: VehicleState) -> Box:
+    """Return the own car as the cameras outside it draw it."""
+    return Box(state.x_m, state.y_m, state.yaw_rad, *_EGO_SIZE_M, _EGO_BGR, "car")
 
 
 def remappings_of(argv: Sequence[str]) -> list[str]:

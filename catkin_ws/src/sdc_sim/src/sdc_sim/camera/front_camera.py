@@ -1,4 +1,4 @@
-"""Front camera of the simulation: hands observations to the processes that publish the pictures."""
+"""Cameras of the simulation: hand observations to the processes that publish the pictures."""
 
 from __future__ import annotations
 
@@ -6,9 +6,11 @@ from typing import Any, Callable
 
 import rospy
 
+from sdc_sim.camera.camera_input import CameraInput
 from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.camera.shared_pictures import SharedPictures
 from sdc_sim.camera.worker_process import WorkerProcess
+from sdc_sim.ros.bridge_generations import BridgeGeneration
 from sdc_sim.simulation.simulation import Observation
 
 # In lockstep the simulation may be so many pictures ahead, which evens out their render times.
@@ -17,7 +19,7 @@ _TIMEOUT_S = 2.0
 
 
 class FrontCamera:
-    """The camera of the simulated car.
+    """The front camera of the simulated car, and the cameras behind it and of a spectator.
 
     In lockstep it publishes a picture of every observation; in real time it drops observations
     while the previous picture is being rendered.
@@ -26,8 +28,8 @@ class FrontCamera:
     def __init__(
         self,
         waypoints_path: str,
-        image_topic: str,
-        camera_info_topic: str,
+        role_name: str,
+        generation: BridgeGeneration,
         daylight: float,
         every_frame: bool,
     ):
@@ -35,15 +37,17 @@ class FrontCamera:
 
         Args:
             waypoints_path: CSV file of the route
-            image_topic: topic of the picture
-            camera_info_topic: topic of the camera_info
-            daylight: brightness of the picture, 0..1
+            role_name: name of the vehicle in topics and frames
+            generation: names of the cameras
+            daylight: brightness of the pictures, 0..1
             every_frame: whether to publish every observation (lockstep)
         """
+        self.daylight = daylight
+        self.spectator: tuple[float, float, float, float, float] | None = None
         self._shared = SharedPictures(CameraModel())
         self._process = WorkerProcess(
             _start_painter,
-            (waypoints_path, self._shared.name, image_topic, camera_info_topic, daylight),
+            (waypoints_path, self._shared.name, role_name, generation),
             _DEPTH,
             lambda problem: rospy.logwarn("sim: the camera's process %s", problem),
         )
@@ -52,17 +56,18 @@ class FrontCamera:
 
     def show(self, observation: Observation) -> None:
         """Hand over one observation to be rendered and published."""
+        shot = CameraInput(observation, self.daylight, self.spectator)
         if self._every_frame:
-            self._process.put(observation, _TIMEOUT_S)
+            self._process.put(shot, _TIMEOUT_S)
         else:
-            self._process.offer(observation)
+            self._process.offer(shot)
 
     def _close(self) -> None:
         self._process.close()
         self._shared.remove()
 
 
-def _start_painter(waypoints_path: str, *arguments: Any) -> Callable[[Observation], None]:
+def _start_painter(waypoints_path: str, *arguments: Any) -> Callable[[CameraInput], None]:
     # The simulation imports this module, but does not need OpenCV and the renderer.
     from sdc_sim.camera.camera_node import BackgroundPainter
 

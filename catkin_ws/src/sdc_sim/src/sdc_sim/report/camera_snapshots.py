@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -37,32 +37,37 @@ class CameraSnapshots:
     An image is about a megabyte, so the topic is subscribed to only while a snapshot is due.
     """
 
-    def __init__(self, topic: str, count: int, on_taken: Callable[[CameraSnapshot], None]):
+    def __init__(
+        self, topics: Sequence[str], count: int, on_taken: Callable[[CameraSnapshot], None]
+    ):
         """Plan the snapshots.
 
         Args:
-            topic: of the camera's images
+            topics: of the camera's images; only one of them has a publisher
             count: number of snapshots in a completed drive
             on_taken: called with each snapshot
         """
-        self._topic = topic
+        self._topics = tuple(topics)
         self._on_taken = on_taken
         self._due = [100.0 * (number + 0.5) / count for number in range(count)]
         self._percent = 0.0
-        self._subscriber: rospy.Subscriber | None = None
+        self._subscribers: list[rospy.Subscriber] = []
         self._received = threading.Event()
 
     def update(self, percent: float) -> None:
         """Subscribe if a snapshot is due at this share of the route [%], else unsubscribe."""
         self._percent = percent
-        if self._subscriber is not None and self._received.is_set():
+        if self._subscribers and self._received.is_set():
             self.close()
-        if self._subscriber is None and self._due and percent >= self._due[0]:
+        if not self._subscribers and self._due and percent >= self._due[0]:
             self._due = [due for due in self._due if due > percent]
             self._received.clear()
-            self._subscriber = rospy.Subscriber(
-                self._topic, Image, self._on_image, queue_size=1, buff_size=_BUFFER_BYTES
-            )
+            self._subscribers = [
+                rospy.Subscriber(
+                    topic, Image, self._on_image, queue_size=1, buff_size=_BUFFER_BYTES
+                )
+                for topic in self._topics
+            ]
 
     def _on_image(self, message: Image) -> None:
         if self._received.is_set():
@@ -74,9 +79,9 @@ class CameraSnapshots:
 
     def close(self) -> None:
         """Unsubscribe."""
-        if self._subscriber is not None:
-            self._subscriber.unregister()
-            self._subscriber = None
+        for subscriber in self._subscribers:
+            subscriber.unregister()
+        self._subscribers = []
 
 
 def encode_jpeg(message: Image) -> bytes | None:

@@ -52,6 +52,7 @@ class BridgeTopics:
         simulation: the simulation
         lockstep: whether it runs in lockstep
         route_m: (N, 2) points of the route
+        opendrive: the map as OpenDRIVE
     """
 
     def __init__(
@@ -62,8 +63,10 @@ class BridgeTopics:
         simulation: Simulation,
         lockstep: bool,
         route_m: np.ndarray,
+        opendrive: str,
     ):
         self._simulation = simulation
+        self._vehicle_frame = role_name
         self._route_m = route_m
         self._lane_invasion_detector: LaneInvasionDetector | None = None
         self._display_ticks = max(1, round(_DISPLAY_PERIOD_S / simulation.tick_s))
@@ -80,7 +83,7 @@ class BridgeTopics:
         states = simulation.observation.traffic_lights
         self.light_info.publish(light_info_message(simulation.lights.plans, states))
         self._info.publish(vehicle_info_message(simulation.vehicle.parameters, preset, role_name))
-        self._world_info.publish(CarlaWorldInfo(map_name=map_name))
+        self._world_info.publish(CarlaWorldInfo(map_name, opendrive))
         # Before the first odometry: a planner does not know otherwise that it has to wait for them.
         self._publish_surroundings(simulation.observation)
 
@@ -125,9 +128,12 @@ class BridgeTopics:
             executed = self._simulation.commands.executed
             self._status.publish(status_message(observation.state, executed, stamp))
         for event in observation.collisions:
-            self._collision.publish(collision_message(event, stamp))
+            self._collision.publish(collision_message(event, stamp, self._vehicle_frame))
         if self._lane_invasion.get_num_connections():
             self._publish_lane_invasion(stamp)
+        # A client sends one command for each of these messages.
+        if self._world_status.get_num_connections():
+            self.publish_running(self._carla_status.synchronous_mode_running)
         if self._simulation.tick % self._display_ticks == 0:
             self._publish_display(observation, stamp)
 
@@ -155,8 +161,6 @@ class BridgeTopics:
             removed = self._marker_ids - ids
             self._markers.publish(markers_message(observation.obstacles, removed, stamp))
             self._marker_ids = ids
-        if self._world_status.get_num_connections():
-            self.publish_running(self._carla_status.synchronous_mode_running)
 
     def _publish_lane_invasion(self, stamp: rospy.Time) -> None:
         # The lane markings are computed when the topic gets its first subscriber.
@@ -164,7 +168,8 @@ class BridgeTopics:
             self._lane_invasion_detector = LaneInvasionDetector(Road(self._route_m))
         crossed = self._lane_invasion_detector.update(self._simulation.outline)
         if crossed:
-            self._lane_invasion.publish(lane_invasion_message(crossed, stamp))
+            message = lane_invasion_message(crossed, stamp, self._vehicle_frame)
+            self._lane_invasion.publish(message)
 
     def reset_lane_invasion(self) -> None:
         """Forget the last position: a vehicle that was placed has crossed no line."""

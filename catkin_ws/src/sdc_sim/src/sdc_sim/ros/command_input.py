@@ -9,6 +9,7 @@ import rospy
 from ackermann_msgs.msg import AckermannDrive
 from std_msgs.msg import Bool
 
+from sdc_sim.ros.ackermann_switch import AckermannSwitch
 from sdc_sim.ros.message_conversion import ackermann_target, vehicle_command
 from sdc_sim.ros.request_queue import RequestQueue
 from sdc_sim.simulation.answer_tracker import UNSTAMPED, AnswerTracker, Stamp
@@ -33,6 +34,7 @@ class CommandInput:
         simulation: the simulation
         requests: requests to the loop
         lockstep: whether the stamp of a command decides which observation it answers
+        ackermann_cmd: whether to serve ackermann_cmd; "auto": unless another node does
 
     Attributes:
         received: whether a software command was accepted since `expect`
@@ -46,10 +48,12 @@ class CommandInput:
         simulation: Simulation,
         requests: RequestQueue,
         lockstep: bool,
+        ackermann_cmd: str | bool = "auto",
     ):
         self.topic = ego + "/vehicle_control_cmd"
         self.received = False
         self._simulation = simulation
+        self._requests = requests
         self._lockstep = lockstep
         self._answers = AnswerTracker()
         self._period = CommandPeriod()
@@ -62,10 +66,15 @@ class CommandInput:
                 topic, message_class, requests.deferred(callback), queue_size=10, tcp_nodelay=True
             )
 
-        self.subscribers = (
-            subscriber(self.topic, control_class, self._on_control),
-            subscriber(ego + "/ackermann_cmd", AckermannDrive, self._on_ackermann),
-        )
+        self.subscribers = [subscriber(self.topic, control_class, self._on_control)]
+        targets = ego + "/ackermann_cmd"
+        self._ackermann = AckermannSwitch(ackermann_cmd, targets, self.topic)
+        if self._ackermann.subscribes:
+            self.subscribers.append(
+                rospy.Subscriber(
+                    targets, AckermannDrive, self._on_target, queue_size=10, tcp_nodelay=True
+                )
+            )
         subscriber(self.topic + "_manual", control_class, self._on_manual_control)
         subscriber(ego + "/vehicle_control_manual_override", Bool, self._on_override)
 
@@ -129,6 +138,11 @@ class CommandInput:
             return
         if self._accept(vehicle_command(message), self.topic):
             self._record(stamp)
+
+    def _on_target(self, message: AckermannDrive) -> None:
+        # In the thread of the subscriber: the loop does not wait for the ROS master.
+        if self._ackermann.is_on():
+            self._requests.post(self._on_ackermann, message)
 
     def _on_ackermann(self, message: AckermannDrive) -> None:
         if self._accept(ackermann_target(message), "ackermann_cmd"):

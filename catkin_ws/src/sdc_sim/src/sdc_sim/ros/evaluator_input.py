@@ -8,6 +8,7 @@ from typing import Any
 
 from carla_msgs.msg import (
     CarlaCollisionEvent,
+    CarlaEgoVehicleControl,
     CarlaTrafficLightInfoList,
     CarlaTrafficLightStatusList,
 )
@@ -21,6 +22,9 @@ from sdc_sim.evaluation.evaluator import Evaluator
 from sdc_sim.ros.waypoint_messages import waypoint_rows
 
 ROUTE_TOPIC = "/planner/mission_waypoints"
+# The control commands of the bridge's generations by their md5 sums.
+_CONTROLS = {one._md5sum: one for one in (CarlaVehicleControl, CarlaEgoVehicleControl)}
+_CONTROL_NAMES = " or ".join(one._type for one in _CONTROLS.values())
 
 
 class EvaluatorInput:
@@ -29,13 +33,20 @@ class EvaluatorInput:
     A method raises ValueError for a message with values that cannot be evaluated.
     """
 
-    def __init__(self, evaluator: Evaluator, wall_clock: Callable[[], float] | None = None):
+    def __init__(
+        self,
+        evaluator: Evaluator,
+        wall_clock: Callable[[], float] | None = None,
+        role_name: str = "ego_vehicle",
+    ):
         """Create the input of an evaluator.
 
         Args:
             evaluator: receives the content of the messages
             wall_clock: returns the wall clock [s]; None: messages come from a bag
+            role_name: name of the vehicle in its topics
         """
+        ego = "/carla/" + role_name
         self.evaluator = evaluator
         self._wall_clock = wall_clock
         # Odometry is last: a sim in lockstep starts when the referee subscribes to it, and by then
@@ -43,12 +54,15 @@ class EvaluatorInput:
         self.topics = {
             ROUTE_TOPIC: (AnyMsg, self.route),
             "/planner/local_waypoints": (AnyMsg, self.local_path),
-            "/carla/ego_vehicle/vehicle_control_cmd": (CarlaVehicleControl, self.command),
-            "/carla/ego_vehicle/collision": (CarlaCollisionEvent, self.collision),
-            "/carla/ego_vehicle/obstacles": (ObstacleArray, self.obstacles),
+            ego + "/vehicle_control_cmd": (AnyMsg, self.command),
+            ego + "/collision": (CarlaCollisionEvent, self.collision),
+            ego + "/obstacles": (ObstacleArray, self.obstacles),
             "/carla/traffic_lights/info": (CarlaTrafficLightInfoList, self.light_info),
             "/carla/traffic_lights/status": (CarlaTrafficLightStatusList, self.light_status),
-            "/carla/ego_vehicle/odometry": (Odometry, self.odometry),
+            # The names of the bridges 0.9.8 to 0.9.10.
+            "/carla/traffic_lights_info": (CarlaTrafficLightInfoList, self.light_info),
+            "/carla/traffic_lights": (CarlaTrafficLightStatusList, self.light_status),
+            ego + "/odometry": (Odometry, self.odometry),
         }
 
     def route(self, path: Any) -> None:
@@ -64,8 +78,9 @@ class EvaluatorInput:
             odometry.header.stamp.to_nsec(), x_m, y_m, yaw_rad, speed_mps, wall_s
         )
 
-    def command(self, command: CarlaVehicleControl) -> None:
-        """Add a command."""
+    def command(self, message: Any) -> None:
+        """Add a command of any generation of the bridge."""
+        command = control_command(message)
         self.evaluator.add_command(
             command.header.stamp.to_nsec(), command.throttle, command.brake, command.steer
         )
@@ -97,3 +112,18 @@ class EvaluatorInput:
     def light_status(self, status: CarlaTrafficLightStatusList) -> None:
         """Set the states of the traffic lights; this message has no stamp."""
         self.evaluator.set_lights(0, {light.id: light.state for light in status.traffic_lights})
+
+
+def control_command(message: Any) -> Any:
+    """Return a control command as the message class of its publisher.
+
+    Raises:
+        ValueError: the publisher's type is no control command
+    """
+    if not isinstance(message, AnyMsg):
+        return message
+    header = message._connection_header
+    message_class = _CONTROLS.get(header["md5sum"])
+    if message_class is None:
+        raise ValueError(f"its type is {header['type']}; publish {_CONTROL_NAMES}")
+    return message_class().deserialize(message._buff)

@@ -42,7 +42,6 @@ if TYPE_CHECKING:
 
 MAP_FRAME = "map"
 VEHICLE_FRAME = "ego_vehicle"
-CAMERA_FRAME = "ego_vehicle/camera/rgb/front"
 EGO_ID = 1
 
 # Nominal values of vehicle_info that the vehicle model does not have. A reader may divide by them.
@@ -59,6 +58,17 @@ COLOURS = {
     "pedestrian": (0.13, 0.31, 0.67),
     "obstacle": (0.9, 0.55, 0.1),
 }
+
+
+def map_vector(yaw_rad: float, forward: float, left: float) -> Vector3:
+    """Return a vector of the body frame in the map frame."""
+    c, s = math.cos(yaw_rad), math.sin(yaw_rad)
+    return Vector3(c * forward - s * left, s * forward + c * left, 0.0)
+
+
+def vehicle_type(preset: str) -> str:
+    """Return the blueprint name of a vehicle preset."""
+    return "vehicle." + preset.replace("_", ".", 1)
 
 
 def quaternion_from_yaw(yaw_rad: float) -> Quaternion:
@@ -118,12 +128,14 @@ def ackermann_target(message: AckermannDrive) -> AckermannTarget:
     )
 
 
-def odometry_message(state: VehicleState, stamp: rospy.Time) -> Odometry:
+def odometry_message(
+    state: VehicleState, stamp: rospy.Time, vehicle_frame: str = VEHICLE_FRAME
+) -> Odometry:
     """Return the pose of the vehicle in the map and its twist in the body frame."""
     message = Odometry()
     message.header.stamp = stamp
     message.header.frame_id = MAP_FRAME
-    message.child_frame_id = VEHICLE_FRAME
+    message.child_frame_id = vehicle_frame
     pose = message.pose.pose
     pose.position.x = state.x_m
     pose.position.y = state.y_m
@@ -136,30 +148,39 @@ def odometry_message(state: VehicleState, stamp: rospy.Time) -> Odometry:
 
 
 def vehicle_transform(odometry: Odometry) -> TransformStamped:
-    """Return the transform map -> ego_vehicle of an odometry message."""
+    """Return the transform map -> vehicle of an odometry message."""
     transform = TransformStamped()
     transform.header = odometry.header
-    transform.child_frame_id = VEHICLE_FRAME
+    transform.child_frame_id = odometry.child_frame_id
     transform.transform.translation.x = odometry.pose.pose.position.x
     transform.transform.translation.y = odometry.pose.pose.position.y
     transform.transform.rotation = odometry.pose.pose.orientation
     return transform
 
 
-def camera_transform(camera: CameraModel) -> TransformStamped:
-    """Return the fixed transform ego_vehicle -> camera optical frame.
+def camera_transform(
+    camera: CameraModel, vehicle_frame: str, camera_frame: str, yaw_rad: float = 0.0
+) -> TransformStamped:
+    """Return the fixed transform vehicle -> camera optical frame.
 
     The optical frame has z forward, x right, y down (REP 103).
     """
     half = 0.5 * camera.pitch_rad
     transform = TransformStamped()
-    transform.header.frame_id = VEHICLE_FRAME
-    transform.child_frame_id = CAMERA_FRAME
+    transform.header.frame_id = vehicle_frame
+    transform.child_frame_id = camera_frame
     transform.transform.translation.x = camera.mount_x_m
     transform.transform.translation.z = camera.mount_z_m
     # The optical frame's quaternion (-0.5, 0.5, -0.5, 0.5) after a pitch about the body's y axis.
     c, s = 0.5 * math.cos(half), 0.5 * math.sin(half)
-    transform.transform.rotation = Quaternion(-c - s, c + s, s - c, c - s)
+    x, y, z, w = -c - s, c + s, s - c, c - s
+    turn = quaternion_from_yaw(yaw_rad)
+    transform.transform.rotation = Quaternion(
+        turn.w * x - turn.z * y,
+        turn.w * y + turn.z * x,
+        turn.w * z + turn.z * w,
+        turn.w * w - turn.z * z,
+    )
     return transform
 
 
@@ -178,16 +199,17 @@ class MemoryviewImage(Image):
         buff.write(pixels)
 
 
-def image_message(picture: np.ndarray, stamp: rospy.Time) -> Image:
+def image_message(picture: np.ndarray, stamp: rospy.Time, frame: str = "") -> Image:
     """Return a picture as an Image that shares its memory: publish it before the picture changes.
 
     Args:
         picture: contiguous (H, W, 4) array of BGRA uint8
         stamp: time of the picture
+        frame: optical frame of the camera
     """
     message = MemoryviewImage()
     message.header.stamp = stamp
-    message.header.frame_id = CAMERA_FRAME
+    message.header.frame_id = frame
     message.height, message.width = picture.shape[:2]
     message.encoding = "bgra8"
     message.step = picture.shape[1] * 4
@@ -195,11 +217,11 @@ def image_message(picture: np.ndarray, stamp: rospy.Time) -> Image:
     return message
 
 
-def camera_info_message(camera: CameraModel) -> CameraInfo:
+def camera_info_message(camera: CameraModel, frame: str = "") -> CameraInfo:
     """Return the description of a pinhole camera without distortion; the caller sets the stamp."""
     k = np.asarray(camera.intrinsic_matrix())
     message = CameraInfo(height=camera.height, width=camera.width, distortion_model="plumb_bob")
-    message.header.frame_id = CAMERA_FRAME
+    message.header.frame_id = frame
     message.D = [0.0] * 5
     message.K = k.ravel().tolist()
     message.R = np.eye(3).ravel().tolist()
@@ -213,9 +235,9 @@ def status_message(
     """Return speed, orientation, executed command, and acceleration in the map frame."""
     message = CarlaEgoVehicleStatus(header=Header(stamp=stamp, frame_id=MAP_FRAME))
     message.velocity = math.hypot(state.speed_mps, state.lateral_speed_mps)
-    c, s = math.cos(state.yaw_rad), math.sin(state.yaw_rad)
-    forward, left = state.longitudinal_acceleration_mps2, state.lateral_acceleration_mps2
-    message.acceleration.linear = Vector3(c * forward - s * left, s * forward + c * left, 0.0)
+    message.acceleration.linear = map_vector(
+        state.yaw_rad, state.longitudinal_acceleration_mps2, state.lateral_acceleration_mps2
+    )
     message.orientation = quaternion_from_yaw(state.yaw_rad)
     message.control = CarlaEgoVehicleControl(
         header=message.header,
@@ -238,7 +260,7 @@ def vehicle_info_message(
     radius_m = _NOMINAL_WHEEL_RADIUS_M
     message = CarlaEgoVehicleInfo(
         id=EGO_ID,
-        type="vehicle." + preset.replace("_", ".", 1),
+        type=vehicle_type(preset),
         rolename=role_name,
         mass=p.mass_kg,
         drag_coefficient=p.drag_area_m2,
@@ -268,19 +290,23 @@ def vehicle_info_message(
     return message
 
 
-def collision_message(event: CollisionEvent, stamp: rospy.Time) -> CarlaCollisionEvent:
+def collision_message(
+    event: CollisionEvent, stamp: rospy.Time, vehicle_frame: str = VEHICLE_FRAME
+) -> CarlaCollisionEvent:
     """Return the message of a collision."""
     return CarlaCollisionEvent(
-        header=Header(stamp=stamp, frame_id=VEHICLE_FRAME),
+        header=Header(stamp=stamp, frame_id=vehicle_frame),
         other_actor_id=event.id,
         normal_impulse=Vector3(event.impulse_x_ns, event.impulse_y_ns, 0.0),
     )
 
 
-def lane_invasion_message(lines: Sequence[int], stamp: rospy.Time) -> CarlaLaneInvasionEvent:
+def lane_invasion_message(
+    lines: Sequence[int], stamp: rospy.Time, vehicle_frame: str = VEHICLE_FRAME
+) -> CarlaLaneInvasionEvent:
     """Return the message of the kinds of lane markings that the vehicle starts to cross."""
     return CarlaLaneInvasionEvent(
-        header=Header(stamp=stamp, frame_id=VEHICLE_FRAME), crossed_lane_markings=lines
+        header=Header(stamp=stamp, frame_id=vehicle_frame), crossed_lane_markings=lines
     )
 
 

@@ -8,12 +8,12 @@ import rospy
 from geometry_msgs.msg import PointStamped, PoseWithCovarianceStamped
 from std_srvs.srv import Trigger
 
-from sdc_common.geometry.route import Route
 from sdc_sim.physics.obstacles import ObstaclePlan
+from sdc_sim.ros.actor_control import ActorControl
 from sdc_sim.ros.message_conversion import map_point, map_pose
 from sdc_sim.ros.request_queue import RequestQueue
+from sdc_sim.ros.simulation_setup import SimulationSetup
 from sdc_sim.simulation.pause import PauseControl
-from sdc_sim.simulation.simulation import Simulation
 
 
 class SimulationServices:
@@ -23,10 +23,8 @@ class SimulationServices:
 
     Args:
         requests: requests to the loop
-        simulation: the simulation
-        pause: whether it is paused
-        route: the route, whose direction a clicked obstacle gets
-        clicked_obstacle: kind of a clicked obstacle
+        setup: the simulation, and the route, whose direction a clicked obstacle gets
+        pause: whether the simulation is paused
         on_pause: called in the loop after a change of `pause`
         on_change: called in the loop after a change of the simulation
     """
@@ -34,18 +32,16 @@ class SimulationServices:
     def __init__(
         self,
         requests: RequestQueue,
-        simulation: Simulation,
+        setup: SimulationSetup,
         pause: PauseControl,
-        route: Route,
-        clicked_obstacle: str,
         on_pause: Callable[[], None],
         on_change: Callable[[], None],
     ):
         self._requests = requests
-        self._simulation = simulation
+        self._simulation = setup.simulation
         self._pause = pause
-        self._route = route
-        self._clicked_obstacle = clicked_obstacle
+        self._route = setup.route
+        self._clicked_obstacle = setup.clicked_obstacle
         self._on_pause = on_pause
         self._on_change = on_change
         for name, change in (
@@ -64,6 +60,7 @@ class SimulationServices:
         rospy.Subscriber(
             "/clicked_point", PointStamped, requests.deferred(self._on_click), queue_size=10
         )
+        ActorControl(requests, setup, on_change)
 
     def _service(self, change: Callable[[], None]) -> Callable[[Any], tuple[bool, str]]:
         def execute() -> tuple[bool, str]:

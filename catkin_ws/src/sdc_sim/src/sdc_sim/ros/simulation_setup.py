@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import os
-from typing import Collection, NamedTuple
+from typing import Any, Collection, NamedTuple
 
 import numpy as np
-from carla_msgs.msg import CarlaEgoVehicleControl
-from sdc_msgs.msg import CarlaVehicleControl
 
 from sdc_common.geometry.route import Route
 from sdc_common.ros.node import refuse
@@ -18,29 +16,13 @@ from sdc_sim.physics.obstacles import KINDS, Obstacles
 from sdc_sim.physics.traffic_lights import TrafficLights
 from sdc_sim.physics.vehicle import Vehicle
 from sdc_sim.physics.vehicle_parameters import VehicleError, load_vehicle
+from sdc_sim.ros.bridge_generations import GENERATIONS
 from sdc_sim.ros.parameters import Parameters
 from sdc_sim.scenario.reader import load_lights, load_obstacles
 from sdc_sim.scenario.yaml_document import DocumentError
 from sdc_sim.simulation.placement import start_pose
 from sdc_sim.simulation.sensors import OdometryNoise
 from sdc_sim.simulation.simulation import OccupiedError, Simulation
-
-
-class BridgeNames(NamedTuple):
-    """Message class and topic names that differ between versions of the CARLA bridge."""
-
-    control_class: type
-    image_topic: str
-    camera_info_topic: str
-
-
-# Up to CARLA 0.9.4, and from 0.9.5 on.
-BRIDGES = {
-    "old": BridgeNames(
-        CarlaVehicleControl, "/camera/rgb/front/image_color", "/camera/rgb/front/camera_info"
-    ),
-    "new": BridgeNames(CarlaEgoVehicleControl, "/rgb_front/image", "/rgb_front/camera_info"),
-}
 
 
 class Timeouts(NamedTuple):
@@ -60,7 +42,8 @@ class SimulationSetup:
         lockstep: whether a tick waits for the answer to the last observation
         timeouts: limits of this wait
         ego: prefix of the topics of the vehicle
-        bridge: message class and topic names
+        bridge: generation of the bridge
+        ackermann_cmd: whether to serve ackermann_cmd; "auto": unless another node does
     """
 
     def __init__(self) -> None:
@@ -76,13 +59,15 @@ class SimulationSetup:
         self.role_name: str = parameter("role_name")
         self.ego = f"/carla/{self.role_name}"
         bridge = parameter("bridge")
+        self.ackermann_cmd: str | bool = parameter("ackermann_cmd")
         self.with_camera = bool(parameter("camera"))
         self.daylight: float = parameter("daylight")
         self.waypoints_path: str = parameter("waypoints_path")
         self.preset: str = parameter("vehicle")
         _check_known("clicked_obstacle", self.clicked_obstacle, KINDS)
-        _check_known("bridge", bridge, BRIDGES)
-        self.bridge = BRIDGES[bridge]
+        _check_known("bridge", bridge, GENERATIONS)
+        _check_known("ackermann_cmd", self.ackermann_cmd, ("auto", True, False))
+        self.bridge = GENERATIONS[bridge]
         try:
             self.route_m: np.ndarray = load_waypoints(self.waypoints_path)
             self.route = Route(self.route_m)
@@ -105,9 +90,9 @@ class SimulationSetup:
         return os.path.splitext(os.path.basename(self.waypoints_path))[0]
 
 
-def _check_known(name: str, value: str, known: Collection[str]) -> None:
+def _check_known(name: str, value: str | bool, known: Collection[Any]) -> None:
     if value not in known:
-        refuse(f"{name} is '{value}'; write one of {', '.join(known)}")
+        refuse(f"{name} is '{value}'; write one of {', '.join(str(one).lower() for one in known)}")
 
 
 def _simulation(parameter: Parameters, preset: str, route: Route) -> Simulation:

@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import rospy
+from carla_msgs.msg import CarlaWeatherParameters
+from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from tf2_msgs.msg import TFMessage
 
 from sdc_common.ros.node import LoopPublisher
 from sdc_sim.camera.front_camera import FrontCamera
+from sdc_sim.road.opendrive import opendrive
 from sdc_sim.ros.bridge_topics import BridgeTopics
+from sdc_sim.ros.generation_topics import GenerationTopics
 from sdc_sim.ros.message_conversion import odometry_message, vehicle_transform
+from sdc_sim.ros.object_messages import daylight, spectator_mount
 from sdc_sim.ros.simulation_setup import SimulationSetup
 
 
@@ -26,23 +31,50 @@ class SimulationTopics:
         self.odometry = LoopPublisher(setup.ego + "/odometry", Odometry, latch=True)
         self._clock = LoopPublisher("/clock", Clock, latch=True)
         self._transform = rospy.Publisher("/tf", TFMessage, queue_size=10)
-        self.bridge = BridgeTopics(
-            setup.role_name,
-            setup.preset,
-            setup.map_name,
-            setup.simulation,
-            setup.lockstep,
-            setup.route_m,
-        )
+        self._role_name = setup.role_name
+        names = setup.role_name, setup.preset, setup.map_name
+        road = opendrive(setup.map_name, setup.route_m)
+        self.bridge = BridgeTopics(*names, setup.simulation, setup.lockstep, setup.route_m, road)
+        self._generation = GenerationTopics(setup.bridge, *names, road, setup.simulation)
         self._camera = None
         if setup.with_camera:
             self._camera = FrontCamera(
                 setup.waypoints_path,
-                setup.ego + setup.bridge.image_topic,
-                setup.ego + setup.bridge.camera_info_topic,
+                setup.role_name,
+                setup.bridge,
                 setup.daylight,
                 every_frame=setup.lockstep,
             )
+            self._subscribe(setup)
+
+    def _subscribe(self, setup: SimulationSetup) -> None:
+        """Subscribe to what changes the pictures."""
+        if "/carla/weather_control" in setup.bridge.topics:
+            rospy.Subscriber(
+                "/carla/weather_control", CarlaWeatherParameters, self._on_weather, queue_size=1
+            )
+        if setup.bridge.spectator:
+            rospy.Subscriber(
+                setup.ego + "/spectator_pose", PoseStamped, self._on_spectator, queue_size=1
+            )
+
+    def _on_weather(self, message: CarlaWeatherParameters) -> None:
+        try:
+            brightness = daylight(message.sun_altitude_angle)
+        except ValueError as error:
+            rospy.logwarn_throttle(1.0, f"sim: refused a message on weather_control: {error}")
+            return
+        if self._camera:
+            self._camera.daylight = brightness
+
+    def _on_spectator(self, message: PoseStamped) -> None:
+        try:
+            mount = spectator_mount(message, self._role_name)
+        except ValueError as error:
+            rospy.logwarn_throttle(1.0, f"sim: refused a pose on spectator_pose: {error}")
+            return
+        if self._camera:
+            self._camera.spectator = mount
 
     def start_clock(self) -> None:
         """Publish the time of the first observation: some nodes wait for it and then subscribe."""
@@ -51,7 +83,8 @@ class SimulationTopics:
     def publish(self) -> None:
         """Publish all but the picture."""
         observation = self._simulation.observation
-        odometry = odometry_message(observation.measured, rospy.Time(*observation.stamp))
+        stamp = rospy.Time(*observation.stamp)
+        odometry = odometry_message(observation.measured, stamp, self._role_name)
         try:
             self.odometry.publish(odometry)
             # The observation is older than the clock by the latency of the sensors.
@@ -59,6 +92,7 @@ class SimulationTopics:
             if self._transform.get_num_connections():
                 self._transform.publish([vehicle_transform(odometry)])
             self.bridge.publish(observation)
+            self._generation.publish(observation)
         except rospy.ROSException:
             # At shutdown rospy closes the topics while this thread still publishes.
             if not rospy.core.is_shutdown_requested():

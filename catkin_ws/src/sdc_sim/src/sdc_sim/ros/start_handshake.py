@@ -63,7 +63,7 @@ class StartHandshake:
 
         A machine on which the connections took long also computes the first answer slowly.
         """
-        return max(FIRST_ANSWER_S, 0.5 * self._waited_s)
+        return max(FIRST_ANSWER_S, self._waited_s)
 
     def wait(self, deadline_s: float, requests: RequestQueue) -> None:
         """Process requests until the handshake is complete or the deadline (time.monotonic()).

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Tuple, Union
 
-from sdc_sim.physics.ackermann import AckermannControl, AckermannTarget
+from sdc_sim.physics.ackermann import AckermannControl, AckermannGains, AckermannTarget
 from sdc_sim.physics.vehicle import VehicleCommand, VehicleState
 from sdc_sim.simulation.sensors import DelayLine
 
@@ -68,6 +68,17 @@ class CommandMux:
     def has_software_command(self) -> bool:
         """Whether there has been a software command since the start or the last reset."""
         return self._software is not None
+
+    @property
+    def ackermann_target(self) -> AckermannTarget | None:
+        """The active command if it is an Ackermann target."""
+        entry = self._active
+        return entry[0] if entry and isinstance(entry[0], AckermannTarget) else None
+
+    @property
+    def ackermann_gains(self) -> AckermannGains | None:
+        """Parameters of the speed loop."""
+        return self._ackermann.gains if self._ackermann is not None else None
 
     def timed_out(self, tick: int) -> bool:
         """Return whether the latest command is too old. Before the first one nothing times out."""

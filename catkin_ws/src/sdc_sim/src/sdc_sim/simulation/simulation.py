@@ -17,6 +17,8 @@ from sdc_sim.simulation.command_mux import Command, CommandMux
 from sdc_sim.simulation.sensors import DelayLine, OdometryNoise
 
 _NANOSECONDS = 1_000_000_000
+# m/s and rad/s
+_MAX_SET_SPEED = 100.0
 _ORIGIN = (0.0, 0.0, 0.0)
 
 Pose = Tuple[float, float, float]
@@ -197,6 +199,26 @@ class Simulation:
             )
         self.vehicle.reset(x_m, y_m, yaw_rad)
         self.commands.reset()
+
+    def set_velocity(self, forward_mps: float, left_mps: float, yaw_rate_radps: float) -> None:
+        """Set the velocity of the vehicle in its body frame; the tyres act from the next tick on.
+
+        Raises:
+            ValueError: a value is not finite or too large
+        """
+        check_between(
+            -_MAX_SET_SPEED,
+            _MAX_SET_SPEED,
+            forward_mps=forward_mps,
+            left_mps=left_mps,
+            yaw_rate_radps=yaw_rate_radps,
+        )
+        self.vehicle.state = replace(
+            self.vehicle.state,
+            speed_mps=forward_mps,
+            lateral_speed_mps=left_mps,
+            yaw_rate_radps=yaw_rate_radps,
+        )
 
     def toggle_obstacle(self, plan: ObstaclePlan) -> str:
         """Add an obstacle, or remove those at its point; return a text that describes the change.

@@ -1,0 +1,219 @@
+#!/usr/bin/env python3
+"""Each generation of the bridge has its topics, with their types, frames and latches."""
+
+import math
+import os
+import subprocess
+import tempfile
+import unittest
+
+import numpy as np
+import rospkg
+import rospy
+import rostest
+from carla_msgs.msg import CarlaEgoVehicleControl, CarlaWeatherParameters
+from geometry_msgs.msg import Pose, PoseStamped, Twist
+from nav_msgs.msg import Odometry
+from sdc_msgs.msg import CarlaVehicleControl
+from sensor_msgs.msg import Image
+
+from sdc_common.ros.odometry import pose_and_speed
+from sdc_common.testing.message_listener import MessageListener, wait_for_subscriber, wait_until
+
+SIM = os.path.join(rospkg.RosPack().get_path("sdc_sim"), "scripts", "sim.py")
+OBSTACLES = """frame: route
+obstacles:
+  - {kind: car, at: [40.0, 0.0]}
+  - {kind: obstacle, at: [60.0, 3.5]}
+lights:
+  - {stop_line_m: 80.0, phases: [{red: 600.0}]}
+"""
+EGO = "/carla/hero"
+COMMON = {
+    EGO + "/odometry": "nav_msgs/Odometry",
+    EGO + "/vehicle_status": "carla_msgs/CarlaEgoVehicleStatus",
+    "/carla/status": "carla_msgs/CarlaStatus",
+}
+PICTURES = {
+    "0.9.3": {"front": "/camera/rgb/front/image_color"},
+    "0.9.5": {
+        "front": "/camera/rgb/front/image_color",
+        "view": "/camera/rgb/view/image_color",
+        "spectator": "/camera/rgb/spectator_view/image_color",
+    },
+    "0.9.11": {
+        "front": "/rgb_front/image",
+        "view": "/rgb_view/image",
+        "spectator": "/spectator_view/image",
+    },
+}
+# Topics with their types; a client that connects later receives the latched ones.
+PUBLISHED = {
+    "0.9.3": {
+        EGO + "/ego_vehicle_control_info": "carla_ros_bridge/EgoVehicleControlInfo",
+        "/carla/objects": "derived_object_msgs/ObjectArray",
+        "/carla/vehicle_marker": "visualization_msgs/Marker",
+        "/carla/map": "std_msgs/String",
+    },
+    "0.9.5": {
+        "/carla/objects": "derived_object_msgs/ObjectArray",
+        EGO + "/objects": "derived_object_msgs/ObjectArray",
+        "/carla/actor_list": "carla_msgs/CarlaActorList",
+        "/carla/marker": "visualization_msgs/Marker",
+        "/carla/vehicle_marker": "visualization_msgs/Marker",
+        "/carla/traffic_lights": "carla_msgs/CarlaTrafficLightStatusList",
+        "/carla/traffic_lights_info": "carla_msgs/CarlaTrafficLightInfoList",
+        "/carla/map": "carla_msgs/CarlaMapInfo",
+    },
+    "0.9.11": {
+        "/carla/objects": "derived_object_msgs/ObjectArray",
+        EGO + "/objects": "derived_object_msgs/ObjectArray",
+        "/carla/actor_list": "carla_msgs/CarlaActorList",
+        EGO + "/speedometer": "std_msgs/Float32",
+        "/carla/map": "std_msgs/String",
+    },
+}
+CONTROL = {
+    "0.9.3": CarlaVehicleControl,
+    "0.9.5": CarlaEgoVehicleControl,
+    "0.9.11": CarlaEgoVehicleControl,
+}
+# Topics that the sim subscribes to.
+SUBSCRIBED = {
+    "0.9.3": {},
+    "0.9.5": {
+        EGO + "/twist_cmd": "geometry_msgs/Twist",
+        "/carla/weather_control": "carla_msgs/CarlaWeatherParameters",
+        EGO + "/spectator_pose": "geometry_msgs/PoseStamped",
+    },
+    "0.9.11": {
+        EGO + "/control/set_transform": "geometry_msgs/Pose",
+        EGO + "/control/set_target_velocity": "geometry_msgs/Twist",
+        "/carla/weather_control": "carla_msgs/CarlaWeatherParameters",
+        EGO + "/spectator_pose": "geometry_msgs/PoseStamped",
+    },
+}
+
+
+def pixels(image):
+    """Return the colours of a picture."""
+    return np.frombuffer(image.data, np.uint8).reshape(image.height, image.width, 4)[..., :3]
+
+
+class GenerationsTest(unittest.TestCase):
+    def start(self, generation):
+        """Start a sim, and end it after the test."""
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        obstacles = os.path.join(folder.name, "obstacles.yaml")
+        with open(obstacles, "w", encoding="utf-8") as file:
+            file.write(OBSTACLES)
+        name = "sim_" + generation.replace(".", "_")
+        changes = {"bridge": generation, "obstacles_path": obstacles}
+        rospy.set_param("/" + name, {**rospy.get_param("~good"), **changes})
+        process = subprocess.Popen(["/usr/bin/env", "python3", SIM, "__name:=" + name])
+        self.addCleanup(process.wait)
+        self.addCleanup(process.terminate)
+        wait_until(lambda: "/" + name in self.nodes(0, EGO + "/odometry"), what=name)
+        return "/" + name
+
+    @staticmethod
+    def nodes(kind, topic):
+        """Return the publishers (0) or the subscribers (1) of a topic."""
+        return dict(rospy.get_master().getSystemState()[2][kind]).get(topic, ())
+
+    def check_generation(self, generation):
+        sim = self.start(generation)
+        names = PICTURES[generation]
+        front = MessageListener(EGO + names["front"], Image).wait_for(seconds=60.0)
+        self.assertEqual(front.header.frame_id, "hero" + names["front"].rsplit("/", 1)[0])
+        for topic in names.values():
+            self.assertIn("/front_camera", self.nodes(0, EGO + topic))
+        types = dict(rospy.get_master().getTopicTypes()[2])
+        published = {**COMMON, **PUBLISHED[generation]}
+        for topic, kind in published.items():
+            self.assertEqual((topic, types.get(topic)), (topic, kind))
+            rospy.wait_for_message(topic, rospy.AnyMsg, timeout=15.0)
+        others = {topic for one in PUBLISHED.values() for topic in one} - set(published)
+        self.assertEqual([topic for topic in others if sim in self.nodes(0, topic)], [])
+        for topic, kind in SUBSCRIBED[generation].items():
+            self.assertEqual((topic, types.get(topic)), (topic, kind))
+            self.assertIn(sim, self.nodes(1, topic))
+        command = rospy.Publisher(EGO + "/vehicle_control_cmd", CONTROL[generation], queue_size=1)
+        self.addCleanup(command.unregister)
+        wait_for_subscriber(command)
+        odometry = rospy.wait_for_message(EGO + "/odometry", Odometry, timeout=15.0)
+        self.assertEqual((odometry.header.frame_id, odometry.child_frame_id), ("map", "hero"))
+
+    def test_0_9_3(self):
+        self.check_generation("0.9.3")
+
+    def test_0_9_5(self):
+        self.check_generation("0.9.5")
+        self.check_velocity("/twist_cmd")
+
+    def test_0_9_11(self):
+        self.check_generation("0.9.11")
+        self.check_velocity("/control/set_target_velocity")
+        self.check_cameras()
+        self.check_transform()
+
+    def check_velocity(self, topic):
+        publisher = rospy.Publisher(EGO + topic, Twist, queue_size=1)
+        odometry = MessageListener(EGO + "/odometry", Odometry)
+        wait_for_subscriber(publisher)
+        twist = Twist()
+        twist.linear.x, twist.angular.z = 5.0, 0.4
+
+        def moves(message):
+            publisher.publish(twist)
+            return message.twist.twist.linear.x > 4.5 and message.twist.twist.angular.z > 0.05
+
+        odometry.wait_for(moves)
+
+    def check_cameras(self):
+        """Weather, the camera behind the car, and the camera that a person moves."""
+        front = MessageListener(EGO + PICTURES["0.9.11"]["front"], Image)
+        day = pixels(front.wait_for()).mean()
+        weather = rospy.Publisher("/carla/weather_control", CarlaWeatherParameters, queue_size=1)
+        wait_for_subscriber(weather)
+        weather.publish(CarlaWeatherParameters(sun_altitude_angle=30.0))
+        front.wait_for(lambda image: abs(pixels(image).mean() / day - 0.5) < 0.1)
+        weather.publish(CarlaWeatherParameters(sun_altitude_angle=90.0))
+
+        view = MessageListener(EGO + PICTURES["0.9.11"]["view"], Image).wait_for()
+        self.assertEqual((view.width, view.height, view.encoding), (800, 600, "bgra8"))
+        self.assertEqual(view.header.frame_id, "hero/rgb_view")
+
+        pose = rospy.Publisher(EGO + "/spectator_pose", PoseStamped, queue_size=1)
+        wait_for_subscriber(pose)
+        spectator = MessageListener(EGO + PICTURES["0.9.11"]["spectator"], Image)
+        spectator.wait_for_publisher()
+        self.assertEqual(spectator.messages, [])
+        message = PoseStamped()
+        message.header.frame_id = "hero"
+        message.pose.position.x, message.pose.position.z = -8.0, 3.0
+        # x right, y up, z backward: it looks ahead.
+        q = message.pose.orientation
+        q.x, q.y, q.z, q.w = 0.5, -0.5, -0.5, 0.5
+        pose.publish(message)
+        self.assertEqual(spectator.wait_for().header.frame_id, "hero/spectator_view")
+
+    def check_transform(self):
+        publisher = rospy.Publisher(EGO + "/control/set_transform", Pose, queue_size=1)
+        odometry = MessageListener(EGO + "/odometry", Odometry)
+        wait_for_subscriber(publisher)
+        pose = Pose()
+        pose.position.x, pose.position.y, pose.orientation.w = 12.0, 3.0, 1.0
+        publisher.publish(pose)
+        placed = odometry.wait_for(lambda message: message.pose.pose.position.x == 12.0)
+        self.assertEqual(pose_and_speed(placed)[1:], (3.0, 0.0, 0.0))
+        pose.position.x = math.nan
+        publisher.publish(pose)
+        later = odometry.wait_for(after=len(odometry.messages))
+        self.assertEqual(later.pose.pose.position.x, 12.0)
+
+
+if __name__ == "__main__":
+    rospy.init_node("generations_test")
+    rostest.rosrun("sdc_sim", "generations_test", GenerationsTest)
