@@ -76,6 +76,7 @@ class DriveEvaluation:
         )
         self.matching = CommandMatching()
         self._started_at_s: float | None = None
+        self._started_at_m = 0.0
         self._timeline = Timeline()
         self._red_lights.reset_car()
         self._commands = CommandTrace()
@@ -115,7 +116,8 @@ class DriveEvaluation:
         Args:
             ended_at_s: wall clock at the end of the drive [s], None without a wall clock
         """
-        metrics = self.progress.metrics(self.ideal.duration_s, self._rules.lane_width_m)
+        least_s = self.ideal.duration_s - self.ideal.time_at(self._started_at_m)
+        metrics = self.progress.metrics(max(least_s, 1e-3), self._rules.lane_width_m)
         wall_s = None
         if ended_at_s is not None and self._started_at_s is not None:
             wall_s = ended_at_s - self._started_at_s
@@ -155,7 +157,10 @@ class DriveEvaluation:
             self.unseen_s += time_s - last_s
             self._red_lights.reset_car()
         self.matching.add_odometry(stamp_ns)
+        first = not self.progress.samples
         sample = self.progress.update(time_s, x_m, y_m, yaw_rad, speed_mps)
+        if first:
+            self._started_at_m = sample.s_m
         self._count_red(self._red_lights.update_car(stamp_ns, self.route, sample.s_m))
         if self._keep_trace:
             self._commands.add_odometry(stamp_ns)
