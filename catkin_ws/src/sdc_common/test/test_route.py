@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sdc_common.geometry.angles import wrap_angle
-from sdc_common.geometry.route import Route, respace
+from sdc_common.geometry.route import Route
 
 
 def circle(radius, angle, spacing=1.0, noise=0.0, seed=0):
@@ -108,19 +108,3 @@ def test_point_next_to_the_route_is_located(s, offset):
     for place in (route.locate(x, y, angle), route.project(x, y, s, 3.0, 3.0)):
         assert place.s_m == pytest.approx(s, abs=0.1 + 0.02 * s)
         assert place.cross_track_m == pytest.approx(offset, abs=0.03)
-
-
-@given(st.lists(st.floats(0.01, 30.0), min_size=1, max_size=40))
-def test_respaced_points_lie_on_the_line_and_keep_its_ends(steps):
-    points = np.column_stack([np.concatenate([[0.0], np.cumsum(steps)]), np.zeros(len(steps) + 1)])
-    new = respace(points, 0.4, 1.25)
-    np.testing.assert_array_equal(new[[0, -1]], points[[0, -1]])
-    gaps = np.diff(new[:, 0])
-    assert (gaps > 0.0).all()
-    assert (gaps <= 1.25 + 1e-9).all()
-    assert (gaps[:-1] >= min(0.4, 0.625) - 1e-9).all()
-
-
-def test_respace_refuses_a_minimum_above_the_maximum():
-    with pytest.raises(ValueError, match="less than"):
-        respace(np.zeros((2, 2)), 2.0, 1.0)

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from sdc_common.geometry.angles import wrap_angle
-from sdc_common.geometry.route import Route
+from sdc_common.geometry.road_line import road_route
 from sdc_common.planning.speed_profile import ideal_duration, speed_profile
 from sdc_experiments.configuration import node_parameters, vehicle_preset
 from sdc_package.actuation import PedalMap, SteeringMap
@@ -49,14 +49,20 @@ class OfflineDrive:
 class OfflineStack:
     """The algorithms of local planner and controller, with the configuration of their nodes."""
 
-    def __init__(self, route_m: np.ndarray, steering_method: str):
+    def __init__(
+        self, route_m: np.ndarray, steering_method: str, planned_speed_mps: float | None = None
+    ):
         """Build the stack.
 
         Args:
             route_m: (N, 2) waypoints of the mission [m]
             steering_method: name of a method in config/simple_controller.yaml
+            planned_speed_mps: speed on a free straight, None for that of the configuration [m/s]
         """
-        settings = PlannerSettings.read(node_parameters("local_planner").__getitem__)
+        parameters = node_parameters("local_planner")
+        if planned_speed_mps is not None:
+            parameters["planned_speed_mps"] = planned_speed_mps
+        settings = PlannerSettings.read(parameters.__getitem__)
         config = node_parameters("simple_controller")
         self.limits = settings.limits
         self._planner = LocalPlanner(route_m, settings)
@@ -106,6 +112,7 @@ def drive_offline(
     steering_method: str = "stanley_compensated",
     vehicle: str = "tesla_model3",
     longest_s: float = _LIMITS.timeout_s,
+    planned_speed_mps: float | None = None,
 ) -> OfflineDrive:
     """Drive along a route from standstill, until the drive ends.
 
@@ -116,10 +123,11 @@ def drive_offline(
         steering_method: name of a method in config/simple_controller.yaml
         vehicle: name of a file in sdc_sim/config/vehicles
         longest_s: simulated time after which to stop [s]
+        planned_speed_mps: speed on a free straight, None for that of the configuration [m/s]
     """
-    stack = OfflineStack(route_m, steering_method)
+    stack = OfflineStack(route_m, steering_method, planned_speed_mps)
     car = Vehicle(vehicle_preset(vehicle))
-    route = Route(route_m)
+    route = road_route(route_m)
     (x, y), (next_x, next_y) = route.points[:2].tolist()
     heading = math.atan2(next_y - y, next_x - x)
     car.reset(

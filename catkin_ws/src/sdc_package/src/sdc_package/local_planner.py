@@ -10,16 +10,12 @@ from typing import Any, Callable, Mapping, Sequence
 import numpy as np
 
 from sdc_common.geometry.polyline import Place
-from sdc_common.geometry.route import Route, respace
+from sdc_common.geometry.road_line import LONGEST_STEP_M, road_route
 from sdc_common.planning.speed_profile import SpeedLimits, speed_profile
 from sdc_common.validation import check_positive
 from sdc_package.obstacles import DetectedObstacle, ObstacleMargins, speed_caps
 from sdc_package.traffic_lights import TrafficLightMargins, TrafficLightMonitor
 
-# Distances between the points of a planned path: closer points only cost time, and two points that
-# are farther apart cannot follow the speed profile of a bend.
-_MIN_STEP_M = 0.4
-_MAX_STEP_M = 1.25
 # The car moves less than this between two odometry messages, unless it is moved to another place.
 _WINDOW_BACK_M = 3.0
 _WINDOW_AHEAD_M = 8.0
@@ -88,7 +84,7 @@ class LocalPlanner:
     Attributes:
         waypoints_m: (N, 2) waypoints of the mission [m]
         settings: parameters
-        route: the waypoints with more even distances between them
+        route: the line of the road that the waypoints describe
         speed: speed profile at the points of the route [m/s]
     """
 
@@ -106,7 +102,7 @@ class LocalPlanner:
         self.waypoints_m = waypoints_m
         self.settings = settings
         self._fingerprint = zlib.crc32(np.ascontiguousarray(waypoints_m, float).tobytes())
-        self.route = Route(respace(waypoints_m, _MIN_STEP_M, _MAX_STEP_M))
+        self.route = road_route(waypoints_m)
         self.speed = speed_profile(self.route, settings.limits)
         self._path = np.column_stack([self.route.points, self.speed])
         self._ahead = slice(0, 0)
@@ -231,12 +227,12 @@ class LocalPlanner:
             )
         place = self.place
         distance_m = math.dist(self._path[first, :2], (x_m, y_m))
-        if distance_m > place.distance_m + 2.0 * _MAX_STEP_M:
+        if distance_m > place.distance_m + 2.0 * LONGEST_STEP_M:
             raise ValueError(
                 f"waypoint {first} cannot be the first one ahead: it is {distance_m:.1f} m away "
                 f"from the car, the route only {place.distance_m:.1f} m"
             )
-        if abs(self.route.s[first] - place.s_m) <= 2.0 * _MAX_STEP_M:
+        if abs(self.route.s[first] - place.s_m) <= 2.0 * LONGEST_STEP_M:
             return first
         return int(np.searchsorted(self.route.s, place.s_m, side="left"))
 

@@ -42,50 +42,6 @@ def checked_points(points_m: np.ndarray) -> np.ndarray:
     return points
 
 
-def respace(points_m: np.ndarray, shortest_m: float, longest_m: float) -> np.ndarray:
-    """Return a polyline with other distances between its points.
-
-    Drop points that lie closer than `shortest_m` to the last one kept. Add points on the line where
-    two lie farther apart than `longest_m`. Keep the first and the last point.
-
-    Args:
-        points_m: (N, 2) points [m]
-        shortest_m: minimum distance [m]
-        longest_m: maximum distance [m]
-
-    Returns:
-        (M, 2) points [m]
-
-    Raises:
-        ValueError: not 0 <= shortest_m < longest_m, or `checked_points` refuses the points
-    """
-    if not 0.0 <= shortest_m < longest_m:
-        raise ValueError(f"shortest_m {shortest_m} must be less than longest_m {longest_m}")
-    kept = _thinned(checked_points(points_m), shortest_m)
-    lengths = np.hypot(*np.diff(kept, axis=0).T)
-    parts = np.maximum(1, np.ceil(lengths / longest_m - 1e-9)).astype(int)
-    start = np.repeat(np.arange(len(parts)), parts)
-    within = np.arange(parts.sum()) - np.repeat(np.cumsum(parts) - parts, parts)
-    fraction = within / parts[start]
-    dense = kept[start] + fraction[:, np.newaxis] * (kept[start + 1] - kept[start])
-    return np.vstack([dense, kept[-1]])
-
-
-def _thinned(points_m: np.ndarray, shortest_m: float) -> np.ndarray:
-    steps = np.hypot(*np.diff(points_m, axis=0).T)
-    if len(points_m) == 2 or steps.min() >= shortest_m:
-        return points_m
-    keep = [0]
-    travelled = 0.0
-    for index, step in enumerate(steps[:-1].tolist(), start=1):
-        travelled += step
-        if travelled >= shortest_m:
-            keep.append(index)
-            travelled = 0.0
-    keep.append(len(points_m) - 1)
-    return points_m[keep]
-
-
 def smoothed_heading_and_curvature(
     points_m: np.ndarray, s_m: np.ndarray, at_s_m: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:

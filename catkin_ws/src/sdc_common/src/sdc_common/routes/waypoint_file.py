@@ -13,12 +13,15 @@ import sys
 import numpy as np
 
 from sdc_common.geometry.polyline import Polyline
+from sdc_common.geometry.road_line import sharpest_turn
 
 # The published Town03 file ends its lines with "\r\r\n": all carriage returns before a line feed
 # belong to one end.
 _LINE_END = re.compile(r"\r*\n|\r")
 SHORTEST_STEP_M = 1e-3
 LARGEST_COORDINATE_M = 1e5
+# A car follows a sharper turn, measured over 4 m, only by leaving its lane.
+_SHARPEST_TURN_RAD = math.radians(150.0)
 
 
 class WaypointError(ValueError):
@@ -39,7 +42,8 @@ def load_waypoints(path: str) -> np.ndarray:
 
     Raises:
         WaypointError: the file cannot be read, a value is not a finite number, a coordinate is
-            beyond 100 km, a point repeats the one before it, or there are fewer than two points
+            beyond 100 km, a point repeats the one before it, there are fewer than two points, or
+            the route turns back on itself
     """
     path = os.path.expanduser(path)
     points: list[tuple[float, float]] = []
@@ -68,6 +72,12 @@ def load_waypoints(path: str) -> np.ndarray:
             "add rows of x,y in metres"
         )
     route = np.array(points)
+    turn, index = sharpest_turn(route)
+    if turn > _SHARPEST_TURN_RAD:
+        raise WaypointError(
+            f"{path}, row {rows[index]}: the route turns by {math.degrees(turn):.0f} degrees "
+            "within 4 m, which no car can drive; delete the rows that lead back"
+        )
     route[:, 1] = -route[:, 1]
     return route
 

@@ -116,6 +116,7 @@ class DriveEvaluation:
         )
         self.matching = CommandMatching()
         self._started_at_s: float | None = None
+        self._started_at_m = 0.0
         self._timeline = Timeline()
         self._red_lights.reset_car()
         self._commands = CommandTrace()
@@ -160,7 +161,8 @@ class DriveEvaluation:
         stored = None
         if self._trace_store is not None:
             stored = self._trace_store.rows()[:, : -len(COMMAND_FIELDS)]
-        metrics = self.progress.metrics(self.ideal.duration_s, self._rules.lane_width_m, stored)
+        least_s = max(self.ideal.duration_s - self.ideal.time_at(self._started_at_m), 1e-3)
+        metrics = self.progress.metrics(least_s, self._rules.lane_width_m, stored)
         wall_s = None
         if ended_at_s is not None and self._started_at_s is not None:
             wall_s = ended_at_s - self._started_at_s
@@ -203,7 +205,10 @@ class DriveEvaluation:
             self.unseen_s += time_s - last_s
             self._red_lights.reset_car()
         self.matching.add_odometry(stamp_ns)
+        first = not self.progress.samples
         sample = self.progress.update(time_s, x_m, y_m, yaw_rad, speed_mps)
+        if first:
+            self._started_at_m = sample.s_m
         self._count_red(self._red_lights.update_car(stamp_ns, self.route, sample.s_m))
         if self._keep_trace:
             self._commands.add_odometry(stamp_ns)

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from sdc_common.geometry.route import Route
+from sdc_common.geometry.road_line import road_route
 from sdc_common.ros.stop_lines import StopLine
 from sdc_sim.evaluation.drive_evaluation import DriveEvaluation, DriveResult, TraceStore
 from sdc_sim.evaluation.event_log import EventLog
@@ -65,12 +65,12 @@ class Evaluator:
         """Set the route, and resume the drive along it that the event log holds.
 
         Args:
-            points_m: (N, 2) points of the route [m]
+            points_m: (N, 2) waypoints of the mission [m]
 
         Raises:
             ValueError: the points are not a route
         """
-        route = Route(np.asarray(points_m, dtype=float).reshape(-1, 2))
+        route = road_route(np.asarray(points_m, dtype=float).reshape(-1, 2))
         keep_trace = self._event_log is None or self._trace_store is not None
         self.drive = DriveEvaluation(self.rules, route, keep_trace, self._trace_store)
         if self._event_log is not None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from sdc_common.geometry.polyline import Polyline
+from sdc_common.geometry.road_line import road_line
 from sdc_common.geometry.route import chord_directions, interpolate
 from sdc_sim.road.cell_index import cell_keys, cells_of
 
@@ -50,7 +51,7 @@ class CentreLine:
         Raises:
             ValueError: the shape is not (N, 2), a number is not finite, or all waypoints coincide
         """
-        route = _merge_close(_checked(route_m))
+        route = _merge_close(road_line(_checked(route_m)))
         s_route = np.array(Polyline(route.tolist()).s)
         self.length_m = float(s_route[-1])
         step = max(SAMPLE_STEP_M, self.length_m / _MAX_SAMPLES)
@@ -136,7 +137,7 @@ def _checked(route_m: np.ndarray) -> np.ndarray:
 
 def _merge_close(route: np.ndarray) -> np.ndarray:
     """Return the waypoints that are far enough from the one kept before, and the last one."""
-    if np.all(np.hypot(*np.diff(route, axis=0).T) >= _MIN_SPACING_M):
+    if len(route) > 1 and np.all(np.hypot(*np.diff(route, axis=0).T) >= _MIN_SPACING_M):
         return route
     kept = [0]
     x0, y0 = route[0]

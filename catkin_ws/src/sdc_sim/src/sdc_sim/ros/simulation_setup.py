@@ -7,6 +7,7 @@ from typing import Any, Collection, NamedTuple
 
 import numpy as np
 
+from sdc_common.geometry.road_line import road_route
 from sdc_common.geometry.route import Route
 from sdc_common.ros.node import refuse
 from sdc_common.routes.waypoint_file import WaypointError, load_waypoints
@@ -70,7 +71,7 @@ class SimulationSetup:
         self.bridge = GENERATIONS[bridge]
         try:
             self.route_m: np.ndarray = load_waypoints(self.waypoints_path)
-            self.route = Route(self.route_m)
+            self.route = road_route(self.route_m)
             self.simulation = _simulation(parameter, self.preset, self.route)
             check_between(0.0, 1.0, daylight=self.daylight)
             check_non_negative(

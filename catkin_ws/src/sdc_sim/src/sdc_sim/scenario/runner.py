@@ -26,7 +26,7 @@ from typing import Callable, Mapping, NamedTuple
 import rospkg
 import yaml
 
-from sdc_common.geometry.route import Route
+from sdc_common.geometry.road_line import road_route
 from sdc_common.ros.catkin_workspace import (
     WorkspaceError,
     check_stack,
@@ -132,7 +132,7 @@ def prepare(
         with open(generated_path, "w", encoding="utf-8") as file:
             file.writelines(csv_lines(generate_route(spec)))
     default_path = os.path.join(folders.routes, _ROUTES["town"])
-    route = Route(load_waypoints(arguments.get("waypoints_path") or default_path))
+    route = road_route(load_waypoints(arguments.get("waypoints_path") or default_path))
     load_obstacles(arguments["obstacles_path"], route)
     load_lights(arguments["obstacles_path"], route)
     along_m = scenario.sim.get("start", {}).get("along_m", 0.0)
