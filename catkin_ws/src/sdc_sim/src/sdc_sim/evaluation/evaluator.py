@@ -202,7 +202,9 @@ def evaluate_event_log(event_log: EventLog, ended_at_s: float | None = None) -> 
     if head is None:
         raise ValueError("the drive has no route")
     _, points_m, rules = head
-    drive = DriveEvaluation(EvaluationRules(**rules), Route(np.array(points_m)), keep_trace=True)
+    drive = DriveEvaluation(
+        EvaluationRules(**rules), road_route(np.array(points_m)), keep_trace=True
+    )
     for event in events:
         drive.apply(event)
     return drive.result(ended_at_s)
