@@ -170,4 +170,8 @@ class AckermannControl:
         if at >= len(forces):
             return 1.0, 0.0
         share = (force_n - forces[at - 1]) / (forces[at] - forces[at - 1])
-        return throttles[at - 1] + share * (throttles[at] - throttles[at - 1]), 0.0
+        throttle = throttles[at - 1] + share * (throttles[at] - throttles[at - 1])
+        if p.creep_force_n > 0.0:
+            creep = (force_n + p.creep_damping_n_per_mps * abs(forward_mps)) / p.creep_force_n
+            throttle = min(throttle, creep)  # the drive force is the larger of both
+        return throttle, 0.0
