@@ -37,6 +37,8 @@ REFUSED = [
     ("one column", "0,0\n1\n2,0\n", ["row 2", "one column"]),
     ("semicolons", "0;0\n1;0\n", ["row 2", "comma"]),
     ("repeated point", "0,0\n\n1,1\n1,1\n2,2\n", ["row 4", "repeats", "row 3", "delete"]),
+    ("turned back", "0,0\n5,0\n10,0\n6,1\n", ["row 3", "turns by 166 degrees", "radius of 4 m"]),
+    ("rows led back", "0,0\n1,0\n2,0\n3,0\n1,0\n2,0\n3,0\n", ["row 4", "by 180 degrees", "delete"]),
     ("swapped header", "y,x\n0,0\n1,0\n", ["row 1", "column 2", "columns 1 and 2"]),
     ("time in front", "time,x,y\n0,0,0\n1,0,1\n", ["row 1", "column 2"]),
     ("far away", "0,0\n1e30,0\n", ["row 2", "farther than"]),

@@ -9,7 +9,7 @@ import rospkg
 
 from sdc_common.routes.waypoint_file import load_waypoints
 from sdc_experiments.configuration import node_parameters, vehicle_preset
-from sdc_experiments.offline_drive import TICK_S, drive_offline
+from sdc_experiments.offline_drive import TICK_S, OfflineStack, drive_offline
 from sdc_package.actuation import SteeringMap
 from sdc_package.steering.axles import Axles
 from sdc_package.steering.loader import METHODS
@@ -66,6 +66,21 @@ def drive(method, y_m=0.0, yaw_rad=0.0, longest_s=400.0):
     result = drive_offline(route, y_m, yaw_rad, steering_method=method, longest_s=longest_s)
     errors = result.progress.column("cross_track_m")
     return errors, np.array(result.steers), result.progress.status
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("speed", [10.0, 25.0, 33.0])
+def test_method_returns_to_a_straight_road_at_any_speed(method, speed):
+    route = np.column_stack([np.arange(1301.0), np.zeros(1301)])
+    stack = OfflineStack(route, method, speed)
+    car = Vehicle(vehicle_preset("tesla_model3"))
+    car.reset(600.0, 0.3, 0.0, speed)
+    errors = []
+    while car.state.x_m < 900.0 and len(errors) < 1000:
+        car.step(stack.command(stack.plan(car.state), car.state), TICK_S)
+        errors.append(abs(car.state.y_m))
+    assert max(errors) < 0.35
+    assert max(errors[-40:]) < 0.02
 
 
 @pytest.mark.parametrize("method", METHODS)

@@ -60,6 +60,24 @@ def test_metrics_of_a_complete_drive():
     np.testing.assert_allclose(result.commands[:, 0], 0.001 * np.arange(1, 201))
 
 
+def test_least_time_of_a_late_start_is_that_of_the_rest_of_the_route():
+    late = with_route()
+    drive_on(late, 80, 200)
+    metrics, ideal = late.result().metrics, late.drive.ideal
+    assert metrics["ideal_duration_s"] == pytest.approx(ideal.duration_s - ideal.time_at(40.0))
+    assert metrics["time_ratio"] == pytest.approx(
+        metrics["duration_s"] / metrics["ideal_duration_s"]
+    )
+
+
+def test_route_of_coarse_waypoints_is_the_line_of_the_road():
+    angle = np.arange(0.0, 2.0, 0.2)
+    evaluator = Evaluator(RULES)
+    evaluator.set_route(100.0 * np.column_stack([np.sin(angle), 1.0 - np.cos(angle)]))
+    radius = np.hypot(*(evaluator.drive.route.points - (0.0, 100.0)).T)
+    np.testing.assert_allclose(radius, 100.0, atol=0.02)
+
+
 def test_without_a_wall_clock_there_is_no_wall_duration():
     evaluator = with_route()
     for tick in range(1, 50):

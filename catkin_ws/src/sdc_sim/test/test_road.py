@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from sdc_common.geometry.road_line import road_route
 from sdc_experiments.benchmark_camera import route
 from sdc_sim.road.road import Road
 
@@ -34,6 +35,15 @@ def test_lines_of_an_arc_are_concentric_circles(turn, radius):
         points, seen = road.lane_points(offset, 3.0, road.length_m - 3.0)
         distance = np.hypot(points[:, 0], points[:, 1] - sign * radius)
         assert np.allclose(distance, radius - sign * offset, atol=0.02)
+
+
+def test_road_is_drawn_along_the_line_that_is_driven():
+    angle = np.arange(0.0, 2.0, 0.2)
+    coarse = 60.0 * np.column_stack([np.sin(angle), 1.0 - np.cos(angle)])
+    road = Road(coarse)
+    inside = (road.s_m >= 0.0) & (road.s_m <= road.length_m)
+    assert np.allclose(np.hypot(*(road.points_m[inside] - (0.0, 60.0)).T), 60.0, atol=0.02)
+    assert np.abs(road.lateral_m(road_route(coarse).points)).max() < 0.005
 
 
 def test_left_edge_hides_its_fold_in_a_turn_tighter_than_its_offset():

@@ -16,6 +16,8 @@ from sdc_package.steering.loader import METHODS
 from sdc_sim.road.route_generator import generate_route
 
 _FINE_M = 0.05
+# A method that is too far from the exact road may be so much farther from the recorded one.
+_NOISE_ADDS_M = 0.1
 SPACINGS_M = (0.4, 1.0, 2.0, 5.0)
 SPEEDS_MPS = (10.0, 15.0, 25.0)
 
@@ -122,11 +124,14 @@ def failures(exact: dict[str, Any], recorded: dict[str, Any], recording: Recordi
     found = []
     if recorded["status"] != "completed":
         found.append(recorded["status"])
-    if recorded["from_road_m"] > max(recording.worst_m, exact["from_road_m"]):
+    # The textbook law of Stanley deviates by 0.21 m on the exact road at 25 m/s.
+    if recorded["from_road_m"] > max(recording.worst_m, exact["from_road_m"] + _NOISE_ADDS_M):
         found.append("distance")
     for key, factor in (("lateral_acceleration_max_mps2", 1.3), ("duration_s", 1.05)):
         if recorded[key] > factor * exact[key]:
             found.append(key)
+    if recorded["time_ratio"] < 1.0:
+        found.append("time_ratio")
     if exact["comfortable"] and not recorded["comfortable"]:
         found.append("comfort")
     return found

@@ -20,8 +20,8 @@ from sdc_common.geometry.road_line import sharpest_turn
 _LINE_END = re.compile(r"\r*\n|\r")
 SHORTEST_STEP_M = 1e-3
 LARGEST_COORDINATE_M = 1e5
-# A car follows a sharper turn, measured over 4 m, only by leaving its lane.
-_SHARPEST_TURN_RAD = math.radians(150.0)
+# A car leaves its lane in a sharper turn, measured over 4 m.
+_SHARPEST_TURN_RAD = math.radians(100.0)
 
 
 class WaypointError(ValueError):
@@ -43,7 +43,7 @@ def load_waypoints(path: str) -> np.ndarray:
     Raises:
         WaypointError: the file cannot be read, a value is not a finite number, a coordinate is
             beyond 100 km, a point repeats the one before it, there are fewer than two points, or
-            the route turns back on itself
+            the route turns more sharply than a car can
     """
     path = os.path.expanduser(path)
     points: list[tuple[float, float]] = []
@@ -76,7 +76,8 @@ def load_waypoints(path: str) -> np.ndarray:
     if turn > _SHARPEST_TURN_RAD:
         raise WaypointError(
             f"{path}, row {rows[index]}: the route turns by {math.degrees(turn):.0f} degrees "
-            "within 4 m, which no car can drive; delete the rows that lead back"
+            "within 4 m, sharper than a car can drive; round it with a radius of 4 m, or delete "
+            "the rows that lead back"
         )
     route[:, 1] = -route[:, 1]
     return route

@@ -1,0 +1,101 @@
+"""Drive roads whose waypoints are coarse, rounded, noisy, kinked or incomplete."""
+
+import functools
+import math
+
+import numpy as np
+import pytest
+
+from sdc_experiments.offline_drive import drive_offline
+from sdc_experiments.recorded_roads import Recording, failures, measure, road
+from sdc_package.steering.loader import METHODS
+from sdc_sim.evaluation.route_progress import COMPLETED
+from sdc_sim.road.route_generator import generate_route
+
+
+@functools.lru_cache(maxsize=None)
+def on_exact_road(course, method, speed_mps):
+    return measure(road(course), Recording(1.0), method, speed_mps)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize(
+    ("course", "speed_mps", "recording"),
+    [
+        ("highway", 25.0, Recording(0.4, rounding_m=0.01)),
+        ("highway", 25.0, Recording(2.0, rounding_m=0.1)),
+        ("highway", 25.0, Recording(5.0, noise_m=0.05, worst_m=0.25)),
+        ("streets", 10.0, Recording(1.0, rounding_m=0.1)),
+        ("streets", 15.0, Recording(3.5)),
+    ],
+)
+def test_recorded_road_is_driven_like_the_exact_one(course, speed_mps, recording, method):
+    exact = on_exact_road(course, method, speed_mps)
+    assert exact["status"] == COMPLETED
+    assert exact["time_ratio"] >= 1.0
+    recorded = measure(road(course), recording, method, speed_mps)
+    assert failures(exact, recorded, recording) == []
+
+
+@pytest.mark.parametrize("spacing_m", [5.0, 10.0, 20.0])
+def test_coarse_points_of_a_bend_cost_no_time(spacing_m):
+    elements = [{"straight_m": 100.0}, {"left_deg": 60.0, "radius_m": 250.0, "transition_m": 80.0}]
+    start = {"x_m": 0.0, "y_m": 0.0, "heading_deg": 0.0}
+    fine = generate_route({"elements": elements, "start": start, "spacing_m": 1.0})[:, :2]
+    duration_s = drive_offline(fine, planned_speed_mps=25.0).progress.duration_s
+    coarse = np.vstack([fine[: -1 : int(spacing_m)], fine[-1]])
+    progress = drive_offline(coarse, planned_speed_mps=25.0).progress
+    assert progress.status == COMPLETED
+    assert progress.duration_s == pytest.approx(duration_s, rel=0.03)
+
+
+def legs(*corners, spacing_m):
+    """Return points along straight legs."""
+    points = [corners[:1]]
+    for start, end in zip(corners, corners[1:]):
+        count = max(1, round(math.dist(start, end) / spacing_m))
+        points.append(np.linspace(start, end, count + 1)[1:])
+    return np.vstack(points)
+
+
+def hairpin(radius_m, spacing_m):
+    turn = {"left_deg": 180.0, "radius_m": radius_m, "transition_m": 1.0}
+    elements = [{"straight_m": 60.0}, turn, {"straight_m": 60.0}]
+    start = {"x_m": 0.0, "y_m": 0.0, "heading_deg": 0.0}
+    return generate_route({"elements": elements, "start": start, "spacing_m": spacing_m})[:, :2]
+
+
+def without(points, first, last):
+    return np.vstack([points[:first], points[last:]])
+
+
+ODD_ROADS = {
+    "kink of 60 degrees": (legs((0, 0), (60, 0), (90, 52), spacing_m=1.0), 0.3),
+    "kink of 90 degrees": (legs((0, 0), (60, 0), (60, 60), spacing_m=1.0), 1.0),
+    "three points with a corner": (np.array([(0.0, 0.0), (60.0, 0.0), (60.0, 60.0)]), 1.0),
+    "step of 1 m to the side": (
+        np.vstack([legs((0, 0), (60, 0), spacing_m=1.0), legs((61, 1), (120, 1), spacing_m=1.0)]),
+        0.3,
+    ),
+    "points in pairs, 2 mm apart": (
+        np.repeat(hairpin(20.0, 1.0), 2, axis=0)[:360]
+        + np.tile([(0.0, 0.0), (2e-3, 1e-3)], (180, 1)),
+        0.1,
+    ),
+    "gap of 100 m on a straight": (without(legs((0, 0), (300, 0), spacing_m=1.0), 100, 200), 0.05),
+    "gap of 100 m in a bend": (without(hairpin(150.0, 1.0), 200, 300), 0.05),
+    "hairpin of 4 m, fine": (hairpin(4.0, 0.2), 0.15),
+    "hairpin of 4 m": (hairpin(4.0, 1.0), 0.15),
+    "hairpin of 4 m, coarse": (hairpin(4.0, 2.0), 0.15),
+}
+
+
+@pytest.mark.parametrize("name", ODD_ROADS)
+def test_odd_road_is_driven_in_its_lane(name):
+    waypoints, worst_m = ODD_ROADS[name]
+    drive = drive_offline(waypoints)
+    metrics = drive.progress.metrics(drive.ideal_duration_s, lane_width_m=3.5)
+    assert metrics["status"] == COMPLETED
+    assert metrics["off_lane_percent"] == 0.0
+    assert metrics["cross_track_max_m"] < worst_m
+    assert metrics["time_ratio"] >= 1.0
