@@ -96,6 +96,17 @@ def lqr_gains(
         ) from error
 
 
+def calmed(steer_weight: float, speed_mps: float, calm_above_mps: float) -> float:
+    """Return the cost of the wheel angle at a speed.
+
+    The lateral acceleration of a wheel angle grows with the square of the speed, and the model
+    knows neither the delay of the steering nor the true lateral speed. With a constant cost of the
+    wheel angle, the car of this project swings from 25 m/s on. Above `calm_above_mps` the cost
+    therefore grows with the fourth power of the speed, as the square of that acceleration does.
+    """
+    return steer_weight * max(1.0, speed_mps / calm_above_mps) ** 4
+
+
 class GainSchedule:
     """Gains over speed, linear between the given speeds and constant beyond."""
 
@@ -161,10 +172,6 @@ class LqrSteering(Steering):
     ):
         """Compute the gains over speed.
 
-        The lateral acceleration of a wheel angle grows with the square of the speed, and the model
-        knows neither the delay of the steering nor the true lateral speed. With a constant cost of
-        the wheel angle, the car of this project swings from 25 m/s on.
-
         Args:
             axles: geometry and tyres of the car
             cross_track_weight: cost of the cross-track error [1/m^2]
@@ -175,8 +182,7 @@ class LqrSteering(Steering):
             gyration_m: radius of gyration about the vertical axis [m]
             tick_s: time for which a command holds [s]
             preview_s: delay over which the pose is predicted [s]
-            calm_above_mps: above this speed the cost of the wheel angle grows with the fourth
-                power of the speed, as the square of its lateral acceleration does [m/s]
+            calm_above_mps: speed above which the wheel angle costs more, see `calmed` [m/s]
         """
         check_positive(
             cross_track_weight=cross_track_weight,
@@ -204,14 +210,9 @@ class LqrSteering(Steering):
             _SPEEDS_MPS,
             [
                 lqr_gains(
-                    speed,
-                    axles,
-                    gyration_m,
-                    weights,
-                    steer_weight * max(1.0, speed / calm_above_mps) ** 4,
-                    tick_s,
+                    v, axles, gyration_m, weights, calmed(steer_weight, v, calm_above_mps), tick_s
                 )
-                for speed in _SPEEDS_MPS
+                for v in _SPEEDS_MPS
             ],
         )
 
