@@ -29,8 +29,10 @@ def start_completion(report_path: str) -> None:
     Roslaunch kills the processes of a node some seconds after it has asked the node to end. On a
     busy machine the pages take longer.
     """
+    environment = {name: value for name, value in os.environ.items() if name != "ROS_MASTER_URI"}
     subprocess.Popen(
         [sys.executable, "-m", __name__, report_path],
+        env=environment,  # it belongs to no master: it only reads and writes files
         stdin=subprocess.DEVNULL,
         start_new_session=True,
     )
