@@ -12,7 +12,6 @@ import numpy as np
 
 from sdc_common.geometry.angles import wrap_angle
 from sdc_common.geometry.road_line import road_route
-from sdc_common.planning.speed_profile import ideal_duration, speed_profile
 from sdc_experiments.configuration import node_parameters, vehicle_preset
 from sdc_package.actuation import PedalMap, SteeringMap
 from sdc_package.local_path import ReferencePath
@@ -22,6 +21,7 @@ from sdc_package.speed_control import SpeedControl, SpeedControlLimits
 from sdc_package.steering.axles import Axles
 from sdc_package.steering.loader import load_steering
 from sdc_package.waypoint_search import WaypointSearch
+from sdc_sim.evaluation.ideal_drive import IdealDrive
 from sdc_sim.evaluation.route_progress import RouteProgress, TerminationLimits
 from sdc_sim.physics.vehicle import Vehicle, VehicleCommand, VehicleState
 
@@ -134,8 +134,8 @@ def drive_offline(
         x - offset_m * math.sin(heading), y + offset_m * math.cos(heading), heading + turned_rad
     )
 
-    duration_s = ideal_duration(route, speed_profile(route, stack.limits))
-    drive = OfflineDrive(RouteProgress(route, _LIMITS), duration_s)
+    ideal = IdealDrive(route, stack.limits)
+    drive = OfflineDrive(RouteProgress(route, _LIMITS), ideal.duration_s)
     tick = 0
     while drive.progress.status is None and tick * TICK_S < longest_s:
         state = car.state
@@ -146,4 +146,7 @@ def drive_offline(
         drive.steers.append(command.steer)
         car.step(command, TICK_S)
         tick += 1
+    drive.ideal_duration_s = ideal.least_time_s(
+        drive.progress.column("s_m"), drive.progress.column("cross_track_m")
+    )
     return drive

@@ -11,7 +11,7 @@ from sdc_common.geometry.route import Route
 from sdc_sim.evaluation.command_matching import COMMAND_FIELDS, CommandMatching, CommandTrace
 from sdc_sim.evaluation.ideal_drive import IdealDrive
 from sdc_sim.evaluation.infractions import RedLightDetector
-from sdc_sim.evaluation.route_progress import DriveSample, RouteProgress
+from sdc_sim.evaluation.route_progress import COMPLETED, DriveSample, RouteProgress
 from sdc_sim.evaluation.rules import EvaluationRules
 from sdc_sim.evaluation.timeline import IGNORED, RESTARTED, Timeline
 
@@ -116,7 +116,6 @@ class DriveEvaluation:
         )
         self.matching = CommandMatching()
         self._started_at_s: float | None = None
-        self._started_at_m = 0.0
         self._timeline = Timeline()
         self._red_lights.reset_car()
         self._commands = CommandTrace()
@@ -152,6 +151,13 @@ class DriveEvaluation:
         pace = max(1.0, self.progress.duration_s / ideal_s) if ideal_s > _MIN_PACE_S else 1.0
         return pace * (self.ideal.duration_s - ideal_s)
 
+    def _column(self, name: str, stored: np.ndarray | None) -> np.ndarray:
+        """Return one field of all samples, the stored ones first: (n,)."""
+        column = self.progress.column(name)
+        if stored is None:
+            return column
+        return np.concatenate([stored[:, DriveSample._fields.index(name)], column])
+
     def result(self, ended_at_s: float | None) -> DriveResult:
         """Return the evaluated drive.
 
@@ -161,7 +167,11 @@ class DriveEvaluation:
         stored = None
         if self._trace_store is not None:
             stored = self._trace_store.rows()[:, : -len(COMMAND_FIELDS)]
-        least_s = max(self.ideal.duration_s - self.ideal.time_at(self._started_at_m), 1e-3)
+        least_s = self.ideal.duration_s
+        if self.progress.status == COMPLETED:
+            least_s = self.ideal.least_time_s(
+                *(self._column(name, stored) for name in ("s_m", "cross_track_m"))
+            )
         metrics = self.progress.metrics(least_s, self._rules.lane_width_m, stored)
         wall_s = None
         if ended_at_s is not None and self._started_at_s is not None:
@@ -205,10 +215,7 @@ class DriveEvaluation:
             self.unseen_s += time_s - last_s
             self._red_lights.reset_car()
         self.matching.add_odometry(stamp_ns)
-        first = not self.progress.samples
         sample = self.progress.update(time_s, x_m, y_m, yaw_rad, speed_mps)
-        if first:
-            self._started_at_m = sample.s_m
         self._count_red(self._red_lights.update_car(stamp_ns, self.route, sample.s_m))
         if self._keep_trace:
             self._commands.add_odometry(stamp_ns)
