@@ -43,7 +43,8 @@ class Terminal:
             stderr=screen,
         )
         os.close(screen)
-        threading.Thread(target=self.read, daemon=True).start()
+        self.reader = threading.Thread(target=self.read, daemon=True)
+        self.reader.start()
         self.typed_at = 0
         self.wait(PROMPT.search, "the prompt")
 
@@ -104,6 +105,9 @@ class Terminal:
             except subprocess.TimeoutExpired:
                 self.shell.kill()
                 self.shell.wait()
+        # The reader ends with the shell. Later it could read from the next terminal, which gets the
+        # number of the closed file.
+        self.reader.join(timeout=30)
         os.close(self.keyboard)
 
 
