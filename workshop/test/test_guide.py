@@ -12,7 +12,8 @@ import time
 import psutil
 import pytest
 
-from sdc_common.testing.processes import free_port, processes_with
+from sdc_common.ros.master_port import free_master_port
+from sdc_common.testing.processes import processes_with
 from sdc_common.testing.virtual_display import VirtualDisplay
 from sdc_workshop.guide import GuideError, missing_line, read
 from sdc_workshop.steps import Step, load_steps
@@ -115,7 +116,7 @@ class Student:
     """A student with an empty home."""
 
     def __init__(self, home, display):
-        port = free_port()
+        port = free_master_port()
         self.home = home
         self.workspace = home / "sdc_ws"
         self.display = display

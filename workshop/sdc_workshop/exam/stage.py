@@ -81,7 +81,9 @@ class Stage:
             os.environ.pop("ROS_HOSTNAME", None)
             from rosmaster.master import Master
 
-            self._master = Master(port=0)
+            from sdc_common.ros.master_port import free_master_port
+
+            self._master = Master(port=free_master_port())
             self._master.start()
             port = self._master.uri.rstrip("/").rpartition(":")[2]
             self._master.uri = f"http://127.0.0.1:{port}"

@@ -6,7 +6,7 @@ import subprocess
 
 import pytest
 
-from sdc_common.testing.processes import free_port
+from sdc_common.ros.master_port import free_master_port
 from sdc_sim.scenario.runner import CheckedDrive
 
 STACKS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "stacks")
@@ -18,7 +18,7 @@ NO_PICTURES = {"referee_options": "{pictures: false}"}
 def environment(tmp_path):
     return {
         **os.environ,
-        "ROS_MASTER_URI": f"http://127.0.0.1:{free_port()}",
+        "ROS_MASTER_URI": f"http://127.0.0.1:{free_master_port()}",
         "ROS_IP": "127.0.0.1",
         "ROS_HOME": str(tmp_path / "ros"),
     }

@@ -4,7 +4,7 @@ import os
 
 import pytest
 
-from sdc_common.testing.processes import free_port
+from sdc_common.ros.master_port import free_master_port
 from sdc_sim.scenario.runner import CheckedDrive
 
 FOLDER = os.path.join(
@@ -18,7 +18,7 @@ TIMEOUT_S = 300.0
 def environment(tmp_path):
     return {
         **os.environ,
-        "ROS_MASTER_URI": f"http://127.0.0.1:{free_port()}",
+        "ROS_MASTER_URI": f"http://127.0.0.1:{free_master_port()}",
         "ROS_IP": "127.0.0.1",
         "ROS_HOME": str(tmp_path / "ros"),
     }

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from sdc_common.testing.processes import free_port
+from sdc_common.ros.master_port import free_master_port
 
 FIRST_STEPS = Path(__file__).resolve().parents[2]
 WORKSHOP = FIRST_STEPS.parents[2]
@@ -56,7 +56,7 @@ class Reader:
 
     def __init__(self, home):
         self.home, self.workspace, self.folder = home, home / "first_steps_ws", str(home)
-        self.port = free_port()
+        self.port = free_master_port()
         # catkin must build for the Python that runs this test.
         interpreter = os.path.dirname(sys.executable)
         self.environment = {

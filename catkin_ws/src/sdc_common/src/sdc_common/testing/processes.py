@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import os
 import signal
-import socket
 import subprocess
 import time
 from collections.abc import Iterator, Mapping, Sequence
@@ -13,17 +12,12 @@ from pathlib import Path
 
 import psutil
 
+from sdc_common.ros.master_port import free_master_port
+
 _TIMEOUT_S = 120.0
 # A drive from start to end.
 _END_TIMEOUT_S = 200.0
 _SHOWN_CHARACTERS = 5000
-
-
-def free_port() -> int:
-    """Return a TCP port that no program uses."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
 
 
 def processes_with(variable: str, value: str) -> list[psutil.Process]:
@@ -50,7 +44,7 @@ def isolated_ros_environment(
         AssertionError: at the end of the block, a process of this master was still running; it is
             killed
     """
-    master_uri = f"http://{address}:{free_port()}"
+    master_uri = f"http://{address}:{free_master_port()}"
     yield {**os.environ, "ROS_MASTER_URI": master_uri, "ROS_IP": address, "ROS_HOME": str(ros_home)}
     left = processes_with("ROS_MASTER_URI", master_uri)
     for process in left:

@@ -1,0 +1,77 @@
+"""Ports for ROS masters: programs that start at the same time never choose the same one."""
+
+from __future__ import annotations
+
+import contextlib
+import itertools
+import socket
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+_OUTGOING = Path("/proc/sys/net/ipv4/ip_local_port_range")
+# Above the default port of ROS and the ports that are usually given to a second master.
+_FIRST = 11500
+_BLOCK = 50
+_LAST = 65535
+
+
+def _candidates() -> range:
+    """Return the ports below those that the kernel gives to outgoing connections."""
+    outgoing = int(_OUTGOING.read_text().split()[0]) if _OUTGOING.exists() else _LAST
+    return range(_FIRST, outgoing if outgoing >= _FIRST + _BLOCK else _LAST)
+
+
+class MasterPorts:
+    """A block of ports for this process.
+
+    An abstract Unix socket named after the block reserves it until the process ends, so that no
+    other process that uses this class takes the same block.
+
+    Args:
+        candidates: all ports that may be used, in steps of 1
+    """
+
+    def __init__(self, candidates: range):
+        self._candidates = candidates
+        self._reservations: list[socket.socket] = []
+        self._ports: Iterator[int] = iter(())
+
+    def _reserve(self) -> Iterable[int]:
+        first, last = self._candidates.start, self._candidates.stop - _BLOCK
+        for start in range(first, last + 1, _BLOCK):
+            reservation = socket.socket(socket.AF_UNIX)
+            try:
+                reservation.bind(f"\0sdc_master_ports_{start}")
+            except OSError:
+                reservation.close()
+                continue
+            self._reservations.append(reservation)
+            return range(start, start + _BLOCK)
+        raise OSError(f"no free block of {_BLOCK} ports in {self._candidates}; end other programs")
+
+    def next(self) -> int:
+        """Return the next port of the block on which no program listens.
+
+        Raises:
+            OSError: no port is free
+        """
+        while True:
+            for port in itertools.islice(self._ports, _BLOCK):
+                if _is_free(port):
+                    return port
+            self._ports = itertools.cycle(self._reserve())
+
+
+def _is_free(port: int) -> bool:
+    with socket.socket() as probe, contextlib.suppress(OSError):
+        probe.bind(("", port))
+        return True
+    return False
+
+
+_ports = MasterPorts(_candidates())
+
+
+def free_master_port() -> int:
+    """Return a port for a ROS master. Raises OSError where none is free."""
+    return _ports.next()
