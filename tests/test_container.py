@@ -1,0 +1,65 @@
+"""The image, the bare systems and CI install the same packages for the same releases of Debian."""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import yaml
+
+ROOT = Path(__file__).resolve().parents[1]
+RELEASES = ("bookworm", "trixie")
+
+
+def read(name):
+    return (ROOT / name).read_text(encoding="utf-8")
+
+
+def test_the_same_releases_are_tried_everywhere():
+    matrix = yaml.safe_load(read(".github/workflows/test.yml"))["jobs"]["test"]["strategy"][
+        "matrix"
+    ]
+    assert tuple(matrix["debian"]) == RELEASES
+    assert " | ".join(RELEASES) + ")" in read("docker/try-on")
+    assert f"ARG DEBIAN={RELEASES[0]}" in read("docker/Dockerfile")
+
+
+def test_release_that_is_not_known_is_refused():
+    done = subprocess.run(
+        [ROOT / "docker" / "try-on", "potato"], stderr=subprocess.PIPE, text=True, check=False
+    )
+    assert (done.returncode, done.stderr) == (
+        2,
+        "try-on: usage: docker/try-on bookworm|trixie [COMMAND ...]\n",
+    )
+
+
+def test_container_of_an_editor_is_built_from_the_image():
+    settings = json.loads(read(".devcontainer/devcontainer.json"))
+    dockerfile = ROOT / ".devcontainer" / settings["build"]["dockerfile"]
+    assert dockerfile.resolve() == ROOT / "docker" / "Dockerfile"
+    workdir, user = (
+        re.findall(rf"^{word} (\S+)", read("docker/Dockerfile"), re.MULTILINE)[-1]
+        for word in ("WORKDIR", "USER")
+    )
+    assert (settings["workspaceFolder"], settings["remoteUser"]) == (workdir, user)
+
+
+def test_missing_connection_to_pypi_is_one_line(tmp_path):
+    shutil.copytree(ROOT / "docker", tmp_path / "docker")
+    done = subprocess.run(
+        [tmp_path / "docker" / "prepare", "linters"],
+        env={
+            **os.environ,
+            "PIP_NO_INDEX": "1",
+            "PIP_FIND_LINKS": "",
+            "PIP_CONFIG_FILE": os.devnull,
+        },
+        stderr=subprocess.PIPE,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 1
+    assert done.stderr.strip().endswith("docker/pip-packages.txt is not installed")
