@@ -1,6 +1,8 @@
 """Drive every packaged scenario in lockstep with real nodes: ./test scenarios."""
 
+import csv
 import os
+from pathlib import Path
 
 import pytest
 
@@ -12,6 +14,9 @@ FOLDER = os.path.join(
 )
 NAMES = sorted(name[: -len(".yaml")] for name in os.listdir(FOLDER) if name.endswith(".yaml"))
 TIMEOUT_S = 300.0
+# Every tenth tick of a drive, from the first columns of its report.csv.
+TRACES = Path(__file__).with_name("traces")
+TOLERANCE = 1e-6
 
 
 @pytest.fixture
@@ -31,3 +36,17 @@ def test_drive_meets_the_limits_of_its_scenario(name, environment, tmp_path):
     )
     lines = drive.run(TIMEOUT_S, environment=environment)
     assert not lines, "\n".join(lines)
+    if (TRACES / f"{name}.csv").exists():
+        check_trace(TRACES / f"{name}.csv", tmp_path / "report.csv")
+
+
+def check_trace(stored, driven):
+    """Compare a drive with one of another machine, whose libraries may round otherwise."""
+    with open(stored, newline="") as expected, open(driven, newline="") as found:
+        rows = list(csv.DictReader(found))[9::10]
+        for line, row in enumerate(csv.DictReader(expected)):
+            for column, value in row.items():
+                assert float(rows[line][column]) == pytest.approx(float(value), abs=TOLERANCE), (
+                    f"{stored.name}, {column} at {row['time_s']} s"
+                )
+    assert len(rows) == line + 1
