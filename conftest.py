@@ -1,5 +1,6 @@
 """Let pytest run the rostests (*.test) with the unit tests, so that one result counts them all."""
 
+import ctypes
 import os
 import signal
 import subprocess
@@ -26,6 +27,19 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 _LIMIT_S = 400
 # Rendering every picture takes 20 CPU seconds more; other tests render shorter drives.
 _ARGUMENTS = {"drive.test": ("camera:=false",)}
+
+
+_CLONE_NEWNET = 0x40000000
+
+
+def pytest_configure(config):
+    """Give each worker a loopback network of its own, where that is permitted.
+
+    A ROS master asks the old address of a killed node to shut down when the node starts again. A
+    program of another worker may have got that address.
+    """
+    if hasattr(config, "workerinput") and ctypes.CDLL(None).unshare(_CLONE_NEWNET) == 0:
+        subprocess.run(["ip", "link", "set", "lo", "up"], check=True)
 
 
 def pytest_collect_file(file_path, parent):

@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from sdc_workshop.exam.stage import Stage
 
 _REPEAT_S = 0.2
+_POLL_S = 0.02
+_CONNECTION_TIMEOUT_S = 10.0
 
 
 class Received:
@@ -54,6 +56,7 @@ class Node:
         self.path = path
         self.seen_types: dict = {}
         self._ends: list = []
+        self._awaited: list = []
 
     @property
     def output(self) -> str:
@@ -112,6 +115,7 @@ class Node:
 
         It is repeated because messages are lost while a connection is set up.
         """
+        self._wait_for_connections()
         sent_at = [0.0]
         how = "true"
 
@@ -128,6 +132,24 @@ class Node:
             if how != "idle":
                 return how
         return how
+
+    def _wait_for_connections(self) -> None:
+        """Wait for the connections to new ends: a node that is not connected yet is not idle."""
+        import rospy
+
+        published, subscribed, _ = self.stage.state()
+        new = [end for end in self._ends if end not in self._awaited]
+        self._awaited += new
+        limit = time.monotonic() + _CONNECTION_TIMEOUT_S
+        for end in new:
+            peers = subscribed if isinstance(end, rospy.Publisher) else published
+            while (
+                end.resolved_name in peers
+                and not end.get_num_connections()
+                and self.program.status is None
+                and time.monotonic() < limit
+            ):
+                time.sleep(_POLL_S)
 
     def close(self) -> None:
         """End it, and the check's ends of its topics."""

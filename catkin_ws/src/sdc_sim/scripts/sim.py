@@ -100,7 +100,7 @@ class Sim:
             return max(min(self.start_deadline_s - time.monotonic(), REPEAT_AFTER_S), 0.0)
         if self.commands.stamped or self.pause.waiting:
             return self.timeouts.answer_s
-        return self.timeouts.unstamped_answer_s if self.commands.is_due else 0.0
+        return self.commands.patience_factor * self.timeouts.unstamped_answer_s
 
     def is_answered(self):
         return self.commands.has_answer and not self.pause.waiting

@@ -34,6 +34,26 @@ def test_command_before_its_time_shortens_the_period():
     assert period.ticks == 2
 
 
+def test_stack_is_steady_after_ten_answers_until_it_misses_one():
+    period = CommandPeriod()
+    drive(period, [True] * 9)
+    assert period.patience_factor == 1.0
+    drive(period, [True])
+    assert period.patience_factor == 10.0
+    drive(period, [False])
+    assert period.patience_factor == 1.0
+
+
+def test_steady_stack_at_half_the_rate_is_not_waited_for_in_each_tick():
+    period = CommandPeriod()
+    drive(period, [False, True] * 20)
+    assert period.patience_factor == 0.0
+    drive(period, [False])
+    assert period.patience_factor == 10.0
+    drive(period, [False])
+    assert period.patience_factor == 1.0
+
+
 def test_stack_that_misses_its_time_is_waited_for_and_must_prove_its_period_longer():
     period = CommandPeriod()
     drive(period, [False, True] * 5)

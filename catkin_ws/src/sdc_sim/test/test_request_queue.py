@@ -55,9 +55,14 @@ def test_late_loop_still_executes_the_requests_that_wait():
 
 
 def test_call_returns_the_result_of_the_loop():
-    requests, results = RequestQueue(), []
-    caller = threading.Thread(target=lambda: results.append(requests.call(lambda: 42)))
+    requests, calls, results = RequestQueue(), [], []
+
+    def answer():
+        calls.append(1)
+        return 42
+
+    caller = threading.Thread(target=lambda: results.append(requests.call(answer)))
     caller.start()
-    requests.process_until(now_plus(60.0), lambda: bool(results))
+    requests.process_until(now_plus(60.0), lambda: bool(calls))
     caller.join(10.0)
     assert results == [42]

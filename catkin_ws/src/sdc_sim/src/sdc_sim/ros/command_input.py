@@ -89,6 +89,11 @@ class CommandInput:
         return self._answers.by_stamp or self._period.is_due
 
     @property
+    def patience_factor(self) -> float:
+        """See CommandPeriod.patience_factor."""
+        return self._period.patience_factor
+
+    @property
     def has_answer(self) -> bool:
         """Whether a command has answered the last observation."""
         return self._answers.has_answer(self._simulation.observation.stamp, self.received)

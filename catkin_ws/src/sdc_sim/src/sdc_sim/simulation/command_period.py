@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 _AGREEING_GAPS = 5
+_STEADY_ANSWERS = 10
+_STEADY_FACTOR = 10.0
 
 
 class CommandPeriod:
@@ -23,14 +25,29 @@ class CommandPeriod:
         self._last_gap = 0
         self._agreeing = 0
         self._needed = _AGREEING_GAPS
+        self._answers = 0
 
     @property
     def is_due(self) -> bool:
         """Whether a command can be expected in this tick."""
         return self._gap + 1 >= self.ticks
 
+    @property
+    def patience_factor(self) -> float:
+        """How much longer than usual to wait in this tick; 0 when no command is due.
+
+        A stack that sent its last commands in time sends this one, too: a busy machine is slow.
+        """
+        if not self.is_due:
+            return 0.0
+        return _STEADY_FACTOR if self._answers >= _STEADY_ANSWERS else 1.0
+
     def end_tick(self, received: bool) -> None:
         """Record whether a command was received in this tick."""
+        if received:
+            self._answers += 1
+        elif self.is_due:
+            self._answers = 0
         self._gap += 1
         if received:
             self._agreeing = self._agreeing + 1 if self._gap == self._last_gap else 1
