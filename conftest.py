@@ -2,6 +2,7 @@
 
 import ctypes
 import os
+import re
 import signal
 import subprocess
 import tempfile
@@ -25,6 +26,8 @@ settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "workshop"))
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
 _LIMIT_S = 400
+# The time limit of a rostest, times this, is about its duration.
+_SHARE_OF_LIMIT = 0.125
 # Rendering every picture takes 20 CPU seconds more; other tests render shorter drives.
 _ARGUMENTS = {"drive.test": ("camera:=false",)}
 
@@ -48,34 +51,17 @@ def pytest_collect_file(file_path, parent):
     return None
 
 
-# The files that take longest. pytest-xdist distributes files in the order of collection, and a file
-# that takes minutes must not be the last one.
-_LONGEST = (
-    "test_guide.py",
-    "test_mutations.py",
-    "test_scenarios.py",
-    "test_drive_command.py",
-    "test_outages.py",
-    "test_grade.py",
-    "test_security.py",
-    "kills.test",
-    "manual_control.test",
-    "silence.test",
-    "test_first_steps_lesson.py",
-    "drive.test",
-    "test_random_routes.py",
-    "topics.test",
-    "refusals.test",
-    "contract.test",
-    "test_drive_check.py",
-    "test_soak.py",
-)
+def _seconds(item):
+    mark = item.get_closest_marker("slow")
+    return mark.args[0] if mark else 0.0
 
 
 def pytest_collection_modifyitems(items):
-    """Put the longest files first."""
-    order = {name: number for number, name in enumerate(_LONGEST)}
-    items.sort(key=lambda item: order.get(item.path.name, len(order)))
+    """Put the slowest files first: pytest-xdist distributes files in the order of collection."""
+    seconds = {}
+    for item in items:
+        seconds[item.path] = max(_seconds(item), seconds.get(item.path, 0.0))
+    items.sort(key=lambda item: -seconds[item.path])
 
 
 class RosTestFile(pytest.File):
@@ -85,6 +71,11 @@ class RosTestFile(pytest.File):
 
 class RosTestItem(pytest.Item):
     """A rostest file: it passes if rostest does and at least one of its tests ran."""
+
+    def __init__(self, **keywords):
+        super().__init__(**keywords)
+        limits = re.findall(r'time-limit="(\d+)"', self.path.read_text(encoding="utf-8"))
+        self.add_marker(pytest.mark.slow(_SHARE_OF_LIMIT * max(map(float, limits), default=60.0)))
 
     def runtest(self):
         results = os.path.join(

@@ -7,7 +7,10 @@ import shutil
 import subprocess
 from pathlib import Path
 
+import pytest
 import yaml
+
+pytestmark = pytest.mark.slow(8)
 
 ROOT = Path(__file__).resolve().parents[1]
 RELEASES = ("bookworm", "trixie")

@@ -20,6 +20,8 @@ from sdc_workshop.show import Show
 from sdc_workshop.steps import StepError, find_step, load_steps
 from sdc_workshop.workspace import PROJECT, make, solve
 
+pytestmark = pytest.mark.slow(10)
+
 CHECK = PROJECT / "workshop" / "check"
 CAMERA = "src/sdc_package/scripts/camera.py"
 

@@ -17,6 +17,8 @@ from sdc_workshop.grading.summary import leaderboard, write_csv, write_html
 from sdc_workshop.steps import find_step, load_steps
 from sdc_workshop.workspace import PROJECT, make, solve, write
 
+pytestmark = pytest.mark.slow(80)
+
 LIMIT_S = 900
 
 

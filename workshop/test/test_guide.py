@@ -19,6 +19,8 @@ from sdc_workshop.guide import GuideError, missing_line, read
 from sdc_workshop.steps import Step, load_steps
 from sdc_workshop.workspace import PROJECT, differences, solution_body, write
 
+pytestmark = pytest.mark.slow(250)
+
 GUIDE = PROJECT / "workshop" / "guide.md"
 TIMEOUT_S = 180.0
 PROMPT = re.compile(r"\[prompt:(\d+)\]")

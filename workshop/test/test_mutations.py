@@ -18,6 +18,8 @@ from sdc_workshop.exam.hints import hint_of
 from sdc_workshop.steps import load_steps
 from sdc_workshop.workspace import PROJECT
 
+pytestmark = pytest.mark.slow(160)
+
 PARTS = 2
 LIMIT_S = 900
 

@@ -12,6 +12,8 @@ from sdc_workshop.exam.stage import Stage
 from sdc_workshop.exam.student import Student
 from sdc_workshop.workspace import PROJECT, WORLD, make
 
+pytestmark = pytest.mark.slow(20)
+
 TIMEOUT_S = 60
 
 

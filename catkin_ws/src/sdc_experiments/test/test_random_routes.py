@@ -9,6 +9,8 @@ import pytest
 from sdc_experiments.offline_drive import drive_offline
 from sdc_sim.evaluation.route_progress import COMPLETED
 
+pytestmark = pytest.mark.slow(70)
+
 ROUTES = 200
 HALF_LANE_M = 1.75
 HALF_CAR_M = 1.0

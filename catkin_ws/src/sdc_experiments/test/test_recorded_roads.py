@@ -12,6 +12,8 @@ from sdc_package.steering.loader import METHODS
 from sdc_sim.evaluation.route_progress import COMPLETED
 from sdc_sim.road.route_generator import generate_route
 
+pytestmark = pytest.mark.slow(30)
+
 
 @functools.lru_cache(maxsize=None)
 def on_exact_road(course, method, speed_mps):

@@ -17,6 +17,8 @@ from sdc_experiments.snider.study import (
     understeering,
 )
 
+pytestmark = pytest.mark.slow(10)
+
 COURSES = {course.name: course for course in (lane_change(), figure_eight(), road_course())}
 PAPER = list(PAPER_M["figure-eight"])
 TEXTBOOK, COMPENSATED = own_name("stanley"), own_name("stanley_compensated")

@@ -9,6 +9,8 @@ import pytest
 
 from sdc_experiments.soak import LAP, SPEED_MPS, ProcessSample, judge, laps
 
+pytestmark = pytest.mark.slow(30)
+
 SCRIPT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "scripts", "soak.py")
 
 

@@ -5,6 +5,8 @@ import re
 
 import pytest
 
+pytestmark = pytest.mark.slow(15)
+
 BROKEN = "def broken(:\n"
 # ROS itself needs a manifest that can be read.
 MANIFEST = """<package format="2">

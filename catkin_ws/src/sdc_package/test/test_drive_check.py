@@ -9,6 +9,8 @@ import pytest
 from sdc_common.ros.master_port import free_master_port
 from sdc_sim.scenario.runner import CheckedDrive
 
+pytestmark = pytest.mark.slow(30)
+
 STACKS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "stacks")
 TIMEOUT_S = 300.0
 NO_PICTURES = {"referee_options": "{pictures: false}"}

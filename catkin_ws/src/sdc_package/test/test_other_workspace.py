@@ -7,6 +7,8 @@ import subprocess
 import pytest
 import rosbag
 
+pytestmark = pytest.mark.slow(25)
+
 ROOT = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", "..", "..", ".."))
 LIMIT_S = 200
 DEPENDENCIES = ("message_generation", "message_runtime", "nav_msgs", "rospy", "std_msgs", "tf")

@@ -29,6 +29,8 @@ from sdc_sim.physics.vehicle_parameters import VehicleError, load_vehicle
 from sdc_sim.simulation.sensors import OdometryNoise
 from sdc_sim.simulation.simulation import Simulation
 
+pytestmark = pytest.mark.slow(6)
+
 SRC = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", ".."))
 ROUTE = np.column_stack([np.arange(0.0, 60.0), 3.0 * np.sin(np.arange(0.0, 60.0) / 9.0)])
 

@@ -9,6 +9,8 @@ import pytest
 from sdc_common.ros.master_port import free_master_port
 from sdc_sim.scenario.runner import CheckedDrive
 
+pytestmark = pytest.mark.slow(130)
+
 FOLDER = os.path.join(
     os.path.dirname(os.path.abspath(__file__)), "..", "..", "sdc_sim", "scenarios"
 )

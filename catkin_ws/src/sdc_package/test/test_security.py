@@ -11,6 +11,8 @@ import pytest
 
 from sdc_common.testing.processes import processes_with
 
+pytestmark = pytest.mark.slow(50)
+
 HERE = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.abspath(os.path.join(HERE, "..", "..", "..", ".."))
 DRIVE = os.path.join(ROOT, "drive")

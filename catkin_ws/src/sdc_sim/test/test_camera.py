@@ -11,6 +11,8 @@ from sdc_sim.camera.ground_textures import TILE_PX
 from sdc_sim.camera.renderer import Renderer
 from sdc_sim.road.road import DASH_LENGTH_M, DASH_PERIOD_M, Road
 
+pytestmark = pytest.mark.slow(12)
+
 STRAIGHT = Road([[0.0, 0.0], [400.0, 0.0]])
 CURVY = Road(route(("s", 60), ("l", 40, 1.2), ("s", 30), ("r", 25, 1.6), ("s", 60), step_m=0.5))
 CROSSING = Road(route(("s", 60), ("l", 15, 1.5 * np.pi), ("s", 60)))

@@ -16,6 +16,8 @@ from sdc_sim.simulation.command_mux import CommandMux
 from sdc_sim.simulation.sensors import DelayLine
 from sdc_sim.simulation.simulation import Simulation
 
+pytestmark = pytest.mark.slow(6)
+
 TESLA = load_vehicle(
     os.path.join(
         os.path.dirname(os.path.abspath(__file__)), "..", "config", "vehicles", "tesla_model3.yaml"

@@ -7,6 +7,8 @@ import pytest
 
 from sdc_sim.report.comparison import ReportReadError, differences, load_report
 
+pytestmark = pytest.mark.slow(5)
+
 COMPARE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "scripts", "compare.py")
 METRICS = {
     "status": "completed",

@@ -16,6 +16,8 @@ from sdc_sim.report.completion import complete_report, is_complete
 from sdc_sim.report.trace_file import TraceFile
 from sdc_sim.report.writer import ReportError, open_report, write_report
 
+pytestmark = pytest.mark.slow(15)
+
 HERE = os.path.dirname(os.path.abspath(__file__))
 SCRIPT = os.path.join(HERE, "..", "scripts", "report.py")
 TICK_NS = 50_000_000

@@ -13,6 +13,8 @@ from sdc_sim.report.camera_snapshots import CameraSnapshot
 from sdc_sim.report.html_page import MEANINGS, render_page, write_html
 from sdc_sim.report.plots import thinned, write_png
 
+pytestmark = pytest.mark.slow(12)
+
 with open(
     os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "config", "referee.yaml"),
     encoding="utf-8",

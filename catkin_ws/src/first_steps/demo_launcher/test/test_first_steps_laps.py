@@ -11,6 +11,8 @@ from hypothesis import strategies as st
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from first_steps_shapes import SHAPES, drive, packaged
 
+pytestmark = pytest.mark.slow(25)
+
 STARTS = st.tuples(st.floats(-400.0, 400.0), st.floats(-225.0, 225.0), st.floats(-math.pi, math.pi))
 
 

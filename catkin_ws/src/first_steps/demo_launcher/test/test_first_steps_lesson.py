@@ -32,7 +32,10 @@ SYSTEM_VARIABLES = (
     "LANG",
 )
 
-pytestmark = pytest.mark.skipif(not LESSON.exists(), reason="the lesson is not in this tree")
+pytestmark = [
+    pytest.mark.slow(60),
+    pytest.mark.skipif(not LESSON.exists(), reason="the lesson is not in this tree"),
+]
 
 
 def sections():
