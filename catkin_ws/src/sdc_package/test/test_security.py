@@ -196,7 +196,8 @@ def two_machines():
                 ("-n", name, "link", "set", "lo", "up"),
             ):
                 done = ip(*step)
-                assert done.returncode == 0, done.stderr
+                if done.returncode:  # in a chroot, ip cannot enter them
+                    pytest.skip(f"cannot use network namespaces here: {done.stderr.strip()}")
         yield list(zip(names, addresses))
     finally:
         for name in names:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Callable
 from typing import Any
 
@@ -10,6 +11,8 @@ import numpy as np
 
 # pygame reads the variable when it is imported.
 os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
+# Debian 13 builds pygame without instructions that some processors have.
+warnings.filterwarnings("ignore", "Your system is avx2 capable", RuntimeWarning)
 import pygame  # noqa: E402
 
 _FRAMES_PER_SECOND = 30.0

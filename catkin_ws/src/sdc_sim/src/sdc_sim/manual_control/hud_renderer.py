@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import os
 from typing import Sequence, Tuple
 
+from sdc_common.window import pygame
 from sdc_sim.manual_control import hud
 from sdc_sim.manual_control.keyboard import HELP
-
-os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
-import pygame  # noqa: E402  pygame reads the variable when it is imported
 
 _Colour = Tuple[int, int, int]
 _PANEL = (0, 0, 0, 140)
