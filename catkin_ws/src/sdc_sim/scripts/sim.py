@@ -72,7 +72,9 @@ class Sim:
     def wait_for_connections(self):
         # In real time a stack may connect at any time, but a restart must not cost it ticks.
         has_stack = self.simulation.commands.has_software_command
-        if self.lockstep or (self.saved_drive.restored and has_stack):
+        if self.saved_drive.restored and has_stack:
+            self.handshake.wait_again(self.requests)
+        elif self.lockstep:
             self.handshake.wait(self.start_deadline_s, self.requests)
         self.next_tick_s = time.monotonic()
         if not self.commands.stamped:
