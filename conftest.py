@@ -43,6 +43,7 @@ _LONGEST = (
     "test_drive_command.py",
     "test_outages.py",
     "test_grade.py",
+    "test_sandbox.py",
     "test_security.py",
     "kills.test",
     "manual_control.test",
