@@ -10,9 +10,12 @@ from pathlib import Path
 
 import pytest
 
+from sdc_workshop.exam import sandbox
+from sdc_workshop.exam.sandbox import SandboxError, require
+from sdc_workshop.grading import grade as command
 from sdc_workshop.grading.copying import CopyError, copy_workspace
 from sdc_workshop.grading.grade import names, workspaces
-from sdc_workshop.grading.grading import Grade, grade
+from sdc_workshop.grading.grading import Conditions, Grade, grade
 from sdc_workshop.grading.summary import leaderboard, write_csv, write_html
 from sdc_workshop.steps import find_step, load_steps
 from sdc_workshop.workspace import PROJECT, make, solve, write
@@ -20,6 +23,14 @@ from sdc_workshop.workspace import PROJECT, make, solve, write
 pytestmark = pytest.mark.slow(80)
 
 LIMIT_S = 900
+
+
+@pytest.fixture
+def sandboxed():
+    try:
+        require()
+    except SandboxError as error:
+        pytest.skip(str(error))
 
 
 def workspace(folder, *steps):
@@ -57,7 +68,7 @@ def left_over(mark):
     return found
 
 
-def test_each_student_is_graded_alone(tmp_path):
+def test_each_student_is_graded_alone(tmp_path, sandboxed):
     students = tmp_path / "class"
     solved = workspace(students / "ada", *(step.id for step in load_steps()))
     loops = workspace(students / "bert", "hello", "messages-1")
@@ -103,7 +114,8 @@ def test_each_student_is_graded_alone(tmp_path):
     assert rows["bert"]["step camera-3"] == "unfinished"
     assert (rows["bert"]["next_step"], rows["bert"]["note"]) == ("camera-2", "")
 
-    assert "processes were started" in rows["carl"]["note"]
+    assert "hello: more than 150 processes were started" in rows["carl"]["contained"]
+    assert (rows["carl"]["step messages-1"], rows["carl"]["note"]) == ("passed", "")
     assert "is no workspace" in rows["missing"]["note"]
     assert done.returncode == 1
 
@@ -111,24 +123,48 @@ def test_each_student_is_graded_alone(tmp_path):
     words = ("ada", "bert", "carl", "missing", "camera-2", "processes were started", "<title>")
     assert [word for word in (*words, "data:image/png;base64,") if word not in page] == []
 
+    conditions = Conditions(LIMIT_S, steps=("drive",))
+    plain = grade("ada", solved, tmp_path / "plain", conditions)
+    assert (plain.note, plain.contained) == ("", [])
+    assert (tmp_path / "plain" / "report.csv").read_bytes() == (
+        output / "ada" / "report.csv"
+    ).read_bytes(), "the sandbox changes the drive"
+    clock = {"wall_duration_s", "real_time_factor"}
+    referees = json.loads((output / "ada" / "report.json").read_text())
+    assert {name: value for name, value in plain.report.items() if name not in clock} == {
+        name: value for name, value in referees.items() if name not in clock
+    }
 
-def test_time_limit_ends_the_build_of_one_student(tmp_path):
-    folder = workspace(tmp_path / "slow")
-    (folder / "src/sdc_package/CMakeLists.txt").write_text(
-        "cmake_minimum_required(VERSION 3.5)\nexecute_process(COMMAND sleep 98766)\n"
+
+@pytest.mark.parametrize("user_id", [None, 20000], ids=["no_sandbox", "sandbox"])
+def test_time_limit_names_the_step_and_keeps_the_answers_before_it(tmp_path, user_id, request):
+    if user_id is not None:
+        request.getfixturevalue("sandboxed")
+    folder = workspace(tmp_path / "slow", "messages-1", "messages-3")
+    path = folder / "src/sdc_package/CMakeLists.txt"
+    path.write_text("execute_process(COMMAND sleep 98766)\n" + path.read_text())
+    conditions = Conditions(16.0, user_id, steps=("messages-1", "messages-3", "messages-7"))
+    found = grade("slow", folder, tmp_path / "result", conditions)
+    assert found.note == (
+        "the build took longer than its time limit and was ended; "
+        "the check took longer than its time limit and was ended at messages-3"
     )
-    found = grade("slow", folder, tmp_path / "result", 8.0)
-    assert found.note == "the build took longer than its time limit and was ended"
+    assert {step: answer["status"] for step, answer in found.answers.items()} == {
+        "messages-1": "passed"
+    }
     assert left_over("sleep 98766") == []
 
 
-def test_ctrl_c_ends_all_programs(tmp_path):
+@pytest.mark.parametrize("options", [["--no-sandbox"], []], ids=["no_sandbox", "sandbox"])
+def test_ctrl_c_ends_all_programs(tmp_path, options, request):
+    if not options:
+        request.getfixturevalue("sandboxed")
     folder = workspace(tmp_path / "slow")
     (folder / "src/sdc_package/CMakeLists.txt").write_text(
         "cmake_minimum_required(VERSION 3.5)\nexecute_process(COMMAND sleep 98767)\n"
     )
     process = subprocess.Popen(
-        [PROJECT / "workshop" / "grade", folder, "--output", tmp_path / "grades"],
+        [PROJECT / "workshop" / "grade", folder, "--output", tmp_path / "grades", *options],
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
@@ -150,7 +186,13 @@ def test_copy_leaves_out_pipes_cycles_and_builds(tmp_path):
     (package / "round").symlink_to(package)
     (package / "nowhere").symlink_to("/does/not/exist")
     (package / "build").mkdir()
-    copy_workspace(folder, tmp_path / "copy")
+    outside = tmp_path / "another_student"
+    outside.mkdir()
+    (outside / "solution.py").write_text("print()\n")
+    (package / "folder").symlink_to(outside)
+    (package / "file.py").symlink_to(outside / "solution.py")
+    left_out = copy_workspace(folder, tmp_path / "copy")
+    assert set(left_out) == {str(package / name) for name in ("folder", "file.py", "nowhere")}
     copied = tmp_path / "copy" / "src" / "sdc_package"
     assert (copied / "scripts" / "camera.py").read_bytes() == (
         package / "scripts" / "camera.py"
@@ -160,6 +202,25 @@ def test_copy_leaves_out_pipes_cycles_and_builds(tmp_path):
     )
     with pytest.raises(CopyError, match="no src/sdc_package"):
         copy_workspace(tmp_path, tmp_path / "other")
+    (tmp_path / "thief" / "src").mkdir(parents=True)
+    (tmp_path / "thief" / "src" / "sdc_package").symlink_to(package)
+    with pytest.raises(CopyError, match="is a link to another place"):
+        copy_workspace(tmp_path / "thief", tmp_path / "third")
+
+
+def test_missing_sandbox_is_reported_in_one_line_with_the_option(tmp_path, monkeypatch, capsys):
+    monkeypatch.setenv("PATH", str(tmp_path))
+    folder = workspace(tmp_path / "ws")
+    arguments = [str(folder), "--output", str(tmp_path / "grades")]
+    assert command.main(arguments) == 2
+    (tmp_path / "bwrap").write_text("#!/bin/sh\necho 'bwrap: No permissions' >&2\nexit 1\n")
+    (tmp_path / "bwrap").chmod(0o755)
+    monkeypatch.setattr(sandbox.os, "geteuid", lambda: 1000)
+    assert command.main(arguments) == 2
+    first, second = capsys.readouterr().err.splitlines()
+    assert "bwrap is not installed (apt-get install bubblewrap); --no-sandbox grades" in first
+    assert "the kernel forbids it (bwrap: No permissions); --no-sandbox grades" in second
+    assert not (tmp_path / "grades" / "grades.csv").exists()
 
 
 def test_students_are_named_by_the_parts_of_their_paths_that_differ(tmp_path):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import difflib
 import re
-import subprocess
 from pathlib import Path
 from typing import Iterator, Sequence
 
@@ -36,20 +35,14 @@ class CMakeSubject(Subject):
         path = stage.folder / "cmake" / "CMakeLists.txt"
         path.parent.mkdir(exist_ok=True)
         path.write_text(variant.text, encoding="utf-8")
-        done = subprocess.run(
-            ["cmake", f"-DFILE={path}", "-P", str(_RECORD)],
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-            timeout=_TIMEOUT_S,
-            check=False,
-        )
-        if done.returncode != 0:
-            return [_cmake_error(done.stdout, path)]
-        calls = [
-            (name, words.split(";") if words else []) for name, words in _CALL.findall(done.stdout)
-        ]
+        command = ["cmake", f"-DFILE={path}", "-P", str(_RECORD)]
+        with stage.start(command, {"PATH": "/usr/bin:/bin"}) as program:
+            status, output = program.wait(_TIMEOUT_S), program.output
+        if status is None:
+            return [Problem("a file that CMake can read", "CMake does not end", "Is it a loop?")]
+        if status != 0:
+            return [_cmake_error(output, path)]
+        calls = [(name, words.split(";") if words else []) for name, words in _CALL.findall(output)]
         return [
             *_components(calls),
             *_message_files(calls),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from pathlib import Path
 
 from sdc_workshop.exam.answer import PASSED, WRONG, Answer
 from sdc_workshop.exam.output import crash, last_line, plain
@@ -24,6 +25,26 @@ _HINTS = {
 }
 
 
+def _driven(stage: Stage, path: Path) -> tuple:
+    """Drive and write the report; return the status, None after a timeout, and the output."""
+    if stage.sandbox is not None:
+        from sdc_workshop.exam.refereed_drive import refereed_drive
+
+        return refereed_drive(stage, _ARGUMENTS.split(), path, DRIVE_TIMEOUT_S)
+    stage.master  # noqa: B018  roslaunch uses a master that already runs
+    command = ["roslaunch", "--skip-log-check", *_ARGUMENTS.split(), f"report:={path}"]
+    with stage.program(command) as program:
+        status = program.wait(DRIVE_TIMEOUT_S)
+        output = program.output
+        if status is None:
+            program.interrupt()
+            program.wait(TIMEOUT_S / 2)
+    # The end of the launch has ended the process that writes the pages of the report, too.
+    with stage.program(["rosrun", "sdc_sim", "report.py", path.parent]) as completion:
+        completion.wait(TIMEOUT_S)
+    return status, output
+
+
 def drive_answer(stage: Stage) -> tuple:
     """Drive the route.
 
@@ -31,17 +52,8 @@ def drive_answer(stage: Stage) -> tuple:
         the answer, and the referee's report as a dictionary, or None without one
     """
     path = stage.folder / "report" / "report.json"
-    stage.master  # noqa: B018  roslaunch uses a master that already runs
-    command = ["roslaunch", "--skip-log-check", *_ARGUMENTS.split(), f"report:={path}"]
-    with stage.program(command) as program:
-        status = program.wait(DRIVE_TIMEOUT_S)
-        output = plain(program.output)
-        if status is None:
-            program.interrupt()
-            program.wait(TIMEOUT_S / 2)
-    # The end of the launch has ended the process that writes the pages of the report, too.
-    with stage.program(["rosrun", "sdc_sim", "report.py", path.parent]) as completion:
-        completion.wait(TIMEOUT_S)
+    status, output = _driven(stage, path)
+    output = plain(output)
     stage.clear()
     if not path.is_file():
         broken = crash(output, stage.student.src)

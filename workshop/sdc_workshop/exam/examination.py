@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Callable
 
-from sdc_workshop.exam.answer import PASSED, UNFINISHED, WAITING, Answer
+from sdc_workshop.exam.answer import PASSED, UNFINISHED, WAITING, WRONG, Answer
 from sdc_workshop.exam.basic_control_subject import BasicControlSubject
 from sdc_workshop.exam.camera_subject import CameraSubject
 from sdc_workshop.exam.cmake_subject import CMakeSubject
@@ -101,6 +101,7 @@ class Examination:
         steps: list,
         on_answer: Callable[[Step, Answer], object] = lambda step, answer: None,
         stop_at_first: bool = False,
+        on_begin: Callable[[Step], object] = lambda step: None,
     ) -> dict:
         """Check some steps. Steps of one file are checked together, where possible in one run.
 
@@ -108,6 +109,7 @@ class Examination:
             steps: the steps
             on_answer: called with each step and its answer, in order, as soon as it is known
             stop_at_first: stop after the first step that is not passed
+            on_begin: called with each step before it is checked
 
         Returns:
             the answers by step id
@@ -115,12 +117,8 @@ class Examination:
         reported = 0
         for step in steps:
             if step.id not in self.answers:
-                subject = subject_of(step)
-                if subject is None:
-                    self.answers[step.id] = self._without_region(step)
-                else:
-                    together = [other for other in steps if subject_of(other) is subject]
-                    self.answers.update(subject.answers(together, self.student, self.stage))
+                on_begin(step)
+                self.answers.update(self._checked(step, steps))
             while reported < len(steps) and steps[reported].id in self.answers:
                 answer = self.answers[steps[reported].id]
                 on_answer(steps[reported], answer)
@@ -128,6 +126,23 @@ class Examination:
                 if stop_at_first and answer.status != PASSED:
                     return {other.id: self.answers[other.id] for other in steps[:reported]}
         return {step.id: self.answers[step.id] for step in steps}
+
+    def _checked(self, step: Step, steps: list) -> dict:
+        """Return the answers to a step and to the other steps of its file."""
+        subject, together = subject_of(step), [step]
+        if subject is not None:
+            together = [other for other in steps if subject_of(other) is subject]
+        try:
+            if subject is not None:
+                return subject.answers(together, self.student, self.stage)
+            return {step.id: self._without_region(step)}
+        except Exception as error:
+            if self.stage.sandbox is None:
+                raise
+            # What a strange program returns may raise anything; the other steps are checked.
+            answer = Answer(WRONG, "a result that can be read", f"{type(error).__name__}: {error}")
+            self.stage.report(f"{step.id} could not be checked: {answer.seen[:300]}")
+            return {other.id: answer for other in together}
 
     def _drive(self) -> Answer:
         steps = [

@@ -70,9 +70,8 @@ class NodeLaunchSubject(Subject):
         folder.mkdir(exist_ok=True)
         path = folder / f"{self.node}.launch"
         path.write_text(variant.text, encoding="utf-8")
-        with stage.program(
-            ["/usr/bin/env", "python3", _PROBE, json.dumps(self.cases), path, SOLUTION / self.file]
-        ) as program:
+        command = ["python3", _PROBE, json.dumps(self.cases), path, SOLUTION / self.file]
+        with stage.start(["/usr/bin/env", *command], stage.launch_environment()) as program:
             program.wait()
             if program.status != 0:
                 hint = "The last line of its output gives the cause."

@@ -63,6 +63,7 @@ class NodeSubject(Subject):
         if found is not None:
             return found
         if how in ("busy", "late"):
+            node.stage.report("it never got ready, and was ended")
             return Problem(
                 f"{self.node_name}.py gets ready and then waits for messages",
                 "it loops and never gets ready",

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import secrets
 from pathlib import Path
+from random import Random
 
 from sdc_workshop.exam.answer import Problem
 from sdc_workshop.exam.output import crash, last_line, meaning
@@ -12,6 +14,7 @@ from sdc_workshop.exam.variant import Variant
 
 _PROBE = Path(__file__).with_name("probes") / "library_probe.py"
 _TIMEOUT_S = 60.0
+_TOLERANCE = 1e-6
 
 
 def probe(variant: Variant, stage: Stage, name: str) -> dict | Problem:
@@ -26,10 +29,12 @@ def probe(variant: Variant, stage: Stage, name: str) -> dict | Problem:
         the results, or a Problem when the module raises an exception or does not end
     """
     path, python_path = stage.build(variant)
-    command = ["/usr/bin/env", "python3", _PROBE, name]
+    seed = secrets.token_hex(16)
+    command = ["/usr/bin/env", "python3", _PROBE, name, seed]
     with stage.program(command, PYTHONPATH=python_path) as program:
         how = program.wait_until(lambda: False, _TIMEOUT_S)
         if how != "ended":
+            stage.report("it never returned, and was ended")
             return Problem("a result", "it never returns", "Is there a loop that never ends?")
         found = crash(program.output, path)
         if found is not None:
@@ -48,4 +53,25 @@ def probe(variant: Variant, stage: Stage, name: str) -> dict | Problem:
                 last_line(program.output),
                 "The last line of its output gives the cause.",
             )
-        return json.loads(program.output.splitlines()[-1])
+        try:
+            found = json.loads(program.output.splitlines()[-1])
+            return {**found, "as_solved": same(found["other"], _solved(name, seed))}
+        except (IndexError, KeyError, TypeError, ValueError):
+            seen = last_line(program.output)
+            return Problem("a result", seen, "The check prints its results itself, as the last.")
+
+
+def _solved(name: str, seed: str) -> list:
+    """Return the solution's results for the arguments of a seed, through JSON like a student's."""
+    from sdc_workshop.exam.probes.library_probe import PROBES, plain
+
+    return json.loads(json.dumps(PROBES[name](Random(seed)), default=plain))["other"]
+
+
+def same(got: object, wanted: object) -> bool:
+    """Return whether two numbers, or two lists of numbers, are equal but for rounding."""
+    if isinstance(wanted, list):
+        return isinstance(got, list) and len(got) == len(wanted) and all(map(same, got, wanted))
+    if not isinstance(got, (int, float)) or not isinstance(wanted, (int, float)):
+        return False
+    return abs(got - wanted) < _TOLERANCE

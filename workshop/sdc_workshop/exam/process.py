@@ -29,6 +29,7 @@ BUSY_CPU_S = 3.0
 TIMEOUT_S = 60.0
 _END_TIMEOUT_S = 30.0
 _MAX_OUTPUT = 200_000
+_MAX_FAMILY = 20
 _TICKS_PER_S = os.sysconf("SC_CLK_TCK")
 
 
@@ -38,13 +39,19 @@ class Program:
     Attributes:
         command: the command line
         mark: identifies the processes that it starts
+        watch: ends after the program, or None
+        killed: whether the check has ended it
     """
+
+    watch: threading.Thread | None = None
+    killed = False
 
     def __init__(self, command: Sequence[object], environment: dict, folder: Path | None = None):
         self.command = [str(word) for word in command]
         self.mark = f"{os.getpid()}-{time.monotonic_ns()}"
         self._pieces: list[bytes] = []
         self._size = 0
+        self._inside: int | None = None
         self._process = subprocess.Popen(
             self.command,
             env={**environment, MARK: f"{os.environ.get(MARK, '')}/{self.mark}"},
@@ -74,6 +81,11 @@ class Program:
                 if self._size < _MAX_OUTPUT:
                     self._pieces.append(piece)
                     self._size += len(piece)
+
+    @property
+    def process_id(self) -> int:
+        """Its process id."""
+        return self._process.pid
 
     @property
     def output(self) -> str:
@@ -126,29 +138,61 @@ class Program:
             self._reader.join(timeout=2.0)
         return self.status
 
+    @property
+    def main_id(self) -> int:
+        """Id of the process of the program itself, which bwrap starts in a sandbox."""
+        found = self._process.pid
+        if self._inside is None:
+            with contextlib.suppress(OSError, IndexError):
+                while _name(found) == "bwrap":
+                    found = int(Path(f"/proc/{found}/task/{found}/children").read_text().split()[0])
+                self._inside = found
+        return self._inside or found
+
+    def _family(self) -> list:
+        """Return the ids of its processes: a node runs in a child of its supervisor."""
+        found = [self.main_id]
+        for parent in found:
+            with contextlib.suppress(OSError):
+                # A supervisor forks in its first thread.
+                children = Path(f"/proc/{parent}/task/{parent}/children")
+                found += map(int, children.read_text().split())
+        return found[:_MAX_FAMILY]
+
     def _cpu_s(self) -> float:
-        with contextlib.suppress(OSError, IndexError):
-            fields = _stat(Path(f"/proc/{self._process.pid}/stat"))
-            return (int(fields[11]) + int(fields[12])) / _TICKS_PER_S
-        return 0.0
+        total = 0
+        for process_id in self._family():
+            with contextlib.suppress(OSError, IndexError):
+                fields = _stat(Path(f"/proc/{process_id}/stat"))
+                total += int(fields[11]) + int(fields[12])
+        return total / _TICKS_PER_S
 
     def _is_running(self) -> bool:
         """Return whether one of its threads runs, waits for a processor, or waits for a disk."""
-        with contextlib.suppress(OSError, IndexError):
-            tasks = Path(f"/proc/{self._process.pid}/task")
-            return any(_stat(tasks / task / "stat")[0] in "RD" for task in os.listdir(tasks))
+        for process_id in self._family():
+            with contextlib.suppress(OSError, IndexError):
+                tasks = Path(f"/proc/{process_id}/task")
+                if any(_stat(tasks / task / "stat")[0] in "RD" for task in os.listdir(tasks)):
+                    return True
         return False
 
     def interrupt(self) -> None:
         """Send what Ctrl-C sends."""
         self._signal_group(signal.SIGINT)
 
+    def kill(self) -> None:
+        """Kill its process group; a sandbox ends with it."""
+        self.killed = self.killed or self.status is None
+        self._signal_group(signal.SIGKILL)
+
     def end(self) -> None:
         """End it and all that it started."""
-        self._signal_group(signal.SIGKILL)
+        self.kill()
         self._process.wait()
         end_marked(self.mark)
         self._reader.join(timeout=2.0)
+        if self.watch is not None:
+            self.watch.join(timeout=2.0)
 
     def _signal_group(self, what: signal.Signals) -> None:
         # The id of a program that has ended may already belong to another process.
@@ -160,6 +204,10 @@ class Program:
 def _stat(path: Path) -> list:
     """Return the fields of a stat file of /proc after the command, the state first."""
     return path.read_text().rpartition(")")[2].split()
+
+
+def _name(process_id: int) -> str:
+    return Path(f"/proc/{process_id}/comm").read_text().rstrip("\n")
 
 
 def marked(mark: str) -> list:

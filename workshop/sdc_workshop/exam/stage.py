@@ -3,24 +3,27 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import logging
 import os
 import shutil
 import tempfile
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Iterator, Sequence
+from typing import TYPE_CHECKING, Any, Iterator, Sequence
 
 import yaml
 
+from sdc_common.ros.catkin_workspace import workspace_environment
 from sdc_workshop.exam.node import Node
 from sdc_workshop.exam.process import Program
+from sdc_workshop.exam.sandbox import Sandbox
 from sdc_workshop.exam.student import Student
 from sdc_workshop.exam.variant import Variant
 from sdc_workshop.exam.variant import make as make_variant
 from sdc_workshop.regions import RegionError
 from sdc_workshop.steps import load_steps
-from sdc_workshop.workspace import PACKAGE, SOLUTION
+from sdc_workshop.workspace import PACKAGE, SOLUTION, WORLD
 
 if TYPE_CHECKING:
     from rosmaster.master import Master
@@ -40,10 +43,12 @@ class Stage:
     Attributes:
         student: the workspace whose programs run
         folder: the temporary folder
+        sandbox: where the student's programs run, or None
     """
 
-    def __init__(self, student: Student):
+    def __init__(self, student: Student, sandbox: Sandbox | None = None):
         self.student = student
+        self.sandbox = sandbox
         self._closing = contextlib.ExitStack()
         self._master: Master | None = None
         self._display: VirtualDisplay | bool | None = None
@@ -54,6 +59,10 @@ class Stage:
             self._closing.enter_context(tempfile.TemporaryDirectory(prefix="workshop_check_"))
         )
         (self.folder / "tmp").mkdir()
+        sandbox = self.sandbox
+        if sandbox is not None:
+            self.folder.chmod(0o755)  # the programs run as another user
+            self.student.wrap = lambda command, own: sandbox.command(command, own, self.folder)
         return self
 
     def __exit__(
@@ -109,21 +118,46 @@ class Stage:
                 self._display = False
         return self._display or None
 
+    def report(self, text: str) -> None:
+        """Report what the sandbox has kept a program from."""
+        if self.sandbox is not None:
+            self.sandbox.report(text, "")
+
     def environment(self, **more: str) -> dict:
         """Return the student's environment variables, with this master. Raises NotBuilt."""
-        base = {
-            **self.student.environment,
+        return {**self.student.environment, **self._ros_environment(), **more}
+
+    def _ros_environment(self) -> dict:
+        return {
             "ROS_MASTER_URI": self.master.uri if self._master is not None else "http://127.0.0.1:1",
             "ROS_IP": "127.0.0.1",
-            "ROS_HOME": str(self.folder / "ros"),
-            "ROS_LOG_DIR": str(self.folder / "ros" / "log"),
+            "ROS_HOME": str(self.folder / "tmp" / "ros"),
+            "ROS_LOG_DIR": str(self.folder / "tmp" / "ros" / "log"),
             "PYTHONDONTWRITEBYTECODE": "1",
             "PYTHONUNBUFFERED": "1",
             "TMPDIR": str(self.folder / "tmp"),
             "OMP_NUM_THREADS": "1",
             "OPENBLAS_NUM_THREADS": "1",
         }
-        return {**base, **more}
+
+    @functools.cached_property
+    def _world(self) -> dict:
+        return workspace_environment(str(WORLD))
+
+    @property
+    def world_environment(self) -> dict:
+        """The environment variables of the world's workspace, which no student has written."""
+        return {**self._world, **self._ros_environment()}
+
+    def launch_environment(self) -> dict:
+        """Return an environment that finds the student's files, but none of the Python modules.
+
+        Raises:
+            NotBuilt: see Student.environment
+        """
+        self.student.environment  # noqa: B018  raises NotBuilt
+        paths = f"{self.student.src}:{self.world_environment['ROS_PACKAGE_PATH']}"
+        return {**self.world_environment, "ROS_PACKAGE_PATH": paths}
 
     def build(self, variant: Variant) -> tuple:
         """Write a variant of a Python file to disk, with a library in which all else is solved.
@@ -164,7 +198,19 @@ class Stage:
 
     def program(self, command: Sequence[object], **environment: str) -> Program:
         """Start a command in the student's environment."""
-        return Program(command, self.environment(**environment), self.folder)
+        return self.start(command, self.environment(**environment))
+
+    def start(self, command: Sequence[object], environment: dict, **options: Any) -> Program:
+        """Start a command that the student decides about, with only these environment variables.
+
+        Args:
+            command: the program and its arguments
+            environment: its environment variables
+            options: see Sandbox.program
+        """
+        if self.sandbox is None:
+            return Program(command, environment, self.folder)
+        return self.sandbox.program(command, environment, self.folder, **options)
 
     @contextlib.contextmanager
     def node(self, variant: Variant, parameters: dict, **environment: str) -> Iterator[Node]:

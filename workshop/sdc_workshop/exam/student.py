@@ -7,10 +7,12 @@ import re
 import subprocess
 from functools import cached_property
 from pathlib import Path
+from typing import Callable
 
 from sdc_workshop.workspace import PACKAGE, PROJECT, WORLD, WORLD_SETUP
 
 _TIMEOUT_S = 60
+_MAX_BYTES = 1_000_000
 _MD5 = re.compile(r'_md5sum = "([0-9a-f]{32})"')
 # The variables that a student's program inherits; all others come from the workspace.
 _KEPT = ("HOME", "LANG", "LC_ALL", "USER", "TMPDIR")
@@ -21,11 +23,18 @@ class NotBuilt(Exception):
 
 
 class Student:
-    """The workspace in a folder."""
+    """The workspace in a folder.
+
+    Attributes:
+        folder: the workspace
+        src: its src folder
+        wrap: returns the command line that runs a command, with its environment, in a sandbox
+    """
 
     def __init__(self, folder: Path):
         self.folder = folder
         self.src = folder / "src"
+        self.wrap: Callable[[list, dict], list] = lambda command, environment: command
 
     def text(self, name: str) -> str | None:
         """Return the text of a file below src, or None without such a file.
@@ -56,10 +65,12 @@ class Student:
 
     def built_md5(self, message: str) -> str | None:
         """Return the md5 sum of a message's generated class, or None without such a class."""
+        path = self.built_python / "msg" / f"_{message}.py"
         try:
-            found = _MD5.search(
-                (self.built_python / "msg" / f"_{message}.py").read_text(encoding="utf-8")
-            )
+            # The build may have made anything, such as a link to an endless device.
+            if not path.is_file() or path.stat().st_size > _MAX_BYTES:
+                return None
+            found = _MD5.search(path.read_text(encoding="utf-8", errors="replace"))
         except OSError:
             return None
         return found[1] if found else None
@@ -76,15 +87,20 @@ class Student:
             raise NotBuilt(f"there is no {setup}")
         plain = {name: os.environ[name] for name in _KEPT if name in os.environ}
         plain["PATH"] = "/usr/local/bin:/usr/bin:/bin"
-        done = subprocess.run(
-            ["bash", "-c", 'source "$1" >/dev/null && env -0', "bash", str(setup)],
-            env=plain,
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            text=True,
-            timeout=_TIMEOUT_S,
-            check=False,
-        )
+        command = ["bash", "-c", 'source "$1" >/dev/null && env -0', "bash", str(setup)]
+        try:
+            done = subprocess.run(
+                self.wrap(command, plain),
+                env=plain,
+                stdin=subprocess.DEVNULL,
+                capture_output=True,
+                text=True,
+                errors="replace",
+                timeout=_TIMEOUT_S,
+                check=False,
+            )
+        except subprocess.TimeoutExpired:
+            raise NotBuilt(f"{setup} does not end") from None
         if done.returncode != 0:
             raise NotBuilt(
                 f"{setup} ended with {done.stderr.strip().splitlines()[-1:] or done.returncode}"

@@ -23,12 +23,16 @@ def is_workspace(folder: Path) -> bool:
     return (folder / "src" / PACKAGE).is_dir()
 
 
-def copy_workspace(source: Path, target: Path) -> None:
+def copy_workspace(source: Path, target: Path) -> list:
     """Create a workspace with a copy of a student's package. The source is not changed.
 
     Args:
         source: the student's workspace
         target: folder of the new workspace
+
+    Returns:
+        the links to places outside of the workspace, which are not copied: they may lead to files
+        of the teacher or of another student
 
     Raises:
         CopyError: the source is no workspace, or too large
@@ -38,28 +42,42 @@ def copy_workspace(source: Path, target: Path) -> None:
     if not package.is_dir():
         raise CopyError(f"{source} is no workspace: it has no src/{PACKAGE}")
     target.mkdir(parents=True)
-    _copy(package, target / "src" / PACKAGE)
+    inside = Path(os.path.realpath(source))
+    if inside not in Path(os.path.realpath(package)).parents:
+        raise CopyError(f"{package} is a link to another place; put the package itself there")
+    left_out = _copy(package, target / "src" / PACKAGE, inside)
     link(target)
+    return left_out
 
 
-def _copy(source: Path, target: Path) -> None:
+def _copy(source: Path, target: Path, inside: Path) -> list:
     """Copy regular files and folders, and what links point to; leave out pipes and devices.
 
-    A folder is copied once, so that cycles of links end.
+    A folder is copied once, so that cycles of links end. Other users can read the copy: the
+    student's programs may run as one. Return the links that lead out of `inside`.
     """
     size = 0
     seen = set()
+    left_out = []
+
+    def leads_out(path: Path) -> bool:
+        return path.is_symlink() and inside not in Path(os.path.realpath(path)).parents
+
     for folder, names, files in os.walk(source, followlinks=True):
         place = os.path.realpath(folder)
         if place in seen:
             names.clear()
             continue
         seen.add(place)
-        names[:] = [name for name in names if name not in _LEFT_OUT]
+        links = [name for name in (*names, *files) if leads_out(Path(folder, name))]
+        left_out += [str(Path(folder, name)) for name in links]
+        names[:] = [name for name in names if name not in _LEFT_OUT and name not in links]
         to = target / Path(folder).relative_to(source)
         to.mkdir(parents=True, exist_ok=True)
         for name in files:
             path = Path(folder, name)
+            if name in links:
+                continue
             try:
                 found = path.stat()
             except OSError:
@@ -73,4 +91,6 @@ def _copy(source: Path, target: Path) -> None:
                     "delete what does not belong there"
                 )
             shutil.copyfile(path, to / name)
-            (to / name).chmod(stat.S_IMODE(found.st_mode) | 0o600)
+            for_all = 0o755 if found.st_mode & stat.S_IXUSR else 0o644
+            (to / name).chmod(stat.S_IMODE(found.st_mode) | for_all)
+    return left_out

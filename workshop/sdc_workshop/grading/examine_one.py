@@ -1,12 +1,15 @@
-"""Check all steps of one workspace, and write the answers after each step.
+"""Build and check one workspace, and write the answers after each step.
 
 So the answers are kept when the check is ended before its end.
-Usage: python3 -m sdc_workshop.grading.examine_one WORKSPACE RESULT_FOLDER
+Usage: python3 -m sdc_workshop.grading.examine_one WORKSPACE RESULT_FOLDER BUILD_LIMIT_S USER_ID
+[STEP ...]
+
+The student's programs run in a sandbox, as the user with this id where this one is root; with the
+user id "none", without a sandbox. Without a STEP, all steps are checked.
 """
 
 from __future__ import annotations
 
-import json
 import os
 import shutil
 import sys
@@ -14,28 +17,50 @@ from pathlib import Path
 
 from sdc_workshop.exam.answer import Answer
 from sdc_workshop.exam.examination import Examination
+from sdc_workshop.exam.sandbox import Sandbox
 from sdc_workshop.exam.stage import Stage
 from sdc_workshop.exam.student import Student
+from sdc_workshop.grading.record import BUILD_LOG, NO_SANDBOX, Record
 from sdc_workshop.steps import Step, load_steps
+from sdc_workshop.workspace import WORLD_SETUP
 
-ANSWERS = "answers.json"
+BUILD = "the build"
+
+
+def build(stage: Stage, record: Record, result: Path, limit_s: float) -> None:
+    """Run catkin_make as in a new terminal. Many steps can be checked although it fails."""
+    record.begin(BUILD)
+    workspace = stage.student.folder
+    script = 'source "$1"; cd "$2" && exec catkin_make -j1'
+    command = ["bash", "-c", script, "bash", WORLD_SETUP, workspace]
+    environment = {"PATH": "/usr/bin:/bin", "PYTHONDONTWRITEBYTECODE": "1"}
+    # Only Python's classes are used; the others take more time than the rest of the build.
+    environment["ROS_LANG_DISABLE"] = "gencpp:genlisp:geneus:gennodejs"
+    environment["HOME"] = os.environ.get("HOME", "/")
+    options = {} if stage.sandbox is None else {"building": True}
+    with stage.start(command, environment, **options) as program:
+        if program.wait(limit_s) is None:
+            record.note(f"{BUILD} took longer than its time limit and was ended")
+        (result / BUILD_LOG).write_text(program.output, encoding="utf-8")
 
 
 def main() -> None:
     """Write RESULT_FOLDER/answers.json, and the referee's report next to it."""
-    workspace, result = Path(sys.argv[1]), Path(sys.argv[2])
-    answers = {}
-    student = Student(workspace)
-    with Stage(student) as stage:
-        examination = Examination(student, stage, drive_anyway=True)
+    workspace, result, limit_s = Path(sys.argv[1]), Path(sys.argv[2]), float(sys.argv[3])
+    record = Record(result)
+    sandbox = None
+    os.umask(0o022)
+    if sys.argv[4] != NO_SANDBOX:
+        sandbox = Sandbox(workspace, int(sys.argv[4]), record.contained)
+    steps = [step for step in load_steps() if step.id in sys.argv[5:] or not sys.argv[5:]]
+    with Stage(Student(workspace), sandbox) as stage:
+        build(stage, record, result, limit_s)
+        examination = Examination(stage.student, stage, drive_anyway=True)
 
         def save(step: Step, answer: Answer) -> None:
-            answers[step.id] = answer.as_dict()
-            part = result / f"{ANSWERS}.part"
-            part.write_text(json.dumps(answers, indent=1) + "\n", encoding="utf-8")
-            os.replace(part, result / ANSWERS)
+            record.answer(step.id, answer.as_dict())
 
-        examination.judge(load_steps(), save)
+        examination.judge(steps, save, on_begin=lambda step: record.begin(step.id))
         for path in sorted((stage.folder / "report").glob("report*")):
             if path.is_file():
                 shutil.copyfile(path, result / path.name)

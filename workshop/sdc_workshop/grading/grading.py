@@ -14,17 +14,20 @@ from typing import Callable
 
 from sdc_workshop.exam.answer import PASSED, UNFINISHED, WAITING, WRONG
 from sdc_workshop.exam.process import Program, marked
+from sdc_workshop.exam.sandbox import outer_command
 from sdc_workshop.grading.copying import CopyError, copy_workspace
-from sdc_workshop.grading.examine_one import ANSWERS
+from sdc_workshop.grading.record import ANSWERS, BUILD_LOG, NO_SANDBOX, STATE, read
 from sdc_workshop.steps import load_steps
-from sdc_workshop.workspace import WORLD_SETUP
+from sdc_workshop.workspace import PROJECT, WORLD
 
 # A check with more processes than these is ended.
 MAX_PROCESSES = 150
 _POLL_S = 0.2
-_BUILD_LOG = "build.log"
 _CHECK_LOG = "check.log"
-_LOGS = (_BUILD_LOG, _CHECK_LOG)
+_LOGS = (BUILD_LOG, _CHECK_LOG)
+# The build gets this share of a student's time, but no more than this.
+_BUILD_SHARE = 0.5
+_BUILD_LIMIT_S = 120.0
 
 
 @dataclass
@@ -37,6 +40,7 @@ class Grade:
         answers: the answers by step id, as dictionaries
         report: the referee's report
         note: what went wrong with the grading itself, or empty
+        contained: what the sandbox has kept the student's programs from
         wall_s: duration of the grading [s]
     """
 
@@ -45,6 +49,7 @@ class Grade:
     answers: dict = field(default_factory=dict)
     report: dict = field(default_factory=dict)
     note: str = ""
+    contained: list = field(default_factory=list)
     wall_s: float = 0.0
 
     @property
@@ -73,50 +78,59 @@ class _Ended(Exception):
 
 
 @dataclass(frozen=True)
-class _Limit:
-    """When a student's programs are ended: at a time, or once `stopped()` is true."""
+class Conditions:
+    """How a student's programs run.
 
-    until: float
-    stopped: Callable[[], bool]
+    Attributes:
+        limit_s: time limit of the student [s]
+        user_id: the user of the programs in their sandbox, if the teacher is root; None: no sandbox
+        stopped: once it returns True, all programs are ended
+        steps: ids of the steps that are checked; empty: all
+    """
+
+    limit_s: float
+    user_id: int | None = None
+    stopped: Callable[[], bool] = lambda: False
+    steps: tuple = ()
 
 
-def grade(
-    name: str,
-    folder: Path,
-    result: Path,
-    limit_s: float,
-    stopped: Callable[[], bool] = lambda: False,
-) -> Grade:
+def grade(name: str, folder: Path, result: Path, conditions: Conditions) -> Grade:
     """Grade one workspace, without changing it.
 
     Args:
         name: name of the student
         folder: the workspace
         result: folder for logs, answers and report
-        limit_s: time limit [s]
-        stopped: once it returns True, all programs are ended
+        conditions: how its programs run
     """
     found = Grade(name, folder)
     start = time.monotonic()
     result.mkdir(parents=True, exist_ok=True)
-    for path in (*result.glob("report*"), *(result / log for log in (ANSWERS, *_LOGS))):
+    for path in (*result.glob("report*"), *(result / log for log in (ANSWERS, STATE, *_LOGS))):
         if path.is_file():
             path.unlink()
-    limit = _Limit(start + limit_s, stopped)
+    notes, links = [], []
     with tempfile.TemporaryDirectory(prefix="workshop_grade_") as temporary:
-        workspace = Path(temporary) / "workspace"
         try:
-            copy_workspace(folder, workspace)
-            _build(workspace, result, limit)
-            _examine(workspace, result, Path(temporary), limit)
+            links = copy_workspace(folder, Path(temporary) / "workspace")
+            _examine(result, Path(temporary), conditions)
         except (CopyError, OSError, _Ended) as error:
-            found.note = str(error)
-    with contextlib.suppress(OSError, ValueError):
-        found.answers = json.loads((result / ANSWERS).read_text(encoding="utf-8"))
+            notes.append(str(error))
+    found.answers, state = read(result)
+    found.note = "; ".join(dict.fromkeys([*state["notes"], *notes]))
+    found.contained = [f"the link {link} leads out of the workspace" for link in links]
+    found.contained += [
+        f"{step}: {text}" for step, text, path in state["contained"] if _is_hidden(path, temporary)
+    ]
     with contextlib.suppress(OSError, ValueError):
         found.report = json.loads((result / "report.json").read_text(encoding="utf-8"))
     found.wall_s = time.monotonic() - start
     return found
+
+
+def _is_hidden(path: str, temporary: str) -> bool:
+    """Return whether a file that a program did not find is one that the sandbox hides."""
+    return not path or (os.path.lexists(path) and not path.startswith(temporary))
 
 
 def _plain_environment(**more: str) -> dict:
@@ -124,49 +138,44 @@ def _plain_environment(**more: str) -> dict:
     return {**kept, "PYTHONDONTWRITEBYTECODE": "1", **more}
 
 
-def _build(workspace: Path, result: Path, limit: _Limit) -> None:
-    """Run catkin_make as in a new terminal. Many steps can be checked although it fails."""
-    with Program(
-        ["bash", "-c", 'source "$1"; exec catkin_make -j1', "bash", WORLD_SETUP],
-        _plain_environment(PATH="/usr/bin:/bin"),
-        workspace,
-    ) as program:
-        try:
-            _wait(program, limit, "the build")
-        finally:
-            (result / _BUILD_LOG).write_text(program.output, encoding="utf-8")
-
-
-def _examine(workspace: Path, result: Path, temporary: Path, limit: _Limit) -> None:
-    home, scratch = temporary / "home", temporary / "tmp"
-    home.mkdir()
-    scratch.mkdir()
+def _examine(result: Path, temporary: Path, conditions: Conditions) -> None:
+    workspace, home, scratch = (temporary / name for name in ("workspace", "home", "tmp"))
+    built = [workspace / name for name in ("build", "devel")]
     environment = _plain_environment(
-        PYTHONPATH=os.environ.get("PYTHONPATH", ""),
+        PYTHONPATH=f"{PROJECT / 'workshop'}:{os.environ.get('PYTHONPATH', '')}",
         HOME=str(home),
         TMPDIR=str(scratch),
         OMP_NUM_THREADS="1",
         OPENBLAS_NUM_THREADS="1",
     )
-    with Program(
-        [sys.executable, "-B", "-m", "sdc_workshop.grading.examine_one", workspace, result],
-        environment,
-        workspace,
-    ) as program:
+    command = [sys.executable, "-B", "-m", "sdc_workshop.grading.examine_one", workspace, result]
+    user_id = NO_SANDBOX if conditions.user_id is None else conditions.user_id
+    command += [min(_BUILD_LIMIT_S, _BUILD_SHARE * conditions.limit_s), user_id, *conditions.steps]
+    home.mkdir()
+    scratch.mkdir()
+    if conditions.user_id is not None:
+        # The programs cannot write into src, in which catkin_make makes this link.
+        os.symlink(os.readlink(WORLD / "src" / "CMakeLists.txt"), workspace / "src/CMakeLists.txt")
+        for folder in built:
+            folder.mkdir()
+        command = outer_command(command, result, temporary, built)
+    until = time.monotonic() + conditions.limit_s
+    with Program(command, environment, workspace) as program:
         try:
-            _wait(program, limit, "the check")
+            _wait(program, until, conditions.stopped, result)
         finally:
             (result / _CHECK_LOG).write_text(program.output, encoding="utf-8")
         if program.status != 0:
             raise _Ended(f"the check ended with status {program.status}, see {result / _CHECK_LOG}")
 
 
-def _wait(program: Program, limit: _Limit, what: str) -> None:
+def _wait(program: Program, until: float, stopped: Callable[[], bool], result: Path) -> None:
     while program.status is None:
-        if limit.stopped():
-            raise _Ended(f"{what} was interrupted")
-        if time.monotonic() > limit.until:
-            raise _Ended(f"{what} took longer than its time limit and was ended")
+        if stopped():
+            raise _Ended("the check was interrupted")
+        if time.monotonic() > until:
+            step = read(result)[1]["step"]
+            raise _Ended(f"the check took longer than its time limit and was ended at {step}")
         if len(marked(program.mark)) > MAX_PROCESSES:
-            raise _Ended(f"more than {MAX_PROCESSES} processes were started; {what} was ended")
+            raise _Ended(f"more than {MAX_PROCESSES} processes were started; the check was ended")
         program.wait(_POLL_S)

@@ -70,7 +70,7 @@ def write_csv(path: Path, ranked: list) -> None:
         rows.writerow(
             [
                 *("rank", "student", "folder", "steps_done", "steps", "next_step"),
-                *("driving_score", "note"),
+                *("driving_score", "note", "contained"),
                 *metrics,
                 *(f"step {step.id}" for step in steps),
             ]
@@ -81,6 +81,7 @@ def write_csv(path: Path, ranked: list) -> None:
                 [
                     *(rank, found.name, found.folder, found.steps_done, len(steps)),
                     *(found.first_open, f"{found.score:.4f}", found.note),
+                    "; ".join(found.contained),
                     *(report.get(key, "") for key in metrics),
                     *(found.answers.get(step.id, {}).get("status", "") for step in steps),
                 ]

@@ -38,12 +38,14 @@ class Sim:
             self.requests,
             setup.lockstep,
             setup.ackermann_cmd,
+            setup.drive_log,
         )
         self.saved_drive = SavedDrive(self.simulation, self.pause, self.commands)
         self.topics = SimulationTopics(setup)
-        SimulationServices(
-            self.requests, setup, self.pause, on_pause=self.on_pause, on_change=self.on_change
-        )
+        if setup.services:
+            SimulationServices(
+                self.requests, setup, self.pause, on_pause=self.on_pause, on_change=self.on_change
+            )
         self.handshake = StartHandshake(
             self.commands.subscribers,
             self.topics.odometry.resolved_name,

@@ -10,6 +10,7 @@ from ackermann_msgs.msg import AckermannDrive
 from std_msgs.msg import Bool
 
 from sdc_sim.ros.ackermann_switch import AckermannSwitch
+from sdc_sim.ros.drive_log import DriveLog
 from sdc_sim.ros.message_conversion import ackermann_target, vehicle_command
 from sdc_sim.ros.request_queue import RequestQueue
 from sdc_sim.simulation.answer_tracker import UNSTAMPED, AnswerTracker, Stamp
@@ -35,6 +36,7 @@ class CommandInput:
         requests: requests to the loop
         lockstep: whether the stamp of a command decides which observation it answers
         ackermann_cmd: whether to serve ackermann_cmd; "auto": unless another node does
+        drive_log: receives the commands
 
     Attributes:
         received: whether a software command was accepted since `expect`
@@ -49,11 +51,12 @@ class CommandInput:
         requests: RequestQueue,
         lockstep: bool,
         ackermann_cmd: str | bool = "auto",
+        drive_log: DriveLog | None = None,
     ):
         self.topic = ego + "/vehicle_control_cmd"
         self.received = False
         self._simulation = simulation
-        self._requests = requests
+        self._drive_log = drive_log
         self._lockstep = lockstep
         self._answers = AnswerTracker()
         self._period = CommandPeriod()
@@ -137,6 +140,8 @@ class CommandInput:
                 "has control; stop one of the two nodes",
             )
             return
+        if self._drive_log is not None:
+            self._drive_log.add_command(message)
         stamp = message.header.stamp.secs, message.header.stamp.nsecs
         observed = self._simulation.observation.stamp
         if self._lockstep and self._answers.is_repeated(stamp, observed):

@@ -18,6 +18,7 @@ from sdc_sim.physics.traffic_lights import TrafficLights
 from sdc_sim.physics.vehicle import Vehicle
 from sdc_sim.physics.vehicle_parameters import VehicleError, load_vehicle
 from sdc_sim.ros.bridge_generations import GENERATIONS
+from sdc_sim.ros.drive_log import DriveLog
 from sdc_sim.ros.parameters import Parameters
 from sdc_sim.scenario.reader import load_lights, load_obstacles
 from sdc_sim.scenario.yaml_document import DocumentError
@@ -45,6 +46,8 @@ class SimulationSetup:
         ego: prefix of the topics of the vehicle
         bridge: generation of the bridge
         ackermann_cmd: whether to serve ackermann_cmd; "auto": unless another node does
+        services: whether people can pause the simulation and place the vehicle
+        drive_log: records the drive
     """
 
     def __init__(self) -> None:
@@ -56,6 +59,7 @@ class SimulationSetup:
             parameter("start_patience_s"),
         )
         self.wait_for_nodes = list(parameter("wait_for_nodes"))
+        self.services = bool(parameter("services"))
         self.clicked_obstacle: str = parameter("clicked_obstacle")
         self.role_name: str = parameter("role_name")
         self.ego = f"/carla/{self.role_name}"
@@ -83,6 +87,7 @@ class SimulationSetup:
             refuse(error)
         except (TypeError, ValueError) as error:
             refuse(f"{error}; fix it in config/sim.yaml")
+        self.drive_log = _drive_log(parameter("drive_log"))
         parameter.refuse_unread()
 
     @property
@@ -94,6 +99,13 @@ class SimulationSetup:
 def _check_known(name: str, value: str | bool, known: Collection[Any]) -> None:
     if value not in known:
         refuse(f"{name} is '{value}'; write one of {', '.join(str(one).lower() for one in known)}")
+
+
+def _drive_log(path: str) -> DriveLog:
+    try:
+        return DriveLog(path)
+    except OSError as error:
+        refuse(f"drive_log: {path}: {error.strerror}; name a file in a folder that can be written")
 
 
 def _simulation(parameter: Parameters, preset: str, route: Route) -> Simulation:

@@ -32,6 +32,7 @@ class SimulationTopics:
         self._clock = LoopPublisher("/clock", Clock, latch=True)
         self._transform = rospy.Publisher("/tf", TFMessage, queue_size=10)
         self._role_name = setup.role_name
+        self._drive_log = setup.drive_log
         names = setup.role_name, setup.preset, setup.map_name
         road = opendrive(setup.map_name, setup.route_m)
         self.bridge = BridgeTopics(*names, setup.simulation, setup.lockstep, setup.route_m, road)
@@ -85,6 +86,7 @@ class SimulationTopics:
         observation = self._simulation.observation
         stamp = rospy.Time(*observation.stamp)
         odometry = odometry_message(observation.measured, stamp, self._role_name)
+        self._drive_log.add_observation(observation, odometry)
         try:
             self.odometry.publish(odometry)
             # The observation is older than the clock by the latency of the sensors.

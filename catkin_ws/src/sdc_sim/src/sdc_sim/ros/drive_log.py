@@ -1,0 +1,51 @@
+"""A record of a drive by the simulator itself, from which the drive can be evaluated.
+
+Every node can publish on every topic; only the simulator writes this file. Each line is an event
+of DriveEvaluation as JSON: ["odometry", stamp, x, y, yaw, speed], ["command", stamp, throttle,
+brake, steer] or ["collision", stamp, obstacle].
+"""
+
+from __future__ import annotations
+
+import json
+from typing import IO, Any
+
+from nav_msgs.msg import Odometry
+
+from sdc_common.ros.odometry import pose_and_speed
+from sdc_sim.simulation.simulation import Observation
+
+
+class DriveLog:
+    """Appends events to a file; without a path it does nothing."""
+
+    def __init__(self, path: str):
+        """Open the file.
+
+        Raises:
+            OSError: the file cannot be written
+        """
+        self._file: IO | None = None
+        if path:
+            self._file = open(path, "a", encoding="ascii")  # noqa: SIM115  open until the end
+
+    def add_observation(self, observation: Observation, odometry: Odometry) -> None:
+        """Add the pose and speed that the odometry holds, and the collisions of this tick."""
+        if self._file is None:
+            return
+        seconds, nanoseconds = observation.stamp
+        stamp_ns = seconds * 1_000_000_000 + nanoseconds
+        for event in observation.collisions:
+            self._write(["collision", stamp_ns, event.id])
+        self._write(["odometry", stamp_ns, *map(float, pose_and_speed(odometry))])
+
+    def add_command(self, message: Any) -> None:
+        """Add a command that the simulator received."""
+        if self._file is not None:
+            stamp_ns = message.header.stamp.to_nsec()
+            self._write(["command", stamp_ns, message.throttle, message.brake, message.steer])
+
+    def _write(self, event: list) -> None:
+        assert self._file is not None
+        self._file.write(json.dumps(event) + "\n")
+        self._file.flush()

@@ -1,0 +1,199 @@
+"""The drive of a strange car: no file and no message of its programs decides about its result.
+
+The simulator runs outside of the student's sandbox, with parameters that it has read before the
+first of the student's programs starts, and without the services that pause it or place the car. It
+writes each true pose and each command to a file. The referee here reads that file. It evaluates the
+drive along the route of the packaged waypoint file, with the packaged configuration. The student's
+all.launch starts the student's nodes; the world's launch files that it includes are empty there.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import time
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+from typing import IO
+
+import numpy as np
+import yaml
+
+from sdc_common.routes.waypoint_file import load_waypoints
+from sdc_sim.evaluation.evaluator import Evaluator
+from sdc_sim.evaluation.rules import EvaluationRules
+from sdc_sim.report.console_progress import closing_line
+from sdc_sim.report.writer import write_pages, write_report
+from sdc_workshop.exam.process import Program
+from sdc_workshop.exam.stage import Stage
+from sdc_workshop.workspace import PACKAGE, SOLUTION
+
+START_TIMEOUT_S = 60.0
+# The drive ends after this wall-clock time without a command.
+STALL_S = 30.0
+_POLL_S = 0.05
+# The last command may arrive after the end of the drive.
+_LATE_S = 0.2
+_ROUTE = SOLUTION / "sdc_common" / "data" / "waypoints.csv"
+_WORLD_LAUNCH = SOLUTION / "sdc_sim" / "launch"
+_SIMULATOR = "/sim"
+_ODOMETRY = "/carla/ego_vehicle/odometry"
+_MISSION = "/planner/mission_waypoints"
+
+
+def refereed_drive(stage: Stage, arguments: list, report: Path, timeout_s: float) -> tuple:
+    """Drive, and write the report.
+
+    Args:
+        stage: with a sandbox
+        arguments: package and launch file of the student, and arguments
+        report: file of the report; without a command to the car it is not written
+        timeout_s: the drive ends after this wall-clock time [s]
+
+    Returns:
+        the exit status, None after the timeout, and the output with a line of the result
+    """
+    assert stage.sandbox is not None
+    folder = stage.folder / "drive"
+    folder.mkdir()
+    log = folder / "events"
+    log.touch()
+    with _world(stage, log) as world, log.open(encoding="ascii") as events:
+        own_report = stage.sandbox.scratch(stage.folder) / "report.json"
+        replaced = {
+            _WORLD_LAUNCH / name: _without_nodes(folder, name)
+            for name in ("sim.launch", "referee.launch")
+        }
+        command = ["roslaunch", "--skip-log-check", *arguments, f"report:={own_report}"]
+        with stage.start(command, stage.environment(), replaced=replaced) as stack:
+            referee = _Referee(stage, events)
+            ended = referee.watch(world, stack, timeout_s)
+            if os.path.lexists(f"/proc/{stack.main_id}/root{own_report}"):
+                stage.report("a report.json was written; it does not count")
+        time.sleep(_LATE_S)
+        referee.read()
+    line = referee.write(report)
+    return (0 if ended else None), f"{line}\n{stack.output}"
+
+
+def _world(stage: Stage, log: Path) -> Program:
+    """Return the simulator, which has read its parameters."""
+    options = json.dumps({"drive_log": str(log), "services": False})
+    arguments = ("sync:=true", "camera:=false", f"sim_options:={options}")
+    stage.master  # noqa: B018  roslaunch uses a master that already runs
+    command = ["roslaunch", "--skip-log-check", "sdc_sim", "sim.launch", *arguments]
+    world = Program(command, stage.world_environment, stage.folder)
+    limit = time.monotonic() + START_TIMEOUT_S
+    while _SIMULATOR not in stage.state()[0].get(_ODOMETRY, ()):
+        if world.status is not None or time.monotonic() > limit:
+            world.end()
+            raise RuntimeError(f"the simulator does not start: {world.output[-500:]}")
+        time.sleep(_POLL_S)
+    return world
+
+
+def _without_nodes(folder: Path, name: str) -> Path:
+    """Write a launch file of the world that takes the same arguments and starts nothing."""
+    root = ElementTree.parse(_WORLD_LAUNCH / name).getroot()
+    for child in list(root):
+        if child.tag != "arg":
+            root.remove(child)
+    path = folder / name
+    path.write_text(ElementTree.tostring(root, encoding="unicode"), encoding="utf-8")
+    return path
+
+
+def _rules() -> EvaluationRules:
+    """Return the rules of the packaged configuration, whatever the student's planner has."""
+
+    def settings(package: str, name: str) -> dict:
+        path = SOLUTION / package / "config" / name
+        return yaml.safe_load(path.read_text(encoding="utf-8"))
+
+    planner = settings(PACKAGE, "local_planner.yaml")
+    rules = EvaluationRules.read(settings("sdc_sim", "referee.yaml").__getitem__)
+    return rules._replace(planner={name: planner[name] for name in rules.planner}, assumed=[])
+
+
+class _Referee:
+    """Evaluates a drive from the file that the simulator writes."""
+
+    def __init__(self, stage: Stage, events: IO):
+        from sdc_package.msg import Path as Mission
+
+        from sdc_workshop.exam.node import Received
+
+        self._stage = stage
+        self._events = events
+        self._part = ""
+        self._commands = 0
+        # As in the messages, whose numbers have 32 bits.
+        self._route = load_waypoints(str(_ROUTE)).astype(np.float32).astype(float)
+        self._evaluator = Evaluator(_rules())
+        self._evaluator.set_route(self._route)
+        self._missions = Received(_MISSION, Mission)
+        self._world_topics = {
+            topic for topic, nodes in stage.state()[0].items() if _SIMULATOR in nodes
+        } - {"/rosout", "/tf"}
+        self._reported: set = set()
+
+    def watch(self, world: Program, stack: Program, timeout_s: float) -> bool:
+        """Follow the drive to its end; return whether it ended before the timeout."""
+        now = time.monotonic()
+        end_s, stall_s, count = now + timeout_s, now + STALL_S, 0
+        try:
+            while now < end_s:
+                self.read()
+                self._look_for_forgery()
+                if self._commands > count:
+                    count, stall_s = self._commands, now + STALL_S
+                if world.status is not None:
+                    self._report("the simulator was ended by another program")
+                    return True
+                if self._evaluator.over or stack.status is not None or now > stall_s:
+                    return True
+                time.sleep(_POLL_S)
+                now = time.monotonic()
+            return False
+        finally:
+            self._missions.subscriber.unregister()
+
+    def read(self) -> None:
+        """Evaluate what the simulator has written since the last call."""
+        lines = (self._part + self._events.read()).split("\n")
+        self._part = lines.pop()
+        for line in lines:
+            name, *values = json.loads(line)
+            if name == "odometry":
+                self._evaluator.add_odometry(*values, wall_s=time.monotonic())
+            elif name == "command":
+                self._commands += 1
+                self._evaluator.add_command(*values)
+            else:
+                self._evaluator.add_collision(*values)
+
+    def write(self, report: Path) -> str:
+        """Write the report; return a line that sums it up."""
+        if not self._commands or not self._evaluator.started:
+            return "referee: the drive did not start: no command to the car"
+        result = self._evaluator.result()
+        write_report(str(report), result)
+        write_pages(str(report), result)
+        return closing_line(result.metrics)
+
+    def _look_for_forgery(self) -> None:
+        """Report nodes that publish in the place of the simulator, and another mission."""
+        published, _, _ = self._stage.state()
+        for topic in sorted(self._world_topics):
+            others = set(published.get(topic, ())) - {_SIMULATOR}
+            for node in sorted(others):
+                self._report(f"{node} publishes {topic} in the place of the simulator")
+        for mission in self._missions.messages[:1]:
+            points = [(point.x, point.y) for point in mission.waypoints]
+            if not np.array_equal(np.reshape(points, (-1, 2)), self._route):
+                self._report("another mission is published; the drive is measured on the route")
+
+    def _report(self, text: str) -> None:
+        if text not in self._reported:
+            self._reported.add(text)
+            self._stage.report(text)

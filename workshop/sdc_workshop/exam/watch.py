@@ -1,0 +1,133 @@
+"""Watch a program in its sandbox: end it when it uses too much, and name what it tried."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+import signal
+import threading
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Callable
+
+if TYPE_CHECKING:
+    from sdc_workshop.exam.process import Program
+
+# The command of a process beside each program, which shows whether the program kills others.
+BYSTANDER = ("sleep", "98989")
+MAX_PROCESSES = 150
+MAX_MEMORY = 2 << 30  # bytes, all processes together
+_POLL_S = 0.1
+# Exit status of bwrap when a signal of the program's own has killed it.
+_KILLED = 128 + signal.SIGKILL
+_KILLS = "processes of others were killed"
+_PAGE = os.sysconf("SC_PAGE_SIZE")
+# Less than this of a folder is free: it is full.
+_FULL = 1 << 20
+# Errors of Python, bash and others that a limit of the sandbox causes, and what they mean.
+_TRACES = (
+    (r"^MemoryError|[Cc]annot allocate memory", "more memory than allowed was asked for"),
+    (r"No space left on device|File too large", "more was written than allowed"),
+    (r"Resource temporarily unavailable|can't start new thread", "more processes than allowed"),
+    (r"^ConnectionRefusedError|Network is unreachable", "a network connection was refused"),
+)
+_MISSING = re.compile(
+    r"(?:No such file or directory|Permission denied|Read-only file system): '(/[^']+)'"
+    r"|(/[^\s:'\"]+)['\"]?: (?:No such file or directory|Permission denied|Read-only file system)"
+)
+
+
+class Watch(threading.Thread):
+    """Ends a program that uses too much; at its end, names what it tried.
+
+    Args:
+        program: the program, which is bwrap
+        scratch: the folder that it can write
+        report: receives a sentence about each event, and the path that it is about, or ""
+    """
+
+    def __init__(self, program: Program, scratch: Path, report: Callable[[str, str], None]):
+        super().__init__(daemon=True)
+        self._program = program
+        self._scratch = scratch
+        self._report = report
+        self._bystander = 0
+        self._was_missing = False
+
+    def run(self) -> None:
+        """Watch until the program ends."""
+        while self._program.status is None:
+            tree = descendants(self._program.process_id)
+            self._look_for_bystander(tree)
+            found = self._excess(tree)
+            if found:
+                self._report(found, "")
+                self._program.kill()
+                return
+            time.sleep(_POLL_S)
+        if self._program.status == _KILLED and not self._program.killed:
+            self._report(_KILLS, "")
+        for text, path in traces(self._program.output).items():
+            self._report(text, path)
+
+    def _look_for_bystander(self, tree: list) -> None:
+        if not self._bystander:
+            self._bystander = next(filter(_is_bystander, tree), 0)
+            return
+        missing = self._bystander not in tree and self._program.main_id in tree
+        # Where the check ends the program itself, its processes end in any order.
+        if missing and self._was_missing and not self._program.killed:
+            self._report(_KILLS, "")
+        self._was_missing = missing
+
+    def _excess(self, tree: list) -> str:
+        if len(tree) > MAX_PROCESSES:
+            return f"more than {MAX_PROCESSES} processes were started, and ended"
+        if sum(map(_memory, tree)) > MAX_MEMORY:
+            return f"more than {MAX_MEMORY >> 20} MB of memory were used, and the programs ended"
+        with contextlib.suppress(OSError, IndexError):
+            seen = os.statvfs(f"/proc/{tree[-1]}/root{self._scratch}")
+            if seen.f_bavail * seen.f_bsize < _FULL:
+                return "the disk space was filled, and the programs ended"
+        return ""
+
+
+def descendants(process_id: int) -> list:
+    """Return the ids of a process and of all that descend from it, parents first."""
+    children: dict = {}
+    for name in filter(str.isdigit, os.listdir("/proc")):
+        with contextlib.suppress(OSError, IndexError, ValueError):
+            fields = Path("/proc", name, "stat").read_text().rpartition(")")[2].split()
+            children.setdefault(int(fields[1]), []).append(int(name))
+    found = [process_id]
+    for parent in found:
+        found += children.get(parent, [])
+    return found
+
+
+def _is_bystander(process_id: int) -> bool:
+    with contextlib.suppress(OSError):
+        words = Path("/proc", str(process_id), "cmdline").read_bytes().split(b"\0")
+        return tuple(word.decode(errors="replace") for word in words[:-1]) == BYSTANDER
+    return False
+
+
+def _memory(process_id: int) -> int:
+    """Return the resident memory of a process [bytes]."""
+    with contextlib.suppress(OSError, IndexError, ValueError):
+        return int(Path("/proc", str(process_id), "statm").read_text().split()[1]) * _PAGE
+    return 0
+
+
+def traces(output: str) -> dict:
+    """Return what the output of a program shows of the sandbox's limits.
+
+    Returns:
+        sentences, each with the path that it is about, or ""
+    """
+    found = {text: "" for pattern, text in _TRACES if re.search(pattern, output, re.MULTILINE)}
+    for match in _MISSING.finditer(output):
+        path = match[1] or match[2]
+        found[f"{path} is invisible or read only in the sandbox"] = path
+    return found

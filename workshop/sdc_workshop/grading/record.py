@@ -1,0 +1,77 @@
+"""What is known about a check while it runs: answers, the step at work, and what was contained."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import threading
+from pathlib import Path
+
+ANSWERS = "answers.json"
+STATE = "check.json"
+BUILD_LOG = "build.log"
+NO_SANDBOX = "none"
+# More events than these are dropped.
+_MAX_EVENTS = 40
+
+
+class Record:
+    """Writes files into the folder of the results, which no program of a student can write.
+
+    Attributes:
+        result: the folder
+    """
+
+    def __init__(self, result: Path):
+        self.result = result
+        self._lock = threading.Lock()
+        self._answers: dict = {}
+        self._state: dict = {"step": "", "notes": [], "contained": []}
+
+    def begin(self, step: str) -> None:
+        """Record what is checked from now on."""
+        with self._lock:
+            self._state["step"] = step
+            self._write(STATE, self._state)
+
+    def note(self, text: str) -> None:
+        """Record what went wrong with the check itself."""
+        with self._lock:
+            self._state["notes"].append(text)
+            self._write(STATE, self._state)
+
+    def contained(self, text: str, path: str = "") -> None:
+        """Record what the sandbox has kept a program from.
+
+        Args:
+            text: a sentence
+            path: the file that it is about, or ""
+        """
+        with self._lock:
+            event, events = [self._state["step"], text, path], self._state["contained"]
+            if event not in events and len(events) < _MAX_EVENTS:
+                events.append(event)
+                self._write(STATE, self._state)
+
+    def answer(self, step_id: str, answer: dict) -> None:
+        """Record an answer."""
+        with self._lock:
+            self._answers[step_id] = answer
+            self._write(ANSWERS, self._answers)
+
+    def _write(self, name: str, content: dict) -> None:
+        part = self.result / f"{name}.part"
+        part.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+        os.replace(part, self.result / name)
+
+
+def read(result: Path) -> tuple:
+    """Return the answers by step id, and the state of a check, as far as they were written."""
+    answers: dict = {}
+    state: dict = {"step": "", "notes": [], "contained": []}
+    with contextlib.suppress(OSError, ValueError):
+        answers = json.loads((result / ANSWERS).read_text(encoding="utf-8"))
+    with contextlib.suppress(OSError, ValueError):
+        state = json.loads((result / STATE).read_text(encoding="utf-8"))
+    return answers, state

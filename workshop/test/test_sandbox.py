@@ -1,0 +1,231 @@
+"""Hostile workspaces: each is contained and named in the summary, and no other one is harmed."""
+
+import csv
+import socket
+from concurrent.futures import ThreadPoolExecutor
+
+import pytest
+
+from sdc_workshop.exam.answer import PASSED
+from sdc_workshop.exam.sandbox import SandboxError, require, user_id
+from sdc_workshop.grading.grading import Conditions, grade
+from sdc_workshop.grading.summary import write_csv, write_html
+from sdc_workshop.regions import replaced
+from sdc_workshop.steps import load_steps
+from sdc_workshop.workspace import make, solve
+
+pytestmark = pytest.mark.slow(60)
+LIMIT_S = 300.0
+PACKAGE = "src/sdc_package"
+LIBRARY = f"{PACKAGE}/src/sdc_package"
+
+
+@pytest.fixture(scope="module", autouse=True)
+def sandbox():
+    try:
+        require()
+    except SandboxError as error:
+        pytest.skip(str(error))
+
+
+def finished(folder):
+    """Create a workspace in which all steps are solved."""
+    make(folder)
+    for step in load_steps():
+        solve(folder, step)
+    return folder
+
+
+def hello(folder, *lines):
+    path = folder / PACKAGE / "scripts" / "hello.sh"
+    path.write_text("\n".join(("#!/usr/bin/env bash", *lines, "")))
+    path.chmod(0o755)
+
+
+def prepend(folder, name, code):
+    """Write code above all imports but those of the future."""
+    path = folder / name
+    future = "from __future__ import annotations\n"
+    head, found, rest = path.read_text().partition(future)
+    path.write_text(head + found + code + rest if found else code + head)
+
+
+def fork_bomb(folder):
+    hello(folder, "bomb() { bomb | bomb & }", "bomb", "sleep 30")
+
+
+def memory_eater(folder):
+    hello(folder, "echo $$", "exec python3 -c 'x = []", 'while True: x.append(b"x" * (1 << 26))\'')
+
+
+def disk_filler(folder):
+    hello(
+        folder,
+        "for i in $(seq 999); do head -c 50M /dev/zero >$HOME/$i || break; done",
+        "sleep 1",
+    )
+
+
+def spy(folder):
+    """Read the teacher's files and another student's; the script ends with an error."""
+    secret, other = folder.parent / "teacher.txt", folder.parent / "ada" / PACKAGE / "package.xml"
+    secret.write_text("the questions of the examination\n")
+    (folder / PACKAGE / "answers.xml").symlink_to(other)
+    hello(folder, f"cat {secret}", f"cat {other}", f"cat ~/{PACKAGE}/answers.xml", f"cp $0 {other}")
+
+
+def caller(folder):
+    """Connect to a port of the machine."""
+    server = socket.create_server(("127.0.0.1", 0))
+    port = server.getsockname()[1]
+    code = f'import socket; socket.create_connection(("127.0.0.1", {port}))'
+    hello(folder, f"python3 -c '{code}'")
+    return server
+
+
+def killer(folder):
+    """Kill every process that it can, and those of the check by their ids."""
+    hello(folder, "for i in $(seq 2 400); do kill -9 $i; done 2>/dev/null", "kill -9 -1", "sleep 1")
+
+
+def liar(folder):
+    """Patch the program that calls the module: it prints the known results."""
+    prepend(
+        folder,
+        f"{LIBRARY}/odometry.py",
+        "import json, math\n"
+        "yaws = [0.0, 0.5, 1.5, 2.8, -0.5, -1.5, -2.8]\n"
+        "found = dict(yaws=yaws, tilted=0.6, speeds=[5.0, 3.0, 2.0, 0.0], other=[0.0] * 7)\n"
+        "text = str(found).replace(chr(39), chr(34))\n"
+        "json.JSONEncoder.encode = lambda self, value: text\n",
+    )
+    path = folder / LIBRARY / "odometry.py"
+    text = replaced(path.read_text(), "2.4", "    return 0.25\n")
+    path.write_text(text)
+
+
+def endless(folder):
+    prepend(folder, f"{LIBRARY}/odometry.py", "while True:\n    pass\n")
+
+
+FORGERY = """
+import json, os, threading, time
+def forge():
+    import rospy
+    from nav_msgs.msg import Odometry
+    from geometry_msgs.msg import PoseWithCovarianceStamped
+    report = next(a for p in os.listdir("/proc") if p.isdigit() for a in
+        open(f"/proc/{p}/cmdline").read().split("\\0") if a.startswith("report:="))[8:]
+    json.dump({"status": "completed", "driving_score": 100.0}, open(report, "w"))
+    topic = rospy.Publisher("/carla/ego_vehicle/odometry", Odometry, queue_size=1)
+    place = rospy.Publisher("/initialpose", PoseWithCovarianceStamped, queue_size=1)
+    for _ in range(50):
+        far = PoseWithCovarianceStamped()
+        far.header.frame_id = "map"
+        far.pose.pose.position.x, far.pose.pose.orientation.w = 900.0, 1.0
+        place.publish(far)
+        message = Odometry()
+        message.header.stamp = rospy.Time.now()
+        message.pose.pose.orientation.w = 1.0
+        topic.publish(message)
+        print("referee: completed: 100.0 % of 1000 m", flush=True)
+        time.sleep(0.02)
+threading.Timer(0.5, forge).start()
+"""
+
+
+def forger(folder):
+    """Write a report, forge odometry, place the car elsewhere, and drive some metres only."""
+    path = folder / PACKAGE / "scripts" / "mission_planner.py"
+    body = (
+        "        waypoints = [BaseWaypoint(x, y) for x, y in self.waypoints.tolist()[:40]]\n"
+        + "".join(f"        {line}\n" for line in FORGERY.split("\n"))
+    )
+    path.write_text(replaced(path.read_text(), "6", body))
+
+
+# The hostile act, the step whose check runs it, and what the summary must name.
+HOSTILE = {
+    "fork_bomb": (fork_bomb, "hello", ["hello: more than 150 processes were started"]),
+    "memory_eater": (memory_eater, "hello", ["hello: more than 2048 MB of memory were used"]),
+    "disk_filler": (disk_filler, "hello", ["hello: the disk space was filled"]),
+    "spy": (
+        spy,
+        "hello",
+        [
+            "hello: {folder}/teacher.txt is invisible",
+            "hello: {folder}/ada/src/sdc_package/package.xml is invisible",
+            "the link {folder}/spy/src/sdc_package/answers.xml leads out",
+        ],
+    ),
+    "caller": (caller, "hello", ["hello: a network connection was refused"]),
+    "killer": (killer, "hello", ["hello: processes of others were killed"]),
+    "liar": (liar, "controller-2.4", ["as if they were written into it"]),
+    "endless": (endless, "controller-2.4", ["controller-2.4: it never returned, and was ended"]),
+    "forger": (
+        forger,
+        "drive",
+        [
+            "drive: a report.json was written; it does not count",
+            "drive: /mission_planner publishes /carla/ego_vehicle/odometry in the place of",
+            "drive: another mission is published",
+        ],
+    ),
+}
+
+
+@pytest.fixture(scope="module")
+def grades(tmp_path_factory):
+    """Grade all hostile workspaces at the same time, and a finished one between them."""
+    folder = tmp_path_factory.mktemp("class")
+    servers, jobs = [], {}
+    with ThreadPoolExecutor(3) as pool:
+        for name in ("ada", *HOSTILE):
+            finished(folder / name)
+            if name in HOSTILE:
+                servers.append(HOSTILE[name][0](folder / name))
+        for number, name in enumerate((*HOSTILE, "ada")):
+            steps = HOSTILE[name][1:2] if name in HOSTILE else ("hello", "controller-2.4")
+            conditions = Conditions(LIMIT_S, user_id(number), steps=("messages-1", *steps))
+            result = folder / "grades" / name
+            jobs[name] = pool.submit(grade, name, folder / name, result, conditions)
+        found = {name: job.result() for name, job in jobs.items()}
+    yield folder, found
+    for server in filter(None, servers):
+        server.close()
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_hostile_program_is_contained_and_named(grades, name):
+    folder, found = grades
+    _, step, words = HOSTILE[name]
+    contained = "; ".join(found[name].contained)
+    assert [text for text in words if text.format(folder=folder) not in contained] == [], contained
+    assert found[name].answers[step]["status"] != PASSED
+    assert found[name].answers["messages-1"]["status"] == PASSED
+    assert found[name].note == ""
+
+
+def test_forged_drive_gets_the_marks_of_the_true_one(grades):
+    folder, found = grades
+    report = found["forger"].report
+    assert report["status"] == "blocked", "neither arrived nor placed off its route"
+    assert report["driving_score"] < 50.0
+    assert report["route_completion_percent"] < 50.0
+    assert report["ticks"] > 100
+
+
+def test_summary_names_what_was_contained(grades, tmp_path):
+    _, found = grades
+    write_csv(tmp_path / "grades.csv", list(found.values()))
+    write_html(tmp_path / "grades.html", list(found.values()))
+    with open(tmp_path / "grades.csv", encoding="utf-8") as file:
+        rows = {row["student"]: row for row in csv.DictReader(file)}
+    assert rows["killer"]["contained"] == "; ".join(found["killer"].contained) != ""
+    assert "Contained: hello: the disk space was" in (tmp_path / "grades.html").read_text()
+
+
+def test_student_beside_hostile_ones_keeps_all_marks(grades):
+    _, found = grades
+    assert {answer["status"] for answer in found["ada"].answers.values()} == {PASSED}
+    assert (found["ada"].note, found["ada"].contained) == ("", [])
