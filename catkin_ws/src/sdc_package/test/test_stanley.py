@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from sdc_common.geometry.polyline import Polyline
 from sdc_package.local_path import ReferencePath
 from sdc_package.steering.axles import Axles, front_axle_path, rear_axle_path
+from sdc_package.steering.loader import load_steering
 from sdc_package.steering.stanley import StanleySteering, stanley_angle
 from sdc_package.steering.stanley_compensated import CompensatedStanleySteering
 
@@ -46,6 +47,32 @@ def test_law_has_the_value_of_the_formula():
     assert stanley_angle(0.1, 0.5, 4.0, 2.0, 1.0) == pytest.approx(0.1 - math.atan(2.0 * 0.5 / 5.0))
     assert stanley_angle(0.1, 0.5, 4.0, 2.0) == pytest.approx(0.1 - math.atan(2.0 * 0.5 / 4.0))
     assert stanley_angle(0.0, 0.5, -4.0, 2.0, 1.0) == stanley_angle(0.0, 0.5, 4.0, 2.0, 1.0)
+
+
+@pytest.mark.parametrize("k", [0.4, 2.5, 6.0])
+def test_gain_decides_how_hard_the_car_steers_back(k):
+    expected = -math.atan(k * 0.5 / (4.0 + 1.0))
+    assert stanley_angle(0.0, 0.5, 4.0, k, 1.0) == pytest.approx(expected)
+    path = path_of([(float(i), 0.0, 4.0) for i in range(30)])
+    parameters = {"k": k, "softening_mps": 1.0}
+    for method in (
+        StanleySteering(AXLES, **parameters),
+        CompensatedStanleySteering(AXLES, **parameters, preview_s=0.0),
+        load_steering("stanley", parameters, AXLES),
+        load_steering("stanley_compensated", {**parameters, "preview_s": 0.0}, AXLES),
+    ):
+        assert method.wheel_angle(path, 5.0, 0.5, 0.0, 4.0) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("softening_mps", [0.0, 3.0])
+def test_softening_is_added_to_the_speed(softening_mps):
+    path = path_of([(float(i), 0.0, 4.0) for i in range(30)])
+    for method in (
+        StanleySteering(AXLES, 2.0, softening_mps),
+        CompensatedStanleySteering(AXLES, 2.0, softening_mps, 0.0),
+    ):
+        expected = -math.atan(2.0 * 0.5 / (4.0 + softening_mps))
+        assert method.wheel_angle(path, 5.0, 0.5, 0.0, 4.0) == pytest.approx(expected)
 
 
 @given(st.floats(-1.5, 1.5), st.floats(-5.0, 5.0), st.floats(0.0, 30.0))
