@@ -134,6 +134,22 @@ def test_compensated_method_adds_the_wheel_angle_of_the_slip():
     assert wheel == pytest.approx(2.87 / radius + (0.008 - 0.006) * acceleration, abs=0.002)
 
 
+def test_slip_does_not_depend_on_the_distance_of_the_points():
+    soft = Axles(front_m=1.435, rear_m=1.435, front_compliance=0.008, rear_compliance=0.006)
+    coarse, along = arc(40.0), 15.0 / 40.0
+    fine = [
+        (40.0 * math.sin(s / 160.0), 40.0 * (1.0 - math.cos(s / 160.0)), 5.0) for s in range(120)
+    ]
+    x, y = 40.0 * math.sin(along), 40.0 * (1.0 - math.cos(along))
+    first, second = (
+        CompensatedStanleySteering(soft, **GAINS, preview_s=0.0).wheel_angle(
+            path_of(rows), x, y, along, 10.0
+        )
+        for rows in (coarse, fine)
+    )
+    assert first == pytest.approx(second, abs=0.002)
+
+
 def test_compensated_method_predicts_the_pose():
     bend = [(float(i), 0.0, 5.0) for i in range(10)] + [
         (9.0 + x, y, 5.0) for x, y, _ in arc(8.0)[1:]
