@@ -14,7 +14,7 @@ from sdc_workshop.exam import sandbox
 from sdc_workshop.exam.sandbox import SandboxError, require
 from sdc_workshop.grading import grade as command
 from sdc_workshop.grading.copying import CopyError, copy_workspace
-from sdc_workshop.grading.grade import names, workspaces
+from sdc_workshop.grading.grade import line, names, workspaces
 from sdc_workshop.grading.grading import Conditions, Grade, grade
 from sdc_workshop.grading.summary import leaderboard, write_csv, write_html
 from sdc_workshop.steps import find_step, load_steps
@@ -250,6 +250,22 @@ def test_summary_in_a_students_folder_is_refused(tmp_path):
     )
     assert (done.returncode, done.stdout.count("\n")) == (2, 1)
     assert "a student's folder" in done.stdout
+
+
+def test_only_steps_that_passed_count_as_done(tmp_path):
+    statuses = dict(zip((step.id for step in load_steps()), ("passed", "unfinished", "waiting")))
+    answers = {name: {"status": status} for name, status in statuses.items()}
+    found = Grade("eve", tmp_path, {**answers, "drive": {"status": "wrong"}}, {})
+    assert found.steps_done == 1
+    assert found.first_open == "drive"
+    assert line(found, len(load_steps())).startswith(f"grade: eve: 1 of {len(load_steps())} steps")
+    write_csv(tmp_path / "grades.csv", [found])
+    (row,) = csv.DictReader((tmp_path / "grades.csv").open(encoding="utf-8"))
+    assert (row["steps_done"], row["steps"]) == ("1", str(len(load_steps())))
+    assert {row[f"step {name}"] for name, status in statuses.items() if status != "passed"} == {
+        "unfinished",
+        "waiting",
+    }
 
 
 def test_leaderboard_is_sorted_and_names_are_escaped(tmp_path):

@@ -29,6 +29,7 @@ def on_exact_road(course, method, speed_mps):
         ("highway", 25.0, Recording(5.0, noise_m=0.05, worst_m=0.25)),
         ("streets", 10.0, Recording(1.0, rounding_m=0.1)),
         ("streets", 15.0, Recording(3.5)),
+        ("streets", 15.0, Recording(5.0, rounding_m=0.1)),
     ],
 )
 def test_recorded_road_is_driven_like_the_exact_one(course, speed_mps, recording, method):

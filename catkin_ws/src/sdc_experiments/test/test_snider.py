@@ -1,6 +1,7 @@
 """Test the comparison in a short form: its courses, and how errors grow and rank."""
 
 import math
+from pathlib import Path
 
 import pytest
 
@@ -11,6 +12,7 @@ from sdc_experiments.snider.study import (
     PAPER_M,
     SPEEDS_MPS,
     UNDERSTEER,
+    UNDERSTEERING,
     all_drives,
     drive,
     snider_car,
@@ -19,6 +21,8 @@ from sdc_experiments.snider.study import (
 
 pytestmark = pytest.mark.slow(10)
 
+DOCS = Path(__file__).resolve().parents[4] / "docs"
+STORED = report.from_json((DOCS / "controllers.json").read_text(encoding="utf-8"))
 COURSES = {course.name: course for course in (lane_change(), figure_eight(), road_course())}
 PAPER = list(PAPER_M["figure-eight"])
 TEXTBOOK, COMPENSATED = own_name("stanley"), own_name("stanley_compensated")
@@ -31,6 +35,22 @@ def peaks():
     eight = all_drives(car, [COURSES["figure-eight"]], (10.0, 20.0))
     change = all_drives(car, [COURSES["lane change"]], (10.0, 15.0))
     return {key[1:]: trace for key, trace in {**eight, **change}.items()}
+
+
+def test_page_shows_the_stored_peak_errors():
+    page = (DOCS / "controllers.md").read_text(encoding="utf-8")
+    assert page == report.reflowed(report.text(STORED)), "run python3 -m sdc_experiments.snider"
+
+
+def test_stored_peak_errors_are_those_of_the_code(peaks):
+    for key, trace in peaks.items():
+        expected = pytest.approx((trace.peak_m, trace.centre_peak_m), rel=2e-3, abs=1e-5)
+        assert STORED[(UNDERSTEERING, *key)] == expected, "run python3 -m sdc_experiments.snider"
+
+
+def test_drive_that_left_the_road_is_stored_as_lost():
+    drives = {("car", "course", "method", 5.0): report.PeakErrors(math.inf, 0.25)}
+    assert report.from_json(report.to_json(drives)) == drives
 
 
 def test_courses_have_the_described_shape():

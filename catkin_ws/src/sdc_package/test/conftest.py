@@ -3,7 +3,10 @@
 import os
 
 import pytest
+import rospy
+import yaml
 
+from sdc_common.testing.node_script import load_script
 from sdc_common.testing.processes import Program, isolated_ros_environment
 
 HERE = os.path.dirname(os.path.abspath(__file__))
@@ -13,6 +16,51 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 def route():
     """Return a route that is driven in half a minute of simulated time."""
     return os.path.join(HERE, "routes", "fast_bends.csv")
+
+
+class OfflineNode:
+    """A node without ROS.
+
+    Attributes:
+        receive: its callbacks by topic
+        published: the messages that it published
+    """
+
+    def __init__(self):
+        self.receive = {}
+        self.published = []
+
+    def subscribe(self, topic, message_class, callback, **options):
+        """Take the place of rospy.Subscriber."""
+        self.receive[topic] = callback
+
+    def advertise(self, topic, message_class, **options):
+        """Take the place of LoopPublisher."""
+        return self
+
+    def publish(self, message):
+        """Take the place of the publisher's method."""
+        self.published.append(message)
+
+
+@pytest.fixture
+def offline_node(monkeypatch):
+    """Return a function that builds the node of a script, with the parameters of its config."""
+
+    def build(name, class_name):
+        node = OfflineNode()
+        script = load_script(os.path.join(HERE, "..", "scripts", name + ".py"))
+        with open(os.path.join(HERE, "..", "config", name + ".yaml"), encoding="utf-8") as file:
+            config = yaml.safe_load(file)
+        monkeypatch.setattr(rospy, "get_param", lambda key, *default: config[key.lstrip("~")])
+        monkeypatch.setattr(rospy, "init_node", lambda name: None)
+        monkeypatch.setattr(rospy, "logwarn_throttle", lambda seconds, text: None)
+        monkeypatch.setattr(rospy, "Subscriber", node.subscribe)
+        monkeypatch.setattr(script, "LoopPublisher", node.advertise)
+        getattr(script, class_name)()
+        return node
+
+    return build
 
 
 @pytest.fixture

@@ -160,6 +160,16 @@ def test_odometry_waits_for_stamped_traffic_lights_and_not_for_others():
     assert record.inputs.traffic_lights.states == {7: GREEN}
 
 
+def test_states_without_a_stamp_are_used_and_replaced():
+    """The real bridge publishes no stamped states."""
+    inputs = PlannerInputs(lambda message: None, MARGINS)
+    for state in (RED, GREEN):
+        light = CarlaTrafficLightStatus(id=7, state=state)
+        inputs.add_light_status(CarlaTrafficLightStatusList(traffic_lights=[light]))
+        assert inputs.traffic_lights.states == {7: state}
+        assert not inputs.traffic_lights.stamped
+
+
 def test_bad_obstacles_are_refused_and_their_odometry_is_answered_with_the_last_good_ones():
     record = Record()
     record.inputs.add_obstacles(obstacles(1.0, 30.0))

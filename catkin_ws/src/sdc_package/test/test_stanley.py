@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from sdc_common.geometry.polyline import Polyline
 from sdc_package.local_path import ReferencePath
 from sdc_package.steering.axles import Axles, front_axle_path, rear_axle_path
+from sdc_package.steering.loader import load_steering
 from sdc_package.steering.stanley import StanleySteering, stanley_angle
 from sdc_package.steering.stanley_compensated import CompensatedStanleySteering
 
@@ -46,6 +47,32 @@ def test_law_has_the_value_of_the_formula():
     assert stanley_angle(0.1, 0.5, 4.0, 2.0, 1.0) == pytest.approx(0.1 - math.atan(2.0 * 0.5 / 5.0))
     assert stanley_angle(0.1, 0.5, 4.0, 2.0) == pytest.approx(0.1 - math.atan(2.0 * 0.5 / 4.0))
     assert stanley_angle(0.0, 0.5, -4.0, 2.0, 1.0) == stanley_angle(0.0, 0.5, 4.0, 2.0, 1.0)
+
+
+@pytest.mark.parametrize("k", [0.4, 2.5, 6.0])
+def test_gain_decides_how_hard_the_car_steers_back(k):
+    expected = -math.atan(k * 0.5 / (4.0 + 1.0))
+    assert stanley_angle(0.0, 0.5, 4.0, k, 1.0) == pytest.approx(expected)
+    path = path_of([(float(i), 0.0, 4.0) for i in range(30)])
+    parameters = {"k": k, "softening_mps": 1.0}
+    for method in (
+        StanleySteering(AXLES, **parameters),
+        CompensatedStanleySteering(AXLES, **parameters, preview_s=0.0),
+        load_steering("stanley", parameters, AXLES),
+        load_steering("stanley_compensated", {**parameters, "preview_s": 0.0}, AXLES),
+    ):
+        assert method.wheel_angle(path, 5.0, 0.5, 0.0, 4.0) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("softening_mps", [0.0, 3.0])
+def test_softening_is_added_to_the_speed(softening_mps):
+    path = path_of([(float(i), 0.0, 4.0) for i in range(30)])
+    for method in (
+        StanleySteering(AXLES, 2.0, softening_mps),
+        CompensatedStanleySteering(AXLES, 2.0, softening_mps, 0.0),
+    ):
+        expected = -math.atan(2.0 * 0.5 / (4.0 + softening_mps))
+        assert method.wheel_angle(path, 5.0, 0.5, 0.0, 4.0) == pytest.approx(expected)
 
 
 @given(st.floats(-1.5, 1.5), st.floats(-5.0, 5.0), st.floats(0.0, 30.0))
@@ -105,6 +132,22 @@ def test_compensated_method_adds_the_wheel_angle_of_the_slip():
     method = CompensatedStanleySteering(soft, **GAINS, preview_s=0.0)
     wheel = method.wheel_angle(path_of(arc(radius)), x, y, yaw, speed)
     assert wheel == pytest.approx(2.87 / radius + (0.008 - 0.006) * acceleration, abs=0.002)
+
+
+def test_slip_does_not_depend_on_the_distance_of_the_points():
+    soft = Axles(front_m=1.435, rear_m=1.435, front_compliance=0.008, rear_compliance=0.006)
+    coarse, along = arc(40.0), 15.0 / 40.0
+    fine = [
+        (40.0 * math.sin(s / 160.0), 40.0 * (1.0 - math.cos(s / 160.0)), 5.0) for s in range(120)
+    ]
+    x, y = 40.0 * math.sin(along), 40.0 * (1.0 - math.cos(along))
+    first, second = (
+        CompensatedStanleySteering(soft, **GAINS, preview_s=0.0).wheel_angle(
+            path_of(rows), x, y, along, 10.0
+        )
+        for rows in (coarse, fine)
+    )
+    assert first == pytest.approx(second, abs=0.002)
 
 
 def test_compensated_method_predicts_the_pose():

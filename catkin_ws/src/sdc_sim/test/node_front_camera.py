@@ -1,17 +1,25 @@
 #!/usr/bin/env python3
 """The processes of the camera in lockstep: a picture of every tick, also after a crash."""
 
+import os
 import unittest
 from xmlrpc.client import ServerProxy
 
+import numpy as np
 import psutil
+import rospkg
 import rospy
 import rostest
+from cv_bridge import CvBridge
 from nav_msgs.msg import Odometry
 from sdc_msgs.msg import CarlaVehicleControl
-from sensor_msgs.msg import Image
+from sensor_msgs.msg import CameraInfo, Image
 
+from sdc_common.ros.odometry import pose_and_speed
+from sdc_common.routes.waypoint_file import load_waypoints
 from sdc_common.testing.message_listener import MessageListener, wait_for_subscriber, wait_until
+from sdc_sim.camera.renderer import Renderer
+from sdc_sim.road.road import Road
 
 EGO = "/carla/ego_vehicle"
 TICK_NS = 50_000_000
@@ -31,6 +39,8 @@ class FrontCameraTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.images = MessageListener("/remapped_image", Image)
+        cls.infos = MessageListener(EGO + "/camera/rgb/front/camera_info", CameraInfo)
+        cls.odometry = MessageListener(EGO + "/odometry", Odometry)
         cls.command = rospy.Publisher(
             EGO + "/vehicle_control_cmd", CarlaVehicleControl, queue_size=100
         )
@@ -56,6 +66,25 @@ class FrontCameraTest(unittest.TestCase):
         last = self.wait_for_pictures()[-1]
         stamps = [stamp for stamp in self.stamps() if first <= stamp <= last]
         self.assertEqual(stamps, list(range(first, last + TICK_NS, TICK_NS)))
+
+    def test_picture_shows_the_road_from_the_odometry_of_its_stamp(self):
+        start = len(self.images.messages)
+        self.wait_for_pictures()
+        poses = {one.header.stamp: pose_and_speed(one) for one in self.odometry.messages}
+        data = os.path.join(rospkg.RosPack().get_path("sdc_common"), "data")
+        renderer = Renderer(Road(load_waypoints(os.path.join(data, "waypoints.csv"))))
+        for image in self.images.messages[start : start + TICKS : TICKS // 3]:
+            *pose, speed = poses[image.header.stamp]
+            self.assertGreater(speed, 0.2)
+            picture = CvBridge().imgmsg_to_cv2(image, "bgra8")
+            self.assertTrue(np.array_equal(picture, renderer.render(*pose)))
+
+    def test_picture_and_camera_info_have_the_same_stamps(self):
+        first, last = self.wait_for_pictures()[0], self.wait_for_pictures()[-1]
+        self.infos.wait_for(lambda info: info.header.stamp.to_nsec() >= last)
+        infos = [info.header.stamp.to_nsec() for info in self.infos.messages]
+        shared = [stamp for stamp in infos if first <= stamp <= last]
+        self.assertEqual(shared, [stamp for stamp in self.stamps() if first <= stamp <= last])
 
     def test_killed_objects_process_restarts_while_the_simulation_continues(self):
         self.kill_and_wait(psutil.Process(camera_pid()))

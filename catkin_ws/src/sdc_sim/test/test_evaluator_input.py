@@ -3,17 +3,20 @@ import os
 
 import numpy as np
 import pytest
+import rosbag
 import rospy
 import yaml
-from carla_msgs.msg import CarlaEgoVehicleControl
+from carla_msgs.msg import CarlaCollisionEvent, CarlaEgoVehicleControl
 from nav_msgs.msg import Odometry
 from sdc_msgs.msg import BaseWaypoint, CarlaVehicleControl, LocalPath, Path, Waypoint
 
+from sdc_common.testing.node_script import load_script
 from sdc_sim.evaluation.evaluator import Evaluator
 from sdc_sim.evaluation.rules import EvaluationRules
 from sdc_sim.ros.evaluator_input import EvaluatorInput
 
-CONFIG = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "config")
+PACKAGE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..")
+CONFIG = os.path.join(PACKAGE, "config")
 with open(os.path.join(CONFIG, "referee.yaml"), encoding="utf-8") as config:
     RULES = EvaluationRules.read(yaml.safe_load(config).get)
 
@@ -101,3 +104,28 @@ def test_odometry_that_is_not_finite_is_refused():
     odometry.pose.pose.position.x = float("nan")
     with pytest.raises(ValueError, match="finite"):
         evaluator_input.odometry(odometry)
+
+
+@pytest.mark.parametrize("collision_at", [None, 7])
+def test_replay_reports_the_drive_that_its_bag_contains(tmp_path, collision_at):
+    replay = load_script(os.path.join(PACKAGE, "scripts", "replay.py"))
+    node = replay.Replay.__new__(replay.Replay)
+    node.rules = RULES
+    with rosbag.Bag(str(tmp_path / "drive.bag"), "w") as bag:
+        path = Path([BaseWaypoint(float(x), 0.0) for x in range(11)])
+        bag.write("/planner/mission_waypoints", path, rospy.Time(0, 1))
+        for tick in range(1, 10):
+            odometry = odometry_message(tick)
+            bag.write("/carla/ego_vehicle/odometry", odometry, odometry.header.stamp)
+            command = CarlaVehicleControl(throttle=0.01 * tick, header=odometry.header)
+            bag.write("/carla/ego_vehicle/vehicle_control_cmd", command, odometry.header.stamp)
+            if tick == collision_at:
+                event = CarlaCollisionEvent(header=odometry.header, other_actor_id=7)
+                bag.write("/carla/ego_vehicle/collision", event, odometry.header.stamp)
+    with rosbag.Bag(str(tmp_path / "drive.bag")) as bag:
+        metrics = node.evaluate(bag).result().metrics
+    collided = collision_at is not None
+    assert metrics["status"] == ("collision" if collided else "aborted")
+    assert metrics["ticks"] == (collision_at or 9)
+    assert metrics["infractions"]["collision_vehicle"] == int(collided)
+    assert metrics["missed_ticks"] == 0

@@ -5,13 +5,23 @@ import re
 import numpy as np
 import pytest
 import yaml
+from matplotlib.figure import Figure
 from matplotlib.image import imread
 
 from sdc_sim.evaluation.evaluator import Evaluator
 from sdc_sim.evaluation.rules import EvaluationRules
 from sdc_sim.report.camera_snapshots import CameraSnapshot
 from sdc_sim.report.html_page import MEANINGS, render_page, write_html
-from sdc_sim.report.plots import thinned, write_png
+from sdc_sim.report.plots import (
+    draw_cross_track,
+    draw_heading,
+    draw_lateral,
+    draw_pedals,
+    draw_speed,
+    draw_steer,
+    thinned,
+    write_png,
+)
 
 pytestmark = pytest.mark.slow(12)
 
@@ -106,6 +116,40 @@ def test_short_drives_are_drawn(tmp_path, ticks):
     write_html(str(tmp_path / "report.html"), result, [])
     assert imread(tmp_path / "report.png").shape == (900, 1600, 4)
     assert (tmp_path / "report.html").stat().st_size > 20_000
+
+
+@pytest.mark.parametrize(
+    ("draw", "line", "value"),
+    [
+        (draw_speed, -1, 5.0),
+        (draw_cross_track, -1, -0.1),
+        (draw_heading, -1, 3.0),
+        (draw_steer, -1, -0.1),
+        (draw_lateral, 0, 5.0 * 0.25 / 60.0 / 0.05),
+    ],
+)
+def test_panels_show_the_drive_with_its_signs(draw, line, value):
+    """The car turns left outside of the circle, so right of the route, and points to the left."""
+    evaluator = driven(100)
+    for sample in evaluator.drive.progress.samples:
+        assert (sample.cross_track_m, sample.speed_mps) == (pytest.approx(-0.1, abs=0.02), 5.0)
+    result = evaluator.result()
+    if draw is draw_heading:
+        result.progress.column = lambda name: np.full(100, np.radians(3.0))
+    axes = Figure().add_subplot()
+    draw(axes, result)
+    np.testing.assert_allclose(axes.lines[line].get_ydata(), value, rtol=0.2)
+
+
+def test_pedals_panel_shows_the_throttle_upwards_and_the_brake_downwards():
+    evaluator = driven(50, commands=False)
+    for tick in range(50):
+        evaluator.add_command(tick * 50_000_000, 0.3, 0.6, 0.0)
+    axes = Figure().add_subplot()
+    draw_pedals(axes, evaluator.result())
+    extents = [one.get_paths()[0].get_extents() for one in axes.collections]
+    assert [(one.ymin, one.ymax) for one in extents] == [(0.0, 0.3), (-0.6, 0.0)]
+    assert [one.get_label() for one in axes.collections] == ["throttle", "brake"]
 
 
 def test_same_drive_gives_the_same_page():

@@ -92,6 +92,7 @@ def test_odometry_message_returns_the_state():
     x, y, yaw, speed = pose_and_speed(message)
     assert (x, y, speed) == (1.0, -2.0, 5.0)
     assert math.isclose(yaw, 2.5)
+    assert (message.twist.twist.linear.x, message.twist.twist.linear.y) == (3.0, 4.0)
     assert message.twist.twist.angular.z == 0.5
     transform = vehicle_transform(message)
     assert (transform.header.frame_id, transform.child_frame_id) == ("map", "ego_vehicle")
@@ -114,11 +115,25 @@ def test_image_keeps_every_pixel():
     assert received.data == picture.tobytes()
 
 
-def test_camera_info_has_a_field_of_view_of_90_degrees():
-    info = camera_info_message(CameraModel())
-    assert 2.0 * math.degrees(math.atan(info.width / 2.0 / info.K[0])) == pytest.approx(90.0)
-    assert (info.K[2], info.K[5]) == (320.0, 240.0)
-    assert info.P[:3] == info.K[:3]
+def test_camera_info_describes_the_pinhole_with_a_field_of_view_of_90_degrees():
+    info = received(camera_info_message(CameraModel(), "front"))
+    assert (info.width, info.height, info.header.frame_id) == (640, 480, "front")
+    assert (info.distortion_model, list(info.D)) == ("plumb_bob", [0.0] * 5)
+    k, r, p = (np.reshape(one, (3, -1)) for one in (info.K, info.R, info.P))
+    np.testing.assert_allclose(k, [[320.0, 0.0, 320.0], [0.0, 320.0, 240.0], [0.0, 0.0, 1.0]])
+    np.testing.assert_array_equal(r, np.eye(3))
+    np.testing.assert_array_equal(p, np.column_stack([k, np.zeros(3)]))
+
+
+def test_camera_info_projects_points_where_the_camera_draws_them():
+    camera = CameraModel(800, 600, 0.9, 0.0, 2.8, 0.2)
+    info = camera_info_message(camera)
+    points = np.array([[20.0, 3.0, 1.0], [9.0, -2.0, 0.0]])
+    pixels, _ = camera.project(points, 0.0, 0.0, 0.0)
+    optical = (points - camera.position_in_map(0.0, 0.0, 0.0)) @ camera.map_from_optical(0.0)
+    for matrix in (np.reshape(info.K, (3, 3)), np.reshape(info.P, (3, 4))[:, :3]):
+        u, v, w = matrix @ optical.T
+        np.testing.assert_allclose(np.column_stack([u / w, v / w]), pixels)
 
 
 def received(message):

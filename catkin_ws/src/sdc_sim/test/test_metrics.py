@@ -5,8 +5,10 @@ import pytest
 from scipy.signal import savgol_filter
 
 from sdc_sim.evaluation.metrics import (
+    COEFFICIENTS,
     accelerations,
     comfortable,
+    drive_metrics,
     driving_score,
     off_lane_percent,
     peak_accelerations,
@@ -14,6 +16,35 @@ from sdc_sim.evaluation.metrics import (
 )
 
 TIME_S = np.arange(0.0, 20.0, 0.05)
+
+
+def test_metrics_of_a_drive_by_hand():
+    """Every quarter of the drive has other errors, with both signs."""
+    errors = np.repeat([0.4, -0.2, 0.1, -0.3], 25)
+    metrics = drive_metrics(
+        {
+            "time_s": 0.05 * np.arange(100),
+            "speed_mps": np.repeat([2.0, 4.0], 50),
+            "cross_track_m": errors,
+            "heading_error_rad": np.repeat([0.03, -0.01, 0.02, 0.0], 25),
+            "yaw_rad": np.zeros(100),
+        },
+        100.0,
+        dict.fromkeys(COEFFICIENTS, 0),
+        3.5,
+    )
+    assert metrics["cross_track_rms_m"] == pytest.approx(math.sqrt(0.30 / 4.0))
+    assert metrics["cross_track_max_m"] == 0.4
+    assert metrics["heading_rms_rad"] == pytest.approx(math.sqrt(14e-4 / 4.0))
+    assert (metrics["speed_mean_mps"], metrics["speed_max_mps"]) == (3.0, 4.0)
+    assert (metrics["off_lane_percent"], metrics["driving_score"]) == (0.0, 100.0)
+
+
+def test_p95_is_the_error_that_95_percent_of_the_samples_do_not_exceed():
+    columns = dict.fromkeys(("time_s", "speed_mps", "heading_error_rad", "yaw_rad"), np.zeros(101))
+    columns.update(time_s=0.05 * np.arange(101), cross_track_m=np.linspace(-1.0, 0.0, 101))
+    metrics = drive_metrics(columns, 100.0, {}, 3.5)
+    assert metrics["cross_track_p95_m"] == pytest.approx(0.95)
 
 
 def test_off_lane_percent_is_a_share_of_the_distance_and_not_of_the_time():

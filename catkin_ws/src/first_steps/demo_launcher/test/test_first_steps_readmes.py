@@ -51,6 +51,19 @@ def test_readme_lists_the_topics_of_the_node(package):
     } == in_code
 
 
+def test_legend_lists_mouse_and_keys_as_the_readme_does():
+    code = (PACKAGES / "qt_interface" / "src" / "qt_interface" / "legend.py").read_text()
+    legend = re.findall(r'\("([^"]+)", "([^"]+)"\)', code.split("KEYS = (")[1].split("\n)")[0])
+    table = [
+        (
+            key.split(",")[0],
+            meaning.split(",")[0].replace("close the window and end the launch", "quit"),
+        )
+        for key, meaning in rows("qt_interface", "mouse and keys")
+    ]
+    assert legend == table
+
+
 def test_readme_lists_the_arguments_of_the_launch_file():
     launch = (PACKAGES / "demo_launcher" / "launch" / "demo.launch").read_text()
     in_launch = dict(re.findall(r'<arg name="(\w+)" default="([^"]*)"', launch))

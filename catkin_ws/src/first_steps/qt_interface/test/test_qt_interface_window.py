@@ -208,6 +208,54 @@ def test_scene_is_visible_on_the_display(shown):
     assert shown.colour(60.0, 30.0)[1] > 220, "the trail is removed"
 
 
+@pytest.mark.parametrize("degrees", [0.0, 40.0, 90.0, 200.0])
+def test_square_points_in_the_direction_of_the_car(shown, degrees):
+    angle = math.radians(degrees)
+    shown.scene.set_world(shown.scene.sizes._replace(car_size=20.0, sensor_range=None), [])
+    shown.scene.set_car(0.0, 0.0, angle, 100.0)
+    picture = shown.picture()
+
+    def redness(direction):
+        x, y = shown.pixel(16.0 * math.cos(direction), 16.0 * math.sin(direction))
+        near = [picture.pixelColor(x + i, y + j) for i in (-1, 0, 1) for j in (-1, 0, 1)]
+        return max(colour.red() - colour.green() for colour in near)
+
+    nose, *others = (redness(angle + turn * math.pi / 4.0) for turn in range(8))
+    assert nose > 40 and max(others) < 20, "only the nose reaches out of the square"
+
+
+def test_legend_explains_each_symbol(shown, monkeypatch):
+    from qt_interface import legend, painting
+    from qt_interface.scene import Scene
+
+    texts = {}
+    text = legend._text
+    monkeypatch.setattr(
+        legend,
+        "_text",
+        lambda *given, **more: texts.update({given[3]: given[2]}) or text(*given, **more),
+    )
+    picture = legend.Legend(Scene(shown.scene.settings)).grab().toImage()
+
+    def colour(x, entry):
+        return picture.pixelColor(round(x), round(texts[entry])).getRgb()[:3]
+
+    def is_near(seen, expected):
+        return all(abs(a - b) < 30 for a, b in zip(seen, expected.getRgb()[:3]))
+
+    disc = painting.DISC_RADIUS
+    assert is_near(colour(34.0 - 4.0 - 8.0, "the car"), painting.CAR)
+    red, green, _ = colour(34.0 + 15.0, "its trail")
+    assert red > green + 40
+    edges = [colour(34.0 + 13.0 * side, "sensor range") for side in (-1.0, 1.0)]
+    assert any(green > red + 30 for red, green, _ in edges)
+    assert is_near(colour(34.0 - 0.8 * disc, "waypoint"), painting.WAYPOINT)
+    assert not is_near(colour(34.0 - 0.8 * disc - 5.0, "waypoint"), painting.TARGET)
+    assert is_near(colour(34.0 - 0.6 * disc, "sensed now"), painting.SENSED)
+    assert is_near(colour(34.0 - 0.6 * disc, "target"), painting.WAYPOINT)
+    assert is_near(colour(34.0 - 0.8 * disc - 5.0, "target"), painting.TARGET)
+
+
 def test_status_bar_shows_state_car_and_waypoints(shown):
     shown.scene.set_target(ELLIPSE[7])
     shown.window.update_status()

@@ -8,7 +8,7 @@ import os
 import tempfile
 import time
 from pathlib import Path
-from typing import Any, Callable, Iterator, Mapping, NamedTuple
+from typing import Any, Callable, Iterator, Mapping, NamedTuple, Sequence
 
 from sdc_common.testing.processes import Program, isolated_ros_environment
 
@@ -25,8 +25,8 @@ _SAMPLE_PERIOD_S = 0.25
 _SHOWN_CHARACTERS = 3000
 
 
-class LockstepDrive(NamedTuple):
-    """A completed drive in lockstep.
+class StackDrive(NamedTuple):
+    """A completed drive.
 
     Attributes:
         report: content of report.json
@@ -75,12 +75,30 @@ def drive_in_lockstep(
     route: str | None = None,
     setup: str | None = None,
     sample: Callable[[str], Any] | None = None,
-) -> LockstepDrive:
-    """Drive a route in lockstep under a ROS master of its own.
+) -> StackDrive:
+    """Drive a route in lockstep, as `drive_stack`.
 
     Args:
         camera: whether to render and process pictures
         route: CSV file of waypoints, None for the packaged one
+        setup: as in drive_stack
+        sample: as in drive_stack
+    """
+    arguments = ["sync:=true", f"camera:={str(camera).lower()}"]
+    if route is not None:
+        arguments.append(f"waypoints_path:={route}")
+    return drive_stack(arguments, setup, sample)
+
+
+def drive_stack(
+    given: Sequence[str],
+    setup: str | None = None,
+    sample: Callable[[str], Any] | None = None,
+) -> StackDrive:
+    """Drive under a ROS master of its own.
+
+    Args:
+        given: arguments of all.launch
         setup: setup.bash of the workspace to launch from, None for this workspace
         sample: called every 0.25 s with the ROS_MASTER_URI; each call slows the drive a little
 
@@ -91,9 +109,7 @@ def drive_in_lockstep(
     with tempfile.TemporaryDirectory() as name, isolated_ros_environment(name) as variables:
         folder = Path(name)
         report = folder / "report.json"
-        arguments = ["sync:=true", f"camera:={str(camera).lower()}", f"report:={report}"]
-        if route is not None:
-            arguments.append(f"waypoints_path:={route}")
+        arguments = [*given, f"report:={report}"]
         environment = launch_environment(variables, setup)
         with running(launch_command(*arguments, setup=setup), environment, folder) as launch:
             while launch.process.poll() is None:
@@ -107,4 +123,4 @@ def drive_in_lockstep(
         result = json.loads(report.read_text(encoding="utf-8"))
         end_s = os.stat(report).st_mtime
     wall_s = result["wall_duration_s"]
-    return LockstepDrive(result, [(1.0 - (end_s - at) / wall_s, value) for at, value in samples])
+    return StackDrive(result, [(1.0 - (end_s - at) / wall_s, value) for at, value in samples])

@@ -33,6 +33,8 @@ _STRAIGHT_SHARE = 0.35
 _NOISE_CURVATURE = 3e-4
 # With a greater distance between the waypoints, a beginning bend looks like noise.
 _NOISE_SPACING_M = 6.0
+# Quantiles of the absolute value of a normal distribution with standard deviation 1.
+_NORMAL_QUANTILES = {0.3: 0.385, 0.5: 0.674, 0.9: 1.645}
 _TURN_CHORD_M = 2.0
 _ROUNDINGS_M = (0.1, 0.01, 0.001)
 _SIGMA_PER_ROUNDING = 1.0 / math.sqrt(12.0)
@@ -97,7 +99,8 @@ def noise_of(waypoints_m: np.ndarray, s_m: np.ndarray) -> float:
     """Return the standard deviation of waypoints from the road [m].
 
     The deviation of a waypoint is measured from the polynomial through three before and three after
-    it. Large deviations are rather those of bends that begin there, so that a low quantile counts.
+    it. Some deviations are rather those of bends that begin there, so that the quantile with the
+    lowest estimate counts.
     On a straight along x or y, rounded waypoints have no deviation: they are recognized by their
     decimals.
 
@@ -110,7 +113,10 @@ def noise_of(waypoints_m: np.ndarray, s_m: np.ndarray) -> float:
     deviations = _deviations(waypoints_m, s_m)
     noise_m = 0.0
     if np.median(np.diff(s_m)) <= _NOISE_SPACING_M:
-        noise_m = float(np.quantile(deviations, 0.3)) / 0.385  # of a normal distribution
+        noise_m = min(
+            float(np.quantile(deviations, share)) / normal
+            for share, normal in _NORMAL_QUANTILES.items()
+        )
     for step in _ROUNDINGS_M:
         error = np.abs(waypoints_m - step * np.round(waypoints_m / step))
         if (error <= _FLOAT32_ERROR * np.abs(waypoints_m) + 1e-9).all():

@@ -1,4 +1,4 @@
-"""Drive Snider's comparison again and write controllers.md with its pictures.
+"""Drive Snider's comparison again; write controllers.json, controllers.md and its pictures.
 
 python3 -m sdc_experiments.snider [FOLDER]    FOLDER: the folder to write to, docs/ by default
 """
@@ -39,9 +39,12 @@ def main() -> None:
     courses = lane_change(), figure_eight(), road_course()
     traces = all_drives({NEUTRAL: car, UNDERSTEERING: understeering(car)}, courses)
     plots.draw(traces, courses, folder)
+    stored = report.to_json(traces)
+    with open(os.path.join(folder, "controllers.json"), "w", encoding="utf-8") as file:
+        file.write(stored)
     path = os.path.join(folder, "controllers.md")
     with open(path, "w", encoding="utf-8") as file:
-        file.write(report.reflowed(report.text(traces)))
+        file.write(report.reflowed(report.text(report.from_json(stored))))
     print(f"snider: wrote {path}")
 
 

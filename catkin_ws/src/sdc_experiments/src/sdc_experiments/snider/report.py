@@ -1,9 +1,11 @@
-"""The text and the tables of the comparison, docs/controllers.md."""
+"""The text and the tables of the comparison, docs/controllers.md, from the stored peak errors."""
 
 from __future__ import annotations
 
+import json
 import math
 import textwrap
+from typing import Mapping, NamedTuple
 
 from sdc_experiments.snider import methods
 from sdc_experiments.snider.courses import lane_change
@@ -23,6 +25,34 @@ _GEOMETRIC = ("pure pursuit", "Stanley", "kinematic")
 _WIDTH = 100
 
 
+class PeakErrors(NamedTuple):
+    """What the page shows of a drive, as in Trace."""
+
+    peak_m: float
+    centre_peak_m: float
+
+
+# By name of the car, name of the course, name of the method, speed [m/s].
+Peaks = Mapping[tuple, PeakErrors]
+
+
+def to_json(traces: Traces) -> str:
+    """Return the peak errors of all drives; that of a drive that left the road is null."""
+    rows = []
+    for key, trace in traces.items():
+        errors = (trace.peak_m, trace.centre_peak_m)
+        rows.append([*key, *(error if math.isfinite(error) else None for error in errors)])
+    return "[\n" + ",\n".join(map(json.dumps, rows)) + "\n]\n"
+
+
+def from_json(text: str) -> Peaks:
+    """Return the peak errors from the result of `to_json`."""
+    return {
+        tuple(key): PeakErrors(*(math.inf if error is None else error for error in (peak, centre)))
+        for *key, peak, centre in json.loads(text)
+    }
+
+
 def metres(value: float) -> str:
     """Return an error [m] as the tables show it; "lost" for a drive that left the road."""
     if not math.isfinite(value):
@@ -30,23 +60,23 @@ def metres(value: float) -> str:
     return f"{value:.3f}" if value >= 0.0095 else f"{value:.4f}"
 
 
-def paper_table(traces: Traces, car: str, course: str) -> str:
+def paper_table(peaks: Peaks, car: str, course: str) -> str:
     """Return the table of a course: the error of each method's point, and that of the paper."""
     rows = _header(course)
     for method, paper in PAPER_M[course].items():
         cells = [
-            metres(traces[car, course, method, speed].peak_m) + (f" ({value:g})" if value else "")
+            metres(peaks[car, course, method, speed].peak_m) + (f" ({value:g})" if value else "")
             for speed, value in zip(SPEEDS_MPS, paper)
         ]
         rows.append(f"| {method} | " + " | ".join(cells) + " |")
     return "\n".join(rows)
 
 
-def centre_table(traces: Traces, car: str, course: str) -> str:
+def centre_table(peaks: Peaks, car: str, course: str) -> str:
     """Return the table of a course: the error of the car's centre with every method."""
     rows = _header(course)
     for method in [*PAPER_M["figure-eight"], TEXTBOOK, COMPENSATED]:
-        cells = [metres(traces[car, course, method, speed].centre_peak_m) for speed in SPEEDS_MPS]
+        cells = [metres(peaks[car, course, method, speed].centre_peak_m) for speed in SPEEDS_MPS]
         if method == COMPENSATED:
             cells, method = [f"**{cell}**" for cell in cells], f"**{method}**"
         rows.append(f"| {method} | " + " | ".join(cells) + " |")
@@ -60,7 +90,7 @@ def _header(course: str) -> list[str]:
     ]
 
 
-def agreement(traces: Traces, car: str) -> tuple[list[str], int, float]:
+def agreement(peaks: Peaks, car: str) -> tuple[list[str], int, float]:
     """Compare the peak errors with those of the paper.
 
     Returns:
@@ -72,7 +102,7 @@ def agreement(traces: Traces, car: str) -> tuple[list[str], int, float]:
         for method, paper in table.items():
             for speed, value in zip(SPEEDS_MPS, paper):
                 if value:
-                    peak = traces[car, course, method, speed].peak_m
+                    peak = peaks[car, course, method, speed].peak_m
                     factor = max(peak / value, value / peak)
                     if factor > 2.0:
                         beyond.append(f"{method}, {course}, {speed:g} m/s")
@@ -81,10 +111,10 @@ def agreement(traces: Traces, car: str) -> tuple[list[str], int, float]:
     return beyond, len(beyond) + len(within), max(within)
 
 
-def text(traces: Traces) -> str:
+def text(peaks: Peaks) -> str:
     """Return the page, with lines of any length."""
     return "\n\n".join(
-        [_introduction(), _paper_section(traces), _differences(traces), _own_section(traces)]
+        [_introduction(), _paper_section(peaks), _differences(peaks), _own_section(peaks)]
     )
 
 
@@ -103,8 +133,9 @@ J. M. Snider, *Automatic Steering Methods for Autonomous Automobile Path Trackin
 page repeats the comparison with this project's physics and the paper's car
 (`config/vehicles/snider2009.yaml`), and adds this project's own methods.
 
-The command `python3 -m sdc_experiments.snider` repeats all drives and writes this page. It uses
-neither ROS nor a clock, so each run gives the same numbers.
+The command `python3 -m sdc_experiments.snider` repeats all drives, stores their peak errors in
+`controllers.json`, and writes this page. It uses neither ROS nor a clock, so each run gives the
+same numbers.
 
 ![Peak error over speed: lines from this project, circles from the paper](controllers_speed.png)
 
@@ -141,27 +172,27 @@ chosen so that the errors are near those of the paper. The comparison therefore 
 *forms* of the methods behave as in the paper, not that the gains are the same."""
 
 
-def _paper_section(traces: Traces) -> str:
+def _paper_section(peaks: Peaks) -> str:
     return f"""## Peak errors and those of the paper
 
 Errors are in metres. The errors in brackets are those of the paper, read from its plots.
 
 ### The neutral car, with the parameters of the paper
 
-{paper_table(traces, NEUTRAL, "lane change")}
+{paper_table(peaks, NEUTRAL, "lane change")}
 
-{paper_table(traces, NEUTRAL, "figure-eight")}
+{paper_table(peaks, NEUTRAL, "figure-eight")}
 
 ### The same car with {1e3 * UNDERSTEER:g} mrad/(m/s2) of understeer
 
-{paper_table(traces, UNDERSTEERING, "lane change")}
+{paper_table(peaks, UNDERSTEERING, "lane change")}
 
-{paper_table(traces, UNDERSTEERING, "figure-eight")}"""
+{paper_table(peaks, UNDERSTEERING, "figure-eight")}"""
 
 
-def _differences(traces: Traces) -> str:
-    beyond, cells, within = agreement(traces, UNDERSTEERING)
-    beyond_neutral, _, within_neutral = agreement(traces, NEUTRAL)
+def _differences(peaks: Peaks) -> str:
+    beyond, cells, within = agreement(peaks, UNDERSTEERING)
+    beyond_neutral, _, within_neutral = agreement(peaks, NEUTRAL)
     degrees_per_g = math.degrees(UNDERSTEER) * GRAVITY_MPS2
     return f"""## Reasons for the differences
 
@@ -195,16 +226,16 @@ The error of each method grows with the speed v as its law predicts:
 - **LQR+FF** is as good as its model of the car."""
 
 
-def _own_section(traces: Traces) -> str:
+def _own_section(peaks: Peaks) -> str:
     tables = {
         car: "\n\n".join(
-            centre_table(traces, car, course)
+            centre_table(peaks, car, course)
             for course in ("lane change", "figure-eight", "road course")
         )
         for car in (NEUTRAL, UNDERSTEERING)
     }
     lane_change_factors, figure_eight_factors = (
-        ", ".join(f"{_factor(traces, course, speed):.1f}" for speed in SPEEDS_MPS)
+        ", ".join(f"{_factor(peaks, course, speed):.1f}" for speed in SPEEDS_MPS)
         for course in PAPER_M
     )
     return f"""## This project's methods on the same courses
@@ -240,10 +271,10 @@ controller is `lqr_feedforward`.
 """
 
 
-def _factor(traces: Traces, course: str, speed: float) -> float:
+def _factor(peaks: Peaks, course: str, speed: float) -> float:
     """Return the error of the best geometric method of the paper over that of the default."""
-    best = min(traces[UNDERSTEERING, course, name, speed].centre_peak_m for name in _GEOMETRIC)
-    return best / traces[UNDERSTEERING, course, COMPENSATED, speed].centre_peak_m
+    best = min(peaks[UNDERSTEERING, course, name, speed].centre_peak_m for name in _GEOMETRIC)
+    return best / peaks[UNDERSTEERING, course, COMPENSATED, speed].centre_peak_m
 
 
 def reflowed(markdown: str) -> str:

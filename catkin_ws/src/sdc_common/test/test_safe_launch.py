@@ -1,0 +1,37 @@
+"""Parameter files cannot run code."""
+
+import sys
+
+import pytest
+import roslaunch
+import rosparam
+import yaml
+
+from sdc_common.ros import safe_launch
+
+
+@pytest.fixture
+def launched(monkeypatch):
+    """Run safe_launch with a roslaunch that only records its arguments."""
+    arguments = []
+    loader = dict(yaml.SafeLoader.yaml_constructors)
+    monkeypatch.setattr(yaml.SafeLoader, "yaml_constructors", loader)
+    monkeypatch.setattr(roslaunch, "main", arguments.extend)
+    monkeypatch.setattr(sys, "argv", ["safe_launch", "sdc_package", "all.launch", "sync:=true"])
+    safe_launch.main()
+    return arguments
+
+
+@pytest.mark.parametrize(
+    "value", ["!radians 2*pi", "!degrees 90", "rad(2*pi)", "deg(90)", '!radians "1.0"']
+)
+def test_expressions_of_parameter_files_are_refused_with_their_line(launched, value):
+    with pytest.raises(yaml.constructor.ConstructorError, match="write the number") as caught:
+        rosparam.load_str(f"a: 1\nb: {value}\n", "file.yaml")
+    assert caught.value.problem_mark.line == 1
+
+
+def test_roslaunch_receives_the_arguments_and_plain_values_are_read(launched):
+    assert launched == ["roslaunch", "sdc_package", "all.launch", "sync:=true"]
+    ((values, _),) = rosparam.load_str("a: 1.5\nb: [rad, 'deg 90']\n", "file.yaml")
+    assert values == {"a": 1.5, "b": ["rad", "deg 90"]}

@@ -1,0 +1,68 @@
+"""README.md and docs/drive.md show the figures that were measured, and the code still has them."""
+
+import json
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+import rospkg
+
+from sdc_common.routes.waypoint_file import load_waypoints
+from sdc_experiments.drive_figures import COMMANDS, PAGES, STORED, with_figures
+from sdc_experiments.offline_drive import drive_offline
+
+ROOT = Path(__file__).resolve().parents[4]
+FIGURES = json.loads((ROOT / STORED).read_text(encoding="utf-8"))
+COMMAND = "run python3 -m sdc_experiments.drive_figures"
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_page_shows_the_stored_figures(name):
+    page = (ROOT / name).read_text(encoding="utf-8")
+    assert page == with_figures(page, FIGURES), COMMAND
+    assert page.count("    referee: completed: ") == 1
+
+
+def test_table_has_a_row_for_each_command():
+    page = (ROOT / "docs" / "drive.md").read_text(encoding="utf-8")
+    assert list(FIGURES["lockstep"]) == list(COMMANDS), COMMAND
+    assert [page.count(f"| `{command}` | ") for command in COMMANDS] == [1] * len(COMMANDS)
+
+
+def test_figures_that_were_changed_by_hand_are_replaced():
+    page = (ROOT / "docs" / "drive.md").read_text(encoding="utf-8")
+    first = FIGURES["lockstep"]["./drive"]
+    changed = page.replace(f"{first['cross_track_rms_m']:.3f} m", "0.001 m")
+    assert changed != page
+    assert with_figures(changed, FIGURES) == page
+
+
+def test_stored_figures_are_those_of_the_code():
+    """A drive without ROS equals that of the nodes in lockstep."""
+    data = os.path.join(rospkg.RosPack().get_path("sdc_common"), "data", "waypoints.csv")
+    drive = drive_offline(load_waypoints(data))
+    error = drive.progress.column("cross_track_m")
+    seconds = float(np.ptp(drive.progress.column("time_s")))
+    stored = FIGURES["lockstep"]["./drive"]
+    measured = {
+        "status": drive.progress.status,
+        "route_length_m": drive.progress.route.length_m,
+        "duration_s": seconds,
+        "cross_track_rms_m": float(np.sqrt(np.mean(error**2))),
+        "cross_track_max_m": float(np.abs(error).max()),
+        "time_ratio": seconds / drive.ideal_duration_s,
+    }
+    assert measured == {
+        name: value if name == "status" else pytest.approx(value, rel=1e-3)
+        for name, value in stored.items()
+        if name in measured
+    }, COMMAND
+    assert stored["driving_score"] == 100.0
+
+
+def test_drive_in_real_time_is_as_good_as_in_lockstep():
+    real, lockstep = FIGURES["real_time"], FIGURES["lockstep"]["./drive"]
+    assert real["real_time_factor"] == pytest.approx(1.0, abs=0.05)
+    for name in ("route_length_m", "duration_s", "cross_track_rms_m", "cross_track_max_m"):
+        assert real[name] == pytest.approx(lockstep[name], rel=0.05)

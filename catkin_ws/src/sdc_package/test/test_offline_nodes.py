@@ -1,0 +1,97 @@
+"""The scripts of planner and controller without ROS: a silent planner, a restart, red lights."""
+
+import math
+
+import numpy as np
+import pytest
+import rospy
+from carla_msgs.msg import (
+    CarlaTrafficLightInfo,
+    CarlaTrafficLightInfoList,
+    CarlaTrafficLightStatus,
+    CarlaTrafficLightStatusList,
+)
+from nav_msgs.msg import Odometry
+from sdc_package.msg import BaseWaypoint, LocalPath, Path, Waypoint
+
+from sdc_common.ros.stop_lines import GREEN, RED
+from sdc_common.ros.supervisor import STATE_FOLDER_VARIABLE
+
+MISSION, PATH = "/planner/mission_waypoints", "/planner/local_waypoints"
+ODOMETRY = "/carla/ego_vehicle/odometry"
+
+
+def odometry(tick, x, y, yaw, speed=5.0):
+    message = Odometry()
+    message.header.stamp = rospy.Time(0, 50_000_000 * tick)
+    message.pose.pose.position.x, message.pose.pose.position.y = x, y
+    message.pose.pose.orientation.z = math.sin(yaw / 2)
+    message.pose.pose.orientation.w = math.cos(yaw / 2)
+    message.twist.twist.linear.x = speed
+    return message
+
+
+def mission(points):
+    return Path([BaseWaypoint(x, y) for x, y in points])
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_stop_for_a_silent_planner_steers_along_the_last_path(offline_node, side):
+    """The straight before the bend takes longer than the timeout."""
+    node = offline_node("simple_controller", "SimpleController")
+    along = np.arange(0.0, 20.0)
+    bend = np.column_stack([10.0 * np.sin(along / 10.0), side * 10.0 * (1 - np.cos(along / 10.0))])
+    points = [(x, 0.0) for x in range(10)] + [(10.0 + x, y) for x, y in bend]
+    node.receive[ODOMETRY](odometry(1, 2.0, 0.0, 0.0))
+    node.receive[PATH](LocalPath([Waypoint(x, y, 5.0) for x, y in points]))
+    (answer,) = node.published
+    assert answer.steer == pytest.approx(0.0, abs=1e-3)
+    for tick in range(2, 50):
+        s = 0.25 * (tick - 1) - 8.0
+        turned = max(s, 0.0) / 10.0
+        x, y = 10.0 + 10.0 * math.sin(turned) + min(s, 0.0), 10.0 * (1.0 - math.cos(turned))
+        node.receive[ODOMETRY](odometry(tick, x, side * y, side * turned))
+    stops = node.published[1:]
+    assert len(stops) > 30
+    assert {(stop.throttle, stop.brake, stop.header.stamp.to_nsec()) for stop in stops} == {
+        (0.0, 0.5, 0)
+    }
+    assert stops[0].steer == pytest.approx(0.0, abs=0.02)
+    assert side * stops[-1].steer < -0.1, "a positive steer turns right"
+
+
+def test_restarted_planner_resumes_on_the_pass_on_which_it_was(offline_node, monkeypatch, tmp_path):
+    """A circle that is driven nearly twice: without a memory, the first pass is as near."""
+    monkeypatch.setenv(STATE_FOLDER_VARIABLE, str(tmp_path))
+    angle = np.arange(0.0, 3.6 * math.pi, 0.05)
+    route = mission(20.0 * np.column_stack([np.cos(angle), np.sin(angle)]))
+    before = offline_node("local_planner", "LocalPlannerNode")
+    before.receive[MISSION](route)
+    turns = np.arange(0.02, 3.5 * math.pi, 0.02)
+    poses = [(20.0 * math.cos(a), 20.0 * math.sin(a), a + math.pi / 2.0) for a in turns]
+    for tick, pose in enumerate(poses, start=1):
+        before.receive[ODOMETRY](odometry(tick, *pose))
+    restarted = offline_node("local_planner", "LocalPlannerNode")
+    restarted.receive[MISSION](route)
+    restarted.receive[ODOMETRY](odometry(len(poses) + 1, *poses[-1]))
+    assert restarted.published == before.published[-1:]
+    monkeypatch.delenv(STATE_FOLDER_VARIABLE)
+    forgetful = offline_node("local_planner", "LocalPlannerNode")
+    forgetful.receive[MISSION](route)
+    forgetful.receive[ODOMETRY](odometry(len(poses) + 1, *poses[-1]))
+    assert forgetful.published != before.published[-1:], "the pass makes a difference"
+
+
+def test_planner_stops_for_the_red_light_of_a_bridge_without_stamps(offline_node):
+    node = offline_node("local_planner", "LocalPlannerNode")
+    node.receive[MISSION](mission([(float(x), 0.0) for x in range(101)]))
+    light = CarlaTrafficLightInfo(id=7)
+    light.transform.position.x = 50.0
+    light.transform.orientation.z = 1.0
+    light.trigger_volume.size.x, light.trigger_volume.size.y = 1.0, 3.5
+    node.receive["/carla/traffic_lights/info"](CarlaTrafficLightInfoList(traffic_lights=[light]))
+    for tick, (state, stops) in enumerate(((RED, True), (GREEN, False), (RED, True)), start=1):
+        status = CarlaTrafficLightStatusList([CarlaTrafficLightStatus(id=7, state=state)])
+        node.receive["/carla/traffic_lights/status"](status)
+        node.receive[ODOMETRY](odometry(tick, 28.0, 0.0, 0.0))
+        assert (node.published[-1].waypoints[-1].v == 0.0) == stops
