@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import contextlib
+import fcntl
 import itertools
+import os
 import socket
+import tempfile
 from collections.abc import Iterable, Iterator
 from pathlib import Path
+from typing import IO
 
 _OUTGOING = Path("/proc/sys/net/ipv4/ip_local_port_range")
 # Above the default port of ROS and the ports that are usually given to a second master.
@@ -24,8 +28,9 @@ def _candidates() -> range:
 class MasterPorts:
     """A block of ports for this process.
 
-    An abstract Unix socket named after the block reserves it until the process ends, so that no
-    other process that uses this class takes the same block.
+    A lock on a file that is named after the block reserves it until the process ends, so that no
+    other process that uses this class takes the same block, not even in a network of its own: a
+    port also tells which processes belong together.
 
     Args:
         candidates: all ports that may be used, in steps of 1
@@ -33,15 +38,16 @@ class MasterPorts:
 
     def __init__(self, candidates: range):
         self._candidates = candidates
-        self._reservations: list[socket.socket] = []
+        self._reservations: list[IO] = []
         self._ports: Iterator[int] = iter(())
 
     def _reserve(self) -> Iterable[int]:
         first, last = self._candidates.start, self._candidates.stop - _BLOCK
         for start in range(first, last + 1, _BLOCK):
-            reservation = socket.socket(socket.AF_UNIX)
+            path = f"{tempfile.gettempdir()}/ros_master_ports_{start}_{os.getuid()}.lock"
+            reservation = open(path, "a")  # noqa: SIM115  it stays open until the process ends
             try:
-                reservation.bind(f"\0sdc_master_ports_{start}")
+                fcntl.flock(reservation, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except OSError:
                 reservation.close()
                 continue

@@ -46,9 +46,10 @@ def isolated_ros_environment(
     """
     master_uri = f"http://{address}:{free_master_port()}"
     yield {**os.environ, "ROS_MASTER_URI": master_uri, "ROS_IP": address, "ROS_HOME": str(ros_home)}
-    left = processes_with("ROS_MASTER_URI", master_uri)
-    for process in left:
+    left = []
+    for process in processes_with("ROS_MASTER_URI", master_uri):
         with contextlib.suppress(psutil.NoSuchProcess):
+            left.append(process.cmdline())
             process.kill()
     assert not left, f"processes were left behind: {left}"
 
