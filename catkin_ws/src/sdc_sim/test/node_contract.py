@@ -227,9 +227,10 @@ class ContractTest(unittest.TestCase):
 
     def test_initial_pose_places_the_car(self):
         self.drive_until(lambda x, y, yaw, speed: speed > 2.0, throttle=0.7)
+        before = len(self.odometry.messages)
         self.place(40.0, 30.0, 1.0)
-        odometry = self.next(
-            self.odometry, lambda message: abs(message.pose.pose.position.x - 40.0) < 0.1
+        odometry = self.odometry.wait_for(
+            lambda message: abs(message.pose.pose.position.x - 40.0) < 0.1, after=before
         )
         _, y, yaw, speed = pose_and_speed(odometry)
         self.assertAlmostEqual(y, 30.0)
@@ -239,8 +240,9 @@ class ContractTest(unittest.TestCase):
     def test_invalid_places_are_refused(self):
         for x, y in ((math.nan, 0.0), (math.inf, 0.0), (1e12, 0.0)):
             self.place(x, y)
+        before = len(self.odometry.messages)
         self.place(40.0, 0.0)
-        self.next(self.odometry, lambda message: message.pose.pose.position.x == 40.0)
+        self.odometry.wait_for(lambda message: message.pose.pose.position.x == 40.0, after=before)
         for x, y in (
             (math.nan, 0.0),
             (math.inf, 0.0),

@@ -11,6 +11,7 @@ from sdc_sim.physics.piecewise_linear import evaluate, linear_segments
 from sdc_sim.scenario.yaml_document import DocumentError, load_yaml, validate
 
 _SHARES = ("drive_front_share", "brake_front_share")
+_LARGEST = 1e9
 _MAY_BE_ZERO = (
     "rolling_resistance",
     "drag_area_m2",
@@ -163,6 +164,8 @@ def _number(key: str, value: Any) -> float:
         number = math.inf
     if not math.isfinite(number):
         raise VehicleError(f"is {number}: give a finite number", key)
+    if abs(number) > _LARGEST:
+        raise VehicleError(f"is {number:g}: give at most {_LARGEST:g}", key)
     return number
 
 
