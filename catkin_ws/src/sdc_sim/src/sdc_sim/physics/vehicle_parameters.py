@@ -11,7 +11,8 @@ from sdc_sim.physics.piecewise_linear import evaluate, linear_segments
 from sdc_sim.scenario.yaml_document import DocumentError, load_yaml, validate
 
 _SHARES = ("drive_front_share", "brake_front_share")
-_LARGEST = 1e9
+# Other numbers are mistakes, with which the equations of motion overflow.
+_SMALLEST, _LARGEST = 1e-9, 1e9
 _MAY_BE_ZERO = (
     "rolling_resistance",
     "drag_area_m2",
@@ -164,8 +165,8 @@ def _number(key: str, value: Any) -> float:
         number = math.inf
     if not math.isfinite(number):
         raise VehicleError(f"is {number}: give a finite number", key)
-    if abs(number) > _LARGEST:
-        raise VehicleError(f"is {number:g}: give at most {_LARGEST:g}", key)
+    if number and not _SMALLEST <= abs(number) <= _LARGEST:
+        raise VehicleError(f"is {number:g}: give 0, or {_SMALLEST:g} to {_LARGEST:g}", key)
     return number
 
 
