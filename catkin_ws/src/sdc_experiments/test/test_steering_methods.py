@@ -16,6 +16,8 @@ from sdc_package.steering.loader import METHODS
 from sdc_sim.evaluation.route_progress import COMPLETED
 from sdc_sim.physics.vehicle import Vehicle, VehicleCommand
 
+pytestmark = pytest.mark.slow(17)
+
 CONFIG = node_parameters("simple_controller")
 DATA = os.path.join(rospkg.RosPack().get_path("sdc_common"), "data")
 

@@ -13,6 +13,8 @@ from sdc_package.steering.axles import Axles
 from sdc_package.steering.loader import METHODS, load_steering, section_of
 from sdc_package.steering.method import predicted_pose
 
+pytestmark = pytest.mark.slow(8)
+
 HERE = os.path.dirname(os.path.abspath(__file__))
 with open(
     os.path.join(HERE, "..", "config", "simple_controller.yaml"), encoding="utf-8"

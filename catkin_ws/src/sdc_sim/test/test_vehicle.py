@@ -449,6 +449,7 @@ HOLDS = {
 }
 
 
+@pytest.mark.slow(4)
 @pytest.mark.parametrize("wind_mps", [0.0, 20.0])
 @pytest.mark.parametrize("name", PRESETS)
 @pytest.mark.parametrize("title", HOLDS)
@@ -463,6 +464,7 @@ def test_vehicle_at_rest_stays_in_place(title, name, wind_mps):
     assert (state.speed_mps, state.lateral_speed_mps, state.yaw_rate_radps) == (0.0, 0.0, 0.0)
 
 
+@pytest.mark.slow(20)
 @pytest.mark.parametrize("wind_mps", [0.0, 8.0])
 @pytest.mark.parametrize("steer", [0.0, 0.6, -1.0])
 @pytest.mark.parametrize(
@@ -732,6 +734,7 @@ def drive_of_60_s(internal_step_s, name="tesla_model3"):
     return vehicle.state, travelled_m
 
 
+@pytest.mark.slow(5)
 @pytest.mark.parametrize("name", PRESETS)
 def test_measured_halving_the_step_moves_the_end_of_60_s_by_centimetres(name):
     whole, travelled_m = drive_of_60_s(0.005, name)
