@@ -9,11 +9,10 @@ import termios
 import threading
 import time
 
-import psutil
 import pytest
 
 from sdc_common.ros.master_port import free_master_port
-from sdc_common.testing.processes import processes_with
+from sdc_common.testing.processes import kill_left_behind
 from sdc_common.testing.virtual_display import VirtualDisplay
 from sdc_workshop.guide import GuideError, missing_line, read
 from sdc_workshop.steps import Step, load_steps
@@ -219,11 +218,7 @@ class Student:
     def leave(self):
         for terminal in reversed(self.terminals.values()):
             terminal.close()
-        left = processes_with("ROS_MASTER_URI", self.environment["ROS_MASTER_URI"])
-        for process in left:
-            with contextlib.suppress(psutil.NoSuchProcess):
-                process.kill()
-        return left
+        return kill_left_behind(self.environment["ROS_MASTER_URI"])
 
 
 @pytest.fixture

@@ -1,6 +1,7 @@
 """Hostile workspaces: each is contained and named in the summary, and no other one is harmed."""
 
 import csv
+import re
 import socket
 from concurrent.futures import ThreadPoolExecutor
 
@@ -144,11 +145,24 @@ def forger(folder):
     path.write_text(replaced(path.read_text(), "6", body))
 
 
-# The hostile act, the step whose check runs it, and what the summary must name.
+# The hostile act, the step whose check runs it, and patterns of what the summary must name: on a
+# busy machine, the kernel may reach a limit before the watch sees the excess.
 HOSTILE = {
-    "fork_bomb": (fork_bomb, "hello", ["hello: more than 150 processes were started"]),
-    "memory_eater": (memory_eater, "hello", ["hello: more than 2048 MB of memory were used"]),
-    "disk_filler": (disk_filler, "hello", ["hello: the disk space was filled"]),
+    "fork_bomb": (
+        fork_bomb,
+        "hello",
+        ["hello: more (than 150 )?processes (were started|than allowed)"],
+    ),
+    "memory_eater": (
+        memory_eater,
+        "hello",
+        ["hello: more (than 2048 MB of )?memory (were used|than allowed)"],
+    ),
+    "disk_filler": (
+        disk_filler,
+        "hello",
+        ["hello: (the disk space was filled|more was written than allowed)"],
+    ),
     "spy": (
         spy,
         "hello",
@@ -200,7 +214,8 @@ def test_hostile_program_is_contained_and_named(grades, name):
     folder, found = grades
     _, step, words = HOSTILE[name]
     contained = "; ".join(found[name].contained)
-    assert [text for text in words if text.format(folder=folder) not in contained] == [], contained
+    missing = [text for text in words if not re.search(text.format(folder=folder), contained)]
+    assert missing == [], f"{contained}; {found[name].answers[step]}"
     assert found[name].answers[step]["status"] != PASSED
     assert found[name].answers["messages-1"]["status"] == PASSED
     assert found[name].note == ""

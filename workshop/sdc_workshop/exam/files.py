@@ -8,12 +8,12 @@ from typing import Sequence
 from sdc_workshop.exam.answer import PASSED, UNFINISHED, WAITING, WRONG, Answer, Problem, wrong
 from sdc_workshop.exam.hints import hint_of
 from sdc_workshop.exam.output import last_line
-from sdc_workshop.exam.stage import Stage
+from sdc_workshop.exam.stage import NEVER_RETURNED, Stage
 from sdc_workshop.exam.student import NotBuilt, Student
 from sdc_workshop.exam.subject import BUILD
 from sdc_workshop.workspace import PACKAGE, WORLD_SETUP
 
-_HELLO_TIMEOUT_S = 20.0
+_HELLO_TIMEOUT_S = 60.0
 HELLO = f"{PACKAGE}/scripts/hello.sh"
 BUILT = "a workspace that is built on the world's"
 
@@ -59,6 +59,8 @@ def hello_answer(student: Student, stage: Stage) -> Answer:
         with stage.program(["rosrun", PACKAGE, "hello.sh"]) as program:
             status = program.wait(_HELLO_TIMEOUT_S)
             output = program.output
+            if status is None:
+                stage.report(NEVER_RETURNED)
     except NotBuilt as error:
         return Answer(WAITING, "a workspace that is built", str(error), BUILD, file)
     problem = _output_problem(status, output)

@@ -9,7 +9,7 @@ from random import Random
 
 from sdc_workshop.exam.answer import Problem
 from sdc_workshop.exam.output import crash, last_line, meaning
-from sdc_workshop.exam.stage import Stage
+from sdc_workshop.exam.stage import NEVER_RETURNED, Stage
 from sdc_workshop.exam.variant import Variant
 
 _PROBE = Path(__file__).with_name("probes") / "library_probe.py"
@@ -34,7 +34,7 @@ def probe(variant: Variant, stage: Stage, name: str) -> dict | Problem:
     with stage.program(command, PYTHONPATH=python_path) as program:
         how = program.wait_until(lambda: False, _TIMEOUT_S)
         if how != "ended":
-            stage.report("it never returned, and was ended")
+            stage.report(NEVER_RETURNED)
             return Problem("a result", "it never returns", "Is there a loop that never ends?")
         found = crash(program.output, path)
         if found is not None:

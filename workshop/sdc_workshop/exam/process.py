@@ -192,7 +192,8 @@ class Program:
         end_marked(self.mark)
         self._reader.join(timeout=2.0)
         if self.watch is not None:
-            self.watch.join(timeout=2.0)
+            # What it saw last is part of the result.
+            self.watch.join(timeout=_END_TIMEOUT_S)
 
     def _signal_group(self, what: signal.Signals) -> None:
         # The id of a program that has ended may already belong to another process.

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from sdc_common.testing.virtual_display import VirtualDisplay
 
 NAME = "/workshop_check"
+NEVER_RETURNED = "it never returned, and was ended"
 _LIBRARY = f"{PACKAGE}/src/{PACKAGE}"
 
 

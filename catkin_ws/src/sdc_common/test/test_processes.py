@@ -1,5 +1,6 @@
 import subprocess
 import sys
+import threading
 
 import pytest
 
@@ -40,10 +41,19 @@ def test_process_is_found_by_its_environment(program, tmp_path):
 
 def test_process_that_is_left_behind_is_killed_and_reported(program, tmp_path):
     with pytest.raises(AssertionError, match="left behind"):  # noqa: SIM117
-        with isolated_ros_environment(tmp_path) as environment:
+        with isolated_ros_environment(tmp_path, patience_s=0.2) as environment:
             running = program(SLEEP, environment)
             running.wait_for_output("ready")
     assert running.wait_for_end(10.0) == -9
+
+
+def test_process_that_ends_a_little_later_is_not_left_behind(program, tmp_path):
+    with isolated_ros_environment(tmp_path) as environment:
+        running = program([sys.executable, "-c", "import time; time.sleep(1.0)"], environment)
+        waiting = threading.Thread(target=running.process.wait)
+        waiting.start()
+    waiting.join()
+    assert running.wait_for_end(10.0) == 0
 
 
 def test_missing_output_of_a_program_that_ended_is_an_error(program):

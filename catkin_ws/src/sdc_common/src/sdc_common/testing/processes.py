@@ -14,6 +14,8 @@ import psutil
 
 from sdc_common.ros.master_port import free_master_port
 
+# A child without a parent, on a busy machine.
+ORPHAN_S = 30.0
 _TIMEOUT_S = 120.0
 # A drive from start to end.
 _END_TIMEOUT_S = 200.0
@@ -30,27 +32,45 @@ def processes_with(variable: str, value: str) -> list[psutil.Process]:
     return found
 
 
+def kill_left_behind(master_uri: str, patience_s: float = ORPHAN_S) -> list[list[str]]:
+    """Kill the processes of a master that do not end by themselves.
+
+    Args:
+        master_uri: address of the ROS master
+        patience_s: time in which they may end: a child whose parent was killed ends when it reads
+            the end of their pipe
+
+    Returns:
+        the command lines of those that were killed
+    """
+    limit = time.monotonic() + patience_s
+    while processes_with("ROS_MASTER_URI", master_uri) and time.monotonic() < limit:
+        time.sleep(0.1)
+    left = []
+    for process in processes_with("ROS_MASTER_URI", master_uri):
+        with contextlib.suppress(psutil.NoSuchProcess):
+            left.append(process.cmdline())
+            process.kill()
+    return left
+
+
 @contextlib.contextmanager
 def isolated_ros_environment(
-    ros_home: os.PathLike | str, address: str = "127.0.0.1"
+    ros_home: os.PathLike | str, address: str = "127.0.0.1", patience_s: float = ORPHAN_S
 ) -> Iterator[dict[str, str]]:
     """Provide environment variables for programs under a ROS master of their own.
 
     Args:
         ros_home: folder of ROS's logs
         address: address of this machine for ROS
+        patience_s: time after the block in which the processes of this master may end
 
     Raises:
-        AssertionError: at the end of the block, a process of this master was still running; it is
-            killed
+        AssertionError: after that time, a process of this master was still running; it is killed
     """
     master_uri = f"http://{address}:{free_master_port()}"
     yield {**os.environ, "ROS_MASTER_URI": master_uri, "ROS_IP": address, "ROS_HOME": str(ros_home)}
-    left = []
-    for process in processes_with("ROS_MASTER_URI", master_uri):
-        with contextlib.suppress(psutil.NoSuchProcess):
-            left.append(process.cmdline())
-            process.kill()
+    left = kill_left_behind(master_uri, patience_s)
     assert not left, f"processes were left behind: {left}"
 
 
