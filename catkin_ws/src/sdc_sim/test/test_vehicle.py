@@ -348,6 +348,7 @@ def test_measured_creep_at_throttle_0_3_reaches_3_7_mps_and_stays_there():
     assert steady_mps == pytest.approx(3.7, rel=0.02)
 
 
+@pytest.mark.slow(3)
 def test_creep_ends_at_a_speed_that_grows_with_the_throttle_and_holds_in_reverse():
     steady_mps = []
     for throttle in (0.0, 0.05, 0.1, 0.2, 0.3):
@@ -579,6 +580,7 @@ cars = st.sampled_from(PRESETS)
 frictions = st.sampled_from([0.1, 0.5, 1.0])
 
 
+@pytest.mark.slow(3)
 @settings(max_examples=60, deadline=None)
 @given(
     cars,
@@ -614,6 +616,7 @@ def test_any_drive_stays_finite_and_sane(name, friction, wind_mps, drive):
         )
 
 
+@pytest.mark.slow(3)
 @settings(max_examples=60, deadline=None)
 @given(
     cars,
