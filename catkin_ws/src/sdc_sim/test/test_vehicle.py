@@ -641,6 +641,7 @@ def test_energy_is_never_created(name, friction, speed_mps, lateral_mps, yaw_rat
             assert energy_j <= before_j * (1.0 + 1e-12) + 1e-9
 
 
+@pytest.mark.slow(2)
 @settings(max_examples=40, deadline=None)
 @given(cars, frictions, drives)
 def test_left_is_the_mirror_image_of_right(name, friction, drive):
@@ -678,6 +679,7 @@ def test_same_drive_gives_the_same_numbers_bit_for_bit(name, drive):
     assert ends[0] == ends[1]
 
 
+@pytest.mark.slow(2)
 @settings(max_examples=40, deadline=None)
 @given(
     st.floats(1.0, 30.0),
