@@ -13,10 +13,11 @@ FIRST_OUTGOING = int(Path("/proc/sys/net/ipv4/ip_local_port_range").read_text().
 CANDIDATES = range(FIRST_OUTGOING - 100, FIRST_OUTGOING)
 
 
-@pytest.fixture(autouse=True)
-def reservations(tmp_path, monkeypatch):
-    """Keep the reservations of these tests apart from those of other processes."""
+@pytest.fixture
+def ports(tmp_path, monkeypatch):
+    """Return a function that makes MasterPorts, whose reservations no other process sees."""
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    return lambda: MasterPorts(CANDIDATES)
 
 
 def listener(port):
@@ -30,23 +31,23 @@ def test_port_lies_below_those_of_outgoing_connections():
     assert 1023 < free_master_port() < FIRST_OUTGOING
 
 
-def test_ports_of_a_process_differ():
-    ports = MasterPorts(CANDIDATES)
-    assert len({ports.next() for _ in range(50)}) == 50
+def test_ports_of_a_process_differ(ports):
+    own = ports()
+    assert len({own.next() for _ in range(50)}) == 50
 
 
-def test_next_port_replaces_one_that_another_program_has_taken():
-    ports = MasterPorts(CANDIDATES)
-    taken = ports.next() + 1
+def test_next_port_replaces_one_that_another_program_has_taken(ports):
+    own = ports()
+    taken = own.next() + 1
     with listener(taken):
-        assert ports.next() == taken + 1
+        assert own.next() == taken + 1
 
 
-def test_next_block_replaces_one_that_is_in_use():
-    first, second = MasterPorts(CANDIDATES), MasterPorts(CANDIDATES)
+def test_next_block_replaces_one_that_is_in_use(ports):
+    first, second = ports(), ports()
     assert abs(second.next() - first.next()) >= 50
     with pytest.raises(OSError, match="no free block of 50 ports"):
-        MasterPorts(CANDIDATES).next()
+        ports().next()
 
 
 def test_each_process_has_a_block_of_its_own():
