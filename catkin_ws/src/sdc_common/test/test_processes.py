@@ -39,6 +39,15 @@ def test_process_is_found_by_its_environment(program, tmp_path):
         assert running.interrupt() != 0
 
 
+def test_process_in_another_network_is_left_out(program, tmp_path):
+    if subprocess.run(["unshare", "--net", "true"], capture_output=True).returncode:
+        pytest.skip("no network namespace can be made here")
+    with isolated_ros_environment(tmp_path) as environment:
+        running = program(["unshare", "--net", *SLEEP], environment)
+        running.wait_for_output("ready")
+        assert processes_with("ROS_MASTER_URI", environment["ROS_MASTER_URI"]) == []
+
+
 def test_process_that_is_left_behind_is_killed_and_reported(program, tmp_path):
     with pytest.raises(AssertionError, match="left behind"):  # noqa: SIM117
         with isolated_ros_environment(tmp_path, patience_s=0.2) as environment:

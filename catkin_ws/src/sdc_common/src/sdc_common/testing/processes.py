@@ -23,13 +23,24 @@ _SHOWN_CHARACTERS = 5000
 
 
 def processes_with(variable: str, value: str) -> list[psutil.Process]:
-    """Return the processes, except this one, in whose environment a variable has a value."""
+    """Return the processes, except this one, in whose environment a variable has a value.
+
+    Those of another network are left out: in a sandbox, the same address is another ROS master.
+    """
     found = []
     for process in psutil.process_iter():
         with contextlib.suppress(psutil.Error, OSError):
-            if process.pid != os.getpid() and process.environ().get(variable) == value:
+            if (
+                process.pid != os.getpid()
+                and process.environ().get(variable) == value
+                and _network(process.pid) == _network(os.getpid())
+            ):
                 found.append(process)
     return found
+
+
+def _network(pid: int) -> str:
+    return os.readlink(f"/proc/{pid}/ns/net")
 
 
 def kill_left_behind(master_uri: str, patience_s: float = ORPHAN_S) -> list[list[str]]:
