@@ -151,12 +151,12 @@ HOSTILE = {
     "fork_bomb": (
         fork_bomb,
         "hello",
-        ["hello: more (than 150 )?processes (were started|than allowed)"],
+        ["hello: more (than 150 processes were started|processes than allowed)"],
     ),
     "memory_eater": (
         memory_eater,
         "hello",
-        ["hello: more (than 2048 MB of )?memory (were used|than allowed)"],
+        ["hello: more (than 2048 MB of memory were used|memory than allowed)"],
     ),
     "disk_filler": (
         disk_filler,
@@ -214,7 +214,8 @@ def test_hostile_program_is_contained_and_named(grades, name):
     folder, found = grades
     _, step, words = HOSTILE[name]
     contained = "; ".join(found[name].contained)
-    missing = [text for text in words if not re.search(text.format(folder=folder), contained)]
+    patterns = [text.format(folder=re.escape(str(folder))) for text in words]
+    missing = [pattern for pattern in patterns if not re.search(pattern, contained)]
     assert missing == [], f"{contained}; {found[name].answers[step]}"
     assert found[name].answers[step]["status"] != PASSED
     assert found[name].answers["messages-1"]["status"] == PASSED

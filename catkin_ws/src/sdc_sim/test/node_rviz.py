@@ -45,7 +45,6 @@ class RvizTest(unittest.TestCase):
         cls.addClassCleanup(cls.display.__exit__)
         cls.starts = 0
         cls.start()
-        cls.addClassCleanup(lambda: cls.stop())
 
     @classmethod
     def start(cls):
@@ -53,6 +52,7 @@ class RvizTest(unittest.TestCase):
         cls.launch = subprocess.Popen(
             ["roslaunch", "sdc_sim", "rviz.launch"], env=cls.display.environment
         )
+        cls.addClassCleanup(cls.stop)
         wait_until(cls.window_or_end, LIMIT_S, "RViz's window")
 
     @classmethod

@@ -27,20 +27,17 @@ def processes_with(variable: str, value: str) -> list[psutil.Process]:
 
     Those of another network are left out: in a sandbox, the same address is another ROS master.
     """
+    network = os.readlink("/proc/self/ns/net")
     found = []
     for process in psutil.process_iter():
         with contextlib.suppress(psutil.Error, OSError):
             if (
                 process.pid != os.getpid()
                 and process.environ().get(variable) == value
-                and _network(process.pid) == _network(os.getpid())
+                and os.readlink(f"/proc/{process.pid}/ns/net") == network
             ):
                 found.append(process)
     return found
-
-
-def _network(pid: int) -> str:
-    return os.readlink(f"/proc/{pid}/ns/net")
 
 
 def kill_left_behind(master_uri: str, patience_s: float = ORPHAN_S) -> list[list[str]]:
@@ -55,14 +52,14 @@ def kill_left_behind(master_uri: str, patience_s: float = ORPHAN_S) -> list[list
         the command lines of those that were killed
     """
     limit = time.monotonic() + patience_s
-    while processes_with("ROS_MASTER_URI", master_uri) and time.monotonic() < limit:
+    while (left := processes_with("ROS_MASTER_URI", master_uri)) and time.monotonic() < limit:
         time.sleep(0.1)
-    left = []
-    for process in processes_with("ROS_MASTER_URI", master_uri):
+    killed = []
+    for process in left:
         with contextlib.suppress(psutil.NoSuchProcess):
-            left.append(process.cmdline())
+            killed.append(process.cmdline())
             process.kill()
-    return left
+    return killed
 
 
 @contextlib.contextmanager

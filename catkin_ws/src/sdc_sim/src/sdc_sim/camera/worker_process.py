@@ -9,7 +9,7 @@ import signal
 import threading
 import time
 from multiprocessing import resource_tracker, util
-from multiprocessing.connection import Connection, wait
+from multiprocessing.connection import Connection
 from typing import Any, Callable, Sequence
 
 # The start includes imports and make_handler, on a machine that starts other nodes as well.
@@ -189,6 +189,6 @@ def _serve(
 
 def _end_without_caller(started: threading.Event) -> None:
     """End this process if the caller ends before it has started: rospy waits for a roscore."""
-    wait([multiprocessing.parent_process().sentinel])  # type: ignore[union-attr]
+    multiprocessing.parent_process().join()  # type: ignore[union-attr]
     if not started.is_set():
         os._exit(1)
