@@ -2,6 +2,7 @@
 
 import json
 import math
+import random
 
 import pytest
 from hypothesis import given, settings
@@ -38,9 +39,30 @@ MESSAGES = (
 )
 
 
-@settings(max_examples=10_000)
-@given(MESSAGES)
-def test_fuzz_any_message_is_valid_or_refused_with_one_line(text):
+VALID = [
+    *(f'{{"type":"{name}"}}' for name in protocol.SIMPLE),
+    '{"type":"keys","held":["w","left","space"]}',
+    '{"type":"pedals","throttle":0.5,"steer":-1,"brake":0}',
+    '{"type":"obstacle","x":3,"y":-2.5}',
+    '{"type":"drawn","picture":7}',
+    '{"type":"show","mask":true}',
+]
+PIECES = [
+    *'{}[]",:.-0123456789eE',
+    "NaN",
+    "Infinity",
+    "1e999",
+    "null",
+    "true",
+    "\\ud800",
+    "\x00",
+    "[" * 50,
+]
+MESSAGES_PER_EXAMPLE = 100
+
+
+def check(text):
+    """Read a message; it is valid, or refused with a text."""
     try:
         message = read_message(text)
     except ValueError as error:
@@ -54,6 +76,29 @@ def test_fuzz_any_message_is_valid_or_refused_with_one_line(text):
     if isinstance(message, protocol.Pedals):
         assert 0.0 <= message.throttle <= 1.0 and 0.0 <= message.brake <= 1.0
         assert -1.0 <= message.steer <= 1.0
+
+
+@given(MESSAGES)
+def test_fuzz_any_message_is_valid_or_refused_with_one_line(text):
+    check(text)
+
+
+def damaged(chance):
+    """Return a valid message with some of its characters replaced, removed or added."""
+    text = chance.choice(VALID)
+    for _ in range(chance.randint(1, 4)):
+        start = chance.randint(0, len(text))
+        end = min(len(text), start + chance.randint(0, 6))
+        text = text[:start] + chance.choice(["", *PIECES, chance.choice(VALID)]) + text[end:]
+    return text.encode() if chance.random() < 0.05 else text
+
+
+@settings(max_examples=100)
+@given(st.integers(0, 2**32))
+def test_fuzz_ten_thousand_damaged_messages_are_valid_or_refused(seed):
+    chance = random.Random(seed)
+    for _ in range(MESSAGES_PER_EXAMPLE):
+        check(damaged(chance))
 
 
 @pytest.mark.parametrize("name", protocol.SIMPLE)

@@ -1,0 +1,28 @@
+"""Fixtures for tests with a real drive under a ROS master of its own."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from sdc_common.testing.processes import Program, isolated_ros_environment
+
+DRIVE = Path(__file__).resolve().parents[4] / "drive"
+
+
+@pytest.fixture
+def drive(tmp_path):
+    """Return a function that starts ./drive with a cockpit and returns the address of its page."""
+    with isolated_ros_environment(tmp_path / "ros") as environment:
+        programs = []
+
+        def start(*arguments):
+            command = [str(DRIVE), "headless:=true", "cockpit:=true", *arguments]
+            programs.append(Program(command, environment, tmp_path, tmp_path / "log"))
+            programs[-1].wait_for_output("cockpit: http")
+            return programs[-1], re.search(r"cockpit: (\S+)", programs[-1].output)[1]
+
+        yield start
+        for program in programs:
+            if program.process.poll() is None:
+                program.interrupt()

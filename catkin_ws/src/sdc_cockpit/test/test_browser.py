@@ -1,0 +1,112 @@
+"""The page in a real browser, on a real drive."""
+
+import asyncio
+import json
+import math
+
+import pytest
+import tornado.websocket
+from selenium.webdriver.common.action_chains import ActionChains
+from selenium.webdriver.common.keys import Keys
+
+from sdc_cockpit.browser import headless_chromium, resize, value_of, wait_for
+
+pytestmark = pytest.mark.slow(60)
+
+PIXELS = """(() => {
+  const canvas = document.getElementById("picture");
+  return canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data
+    .reduce((sum, value, i) => (31 * sum + value) >>> 0, 0);
+})()"""
+FOCAL_PX, MOUNT_X_M, MOUNT_Z_M, PITCH_RAD = 320.0, 0.7, 1.7, math.radians(0.5)
+
+
+def click_on_path(browser, ahead_m):
+    """Click on the picture where it shows the planned path at a distance."""
+    state = value_of(browser, "cockpit.state")
+    x, y, yaw = state["pose"]
+    c, s = math.cos(yaw), math.sin(yaw)
+    places = [
+        (c * (px - x) + s * (py - y), c * (py - y) - s * (px - x)) for px, py, _ in state["path"]
+    ]
+    forward, left = min(places, key=lambda place: abs(place[0] - ahead_m))
+    depth = forward - MOUNT_X_M
+    down = FOCAL_PX * math.tan(math.atan2(MOUNT_Z_M, depth) - PITCH_RAD)
+    canvas = browser.find_element("id", "picture")
+    scale = canvas.size["width"] / (2.0 * FOCAL_PX)
+    right = -FOCAL_PX * left / depth
+    # Offsets count from the middle of the element.
+    ActionChains(browser).move_to_element_with_offset(
+        canvas, round(scale * right), round(scale * down)
+    ).click().perform()
+
+
+def test_page_shows_moving_pictures_and_drives_and_a_click_stops_the_car(drive):
+    _, address = drive()
+    with headless_chromium() as browser:
+        browser.get(address)
+        wait_for(browser, "window.cockpit && cockpit.picture.drawn > 0")
+        wait_for(browser, "cockpit.state && cockpit.state.speed > 2")
+        first = value_of(browser, PIXELS)
+        wait_for(browser, PIXELS, lambda pixels: pixels != first)
+        wait_for(browser, "document.querySelectorAll('#nodes tr.topic').length")
+
+        keyboard = ActionChains(browser)
+        keyboard.send_keys("p").perform()
+        wait_for(browser, "cockpit.driving")
+        assert value_of(browser, "document.getElementById('driver').textContent") == "you drive"
+        ActionChains(browser).key_down("s").perform()
+        wait_for(browser, "cockpit.state.command.brake === 1 && cockpit.state.speed < 0.05")
+        ActionChains(browser).key_up("s").key_down("w").perform()
+        wait_for(browser, "cockpit.state.command.throttle > 0.5 && cockpit.state.speed > 1")
+        ActionChains(browser).key_up("w").key_down("s").perform()
+        wait_for(browser, "cockpit.state.speed < 0.05")
+
+        click_on_path(browser, 25.0)
+        obstacle = wait_for(browser, "cockpit.state.obstacles[0]")["box"]
+        ActionChains(browser).key_up("s").send_keys(Keys.ESCAPE).perform()
+        wait_for(browser, "cockpit.state.mode === 'stack'")
+        wait_for(browser, "cockpit.state.speed > 0.5")
+        wait_for(browser, "cockpit.state.speed < 0.05")
+        state = value_of(browser, "cockpit.state")
+        distance_m = math.dist(state["pose"][:2], obstacle[:2])
+        assert state["running"] and 2.0 < distance_m < 15.0
+        resize(browser, 390, 800)
+        assert value_of(browser, "document.documentElement.scrollWidth") <= 390
+
+
+def socket_address(address):
+    return address.replace("http", "ws", 1).replace("/?", "/ws?")
+
+
+async def modes_after_a_driver_vanishes(address):
+    """Drive with full throttle, lose the connection; return the modes that another page sees."""
+    watcher = await tornado.websocket.websocket_connect(socket_address(address))
+    person = await tornado.websocket.websocket_connect(socket_address(address))
+
+    async def next_state(accepts):
+        while True:
+            message = await watcher.read_message()
+            assert message is not None, "the server closed the connection"
+            if isinstance(message, str):
+                values = json.loads(message)
+                if values["type"] == "state" and accepts(values):
+                    return values
+
+    await next_state(lambda state: state["speed"] and state["speed"] > 1.0)
+    await person.write_message('{"type":"drive"}')
+    await next_state(lambda state: state["mode"] == "person")
+    # Without controls from now on: the connection stays open, as that of a laptop that sleeps.
+    state = await next_state(lambda state: state["mode"] != "person")
+    modes = [state["mode"]]
+    braked = await next_state(lambda state: state["command"]["brake"] == 1.0)
+    modes.append(braked["mode"])
+    state = await next_state(lambda state: state["mode"] not in ("person", "braking"))
+    modes.append(state["mode"])
+    await next_state(lambda state: state["command"]["throttle"] > 0.0)
+    return modes
+
+
+def test_driver_that_vanishes_brakes_the_car_and_returns_it(drive):
+    _, address = drive("camera:=false")
+    assert asyncio.run(modes_after_a_driver_vanishes(address)) == ["braking", "braking", "stack"]
