@@ -1,6 +1,7 @@
 // Hands on the car: keyboard, touch pads and gamepad. While this page drives it repeats the
 // controls; the server brakes the car when they stop to arrive.
 const REPEAT_MS = 50;
+const CONFIRM_MS = 2000;
 const KEYS = {
   KeyW: "w", ArrowUp: "up", KeyS: "s", ArrowDown: "down", KeyA: "a", ArrowLeft: "left", KeyD: "d", ArrowRight: "right", Space: "space",
 };
@@ -32,7 +33,17 @@ export class Controls {
 
   takeOver() {
     this.#connection.send("drive");
-    this.#send();
+    // At once: the answer may take longer than the server waits for controls.
+    this.#repeat(true);
+    setTimeout(() => this.driving || this.#repeat(false), CONFIRM_MS);
+  }
+
+  #repeat(on) {
+    clearInterval(this.#timer);
+    if (on) {
+      this.#send();
+      this.#timer = setInterval(() => this.#send(), REPEAT_MS);
+    }
   }
 
   giveBack() {
@@ -43,9 +54,8 @@ export class Controls {
   setDriving(driving) {
     if (driving === this.driving) return;
     this.driving = driving;
-    this.#held.clear();
-    clearInterval(this.#timer);
-    if (driving) this.#timer = setInterval(() => this.#send(), REPEAT_MS);
+    if (!driving) this.#held.clear();
+    this.#repeat(driving);
   }
 
   #onKey(event, down) {

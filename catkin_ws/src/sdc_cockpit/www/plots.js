@@ -3,10 +3,11 @@ import "../lib/chart.js";
 
 const WINDOW_S = 30;
 const REDRAW_MS = 250;
+const PLAN = "#f2b53c";
 
 function plot(canvas, colours, range) {
   const datasets = colours.map((colour) => ({
-    data: [], borderColor: colour, borderWidth: 1.6, pointRadius: 0, showLine: true, tension: 0,
+    data: [], borderColor: colour, borderWidth: 1.8, borderDash: colour === PLAN ? [6, 5] : [], pointRadius: 0, showLine: true, tension: 0,
   }));
   const tick = { color: "#94a1b2", font: { size: 11 }, maxTicksLimit: 6, maxRotation: 0 };
   const grid = { color: "#2d3642", borderColor: "#2d3642" };
@@ -17,7 +18,7 @@ function plot(canvas, colours, range) {
       animation: false, parsing: false, normalized: true, responsive: true, maintainAspectRatio: false, events: [],
       plugins: { legend: { display: false }, tooltip: { enabled: false } },
       scales: {
-        x: { type: "linear", grid, ticks: { ...tick, callback: (value) => `${Math.round(value)} s` } },
+        x: { type: "linear", grid, ticks: { ...tick, callback: (value) => (value < 0 ? "" : `${Math.round(value)} s`) } },
         y: { grid, ticks: { ...tick, maxTicksLimit: 5 }, ...range },
       },
     },
@@ -28,13 +29,13 @@ export class Plots {
   #speed; #error; #drawnAt = 0; #last = -Infinity;
 
   constructor(speedCanvas, errorCanvas) {
-    this.#speed = plot(speedCanvas, ["#4ea1ff", "#f2b53c"], { suggestedMin: 0, suggestedMax: 12 });
+    this.#speed = plot(speedCanvas, [PLAN, "#4ea1ff"], { suggestedMin: 0, suggestedMax: 12 });
     this.#error = plot(errorCanvas, ["#35c37d"], { suggestedMin: -0.2, suggestedMax: 0.2 });
   }
 
   add({ t, speed, plan, cross_track: error }) {
     if (t === null || t === this.#last) return;
-    const rows = [[this.#speed.data.datasets[0], speed], [this.#speed.data.datasets[1], plan], [this.#error.data.datasets[0], error]];
+    const rows = [[this.#speed.data.datasets[0], plan], [this.#speed.data.datasets[1], speed], [this.#error.data.datasets[0], error]];
     for (const [dataset, value] of rows) {
       if (t < this.#last) dataset.data.length = 0;
       if (value !== null) dataset.data.push({ x: t, y: value });

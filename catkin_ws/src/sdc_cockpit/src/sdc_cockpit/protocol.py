@@ -174,7 +174,8 @@ def picture_message(kind: int, number: int, stamp_s: float, wall_s: float, file:
 
 def read_picture(message: bytes) -> tuple[int, int, float, float, bytes]:
     """Return the arguments of `picture_message`."""
-    return (*_PICTURE_HEADER.unpack_from(message), message[PICTURE_HEADER_BYTES:])
+    kind, number, stamp_s, wall_s = _PICTURE_HEADER.unpack_from(message)
+    return kind, number, stamp_s, wall_s, message[PICTURE_HEADER_BYTES:]
 
 
 def json_message(kind: str, **values: Any) -> bytes:
