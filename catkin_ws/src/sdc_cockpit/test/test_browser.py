@@ -11,7 +11,7 @@ from selenium.webdriver.common.keys import Keys
 
 from sdc_cockpit.browser import headless_chromium, resize, value_of, wait_for
 
-pytestmark = pytest.mark.slow(60)
+pytestmark = pytest.mark.slow(75)
 
 PIXELS = """(() => {
   const canvas = document.getElementById("picture");
@@ -41,8 +41,10 @@ def click_on_path(browser, ahead_m):
     ).click().perform()
 
 
-def test_page_shows_moving_pictures_and_drives_and_a_click_stops_the_car(drive):
-    _, address = drive()
+def test_page_shows_moving_pictures_and_drives_and_a_click_stops_the_car(drive, tmp_path):
+    route = tmp_path / "straight.csv"
+    route.write_text("".join(f"{x},0\n" for x in range(600)))
+    _, address = drive(f"waypoints_path:={route}")
     with headless_chromium() as browser:
         browser.get(address)
         wait_for(browser, "window.cockpit && cockpit.picture.drawn > 0")
