@@ -35,7 +35,7 @@ def running_drive(*arguments):
     """Run a drive with a cockpit; provide the program, its folder and the address of the page."""
     with tempfile.TemporaryDirectory() as name, isolated_ros_environment(name) as environment:
         command = [str(SRC.parents[1] / "drive"), "headless:=true", "cockpit:=true", *arguments]
-        program = Program(command, environment, Path(name), Path(name) / "log")
+        program = Program(command, environment, Path(name), Path(name) / "output.txt")
         try:
             program.wait_for_output("cockpit: http")
             yield program, Path(name), re.search(r"cockpit: (\S+)", program.output)[1]
@@ -71,7 +71,7 @@ def measure_picture():
         print(f"stamp to drawn: median {median:.0f} ms, 95 % within {most:.0f} ms")
 
 
-async def view(address):
+async def view(address, pictures):
     connection = await tornado.websocket.websocket_connect(
         address.replace("http", "ws", 1).replace("/?", "/ws?")
     )
@@ -82,23 +82,28 @@ async def view(address):
         if isinstance(message, bytes):
             kind, number, *_ = read_picture(message)
             if kind == CAMERA:
+                pictures.value += 1
                 await connection.write_message(json.dumps({"type": "drawn", "picture": number}))
 
 
-async def view_many(address, count):
-    await asyncio.gather(*(view(address) for _ in range(count)))
+async def view_many(address, count, pictures):
+    await asyncio.gather(*(view(address, pictures) for _ in range(count)))
 
 
-def run_viewers(address, count):
-    asyncio.run(view_many(address, count))
+def run_viewers(*arguments):
+    asyncio.run(view_many(*arguments))
 
 
 @contextlib.contextmanager
 def viewers(address, count):
-    process = multiprocessing.Process(target=run_viewers, args=(address, count), daemon=True)
+    """Run viewers in a process of their own; provide the number of pictures that all received."""
+    pictures = multiprocessing.Value("q", 0)
+    process = multiprocessing.Process(
+        target=run_viewers, args=(address, count, pictures), daemon=True
+    )
     process.start()
     try:
-        yield
+        yield pictures
     finally:
         process.terminate()
         process.join()
@@ -109,10 +114,15 @@ def measure_viewers():
         program.wait_for_output("cross-track error")
         print(f"no viewer: {100.0 * cpu_share(program, SECONDS):.1f} % of a core")
         for count in (1, VIEWERS):
-            with viewers(address, count):
+            with viewers(address, count) as pictures:
                 time.sleep(3.0)
+                before, start_s = pictures.value, time.monotonic()
                 share = cpu_share(program, SECONDS)
-            print(f"{count} viewers: {100.0 * share:.0f} % of a core")
+                rate = (pictures.value - before) / (time.monotonic() - start_s) / count
+            print(
+                f"viewers: {count}, {100.0 * share:.0f} % of a core, "
+                f"{rate:.1f} pictures per second to each"
+            )
 
 
 def tick_ms(count):
