@@ -154,6 +154,8 @@ class Cockpit:
     # The methods that the server calls.
 
     def joined(self, viewer):
+        if len(self.viewers) == 1:
+            self.log.take_new()  # The page gets all lines below.
         viewer.send(
             protocol.json_message(
                 "hello",

@@ -2,7 +2,7 @@
 // messages, so that the picture does not wait for them.
 import { Connection, token } from "./connection.js";
 import { Controls } from "./controls.js";
-import { addLog, clearLog, showInstruments, showNodes } from "./panels.js";
+import { addLog, clearLog, set, showInstruments, showNodes } from "./panels.js";
 import { ahead, Picture } from "./picture.js";
 
 const NOTICE_MS = 4000;
@@ -23,11 +23,11 @@ function notice(text, level = "info") {
 }
 
 function showDriver(mode, mine) {
-  $("driver").textContent = mine ? "you drive" : MODES[mode] ?? mode;
-  $("driver").className = `badge ${mode}`;
-  $("drive").textContent = mine ? "Give back" : "Take over";
+  set($("driver"), "textContent", mine ? "you drive" : MODES[mode] ?? mode);
+  set($("driver"), "className", `badge ${mode}`);
+  set($("drive"), "textContent", mine ? "Give back" : "Take over");
   $("drive").classList.toggle("active", mine);
-  $("pads").hidden = !mine;
+  set($("pads"), "hidden", !mine);
   document.body.classList.toggle("driving", mine);
 }
 
@@ -58,8 +58,9 @@ function onState(news) {
   if (mine !== controls.driving && !mine && state.mode === "braking") notice("The controls did not arrive: the car brakes", "warn");
   controls.setDriving(mine);
   showDriver(state.mode, mine);
-  $("clock").textContent = state.t === null ? "no simulation yet" : `${state.t.toFixed(1)} s${state.running ? "" : ", paused"}`;
-  $("pause").textContent = state.running || state.t === null ? "Pause" : "Resume";
+  const clock = state.t === null ? "no simulation yet" : `${state.t.toFixed(1)} s${state.running ? "" : ", paused"}`;
+  set($("clock"), "textContent", clock);
+  set($("pause"), "textContent", state.running || state.t === null ? "Pause" : "Resume");
   showInstruments(state);
   plots?.add(state);
   scene?.update(state);

@@ -3,17 +3,22 @@ const LARGEST_LOG = 300;
 const $ = (id) => document.getElementById(id);
 const number = (value, digits) => (value === null || value === undefined ? "–" : value.toFixed(digits));
 
+
+// Change a property of an element; an equal value costs no layout.
+export function set(element, property, value) {
+  if (element[property] !== value) element[property] = value;
+}
+
 export function showInstruments({ speed, cross_track: error, command }) {
-  $("speed").textContent = number(speed, 1);
-  $("cross-track").textContent = number(error, 2);
-  $("gear").textContent = command?.hand_brake ? "P" : command?.gear ?? "–";
+  set($("speed"), "textContent", number(speed, 1));
+  set($("cross-track"), "textContent", number(error, 2));
+  set($("gear"), "textContent", command?.hand_brake ? "P" : command?.gear ?? "–");
   for (const name of ["throttle", "brake"]) {
-    $(name).value = command?.[name] ?? 0;
-    $(name).nextElementSibling.textContent = number(command?.[name], 2);
+    set($(name), "value", command?.[name] ?? 0);
+    set($(name).nextElementSibling, "textContent", number(command?.[name], 2));
   }
-  const steer = command?.steer ?? 0;
-  $("steer").style.left = `${50 + 48 * steer}%`;
-  $("steer-value").textContent = number(command?.steer, 2);
+  set($("steer").style, "left", `${Math.round(50 + 48 * (command?.steer ?? 0))}%`);
+  set($("steer-value"), "textContent", number(command?.steer, 2));
 }
 
 function row(kind, name, rate = "") {
@@ -42,7 +47,7 @@ export function addLog(lines) {
     const source = document.createElement("b");
     item.className = level;
     source.textContent = `${level} ${node}  `;
-    item.append(source, text);
+    item.append(source, text.startsWith(`${node}: `) ? text.slice(node.length + 2) : text);
     list.append(item);
   }
   while (list.childElementCount > LARGEST_LOG) list.firstElementChild.remove();
