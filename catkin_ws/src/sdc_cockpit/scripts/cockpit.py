@@ -181,7 +181,7 @@ class Cockpit:
             viewer.drawn(message.picture)
         elif isinstance(message, (protocol.Keys, protocol.Pedals)):
             self.driving.control(viewer.number, message, now_s)
-        elif isinstance(message, protocol.Show):
+        elif isinstance(message, protocol.ShowMask):
             viewer.shows_mask = message.mask
             self.subscribe()
         elif isinstance(message, protocol.ObstacleClick):

@@ -114,7 +114,7 @@ def test_messages_with_values_are_read():
     assert read_message(pedals) == protocol.Pedals(0.5, -1.0, 0.0)
     assert read_message('{"type":"obstacle","x":3,"y":-2.5}') == protocol.ObstacleClick(3.0, -2.5)
     assert read_message('{"type":"drawn","picture":7}') == protocol.Drawn(7)
-    assert read_message('{"type":"show","mask":true}') == protocol.Show(True)
+    assert read_message('{"type":"show","mask":true}') == protocol.ShowMask(True)
 
 
 @pytest.mark.parametrize(

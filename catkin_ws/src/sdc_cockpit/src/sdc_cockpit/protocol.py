@@ -70,13 +70,13 @@ class Drawn:
 
 
 @dataclass(frozen=True)
-class Show:
-    """What the page shows now."""
+class ShowMask:
+    """Whether the page shows the lane mask."""
 
     mask: bool = field(default=False)
 
 
-ClientMessage = Union[Simple, Keys, Pedals, ObstacleClick, Drawn, Show]
+ClientMessage = Union[Simple, Keys, Pedals, ObstacleClick, Drawn, ShowMask]
 SIMPLE = ("drive", "release", "pause", "resume", "step", "reset", "reverse")
 
 
@@ -144,10 +144,10 @@ def _drawn(values: Mapping[str, Any]) -> Drawn:
     return Drawn(number)
 
 
-def _show(values: Mapping[str, Any]) -> Show:
+def _show(values: Mapping[str, Any]) -> ShowMask:
     if not isinstance(values["mask"], bool):
         raise ValueError("mask must be true or false")
-    return Show(values["mask"])
+    return ShowMask(values["mask"])
 
 
 _READERS: dict[str, tuple[Callable[[Mapping[str, Any]], ClientMessage], set]] = {
