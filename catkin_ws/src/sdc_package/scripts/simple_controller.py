@@ -9,10 +9,10 @@ from sdc_common.ros.refusal import refusing
 from sdc_common.validation import check_between
 from sdc_package.actuation import PedalMap, SteeringMap
 from sdc_package.input_pairing import InputPairing
+from sdc_package.live_steering import LiveSteering
 from sdc_package.pid import PidGains
 from sdc_package.speed_control import SpeedControl, SpeedControlLimits
 from sdc_package.steering.axles import Axles
-from sdc_package.steering.loader import load_steering, section_of
 from sdc_package.watchdog import InputWatchdog
 
 # TODO 1.1: the message that drives the car
@@ -33,12 +33,10 @@ class SimpleController:
         self.basic_throttle = parameter("basic_throttle")
         self.basic_steer = parameter("basic_steer")
         self.stop_brake = parameter("stop_brake")
-        method = parameter("steering_method")
-        section = rospy.get_param("~" + section_of(method), None)
         try:
             check_between(0.0, 1.0, basic_throttle=self.basic_throttle, stop_brake=self.stop_brake)
             check_between(-1.0, 1.0, basic_steer=self.basic_steer)
-            self.steering = load_steering(method, section, Axles(**parameter("axles")))
+            self.steering = LiveSteering(parameter("steering_method"), Axles(**parameter("axles")))
             limits = SpeedControlLimits(**parameter("limits"))
             self.speed_control = SpeedControl(PidGains(**parameter("pid")), limits)
             self.steering_map = SteeringMap(**parameter("steering"))

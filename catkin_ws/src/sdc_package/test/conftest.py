@@ -24,11 +24,19 @@ class OfflineNode:
     Attributes:
         receive: its callbacks by topic
         published: the messages that it published
+        call: its services by name
+        config: its parameters
     """
 
-    def __init__(self):
+    def __init__(self, config):
         self.receive = {}
         self.published = []
+        self.call = {}
+        self.config = config
+
+    def serve(self, name, service_class, handler):
+        """Take the place of rospy.Service."""
+        self.call[name] = lambda: handler(None)
 
     def subscribe(self, topic, message_class, callback, **options):
         """Take the place of rospy.Subscriber."""
@@ -48,14 +56,16 @@ def offline_node(monkeypatch):
     """Return a function that builds the node of a script, with the parameters of its config."""
 
     def build(name, class_name):
-        node = OfflineNode()
         script = load_script(os.path.join(HERE, "..", "scripts", name + ".py"))
         with open(os.path.join(HERE, "..", "config", name + ".yaml"), encoding="utf-8") as file:
             config = yaml.safe_load(file)
+        node = OfflineNode(config)
         monkeypatch.setattr(rospy, "get_param", lambda key, *default: config[key.lstrip("~")])
         monkeypatch.setattr(rospy, "init_node", lambda name: None)
         monkeypatch.setattr(rospy, "logwarn_throttle", lambda seconds, text: None)
+        monkeypatch.setattr(rospy, "loginfo", lambda text: None)
         monkeypatch.setattr(rospy, "Subscriber", node.subscribe)
+        monkeypatch.setattr(rospy, "Service", node.serve)
         monkeypatch.setattr(script, "LoopPublisher", node.advertise)
         getattr(script, class_name)()
         return node

@@ -35,6 +35,30 @@ def mission(points):
     return Path([BaseWaypoint(x, y) for x, y in points])
 
 
+def test_reload_uses_a_new_gain_and_refuses_a_bad_one(offline_node):
+    node = offline_node("simple_controller", "SimpleController")
+    path = LocalPath([Waypoint(float(x), 0.0, 5.0) for x in range(30)])
+
+    def steer(tick):
+        node.receive[ODOMETRY](odometry(tick, 2.0 + 0.25 * tick, 0.1, 0.0))
+        node.receive[PATH](path)
+        return node.published[-1].steer
+
+    first = steer(1)
+    gains = node.config["stanley_compensated"]
+    gains["k"] = 2.0 * gains["k"]
+    assert steer(2) == pytest.approx(first)
+    assert node.call["~reload"]()[0]
+    second = steer(3)
+    assert second == pytest.approx(2.0 * first, rel=0.05)
+    gains["k"] = -1.0
+    assert node.call["~reload"]() == (
+        False,
+        "section 'stanley_compensated': k must be a positive number, got -1.0",
+    )
+    assert steer(4) == pytest.approx(second)
+
+
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_stop_for_a_silent_planner_steers_along_the_last_path(offline_node, side):
     """The straight before the bend takes longer than the timeout."""
