@@ -3,8 +3,6 @@
 
 import asyncio
 import concurrent.futures
-import json
-import os
 import threading
 import time
 from pathlib import Path
@@ -23,17 +21,24 @@ from std_msgs.msg import Bool, Header
 from std_srvs.srv import Trigger
 
 from sdc_cockpit import protocol, server
-from sdc_cockpit.access import Access, is_loopback, new_token
+from sdc_cockpit.access import Access, is_loopback
+from sdc_cockpit.drive_arguments import drive_arguments
+from sdc_cockpit.drive_runner import DriveRunner
 from sdc_cockpit.drive_view import EGO, DriveView
 from sdc_cockpit.driving import PERSON, STACK, RemoteDriving
 from sdc_cockpit.graph_view import LogLines, node_rows
+from sdc_cockpit.live_parameters import change_parameter, live_parameters
+from sdc_cockpit.master_state import check_no_drive, clear_parameters
 from sdc_cockpit.pictures import PictureEncoder, RateLimit
+from sdc_cockpit.saved_cockpit import SavedCockpit
 from sdc_cockpit.topic_feeds import Feed, TopicFeeds, decoded
 from sdc_cockpit.viewers import Viewers
 from sdc_common.ros.node import LoopPublisher, parameter, refuse, spin_with
 from sdc_common.ros.refusal import refusing
-from sdc_common.ros.supervisor import STATE_FOLDER_VARIABLE, supervise
+from sdc_common.ros.supervisor import supervise
+from sdc_package.steering.loader import METHODS
 from sdc_sim.manual_control.keyboard import KeyboardControlRates
+from sdc_sim.scenario.runner import PackagedFolders
 
 CAMERA = EGO + "/camera/rgb/front/image_color"
 LANE_MASK = "/camera/lane_mask"
@@ -59,6 +64,10 @@ class Cockpit:
         except (KeyError, TypeError, ValueError) as error:
             refuse(f"{error}; correct it in config/cockpit.yaml or config/manual_control.yaml")
         self.full_speed_mps = parameter("full_speed_mps")
+        self.drives = DriveRunner(
+            parameter("drive_command"), Path(parameter("drives_folder")), self.on_drive_end
+        )
+        self.scenarios = scenario_names()
         self.address = parameter("address")
         self.saved = SavedCockpit(parameter("port"))
         try:
@@ -162,8 +171,11 @@ class Cockpit:
                 viewer=viewer.number,
                 full_speed=self.full_speed_mps,
                 log=self.log.all(),
+                scenarios=self.scenarios,
+                methods=list(METHODS),
             )
         )
+        self.executor.submit(self.send_drives)
         self.next_nodes_s = self.next_state_s = 0.0
         self.subscribe()
 
@@ -187,6 +199,13 @@ class Cockpit:
         elif isinstance(message, protocol.ObstacleClick):
             header = Header(stamp=rospy.Time(0), frame_id="map")
             self.click_publisher.publish(header, Point(message.x_m, message.y_m, 0.0))
+        elif isinstance(message, protocol.SetParameter):
+            self.executor.submit(self.reported, change_parameter, message.name, message.value)
+        elif isinstance(message, protocol.StartDrive):
+            arguments = drive_arguments(message.scenario, message.arguments, self.scenarios)
+            self.executor.submit(self.reported, self.start_drive, message.scenario, arguments)
+        elif message.name == "stop":
+            self.executor.submit(self.reported, self.stop_drive)
         elif message.name == "drive":
             self.driving.take(viewer.number, now_s)
             self.publish_command()
@@ -204,9 +223,48 @@ class Cockpit:
             level, text = "info" if answer.success else "warn", f"{name}: {answer.message}"
         except (rospy.ServiceException, rospy.ROSInterruptException) as error:
             level, text = "warn", f"{name}: this world does not offer it ({error})"
-        self.in_loop(
-            self.viewers.broadcast, protocol.json_message("notice", level=level, text=text)
-        )
+        self.notice(level, text)
+
+    def notice(self, level, text):
+        message = protocol.json_message("notice", level=level, text=text)
+        self.in_loop(self.viewers.broadcast, message, True)
+
+    def reported(self, action, *arguments):
+        """Call what a page asked for, and report to all pages how it went."""
+        try:
+            self.notice("info", action(*arguments))
+        except (ValueError, OSError, rosgraph.MasterException) as error:
+            self.notice("warn", str(error))
+        self.send_parameters()
+
+    def start_drive(self, scenario, arguments):
+        name = self.drives.start(scenario, arguments, self.before_drive)
+        self.send_drives()
+        return f"started {name}"
+
+    def before_drive(self):
+        check_no_drive()
+        clear_parameters()
+        self.view.clear()
+
+    def stop_drive(self):
+        self.drives.stop()
+        return "the drive ends and writes its report"
+
+    def on_drive_end(self):
+        self.driving.end()
+        self.publish_command()
+        self.other_driver = False
+        self.send_drives()
+
+    def send_drives(self):
+        drives = {"running": self.drives.running, "past": self.drives.past()}
+        message = protocol.json_message("drives", offered=self.drives.offered, **drives)
+        self.in_loop(self.viewers.broadcast, message, True)
+
+    def send_parameters(self):
+        message = protocol.json_message("parameters", values=live_parameters())
+        self.in_loop(self.viewers.broadcast, message)
 
     # The work of the server's thread.
 
@@ -251,6 +309,7 @@ class Cockpit:
         except (OSError, rosgraph.MasterException):
             return
         self.in_loop(self.viewers.broadcast, protocol.json_message("nodes", nodes=rows))
+        self.send_parameters()
 
     def serve(self):
         asyncio.set_event_loop(asyncio.new_event_loop())
@@ -269,32 +328,16 @@ class Cockpit:
         self.loop.start()
 
     def on_shutdown(self):
+        self.drives.end()
         if self.overridden:
             self.override_publisher.publish(False)
             time.sleep(LAST_MESSAGE_S)
         self.in_loop(self.loop.stop)
 
 
-class SavedCockpit:
-    """What the node needs after a crash, when its supervisor has started it again."""
-
-    def __init__(self, port):
-        self.token, self.port, self.driving = new_token(), port, False
-        self.path = None
-        if STATE_FOLDER_VARIABLE in os.environ:
-            self.path = Path(os.environ[STATE_FOLDER_VARIABLE]) / "cockpit.json"
-            if self.path.exists():
-                vars(self).update(json.loads(self.path.read_text(encoding="ascii")))
-
-    def write(self, **values):
-        kept = {"token": self.token, "port": self.port, "driving": False, **values}
-        self.port = kept["port"]
-        if self.path is None:
-            return
-        new = self.path.with_suffix(".new")
-        new.touch(mode=0o600)
-        new.write_text(json.dumps(kept), encoding="ascii")
-        new.replace(self.path)
+def scenario_names():
+    folder = PackagedFolders.find().scenarios
+    return sorted(path.stem for path in Path(folder).glob("*.yaml"))
 
 
 if __name__ == "__main__":

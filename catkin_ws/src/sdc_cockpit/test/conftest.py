@@ -7,22 +7,35 @@ import pytest
 
 from sdc_common.testing.processes import Program, isolated_ros_environment
 
-DRIVE = Path(__file__).resolve().parents[4] / "drive"
+ROOT = Path(__file__).resolve().parents[4]
 
 
 @pytest.fixture
-def drive(tmp_path):
-    """Return a function that starts ./drive with a cockpit and returns the address of its page."""
+def start(tmp_path):
+    """Return a function that starts a program and returns it with the address of its page."""
     with isolated_ros_environment(tmp_path / "ros") as environment:
         programs = []
 
-        def start(*arguments):
-            command = [str(DRIVE), "headless:=true", "cockpit:=true", *arguments]
+        def begin(*command):
             programs.append(Program(command, environment, tmp_path, tmp_path / "log"))
             programs[-1].wait_for_output("cockpit: http")
             return programs[-1], re.search(r"cockpit: (\S+)", programs[-1].output)[1]
 
-        yield start
+        yield begin
         for program in programs:
             if program.process.poll() is None:
                 program.interrupt()
+
+
+@pytest.fixture
+def drive(start):
+    """Return a function that starts ./drive with a cockpit and returns the address of its page."""
+    return lambda *arguments: start(
+        str(ROOT / "drive"), "headless:=true", "cockpit:=true", *arguments
+    )
+
+
+@pytest.fixture
+def standing_cockpit(start):
+    """Return a function that starts ./cockpit and returns the address of its page."""
+    return lambda: start(str(ROOT / "cockpit"))[1]

@@ -10,7 +10,7 @@ from sdc_sim.manual_control.keyboard import KeyboardControlRates
 
 RATES = KeyboardControlRates(2.0, 4.0, 0.5, 2.0, 0.7)
 FORWARD, NOTHING = Keys(frozenset({"w"})), Keys(frozenset())
-TIMEOUT_S, LIMIT_S = 0.35, 5.0
+TIMEOUT_S, LIMIT_S = 0.3, 5.0
 
 
 @pytest.fixture

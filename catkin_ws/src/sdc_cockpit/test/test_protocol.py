@@ -1,5 +1,6 @@
 """Messages of the page: all values are checked."""
 
+import contextlib
 import json
 import math
 import random
@@ -9,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sdc_cockpit import protocol
+from sdc_cockpit.drive_arguments import drive_arguments
 from sdc_cockpit.protocol import read_message
 
 NUMBERS = st.floats() | st.integers()
@@ -19,8 +21,16 @@ VALUES = st.recursive(
     ),
     max_leaves=8,
 )
-TYPES = st.sampled_from([*protocol.SIMPLE, "keys", "pedals", "obstacle", "drawn", "show"]) | VALUES
-FIELDS = st.sampled_from(["held", "throttle", "steer", "brake", "x", "y", "picture", "mask"])
+TYPES = (
+    st.sampled_from(
+        [*protocol.SIMPLE, "keys", "pedals", "obstacle", "drawn", "show", "set", "start"]
+    )
+    | VALUES
+)
+FIELDS = st.sampled_from(
+    ["held", "throttle", "steer", "brake", "x", "y", "picture", "mask"]
+    + ["name", "value", "scenario", "arguments"]
+)
 OBJECTS = st.builds(
     lambda kind, values: {**values, "type": kind},
     TYPES,
@@ -46,6 +56,8 @@ VALID = [
     '{"type":"obstacle","x":3,"y":-2.5}',
     '{"type":"drawn","picture":7}',
     '{"type":"show","mask":true}',
+    '{"type":"set","name":"/sim/friction","value":0.5}',
+    '{"type":"start","scenario":"oval","arguments":{"sync":true,"friction":0.6}}',
 ]
 PIECES = [
     *'{}[]",:.-0123456789eE',
@@ -58,7 +70,7 @@ PIECES = [
     "\x00",
     "[" * 50,
 ]
-MESSAGES_PER_EXAMPLE = 100
+MESSAGES_PER_EXAMPLE = 1000
 
 
 def check(text):
@@ -71,6 +83,9 @@ def check(text):
     for value in vars(message).values():
         if isinstance(value, float):
             assert math.isfinite(value)
+    if isinstance(message, protocol.StartDrive):
+        with contextlib.suppress(ValueError):
+            drive_arguments(message.scenario, message.arguments, ["oval"])
     if isinstance(message, protocol.Keys):
         assert message.held <= protocol.KEYS
     if isinstance(message, protocol.Pedals):
@@ -93,7 +108,7 @@ def damaged(chance):
     return text.encode() if chance.random() < 0.05 else text
 
 
-@settings(max_examples=100)
+@settings(max_examples=10)
 @given(st.integers(0, 2**32))
 def test_fuzz_ten_thousand_damaged_messages_are_valid_or_refused(seed):
     chance = random.Random(seed)
@@ -115,6 +130,10 @@ def test_messages_with_values_are_read():
     assert read_message('{"type":"obstacle","x":3,"y":-2.5}') == protocol.ObstacleClick(3.0, -2.5)
     assert read_message('{"type":"drawn","picture":7}') == protocol.Drawn(7)
     assert read_message('{"type":"show","mask":true}') == protocol.ShowMask(True)
+    assert read_message('{"type":"set","name":"/a","value":2}') == protocol.SetParameter("/a", 2.0)
+    assert read_message(
+        '{"type":"start","scenario":"oval","arguments":{"sync":true}}'
+    ) == protocol.StartDrive("oval", {"sync": True})
 
 
 @pytest.mark.parametrize(
@@ -131,6 +150,10 @@ def test_messages_with_values_are_read():
             "throttle must be a number from 0 to 1",
         ),
         ('{"type":"drawn","picture":true}', "picture must be a whole number"),
+        ('{"type":"set","name":1,"value":1}', "name must be the name of a parameter"),
+        ('{"type":"set","name":"/sim/friction","value":"1"}', "value must be a finite number"),
+        ('{"type":"start","scenario":1,"arguments":{}}', "scenario must be a name"),
+        ('{"type":"start","scenario":"","arguments":[]}', "arguments must be an object"),
         ("[]", "a message is a JSON object"),
         (b"{}", "a page sends text"),
         ("[" * 4000, ""),

@@ -17,9 +17,22 @@ from sdc_cockpit.viewers import MAX_UNDRAWN, Viewers
 TOKEN = "secret"
 
 
+class RecordingDrives:
+    page = None
+
+    def file(self, name, file):
+        return self.page if (name, file) == ("1-oval", "report.html") else None
+
+    def comparison(self, a, b):
+        if b == "gone":
+            raise ValueError("there is no drive 'gone'")
+        return {"text": f"{a} {b}", "picture": ""}
+
+
 class RecordingBackend:
     def __init__(self):
         self.viewers = Viewers()
+        self.drives = RecordingDrives()
         self.received, self.gone = [], []
 
     def joined(self, viewer):
@@ -44,6 +57,7 @@ class ServerTest(tornado.testing.AsyncHTTPTestCase):
         (Path(folder.name) / "secret.txt").write_text("private")
         (Path(folder.name) / "www" / "index.html").write_text("<h1>page</h1>")
         self.backend = RecordingBackend()
+        self.backend.folder = Path(folder.name)
         return server.application(
             self.backend, Access(TOKEN, loopback=True), Path(folder.name) / "www"
         )
@@ -79,6 +93,23 @@ class ServerTest(tornado.testing.AsyncHTTPTestCase):
     def test_no_file_outside_of_the_page_is_served(self):
         for path in ("/static/../secret.txt", "/static/%2e%2e/secret.txt", "/lib/../../secret.txt"):
             assert self.code(f"{path}?token={TOKEN}") in (403, 404)
+
+    def test_report_of_a_drive_cannot_use_the_server(self):
+        self.backend.drives.page = self.backend.folder / "www" / "index.html"
+        answer = self.fetch(f"/drives/1-oval/report.html?token={TOKEN}")
+        assert (answer.code, answer.body) == (200, b"<h1>page</h1>")
+        policy = answer.headers["Content-Security-Policy"]
+        assert "sandbox allow-scripts;" in policy and "allow-same-origin" not in policy
+        assert self.code("/drives/1-oval/report.html") == 403
+        assert self.code(f"/drives/1-oval/drive.json?token={TOKEN}") == 404
+        assert self.code(f"/drives/../secret.txt?token={TOKEN}") == 404
+
+    def test_comparison_of_two_drives(self):
+        answer = self.fetch(f"/api/compare?a=1&b=2&token={TOKEN}")
+        assert json.loads(answer.body) == {"text": "1 2", "picture": ""}
+        answer = self.fetch(f"/api/compare?a=1&b=gone&token={TOKEN}")
+        assert (answer.code, json.loads(answer.body)["error"]) == (404, "there is no drive 'gone'")
+        assert self.code("/api/compare?a=1&b=2") == 403
 
     @tornado.testing.gen_test
     async def test_websocket_needs_token_and_own_origin(self):
@@ -126,6 +157,15 @@ class ServerTest(tornado.testing.AsyncHTTPTestCase):
         viewer.drawn(MAX_UNDRAWN)
         self.backend.viewers.broadcast_picture(CAMERA, 1.0, 2.0, b"newest")
         assert read_picture(await connection.read_message())[4] == b"newest"
+
+    @tornado.testing.gen_test
+    async def test_thirty_viewers_get_each_picture(self):
+        connections = [await self.connect() for _ in range(30)]
+        for number in (1, 2):
+            self.backend.viewers.broadcast_picture(CAMERA, 0.1 * number, 2.0, b"file")
+            for connection in connections:
+                message = read_picture(await connection.read_message())
+                assert (message[1], message[4]) == (number, b"file")
 
 
 def test_next_port_is_used_if_one_is_taken():

@@ -60,7 +60,7 @@ export class Controls {
 
   #onKey(event, down) {
     const key = KEYS[event.code];
-    if (!key || !this.driving || event.ctrlKey || event.metaKey || event.altKey) return;
+    if (!key || !this.driving || event.ctrlKey || event.metaKey || event.altKey || event.target.matches?.("input, select")) return;
     down ? this.#held.add(key) : this.#held.delete(key);
     event.preventDefault();
     this.#send();

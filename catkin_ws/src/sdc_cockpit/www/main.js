@@ -3,6 +3,8 @@
 import { Connection, token } from "./connection.js";
 import { Controls } from "./controls.js";
 import { addLog, clearLog, set, showInstruments, showNodes } from "./panels.js";
+import { Drives } from "./drives.js";
+import { Parameters } from "./parameters.js";
 import { ahead, Picture } from "./picture.js";
 
 const NOTICE_MS = 4000;
@@ -13,6 +15,8 @@ const $ = (id) => document.getElementById(id);
 const connection = new Connection();
 const picture = new Picture(connection, $("picture"), $("no-picture"));
 const controls = new Controls(connection, $("pads"));
+const drives = new Drives(connection, notice);
+new Parameters(connection);
 let state = null, viewer = null, fullSpeed = 10, scene = null, plots = null, road = 0, maskShown = false, noticeTimer = 0;
 window.cockpit = { picture, get state() { return state; }, get driving() { return controls.driving; }, get scene() { return scene !== null; } };
 
@@ -62,6 +66,7 @@ function onState(news) {
   set($("clock"), "textContent", clock);
   set($("pause"), "textContent", state.running || state.t === null ? "Pause" : "Resume");
   showInstruments(state);
+  drives.update(state);
   plots?.add(state);
   scene?.update(state);
   if (scene && state.road > 0 && state.road !== road) loadRoad(state.road);
@@ -104,7 +109,7 @@ $("scene").addEventListener("click", (event) => obstacle(scene?.place(event)));
 $("level").addEventListener("change", () => { $("log").className = `scroll ${$("level").value}`; });
 $("log").classList.add("info");
 addEventListener("keydown", (event) => {
-  if (event.ctrlKey || event.metaKey || event.altKey || event.repeat || event.target.matches("select")) return;
+  if (event.ctrlKey || event.metaKey || event.altKey || event.repeat || event.target.matches("select, input")) return;
   if (event.code in SHORTCUTS) {
     event.preventDefault();
     actions[SHORTCUTS[event.code]]();

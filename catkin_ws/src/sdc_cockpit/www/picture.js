@@ -8,9 +8,10 @@ const KEPT_LATENCIES = 2000;
 
 export class Picture {
   latencies = [];
+  arrivals = [];
   drawn = 0;
   #canvas; #context; #tint; #connection;
-  #waiting = null; #picture = null; #mask = null; #scheduled = false; #first = null;
+  #waiting = null; #newest = 0; #mask = null; #first = null;
 
   constructor(connection, canvas, hint) {
     this.#canvas = canvas;
@@ -18,7 +19,9 @@ export class Picture {
     this.#tint = document.createElement("canvas");
     this.#connection = connection;
     this.#first = hint;
+    connection.addEventListener("hello", () => { this.#newest = 0; });
     connection.addEventListener("picture", (event) => this.#receive(event.detail));
+    document.addEventListener("visibilitychange", () => this.#draw());
     connection.addEventListener("mask", (event) => this.#receiveMask(event.detail));
   }
 
@@ -27,11 +30,16 @@ export class Picture {
   }
 
   async #receive(detail) {
+    this.#record(this.arrivals, detail.wall);
     const image = await createImageBitmap(new Blob([detail.bytes], { type: "image/jpeg" }));
-    if (this.#waiting && this.#waiting.number > detail.number) return;
+    if (detail.number < this.#newest) {
+      image.close();
+      return;
+    }
+    this.#newest = detail.number;
     this.#waiting?.image.close();
     this.#waiting = { image, ...detail };
-    this.#schedule();
+    this.#draw();
   }
 
   async #receiveMask(detail) {
@@ -46,14 +54,15 @@ export class Picture {
     image.close();
   }
 
-  #schedule() {
-    if (this.#scheduled) return;
-    this.#scheduled = true;
-    requestAnimationFrame(() => this.#draw());
+  #record(latencies, wall) {
+    if (!Number.isNaN(wall)) latencies.push(Date.now() - 1000 * wall);
+    if (latencies.length > KEPT_LATENCIES) latencies.shift();
   }
 
+  // Draws at once: a browser without a graphics card is late with its animation frames. A hidden page
+  // draws nothing, so that the server sends it no more pictures.
   #draw() {
-    this.#scheduled = false;
+    if (this.#waiting === null || document.hidden) return;
     const { image, number, wall } = this.#waiting;
     this.#waiting = null;
     if (this.#canvas.width !== image.width || this.#canvas.height !== image.height) {
@@ -67,8 +76,7 @@ export class Picture {
     }
     image.close();
     this.drawn += 1;
-    if (!Number.isNaN(wall)) this.latencies.push(Date.now() - 1000 * wall);
-    if (this.latencies.length > KEPT_LATENCIES) this.latencies.shift();
+    this.#record(this.latencies, wall);
     this.#connection.send("drawn", { picture: number });
     if (this.#first) {
       this.#first.hidden = true;

@@ -1,8 +1,9 @@
-// Live plots of the last seconds of simulated time, with Chart.js.
+// Live plots of the last seconds of simulated time, with Chart.js. They are drawn in turn, so that
+// a picture waits for one of them at most.
 import "../lib/chart.js";
 
 const WINDOW_S = 30;
-const REDRAW_MS = 250;
+const REDRAW_MS = 200;
 const PLAN = "#f2b53c";
 
 function plot(canvas, colours, range) {
@@ -26,11 +27,12 @@ function plot(canvas, colours, range) {
 }
 
 export class Plots {
-  #speed; #error; #drawnAt = 0; #last = -Infinity;
+  #speed; #error; #next; #drawnAt = 0; #last = -Infinity;
 
   constructor(speedCanvas, errorCanvas) {
     this.#speed = plot(speedCanvas, [PLAN, "#4ea1ff"], { suggestedMin: 0, suggestedMax: 12 });
     this.#error = plot(errorCanvas, ["#35c37d"], { suggestedMin: -0.2, suggestedMax: 0.2 });
+    this.#next = this.#speed;
   }
 
   add({ t, speed, plan, cross_track: error }) {
@@ -44,10 +46,10 @@ export class Plots {
     this.#last = t;
     if (performance.now() - this.#drawnAt < REDRAW_MS) return;
     this.#drawnAt = performance.now();
-    for (const one of [this.#speed, this.#error]) {
-      one.options.scales.x.min = t - WINDOW_S;
-      one.options.scales.x.max = t;
-      one.update("none");
-    }
+    const one = this.#next;
+    this.#next = one === this.#speed ? this.#error : this.#speed;
+    one.options.scales.x.min = t - WINDOW_S;
+    one.options.scales.x.max = t;
+    one.update("none");
   }
 }

@@ -59,15 +59,23 @@ class DriveView:
         self.road_number = 0
         self.stamp: tuple[int, int] | None = None
         self.feeds = [
-            Feed(ODOMETRY, callback=self._receive_odometry),
+            Feed(ODOMETRY, rests=True, callback=self._receive_odometry),
             Feed(MISSION, callback=self._receive_mission),
             Feed(LOCAL_PATH),
-            Feed(STATUS),
-            Feed(OBSTACLES),
+            Feed(STATUS, rests=True),
+            Feed(OBSTACLES, rests=True),
             Feed(LIGHT_INFO),
             Feed(LIGHT_STATUS),
         ]
         self._feeds = {feed.topic: feed for feed in self.feeds}
+
+    def clear(self) -> None:
+        """Forget the last drive."""
+        for feed in self.feeds:
+            feed.newest = None
+        self._cache.clear()
+        self._wall_times.clear()
+        self.road, self.stamp = None, None
 
     @property
     def speed_mps(self) -> float:
@@ -104,6 +112,8 @@ class DriveView:
     def _value(self, topic: str, read: Callable[[Any], Any]) -> Any:
         """Return what `read` makes of the newest message; of a bad one, the value before it."""
         newest = self._feeds[topic].newest
+        if newest is None:
+            return None
         message, value = self._cache.get(topic, (None, None))
         if newest is not message:
             with refusing(topic):
@@ -127,6 +137,7 @@ class DriveView:
             "obstacles": self._value(OBSTACLES, _obstacles) or [],
             "lights": self._lights(),
             "road": self.road_number,
+            "progress": None,
         }
         if pose:
             x_m, y_m, yaw_rad, speed_mps = pose
@@ -134,6 +145,7 @@ class DriveView:
             state["speed"] = round(speed_mps, 3)
             if self.road is not None:
                 state["cross_track"] = round(self.road.cross_track_m(x_m, y_m, yaw_rad), 3)
+                state["progress"] = round(self.road.progress, 3)
         return state
 
     def _lights(self) -> list[list]:

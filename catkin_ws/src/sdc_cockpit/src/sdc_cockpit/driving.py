@@ -64,6 +64,11 @@ class RemoteDriving:
             if self.viewer == viewer:
                 self.mode, self.viewer = STACK, None
 
+    def end(self) -> None:
+        """Let the stack drive: the drive is over."""
+        with self._lock:
+            self.mode, self.viewer = STACK, None
+
     def vanish(self, viewer: int, now_s: float) -> None:
         """Brake and then give the car back, if this viewer drives."""
         with self._lock:

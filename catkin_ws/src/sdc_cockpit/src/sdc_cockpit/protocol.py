@@ -33,7 +33,7 @@ KEYS = (
 
 @dataclass(frozen=True)
 class Simple:
-    """A message without values: drive, release, pause, resume, step, reset, or reverse."""
+    """A message without values, one of SIMPLE."""
 
     name: str
 
@@ -76,8 +76,26 @@ class ShowMask:
     mask: bool = field(default=False)
 
 
-ClientMessage = Union[Simple, Keys, Pedals, ObstacleClick, Drawn, ShowMask]
-SIMPLE = ("drive", "release", "pause", "resume", "step", "reset", "reverse")
+@dataclass(frozen=True)
+class SetParameter:
+    """A new value of a live parameter; the node refuses unknown names and bad values."""
+
+    name: str
+    value: float
+
+
+@dataclass(frozen=True)
+class StartDrive:
+    """A scenario and arguments of ./drive; `drive_arguments` checks them."""
+
+    scenario: str
+    arguments: Mapping[str, Any]
+
+
+ClientMessage = Union[
+    Simple, Keys, Pedals, ObstacleClick, Drawn, ShowMask, SetParameter, StartDrive
+]
+SIMPLE = ("drive", "release", "pause", "resume", "step", "reset", "reverse", "stop")
 
 
 def read_message(text: str | bytes) -> ClientMessage:
@@ -150,12 +168,29 @@ def _show(values: Mapping[str, Any]) -> ShowMask:
     return ShowMask(values["mask"])
 
 
+def _set(values: Mapping[str, Any]) -> SetParameter:
+    if not isinstance(values["name"], str):
+        raise ValueError("name must be the name of a parameter")
+    check_finite(value=values["value"])
+    return SetParameter(values["name"], float(values["value"]))
+
+
+def _start(values: Mapping[str, Any]) -> StartDrive:
+    if not isinstance(values["scenario"], str):
+        raise ValueError("scenario must be a name")
+    if not isinstance(values["arguments"], dict):
+        raise ValueError("arguments must be an object")
+    return StartDrive(values["scenario"], values["arguments"])
+
+
 _READERS: dict[str, tuple[Callable[[Mapping[str, Any]], ClientMessage], set]] = {
     "keys": (_keys, {"held"}),
     "pedals": (_pedals, {"throttle", "steer", "brake"}),
     "obstacle": (_obstacle, {"x", "y"}),
     "drawn": (_drawn, {"picture"}),
     "show": (_show, {"mask"}),
+    "set": (_set, {"name", "value"}),
+    "start": (_start, {"scenario", "arguments"}),
 }
 
 

@@ -46,6 +46,11 @@ class RoadView:
         self._last_s_m = place.s_m
         return place.cross_track_m
 
+    @property
+    def progress(self) -> float:
+        """Return the share of the route up to the last place of the car."""
+        return (self._last_s_m or 0.0) / self._route.length_m
+
     def to_json(self) -> bytes:
         """Return route and road as JSON; the first call computes it."""
         if self._json is None:

@@ -12,6 +12,7 @@ import tornado.web
 import tornado.websocket
 
 from sdc_cockpit.access import Access
+from sdc_cockpit.drive_runner import DriveRunner
 from sdc_cockpit.protocol import MAX_MESSAGE_BYTES, ClientMessage, json_message, read_message
 from sdc_cockpit.viewers import Viewer, Viewers
 
@@ -31,6 +32,10 @@ _HEADERS = {
     "Referrer-Policy": "no-referrer",
     "X-Content-Type-Options": "nosniff",
 }
+_REPORT_POLICY = (
+    "sandbox allow-scripts; default-src 'none'; script-src 'unsafe-inline'; "
+    "style-src 'unsafe-inline'; img-src data:"
+)
 _NO_TOKEN = (
     "The token is missing or wrong: open the address that the terminal printed, with ?token="
 )
@@ -40,6 +45,7 @@ class CockpitBackend(Protocol):
     """What the server needs from the node."""
 
     viewers: Viewers
+    drives: DriveRunner
 
     def joined(self, viewer: Viewer) -> None:
         """A page was opened."""
@@ -124,6 +130,38 @@ class _Road(_Checked):
         self.finish(road)
 
 
+class _DriveFile(_Checked):
+    """A file that a drive wrote. Its sandbox has an own origin and cannot use this server."""
+
+    def initialize(self, access: Access, backend: CockpitBackend) -> None:  # type: ignore[override]
+        super().initialize(access)
+        self.backend = backend
+
+    def get(self, drive: str, name: str) -> None:
+        path = self.backend.drives.file(drive, name)
+        if path is None:
+            raise tornado.web.HTTPError(404, reason="There is no such file")
+        kind = "text/html" if path.suffix == ".html" else "text/plain"
+        self.set_header("Content-Type", f"{kind}; charset=utf-8")
+        self.set_header("Content-Security-Policy", _REPORT_POLICY)
+        self.finish(path.read_bytes())
+
+
+class _Comparison(_Checked):
+    def initialize(self, access: Access, backend: CockpitBackend) -> None:  # type: ignore[override]
+        super().initialize(access)
+        self.backend = backend
+
+    async def get(self) -> None:
+        names = self.get_query_argument("a", ""), self.get_query_argument("b", "")
+        loop = asyncio.get_running_loop()
+        try:
+            self.finish(await loop.run_in_executor(None, self.backend.drives.comparison, *names))
+        except ValueError as error:
+            self.set_status(404)
+            self.finish({"error": str(error)})
+
+
 class _Socket(_Checked, tornado.websocket.WebSocketHandler):
     def initialize(self, access: Access, backend: CockpitBackend) -> None:  # type: ignore[override]
         super().initialize(access)
@@ -174,6 +212,8 @@ def application(backend: CockpitBackend, access: Access, www: Path) -> tornado.w
         [
             ("/", _Page, {**checked, "path": www / "index.html"}),
             ("/ws", _Socket, {**checked, "backend": backend}),
+            ("/drives/([^/]+)/([^/]+)", _DriveFile, {**checked, "backend": backend}),
+            ("/api/compare", _Comparison, {**checked, "backend": backend}),
             ("/api/road", _Road, {**checked, "backend": backend}),
             ("/static/(.*)", _File, {**checked, "path": str(www)}),
             (

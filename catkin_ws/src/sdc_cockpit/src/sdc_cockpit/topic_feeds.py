@@ -11,6 +11,8 @@ from typing import Any, Callable
 import genpy
 import rospy
 
+# Shorter than a tick in real time, in which every message is received [s].
+_REST_S = 0.02
 _PICTURE_BUFFER_BYTES = 4 * 1024 * 1024
 # std_msgs/Header, the first field of a message: sequence number, seconds, nanoseconds.
 _HEADER = struct.Struct("<III")
@@ -23,6 +25,9 @@ class Feed:
     Attributes:
         topic: name of the topic
         picture: whether it carries pictures: then only the newest of a burst is received
+        rests: whether only the newest message of each _REST_S is received: in lockstep, to wake up
+            for each message costs the drive more than the page can show. It needs a header, whose
+            sequence number counts the messages
         callback: called with each message, in the thread of the subscriber
         newest: the newest message, None before the first one
         count: number of messages that were published
@@ -30,19 +35,22 @@ class Feed:
 
     topic: str
     picture: bool = False
+    rests: bool = False
     callback: Callable[[Any], None] | None = None
     newest: Any = None
     count: int = 0
 
     def receive(self, message: Any) -> None:
         """Store a message."""
-        if self.picture and len(message._buff) >= _HEADER.size:
+        if (self.picture or self.rests) and len(message._buff) >= _HEADER.size:
             self.count = _HEADER.unpack_from(message._buff)[0]
         else:
             self.count += 1
         self.newest = message
         if self.callback is not None:
             self.callback(message)
+        if self.rests:
+            time.sleep(_REST_S)
 
 
 class TopicFeeds:
@@ -92,8 +100,9 @@ class TopicFeeds:
 
 
 def _subscriber(feed: Feed) -> rospy.Subscriber:
-    newest_only = {"queue_size": 1, "buff_size": _PICTURE_BUFFER_BYTES}
-    options = newest_only if feed.picture else {}
+    options = {"queue_size": 1} if feed.picture or feed.rests else {}
+    if feed.picture:
+        options["buff_size"] = _PICTURE_BUFFER_BYTES
     return rospy.Subscriber(feed.topic, rospy.AnyMsg, feed.receive, tcp_nodelay=True, **options)
 
 
