@@ -3,6 +3,7 @@
 from types import SimpleNamespace
 
 import pytest
+import rosgraph
 import rospy
 
 from sdc_cockpit.live_parameters import change_parameter, live_parameters
@@ -17,7 +18,7 @@ NAMES = [
 
 @pytest.fixture
 def server(monkeypatch):
-    """Provide the parameters and what each node answers to ~reload; None is a missing service."""
+    """Provide the parameters, and what each node answers to ~reload; None is no answer."""
     values = {
         "/sim": {
             "friction": 1.0,
@@ -49,6 +50,11 @@ def server(monkeypatch):
 
         return call
 
+    def lookup(_master, name):
+        if name not in answers:
+            raise rosgraph.MasterError("no provider")
+
+    monkeypatch.setattr(rosgraph.Master, "lookupService", lookup)
     monkeypatch.setattr(rospy, "get_param", lambda name, default: values.get(name, default))
     monkeypatch.setattr(rospy, "set_param", set_param)
     monkeypatch.setattr(rospy, "ServiceProxy", proxy)
@@ -59,8 +65,15 @@ def test_disturbances_and_gains_of_the_steering_method_are_listed(server):
     assert list(live_parameters()) == NAMES
     del server.values["/sim"]
     assert list(live_parameters()) == NAMES[3:]
-    server.values.clear()
+
+
+def test_node_that_offers_no_changes_has_no_live_parameters(server):
+    del server.answers["/sim/reload"]
+    assert list(live_parameters()) == NAMES[3:]
+    del server.answers["/simple_controller/reload"]
     assert live_parameters() == {}
+    with pytest.raises(ValueError, match="/sim/friction: no running node offers to change it"):
+        change_parameter("/sim/friction", 0.5)
 
 
 def test_parameter_changes(server):
@@ -77,14 +90,14 @@ def test_refused_value_is_restored_and_reported_in_one_line(server):
     assert live_parameters()["/sim/friction"] == 1.0
 
 
-def test_node_without_the_service_is_reported(server):
+def test_node_that_does_not_respond_is_reported(server):
     server.answers["/simple_controller/reload"] = None
-    with pytest.raises(ValueError, match="/simple_controller takes no changes while it runs"):
+    with pytest.raises(ValueError, match="/simple_controller did not respond"):
         change_parameter("/simple_controller/stanley/k", 1.0)
     assert live_parameters()["/simple_controller/stanley/k"] == 2.5
 
 
 @pytest.mark.parametrize("name", ["/sim/tick_s", "/simple_controller/lqr/steer_weight", "/x", ""])
 def test_other_parameters_cannot_be_changed(server, name):
-    with pytest.raises(ValueError, match="cannot be changed while the car drives"):
+    with pytest.raises(ValueError, match="no running node offers to change it"):
         change_parameter(name, 1.0)

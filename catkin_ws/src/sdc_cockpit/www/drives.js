@@ -9,7 +9,7 @@ const query = (values = {}) => new URLSearchParams({ ...values, token }).toStrin
 const fixed = (value, digits, unit) => (value === null || value === undefined ? "–" : `${value.toFixed(digits)} ${unit}`);
 
 export class Drives {
-  #connection; #notice; #running = null; #chosen = [];
+  #connection; #notice; #offered = false; #running = null; #chosen = [];
 
   constructor(connection, notice) {
     this.#connection = connection;
@@ -22,6 +22,11 @@ export class Drives {
     });
     $("stop").addEventListener("click", () => connection.send("stop"));
     $("compare").addEventListener("click", () => this.#compare());
+  }
+
+  // Whether this page can start a drive, and none runs.
+  get idle() {
+    return this.#offered && this.#running === null;
   }
 
   // Called with each state of the drive.
@@ -48,7 +53,8 @@ export class Drives {
   }
 
   #show({ offered, running, past }) {
-    $("drives-panel").hidden = !offered;
+    this.#offered = offered;
+    for (const id of ["drives-panel", "to-drives"]) $(id).hidden = !offered;
     this.#running = running;
     $("start").disabled = running !== null;
     $("stop").disabled = running === null;

@@ -62,7 +62,7 @@ function onState(news) {
   if (mine !== controls.driving && !mine && state.mode === "braking") notice("The controls did not arrive: the car brakes", "warn");
   controls.setDriving(mine);
   showDriver(state.mode, mine);
-  const clock = state.t === null ? "no simulation yet" : `${state.t.toFixed(1)} s${state.running ? "" : ", paused"}`;
+  const clock = drives.idle ? "no drive runs" : state.t === null ? "no simulation yet" : `${state.t.toFixed(1)} s${state.running ? "" : ", paused"}`;
   set($("clock"), "textContent", clock);
   set($("pause"), "textContent", state.running || state.t === null ? "Pause" : "Resume");
   showInstruments(state);
@@ -95,12 +95,16 @@ const actions = {
   reset: () => connection.send("reset"),
   obstacle: () => state?.pose && obstacle(ahead(state.pose, OBSTACLE_AHEAD_M)),
   mask: () => setMask(!maskShown),
+  "to-drives": () => {
+    $("drives-panel").scrollIntoView();
+    $("start-form").elements.scenario.focus();
+  },
   help: () => {
     $("keys").hidden = !$("keys").hidden;
     $("help").setAttribute("aria-expanded", !$("keys").hidden);
   },
 };
-const SHORTCUTS = { KeyP: "drive", KeyK: "pause", Period: "step", Backspace: "reset", KeyO: "obstacle", KeyM: "mask", KeyH: "help" };
+const SHORTCUTS = { KeyP: "drive", KeyK: "pause", Period: "step", Backspace: "reset", KeyO: "obstacle", KeyM: "mask", KeyH: "help", KeyG: "to-drives" };
 
 for (const [id, action] of Object.entries(actions)) $(id).addEventListener("click", action);
 for (const button of $("views").children) button.addEventListener("click", () => setView(button.dataset.view));

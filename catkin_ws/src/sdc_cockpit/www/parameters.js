@@ -20,20 +20,29 @@ export class Parameters {
   }
 
   #build(names) {
-    this.#fields.clear();
-    const rows = names.map((name) => {
-      const label = document.createElement("label");
-      const field = document.createElement("input");
-      Object.assign(field, { type: "number", step: "any", name });
-      field.addEventListener("change", () => {
-        if (field.value !== "" && field.validity.valid) this.#connection.send("set", { name, value: Number(field.value) });
-      });
-      // The path of a parameter begins with its node, which the page does not need to show.
-      label.append(name.split("/").slice(2).join(" "), field);
-      label.title = name;
-      this.#fields.set(name, field);
-      return label;
+    const fields = new Map();
+    for (const name of names) {
+      fields.set(name, this.#fields.get(name) ?? this.#field(name));
+    }
+    this.#fields = fields;
+    // A field that stays keeps its place in the page, and so its focus and text.
+    for (const label of [...$("parameters").children]) if (!names.includes(label.title)) label.remove();
+    names.forEach((name, i) => {
+      const label = fields.get(name).parentElement;
+      if ($("parameters").children[i] !== label) $("parameters").insertBefore(label, $("parameters").children[i] ?? null);
     });
-    $("parameters").replaceChildren(...rows);
+  }
+
+  #field(name) {
+    const label = document.createElement("label");
+    const field = document.createElement("input");
+    Object.assign(field, { type: "number", step: "any", name });
+    field.addEventListener("change", () => {
+      if (field.value !== "" && field.validity.valid) this.#connection.send("set", { name, value: Number(field.value) });
+    });
+    // The path of a parameter begins with its node, which the page does not need to show.
+    label.append(name.split("/").slice(2).join(" "), field);
+    label.title = name;
+    return field;
   }
 }

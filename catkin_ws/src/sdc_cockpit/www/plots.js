@@ -27,12 +27,13 @@ function plot(canvas, colours, range) {
 }
 
 export class Plots {
-  #speed; #error; #next; #drawnAt = 0; #last = -Infinity;
+  #speed; #error; #next; #old = 0; #last = -Infinity;
 
   constructor(speedCanvas, errorCanvas) {
     this.#speed = plot(speedCanvas, [PLAN, "#4ea1ff"], { suggestedMin: 0, suggestedMax: 12 });
     this.#error = plot(errorCanvas, ["#35c37d"], { suggestedMin: -0.2, suggestedMax: 0.2 });
     this.#next = this.#speed;
+    setInterval(() => this.#old > 0 && this.#draw(), REDRAW_MS);
   }
 
   add({ t, speed, plan, cross_track: error }) {
@@ -44,8 +45,12 @@ export class Plots {
       while (dataset.data.length && dataset.data[0].x < t - WINDOW_S) dataset.data.shift();
     }
     this.#last = t;
-    if (performance.now() - this.#drawnAt < REDRAW_MS) return;
-    this.#drawnAt = performance.now();
+    this.#old = 2;
+  }
+
+  #draw() {
+    const t = this.#last;
+    this.#old -= 1;
     const one = this.#next;
     this.#next = one === this.#speed ? this.#error : this.#speed;
     one.options.scales.x.min = t - WINDOW_S;

@@ -24,7 +24,7 @@ def live_parameters() -> dict[str, float]:
     """Return the changeable parameters by their full names.
 
     These are the disturbances of the simulator, and the numbers in the section of the steering
-    method. A world without one of the two nodes has less or none.
+    method, as far as the nodes run and offer the service ~reload.
     """
     found = {}
     disturbances = _flat(_parameters(_SIM))
@@ -53,14 +53,14 @@ def change_parameter(name: str, value: float) -> str:
     """
     before = live_parameters()
     if name not in before:
-        raise ValueError(f"{name} cannot be changed while the car drives")
+        raise ValueError(f"{name}: no running node offers to change it")
     node = _CONTROLLER if name.startswith(_CONTROLLER + "/") else _SIM
     rospy.set_param(name, value)
     try:
         answer = rospy.ServiceProxy(node + "/reload", Trigger)()
     except (rospy.ServiceException, rospy.ROSInterruptException) as error:
         rospy.set_param(name, before[name])
-        raise ValueError(f"{name}: {node} takes no changes while it runs ({error})") from error
+        raise ValueError(f"{name}: {node} did not respond ({error})") from error
     if not answer.success:
         rospy.set_param(name, before[name])
         raise ValueError(f"{name}: {answer.message}")
@@ -69,6 +69,7 @@ def change_parameter(name: str, value: float) -> str:
 
 def _parameters(node: str) -> dict[str, Any]:
     try:
+        rosgraph.Master(rospy.get_name()).lookupService(node + "/reload")
         values = rospy.get_param(node, {})
     except (OSError, rosgraph.MasterException):
         return {}
