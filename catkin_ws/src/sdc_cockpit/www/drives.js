@@ -60,6 +60,7 @@ export class Drives {
     $("stop").disabled = running === null;
     const names = new Set(past.map(({ name }) => name));
     this.#chosen = this.#chosen.filter((name) => names.has(name));
+    $("past-drives").hidden = past.length === 0;
     $("past").replaceChildren(...past.map((drive) => this.#row(drive)));
     this.#choose();
     this.update({ progress: null });

@@ -9,7 +9,7 @@ import { ahead, Picture } from "./picture.js";
 
 const NOTICE_MS = 4000;
 const OBSTACLE_AHEAD_M = 30;
-const MODES = { stack: "the stack drives", person: "a viewer drives", braking: "braking", "other program": "another program drives" };
+const MODES = { none: "no drive runs", stack: "the stack drives", person: "a viewer drives", braking: "braking", "other program": "another program drives" };
 const $ = (id) => document.getElementById(id);
 
 const connection = new Connection();
@@ -61,8 +61,9 @@ function onState(news) {
   const mine = state.mode === "person" && state.driver === viewer;
   if (mine !== controls.driving && !mine && state.mode === "braking") notice("The controls did not arrive: the car brakes", "warn");
   controls.setDriving(mine);
-  showDriver(state.mode, mine);
-  const clock = drives.idle ? "no drive runs" : state.t === null ? "no simulation yet" : `${state.t.toFixed(1)} s${state.running ? "" : ", paused"}`;
+  showDriver(drives.idle ? "none" : state.mode, mine);
+  set($("no-picture"), "textContent", drives.idle ? "No drive runs: press G and start one" : "Waiting for a picture");
+  const clock = drives.idle ? "" : state.t === null ? "no simulation yet" : `${state.t.toFixed(1)} s${state.running ? "" : ", paused"}`;
   set($("clock"), "textContent", clock);
   set($("pause"), "textContent", state.running || state.t === null ? "Pause" : "Resume");
   showInstruments(state);
