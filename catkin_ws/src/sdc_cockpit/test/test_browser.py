@@ -1,6 +1,7 @@
 """The page in a real browser, on a real drive."""
 
 import math
+import time
 
 import pytest
 from selenium.webdriver.common.action_chains import ActionChains
@@ -38,6 +39,22 @@ def click_on_path(browser, ahead_m):
     ).click().perform()
 
 
+def drive_until(browser, key, condition, seconds=100.0):
+    """Drive with a held key until a condition is met.
+
+    On a busy machine the browser may be late with the controls, so that the car brakes and is given
+    back: then take over again.
+    """
+    limit_s = time.monotonic() + seconds
+    while not value_of(browser, f"cockpit.driving && {condition}"):
+        assert time.monotonic() < limit_s, f"{condition}: {value_of(browser, 'cockpit.state')}"
+        if not value_of(browser, "cockpit.driving"):
+            ActionChains(browser).key_up(key).send_keys("p").key_down(key).perform()
+        elif not value_of(browser, "cockpit.held.length"):
+            ActionChains(browser).key_up(key).key_down(key).perform()
+    ActionChains(browser).key_up(key).perform()
+
+
 def set_parameter(browser, name, text):
     """Type a value into the field of a parameter, at once: the page refreshes the others."""
     field = f"""document.querySelector("#parameters [name='{name}']")"""
@@ -49,7 +66,7 @@ def set_parameter(browser, name, text):
 
 def test_page_shows_moving_pictures_and_drives_and_a_click_stops_the_car(drive, tmp_path):
     route = tmp_path / "straight.csv"
-    route.write_text("".join(f"{x},0\n" for x in range(600)))
+    route.write_text("".join(f"{x},0\n" for x in range(1500)))
     _, address = drive(f"waypoints_path:={route}")
     with headless_chromium() as browser:
         browser.get(address)
@@ -59,20 +76,15 @@ def test_page_shows_moving_pictures_and_drives_and_a_click_stops_the_car(drive, 
         wait_for(browser, PIXELS, lambda pixels: pixels != first)
         wait_for(browser, "document.querySelectorAll('#nodes tr.topic').length")
 
-        keyboard = ActionChains(browser)
-        keyboard.send_keys("p").perform()
-        wait_for(browser, "cockpit.driving")
-        assert value_of(browser, "document.getElementById('driver').textContent") == "you drive"
-        ActionChains(browser).key_down("s").perform()
-        wait_for(browser, "cockpit.state.command.brake === 1 && cockpit.state.speed < 0.05")
-        ActionChains(browser).key_up("s").key_down("w").perform()
-        wait_for(browser, "cockpit.state.command.throttle > 0.5 && cockpit.state.speed > 1")
-        ActionChains(browser).key_up("w").key_down("s").perform()
-        wait_for(browser, "cockpit.state.speed < 0.05")
+        badge = "document.getElementById('driver').textContent"
+        drive_until(browser, "s", f"{badge} === 'you drive' && cockpit.state.command.brake === 1")
+        drive_until(browser, "s", "cockpit.state.speed < 0.05")
+        drive_until(browser, "w", "cockpit.state.command.throttle > 0.5 && cockpit.state.speed > 1")
+        drive_until(browser, "s", "cockpit.state.speed < 0.05")
 
         click_on_path(browser, 25.0)
         obstacle = wait_for(browser, "cockpit.state.obstacles[0]")["box"]
-        ActionChains(browser).key_up("s").send_keys(Keys.ESCAPE).perform()
+        ActionChains(browser).send_keys(Keys.ESCAPE).perform()
         wait_for(browser, "cockpit.state.mode === 'stack'")
         wait_for(browser, "cockpit.state.speed > 0.5")
         wait_for(browser, "cockpit.state.speed < 0.05")

@@ -31,6 +31,10 @@ export class Controls {
     }
   }
 
+  get held() {
+    return [...this.#held];
+  }
+
   takeOver() {
     this.#connection.send("drive");
     // At once: the answer may take longer than the server waits for controls.
@@ -67,7 +71,7 @@ export class Controls {
   }
 
   #send() {
-    this.#connection.send(...(this.#gamepad() ?? ["keys", { held: [...this.#held] }]));
+    this.#connection.send(...(this.#gamepad() ?? ["keys", { held: this.held }]));
   }
 
   #gamepad() {

@@ -18,7 +18,7 @@ const controls = new Controls(connection, $("pads"));
 const drives = new Drives(connection, notice);
 new Parameters(connection);
 let state = null, viewer = null, fullSpeed = 10, scene = null, plots = null, road = 0, maskShown = false, noticeTimer = 0;
-window.cockpit = { picture, get state() { return state; }, get driving() { return controls.driving; }, get scene() { return scene !== null; } };
+window.cockpit = { picture, get state() { return state; }, get driving() { return controls.driving; }, get held() { return controls.held; }, get scene() { return scene !== null; } };
 
 function notice(text, level = "info") {
   clearTimeout(noticeTimer);
