@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 
 import pytest
 
@@ -50,8 +51,14 @@ def runner(tmp_path, monkeypatch):
 
 
 def wait_until_ready(tmp_path, name):
-    while not (tmp_path / "drives" / name / "ready").exists():
-        threading.Event().wait(0.02)
+    wait_until_exists(tmp_path / "drives" / name / "ready")
+
+
+def wait_until_exists(path):
+    limit_s = time.monotonic() + 60.0
+    while not path.exists():
+        assert time.monotonic() < limit_s, f"{path} was not written"
+        time.sleep(0.02)
 
 
 def test_drive_that_ends_is_listed_with_its_report(runner):
@@ -134,6 +141,4 @@ threading.Event().wait()
     wait_until_ready(tmp_path, name)
     os.kill(starter.pid, signal.SIGKILL)
     starter.wait()
-    report = tmp_path / "drives" / name / "report.html"
-    while not report.exists():
-        threading.Event().wait(0.02)
+    wait_until_exists(tmp_path / "drives" / name / "report.html")

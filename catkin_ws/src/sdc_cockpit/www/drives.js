@@ -81,7 +81,7 @@ export class Drives {
     line.insertCell().append(box);
     const good = drive.exit_status === 0;
     const texts = [
-      drive.name, `${drive.status ?? "no report"}${good ? "" : ", failed"}`, fixed(drive.route_completion_percent, 0, "%"),
+      drive.name, `${drive.status ?? "no report"}${good || drive.status !== "completed" ? "" : ", limits violated"}`, fixed(drive.route_completion_percent, 0, "%"),
       fixed(drive.duration_s, 1, "s"), fixed(drive.cross_track_rms_m, 3, "m"), fixed(drive.driving_score, 0, ""),
     ];
     for (const text of texts) line.insertCell().textContent = text;

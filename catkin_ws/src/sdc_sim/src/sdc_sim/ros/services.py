@@ -81,7 +81,8 @@ class SimulationServices:
         names = ("friction", "side_wind_mps", "odometry_noise")
         values = {name: rospy.get_param("~" + name, None) for name in names}
         self._simulation.set_disturbances(**values)
-        rospy.loginfo("sim: from tick %d on: %s", self._simulation.tick, values)
+        text = ", ".join(f"{name} {value}" for name, value in values.items())
+        rospy.loginfo("sim: from tick %d on: %s", self._simulation.tick, text)
 
     def _on_pose(self, message: PoseWithCovarianceStamped) -> None:
         try:
