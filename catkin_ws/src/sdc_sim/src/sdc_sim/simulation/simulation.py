@@ -233,11 +233,10 @@ class Simulation:
         Raises:
             TypeError, ValueError: a value is unknown, not a number or out of range; nothing changes
         """
-        noise = self._noise or OdometryNoise(0)
         OdometryNoise(0, **odometry_noise)
         self.vehicle.set_conditions(friction, side_wind_mps)
-        noise.set_deviations(**odometry_noise)
-        self._noise = noise
+        self._noise = self._noise or OdometryNoise(0)
+        self._noise.set_deviations(**odometry_noise)
 
     def toggle_obstacle(self, plan: ObstaclePlan) -> str:
         """Add an obstacle, or remove those at its point; return a text that describes the change.
