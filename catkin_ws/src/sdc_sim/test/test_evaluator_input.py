@@ -60,7 +60,7 @@ def test_messages_become_a_drive():
     evaluator_input.command(CarlaVehicleControl(throttle=0.5, steer=-0.25, header=odometry.header))
     result = evaluator_input.evaluator.result()
     assert result.progress.samples[0].speed_mps == 3.0
-    np.testing.assert_allclose(result.planned, [(0.0, 4.0)])
+    np.testing.assert_allclose(result.planned[:, :2], [(0.0, 4.0)])
     np.testing.assert_allclose(result.commands, [(0.5, 0.0, -0.25)])
 
 
