@@ -27,7 +27,7 @@ _PICTURE_PX, _PICTURE_QUALITY = 320, 60
 _PICTURE_INTERVAL_S = 1.5
 _PICTURES_PER_INTERVAL = 400
 # A subscription costs both processes some time, and in lockstep a simulated second is short.
-_MIN_WALL_INTERVAL_S = 1.0
+_MIN_WALL_INTERVAL_S = 0.5
 _BUFFER_BYTES = 4 * 1024 * 1024
 
 

@@ -133,7 +133,9 @@ const TERMS = [
 const values = TERMS.map(([name]) => {
   const row = byId("terms").insertRow();
   row.insertCell().textContent = name;
-  return row.insertCell();
+  const value = row.insertCell();
+  value.className = "value";
+  return value;
 });
 
 function show() {
