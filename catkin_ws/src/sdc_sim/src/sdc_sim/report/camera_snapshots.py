@@ -65,8 +65,7 @@ class CameraSnapshots:
         self._on_picture = on_picture
         self._enabled = count > 0
         self._due = [100.0 * (number + 0.5) / count for number in range(count)]
-        self._percent = 0.0
-        self._snapshot_due = False
+        self._percent = self._now_s = 0.0
         self._picture_at_s = -math.inf
         self._pictures = 0
         self._subscribed_at_s = -math.inf
@@ -81,20 +80,18 @@ class CameraSnapshots:
             now_s: simulated time of the last odometry [s]
             wall_s: wall clock [s]
         """
-        self._percent = percent
+        self._percent, self._now_s = percent, now_s
         if self._subscribers and self._received.is_set():
             self.close()
         if self._subscribers or not self._enabled:
             return
-        self._snapshot_due = bool(self._due) and percent >= self._due[0]
         interval_s = _PICTURE_INTERVAL_S * 2.0 ** (self._pictures // _PICTURES_PER_INTERVAL)
         picture_due = (
             not 0.0 <= now_s - self._picture_at_s < interval_s
             and wall_s - self._subscribed_at_s >= _MIN_WALL_INTERVAL_S
         )
         if self._snapshot_due or picture_due:
-            self._due = [due for due in self._due if due > percent]
-            self._picture_at_s, self._subscribed_at_s = now_s, wall_s
+            self._subscribed_at_s = wall_s
             self._received.clear()
             self._subscribers = [
                 rospy.Subscriber(
@@ -103,20 +100,26 @@ class CameraSnapshots:
                 for topic in self._topics
             ]
 
+    @property
+    def _snapshot_due(self) -> bool:
+        return bool(self._due) and self._percent >= self._due[0]
+
     def _on_image(self, message: Image) -> None:
         if self._received.is_set():
             return
         jpeg = encode_jpeg(message, _PICTURE_PX, _PICTURE_QUALITY)
         if jpeg is None:
             return
-        self._received.set()
-        self._pictures += 1
         time_s = message.header.stamp.to_sec()
+        self._pictures += 1
+        self._picture_at_s = self._now_s
         self._on_picture(time_s, jpeg)
         if self._snapshot_due:
+            self._due = [due for due in self._due if due > self._percent]
             large = encode_jpeg(message, _SNAPSHOT_PX, _SNAPSHOT_QUALITY)
             assert large is not None
             self._on_snapshot(CameraSnapshot(time_s, self._percent, large))
+        self._received.set()
 
     def close(self) -> None:
         """Unsubscribe."""

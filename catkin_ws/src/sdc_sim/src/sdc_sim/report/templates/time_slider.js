@@ -150,7 +150,7 @@ function show() {
     let nearest = Math.max(lastBefore(data.pictures, time), 0);
     const next = data.pictures[nearest + 1];
     if (next && next[0] - time < time - data.pictures[nearest][0]) nearest++;
-    const address = "data:image/jpeg;base64," + data.pictures[nearest][1];
+    const address = "data:" + "image/jpeg;base64," + data.pictures[nearest][1];
     if (picture.getAttribute("src") !== address) picture.setAttribute("src", address);
     byId("picture-time").textContent = `camera at ${(data.start_s + data.pictures[nearest][0]).toFixed(2)} s`;
   }
