@@ -17,7 +17,7 @@ from sdc_sim.report.trace_file import COLUMNS
 _MAX_TICKS = 30_000
 _MAX_ENTRIES = 4000
 _MAX_ROUTE_POINTS = 10_000
-_MAX_PICTURE_BYTES = 5_500_000
+_MAX_PICTURE_BYTES = 4_500_000
 
 
 def slider_data(result: DriveResult) -> str:

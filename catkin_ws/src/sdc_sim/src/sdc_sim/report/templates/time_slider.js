@@ -34,9 +34,10 @@ function latest(entries, time) {
 // Obstacles are recorded twice a second; between two records they move evenly.
 function obstaclesAt(time) {
   const index = lastBefore(data.obstacles, time), next = data.obstacles[index + 1];
-  const rows = index < 0 ? [] : data.obstacles[index][1];
-  const share = next ? 1 - (next[0] - time) / Math.min(OBSTACLE_STEP_S, next[0] - data.obstacles[index === -1 ? 0 : index][0] || 1) : 0;
-  if (!next || share <= 0) return rows;
+  if (index < 0) return [];
+  const [since, rows] = data.obstacles[index];
+  const share = next ? 1 - (next[0] - time) / Math.min(OBSTACLE_STEP_S, next[0] - since) : 0;
+  if (share <= 0) return rows;
   const to = new Map(next[1].map((row) => [row[0], row]));
   return rows.map((row) => {
     const end = to.get(row[0]);
