@@ -5,7 +5,9 @@ import os
 import pytest
 import rospy
 import yaml
+from sdc_msgs.msg import SpeedReason
 
+from sdc_common.ros import speed_reason_publisher
 from sdc_common.testing.node_script import load_script
 from sdc_common.testing.processes import Program, isolated_ros_environment
 
@@ -26,13 +28,17 @@ class OfflineNode:
         published: the messages that it published
         call: its services by name
         config: its parameters
+        instance: the object of its class
+        reasons: stamp [ns] and name of what limited the speed, as it published them
     """
 
     def __init__(self, config):
+        self.instance = None
         self.receive = {}
         self.published = []
         self.call = {}
         self.config = config
+        self.reasons = []
 
     def serve(self, name, service_class, handler):
         """Take the place of rospy.Service."""
@@ -48,7 +54,10 @@ class OfflineNode:
 
     def publish(self, message):
         """Take the place of the publisher's method."""
-        self.published.append(message)
+        if isinstance(message, SpeedReason):
+            self.reasons.append((message.header.stamp.to_nsec(), message.reason))
+        else:
+            self.published.append(message)
 
 
 @pytest.fixture
@@ -66,8 +75,9 @@ def offline_node(monkeypatch):
         monkeypatch.setattr(rospy, "loginfo", lambda text: None)
         monkeypatch.setattr(rospy, "Subscriber", node.subscribe)
         monkeypatch.setattr(rospy, "Service", node.serve)
-        monkeypatch.setattr(script, "LoopPublisher", node.advertise)
-        getattr(script, class_name)()
+        for module in (script, speed_reason_publisher):
+            monkeypatch.setattr(module, "LoopPublisher", node.advertise)
+        node.instance = getattr(script, class_name)()
         return node
 
     return build

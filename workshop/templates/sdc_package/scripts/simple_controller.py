@@ -6,6 +6,7 @@ from nav_msgs.msg import Odometry
 from sdc_common.ros.connection_watchdog import watch_connections
 from sdc_common.ros.node import LoopPublisher, every, parameter, refuse
 from sdc_common.ros.refusal import refusing
+from sdc_common.ros.speed_reason_publisher import SpeedReasonPublisher
 from sdc_common.validation import check_between
 from sdc_package.actuation import PedalMap, SteeringMap
 from sdc_package.input_pairing import InputPairing
@@ -42,6 +43,7 @@ class SimpleController:
         except (TypeError, ValueError) as error:
             refuse(f"config/simple_controller.yaml: {error}")
         self.inputs = InputPairing(self.answer, self.stop, watchdog, not self.basic_control)
+        self.reasons = SpeedReasonPublisher()
         self.steer = 0.0
 
         # TODO 1.3: a publisher of commands to the car
@@ -76,12 +78,10 @@ class SimpleController:
 
     def stop(self, missing, motion, path):
         """Brake along the last path while an input is missing; without one, hold the steer."""
-        rospy.logwarn_throttle(5.0, f"simple_controller: no {missing}, braking")
+        self.reasons.timed_out(missing, motion.stamp if motion else rospy.Time.now())
         self.speed_control.reset()
         if missing == "path" and path is not None:
-            wheel_angle = self.steering.wheel_angle(
-                path, motion.x_m, motion.y_m, motion.yaw_rad, motion.speed_mps
-            )
+            wheel_angle = self.steering.wheel_angle(path, *motion[1:5])
             self.steer, _ = self.steering_map.command(wheel_angle, motion.speed_mps)
         self.publish(rospy.Time(), 0.0, self.steer, self.stop_brake)
 
