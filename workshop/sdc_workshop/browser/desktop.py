@@ -131,6 +131,7 @@ class Desktop:
             encoding="utf-8",
         )
         (settings / "preferences").write_text(_PREFERENCES, encoding="utf-8")
+        (settings / "toolbar").touch()
         self._programs.start(
             ["icewm"],
             {**environment, "ICEWM_PRIVCFG": str(settings)},

@@ -31,8 +31,6 @@ GUIDE = PROJECT / "workshop" / "guide.md"
 _PYTHON = PROJECT / ".browser" / "bin" / "python"
 # Programs in the terminals print their pages below this address, with the same token.
 URL_VARIABLE = "WORKSHOP_URL"
-# No text of this project is in a notebook, and JupyterLab's own Python has no ROS.
-_NO_KERNEL = {"ensure_native_kernel": False, "allowed_kernelspecs": ["none"]}
 _SETTINGS = {
     "@jupyterlab/docmanager-extension:plugin": {"defaultViewers": {"markdown": "Markdown Preview"}},
     # A report is a page with scripts. It runs in a frame without access to JupyterLab.
@@ -80,7 +78,6 @@ def configuration(
             "terminado_settings": {"shell_command": ["/bin/bash"]},
         },
         "IdentityProvider": {"token": given_token},
-        "KernelSpecManager": _NO_KERNEL,
         "LabApp": {"extension_manager": "readonly"},
         "ServerProxy": {"servers": proxied},
     }
@@ -100,6 +97,7 @@ def proxy(title: str, port: int, given_token: str) -> dict:
         "launcher_entry": {
             "title": title,
             "path_info": f"{name}/?token={given_token}",
+            "icon_path": str(Path(__file__).with_name(f"{name}.svg")),
             "category": "Other",
         },
     }

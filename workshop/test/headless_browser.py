@@ -1,0 +1,64 @@
+"""A headless Chromium, and the address of a server that a command prints."""
+
+import contextlib
+import shutil
+import tempfile
+import time
+
+from selenium import webdriver
+from selenium.webdriver.chrome.service import Service
+
+OPTIONS = (
+    "--headless=new",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-dev-shm-usage",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--no-first-run",
+    "--window-size=1280,900",
+)
+LIMIT_S = 180.0
+
+
+@contextlib.contextmanager
+def headless_chromium():
+    profile = tempfile.mkdtemp(prefix="workshop-browser-")
+    try:
+        options = webdriver.ChromeOptions()
+        options.binary_location = "/usr/bin/chromium"
+        for option in (*OPTIONS, f"--user-data-dir={profile}"):
+            options.add_argument(option)
+        browser = webdriver.Chrome(service=Service("/usr/bin/chromedriver"), options=options)
+        browser.set_page_load_timeout(LIMIT_S)
+        browser.set_script_timeout(LIMIT_S)
+        try:
+            yield browser
+        finally:
+            browser.quit()
+    finally:
+        # Its processes may still write while they end.
+        shutil.rmtree(profile, ignore_errors=True)
+
+
+def wait_until(condition, what):
+    """Return the first true value of a condition."""
+    limit = time.monotonic() + LIMIT_S
+    while True:
+        value = condition()
+        if value:
+            return value
+        assert time.monotonic() < limit, f"timed out: {what}"
+        time.sleep(0.1)
+
+
+def printed_url(program, name):
+    """Return the URL that a command prints."""
+    program.wait_for_output(f"{name}: http://")
+    # The line may still be written.
+    line = wait_until(
+        lambda: [x for x in program.output.split("\n")[:-1] if x.startswith(f"{name}: http://")],
+        "the URL",
+    )[0]
+    return line.split(": ", 1)[1]
