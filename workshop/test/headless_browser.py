@@ -1,10 +1,13 @@
 """A headless Chromium, and the address of a server that a command prints."""
 
 import contextlib
+import os
 import shutil
 import tempfile
 import time
 
+import cv2
+import numpy as np
 from selenium import webdriver
 from selenium.webdriver.chrome.service import Service
 
@@ -62,3 +65,14 @@ def printed_url(program, name):
         "the URL",
     )[0]
     return line.split(": ", 1)[1]
+
+
+def picture_of(element):
+    """Return what the page shows of an element, as (H, W, 3) BGR uint8."""
+    return cv2.imdecode(np.frombuffer(element.screenshot_as_png, np.uint8), cv2.IMREAD_COLOR)
+
+
+def save_screenshot(browser, name):
+    """Save a picture of the page, if the environment variable SCREENSHOTS names a folder."""
+    if "SCREENSHOTS" in os.environ:
+        browser.save_screenshot(os.path.join(os.environ["SCREENSHOTS"], name))

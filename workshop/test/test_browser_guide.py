@@ -1,12 +1,18 @@
 """Follow the guide in JupyterLab until the checks of the camera are green."""
 
-import os
 import subprocess
 
 import pytest
 from guide_student import GUIDE
-from headless_browser import headless_chromium, printed_url, wait_until
+from headless_browser import (
+    headless_chromium,
+    picture_of,
+    printed_url,
+    save_screenshot,
+    wait_until,
+)
 from lab_student import LabStudent
+from selenium.webdriver.common.by import By
 
 from sdc_common.testing.processes import Program, kill_left_behind
 from sdc_workshop.browser.lab import pages
@@ -15,8 +21,17 @@ from sdc_workshop.workspace import PROJECT
 
 pytestmark = pytest.mark.slow(120)
 
+# Standard deviation of a desktop that is not empty [0..255].
+DRAWN = 20.0
 LAST_CHECK = "./workshop/check camera-5"
-READY = "return window.jupyterapp !== undefined && await jupyterapp.restored !== null"
+# Moves the tab that was opened last, and the terminal "node", beside the guide.
+ARRANGE = """
+const [desktop] = [...jupyterapp.shell.widgets("main")].slice(-1);
+const [guide] = jupyterapp.shell.widgets("main");
+jupyterapp.shell.add(desktop, "main", {ref: guide.id, mode: "split-right"});
+jupyterapp.shell.add(window.terminals.node, "main", {ref: desktop.id, mode: "split-bottom"});
+"""
+READY = "return window.jupyterapp ? jupyterapp.restored.then(() => true) : false"
 
 
 @pytest.fixture(scope="module")
@@ -41,19 +56,12 @@ def student(jupyterlab, tmp_path):
             student.browser.get(url)
             wait_until(lambda: student.browser.execute_script(READY), "JupyterLab")
             yield student
-            screenshot(student.browser, "browser.png")
             for terminal in student.terminals.values():
                 terminal.interrupt()
     finally:
         service.interrupt()
         left = kill_left_behind(student.environment["ROS_MASTER_URI"])
     assert left == [], "processes were left behind"
-
-
-def screenshot(browser, name):
-    """Save a picture of the page, if SCREENSHOTS names a folder."""
-    if "SCREENSHOTS" in os.environ:
-        browser.save_screenshot(os.path.join(os.environ["SCREENSHOTS"], name))
 
 
 def blocks_until_camera_is_checked():
@@ -73,5 +81,28 @@ def test_guide_is_followed_in_jupyterlab_until_the_camera_is_green(student):
     student.look_for_display()
     _, python = student.terminal("work").run("which python3; echo ${VIRTUAL_ENV-none}")
     assert python.split() == ["/usr/bin/python3", "none"]
-    for block in blocks_until_camera_is_checked():
+    blocks = blocks_until_camera_is_checked()
+    shows_mask = [block for block in blocks if block.window == "camera: F"][-1]
+    for block in blocks:
         student.follow(block)
+        if block is shows_mask:
+            see_desktop(student.browser)
+
+
+def see_desktop(browser):
+    """Open the desktop in a tab of JupyterLab: it shows the window of the camera."""
+    browser.execute_script("jupyterapp.commands.execute('launcher:create')")
+    find = browser.find_elements
+    tile = ".jp-LauncherCard[title*=Desktop]"
+    wait_until(lambda: find(By.CSS_SELECTOR, tile), "the tile of the desktop")[0].click()
+    frame = wait_until(lambda: find(By.CSS_SELECTOR, "iframe[src*=desktop]"), "the desktop")[0]
+    browser.execute_script(ARRANGE)
+    browser.switch_to.frame(frame)
+    canvas = wait_until(lambda: find(By.CSS_SELECTOR, "#noVNC_container canvas"), "the picture")[0]
+    wait_until(lambda: picture_of(canvas).std() > DRAWN, "the picture of the window")
+    browser.switch_to.default_content()
+    save_screenshot(browser, "browser.png")
+    browser.execute_script(
+        "[...jupyterapp.shell.widgets('main')].find("
+        "(widget) => widget.node.querySelector('iframe')).dispose()"
+    )

@@ -1,12 +1,16 @@
 """The desktop in the browser shows the windows of programs."""
 
-import os
 import subprocess
 
-import cv2
 import numpy as np
 import pytest
-from headless_browser import headless_chromium, printed_url, wait_until
+from headless_browser import (
+    headless_chromium,
+    picture_of,
+    printed_url,
+    save_screenshot,
+    wait_until,
+)
 from lab_student import OtherDisplay
 from selenium.webdriver.common.by import By
 
@@ -20,10 +24,6 @@ CANVAS = "#noVNC_container canvas"
 SAME = 4.0
 # Standard deviation of a window that is not empty [0..255].
 DRAWN = 20.0
-
-
-def picture_of(canvas):
-    return cv2.imdecode(np.frombuffer(canvas.screenshot_as_png, np.uint8), cv2.IMREAD_COLOR)
 
 
 @pytest.fixture
@@ -84,8 +84,7 @@ def test_desktop_in_the_browser_shows_the_window_of_rviz(desktop):
                 return same_size and np.abs(screen.astype(int) - page).mean() < SAME
 
             wait_until(shown, "the page shows what is on the screen")
-            if "SCREENSHOTS" in os.environ:
-                browser.save_screenshot(os.path.join(os.environ["SCREENSHOTS"], "desktop.png"))
+            save_screenshot(browser, "desktop.png")
         finally:
             rviz.interrupt()
 

@@ -170,8 +170,8 @@ def announce(program: str, where: str, address: str) -> None:
     print(f"{program}: {where}", flush=True)
     if not ipaddress.ip_address(address).is_loopback:
         print(
-            f"{program}: {address} is reached from the network, without encryption: anyone who "
-            "knows the token can run programs here",
+            f"{program}: it listens on {address}, without encryption: anyone who reaches this port "
+            "and knows the token can run programs here",
             file=sys.stderr,
             flush=True,
         )
