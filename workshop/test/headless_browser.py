@@ -20,18 +20,17 @@ OPTIONS = (
     "--disable-component-update",
     "--disable-sync",
     "--no-first-run",
-    "--window-size=1280,900",
 )
 LIMIT_S = 180.0
 
 
 @contextlib.contextmanager
-def headless_chromium():
+def headless_chromium(width=1280, height=900):
     profile = tempfile.mkdtemp(prefix="workshop-browser-")
     try:
         options = webdriver.ChromeOptions()
         options.binary_location = "/usr/bin/chromium"
-        for option in (*OPTIONS, f"--user-data-dir={profile}"):
+        for option in (*OPTIONS, f"--window-size={width},{height}", f"--user-data-dir={profile}"):
             options.add_argument(option)
         browser = webdriver.Chrome(service=Service("/usr/bin/chromedriver"), options=options)
         browser.set_page_load_timeout(LIMIT_S)

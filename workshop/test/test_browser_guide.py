@@ -24,12 +24,16 @@ pytestmark = pytest.mark.slow(120)
 # Standard deviation of a desktop that is not empty [0..255].
 DRAWN = 20.0
 LAST_CHECK = "./workshop/check camera-5"
-# Moves the tab that was opened last, and the terminal "node", beside the guide.
+# Shows the part of the guide that the student reads, the desktop, and the terminal "work".
 ARRANGE = """
-const [desktop] = [...jupyterapp.shell.widgets("main")].slice(-1);
-const [guide] = jupyterapp.shell.widgets("main");
+const widgets = [...jupyterapp.shell.widgets("main")];
+const guide = widgets.find((widget) => widget.node.querySelector(".jp-RenderedMarkdown"));
+const desktop = widgets.find((widget) => widget.node.querySelector("iframe"));
 jupyterapp.shell.add(desktop, "main", {ref: guide.id, mode: "split-right"});
-jupyterapp.shell.add(window.terminals.node, "main", {ref: desktop.id, mode: "split-bottom"});
+jupyterapp.shell.add(window.terminals.work, "main", {ref: desktop.id, mode: "split-bottom"});
+jupyterapp.shell.activateById(guide.id);
+[...guide.node.querySelectorAll("p")].find((text) => text.innerText.startsWith(arguments[0]))
+  .scrollIntoView();
 """
 READY = "return window.jupyterapp ? jupyterapp.restored.then(() => true) : false"
 
@@ -52,7 +56,7 @@ def student(jupyterlab, tmp_path):
     )
     try:
         url = printed_url(service, "browser")
-        with headless_chromium() as student.browser:
+        with headless_chromium(1600, 1000) as student.browser:
             student.browser.get(url)
             wait_until(lambda: student.browser.execute_script(READY), "JupyterLab")
             yield student
@@ -87,6 +91,8 @@ def test_guide_is_followed_in_jupyterlab_until_the_camera_is_green(student):
         student.follow(block)
         if block is shows_mask:
             see_desktop(student.browser)
+    save_screenshot(student.browser, "browser.png")
+    assert not list((student.workspace / "src").rglob(".ipynb_checkpoints"))
 
 
 def see_desktop(browser):
@@ -96,13 +102,8 @@ def see_desktop(browser):
     tile = ".jp-LauncherCard[title*=Desktop]"
     wait_until(lambda: find(By.CSS_SELECTOR, tile), "the tile of the desktop")[0].click()
     frame = wait_until(lambda: find(By.CSS_SELECTOR, "iframe[src*=desktop]"), "the desktop")[0]
-    browser.execute_script(ARRANGE)
+    browser.execute_script(ARRANGE, "TODO 5: the lane filter")
     browser.switch_to.frame(frame)
     canvas = wait_until(lambda: find(By.CSS_SELECTOR, "#noVNC_container canvas"), "the picture")[0]
     wait_until(lambda: picture_of(canvas).std() > DRAWN, "the picture of the window")
     browser.switch_to.default_content()
-    save_screenshot(browser, "browser.png")
-    browser.execute_script(
-        "[...jupyterapp.shell.widgets('main')].find("
-        "(widget) => widget.node.querySelector('iframe')).dispose()"
-    )

@@ -56,7 +56,10 @@ def pages(workspace: Path) -> tuple[Path, str]:
 
 
 def configuration(
-    root: Path, options: Mapping[str, object], given_token: str, proxied: Mapping[str, object]
+    root: Path,
+    options: Mapping[str, object],
+    given_token: str,
+    proxied: Mapping[str, object],
 ) -> dict:
     """Return the configuration of the Jupyter server.
 
@@ -74,11 +77,14 @@ def configuration(
             "allow_root": True,
             "open_browser": False,
             "log_level": "WARN",
-            # The setup files of ROS are for bash.
-            "terminado_settings": {"shell_command": ["/bin/bash"]},
+            # The setup files of ROS are for bash. TMPDIR is for JupyterLab only.
+            "terminado_settings": {"shell_command": ["/usr/bin/env", "-u", "TMPDIR", "/bin/bash"]},
         },
         "IdentityProvider": {"token": given_token},
         "LabApp": {"extension_manager": "readonly"},
+        # Copies of opened files are by default beside them, in the project and the workspace.
+        # Where that is not possible, as in a folder that does not exist, they are in TMPDIR.
+        "FileCheckpoints": {"root_dir": str(root / "nonexistent")},
         "ServerProxy": {"servers": proxied},
     }
 
@@ -161,7 +167,9 @@ def main(arguments: Sequence[str]) -> None:
                 configuration(root, {"ip": options.ip, "port": port}, given_token, proxied),
             )
             process = programs.start(
-                [str(_PYTHON), "-m", "jupyterlab"], environment, cwd=workspace.parent
+                [str(_PYTHON), "-m", "jupyterlab"],
+                {**environment, "TMPDIR": name},
+                cwd=workspace.parent,
             )
             programs.wait_for_port(process, options.ip, port)
             announce("browser", url(options.ip, port, page), options.ip)
