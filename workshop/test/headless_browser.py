@@ -9,7 +9,9 @@ import time
 import cv2
 import numpy as np
 from selenium import webdriver
+from selenium.common.exceptions import NoSuchElementException, StaleElementReferenceException
 from selenium.webdriver.chrome.service import Service
+from selenium.webdriver.common.by import By
 
 OPTIONS = (
     "--headless=new",
@@ -22,6 +24,8 @@ OPTIONS = (
     "--no-first-run",
 )
 LIMIT_S = 180.0
+# What noVNC draws on.
+CANVAS = "#noVNC_container canvas"
 
 
 @contextlib.contextmanager
@@ -66,9 +70,16 @@ def printed_url(program, name):
     return line.split(": ", 1)[1]
 
 
-def picture_of(element):
-    """Return what the page shows of an element, as (H, W, 3) BGR uint8."""
-    return cv2.imdecode(np.frombuffer(element.screenshot_as_png, np.uint8), cv2.IMREAD_COLOR)
+def picture_of(browser, selector):
+    """Return what the page shows of an element, as (H, W, 3) BGR uint8; None without one."""
+    try:
+        element = browser.find_element(By.CSS_SELECTOR, selector)
+        if 0 in element.size.values():
+            return None
+        return cv2.imdecode(np.frombuffer(element.screenshot_as_png, np.uint8), cv2.IMREAD_COLOR)
+    except (NoSuchElementException, StaleElementReferenceException):
+        # The page is not complete, or is loaded again.
+        return None
 
 
 def save_screenshot(browser, name):

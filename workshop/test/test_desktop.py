@@ -5,6 +5,7 @@ import subprocess
 import numpy as np
 import pytest
 from headless_browser import (
+    CANVAS,
     headless_chromium,
     picture_of,
     printed_url,
@@ -19,7 +20,6 @@ from sdc_workshop.workspace import PROJECT
 
 pytestmark = pytest.mark.slow(20)
 
-CANVAS = "#noVNC_container canvas"
 # Mean difference of the pictures, which VNC compresses with loss [0..255].
 SAME = 4.0
 # Standard deviation of a window that is not empty [0..255].
@@ -63,9 +63,7 @@ def test_desktop_in_the_browser_shows_the_window_of_rviz(desktop):
         assert not browser.find_elements(By.CSS_SELECTOR, CANVAS)
 
         browser.get(url)
-        canvas = wait_until(
-            lambda: browser.find_elements(By.CSS_SELECTOR, CANVAS), "the desktop's picture"
-        )[0]
+        wait_until(lambda: picture_of(browser, CANVAS) is not None, "the desktop's picture")
         rviz = Program(
             ["roslaunch", "sdc_sim", "rviz.launch"],
             {**service.environment, **display.environment},
@@ -79,8 +77,8 @@ def test_desktop_in_the_browser_shows_the_window_of_rviz(desktop):
 
             def shown():
                 """Return whether the page shows the screen, of which RViz's window is a part."""
-                screen, page = display.picture(), picture_of(canvas)
-                same_size = screen.shape == page.shape
+                screen, page = display.picture(), picture_of(browser, CANVAS)
+                same_size = page is not None and screen.shape == page.shape
                 return same_size and np.abs(screen.astype(int) - page).mean() < SAME
 
             wait_until(shown, "the page shows what is on the screen")
