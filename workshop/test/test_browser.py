@@ -69,7 +69,9 @@ def test_token_is_the_one_of_the_environment_or_new(monkeypatch):
     assert service.token() == "given"
     # As `docker compose` passes a variable that is not set.
     monkeypatch.setenv(service.TOKEN_VARIABLE, "")
-    assert len(service.token()) == 48 != service.token()
+    assert len(service.token()) == 48
+    monkeypatch.delenv(service.TOKEN_VARIABLE)
+    assert len(service.token()) == 48 and service.token() != service.token()
 
 
 @pytest.mark.parametrize(
