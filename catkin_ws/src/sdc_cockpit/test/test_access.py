@@ -14,6 +14,11 @@ def test_tokens_are_long_and_differ():
     assert new_token() != new_token()
 
 
+def test_token_of_the_environment_is_used(monkeypatch):
+    monkeypatch.setenv("JUPYTER_TOKEN", "given")
+    assert new_token() == "given"
+
+
 @pytest.mark.parametrize("given_token", [None, "", "secre", "secrets", "Secret", "\udcff", "é"])
 def test_wrong_token_is_refused(given_token):
     assert not LOCAL.has_token(given_token)

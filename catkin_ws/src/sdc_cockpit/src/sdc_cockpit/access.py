@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import hmac
 import ipaddress
+import os
 import secrets
 from urllib.parse import urlsplit
 
 
 def new_token() -> str:
-    """Return a token that cannot be guessed."""
-    return secrets.token_hex(24)
+    """Return the token of the environment, or one that cannot be guessed.
+
+    ./workshop/browser sets JUPYTER_TOKEN, so that one token opens JupyterLab and cockpit.
+    """
+    return os.environ.get("JUPYTER_TOKEN") or secrets.token_hex(24)
 
 
 class Access:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import os
 import socket
 from pathlib import Path
 from typing import Any, Awaitable, Protocol
@@ -17,6 +18,8 @@ from sdc_cockpit.protocol import MAX_MESSAGE_BYTES, ClientMessage, json_message,
 from sdc_cockpit.viewers import Viewer, Viewers
 
 PORTS_TO_TRY = 50
+# The port of /cockpit/ in JupyterLab, which ./workshop/browser starts.
+PROXIED_PORT = 8080
 # The files of Debian's packages libjs-three and libjs-chart.js.
 _LIBRARIES = {
     "three.module.js": "three/three.module.js",
@@ -263,6 +266,13 @@ def _is_taken(address: str, port: int) -> bool:
 
 
 def page_address(address: str, port: int, token: str) -> str:
-    """Return the URL of the page, as it is printed."""
+    """Return the URL of the page, as it is printed.
+
+    In a terminal of ./workshop/browser, WORKSHOP_URL is the address of JupyterLab, which forwards
+    /cockpit/ to port 8080 and /proxy/PORT/ to any other port.
+    """
+    if os.environ.get("WORKSHOP_URL"):
+        path = "cockpit" if port == PROXIED_PORT else f"proxy/{port}"
+        return f"{os.environ['WORKSHOP_URL']}{path}/?token={token}"
     host = socket.gethostname() if address in ("0.0.0.0", "::", "") else address
     return f"http://{f'[{host}]' if ':' in host else host}:{port}/?token={token}"
