@@ -48,6 +48,7 @@ def test_files_that_a_page_names_are_there(page):
     assert missing == set()
 
 
+@pytest.mark.slow(3)
 def test_each_picture_is_drawn_and_shown(tmp_path):
     main(tmp_path)
     drawn = {path.name for path in tmp_path.iterdir()}

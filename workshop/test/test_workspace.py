@@ -37,6 +37,7 @@ def test_templates_are_valid_python():
             compile(text, name, "exec")
 
 
+@pytest.mark.slow(2)
 def test_each_region_has_one_step_and_each_step_its_region():
     steps = load_steps()
     assert len({step.id for step in steps}) == len(steps)

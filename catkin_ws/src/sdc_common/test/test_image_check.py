@@ -43,6 +43,7 @@ def test_wrong_size_is_an_error(changes):
         check_image(Image(**{**GOOD, **changes}))
 
 
+@pytest.mark.slow(3)
 @settings(max_examples=max(500, settings.default.max_examples))
 @given(
     st.integers(0, 40) | st.just(2**31),

@@ -29,6 +29,7 @@ def test_headings_are_continuous_over_several_turns():
     assert spiral.headings[-1] - spiral.headings[0] == pytest.approx(angle[-1], abs=0.2)
 
 
+@pytest.mark.slow(3)
 @given(POINTS, COORDINATES, COORDINATES)
 def test_nearest_place_is_the_closest_of_all_segments(points, x, y):
     line = Polyline(points, extend=False)

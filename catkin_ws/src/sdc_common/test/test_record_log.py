@@ -39,6 +39,7 @@ def path(tmp_path):
     return str(tmp_path / "log")
 
 
+@pytest.mark.slow(3)
 @given(st.lists(PLAIN, max_size=8))
 def test_records_are_read_back_unchanged(tmp_path_factory, records):
     path = str(tmp_path_factory.mktemp("log") / "log")

@@ -16,6 +16,7 @@ def index_of(points, reach_m):
     return SegmentIndex(points[:-1], points[1:], reach_m)
 
 
+@pytest.mark.slow(3)
 @given(st.lists(POINT, min_size=2, max_size=12, unique=True), st.lists(POINT, min_size=1))
 def test_nearest_distance_is_that_of_the_polyline(line, points):
     offsets = index_of(line, 100.0).nearest_offsets(np.array(points))

@@ -38,6 +38,7 @@ def test_figures_that_were_changed_by_hand_are_replaced():
     assert with_figures(changed, FIGURES) == page
 
 
+@pytest.mark.slow(2)
 def test_stored_figures_are_those_of_the_code():
     """A drive without ROS equals that of the nodes in lockstep."""
     data = os.path.join(rospkg.RosPack().get_path("sdc_common"), "data", "waypoints.csv")

@@ -1,4 +1,4 @@
-"""Drive laps for ten simulated minutes; `rosrun sdc_experiments soak.py` drives for hours."""
+"""Drive laps for five simulated minutes; `rosrun sdc_experiments soak.py` drives for hours."""
 
 import os
 import subprocess
@@ -55,9 +55,9 @@ def test_laps_are_long_enough_and_have_no_gap(hours):
     assert len(LAP) == 4
 
 
-def test_processes_stay_flat_for_ten_simulated_minutes():
+def test_processes_stay_flat_for_five_simulated_minutes():
     done = subprocess.run(
-        [sys.executable, SCRIPT, "hours:=0.1667"],
+        [sys.executable, SCRIPT, "hours:=0.0833"],
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,

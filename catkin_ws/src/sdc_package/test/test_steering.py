@@ -85,6 +85,7 @@ poses = st.tuples(
 )
 
 
+@pytest.mark.slow(2)
 @pytest.mark.parametrize("method", METHODS)
 @settings(QUIET, max_examples=40)
 @given(pose=poses)

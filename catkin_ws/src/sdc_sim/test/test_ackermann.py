@@ -101,6 +101,7 @@ def test_steering_rate_and_acceleration_and_jerk_are_kept():
     )
 
 
+@pytest.mark.slow(2)
 @settings(max_examples=40, deadline=None)
 @given(
     st.floats(-60.0, 60.0),

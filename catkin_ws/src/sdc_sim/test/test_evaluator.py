@@ -192,6 +192,7 @@ def test_collision_is_reported_by_the_kind_of_obstacle(number, kind):
     assert metrics["ticks"] == 40
 
 
+@pytest.mark.slow(2)
 @given(st.lists(st.sampled_from(["odometry", "collision"]), min_size=1))
 def test_collision_ends_the_drive_at_its_stamp_in_any_order_of_arrival(order):
     evaluator = with_route()

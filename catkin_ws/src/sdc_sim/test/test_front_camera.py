@@ -169,6 +169,7 @@ def seen_at(tick, *obstacles, lights=()):
     return Observation((tick, 50_000_000), state, state, obstacles, lights)
 
 
+@pytest.mark.slow(3)
 def test_each_picture_and_its_camera_info_show_the_observation_of_their_stamp(photograph):
     car = ObstacleState(101, "car", 60.0, 1.0, 0.2, 4.7, 2.0, 1.45, 0.0)
     light = TrafficLightState(1001, 45.0, -3.0, 0.0, RED)
@@ -202,6 +203,7 @@ def test_picture_has_blue_sky_green_grass_and_objects_on_their_own_side(photogra
     assert np.nonzero(clothes)[1].mean() == pytest.approx(walker_u, abs=12.0)
 
 
+@pytest.mark.slow(3)
 @pytest.mark.parametrize(("state", "lamp"), [(RED, 0), (YELLOW, 1), (GREEN, 2)])
 def test_red_lamp_is_the_upper_one_and_green_the_lower_one(photograph, state, lamp):
     """The lamps are 0.32 m apart, from 0.2 m below the top of the light."""

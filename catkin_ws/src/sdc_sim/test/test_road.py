@@ -133,6 +133,7 @@ def test_any_route_gives_a_finite_road_with_unit_normals(name):
     assert road.s_m[0] <= 0.0 and road.s_m[-1] >= road.length_m
 
 
+@pytest.mark.slow(3)
 @pytest.mark.parametrize(
     "name", ["tight left", "crossing", "roundabout", "two points", "100 laps", "random walk"]
 )

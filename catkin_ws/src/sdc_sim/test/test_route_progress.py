@@ -96,6 +96,10 @@ def test_constant_acceleration_is_measured():
     assert metrics["jerk_max_mps3"] == pytest.approx(0.0, abs=1e-6)
 
 
+def test_slow_car_is_not_blocked():
+    assert drive_straight(speed=0.5).status == COMPLETED
+
+
 def test_car_at_rest_is_blocked():
     assert drive_straight(stop_at=50.0, rest_s=1e9).status == BLOCKED
 

@@ -273,6 +273,7 @@ TEXTS = st.one_of(
 CONTENTS = TEXTS.map(lambda text: text.encode("utf-8", "surrogatepass")) | st.binary(max_size=80)
 
 
+@pytest.mark.slow(3)
 @settings(
     max_examples=max(500, settings.default.max_examples), suppress_health_check=list(HealthCheck)
 )

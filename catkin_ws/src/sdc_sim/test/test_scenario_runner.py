@@ -147,6 +147,7 @@ def test_error_of_a_scenario_that_cannot_be_driven_is_one_line(tmp_path, text, p
     assert [part for part in parts if part not in done.stderr] == []
 
 
+@pytest.mark.slow(3)
 def test_check_prints_violations(tmp_path):
     path, report = (
         write(tmp_path, "limits: {at_most: {cross_track_max_m: 0.5}}"),

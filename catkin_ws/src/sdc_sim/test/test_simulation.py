@@ -160,6 +160,7 @@ def test_vehicle_is_not_placed_on_an_obstacle():
     assert simulation.vehicle.state.x_m == 0.0
 
 
+@pytest.mark.slow(3)
 @settings(max_examples=60, deadline=None)
 @given(
     st.floats(0.0, 40.0),
@@ -393,6 +394,7 @@ def do(simulation, action, *values):
         return str(error)
 
 
+@pytest.mark.slow(3)
 @settings(max_examples=60)
 @given(before=st.lists(ACTIONS, max_size=12), after=st.lists(ACTIONS, min_size=1, max_size=12))
 def test_restored_checkpoint_continues_the_drive_bit_for_bit(before, after):

@@ -348,6 +348,7 @@ def test_measured_creep_at_throttle_0_3_reaches_3_7_mps_and_stays_there():
     assert steady_mps == pytest.approx(3.7, rel=0.02)
 
 
+@pytest.mark.slow(3)
 def test_creep_ends_at_a_speed_that_grows_with_the_throttle_and_holds_in_reverse():
     steady_mps = []
     for throttle in (0.0, 0.05, 0.1, 0.2, 0.3):
@@ -579,6 +580,7 @@ cars = st.sampled_from(PRESETS)
 frictions = st.sampled_from([0.1, 0.5, 1.0])
 
 
+@pytest.mark.slow(3)
 @settings(max_examples=60, deadline=None)
 @given(
     cars,
@@ -614,6 +616,7 @@ def test_any_drive_stays_finite_and_sane(name, friction, wind_mps, drive):
         )
 
 
+@pytest.mark.slow(3)
 @settings(max_examples=60, deadline=None)
 @given(
     cars,
@@ -638,6 +641,7 @@ def test_energy_is_never_created(name, friction, speed_mps, lateral_mps, yaw_rat
             assert energy_j <= before_j * (1.0 + 1e-12) + 1e-9
 
 
+@pytest.mark.slow(2)
 @settings(max_examples=40, deadline=None)
 @given(cars, frictions, drives)
 def test_left_is_the_mirror_image_of_right(name, friction, drive):
@@ -675,6 +679,7 @@ def test_same_drive_gives_the_same_numbers_bit_for_bit(name, drive):
     assert ends[0] == ends[1]
 
 
+@pytest.mark.slow(2)
 @settings(max_examples=40, deadline=None)
 @given(
     st.floats(1.0, 30.0),

@@ -267,6 +267,7 @@ def test_status_bar_shows_state_car_and_waypoints(shown):
     assert "x 10  y 20  90" in shown.window.labels["car"].text()
 
 
+@pytest.mark.slow(2)
 def test_trail_stays_bounded_after_a_hundred_thousand_positions(shown):
     for step in range(100000):
         shown.scene.set_car(
@@ -276,6 +277,7 @@ def test_trail_stays_bounded_after_a_hundred_thousand_positions(shown):
     shown.picture()
 
 
+@pytest.mark.slow(2)
 @pytest.mark.parametrize(
     "points",
     [

@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from sdc_common.geometry.route import Route, checked_points, interpolate
 from sdc_common.geometry.smoothing_spline import SmoothingSpline
@@ -152,6 +151,9 @@ def _interpolated(points: np.ndarray, s: np.ndarray) -> np.ndarray:
     steps = np.diff(s)
     if steps.min() >= SHORTEST_STEP_M and steps.max() <= LONGEST_STEP_M:
         return points
+    # A fifth of the time that a node needs to start.
+    from scipy.interpolate import CubicSpline
+
     kept = _thinned(s)
     points, s = points[kept], s[kept]
     directions = _straight_beside(points, s)

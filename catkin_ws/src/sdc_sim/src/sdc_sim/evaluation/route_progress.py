@@ -90,7 +90,7 @@ class RouteProgress:
         self.infractions = dict.fromkeys(COEFFICIENTS, 0)
         self.events: list[DriveEvent] = []
         self._started_at_s = 0.0
-        self._progress_at_s = 0.0
+        self._progress_at_s = self._progress_from_m = 0.0
         self._on_route_at_s = self._on_route_at_m = 0.0
         self._collided_at_s: float | None = None
         self._forgotten_progress_m = 0.0
@@ -135,8 +135,8 @@ class RouteProgress:
         self.samples.append(sample)
         if place.distance_m <= self.limits.off_route_m:
             self._on_route_at_s, self._on_route_at_m = time_s, place.s_m
-            if place.s_m > self.progress_m + _MIN_PROGRESS_M:
-                self._progress_at_s = time_s
+            if place.s_m > self._progress_from_m + _MIN_PROGRESS_M:
+                self._progress_at_s, self._progress_from_m = time_s, place.s_m
             self.progress_m = max(self.progress_m, place.s_m)
         status = self._termination(sample, place)
         if status is not None:
