@@ -9,7 +9,7 @@ export function set(element, property, value) {
   if (element[property] !== value) element[property] = value;
 }
 
-export function showInstruments({ speed, cross_track: error, command }) {
+export function showInstruments({ speed, cross_track: error, command, reason }) {
   set($("speed"), "textContent", number(speed, 1));
   set($("cross-track"), "textContent", number(error, 2));
   set($("gear"), "textContent", command?.hand_brake ? "P" : command?.gear ?? "–");
@@ -19,6 +19,7 @@ export function showInstruments({ speed, cross_track: error, command }) {
   }
   set($("steer").style, "left", `${Math.round(50 + 48 * (command?.steer ?? 0))}%`);
   set($("steer-value"), "textContent", number(command?.steer, 2));
+  set($("reason"), "textContent", reason ?? "–");
 }
 
 function row(kind, name, rate = "") {

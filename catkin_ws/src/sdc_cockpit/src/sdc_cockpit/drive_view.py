@@ -13,12 +13,14 @@ from carla_msgs.msg import (
     CarlaTrafficLightStatusList,
 )
 from nav_msgs.msg import Odometry
-from sdc_msgs.msg import ObstacleArray
+from sdc_msgs.msg import ObstacleArray, SpeedReason
 
 from sdc_cockpit.road_view import RoadView
 from sdc_cockpit.topic_feeds import Feed, decoded, stamp_of
+from sdc_common.planning.speed_reasons import MEANINGS
 from sdc_common.ros.odometry import pose_and_speed, yaw_from_quaternion
 from sdc_common.ros.refusal import refusing
+from sdc_common.ros.speed_reason_publisher import TOPIC as SPEED_REASON
 from sdc_sim.ros.waypoint_messages import waypoint_rows
 
 EGO = "/carla/ego_vehicle"
@@ -33,6 +35,9 @@ _REMEMBERED_STAMPS = 200
 _MAX_PATH_POINTS = 300
 # Without new odometry for so long, the simulated time stands still [s].
 _STOPPED_AFTER_S = 0.5
+# The planner repeats its reason more often than this [s].
+_REASON_LASTS_S = 1.0
+_LONGEST_REASON = 80
 
 
 class DriveView:
@@ -66,6 +71,7 @@ class DriveView:
             Feed(OBSTACLES, rests=True),
             Feed(LIGHT_INFO),
             Feed(LIGHT_STATUS),
+            Feed(SPEED_REASON),
         ]
         self._feeds = {feed.topic: feed for feed in self.feeds}
 
@@ -126,7 +132,7 @@ class DriveView:
         pose = self._value(ODOMETRY, _pose)
         path = self._value(LOCAL_PATH, _path) or []
         state = {
-            "t": self.stamp[0] + 1e-9 * self.stamp[1] if self.stamp else None,
+            "t": _seconds(self.stamp) if self.stamp else None,
             "running": self.running,
             "pose": None,
             "speed": None,
@@ -136,6 +142,7 @@ class DriveView:
             "command": self._value(STATUS, _command),
             "obstacles": self._value(OBSTACLES, _obstacles) or [],
             "lights": self._lights(),
+            "reason": self._reason(),
             "road": self.road_number,
             "progress": None,
         }
@@ -148,10 +155,27 @@ class DriveView:
                 state["progress"] = round(self.road.progress, 3)
         return state
 
+    def _reason(self) -> str | None:
+        """Return what limits the speed now, None if the stack does not say it."""
+        said = self._value(SPEED_REASON, _speed_reason)
+        if said is None or self.stamp is None:
+            return None
+        said_at_s, reason = said
+        return reason if abs(_seconds(self.stamp) - said_at_s) < _REASON_LASTS_S else None
+
     def _lights(self) -> list[list]:
         places = self._value(LIGHT_INFO, _light_places) or {}
         states = self._value(LIGHT_STATUS, _light_states) or {}
         return [[*place, states.get(number, 4)] for number, place in places.items()]
+
+
+def _seconds(stamp: tuple[int, int]) -> float:
+    return stamp[0] + 1e-9 * stamp[1]
+
+
+def _speed_reason(message: Any) -> tuple[float, str]:
+    reason = decoded(message, SpeedReason).reason
+    return _seconds(stamp_of(message)), MEANINGS.get(reason, reason[:_LONGEST_REASON])
 
 
 def _pose(message: Any) -> tuple[float, float, float, float]:
