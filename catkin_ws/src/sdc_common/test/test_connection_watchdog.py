@@ -29,6 +29,7 @@ class RestartedMaster:
     """A ROS master, as rosgraph.Master gives access to it, and the XML-RPC interface of a node."""
 
     master_uri = "http://127.0.0.1:11311"
+    pid = 100
 
     def __init__(self):
         self.nodes, self.parameters, self.updates = {"/car"}, {}, []
@@ -36,9 +37,13 @@ class RestartedMaster:
 
     def restart(self):
         self.__init__()
+        self.pid += 1
         self.nodes = set()
 
-    def lookupNode(self, name):  # noqa: N802 (names of ROS)
+    def getPid(self):  # noqa: N802 (names of ROS)
+        return self.pid
+
+    def lookupNode(self, name):  # noqa: N802
         if name not in self.nodes:
             raise rosgraph.MasterException("unknown node")
 
@@ -109,3 +114,19 @@ def test_restarted_master_keeps_the_parameters_that_it_has_already(master):
     master.parameters["/car"] = {"gain": 1.0}
     registration.check()
     assert master.parameters == {"/use_sim_time": True, "/car": {"gain": 1.0}}
+
+
+def test_node_registers_the_rest_of_itself_with_a_master_that_knows_a_part(master):
+    registration = MasterRegistration()
+    master.restart()
+    master.registerSubscriber("/new", "std_msgs/Empty", "http://me:4")  # rospy does that
+    registration.check()
+    assert "/odometry" in master.publishers
+
+
+def test_node_registers_with_a_master_of_the_same_process_id(master):
+    registration = MasterRegistration()
+    master.restart()
+    master.pid -= 1
+    registration.check()
+    assert "/odometry" in master.publishers

@@ -1,13 +1,22 @@
 import socket
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 import pytest
 
 from sdc_common.ros.master_port import MasterPorts, free_master_port
 
-CANDIDATES = range(42000, 42100)  # two blocks
+FIRST_OUTGOING = int(Path("/proc/sys/net/ipv4/ip_local_port_range").read_text().split()[0])
+# Two blocks that no other program uses: nodes of other tests listen at the ports above them.
+CANDIDATES = range(FIRST_OUTGOING - 100, FIRST_OUTGOING)
+
+
+@pytest.fixture(autouse=True)
+def reservations(tmp_path, monkeypatch):
+    """Keep the reservations of these tests apart from those of other processes."""
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
 
 
 def listener(port):
@@ -18,8 +27,7 @@ def listener(port):
 
 
 def test_port_lies_below_those_of_outgoing_connections():
-    outgoing = Path("/proc/sys/net/ipv4/ip_local_port_range").read_text().split()
-    assert 1023 < free_master_port() < int(outgoing[0])
+    assert 1023 < free_master_port() < FIRST_OUTGOING
 
 
 def test_ports_of_a_process_differ():

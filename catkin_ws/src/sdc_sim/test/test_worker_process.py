@@ -164,17 +164,18 @@ def test_worker_has_low_priority_and_a_session_of_its_own(start, tmp_path):
     assert os.getsid(pid) == pid
 
 
-def test_worker_ends_when_its_caller_is_killed(tmp_path):
+@pytest.mark.parametrize("handler", ["make_writer", "never_start"])
+def test_worker_ends_when_its_caller_is_killed(handler, tmp_path):
     script = tmp_path / "caller.py"
     script.write_text(
         f"""
 import sys, time
 sys.path.insert(0, {FOLDER!r})
-from worker_handlers import make_writer
+from worker_handlers import {handler}
 from sdc_sim.camera.worker_process import WorkerProcess
 
 if __name__ == "__main__":
-    worker = WorkerProcess(make_writer, (sys.argv[1],), 3, print)
+    worker = WorkerProcess({handler}, (sys.argv[1],), 3, print)
     worker.put((worker.process.pid,), 30.0)
     time.sleep(60.0)
 """,

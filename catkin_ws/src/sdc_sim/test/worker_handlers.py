@@ -36,3 +36,11 @@ def make_stage(path):
     """Return a handler that hands its items to a worker process of its own."""
     worker = WorkerProcess(make_writer, (path,), 3, print)
     return lambda item: worker.put(item, 30.0)
+
+
+def never_start(path):
+    """Write the process id, and wait for ever."""
+    with open(path, "a", encoding="utf-8") as file:
+        print(os.getpid(), file=file)
+    while True:
+        time.sleep(0.1)

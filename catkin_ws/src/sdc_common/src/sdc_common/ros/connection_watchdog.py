@@ -67,6 +67,7 @@ class MasterRegistration:
         self._name = rospy.get_name()
         self._master = rosgraph.Master(self._name)
         self._unreachable = False
+        self._master_pid = self._master.getPid()
         self.uses_sim_time = rospy.get_param("/use_sim_time", False)
         self._parameters = {
             "/use_sim_time": self.uses_sim_time,
@@ -74,23 +75,37 @@ class MasterRegistration:
         }
 
     def check(self) -> None:
-        """Ask the master for this node; register again if the master does not know it."""
+        """Register again if the master is another process, or does not know this node.
+
+        A new master may know a part of this node: rospy registers a topic that was added without a
+        master as soon as there is one again. In a container, it may have the process id of the old
+        one.
+        """
+        if rospy.core.is_shutdown_requested():
+            return
         try:
-            self._master.lookupNode(self._name)
-        except rosgraph.MasterException:
-            if rospy.core.is_shutdown_requested():
-                return
-            with contextlib.suppress(OSError, rosgraph.MasterException):
+            pid = self._master.getPid()
+            if pid != self._master_pid or not self._is_known():
                 self._register()
+                self._master_pid = pid
                 self._warn("the roscore was restarted; registered again")
+        except rosgraph.MasterException:
+            return
         except OSError:
-            if not self._unreachable and not rospy.core.is_shutdown_requested():
+            if not self._unreachable:
                 self._warn(
                     f"no roscore responds at {self._master.master_uri}; existing connections stay"
                 )
             self._unreachable = True
             return
         self._unreachable = False
+
+    def _is_known(self) -> bool:
+        try:
+            self._master.lookupNode(self._name)
+        except rosgraph.MasterException:
+            return False
+        return True
 
     def _register(self) -> None:
         uri = rospy.get_node_uri()

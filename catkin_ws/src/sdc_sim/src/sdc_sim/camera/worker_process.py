@@ -9,7 +9,7 @@ import signal
 import threading
 import time
 from multiprocessing import resource_tracker, util
-from multiprocessing.connection import Connection
+from multiprocessing.connection import Connection, wait
 from typing import Any, Callable, Sequence
 
 # The start includes imports and make_handler, on a machine that starts other nodes as well.
@@ -172,7 +172,10 @@ def _serve(
     # Linux' autogroup scheduling gives it a share of the processor despite SCHED_IDLE.
     os.setsid()
     os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))
+    started = threading.Event()
+    threading.Thread(target=_end_without_caller, args=(started,), daemon=True).start()
     handle = make_handler(*arguments)
+    started.set()
     while True:
         # A caller that has ended does not read acknowledgements, but its last items are handled.
         with contextlib.suppress(OSError):
@@ -182,3 +185,10 @@ def _serve(
         except (EOFError, OSError):
             return
         handle(item)
+
+
+def _end_without_caller(started: threading.Event) -> None:
+    """End this process if the caller ends before it has started: rospy waits for a roscore."""
+    wait([multiprocessing.parent_process().sentinel])  # type: ignore[union-attr]
+    if not started.is_set():
+        os._exit(1)
