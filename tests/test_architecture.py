@@ -18,6 +18,7 @@ LAYERS = {
     "sdc_sim": 2,
     "sdc_package": 3,
     "sdc_experiments": 4,
+    "sdc_cockpit": 4,
 }
 LIBRARIES = [name for name, layer in LAYERS.items() if layer > 0]
 MAX_MODULE_LINES = 400

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-pytestmark = pytest.mark.slow(8)
+pytestmark = pytest.mark.slow(16)
 
 ROOT = Path(__file__).resolve().parents[1]
 RELEASES = ("bookworm", "trixie")
@@ -50,10 +50,11 @@ def test_container_of_an_editor_is_built_from_the_image():
     assert (settings["workspaceFolder"], settings["remoteUser"]) == (workdir, user)
 
 
-def test_missing_connection_to_pypi_is_one_line(tmp_path):
+@pytest.mark.parametrize("step, list_", [("linters", "pip"), ("browser", "browser")])
+def test_missing_connection_to_pypi_is_one_line(step, list_, tmp_path):
     shutil.copytree(ROOT / "docker", tmp_path / "docker")
     done = subprocess.run(
-        [tmp_path / "docker" / "prepare", "linters"],
+        [tmp_path / "docker" / "prepare", step],
         env={
             **os.environ,
             "PIP_NO_INDEX": "1",
@@ -65,4 +66,20 @@ def test_missing_connection_to_pypi_is_one_line(tmp_path):
         check=False,
     )
     assert done.returncode == 1
-    assert done.stderr.strip().endswith("docker/pip-packages.txt is not installed")
+    line = done.stderr.splitlines()[-1]
+    assert line.startswith("prepare: no connection to PyPI")
+    assert line.endswith(f"docker/{list_}-packages.txt is not installed")
+
+
+@pytest.mark.parametrize("name, port", [("workshop", 8888), ("desktop", 6080)])
+def test_page_of_the_container_is_reached_from_this_machine_only(name, port):
+    compose = yaml.safe_load(read("docker/compose.yaml"))
+    service = compose["services"][name]
+    assert service["ports"] == [f"127.0.0.1:{port}:{port}"]
+    assert service["volumes"] == ["home:/home/driver"] and "home" in compose["volumes"]
+    program = service["command"][0]
+    assert program.startswith("/workshop/") and (ROOT / program[len("/workshop/") :]).is_file()
+    help_ = subprocess.run(
+        [ROOT / program[len("/workshop/") :], "--help"], capture_output=True, text=True, check=True
+    ).stdout
+    assert f"free (default: {port})" in " ".join(help_.split())

@@ -5,7 +5,9 @@ import os
 import pytest
 import rospy
 import yaml
+from sdc_msgs.msg import SpeedReason
 
+from sdc_common.ros import speed_reason_publisher
 from sdc_common.testing.node_script import load_script
 from sdc_common.testing.processes import Program, isolated_ros_environment
 
@@ -24,11 +26,23 @@ class OfflineNode:
     Attributes:
         receive: its callbacks by topic
         published: the messages that it published
+        call: its services by name
+        config: its parameters
+        instance: the object of its class
+        reasons: stamp [ns] and name of what limited the speed, as it published them
     """
 
-    def __init__(self):
+    def __init__(self, config):
+        self.instance = None
         self.receive = {}
         self.published = []
+        self.call = {}
+        self.config = config
+        self.reasons = []
+
+    def serve(self, name, service_class, handler):
+        """Take the place of rospy.Service."""
+        self.call[name] = lambda: handler(None)
 
     def subscribe(self, topic, message_class, callback, **options):
         """Take the place of rospy.Subscriber."""
@@ -40,7 +54,10 @@ class OfflineNode:
 
     def publish(self, message):
         """Take the place of the publisher's method."""
-        self.published.append(message)
+        if isinstance(message, SpeedReason):
+            self.reasons.append((message.header.stamp.to_nsec(), message.reason))
+        else:
+            self.published.append(message)
 
 
 @pytest.fixture
@@ -48,16 +65,19 @@ def offline_node(monkeypatch):
     """Return a function that builds the node of a script, with the parameters of its config."""
 
     def build(name, class_name):
-        node = OfflineNode()
         script = load_script(os.path.join(HERE, "..", "scripts", name + ".py"))
         with open(os.path.join(HERE, "..", "config", name + ".yaml"), encoding="utf-8") as file:
             config = yaml.safe_load(file)
+        node = OfflineNode(config)
         monkeypatch.setattr(rospy, "get_param", lambda key, *default: config[key.lstrip("~")])
         monkeypatch.setattr(rospy, "init_node", lambda name: None)
         monkeypatch.setattr(rospy, "logwarn_throttle", lambda seconds, text: None)
+        monkeypatch.setattr(rospy, "loginfo", lambda text: None)
         monkeypatch.setattr(rospy, "Subscriber", node.subscribe)
-        monkeypatch.setattr(script, "LoopPublisher", node.advertise)
-        getattr(script, class_name)()
+        monkeypatch.setattr(rospy, "Service", node.serve)
+        for module in (script, speed_reason_publisher):
+            monkeypatch.setattr(module, "LoopPublisher", node.advertise)
+        node.instance = getattr(script, class_name)()
         return node
 
     return build

@@ -1,5 +1,7 @@
 """Tests of the integration check that other teams run."""
 
+import csv
+import itertools
 import json
 import os
 import subprocess
@@ -79,6 +81,12 @@ def test_stack_that_stops_at_lights_passes_and_repeats_its_trace_bit_for_bit(env
     assert (tmp_path / "found" / "report.csv").read_bytes() == again.with_suffix(
         ".csv"
     ).read_bytes()
+    with open(again.with_suffix(".csv"), encoding="utf-8", newline="") as file:
+        reasons = [row["reason"] for row in csv.DictReader(file)]
+    found = [name for name, _ in itertools.groupby(reasons)]
+    assert found[:3] == ["accelerating", "cruise", "traffic_light"]
+    assert found[-1] == "end_of_route"
+    assert "" not in found, "every tick has a reason"
 
 
 def test_stack_that_ignores_lights_fails(environment, tmp_path):

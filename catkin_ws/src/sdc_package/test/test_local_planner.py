@@ -1,17 +1,29 @@
 import math
+import os
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from sdc_common.geometry.road_line import road_route
 from sdc_common.geometry.route import Route
-from sdc_common.planning.speed_profile import SpeedLimits, ideal_duration, speed_profile
+from sdc_common.planning.speed_profile import (
+    SpeedLimits,
+    ideal_duration,
+    limited_speeds,
+    speed_profile,
+)
+from sdc_common.ros.stop_lines import GREEN, RED, StopLine
+from sdc_common.routes.waypoint_file import load_waypoints
 from sdc_package.local_planner import LocalPlanner, OffRouteError, PlannerSettings
-from sdc_package.obstacles import ObstacleMargins
-from sdc_package.traffic_lights import TrafficLightMargins
+from sdc_package.obstacles import DetectedObstacle, ObstacleMargins
+from sdc_package.traffic_lights import TrafficLightMargins, TrafficLightMonitor
 from sdc_package.waypoint_search import WaypointSearch
 
+TOWN = os.path.join(
+    os.path.dirname(os.path.abspath(__file__)), "..", "..", "sdc_common", "data", "waypoints.csv"
+)
 OBSTACLES = ObstacleMargins(side_m=0.4, gap_m=5.0, car_front_m=2.35, car_width_m=2.0)
 LIMITS = SpeedLimits(cruise_mps=10.0, lateral_mps2=3.0, acceleration_mps2=1.8, braking_mps2=2.5)
 TRAFFIC_LIGHTS = TrafficLightMargins(gap_m=1.0, reaction_s=0.5, hardest_mps2=6.0, car_front_m=2.35)
@@ -249,3 +261,90 @@ def test_settings_are_read_from_the_sections_of_the_configuration():
             PlannerSettings.read({**values, name: value}.__getitem__)
     with pytest.raises(TypeError, match="gap"):
         PlannerSettings.read({**values, "caution": {"gap": 1.0}}.__getitem__)
+
+
+LIGHT = 7
+
+
+def lights(line_x_m, state):
+    monitor = TrafficLightMonitor(TRAFFIC_LIGHTS)
+    monitor.lines = {LIGHT: StopLine(line_x_m, 0.0, 1.75)}
+    monitor.states = {LIGHT: state}
+    return monitor
+
+
+def reason_at(local, x, y=0.0, yaw=0.0, speed=10.0, obstacles=(), light=None):
+    first = WaypointSearch(local.route.points).first_ahead(x, y)
+    rows = local.plan(first, x, y, yaw, obstacles)
+    local.stop_for(light or TrafficLightMonitor(TRAFFIC_LIGHTS), rows, speed)
+    return local.reason
+
+
+def test_reasons_along_a_bend_name_what_limits_the_speed():
+    local = planner(bend(12.0, math.pi / 2))
+    names = [
+        reason_at(local, x, y, yaw, speed)
+        for x, y, yaw, speed in (
+            (5.0, 0.0, 0.0, 4.0),
+            (35.0, 0.0, 0.0, 10.0),
+            (50.0, 0.0, 0.0, 8.5),
+            (60.0 + 12.0 * math.sin(0.8), 12.0 * (1.0 - math.cos(0.8)), 0.8, 6.0),
+            (72.0, 20.0, math.pi / 2, 7.5),
+            (72.0, 65.0, math.pi / 2, 6.0),
+        )
+    ]
+    assert names == [
+        "accelerating",
+        "cruise",
+        "braking_ahead",
+        "bend",
+        "accelerating",
+        "end_of_route",
+    ]
+
+
+def test_lateral_jerk_is_a_bend_as_well():
+    sharp = Route(np.vstack([straight(60.0), [(60.0 + 0.8 * i, 0.6 * i) for i in range(1, 80)]]))
+    gentle = SpeedLimits(**{**vars(LIMITS), "lateral_mps2": 1e6, "lateral_jerk_mps3": 1.0})
+    assert "bend" in limited_speeds(sharp, gentle)[1]
+    hurried = SpeedLimits(**{**vars(LIMITS), "lateral_mps2": 1e6})
+    assert "bend" not in limited_speeds(sharp, hurried)[1]
+
+
+def test_reason_in_a_recorded_bend_does_not_change_with_the_noise_of_its_curvature():
+    """Of the packaged route, the bend at 75 m to 205 m is taken at a nearly constant speed."""
+    route = road_route(load_waypoints(TOWN))
+    limits = SpeedLimits(**{**vars(LIMITS), "lateral_jerk_mps3": 6.0})
+    speed, reasons = limited_speeds(route, limits)
+    assert speed.tolist() == speed_profile(route, limits).tolist()
+    assert {reason for s, reason in zip(route.s, reasons) if 75.0 < s < 205.0} == {"bend"}
+
+
+@pytest.mark.parametrize("speed", [0.0, 4.0])
+def test_obstacle_on_the_lane_is_the_reason_from_where_the_car_brakes_for_it(speed):
+    local = planner(straight(200.0))
+    box = DetectedObstacle(100.0, 0.0, 0.0, 4.0, 2.0, speed)
+    assert reason_at(local, 50.0, obstacles=[box]) == "cruise"
+    assert reason_at(local, 80.0, speed=6.0, obstacles=[box]) == "obstacle"
+    aside = DetectedObstacle(100.0, 8.0, 0.0, 4.0, 2.0, speed)
+    assert reason_at(local, 80.0, obstacles=[aside]) == "cruise"
+
+
+def test_red_light_is_the_reason_until_it_turns_green_and_then_the_car_accelerates():
+    local = planner(straight(200.0))
+    red = lights(100.0, RED)
+    assert reason_at(local, 50.0, light=red) == "cruise"
+    assert reason_at(local, 85.0, speed=7.0, light=red) == "traffic_light"
+    assert reason_at(local, 96.6, speed=0.0, light=red) == "traffic_light"
+    assert reason_at(local, 96.6, speed=0.0, light=lights(100.0, GREEN)) == "accelerating"
+    assert reason_at(local, 130.0, speed=9.5, light=lights(100.0, GREEN)) == "cruise"
+
+
+def test_of_several_limits_the_lowest_is_the_reason():
+    local = planner(straight(200.0))
+    near = DetectedObstacle(95.0, 0.0, 0.0, 4.0, 2.0, 0.0)
+    far = DetectedObstacle(120.0, 0.0, 0.0, 4.0, 2.0, 0.0)
+    red = lights(100.0, RED)
+    assert reason_at(local, 80.0, speed=5.0, obstacles=[near], light=red) == "obstacle"
+    assert reason_at(local, 80.0, speed=5.0, obstacles=[far], light=red) == "traffic_light"
+    assert reason_at(local, 199.0, speed=1.0, light=lights(260.0, RED)) == "end_of_route"

@@ -35,6 +35,30 @@ def mission(points):
     return Path([BaseWaypoint(x, y) for x, y in points])
 
 
+def test_reload_uses_a_new_gain_and_refuses_a_bad_one(offline_node):
+    node = offline_node("simple_controller", "SimpleController")
+    path = LocalPath([Waypoint(float(x), 0.0, 5.0) for x in range(30)])
+
+    def steer(tick):
+        node.receive[ODOMETRY](odometry(tick, 2.0 + 0.25 * tick, 0.1, 0.0))
+        node.receive[PATH](path)
+        return node.published[-1].steer
+
+    first = steer(1)
+    gains = node.config["stanley_compensated"]
+    gains["k"] = 2.0 * gains["k"]
+    assert steer(2) == pytest.approx(first)
+    assert node.call["~reload"]()[0]
+    second = steer(3)
+    assert second == pytest.approx(2.0 * first, rel=0.05)
+    gains["k"] = -1.0
+    assert node.call["~reload"]() == (
+        False,
+        "section 'stanley_compensated': k must be a positive number, got -1.0",
+    )
+    assert steer(4) == pytest.approx(second)
+
+
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_stop_for_a_silent_planner_steers_along_the_last_path(offline_node, side):
     """The straight before the bend takes longer than the timeout."""
@@ -53,6 +77,9 @@ def test_stop_for_a_silent_planner_steers_along_the_last_path(offline_node, side
         node.receive[ODOMETRY](odometry(tick, x, side * y, side * turned))
     stops = node.published[1:]
     assert len(stops) > 30
+    stamps = [stamp_ns for stamp_ns, reason in node.reasons if reason == "path_timeout"]
+    assert len(stamps) == len(node.reasons) > 5
+    assert np.diff(stamps).tolist() == [250_000_000] * (len(stamps) - 1), "not in every tick"
     assert {(stop.throttle, stop.brake, stop.header.stamp.to_nsec()) for stop in stops} == {
         (0.0, 0.5, 0)
     }
@@ -95,3 +122,23 @@ def test_planner_stops_for_the_red_light_of_a_bridge_without_stamps(offline_node
         node.receive["/carla/traffic_lights/status"](status)
         node.receive[ODOMETRY](odometry(tick, 28.0, 0.0, 0.0))
         assert (node.published[-1].waypoints[-1].v == 0.0) == stops
+        wanted = "traffic_light" if stops else "accelerating"
+        assert node.reasons[-1] == (50_000_000 * tick, wanted)
+
+
+def test_planner_repeats_its_reason_after_a_silence_and_when_time_starts_again(offline_node):
+    """A reason of the controller, which brakes in a silence, ends with the next plan."""
+    node = offline_node("local_planner", "LocalPlannerNode")
+    node.receive[MISSION](mission([(float(x), 0.0) for x in range(101)]))
+    for tick in (1, 2, 3, 8, 9, 4):
+        node.receive[ODOMETRY](odometry(tick, 40.0, 0.0, 0.0, speed=10.0))
+    assert node.reasons == [(50_000_000 * tick, "cruise") for tick in (1, 8, 4)]
+
+
+def test_controller_without_odometry_publishes_that_it_brakes(offline_node):
+    node = offline_node("simple_controller", "SimpleController")
+    node.receive[ODOMETRY](odometry(1, 0.0, 0.0, 0.0))
+    node.receive[PATH](LocalPath([Waypoint(float(x), 0.0, 5.0) for x in range(9)]))
+    for time_s in (0.2, 0.5, 0.6):
+        node.instance.inputs.check(rospy.Time.from_sec(time_s))
+    assert node.reasons == [(50_000_000, "odometry_timeout")]

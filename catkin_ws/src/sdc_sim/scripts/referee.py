@@ -18,6 +18,7 @@ from sdc_common.ros.supervisor import supervise
 from sdc_sim.evaluation.evaluator import Evaluator, evaluate_event_log
 from sdc_sim.evaluation.route_progress import COMPLETED
 from sdc_sim.evaluation.rules import EvaluationRules
+from sdc_sim.evaluation.scene_record import PICTURE
 from sdc_sim.report.camera_snapshots import CameraSnapshots
 from sdc_sim.report.completion import start_completion
 from sdc_sim.report.console_progress import ConsoleProgress, closing_line
@@ -39,7 +40,7 @@ class Referee:
         role_name = parameter("role_name")
         image_topics = {f"/carla/{role_name}{one.front.image}" for one in GENERATIONS.values()}
         self.snapshots = CameraSnapshots(
-            sorted(image_topics), parameter("snapshots"), self.on_snapshot
+            sorted(image_topics), parameter("snapshots"), self.on_snapshot, self.on_picture
         )
         try:
             self.event_log = open_report(self.report_path, parameter("drive_id"))
@@ -88,6 +89,10 @@ class Referee:
     def on_snapshot(self, snapshot):
         with self.lock:
             self.evaluator.add_snapshot(*snapshot)
+
+    def on_picture(self, time_s, jpeg):
+        with self.lock:
+            self.evaluator.add_scene(PICTURE, jpeg, time_s)
 
     def read_planner_limits(self):
         """Use the local planner's own limits where it has them."""
@@ -159,7 +164,9 @@ class Referee:
                 self.progress.update(self.evaluator, time.monotonic())
                 drive = self.evaluator.drive
                 percent = drive.progress.completion_percent if drive else 0.0
-            self.snapshots.update(percent)
+                now_s = drive.progress.samples[-1].time_s if self.evaluator.started else None
+            if now_s is not None:
+                self.snapshots.update(percent, now_s, time.monotonic())
         self.snapshots.close()
         return self.finish()
 

@@ -2,10 +2,11 @@ import io
 
 import numpy as np
 import pytest
+import rospy
 from PIL import Image as Picture
 from sensor_msgs.msg import Image
 
-from sdc_sim.report.camera_snapshots import encode_jpeg
+from sdc_sim.report.camera_snapshots import CameraSnapshots, encode_jpeg
 
 ORANGE = (240, 150, 20)
 
@@ -29,7 +30,7 @@ def image(encoding, pixel, width=640, height=480, step=None):
     ],
 )
 def test_jpeg_has_the_colours_of_the_image_and_a_small_size(encoding, pixel):
-    jpeg = encode_jpeg(image(encoding, pixel))
+    jpeg = encode_jpeg(image(encoding, pixel), 480, 80)
     picture = np.asarray(Picture.open(io.BytesIO(jpeg)))
     assert picture.shape == (360, 480, 3)
     assert np.abs(picture[100, 100].astype(int) - ORANGE).max() < 6
@@ -37,15 +38,80 @@ def test_jpeg_has_the_colours_of_the_image_and_a_small_size(encoding, pixel):
 
 
 def test_padding_of_rows_is_removed():
-    assert encode_jpeg(image("rgb8", ORANGE, step=2048)) == encode_jpeg(image("rgb8", ORANGE))
+    assert encode_jpeg(image("rgb8", ORANGE, step=2048), 480, 80) == encode_jpeg(
+        image("rgb8", ORANGE), 480, 80
+    )
 
 
 def test_unsupported_images_give_no_jpeg():
-    assert encode_jpeg(image("32FC1", (0, 0, 0, 0))) is None
-    assert encode_jpeg(Image()) is None
+    assert encode_jpeg(image("32FC1", (0, 0, 0, 0)), 480, 80) is None
+    assert encode_jpeg(Image(), 480, 80) is None
     torn = image("rgb8", ORANGE)
     torn.data = torn.data[:-1]
-    assert encode_jpeg(torn) is None
+    assert encode_jpeg(torn, 480, 80) is None
     wide = image("rgb8", ORANGE)
     wide.width = 10_000
-    assert encode_jpeg(wide) is None
+    assert encode_jpeg(wide, 480, 80) is None
+
+
+class Camera:
+    """Takes the place of rospy.Subscriber; `send` delivers a picture to a subscription."""
+
+    def __init__(self, monkeypatch, count):
+        self.subscribed = None
+        self.subscriptions = 0
+        self.snapshots, self.pictures = [], []
+        monkeypatch.setattr(rospy, "Subscriber", self.subscribe)
+        self.taken = CameraSnapshots(
+            ["/image"], count, self.snapshots.append, lambda *picture: self.pictures.append(picture)
+        )
+
+    def subscribe(self, topic, message_class, callback, **options):
+        self.subscribed = callback
+        self.subscriptions += 1
+        return self
+
+    def unregister(self):
+        self.subscribed = None
+
+    def update(self, percent, now_s, wall_s):
+        self.taken.update(percent, now_s, wall_s)
+        if self.subscribed:
+            message = image("rgb8", ORANGE)
+            message.header.stamp = rospy.Time.from_sec(now_s)
+            self.subscribed(message)
+        self.taken.update(percent, now_s, wall_s)
+
+
+def test_pictures_are_taken_over_the_time_and_snapshots_over_the_distance(monkeypatch):
+    camera = Camera(monkeypatch, 2)
+    for tick in range(801):
+        camera.update(tick / 8.0, 0.05 * tick, 0.05 * tick)
+    assert [round(time_s, 2) for time_s, _ in camera.pictures[:3]] == [0.0, 1.5, 3.0]
+    assert [snapshot.percent for snapshot in camera.snapshots] == [25.0, 75.0]
+    assert camera.subscriptions == len(camera.pictures) == 28, "a snapshot is a picture as well"
+    sizes = [Picture.open(io.BytesIO(jpeg)).size for _, _, jpeg in camera.snapshots]
+    assert sizes == [(480, 360)] * 2
+    assert Picture.open(io.BytesIO(camera.pictures[0][1])).size == (320, 240)
+
+
+def test_fast_drive_takes_at_most_two_pictures_per_second_of_the_wall_clock(monkeypatch):
+    camera = Camera(monkeypatch, 1)
+    for tick in range(1000):
+        camera.update(0.0, 1.0 * tick, 0.01 * tick)
+    assert len(camera.pictures) == 20
+
+
+def test_long_drive_takes_pictures_ever_more_rarely(monkeypatch):
+    monkeypatch.setattr("sdc_sim.report.camera_snapshots._PICTURES_PER_INTERVAL", 10)
+    camera = Camera(monkeypatch, 1)
+    for second in range(1000):
+        camera.update(0.0, float(second), float(second))
+    assert len(camera.pictures) < 10 * 7
+
+
+def test_without_snapshots_no_picture_is_taken(monkeypatch):
+    camera = Camera(monkeypatch, 0)
+    for second in range(20):
+        camera.update(5.0 * second, float(second), float(second))
+    assert camera.subscriptions == 0

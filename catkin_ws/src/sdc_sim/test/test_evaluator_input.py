@@ -8,7 +8,16 @@ import rospy
 import yaml
 from carla_msgs.msg import CarlaCollisionEvent, CarlaEgoVehicleControl
 from nav_msgs.msg import Odometry
-from sdc_msgs.msg import BaseWaypoint, CarlaVehicleControl, LocalPath, Path, Waypoint
+from sdc_msgs.msg import (
+    BaseWaypoint,
+    CarlaVehicleControl,
+    LocalPath,
+    Obstacle,
+    ObstacleArray,
+    Path,
+    SpeedReason,
+    Waypoint,
+)
 
 from sdc_common.testing.node_script import load_script
 from sdc_sim.evaluation.evaluator import Evaluator
@@ -60,7 +69,7 @@ def test_messages_become_a_drive():
     evaluator_input.command(CarlaVehicleControl(throttle=0.5, steer=-0.25, header=odometry.header))
     result = evaluator_input.evaluator.result()
     assert result.progress.samples[0].speed_mps == 3.0
-    np.testing.assert_allclose(result.planned, [(0.0, 4.0)])
+    np.testing.assert_allclose(result.planned[:, :2], [(0.0, 4.0)])
     np.testing.assert_allclose(result.commands, [(0.5, 0.0, -0.25)])
 
 
@@ -106,6 +115,29 @@ def test_odometry_that_is_not_finite_is_refused():
         evaluator_input.odometry(odometry)
 
 
+def test_path_and_obstacles_are_recorded_twice_a_second_without_numbers_that_are_not_finite():
+    evaluator_input = with_route()
+    path = LocalPath([Waypoint(float(x), 0.5, 4.0) for x in range(100)])
+    path.waypoints[-1].v = float("nan")
+    box = Obstacle(id=9, kind="car")
+    box.pose.position.x, box.pose.orientation.w, box.size.x, box.size.y = 8.0, 1.0, 4.0, 2.0
+    broken = Obstacle(id=10, kind="car")
+    broken.pose.position.x = float("inf")
+    for tick in range(1, 22):
+        odometry = odometry_message(tick)
+        evaluator_input.odometry(odometry)
+        path.waypoints[0].x = 0.01 * tick
+        evaluator_input.local_path(path)
+        box.pose.position.y = 0.01 * tick
+        evaluator_input.obstacles(ObstacleArray(obstacles=[box, broken], header=odometry.header))
+    entries = evaluator_input.evaluator.result().scene.entries
+    assert [round(time_s, 3) for time_s, _ in entries["path"]] == [0.05, 0.55, 1.05]
+    assert [row[0] for row in entries["path"][0][1]] == pytest.approx(
+        [0.01, *range(8, 100, 8)], abs=1e-6
+    )
+    assert entries["obstacles"][1] == (pytest.approx(0.55), [(9, 8.0, 0.11, 0.0, 4.0, 2.0)])
+
+
 @pytest.mark.parametrize("collision_at", [None, 7])
 def test_replay_reports_the_drive_that_its_bag_contains(tmp_path, collision_at):
     replay = load_script(os.path.join(PACKAGE, "scripts", "replay.py"))
@@ -119,11 +151,17 @@ def test_replay_reports_the_drive_that_its_bag_contains(tmp_path, collision_at):
             bag.write("/carla/ego_vehicle/odometry", odometry, odometry.header.stamp)
             command = CarlaVehicleControl(throttle=0.01 * tick, header=odometry.header)
             bag.write("/carla/ego_vehicle/vehicle_control_cmd", command, odometry.header.stamp)
+            if tick in (3, 6):
+                reason = SpeedReason(reason=f"reason {tick}", header=odometry.header)
+                bag.write("/planner/speed_reason", reason, odometry.header.stamp)
             if tick == collision_at:
                 event = CarlaCollisionEvent(header=odometry.header, other_actor_id=7)
                 bag.write("/carla/ego_vehicle/collision", event, odometry.header.stamp)
     with rosbag.Bag(str(tmp_path / "drive.bag")) as bag:
-        metrics = node.evaluate(bag).result().metrics
+        result = node.evaluate(bag).result()
+    metrics = result.metrics
+    expected = 2 * [""] + 3 * ["reason 3"] + 4 * ["reason 6"]
+    assert result.reasons == expected[: metrics["ticks"]]
     collided = collision_at is not None
     assert metrics["status"] == ("collision" if collided else "aborted")
     assert metrics["ticks"] == (collision_at or 9)

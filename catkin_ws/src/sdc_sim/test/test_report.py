@@ -37,10 +37,11 @@ def test_report_holds_metrics_and_trace(tmp_path, result):
     rows = (tmp_path / "new" / "report.csv").read_text().splitlines()
     assert len(rows) == 102
     assert rows[0] == (
-        "time_s,x_m,y_m,yaw_rad,speed_mps,s_m,cross_track_m,heading_error_rad,throttle,brake,steer"
+        "time_s,x_m,y_m,yaw_rad,speed_mps,s_m,cross_track_m,heading_error_rad,throttle,brake,steer,"
+        "reason"
     )
     assert float(rows[-1].split(",")[1]) == result.progress.samples[-1].x_m
-    assert rows[-1].split(",")[8:] == ["0.5", "0.0", "-0.25"]
+    assert rows[-1].split(",")[8:] == ["0.5", "0.0", "-0.25", ""]
 
 
 def test_old_report_is_removed_before_the_drive(tmp_path):

@@ -254,6 +254,37 @@ def test_noise_is_in_the_measured_state_and_not_in_the_true_one():
     assert 1e-4 < abs(error_m) < 1.0
 
 
+def test_disturbances_change_from_a_tick_on():
+    noise = {"position_m": 0.1}
+    simulation = make_simulation(noise=OdometryNoise(7))
+    drive(simulation, 1.0, throttle=0.7)
+    assert simulation.observation.measured == simulation.observation.state
+    simulation.set_disturbances(0.2, 15.0, noise)
+    speed_mps = simulation.vehicle.state.speed_mps
+    drive(simulation, 0.5, brake=1.0)
+    state = simulation.observation.state
+    assert simulation.observation.measured.x_m != state.x_m
+    # The grip limits the deceleration to a fifth of gravity; the wind pushes the car to the left.
+    assert speed_mps - state.speed_mps < 0.5 * 0.2 * 9.81 * 1.1
+    assert state.y_m > 0.0
+
+
+def test_bad_disturbance_changes_nothing():
+    simulation = make_simulation(noise=OdometryNoise(7))
+    for friction, wind, noise, expected in (
+        (0.0, 0.0, {}, "friction"),
+        (0.5, "strong", {}, "side_wind_mps"),
+        (0.5, 0.0, {"position_m": -1.0}, "odometry_noise.position_m"),
+    ):
+        with pytest.raises(ValueError, match=expected):
+            simulation.set_disturbances(friction, wind, noise)
+    with pytest.raises(TypeError):
+        simulation.set_disturbances(0.5, 0.0, {"height_m": 1.0})
+    with pytest.raises(TypeError):
+        simulation.set_disturbances(0.5, 0.0, None)
+    assert (simulation.vehicle.friction, simulation.vehicle.side_wind_mps) == (1.0, 0.0)
+
+
 def test_observe_again_shows_what_was_placed_and_added():
     simulation = make_simulation(sensor_latency_s=0.15)
     stamp = simulation.observation.stamp

@@ -1,5 +1,6 @@
 """The trace of a drive is written while it lasts, and equals the one written at its end."""
 
+import csv
 import os
 import random
 
@@ -91,3 +92,34 @@ def test_failed_trace_is_replaced_by_the_event_log(tmp_path):
         drive_on(each, 1, 2001)
     trace.failure = OSError(28, "No space left on device")
     assert_same_report(tmp_path, evaluator, trace, expected)
+
+
+def test_reason_of_a_tick_is_the_last_one_before_it(tmp_path):
+    """Reasons arrive in any order; without a new one for a second, the reason is unknown."""
+    (evaluator, trace), expected = stored(tmp_path), in_memory()
+    for each in (evaluator, expected):
+        for tick in range(1, 2001):
+            each.add_odometry(tick * TICK_NS, 0.1 * tick, 0.0, 0.0, 2.0, wall_s=0.01 * tick)
+            if tick == 40:
+                each.add_reason(30 * TICK_NS, "bend")
+                each.add_reason(20 * TICK_NS, "cruise")
+            if tick == 1000:
+                each.add_reason(1000 * TICK_NS, "a reason of another stack, " + 100 * "x")
+    assert_same_report(tmp_path, evaluator, trace, expected)
+    with open(tmp_path / "report.csv", encoding="utf-8", newline="") as file:
+        reasons = [row["reason"] for row in csv.DictReader(file)]
+    other = ("a reason of another stack, " + 100 * "x")[:40]
+    assert reasons[:19] == 19 * [""]
+    assert reasons[19:29] == 10 * ["cruise"]
+    assert reasons[29:50] == 21 * ["bend"]
+    assert reasons[50:999] == 949 * [""]
+    assert reasons[999:1020] == 21 * [other]
+
+
+def test_reasons_of_later_times_do_not_fill_the_memory(tmp_path):
+    evaluator, _ = stored(tmp_path)
+    for tick in range(1, 3001):
+        evaluator.add_odometry(tick * TICK_NS, 0.1 * tick, 0.0, 0.0, 2.0, wall_s=0.01 * tick)
+        for number in range(4):
+            evaluator.add_reason(10**15 + 4 * tick + number, "later")
+    assert len(evaluator.drive._reasons._stamps) <= 5000 + 4 * 200

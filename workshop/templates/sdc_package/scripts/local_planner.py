@@ -9,6 +9,7 @@ from sdc_common.ros.checkpoint import Checkpoint
 from sdc_common.ros.connection_watchdog import watch_connections
 from sdc_common.ros.node import LoopPublisher, parameter, refuse
 from sdc_common.ros.refusal import refusing
+from sdc_common.ros.speed_reason_publisher import SpeedReasonPublisher
 from sdc_common.ros.supervisor import supervise
 from sdc_msgs.msg import ObstacleArray
 from sdc_package.local_planner import LocalPlanner, PlannerSettings
@@ -33,6 +34,7 @@ class LocalPlannerNode:
         self.checkpoint = Checkpoint()
         self.inputs = inputs = PlannerInputs(self.answer, self.settings.traffic_lights)
 
+        self.reasons = SpeedReasonPublisher()
         topic = "/planner/local_waypoints"
         self.publisher = LoopPublisher(topic, LocalPath, latch=True)
         # TODO 3: subscribe to the mission: on_mission receives it
@@ -66,6 +68,7 @@ class LocalPlannerNode:
             return
             # --------------------------------------------------------------------
             self.publish(self.planner.stop_for(self.inputs.traffic_lights, rows, speed))
+            self.reasons.update(odometry.header.stamp, self.planner.reason)
             self.checkpoint.save(self.planner.checkpoint())
 
     def publish(self, rows):

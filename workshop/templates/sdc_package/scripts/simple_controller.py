@@ -6,13 +6,14 @@ from nav_msgs.msg import Odometry
 from sdc_common.ros.connection_watchdog import watch_connections
 from sdc_common.ros.node import LoopPublisher, every, parameter, refuse
 from sdc_common.ros.refusal import refusing
+from sdc_common.ros.speed_reason_publisher import SpeedReasonPublisher
 from sdc_common.validation import check_between
 from sdc_package.actuation import PedalMap, SteeringMap
 from sdc_package.input_pairing import InputPairing
+from sdc_package.live_steering import LiveSteering
 from sdc_package.pid import PidGains
 from sdc_package.speed_control import SpeedControl, SpeedControlLimits
 from sdc_package.steering.axles import Axles
-from sdc_package.steering.loader import load_steering, section_of
 from sdc_package.watchdog import InputWatchdog
 
 # TODO 1.1: the message that drives the car
@@ -30,12 +31,10 @@ class SimpleController:
         self.basic_throttle = parameter("basic_throttle")
         self.basic_steer = parameter("basic_steer")
         self.stop_brake = parameter("stop_brake")
-        method = parameter("steering_method")
-        section = rospy.get_param("~" + section_of(method), None)
         try:
             check_between(0.0, 1.0, basic_throttle=self.basic_throttle, stop_brake=self.stop_brake)
             check_between(-1.0, 1.0, basic_steer=self.basic_steer)
-            self.steering = load_steering(method, section, Axles(**parameter("axles")))
+            self.steering = LiveSteering(parameter("steering_method"), Axles(**parameter("axles")))
             limits = SpeedControlLimits(**parameter("limits"))
             self.speed_control = SpeedControl(PidGains(**parameter("pid")), limits)
             self.steering_map = SteeringMap(**parameter("steering"))
@@ -44,6 +43,7 @@ class SimpleController:
         except (TypeError, ValueError) as error:
             refuse(f"config/simple_controller.yaml: {error}")
         self.inputs = InputPairing(self.answer, self.stop, watchdog, not self.basic_control)
+        self.reasons = SpeedReasonPublisher()
         self.steer = 0.0
 
         # TODO 1.3: a publisher of commands to the car
@@ -78,12 +78,10 @@ class SimpleController:
 
     def stop(self, missing, motion, path):
         """Brake along the last path while an input is missing; without one, hold the steer."""
-        rospy.logwarn_throttle(5.0, f"simple_controller: no {missing}, braking")
+        self.reasons.timed_out(missing, motion.stamp if motion else rospy.Time.now())
         self.speed_control.reset()
         if missing == "path" and path is not None:
-            wheel_angle = self.steering.wheel_angle(
-                path, motion.x_m, motion.y_m, motion.yaw_rad, motion.speed_mps
-            )
+            wheel_angle = self.steering.wheel_angle(path, *motion[1:5])
             self.steer, _ = self.steering_map.command(wheel_angle, motion.speed_mps)
         self.publish(rospy.Time(), 0.0, self.steer, self.stop_brake)
 

@@ -11,7 +11,14 @@ import numpy as np
 
 from sdc_common.geometry.polyline import Place
 from sdc_common.geometry.road_line import LONGEST_STEP_M, road_route
-from sdc_common.planning.speed_profile import SpeedLimits, speed_profile
+from sdc_common.planning.speed_profile import SpeedLimits, limited_speeds
+from sdc_common.planning.speed_reasons import (
+    ACCELERATING,
+    BEND,
+    CRUISE,
+    OBSTACLE,
+    TRAFFIC_LIGHT,
+)
 from sdc_common.validation import check_positive
 from sdc_package.obstacles import DetectedObstacle, ObstacleMargins, speed_caps
 from sdc_package.traffic_lights import TrafficLightMargins, TrafficLightMonitor
@@ -21,6 +28,8 @@ _WINDOW_BACK_M = 3.0
 _WINDOW_AHEAD_M = 8.0
 # The car brakes while its planner is restarted, so that it moves less than this.
 _RESUME_WITHIN_M = 40.0
+# Below this share of the planned speed, the car's acceleration limits its speed.
+_REACHED = 0.9
 
 
 class OffRouteError(ValueError):
@@ -86,6 +95,7 @@ class LocalPlanner:
         settings: parameters
         route: the line of the road that the waypoints describe
         speed: speed profile at the points of the route [m/s]
+        reason: what limits the speed at the first point of the last plan, see speed_reasons
     """
 
     def __init__(self, waypoints_m: np.ndarray, settings: PlannerSettings):
@@ -103,7 +113,8 @@ class LocalPlanner:
         self.settings = settings
         self._fingerprint = zlib.crc32(np.ascontiguousarray(waypoints_m, float).tobytes())
         self.route = road_route(waypoints_m)
-        self.speed = speed_profile(self.route, settings.limits)
+        self.speed, self._reasons = limited_speeds(self.route, settings.limits)
+        self.reason = self._reasons[0]
         self._path = np.column_stack([self.route.points, self.speed])
         self._ahead = slice(0, 0)
         self._place: Place | None = None
@@ -148,6 +159,7 @@ class LocalPlanner:
         self._update_place(x_m, y_m, yaw_rad)
         self._ahead = self._rows_ahead(self._first_on_this_pass(first, x_m, y_m))
         path = self._path[self._ahead]
+        self.reason = self._reasons[self._ahead.start]
         if not obstacles:
             return path
         caps = speed_caps(
@@ -159,7 +171,7 @@ class LocalPlanner:
             self.settings.limits.braking_mps2,
             self._horizon_m,
         )
-        return _capped(path, caps)
+        return self._capped(path, caps, OBSTACLE)
 
     def stop_for(
         self, lights: TrafficLightMonitor, rows: np.ndarray, speed_mps: float
@@ -171,12 +183,14 @@ class LocalPlanner:
             rows: the last result of `plan`
             speed_mps: speed of the car [m/s]
         """
+        if self.reason in (CRUISE, BEND) and speed_mps < _REACHED * rows[0, 2]:
+            self.reason = ACCELERATING  # after a stop; the profile does not know of it
         braking_mps2 = self.settings.limits.braking_mps2
         stop_s = lights.stop_s(self.route, self.place.s_m, speed_mps, braking_mps2, self._horizon_m)
         if stop_s is None:
             return rows
         room_m = np.maximum(self.route.last_point_s(stop_s) - self.route.s[self._ahead], 0.0)
-        return _capped(rows, np.sqrt(2.0 * braking_mps2 * room_m))
+        return self._capped(rows, np.sqrt(2.0 * braking_mps2 * room_m), TRAFFIC_LIGHT)
 
     def is_for(self, waypoints_m: np.ndarray) -> bool:
         """Return whether this planner plans along exactly these waypoints."""
@@ -204,6 +218,12 @@ class LocalPlanner:
         )
         self._window_ahead_m = _RESUME_WITHIN_M
         return True
+
+    def _capped(self, path: np.ndarray, caps: np.ndarray, reason: str) -> np.ndarray:
+        """Return (n, 3) rows of x, y, v with v limited to (n,) speeds, for this reason."""
+        if caps[0] < path[0, 2]:
+            self.reason = reason
+        return np.column_stack([path[:, :2], np.minimum(path[:, 2], caps)])
 
     @property
     def _horizon_m(self) -> float:
@@ -252,8 +272,3 @@ class LocalPlanner:
             )
         self._place, self._xy = place, (x_m, y_m)
         self._window_ahead_m = _WINDOW_AHEAD_M
-
-
-def _capped(path: np.ndarray, caps: np.ndarray) -> np.ndarray:
-    """Return (n, 3) rows of x, y, v with v limited to (n,) speeds."""
-    return np.column_stack([path[:, :2], np.minimum(path[:, 2], caps)])

@@ -8,7 +8,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from sdc_common.geometry.route import Route
+from sdc_common.planning.speed_reasons import (
+    ACCELERATING,
+    BEND,
+    BRAKING_AHEAD,
+    CRUISE,
+    END_OF_ROUTE,
+)
 from sdc_common.validation import check_positive
+
+# In a bend the curvature varies a little, and with it the speed. Above this share of the speed that
+# a point itself allows, braking and acceleration are no reasons.
+_NEARLY = 0.98
 
 
 @dataclass(frozen=True)
@@ -39,7 +50,12 @@ class SpeedLimits:
 
 
 def speed_profile(route: Route, limits: SpeedLimits) -> np.ndarray:
-    """Return the highest speeds that keep every limit and end at rest.
+    """Return the speeds of `limited_speeds`: (N,) [m/s]."""
+    return limited_speeds(route, limits)[0]
+
+
+def limited_speeds(route: Route, limits: SpeedLimits) -> tuple[np.ndarray, list[str]]:
+    """Return the highest speeds that keep every limit and end at rest, and what limits each.
 
     First limit the speed by the lateral acceleration and the lateral jerk. Then limit it by braking
     in a backward pass and by acceleration in a forward pass, each with the part of the friction
@@ -50,7 +66,7 @@ def speed_profile(route: Route, limits: SpeedLimits) -> np.ndarray:
         limits: the limits
 
     Returns:
-        (N,) speeds at the points of the route [m/s]
+        (N,) speeds at the points of the route [m/s], and a name of speed_reasons for each
 
     Reference: N. R. Kapania, J. Subosits and J. C. Gerdes, A Sequential Two-Step Algorithm for Fast
     Generation of Vehicle Racing Trajectories, J. Dyn. Sys. Meas. Control 138(9), 2016, section 3.
@@ -59,22 +75,32 @@ def speed_profile(route: Route, limits: SpeedLimits) -> np.ndarray:
     bend = np.sqrt(limits.lateral_mps2 / np.maximum(curvature, 1e-9))
     change = np.abs(np.gradient(route.curvature, route.s))
     turn = np.cbrt(limits.lateral_jerk_mps3 / np.maximum(change, 1e-9))
-    speed = np.minimum(np.minimum(bend, turn), limits.cruise_mps).tolist()
+    lateral = np.minimum(bend, turn)
+    speed = np.minimum(lateral, limits.cruise_mps).tolist()
+    local_reasons = [BEND if slow else CRUISE for slow in (lateral < limits.cruise_mps).tolist()]
+    local, reasons = list(speed), list(local_reasons)
     steps = np.diff(route.s).tolist()
     curvatures = curvature.tolist()
-    speed[-1] = 0.0
-    speed[0] = min(speed[0], limits.start_mps)
+    speed[-1], reasons[-1] = 0.0, END_OF_ROUTE
+    if limits.start_mps < speed[0]:
+        speed[0], reasons[0] = limits.start_mps, ACCELERATING
     for i in range(len(steps) - 1, -1, -1):
         before = _reachable(
             speed[i + 1], curvatures[i + 1], steps[i], limits.braking_mps2, limits.lateral_mps2
         )
-        speed[i] = min(speed[i], before)
+        if before < speed[i]:
+            at_end = reasons[i + 1] == END_OF_ROUTE
+            speed[i], reasons[i] = before, END_OF_ROUTE if at_end else BRAKING_AHEAD
     for i, step in enumerate(steps):
         after = _reachable(
             speed[i], curvatures[i], step, limits.acceleration_mps2, limits.lateral_mps2
         )
-        speed[i + 1] = min(speed[i + 1], after)
-    return np.array(speed)
+        if after < speed[i + 1]:
+            speed[i + 1], reasons[i + 1] = after, ACCELERATING
+    for i, limit in enumerate(local):
+        if speed[i] > _NEARLY * limit:
+            reasons[i] = local_reasons[i]
+    return np.array(speed), reasons
 
 
 def _reachable(

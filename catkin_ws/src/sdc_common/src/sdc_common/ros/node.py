@@ -10,6 +10,7 @@ from collections.abc import Callable
 from typing import Any, NoReturn
 
 import rospy
+from std_srvs.srv import Trigger
 
 from sdc_common.ros.connection_watchdog import watch_connections
 
@@ -71,6 +72,27 @@ def every(seconds: float, function: Callable[[], object]) -> None:
                     raise
 
     threading.Thread(target=run, daemon=True).start()
+
+
+def offer_reload(
+    load: Callable[[], object], execute: Callable[[Callable], Any] = lambda function: function()
+) -> None:
+    """Offer the service ~reload (std_srvs/Trigger), which calls `load` to read parameters again.
+
+    Args:
+        load: reads the parameters and uses them from then on; it raises TypeError or ValueError for
+            a bad one, and then changes nothing
+        execute: calls a function, in the thread that owns the state, and returns its result
+    """
+
+    def reload() -> tuple[bool, str]:
+        try:
+            load()
+        except (TypeError, ValueError) as error:
+            return False, str(error)
+        return True, "the parameters are in use"
+
+    rospy.Service("~reload", Trigger, lambda _request: execute(reload))
 
 
 def spin_with(loop: Callable[[], object]) -> None:

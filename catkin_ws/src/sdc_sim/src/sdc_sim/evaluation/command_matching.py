@@ -113,6 +113,10 @@ class CommandTrace:
         for stamp in list(self._by_stamp)[: max(len(self._by_stamp) - _MAX_OPEN, 0)]:
             del self._by_stamp[stamp]
 
+    def stamps(self, ticks: int) -> list:
+        """Return the stamps of the first ticks [ns]."""
+        return self._stamps[:ticks]
+
     def as_array(self, ticks: int) -> np.ndarray:
         """Return throttle, brake and steer of the first ticks: (ticks, 3), NaN if unknown."""
         rows = [

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -11,8 +12,10 @@ from sdc_common.geometry.route import Route
 from sdc_sim.evaluation.command_matching import COMMAND_FIELDS, CommandMatching, CommandTrace
 from sdc_sim.evaluation.ideal_drive import IdealDrive
 from sdc_sim.evaluation.infractions import RedLightDetector
+from sdc_sim.evaluation.reason_trace import ReasonTrace
 from sdc_sim.evaluation.route_progress import COMPLETED, DriveSample, RouteProgress
 from sdc_sim.evaluation.rules import EvaluationRules
+from sdc_sim.evaluation.scene_record import LIGHTS, SceneRecord
 from sdc_sim.evaluation.timeline import IGNORED, RESTARTED, Timeline
 
 _NS_PER_S = 1_000_000_000
@@ -36,8 +39,8 @@ class TraceStore(Protocol):
 
     failure: OSError | None
 
-    def append(self, rows: np.ndarray) -> None:
-        """Store (n, 11) rows."""
+    def append(self, rows: np.ndarray, reasons: Sequence[str]) -> None:
+        """Store (n, 11) rows and what limited the speed in each."""
 
     def rows(self) -> np.ndarray:
         """Return all stored rows: (n, 11)."""
@@ -54,17 +57,23 @@ class DriveResult:
         metrics: the content of report.json
         progress: the samples and events of the drive; with a trace store, the newest samples only
         commands: (n, 3) throttle, brake and steer of each of these samples, NaN if unknown
-        planned: (m, 2) arc length [m] and planned speed [m/s]; with a trace store, empty
+        reasons: what limited the speed in each of these samples, "" if unknown
+        planned: (m, 3) arc length [m], planned speed [m/s] and time [s]; with a trace store, empty
         limit_mps: (N,) greatest speed at each point of the route [m/s]
         snapshots: time [s], completed share of the route [%] and JPEG of each camera picture
+        scene: what was around the car; with a trace store, only the newest
+        stop_lines: StopLine of each traffic light by id
     """
 
     metrics: dict
     progress: RouteProgress
     commands: np.ndarray
+    reasons: list[str]
     planned: np.ndarray
     limit_mps: np.ndarray
     snapshots: list
+    scene: SceneRecord
+    stop_lines: dict
 
     @property
     def rows(self) -> np.ndarray:
@@ -119,9 +128,15 @@ class DriveEvaluation:
         self._timeline = Timeline()
         self._red_lights.reset_car()
         self._commands = CommandTrace()
+        self._reasons = ReasonTrace()
         self._planned: list = []
+        self.scene = SceneRecord(keep=self._keeps_all)
         if self._trace_store is not None:
             self._trace_store.clear()
+
+    @property
+    def _keeps_all(self) -> bool:
+        return self._keep_trace and self._trace_store is None
 
     @property
     def over(self) -> bool:
@@ -192,10 +207,17 @@ class DriveEvaluation:
             metrics,
             self.progress,
             self._commands.as_array(len(self.progress.samples)),
-            np.array(self._planned, dtype=float).reshape(-1, 2),
+            self._reasons_of(len(self.progress.samples)),
+            np.array(self._planned, dtype=float).reshape(-1, 3),
             self.ideal.speed_mps,
             self._snapshots,
+            self.scene,
+            self._red_lights.lines,
         )
+
+    def _reasons_of(self, ticks: int) -> list[str]:
+        """Return the reason of each of the first ticks, for a drive that keeps its trace."""
+        return [self._reasons.at(stamp_ns) for stamp_ns in self._commands.stamps(ticks)]
 
     def _on_odometry(
         self, stamp_ns: int, x_m: float, y_m: float, yaw_rad: float, speed_mps: float
@@ -227,7 +249,9 @@ class DriveEvaluation:
         if len(self.progress.samples) < _OPEN_TICKS + _STORED_TICKS:
             return
         samples = np.array(self.progress.samples[:_STORED_TICKS], dtype=float)
-        store.append(np.hstack([samples, self._commands.as_array(_STORED_TICKS)]))
+        rows = np.hstack([samples, self._commands.as_array(_STORED_TICKS)])
+        store.append(rows, self._reasons_of(_STORED_TICKS))
+        self._reasons.forget_before(self._commands.stamps(_STORED_TICKS)[-1])
         self.progress.forget(_STORED_TICKS)
         self._commands.forget(_STORED_TICKS)
 
@@ -237,9 +261,19 @@ class DriveEvaluation:
             self._commands.add_command(stamp_ns, throttle, brake, steer)
 
     def _on_planned(self, speed_mps: float) -> None:
-        needed = self._keep_trace and self._trace_store is None
-        if needed and self.progress.samples and not self.over:
-            self._planned.append((self.progress.samples[-1].s_m, speed_mps))
+        if self._keeps_all and self.progress.samples and not self.over:
+            last = self.progress.samples[-1]
+            self._planned.append((last.s_m, speed_mps, last.time_s))
+
+    def _on_reason(self, stamp_ns: int, name: str) -> None:
+        if self._keep_trace:
+            self._reasons.add(stamp_ns, name)
+
+    def _on_scene(self, kind: str, time_s: float | None, content: Any) -> None:
+        if time_s is None and self.progress.samples:
+            time_s = self.progress.samples[-1].time_s
+        if time_s is not None:
+            self.scene.add(kind, time_s, content)
 
     def _on_obstacle(self, obstacle_id: int, kind: str) -> None:
         self._obstacle_kinds[obstacle_id] = kind
@@ -248,6 +282,7 @@ class DriveEvaluation:
         self._red_lights.set_lines(lines)
 
     def _on_lights(self, stamp_ns: int, states: dict) -> None:
+        self._on_scene(LIGHTS, stamp_ns / _NS_PER_S if stamp_ns else None, states)
         self._count_red(self._red_lights.update_lights(stamp_ns, states))
 
     def _count_red(self, count: int) -> None:

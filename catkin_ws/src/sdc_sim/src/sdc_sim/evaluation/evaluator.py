@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 from collections import deque
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -126,6 +127,28 @@ class Evaluator:
     def add_planned_speed(self, speed_mps: float) -> None:
         """Add the planned speed at the car's position."""
         self._take(["planned", speed_mps])
+
+    def add_reason(self, stamp_ns: int, name: str) -> None:
+        """Add what limits the planned speed from the odometry with this stamp on."""
+        self._take(["reason", stamp_ns, name])
+
+    def is_scene_due(self, kind: str) -> bool:
+        """Return whether the page of the report needs the present content of this kind."""
+        drive = self.drive
+        if drive is None or not drive.progress.samples:
+            return False
+        return drive.scene.is_due(kind, drive.progress.samples[-1].time_s)
+
+    def add_scene(self, kind: str, content: Any, time_s: float | None = None) -> None:
+        """Add what is around the car; see SceneRecord.
+
+        Args:
+            kind: path, obstacles or picture
+            content: plain data
+            time_s: simulated time [s]; None: that of the last odometry
+        """
+        if self.drive is not None and self.drive.scene.is_new(kind, content):
+            self._take(["scene", kind, time_s, content])
 
     def add_obstacle(self, obstacle_id: int, kind: str) -> None:
         """Add the kind of an obstacle, as the obstacles topic names it."""

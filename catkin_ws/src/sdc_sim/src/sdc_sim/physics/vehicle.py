@@ -109,8 +109,6 @@ class Vehicle:
         side_wind_mps: float = 0.0,
         internal_step_s: float = 0.005,
     ):
-        check_between(1e-3, 100.0, friction=friction)
-        check_between(-_MAX_WIND_MPS, _MAX_WIND_MPS, side_wind_mps=side_wind_mps)
         longest = min(_MAX_INTERNAL_STEP_S, 2.0 / fastest_rate_per_s(parameters))
         if not 0.0 < internal_step_s <= longest:
             raise ValueError(
@@ -118,11 +116,21 @@ class Vehicle:
                 f"got {internal_step_s}"
             )
         self.parameters = parameters
-        self.friction = friction
-        self.side_wind_mps = side_wind_mps
         self.internal_step_s = internal_step_s
         self.state = VehicleState()
-        self._integrator = _Integrator(parameters, friction, side_wind_mps)
+        self.set_conditions(friction, side_wind_mps)
+
+    def set_conditions(self, friction: float, side_wind_mps: float) -> None:
+        """Set the factor of the tyres' grip and the side wind from now on.
+
+        Raises:
+            ValueError: a value is not a number or out of range; nothing changes
+        """
+        check_between(1e-3, 100.0, friction=friction)
+        check_between(-_MAX_WIND_MPS, _MAX_WIND_MPS, side_wind_mps=side_wind_mps)
+        self.friction = friction
+        self.side_wind_mps = side_wind_mps
+        self._integrator = _Integrator(self.parameters, friction, side_wind_mps)
 
     def reset(self, x_m: float, y_m: float, yaw_rad: float, speed_mps: float = 0.0) -> None:
         """Place the vehicle with straight wheels and released pedals, moving at this speed.

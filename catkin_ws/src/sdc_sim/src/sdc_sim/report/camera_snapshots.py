@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 import threading
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
@@ -19,7 +20,14 @@ _ENCODINGS = {
     "rgb8": ((0, 1, 2), 3),
     "mono8": ((0, 0, 0), 1),
 }
-_WIDTH_PX = 480
+_SNAPSHOT_PX, _SNAPSHOT_QUALITY = 480, 80
+_PICTURE_PX, _PICTURE_QUALITY = 320, 60
+# Simulated time between two pictures of the strip. It doubles whenever this many are taken, so that
+# a drive of many hours does not fill the disk.
+_PICTURE_INTERVAL_S = 1.5
+_PICTURES_PER_INTERVAL = 400
+# A subscription costs both processes some time, and in lockstep a simulated second is short.
+_MIN_WALL_INTERVAL_S = 0.5
 _BUFFER_BYTES = 4 * 1024 * 1024
 
 
@@ -32,35 +40,58 @@ class CameraSnapshot(NamedTuple):
 
 
 class CameraSnapshots:
-    """Snapshots at equal distances along the route.
+    """Snapshots at equal distances along the route, and a strip of small pictures over the time.
 
-    An image is about a megabyte, so the topic is subscribed to only while a snapshot is due.
+    An image is about a megabyte, so the topic is subscribed to only while one is due.
     """
 
     def __init__(
-        self, topics: Sequence[str], count: int, on_taken: Callable[[CameraSnapshot], None]
+        self,
+        topics: Sequence[str],
+        count: int,
+        on_snapshot: Callable[[CameraSnapshot], None],
+        on_picture: Callable[[float, bytes], None],
     ):
         """Plan the snapshots.
 
         Args:
             topics: of the camera's images; only one of them has a publisher
-            count: number of snapshots in a completed drive
-            on_taken: called with each snapshot
+            count: number of snapshots in a completed drive; 0: no small pictures either
+            on_snapshot: called with each snapshot
+            on_picture: called with the simulated time [s] and the JPEG of each small picture
         """
         self._topics = tuple(topics)
-        self._on_taken = on_taken
+        self._on_snapshot = on_snapshot
+        self._on_picture = on_picture
+        self._enabled = count > 0
         self._due = [100.0 * (number + 0.5) / count for number in range(count)]
-        self._percent = 0.0
+        self._percent = self._now_s = 0.0
+        self._picture_at_s = -math.inf
+        self._pictures = 0
+        self._subscribed_at_s = -math.inf
         self._subscribers: list[rospy.Subscriber] = []
         self._received = threading.Event()
 
-    def update(self, percent: float) -> None:
-        """Subscribe if a snapshot is due at this share of the route [%], else unsubscribe."""
-        self._percent = percent
+    def update(self, percent: float, now_s: float, wall_s: float) -> None:
+        """Subscribe if a picture is due, else unsubscribe.
+
+        Args:
+            percent: completed share of the route [%]
+            now_s: simulated time of the last odometry [s]
+            wall_s: wall clock [s]
+        """
+        self._percent, self._now_s = percent, now_s
         if self._subscribers and self._received.is_set():
             self.close()
-        if not self._subscribers and self._due and percent >= self._due[0]:
-            self._due = [due for due in self._due if due > percent]
+        if self._subscribers or not self._enabled:
+            return
+        interval_s = _PICTURE_INTERVAL_S * 2.0 ** (self._pictures // _PICTURES_PER_INTERVAL)
+        picture_due = (
+            not 0.0 <= now_s - self._picture_at_s < interval_s
+            and wall_s - self._subscribed_at_s >= _MIN_WALL_INTERVAL_S
+        )
+        if self._snapshot_due or picture_due:
+            self._subscribed_at_s = wall_s
             self._received.clear()
             self._subscribers = [
                 rospy.Subscriber(
@@ -69,13 +100,26 @@ class CameraSnapshots:
                 for topic in self._topics
             ]
 
+    @property
+    def _snapshot_due(self) -> bool:
+        return bool(self._due) and self._percent >= self._due[0]
+
     def _on_image(self, message: Image) -> None:
         if self._received.is_set():
             return
-        jpeg = encode_jpeg(message)
-        if jpeg is not None:
-            self._received.set()
-            self._on_taken(CameraSnapshot(message.header.stamp.to_sec(), self._percent, jpeg))
+        jpeg = encode_jpeg(message, _PICTURE_PX, _PICTURE_QUALITY)
+        if jpeg is None:
+            return
+        time_s = message.header.stamp.to_sec()
+        self._pictures += 1
+        self._picture_at_s = self._now_s
+        self._on_picture(time_s, jpeg)
+        if self._snapshot_due:
+            self._due = [due for due in self._due if due > self._percent]
+            large = encode_jpeg(message, _SNAPSHOT_PX, _SNAPSHOT_QUALITY)
+            assert large is not None
+            self._on_snapshot(CameraSnapshot(time_s, self._percent, large))
+        self._received.set()
 
     def close(self) -> None:
         """Unsubscribe."""
@@ -84,7 +128,7 @@ class CameraSnapshots:
         self._subscribers = []
 
 
-def encode_jpeg(message: Image) -> bytes | None:
+def encode_jpeg(message: Image, width_px: int, quality: int) -> bytes | None:
     """Return a small JPEG of an image, or None if its encoding or size is not supported."""
     from PIL import Image as Picture  # not needed in a drive without a camera
 
@@ -100,7 +144,7 @@ def encode_jpeg(message: Image) -> bytes | None:
     rows = np.frombuffer(message.data, np.uint8).reshape(message.height, message.step)
     pixels = rows[:, :row_bytes].reshape(message.height, message.width, channels)[:, :, order]
     picture = Picture.fromarray(np.ascontiguousarray(pixels))
-    picture.thumbnail((_WIDTH_PX, message.height))
+    picture.thumbnail((width_px, message.height))
     file = io.BytesIO()
-    picture.save(file, "JPEG", quality=80)
+    picture.save(file, "JPEG", quality=quality)
     return file.getvalue()

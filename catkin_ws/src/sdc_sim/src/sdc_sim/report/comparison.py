@@ -67,7 +67,11 @@ def _load_trace(path: str) -> dict | None:
     if not rows:
         return None
     try:
-        return {name: np.array([float(row[name] or "nan") for row in rows]) for name in rows[0]}
+        return {
+            name: np.array([float(row[name] or "nan") for row in rows])
+            for name in rows[0]
+            if name != "reason"
+        }
     except (TypeError, ValueError) as error:
         raise ReportReadError(f"{path} is not a trace of a drive: {error}") from error
 

@@ -15,6 +15,7 @@ from sdc_sim.evaluation.drive_evaluation import DriveResult
 from sdc_sim.evaluation.route_progress import COMPLETED, DriveEvent
 from sdc_sim.report.camera_snapshots import CameraSnapshot
 from sdc_sim.report.plots import EVENT_NAMES, headline, svg_map, svg_panels
+from sdc_sim.report.time_slider import slider_data
 
 # The meaning of each metric, in the order of the table.
 MEANINGS = {
@@ -87,6 +88,8 @@ def render_page(result: DriveResult, snapshots: Sequence[CameraSnapshot]) -> str
         map_svg=_svg(svg_map, result),
         panels_svg=_svg(svg_panels, result),
         snapshots=snapshots,
+        slider=Markup(slider_data(result)),
+        slider_script=Markup(environment.get_template("time_slider.js").render()),
         rows=[(name, _shown(metrics[name])) for name in names if name in metrics],
         meanings=MEANINGS,
     )

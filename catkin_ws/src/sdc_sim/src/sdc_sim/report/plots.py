@@ -175,7 +175,7 @@ def draw_speed(axes: Axes, result: DriveResult) -> None:
         zorder=2.5,
     )
     if len(result.planned):
-        axes.plot(*thinned(*result.planned.T), color=PLANNED, linewidth=6, label="planned")
+        axes.plot(*thinned(*result.planned[:, :2].T), color=PLANNED, linewidth=6, label="planned")
     axes.plot(
         *thinned(progress.column("s_m"), progress.column("speed_mps")), color=DRIVEN, label="driven"
     )

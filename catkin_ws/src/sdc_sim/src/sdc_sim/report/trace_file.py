@@ -7,6 +7,7 @@ import csv
 import math
 import os
 import tempfile
+from collections.abc import Sequence
 from typing import TextIO
 
 import numpy as np
@@ -14,7 +15,8 @@ import numpy as np
 from sdc_sim.evaluation.command_matching import COMMAND_FIELDS
 from sdc_sim.evaluation.route_progress import DriveSample
 
-FIELDS = (*DriveSample._fields, *COMMAND_FIELDS)
+COLUMNS = (*DriveSample._fields, *COMMAND_FIELDS)
+FIELDS = (*COLUMNS, "reason")
 _PART = ".part"
 
 
@@ -42,22 +44,22 @@ class TraceFile:
             self._csv = open(self._path + _PART, "w", encoding="utf-8", newline="")  # noqa: SIM115
             folder = os.path.dirname(self._path) or "."
             self._numbers = tempfile.TemporaryFile(dir=folder)  # noqa: SIM115
-            write_rows(self._csv, [])
+            write_rows(self._csv, [], [])
         except OSError as error:
             self.failure = error
 
-    def append(self, rows: np.ndarray) -> None:
-        """Store (n, 11) rows."""
+    def append(self, rows: np.ndarray, reasons: Sequence[str]) -> None:
+        """Store (n, 11) rows and what limited the speed in each."""
         if self.failure is not None:
             return
         try:
-            write_rows(self._csv, rows.tolist(), header=False)
+            write_rows(self._csv, rows.tolist(), reasons, header=False)
             self._numbers.write(rows.tobytes())
         except OSError as error:
             self.failure = error
 
     def rows(self) -> np.ndarray:
-        """Return all stored rows: (n, 11).
+        """Return the numbers of all stored rows: (n, 11).
 
         Raises:
             OSError: they cannot be read
@@ -68,15 +70,15 @@ class TraceFile:
         except OSError as error:
             self.failure = error
             raise
-        return numbers.reshape(-1, len(FIELDS))
+        return numbers.reshape(-1, len(COLUMNS))
 
-    def finish(self, rows: np.ndarray) -> None:
+    def finish(self, rows: np.ndarray, reasons: Sequence[str]) -> None:
         """Store the last rows and give the file its name.
 
         Raises:
             OSError: the file cannot be written
         """
-        self.append(rows)
+        self.append(rows, reasons)
         if self.failure is not None:
             raise self.failure
         self._csv.close()
@@ -88,10 +90,10 @@ class TraceFile:
             os.remove(self._path + _PART)
 
 
-def write_rows(file: TextIO, rows: list, header: bool = True) -> None:
-    """Write rows with all digits; an unknown command is empty."""
+def write_rows(file: TextIO, rows: list, reasons: Sequence[str], header: bool = True) -> None:
+    """Write rows with all digits; an unknown command or reason is empty."""
     writer = csv.writer(file)
     if header:
         writer.writerow(FIELDS)
-    for row in rows:
-        writer.writerow("" if math.isnan(value) else value for value in row)
+    for row, reason in zip(rows, reasons):
+        writer.writerow([*("" if math.isnan(value) else value for value in row), reason])

@@ -61,7 +61,7 @@ def write_report(report_path: str, result: DriveResult, trace: TraceFile | None 
     try:
         os.makedirs(os.path.dirname(report_path) or ".", exist_ok=True)
         if trace is not None and trace.failure is None:
-            trace.finish(result.rows)
+            trace.finish(result.rows, result.reasons)
         else:
             if trace is not None:
                 trace.remove()
@@ -79,7 +79,7 @@ def write_report(report_path: str, result: DriveResult, trace: TraceFile | None 
 def write_trace(path: str, result: DriveResult) -> None:
     """Write one row for each sample, with all digits, and the command that answered it."""
     with open(path, "w", encoding="utf-8", newline="") as file:
-        write_rows(file, result.rows.tolist())
+        write_rows(file, result.rows.tolist(), result.reasons)
 
 
 def remove_pages(report_path: str) -> None:

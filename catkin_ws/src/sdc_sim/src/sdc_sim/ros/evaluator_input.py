@@ -14,16 +14,20 @@ from carla_msgs.msg import (
 )
 from nav_msgs.msg import Odometry
 from rospy import AnyMsg
-from sdc_msgs.msg import CarlaVehicleControl, ObstacleArray
+from sdc_msgs.msg import CarlaVehicleControl, Obstacle, ObstacleArray, SpeedReason
 
-from sdc_common.ros.odometry import pose_and_speed
+from sdc_common.ros.odometry import pose_and_speed, yaw_from_quaternion
+from sdc_common.ros.speed_reason_publisher import TOPIC as REASON_TOPIC
 from sdc_common.ros.stop_lines import stop_lines
 from sdc_sim.evaluation.evaluator import Evaluator
+from sdc_sim.evaluation.scene_record import OBSTACLES, PATH
 from sdc_sim.ros.waypoint_messages import waypoint_rows
 
 ROUTE_TOPIC = "/planner/mission_waypoints"
 # The control commands of the bridge's generations by their md5 sums.
 _CONTROLS = {one._md5sum: one for one in (CarlaVehicleControl, CarlaEgoVehicleControl)}
+# Of a path with more points, the page of the report shows only some.
+_SHOWN_POINTS = 12
 _CONTROL_NAMES = " or ".join(one._type for one in _CONTROLS.values())
 
 
@@ -54,6 +58,7 @@ class EvaluatorInput:
         self.topics = {
             ROUTE_TOPIC: (AnyMsg, self.route),
             "/planner/local_waypoints": (AnyMsg, self.local_path),
+            REASON_TOPIC: (SpeedReason, self.reason),
             ego + "/vehicle_control_cmd": (AnyMsg, self.command),
             ego + "/collision": (CarlaCollisionEvent, self.collision),
             ego + "/obstacles": (ObstacleArray, self.obstacles),
@@ -87,9 +92,17 @@ class EvaluatorInput:
 
     def local_path(self, path: Any) -> None:
         """Add the planned speed: that of the first point, which is the first not behind the car."""
-        for _, _, speed_mps in waypoint_rows(path, "x", "y", "v")[:1]:
+        rows = waypoint_rows(path, "x", "y", "v")
+        for _, _, speed_mps in rows[:1]:
             if math.isfinite(speed_mps):
                 self.evaluator.add_planned_speed(speed_mps)
+        if self.evaluator.is_scene_due(PATH):
+            shown = [*rows[: -1 : max(1, len(rows) // _SHOWN_POINTS)], *rows[-1:]]
+            self.evaluator.add_scene(PATH, [row for row in shown if all(map(math.isfinite, row))])
+
+    def reason(self, message: SpeedReason) -> None:
+        """Add what limits the planned speed."""
+        self.evaluator.add_reason(message.header.stamp.to_nsec(), message.reason)
 
     def collision(self, event: CarlaCollisionEvent) -> None:
         """Add a collision."""
@@ -99,6 +112,10 @@ class EvaluatorInput:
         """Add the kinds of the obstacles, and the states of the traffic lights if there are any."""
         for obstacle in array.obstacles:
             self.evaluator.add_obstacle(obstacle.id, obstacle.kind)
+        if self.evaluator.is_scene_due(OBSTACLES):
+            boxes = map(_box, array.obstacles)
+            shown = [box for box in boxes if all(map(math.isfinite, box))]
+            self.evaluator.add_scene(OBSTACLES, shown, array.header.stamp.to_sec())
         if array.traffic_lights:
             self.evaluator.set_lights(
                 array.header.stamp.to_nsec(),
@@ -112,6 +129,13 @@ class EvaluatorInput:
     def light_status(self, status: CarlaTrafficLightStatusList) -> None:
         """Set the states of the traffic lights; this message has no stamp."""
         self.evaluator.set_lights(0, {light.id: light.state for light in status.traffic_lights})
+
+
+def _box(obstacle: Obstacle) -> tuple[float, ...]:
+    """Return id, x, y [m], yaw [rad], length and width [m] of an obstacle."""
+    pose, size = obstacle.pose, obstacle.size
+    yaw_rad = yaw_from_quaternion(pose.orientation)
+    return obstacle.id, pose.position.x, pose.position.y, yaw_rad, size.x, size.y
 
 
 def control_command(message: Any) -> Any:

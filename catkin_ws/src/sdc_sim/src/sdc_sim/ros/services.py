@@ -8,6 +8,7 @@ import rospy
 from geometry_msgs.msg import PointStamped, PoseWithCovarianceStamped
 from std_srvs.srv import Trigger
 
+from sdc_common.ros.node import offer_reload
 from sdc_sim.physics.obstacles import ObstaclePlan
 from sdc_sim.ros.actor_control import ActorControl
 from sdc_sim.ros.message_conversion import map_point, map_pose
@@ -17,7 +18,7 @@ from sdc_sim.simulation.pause import PauseControl
 
 
 class SimulationServices:
-    """The services ~pause, ~resume, ~step and ~reset, and RViz's /initialpose and /clicked_point.
+    """The services of the node, and RViz's /initialpose and /clicked_point.
 
     All changes are requests that the loop executes.
 
@@ -51,6 +52,7 @@ class SimulationServices:
             ("reset", self._reset),
         ):
             rospy.Service("~" + name, Trigger, self._service(change))
+        offer_reload(self._reload, requests.call)
         rospy.Subscriber(
             "/initialpose",
             PoseWithCovarianceStamped,
@@ -74,6 +76,13 @@ class SimulationServices:
     def _reset(self) -> None:
         self._simulation.reset()
         self._on_change()
+
+    def _reload(self) -> None:
+        names = ("friction", "side_wind_mps", "odometry_noise")
+        values = {name: rospy.get_param("~" + name, None) for name in names}
+        self._simulation.set_disturbances(**values)
+        text = ", ".join(f"{name} {value}" for name, value in values.items())
+        rospy.loginfo("sim: from tick %d on: %s", self._simulation.tick, text)
 
     def _on_pose(self, message: PoseWithCovarianceStamped) -> None:
         try:

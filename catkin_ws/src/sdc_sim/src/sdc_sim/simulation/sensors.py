@@ -31,6 +31,19 @@ class OdometryNoise:
     def __init__(
         self, seed: int, position_m: float = 0.0, heading_rad: float = 0.0, speed_mps: float = 0.0
     ):
+        self.set_deviations(position_m, heading_rad, speed_mps)
+        self._seed = seed
+        self.draws = 0
+        self._random = np.random.RandomState(seed)
+
+    def set_deviations(
+        self, position_m: float = 0.0, heading_rad: float = 0.0, speed_mps: float = 0.0
+    ) -> None:
+        """Set the standard deviations from now on; the random numbers continue.
+
+        Raises:
+            ValueError: a standard deviation is negative or not a number; nothing changes
+        """
         for name, sigma in (
             ("position_m", position_m),
             ("heading_rad", heading_rad),
@@ -38,9 +51,6 @@ class OdometryNoise:
         ):
             check_non_negative(**{f"odometry_noise.{name}": sigma})
         self._sigmas = (position_m, position_m, heading_rad, speed_mps)
-        self._seed = seed
-        self.draws = 0
-        self._random = np.random.RandomState(seed)
 
     def apply(
         self, x_m: float, y_m: float, yaw_rad: float, speed_mps: float

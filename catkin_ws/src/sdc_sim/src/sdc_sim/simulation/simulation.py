@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Any, NamedTuple, Tuple
+from typing import Any, Mapping, NamedTuple, Tuple
 
 from sdc_common.validation import check_between
 from sdc_sim.physics.ackermann import AckermannControl
@@ -219,6 +219,24 @@ class Simulation:
             lateral_speed_mps=left_mps,
             yaw_rate_radps=yaw_rate_radps,
         )
+
+    def set_disturbances(
+        self, friction: float, side_wind_mps: float, odometry_noise: Mapping[str, float]
+    ) -> None:
+        """Set the tyres' grip, the side wind and the noise of the odometry from now on.
+
+        Args:
+            friction: factor of the grip
+            side_wind_mps: positive towards the left of the vehicle
+            odometry_noise: standard deviations, the arguments of OdometryNoise.set_deviations
+
+        Raises:
+            TypeError, ValueError: a value is unknown, not a number or out of range; nothing changes
+        """
+        OdometryNoise(0, **odometry_noise)
+        self.vehicle.set_conditions(friction, side_wind_mps)
+        self._noise = self._noise or OdometryNoise(0)
+        self._noise.set_deviations(**odometry_noise)
 
     def toggle_obstacle(self, plan: ObstaclePlan) -> str:
         """Add an obstacle, or remove those at its point; return a text that describes the change.

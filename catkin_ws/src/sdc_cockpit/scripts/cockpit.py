@@ -1,0 +1,346 @@
+#!/usr/bin/env python3
+"""Cockpit: serves a page that shows the drive, and on which a person can drive."""
+
+import asyncio
+import concurrent.futures
+import threading
+import time
+from pathlib import Path
+
+import cv2
+import rosgraph
+import rospkg
+import rospy
+import tornado.httpserver
+import tornado.ioloop
+from geometry_msgs.msg import Point, PointStamped
+from rosgraph_msgs.msg import Log
+from sdc_msgs.msg import CarlaVehicleControl
+from sensor_msgs.msg import Image
+from std_msgs.msg import Bool, Header
+from std_srvs.srv import Trigger
+
+from sdc_cockpit import protocol, server
+from sdc_cockpit.access import Access, is_loopback
+from sdc_cockpit.drive_arguments import drive_arguments
+from sdc_cockpit.drive_runner import DriveRunner
+from sdc_cockpit.drive_view import EGO, DriveView
+from sdc_cockpit.driving import PERSON, STACK, RemoteDriving
+from sdc_cockpit.graph_view import LogLines, node_rows
+from sdc_cockpit.live_parameters import change_parameter, live_parameters
+from sdc_cockpit.master_state import check_no_drive, clear_parameters
+from sdc_cockpit.pictures import PictureEncoder, RateLimit
+from sdc_cockpit.saved_cockpit import SavedCockpit
+from sdc_cockpit.topic_feeds import Feed, TopicFeeds, decoded
+from sdc_cockpit.viewers import Viewers
+from sdc_common.ros.node import LoopPublisher, parameter, refuse, spin_with
+from sdc_common.ros.refusal import refusing
+from sdc_common.ros.supervisor import supervise
+from sdc_package.steering.loader import METHODS
+from sdc_sim.manual_control.keyboard import KeyboardControlRates
+from sdc_sim.scenario.runner import PackagedFolders
+
+CAMERA = EGO + "/camera/rgb/front/image_color"
+LANE_MASK = "/camera/lane_mask"
+UPDATE_S = 0.05
+NODES_EVERY_S = 2.0
+IDLE_STATE_EVERY_S = 0.5
+LAST_MESSAGE_S = 0.2
+
+
+class Cockpit:
+    def __init__(self):
+        rospy.init_node("cockpit")
+        cv2.setNumThreads(1)
+        try:
+            self.encoder = PictureEncoder(parameter("jpeg_quality"))
+            per_second = parameter("pictures_per_second")
+            self.limits = {kind: RateLimit(per_second) for kind in (CAMERA, LANE_MASK)}
+            self.driving = RemoteDriving(
+                KeyboardControlRates(**parameter("manual_control")["rates"]),
+                parameter("driver_timeout_s"),
+                parameter("braking_limit_s"),
+            )
+        except (KeyError, TypeError, ValueError) as error:
+            refuse(f"{error}; correct it in config/cockpit.yaml or config/manual_control.yaml")
+        self.full_speed_mps = parameter("full_speed_mps")
+        self.drives = DriveRunner(
+            parameter("drive_command"), Path(parameter("drives_folder")), self.on_drive_end
+        )
+        self.scenarios = scenario_names()
+        self.address = parameter("address")
+        self.saved = SavedCockpit(parameter("port"))
+        try:
+            self.sockets, port = server.bind(self.address, self.saved.port)
+        except OSError as error:
+            refuse(f"cannot listen on {self.address}: {error}; set cockpit_address or cockpit_port")
+        self.saved.write(port=port)
+        self.viewers = Viewers()
+        self.log = LogLines()
+        self.loop = None
+        self.publishing = threading.Lock()
+        self.overridden = False
+        self.other_driver = False
+        self.next_nodes_s = self.next_state_s = 0.0
+        self.executor = concurrent.futures.ThreadPoolExecutor(max_workers=4)
+        self.master = rosgraph.Master(rospy.get_name())
+
+        self.command_publisher = LoopPublisher(
+            EGO + "/vehicle_control_cmd_manual", CarlaVehicleControl
+        )
+        self.override_publisher = LoopPublisher(
+            EGO + "/vehicle_control_manual_override", Bool, latch=True
+        )
+        self.click_publisher = rospy.Publisher("/clicked_point", PointStamped, queue_size=10)
+
+        self.view = DriveView(time.time, self.on_odometry)
+        self.feeds = TopicFeeds(
+            [
+                Feed(CAMERA, picture=True, callback=self.on_camera),
+                *self.view.feeds,
+                Feed(LANE_MASK, picture=True, callback=self.on_mask),
+            ]
+        )
+        rospy.Subscriber("/rosout", Log, self.log.add)
+        rospy.Subscriber(EGO + "/vehicle_control_manual_override", Bool, self.on_override)
+
+    def on_camera(self, message):
+        self.on_picture(CAMERA, protocol.CAMERA, message, self.encoder.jpeg)
+
+    def on_mask(self, message):
+        self.on_picture(LANE_MASK, protocol.LANE_MASK, message, self.encoder.mask_png)
+
+    def on_picture(self, topic, kind, message, encode):
+        if not (self.viewers.wanted(kind) and self.limits[topic].admits(time.monotonic())):
+            return
+        with refusing(topic):
+            picture = decoded(message, Image)
+            file = encode(picture)
+            stamp = picture.header.stamp
+            wall_s = self.view.wall_time_of((stamp.secs, stamp.nsecs))
+            self.in_loop(self.viewers.broadcast_picture, kind, stamp.to_sec(), wall_s, file)
+
+    def on_odometry(self):
+        if self.driving.overrides:
+            self.publish_command()
+
+    def on_override(self, message):
+        """Notice when another program, such as the manual control window, takes the car."""
+        caller = message._connection_header["callerid"]
+        if caller != rospy.get_name():
+            self.other_driver = message.data
+
+    def in_loop(self, function, *arguments):
+        if self.loop is not None:
+            self.loop.add_callback(function, *arguments)
+
+    def publish_command(self):
+        # Two threads call it: of two messages, the later one must have the later content.
+        with self.publishing:
+            command = self.driving.step(time.monotonic(), self.view.speed_mps)
+            self.publish_override()
+            if command is not None:
+                self.command_publisher.publish(self.command_message(command))
+
+    def command_message(self, command):
+        message = CarlaVehicleControl(
+            throttle=command.throttle,
+            steer=command.steer,
+            brake=command.brake,
+            hand_brake=command.hand_brake,
+            reverse=command.reverse,
+        )
+        message.header.stamp = rospy.Time(*(self.view.stamp or (0, 0)))
+        return message
+
+    def publish_override(self):
+        overrides = self.driving.overrides
+        if overrides != self.overridden:
+            self.overridden = overrides
+            self.saved.write(driving=overrides)
+            self.override_publisher.publish(overrides)
+
+    # The methods that the server calls.
+
+    def joined(self, viewer):
+        if len(self.viewers) == 1:
+            self.log.take_new()  # The page gets all lines below.
+        viewer.send(
+            protocol.json_message(
+                "hello",
+                viewer=viewer.number,
+                full_speed=self.full_speed_mps,
+                log=self.log.all(),
+                scenarios=self.scenarios,
+                methods=list(METHODS),
+            )
+        )
+        self.executor.submit(self.send_drives)
+        self.next_nodes_s = self.next_state_s = 0.0
+        self.subscribe()
+
+    def left(self, viewer):
+        self.driving.vanish(viewer.number, time.monotonic())
+        self.subscribe()
+
+    def road_json(self):
+        road = self.view.road
+        return None if road is None else road.to_json()
+
+    def receive(self, viewer, message):
+        now_s = time.monotonic()
+        if isinstance(message, protocol.Drawn):
+            viewer.drawn(message.picture)
+        elif isinstance(message, (protocol.Keys, protocol.Pedals)):
+            self.driving.control(viewer.number, message, now_s)
+        elif isinstance(message, protocol.ShowMask):
+            viewer.shows_mask = message.mask
+            self.subscribe()
+        elif isinstance(message, protocol.ObstacleClick):
+            header = Header(stamp=rospy.Time(0), frame_id="map")
+            self.click_publisher.publish(header, Point(message.x_m, message.y_m, 0.0))
+        elif isinstance(message, protocol.SetParameter):
+            self.executor.submit(self.reported, change_parameter, message.name, message.value)
+        elif isinstance(message, protocol.StartDrive):
+            arguments = drive_arguments(message.scenario, message.arguments, self.scenarios)
+            self.executor.submit(self.reported, self.start_drive, message.scenario, arguments)
+        elif message.name == "stop":
+            self.executor.submit(self.reported, self.stop_drive)
+        elif message.name == "drive":
+            self.driving.take(viewer.number, now_s)
+            self.publish_command()
+        elif message.name == "release":
+            self.driving.release(viewer.number)
+            self.publish_command()
+        elif message.name == "reverse":
+            self.driving.toggle_reverse(viewer.number)
+        else:
+            self.executor.submit(self.call_sim, message.name)
+
+    def call_sim(self, name):
+        try:
+            answer = rospy.ServiceProxy("/sim/" + name, Trigger)()
+            level, text = "info" if answer.success else "warn", f"{name}: {answer.message}"
+        except (rospy.ServiceException, rospy.ROSInterruptException) as error:
+            level, text = "warn", f"{name}: this world does not offer it ({error})"
+        self.notice(level, text)
+
+    def notice(self, level, text):
+        message = protocol.json_message("notice", level=level, text=text)
+        self.in_loop(self.viewers.broadcast, message, True)
+
+    def reported(self, action, *arguments):
+        """Call what a page asked for, and report to all pages how it went."""
+        try:
+            self.notice("info", action(*arguments))
+        except (ValueError, OSError, rosgraph.MasterException) as error:
+            self.notice("warn", str(error))
+        self.send_parameters()
+
+    def start_drive(self, scenario, arguments):
+        name = self.drives.start(scenario, arguments, self.before_drive)
+        self.send_drives()
+        return f"started {name}"
+
+    def before_drive(self):
+        check_no_drive()
+        clear_parameters()
+        self.view.clear()
+
+    def stop_drive(self):
+        self.drives.stop()
+        return "the drive ends and writes its report"
+
+    def on_drive_end(self):
+        self.driving.end()
+        self.publish_command()
+        self.other_driver = False
+        self.send_drives()
+
+    def send_drives(self):
+        drives = {"running": self.drives.running, "past": self.drives.past()}
+        message = protocol.json_message("drives", offered=self.drives.offered, **drives)
+        self.in_loop(self.viewers.broadcast, message, True)
+
+    def send_parameters(self):
+        message = protocol.json_message("parameters", values=live_parameters())
+        self.in_loop(self.viewers.broadcast, message)
+
+    # The work of the server's thread.
+
+    def subscribe(self):
+        topics = frozenset()
+        if len(self.viewers) or self.driving.overrides:
+            topics = frozenset(self.feeds.feeds)
+            if not self.viewers.shows_mask:
+                topics -= {LANE_MASK}
+            if not len(self.viewers):
+                topics -= {CAMERA}
+        self.feeds.want(topics)
+
+    def update(self):
+        if self.driving.overrides:
+            self.publish_command()
+            if not self.driving.overrides:
+                self.subscribe()
+        if not len(self.viewers):
+            return
+        now_s = time.monotonic()
+        lines = self.log.take_new()
+        if lines:
+            self.viewers.broadcast(protocol.json_message("log", lines=lines), always=True)
+        if now_s >= self.next_nodes_s:
+            self.next_nodes_s = now_s + NODES_EVERY_S
+            self.executor.submit(self.send_nodes)
+        if self.view.running or now_s >= self.next_state_s:
+            self.next_state_s = now_s + IDLE_STATE_EVERY_S
+            self.viewers.broadcast(protocol.json_message("state", **self.state()))
+
+    def state(self):
+        mode = self.driving.mode
+        if mode == STACK and self.other_driver:
+            mode = "other program"
+        driver = self.driving.viewer if mode == PERSON else None
+        return {**self.view.state(), "mode": mode, "driver": driver, "viewers": len(self.viewers)}
+
+    def send_nodes(self):
+        try:
+            rows = node_rows(self.master, self.feeds.rates())
+        except (OSError, rosgraph.MasterException):
+            return
+        self.in_loop(self.viewers.broadcast, protocol.json_message("nodes", nodes=rows))
+        self.send_parameters()
+
+    def serve(self):
+        asyncio.set_event_loop(asyncio.new_event_loop())
+        self.loop = tornado.ioloop.IOLoop.current()
+        access = Access(self.saved.token, is_loopback(self.address))
+        www = Path(rospkg.RosPack().get_path("sdc_cockpit")) / "www"
+        web = tornado.httpserver.HTTPServer(server.application(self, access, www))
+        web.add_sockets(self.sockets)
+        if self.saved.driving:
+            # The node was killed while a person drove.
+            self.override_publisher.publish(False)
+        url = server.page_address(self.address, self.saved.port, self.saved.token)
+        print("cockpit: " + url, flush=True)
+        tornado.ioloop.PeriodicCallback(self.update, 1e3 * UPDATE_S).start()
+        rospy.on_shutdown(self.on_shutdown)
+        self.loop.start()
+
+    def on_shutdown(self):
+        self.drives.end()
+        if self.overridden:
+            self.override_publisher.publish(False)
+            time.sleep(LAST_MESSAGE_S)
+        self.in_loop(self.loop.stop)
+
+
+def scenario_names():
+    folder = PackagedFolders.find().scenarios
+    return sorted(path.stem for path in Path(folder).glob("*.yaml"))
+
+
+if __name__ == "__main__":
+    supervise()
+    cockpit = Cockpit()
+    spin_with(cockpit.serve)

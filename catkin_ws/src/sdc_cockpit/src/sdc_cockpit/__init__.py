@@ -1,0 +1,1 @@
+"""The cockpit: a drive in the browser."""

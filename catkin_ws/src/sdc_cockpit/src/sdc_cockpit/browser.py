@@ -1,0 +1,88 @@
+"""A headless Chromium that opens the cockpit, for tests and the benchmark."""
+
+from __future__ import annotations
+
+import contextlib
+import shutil
+import tempfile
+import time
+from typing import Any, Callable, Iterator
+
+from selenium import webdriver
+from selenium.webdriver.chrome.service import Service
+
+_CHROMIUM, _DRIVER = "/usr/bin/chromium", "/usr/bin/chromedriver"
+_OPTIONS = (
+    "--headless",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--disable-dev-shm-usage",
+)
+# WebGL on the processor; Chromium calls it unsafe for pages that are not trusted.
+_SOFTWARE_WEBGL = ("--enable-unsafe-swiftshader",)
+
+
+@contextlib.contextmanager
+def headless_chromium(
+    width: int = 1280, height: int = 900, webgl: bool = False
+) -> Iterator[webdriver.Chrome]:
+    """Run a browser during a block.
+
+    Args:
+        width: width of the page [pixels]
+        height: height of the page [pixels]
+        webgl: whether to draw 3D on the processor, which takes about one core
+    """
+    profile = tempfile.mkdtemp(prefix="cockpit-browser-")
+    try:
+        options = webdriver.ChromeOptions()
+        options.binary_location = _CHROMIUM
+        for option in (*_OPTIONS, *(_SOFTWARE_WEBGL if webgl else ())):
+            options.add_argument(option)
+        options.add_argument(f"--user-data-dir={profile}")
+        browser = webdriver.Chrome(service=Service(_DRIVER), options=options)
+        try:
+            resize(browser, width, height)
+            yield browser
+        finally:
+            browser.quit()
+    finally:
+        # Its processes may still write while they end.
+        shutil.rmtree(profile, ignore_errors=True)
+
+
+def resize(browser: webdriver.Chrome, width: int, height: int) -> None:
+    """Set the size of the page, also one smaller than a window can be."""
+    size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 600}
+    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+
+
+def value_of(browser: webdriver.Chrome, expression: str) -> Any:
+    """Return the value of a JavaScript expression in the page."""
+    return browser.execute_script(f"return {expression}")
+
+
+def wait_for(
+    browser: webdriver.Chrome,
+    expression: str,
+    accepts: Callable[[Any], object] = bool,
+    seconds: float = 60.0,
+) -> Any:
+    """Return the value of an expression when it is accepted.
+
+    Raises:
+        TimeoutError: it was not accepted in time
+    """
+    limit_s = time.monotonic() + seconds
+    while True:
+        value = value_of(browser, expression)
+        if accepts(value):
+            return value
+        if time.monotonic() > limit_s:
+            raise TimeoutError(f"{expression} is {value!r} after {seconds:g} s")
+        time.sleep(0.02)

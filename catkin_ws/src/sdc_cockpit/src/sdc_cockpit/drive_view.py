@@ -1,0 +1,241 @@
+"""The values of a drive as the page shows them, collected from the newest messages."""
+
+from __future__ import annotations
+
+import math
+from collections import OrderedDict
+from typing import Any, Callable
+
+import numpy as np
+from carla_msgs.msg import (
+    CarlaEgoVehicleStatus,
+    CarlaTrafficLightInfoList,
+    CarlaTrafficLightStatusList,
+)
+from nav_msgs.msg import Odometry
+from sdc_msgs.msg import ObstacleArray, SpeedReason
+
+from sdc_cockpit.road_view import RoadView
+from sdc_cockpit.topic_feeds import Feed, decoded, stamp_of
+from sdc_common.planning.speed_reasons import MEANINGS
+from sdc_common.ros.odometry import pose_and_speed, yaw_from_quaternion
+from sdc_common.ros.refusal import refusing
+from sdc_common.ros.speed_reason_publisher import TOPIC as SPEED_REASON
+from sdc_sim.ros.waypoint_messages import waypoint_rows
+
+EGO = "/carla/ego_vehicle"
+ODOMETRY = EGO + "/odometry"
+STATUS = EGO + "/vehicle_status"
+OBSTACLES = EGO + "/obstacles"
+MISSION = "/planner/mission_waypoints"
+LOCAL_PATH = "/planner/local_waypoints"
+LIGHT_INFO = "/carla/traffic_lights/info"
+LIGHT_STATUS = "/carla/traffic_lights/status"
+_REMEMBERED_STAMPS = 200
+_MAX_PATH_POINTS = 300
+# Without new odometry for so long, the simulated time stands still [s].
+_STOPPED_AFTER_S = 0.5
+# The planner repeats its reason more often than this [s].
+_REASON_LASTS_S = 1.0
+_LONGEST_REASON = 80
+
+
+class DriveView:
+    """Reads the feeds. Call `state` in one thread only.
+
+    Args:
+        wall_clock: returns the time since the epoch [s]
+        on_odometry: called after each odometry
+
+    Attributes:
+        feeds: what to subscribe to
+        road: the road, None before the first route
+        speed_mps: speed of the car
+        stamp: seconds and nanoseconds of the newest odometry, None before the first one
+    """
+
+    def __init__(self, wall_clock: Callable[[], float], on_odometry: Callable[[], None]):
+        self._wall_clock = wall_clock
+        self._on_odometry = on_odometry
+        self._wall_times: OrderedDict[tuple[int, int], float] = OrderedDict()
+        self._cache: dict[str, tuple[Any, Any]] = {}
+        self._odometry_at_s = -math.inf
+        self.road: RoadView | None = None
+        self.road_number = 0
+        self.stamp: tuple[int, int] | None = None
+        self.feeds = [
+            Feed(ODOMETRY, rests=True, callback=self._receive_odometry),
+            Feed(MISSION, callback=self._receive_mission),
+            Feed(LOCAL_PATH),
+            Feed(STATUS, rests=True),
+            Feed(OBSTACLES, rests=True),
+            Feed(LIGHT_INFO),
+            Feed(LIGHT_STATUS),
+            Feed(SPEED_REASON),
+        ]
+        self._feeds = {feed.topic: feed for feed in self.feeds}
+
+    def clear(self) -> None:
+        """Forget the last drive."""
+        for feed in self.feeds:
+            feed.newest = None
+        self._cache.clear()
+        self._wall_times.clear()
+        self.road, self.stamp = None, None
+
+    @property
+    def speed_mps(self) -> float:
+        """Return the speed of the newest odometry, 0 before the first one."""
+        pose = self._value(ODOMETRY, _pose)
+        return pose[3] if pose else 0.0
+
+    @property
+    def running(self) -> bool:
+        """Return whether simulated time advances."""
+        return self._wall_clock() - self._odometry_at_s < _STOPPED_AFTER_S
+
+    def wall_time_of(self, stamp: tuple[int, int]) -> float:
+        """Return the wall time at which the odometry of a stamp arrived; NaN if unknown."""
+        return self._wall_times.get(stamp, math.nan)
+
+    def _receive_odometry(self, message: Any) -> None:
+        with refusing(ODOMETRY):
+            stamp = stamp_of(message)
+            if stamp != self.stamp:
+                self._odometry_at_s = self._wall_clock()
+            self.stamp = stamp
+            self._wall_times.setdefault(stamp, self._odometry_at_s)
+            if len(self._wall_times) > _REMEMBERED_STAMPS:
+                self._wall_times.popitem(last=False)
+        self._on_odometry()
+
+    def _receive_mission(self, message: Any) -> None:
+        with refusing(MISSION):
+            points = np.array(waypoint_rows(message, "x", "y"), dtype=float).reshape(-1, 2)
+            self.road = RoadView(points)
+            self.road_number += 1
+
+    def _value(self, topic: str, read: Callable[[Any], Any]) -> Any:
+        """Return what `read` makes of the newest message; of a bad one, the value before it."""
+        newest = self._feeds[topic].newest
+        if newest is None:
+            return None
+        message, value = self._cache.get(topic, (None, None))
+        if newest is not message:
+            with refusing(topic):
+                value = read(newest)
+            self._cache[topic] = newest, value
+        return value
+
+    def state(self) -> dict[str, Any]:
+        """Return the values for the page."""
+        pose = self._value(ODOMETRY, _pose)
+        path = self._value(LOCAL_PATH, _path) or []
+        state = {
+            "t": _seconds(self.stamp) if self.stamp else None,
+            "running": self.running,
+            "pose": None,
+            "speed": None,
+            "plan": path[0][2] if path else None,
+            "cross_track": None,
+            "path": path,
+            "command": self._value(STATUS, _command),
+            "obstacles": self._value(OBSTACLES, _obstacles) or [],
+            "lights": self._lights(),
+            "reason": self._reason(),
+            "road": self.road_number,
+            "progress": None,
+        }
+        if pose:
+            x_m, y_m, yaw_rad, speed_mps = pose
+            state["pose"] = [round(x_m, 3), round(y_m, 3), round(yaw_rad, 4)]
+            state["speed"] = round(speed_mps, 3)
+            if self.road is not None:
+                state["cross_track"] = round(self.road.cross_track_m(x_m, y_m, yaw_rad), 3)
+                state["progress"] = round(self.road.progress, 3)
+        return state
+
+    def _reason(self) -> str | None:
+        """Return what limits the speed now, None if the stack does not say it."""
+        said = self._value(SPEED_REASON, _speed_reason)
+        if said is None or self.stamp is None:
+            return None
+        said_at_s, reason = said
+        return reason if abs(_seconds(self.stamp) - said_at_s) < _REASON_LASTS_S else None
+
+    def _lights(self) -> list[list]:
+        places = self._value(LIGHT_INFO, _light_places) or {}
+        states = self._value(LIGHT_STATUS, _light_states) or {}
+        return [[*place, states.get(number, 4)] for number, place in places.items()]
+
+
+def _seconds(stamp: tuple[int, int]) -> float:
+    return stamp[0] + 1e-9 * stamp[1]
+
+
+def _speed_reason(message: Any) -> tuple[float, str]:
+    reason = decoded(message, SpeedReason).reason
+    return _seconds(stamp_of(message)), MEANINGS.get(reason, reason[:_LONGEST_REASON])
+
+
+def _pose(message: Any) -> tuple[float, float, float, float]:
+    return pose_and_speed(decoded(message, Odometry))
+
+
+def _path(message: Any) -> list[list[float]]:
+    rows = waypoint_rows(message, "x", "y", "v")[:_MAX_PATH_POINTS]
+    if not all(math.isfinite(value) for row in rows for value in row):
+        raise ValueError("a number of the path is not finite")
+    return [[round(x, 2), round(y, 2), round(v, 2)] for x, y, v in rows]
+
+
+def _command(message: Any) -> dict[str, Any]:
+    control = decoded(message, CarlaEgoVehicleStatus).control
+    values = {name: getattr(control, name) for name in ("throttle", "steer", "brake")}
+    if not all(map(math.isfinite, values.values())):
+        raise ValueError("a number of the command is not finite")
+    return {
+        **{name: round(value, 3) for name, value in values.items()},
+        "hand_brake": bool(control.hand_brake),
+        "gear": "R" if control.reverse else "D",
+    }
+
+
+def _box(pose: Any, size: Any) -> list[float]:
+    numbers = (
+        pose.position.x,
+        pose.position.y,
+        yaw_from_quaternion(pose.orientation),
+        size.x,
+        size.y,
+        size.z,
+    )
+    if not all(map(math.isfinite, numbers)):
+        raise ValueError("a number of a box is not finite")
+    return [round(number, 3) for number in numbers]
+
+
+def _obstacles(message: Any) -> list[dict[str, Any]]:
+    return [
+        {"id": one.id, "kind": one.kind, "box": _box(one.pose, one.size)}
+        for one in decoded(message, ObstacleArray).obstacles
+    ]
+
+
+def _light_places(message: Any) -> dict[int, list[float]]:
+    """Return x, y and yaw of each light, and x and y of the middle of its stop line."""
+    places = {}
+    for light in decoded(message, CarlaTrafficLightInfoList).traffic_lights:
+        x, y, yaw = _box(light.transform, light.trigger_volume.size)[:3]
+        centre = light.trigger_volume.center
+        c, s = math.cos(yaw), math.sin(yaw)
+        line = [x + c * centre.x - s * centre.y, y + s * centre.x + c * centre.y]
+        if not all(map(math.isfinite, line)):
+            raise ValueError(f"a number of traffic light {light.id} is not finite")
+        places[light.id] = [x, y, yaw, *(round(number, 2) for number in line)]
+    return places
+
+
+def _light_states(message: Any) -> dict[int, int]:
+    lights = decoded(message, CarlaTrafficLightStatusList).traffic_lights
+    return {light.id: light.state for light in lights}

@@ -1,0 +1,87 @@
+"""Pictures for the page: at most so many a second, each encoded once for all viewers."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from cv_bridge import CvBridge, CvBridgeError
+from sensor_msgs.msg import Image
+
+from sdc_common.ros.image_check import check_image
+from sdc_common.validation import check_between, check_positive
+
+# A picture that is early by this share of the period is not too early: pictures arrive unevenly.
+_EARLY_SHARE = 0.4
+
+
+class RateLimit:
+    """Admits events at a largest mean rate.
+
+    Args:
+        per_second: the rate [1/s]
+
+    Raises:
+        ValueError: the rate is not positive
+    """
+
+    def __init__(self, per_second: float):
+        check_positive(per_second=per_second)
+        self._period_s = 1.0 / per_second
+        self._due_s = 0.0
+
+    def admits(self, now_s: float) -> bool:
+        """Return whether an event at this time is admitted."""
+        if now_s < self._due_s - _EARLY_SHARE * self._period_s:
+            return False
+        self._due_s = max(self._due_s, now_s - self._period_s) + self._period_s
+        return True
+
+
+class PictureEncoder:
+    """Encodes messages of type sensor_msgs/Image.
+
+    Args:
+        jpeg_quality: 1..100
+
+    Raises:
+        ValueError: the quality is outside its range
+    """
+
+    def __init__(self, jpeg_quality: int):
+        check_between(1, 100, jpeg_quality=jpeg_quality)
+        self._jpeg = [cv2.IMWRITE_JPEG_QUALITY, int(jpeg_quality)]
+        self._bridge = CvBridge()
+
+    def jpeg(self, message: Image) -> bytes:
+        """Return a camera picture as a JPEG file.
+
+        Raises:
+            ValueError: the picture is not valid
+        """
+        return _encoded(".jpg", self._pixels(message, "bgr8"), self._jpeg)
+
+    def mask_png(self, message: Image) -> bytes:
+        """Return a lane mask as a PNG file with one bit for each pixel.
+
+        Raises:
+            ValueError: the mask is not valid
+        """
+        options = [cv2.IMWRITE_PNG_BILEVEL, 1, cv2.IMWRITE_PNG_COMPRESSION, 1]
+        return _encoded(".png", self._pixels(message, "mono8"), options)
+
+    def _pixels(self, message: Image, encoding: str) -> np.ndarray:
+        check_image(message)
+        try:
+            return self._bridge.imgmsg_to_cv2(message, encoding)
+        except (CvBridgeError, TypeError) as error:
+            raise ValueError(str(error)) from error
+
+
+def _encoded(ending: str, pixels: np.ndarray, options: list) -> bytes:
+    try:
+        done, file = cv2.imencode(ending, pixels, options)
+    except cv2.error as error:
+        raise ValueError(str(error)) from error
+    if not done:
+        raise ValueError("the picture cannot be encoded")
+    return file.tobytes()

@@ -1,0 +1,278 @@
+"""The web server: page, libraries, road, and one websocket for each page."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import socket
+from pathlib import Path
+from typing import Any, Awaitable, Protocol
+
+import tornado.netutil
+import tornado.web
+import tornado.websocket
+
+from sdc_cockpit.access import Access
+from sdc_cockpit.drive_runner import DriveRunner
+from sdc_cockpit.protocol import MAX_MESSAGE_BYTES, ClientMessage, json_message, read_message
+from sdc_cockpit.viewers import Viewer, Viewers
+
+PORTS_TO_TRY = 50
+# The port of /cockpit/ in JupyterLab, which ./workshop/browser starts.
+PROXIED_PORT = 8080
+# The files of Debian's packages libjs-three and libjs-chart.js.
+_LIBRARIES = {
+    "three.module.js": "three/three.module.js",
+    "chart.js": "chart.js/Chart.min.js",
+}
+_LIBRARY_FOLDER = Path("/usr/share/javascript")
+_PING_S = 10.0
+_HEADERS = {
+    "Content-Security-Policy": (
+        "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; "
+        "connect-src 'self' ws: wss:; frame-ancestors 'self'; base-uri 'none'; form-action 'none'"
+    ),
+    "Referrer-Policy": "no-referrer",
+    "X-Content-Type-Options": "nosniff",
+}
+_REPORT_POLICY = (
+    "sandbox allow-scripts; default-src 'none'; script-src 'unsafe-inline'; "
+    "style-src 'unsafe-inline'; img-src data:"
+)
+_NO_TOKEN = (
+    "The token is missing or wrong: open the address that the terminal printed, with ?token="
+)
+
+
+class CockpitBackend(Protocol):
+    """What the server needs from the node."""
+
+    viewers: Viewers
+    drives: DriveRunner
+
+    def joined(self, viewer: Viewer) -> None:
+        """A page was opened."""
+
+    def left(self, viewer: Viewer) -> None:
+        """A page was closed, or its connection was lost."""
+
+    def receive(self, viewer: Viewer, message: ClientMessage) -> None:
+        """A page sent a message; a ValueError is reported to it."""
+
+    def road_json(self) -> bytes | None:
+        """Return the road, None before there is one. It is called in another thread."""
+
+
+class _Checked(tornado.web.RequestHandler):
+    """A handler that refuses foreign hosts and origins, and, where it matters, a wrong token."""
+
+    needs_token = True
+
+    def initialize(self, access: Access) -> None:
+        self.access = access
+
+    def set_default_headers(self) -> None:
+        for name, value in _HEADERS.items():
+            self.set_header(name, value)
+
+    def prepare(self) -> None:
+        headers = self.request.headers
+        host, origin = headers.get("Host"), headers.get("Origin")
+        if not (self.access.allows_host(host) and self.access.allows_origin(origin, host)):
+            raise tornado.web.HTTPError(403, reason="This host or origin is not allowed")
+        if self.needs_token and not self.access.has_token(self.get_query_argument("token", None)):
+            raise tornado.web.HTTPError(403, reason="The token is missing or wrong")
+
+    def write_error(self, status_code: int, **_keywords: Any) -> None:
+        self.set_header("Content-Type", "text/plain; charset=utf-8")
+        self.finish(f"{status_code} {self._reason}. {_NO_TOKEN if status_code == 403 else ''}\n")
+
+
+class _Page(_Checked):
+    def initialize(self, access: Access, path: Path) -> None:  # type: ignore[override]
+        super().initialize(access)
+        self.path_of_page = path
+
+    def get(self) -> None:
+        self.set_header("Content-Type", "text/html; charset=utf-8")
+        self.set_header("Cache-Control", "no-store")
+        self.finish(self.path_of_page.read_bytes())
+
+
+class _File(_Checked, tornado.web.StaticFileHandler):
+    """Files that everyone may read: they are part of this project or of Debian."""
+
+    needs_token = False
+
+    def initialize(self, access: Access, path: str) -> None:  # type: ignore[override]
+        _Checked.initialize(self, access)
+        tornado.web.StaticFileHandler.initialize(self, path)
+
+    def prepare(self) -> None:
+        _Checked.prepare(self)
+
+    def set_extra_headers(self, path: str) -> None:
+        self.set_header("Cache-Control", "no-cache")
+
+
+class _Library(_File):
+    async def get(self, path: str, include_body: bool = True) -> None:  # type: ignore[override]
+        await super().get(_LIBRARIES[path], include_body)
+
+
+class _Road(_Checked):
+    def initialize(self, access: Access, backend: CockpitBackend) -> None:  # type: ignore[override]
+        super().initialize(access)
+        self.backend = backend
+
+    async def get(self) -> None:
+        road = await asyncio.get_running_loop().run_in_executor(None, self.backend.road_json)
+        if road is None:
+            raise tornado.web.HTTPError(404, reason="There is no route yet")
+        self.set_header("Content-Type", "application/json")
+        self.finish(road)
+
+
+class _DriveFile(_Checked):
+    """A file that a drive wrote. Its sandbox has an own origin and cannot use this server."""
+
+    def initialize(self, access: Access, backend: CockpitBackend) -> None:  # type: ignore[override]
+        super().initialize(access)
+        self.backend = backend
+
+    def get(self, drive: str, name: str) -> None:
+        path = self.backend.drives.file(drive, name)
+        if path is None:
+            raise tornado.web.HTTPError(404, reason="There is no such file")
+        kind = "text/html" if path.suffix == ".html" else "text/plain"
+        self.set_header("Content-Type", f"{kind}; charset=utf-8")
+        self.set_header("Content-Security-Policy", _REPORT_POLICY)
+        self.finish(path.read_bytes())
+
+
+class _Comparison(_Checked):
+    def initialize(self, access: Access, backend: CockpitBackend) -> None:  # type: ignore[override]
+        super().initialize(access)
+        self.backend = backend
+
+    async def get(self) -> None:
+        names = self.get_query_argument("a", ""), self.get_query_argument("b", "")
+        loop = asyncio.get_running_loop()
+        try:
+            self.finish(await loop.run_in_executor(None, self.backend.drives.comparison, *names))
+        except ValueError as error:
+            self.set_status(404)
+            self.finish({"error": str(error)})
+
+
+class _Socket(_Checked, tornado.websocket.WebSocketHandler):
+    def initialize(self, access: Access, backend: CockpitBackend) -> None:  # type: ignore[override]
+        super().initialize(access)
+        self.backend = backend
+        self.viewer: Viewer | None = None
+
+    def check_origin(self, origin: str) -> bool:
+        return self.access.allows_origin(origin, self.request.headers.get("Host"))
+
+    def write_message(self, message: Any, binary: bool = False) -> Any:
+        """Send a message; on a connection that was lost do nothing."""
+        try:
+            return super().write_message(message, binary)
+        except tornado.websocket.WebSocketClosedError:
+            return None
+
+    def open(self, *_arguments: str, **_keywords: str) -> Awaitable[None] | None:
+        self.set_nodelay(True)
+        self.viewer = self.backend.viewers.add(self)
+        self.backend.joined(self.viewer)
+        return None
+
+    def on_message(self, message: str | bytes) -> None:
+        if self.viewer is None:
+            return
+        try:
+            self.backend.receive(self.viewer, read_message(message))
+        except ValueError as error:
+            self.viewer.send(json_message("notice", level="warn", text=str(error)))
+
+    def on_close(self) -> None:
+        if self.viewer is not None:
+            self.backend.viewers.remove(self.viewer)
+            self.backend.left(self.viewer)
+            self.viewer = None
+
+
+def application(backend: CockpitBackend, access: Access, www: Path) -> tornado.web.Application:
+    """Return the web application.
+
+    Args:
+        backend: the node
+        access: who may use it
+        www: folder of the page
+    """
+    checked = {"access": access}
+    return tornado.web.Application(
+        [
+            ("/", _Page, {**checked, "path": www / "index.html"}),
+            ("/ws", _Socket, {**checked, "backend": backend}),
+            ("/drives/([^/]+)/([^/]+)", _DriveFile, {**checked, "backend": backend}),
+            ("/api/compare", _Comparison, {**checked, "backend": backend}),
+            ("/api/road", _Road, {**checked, "backend": backend}),
+            ("/static/(.*)", _File, {**checked, "path": str(www)}),
+            (
+                f"/lib/({'|'.join(_LIBRARIES)})",
+                _Library,
+                {**checked, "path": str(_LIBRARY_FOLDER)},
+            ),
+        ],
+        websocket_max_message_size=MAX_MESSAGE_BYTES,
+        websocket_ping_interval=_PING_S,
+        compress_response=True,
+        log_function=lambda _handler: None,
+    )
+
+
+def bind(address: str, port: int) -> tuple[list[socket.socket], int]:
+    """Bind the first free port from `port` on.
+
+    Returns:
+        sockets and the port
+
+    Raises:
+        OSError: the address is not one of this machine, or no port is free
+    """
+    error: OSError = OSError(f"no port is free from {port} on")
+    for candidate in range(port, min(port + PORTS_TO_TRY, 65536)):
+        try:
+            sockets = tornado.netutil.bind_sockets(candidate, address)
+        except OSError as problem:
+            error = problem
+            if not _is_taken(address, candidate):
+                break
+        else:
+            return sockets, sockets[0].getsockname()[1]
+    raise error
+
+
+def _is_taken(address: str, port: int) -> bool:
+    """Return whether the address is valid, so that only the port can be the problem."""
+    family = socket.AF_INET6 if ":" in address else socket.AF_INET
+    with socket.socket(family, socket.SOCK_STREAM) as probe:
+        try:
+            probe.bind((address, 0))
+        except OSError:
+            return False
+    return port > 0
+
+
+def page_address(address: str, port: int, token: str) -> str:
+    """Return the URL of the page, as it is printed.
+
+    In a terminal of ./workshop/browser, WORKSHOP_URL is the address of JupyterLab, which forwards
+    /cockpit/ to port 8080 and /proxy/PORT/ to any other port.
+    """
+    if os.environ.get("WORKSHOP_URL"):
+        path = "cockpit" if port == PROXIED_PORT else f"proxy/{port}"
+        return f"{os.environ['WORKSHOP_URL']}{path}/?token={token}"
+    host = socket.gethostname() if address in ("0.0.0.0", "::", "") else address
+    return f"http://{f'[{host}]' if ':' in host else host}:{port}/?token={token}"

@@ -1,0 +1,41 @@
+"""Fixtures for tests with a real drive under a ROS master of its own."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from sdc_common.testing.processes import Program, isolated_ros_environment
+
+ROOT = Path(__file__).resolve().parents[4]
+
+
+@pytest.fixture
+def start(tmp_path):
+    """Return a function that starts a program and returns it with the address of its page."""
+    with isolated_ros_environment(tmp_path / "ros") as environment:
+        programs = []
+
+        def begin(*command):
+            programs.append(Program(command, environment, tmp_path, tmp_path / "log"))
+            programs[-1].wait_for_output("cockpit: http")
+            return programs[-1], re.search(r"cockpit: (\S+)", programs[-1].output)[1]
+
+        yield begin
+        for program in programs:
+            if program.process.poll() is None:
+                program.interrupt()
+
+
+@pytest.fixture
+def drive(start):
+    """Return a function that starts ./drive with a cockpit and returns the address of its page."""
+    return lambda *arguments: start(
+        str(ROOT / "drive"), "headless:=true", "cockpit:=true", *arguments
+    )
+
+
+@pytest.fixture
+def standing_cockpit(start):
+    """Return a function that starts ./cockpit and returns the address of its page."""
+    return lambda: start(str(ROOT / "cockpit"))[1]

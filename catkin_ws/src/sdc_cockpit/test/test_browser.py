@@ -1,0 +1,101 @@
+"""The page in a real browser, on a real drive."""
+
+import math
+import time
+
+import pytest
+from selenium.webdriver.common.action_chains import ActionChains
+from selenium.webdriver.common.keys import Keys
+
+from sdc_cockpit.browser import headless_chromium, resize, value_of, wait_for
+
+pytestmark = pytest.mark.slow(60)
+
+PIXELS = """(() => {
+  const canvas = document.getElementById("picture");
+  return canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data
+    .reduce((sum, value, i) => (31 * sum + value) >>> 0, 0);
+})()"""
+FOCAL_PX, MOUNT_X_M, MOUNT_Z_M, PITCH_RAD = 320.0, 0.7, 1.7, math.radians(0.5)
+
+
+def click_on_path(browser, ahead_m):
+    """Click on the picture where it shows the planned path at a distance."""
+    state = value_of(browser, "cockpit.state")
+    x, y, yaw = state["pose"]
+    c, s = math.cos(yaw), math.sin(yaw)
+    places = [
+        (c * (px - x) + s * (py - y), c * (py - y) - s * (px - x)) for px, py, _ in state["path"]
+    ]
+    forward, left = min(places, key=lambda place: abs(place[0] - ahead_m))
+    depth = forward - MOUNT_X_M
+    down = FOCAL_PX * math.tan(math.atan2(MOUNT_Z_M, depth) - PITCH_RAD)
+    canvas = browser.find_element("id", "picture")
+    scale = canvas.size["width"] / (2.0 * FOCAL_PX)
+    right = -FOCAL_PX * left / depth
+    # Offsets count from the middle of the element.
+    ActionChains(browser).move_to_element_with_offset(
+        canvas, round(scale * right), round(scale * down)
+    ).click().perform()
+
+
+def drive_until(browser, key, condition, seconds=100.0):
+    """Drive with a held key until a condition is met.
+
+    On a busy machine the browser may be late with the controls, so that the car brakes and is given
+    back: then take over again.
+    """
+    limit_s = time.monotonic() + seconds
+    while not value_of(browser, f"cockpit.driving && {condition}"):
+        assert time.monotonic() < limit_s, f"{condition}: {value_of(browser, 'cockpit.state')}"
+        if not value_of(browser, "cockpit.driving"):
+            ActionChains(browser).key_up(key).send_keys("p").key_down(key).perform()
+        elif not value_of(browser, "cockpit.held.length"):
+            ActionChains(browser).key_up(key).key_down(key).perform()
+    ActionChains(browser).key_up(key).perform()
+
+
+def set_parameter(browser, name, text):
+    """Type a value into the field of a parameter, at once: the page refreshes the others."""
+    field = f"""document.querySelector("#parameters [name='{name}']")"""
+    wait_for(browser, f"{field} !== null")
+    browser.execute_script(
+        f"""{field}.value = "{text}"; {field}.dispatchEvent(new Event("change"));"""
+    )
+
+
+def test_page_shows_moving_pictures_and_drives_and_a_click_stops_the_car(drive, tmp_path):
+    route = tmp_path / "straight.csv"
+    route.write_text("".join(f"{x},0\n" for x in range(1500)))
+    _, address = drive(f"waypoints_path:={route}")
+    with headless_chromium() as browser:
+        browser.get(address)
+        wait_for(browser, "window.cockpit && cockpit.picture.drawn > 0")
+        wait_for(browser, "cockpit.state && cockpit.state.speed > 2")
+        first = value_of(browser, PIXELS)
+        wait_for(browser, PIXELS, lambda pixels: pixels != first)
+        wait_for(browser, "document.querySelectorAll('#nodes tr.topic').length")
+
+        badge = "document.getElementById('driver').textContent"
+        drive_until(browser, "s", f"{badge} === 'you drive' && cockpit.state.command.brake === 1")
+        drive_until(browser, "s", "cockpit.state.speed < 0.05")
+        drive_until(browser, "w", "cockpit.state.command.throttle > 0.5 && cockpit.state.speed > 1")
+        drive_until(browser, "s", "cockpit.state.speed < 0.05")
+
+        click_on_path(browser, 25.0)
+        obstacle = wait_for(browser, "cockpit.state.obstacles[0]")["box"]
+        ActionChains(browser).send_keys(Keys.ESCAPE).perform()
+        wait_for(browser, "cockpit.state.mode === 'stack'")
+        wait_for(browser, "cockpit.state.speed > 0.5")
+        wait_for(browser, "cockpit.state.speed < 0.05")
+        state = value_of(browser, "cockpit.state")
+        distance_m = math.dist(state["pose"][:2], obstacle[:2])
+        assert state["running"] and 2.0 < distance_m < 15.0
+
+        notice = "document.getElementById('notice').textContent"
+        set_parameter(browser, "/sim/friction", "-1")
+        wait_for(browser, notice, lambda text: "friction must be a number from" in text)
+        set_parameter(browser, "/sim/friction", "0.4")
+        wait_for(browser, notice, lambda text: text == "/sim/friction is 0.4")
+        resize(browser, 390, 800)
+        assert value_of(browser, "document.documentElement.scrollWidth") <= 390

@@ -1,0 +1,144 @@
+"""Drives that a page starts, with a short program in the place of ./drive."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import pytest
+
+from sdc_cockpit.drive_runner import DriveRunner
+from sdc_common.ros.supervisor import STATE_FOLDER_VARIABLE
+
+# Waits for a signal, or ends at once, and writes a report as ./drive does.
+PROGRAM = f"""#!{sys.executable}
+import json, os, signal, sys
+report = [word for word in sys.argv if word.startswith("report:=")][0][len("report:="):]
+print("arguments", sys.argv[1:], flush=True)
+def write(status):
+    with open(report, "w") as file:
+        json.dump({{"status": status, "driving_score": 87.5,
+                   "supervised": "{STATE_FOLDER_VARIABLE}" in os.environ}}, file)
+    with open(report.replace("json", "html"), "w") as file:
+        file.write("<h1>report</h1>")
+def end(*_):
+    write("aborted")
+    sys.exit(130)
+signal.signal(signal.SIGTERM, end)
+if "sync:=true" in sys.argv:
+    write("completed")
+    sys.exit(0)
+open(os.path.join(os.path.dirname(report), "ready"), "w").close()
+while True:
+    signal.pause()
+"""
+
+
+@pytest.fixture
+def runner(tmp_path, monkeypatch):
+    program = tmp_path / "drive"
+    program.write_text(PROGRAM)
+    program.chmod(0o755)
+    monkeypatch.setenv(STATE_FOLDER_VARIABLE, str(tmp_path))
+    ended = threading.Semaphore(0)
+    runner = DriveRunner(str(program), tmp_path / "drives", ended.release)
+    runner.ended = lambda: ended.acquire(timeout=60.0)
+    yield runner
+    runner.end()
+
+
+def wait_until_ready(tmp_path, name):
+    wait_until_exists(tmp_path / "drives" / name / "ready")
+
+
+def wait_until_exists(path):
+    limit_s = time.monotonic() + 60.0
+    while not path.exists():
+        assert time.monotonic() < limit_s, f"{path} was not written"
+        time.sleep(0.02)
+
+
+def test_drive_that_ends_is_listed_with_its_report(runner):
+    name = runner.start("oval", ["scenario:=oval", "sync:=true"])
+    assert name.endswith("-oval")
+    assert runner.ended()
+    assert runner.running is None
+    (row,) = runner.past()
+    assert (row["name"], row["status"], row["exit_status"]) == (name, "completed", 0)
+    assert (row["driving_score"], row["page"]) == (87.5, True)
+    assert row["arguments"] == ["scenario:=oval", "sync:=true"]
+    log = runner.file(name, "drive.log").read_text()
+    assert "headless:=true" in log and "cockpit:=false" in log
+    assert runner.file(name, "report.html").read_text() == "<h1>report</h1>"
+
+
+def test_drive_has_supervisors_of_its_own(runner, tmp_path):
+    name = runner.start("", ["sync:=true"])
+    assert runner.ended()
+    report = json.loads((tmp_path / "drives" / name / "report.json").read_text())
+    assert report["supervised"] is False
+
+
+def test_one_drive_runs_at_a_time_and_a_stop_ends_it(runner, tmp_path):
+    name = runner.start("", [])
+    wait_until_ready(tmp_path, name)
+    with pytest.raises(ValueError, match=f"the drive {name} runs; stop it first"):
+        runner.start("", [])
+    assert runner.past() == []
+    runner.stop()
+    assert runner.ended()
+    assert runner.past()[0]["status"] == "aborted"
+    with pytest.raises(ValueError, match="no drive runs"):
+        runner.stop()
+
+
+def test_preparation_that_fails_starts_no_drive(runner):
+    def prepare():
+        raise ValueError("another drive runs")
+
+    with pytest.raises(ValueError, match="another drive runs"):
+        runner.start("", [], prepare)
+    assert runner.running is None and runner.past() == []
+
+
+def test_no_other_file_is_served(runner):
+    name = runner.start("", ["sync:=true"])
+    assert runner.ended()
+    for drive, file in (
+        (name, "drive.json"),
+        (name, "../drive"),
+        ("..", "drive"),
+        ("other", "report.html"),
+    ):
+        assert runner.file(drive, file) is None
+    with pytest.raises(ValueError, match="there is no drive '../x'"):
+        runner.comparison(name, "../x")
+
+
+def test_page_of_one_drive_starts_none(tmp_path):
+    runner = DriveRunner("", tmp_path, lambda: None)
+    assert not runner.offered and runner.past() == []
+    with pytest.raises(ValueError, match="./cockpit serves one that starts drives"):
+        runner.start("", [])
+
+
+@pytest.mark.slow(2)
+def test_drive_ends_when_its_starter_is_killed(runner, tmp_path):
+    code = f"""
+import threading
+from pathlib import Path
+from sdc_cockpit.drive_runner import DriveRunner
+folder = Path({str(tmp_path)!r})
+runner = DriveRunner(str(folder / "drive"), folder / "drives", print)
+print(runner.start("", []), flush=True)
+threading.Event().wait()
+"""
+    starter = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
+    name = starter.stdout.readline().strip()
+    wait_until_ready(tmp_path, name)
+    os.kill(starter.pid, signal.SIGKILL)
+    starter.wait()
+    wait_until_exists(tmp_path / "drives" / name / "report.html")

@@ -1,0 +1,59 @@
+"""What the page shows of the newest messages."""
+
+import io
+
+import pytest
+import rospy
+from nav_msgs.msg import Odometry
+from sdc_msgs.msg import SpeedReason
+
+from sdc_cockpit.drive_view import ODOMETRY, SPEED_REASON, DriveView
+
+
+def encoded(message, stamp_s):
+    """Return a message as a subscriber of any type receives it."""
+    message.header.stamp = rospy.Time.from_sec(stamp_s)
+    buffer = io.BytesIO()
+    message.serialize(buffer)
+    received = rospy.AnyMsg()
+    received._buff = buffer.getvalue()
+    received._connection_header = {"md5sum": message._md5sum, "type": message._type}
+    return received
+
+
+@pytest.fixture
+def view():
+    return DriveView(lambda: 100.0, lambda: None)
+
+
+def receive(view, topic, message, stamp_s):
+    next(feed for feed in view.feeds if feed.topic == topic).receive(encoded(message, stamp_s))
+
+
+def odometry():
+    message = Odometry()
+    message.pose.pose.orientation.w = 1.0
+    return message
+
+
+@pytest.mark.parametrize(
+    ("reason", "shown"),
+    [
+        ("traffic_light", "stops at a traffic light"),
+        ("own_words", "own_words"),
+        ("x" * 99, "x" * 80),
+    ],
+)
+def test_reason_is_shown_in_words(view, reason, shown):
+    receive(view, ODOMETRY, odometry(), 5.0)
+    receive(view, SPEED_REASON, SpeedReason(reason=reason), 4.8)
+    assert view.state()["reason"] == shown
+
+
+def test_old_reason_is_not_shown(view):
+    receive(view, SPEED_REASON, SpeedReason(reason="bend"), 5.0)
+    assert view.state()["reason"] is None
+    receive(view, ODOMETRY, odometry(), 5.9)
+    assert view.state()["reason"] is not None
+    receive(view, ODOMETRY, odometry(), 6.1)
+    assert view.state()["reason"] is None

@@ -1,0 +1,142 @@
+"""The cockpit on real drives, without a browser: a vanished driver, and drives from the page."""
+
+import asyncio
+import json
+import os
+import subprocess
+import urllib.request
+from pathlib import Path
+
+import pytest
+import tornado.websocket
+
+ROOT = Path(__file__).resolve().parents[4]
+SHORT = {"camera": False, "sync": True}
+
+
+class Page:
+    """A page without a browser."""
+
+    def __init__(self, connection):
+        self.connection = connection
+
+    @classmethod
+    async def open(cls, address):
+        socket = address.replace("http", "ws", 1).replace("/?", "/ws?")
+        return cls(await tornado.websocket.websocket_connect(socket))
+
+    async def send(self, kind, **values):
+        await self.connection.write_message(json.dumps({"type": kind, **values}))
+
+    async def next(self, kind, accepts=lambda values: True, before_each=None):
+        """Return the next message of a kind that is accepted."""
+        while True:
+            if before_each is not None:
+                await before_each()
+            message = await self.connection.read_message()
+            assert message is not None, "the server closed the connection"
+            if isinstance(message, str):
+                values = json.loads(message)
+                if values["type"] == kind and accepts(values):
+                    return values
+
+
+async def drive_and_vanish(address):
+    """Drive with full throttle, then send nothing; return the simulated times and the modes."""
+    watcher, person = await Page.open(address), await Page.open(address)
+
+    async def throttle():
+        await person.send("keys", held=["w"])
+
+    await watcher.next("state", lambda state: state["speed"] and state["speed"] > 1.0)
+    await person.send("drive")
+    await watcher.next(
+        "state",
+        lambda state: state["mode"] == "person" and state["command"]["throttle"] == 1.0,
+        throttle,
+    )
+    # The connection stays open without controls, as that of a laptop that sleeps.
+    vanished = await watcher.next("state")
+    braked = await watcher.next("state", lambda state: state["command"]["brake"] == 1.0)
+    returned = await watcher.next("state", lambda state: state["mode"] != "braking")
+    await watcher.next("state", lambda state: state["command"]["throttle"] > 0.0)
+    return braked["t"] - vanished["t"], braked["mode"], returned["mode"]
+
+
+@pytest.mark.slow(20)
+def test_driver_that_vanishes_brakes_the_car_and_returns_it(drive):
+    _, address = drive("camera:=false")
+    seconds, braking, returned = asyncio.run(drive_and_vanish(address))
+    assert seconds <= 0.5
+    assert (braking, returned) == ("braking", "stack")
+
+
+async def start_stop_and_fail(address):
+    """Complete a drive, stop another one; return what the page shows of both."""
+    page = await Page.open(address)
+    assert (await page.next("drives"))["offered"]
+    await page.send("start", scenario="", arguments={**SHORT, "planned_speed_mps": 30})
+    assert (await page.next("drives", lambda drives: drives["running"]))["past"] == []
+    state = await page.next("state", lambda state: state["progress"] and state["progress"] > 0.2)
+    assert state["speed"] > 1.0
+    first = await page.next("drives", lambda drives: drives["running"] is None)
+
+    await page.send("start", scenario="oval", arguments={"camera": False, "friction": 0.8})
+    # The state of the first drive is gone: this is the second one.
+    await page.next("state", lambda state: state["t"] and state["t"] < 5.0 and state["speed"] > 1.0)
+    values = await page.next("parameters", lambda message: "/sim/friction" in message["values"])
+    assert values["values"]["/sim/friction"] == 0.8
+    await page.send("start", scenario="", arguments={})
+    await page.next("notice", lambda notice: "stop it first" in notice["text"])
+    await page.send("stop")
+    second = await page.next("drives", lambda drives: drives["running"] is None)
+    return first["past"], second["past"]
+
+
+def answer(address, path, **query):
+    base, token = address.split("/?")
+    words = "&".join([token, *(f"{name}={value}" for name, value in query.items())])
+    with urllib.request.urlopen(f"{base}/{path}?{words}") as response:
+        return response.read().decode()
+
+
+@pytest.mark.slow(60)
+def test_page_starts_stops_lists_and_compares_drives(standing_cockpit):
+    address = standing_cockpit()
+    first, second = asyncio.run(start_stop_and_fail(address))
+    assert [(row["status"], row["exit_status"]) for row in first] == [("completed", 0)]
+    assert [row["status"] for row in second] == ["aborted", "completed"]
+    assert second[0]["name"].endswith("-oval")
+    assert "scenario:=oval" in second[0]["arguments"]
+    names = [row["name"] for row in second]
+    assert "completed" in answer(address, f"drives/{names[1]}/report.html")
+    compared = json.loads(answer(address, "api/compare", a=names[0], b=names[1]))
+    assert "route_completion_percent" in compared["text"]
+    assert compared["picture"].startswith("data:image/png;base64,")
+
+
+@pytest.mark.slow(8)
+@pytest.mark.parametrize(
+    ("display", "arguments", "served"),
+    [
+        ("", [], True),
+        ("", ["cockpit:=false"], False),
+        ("", ["headless:=true"], False),
+        ("", ["sync:=true"], False),
+        (":0", [], False),
+    ],
+)
+def test_cockpit_is_the_default_in_real_time_without_a_display(
+    display, arguments, served, tmp_path
+):
+    # roslaunch only lists the nodes that it would start.
+    listed = subprocess.run(
+        [str(ROOT / "drive"), *arguments, "--nodes"],
+        cwd=tmp_path,
+        env={**os.environ, "DISPLAY": display, "PWD": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert "/referee" in listed.stdout.split(), listed.stderr
+    assert ("/cockpit" in listed.stdout.split()) == served

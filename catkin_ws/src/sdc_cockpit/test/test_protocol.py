@@ -1,0 +1,180 @@
+"""Messages of the page: all values are checked."""
+
+import contextlib
+import json
+import math
+import random
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from sdc_cockpit import protocol
+from sdc_cockpit.drive_arguments import drive_arguments
+from sdc_cockpit.protocol import read_message
+
+NUMBERS = st.floats() | st.integers()
+VALUES = st.recursive(
+    st.none() | st.booleans() | NUMBERS | st.text(max_size=20),
+    lambda inner: (
+        st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=8), inner, max_size=4)
+    ),
+    max_leaves=8,
+)
+TYPES = (
+    st.sampled_from(
+        [*protocol.SIMPLE, "keys", "pedals", "obstacle", "drawn", "show", "set", "start"]
+    )
+    | VALUES
+)
+FIELDS = st.sampled_from(
+    ["held", "throttle", "steer", "brake", "x", "y", "picture", "mask"]
+    + ["name", "value", "scenario", "arguments"]
+)
+OBJECTS = st.builds(
+    lambda kind, values: {**values, "type": kind},
+    TYPES,
+    st.dictionaries(
+        FIELDS | st.text(max_size=8),
+        VALUES | st.lists(st.sampled_from(["w", "up", "space"])),
+        max_size=5,
+    ),
+)
+MESSAGES = (
+    st.text(max_size=200)
+    | st.binary(max_size=200)
+    | VALUES.map(json.dumps)
+    | OBJECTS.map(json.dumps)
+    | OBJECTS.map(lambda values: json.dumps(values)[:-2])
+)
+
+
+VALID = [
+    *(f'{{"type":"{name}"}}' for name in protocol.SIMPLE),
+    '{"type":"keys","held":["w","left","space"]}',
+    '{"type":"pedals","throttle":0.5,"steer":-1,"brake":0}',
+    '{"type":"obstacle","x":3,"y":-2.5}',
+    '{"type":"drawn","picture":7}',
+    '{"type":"show","mask":true}',
+    '{"type":"set","name":"/sim/friction","value":0.5}',
+    '{"type":"start","scenario":"oval","arguments":{"sync":true,"friction":0.6}}',
+]
+PIECES = [
+    *'{}[]",:.-0123456789eE',
+    "NaN",
+    "Infinity",
+    "1e999",
+    "null",
+    "true",
+    "\\ud800",
+    "\x00",
+    "[" * 50,
+]
+MESSAGES_PER_EXAMPLE = 1000
+
+
+def check(text):
+    """Read a message; it is valid, or refused with a text."""
+    try:
+        message = read_message(text)
+    except ValueError as error:
+        assert str(error)
+        return
+    for value in vars(message).values():
+        if isinstance(value, float):
+            assert math.isfinite(value)
+    if isinstance(message, protocol.StartDrive):
+        with contextlib.suppress(ValueError):
+            drive_arguments(message.scenario, message.arguments, ["oval"])
+    if isinstance(message, protocol.Keys):
+        assert message.held <= protocol.KEYS
+    if isinstance(message, protocol.Pedals):
+        assert 0.0 <= message.throttle <= 1.0 and 0.0 <= message.brake <= 1.0
+        assert -1.0 <= message.steer <= 1.0
+
+
+@given(MESSAGES)
+def test_fuzz_any_message_is_valid_or_refused_with_one_line(text):
+    check(text)
+
+
+def damaged(chance):
+    """Return a valid message with some of its characters replaced, removed or added."""
+    text = chance.choice(VALID)
+    for _ in range(chance.randint(1, 4)):
+        start = chance.randint(0, len(text))
+        end = min(len(text), start + chance.randint(0, 6))
+        text = text[:start] + chance.choice(["", *PIECES, chance.choice(VALID)]) + text[end:]
+    return text.encode() if chance.random() < 0.05 else text
+
+
+@settings(max_examples=10)
+@given(st.integers(0, 2**32))
+def test_fuzz_ten_thousand_damaged_messages_are_valid_or_refused(seed):
+    chance = random.Random(seed)
+    for _ in range(MESSAGES_PER_EXAMPLE):
+        check(damaged(chance))
+
+
+@pytest.mark.parametrize("name", protocol.SIMPLE)
+def test_simple_messages_are_read(name):
+    assert read_message(json.dumps({"type": name})) == protocol.Simple(name)
+
+
+def test_messages_with_values_are_read():
+    assert read_message('{"type":"keys","held":["w","left"]}') == protocol.Keys(
+        frozenset({"w", "left"})
+    )
+    pedals = '{"type":"pedals","throttle":0.5,"steer":-1,"brake":0}'
+    assert read_message(pedals) == protocol.Pedals(0.5, -1.0, 0.0)
+    assert read_message('{"type":"obstacle","x":3,"y":-2.5}') == protocol.ObstacleClick(3.0, -2.5)
+    assert read_message('{"type":"drawn","picture":7}') == protocol.Drawn(7)
+    assert read_message('{"type":"show","mask":true}') == protocol.ShowMask(True)
+    assert read_message('{"type":"set","name":"/a","value":2}') == protocol.SetParameter("/a", 2.0)
+    assert read_message(
+        '{"type":"start","scenario":"oval","arguments":{"sync":true}}'
+    ) == protocol.StartDrive("oval", {"sync": True})
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ('{"type":"exec","code":"1"}', "unknown type 'exec'"),
+        ('{"type":"drive","viewer":2}', "has no 'viewer'"),
+        ('{"type":"obstacle","x":1}', "needs y"),
+        ('{"type":"obstacle","x":1,"y":1e300}', "y must be a number from"),
+        ('{"type":"obstacle","x":NaN,"y":1}', "x must be a finite number"),
+        ('{"type":"keys","held":["__import__"]}', "unknown key '__import__'"),
+        (
+            '{"type":"pedals","throttle":2,"steer":0,"brake":0}',
+            "throttle must be a number from 0 to 1",
+        ),
+        ('{"type":"drawn","picture":true}', "picture must be a whole number"),
+        ('{"type":"set","name":1,"value":1}', "name must be the name of a parameter"),
+        ('{"type":"set","name":"/sim/friction","value":"1"}', "value must be a finite number"),
+        ('{"type":"start","scenario":1,"arguments":{}}', "scenario must be a name"),
+        ('{"type":"start","scenario":"","arguments":[]}', "arguments must be an object"),
+        ("[]", "a message is a JSON object"),
+        (b"{}", "a page sends text"),
+        ("[" * 4000, ""),
+        (" " * 5000, "at most 4096 characters"),
+    ],
+)
+def test_wrong_message_is_refused(text, expected):
+    with pytest.raises(ValueError, match=expected.replace("(", r"\(")):
+        read_message(text)
+
+
+def test_picture_keeps_its_values():
+    message = protocol.picture_message(protocol.CAMERA, 5, 1.25, 9.5, b"file")
+    assert protocol.read_picture(message) == (protocol.CAMERA, 5, 1.25, 9.5, b"file")
+    assert len(message) == protocol.PICTURE_HEADER_BYTES + 4
+
+
+def test_json_without_a_finite_number_is_an_error():
+    with pytest.raises(ValueError, match="JSON compliant"):
+        protocol.json_message("state", speed=math.nan)
+
+
+def test_text_with_half_of_a_character_is_sent():
+    assert b"?" in protocol.json_message("log", text="\udcff")

@@ -1,0 +1,122 @@
+// Start, stop, list and compare drives.
+import { token } from "./connection.js";
+import { set } from "./panels.js";
+
+const $ = (id) => document.getElementById(id);
+const SWITCHES = ["sync", "camera"];
+const NUMBERS = ["planned_speed_mps", "friction", "side_wind_mps", "seed"];
+const query = (values = {}) => new URLSearchParams({ ...values, token }).toString();
+const fixed = (value, digits, unit) => (value === null || value === undefined ? "–" : `${value.toFixed(digits)} ${unit}`);
+
+export class Drives {
+  #connection; #notice; #offered = false; #running = null; #chosen = [];
+
+  constructor(connection, notice) {
+    this.#connection = connection;
+    this.#notice = notice;
+    connection.addEventListener("hello", ({ detail }) => this.#choices(detail));
+    connection.addEventListener("drives", ({ detail }) => this.#show(detail));
+    $("start-form").addEventListener("submit", (event) => {
+      event.preventDefault();
+      this.#start(event.target.elements);
+    });
+    $("stop").addEventListener("click", () => connection.send("stop"));
+    $("compare").addEventListener("click", () => this.#compare());
+  }
+
+  // Whether this page can start a drive, and none runs.
+  get idle() {
+    return this.#offered && this.#running === null;
+  }
+
+  // Called with each state of the drive.
+  update({ progress }) {
+    set($("progress"), "hidden", this.#running === null);
+    set($("progress"), "value", progress ?? 0);
+    const share = this.#running && progress !== null ? `, ${Math.round(100 * progress)} %` : "";
+    set($("drive-state"), "textContent", this.#running ? `${this.#running} runs${share}` : "none runs");
+  }
+
+  #choices({ scenarios, methods }) {
+    const { scenario, steering_method: method } = $("start-form").elements;
+    for (const [list, names] of [[scenario, scenarios], [method, methods]]) {
+      list.replaceChildren(list.options[0], ...names.map((name) => new Option(name.replaceAll("_", " "), name)));
+    }
+  }
+
+  #start(fields) {
+    const values = {};
+    for (const name of SWITCHES) values[name] = fields[name].checked;
+    for (const name of NUMBERS) if (fields[name].value !== "") values[name] = Number(fields[name].value);
+    if (fields.steering_method.value) values.steering_method = fields.steering_method.value;
+    this.#connection.send("start", { scenario: fields.scenario.value, arguments: values });
+  }
+
+  #show({ offered, running, past }) {
+    this.#offered = offered;
+    for (const id of ["drives-panel", "to-drives"]) $(id).hidden = !offered;
+    this.#running = running;
+    $("start").disabled = running !== null;
+    $("stop").disabled = running === null;
+    const names = new Set(past.map(({ name }) => name));
+    this.#chosen = this.#chosen.filter((name) => names.has(name));
+    $("past-drives").hidden = past.length === 0;
+    $("past").replaceChildren(...past.map((drive) => this.#row(drive)));
+    this.#choose();
+    this.update({ progress: null });
+  }
+
+  #row(drive) {
+    const line = document.createElement("tr");
+    const box = Object.assign(document.createElement("input"), { type: "checkbox", checked: this.#chosen.includes(drive.name) });
+    box.setAttribute("aria-label", `Compare ${drive.name}`);
+    box.disabled = drive.status === null;
+    box.addEventListener("change", () => {
+      this.#chosen = this.#chosen.filter((name) => name !== drive.name);
+      if (box.checked) this.#chosen = [...this.#chosen, drive.name].slice(-2);
+      for (const one of $("past").querySelectorAll("input")) one.checked = this.#chosen.includes(one.dataset.name);
+      this.#choose();
+    });
+    box.dataset.name = drive.name;
+    line.insertCell().append(box);
+    const good = drive.exit_status === 0;
+    const texts = [
+      drive.name, `${drive.status ?? "no report"}${good || drive.status !== "completed" ? "" : ", limits violated"}`, fixed(drive.route_completion_percent, 0, "%"),
+      fixed(drive.duration_s, 1, "s"), fixed(drive.cross_track_rms_m, 3, "m"), fixed(drive.driving_score, 0, ""),
+    ];
+    for (const text of texts) line.insertCell().textContent = text;
+    line.cells[1].title = drive.arguments.join(" ");
+    line.cells[2].className = good ? "good" : "bad";
+    const files = line.insertCell();
+    for (const [file, text] of [["report.html", "report"], ["drive.log", "log"]]) {
+      if (file === "report.html" && !drive.page) continue;
+      const link = Object.assign(document.createElement("a"), {
+        href: `drives/${encodeURIComponent(drive.name)}/${file}?${query()}`, target: "_blank", rel: "noopener", textContent: text,
+      });
+      files.append(link);
+    }
+    return line;
+  }
+
+  #choose() {
+    $("compare").disabled = this.#chosen.length !== 2;
+  }
+
+  async #compare() {
+    $("compare").disabled = true;
+    const [a, b] = this.#chosen;
+    try {
+      const answer = await fetch(`api/compare?${query({ a, b })}`);
+      const { text, picture, error } = await answer.json();
+      if (error) throw new Error(error);
+      $("comparison-text").textContent = text;
+      $("comparison-picture").src = picture;
+      $("comparison-picture").hidden = picture === "";
+      $("comparison").hidden = false;
+      $("comparison").scrollIntoView({ block: "nearest" });
+    } catch (error) {
+      this.#notice(`No comparison: ${error.message}`, "warn");
+    }
+    this.#choose();
+  }
+}

@@ -1,0 +1,148 @@
+// The page of the cockpit: connects its parts. The large libraries are loaded after the first
+// messages, so that the picture does not wait for them.
+import { Connection, token } from "./connection.js";
+import { Controls } from "./controls.js";
+import { addLog, clearLog, set, showInstruments, showNodes } from "./panels.js";
+import { Drives } from "./drives.js";
+import { Parameters } from "./parameters.js";
+import { ahead, Picture } from "./picture.js";
+
+const NOTICE_MS = 4000;
+const OBSTACLE_AHEAD_M = 30;
+const MODES = { none: "no drive runs", stack: "the stack drives", person: "a viewer drives", braking: "braking", "other program": "another program drives" };
+const $ = (id) => document.getElementById(id);
+
+const connection = new Connection();
+const picture = new Picture(connection, $("picture"), $("no-picture"));
+const controls = new Controls(connection, $("pads"));
+const drives = new Drives(connection, notice);
+new Parameters(connection);
+let state = null, viewer = null, fullSpeed = 10, scene = null, plots = null, road = 0, maskShown = false, noticeTimer = 0;
+window.cockpit = { picture, get state() { return state; }, get driving() { return controls.driving; }, get held() { return controls.held; }, get scene() { return scene !== null; } };
+
+function notice(text, level = "info") {
+  clearTimeout(noticeTimer);
+  Object.assign($("notice"), { textContent: text, className: level, hidden: false });
+  noticeTimer = setTimeout(() => { $("notice").hidden = true; }, NOTICE_MS);
+}
+
+function showDriver(mode, mine) {
+  set($("driver"), "textContent", mine ? "you drive" : MODES[mode] ?? mode);
+  set($("driver"), "className", `badge ${mode}`);
+  set($("drive"), "textContent", mine ? "Give back" : "Take over");
+  $("drive").classList.toggle("active", mine);
+  set($("pads"), "hidden", !mine);
+  document.body.classList.toggle("driving", mine);
+}
+
+async function loadRoad(number) {
+  road = number;
+  const answer = await fetch(`api/road?token=${encodeURIComponent(token)}`);
+  if (answer.ok) scene.setRoad(await answer.json());
+}
+
+async function loadLibraries() {
+  import("./plots.js").then(({ Plots }) => { plots = new Plots($("speed-plot"), $("error-plot")); })
+    .catch((error) => console.warn("no plots:", error));
+  try {
+    const { Scene } = await import("./scene.js");
+    scene = new Scene($("scene"));
+    scene.setFullSpeed(fullSpeed);
+    $("no-scene").hidden = true;
+  } catch (error) {
+    console.warn("no 3D view:", error);
+    $("no-scene").textContent = "This browser shows no 3D view: WebGL is switched off.";
+  }
+}
+
+function onState(news) {
+  if (state === null) setTimeout(loadLibraries, 300);
+  state = news;
+  const mine = state.mode === "person" && state.driver === viewer;
+  if (mine !== controls.driving && !mine && state.mode === "braking") notice("The controls did not arrive: the car brakes", "warn");
+  controls.setDriving(mine);
+  showDriver(drives.idle ? "none" : state.mode, mine);
+  set($("no-picture"), "textContent", drives.idle ? "No drive runs: press G and start one" : "Waiting for a picture");
+  const clock = drives.idle ? "" : state.t === null ? "no simulation yet" : `${state.t.toFixed(1)} s${state.running ? "" : ", paused"}`;
+  set($("clock"), "textContent", clock);
+  set($("pause"), "textContent", state.running || state.t === null ? "Pause" : "Resume");
+  showInstruments(state);
+  drives.update(state);
+  plots?.add(state);
+  scene?.update(state);
+  if (scene && state.road > 0 && state.road !== road) loadRoad(state.road);
+}
+
+function obstacle(place) {
+  if (place) connection.send("obstacle", place);
+}
+
+function setMask(shown) {
+  maskShown = shown;
+  $("mask").setAttribute("aria-pressed", shown);
+  connection.send("show", { mask: shown });
+  if (!shown) picture.hideMask();
+}
+
+function setView(view) {
+  for (const button of $("views").children) button.setAttribute("aria-pressed", button.dataset.view === view);
+  scene?.setView(view);
+}
+
+const actions = {
+  drive: () => (controls.driving ? controls.giveBack() : controls.takeOver()),
+  pause: () => connection.send(state?.running === false ? "resume" : "pause"),
+  step: () => connection.send("step"),
+  reset: () => connection.send("reset"),
+  obstacle: () => state?.pose && obstacle(ahead(state.pose, OBSTACLE_AHEAD_M)),
+  mask: () => setMask(!maskShown),
+  "to-drives": () => {
+    $("drives-panel").scrollIntoView();
+    $("start-form").elements.scenario.focus();
+  },
+  help: () => {
+    $("keys").hidden = !$("keys").hidden;
+    $("help").setAttribute("aria-expanded", !$("keys").hidden);
+  },
+};
+const SHORTCUTS = { KeyP: "drive", KeyK: "pause", Period: "step", Backspace: "reset", KeyO: "obstacle", KeyM: "mask", KeyH: "help", KeyG: "to-drives" };
+
+for (const [id, action] of Object.entries(actions)) $(id).addEventListener("click", action);
+for (const button of $("views").children) button.addEventListener("click", () => setView(button.dataset.view));
+$("picture").addEventListener("click", (event) => obstacle(picture.place(event, state?.pose)));
+$("scene").addEventListener("click", (event) => obstacle(scene?.place(event)));
+$("level").addEventListener("change", () => { $("log").className = `scroll ${$("level").value}`; });
+$("log").classList.add("info");
+addEventListener("keydown", (event) => {
+  if (event.ctrlKey || event.metaKey || event.altKey || event.repeat || event.target.matches("select, input")) return;
+  if (event.code in SHORTCUTS) {
+    event.preventDefault();
+    actions[SHORTCUTS[event.code]]();
+  } else if (event.code === "KeyV" && scene) setView(scene.nextView());
+  else if (controls.driving && event.code === "KeyQ") connection.send("reverse");
+  else if (controls.driving && event.code === "Escape") controls.giveBack();
+});
+
+connection.addEventListener("hello", ({ detail }) => {
+  viewer = detail.viewer;
+  fullSpeed = detail.full_speed;
+  clearLog();
+  addLog(detail.log);
+  if (maskShown) connection.send("show", { mask: true });
+});
+connection.addEventListener("state", ({ detail }) => onState(detail));
+connection.addEventListener("nodes", ({ detail }) => showNodes(detail.nodes));
+connection.addEventListener("log", ({ detail }) => addLog(detail.lines));
+connection.addEventListener("notice", ({ detail }) => notice(detail.text, detail.level));
+connection.addEventListener("lost", () => {
+  controls.setDriving(false);
+  showDriver("connection lost", false);
+});
+
+let counted = { drawn: 0, at: performance.now() };
+setInterval(() => {
+  const now = performance.now();
+  $("picture-rate").textContent = `${(((picture.drawn - counted.drawn) * 1000) / (now - counted.at)).toFixed(0)} pictures/s`;
+  counted = { drawn: picture.drawn, at: now };
+}, 1000);
+connection.open();

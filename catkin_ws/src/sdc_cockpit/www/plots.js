@@ -1,0 +1,60 @@
+// Live plots of the last seconds of simulated time, with Chart.js. They are drawn in turn, so that
+// a picture waits for one of them at most.
+import "../lib/chart.js";
+
+const WINDOW_S = 30;
+const REDRAW_MS = 200;
+const PLAN = "#f2b53c";
+
+function plot(canvas, colours, range) {
+  const datasets = colours.map((colour) => ({
+    data: [], borderColor: colour, borderWidth: 1.8, borderDash: colour === PLAN ? [6, 5] : [], pointRadius: 0, showLine: true, tension: 0,
+  }));
+  const tick = { color: "#94a1b2", font: { size: 11 }, maxTicksLimit: 6, maxRotation: 0 };
+  const grid = { color: "#2d3642", borderColor: "#2d3642" };
+  return new Chart(canvas, {
+    type: "line",
+    data: { datasets },
+    options: {
+      animation: false, parsing: false, normalized: true, responsive: true, maintainAspectRatio: false, events: [],
+      plugins: { legend: { display: false }, tooltip: { enabled: false } },
+      scales: {
+        x: { type: "linear", grid, ticks: { ...tick, callback: (value) => (value < 0 ? "" : `${Math.round(value)} s`) } },
+        y: { grid, ticks: { ...tick, maxTicksLimit: 5 }, ...range },
+      },
+    },
+  });
+}
+
+export class Plots {
+  #speed; #error; #next; #old = 0; #last = -Infinity;
+
+  constructor(speedCanvas, errorCanvas) {
+    this.#speed = plot(speedCanvas, [PLAN, "#4ea1ff"], { suggestedMin: 0, suggestedMax: 12 });
+    this.#error = plot(errorCanvas, ["#35c37d"], { suggestedMin: -0.2, suggestedMax: 0.2 });
+    this.#next = this.#speed;
+    setInterval(() => this.#old > 0 && this.#draw(), REDRAW_MS);
+  }
+
+  add({ t, speed, plan, cross_track: error }) {
+    if (t === null || t === this.#last) return;
+    const rows = [[this.#speed.data.datasets[0], plan], [this.#speed.data.datasets[1], speed], [this.#error.data.datasets[0], error]];
+    for (const [dataset, value] of rows) {
+      if (t < this.#last) dataset.data.length = 0;
+      if (value !== null) dataset.data.push({ x: t, y: value });
+      while (dataset.data.length && dataset.data[0].x < t - WINDOW_S) dataset.data.shift();
+    }
+    this.#last = t;
+    this.#old = 2;
+  }
+
+  #draw() {
+    const t = this.#last;
+    this.#old -= 1;
+    const one = this.#next;
+    this.#next = one === this.#speed ? this.#error : this.#speed;
+    one.options.scales.x.min = t - WINDOW_S;
+    one.options.scales.x.max = t;
+    one.update("none");
+  }
+}

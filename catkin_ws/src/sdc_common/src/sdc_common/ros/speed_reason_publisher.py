@@ -1,0 +1,37 @@
+"""Publish what limits the planned speed at the car."""
+
+from __future__ import annotations
+
+import rospy
+from sdc_msgs.msg import SpeedReason
+
+from sdc_common.ros.node import LoopPublisher
+
+TOPIC = "/planner/speed_reason"
+# At most the controller's timeout, so that the first plan after a timeout is published.
+_REPEAT_NS = 250_000_000
+
+
+class SpeedReasonPublisher:
+    """Publishes the reason when it changes and every 0.25 s, which is cheaper than every tick."""
+
+    def __init__(self):
+        self._publisher = LoopPublisher(TOPIC, SpeedReason, latch=True)
+        self._reason = ""
+        self._stamp_ns = 0
+
+    def update(self, stamp: rospy.Time, reason: str) -> None:
+        """Set the reason from the odometry with this stamp on; see speed_reasons."""
+        stamp_ns = stamp.to_nsec()
+        if reason == self._reason and 0 <= stamp_ns - self._stamp_ns < _REPEAT_NS:
+            return
+        self._reason, self._stamp_ns = reason, stamp_ns
+        message = SpeedReason(reason=reason)
+        message.header.stamp = stamp
+        self._publisher.publish(message)
+
+    def timed_out(self, missing: str, stamp: rospy.Time) -> None:
+        """Log that an input of the controller is missing, `path` or `odometry`, and publish it."""
+        name = rospy.get_name().lstrip("/")
+        rospy.logwarn_throttle(5.0, f"{name}: no {missing}, braking")
+        self.update(stamp, f"{missing}_timeout")

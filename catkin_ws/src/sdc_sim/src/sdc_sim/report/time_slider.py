@@ -1,0 +1,87 @@
+"""The data of the time slider in report.html: every tick, what was around the car, and pictures."""
+
+from __future__ import annotations
+
+import base64
+import json
+from typing import Any
+
+import numpy as np
+
+from sdc_common.planning.speed_reasons import MEANINGS
+from sdc_sim.evaluation.drive_evaluation import DriveResult
+from sdc_sim.evaluation.scene_record import LIGHTS, OBSTACLES, PATH, PICTURE
+from sdc_sim.report.trace_file import COLUMNS
+
+# The page of a drive of ten minutes is smaller than 10 MB with these.
+_MAX_TICKS = 30_000
+_MAX_ENTRIES = 4000
+_MAX_ROUTE_POINTS = 10_000
+_MAX_PICTURE_BYTES = 4_500_000
+
+
+def slider_data(result: DriveResult) -> str:
+    """Return the data as JSON that is safe in a script element.
+
+    A drive with more ticks, entries or pictures than the page can hold is thinned evenly.
+    """
+    rows = result.rows
+    step = len(rows) // _MAX_TICKS + 1
+    ticks = {name: column[::step] for name, column in zip(COLUMNS, rows.T)}
+    time_s = ticks.pop("time_s")
+    start_s = float(time_s[0])
+    ticks["time_s"] = time_s - start_s
+    ticks["target_mps"] = _last_before(result.planned[:, 2], result.planned[:, 1], time_s)
+    reasons = result.reasons[::step]
+    names = sorted(set(reasons) - {""}, key=reasons.index)
+    numbers = {name: number for number, name in enumerate(names)}
+    ticks["reason"] = np.array([numbers.get(reason, -1) for reason in reasons])
+
+    def entries(kind: str, convert: Any) -> list:
+        found = result.scene.entries.get(kind, [])
+        return [
+            [round(entry_s - start_s, 3), convert(content)]
+            for entry_s, content in found[:: len(found) // _MAX_ENTRIES + 1]
+        ]
+
+    route = result.progress.route.points
+    data = {
+        "start_s": start_s,
+        "ticks": {name: _packed(column) for name, column in ticks.items()},
+        "reasons": [[name, MEANINGS.get(name, "")] for name in names],
+        "route": _rounded(route[:: len(route) // _MAX_ROUTE_POINTS + 1]),
+        "paths": entries(PATH, _rounded),
+        "obstacles": entries(OBSTACLES, _rounded),
+        "lights": entries(LIGHTS, lambda states: states),
+        "lines": {number: _rounded([line])[0] for number, line in result.stop_lines.items()},
+        "pictures": [
+            [round(taken_s - start_s, 3), base64.b64encode(jpeg).decode()]
+            for taken_s, jpeg in _affordable(result.scene.entries.get(PICTURE, []))
+        ],
+    }
+    return json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
+
+
+def _last_before(times_s: np.ndarray, values: np.ndarray, at_s: np.ndarray) -> np.ndarray:
+    """Return the last value at or before each time, NaN where there is none."""
+    if not len(times_s):
+        return np.full(len(at_s), np.nan)
+    place = np.searchsorted(times_s, at_s, side="right") - 1
+    return np.where(place < 0, np.nan, values[np.maximum(place, 0)])
+
+
+def _affordable(pictures: list) -> list:
+    """Return as many of the pictures, evenly thinned, as the page can hold."""
+    while sum(len(jpeg) for _, jpeg in pictures) > _MAX_PICTURE_BYTES:
+        pictures = pictures[::2] if len(pictures) > 1 else []
+    return pictures
+
+
+def _packed(column: np.ndarray) -> str:
+    """Return numbers as base64 of little-endian 32-bit floats."""
+    return base64.b64encode(column.astype("<f4").tobytes()).decode()
+
+
+def _rounded(rows: Any) -> list:
+    """Return rows of finite numbers with three decimals."""
+    return np.asarray(rows, dtype=float).round(3).tolist()

@@ -1,0 +1,166 @@
+"""The time slider of report.html, in a browser and as data."""
+
+import base64
+import io
+import json
+import os
+
+import numpy as np
+import pytest
+import yaml
+from PIL import Image as Picture
+from selenium import webdriver
+from selenium.webdriver.chrome.service import Service
+from selenium.webdriver.common.by import By
+from selenium.webdriver.common.keys import Keys
+
+from sdc_common.ros.stop_lines import GREEN, RED, StopLine
+from sdc_sim.evaluation.evaluator import Evaluator
+from sdc_sim.evaluation.rules import EvaluationRules
+from sdc_sim.evaluation.scene_record import OBSTACLES, PATH, PICTURE
+from sdc_sim.report.html_page import write_html
+from sdc_sim.report.time_slider import slider_data
+
+TICK_NS = 50_000_000
+OPTIONS = ("--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage")
+with open(
+    os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "config", "referee.yaml"),
+    encoding="utf-8",
+) as config:
+    RULES = EvaluationRules.read(yaml.safe_load(config).get)
+
+
+def jpeg(level):
+    file = io.BytesIO()
+    Picture.new("RGB", (32, 24), (level, level, level)).save(file, "JPEG")
+    return file.getvalue()
+
+
+def driven(ticks=200):
+    """Return a drive with 100 ticks at 10 m/s and then behind an obstacle; the light is red."""
+    evaluator = Evaluator(RULES)
+    evaluator.set_route(np.column_stack([np.arange(301.0), np.zeros(301)]))
+    evaluator.set_stop_lines({7: StopLine(150.0, 0.0, 1.75)})
+    for tick in range(1, ticks + 1):
+        evaluator.add_odometry(tick * TICK_NS, 0.5 * tick, 0.25, 0.0, 10.0)
+        evaluator.add_command(tick * TICK_NS, 0.5, 0.0, -0.125)
+        evaluator.add_planned_speed(10.0 if tick <= 100 else 4.0)
+        if tick % 5 == 1:
+            evaluator.add_reason(tick * TICK_NS, "cruise" if tick <= 100 else "obstacle")
+        if tick % 20 == 1:
+            x = 0.5 * tick
+            evaluator.add_scene(PATH, [(x, 0.0, 10.0), (x + 25.0, 0.0, 8.0)])
+            evaluator.add_scene(OBSTACLES, [(9, 120.0, 0.0, 0.0, 4.0, 2.0)], 0.05 * tick)
+            evaluator.add_scene(PICTURE, jpeg(tick), 0.05 * tick)
+    evaluator.set_lights(0, {7: RED})
+    return evaluator
+
+
+def columns_of(data):
+    return {
+        name: np.frombuffer(base64.b64decode(packed), "<f4")
+        for name, packed in data["ticks"].items()
+    }
+
+
+def test_data_hold_every_tick_and_what_was_around_the_car():
+    data = json.loads(slider_data(driven().result()))
+    columns = columns_of(data)
+    assert {len(column) for column in columns.values()} == {200}
+    assert columns["x_m"][99] == pytest.approx(50.0)
+    assert columns["target_mps"][[98, 150]].tolist() == [10.0, 4.0]
+    assert [reason[0] for reason in data["reasons"]] == ["cruise", "obstacle"]
+    assert columns["reason"].tolist() == 100 * [0.0] + 100 * [1.0]
+    assert len(data["paths"]) == len(data["pictures"]) == 10
+    assert data["paths"][1] == [1.0, [[10.5, 0.0, 10.0], [35.5, 0.0, 8.0]]]
+    assert [row for _, row in data["obstacles"]] == [[[9.0, 120.0, 0.0, 0.0, 4.0, 2.0]]]
+    assert data["lines"] == {"7": [150.0, 0.0, 1.75]}
+    assert data["lights"][-1][1] == {"7": RED}
+
+
+def test_drive_of_a_stack_that_publishes_nothing_has_data_too():
+    evaluator = Evaluator(RULES)
+    evaluator.set_route([(0.0, 0.0), (50.0, 0.0)])
+    evaluator.add_odometry(TICK_NS, 0.0, 0.0, 0.0, 0.0)
+    data = json.loads(slider_data(evaluator.result()))
+    columns = columns_of(data)
+    assert columns["reason"].tolist() == [-1.0]
+    assert np.isnan(columns["target_mps"]).all()
+    assert np.isnan(columns["steer"]).all()
+    assert data["reasons"] == data["pictures"] == data["obstacles"] == []
+
+
+def test_names_of_another_stack_cannot_end_the_script_element():
+    evaluator = driven(20)
+    evaluator.add_reason(TICK_NS * 10, "</script><b>")
+    assert "<" not in slider_data(evaluator.result())
+
+
+def test_pictures_and_ticks_of_a_long_drive_are_thinned(monkeypatch):
+    monkeypatch.setattr("sdc_sim.report.time_slider._MAX_TICKS", 99)
+    evaluator = driven()
+    for number in range(1000):
+        evaluator.drive.apply(["scene", PICTURE, float(number), bytes([number % 256]) * 9000])
+    text = slider_data(evaluator.result())
+    data = json.loads(text)
+    assert 250 <= len(data["pictures"]) <= 500
+    assert len(columns_of(data)["time_s"]) == 67
+    assert len(text) < 10_000_000
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory):
+    options = webdriver.ChromeOptions()
+    options.binary_location = "/usr/bin/chromium"
+    for option in (*OPTIONS, f"--user-data-dir={tmp_path_factory.mktemp('profile')}"):
+        options.add_argument(option)
+    driver = webdriver.Chrome(service=Service("/usr/bin/chromedriver"), options=options)
+    yield driver
+    driver.quit()
+
+
+@pytest.mark.slow(15)
+def test_person_scrubs_to_a_tick_and_sees_the_reason(browser, tmp_path):
+    page = tmp_path / "report.html"
+    evaluator = driven()
+    evaluator.set_lights(0, {7: GREEN})
+    write_html(str(page), evaluator.result(), [])
+    for width in (1280, 390):
+        size = {"width": width, "height": 844, "deviceScaleFactor": 1, "mobile": width < 600}
+        browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+        browser.get(page.as_uri())
+        slider = browser.find_element(By.ID, "tick")
+
+        def text(name):
+            return browser.find_element(By.ID, name).text
+
+        def term(name):
+            return next(line for line in text("terms").split("\n") if line.startswith(name))
+
+        assert text("reason") == "cruise"
+        first_picture = browser.find_element(By.ID, "picture").get_attribute("src")
+        slider.send_keys(*3 * [Keys.ARROW_RIGHT])
+        assert term("time") == "time 0.20 s"
+        browser.find_element(By.XPATH, "//button[text()='obstacle']").click()
+        slider.send_keys(Keys.ARROW_LEFT)
+        assert (text("reason"), term("time")) == ("cruise", "time 5.00 s")
+        slider.send_keys(Keys.ARROW_RIGHT)
+        assert (text("reason"), term("time")) == ("obstacle", "time 5.05 s")
+        assert text("reason-meaning") == "stops behind an obstacle, or follows it"
+        assert term("target speed") == "target speed 4.00 m/s"
+        assert term("cross-track error") == "cross-track error 0.250 m"
+        assert term("steer") == "steer -0.125"
+        assert "camera at 5.05 s" in text("picture-box")
+        assert browser.find_element(By.ID, "picture").get_attribute("src") != first_picture
+        slider.send_keys(Keys.END)
+        assert term("time") == "time 10.00 s"
+        assert colour_at_the_car(browser) == [25, 60, 120]
+        assert browser.execute_script("return document.documentElement.scrollWidth") <= width
+    assert browser.get_log("browser") == []
+
+
+def colour_at_the_car(browser):
+    return browser.execute_script(
+        "const c = document.getElementById('scene');"
+        "return [...c.getContext('2d').getImageData(c.width / 2, c.height * 0.72, 1, 1).data]"
+    )[:3]

@@ -1,0 +1,1 @@
+"""The workshop in a browser: JupyterLab, and a small desktop for programs with windows."""

@@ -1,0 +1,181 @@
+"""./workshop/desktop: a small desktop in the browser, for RViz and the windows of the workshop."""
+
+from __future__ import annotations
+
+import os
+import secrets
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from sdc_workshop.browser.service import (
+    Programs,
+    announce,
+    errors_in_one_line,
+    free_port,
+    parser,
+    token,
+    url,
+)
+from sdc_workshop.workspace import PROJECT
+
+PORT = 6080
+NOVNC = Path("/usr/share/novnc")
+_SIZE = "1280x800"
+_COOKIE_BYTES = 16
+# noVNC joins its option `path` with the origin, or with the address of its page, depending on the
+# release. websockify accepts any path, so that both work, also behind a proxy.
+_PAGE = """<!DOCTYPE html>
+<html lang="en">
+<meta charset="utf-8">
+<title>Desktop of the workshop</title>
+<script>
+  const path = location.pathname.slice(1) + "websockify" + location.search;
+  location.replace("vnc.html?" + new URLSearchParams({autoconnect: true, resize: "remote", path}));
+</script>
+"""
+_SETUP = PROJECT / "catkin_ws" / "devel" / "setup.bash"
+_MENU = {
+    "Terminal": "",
+    "Drive, with camera window and RViz": "./drive rviz:=true; exec bash",
+    "Drive by hand": "roslaunch sdc_sim manual_control.launch sim:=true; exec bash",
+    "First steps": "roslaunch demo_launcher demo.launch; exec bash",
+    "RViz for a running drive": "roslaunch sdc_sim rviz.launch; exec bash",
+}
+_PREFERENCES = """TaskBarShowWorkspaces=0
+TaskBarShowCPUStatus=0
+TaskBarShowNetStatus=0
+TaskBarShowMailboxStatus=0
+TaskBarShowTray=0
+ShowLogoutMenu=0
+ShowSettingsMenu=0
+ShowHelp=0
+ShowRun=0
+ShowAbout=0
+"""
+
+
+class Desktop:
+    """An X server with a window manager, whose picture a page of noVNC shows.
+
+    Other users of this machine have no access: the X server needs a cookie, the VNC server is a
+    socket in a private folder, and the page needs the token.
+
+    Args:
+        programs: what runs until the end of the desktop
+        folder: an empty private folder
+    """
+
+    def __init__(self, programs: Programs, folder: Path):
+        self._programs = programs
+        self._folder = folder
+
+    def start(
+        self, environment: Mapping[str, str], address: str, port: int, given_token: str
+    ) -> dict[str, str]:
+        """Start the desktop; return the environment of programs that open windows there.
+
+        Raises:
+            ServiceError: a program does not start
+        """
+        inside = {**environment, **self._start_server(environment)}
+        self._start_window_manager(inside)
+        self._start_web_server(environment, address, port, given_token)
+        return inside
+
+    def _start_server(self, environment: Mapping[str, str]) -> dict[str, str]:
+        cookies = self._folder / "Xauthority"
+        cookie = secrets.token_hex(_COOKIE_BYTES)
+        # The server reads the cookie before it chooses its number; it accepts that of any number.
+        self._add_cookie(cookies, ":0", cookie)
+        read, write = os.pipe()
+        command = (
+            ["Xtigervnc", "-displayfd", str(write), "-auth", str(cookies), "-nolisten", "tcp"]
+            + ["-geometry", _SIZE, "-depth", "24", "-desktop", "workshop", "-AlwaysShared"]
+            + ["-rfbport", "-1", "-rfbunixpath", str(self._folder / "vnc")]
+            + ["-SecurityTypes", "None"]
+        )
+        process = self._programs.start(command, environment, pass_fds=(write,))
+        os.close(write)
+        with open(read, encoding="ascii") as answer:
+            number = answer.readline().strip()
+        if not number:
+            raise self._programs.failure(process, "does not start")
+        self._add_cookie(cookies, f":{number}", cookie)
+        return {
+            "DISPLAY": f":{number}",
+            "XAUTHORITY": str(cookies),
+            "LIBGL_ALWAYS_SOFTWARE": "1",
+        }
+
+    @staticmethod
+    def _add_cookie(cookies: Path, display: str, cookie: str) -> None:
+        subprocess.run(
+            ["xauth", "-q", "-f", str(cookies)],
+            input=f"add {display} . {cookie}\n",
+            text=True,
+            check=True,
+            capture_output=True,
+        )
+
+    def _start_window_manager(self, environment: Mapping[str, str]) -> None:
+        settings = self._folder / "icewm"
+        settings.mkdir()
+        (settings / "menu").write_text(
+            "".join(
+                f'prog "{title}" utilities-terminal {terminal(title, command)}\n'
+                for title, command in _MENU.items()
+            ),
+            encoding="utf-8",
+        )
+        (settings / "preferences").write_text(_PREFERENCES, encoding="utf-8")
+        (settings / "toolbar").touch()
+        self._programs.start(
+            ["icewm"],
+            {**environment, "ICEWM_PRIVCFG": str(settings)},
+            cwd=environment.get("HOME", "/"),
+        )
+
+    def _start_web_server(
+        self, environment: Mapping[str, str], address: str, port: int, given_token: str
+    ) -> None:
+        www = self._folder / "www"
+        www.mkdir()
+        for path in NOVNC.iterdir():
+            (www / path.name).symlink_to(path)
+        (www / "index.html").write_text(_PAGE, encoding="utf-8")
+        tokens = self._folder / "tokens"
+        tokens.touch(mode=0o600)
+        tokens.write_text(f"{given_token}: unix_socket:{self._folder / 'vnc'}\n", encoding="utf-8")
+        process = self._programs.start(
+            ["websockify", "--web", str(www), f"{address}:{port}"]
+            + ["--token-plugin", "ReadOnlyTokenFile", "--token-source", str(tokens)],
+            environment,
+        )
+        self._programs.wait_for_port(process, address, port)
+
+
+def terminal(title: str, command: str) -> str:
+    """Return the command line of a terminal window that runs a command in the project."""
+    script = f"cd {PROJECT}; {f'source {_SETUP}; {command}' if command else 'exec bash'}"
+    return f"xterm -fa Monospace -fs 11 -title '{title}' -e bash -c '{script}'"
+
+
+def main(arguments: Sequence[str]) -> None:
+    """Serve the desktop until Ctrl-C."""
+    options = parser("desktop", "Serve a small desktop in the browser.", PORT).parse_args(arguments)
+    with errors_in_one_line("desktop"), tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        with Programs(folder / "log") as programs:
+            port = free_port(options.ip, options.port)
+            given_token = token()
+            inside = Desktop(programs, folder).start(os.environ, options.ip, port, given_token)
+            subprocess.Popen(["bash", "-c", terminal("Terminal", "")], env=inside)
+            announce("desktop", url(options.ip, port, f"?token={given_token}"), options.ip)
+            programs.wait()
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,180 @@
+"""./workshop/browser: JupyterLab with the guide, terminals, editor, cockpit and desktop."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import sys
+import tempfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from urllib.parse import quote
+
+from sdc_workshop.browser import desktop
+from sdc_workshop.browser.service import (
+    TOKEN_VARIABLE,
+    Programs,
+    ServiceError,
+    announce,
+    errors_in_one_line,
+    free_port,
+    parser,
+    token,
+    url,
+)
+from sdc_workshop.workspace import PROJECT
+
+PORT = 8888
+COCKPIT_PORT = 8080
+GUIDE = PROJECT / "workshop" / "guide.md"
+_PYTHON = PROJECT / ".browser" / "bin" / "python"
+# Programs in the terminals print their pages below this address, with the same token.
+URL_VARIABLE = "WORKSHOP_URL"
+_SETTINGS = {
+    "@jupyterlab/docmanager-extension:plugin": {"defaultViewers": {"markdown": "Markdown Preview"}},
+    # A report is a page with scripts. It runs in a frame without access to JupyterLab.
+    "@jupyterlab/htmlviewer-extension:plugin": {"trustByDefault": True},
+    "@jupyterlab/apputils-extension:notification": {
+        "fetchNews": "false",
+        "checkForUpdates": False,
+    },
+    "@jupyterlab/terminal-extension:plugin": {"fontSize": 12},
+}
+
+
+def pages(workspace: Path) -> tuple[Path, str]:
+    """Return the folder that JupyterLab shows, and the path of its first page.
+
+    The folder contains workspace and project. The page is the guide, beside the files of the
+    workspace, or of the folder in which the guide will create it.
+    """
+    root = Path(os.path.commonpath([workspace.parent, PROJECT]))
+    files = workspace if workspace.is_dir() else workspace.parent
+    guide = quote(str(GUIDE.relative_to(root)))
+    return root, f"lab/tree/{guide}?file-browser-path=/{quote(str(files.relative_to(root)))}"
+
+
+def configuration(
+    root: Path,
+    options: Mapping[str, object],
+    given_token: str,
+    proxied: Mapping[str, object],
+) -> dict:
+    """Return the configuration of the Jupyter server.
+
+    Args:
+        root: folder of its files
+        options: address and port
+        given_token: the token of its pages
+        proxied: the other servers, by the first part of their path
+    """
+    return {
+        "ServerApp": {
+            **options,
+            "port_retries": 0,
+            "root_dir": str(root),
+            "allow_root": True,
+            "open_browser": False,
+            "log_level": "WARN",
+            # The setup files of ROS are for bash. TMPDIR is for JupyterLab only.
+            "terminado_settings": {"shell_command": ["/usr/bin/env", "-u", "TMPDIR", "/bin/bash"]},
+        },
+        "IdentityProvider": {"token": given_token},
+        "LabApp": {"extension_manager": "readonly"},
+        # Copies of opened files are by default beside them, in the project and the workspace.
+        # Where that is not possible, as in a folder that does not exist, they are in TMPDIR.
+        "FileCheckpoints": {"root_dir": str(root / "nonexistent")},
+        "ServerProxy": {"servers": proxied},
+    }
+
+
+def proxy(title: str, port: int, given_token: str) -> dict:
+    """Return the entry of a server on this machine: a tile that opens it in a tab of JupyterLab.
+
+    Jupyter has checked host and origin of a request. The server then sees its own.
+    """
+    own = f"127.0.0.1:{port}"
+    name = title.lower()
+    return {
+        "port": port,
+        "new_browser_tab": False,
+        "request_headers_override": {"Host": own, "Origin": f"http://{own}"},
+        "launcher_entry": {
+            "title": title,
+            "path_info": f"{name}/?token={given_token}",
+            "icon_path": str(Path(__file__).with_name(f"{name}.svg")),
+            "category": "Other",
+        },
+    }
+
+
+def write_configuration(folder: Path, values: Mapping[str, object]) -> None:
+    """Write the files that JupyterLab reads from a folder of JUPYTER_CONFIG_PATH."""
+    file = folder / "jupyter_server_config.json"
+    file.touch(mode=0o600)
+    file.write_text(json.dumps(values), encoding="utf-8")
+    (folder / "labconfig").mkdir()
+    (folder / "labconfig" / "default_setting_overrides.json").write_text(
+        json.dumps(_SETTINGS), encoding="utf-8"
+    )
+
+
+def _workspace(text: str) -> Path:
+    folder = Path(text).absolute()
+    if folder.exists() and not folder.is_dir():
+        raise ServiceError(f"{folder} is a file; name the folder of your workspace")
+    if not folder.parent.is_dir():
+        raise ServiceError(f"{folder.parent} does not exist; create it, or name another workspace")
+    return folder
+
+
+def main(arguments: Sequence[str]) -> None:
+    """Serve JupyterLab until Ctrl-C."""
+    reader = parser("browser", "Serve the workshop at one URL.", PORT)
+    reader.add_argument(
+        "workspace",
+        nargs="?",
+        default=os.path.expanduser("~/sdc_ws"),
+        help="the workspace, which the guide creates (default: %(default)s)",
+    )
+    options = reader.parse_args(arguments)
+    with errors_in_one_line("browser"), tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        with Programs(folder / "log") as programs:
+            workspace = _workspace(options.workspace)
+            port = free_port(options.ip, options.port)
+            given_token = token()
+            root, page = pages(workspace)
+            page = f"{page}&token={given_token}"
+            proxied = {"cockpit": proxy("Cockpit", COCKPIT_PORT, given_token)}
+            environment = {
+                **os.environ,
+                "JUPYTER_CONFIG_PATH": str(folder / "jupyter"),
+                URL_VARIABLE: url(options.ip, port, ""),
+                TOKEN_VARIABLE: given_token,
+            }
+            if "DISPLAY" not in environment and shutil.which("Xtigervnc"):
+                (folder / "desktop").mkdir()
+                desktop_port = free_port("127.0.0.1", desktop.PORT)
+                environment = desktop.Desktop(programs, folder / "desktop").start(
+                    environment, "127.0.0.1", desktop_port, given_token
+                )
+                proxied["desktop"] = proxy("Desktop", desktop_port, given_token)
+            (folder / "jupyter").mkdir()
+            write_configuration(
+                folder / "jupyter",
+                configuration(root, {"ip": options.ip, "port": port}, given_token, proxied),
+            )
+            process = programs.start(
+                [str(_PYTHON), "-m", "jupyterlab"],
+                {**environment, "TMPDIR": name},
+                cwd=workspace.parent,
+            )
+            programs.wait_for_port(process, options.ip, port)
+            announce("browser", url(options.ip, port, page), options.ip)
+            programs.wait()
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

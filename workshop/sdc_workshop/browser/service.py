@@ -1,0 +1,177 @@
+"""What both servers need: arguments, a port, a token, and programs that end with this one."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import ctypes
+import ipaddress
+import os
+import secrets
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+
+PORTS_TO_TRY = 50
+TOKEN_VARIABLE = "JUPYTER_TOKEN"
+_PR_SET_PDEATHSIG = 1
+_START_S = 120.0
+_END_S = 10.0
+
+
+class ServiceError(RuntimeError):
+    """A server cannot start; the message names the fix."""
+
+
+def parser(program: str, description: str, port: int) -> argparse.ArgumentParser:
+    """Return a parser with the arguments of both servers."""
+    arguments = argparse.ArgumentParser(
+        prog=f"./workshop/{program}",
+        description=description,
+        epilog=f"{TOKEN_VARIABLE} sets the token; without it, each start has a new one.",
+    )
+    arguments.add_argument(
+        "--ip",
+        metavar="ADDRESS",
+        type=_address,
+        default="127.0.0.1",
+        help="address to listen on (default: %(default)s, this machine only; 0.0.0.0 is all)",
+    )
+    arguments.add_argument(
+        "--port",
+        type=int,
+        default=port,
+        help="port to listen on, or the next one that is free (default: %(default)s)",
+    )
+    return arguments
+
+
+def _address(text: str) -> str:
+    try:
+        ipaddress.IPv4Address(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(f"'{text}' is not an address such as 0.0.0.0") from error
+    return text
+
+
+def free_port(address: str, first: int) -> int:
+    """Return the first port from `first` on that is free. Raises ServiceError."""
+    for port in range(first, min(first + PORTS_TO_TRY, 65536)):
+        with socket.socket() as probe:
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            with contextlib.suppress(OSError):
+                probe.bind((address, port))
+                return port
+    raise ServiceError(
+        f"no port is free on {address} from {first} on; name an address of this machine with "
+        "--ip, or another port with --port"
+    )
+
+
+def token() -> str:
+    """Return the token of the environment, or a new one."""
+    return os.environ.get(TOKEN_VARIABLE) or secrets.token_hex(24)
+
+
+def url(address: str, port: int, path: str) -> str:
+    """Return the URL of a page as the person on this machine opens it."""
+    return f"http://{'127.0.0.1' if address == '0.0.0.0' else address}:{port}/{path}"
+
+
+class Programs:
+    """Programs that run until the end of the `with` block, or until this process is killed.
+
+    Args:
+        log: file for their output
+    """
+
+    def __init__(self, log: Path) -> None:
+        self._log = log
+        self._processes: list[subprocess.Popen] = []
+        self._libc = ctypes.CDLL(None)
+
+    def __enter__(self) -> Programs:
+        """Turn the signals that end a program into the end of the block."""
+        for number in (signal.SIGTERM, signal.SIGHUP):
+            signal.signal(number, lambda *_: sys.exit(0))
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """End the programs, the last one first."""
+        for process in reversed(self._processes):
+            process.terminate()
+            try:
+                process.wait(_END_S)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+
+    def start(
+        self, command: Sequence[str], environment: Mapping[str, str], **options: object
+    ) -> subprocess.Popen:
+        """Start a program in a session of its own, so that Ctrl-C ends it only through this one."""
+        with open(self._log, "ab") as output:
+            process = subprocess.Popen(
+                command,
+                env=dict(environment),
+                stdin=subprocess.DEVNULL,
+                stdout=output,
+                stderr=output,
+                start_new_session=True,
+                preexec_fn=lambda: self._libc.prctl(_PR_SET_PDEATHSIG, signal.SIGTERM),
+                **options,  # type: ignore[call-overload]
+            )
+        self._processes.append(process)
+        return process
+
+    def wait(self) -> None:
+        """Wait until one of the programs ends. Raises ServiceError."""
+        while True:
+            for process in self._processes:
+                if process.poll() is not None:
+                    raise self.failure(process, f"ended with {process.returncode}")
+            time.sleep(0.5)
+
+    def wait_for_port(self, process: subprocess.Popen, address: str, port: int) -> None:
+        """Wait until a program accepts connections. Raises ServiceError."""
+        limit = time.monotonic() + _START_S
+        to = "127.0.0.1" if address == "0.0.0.0" else address
+        while time.monotonic() < limit and process.poll() is None:
+            with contextlib.suppress(OSError), socket.create_connection((to, port), timeout=1.0):
+                return
+            time.sleep(0.1)
+        raise self.failure(process, "does not start")
+
+    def failure(self, process: subprocess.Popen, what: str) -> ServiceError:
+        """Return an error with the last line of the log."""
+        lines = self._log.read_text(encoding="utf-8", errors="replace").split("\n")
+        last = next(filter(str.strip, reversed(lines)), "no output")
+        return ServiceError(f"{os.path.basename(process.args[0])} {what}: {last.strip()}")
+
+
+@contextlib.contextmanager
+def errors_in_one_line(program: str) -> Iterator[None]:
+    """Turn a ServiceError or OSError into one line and status 1, and Ctrl-C into status 0."""
+    try:
+        yield
+    except (ServiceError, OSError) as error:
+        print(f"{program}: {error}", file=sys.stderr)
+        sys.exit(1)
+    except KeyboardInterrupt:
+        sys.exit(0)
+
+
+def announce(program: str, where: str, address: str) -> None:
+    """Print the URL, and a warning if the network reaches it."""
+    print(f"{program}: {where}", flush=True)
+    if not ipaddress.ip_address(address).is_loopback:
+        print(
+            f"{program}: it listens on {address}, without encryption: anyone who reaches this port "
+            "and knows the token can run programs here",
+            file=sys.stderr,
+            flush=True,
+        )

@@ -1,0 +1,231 @@
+"""A student who follows the guide, with real terminals and a display."""
+
+import contextlib
+import os
+import re
+import signal
+import subprocess
+import termios
+import threading
+import time
+
+from sdc_common.ros.master_port import free_master_port
+from sdc_common.testing.processes import kill_left_behind
+from sdc_workshop.guide import missing_line
+from sdc_workshop.steps import Step, load_steps
+from sdc_workshop.workspace import PROJECT, write
+
+GUIDE = PROJECT / "workshop" / "guide.md"
+TIMEOUT_S = 180.0
+PROMPT = re.compile(r"\[prompt:(\d+)\]")
+
+
+class Terminal:
+    """A bash in a terminal: commands may keep running, and Ctrl-C ends them."""
+
+    def __init__(self, name, environment, home):
+        self.name = name
+        self.output = ""
+        self.changed = threading.Condition()
+        self.keyboard, screen = os.openpty()
+        settings = termios.tcgetattr(screen)
+        settings[3] &= ~termios.ECHO
+        termios.tcsetattr(screen, termios.TCSANOW, settings)
+        self.shell = subprocess.Popen(
+            ["setsid", "--ctty", "bash", "--norc", "--noprofile", "--noediting", "-i"],
+            cwd=home,
+            env={**environment, "PS1": "[prompt:$?]", "TERM": "dumb"},
+            stdin=screen,
+            stdout=screen,
+            stderr=screen,
+        )
+        os.close(screen)
+        self.reader = threading.Thread(target=self.read, daemon=True)
+        self.reader.start()
+        self.typed_at = 0
+        self.wait(PROMPT.search, "the prompt")
+
+    def read(self):
+        with contextlib.suppress(OSError):
+            while True:
+                text = os.read(self.keyboard, 65536).decode(errors="replace")
+                with self.changed:
+                    self.output += text
+                    self.changed.notify_all()
+
+    @property
+    def shown(self):
+        """Its output since the last line was typed."""
+        return self.output[self.typed_at :].replace("\r\n", "\n")
+
+    def wait(self, condition, what):
+        """Return the first true value of condition(output)."""
+        limit = time.monotonic() + TIMEOUT_S
+        with self.changed:
+            while True:
+                value = condition(self.shown)
+                if value:
+                    return value
+                left = limit - time.monotonic()
+                assert left > 0.0, (
+                    f"timed out: no {what} in the terminal {self.name}:\n{self.shown}"
+                )
+                self.changed.wait(left)
+
+    def type(self, line):
+        """Type a line, and do not wait for its end."""
+        with self.changed:
+            self.typed_at = len(self.output)
+        os.write(self.keyboard, line.encode() + b"\n")
+
+    def run(self, line):
+        """Type a line and wait for its end; return its status and output."""
+        self.type(line)
+        prompt = self.wait(PROMPT.search, f"the end of '{line}'")
+        return int(prompt[1]), self.shown[: prompt.start()]
+
+    def interrupt(self):
+        """Type Ctrl-C and wait for the prompt."""
+        with self.changed:
+            self.typed_at = len(self.output)
+        os.write(self.keyboard, b"\x03")
+        self.wait(PROMPT.search, "the prompt after Ctrl-C")
+
+    def close(self):
+        """End its program and close it."""
+        if self.shell.poll() is None:
+            with contextlib.suppress(AssertionError):
+                self.interrupt()
+            os.kill(self.shell.pid, signal.SIGHUP)
+            try:
+                self.shell.wait(timeout=30)
+            except subprocess.TimeoutExpired:
+                self.shell.kill()
+                self.shell.wait()
+        # The reader ends with the shell. Later it could read from the next terminal, which gets the
+        # number of the closed file.
+        self.reader.join(timeout=30)
+        os.close(self.keyboard)
+
+
+class Student:
+    """A student with an empty home."""
+
+    def __init__(self, home, display=None):
+        port = free_master_port()
+        self.home = home
+        self.workspace = home / "sdc_ws"
+        self.display = display
+        self.environment = {
+            "HOME": str(home),
+            "PATH": "/usr/bin:/bin",
+            "LANG": os.environ.get("LANG", "C.UTF-8"),
+            "LIBGL_ALWAYS_SOFTWARE": "1",
+            # Other tests have masters of their own.
+            "ROS_MASTER_URI": f"http://127.0.0.1:{port}",
+            "ROS_IP": "127.0.0.1",
+            "BASH_FUNC_roscore%%": f"() {{ command roscore -p {port}; }}",
+        }
+        if display is not None:
+            self.environment["DISPLAY"] = display.environment["DISPLAY"]
+        self.terminals = {}
+        self.output = ""
+        self.held = []
+        self.steps_seen = set()
+        (home / "workshop").symlink_to(PROJECT)
+
+    def terminal(self, name, new=False):
+        if new and name in self.terminals:
+            self.terminals.pop(name).close()
+        if name not in self.terminals:
+            self.terminals[name] = self.open_terminal(name)
+            if os.path.exists("/opt/ros/noetic/setup.bash"):
+                self.terminals[name].run("source /opt/ros/noetic/setup.bash")
+            if new and name != "work":
+                self.terminals[name].run("cd ~")
+        return self.terminals[name]
+
+    def open_terminal(self, name):
+        return Terminal(name, self.environment, self.home)
+
+    def follow(self, block):
+        """Do what a block of the guide says. Raises AssertionError with its line."""
+        try:
+            getattr(self, block.does)(block)
+        except Exception as error:
+            others = "".join(
+                f"\n== terminal {name}:\n{terminal.shown[-3000:]}"
+                for name, terminal in self.terminals.items()
+            )
+            raise AssertionError(f"{GUIDE}, line {block.line}: {error}{others}") from error
+
+    def run(self, block):
+        terminal = self.terminal(block.terminal, block.new)
+        lines = block.text.splitlines()
+        if block.terminal != "work":
+            for line in lines[:-1]:
+                assert terminal.run(line)[0] == 0, terminal.shown
+            terminal.type(lines[-1])
+            return
+        self.output = ""
+        for line in lines:
+            if line.startswith("./workshop/check "):
+                self.steps_seen.update(
+                    terminal.run(line.replace("./workshop/check", "echo"))[1].split()
+                )
+            status, output = terminal.run(line)
+            self.output += output
+            assert status == 0, f"'{line}' ended with {status}:\n{output}"
+        while self.held:
+            self.display.key_up(self.held.pop())
+
+    def skip(self, block):
+        pass
+
+    def see(self, block):
+        if block.terminal == "work":
+            missing = missing_line(block.text, self.output)
+            assert missing is None, f"'{missing}' is not in\n{self.output}"
+        else:
+            self.terminal(block.terminal).wait(
+                lambda output: missing_line(block.text, output) is None, block.text
+            )
+
+    def window(self, block):
+        limit = time.monotonic() + TIMEOUT_S
+        while not self.display.windows(block.text.strip()):
+            assert time.monotonic() < limit, f"no window '{block.text.strip()}' opened"
+            time.sleep(0.05)
+
+    def keys(self, block):
+        if block.terminal is not None:
+            assert block.text == "Ctrl-C\n"
+            self.terminals[block.terminal].interrupt()
+            return
+        does, key = block.text.split()
+        self.display.focus(block.window)
+        if does == "hold":
+            self.display.key_down(key)
+            self.held.append(key)
+        else:
+            assert does == "press"
+            self.display.press(key)
+
+    def write(self, block):
+        steps = [
+            step for step in load_steps() if (step.file, step.todo) == (block.file, block.todo)
+        ]
+        if steps:
+            self.save(steps[0], block.text)
+            self.steps_seen.add(steps[0].id)
+        else:
+            assert block.todo is None, f"there is no step for {block.file}, TODO {block.todo}"
+            self.save(Step("own", "", 4, f"../{block.file}"), block.text)
+
+    def save(self, step, text):
+        write(self.workspace, step, text)
+
+    def leave(self):
+        for terminal in reversed(self.terminals.values()):
+            terminal.close()
+        return kill_left_behind(self.environment["ROS_MASTER_URI"])

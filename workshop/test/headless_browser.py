@@ -1,0 +1,88 @@
+"""A headless Chromium, and the address of a server that a command prints."""
+
+import contextlib
+import os
+import shutil
+import tempfile
+import time
+
+import cv2
+import numpy as np
+from selenium import webdriver
+from selenium.common.exceptions import NoSuchElementException, StaleElementReferenceException
+from selenium.webdriver.chrome.service import Service
+from selenium.webdriver.common.by import By
+
+OPTIONS = (
+    "--headless=new",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-dev-shm-usage",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--no-first-run",
+)
+LIMIT_S = 180.0
+# What noVNC draws on.
+CANVAS = "#noVNC_container canvas"
+
+
+@contextlib.contextmanager
+def headless_chromium(width=1280, height=900):
+    profile = tempfile.mkdtemp(prefix="workshop-browser-")
+    try:
+        options = webdriver.ChromeOptions()
+        options.binary_location = "/usr/bin/chromium"
+        for option in (*OPTIONS, f"--window-size={width},{height}", f"--user-data-dir={profile}"):
+            options.add_argument(option)
+        browser = webdriver.Chrome(service=Service("/usr/bin/chromedriver"), options=options)
+        browser.set_page_load_timeout(LIMIT_S)
+        browser.set_script_timeout(LIMIT_S)
+        try:
+            yield browser
+        finally:
+            browser.quit()
+    finally:
+        # Its processes may still write while they end.
+        shutil.rmtree(profile, ignore_errors=True)
+
+
+def wait_until(condition, what):
+    """Return the first true value of a condition."""
+    limit = time.monotonic() + LIMIT_S
+    while True:
+        value = condition()
+        if value:
+            return value
+        assert time.monotonic() < limit, f"timed out: {what}"
+        time.sleep(0.1)
+
+
+def printed_url(program, name):
+    """Return the URL that a command prints."""
+    program.wait_for_output(f"{name}: http://")
+    # The line may still be written.
+    line = wait_until(
+        lambda: [x for x in program.output.split("\n")[:-1] if x.startswith(f"{name}: http://")],
+        "the URL",
+    )[0]
+    return line.split(": ", 1)[1]
+
+
+def picture_of(browser, selector):
+    """Return what the page shows of an element, as (H, W, 3) BGR uint8; None without one."""
+    try:
+        element = browser.find_element(By.CSS_SELECTOR, selector)
+        if 0 in element.size.values():
+            return None
+        return cv2.imdecode(np.frombuffer(element.screenshot_as_png, np.uint8), cv2.IMREAD_COLOR)
+    except (NoSuchElementException, StaleElementReferenceException):
+        # The page is not complete, or is loaded again.
+        return None
+
+
+def save_screenshot(browser, name):
+    """Save a picture of the page, if the environment variable SCREENSHOTS names a folder."""
+    if "SCREENSHOTS" in os.environ:
+        browser.save_screenshot(os.path.join(os.environ["SCREENSHOTS"], name))

@@ -1,0 +1,98 @@
+"""The command ./workshop/browser: what it serves, where, and its errors."""
+
+import json
+import os
+import socket
+import stat
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from sdc_workshop.browser import lab, service
+from sdc_workshop.workspace import PROJECT
+
+
+def run(*arguments):
+    return subprocess.run(
+        ["/usr/bin/python3", "-B", "-m", "sdc_workshop.browser.lab", *map(str, arguments)],
+        env={**os.environ, "PYTHONPATH": str(PROJECT / "workshop")},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+def test_folder_of_the_server_contains_workspace_and_guide(tmp_path):
+    root, page = lab.pages(tmp_path / "my cars")
+    assert root in tmp_path.parents and root in lab.GUIDE.parents
+    path, _, files = page.partition("?file-browser-path=/")
+    assert root / path[len("lab/tree/") :] == lab.GUIDE
+    # There is no workspace before the guide has created it.
+    assert root / files == tmp_path
+    (tmp_path / "my cars").mkdir()
+    _, page = lab.pages(tmp_path / "my cars")
+    assert page.endswith(f"{tmp_path.relative_to(root)}/my%20cars")
+
+
+def test_page_of_another_program_has_its_own_host_and_origin():
+    entry = lab.proxy("Cockpit", 8080, "secret")
+    assert entry["request_headers_override"] == {
+        "Host": "127.0.0.1:8080",
+        "Origin": "http://127.0.0.1:8080",
+    }
+    assert entry["launcher_entry"]["path_info"] == "cockpit/?token=secret"
+    assert Path(entry["launcher_entry"]["icon_path"]).is_file()
+
+
+def test_token_is_in_a_file_that_only_its_owner_can_read(tmp_path):
+    lab.write_configuration(
+        tmp_path, lab.configuration(Path("/"), {"ip": "127.0.0.1"}, "secret", {})
+    )
+    file = tmp_path / "jupyter_server_config.json"
+    assert stat.S_IMODE(file.stat().st_mode) == 0o600
+    values = json.loads(file.read_text(encoding="utf-8"))
+    assert values["IdentityProvider"]["token"] == "secret"
+    assert values["ServerApp"]["terminado_settings"]["shell_command"][-1] == "/bin/bash"
+
+
+def test_port_that_is_taken_is_not_used():
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = taken.getsockname()[1]
+        assert service.free_port("127.0.0.1", port) > port
+
+
+def test_token_is_the_one_of_the_environment_or_new(monkeypatch):
+    monkeypatch.setenv(service.TOKEN_VARIABLE, "given")
+    assert service.token() == "given"
+    # As `docker compose` passes a variable that is not set.
+    monkeypatch.setenv(service.TOKEN_VARIABLE, "")
+    assert len(service.token()) == 48
+    monkeypatch.delenv(service.TOKEN_VARIABLE)
+    assert len(service.token()) == 48 and service.token() != service.token()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error"),
+    [
+        (["drive"], "browser: {cwd}/drive is a file; name the folder of your workspace"),
+        (["no/ws"], "browser: {cwd}/no does not exist; create it, or name another workspace"),
+        (["--ip", "my-laptop"], "'my-laptop' is not an address such as 0.0.0.0"),
+        (["--ip", "203.0.113.1"], "no port is free on 203.0.113.1 from 8888 on"),
+    ],
+)
+def test_mistake_is_one_line(arguments, error, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "drive").touch()
+    done = run(*arguments)
+    assert done.returncode != 0 and "Traceback" not in done.stderr
+    assert error.format(cwd=tmp_path) in done.stderr.splitlines()[-1]
+
+
+def test_every_package_of_jupyterlab_is_pinned():
+    lines = (PROJECT / "docker" / "browser-packages.txt").read_text(encoding="utf-8").splitlines()
+    packages = [line for line in lines if not line.startswith("#")]
+    assert {"jupyterlab", "jupyter_server_proxy"} <= {line.split("==")[0] for line in packages}
+    assert [line for line in packages if line.count("==") != 1] == []

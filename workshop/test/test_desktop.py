@@ -1,0 +1,102 @@
+"""The desktop in the browser shows the windows of programs."""
+
+import subprocess
+
+import numpy as np
+import pytest
+from headless_browser import (
+    CANVAS,
+    headless_chromium,
+    picture_of,
+    printed_url,
+    save_screenshot,
+    wait_until,
+)
+from lab_student import OtherDisplay
+from selenium.webdriver.common.by import By
+
+from sdc_common.testing.processes import Program, isolated_ros_environment, processes_with
+from sdc_workshop.workspace import PROJECT
+
+pytestmark = pytest.mark.slow(20)
+
+# Mean difference of the pictures, which VNC compresses with loss [0..255].
+SAME = 4.0
+# Standard deviation of a window that is not empty [0..255].
+DRAWN = 20.0
+
+
+@pytest.fixture
+def desktop(tmp_path):
+    with isolated_ros_environment(tmp_path / "ros") as environment:
+        environment = {**environment, "HOME": str(tmp_path), "LC_ALL": "C.UTF-8"}
+        environment.pop("DISPLAY", None)
+        service = Program(
+            [PROJECT / "workshop" / "desktop"], environment, tmp_path, tmp_path / "log"
+        )
+        try:
+            yield service, printed_url(service, "desktop")
+        finally:
+            service.interrupt()
+
+
+def display_of(service):
+    """Return the display that the programs of the desktop use."""
+    uri = service.environment["ROS_MASTER_URI"]
+    found = [
+        process.environ()
+        for process in processes_with("ROS_MASTER_URI", uri)
+        if process.name() == "icewm"
+    ]
+    return OtherDisplay(found[0])
+
+
+def test_desktop_in_the_browser_shows_the_window_of_rviz(desktop):
+    service, url = desktop
+    display = display_of(service)
+    with headless_chromium() as browser:
+        # Without the token there is no picture.
+        browser.get(url.partition("?")[0])
+        wait_until(
+            lambda: browser.find_elements(By.CSS_SELECTOR, "#noVNC_status.noVNC_open"), "a refusal"
+        )
+        assert not browser.find_elements(By.CSS_SELECTOR, CANVAS)
+
+        browser.get(url)
+        wait_until(lambda: picture_of(browser, CANVAS) is not None, "the desktop's picture")
+        rviz = Program(
+            ["roslaunch", "sdc_sim", "rviz.launch"],
+            {**service.environment, **display.environment},
+            service.log.parent,
+            service.log.parent / "rviz.log",
+        )
+        try:
+            title = "drive.rviz"
+            window = wait_until(lambda: display.windows(title), "the window of RViz")[0]
+            wait_until(lambda: display.picture(window).std() > DRAWN, "RViz draws")
+
+            def shown():
+                """Return whether the page shows the screen, of which RViz's window is a part."""
+                screen, page = display.picture(), picture_of(browser, CANVAS)
+                same_size = page is not None and screen.shape == page.shape
+                return same_size and np.abs(screen.astype(int) - page).mean() < SAME
+
+            wait_until(shown, "the page shows what is on the screen")
+            save_screenshot(browser, "desktop.png")
+        finally:
+            rviz.interrupt()
+
+
+def test_menu_starts_programs_that_exist():
+    from sdc_workshop.browser import desktop
+
+    for command in filter(None, desktop._MENU.values()):
+        words = command.partition(";")[0].split()
+        if words[0] == "roslaunch":
+            arguments = [word.partition(":=")[0] for word in words[3:]]
+            done = subprocess.run(
+                ["roslaunch", "--ros-args", *words[1:3]], capture_output=True, text=True, check=True
+            )
+            assert all(argument in done.stdout for argument in arguments), words
+        else:
+            assert (PROJECT / words[0]).is_file()
