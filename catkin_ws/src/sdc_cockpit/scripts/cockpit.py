@@ -8,6 +8,7 @@ import time
 from pathlib import Path
 
 import cv2
+import genpy
 import rosgraph
 import rospkg
 import rospy
@@ -29,9 +30,9 @@ from sdc_cockpit.driving import PERSON, STACK, RemoteDriving
 from sdc_cockpit.graph_view import LogLines, node_rows
 from sdc_cockpit.live_parameters import change_parameter, live_parameters
 from sdc_cockpit.master_state import check_no_drive, clear_parameters
-from sdc_cockpit.pictures import PictureEncoder, RateLimit
+from sdc_cockpit.pictures import PictureEncoder, PictureRate
 from sdc_cockpit.saved_cockpit import SavedCockpit
-from sdc_cockpit.topic_feeds import Feed, TopicFeeds, decoded
+from sdc_cockpit.topic_feeds import Feed, TopicFeeds, decoded, stamp_of
 from sdc_cockpit.viewers import Viewers
 from sdc_common.ros.node import LoopPublisher, parameter, refuse, spin_with
 from sdc_common.ros.refusal import refusing
@@ -54,8 +55,8 @@ class Cockpit:
         cv2.setNumThreads(1)
         try:
             self.encoder = PictureEncoder(parameter("jpeg_quality"))
-            per_second = parameter("pictures_per_second")
-            self.limits = {kind: RateLimit(per_second) for kind in (CAMERA, LANE_MASK)}
+            rates = parameter("pictures_per_second"), parameter("lockstep_pictures_per_second")
+            self.rates = {topic: PictureRate(*rates) for topic in (CAMERA, LANE_MASK)}
             self.driving = RemoteDriving(
                 KeyboardControlRates(**parameter("manual_control")["rates"]),
                 parameter("driver_timeout_s"),
@@ -111,14 +112,17 @@ class Cockpit:
         self.on_picture(LANE_MASK, protocol.LANE_MASK, message, self.encoder.mask_png)
 
     def on_picture(self, topic, kind, message, encode):
-        if not (self.viewers.wanted(kind) and self.limits[topic].admits(time.monotonic())):
+        if not self.viewers.wanted(kind):
             return
         with refusing(topic):
+            stamp = stamp_of(message)
+            stamp_s = genpy.Time(*stamp).to_sec()
+            if not self.rates[topic].admits(time.monotonic(), stamp_s):
+                return
             picture = decoded(message, Image)
             file = encode(picture)
-            stamp = picture.header.stamp
-            wall_s = self.view.wall_time_of((stamp.secs, stamp.nsecs))
-            self.in_loop(self.viewers.broadcast_picture, kind, stamp.to_sec(), wall_s, file)
+            wall_s = self.view.wall_time_of(stamp)
+            self.in_loop(self.viewers.broadcast_picture, kind, stamp_s, wall_s, file)
 
     def on_odometry(self):
         if self.driving.overrides:

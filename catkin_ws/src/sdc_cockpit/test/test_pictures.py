@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from sensor_msgs.msg import Image
 
-from sdc_cockpit.pictures import PictureEncoder, RateLimit
+from sdc_cockpit.pictures import PictureEncoder, PictureRate, RateLimit
 
 
 def image(pixels, encoding):
@@ -25,6 +25,14 @@ def test_uneven_pictures_of_the_right_rate_all_pass():
     limit = RateLimit(20.0)
     times = [100.0 + 0.05 * n + (0.015 if n % 2 else 0.0) for n in range(100)]
     assert all(map(limit.admits, times))
+
+
+@pytest.mark.parametrize(("speed", "expected"), [(1.0, 20), (4.0, 10)])
+def test_rate_is_lower_in_lockstep(speed, expected):
+    rate = PictureRate(30.0, 10.0)
+    times = [100.0 + n * 0.05 / speed for n in range(round(200 * speed))]
+    admitted = sum([rate.admits(now_s, speed * now_s) for now_s in times])
+    assert admitted / 10.0 == pytest.approx(expected, rel=0.1)
 
 
 def test_colours_of_the_camera_arrive():

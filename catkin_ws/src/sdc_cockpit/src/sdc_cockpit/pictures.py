@@ -1,4 +1,4 @@
-"""Pictures for the page: at most so many a second, each encoded once for all viewers."""
+"""Pictures for the page: at a limited rate, each encoded once for all viewers."""
 
 from __future__ import annotations
 
@@ -12,6 +12,9 @@ from sdc_common.validation import check_between, check_positive
 
 # A picture that is early by this share of the period is not too early: pictures arrive unevenly.
 _EARLY_SHARE = 0.4
+# How often the speed of simulated time is measured [s], and from which speed on it is lockstep.
+_MEASURE_EVERY_S = 0.5
+_FASTER = 1.5
 
 
 class RateLimit:
@@ -35,6 +38,35 @@ class RateLimit:
             return False
         self._due_s = max(self._due_s, now_s - self._period_s) + self._period_s
         return True
+
+
+class PictureRate:
+    """Admits camera pictures at a largest rate, which is lower in lockstep.
+
+    In lockstep, each picture for a page takes time from the drive.
+
+    Args:
+        per_second: the rate in real time [1/s]
+        per_second_in_lockstep: the rate while simulated time is faster than real time [1/s]
+
+    Raises:
+        ValueError: a rate is not positive
+    """
+
+    def __init__(self, per_second: float, per_second_in_lockstep: float):
+        self._real_time = RateLimit(per_second)
+        self._lockstep = RateLimit(per_second_in_lockstep)
+        self._limit = self._real_time
+        self._measured_at = (0.0, 0.0)
+
+    def admits(self, now_s: float, stamp_s: float) -> bool:
+        """Return whether a picture with this stamp is admitted now."""
+        elapsed_s = now_s - self._measured_at[0]
+        if elapsed_s >= _MEASURE_EVERY_S:
+            speed = (stamp_s - self._measured_at[1]) / elapsed_s
+            self._limit = self._lockstep if speed > _FASTER else self._real_time
+            self._measured_at = (now_s, stamp_s)
+        return self._limit.admits(now_s)
 
 
 class PictureEncoder:

@@ -9,7 +9,7 @@ from sdc_cockpit.protocol import CAMERA, picture_message
 
 # Pictures on their way to a page that it has not drawn yet. Each one more makes a slow page later;
 # with one, a page that is 100 ms away would get half of the pictures.
-MAX_UNDRAWN = 2
+MAX_UNDRAWN = 3
 
 
 class Viewer:
