@@ -1,7 +1,7 @@
 """Apply changes of mutations.yaml and alternatives.yaml to a finished workspace, each alone.
 
 Prints the answers of the checks as JSON on the last line. With steps, it also prints details on
-standard error. Usage: examine_mutations.py WORKSPACE PART PARTS [STEP ...]
+standard error. Usage: examine_mutations.py WORKSPACE PART [STEP ...]
 """
 
 import json
@@ -25,6 +25,16 @@ def mutations():
 
 def alternatives():
     return _load("alternatives.yaml")
+
+
+def selection(part):
+    """Return the first mistake of each step (part 0), or one half of all other changes (1 or 2)."""
+    steps = set()
+    first, others = [], []
+    for mutation in mutations():
+        (others if mutation["step"] in steps else first).append(mutation)
+        steps.add(mutation["step"])
+    return first if part == 0 else [*others, *alternatives()][part - 1 :: 2]
 
 
 def _load(name):
@@ -59,11 +69,11 @@ def examine(folder, mutation, stage):
 
 
 def main():
-    folder, part, parts = Path(sys.argv[1]), int(sys.argv[2]), int(sys.argv[3])
-    wanted = sys.argv[4:]
+    folder, part = Path(sys.argv[1]), int(sys.argv[2])
+    wanted = sys.argv[3:]
     answers = {}
     with Stage(Student(folder)) as stage:
-        for mutation in [*mutations(), *alternatives()][part::parts]:
+        for mutation in selection(part):
             if wanted and mutation["step"] not in wanted:
                 continue
             start = time.monotonic()

@@ -10,8 +10,6 @@ from sdc_workshop.guide import GuideError, missing_line, read
 from sdc_workshop.steps import load_steps
 from sdc_workshop.workspace import differences, solution_body
 
-pytestmark = pytest.mark.slow(250)
-
 
 @pytest.fixture
 def student(tmp_path):
@@ -25,6 +23,8 @@ def student(tmp_path):
         assert left == [], "processes were left behind"
 
 
+@pytest.mark.nightly
+@pytest.mark.slow(250)
 def test_guide_leads_to_a_car_that_drives(student):
     blocks = read(GUIDE.read_text(encoding="utf-8"))
     times = []

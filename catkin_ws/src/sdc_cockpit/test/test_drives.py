@@ -41,6 +41,11 @@ class Page:
                     return values
 
 
+def throttle_of(state):
+    """Return the throttle that the car obeys, None before its first status."""
+    return state["command"] and state["command"]["throttle"]
+
+
 async def drive_and_vanish(address):
     """Drive with full throttle, then send nothing; return the simulated times and the modes."""
     watcher, person = await Page.open(address), await Page.open(address)
@@ -52,7 +57,7 @@ async def drive_and_vanish(address):
     await person.send("drive")
     await watcher.next(
         "state",
-        lambda state: state["mode"] == "person" and state["command"]["throttle"] == 1.0,
+        lambda state: state["mode"] == "person" and throttle_of(state) == 1.0,
         throttle,
     )
     # The connection stays open without controls, as that of a laptop that sleeps.

@@ -14,7 +14,7 @@ from sdc_sim.evaluation.route_progress import COMPLETED
 
 pytestmark = pytest.mark.slow(25)
 
-ROUTES = 400 if os.environ.get("HYPOTHESIS_PROFILE") == "nightly" else 60
+ROUTES = 400 if os.environ.get("HYPOTHESIS_PROFILE") == "nightly" else 20
 HALF_LANE_M = 1.75
 HALF_CAR_M = 1.0
 JOIN_M = 30.0

@@ -12,7 +12,9 @@ from sdc_package.steering.loader import METHODS
 from sdc_sim.evaluation.route_progress import COMPLETED
 from sdc_sim.road.route_generator import generate_route
 
-pytestmark = pytest.mark.slow(30)
+pytestmark = pytest.mark.slow(15)
+
+DEFAULT = "stanley_compensated"
 
 
 @functools.lru_cache(maxsize=None)
@@ -20,7 +22,10 @@ def on_exact_road(course, method, speed_mps):
     return measure(road(course), Recording(1.0), method, speed_mps)
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize(
+    "method",
+    [pytest.param(name, marks=() if name == DEFAULT else pytest.mark.nightly) for name in METHODS],
+)
 @pytest.mark.parametrize(
     ("course", "speed_mps", "recording"),
     [

@@ -55,6 +55,7 @@ def test_laps_are_long_enough_and_have_no_gap(hours):
     assert len(LAP) == 4
 
 
+@pytest.mark.nightly
 def test_processes_stay_flat_for_ten_simulated_minutes():
     done = subprocess.run(
         [sys.executable, SCRIPT, "hours:=0.1667"],

@@ -46,7 +46,7 @@ def test_package_of_this_test_is_broken(broken_package, start):
     assert "SyntaxError" in program.output
 
 
-@pytest.mark.parametrize("sync", ["true", "false"])
+@pytest.mark.parametrize("sync", ["true", pytest.param("false", marks=pytest.mark.nightly)])
 def test_world_runs_with_a_broken_student_package(broken_package, start, route, tmp_path, sync):
     """Odometry, pictures and clock arrive; in lockstep without a stack, after the timeouts."""
     (tmp_path / "world.launch").write_text(f"""

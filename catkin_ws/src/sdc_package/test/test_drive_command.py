@@ -131,7 +131,9 @@ def test_bad_scenario_ends_the_drive_with_one_line(environment, tmp_path, argume
     assert [part for part in parts if part not in done.stdout] == []
 
 
-@pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize(
+    "sent", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.nightly)]
+)
 def test_one_signal_ends_all_processes(environment, tmp_path, sent):
     log = tmp_path / "log"
     with open(log, "wb") as output:

@@ -138,6 +138,7 @@ def test_drive_completes_when_the_disk_is_full(environment, start, route, tmp_pa
     assert "Traceback" not in drive.output
 
 
+@pytest.mark.nightly
 def test_drive_completes_when_the_report_folder_is_removed(environment, start, route, tmp_path):
     drive = start(
         [DRIVE, "headless:=true", "sync:=true", "camera:=false", f"waypoints_path:={route}"],

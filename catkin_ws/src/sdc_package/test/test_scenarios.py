@@ -9,12 +9,14 @@ import pytest
 from sdc_common.ros.master_port import free_master_port
 from sdc_sim.scenario.runner import CheckedDrive
 
-pytestmark = pytest.mark.slow(130)
+pytestmark = pytest.mark.slow(60)
 
 FOLDER = os.path.join(
     os.path.dirname(os.path.abspath(__file__)), "..", "..", "sdc_sim", "scenarios"
 )
 NAMES = sorted(name[: -len(".yaml")] for name in os.listdir(FOLDER) if name.endswith(".yaml"))
+# ./test drives these; a nightly run, and ./test scenarios, drive all of them.
+ALWAYS = {"town", "slalom", "stopped_car", "traffic_lights", "student_nodes"}
 TIMEOUT_S = 300.0
 # Every tenth tick of a drive, from the first columns of its report.csv.
 TRACES = Path(__file__).with_name("traces")
@@ -31,7 +33,10 @@ def environment(tmp_path):
     }
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=() if name in ALWAYS else pytest.mark.nightly) for name in NAMES],
+)
 def test_drive_meets_the_limits_of_its_scenario(name, environment, tmp_path):
     drive = CheckedDrive(
         name, str(tmp_path / "report.json"), {"referee_options": "{pictures: false}"}

@@ -73,6 +73,7 @@ def test_nothing_of_a_drive_listens_beyond_loopback(environment, start):
     drive.interrupt()
 
 
+@pytest.mark.nightly
 def test_two_drives_at_a_time_are_independent_and_write_only_their_report_folders(
     environment, other_environment, start, route, tmp_path
 ):

@@ -33,6 +33,7 @@ SYSTEM_VARIABLES = (
 )
 
 pytestmark = [
+    pytest.mark.nightly,
     pytest.mark.slow(60),
     pytest.mark.skipif(not LESSON.exists(), reason="the lesson is not in this tree"),
 ]
