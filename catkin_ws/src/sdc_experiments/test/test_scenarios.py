@@ -1,12 +1,20 @@
-"""Drive every packaged scenario in lockstep with real nodes: ./test scenarios."""
+"""Drive every packaged scenario in lockstep with real nodes, and in one process: ./test scenarios.
+
+Both drives are the same, bit for bit.
+"""
 
 import csv
+import json
 import os
 from pathlib import Path
 
 import pytest
 
 from sdc_common.ros.master_port import free_master_port
+from sdc_experiments.closed_loop import drive_result
+from sdc_sim.report.writer import write_report
+from sdc_sim.scenario.acceptance_limits import read_report, violations
+from sdc_sim.scenario.reader import load_scenario
 from sdc_sim.scenario.runner import CheckedDrive
 
 pytestmark = pytest.mark.slow(60)
@@ -15,12 +23,14 @@ FOLDER = os.path.join(
     os.path.dirname(os.path.abspath(__file__)), "..", "..", "sdc_sim", "scenarios"
 )
 NAMES = sorted(name[: -len(".yaml")] for name in os.listdir(FOLDER) if name.endswith(".yaml"))
-# ./test drives these; a nightly run, and ./test scenarios, drive all of them.
+# ./test drives these with real nodes; a nightly run, and ./test scenarios, drive all of them.
 ALWAYS = {"town", "slalom", "stopped_car", "traffic_lights", "student_nodes"}
 TIMEOUT_S = 300.0
 # Every tenth tick of a drive, from the first columns of its report.csv.
 TRACES = Path(__file__).with_name("traces")
 TOLERANCE = 1e-6
+# Only a drive of nodes has a wall clock.
+WALL_CLOCK = {"wall_duration_s": None, "real_time_factor": None}
 
 
 @pytest.fixture
@@ -45,6 +55,26 @@ def test_drive_meets_the_limits_of_its_scenario(name, environment, tmp_path):
     assert not lines, "\n".join(lines)
     if (TRACES / f"{name}.csv").exists():
         check_trace(TRACES / f"{name}.csv", tmp_path / "report.csv")
+    if "stack" not in drive.arguments:
+        check_drive_in_process(name, tmp_path)
+
+
+@pytest.mark.parametrize("name", sorted(set(NAMES) - ALWAYS - {"student_loops"}))
+def test_drive_in_process_meets_the_limits_of_its_scenario(name, tmp_path):
+    write_report(str(tmp_path / "report.json"), drive_result(name))
+    limits = load_scenario(os.path.join(FOLDER, name + ".yaml")).limits
+    assert violations(limits, *read_report(str(tmp_path / "report.json"))) == []
+
+
+def check_drive_in_process(name, folder):
+    """Compare every number of the drive with that of the same scenario in one process."""
+    write_report(str(folder / "process.json"), drive_result(name))
+    assert (folder / "process.csv").read_text() == (folder / "report.csv").read_text()
+    report, process = (
+        json.loads((folder / file).read_text()) for file in ("report.json", "process.json")
+    )
+    assert process == {**report, **WALL_CLOCK}
+    assert list(process) == list(report)
 
 
 def check_trace(stored, driven):
