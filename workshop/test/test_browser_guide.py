@@ -41,6 +41,10 @@ CLOSE = """
 [...jupyterapp.shell.widgets("main")].find((widget) => widget.node.querySelector("iframe"))
   .dispose();
 """
+# The bar with the settings of noVNC slides out of the view.
+BAR_IS_HIDDEN = """
+return document.getElementById("noVNC_control_bar").getBoundingClientRect().right < 5
+"""
 READY = "return window.jupyterapp ? jupyterapp.restored.then(() => true) : false"
 
 
@@ -113,7 +117,7 @@ def see_desktop(browser):
         return picture is not None and picture.std() > DRAWN
 
     wait_until(shows_window, "the picture of the window")
-    wait_until(lambda: not find(By.CSS_SELECTOR, "#noVNC_control_bar.noVNC_open"), "a free view")
+    wait_until(lambda: browser.execute_script(BAR_IS_HIDDEN), "a free view")
     browser.switch_to.default_content()
     save_screenshot(browser, "browser.png")
     browser.execute_script(CLOSE)
