@@ -23,7 +23,7 @@ from sdc_sim.ros.parameters import Parameters
 from sdc_sim.scenario.reader import load_lights, load_obstacles
 from sdc_sim.scenario.yaml_document import DocumentError
 from sdc_sim.sensors.odometry_noise import OdometryNoise
-from sdc_sim.sensors.settings import SENSORS, SensorSettings, sensor_settings
+from sdc_sim.sensors.settings import SensorSettings, sensor_settings
 from sdc_sim.sensors.suite import SensorSuite
 from sdc_sim.simulation.placement import start_pose
 from sdc_sim.simulation.simulation import OccupiedError, Simulation
@@ -116,7 +116,15 @@ def _drive_log(path: str) -> DriveLog:
 
 
 def _sensors_that_are_on(parameter: Parameters) -> dict[str, SensorSettings]:
-    settings = {name: sensor_settings(name, parameter(name)) for name in SENSORS}
+    values = {
+        "imu": parameter("imu"),
+        "gnss": parameter("gnss"),
+        "speedometer": parameter("speedometer"),
+        "lidar": parameter("lidar"),
+        "planar_lidar": parameter("planar_lidar"),
+        "wheel_speeds": parameter("wheel_speeds"),
+    }
+    settings = {name: sensor_settings(name, value) for name, value in values.items()}
     return {name: one for name, one in settings.items() if one.period_s > 0.0}
 
 
