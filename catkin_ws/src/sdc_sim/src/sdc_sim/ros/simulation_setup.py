@@ -17,7 +17,7 @@ from sdc_sim.ros.bridge_generations import GENERATIONS
 from sdc_sim.ros.drive_log import DriveLog
 from sdc_sim.ros.parameters import Parameters
 from sdc_sim.scenario.yaml_document import DocumentError
-from sdc_sim.simulation.configuration import build_simulation
+from sdc_sim.simulation.configuration import build_simulation, sensors_that_are_on
 from sdc_sim.simulation.simulation import OccupiedError
 
 
@@ -42,6 +42,8 @@ class SimulationSetup:
         ackermann_cmd: whether to serve ackermann_cmd; "auto": unless another node does
         services: whether people can pause the simulation and place the vehicle
         drive_log: records the drive
+        truth: whether the odometry of the vehicle is that of the simulation
+        sensors: settings of the sensors that are on, by name
     """
 
     def __init__(self) -> None:
@@ -63,6 +65,8 @@ class SimulationSetup:
         self.daylight: float = parameter("daylight")
         self.waypoints_path: str = parameter("waypoints_path")
         self.preset: str = parameter("vehicle")
+        self.truth = bool(parameter("truth"))
+        self.sensors: dict[str, Any] = {}
         _check_known("clicked_obstacle", self.clicked_obstacle, KINDS)
         _check_known("bridge", bridge, GENERATIONS)
         _check_known("ackermann_cmd", self.ackermann_cmd, ("auto", True, False))
@@ -70,6 +74,7 @@ class SimulationSetup:
         try:
             self.route_m: np.ndarray = load_waypoints(self.waypoints_path)
             self.route = road_route(self.route_m)
+            self.sensors = sensors_that_are_on(parameter)
             self.simulation = build_simulation(parameter, self.route)
             check_between(0.0, 1.0, daylight=self.daylight)
             check_non_negative(

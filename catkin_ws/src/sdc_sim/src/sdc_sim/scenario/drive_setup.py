@@ -18,6 +18,7 @@ from sdc_sim.scenario.packaged import (
     generated_lines,
     node_config,
     overridden,
+    sensor_options,
     sim_options,
 )
 from sdc_sim.scenario.reader import Scenario, load_scenario
@@ -80,10 +81,12 @@ def drive_setup(
     source: Any = loaded.route if route is None and loaded is not None else route
     path = loaded.path if loaded is not None else os.path.join(os.getcwd(), "route")
     waypoints_m = _waypoints("town" if source is None else source, path, folders)
-    given = {} if loaded is None else sim_options(loaded, folders)
-    parameters = overridden(
-        node_config("sdc_sim", "sim"), {**given, **(options or {})}, "sim_options"
-    )
+    parameters = node_config("sdc_sim", "sim")
+    given: dict[str, Any] = {}
+    if loaded is not None:
+        parameters = overridden(parameters, sensor_options(loaded, folders), loaded.path)
+        given = sim_options(loaded, folders)
+    parameters = overridden(parameters, {**given, **(options or {})}, "sim_options")
     return DriveSetup(loaded, waypoints_m, road_route(waypoints_m), parameters)
 
 

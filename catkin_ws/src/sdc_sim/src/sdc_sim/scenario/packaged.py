@@ -26,6 +26,7 @@ class PackagedFolders(NamedTuple):
     stacks: str
     vehicles: str
     routes: str
+    sensors: str
 
     @staticmethod
     def find() -> PackagedFolders:
@@ -36,6 +37,7 @@ class PackagedFolders(NamedTuple):
             stacks=os.path.join(sim, "scenarios", "stacks"),
             vehicles=os.path.join(sim, "config", "vehicles"),
             routes=os.path.join(package_folder("sdc_common"), "data"),
+            sensors=os.path.join(sim, "config", "sensors"),
         )
 
 
@@ -47,12 +49,13 @@ def package_folder(package: str) -> str:
 
 def node_config(package: str, node: str) -> dict[str, Any]:
     """Return the parameters of a node, from its file in config/ of its package."""
-    return copy.deepcopy(_read_config(os.path.join(package_folder(package), "config", node)))
+    path = os.path.join(package_folder(package), "config", node + ".yaml")
+    return copy.deepcopy(_read_config(path))
 
 
 @lru_cache(maxsize=None)
 def _read_config(path: str) -> dict[str, Any]:
-    with open(path + ".yaml", encoding="utf-8") as file:
+    with open(path, encoding="utf-8") as file:
         return yaml.safe_load(file)
 
 
@@ -98,8 +101,20 @@ def find_scenario(name: str, folders: PackagedFolders) -> str:
     return find_packaged("scenario", name, folders.scenarios, ".yaml", "scenario:=NAME")
 
 
+def sensor_options(scenario: Scenario, folders: PackagedFolders) -> dict[str, Any]:
+    """Return the parameters of config/sim.yaml that the sensors of a scenario replace.
+
+    Raises:
+        DocumentError: the scenario names unknown sensors.
+    """
+    if scenario.sensors is None:
+        return {}
+    path = find_packaged("sensors", scenario.sensors, folders.sensors, ".yaml", scenario.path)
+    return copy.deepcopy(_read_config(path))
+
+
 def sim_options(scenario: Scenario, folders: PackagedFolders) -> dict[str, Any]:
-    """Return the parameters of config/sim.yaml that a scenario replaces.
+    """Return the parameters of config/sim.yaml that a scenario itself replaces.
 
     Raises:
         DocumentError: the scenario names an unknown vehicle.

@@ -73,6 +73,9 @@ def launch_arguments(
         arguments["stack"] = find_packaged(
             "stack", scenario.stack, folders.stacks, ".launch", scenario.path
         )
+    if scenario.sensors is not None:
+        find_packaged("sensors", scenario.sensors, folders.sensors, ".yaml", scenario.path)
+        arguments["sensors"] = scenario.sensors
     options = {
         **sim_options(scenario, folders),
         **_parse_options(given.get("sim_options", "{}")),

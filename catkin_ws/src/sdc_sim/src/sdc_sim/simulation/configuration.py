@@ -13,8 +13,10 @@ from sdc_sim.physics.traffic_lights import TrafficLights
 from sdc_sim.physics.vehicle import Vehicle
 from sdc_sim.physics.vehicle_parameters import load_vehicle
 from sdc_sim.scenario.reader import load_lights, load_obstacles
+from sdc_sim.sensors.odometry_noise import OdometryNoise
+from sdc_sim.sensors.settings import SensorSettings, sensor_settings
+from sdc_sim.sensors.suite import SensorSuite
 from sdc_sim.simulation.placement import start_pose
-from sdc_sim.simulation.sensors import OdometryNoise
 from sdc_sim.simulation.simulation import Simulation
 
 
@@ -39,15 +41,37 @@ def build_simulation(parameter: Callable[[str], Any], route: Route) -> Simulatio
     )
     command_timeout_s = parameter("command_patience_s")
     check_between(0.0, 1e6, command_patience_s=command_timeout_s)
+    tick_s, seed = parameter("tick_s"), parameter("seed")
+    sensors = sensors_that_are_on(parameter)
+    suite = SensorSuite(sensors, vehicle.parameters, tick_s, seed, route) if sensors else None
     return Simulation(
         vehicle,
-        parameter("tick_s"),
+        tick_s,
         command_timeout_s,
         start=start_pose(route, **parameter("start")),
         obstacles=Obstacles(load_obstacles(obstacles_path, route)),
         lights=TrafficLights(load_lights(obstacles_path, route)),
-        noise=OdometryNoise(parameter("seed"), **parameter("odometry_noise")),
+        noise=OdometryNoise(seed, **parameter("odometry_noise")),
         ackermann=AckermannControl(vehicle.parameters, AckermannGains(**parameter("ackermann"))),
         command_latency_s=parameter("command_latency_s"),
         sensor_latency_s=parameter("sensor_latency_s"),
+        sensors=suite,
     )
+
+
+def sensors_that_are_on(parameter: Callable[[str], Any]) -> dict[str, SensorSettings]:
+    """Return the settings of the sensors with a period, by name.
+
+    Raises:
+        TypeError, ValueError: a setting is not valid
+    """
+    values = {
+        "imu": parameter("imu"),
+        "gnss": parameter("gnss"),
+        "speedometer": parameter("speedometer"),
+        "lidar": parameter("lidar"),
+        "planar_lidar": parameter("planar_lidar"),
+        "wheel_speeds": parameter("wheel_speeds"),
+    }
+    settings = {name: sensor_settings(name, value) for name, value in values.items()}
+    return {name: one for name, one in settings.items() if one.period_s > 0.0}
