@@ -9,7 +9,7 @@ import os
 import numpy as np
 import pytest
 
-from sdc_experiments.offline_drive import drive_offline
+from sdc_experiments.closed_loop import drive, drive_result
 from sdc_sim.evaluation.route_progress import COMPLETED
 
 pytestmark = pytest.mark.slow(25)
@@ -55,7 +55,8 @@ def failure_of(seed):
     route, noisy = random_route(seed)
     random = np.random.default_rng([seed, 1])
     offset, turned = random.uniform(-2.0, 2.0), math.radians(random.uniform(-30.0, 30.0))
-    progress = drive_offline(route, offset, turned).progress
+    start = {"left_m": offset, "turned_rad": turned}
+    progress = drive_result(route=route, sim_options={"start": start}).progress
     if progress.status != COMPLETED:
         return f"seed {seed}: {progress.status} after {progress.completion_percent:.0f} %"
     joined = progress.column("s_m") > JOIN_M
@@ -84,8 +85,7 @@ def test_random_route_has_points_about_one_metre_apart(seed):
 def test_default_gains_control_the_speed_of_every_car(vehicle):
     """The route is straight, because the steering map is that of the default car."""
     route = np.column_stack([np.arange(0.0, 301.0), np.zeros(301)])
-    drive = drive_offline(route, vehicle=vehicle)
-    metrics = drive.progress.metrics(drive.ideal_duration_s)
+    metrics = drive(route=route, sim_options={"vehicle": vehicle})
     assert metrics["status"] == COMPLETED
     assert metrics["time_ratio"] < 1.05
     assert metrics["speed_max_mps"] < 10.5

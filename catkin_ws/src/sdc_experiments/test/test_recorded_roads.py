@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from sdc_experiments.offline_drive import drive_offline
+from sdc_experiments.closed_loop import drive
 from sdc_experiments.recorded_roads import Recording, failures, measure, road
 from sdc_package.steering.loader import METHODS
 from sdc_sim.evaluation.route_progress import COMPLETED
@@ -52,11 +52,12 @@ def test_coarse_points_of_a_bend_cost_no_time(spacing_m):
     elements = [{"straight_m": 100.0}, {"left_deg": 60.0, "radius_m": 250.0, "transition_m": 80.0}]
     start = {"x_m": 0.0, "y_m": 0.0, "heading_deg": 0.0}
     fine = generate_route({"elements": elements, "start": start, "spacing_m": 1.0})[:, :2]
-    duration_s = drive_offline(fine, planned_speed_mps=25.0).progress.duration_s
+    fast = {"planned_speed_mps": 25.0}
+    duration_s = drive(route=fine, planner_options=fast)["duration_s"]
     coarse = np.vstack([fine[: -1 : int(spacing_m)], fine[-1]])
-    progress = drive_offline(coarse, planned_speed_mps=25.0).progress
-    assert progress.status == COMPLETED
-    assert progress.duration_s == pytest.approx(duration_s, rel=0.03)
+    report = drive(route=coarse, planner_options=fast)
+    assert report["status"] == COMPLETED
+    assert report["duration_s"] == pytest.approx(duration_s, rel=0.03)
 
 
 def legs(*corners, spacing_m):
@@ -103,8 +104,7 @@ ODD_ROADS = {
 @pytest.mark.parametrize("name", ODD_ROADS)
 def test_odd_road_is_driven_in_its_lane(name):
     waypoints, worst_m = ODD_ROADS[name]
-    drive = drive_offline(waypoints)
-    metrics = drive.progress.metrics(drive.ideal_duration_s, lane_width_m=3.5)
+    metrics = drive(route=waypoints)
     assert metrics["status"] == COMPLETED
     assert metrics["off_lane_percent"] == 0.0
     assert metrics["cross_track_max_m"] < worst_m

@@ -7,18 +7,20 @@ import numpy as np
 import pytest
 import rospkg
 
-from sdc_common.routes.waypoint_file import load_waypoints
+from sdc_experiments.car_stack import CarController, CarPlanner
+from sdc_experiments.closed_loop import drive_result
 from sdc_experiments.configuration import node_parameters, vehicle_preset
-from sdc_experiments.offline_drive import TICK_S, OfflineStack, drive_offline
 from sdc_package.actuation import SteeringMap
 from sdc_package.steering.axles import Axles
 from sdc_package.steering.loader import METHODS
 from sdc_sim.evaluation.route_progress import COMPLETED
 from sdc_sim.physics.vehicle import Vehicle, VehicleCommand
+from sdc_sim.simulation.simulation import Observation
 
 pytestmark = pytest.mark.slow(17)
 
 CONFIG = node_parameters("simple_controller")
+TICK_S = 0.05
 DATA = os.path.join(rospkg.RosPack().get_path("sdc_common"), "data")
 
 # Root mean square and maximum of the cross-track error of the centre [m], measured and rounded up.
@@ -64,22 +66,23 @@ def test_front_wheels_reach_the_demanded_angle(speed):
 
 def drive(method, y_m=0.0, yaw_rad=0.0, longest_s=400.0):
     """Drive from a start off the route; return cross-track errors [m], steers and status."""
-    route = load_waypoints(os.path.join(DATA, "waypoints.csv"))
-    result = drive_offline(route, y_m, yaw_rad, steering_method=method, longest_s=longest_s)
-    errors = result.progress.column("cross_track_m")
-    return errors, np.array(result.steers), result.progress.status
+    start = {"left_m": y_m, "turned_rad": yaw_rad}
+    result = drive_result(steering=method, sim_options={"start": start}, longest_s=longest_s)
+    return result.progress.column("cross_track_m"), result.commands[:, 2], result.progress.status
 
 
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("speed", [10.0, 25.0, 33.0])
 def test_method_returns_to_a_straight_road_at_any_speed(method, speed):
     route = np.column_stack([np.arange(1301.0), np.zeros(1301)])
-    stack = OfflineStack(route, method, speed)
+    planner, controller = CarPlanner(route, {"planned_speed_mps": speed}), CarController(method)
     car = Vehicle(vehicle_preset("tesla_model3"))
     car.reset(600.0, 0.3, 0.0, speed)
     errors = []
     while car.state.x_m < 900.0 and len(errors) < 1000:
-        car.step(stack.command(stack.plan(car.state), car.state), TICK_S)
+        stamp = divmod((len(errors) + 1) * 50_000_000, 1_000_000_000)
+        observation = Observation(stamp, car.state, car.state)
+        car.step(controller(observation, planner(observation)), TICK_S)
         errors.append(abs(car.state.y_m))
     assert max(errors) < 0.35
     assert max(errors[-40:]) < 0.02

@@ -16,15 +16,17 @@ from rosgraph_msgs.msg import Clock
 from sdc_package.msg import CarlaVehicleControl, LocalPath, Waypoint
 
 from sdc_common.routes.waypoint_file import load_waypoints
-from sdc_experiments.configuration import node_parameters, vehicle_preset
-from sdc_experiments.offline_drive import TICK_S, OfflineStack
+from sdc_experiments.car_stack import CarController, CarPlanner
+from sdc_experiments.configuration import vehicle_preset
 from sdc_sim.camera.renderer import Renderer
 from sdc_sim.physics.vehicle import Vehicle
 from sdc_sim.road.road import Road
 from sdc_sim.ros.message_conversion import image_message, odometry_message
+from sdc_sim.simulation.simulation import Observation
 
 PARTS = ("planner", "controller", "physics", "serialize", "render", "serialize the picture")
 _TICKS = 1200
+TICK_S = 0.05
 
 
 def parts_ms() -> dict[str, float]:
@@ -32,24 +34,27 @@ def parts_ms() -> dict[str, float]:
     cv2.setNumThreads(1)
     data = os.path.join(rospkg.RosPack().get_path("sdc_common"), "data")
     route = load_waypoints(os.path.join(data, "waypoints.csv"))
-    stack = OfflineStack(route, node_parameters("simple_controller")["steering_method"])
+    planner, controller = CarPlanner(route), CarController()
     vehicle = Vehicle(vehicle_preset("tesla_model3"))
     (x, y), (next_x, next_y) = route[:2].tolist()
     vehicle.reset(x, y, math.atan2(next_y - y, next_x - x))
     renderer = Renderer(Road(route))
-    table = [_tick_s(tick, stack, vehicle, renderer) for tick in range(_TICKS)]
+    table = [_tick_s(tick, planner, controller, vehicle, renderer) for tick in range(_TICKS)]
     return dict(zip(PARTS, (1e3 * np.median(table, axis=0)).tolist()))
 
 
-def _tick_s(tick: int, stack: OfflineStack, vehicle: Vehicle, renderer: Renderer) -> list[float]:
+def _tick_s(
+    tick: int, planner: CarPlanner, controller: CarController, vehicle: Vehicle, renderer: Renderer
+) -> list[float]:
     """Drive one tick and return the time of each of PARTS [s]."""
     clock = time.perf_counter
     stamp = rospy.Time.from_sec((tick + 1) * TICK_S)
     state = vehicle.state
+    observation = Observation((stamp.secs, stamp.nsecs), state, state)
     marks = [clock()]
-    rows = stack.plan(state)
+    rows = planner(observation)
     marks.append(clock())
-    command = stack.command(rows, state)
+    command = controller(observation, rows)
     marks.append(clock())
     vehicle.step(command, TICK_S)
     marks.append(clock())

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
-from sdc_experiments.offline_drive import drive_offline
+from sdc_experiments.closed_loop import drive_result
 from sdc_package.steering.loader import METHODS
 from sdc_sim.road.route_generator import generate_route
 
@@ -105,18 +105,16 @@ def measure(road_m: np.ndarray, recording: Recording, method: str, speed_mps: fl
     Returns:
         the report of the drive, and as `from_road_m` the greatest distance from the road [m]
     """
-    drive = drive_offline(
-        recording.waypoints(road_m), steering_method=method, planned_speed_mps=speed_mps
+    drive = drive_result(
+        route=recording.waypoints(road_m),
+        steering=method,
+        planner_options={"planned_speed_mps": speed_mps},
     )
-    progress = drive.progress
-    places = np.column_stack([progress.column("x_m"), progress.column("y_m")])
+    places = drive.rows[:, 1:3]
     distance_m, nearest = cKDTree(road_m).query(places)
     # Noise along the road moves its ends, which no drive can know.
     inside = (nearest > 0) & (nearest < len(road_m) - 1)
-    return {
-        **progress.metrics(drive.ideal_duration_s),
-        "from_road_m": float(distance_m[inside].max()),
-    }
+    return {**drive.metrics, "from_road_m": float(distance_m[inside].max())}
 
 
 def failures(exact: dict[str, Any], recorded: dict[str, Any], recording: Recording) -> list[str]:

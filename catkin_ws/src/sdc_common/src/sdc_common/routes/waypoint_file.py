@@ -46,10 +46,20 @@ def load_waypoints(path: str) -> np.ndarray:
             the route turns more sharply than a car can
     """
     path = os.path.expanduser(path)
+    return parse_waypoints(_read_text(path), path)
+
+
+def parse_waypoints(text: str, path: str) -> np.ndarray:
+    """Return the points of the text of a waypoint file, see `load_waypoints`.
+
+    Args:
+        text: content of the file
+        path: name of the file in error messages
+    """
     points: list[tuple[float, float]] = []
     rows: list[int] = []
     header_allowed = True
-    for row, line in enumerate(_LINE_END.split(_read_text(path)), start=1):
+    for row, line in enumerate(_LINE_END.split(text), start=1):
         fields = [field.strip().strip('"') for field in line.split("#", 1)[0].split(",")]
         if not any(fields):
             continue

@@ -8,23 +8,17 @@ from typing import Any, Collection, NamedTuple
 import numpy as np
 
 from sdc_common.geometry.road_line import road_route
-from sdc_common.geometry.route import Route
 from sdc_common.ros.node import refuse
 from sdc_common.routes.waypoint_file import WaypointError, load_waypoints
 from sdc_common.validation import check_between, check_non_negative
-from sdc_sim.physics.ackermann import AckermannControl, AckermannGains
-from sdc_sim.physics.obstacles import KINDS, Obstacles
-from sdc_sim.physics.traffic_lights import TrafficLights
-from sdc_sim.physics.vehicle import Vehicle
-from sdc_sim.physics.vehicle_parameters import VehicleError, load_vehicle
+from sdc_sim.physics.obstacles import KINDS
+from sdc_sim.physics.vehicle_parameters import VehicleError
 from sdc_sim.ros.bridge_generations import GENERATIONS
 from sdc_sim.ros.drive_log import DriveLog
 from sdc_sim.ros.parameters import Parameters
-from sdc_sim.scenario.reader import load_lights, load_obstacles
 from sdc_sim.scenario.yaml_document import DocumentError
-from sdc_sim.simulation.placement import start_pose
-from sdc_sim.simulation.sensors import OdometryNoise
-from sdc_sim.simulation.simulation import OccupiedError, Simulation
+from sdc_sim.simulation.configuration import build_simulation
+from sdc_sim.simulation.simulation import OccupiedError
 
 
 class Timeouts(NamedTuple):
@@ -76,7 +70,7 @@ class SimulationSetup:
         try:
             self.route_m: np.ndarray = load_waypoints(self.waypoints_path)
             self.route = road_route(self.route_m)
-            self.simulation = _simulation(parameter, self.preset, self.route)
+            self.simulation = build_simulation(parameter, self.route)
             check_between(0.0, 1.0, daylight=self.daylight)
             check_non_negative(
                 patience_s=self.timeouts.answer_s,
@@ -106,26 +100,3 @@ def _drive_log(path: str) -> DriveLog:
         return DriveLog(path)
     except OSError as error:
         refuse(f"drive_log: {path}: {error.strerror}; name a file in a folder that can be written")
-
-
-def _simulation(parameter: Parameters, preset: str, route: Route) -> Simulation:
-    obstacles_path = parameter("obstacles_path")
-    vehicle = Vehicle(
-        load_vehicle(os.path.join(parameter("vehicles_folder"), preset + ".yaml")),
-        friction=parameter("friction"),
-        side_wind_mps=parameter("side_wind_mps"),
-    )
-    command_timeout_s = parameter("command_patience_s")
-    check_between(0.0, 1e6, command_patience_s=command_timeout_s)
-    return Simulation(
-        vehicle,
-        parameter("tick_s"),
-        command_timeout_s,
-        start=start_pose(route, **parameter("start")),
-        obstacles=Obstacles(load_obstacles(obstacles_path, route)),
-        lights=TrafficLights(load_lights(obstacles_path, route)),
-        noise=OdometryNoise(parameter("seed"), **parameter("odometry_noise")),
-        ackermann=AckermannControl(vehicle.parameters, AckermannGains(**parameter("ackermann"))),
-        command_latency_s=parameter("command_latency_s"),
-        sensor_latency_s=parameter("sensor_latency_s"),
-    )

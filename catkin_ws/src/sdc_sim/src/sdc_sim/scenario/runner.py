@@ -15,14 +15,13 @@ The exit status is 1 for errors and for violations.
 from __future__ import annotations
 
 import contextlib
-import difflib
 import os
 import signal
 import subprocess
 import sys
 import time
 import xml.etree.ElementTree as ElementTree
-from typing import Callable, Mapping, NamedTuple
+from typing import Callable, Mapping
 
 import rospkg
 import yaml
@@ -36,47 +35,20 @@ from sdc_common.ros.catkin_workspace import (
 from sdc_common.routes.waypoint_file import WaypointError, load_waypoints
 from sdc_sim.report.completion import complete_report, is_complete
 from sdc_sim.report.writer import EVENT_LOG, companion
-from sdc_sim.road.route_generator import csv_lines, generate_route
 from sdc_sim.scenario.acceptance_limits import AcceptanceLimits, read_report, violations
+from sdc_sim.scenario.packaged import (
+    PackagedFolders,
+    find_packaged,
+    find_route,
+    find_scenario,
+    generated_lines,
+    sim_options,
+)
 from sdc_sim.scenario.reader import Scenario, load_lights, load_obstacles, load_scenario
 from sdc_sim.scenario.yaml_document import DocumentError
 
-_ROUTES = {"town": "waypoints.csv"}
-_SPACING_M = 1.0
 _SHUTDOWN_TIMEOUT_S = 30.0
 _LOG_TAIL_LINES = 25
-
-
-class PackagedFolders(NamedTuple):
-    """The folders in which the names of a scenario are looked up."""
-
-    scenarios: str
-    stacks: str
-    vehicles: str
-    routes: str
-
-    @staticmethod
-    def find() -> PackagedFolders:
-        """Return the folders of the installed packages."""
-        packages = rospkg.RosPack()
-        sim, common = packages.get_path("sdc_sim"), packages.get_path("sdc_common")
-        return PackagedFolders(
-            scenarios=os.path.join(sim, "scenarios"),
-            stacks=os.path.join(sim, "scenarios", "stacks"),
-            vehicles=os.path.join(sim, "config", "vehicles"),
-            routes=os.path.join(common, "data"),
-        )
-
-
-def find_scenario(name: str, folders: PackagedFolders) -> str:
-    """Return the path of a scenario, given its packaged name or its path.
-
-    Raises:
-        DocumentError: no packaged scenario has this name.
-    """
-    if name.endswith(".yaml"):
-        return name
-    return _find_packaged("scenario", name, folders.scenarios, ".yaml", "scenario:=NAME")
 
 
 def launch_arguments(
@@ -97,16 +69,15 @@ def launch_arguments(
     if isinstance(scenario.route, list):
         arguments["waypoints_path"] = generated_path
     elif scenario.route is not None:
-        arguments["waypoints_path"] = _route_path(scenario.path, scenario.route, folders)
+        arguments["waypoints_path"] = find_route(scenario.path, scenario.route, folders)
     if scenario.stack is not None and not given.get("workspace"):
-        arguments["stack"] = _find_packaged(
+        arguments["stack"] = find_packaged(
             "stack", scenario.stack, folders.stacks, ".launch", scenario.path
         )
-    sim = dict(scenario.sim)
-    if scenario.vehicle is not None:
-        _find_packaged("vehicle", scenario.vehicle, folders.vehicles, ".yaml", scenario.path)
-        sim["vehicle"] = scenario.vehicle
-    options = {**sim, **_parse_options(given.get("sim_options", "{}"))}
+    options = {
+        **sim_options(scenario, folders),
+        **_parse_options(given.get("sim_options", "{}")),
+    }
     text = yaml.safe_dump(options, default_flow_style=True, width=sys.maxsize).strip()
     return {**arguments, **given, "sim_options": text}
 
@@ -123,16 +94,11 @@ def prepare(
     """
     generated_path = os.path.splitext(os.path.abspath(report_path))[0] + ".route.csv"
     arguments = launch_arguments(scenario, folders, generated_path, given)
-    if arguments.get("waypoints_path") == generated_path:
-        spec = {
-            "elements": scenario.route,
-            "spacing_m": _SPACING_M,
-            "start": {"x_m": 0.0, "y_m": 0.0, "heading_deg": 0.0},
-        }
+    if isinstance(scenario.route, list) and arguments["waypoints_path"] == generated_path:
         os.makedirs(os.path.dirname(generated_path), exist_ok=True)
         with open(generated_path, "w", encoding="utf-8") as file:
-            file.writelines(csv_lines(generate_route(spec)))
-    default_path = os.path.join(folders.routes, _ROUTES["town"])
+            file.writelines(generated_lines(scenario.route))
+    default_path = find_route("", "town", folders)
     route = road_route(load_waypoints(arguments.get("waypoints_path") or default_path))
     load_obstacles(arguments["obstacles_path"], route)
     load_lights(arguments["obstacles_path"], route)
@@ -304,31 +270,6 @@ def _terminate(launch: subprocess.Popen) -> None:
             launch.wait(_SHUTDOWN_TIMEOUT_S)
         except subprocess.TimeoutExpired:
             continue
-
-
-def _route_path(scenario_path: str, route: str, folders: PackagedFolders) -> str:
-    if route.endswith(".csv"):
-        folder = os.path.dirname(os.path.abspath(scenario_path))
-        return os.path.join(folder, os.path.expanduser(route))
-    if route not in _ROUTES:
-        raise DocumentError(
-            f"{scenario_path}: unknown route '{route}'; use {' or '.join(_ROUTES)}, the path of a "
-            ".csv file relative to this file, or a list of straights and bends"
-        )
-    return os.path.join(folders.routes, _ROUTES[route])
-
-
-def _find_packaged(kind: str, name: str, folder: str, extension: str, place: str) -> str:
-    known = sorted(
-        entry[: -len(extension)] for entry in os.listdir(folder) if entry.endswith(extension)
-    )
-    if name not in known:
-        close = difflib.get_close_matches(name, known, n=1)
-        hint = f"did you mean '{close[0]}'? " if close else ""
-        raise DocumentError(
-            f"{place}: unknown {kind} '{name}'; {hint}The known ones are: {' '.join(known)}"
-        )
-    return os.path.join(folder, name + extension)
 
 
 def _parse_options(text: str) -> dict:

@@ -1,12 +1,18 @@
-"""Drive every packaged scenario in lockstep with real nodes: ./test scenarios."""
+"""Drive every packaged scenario in lockstep with real nodes, and in one process: ./test scenarios.
+
+Both drives are the same, bit for bit.
+"""
 
 import csv
+import json
 import os
 from pathlib import Path
 
 import pytest
 
 from sdc_common.ros.master_port import free_master_port
+from sdc_experiments.closed_loop import drive_result
+from sdc_sim.report.writer import write_report
 from sdc_sim.scenario.runner import CheckedDrive
 
 pytestmark = pytest.mark.slow(130)
@@ -19,6 +25,8 @@ TIMEOUT_S = 300.0
 # Every tenth tick of a drive, from the first columns of its report.csv.
 TRACES = Path(__file__).with_name("traces")
 TOLERANCE = 1e-6
+# Only a drive of nodes has a wall clock.
+WALL_CLOCK = {"wall_duration_s": None, "real_time_factor": None}
 
 
 @pytest.fixture
@@ -40,6 +48,19 @@ def test_drive_meets_the_limits_of_its_scenario(name, environment, tmp_path):
     assert not lines, "\n".join(lines)
     if (TRACES / f"{name}.csv").exists():
         check_trace(TRACES / f"{name}.csv", tmp_path / "report.csv")
+    if "stack" not in drive.arguments:
+        check_drive_in_process(name, tmp_path)
+
+
+def check_drive_in_process(name, folder):
+    """Compare every number of the drive with that of the same scenario in one process."""
+    write_report(str(folder / "process.json"), drive_result(name))
+    assert (folder / "process.csv").read_text() == (folder / "report.csv").read_text()
+    report, process = (
+        json.loads((folder / file).read_text()) for file in ("report.json", "process.json")
+    )
+    assert process == {**report, **WALL_CLOCK}
+    assert list(process) == list(report)
 
 
 def check_trace(stored, driven):

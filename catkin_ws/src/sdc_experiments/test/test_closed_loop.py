@@ -1,0 +1,154 @@
+"""Drives in one process: their report, their arguments, and their errors.
+
+test_scenarios.py compares them with the drives of real nodes.
+"""
+
+import math
+
+import numpy as np
+import pytest
+
+from sdc_experiments.closed_loop import drive, drive_result
+from sdc_package.local_planner import OffRouteError
+from sdc_package.steering.stanley import StanleySteering
+
+pytestmark = pytest.mark.slow(4)
+
+STRAIGHT = [{"straight_m": 40.0}]
+
+
+def test_equal_arguments_give_equal_traces():
+    options = {"odometry_noise": {"position_m": 0.05}, "friction": 0.8}
+    first, second = (
+        drive_result(route=STRAIGHT, seed=3, sim_options=options).rows for _ in range(2)
+    )
+    assert np.array_equal(first, second, equal_nan=True)
+    other = drive_result(route=STRAIGHT, seed=4, sim_options=options).rows
+    assert not np.array_equal(first[:50], other[:50], equal_nan=True)
+
+
+def test_report_counts_each_tick_as_answered_by_its_stamp():
+    report = drive(route=STRAIGHT)
+    assert report["status"] == "completed"
+    assert report["ticks_by_stamp"] == report["ticks"] > 100
+    assert (report["missed_ticks"], report["ticks_by_order"], report["assumed_limits"]) == (
+        0,
+        0,
+        [],
+    )
+
+
+def test_car_without_brakes_for_a_parked_one_collides():
+    def blind(observation):
+        state = observation.measured
+        return [(state.x_m + ahead, 0.0, 5.0) for ahead in (1.0, 2.0, 30.0)]
+
+    seen = drive("stopped_car", longest_s=14.0)
+    assert seen["infractions"]["collision_vehicle"] == 0
+    report = drive("stopped_car", planner=blind)
+    assert report["status"] == "collision"
+    assert report["infractions"]["collision_vehicle"] == 1
+
+
+def test_light_that_stays_red_is_not_crossed(tmp_path):
+    path = tmp_path / "red.yaml"
+    path.write_text(
+        "route: [{straight_m: 60}]\nlights: [{stop_line_m: 30, phases: [red: 1000.0]}]\n"
+    )
+    report = drive(str(path), referee_options={"blocked_s": 2.0})
+    assert report["status"] == "blocked"
+    assert report["infractions"]["red_light"] == 0
+    # The front of the car is 2.35 m ahead of its centre, and stops 1 m before the line.
+    assert report["route_completion_percent"] == pytest.approx(100.0 * 26.65 / 60.0, abs=2.0)
+
+
+def test_steering_is_a_name_an_object_or_a_function():
+    textbook = drive(route=STRAIGHT, steering="stanley", sim_options={"start": {"left_m": 0.5}})
+    controller_options = {"steering_method": "stanley"}
+    assert textbook == drive(
+        route=STRAIGHT,
+        controller_options=controller_options,
+        sim_options={"start": {"left_m": 0.5}},
+    )
+    method = StanleySteering.__new__(StanleySteering)
+
+    def left(path, x_m, y_m, yaw_rad, speed_mps, yaw_rate_radps):
+        return 0.3
+
+    method.wheel_angle = left
+    for steering in (left, method):
+        assert drive(route=STRAIGHT, steering=steering)["status"] == "off_route"
+
+
+def test_section_of_an_own_steering_method_is_passed_to_it(monkeypatch, tmp_path):
+    (tmp_path / "my_closed_loop_module.py").write_text(
+        "class Constant:\n"
+        "    def __init__(self, axles, angle_rad):\n"
+        "        self.angle_rad = angle_rad\n"
+        "    def wheel_angle(self, *pose):\n"
+        "        return self.angle_rad\n"
+    )
+    monkeypatch.syspath_prepend(str(tmp_path))
+    result = drive_result(
+        route=STRAIGHT,
+        steering="my_closed_loop_module:Constant",
+        controller_options={"Constant": {"angle_rad": 0.05}},
+        longest_s=6.0,
+    )
+    assert result.progress.samples[-1].y_m > 0.1
+    assert result.metrics["status"] == "aborted"
+
+
+def test_controller_brakes_when_the_planner_has_no_path():
+    def planner(observation):
+        if observation.stamp[0] >= 4:
+            raise OffRouteError("no path")
+        state = observation.measured
+        return [(state.x_m + ahead, 0.0, 8.0) for ahead in (1.0, 2.0, 30.0)]
+
+    result = drive_result(route=[{"straight_m": 200.0}], planner=planner, longest_s=9.0)
+    speeds = result.progress.column("speed_mps")
+    assert speeds.max() > 3.0
+    assert speeds[-1] == 0.0
+    assert result.reasons[-1] == "path_timeout"
+    assert result.metrics["missed_ticks"] > 50
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"scenario": "slalon"}, "unknown scenario 'slalon'; did you mean 'slalom'?"),
+        ({"sim_options": {"frction": 1.0}}, "sim_options: unknown parameter 'frction'; did you"),
+        ({"sim_options": {"friction": -1.0}}, "friction must be"),
+        ({"sim_options": {"start": 3.0}}, "sim_options: 'start' is a section"),
+        ({"sim_options": {"start": {"left": 1.0}}}, "section 'start': unknown parameter 'left'"),
+        ({"planner_options": {"lookahead": 3}}, "planner_options: unknown parameter 'lookahead'"),
+        ({"controller_options": {"pid": {"k": 3}}}, "controller_options, section 'pid': unknown"),
+        ({"referee_options": {"blocked": 3}}, "referee_options: unknown parameter 'blocked'"),
+        ({"steering": "stanly"}, "there is no steering_method 'stanly': did you mean 'stanley'"),
+        ({"steering": 3}, "steering: must be a name, an object with a method wheel_angle or"),
+        ({"route": [1, 2]}, "route: must be"),
+        ({"route": np.zeros((3, 2))}, "coincide"),
+        ({"route": "missing.csv"}, "missing.csv: the file cannot be read"),
+        ({"sim_options": {"vehicle": "tank"}}, "tank.yaml: cannot be read"),
+    ],
+)
+def test_invalid_argument_is_named_in_one_line(arguments, message):
+    with pytest.raises(ValueError, match="") as error:
+        drive(**arguments)
+    assert message in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_planned_speed_changes_the_ideal_duration():
+    slow = drive(route=STRAIGHT, planner_options={"planned_speed_mps": 4.0})
+    assert slow["speed_max_mps"] == pytest.approx(4.0, abs=0.2)
+    assert slow["time_ratio"] < 1.1
+    assert slow["ideal_duration_s"] > drive(route=STRAIGHT)["ideal_duration_s"]
+
+
+def test_start_beside_the_route_is_the_first_sample():
+    start = {"along_m": 5.0, "left_m": 0.4, "turned_rad": math.radians(5.0)}
+    first = drive_result(route=STRAIGHT, sim_options={"start": start}).progress.samples[0]
+    assert (first.s_m, first.cross_track_m) == pytest.approx((5.0, 0.4))
+    assert first.heading_error_rad == pytest.approx(math.radians(5.0))

@@ -1,0 +1,110 @@
+"""What a drive in process needs: the scenario, its route, and the simulation of both."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, field
+from typing import Any, Mapping, Sequence, Union
+
+import numpy as np
+
+from sdc_common.geometry.road_line import road_route
+from sdc_common.geometry.route import Route, checked_points
+from sdc_common.routes.waypoint_file import load_waypoints, parse_waypoints
+from sdc_sim.scenario.packaged import (
+    PackagedFolders,
+    find_route,
+    find_scenario,
+    generated_lines,
+    node_config,
+    overridden,
+    sim_options,
+)
+from sdc_sim.scenario.reader import Scenario, load_scenario
+from sdc_sim.scenario.yaml_document import DocumentError
+from sdc_sim.simulation.configuration import build_simulation
+from sdc_sim.simulation.simulation import Simulation
+
+# The file or the name of a route, (N, 2) waypoints in the map [m], or straights and bends.
+RouteSource = Union[str, np.ndarray, Sequence[Mapping]]
+
+
+@dataclass(frozen=True)
+class DriveSetup:
+    """The conditions of a drive.
+
+    Attributes:
+        scenario: the scenario, None for the route alone
+        waypoints_m: (N, 2) waypoints of the mission in the map [m]
+        route: the road along them
+        parameters: parameters of config/sim.yaml for this drive
+    """
+
+    scenario: Scenario | None
+    waypoints_m: np.ndarray
+    route: Route = field(repr=False)
+    parameters: dict[str, Any]
+
+    def simulation(self) -> Simulation:
+        """Return the simulation at its start, as the sim node builds it.
+
+        Raises:
+            ValueError: a parameter is not valid; the message names it
+        """
+        values = {
+            **self.parameters,
+            "vehicles_folder": PackagedFolders.find().vehicles,
+            "obstacles_path": self.scenario.path if self.scenario is not None else "",
+        }
+        return build_simulation(values.__getitem__, self.route)
+
+
+def drive_setup(
+    scenario: str = "",
+    route: RouteSource | None = None,
+    options: Mapping[str, Any] | None = None,
+) -> DriveSetup:
+    """Return the conditions of a drive, as ./drive reads them.
+
+    Args:
+        scenario: name of a packaged scenario or path of a scenario file, "" for the route alone
+        route: replaces the route of the scenario; the packaged town route if neither has one
+        options: parameters of config/sim.yaml, which override those of the scenario
+
+    Raises:
+        DocumentError, WaypointError: a name, a file or an option is not valid
+        ValueError: the route is not valid
+    """
+    folders = PackagedFolders.find()
+    loaded = load_scenario(find_scenario(scenario, folders)) if scenario else None
+    source: Any = loaded.route if route is None and loaded is not None else route
+    path = loaded.path if loaded is not None else os.path.join(os.getcwd(), "route")
+    waypoints_m = _waypoints("town" if source is None else source, path, folders)
+    given = {} if loaded is None else sim_options(loaded, folders)
+    parameters = overridden(
+        node_config("sdc_sim", "sim"), {**given, **(options or {})}, "sim_options"
+    )
+    return DriveSetup(loaded, waypoints_m, road_route(waypoints_m), parameters)
+
+
+def load_simulation(
+    scenario: str = "",
+    route: RouteSource | None = None,
+    options: Mapping[str, Any] | None = None,
+) -> Simulation:
+    """Return the simulation of a scenario at its start; see `drive_setup`."""
+    return drive_setup(scenario, route, options).simulation()
+
+
+def _waypoints(source: Any, scenario_path: str, folders: PackagedFolders) -> np.ndarray:
+    """Return the waypoints of a route, rounded as in the file that ./drive writes of it."""
+    if isinstance(source, str):
+        return load_waypoints(find_route(scenario_path, source, folders))
+    if isinstance(source, np.ndarray):
+        return checked_points(source)
+    if all(isinstance(element, Mapping) for element in source):
+        return parse_waypoints("".join(generated_lines(source)), "the generated route")
+    raise DocumentError(
+        "route: must be the name or path of a route, an array of (x, y), or a list of straights "
+        "and bends"
+    )

@@ -1,0 +1,167 @@
+"""Look up what the packages contain: scenarios, routes, vehicles, stacks and configurations."""
+
+from __future__ import annotations
+
+import copy
+import difflib
+import os
+from functools import lru_cache
+from typing import Any, Mapping, NamedTuple, Sequence
+
+import rospkg
+import yaml
+
+from sdc_sim.road.route_generator import csv_lines, generate_route
+from sdc_sim.scenario.reader import Scenario
+from sdc_sim.scenario.yaml_document import DocumentError
+
+_ROUTES = {"town": "waypoints.csv"}
+_SPACING_M = 1.0
+
+
+class PackagedFolders(NamedTuple):
+    """The folders in which the names of a scenario are looked up."""
+
+    scenarios: str
+    stacks: str
+    vehicles: str
+    routes: str
+
+    @staticmethod
+    def find() -> PackagedFolders:
+        """Return the folders of the installed packages."""
+        sim = package_folder("sdc_sim")
+        return PackagedFolders(
+            scenarios=os.path.join(sim, "scenarios"),
+            stacks=os.path.join(sim, "scenarios", "stacks"),
+            vehicles=os.path.join(sim, "config", "vehicles"),
+            routes=os.path.join(package_folder("sdc_common"), "data"),
+        )
+
+
+@lru_cache(maxsize=None)
+def package_folder(package: str) -> str:
+    """Return the folder of an installed package."""
+    return rospkg.RosPack().get_path(package)
+
+
+def node_config(package: str, node: str) -> dict[str, Any]:
+    """Return the parameters of a node, from its file in config/ of its package."""
+    return copy.deepcopy(_read_config(os.path.join(package_folder(package), "config", node)))
+
+
+@lru_cache(maxsize=None)
+def _read_config(path: str) -> dict[str, Any]:
+    with open(path + ".yaml", encoding="utf-8") as file:
+        return yaml.safe_load(file)
+
+
+def overridden(
+    parameters: Mapping[str, Any], options: Mapping[str, Any], name: str
+) -> dict[str, Any]:
+    """Return parameters with some of them replaced; sections are merged.
+
+    Args:
+        parameters: all parameters
+        options: the parameters to replace
+        name: name of the options in error messages, such as sim_options
+
+    Raises:
+        DocumentError: an option is no parameter, or a section is given as a value
+    """
+    result = dict(parameters)
+    for key, value in options.items():
+        if key not in parameters:
+            close = difflib.get_close_matches(str(key), map(str, parameters), n=1)
+            hint = f"did you mean '{close[0]}'?" if close else "remove it"
+            raise DocumentError(f"{name}: unknown parameter '{key}'; {hint}")
+        section = parameters[key]
+        if isinstance(section, Mapping):
+            if not isinstance(value, Mapping):
+                raise DocumentError(
+                    f"{name}: '{key}' is a section with the parameters {', '.join(section)}, "
+                    f"got {value!r}"
+                )
+            value = overridden(section, value, f"{name}, section '{key}'")
+        result[key] = value
+    return result
+
+
+def find_scenario(name: str, folders: PackagedFolders) -> str:
+    """Return the path of a scenario, given its packaged name or its path.
+
+    Raises:
+        DocumentError: no packaged scenario has this name.
+    """
+    if name.endswith(".yaml"):
+        return name
+    return find_packaged("scenario", name, folders.scenarios, ".yaml", "scenario:=NAME")
+
+
+def sim_options(scenario: Scenario, folders: PackagedFolders) -> dict[str, Any]:
+    """Return the parameters of config/sim.yaml that a scenario replaces.
+
+    Raises:
+        DocumentError: the scenario names an unknown vehicle.
+    """
+    options = dict(scenario.sim)
+    if scenario.vehicle is not None:
+        find_packaged("vehicle", scenario.vehicle, folders.vehicles, ".yaml", scenario.path)
+        options["vehicle"] = scenario.vehicle
+    return options
+
+
+def generated_lines(elements: Sequence[Mapping]) -> list[str]:
+    """Return the lines of the waypoint file of a list of straights and bends.
+
+    Raises:
+        RouteSpecError: the list is no route
+    """
+    spec = {
+        "elements": elements,
+        "spacing_m": _SPACING_M,
+        "start": {"x_m": 0.0, "y_m": 0.0, "heading_deg": 0.0},
+    }
+    return csv_lines(generate_route(spec))
+
+
+def find_route(scenario_path: str, route: str, folders: PackagedFolders) -> str:
+    """Return the path of a waypoint file, given a packaged name or the path in a scenario.
+
+    Raises:
+        DocumentError: no packaged route has this name.
+    """
+    if route.endswith(".csv"):
+        folder = os.path.dirname(os.path.abspath(scenario_path))
+        return os.path.join(folder, os.path.expanduser(route))
+    if route not in _ROUTES:
+        raise DocumentError(
+            f"{scenario_path}: unknown route '{route}'; use {' or '.join(_ROUTES)}, the path of a "
+            ".csv file relative to this file, or a list of straights and bends"
+        )
+    return os.path.join(folders.routes, _ROUTES[route])
+
+
+def find_packaged(kind: str, name: str, folder: str, extension: str, place: str) -> str:
+    """Return the path of a packaged file.
+
+    Args:
+        kind: what the file contains, for the error message
+        name: its name without extension
+        folder: the folder with the files of this kind
+        extension: their extension
+        place: where the name is written, for the error message
+
+    Raises:
+        DocumentError: no file has this name.
+    """
+    known = sorted(
+        entry[: -len(extension)] for entry in os.listdir(folder) if entry.endswith(extension)
+    )
+    if name not in known:
+        close = difflib.get_close_matches(name, known, n=1)
+        hint = f"did you mean '{close[0]}'? " if close else ""
+        raise DocumentError(
+            f"{place}: unknown {kind} '{name}'; {hint}The known ones are: {' '.join(known)}"
+        )
+    return os.path.join(folder, name + extension)

@@ -1,0 +1,53 @@
+"""Build a simulation from the parameters of config/sim.yaml and the road of a scenario."""
+
+from __future__ import annotations
+
+import os
+from typing import Any, Callable
+
+from sdc_common.geometry.route import Route
+from sdc_common.validation import check_between
+from sdc_sim.physics.ackermann import AckermannControl, AckermannGains
+from sdc_sim.physics.obstacles import Obstacles
+from sdc_sim.physics.traffic_lights import TrafficLights
+from sdc_sim.physics.vehicle import Vehicle
+from sdc_sim.physics.vehicle_parameters import load_vehicle
+from sdc_sim.scenario.reader import load_lights, load_obstacles
+from sdc_sim.simulation.placement import start_pose
+from sdc_sim.simulation.sensors import OdometryNoise
+from sdc_sim.simulation.simulation import Simulation
+
+
+def build_simulation(parameter: Callable[[str], Any], route: Route) -> Simulation:
+    """Return a simulation at its start.
+
+    Args:
+        parameter: returns the parameter of config/sim.yaml with a given name, and those of
+            sim.launch: vehicles_folder, and obstacles_path, the scenario ("" for none)
+        route: the road
+
+    Raises:
+        DocumentError, VehicleError: a file is not valid
+        OccupiedError: an obstacle is at the start pose
+        TypeError, ValueError: a parameter is not valid
+    """
+    obstacles_path = parameter("obstacles_path")
+    vehicle = Vehicle(
+        load_vehicle(os.path.join(parameter("vehicles_folder"), parameter("vehicle") + ".yaml")),
+        friction=parameter("friction"),
+        side_wind_mps=parameter("side_wind_mps"),
+    )
+    command_timeout_s = parameter("command_patience_s")
+    check_between(0.0, 1e6, command_patience_s=command_timeout_s)
+    return Simulation(
+        vehicle,
+        parameter("tick_s"),
+        command_timeout_s,
+        start=start_pose(route, **parameter("start")),
+        obstacles=Obstacles(load_obstacles(obstacles_path, route)),
+        lights=TrafficLights(load_lights(obstacles_path, route)),
+        noise=OdometryNoise(parameter("seed"), **parameter("odometry_noise")),
+        ackermann=AckermannControl(vehicle.parameters, AckermannGains(**parameter("ackermann"))),
+        command_latency_s=parameter("command_latency_s"),
+        sensor_latency_s=parameter("sensor_latency_s"),
+    )
