@@ -49,7 +49,7 @@ class DaskEngine:
         ClusterError: Dask is not installed, or the scheduler does not answer
     """
 
-    def __init__(self, scheduler: str, workers: int):
+    def __init__(self, scheduler: str, workers: int = 1):
         try:
             import dask
             import distributed
@@ -106,8 +106,8 @@ class DaskEngine:
                 problem = self._client.run(function, *arguments, workers=[address])[address]
             except Exception as error:  # noqa: BLE001  it is the worker's, of any type
                 problem = (
-                    f"it cannot load {function.__module__} ({error}); start it in a terminal in "
-                    "which the workspace of this project is set up"
+                    f"it cannot load {function.__module__} ({error}); start it as the section "
+                    "'A cluster' of docs/sweeps.md shows"
                 )
             if problem:
                 raise ClusterError(f"worker {address}: {problem}")
