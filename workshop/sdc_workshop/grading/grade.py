@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import os
 import signal
 import sys
 import threading
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
-from typing import Sequence
+from typing import Iterator, Sequence
 
+from sdc_experiments.sweep.dask_engine import ClusterError
 from sdc_workshop.exam.sandbox import SandboxError, require, user_id
+from sdc_workshop.grading.cluster import grade_on_cluster
 from sdc_workshop.grading.copying import is_workspace
 from sdc_workshop.grading.grading import Conditions, Grade, grade
 from sdc_workshop.grading.summary import leaderboard, write_csv, write_html
@@ -46,6 +49,12 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
         default=(os.cpu_count() or 1) + 1,  # a check waits for its nodes about a third of its time
         metavar="N",
         help="students that are graded at the same time (default: number of cores + 1)",
+    )
+    parser.add_argument(
+        "--scheduler",
+        default="",
+        metavar="tcp://HOST:PORT",
+        help="grade on this Dask cluster, whose workers see the same folders (default: here)",
     )
     parser.add_argument(
         "--no-sandbox",
@@ -109,39 +118,53 @@ def main(arguments: Sequence[str]) -> int:
             f"grade: {output}: {error.strerror}; name another folder with --output", file=sys.stderr
         )
         return 1
-    if not options.no_sandbox:
-        try:
-            require()
-        except SandboxError as error:
-            print(f"grade: {error}", file=sys.stderr)
-            return 2
+    if options.scheduler:
+        sandboxed = not options.no_sandbox
+        found = grade_on_cluster(options.scheduler, named, output, options.limit, sandboxed)
+    else:
+        found = grade_here(named, output, options)
     total = len(load_steps())
     grades = []
+    try:
+        with contextlib.closing(found):
+            for one in found:
+                grades.append(one)
+                print(line(one, total), flush=True)
+    except (ClusterError, SandboxError) as error:
+        print(f"grade: {error}", file=sys.stderr)
+        return 2
+    ranked = leaderboard(grades)
+    write_csv(output / "grades.csv", ranked)
+    write_html(output / "grades.html", ranked)
+    print(f"grade: {len(grades)} workspaces, see {output / 'grades.html'} and grades.csv")
+    return 0 if not any(found.note or found.contained for found in grades) else 1
+
+
+def grade_here(named: dict, output: Path, options: argparse.Namespace) -> Iterator[Grade]:
+    """Grade workspaces on this machine and yield each grade as soon as it is known.
+
+    Raises:
+        SandboxError: there is no sandbox on this machine
+    """
+    if not options.no_sandbox:
+        require()
     stop = threading.Event()
 
     def conditions(number: int) -> Conditions:
         user = None if options.no_sandbox else user_id(number)
         return Conditions(options.limit, user, stop.is_set)
 
+    waiting: list = []
     with ThreadPoolExecutor(options.jobs) as pool:
-        waiting = [
-            pool.submit(grade, name, folder, output / name, conditions(number))
-            for number, (folder, name) in enumerate(named.items())
-        ]
         try:
+            for number, (folder, name) in enumerate(named.items()):
+                waiting.append(pool.submit(grade, name, folder, output / name, conditions(number)))
             for done in as_completed(waiting):
-                grades.append(done.result())
-                print(line(grades[-1], total), flush=True)
-        except KeyboardInterrupt:
+                yield done.result()
+        finally:
             stop.set()
             for job in waiting:
                 job.cancel()
-            raise
-    ranked = leaderboard(grades)
-    write_csv(output / "grades.csv", ranked)
-    write_html(output / "grades.html", ranked)
-    print(f"grade: {len(grades)} workspaces, see {output / 'grades.html'} and grades.csv")
-    return 0 if not any(found.note or found.contained for found in grades) else 1
 
 
 def line(found: Grade, total: int) -> str:

@@ -49,6 +49,7 @@ def drive_result(
     controller_options: Mapping[str, Any] = _NO_OPTIONS,
     referee_options: Mapping[str, Any] = _NO_OPTIONS,
     longest_s: float | None = None,
+    observe: Callable[[Observation], Any] | None = None,
 ) -> DriveResult:
     """Drive until the drive ends, and return its evaluation.
 
@@ -66,6 +67,7 @@ def drive_result(
         controller_options: the same for sdc_package/config/simple_controller.yaml
         referee_options: the same for sdc_sim/config/referee.yaml
         longest_s: simulated time after which to stop, None for no limit but the referee's [s]
+        observe: called with each observation, which also has the true state of the vehicle
 
     Raises:
         ValueError: an argument, a name, a file or an option is not valid; the message is one line
@@ -79,7 +81,7 @@ def drive_result(
     evaluation = DriveRecorder(setup, simulation, own_planner.parameters, referee_options)
     plan: Planner = own_planner if planner is None else planner
     reason = (lambda: own_planner.reason) if planner is None else (lambda: "")
-    _run(simulation, plan, controller, evaluation, reason, longest_s)
+    _run(simulation, plan, controller, evaluation, reason, longest_s, observe)
     return evaluation.result()
 
 
@@ -90,10 +92,13 @@ def _run(
     recorder: DriveRecorder,
     reason: Callable[[], str],
     longest_s: float | None,
+    observe: Callable[[Observation], Any] | None,
 ) -> None:
     """Drive tick by tick until the drive ends."""
     observation = simulation.observation
     while True:
+        if observe is not None:
+            observe(observation)
         over = recorder.add(observation)
         over = over or (longest_s is not None and simulation.elapsed_s >= longest_s)
         command: VehicleCommand | None

@@ -55,6 +55,7 @@ class ReferencePath:
 
     def __init__(self):
         self.rows: list[Row] = []
+        self._points: list[tuple[float, float]] = []
         self._stop_s_m = 0.0
 
     @property
@@ -75,7 +76,9 @@ class ReferencePath:
         distinct = _distinct_rows(rows)
         passed = self._passed_rows(distinct[0])
         self.rows = [*passed, *distinct]
-        self.line = Polyline([(x, y) for x, y, _ in self.rows])
+        points = [(x, y) for x, y, _ in self.rows]
+        if points != self._points:
+            self._points, self.line = points, Polyline(points)
         stops = (s for s, row in zip(self.line.s[len(passed) :], distinct) if row[2] == 0.0)
         self._stop_s_m = next(stops, self.line.s[-1])
 

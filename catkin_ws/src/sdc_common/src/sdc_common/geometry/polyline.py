@@ -65,23 +65,28 @@ class Polyline:
         self.points = points
         self.lengths: list[float] = []
         self.s = [0.0]
-        self._segments = []
+        self._segments: list[tuple[float, ...]] = []
         directions: list[float] = []
+        add_length, add_place, add_segment = (
+            self.lengths.append,
+            self.s.append,
+            self._segments.append,
+        )
         total = heading = 0.0
         for (x, y), (next_x, next_y) in zip(points, points[1:]):
             step_x, step_y = next_x - x, next_y - y
             length = math.sqrt(step_x * step_x + step_y * step_y)
             total += length
-            self.lengths.append(length)
-            self.s.append(total)
+            add_length(length)
+            add_place(total)
             if length > 0.0:
-                self._segments.append((x, y, step_x / length, step_y / length, 0.0, length))
+                add_segment((x, y, step_x / length, step_y / length, 0.0, length))
                 direction = math.atan2(step_y, step_x)
-                if directions:
+                if directions and not -math.pi < heading - direction < math.pi:
                     direction += 2.0 * math.pi * round((heading - direction) / (2.0 * math.pi))
                 heading = direction
             else:
-                self._segments.append(_NO_SEGMENT)
+                add_segment(_NO_SEGMENT)
             directions.append(heading)
         self.headings = [
             directions[0],

@@ -8,6 +8,7 @@ run any code. Here such a line is an error.
 
 from __future__ import annotations
 
+import signal
 import sys
 
 import roslaunch
@@ -29,6 +30,8 @@ def refuse_expression(_loader: yaml.SafeLoader, node: yaml.ScalarNode) -> None:
 
 def main() -> None:
     """Disable expressions and run roslaunch."""
+    # A caller that blocks Ctrl-C for itself, such as a worker of a sweep, interrupts the launch.
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
     assert rosparam  # imported first, so that its constructors are replaced
     for tag in EXPRESSION_TAGS:
         yaml.SafeLoader.add_constructor(tag, refuse_expression)

@@ -17,9 +17,8 @@ from sdc_sim.physics.piecewise_linear import evaluate, linear_segments
 from sdc_sim.physics.vehicle_dynamics import (
     AIR_DENSITY_KGPM3,
     GRAVITY_MPS2,
-    BodyMotion,
-    VehicleDynamics,
-    WheelDemand,
+    DynamicsConstants,
+    derivatives_function,
     fastest_rate_per_s,
 )
 from sdc_sim.physics.vehicle_parameters import VehicleParameters
@@ -179,7 +178,7 @@ class _Inputs:
         "throttle",
         "brake",
         "steer",
-        "step_s",
+        "goals",
         "pedal_change",
         "steer_change",
         "load_gain",
@@ -191,7 +190,7 @@ class _Inputs:
         self.throttle = float(command.throttle)
         self.brake = float(command.brake)
         self.steer = float(command.steer)
-        self.step_s = step_s
+        self.goals = self.throttle, self.brake, self.steer
         self.pedal_change = step_s / p.pedal_travel_s
         self.steer_change = 2.0 * step_s / p.steer_travel_s
         self.load_gain = 1.0 - math.exp(-step_s / p.load_transfer_time_s)
@@ -201,15 +200,17 @@ class _Inputs:
         if command.hand_brake:
             self.rolling_rear_n += p.hand_brake_force_n
 
+    def reached(self, state: VehicleState) -> bool:
+        """Return whether pedals and steering are where the command wants them."""
+        return (state.throttle, state.brake, state.steer) == self.goals
+
 
 class _Integrator:
     """Integrates the state of one vehicle with Heun's method."""
 
     def __init__(self, p: VehicleParameters, friction: float, side_wind_mps: float):
         self._p = p
-        self._motion = BodyMotion()
-        self._demand = WheelDemand()
-        self._derivatives = VehicleDynamics(p, friction, side_wind_mps).derivatives
+        self._derivatives = derivatives_function(DynamicsConstants.of(p, friction, side_wind_mps))
         self._brake_front_n = p.brake_force_n * p.brake_front_share
         self._brake_rear_n = p.brake_force_n - self._brake_front_n
         weight_n = p.mass_kg * GRAVITY_MPS2
@@ -227,83 +228,115 @@ class _Integrator:
         """Return the state after so many steps under one command."""
         state = VehicleState(**vars(start))
         inputs = _Inputs(self._p, command, step_s)
-        demand = self._demand
-        demand.rear_grip_share = 1.0 if command.hand_brake else self._p.pedal_grip_share
+        rear_share = 1.0 if command.hand_brake else self._p.pedal_grip_share
+        drive_front_share, steer_segments = self._p.drive_front_share, self._steer_segments
         speed_rate = (
             state.longitudinal_acceleration_mps2 + state.lateral_speed_mps * state.yaw_rate_radps
         )
+        moving, pull_n = True, 0.0
         for _ in range(steps):
-            throttle, brake, steer = _move_actuators(state, inputs)
-            middle_speed = state.speed_mps + 0.5 * step_s * speed_rate
-            drive_n = (
-                0.0
-                if command.hand_brake
-                else self._drive_force(throttle, middle_speed, command.reverse)
-            )
-            demand.resist_front_n = inputs.rolling_front_n + brake * self._brake_front_n
-            demand.resist_rear_n = inputs.rolling_rear_n + brake * self._brake_rear_n
-            if self._stands_still(state, drive_n, demand):
+            if moving:
+                throttle, brake, steer = _move_actuators(state, inputs)
+                moving = (throttle, brake, steer) != inputs.goals or not inputs.reached(state)
+                pull_n = evaluate(throttle, self._drive_segments)
+                resist_front_n = inputs.rolling_front_n + brake * self._brake_front_n
+                resist_rear_n = inputs.rolling_rear_n + brake * self._brake_rear_n
+            middle_speed = abs(state.speed_mps + 0.5 * step_s * speed_rate)
+            drive_n = 0.0
+            if not command.hand_brake:
+                drive_n = self._drive_force(pull_n, throttle, middle_speed)
+                if command.reverse:
+                    signed_mps = state.speed_mps + 0.5 * step_s * speed_rate
+                    drive_n *= -min(max(self._p.reverse_speed_mps + signed_mps, 0.0), 1.0)
+            resist_n = resist_front_n + resist_rear_n
+            if state.speed_mps == 0.0 and self._stands_still(state, drive_n, resist_n):
                 speed_rate = 0.0
                 state.longitudinal_acceleration_mps2 = state.lateral_acceleration_mps2 = 0.0
                 state.load_transfer_mps2 -= inputs.load_gain * state.load_transfer_mps2
                 continue
-            self._set_direction(state, drive_n, demand)
-            demand.drive_front_n = drive_n * self._p.drive_front_share
-            demand.drive_rear_n = drive_n - demand.drive_front_n
-            angle = -steer * evaluate(abs(middle_speed), self._steer_segments)
-            demand.sin_angle, demand.cos_angle = sin(angle), cos(angle)
-            speed_rate = self._heun_step(state, demand, inputs)
-        state.wheel_angle_rad = -state.steer * evaluate(abs(state.speed_mps), self._steer_segments)
+            direction, share = self._direction(state, drive_n, resist_n)
+            drive_front_n = drive_n * drive_front_share
+            angle = -steer * evaluate(middle_speed, steer_segments)
+            speed_rate = self._heun_step(
+                state,
+                (
+                    sin(angle),
+                    cos(angle),
+                    drive_front_n,
+                    drive_n - drive_front_n,
+                    resist_front_n * share * direction,
+                    resist_rear_n * share * direction,
+                    rear_share,
+                ),
+                direction,
+                step_s,
+                inputs.load_gain,
+            )
+        state.wheel_angle_rad = -state.steer * evaluate(abs(state.speed_mps), steer_segments)
         return state
 
-    def _drive_force(self, throttle: float, speed: float, reverse: bool) -> float:
-        creep_n = self._p.creep_force_n * throttle - self._p.creep_damping_n_per_mps * abs(speed)
-        force_n = max(evaluate(throttle, self._drive_segments), creep_n)
-        power_w = self._p.drive_power_w
-        if force_n * abs(speed) > power_w:
-            force_n = power_w / abs(speed)
-        if reverse:
-            force_n *= -min(max(self._p.reverse_speed_mps + speed, 0.0), 1.0)
-        return force_n
+    def _drive_force(self, pull_n: float, throttle: float, speed: float) -> float:
+        """Return the force of the motor in the forward gear at a speed that is not negative."""
+        p = self._p
+        creep_n = p.creep_force_n * throttle - p.creep_damping_n_per_mps * speed
+        force_n = creep_n if creep_n > pull_n else pull_n
+        return p.drive_power_w / speed if force_n * speed > p.drive_power_w else force_n
 
-    def _stands_still(self, state: VehicleState, drive_n: float, demand: WheelDemand) -> bool:
+    def _stands_still(self, state: VehicleState, drive_n: float, resist_n: float) -> bool:
         return (
-            state.speed_mps == 0.0
-            and state.lateral_speed_mps == 0.0
+            state.lateral_speed_mps == 0.0
             and state.yaw_rate_radps == 0.0
             and self._tyres_hold_wind
-            and abs(drive_n) <= demand.resist_front_n + demand.resist_rear_n
+            and abs(drive_n) <= resist_n
         )
 
-    def _set_direction(self, state: VehicleState, drive_n: float, demand: WheelDemand) -> None:
-        """Let rolling resistance and brakes act against the motion, or the force that starts it."""
-        push = state.speed_mps
+    def _direction(
+        self, state: VehicleState, drive_n: float, resist_n: float
+    ) -> tuple[float, float]:
+        """Return the direction that rolling resistance and brakes act against, and their share.
+
+        They act against the motion, or against the force that starts it, and then not beyond it.
+        """
+        push, share = state.speed_mps, 1.0
         if push == 0.0:
             push = drive_n + self._p.mass_kg * state.lateral_speed_mps * state.yaw_rate_radps
-            resistance = demand.resist_front_n + demand.resist_rear_n
-            if abs(push) < resistance:
-                demand.resist_front_n *= abs(push) / resistance
-                demand.resist_rear_n *= abs(push) / resistance
-        demand.direction = 1.0 if push > 0.0 else -1.0 if push < 0.0 else 0.0
+            if abs(push) < resist_n:
+                share = abs(push) / resist_n
+        return 1.0 if push > 0.0 else -1.0 if push < 0.0 else 0.0, share
 
-    def _heun_step(self, state: VehicleState, demand: WheelDemand, inputs: _Inputs) -> float:
-        """Advance the motion by one step; return the mean rate of the speed in it [m/s^2]."""
-        h, load_gain = inputs.step_s, inputs.load_gain
+    def _heun_step(
+        self,
+        state: VehicleState,
+        demand: tuple[float, ...],
+        direction: float,
+        h: float,
+        load_gain: float,
+    ) -> float:
+        """Advance the motion by one step; return the mean rate of the speed in it [m/s^2].
+
+        Args:
+            state: the state
+            demand: the arguments of `derivatives` from sin_angle on
+            direction: direction of the motion that the resistance acts against
+            h: duration [s]
+            load_gain: share of its way to the longitudinal acceleration that the load moves
+        """
+        derivatives = self._derivatives
         u, v, r = state.speed_mps, state.lateral_speed_mps, state.yaw_rate_radps
         load = state.load_transfer_mps2
-        motion = self._motion
-        motion.speed_mps, motion.lateral_speed_mps, motion.yaw_rate_radps = u, v, r
-        motion.load_transfer_mps2 = load
-        u_dot_0, v_dot_0, r_dot_0 = self._derivatives(motion, demand)
-        motion.speed_mps = u + h * u_dot_0
-        motion.lateral_speed_mps = v + h * v_dot_0
-        motion.yaw_rate_radps = r + h * r_dot_0
-        motion.load_transfer_mps2 = load + load_gain * (u_dot_0 - v * r - load)
-        u_dot_1, v_dot_1, r_dot_1 = self._derivatives(motion, demand)
-        u_new = u + 0.5 * h * (u_dot_0 + u_dot_1)
-        v_new = v + 0.5 * h * (v_dot_0 + v_dot_1)
-        r_new = r + 0.5 * h * (r_dot_0 + r_dot_1)
-        if u_new * demand.direction <= 0.0:
+        u_dot_0, v_dot_0, r_dot_0 = derivatives(u, v, r, load, *demand)
+        u_dot_1, v_dot_1, r_dot_1 = derivatives(
+            u + h * u_dot_0,
+            v + h * v_dot_0,
+            r + h * r_dot_0,
+            load + load_gain * (u_dot_0 - v * r - load),
+            *demand,
+        )
+        half = 0.5 * h
+        u_new = u + half * (u_dot_0 + u_dot_1)
+        v_new = v + half * (v_dot_0 + v_dot_1)
+        r_new = r + half * (r_dot_0 + r_dot_1)
+        if u_new * direction <= 0.0:
             # Resistance stops a motion and never reverses it. A drive force reverses it in the
             # next step.
             u_new = 0.0
@@ -311,7 +344,7 @@ class _Integrator:
                 v_new = r_new = 0.0
 
         u_mean, v_mean, r_mean = 0.5 * (u + u_new), 0.5 * (v + v_new), 0.5 * (r + r_new)
-        heading = state.yaw_rad + 0.5 * h * r_mean
+        heading = state.yaw_rad + half * r_mean
         cos_heading, sin_heading = cos(heading), sin(heading)
         state.x_m += h * (u_mean * cos_heading - v_mean * sin_heading)
         state.y_m += h * (u_mean * sin_heading + v_mean * cos_heading)

@@ -5,10 +5,11 @@ from __future__ import annotations
 import dataclasses
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 from sdc_sim.physics.piecewise_linear import evaluate, linear_segments
-from sdc_sim.scenario.yaml_document import DocumentError, load_yaml, validate
+from sdc_sim.scenario.yaml_document import DocumentError, file_version, load_yaml, validate
 
 _SHARES = ("drive_front_share", "brake_front_share")
 # Other numbers are mistakes, with which the equations of motion overflow.
@@ -132,6 +133,12 @@ def load_vehicle(path: str) -> VehicleParameters:
         VehicleError: the file cannot be read, is not such a mapping, or holds an invalid value;
             the message is one line with the file, the line, the key and the fix
     """
+    return _read(path, file_version(path))
+
+
+@lru_cache(maxsize=64)
+def _read(path: str, _version: tuple[int, ...]) -> VehicleParameters:
+    """Read a preset once: to parse it takes longer than a second of a drive in process."""
     fields = dataclasses.fields(VehicleParameters)
     schema = {
         "type": "object",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,7 @@ from sdc_sim.physics.traffic_lights import TrafficLightPlan
 from sdc_sim.road.route_generator import RouteSpecError, curvature_profile
 from sdc_sim.scenario.acceptance_limits import AcceptanceLimits, RequiredStop
 from sdc_sim.scenario.schema import SCENARIO, SIM_OPTIONS
-from sdc_sim.scenario.yaml_document import YamlDocument, load_yaml, validate
+from sdc_sim.scenario.yaml_document import YamlDocument, file_version, load_yaml, validate
 
 # Shorter segments of an obstacle's path have no direction.
 _MIN_SEGMENT_M = 1e-3
@@ -110,6 +111,12 @@ def load_lights(path: str, route: Route) -> list[TrafficLightPlan]:
 
 
 def _load(path: str) -> YamlDocument:
+    return _read(path, file_version(path))
+
+
+@lru_cache(maxsize=64)
+def _read(path: str, _version: tuple[int, ...]) -> YamlDocument:
+    """Return a document; a drive needs it three times, and to parse it takes some milliseconds."""
     document = load_yaml(path, "name a readable YAML file (scenario:=, obstacles_path:=)")
     if document.values is None:
         raise document.error(

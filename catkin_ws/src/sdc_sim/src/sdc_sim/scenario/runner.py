@@ -20,6 +20,7 @@ import signal
 import subprocess
 import sys
 import time
+import xml.etree.ElementTree as ElementTree
 from typing import Callable, Mapping
 
 import rospkg
@@ -120,19 +121,30 @@ class CheckedDrive:
         scenario: name or path of the scenario; empty for the route alone
         report_path: where to write the report
         given: arguments of all.launch that override those of the scenario
+        parameters: parameters by the name of their node, which override its configuration
+
+    Attributes:
+        environment: environment variables of the launch, unless `run` gets others
 
     Raises:
         DocumentError, WaypointError, WorkspaceError, OSError: the scenario cannot be driven.
     """
 
-    def __init__(self, scenario: str, report_path: str, given: Mapping[str, str]):
+    def __init__(
+        self,
+        scenario: str,
+        report_path: str,
+        given: Mapping[str, str],
+        parameters: Mapping[str, Mapping] | None = None,
+    ):
         self.report_path = report_path
+        self._parameters = parameters or {}
         self.log_path = os.path.splitext(report_path)[0] + ".log"
         os.makedirs(os.path.dirname(report_path), exist_ok=True)
         check_stack(given.get("workspace", ""), given.get("stack", ""))
-        self._environment = None
+        self.environment: Mapping[str, str] = os.environ
         if given.get("workspace"):
-            self._environment = _world_environment()
+            self.environment = _world_environment() or os.environ
         else:
             _check_all_launch()
         self.limits, camera = AcceptanceLimits(), True
@@ -185,7 +197,11 @@ class CheckedDrive:
         is_stopped: Callable[[], bool],
         environment: Mapping[str, str] | None,
     ) -> int | None:
-        command = [sys.executable, "-m", "sdc_common.ros.safe_launch", "sdc_package", "all.launch"]
+        # The launch ends with this process, also when it is killed.
+        command = ["setpriv", "--pdeathsig", "INT", sys.executable, "-m"]
+        command += ["sdc_common.ros.safe_launch", "sdc_package", "all.launch"]
+        if self._parameters:
+            command.append(self._parameters_file())
         command += [f"{key}:={value}" for key, value in self.arguments.items()]
         with open(self.log_path, "wb") as log:
             launch = subprocess.Popen(
@@ -193,7 +209,7 @@ class CheckedDrive:
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=subprocess.STDOUT,
-                env=environment or self._environment,
+                env=environment or self.environment,
                 start_new_session=True,
             )
         deadline = time.monotonic() + timeout_s
@@ -203,6 +219,16 @@ class CheckedDrive:
         finally:
             _terminate(launch)
         return launch.returncode
+
+    def _parameters_file(self) -> str:
+        """Write a launch file of the parameters next to the report; the last file decides."""
+        path = os.path.splitext(self.report_path)[0] + ".parameters.launch"
+        launch = ElementTree.Element("launch")
+        for node, values in self._parameters.items():
+            element = ElementTree.SubElement(launch, "rosparam", ns=node)
+            element.text = yaml.safe_dump(values, default_flow_style=True, width=sys.maxsize)
+        ElementTree.ElementTree(launch).write(path)
+        return path
 
     def _log_tail(self) -> str:
         with open(self.log_path, encoding="utf-8", errors="replace") as file:

@@ -43,6 +43,15 @@ class YamlDocument:
         return DocumentError(f"{self.path}, line {self.line(keys)}: {' '.join(message.split())}")
 
 
+def file_version(path: str) -> tuple[int, ...]:
+    """Return what changes when a file does; nothing for a file that cannot be read."""
+    try:
+        status = os.stat(os.path.expanduser(path))
+    except OSError:
+        return ()
+    return status.st_mtime_ns, status.st_size, status.st_ino
+
+
 def load_yaml(path: str, fix: str) -> YamlDocument:
     """Read a YAML file without running code from it.
 

@@ -1,0 +1,1 @@
+"""Sweeps: many drives over scenarios, parameters and seeds, distributed by Dask."""

@@ -1,0 +1,163 @@
+"""Drive one cell of a study, in the process of a worker or with real nodes."""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import json
+import os
+import platform
+import socket
+import tempfile
+import time
+import traceback
+from pathlib import Path
+from typing import Any, Sequence
+
+import numpy as np
+import rospkg
+
+from sdc_common.testing.processes import isolated_ros_environment
+from sdc_experiments.closed_loop import drive_result
+from sdc_experiments.sweep.results import FAILED
+from sdc_experiments.sweep.settings import CONTROLLER, ROS, nested, text
+from sdc_experiments.sweep.study import Cell
+from sdc_experiments.sweep.true_metrics import true_metrics
+from sdc_sim.report.completion import is_complete
+from sdc_sim.scenario.runner import CheckedDrive
+
+_PACKAGES = ("sdc_common", "sdc_sim", "sdc_package")
+_CODE_ENDINGS = (".py", ".yaml", ".launch", ".csv")
+_MODULES = ("configuration.py", "car_stack.py", "closed_loop.py", "sweep/cell_drive.py")
+# On a busy machine a node may need long for its answer, which must not change the drive.
+_ROS_SIM_OPTIONS = {"start_patience_s": 120.0, "patience_s": 20.0}
+_ROS_REFEREE_OPTIONS = {"pictures": False}
+_OPTIONS = ("sim_options", "planner_options", "referee_options")
+_MAX_LOG = 200_000
+# A node that does not end by itself is killed after this time.
+_LEFT_BEHIND_S = 10.0
+
+
+@functools.lru_cache(maxsize=None)
+def code_version() -> str:
+    """Return a text that differs where code or libraries differ that decide about a drive."""
+    found = hashlib.sha256(f"{platform.python_version()} {np.__version__}".encode())
+    paths = [(name, Path(__file__).parents[1] / name) for name in _MODULES]
+    for package in _PACKAGES:
+        root = Path(rospkg.RosPack().get_path(package))
+        files = ((str(path.relative_to(root)), path) for path in sorted(root.rglob("*.*")))
+        paths += [one for one in files if not one[0].startswith("test/")]
+    for name, path in paths:
+        if path.suffix in _CODE_ENDINGS:
+            found.update(name.encode() + b"\0" + path.read_bytes())
+    return found.hexdigest()
+
+
+def worker_problem(version: str, paths: Sequence[str]) -> str:
+    """Return why this process cannot drive cells, or "".
+
+    Args:
+        version: the `code_version` of the sweep
+        paths: files and folders that the drives read
+    """
+    if code_version() != version:
+        return "it has another version of the code or of its libraries; install the same there"
+    missing = [path for path in paths if not os.path.exists(path)]
+    if missing:
+        return f"it has no {missing[0]}; put it into a folder that all workers share"
+    return ""
+
+
+def drive_cell(cell: Sequence, stack: str, timeout_s: float, version: str) -> tuple[dict, str]:
+    """Drive one cell.
+
+    Args:
+        cell: the cell
+        stack: IN_PROCESS or ROS
+        timeout_s: wall time after which a drive with real nodes is ended [s]
+        version: the `code_version` of the sweep
+
+    Returns:
+        the row of the results, and the log of a drive that failed
+    """
+    driven = Cell(*cell)
+    start = time.monotonic()
+    row = {
+        "key": driven.key,
+        "scenario": driven.scenario,
+        "settings": driven.settings,
+        "seed": driven.seed,
+        "status": FAILED,
+        "worker": f"{socket.gethostname()}/{os.getpid()}",
+        "metrics": {},
+    }
+    log = worker_problem(version, ())
+    try:
+        if not log and stack == ROS:
+            log = _drive_nodes(driven, timeout_s, row)
+        elif not log:
+            _drive_in_process(driven, row)
+    except Exception:  # noqa: BLE001  a cell of any fault must not end the others
+        log = traceback.format_exc()
+    row["wall_s"] = round(time.monotonic() - start, 3)
+    return row, log[-_MAX_LOG:]
+
+
+def _drive_in_process(cell: Cell, row: dict[str, Any]) -> None:
+    """Drive without ROS and complete the row."""
+    settings = dict(cell.settings)
+    options: dict[str, Any] = {name: nested(settings, name) for name in _OPTIONS}
+    if "planned_speed_mps" in settings:
+        options["planner_options"]["planned_speed_mps"] = float(settings["planned_speed_mps"])
+    states: list = []
+    result = drive_result(
+        cell.scenario,
+        route=settings.get("waypoints_path"),
+        steering=settings.get("steering_method"),
+        seed=cell.seed,
+        controller_options=nested(settings, CONTROLLER),
+        observe=lambda observation: states.append(observation.state),
+        **options,
+    )
+    rows = np.ascontiguousarray(result.rows, dtype="<f8")
+    row["metrics"] = {**result.metrics, **true_metrics(rows, states)}
+    row["status"] = result.metrics["status"]
+    row["trace_sha256"] = hashlib.sha256(rows.tobytes()).hexdigest()
+
+
+def _drive_nodes(cell: Cell, timeout_s: float, row: dict[str, Any]) -> str:
+    """Drive with real nodes and complete the row; return the log of a drive without a report."""
+    given = {
+        name: text(value)
+        for name, value in cell.settings.items()
+        if name.split("/")[0] not in (*_OPTIONS, CONTROLLER)
+    }
+    sim: dict[str, Any] = {
+        **_ROS_SIM_OPTIONS,
+        **nested(cell.settings, "sim_options"),
+        "seed": cell.seed,
+    }
+    referee: dict[str, Any] = {**_ROS_REFEREE_OPTIONS, **nested(cell.settings, "referee_options")}
+    given.update(sim_options=text(sim), referee_options=text(referee))
+    if nested(cell.settings, "planner_options"):
+        given["planner_options"] = text(nested(cell.settings, "planner_options"))
+    parameters = nested(cell.settings, CONTROLLER)
+    with tempfile.TemporaryDirectory(prefix="sweep_") as folder:
+        report = os.path.join(folder, "report.json")
+        with isolated_ros_environment(
+            os.path.join(folder, "ros"), patience_s=_LEFT_BEHIND_S
+        ) as variables:
+            drive = CheckedDrive(
+                cell.scenario, report, given, {CONTROLLER: parameters} if parameters else {}
+            )
+            network = {name: variables[name] for name in ("ROS_MASTER_URI", "ROS_IP", "ROS_HOME")}
+            lines = drive.run(timeout_s, environment={**drive.environment, **network})
+        if not os.path.exists(report) or not is_complete(report):
+            log = Path(drive.log_path).read_text(encoding="utf-8", errors="replace")
+            return "\n".join([*lines[:-1], log])
+        with open(report, encoding="utf-8") as file:
+            row["metrics"] = json.load(file)
+        row["status"] = row["metrics"]["status"]
+        trace = Path(os.path.splitext(report)[0] + ".csv").read_bytes()
+        row["trace_sha256"] = hashlib.sha256(trace).hexdigest()
+    return ""

@@ -1,0 +1,174 @@
+"""Run independent tasks on a Dask cluster: the one of a scheduler, or one on this machine."""
+
+from __future__ import annotations
+
+import contextlib
+import itertools
+import signal
+import uuid
+from multiprocessing import resource_tracker
+from typing import Any, Callable, Iterable, Iterator, Mapping, NamedTuple
+
+# More tasks than these wait at the scheduler only when there are more workers.
+_WAITING_TASKS = 200
+_CONNECT_TIMEOUT_S = 10.0
+# The small arrays of a drive gain nothing from threads of NumPy, which compete for the cores.
+_ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
+_INSTALL = "Dask is not installed; apt-get install python3-distributed"
+
+
+class ClusterError(RuntimeError):
+    """A cluster that cannot run the tasks; the message is one line with the fix."""
+
+
+class Outcome(NamedTuple):
+    """The end of a task.
+
+    Attributes:
+        key: key of the task
+        result: what its function returned, or None
+        error: why it returned nothing, or ""
+    """
+
+    key: str
+    result: Any
+    error: str
+
+
+class DaskEngine:
+    """Runs tasks, one at a time in each process of a worker.
+
+    A lost worker's tasks run again on another worker. Nothing is stored: each outcome is yielded
+    as soon as it is known.
+
+    Args:
+        scheduler: address tcp://HOST:PORT of a cluster; empty: start one on this machine
+        workers: number of processes of the cluster on this machine
+
+    Raises:
+        ClusterError: Dask is not installed, or the scheduler does not answer
+    """
+
+    def __init__(self, scheduler: str, workers: int = 1):
+        try:
+            import dask
+            import distributed
+        except ImportError:
+            raise ClusterError(_INSTALL) from None
+        self._stack = contextlib.ExitStack()
+        dask.config.set({"distributed.comm.timeouts.connect": _CONNECT_TIMEOUT_S})
+        if not scheduler:
+            # A worker gets its next task when it is free: a task that kills its worker is alone.
+            dask.config.set({"distributed.scheduler.worker-saturation": 1.0})
+            # Ctrl-C is for this process. Its workers inherit the mask of the threads that start
+            # them, also those that replace a lost worker.
+            resource_tracker.ensure_running()  # its start would end the block
+            mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+            try:
+                scheduler = self._stack.enter_context(_local_cluster(distributed, workers))
+            finally:
+                signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+        try:
+            self._client = self._stack.enter_context(
+                distributed.Client(scheduler, timeout=_CONNECT_TIMEOUT_S)
+            )
+        except (OSError, TimeoutError, ValueError) as error:
+            self._stack.close()
+            reason = " ".join(str(error).split())[:120] or type(error).__name__
+            raise ClusterError(
+                f"no Dask scheduler at {scheduler} ({reason}); start one with 'dask scheduler' "
+                "or correct --scheduler tcp://HOST:PORT"
+            ) from None
+
+    def __enter__(self) -> DaskEngine:
+        return self
+
+    def __exit__(self, *_error: object) -> None:
+        self._stack.close()
+
+    @property
+    def workers(self) -> dict[str, Mapping]:
+        """Return what the scheduler knows about each worker, by its address."""
+        return dict(self._client.scheduler_info()["workers"])
+
+    def check(self, function: Callable[..., str], *arguments: object) -> None:
+        """Call a function on each present worker.
+
+        Args:
+            function: returns "" or the reason why the worker cannot run the tasks
+            arguments: its arguments
+
+        Raises:
+            ClusterError: a worker cannot run the tasks
+        """
+        for address in self.workers:
+            try:
+                problem = self._client.run(function, *arguments, workers=[address])[address]
+            except Exception as error:  # noqa: BLE001  it is the worker's, of any type
+                problem = (
+                    f"it cannot load {function.__module__} ({error}); start it as the section "
+                    "'A cluster' of docs/sweeps.md shows"
+                )
+            if problem:
+                raise ClusterError(f"worker {address}: {problem}")
+
+    def outcomes(self, function: Callable, tasks: Iterable[tuple[str, tuple]]) -> Iterator[Outcome]:
+        """Run a function for each task and yield the outcomes in the order of their ends.
+
+        Args:
+            function: a function of a module that the workers can import
+            tasks: key and arguments of each task
+
+        Raises:
+            ClusterError: the connection to the scheduler is lost
+        """
+        import distributed
+
+        # Other clients of the same scheduler may have tasks with the same keys.
+        prefix = uuid.uuid4().hex
+        left = iter(tasks)
+
+        def submit(key: str, arguments: tuple) -> Any:
+            return self._client.submit(function, *arguments, key=f"{prefix}/{key}", pure=False)
+
+        window = max(_WAITING_TASKS, 4 * len(self.workers))
+        waiting = distributed.as_completed(
+            [submit(*task) for task in itertools.islice(left, window)]
+        )
+        for future in waiting:
+            yield self._outcome(future, future.key.partition("/")[2])
+            for task in itertools.islice(left, 1):
+                waiting.add(submit(*task))
+
+    def _outcome(self, future: Any, key: str) -> Outcome:
+        if future.status == "finished":
+            with contextlib.suppress(OSError, TimeoutError):
+                return Outcome(key, future.result(), "")
+        if future.status == "error":
+            return Outcome(key, None, _reason(future.exception()))
+        raise ClusterError(
+            "the connection to the Dask scheduler is lost; start the same command again: it "
+            "continues where it stopped"
+        )
+
+
+def _reason(error: BaseException) -> str:
+    if type(error).__name__ == "KilledWorker":
+        return "the workers that ran it ended one after the other: out of memory, or a crash"
+    return f"{type(error).__name__}: {error}"
+
+
+@contextlib.contextmanager
+def _local_cluster(distributed: Any, workers: int) -> Iterator[Any]:
+    """Start a scheduler in this process, and processes with one thread each."""
+    with distributed.LocalCluster(
+        n_workers=workers,
+        threads_per_worker=1,
+        processes=True,
+        memory_limit="auto",  # the machine's memory, divided by its cores
+        env=_ONE_THREAD,
+        dashboard_address=None,
+        host="127.0.0.1",
+        silence_logs="ERROR",
+    ) as cluster:
+        yield cluster

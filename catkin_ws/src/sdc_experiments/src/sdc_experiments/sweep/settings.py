@@ -1,0 +1,172 @@
+"""The settings of a study: arguments of a drive and parameters of its nodes."""
+
+from __future__ import annotations
+
+import difflib
+import functools
+import os
+import re
+from typing import Any, Iterable, Mapping
+
+import rospkg
+import yaml
+
+from sdc_common.ros.catkin_workspace import absolute_path
+from sdc_common.validation import is_number
+
+IN_PROCESS, ROS = "in_process", "ros"
+CONTROLLER = "simple_controller"
+# The parameters that a study can set, by the first part of their names.
+_CONFIGURATIONS = {
+    "sim_options": ("sdc_sim", "sim"),
+    "planner_options": ("sdc_package", "local_planner"),
+    CONTROLLER: ("sdc_package", CONTROLLER),
+    "referee_options": ("sdc_sim", "referee"),
+}
+# Without ROS there are no processes and windows: only these arguments of all.launch have a meaning.
+_IN_PROCESS_ARGUMENTS = ("waypoints_path", "planned_speed_mps", "steering_method")
+# Arguments that the sweep sets, or that make no sense in a drive that no person watches.
+_FIXED_ARGUMENTS = (
+    *("sim", "headless", "rviz", "cockpit", "cockpit_port", "cockpit_address"),
+    *("report", "record", "obstacles_path"),
+)
+_PATHS = ("waypoints_path", "workspace", "stack")
+_ARGUMENT = re.compile(r'<arg name="([^"]*)" default=')
+_KINDS = {bool: "true or false", str: "a text", list: "a list", dict: "a mapping"}
+
+
+class SettingError(ValueError):
+    """A setting that no drive has, or a value of a wrong type; the message is one line."""
+
+
+def check_setting(name: str, value: Any, stack: str) -> None:
+    """Check the name and the type of a setting.
+
+    Args:
+        name: argument of all.launch, or a parameter such as simple_controller/stanley/k
+        value: its value
+        stack: IN_PROCESS or ROS
+
+    Raises:
+        SettingError: there is no such setting, or its value has a wrong type
+    """
+    if name == "scenario" or name.startswith("sim_options/seed"):
+        raise SettingError(f"'{name}' is no setting; write '{name.split('/')[-1]}s: [...]'")
+    first, *keys = name.split("/")
+    if first in _CONFIGURATIONS:
+        _check_parameter(name, _parameter(name, first, keys), value)
+        return
+    known = _arguments() if stack == ROS else _IN_PROCESS_ARGUMENTS
+    if name not in known:
+        if name in _arguments():
+            raise SettingError(f"'{name}' needs nodes; add 'stack: ros' or remove it")
+        raise SettingError(f"unknown setting '{name}'; {_suggestion(name, known)}")
+    if isinstance(value, (dict, list)) or value is None:
+        raise SettingError(f"'{name}' must be one word or one number")
+
+
+def check_together(names: Iterable[str]) -> None:
+    """Raise SettingError if two settings exclude each other."""
+    names = list(names)
+    own = [name for name in names if name.split("/")[0] in ("planner_options", CONTROLLER)]
+    other = [name for name in names if name in ("workspace", "stack")]
+    if own and other:
+        raise SettingError(
+            f"'{own[0]}' is a parameter of this project's stack, and '{other[0]}' starts another "
+            "one; remove one of them"
+        )
+    for name in names:
+        if any(name != longer and longer.startswith(name + "/") for longer in names):
+            raise SettingError(f"'{name}' contains another setting; name each key of it alone")
+
+
+def is_path(name: str) -> bool:
+    """Return whether the value of a setting is always the path of a file or a folder."""
+    return name in ("waypoints_path", "workspace")
+
+
+def absolute(name: str, value: Any, folder: str) -> Any:
+    """Return the value of a setting, with a path relative to `folder` made absolute."""
+    if name not in _PATHS or not isinstance(value, str) or not value:
+        return value
+    path = os.path.normpath(os.path.join(folder, os.path.expanduser(value)))
+    return path if name != "stack" or os.path.exists(path) else value
+
+
+def nested(settings: Mapping[str, Any], first: str) -> dict:
+    """Return the parameters whose names begin with `first`, as a mapping of mappings."""
+    found: dict = {}
+    for name, value in settings.items():
+        head, *keys = name.split("/")
+        if head == first:
+            place = found
+            for key in keys[:-1]:
+                place = place.setdefault(key, {})
+            place.update({keys[-1]: value} if keys else value)
+    return found
+
+
+def text(value: Any) -> str:
+    """Return a value as an argument of roslaunch, and as people read it in a table."""
+    if isinstance(value, str):
+        return value
+    if isinstance(value, float):
+        return f"{value:g}" if float(f"{value:g}") == value else repr(value)
+    shown = yaml.safe_dump(value, default_flow_style=True, width=10**6).strip()
+    return shown[: -len("\n...")] if shown.endswith("\n...") else shown
+
+
+@functools.lru_cache(maxsize=None)
+def configuration(first: str) -> dict:
+    """Return the parameters of a node from its file in config/. Do not change them."""
+    package, name = _CONFIGURATIONS[first]
+    path = os.path.join(rospkg.RosPack().get_path(package), "config", f"{name}.yaml")
+    with open(absolute_path(path), encoding="utf-8") as file:
+        return yaml.safe_load(file)
+
+
+@functools.lru_cache(maxsize=None)
+def _arguments() -> tuple[str, ...]:
+    """Return the arguments of all.launch that a study can set."""
+    path = os.path.join(rospkg.RosPack().get_path("sdc_package"), "launch", "all.launch")
+    with open(path, encoding="utf-8") as file:
+        names = _ARGUMENT.findall(file.read())
+    return tuple(name for name in names if name not in _FIXED_ARGUMENTS)
+
+
+def _parameter(name: str, first: str, keys: list) -> Any:
+    """Return the value of a parameter in its configuration file."""
+    found: Any = configuration(first)
+    for key in keys:
+        if not isinstance(found, dict) or key not in found:
+            known = list(found) if isinstance(found, dict) else []
+            fix = _suggestion(key, known) if known else "remove it"
+            raise SettingError(f"unknown setting '{name}': no parameter '{key}'; {fix}")
+        found = found[key]
+    return found
+
+
+def _check_parameter(name: str, present: Any, value: Any) -> None:
+    """Raise SettingError unless a value has the type of the present one."""
+    if isinstance(present, dict) and isinstance(value, dict):
+        for key, entry in value.items():
+            if key not in present:
+                raise SettingError(
+                    f"'{name}' has no parameter '{key}'; {_suggestion(key, list(present))}"
+                )
+            _check_parameter(f"{name}/{key}", present[key], entry)
+        return
+    if is_number(present):
+        good, wanted = is_number(value), "a number"
+    else:
+        kind = next(kind for kind in _KINDS if isinstance(present, kind))
+        good, wanted = isinstance(value, kind), _KINDS[kind]
+    # The parameter of some texts may also be true or false: ackermann_cmd.
+    if not good and not (isinstance(present, str) and isinstance(value, bool)):
+        raise SettingError(f"'{name}' must be {wanted}, got {text(value)[:40]}")
+
+
+def _suggestion(word: str, known: Iterable[str]) -> str:
+    known = list(known)
+    close = difflib.get_close_matches(word, known, n=1)
+    return f"did you mean '{close[0]}'?" if close else f"use one of {', '.join(known)}"

@@ -1,0 +1,270 @@
+"""Read studies: the drives of a sweep, as a YAML file describes them."""
+
+from __future__ import annotations
+
+import hashlib
+import itertools
+import json
+import math
+import os
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from sdc_experiments.sweep.settings import (
+    IN_PROCESS,
+    ROS,
+    SettingError,
+    absolute,
+    check_setting,
+    check_together,
+    is_path,
+)
+from sdc_experiments.sweep.true_metrics import TRUE_METRICS
+from sdc_sim.scenario.acceptance_limits import METRICS
+from sdc_sim.scenario.packaged import PackagedFolders, find_route, find_scenario
+from sdc_sim.scenario.reader import load_scenario
+from sdc_sim.scenario.yaml_document import YamlDocument, load_yaml, validate
+
+MAX_CELLS = 1_000_000
+_DEFAULT_METRICS = ("cross_track_rms_m", "driving_score")
+_DEFAULT_TIMEOUT_S = 300.0
+
+_SEED = {
+    "type": "integer",
+    "minimum": 0,
+    "maximum": 2**32 - 1,
+    "description": "a whole number from 0 to 4294967295",
+}
+_STUDY = {
+    "type": "object",
+    "description": "a mapping with lines of 'key: value'",
+    "required": ["scenarios"],
+    "additionalProperties": False,
+    "properties": {
+        "about": {"type": "string", "pattern": r"\S", "description": "a line of text"},
+        "stack": {"enum": [IN_PROCESS, ROS]},
+        "scenarios": {
+            "type": "array",
+            "minItems": 1,
+            "uniqueItems": True,
+            "items": {
+                "type": "string",
+                "pattern": r"\S",
+                "description": "the name of a scenario, or the path of its file",
+            },
+            "description": "a list of different scenarios, such as [town, slalom]",
+        },
+        "settings": {"type": "object", "description": "a mapping, such as 'NAME: 1.0'"},
+        "factors": {
+            "type": "object",
+            "additionalProperties": {
+                "type": "array",
+                "minItems": 1,
+                "uniqueItems": True,
+                "description": "a list of different values, such as [1.0, 2.0]",
+            },
+            "description": "a mapping with a list for each name, such as 'NAME: [1.0, 2.0]'",
+        },
+        "seeds": {
+            "if": {"type": "array"},
+            "then": {
+                "type": "array",
+                "minItems": 1,
+                "uniqueItems": True,
+                "items": _SEED,
+                "description": "a list of different whole numbers",
+            },
+            "else": {
+                "type": "integer",
+                "minimum": 1,
+                "maximum": MAX_CELLS,
+                "description": "the number of seeds, or a list of whole numbers",
+            },
+        },
+        "metrics": {
+            "type": "array",
+            "minItems": 1,
+            "uniqueItems": True,
+            "items": {"enum": [*METRICS, *TRUE_METRICS]},
+            "description": "a list of metrics of the report, such as [cross_track_rms_m]",
+        },
+        "timeout_s": {
+            "type": "number",
+            "minimum": 1,
+            "maximum": 86400,
+            "description": "a number from 1 to 86400",
+        },
+    },
+}
+
+
+class Cell(NamedTuple):
+    """One drive of a study.
+
+    Attributes:
+        scenario: name of the scenario, or its absolute path
+        settings: value of each setting
+        seed: seed of the noise
+    """
+
+    scenario: str
+    settings: dict
+    seed: int
+
+    @property
+    def key(self) -> str:
+        """Return a short name that is different for each different cell."""
+        return hashlib.sha256(json.dumps(self, sort_keys=True).encode()).hexdigest()[:16]
+
+
+@dataclass(frozen=True)
+class Study:
+    """The drives of a sweep: each combination of the factors' values with each seed.
+
+    Attributes:
+        path: the file
+        about: one line for people
+        stack: "in_process", or "ros" for real nodes
+        scenarios: names or absolute paths
+        settings: settings with the same value in each drive
+        factors: values of the other settings, by name
+        seeds: seeds of the noise
+        metrics: metrics of the tables and heat maps
+        timeout_s: wall time after which a drive with real nodes is ended [s]
+    """
+
+    path: str
+    about: str
+    stack: str
+    scenarios: tuple[str, ...]
+    settings: dict[str, Any]
+    factors: dict[str, tuple]
+    seeds: tuple[int, ...]
+    metrics: tuple[str, ...]
+    timeout_s: float
+
+    def cells(self) -> list[Cell]:
+        """Return all cells; the seeds change fastest."""
+        return [
+            Cell(scenario, {**self.settings, **dict(zip(self.factors, values))}, seed)
+            for scenario in self.scenarios
+            for values in itertools.product(*self.factors.values())
+            for seed in self.seeds
+        ]
+
+    def files(self) -> list[str]:
+        """Return the absolute paths of the files and folders that the drives read."""
+        folders = PackagedFolders.find()
+        found: list = []
+        for scenario in self.scenarios:
+            path = find_scenario(scenario, folders)
+            route = load_scenario(path).route
+            found += [path, *([find_route(path, route, folders)] if isinstance(route, str) else [])]
+        found += self.settings.values()
+        found += (value for values in self.factors.values() for value in values)
+        paths = [path for path in found if isinstance(path, str) and os.path.isabs(path)]
+        return list(dict.fromkeys(paths))
+
+    def identity(self) -> dict[str, Any]:
+        """Return what decides about the results, as plain data of JSON."""
+        return {
+            "stack": self.stack,
+            "scenarios": list(self.scenarios),
+            "settings": self.settings,
+            "factors": {name: list(values) for name, values in self.factors.items()},
+            "seeds": list(self.seeds),
+            "files": {path: _digest(path) for path in self.files() if os.path.isfile(path)},
+        }
+
+
+def load_study(path: str) -> Study:
+    """Read and check a study.
+
+    Raises:
+        DocumentError: the file cannot be read or is not a valid study
+    """
+    document = load_yaml(path, "name a readable study: sweep.py STUDY.yaml")
+    if document.values is None:
+        raise document.error((), "the file is empty; add 'scenarios: [town]' and 'factors:'")
+    validate(document, _STUDY)
+    values = document.values
+    folder = os.path.dirname(os.path.abspath(document.path))
+    stack = values.get("stack", IN_PROCESS)
+    scenarios = range(len(values["scenarios"]))
+    seeds = values.get("seeds", 1)
+    study = Study(
+        document.path,
+        values.get("about", ""),
+        stack,
+        tuple(_scenario(document, index, stack, folder) for index in scenarios),
+        {
+            name: _setting(document, ("settings", name), name, value, stack, folder)
+            for name, value in values.get("settings", {}).items()
+        },
+        {
+            name: tuple(
+                _setting(document, ("factors", name, index), name, value, stack, folder)
+                for index, value in enumerate(options)
+            )
+            for name, options in values.get("factors", {}).items()
+        },
+        tuple(map(int, seeds)) if isinstance(seeds, list) else tuple(range(1, int(seeds) + 1)),
+        tuple(values.get("metrics", _DEFAULT_METRICS)),
+        float(values.get("timeout_s", _DEFAULT_TIMEOUT_S)),
+    )
+    _check_whole(document, study)
+    return study
+
+
+def _check_whole(document: YamlDocument, study: Study) -> None:
+    twice = next((name for name in study.factors if name in study.settings), None)
+    if twice is not None:
+        raise document.error(("factors", twice), f"'{twice}' is a setting, too; remove one of them")
+    try:
+        check_together([*study.settings, *study.factors])
+    except SettingError as error:
+        raise document.error((), str(error)) from None
+    for index, metric in enumerate(study.metrics):
+        if study.stack == ROS and metric in TRUE_METRICS:
+            raise document.error(
+                ("metrics", index),
+                f"'{metric}' is measured in process; remove it or 'stack: ros'",
+            )
+    count = math.prod([len(study.scenarios), len(study.seeds), *map(len, study.factors.values())])
+    if count > MAX_CELLS:
+        raise document.error(
+            (), f"these are {count} drives; at most {MAX_CELLS} are possible, remove some values"
+        )
+
+
+def _scenario(document: YamlDocument, index: int, stack: str, folder: str) -> str:
+    name = document.values["scenarios"][index]
+    if name.endswith(".yaml"):
+        name = os.path.normpath(os.path.join(folder, os.path.expanduser(name)))
+    try:
+        scenario = load_scenario(find_scenario(name, PackagedFolders.find()))
+    except ValueError as error:
+        raise document.error(("scenarios", index), str(error)) from None
+    if scenario.stack is not None and stack != ROS:
+        raise document.error(
+            ("scenarios", index), f"'{name}' names a stack of nodes; add 'stack: ros' or remove it"
+        )
+    return name
+
+
+def _setting(
+    document: YamlDocument, keys: tuple, name: str, value: Any, stack: str, folder: str
+) -> Any:
+    try:
+        check_setting(name, value, stack)
+    except SettingError as error:
+        raise document.error(keys, str(error)) from None
+    path = absolute(name, value, folder)
+    if is_path(name) and not os.path.exists(path):
+        raise document.error(keys, f"'{name}': {path} does not exist; correct the path")
+    return path
+
+
+def _digest(path: str) -> str:
+    with open(path, "rb") as file:
+        return hashlib.sha256(file.read()).hexdigest()

@@ -1,0 +1,194 @@
+"""Sweeps in real processes: kills, interrupts, a cluster of another terminal, real nodes."""
+
+import contextlib
+import json
+import os
+import signal
+import sys
+import time
+from collections import Counter
+from pathlib import Path
+
+import psutil
+import pytest
+
+from sdc_common.testing.processes import Program
+
+pytestmark = pytest.mark.slow(40)
+
+SCRIPT = Path(__file__).resolve().parents[1] / "scripts" / "sweep.py"
+LIMIT_S = 300.0
+CELLS, FAILING = 36, 9
+SCENARIO = "route: [{straight_m: 10}, {left_deg: 20, radius_m: 30, transition_m: 4}]\n"
+STUDY = """
+scenarios: [bend.yaml]
+settings: {steering_method: stanley, planned_speed_mps: 4.0}
+factors:
+  simple_controller/stanley/k: [1.0, 2.5, -1.0, 4.0]
+  sim_options/odometry_noise/position_m: [0.0, 0.02, 0.1]
+seeds: 3
+"""
+
+
+@pytest.fixture
+def study(tmp_path):
+    (tmp_path / "bend.yaml").write_text(SCENARIO)
+    path = tmp_path / "study.yaml"
+    path.write_text(STUDY)
+    return path
+
+
+@pytest.fixture
+def start(tmp_path):
+    """Start programs; end those that still run at the end of the test."""
+    programs = []
+
+    def start(*command):
+        programs.append(
+            Program(list(map(str, command)), os.environ, tmp_path, tmp_path / f"log{len(programs)}")
+        )
+        return programs[-1]
+
+    yield start
+    for program in programs:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(program.process.pid, signal.SIGKILL)
+        program.process.wait()
+
+
+def wait_for(condition, program):
+    limit = time.monotonic() + LIMIT_S
+    while not condition():
+        assert time.monotonic() < limit, program.output
+        time.sleep(0.02)
+
+
+def rows(folder):
+    path = folder / "drives.jsonl"
+    lines = path.read_bytes().splitlines(keepends=True) if path.exists() else []
+    return [json.loads(line) for line in lines if line.endswith(b"\n")]
+
+
+def wait_for_rows(folder, count, program):
+    wait_for(lambda: len(rows(folder)) >= count or program.process.poll() is not None, program)
+    assert program.process.poll() is None, f"it ended too early:\n{program.output}"
+
+
+def traces(folder):
+    return {row["key"]: row.get("trace_sha256") for row in rows(folder)}
+
+
+def children(program):
+    """Return the processes of a program's workers."""
+    return [
+        process
+        for process in psutil.Process(program.process.pid).children(recursive=True)
+        if "spawn_main" in " ".join(process.cmdline())
+    ]
+
+
+def test_no_drive_is_lost_or_repeated_and_none_depends_on_its_worker(study, start, tmp_path):
+    def sweep(name, workers):
+        return start(
+            sys.executable, SCRIPT, study, "--output", tmp_path / name, "--workers", workers
+        )
+
+    alone = sweep("alone", 1)
+    assert alone.wait_for_end(LIMIT_S) == 1, alone.output
+    expected = traces(tmp_path / "alone")
+    failed = [row for row in rows(tmp_path / "alone") if row["status"] == "failed"]
+    assert (len(expected), len(failed)) == (CELLS, FAILING)
+    assert {row["settings"]["simple_controller/stanley/k"] for row in failed} == {-1.0}
+    log = (tmp_path / "alone" / failed[0]["log"]).read_text()
+    assert log.strip().endswith("k must be a positive number, got -1.0")
+    for part in ("got -1.0", f"{FAILING} drives failed", f"{CELLS} of {CELLS}", "results.csv"):
+        assert part in alone.output
+    # Without noise, the seed changes nothing; with noise, it does.
+    assert len(set(expected.values()) - {None}) == 3 * (1 + 3 + 3)
+
+    folder = tmp_path / "killed"
+    first = sweep("killed", 2)
+    wait_for_rows(folder, 1, first)
+    victim = children(first)[0]
+    victim.kill()
+    wait_for(lambda: not victim.is_running() or victim.status() == "zombie", first)
+    wait_for_rows(folder, 4, first)
+    os.killpg(first.process.pid, signal.SIGINT)  # as Ctrl-C in a terminal
+    assert first.wait_for_end(LIMIT_S) == 130, first.output
+    assert "Traceback" not in first.output
+    assert "interrupted; the same command continues" in first.output
+    assert (folder / "study.html").is_file()
+    interrupted = rows(folder)
+
+    second = sweep("killed", 2)
+    wait_for_rows(folder, len(interrupted) + 4, second)
+    workers = children(second)
+    second.process.kill()
+    second.process.wait()
+    wait_for(lambda: not any(worker.is_running() for worker in workers), second)
+    killed = rows(folder)
+
+    third = sweep("killed", 2)
+    assert third.wait_for_end(LIMIT_S) == 1, third.output
+    done = rows(folder)
+    assert done[: len(killed)] == killed, "a finished drive was changed"
+    assert traces(folder) == expected
+    repeated = Counter(row["key"] for row in done if row["status"] != "failed")
+    assert set(repeated.values()) == {1}
+    assert len(repeated) == CELLS - FAILING
+
+
+def test_cluster_of_other_terminals_drives_when_its_first_worker_is_killed(study, start, tmp_path):
+    dask = (sys.executable, "-m")
+    scheduler = start(
+        *dask, "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0",
+        "--no-dashboard", "--no-show", "--scheduler-file", tmp_path / "scheduler.json",
+    )  # fmt: skip
+    wait_for((tmp_path / "scheduler.json").exists, scheduler)
+    address = json.loads((tmp_path / "scheduler.json").read_text())["address"]
+
+    def worker():
+        return start(*dask, "distributed.cli.dask_worker", address, "--nthreads", "1",
+                     "--no-nanny", "--no-dashboard", "--local-directory", tmp_path)  # fmt: skip
+
+    first = worker()
+    first.wait_for_output("Registered to")
+    folder = tmp_path / "cluster"
+    sweep = start(sys.executable, SCRIPT, study, "--output", folder, "--scheduler", address)
+    wait_for_rows(folder, 2, sweep)
+    first.process.kill()
+    worker()
+    assert sweep.wait_for_end(LIMIT_S) == 1, sweep.output
+    assert len({row["worker"] for row in rows(folder)}) == 2
+    assert len(rows(folder)) == len(traces(folder)) == CELLS
+
+    (tmp_path / "bend.yaml").write_text(SCENARIO.replace("10", "12"))
+    changed = start(sys.executable, SCRIPT, study, "--output", folder, "--scheduler", address)
+    assert changed.wait_for_end(LIMIT_S) == 2
+    assert changed.output.count("\n") == 1
+    assert "a scenario or another file of the study changed" in changed.output
+
+
+def test_missing_scheduler_is_named_in_one_line(study, start, tmp_path):
+    sweep = start(sys.executable, SCRIPT, study, "--scheduler", "tcp://127.0.0.1:1")
+    assert sweep.wait_for_end(LIMIT_S) == 2
+    assert "sweep: no Dask scheduler at tcp://127.0.0.1:1" in sweep.output
+    assert "Traceback" not in sweep.output
+
+
+def test_real_nodes_drive_as_the_process_does(study, start, tmp_path):
+    text = STUDY.replace("[1.0, 2.5, -1.0, 4.0]", "[1.3]").replace("[0.0, 0.02, 0.1]", "[0.05]")
+    found = []
+    for stack in ("in_process", "ros"):
+        study.write_text(text.replace("seeds: 3", f"seeds: [7]\nstack: {stack}"))
+        folder = tmp_path / stack
+        sweep = start(sys.executable, SCRIPT, study, "--output", folder, "--workers", "1")
+        assert sweep.wait_for_end(LIMIT_S) == 0, sweep.output
+        (row,) = rows(folder)
+        found.append(row["metrics"])
+    process, nodes = found
+    assert nodes["missed_ticks"] == 0
+    clock = {"wall_duration_s", "real_time_factor"}
+    assert {name: process[name] for name in nodes if name not in clock} == {
+        name: value for name, value in nodes.items() if name not in clock
+    }

@@ -1,0 +1,91 @@
+"""./workshop/grade --scheduler: a real scheduler and worker grade what they see."""
+
+import contextlib
+import csv
+import json
+import os
+import signal
+import sys
+import time
+
+import pytest
+
+from sdc_common.testing.processes import Program
+from sdc_workshop.grading.cluster import worker_problem
+from sdc_workshop.grading.grade import main
+from sdc_workshop.steps import find_step
+from sdc_workshop.workspace import PROJECT, make, solve
+
+LIMIT_S = 300.0
+
+
+@pytest.fixture
+def start(tmp_path):
+    """Start programs; end those that still run at the end of the test."""
+    programs = []
+
+    def start(name, *command, **variables):
+        environment = {**os.environ, **variables}
+        programs.append(Program(list(map(str, command)), environment, tmp_path, tmp_path / name))
+        return programs[-1]
+
+    yield start
+    for program in programs:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(program.process.pid, signal.SIGKILL)
+        program.process.wait()
+
+
+@pytest.mark.slow(20)
+def test_worker_of_a_cluster_grades_as_this_machine_does(start, tmp_path):
+    students = tmp_path / "class"
+    make(students / "ada")
+    for step in ("messages-1", "messages-3"):
+        solve(students / "ada", find_step(step))
+    place = tmp_path / "scheduler.json"
+    python = (sys.executable, "-m")
+    scheduler = start(
+        "scheduler", *python, "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port",
+        "0", "--no-dashboard", "--no-show", "--scheduler-file", place,
+    )  # fmt: skip
+    limit = time.monotonic() + LIMIT_S
+    while not place.exists():
+        assert time.monotonic() < limit, scheduler.output
+        time.sleep(0.05)
+    address = json.loads(place.read_text())["address"]
+    start(
+        "worker", *python, "distributed.cli.dask_worker", address, "--nthreads", "1",
+        "--no-nanny", "--no-dashboard", "--local-directory", tmp_path,
+        PYTHONPATH=f"{PROJECT / 'workshop'}:{os.environ['PYTHONPATH']}",
+    )  # fmt: skip
+    output = tmp_path / "grades"
+    grading = start(
+        "grading", PROJECT / "workshop" / "grade", students, tmp_path / "missing",
+        "--output", output, "--scheduler", address, "--no-sandbox",
+    )  # fmt: skip
+    assert grading.wait_for_end(LIMIT_S) == 1, grading.output
+    with open(output / "grades.csv", encoding="utf-8") as file:
+        rows = {row["student"]: row for row in csv.DictReader(file)}
+    assert list(rows) == ["ada", "missing"], grading.output
+    assert rows["ada"]["note"] == ""
+    assert rows["ada"]["step messages-1"] == "passed"
+    assert rows["ada"]["step messages-3"] == "passed"
+    assert "is no workspace" in rows["missing"]["note"]
+    assert (output / "grades.html").is_file()
+    assert not (output / "grading.token").exists()
+
+
+def test_missing_scheduler_is_named_in_one_line(tmp_path, capsys):
+    arguments = [str(tmp_path / "ada"), "--output", str(tmp_path / "grades"), "--no-sandbox"]
+    assert main([*arguments, "--scheduler", "tcp://127.0.0.1:1"]) == 2
+    error = capsys.readouterr().err
+    assert error.startswith("grade: no Dask scheduler at tcp://127.0.0.1:1 (")
+    assert error.count("\n") == 1
+
+
+def test_worker_without_the_shared_folder_is_refused(tmp_path):
+    token = tmp_path / "grading.token"
+    assert "put the workspaces and --output into a folder" in worker_problem(str(token), "a", False)
+    token.write_text("b")
+    assert f"it does not see {tmp_path}" in worker_problem(str(token), "a", False)
+    assert worker_problem(str(token), "b", False) == ""
