@@ -68,6 +68,12 @@ def left_over(mark):
     return found
 
 
+def trace(folder):
+    """Return a drive without its reasons of speed: no node outside of the sandbox has them."""
+    with (folder / "report.csv").open(encoding="utf-8") as file:
+        return [{**row, "reason": ""} for row in csv.DictReader(file)]
+
+
 def test_each_student_is_graded_alone(tmp_path, sandboxed):
     students = tmp_path / "class"
     solved = workspace(students / "ada", *(step.id for step in load_steps()))
@@ -126,9 +132,7 @@ def test_each_student_is_graded_alone(tmp_path, sandboxed):
     conditions = Conditions(LIMIT_S, steps=("drive",))
     plain = grade("ada", solved, tmp_path / "plain", conditions)
     assert (plain.note, plain.contained) == ("", [])
-    assert (tmp_path / "plain" / "report.csv").read_bytes() == (
-        output / "ada" / "report.csv"
-    ).read_bytes(), "the sandbox changes the drive"
+    assert trace(tmp_path / "plain") == trace(output / "ada"), "the sandbox changes the drive"
     clock = {"wall_duration_s", "real_time_factor"}
     referees = json.loads((output / "ada" / "report.json").read_text())
     assert {name: value for name, value in plain.report.items() if name not in clock} == {

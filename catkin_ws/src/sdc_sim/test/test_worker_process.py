@@ -1,6 +1,7 @@
 """Worker process: order, back-pressure, restart, and its end."""
 
 import os
+import re
 import signal
 import socket
 import subprocess
@@ -169,22 +170,24 @@ def test_worker_ends_when_its_caller_is_killed(handler, tmp_path):
     script = tmp_path / "caller.py"
     script.write_text(
         f"""
-import sys, time
+import multiprocessing, os, sys, time
 sys.path.insert(0, {FOLDER!r})
 from worker_handlers import {handler}
 from sdc_sim.camera.worker_process import WorkerProcess
 
 if __name__ == "__main__":
+    # All shared files of this process and its children have its number in their names.
+    multiprocessing.current_process()._config["semprefix"] = f"/{{os.getpid()}}"
     worker = WorkerProcess({handler}, (sys.argv[1],), 3, print)
     worker.put((worker.process.pid,), 30.0)
     time.sleep(60.0)
 """,
         encoding="utf-8",
     )
-    shared = set(os.listdir("/dev/shm"))
     with subprocess.Popen([sys.executable, script, tmp_path / "done"]) as caller:
         wait_until(lambda: lines_of(tmp_path / "done"), "item")
         caller.kill()
     (pid,) = map(int, lines_of(tmp_path / "done"))
     wait_until(lambda: not is_running(pid), "end of the worker")
-    assert {name for name in set(os.listdir("/dev/shm")) - shared if "mp" in name} == set()
+    left = [name for name in os.listdir("/dev/shm") if re.search(f"{caller.pid}|{pid}", name)]
+    assert left == []
