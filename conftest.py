@@ -74,7 +74,10 @@ class RosTestItem(pytest.Item):
 
     def __init__(self, **keywords):
         super().__init__(**keywords)
-        limits = re.findall(r'time-limit="(\d+)"', self.path.read_text(encoding="utf-8"))
+        text = self.path.read_text(encoding="utf-8")
+        limits = re.findall(r'time-limit="(\d+)"', text)
+        if "<!-- nightly -->" in text:
+            self.add_marker(pytest.mark.nightly)
         self.add_marker(pytest.mark.slow(_SHARE_OF_LIMIT * max(map(float, limits), default=60.0)))
 
     def runtest(self):

@@ -89,6 +89,7 @@ def test_stack_that_stops_at_lights_passes_and_repeats_its_trace_bit_for_bit(env
     assert "" not in found, "every tick has a reason"
 
 
+@pytest.mark.nightly
 def test_stack_that_ignores_lights_fails(environment, tmp_path):
     stack = os.path.join(STACKS, "blind_to_lights.launch")
     drive = CheckedDrive(

@@ -119,7 +119,8 @@ def text(peaks: Peaks) -> str:
 
 
 def _introduction() -> str:
-    peak = max(abs(lane_change().curvature_at(0.1 * i)) for i in range(1800))
+    course = lane_change()
+    peak = max(abs(course.curvature_at(0.1 * i)) for i in range(1800))
     weights = methods.LQR_WEIGHTS
     pursuit_k = f"k = {methods.PURE_PURSUIT_S:g} s"
     stanley_k = f"k = {methods.STANLEY_PER_S:g} 1/s, the paper's"
