@@ -122,20 +122,20 @@ def test_car_that_stands_is_truncated():
         assert truncated == (tick == 199)
 
 
-def test_obstacle_and_red_light_ahead_are_observed():
-    environment = gymnasium.make("SdcScenario-v0", scenario="stopped_car").unwrapped
-    environment.reset(seed=0)
-    environment._place = environment._route.project(30.0, 0.0, 30.0, 1.0, 1.0)
-    seen = environment._observe(environment._simulation.observation)
-    # 60 m to the middle of the car, which is 4.7 m long, as the own one.
-    assert entry(seen, "obstacle_ahead_m") == pytest.approx(30.0 - 4.7, abs=0.05)
-    lights = gymnasium.make("SdcScenario-v0", scenario="traffic_lights").unwrapped
-    lights.reset(seed=0)
-    lights._place = lights._route.project(50.0, 0.0, 50.0, 1.0, 1.0)
-    seen = lights._observe(lights._simulation.observation)
-    assert entry(seen, "obstacle_ahead_m") == pytest.approx(70.0 - 50.0 - 2.35, abs=0.05)
-    free, _ = gymnasium.make("SdcTown-v0").reset(seed=0)
-    assert entry(free, "obstacle_ahead_m") == 50.0
+@pytest.mark.parametrize(
+    ("scenario", "at_m", "ahead_m"),
+    # The other car is 60 m along the route and 4.7 m long, as the own one; the light is at 70 m.
+    [
+        ("stopped_car", 30.0, 30.0 - 4.7),
+        ("traffic_lights", 50.0, 20.0 - 2.35),
+        ("slalom", 1.0, 50.0),
+    ],
+)
+def test_nearest_obstacle_or_red_light_is_observed(scenario, at_m, ahead_m):
+    options = {"start": {"along_m": at_m}}
+    environment = gymnasium.make("SdcScenario-v0", scenario=scenario, sim_options=options)
+    seen, _ = environment.reset(seed=0)
+    assert entry(seen, "obstacle_ahead_m") == pytest.approx(ahead_m, abs=0.01)
 
 
 def test_picture_shows_the_road():

@@ -119,9 +119,9 @@ class SdcEnvironment(gymnasium.Env):
     def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
         """Drive for a tick of 0.05 s."""
         pedals, steer = action.tolist()
-        command = VehicleCommand(
-            pedals if pedals > 0.0 else 0.0, steer, -pedals if pedals < 0.0 else 0.0
-        )
+        # NaN stays NaN, which the simulation refuses.
+        braking = pedals < 0.0
+        command = VehicleCommand(0.0 if braking else pedals, steer, -pedals if braking else 0.0)
         simulation = self._simulation
         observation = simulation.step(command)
         state, before_m = observation.state, self._place.s_m
