@@ -13,7 +13,7 @@ GENERATED = {".git", ".tools", "build", "devel", "world_ws", "report", "grades"}
 FILES = [path for path in PROJECT.rglob("*") if not GENERATED & set(path.parts)]
 ALL_PAGES = sorted(path for path in FILES if path.suffix == ".md")
 # Files that a drive, a command or the reader writes.
-WRITTEN = re.compile(r"(report|replay|grades|mine|my_\w+|NAME|FILE)\.\w+")
+WRITTEN = re.compile(r"(report|replay|grades|results|mine|my_\w+|NAME|FILE|STUDY)\.\w+")
 # Files of CARLA's own bridge.
 FOREIGN = re.compile(r"carla_\w+\.launch|ros_sensors\.md")
 

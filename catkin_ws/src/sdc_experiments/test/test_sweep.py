@@ -27,6 +27,7 @@ factors:
   simple_controller/stanley/k: [1.0, 2.5, -1.0, 4.0]
   sim_options/odometry_noise/position_m: [0.0, 0.02, 0.1]
 seeds: 3
+metrics: [cross_track_rms_m]
 """
 
 
@@ -87,27 +88,67 @@ def children(program):
     ]
 
 
-def test_no_drive_is_lost_or_repeated_and_none_depends_on_its_worker(study, start, tmp_path):
-    def sweep(name, workers):
-        return start(
-            sys.executable, SCRIPT, study, "--output", tmp_path / name, "--workers", workers
-        )
+@pytest.fixture
+def cluster(start, tmp_path):
+    """Start a scheduler; return its address and a function that starts a worker."""
+    python, place = (sys.executable, "-m"), tmp_path / "scheduler.json"
+    scheduler = start(
+        *python, "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0",
+        "--no-dashboard", "--no-show", "--scheduler-file", place,
+    )  # fmt: skip
+    wait_for(place.exists, scheduler)
+    address = json.loads(place.read_text())["address"]
 
-    alone = sweep("alone", 1)
-    assert alone.wait_for_end(LIMIT_S) == 1, alone.output
-    expected = traces(tmp_path / "alone")
-    failed = [row for row in rows(tmp_path / "alone") if row["status"] == "failed"]
-    assert (len(expected), len(failed)) == (CELLS, FAILING)
-    assert {row["settings"]["simple_controller/stanley/k"] for row in failed} == {-1.0}
-    log = (tmp_path / "alone" / failed[0]["log"]).read_text()
-    assert log.strip().endswith("k must be a positive number, got -1.0")
-    for part in ("got -1.0", f"{FAILING} drives failed", f"{CELLS} of {CELLS}", "results.csv"):
-        assert part in alone.output
+    def worker():
+        return start(
+            *python, "distributed.cli.dask_worker", address, "--nthreads", "1", "--no-nanny",
+            "--no-dashboard", "--local-directory", tmp_path,
+        )  # fmt: skip
+
+    return address, worker
+
+
+def test_no_drive_is_lost_or_repeated_and_none_depends_on_its_worker(
+    study, start, cluster, tmp_path
+):
+    address, worker = cluster
+    folder = tmp_path / "cluster"
+    first = worker()
+    sweep = start(sys.executable, SCRIPT, study, "--output", folder, "--scheduler", address)
+    wait_for_rows(folder, 2, sweep)
+    first.process.kill()
+    worker()
+    assert sweep.wait_for_end(LIMIT_S) == 1, sweep.output
+    assert len({row["worker"] for row in rows(folder)}) == 2
+    expected = traces(folder)
+    assert len(rows(folder)) == len(expected) == CELLS
     # Without noise, the seed changes nothing; with noise, it does.
     assert len(set(expected.values()) - {None}) == 3 * (1 + 3 + 3)
 
-    folder = tmp_path / "killed"
-    first = sweep("killed", 2)
+    failed = [row for row in rows(folder) if row["status"] == "failed"]
+    assert len(failed) == FAILING
+    assert {row["settings"]["simple_controller/stanley/k"] for row in failed} == {-1.0}
+    log = (folder / failed[0]["log"]).read_text()
+    assert log.strip().endswith("k must be a positive number, got -1.0")
+    for part in ("got -1.0", f"{FAILING} drives failed", f"{CELLS} of {CELLS}", "results.csv"):
+        assert part in sweep.output
+
+    check_kills_on_this_machine(study, start, tmp_path / "killed", expected)
+
+    (tmp_path / "bend.yaml").write_text(SCENARIO.replace("10", "12"))
+    changed = start(sys.executable, SCRIPT, study, "--output", folder, "--scheduler", address)
+    assert changed.wait_for_end(LIMIT_S) == 2
+    assert changed.output.count("\n") == 1
+    assert "a scenario or another file of the study changed" in changed.output
+
+
+def check_kills_on_this_machine(study, start, folder, expected):
+    """Sweep with two processes; kill one, interrupt the sweep, kill it, and let it end."""
+
+    def sweep():
+        return start(sys.executable, SCRIPT, study, "--output", folder, "--workers", "2")
+
+    first = sweep()
     wait_for_rows(folder, 1, first)
     victim = children(first)[0]
     victim.kill()
@@ -120,7 +161,7 @@ def test_no_drive_is_lost_or_repeated_and_none_depends_on_its_worker(study, star
     assert (folder / "study.html").is_file()
     interrupted = rows(folder)
 
-    second = sweep("killed", 2)
+    second = sweep()
     wait_for_rows(folder, len(interrupted) + 4, second)
     workers = children(second)
     second.process.kill()
@@ -128,7 +169,7 @@ def test_no_drive_is_lost_or_repeated_and_none_depends_on_its_worker(study, star
     wait_for(lambda: not any(worker.is_running() for worker in workers), second)
     killed = rows(folder)
 
-    third = sweep("killed", 2)
+    third = sweep()
     assert third.wait_for_end(LIMIT_S) == 1, third.output
     done = rows(folder)
     assert done[: len(killed)] == killed, "a finished drive was changed"
@@ -136,37 +177,6 @@ def test_no_drive_is_lost_or_repeated_and_none_depends_on_its_worker(study, star
     repeated = Counter(row["key"] for row in done if row["status"] != "failed")
     assert set(repeated.values()) == {1}
     assert len(repeated) == CELLS - FAILING
-
-
-def test_cluster_of_other_terminals_drives_when_its_first_worker_is_killed(study, start, tmp_path):
-    dask = (sys.executable, "-m")
-    scheduler = start(
-        *dask, "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0",
-        "--no-dashboard", "--no-show", "--scheduler-file", tmp_path / "scheduler.json",
-    )  # fmt: skip
-    wait_for((tmp_path / "scheduler.json").exists, scheduler)
-    address = json.loads((tmp_path / "scheduler.json").read_text())["address"]
-
-    def worker():
-        return start(*dask, "distributed.cli.dask_worker", address, "--nthreads", "1",
-                     "--no-nanny", "--no-dashboard", "--local-directory", tmp_path)  # fmt: skip
-
-    first = worker()
-    first.wait_for_output("Registered to")
-    folder = tmp_path / "cluster"
-    sweep = start(sys.executable, SCRIPT, study, "--output", folder, "--scheduler", address)
-    wait_for_rows(folder, 2, sweep)
-    first.process.kill()
-    worker()
-    assert sweep.wait_for_end(LIMIT_S) == 1, sweep.output
-    assert len({row["worker"] for row in rows(folder)}) == 2
-    assert len(rows(folder)) == len(traces(folder)) == CELLS
-
-    (tmp_path / "bend.yaml").write_text(SCENARIO.replace("10", "12"))
-    changed = start(sys.executable, SCRIPT, study, "--output", folder, "--scheduler", address)
-    assert changed.wait_for_end(LIMIT_S) == 2
-    assert changed.output.count("\n") == 1
-    assert "a scenario or another file of the study changed" in changed.output
 
 
 def test_missing_scheduler_is_named_in_one_line(study, start, tmp_path):
