@@ -15,7 +15,7 @@ from sdc_workshop.exam.sandbox import SandboxError, require, user_id
 from sdc_workshop.grading.copying import is_workspace
 from sdc_workshop.grading.grading import Conditions, Grade, grade
 from sdc_workshop.grading.summary import leaderboard, write_csv, write_html
-from sdc_workshop.steps import load_steps
+from sdc_workshop.steps import LABS, WORKSHOP, load_steps
 
 DESCRIPTION = """Check every student's workspace, each with its own ROS master and time limit,
 without writing into it. A DIR is a workspace, or a folder that contains workspaces. The summary
@@ -26,6 +26,12 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     """Parse the command line."""
     parser = argparse.ArgumentParser(prog="./workshop/grade", description=DESCRIPTION)
     parser.add_argument("folders", nargs="+", metavar="DIR", type=Path)
+    parser.add_argument(
+        "--lab",
+        choices=sorted(LABS),
+        default=WORKSHOP,
+        help="grade a lab instead of the workshop",
+    )
     parser.add_argument(
         "--output",
         type=Path,
@@ -58,7 +64,7 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     return options
 
 
-def workspaces(folders: list) -> list:
+def workspaces(folders: list, lab: str = WORKSHOP) -> list:
     """Return the workspaces in some folders, as absolute paths without duplicates.
 
     A folder without a workspace is returned, too: its row of the summary reports it.
@@ -68,8 +74,8 @@ def workspaces(folders: list) -> list:
         folder = folder.absolute()
         inside = (
             []
-            if is_workspace(folder) or not folder.is_dir()
-            else sorted(path for path in folder.iterdir() if is_workspace(path))
+            if is_workspace(folder, lab) or not folder.is_dir()
+            else sorted(path for path in folder.iterdir() if is_workspace(path, lab))
         )
         found.extend(inside or [folder])
     return list(dict.fromkeys(Path(os.path.normpath(path)) for path in found))
@@ -93,7 +99,7 @@ def main(arguments: Sequence[str]) -> int:
     """Run the command; return 0 when all folders could be graded."""
     options = parse(arguments)
     output = options.output.absolute()
-    named = names(workspaces(options.folders))
+    named = names(workspaces(options.folders, options.lab))
     for folder in named:
         if output == folder or folder in output.parents:
             print(
@@ -115,13 +121,13 @@ def main(arguments: Sequence[str]) -> int:
         except SandboxError as error:
             print(f"grade: {error}", file=sys.stderr)
             return 2
-    total = len(load_steps())
+    total = len(load_steps(options.lab))
     grades = []
     stop = threading.Event()
 
     def conditions(number: int) -> Conditions:
         user = None if options.no_sandbox else user_id(number)
-        return Conditions(options.limit, user, stop.is_set)
+        return Conditions(options.limit, user, stop.is_set, lab=options.lab)
 
     with ThreadPoolExecutor(options.jobs) as pool:
         waiting = [
@@ -138,8 +144,8 @@ def main(arguments: Sequence[str]) -> int:
                 job.cancel()
             raise
     ranked = leaderboard(grades)
-    write_csv(output / "grades.csv", ranked)
-    write_html(output / "grades.html", ranked)
+    write_csv(output / "grades.csv", ranked, options.lab)
+    write_html(output / "grades.html", ranked, options.lab)
     print(f"grade: {len(grades)} workspaces, see {output / 'grades.html'} and grades.csv")
     return 0 if not any(found.note or found.contained for found in grades) else 1
 
