@@ -19,6 +19,7 @@ from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 
 from sdc_common.ros.connection_watchdog import watch_connections
+from sdc_common.ros.ground_truth import true_odometry_topic
 from sdc_common.ros.node import LoopPublisher, parameter, refuse
 from sdc_common.window import ImageWindow, NoDisplay
 from sdc_sim.manual_control import keyboard
@@ -69,7 +70,8 @@ class ManualControl:
                 topic, Image, self.views.on_picture, topic, buff_size=PICTURE_BUFFER_BYTES, **latest
             )
         state = self.state
-        rospy.Subscriber(EGO + "/odometry", Odometry, self.on_odometry, **latest)
+        self.odometry_topic = true_odometry_topic(EGO)
+        rospy.Subscriber(self.odometry_topic, Odometry, self.on_odometry, **latest)
         rospy.Subscriber(
             EGO + "/vehicle_status", CarlaEgoVehicleStatus, state.on_status, queue_size=1
         )
@@ -84,7 +86,7 @@ class ManualControl:
         try:
             self.state.on_odometry(odometry)
         except ValueError as error:
-            rospy.logwarn_throttle(1.0, f"manual_control: refused {EGO}/odometry: {error}")
+            rospy.logwarn_throttle(1.0, f"manual_control: refused {self.odometry_topic}: {error}")
 
     def on_mission(self, path):
         try:

@@ -13,6 +13,7 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from sdc_common.ros.connection_watchdog import watch_connections
+from sdc_common.ros.ground_truth import true_odometry_topic
 from sdc_common.ros.node import parameter, refuse
 from sdc_common.ros.supervisor import supervise
 from sdc_sim.evaluation.evaluator import Evaluator, evaluate_event_log
@@ -51,7 +52,8 @@ class Referee:
         self.lock = threading.Lock()
         self.ended = threading.Event()
         self.evaluator = Evaluator(EvaluationRules.read(parameter), self.event_log, self.trace)
-        self.input = EvaluatorInput(self.evaluator, time.monotonic, role_name)
+        odometry_topic = true_odometry_topic("/carla/" + role_name)
+        self.input = EvaluatorInput(self.evaluator, time.monotonic, role_name, odometry_topic)
 
         self.rules_publisher = rospy.Publisher("/referee/rules", String, queue_size=1, latch=True)
 

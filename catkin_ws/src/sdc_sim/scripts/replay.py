@@ -8,6 +8,7 @@ import sys
 import rosbag
 import rospy
 
+from sdc_common.ros.ground_truth import GROUND_TRUTH
 from sdc_common.ros.node import parameter, refuse
 from sdc_sim.evaluation.evaluator import Evaluator
 from sdc_sim.evaluation.rules import EvaluationRules
@@ -29,7 +30,9 @@ class Replay:
         for _, message, _ in bag.read_messages("/referee/rules"):
             self.rules = EvaluationRules(**json.loads(message.data))
         evaluator = Evaluator(self.rules)
-        topics = EvaluatorInput(evaluator).topics
+        recorded = bag.get_type_and_topic_info().topics
+        odometry_topic = GROUND_TRUTH if GROUND_TRUTH in recorded else None
+        topics = EvaluatorInput(evaluator, odometry_topic=odometry_topic).topics
         for topic, message, _ in bag.read_messages(list(topics)):
             _, handle = topics[topic]
             try:

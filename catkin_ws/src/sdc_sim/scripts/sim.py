@@ -49,7 +49,7 @@ class Sim:
         self.handshake = StartHandshake(
             self.commands.subscribers,
             self.topics.odometry.resolved_name,
-            self.topics.bridge.tick_topics,
+            self.topics.tick_topics,
             setup.wait_for_nodes,
         )
         self.starting = True

@@ -10,7 +10,7 @@ from sdc_sim.evaluation.evaluator import Evaluator
 from sdc_sim.physics.obstacles import CollisionEvent
 from sdc_sim.physics.vehicle import VehicleState
 from sdc_sim.ros.drive_log import DriveLog
-from sdc_sim.simulation.simulation import Observation
+from sdc_sim.simulation.observation import Observation
 
 
 def observed(x_m, collisions=()):

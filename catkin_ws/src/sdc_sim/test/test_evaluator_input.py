@@ -20,6 +20,7 @@ from sdc_msgs.msg import (
 )
 
 from sdc_common.testing.node_script import load_script
+from sdc_common.ros.ground_truth import GROUND_TRUTH
 from sdc_sim.evaluation.evaluator import Evaluator
 from sdc_sim.evaluation.rules import EvaluationRules
 from sdc_sim.ros.evaluator_input import EvaluatorInput
@@ -48,7 +49,7 @@ def test_record_yaml_names_the_topics_of_the_referee_and_its_rules():
     with open(os.path.join(CONFIG, "record.yaml"), encoding="utf-8") as file:
         recorded = yaml.safe_load(file)["topics"]
     topics = EvaluatorInput(Evaluator(RULES)).topics
-    assert sorted(recorded) == sorted([*topics, "/referee/rules"])
+    assert sorted(recorded) == sorted([*topics, "/referee/rules", GROUND_TRUTH])
 
 
 def test_odometry_is_the_last_topic_so_that_the_sim_starts_after_all_subscriptions():

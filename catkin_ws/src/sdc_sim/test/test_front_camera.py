@@ -21,7 +21,7 @@ from sdc_sim.physics.traffic_lights import GREEN, OFF, RED, YELLOW, TrafficLight
 from sdc_sim.physics.vehicle import VehicleState
 from sdc_sim.road.road import Road
 from sdc_sim.ros.bridge_generations import GENERATIONS
-from sdc_sim.simulation.simulation import Observation
+from sdc_sim.simulation.observation import Observation
 
 
 class RecordingProcess:

@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sdc_sim.simulation.sensors import DelayLine, OdometryNoise
+from sdc_sim.sensors.delay_line import DelayLine
+from sdc_sim.sensors.odometry_noise import OdometryNoise
 
 TRUE = (10.0, -5.0, 0.3, 8.0)
 

@@ -16,7 +16,7 @@ from sdc_sim.physics.obstacles import KINDS, ObstaclePlan, Obstacles
 from sdc_sim.physics.traffic_lights import TrafficLightPlan, TrafficLights
 from sdc_sim.physics.vehicle import Vehicle, VehicleCommand
 from sdc_sim.physics.vehicle_parameters import load_vehicle
-from sdc_sim.simulation.sensors import OdometryNoise
+from sdc_sim.sensors.odometry_noise import OdometryNoise
 from sdc_sim.simulation.simulation import OccupiedError, Simulation
 
 TESLA = os.path.join(os.path.dirname(__file__), "..", "config", "vehicles", "tesla_model3.yaml")

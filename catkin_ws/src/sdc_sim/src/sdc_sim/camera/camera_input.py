@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from sdc_sim.simulation.simulation import Observation
+from sdc_sim.simulation.observation import Observation
 
 
 class CameraInput(NamedTuple):

@@ -11,7 +11,7 @@ from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.camera.shared_pictures import SharedPictures
 from sdc_sim.camera.worker_process import WorkerProcess
 from sdc_sim.ros.bridge_generations import BridgeGeneration
-from sdc_sim.simulation.simulation import Observation
+from sdc_sim.simulation.observation import Observation
 
 # In lockstep the simulation may be so many pictures ahead, which evens out their render times.
 _DEPTH = 6

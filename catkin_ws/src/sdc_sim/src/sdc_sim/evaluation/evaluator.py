@@ -35,6 +35,7 @@ class Evaluator:
         trace_store: TraceStore | None = None,
     ):
         self.rules = rules
+        self.odometry_topic = "/carla/ego_vehicle/odometry"
         self.drive: DriveEvaluation | None = None
         self._event_log = event_log
         self._trace_store = trace_store
@@ -55,7 +56,7 @@ class Evaluator:
     def missing_topics(self) -> list:
         """Return the topics without which the drive cannot start."""
         missing = [] if self.drive else ["/planner/mission_waypoints"]
-        return missing if self.started else [*missing, "/carla/ego_vehicle/odometry"]
+        return missing if self.started else [*missing, self.odometry_topic]
 
     @property
     def write_failure(self) -> OSError | None:

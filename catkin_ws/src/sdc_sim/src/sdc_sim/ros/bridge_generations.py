@@ -5,7 +5,7 @@ A generation has the topics of all bridges up to the next one; docs/bridge.md li
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Mapping, NamedTuple
 
 import carla_msgs.msg
 from carla_msgs.msg import CarlaEgoVehicleControl
@@ -21,6 +21,13 @@ class CameraNames(NamedTuple):
     frame: str
 
 
+class SensorNames(NamedTuple):
+    """Topic and frame of a sensor, below the name of the vehicle."""
+
+    topic: str
+    frame: str
+
+
 class BridgeGeneration(NamedTuple):
     """What differs between the generations.
 
@@ -31,6 +38,7 @@ class BridgeGeneration(NamedTuple):
         view: the camera behind the vehicle; None where the bridge has none
         spectator: the camera that a person moves; None where the bridge has none
         topics: topics that not every generation has. A name without /carla is one of the vehicle
+        sensors: the sensors by their names in config/sim.yaml
     """
 
     control_class: type
@@ -39,6 +47,7 @@ class BridgeGeneration(NamedTuple):
     view: CameraNames | None
     spectator: CameraNames | None
     topics: frozenset[str]
+    sensors: Mapping[str, SensorNames]
 
 
 def _by_kind(name: str) -> CameraNames:
@@ -52,6 +61,15 @@ def _by_name(name: str) -> CameraNames:
     return CameraNames(f"/{name}/image", f"/{name}/camera_info", f"/{name}")
 
 
+# No bridge has wheel speeds. The names of the planar lidar follow those of the other lidar.
+_NEWEST = {
+    "imu": SensorNames("/imu", "/imu"),
+    "gnss": SensorNames("/gnss", "/gnss"),
+    "speedometer": SensorNames("/speedometer", ""),
+    "lidar": SensorNames("/lidar", "/lidar"),
+    "planar_lidar": SensorNames("/lidar_planar", "/lidar_planar"),
+    "wheel_speeds": SensorNames("/wheel_speeds", ""),
+}
 _0_9_3 = BridgeGeneration(
     CarlaVehicleControl,
     String,
@@ -59,6 +77,12 @@ _0_9_3 = BridgeGeneration(
     None,
     None,
     frozenset({"/carla/objects", "/carla/vehicle_marker", "/ego_vehicle_control_info"}),
+    {
+        **_NEWEST,
+        "gnss": SensorNames("/gnss/front/gnss", "/gnss/front"),
+        "lidar": SensorNames("/lidar/front/point_cloud", "/lidar/front"),
+        "planar_lidar": SensorNames("/lidar/planar/point_cloud", "/lidar/planar"),
+    },
 )
 _0_9_5 = BridgeGeneration(
     CarlaEgoVehicleControl,
@@ -80,6 +104,13 @@ _0_9_5 = BridgeGeneration(
             "/twist_cmd",
         }
     ),
+    {
+        **_NEWEST,
+        "imu": SensorNames("/imu/imu1", "/imu/imu1"),
+        "gnss": SensorNames("/gnss/gnss1/fix", "/gnss/gnss1"),
+        "lidar": SensorNames("/lidar/lidar1/point_cloud", "/lidar/lidar1"),
+        "planar_lidar": SensorNames("/lidar/lidar2/point_cloud", "/lidar/lidar2"),
+    },
 )
 _0_9_11 = BridgeGeneration(
     CarlaEgoVehicleControl,
@@ -98,6 +129,7 @@ _0_9_11 = BridgeGeneration(
             "/control/set_target_velocity",
         }
     ),
+    _NEWEST,
 )
 GENERATIONS = {
     "0.9.3": _0_9_3,

@@ -31,7 +31,8 @@ from sdc_sim.ros.message_conversion import (
     status_message,
     vehicle_info_message,
 )
-from sdc_sim.simulation.simulation import Observation, Simulation
+from sdc_sim.simulation.observation import Observation
+from sdc_sim.simulation.simulation import Simulation
 
 # Period of the topics for people, in simulated time.
 _DISPLAY_PERIOD_S = 0.2

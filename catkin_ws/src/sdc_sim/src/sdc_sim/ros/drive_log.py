@@ -13,7 +13,7 @@ from typing import IO, Any
 from nav_msgs.msg import Odometry
 
 from sdc_common.ros.odometry import pose_and_speed
-from sdc_sim.simulation.simulation import Observation
+from sdc_sim.simulation.observation import Observation
 
 
 class DriveLog:

@@ -42,6 +42,7 @@ class EvaluatorInput:
         evaluator: Evaluator,
         wall_clock: Callable[[], float] | None = None,
         role_name: str = "ego_vehicle",
+        odometry_topic: str | None = None,
     ):
         """Create the input of an evaluator.
 
@@ -49,9 +50,11 @@ class EvaluatorInput:
             evaluator: receives the content of the messages
             wall_clock: returns the wall clock [s]; None: messages come from a bag
             role_name: name of the vehicle in its topics
+            odometry_topic: topic of the true odometry; None: that of the vehicle
         """
         ego = "/carla/" + role_name
         self.evaluator = evaluator
+        evaluator.odometry_topic = odometry_topic or ego + "/odometry"
         self._wall_clock = wall_clock
         # Odometry is last: a sim in lockstep starts when the referee subscribes to it, and by then
         # the referee must be subscribed to all other topics.
@@ -67,7 +70,7 @@ class EvaluatorInput:
             # The names of the bridges 0.9.8 to 0.9.10.
             "/carla/traffic_lights_info": (CarlaTrafficLightInfoList, self.light_info),
             "/carla/traffic_lights": (CarlaTrafficLightStatusList, self.light_status),
-            ego + "/odometry": (Odometry, self.odometry),
+            evaluator.odometry_topic: (Odometry, self.odometry),
         }
 
     def route(self, path: Any) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Callable, Sequence
+from typing import Any, Callable, Collection, Sequence
 
 import rospy
 from carla_msgs.msg import (
@@ -31,7 +31,8 @@ from sdc_sim.ros.object_messages import (
     object_marker,
     obstacle_object,
 )
-from sdc_sim.simulation.simulation import Observation, Simulation
+from sdc_sim.simulation.observation import Observation
+from sdc_sim.simulation.simulation import Simulation
 
 _EGO_HEIGHT_M = 1.5
 
@@ -46,6 +47,7 @@ class GenerationTopics:
         map_name: name of the map
         opendrive: the map as OpenDRIVE
         simulation: the simulation
+        others: names of topics that another class publishes
     """
 
     def __init__(
@@ -56,6 +58,7 @@ class GenerationTopics:
         map_name: str,
         opendrive: str,
         simulation: Simulation,
+        others: Collection[str] = (),
     ):
         self._generation = generation
         self._simulation = simulation
@@ -77,7 +80,7 @@ class GenerationTopics:
                 maker,
             )
             for name, (message_class, maker) in makers.items()
-            if name in generation.topics
+            if name in generation.topics and name not in others
         ]
         self._latched: list[rospy.Publisher] = []
         self._light_status = None

@@ -36,6 +36,7 @@ from sdc_sim.physics.obstacles import CollisionEvent, ObstacleState
 from sdc_sim.physics.traffic_lights import LANE_WIDTH_M, TrafficLightPlan, TrafficLightState
 from sdc_sim.physics.vehicle import VehicleCommand, VehicleState
 from sdc_sim.physics.vehicle_parameters import VehicleParameters
+from sdc_sim.sensors.motion_sensors import TRACK_SHARE, WHEEL_RADIUS_M
 
 if TYPE_CHECKING:
     from sdc_sim.camera.camera_model import CameraModel
@@ -44,9 +45,6 @@ MAP_FRAME = "map"
 VEHICLE_FRAME = "ego_vehicle"
 EGO_ID = 1
 
-# Nominal values of vehicle_info that the vehicle model does not have. A reader may divide by them.
-_NOMINAL_WHEEL_RADIUS_M = 0.35
-_NOMINAL_TRACK_SHARE = 0.8
 # Points of RViz that are farther from the origin are refused.
 _MAX_DISTANCE_M = 1e5
 # Length along the lane and height of a traffic light's trigger volume.
@@ -256,8 +254,8 @@ def vehicle_info_message(
 ) -> CarlaEgoVehicleInfo:
     """Return the description of the vehicle; the model has no motor and gears: they are zero."""
     p = parameters
-    track_m = _NOMINAL_TRACK_SHARE * p.width_m
-    radius_m = _NOMINAL_WHEEL_RADIUS_M
+    track_m = TRACK_SHARE * p.width_m
+    radius_m = WHEEL_RADIUS_M
     message = CarlaEgoVehicleInfo(
         id=EGO_ID,
         type=vehicle_type(preset),

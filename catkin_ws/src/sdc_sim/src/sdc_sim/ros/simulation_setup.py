@@ -22,8 +22,10 @@ from sdc_sim.ros.drive_log import DriveLog
 from sdc_sim.ros.parameters import Parameters
 from sdc_sim.scenario.reader import load_lights, load_obstacles
 from sdc_sim.scenario.yaml_document import DocumentError
+from sdc_sim.sensors.odometry_noise import OdometryNoise
+from sdc_sim.sensors.settings import SENSORS, SensorSettings, sensor_settings
+from sdc_sim.sensors.suite import SensorSuite
 from sdc_sim.simulation.placement import start_pose
-from sdc_sim.simulation.sensors import OdometryNoise
 from sdc_sim.simulation.simulation import OccupiedError, Simulation
 
 
@@ -48,6 +50,8 @@ class SimulationSetup:
         ackermann_cmd: whether to serve ackermann_cmd; "auto": unless another node does
         services: whether people can pause the simulation and place the vehicle
         drive_log: records the drive
+        truth: whether the odometry of the vehicle is that of the simulation
+        sensors: settings of the sensors that are on, by name
     """
 
     def __init__(self) -> None:
@@ -69,6 +73,8 @@ class SimulationSetup:
         self.daylight: float = parameter("daylight")
         self.waypoints_path: str = parameter("waypoints_path")
         self.preset: str = parameter("vehicle")
+        self.truth = bool(parameter("truth"))
+        self.sensors: dict[str, Any] = {}
         _check_known("clicked_obstacle", self.clicked_obstacle, KINDS)
         _check_known("bridge", bridge, GENERATIONS)
         _check_known("ackermann_cmd", self.ackermann_cmd, ("auto", True, False))
@@ -76,7 +82,8 @@ class SimulationSetup:
         try:
             self.route_m: np.ndarray = load_waypoints(self.waypoints_path)
             self.route = road_route(self.route_m)
-            self.simulation = _simulation(parameter, self.preset, self.route)
+            self.sensors = _sensors_that_are_on(parameter)
+            self.simulation = _simulation(parameter, self.preset, self.route, self.sensors)
             check_between(0.0, 1.0, daylight=self.daylight)
             check_non_negative(
                 patience_s=self.timeouts.answer_s,
@@ -108,7 +115,14 @@ def _drive_log(path: str) -> DriveLog:
         refuse(f"drive_log: {path}: {error.strerror}; name a file in a folder that can be written")
 
 
-def _simulation(parameter: Parameters, preset: str, route: Route) -> Simulation:
+def _sensors_that_are_on(parameter: Parameters) -> dict[str, SensorSettings]:
+    settings = {name: sensor_settings(name, parameter(name)) for name in SENSORS}
+    return {name: one for name, one in settings.items() if one.period_s > 0.0}
+
+
+def _simulation(
+    parameter: Parameters, preset: str, route: Route, sensors: dict[str, SensorSettings]
+) -> Simulation:
     obstacles_path = parameter("obstacles_path")
     vehicle = Vehicle(
         load_vehicle(os.path.join(parameter("vehicles_folder"), preset + ".yaml")),
@@ -117,15 +131,19 @@ def _simulation(parameter: Parameters, preset: str, route: Route) -> Simulation:
     )
     command_timeout_s = parameter("command_patience_s")
     check_between(0.0, 1e6, command_patience_s=command_timeout_s)
+    tick_s, seed = parameter("tick_s"), parameter("seed")
+    noise = OdometryNoise(seed, **parameter("odometry_noise"))
+    suite = SensorSuite(sensors, vehicle.parameters, tick_s, seed, route) if sensors else None
     return Simulation(
         vehicle,
-        parameter("tick_s"),
+        tick_s,
         command_timeout_s,
         start=start_pose(route, **parameter("start")),
         obstacles=Obstacles(load_obstacles(obstacles_path, route)),
         lights=TrafficLights(load_lights(obstacles_path, route)),
-        noise=OdometryNoise(parameter("seed"), **parameter("odometry_noise")),
+        noise=noise,
         ackermann=AckermannControl(vehicle.parameters, AckermannGains(**parameter("ackermann"))),
         command_latency_s=parameter("command_latency_s"),
         sensor_latency_s=parameter("sensor_latency_s"),
+        sensors=suite,
     )

@@ -9,6 +9,7 @@ from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from tf2_msgs.msg import TFMessage
 
+from sdc_common.ros.ground_truth import GROUND_TRUTH
 from sdc_common.ros.node import LoopPublisher
 from sdc_sim.camera.front_camera import FrontCamera
 from sdc_sim.road.opendrive import opendrive
@@ -16,19 +17,25 @@ from sdc_sim.ros.bridge_topics import BridgeTopics
 from sdc_sim.ros.generation_topics import GenerationTopics
 from sdc_sim.ros.message_conversion import odometry_message, vehicle_transform
 from sdc_sim.ros.object_messages import daylight, spectator_mount
+from sdc_sim.ros.sensor_topics import SensorTopics
 from sdc_sim.ros.simulation_setup import SimulationSetup
+from sdc_sim.sensors.readings import SensorReadings
 
 
 class SimulationTopics:
     """Publishes the last observation: the control loop first, then the bridge, then the picture.
 
     Odometry and clock are published in the caller's thread, and latched for nodes that connect
-    later.
+    later. The sensors are published before the odometry. With `truth: false` they are published
+    after it, because then the vehicle's software answers them.
     """
 
     def __init__(self, setup: SimulationSetup):
         self._simulation = setup.simulation
-        self.odometry = LoopPublisher(setup.ego + "/odometry", Odometry, latch=True)
+        self._truth = setup.truth
+        self.sensors = SensorTopics(setup.sensors, setup.bridge, setup.role_name)
+        odometry = setup.ego + "/odometry" if setup.truth else GROUND_TRUTH
+        self.odometry = LoopPublisher(odometry, Odometry, latch=True)
         self._clock = LoopPublisher("/clock", Clock, latch=True)
         self._transform = rospy.Publisher("/tf", TFMessage, queue_size=10)
         self._role_name = setup.role_name
@@ -36,7 +43,8 @@ class SimulationTopics:
         names = setup.role_name, setup.preset, setup.map_name
         road = opendrive(setup.map_name, setup.route_m)
         self.bridge = BridgeTopics(*names, setup.simulation, setup.lockstep, setup.route_m, road)
-        self._generation = GenerationTopics(setup.bridge, *names, road, setup.simulation)
+        published = self.sensors.vehicle_topics
+        self._generation = GenerationTopics(setup.bridge, *names, road, setup.simulation, published)
         self._camera = None
         if setup.with_camera:
             self._camera = FrontCamera(
@@ -77,6 +85,12 @@ class SimulationTopics:
         if self._camera:
             self._camera.spectator = mount
 
+    @property
+    def tick_topics(self) -> list[str]:
+        """Names of the topics besides `odometry` that a node of the loop needs in a tick."""
+        own = [] if self._truth else [f"/carla/{self._role_name}/odometry"]
+        return [*self.bridge.tick_topics, *self.sensors.tick_topics, *own]
+
     def start_clock(self) -> None:
         """Publish the time of the first observation: some nodes wait for it and then subscribe."""
         self._clock.publish(rospy.Time(*self._simulation.observation.stamp))
@@ -88,13 +102,17 @@ class SimulationTopics:
         odometry = odometry_message(observation.measured, stamp, self._role_name)
         self._drive_log.add_observation(observation, odometry)
         try:
+            if self._truth:
+                self.sensors.publish(observation.readings, stamp)
             self.odometry.publish(odometry)
             # The observation is older than the clock by the latency of the sensors.
             self._clock.publish(rospy.Time(*self._simulation.stamp))
-            if self._transform.get_num_connections():
+            if self._truth and self._transform.get_num_connections():
                 self._transform.publish([vehicle_transform(odometry)])
             self.bridge.publish(observation)
             self._generation.publish(observation)
+            if not self._truth:
+                self.sensors.publish(observation.readings, stamp)
         except rospy.ROSException:
             # At shutdown rospy closes the topics while this thread still publishes.
             if not rospy.core.is_shutdown_requested():
@@ -103,4 +121,5 @@ class SimulationTopics:
     def publish_picture(self) -> None:
         """Have the camera take and publish the picture of the last observation."""
         if self._camera:
-            self._camera.show(self._simulation.observation)
+            # The camera needs no readings, which are large with a lidar.
+            self._camera.show(self._simulation.observation._replace(readings=SensorReadings()))

@@ -30,6 +30,7 @@ class Scenario:
         about: one line for people
         route: elements of a generated route, or the name or path of a route; None if not given
         vehicle: name of a vehicle preset; None if not given
+        sensors: name of a file of config/sensors; None if not given
         stack: name of the software that drives; None if not given
         camera: whether tests render the camera
         sim: options of config/sim.yaml
@@ -40,6 +41,7 @@ class Scenario:
     about: str = ""
     route: str | list | None = None
     vehicle: str | None = None
+    sensors: str | None = None
     stack: str | None = None
     camera: bool = False
     sim: dict = field(default_factory=dict)
@@ -65,7 +67,7 @@ def load_scenario(path: str) -> Scenario:
         sim["seed"] = int(sim["seed"])  # JSON schema accepts 7.0 as an integer
     words = {
         key: values[key]
-        for key in ("about", "route", "vehicle", "stack", "camera")
+        for key in ("about", "route", "vehicle", "sensors", "stack", "camera")
         if key in values
     }
     return Scenario(document.path, sim=sim, limits=_limits(values.get("limits", {})), **words)

@@ -53,6 +53,7 @@ class PackagedFolders(NamedTuple):
     stacks: str
     vehicles: str
     routes: str
+    sensors: str
 
     @staticmethod
     def find() -> PackagedFolders:
@@ -64,6 +65,7 @@ class PackagedFolders(NamedTuple):
             stacks=os.path.join(sim, "scenarios", "stacks"),
             vehicles=os.path.join(sim, "config", "vehicles"),
             routes=os.path.join(common, "data"),
+            sensors=os.path.join(sim, "config", "sensors"),
         )
 
 
@@ -101,6 +103,9 @@ def launch_arguments(
         arguments["stack"] = _find_packaged(
             "stack", scenario.stack, folders.stacks, ".launch", scenario.path
         )
+    if scenario.sensors is not None:
+        _find_packaged("sensors", scenario.sensors, folders.sensors, ".yaml", scenario.path)
+        arguments["sensors"] = scenario.sensors
     sim = dict(scenario.sim)
     if scenario.vehicle is not None:
         _find_packaged("vehicle", scenario.vehicle, folders.vehicles, ".yaml", scenario.path)

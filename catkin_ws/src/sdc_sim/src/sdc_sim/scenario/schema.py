@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 from sdc_sim.physics.obstacles import KINDS
 from sdc_sim.physics.traffic_lights import COLOURS
 from sdc_sim.road.route_generator import ELEMENTS
 from sdc_sim.scenario.acceptance_limits import INFRACTIONS, METRICS, STATUSES
+from sdc_sim.sensors.settings import CLASSES
 
 _MAX_DISTANCE_M = 1e5
 _MAX_TIME_S = 1e6
@@ -48,6 +50,29 @@ def _list(items: dict, description: str, min_items: int = 0, max_items: int = 10
     }
 
 
+_ZONE = _mapping(
+    {
+        "from_m": _number(0.0, _MAX_DISTANCE_M),
+        "to_m": _number(0.0, _MAX_DISTANCE_M),
+        "from_s": _number(0.0, _MAX_TIME_S),
+        "to_s": _number(0.0, _MAX_TIME_S),
+        "offset_m": _number(0.0, 1e3),
+    },
+    rules={
+        "oneOf": [{"required": ["from_m", "to_m"]}, {"required": ["from_s", "to_s"]}],
+        "description": "a zone with either from_m and to_m, or from_s and to_s",
+    },
+)
+_ZONES = _list(_ZONE, "a list of zones, such as '- {from_m: 100, to_m: 200}'")
+
+
+def _sensor(settings_class: type) -> dict:
+    names = [field.name for field in dataclasses.fields(settings_class)]
+    return _mapping(
+        {name: _ZONES if name in ("outages", "multipath") else _number(0.0, 1e3) for name in names}
+    )
+
+
 # Options of config/sim.yaml that a scenario may set.
 SIM_OPTIONS = {
     "seed": _number(0, 2**32 - 1, "integer"),
@@ -71,6 +96,8 @@ SIM_OPTIONS = {
             "turned_rad": _number(-math.pi, math.pi),
         }
     ),
+    "truth": {"type": "boolean", "description": "true or false"},
+    **{name: _sensor(settings_class) for name, settings_class in CLASSES.items()},
 }
 
 _POINT = _list(
@@ -144,6 +171,7 @@ SCENARIO = _mapping(
             "else": _text(r"\S", "the name or path of a route, or a list of straights and bends"),
         },
         "vehicle": _NAME,
+        "sensors": _NAME,
         "stack": _NAME,
         "camera": {"type": "boolean", "description": "true or false"},
         **SIM_OPTIONS,

@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Any, Mapping, NamedTuple, Tuple
+from typing import Any, Mapping, Tuple
 
 from sdc_common.validation import check_between
 from sdc_sim.physics.ackermann import AckermannControl
 from sdc_sim.physics.collision import Contact, Rectangle
-from sdc_sim.physics.obstacles import CollisionEvent, ObstaclePlan, Obstacles, ObstacleState
-from sdc_sim.physics.traffic_lights import TrafficLights, TrafficLightState
+from sdc_sim.physics.obstacles import CollisionEvent, ObstaclePlan, Obstacles
+from sdc_sim.physics.traffic_lights import TrafficLights
 from sdc_sim.physics.vehicle import Vehicle, VehicleState
+from sdc_sim.sensors.delay_line import DelayLine
+from sdc_sim.sensors.model import Moment
+from sdc_sim.sensors.odometry_noise import OdometryNoise
+from sdc_sim.sensors.suite import SensorSuite
 from sdc_sim.simulation.answer_tracker import Stamp
 from sdc_sim.simulation.command_mux import Command, CommandMux
-from sdc_sim.simulation.sensors import DelayLine, OdometryNoise
+from sdc_sim.simulation.observation import Observation
 
 _NANOSECONDS = 1_000_000_000
 # m/s and rad/s
@@ -26,26 +30,6 @@ Pose = Tuple[float, float, float]
 
 class OccupiedError(ValueError):
     """An obstacle is at the place of the vehicle; the message names it."""
-
-
-class Observation(NamedTuple):
-    """What the sensors show at one tick, at most sensor_latency_s late.
-
-    Attributes:
-        stamp: simulated time (seconds, nanoseconds)
-        state: true state of the vehicle
-        measured: state of the vehicle with the noise of its odometry
-        obstacles: all obstacles
-        traffic_lights: all traffic lights
-        collisions: contacts that began in the last tick; they have no latency
-    """
-
-    stamp: Stamp
-    state: VehicleState
-    measured: VehicleState
-    obstacles: tuple[ObstacleState, ...] = ()
-    traffic_lights: tuple[TrafficLightState, ...] = ()
-    collisions: tuple[CollisionEvent, ...] = ()
 
 
 class Simulation:
@@ -65,6 +49,7 @@ class Simulation:
         ackermann: control mode by speed and wheel angle
         command_latency_s: delay between a command and its execution
         sensor_latency_s: age of an observation
+        sensors: further sensors
 
     Raises:
         ValueError: a value is out of range
@@ -83,6 +68,7 @@ class Simulation:
         ackermann: AckermannControl | None = None,
         command_latency_s: float = 0.0,
         sensor_latency_s: float = 0.0,
+        sensors: SensorSuite | None = None,
     ):
         check_between(1e-3, 1.0, tick_s=tick_s)
         check_between(0.0, 1e6, command_timeout_s=command_timeout_s)
@@ -98,6 +84,7 @@ class Simulation:
         )
         self._tick_ns = round(tick_s * _NANOSECONDS)
         self._noise = noise
+        self._sensors = sensors
         self._sensor_line = DelayLine(sensor_latency_s, tick_s)
         self._start = start
         # From the centre of gravity, the point of the state, forward to the centre of the body.
@@ -141,7 +128,9 @@ class Simulation:
         self._start_tick = self.tick - self._sensor_line.ticks
         for tick in range(self._start_tick, self.tick):
             self._sense(tick)
-        self.observation = self._sense(self.tick)
+        if self._sensors is not None:
+            self._sensors.reset()
+        self.observation = self._sense_all()
         return self.observation
 
     def step(self, command: Command | None = None) -> Observation:
@@ -164,7 +153,7 @@ class Simulation:
         if self.obstacles.all:
             collisions += self._collide(before)
         self.tick += 1
-        self.observation = self._sense(self.tick)
+        self.observation = self._sense_all()
         if collisions:
             self.observation = self.observation._replace(collisions=tuple(collisions))
         return self.observation
@@ -269,9 +258,10 @@ class Simulation:
             "vehicle": list(vars(self.vehicle.state).values()),
             "commands": self.commands.checkpoint(),
             "obstacles": self.obstacles.checkpoint(),
-            "observation": _plain(self.observation),
-            "sensor_line": [_plain(observation) for observation in self._sensor_line.items],
+            "observation": self.observation.plain(),
+            "sensor_line": [observation.plain() for observation in self._sensor_line.items],
             "noise_draws": self._noise.draws if self._noise is not None else 0,
+            "sensors": self._sensors.checkpoint() if self._sensors is not None else [],
         }
 
     def restore(self, checkpoint: dict[str, Any]) -> None:
@@ -284,10 +274,13 @@ class Simulation:
         self.vehicle.state = VehicleState(*checkpoint["vehicle"])
         self.commands.restore(checkpoint["commands"])
         self.obstacles.restore(checkpoint["obstacles"])
-        self.observation = _observation(checkpoint["observation"])
-        self._sensor_line.fill(map(_observation, checkpoint["sensor_line"]))
+        self.observation = Observation.from_plain(checkpoint["observation"])
+        self._sensor_line.fill(map(Observation.from_plain, checkpoint["sensor_line"]))
         if self._noise is not None:
             self._noise.reset(checkpoint["noise_draws"])
+        if self._sensors is not None:
+            self._sensors.restore(checkpoint["sensors"])
+            self.observation = self._with_readings(self.observation)
 
     def _stamp_at(self, tick: int) -> Stamp:
         return divmod(tick * self._tick_ns, _NANOSECONDS)
@@ -301,6 +294,23 @@ class Simulation:
             x_m += self._centre_m * math.cos(yaw_rad)
             y_m += self._centre_m * math.sin(yaw_rad)
         return Rectangle(x_m, y_m, yaw_rad, parameters.length_m, parameters.width_m)
+
+    def _sense_all(self) -> Observation:
+        """Observe the present state with all sensors; return the observation to publish."""
+        observation: Observation = self._sense(self.tick)
+        return observation if self._sensors is None else self._with_readings(observation)
+
+    def _with_readings(self, observation: Observation) -> Observation:
+        assert self._sensors is not None
+        tick = self.tick - self._sensor_line.ticks
+        state, obstacles, lights = (
+            observation.state,
+            observation.obstacles,
+            observation.traffic_lights,
+        )
+        moment = Moment(self._elapsed_at(tick), state, obstacles, lights)
+        readings = self._sensors.sense(moment, tick, tick - self._start_tick)
+        return observation._replace(readings=readings)
 
     def _sense(self, tick: int) -> Any:
         """Observe the present state; return the observation of sensor_latency_s ago."""
@@ -372,29 +382,4 @@ def _interpolated(before: VehicleState, after: VehicleState, share: float) -> Po
         before.x_m + share * (after.x_m - before.x_m),
         before.y_m + share * (after.y_m - before.y_m),
         before.yaw_rad + share * (after.yaw_rad - before.yaw_rad),
-    )
-
-
-def _plain(observation: Observation) -> list[Any]:
-    state, measured = observation.state, observation.measured
-    return [
-        observation.stamp,
-        list(vars(state).values()),
-        None if measured is state else list(vars(measured).values()),
-        [tuple(obstacle) for obstacle in observation.obstacles],
-        [tuple(light) for light in observation.traffic_lights],
-        [tuple(event) for event in observation.collisions],
-    ]
-
-
-def _observation(plain: list[Any]) -> Observation:
-    stamp, state, measured, obstacles, lights, collisions = plain
-    state = VehicleState(*state)
-    return Observation(
-        (stamp[0], stamp[1]),
-        state,
-        state if measured is None else VehicleState(*measured),
-        tuple(ObstacleState(*obstacle) for obstacle in obstacles),
-        tuple(TrafficLightState(*light) for light in lights),
-        tuple(CollisionEvent(*event) for event in collisions),
     )

@@ -1,0 +1,1 @@
+"""Sensors of the vehicle and their errors, without ROS."""

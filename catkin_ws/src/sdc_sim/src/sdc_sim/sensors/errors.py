@@ -1,0 +1,90 @@
+"""Errors of a sensor: noise, a bias that walks, a scale error; all of them with a seed."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple, Sequence
+
+import numpy as np
+
+# Number of the random stream of what is drawn once for each drive.
+_ONCE = 2**40
+
+
+class ErrorSizes(NamedTuple):
+    """Standard deviations of the errors of one quantity.
+
+    Attributes:
+        noise: of the white noise of each reading
+        bias: of the bias at the start
+        walk: of the change of the bias in one second
+        scale: of the share by which readings are too large
+    """
+
+    noise: float = 0.0
+    bias: float = 0.0
+    walk: float = 0.0
+    scale: float = 0.0
+
+
+class SensorErrors:
+    """Errors of several quantities that one sensor measures.
+
+    The numbers of a tick depend on the seed, the sensor and the number of the tick alone, so that
+    no sensor changes the errors of another one. They are the same on every machine: neither the
+    streams of Philox nor those of RandomState change between versions of NumPy.
+
+    Args:
+        seed: seed of the drive
+        sensor: number of the sensor
+        sizes: the errors of each quantity
+        period_s: time between two readings
+    """
+
+    def __init__(self, seed: int, sensor: int, sizes: Sequence[ErrorSizes], period_s: float):
+        self._seed, self._sensor = seed, sensor
+        self._noise = [one.noise for one in sizes]
+        self._start = [one.bias for one in sizes]
+        self._walk = [one.walk * math.sqrt(period_s) for one in sizes]
+        self._scale = [one.scale for one in sizes]
+        self.reset()
+
+    def reset(self) -> None:
+        """Return to the start of the drive."""
+        count = len(self._noise)
+        draws = self.random(_ONCE).standard_normal(2 * count).tolist()
+        self.bias = [size * draw for size, draw in zip(self._start, draws)]
+        self._factors = [1.0 + size * draw for size, draw in zip(self._scale, draws[count:])]
+
+    def random(self, tick: int) -> np.random.RandomState:
+        """Return the random numbers of a tick; those of `apply` are drawn from the same stream."""
+        key = self._seed | self._sensor << 32
+        return np.random.RandomState(np.random.Philox(counter=tick << 64, key=key))
+
+    def apply(self, true: Sequence[float], tick: int) -> list[float]:
+        """Return the measured values for the true ones, and let the bias walk.
+
+        Args:
+            true: one value for each quantity
+            tick: number of the tick since the start
+        """
+        count = len(self._noise)
+        draws = self.random(tick).standard_normal(2 * count).tolist()
+        if any(self._walk):
+            self.bias = [
+                bias + walk * draw for bias, walk, draw in zip(self.bias, self._walk, draws[count:])
+            ]
+        return [
+            value * factor + bias + noise * draw
+            for value, factor, bias, noise, draw in zip(
+                true, self._factors, self.bias, self._noise, draws
+            )
+        ]
+
+    def checkpoint(self) -> Any:
+        """Return what changes in a drive as plain data."""
+        return self.bias
+
+    def restore(self, checkpoint: Any) -> None:
+        """Restore a checkpoint."""
+        self.bias = list(checkpoint)

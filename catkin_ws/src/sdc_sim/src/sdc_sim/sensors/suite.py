@@ -1,0 +1,147 @@
+"""All sensors of a vehicle: which of them are due in a tick, and what they measure."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import Any, Callable, Mapping, NamedTuple
+
+from sdc_common.geometry.route import Route
+from sdc_sim.physics.obstacles import ObstacleState
+from sdc_sim.physics.traffic_lights import TrafficLightState
+from sdc_sim.physics.vehicle import VehicleState
+from sdc_sim.physics.vehicle_parameters import VehicleParameters
+from sdc_sim.sensors.delay_line import DelayLine
+from sdc_sim.sensors.gnss import Gnss
+from sdc_sim.sensors.model import Moment, SensorContext, SensorModel
+from sdc_sim.sensors.motion_sensors import InertialUnit, Speedometer, WheelSpeedSensor
+from sdc_sim.sensors.readings import SensorReadings
+from sdc_sim.sensors.settings import SENSORS, SensorSettings
+
+# Class and field of the readings of each sensor.
+_MODELS: dict[str, tuple[Callable[[Any, SensorContext], SensorModel], str]] = {
+    "imu": (InertialUnit, "imu"),
+    "gnss": (Gnss, "gnss"),
+    "speedometer": (Speedometer, "speed_mps"),
+    "wheel_speeds": (WheelSpeedSensor, "wheel_speeds_radps"),
+}
+
+
+class _MountedSensor(NamedTuple):
+    """A sensor that is on.
+
+    Attributes:
+        field: field of SensorReadings
+        period_ticks: number of ticks between two readings
+        latency_ticks: age of a reading in ticks
+        model: what it measures
+    """
+
+    field: str
+    period_ticks: int
+    latency_ticks: int
+    model: SensorModel
+
+
+class SensorSuite:
+    """The sensors of a vehicle.
+
+    Args:
+        settings: settings of each sensor by its name in SENSORS; one that is missing is off
+        parameters: the vehicle
+        tick_s: duration of a tick
+        seed: of the errors
+        route: the route, for zones along it and for the scenery
+
+    Raises:
+        ValueError: a zone is not on the route
+    """
+
+    def __init__(
+        self,
+        settings: Mapping[str, SensorSettings],
+        parameters: VehicleParameters,
+        tick_s: float,
+        seed: int = 0,
+        route: Route | None = None,
+    ):
+        self._sensors: list[_MountedSensor] = []
+        for number, name in enumerate(SENSORS):
+            one = settings.get(name)
+            if one is None or one.period_s == 0.0:
+                continue
+            period_ticks = max(1, DelayLine(one.period_s, tick_s).ticks)
+            latency_ticks = DelayLine(one.latency_s, tick_s).ticks
+            model_class, field = _MODELS[name]
+            context = SensorContext(seed, number, period_ticks * tick_s, parameters, route)
+            model = model_class(one, context)
+            self._sensors.append(_MountedSensor(field, period_ticks, latency_ticks, model))
+        self._longest_latency = max((one.latency_ticks for one in self._sensors), default=0)
+        self._moments: deque[Moment] = deque(maxlen=1 + self._longest_latency)
+        self._before: list[Any] = []
+
+    def reset(self) -> None:
+        """Return to the start of the drive."""
+        self._moments.clear()
+        for one in self._sensors:
+            one.model.reset()
+
+    def sense(self, moment: Moment, tick: int, number: int) -> SensorReadings:
+        """Return the readings of a tick.
+
+        Args:
+            moment: what there is to measure
+            tick: number of the tick, which decides which sensors are due
+            number: number of the tick since the start
+        """
+        self._before = self._state()
+        self._moments.append(moment)
+        return SensorReadings(
+            **{
+                one.field: one.model.read(self._moment(one.latency_ticks), number)
+                for one in self._sensors
+                if tick % one.period_ticks == 0
+            }
+        )
+
+    def _moment(self, latency_ticks: int) -> Moment:
+        """Return the moment so many ticks ago; before the start the vehicle was where it starts."""
+        return self._moments[max(0, len(self._moments) - 1 - latency_ticks)]
+
+    def checkpoint(self) -> list[Any]:
+        """Return the state before the last call of `sense`, as plain data.
+
+        After `restore`, `sense` repeats the last readings. So a checkpoint holds no scans.
+        """
+        return self._before
+
+    def restore(self, checkpoint: list[Any]) -> None:
+        """Restore a checkpoint of the same sensors.
+
+        Raises:
+            KeyError, TypeError, ValueError: it is the checkpoint of other sensors
+        """
+        moments, models = checkpoint
+        self._moments.clear()
+        self._moments.extend(_moment_from(*plain) for plain in moments)
+        for one in self._sensors:
+            one.model.restore(models[one.field])
+
+    def _state(self) -> list[Any]:
+        # Of the moments, what a later call needs.
+        moments = list(self._moments)[-self._longest_latency :] if self._longest_latency else []
+        return [
+            [
+                [one.elapsed_s, vars(one.state), list(one.obstacles), list(one.traffic_lights)]
+                for one in moments
+            ],
+            {one.field: one.model.checkpoint() for one in self._sensors},
+        ]
+
+
+def _moment_from(elapsed_s: float, state: dict, obstacles: list, lights: list) -> Moment:
+    return Moment(
+        elapsed_s,
+        VehicleState(**state),
+        tuple(ObstacleState(*one) for one in obstacles),
+        tuple(TrafficLightState(*one) for one in lights),
+    )
