@@ -24,8 +24,9 @@ from sdc_workshop.workspace import WorkspaceError, find, lab_of, solution_body, 
 _POLL_S = 0.3
 
 DESCRIPTION = """Check your workspace, from any folder in it. Without a STEP, all steps of the
-workshop, or of the lab for which the workspace was made, are checked in their order and the first wrong one is explained; with STEPs, only those. A STEP is an id
-such as camera-3, or the beginning of several: camera."""
+workshop, or of the lab for which the workspace was made, are checked in their order and the first
+wrong one is explained; with STEPs, only those. A STEP is an id such as camera-3, or the beginning
+of several: camera."""
 
 
 def parse(arguments: Sequence[str]) -> argparse.Namespace:

@@ -53,9 +53,7 @@ def load_steps(lab: str = WORKSHOP) -> list:
     """Return the steps of a lab, or of the workshop, in order."""
     rows = yaml.safe_load((lesson_folder(lab) / "steps.yaml").read_text(encoding="utf-8"))
     return [
-        Step(
-            **{**row, "todo": str(row["todo"]) if row.get("todo") is not None else None}, lab=lab
-        )
+        Step(**{**row, "todo": str(row["todo"]) if row.get("todo") is not None else None}, lab=lab)
         for row in rows
     ]
 

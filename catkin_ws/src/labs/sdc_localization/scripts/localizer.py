@@ -2,10 +2,15 @@
 """Localizer: estimate the pose of the car from its sensors, and publish it as odometry."""
 
 import math
+from functools import partial
 
 import numpy as np
 import rospy
 from nav_msgs.msg import Odometry
+from sdc_msgs.msg import Path
+from sensor_msgs.msg import Imu, JointState, NavSatFix
+from tf2_msgs.msg import TFMessage
+
 from sdc_common.geometry.geodesy import map_from_geodetic
 from sdc_common.ros.checkpoint import Checkpoint
 from sdc_common.ros.connection_watchdog import watch_connections
@@ -14,10 +19,8 @@ from sdc_common.ros.refusal import refusing
 from sdc_common.ros.supervisor import supervise
 from sdc_common.validation import check_non_negative, check_positive
 from sdc_localization.localizer import Localizer, LocalizerSettings
-from sdc_localization.odometry_message import fill_odometry, wheel_speed
+from sdc_localization.odometry_message import fill_odometry, transform, wheel_speed
 from sdc_localization.sensor_pairing import SensorPairing
-from sdc_msgs.msg import Path
-from sensor_msgs.msg import Imu, JointState, NavSatFix
 
 EGO = "/carla/ego_vehicle"
 
@@ -39,6 +42,7 @@ class LocalizerNode:
             rospy.logwarn("localizer: restarted; resumes with its last estimate")
         self.inputs = SensorPairing(self.answer, [gnss_period_s])
 
+        self.tf_publisher = rospy.Publisher("/tf", TFMessage, queue_size=1)
         self.publisher = LoopPublisher(f"{EGO}/odometry", Odometry, latch=True)
         for number, (topic, message_class) in enumerate(
             (
@@ -47,7 +51,7 @@ class LocalizerNode:
                 (parameter("gnss_topic"), NavSatFix),
             )
         ):
-            add = lambda message, number=number: self.inputs.add(number, message)
+            add = partial(self.inputs.add, number)
             rospy.Subscriber(topic, message_class, add, queue_size=10, tcp_nodelay=True)
         rospy.Subscriber("/planner/mission_waypoints", Path, self.on_mission, queue_size=1)
 
@@ -84,6 +88,7 @@ class LocalizerNode:
         message = fill_odometry(Odometry(child_frame_id="ego_vehicle"), self.localizer.estimate)
         message.header.stamp, message.header.frame_id = stamp, "map"
         self.publisher.publish(message)
+        self.tf_publisher.publish(TFMessage([transform(message)]))
 
     def run(self):
         watch_connections()

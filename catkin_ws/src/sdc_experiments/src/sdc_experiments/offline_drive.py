@@ -26,7 +26,7 @@ from sdc_sim.evaluation.route_progress import RouteProgress, TerminationLimits
 from sdc_sim.physics.vehicle import Vehicle, VehicleCommand, VehicleState
 
 TICK_S = 0.05
-_LIMITS = TerminationLimits(
+LIMITS = TerminationLimits(
     off_route_m=15.0, off_route_s=0.5, blocked_s=30.0, finish_within_m=2.0, timeout_s=600.0
 )
 
@@ -111,7 +111,7 @@ def drive_offline(
     turned_rad: float = 0.0,
     steering_method: str = "stanley_compensated",
     vehicle: str = "tesla_model3",
-    longest_s: float = _LIMITS.timeout_s,
+    longest_s: float = LIMITS.timeout_s,
     planned_speed_mps: float | None = None,
 ) -> OfflineDrive:
     """Drive along a route from standstill, until the drive ends.
@@ -135,7 +135,7 @@ def drive_offline(
     )
 
     ideal = IdealDrive(route, stack.limits)
-    drive = OfflineDrive(RouteProgress(route, _LIMITS), ideal.duration_s)
+    drive = OfflineDrive(RouteProgress(route, LIMITS), ideal.duration_s)
     tick = 0
     while drive.progress.status is None and tick * TICK_S < longest_s:
         state = car.state

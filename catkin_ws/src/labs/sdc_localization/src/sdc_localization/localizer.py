@@ -46,6 +46,7 @@ class LocalizerSettings:
     along_m_per_sqrt_m: float
     across_m_per_sqrt_m: float
     yaw_rad_per_sqrt_s: float
+    yaw_rad_per_sqrt_rad: float
     bias_radps_per_sqrt_s: float
     scale_per_sqrt_s: float
     gate_2: float
@@ -163,7 +164,7 @@ class Localizer:
         wheel, gyro = 0.5 * (last[1] + wheel_mps), 0.5 * (last[2] + gyro_radps)
         sideways = self._sideways(wheel, gyro)
         F = motion_jacobian(self.state, wheel, sideways, gyro, step_s)
-        Q = self._motion_noise(wheel, step_s)
+        Q = self._motion_noise(wheel, gyro, step_s)
         self.covariance = kalman.predicted_covariance(self.covariance, F, Q)
         self.state = moved(self.state, wheel, sideways, gyro, step_s)
 
@@ -191,9 +192,7 @@ class Localizer:
             self._refused_since_s = self._time_s
         return used
 
-    def correct(
-        self, innovation: np.ndarray, H: np.ndarray, R: np.ndarray, limit: float
-    ) -> bool:
+    def correct(self, innovation: np.ndarray, H: np.ndarray, R: np.ndarray, limit: float) -> bool:
         """Correct the state by a measurement; return whether it was plausible and used.
 
         Args:
@@ -265,15 +264,16 @@ class Localizer:
             self.settings.rear_slip_s2pm,
         )
 
-    def _motion_noise(self, wheel_mps: float, step_s: float) -> np.ndarray:
-        """Return Q: the position becomes uncertain with the distance, all else with time."""
+    def _motion_noise(self, wheel_mps: float, gyro_radps: float, step_s: float) -> np.ndarray:
+        """Return Q: it grows with the distance, with the angle of the turn, and with time."""
         assert self.state is not None
         s = self.settings
         distance = abs(wheel_mps) * step_s
         along, across = s.along_m_per_sqrt_m**2 * distance, s.across_m_per_sqrt_m**2 * distance
         Q = np.zeros((SIZE, SIZE))
         Q[:2, :2] = along_and_across(self.state[YAW], along, across)
-        Q[YAW, YAW] = s.yaw_rad_per_sqrt_s**2 * step_s
+        turn_rad = abs(gyro_radps) * step_s
+        Q[YAW, YAW] = s.yaw_rad_per_sqrt_s**2 * step_s + s.yaw_rad_per_sqrt_rad**2 * turn_rad
         Q[BIAS, BIAS] = s.bias_radps_per_sqrt_s**2 * step_s
         Q[SCALE, SCALE] = s.scale_per_sqrt_s**2 * step_s
         return Q

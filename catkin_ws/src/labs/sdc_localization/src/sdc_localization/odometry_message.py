@@ -6,6 +6,7 @@ import math
 from typing import Any, Sequence
 
 import numpy as np
+from geometry_msgs.msg import TransformStamped
 
 from sdc_localization.localizer import Estimate
 
@@ -62,4 +63,13 @@ def fill_odometry(message: Any, estimate: Estimate) -> Any:
     linear = message.twist.twist.linear
     linear.x, linear.y = estimate.speed_mps, estimate.sideways_mps
     message.twist.twist.angular.z = estimate.yaw_rate_radps
+    return message
+
+
+def transform(odometry: Any) -> TransformStamped:
+    """Return the transform from the map to the car of a nav_msgs/Odometry."""
+    message = TransformStamped(header=odometry.header, child_frame_id=odometry.child_frame_id)
+    position, translation = odometry.pose.pose.position, message.transform.translation
+    translation.x, translation.y, translation.z = position.x, position.y, position.z
+    message.transform.rotation = odometry.pose.pose.orientation
     return message

@@ -70,6 +70,4 @@ class SensorPairing:
 
     def _is_complete(self, stamp: int) -> bool:
         due = [True, True] + [period > 0 and stamp % period == 0 for period in self._periods_ns]
-        return all(
-            stamp in received for received, is_due in zip(self._received, due) if is_due
-        )
+        return all(stamp in received for received, is_due in zip(self._received, due) if is_due)
