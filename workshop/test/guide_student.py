@@ -111,9 +111,10 @@ class Terminal:
 class Student:
     """A student with an empty home."""
 
-    def __init__(self, home, display=None):
+    def __init__(self, home, display=None, page=GUIDE):
         port = free_master_port()
         self.home = home
+        self.page = page
         self.workspace = home / "sdc_ws"
         self.display = display
         self.environment = {
@@ -157,7 +158,7 @@ class Student:
                 f"\n== terminal {name}:\n{terminal.shown[-3000:]}"
                 for name, terminal in self.terminals.items()
             )
-            raise AssertionError(f"{GUIDE}, line {block.line}: {error}{others}") from error
+            raise AssertionError(f"{self.page}, line {block.line}: {error}{others}") from error
 
     def run(self, block):
         terminal = self.terminal(block.terminal, block.new)

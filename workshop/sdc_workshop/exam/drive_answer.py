@@ -26,12 +26,12 @@ _HINTS = {
 }
 
 
-def _driven(stage: Stage, path: Path, arguments: list) -> tuple:
+def _driven(stage: Stage, path: Path, arguments: list, world: Sequence[str]) -> tuple:
     """Drive and write the report; return the status, None after a timeout, and the output."""
     if stage.sandbox is not None:
         from sdc_workshop.exam.refereed_drive import refereed_drive
 
-        return refereed_drive(stage, arguments, path, DRIVE_TIMEOUT_S)
+        return refereed_drive(stage, arguments, path, DRIVE_TIMEOUT_S, world)
     stage.master  # noqa: B018  roslaunch uses a master that already runs
     command = ["roslaunch", "--skip-log-check", *arguments, f"report:={path}"]
     with stage.program(command) as program:
@@ -46,19 +46,20 @@ def _driven(stage: Stage, path: Path, arguments: list) -> tuple:
     return status, output
 
 
-def drive_answer(stage: Stage, more: Sequence[str] = ()) -> tuple:
+def drive_answer(stage: Stage, more: Sequence[str] = (), world: Sequence[str] = ()) -> tuple:
     """Drive the route.
 
     Args:
         stage: where the car drives
         more: launch arguments of a lab
+        world: launch arguments of its world, which starts alone where there is a sandbox
 
     Returns:
         the answer, and the referee's report as a dictionary, or None without one
     """
     path = stage.folder / "report" / "report.json"
     arguments = [*_ARGUMENTS.split(), *more]
-    status, output = _driven(stage, path, arguments)
+    status, output = _driven(stage, path, arguments, world)
     output = plain(output)
     stage.clear()
     if not path.is_file():

@@ -68,8 +68,10 @@ SUBJECTS = (
     StanleySubject(),
     *LOCALIZATION_SUBJECTS,
 )
-# The launch arguments with which the car of a lab drives.
-_LAB_ARGUMENTS = {"localization": ["localization:=true"]}
+# The launch arguments with which the car of a lab drives, and those of its world.
+_LAB_DRIVES = {
+    "localization": (["localization:=true"], ["sensors:=localization", "truth:=false"]),
+}
 # A car drives without its camera, and without being installed.
 _NOT_FOR_THE_DRIVE = ("hello", "camera", "install")
 
@@ -176,7 +178,7 @@ class Examination:
                 f"Fix these steps first; `./workshop/check {drive.id}` drives without checking "
                 "them.",
             )
-        answer, self.report = drive_answer(self.stage, _LAB_ARGUMENTS.get(drive.lab, []))
+        answer, self.report = drive_answer(self.stage, *_LAB_DRIVES.get(drive.lab, ([], [])))
         return answer
 
     def _is_written(self, step: Step) -> bool:

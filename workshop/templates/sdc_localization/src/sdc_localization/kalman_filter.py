@@ -86,9 +86,7 @@ def corrected_state(state: np.ndarray, K: np.ndarray, innovation: np.ndarray) ->
     # ----------------------------------------------------------------------------
 
 
-def corrected_covariance(
-    P: np.ndarray, K: np.ndarray, H: np.ndarray, R: np.ndarray
-) -> np.ndarray:
+def corrected_covariance(P: np.ndarray, K: np.ndarray, H: np.ndarray, R: np.ndarray) -> np.ndarray:
     """Return the covariance after a measurement.
 
     The form of Joseph: with any gain the result is symmetric and has no negative variance. The

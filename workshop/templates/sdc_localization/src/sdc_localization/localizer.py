@@ -192,9 +192,7 @@ class Localizer:
             self._refused_since_s = self._time_s
         return used
 
-    def correct(
-        self, innovation: np.ndarray, H: np.ndarray, R: np.ndarray, limit: float
-    ) -> bool:
+    def correct(self, innovation: np.ndarray, H: np.ndarray, R: np.ndarray, limit: float) -> bool:
         """Correct the state by a measurement; return whether it was plausible and used.
 
         Args:

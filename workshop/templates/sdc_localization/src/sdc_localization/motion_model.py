@@ -42,11 +42,7 @@ def motion_jacobian(
 ) -> np.ndarray:
     """Return the derivatives of `moved` by the state: row = result, column = state.
 
-    Args:
-        state: see `moved`, as all arguments
-
-    Returns:
-        (5, 5) Jacobian
+    The arguments are those of `moved`; the result is (5, 5).
 
     Reference: Probabilistic Robotics, section 7.4, extended by bias and scale error.
     """
