@@ -18,14 +18,15 @@ from sdc_workshop.exam.stage import Stage
 from sdc_workshop.exam.student import Student
 from sdc_workshop.regions import RegionError
 from sdc_workshop.show import Show
-from sdc_workshop.steps import Step, StepError, load_steps
-from sdc_workshop.workspace import WorkspaceError, find, solution_body, solve
+from sdc_workshop.steps import WORKSHOP, Step, StepError, all_steps, load_steps
+from sdc_workshop.workspace import WorkspaceError, find, lab_of, solution_body, solve
 
 _POLL_S = 0.3
 
-DESCRIPTION = """Check your workspace, from any folder in it. Without a STEP, all steps are
-checked in their order and the first wrong one is explained; with STEPs, only those. A STEP is an id
-such as camera-3, or the beginning of several: camera."""
+DESCRIPTION = """Check your workspace, from any folder in it. Without a STEP, all steps of the
+workshop, or of the lab for which the workspace was made, are checked in their order and the first
+wrong one is explained; with STEPs, only those. A STEP is an id such as camera-3, or the beginning
+of several: camera."""
 
 
 def parse(arguments: Sequence[str]) -> argparse.Namespace:
@@ -46,9 +47,15 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     return parser.parse_args(arguments)
 
 
-def chosen(names: Sequence[str]) -> list:
-    """Return the steps with these ids or beginnings of ids, in order. Raises StepError."""
-    steps = load_steps()
+def chosen(names: Sequence[str], lab: str = WORKSHOP) -> list:
+    """Return the steps with these ids or beginnings of ids, in order; without names, of a lab.
+
+    Raises:
+        StepError: there is no such step
+    """
+    if not names:
+        return load_steps(lab)
+    steps = all_steps()
     meant = set()
     for name in names:
         found = [step.id for step in steps if step.id == name] or [
@@ -60,7 +67,7 @@ def chosen(names: Sequence[str]) -> list:
             ]
             raise StepError(f"there is no step '{name}'; there are {', '.join(near)}")
         meant.update(found)
-    return [step for step in steps if not names or step.id in meant]
+    return [step for step in steps if step.id in meant]
 
 
 def one(name: str) -> Step:
@@ -89,7 +96,7 @@ def check(folder: Path, steps: list, show: Show, json_path: str | None = None) -
         examination = Examination(student, stage)
         show.begin(folder, steps)
         answers = examination.judge(steps, show.step)
-        show.end(steps, answers, len(steps) == len(load_steps()))
+        show.end(steps, answers, steps == load_steps(steps[0].lab))
     if json_path is not None:
         found = {
             "answers": {step_id: answer.as_dict() for step_id, answer in answers.items()},
@@ -133,7 +140,7 @@ def watch(folder: Path, steps: list, show: Show) -> int:
             show.clear()
             show.begin(folder, steps)
             answers = examination.judge(steps, show.step, stop_at_first=True)
-            show.end(steps, answers, len(steps) == len(load_steps()))
+            show.end(steps, answers, steps == load_steps(steps[0].lab))
             if all(answer.status == PASSED for answer in answers.values()):
                 return 0
             for step in steps:
@@ -190,6 +197,7 @@ def main(arguments: Sequence[str]) -> int:
                 print(f"{step.id:22} {step.title}")
             return 0
         folder = find(Path(os.environ.get("PWD") or os.getcwd()))
+        steps = chosen(options.steps, lab_of(folder))
         if options.solution:
             return apply_solution(folder, options.solution)
         if options.watch:

@@ -65,7 +65,8 @@ class Show:
         first = first_open(steps, answers)
         if first is None:
             if everything:
-                self._line("\nAll steps are right. You have written a self-driving car.")
+                written = "" if steps[0].lab else " You have written a self-driving car."
+                self._line(f"\nAll steps are right.{written}")
             return
         answer = answers[first.id]
         self._line(f"\n{self._coloured(first.id, '1')}: {first.title}: {_WORDS[answer.status]}.")

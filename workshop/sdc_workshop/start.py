@@ -2,30 +2,33 @@
 
 from __future__ import annotations
 
+import argparse
 import sys
 from pathlib import Path
 from typing import Sequence
 
-from sdc_workshop.workspace import WORLD_SETUP, WorkspaceError, make
+from sdc_workshop.steps import LABS, WORKSHOP
+from sdc_workshop.workspace import WORLD_SETUP, WorkspaceError, make, package_of
 
-USAGE = """Usage: ./workshop/start DIR
-Create a student's workspace DIR: the package sdc_package with its library and empty TODOs."""
+DESCRIPTION = """Create a student's workspace DIR: the package sdc_package with its library and
+empty TODOs. With --lab, the workspace gets the finished car and the package of the lab; a workspace
+of the workshop keeps the car in it."""
 
 
 def main(arguments: Sequence[str]) -> int:
     """Run the command and return its exit status."""
-    if list(arguments) in (["--help"], ["-h"]):
-        print(USAGE)
-        return 0
-    if len(arguments) != 1 or arguments[0].startswith("-"):
-        print(USAGE, file=sys.stderr)
-        return 2
-    folder = Path(arguments[0]).absolute()
+    parser = argparse.ArgumentParser(prog="./workshop/start", description=DESCRIPTION)
+    parser.add_argument("folder", metavar="DIR", type=Path)
+    parser.add_argument("--lab", choices=sorted(LABS), default=WORKSHOP, help="the lab")
+    options = parser.parse_args(arguments)
+    folder = options.folder.absolute()
     try:
-        make(folder)
+        make(folder, options.lab)
     except (WorkspaceError, OSError) as error:
         print(f"start: {error}", file=sys.stderr)
         return 1
+    if options.lab:
+        print(f"The package of the lab is src/{package_of(options.lab)}.")
     print(f"""Your workspace is {folder}. Open a new terminal and type:
 
     source {WORLD_SETUP}

@@ -1,4 +1,4 @@
-"""The steps of the workshop in their order, as steps.yaml lists them."""
+"""The steps of the workshop, and of each lab, in their order, as their steps.yaml lists them."""
 
 from __future__ import annotations
 
@@ -7,7 +7,11 @@ from pathlib import Path
 
 import yaml
 
-STEPS_FILE = Path(__file__).resolve().parents[1] / "steps.yaml"
+FOLDER = Path(__file__).resolve().parents[1]
+# The labs and their packages. Their steps, hints and mutations are in labs/NAME.
+LABS = {"localization": "sdc_localization"}
+# The steps of the workshop itself.
+WORKSHOP = ""
 
 
 class StepError(ValueError):
@@ -16,7 +20,7 @@ class StepError(ValueError):
 
 @dataclass(frozen=True)
 class Step:
-    """One step of the workshop.
+    """One step of the workshop or of a lab.
 
     Attributes:
         id: name of the step on the command line
@@ -24,6 +28,7 @@ class Step:
         phase: phase of the guide, 1 to 4
         file: relative to the src folder of a workspace; None: nothing is written in this step
         todo: number of the region in the file; None: the whole file is written
+        lab: name of the lab, or WORKSHOP
     """
 
     id: str
@@ -31,6 +36,7 @@ class Step:
     phase: int
     file: str | None = None
     todo: str | None = None
+    lab: str = WORKSHOP
 
     @property
     def place(self) -> str:
@@ -38,19 +44,28 @@ class Step:
         return f"{self.file}, TODO {self.todo}" if self.todo else self.file or ""
 
 
-def load_steps() -> list:
-    """Return all steps, in order."""
-    with open(STEPS_FILE, encoding="utf-8") as file:
-        rows = yaml.safe_load(file)
+def lesson_folder(lab: str) -> Path:
+    """Return the folder of the steps of a lab, or of the workshop."""
+    return FOLDER / "labs" / lab if lab else FOLDER
+
+
+def load_steps(lab: str = WORKSHOP) -> list:
+    """Return the steps of a lab, or of the workshop, in order."""
+    rows = yaml.safe_load((lesson_folder(lab) / "steps.yaml").read_text(encoding="utf-8"))
     return [
-        Step(**{**row, "todo": str(row["todo"]) if row.get("todo") is not None else None})
+        Step(**{**row, "todo": str(row["todo"]) if row.get("todo") is not None else None}, lab=lab)
         for row in rows
     ]
 
 
+def all_steps() -> list:
+    """Return the steps of the workshop and of all labs."""
+    return [step for lab in (WORKSHOP, *LABS) for step in load_steps(lab)]
+
+
 def find_step(step_id: str) -> Step:
     """Return the step with this id. Raises StepError."""
-    steps = load_steps()
+    steps = all_steps()
     for step in steps:
         if step.id == step_id:
             return step

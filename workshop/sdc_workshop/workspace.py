@@ -8,7 +8,7 @@ from pathlib import Path
 
 from sdc_workshop.regions import body as region_body
 from sdc_workshop.regions import regions, replaced, template
-from sdc_workshop.steps import Step, load_steps
+from sdc_workshop.steps import LABS, WORKSHOP, Step, load_steps
 
 PROJECT = Path(__file__).resolve().parents[2]
 SOLUTION = PROJECT / "catkin_ws" / "src"
@@ -26,10 +26,21 @@ class WorkspaceError(ValueError):
     """A folder that is no workspace, or cannot become one; the message names the fix."""
 
 
-def package_files() -> list:
-    """Return all files of a finished workspace, relative to its src folder, sorted."""
-    root = SOLUTION / PACKAGE
-    found = (path.relative_to(SOLUTION) for path in root.rglob("*") if path.is_file())
+def package_of(lab: str) -> str:
+    """Return the package that a student writes in a lab, or in the workshop."""
+    return LABS[lab] if lab else PACKAGE
+
+
+def solution(name: str) -> Path:
+    """Return the solution's file with this path relative to the src folder of a workspace."""
+    in_labs = Path(name).parts[0] in LABS.values()
+    return SOLUTION / "labs" / name if in_labs else SOLUTION / name
+
+
+def package_files(lab: str = WORKSHOP) -> list:
+    """Return all files of a finished package, relative to the src folder, sorted."""
+    root = solution(package_of(lab))
+    found = (path.relative_to(root.parent) for path in root.rglob("*") if path.is_file())
     return sorted(
         str(path)
         for path in found
@@ -37,16 +48,16 @@ def package_files() -> list:
     )
 
 
-def files_to_make() -> set:
+def files_to_make(lab: str = WORKSHOP) -> set:
     """Return the files that a student writes from scratch, relative to the src folder."""
-    return {step.file for step in load_steps() if step.file and step.todo is None}
+    return {step.file for step in load_steps(lab) if step.file and step.todo is None}
 
 
 def derived_templates() -> dict:
     """Return the template of each file with regions, by its path relative to the src folder."""
     found = {}
-    for name in package_files():
-        text = (SOLUTION / name).read_text(encoding="utf-8") if _is_text(name) else ""
+    for name in (name for lab in (WORKSHOP, *LABS) for name in package_files(lab)):
+        text = solution(name).read_text(encoding="utf-8") if _is_text(name) else ""
         if regions(text):
             found[name] = template(text)
     return found
@@ -56,17 +67,28 @@ def _is_text(name: str) -> bool:
     return name.endswith((".py", ".launch", ".xml", ".txt", ".sh", ".msg", ".yaml"))
 
 
-def make(folder: Path) -> None:
+def make(folder: Path, lab: str = WORKSHOP) -> None:
     """Create a student's workspace: the package with empty TODOs, and a link to the workshop.
 
+    The workspace of a lab also contains the finished car. A workspace of the workshop keeps its own
+    car, and gets the package of the lab.
+
     Args:
-        folder: a folder that does not exist yet, or is empty
+        folder: a folder that does not exist yet, or is empty; for a lab, also a student's workspace
+        lab: the lab
+
     Raises:
         WorkspaceError: the folder is not empty, or lies in the project's own workspace
     """
     folder = folder.absolute()
     if folder.exists() and not folder.is_dir():
         raise WorkspaceError(f"{folder} is a file; name a new folder")
+    if lab and (folder / MARKER).is_file():
+        if (folder / "src" / package_of(lab)).exists():
+            raise WorkspaceError(f"{folder} already has src/{package_of(lab)}")
+        _write_templates(folder, lab)
+        _mark(folder, lab)
+        return
     if folder.is_dir() and any(folder.iterdir()):
         raise WorkspaceError(f"{folder} is not empty; name a new folder, or empty this one")
     if {PROJECT / "catkin_ws", WORLD} & set(folder.resolve().parents):
@@ -74,8 +96,23 @@ def make(folder: Path) -> None:
             f"{folder} lies in the project's own workspace; "
             "name a folder elsewhere, such as ~/sdc_ws"
         )
-    created = files_to_make()
+    if lab:
+        copy_car(folder)
+    _write_templates(folder, lab)
+    link(folder, lab)
+
+
+def copy_car(folder: Path) -> None:
+    """Copy the finished car into a workspace."""
     for name in package_files():
+        to = folder / "src" / name
+        to.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(solution(name), to)
+
+
+def _write_templates(folder: Path, lab: str) -> None:
+    created = files_to_make(lab)
+    for name in package_files(lab):
         if name in created:
             continue
         to = folder / "src" / name
@@ -83,14 +120,23 @@ def make(folder: Path) -> None:
         if (TEMPLATES / name).exists():
             shutil.copyfile(TEMPLATES / name, to)
         else:
-            shutil.copy(SOLUTION / name, to)
-    link(folder)
+            shutil.copy(solution(name), to)
 
 
-def link(folder: Path) -> None:
+def link(folder: Path, lab: str = WORKSHOP) -> None:
     """Connect a workspace with the project: a link to the workshop, and the marker file."""
     os.symlink(PROJECT / "workshop", folder / "workshop")
-    (folder / MARKER).write_text(f"{PROJECT}\n", encoding="utf-8")
+    _mark(folder, lab)
+
+
+def _mark(folder: Path, lab: str) -> None:
+    (folder / MARKER).write_text(f"{PROJECT}\n{lab}\n", encoding="utf-8")
+
+
+def lab_of(folder: Path) -> str:
+    """Return the lab that a workspace was last made for, or WORKSHOP."""
+    lab = (folder / MARKER).read_text(encoding="utf-8").split("\n")[1:2]
+    return lab[0] if lab and lab[0] in LABS else WORKSHOP
 
 
 def find(start: Path) -> Path:
@@ -107,7 +153,7 @@ def find(start: Path) -> Path:
 
 def solution_body(step: Step) -> str:
     """Return the solution's lines of this step's region, or of the whole file."""
-    text = (SOLUTION / str(step.file)).read_text(encoding="utf-8")
+    text = solution(str(step.file)).read_text(encoding="utf-8")
     return region_body(text, step.todo) if step.todo else text
 
 
@@ -129,16 +175,16 @@ def solve(folder: Path, step: Step) -> None:
     if step.file is None:
         return
     write(folder, step, solution_body(step))
-    if os.access(SOLUTION / step.file, os.X_OK):
+    if os.access(solution(step.file), os.X_OK):
         path = folder / "src" / step.file
         path.chmod(path.stat().st_mode | 0o111)
 
 
-def differences(folder: Path) -> list:
+def differences(folder: Path, lab: str = WORKSHOP) -> list:
     """Return the package files of a workspace that are missing or differ from the solution."""
     return [
         name
-        for name in package_files()
+        for name in package_files(lab)
         if not (folder / "src" / name).is_file()
-        or (folder / "src" / name).read_bytes() != (SOLUTION / name).read_bytes()
+        or (folder / "src" / name).read_bytes() != solution(name).read_bytes()
     ]

@@ -15,8 +15,7 @@ from sdc_workshop.exam.examination import Examination
 from sdc_workshop.exam.stage import Stage
 from sdc_workshop.exam.student import Student
 from sdc_workshop.regions import body, replaced
-from sdc_workshop.steps import find_step
-from sdc_workshop.workspace import PROJECT
+from sdc_workshop.steps import LABS, WORKSHOP, find_step, lesson_folder
 
 
 def mutations():
@@ -38,7 +37,8 @@ def selection(part):
 
 
 def _load(name):
-    return yaml.safe_load((PROJECT / "workshop" / name).read_text(encoding="utf-8"))
+    files = [lesson_folder(lab) / name for lab in (WORKSHOP, *LABS)]
+    return [row for path in files for row in yaml.safe_load(path.read_text(encoding="utf-8"))]
 
 
 def mutated(text, step, mutation):

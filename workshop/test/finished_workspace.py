@@ -2,14 +2,16 @@
 
 import subprocess
 
-from sdc_workshop.steps import load_steps
+from sdc_workshop.steps import LABS, all_steps
 from sdc_workshop.workspace import PROJECT, WORLD_SETUP, make, solve
 
 
 def solved(folder):
-    """Create it in `folder`, a path that does not exist."""
+    """Create it in `folder`, a path that does not exist, with the packages of all labs."""
     make(folder)
-    for step in load_steps():
+    for lab in LABS:
+        make(folder, lab)
+    for step in all_steps():
         solve(folder, step)
     build(folder)
     return folder

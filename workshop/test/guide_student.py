@@ -12,7 +12,7 @@ import time
 from sdc_common.ros.master_port import free_master_port
 from sdc_common.testing.processes import kill_left_behind
 from sdc_workshop.guide import missing_line
-from sdc_workshop.steps import Step, load_steps
+from sdc_workshop.steps import Step, all_steps
 from sdc_workshop.workspace import PROJECT, write
 
 GUIDE = PROJECT / "workshop" / "guide.md"
@@ -111,9 +111,10 @@ class Terminal:
 class Student:
     """A student with an empty home."""
 
-    def __init__(self, home, display=None):
+    def __init__(self, home, display=None, page=GUIDE):
         port = free_master_port()
         self.home = home
+        self.page = page
         self.workspace = home / "sdc_ws"
         self.display = display
         self.environment = {
@@ -157,7 +158,7 @@ class Student:
                 f"\n== terminal {name}:\n{terminal.shown[-3000:]}"
                 for name, terminal in self.terminals.items()
             )
-            raise AssertionError(f"{GUIDE}, line {block.line}: {error}{others}") from error
+            raise AssertionError(f"{self.page}, line {block.line}: {error}{others}") from error
 
     def run(self, block):
         terminal = self.terminal(block.terminal, block.new)
@@ -212,9 +213,7 @@ class Student:
             self.display.press(key)
 
     def write(self, block):
-        steps = [
-            step for step in load_steps() if (step.file, step.todo) == (block.file, block.todo)
-        ]
+        steps = [step for step in all_steps() if (step.file, step.todo) == (block.file, block.todo)]
         if steps:
             self.save(steps[0], block.text)
             self.steps_seen.add(steps[0].id)

@@ -15,7 +15,7 @@ from examine_mutations import alternatives, mutations, selection
 from finished_workspace import solved
 
 from sdc_workshop.exam.hints import hint_of
-from sdc_workshop.steps import load_steps
+from sdc_workshop.steps import all_steps
 from sdc_workshop.workspace import PROJECT
 
 pytestmark = pytest.mark.slow(50)
@@ -25,8 +25,8 @@ LIMIT_S = 900
 
 def test_each_todo_has_two_mutations_and_each_step_a_hint():
     count = Counter(mutation["step"] for mutation in mutations())
-    assert [step.id for step in load_steps() if step.file and count[step.id] < 2] == []
-    for step in load_steps():
+    assert [step.id for step in all_steps() if step.file and count[step.id] < 2] == []
+    for step in all_steps():
         assert hint_of(step.id).hint and hint_of(step.id).more
     names = [(mutation["step"], mutation["name"]) for mutation in [*mutations(), *alternatives()]]
     assert len(names) == len(set(names))

@@ -6,16 +6,18 @@ import subprocess
 import pytest
 
 from sdc_workshop.regions import regions
-from sdc_workshop.steps import StepError, find_step, load_steps
+from sdc_workshop.steps import LABS, StepError, all_steps, find_step, load_steps
 from sdc_workshop.templates import stale
 from sdc_workshop.workspace import (
     PROJECT,
-    SOLUTION,
     WorkspaceError,
     derived_templates,
     differences,
     find,
+    lab_of,
     make,
+    package_files,
+    solution,
     solve,
 )
 
@@ -39,20 +41,20 @@ def test_templates_are_valid_python():
 
 @pytest.mark.slow(2)
 def test_each_region_has_one_step_and_each_step_its_region():
-    steps = load_steps()
+    steps = all_steps()
     assert len({step.id for step in steps}) == len(steps)
     covered = [(step.file, step.todo) for step in steps if step.todo]
     there = [
         (name, number)
         for name in derived_templates()
-        for number in regions((SOLUTION / name).read_text())
+        for number in regions(solution(name).read_text())
     ]
     assert sorted(covered) == sorted(there)
     for node, numbers in WANTED.items():
         for number in numbers:
             step = find_step(f"{node}-{number}")
             assert step.todo == number
-            assert regions((SOLUTION / step.file).read_text())[number].title
+            assert regions(solution(step.file).read_text())[number].title
 
 
 def test_unknown_step_is_refused_with_similar_ones():
@@ -70,6 +72,31 @@ def test_new_workspace_is_unsolved_and_becomes_the_solution(tmp_path):
     assert os.access(tmp_path / "ws" / "src" / "sdc_package" / "scripts" / "camera.py", os.X_OK)
     assert os.path.samefile(tmp_path / "ws" / "workshop", PROJECT / "workshop")
     assert find(tmp_path / "ws" / "src" / "sdc_package") == tmp_path / "ws"
+
+
+@pytest.mark.parametrize("lab", LABS)
+def test_workspace_of_a_lab_has_the_finished_car_and_becomes_the_solution(tmp_path, lab):
+    folder = tmp_path / "ws"
+    make(folder, lab)
+    assert lab_of(folder) == lab
+    assert differences(folder) == [], "the car"
+    assert set(differences(folder, lab)) == {step.file for step in load_steps(lab) if step.file}
+    for step in load_steps(lab):
+        solve(folder, step)
+    assert differences(folder, lab) == []
+
+
+@pytest.mark.parametrize("lab", LABS)
+def test_lab_is_added_to_a_workspace_with_a_car_of_its_own(tmp_path, lab):
+    folder = tmp_path / "ws"
+    make(folder)
+    own = folder / "src" / "sdc_package" / "scripts" / "camera.py"
+    own.write_text("mine")
+    make(folder, lab)
+    assert own.read_text() == "mine"
+    assert all((folder / "src" / name).is_file() for name in package_files(lab))
+    with pytest.raises(WorkspaceError, match="already has"):
+        make(folder, lab)
 
 
 def test_unusable_folders_are_refused(tmp_path):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from pathlib import Path
+from typing import Sequence
 
 from sdc_workshop.exam.answer import PASSED, WRONG, Answer
 from sdc_workshop.exam.output import crash, last_line, plain
@@ -25,14 +26,14 @@ _HINTS = {
 }
 
 
-def _driven(stage: Stage, path: Path) -> tuple:
+def _driven(stage: Stage, path: Path, arguments: list, world: Sequence[str]) -> tuple:
     """Drive and write the report; return the status, None after a timeout, and the output."""
     if stage.sandbox is not None:
         from sdc_workshop.exam.refereed_drive import refereed_drive
 
-        return refereed_drive(stage, _ARGUMENTS.split(), path, DRIVE_TIMEOUT_S)
+        return refereed_drive(stage, arguments, path, DRIVE_TIMEOUT_S, world)
     stage.master  # noqa: B018  roslaunch uses a master that already runs
-    command = ["roslaunch", "--skip-log-check", *_ARGUMENTS.split(), f"report:={path}"]
+    command = ["roslaunch", "--skip-log-check", *arguments, f"report:={path}"]
     with stage.program(command) as program:
         status = program.wait(DRIVE_TIMEOUT_S)
         output = program.output
@@ -45,14 +46,20 @@ def _driven(stage: Stage, path: Path) -> tuple:
     return status, output
 
 
-def drive_answer(stage: Stage) -> tuple:
+def drive_answer(stage: Stage, more: Sequence[str] = (), world: Sequence[str] = ()) -> tuple:
     """Drive the route.
+
+    Args:
+        stage: where the car drives
+        more: launch arguments of a lab
+        world: launch arguments of its world, which starts alone where there is a sandbox
 
     Returns:
         the answer, and the referee's report as a dictionary, or None without one
     """
     path = stage.folder / "report" / "report.json"
-    status, output = _driven(stage, path)
+    arguments = [*_ARGUMENTS.split(), *more]
+    status, output = _driven(stage, path, arguments, world)
     output = plain(output)
     stage.clear()
     if not path.is_file():
@@ -61,7 +68,7 @@ def drive_answer(stage: Stage) -> tuple:
             seen = broken.error
         else:
             seen = f"no end after {DRIVE_TIMEOUT_S:g} s" if status is None else last_line(output)
-        hint = f"roslaunch {_ARGUMENTS} shows the whole output."
+        hint = f"roslaunch {' '.join(arguments)} shows the whole output."
         return Answer(WRONG, "a drive along the whole route", seen, hint), None
     report = json.loads(path.read_text(encoding="utf-8"))
     if report["status"] == "completed":

@@ -20,6 +20,7 @@ from sdc_workshop.exam.library_subjects import (
     WaypointSearchSubject,
 )
 from sdc_workshop.exam.local_planner_subject import LocalPlannerSubject
+from sdc_workshop.exam.localization_subjects import LOCALIZATION_SUBJECTS
 from sdc_workshop.exam.message_answer import message_answer
 from sdc_workshop.exam.mission_planner_subject import MissionPlannerSubject
 from sdc_workshop.exam.package_xml_subject import PackageXmlSubject
@@ -65,7 +66,12 @@ SUBJECTS = (
     OdometrySubject(),
     PidSubject(),
     StanleySubject(),
+    *LOCALIZATION_SUBJECTS,
 )
+# The launch arguments with which the car of a lab drives, and those of its world.
+_LAB_DRIVES = {
+    "localization": (["localization:=true"], ["sensors:=localization", "truth:=false"]),
+}
 # A car drives without its camera, and without being installed.
 _NOT_FOR_THE_DRIVE = ("hello", "camera", "install")
 
@@ -144,11 +150,11 @@ class Examination:
             self.stage.report(f"{step.id} could not be checked: {answer.seen[:300]}")
             return {other.id: answer for other in together}
 
-    def _drive(self) -> Answer:
+    def _drive(self, drive: Step) -> Answer:
         steps = [
             step
-            for step in load_steps()
-            if step.id != "drive" and not step.id.startswith(_NOT_FOR_THE_DRIVE)
+            for step in load_steps(drive.lab)
+            if step.id != drive.id and not step.id.startswith(_NOT_FOR_THE_DRIVE)
         ]
         unwritten = [step.id for step in steps if not self._is_written(step)]
         if unwritten:
@@ -169,9 +175,10 @@ class Examination:
                 WAITING,
                 "all steps are right",
                 f"not right yet: {', '.join(wrong)}",
-                "Fix these steps first; `./workshop/check drive` drives without checking them.",
+                f"Fix these steps first; `./workshop/check {drive.id}` drives without checking "
+                "them.",
             )
-        answer, self.report = drive_answer(self.stage)
+        answer, self.report = drive_answer(self.stage, *_LAB_DRIVES.get(drive.lab, ([], [])))
         return answer
 
     def _is_written(self, step: Step) -> bool:
@@ -187,11 +194,11 @@ class Examination:
             return True
 
     def _without_region(self, step: Step) -> Answer:
-        if step.id == "workspace":
+        if step.id.endswith("workspace"):
             return workspace_answer(self.student, self.stage)
         if step.id == "hello":
             return hello_answer(self.student, self.stage)
-        if step.id == "drive":
-            return self._drive()
+        if step.id.endswith("drive"):
+            return self._drive(step)
         name = str(step.file).rpartition("/")[2].partition(".")[0]
         return message_answer(name, hint_of(step.id).hint, self.student)

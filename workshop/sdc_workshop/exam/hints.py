@@ -1,4 +1,4 @@
-"""The hints of hints.yaml."""
+"""The hints of the hints.yaml of the workshop and of each lab."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from functools import lru_cache
 
 import yaml
 
-from sdc_workshop.steps import STEPS_FILE
+from sdc_workshop.steps import LABS, WORKSHOP, lesson_folder
 
 
 @dataclass(frozen=True)
@@ -20,7 +20,11 @@ class Hint:
 
 @lru_cache(maxsize=1)
 def _all() -> dict:
-    return yaml.safe_load(STEPS_FILE.with_name("hints.yaml").read_text(encoding="utf-8"))
+    files = [lesson_folder(lab) / "hints.yaml" for lab in (WORKSHOP, *LABS)]
+    found: dict = {}
+    for path in files:
+        found.update(yaml.safe_load(path.read_text(encoding="utf-8")))
+    return found
 
 
 def hint_of(step_id: str) -> Hint:

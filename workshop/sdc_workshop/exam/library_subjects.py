@@ -21,14 +21,16 @@ class LibrarySubject(Subject):
 
     Attributes:
         module: path of the module in the library, without its ending
+        package: package of the library
     """
 
     module: str
+    package = PACKAGE
 
     @property
     def file(self) -> str:  # type: ignore[override]
         """Path of the module relative to the src folder."""
-        return f"{PACKAGE}/src/{PACKAGE}/{self.module}.py"
+        return f"{self.package}/src/{self.package}/{self.module}.py"
 
     def problems(self, variant: Variant, stage: Stage) -> list:
         """See Subject.problems."""

@@ -14,7 +14,7 @@ import os
 import time
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
-from typing import IO
+from typing import IO, Sequence
 
 import numpy as np
 import yaml
@@ -37,11 +37,12 @@ _LATE_S = 0.2
 _ROUTE = SOLUTION / "sdc_common" / "data" / "waypoints.csv"
 _WORLD_LAUNCH = SOLUTION / "sdc_sim" / "launch"
 _SIMULATOR = "/sim"
-_ODOMETRY = "/carla/ego_vehicle/odometry"
 _MISSION = "/planner/mission_waypoints"
 
 
-def refereed_drive(stage: Stage, arguments: list, report: Path, timeout_s: float) -> tuple:
+def refereed_drive(
+    stage: Stage, arguments: list, report: Path, timeout_s: float, world: Sequence[str] = ()
+) -> tuple:
     """Drive, and write the report.
 
     Args:
@@ -49,6 +50,7 @@ def refereed_drive(stage: Stage, arguments: list, report: Path, timeout_s: float
         arguments: package and launch file of the student, and arguments
         report: file of the report; without a command to the car it is not written
         timeout_s: the drive ends after this wall-clock time [s]
+        world: further launch arguments of the world
 
     Returns:
         the exit status, None after the timeout, and the output with a line of the result
@@ -58,7 +60,7 @@ def refereed_drive(stage: Stage, arguments: list, report: Path, timeout_s: float
     folder.mkdir()
     log = folder / "events"
     log.touch()
-    with _world(stage, log) as world, log.open(encoding="ascii") as events:
+    with _world(stage, log, world) as simulator, log.open(encoding="ascii") as events:
         own_report = stage.sandbox.scratch(stage.folder) / "report.json"
         replaced = {
             _WORLD_LAUNCH / name: _without_nodes(folder, name)
@@ -67,7 +69,7 @@ def refereed_drive(stage: Stage, arguments: list, report: Path, timeout_s: float
         command = ["roslaunch", "--skip-log-check", *arguments, f"report:={own_report}"]
         with stage.start(command, stage.environment(), replaced=replaced) as stack:
             referee = _Referee(stage, events)
-            ended = referee.watch(world, stack, timeout_s)
+            ended = referee.watch(simulator, stack, timeout_s)
             if os.path.lexists(f"/proc/{stack.main_id}/root{own_report}"):
                 stage.report("a report.json was written; it does not count")
         time.sleep(_LATE_S)
@@ -76,15 +78,15 @@ def refereed_drive(stage: Stage, arguments: list, report: Path, timeout_s: float
     return (0 if ended else None), f"{line}\n{stack.output}"
 
 
-def _world(stage: Stage, log: Path) -> Program:
+def _world(stage: Stage, log: Path, more: Sequence[str]) -> Program:
     """Return the simulator, which has read its parameters."""
     options = json.dumps({"drive_log": str(log), "services": False})
-    arguments = ("sync:=true", "camera:=false", f"sim_options:={options}")
+    arguments = ("sync:=true", "camera:=false", f"sim_options:={options}", *more)
     stage.master  # noqa: B018  roslaunch uses a master that already runs
     command = ["roslaunch", "--skip-log-check", "sdc_sim", "sim.launch", *arguments]
     world = Program(command, stage.world_environment, stage.folder)
     limit = time.monotonic() + START_TIMEOUT_S
-    while _SIMULATOR not in stage.state()[0].get(_ODOMETRY, ()):
+    while _SIMULATOR not in stage.state()[0].get("/clock", ()):
         if world.status is not None or time.monotonic() > limit:
             world.end()
             raise RuntimeError(f"the simulator does not start: {world.output[-500:]}")

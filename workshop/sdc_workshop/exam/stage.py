@@ -22,8 +22,8 @@ from sdc_workshop.exam.student import Student
 from sdc_workshop.exam.variant import Variant
 from sdc_workshop.exam.variant import make as make_variant
 from sdc_workshop.regions import RegionError
-from sdc_workshop.steps import load_steps
-from sdc_workshop.workspace import PACKAGE, SOLUTION, WORLD
+from sdc_workshop.steps import all_steps
+from sdc_workshop.workspace import PACKAGE, SOLUTION, WORLD, solution
 
 if TYPE_CHECKING:
     from rosmaster.master import Master
@@ -32,7 +32,6 @@ if TYPE_CHECKING:
 
 NAME = "/workshop_check"
 NEVER_RETURNED = "it never returned, and was ended"
-_LIBRARY = f"{PACKAGE}/src/{PACKAGE}"
 
 
 class Stage:
@@ -168,22 +167,27 @@ class Stage:
         """
         self._runs += 1
         folder = self.folder / str(self._runs)
-        package, library = folder / "python" / PACKAGE, folder / "library"
+        name_of_package = Path(variant.name).parts[0]
+        package, library = folder / "python" / name_of_package, folder / "library"
         package.mkdir(parents=True)
-        if self.student.library.is_dir():
+        own = self.student.library(name_of_package)
+        if own.is_dir():
             ignored = shutil.ignore_patterns("__pycache__")
-            shutil.copytree(self.student.library, library, ignore=ignored)
-        for name in library_files():
-            path = library / Path(name).relative_to(_LIBRARY)
+            shutil.copytree(own, library, ignore=ignored)
+        files = library_files(name_of_package)
+        root = f"{name_of_package}/src/{name_of_package}"
+        for name in files:
+            path = library / Path(name).relative_to(root)
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(
                 variant.text if name == variant.name else self._solved(name), encoding="utf-8"
             )
         package.joinpath("__init__.py").write_text(
-            f"__path__ = {[str(library), str(self.student.built_python)]!r}\n", encoding="utf-8"
+            f"__path__ = {[str(library), str(self.student.built_python(name_of_package))]!r}\n",
+            encoding="utf-8",
         )
-        if variant.name in library_files():
-            path = library / Path(variant.name).relative_to(_LIBRARY)
+        if variant.name in files:
+            path = library / Path(variant.name).relative_to(root)
         else:
             path = folder / Path(variant.name).name
             path.write_text(variant.text, encoding="utf-8")
@@ -195,7 +199,7 @@ class Stage:
         with contextlib.suppress(RegionError):
             if text:
                 return make_variant(name, text, ()).text
-        return (SOLUTION / name).read_text(encoding="utf-8")
+        return solution(name).read_text(encoding="utf-8")
 
     def program(self, command: Sequence[object], **environment: str) -> Program:
         """Start a command in the student's environment."""
@@ -300,12 +304,12 @@ class Stage:
                     del handler.topics_types[topic]
 
 
-def library_files() -> list:
-    """Return the files of the car's library with regions, relative to the src folder."""
+def library_files(package: str = PACKAGE) -> list:
+    """Return the files of a package's library with regions, relative to the src folder."""
     return sorted(
         {
             step.file
-            for step in load_steps()
-            if step.todo and f"/src/{PACKAGE}/" in (step.file or "")
+            for step in all_steps()
+            if step.todo and (step.file or "").startswith(f"{package}/src/{package}/")
         }
     )

@@ -51,21 +51,19 @@ class Student:
         """The devel space."""
         return self.folder / "devel"
 
-    @property
-    def library(self) -> Path:
-        """The folder of the car's library."""
-        return self.src / PACKAGE / "src" / PACKAGE
+    def library(self, package: str = PACKAGE) -> Path:
+        """Return the folder of a package's library."""
+        return self.src / package / "src" / package
 
-    @property
-    def built_python(self) -> Path:
-        """The folder of the package's generated Python: its messages."""
+    def built_python(self, package: str = PACKAGE) -> Path:
+        """Return the folder of a package's generated Python: its messages."""
         for python in sorted(self.devel.glob("lib/python3*/dist-packages")):
-            return python / PACKAGE
-        return self.devel / "lib" / "python3" / "dist-packages" / PACKAGE
+            return python / package
+        return self.devel / "lib" / "python3" / "dist-packages" / package
 
     def built_md5(self, message: str) -> str | None:
         """Return the md5 sum of a message's generated class, or None without such a class."""
-        path = self.built_python / "msg" / f"_{message}.py"
+        path = self.built_python() / "msg" / f"_{message}.py"
         try:
             # The build may have made anything, such as a link to an endless device.
             if not path.is_file() or path.stat().st_size > _MAX_BYTES:

@@ -12,8 +12,8 @@ from sdc_workshop.exam.stage import Stage
 from sdc_workshop.exam.student import NotBuilt, Student
 from sdc_workshop.exam.variant import Variant, make
 from sdc_workshop.regions import RegionError, body, is_written, regions, template
-from sdc_workshop.steps import load_steps
-from sdc_workshop.workspace import PACKAGE, PROJECT, SOLUTION, TEMPLATES
+from sdc_workshop.steps import all_steps
+from sdc_workshop.workspace import PACKAGE, PROJECT, TEMPLATES, solution
 
 BUILD = (
     "In the folder of your workspace: `catkin_make`, then `source devel/setup.bash` in this "
@@ -201,7 +201,7 @@ class Subject:
 
     def _blame(self, variant: Variant, todo: str, found: list, text: str, stage: Stage) -> Answer:
         """Return the answer to the step that causes these problems."""
-        if template(text) != template((SOLUTION / self.file).read_text(encoding="utf-8")):
+        if template(text) != template(solution(self.file).read_text(encoding="utf-8")):
             outside = self.problems(self._variant(text, ()), stage)
             if outside:
                 problem = self._outside(text, outside[0])
@@ -220,7 +220,7 @@ class Subject:
         return Answer(WRONG, problem.expected, problem.seen, hint, f"src/{self.file}", line)
 
     def _step(self, todo: str) -> str:
-        return next(step.id for step in load_steps() if (step.file, step.todo) == (self.file, todo))
+        return next(step.id for step in all_steps() if (step.file, step.todo) == (self.file, todo))
 
     def _outside(self, text: str, problem: Problem) -> Problem:
         line = self._changed_line(text) or problem.line
@@ -233,7 +233,7 @@ class Subject:
 
     def _changed_line(self, text: str) -> int | None:
         """Return the first line outside of all regions that differs from the template, from 1."""
-        given = template((SOLUTION / self.file).read_text(encoding="utf-8"))
+        given = template(solution(self.file).read_text(encoding="utf-8"))
         for (index, line), (_, original) in zip(_outside_lines(text), _outside_lines(given)):
             if line != original:
                 return index + 1

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Sequence
 
 from sdc_workshop.regions import Region, body, regions, replaced, template_body
-from sdc_workshop.workspace import SOLUTION
+from sdc_workshop.workspace import solution as solution_of
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ def make(
     Raises:
         RegionError: TODO lines and rules do not match
     """
-    solution = (SOLUTION / name).read_text(encoding="utf-8")
+    solution = solution_of(name).read_text(encoding="utf-8")
     text = student_text
     for number, region in regions(student_text).items():
         if number in left_empty:

@@ -17,7 +17,12 @@ _TOKEN = "grading.token"
 
 
 def grade_on_cluster(
-    scheduler: str, named: Mapping[Path, str], output: Path, limit_s: float, sandboxed: bool
+    scheduler: str,
+    named: Mapping[Path, str],
+    output: Path,
+    limit_s: float,
+    sandboxed: bool,
+    lab: str,
 ) -> Iterator[Grade]:
     """Grade workspaces and yield each grade as soon as it is known.
 
@@ -27,6 +32,7 @@ def grade_on_cluster(
         output: folder of the summary
         limit_s: time limit of a student [s]
         sandboxed: whether the students' programs run in a sandbox
+        lab: the lab, or WORKSHOP
 
     Raises:
         ClusterError: the cluster cannot grade; the message is one line with the fix
@@ -41,7 +47,7 @@ def grade_on_cluster(
             if not engine.workers:
                 print("grade: the cluster has no worker yet; the workspaces wait for one")
             tasks = (
-                (name, (name, str(folder), folder.exists(), number, limit_s, *conditions))
+                (name, (name, str(folder), folder.exists(), number, limit_s, lab, *conditions))
                 for number, (name, folder) in enumerate(folders.items())
             )
             for outcome in engine.outcomes(grade_as_task, tasks):
@@ -83,6 +89,7 @@ def grade_as_task(
     exists: bool,
     number: int,
     limit_s: float,
+    lab: str,
     token_path: str,
     token: str,
     sandboxed: bool,
@@ -95,6 +102,7 @@ def grade_as_task(
         exists: whether the command that grades sees the folder
         number: number of the student
         limit_s: time limit of the student [s]
+        lab: see `grade_on_cluster`
         token_path: see `worker_problem`
         token: see `worker_problem`
         sandboxed: see `worker_problem`
@@ -105,5 +113,5 @@ def grade_as_task(
     if problem:
         return Grade(name, Path(folder), note=problem)
     user = user_id(number) if sandboxed else None
-    conditions = Conditions(limit_s, user, lambda: not Path(token_path).exists())
+    conditions = Conditions(limit_s, user, lambda: not Path(token_path).exists(), lab=lab)
     return grade(name, Path(folder), Path(token_path).parent / name, conditions)

@@ -7,7 +7,8 @@ import shutil
 import stat
 from pathlib import Path
 
-from sdc_workshop.workspace import PACKAGE, link
+from sdc_workshop.steps import WORKSHOP
+from sdc_workshop.workspace import copy_car, link, package_of
 
 MAX_FILE_BYTES = 20_000_000
 MAX_TOTAL_BYTES = 200_000_000
@@ -18,17 +19,20 @@ class CopyError(ValueError):
     """A folder that cannot be graded; the message names the reason."""
 
 
-def is_workspace(folder: Path) -> bool:
-    """Return whether a folder contains a student's package."""
-    return (folder / "src" / PACKAGE).is_dir()
+def is_workspace(folder: Path, lab: str = WORKSHOP) -> bool:
+    """Return whether a folder contains a student's package of a lab, or of the workshop."""
+    return (folder / "src" / package_of(lab)).is_dir()
 
 
-def copy_workspace(source: Path, target: Path) -> list:
+def copy_workspace(source: Path, target: Path, lab: str = WORKSHOP) -> list:
     """Create a workspace with a copy of a student's package. The source is not changed.
+
+    The workspace of a lab gets the finished car: its marks do not depend on the student's car.
 
     Args:
         source: the student's workspace
         target: folder of the new workspace
+        lab: the lab
 
     Returns:
         the links to places outside of the workspace, which are not copied: they may lead to files
@@ -38,15 +42,18 @@ def copy_workspace(source: Path, target: Path) -> list:
         CopyError: the source is no workspace, or too large
         OSError: a file cannot be read
     """
-    package = source / "src" / PACKAGE
+    name = package_of(lab)
+    package = source / "src" / name
     if not package.is_dir():
-        raise CopyError(f"{source} is no workspace: it has no src/{PACKAGE}")
+        raise CopyError(f"{source} is no workspace: it has no src/{name}")
     target.mkdir(parents=True)
     inside = Path(os.path.realpath(source))
     if inside not in Path(os.path.realpath(package)).parents:
         raise CopyError(f"{package} is a link to another place; put the package itself there")
-    left_out = _copy(package, target / "src" / PACKAGE, inside)
-    link(target)
+    left_out = _copy(package, target / "src" / name, inside)
+    if lab:
+        copy_car(target)
+    link(target, lab)
     return left_out
 
 
@@ -87,7 +94,7 @@ def _copy(source: Path, target: Path, inside: Path) -> list:
             size += found.st_size
             if size > MAX_TOTAL_BYTES:
                 raise CopyError(
-                    f"src/{PACKAGE} is larger than {MAX_TOTAL_BYTES // 1_000_000} MB; "
+                    f"{source} is larger than {MAX_TOTAL_BYTES // 1_000_000} MB; "
                     "delete what does not belong there"
                 )
             shutil.copyfile(path, to / name)

@@ -2,10 +2,11 @@
 
 So the answers are kept when the check is ended before its end.
 Usage: python3 -m sdc_workshop.grading.examine_one WORKSPACE RESULT_FOLDER BUILD_LIMIT_S USER_ID
-[STEP ...]
+LAB [STEP ...]
 
 The student's programs run in a sandbox, as the user with this id where this one is root; with the
-user id "none", without a sandbox. Without a STEP, all steps are checked.
+user id "none", without a sandbox. Without a STEP, all steps of the lab are checked;
+LAB is its name, or "" for the workshop.
 """
 
 from __future__ import annotations
@@ -52,7 +53,8 @@ def main() -> None:
     os.umask(0o022)
     if sys.argv[4] != NO_SANDBOX:
         sandbox = Sandbox(workspace, int(sys.argv[4]), record.contained)
-    steps = [step for step in load_steps() if step.id in sys.argv[5:] or not sys.argv[5:]]
+    lab, ids = sys.argv[5], sys.argv[6:]
+    steps = [step for step in load_steps(lab) if step.id in ids or not ids]
     with Stage(Student(workspace), sandbox) as stage:
         build(stage, record, result, limit_s)
         examination = Examination(stage.student, stage, drive_anyway=True)

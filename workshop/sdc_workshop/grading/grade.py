@@ -18,7 +18,7 @@ from sdc_workshop.grading.cluster import grade_on_cluster
 from sdc_workshop.grading.copying import is_workspace
 from sdc_workshop.grading.grading import Conditions, Grade, grade
 from sdc_workshop.grading.summary import leaderboard, write_csv, write_html
-from sdc_workshop.steps import load_steps
+from sdc_workshop.steps import LABS, WORKSHOP, load_steps
 
 DESCRIPTION = """Check every student's workspace, each with its own ROS master and time limit,
 without writing into it. A DIR is a workspace, or a folder that contains workspaces. The summary
@@ -29,6 +29,12 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     """Parse the command line."""
     parser = argparse.ArgumentParser(prog="./workshop/grade", description=DESCRIPTION)
     parser.add_argument("folders", nargs="+", metavar="DIR", type=Path)
+    parser.add_argument(
+        "--lab",
+        choices=sorted(LABS),
+        default=WORKSHOP,
+        help="grade a lab instead of the workshop",
+    )
     parser.add_argument(
         "--output",
         type=Path,
@@ -67,7 +73,7 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     return options
 
 
-def workspaces(folders: list) -> list:
+def workspaces(folders: list, lab: str = WORKSHOP) -> list:
     """Return the workspaces in some folders, as absolute paths without duplicates.
 
     A folder without a workspace is returned, too: its row of the summary reports it.
@@ -77,8 +83,8 @@ def workspaces(folders: list) -> list:
         folder = folder.absolute()
         inside = (
             []
-            if is_workspace(folder) or not folder.is_dir()
-            else sorted(path for path in folder.iterdir() if is_workspace(path))
+            if is_workspace(folder, lab) or not folder.is_dir()
+            else sorted(path for path in folder.iterdir() if is_workspace(path, lab))
         )
         found.extend(inside or [folder])
     return list(dict.fromkeys(Path(os.path.normpath(path)) for path in found))
@@ -102,7 +108,7 @@ def main(arguments: Sequence[str]) -> int:
     """Run the command; return 0 when all folders could be graded."""
     options = parse(arguments)
     output = options.output.absolute()
-    named = names(workspaces(options.folders))
+    named = names(workspaces(options.folders, options.lab))
     for folder in named:
         if output == folder or folder in output.parents:
             print(
@@ -120,10 +126,12 @@ def main(arguments: Sequence[str]) -> int:
         return 1
     if options.scheduler:
         sandboxed = not options.no_sandbox
-        found = grade_on_cluster(options.scheduler, named, output, options.limit, sandboxed)
+        found = grade_on_cluster(
+            options.scheduler, named, output, options.limit, sandboxed, options.lab
+        )
     else:
         found = grade_here(named, output, options)
-    total = len(load_steps())
+    total = len(load_steps(options.lab))
     grades = []
     try:
         with contextlib.closing(found):
@@ -134,8 +142,8 @@ def main(arguments: Sequence[str]) -> int:
         print(f"grade: {error}", file=sys.stderr)
         return 2
     ranked = leaderboard(grades)
-    write_csv(output / "grades.csv", ranked)
-    write_html(output / "grades.html", ranked)
+    write_csv(output / "grades.csv", ranked, options.lab)
+    write_html(output / "grades.html", ranked, options.lab)
     print(f"grade: {len(grades)} workspaces, see {output / 'grades.html'} and grades.csv")
     return 0 if not any(found.note or found.contained for found in grades) else 1
 
@@ -152,7 +160,7 @@ def grade_here(named: dict, output: Path, options: argparse.Namespace) -> Iterat
 
     def conditions(number: int) -> Conditions:
         user = None if options.no_sandbox else user_id(number)
-        return Conditions(options.limit, user, stop.is_set)
+        return Conditions(options.limit, user, stop.is_set, lab=options.lab)
 
     waiting: list = []
     with ThreadPoolExecutor(options.jobs) as pool:

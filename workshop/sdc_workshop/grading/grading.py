@@ -17,7 +17,7 @@ from sdc_workshop.exam.process import Program, marked
 from sdc_workshop.exam.sandbox import outer_command
 from sdc_workshop.grading.copying import CopyError, copy_workspace
 from sdc_workshop.grading.record import ANSWERS, BUILD_LOG, NO_SANDBOX, STATE, read
-from sdc_workshop.steps import load_steps
+from sdc_workshop.steps import WORKSHOP, load_steps
 from sdc_workshop.workspace import PROJECT, WORLD
 
 # A check with more processes than these is ended.
@@ -42,6 +42,7 @@ class Grade:
         note: what went wrong with the grading itself, or empty
         contained: what the sandbox has kept the student's programs from
         wall_s: duration of the grading [s]
+        lab: the lab, or WORKSHOP
     """
 
     name: str
@@ -51,6 +52,7 @@ class Grade:
     note: str = ""
     contained: list = field(default_factory=list)
     wall_s: float = 0.0
+    lab: str = WORKSHOP
 
     @property
     def steps_done(self) -> int:
@@ -67,7 +69,7 @@ class Grade:
     def first_open(self) -> str:
         """The step that the student must fix or write next."""
         for wanted in ((WRONG,), (UNFINISHED, WAITING)):
-            for step in load_steps():
+            for step in load_steps(self.lab):
                 if self.answers.get(step.id, {}).get("status") in wanted:
                     return step.id
         return ""
@@ -86,12 +88,14 @@ class Conditions:
         user_id: the user of the programs in their sandbox, if the teacher is root; None: no sandbox
         stopped: once it returns True, all programs are ended
         steps: ids of the steps that are checked; empty: all
+        lab: the lab, or WORKSHOP
     """
 
     limit_s: float
     user_id: int | None = None
     stopped: Callable[[], bool] = lambda: False
     steps: tuple = ()
+    lab: str = WORKSHOP
 
 
 def grade(name: str, folder: Path, result: Path, conditions: Conditions) -> Grade:
@@ -103,7 +107,7 @@ def grade(name: str, folder: Path, result: Path, conditions: Conditions) -> Grad
         result: folder for logs, answers and report
         conditions: how its programs run
     """
-    found = Grade(name, folder)
+    found = Grade(name, folder, lab=conditions.lab)
     start = time.monotonic()
     result.mkdir(parents=True, exist_ok=True)
     for path in (*result.glob("report*"), *(result / log for log in (ANSWERS, STATE, *_LOGS))):
@@ -112,7 +116,7 @@ def grade(name: str, folder: Path, result: Path, conditions: Conditions) -> Grad
     notes, links = [], []
     with tempfile.TemporaryDirectory(prefix="workshop_grade_") as temporary:
         try:
-            links = copy_workspace(folder, Path(temporary) / "workspace")
+            links = copy_workspace(folder, Path(temporary) / "workspace", conditions.lab)
             _examine(result, Path(temporary), conditions)
         except (CopyError, OSError, _Ended) as error:
             notes.append(str(error))
@@ -150,7 +154,8 @@ def _examine(result: Path, temporary: Path, conditions: Conditions) -> None:
     )
     command = [sys.executable, "-B", "-m", "sdc_workshop.grading.examine_one", workspace, result]
     user_id = NO_SANDBOX if conditions.user_id is None else conditions.user_id
-    command += [min(_BUILD_LIMIT_S, _BUILD_SHARE * conditions.limit_s), user_id, *conditions.steps]
+    command += [min(_BUILD_LIMIT_S, _BUILD_SHARE * conditions.limit_s), user_id]
+    command += [conditions.lab, *conditions.steps]
     home.mkdir()
     scratch.mkdir()
     if conditions.user_id is not None:

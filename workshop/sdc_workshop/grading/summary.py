@@ -11,7 +11,7 @@ import jinja2
 
 from sdc_workshop.exam.answer import PASSED, UNFINISHED, WAITING, WRONG
 from sdc_workshop.grading.grading import Grade
-from sdc_workshop.steps import load_steps
+from sdc_workshop.steps import WORKSHOP, load_steps
 
 _PICTURE_WIDTH = 720
 _TEMPLATE = Path(__file__).with_name("grades.html.j2")
@@ -60,9 +60,9 @@ def flat(report: dict) -> dict:
     return found
 
 
-def write_csv(path: Path, ranked: list) -> None:
+def write_csv(path: Path, ranked: list, lab: str = WORKSHOP) -> None:
     """Write one row per student: steps, the status of each step, and all metrics."""
-    steps = load_steps()
+    steps = load_steps(lab)
     keys = dict.fromkeys(key for found in ranked for key in flat(found.report))
     metrics = [key for key in keys if key != "driving_score"]
     with open(path, "w", newline="", encoding="utf-8") as file:
@@ -88,9 +88,9 @@ def write_csv(path: Path, ranked: list) -> None:
             )
 
 
-def write_html(path: Path, ranked: list) -> None:
+def write_html(path: Path, ranked: list, lab: str = WORKSHOP) -> None:
     """Write a self-contained page: the leaderboard, and each student's steps and drive."""
-    steps = load_steps()
+    steps = load_steps(lab)
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(_TEMPLATE.parent),
         autoescape=True,

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from sdc_experiments.closed_loop import drive, drive_result
+from sdc_experiments.random_routes import random_route
 from sdc_sim.evaluation.route_progress import COMPLETED
 
 pytestmark = pytest.mark.slow(25)
@@ -18,36 +19,6 @@ ROUTES = 400 if os.environ.get("HYPOTHESIS_PROFILE") == "nightly" else 20
 HALF_LANE_M = 1.75
 HALF_CAR_M = 1.0
 JOIN_M = 30.0
-
-
-def random_route(seed):
-    """Return (N, 2) points 1 m apart and whether they are noisy.
-
-    The route has straights and bends of 6 m radius or more. Every third route has no clothoids, and
-    every fourth has the noise of a recording.
-    """
-    random = np.random.default_rng(seed)
-    transition_m = 0.0 if seed % 3 == 0 else random.uniform(3.0, 8.0)
-    s, curvature = [0.0, 15.0], [0.0, 0.0]
-    for _ in range(random.integers(3, 7)):
-        radius = 6.0 * (100.0 / 6.0) ** random.uniform()
-        bend_m = radius * random.uniform(math.radians(20.0), math.radians(110.0))
-        bend = random.choice([-1.0, 1.0]) / radius
-        for length, end in (
-            (transition_m, bend),
-            (1e-6, bend),
-            (max(1.0, bend_m - transition_m), bend),
-            (transition_m, 0.0),
-            (1e-6, 0.0),
-            (random.uniform(2.0, 40.0), 0.0),
-        ):
-            s.append(s[-1] + length)
-            curvature.append(end)
-    fine = np.arange(0.0, s[-1], 0.01)
-    heading = random.uniform(-math.pi, math.pi) + np.cumsum(np.interp(fine, s, curvature)) * 0.01
-    points = np.column_stack([np.cumsum(np.cos(heading)), np.cumsum(np.sin(heading))])[::100] * 0.01
-    noisy = seed % 4 == 0
-    return points + random.normal(0.0, 0.02, points.shape) if noisy else points, noisy
 
 
 def failure_of(seed):

@@ -16,6 +16,8 @@ from types import SimpleNamespace
 
 sys.path.append(str(Path(__file__).parent))
 
+from localization_probe import LOCALIZATION_PROBES  # noqa: E402
+
 
 def lane_filter(random: Random) -> dict:
     """Return the shape of a mask, and how many pixels it marks in some areas."""
@@ -157,7 +159,10 @@ def plain(value: object) -> object:
     return str(value)
 
 
-PROBES = {probe.__name__: probe for probe in (lane_filter, pid, stanley, odometry, waypoint_search)}
+PROBES = {
+    **{probe.__name__: probe for probe in (lane_filter, pid, stanley, odometry, waypoint_search)},
+    **LOCALIZATION_PROBES,
+}
 
 if __name__ == "__main__":
     print(json.dumps(PROBES[sys.argv[1]](Random(sys.argv[2])), default=plain))

@@ -1,0 +1,100 @@
+#!/usr/bin/env python3
+"""Localizer: estimate the pose of the car from its sensors, and publish it as odometry."""
+
+import math
+from functools import partial
+
+import numpy as np
+import rospy
+from nav_msgs.msg import Odometry
+from sdc_msgs.msg import Path
+from sensor_msgs.msg import Imu, JointState, NavSatFix
+from tf2_msgs.msg import TFMessage
+
+from sdc_common.geometry.geodesy import map_from_geodetic
+from sdc_common.ros.checkpoint import Checkpoint
+from sdc_common.ros.connection_watchdog import watch_connections
+from sdc_common.ros.node import LoopPublisher, parameter, refuse
+from sdc_common.ros.refusal import refusing
+from sdc_common.ros.supervisor import supervise
+from sdc_common.validation import check_non_negative, check_positive
+from sdc_localization.localizer import Localizer, LocalizerSettings
+from sdc_localization.odometry_message import fill_odometry, transform, wheel_speed
+from sdc_localization.sensor_pairing import SensorPairing
+
+EGO = "/carla/ego_vehicle"
+
+
+class LocalizerNode:
+    def __init__(self):
+        rospy.init_node("localizer")
+        self.radius_m = parameter("wheel_radius_m")
+        gnss_period_s = parameter("gnss_period_s")
+        try:
+            check_positive(wheel_radius_m=self.radius_m)
+            check_non_negative(gnss_period_s=gnss_period_s)
+            self.localizer = Localizer(LocalizerSettings.read(parameter))
+        except (TypeError, ValueError) as error:
+            refuse(f"config/localizer.yaml: {error}")
+        self.waypoints = None
+        self.checkpoint = Checkpoint()
+        if self.localizer.restore(self.checkpoint.load()):
+            rospy.logwarn("localizer: restarted; resumes with its last estimate")
+        self.inputs = SensorPairing(self.answer, [gnss_period_s])
+
+        self.tf_publisher = rospy.Publisher("/tf", TFMessage, queue_size=1)
+        self.publisher = LoopPublisher(f"{EGO}/odometry", Odometry, latch=True)
+        for number, (topic, message_class) in enumerate(
+            (
+                (f"{EGO}/wheel_speeds", JointState),
+                (f"{EGO}/imu", Imu),
+                (parameter("gnss_topic"), NavSatFix),
+            )
+        ):
+            add = partial(self.inputs.add, number)
+            rospy.Subscriber(topic, message_class, add, queue_size=10, tcp_nodelay=True)
+        rospy.Subscriber("/planner/mission_waypoints", Path, self.on_mission, queue_size=1)
+
+    def on_mission(self, path):
+        points = np.array([(point.x, point.y) for point in path.waypoints]).reshape(-1, 2)
+        if len(points) > 1 and np.isfinite(points).all():
+            self.waypoints = points
+            self.inputs.start()
+
+    def answer(self, wheels, imu, fix):
+        """Estimate the pose at the time of these messages, and publish it."""
+        with refusing("the topics of the sensors"):
+            speed = wheel_speed(wheels.name, wheels.velocity, self.radius_m)
+            self.localizer.move(wheels.header.stamp.to_sec(), speed, imu.angular_velocity.z)
+            if fix is not None and fix.status.status >= fix.status.STATUS_FIX:
+                self.add_position(fix)
+            if self.localizer.started:
+                self.publish(wheels.header.stamp)
+                self.checkpoint.save(self.localizer.checkpoint())
+
+    def add_position(self, fix):
+        x, y = map_from_geodetic(fix.latitude, fix.longitude)
+        variance = fix.position_covariance[0]
+        if not (math.isfinite(x + y + variance) and variance > 0.0):
+            raise ValueError("a GNSS position has a number that is not finite, or no covariance")
+        if self.localizer.lost:
+            rospy.logwarn("localizer: GNSS contradicts the estimate; starts again")
+        if self.localizer.lost or not self.localizer.started:
+            self.localizer.start(x, y, variance, self.waypoints)
+        else:
+            self.localizer.add_position(x, y, variance)
+
+    def publish(self, stamp):
+        message = fill_odometry(Odometry(child_frame_id="ego_vehicle"), self.localizer.estimate)
+        message.header.stamp, message.header.frame_id = stamp, "map"
+        self.publisher.publish(message)
+        self.tf_publisher.publish(TFMessage([transform(message)]))
+
+    def run(self):
+        watch_connections()
+        rospy.spin()
+
+
+if __name__ == "__main__":
+    supervise()
+    LocalizerNode().run()

@@ -1,0 +1,44 @@
+import numpy as np
+import pytest
+
+from sdc_localization import kalman_filter as kalman
+
+
+def covariance(random, size):
+    root = random.normal(size=(size, size))
+    return root @ root.T + 0.1 * np.eye(size)
+
+
+def test_two_measurements_of_one_number_give_their_mean():
+    P, H, R = np.diag([2.0, 1.0, 1.0, 1.0, 1.0]), np.eye(1, 5), np.array([[2.0]])
+    S = kalman.innovation_covariance(P, H, R)
+    K = kalman.gain(P, H, S)
+    assert kalman.corrected_state(np.zeros(5), K, np.array([3.0]))[0] == pytest.approx(1.5)
+    assert kalman.corrected_covariance(P, K, H, R)[0, 0] == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_covariance_is_symmetric_and_positive_with_any_gain(seed):
+    random = np.random.default_rng(seed)
+    P, R, H = covariance(random, 5), covariance(random, 2), random.normal(size=(2, 5))
+    after = kalman.corrected_covariance(P, random.normal(size=(5, 2)), H, R)
+    assert after == pytest.approx(after.T)
+    assert np.linalg.eigvalsh(after).min() > 0.0
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_optimal_gain_is_better_than_its_neighbours(seed):
+    random = np.random.default_rng(seed)
+    P, R, H = covariance(random, 5), covariance(random, 2), random.normal(size=(2, 5))
+    K = kalman.gain(P, H, kalman.innovation_covariance(P, H, R))
+    best = np.trace(kalman.corrected_covariance(P, K, H, R))
+    other = K + 0.01 * random.normal(size=K.shape)
+    assert np.trace(kalman.corrected_covariance(P, other, H, R)) > best
+
+
+def test_gate_lets_as_many_measurements_pass_as_its_quantile_says():
+    random = np.random.default_rng(0)
+    S = covariance(random, 2)
+    draws = random.multivariate_normal(np.zeros(2), S, 4000)
+    share = np.mean([kalman.is_plausible(draw, S, 4.605) for draw in draws])
+    assert share == pytest.approx(0.9, abs=0.015)

@@ -1,0 +1,127 @@
+import dataclasses
+import json
+import math
+
+import numpy as np
+import pytest
+
+from sdc_localization.localizer import Localizer, LocalizerSettings, initial_heading
+
+LANE = np.column_stack([np.zeros(101), np.arange(0.0, 101.0)])
+STEP_S = 0.05
+
+
+@pytest.fixture
+def localizer(settings):
+    """Return a localizer of a car that stands in its lane, which leads north, and is sure of it."""
+    found = Localizer(settings)
+    found.start(0.0, 10.0, 0.01, LANE)
+    found.move(0.0, 0.0, 0.0)
+    return found
+
+
+def drive(localizer, seconds, speed=10.0, gyro=0.0, fix=None):
+    """Drive north from (0, 10) with fixes of fix(x, y); return the true y."""
+    start, y = localizer._motion[0], localizer.state[1]
+    for tick in range(1, round(seconds / STEP_S) + 1):
+        localizer.move(start + tick * STEP_S, speed, gyro)
+        y += speed * STEP_S
+        if fix is not None:
+            localizer.add_position(*fix(0.0, y), 1.0)
+    return y
+
+
+def test_car_starts_in_its_lane_with_its_direction(settings):
+    localizer = Localizer(settings)
+    localizer.start(1.5, 30.2, 1.0, LANE)
+    x, y, yaw = localizer.state[:3]
+    assert (x, y, yaw) == pytest.approx((0.0, 30.2, 0.5 * math.pi))
+    across, along = np.diag(localizer.covariance)[:2]
+    assert along == pytest.approx(1.0)
+    assert across == pytest.approx(settings.initial_across_m**2)
+
+
+@pytest.mark.parametrize("direction", [0.0, 1.0, 2.5, -1.0, -2.5])
+def test_heading_is_that_of_the_lane(direction):
+    end = math.cos(direction), math.sin(direction)
+    assert initial_heading((0.0, 0.0), end) == pytest.approx(direction)
+
+
+def test_uncertainty_grows_without_gnss_and_shrinks_with_it(localizer):
+    before = np.trace(localizer.covariance[:2, :2])
+    drive(localizer, 5.0)
+    alone = np.trace(localizer.covariance[:2, :2])
+    drive(localizer, 5.0, fix=lambda x, y: (x, y))
+    assert np.trace(localizer.covariance[:2, :2]) < alone > before
+
+
+def test_standing_car_becomes_surer_and_stays_where_it_is(localizer):
+    random = np.random.default_rng(1)
+    drive(localizer, 60.0, speed=0.0, fix=lambda x, y: random.normal((0.0, 10.0), 1.0))
+    assert localizer.state[:2] == pytest.approx((0.0, 10.0), abs=0.15)
+
+
+def test_outlier_is_refused_and_changes_nothing(localizer):
+    drive(localizer, 1.0)
+    state = localizer.state.copy()
+    assert not localizer.add_position(30.0, 20.0, 1.0)
+    assert (localizer.state == state).all()
+    assert not localizer.lost
+
+
+def test_bias_of_the_gyroscope_is_learned(settings):
+    settings = dataclasses.replace(settings, initial_bias_radps=0.02)
+    localizer = Localizer(settings)
+    localizer.start(0.0, 10.0, 0.01, LANE)
+    localizer.move(0.0, 10.0, 0.01)
+    drive(localizer, 60.0, gyro=0.01, fix=lambda x, y: (x, y))
+    assert localizer.state[3] == pytest.approx(0.01, abs=0.001)
+
+
+def test_car_that_starts_at_an_angle_finds_its_heading(settings):
+    localizer = Localizer(settings)
+    turned = np.column_stack([np.arange(0.0, 101.0) * 0.2, np.arange(0.0, 101.0)])
+    localizer.start(0.0, 10.0, 0.01, turned)
+    localizer.move(0.0, 10.0, 0.0)
+    drive(localizer, 20.0, fix=lambda x, y: (x, y))
+    assert localizer.state[2] == pytest.approx(0.5 * math.pi, abs=0.03)
+
+
+def test_localizer_is_lost_when_gnss_contradicts_it_for_long(localizer, settings):
+
+    def far(x, y):
+        return x + 500.0, y
+
+    drive(localizer, settings.reset_after_s - 1.0, fix=far)
+    assert not localizer.lost
+    drive(localizer, 2.0, fix=far)
+    assert localizer.lost
+    localizer.start(500.0, 120.0, 1.0, LANE + (500.0, 0.0))
+    assert not localizer.lost
+
+
+def test_gap_in_time_is_no_motion(localizer):
+    state = localizer.state.copy()
+    localizer.move(100.0, 10.0, 0.0)
+    assert (localizer.state == state).all()
+
+
+def test_restored_localizer_continues_bit_for_bit(localizer, settings):
+    drive(localizer, 3.0, fix=lambda x, y: (x + 0.3, y))
+    other = Localizer(settings)
+    assert other.restore(json.loads(json.dumps(localizer.checkpoint())))
+    for one in (localizer, other):
+        drive(one, 1.0, fix=lambda x, y: (x, y))
+    assert (localizer.state == other.state).all()
+    assert (localizer.covariance == other.covariance).all()
+
+
+def test_empty_checkpoint_restores_nothing(settings):
+    assert not Localizer(settings).restore(None)
+    assert not Localizer(settings).restore(Localizer(settings).checkpoint())
+
+
+def test_bad_parameter_is_named(settings):
+    values = {**dataclasses.asdict(settings), "gate_2": -1.0}
+    with pytest.raises(ValueError, match="gate_2 must be a positive number, got -1.0"):
+        LocalizerSettings(**values)

@@ -1,0 +1,274 @@
+"""How well the lab's localizer knows where the car is: drives on its estimate, without ROS.
+
+python3 -m sdc_experiments.localization [ROUTES] prints the errors and their consistency.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import os
+import sys
+from dataclasses import dataclass, field
+from typing import Any, Mapping
+
+import numpy as np
+import rospkg
+import yaml
+from scipy.stats import chi2
+
+from sdc_common.geometry.angles import wrap_angle
+from sdc_common.geometry.road_line import road_route
+from sdc_experiments.car_stack import CarController, CarPlanner
+from sdc_experiments.configuration import vehicle_preset
+from sdc_experiments.random_routes import long_route
+from sdc_localization.localizer import Estimate, Localizer, LocalizerSettings
+from sdc_localization.odometry_message import wheel_speed
+from sdc_package.local_planner import PlannerSettings
+from sdc_sim.evaluation.ideal_drive import IdealDrive
+from sdc_sim.evaluation.route_progress import RouteProgress, TerminationLimits
+from sdc_sim.physics.vehicle import Vehicle, VehicleState
+from sdc_sim.sensors.readings import WHEELS, SensorReadings
+from sdc_sim.sensors.settings import sensor_settings
+from sdc_sim.sensors.suite import SensorSuite
+from sdc_sim.simulation.placement import start_pose
+from sdc_sim.simulation.simulation import Simulation
+
+ROUTES = 20
+OUTAGE_S = 5.0
+TICK_S = 0.05
+_LIMITS = TerminationLimits(
+    off_route_m=15.0, off_route_s=0.5, blocked_s=30.0, finish_within_m=2.0, timeout_s=600.0
+)
+# Probability of the band in which a consistent filter is.
+_BAND = 0.95
+
+
+def localizer_configuration() -> dict:
+    """Return the parameters of the node localizer."""
+    return _configuration("sdc_localization", "config", "localizer.yaml")
+
+
+def sensor_configuration(**changes: Mapping) -> dict:
+    """Return the parameters of the sensors of the lab, with some of them changed."""
+    found = _configuration("sdc_sim", "config", "sensors", "localization.yaml")
+    return {name: {**found.get(name, {}), **changes.get(name, {})} for name in {**found, **changes}}
+
+
+def _configuration(package: str, *path: str) -> dict:
+    file_name = os.path.join(rospkg.RosPack().get_path(package), *path)
+    with open(file_name, encoding="utf-8") as file:
+        return yaml.safe_load(file)
+
+
+@dataclass
+class LocalizedDrive:
+    """The record of a drive on the estimate; a row for each tick.
+
+    Attributes:
+        progress: the drive as the referee measures it
+        metrics: its metrics
+        truth: x, y, yaw [m, m, rad]
+        estimates: what the localizer published
+        dead_reckoned: x and y by the wheels and the gyroscope alone [m]
+        fixes: x and y of the GNSS, NaN without a fix [m]
+    """
+
+    progress: RouteProgress
+    metrics: dict = field(default_factory=dict)
+    truth: list = field(default_factory=list)
+    estimates: list[Estimate] = field(default_factory=list)
+    dead_reckoned: list = field(default_factory=list)
+    fixes: list = field(default_factory=list)
+
+    @property
+    def errors(self) -> np.ndarray:
+        """Errors of x, y and yaw (N, 3)."""
+        rows = np.array([estimate[:3] for estimate in self.estimates]) - self.truth
+        rows[:, 2] = [wrap_angle(yaw) for yaw in rows[:, 2]]
+        return rows
+
+    @property
+    def position_errors_m(self) -> np.ndarray:
+        """Distances between estimate and truth (N,)."""
+        return np.hypot(*self.errors[:, :2].T)
+
+    @property
+    def nees(self) -> np.ndarray:
+        """Normalized estimation errors squared of x, y and yaw (N,).
+
+        Reference: Bar-Shalom, Li, Kirubarajan, section 5.4.2.
+        """
+        errors = self.errors
+        covariances = np.array([estimate.covariance for estimate in self.estimates])
+        solved = np.linalg.solve(covariances, errors[:, :, None])[:, :, 0]
+        return np.sum(errors * solved, axis=1)
+
+
+class _Car:
+    """The localizer as its node runs it, and the same without GNSS."""
+
+    def __init__(self, route_m: np.ndarray, options: Mapping[str, Any]):
+        self._parameters = {**localizer_configuration(), **options}
+        settings = LocalizerSettings.read(self._parameters.__getitem__)
+        self.localizer, self.dead_reckoning = Localizer(settings), Localizer(settings)
+        self._route_m = route_m
+
+    def locate(self, time_s: float, readings: SensorReadings) -> Estimate:
+        assert readings.imu is not None
+        assert readings.wheel_speeds_radps is not None
+        names = [f"{wheel}_wheel" for wheel in WHEELS]
+        radius_m = self._parameters["wheel_radius_m"]
+        speed = wheel_speed(names, readings.wheel_speeds_radps, radius_m)
+        for one in (self.localizer, self.dead_reckoning):
+            one.move(time_s, speed, readings.imu.rate_radps[2])
+        fix = readings.gnss
+        if fix is not None and fix.has_fix:
+            if self.localizer.started:
+                self.localizer.add_position(fix.x_m, fix.y_m, self.variance_m2)
+            else:
+                self.start(fix.x_m, fix.y_m)
+        return self.localizer.estimate
+
+    def start(self, x_m: float, y_m: float) -> None:
+        for one in (self.localizer, self.dead_reckoning):
+            one.start(x_m, y_m, self.variance_m2, self._route_m)
+
+    variance_m2 = 1.0
+
+
+def drive_localized(
+    route_m: np.ndarray,
+    seed: int = 0,
+    outages: list | None = None,
+    sensors: Mapping[str, Mapping] | None = None,
+    options: Mapping[str, Any] | None = None,
+) -> LocalizedDrive:
+    """Drive along a route on the estimate.
+
+    The car starts off the middle of its lane, and turned, by as much as the localizer assumes.
+
+    Args:
+        route_m: (N, 2) waypoints [m]
+        seed: of the errors of the sensors and of the start
+        outages: GNSS outages, as in config/sim.yaml
+        sensors: changed parameters of the sensors
+        options: changed parameters of the localizer
+    """
+    route = road_route(route_m)
+    car = _Car(route_m, options or {})
+    simulation = _simulation(route, seed, outages or [], sensors or {}, car.localizer.settings)
+    planner, controller = CarPlanner(route_m), CarController()
+    drive = LocalizedDrive(RouteProgress(route, _LIMITS))
+    observation = simulation.observation
+    while drive.progress.status is None:
+        time_s = observation.stamp[0] + 1e-9 * observation.stamp[1]
+        state, readings = observation.state, observation.readings
+        found = car.locate(time_s, readings)
+        drive.truth.append((state.x_m, state.y_m, state.yaw_rad))
+        drive.estimates.append(found)
+        drive.dead_reckoned.append(car.dead_reckoning.estimate[:2])
+        fix = readings.gnss
+        has_fix = fix is not None and fix.has_fix
+        drive.fixes.append((fix.x_m, fix.y_m) if fix and has_fix else (math.nan, math.nan))
+        speed = math.hypot(state.speed_mps, state.lateral_speed_mps)
+        yaw = wrap_angle(state.yaw_rad)
+        drive.progress.update(simulation.elapsed_s, state.x_m, state.y_m, yaw, speed)
+        estimated = VehicleState(
+            x_m=found.x_m,
+            y_m=found.y_m,
+            yaw_rad=found.yaw_rad,
+            speed_mps=found.speed_mps,
+            lateral_speed_mps=found.sideways_mps,
+        )
+        believed = observation._replace(measured=estimated)
+        observation = simulation.step(controller(believed, planner(believed)))
+    limits = PlannerSettings.read(planner.parameters.__getitem__).limits
+    drive.metrics = drive.progress.metrics(IdealDrive(route, limits).duration_s)
+    return drive
+
+
+def _simulation(
+    route: Any, seed: int, outages: list, sensors: Mapping, assumed: LocalizerSettings
+) -> Simulation:
+    parameters = vehicle_preset("tesla_model3")
+    rows = sensor_configuration(**sensors)
+    rows["gnss"]["outages"] = outages
+    settings = {name: sensor_settings(name, values) for name, values in rows.items()}
+    random = np.random.default_rng(seed)
+    left_m, turned_rad = random.normal(0.0, (assumed.initial_across_m, assumed.initial_yaw_rad))
+    return Simulation(
+        Vehicle(parameters),
+        TICK_S,
+        0.0,
+        start=start_pose(route, 0.0, float(left_m), float(turned_rad)),
+        sensors=SensorSuite(settings, parameters, TICK_S, seed, route),
+    )
+
+
+def random_drive(seed: int, **options: Any) -> LocalizedDrive:
+    """Drive a random route of 1 km with a GNSS outage of 5 s at a random time."""
+    begin_s = float(np.random.default_rng([seed, 1]).uniform(20.0, 90.0))
+    outage = {"from_s": begin_s, "to_s": begin_s + OUTAGE_S}
+    return drive_localized(long_route(seed), seed, [outage], **options)
+
+
+@dataclass(frozen=True)
+class Consistency:
+    """Whether the errors of some drives are as large as their covariances say.
+
+    Attributes:
+        mean: mean of the normalized errors squared over all drives and ticks; 3 is ideal
+        low: lower end of the 95 % band of the mean over the drives at one time
+        high: upper end of this band
+        inside: share of the ticks whose mean over the drives is in the band
+    """
+
+    mean: float
+    low: float
+    high: float
+    inside: float
+
+
+def consistency(drives: list[LocalizedDrive]) -> Consistency:
+    """Return the consistency of some drives, over the duration of the shortest one."""
+    count = min(len(drive.truth) for drive in drives)
+    means = np.mean([drive.nees[:count] for drive in drives], axis=0)
+    low, high = chi2.ppf([0.5 - 0.5 * _BAND, 0.5 + 0.5 * _BAND], 3 * len(drives)) / len(drives)
+    inside = float(np.mean((means > low) & (means < high)))
+    return Consistency(float(means.mean()), float(low), float(high), inside)
+
+
+def rms(values: np.ndarray) -> float:
+    """Return the root of the mean square."""
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def main() -> None:
+    """Print a table of the drives, and their consistency."""
+    count = int(sys.argv[1]) if len(sys.argv) > 1 else ROUTES
+    drives = []
+    print(
+        "| route | position error RMS | at worst | cross-track error RMS | |\n|---|---|---|---|---|"
+    )
+    for seed in range(count):
+        drives.append(random_drive(seed))
+        errors, metrics = drives[-1].position_errors_m, drives[-1].metrics
+        print(
+            f"| {seed} | {rms(errors):.3f} m | {errors.max():.2f} m "
+            f"| {metrics['cross_track_rms_m']:.3f} m | {metrics['status']} |",
+            flush=True,
+        )
+    everything = np.concatenate([drive.position_errors_m for drive in drives])
+    found = dataclasses.asdict(consistency(drives))
+    print(f"\nPosition error of all drives: {rms(everything):.3f} m RMS.")
+    print(
+        "Normalized estimation error squared: mean {mean:.2f} (ideal: 3); the mean over the drives "
+        "is in its 95 % band, {low:.2f} to {high:.2f}, for {inside:.0%} of the time.".format(
+            **found
+        )
+    )
+
+
+if __name__ == "__main__":
+    main()

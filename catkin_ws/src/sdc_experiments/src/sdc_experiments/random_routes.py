@@ -1,0 +1,55 @@
+"""Random routes of straights and bends."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+
+def random_route(seed: int) -> tuple[np.ndarray, bool]:
+    """Return (N, 2) points 1 m apart and whether they are noisy.
+
+    The route has straights and bends of 6 m radius or more. Every third route has no clothoids, and
+    every fourth has the noise of a recording.
+    """
+    random = np.random.default_rng(seed)
+    transition_m = 0.0 if seed % 3 == 0 else random.uniform(3.0, 8.0)
+    pieces = [(15.0, 0.0)]
+    for _ in range(random.integers(3, 7)):
+        pieces += _bend(random, 6.0, transition_m) + [(random.uniform(2.0, 40.0), 0.0)]
+    points = _points(random, pieces)
+    noisy = seed % 4 == 0
+    return points + random.normal(0.0, 0.02, points.shape) if noisy else points, noisy
+
+
+def long_route(seed: int, length_m: float = 1000.0) -> np.ndarray:
+    """Return (N, 2) points 1 m apart of a route of at least this length, with clothoids."""
+    random = np.random.default_rng(seed)
+    pieces = [(15.0, 0.0)]
+    while sum(length for length, _ in pieces) < length_m:
+        bend = _bend(random, 8.0, random.uniform(3.0, 8.0))
+        pieces += [*bend, (random.uniform(10.0, 80.0), 0.0)]
+    return _points(random, pieces)
+
+
+def _bend(random: np.random.Generator, least_radius_m: float, transition_m: float) -> list:
+    """Return (length, curvature at the end) of the pieces of a bend."""
+    radius = least_radius_m * (100.0 / least_radius_m) ** random.uniform()
+    bend_m = radius * random.uniform(math.radians(20.0), math.radians(110.0))
+    bend = random.choice([-1.0, 1.0]) / radius
+    return [
+        (transition_m, bend),
+        (1e-6, bend),
+        (max(1.0, bend_m - transition_m), bend),
+        (transition_m, 0.0),
+        (1e-6, 0.0),
+    ]
+
+
+def _points(random: np.random.Generator, pieces: list) -> np.ndarray:
+    s = np.cumsum([0.0] + [length for length, _ in pieces])
+    curvature = [0.0] + [end for _, end in pieces]
+    fine = np.arange(0.0, s[-1], 0.01)
+    heading = random.uniform(-math.pi, math.pi) + np.cumsum(np.interp(fine, s, curvature)) * 0.01
+    return np.column_stack([np.cumsum(np.cos(heading)), np.cumsum(np.sin(heading))])[::100] * 0.01

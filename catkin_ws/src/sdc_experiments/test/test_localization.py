@@ -1,0 +1,63 @@
+"""The car drives on the estimate of the lab's localizer; errors and covariances match."""
+
+import numpy as np
+import pytest
+
+from sdc_common.routes.waypoint_file import load_waypoints
+from sdc_experiments.localization import (
+    consistency,
+    drive_localized,
+    localizer_configuration,
+    random_drive,
+    rms,
+    sensor_configuration,
+)
+from sdc_experiments.random_routes import long_route
+from sdc_sim.evaluation.route_progress import COMPLETED
+
+pytestmark = pytest.mark.slow(20)
+
+
+@pytest.fixture(scope="module")
+def drives():
+    return [random_drive(seed) for seed in range(4)]
+
+
+def test_position_is_known_on_random_routes_with_an_outage(drives):
+    assert sensor_configuration()["gnss"]["noise_m"] == 1.0
+    assert {drive.metrics["status"] for drive in drives} == {COMPLETED}
+    assert rms(np.concatenate([drive.position_errors_m for drive in drives])) < 0.20
+
+
+def test_errors_are_as_large_as_the_covariance_says(drives):
+    found = consistency(drives)
+    assert found.inside > 0.85, "of the time; with few drives the share varies"
+    assert 2.0 < found.mean < 4.0
+
+
+def test_dead_reckoning_is_much_worse(drives):
+    for drive in drives:
+        lost = np.hypot(*(np.array(drive.dead_reckoned) - np.array(drive.truth)[:, :2]).T)
+        assert lost[-1] > 5.0 * drive.position_errors_m[-1]
+
+
+def test_gate_keeps_reflections_from_moving_the_estimate():
+    sensors = {"gnss": {"multipath": [{"from_s": 20.0, "to_s": 30.0, "offset_m": 8.0}]}}
+    route = long_route(3, 300.0)
+    worst_m = [
+        drive_localized(route, 3, sensors=sensors, options={"gate_2": gate}).position_errors_m.max()
+        for gate in (localizer_configuration()["gate_2"], 1e9)
+    ]
+    assert worst_m[0] < 0.5 * worst_m[1]
+
+
+def test_town_is_driven_on_the_estimate():
+    from pathlib import Path
+
+    import rospkg
+
+    path = Path(rospkg.RosPack().get_path("sdc_common"), "data", "waypoints.csv")
+    metrics = drive_localized(load_waypoints(str(path))).metrics
+    assert metrics["status"] == COMPLETED
+    assert metrics["cross_track_rms_m"] <= 0.25
+    assert metrics["comfortable"]

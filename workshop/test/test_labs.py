@@ -1,0 +1,43 @@
+"""Follow the page of each lab word for word, in an empty home, with real terminals."""
+
+import pytest
+from guide_student import Student
+
+from sdc_workshop.guide import read
+from sdc_workshop.steps import LABS, load_steps
+from sdc_workshop.workspace import PROJECT, differences, solution_body
+
+pytestmark = pytest.mark.slow(60)
+
+
+def page(lab):
+    return PROJECT / "docs" / "labs" / f"{lab}.md"
+
+
+def blocks(lab):
+    return read(page(lab).read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize("lab", LABS)
+def test_page_of_a_lab_leads_to_a_car_that_drives(tmp_path, lab):
+    student = Student(tmp_path, page=page(lab))
+    try:
+        for block in blocks(lab):
+            student.follow(block)
+    finally:
+        left = student.leave()
+    assert left == [], "processes were left behind"
+    assert differences(student.workspace, lab) == [], "these files differ from the solution"
+    assert [step.id for step in load_steps(lab) if step.id not in student.steps_seen] == [], (
+        "the page lacks these steps"
+    )
+
+
+@pytest.mark.parametrize("lab", LABS)
+def test_each_snippet_of_a_lab_equals_the_solution(lab):
+    written = {(block.file, block.todo): block for block in blocks(lab) if block.does == "write"}
+    for step in filter(lambda step: step.file, load_steps(lab)):
+        block = written[step.file, step.todo]
+        assert block.text == solution_body(step), (
+            f"{page(lab)}, line {block.line}: differs from the solution of {step.place}"
+        )
