@@ -248,7 +248,8 @@ class Localizer:
             return False
         self.state = np.array(checkpoint["state"])
         self.covariance = np.array(checkpoint["covariance"])
-        self._motion = tuple(checkpoint["motion"])
+        motion = checkpoint["motion"]
+        self._motion = None if motion is None else (motion[0], motion[1], motion[2])
         return True
 
     @property

@@ -12,7 +12,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from sdc_experiments.sweep.heat_maps import draw, heat_maps, scenario_name, short_names
 from sdc_experiments.sweep.results import FAILED
 from sdc_experiments.sweep.settings import text
-from sdc_experiments.sweep.statistics import CONFIDENCE, Combination, Estimate, combinations
+from sdc_experiments.sweep.statistics import CONFIDENCE, Combination, MeanEstimate, combinations
 from sdc_experiments.sweep.study import Study
 
 _TEMPLATES = Path(__file__).with_name("templates")
@@ -86,7 +86,7 @@ def _table_row(one: Combination) -> list[str]:
     ]
 
 
-def _estimate(found: Estimate) -> str:
+def _estimate(found: MeanEstimate) -> str:
     """Return a mean and half of its confidence interval, with the same number of decimals."""
     if math.isnan(found.mean):
         return "–"

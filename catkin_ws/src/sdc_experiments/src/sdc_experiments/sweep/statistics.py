@@ -17,7 +17,7 @@ CONFIDENCE = 0.95
 _OF_EACH_DRIVE = ("route_completion_percent", "driving_score")
 
 
-class Estimate(NamedTuple):
+class MeanEstimate(NamedTuple):
     """A mean over seeds, and half of the width of its confidence interval.
 
     Attributes:
@@ -46,19 +46,19 @@ class Combination(NamedTuple):
     drives: int
     completed: int
     failed: int
-    metrics: dict[str, Estimate]
+    metrics: dict[str, MeanEstimate]
 
 
-def estimate(values: Sequence[float]) -> Estimate:
+def estimate(values: Sequence[float]) -> MeanEstimate:
     """Return the mean of values, and its confidence interval by Student's t distribution."""
     count = len(values)
     if count == 0:
-        return Estimate(math.nan, math.nan)
+        return MeanEstimate(math.nan, math.nan)
     mean = float(np.mean(values))
     if count == 1:
-        return Estimate(mean, math.nan)
+        return MeanEstimate(mean, math.nan)
     quantile = float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE, count - 1))
-    return Estimate(mean, quantile * float(np.std(values, ddof=1)) / math.sqrt(count))
+    return MeanEstimate(mean, quantile * float(np.std(values, ddof=1)) / math.sqrt(count))
 
 
 def combinations(
