@@ -21,7 +21,7 @@ def act(weights: np.ndarray, seen: np.ndarray) -> np.ndarray:
     return np.clip(np.column_stack(actions), -1.0, 1.0).astype(np.float32)
 
 
-def train(generations: int = 12, policies: int = 64, routes: int = 8, ticks: int = 800) -> tuple:
+def train(generations: int = 10, policies: int = 48, routes: int = 6, ticks: int = 800) -> tuple:
     """Return the weights, and the mean return of the best policies of each generation."""
     random = np.random.default_rng(0)
     mean, deviation, curve = np.zeros(11), np.array(DEVIATIONS), []
