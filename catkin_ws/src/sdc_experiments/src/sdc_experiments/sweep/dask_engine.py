@@ -135,7 +135,7 @@ class DaskEngine:
 
         window = max(_WAITING_TASKS, 4 * len(self.workers))
         waiting = distributed.as_completed(
-            [submit(*task) for task in itertools.islice(left, window)]
+            [submit(*task) for task in itertools.islice(left, window)], loop=self._client.loop
         )
         for future in waiting:
             yield self._outcome(future, future.key.partition("/")[2])
