@@ -50,7 +50,9 @@ def test_container_of_an_editor_is_built_from_the_image():
     assert (settings["workspaceFolder"], settings["remoteUser"]) == (workdir, user)
 
 
-@pytest.mark.parametrize("step, list_", [("linters", "pip"), ("browser", "browser")])
+@pytest.mark.parametrize(
+    "step, list_", [("linters", "pip"), ("browser", "browser"), ("learning", "learning")]
+)
 def test_missing_connection_to_pypi_is_one_line(step, list_, tmp_path):
     shutil.copytree(ROOT / "docker", tmp_path / "docker")
     done = subprocess.run(

@@ -147,6 +147,15 @@ def test_planned_speed_changes_the_ideal_duration():
     assert slow["ideal_duration_s"] > drive(route=STRAIGHT)["ideal_duration_s"]
 
 
+def test_path_of_a_route_is_relative_to_the_working_directory(monkeypatch, tmp_path):
+    (tmp_path / "mine.csv").write_text("".join(f"{x},0\n" for x in range(31)))
+    monkeypatch.chdir(tmp_path)
+    result = drive_result("slalom", route=np.array([(0.0, 0.0), (100.0, 0.0)]), longest_s=0.1)
+    assert result.progress.route.length_m == pytest.approx(100.0)
+    result = drive_result("slalom", route="mine.csv", longest_s=0.1)
+    assert result.progress.route.length_m == pytest.approx(30.0)
+
+
 def test_start_beside_the_route_is_the_first_sample():
     start = {"along_m": 5.0, "left_m": 0.4, "turned_rad": math.radians(5.0)}
     first = drive_result(route=STRAIGHT, sim_options={"start": start}).progress.samples[0]

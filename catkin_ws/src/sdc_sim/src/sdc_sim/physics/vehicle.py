@@ -24,9 +24,11 @@ from sdc_sim.physics.vehicle_dynamics import (
 from sdc_sim.physics.vehicle_parameters import VehicleParameters
 
 # With locked wheels, a sideways motion below this (m/s and rad/s) is static friction: it ends.
-_STICTION = 0.02
-_STANDSTILL_SUBSTEPS = 5
+STICTION = 0.02
+STANDSTILL_SUBSTEPS = 5
 _MAX_WIND_MPS = 75.0
+# Longest integration step unless a vehicle is given another one.
+INTERNAL_STEP_S = 0.005
 _MAX_INTERNAL_STEP_S = 0.01
 
 
@@ -106,7 +108,7 @@ class Vehicle:
         parameters: VehicleParameters,
         friction: float = 1.0,
         side_wind_mps: float = 0.0,
-        internal_step_s: float = 0.005,
+        internal_step_s: float = INTERNAL_STEP_S,
     ):
         longest = min(_MAX_INTERNAL_STEP_S, 2.0 / fastest_rate_per_s(parameters))
         if not 0.0 < internal_step_s <= longest:
@@ -166,7 +168,7 @@ class Vehicle:
         steps = math.ceil(duration_s / self.internal_step_s - 1e-9)
         if self.state.speed_mps == 0.0:
             # A standing vehicle starts to move on a whole step: finer steps keep the error small.
-            steps *= _STANDSTILL_SUBSTEPS
+            steps *= STANDSTILL_SUBSTEPS
         if steps:
             self.state = self._integrator.integrate(self.state, command, duration_s / steps, steps)
 
@@ -340,7 +342,7 @@ class _Integrator:
             # Resistance stops a motion and never reverses it. A drive force reverses it in the
             # next step.
             u_new = 0.0
-            if abs(v_new) < _STICTION and abs(r_new) < _STICTION and self._tyres_hold_wind:
+            if abs(v_new) < STICTION and abs(r_new) < STICTION and self._tyres_hold_wind:
                 v_new = r_new = 0.0
 
         u_mean, v_mean, r_mean = 0.5 * (u + u_new), 0.5 * (v + v_new), 0.5 * (r + r_new)

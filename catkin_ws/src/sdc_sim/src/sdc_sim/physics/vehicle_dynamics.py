@@ -18,8 +18,8 @@ AIR_DENSITY_KGPM3 = 1.2
 
 # Below this wheel speed the denominator of the slip angle is limited: blend into kinematic model.
 BLEND_SPEED_MPS = 3.0
-_HALF_BLEND = 0.5 * BLEND_SPEED_MPS
-_BLEND_GAIN = 0.5 / BLEND_SPEED_MPS
+HALF_BLEND = 0.5 * BLEND_SPEED_MPS
+BLEND_GAIN = 0.5 / BLEND_SPEED_MPS
 # Each axle keeps this share of its load at rest: the single-track model cannot roll over.
 _MIN_LOAD_SHARE = 0.05
 
@@ -109,7 +109,7 @@ def tyre_force_function(shape: float, stiffness: float) -> Callable[..., tuple[f
         """
         reference = speed = rolling if rolling >= 0.0 else -rolling
         if speed < BLEND_SPEED_MPS:
-            reference = _HALF_BLEND + _BLEND_GAIN * speed * speed
+            reference = HALF_BLEND + BLEND_GAIN * speed * speed
         if sliding > 1e-9 or sliding < -1e-9:
             usable_grip *= speed / sqrt(rolling * rolling + sliding * sliding)
         if demand > usable_grip:
@@ -197,4 +197,4 @@ def fastest_rate_per_s(p: VehicleParameters) -> float:
     rear = p.rear_cornering_stiffness_n_per_rad * (
         1.0 / p.mass_kg + p.rear_axle_m**2 / p.yaw_inertia_kgm2
     )
-    return (front + rear) / _HALF_BLEND
+    return (front + rear) / HALF_BLEND

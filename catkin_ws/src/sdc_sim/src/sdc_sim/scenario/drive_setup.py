@@ -77,9 +77,12 @@ def drive_setup(
     """
     folders = PackagedFolders.find()
     loaded = load_scenario(find_scenario(scenario, folders)) if scenario else None
-    source: Any = loaded.route if route is None and loaded is not None else route
-    path = loaded.path if loaded is not None else os.path.join(os.getcwd(), "route")
-    waypoints_m = _waypoints("town" if source is None else source, path, folders)
+    # A path in a scenario is relative to its file, one of the caller to the working directory.
+    place = os.path.join(os.getcwd(), "route")
+    source: Any = route
+    if route is None and loaded is not None:
+        source, place = loaded.route, loaded.path
+    waypoints_m = _waypoints("town" if source is None else source, place, folders)
     given = {} if loaded is None else sim_options(loaded, folders)
     parameters = overridden(
         node_config("sdc_sim", "sim"), {**given, **(options or {})}, "sim_options"

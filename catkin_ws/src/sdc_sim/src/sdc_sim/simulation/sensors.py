@@ -52,12 +52,17 @@ class OdometryNoise:
             check_non_negative(**{f"odometry_noise.{name}": sigma})
         self._sigmas = (position_m, position_m, heading_rad, speed_mps)
 
+    @property
+    def is_on(self) -> bool:
+        """Whether there is any noise."""
+        return any(self._sigmas)
+
     def apply(
         self, x_m: float, y_m: float, yaw_rad: float, speed_mps: float
     ) -> tuple[float, float, float, float]:
         """Return measured (x, y, yaw, speed) for these true values."""
         true = (x_m, y_m, yaw_rad, speed_mps)
-        if not any(self._sigmas):
+        if not self.is_on:
             return true
         draws = self._random.standard_normal(4).tolist()
         self.draws += 1

@@ -305,7 +305,7 @@ class Simulation:
     def _sense(self, tick: int) -> Any:
         """Observe the present state; return the observation of sensor_latency_s ago."""
         state = measured = self.vehicle.state
-        if self._noise is not None:
+        if self._noise is not None and self._noise.is_on:
             x, y, yaw, speed = self._noise.apply(
                 state.x_m, state.y_m, state.yaw_rad, state.speed_mps
             )

@@ -1,0 +1,116 @@
+"""Steps per second of the Gymnasium environments, next to highway-env on the same machine.
+
+python3 -m sdc_experiments.benchmark_learning [ROUNDS]
+
+highway-env runs in its own virtual environment, which docker/prepare highway installs.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any, Callable
+
+import cv2
+import gymnasium
+import numpy as np
+import rospkg
+
+import sdc_experiments.learning  # noqa: F401  registers the environments
+
+_CARS = 16384
+_TICKS = 400
+_WARM_UP_TICKS = 40
+_HIGHWAY = """
+import time, gymnasium, highway_env
+gymnasium.register_envs(highway_env)
+environment = gymnasium.make("{name}", disable_env_checker=True)
+environment.reset(seed=0)
+steps, begin = 0, time.perf_counter()
+while time.perf_counter() - begin < {seconds}:
+    _, _, ended, truncated, _ = environment.step(environment.action_space.sample())
+    steps += 1
+    if ended or truncated:
+        environment.reset()
+print(steps / (time.perf_counter() - begin))
+"""
+_HIGHWAY_S = 4.0
+
+
+def _single(**arguments: Any) -> Callable[[int], int]:
+    """Return a function that drives so many steps and returns their number."""
+    environment = gymnasium.make("SdcTown-v0", disable_env_checker=True, **arguments)
+    environment.reset(seed=0)
+
+    def drive(steps: int) -> int:
+        environment.reset()
+        for tick in range(steps):
+            action = np.array([0.36, 0.02 * (tick % 3 - 1)], np.float32)
+            *_, ended, truncated, _ = environment.step(action)
+            if ended or truncated:
+                environment.reset()
+        return steps
+
+    return drive
+
+
+def _many() -> Callable[[int], int]:
+    cars = gymnasium.make_vec("SdcRandomRoutes-v0", _CARS)
+    cars.reset(seed=0)
+    actions = np.full((_CARS, 2), (0.4, 0.0), np.float32)
+
+    def drive(steps: int) -> int:
+        for _ in range(steps):
+            cars.step(actions)
+        return steps * _CARS
+
+    return drive
+
+
+def _rate(drive: Callable[[int], int], steps: int) -> float:
+    begin = time.perf_counter()
+    return drive(steps) / (time.perf_counter() - begin)
+
+
+def _highway_rate(name: str) -> float:
+    """Return the steps per second of an environment of highway-env, NaN if it is not installed."""
+    project = Path(rospkg.RosPack().get_path("sdc_experiments")).parents[2]
+    python = project / ".highway" / "bin" / "python"
+    if not python.exists():
+        return float("nan")
+    variables = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
+    script = _HIGHWAY.format(name=name, seconds=_HIGHWAY_S)
+    done = subprocess.run(
+        [python, "-W", "ignore", "-c", script], env=variables, stdout=subprocess.PIPE, check=True
+    )
+    return float(done.stdout.split()[-1])
+
+
+def main() -> None:
+    """Measure all rates in turns and print the median and the greatest of each."""
+    rounds = int(sys.argv[1]) if len(sys.argv) > 1 else 5
+    cv2.setNumThreads(1)
+    single, many, camera = _single(), _many(), _single(observation="camera")
+    measures: dict[str, Callable[[], float]] = {
+        "SdcTown-v0, one car": lambda: _rate(single, 10 * _TICKS),
+        f"SdcRandomRoutes-v0, {_CARS} cars": lambda: _rate(many, 20),
+        "SdcTown-v0, pictures of 640 x 480": lambda: _rate(camera, _TICKS),
+        "highway-env, highway-v0": lambda: _highway_rate("highway-v0"),
+        "highway-env, highway-fast-v0": lambda: _highway_rate("highway-fast-v0"),
+    }
+    many(_WARM_UP_TICKS)
+    rates = [[measure() for measure in measures.values()] for _ in range(rounds)]
+    print(
+        f"steps per second, median and greatest of {rounds} rounds; load {os.getloadavg()[0]:.1f}"
+    )
+    for name, median, best in zip(measures, np.median(rates, axis=0), np.max(rates, axis=0)):
+        print(f"{name:<36} {median:>9.0f} {best:>9.0f}")
+    if np.isnan(rates[0][-1]):
+        print("highway-env is not installed: docker/prepare highway")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,56 @@
+"""A fleet moves as single vehicles do."""
+
+import os
+
+import numpy as np
+import pytest
+
+from sdc_sim.physics.fleet import FIELDS, VehicleFleet
+from sdc_sim.physics.vehicle import Vehicle, VehicleCommand
+from sdc_sim.physics.vehicle_parameters import load_vehicle
+
+pytestmark = pytest.mark.slow(2)
+
+FOLDER = os.path.join(os.path.dirname(__file__), "..", "config", "vehicles")
+COUNT = 12
+TICK_S = 0.05
+
+
+def random_commands(random):
+    """Return throttle, brake and steer of all vehicles; some pedals are released."""
+    throttle, brake = random.random((2, COUNT)) * (random.random((2, COUNT)) < [[0.6], [0.3]])
+    return throttle, brake, random.uniform(-1.0, 1.0, COUNT) * random.choice([0.0, 0.1, 1.0], COUNT)
+
+
+@pytest.mark.parametrize(
+    ("preset", "friction", "threads"), [("tesla_model3", 0.7, 1), ("ford_escort", 1.0, 2)]
+)
+def test_fleet_equals_single_vehicles(preset, friction, threads):
+    parameters = load_vehicle(os.path.join(FOLDER, preset + ".yaml"))
+    random = np.random.default_rng(7)
+    fleet = VehicleFleet(parameters, COUNT, friction, threads)
+    vehicles = [Vehicle(parameters, friction) for _ in range(COUNT)]
+    yaw = random.uniform(-3.0, 3.0, COUNT)
+    fleet.reset(np.arange(COUNT), yaw, -yaw, yaw)
+    for vehicle, value in zip(vehicles, yaw):
+        vehicle.reset(value, -value, value)
+    for tick in range(60):
+        if tick % 10 == 0:
+            throttle, brake, steer = random_commands(random)
+        fleet.step(throttle, brake, steer, TICK_S)
+        for i, vehicle in enumerate(vehicles):
+            vehicle.step(VehicleCommand(throttle[i], steer[i], brake[i]), TICK_S)
+    assert fleet.state["speed_mps"].max() > 3.0
+    assert (fleet.state["speed_mps"] == 0.0).any()
+    for name in FIELDS:
+        expected = [getattr(vehicle.state, name) for vehicle in vehicles]
+        np.testing.assert_allclose(fleet.state[name], expected, rtol=1e-12, atol=1e-12)
+
+
+def test_reset_moves_only_the_named_vehicles():
+    parameters = load_vehicle(os.path.join(FOLDER, "tesla_model3.yaml"))
+    fleet = VehicleFleet(parameters, 3)
+    fleet.state["speed_mps"][:] = 5.0
+    fleet.reset(np.array([1]), np.array([2.0]), np.array([3.0]), np.array([0.5]))
+    assert fleet.state["speed_mps"].tolist() == [5.0, 0.0, 5.0]
+    assert fleet.state["yaw_rad"].tolist() == [0.0, 0.5, 0.0]
