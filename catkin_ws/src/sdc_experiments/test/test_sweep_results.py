@@ -3,16 +3,23 @@
 import csv
 import json
 import math
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 
+from sdc_experiments.sweep.cell_drive import code_version, drive_cell
 from sdc_experiments.sweep.heat_maps import heat_maps
 from sdc_experiments.sweep.page import write_page
 from sdc_experiments.sweep.results import Results, ResultsError, table, write_csv, write_parquet
 from sdc_experiments.sweep.statistics import combinations, estimate
-from sdc_experiments.sweep.study import Study
+from sdc_experiments.sweep.study import Study, load_study
 
+PACKAGE = Path(__file__).resolve().parents[1]
+CONTROLLER = PACKAGE.parent / "sdc_package" / "config" / "simple_controller.yaml"
+DOCUMENT = PACKAGE.parents[2] / "docs" / "sweeps.md"
 IDENTITY = {"factors": {"k": [1, 2]}, "files": {}, "code": "a"}
 
 
@@ -156,3 +163,16 @@ def test_page_needs_no_other_file_and_shows_failures(tmp_path):
         assert part in page
     assert 'src="http' not in page
     assert (tmp_path / "heat_map_cross_track_rms_m.png").stat().st_size > 5000
+
+
+@pytest.mark.slow(4)
+def test_document_shows_the_error_of_the_default_gain():
+    study = load_study(str(PACKAGE / "studies" / "stanley_gain.yaml"))
+    wanted = {2.5, 10.0, 0.05}
+    cells = [cell for cell in study.cells() if wanted <= set(cell.settings.values())]
+    driven = [drive_cell(tuple(cell), study.stack, 1.0, code_version())[0] for cell in cells]
+    mean, half_width = estimate([one["metrics"]["true_cross_track_rms_m"] for one in driven])
+    (row,) = re.findall(r"^\| 0.05 m \| 10 m/s .*$", DOCUMENT.read_text(), re.MULTILINE)
+    assert f"{1e3 * mean:.1f} ± {1e3 * half_width:.1f}" == row.split("|")[5].strip()
+    default = yaml.safe_load(CONTROLLER.read_text())["stanley_compensated"]["k"]
+    assert f"**The default gain should stay {default:g}.**" in DOCUMENT.read_text()

@@ -5,7 +5,9 @@ from __future__ import annotations
 import contextlib
 import itertools
 import signal
+import tempfile
 import uuid
+import warnings
 from multiprocessing import resource_tracker
 from typing import Any, Callable, Iterable, Iterator, Mapping, NamedTuple
 
@@ -133,7 +135,7 @@ class DaskEngine:
 
         window = max(_WAITING_TASKS, 4 * len(self.workers))
         waiting = distributed.as_completed(
-            [submit(*task) for task in itertools.islice(left, window)]
+            [submit(*task) for task in itertools.islice(left, window)], loop=self._client.loop
         )
         for future in waiting:
             yield self._outcome(future, future.key.partition("/")[2])
@@ -161,14 +163,16 @@ def _reason(error: BaseException) -> str:
 @contextlib.contextmanager
 def _local_cluster(distributed: Any, workers: int) -> Iterator[Any]:
     """Start a scheduler in this process, and processes with one thread each."""
-    with distributed.LocalCluster(
+    warnings.filterwarnings("ignore", "Creating scratch directories")  # a busy machine is no error
+    with tempfile.TemporaryDirectory(prefix="sweep_") as folder, distributed.LocalCluster(
         n_workers=workers,
         threads_per_worker=1,
         processes=True,
         memory_limit="auto",  # the machine's memory, divided by its cores
         env=_ONE_THREAD,
-        dashboard_address=None,
+        dashboard_address="127.0.0.1:0",
         host="127.0.0.1",
+        local_directory=folder,
         silence_logs="ERROR",
     ) as cluster:
         yield cluster

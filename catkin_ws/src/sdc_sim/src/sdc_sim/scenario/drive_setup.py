@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import os
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Any, Mapping, Sequence, Union
 
 import numpy as np
@@ -109,8 +111,19 @@ def _waypoints(source: Any, scenario_path: str, folders: PackagedFolders) -> np.
     if isinstance(source, np.ndarray):
         return checked_points(source)
     if all(isinstance(element, Mapping) for element in source):
-        return parse_waypoints("".join(generated_lines(source)), "the generated route")
+        return _generated_waypoints(
+            json.dumps([dict(element) for element in source], default=float)
+        )
     raise DocumentError(
         "route: must be the name or path of a route, an array of (x, y), or a list of straights "
         "and bends"
     )
+
+
+@lru_cache(maxsize=32)
+def _generated_waypoints(elements: str) -> np.ndarray:
+    """Return the waypoints of a list of straights and bends; a sweep needs the same ones often."""
+    lines = generated_lines(json.loads(elements))
+    waypoints_m = parse_waypoints("".join(lines), "the generated route")
+    waypoints_m.setflags(write=False)
+    return waypoints_m
