@@ -17,6 +17,7 @@ from sdc_sim.physics.obstacles import KINDS, Obstacles
 from sdc_sim.physics.traffic_lights import TrafficLights
 from sdc_sim.physics.vehicle import Vehicle
 from sdc_sim.physics.vehicle_parameters import VehicleError, load_vehicle
+from sdc_sim.road.road import Road
 from sdc_sim.ros.bridge_generations import GENERATIONS
 from sdc_sim.ros.drive_log import DriveLog
 from sdc_sim.ros.parameters import Parameters
@@ -83,7 +84,9 @@ class SimulationSetup:
             self.route_m: np.ndarray = load_waypoints(self.waypoints_path)
             self.route = road_route(self.route_m)
             self.sensors = _sensors_that_are_on(parameter)
-            self.simulation = _simulation(parameter, self.preset, self.route, self.sensors)
+            self.simulation = _simulation(
+                parameter, self.preset, self.route, self.route_m, self.sensors
+            )
             check_between(0.0, 1.0, daylight=self.daylight)
             check_non_negative(
                 patience_s=self.timeouts.answer_s,
@@ -129,7 +132,11 @@ def _sensors_that_are_on(parameter: Parameters) -> dict[str, SensorSettings]:
 
 
 def _simulation(
-    parameter: Parameters, preset: str, route: Route, sensors: dict[str, SensorSettings]
+    parameter: Parameters,
+    preset: str,
+    route: Route,
+    route_m: np.ndarray,
+    sensors: dict[str, SensorSettings],
 ) -> Simulation:
     obstacles_path = parameter("obstacles_path")
     vehicle = Vehicle(
@@ -141,7 +148,11 @@ def _simulation(
     check_between(0.0, 1e6, command_patience_s=command_timeout_s)
     tick_s, seed = parameter("tick_s"), parameter("seed")
     noise = OdometryNoise(seed, **parameter("odometry_noise"))
-    suite = SensorSuite(sensors, vehicle.parameters, tick_s, seed, route) if sensors else None
+    suite = None
+    if sensors:
+        suite = SensorSuite(
+            sensors, vehicle.parameters, tick_s, seed, route, lambda: Road(route_m).scenery()
+        )
     return Simulation(
         vehicle,
         tick_s,
