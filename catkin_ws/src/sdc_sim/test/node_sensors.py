@@ -4,12 +4,13 @@
 import math
 import unittest
 
+import numpy as np
 import rospy
 import rostest
 import tf2_ros
 from nav_msgs.msg import Odometry
 from sdc_msgs.msg import CarlaVehicleControl
-from sensor_msgs.msg import Imu, JointState, NavSatFix, NavSatStatus
+from sensor_msgs.msg import Imu, JointState, NavSatFix, NavSatStatus, PointCloud2
 from std_msgs.msg import Float32
 from tf2_msgs.msg import TFMessage
 
@@ -34,6 +35,10 @@ class SensorsTest(unittest.TestCase):
         cls.imu = MessageListener(EGO + "/imu", Imu)
         cls.gnss = MessageListener(EGO + "/gnss/front/gnss", NavSatFix)
         cls.speed = MessageListener(EGO + "/speedometer", Float32)
+        cls.scans = {
+            name: MessageListener(f"{EGO}/lidar/{name}/point_cloud", PointCloud2)
+            for name in ("front", "planar")
+        }
         cls.truth = MessageListener(GROUND_TRUTH, Odometry)
         cls.odometry = MessageListener(EGO + "/odometry", Odometry)
         cls.transforms = MessageListener("/tf", TFMessage)
@@ -97,6 +102,24 @@ class SensorsTest(unittest.TestCase):
         self.assertLess(abs(imu.linear_acceleration.z - 9.81), 0.5)
         self.assertLess(abs(imu.angular_velocity.z - truth[imu.header.stamp].angular.z), 0.03)
         self.assertLess(abs(self.speed.wait_for().data), 40.0)
+
+    def test_lidars_publish_points_of_the_world_in_their_frames(self):
+        for name, period in (("front", 2), ("planar", 1)):
+            scan = self.scans[name].wait_for(lambda one: one.header.stamp.to_nsec() > TICK_NS)
+            self.assertEqual(scan.header.frame_id, f"ego_vehicle/lidar/{name}")
+            self.assertEqual(ticks(self.scans[name])[-1] % period, 0)
+            fields = [(field.name, field.offset, field.datatype) for field in scan.fields]
+            float32 = scan.fields[0].FLOAT32
+            expected = [("x", 0), ("y", 4), ("z", 8), ("intensity", 12)]
+            self.assertEqual(fields, [(*one, float32) for one in expected])
+            points = np.frombuffer(scan.data, np.float32).reshape(-1, 4)
+            self.assertEqual((len(points), scan.height), (scan.width, 1))
+            self.assertGreater(len(points), 30)
+            ranges = np.linalg.norm(points[:, :3], axis=1)
+            self.assertTrue(ranges.min() > 0.5 and ranges.max() < 81.0)
+        # The lowest ring meets the ground in front of the car.
+        front = np.frombuffer(self.scans["front"].messages[-1].data, np.float32).reshape(-1, 4)
+        self.assertLess(abs(front[:, 2].min() + 2.4), 0.2)
 
     def test_only_the_referee_receives_the_true_odometry(self):
         self.assertEqual(true_odometry_topic(EGO), GROUND_TRUTH)

@@ -72,7 +72,7 @@ def lidar(model, scenery=NOTHING, **settings):
 
 
 def test_level_beams_measure_a_wall():
-    caster = RayCaster(1440, np.zeros(1), 0.6, 60.0)
+    caster = RayCaster(1440, 0.0, np.zeros(1), 0.6, 60.0)
     ranges = caster.cast(1.0, 2.0, 0.3, [PlacedFrusta(box(21.0, 2.0, 0.0, 20.0, 400.0, 5.0))])
     angles = np.arange(1440) * 2.0 * np.pi / 1440 + 0.3
     with np.errstate(divide="ignore"):
@@ -82,7 +82,7 @@ def test_level_beams_measure_a_wall():
 
 
 def test_level_beams_measure_a_cylinder():
-    caster = RayCaster(1440, np.zeros(1), 0.6, 60.0)
+    caster = RayCaster(1440, 0.0, np.zeros(1), 0.6, 60.0)
     trunk = PlacedCylinders(Cylinders(np.array([[-6.0, 3.0]]), *rows(0.5, 0.0, 4.0)))
     ranges = caster.cast(0.0, 0.0, 0.0, [trunk])[0]
     angles = np.arange(1440) * 2.0 * np.pi / 1440
@@ -96,7 +96,7 @@ def test_level_beams_measure_a_cylinder():
 
 
 def test_rings_measure_ground_side_and_top_of_a_box():
-    caster = RayCaster(1024, ELEVATIONS, 2.4, 100.0)
+    caster = RayCaster(1024, 0.0, ELEVATIONS, 2.4, 100.0)
     ranges = caster.cast(0.0, 0.0, 0.0, [PlacedFrusta(box(12.0, 0.0, 0.0, 4.0, 2.0, 1.5))])
     ahead, back = ranges[:, 0], ranges[:, 512]
     ground = np.where(ELEVATIONS < 0.0, 2.4 / np.sin(np.maximum(-ELEVATIONS, 1e-9)), np.inf)
@@ -171,8 +171,8 @@ def test_beams_end_at_the_first_surface_of_a_random_world(seed, elevations):
     while is_inside(np.array([*place, 1.7])):
         place = rng.uniform(-20.0, 20.0, 2)
     yaw = rng.uniform(-3.0, 3.0)
-    ranges = RayCaster(200, elevations, 1.7, 50.0).cast(*place, yaw, bodies)
-    angles = np.arange(200) * 2.0 * np.pi / 200 + yaw
+    ranges = RayCaster(200, 0.5, elevations, 1.7, 50.0).cast(*place, yaw, bodies)
+    angles = np.arange(200) * 2.0 * np.pi / 200 + yaw + 0.5
     directions = np.stack(
         np.broadcast_arrays(
             np.cos(elevations)[:, None] * np.cos(angles),

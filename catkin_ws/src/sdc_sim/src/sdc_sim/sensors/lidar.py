@@ -25,7 +25,7 @@ class Beams(NamedTuple):
 
     Attributes:
         turn: number of columns in a full turn
-        first: first column, from straight ahead to the left
+        first: first column, counted from straight ahead to the left
         columns: number of columns
         elevations_rad: angles of the rings above the horizon
         mount_m: place on the vehicle
@@ -52,11 +52,11 @@ class LidarModel(SensorModel):
         self._noise_m = one.noise_m
         self._beam_errors = context._replace(number=context.number + _BEAM_STREAM).errors([])
         self._mount_m = beams.mount_m
-        self._caster = RayCaster(
-            beams.turn, beams.elevations_rad, beams.mount_m[2], settings.range_m
-        )
-        self._columns = np.arange(beams.first, beams.first + beams.columns) % beams.turn
         angles = np.arange(beams.first, beams.first + beams.columns) * (2.0 * np.pi / beams.turn)
+        self._caster = RayCaster(
+            beams.turn, angles[0], beams.elevations_rad, beams.mount_m[2], settings.range_m
+        )
+        self._columns = beams.columns
         elevations = beams.elevations_rad[:, None]
         self._directions = np.stack(
             np.broadcast_arrays(
@@ -82,7 +82,7 @@ class LidarModel(SensorModel):
         if moment.obstacles or moment.traffic_lights:
             bodies = [*bodies, *moving_bodies(moment.obstacles, moment.traffic_lights)]
         ranges = self._caster.cast(x_m, y_m, state.yaw_rad, bodies)
-        return ranges[:, self._columns]
+        return ranges[:, : self._columns]
 
     def read(self, moment: Moment, tick: int) -> np.ndarray:
         """Return the points (N, 4) of all beams that hit: x, y, z [m] and intensity, float32."""

@@ -25,15 +25,23 @@ class RayCaster:
     """Computes the scans of one lidar.
 
     Args:
-        columns: number of columns in a full turn; column 0 is straight ahead, the next is to its
-            left
+        columns: number of columns in a full turn; each is to the left of the one before
+        first_rad: direction of column 0, positive to the left of straight ahead
         elevations_rad: angle of each ring above the horizon
         height_m: height of the lidar above the ground
         range_m: largest range
     """
 
-    def __init__(self, columns: int, elevations_rad: np.ndarray, height_m: float, range_m: float):
+    def __init__(
+        self,
+        columns: int,
+        first_rad: float,
+        elevations_rad: np.ndarray,
+        height_m: float,
+        range_m: float,
+    ):
         self.columns = columns
+        self._first_rad = first_rad
         self.slopes = np.tan(np.asarray(elevations_rad, float))
         self.height_m = height_m
         self.range_m = range_m
@@ -60,6 +68,7 @@ class RayCaster:
             bodies: the bodies
         """
         nearest = self._ground.copy()
+        yaw_rad += self._first_rad
         with np.errstate(divide="ignore", invalid="ignore"):
             for one in bodies:
                 if len(one):

@@ -175,8 +175,9 @@ class NearBodies:
         upright = ~frusta.lean.any(axis=1)
         self._frusta = chosen(frusta, upright), chosen(frusta, ~upright)
         self._cylinders, self._balls = cylinders, balls
-        # No body of the scenery is larger.
-        self._limit_m = range_m + _STRIDE_M + float(scenery.size_m.max(initial=0.0))
+        # No body of the scenery reaches farther from its centre.
+        largest_m = float(np.hypot(*scenery.size_m[:, :2].T).max(initial=0.0))
+        self._limit_m = range_m + _STRIDE_M + 0.5 * largest_m + ROOF_BEYOND_EAVES_M
         self._place_m: tuple[float, float] | None = None
         self._near: list[PlacedBodies] = []
 
