@@ -42,11 +42,27 @@ function segments(numbers, z) {
   return geometry;
 }
 
+function dots(colour, size) {
+  const one = new THREE.Points(new THREE.BufferGeometry(), new THREE.PointsMaterial({ color: colour, size }));
+  one.frustumCulled = false;
+  return one;
+}
+
+// Points without a height lie on the ground.
+function setDots(one, points) {
+  one.visible = points.length > 0;
+  if (!one.visible) return;
+  const positions = new Float32Array(points.flatMap(([x, y, z]) => [x, y, z ?? 0.3]));
+  one.geometry.dispose();
+  one.geometry = new THREE.BufferGeometry();
+  one.geometry.setAttribute("position", new THREE.BufferAttribute(positions, 3));
+}
+
 export class Scene {
   view = "chase";
   #renderer; #scene = new THREE.Scene(); #camera = new THREE.PerspectiveCamera(60, 4 / 3, 0.3, 700);
   #car = car(0x2f74c0); #road = new THREE.Group(); #things = new THREE.Group(); #lights = new THREE.Group();
-  #ground; #path; #state = null; #shown = null; #notBefore = 0; #fullSpeed = 10; #canvas; #yaw = null;
+  #ground; #path; #points; #fixes; #state = null; #shown = null; #notBefore = 0; #fullSpeed = 10; #canvas; #yaw = null;
   #thingsKey = ""; #lightsKey = "";
 
   // Throws an error where the browser has no WebGL.
@@ -65,6 +81,9 @@ export class Scene {
     });
     this.#path = new THREE.Mesh(new THREE.BufferGeometry(), material);
     this.#path.frustumCulled = false;
+    this.#points = dots(0xffe14d, 0.16);
+    this.#fixes = dots(0xff3fd8, 0.5);
+    this.#scene.add(this.#points, this.#fixes);
     this.#camera.up.set(0, 0, 1);
     this.#scene.add(sun, this.#ground, this.#road, this.#path, this.#car, this.#things, this.#lights);
     requestAnimationFrame(() => this.#frame());
@@ -133,7 +152,7 @@ export class Scene {
   }
 
   #place() {
-    const { pose: [x, y, yaw], path, obstacles, lights } = this.#state;
+    const { pose: [x, y, yaw], path, obstacles, lights, points, fixes } = this.#state;
     this.#car.position.set(x, y, 0);
     this.#car.rotation.z = yaw;
     this.#ground.position.x = x;
@@ -141,6 +160,8 @@ export class Scene {
     this.#drawPath(path);
     this.#drawThings(obstacles);
     this.#drawLights(lights);
+    setDots(this.#points, points);
+    setDots(this.#fixes, fixes);
     this.#aim(x, y, yaw);
   }
 

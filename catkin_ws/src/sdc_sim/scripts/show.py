@@ -2,18 +2,30 @@
 """Publish the mission, the local path and the car in the form that RViz displays."""
 
 import time
+from collections import deque
 
 import numpy as np
 import rospy
 from nav_msgs.msg import Path as DisplayedPath
+from sensor_msgs.msg import NavSatFix
 from visualization_msgs.msg import Marker, MarkerArray
 
+from sdc_common.geometry.geodesy import map_from_geodetic
 from sdc_common.ros.connection_watchdog import watch_connections
 from sdc_common.ros.node import parameter, refuse
 from sdc_sim.road.road import Road
 from sdc_sim.road.road_markings import road_markings
-from sdc_sim.ros.rviz_markers import car_markers, path_marker, road_markers, route_path
+from sdc_sim.ros.bridge_generations import GENERATIONS
+from sdc_sim.ros.rviz_markers import (
+    car_markers,
+    fixes_marker,
+    path_marker,
+    road_markers,
+    route_path,
+)
 from sdc_sim.ros.waypoint_messages import waypoint_rows
+
+SHOWN_FIXES = 200
 
 
 class Show:
@@ -31,6 +43,12 @@ class Show:
         self.road_publisher = rospy.Publisher("/show/road", MarkerArray, **latched)
         self.car_publisher = rospy.Publisher("/show/car", MarkerArray, **latched)
         self.path_publisher = rospy.Publisher("/show/local_path", Marker, queue_size=1)
+
+        self.fixes = deque(maxlen=SHOWN_FIXES)
+        self.fixes_publisher = rospy.Publisher("/show/gnss", Marker, queue_size=1)
+        for name in {generation.sensors["gnss"].topic for generation in GENERATIONS.values()}:
+            topic = "/carla/ego_vehicle" + name
+            rospy.Subscriber(topic, NavSatFix, self.on_fix, queue_size=10)
 
         rospy.Subscriber("/planner/mission_waypoints", rospy.AnyMsg, self.on_mission, queue_size=1)
         rospy.Subscriber("/planner/local_waypoints", rospy.AnyMsg, self.on_path, queue_size=1)
@@ -56,6 +74,11 @@ class Show:
             self.path_publisher.publish(path_marker(rows, self.full_speed_mps))
         except ValueError as error:
             rospy.logwarn_throttle(1.0, f"show: refused /planner/local_waypoints: {error}")
+
+    def on_fix(self, fix):
+        if fix.status.status >= fix.status.STATUS_FIX:
+            self.fixes.append(map_from_geodetic(fix.latitude, fix.longitude))
+            self.fixes_publisher.publish(fixes_marker(self.fixes))
 
     def run(self):
         self.car_publisher.publish(car_markers())

@@ -9,8 +9,10 @@ import rospy
 import rostest
 from nav_msgs.msg import Path as DisplayedPath
 from sdc_msgs.msg import BaseWaypoint, Path
+from sensor_msgs.msg import NavSatFix, NavSatStatus
 from visualization_msgs.msg import Marker, MarkerArray
 
+from sdc_common.geometry.geodesy import geodetic_from_map
 from sdc_common.testing.message_listener import MessageListener, wait_for_subscriber, wait_until
 
 # The messages of another package, whose waypoints have one field more than those of sdc_msgs.
@@ -62,6 +64,19 @@ class ShowTest(unittest.TestCase):
             for marker in road.markers:
                 self.assertEqual((marker.header.frame_id, marker.action), ("map", Marker.ADD))
                 self.assertGreater(len(marker.points), 5)
+
+    def test_fixes_are_shown_as_dots_in_the_map(self):
+        gnss = rospy.Publisher("/carla/ego_vehicle/gnss/front/gnss", NavSatFix, queue_size=10)
+        wait_for_subscriber(gnss)
+        dots = MessageListener("/show/gnss", Marker)
+        dots.wait_for_publisher()
+        gnss.publish(NavSatFix(status=NavSatStatus(status=NavSatStatus.STATUS_NO_FIX)))
+        latitude, longitude = geodetic_from_map(12.0, -7.0)
+        gnss.publish(NavSatFix(latitude=latitude, longitude=longitude))
+        marker = dots.wait_for()
+        self.assertEqual(marker.header.frame_id, "map")
+        (point,) = marker.points
+        self.assertLess(math.hypot(point.x - 12.0, point.y + 7.0), 1e-3)
 
     def test_invalid_mission_is_refused_and_the_previous_one_stays(self):
         listener = MessageListener("/show/route", DisplayedPath)

@@ -16,6 +16,7 @@ from nav_msgs.msg import Odometry
 from sdc_msgs.msg import ObstacleArray, SpeedReason
 
 from sdc_cockpit.road_view import RoadView
+from sdc_cockpit.sensor_view import SensorView
 from sdc_cockpit.topic_feeds import Feed, decoded, stamp_of
 from sdc_common.planning.speed_reasons import MEANINGS
 from sdc_common.ros.odometry import pose_and_speed, yaw_from_quaternion
@@ -73,6 +74,8 @@ class DriveView:
             Feed(LIGHT_STATUS),
             Feed(SPEED_REASON),
         ]
+        self._sensors = SensorView()
+        self.feeds += self._sensors.feeds
         self._feeds = {feed.topic: feed for feed in self.feeds}
 
     def clear(self) -> None:
@@ -80,6 +83,7 @@ class DriveView:
         for feed in self.feeds:
             feed.newest = None
         self._cache.clear()
+        self._sensors.clear()
         self._wall_times.clear()
         self.road, self.stamp = None, None
 
@@ -153,7 +157,7 @@ class DriveView:
             if self.road is not None:
                 state["cross_track"] = round(self.road.cross_track_m(x_m, y_m, yaw_rad), 3)
                 state["progress"] = round(self.road.progress, 3)
-        return state
+        return {**state, **self._sensors.state(pose[:3] if pose else None)}
 
     def _reason(self) -> str | None:
         """Return what limits the speed now, None if the stack does not say it."""

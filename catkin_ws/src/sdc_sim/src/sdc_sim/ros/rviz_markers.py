@@ -21,6 +21,8 @@ _LINE_COLOUR = (0.92, 0.92, 0.90)
 _LINE_WIDTH_M = 0.15
 _PATH_WIDTH_M = 0.6
 _GRASS_MARGIN_M = 150.0
+_FIX_COLOUR = (1.0, 0.25, 0.85)
+_FIX_SIZE_M = 0.35
 
 _BODY, _GLASS, _TYRE, _LAMP, _TAIL = (
     (0.25, 0.5, 1.0),
@@ -94,6 +96,14 @@ def path_marker(path: Sequence, full_speed_mps: float) -> Marker:
     marker.colors = [
         ColorRGBA(r, g, b, 1.0) for r, g, b in speed_colours(rows[:, 2], full_speed_mps).tolist()
     ]
+    return marker
+
+
+def fixes_marker(points_m: Sequence[tuple[float, float]]) -> Marker:
+    """Return positions of satellite navigation (x, y) in the map as dots."""
+    marker = _marker(Marker.SPHERE_LIST, MAP_FRAME, "gnss", 0, _FIX_COLOUR)
+    marker.scale.x = marker.scale.y = marker.scale.z = _FIX_SIZE_M
+    marker.points = [Point(x, y, _FIX_SIZE_M) for x, y in points_m]
     return marker
 
 

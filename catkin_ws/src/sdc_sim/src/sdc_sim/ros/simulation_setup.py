@@ -75,7 +75,7 @@ class SimulationSetup:
             self.route_m: np.ndarray = load_waypoints(self.waypoints_path)
             self.route = road_route(self.route_m)
             self.sensors = sensors_that_are_on(parameter)
-            self.simulation = build_simulation(parameter, self.route)
+            self.simulation = build_simulation(parameter, self.route, self.route_m)
             check_between(0.0, 1.0, daylight=self.daylight)
             check_non_negative(
                 patience_s=self.timeouts.answer_s,

@@ -59,7 +59,7 @@ class DriveSetup:
             "vehicles_folder": PackagedFolders.find().vehicles,
             "obstacles_path": self.scenario.path if self.scenario is not None else "",
         }
-        return build_simulation(values.__getitem__, self.route)
+        return build_simulation(values.__getitem__, self.route, self.waypoints_m)
 
 
 def drive_setup(

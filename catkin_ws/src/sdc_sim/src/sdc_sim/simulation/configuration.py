@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 from typing import Any, Callable
 
+import numpy as np
+
 from sdc_common.geometry.route import Route
 from sdc_common.validation import check_between
 from sdc_sim.physics.ackermann import AckermannControl, AckermannGains
@@ -12,6 +14,7 @@ from sdc_sim.physics.obstacles import Obstacles
 from sdc_sim.physics.traffic_lights import TrafficLights
 from sdc_sim.physics.vehicle import Vehicle
 from sdc_sim.physics.vehicle_parameters import load_vehicle
+from sdc_sim.road.road import Road
 from sdc_sim.scenario.reader import load_lights, load_obstacles
 from sdc_sim.sensors.odometry_noise import OdometryNoise
 from sdc_sim.sensors.settings import SensorSettings, sensor_settings
@@ -20,13 +23,16 @@ from sdc_sim.simulation.placement import start_pose
 from sdc_sim.simulation.simulation import Simulation
 
 
-def build_simulation(parameter: Callable[[str], Any], route: Route) -> Simulation:
+def build_simulation(
+    parameter: Callable[[str], Any], route: Route, waypoints_m: np.ndarray
+) -> Simulation:
     """Return a simulation at its start.
 
     Args:
         parameter: returns the parameter of config/sim.yaml with a given name, and those of
             sim.launch: vehicles_folder, and obstacles_path, the scenario ("" for none)
         route: the road
+        waypoints_m: (N, 2) waypoints along which its scenery is placed [m]
 
     Raises:
         DocumentError, VehicleError: a file is not valid
@@ -43,7 +49,11 @@ def build_simulation(parameter: Callable[[str], Any], route: Route) -> Simulatio
     check_between(0.0, 1e6, command_patience_s=command_timeout_s)
     tick_s, seed = parameter("tick_s"), parameter("seed")
     sensors = sensors_that_are_on(parameter)
-    suite = SensorSuite(sensors, vehicle.parameters, tick_s, seed, route) if sensors else None
+    suite = None
+    if sensors:
+        suite = SensorSuite(
+            sensors, vehicle.parameters, tick_s, seed, route, lambda: Road(waypoints_m).scenery()
+        )
     return Simulation(
         vehicle,
         tick_s,
