@@ -27,6 +27,8 @@ from sdc_sim.physics.ackermann import AckermannControl, AckermannGains, Ackerman
 from sdc_sim.physics.vehicle import Vehicle, VehicleCommand
 from sdc_sim.physics.vehicle_parameters import VehicleError, load_vehicle
 from sdc_sim.sensors.odometry_noise import OdometryNoise
+from sdc_sim.sensors.settings import SENSORS, sensor_settings
+from sdc_sim.sensors.suite import SensorSuite
 from sdc_sim.simulation.simulation import Simulation
 
 pytestmark = pytest.mark.slow(6)
@@ -87,14 +89,19 @@ def simulate(parameters, _folder):
         side_wind_mps=parameters["side_wind_mps"],
     )
     gains = AckermannGains(**parameters["ackermann"])
+    settings = {name: sensor_settings(name, parameters[name]) for name in SENSORS}
+    seed, tick_s = parameters["seed"], parameters["tick_s"]
+    noise = OdometryNoise(seed, **parameters["odometry_noise"])
+    sensors = SensorSuite(settings, vehicle.parameters, tick_s, seed)
     simulation = Simulation(
         vehicle,
-        parameters["tick_s"],
+        tick_s,
         parameters["command_patience_s"],
-        noise=OdometryNoise(parameters["seed"], **parameters["odometry_noise"]),
+        noise=noise,
         ackermann=AckermannControl(vehicle.parameters, gains),
         command_latency_s=parameters["command_latency_s"],
         sensor_latency_s=parameters["sensor_latency_s"],
+        sensors=sensors,
     )
     simulation.step(AckermannTarget(0.1, 0.0, 5.0))
     simulation.step(VehicleCommand(0.7, 0.1))

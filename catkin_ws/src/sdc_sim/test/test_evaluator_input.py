@@ -19,8 +19,8 @@ from sdc_msgs.msg import (
     Waypoint,
 )
 
-from sdc_common.testing.node_script import load_script
 from sdc_common.ros.ground_truth import GROUND_TRUTH
+from sdc_common.testing.node_script import load_script
 from sdc_sim.evaluation.evaluator import Evaluator
 from sdc_sim.evaluation.rules import EvaluationRules
 from sdc_sim.ros.evaluator_input import EvaluatorInput
@@ -100,6 +100,14 @@ def test_topics_have_the_role_name_of_the_vehicle():
     assert not [topic for topic in topics if "ego_vehicle" in topic]
 
 
+def test_true_odometry_of_the_world_takes_the_place_of_that_of_the_vehicle():
+    evaluator = Evaluator(RULES)
+    topics = list(EvaluatorInput(evaluator, odometry_topic=GROUND_TRUTH).topics)
+    assert topics[-1] == GROUND_TRUTH
+    assert "/carla/ego_vehicle/odometry" not in topics
+    assert evaluator.missing_topics[-1] == GROUND_TRUTH
+
+
 def test_wall_duration_comes_from_the_wall_clock():
     times = iter((7.0, 7.5, 8.5))
     evaluator_input = with_route(wall_clock=lambda: next(times))
@@ -137,6 +145,22 @@ def test_path_and_obstacles_are_recorded_twice_a_second_without_numbers_that_are
         [0.01, *range(8, 100, 8)], abs=1e-6
     )
     assert entries["obstacles"][1] == (pytest.approx(0.55), [(9, 8.0, 0.11, 0.0, 4.0, 2.0)])
+
+
+def test_replay_measures_by_the_ground_truth_that_its_bag_contains(tmp_path):
+    replay = load_script(os.path.join(PACKAGE, "scripts", "replay.py"))
+    node = replay.Replay.__new__(replay.Replay)
+    node.rules = RULES
+    with rosbag.Bag(str(tmp_path / "drive.bag"), "w") as bag:
+        path = Path([BaseWaypoint(float(x), 0.0) for x in range(11)])
+        bag.write("/planner/mission_waypoints", path, rospy.Time(0, 1))
+        for tick in range(1, 10):
+            odometry = odometry_message(tick)
+            bag.write(GROUND_TRUTH, odometry, odometry.header.stamp)
+            odometry.pose.pose.position.y = 1.0  # the estimate of the car
+            bag.write("/carla/ego_vehicle/odometry", odometry, odometry.header.stamp)
+    with rosbag.Bag(str(tmp_path / "drive.bag")) as bag:
+        assert node.evaluate(bag).result().metrics["cross_track_max_m"] == 0.0
 
 
 @pytest.mark.parametrize("collision_at", [None, 7])

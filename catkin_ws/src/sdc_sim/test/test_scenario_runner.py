@@ -90,6 +90,17 @@ def test_given_arguments_override_and_options_are_merged(tmp_path):
     assert yaml.safe_load(got["sim_options"]) == {"friction": 0.9, "seed": 3}
 
 
+def test_sensors_of_a_scenario_reach_their_argument_and_single_settings_are_merged(tmp_path):
+    text = "sensors: standard\ntruth: false\ngnss: {noise_m: 2, outages: [{from_s: 1, to_s: 2}]}"
+    got = arguments(tmp_path, text, sim_options="{gnss: {noise_m: 5}, imu: {period_s: 0}}")
+    assert got["sensors"] == "standard"
+    assert yaml.safe_load(got["sim_options"]) == {
+        "truth": False,
+        "gnss": {"noise_m": 5, "outages": [{"from_s": 1.0, "to_s": 2.0}]},
+        "imu": {"period_s": 0},
+    }
+
+
 def test_route_file_is_relative_to_the_scenario(tmp_path):
     assert arguments(tmp_path, "route: roads/mine.csv")["waypoints_path"] == str(
         tmp_path / "roads" / "mine.csv"
@@ -110,6 +121,7 @@ def test_generated_route_is_written_only_next_to_the_report(tmp_path):
     [
         ("route: twon", ["mine.yaml", "'twon'", "town"]),
         ("vehicle: tesla_model4", ["did you mean 'tesla_model3'", "bmw_320i"]),
+        ("sensors: standart", ["did you mean 'standard'"]),
         ("stack: student_node", ["did you mean 'student_nodes'"]),
     ],
 )

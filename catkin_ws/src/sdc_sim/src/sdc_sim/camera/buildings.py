@@ -15,7 +15,13 @@ from sdc_sim.camera.painting import (
     footprint,
 )
 from sdc_sim.camera.rasterizer import NEAR_M, PolygonRasterizer, fill
-from sdc_sim.road.scenery import HOUSE, Scenery
+from sdc_sim.road.scenery import (
+    EAVES_SHARE,
+    HOUSE,
+    ROOF_BELOW_EAVES_M,
+    ROOF_BEYOND_EAVES_M,
+    Scenery,
+)
 
 BUILDING_RANGE_M = 190.0
 CACHED_BUILDINGS = 256
@@ -164,7 +170,7 @@ class Building:
     def _add_house(
         self, corners: np.ndarray, height_m: float, wall: np.ndarray, roof: np.ndarray
     ) -> None:
-        eaves_m = 0.6 * height_m
+        eaves_m = EAVES_SHARE * height_m
         # The gables are the two shorter walls.
         if np.hypot(*(corners[0] - corners[1])) < np.hypot(*(corners[1] - corners[2])):
             gables = corners
@@ -222,11 +228,11 @@ def _roof_slopes(
     a, b, c, d = gables
     ridge = np.array([0.5 * (a + b), 0.5 * (c + d)])
     over = 0.5 * (ridge[0] - ridge[1]) / np.hypot(*(ridge[0] - ridge[1]))
-    out = 0.45 * (b - a) / np.hypot(*(b - a))
+    out = ROOF_BEYOND_EAVES_M * (b - a) / np.hypot(*(b - a))
     return [
         [
-            (*(p + grow + aside), eaves_m - 0.25),
-            (*(q - grow + aside), eaves_m - 0.25),
+            (*(p + grow + aside), eaves_m - ROOF_BELOW_EAVES_M),
+            (*(q - grow + aside), eaves_m - ROOF_BELOW_EAVES_M),
             (*(end - grow), height_m),
             (*(start + grow), height_m),
         ]

@@ -26,7 +26,7 @@ from sdc_sim.camera.scene_objects import SceneObjects
 from sdc_sim.camera.shared_pictures import SLOTS, SharedPictures
 from sdc_sim.camera.worker_process import WorkerProcess
 from sdc_sim.physics.obstacles import ObstacleState
-from sdc_sim.physics.traffic_lights import GREEN, OFF, RED, YELLOW, TrafficLightState
+from sdc_sim.physics.traffic_lights import GREEN, HEIGHT_M, OFF, RED, YELLOW, TrafficLightState
 from sdc_sim.physics.vehicle import VehicleState
 from sdc_sim.road.road import Road
 from sdc_sim.ros.bridge_generations import BridgeGeneration
@@ -38,7 +38,6 @@ from sdc_sim.ros.message_conversion import (
 )
 
 _TIMEOUT_S = 2.0
-_LIGHT_HEIGHT_M = 3.4
 _LIGHT_SIZE_M = 0.4
 _EGO_SIZE_M = (4.7, 2.0, 1.5)
 _EGO_BGR = (120, 60, 25)
@@ -185,7 +184,7 @@ def traffic_light_box(light: TrafficLightState) -> Box:
         light.heading_rad + math.pi,
         _LIGHT_SIZE_M,
         _LIGHT_SIZE_M,
-        _LIGHT_HEIGHT_M,
+        HEIGHT_M,
         _LIT_BGR[light.state],
         "light",
     )

@@ -35,6 +35,8 @@ class Mesh:
         tinted: whether a face has the colour of the body instead (F,)
         normals: vectors out of the faces (F, 3), not normalised
         glow: least brightness of a face (F,), 1 for a lamp that is lit
+        prisms: the solid parts (P, 10): rectangles x0, x1, y0, y1 at the bottom and at the top, and
+            the heights of both
     """
 
     corners: np.ndarray
@@ -42,6 +44,7 @@ class Mesh:
     tinted: np.ndarray
     normals: np.ndarray
     glow: np.ndarray
+    prisms: np.ndarray
 
 
 class MeshBuilder:
@@ -51,6 +54,7 @@ class MeshBuilder:
         self._corners: list[list[Sequence[float]]] = []
         self._colours: list[_Bgr] = []
         self._tinted: list[bool] = []
+        self._prisms: list[Sequence[float]] = []
 
     def face(self, corners: Sequence[Sequence[float]], colour: _Bgr | None = None) -> None:
         """Add a face.
@@ -86,6 +90,7 @@ class MeshBuilder:
         Returns:
             the four sides: front, left, rear, right, each from its bottom right corner
         """
+        self._prisms.append((*low, *high, base_z, top_z))
         a = [(low[1], low[2]), (low[1], low[3]), (low[0], low[3]), (low[0], low[2])]
         b = [(high[1], high[2]), (high[1], high[3]), (high[0], high[3]), (high[0], high[2])]
         sides: list[list[Sequence[float]]] = []
@@ -108,6 +113,7 @@ class MeshBuilder:
             tinted=np.array(self._tinted, bool),
             normals=np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]),
             glow=np.where(colours.max(axis=1) > 254.0, 1.0, 0.0),
+            prisms=np.array(self._prisms, float).reshape(-1, 10),
         )
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.camera.painting import blend, halve
-from sdc_sim.road.scenery import Scenery
+from sdc_sim.road.scenery import CROWN_CENTRE_SHARE, TRUNK_RADIUS_SHARE, Scenery
 
 TREE_RANGE_M = 120.0
 # A tree becomes transparent over so much before the end of its range.
@@ -90,7 +90,9 @@ def _tree_sprite(seed: int) -> np.ndarray:
     high, wide = _SPRITE_PX
     colour = np.zeros((2 * high, 2 * wide, 3), np.float32)
     alpha = np.zeros((2 * high, 2 * wide), np.uint8)
-    trunk = np.array([[180, 511], [204, 511], [199, 300], [187, 300]], np.int32)
+    foot = round(2 * high * TRUNK_RADIUS_SHARE)
+    crown_y = round(2 * high * (1.0 - CROWN_CENTRE_SHARE))
+    trunk = np.array([[192 - foot, 511], [192 + foot, 511], [199, 300], [187, 300]], np.int32)
     shaded = np.array([[194, 511], [204, 511], [199, 300], [194, 300]], np.int32)
     cv2.fillPoly(alpha, [trunk], 255)
     cv2.fillPoly(colour, [trunk], (46, 62, 80))
@@ -99,10 +101,10 @@ def _tree_sprite(seed: int) -> np.ndarray:
     leaves = []
     for _ in range(230):
         angle, radius = rng.uniform(0, 2 * np.pi), np.sqrt(rng.uniform(0, 1))
-        x, y = 192 + 142 * radius * np.cos(angle), 170 + 138 * radius * np.sin(angle)
+        x, y = 192 + 142 * radius * np.cos(angle), crown_y + 138 * radius * np.sin(angle)
         leaves.append((x, y, rng.uniform(14, 36)))
     for x, y, r in sorted(leaves, key=lambda leaf: leaf[2], reverse=True):
-        lit = 0.62 + 0.5 * np.clip(0.5 - 0.34 * (x - 192) / 142 - 0.62 * (y - 170) / 138, 0, 1)
+        lit = 0.62 + 0.5 * np.clip(0.5 - 0.34 * (x - 192) / 142 - 0.62 * (y - crown_y) / 138, 0, 1)
         lit *= rng.uniform(0.82, 1.16)
         cv2.circle(alpha, (int(x), int(y)), int(r), 255, -1)
         cv2.circle(colour, (int(x), int(y)), int(r), tuple(0.8 * lit * tint), -1)

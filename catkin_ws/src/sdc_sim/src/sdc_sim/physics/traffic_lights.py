@@ -13,6 +13,7 @@ RED, YELLOW, GREEN, OFF = range(4)
 # First ID of the traffic lights in messages; obstacles start at 101.
 FIRST_ID = 1001
 LANE_WIDTH_M = 3.5
+HEIGHT_M = 3.4
 # The pole is beyond the stop line and to the right of the lane: a driver at the line sees its lamp.
 _POLE_AHEAD_M = 4.0
 _POLE_RIGHT_M = 2.7

@@ -12,6 +12,14 @@ from sdc_sim.road.cell_index import cell_keys, cells_of
 from sdc_sim.road.centre_line import CentreLine
 
 TREE, HOUSE, BLOCK = 0, 1, 2
+# Shapes, for the camera and the lidars. Trees, as shares of their height:
+TRUNK_RADIUS_SHARE = 12.0 / 512.0
+CROWN_CENTRE_SHARE = 342.0 / 512.0
+CROWN_RADIUS_SHARE = 163.0 / 512.0
+# Houses: height of the eaves as a share, and by how much the roof is larger than the walls [m].
+EAVES_SHARE = 0.6
+ROOF_BELOW_EAVES_M = 0.25
+ROOF_BEYOND_EAVES_M = 0.45
 _SLOT_M = 11.0
 _MAX_SLOTS = 20_000
 _SAMPLE_CELL_M = 3.0

@@ -18,12 +18,14 @@ from sdc_sim.ros.sensor_messages import (
     point_cloud_message,
     wheel_speeds_message,
 )
-from sdc_sim.sensors.gnss import ANTENNA_HEIGHT_M
-from sdc_sim.sensors.lidar import LIDAR_MOUNT_M, PLANAR_LIDAR_MOUNT_M
+from sdc_sim.sensors.mounts import (
+    GNSS_MOUNT_M,
+    IMU_MOUNT_M,
+    LIDAR_MOUNT_M,
+    PLANAR_LIDAR_MOUNT_M,
+)
 from sdc_sim.sensors.readings import SensorReadings
 from sdc_sim.sensors.settings import SENSORS, SensorSettings
-
-_IMU_HEIGHT_M = 0.5
 
 
 class _Form(NamedTuple):
@@ -36,8 +38,8 @@ class _Form(NamedTuple):
 
 
 _FORMS = {
-    "imu": _Form("imu", Imu, (0.0, 0.0, _IMU_HEIGHT_M), imu_message),
-    "gnss": _Form("gnss", NavSatFix, (0.0, 0.0, ANTENNA_HEIGHT_M), gnss_message),
+    "imu": _Form("imu", Imu, IMU_MOUNT_M, imu_message),
+    "gnss": _Form("gnss", NavSatFix, GNSS_MOUNT_M, gnss_message),
     "speedometer": _Form("speed_mps", Float32, None, lambda speed, *_: Float32(speed)),
     "lidar": _Form("lidar", PointCloud2, LIDAR_MOUNT_M, point_cloud_message),
     "planar_lidar": _Form("planar_lidar", PointCloud2, PLANAR_LIDAR_MOUNT_M, point_cloud_message),

@@ -17,13 +17,14 @@ from sdc_sim.physics.obstacles import KINDS, Obstacles
 from sdc_sim.physics.traffic_lights import TrafficLights
 from sdc_sim.physics.vehicle import Vehicle
 from sdc_sim.physics.vehicle_parameters import VehicleError, load_vehicle
+from sdc_sim.road.road import Road
 from sdc_sim.ros.bridge_generations import GENERATIONS
 from sdc_sim.ros.drive_log import DriveLog
 from sdc_sim.ros.parameters import Parameters
 from sdc_sim.scenario.reader import load_lights, load_obstacles
 from sdc_sim.scenario.yaml_document import DocumentError
 from sdc_sim.sensors.odometry_noise import OdometryNoise
-from sdc_sim.sensors.settings import SENSORS, SensorSettings, sensor_settings
+from sdc_sim.sensors.settings import SensorSettings, sensor_settings
 from sdc_sim.sensors.suite import SensorSuite
 from sdc_sim.simulation.placement import start_pose
 from sdc_sim.simulation.simulation import OccupiedError, Simulation
@@ -83,7 +84,9 @@ class SimulationSetup:
             self.route_m: np.ndarray = load_waypoints(self.waypoints_path)
             self.route = road_route(self.route_m)
             self.sensors = _sensors_that_are_on(parameter)
-            self.simulation = _simulation(parameter, self.preset, self.route, self.sensors)
+            self.simulation = _simulation(
+                parameter, self.preset, self.route, self.route_m, self.sensors
+            )
             check_between(0.0, 1.0, daylight=self.daylight)
             check_non_negative(
                 patience_s=self.timeouts.answer_s,
@@ -116,12 +119,24 @@ def _drive_log(path: str) -> DriveLog:
 
 
 def _sensors_that_are_on(parameter: Parameters) -> dict[str, SensorSettings]:
-    settings = {name: sensor_settings(name, parameter(name)) for name in SENSORS}
+    values = {
+        "imu": parameter("imu"),
+        "gnss": parameter("gnss"),
+        "speedometer": parameter("speedometer"),
+        "lidar": parameter("lidar"),
+        "planar_lidar": parameter("planar_lidar"),
+        "wheel_speeds": parameter("wheel_speeds"),
+    }
+    settings = {name: sensor_settings(name, value) for name, value in values.items()}
     return {name: one for name, one in settings.items() if one.period_s > 0.0}
 
 
 def _simulation(
-    parameter: Parameters, preset: str, route: Route, sensors: dict[str, SensorSettings]
+    parameter: Parameters,
+    preset: str,
+    route: Route,
+    route_m: np.ndarray,
+    sensors: dict[str, SensorSettings],
 ) -> Simulation:
     obstacles_path = parameter("obstacles_path")
     vehicle = Vehicle(
@@ -133,7 +148,11 @@ def _simulation(
     check_between(0.0, 1e6, command_patience_s=command_timeout_s)
     tick_s, seed = parameter("tick_s"), parameter("seed")
     noise = OdometryNoise(seed, **parameter("odometry_noise"))
-    suite = SensorSuite(sensors, vehicle.parameters, tick_s, seed, route) if sensors else None
+    suite = None
+    if sensors:
+        suite = SensorSuite(
+            sensors, vehicle.parameters, tick_s, seed, route, lambda: Road(route_m).scenery()
+        )
     return Simulation(
         vehicle,
         tick_s,

@@ -39,6 +39,7 @@ from sdc_sim.road.route_generator import csv_lines, generate_route
 from sdc_sim.scenario.acceptance_limits import AcceptanceLimits, read_report, violations
 from sdc_sim.scenario.reader import Scenario, load_lights, load_obstacles, load_scenario
 from sdc_sim.scenario.yaml_document import DocumentError
+from sdc_sim.sensors.settings import SENSORS
 
 _ROUTES = {"town": "waypoints.csv"}
 _SPACING_M = 1.0
@@ -111,6 +112,9 @@ def launch_arguments(
         _find_packaged("vehicle", scenario.vehicle, folders.vehicles, ".yaml", scenario.path)
         sim["vehicle"] = scenario.vehicle
     options = {**sim, **_parse_options(given.get("sim_options", "{}"))}
+    for name in set(sim) & set(SENSORS):
+        if isinstance(options[name], dict):
+            options[name] = {**sim[name], **options[name]}
     text = yaml.safe_dump(options, default_flow_style=True, width=sys.maxsize).strip()
     return {**arguments, **given, "sim_options": text}
 

@@ -39,6 +39,10 @@ class SensorErrors:
         sensor: number of the sensor
         sizes: the errors of each quantity
         period_s: time between two readings
+
+    Attributes:
+        bias: present bias of each quantity
+        factors: true values are measured as so many times themselves
     """
 
     def __init__(self, seed: int, sensor: int, sizes: Sequence[ErrorSizes], period_s: float):
@@ -47,6 +51,7 @@ class SensorErrors:
         self._start = [one.bias for one in sizes]
         self._walk = [one.walk * math.sqrt(period_s) for one in sizes]
         self._scale = [one.scale for one in sizes]
+        self._varies = any(self._noise) or any(self._walk)
         self.reset()
 
     def reset(self) -> None:
@@ -54,7 +59,7 @@ class SensorErrors:
         count = len(self._noise)
         draws = self.random(_ONCE).standard_normal(2 * count).tolist()
         self.bias = [size * draw for size, draw in zip(self._start, draws)]
-        self._factors = [1.0 + size * draw for size, draw in zip(self._scale, draws[count:])]
+        self.factors = [1.0 + size * draw for size, draw in zip(self._scale, draws[count:])]
 
     def random(self, tick: int) -> np.random.RandomState:
         """Return the random numbers of a tick; those of `apply` are drawn from the same stream."""
@@ -68,6 +73,10 @@ class SensorErrors:
             true: one value for each quantity
             tick: number of the tick since the start
         """
+        if not self._varies:
+            return [
+                value * factor + bias for value, factor, bias in zip(true, self.factors, self.bias)
+            ]
         count = len(self._noise)
         draws = self.random(tick).standard_normal(2 * count).tolist()
         if any(self._walk):
@@ -77,7 +86,7 @@ class SensorErrors:
         return [
             value * factor + bias + noise * draw
             for value, factor, bias, noise, draw in zip(
-                true, self._factors, self.bias, self._noise, draws
+                true, self.factors, self.bias, self._noise, draws
             )
         ]
 

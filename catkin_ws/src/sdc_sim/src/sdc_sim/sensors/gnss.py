@@ -9,10 +9,10 @@ from sdc_common.geometry.polyline import Polyline
 from sdc_common.geometry.route import Route
 from sdc_sim.sensors.errors import ErrorSizes
 from sdc_sim.sensors.model import Moment, SensorContext, SensorModel
+from sdc_sim.sensors.mounts import GNSS_MOUNT_M
 from sdc_sim.sensors.readings import GnssReading
 from sdc_sim.sensors.settings import GnssSettings, Zone
 
-ANTENNA_HEIGHT_M = 1.5
 # A tunnel is this wide on each side of the route: the whole road.
 _ZONE_HALF_WIDTH_M = 10.0
 # Reflections change while the vehicle moves past buildings.
@@ -72,7 +72,7 @@ class Gnss(SensorModel):
     def read(self, moment: Moment, tick: int) -> GnssReading:
         """Return the position of the antenna."""
         state = moment.state
-        position = self.errors.apply((state.x_m, state.y_m, ANTENNA_HEIGHT_M), tick)
+        position = self.errors.apply((state.x_m, state.y_m, GNSS_MOUNT_M[2]), tick)
         offset = self._multipath_offset(moment, tick)
         if any(zone.contains(moment) for zone in self._outages):
             return GnssReading(0.0, 0.0, 0.0, False)

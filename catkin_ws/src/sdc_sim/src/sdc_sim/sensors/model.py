@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple, Sequence
+from typing import Any, Callable, NamedTuple, Sequence
 
 from sdc_common.geometry.route import Route
 from sdc_sim.physics.obstacles import ObstacleState
 from sdc_sim.physics.traffic_lights import TrafficLightState
 from sdc_sim.physics.vehicle import VehicleState
 from sdc_sim.physics.vehicle_parameters import VehicleParameters
+from sdc_sim.road.scenery import Scenery
 from sdc_sim.sensors.errors import ErrorSizes, SensorErrors
 
 
@@ -36,7 +37,8 @@ class SensorContext(NamedTuple):
         number: number of the sensor
         period_s: time between two readings
         parameters: the vehicle
-        route: the route, for zones along it and for the scenery
+        route: the route, for zones along it
+        scenery: returns trees and buildings, for the lidars
     """
 
     seed: int
@@ -44,6 +46,7 @@ class SensorContext(NamedTuple):
     period_s: float
     parameters: VehicleParameters
     route: Route | None
+    scenery: Callable[[], Scenery] | None = None
 
     def errors(self, sizes: Sequence[ErrorSizes]) -> SensorErrors:
         """Return errors of these sizes, one for each quantity."""

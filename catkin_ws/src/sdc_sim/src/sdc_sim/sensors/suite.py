@@ -10,8 +10,10 @@ from sdc_sim.physics.obstacles import ObstacleState
 from sdc_sim.physics.traffic_lights import TrafficLightState
 from sdc_sim.physics.vehicle import VehicleState
 from sdc_sim.physics.vehicle_parameters import VehicleParameters
+from sdc_sim.road.scenery import Scenery
 from sdc_sim.sensors.delay_line import DelayLine
 from sdc_sim.sensors.gnss import Gnss
+from sdc_sim.sensors.lidar import PlanarLidar, RoofLidar
 from sdc_sim.sensors.model import Moment, SensorContext, SensorModel
 from sdc_sim.sensors.motion_sensors import InertialUnit, Speedometer, WheelSpeedSensor
 from sdc_sim.sensors.readings import SensorReadings
@@ -23,6 +25,8 @@ _MODELS: dict[str, tuple[Callable[[Any, SensorContext], SensorModel], str]] = {
     "gnss": (Gnss, "gnss"),
     "speedometer": (Speedometer, "speed_mps"),
     "wheel_speeds": (WheelSpeedSensor, "wheel_speeds_radps"),
+    "lidar": (RoofLidar, "lidar"),
+    "planar_lidar": (PlanarLidar, "planar_lidar"),
 }
 
 
@@ -50,7 +54,8 @@ class SensorSuite:
         parameters: the vehicle
         tick_s: duration of a tick
         seed: of the errors
-        route: the route, for zones along it and for the scenery
+        route: the route, for zones along it
+        scenery: returns trees and buildings, for the lidars
 
     Raises:
         ValueError: a zone is not on the route
@@ -63,6 +68,7 @@ class SensorSuite:
         tick_s: float,
         seed: int = 0,
         route: Route | None = None,
+        scenery: Callable[[], Scenery] | None = None,
     ):
         self._sensors: list[_MountedSensor] = []
         for number, name in enumerate(SENSORS):
@@ -72,7 +78,7 @@ class SensorSuite:
             period_ticks = max(1, DelayLine(one.period_s, tick_s).ticks)
             latency_ticks = DelayLine(one.latency_s, tick_s).ticks
             model_class, field = _MODELS[name]
-            context = SensorContext(seed, number, period_ticks * tick_s, parameters, route)
+            context = SensorContext(seed, number, period_ticks * tick_s, parameters, route, scenery)
             model = model_class(one, context)
             self._sensors.append(_MountedSensor(field, period_ticks, latency_ticks, model))
         self._longest_latency = max((one.latency_ticks for one in self._sensors), default=0)

@@ -1,0 +1,296 @@
+"""Lidars measure the shapes that the camera draws, to within a millimetre."""
+
+import math
+import os
+
+import numpy as np
+import pytest
+
+from sdc_sim.camera.buildings import Building
+from sdc_sim.camera.meshes import car_mesh
+from sdc_sim.physics.obstacles import KINDS, ObstacleState
+from sdc_sim.physics.traffic_lights import TrafficLightState
+from sdc_sim.physics.vehicle import Vehicle, VehicleCommand, VehicleState
+from sdc_sim.physics.vehicle_parameters import load_vehicle
+from sdc_sim.road.scenery import BLOCK, HOUSE, TREE, Scenery
+from sdc_sim.sensors.lidar import PlanarLidar, RoofLidar
+from sdc_sim.sensors.model import Moment, SensorContext
+from sdc_sim.sensors.ray_casting import RayCaster
+from sdc_sim.sensors.settings import sensor_settings
+from sdc_sim.sensors.solid_bodies import (
+    Balls,
+    Cylinders,
+    Frusta,
+    PlacedBalls,
+    PlacedCylinders,
+    PlacedFrusta,
+)
+from sdc_sim.sensors.suite import SensorSuite
+from sdc_sim.simulation.simulation import Simulation
+
+pytestmark = pytest.mark.slow(3)
+
+TESLA = load_vehicle(
+    os.path.join(os.path.dirname(__file__), "..", "config", "vehicles", "tesla_model3.yaml")
+)
+MILLIMETRE = 1e-3
+ELEVATIONS = np.radians(np.arange(-15.0, 16.0, 2.0))
+
+
+def rows(*values):
+    return [np.atleast_1d(np.asarray(value, float)) for value in values]
+
+
+def box(x_m, y_m, yaw_rad, length_m, width_m, top_m, bottom_m=0.0):
+    half = [[0.5 * length_m, 0.5 * length_m, 0.5 * width_m, 0.5 * width_m]]
+    return Frusta(
+        np.array([[x_m, y_m]]),
+        *rows(yaw_rad),
+        np.array(half),
+        np.zeros((1, 4)),
+        *rows(bottom_m, top_m),
+    )
+
+
+def scenery_of(kind, x_m, y_m, yaw_rad, size_m):
+    return Scenery(
+        np.array([kind]),
+        np.array([[x_m, y_m]]),
+        np.array([yaw_rad]),
+        np.array([size_m]),
+        np.array([3]),
+    )
+
+
+NOTHING = scenery_of(TREE, 1e6, 0.0, 0.0, (3.0, 3.0, 5.0))
+
+
+def lidar(model, scenery=NOTHING, **settings):
+    name = "lidar" if model is RoofLidar else "planar_lidar"
+    values = sensor_settings(name, {"period_s": 0.1, "range_m": 80.0, **settings})
+    return model(values, SensorContext(5, 3, 0.1, TESLA, None, lambda: scenery))
+
+
+def test_level_beams_measure_a_wall():
+    caster = RayCaster(1440, 0.0, np.zeros(1), 0.6, 60.0)
+    ranges = caster.cast(1.0, 2.0, 0.3, [PlacedFrusta(box(21.0, 2.0, 0.0, 20.0, 400.0, 5.0))])
+    angles = np.arange(1440) * 2.0 * np.pi / 1440 + 0.3
+    with np.errstate(divide="ignore"):
+        wall = 10.0 / np.cos(angles)
+    wall[(np.cos(angles) <= 0.0) | (wall > 60.0)] = np.inf
+    np.testing.assert_allclose(ranges[0], wall, atol=MILLIMETRE)
+
+
+def test_level_beams_measure_a_cylinder():
+    caster = RayCaster(1440, 0.0, np.zeros(1), 0.6, 60.0)
+    trunk = PlacedCylinders(Cylinders(np.array([[-6.0, 3.0]]), *rows(0.5, 0.0, 4.0)))
+    ranges = caster.cast(0.0, 0.0, 0.0, [trunk])[0]
+    angles = np.arange(1440) * 2.0 * np.pi / 1440
+    distance, aside = math.hypot(6.0, 3.0), angles - math.atan2(3.0, -6.0)
+    chord = 0.25 - (distance * np.sin(aside)) ** 2
+    hits = (chord >= 0.0) & (np.cos(aside) > 0.0)
+    expected = np.full(1440, np.inf)
+    expected[hits] = distance * np.cos(aside[hits]) - np.sqrt(chord[hits])
+    np.testing.assert_allclose(ranges, expected, atol=MILLIMETRE)
+    assert hits.sum() > 10
+
+
+def test_rings_measure_ground_side_and_top_of_a_box():
+    caster = RayCaster(1024, 0.0, ELEVATIONS, 2.4, 100.0)
+    ranges = caster.cast(0.0, 0.0, 0.0, [PlacedFrusta(box(12.0, 0.0, 0.0, 4.0, 2.0, 1.5))])
+    ahead, back = ranges[:, 0], ranges[:, 512]
+    ground = np.where(ELEVATIONS < 0.0, 2.4 / np.sin(np.maximum(-ELEVATIONS, 1e-9)), np.inf)
+    ground[ground > 100.0] = np.inf
+    np.testing.assert_allclose(back, ground, atol=MILLIMETRE)
+    for elevation, measured, below in zip(ELEVATIONS, ahead, ground):
+        side_z = 2.4 + 10.0 * math.tan(elevation)
+        top = 0.9 / math.tan(-elevation) if elevation < 0.0 else math.inf
+        if below * math.cos(elevation) < 10.0:
+            expected = below
+        elif side_z <= 1.5:
+            expected = 10.0 / math.cos(elevation)
+        else:
+            expected = 0.9 / math.sin(-elevation) if 10.0 <= top <= 14.0 else below
+        assert measured == pytest.approx(expected, abs=MILLIMETRE)
+    # The beams meet the ground in front of the box, its side and its top.
+    assert {round(float(one), 3) for one in ahead[:5]} > {round(10.0 / math.cos(ELEVATIONS[3]), 3)}
+
+
+def random_world(rng):
+    """Return bodies, and a function that tells whether a point is in one of them."""
+    place = rng.uniform(-30.0, 30.0, (12, 2))
+    frusta = Frusta(
+        place,
+        rng.uniform(-7.0, 7.0, 12),
+        rng.uniform(1.0, 5.0, (12, 4)),
+        np.where(np.arange(12)[:, None] < 6, 0.0, rng.uniform(-0.3, 0.3, (12, 4))),
+        rng.uniform(0.0, 2.0, 12),
+        rng.uniform(2.1, 5.0, 12),
+    )
+    cylinders = Cylinders(
+        rng.uniform(-30.0, 30.0, (6, 2)), *rng.uniform(0.1, 1.0, (2, 6)), rng.uniform(2.0, 5.0, 6)
+    )
+    balls = Balls(
+        rng.uniform(-30.0, 30.0, (6, 2)), rng.uniform(1.0, 5.0, 6), rng.uniform(0.5, 2.0, 6)
+    )
+
+    def is_inside(points):
+        inside = points[..., 2] < 0.0
+        for position, yaw, reach, lean, bottom, top in zip(*frusta):
+            offset = points[..., :2] - position
+            along = offset @ (math.cos(yaw), math.sin(yaw))
+            across = offset @ (-math.sin(yaw), math.cos(yaw))
+            z = points[..., 2]
+            sides = reach + lean * (z - bottom)[..., None]
+            within = (along < sides[..., 0]) & (-along < sides[..., 1])
+            within &= (across < sides[..., 2]) & (-across < sides[..., 3])
+            inside |= within & (z > bottom) & (z < top)
+        for position, radius, bottom, top in zip(*cylinders):
+            far = np.hypot(*np.moveaxis(points[..., :2] - position, -1, 0))
+            inside |= (far < radius) & (points[..., 2] > bottom) & (points[..., 2] < top)
+        for position, height, radius in zip(*balls):
+            inside |= np.linalg.norm(points - (*position, height), axis=-1) < radius
+        return inside
+
+    upright = np.arange(12) < 6
+    placed = [
+        PlacedFrusta(Frusta(*(column[upright] for column in frusta))),
+        PlacedFrusta(Frusta(*(column[~upright] for column in frusta))),
+        PlacedCylinders(cylinders),
+        PlacedBalls(balls),
+    ]
+    return placed, is_inside
+
+
+@pytest.mark.parametrize("elevations", [np.zeros(1), ELEVATIONS], ids=["level", "rings"])
+@pytest.mark.parametrize("seed", range(3))
+def test_beams_end_at_the_first_surface_of_a_random_world(seed, elevations):
+    rng = np.random.RandomState(seed)
+    bodies, is_inside = random_world(rng)
+    place = rng.uniform(-20.0, 20.0, 2)
+    while is_inside(np.array([*place, 1.7])):
+        place = rng.uniform(-20.0, 20.0, 2)
+    yaw = rng.uniform(-3.0, 3.0)
+    ranges = RayCaster(200, 0.5, elevations, 1.7, 50.0).cast(*place, yaw, bodies)
+    angles = np.arange(200) * 2.0 * np.pi / 200 + yaw + 0.5
+    directions = np.stack(
+        np.broadcast_arrays(
+            np.cos(elevations)[:, None] * np.cos(angles),
+            np.cos(elevations)[:, None] * np.sin(angles),
+            np.sin(elevations)[:, None],
+        ),
+        axis=-1,
+    )
+    origin = np.array([*place, 1.7])
+    hits = np.isfinite(ranges)
+    assert hits.mean() > 0.1
+    found, along = ranges[hits], directions[hits]
+    before = origin + (found - MILLIMETRE)[:, None] * along
+    behind = origin + (found + MILLIMETRE)[:, None] * along
+    # A beam may graze an edge: behind it is a body for nearly all.
+    assert is_inside(behind).mean() > 0.995
+    assert not is_inside(before).any()
+    for share in np.linspace(0.02, 0.98, 25):
+        reach = share * np.where(hits, ranges, 50.0)
+        assert not is_inside(origin + reach[..., None] * directions).any()
+
+
+def distance_to_faces(points, polygons):
+    """Return the distance of each point to the nearest plane of the polygons (F, n, 3) [m]."""
+    normals = np.cross(polygons[:, 1] - polygons[:, 0], polygons[:, 2] - polygons[:, 1])
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    offsets = np.einsum("pfk,fk->pf", points[:, None] - polygons[:, 0], normals)
+    return np.abs(offsets).min(axis=1)
+
+
+def points_above_ground(model, moment):
+    points = model.read(moment, 0)[:, :3].astype(float)
+    points[:, 2] += 2.4
+    return points[points[:, 2] > 0.05]
+
+
+@pytest.mark.parametrize(
+    ("kind", "size", "least"), [(BLOCK, (16.0, 11.0, 13.2), 900), (HOUSE, (11.0, 8.0, 7.4), 200)]
+)
+def test_buildings_are_those_of_the_camera(kind, size, least):
+    scenery = scenery_of(kind, 18.0, 9.0, 0.7, size)
+    polygons = Building(scenery, 0).polygons
+    ranged = lidar(RoofLidar, scenery)
+    for x_m, y_m in ((0.0, 0.0), (10.0, 28.0), (40.0, 9.0), (18.0, -8.0)):
+        moment = Moment(0.0, VehicleState(x_m=x_m, y_m=y_m))
+        points = points_above_ground(ranged, moment) + (x_m, y_m, 0.0)
+        assert len(points) > least
+        near = distance_to_faces(points, polygons)
+        # The roof of the camera has no underside where it is wider than the house.
+        assert (near < MILLIMETRE).mean() > (0.999 if kind == BLOCK else 0.85)
+
+
+def test_car_and_pole_are_those_of_the_camera():
+    obstacle = ObstacleState(101, "car", 9.0, 3.0, 0.8, *KINDS["car"][:3], 0.0)
+    light = TrafficLightState(1001, 6.0, -5.0, 0.3, 2)
+    points = points_above_ground(
+        lidar(RoofLidar), Moment(0.0, VehicleState(), (obstacle,), (light,))
+    )
+    car = points[points[:, 1] > 0.0]
+    c, s = math.cos(0.8), math.sin(0.8)
+    turn = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+    polygons = (car_mesh().corners * KINDS["car"][:3]) @ turn + (9.0, 3.0, 0.0)
+    assert len(car) > 200
+    assert distance_to_faces(car, polygons).max() < MILLIMETRE
+    pole = points[points[:, 1] < 0.0]
+    assert len(pole) > 20
+    assert np.hypot(pole[:, 0] - 6.0, pole[:, 1] + 5.0).max() < 0.26
+
+
+def test_trunk_and_crown_of_a_tree_are_visible():
+    tree = scenery_of(TREE, 8.0, 0.0, 0.0, (6.0, 6.0, 8.0))
+    ranges = lidar(PlanarLidar, tree).ranges(Moment(0.0, VehicleState()))
+    width = np.isfinite(ranges).sum() * math.radians(0.25) * (8.0 - 2.35)
+    assert width == pytest.approx(2.0 * 8.0 * 12.0 / 512.0, abs=0.03)
+    points = points_above_ground(lidar(RoofLidar, tree), Moment(0.0, VehicleState()))
+    assert points[:, 2].max() > 3.0
+    assert np.hypot(points[:, 0] - 8.0, points[:, 1]).max() < 8.0 * 163.0 / 512.0 + MILLIMETRE
+
+
+def test_errors_of_the_ranges_have_their_sizes():
+    wall = scenery_of(BLOCK, 30.0, 0.0, 0.0, (20.0, 60.0, 9.0))
+    moment = Moment(0.0, VehicleState())
+    true = lidar(PlanarLidar, wall).read(moment, 0)
+    assert true.dtype == np.float32
+    ranges = np.linalg.norm(true[:, :3].astype(float), axis=1)
+    np.testing.assert_allclose(true[:, 3], np.exp(-0.004 * ranges), atol=1e-6)
+
+    def measured(tick, **settings):
+        points = lidar(PlanarLidar, wall, **settings).read(moment, tick)
+        return np.linalg.norm(points[:, :3].astype(float), axis=1)
+
+    noisy = measured(1, noise_m=0.05)
+    assert (noisy - ranges).std() == pytest.approx(0.05, rel=0.2)
+    assert (measured(1, noise_m=0.05) == noisy).all()
+    assert not (measured(2, noise_m=0.05) == noisy).any()
+    assert np.ptp(measured(1, bias_m=0.3) - ranges) < 1e-4
+    assert np.ptp(measured(1, scale=0.1) / ranges) < 1e-5
+
+
+def test_scans_are_repeated_after_a_restart():
+    scenery = scenery_of(BLOCK, 18.0, 9.0, 0.7, (16.0, 11.0, 13.2))
+    settings = {
+        "lidar": sensor_settings("lidar", {"period_s": 0.1, "noise_m": 0.02}),
+        "planar_lidar": sensor_settings("planar_lidar", {"period_s": 0.05, "latency_s": 0.1}),
+    }
+
+    def simulation():
+        suite = SensorSuite(settings, TESLA, 0.05, 1, None, lambda: scenery)
+        return Simulation(Vehicle(TESLA), 0.05, 0.0, sensors=suite)
+
+    first, second = simulation(), simulation()
+    for _ in range(31):
+        first.step(VehicleCommand(throttle=0.8))
+    second.restore(first.checkpoint())
+    assert (second.observation.readings.lidar == first.observation.readings.lidar).all()
+    for one in (first, second):
+        one.step(VehicleCommand(throttle=0.8))
+    assert first.observation.readings.lidar is None
+    scans = [one.observation.readings.planar_lidar for one in (first, second)]
+    assert len(scans[0]) > 20
+    assert (scans[0] == scans[1]).all()

@@ -1,0 +1,301 @@
+"""Readings agree with the motion within their errors, and errors have their size and their seed."""
+
+import json
+import math
+import os
+
+import numpy as np
+import pytest
+
+from sdc_common.geometry.route import Route
+from sdc_sim.physics.vehicle import Vehicle, VehicleCommand, VehicleState
+from sdc_sim.physics.vehicle_parameters import load_vehicle
+from sdc_sim.sensors.errors import ErrorSizes, SensorErrors
+from sdc_sim.sensors.gnss import Gnss
+from sdc_sim.sensors.model import Moment, SensorContext
+from sdc_sim.sensors.motion_sensors import WHEEL_RADIUS_M, wheel_speeds_radps
+from sdc_sim.sensors.settings import sensor_settings
+from sdc_sim.sensors.suite import SensorSuite
+from sdc_sim.simulation.simulation import Simulation
+
+pytestmark = pytest.mark.slow(1)
+
+TESLA = load_vehicle(
+    os.path.join(os.path.dirname(__file__), "..", "config", "vehicles", "tesla_model3.yaml")
+)
+TICK_S = 0.05
+ACCELERATION_NOISE, RATE_NOISE, GNSS_NOISE = 0.1, 0.005, 1.0
+
+
+def simulation_with(seed=3, route=None, latency_s=0.0, **sensors):
+    settings = {name: sensor_settings(name, values) for name, values in sensors.items()}
+    suite = SensorSuite(settings, TESLA, TICK_S, seed, route)
+    return Simulation(Vehicle(TESLA), TICK_S, 0.0, sensors=suite, sensor_latency_s=latency_s)
+
+
+def weave(simulation, ticks):
+    """Drive with smooth commands of all kinds; return the observations."""
+    observations = []
+    for tick in range(ticks):
+        t = tick * TICK_S
+        pedal = 0.3 + 0.4 * math.sin(0.5 * t)
+        command = VehicleCommand(max(0.0, pedal), 0.05 * math.sin(0.7 * t), max(0.0, -pedal))
+        observations.append(simulation.step(command))
+    return observations
+
+
+def each(observations, field):
+    return [
+        getattr(observation.readings, field)
+        for observation in observations
+        if getattr(observation.readings, field) is not None
+    ]
+
+
+@pytest.fixture(scope="module")
+def drive():
+    """A drive of a minute with an inertial unit and GNSS in each tick."""
+    simulation = simulation_with(
+        imu={
+            "period_s": TICK_S,
+            "acceleration_noise_mps2": ACCELERATION_NOISE,
+            "rate_noise_radps": RATE_NOISE,
+        },
+        gnss={"period_s": TICK_S, "noise_m": GNSS_NOISE},
+    )
+    return weave(simulation, 1200)
+
+
+def assert_white(residuals, sigma):
+    """The residuals have mean 0 and this standard deviation, and each tick has its own.
+
+    The limits are those that one of 10,000 correct sensors exceeds (3.9 standard deviations).
+    """
+    count = len(residuals)
+    scaled = residuals / sigma
+    assert abs(scaled.mean()) < 3.9 / math.sqrt(count)
+    assert abs((scaled**2).mean() - 1.0) < 3.9 * math.sqrt(2.0 / count)
+    assert abs((scaled[1:] * scaled[:-1]).mean()) < 3.9 / math.sqrt(count)
+
+
+def trajectory(drive):
+    states = [observation.state for observation in drive]
+    return (np.array([getattr(state, name) for state in states]) for name in ("x_m", "y_m"))
+
+
+def test_inertial_unit_agrees_with_the_derivatives_of_the_trajectory(drive):
+    x, y = trajectory(drive)
+    yaw = np.array([observation.state.yaw_rad for observation in drive])[1:-1]
+    east, north = (np.diff(values, 2) / TICK_S**2 for values in (x, y))
+    c, s = np.cos(yaw), np.sin(yaw)
+    readings = [observation.readings.imu for observation in drive][1:-1]
+    measured = np.array([reading.acceleration_mps2 for reading in readings])
+    assert (np.abs(measured[:, :2]).max(axis=0) > 1.5).all()
+    # A command acts from its tick on: the reading is that before the step, the derivative the mean
+    # of both sides. Here this is up to 0.035 m/s^2, which the noise covers.
+    assert_white(measured[:, 0] - (c * east + s * north), ACCELERATION_NOISE)
+    assert_white(measured[:, 1] - (c * north - s * east), ACCELERATION_NOISE)
+    assert_white(measured[:, 2] - 9.81, ACCELERATION_NOISE)
+
+    all_yaw = np.array([observation.state.yaw_rad for observation in drive])
+    turning = (all_yaw[2:] - all_yaw[:-2]) / (2.0 * TICK_S)
+    rates = np.array([reading.rate_radps for reading in readings])
+    assert np.abs(turning).max() > 0.2
+    assert_white(rates[:, 2] - turning, RATE_NOISE)
+    assert_white(rates[:, 0], RATE_NOISE)
+
+
+def test_gnss_agrees_with_the_trajectory_and_its_steps_with_the_speed(drive):
+    x, y = trajectory(drive)
+    fixes = np.array([observation.readings.gnss[:2] for observation in drive])
+    assert_white(fixes[:, 0] - x, GNSS_NOISE)
+    assert_white(fixes[:, 1] - y, GNSS_NOISE)
+    # A path length from fixes 10 s apart: its error is the noise of two fixes.
+    speed = np.array([observation.state.speed_mps for observation in drive])
+    yaw = np.array([observation.state.yaw_rad for observation in drive])
+    aside = np.array([observation.state.lateral_speed_mps for observation in drive])
+    east = np.cumsum(speed * np.cos(yaw) - aside * np.sin(yaw)) * TICK_S
+    moved = fixes[200::200, 0] - fixes[:-200:200, 0]
+    integrated = east[200::200] - east[:-200:200]
+    assert np.abs(moved - integrated).max() < 4.0 * math.sqrt(2.0) * GNSS_NOISE + 0.5
+
+
+def test_readings_without_errors_are_the_true_values():
+    everything = {name: {"period_s": TICK_S} for name in ("imu", "gnss", "speedometer")}
+    observation = weave(simulation_with(**everything), 100)[-1]
+    state, readings = observation.state, observation.readings
+    assert readings.imu.acceleration_mps2[0] == state.longitudinal_acceleration_mps2
+    assert readings.imu.rate_radps == [0.0, 0.0, state.yaw_rate_radps]
+    assert readings.gnss[:2] == (state.x_m, state.y_m)
+    assert readings.speed_mps == state.speed_mps
+    assert readings.wheel_speeds_radps is None
+
+
+def test_wheels_roll_about_one_centre():
+    # On a circle each wheel covers its own radius; the front wheels follow the mean angle.
+    yaw_rate, speed = 0.4, 5.0
+    slip = 0.4 * TESLA.rear_axle_m  # the rear axle does not slide
+    angle = math.atan2(slip + TESLA.front_axle_m * yaw_rate, speed)
+    state = VehicleState(
+        speed_mps=speed, lateral_speed_mps=slip, yaw_rate_radps=yaw_rate, wheel_angle_rad=angle
+    )
+    front_left, front_right, left, right = wheel_speeds_radps(state, TESLA)
+    radius = speed / yaw_rate
+    half_track = 0.4 * TESLA.width_m
+    assert left * WHEEL_RADIUS_M == pytest.approx(yaw_rate * (radius - half_track))
+    assert right * WHEEL_RADIUS_M == pytest.approx(yaw_rate * (radius + half_track))
+    middle = math.hypot(radius, TESLA.front_axle_m + TESLA.rear_axle_m)
+    assert 0.5 * (front_left + front_right) * WHEEL_RADIUS_M == pytest.approx(yaw_rate * middle)
+    assert wheel_speeds_radps(VehicleState(speed_mps=-3.5), TESLA) == pytest.approx([-10.0] * 4)
+
+
+def test_bias_walk_and_scale_have_their_sizes():
+    sizes = ErrorSizes(bias=0.3, walk=0.2, scale=0.01)
+    errors = SensorErrors(7, 1, [sizes] * 1000, 0.1)
+    start = np.array(errors.bias)
+    scales = np.array(errors.apply([100.0] * 1000, 0)) - errors.bias
+    for tick in range(1, 40):
+        errors.apply([0.0] * 1000, tick)
+    assert start.std() == pytest.approx(0.3, rel=0.1)
+    assert (np.array(errors.bias) - start).std() == pytest.approx(0.2 * math.sqrt(4.0), rel=0.1)
+    assert scales.std() == pytest.approx(1.0, rel=0.1)
+    assert scales.mean() == pytest.approx(100.0, abs=0.13)
+
+
+def test_seed_decides_the_errors_and_sensors_do_not_change_those_of_others():
+    gnss = {"period_s": 0.2, "noise_m": 1.0, "bias_m": 0.5, "walk_m": 0.1}
+    alone = each(weave(simulation_with(gnss=gnss), 60), "gnss")
+    wheels = {"period_s": 0.05, "noise_radps": 0.3}
+    assert each(weave(simulation_with(gnss=gnss, wheel_speeds=wheels), 60), "gnss") == alone
+    assert each(weave(simulation_with(seed=4, gnss=gnss), 60), "gnss") != alone
+    assert len(alone) == 15
+
+
+def test_reading_is_due_in_the_ticks_that_are_multiples_of_its_period():
+    simulation = simulation_with(gnss={"period_s": 0.2}, imu={"period_s": 0.05})
+    for observation in weave(simulation, 30):
+        tick = round((observation.stamp[0] + 1e-9 * observation.stamp[1]) / TICK_S)
+        assert (observation.readings.gnss is not None) == (tick % 4 == 0)
+        assert observation.readings.imu is not None
+
+
+def test_late_reading_shows_the_state_of_that_many_ticks_ago():
+    simulation = simulation_with(
+        speedometer={"period_s": TICK_S, "latency_s": 0.15}, wheel_speeds={"period_s": TICK_S}
+    )
+    assert simulation.observation.readings.speed_mps == 0.0
+    observations = weave(simulation, 40)
+    speeds = [observation.state.speed_mps for observation in observations]
+    assert each(observations, "speed_mps")[3:] == speeds[:-3]
+    assert each(observations, "wheel_speeds_radps")[-1][2] == pytest.approx(
+        speeds[-1] / WHEEL_RADIUS_M, rel=0.05
+    )
+
+
+def test_latency_of_all_sensors_keeps_readings_and_observation_together():
+    simulation = simulation_with(latency_s=0.1, speedometer={"period_s": TICK_S})
+    for observation in weave(simulation, 40):
+        assert observation.readings.speed_mps == observation.state.speed_mps
+
+
+ALL = {
+    "imu": {
+        "period_s": 0.05,
+        "latency_s": 0.1,
+        "acceleration_noise_mps2": 0.1,
+        "rate_walk_radps": 1,
+    },
+    "gnss": {
+        "period_s": 0.1,
+        "noise_m": 1.0,
+        "walk_m": 0.3,
+        "multipath": [{"from_s": 0.0, "to_s": 9.0, "offset_m": 3.0}],
+    },
+    "wheel_speeds": {"period_s": 0.05, "noise_radps": 0.1, "bias_radps": 0.2, "scale": 0.1},
+}
+
+
+def test_reset_repeats_the_readings():
+    simulation = simulation_with(**ALL)
+    first = [observation.readings for observation in weave(simulation, 40)]
+    simulation.reset()
+    assert [observation.readings for observation in weave(simulation, 40)] == first
+
+
+def test_restored_simulation_repeats_its_readings_and_continues_bit_for_bit():
+    simulation, other = simulation_with(**ALL), simulation_with(**ALL)
+    last = weave(simulation, 25)[-1]
+    other.restore(json.loads(json.dumps(simulation.checkpoint())))
+    assert other.observation == last
+    assert weave(other, 25) == weave(simulation, 25)
+
+
+@pytest.mark.parametrize(
+    "zone", [{"from_s": 1.0, "to_s": 3.0}, {"from_m": 10.0, "to_m": 30.0}], ids=["time", "stretch"]
+)
+def test_outage_has_no_fix_in_its_zone_alone(zone):
+    route = Route(np.column_stack([np.arange(0.0, 101.0, 5.0), np.zeros(21)]))
+    simulation = simulation_with(
+        route=route, gnss={"period_s": TICK_S, "noise_m": 0.5, "outages": [zone]}
+    )
+    simulation.set_velocity(10.0, 0.0, 0.0)
+    observations = [simulation.step(VehicleCommand(throttle=0.4)) for _ in range(100)]
+    for number, observation in enumerate(observations, start=1):
+        inside = (
+            1.0 <= number * TICK_S < 3.0
+            if "from_s" in zone
+            else 10.0 <= observation.state.x_m < 30.0
+        )
+        assert observation.readings.gnss.has_fix != inside
+        if inside:
+            assert observation.readings.gnss[:3] == (0.0, 0.0, 0.0)
+    # The noise after the outage is that of a drive without it.
+    free = simulation_with(route=route, gnss={"period_s": TICK_S, "noise_m": 0.5})
+    free.set_velocity(10.0, 0.0, 0.0)
+    for _ in range(100):
+        free.step(VehicleCommand(throttle=0.4))
+    assert free.observation.readings == observations[-1].readings
+
+
+def test_reflections_offset_the_position_in_their_zone_and_wander():
+    zone = {"from_s": 2.0, "to_s": 40.0, "offset_m": 3.0}
+    settings = sensor_settings("gnss", {"period_s": 0.5, "multipath": [zone]})
+    drives = []
+    for seed in range(40):
+        gnss = Gnss(settings, SensorContext(seed, 1, 0.5, TESLA, None))
+        readings = [gnss.read(Moment(0.5 * k, VehicleState()), k) for k in range(90)]
+        drives.append([reading[:2] for reading in readings])
+    offsets = np.array(drives)
+    assert not offsets[:, :4].any()
+    assert not offsets[:, 80:].any()
+    values = offsets[:, 4:80]
+    assert values.std() == pytest.approx(3.0, rel=0.15)
+    step = (values[:, 1:] * values[:, :-1]).mean() / (values**2).mean()
+    assert step == pytest.approx(math.exp(-0.5 / 5.0), abs=0.05)
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "words"),
+    [
+        ("gnss", {"period": 0.1}, ["gnss", "'period'", "did you mean 'period_s'"]),
+        ("imu", {"rate_noise_radps": -1.0}, ["imu.rate_noise_radps", "-1.0"]),
+        ("wheel_speeds", {"scale": math.nan}, ["wheel_speeds.scale"]),
+        ("speedometer", 0.1, ["speedometer", "mapping"]),
+        ("gnss", {"outages": [{"from_m": 5.0}]}, ["gnss.outages, zone 1", "from_m and to_m"]),
+        ("gnss", {"outages": [{"from_s": 5.0, "to_s": 2.0}]}, ["zone 1", "end after its start"]),
+        ("gnss", {"multipath": [{"from": 5.0}]}, ["gnss.multipath, zone 1", "from"]),
+        ("gnss", {"outages": 3}, ["gnss.outages", "list"]),
+    ],
+)
+def test_bad_setting_is_refused_by_its_name(name, values, words):
+    with pytest.raises(ValueError) as refused:
+        sensor_settings(name, values)
+    assert [word for word in words if word not in str(refused.value)] == []
+
+
+def test_zone_beyond_the_route_is_refused():
+    route = Route(np.array([[0.0, 0.0], [50.0, 0.0]]))
+    with pytest.raises(ValueError, match="80 m along a route of 50"):
+        simulation_with(
+            route=route, gnss={"period_s": 0.1, "outages": [{"from_m": 10.0, "to_m": 80.0}]}
+        )
