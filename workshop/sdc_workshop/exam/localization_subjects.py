@@ -399,6 +399,56 @@ class OdometryMessageSubject(LocalizationSubject):
         yield Problem(f"36 numbers, of which {expected}", seen, hint_for(got, typical, law), "10")
 
 
+class LandmarksSubject(LocalizationSubject):
+    """landmarks.py, TODO 11 and 12."""
+
+    module = "landmarks"
+    todos = ("11", "12")
+
+    def _problems(self, found: dict) -> Iterator[Problem]:
+        for name, yaw, dx, dy in (("left", 0.5, 3.0, 4.0), ("behind", 3.0, -3.0, -1.0)):
+            direction, got = math.atan2(dy, dx), found[name]
+            wanted = [math.hypot(dx, dy), _wrapped(direction - yaw)]
+            if same(got, wanted):
+                continue
+            typical = (
+                ([wanted[0], direction - yaw], _WRAPPED),
+                ([wanted[0], direction], "The heading is not subtracted: the lidar turns along."),
+                ([wanted[0], -wanted[1]], "The sign of the bearing is wrong: positive is left."),
+                ([wanted[0] ** 2, wanted[1]], "The root is missing: use math.hypot."),
+                (
+                    [wanted[0], math.degrees(direction - yaw)],
+                    "These are degrees; all angles are in radians.",
+                ),
+            )
+            law = "The range is hypot(dx, dy), the bearing atan2(dy, dx) minus the heading."
+            yield Problem(
+                f"range and bearing {shown(wanted)}", shown(got), hint_for(got, typical, law), "11"
+            )
+            break
+        yield from self._jacobian_problems(found["jacobian"])
+
+    def _jacobian_problems(self, got: Any) -> Iterator[Problem]:
+        from sdc_localization.landmarks import measurement_jacobian
+
+        wanted = measurement_jacobian(np.array(probe.STATE), 4.0, 6.0)
+        for row, name, law in (
+            (0, "range", "By x it is -dx / root, by y -dy / root."),
+            (1, "bearing", "By x it is dy / square, by y -dx / square, by the heading -1."),
+        ):
+            one, right = [float(value) for value in got[row]], wanted[row].tolist()
+            if same(one, right):
+                continue
+            if all(abs(abs(a) - abs(b)) < 1e-9 for a, b in zip(one, right)):
+                law = f"A sign of the derivatives of the {name} is wrong. {law}"
+            yield Problem(f"derivatives of the {name} {shown(right)}", shown(one), law, "12")
+            return
+
+
+def _wrapped(angle: float) -> float:
+    return (angle + math.pi) % (2.0 * math.pi) - math.pi
+
+
 def _placed(indices: tuple, covariance: np.ndarray = probe.COVARIANCE) -> list:
     rows = np.zeros((6, 6))
     rows[np.ix_(indices, indices)] = covariance
@@ -410,4 +460,5 @@ LOCALIZATION_SUBJECTS = (
     KalmanFilterSubject(),
     LocalizerSubject(),
     OdometryMessageSubject(),
+    LandmarksSubject(),
 )

@@ -116,6 +116,27 @@ def odometry_message(random: Random) -> dict:
     }
 
 
+def landmarks(random: Random) -> dict:
+    """Return expected measurements of landmarks, and a Jacobian."""
+    from sdc_localization.landmarks import expected_measurement, measurement_jacobian
+
+    def expected(yaw: float, x: float, y: float) -> list:
+        return list(map(float, expected_measurement(np.array([1.0, 2.0, yaw, 0.0, 0.0]), x, y)))
+
+    place = random.uniform(5.0, 20.0), random.uniform(-10.0, 10.0)
+    state = np.array([1.0, 2.0, random.uniform(-1.0, 1.0), 0.0, 0.0])
+    return {
+        "other": [
+            *expected(state[2], *place),
+            *map(float, measurement_jacobian(state, *place).ravel()),
+        ],
+        "left": expected(0.5, 4.0, 6.0),
+        "behind": expected(3.0, -2.0, 1.0),
+        "jacobian": measurement_jacobian(np.array(STATE), 4.0, 6.0).tolist(),
+    }
+
+
 LOCALIZATION_PROBES = {
-    probe.__name__: probe for probe in (motion_model, kalman_filter, localizer, odometry_message)
+    probe.__name__: probe
+    for probe in (motion_model, kalman_filter, localizer, odometry_message, landmarks)
 }

@@ -8,7 +8,7 @@ import numpy as np
 import rospy
 from nav_msgs.msg import Odometry
 from sdc_msgs.msg import Path
-from sensor_msgs.msg import Imu, JointState, NavSatFix
+from sensor_msgs.msg import Imu, JointState, NavSatFix, PointCloud2
 from tf2_msgs.msg import TFMessage
 
 from sdc_common.geometry.geodesy import map_from_geodetic
@@ -17,9 +17,13 @@ from sdc_common.ros.connection_watchdog import watch_connections
 from sdc_common.ros.node import LoopPublisher, parameter, refuse
 from sdc_common.ros.refusal import refusing
 from sdc_common.ros.supervisor import supervise
+from sdc_common.routes.waypoint_file import WaypointError
 from sdc_common.validation import check_non_negative, check_positive
+from sdc_localization.landmark_map import load_landmarks
+from sdc_localization.landmarks import LandmarkMap
 from sdc_localization.localizer import Localizer, LocalizerSettings
 from sdc_localization.odometry_message import fill_odometry, transform, wheel_speed
+from sdc_localization.scan_features import find_features, scan_points
 from sdc_localization.sensor_pairing import SensorPairing
 
 EGO = "/carla/ego_vehicle"
@@ -29,6 +33,8 @@ class LocalizerNode:
     def __init__(self):
         rospy.init_node("localizer")
         self.radius_m = parameter("wheel_radius_m")
+        self.pole_radius_m = parameter("pole_radius_m")
+        self.lidar_ahead_m = parameter("lidar_ahead_m")
         gnss_period_s = parameter("gnss_period_s")
         try:
             check_positive(wheel_radius_m=self.radius_m)
@@ -40,7 +46,9 @@ class LocalizerNode:
         self.checkpoint = Checkpoint()
         if self.localizer.restore(self.checkpoint.load()):
             rospy.logwarn("localizer: restarted; resumes with its last estimate")
-        self.inputs = SensorPairing(self.answer, [gnss_period_s])
+        self.landmarks = self.read_map() if parameter("landmarks") else None
+        lidar_period_s = parameter("lidar_period_s") if self.landmarks else 0.0
+        self.inputs = SensorPairing(self.answer, [gnss_period_s, lidar_period_s])
 
         self.tf_publisher = rospy.Publisher("/tf", TFMessage, queue_size=1)
         self.publisher = LoopPublisher(f"{EGO}/odometry", Odometry, latch=True)
@@ -49,11 +57,21 @@ class LocalizerNode:
                 (f"{EGO}/wheel_speeds", JointState),
                 (f"{EGO}/imu", Imu),
                 (parameter("gnss_topic"), NavSatFix),
-            )
+                (parameter("lidar_topic"), PointCloud2),
+            )[: 4 if self.landmarks else 3]
         ):
             add = partial(self.inputs.add, number)
             rospy.Subscriber(topic, message_class, add, queue_size=10, tcp_nodelay=True)
         rospy.Subscriber("/planner/mission_waypoints", Path, self.on_mission, queue_size=1)
+
+    def read_map(self):
+        try:
+            deviations = parameter("landmark_range_m"), parameter("landmark_bearing_rad")
+            check_positive(landmark_range_m=deviations[0], landmark_bearing_rad=deviations[1])
+            positions = load_landmarks(parameter("waypoints_path"))
+            return LandmarkMap(positions, *deviations, self.localizer.settings.gate_2)
+        except (WaypointError, ValueError) as error:
+            refuse(error)
 
     def on_mission(self, path):
         points = np.array([(point.x, point.y) for point in path.waypoints]).reshape(-1, 2)
@@ -61,7 +79,7 @@ class LocalizerNode:
             self.waypoints = points
             self.inputs.start()
 
-    def answer(self, wheels, imu, fix):
+    def answer(self, wheels, imu, fix, scan):
         """Estimate the pose at the time of these messages, and publish it."""
         with refusing("the topics of the sensors"):
             speed = wheel_speed(wheels.name, wheels.velocity, self.radius_m)
@@ -69,6 +87,8 @@ class LocalizerNode:
             if fix is not None and fix.status.status >= fix.status.STATUS_FIX:
                 self.add_position(fix)
             if self.localizer.started:
+                if scan is not None:
+                    self.add_scan(scan)
                 self.publish(wheels.header.stamp)
                 self.checkpoint.save(self.localizer.checkpoint())
 
@@ -83,6 +103,10 @@ class LocalizerNode:
             self.localizer.start(x, y, variance, self.waypoints)
         else:
             self.localizer.add_position(x, y, variance)
+
+    def add_scan(self, scan):
+        features = find_features(scan_points(scan), self.pole_radius_m)
+        self.landmarks.correct(self.localizer, features + (self.lidar_ahead_m, 0.0))
 
     def publish(self, stamp):
         message = fill_odometry(Odometry(child_frame_id="ego_vehicle"), self.localizer.estimate)

@@ -22,12 +22,16 @@ from sdc_common.geometry.road_line import road_route
 from sdc_experiments.car_stack import CarController, CarPlanner
 from sdc_experiments.configuration import vehicle_preset
 from sdc_experiments.random_routes import long_route
+from sdc_localization.landmark_map import landmarks as scenery_landmarks
+from sdc_localization.landmarks import LandmarkMap
 from sdc_localization.localizer import Estimate, Localizer, LocalizerSettings
 from sdc_localization.odometry_message import wheel_speed
+from sdc_localization.scan_features import find_features
 from sdc_package.local_planner import PlannerSettings
 from sdc_sim.evaluation.ideal_drive import IdealDrive
 from sdc_sim.evaluation.route_progress import RouteProgress, TerminationLimits
 from sdc_sim.physics.vehicle import Vehicle, VehicleState
+from sdc_sim.road.road import Road
 from sdc_sim.sensors.readings import WHEELS, SensorReadings
 from sdc_sim.sensors.settings import sensor_settings
 from sdc_sim.sensors.suite import SensorSuite
@@ -49,10 +53,9 @@ def localizer_configuration() -> dict:
     return _configuration("sdc_localization", "config", "localizer.yaml")
 
 
-def sensor_configuration(**changes: Mapping) -> dict:
-    """Return the parameters of the sensors of the lab, with some of them changed."""
-    found = _configuration("sdc_sim", "config", "sensors", "localization.yaml")
-    return {name: {**found.get(name, {}), **changes.get(name, {})} for name in {**found, **changes}}
+def sensor_configuration(name: str = "localization") -> dict:
+    """Return the parameters of the sensors of a file in sdc_sim/config/sensors."""
+    return _configuration("sdc_sim", "config", "sensors", f"{name}.yaml")
 
 
 def _configuration(package: str, *path: str) -> dict:
@@ -108,11 +111,22 @@ class LocalizedDrive:
 class _Car:
     """The localizer as its node runs it, and the same without GNSS."""
 
-    def __init__(self, route_m: np.ndarray, options: Mapping[str, Any]):
+    variance_m2 = 1.0
+
+    def __init__(self, route_m: np.ndarray, options: Mapping[str, Any], landmarks: bool):
         self._parameters = {**localizer_configuration(), **options}
-        settings = LocalizerSettings.read(self._parameters.__getitem__)
+        parameters = self._parameters
+        settings = LocalizerSettings.read(parameters.__getitem__)
         self.localizer, self.dead_reckoning = Localizer(settings), Localizer(settings)
         self._route_m = route_m
+        self._landmarks: LandmarkMap | None = None
+        if landmarks:
+            self._landmarks = LandmarkMap(
+                scenery_landmarks(Road(route_m).scenery()),
+                parameters["landmark_range_m"],
+                parameters["landmark_bearing_rad"],
+                parameters["gate_2"],
+            )
 
     def locate(self, time_s: float, readings: SensorReadings) -> Estimate:
         assert readings.imu is not None
@@ -128,13 +142,16 @@ class _Car:
                 self.localizer.add_position(fix.x_m, fix.y_m, self.variance_m2)
             else:
                 self.start(fix.x_m, fix.y_m)
+        if self._landmarks is not None and readings.planar_lidar is not None:
+            scan = readings.planar_lidar[:, :2].astype(float)
+            features = find_features(scan, self._parameters["pole_radius_m"])
+            ahead_m = self._parameters["lidar_ahead_m"], 0.0
+            self._landmarks.correct(self.localizer, features + ahead_m)
         return self.localizer.estimate
 
     def start(self, x_m: float, y_m: float) -> None:
         for one in (self.localizer, self.dead_reckoning):
             one.start(x_m, y_m, self.variance_m2, self._route_m)
-
-    variance_m2 = 1.0
 
 
 def drive_localized(
@@ -143,6 +160,7 @@ def drive_localized(
     outages: list | None = None,
     sensors: Mapping[str, Mapping] | None = None,
     options: Mapping[str, Any] | None = None,
+    landmarks: bool = False,
 ) -> LocalizedDrive:
     """Drive along a route on the estimate.
 
@@ -154,10 +172,14 @@ def drive_localized(
         outages: GNSS outages, as in config/sim.yaml
         sensors: changed parameters of the sensors
         options: changed parameters of the localizer
+        landmarks: whether the localizer uses the planar lidar and the map
     """
     route = road_route(route_m)
-    car = _Car(route_m, options or {})
-    simulation = _simulation(route, seed, outages or [], sensors or {}, car.localizer.settings)
+    car = _Car(route_m, options or {}, landmarks)
+    rows = sensor_configuration("localization_lidar" if landmarks else "localization")
+    for name, changes in (*(sensors or {}).items(), ("gnss", {"outages": outages or []})):
+        rows[name] = {**rows.get(name, {}), **changes}
+    simulation = _simulation(route, route_m, seed, rows, car.localizer.settings)
     planner, controller = CarPlanner(route_m), CarController()
     drive = LocalizedDrive(RouteProgress(route, _LIMITS))
     observation = simulation.observation
@@ -189,11 +211,9 @@ def drive_localized(
 
 
 def _simulation(
-    route: Any, seed: int, outages: list, sensors: Mapping, assumed: LocalizerSettings
+    route: Any, route_m: np.ndarray, seed: int, rows: Mapping, assumed: LocalizerSettings
 ) -> Simulation:
     parameters = vehicle_preset("tesla_model3")
-    rows = sensor_configuration(**sensors)
-    rows["gnss"]["outages"] = outages
     settings = {name: sensor_settings(name, values) for name, values in rows.items()}
     random = np.random.default_rng(seed)
     left_m, turned_rad = random.normal(0.0, (assumed.initial_across_m, assumed.initial_yaw_rad))
@@ -202,7 +222,9 @@ def _simulation(
         TICK_S,
         0.0,
         start=start_pose(route, 0.0, float(left_m), float(turned_rad)),
-        sensors=SensorSuite(settings, parameters, TICK_S, seed, route),
+        sensors=SensorSuite(
+            settings, parameters, TICK_S, seed, route, lambda: Road(route_m).scenery()
+        ),
     )
 
 
