@@ -14,7 +14,6 @@ import time
 from pathlib import Path
 from typing import Any, Callable
 
-import cv2
 import gymnasium
 import numpy as np
 import rospkg
@@ -92,7 +91,6 @@ def _highway_rate(name: str) -> float:
 def main() -> None:
     """Measure all rates in turns and print the median and the greatest of each."""
     rounds = int(sys.argv[1]) if len(sys.argv) > 1 else 5
-    cv2.setNumThreads(1)
     single, many, camera = _single(), _many(), _single(observation="camera")
     measures: dict[str, Callable[[], float]] = {
         "SdcTown-v0, one car": lambda: _rate(single, 10 * _TICKS),
