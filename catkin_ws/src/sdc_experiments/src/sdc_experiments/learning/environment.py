@@ -83,6 +83,7 @@ class SdcEnvironment(gymnasium.Env):
         self.render_mode = render_mode
         self.action_space = ACTIONS
         self._camera = CameraModel(*picture_size)
+        self._bgra = np.empty((self._camera.height, self._camera.width, 4), np.uint8)
         self._shows_picture = observation == "camera"
         pictures = gymnasium.spaces.Box(0, 255, (picture_size[1], picture_size[0], 3), np.uint8)
         self.observation_space = pictures if self._shows_picture else VECTORS
@@ -212,5 +213,6 @@ class SdcEnvironment(gymnasium.Env):
             boxes = [*map(obstacle_box, observation.obstacles)]
             boxes += map(traffic_light_box, observation.traffic_lights)
         light = self._setup.parameters["daylight"]
-        picture = self._renderer.render(state.x_m, state.y_m, state.yaw_rad, boxes, light)
-        return cv2.cvtColor(picture, cv2.COLOR_BGRA2RGB)
+        pose = state.x_m, state.y_m, state.yaw_rad
+        self._renderer.render(*pose, boxes, light, out=self._bgra)
+        return cv2.cvtColor(self._bgra, cv2.COLOR_BGRA2RGB)

@@ -256,7 +256,9 @@ class _Integrator:
                 state.longitudinal_acceleration_mps2 = state.lateral_acceleration_mps2 = 0.0
                 state.load_transfer_mps2 -= inputs.load_gain * state.load_transfer_mps2
                 continue
-            direction, share = self._direction(state, drive_n, resist_n)
+            direction = share = 1.0
+            if not state.speed_mps > 0.0:
+                direction, share = self._direction(state, drive_n, resist_n)
             drive_front_n = drive_n * drive_front_share
             angle = -steer * evaluate(middle_speed, steer_segments)
             speed_rate = self._heun_step(
@@ -327,12 +329,9 @@ class _Integrator:
         u, v, r = state.speed_mps, state.lateral_speed_mps, state.yaw_rate_radps
         load = state.load_transfer_mps2
         u_dot_0, v_dot_0, r_dot_0 = derivatives(u, v, r, load, *demand)
+        later_load = load + load_gain * (u_dot_0 - v * r - load)
         u_dot_1, v_dot_1, r_dot_1 = derivatives(
-            u + h * u_dot_0,
-            v + h * v_dot_0,
-            r + h * r_dot_0,
-            load + load_gain * (u_dot_0 - v * r - load),
-            *demand,
+            u + h * u_dot_0, v + h * v_dot_0, r + h * r_dot_0, later_load, *demand
         )
         half = 0.5 * h
         u_new = u + half * (u_dot_0 + u_dot_1)
