@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import contextlib
 import itertools
 import signal
@@ -164,15 +165,22 @@ def _reason(error: BaseException) -> str:
 def _local_cluster(distributed: Any, workers: int) -> Iterator[Any]:
     """Start a scheduler in this process, and processes with one thread each."""
     warnings.filterwarnings("ignore", "Creating scratch directories")  # a busy machine is no error
-    with tempfile.TemporaryDirectory(prefix="sweep_") as folder, distributed.LocalCluster(
-        n_workers=workers,
-        threads_per_worker=1,
-        processes=True,
-        memory_limit="auto",  # the machine's memory, divided by its cores
-        env=_ONE_THREAD,
-        dashboard_address="127.0.0.1:0",
-        host="127.0.0.1",
-        local_directory=folder,
-        silence_logs="ERROR",
-    ) as cluster:
-        yield cluster
+    with tempfile.TemporaryDirectory(prefix="sweep_") as folder:
+        try:
+            cluster = distributed.LocalCluster(
+                n_workers=workers,
+                threads_per_worker=1,
+                processes=True,
+                memory_limit="auto",  # the machine's memory, divided by its cores
+                env=_ONE_THREAD,
+                dashboard_address="127.0.0.1:0",
+                host="127.0.0.1",
+                local_directory=folder,
+                silence_logs="ERROR",
+            )
+        except BaseException:
+            # At exit, Dask fails to close a cluster that was interrupted during its start.
+            atexit.unregister(distributed.deploy.spec.close_clusters)
+            raise
+        with cluster:
+            yield cluster
