@@ -99,7 +99,9 @@ class SimulationTopics:
         """Publish all but the picture."""
         observation = self._simulation.observation
         stamp = rospy.Time(*observation.stamp)
-        odometry = odometry_message(observation.measured, stamp, self._role_name)
+        # The ground truth has no noise.
+        shown = observation.measured if self._truth else observation.state
+        odometry = odometry_message(shown, stamp, self._role_name)
         self._drive_log.add_observation(observation, odometry)
         try:
             if self._truth:
