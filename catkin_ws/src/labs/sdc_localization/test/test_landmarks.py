@@ -97,7 +97,9 @@ def cloud(points, **changes):
     fields = [SimpleNamespace(name=name, offset=4 * i, datatype=7) for i, name in enumerate("xyz")]
     rows = np.zeros((len(points), 4), np.float32)
     rows[:, :2] = points
-    return SimpleNamespace(**{"fields": fields, "point_step": 16, "data": rows.tobytes(), **changes})
+    return SimpleNamespace(
+        **{"fields": fields, "point_step": 16, "data": rows.tobytes(), **changes}
+    )
 
 
 def test_scan_is_read_from_its_message():
