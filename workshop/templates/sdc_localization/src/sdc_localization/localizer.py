@@ -248,7 +248,8 @@ class Localizer:
             return False
         self.state = np.array(checkpoint["state"])
         self.covariance = np.array(checkpoint["covariance"])
-        self._motion = tuple(checkpoint["motion"])
+        time_s, wheel_mps, gyro_radps = checkpoint["motion"]
+        self._motion = time_s, wheel_mps, gyro_radps
         return True
 
     @property
