@@ -3,9 +3,18 @@
 import pytest
 from guide_student import Student
 
+from sdc_workshop.check import chosen
+from sdc_workshop.grading.copying import copy_workspace, is_workspace
 from sdc_workshop.guide import read
 from sdc_workshop.steps import LABS, load_steps
-from sdc_workshop.workspace import PROJECT, differences, solution_body
+from sdc_workshop.workspace import (
+    PROJECT,
+    differences,
+    lab_of,
+    make,
+    package_files,
+    solution_body,
+)
 
 pytestmark = pytest.mark.slow(60)
 
@@ -41,3 +50,24 @@ def test_each_snippet_of_a_lab_equals_the_solution(lab):
         assert block.text == solution_body(step), (
             f"{page(lab)}, line {block.line}: differs from the solution of {step.place}"
         )
+
+
+@pytest.mark.parametrize("lab", LABS)
+def test_check_without_a_step_means_the_lab_of_the_workspace(tmp_path, lab):
+    make(tmp_path / "ws", lab)
+    assert chosen([], lab_of(tmp_path / "ws")) == load_steps(lab)
+    assert chosen([lab]) == load_steps(lab)
+    assert not set(load_steps(lab)) & set(chosen([]))
+
+
+@pytest.mark.parametrize("lab", LABS)
+def test_grading_a_lab_takes_the_finished_car(tmp_path, lab):
+    source, copy = tmp_path / "ws", tmp_path / "copy"
+    make(source, lab)
+    (source / "src" / "sdc_package" / "scripts" / "camera.py").write_text("broken")
+    name = package_files(lab)[0]
+    (source / "src" / name).write_text("mine")
+    assert is_workspace(source, lab)
+    copy_workspace(source, copy, lab)
+    assert differences(copy) == []
+    assert (copy / "src" / name).read_text() == "mine"

@@ -12,6 +12,7 @@ from sdc_experiments.localization import (
     rms,
     sensor_configuration,
 )
+from sdc_experiments.offline_drive import TICK_S
 from sdc_experiments.random_routes import long_route
 from sdc_sim.evaluation.route_progress import COMPLETED
 
@@ -49,6 +50,15 @@ def test_gate_keeps_reflections_from_moving_the_estimate():
         for gate in (localizer_configuration()["gate_2"], 1e9)
     ]
     assert worst_m[0] < 0.5 * worst_m[1]
+
+
+def test_landmarks_carry_the_car_through_a_tunnel_of_20_s():
+    outage = {"from_s": 20.0, "to_s": 40.0}
+    drive = drive_localized(long_route(2, 400.0), 2, [outage], landmarks=True)
+    assert np.isnan(drive.fixes[round(30.0 / TICK_S)]).all()
+    assert drive.position_errors_m[round(39.9 / TICK_S)] < 0.5
+    assert drive.position_errors_m.max() < 2.0
+    assert drive.metrics["status"] == COMPLETED
 
 
 def test_town_is_driven_on_the_estimate():
