@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from sdc_experiments.offline_drive import TICK_S
 
 from sdc_common.routes.waypoint_file import load_waypoints
 from sdc_experiments.localization import (
@@ -12,7 +13,6 @@ from sdc_experiments.localization import (
     rms,
     sensor_configuration,
 )
-from sdc_experiments.offline_drive import TICK_S
 from sdc_experiments.random_routes import long_route
 from sdc_sim.evaluation.route_progress import COMPLETED
 
