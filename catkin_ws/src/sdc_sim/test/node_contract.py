@@ -227,6 +227,8 @@ class ContractTest(unittest.TestCase):
 
     def test_initial_pose_places_the_car(self):
         self.drive_until(lambda x, y, yaw, speed: speed > 2.0, throttle=0.7)
+        # With the brake, the car stays where it is placed.
+        self.drive_until(lambda x, y, yaw, speed: speed < 2.0, brake=1.0)
         before = len(self.odometry.messages)
         self.place(40.0, 30.0, 1.0)
         odometry = self.odometry.wait_for(
