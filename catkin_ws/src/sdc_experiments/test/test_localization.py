@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from sdc_experiments.offline_drive import TICK_S
 
 from sdc_common.routes.waypoint_file import load_waypoints
 from sdc_experiments.localization import (
+    TICK_S,
     consistency,
     drive_localized,
     localizer_configuration,
