@@ -30,13 +30,14 @@ from sdc_cockpit.driving import PERSON, STACK, RemoteDriving
 from sdc_cockpit.graph_view import LogLines, node_rows
 from sdc_cockpit.live_parameters import change_parameter, live_parameters
 from sdc_cockpit.master_state import check_no_drive, clear_parameters
-from sdc_cockpit.pictures import PictureEncoder, PictureRate
+from sdc_cockpit.pictures import DriveSpeed, PictureEncoder, RateLimit
 from sdc_cockpit.saved_cockpit import SavedCockpit
 from sdc_cockpit.topic_feeds import Feed, TopicFeeds, decoded, stamp_of
 from sdc_cockpit.viewers import Viewers
 from sdc_common.ros.node import LoopPublisher, parameter, refuse, spin_with
 from sdc_common.ros.refusal import refusing
 from sdc_common.ros.supervisor import supervise
+from sdc_common.validation import check_positive
 from sdc_package.steering.loader import METHODS
 from sdc_sim.manual_control.keyboard import KeyboardControlRates
 from sdc_sim.scenario.runner import PackagedFolders
@@ -55,8 +56,10 @@ class Cockpit:
         cv2.setNumThreads(1)
         try:
             self.encoder = PictureEncoder(parameter("jpeg_quality"))
-            rates = parameter("pictures_per_second"), parameter("lockstep_pictures_per_second")
-            self.rates = {topic: PictureRate(*rates) for topic in (CAMERA, LANE_MASK)}
+            per_second = parameter("pictures_per_second")
+            self.limits = {topic: RateLimit(per_second) for topic in (CAMERA, LANE_MASK)}
+            self.lockstep_rest_s = parameter("lockstep_rest_s")
+            check_positive(lockstep_rest_s=self.lockstep_rest_s)
             self.driving = RemoteDriving(
                 KeyboardControlRates(**parameter("manual_control")["rates"]),
                 parameter("driver_timeout_s"),
@@ -83,6 +86,7 @@ class Cockpit:
         self.overridden = False
         self.other_driver = False
         self.next_nodes_s = self.next_state_s = 0.0
+        self.drive_speed = DriveSpeed()
         self.executor = concurrent.futures.ThreadPoolExecutor(max_workers=4)
         self.master = rosgraph.Master(rospy.get_name())
 
@@ -117,8 +121,12 @@ class Cockpit:
         with refusing(topic):
             stamp = stamp_of(message)
             stamp_s = genpy.Time(*stamp).to_sec()
-            if not self.rates[topic].admits(time.monotonic(), stamp_s):
+            now_s = time.monotonic()
+            self.drive_speed.add(now_s, stamp_s)
+            if not self.limits[topic].admits(now_s):
                 return
+            if self.drive_speed.is_lockstep:
+                self.feeds.rest(topic, self.lockstep_rest_s)
             picture = decoded(message, Image)
             file = encode(picture)
             wall_s = self.view.wall_time_of(stamp)

@@ -39,7 +39,7 @@ def test_stack_is_steady_after_ten_answers_until_it_misses_one():
     drive(period, [True] * 9)
     assert period.patience_factor == 1.0
     drive(period, [True])
-    assert period.patience_factor == 10.0
+    assert period.patience_factor == 40.0
     drive(period, [False])
     assert period.patience_factor == 1.0
 
@@ -49,7 +49,7 @@ def test_steady_stack_at_half_the_rate_is_not_waited_for_in_each_tick():
     drive(period, [False, True] * 20)
     assert period.patience_factor == 0.0
     drive(period, [False])
-    assert period.patience_factor == 10.0
+    assert period.patience_factor == 40.0
     drive(period, [False])
     assert period.patience_factor == 1.0
 

@@ -40,33 +40,19 @@ class RateLimit:
         return True
 
 
-class PictureRate:
-    """Admits camera pictures at a largest rate, which is lower in lockstep.
+class DriveSpeed:
+    """Measures whether simulated time is faster than real time, as in lockstep."""
 
-    In lockstep, each picture for a page takes time from the drive.
-
-    Args:
-        per_second: the rate in real time [1/s]
-        per_second_in_lockstep: the rate while simulated time is faster than real time [1/s]
-
-    Raises:
-        ValueError: a rate is not positive
-    """
-
-    def __init__(self, per_second: float, per_second_in_lockstep: float):
-        self._real_time = RateLimit(per_second)
-        self._lockstep = RateLimit(per_second_in_lockstep)
-        self._limit = self._real_time
+    def __init__(self) -> None:
+        self.is_lockstep = False
         self._measured_at = (0.0, 0.0)
 
-    def admits(self, now_s: float, stamp_s: float) -> bool:
-        """Return whether a picture with this stamp is admitted now."""
+    def add(self, now_s: float, stamp_s: float) -> None:
+        """Add the arrival of a message with this stamp."""
         elapsed_s = now_s - self._measured_at[0]
         if elapsed_s >= _MEASURE_EVERY_S:
-            speed = (stamp_s - self._measured_at[1]) / elapsed_s
-            self._limit = self._lockstep if speed > _FASTER else self._real_time
+            self.is_lockstep = stamp_s - self._measured_at[1] > _FASTER * elapsed_s
             self._measured_at = (now_s, stamp_s)
-        return self._limit.admits(now_s)
 
 
 class PictureEncoder:

@@ -64,6 +64,7 @@ class TopicFeeds:
         self.feeds = {feed.topic: feed for feed in feeds}
         self._subscribers: dict[str, rospy.Subscriber] = {}
         self._wanted: frozenset[str] = frozenset()
+        self._resting: dict[str, float] = {}
         self._changed = threading.Event()
         self._counted: tuple[float, dict[str, int]] = (time.monotonic(), {})
         threading.Thread(target=self._run, daemon=True).start()
@@ -74,10 +75,15 @@ class TopicFeeds:
             self._wanted = topics
             self._changed.set()
 
+    def rest(self, topic: str, seconds: float) -> None:
+        """Unsubscribe from a topic for a while: its publisher spends time on every message."""
+        self._resting[topic] = time.monotonic() + seconds
+        self._changed.set()
+
     def rates(self) -> dict[str, float]:
         """Return the messages per second of the topics since the last call [1/s]."""
         now_s = time.monotonic()
-        counts = {topic: self.feeds[topic].count for topic in tuple(self._subscribers)}
+        counts = {topic: self.feeds[topic].count for topic in self._wanted}
         before_s, before = self._counted
         self._counted = now_s, counts
         return {
@@ -88,9 +94,14 @@ class TopicFeeds:
 
     def _run(self) -> None:
         while not rospy.is_shutdown():
-            self._changed.wait()
+            now_s = time.monotonic()
+            ends_s = tuple(self._resting.values())
+            self._changed.wait(max(min(ends_s) - now_s, 0.0) if ends_s else None)
             self._changed.clear()
-            wanted = self._wanted
+            for topic, until_s in tuple(self._resting.items()):
+                if until_s <= time.monotonic():
+                    del self._resting[topic]
+            wanted = self._wanted - set(self._resting)
             for topic in set(self._subscribers) - wanted:
                 self._subscribers.pop(topic).unregister()
             # In the order of the feeds: what the page needs first is subscribed to first.

@@ -176,7 +176,7 @@ def _local_cluster(distributed: Any, workers: int) -> Iterator[Any]:
                 dashboard_address="127.0.0.1:0",
                 host="127.0.0.1",
                 local_directory=folder,
-                silence_logs="ERROR",
+                silence_logs="CRITICAL",  # what fails is named by this class
             )
         except BaseException:
             # At exit, Dask fails to close a cluster that was interrupted during its start.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 _AGREEING_GAPS = 5
 _STEADY_ANSWERS = 10
-_STEADY_FACTOR = 10.0
+_STEADY_FACTOR = 40.0
 
 
 class CommandPeriod:
