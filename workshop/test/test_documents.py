@@ -9,7 +9,18 @@ from sdc_workshop.workspace import PROJECT
 
 WORKSHOP = PROJECT / "workshop"
 PAGES = sorted(WORKSHOP.glob("*.md"))
-GENERATED = {".git", ".tools", "build", "devel", "world_ws", "report", "grades"}
+GENERATED = {
+    ".git",
+    ".tools",
+    ".browser",
+    ".learning",
+    ".highway",
+    "build",
+    "devel",
+    "world_ws",
+    "report",
+    "grades",
+}
 FILES = [path for path in PROJECT.rglob("*") if not GENERATED & set(path.parts)]
 ALL_PAGES = sorted(path for path in FILES if path.suffix == ".md")
 # Files that a drive, a command or the reader writes.
