@@ -143,16 +143,13 @@ def test_no_drive_is_lost_or_repeated_and_none_depends_on_its_worker(
 
 
 def check_kills_on_this_machine(study, start, folder, expected):
-    """Sweep with two processes; kill one, interrupt the sweep, kill it, and let it end."""
+    """Sweep with two processes: interrupt the sweep, kill a process, kill the sweep, let it end."""
 
     def sweep():
         return start(sys.executable, SCRIPT, study, "--output", folder, "--workers", "2")
 
+    # Dask prints a traceback of a process that is interrupted while it starts: kill none before.
     first = sweep()
-    wait_for_rows(folder, 1, first)
-    victim = children(first)[0]
-    victim.kill()
-    wait_for(lambda: not victim.is_running() or victim.status() == "zombie", first)
     wait_for_rows(folder, 4, first)
     os.killpg(first.process.pid, signal.SIGINT)  # as Ctrl-C in a terminal
     assert first.wait_for_end(LIMIT_S) == 130, first.output
@@ -162,6 +159,10 @@ def check_kills_on_this_machine(study, start, folder, expected):
     interrupted = rows(folder)
 
     second = sweep()
+    wait_for_rows(folder, len(interrupted) + 1, second)
+    victim = children(second)[0]
+    victim.kill()
+    wait_for(lambda: not victim.is_running() or victim.status() == "zombie", second)
     wait_for_rows(folder, len(interrupted) + 4, second)
     workers = children(second)
     second.process.kill()
