@@ -136,3 +136,13 @@ def test_points_of_the_line_are_evenly_spaced_whatever_the_waypoints():
     gaps = np.diff(line[:, 0])
     assert gaps.max() <= 1.25 + 1e-9
     assert (gaps > 0.0).all()
+
+
+def test_equal_waypoints_share_their_route_and_others_do_not():
+    waypoints = np.column_stack([np.arange(30.0), np.zeros(30)])
+    first = road_route(waypoints)
+    assert road_route(waypoints.copy()) is first
+    assert road_route(waypoints[::-1]).points[0].tolist() == [29.0, 0.0]
+    waypoints[7, 1] = 0.5
+    assert road_route(waypoints) is not first
+    assert first.points[7, 1] == 0.0

@@ -8,11 +8,12 @@ import math
 import numpy as np
 import pytest
 
+from sdc_common.geometry import road_line, segments
 from sdc_experiments.closed_loop import drive, drive_result
 from sdc_package.local_planner import OffRouteError
 from sdc_package.steering.stanley import StanleySteering
 
-pytestmark = pytest.mark.slow(4)
+pytestmark = pytest.mark.slow(7)
 
 STRAIGHT = [{"straight_m": 40.0}]
 
@@ -25,6 +26,22 @@ def test_equal_arguments_give_equal_traces():
     assert np.array_equal(first, second, equal_nan=True)
     other = drive_result(route=STRAIGHT, seed=4, sim_options=options).rows
     assert not np.array_equal(first[:50], other[:50], equal_nan=True)
+
+
+def test_drive_in_machine_code_has_the_numbers_of_a_plain_one(monkeypatch):
+    pytest.importorskip("numba")
+    monkeypatch.setattr(segments, "_in_machine_code", False)
+    bend = [{"straight_m": 8.0}, {"left_deg": 200.0, "radius_m": 8.0, "transition_m": 4.0}]
+    options = {"odometry_noise": {"position_m": 0.05}, "side_wind_mps": 8.0}
+    results = []
+    for compiled in (False, True):
+        road_line._route.cache_clear()  # its lines would stay plain
+        results.append(drive_result(route=bend, seed=3, sim_options=options, compiled=compiled))
+        assert results[-1].progress.route.line.numbers.are_arrays == compiled
+    plain, compiled = results
+    assert plain.metrics == compiled.metrics
+    assert len(plain.rows) > 100
+    assert np.array_equal(plain.rows, compiled.rows)
 
 
 def test_report_counts_each_tick_as_answered_by_its_stamp():

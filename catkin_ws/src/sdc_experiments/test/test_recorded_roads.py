@@ -44,7 +44,14 @@ def test_recorded_road_is_driven_like_the_exact_one(course, speed_mps, recording
     assert failures(exact, recorded, recording) == []
 
 
-@pytest.mark.parametrize("method", [name for name in METHODS if name != "stanley"])
+@pytest.mark.parametrize(
+    "method",
+    [
+        pytest.param(name, marks=() if name in (DEFAULT, "lqr") else pytest.mark.nightly)
+        for name in METHODS
+        if name != "stanley"
+    ],
+)
 def test_coarse_rounded_points_of_tight_bends_are_driven_like_the_exact_road(method):
     """The textbook law of Stanley deviates by 0.11 m on the exact road, and by 0.21 m here."""
     recording = Recording(5.0, rounding_m=0.1)

@@ -12,7 +12,8 @@ from sdc_sim.physics.vehicle_parameters import load_vehicle
 pytestmark = pytest.mark.slow(2)
 
 FOLDER = os.path.join(os.path.dirname(__file__), "..", "config", "vehicles")
-COUNT = 12
+# Enough for two threads.
+COUNT = 130
 TICK_S = 0.05
 
 
@@ -44,7 +45,27 @@ def test_fleet_equals_single_vehicles(preset, friction, threads):
     assert (fleet.state["speed_mps"] == 0.0).any()
     for name in FIELDS:
         expected = [getattr(vehicle.state, name) for vehicle in vehicles]
-        np.testing.assert_allclose(fleet.state[name], expected, rtol=1e-12, atol=1e-12)
+        np.testing.assert_array_equal(fleet.state[name], expected)
+
+
+@pytest.mark.parametrize(("preset", "wind_mps"), [("tesla_model3", 0.0), ("ford_escort", -30.0)])
+def test_compiled_vehicle_equals_a_plain_one_bit_for_bit(preset, wind_mps):
+    pytest.importorskip("numba")
+    parameters = load_vehicle(os.path.join(FOLDER, preset + ".yaml"))
+    plain = Vehicle(parameters, 0.8, wind_mps)
+    compiled = Vehicle(parameters, 0.8, wind_mps, compiled=True)
+    random = np.random.default_rng(3)
+    for speed_mps in (0.0, -4.0, 30.0):
+        for vehicle in (plain, compiled):
+            vehicle.reset(1.0, -2.0, 0.7, speed_mps)
+        for tick in range(300):
+            if tick % 20 == 0:
+                pedals, steer = random.random(2) * (random.random(2) < 0.6), random.uniform(-1, 1)
+                flags = (random.random(2) < 0.2).tolist()
+                command = VehicleCommand(float(pedals[0]), steer, float(pedals[1]), *flags)
+            for vehicle in (plain, compiled):
+                vehicle.step(command, TICK_S)
+            assert compiled.state == plain.state
 
 
 def test_reset_moves_only_the_named_vehicles():

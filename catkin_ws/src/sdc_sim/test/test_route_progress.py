@@ -244,3 +244,20 @@ def test_drive_without_kept_samples_keeps_the_last_one():
     drive_at(10.0, 100, drive)
     assert len(drive.samples) == 1
     assert drive.duration_s == pytest.approx(99 * 0.05)
+
+
+def test_drive_that_need_not_stop_is_completed_where_it_passes_the_end():
+    limits = LIMITS._replace(finish_at_rest=False)
+    drive = drive_straight(stop_at=200.0, limits=limits)
+    assert drive.status == COMPLETED
+    assert 98.0 <= drive.samples[-1].x_m < 99.0
+    assert drive.samples[-1].speed_mps == 10.0
+
+
+def test_drive_that_passes_the_end_is_not_completed():
+    assert drive_straight(stop_at=200.0).status != COMPLETED
+
+
+def test_finish_that_is_neither_true_nor_false_is_refused():
+    with pytest.raises(ValueError, match="finish_at_rest"):
+        RouteProgress(STRAIGHT, LIMITS._replace(finish_at_rest="no"))

@@ -59,10 +59,10 @@ def pose_and_speed(observation: Observation) -> tuple[float, float, float, float
     """Return x [m], y [m], yaw [rad] and speed [m/s] as a node reads them from the odometry."""
     state = observation.measured
     speed = math.hypot(state.speed_mps, state.lateral_speed_mps)
-    return state.x_m, state.y_m, _yaw_of_quaternion(state.yaw_rad), speed
+    return state.x_m, state.y_m, yaw_of_quaternion(state.yaw_rad), speed
 
 
-def _yaw_of_quaternion(yaw_rad: float) -> float:
+def yaw_of_quaternion(yaw_rad: float) -> float:
     """Return a yaw after its conversion to a quaternion and back."""
     z, w = math.sin(0.5 * yaw_rad), math.cos(0.5 * yaw_rad)
     return math.atan2(2.0 * (w * z + 0.0), 1.0 - 2.0 * (0.0 + z * z))
@@ -92,6 +92,8 @@ class CarPlanner:
         self._planner = LocalPlanner(mission_of(waypoints_m), settings)
         self._search = WaypointSearch(self._planner.route.points)
         self._lights = TrafficLightMonitor(settings.traffic_lights)
+        self._planned = np.empty((0, 3))
+        self._rows: Rows = ()
         if lights is not None and lights.plans:
             self._lights.set_lines(light_info_message(lights.plans, lights.states(0.0)))
 
@@ -107,7 +109,10 @@ class CarPlanner:
         first = self._search.first_ahead(x, y)
         rows = self._planner.plan(first, x, y, yaw, [*map(_detected, observation.obstacles)])
         rows = self._planner.stop_for(self._lights, rows, speed)
-        return rows.astype(np.float32).tolist()
+        if rows is not self._planned:
+            self._planned = rows
+            self._rows = tuple(map(tuple, rows.astype(np.float32).tolist()))
+        return self._rows
 
 
 def mission_of(waypoints_m: np.ndarray) -> np.ndarray:
@@ -116,7 +121,7 @@ def mission_of(waypoints_m: np.ndarray) -> np.ndarray:
 
 
 def _detected(one: ObstacleState) -> DetectedObstacle:
-    yaw, speed = _yaw_of_quaternion(one.yaw_rad), float(np.float32(one.speed_mps))
+    yaw, speed = yaw_of_quaternion(one.yaw_rad), float(np.float32(one.speed_mps))
     return DetectedObstacle(one.x_m, one.y_m, yaw, one.length_m, one.width_m, speed)
 
 

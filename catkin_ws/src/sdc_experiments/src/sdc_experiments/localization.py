@@ -7,19 +7,17 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import os
 import sys
 from dataclasses import dataclass, field
 from typing import Any, Mapping
 
 import numpy as np
-import rospkg
-import yaml
 from scipy.stats import chi2
 
 from sdc_common.geometry.angles import wrap_angle
 from sdc_common.geometry.road_line import road_route
 from sdc_experiments.car_stack import CarController, CarPlanner
+from sdc_experiments.closed_loop import Recorder, drive_until_over
 from sdc_experiments.configuration import vehicle_preset
 from sdc_experiments.random_routes import long_route
 from sdc_localization.landmark_map import landmarks as scenery_landmarks
@@ -32,11 +30,12 @@ from sdc_sim.evaluation.ideal_drive import IdealDrive
 from sdc_sim.evaluation.route_progress import RouteProgress, TerminationLimits
 from sdc_sim.physics.vehicle import Vehicle, VehicleState
 from sdc_sim.road.road import Road
+from sdc_sim.scenario.packaged import node_config
 from sdc_sim.sensors.readings import WHEELS, SensorReadings
 from sdc_sim.sensors.settings import sensor_settings
 from sdc_sim.sensors.suite import SensorSuite
 from sdc_sim.simulation.placement import start_pose
-from sdc_sim.simulation.simulation import Simulation
+from sdc_sim.simulation.simulation import Observation, Simulation
 
 ROUTES = 20
 OUTAGE_S = 5.0
@@ -50,18 +49,12 @@ _BAND = 0.95
 
 def localizer_configuration() -> dict:
     """Return the parameters of the node localizer."""
-    return _configuration("sdc_localization", "config", "localizer.yaml")
+    return node_config("sdc_localization", "localizer")
 
 
 def sensor_configuration(name: str = "localization") -> dict:
     """Return the parameters of the sensors of a file in sdc_sim/config/sensors."""
-    return _configuration("sdc_sim", "config", "sensors", f"{name}.yaml")
-
-
-def _configuration(package: str, *path: str) -> dict:
-    file_name = os.path.join(rospkg.RosPack().get_path(package), *path)
-    with open(file_name, encoding="utf-8") as file:
-        return yaml.safe_load(file)
+    return node_config("sdc_sim", f"sensors/{name}")
 
 
 @dataclass
@@ -180,34 +173,37 @@ def drive_localized(
     for name, changes in (*(sensors or {}).items(), ("gnss", {"outages": outages or []})):
         rows[name] = {**rows.get(name, {}), **changes}
     simulation = _simulation(route, route_m, seed, rows, car.localizer.settings)
-    planner, controller = CarPlanner(route_m), CarController()
-    drive = LocalizedDrive(RouteProgress(route, _LIMITS))
-    observation = simulation.observation
-    while drive.progress.status is None:
-        time_s = observation.stamp[0] + 1e-9 * observation.stamp[1]
-        state, readings = observation.state, observation.readings
-        found = car.locate(time_s, readings)
-        drive.truth.append((state.x_m, state.y_m, state.yaw_rad))
+    planner, drive = CarPlanner(route_m), LocalizedDrive(RouteProgress(route, _LIMITS))
+
+    def believe(observation: Observation) -> Observation:
+        found = car.locate(observation.stamp[0] + 1e-9 * observation.stamp[1], observation.readings)
         drive.estimates.append(found)
         drive.dead_reckoned.append(car.dead_reckoning.estimate[:2])
-        fix = readings.gnss
+        state = VehicleState(*found[:3], found.speed_mps, found.sideways_mps)
+        return observation._replace(measured=state)
+
+    recorder = _Recorder(drive, simulation)
+    drive_until_over(simulation, planner, CarController(), recorder, believe=believe)
+    limits = PlannerSettings.read(planner.parameters.__getitem__).limits
+    drive.metrics = drive.progress.metrics(IdealDrive(route, limits).duration_s)
+    return drive
+
+
+class _Recorder(Recorder):
+    """Records truth and fixes of a drive."""
+
+    def __init__(self, drive: LocalizedDrive, simulation: Simulation):
+        self._drive, self._simulation = drive, simulation
+
+    def add(self, observation: Observation) -> bool:
+        drive, state, fix = self._drive, observation.state, observation.readings.gnss
+        drive.truth.append((state.x_m, state.y_m, state.yaw_rad))
         has_fix = fix is not None and fix.has_fix
         drive.fixes.append((fix.x_m, fix.y_m) if fix and has_fix else (math.nan, math.nan))
         speed = math.hypot(state.speed_mps, state.lateral_speed_mps)
         yaw = wrap_angle(state.yaw_rad)
-        drive.progress.update(simulation.elapsed_s, state.x_m, state.y_m, yaw, speed)
-        estimated = VehicleState(
-            x_m=found.x_m,
-            y_m=found.y_m,
-            yaw_rad=found.yaw_rad,
-            speed_mps=found.speed_mps,
-            lateral_speed_mps=found.sideways_mps,
-        )
-        believed = observation._replace(measured=estimated)
-        observation = simulation.step(controller(believed, planner(believed)))
-    limits = PlannerSettings.read(planner.parameters.__getitem__).limits
-    drive.metrics = drive.progress.metrics(IdealDrive(route, limits).duration_s)
-    return drive
+        drive.progress.update(self._simulation.elapsed_s, state.x_m, state.y_m, yaw, speed)
+        return drive.progress.status is not None
 
 
 def _simulation(

@@ -1,8 +1,12 @@
-"""Random routes of straights and bends."""
+"""Random routes of straights and bends.
+
+python3 -m sdc_experiments.random_routes SEED FILE writes one of 1 km as a waypoint file.
+"""
 
 from __future__ import annotations
 
 import math
+import sys
 
 import numpy as np
 
@@ -23,12 +27,15 @@ def random_route(seed: int) -> tuple[np.ndarray, bool]:
     return points + random.normal(0.0, 0.02, points.shape) if noisy else points, noisy
 
 
-def long_route(seed: int, length_m: float = 1000.0) -> np.ndarray:
-    """Return (N, 2) points 1 m apart of a route of at least this length, with clothoids."""
+def long_route(seed: int, length_m: float = 1000.0, least_radius_m: float = 8.0) -> np.ndarray:
+    """Return (N, 2) points 1 m apart of a route of at least this length, with clothoids.
+
+    The radii of the bends are from `least_radius_m` to 100 m.
+    """
     random = np.random.default_rng(seed)
     pieces = [(15.0, 0.0)]
     while sum(length for length, _ in pieces) < length_m:
-        bend = _bend(random, 8.0, random.uniform(3.0, 8.0))
+        bend = _bend(random, least_radius_m, random.uniform(3.0, 8.0))
         pieces += [*bend, (random.uniform(10.0, 80.0), 0.0)]
     return _points(random, pieces)
 
@@ -53,3 +60,19 @@ def _points(random: np.random.Generator, pieces: list) -> np.ndarray:
     fine = np.arange(0.0, s[-1], 0.01)
     heading = random.uniform(-math.pi, math.pi) + np.cumsum(np.interp(fine, s, curvature)) * 0.01
     return np.column_stack([np.cumsum(np.cos(heading)), np.cumsum(np.sin(heading))])[::100] * 0.01
+
+
+def main() -> None:
+    """Write a route of 1 km to a file."""
+    if len(sys.argv) != 3 or not sys.argv[1].isdecimal():
+        sys.exit("Usage: python3 -m sdc_experiments.random_routes SEED FILE")
+    # The y axis of a waypoint file points to the right.
+    points = long_route(int(sys.argv[1])) * (1.0, -1.0)
+    try:
+        np.savetxt(sys.argv[2], points, fmt="%.4f", delimiter=",")
+    except OSError as error:
+        sys.exit(f"random_routes: {error}")
+
+
+if __name__ == "__main__":
+    main()

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Sequence
 
-import numpy as np
-
+from sdc_common.piecewise_linear import Segments, evaluate, linear_segments
 from sdc_common.validation import check_between, check_non_negative, check_positive, is_number
 
 
@@ -41,6 +41,10 @@ class SteeringMap:
         if min(self.shares) <= 0.0:
             raise ValueError(f"steering: 'shares' must be positive, got {list(self.shares)}")
 
+    @cached_property
+    def _share_of_speed(self) -> Segments:
+        return linear_segments(self.speeds_mps, self.shares)
+
     def command(self, wheel_angle_rad: float, speed_mps: float) -> tuple[float, bool]:
         """Return the steer command for a wheel angle, and whether it is limited.
 
@@ -51,7 +55,7 @@ class SteeringMap:
         Returns:
             steer in -1..1, positive RIGHT, and True if the angle is out of the car's reach
         """
-        share = float(np.interp(abs(speed_mps), self.speeds_mps, self.shares))
+        share = evaluate(abs(speed_mps), self._share_of_speed)
         wanted = -wheel_angle_rad / (self.max_wheel_angle_rad * share)
         steer = min(max(wanted, -1.0), 1.0)
         return steer, steer != wanted

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from dataclasses import dataclass
-from typing import Sequence
+from typing import NamedTuple, Sequence
 
-from sdc_common.geometry.polyline import Polyline
+from sdc_common.geometry.polyline import Place, Polyline
 
 Row = Sequence[float]
 
@@ -21,8 +20,7 @@ _AIM_AHEAD_M = 0.3
 _BEYOND_END_M = 1.0
 
 
-@dataclass(frozen=True)
-class PathPoint:
+class PathPoint(NamedTuple):
     """The point of a path nearest to the car.
 
     Attributes:
@@ -55,8 +53,11 @@ class ReferencePath:
 
     def __init__(self):
         self.rows: list[Row] = []
+        self._newest: list[Row] = []
+        self._passed = 0
         self._points: list[tuple[float, float]] = []
         self._stop_s_m = 0.0
+        self._place_of: tuple[float, float, Place] | None = None
 
     @property
     def empty(self) -> bool:
@@ -73,14 +74,27 @@ class ReferencePath:
             ValueError: there are fewer than 2 points, a number is not finite, a speed is negative,
                 or all points coincide
         """
+        rows = [tuple(row) for row in rows]
+        if rows == self._newest and len(self._passed_rows(rows[0])) == self._passed:
+            return  # the planner repeats its path until the car has passed a point
         distinct = _distinct_rows(rows)
         passed = self._passed_rows(distinct[0])
         self.rows = [*passed, *distinct]
+        self._newest, self._passed = distinct, len(passed)
         points = [(x, y) for x, y, _ in self.rows]
         if points != self._points:
-            self._points, self.line = points, Polyline(points)
+            self._points, self.line, self._place_of = points, Polyline(points), None
         stops = (s for s, row in zip(self.line.s[len(passed) :], distinct) if row[2] == 0.0)
         self._stop_s_m = next(stops, self.line.s[-1])
+
+    def place(self, x_m: float, y_m: float) -> Place:
+        """Return the place on the line nearest to the car.
+
+        The last place is remembered: the control of the speed and the steering need the same one.
+        """
+        if self._place_of is None or self._place_of[:2] != (x_m, y_m):
+            self._place_of = x_m, y_m, self.line.nearest(x_m, y_m)
+        return self._place_of[2]
 
     def nearest(self, x_m: float, y_m: float, preview_m: float = _MIN_PREVIEW_M) -> PathPoint:
         """Return the point of the path nearest to (x, y), with what is planned there.
@@ -93,7 +107,7 @@ class ReferencePath:
             y_m: position of the car [m]
             preview_m: distance ahead over which the planned acceleration is averaged [m]
         """
-        place = self.line.nearest(x_m, y_m)
+        place = self.place(x_m, y_m)
         if place.s_m > self.line.s[-1] + _BEYOND_END_M:
             return PathPoint(place.s_m, place.cross_track_m, place.heading_rad, 0.0, 0.0)
         aim_s_m = place.s_m + _AIM_AHEAD_M
@@ -125,13 +139,16 @@ def _distinct_rows(rows: Sequence[Row]) -> list[Row]:
     if len(rows) < 2:
         raise ValueError(f"a path needs at least 2 points of x, y and v, got {len(rows)}")
     distinct: list[Row] = []
-    for x, y, v in rows:
+    last_x = last_y = math.inf
+    for row in rows:
+        x, y, v = row
         if not math.isfinite(x + y + v):
             raise ValueError("a point of the path is not finite")
         if v < 0.0:
             raise ValueError("a target speed of the path is negative")
-        if not distinct or abs(x - distinct[-1][0]) + abs(y - distinct[-1][1]) > _SAME_POINT_M:
-            distinct.append((x, y, v))
+        if abs(x - last_x) + abs(y - last_y) > _SAME_POINT_M:
+            distinct.append(row)
+            last_x, last_y = x, y
     if len(distinct) < 2:
         raise ValueError("all points of the path coincide")
     return distinct

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import zlib
+from bisect import bisect_left, bisect_right
 from dataclasses import dataclass
 from typing import Any, Callable, Mapping, Sequence
 
@@ -117,6 +118,11 @@ class LocalPlanner:
         self.reason = self._reasons[0]
         self._path = np.column_stack([self.route.points, self.speed])
         self._ahead = slice(0, 0)
+        self._rows = self._path[self._ahead]
+        stopping_m = settings.limits.cruise_mps**2 / (2.0 * settings.limits.braking_mps2)
+        margins = settings.obstacles
+        # The distance ahead within which an obstacle can limit the planned speeds.
+        self._horizon_m = settings.lookahead_m + stopping_m + margins.gap_m + margins.car_front_m
         self._place: Place | None = None
         self._xy = math.nan, math.nan
         self._window_ahead_m = _WINDOW_AHEAD_M
@@ -148,7 +154,7 @@ class LocalPlanner:
 
         Returns:
             (n, 3) rows of x, y and target speed, n >= 2, that end `lookahead_m` ahead or at the end
-            of the route [m, m, m/s]
+            of the route [m, m, m/s]; the same array as long as the rows are the same
 
         Raises:
             OffRouteError: the car is farther than `join_within_m` from the route
@@ -157,11 +163,12 @@ class LocalPlanner:
         if not (math.isfinite(x_m) and math.isfinite(y_m) and math.isfinite(yaw_rad)):
             raise ValueError(f"the car's pose ({x_m}, {y_m}, {yaw_rad}) is not finite")
         self._update_place(x_m, y_m, yaw_rad)
-        self._ahead = self._rows_ahead(self._first_on_this_pass(first, x_m, y_m))
-        path = self._path[self._ahead]
-        self.reason = self._reasons[self._ahead.start]
+        ahead = self._rows_ahead(self._first_on_this_pass(first, x_m, y_m))
+        if ahead != self._ahead:
+            self._ahead, self._rows = ahead, self._path[ahead]
+        self.reason = self._reasons[ahead.start]
         if not obstacles:
-            return path
+            return self._rows
         caps = speed_caps(
             self.route,
             self.route.s[self._ahead],
@@ -171,7 +178,7 @@ class LocalPlanner:
             self.settings.limits.braking_mps2,
             self._horizon_m,
         )
-        return self._capped(path, caps, OBSTACLE)
+        return self._capped(self._rows, caps, OBSTACLE)
 
     def stop_for(
         self, lights: TrafficLightMonitor, rows: np.ndarray, speed_mps: float
@@ -225,17 +232,10 @@ class LocalPlanner:
             self.reason = reason
         return np.column_stack([path[:, :2], np.minimum(path[:, 2], caps)])
 
-    @property
-    def _horizon_m(self) -> float:
-        """Return the distance ahead within which an obstacle can limit the planned speeds."""
-        limits, margins = self.settings.limits, self.settings.obstacles
-        stopping_m = limits.cruise_mps**2 / (2.0 * limits.braking_mps2)
-        return self.settings.lookahead_m + stopping_m + margins.gap_m + margins.car_front_m
-
     def _rows_ahead(self, first: int) -> slice:
         """Return the rows of the path ahead, at least two."""
         until_s_m = self.place.s_m + self.settings.lookahead_m
-        last = int(np.searchsorted(self.route.s, until_s_m, side="right"))
+        last = bisect_right(self.route.line.s, until_s_m)
         first = min(first, len(self._path) - 2)
         return slice(first, max(first + 2, min(last, len(self._path))))
 
@@ -246,15 +246,15 @@ class LocalPlanner:
                 f"waypoint {first} does not exist, the route has {len(self._path)} waypoints"
             )
         place = self.place
-        distance_m = math.dist(self._path[first, :2], (x_m, y_m))
+        distance_m = math.dist(self.route.line.points[first], (x_m, y_m))
         if distance_m > place.distance_m + 2.0 * LONGEST_STEP_M:
             raise ValueError(
                 f"waypoint {first} cannot be the first one ahead: it is {distance_m:.1f} m away "
                 f"from the car, the route only {place.distance_m:.1f} m"
             )
-        if abs(self.route.s[first] - place.s_m) <= 2.0 * LONGEST_STEP_M:
+        if abs(self.route.line.s[first] - place.s_m) <= 2.0 * LONGEST_STEP_M:
             return first
-        return int(np.searchsorted(self.route.s, place.s_m, side="left"))
+        return bisect_left(self.route.line.s, place.s_m)
 
     def _update_place(self, x_m: float, y_m: float, yaw_rad: float) -> None:
         """Find the car's place around the last one, or on the whole route if it is not there."""

@@ -29,6 +29,10 @@ class WaypointSearch:
         """Build the tree of (N, 2) waypoints, N >= 2 [m]."""
         self.waypoints = waypoints_m
         self.tree = cKDTree(waypoints_m)
+        self._points: list[list[float]] = waypoints_m.tolist()
+        # From the waypoint before each one to the one after it.
+        padded = np.pad(waypoints_m, ((1, 1), (0, 0)), "edge")
+        self._along_route = padded[2:] - padded[:-2]
         self._last: int | None = None
         self._calls_without_tree = 0
 
@@ -41,8 +45,7 @@ class WaypointSearch:
 
     def is_behind(self, index: int, x_m: float, y_m: float) -> bool:
         """Return whether a car at this point, on its way along the route, has passed a waypoint."""
-        before, after = max(index - 1, 0), min(index + 1, len(self.waypoints) - 1)
-        along_route = self.waypoints[after] - self.waypoints[before]
+        along_route = self._along_route[index]
         # TODO 6: does to_waypoint point against the route? (until then: return False)
         to_waypoint = self.waypoints[index] - (x_m, y_m)
         return bool(np.dot(to_waypoint, along_route) < 0.0)
@@ -63,7 +66,7 @@ class WaypointSearch:
             return None
         self._calls_without_tree += 1
         first = max(self._last - 1, 0)
-        rows = self.waypoints[first : first + _WINDOW].tolist()
+        rows = self._points[first : first + _WINDOW]
         squares = [(x - x_m) ** 2 + (y - y_m) ** 2 for x, y in rows]
         best = squares.index(min(squares))
         # Far away, or at the edge of the window, a waypoint outside the window may be nearer.

@@ -1,7 +1,7 @@
 """A line of points in the plane: arc length, heading, curvature, nearest place.
 
-All path geometry of the project is computed here. Plain Python floats are faster than NumPy arrays
-for the 10 to 60 segments that a node looks at in one tick.
+All path geometry of the project is computed here and in `segments`. Plain Python floats are faster
+than NumPy arrays for the 10 to 60 segments that a node looks at in one tick.
 """
 
 from __future__ import annotations
@@ -9,14 +9,14 @@ from __future__ import annotations
 import math
 from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
+from itertools import accumulate
 from typing import NamedTuple
 
 from sdc_common.geometry.angles import wrap_angle
+from sdc_common.geometry.segments import line_numbers, nearest_segment
 
 # Curvature is the change of heading from this far before a place to this far after it.
 _CURVATURE_HALF_SPAN_M = 1.0
-# A repeated point has no direction. NaN is never less than the distance of another segment.
-_NO_SEGMENT = (math.nan, math.nan, 0.0, 0.0, 0.0, 0.0)
 
 
 class Place(NamedTuple):
@@ -49,9 +49,7 @@ class Polyline:
         points: (x, y) of each point [m]
         lengths: length of each segment [m]
         s: arc length at each point [m]
-        headings: heading at each point, continuous, not wrapped [rad]. At an inner point it is the
-            mean of the two segments' headings. A user that knows the headings better replaces this
-            list.
+        numbers: the same for functions that can be compiled
     """
 
     def __init__(self, points: Sequence, extend: bool = True):
@@ -63,39 +61,27 @@ class Polyline:
                 the line
         """
         self.points = points
-        self.lengths: list[float] = []
-        self.s = [0.0]
-        self._segments: list[tuple[float, ...]] = []
-        directions: list[float] = []
-        add_length, add_place, add_segment = (
-            self.lengths.append,
-            self.s.append,
-            self._segments.append,
-        )
-        total = heading = 0.0
-        for (x, y), (next_x, next_y) in zip(points, points[1:]):
-            step_x, step_y = next_x - x, next_y - y
-            length = math.sqrt(step_x * step_x + step_y * step_y)
-            total += length
-            add_length(length)
-            add_place(total)
-            if length > 0.0:
-                add_segment((x, y, step_x / length, step_y / length, 0.0, length))
-                direction = math.atan2(step_y, step_x)
-                if directions and not -math.pi < heading - direction < math.pi:
-                    direction += 2.0 * math.pi * round((heading - direction) / (2.0 * math.pi))
-                heading = direction
-            else:
-                add_segment(_NO_SEGMENT)
-            directions.append(heading)
-        self.headings = [
-            directions[0],
-            *[0.5 * (before + after) for before, after in zip(directions, directions[1:])],
-            directions[-1],
-        ]
-        if extend:
-            self._segments[0] = (*self._segments[0][:4], -math.inf, self._segments[0][5])
-            self._segments[-1] = (*self._segments[-1][:5], math.inf)
+        self.numbers = line_numbers(points, extend)
+        lengths, headings = self.numbers.lengths, self.numbers.headings
+        if self.numbers.are_arrays:
+            lengths, headings = lengths.tolist(), headings.tolist()
+        self.lengths: list[float] = lengths
+        self._headings: list[float] = headings
+        self.s = [*accumulate(lengths, initial=0.0)]
+
+    @property
+    def headings(self) -> list[float]:
+        """Heading at each point, continuous, not wrapped [rad].
+
+        At an inner point it is the mean of the two segments' headings. A user that knows the
+        headings better replaces this list.
+        """
+        return self._headings
+
+    @headings.setter
+    def headings(self, headings: list[float]) -> None:
+        self._headings = headings
+        self.numbers = self.numbers.with_headings(headings)
 
     def nearest(self, x_m: float, y_m: float, first: int = 0, last: int | None = None) -> Place:
         """Return the place on the line nearest to a point.
@@ -106,27 +92,15 @@ class Polyline:
             first: index of the first segment to search
             last: index after the last segment to search, None for all
         """
-        best = math.inf
-        # What remains if the point is not finite.
-        segment, along, side = first, math.nan, math.nan
-        for i, (x, y, direction_x, direction_y, low, high) in enumerate(
-            self._segments[first:last], first
-        ):
-            offset_x, offset_y = x_m - x, y_m - y
-            position = offset_x * direction_x + offset_y * direction_y
-            if position < low:
-                position = low
-            elif position > high:
-                position = high
-            away_x, away_y = offset_x - position * direction_x, offset_y - position * direction_y
-            square = away_x * away_x + away_y * away_y
-            if square < best:
-                best, segment, along = square, i, position
-                side = direction_x * away_y - direction_y * away_x
-        fraction = min(max(along / self.lengths[segment], 0.0), 1.0)
-        heading = self._heading_in(segment, fraction)
-        cross_track = math.copysign(math.sqrt(best), side)
-        return Place(segment, fraction, self.s[segment] + along, cross_track, wrap_angle(heading))
+        if last is None:
+            last = len(self.lengths)
+        segment, along, cross_track = self.numbers.function(nearest_segment)(
+            self.numbers.segments, x_m, y_m, first, last
+        )
+        fraction = along / self.lengths[segment]
+        fraction = 0.0 if fraction < 0.0 else 1.0 if fraction > 1.0 else fraction
+        heading = wrap_angle(self._heading_in(segment, fraction))
+        return Place(segment, fraction, self.s[segment] + along, cross_track, heading)
 
     def nearest_around(
         self, x_m: float, y_m: float, near_s_m: float, back_m: float, ahead_m: float
@@ -185,5 +159,5 @@ class Polyline:
         return min(max(3, bisect_right(self.s, s_m)), len(self.points))
 
     def _heading_in(self, segment: int, fraction: float) -> float:
-        heading = self.headings[segment]
-        return heading + fraction * (self.headings[segment + 1] - heading)
+        heading = self._headings[segment]
+        return heading + fraction * (self._headings[segment + 1] - heading)

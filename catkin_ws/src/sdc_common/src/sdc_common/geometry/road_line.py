@@ -8,6 +8,7 @@ smoothing spline near them.
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import numpy as np
 
@@ -50,7 +51,13 @@ def road_route(waypoints_m: np.ndarray) -> Route:
     Raises:
         ValueError: `checked_points` refuses the waypoints
     """
-    return Route(road_line(checked_points(waypoints_m)))
+    return _route(checked_points(waypoints_m).tobytes())
+
+
+@lru_cache(maxsize=4)
+def _route(waypoints: bytes) -> Route:
+    """Return the route of checked waypoints. Planner and referee of each drive need the same."""
+    return Route(road_line(np.frombuffer(waypoints).reshape(-1, 2)))
 
 
 def road_line(waypoints_m: np.ndarray) -> np.ndarray:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -49,12 +51,26 @@ class SpeedLimits:
         check_positive(**limits)
 
 
+class PathCurvature(NamedTuple):
+    """A path as a speed profile needs it.
+
+    Attributes:
+        s: arc lengths (N,) [m]
+        curvature: curvatures (N,) [1/m]
+    """
+
+    s: np.ndarray
+    curvature: np.ndarray
+
+
 def speed_profile(route: Route, limits: SpeedLimits) -> np.ndarray:
     """Return the speeds of `limited_speeds`: (N,) [m/s]."""
     return limited_speeds(route, limits)[0]
 
 
-def limited_speeds(route: Route, limits: SpeedLimits) -> tuple[np.ndarray, list[str]]:
+def limited_speeds(
+    route: Route | PathCurvature, limits: SpeedLimits
+) -> tuple[np.ndarray, list[str]]:
     """Return the highest speeds that keep every limit and end at rest, and what limits each.
 
     First limit the speed by the lateral acceleration and the lateral jerk. Then limit it by braking
@@ -71,6 +87,17 @@ def limited_speeds(route: Route, limits: SpeedLimits) -> tuple[np.ndarray, list[
     Reference: N. R. Kapania, J. Subosits and J. C. Gerdes, A Sequential Two-Step Algorithm for Fast
     Generation of Vehicle Racing Trajectories, J. Dyn. Sys. Meas. Control 138(9), 2016, section 3.
     """
+    if isinstance(route, Route):
+        # Planner and referee of each drive need the same.
+        speed_mps, names = _of_route(route, limits)
+        return speed_mps.copy(), [*names]
+    return _speeds_and_reasons(route, limits)
+
+
+def _speeds_and_reasons(
+    route: Route | PathCurvature, limits: SpeedLimits
+) -> tuple[np.ndarray, list[str]]:
+    """Compute the result of `limited_speeds`."""
     curvature = np.abs(route.curvature)
     bend = np.sqrt(limits.lateral_mps2 / np.maximum(curvature, 1e-9))
     change = np.abs(np.gradient(route.curvature, route.s))
@@ -101,6 +128,9 @@ def limited_speeds(route: Route, limits: SpeedLimits) -> tuple[np.ndarray, list[
         if speed[i] > _NEARLY * limit:
             reasons[i] = local_reasons[i]
     return np.array(speed), reasons
+
+
+_of_route = lru_cache(maxsize=4)(_speeds_and_reasons)
 
 
 def _reachable(

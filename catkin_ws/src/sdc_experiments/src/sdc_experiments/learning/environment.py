@@ -110,7 +110,7 @@ class SdcEnvironment(gymnasium.Env):
             self._use(drive_setup(route=random_route(self.np_random), options=self._options))
         if self._seed is None:
             self._setup.parameters["seed"] = int(self.np_random.integers(2**32))
-        self._simulation = self._setup.simulation()
+        self._simulation = self._setup.simulation(compiled=True)
         observation = self._simulation.observation
         measured = observation.measured
         self._place = self._route.locate(measured.x_m, measured.y_m, measured.yaw_rad)

@@ -25,7 +25,7 @@ from sdc_experiments.sweep.settings import IN_PROCESS
 from sdc_experiments.sweep.study import Cell, load_study
 
 _ROUNDS = 5
-_DRIVES_OF_A_ROUND = 24
+_DRIVES_OF_A_ROUND = 60
 _STUDY = """about: drives for a benchmark
 scenarios: [{scenario}]
 settings: {{sim_options/odometry_noise/position_m: 0.02}}

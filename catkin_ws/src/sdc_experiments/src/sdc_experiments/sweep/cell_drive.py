@@ -117,6 +117,7 @@ def _drive_in_process(cell: Cell, row: dict[str, Any]) -> None:
         seed=cell.seed,
         controller_options=nested(settings, CONTROLLER),
         observe=lambda observation: states.append(observation.state),
+        compiled=True,
         **options,
     )
     rows = np.ascontiguousarray(result.rows, dtype="<f8")

@@ -5,6 +5,8 @@ from __future__ import annotations
 import atexit
 import contextlib
 import itertools
+import logging
+import pickle
 import signal
 import tempfile
 import uuid
@@ -15,6 +17,18 @@ from typing import Any, Callable, Iterable, Iterator, Mapping, NamedTuple
 # More tasks than these wait at the scheduler only when there are more workers.
 _WAITING_TASKS = 200
 _CONNECT_TIMEOUT_S = 10.0
+_OWN_CLUSTER = {
+    # A worker gets its next task when it is free: a task that kills its worker is alone.
+    "distributed.scheduler.worker-saturation": 1.0,
+    # These samples of each worker only serve a dashboard, and cost a tenth of a drive.
+    "distributed.worker.profile.enabled": False,
+    "distributed.admin.tick.interval": "500ms",
+    "distributed.admin.system-monitor.interval": "5s",
+    "distributed.worker.memory.monitor-interval": "500ms",
+    # A task has one small result, and is never moved to another worker.
+    "distributed.scheduler.active-memory-manager.start": False,
+    "distributed.scheduler.work-stealing": False,
+}
 # The small arrays of a drive gain nothing from threads of NumPy, which compete for the cores.
 _ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 _INSTALL = "Dask is not installed; apt-get install python3-distributed"
@@ -61,8 +75,7 @@ class DaskEngine:
         self._stack = contextlib.ExitStack()
         dask.config.set({"distributed.comm.timeouts.connect": _CONNECT_TIMEOUT_S})
         if not scheduler:
-            # A worker gets its next task when it is free: a task that kills its worker is alone.
-            dask.config.set({"distributed.scheduler.worker-saturation": 1.0})
+            dask.config.set(_OWN_CLUSTER)
             # Ctrl-C is for this process. Its workers inherit the mask of the threads that start
             # them, also those that replace a lost worker.
             resource_tracker.ensure_running()  # its start would end the block
@@ -130,29 +143,49 @@ class DaskEngine:
         # Other clients of the same scheduler may have tasks with the same keys.
         prefix = uuid.uuid4().hex
         left = iter(tasks)
+        results: dict[str, Any] = {}
+
+        def receive(event: tuple[float, tuple[str, bytes]]) -> None:
+            key, result = event[1]
+            results[key] = pickle.loads(result)
+
+        # An event comes by itself, before the news that its task has ended. To fetch the result of
+        # a task takes a third of all the time that Dask needs for it.
+        self._client.subscribe_topic(prefix, receive)
 
         def submit(key: str, arguments: tuple) -> Any:
-            return self._client.submit(function, *arguments, key=f"{prefix}/{key}", pure=False)
+            return self._client.submit(
+                _run, prefix, key, function, *arguments, key=f"{prefix}/{key}", pure=False
+            )
 
         window = max(_WAITING_TASKS, 4 * len(self.workers))
         waiting = distributed.as_completed(
             [submit(*task) for task in itertools.islice(left, window)], loop=self._client.loop
         )
         for future in waiting:
-            yield self._outcome(future, future.key.partition("/")[2])
+            key = future.key.partition("/")[2]
+            yield self._outcome(future, key, results)
             for task in itertools.islice(left, 1):
                 waiting.add(submit(*task))
 
-    def _outcome(self, future: Any, key: str) -> Outcome:
+    @staticmethod
+    def _outcome(future: Any, key: str, results: dict[str, Any]) -> Outcome:
         if future.status == "finished":
-            with contextlib.suppress(OSError, TimeoutError):
-                return Outcome(key, future.result(), "")
+            return Outcome(key, results.pop(key), "")
         if future.status == "error":
             return Outcome(key, None, _reason(future.exception()))
         raise ClusterError(
             "the connection to the Dask scheduler is lost; start the same command again: it "
             "continues where it stopped"
         )
+
+
+def _run(topic: str, key: str, function: Callable, *arguments: object) -> None:
+    """Run a function in a worker, and send its result as an event of a topic."""
+    import distributed
+
+    result = function(*arguments)
+    distributed.get_worker().log_event(topic, (key, pickle.dumps(result)))
 
 
 def _reason(error: BaseException) -> str:
@@ -176,7 +209,8 @@ def _local_cluster(distributed: Any, workers: int) -> Iterator[Any]:
                 dashboard_address="127.0.0.1:0",
                 host="127.0.0.1",
                 local_directory=folder,
-                silence_logs="CRITICAL",  # what fails is named by this class
+                # What fails is named by this class. Dask finds it critical when a client is gone.
+                silence_logs=logging.CRITICAL + 1,
             )
         except BaseException:
             # At exit, Dask fails to close a cluster that was interrupted during its start.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import functools
 import os
 import re
@@ -12,6 +11,7 @@ import rospkg
 import yaml
 
 from sdc_common.ros.catkin_workspace import absolute_path
+from sdc_common.suggestion import suggestion
 from sdc_common.validation import is_number
 
 IN_PROCESS, ROS = "in_process", "ros"
@@ -168,5 +168,4 @@ def _check_parameter(name: str, present: Any, value: Any) -> None:
 
 def _suggestion(word: str, known: Iterable[str]) -> str:
     known = list(known)
-    close = difflib.get_close_matches(word, known, n=1)
-    return f"did you mean '{close[0]}'?" if close else f"use one of {', '.join(known)}"
+    return suggestion(word, known, f"use one of {', '.join(known)}")

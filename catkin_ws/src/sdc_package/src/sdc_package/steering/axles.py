@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 from sdc_common.geometry.polyline import Polyline
+from sdc_common.geometry.segments import new_rows
 from sdc_common.validation import check_non_negative, check_positive
 
 # In a tighter bend the rear axle would not move at all, which no car can drive.
@@ -72,30 +74,54 @@ def rear_axle_path(line: Polyline, count: int, speed_mps: float, axles: Axles) -
 def _axle_path(
     line: Polyline, count: int, speed_mps: float, axles: Axles, ahead_m: float
 ) -> Polyline:
-    """Return the path of the point `ahead_m` ahead of the centre.
+    """Return the path of the point `ahead_m` ahead of the centre."""
+    numbers = line.numbers
+    points = new_rows(count, numbers.are_arrays)
+    numbers.function(_fill_axle_path)(
+        points,
+        numbers.points,
+        numbers.lengths,
+        numbers.headings,
+        speed_mps,
+        axles.rear_m,
+        axles.rear_compliance,
+        ahead_m,
+    )
+    return Polyline(points)
+
+
+def _fill_axle_path(
+    path: Any,
+    points: Any,
+    lengths: Any,
+    headings: Any,
+    speed_mps: float,
+    rear_m: float,
+    rear_compliance: float,
+    ahead_m: float,
+) -> None:
+    """Fill in the points of an axle's path, from the numbers of the centre's path.
 
     The slip angle u between path and car at the centre obeys du/ds = curvature - sin(u) / rear_m
     (kinematic bicycle, Rajamani, section 2.2). From point to point, u follows the solution for
     constant curvature. At speed the rear tyres slip outwards and turn the car into the bend, by
     their compliance times the lateral acceleration (section 3.1).
     """
-    points = []
-    slip = None
-    headings = line.headings
-    for i in range(count):
+    slip = 0.0
+    last = len(path) - 1
+    for i in range(len(path)):
         if i > 0:
-            length = line.lengths[i - 1]
-            sine = axles.rear_m * (headings[i] - headings[i - 1]) / length
+            length = lengths[i - 1]
+            sine = rear_m * (headings[i] - headings[i - 1]) / length
             steady = math.asin(min(max(sine, -MAX_SLIP_SINE), MAX_SLIP_SINE))
-            if slip is None:
+            if i == 1:
                 slip = steady
-            slip = steady + (slip - steady) * math.exp(-length * math.cos(steady) / axles.rear_m)
+            slip = steady + (slip - steady) * math.exp(-length * math.cos(steady) / rear_m)
         tyre_slip = 0.0
-        if 0 < i < count - 1:
-            length = line.lengths[i - 1] + line.lengths[i]
+        if 0 < i < last:
+            length = lengths[i - 1] + lengths[i]
             curvature = (headings[i + 1] - headings[i - 1]) / length
-            tyre_slip = axles.rear_compliance * curvature * speed_mps * speed_mps
-        yaw = headings[i] - (slip or 0.0) + tyre_slip
-        x, y = line.points[i]
-        points.append((x + ahead_m * math.cos(yaw), y + ahead_m * math.sin(yaw)))
-    return Polyline(points)
+            tyre_slip = rear_compliance * curvature * speed_mps * speed_mps
+        yaw = headings[i] - slip + tyre_slip
+        x, y = points[i]
+        path[i] = (x + ahead_m * math.cos(yaw), y + ahead_m * math.sin(yaw))

@@ -62,7 +62,7 @@ class CompensatedStanleySteering(Steering):
         x, y, yaw = predicted_pose(x_m, y_m, yaw_rad, speed_mps, yaw_rate_radps, self.preview_s)
         front_x = x + self.axles.front_m * math.cos(yaw)
         front_y = y + self.axles.front_m * math.sin(yaw)
-        centre_s = path.line.nearest(x_m, y_m).s_m
+        centre_s = path.place(x_m, y_m).s_m
         count = path.line.count_until(centre_s + speed_mps * self.preview_s + _FRONT_WITHIN_M)
         front = front_axle_path(path.line, count, speed_mps, self.axles)
         place = front.nearest(front_x, front_y)

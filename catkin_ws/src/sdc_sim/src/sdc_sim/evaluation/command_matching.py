@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import OrderedDict
+from itertools import chain
 
 import numpy as np
 
@@ -123,4 +124,4 @@ class CommandTrace:
             self._by_stamp.get(stamp, received)
             for stamp, received in zip(self._stamps[:ticks], self._received)
         ]
-        return np.array(rows, dtype=float).reshape(-1, 3)
+        return np.fromiter(chain.from_iterable(rows), float).reshape(-1, 3)

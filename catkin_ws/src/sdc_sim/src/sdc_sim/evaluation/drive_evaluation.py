@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import chain
 from typing import Any, Protocol
 
 import numpy as np
@@ -78,8 +79,7 @@ class DriveResult:
     @property
     def rows(self) -> np.ndarray:
         """Return the rows of the trace of these samples: (n, 11)."""
-        samples = np.array(self.progress.samples, dtype=float)
-        return np.hstack([samples.reshape(-1, len(DriveSample._fields)), self.commands])
+        return np.hstack([self.progress.rows, self.commands])
 
 
 class DriveEvaluation:
@@ -208,7 +208,7 @@ class DriveEvaluation:
             self.progress,
             self._commands.as_array(len(self.progress.samples)),
             self._reasons_of(len(self.progress.samples)),
-            np.array(self._planned, dtype=float).reshape(-1, 3),
+            np.fromiter(chain.from_iterable(self._planned), float).reshape(-1, 3),
             self.ideal.speed_mps,
             self._snapshots,
             self.scene,

@@ -79,6 +79,8 @@ class RedLightDetector:
         return self._count_red()
 
     def _count_red(self) -> int:
+        if not self._crossed:
+            return 0
         known = [
             crossing
             for crossing in self._crossed

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
@@ -23,22 +24,29 @@ _MIN_PROGRESS_M = 0.1
 
 
 class TerminationLimits(NamedTuple):
-    """Limits that end a drive; times are simulated."""
+    """Limits that end a drive; times are simulated.
+
+    Attributes:
+        finish_at_rest: whether the car must stop at the end of the route, or may drive past it
+    """
 
     off_route_m: float
     off_route_s: float
     blocked_s: float
     finish_within_m: float
     timeout_s: float
+    finish_at_rest: bool = True
 
     def checked(self) -> TerminationLimits:
         """Return the limits.
 
         Raises:
-            ValueError: a limit is not positive
+            ValueError: a limit is not positive, or `finish_at_rest` is neither true nor false
         """
+        if not isinstance(self.finish_at_rest, bool):
+            raise ValueError(f"finish_at_rest must be true or false, got {self.finish_at_rest!r}")
         for name, value in self._asdict().items():
-            if not value > 0.0:
+            if not (name == "finish_at_rest" or value > 0.0):
                 raise ValueError(f"{name} must be positive, got {value}")
         return self
 
@@ -180,9 +188,15 @@ class RouteProgress:
         else:
             self._collided_at_s = time_s
 
+    @property
+    def rows(self) -> np.ndarray:
+        """Return all samples: (n, fields of DriveSample)."""
+        values = np.fromiter(chain.from_iterable(self.samples), float)
+        return values.reshape(-1, len(DriveSample._fields))
+
     def column(self, name: str) -> np.ndarray:
         """Return one field of DriveSample for all samples: (n,)."""
-        return np.array([getattr(sample, name) for sample in self.samples])
+        return self.rows[:, DriveSample._fields.index(name)]
 
     def forget(self, count: int) -> None:
         """Remove the oldest samples, which the caller has stored; at least one must be left."""
@@ -202,7 +216,7 @@ class RouteProgress:
             lane_width_m: width of the lane around the route [m]
             forgotten: (n, fields of DriveSample) forgotten samples
         """
-        rows = np.array(self.samples, dtype=float).reshape(-1, len(DriveSample._fields))
+        rows = self.rows
         if forgotten is not None:
             rows = np.concatenate([forgotten, rows])
         return {
@@ -254,7 +268,8 @@ class RouteProgress:
         if self._collided_at_s is not None and sample.time_s >= self._collided_at_s:
             return COLLISION
         to_end_m = max(self.route.length_m - place.s_m, place.distance_m)
-        if sample.speed_mps < _STANDSTILL_MPS and to_end_m < limits.finish_within_m:
+        arrived = sample.speed_mps < _STANDSTILL_MPS or not limits.finish_at_rest
+        if arrived and to_end_m < limits.finish_within_m:
             return COMPLETED
         if sample.time_s - self._on_route_at_s > limits.off_route_s:
             return OFF_ROUTE

@@ -24,6 +24,7 @@ class EvaluationRules(NamedTuple):
     Attributes:
         planner: limits of the local planner by its parameter names
         assumed: names of those limits that /local_planner does not provide
+        finish_at_rest: whether the car must stop at the end of the route
     """
 
     off_route_m: float
@@ -36,6 +37,7 @@ class EvaluationRules(NamedTuple):
     car_front_m: float
     planner: dict
     assumed: list
+    finish_at_rest: bool = True
 
     @classmethod
     def read(cls, parameter: Callable[[str], Any]) -> EvaluationRules:
@@ -65,4 +67,5 @@ class EvaluationRules(NamedTuple):
             self.blocked_s,
             self.finish_within_m,
             self.timeout_ratio * ideal_duration_s + self.timeout_margin_s,
+            self.finish_at_rest,
         )

@@ -176,7 +176,7 @@ class Obstacles:
     @property
     def states(self) -> tuple[ObstacleState, ...]:
         """All obstacles at the present time."""
-        return tuple(obstacle.body for obstacle in self.all)
+        return tuple([obstacle.body for obstacle in self.all])
 
     def at(self, place: Rectangle) -> ObstacleState | None:
         """Return an obstacle that overlaps this place, None if it is free."""

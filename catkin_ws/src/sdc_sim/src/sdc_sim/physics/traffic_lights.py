@@ -76,8 +76,10 @@ class TrafficLights:
     def states(self, elapsed_s: float) -> tuple[TrafficLightState, ...]:
         """Return all lights at this time after the start, or the reset, of the simulation."""
         return tuple(
-            TrafficLightState(
-                FIRST_ID + number, *light.pole_m, light.heading_rad, light.state(elapsed_s)
-            )
-            for number, light in enumerate(self.plans)
+            [
+                TrafficLightState(
+                    FIRST_ID + number, *light.pole_m, light.heading_rad, light.state(elapsed_s)
+                )
+                for number, light in enumerate(self.plans)
+            ]
         )

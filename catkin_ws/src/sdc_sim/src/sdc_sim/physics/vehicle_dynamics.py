@@ -9,7 +9,7 @@ single-track model.
 from __future__ import annotations
 
 from math import atan, sin, sqrt
-from typing import Callable, NamedTuple
+from typing import NamedTuple, Tuple
 
 from sdc_sim.physics.vehicle_parameters import VehicleParameters
 
@@ -20,6 +20,11 @@ AIR_DENSITY_KGPM3 = 1.2
 BLEND_SPEED_MPS = 3.0
 HALF_BLEND = 0.5 * BLEND_SPEED_MPS
 BLEND_GAIN = 0.5 / BLEND_SPEED_MPS
+# Sine and cosine of the front wheels' angle, forces of the motor at front and rear axle [N], forces
+# of brakes and rolling resistance there, with the sign of the motion [N], and the share of the rear
+# axle's grip that motor and brakes may use.
+Demand = Tuple[float, float, float, float, float, float, float]
+
 # Each axle keeps this share of its load at rest: the single-track model cannot roll over.
 _MIN_LOAD_SHARE = 0.05
 
@@ -81,109 +86,97 @@ class DynamicsConstants(NamedTuple):
         )
 
 
-def tyre_force_function(shape: float, stiffness: float) -> Callable[..., tuple[float, float]]:
-    """Return the function of the forces of both tyres of one axle.
+def tyre_forces(
+    shape: float,
+    stiffness: float,
+    rolling: float,
+    sliding: float,
+    demand: float,
+    grip: float,
+    usable_grip: float,
+) -> tuple[float, float]:
+    """Return longitudinal and lateral force of both tyres of one axle in the wheel frame [N].
 
-    A function with its constants in a closure takes two thirds of the time of a method.
+    The slip angle is atan(sliding / rolling); its denominator has a smooth lower limit below
+    BLEND_SPEED_MPS. Towards standstill the tyre becomes a stiff viscous force against the
+    sliding, which is the rolling constraint of the kinematic model and adds no energy.
 
     Args:
         shape: C of the Magic Formula
         stiffness: B of the Magic Formula
+        rolling: wheel speed along the wheel [m/s]
+        sliding: wheel speed to its left [m/s]
+        demand: longitudinal force of drive and brakes [N]
+        grip: maximum force of the axle [N]
+        usable_grip: the part of it that the demand may use [N]
     """
-
-    def forces(
-        rolling: float, sliding: float, demand: float, grip: float, usable_grip: float
-    ) -> tuple[float, float]:
-        """Return longitudinal and lateral force in the wheel frame [N].
-
-        The slip angle is atan(sliding / rolling); its denominator has a smooth lower limit below
-        BLEND_SPEED_MPS. Towards standstill the tyre becomes a stiff viscous force against the
-        sliding, which is the rolling constraint of the kinematic model and adds no energy.
-
-        Args:
-            rolling: wheel speed along the wheel [m/s]
-            sliding: wheel speed to its left [m/s]
-            demand: longitudinal force of drive and brakes [N]
-            grip: maximum force of the axle [N]
-            usable_grip: the part of it that the demand may use [N]
-        """
-        reference = speed = rolling if rolling >= 0.0 else -rolling
-        if speed < BLEND_SPEED_MPS:
-            reference = HALF_BLEND + BLEND_GAIN * speed * speed
-        if sliding > 1e-9 or sliding < -1e-9:
-            usable_grip *= speed / sqrt(rolling * rolling + sliding * sliding)
-        if demand > usable_grip:
-            demand = usable_grip
-        elif demand < -usable_grip:
-            demand = -usable_grip
-        used = demand / grip
-        # A locked wheel uses all the grip: rounding may take the remainder below zero.
-        left = 1.0 - used * used
-        if left < 0.0:
-            left = 0.0
-        return demand, -grip * sqrt(left) * sin(shape * atan(stiffness * atan(sliding / reference)))
-
-    return forces
+    reference = speed = rolling if rolling >= 0.0 else -rolling
+    if speed < BLEND_SPEED_MPS:
+        reference = HALF_BLEND + BLEND_GAIN * speed * speed
+    if sliding > 1e-9 or sliding < -1e-9:
+        usable_grip *= speed / sqrt(rolling * rolling + sliding * sliding)
+    if demand > usable_grip:
+        demand = usable_grip
+    elif demand < -usable_grip:
+        demand = -usable_grip
+    used = demand / grip
+    # A locked wheel uses all the grip: rounding may take the remainder below zero.
+    left = 1.0 - used * used
+    if left < 0.0:
+        left = 0.0
+    return demand, -grip * sqrt(left) * sin(shape * atan(stiffness * atan(sliding / reference)))
 
 
-def derivatives_function(c: DynamicsConstants) -> Callable[..., tuple[float, float, float]]:
-    """Return the function of the time derivatives of the motion of one vehicle."""
-    mass, inertia, lf, lr, load_at_rest, load_per_acceleration, min_load, max_load = c[:8]
-    mu, total_grip, shape, stiffness_front, stiffness_rear, front_share = c[8:14]
-    drag, side_drag, wind_arm, side_wind = c[14:]
-    front_forces = tyre_force_function(shape, stiffness_front)
-    rear_forces = tyre_force_function(shape, stiffness_rear)
+def derivatives(
+    c: DynamicsConstants, u: float, v: float, r: float, load_transfer: float, demand: Demand
+) -> tuple[float, float, float]:
+    """Return the time derivatives of speed u, lateral speed v and yaw rate r.
 
-    def derivatives(
-        u: float,
-        v: float,
-        r: float,
-        load_transfer: float,
-        sin_angle: float,
-        cos_angle: float,
-        drive_front: float,
-        drive_rear: float,
-        resist_front: float,
-        resist_rear: float,
-        rear_share: float,
-    ) -> tuple[float, float, float]:
-        """Return the time derivatives of speed u, lateral speed v and yaw rate r.
-
-        The load transfer is the longitudinal acceleration that the pitching body follows. Forces
-        that resist have the sign of the motion. The rear share is the part of the rear axle's grip
-        that motor and brakes may use.
-        """
-        load = load_at_rest - load_per_acceleration * load_transfer
-        load = min_load if load < min_load else max_load if load > max_load else load
-        grip_front = mu * load
-        grip_rear = total_grip - grip_front
-        axle = v + lf * r
-        rolling = u * cos_angle + axle * sin_angle
-        # In a spin the front wheel may roll against the motion of the body: do not accelerate it.
-        if rolling * resist_front >= 0.0:
-            drive_front -= resist_front
-        fx_front, fy_front = front_forces(
-            rolling,
-            axle * cos_angle - u * sin_angle,
-            drive_front,
-            grip_front,
-            front_share * grip_front,
-        )
-        fx_rear, fy_rear = rear_forces(
-            u, v - lr * r, drive_rear - resist_rear, grip_rear, rear_share * grip_rear
-        )
-        air = side_wind - v - wind_arm * r
-        fy_air = side_drag * air * (air if air >= 0.0 else -air)
-        fx_body = fx_front * cos_angle - fy_front * sin_angle + fx_rear
-        fx_body -= drag * u * (u if u >= 0.0 else -u)
-        fy_body = fx_front * sin_angle + fy_front * cos_angle
-        return (
-            fx_body / mass + v * r,
-            (fy_body + fy_rear + fy_air) / mass - u * r,
-            (lf * fy_body - lr * fy_rear + wind_arm * fy_air) / inertia,
-        )
-
-    return derivatives
+    The load transfer is the longitudinal acceleration that the pitching body follows.
+    """
+    # fmt: off
+    (mass, inertia, lf, lr, load_at_rest, load_per_acceleration, min_load, max_load,
+     mu, total_grip, shape, stiffness_front, stiffness_rear, front_share,
+     drag, side_drag, wind_arm, side_wind) = c
+    # fmt: on
+    sin_angle, cos_angle, drive_front, drive_rear, resist_front, resist_rear, rear_share = demand
+    load = load_at_rest - load_per_acceleration * load_transfer
+    load = min_load if load < min_load else max_load if load > max_load else load
+    grip_front = mu * load
+    grip_rear = total_grip - grip_front
+    axle = v + lf * r
+    rolling = u * cos_angle + axle * sin_angle
+    # In a spin the front wheel may roll against the motion of the body: do not accelerate it.
+    if rolling * resist_front >= 0.0:
+        drive_front -= resist_front
+    fx_front, fy_front = tyre_forces(
+        shape,
+        stiffness_front,
+        rolling,
+        axle * cos_angle - u * sin_angle,
+        drive_front,
+        grip_front,
+        front_share * grip_front,
+    )
+    fx_rear, fy_rear = tyre_forces(
+        shape,
+        stiffness_rear,
+        u,
+        v - lr * r,
+        drive_rear - resist_rear,
+        grip_rear,
+        rear_share * grip_rear,
+    )
+    air = side_wind - v - wind_arm * r
+    fy_air = side_drag * air * (air if air >= 0.0 else -air)
+    fx_body = fx_front * cos_angle - fy_front * sin_angle + fx_rear
+    fx_body -= drag * u * (u if u >= 0.0 else -u)
+    fy_body = fx_front * sin_angle + fy_front * cos_angle
+    return (
+        fx_body / mass + v * r,
+        (fy_body + fy_rear + fy_air) / mass - u * r,
+        (lf * fy_body - lr * fy_rear + wind_arm * fy_air) / inertia,
+    )
 
 
 def fastest_rate_per_s(p: VehicleParameters) -> float:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
-from sdc_sim.physics.piecewise_linear import evaluate, linear_segments
+from sdc_common.piecewise_linear import evaluate, linear_segments
 from sdc_sim.scenario.yaml_document import DocumentError, file_version, load_yaml, validate
 
 _SHARES = ("drive_front_share", "brake_front_share")

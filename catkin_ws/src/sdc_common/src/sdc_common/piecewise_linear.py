@@ -1,4 +1,4 @@
-"""Piecewise linear curves for lookups in the inner loop of the physics."""
+"""Piecewise linear curves, looked up many times in each tick."""
 
 from __future__ import annotations
 
@@ -35,4 +35,4 @@ def evaluate(x: float, segments: Segments) -> float:
     for start, value, slope in segments:
         if x >= start:
             return value + slope * (x - start) if slope else value
-    raise ValueError(f"a piecewise linear curve has no value at {x}")
+    raise ValueError("a piecewise linear curve has no value at nan")
