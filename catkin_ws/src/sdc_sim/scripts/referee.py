@@ -28,7 +28,8 @@ from sdc_sim.report.writer import ReportError, companion, open_report, write_pag
 from sdc_sim.ros.bridge_generations import GENERATIONS
 from sdc_sim.ros.evaluator_input import ROUTE_TOPIC, EvaluatorInput
 
-LAST_COMMANDS_S = 0.3
+LAST_COMMANDS_S = 5.0
+LAST_PICTURE_S = 30.0
 PAUSE_TIMEOUT_S = 0.5
 
 
@@ -96,6 +97,14 @@ class Referee:
         with self.lock:
             self.evaluator.add_scene(PICTURE, jpeg, time_s)
 
+    def update_snapshots(self):
+        with self.lock:
+            if not self.evaluator.started:
+                return
+            progress = self.evaluator.drive.progress
+            percent, now_s = progress.completion_percent, progress.samples[-1].time_s
+        self.snapshots.update(percent, now_s, time.monotonic())
+
     def read_planner_limits(self):
         """Use the local planner's own limits where it has them."""
         planner = dict(parameter("assumed_planner"))
@@ -131,6 +140,9 @@ class Referee:
     def finish(self):
         """Write the report; return the exit status."""
         self.wait_for_last_commands()
+        self.update_snapshots()
+        if not rospy.is_shutdown():
+            self.snapshots.finish(LAST_PICTURE_S)
         pausing = None if rospy.is_shutdown() else self.pause_simulation()
         with self.lock:
             self.progress.print_notices(self.evaluator)
@@ -164,12 +176,7 @@ class Referee:
         while not (rospy.is_shutdown() or self.ended.wait(0.05)):
             with self.lock:
                 self.progress.update(self.evaluator, time.monotonic())
-                drive = self.evaluator.drive
-                percent = drive.progress.completion_percent if drive else 0.0
-                now_s = drive.progress.samples[-1].time_s if self.evaluator.started else None
-            if now_s is not None:
-                self.snapshots.update(percent, now_s, time.monotonic())
-        self.snapshots.close()
+            self.update_snapshots()
         return self.finish()
 
 

@@ -45,7 +45,7 @@ class Show:
         self.path_publisher = rospy.Publisher("/show/local_path", Marker, queue_size=1)
 
         self.fixes = deque(maxlen=SHOWN_FIXES)
-        self.fixes_publisher = rospy.Publisher("/show/gnss", Marker, queue_size=1)
+        self.fixes_publisher = rospy.Publisher("/show/gnss", Marker, queue_size=1, latch=True)
         for name in {generation.sensors["gnss"].topic for generation in GENERATIONS.values()}:
             topic = "/carla/ego_vehicle" + name
             rospy.Subscriber(topic, NavSatFix, self.on_fix, queue_size=10)

@@ -3,6 +3,7 @@
 
 import time
 
+import rosgraph
 import rospy
 
 from sdc_common.ros.node import spin_with
@@ -13,7 +14,8 @@ from sdc_sim.ros.saved_drive import SavedDrive
 from sdc_sim.ros.services import SimulationServices
 from sdc_sim.ros.simulation_setup import SimulationSetup
 from sdc_sim.ros.simulation_topics import SimulationTopics
-from sdc_sim.ros.start_handshake import StartHandshake
+from sdc_sim.ros.stack_processes import StackProcesses
+from sdc_sim.ros.start_handshake import ConnectionGraph, StartHandshake
 from sdc_sim.simulation.pause import PauseControl
 
 # In real time a picture, which needs both cores, starts after the answer, but no later than this.
@@ -36,6 +38,7 @@ class Sim:
             setup.bridge.control_class,
             self.simulation,
             self.requests,
+            StackProcesses(self.stack_processes),
             setup.lockstep,
             setup.ackermann_cmd,
             setup.drive_log,
@@ -51,6 +54,7 @@ class Sim:
             self.topics.odometry.resolved_name,
             self.topics.tick_topics,
             setup.wait_for_nodes,
+            setup.timeouts.first_answer_s,
         )
         self.starting = True
         self.start_deadline_s = time.monotonic() + self.timeouts.start_s
@@ -93,11 +97,22 @@ class Sim:
             if self.starting and time.monotonic() < self.start_deadline_s:
                 rospy.loginfo_once(f"sim: waiting for a command on {self.commands.topic}")
                 self.topics.publish()  # for a node that could not use the first odometry yet
+                self.topics.publish_picture(again=True)
+                continue
+            if self.commands.is_due and self.commands.is_computed(*self.longest_work_s()):
                 continue
             self.commands.give_up()
             break
-        self.commands.settle()
+        self.commands.settle(*self.longest_work_s())
         self.starting = False
+
+    def stack_processes(self):
+        """Return the processes of the nodes that compute commands; none without the ROS master."""
+        topics = [subscriber.resolved_name for subscriber in self.commands.subscribers]
+        try:
+            return ConnectionGraph().processes_to(topics)
+        except (OSError, rosgraph.MasterException):
+            return ()
 
     def timeout_s(self):
         if self.starting and not self.pause.waiting:
@@ -105,6 +120,12 @@ class Sim:
         if self.commands.stamped or self.pause.waiting:
             return self.timeouts.answer_s
         return self.commands.patience_factor * self.timeouts.unstamped_answer_s
+
+    def longest_work_s(self):
+        """Return how long to wait for a node at work: processor time, and wall time."""
+        if self.commands.stamped:
+            return self.timeouts.answer_s, self.timeouts.start_s
+        return self.timeouts.unstamped_answer_s, self.timeouts.answer_s
 
     def is_answered(self):
         return self.commands.has_answer and not self.pause.waiting

@@ -23,7 +23,7 @@ from sdc_sim.road.road import Road
 
 EGO = "/carla/ego_vehicle"
 TICK_NS = 50_000_000
-TICKS = 60
+TICKS = 24
 
 
 def camera_pid():

@@ -256,9 +256,9 @@ class RefereeTest(unittest.TestCase):
         self.obstacles.publish(ObstacleArray(obstacles=[Obstacle(id=103, kind="pedestrian")]))
         self.drive_and_wait(1, 120)
         wait_until(self.image.get_num_connections, 30.0, "the subscription to the camera")
-        self.image.publish(IMAGE)
+        # A publisher notices the end of a subscription when it publishes.
         wait_until(
-            lambda: not self.image.get_num_connections(),
+            lambda: self.image.publish(IMAGE) or not self.image.get_num_connections(),
             30.0,
             "the end of the subscription",
         )
@@ -276,6 +276,18 @@ class RefereeTest(unittest.TestCase):
         with open(os.path.join(self.folder, "report.html"), encoding="utf-8") as file:
             self.assertIn("data:image/jpeg", file.read())
         self.assertTrue(os.path.exists(os.path.join(self.folder, "report.png")))
+
+    def test_drive_that_is_faster_than_the_camera_waits_for_a_snapshot(self):
+        process = self.start(pictures=True, snapshots=2)
+        self.drive()
+        wait_until(
+            lambda: self.image.publish(IMAGE) or process.poll() is not None, 60.0, "the report"
+        )
+        self.assertEqual(self.report(process, 0)["status"], "completed")
+        html = os.path.join(self.folder, "report.html")
+        wait_until(lambda: os.path.exists(html), 60.0, "the page")
+        with open(html, encoding="utf-8") as file:
+            self.assertIn("data:image/jpeg", file.read())
 
     def test_end_of_the_node_does_not_end_the_process_that_writes_the_pages(self):
         process = self.start(pictures=True)

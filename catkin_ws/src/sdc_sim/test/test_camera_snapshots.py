@@ -115,3 +115,43 @@ def test_without_snapshots_no_picture_is_taken(monkeypatch):
     for second in range(20):
         camera.update(5.0 * second, float(second), float(second))
     assert camera.subscriptions == 0
+
+
+@pytest.mark.parametrize(("published", "lost"), [("/image", 0), ("/image", 2), ("/other", 0)])
+def test_drive_without_a_picture_waits_for_one_if_there_is_a_camera(monkeypatch, published, lost):
+    camera = Camera(monkeypatch, 2)
+    camera.taken.update(100.0, 5.0, 5.0)
+    monkeypatch.setattr(rospy, "get_published_topics", lambda: [(published, "sensor_msgs/Image")])
+
+    def wait(timeout_s):
+        if camera.subscriptions > lost:
+            camera.subscribed(image("rgb8", ORANGE))
+        return camera.subscriptions > lost
+
+    monkeypatch.setattr(camera.taken._received, "wait", wait)
+    camera.taken.finish(2.0)
+    has_camera = published == "/image"
+    assert [snapshot.percent for snapshot in camera.snapshots] == [100.0] * has_camera
+    assert camera.subscriptions == 1 + lost
+    assert camera.subscribed is None
+
+
+def test_camera_without_pictures_is_named(monkeypatch):
+    camera = Camera(monkeypatch, 2)
+    camera.taken.update(100.0, 5.0, 5.0)
+    monkeypatch.setattr(rospy, "get_published_topics", lambda: [("/image", "sensor_msgs/Image")])
+    warnings = []
+    monkeypatch.setattr(rospy, "logwarn", warnings.append)
+    camera.taken.finish(-1.0)
+    assert warnings == ["referee: no picture came from the camera; the report has none"]
+
+
+@pytest.mark.parametrize("due", [False, True])
+def test_last_picture_of_a_drive_without_a_snapshot_becomes_one(monkeypatch, due):
+    camera = Camera(monkeypatch, 2)
+    camera.update(20.0, 5.0, 5.0)
+    if due:
+        camera.taken.update(60.0, 5.5, 5.1)
+    monkeypatch.setattr(rospy, "get_published_topics", lambda: [("/image", "sensor_msgs/Image")])
+    camera.taken.finish(2.0)
+    assert [(shot.time_s, shot.percent) for shot in camera.snapshots] == [(5.0, 20.0)] * due

@@ -27,8 +27,9 @@ from sdc_sim.simulation.observation import Observation
 class RecordingProcess:
     """A worker process that records what it is sent."""
 
-    def __init__(self, make_handler, arguments, depth, warn):
+    def __init__(self, make_handler, arguments, depth, warn, idle):
         self.arguments, self.depth, self.sent, self.closed = arguments, depth, [], False
+        self.idle = idle
 
     def offer(self, item):
         self.sent.append(("offer", item))
@@ -58,6 +59,7 @@ def test_camera_waits_for_room_in_lockstep_only(shutdown, every_frame, way):
     camera.show("first")
     camera.daylight, camera.spectator = 0.25, (1.0, 2.0, 3.0, 0.0, 0.1)
     camera.show("second")
+    assert camera._process.idle is not every_frame
     assert camera._process.sent == [
         (way, ("first", 0.5, None)),
         (way, ("second", 0.25, (1.0, 2.0, 3.0, 0.0, 0.1))),
@@ -65,6 +67,13 @@ def test_camera_waits_for_room_in_lockstep_only(shutdown, every_frame, way):
     route, pictures, *others = camera._process.arguments
     assert (route, others) == ("route.csv", ["hero", GENERATIONS["0.9.3"]])
     assert (Path("/dev/shm") / pictures).exists()
+
+
+def test_repeated_picture_does_not_wait_for_room(shutdown):
+    camera = FrontCamera("route.csv", "hero", GENERATIONS["0.9.3"], 0.5, True)
+    camera.show("first")
+    camera.show("first", again=True)
+    assert [way for way, _ in camera._process.sent] == ["put", "offer"]
 
 
 def test_camera_closes_its_process_and_memory_at_shutdown(shutdown):

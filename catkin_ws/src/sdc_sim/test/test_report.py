@@ -7,7 +7,7 @@ import yaml
 
 from sdc_sim.evaluation.evaluator import Evaluator
 from sdc_sim.evaluation.rules import EvaluationRules
-from sdc_sim.report.writer import ReportError, open_report, write_report
+from sdc_sim.report.writer import ReportError, open_report, write_pages, write_report
 
 with open(
     os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "config", "referee.yaml"),
@@ -77,3 +77,11 @@ def test_failed_write_leaves_no_report(tmp_path, result):
     with pytest.raises(ReportError, match="not reported"):
         write_report(str(tmp_path / "report.json"), result)
     assert not (tmp_path / "report.json").exists()
+
+
+@pytest.mark.parametrize("extension", [".png", ".html"])
+def test_page_is_complete_or_absent(tmp_path, result, extension):
+    (tmp_path / f"report{extension}.part").mkdir()
+    with pytest.raises(ReportError, match=f"report{extension}.part.*the pages are not"):
+        write_pages(str(tmp_path / "report.json"), result)
+    assert not (tmp_path / f"report{extension}").exists()

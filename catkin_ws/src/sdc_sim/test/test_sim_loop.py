@@ -18,6 +18,7 @@ from sdc_sim.ros.saved_drive import SavedDrive
 from sdc_sim.ros.services import SimulationServices
 from sdc_sim.ros.simulation_setup import Timeouts
 from sdc_sim.ros.simulation_topics import SimulationTopics
+from sdc_sim.ros.stack_processes import StackProcesses
 from sdc_sim.simulation.pause import PauseControl
 from sdc_sim.simulation.simulation import Simulation
 
@@ -40,7 +41,7 @@ class OfflineTopics(SimulationTopics):
     def __init__(self, simulation, receive, answers=lambda stamp: [stamp]):
         self.published, self.pictures, self.running = [], [], []
         self._simulation, self._receive, self.answers = simulation, receive, answers
-        self._camera = SimpleNamespace(show=self.pictures.append)
+        self._camera = SimpleNamespace(show=lambda shown, _again: self.pictures.append(shown))
         self.bridge = SimpleNamespace(
             publish_running=self.running.append, reset_lane_invasion=lambda: None
         )
@@ -74,8 +75,9 @@ class Node:
         sim.simulation = Simulation(Vehicle(load_vehicle(TESLA)), 0.05, 0.0)
         sim.lockstep, sim.timeouts, sim.pause = True, Timeouts(0.05, 0.05, 0.05), PauseControl()
         sim.requests = RequestQueue()
+        stack = StackProcesses(lambda: ())
         sim.commands = CommandInput(
-            EGO, CarlaVehicleControl, sim.simulation, sim.requests, True, False
+            EGO, CarlaVehicleControl, sim.simulation, sim.requests, stack, True, False
         )
         sim.saved_drive = SavedDrive(sim.simulation, sim.pause, sim.commands)
         sim.topics = OfflineTopics(sim.simulation, self.receive)
@@ -119,6 +121,25 @@ def test_real_time_takes_the_picture_of_the_last_observation_after_its_answer(no
     node.sim.lockstep = False
     node.run(monkeypatch, 10)
     assert node.sim.topics.pictures == node.sim.topics.published[:9]
+
+
+def test_lockstep_waits_for_a_node_that_is_at_work_longer_than_for_others(node, monkeypatch):
+    asked, answer = [], node.sim.topics.answers
+    node.sim.topics.answers = lambda stamp: [] if stamp == (0, 200_000_000) else answer(stamp)
+
+    def at_work(work_s):
+        asked.append(work_s)
+        if len(asked) == 3:
+            OfflineTopics.publish(OfflineTopics(node.sim.simulation, node.receive))
+        return True
+
+    stack = SimpleNamespace(start_tick=lambda: None, found=True, at_work=at_work)
+    node.sim.commands._stack = stack
+    node.sim.timeouts = node.sim.timeouts._replace(start_s=60.0)
+    given_up = []
+    monkeypatch.setattr(node.sim.commands, "give_up", lambda: given_up.append(True))
+    node.run(monkeypatch, 10)
+    assert (len(asked), given_up) == (3, [])
 
 
 @pytest.mark.parametrize("offset", [-2, -1, 1, 400])

@@ -46,9 +46,9 @@ def is_running(pid):
 def start():
     made = []
 
-    def start_worker(make_handler, path):
+    def start_worker(make_handler, path, **options):
         warnings = []
-        made.append(WorkerProcess(make_handler, (str(path),), DEPTH, warnings.append))
+        made.append(WorkerProcess(make_handler, (str(path),), DEPTH, warnings.append, **options))
         return made[-1], warnings
 
     yield start_worker
@@ -156,12 +156,13 @@ def test_sigint_does_not_end_the_worker(start, tmp_path):
     assert lines_of(tmp_path / "done") == ["1", "2"] and warnings == []
 
 
-def test_worker_has_low_priority_and_a_session_of_its_own(start, tmp_path):
-    worker, _ = start(make_writer, tmp_path / "done")
+@pytest.mark.parametrize(("idle", "policy"), [(True, os.SCHED_IDLE), (False, os.SCHED_OTHER)])
+def test_worker_has_a_priority_and_a_session_of_its_own(start, tmp_path, idle, policy):
+    worker, _ = start(make_writer, tmp_path / "done", idle=idle)
     assert worker.put((1,), LIMIT_S)
     wait_until(lambda: lines_of(tmp_path / "done"), "item")
     pid = worker.process.pid
-    assert os.sched_getscheduler(pid) == os.SCHED_IDLE
+    assert os.sched_getscheduler(pid) == policy
     assert os.getsid(pid) == pid
 
 

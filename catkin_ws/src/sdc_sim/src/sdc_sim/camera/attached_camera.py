@@ -13,6 +13,7 @@ from sensor_msgs.msg import CameraInfo, Image
 from sdc_sim.camera.boxes import Box
 from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.camera.renderer import Renderer
+from sdc_sim.camera.weather import CLEAR, Weather
 from sdc_sim.physics.vehicle import VehicleState
 from sdc_sim.road.road import Road
 from sdc_sim.ros.bridge_generations import CameraNames
@@ -43,11 +44,20 @@ class AttachedCamera:
         role_name: name of the vehicle in topics and frames
         names: topics and frame of the camera
         fov_rad: horizontal field of view
+        weather: weather of the pictures
     """
 
-    def __init__(self, road: Road, role_name: str, names: CameraNames, fov_rad: float):
+    def __init__(
+        self,
+        road: Road,
+        role_name: str,
+        names: CameraNames,
+        fov_rad: float,
+        weather: Weather = CLEAR,
+    ):
         self._road = road
         self._fov_rad = fov_rad
+        self._weather = weather
         self._vehicle_frame = role_name
         self._frame = role_name + names.frame
         ego = "/carla/" + role_name
@@ -101,7 +111,7 @@ class AttachedCamera:
         model = CameraModel(WIDTH_PX, HEIGHT_PX, self._fov_rad, 0.0, mount.z_m, mount.pitch_rad)
         old = self._renderer
         if old is None or old.camera != model:
-            self._renderer = Renderer(self._road, model)
+            self._renderer = Renderer(self._road, model, weather=self._weather)
         self._mount = mount
         transform = camera_transform(model, self._vehicle_frame, self._frame, mount.yaw_rad)
         transform.transform.translation.x = mount.x_m

@@ -7,6 +7,7 @@ import numpy as np
 from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.camera.ground import Ground
 from sdc_sim.camera.sky import Sky
+from sdc_sim.camera.weather import CLEAR, Air, Weather
 from sdc_sim.road.road import Road
 from sdc_sim.road.scenery import Scenery
 
@@ -18,9 +19,17 @@ class Background:
         ground: painter of the ground
     """
 
-    def __init__(self, road: Road, scenery: Scenery, camera: CameraModel, seed: int = 0):
+    def __init__(
+        self,
+        road: Road,
+        scenery: Scenery,
+        camera: CameraModel,
+        seed: int = 0,
+        weather: Weather = CLEAR,
+    ):
         self._sky = Sky(camera, seed)
-        self.ground = Ground(road, scenery, camera, seed)
+        self.ground = Ground(road, scenery, camera, seed, weather)
+        self._air = Air(weather, camera, seed)
 
     def draw(self, picture: np.ndarray, x_m: float, y_m: float, yaw_rad: float) -> None:
         """Paint the background for a pose of the vehicle.
@@ -33,3 +42,4 @@ class Background:
         """
         self._sky.draw(picture, yaw_rad)
         self.ground.draw(picture, x_m, y_m, yaw_rad, self._sky.horizon)
+        self._air.veil_background(picture)

@@ -133,11 +133,19 @@ class BoxPainter:
         return drawn
 
     @staticmethod
-    def draw(picture: np.ndarray, rasterizer: PolygonRasterizer, faces: Sequence[BoxFace]) -> None:
-        """Paint one box."""
+    def draw(
+        picture: np.ndarray,
+        rasterizer: PolygonRasterizer,
+        faces: Sequence[BoxFace],
+        fog: float = 0.0,
+        fog_bgr: Sequence[float] | np.ndarray = (0.0, 0.0, 0.0),
+    ) -> None:
+        """Paint one box, with a share of the fog's colour."""
         for outline, optical, colour in faces:
             visible = outline if optical is None else rasterizer.clipped_outline(optical)
             if visible is not None:
+                if fog > 0.0:
+                    colour = [c + fog * (f - c) for c, f in zip(colour, fog_bgr)]
                 fill(picture, visible, (*colour, 255))
 
     @staticmethod

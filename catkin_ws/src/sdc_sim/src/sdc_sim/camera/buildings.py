@@ -9,12 +9,11 @@ import numpy as np
 
 from sdc_sim.camera.painting import (
     FIXED_POINT_BITS,
-    HAZE_BGR,
-    HAZE_RANGE_M,
     SUN,
     footprint,
 )
-from sdc_sim.camera.rasterizer import NEAR_M, PolygonRasterizer, fill
+from sdc_sim.camera.rasterizer import PolygonRasterizer, fill
+from sdc_sim.camera.weather import Weather
 from sdc_sim.road.scenery import (
     EAVES_SHARE,
     HOUSE,
@@ -40,27 +39,49 @@ _GLASS_BGR = (96, 82, 70)
 
 
 class BuildingPart(NamedTuple):
-    """Polygons of one building that have one colour: a face, or all window panes of a face.
+    """Polygons of one building that have one colour: a face, or the window panes of a face.
 
     Attributes:
-        polygons: corners (P, 4, 3) in the map [m]
-        outlines: outlines (P, 4, 2) in the picture, valid where `beyond`
-        beyond: whether all of the polygon is beyond the near plane (P,)
+        outlines: an outline (n, 2) in the picture, or a list of those of all panes
         colour: BGRA
     """
 
-    polygons: np.ndarray
-    outlines: np.ndarray
-    beyond: np.ndarray
+    outlines: np.ndarray | list[np.ndarray]
     colour: tuple[float, ...]
+
+
+class _Group(NamedTuple):
+    """All parts of some buildings.
+
+    Attributes:
+        polygons: corners (P, 4, 3) of the polygons of all parts [m]
+        part: number of the part that a polygon belongs to (P,)
+        owner: number of the building that a part belongs to (N,)
+        corner: a corner of the face of each part (N, 3) [m]
+        normal: unit vectors out of the faces (N, 3)
+        bgr: colours (N, 3)
+        glass: whether a part consists of panes (N,)
+        several: whether a part has more than one polygon (N,)
+    """
+
+    polygons: np.ndarray
+    part: np.ndarray
+    owner: np.ndarray
+    corner: np.ndarray
+    normal: np.ndarray
+    bgr: np.ndarray
+    glass: np.ndarray
+    several: np.ndarray
 
 
 class BuildingPainter:
     """Painter of the buildings of the scenery."""
 
-    def __init__(self, scenery: Scenery):
+    def __init__(self, scenery: Scenery, weather: Weather):
         self._scenery = scenery
+        self._weather = weather
         self.cache: dict[int, Building] = {}
+        self._grouped: tuple[int, ...] = ()
 
     def project(
         self, rasterizer: PolygonRasterizer, items: Sequence[int], ahead_m: np.ndarray
@@ -69,29 +90,61 @@ class BuildingPainter:
 
         Args:
             rasterizer: projection for the pose
-            items: numbers of the buildings in the scenery
+            items: numbers of the buildings in the scenery; the call is faster for the same
+                numbers in the same order as before
             ahead_m: their distances along the vehicle's heading (len(items),) [m]
 
         Returns:
             the visible parts of each building, in the order in which they are painted
         """
         drawn: dict[int, list[BuildingPart]] = {item: [] for item in items}
-        parts = self._facing_parts([self._building(item) for item in items], rasterizer, ahead_m)
-        if not parts:
+        if not drawn:
             return drawn
-        optical = np.concatenate([polygons for _, polygons, _ in parts]) - rasterizer.eye
-        optical = optical @ rasterizer.rotation
-        beyond = optical[..., 2].min(axis=1) >= NEAR_M
-        optical[~beyond] = [0.0, 0.0, 1.0]
-        outlines = rasterizer.pixels(optical)
-        start = 0
-        for number, polygons, colour in parts:
-            end = start + len(polygons)
-            drawn[items[number]].append(
-                BuildingPart(polygons, outlines[start:end], beyond[start:end], colour)
-            )
-            start = end
+        group = self._group(tuple(items))
+        facing = ((rasterizer.eye - group.corner) * group.normal).sum(axis=1) > 0.0
+        facing &= ~group.glass | (ahead_m[group.owner] < _PANES_RANGE_M)
+        polygons = np.flatnonzero(facing[group.part])
+        outlines, beyond = rasterizer.outlines(group.polygons[polygons])
+        seen = rasterizer.may_see(outlines)
+        # The near plane does not cut panes: those that it touches are left out.
+        seen = np.where(beyond, seen, ~group.several[group.part[polygons]])
+        polygons, outlines, beyond = polygons[seen], outlines[seen], beyond[seen]
+        starts = np.flatnonzero(np.diff(group.part[polygons], prepend=-1))
+        parts = group.part[polygons[starts]]
+        owner = group.owner[parts]
+        haze = 1.0 - np.exp(-np.maximum(ahead_m[owner], 0.0) / self._weather.haze_range_m)
+        bgr = group.bgr[parts]
+        bgr = bgr + haze[:, None] * (self._weather.fog_bgr - bgr)
+        every = list(outlines)
+        ends = [*starts[1:].tolist(), len(polygons)]
+        for number, several, start, end, colour in zip(
+            owner.tolist(), group.several[parts].tolist(), starts.tolist(), ends, bgr.tolist()
+        ):
+            outline: np.ndarray | list[np.ndarray] | None = every[start]
+            if several:
+                outline = every[start:end]
+            elif not beyond[start]:
+                outline = rasterizer.outline(group.polygons[polygons[start]])
+            if outline is not None:
+                drawn[items[number]].append(BuildingPart(outline, (*colour, 255.0)))
         return drawn
+
+    def _group(self, items: tuple[int, ...]) -> _Group:
+        """Return the parts of buildings; those of the last call are kept."""
+        if items != self._grouped:
+            buildings = [self._building(item) for item in items]
+            counts = np.concatenate([building.counts for building in buildings])
+            owner = np.repeat(np.arange(len(items)), [len(one.counts) for one in buildings])
+            part = np.repeat(np.arange(len(counts)), counts)
+            polygons, corner, normal, bgr, glass = (
+                np.concatenate([getattr(building, name) for building in buildings])
+                for name in ("polygons", "corner", "normal", "bgr", "glass")
+            )
+            self._parts = _Group(
+                polygons, part, owner, corner, normal, bgr, glass, several=counts > 1
+            )
+            self._grouped = items
+        return self._parts
 
     def _building(self, item: int) -> Building:
         if item not in self.cache:
@@ -101,62 +154,31 @@ class BuildingPainter:
         return self.cache[item]
 
     @staticmethod
-    def _facing_parts(
-        buildings: list[Building], rasterizer: PolygonRasterizer, ahead_m: np.ndarray
-    ) -> list[tuple[int, np.ndarray, tuple[float, ...]]]:
-        """Return (number of the building, polygons, colour) of all faces that face the camera."""
-        if not buildings:
-            return []
-        counts = [len(building.polygons) for building in buildings]
-        polygons = np.concatenate([building.polygons for building in buildings])
-        normals = np.concatenate([building.normals for building in buildings])
-        facing = np.flatnonzero(((rasterizer.eye - polygons[:, 0]) * normals).sum(axis=1) > 0.0)
-        owner = np.repeat(np.arange(len(buildings)), counts)[facing]
-        first = np.cumsum(counts) - counts
-        colours = np.concatenate([building.colours for building in buildings])[facing]
-        haze = (1.0 - np.exp(-np.maximum(ahead_m, 0.0) / HAZE_RANGE_M))[owner, None]
-        colours = (colours + haze * (np.tile(HAZE_BGR, 2) - colours)).tolist()
-        parts = []
-        for face, number, colour in zip(facing.tolist(), owner.tolist(), colours):
-            building, own = buildings[number], face - int(first[number])
-            parts.append((number, building.polygons[own : own + 1], (*colour[:3], 255.0)))
-            panes = building.panes.get(own)
-            if panes is not None and ahead_m[number] < _PANES_RANGE_M and len(panes):
-                parts.append((number, panes, (*colour[3:], 255.0)))
-        return parts
-
-    @staticmethod
-    def draw(
-        picture: np.ndarray, rasterizer: PolygonRasterizer, parts: Sequence[BuildingPart]
-    ) -> None:
+    def draw(picture: np.ndarray, parts: Sequence[BuildingPart]) -> None:
         """Paint one building."""
-        for polygons, outlines, beyond, colour in parts:
-            if len(polygons) > 1:
-                if beyond.any():
-                    cv2.fillPoly(
-                        picture, list(outlines[beyond]), colour, cv2.LINE_AA, FIXED_POINT_BITS
-                    )
-                continue
-            outline = outlines[0] if beyond[0] else rasterizer.outline(polygons[0])
-            if outline is not None:
-                fill(picture, outline, colour)
+        for outlines, colour in parts:
+            if isinstance(outlines, list):
+                cv2.fillPoly(picture, outlines, colour, cv2.LINE_AA, FIXED_POINT_BITS)
+            else:
+                fill(picture, outlines, colour)
 
 
 class Building:
-    """Faces of a building in the map, in the order in which they are painted.
+    """Parts of a building in the map, in the order in which they are painted.
+
+    A part is a face, or the window panes of the face before it.
 
     Attributes:
-        polygons: corners of the faces (F, 4, 3) [m]
-        normals: unit vectors out of the faces (F, 3)
-        colours: BGR of the face and BGR of its window panes (F, 6)
-        panes: corners (P, 4, 3) of the window panes of a face, by the number of the face [m]
+        polygons: corners of the polygons of all parts (P, 4, 3) [m]
+        counts: number of polygons of each part (N,)
+        corner: a corner of the face (N, 3) [m]
+        normal: unit vectors out of the face (N, 3)
+        bgr: colours (N, 3)
+        glass: whether the part consists of panes (N,)
     """
 
     def __init__(self, scenery: Scenery, item: int):
-        self._faces: list[np.ndarray] = []
-        self._normals: list[np.ndarray] = []
-        self._colours: list[np.ndarray] = []
-        self.panes: dict[int, np.ndarray] = {}
+        self._parts: list[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, bool]] = []
         variant, height_m = int(scenery.variant[item]), float(scenery.size_m[item, 2])
         wall = np.array(_WALLS_BGR[variant % 6], float)
         corners = footprint(scenery.position_m[item], scenery.yaw_rad[item], scenery.size_m[item])
@@ -164,8 +186,10 @@ class Building:
             self._add_house(corners, height_m, wall, np.array(_ROOFS_BGR[variant % 3], float))
         else:
             self._add_block(corners, height_m, wall)
-        self.polygons, self.normals = np.array(self._faces), np.array(self._normals)
-        self.colours = np.clip(np.array(self._colours), 0.0, 255.0)
+        polygons, corner, normal, bgr, glass = zip(*self._parts)
+        self.polygons, self.counts = np.concatenate(polygons), np.array([*map(len, polygons)])
+        self.corner, self.normal = np.array(corner), np.array(normal)
+        self.bgr, self.glass = np.clip(np.array(bgr), 0.0, 255.0), np.array(glass)
 
     def _add_house(
         self, corners: np.ndarray, height_m: float, wall: np.ndarray, roof: np.ndarray
@@ -181,7 +205,7 @@ class Building:
             self._add(slope[::-1], roof, 0.55)
         for a, b in zip(corners, np.roll(corners, -1, axis=0)):
             self._add_wall(a, b, eaves_m, wall)
-            self.panes[len(self._faces) - 1] = _windows(a, b, eaves_m)
+            self._add_panes(_windows(a, b, eaves_m))
         for a, b in (gables[:2], gables[2:]):
             peak = (*(0.5 * (a + b)), height_m)
             self._add([(*a, eaves_m), (*b, eaves_m), peak, peak], wall)
@@ -195,7 +219,7 @@ class Building:
                 [(*a, height_m - 0.5), (*b, height_m - 0.5), (*b, height_m), (*a, height_m)],
                 0.72 * wall,
             )
-            self.panes[len(self._faces) - 1] = _windows(a, b, height_m)
+            self._add_panes(_windows(a, b, height_m))
 
     def _add_wall(self, a: np.ndarray, b: np.ndarray, height_m: float, colour: np.ndarray) -> None:
         """Add a wall from `a` to `b` (2,) and its darker base."""
@@ -209,10 +233,17 @@ class Building:
         quad = np.array(corners, float)
         normal = np.cross(quad[1] - quad[0], quad[2] - quad[0])
         normal /= np.linalg.norm(normal)
-        shade = dim * (0.66 + 0.38 * max(0.0, float(normal @ SUN)))
-        self._faces.append(quad)
-        self._normals.append(normal)
-        self._colours.append(np.concatenate([colour * shade, shade * np.array(_GLASS_BGR, float)]))
+        self._parts.append((quad[None], quad[0], normal, colour * (dim * _shade(normal)), False))
+
+    def _add_panes(self, panes: np.ndarray) -> None:
+        """Add window panes (n, 4, 3) to the face that was added last."""
+        _, corner, normal, _, _ = self._parts[-1]
+        self._parts.append((panes, corner, normal, _shade(normal) * np.array(_GLASS_BGR), True))
+
+
+def _shade(normal: np.ndarray) -> float:
+    """Return the brightness of a face in the light of the sun."""
+    return 0.66 + 0.38 * max(0.0, float(normal @ SUN))
 
 
 def _roof_slopes(

@@ -24,6 +24,7 @@ from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.camera.painting import dim
 from sdc_sim.camera.scene_objects import SceneObjects
 from sdc_sim.camera.shared_pictures import SLOTS, SharedPictures
+from sdc_sim.camera.weather import Weather
 from sdc_sim.camera.worker_process import WorkerProcess
 from sdc_sim.physics.obstacles import ObstacleState
 from sdc_sim.physics.traffic_lights import GREEN, HEIGHT_M, OFF, RED, YELLOW, TrafficLightState
@@ -37,7 +38,7 @@ from sdc_sim.ros.message_conversion import (
     image_message,
 )
 
-_TIMEOUT_S = 2.0
+_TIMEOUT_S = 10.0
 _LIGHT_SIZE_M = 0.4
 _EGO_SIZE_M = (4.7, 2.0, 1.5)
 _EGO_BGR = (120, 60, 25)
@@ -54,20 +55,30 @@ class BackgroundPainter:
     Args:
         waypoints_path: CSV file of the route
         pictures_name: name of the shared pictures
-        node_arguments: further arguments of CameraNode
+        role_name: name of the vehicle in topics and frames
+        generation: names of the cameras
+        weather: fields of Weather, None for clear weather
     """
 
-    def __init__(self, waypoints_path: str, pictures_name: str, *node_arguments: Any):
+    def __init__(
+        self,
+        waypoints_path: str,
+        pictures_name: str,
+        role_name: str,
+        generation: BridgeGeneration,
+        weather: dict[str, Any] | None = None,
+    ):
         cv2.setNumThreads(1)
         self._objects_process = WorkerProcess(
             start_camera_node,
-            (waypoints_path, pictures_name, *node_arguments),
+            (waypoints_path, pictures_name, role_name, generation, weather),
             SLOTS - 1,
             lambda problem: print(f"sim: the camera's process {problem}", file=sys.stderr),
         )
         camera = CameraModel()
         road = Road(load_waypoints(waypoints_path))
-        self._background = Background(road, road.scenery(), camera)
+        air = Weather.read(weather or {})
+        self._background = Background(road, road.scenery(), camera, weather=air)
         self._shared = SharedPictures(camera, pictures_name)
         self._slot = 0
 
@@ -88,6 +99,7 @@ class CameraNode:
         pictures_name: name of the shared pictures
         role_name: name of the vehicle in topics and frames
         generation: names of the cameras
+        weather: fields of Weather, None for clear weather
     """
 
     def __init__(
@@ -96,6 +108,7 @@ class CameraNode:
         pictures_name: str,
         role_name: str,
         generation: BridgeGeneration,
+        weather: dict[str, Any] | None = None,
     ):
         cv2.setNumThreads(1)
         rospy.init_node(
@@ -107,7 +120,8 @@ class CameraNode:
         road = Road(load_waypoints(waypoints_path))
         camera, names = CameraModel(), generation.front
         self._shared = SharedPictures(camera, pictures_name)
-        self._objects = SceneObjects(road.scenery(), camera)
+        air = Weather.read(weather or {})
+        self._objects = SceneObjects(road.scenery(), camera, weather=air)
         self._frame = role_name + names.frame
         self._camera_info = camera_info_message(camera, self._frame)
         ego = "/carla/" + role_name
@@ -117,10 +131,10 @@ class CameraNode:
         self._static_tf.sendTransform(camera_transform(camera, role_name, self._frame))
         self._view = self._spectator = None
         if generation.view:
-            self._view = AttachedCamera(road, role_name, generation.view, _VIEW_FOV_RAD)
+            self._view = AttachedCamera(road, role_name, generation.view, _VIEW_FOV_RAD, air)
         if generation.spectator:
             self._spectator = AttachedCamera(
-                road, role_name, generation.spectator, _SPECTATOR_FOV_RAD
+                road, role_name, generation.spectator, _SPECTATOR_FOV_RAD, air
             )
 
     def publish(self, item: tuple[int, CameraInput]) -> None:

@@ -15,7 +15,7 @@ from sdc_sim.simulation.observation import Observation
 
 # In lockstep the simulation may be so many pictures ahead, which evens out their render times.
 _DEPTH = 6
-_TIMEOUT_S = 2.0
+_TIMEOUT_S = 10.0
 
 
 class FrontCamera:
@@ -32,6 +32,7 @@ class FrontCamera:
         generation: BridgeGeneration,
         daylight: float,
         every_frame: bool,
+        weather: dict[str, Any] | None = None,
     ):
         """Start the processes; they end when the node shuts down.
 
@@ -41,23 +42,37 @@ class FrontCamera:
             generation: names of the cameras
             daylight: brightness of the pictures, 0..1
             every_frame: whether to publish every observation (lockstep)
+            weather: fields of Weather, None for clear weather
         """
         self.daylight = daylight
         self.spectator: tuple[float, float, float, float, float] | None = None
         self._shared = SharedPictures(CameraModel())
         self._process = WorkerProcess(
             _start_painter,
-            (waypoints_path, self._shared.name, role_name, generation),
+            (
+                waypoints_path,
+                self._shared.name,
+                role_name,
+                generation,
+                *([weather] if weather else []),
+            ),
             _DEPTH,
             lambda problem: rospy.logwarn("sim: the camera's process %s", problem),
+            # In real time a picture may be dropped, but the control loop is not to be late.
+            idle=not every_frame,
         )
         self._every_frame = every_frame
         rospy.on_shutdown(self._close)
 
-    def show(self, observation: Observation) -> None:
-        """Hand over one observation to be rendered and published."""
+    def show(self, observation: Observation, again: bool = False) -> None:
+        """Hand over one observation to be rendered and published.
+
+        Args:
+            observation: the observation
+            again: whether it has been handed over before; it is then dropped if the camera is busy
+        """
         shot = CameraInput(observation, self.daylight, self.spectator)
-        if self._every_frame:
+        if self._every_frame and not again:
             self._process.put(shot, _TIMEOUT_S)
         else:
             self._process.offer(shot)

@@ -18,6 +18,7 @@ from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.camera.ground_textures import FINEST_TEXEL_M, GRASS_BGR, LEVELS, TILE_PX
 from sdc_sim.camera.painting import HAZE_BGR, HAZE_RANGE_M
 from sdc_sim.camera.tiles import GroundTiles
+from sdc_sim.camera.weather import Weather
 from sdc_sim.road.road import Road
 from sdc_sim.road.scenery import Scenery
 
@@ -56,34 +57,14 @@ class _Band(NamedTuple):
         return self.last - self.first
 
 
-class _Window:
-    """Adjacent tiles of one level in one image, which follow the camera."""
-
-    def __init__(self):
-        self.corner: tuple[int, int] | None = None
-        self.filled = np.zeros((_WINDOW_TILES, _WINDOW_TILES), bool)
-        self.image = np.zeros((_WINDOW_TILES * TILE_PX, _WINDOW_TILES * TILE_PX, 4), np.uint8)
-
-    def move(self, corner: tuple[int, int]) -> None:
-        """Move the lowest tile to (column, row); the window becomes empty if it moves."""
-        if self.corner != corner:
-            self.corner = corner
-            self.filled[:] = False
-
-    def put(self, row: int, column: int, tile: np.ndarray) -> None:
-        """Store a tile."""
-        y, x = row * TILE_PX, column * TILE_PX
-        self.image[y : y + TILE_PX, x : x + TILE_PX] = tile
-        self.filled[row, column] = True
-
-
 class Ground:
     """Painter of the picture's rows from the horizon down."""
 
-    def __init__(self, road: Road, scenery: Scenery, camera: CameraModel, seed: int):
-        self.tiles = GroundTiles(road, scenery, seed)
+    def __init__(
+        self, road: Road, scenery: Scenery, camera: CameraModel, seed: int, weather: Weather
+    ):
+        self.tiles = GroundTiles(road, scenery, seed, weather)
         self._camera = camera
-        self._windows = [_Window() for _ in range(LEVELS)]
         self._side = np.tan(camera.fov_rad / 2.0) * (1.0 + 1.0 / camera.width)
         self._plan_bands()
         self._plan_haze()
@@ -122,17 +103,24 @@ class Ground:
         self._forward, self._spread = np.concatenate(forward), np.concatenate(spread)
         self._near_m = np.array([band.near_m for band in bands])
         self._far_m = np.array([band.far_m for band in bands])
-        self._texel_m = FINEST_TEXEL_M * 2.0 ** np.array([band.level for band in bands])
+        texel_m = FINEST_TEXEL_M * 2.0 ** np.array([band.level for band in bands])
+        self._tile_m = texel_m * TILE_PX
         self._band_of_row = np.repeat(
             np.arange(len(bands)), [band.rows * band.subrows for band in bands]
         )
+        self._texels_per_m = 1.0 / texel_m[self._band_of_row]
         # One column of samples for two of the picture.
         columns = -(-camera.width // 2)
         middle = (np.arange(columns) + 0.5) * camera.width / columns - 0.5
         self._columns = np.stack([np.ones(columns), middle - camera.width / 2.0]).astype(np.float32)
-        self._map_x = np.empty((start, columns), np.float32)
-        self._map_y = np.empty_like(self._map_x)
+        self._lines = np.empty((2, start, 2), np.float32)
+        self._maps = np.empty((2, start, columns), np.float32)
         self._samples = np.empty((start, columns, 4), np.uint8)
+        self._means = np.empty((camera.height - self._first_tiled_row, columns, 4), np.uint8)
+        side_px = _WINDOW_TILES * TILE_PX
+        self._windows = np.zeros((len(bands), side_px, side_px, 4), np.uint8)
+        self._corner = np.zeros((len(bands), 2), np.int64)
+        self._filled = np.zeros((len(bands), _WINDOW_TILES, _WINDOW_TILES), bool)
 
     def _plan_haze(self) -> None:
         """Compute the haze of each row."""
@@ -145,6 +133,7 @@ class Ground:
         self._clear = np.round(255 * clear).astype(np.uint8)
         self._clear[..., 3] = 255
         self._veil = np.round(veil).astype(np.uint8)
+        self._grass = np.array((*GRASS_BGR, 255.0)).astype(np.uint8)
 
     def draw(
         self, picture: np.ndarray, x_m: float, y_m: float, yaw_rad: float, horizon: np.ndarray
@@ -158,19 +147,23 @@ class Ground:
             yaw_rad: heading of the vehicle [rad]
             horizon: the sky's row (1, width, 4) above the horizon
         """
-        eye = self._camera.position_in_map(x_m, y_m, yaw_rad)[:2]
+        camera, first = self._camera, self._first_tiled_row
+        eye = camera.position_in_map(x_m, y_m, yaw_rad)[:2]
         heading = np.array([np.cos(yaw_rad), np.sin(yaw_rad)])
-        tile_m = self._texel_m * TILE_PX
         reach = 0.5 * (self._near_m + self._far_m)
-        corner = (
-            np.floor((eye + reach[:, None] * heading) / tile_m[:, None]).astype(np.int64)
-            - _WINDOW_TILES // 2
+        tiles = (eye + reach[:, None] * heading) / self._tile_m[:, None]
+        corner = np.floor(tiles).astype(np.int64) - _WINDOW_TILES // 2
+        self._fill_windows(corner, eye, heading)
+        self._map_samples(eye - corner * self._tile_m[:, None], heading)
+        for band, window in zip(self._bands, self._windows):
+            self._sample(band, window)
+        picture[camera.first_ground_row : first] = self._grass
+        cv2.resize(
+            self._means,
+            (camera.width, camera.height - first),
+            dst=picture[first:],
+            interpolation=cv2.INTER_LINEAR,
         )
-        self._fill_windows(corner, tile_m, eye, heading)
-        self._map_samples(eye - corner * tile_m[:, None], heading)
-        picture[self._camera.first_ground_row : self._first_tiled_row] = (*GRASS_BGR, 255.0)
-        for band in self._bands:
-            self._draw_band(picture, band)
         hazy = picture[self._hazy_rows]
         cv2.add(cv2.multiply(hazy, self._clear, scale=1.0 / 255.0), self._veil, dst=hazy)
         self._blend_horizon(picture, horizon)
@@ -182,24 +175,24 @@ class Ground:
             origin_m: position of the camera from the corner of each band's window (B, 2) [m]
             heading: unit vector (2,) of the view
         """
-        c, s = heading
-        origin = origin_m[self._band_of_row]
-        scale = 1.0 / self._texel_m[self._band_of_row]
-        ax = (origin[:, 0] + c * self._forward) * scale - 0.5
-        ay = (origin[:, 1] + s * self._forward) * scale - 0.5
-        rows_x = np.stack([ax, s * self._spread * scale], axis=1).astype(np.float32)
-        rows_y = np.stack([ay, -c * self._spread * scale], axis=1).astype(np.float32)
-        cv2.gemm(rows_x, self._columns, 1.0, None, 0.0, dst=self._map_x)
-        cv2.gemm(rows_y, self._columns, 1.0, None, 0.0, dst=self._map_y)
+        origin = origin_m.T[:, self._band_of_row]
+        ahead, right = heading[:, None], np.array([[heading[1]], [-heading[0]]])
+        self._lines[..., 0] = (origin + ahead * self._forward) * self._texels_per_m - 0.5
+        self._lines[..., 1] = right * self._spread * self._texels_per_m
+        for lines, samples in zip(self._lines, self._maps):
+            cv2.gemm(lines, self._columns, 1.0, None, 0.0, dst=samples)
 
-    def _draw_band(self, picture: np.ndarray, band: _Band) -> None:
+    def _sample(self, band: _Band, window: np.ndarray) -> None:
+        """Compute the mean of the samples of each row of a band."""
         count, rows = band.subrows, band.rows
         part = slice(band.start, band.start + rows * count)
-        target = self._samples[part]
+        first = band.first - self._first_tiled_row
+        means = self._means[first : first + rows]
+        target = self._samples[part] if count > 1 else means
         cv2.remap(
-            self._windows[band.level].image,
-            self._map_x[part],
-            self._map_y[part],
+            window,
+            self._maps[0, part],
+            self._maps[1, part],
             cv2.INTER_LINEAR,
             dst=target,
             borderMode=cv2.BORDER_REPLICATE,
@@ -207,15 +200,8 @@ class Ground:
         while count > 1:
             count //= 2
             half = rows * count
-            cv2.addWeighted(
-                target[:half], 0.5, target[half : 2 * half], 0.5, 0.0, dst=target[:half]
-            )
-        cv2.resize(
-            target[:rows],
-            (self._camera.width, rows),
-            dst=picture[band.first : band.last],
-            interpolation=cv2.INTER_LINEAR,
-        )
+            mean = target[:half] if count > 1 else means
+            cv2.addWeighted(target[:half], 0.5, target[half : 2 * half], 0.5, 0.0, dst=mean)
 
     def _blend_horizon(self, picture: np.ndarray, horizon: np.ndarray) -> None:
         """Mix the sky into the first row of the ground, which the horizon cuts."""
@@ -225,36 +211,33 @@ class Ground:
             first = picture[row : row + 1]
             cv2.addWeighted(first, share, horizon, 1.0 - share, 0.0, dst=first)
 
-    def _fill_windows(
-        self, corner: np.ndarray, tile_m: np.ndarray, eye: np.ndarray, heading: np.ndarray
-    ) -> None:
-        """Copy into each level's window the tiles that its band of rows can touch.
+    def _fill_windows(self, corner: np.ndarray, eye: np.ndarray, heading: np.ndarray) -> None:
+        """Copy into each band's window the tiles that its rows can touch.
 
         Args:
             corner: column and row of the lowest tile of each window (B, 2)
-            tile_m: width of a tile of each level (B,) [m]
             eye: position (2,) of the camera [m]
             heading: unit vector (2,) of the view
         """
+        self._filled[(corner != self._corner).any(axis=1)] = False
+        self._corner = corner
         near, far = self._near_m[:, None, None], self._far_m[:, None, None]
-        side_m = tile_m[:, None, None]
-        step = np.arange(_WINDOW_TILES) + 0.5
-        x = (corner[:, 0, None, None] + step[None, None, :]) * side_m - eye[0]
-        y = (corner[:, 1, None, None] + step[None, :, None]) * side_m - eye[1]
+        side_m = self._tile_m[:, None, None]
+        middle = corner[..., None] + (np.arange(_WINDOW_TILES) + 0.5)
+        x, y = (middle * side_m - eye[:, None]).transpose(1, 0, 2)
+        x, y = x[:, None, :], y[:, :, None]
         ahead, aside = heading[0] * x + heading[1] * y, heading[0] * y - heading[1] * x
         reach = 0.52 * (abs(heading[0]) + abs(heading[1])) * side_m
         slant = 0.52 * np.hypot(1.0, self._side) * np.sqrt(2.0) * side_m
-        seen = (
+        missing = (
             (ahead + reach >= near)
             & (ahead - reach <= far)
             & (np.abs(aside) - self._side * ahead <= slant)
+            & ~self._filled
         )
-        for band, own, (first_column, first_row) in zip(self._bands, seen, corner.tolist()):
-            window = self._windows[band.level]
-            window.move((first_column, first_row))
-            missing = own & ~window.filled
-            if not missing.any():
-                continue
-            for row, column in np.argwhere(missing).tolist():
-                tile = self.tiles.tile(band.level, first_column + column, first_row + row)
-                window.put(row, column, tile)
+        for band, row, column in np.argwhere(missing).tolist():
+            tile_column, tile_row = (corner[band] + (column, row)).tolist()
+            y_px, x_px = row * TILE_PX, column * TILE_PX
+            window = self._windows[band, y_px : y_px + TILE_PX, x_px : x_px + TILE_PX]
+            window[:] = self.tiles.tile(self._bands[band].level, tile_column, tile_row)
+        self._filled |= missing

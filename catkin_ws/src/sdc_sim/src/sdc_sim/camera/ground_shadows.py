@@ -8,12 +8,11 @@ import numpy as np
 from sdc_sim.camera.ground_textures import TILE_PX
 from sdc_sim.camera.painting import (
     FIXED_POINT_BITS,
-    SHADE,
-    SHADOW_M_PER_M,
     footprint,
     shadow_hull,
 )
 from sdc_sim.camera.road_rasterizer import fixed_point
+from sdc_sim.camera.weather import Weather
 from sdc_sim.road.cell_index import CellIndex
 from sdc_sim.road.scenery import TREE, Scenery
 
@@ -24,10 +23,14 @@ _CROWN_CORNERS = 18
 class GroundShadows:
     """Outlines of the shadows of the scenery, at least one object."""
 
-    def __init__(self, scenery: Scenery, seed: int):
+    def __init__(self, scenery: Scenery, seed: int, weather: Weather):
         self._scenery = scenery
+        self._weather = weather
+        shadow = weather.shadow_m_per_m
+        # Half the length of the shadow of a round crown, as a share of the tree's height.
+        self._stretch = 0.42 if not weather.low_sun else 0.30 * float(np.hypot(*shadow))
         position, height = scenery.position_m, scenery.size_m[:, 2:]
-        middle = position + 0.62 * height * SHADOW_M_PER_M
+        middle = position + 0.62 * height * shadow
         crowns = self._crowns(middle, seed)
         trunks = np.stack([position - 0.15, position + 0.15, middle + 0.15, middle - 0.15], axis=1)
         self._outlines = [
@@ -35,7 +38,7 @@ class GroundShadows:
             for item, (kind, crown, trunk) in enumerate(zip(scenery.kind, crowns, trunks))
         ]
         reach = (0.6 * np.max(scenery.size_m, axis=1) + 1.0)[:, None]
-        tip = position + height * SHADOW_M_PER_M
+        tip = position + height * shadow
         self._low = np.minimum(position, tip) - reach
         self._high = np.maximum(position, tip) + reach
         self._index = CellIndex(self._low, self._high, _CELL_M)
@@ -44,16 +47,21 @@ class GroundShadows:
         """Return the shadows (N, _CROWN_CORNERS, 2) of treetops around `middle` (N, 2) [m]."""
         angle = np.linspace(0.0, 2.0 * np.pi, _CROWN_CORNERS, endpoint=False)
         wobble = np.random.RandomState(seed + 3).uniform(0.85, 1.12, (256, _CROWN_CORNERS))
-        away = SHADOW_M_PER_M / np.hypot(*SHADOW_M_PER_M)
+        shadow = self._weather.shadow_m_per_m
+        away = shadow / np.hypot(*shadow)
         across = [-away[1], away[0]]
-        ring = 0.42 * np.cos(angle)[:, None] * away + 0.30 * np.sin(angle)[:, None] * across
+        ring = (
+            self._stretch * np.cos(angle)[:, None] * away + 0.30 * np.sin(angle)[:, None] * across
+        )
         height = self._scenery.size_m[:, 2:]
         return middle[:, None] + height[..., None] * wobble[self._scenery.variant][..., None] * ring
 
     def _building_shadow(self, item: int) -> np.ndarray:
         size = self._scenery.size_m[item]
         base = footprint((0.0, 0.0), self._scenery.yaw_rad[item], size)
-        return self._scenery.position_m[item] + shadow_hull(base, size[2])
+        return self._scenery.position_m[item] + shadow_hull(
+            base, size[2], self._weather.shadow_m_per_m
+        )
 
     def shade(self, level: int, origin_m: np.ndarray, size_m: float) -> np.ndarray | None:
         """Return the brightness of the ground of a tile.
@@ -78,10 +86,10 @@ class GroundShadows:
                 cv2.fillPoly(
                     shade,
                     [fixed_point((outline - origin_m) * scale)],
-                    int(255 * SHADE),
+                    int(255 * self._weather.shade),
                     cv2.LINE_AA,
                     FIXED_POINT_BITS,
                 )
         if int(shade.min()) == 255:
             return None
-        return cv2.blur(shade, (5, 5)) if level < 2 else shade
+        return cv2.blur(shade, (5, 5)) if level < 2 and not self._weather.low_sun else shade

@@ -37,12 +37,15 @@ def paint_order(corners: np.ndarray, eye: np.ndarray, heading: np.ndarray) -> li
 
 def _may_hide(corners: np.ndarray, eye: np.ndarray) -> np.ndarray:
     """Return [i, j]: whether the plane of a side shows that j cannot hide i (N, N)."""
-    edge = np.roll(corners, -1, axis=1) - corners
+    n = len(corners)
+    edge = corners[:, [1, 2, 3, 0]] - corners
     normal = np.stack([edge[..., 1], -edge[..., 0]], axis=2)
     level = np.sum(normal * corners, axis=2)
     front = np.sum(normal * eye, axis=2) > level
-    height = np.einsum("ifk,jck->ifjc", normal, corners)
-    behind = (height <= level[:, :, None, None] + _TOLERANCE).all(axis=3) & front[:, :, None]
+    # One row for each side, one column for each corner: those of all bodies one after the other.
+    height = normal.reshape(-1, 2) @ corners.transpose(2, 1, 0).reshape(2, -1)
+    most = height.reshape(4 * n, 4, n).max(axis=1).reshape(n, 4, n)
+    behind = (most <= level[..., None] + _TOLERANCE) & front[..., None]
     return behind.any(axis=1)
 
 

@@ -61,9 +61,11 @@ def footprint(
     )
 
 
-def shadow_hull(base_m: np.ndarray, height_m: float) -> np.ndarray:
+def shadow_hull(
+    base_m: np.ndarray, height_m: float, shadow_m_per_m: np.ndarray = SHADOW_M_PER_M
+) -> np.ndarray:
     """Return the outline (N, 2) of the shadow of a prism with the corners `base_m` (4, 2) [m]."""
-    corners = np.concatenate([base_m, base_m + height_m * SHADOW_M_PER_M])
+    corners = np.concatenate([base_m, base_m + height_m * shadow_m_per_m])
     return cv2.convexHull(corners.astype(np.float32))[:, 0]
 
 

@@ -12,6 +12,8 @@ from sdc_sim.camera.painting import FIXED_POINT_BITS
 
 # Distance of the near plane along the view.
 NEAR_M = 0.4
+# The smooth edges of a polygon reach no farther beyond it.
+_EDGE_PX = 2
 
 
 class PolygonRasterizer:
@@ -29,12 +31,30 @@ class PolygonRasterizer:
         self.rotation = camera.map_from_optical(yaw_rad)
         self._focal = camera.focal_px * (1 << FIXED_POINT_BITS)
         self._middle = np.array([camera.width / 2.0, camera.height / 2.0]) * (1 << FIXED_POINT_BITS)
+        self._edge = _EDGE_PX << FIXED_POINT_BITS
+        self._end = 2.0 * self._middle + self._edge
 
     def pixels(self, optical: np.ndarray) -> np.ndarray:
         """Return the outline (..., 2) of points (..., 3) of the optical frame [m]."""
-        return np.round(self._focal * optical[..., :2] / optical[..., 2:] + self._middle).astype(
-            np.int32
-        )
+        pixels = self._focal * optical[..., :2] / optical[..., 2:] + self._middle
+        return np.rint(pixels).astype(np.int32)
+
+    def outlines(self, polygons: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the outlines of polygons of the map (P, n, 3) [m].
+
+        Returns:
+            the outlines (P, n, 2), and whether all of a polygon is beyond the near plane (P,);
+            only then its outline is valid
+        """
+        optical = ((polygons - self.eye).reshape(-1, 3) @ self.rotation).reshape(polygons.shape)
+        beyond = optical[..., 2].min(axis=1) >= NEAR_M
+        optical[~beyond] = [0.0, 0.0, 1.0]
+        return self.pixels(optical), beyond
+
+    def may_see(self, outlines: np.ndarray) -> np.ndarray:
+        """Return whether outlines (P, n, 2) may touch the picture (P,)."""
+        inside = (outlines.max(axis=1) >= -self._edge) & (outlines.min(axis=1) <= self._end)
+        return inside[:, 0] & inside[:, 1]
 
     def outline(self, polygon: np.ndarray) -> np.ndarray | None:
         """Return the outline (n, 2) of the visible part of a polygon (m, 3) of the map.

@@ -11,6 +11,7 @@ from sdc_sim.camera.boxes import Box
 from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.camera.painting import dim
 from sdc_sim.camera.scene_objects import SceneObjects
+from sdc_sim.camera.weather import CLEAR, Weather
 from sdc_sim.road.road import Road
 
 
@@ -26,11 +27,17 @@ class Renderer:
         objects: painter of scenery and boxes
     """
 
-    def __init__(self, road: Road, camera: CameraModel | None = None, seed: int = 0):
+    def __init__(
+        self,
+        road: Road,
+        camera: CameraModel | None = None,
+        seed: int = 0,
+        weather: Weather = CLEAR,
+    ):
         self.camera = CameraModel() if camera is None else camera
         scenery = road.scenery(seed)
-        self.background = Background(road, scenery, self.camera, seed)
-        self.objects = SceneObjects(scenery, self.camera, seed)
+        self.background = Background(road, scenery, self.camera, seed, weather)
+        self.objects = SceneObjects(scenery, self.camera, seed, weather)
 
     def render(
         self,

@@ -13,6 +13,7 @@ from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.camera.paint_order import paint_order
 from sdc_sim.camera.rasterizer import NEAR_M, PolygonRasterizer
 from sdc_sim.camera.trees import TREE_RANGE_M, TreePainter
+from sdc_sim.camera.weather import CLEAR, Air, Weather
 from sdc_sim.road.cell_index import CellIndex
 from sdc_sim.road.scenery import BLOCK, HOUSE, TREE, Scenery
 
@@ -46,12 +47,19 @@ class _Bodies(NamedTuple):
 class SceneObjects:
     """Painter of trees, buildings and boxes, from far to near."""
 
-    def __init__(self, scenery: Scenery, camera: CameraModel, seed: int = 0):
+    def __init__(
+        self,
+        scenery: Scenery,
+        camera: CameraModel,
+        seed: int = 0,
+        weather: Weather = CLEAR,
+    ):
         self.scenery = scenery
-        self.trees = TreePainter(scenery, camera, seed)
-        self.buildings = BuildingPainter(scenery)
+        self.trees = TreePainter(scenery, camera, seed, weather)
+        self.buildings = BuildingPainter(scenery, weather)
         self.boxes = BoxPainter()
         self._camera = camera
+        self._air = Air(weather, camera, seed)
         self._side = np.tan(camera.fov_rad / 2.0) * (1.0 + 1.0 / camera.width)
         self._fixed = self._bodies(
             scenery.kind, scenery.position_m, scenery.yaw_rad, scenery.size_m
@@ -118,6 +126,13 @@ class SceneObjects:
             yaw_rad: heading of the vehicle [rad]
             boxes: the boxes, in any order
         """
+        self._draw(picture, x_m, y_m, yaw_rad, boxes)
+        self._air.finish(picture, x_m, y_m)
+
+    def _draw(
+        self, picture: np.ndarray, x_m: float, y_m: float, yaw_rad: float, boxes: Sequence[Box]
+    ) -> None:
+        weather = self._air.weather
         eye = self._camera.position_in_map(x_m, y_m, yaw_rad)[:2]
         heading = (math.cos(yaw_rad), math.sin(yaw_rad))
         items, bodies = self._scenery_near(eye)
@@ -135,7 +150,7 @@ class SceneObjects:
         rows = rows[np.argsort(-np.hypot(ahead[rows], aside[rows]), kind="stable")]
         kinds = bodies.kind[rows]
         rasterizer = PolygonRasterizer(self._camera, x_m, y_m, yaw_rad)
-        built = rows[(kinds == HOUSE) | (kinds == BLOCK)]
+        built = np.sort(rows[(kinds == HOUSE) | (kinds == BLOCK)])
         buildings = self.buildings.project(rasterizer, items[built].tolist(), ahead[built])
         box_rows = rows[kinds == _BOX]
         visible = [boxes[row - len(items)] for row in box_rows]
@@ -147,11 +162,12 @@ class SceneObjects:
         for k in paint_order(bodies.corners_m[rows], eye, np.array(heading)):
             row = row_of[k]
             if kind_of[k] == _BOX:
-                self.boxes.draw(picture, rasterizer, faces[row])
+                fog = float(weather.fog(ahead[row])) if weather.foggy else 0.0
+                self.boxes.draw(picture, rasterizer, faces[row], fog, weather.fog_bgr)
             elif kind_of[k] == TREE:
                 self.trees.draw(picture, int(items[row]), float(ahead[row]), float(aside[row]))
             else:
-                self.buildings.draw(picture, rasterizer, buildings[int(items[row])])
+                self.buildings.draw(picture, buildings[int(items[row])])
 
     def _with_boxes(self, bodies: _Bodies, boxes: Sequence[Box]) -> _Bodies:
         moving = self._bodies(

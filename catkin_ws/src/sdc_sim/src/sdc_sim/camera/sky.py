@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import cv2
 import numpy as np
 
@@ -58,14 +60,16 @@ class Sky:
     def _plan_skyline(self, skyline: np.ndarray) -> None:
         """Compute where the picture samples the skyline at heading 0."""
         rows = len(skyline)
-        self._skyline = np.concatenate([skyline, skyline], axis=1)[:, : 3 * _SKY_COLUMNS + 4]
         azimuth, elevation = self._directions(
             np.arange(self._camera.width), np.arange(self._skyline_top, self._rows)
         )
         self._skyline_x = (azimuth * _SKY_COLUMNS / np.pi).astype(np.float32)
-        self._skyline_y = np.minimum(
-            (1.0 - elevation / _SKYLINE_RAD) * rows - 0.5, rows - 1
-        ).astype(np.float32)
+        row = np.minimum((1.0 - elevation / _SKYLINE_RAD) * rows - 0.5, rows - 1)
+        # OpenCV samples an image far faster inside than at its border.
+        above = max(0, -math.floor(row.min(initial=0.0)))
+        self._skyline_y = (row + above).astype(np.float32)
+        wide = np.concatenate([skyline, skyline], axis=1)[:, : 3 * _SKY_COLUMNS + 4]
+        self._skyline = np.pad(wide, ((above, 1), (0, 0), (0, 0)), mode="edge")
 
     def _directions(self, u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return azimuth, positive right, and elevation (len(v), len(u)) of pixels [rad]."""

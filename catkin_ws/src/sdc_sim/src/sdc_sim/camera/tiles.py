@@ -10,6 +10,7 @@ import numpy as np
 from sdc_sim.camera.ground_shadows import GroundShadows
 from sdc_sim.camera.ground_textures import FINEST_TEXEL_M, LEVELS, TILE_PX, ground_textures
 from sdc_sim.camera.road_rasterizer import ASPHALT, RoadRasterizer
+from sdc_sim.camera.weather import Weather
 from sdc_sim.road.road import Road
 from sdc_sim.road.scenery import Scenery
 
@@ -25,11 +26,12 @@ class GroundTiles:
         cache: the last CACHED_TILES tiles by (level, column, row)
     """
 
-    def __init__(self, road: Road, scenery: Scenery, seed: int):
+    def __init__(self, road: Road, scenery: Scenery, seed: int, weather: Weather):
         self.cache: OrderedDict[tuple[int, int, int], np.ndarray] = OrderedDict()
         self._textures = [ground_textures(level, seed) for level in range(LEVELS)]
         self._road = RoadRasterizer(road)
-        self._shadows = GroundShadows(scenery, seed) if len(scenery) else None
+        self._shadows = GroundShadows(scenery, seed, weather) if len(scenery) else None
+        self._wear = [weather.wear(seed, level, 2 * TILE_PX) for level in range(LEVELS)]
 
     def tile(self, level: int, column: int, row: int) -> np.ndarray:
         """Return a tile (TILE_PX, TILE_PX, 4) BGRA.
@@ -61,11 +63,21 @@ class GroundTiles:
         shade = self._shadows.shade(level, origin_m, size_m) if self._shadows else None
         if weights is None:
             return grass if shade is None else _scaled(grass, shade)
+        wear = self._wear[level]
+        if wear is not None:
+            weights = _worn(weights[0], wear[part]), weights[1]
         if shade is not None:
             paved, green = (cv2.multiply(plane, shade, scale=1.0 / 255.0) for plane in weights)
         else:
             paved, green = weights
         return cv2.add(_scaled(asphalt, paved, ASPHALT * 255.0), _scaled(grass, green))
+
+
+def _worn(paved: np.ndarray, left: np.ndarray) -> np.ndarray:
+    """Return the brightness of pavement where a share, 0..255, of all paint is left."""
+    asphalt = round(ASPHALT * 255.0)
+    paint = cv2.multiply(cv2.subtract(paved, asphalt), left, scale=1.0 / 255.0)
+    return cv2.add(cv2.min(paved, asphalt), paint)
 
 
 def _scaled(texture: np.ndarray, plane: np.ndarray, full: float = 255.0) -> np.ndarray:

@@ -9,6 +9,7 @@ import numpy as np
 
 from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.camera.painting import blend, halve
+from sdc_sim.camera.weather import Weather
 from sdc_sim.road.scenery import CROWN_CENTRE_SHARE, TRUNK_RADIUS_SHARE, Scenery
 
 TREE_RANGE_M = 120.0
@@ -21,7 +22,8 @@ _SPRITE_PX = (256, 192)
 class TreePainter:
     """Painter of the trees of the scenery."""
 
-    def __init__(self, scenery: Scenery, camera: CameraModel, seed: int):
+    def __init__(self, scenery: Scenery, camera: CameraModel, seed: int, weather: Weather):
+        self._weather = weather
         self._scenery = scenery
         self._camera = camera
         self._focal = camera.focal_px
@@ -64,6 +66,8 @@ class TreePainter:
         part = cv2.warpAffine(
             sprite, inverse, (u1 - u0, v1 - v0), flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
         )
+        if self._weather.foggy:
+            part = _fogged(part, float(self._weather.fog(ahead_m)), self._weather.fog_bgr)
         opacity = min(1.0, (TREE_RANGE_M - ahead_m) / _FADE_M)
         if opacity < 1.0:
             part = cv2.multiply(part, (opacity, opacity, opacity, opacity))
@@ -74,6 +78,13 @@ class TreePainter:
         levels = self._sprites[variant % len(self._sprites)]
         level = math.floor(math.log2(levels[0].shape[0] / height_px) + 0.25)
         return levels[min(max(0, level), len(levels) - 1)]
+
+
+def _fogged(sprite: np.ndarray, share: float, fog_bgr: np.ndarray) -> np.ndarray:
+    """Return a premultiplied BGRA sprite with a share of the fog's colour."""
+    opacity = cv2.cvtColor(cv2.extractChannel(sprite, 3), cv2.COLOR_GRAY2BGRA)
+    veil = cv2.multiply(opacity, (*(share * fog_bgr / 255.0), 0.0))
+    return cv2.add(cv2.multiply(sprite, (1.0 - share, 1.0 - share, 1.0 - share, 1.0)), veil)
 
 
 def _pyramid(sprite: np.ndarray) -> list[np.ndarray]:

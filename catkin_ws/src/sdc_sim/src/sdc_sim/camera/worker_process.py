@@ -13,14 +13,14 @@ from multiprocessing.connection import Connection
 from typing import Any, Callable, Sequence
 
 # The start includes imports and make_handler, on a machine that starts other nodes as well.
-_START_TIMEOUT_S = 30.0
+_START_TIMEOUT_S = 120.0
 _END_TIMEOUT_S = 5.0
 # Spawn, not fork: a fork of a process with threads may inherit locks that are never released.
 _CONTEXT = multiprocessing.get_context("spawn")
 
 
 class WorkerProcess:
-    """A process that handles items one after the other, with low priority.
+    """A process that handles items one after the other.
 
     It finishes the items that it was sent when it is closed, which the end of the caller does,
     too, and when the caller is killed. It ignores SIGINT, which a terminal sends to the caller and
@@ -36,6 +36,7 @@ class WorkerProcess:
         arguments: Sequence[Any],
         depth: int,
         warn: Callable[[str], None],
+        idle: bool = False,
     ):
         """Start the process.
 
@@ -45,11 +46,14 @@ class WorkerProcess:
             arguments: arguments that pickle can serialize
             depth: how many items may be sent and not handled yet
             warn: called with one line when the process ended by itself or is too slow
+            idle: whether it gets only the processor time that no other process uses, as do its own
+                worker processes
         """
         self._make_handler = make_handler
         self._arguments = tuple(arguments)
         self._depth = depth
         self._warn = warn
+        self._idle = idle
         self._lock = threading.Lock()
         self._slow = False
         self._closed = False
@@ -64,7 +68,7 @@ class WorkerProcess:
         self._ended = False
         self.process = _CONTEXT.Process(
             target=_serve,
-            args=(theirs, self._make_handler, self._arguments),
+            args=(theirs, self._make_handler, self._arguments, self._idle),
         )
         # The process inherits the blocked SIGINT, which it would not ignore before it runs _serve.
         # The start of the resource tracker unblocks SIGINT, so the tracker must run already.
@@ -165,13 +169,15 @@ def _serve(
     connection: Connection,
     make_handler: Callable[..., Callable[[Any], None]],
     arguments: Sequence[Any],
+    idle: bool,
 ) -> None:
     """Handle items until the caller closes the connection or ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     # In a session of its own it is out of reach of signals to the caller's process group, and
     # Linux' autogroup scheduling gives it a share of the processor despite SCHED_IDLE.
     os.setsid()
-    os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))
+    if idle:
+        os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))
     started = threading.Event()
     threading.Thread(target=_end_without_caller, args=(started,), daemon=True).start()
     handle = make_handler(*arguments)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import math
 import threading
+import time
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
@@ -29,6 +30,7 @@ _PICTURES_PER_INTERVAL = 400
 # A subscription costs both processes some time, and in lockstep a simulated second is short.
 _MIN_WALL_INTERVAL_S = 0.5
 _BUFFER_BYTES = 4 * 1024 * 1024
+_ASK_AGAIN_S = 5.0
 
 
 class CameraSnapshot(NamedTuple):
@@ -68,6 +70,8 @@ class CameraSnapshots:
         self._percent = self._now_s = 0.0
         self._picture_at_s = -math.inf
         self._pictures = 0
+        self._taken = False
+        self._last: tuple[Image, float] | None = None
         self._subscribed_at_s = -math.inf
         self._subscribers: list[rospy.Subscriber] = []
         self._received = threading.Event()
@@ -110,16 +114,48 @@ class CameraSnapshots:
         jpeg = encode_jpeg(message, _PICTURE_PX, _PICTURE_QUALITY)
         if jpeg is None:
             return
-        time_s = message.header.stamp.to_sec()
         self._pictures += 1
         self._picture_at_s = self._now_s
-        self._on_picture(time_s, jpeg)
+        self._on_picture(message.header.stamp.to_sec(), jpeg)
+        percent = self._percent
         if self._snapshot_due:
-            self._due = [due for due in self._due if due > self._percent]
-            large = encode_jpeg(message, _SNAPSHOT_PX, _SNAPSHOT_QUALITY)
-            assert large is not None
-            self._on_snapshot(CameraSnapshot(time_s, self._percent, large))
+            self._due = [due for due in self._due if due > percent]
+            self._take_snapshot(message, percent)
+        self._last = message, percent
         self._received.set()
+
+    def _take_snapshot(self, message: Image, percent: float) -> None:
+        jpeg = encode_jpeg(message, _SNAPSHOT_PX, _SNAPSHOT_QUALITY)
+        assert jpeg is not None
+        self._taken = True
+        self._on_snapshot(CameraSnapshot(message.header.stamp.to_sec(), percent, jpeg))
+
+    def finish(self, timeout_s: float) -> None:
+        """Take one snapshot of a drive that was too fast for all of them; unsubscribe.
+
+        Args:
+            timeout_s: longest wait for a picture, if there is a camera [s of wall time]
+        """
+        if self._snapshot_due and not self._taken:
+            self._wait_for_picture(timeout_s)
+            if self._last is not None and not self._taken:
+                self._take_snapshot(*self._last)
+        self.close()
+
+    def _wait_for_picture(self, timeout_s: float) -> None:
+        limit_s = time.monotonic() + timeout_s
+        while self._last is None and self._has_camera():
+            if time.monotonic() > limit_s:
+                rospy.logwarn("referee: no picture came from the camera; the report has none")
+                return
+            if not self._received.wait(_ASK_AGAIN_S):
+                # rospy does not repeat a connection that has failed.
+                self.close()
+                self.update(self._percent, self._now_s, time.monotonic())
+
+    def _has_camera(self) -> bool:
+        topics = {topic for topic, _ in rospy.get_published_topics()}
+        return bool(topics.intersection(self._topics))
 
     def close(self) -> None:
         """Unsubscribe."""

@@ -342,7 +342,7 @@ def write_png(path: str, result: DriveResult) -> None:
     )
     draw_map(figure.add_subplot(grid[0]), result)
     draw_panels(figure, grid[1], result)
-    figure.savefig(path, dpi=100, facecolor="white")
+    figure.savefig(path, format="png", dpi=100, facecolor="white")
 
 
 def svg_map(file: io.BytesIO, result: DriveResult) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import os
+from collections.abc import Iterator
 
 from sdc_sim.evaluation.drive_evaluation import DriveResult
 from sdc_sim.evaluation.event_log import EventLog
@@ -66,10 +67,9 @@ def write_report(report_path: str, result: DriveResult, trace: TraceFile | None 
             if trace is not None:
                 trace.remove()
             write_trace(companion(report_path, ".csv"), result)
-        with open(report_path + ".part", "w", encoding="utf-8") as file:
+        with _complete(report_path) as path, open(path, "w", encoding="utf-8") as file:
             json.dump(result.metrics, file, indent=2)
             file.write("\n")
-        os.replace(report_path + ".part", report_path)
     except OSError as error:
         raise ReportError(
             f"{error.filename or report_path}: {error.strerror}; the drive is not reported"
@@ -93,8 +93,20 @@ def remove_pages(report_path: str) -> None:
             os.remove(companion(report_path, extension))
 
 
+@contextlib.contextmanager
+def _complete(path: str) -> Iterator[str]:
+    """Yield the path of a file that takes the place of `path` when it is written."""
+    part = path + ".part"
+    try:
+        yield part
+        os.replace(part, path)
+    finally:
+        with contextlib.suppress(OSError):
+            os.remove(part)
+
+
 def write_pages(report_path: str, result: DriveResult) -> None:
-    """Write report.png and report.html.
+    """Write report.png and report.html, each atomically.
 
     Args:
         report_path: path of report.json
@@ -109,9 +121,11 @@ def write_pages(report_path: str, result: DriveResult) -> None:
     from sdc_sim.report.plots import write_png
 
     try:
-        write_png(companion(report_path, ".png"), result)
+        with _complete(companion(report_path, ".png")) as path:
+            write_png(path, result)
         snapshots = [CameraSnapshot(*snapshot) for snapshot in result.snapshots]
-        write_html(companion(report_path, ".html"), result, snapshots)
+        with _complete(companion(report_path, ".html")) as path:
+            write_html(path, result, snapshots)
     except OSError as error:
         raise ReportError(
             f"{error.filename or report_path}: {error.strerror}; "

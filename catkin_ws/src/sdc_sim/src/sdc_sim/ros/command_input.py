@@ -13,6 +13,7 @@ from sdc_sim.ros.ackermann_switch import AckermannSwitch
 from sdc_sim.ros.drive_log import DriveLog
 from sdc_sim.ros.message_conversion import ackermann_target, vehicle_command
 from sdc_sim.ros.request_queue import RequestQueue
+from sdc_sim.ros.stack_processes import StackProcesses
 from sdc_sim.simulation.answer_tracker import UNSTAMPED, AnswerTracker, Stamp
 from sdc_sim.simulation.command_arbiter import CommandArbiter
 from sdc_sim.simulation.command_mux import Command
@@ -21,9 +22,10 @@ from sdc_sim.simulation.simulation import Simulation
 
 # After this time without a command of the active publisher, another one may take control.
 _HANDOVER_S = 0.5
-# Without stamps nothing shows when all nodes have used a tick. After a shorter time, paths and
-# commands are many ticks old.
+# Without stamps nothing shows when nodes on another machine have used a tick. After a shorter time,
+# paths and commands are many ticks old.
 _UNSTAMPED_TICK_S = 0.002
+_STACK_POLL_S = 0.001
 
 
 class CommandInput:
@@ -34,6 +36,7 @@ class CommandInput:
         control_class: message class of the control commands
         simulation: the simulation
         requests: requests to the loop
+        stack: the processes that compute the commands
         lockstep: whether the stamp of a command decides which observation it answers
         ackermann_cmd: whether to serve ackermann_cmd; "auto": unless another node does
         drive_log: receives the commands
@@ -49,6 +52,7 @@ class CommandInput:
         control_class: type,
         simulation: Simulation,
         requests: RequestQueue,
+        stack: StackProcesses,
         lockstep: bool,
         ackermann_cmd: str | bool = "auto",
         drive_log: DriveLog | None = None,
@@ -61,6 +65,7 @@ class CommandInput:
         self._answers = AnswerTracker()
         self._period = CommandPeriod()
         self._requests = requests
+        self._stack = stack
         self._expected_since_s = 0.0
         self._arbiter = CommandArbiter(round(_HANDOVER_S / simulation.tick_s))
 
@@ -93,8 +98,9 @@ class CommandInput:
 
     @property
     def patience_factor(self) -> float:
-        """See CommandPeriod.patience_factor."""
-        return self._period.patience_factor
+        """See CommandPeriod.patience_factor; what nodes on this machine do is seen, not guessed."""
+        factor = self._period.patience_factor
+        return min(factor, 1.0) if self._stack.found else factor
 
     @property
     def has_answer(self) -> bool:
@@ -104,13 +110,27 @@ class CommandInput:
     def expect(self) -> None:
         """Expect the answer to a new observation."""
         self._period.end_tick(self.received)
+        self._stack.start_tick()
         self.received = False
         self._expected_since_s = time.monotonic()
 
-    def settle(self) -> None:
-        """Process requests until nodes without stamps have had time for the observation."""
-        if not self._answers.by_stamp:
-            self._requests.process_until(self._expected_since_s + _UNSTAMPED_TICK_S)
+    def is_computed(self, work_s: float, limit_s: float) -> bool:
+        """Return whether nodes still use the last observation.
+
+        Args:
+            work_s: see StackProcesses.at_work
+            limit_s: longest time after the observation [s]
+        """
+        waited_s = time.monotonic() - self._expected_since_s
+        return waited_s < limit_s and self._stack.at_work(work_s)
+
+    def settle(self, work_s: float, limit_s: float) -> None:
+        """Process requests until nodes without stamps have used it; see is_computed."""
+        if self._answers.by_stamp:
+            return
+        self._requests.process_until(self._expected_since_s + _UNSTAMPED_TICK_S)
+        while self.is_computed(work_s, limit_s) and not rospy.is_shutdown():
+            self._requests.process_until(time.monotonic() + _STACK_POLL_S)
 
     def give_up(self) -> None:
         """Record that the next tick starts without an answer; any publisher may take control."""

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import difflib
 from typing import Any
 
 import rospy
 
 from sdc_common.ros.node import parameter, refuse
+from sdc_common.suggestion import suggestion
 
 
 class Parameters:
@@ -27,8 +27,5 @@ class Parameters:
         Call it after all parameters have been read.
         """
         for name in sorted(set(rospy.get_param("~", {})) - self._read):
-            close = difflib.get_close_matches(name, self._read, n=1)
-            refuse(
-                f"unknown parameter {rospy.resolve_name('~' + name)}; "
-                + (f"did you mean '{close[0]}'?" if close else "remove it")
-            )
+            hint = suggestion(name, self._read, "remove it")
+            refuse(f"unknown parameter {rospy.resolve_name('~' + name)}; {hint}")

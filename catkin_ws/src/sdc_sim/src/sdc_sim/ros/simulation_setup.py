@@ -20,6 +20,9 @@ from sdc_sim.scenario.yaml_document import DocumentError
 from sdc_sim.simulation.configuration import build_simulation, sensors_that_are_on
 from sdc_sim.simulation.simulation import OccupiedError
 
+# As in config/sim.yaml.
+CLEAR_WEATHER = {"fog_m": 0.0, "rain": 0.0, "low_sun": False, "worn_lines": 0.0}
+
 
 class Timeouts(NamedTuple):
     """Wall-clock time to wait for an answer in lockstep [s]."""
@@ -27,6 +30,7 @@ class Timeouts(NamedTuple):
     answer_s: float
     unstamped_answer_s: float
     start_s: float
+    first_answer_s: float = 1.0
 
 
 class SimulationSetup:
@@ -53,6 +57,7 @@ class SimulationSetup:
             parameter("patience_s"),
             parameter("unstamped_patience_s"),
             parameter("start_patience_s"),
+            parameter("first_answer_s"),
         )
         self.wait_for_nodes = list(parameter("wait_for_nodes"))
         self.services = bool(parameter("services"))
@@ -63,6 +68,7 @@ class SimulationSetup:
         self.ackermann_cmd: str | bool = parameter("ackermann_cmd")
         self.with_camera = bool(parameter("camera"))
         self.daylight: float = parameter("daylight")
+        self.weather: dict[str, Any] = parameter("weather")
         self.waypoints_path: str = parameter("waypoints_path")
         self.preset: str = parameter("vehicle")
         self.truth = bool(parameter("truth"))
@@ -77,10 +83,12 @@ class SimulationSetup:
             self.sensors = sensors_that_are_on(parameter)
             self.simulation = build_simulation(parameter, self.route, self.route_m)
             check_between(0.0, 1.0, daylight=self.daylight)
+            self.weather = _checked_weather(self.weather)
             check_non_negative(
                 patience_s=self.timeouts.answer_s,
                 unstamped_patience_s=self.timeouts.unstamped_answer_s,
                 start_patience_s=self.timeouts.start_s,
+                first_answer_s=self.timeouts.first_answer_s,
             )
         except (WaypointError, VehicleError, DocumentError, OccupiedError) as error:
             refuse(error)
@@ -93,6 +101,20 @@ class SimulationSetup:
     def map_name(self) -> str:
         """Name of the map: the file name of the route without its ending."""
         return os.path.splitext(os.path.basename(self.waypoints_path))[0]
+
+
+def _checked_weather(values: dict[str, Any]) -> dict[str, Any]:
+    """Return the weather, empty if it is clear; OpenCV is then not imported.
+
+    Raises:
+        ValueError: a name is unknown, or a value is out of range
+    """
+    if values == CLEAR_WEATHER:
+        return {}
+    from sdc_sim.camera.weather import Weather
+
+    Weather.read(values)
+    return values
 
 
 def _check_known(name: str, value: str | bool, known: Collection[Any]) -> None:

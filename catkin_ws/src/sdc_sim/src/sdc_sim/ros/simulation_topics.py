@@ -53,6 +53,7 @@ class SimulationTopics:
                 setup.bridge,
                 setup.daylight,
                 every_frame=setup.lockstep,
+                weather=setup.weather,
             )
             self._subscribe(setup)
 
@@ -120,8 +121,13 @@ class SimulationTopics:
             if not rospy.core.is_shutdown_requested():
                 raise
 
-    def publish_picture(self) -> None:
-        """Have the camera take and publish the picture of the last observation."""
+    def publish_picture(self, again: bool = False) -> None:
+        """Have the camera take and publish the picture of the last observation.
+
+        Args:
+            again: whether this repeats the picture, which is not latched
+        """
         if self._camera:
             # The camera needs no readings, which are large with a lidar.
-            self._camera.show(self._simulation.observation._replace(readings=SensorReadings()))
+            shown = self._simulation.observation._replace(readings=SensorReadings())
+            self._camera.show(shown, again)

@@ -6,11 +6,13 @@ import http.client
 import time
 import xmlrpc.client
 from typing import Any, Iterable, Sequence
+from urllib.parse import urlsplit
 
 import rosgraph
 import rospy
 
 from sdc_sim.ros.request_queue import RequestQueue
+from sdc_sim.ros.stack_processes import nodes_to
 
 WARNING_AFTER_S = 5.0
 # A node with a rate of its own answers no odometry before the time advances.
@@ -43,6 +45,7 @@ class StartHandshake:
         odometry: name of the odometry topic
         tick_topics: names of the other topics that a node needs in a tick
         nodes: names of the nodes to wait for
+        first_answer_s: least wall time to wait for the first answer
     """
 
     def __init__(
@@ -51,11 +54,13 @@ class StartHandshake:
         odometry: str,
         tick_topics: Iterable[str],
         nodes: Iterable[str],
+        first_answer_s: float = FIRST_ANSWER_S,
     ):
         self._command_subscribers = command_subscribers
         self._odometry = odometry
         self._tick_topics = (odometry, *tick_topics)
         self._nodes = set(nodes)
+        self._first_answer_s = first_answer_s
         self._waited_s = 0.0
 
     @property
@@ -64,7 +69,7 @@ class StartHandshake:
 
         A machine on which the connections took long also computes the first answer slowly.
         """
-        return max(FIRST_ANSWER_S, self._waited_s)
+        return max(self._first_answer_s, self._waited_s)
 
     def wait(self, deadline_s: float, requests: RequestQueue) -> None:
         """Process requests until the handshake is complete or the deadline (time.monotonic()).
@@ -128,6 +133,16 @@ class ConnectionGraph:
     def is_reachable(self, node: str) -> bool:
         """Return whether a node answers. A killed node stays registered at the master."""
         return self._ask(node, "getPid") is not None
+
+    def processes_to(self, topics: Iterable[str]) -> list[int]:
+        """Return the process ids of the nodes on this machine whose messages lead to topics."""
+        nodes = nodes_to(topics, self.publishers, self.subscribers, rospy.get_name())
+        ids = [self._ask(node, "getPid") for node in nodes if self._is_local(node)]
+        return [process for process in ids if process is not None]
+
+    def _is_local(self, node: str) -> bool:
+        host = urlsplit(self._uri(node) or "").hostname
+        return host is not None and rosgraph.network.is_local_address(host)
 
     def connections(self, node: str) -> set[tuple[str, str]]:
         """Return topic and publisher of each connection to a subscribing node.

@@ -48,8 +48,11 @@ class DriveSetup:
     route: Route = field(repr=False)
     parameters: dict[str, Any]
 
-    def simulation(self) -> Simulation:
+    def simulation(self, compiled: bool = False) -> Simulation:
         """Return the simulation at its start, as the sim node builds it.
+
+        Args:
+            compiled: see Vehicle
 
         Raises:
             ValueError: a parameter is not valid; the message names it
@@ -59,7 +62,7 @@ class DriveSetup:
             "vehicles_folder": PackagedFolders.find().vehicles,
             "obstacles_path": self.scenario.path if self.scenario is not None else "",
         }
-        return build_simulation(values.__getitem__, self.route, self.waypoints_m)
+        return build_simulation(values.__getitem__, self.route, self.waypoints_m, compiled)
 
 
 def drive_setup(
@@ -87,11 +90,11 @@ def drive_setup(
         source, place = loaded.route, loaded.path
     waypoints_m = _waypoints("town" if source is None else source, place, folders)
     parameters = node_config("sdc_sim", "sim")
-    given: dict[str, Any] = {}
+    given = options or {}
     if loaded is not None:
         parameters = overridden(parameters, sensor_options(loaded, folders), loaded.path)
-        given = sim_options(loaded, folders)
-    parameters = overridden(parameters, {**given, **(options or {})}, "sim_options")
+        given = sim_options(loaded, folders, given)
+    parameters = overridden(parameters, given, "sim_options")
     return DriveSetup(loaded, waypoints_m, road_route(waypoints_m), parameters)
 
 

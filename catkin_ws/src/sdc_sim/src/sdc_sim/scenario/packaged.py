@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import difflib
 import os
 from functools import lru_cache
 from typing import Any, Mapping, NamedTuple, Sequence
@@ -11,9 +10,11 @@ from typing import Any, Mapping, NamedTuple, Sequence
 import rospkg
 import yaml
 
+from sdc_common.suggestion import suggestion
 from sdc_sim.road.route_generator import csv_lines, generate_route
 from sdc_sim.scenario.reader import Scenario
 from sdc_sim.scenario.yaml_document import DocumentError
+from sdc_sim.sensors.settings import SENSORS
 
 _ROUTES = {"town": "waypoints.csv"}
 _SPACING_M = 1.0
@@ -75,8 +76,7 @@ def overridden(
     result = dict(parameters)
     for key, value in options.items():
         if key not in parameters:
-            close = difflib.get_close_matches(str(key), map(str, parameters), n=1)
-            hint = f"did you mean '{close[0]}'?" if close else "remove it"
+            hint = suggestion(str(key), map(str, parameters), "remove it")
             raise DocumentError(f"{name}: unknown parameter '{key}'; {hint}")
         section = parameters[key]
         if isinstance(section, Mapping):
@@ -113,8 +113,15 @@ def sensor_options(scenario: Scenario, folders: PackagedFolders) -> dict[str, An
     return copy.deepcopy(_read_config(path))
 
 
-def sim_options(scenario: Scenario, folders: PackagedFolders) -> dict[str, Any]:
-    """Return the parameters of config/sim.yaml that a scenario itself replaces.
+def sim_options(
+    scenario: Scenario, folders: PackagedFolders, given: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Return the parameters of config/sim.yaml that a drive of a scenario replaces.
+
+    Args:
+        scenario: the scenario
+        folders: where to look up its vehicle
+        given: parameters that override those of the scenario; of a sensor, single settings
 
     Raises:
         DocumentError: the scenario names an unknown vehicle.
@@ -123,6 +130,11 @@ def sim_options(scenario: Scenario, folders: PackagedFolders) -> dict[str, Any]:
     if scenario.vehicle is not None:
         find_packaged("vehicle", scenario.vehicle, folders.vehicles, ".yaml", scenario.path)
         options["vehicle"] = scenario.vehicle
+    for name, value in given.items():
+        before = options.get(name)
+        if name in SENSORS and isinstance(before, dict) and isinstance(value, dict):
+            value = {**before, **value}
+        options[name] = value
     return options
 
 
@@ -174,9 +186,9 @@ def find_packaged(kind: str, name: str, folder: str, extension: str, place: str)
         entry[: -len(extension)] for entry in os.listdir(folder) if entry.endswith(extension)
     )
     if name not in known:
-        close = difflib.get_close_matches(name, known, n=1)
-        hint = f"did you mean '{close[0]}'? " if close else ""
+        hint = suggestion(name, known, "")
         raise DocumentError(
-            f"{place}: unknown {kind} '{name}'; {hint}The known ones are: {' '.join(known)}"
+            f"{place}: unknown {kind} '{name}'; {hint and hint + ' '}"
+            f"The known ones are: {' '.join(known)}"
         )
     return os.path.join(folder, name + extension)

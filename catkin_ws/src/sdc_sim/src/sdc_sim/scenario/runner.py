@@ -46,7 +46,6 @@ from sdc_sim.scenario.packaged import (
 )
 from sdc_sim.scenario.reader import Scenario, load_lights, load_obstacles, load_scenario
 from sdc_sim.scenario.yaml_document import DocumentError
-from sdc_sim.sensors.settings import SENSORS
 
 _SHUTDOWN_TIMEOUT_S = 30.0
 _LOG_TAIL_LINES = 25
@@ -78,11 +77,7 @@ def launch_arguments(
     if scenario.sensors is not None:
         find_packaged("sensors", scenario.sensors, folders.sensors, ".yaml", scenario.path)
         arguments["sensors"] = scenario.sensors
-    sim = sim_options(scenario, folders)
-    options = {**sim, **_parse_options(given.get("sim_options", "{}"))}
-    for name in set(sim) & set(SENSORS):
-        if isinstance(options[name], dict):
-            options[name] = {**sim[name], **options[name]}
+    options = sim_options(scenario, folders, _parse_options(given.get("sim_options", "{}")))
     text = yaml.safe_dump(options, default_flow_style=True, width=sys.maxsize).strip()
     return {**arguments, **given, "sim_options": text}
 

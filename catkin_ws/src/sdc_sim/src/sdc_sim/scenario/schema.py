@@ -81,6 +81,14 @@ SIM_OPTIONS = {
     "sensor_latency_s": _number(0.0, 2.0),
     "command_latency_s": _number(0.0, 2.0),
     "daylight": _number(0.0, 1.0),
+    "weather": _mapping(
+        {
+            "fog_m": _number(0.0, 10_000.0),
+            "rain": _number(0.0, 1.0),
+            "low_sun": {"type": "boolean", "description": "true or false"},
+            "worn_lines": _number(0.0, 1.0),
+        }
+    ),
     "unstamped_patience_s": _number(0.001, 10.0),
     "odometry_noise": _mapping(
         {

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import difflib
 import os
 from typing import Any, Iterable
 
+from sdc_common.suggestion import suggestion
 from sdc_common.validation import is_number
 
 # Aliases may refer to each other, so that a short file expands without end.
@@ -150,8 +150,7 @@ def _name(keys: list) -> str:
 
 
 def _suggestion(word: str, known: list, other_fix: str = "") -> str:
-    close = difflib.get_close_matches(word, known, n=1)
-    return f"did you mean '{close[0]}'?" if close else f"{other_fix}use one of {', '.join(known)}"
+    return suggestion(word, known, f"{other_fix}use one of {', '.join(known)}")
 
 
 def _plain(value: Any, left: list) -> Any:

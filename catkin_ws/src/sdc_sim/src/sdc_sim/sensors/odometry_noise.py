@@ -20,6 +20,9 @@ class OdometryNoise:
         heading_rad: standard deviation of the heading
         speed_mps: standard deviation of the speed
 
+    Attributes:
+        is_on: whether there is any noise
+
     Raises:
         ValueError: a standard deviation is negative or not a number
     """
@@ -47,11 +50,7 @@ class OdometryNoise:
         ):
             check_non_negative(**{f"odometry_noise.{name}": sigma})
         self._sigmas = (position_m, position_m, heading_rad, speed_mps)
-
-    @property
-    def is_on(self) -> bool:
-        """Whether there is any noise."""
-        return any(self._sigmas)
+        self.is_on = any(self._sigmas)
 
     def apply(
         self, x_m: float, y_m: float, yaw_rad: float, speed_mps: float
@@ -62,10 +61,10 @@ class OdometryNoise:
             return true
         draws = self._random.standard_normal(4).tolist()
         self.draws += 1
-        x, y, yaw, speed = (
+        x, y, yaw, speed = [
             value + sigma * draw if sigma else value
             for value, sigma, draw in zip(true, self._sigmas, draws)
-        )
+        ]
         return x, y, yaw, speed
 
     def reset(self, draws: int = 0) -> None:

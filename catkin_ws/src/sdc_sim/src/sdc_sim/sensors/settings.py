@@ -6,10 +6,10 @@ Each error is a standard deviation. A sensor with a period of 0 is off.
 from __future__ import annotations
 
 import dataclasses
-import difflib
 from dataclasses import dataclass
 from typing import Any, Mapping, Sequence
 
+from sdc_common.suggestion import suggestion
 from sdc_common.validation import check_between, check_non_negative
 
 _MAX_PERIOD_S = 1e3
@@ -140,8 +140,7 @@ def sensor_settings(name: str, values: Mapping[str, Any]) -> Any:
     known = [field.name for field in dataclasses.fields(settings_class)]
     for key in values:
         if key not in known:
-            close = difflib.get_close_matches(str(key), known, n=1)
-            hint = f"did you mean '{close[0]}'?" if close else f"it has {', '.join(known)}"
+            hint = suggestion(str(key), known, f"it has {', '.join(known)}")
             raise ValueError(f"{name} has no '{key}'; {hint}")
     read = {
         key: _zones(f"{name}.{key}", value) if key in ("outages", "multipath") else value

@@ -24,7 +24,10 @@ from sdc_sim.simulation.simulation import Simulation
 
 
 def build_simulation(
-    parameter: Callable[[str], Any], route: Route, waypoints_m: np.ndarray
+    parameter: Callable[[str], Any],
+    route: Route,
+    waypoints_m: np.ndarray,
+    compiled: bool = False,
 ) -> Simulation:
     """Return a simulation at its start.
 
@@ -33,6 +36,7 @@ def build_simulation(
             sim.launch: vehicles_folder, and obstacles_path, the scenario ("" for none)
         route: the road
         waypoints_m: (N, 2) waypoints along which its scenery is placed [m]
+        compiled: see Vehicle
 
     Raises:
         DocumentError, VehicleError: a file is not valid
@@ -44,6 +48,7 @@ def build_simulation(
         load_vehicle(os.path.join(parameter("vehicles_folder"), parameter("vehicle") + ".yaml")),
         friction=parameter("friction"),
         side_wind_mps=parameter("side_wind_mps"),
+        compiled=compiled,
     )
     command_timeout_s = parameter("command_patience_s")
     check_between(0.0, 1e6, command_patience_s=command_timeout_s)

@@ -319,7 +319,8 @@ class Simulation:
             x, y, yaw, speed = self._noise.apply(
                 state.x_m, state.y_m, state.yaw_rad, state.speed_mps
             )
-            measured = replace(state, x_m=x, y_m=y, yaw_rad=yaw, speed_mps=speed)
+            noisy = {"x_m": x, "y_m": y, "yaw_rad": yaw, "speed_mps": speed}
+            measured = VehicleState(**{**vars(state), **noisy})
         return self._sensor_line.put(
             Observation(
                 self._stamp_at(tick),

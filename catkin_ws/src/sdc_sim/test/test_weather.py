@@ -1,0 +1,87 @@
+"""Weather of the camera picture."""
+
+import cv2
+import numpy as np
+import pytest
+
+from sdc_sim.camera.renderer import Renderer
+from sdc_sim.camera.weather import CLEAR, Weather
+from sdc_sim.road.road import Road
+from sdc_sim.ros.simulation_setup import CLEAR_WEATHER
+
+pytestmark = pytest.mark.slow(6)
+
+ROAD = Road(np.column_stack([np.arange(0.0, 120.0, 2.0), np.zeros(60)]))
+# Rows of the road some 5 m and 25 m ahead; the right line is 1.75 m to the right.
+NEAR, FAR = 350, 262
+
+
+@pytest.fixture(scope="module")
+def picture():
+    cv2.setNumThreads(1)
+    pictures = {}
+
+    def render(weather):
+        if weather not in pictures:
+            pictures[weather] = Renderer(ROAD, weather=weather).render(20.0, 0.0, 0.0)[..., :3]
+        return pictures[weather].astype(float)
+
+    return render
+
+
+def contrast(picture, row):
+    """Return how much brighter the right line is than the road in a row."""
+    gray = picture[row, 320:560].mean(axis=1)
+    return gray.max() - np.median(gray)
+
+
+def test_default_parameters_are_clear_weather():
+    assert Weather.read(CLEAR_WEATHER) == CLEAR == Weather()
+
+
+def test_fog_hides_distant_lines_and_not_near_ones(picture):
+    fog = picture(Weather(fog_m=40.0))
+    assert contrast(fog, FAR) < 0.35 * contrast(picture(CLEAR), FAR)
+    assert contrast(fog, NEAR) > 0.5 * contrast(picture(CLEAR), NEAR)
+    assert (
+        np.ptp(fog[:80, :400].mean(axis=2)) < 30.0 < np.ptp(picture(CLEAR)[:80, :400].mean(axis=2))
+    )
+
+
+def test_worn_lines_lose_paint_and_the_road_does_not_change(picture):
+    clear, worn = picture(CLEAR), picture(Weather(worn_lines=0.7))
+    rows = range(300, 420)
+    assert np.mean([contrast(worn, row) for row in rows]) < 0.7 * np.mean(
+        [contrast(clear, row) for row in rows]
+    )
+    assert np.array_equal(worn[:200], clear[:200])
+    assert np.array_equal(worn[300:, 300:330], clear[300:, 300:330])
+
+
+def test_rain_has_streaks_that_depend_on_the_pose_only(picture):
+    weather = Weather(rain=1.0)
+    renderer = Renderer(ROAD, weather=weather)
+    again = renderer.render(20.0, 0.0, 0.0)[..., :3]
+    assert np.array_equal(again, picture(weather))
+    assert not np.array_equal(renderer.render(20.03, 0.0, 0.0)[..., :3], again)
+    assert picture(weather)[300:].mean() < 0.95 * picture(CLEAR)[300:].mean()
+
+
+def test_low_sun_casts_long_dark_shadows():
+    assert np.hypot(*Weather(low_sun=True).shadow_m_per_m) > 3.0
+    assert Weather(low_sun=True).shade < 0.6 * CLEAR.shade
+
+
+@pytest.mark.parametrize(
+    ("values", "name"),
+    [
+        ({"fog_m": -1.0}, "fog_m"),
+        ({"rain": 1.5}, "rain"),
+        ({"worn_lines": "much"}, "worn_lines"),
+        ({"low_sun": 1}, "low_sun"),
+        ({"snow": 1.0}, "snow"),
+    ],
+)
+def test_wrong_weather_is_refused(values, name):
+    with pytest.raises(ValueError, match=f"weather.{name}"):
+        Weather.read(values)
