@@ -18,6 +18,7 @@ LAYERS = {
     "sdc_sim": 2,
     "sdc_package": 3,
     "sdc_localization": 4,
+    "sdc_perception": 4,
     "sdc_experiments": 5,
     "sdc_cockpit": 4,
 }
@@ -106,5 +107,5 @@ def test_no_two_classes_have_the_same_name():
         for node in ast.walk(tree(path))
         if isinstance(node, ast.ClassDef)
     )
-    messages = {path.stem for path in SRC.glob("*/msg/*.msg")}
+    messages = {path.stem for path in SRC.rglob("*.msg")}
     assert [name for name, count in names.items() if count > 1 or name in messages] == []

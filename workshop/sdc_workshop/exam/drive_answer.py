@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 from pathlib import Path
-from typing import Sequence
+from typing import NamedTuple
 
 from sdc_workshop.exam.answer import PASSED, WRONG, Answer
 from sdc_workshop.exam.output import crash, last_line, plain
@@ -13,7 +13,7 @@ from sdc_workshop.exam.process import TIMEOUT_S
 from sdc_workshop.exam.stage import Stage
 
 DRIVE_TIMEOUT_S = 240.0
-_ARGUMENTS = "sdc_package all.launch sync:=true camera:=false headless:=true"
+_ARGUMENTS = "sdc_package all.launch sync:=true headless:=true"
 _REFEREE = re.compile(r"referee: (\w+): (.*)")
 _HINTS = {
     "off_route": "The car left its route: look at the steering and the local planner; "
@@ -26,12 +26,36 @@ _HINTS = {
 }
 
 
-def _driven(stage: Stage, path: Path, arguments: list, world: Sequence[str]) -> tuple:
+class LabDrive(NamedTuple):
+    """How a car drives at the end of a lab, or of the workshop.
+
+    Attributes:
+        car: launch arguments of the car
+        world: launch arguments of its world, which starts alone where there is a sandbox
+        camera: whether the car needs its camera
+        route: waypoint file of the road for a car that drives without a route; None: the packaged
+            one, which the car gets
+        held_out: the same for a drive in the sandbox, of which the car learns nothing
+    """
+
+    car: tuple[str, ...] = ()
+    world: tuple[str, ...] = ()
+    camera: bool = False
+    route: Path | None = None
+    held_out: Path | None = None
+
+
+PLAIN_DRIVE = LabDrive()
+
+
+def _driven(stage: Stage, path: Path, arguments: list, lab: LabDrive) -> tuple:
     """Drive and write the report; return the status, None after a timeout, and the output."""
     if stage.sandbox is not None:
         from sdc_workshop.exam.refereed_drive import refereed_drive
 
-        return refereed_drive(stage, arguments, path, DRIVE_TIMEOUT_S, world)
+        camera = f"camera:={str(lab.camera).lower()}"
+        world = [*lab.world, camera]
+        return refereed_drive(stage, arguments, path, DRIVE_TIMEOUT_S, world, lab.held_out)
     stage.master  # noqa: B018  roslaunch uses a master that already runs
     command = ["roslaunch", "--skip-log-check", *arguments, f"report:={path}"]
     with stage.program(command) as program:
@@ -46,20 +70,21 @@ def _driven(stage: Stage, path: Path, arguments: list, world: Sequence[str]) -> 
     return status, output
 
 
-def drive_answer(stage: Stage, more: Sequence[str] = (), world: Sequence[str] = ()) -> tuple:
+def drive_answer(stage: Stage, lab: LabDrive = PLAIN_DRIVE) -> tuple:
     """Drive the route.
 
     Args:
         stage: where the car drives
-        more: launch arguments of a lab
-        world: launch arguments of its world, which starts alone where there is a sandbox
+        lab: how it drives
 
     Returns:
         the answer, and the referee's report as a dictionary, or None without one
     """
     path = stage.folder / "report" / "report.json"
-    arguments = [*_ARGUMENTS.split(), *more]
-    status, output = _driven(stage, path, arguments, world)
+    arguments = [*_ARGUMENTS.split(), f"camera:={str(lab.camera).lower()}", *lab.car]
+    if lab.route is not None and stage.sandbox is None:
+        arguments.append(f"waypoints_path:={lab.route}")
+    status, output = _driven(stage, path, arguments, lab)
     output = plain(output)
     stage.clear()
     if not path.is_file():

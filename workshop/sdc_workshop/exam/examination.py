@@ -8,10 +8,11 @@ from sdc_workshop.exam.answer import PASSED, UNFINISHED, WAITING, WRONG, Answer
 from sdc_workshop.exam.basic_control_subject import BasicControlSubject
 from sdc_workshop.exam.camera_subject import CameraSubject
 from sdc_workshop.exam.cmake_subject import CMakeSubject
-from sdc_workshop.exam.drive_answer import drive_answer
+from sdc_workshop.exam.drive_answer import PLAIN_DRIVE, LabDrive, drive_answer
 from sdc_workshop.exam.files import hello_answer, workspace_answer
 from sdc_workshop.exam.hints import hint_of
 from sdc_workshop.exam.lane_filter_subject import LaneFilterSubject
+from sdc_workshop.exam.lane_tracking_subjects import PERCEPTION_SUBJECTS
 from sdc_workshop.exam.launch_subject import IncludeSubject, NodeLaunchSubject
 from sdc_workshop.exam.library_subjects import (
     OdometrySubject,
@@ -29,7 +30,7 @@ from sdc_workshop.exam.stage import Stage
 from sdc_workshop.exam.student import Student
 from sdc_workshop.exam.subject import Subject
 from sdc_workshop.regions import RegionError
-from sdc_workshop.steps import Step, load_steps
+from sdc_workshop.steps import Step, lesson_folder, load_steps
 
 SUBJECTS = (
     NodeLaunchSubject("hello", "hello.sh", []),
@@ -67,10 +68,17 @@ SUBJECTS = (
     PidSubject(),
     StanleySubject(),
     *LOCALIZATION_SUBJECTS,
+    *PERCEPTION_SUBJECTS,
 )
-# The launch arguments with which the car of a lab drives, and those of its world.
 _LAB_DRIVES = {
-    "localization": (["localization:=true"], ["sensors:=localization", "truth:=false"]),
+    "localization": LabDrive(("localization:=true",), ("sensors:=localization", "truth:=false")),
+    "perception": LabDrive(
+        ("perception:=lane",),
+        ("sensors:=standard", "truth:=false", "first_answer_s:=20.0"),
+        camera=True,
+        route=lesson_folder("perception") / "route.csv",
+        held_out=lesson_folder("perception") / "held_out_route.csv",
+    ),
 }
 # A car drives without its camera, and without being installed.
 _NOT_FOR_THE_DRIVE = ("hello", "camera", "install")
@@ -178,7 +186,7 @@ class Examination:
                 f"Fix these steps first; `./workshop/check {drive.id}` drives without checking "
                 "them.",
             )
-        answer, self.report = drive_answer(self.stage, *_LAB_DRIVES.get(drive.lab, ([], [])))
+        answer, self.report = drive_answer(self.stage, _LAB_DRIVES.get(drive.lab, PLAIN_DRIVE))
         return answer
 
     def _is_written(self, step: Step) -> bool:

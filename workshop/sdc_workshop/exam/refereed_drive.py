@@ -19,6 +19,7 @@ from typing import IO, Sequence
 import numpy as np
 import yaml
 
+from sdc_common.ros.ground_truth import GROUND_TRUTH
 from sdc_common.routes.waypoint_file import load_waypoints
 from sdc_sim.evaluation.evaluator import Evaluator
 from sdc_sim.evaluation.rules import EvaluationRules
@@ -36,12 +37,19 @@ _POLL_S = 0.05
 _LATE_S = 0.2
 _ROUTE = SOLUTION / "sdc_common" / "data" / "waypoints.csv"
 _WORLD_LAUNCH = SOLUTION / "sdc_sim" / "launch"
+# The simulator's two processes; the second one runs where there is a camera.
 _SIMULATOR = "/sim"
+_CAMERA = "/front_camera"
 _MISSION = "/planner/mission_waypoints"
 
 
 def refereed_drive(
-    stage: Stage, arguments: list, report: Path, timeout_s: float, world: Sequence[str] = ()
+    stage: Stage,
+    arguments: list,
+    report: Path,
+    timeout_s: float,
+    world: Sequence[str] = (),
+    held_out: Path | None = None,
 ) -> tuple:
     """Drive, and write the report.
 
@@ -51,6 +59,8 @@ def refereed_drive(
         report: file of the report; without a command to the car it is not written
         timeout_s: the drive ends after this wall-clock time [s]
         world: further launch arguments of the world
+        held_out: waypoint file of the road, which the car drives without knowing it; it arrives
+            when it passes the end. None: the packaged route, which the car gets
 
     Returns:
         the exit status, None after the timeout, and the output with a line of the result
@@ -60,6 +70,8 @@ def refereed_drive(
     folder.mkdir()
     log = folder / "events"
     log.touch()
+    if held_out is not None:
+        world = [*world, f"waypoints_path:={held_out}"]
     with _world(stage, log, world) as simulator, log.open(encoding="ascii") as events:
         own_report = stage.sandbox.scratch(stage.folder) / "report.json"
         replaced = {
@@ -68,7 +80,7 @@ def refereed_drive(
         }
         command = ["roslaunch", "--skip-log-check", *arguments, f"report:={own_report}"]
         with stage.start(command, stage.environment(), replaced=replaced) as stack:
-            referee = _Referee(stage, events)
+            referee = _Referee(stage, events, held_out)
             ended = referee.watch(simulator, stack, timeout_s)
             if os.path.lexists(f"/proc/{stack.main_id}/root{own_report}"):
                 stage.report("a report.json was written; it does not count")
@@ -81,17 +93,26 @@ def refereed_drive(
 def _world(stage: Stage, log: Path, more: Sequence[str]) -> Program:
     """Return the simulator, which has read its parameters."""
     options = json.dumps({"drive_log": str(log), "services": False})
-    arguments = ("sync:=true", "camera:=false", f"sim_options:={options}", *more)
+    arguments = ("sync:=true", f"sim_options:={options}", *more)
     stage.master  # noqa: B018  roslaunch uses a master that already runs
     command = ["roslaunch", "--skip-log-check", "sdc_sim", "sim.launch", *arguments]
     world = Program(command, stage.world_environment, stage.folder)
     limit = time.monotonic() + START_TIMEOUT_S
-    while _SIMULATOR not in stage.state()[0].get("/clock", ()):
+    needed = {_SIMULATOR, _CAMERA} if "camera:=true" in more else {_SIMULATOR}
+    while not needed <= _publishers(stage):
         if world.status is not None or time.monotonic() > limit:
             world.end()
             raise RuntimeError(f"the simulator does not start: {world.output[-500:]}")
         time.sleep(_POLL_S)
     return world
+
+
+def _publishers(stage: Stage) -> set:
+    """Return the nodes that publish, once the simulator publishes its clock."""
+    published = stage.state()[0]
+    return (
+        {node for nodes in published.values() for node in nodes} if "/clock" in published else set()
+    )
 
 
 def _without_nodes(folder: Path, name: str) -> Path:
@@ -105,7 +126,7 @@ def _without_nodes(folder: Path, name: str) -> Path:
     return path
 
 
-def _rules() -> EvaluationRules:
+def _rules(finish_at_rest: bool) -> EvaluationRules:
     """Return the rules of the packaged configuration, whatever the student's planner has."""
 
     def settings(package: str, name: str) -> dict:
@@ -114,13 +135,14 @@ def _rules() -> EvaluationRules:
 
     planner = settings(PACKAGE, "local_planner.yaml")
     rules = EvaluationRules.read(settings("sdc_sim", "referee.yaml").__getitem__)
-    return rules._replace(planner={name: planner[name] for name in rules.planner}, assumed=[])
+    limits = {name: planner[name] for name in rules.planner}
+    return rules._replace(planner=limits, assumed=[], finish_at_rest=finish_at_rest)
 
 
 class _Referee:
     """Evaluates a drive from the file that the simulator writes."""
 
-    def __init__(self, stage: Stage, events: IO):
+    def __init__(self, stage: Stage, events: IO, held_out: Path | None):
         from sdc_package.msg import Path as Mission
 
         from sdc_workshop.exam.node import Received
@@ -130,12 +152,13 @@ class _Referee:
         self._part = ""
         self._commands = 0
         # As in the messages, whose numbers have 32 bits.
-        self._route = load_waypoints(str(_ROUTE)).astype(np.float32).astype(float)
-        self._evaluator = Evaluator(_rules())
+        self._route = load_waypoints(str(held_out or _ROUTE)).astype(np.float32).astype(float)
+        self._evaluator = Evaluator(_rules(finish_at_rest=held_out is None))
+        self._is_held_out = held_out is not None
         self._evaluator.set_route(self._route)
         self._missions = Received(_MISSION, Mission)
         self._world_topics = {
-            topic for topic, nodes in stage.state()[0].items() if _SIMULATOR in nodes
+            topic for topic, nodes in stage.state()[0].items() if {_SIMULATOR, _CAMERA} & {*nodes}
         } - {"/rosout", "/tf"}
         self._reported: set = set()
 
@@ -184,15 +207,18 @@ class _Referee:
         return closing_line(result.metrics)
 
     def _look_for_forgery(self) -> None:
-        """Report nodes that publish in the place of the simulator, and another mission."""
-        published, _, _ = self._stage.state()
+        """Report nodes that use the truth or publish as the simulator, and another mission."""
+        published, subscribed, _ = self._stage.state()
+        for node in subscribed.get(GROUND_TRUTH, ()):
+            self._report(f"{node} subscribes to {GROUND_TRUTH}, which is for the referee alone")
         for topic in sorted(self._world_topics):
-            others = set(published.get(topic, ())) - {_SIMULATOR}
+            others = set(published.get(topic, ())) - {_SIMULATOR, _CAMERA}
             for node in sorted(others):
                 self._report(f"{node} publishes {topic} in the place of the simulator")
         for mission in self._missions.messages[:1]:
             points = [(point.x, point.y) for point in mission.waypoints]
-            if not np.array_equal(np.reshape(points, (-1, 2)), self._route):
+            known = np.array_equal(np.reshape(points, (-1, 2)), self._route)
+            if not known and not self._is_held_out:
                 self._report("another mission is published; the drive is measured on the route")
 
     def _report(self, text: str) -> None:

@@ -17,6 +17,7 @@ from types import SimpleNamespace
 sys.path.append(str(Path(__file__).parent))
 
 from localization_probe import LOCALIZATION_PROBES  # noqa: E402
+from perception_probe import PERCEPTION_PROBES  # noqa: E402
 
 
 def lane_filter(random: Random) -> dict:
@@ -162,6 +163,7 @@ def plain(value: object) -> object:
 PROBES = {
     **{probe.__name__: probe for probe in (lane_filter, pid, stanley, odometry, waypoint_search)},
     **LOCALIZATION_PROBES,
+    **PERCEPTION_PROBES,
 }
 
 if __name__ == "__main__":

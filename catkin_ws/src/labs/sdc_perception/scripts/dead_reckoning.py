@@ -1,0 +1,62 @@
+#!/usr/bin/env python3
+"""Dead reckoning: publish the odometry that wheel speeds and yaw rate give."""
+
+import math
+
+import rospy
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import Imu, JointState
+
+from sdc_common.ros.connection_watchdog import watch_connections
+from sdc_common.ros.node import LoopPublisher, parameter, refuse
+from sdc_common.ros.refusal import refusing
+from sdc_common.validation import check_positive
+from sdc_perception.dead_reckoning import DeadReckoning, rear_axle_speed
+from sdc_perception.paired_topics import EGO, answer_together
+
+
+class DeadReckoningNode:
+    def __init__(self):
+        rospy.init_node("dead_reckoning")
+        self.wheel_radius_m = parameter("wheel_radius_m")
+        try:
+            check_positive(wheel_radius_m=self.wheel_radius_m)
+            self.motion = DeadReckoning(parameter("rear_m"), parameter("rear_compliance"))
+        except (TypeError, ValueError) as error:
+            refuse(f"config/dead_reckoning.yaml: {error}")
+        self.last_stamp = None
+
+        self.publisher = LoopPublisher(f"{EGO}/odometry", Odometry, latch=True)
+        topics = ((f"{EGO}/imu", Imu), (f"{EGO}/wheel_speeds", JointState))
+        answer_together(topics, self.answer)
+
+    def answer(self, imu, wheels):
+        with refusing("the topics of IMU and wheel speeds"):
+            speed = rear_axle_speed(wheels.name, wheels.velocity, self.wheel_radius_m)
+            if not math.isfinite(imu.angular_velocity.z):
+                raise ValueError("the yaw rate is not finite")
+            stamp = wheels.header.stamp
+            step_s = (stamp - self.last_stamp).to_sec() if self.last_stamp else 0.0
+            self.last_stamp = stamp
+            self.motion.update(speed, imu.angular_velocity.z, step_s)
+            self.publish(stamp)
+
+    def publish(self, stamp):
+        motion, message = self.motion, Odometry(child_frame_id="ego_vehicle")
+        message.header.stamp, message.header.frame_id = stamp, "map"
+        position, orientation = message.pose.pose.position, message.pose.pose.orientation
+        position.x, position.y = motion.x_m, motion.y_m
+        orientation.z = math.sin(0.5 * motion.yaw_rad)
+        orientation.w = math.cos(0.5 * motion.yaw_rad)
+        message.twist.twist.linear.x = motion.speed_mps
+        message.twist.twist.linear.y = motion.lateral_mps
+        message.twist.twist.angular.z = motion.yaw_rate_radps
+        self.publisher.publish(message)
+
+    def run(self):
+        watch_connections()
+        rospy.spin()
+
+
+if __name__ == "__main__":
+    DeadReckoningNode().run()

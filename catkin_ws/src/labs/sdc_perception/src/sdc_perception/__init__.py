@@ -1,0 +1,1 @@
+"""Lane detection in the camera picture, and driving by it."""

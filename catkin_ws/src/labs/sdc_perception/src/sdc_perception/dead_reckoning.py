@@ -1,0 +1,78 @@
+"""Dead reckoning: the motion of the car from wheel speed and yaw rate."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from sdc_common.validation import check_non_negative, check_positive
+
+REAR_WHEELS = ("rear_left_wheel", "rear_right_wheel")
+_LONGEST_STEP_S = 0.5
+
+
+def rear_axle_speed(
+    names: Sequence[str], rates_radps: Sequence[float], wheel_radius_m: float
+) -> float:
+    """Return the speed of the rear axle, the mean of its wheels [m/s].
+
+    Raises:
+        ValueError: a rear wheel is missing, or its speed is not finite
+    """
+    rates = dict(zip(names, rates_radps))
+    if not set(REAR_WHEELS) <= set(rates):
+        raise ValueError(f"the wheels {' and '.join(REAR_WHEELS)} are missing in {list(names)}")
+    speed = wheel_radius_m * sum(rates[name] for name in REAR_WHEELS) / len(REAR_WHEELS)
+    if not math.isfinite(speed):
+        raise ValueError("a wheel speed is not finite")
+    return speed
+
+
+class DeadReckoning:
+    """Pose of the car in a frame that begins at its first pose and drifts.
+
+    The rear axle slips sideways in proportion to the lateral acceleration; the centre of the car
+    moves sideways with the yaw rate.
+
+    Attributes:
+        x_m: position [m]
+        y_m: position [m]
+        yaw_rad: heading [rad]
+        speed_mps: forward speed [m/s]
+        lateral_mps: speed of the centre to the left [m/s]
+        yaw_rate_radps: yaw rate [rad/s]
+    """
+
+    def __init__(self, rear_m: float, rear_compliance: float):
+        """Begin at the origin.
+
+        Args:
+            rear_m: distance of the rear axle from the centre of the car [m]
+            rear_compliance: slip angle of the rear tyres per lateral acceleration [rad/(m/s^2)]
+        """
+        check_positive(rear_m=rear_m)
+        check_non_negative(rear_compliance=rear_compliance)
+        self._rear_m, self._rear_compliance = rear_m, rear_compliance
+        self.x_m = self.y_m = self.yaw_rad = 0.0
+        self.speed_mps = self.lateral_mps = self.yaw_rate_radps = 0.0
+
+    def update(self, speed_mps: float, yaw_rate_radps: float, step_s: float) -> None:
+        """Move on with the mean of the last and the new measurement.
+
+        Args:
+            speed_mps: speed of the rear axle [m/s]
+            yaw_rate_radps: yaw rate [rad/s]
+            step_s: time since the last call; one of more than 0.5 s does not count [s]
+        """
+        slip = speed_mps * self._rear_compliance * speed_mps * yaw_rate_radps
+        lateral = self._rear_m * yaw_rate_radps - slip
+        if 0.0 < step_s <= _LONGEST_STEP_S:
+            forward = 0.5 * step_s * (self.speed_mps + speed_mps)
+            left = 0.5 * step_s * (self.lateral_mps + lateral)
+            turn = 0.5 * step_s * (self.yaw_rate_radps + yaw_rate_radps)
+            middle = self.yaw_rad + 0.5 * turn
+            self.x_m += forward * math.cos(middle) - left * math.sin(middle)
+            self.y_m += forward * math.sin(middle) + left * math.cos(middle)
+            self.yaw_rad += turn
+        self.speed_mps, self.lateral_mps = speed_mps, lateral
+        self.yaw_rate_radps = yaw_rate_radps

@@ -1,0 +1,111 @@
+"""Track traffic lights from picture to picture."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from sdc_common.validation import check_finite
+from sdc_perception.ground_plane import MountingPose
+from sdc_perception.ground_tracks import GroundTracks, Pose, Sighting, TrackSettings
+from sdc_perception.light_detection import HousingSettings, LampSettings, LightFinder, SeenLight
+
+# Pictures in a row that must show a new colour until it counts.
+_SAME_COLOUR = 2
+
+
+@dataclass(frozen=True)
+class LightSettings:
+    """Parameters of the traffic light detector.
+
+    Attributes:
+        camera: pose of the camera
+        lamps: what counts as a lit lamp
+        housing: dimensions of a traffic light
+        tracks: how tracks begin, move and end
+    """
+
+    camera: MountingPose
+    lamps: LampSettings
+    housing: HousingSettings
+    tracks: TrackSettings
+
+    @classmethod
+    def read(cls, parameter: Callable[[str], Any]) -> LightSettings:
+        """Return the settings.
+
+        Args:
+            parameter: returns the parameter of config/traffic_light_detector.yaml with a given name
+
+        Raises:
+            TypeError: a name in a section is missing or unknown
+            ValueError: a value is out of range
+        """
+        camera = MountingPose(**parameter("camera"))
+        check_finite(**vars(camera))
+        return cls(
+            camera,
+            LampSettings(**parameter("lamps")),
+            HousingSettings(**parameter("housing")),
+            TrackSettings(**parameter("tracks")),
+        )
+
+
+class TrackedLight(NamedTuple):
+    """A traffic light.
+
+    Attributes:
+        id: number of the light since the start
+        state: RED, YELLOW or GREEN
+        x_m: position of the pole in the frame of the odometry [m]
+        y_m: the same [m]
+    """
+
+    id: int
+    state: int
+    x_m: float
+    y_m: float
+
+
+class LightTracker:
+    """Traffic lights in a sequence of pictures.
+
+    Attributes:
+        seen: the lights in the last picture
+    """
+
+    def __init__(self, settings: LightSettings, intrinsic: np.ndarray):
+        """Prepare the tracker for pictures with the camera matrix `intrinsic` (3, 3) [px]."""
+        self.seen: list[SeenLight] = []
+        self._finder = LightFinder(intrinsic, settings.camera, settings.lamps, settings.housing)
+        self._tracks: GroundTracks[SeenLight] = GroundTracks(settings.tracks)
+
+    def detect(self, image: np.ndarray, pose: Pose, time_s: float) -> list[TrackedLight]:
+        """Return the lights.
+
+        Args:
+            image: (H, W, 3 or 4) BGR first, uint8
+            pose: x [m], y [m] and yaw [rad] of the car in the frame of the odometry
+            time_s: time of the picture [s]
+        """
+        self.seen = self._finder.find(image)
+        sightings = [
+            Sighting(light.x_m, light.y_m, light.distance_deviation_m, light) for light in self.seen
+        ]
+        lights = []
+        for track in self._tracks.update(sightings, pose, time_s):
+            memory = track.memory
+            if track.fresh:
+                same = memory.get("new") == track.seen.state
+                memory["new"], memory["count"] = (
+                    track.seen.state,
+                    memory.get("count", 0) + 1 if same else 1,
+                )
+                if "state" not in memory or memory["count"] >= _SAME_COLOUR:
+                    memory["state"] = track.seen.state
+            x_m, y_m = track.state[:2].tolist()
+            lights.append(TrackedLight(track.id, memory["state"], x_m, y_m))
+        return lights

@@ -1,0 +1,60 @@
+"""Dead reckoning against the physics of the simulator."""
+
+import math
+
+import pytest
+import yaml
+
+from sdc_perception.dead_reckoning import DeadReckoning, rear_axle_speed
+from sdc_sim.physics.vehicle import Vehicle, VehicleCommand
+from sdc_sim.physics.vehicle_parameters import load_vehicle
+
+TICK_S = 0.05
+
+
+def drive(steer, rospkg_path):
+    car = Vehicle(
+        load_vehicle(str(rospkg_path("sdc_sim", "config", "vehicles", "tesla_model3.yaml")))
+    )
+    with open(
+        rospkg_path("sdc_perception", "config", "dead_reckoning.yaml"), encoding="utf-8"
+    ) as file:
+        parameters = yaml.safe_load(file)
+    motion = DeadReckoning(parameters["rear_m"], parameters["rear_compliance"])
+    for tick in range(300):
+        motion.update(car.state.speed_mps, car.state.yaw_rate_radps, TICK_S if tick else 0.0)
+        state, throttle = car.state, 0.5 if car.state.speed_mps < 6.0 else 0.3
+        last = (state.x_m, state.y_m, state.yaw_rad)
+        car.step(VehicleCommand(throttle, steer * math.sin(tick / 40.0)), TICK_S)
+    return motion, last
+
+
+@pytest.mark.parametrize("steer", [0.0, 0.2, -0.4])
+def test_pose_is_that_of_the_car(steer, rospkg_path):
+    motion, (x, y, yaw) = drive(steer, rospkg_path)
+    assert math.hypot(x, y) > 20.0
+    assert math.dist((motion.x_m, motion.y_m), (x, y)) < 0.006 * math.hypot(x, y)
+    assert motion.yaw_rad == pytest.approx(yaw, abs=0.01)
+
+
+def test_long_gap_does_not_move_the_car():
+    motion = DeadReckoning(1.4, 0.0)
+    motion.update(5.0, 0.0, 0.0)
+    motion.update(5.0, 0.0, 10.0)
+    assert motion.x_m == 0.0
+
+
+def test_speed_is_the_mean_of_the_rear_wheels():
+    names = ["front_left_wheel", "rear_left_wheel", "rear_right_wheel"]
+    assert rear_axle_speed(names, [99.0, 10.0, 12.0], 0.35) == pytest.approx(3.85)
+
+
+@pytest.mark.parametrize("rates", [[1.0, math.nan], [1.0, math.inf]])
+def test_bad_wheel_speed_is_refused(rates):
+    with pytest.raises(ValueError, match="not finite"):
+        rear_axle_speed(["rear_left_wheel", "rear_right_wheel"], rates, 0.35)
+
+
+def test_missing_wheel_is_refused():
+    with pytest.raises(ValueError, match="rear_right_wheel"):
+        rear_axle_speed(["rear_left_wheel"], [1.0], 0.35)

@@ -1,0 +1,58 @@
+"""Tracks of what is on the ground."""
+
+import pytest
+
+from sdc_perception.ground_tracks import GroundTracks, Sighting, TrackSettings
+
+SETTINGS = TrackSettings(confirm=2, lost_s=0.5, drift_m=0.0, acceleration_mps2=2.0, start_mps=4.0)
+STILL = (0.0, 0.0, 0.0)
+
+
+@pytest.fixture
+def tracks():
+    return GroundTracks(SETTINGS)
+
+
+def sighting(x_m, y_m, name="one"):
+    return Sighting(x_m, y_m, 0.2, name)
+
+
+def test_track_counts_from_the_second_sighting_on(tracks):
+    assert tracks.update([sighting(10.0, 0.0)], STILL, 0.0) == []
+    assert len(tracks.update([sighting(10.0, 0.0)], STILL, 0.05)) == 1
+
+
+def test_single_sighting_is_forgotten_at_once(tracks):
+    tracks.update([sighting(10.0, 0.0)], STILL, 0.0)
+    tracks.update([], STILL, 0.05)
+    assert tracks.update([sighting(10.0, 0.0)], STILL, 0.1) == []
+
+
+def test_track_ends_when_it_is_not_seen(tracks):
+    for time_s in (0.0, 0.05, 0.1):
+        tracks.update([sighting(10.0, 0.0)], STILL, time_s)
+    assert len(tracks.update([], STILL, 0.5)) == 1
+    assert tracks.update([], STILL, 0.7) == []
+
+
+def test_two_things_next_to_each_other_keep_their_tracks(tracks):
+    for number in range(20):
+        seen = [sighting(12.0, 1.5, "left"), sighting(12.0, -1.5, "right")]
+        found = tracks.update(seen[:: -1 if number % 2 else 1], STILL, 0.05 * number)
+    assert sorted((round(track.state[1], 1), track.seen) for track in found) == [
+        (-1.5, "right"),
+        (1.5, "left"),
+    ]
+
+
+def test_position_is_in_the_frame_of_the_odometry(tracks):
+    """The car at (5, 5) looks along y: ahead is up, left is back."""
+    for time_s in (0.0, 0.05):
+        found = tracks.update([sighting(10.0, 2.0)], (5.0, 5.0, 0.5 * 3.14159265), time_s)
+    assert found[0].state[:2] == pytest.approx([3.0, 15.0], abs=1e-3)
+
+
+def test_tracks_begin_again_with_the_clock(tracks):
+    for time_s in (10.0, 10.05):
+        tracks.update([sighting(10.0, 0.0)], STILL, time_s)
+    assert tracks.update([sighting(10.0, 0.0)], STILL, 0.0) == []

@@ -1,0 +1,222 @@
+"""The lane in rendered pictures."""
+
+import math
+
+import cv2
+import numpy as np
+import pytest
+import yaml
+
+from sdc_common.routes.waypoint_file import load_waypoints
+from sdc_perception.lane_curve import LaneCurve
+from sdc_perception.lane_detection import DetectorSettings, LaneDetector
+from sdc_perception.lane_tracker import LEFT, LaneSettings, LaneTracker
+from sdc_perception.marking_search import Markings, View
+from sdc_perception.obstacle_detection import covered_boxes
+from sdc_perception.obstacle_tracker import ObstacleSettings, body_finder
+from sdc_sim.camera.camera_model import CameraModel
+from sdc_sim.camera.renderer import Renderer
+from sdc_sim.camera.weather import Weather
+from sdc_sim.road.road import Road
+from sdc_sim.road.route_generator import generate_route
+from sdc_sim.scenario.packaged import node_config
+
+pytestmark = pytest.mark.slow(11)
+
+BENDS = [
+    {"straight_m": 25.0},
+    {"left_deg": 60.0, "radius_m": 15.0, "transition_m": 4.0},
+    {"right_deg": 60.0, "radius_m": 10.0, "transition_m": 4.0},
+    {"straight_m": 15.0},
+]
+SPEC = {"elements": BENDS, "start": {"x_m": 0.0, "y_m": 0.0, "heading_deg": 0.0}, "spacing_m": 1.0}
+
+
+@pytest.fixture(scope="module")
+def road():
+    return Road(generate_route(SPEC)[:, :2] * [1.0, -1.0])
+
+
+@pytest.fixture(scope="module")
+def renderer(road):
+    cv2.setNumThreads(1)
+    return Renderer(road)
+
+
+@pytest.fixture
+def parameters(rospkg_path):
+    with open(
+        rospkg_path("sdc_perception", "config", "lane_detector.yaml"), encoding="utf-8"
+    ) as file:
+        return yaml.safe_load(file)
+
+
+@pytest.fixture
+def detector(parameters):
+    settings = DetectorSettings.read(parameters.__getitem__)
+    return LaneDetector(settings, CameraModel().intrinsic_matrix())
+
+
+def pose_at(road, s_m, left_m=0.0, turned_rad=0.0):
+    points, left = road.at(np.array([s_m]))
+    x, y = points[0] + left_m * left[0]
+    return float(x), float(y), math.atan2(-left[0, 0], left[0, 1]) + turned_rad
+
+
+@pytest.mark.parametrize(
+    ("left_m", "turned_rad"), [(0.0, 0.0), (0.6, 0.0), (-0.5, 0.1), (0.2, -0.15)]
+)
+def test_lane_is_found_in_a_single_picture(road, renderer, detector, left_m, turned_rad):
+    pose = pose_at(road, 0.0, left_m, turned_rad)
+    lane = detector.detect(renderer.render(*pose), pose)
+    assert lane.offset_m == pytest.approx(left_m, abs=0.08)
+    assert lane.heading_error_rad == pytest.approx(-turned_rad, abs=0.02)
+    assert lane.confidence > 0.8
+
+
+def test_lane_is_tracked_through_bends(road, renderer, detector):
+    """The car weaves; the odometry is exact in a frame of its own."""
+    for s in np.arange(0.0, road.length_m - 2.0, 0.7):
+        left_m, turned_rad = 0.3 * math.sin(s / 6.0), 0.04 * math.cos(s / 5.0)
+        pose = pose_at(road, s, left_m, turned_rad)
+        lane = detector.detect(renderer.render(*pose), pose)
+        assert lane.offset_m == pytest.approx(left_m, abs=0.1), f"at {s:.1f} m"
+        assert lane.heading_error_rad == pytest.approx(-turned_rad, abs=0.05), f"at {s:.1f} m"
+        assert lane.confidence > 0.6
+    assert lane.visible_m > 10.0
+
+
+@pytest.mark.parametrize("weather", [{"rain": 1.0}, {"worn_lines": 0.6}], ids=["rain", "worn"])
+def test_lane_is_tracked_in_bad_weather(road, detector, weather):
+    renderer = Renderer(road, weather=Weather(**weather))
+    for s in np.arange(0.0, road.length_m - 2.0, 0.7):
+        pose = pose_at(road, s)
+        lane = detector.detect(renderer.render(*pose), pose)
+        assert lane.offset_m == pytest.approx(0.0, abs=0.15), f"at {s:.1f} m"
+        assert lane.confidence > 0.6
+
+
+@pytest.mark.parametrize(
+    ("from_m", "to_m"), [(30.0, 116.0), (335.0, 366.0)], ids=["past the exit", "bend of 4 m radius"]
+)
+def test_lane_of_the_town_is_tracked(parameters, rospkg_path, from_m, to_m):
+    """The edge at the exit of the roundabout leads away; in the tight bend, it is out of view."""
+    road = Road(load_waypoints(str(rospkg_path("sdc_common", "data", "waypoints.csv"))))
+    directions = node_config("sdc_perception", "town_directions")["directions"]
+    renderer = Renderer(road)
+    for direction in directions:
+        direction.update({name: direction[name] - from_m for name in ("from_m", "to_m")})
+    parameters["directions"] = directions
+    settings = DetectorSettings.read(parameters.__getitem__)
+    detector = LaneDetector(settings, CameraModel().intrinsic_matrix())
+    for s in np.arange(from_m, to_m, 0.8):
+        pose = pose_at(road, s)
+        lane = detector.detect(renderer.render(*pose), pose)
+        assert lane.offset_m == pytest.approx(0.0, abs=0.15), f"at {s:.1f} m"
+        assert lane.confidence > 0.6
+
+
+def test_new_lane_is_known_best_next_to_the_car(parameters):
+    settings = LaneSettings(**parameters["lane"])
+    tracker = LaneTracker(None, settings, (0.0, 0.0, 0.0), 0.0, 0.0, 0.0)
+    jacobian = tracker.curve.jacobian()
+    deviation_m = np.sqrt(np.sum((jacobian @ tracker.covariance) * jacobian, axis=1))
+    beside_m = np.abs(tracker.curve.points_m[:, 0])
+    assert np.argmin(deviation_m) == np.argmin(beside_m)
+    assert deviation_m.min() == pytest.approx(settings.start_m, rel=0.01)
+
+
+def test_lane_with_little_paint_is_found(road, detector):
+    pose = pose_at(road, 0.0)
+    picture = Renderer(road, weather=Weather(worn_lines=0.8)).render(*pose)
+    lane = detector.detect(picture, pose)
+    assert lane.offset_m == pytest.approx(0.0, abs=0.08)
+    assert lane.confidence > 0.8
+
+
+class NoMarkings:
+    """A search that finds nothing."""
+
+    def find(self, _views, points_m, _left, _gate_m):
+        none = np.zeros(0)
+        return Markings(none.astype(int), none, none, none), np.zeros(len(points_m), bool)
+
+
+def test_kept_bend_continues_with_the_mean_of_its_curvatures(parameters):
+    """Worn lines: single curvatures are uncertain, and the last one would lead the car away."""
+    settings = LaneSettings(**parameters["lane"])
+    tracker = LaneTracker(NoMarkings(), settings, (0.0, 0.0, 0.0), 0.0, 0.0, 0.05)
+    curvatures = tracker.curve.curvatures_1pm.copy()
+    curvatures[2:5] += [0.006, -0.009, 0.007]
+    curvatures[5:] = -0.02  # the lane that leaves the bend
+    tracker.curve = LaneCurve(-6.0, 0.0, 0.0, curvatures)
+    tracker.covariance = np.diag([1e-4] * (2 + len(curvatures)))
+    x, y = tracker.curve.points_m[13]  # 6.5 m from the beginning
+    pose = (float(x), float(y), float(tracker.curve.headings_rad[13]))
+    tracker.update([View.of(np.zeros((8, 8, 4), np.uint8), pose)], LEFT)
+    assert tracker.curve.curvatures_1pm[2:] == pytest.approx(0.051, abs=0.002)
+
+
+def test_meadow_has_no_lane(renderer, detector):
+    pose = (0.0, -60.0, 0.0)
+    assert detector.detect(renderer.render(*pose), pose) is None
+
+
+def test_confidence_falls_without_markings_until_the_lane_is_lost(road, renderer, detector):
+    pose = pose_at(road, 0.0)
+    picture = renderer.render(*pose)
+    detector.detect(picture, pose)
+    blank, confidences = np.full_like(picture, 80), []
+    for step in range(300):
+        lane = detector.detect(blank, (pose[0] + 0.5 * step, pose[1], pose[2]))
+        if lane is None:
+            break
+        confidences.append(lane.confidence)
+    assert confidences[0] > 0.8
+    assert lane is None
+    assert sorted(confidences, reverse=True) == pytest.approx(confidences, abs=0.02)
+
+
+def test_lane_is_acquired_again_when_the_odometry_starts_again(road, renderer, detector):
+    pose = pose_at(road, 0.0)
+    picture = renderer.render(*pose)
+    detector.detect(picture, pose)
+    lane = detector.detect(picture, (500.0, 0.0, 1.0))
+    assert lane.offset_m == pytest.approx(0.0, abs=0.08)
+
+
+@pytest.mark.parametrize(
+    ("section", "value"),
+    [
+        ("directions", [{"from_m": 1.0, "to_m": 2.0, "keep": "middle"}]),
+        ("directions", [{"from_m": 1.0}]),
+        ("lane", {"lane_width_m": -3.5}),
+        ("camera", {"x_m": 0.7, "z_m": math.nan, "pitch_rad": 0.0}),
+    ],
+)
+def test_bad_parameter_is_refused(parameters, section, value):
+    old = parameters[section]
+    parameters[section] = {**old, **value} if isinstance(value, dict) else value
+    with pytest.raises(
+        ValueError,
+        match=section
+        if section == "directions"
+        else next(iter(value))
+        if section == "lane"
+        else "z_m",
+    ):
+        DetectorSettings.read(parameters.__getitem__)
+
+
+def test_lane_stays_straight_while_a_car_hides_its_lines(
+    detector, node_parameters, intrinsic, render, body
+):
+    bodies = ObstacleSettings.read(node_parameters("obstacle_detector").__getitem__)
+    finder = body_finder(bodies, intrinsic)
+    car, far_m = body("car", 32.0), []
+    for number in range(50):
+        pose = (0.5 * number, 0.0, 0.0)
+        picture = render(car, pose=pose)
+        lane = detector.detect(picture, pose, covered_boxes(finder.find(picture)))
+        far_m.append(lane.points_m[-1, 1])
+    assert np.abs(far_m).max() < 3.0

@@ -1,0 +1,86 @@
+"""Traffic lights in rendered pictures."""
+
+import math
+
+import pytest
+
+from sdc_perception.light_detection import GREEN, RED, YELLOW, LightFinder
+from sdc_perception.light_tracker import LightSettings, LightTracker
+
+CAMERA_X_M = 0.7
+pytestmark = pytest.mark.slow(3)
+OFF = 3
+STILL = (0.0, 0.0, 0.0)
+
+
+@pytest.fixture
+def settings(node_parameters):
+    return LightSettings.read(node_parameters("traffic_light_detector").__getitem__)
+
+
+@pytest.fixture
+def finder(settings, intrinsic):
+    return LightFinder(intrinsic, settings.camera, settings.lamps, settings.housing)
+
+
+@pytest.mark.parametrize("brightness", [1.0, 0.25])
+@pytest.mark.parametrize("ahead_m", [6.6, 12.0, 25.0, 38.0])
+@pytest.mark.parametrize("state", [RED, YELLOW, GREEN])
+def test_state_and_place_of_a_light(finder, render, light, state, ahead_m, brightness):
+    found = finder.find(render(light(state, ahead_m), brightness=brightness))
+    assert [one.state for one in found] == [state]
+    assert found[0].x_m - CAMERA_X_M == pytest.approx(ahead_m, rel=0.05)
+    assert found[0].y_m == pytest.approx(-2.7, abs=0.15)
+
+
+def test_two_lights_are_two(finder, render, light):
+    found = finder.find(render(light(RED, 12.0), light(GREEN, 30.0)))
+    assert sorted((one.state, round(one.x_m / 10.0)) for one in found) == [(RED, 1), (GREEN, 3)]
+
+
+@pytest.mark.parametrize("brightness", [1.0, 0.25])
+def test_no_light_where_none_faces_the_car(finder, render, light, brightness):
+    away, off = light(RED, 15.0, turned_rad=math.pi), light(OFF, 20.0, 3.0)
+    assert finder.find(render(away, off, brightness=brightness)) == []
+
+
+def test_lamp_in_the_place_of_another_is_no_light(finder, render, light):
+    """A red picture of a green lamp: the dark lamps would have to be below it."""
+    picture = render(light(GREEN, 12.0))
+    picture[..., [1, 2]] = picture[..., [2, 1]]
+    assert finder.find(picture) == []
+
+
+def test_colour_changes_with_the_second_picture(settings, intrinsic, render, light):
+    tracker = LightTracker(settings, intrinsic)
+    states = []
+    for number, state in enumerate([GREEN, GREEN, GREEN, RED, RED, RED]):
+        lights = tracker.detect(render(light(state, 20.0)), STILL, 0.05 * number)
+        states.append([one.state for one in lights])
+    assert states == [[], [GREEN], [GREEN], [GREEN], [RED], [RED]]
+
+
+def test_light_stays_at_its_place_while_the_car_moves(settings, intrinsic, render, light):
+    tracker = LightTracker(settings, intrinsic)
+    for number in range(8):
+        pose = (3.0 * number, 0.0, 0.01 * number)
+        lights = tracker.detect(render(light(RED, 35.0), pose=pose), pose, 0.3 * number)
+    assert [one.id for one in lights] == [1]
+    assert (lights[0].x_m, lights[0].y_m) == pytest.approx((35.0 + CAMERA_X_M, -2.7), abs=0.4)
+
+
+@pytest.mark.parametrize(
+    ("section", "name", "value", "part"),
+    [
+        ("lamps", "red", [172], "lamps/red"),
+        ("lamps", "excess", 1.5, "excess"),
+        ("housing", "height_m", -1.0, "height_m"),
+        ("tracks", "lost_s", 0.0, "lost_s"),
+        ("camera", "z_m", math.nan, "z_m"),
+    ],
+)
+def test_bad_parameter_is_refused(node_parameters, section, name, value, part):
+    parameters = node_parameters("traffic_light_detector")
+    parameters[section][name] = value
+    with pytest.raises(ValueError, match=part):
+        LightSettings.read(parameters.__getitem__)

@@ -1,0 +1,80 @@
+"""The pictures of the stages show what is on the road."""
+
+import math
+
+import numpy as np
+import pytest
+import yaml
+
+from sdc_perception.lane_detection import DetectorSettings, LaneDetector
+from sdc_perception.overlay import LINES_BGR
+from sdc_perception.stage_pictures import STAGES
+from sdc_sim.camera.camera_model import CameraModel
+from sdc_sim.camera.renderer import Renderer
+from sdc_sim.road.road import Road
+
+pytestmark = pytest.mark.slow(2)
+
+POSE = (20.0, 0.3, 0.0)
+LEFT_M = POSE[1]  # of the car, from the centre of the lane
+EDGE_M, DASHES_M = -1.75 - LEFT_M, 1.75 - LEFT_M
+
+
+@pytest.fixture(scope="module")
+def picture():
+    road = Road(np.column_stack([np.arange(100.0), np.zeros(100)]))
+    return Renderer(road).render(*POSE)
+
+
+@pytest.fixture
+def detector(rospkg_path):
+    path = rospkg_path("sdc_perception", "config", "lane_detector.yaml")
+    parameters = yaml.safe_load(path.read_text(encoding="utf-8"))
+    settings = DetectorSettings.read(parameters.__getitem__)
+    return LaneDetector(settings, CameraModel().intrinsic_matrix())
+
+
+def colours_at(picture, x_m, y_m):
+    """Return the colours next to the pixel of a ground point."""
+    pixel, _ = CameraModel().project(np.array([[x_m, y_m, 0.0]]), 0.0, 0.0, 0.0)
+    column, row = (int(math.floor(value)) for value in pixel[0])
+    return picture[row - 1 : row + 3, column - 1 : column + 3, :3].reshape(-1, 3).tolist()
+
+
+def test_ground_has_a_line_every_metre_to_the_side_and_every_5_m_ahead(detector):
+    blank = np.zeros((480, 640, 4), np.uint8)
+    STAGES["ground"](blank, detector, POSE)
+    for point in ((10.0, 0.5), (7.3, 2.0), (15.0, -1.5)):
+        assert np.max(colours_at(blank, *point)) > 150, point
+    for point in ((7.3, 0.5), (6.0, 1.5)):
+        assert np.max(colours_at(blank, *point)) == 0, point
+
+
+def test_markings_are_points_on_the_lines(detector, picture):
+    drawn = picture.copy()
+    STAGES["markings"](drawn, detector, POSE)
+    assert [255, 0, 255] in colours_at(drawn, 6.0, EDGE_M)
+    assert [255, 0, 255] not in colours_at(drawn, 6.0, 0.0)
+
+
+def test_guess_has_three_lines_of_three_colours(detector, picture):
+    drawn = picture.copy()
+    STAGES["guess"](drawn, detector, POSE)
+    for y, colour in ((EDGE_M, LINES_BGR[0]), (DASHES_M, LINES_BGR[1])):
+        assert list(colour) in colours_at(drawn, 8.0, y)
+    assert detector.guess(picture).offset_m == pytest.approx(LEFT_M, abs=0.05)
+
+
+def test_tracking_has_markings_of_three_lines(detector, picture):
+    drawn = picture.copy()
+    STAGES["tracking"](drawn, detector, POSE)
+    assert list(LINES_BGR[0]) in colours_at(drawn, 8.0, EDGE_M)
+    assert detector.tracker is not None
+
+
+def test_guess_on_a_meadow_is_no_lane(detector):
+    meadow = np.full((480, 640, 4), 80, np.uint8)
+    drawn = meadow.copy()
+    STAGES["guess"](drawn, detector, POSE)
+    assert detector.guess(meadow) is None
+    assert (drawn[:440] == meadow[:440]).all()

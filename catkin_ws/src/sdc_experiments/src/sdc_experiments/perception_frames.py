@@ -1,0 +1,228 @@
+"""Measure the detectors of lights and obstacles on held-out pictures, and print a table.
+
+    python3 -m sdc_experiments.perception_frames [--frames N] [--weather NAME ...] [--wrong FOLDER]
+
+Each picture is searched alone, without tracking. The routes have seeds from 3001 on; each weather
+has its own. Seeds 100 to 119 were used to choose parameters.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import os
+import time
+from dataclasses import dataclass, field, fields
+
+import cv2
+import numpy as np
+
+from sdc_experiments.perception import WEATHERS, lab_parameters
+from sdc_experiments.perception_scenes import FRAMES_A_ROUTE, Scene, SceneMaker
+from sdc_perception.detection_overlay import draw_lights, draw_obstacles
+from sdc_perception.light_detection import LightFinder, SeenLight
+from sdc_perception.light_tracker import LightSettings
+from sdc_perception.obstacle_detection import BodyFinder, SeenBody
+from sdc_perception.obstacle_tracker import ObstacleSettings, body_finder
+from sdc_sim.camera.camera_model import CameraModel
+
+FIRST_SEED = 3001
+LIGHT_RANGE_M, BODY_RANGE_M = 40.0, 30.0
+_MOUNT_X_M = CameraModel().mount_x_m
+# Columns by which a detection and the truth may differ [px].
+_NEAR_PX = 4.0
+# A detection near the limit of the range is not wrong where the truth is beyond.
+_BEYOND = 1.15
+HEAD = (
+    f"| | pictures | all lights within {LIGHT_RANGE_M:g} m right | lights right, false "
+    f"| distance error: median, 95 % | bodies within {BODY_RANGE_M:g} m found, false "
+    "| distance error: median, 95 % | within 10 % | lights + bodies take |\n" + 9 * "|---" + "|"
+)
+
+
+@dataclass
+class FrameScore:
+    """Counts and errors over pictures.
+
+    Attributes:
+        frames: number of pictures
+        right_frames: pictures in which all lights are right, and none is false
+        lights: visible lights in range
+        right_lights: lights that are found with the right colour
+        false_lights: detections without a light
+        bodies: visible bodies in range
+        found_bodies: bodies that are found, with the right kind
+        false_bodies: detections without a body
+        light_errors: relative errors of the distance of right lights
+        body_errors: relative errors of the distance of found bodies
+        times_s: CPU time of lights and obstacles in each picture
+    """
+
+    frames: int = 0
+    right_frames: int = 0
+    lights: int = 0
+    right_lights: int = 0
+    false_lights: int = 0
+    bodies: int = 0
+    found_bodies: int = 0
+    false_bodies: int = 0
+    light_errors: list[float] = field(default_factory=list)
+    body_errors: list[float] = field(default_factory=list)
+    times_s: list[tuple[float, float]] = field(default_factory=list)
+
+    def add(self, scene: Scene, lights: list[SeenLight], bodies: list[SeenBody]) -> bool:
+        """Add a picture; return whether all in it is right."""
+        self.frames += 1
+        lights_right = self._add_lights(scene, lights)
+        self.right_frames += lights_right
+        return self._add_bodies(scene, bodies) and lights_right
+
+    def _add_lights(self, scene: Scene, found: list[SeenLight]) -> bool:
+        right, free = True, list(found)
+        for light in scene.lights:
+            near = [one for one in free if _inside(light.pixel, one.box)]
+            for one in near:
+                free.remove(one)
+            if light.depth_m > LIGHT_RANGE_M:
+                continue
+            self.lights += 1
+            if len(near) == 1 and near[0].state == light.state:
+                self.right_lights += 1
+                self.light_errors.append((near[0].x_m - _MOUNT_X_M) / light.depth_m - 1.0)
+            else:
+                right = False
+        for one in free:
+            middle = 0.5 * (one.box[0] + one.box[2])
+            if one.x_m < LIGHT_RANGE_M and not _between(middle, scene.others):
+                self.false_lights += 1
+                right = False
+        return right
+
+    def _add_bodies(self, scene: Scene, found: list[SeenBody]) -> bool:
+        right, free = True, list(found)
+        for body in sorted(scene.bodies, key=lambda one: one.depth_m):
+            near = [
+                one
+                for one in free
+                if one.kind == body.kind
+                and _between(0.5 * (one.box[0] + one.box[2]), [(body.left, body.right)])
+            ]
+            if near:
+                best = min(near, key=lambda one: abs(one.x_m - _MOUNT_X_M - body.depth_m))
+                free.remove(best)
+            if body.depth_m > BODY_RANGE_M:
+                continue
+            self.bodies += 1
+            if near:
+                self.found_bodies += 1
+                self.body_errors.append((best.x_m - _MOUNT_X_M) / body.depth_m - 1.0)
+            right = right and bool(near) and abs(self.body_errors[-1]) < 0.1
+        for one in free:
+            middle = 0.5 * (one.box[0] + one.box[2])
+            if one.x_m < BODY_RANGE_M and not _between(middle, scene.others):
+                self.false_bodies += 1
+                right = False
+        return right
+
+    def __add__(self, other: FrameScore) -> FrameScore:
+        """Return the score of the pictures of both."""
+        return FrameScore(
+            *(getattr(self, one.name) + getattr(other, one.name) for one in fields(self))
+        )
+
+    def row(self, name: str) -> str:
+        """Return a row of the table, see HEAD."""
+        light, body = np.abs(self.light_errors or [np.nan]), np.abs(self.body_errors or [np.nan])
+        times = 1e3 * np.median(self.times_s, axis=0)
+        cells = (
+            name,
+            f"{self.frames}",
+            f"{100 * self.right_frames / self.frames:.2f} %",
+            f"{self.right_lights} of {self.lights}, {self.false_lights}",
+            _median_and_95(light),
+            f"{self.found_bodies} of {self.bodies}, {self.false_bodies}",
+            _median_and_95(body),
+            f"{100 * np.mean(body < 0.1):.2f} %",
+            f"{times[0]:.1f} + {times[1]:.1f} ms",
+        )
+        return f"| {' | '.join(cells)} |"
+
+
+def _median_and_95(errors: np.ndarray) -> str:
+    return f"{100 * np.median(errors):.1f} %, {100 * np.percentile(errors, 95):.1f} %"
+
+
+def _inside(pixel: np.ndarray, box: tuple[float, float, float, float]) -> bool:
+    u, v = pixel
+    left, top, right, bottom = box
+    return left - _NEAR_PX < u < right + _NEAR_PX and top - _NEAR_PX < v < bottom + _NEAR_PX
+
+
+def _between(column: float, spans: list[tuple[float, float]]) -> bool:
+    return any(left - _NEAR_PX <= column <= right + _NEAR_PX for left, right in spans)
+
+
+def finders() -> tuple[LightFinder, BodyFinder]:
+    """Return the detectors with the parameters of the lab."""
+    intrinsic = CameraModel().intrinsic_matrix()
+    lights = LightSettings.read(lab_parameters("traffic_light_detector").__getitem__)
+    bodies = ObstacleSettings.read(lab_parameters("obstacle_detector").__getitem__)
+    return (
+        LightFinder(intrinsic, lights.camera, lights.lamps, lights.housing),
+        body_finder(bodies, intrinsic),
+    )
+
+
+def measure(weather: str, count: int, first_seed: int, wrong: str = "") -> FrameScore:
+    """Return the score of a number of pictures.
+
+    Args:
+        weather: a key of WEATHERS
+        count: number of pictures
+        first_seed: seed of the first route
+        wrong: folder for pictures in which something is wrong, empty for none
+    """
+    light_finder, body_finder = finders()
+    score = FrameScore()
+    for number, scene in enumerate(SceneMaker(first_seed, WEATHERS[weather]).scenes(count)):
+        times = [time.thread_time()]
+        lights = light_finder.find(scene.picture)
+        times.append(time.thread_time())
+        bodies = body_finder.find(scene.picture)
+        times.append(time.thread_time())
+        score.times_s.append((times[1] - times[0], times[2] - times[1]))
+        if not score.add(scene, lights, bodies) and wrong:
+            drawn = draw_lights(draw_obstacles(scene.picture.copy(), bodies), lights)
+            for light in scene.lights:
+                at = (round(light.pixel[0]), round(light.pixel[1]))
+                cv2.circle(drawn, at, 12, (255, 255, 255), 1)
+            for body in scene.bodies:
+                span = (round(body.left), 470), (round(body.right), 470)
+                cv2.line(drawn, *span, (255, 255, 255), 2)
+                text, at = f"{body.kind} {body.depth_m + _MOUNT_X_M:.1f}", (round(body.left), 462)
+                cv2.putText(drawn, text, at, cv2.FONT_HERSHEY_SIMPLEX, 0.4, (255, 255, 255), 1)
+            cv2.imwrite(os.path.join(wrong, f"{weather}_{number:04d}.png"), drawn)
+    return score
+
+
+def main() -> None:
+    """Run the command."""
+    parser = argparse.ArgumentParser(description="measure the detectors of lights and obstacles")
+    parser.add_argument("--frames", type=int, default=1000, help="pictures in each weather")
+    parser.add_argument("--weather", nargs="+", choices=list(WEATHERS), default=["day", "dusk"])
+    parser.add_argument("--seed", type=int, default=FIRST_SEED, help="seed of the first route")
+    parser.add_argument("--wrong", default="", help="folder for pictures with something wrong")
+    given = parser.parse_args()
+    cv2.setNumThreads(1)
+    print(HEAD)
+    routes, scores = math.ceil(given.frames / FRAMES_A_ROUTE), []
+    for number, weather in enumerate(given.weather):
+        seed = given.seed + number * routes
+        scores.append(measure(weather, given.frames, seed, given.wrong))
+        print(scores[-1].row(weather), flush=True)
+    if len(scores) > 1:
+        print(sum(scores, FrameScore()).row("all"))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,239 @@
+"""Random pictures of lights, cars and pedestrians, with the truth of what is visible in them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import cv2
+import numpy as np
+
+from sdc_experiments.random_routes import random_route
+from sdc_sim.camera.boxes import Box
+from sdc_sim.camera.camera_model import CameraModel
+from sdc_sim.camera.camera_node import obstacle_box, traffic_light_box
+from sdc_sim.camera.painting import dim, footprint
+from sdc_sim.camera.renderer import Renderer
+from sdc_sim.camera.scene_objects import SceneObjects
+from sdc_sim.camera.weather import Weather
+from sdc_sim.physics.obstacles import ObstaclePlan, ObstacleState, SimulatedObstacle
+from sdc_sim.physics.traffic_lights import COLOURS, OFF, TrafficLightPlan, TrafficLights
+from sdc_sim.road.road import Road
+from sdc_sim.road.scenery import Scenery
+
+FRAMES_A_ROUTE = 50
+# A light whose lamps are turned away farther is for other drivers.
+_FACING_COS = 0.5
+# Least distance between two lights along the road.
+_CROSSING_M = 15.0
+# Least visible share of a lamp and of a body.
+_VISIBLE = 0.6
+_KINDS = ("car", "car", "pedestrian", "pedestrian", "obstacle")
+# A lamp's centre below the top, and ahead of the pole, as in sdc_sim.camera.meshes.
+_LAMP_BELOW_M, _LAMP_SPACING_M, _LAMP_AHEAD_M = 0.2, 0.32, 0.145
+_NO_SCENERY = Scenery(
+    np.zeros(0, int), np.zeros((0, 2)), np.zeros(0), np.zeros((0, 3)), np.zeros(0, int)
+)
+
+
+class TrueLight(NamedTuple):
+    """A light that a driver sees.
+
+    Attributes:
+        state: RED, YELLOW or GREEN
+        depth_m: distance of the pole ahead of the camera [m]
+        pixel: its lit lamp
+    """
+
+    state: int
+    depth_m: float
+    pixel: np.ndarray
+
+
+class TrueBody(NamedTuple):
+    """A body that a driver sees.
+
+    Attributes:
+        kind: its kind
+        depth_m: distance of its nearest corner ahead of the camera [m]
+        left: leftmost column [px]
+        right: rightmost column [px]
+    """
+
+    kind: str
+    depth_m: float
+    left: float
+    right: float
+
+
+class Scene(NamedTuple):
+    """A picture and the truth.
+
+    Attributes:
+        picture: BGRA (480, 640, 4)
+        lights: what is visible
+        bodies: what is visible
+        others: left and right column of each light and body that is hidden in part [px]
+    """
+
+    picture: np.ndarray
+    lights: list[TrueLight]
+    bodies: list[TrueBody]
+    others: list[tuple[float, float]]
+
+
+class SceneMaker:
+    """Random scenes on random routes."""
+
+    def __init__(self, first_seed: int, parameters: dict[str, Any]):
+        """Prepare.
+
+        Args:
+            first_seed: seed of the first route; the others follow
+            parameters: `daylight` and `weather` as in config/sim.yaml
+        """
+        self._seed = first_seed
+        self._light = parameters.get("daylight", 1.0)
+        self._weather = Weather.read(parameters.get("weather", {}))
+        self._camera = CameraModel()
+
+    def scenes(self, count: int) -> Iterator[Scene]:
+        """Return random scenes."""
+        for number in range(count):
+            if number % FRAMES_A_ROUTE == 0:
+                seed = self._seed + number // FRAMES_A_ROUTE
+                road = Road(random_route(seed)[0])
+                renderer = Renderer(road, seed=seed, weather=self._weather)
+                # Draws a box as it looks where nothing hides it.
+                alone = SceneObjects(_NO_SCENERY, self._camera, seed, self._weather)
+                random = np.random.RandomState(seed)
+            yield self._scene(road, renderer, alone, random)
+
+    def _scene(
+        self, road: Road, renderer: Renderer, alone: SceneObjects, random: np.random.RandomState
+    ) -> Scene:
+        s_m = random.uniform(0.0, max(road.length_m - 60.0, 1.0))
+        x, y, heading = _place(road, s_m, random.uniform(-0.4, 0.4))
+        view = x, y, heading + random.uniform(-0.06, 0.06)
+        lights, ahead_m = [], 0.0
+        for _ in range(random.choice(3, p=(0.3, 0.5, 0.2))):
+            ahead_m = random.uniform(ahead_m + 2.0, ahead_m + 45.0)
+            at = _place(road, s_m + ahead_m, 0.0)
+            ahead_m += _CROSSING_M
+            phases = ((COLOURS[random.randint(3)], 1.0),)
+            lights.append(TrafficLights([TrafficLightPlan(*at, phases)]).states(0.0)[0])
+        bodies: list[ObstacleState] = []
+        for _ in range(random.randint(4)):
+            kind = _KINDS[random.randint(len(_KINDS))]
+            left = random.choice((0.0, 3.5)) if kind == "car" else random.uniform(-4.0, 7.0)
+            at = _place(road, s_m + random.uniform(6.0, 45.0), left + random.normal(0.0, 0.3))
+            turn = random.choice((0.0, math.pi, random.uniform(-math.pi, math.pi)))
+            plan = ObstaclePlan.stationary(kind, at[0], at[1], at[2] + turn)
+            body = SimulatedObstacle(1, plan).body
+            if all(math.dist((body.x_m, body.y_m), (o.x_m, o.y_m)) > 4.0 for o in bodies):
+                bodies.append(body)
+        boxes = [*map(traffic_light_box, lights), *map(obstacle_box, bodies)]
+        ground = np.empty((self._camera.height, self._camera.width, 4), np.uint8)
+        renderer.background.draw(ground, *view)
+        objects = renderer.objects
+        picture = _drawn(objects, ground, view, boxes)
+        true_lights, true_bodies, others = [], [], []
+        for number, light in enumerate(lights):
+            off = traffic_light_box(light._replace(state=OFF))
+            unlit = _drawn(objects, ground, view, _replaced(boxes, number, [off]))
+            whole = [_drawn(alone, ground, view, [box]) for box in (boxes[number], off)]
+            share = _difference(picture, unlit).sum() / max(_difference(*whole).sum(), 1)
+            seen = self._light_seen(light, view, share)
+            if isinstance(seen, TrueLight):
+                true_lights.append(seen)
+            elif seen is not None:
+                others.append(seen)
+        for number in range(len(lights), len(boxes)):
+            without = _drawn(objects, ground, view, _replaced(boxes, number, []))
+            pictures = picture, without, _drawn(alone, ground, view, [boxes[number]]), ground
+            seen_body = self._body_seen(boxes[number], view, pictures)
+            if isinstance(seen_body, TrueBody):
+                true_bodies.append(seen_body)
+            elif seen_body is not None:
+                others.append(seen_body)
+        dim(picture, self._light)
+        return Scene(picture, true_lights, true_bodies, others)
+
+    def _light_seen(
+        self, light: Any, view: tuple[float, float, float], visible: float
+    ) -> TrueLight | tuple[float, float] | None:
+        """Return the light, its columns if it is hidden in part, None if it is not in view.
+
+        Args:
+            light: the light
+            view: pose of the car
+            visible: visible share of the lit lamp
+        """
+        c, s = math.cos(light.heading_rad), math.sin(light.heading_rad)
+        height = traffic_light_box(light).height_m
+        z = height - _LAMP_BELOW_M - _LAMP_SPACING_M * light.state
+        lamp = [light.x_m - _LAMP_AHEAD_M * c, light.y_m - _LAMP_AHEAD_M * s, z]
+        pixels, front = self._camera.project(np.array([lamp]), *view)
+        depth = _depth(light.x_m, light.y_m, view) - self._camera.mount_x_m
+        if not front[0] or depth < 1.0:
+            return None
+        u, v = pixels[0]
+        scale = self._camera.focal_px / depth
+        if not (0.3 * scale < u < self._camera.width - 0.3 * scale and v > 1.1 * scale):
+            return (u - scale, u + scale)
+        # A lamp is round and seen at an angle.
+        to_car = np.array([view[0] - lamp[0], view[1] - lamp[1]])
+        facing = float(-(to_car @ (c, s)) / np.linalg.norm(to_car))
+        if visible < _VISIBLE or facing < _FACING_COS:
+            return (u - scale, u + scale)
+        return TrueLight(light.state, depth, pixels[0])
+
+    def _body_seen(
+        self, box: Box, view: tuple[float, float, float], pictures: tuple[np.ndarray, ...]
+    ) -> TrueBody | tuple[float, float] | None:
+        """Return the body, its columns if it is hidden in part, None if it is not in view."""
+        size = box.length_m, box.width_m
+        corners = footprint((box.x_m, box.y_m), box.yaw_rad, size)
+        depths = [_depth(x, y, view) - self._camera.mount_x_m for x, y in corners]
+        if min(depths) < 0.5:
+            return None if max(depths) < 0.5 else (0.0, float(self._camera.width))
+        points = [(x, y, z) for x, y in corners for z in (0.0, box.height_m)]
+        columns = self._camera.project(np.array(points), *view)[0][:, 0]
+        left, right = float(columns.min()), float(columns.max())
+        if right < 0.0 or left > self._camera.width - 1:
+            return None
+        low, high = max(0, math.floor(left)), min(self._camera.width, math.ceil(right) + 1)
+        shown, without, alone, nothing = (one[:, low:high] for one in pictures)
+        pixels = [_difference(*pair) > 0 for pair in ((shown, without), (alone, nothing))]
+        share = pixels[0].sum() / max(pixels[1].sum(), 1)
+        if share < _VISIBLE or left < 0.0 or right > self._camera.width - 1:
+            return left, right
+        return TrueBody(box.kind, min(depths), left, right)
+
+
+def _place(road: Road, s_m: float, left_m: float) -> tuple[float, float, float]:
+    points, left = road.at(np.array([s_m]))
+    x, y = points[0] + left_m * left[0]
+    return float(x), float(y), math.atan2(-left[0, 0], left[0, 1])
+
+
+def _depth(x_m: float, y_m: float, view: tuple[float, float, float]) -> float:
+    return (x_m - view[0]) * math.cos(view[2]) + (y_m - view[1]) * math.sin(view[2])
+
+
+def _replaced(boxes: list[Box], number: int, others: list[Box]) -> list[Box]:
+    return [*boxes[:number], *others, *boxes[number + 1 :]]
+
+
+def _drawn(
+    objects: SceneObjects, ground: np.ndarray, view: tuple[float, float, float], boxes: list[Box]
+) -> np.ndarray:
+    picture = ground.copy()
+    objects.draw(picture, *view, boxes)
+    return picture
+
+
+def _difference(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Return by how much the pixels (H, W) of two pictures differ in all colours together."""
+    return cv2.absdiff(one, other)[..., :3].sum(axis=2, dtype=int)

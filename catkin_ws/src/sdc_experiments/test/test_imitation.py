@@ -1,0 +1,109 @@
+import numpy as np
+import pytest
+import rosbag
+import rospy
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import Image
+
+from sdc_experiments.imitation.bag import ODOMETRY, PICTURES, bag_samples
+from sdc_experiments.imitation.samples import Samples
+from sdc_perception.imitation_samples import Answer
+
+
+def samples(count):
+    """Return views with a bright line, which is farther to the right the more the answer is."""
+    random = np.random.default_rng(0)
+    shifts = random.uniform(-1.0, 1.0, count)
+    views = random.integers(60, 90, (count, 40, 128, 3), dtype=np.uint8)
+    for view, shift in zip(views, shifts):
+        column = 64 + round(50 * shift)
+        view[:, column - 4 : column + 4] = 250
+    answers = np.column_stack([0.1 * shifts, 6.0 + 2.0 * shifts])
+    return Samples(views, answers, np.arange(count) % 2 == 1)
+
+
+def test_samples_are_read_as_written(tmp_path):
+    path, written = str(tmp_path / "samples.npz"), samples(4)
+    written.save(path)
+    read = Samples.load(path)
+    for name in ("views", "answers", "off_line"):
+        assert (getattr(read, name) == getattr(written, name)).all()
+    assert len(read.only(~read.off_line)) == 2
+    assert len(Samples.joined([read, written])) == 8
+
+
+@pytest.mark.parametrize("content", [None, b"", b"hello"])
+def test_bad_file_of_samples_is_refused_in_one_line(tmp_path, content):
+    path = tmp_path / "samples.npz"
+    if content is not None:
+        path.write_bytes(content)
+    with pytest.raises(ValueError, match=f"^{path}: [^\n]*$"):
+        Samples.load(str(path))
+
+
+def write_bag(path, pictures=True):
+    """Write a drive of 5 s at 8 m/s along x, with a picture in each tick."""
+    with rosbag.Bag(str(path), "w") as bag:
+        for tick in range(100):
+            stamp = rospy.Time.from_sec(10.0 + 0.05 * tick)
+            odometry = Odometry()
+            odometry.header.stamp = stamp
+            odometry.pose.pose.position.x = 0.4 * tick
+            odometry.pose.pose.orientation.w = 1.0
+            odometry.twist.twist.linear.x = 8.0
+            bag.write(ODOMETRY, odometry, stamp)
+            if pictures:
+                picture = Image(height=480, width=640, encoding="bgra8", step=2560)
+                picture.header.stamp = stamp
+                picture.data = bytes([tick]) * (480 * 2560)
+                bag.write(PICTURES, picture, stamp)
+
+
+def test_bag_gives_five_pictures_a_second_with_their_answers(tmp_path):
+    write_bag(tmp_path / "drive.bag")
+    found = bag_samples(str(tmp_path / "drive.bag"), 2.0, 5.0)
+    assert set(found.views[:, 0, 0, 0]) <= set(range(0, 100, 4))
+    # The last pictures have no road ahead that was driven.
+    assert 20 <= len(found) <= 22
+    assert found.answers == pytest.approx(np.tile([0.0, 8.0], (len(found), 1)), abs=1e-6)
+    assert not found.off_line.any()
+
+
+def test_bag_without_pictures_is_refused(tmp_path):
+    write_bag(tmp_path / "drive.bag", pictures=False)
+    with pytest.raises(ValueError, match="has no message of .*image_color"):
+        bag_samples(str(tmp_path / "drive.bag"), 2.0, 5.0)
+    with pytest.raises(ValueError, match="cannot be read"):
+        bag_samples(str(tmp_path / "missing.bag"), 2.0, 5.0)
+
+
+@pytest.mark.slow(3)
+def test_training_finds_the_line_in_the_views():
+    pytest.importorskip("torch", reason="torch is not installed (docker/prepare imitation)")
+    from sdc_experiments.imitation.train import train
+
+    network, curve = train(samples(220), updates=40)
+    first, last = curve[0], curve[-1]
+    assert last[1] < 0.2 * first[1]
+    # On the samples that were not trained on.
+    assert last[2] < 0.025
+    left, right = (network.answer(view) for view in samples(220).views[[3, 5]])
+    answers = samples(220).answers[[3, 5]]
+    assert (left.curvature_1pm < right.curvature_1pm) == (answers[0, 0] < answers[1, 0])
+
+
+@pytest.mark.slow(3)
+def test_drive_follows_the_answers_and_ends_behind_the_route():
+    pytest.importorskip("torch", reason="torch is not installed (docker/prepare imitation)")
+    from sdc_experiments.imitation.drive import drive
+
+    class Straight:
+        def answer(self, view):
+            assert view.shape == (40, 128, 3)
+            return Answer(0.0, 8.0)
+
+    route_m = np.column_stack([np.arange(40.0), np.zeros(40)])
+    result, planner = drive(Straight(), route_m)
+    assert result.metrics["status"] == "completed"
+    assert result.metrics["cross_track_max_m"] < 0.01
+    assert len(planner.picture_s) == len(planner.answers)
