@@ -28,8 +28,6 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 _LIMIT_S = 400
 # The time limit of a rostest, times this, is about its duration.
 _SHARE_OF_LIMIT = 0.125
-# Rendering every picture takes 20 CPU seconds more; other tests render shorter drives.
-_ARGUMENTS = {"drive.test": ("camera:=false",)}
 
 
 _CLONE_NEWNET = 0x40000000
@@ -89,7 +87,6 @@ class RosTestItem(pytest.Item):
             "--results-base-dir",
             results,
             str(self.path),
-            *_ARGUMENTS.get(self.path.name, ()),
         ]
         try:
             # Drives that run at the same time must not write files in the same folder.

@@ -1,6 +1,16 @@
-"""Put the helper modules of these tests on their path."""
+"""Put the helper modules of these tests on their path, and build the world's workspace."""
 
+import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 sys.path.insert(0, str(Path(__file__).resolve().parent))
+
+
+@pytest.fixture(scope="session")
+def world():
+    """Build the workspace that students' workspaces overlay, if it is not built yet."""
+    prepare = Path(__file__).resolve().parents[2] / "docker" / "prepare"
+    subprocess.run([prepare, "world"], check=True, timeout=300)

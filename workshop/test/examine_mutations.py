@@ -27,12 +27,13 @@ def alternatives():
 
 
 def selection(part):
-    """Return the first mistake of each step (part 0), or one half of all other changes (1 or 2)."""
-    steps = set()
+    """Return the first mistake of each file (part 0), or one half of all other changes (1 or 2)."""
+    files = set()
     first, others = [], []
     for mutation in mutations():
-        (others if mutation["step"] in steps else first).append(mutation)
-        steps.add(mutation["step"])
+        file = find_step(mutation["step"]).file
+        (others if file in files else first).append(mutation)
+        files.add(file)
     return first if part == 0 else [*others, *alternatives()][part - 1 :: 2]
 
 

@@ -56,7 +56,7 @@ def wait_until(condition, what):
         if value:
             return value
         assert time.monotonic() < limit, f"timed out: {what}"
-        time.sleep(0.1)
+        time.sleep(0.3)  # A look at the page may be a screenshot.
 
 
 def printed_url(program, name):

@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from sdc_experiments.closed_loop import drive_result
+from sdc_sim.report.writer import write_report
 from sdc_workshop.exam import sandbox
 from sdc_workshop.exam.sandbox import SandboxError, require
 from sdc_workshop.grading import grade as command
@@ -79,13 +81,6 @@ def test_each_student_is_graded_alone(tmp_path, sandboxed):
     solved = workspace(students / "ada", *(step.id for step in load_steps()))
     loops = workspace(students / "bert", "hello", "messages-1")
     write(loops, find_step("camera-2"), "        while True:\n            pass\n")
-    flood = workspace(students / "carl", "messages-1")
-    write(
-        flood,
-        find_step("hello"),
-        "#!/usr/bin/env bash\nfor i in $(seq 400); do setsid sleep 98765 & done\nsleep 98765\n",
-    )
-    (flood / "src/sdc_package/scripts/hello.sh").chmod(0o755)
     before = state(students)
     output = tmp_path / "grades"
     done = subprocess.run(
@@ -97,7 +92,6 @@ def test_each_student_is_graded_alone(tmp_path, sandboxed):
         timeout=LIMIT_S,
     )
     assert state(students) == before, "a student's folder was changed"
-    assert left_over("sleep 98765") == []
     assert left_over(str(solved)) == []
     rows = {
         row["student"]: row
@@ -120,28 +114,26 @@ def test_each_student_is_graded_alone(tmp_path, sandboxed):
     assert rows["bert"]["step camera-3"] == "unfinished"
     assert (rows["bert"]["next_step"], rows["bert"]["note"]) == ("camera-2", "")
 
-    assert "hello: more than 150 processes were started" in rows["carl"]["contained"]
-    assert (rows["carl"]["step messages-1"], rows["carl"]["note"]) == ("passed", "")
     assert "is no workspace" in rows["missing"]["note"]
     assert done.returncode == 1
 
     page = (output / "grades.html").read_text(encoding="utf-8")
-    words = ("ada", "bert", "carl", "missing", "camera-2", "processes were started", "<title>")
+    words = ("ada", "bert", "missing", "camera-2", "<title>")
     assert [word for word in (*words, "data:image/png;base64,") if word not in page] == []
 
-    conditions = Conditions(LIMIT_S, steps=("drive",))
-    plain = grade("ada", solved, tmp_path / "plain", conditions)
-    assert (plain.note, plain.contained) == ("", [])
-    assert trace(tmp_path / "plain") == trace(output / "ada"), "the sandbox changes the drive"
-    clock = {"wall_duration_s", "real_time_factor"}
-    referees = json.loads((output / "ada" / "report.json").read_text())
-    assert {name: value for name, value in plain.report.items() if name not in clock} == {
-        name: value for name, value in referees.items() if name not in clock
-    }
+    write_report(str(tmp_path / "process" / "report.json"), drive_result())
+    assert trace(tmp_path / "process") == trace(output / "ada"), "the sandbox changes the drive"
+    process, graded = (
+        json.loads((folder / "report.json").read_text())
+        for folder in (tmp_path / "process", output / "ada")
+    )
+    assert process == {**graded, "wall_duration_s": None, "real_time_factor": None}
 
 
 @pytest.mark.parametrize("user_id", [None, 20000], ids=["no_sandbox", "sandbox"])
-def test_time_limit_names_the_step_and_keeps_the_answers_before_it(tmp_path, user_id, request):
+def test_time_limit_names_the_step_and_keeps_the_answers_before_it(
+    world, tmp_path, user_id, request
+):
     if user_id is not None:
         request.getfixturevalue("sandboxed")
     folder = workspace(tmp_path / "slow", "messages-1", "messages-3")
@@ -160,7 +152,7 @@ def test_time_limit_names_the_step_and_keeps_the_answers_before_it(tmp_path, use
 
 
 @pytest.mark.parametrize("options", [["--no-sandbox"], []], ids=["no_sandbox", "sandbox"])
-def test_ctrl_c_ends_all_programs(tmp_path, options, request):
+def test_ctrl_c_ends_all_programs(world, tmp_path, options, request):
     if not options:
         request.getfixturevalue("sandboxed")
     folder = workspace(tmp_path / "slow")

@@ -27,6 +27,7 @@ def blocks(lab):
     return read(page(lab).read_text(encoding="utf-8"))
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("lab", LABS)
 def test_page_of_a_lab_leads_to_a_car_that_drives(tmp_path, lab):
     student = Student(tmp_path, page=page(lab))

@@ -5,6 +5,7 @@ import re
 import socket
 from concurrent.futures import ThreadPoolExecutor
 
+import psutil
 import pytest
 
 from sdc_workshop.exam.answer import PASSED
@@ -17,6 +18,7 @@ from sdc_workshop.workspace import make, solve
 
 pytestmark = pytest.mark.slow(60)
 LIMIT_S = 300.0
+SLEEPER_S = 98765  # of the program that a hostile one leaves behind
 PACKAGE = "src/sdc_package"
 LIBRARY = f"{PACKAGE}/src/sdc_package"
 
@@ -51,42 +53,50 @@ def prepend(folder, name, code):
     path.write_text(head + found + code + rest if found else code + head)
 
 
-def fork_bomb(folder):
-    hello(folder, "bomb() { bomb | bomb & }", "bomb", "sleep 30")
-
-
-def memory_eater(folder):
-    hello(folder, "echo $$", "exec python3 -c 'x = []", 'while True: x.append(b"x" * (1 << 26))\'')
-
-
-def disk_filler(folder):
-    hello(
+def greedy(folder):
+    """Start processes, fill the memory and fill the disk: one workspace is built for the three."""
+    sleeper = f"setsid sleep {SLEEPER_S} &"
+    hello(folder, sleeper, "bomb() { bomb | bomb & }", "bomb", "sleep 30")
+    prepend(folder, f"{LIBRARY}/pid.py", 'x = []\nwhile True:\n    x.append(b"x" * (1 << 26))\n')
+    prepend(
         folder,
-        "for i in $(seq 999); do head -c 50M /dev/zero >$HOME/$i || break; done",
-        "sleep 1",
+        f"{LIBRARY}/odometry.py",
+        "import os, time\n"
+        "try:\n"
+        "    for number in range(999):\n"
+        "        with open(os.path.expanduser(f'~/{number}'), 'wb') as file:\n"
+        "            file.write(bytes(50 << 20))\n"
+        "except OSError:\n"
+        "    time.sleep(1)\n"
+        "    raise\n",
     )
 
 
 def spy(folder):
-    """Read the teacher's files and another student's; the script ends with an error."""
+    """Return lines that read the teacher's files and another student's; the last is an error."""
     secret, other = folder.parent / "teacher.txt", folder.parent / "ada" / PACKAGE / "package.xml"
     secret.write_text("the questions of the examination\n")
     (folder / PACKAGE / "answers.xml").symlink_to(other)
-    hello(folder, f"cat {secret}", f"cat {other}", f"cat ~/{PACKAGE}/answers.xml", f"cp $0 {other}")
+    return f"cat {secret}", f"cat {other}", f"cat ~/{PACKAGE}/answers.xml", f"cp $0 {other}"
 
 
-def caller(folder):
-    """Connect to a port of the machine."""
-    server = socket.create_server(("127.0.0.1", 0))
-    port = server.getsockname()[1]
+def caller(port):
+    """Return a line that connects to a port of the machine."""
     code = f'import socket; socket.create_connection(("127.0.0.1", {port}))'
-    hello(folder, f"python3 -c '{code}'")
+    return f"python3 -c '{code}'"
+
+
+# Kill every process that it can, and those of the check by their ids.
+KILLER = ("for i in $(seq 2 400); do kill -9 $i; done 2>/dev/null", "kill -9 -1", "sleep 1")
+
+
+def several(folder):
+    """Do all that ends no other hostile act: one workspace is built for them."""
+    server = socket.create_server(("127.0.0.1", 0))
+    hello(folder, *spy(folder), caller(server.getsockname()[1]), *KILLER)
+    liar(folder)
+    endless(folder)
     return server
-
-
-def killer(folder):
-    """Kill every process that it can, and those of the check by their ids."""
-    hello(folder, "for i in $(seq 2 400); do kill -9 $i; done 2>/dev/null", "kill -9 -1", "sleep 1")
 
 
 def liar(folder):
@@ -106,7 +116,7 @@ def liar(folder):
 
 
 def endless(folder):
-    prepend(folder, f"{LIBRARY}/odometry.py", "while True:\n    pass\n")
+    prepend(folder, f"{LIBRARY}/pid.py", "while True:\n    pass\n")
 
 
 FORGERY = """
@@ -119,6 +129,7 @@ def forge():
         open(f"/proc/{p}/cmdline").read().split("\\0") if a.startswith("report:="))[8:]
     json.dump({"status": "completed", "driving_score": 100.0}, open(report, "w"))
     topic = rospy.Publisher("/carla/ego_vehicle/odometry", Odometry, queue_size=1)
+    rospy.Subscriber("/sim/ground_truth/odometry", Odometry, print)
     place = rospy.Publisher("/initialpose", PoseWithCovarianceStamped, queue_size=1)
     for _ in range(50):
         far = PoseWithCovarianceStamped()
@@ -145,37 +156,37 @@ def forger(folder):
     path.write_text(replaced(path.read_text(), "6", body))
 
 
-# The hostile act, the step whose check runs it, and patterns of what the summary must name: on a
-# busy machine, the kernel may reach a limit before the watch sees the excess.
+# The workspace of the hostile act, the step whose check runs it, and patterns of what the summary
+# must name: on a busy machine, the kernel may reach a limit before the watch sees the excess.
 HOSTILE = {
     "fork_bomb": (
-        fork_bomb,
+        greedy,
         "hello",
         ["hello: more (than 150 processes were started|processes than allowed)"],
     ),
     "memory_eater": (
-        memory_eater,
-        "hello",
-        ["hello: more (than 2048 MB of memory were used|memory than allowed)"],
+        greedy,
+        "controller-2.6",
+        ["controller-2.6: more (than 2048 MB of memory were used|memory than allowed)"],
     ),
     "disk_filler": (
-        disk_filler,
-        "hello",
-        ["hello: (the disk space was filled|more was written than allowed)"],
+        greedy,
+        "controller-2.4",
+        ["controller-2.4: (the disk space was filled|more was written than allowed)"],
     ),
     "spy": (
-        spy,
+        several,
         "hello",
         [
             "hello: {folder}/teacher.txt is invisible",
             "hello: {folder}/ada/src/sdc_package/package.xml is invisible",
-            "the link {folder}/spy/src/sdc_package/answers.xml leads out",
+            "the link {folder}/several/src/sdc_package/answers.xml leads out",
         ],
     ),
-    "caller": (caller, "hello", ["hello: a network connection was refused"]),
-    "killer": (killer, "hello", ["hello: processes of others were killed"]),
-    "liar": (liar, "controller-2.4", ["as if they were written into it"]),
-    "endless": (endless, "controller-2.4", ["controller-2.4: it never returned, and was ended"]),
+    "caller": (several, "hello", ["hello: a network connection was refused"]),
+    "killer": (several, "hello", ["hello: processes of others were killed"]),
+    "liar": (several, "controller-2.4", ["as if they were written into it"]),
+    "endless": (several, "controller-2.6", ["controller-2.6: it never returned, and was ended"]),
     "forger": (
         forger,
         "drive",
@@ -183,23 +194,28 @@ HOSTILE = {
             "drive: a report.json was written; it does not count",
             "drive: /mission_planner publishes /carla/ego_vehicle/odometry in the place of",
             "drive: another mission is published",
+            "drive: /mission_planner subscribes to /sim/ground_truth/odometry",
         ],
     ),
 }
 
 
+WORKSPACES = {act.__name__: act for act, _, _ in HOSTILE.values()}
+
+
 @pytest.fixture(scope="module")
-def grades(tmp_path_factory):
+def grades(world, tmp_path_factory):
     """Grade all hostile workspaces at the same time, and a finished one between them."""
     folder = tmp_path_factory.mktemp("class")
     servers, jobs = [], {}
     with ThreadPoolExecutor(3) as pool:
-        for name in ("ada", *HOSTILE):
+        for name in ("ada", *WORKSPACES):
             finished(folder / name)
-            if name in HOSTILE:
-                servers.append(HOSTILE[name][0](folder / name))
-        for number, name in enumerate((*HOSTILE, "ada")):
-            steps = HOSTILE[name][1:2] if name in HOSTILE else ("hello", "controller-2.4")
+            if name in WORKSPACES:
+                servers.append(WORKSPACES[name](folder / name))
+        for number, name in enumerate((*WORKSPACES, "ada")):
+            steps = {step for act, step, _ in HOSTILE.values() if act.__name__ == name}
+            steps = steps or ("hello", "controller-2.4")
             conditions = Conditions(LIMIT_S, user_id(number), steps=("messages-1", *steps))
             result = folder / "grades" / name
             jobs[name] = pool.submit(grade, name, folder / name, result, conditions)
@@ -211,15 +227,16 @@ def grades(tmp_path_factory):
 
 @pytest.mark.parametrize("name", HOSTILE)
 def test_hostile_program_is_contained_and_named(grades, name):
-    folder, found = grades
-    _, step, words = HOSTILE[name]
-    contained = "; ".join(found[name].contained)
+    folder, grades_by_name = grades
+    act, step, words = HOSTILE[name]
+    found = grades_by_name[act.__name__]
+    contained = "; ".join(found.contained)
     patterns = [text.format(folder=re.escape(str(folder))) for text in words]
     missing = [pattern for pattern in patterns if not re.search(pattern, contained)]
-    assert missing == [], f"{contained}; {found[name].answers[step]}"
-    assert found[name].answers[step]["status"] != PASSED
-    assert found[name].answers["messages-1"]["status"] == PASSED
-    assert found[name].note == ""
+    assert missing == [], f"{contained}; {found.answers[step]}"
+    assert found.answers[step]["status"] != PASSED
+    assert found.answers["messages-1"]["status"] == PASSED
+    assert found.note == ""
 
 
 def test_forged_drive_gets_the_marks_of_the_true_one(grades):
@@ -237,11 +254,17 @@ def test_summary_names_what_was_contained(grades, tmp_path):
     write_html(tmp_path / "grades.html", list(found.values()))
     with open(tmp_path / "grades.csv", encoding="utf-8") as file:
         rows = {row["student"]: row for row in csv.DictReader(file)}
-    assert rows["killer"]["contained"] == "; ".join(found["killer"].contained) != ""
-    assert "Contained: hello: the disk space was" in (tmp_path / "grades.html").read_text()
+    assert rows["several"]["contained"] == "; ".join(found["several"].contained) != ""
+    page = (tmp_path / "grades.html").read_text()
+    assert "controller-2.4: the disk space was" in page or "more was written than" in page
 
 
 def test_student_beside_hostile_ones_keeps_all_marks(grades):
     _, found = grades
     assert {answer["status"] for answer in found["ada"].answers.values()} == {PASSED}
     assert (found["ada"].note, found["ada"].contained) == ("", [])
+
+
+def test_no_program_is_left_behind(grades):
+    running = [process.info["cmdline"] for process in psutil.process_iter(["cmdline"])]
+    assert ["sleep", str(SLEEPER_S)] not in running

@@ -8,7 +8,6 @@ import time
 from pathlib import Path
 
 import cv2
-import genpy
 import rosgraph
 import rospkg
 import rospy
@@ -32,7 +31,7 @@ from sdc_cockpit.live_parameters import change_parameter, live_parameters
 from sdc_cockpit.master_state import check_no_drive, clear_parameters
 from sdc_cockpit.pictures import DriveSpeed, PictureEncoder, RateLimit
 from sdc_cockpit.saved_cockpit import SavedCockpit
-from sdc_cockpit.topic_feeds import Feed, TopicFeeds, decoded, stamp_of
+from sdc_cockpit.topic_feeds import Feed, TopicFeeds, decoded, seconds_of, stamp_of
 from sdc_cockpit.viewers import Viewers
 from sdc_common.ros.node import LoopPublisher, parameter, refuse, spin_with
 from sdc_common.ros.refusal import refusing
@@ -44,6 +43,8 @@ from sdc_sim.scenario.runner import PackagedFolders
 
 CAMERA = EGO + "/camera/rgb/front/image_color"
 LANE_MASK = "/camera/lane_mask"
+LANE_OVERLAY = "/perception/lane_overlay"
+PICTURES = (CAMERA, LANE_MASK, LANE_OVERLAY)
 UPDATE_S = 0.05
 NODES_EVERY_S = 2.0
 IDLE_STATE_EVERY_S = 0.5
@@ -57,7 +58,7 @@ class Cockpit:
         try:
             self.encoder = PictureEncoder(parameter("jpeg_quality"))
             per_second = parameter("pictures_per_second")
-            self.limits = {topic: RateLimit(per_second) for topic in (CAMERA, LANE_MASK)}
+            self.limits = {topic: RateLimit(per_second) for topic in PICTURES}
             self.lockstep_rest_s = parameter("lockstep_rest_s")
             check_positive(lockstep_rest_s=self.lockstep_rest_s)
             self.driving = RemoteDriving(
@@ -104,6 +105,7 @@ class Cockpit:
                 Feed(CAMERA, picture=True, callback=self.on_camera),
                 *self.view.feeds,
                 Feed(LANE_MASK, picture=True, callback=self.on_mask),
+                Feed(LANE_OVERLAY, picture=True, callback=self.on_overlay),
             ]
         )
         rospy.Subscriber("/rosout", Log, self.log.add)
@@ -115,12 +117,15 @@ class Cockpit:
     def on_mask(self, message):
         self.on_picture(LANE_MASK, protocol.LANE_MASK, message, self.encoder.mask_png)
 
+    def on_overlay(self, message):
+        self.on_picture(LANE_OVERLAY, protocol.LANE_OVERLAY, message, self.encoder.jpeg)
+
     def on_picture(self, topic, kind, message, encode):
         if not self.viewers.wanted(kind):
             return
         with refusing(topic):
             stamp = stamp_of(message)
-            stamp_s = genpy.Time(*stamp).to_sec()
+            stamp_s = seconds_of(stamp)
             now_s = time.monotonic()
             self.drive_speed.add(now_s, stamp_s)
             if not self.limits[topic].admits(now_s):
@@ -285,7 +290,7 @@ class Cockpit:
         if len(self.viewers) or self.driving.overrides:
             topics = frozenset(self.feeds.feeds)
             if not self.viewers.shows_mask:
-                topics -= {LANE_MASK}
+                topics -= {LANE_MASK, LANE_OVERLAY}
             if not len(self.viewers):
                 topics -= {CAMERA}
         self.feeds.want(topics)

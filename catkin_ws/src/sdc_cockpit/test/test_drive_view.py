@@ -5,14 +5,16 @@ import io
 import pytest
 import rospy
 from nav_msgs.msg import Odometry
-from sdc_msgs.msg import SpeedReason
+from sdc_msgs.msg import BaseWaypoint, Path, SpeedReason
 
-from sdc_cockpit.drive_view import ODOMETRY, SPEED_REASON, DriveView
+from sdc_cockpit.drive_view import MISSION, ODOMETRY, SPEED_REASON, DriveView
+from sdc_common.ros.ground_truth import GROUND_TRUTH
 
 
 def encoded(message, stamp_s):
     """Return a message as a subscriber of any type receives it."""
-    message.header.stamp = rospy.Time.from_sec(stamp_s)
+    if hasattr(message, "header"):
+        message.header.stamp = rospy.Time.from_sec(stamp_s)
     buffer = io.BytesIO()
     message.serialize(buffer)
     received = rospy.AnyMsg()
@@ -30,8 +32,9 @@ def receive(view, topic, message, stamp_s):
     next(feed for feed in view.feeds if feed.topic == topic).receive(encoded(message, stamp_s))
 
 
-def odometry():
+def odometry(y_m=0.0):
     message = Odometry()
+    message.pose.pose.position.y = y_m
     message.pose.pose.orientation.w = 1.0
     return message
 
@@ -57,3 +60,13 @@ def test_old_reason_is_not_shown(view):
     assert view.state()["reason"] is not None
     receive(view, ODOMETRY, odometry(), 6.1)
     assert view.state()["reason"] is None
+
+
+def test_distance_from_the_route_is_the_true_one_where_the_car_estimates_its_pose(view):
+    route = Path(waypoints=[BaseWaypoint(float(x), 0.0) for x in range(-5, 20)])
+    receive(view, MISSION, route, 5.0)
+    receive(view, ODOMETRY, odometry(2.0), 5.0)
+    assert view.state()["cross_track"] == pytest.approx(2.0)
+    receive(view, GROUND_TRUTH, odometry(0.5), 5.0)
+    assert view.state()["cross_track"] == pytest.approx(0.5)
+    assert view.state()["pose"][1] == pytest.approx(2.0)

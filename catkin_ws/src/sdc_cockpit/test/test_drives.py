@@ -7,8 +7,12 @@ import subprocess
 import urllib.request
 from pathlib import Path
 
+import cv2
+import numpy as np
 import pytest
 import tornado.websocket
+
+from sdc_cockpit.protocol import LANE_OVERLAY, read_picture
 
 ROOT = Path(__file__).resolve().parents[4]
 SHORT = {"camera": False, "sync": True}
@@ -70,17 +74,46 @@ async def drive_and_vanish(address):
 
 @pytest.mark.slow(20)
 def test_driver_that_vanishes_brakes_the_car_and_returns_it(drive):
-    _, address = drive("camera:=false")
+    _, address = drive("camera:=false", "referee_options:={pictures: false}")
     seconds, braking, returned = asyncio.run(drive_and_vanish(address))
     assert seconds <= 0.5
     assert (braking, returned) == ("braking", "stack")
+
+
+async def overlay_of(address):
+    """Return the kind and the pixels of the first picture for a page that shows the lane mask."""
+    page = await Page.open(address)
+    await page.send("show", mask=True)
+    while True:
+        message = await page.connection.read_message()
+        assert message is not None, "the server closed the connection"
+        if isinstance(message, bytes):
+            kind, _, _, _, file = read_picture(message)
+            return kind, cv2.imdecode(np.frombuffer(file, np.uint8), cv2.IMREAD_COLOR)
+
+
+@pytest.mark.slow(5)
+def test_page_with_the_lane_mask_gets_the_overlay_of_the_lab_on_perception(start):
+    program, address = start(str(ROOT / "cockpit"))
+    pixels = ", ".join(64 * ["0, 0, 255"])
+    red = f"{{height: 8, width: 8, encoding: bgr8, step: 24, data: [{pixels}]}}"
+    command = ["rostopic", "pub", "-r10", "/perception/lane_overlay", "sensor_msgs/Image", red]
+    publisher = subprocess.Popen(command, env=program.environment)
+    try:
+        kind, picture = asyncio.run(asyncio.wait_for(overlay_of(address), 120.0))
+    finally:
+        publisher.terminate()
+        publisher.wait()
+    assert kind == LANE_OVERLAY
+    assert (picture[..., 2] > 200).all()
+    assert (picture[..., :2] < 50).all()
 
 
 async def start_stop_and_fail(address):
     """Complete a drive, stop another one; return what the page shows of both."""
     page = await Page.open(address)
     assert (await page.next("drives"))["offered"]
-    await page.send("start", scenario="", arguments={**SHORT, "planned_speed_mps": 30})
+    await page.send("start", scenario="slalom", arguments=SHORT)
     assert (await page.next("drives", lambda drives: drives["running"]))["past"] == []
     state = await page.next("state", lambda state: state["progress"] and state["progress"] > 0.2)
     assert state["speed"] > 1.0

@@ -1,5 +1,6 @@
 """The web server with a backend that only records."""
 
+import asyncio
 import json
 import tempfile
 from pathlib import Path
@@ -50,6 +51,11 @@ class RecordingBackend:
 
 
 class ServerTest(tornado.testing.AsyncHTTPTestCase):
+    def setUp(self):
+        # Dask, in another test of this process, makes a loop that it runs the current one.
+        asyncio.set_event_loop(asyncio.new_event_loop())
+        super().setUp()
+
     def get_app(self):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)

@@ -1,6 +1,7 @@
 // One websocket, opened again when it is lost. Texts are JSON; pictures are bytes.
 const HEADER_BYTES = 24;
 const RETRY_MS = 1000;
+const KINDS = { 1: "picture", 2: "mask", 3: "overlay" };
 export const token = new URLSearchParams(location.search).get("token") ?? "";
 
 export class Connection extends EventTarget {
@@ -38,6 +39,6 @@ export class Connection extends EventTarget {
       wall: view.getFloat64(16, true),
       bytes: data.slice(HEADER_BYTES),
     };
-    this.dispatchEvent(new CustomEvent(view.getUint8(0) === 1 ? "picture" : "mask", { detail }));
+    this.dispatchEvent(new CustomEvent(KINDS[view.getUint8(0)], { detail }));
   }
 }

@@ -5,13 +5,14 @@ const FOCAL_PX = 320, CENTRE = [320, 240], MOUNT_X = 0.7, MOUNT_Z = 1.7, PITCH =
 const MASK_COLOUR = "#00ff6a";
 const FARTHEST_M = 100;
 const KEPT_LATENCIES = 2000;
+const OVERLAY_LASTS_S = 0.5;
 
 export class Picture {
   latencies = [];
   arrivals = [];
   drawn = 0;
   #canvas; #context; #tint; #connection;
-  #waiting = null; #newest = 0; #mask = null; #first = null;
+  #waiting = null; #newest = 0; #mask = null; #overlay = null; #first = null;
 
   constructor(connection, canvas, hint) {
     this.#canvas = canvas;
@@ -23,10 +24,18 @@ export class Picture {
     connection.addEventListener("picture", (event) => this.#receive(event.detail));
     document.addEventListener("visibilitychange", () => this.#draw());
     connection.addEventListener("mask", (event) => this.#receiveMask(event.detail));
+    connection.addEventListener("overlay", (event) => this.#receiveOverlay(event.detail));
   }
 
   hideMask() {
-    this.#mask = null;
+    this.#mask = this.#overlay = null;
+  }
+
+  // The picture of the lab on perception, which is shown in the place of the camera's.
+  async #receiveOverlay({ bytes, stamp }) {
+    const image = await createImageBitmap(new Blob([bytes], { type: "image/jpeg" }));
+    this.#overlay?.image.close();
+    this.#overlay = { image, stamp };
   }
 
   async #receive(detail) {
@@ -63,13 +72,14 @@ export class Picture {
   // draws nothing, so that the server sends it no more pictures.
   #draw() {
     if (this.#waiting === null || document.hidden) return;
-    const { image, number, wall } = this.#waiting;
+    const { image, number, wall, stamp } = this.#waiting;
+    const hasOverlay = this.#overlay && Math.abs(this.#overlay.stamp - stamp) < OVERLAY_LASTS_S;
     this.#waiting = null;
     if (this.#canvas.width !== image.width || this.#canvas.height !== image.height) {
       [this.#canvas.width, this.#canvas.height] = [image.width, image.height];
     }
     this.#context.globalCompositeOperation = "source-over";
-    this.#context.drawImage(image, 0, 0);
+    this.#context.drawImage(hasOverlay ? this.#overlay.image : image, 0, 0);
     if (this.#mask) {
       this.#context.globalCompositeOperation = "lighter";
       this.#context.drawImage(this.#mask, 0, 0);

@@ -20,6 +20,16 @@ def route():
     return os.path.join(HERE, "routes", "fast_bends.csv")
 
 
+@pytest.fixture
+def bend(route, tmp_path):
+    """Return a route along the first bend of that route, driven in ten seconds."""
+    with open(route, encoding="utf-8") as file:
+        rows = file.readlines()[40:125]
+    path = tmp_path / "bend.csv"
+    path.write_text("".join(rows))
+    return path
+
+
 class OfflineNode:
     """A node without ROS.
 

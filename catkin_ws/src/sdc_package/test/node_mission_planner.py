@@ -14,12 +14,10 @@ from sdc_package.msg import Path
 from sdc_common.routes.waypoint_file import load_waypoints
 from sdc_common.testing.message_listener import MessageListener
 
+# test_waypoint_file.py has more of them.
 BAD_FILES = [
     ("missing", None, "No such file"),
-    ("too few points", b"1,2\n", "1 waypoint"),
     ("word", b"0,0\n1,x\n", "row 2: y is 'x'"),
-    ("NaN", b"0,0\nnan,1\n", "row 2: x is nan"),
-    ("repeated point", b"0,0\n1,1\n1,1\n", "row 3: the row repeats the point of row 2"),
     ("binary", bytes(range(128, 256)), "is not text"),
 ]
 

@@ -1,5 +1,6 @@
 import math
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -18,6 +19,12 @@ def test_positive_steer_is_right_and_grows_with_the_speed():
     assert STEERING.command(-0.4, 5.0)[0] == pytest.approx(0.4 / 0.6)
     assert STEERING.command(-0.4, 100.0) == (1.0, False)
     assert STEERING.command(-0.41, 100.0) == (1.0, True)
+
+
+@given(st.floats(-50.0, 50.0))
+def test_share_of_the_wheel_angle_is_linear_between_the_speeds(speed):
+    share = np.interp(abs(speed), STEERING.speeds_mps, STEERING.shares)
+    assert STEERING.command(0.1, speed)[0] == pytest.approx(-0.1 / (0.8 * share), rel=1e-12)
 
 
 @pytest.mark.parametrize(

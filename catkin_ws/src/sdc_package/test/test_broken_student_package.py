@@ -60,6 +60,7 @@ def test_world_runs_with_a_broken_student_package(broken_package, start, route, 
           <include file="$(find sdc_sim)/launch/referee.launch">
             <arg name="report" value="{tmp_path}/report/report.json"/>
             <arg name="record" value="true"/>
+            <arg name="referee_options" value="{{pictures: false}}"/>
           </include>
           <include file="$(find sdc_sim)/launch/rviz.launch">
             <arg name="window" value="false"/>

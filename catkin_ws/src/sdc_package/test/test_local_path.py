@@ -1,5 +1,6 @@
 import math
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -109,6 +110,31 @@ def test_planned_braking_before_a_stop_is_the_same_as_before_the_end_of_the_path
         assert path.nearest(x, 0.0, 3.0).acceleration_mps2 == pytest.approx(-2.0)
         assert path.nearest(x, 0.0, 3.0) == ending.nearest(x, 0.0, 3.0)
     assert path.nearest(11.0, 0.0, 3.0).acceleration_mps2 == 0.0
+
+
+def test_path_that_is_repeated_costs_no_new_line_until_the_car_has_passed_a_point():
+    path = ReferencePath()
+    path.update(straight())
+    line = path.line
+    path.update(straight())
+    assert path.line is line
+    path.update(straight(1))
+    assert path.line.points == line.points + [(25.0, 0.0)]
+    assert [row[0] for row in path.rows] == [float(x) for x in range(26)]
+    path.update(straight(1, speed=2.0))
+    assert path.rows[-1] == (25.0, 0.0, 2.0)
+
+
+@pytest.mark.parametrize("kind", [list, np.array])
+def test_rows_that_the_caller_changes_afterwards_are_a_new_path(kind):
+    path = ReferencePath()
+    rows = kind([[0.0, 0.0, 3.0], [2.0, 0.0, 3.0]])
+    path.update(rows)
+    assert path.nearest(1.0, 0.5).heading_rad == 0.0
+    rows[1][1] = 2.0
+    path.update(rows)
+    assert path.nearest(1.0, 0.5).heading_rad == pytest.approx(math.pi / 4)
+    assert path.nearest(1.0, 0.5).cross_track_m == pytest.approx(-0.5 * math.sqrt(0.5))
 
 
 def test_path_is_empty_until_the_first_update():

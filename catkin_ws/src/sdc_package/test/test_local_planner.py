@@ -348,3 +348,12 @@ def test_of_several_limits_the_lowest_is_the_reason():
     assert reason_at(local, 80.0, speed=5.0, obstacles=[near], light=red) == "obstacle"
     assert reason_at(local, 80.0, speed=5.0, obstacles=[far], light=red) == "traffic_light"
     assert reason_at(local, 199.0, speed=1.0, light=lights(260.0, RED)) == "end_of_route"
+
+
+def test_rows_are_the_same_array_until_the_car_has_passed_a_point():
+    local = planner(straight(60.0))
+    rows = path_ahead(local, 10.1, 0.0, 0.0)
+    assert path_ahead(local, 10.9, 0.0, 0.0) is rows
+    later = path_ahead(local, 11.1, 0.0, 0.0)
+    assert later is not rows
+    assert later[0, 0] == rows[1, 0] == 12.0

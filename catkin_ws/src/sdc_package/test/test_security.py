@@ -58,7 +58,7 @@ def wait_for_progress(drive):
 
 
 def test_nothing_of_a_drive_listens_beyond_loopback(environment, start):
-    drive = start([DRIVE, "headless:=true"], environment)
+    drive = start([DRIVE, "headless:=true", "referee_options:={pictures: false}"], environment)
     wait_for_progress(drive)
     uri = environment["ROS_MASTER_URI"]
     pids = [process.pid for process in processes_with("ROS_MASTER_URI", uri)]
@@ -207,7 +207,7 @@ def two_machines():
             ip("netns", "del", name)
 
 
-def test_simulator_and_stack_run_on_two_machines(two_machines, start, route, tmp_path):
+def test_simulator_and_stack_run_on_two_machines(two_machines, start, bend, tmp_path):
     (world, world_address), (car, car_address) = two_machines
     common = {**os.environ, "ROS_MASTER_URI": f"http://{world_address}:11311"}
     common.pop("ROS_HOSTNAME", None)
@@ -225,7 +225,7 @@ def test_simulator_and_stack_run_on_two_machines(two_machines, start, route, tmp
             "sim.launch",
             "camera:=false",
             "sync:=true",
-            f"waypoints_path:={route}",
+            f"waypoints_path:={bend}",
             "wait_for_nodes:=[/referee]",
         ],
         {**common, "ROS_IP": world_address, "ROS_HOME": str(folders["world"])},
@@ -244,7 +244,8 @@ def test_simulator_and_stack_run_on_two_machines(two_machines, start, route, tmp
             "sim:=false",
             "headless:=true",
             "camera:=false",
-            f"waypoints_path:={route}",
+            f"waypoints_path:={bend}",
+            "referee_options:={pictures: false}",
         ],
         {**common, "ROS_IP": car_address, "ROS_HOME": str(folders["car"])},
         folders["car"],

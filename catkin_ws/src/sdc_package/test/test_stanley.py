@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from sdc_common.geometry import segments
 from sdc_common.geometry.polyline import Polyline
 from sdc_package.local_path import ReferencePath
 from sdc_package.steering.axles import Axles, front_axle_path, rear_axle_path
@@ -119,6 +120,23 @@ def test_rear_axle_runs_inside_of_the_bend():
     line = Polyline([(x, y) for x, y, _ in arc(radius)])
     for x, y in rear_axle_path(line, 30, 5.0, AXLES).points[10:]:
         assert math.hypot(x, y - radius) == pytest.approx(math.sqrt(radius**2 - 1.435**2), abs=0.02)
+
+
+@pytest.mark.slow(1)
+def test_compiled_axle_path_equals_a_plain_one_bit_for_bit(monkeypatch):
+    pytest.importorskip("numba")
+    monkeypatch.setattr(segments, "_in_machine_code", False)
+    soft = Axles(front_m=1.2, rear_m=1.6, front_compliance=0.008, rear_compliance=0.006)
+    points = [(x, y) for side in (1.0, -1.0) for x, y, _ in arc(7.3, side, 30)]
+    plain = Polyline(points)
+    segments.use_machine_code()
+    compiled = Polyline(points)
+    for count in (2, 3, 25, 60):
+        for path in (front_axle_path, rear_axle_path):
+            wanted = path(plain, count, 9.7, soft)
+            got = path(compiled, count, 9.7, soft)
+            assert got.points.tolist() == [[*point] for point in wanted.points]
+            assert got.headings == wanted.headings
 
 
 def test_compensated_method_adds_the_wheel_angle_of_the_slip():

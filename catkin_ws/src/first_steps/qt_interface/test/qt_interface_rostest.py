@@ -61,17 +61,22 @@ class QtInterfaceTest(unittest.TestCase):
     def tearDownClass(cls):
         cls.closing.close()
 
-    def setUp(self):
+    def open_window(self):
         self.node = run_window(self.display, "__name:=qt_interface")
+        self.addCleanup(self.end_node)
         self.window = find_window(self.display, NAME)
 
-    def tearDown(self):
+    def end_node(self):
         if self.node.poll() is None:
             self.node.terminate()
         self.node.communicate(timeout=LIMIT_SECONDS)
 
     def count(self):
         return len(self.latest["/world_waypoints"].waypoints)
+
+    def car_is_at_start(self):
+        car = self.latest["/car_position"]
+        return car.x == car.y == 0.0
 
     def middle_of_the_field(self):
         # Without the legend (240 pixels on the right) and the status bar (about 26 pixels)
@@ -104,8 +109,11 @@ class QtInterfaceTest(unittest.TestCase):
         xdotool(self.display, "mousemove", to_x, to_y, "mouseup", 1)
 
     def test_mouse_and_keys_reach_the_world(self):
+        self.open_window()
         wait_for(self.pause_echo.get_num_connections, "the window's connections")
         self.press_until(lambda: self.latest["/paused"].data, "space", "the pause")
+        # Eight seconds after its start the car would be where the mouse clicks.
+        self.press_until(self.car_is_at_start, "r", "the car at its start")
         x, y = self.middle_of_the_field()
         self.click_until(
             lambda: self.count() > 30, x, y + 100, "a waypoint where the mouse clicked"
@@ -115,10 +123,6 @@ class QtInterfaceTest(unittest.TestCase):
         self.assertLess(abs(added.x), 15.0)
         self.assertTrue(-120.0 < added.y < -70.0, added)
         self.press_until(lambda: self.count() == 30, "r", "the reset")
-        wait_for(
-            lambda: self.latest["/car_position"].x == self.latest["/car_position"].y == 0.0,
-            "the reset car",
-        )
         self.assertTrue(self.latest["/paused"].data, "the reset does not end the pause")
         start = self.latest["/car_position"]
         self.do_until(
@@ -133,10 +137,12 @@ class QtInterfaceTest(unittest.TestCase):
         self.press_until(lambda: not self.latest["/paused"].data, "space", "the end of the pause")
 
     def test_close_button_ends_the_node(self):
+        self.open_window()
         press_close_button(self.display, self.window)
         self.assertEqual(self.node.wait(timeout=LIMIT_SECONDS), 0)
 
     def test_ros_shutdown_ends_the_node(self):
+        self.open_window()
         wait_for(
             lambda: (
                 not subprocess.call(

@@ -85,4 +85,4 @@ def wait_for(
             return value
         if time.monotonic() > limit_s:
             raise TimeoutError(f"{expression} is {value!r} after {seconds:g} s")
-        time.sleep(0.02)
+        time.sleep(0.1)

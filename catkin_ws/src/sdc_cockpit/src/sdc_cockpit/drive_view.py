@@ -17,8 +17,9 @@ from sdc_msgs.msg import ObstacleArray, SpeedReason
 
 from sdc_cockpit.road_view import RoadView
 from sdc_cockpit.sensor_view import SensorView
-from sdc_cockpit.topic_feeds import Feed, decoded, stamp_of
+from sdc_cockpit.topic_feeds import Feed, decoded, seconds_of, stamp_of
 from sdc_common.planning.speed_reasons import MEANINGS
+from sdc_common.ros.ground_truth import GROUND_TRUTH
 from sdc_common.ros.odometry import pose_and_speed, yaw_from_quaternion
 from sdc_common.ros.refusal import refusing
 from sdc_common.ros.speed_reason_publisher import TOPIC as SPEED_REASON
@@ -66,6 +67,7 @@ class DriveView:
         self.stamp: tuple[int, int] | None = None
         self.feeds = [
             Feed(ODOMETRY, rests=True, callback=self._receive_odometry),
+            Feed(GROUND_TRUTH, rests=True),
             Feed(MISSION, callback=self._receive_mission),
             Feed(LOCAL_PATH),
             Feed(STATUS, rests=True),
@@ -136,7 +138,7 @@ class DriveView:
         pose = self._value(ODOMETRY, _pose)
         path = self._value(LOCAL_PATH, _path) or []
         state = {
-            "t": _seconds(self.stamp) if self.stamp else None,
+            "t": seconds_of(self.stamp) if self.stamp else None,
             "running": self.running,
             "pose": None,
             "speed": None,
@@ -155,7 +157,9 @@ class DriveView:
             state["pose"] = [round(x_m, 3), round(y_m, 3), round(yaw_rad, 4)]
             state["speed"] = round(speed_mps, 3)
             if self.road is not None:
-                state["cross_track"] = round(self.road.cross_track_m(x_m, y_m, yaw_rad), 3)
+                # The car may estimate its pose; how well it drives, only the true one shows.
+                place = (self._value(GROUND_TRUTH, _pose) or pose)[:3]
+                state["cross_track"] = round(self.road.cross_track_m(*place), 3)
                 state["progress"] = round(self.road.progress, 3)
         return {**state, **self._sensors.state(pose[:3] if pose else None)}
 
@@ -165,7 +169,7 @@ class DriveView:
         if said is None or self.stamp is None:
             return None
         said_at_s, reason = said
-        return reason if abs(_seconds(self.stamp) - said_at_s) < _REASON_LASTS_S else None
+        return reason if abs(seconds_of(self.stamp) - said_at_s) < _REASON_LASTS_S else None
 
     def _lights(self) -> list[list]:
         places = self._value(LIGHT_INFO, _light_places) or {}
@@ -173,13 +177,9 @@ class DriveView:
         return [[*place, states.get(number, 4)] for number, place in places.items()]
 
 
-def _seconds(stamp: tuple[int, int]) -> float:
-    return stamp[0] + 1e-9 * stamp[1]
-
-
 def _speed_reason(message: Any) -> tuple[float, str]:
     reason = decoded(message, SpeedReason).reason
-    return _seconds(stamp_of(message)), MEANINGS.get(reason, reason[:_LONGEST_REASON])
+    return seconds_of(stamp_of(message)), MEANINGS.get(reason, reason[:_LONGEST_REASON])
 
 
 def _pose(message: Any) -> tuple[float, float, float, float]:

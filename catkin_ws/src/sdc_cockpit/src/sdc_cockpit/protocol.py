@@ -21,7 +21,7 @@ _MAX_COORDINATE_M = 1e5
 # Kind, number, stamp in simulated time [s], wall time at which this stamp was new [s].
 _PICTURE_HEADER = struct.Struct("<BxxxIdd")
 PICTURE_HEADER_BYTES = _PICTURE_HEADER.size
-CAMERA, LANE_MASK = 1, 2
+CAMERA, LANE_MASK, LANE_OVERLAY = 1, 2, 3
 KEYS = (
     keyboard.THROTTLE_KEYS
     | keyboard.BRAKE_KEYS
@@ -71,7 +71,7 @@ class Drawn:
 
 @dataclass(frozen=True)
 class ShowMask:
-    """Whether the page shows the lane mask."""
+    """Whether the page shows the lane mask and the overlay of the lane."""
 
     mask: bool = field(default=False)
 
@@ -198,7 +198,7 @@ def picture_message(kind: int, number: int, stamp_s: float, wall_s: float, file:
     """Return a picture for the page.
 
     Args:
-        kind: CAMERA or LANE_MASK
+        kind: CAMERA, LANE_MASK or LANE_OVERLAY
         number: number of the picture, which the page returns when it has drawn it
         stamp_s: its stamp [s]
         wall_s: wall time at which the odometry of this stamp arrived [s]; NaN if unknown

@@ -145,3 +145,8 @@ def stamp_of(message: Any) -> tuple[int, int]:
     except struct.error as error:
         raise ValueError(f"the message is damaged: {error}") from error
     return seconds, nanoseconds
+
+
+def seconds_of(stamp: tuple[int, int]) -> float:
+    """Return a stamp of seconds and nanoseconds as one number [s]."""
+    return stamp[0] + 1e-9 * stamp[1]
