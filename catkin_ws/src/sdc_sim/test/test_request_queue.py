@@ -35,6 +35,21 @@ def test_loop_returns_at_the_deadline():
     assert 0.05 <= time.monotonic() - started < 5.0
 
 
+def test_loop_returns_however_near_the_deadline_is():
+    requests = RequestQueue()
+
+    def loop():
+        for n in range(50_000):
+            requests.process_until(now_plus(n % 100 * 5e-8))
+            requests.post(lambda: None)
+            requests.process_until(now_plus(0.0))
+
+    thread = threading.Thread(target=loop, daemon=True)
+    thread.start()
+    thread.join(60.0)
+    assert not thread.is_alive()
+
+
 def test_flood_of_requests_does_not_hold_the_loop_after_the_deadline():
     requests = RequestQueue()
 

@@ -18,7 +18,8 @@ class RequestQueue:
     """
 
     def __init__(self) -> None:
-        self._requests: queue.SimpleQueue = queue.SimpleQueue()
+        # Not a SimpleQueue: with a short timeout, its `get` can wait forever (CPython 3.11).
+        self._requests: queue.Queue = queue.Queue()
 
     def post(self, function: Callable, *arguments: Any) -> None:
         """Have the loop call the function; do not wait."""
@@ -38,7 +39,7 @@ class RequestQueue:
         Raises:
             rospy.ServiceException: the node shuts down before
         """
-        result: queue.SimpleQueue = queue.SimpleQueue()
+        result: queue.Queue = queue.Queue()
         self.post(lambda: result.put(function()))
         while not rospy.is_shutdown():
             try:
