@@ -79,6 +79,14 @@ def traces(folder):
     return {row["key"]: row.get("trace_sha256") for row in rows(folder)}
 
 
+def has_ended(process):
+    """Return whether a psutil.Process has ended, also if nothing has asked for its exit code."""
+    try:
+        return process.status() == psutil.STATUS_ZOMBIE
+    except psutil.NoSuchProcess:
+        return True
+
+
 def children(program):
     """Return the processes of a program's workers."""
     return [
@@ -162,12 +170,12 @@ def check_kills_on_this_machine(study, start, folder, expected):
     wait_for_rows(folder, len(interrupted) + 1, second)
     victim = children(second)[0]
     victim.kill()
-    wait_for(lambda: not victim.is_running() or victim.status() == "zombie", second)
+    wait_for(lambda: has_ended(victim), second)
     wait_for_rows(folder, len(interrupted) + 4, second)
     workers = children(second)
     second.process.kill()
     second.process.wait()
-    wait_for(lambda: not any(worker.is_running() for worker in workers), second)
+    wait_for(lambda: all(map(has_ended, workers)), second)
     killed = rows(folder)
 
     third = sweep()

@@ -15,6 +15,7 @@ The exit status is 1 for errors and for violations.
 from __future__ import annotations
 
 import contextlib
+import itertools
 import os
 import signal
 import subprocess
@@ -229,8 +230,10 @@ class CheckedDrive:
 
     def _log_tail(self) -> str:
         with open(self.log_path, encoding="utf-8", errors="replace") as file:
-            lines = file.read().splitlines()[-_LOG_TAIL_LINES:]
-        return "\n".join([f"the last lines of {self.log_path}:", *lines])
+            # A drive that does not advance prints the same line many times.
+            lines = [line for line, _ in itertools.groupby(file.read().splitlines())]
+        tail = lines[-_LOG_TAIL_LINES:]
+        return "\n".join([f"the last lines of {self.log_path}:", *tail])
 
 
 def _world_environment() -> dict[str, str] | None:
