@@ -17,6 +17,7 @@ from sdc_workshop.steps import find_step
 from sdc_workshop.workspace import PROJECT, make, solve
 
 LIMIT_S = 300.0
+PYTHON = (sys.executable, "-m")
 
 
 @pytest.fixture
@@ -36,27 +37,37 @@ def start(tmp_path):
         program.process.wait()
 
 
+@pytest.fixture
+def scheduler(start, tmp_path):
+    """Return a function that starts a scheduler with a PYTHONPATH and returns its address."""
+
+    def scheduler(python_path):
+        place = tmp_path / "scheduler.json"
+        program = start(
+            "scheduler", *PYTHON, "distributed.cli.dask_scheduler", "--host", "127.0.0.1",
+            "--port", "0", "--no-dashboard", "--no-show", "--scheduler-file", place,
+            PYTHONPATH=python_path,
+        )  # fmt: skip
+        limit = time.monotonic() + LIMIT_S
+        while not place.exists():
+            assert time.monotonic() < limit, program.output
+            time.sleep(0.05)
+        return json.loads(place.read_text())["address"]
+
+    return scheduler
+
+
 @pytest.mark.slow(20)
-def test_worker_of_a_cluster_grades_as_this_machine_does(start, tmp_path):
+def test_worker_of_a_cluster_grades_as_this_machine_does(start, scheduler, tmp_path):
     students = tmp_path / "class"
     make(students / "ada")
     for step in ("messages-1", "messages-3"):
         solve(students / "ada", find_step(step))
-    place = tmp_path / "scheduler.json"
-    python = (sys.executable, "-m")
-    scheduler = start(
-        "scheduler", *python, "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port",
-        "0", "--no-dashboard", "--no-show", "--scheduler-file", place,
-    )  # fmt: skip
-    limit = time.monotonic() + LIMIT_S
-    while not place.exists():
-        assert time.monotonic() < limit, scheduler.output
-        time.sleep(0.05)
-    address = json.loads(place.read_text())["address"]
+    python_path = f"{PROJECT / 'workshop'}:{os.environ['PYTHONPATH']}"
+    address = scheduler(python_path)
     start(
-        "worker", *python, "distributed.cli.dask_worker", address, "--nthreads", "1",
-        "--no-nanny", "--no-dashboard", "--local-directory", tmp_path,
-        PYTHONPATH=f"{PROJECT / 'workshop'}:{os.environ['PYTHONPATH']}",
+        "worker", *PYTHON, "distributed.cli.dask_worker", address, "--nthreads", "1",
+        "--no-nanny", "--no-dashboard", "--local-directory", tmp_path, PYTHONPATH=python_path,
     )  # fmt: skip
     output = tmp_path / "grades"
     grading = start(
@@ -80,6 +91,14 @@ def test_missing_scheduler_is_named_in_one_line(tmp_path, capsys):
     assert main([*arguments, "--scheduler", "tcp://127.0.0.1:1"]) == 2
     error = capsys.readouterr().err
     assert error.startswith("grade: no Dask scheduler at tcp://127.0.0.1:1 (")
+    assert error.count("\n") == 1
+
+
+def test_scheduler_without_the_project_is_named_in_one_line(scheduler, tmp_path, capsys):
+    arguments = [str(tmp_path / "ada"), "--output", str(tmp_path / "grades"), "--no-sandbox"]
+    assert main([*arguments, "--scheduler", scheduler("")]) == 2
+    error = capsys.readouterr().err
+    assert error.startswith("grade: the scheduler: it cannot load sdc_workshop.grading.cluster (")
     assert error.count("\n") == 1
 
 

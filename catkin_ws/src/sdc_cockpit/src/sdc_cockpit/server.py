@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import functools
 import os
 import socket
 from pathlib import Path
@@ -156,10 +157,10 @@ class _Comparison(_Checked):
         self.backend = backend
 
     async def get(self) -> None:
-        names = self.get_query_argument("a", ""), self.get_query_argument("b", "")
-        loop = asyncio.get_running_loop()
+        names = [str(self.get_query_argument(name, "")) for name in ("a", "b")]
+        compare = functools.partial(self.backend.drives.comparison, *names)
         try:
-            self.finish(await loop.run_in_executor(None, self.backend.drives.comparison, *names))
+            self.finish(await asyncio.get_running_loop().run_in_executor(None, compare))
         except ValueError as error:
             self.set_status(404)
             self.finish({"error": str(error)})

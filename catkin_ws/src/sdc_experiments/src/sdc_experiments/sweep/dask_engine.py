@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import atexit
 import contextlib
+import importlib
 import itertools
 import logging
 import pickle
@@ -115,16 +116,19 @@ class DaskEngine:
             arguments: its arguments
 
         Raises:
-            ClusterError: a worker cannot run the tasks
+            ClusterError: a worker, or the scheduler, cannot run the tasks
         """
+        cannot_load = f"it cannot load {function.__module__} (%s); start it as the section "
+        cannot_load += "'A cluster' of docs/sweeps.md shows"
+        try:  # the scheduler of newer versions of Dask loads the functions, too
+            self._client.run_on_scheduler(importlib.import_module, function.__module__)
+        except Exception as error:  # noqa: BLE001  it is the scheduler's, of any type
+            raise ClusterError(f"the scheduler: {cannot_load % error}") from None
         for address in self.workers:
             try:
                 problem = self._client.run(function, *arguments, workers=[address])[address]
             except Exception as error:  # noqa: BLE001  it is the worker's, of any type
-                problem = (
-                    f"it cannot load {function.__module__} ({error}); start it as the section "
-                    "'A cluster' of docs/sweeps.md shows"
-                )
+                problem = cannot_load % error
             if problem:
                 raise ClusterError(f"worker {address}: {problem}")
 

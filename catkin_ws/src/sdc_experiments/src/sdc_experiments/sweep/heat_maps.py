@@ -132,7 +132,7 @@ def draw(maps: HeatMaps, path: Path) -> None:
         norm = LogNorm(low, high)
     colours = "RdYlBu" if maps.metric in _MORE_IS_BETTER else "RdYlBu_r"
     axes: Any = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
-    image = None
+    image: Any = None
     for place, panel in itertools.zip_longest(axes.ravel(), maps.panels):
         if panel is None:
             place.set_axis_off()
