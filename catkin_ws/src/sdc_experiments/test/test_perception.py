@@ -39,6 +39,20 @@ def test_lane_is_found_in_the_deep_shadow_of_a_low_sun():
     assert lane.offset_m == pytest.approx(0.0, abs=0.08)
 
 
+def test_lane_at_a_crossing_is_found_in_rain_before_the_car_starts():
+    """No line is near the car: streaks of rain are most of what could be one."""
+    route, rain = route_named("1009")[0], WEATHERS["rain"]
+    observation = drive_setup("", route).simulation().observation
+    pose = observation.state.x_m, observation.state.y_m, observation.state.yaw_rad
+    renderer = Renderer(Road(route), weather=Weather.read(rain["weather"]))
+    detector = LaneDriver().detector
+    for tick in range(9):
+        picture = renderer.render(*pose, light=rain["daylight"], time_s=0.05 * tick)
+        lane = detector.detect(picture, pose)
+    assert lane.offset_m == pytest.approx(0.0, abs=0.15)
+    assert lane.heading_error_rad == pytest.approx(0.0, abs=0.05)
+
+
 def test_car_without_a_lane_stays_where_it_is():
     driver = LaneDriver()
     blank = np.full((480, 640, 4), 80, np.uint8)

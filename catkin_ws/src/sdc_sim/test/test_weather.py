@@ -58,12 +58,15 @@ def test_worn_lines_lose_paint_and_the_road_does_not_change(picture):
     assert np.array_equal(worn[300:, 300:330], clear[300:, 300:330])
 
 
-def test_rain_has_streaks_that_depend_on_the_pose_only(picture):
+def test_rain_has_streaks_that_depend_on_place_and_time_only(picture):
     weather = Weather(rain=1.0)
     renderer = Renderer(ROAD, weather=weather)
     again = renderer.render(20.0, 0.0, 0.0)[..., :3]
     assert np.array_equal(again, picture(weather))
     assert not np.array_equal(renderer.render(20.03, 0.0, 0.0)[..., :3], again)
+    falling = [renderer.render(20.0, 0.0, 0.0, time_s=0.05 * n)[..., :3] for n in range(6)]
+    assert not any(map(np.array_equal, falling, falling[1:]))
+    assert np.array_equal(renderer.render(20.0, 0.0, 0.0, time_s=0.1)[..., :3], falling[2])
     assert picture(weather)[300:].mean() < 0.95 * picture(CLEAR)[300:].mean()
 
 

@@ -10,7 +10,8 @@ import yaml
 from sdc_common.routes.waypoint_file import load_waypoints
 from sdc_perception.lane_curve import LaneCurve
 from sdc_perception.lane_detection import DetectorSettings, LaneDetector
-from sdc_perception.lane_tracker import LEFT, LaneSettings, LaneTracker
+from sdc_perception.lane_settings import LaneSettings
+from sdc_perception.lane_tracker import LEFT, LaneTracker
 from sdc_perception.marking_search import Markings, View
 from sdc_perception.obstacle_detection import covered_boxes
 from sdc_perception.obstacle_tracker import ObstacleSettings, body_finder
@@ -97,13 +98,19 @@ def test_lane_is_tracked_in_bad_weather(road, detector, weather):
 
 
 @pytest.mark.parametrize(
-    ("from_m", "to_m"), [(30.0, 116.0), (335.0, 366.0)], ids=["past the exit", "bend of 4 m radius"]
+    ("from_m", "to_m", "weather"),
+    [
+        (30.0, 116.0, Weather()),
+        (335.0, 366.0, Weather()),
+        (285.0, 318.0, Weather(worn_lines=0.6)),
+    ],
+    ids=["past the exit", "bend of 4 m radius", "bend with worn lines"],
 )
-def test_lane_of_the_town_is_tracked(parameters, rospkg_path, from_m, to_m):
+def test_lane_of_the_town_is_tracked(parameters, rospkg_path, from_m, to_m, weather):
     """The edge at the exit of the roundabout leads away; in the tight bend, it is out of view."""
     road = Road(load_waypoints(str(rospkg_path("sdc_common", "data", "waypoints.csv"))))
     directions = node_config("sdc_perception", "town_directions")["directions"]
-    renderer = Renderer(road)
+    renderer = Renderer(road, weather=weather)
     for direction in directions:
         direction.update({name: direction[name] - from_m for name in ("from_m", "to_m")})
     parameters["directions"] = directions
@@ -135,11 +142,40 @@ def test_lane_with_little_paint_is_found(road, detector):
 
 
 class NoMarkings:
-    """A search that finds nothing."""
+    """A search that finds nothing, in the picture or outside of it."""
+
+    def __init__(self, inside=False):
+        self.inside = inside
 
     def find(self, _views, points_m, _left, _gate_m):
         none = np.zeros(0)
-        return Markings(none.astype(int), none, none, none), np.zeros(len(points_m), bool)
+        return Markings(none.astype(int), none, none, none), np.full(len(points_m), self.inside)
+
+
+def bend_ahead(parameters, inside, variance):
+    """Return a tracker in front of a bend, and curvatures and variances before an update."""
+    settings = LaneSettings(**parameters["lane"])
+    tracker = LaneTracker(NoMarkings(inside), settings, (0.0, 0.0, 0.0), 0.0, 0.0, 0.0)
+    curvatures = np.where(np.arange(len(tracker.curve.curvatures_1pm)) < 4, 0.0, 0.05)
+    tracker.curve = LaneCurve(-6.0, 0.0, 0.0, curvatures)
+    tracker.covariance = np.diag([variance] * (2 + len(curvatures)))
+    return tracker, curvatures
+
+
+@pytest.mark.parametrize(("variance", "kept"), [(1e-8, True), (1e-2, False)])
+def test_bend_that_is_known_stays_where_its_lines_are_worn_off(parameters, variance, kept):
+    tracker, curvatures = bend_ahead(parameters, True, variance)
+    tracker.update([View.of(np.zeros((8, 8, 4), np.uint8), (0.0, 0.0, 0.0))])
+    assert (tracker.curve.curvatures_1pm[4] == pytest.approx(curvatures[4])) == kept
+
+
+def test_curvature_is_less_sure_ahead_where_it_changes(parameters):
+    tracker, curvatures = bend_ahead(parameters, False, 1e-8)
+    tracker.update([View.of(np.zeros((8, 8, 4), np.uint8), (1.0, 0.0, 0.0))])
+    deviation = np.sqrt(np.diag(tracker.covariance)[2:])
+    assert deviation[:3] == pytest.approx(1e-4)  # next to the car and behind it
+    assert deviation[6:].max() == pytest.approx(0.003, rel=0.01)
+    assert deviation[3:5] == pytest.approx(0.003 + 0.2 * 0.05, rel=0.01)
 
 
 def test_kept_bend_continues_with_the_mean_of_its_curvatures(parameters):

@@ -208,7 +208,8 @@ def drive_by_picture(
         state, start_s = observation.state, time.thread_time()
         boxes = [obstacle_box(obstacle) for obstacle in observation.obstacles]
         boxes += [traffic_light_box(light) for light in observation.traffic_lights]
-        renderer.render(state.x_m, state.y_m, state.yaw_rad, boxes, daylight, picture)
+        pose = state.x_m, state.y_m, state.yaw_rad
+        renderer.render(*pose, boxes, daylight, picture, observation.time_s)
         driver.rendering_s.append(time.thread_time() - start_s)
         return driver.move(observation)
 

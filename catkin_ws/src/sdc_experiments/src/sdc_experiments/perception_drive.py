@@ -78,7 +78,7 @@ class TrafficDriver(LaneDriver):
     def answer(self, believed: Observation, picture: np.ndarray) -> Rows:
         """See LaneDriver."""
         x, y, yaw, speed = pose_and_speed(believed)
-        pose, time_s = (x, y, yaw), believed.stamp[0] + believed.stamp[1] / 1e9
+        pose, time_s = (x, y, yaw), believed.time_s
         times = [time.thread_time()]
         covered = covered_boxes(self._finder.find(picture))
         lane = self.detector.detect(picture, pose, covered)

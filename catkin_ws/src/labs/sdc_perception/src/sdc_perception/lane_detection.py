@@ -14,11 +14,11 @@ from sdc_common.validation import check_finite, is_number
 from sdc_package.lane_filter import LaneFilter, LaneFilterThresholds
 from sdc_perception.ground_plane import GroundPlane, MountingPose
 from sdc_perception.lane_acquisition import LaneGuess, acquire_lane, marking_points
+from sdc_perception.lane_settings import LaneSettings
 from sdc_perception.lane_tracker import (
     LEFT,
     RIGHT,
     FoundMarkings,
-    LaneSettings,
     LaneTracker,
     TrackedLane,
 )
@@ -29,6 +29,8 @@ Pose = Tuple[float, float, float]  # x [m], y [m], yaw [rad]
 _LONGEST_STEP_M = 5.0
 _EARLIER_VIEWS, _VIEWS_APART_M = 2, 0.25
 _AROUND_PX, _EVEN = 61, 100.0
+# The lane is acquired with up to so many pictures, in which the car moves less than this.
+_STANDING_PICTURES, _STANDING_M = 8, 0.01
 _DIRECTION_KEYS = {"from_m", "to_m", "keep"}
 
 
@@ -97,6 +99,31 @@ def evened(image: np.ndarray) -> np.ndarray:
     return np.clip(image * gain[..., None], 0.0, 255.0).astype(np.uint8)
 
 
+class StandingPictures:
+    """The darkest of some pictures from one place: streaks of rain are bright and do not stay.
+
+    Reference: K. Garg and S. K. Nayar, Detection and Removal of Rain from Videos, IEEE Conference on
+    Computer Vision and Pattern Recognition, 2004: a drop brightens a pixel in one picture only.
+
+    Attributes:
+        darkest: picture (H, W, 4)
+    """
+
+    def __init__(self, image: np.ndarray, position: tuple[float, float]):
+        self.darkest = image.copy()
+        self._position = position
+        self._number = 1
+
+    def add(self, image: np.ndarray, position: tuple[float, float]) -> bool:
+        """Add a picture; return False if it is from another place, or there are enough."""
+        away_m = math.dist(position, self._position)
+        if away_m > _STANDING_M or self._number >= _STANDING_PICTURES:
+            return False
+        np.minimum(self.darkest, image, out=self.darkest)
+        self._number += 1
+        return True
+
+
 class LaneDetector:
     """A detector that acquires the lane in one picture and tracks it in the next ones.
 
@@ -120,6 +147,7 @@ class LaneDetector:
         self._search = MarkingSearch(self.ground, settings.search)
         self._position: tuple[float, float] | None = None
         self._earlier: list[View] = []
+        self._standing: StandingPictures | None = None
         self.driven_m = 0.0
 
     def detect(
@@ -140,10 +168,15 @@ class LaneDetector:
             self._earlier = []
         else:
             self.driven_m += step_m
-        if self.tracker is None:
+        if self._standing is not None and not self._standing.add(image, position):
+            self._standing = None
+        if self.tracker is None and self._standing is None:
+            self._standing = StandingPictures(image, position)
+        if self._standing is not None:
+            image = self._standing.darkest
             self._acquire(image, pose)
-            if self.tracker is None:
-                return None
+        if self.tracker is None:
+            return None
         lane = self.tracker.update(self._views(image, pose, covered), self._keep())
         if lane.confidence <= 0.0:
             self.tracker = None

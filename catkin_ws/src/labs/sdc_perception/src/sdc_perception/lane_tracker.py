@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from sdc_common.geometry.angles import wrap_angle
-from sdc_common.validation import check_positive
 from sdc_perception.lane_curve import KNOT_M, POINTS_PER_KNOT, LaneCurve
+from sdc_perception.lane_settings import LaneSettings
 from sdc_perception.marking_search import Markings, MarkingSearch, View
 from sdc_perception.robust_fit import correction, robust_weights
 from sdc_perception.vehicle_frame import in_vehicle_frame
@@ -42,47 +41,6 @@ _NEAR_M = 4.0
 _KEPT_M = 0.2
 # Where the car begins to keep to one side, the bend still has one curvature so far ahead.
 _SAME_BEND_M = 4.0
-
-
-@dataclass(frozen=True)
-class LaneSettings:
-    """Dimensions of the road, and the noise that the tracker assumes; all positive.
-
-    Attributes:
-        lane_width_m: width of a lane [m]
-        start_m: standard deviation of the offset at the start [m]
-        start_rad: of the heading at the start [rad]
-        start_1pm: of the curvature at the start [1/m]
-        knot_1pm: of the change of the curvature from a knot to the next [1/m]
-        lasting_1pm: greatest curvature of a bend of which no end is expected [1/m]
-        kept_1pm: the same while the car keeps to one side where the road divides [1/m]
-        drift_m: of the odometry's error across the road, per square root of a metre [m]
-        drift_rad: of the odometry's heading error, per square root of a metre [rad]
-        drift_1pm: of the error of a known curvature, per square root of a metre [1/m]
-        visible_m: deviation of the lane's position up to which the lane is visible [m]
-        lost_m: deviation next to the car at which the confidence is zero [m]
-    """
-
-    lane_width_m: float
-    start_m: float
-    start_rad: float
-    start_1pm: float
-    knot_1pm: float
-    lasting_1pm: float
-    kept_1pm: float
-    drift_m: float
-    drift_rad: float
-    drift_1pm: float
-    visible_m: float
-    lost_m: float
-
-    def __post_init__(self):
-        check_positive(**vars(self))
-
-    @property
-    def lines_m(self) -> np.ndarray:
-        """Return the offsets (3,) of right edge, dashes and left edge from the centre [m]."""
-        return self.lane_width_m * np.array([-0.5, 0.5, 1.5])
 
 
 class TrackedLane(NamedTuple):
@@ -214,8 +172,19 @@ class LaneTracker:
             self.covariance = prior
             moved = moved + self._correct(views, s_m, prior_inverse, moved)
         if self._searched_beyond:
-            self._forget_beyond(self._end_s_m)
+            deviation = self._deviation(self.curve.jacobian())
+            known_s_m = self._known_until(s_m, deviation, self._settings.known_m)
+            self._forget_beyond(max(self._end_s_m, known_s_m))
         return self._lane(pose)
+
+    def _deviation(self, jacobian: np.ndarray) -> np.ndarray:
+        """Return the standard deviations (P,) of the position of points with a jacobian [m]."""
+        return np.sqrt(np.sum((jacobian @ self.covariance) * jacobian, axis=1))
+
+    def _known_until(self, s_m: float, deviation_m: np.ndarray, limit_m: float) -> float:
+        """Return the arc length after s_m at which the deviation (P,) exceeds a limit [m]."""
+        unknown = (self.curve.s_m > s_m) & (deviation_m > limit_m)
+        return float(self.curve.s_m[int(np.argmax(unknown)) if unknown.any() else -1])
 
     def _walk(self, knots: int) -> np.ndarray:
         """Return the covariance of a random walk of the curvature over a number of knots."""
@@ -238,12 +207,20 @@ class LaneTracker:
         return self._settings.knot_1pm if self._keep is None else self._settings.kept_1pm
 
     def _drift(self, moved_m: float, s_m: float) -> None:
-        """Add the error of the odometry over a distance; it turns the lane around the car."""
+        """Add the error of the odometry over a distance, and that of the curvature ahead.
+
+        The error of the odometry turns the lane around the car. From far away, a bend is seen less
+        well than the tracker assumes, most of all where it begins and ends.
+        """
         settings = self._settings
         turn = np.zeros(_STATES)
         turn[:2] = -s_m, 1.0
-        noise = np.full(_STATES, settings.drift_1pm**2)
-        noise[:2] = settings.drift_m**2, 0.0
+        steps = np.abs(np.diff(self.curve.curvatures_1pm))
+        change = np.maximum(np.append(steps, 0.0), np.append(0.0, steps))
+        ahead = KNOT_M * np.arange(_KNOTS) >= s_m
+        noise = np.zeros(_STATES)
+        noise[0] = settings.drift_m**2
+        noise[2:] = ahead * (settings.drift_1pm + settings.drift_share * change) ** 2
         drift = np.diag(noise) + settings.drift_rad**2 * np.outer(turn, turn)
         self.covariance = self.covariance + moved_m * drift
 
@@ -305,7 +282,7 @@ class LaneTracker:
         first = int(np.searchsorted(curve.s_m, s_m + _FIRST_PROFILE_M))
         rows = np.arange(first, len(curve.s_m), _PROFILE_STEP)
         jacobian = curve.jacobian()[rows]
-        deviation = np.sqrt(np.sum((jacobian @ self.covariance) * jacobian, axis=1))
+        deviation = self._deviation(jacobian)
         markings, inside = self._find(views, rows, deviation)
         at, line = markings.row % len(rows), markings.row // len(rows)
         supports = (
@@ -370,17 +347,14 @@ class LaneTracker:
     def _lane(self, pose: tuple[float, float, float]) -> TrackedLane:
         curve, settings = self.curve, self._settings
         place = curve.nearest(*pose[:2], _CAR_WITHIN_M)
-        jacobian = curve.jacobian()
-        deviation = np.sqrt(np.sum((jacobian @ self.covariance) * jacobian, axis=1))
+        deviation = self._deviation(curve.jacobian())
         near = deviation[int(np.searchsorted(curve.s_m[:-1], place.s_m + _NEAR_M))]
-        beyond = (curve.s_m > place.s_m) & (deviation > settings.visible_m)
-        known_s_m = curve.s_m[int(np.argmax(beyond))] if beyond.any() else curve.s_m[-1]
         return TrackedLane(
             place.offset_m,
             wrap_angle(place.heading_rad - pose[2]),
             float(curve.curvature_at(place.s_m)),
             float(np.clip(1.0 - near / settings.lost_m, 0.0, 1.0)),
-            float(known_s_m) - place.s_m,
+            self._known_until(place.s_m, deviation, settings.visible_m) - place.s_m,
             -place.s_m,
             curve.points_m,
             curve.curvature_at(curve.s_m),

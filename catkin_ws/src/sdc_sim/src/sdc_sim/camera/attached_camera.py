@@ -100,6 +100,7 @@ class AttachedCamera:
             state.yaw_rad + mount.yaw_rad,
             boxes,
             daylight,
+            time_s=stamp.to_sec(),
         )
         info = camera_info_message(self._renderer.camera, self._frame)
         info.header.stamp = stamp

@@ -144,7 +144,8 @@ class CameraNode:
         stamp, state = rospy.Time(*observation.stamp), observation.state
         boxes = [obstacle_box(obstacle) for obstacle in observation.obstacles]
         boxes += [traffic_light_box(light) for light in observation.traffic_lights]
-        self._objects.draw(picture, state.x_m, state.y_m, state.yaw_rad, boxes)
+        pose = state.x_m, state.y_m, state.yaw_rad
+        self._objects.draw(picture, *pose, boxes, observation.time_s)
         dim(picture, daylight)
         self._camera_info.header.stamp = stamp
         self._camera_info_publisher.publish(self._camera_info)

@@ -47,6 +47,7 @@ class Renderer:
         boxes: Sequence[Box] = (),
         light: float = 1.0,
         out: np.ndarray | None = None,
+        time_s: float = 0.0,
     ) -> np.ndarray:
         """Return the picture for a pose of the vehicle.
 
@@ -57,6 +58,7 @@ class Renderer:
             boxes: the boxes to draw, in any order
             light: brightness, from 0 (black) to 1 (day)
             out: array (height, width, 4) uint8 to render to; None for a new one
+            time_s: time of the picture, in which the rain falls [s]
 
         Returns:
             BGRA picture (height, width, 4) uint8
@@ -74,6 +76,6 @@ class Renderer:
         if picture is None:
             picture = np.empty((self.camera.height, self.camera.width, 4), np.uint8)
         self.background.draw(picture, x_m, y_m, yaw_rad)
-        self.objects.draw(picture, x_m, y_m, yaw_rad, boxes)
+        self.objects.draw(picture, x_m, y_m, yaw_rad, boxes, time_s)
         dim(picture, light)
         return picture

@@ -116,6 +116,7 @@ class SceneObjects:
         y_m: float,
         yaw_rad: float,
         boxes: Sequence[Box] = (),
+        time_s: float = 0.0,
     ) -> None:
         """Paint all visible objects over the ground and the sky.
 
@@ -125,9 +126,10 @@ class SceneObjects:
             y_m: position of the vehicle [m]
             yaw_rad: heading of the vehicle [rad]
             boxes: the boxes, in any order
+            time_s: time of the picture, in which the rain falls [s]
         """
         self._draw(picture, x_m, y_m, yaw_rad, boxes)
-        self._air.finish(picture, x_m, y_m)
+        self._air.finish(picture, x_m, y_m, time_s)
 
     def _draw(
         self, picture: np.ndarray, x_m: float, y_m: float, yaw_rad: float, boxes: Sequence[Box]

@@ -24,6 +24,7 @@ _WET = 0.78
 _RAIN_LAYERS = 8
 _STREAKS = 420
 _STREAK_BRIGHTNESS = 70.0
+_STREAKS_PER_S = 97.0
 # The sun is about 14 degrees high: shadows are long and dark, and the light is warm.
 _LOW_SUN_SHADOW = 5.6
 _LOW_SUN_SHADE = 0.32
@@ -164,11 +165,12 @@ class Air:
             clear, veil = self._veil
             cv2.add(cv2.multiply(picture, clear, scale=1.0 / 255.0), veil, dst=picture)
 
-    def finish(self, picture: np.ndarray, x_m: float, y_m: float) -> None:
+    def finish(self, picture: np.ndarray, x_m: float, y_m: float, time_s: float) -> None:
         """Add what is in front of all objects: the streaks of the rain, the colour of the light."""
         if self._streaks:
-            # The picture depends on the pose only: the streaks change as the car moves.
+            # The picture depends on place and time only. A streak is not in the next picture.
             number = math.floor(37.0 * x_m) * 7 + math.floor(37.0 * y_m) * 3
+            number += round(_STREAKS_PER_S * time_s)
             cv2.add(picture, self._streaks[number % len(self._streaks)], dst=picture)
         if self.weather.low_sun:
             cv2.multiply(picture, (*_LOW_SUN_TINT_BGR, 1.0), dst=picture)

@@ -32,6 +32,12 @@ class Observation(NamedTuple):
     collisions: tuple[CollisionEvent, ...] = ()
     readings: SensorReadings = SensorReadings()
 
+    @property
+    def time_s(self) -> float:
+        """Simulated time [s]."""
+        seconds, nanoseconds = self.stamp
+        return seconds + nanoseconds / 1e9
+
     def plain(self) -> list[Any]:
         """Return the observation as plain data, without the readings."""
         return [
