@@ -102,7 +102,7 @@ def evened(image: np.ndarray) -> np.ndarray:
 class StandingPictures:
     """The darkest of some pictures from one place: streaks of rain are bright and do not stay.
 
-    Reference: K. Garg and S. K. Nayar, Detection and Removal of Rain from Videos, IEEE Conference on
+    Reference: K. Garg and S. K. Nayar, Detection and Removal of Rain from Videos, Conference on
     Computer Vision and Pattern Recognition, 2004: a drop brightens a pixel in one picture only.
 
     Attributes:
