@@ -70,6 +70,22 @@ def test_search_is_limited_to_the_given_segments():
     assert there_and_back.nearest_around(10.0, 0.0, -1000.0, 5.0, 5.0).segment == 0
 
 
+@pytest.mark.parametrize(
+    ("x_m", "near_s_m", "reach_m", "segment"),
+    [
+        (0.0, 10.5, 0.0, 10),
+        (20.0, 10.5, 0.0, 10),
+        (0.0, 10.5, 3.0, 7),
+        (20.0, 10.5, 3.0, 13),
+        (0.0, 1000.0, 3.0, 39),
+        (20.0, -1000.0, 3.0, 0),
+    ],
+)
+def test_search_ends_where_the_stretch_does(x_m, near_s_m, reach_m, segment):
+    line = Polyline([(float(x), 0.0) for x in range(41)])
+    assert line.nearest_around(x_m, 0.0, near_s_m, reach_m, reach_m).segment == segment
+
+
 def test_repeated_points_change_nothing():
     line, plain = Polyline([BENT[0], BENT[0], BENT[1], BENT[1], BENT[2], BENT[2]]), Polyline(BENT)
     for x, y in ((4.0, 1.0), (9.0, 1.0), (12.0, -3.0)):
@@ -100,6 +116,8 @@ def test_curvature_of_an_arc_is_the_inverse_of_its_radius(radius):
     line = Polyline(arc.tolist())
     for s in np.arange(2.0, line.s[-1] - 2.0, 0.7):
         assert line.curvature_at(s) == pytest.approx(1.0 / radius, rel=1e-3)
+    for s in (0.0, line.s[-1]):  # the end segments have the heading of their middle there
+        assert line.curvature_at(s) == pytest.approx(1.0 / radius, rel=0.6)
 
 
 def test_replaced_headings_are_used():
@@ -125,6 +143,9 @@ def test_line_whose_points_coincide_has_a_place():
     point = Polyline([(1.0, 2.0), (1.0, 2.0)])
     assert point.point_at(0.0) == (1.0, 2.0)
     assert point.direction_at(0.0) == 0.0
+    assert point.segment_at(0.0) == (0, 0.0)
+    assert point.curvature_at(0.0) == 0.0
+    assert Polyline([(0.0, 0.0), (5.0, 0.0), (5.0, 0.0)]).segment_at(5.0) == (0, 1.0)
 
 
 def test_count_until_is_at_least_three():
