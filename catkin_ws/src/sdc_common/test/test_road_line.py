@@ -247,11 +247,14 @@ def test_noise_needs_seven_waypoints_at_most_six_metres_apart():
 
 
 def test_rounding_is_recognized_in_32_bit_coordinates_of_a_large_map():
-    _, points, _ = bend(50.0, 20.0, 1.5, 30.0)
+    """The straights are along x and y, where rounded points have no deviation."""
+    _, points, _ = line_of(
+        [0.0, 60.0, 60.01, 107.12, 107.13, 160.0], [0, 0, 1 / 30, 1 / 30, 0, 0], 0.0
+    )
     waypoints = np.round(every(points, 1.0) + [4000.0, 7000.0], 2)
     as_received = waypoints.astype(np.float32).astype(float)
     noise_m = noise_of(as_received, arc_lengths(as_received))
-    assert noise_m == pytest.approx(0.01 / math.sqrt(12.0), rel=0.2)
+    assert noise_m == pytest.approx(0.01 / math.sqrt(12.0), rel=1e-6)
 
 
 def test_bends_beside_a_corner_keep_their_shape():
@@ -273,7 +276,31 @@ def test_bend_at_the_other_end_of_a_long_straight_keeps_its_shape(backward):
     distance, _ = cKDTree(points).query(line)
     assert distance.max() < 0.05
     gaps = np.hypot(*np.diff(line, axis=0).T)
-    assert 0.8 < gaps.min() and gaps.max() < 1.05
+    assert gaps.min() > 0.8
+    assert gaps.max() < 1.05
+
+
+@pytest.mark.parametrize("backward", [False, True])
+@pytest.mark.parametrize(
+    ("radius_m", "straight_m", "arc_m", "at_m", "within_m"),
+    [
+        # A short bend between long straights.
+        (30.0, 50.0, 10.0, (0, 50, 55, 60, 85, 110), 0.01),
+        # Long steps before and in a bend, and after it.
+        (30.0, 100.0, 45.0, (70, *range(100, 145, 5), 155, 195), 0.15),
+        # A bend that begins in the middle of a long step.
+        (50.0, 100.0, 75.0, (90, *range(110, 175, 5)), 0.15),
+    ],
+)
+def test_line_of_uneven_waypoints_stays_on_the_road(
+    radius_m, straight_m, arc_m, at_m, within_m, backward
+):
+    knots = np.cumsum([0.0, straight_m, FINE_M, arc_m, FINE_M, 100.0])
+    _, points, _ = line_of(knots, np.array([0.0, 0.0, 1.0, 1.0, 0.0, 0.0]) / radius_m)
+    waypoints = points[np.round(np.array(at_m) / FINE_M).astype(int)]
+    line = road_line(waypoints[::-1] if backward else waypoints)
+    distance, _ = cKDTree(points).query(line)
+    assert distance.max() < within_m
 
 
 def test_two_waypoints_close_together_make_no_bend():
