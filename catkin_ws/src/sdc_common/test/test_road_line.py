@@ -187,8 +187,9 @@ def test_points_of_straights_are_a_metre_apart_from_corner_to_corner():
     np.testing.assert_allclose(line[80:, 0], np.linspace(50.0, 20.5, 31), atol=1e-9)
 
 
-def test_short_line_needs_no_points_between_its_ends():
+def test_line_of_two_waypoints_has_points_between_them_only_if_it_is_long():
     assert road_line(along_x(0.0, 0.5)).tolist() == [[0.0, 0.0], [0.5, 0.0]]
+    np.testing.assert_allclose(road_line(along_x(0.0, 10.0)), along_x(*np.arange(11.0)), atol=1e-9)
 
 
 def test_rounding_counts_where_it_causes_a_curvature():
@@ -288,6 +289,8 @@ def test_bend_at_the_other_end_of_a_long_straight_keeps_its_shape(backward):
         (30.0, 50.0, 10.0, (0, 50, 55, 60, 85, 110), 0.01),
         # Long steps before and in a bend, and after it.
         (30.0, 100.0, 45.0, (70, *range(100, 145, 5), 155, 195), 0.15),
+        # A bend whose last step is short.
+        (30.0, 0.0, 53.0, (0, 12, 24, 36, 48, 53, 75), 0.05),
         # A bend that begins in the middle of a long step.
         (50.0, 100.0, 75.0, (90, *range(110, 175, 5)), 0.15),
     ],
