@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sdc_common.geometry.angles import wrap_angle
-from sdc_common.geometry.route import Route
+from sdc_common.geometry.route import Route, chord_directions
 
 
 def circle(radius, angle, spacing=1.0, noise=0.0, seed=0):
@@ -108,3 +108,110 @@ def test_point_next_to_the_route_is_located(s, offset):
     for place in (route.locate(x, y, angle), route.project(x, y, s, 3.0, 3.0)):
         assert place.s_m == pytest.approx(s, abs=0.1 + 0.02 * s)
         assert place.cross_track_m == pytest.approx(offset, abs=0.03)
+
+
+@pytest.mark.parametrize(
+    ("row", "value", "message"),
+    [
+        (3, (2.0, 0.0), "points 2 and the next of the route coincide"),
+        (4, (math.inf, 0.0), "point 4 of the route is not finite"),
+    ],
+)
+def test_refusal_names_the_point(row, value, message):
+    points = np.column_stack([np.arange(6.0), np.zeros(6)])
+    points[row] = value
+    with pytest.raises(ValueError, match=message):
+        Route(points)
+
+
+def test_points_of_a_route_are_a_copy():
+    points = circle(10.0, 1.0)
+    route = Route(points)
+    points[2] = 100.0
+    assert route.points[2, 0] < 10.0
+
+
+@pytest.mark.parametrize("radius", [4.0, 8.0])
+def test_smoothing_shrinks_a_circle_by_the_law_of_a_gaussian(radius):
+    """The standard deviation is 1 m."""
+    route = Route(circle(radius, 1.8 * math.pi, spacing=0.1))
+    expected = math.exp(0.5 / radius**2) / radius
+    inner = (route.s > 6.0) & (route.s < route.length_m - 6.0)
+    np.testing.assert_allclose(route.curvature[inner], expected, rtol=0.01)
+
+
+def test_smoothing_damps_a_wave_by_the_law_of_a_gaussian():
+    x = np.arange(0.0, 80.0, 0.1)
+    wave = 2.0 * math.pi / 8.0
+    route = Route(np.column_stack([x, 0.05 * np.sin(wave * x)]))
+    expected = 0.05 * wave**2 * math.exp(-0.5 * wave**2)
+    assert np.abs(route.curvature[100:-100]).max() == pytest.approx(expected, rel=0.06)
+
+
+@pytest.mark.parametrize("length", [1.0, 2.0, 3.0, 30.0])
+def test_route_in_the_other_direction_has_the_same_bends(length):
+    points = circle(6.0, length / 6.0, spacing=0.25)
+    route, back = Route(points), Route(points[::-1])
+    np.testing.assert_allclose(back.curvature[::-1], -route.curvature, atol=1e-9)
+    turned = back.heading[::-1] - route.heading
+    np.testing.assert_allclose(turned, turned[0], atol=1e-9)
+    assert math.cos(turned[0]) == pytest.approx(-1.0)
+
+
+@pytest.mark.parametrize("length", [2.0, 3.0, 4.0])
+def test_short_route_keeps_its_bend(length):
+    route = Route(circle(6.0, length / 6.0, spacing=0.25))
+    middle = len(route.points) // 2
+    assert route.heading[middle] == pytest.approx(route.s[middle] / 6.0, abs=0.01)
+    assert 0.6 / 6.0 < route.curvature[middle] < 1.05 / 6.0
+
+
+@pytest.mark.parametrize("yaw", [0.0, 1.2, math.pi / 2, -2.5])
+@pytest.mark.parametrize("back_step", [1.0, 20.0])
+def test_locate_finds_the_pass_in_any_direction(yaw, back_step):
+    there = np.column_stack([np.arange(0.0, 50.0), np.zeros(50)])
+    x = np.arange(50.0, 0.0, -back_step)
+    points = np.vstack([there, np.column_stack([x, np.full(len(x), 0.4)])])
+    turn = np.array([[math.cos(yaw), math.sin(yaw)], [-math.sin(yaw), math.cos(yaw)]])
+    route = Route(points @ turn)
+    nearer_to_back = np.array([10.0, 0.3]) @ turn
+    assert route.locate(*nearer_to_back).s_m == pytest.approx(10.0)
+    assert route.locate(*nearer_to_back, yaw).s_m == pytest.approx(10.0)
+    assert route.locate(*nearer_to_back, yaw + math.pi).s_m == pytest.approx(90.0, abs=0.2)
+
+
+def test_last_point_up_to_an_arc_length():
+    route = Route(np.column_stack([np.arange(6.0), np.zeros(6)]))
+    places = [route.last_point_s(s) for s in (-1.0, 0.5, 3.0, 3.9, 99.0)]
+    assert places == [0.0, 0.0, 3.0, 3.0, 5.0]
+
+
+@pytest.mark.parametrize("heading", [0.0, 2.0, -1.0])
+def test_chords_of_a_straight_have_its_direction(heading):
+    direction = np.array([math.cos(heading), math.sin(heading)])
+    s = np.array([0.0, 3.0, 10.0])
+    chords = chord_directions(s[:, None] * direction + 5.0, s, np.array([0.0, 1.0, 7.0, 10.0]), 2.0)
+    np.testing.assert_allclose(chords, [direction] * 4, atol=1e-12)
+
+
+def test_chords_of_a_circle_are_its_tangents_but_at_the_ends():
+    """At an end, half of the chord is missing, so that it has the heading of its middle."""
+    points = circle(20.0, 2.0, spacing=0.01)
+    s = np.append(0.0, np.cumsum(np.hypot(*np.diff(points, axis=0).T)))
+    at = np.array([0.0, 1.0, 5.0, 20.0, 39.5, s[-1]])
+    chords = chord_directions(points, s, at, 1.5)
+    middles = np.array([0.75, 1.25, 5.0, 20.0, 0.5 * (38.0 + s[-1]), s[-1] - 0.75])
+    np.testing.assert_allclose(np.arctan2(*chords.T[::-1]), middles / 20.0, atol=1e-4)
+    np.testing.assert_allclose(np.hypot(*chords.T), 1.0)
+
+
+def test_chords_where_a_line_turns_back_have_the_direction_of_the_line():
+    points = np.array([[0.0, 0.0], [10.0, 0.0], [0.0, 0.0]])
+    at = np.arange(0.25, 20.0, 0.5)
+    chords = chord_directions(points, np.array([0.0, 10.0, 20.0]), at, 2.0)
+    np.testing.assert_allclose(chords[:19], [[1.0, 0.0]] * 19)
+    np.testing.assert_allclose(chords[21:], [[-1.0, 0.0]] * 19)
+    np.testing.assert_allclose(np.abs(chords[19:21]), [[1.0, 0.0]] * 2)
+    # A chord from a point to itself has the direction in which the line begins.
+    turn = chord_directions(points, np.array([0.0, 10.0, 20.0]), np.array([9.0, 10.0, 11.0]), 2.0)
+    np.testing.assert_allclose(turn, [[1.0, 0.0], [1.0, 0.0], [-1.0, 0.0]])
