@@ -206,12 +206,17 @@ def test_chords_of_a_circle_are_its_tangents_but_at_the_ends():
 
 
 def test_chords_where_a_line_turns_back_have_the_direction_of_the_line():
-    points = np.array([[0.0, 0.0], [10.0, 0.0], [0.0, 0.0]])
-    at = np.arange(0.25, 20.0, 0.5)
-    chords = chord_directions(points, np.array([0.0, 10.0, 20.0]), at, 2.0)
-    np.testing.assert_allclose(chords[:19], [[1.0, 0.0]] * 19)
-    np.testing.assert_allclose(chords[21:], [[-1.0, 0.0]] * 19)
-    np.testing.assert_allclose(np.abs(chords[19:21]), [[1.0, 0.0]] * 2)
-    # A chord from a point to itself has the direction in which the line begins.
-    turn = chord_directions(points, np.array([0.0, 10.0, 20.0]), np.array([9.0, 10.0, 11.0]), 2.0)
-    np.testing.assert_allclose(turn, [[1.0, 0.0], [1.0, 0.0], [-1.0, 0.0]])
+    points = np.array([[5.0, 3.0], [15.0, 3.0], [15.0, 3.2], [5.0, 3.2]])
+    s = np.array([0.0, 10.0, 10.2, 20.2])
+    at = np.linspace(0.0, 20.2, 203)
+    chords = chord_directions(points, s, at, 2.0)
+    there, back = at < 9.8, at > 10.4
+    np.testing.assert_allclose(chords[there], [[1.0, 0.0]] * there.sum(), atol=0.2)
+    np.testing.assert_allclose(chords[back], [[-1.0, 0.0]] * back.sum(), atol=0.2)
+
+
+def test_chord_from_a_point_to_itself_has_the_direction_in_which_the_line_begins():
+    points = np.array([[5.0, 3.0], [15.0, 3.0], [5.0, 3.0]])
+    s, at = np.array([0.0, 10.0, 20.0]), np.array([9.0, 10.0, 11.0])
+    expected = [[1.0, 0.0], [1.0, 0.0], [-1.0, 0.0]]
+    np.testing.assert_allclose(chord_directions(points, s, at, 2.0), expected, atol=1e-12)
