@@ -220,3 +220,17 @@ def test_chord_from_a_point_to_itself_has_the_direction_in_which_the_line_begins
     s, at = np.array([0.0, 10.0, 20.0]), np.array([9.0, 10.0, 11.0])
     expected = [[1.0, 0.0], [1.0, 0.0], [-1.0, 0.0]]
     np.testing.assert_allclose(chord_directions(points, s, at, 2.0), expected, atol=1e-12)
+
+
+def test_arc_continues_straight_beyond_its_ends():
+    """The mean of |x| of a normal distribution is sqrt(2 / pi) standard deviations."""
+    route = Route(circle(20.0, 2.0, spacing=0.1))
+    assert route.heading[0] == pytest.approx(math.sqrt(2.0 / math.pi) / 20.0, rel=0.05)
+    assert route.curvature[0] == pytest.approx(0.0, abs=0.1 / 20.0)
+
+
+def test_route_of_whole_numbers_ends_at_its_points():
+    route = Route([[0, 0], [3, 0], [6, 0]])
+    assert route.points.dtype == float
+    assert route.project(9.0, 0.0, 6.0, 5.0, 5.0).s_m == 6.0
+    assert route.locate(-2.0, 0.0).s_m == 0.0
