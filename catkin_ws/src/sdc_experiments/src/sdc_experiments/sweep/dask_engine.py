@@ -118,17 +118,16 @@ class DaskEngine:
         Raises:
             ClusterError: a worker, or the scheduler, cannot run the tasks
         """
-        cannot_load = f"it cannot load {function.__module__} (%s); start it as the section "
-        cannot_load += "'A cluster' of docs/sweeps.md shows"
+        module = function.__module__
         try:  # the scheduler of newer versions of Dask loads the functions, too
-            self._client.run_on_scheduler(importlib.import_module, function.__module__)
+            self._client.run_on_scheduler(importlib.import_module, module)
         except Exception as error:  # noqa: BLE001  it is the scheduler's, of any type
-            raise ClusterError(f"the scheduler: {cannot_load % error}") from None
+            raise ClusterError(f"the scheduler: {_cannot_load(module, error)}") from None
         for address in self.workers:
             try:
                 problem = self._client.run(function, *arguments, workers=[address])[address]
             except Exception as error:  # noqa: BLE001  it is the worker's, of any type
-                problem = cannot_load % error
+                problem = _cannot_load(module, error)
             if problem:
                 raise ClusterError(f"worker {address}: {problem}")
 
@@ -182,6 +181,13 @@ class DaskEngine:
             "the connection to the Dask scheduler is lost; start the same command again: it "
             "continues where it stopped"
         )
+
+
+def _cannot_load(module: str, error: Exception) -> str:
+    return (
+        f"it cannot load {module} ({error}); start it as the section 'A cluster' of "
+        "docs/sweeps.md shows"
+    )
 
 
 def _run(topic: str, key: str, function: Callable, *arguments: object) -> None:
