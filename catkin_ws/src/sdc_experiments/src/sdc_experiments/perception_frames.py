@@ -12,6 +12,7 @@ import argparse
 import math
 import os
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
 
 import cv2
@@ -91,12 +92,9 @@ class FrameScore:
                 self.light_errors.append((near[0].x_m - _MOUNT_X_M) / light.depth_m - 1.0)
             else:
                 right = False
-        for one in free:
-            middle = 0.5 * (one.box[0] + one.box[2])
-            if one.x_m < LIGHT_RANGE_M and not _between(middle, scene.others):
-                self.false_lights += 1
-                right = False
-        return right
+        false = _false_ones(free, LIGHT_RANGE_M, scene)
+        self.false_lights += false
+        return right and not false
 
     def _add_bodies(self, scene: Scene, found: list[SeenBody]) -> bool:
         right, free = True, list(found)
@@ -104,8 +102,7 @@ class FrameScore:
             near = [
                 one
                 for one in free
-                if one.kind == body.kind
-                and _between(0.5 * (one.box[0] + one.box[2]), [(body.left, body.right)])
+                if one.kind == body.kind and _between(_middle(one), [(body.left, body.right)])
             ]
             if near:
                 best = min(near, key=lambda one: abs(one.x_m - _MOUNT_X_M - body.depth_m))
@@ -117,12 +114,9 @@ class FrameScore:
                 self.found_bodies += 1
                 self.body_errors.append((best.x_m - _MOUNT_X_M) / body.depth_m - 1.0)
             right = right and bool(near) and abs(self.body_errors[-1]) < 0.1
-        for one in free:
-            middle = 0.5 * (one.box[0] + one.box[2])
-            if one.x_m < BODY_RANGE_M and not _between(middle, scene.others):
-                self.false_bodies += 1
-                right = False
-        return right
+        false = _false_ones(free, BODY_RANGE_M, scene)
+        self.false_bodies += false
+        return right and not false
 
     def __add__(self, other: FrameScore) -> FrameScore:
         """Return the score of the pictures of both."""
@@ -156,6 +150,16 @@ def _inside(pixel: np.ndarray, box: tuple[float, float, float, float]) -> bool:
     u, v = pixel
     left, top, right, bottom = box
     return left - _NEAR_PX < u < right + _NEAR_PX and top - _NEAR_PX < v < bottom + _NEAR_PX
+
+
+def _false_ones(free: Sequence[SeenLight | SeenBody], range_m: float, scene: Scene) -> int:
+    """Return how many detections within a range are none of the scene's objects."""
+    return sum(one.x_m < range_m and not _between(_middle(one), scene.others) for one in free)
+
+
+def _middle(one: SeenLight | SeenBody) -> float:
+    """Return the column in the middle of a detection [px]."""
+    return 0.5 * (one.box[0] + one.box[2])
 
 
 def _between(column: float, spans: list[tuple[float, float]]) -> bool:
