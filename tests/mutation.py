@@ -1,8 +1,7 @@
 """Run mutmut on modules of the libraries, with the unit tests that import them: see tests/mutate.
 
-Each module is mutated in a copy of the project. mutmut leaves decorated code alone, so the copy
-writes dataclasses and properties without a decorator. Not mutated are methods of named tuples,
-class methods, static methods, and what is outside of functions.
+Each module is mutated in a copy of the project. mutmut leaves properties alone, so the copy writes
+them without their decorator. Not mutated is what is outside of functions.
 """
 
 import ast
@@ -25,20 +24,32 @@ PARTS = (
     "sdc_sim/evaluation",
     "sdc_sim/scenario",
 )
-# Tests that start programs take too long for thousands of runs.
 SLOW = re.compile(r"\bsubprocess\b|multiprocessing|isolated_ros_environment|\benvironment\b")
 HEADER = "| module | mutants | caught | |\n|---|---|---|---|\n"
 TABLE = re.compile(re.escape(HEADER) + r"(\|.*\n)*")
-CAUGHT = {1, 3, -24, 24, 36, 152, 255, -11}  # exit codes of mutmut: a test failed, or a timeout
+# Modules whose functions Numba compiles, which it cannot do with those of mutmut.
+COMPILED = (
+    "sdc_common.geometry.segments",
+    "sdc_common.piecewise_linear",
+    "sdc_sim.physics.vehicle_dynamics",
+    "sdc_sim.physics.vehicle_motion",
+)
+CAUGHT, TOO_LONG = {1, 3, -11}, {-24, 24, 36, 152, 255}  # exit codes of mutmut
+MUTMUT = [str(Path(sys.executable).with_name("mutmut"))]
 SETTINGS = """
 [tool.mutmut]
-paths_to_mutate = ["src/"]
-do_not_mutate = {others}
+source_paths = ["src/"]
+only_mutate = [{mutated}]
 also_copy = ["catkin_ws", "data", "conftest.py"]
-tests_dir = {tests}
+pytest_add_cli_args = ["-m", "not nightly"]
+pytest_add_cli_args_test_selection = {tests}
+track_dependencies = false
+use_git_change_detection = false
+timeout_multiplier = 20.0
 
 [tool.pytest.ini_options]
-addopts = "-q -p no:cacheprovider -p no:xdist --import-mode=importlib -k 'not fuzz'"
+addopts = "-q -p no:cacheprovider -p no:xdist --import-mode=importlib --assert=plain -k 'not fuzz'"
+markers = ["slow", "nightly"]
 """
 
 
@@ -66,45 +77,46 @@ def imports(module, path):
 
 
 def tests_of(module):
-    """Return the fast tests that import a module, else those of the modules that import it."""
+    """Return the tests that import a module and, if these are few, those of its users.
+
+    Tests that start programs are taken where there are no others, and from the same package.
+    """
     tests = [
         path
         for folder in ("sdc_common", "sdc_sim", "sdc_package")
         for path in sorted((SRC / folder / "test").glob("test_*.py"))
-        if not SLOW.search(path.read_text(encoding="utf-8"))
     ]
-    found = [path for path in tests if imports(module, path)]
-    if not found:
-        users = [one for one in all_modules() if imports(module, path_of(one))]
-        found = [path for path in tests if any(imports(user, path) for user in users)]
-    return [str(path.relative_to(ROOT)) for path in found]
+    fast = [path for path in tests if not SLOW.search(path.read_text(encoding="utf-8"))]
+    own = [path for path in tests if path.is_relative_to(SRC / module.partition(".")[0])]
+    for candidates, enough in ((fast, 3), (own, 1)):
+        users, seen, found = [module], set(), set()
+        while users and len(found) < enough:
+            found.update(path for path in candidates if any(imports(user, path) for user in users))
+            seen.update(users)
+            users = [
+                one
+                for one in all_modules()
+                if one not in seen and any(imports(user, path_of(one)) for user in users)
+            ]
+        if found:
+            return sorted(str(path.relative_to(ROOT)) for path in found)
+    return []
 
 
-def without_decorators(text):
-    """Return code that does the same without `@dataclass` and `@property`."""
+def without_properties(text):
+    """Return code that does the same without the decorator `@property`."""
     lines = text.splitlines()
-    insert = {}  # line number -> lines before it
+    insert = {}  # line number -> line after it
     for node in ast.walk(ast.parse(text)):
         for decorator in getattr(node, "decorator_list", ()):
-            call = ast.unparse(decorator)
-            if call.partition("(")[0] in ("dataclass", "property"):
-                lines[decorator.lineno - 1 : decorator.end_lineno] = [
-                    "" for _ in range(decorator.lineno, decorator.end_lineno + 1)
-                ]
-                line = " " * node.col_offset + f"{node.name} = {call}({node.name})"
-                insert.setdefault(node.end_lineno + 1, []).append(line)
-        if isinstance(node, ast.ClassDef) and "NamedTuple" in map(ast.unparse, node.bases):
-            for method in node.body:
-                if isinstance(method, ast.FunctionDef):
-                    first = min([method.lineno, *(one.lineno for one in method.decorator_list)])
-                    line = " " * method.col_offset + "@(lambda function: function)"
-                    insert.setdefault(first, []).append(line)
+            if ast.unparse(decorator) == "property":
+                lines[decorator.lineno - 1] = ""
+                line = " " * node.col_offset + f"{node.name} = property({node.name})"
+                insert[node.end_lineno] = line
     result = []
-    for number, line in enumerate([*lines, ""], start=1):
-        # The end of a method comes before that of its class.
-        result += sorted(insert.get(number, ()), key=lambda one: len(one.lstrip()) - len(one))
-        result.append(line)
-    return "\n".join(result)
+    for number, line in enumerate(lines, start=1):
+        result += [line, insert[number]] if number in insert else [line]
+    return "\n".join([*result, ""])
 
 
 def copy_project(folder, module, tests):
@@ -112,20 +124,18 @@ def copy_project(folder, module, tests):
     shutil.copytree(SRC, folder / "catkin_ws" / "src", ignore=kept)
     shutil.copytree(ROOT / "data", folder / "data", ignore=kept)
     shutil.copy(ROOT / "conftest.py", folder)
-    names = []
     for package in ("sdc_common", "sdc_sim", "sdc_package"):
         shutil.move(
             str(folder / "catkin_ws/src" / package / "src" / package), folder / "src" / package
         )
-        names += [
-            str(path.relative_to(folder)) for path in (folder / "src" / package).rglob("*.py")
-        ]
     messages = ROOT / "catkin_ws/devel/lib/python3/dist-packages/sdc_package/msg"
     (folder / "src" / "sdc_package" / "msg").symlink_to(messages)
+    if module in COMPILED:
+        (folder / "src" / "numba.py").write_text("raise ImportError\n", encoding="utf-8")
     mutated = folder / "src" / (module.replace(".", "/") + ".py")
-    mutated.write_text(without_decorators(mutated.read_text(encoding="utf-8")), encoding="utf-8")
-    others = sorted(set(names) - {str(mutated.relative_to(folder))})
-    settings = SETTINGS.format(others=json.dumps(others), tests=json.dumps(tests))
+    mutated.write_text(without_properties(mutated.read_text(encoding="utf-8")), encoding="utf-8")
+    name = json.dumps(str(mutated.relative_to(folder)))
+    settings = SETTINGS.format(mutated=name, tests=json.dumps(tests))
     (folder / "pyproject.toml").write_text(settings, encoding="utf-8")
     return Path("mutants") / (str(mutated.relative_to(folder)) + ".meta")
 
@@ -135,31 +145,38 @@ def mutate(module):
     tests = tests_of(module)
     if not tests:
         return None
-    mutmut = [str(Path(sys.executable).with_name("mutmut"))]
     with tempfile.TemporaryDirectory(prefix="mutation_") as name:
         folder = Path(name)
         (folder / "src").mkdir()
         meta = copy_project(folder, module, tests)
         done = subprocess.run(
-            [*mutmut, "run"],
+            [*MUTMUT, "run"],
             cwd=folder,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             text=True,
         )
+        if "could not find any test case" in done.stdout:
+            return None
         if not (folder / meta).exists() or "Running mutation testing" not in done.stdout:
-            sys.exit(
-                f"mutate: {module}: mutmut ended with {done.returncode}\n{done.stdout[-5000:]}"
-            )
+            said = re.sub("^[\u2800-\u28ff].*\n", "", done.stdout, flags=re.MULTILINE)
+            sys.exit(f"mutate: {module}: mutmut ended with {done.returncode}\n{said[-5000:]}")
         codes = json.loads((folder / meta).read_text(encoding="utf-8"))["exit_code_by_key"]
-        survivors = {}
-        for mutant in (key for key, code in codes.items() if code not in CAUGHT):
-            shown = subprocess.run(
-                [*mutmut, "show", mutant], cwd=folder, stdout=subprocess.PIPE, text=True
-            ).stdout
-            changed = re.findall(r"^[-+](?![-+]).*", shown, re.MULTILINE)
-            survivors[mutant.rpartition(".")[2]] = "\n".join(changed)
-        return len(codes), survivors
+
+        def differences(mutants):
+            return {mutant.rpartition(".")[2]: _difference(mutant, folder) for mutant in mutants}
+
+        survivors = differences(key for key, code in codes.items() if code not in CAUGHT | TOO_LONG)
+        too_long = differences(key for key, code in codes.items() if code in TOO_LONG)
+        return len(codes), survivors, too_long
+
+
+def _difference(mutant, folder):
+    """Return the lines that a mutant changes."""
+    shown = subprocess.run(
+        [*MUTMUT, "show", mutant], cwd=folder, stdout=subprocess.PIPE, text=True
+    ).stdout
+    return "\n".join(re.findall(r"^[-+](?![-+]).*", shown, re.MULTILINE))
 
 
 def table(stored):
@@ -187,11 +204,13 @@ def main(modules):
     for module in modules or all_modules():
         result = mutate(module)
         if result is None:
-            print(f"mutate: {module}: no unit test imports it", flush=True)
+            print(f"mutate: {module}: no unit test runs its functions", flush=True)
             continue
-        count, survivors = result
+        count, survivors, too_long = result
         for name, difference in survivors.items():
             print(f"{name}\n{difference}")
+        for name, difference in too_long.items():
+            print(f"{name} (caught: takes too long)\n{difference}")
         print(f"mutate: {module}: {count - len(survivors)} of {count} caught", flush=True)
         stored[module] = {"mutants": count, "caught": count - len(survivors)}
         stored = dict(sorted(stored.items()))
