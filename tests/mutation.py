@@ -129,7 +129,7 @@ def copy_project(folder, module, tests):
             str(folder / "catkin_ws/src" / package / "src" / package), folder / "src" / package
         )
     messages = ROOT / "catkin_ws/devel/lib/python3/dist-packages/sdc_package/msg"
-    (folder / "src" / "sdc_package" / "msg").symlink_to(messages)
+    shutil.copytree(messages, folder / "src" / "sdc_package" / "msg")
     if module in COMPILED:
         (folder / "src" / "numba.py").write_text("raise ImportError\n", encoding="utf-8")
     mutated = folder / "src" / (module.replace(".", "/") + ".py")
