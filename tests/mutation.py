@@ -41,7 +41,7 @@ SETTINGS = """
 source_paths = ["src/"]
 only_mutate = [{mutated}]
 also_copy = ["catkin_ws", "data", "conftest.py"]
-pytest_add_cli_args = ["-m", "not nightly"]
+pytest_add_cli_args = ["-m", {marks}]
 pytest_add_cli_args_test_selection = {tests}
 track_dependencies = false
 use_git_change_detection = false
@@ -119,7 +119,7 @@ def without_properties(text):
     return "\n".join([*result, ""])
 
 
-def copy_project(folder, module, tests):
+def copy_project(folder, module, tests, marks):
     kept = shutil.ignore_patterns("*.pyc", "__pycache__", "build", "devel")
     shutil.copytree(SRC, folder / "catkin_ws" / "src", ignore=kept)
     shutil.copytree(ROOT / "data", folder / "data", ignore=kept)
@@ -134,8 +134,11 @@ def copy_project(folder, module, tests):
         (folder / "src" / "numba.py").write_text("raise ImportError\n", encoding="utf-8")
     mutated = folder / "src" / (module.replace(".", "/") + ".py")
     mutated.write_text(without_properties(mutated.read_text(encoding="utf-8")), encoding="utf-8")
-    name = json.dumps(str(mutated.relative_to(folder)))
-    settings = SETTINGS.format(mutated=name, tests=json.dumps(tests))
+    settings = SETTINGS.format(
+        mutated=json.dumps(str(mutated.relative_to(folder))),
+        tests=json.dumps(tests),
+        marks=json.dumps(marks),
+    )
     (folder / "pyproject.toml").write_text(settings, encoding="utf-8")
     return Path("mutants") / (str(mutated.relative_to(folder)) + ".meta")
 
@@ -145,10 +148,17 @@ def mutate(module):
     tests = tests_of(module)
     if not tests:
         return None
+    # Slow tests only for code that no other test runs: each survivor takes the time of all tests.
+    return _mutate(module, tests, "not slow and not nightly") or _mutate(
+        module, tests, "not nightly"
+    )
+
+
+def _mutate(module, tests, marks):
     with tempfile.TemporaryDirectory(prefix="mutation_") as name:
         folder = Path(name)
         (folder / "src").mkdir()
-        meta = copy_project(folder, module, tests)
+        meta = copy_project(folder, module, tests, marks)
         done = subprocess.run(
             [*MUTMUT, "run"],
             cwd=folder,
@@ -156,7 +166,7 @@ def mutate(module):
             stderr=subprocess.STDOUT,
             text=True,
         )
-        if "could not find any test case" in done.stdout:
+        if "could not find any test case" in done.stdout or "returned 5" in done.stdout:
             return None
         if not (folder / meta).exists() or "Running mutation testing" not in done.stdout:
             said = re.sub("^[\u2800-\u28ff].*\n", "", done.stdout, flags=re.MULTILINE)
