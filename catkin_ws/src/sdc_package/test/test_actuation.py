@@ -19,6 +19,7 @@ def test_positive_steer_is_right_and_grows_with_the_speed():
     assert STEERING.command(-0.4, 5.0)[0] == pytest.approx(0.4 / 0.6)
     assert STEERING.command(-0.4, 100.0) == (1.0, False)
     assert STEERING.command(-0.41, 100.0) == (1.0, True)
+    assert STEERING.command(0.41, 100.0) == (-1.0, True)
 
 
 @given(st.floats(-50.0, 50.0))
@@ -28,21 +29,25 @@ def test_share_of_the_wheel_angle_is_linear_between_the_speeds(speed):
 
 
 @pytest.mark.parametrize(
-    "wrong",
+    ("wrong", "message"),
     [
-        {"max_wheel_angle_rad": 0.0},
-        {"max_wheel_angle_rad": 2.0},
-        {"shares": [1.0]},
-        {"shares": [1.0, 0.0]},
-        {"speeds_mps": [5.0, 5.0]},
-        {"speeds_mps": [], "shares": []},
+        ({"max_wheel_angle_rad": 0.0}, "max_wheel_angle_rad"),
+        ({"max_wheel_angle_rad": 2.0}, "max_wheel_angle_rad"),
+        ({"shares": ["full"]}, r"^steering: 'shares' must be a list of numbers, got \['full'\]$"),
+        ({"speeds_mps": 5.0}, r"'speeds_mps' must be a list of numbers, got 5\.0$"),
+        (
+            {"shares": [1.0]},
+            "^steering: 'speeds_mps' and 'shares' must have the same length.* got 2 and 1$",
+        ),
+        ({"speeds_mps": [], "shares": []}, ".* at least 1; got 0 and 0$"),
+        ({"shares": [1.0, 0.0]}, r"'shares' must be positive, got \[1\.0, 0\.0\]$"),
+        ({"speeds_mps": [5.0, 5.0]}, r"'speeds_mps' must rise, got \[5\.0, 5\.0\]$"),
     ],
 )
-def test_invalid_steering_maps_are_refused(wrong):
-    with pytest.raises(ValueError):
-        SteeringMap(
-            **{"max_wheel_angle_rad": 0.8, "speeds_mps": [0.0, 10.0], "shares": [1.0, 0.5], **wrong}
-        )
+def test_invalid_steering_maps_are_refused(wrong, message):
+    values = {"max_wheel_angle_rad": 0.8, "speeds_mps": [0.0, 10.0], "shares": [1.0, 0.5]}
+    with pytest.raises(ValueError, match=message):
+        SteeringMap(**{**values, **wrong})
 
 
 def test_pedals_have_their_values():
@@ -51,6 +56,14 @@ def test_pedals_have_their_values():
     assert PEDALS.pedals(-3.85) == (0.0, pytest.approx(0.5))
     assert PEDALS.pedals(100.0) == (1.0, 0.0)
     assert PEDALS.pedals(-100.0) == (0.0, 1.0)
+    # Between coasting and constant speed: half of the deadband.
+    assert PEDALS.pedals(-0.1) == (pytest.approx(0.5 * 0.3 + 0.1 / 7.0), 0.0)
+
+
+def test_car_that_rolls_freely_gets_the_whole_deadband_at_once():
+    pedals = PedalMap(**{**vars(PEDALS), "coast_mps2": 0.0})
+    assert pedals.pedals(0.07) == (pytest.approx(0.31), 0.0)
+    assert pedals.pedals(0.0) == (0.0, 0.0)
 
 
 @given(st.floats(-20.0, 20.0), st.floats(0.0, 0.01))

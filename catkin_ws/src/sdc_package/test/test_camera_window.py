@@ -1,10 +1,11 @@
 """What the camera window shows, without a display; node_camera_window.py opens a real one."""
 
 import numpy as np
+import pygame
 import pytest
 import rospy
 
-from sdc_package.camera_window import CameraWindow
+from sdc_package.camera_window import TITLE, CameraWindow
 
 IMAGE = np.full((4, 6, 4), (10, 20, 30, 255), np.uint8)
 MASK = np.full((4, 6), 255, np.uint8)
@@ -58,3 +59,26 @@ def test_window_without_a_display_logs_the_reason_and_is_disabled(monkeypatch):
     assert warnings[0].endswith("continuing without a window")
     window.update(IMAGE, MASK)
     assert window.picture is None
+
+
+def test_window_shows_the_picture_until_key_q(monkeypatch):
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")  # an invisible window
+    shown_at_keys = []
+
+    class Watched(CameraWindow):
+        def press(self, key):
+            colour = tuple(pygame.display.get_surface().get_at((0, 0)))[:3]
+            shown_at_keys.append((key, colour, pygame.display.get_caption()[0]))
+            if key == "x":
+                pygame.event.post(pygame.event.Event(pygame.KEYDOWN, key=pygame.K_q))
+            return super().press(key)
+
+    window = Watched(True, False)
+    window.update(IMAGE, MASK)
+    pygame.display.init()
+    pygame.event.post(pygame.event.Event(pygame.KEYDOWN, key=pygame.K_x))
+    window.run()
+    assert shown_at_keys == [("x", (30, 20, 10), TITLE), ("q", (30, 20, 10), TITLE)]
+    assert not pygame.display.get_init()
+    window.update(MASK, MASK)
+    assert shown(window) == (10, 20, 30)

@@ -111,11 +111,20 @@ def test_motion_is_measured_from_the_last_answered_odometry():
     inputs.add_odometry(odometry(1.0, yaw=3.1))
     inputs.add_path(PATH)
     inputs.add_odometry(odometry(1.05, yaw=0.5))
-    inputs.add_odometry(odometry(1.1, x=2.0, yaw=-3.1))
+    last = odometry(1.1, x=2.0, yaw=-3.1)
+    last.pose.pose.position.y = -3.0
+    last.twist.twist.linear.x = 4.0
+    inputs.add_odometry(last)
     inputs.add_path(PATH)
     first, second = motions
     assert (first.step_s, first.yaw_rate_radps) == (0.0, 0.0)
-    assert second.x_m == 2.0
+    assert (second.stamp, second.x_m, second.y_m, second.speed_mps) == (
+        last.header.stamp,
+        2.0,
+        -3.0,
+        4.0,
+    )
+    assert second.yaw_rad == pytest.approx(-3.1)
     assert second.step_s == pytest.approx(0.1)
     assert second.yaw_rate_radps == pytest.approx((2.0 * math.pi - 6.2) / 0.1)
 
@@ -162,6 +171,15 @@ def test_basic_control_answers_each_odometry_without_a_path():
     assert record.stops == []
     record.inputs.check(rospy.Time.from_sec(1.31))
     assert record.stops == [("odometry", 1.05, 5.0)]
+
+
+def test_basic_control_drives_on_while_no_path_has_ever_arrived():
+    record = Record(path_needed=False)
+    record.inputs.add_odometry(odometry(1.0))
+    record.inputs.add_odometry(odometry(1.5))
+    record.inputs.check(rospy.Time.from_sec(1.5))
+    assert record.answers == [(1.0, None), (1.5, None)]
+    assert record.stops == []
 
 
 def test_missing_odometry_stops_the_car():
