@@ -70,8 +70,7 @@ class PedalMap:
         throttle_gain_mps2: acceleration per unit of throttle beyond the deadband [m/s^2]
         brake_gain_mps2: deceleration per unit of brake [m/s^2]
         coast_mps2: deceleration without any pedal; down to it, the car coasts instead of
-        alternating between
-            throttle and brake [m/s^2]
+            alternating between throttle and brake [m/s^2]
     """
 
     throttle_deadband: float
