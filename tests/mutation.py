@@ -36,6 +36,7 @@ COMPILED = (
 )
 CAUGHT, TOO_LONG = {1, 3, -11}, {-24, 24, 36, 152, 255}  # exit codes of mutmut
 MUTMUT = [str(Path(sys.executable).with_name("mutmut"))]
+QUICK = "not slow and not nightly"
 SETTINGS = """
 [tool.mutmut]
 source_paths = ["src/"]
@@ -77,9 +78,10 @@ def imports(module, path):
 
 
 def tests_of(module):
-    """Return the tests that import a module and, if these are few, those of its users.
+    """Return lists of test files, to be tried one after the other: an empty one has no such tests.
 
-    Tests that start programs are taken where there are no others, and from the same package.
+    First those with the name of the module in theirs, or of one that imports it. Then those that
+    import it and, if these are few, those of its users. Then those that start programs.
     """
     tests = [
         path
@@ -88,19 +90,29 @@ def tests_of(module):
     ]
     fast = [path for path in tests if not SLOW.search(path.read_text(encoding="utf-8"))]
     own = [path for path in tests if path.is_relative_to(SRC / module.partition(".")[0])]
-    for candidates, enough in ((fast, 3), (own, 1)):
-        users, seen, found = [module], set(), set()
-        while users and len(found) < enough:
-            found.update(path for path in candidates if any(imports(user, path) for user in users))
-            seen.update(users)
-            users = [
-                one
-                for one in all_modules()
-                if one not in seen and any(imports(user, path_of(one)) for user in users)
-            ]
-        if found:
-            return sorted(str(path.relative_to(ROOT)) for path in found)
-    return []
+
+    def named(user, path):
+        return user.rpartition(".")[2] in path.stem and imports(user, path)
+
+    return [
+        _first_of(module, fast, named, 1),
+        _first_of(module, fast, imports, 3),
+        _first_of(module, own, imports, 1),
+    ]
+
+
+def _first_of(module, tests, belongs, enough):
+    """Return the tests that belong to a module, and to its users until there are enough."""
+    users, seen, found = [module], set(), set()
+    while users and len(found) < enough:
+        found.update(path for path in tests if any(belongs(user, path) for user in users))
+        seen.update(users)
+        users = [
+            one
+            for one in all_modules()
+            if one not in seen and any(imports(user, path_of(one)) for user in users)
+        ]
+    return sorted(str(path.relative_to(ROOT)) for path in found)
 
 
 def without_properties(text):
@@ -144,14 +156,14 @@ def copy_project(folder, module, tests, marks):
 
 
 def mutate(module):
-    """Return the number of mutants and the survivors with their differences; None: no tests."""
-    tests = tests_of(module)
-    if not tests:
-        return None
-    # Slow tests only for code that no other test runs: each survivor takes the time of all tests.
-    return _mutate(module, tests, "not slow and not nightly") or _mutate(
-        module, tests, "not nightly"
-    )
+    """Return the number of mutants, the survivors and those that take too long; None: no tests."""
+    named, fast, starting = tests_of(module)
+    # Each survivor takes the time of all tests: the slow ones only where no others run the code.
+    for tests, marks in ((named, QUICK), (fast, QUICK), (fast, "not nightly"), (starting, QUICK)):
+        result = _mutate(module, tests, marks) if tests else None
+        if result is not None:
+            return result
+    return None
 
 
 def _mutate(module, tests, marks):

@@ -62,7 +62,16 @@ def test_every_library_module_is_valid_without_properties():
         compile(mutation.without_properties(text), module, "exec")
 
 
-def test_a_module_is_tested_by_the_unit_tests_that_import_it():
-    tests = mutation.tests_of("sdc_sim.evaluation.metrics")
-    assert "catkin_ws/src/sdc_sim/test/test_metrics.py" in tests
-    assert not [path for path in tests if path.endswith(("test_camera.py", "test_processes.py"))]
+def test_a_module_is_tested_by_the_unit_tests_of_its_name_or_that_import_it():
+    named, fast, starting = mutation.tests_of("sdc_sim.evaluation.metrics")
+    assert named == ["catkin_ws/src/sdc_sim/test/test_metrics.py"]
+    assert set(named) < set(fast)
+    assert not [path for path in fast if path.endswith(("test_camera.py", "test_processes.py"))]
+
+
+def test_a_module_without_a_test_of_its_name_is_tested_by_those_of_its_users():
+    named = mutation.tests_of("sdc_sim.physics.vehicle_motion")[0]
+    assert "catkin_ws/src/sdc_sim/test/test_vehicle.py" in named
+    named, fast, starting = mutation.tests_of("sdc_common.ros.catkin_workspace")
+    assert (named, fast) == ([], [])
+    assert starting == ["catkin_ws/src/sdc_common/test/test_catkin_workspace.py"]
