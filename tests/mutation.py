@@ -24,7 +24,7 @@ PARTS = (
     "sdc_sim/evaluation",
     "sdc_sim/scenario",
 )
-SLOW = re.compile(r"\bsubprocess\b|multiprocessing|isolated_ros_environment|\benvironment\b")
+SLOW = re.compile(r"\bsubprocess\b|multiprocessing|isolated_ros_environment|\benvironment\b|README")
 HEADER = "| module | mutants | caught | |\n|---|---|---|---|\n"
 TABLE = re.compile(re.escape(HEADER) + r"(\|.*\n)*")
 # Modules whose functions Numba compiles, which it cannot do with those of mutmut.
