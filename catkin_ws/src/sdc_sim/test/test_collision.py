@@ -131,17 +131,65 @@ def test_turn_in_place_has_contact_with_a_body_at_the_side():
     assert 0.0 < contact.share < 1.0
 
 
-@pytest.mark.parametrize(("to_x", "free"), [(-1.0, True), (1.0, False)])
-def test_overlapping_body_may_only_move_out(to_x, free):
-    contact = first_contact(
-        lambda share: Rectangle(share * to_x, 0, 0, 4.7, 2.0), Rectangle(2.5, 0, 0, 1, 1)
-    )
-    assert (contact is None) == free
-
-
 def test_half_a_turn_has_contact_with_a_body_that_it_sweeps():
     """Start and end have the same outline: only the motion between them has the contact."""
     contact = first_contact(
         lambda share: Rectangle(0, 0, share * math.pi, 4.7, 2.0), Rectangle(0, 2.0, 0, 1.0, 1.0)
     )
     assert 0.0 < contact.share < 0.5
+
+
+def test_corners_are_named_counter_clockwise_from_the_front_left_one():
+    turned = Rectangle(10.0, 20.0, math.radians(90.0), 4.0, 2.0)
+    assert list(turned.corners()) == [
+        pytest.approx(corner) for corner in ((9.0, 22.0), (9.0, 18.0), (11.0, 18.0), (11.0, 22.0))
+    ]
+    assert turned.reach_m == pytest.approx(math.hypot(2.0, 1.0))
+
+
+def test_margin_is_added_on_each_side():
+    assert Rectangle(1.0, 2.0, 0.3, 4.0, 2.0).grown(0.5) == (1.0, 2.0, 0.3, 5.0, 3.0)
+
+
+def test_contact_of_bodies_far_from_the_origin_has_its_place_on_the_way():
+    """A car of 4 m drives from x = 107 to 117; a box of 2 m at x = 116 stops its centre at 113."""
+
+    def motion(share):
+        return Rectangle(107.0 + 10.0 * share, -50.0, 0.0, 4.0, 2.0)
+
+    contact = first_contact(motion, Rectangle(116.0, -50.0, 0.0, 2.0, 2.0))
+    assert contact == pytest.approx((0.6, -1.0, 0.0))
+    assert first_contact(motion, Rectangle(121.0, -50.0, 0.0, 2.0, 2.0)) is None
+    beside = first_contact(motion, Rectangle(116.0, -48.5, 0.0, 2.0, 2.0))
+    assert beside is not None
+    assert beside.share == pytest.approx(0.6)
+
+
+def test_contact_at_the_end_of_a_short_motion_is_found():
+    contact = first_contact(
+        lambda share: Rectangle(0.1 * share, 0.0, 0.0, 2.0, 2.0),
+        Rectangle(2.05, 0.0, 0.0, 2.0, 2.0),
+    )
+    assert contact == pytest.approx((0.5, -1.0, 0.0))
+
+
+def test_turn_on_the_spot_ends_at_a_contact():
+    """A beam of 10 m turns left through a quarter; a post stands 3 m to the left of its centre."""
+    contact = first_contact(
+        lambda share: Rectangle(0.0, 0.0, 0.5 * math.pi * share, 10.0, 0.2),
+        Rectangle(0.0, 3.0, 0.0, 0.2, 0.2),
+    )
+    assert contact is not None
+    assert contact.share == pytest.approx(1.0 - math.atan2(0.2, 2.9) / (0.5 * math.pi), abs=0.005)
+
+
+@pytest.mark.parametrize(
+    ("way_m", "contact"),
+    [(0.5, (0.0, -1.0, 0.0)), (-0.5, None), (-0.1, None), (3.5, None)],
+)
+def test_body_that_overlaps_another_may_only_move_out(way_m, contact):
+    def motion(share):
+        return Rectangle(way_m * share, 0.0, 0.0, 2.0, 2.0)
+
+    found = first_contact(motion, Rectangle(1.5, 0.0, 0.0, 2.0, 2.0))
+    assert found == contact
