@@ -19,9 +19,13 @@ _BLOCK = 50
 _LAST = 65535
 
 
-def _candidates() -> range:
-    """Return the ports below those that the kernel gives to outgoing connections."""
-    outgoing = int(_OUTGOING.read_text().split()[0]) if _OUTGOING.exists() else _LAST
+def candidate_ports(range_file: Path = _OUTGOING) -> range:
+    """Return the ports below those that the kernel gives to outgoing connections.
+
+    Args:
+        range_file: file of the first and the last port of outgoing connections; it may be missing
+    """
+    outgoing = int(range_file.read_text().split()[0]) if range_file.exists() else _LAST
     return range(_FIRST, outgoing if outgoing >= _FIRST + _BLOCK else _LAST)
 
 
@@ -75,7 +79,7 @@ def _is_free(port: int) -> bool:
     return False
 
 
-_ports = MasterPorts(_candidates())
+_ports = MasterPorts(candidate_ports())
 
 
 def free_master_port() -> int:
