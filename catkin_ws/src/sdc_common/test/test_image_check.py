@@ -33,6 +33,7 @@ GOOD = {"height": 48, "width": 64, "encoding": "bgra8", "step": 256, "data": byt
 def test_good_images_are_accepted():
     check_image(Image(**GOOD))
     check_image(Image(height=1, width=1, encoding="bgr8", step=8, data=bytes(8)))
+    check_image(Image(height=1, width=1, encoding="mono8", step=1, data=bytes(1)))
 
 
 @pytest.mark.parametrize(
