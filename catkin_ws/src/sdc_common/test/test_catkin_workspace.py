@@ -1,13 +1,16 @@
 """The stack of another workspace is found in that workspace, and errors are one line."""
 
 import os
+import sys
 import xml.etree.ElementTree as ElementTree
 
 import pytest
 
 from sdc_common.ros.catkin_workspace import (
     WorkspaceError,
+    absolute_path,
     check_stack,
+    main,
     stack_launch,
     workspace_environment,
 )
@@ -42,17 +45,40 @@ def launched(workspace, stack, waypoints_path=""):
 def test_environment_is_that_of_the_workspace_with_the_master_of_the_drive(workspace, monkeypatch):
     monkeypatch.setenv("PYTHONPATH", "/ours")
     monkeypatch.setenv("ROS_MASTER_URI", "http://here:11311")
-    monkeypatch.setenv("MINE", "two\nlines")
+    monkeypatch.setenv("MINE", "two\nlines=a=b")
     environment = workspace_environment(workspace)
     assert environment["ROS_PACKAGE_PATH"] == f"{workspace}/src"
     assert "PYTHONPATH" not in environment
     assert environment["ROS_MASTER_URI"] == "http://here:11311"
-    assert environment["MINE"] == "two\nlines"
+    assert environment["MINE"] == "two\nlines=a=b"
+
+
+def test_setup_file_gets_no_input_of_the_caller(workspace, tmp_path):
+    with open(os.path.join(workspace, "devel", "setup.bash"), "a", encoding="utf-8") as file:
+        file.write("read -r TYPED\nexport TYPED\n")
+    (tmp_path / "typed").write_text("for another program\n")
+    own_input = os.dup(0)
+    with open(tmp_path / "typed", encoding="utf-8") as typed:
+        os.dup2(typed.fileno(), 0)
+        try:
+            environment = workspace_environment(workspace)
+        finally:
+            os.dup2(own_input, 0)
+            os.close(own_input)
+    assert environment["TYPED"] == ""
 
 
 def test_relative_workspace_starts_at_the_folder_of_the_caller(workspace, monkeypatch):
     monkeypatch.setenv("PWD", os.path.dirname(workspace))
     assert "ROS_PACKAGE_PATH" in workspace_environment("their ws")
+
+
+def test_relative_path_starts_at_the_working_directory_if_no_shell_names_the_callers(
+    tmp_path, monkeypatch
+):
+    monkeypatch.delenv("PWD")
+    monkeypatch.chdir(tmp_path)
+    assert absolute_path("all.launch") == str(tmp_path / "all.launch")
 
 
 @pytest.mark.parametrize(
@@ -71,12 +97,34 @@ def test_launch_file_of_a_workspace_is_found(workspace, stack, arguments):
 def test_list_of_nodes_becomes_a_launch_file(workspace):
     arguments, text = launched(workspace, NODES, "/my <route>.csv")
     assert arguments == ("-",)
+    assert text.startswith("<launch><node ")
     nodes = ElementTree.fromstring(text).findall("node")
+    assert [node.get("output") for node in nodes] == ["screen", "screen"]
     assert [(node.get("pkg"), node.get("type"), node.get("name")) for node in nodes] == [
         ("sdc_package", "planner.py", "planner"),
         ("sdc_package", "controller", "controller"),
     ]
-    assert nodes[0].find("param").get("value") == "/my <route>.csv"
+    for node in nodes:
+        assert node.find("param").attrib == {"name": "waypoints_path", "value": "/my <route>.csv"}
+
+
+def test_nodes_get_an_empty_waypoints_path_by_default(workspace):
+    text = stack_launch(workspace, NODES, workspace_environment(workspace)).xml
+    assert ElementTree.fromstring(text).find("node/param").get("value") == ""
+
+
+def test_stack_is_found_in_a_workspace_without_a_prefix_path(workspace):
+    environment = {"ROS_PACKAGE_PATH": f"{workspace}/src"}
+    assert stack_launch(workspace, "", environment).arguments == ("sdc_package", "stack.launch")
+
+
+def test_node_of_another_package_is_not_one_of_the_package(workspace):
+    other = os.path.join(workspace, "devel", "lib", "other")
+    os.mkdir(other)
+    with open(os.path.join(other, "node"), "w", encoding="utf-8"):
+        pass
+    with pytest.raises(WorkspaceError, match="package sdc_package has no 'node'"):
+        launched(workspace, "sdc_package/node")
 
 
 @pytest.mark.parametrize(
@@ -94,15 +142,30 @@ def test_stack_that_is_not_there_is_named_in_one_line(workspace, stack, parts):
         check_stack(workspace, stack)
     assert [part for part in [workspace, *parts] if part not in str(error.value)] == []
     assert "\n" not in str(error.value)
+    assert str(error.value).endswith(
+        "; give stack:=FILE.launch, stack:=PACKAGE/FILE.launch or "
+        'stack:="PACKAGE/NODE PACKAGE/NODE"'
+    )
 
 
-def test_workspace_that_is_not_built_is_refused(tmp_path):
-    with pytest.raises(WorkspaceError, match=r"has no devel/setup\.bash.*catkin_make -C"):
-        check_stack(str(tmp_path), "")
-    with pytest.raises(WorkspaceError, match="is not a folder"):
-        check_stack(str(tmp_path / "missing"), "")
-    (tmp_path / "setup.bash").write_text("unset ROS_PACKAGE_PATH\n")
-    with pytest.raises(WorkspaceError, match="sets no ROS_PACKAGE_PATH"):
+@pytest.mark.parametrize(
+    ("name", "reason"), [("", " has no devel/setup.bash; "), ("missing", " is not a folder; ")]
+)
+def test_workspace_that_is_not_built_is_refused(tmp_path, name, reason):
+    folder = os.path.join(tmp_path, name)
+    with pytest.raises(WorkspaceError) as error:
+        check_stack(folder, "")
+    assert f"workspace:={folder}: " in str(error.value)
+    assert reason in str(error.value)
+    assert (
+        str(error.value).rstrip("/").endswith(f" build it first: catkin_make -C {tmp_path / name}")
+    )
+
+
+@pytest.mark.parametrize("setup", ["unset ROS_PACKAGE_PATH", "unset ROS_PACKAGE_PATH; exit 3"])
+def test_setup_file_that_names_no_packages_is_refused(tmp_path, setup):
+    (tmp_path / "setup.bash").write_text(setup + "\n")
+    with pytest.raises(WorkspaceError, match="setup.bash sets no ROS_PACKAGE_PATH; build it$"):
         check_stack(str(tmp_path), "")
 
 
@@ -116,6 +179,30 @@ def test_stack_that_would_start_nodes_of_another_workspace_is_refused(workspace,
     with pytest.raises(WorkspaceError) as error:
         check_stack("", stack)
     assert f"nodes of {ours}" in str(error.value)
-    assert f"add workspace:={workspace}" in str(error.value)
+    assert str(error.value).endswith(f"add workspace:={workspace}")
+    os.rename(os.path.join(workspace, "devel"), os.path.join(workspace, "renamed"))
+    with pytest.raises(WorkspaceError, match="add workspace:=FOLDER$"):
+        check_stack("", stack)
     monkeypatch.setenv("ROS_PACKAGE_PATH", f"{workspace}/src")
     check_stack("", stack)
+
+
+@pytest.mark.parametrize("manifest", [None, "<package/>", MANIFEST.format("unknown")])
+def test_stack_outside_of_the_packages_of_ros_is_accepted(tmp_path, manifest):
+    if manifest is not None:
+        (tmp_path / "package.xml").write_text(manifest)
+    check_stack("", str(tmp_path / "all.launch"))
+
+
+@pytest.mark.parametrize(
+    ("stack", "status", "fix"), [("", 0, ""), ("sdc_package/other.launch", 1, "; give stack:=")]
+)
+def test_command_line_prints_the_fix_and_returns_1_on_an_error(
+    workspace, monkeypatch, capsys, stack, status, fix
+):
+    monkeypatch.setattr(sys, "argv", ["catkin_workspace", workspace, stack, "ignored"])
+    assert main() == status
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    assert fix in printed.err
+    assert printed.err.count("\n") == status
