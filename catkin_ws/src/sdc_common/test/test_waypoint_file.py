@@ -1,9 +1,11 @@
+import sys
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sdc_common.routes.waypoint_file import WaypointError, load_waypoints
+from sdc_common.routes.waypoint_file import WaypointError, load_waypoints, main
 
 GOOD = "0,0\n1,0\n2,-1\n"
 ROUTE = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 1.0]])
@@ -13,7 +15,7 @@ ACCEPTED = [
     ("further columns", "0,0,90,a\n1,0,90,b\n2,-1,45,c\n"),
     ("header", "x,y,yaw\n" + GOOD),
     ("quoted header", '"X","Y"\n' + GOOD),
-    ("comments", "# a route\n0,0\n1,0 # here\n2,-1\n"),
+    ("comments", "# a route\n0,0\n1,0 # here # there\n2,-1\n"),
     ("blank lines", "\n0,0\n\n1,0\n,\n2,-1\n\n\n"),
     ("windows", GOOD.replace("\n", "\r\n")),
     ("town03", GOOD.replace("\n", "\r\r\n")),
@@ -24,25 +26,34 @@ ACCEPTED = [
     ("exponents", "0e0,0\n1.0E0,0\n.2e1,-1\n"),
 ]
 
+IN_METRES, DELETE = "; write it in metres with a decimal point", "; delete one of them"
+TWO = "at least 2; add rows of x,y in metres"
+FINITE = "finite number; write it in metres or delete the row"
+ROUND = "with a radius of 4 m, or delete the rows that lead back"
+COMMA, COLUMNS = "; write x,y with a comma", "; move them to columns 1 and 2"
+# Name, content, parts of the message, and its end.
 REFUSED = [
-    ("empty", "", ["0 waypoint(s)", "at least 2"]),
-    ("one point", "1,2\n", ["1 waypoint(s)", "at least 2"]),
-    ("header alone", "x,y\n", ["0 waypoint(s)"]),
-    ("word", "0,0\n1,zero\n2,0\n", ["row 2", "y is 'zero'", "not a number"]),
-    ("word in the first row", "0,zero\n1,0\n", ["row 1", "y is 'zero'"]),
-    ("second header", "x,y\nx,y\n0,0\n1,0\n", ["row 2", "x is 'x'"]),
-    ("empty field", "0,0\n1,\n2,0\n", ["row 2", "y is ''"]),
-    ("NaN", "0,0\nnan,0\n2,0\n", ["row 2", "x is nan", "finite"]),
-    ("infinity", "0,0\n0,-inf\n", ["row 2", "y is -inf"]),
-    ("one column", "0,0\n1\n2,0\n", ["row 2", "one column"]),
-    ("semicolons", "0;0\n1;0\n", ["row 2", "comma"]),
-    ("repeated point", "0,0\n\n1,1\n1,1\n2,2\n", ["row 4", "repeats", "row 3", "delete"]),
-    ("turned back", "0,0\n5,0\n10,0\n6,1\n", ["row 3", "turns by 166 degrees", "radius of 4 m"]),
-    ("rows led back", "0,0\n1,0\n2,0\n3,0\n1,0\n2,0\n3,0\n", ["row 4", "by 180 degrees", "delete"]),
-    ("swapped header", "y,x\n0,0\n1,0\n", ["row 1", "column 2", "columns 1 and 2"]),
-    ("time in front", "time,x,y\n0,0,0\n1,0,1\n", ["row 1", "column 2"]),
-    ("far away", "0,0\n1e30,0\n", ["row 2", "farther than"]),
-    ("row counted over town03 ends", "0,0\r\r\n1,0\r\r\nword,0\r\r\n", ["row 3", "'word'"]),
+    ("empty", "", ["0 waypoint(s)"], TWO),
+    ("one point", "1,2\n", ["1 waypoint(s)"], TWO),
+    ("header alone", "x,y\n", ["0 waypoint(s)"], TWO),
+    ("word", "0,0\n1,zero\n2,0\n", ["row 2", "y is 'zero'", "not a number"], IN_METRES),
+    ("word in the first row", "0,zero\n1,0\n", ["row 1", "y is 'zero'"], IN_METRES),
+    ("second header", "x,y\nx,y\n0,0\n1,0\n", ["row 2", "x is 'x'"], IN_METRES),
+    ("header below a point", "0,0\nx,y\n1,0\n", ["row 2", "x is 'x'"], IN_METRES),
+    ("empty field", "0,0\n1,\n2,0\n", ["row 2", "y is ''"], IN_METRES),
+    ("NaN", "0,0\nnan,0\n2,0\n", ["row 2", "x is nan"], FINITE),
+    ("infinity", "0,0\n0,-inf\n", ["row 2", "y is -inf"], FINITE),
+    ("one column", "0,0\n1\n2,0\n", ["row 2", "one column ('1')"], COMMA),
+    ("semicolons", "0;0\n1;0\n", ["row 2", "one column ('1;0')"], COMMA),
+    ("repeated point", "0,0\n\n1,1\n1,1\n2,2\n", ["row 4", "point of row 3"], DELETE),
+    ("late repeated point", "0,0\n1,0\n2,0\n\n2,0\n", ["row 5", "point of row 3"], DELETE),
+    ("turned back", "0,0\n5,0\n10,0\n6,1\n", ["row 3", "by 166 degrees within 4 m"], ROUND),
+    ("rows led back", "0,0\n1,0\n2,0\n3,0\n1,0\n2,0\n3,0\n", ["row 4", "by 180 degrees"], ROUND),
+    ("swapped header", "y,x\n0,0\n1,0\n", ["row 1", "x in column 2 and y in column 1"], COLUMNS),
+    ("quoted swapped header", '"Y","X"\n0,0\n1,0\n', ["row 1", "x in column 2"], COLUMNS),
+    ("time in front", "time,x,y\n0,0,0\n1,0,1\n", ["x in column 2 and y in column 3"], COLUMNS),
+    ("far away", "0,0\n1e30,0\n", ["row 2", "farther than 100000 m"], "metres in a local frame"),
+    ("row counted over town03 ends", "0,0\r\r\n1,0\r\r\nword,0\r\r\n", ["row 3"], IN_METRES),
 ]
 
 
@@ -62,9 +73,23 @@ def test_well_formed_file_is_accepted(write, text):
 
 
 @pytest.mark.parametrize(
-    ("text", "parts"), [row[1:] for row in REFUSED], ids=[row[0] for row in REFUSED]
+    "points",
+    [
+        [[0.0, 0.0], [0.0, 1.0]],
+        [[0.0, 5.0], [5.0, 5.0], [10.0, 5.0]],
+        [[0.0, 0.0], [0.001, 0.0]],
+        [[0.0, 0.0], [1e5, -1e5]],
+    ],
 )
-def test_bad_file_is_refused_in_one_line_that_names_file_and_row(write, text, parts):
+def test_every_route_within_the_limits_is_accepted(write, points):
+    text = "".join(f"{x},{-y}\n" for x, y in points)
+    np.testing.assert_array_equal(load_waypoints(write(text)), points)
+
+
+@pytest.mark.parametrize(
+    ("text", "parts", "end"), [row[1:] for row in REFUSED], ids=[row[0] for row in REFUSED]
+)
+def test_bad_file_is_refused_in_one_line_that_names_file_and_row(write, text, parts, end):
     path = write(text)
     with pytest.raises(WaypointError) as caught:
         load_waypoints(path)
@@ -72,20 +97,47 @@ def test_bad_file_is_refused_in_one_line_that_names_file_and_row(write, text, pa
     assert "\n" not in message
     for part in [path, *parts]:
         assert part in message
+    assert message.endswith(end)
 
 
-def test_missing_file_folder_or_name_is_refused(tmp_path):
-    for path, part in ((tmp_path / "none.csv", "No such file"), (tmp_path, "Is a directory")):
-        with pytest.raises(WaypointError, match=part) as caught:
-            load_waypoints(str(path))
-        assert str(path) in str(caught.value)
-    with pytest.raises(WaypointError, match="waypoints_path"):
+@pytest.mark.parametrize(
+    ("name", "reason"), [("none.csv", "No such file or directory"), ("", "Is a directory")]
+)
+def test_file_that_cannot_be_read_is_refused(tmp_path, name, reason):
+    path = tmp_path / name
+    with pytest.raises(WaypointError) as caught:
+        load_waypoints(str(path))
+    assert str(caught.value).startswith(f"{path}: the file cannot be read ({reason}); ")
+    assert str(caught.value).endswith("set waypoints_path to a readable CSV file")
+
+
+def test_missing_name_is_refused():
+    with pytest.raises(WaypointError, match="^waypoints_path is empty; .* a CSV file of x,y$"):
         load_waypoints("")
 
 
 def test_binary_file_is_refused(write):
     with pytest.raises(WaypointError, match="not text .byte 0"):
         load_waypoints(write(b"\x89PNG\r\n\x1a\n\xff\xfe"))
+
+
+def test_command_line_prints_the_length_of_a_route(write, monkeypatch, capsys):
+    path = write("0,0\n3,4\n6,8\n6,20\n")
+    monkeypatch.setattr(sys, "argv", ["waypoint_file", path])
+    assert main() == 0
+    assert capsys.readouterr() == (f"{path}: 4 waypoints, 22.0 m\n", "")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "start"), [([], "waypoints_path is empty"), (["none.csv"], "none.csv: the file")]
+)
+def test_command_line_prints_the_mistake_and_returns_1(monkeypatch, capsys, arguments, start):
+    monkeypatch.setattr(sys, "argv", ["waypoint_file", *arguments])
+    assert main() == 1
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    assert printed.err.startswith(start)
+    assert printed.err.count("\n") == 1
 
 
 NUMBERS = (
