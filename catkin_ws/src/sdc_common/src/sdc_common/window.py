@@ -94,7 +94,7 @@ class ImageWindow:
         Returns:
             the names of the keys that were pressed
         """
-        keys = self._pressed_keys()
+        keys = [] if self.closed else self._pressed_keys()
         if self.closed:
             return keys
         if picture is not None:
