@@ -1,0 +1,176 @@
+"""A window of SDL's driver without a display; node_camera_window.py opens a real one."""
+
+import os
+
+import numpy as np
+import pygame
+import pytest
+
+from sdc_common.window import ImageWindow, NoDisplay
+
+VARIABLES = ("DISPLAY", "WAYLAND_DISPLAY", "SDL_VIDEODRIVER")
+# Four rows and six columns, each value once.
+PICTURE = np.arange(4 * 6 * 3, dtype=np.uint8).reshape(4, 6, 3)
+
+
+@pytest.fixture
+def display(monkeypatch):
+    """Return a function that sets what tells SDL where to open windows."""
+
+    def set_variables(**values):
+        for name in VARIABLES:
+            monkeypatch.setenv(name, "")
+            monkeypatch.delenv(name)
+        for name, value in values.items():
+            monkeypatch.setenv(name, value)
+
+    yield set_variables
+    pygame.display.quit()
+
+
+@pytest.fixture
+def window(display):
+    display(SDL_VIDEODRIVER="dummy")
+    return ImageWindow("camera", (6, 4))
+
+
+def screen():
+    """Return the BGR picture on the screen."""
+    return pygame.surfarray.array3d(pygame.display.get_surface()).transpose(1, 0, 2)[:, :, ::-1]
+
+
+def press(key, down=True):
+    pygame.event.post(pygame.event.Event(pygame.KEYDOWN if down else pygame.KEYUP, key=key))
+
+
+def whiten(surface):
+    surface.fill((255, 255, 255))
+
+
+def test_window_opens_with_its_title_and_size(display):
+    display(SDL_VIDEODRIVER="dummy")
+    window = ImageWindow("camera", (64, 48))
+    assert pygame.display.get_caption()[0] == "camera"
+    assert pygame.display.get_surface().get_size() == (64, 48)
+    assert (window.closed, window.held, window.step_s) == (False, set(), 0.0)
+
+
+@pytest.mark.parametrize("picture", [PICTURE, PICTURE[:3], PICTURE[:, 1:], PICTURE[:, ::-1]])
+def test_window_shows_the_picture_in_its_size_and_colours(window, picture):
+    for _ in range(2):
+        window.show(picture)
+        np.testing.assert_array_equal(screen(), picture)
+
+
+def test_window_without_a_picture_is_black(window):
+    window.show(None, whiten)
+    window.show(None)
+    assert not screen().any()
+
+
+def test_last_picture_is_shown_again_without_the_overlay(window):
+    window.show(PICTURE, whiten)
+    assert (screen() == 255).all()
+    window.show(None)
+    np.testing.assert_array_equal(screen(), PICTURE)
+
+
+def test_overlay_is_drawn_over_the_picture(window):
+    window.show(PICTURE, lambda surface: surface.set_at((5, 3), (30, 20, 10)))
+    expected = PICTURE.copy()
+    expected[3, 5] = 10, 20, 30
+    np.testing.assert_array_equal(screen(), expected)
+
+
+def test_pressed_keys_are_returned_once_and_held_until_they_are_released(window):
+    press(pygame.K_a)
+    press(pygame.K_UP)
+    assert window.show(PICTURE) == ["a", "up"]
+    assert window.held == {"a", "up"}
+    press(pygame.K_a, down=False)
+    assert window.show(PICTURE) == []
+    assert window.held == {"up"}
+
+
+@pytest.mark.skipif(not hasattr(pygame, "WINDOWFOCUSLOST"), reason="pygame 1.9 does not have it")
+def test_no_key_is_held_in_a_window_without_the_focus(window):
+    press(pygame.K_a)
+    window.show(PICTURE)
+    pygame.event.post(pygame.event.Event(pygame.MOUSEMOTION))
+    window.show(PICTURE)
+    assert window.held == {"a"}
+    pygame.event.post(pygame.event.Event(pygame.WINDOWFOCUSLOST))
+    window.show(PICTURE)
+    assert window.held == set()
+
+
+def test_user_closes_the_window(window):
+    press(pygame.K_a)
+    pygame.event.post(pygame.event.Event(pygame.QUIT))
+    press(pygame.K_b)
+    assert window.show(PICTURE) == ["a"]
+    assert window.closed
+    assert window.held == set()
+    assert not pygame.display.get_init()
+
+
+def test_window_is_closed_once(window):
+    window.close()
+    assert window.closed
+    assert not pygame.display.get_init()
+    pygame.display.init()
+    window.close()
+    assert pygame.display.get_init(), "another window can be open by now"
+
+
+def test_closed_window_shows_nothing_and_returns_no_keys(window):
+    window.close()
+    assert window.show(PICTURE, whiten) == []
+
+
+class Clock:
+    """Takes the place of pygame's: each picture is shown for so long [ms]."""
+
+    shown_ms = 0
+
+    def tick(self, frames_per_second):
+        self.shown_ms = 1000 // frames_per_second
+        return self.shown_ms
+
+    def get_fps(self):
+        return 24.0
+
+
+def test_rate_of_the_pictures_is_limited_and_measured(display, monkeypatch):
+    display(SDL_VIDEODRIVER="dummy")
+    monkeypatch.setattr(pygame.time, "Clock", Clock)
+    window = ImageWindow("camera", frames_per_second=20)
+    window.show(PICTURE)
+    assert window.step_s == 0.05
+    assert window.frame_rate == 24.0
+
+
+@pytest.mark.parametrize(
+    ("values", "name", "reason"),
+    [
+        ({}, "''", ""),
+        ({"DISPLAY": ":77"}, "':77'", ": x11 not available"),
+        ({"WAYLAND_DISPLAY": "none"}, "''", ""),
+        ({"WAYLAND_DISPLAY": "none", "DISPLAY": ":77"}, "':77'", ""),
+        ({"SDL_VIDEODRIVER": "nonsense"}, "''", ": nonsense not available"),
+    ],
+)
+def test_missing_display_is_named(display, values, name, reason):
+    display(**values)
+    with pytest.raises(NoDisplay) as error:
+        ImageWindow("camera")
+    missing = f"there is no display to open a window on (DISPLAY={name})"
+    assert str(error.value) == missing + reason
+    assert not pygame.display.get_init()
+
+
+def test_chosen_driver_is_used_also_with_a_display(display):
+    display(DISPLAY=":77", SDL_VIDEODRIVER="dummy")
+    ImageWindow("camera")
+    assert pygame.display.get_driver() == "dummy"
+    assert os.environ["SDL_VIDEODRIVER"] == "dummy"
