@@ -92,10 +92,13 @@ class _Supervisor:
     def _fork(self) -> bool:
         """Return True in the child."""
         supervisor = os.getpid()
+        # A request to end that reaches the child before its own handlers are set waits for them.
+        mask = signal.pthread_sigmask(signal.SIG_BLOCK, END_SIGNALS)
         self._child = os.fork()
         if self._child:
             if self._end_signal:
                 os.kill(self._child, self._end_signal)
+            signal.pthread_sigmask(signal.SIG_SETMASK, mask)
             return False
         for number in END_SIGNALS:
             signal.signal(number, signal.SIG_DFL)
@@ -107,6 +110,7 @@ class _Supervisor:
         self._libc.prctl(_PR_SET_NAME, self.name.encode()[:15])
         if os.getppid() != supervisor:
             os._exit(1)
+        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
         return True
 
     def _wait(self) -> int:
