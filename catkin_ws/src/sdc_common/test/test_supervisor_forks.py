@@ -4,6 +4,7 @@ import ctypes
 import itertools
 import json
 import os
+import shutil
 import signal
 import sys
 import tempfile
@@ -19,6 +20,12 @@ BROKEN = 99
 GET_DEATH_SIGNAL = 2  # of prctl
 
 
+def kill_own(process, number, kill=os.kill):
+    """Send a signal to a process of this test."""
+    assert process > 1, "that is a group of processes, or the first process of the machine"
+    kill(process, number)
+
+
 @pytest.fixture(autouse=True)
 def kept(monkeypatch, tmp_path):
     """Restore what the supervisor changes in its process; return the folder of its files."""
@@ -27,6 +34,7 @@ def kept(monkeypatch, tmp_path):
     monkeypatch.setattr(tempfile, "tempdir", str(folder))
     monkeypatch.setattr(sys, "argv", ["/scripts/planner.py", "_gain:=2", "__name:=dummy"])
     monkeypatch.delenv(STATE_FOLDER_VARIABLE, raising=False)
+    monkeypatch.setattr(os, "kill", kill_own)
     handlers = {number: signal.getsignal(number) for number in END_SIGNALS}
     process_name = Path("/proc/self/comm").read_text()
     yield folder
@@ -153,17 +161,35 @@ def test_node_that_crashes_at_its_end_is_not_started_again(capsys):
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
-def test_request_to_end_before_a_start_ends_the_node_that_starts(monkeypatch, number):
+@pytest.mark.parametrize("start_of_request", [1, 2])
+def test_request_to_end_before_a_start_ends_the_node_that_starts(
+    monkeypatch, number, start_of_request
+):
+    # The supervisor looks at the clock before a start and after a crash.
+    looks = itertools.count(1)
+
     def now():
-        os.kill(os.getpid(), number)
+        if next(looks) == 2 * start_of_request - 1:
+            os.kill(os.getpid(), number)
         return 0.0
 
     def node(start):
+        if start < start_of_request:
+            die()
         signal.alarm(20)
         signal.pause()
 
     monkeypatch.setattr(supervisor, "time", types.SimpleNamespace(monotonic=now))
     assert run(node) == 128 + number
+
+
+def test_node_can_remove_the_folder_itself(kept):
+    def node(start):
+        shutil.rmtree(os.environ[STATE_FOLDER_VARIABLE])
+        return 3
+
+    assert run(node) == 3
+    assert list(kept.iterdir()) == []
 
 
 def test_node_has_its_own_session_and_name_and_ends_with_the_supervisor(monkeypatch, tmp_path):
