@@ -1,6 +1,7 @@
 import math
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -73,6 +74,64 @@ def test_loop_at_half_the_rate_answers_every_second_tick_by_order():
     assert (matching.answered, matching.by_order) == (0, 10)
 
 
+def counts(events):
+    """Return the counters after odometry (o) and commands (c) with these stamps: "o1 c1"."""
+    matching = CommandMatching()
+    for event in events.split():
+        add = matching.add_odometry if event[0] == "o" else matching.add_command
+        add(int(event[1:]))
+    return matching.answered, matching.by_order, matching.missed, matching.pending
+
+
+@pytest.mark.parametrize(
+    ("events", "answered", "by_order"),
+    [
+        ("c0 o1", 0, 0),  # nothing to answer yet
+        ("o1 c0 c0", 0, 1),
+        ("o1 o2 c0 c0 c0", 0, 2),
+        ("o1 c1 c0", 1, 0),
+        ("o1 o2 c2 c0", 1, 1),
+        ("o1 o2 o3 c2 c3 c0", 2, 0),
+        ("o1 c2 o2", 1, 0),  # early: by order only until its odometry arrives
+        ("o1 c2 c3 o2 o3", 2, 0),
+        ("o1 c2 o2 c0", 1, 0),
+        ("o1 c1 c1", 1, 0),
+    ],
+)
+def test_each_command_answers_one_odometry(events, answered, by_order):
+    assert counts(events)[:2] == (answered, by_order)
+
+
+@pytest.mark.parametrize(
+    ("events", "pending"),
+    [("o1", False), ("o1 c1", False), ("o1 c1 o2", True), ("o1 c1 o1", False)],
+)
+def test_last_command_is_awaited_after_the_first_answer(events, pending):
+    assert counts(events)[3] == pending
+
+
+def test_command_after_a_thousand_ticks_is_too_late_and_one_before_is_not():
+    answers = []
+    for last in (1000, 1001):
+        matching = CommandMatching()
+        for stamp in range(1, last + 1):
+            matching.add_odometry(stamp)
+        matching.add_command(1)
+        answers.append((matching.answered, matching.missed))
+    assert answers == [(1, 998), (0, 1000)]
+
+
+def test_command_a_thousand_commands_early_is_forgotten_and_a_later_one_is_not():
+    matching = CommandMatching()
+    for stamp in range(1, 1002):
+        matching.add_command(stamp)
+    matching.add_odometry(1)
+    assert matching.answered == 0
+    matching.add_odometry(2)
+    matching.add_odometry(1001)
+    assert matching.answered == 2
+
+
 @given(st.sets(st.integers(1, 50)), st.randoms())
 def test_order_of_arrival_does_not_matter(lost, random):
     matching = CommandMatching()
@@ -110,6 +169,42 @@ def test_trace_takes_the_command_with_the_stamp_and_else_the_last_received():
     trace.add_command(4, 0.5, 0.0, 0.0)
     np.testing.assert_array_equal(trace.as_array(4)[:, 0], [0.1, 0.2, 0.2, 0.4])
     assert trace.as_array(2).shape == (2, 3)
+
+
+def test_trace_that_forgot_its_oldest_ticks_goes_on_with_the_others():
+    trace = CommandTrace()
+    for stamp in range(1, 5):
+        trace.add_odometry(stamp)
+        if stamp != 2:
+            trace.add_command(stamp, 0.1 * stamp, 0.0, 0.0)
+        trace.add_command(99, 0.9, 0.0, 0.0)
+    trace.forget(2)
+    trace.add_odometry(1)
+    assert trace.stamps(9) == [3, 4, 1]
+    # The command of the forgotten tick 1 is forgotten, too.
+    np.testing.assert_allclose(trace.as_array(3)[:, 0], [0.3, 0.4, 0.9])
+
+
+def test_trace_keeps_the_last_thousand_commands_of_no_tick():
+    trace = CommandTrace()
+    for stamp in range(1, 1003):
+        trace.add_command(stamp, 0.5, 0.0, 0.0)
+    trace.forget(0)
+    for stamp in (2, 3, 1002):
+        trace.add_odometry(stamp)
+    np.testing.assert_array_equal(trace.as_array(3)[:, 0], [math.nan, 0.5, 0.5])
+    assert trace.as_array(3).dtype == float
+
+
+def test_last_received_command_is_that_of_the_current_tick():
+    trace = CommandTrace()
+    trace.add_odometry(1)
+    trace.add_odometry(2)
+    trace.add_odometry(3)
+    trace.add_command(9, 0.5, 0.25, -1.0)
+    np.testing.assert_array_equal(
+        trace.as_array(3), [[math.nan] * 3, [math.nan] * 3, [0.5, 0.25, -1.0]]
+    )
 
 
 def test_trace_without_commands_is_nan():
