@@ -1,0 +1,192 @@
+"""What the evaluated drive contains, with the rows of its trace in memory or stored."""
+
+import os
+
+import numpy as np
+import pytest
+import yaml
+
+from sdc_common.ros.stop_lines import StopLine
+from sdc_sim.evaluation.evaluator import Evaluator
+from sdc_sim.evaluation.rules import EvaluationRules
+from sdc_sim.physics.traffic_lights import GREEN, RED
+
+POINTS = np.column_stack([np.arange(101.0), np.zeros(101)])
+TICK_NS = 50_000_000
+with open(
+    os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "config", "referee.yaml"),
+    encoding="utf-8",
+) as config:
+    RULES = EvaluationRules.read(yaml.safe_load(config).get)
+
+
+class RowStore:
+    """A trace store in memory."""
+
+    failure = None
+
+    def __init__(self):
+        self.clear()
+
+    def clear(self):
+        self.blocks, self.reasons = [np.empty((0, 11))], []
+
+    def append(self, rows, reasons):
+        self.blocks.append(rows)
+        self.reasons += reasons
+
+    def rows(self):
+        return np.vstack(self.blocks)
+
+
+def with_route(store=None):
+    evaluator = Evaluator(RULES, trace_store=store)
+    evaluator.set_route(POINTS)
+    return evaluator
+
+
+def drive_on(evaluator, first, last, speed=1.0):
+    """Drive at a speed [m/s] along the route in the ticks from the first to the last."""
+    for tick in range(first, last + 1):
+        evaluator.add_odometry(tick * TICK_NS, 0.05 * speed * tick, 0.2, 0.0, speed)
+        evaluator.add_command(tick * TICK_NS, 0.0005 * tick, 0.0, -0.1)
+
+
+def drive_with_reasons(evaluator, last):
+    for tick in range(1, last + 1):
+        if tick % 7 == 0:
+            evaluator.add_reason(tick * TICK_NS, f"reason {tick}")
+        drive_on(evaluator, tick, tick)
+        evaluator.add_planned_speed(0.001 * tick)
+
+
+@pytest.mark.parametrize(
+    ("ticks", "stored_ticks"), [(1199, 0), (1200, 200), (1399, 200), (1400, 400)]
+)
+def test_stored_rows_and_the_newest_ones_are_those_of_a_drive_in_memory(ticks, stored_ticks):
+    in_memory, store = with_route(), RowStore()
+    with_store = with_route(store)
+    for evaluator in (in_memory, with_store):
+        drive_with_reasons(evaluator, ticks)
+    whole, newest = in_memory.result(), with_store.result()
+    assert (len(store.rows()), whole.rows.shape) == (stored_ticks, (ticks, 11))
+    np.testing.assert_array_equal(np.vstack([store.rows(), newest.rows]), whole.rows)
+    assert store.reasons + newest.reasons == whole.reasons
+    assert whole.reasons[6:9] == ["reason 7"] * 3
+    assert newest.metrics == whole.metrics
+    assert (len(whole.planned), len(newest.planned)) == (ticks, 0)
+
+
+def test_store_of_a_drive_that_ends_early_in_the_route_is_read_for_the_least_time():
+    in_memory, store = with_route(), RowStore()
+    with_store = with_route(store)
+    for evaluator in (in_memory, with_store):
+        drive_on(evaluator, 1, 2000)
+        evaluator.add_odometry(2001 * TICK_NS, 100.0, 0.2, 0.0, 0.0)
+    whole = in_memory.result().metrics
+    assert whole["status"] == "completed"
+    assert with_store.result().metrics == whole
+
+
+def test_restarted_world_clears_the_store():
+    store = RowStore()
+    evaluator = with_route(store)
+    for restarts in range(3):
+        drive_on(evaluator, 1, 1250 - restarts)
+    assert len(store.rows()) == 200
+    assert evaluator.result().metrics["world_restarts"] == 2
+    # Four messages with earlier stamps are needed to know that the world has restarted.
+    assert evaluator.result().metrics["ticks"] == 1248 - 4
+
+
+def test_result_holds_what_was_planned_photographed_and_seen():
+    evaluator = with_route()
+    evaluator.add_planned_speed(9.0)  # before the first odometry: at no place
+    evaluator.set_stop_lines({7: StopLine(50.0, 0.0, 1.75)})
+    drive_on(evaluator, 1, 2, speed=10.0)
+    evaluator.add_planned_speed(4.0)
+    evaluator.add_snapshot(0.1, 1.0, b"a picture")
+    evaluator.set_lights(2 * TICK_NS, {7: RED})
+    evaluator.set_lights(0, {7: GREEN})
+    result = evaluator.result()
+    np.testing.assert_allclose(result.planned, [[1.0, 4.0, 0.1]])
+    assert result.snapshots == [(0.1, 1.0, b"a picture")]
+    assert result.scene.entries["lights"] == [(0.1, {7: RED}), (0.1, {7: GREEN})]
+    assert list(result.stop_lines) == [7]
+    assert result.limit_mps.shape == (len(evaluator.drive.route.points),)
+    assert result.limit_mps.max() == pytest.approx(RULES.speed_limits().cruise_mps, rel=0.5)
+
+
+def test_result_counts_the_answers_by_stamp_and_by_order():
+    evaluator = with_route()
+    drive_on(evaluator, 1, 3)
+    evaluator.add_odometry(4 * TICK_NS, 0.2, 0.2, 0.0, 1.0)
+    evaluator.add_command(0, 0.5, 0.0, 0.0)
+    metrics = evaluator.result().metrics
+    assert (metrics["ticks_by_stamp"], metrics["ticks_by_order"]) == (3, 1)
+    assert metrics["assumed_limits"] == list(RULES.assumed)
+
+
+def test_each_time_without_odometry_is_added():
+    evaluator = with_route()
+    for first in (1, 40, 80):
+        drive_on(evaluator, first, first + 9)
+    assert evaluator.result().metrics["unseen_s"] == pytest.approx((30 + 31) * 0.05)
+
+
+def test_gap_of_a_second_is_not_unseen():
+    evaluator = with_route()
+    drive_on(evaluator, 1, 1)
+    drive_on(evaluator, 21, 21)
+    assert evaluator.result().metrics["unseen_s"] == 0.0
+
+
+def test_time_left_follows_from_the_pace_after_five_seconds():
+    slow, fast = with_route(), with_route()
+    drive_on(slow, 1, 1600)
+    drive = slow.drive
+    pace = drive.progress.duration_s / drive.ideal.time_at(80.0)
+    assert pace > 3.0
+    assert drive.time_left_s() == pytest.approx(
+        pace * (drive.ideal.duration_s - drive.ideal.time_at(80.0))
+    )
+    drive_on(fast, 1, 80, speed=20.0)
+    rest_s = fast.drive.ideal.duration_s - fast.drive.ideal.time_at(80.0)
+    assert fast.drive.time_left_s() == pytest.approx(rest_s)
+
+
+def test_nothing_counts_after_the_end():
+    evaluator = with_route()
+    evaluator.set_stop_lines({7: StopLine(50.0, 0.0, 1.75)})
+    drive_on(evaluator, 1, 100, speed=9.5)
+    evaluator.add_collision(95 * TICK_NS, 0)
+    assert evaluator.over
+    before = evaluator.result().metrics
+    drive_on(evaluator, 101, 110, speed=9.5)
+    evaluator.add_infraction("red_light")
+    evaluator.set_lights(100 * TICK_NS, {7: RED})
+    evaluator.add_collision(105 * TICK_NS, 3)
+    evaluator.add_planned_speed(1.0)
+    assert evaluator.result().metrics == before
+    assert len(evaluator.result().planned) == 0
+    assert not evaluator.add_odometry(111 * TICK_NS, 50.0, 0.0, 0.0, 1.0)
+
+
+@pytest.mark.parametrize(("number", "kind"), [(5, "vehicle"), (0, "static")])
+def test_collision_without_a_stamp_is_now(number, kind):
+    evaluator = with_route()
+    drive_on(evaluator, 1, 50)
+    evaluator.add_collision(0, number)
+    result = evaluator.result()
+    assert result.metrics["infractions"]["collision_" + kind] == 1
+    assert result.metrics["ticks"] == 50
+    assert result.progress.events[-1].time_s == pytest.approx(2.5)
+
+
+def test_drive_without_a_measurable_wall_duration_has_a_factor():
+    evaluator = with_route()
+    for tick in (1, 2, 3):
+        evaluator.add_odometry(tick * TICK_NS, 0.1 * tick, 0.0, 0.0, 1.0, wall_s=100.0)
+    metrics = evaluator.result().metrics
+    assert metrics["wall_duration_s"] == 0.0
+    assert metrics["real_time_factor"] == pytest.approx(metrics["duration_s"] / 1e-3)
