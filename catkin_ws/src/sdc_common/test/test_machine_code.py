@@ -8,41 +8,54 @@ import pytest
 
 from sdc_common.machine_code import compiled
 
+numba = pytest.importorskip("numba")
 machine_code_cache = pytest.importorskip("sdc_common.machine_code_cache")
 
 pytestmark = pytest.mark.slow(3)
 
-OUTER = "from compiled_pair.inner import step\n\ndef outer(x):\n    return 2.0 * step(x)\n"
+OUTER = "from {inner} import step\n\ndef outer(x):\n    return 2.0 * step(x)\n"
 INNER = "LENGTH = 3.0\n\ndef step(x):\n    return x + LENGTH\n"
+USER = "from {other} import LENGTH\n\ndef step(x):\n    return x + LENGTH\n"
+IN_PACKAGE = ("compiled_pair.motion.outer", "compiled_pair.motion.inner", "compiled_pair.sizes")
+IN_FILES = ("compiled_outer", "compiled_inner", "compiled_sizes")
 
 
 @pytest.fixture
 def pair(tmp_path, monkeypatch):
-    """Return a function that loads a package of two modules as a new process does.
+    """Return a function that loads modules as a new process does.
 
-    It returns the compiled function `outer`, whose callee is in the other module.
+    It returns the compiled function `outer`, whose callee is in the second module.
     """
-    package, cache = tmp_path / "compiled_pair", tmp_path / "cache"
-    package.mkdir()
-    (package / "__init__.py").write_text("")
-    (package / "outer.py").write_text(OUTER)
+    cache = tmp_path / "cache"
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setenv("XDG_CACHE_HOME", str(cache))
     monkeypatch.setattr(sys, "dont_write_bytecode", True)
 
-    def load(inner):
-        (package / "inner.py").write_text(inner)
-        for name in [name for name in sys.modules if name.startswith("compiled_pair")]:
+    def write(module, text):
+        path = tmp_path.joinpath(*module.split(".")).with_suffix(".py")
+        if path.is_file() and path.read_text() == text:
+            return
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+        for folder in path.relative_to(tmp_path).parents[:-1]:
+            (tmp_path / folder / "__init__.py").touch()
+
+    def load(inner, other="", modules=IN_PACKAGE):
+        write(modules[0], OUTER.format(inner=modules[1]))
+        write(modules[1], inner.format(other=modules[2]))
+        write(modules[2], other)
+        forget()
+        outer = importlib.import_module(modules[0])
+        return compiled(outer.outer, outer.step)
+
+    def forget():
+        for name in [name for name in sys.modules if name.startswith("compiled_")]:
             del sys.modules[name]
         importlib.invalidate_caches()
         machine_code_cache._folder.cache_clear()
-        outer = importlib.import_module("compiled_pair.outer")
-        return compiled(outer.outer, outer.step)
 
     yield load
-    machine_code_cache._folder.cache_clear()
-    for name in [name for name in sys.modules if name.startswith("compiled_pair")]:
-        del sys.modules[name]
+    forget()
 
 
 def was_read(function):
@@ -70,6 +83,27 @@ def test_machine_code_is_read_until_a_callee_in_another_file_changes(pair, tmp_p
     assert (repaired(1.0), was_read(repaired)) == (8.0, True)
 
 
+def test_machine_code_of_plain_files_is_read_until_the_callee_changes(pair):
+    first = pair(INNER, modules=IN_FILES)
+    assert (first(1.0), was_read(first)) == (8.0, False)
+    second = pair(INNER, modules=IN_FILES)
+    assert (second(1.0), was_read(second)) == (8.0, True)
+    changed = pair(INNER.replace("3.0", "5.0"), modules=IN_FILES)
+    assert (changed(1.0), was_read(changed)) == (12.0, False)
+
+
+def test_machine_code_is_not_read_after_a_change_in_any_file_of_the_package(pair):
+    first, changed = (pair(USER, f"LENGTH = {length}\n") for length in (3.0, 5.0))
+    assert (first(1.0), changed(1.0)) == (8.0, 12.0)
+    assert not was_read(changed)
+
+
+def test_functions_of_others_keep_their_cache_folder(pair):
+    folder = numba.config.CACHE_DIR
+    pair(INNER)
+    assert folder == numba.config.CACHE_DIR
+
+
 def test_cache_that_cannot_be_written_costs_time_only(pair, tmp_path):
     (tmp_path / "cache").write_text("a file, and no folder")
     for _ in range(2):
@@ -88,3 +122,17 @@ def test_only_the_latest_folders_are_kept(pair, tmp_path):
     assert (folders / "39").is_dir()
     again = pair(INNER)
     assert (again(1.0), was_read(again)) == (8.0, True)
+
+
+def test_what_is_no_folder_is_left_in_the_cache(pair, tmp_path):
+    """A folder may also disappear while the ages of the folders are read."""
+    folders = tmp_path / "cache" / "sdc_machine_code"
+    for number in range(40):
+        (folders / str(number)).mkdir(parents=True)
+    (folders / "note").write_text("a file, and no folder")
+    os.utime(folders / "note", (0, 0))
+    (folders / "lost").symlink_to(tmp_path / "nothing")
+    function = pair(INNER)
+    assert function(1.0) == 8.0
+    assert (folders / "note").is_file()
+    assert (folders / "lost").is_symlink()
