@@ -31,6 +31,31 @@ def test_offset_is_positive_to_the_left_and_infinite_out_of_reach():
     assert offsets.tolist() == [1.0, -2.0, np.inf]
 
 
+@pytest.mark.parametrize("heading", np.arange(0.1, 6.3, 0.7))
+@pytest.mark.parametrize(
+    ("ahead_m", "left_m", "offset_m"),
+    [(0.2, 0.3, 0.3), (0.2, -0.3, -0.3), (-0.4, 0.3, 0.5), (0.9, -0.3, -0.5)],
+)
+def test_offset_from_a_short_segment_in_any_direction(ahead_m, left_m, offset_m, heading):
+    direction = np.array([np.cos(heading), np.sin(heading)])
+    start = np.array([7.0, -2.0])
+    index = index_of([start, start + 0.5 * direction], 5.0)
+    left = np.array([-direction[1], direction[0]])
+    point = start + ahead_m * direction + left_m * left
+    assert index.nearest_offsets(point[None, :]) == pytest.approx([offset_m])
+
+
+def test_offset_straight_beyond_an_end_is_positive():
+    index = index_of([(0.0, 0.0), (10.0, 0.0)], 5.0)
+    assert index.nearest_offsets(np.array([(-3.0, 0.0), (14.0, 0.0)])).tolist() == [3.0, 4.0]
+
+
+def test_short_segments_out_of_reach_are_ignored():
+    index = index_of([(float(x), 0.0) for x in range(101)], 5.0)
+    offsets = index.nearest_offsets(np.array([(50.5, 4.9), (50.5, 5.6), (50.5, -7.0)]))
+    assert offsets.tolist() == [4.9, np.inf, np.inf]
+
+
 @pytest.mark.parametrize("at_once", [1, 3, 100])
 def test_every_segment_within_reach_is_compared(at_once, monkeypatch):
     monkeypatch.setattr(segment_index, "_POINTS_AT_ONCE", at_once)
