@@ -58,6 +58,12 @@ def test_route_of_two_points_is_straight():
     np.testing.assert_allclose(route.curvature, 0.0, atol=1e-12)
 
 
+def test_route_of_half_a_metre_is_its_chord():
+    route = Route([[0.0, 0.0], [0.25, 0.1], [0.5, 0.0]])
+    np.testing.assert_allclose(route.heading, 0.0, atol=1e-12)
+    np.testing.assert_allclose(route.curvature, 0.0, atol=1e-12)
+
+
 @pytest.mark.parametrize(
     ("points", "part"),
     [
@@ -178,6 +184,17 @@ def test_locate_finds_the_pass_in_any_direction(yaw, back_step):
     assert route.locate(*nearer_to_back).s_m == pytest.approx(10.0)
     assert route.locate(*nearer_to_back, yaw).s_m == pytest.approx(10.0)
     assert route.locate(*nearer_to_back, yaw + math.pi).s_m == pytest.approx(90.0, abs=0.2)
+
+
+@pytest.mark.parametrize("yaw", [0.0, math.pi / 2, math.pi])
+def test_route_with_one_pass_is_located_in_any_direction(yaw):
+    route = Route(np.column_stack([np.arange(20.0), np.zeros(20)]))
+    assert route.locate(7.25, 0.5, yaw)[2:4] == (7.25, 0.5)
+
+
+def test_points_five_metres_apart_belong_to_one_pass():
+    route = Route(np.column_stack([np.arange(0.0, 30.0, 5.0), np.zeros(6)]))
+    assert route.locate(6.0, 20.0).s_m == 6.0
 
 
 def test_last_point_up_to_an_arc_length():
