@@ -61,6 +61,20 @@ def test_line_ends_at_its_points_unless_it_extends(extend, s_m, distance_m):
     assert [place.distance_m for place in places] == pytest.approx(expected)
 
 
+def test_line_extends_by_default():
+    assert Polyline(BENT).nearest(-3.0, 1.0) == Polyline(BENT, extend=True).nearest(-3.0, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("s_m", "segment", "fraction", "point"),
+    [(0.0, 0, 0.0, (1.0, 2.0)), (0.25, 0, 0.5, (1.15, 2.2)), (1.0, 1, 0.5, (1.3, 2.9))],
+)
+def test_place_on_a_short_segment(s_m, segment, fraction, point):
+    line = Polyline([(1.0, 2.0), (1.3, 2.4), (1.3, 3.4)])
+    assert line.segment_at(s_m) == (segment, pytest.approx(fraction))
+    assert line.point_at(s_m) == pytest.approx(point)
+
+
 def test_search_is_limited_to_the_given_segments():
     there_and_back = Polyline([(0.0, 0.0), (50.0, 0.0), (50.0, 1.0), (0.0, 1.0)])
     assert there_and_back.nearest(10.0, 0.0).s_m == 10.0
@@ -71,19 +85,20 @@ def test_search_is_limited_to_the_given_segments():
 
 
 @pytest.mark.parametrize(
-    ("x_m", "near_s_m", "reach_m", "segment"),
+    ("x_m", "near_s_m", "reach_m", "segment", "s_m"),
     [
-        (0.0, 10.5, 0.0, 10),
-        (20.0, 10.5, 0.0, 10),
-        (0.0, 10.5, 3.0, 7),
-        (20.0, 10.5, 3.0, 13),
-        (0.0, 1000.0, 3.0, 39),
-        (20.0, -1000.0, 3.0, 0),
+        (0.0, 10.5, 0.0, 10, 10.0),
+        (20.0, 10.5, 0.0, 10, 11.0),
+        (0.0, 10.5, 3.0, 7, 7.0),
+        (20.0, 10.5, 3.0, 13, 14.0),
+        (0.0, 1000.0, 3.0, 39, 39.0),
+        (20.0, -1000.0, 3.0, 0, 1.0),
     ],
 )
-def test_search_ends_where_the_stretch_does(x_m, near_s_m, reach_m, segment):
+def test_search_ends_where_the_stretch_does(x_m, near_s_m, reach_m, segment, s_m):
     line = Polyline([(float(x), 0.0) for x in range(41)])
-    assert line.nearest_around(x_m, 0.0, near_s_m, reach_m, reach_m).segment == segment
+    place = line.nearest_around(x_m, 0.0, near_s_m, reach_m, reach_m)
+    assert (place.segment, place.s_m) == (segment, s_m)
 
 
 def test_repeated_points_change_nothing():
@@ -118,6 +133,12 @@ def test_curvature_of_an_arc_is_the_inverse_of_its_radius(radius):
         assert line.curvature_at(s) == pytest.approx(1.0 / radius, rel=1e-3)
     for s in (0.0, line.s[-1]):  # the end segments have the heading of their middle there
         assert line.curvature_at(s) == pytest.approx(1.0 / radius, rel=0.6)
+
+
+@pytest.mark.parametrize("s_m", [0.0, 5.0, 20.0])
+def test_curvature_at_an_end_is_that_of_a_metre(s_m):
+    """The heading turns evenly by 45 degrees in each segment of 10 m."""
+    assert Polyline(BENT).curvature_at(s_m) == pytest.approx(math.pi / 40.0)
 
 
 def test_replaced_headings_are_used():
