@@ -11,8 +11,6 @@ from sdc_common.machine_code import compiled
 numba = pytest.importorskip("numba")
 machine_code_cache = pytest.importorskip("sdc_common.machine_code_cache")
 
-pytestmark = pytest.mark.slow(3)
-
 OUTER = "from {inner} import step\n\ndef outer(x):\n    return 2.0 * step(x)\n"
 INNER = "LENGTH = 3.0\n\ndef step(x):\n    return x + LENGTH\n"
 USER = "from {other} import LENGTH\n\ndef step(x):\n    return x + LENGTH\n"
