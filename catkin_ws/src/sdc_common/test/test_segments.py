@@ -66,8 +66,8 @@ def test_nearest_segment_of_two_corners_to_the_left(point, first, last, expected
 
 def test_point_that_is_not_finite_is_at_no_position_of_the_first_segment_searched():
     line = segments.line_numbers([(float(x), 0.0) for x in range(5)], True)
-    segment, along_m, _ = segments.nearest_segment(line.segments, math.nan, 0.0, 2, 4)
-    assert segment == 2
+    segment, along_m, distance_m = segments.nearest_segment(line.segments, math.nan, 0.0, 2, 4)
+    assert (segment, distance_m) == (2, math.inf)
     assert math.isnan(along_m)
 
 

@@ -120,7 +120,8 @@ def nearest_segment(
 
     Returns:
         index of the segment, position of the nearest place along it [m], and distance of the point
-        from that place, positive left of the line [m]; NaN for a point that is not finite
+        from that place, positive left of the line [m]; for a point that is not finite, the position
+        is NaN and the distance is infinite
     """
     best = math.inf
     segment, along, side = first, math.nan, math.nan
