@@ -53,7 +53,7 @@ class ReferencePath:
 
     def __init__(self):
         self.rows: list[Row] = []
-        self._newest: list[Row] = []
+        self._newest: list[Row] | None = None
         self._passed = 0
         self._points: list[tuple[float, float]] = []
         self._stop_s_m = 0.0
