@@ -59,23 +59,34 @@ def test_passed_points_are_kept_for_some_metres():
 
 
 @pytest.mark.parametrize(
-    ("rows", "part"),
+    ("rows", "message"),
     [
-        ([], "at least 2"),
-        ([(0.0, 0.0, 1.0)], "at least 2"),
-        ([(0.0, 0.0, 1.0)] * 3, "coincide"),
-        ([(0.0, math.nan, 1.0), (1.0, 0.0, 1.0)], "finite"),
-        ([(0.0, 0.0, math.inf), (1.0, 0.0, 1.0)], "finite"),
-        ([(0.0, 0.0, -1.0), (1.0, 0.0, 1.0)], "negative"),
+        ([], "a path needs at least 2 points of x, y and v, got 0"),
+        ([(0.0, 0.0, 1.0)], "a path needs at least 2 points of x, y and v, got 1"),
+        ([(0.0, 0.0, 1.0)] * 3, "all points of the path coincide"),
+        ([(0.0, 0.0, 1.0), (1e-6, 0.0, 1.0)], "all points of the path coincide"),
+        ([(0.0, math.nan, 1.0), (1.0, 0.0, 1.0)], "a point of the path is not finite"),
+        ([(0.0, 0.0, math.inf), (1.0, 0.0, 1.0)], "a point of the path is not finite"),
+        ([(0.0, 0.0, -1.0), (1.0, 0.0, 1.0)], "a target speed of the path is negative"),
     ],
 )
-def test_invalid_path_is_refused_and_the_last_one_is_kept(rows, part):
+def test_invalid_path_is_refused_and_the_last_one_is_kept(rows, message):
     path = ReferencePath()
+    with pytest.raises(ValueError, match=f"^{message}$"):
+        path.update(rows)
+    assert path.empty
     path.update(straight())
     before = list(path.rows)
-    with pytest.raises(ValueError, match=part):
+    with pytest.raises(ValueError, match=f"^{message}$"):
         path.update(rows)
     assert path.rows == before
+
+
+@pytest.mark.parametrize("end", [(2.0, 0.0), (0.0, 2.0)])
+def test_points_on_both_sides_of_the_origin_do_not_coincide(end):
+    path = ReferencePath()
+    path.update([(-end[0], -end[1], 3.0), (*end, 3.0)])
+    assert path.line.points == [(-end[0], -end[1]), end]
 
 
 @given(st.floats(-math.pi, math.pi), st.floats(-50.0, 50.0), st.floats(-20.0, 20.0))
@@ -92,13 +103,19 @@ def test_nearest_point_does_not_depend_on_the_direction_of_the_map(angle, x, y):
     assert abs(cross_track_turned) == pytest.approx(abs(cross_track), abs=1e-6)
 
 
-def test_path_behind_the_car_plans_a_stop():
+def test_path_more_than_a_metre_behind_the_car_plans_a_stop():
     path = ReferencePath()
-    path.update([(float(x), 0.0, 8.0) for x in range(10)])
-    assert path.nearest(8.5, 0.1).speed_mps == pytest.approx(8.0)
-    beyond = path.nearest(10.5, 0.1)
-    assert (beyond.speed_mps, beyond.acceleration_mps2) == (0.0, 0.0)
-    assert beyond.cross_track_m == pytest.approx(0.1)
+    path.update([(0.0, float(y), 8.0) for y in range(10)])
+    assert path.nearest(-0.1, 10.0).speed_mps == pytest.approx(8.0)
+    assert path.nearest(-0.1, 10.5) == (10.5, 0.1, math.pi / 2, 0.0, 0.0)
+
+
+def test_place_of_the_car_is_searched_once_for_speed_and_steering():
+    path = ReferencePath()
+    path.update(straight())
+    place = path.place(3.4, 0.5)
+    assert path.place(3.4, 0.5) is place
+    assert path.place(3.4, 0.6).cross_track_m == 0.6
 
 
 def test_planned_braking_before_a_stop_is_the_same_as_before_the_end_of_the_path():
@@ -115,9 +132,10 @@ def test_planned_braking_before_a_stop_is_the_same_as_before_the_end_of_the_path
 def test_path_that_is_repeated_costs_no_new_line_until_the_car_has_passed_a_point():
     path = ReferencePath()
     path.update(straight())
-    line = path.line
+    line, rows = path.line, path.rows
     path.update(straight())
     assert path.line is line
+    assert path.rows is rows
     path.update(straight(1))
     assert path.line.points == line.points + [(25.0, 0.0)]
     assert [row[0] for row in path.rows] == [float(x) for x in range(26)]
