@@ -1,4 +1,5 @@
 import math
+import operator
 
 import pytest
 from hypothesis import given
@@ -30,17 +31,27 @@ def test_speed_is_the_magnitude_of_the_twist():
     assert pose_and_speed(odometry(yaw=1.0, x=-3.0, y=4.0))[2:] == (pytest.approx(1.0), 5.0)
 
 
-@pytest.mark.parametrize(
-    "break_it",
-    [
-        lambda m: setattr(m.pose.pose.position, "x", math.nan),
-        lambda m: setattr(m.twist.twist.linear, "y", math.inf),
-        lambda m: setattr(m.pose.pose.orientation, "w", math.nan),
-        lambda m: setattr(m.pose.pose.orientation, "w", 0.0),
-    ],
-)
-def test_message_with_a_number_that_is_not_finite_is_refused(break_it):
+@pytest.mark.parametrize(("axis", "yaw"), [("x", 0.0), ("y", math.pi), ("z", math.pi), ("w", 0.0)])
+def test_orientation_may_be_any_unit_quaternion(axis, yaw):
     message = odometry()
-    break_it(message)
-    with pytest.raises(ValueError):
+    for name in "xyzw":
+        setattr(message.pose.pose.orientation, name, 1.0 if name == axis else 0.0)
+    assert pose_and_speed(message)[2] == yaw
+
+
+@pytest.mark.parametrize("length", [0.0, 0.94, 1.06, 1.4, math.nan])
+def test_orientation_that_is_not_a_unit_quaternion_is_refused(length):
+    message = odometry()
+    message.pose.pose.orientation.w = length
+    with pytest.raises(ValueError, match="^its orientation is not a unit quaternion$"):
+        pose_and_speed(message)
+
+
+@pytest.mark.parametrize("number", [math.nan, math.inf, -math.inf])
+@pytest.mark.parametrize("part", ["pose.pose.position", "twist.twist.linear"])
+@pytest.mark.parametrize("axis", "xy")
+def test_message_with_a_number_that_is_not_finite_is_refused(part, axis, number):
+    message = odometry()
+    setattr(operator.attrgetter(part)(message), axis, number)
+    with pytest.raises(ValueError, match="^one of its numbers is not finite$"):
         pose_and_speed(message)
