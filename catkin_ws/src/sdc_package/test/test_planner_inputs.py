@@ -15,6 +15,7 @@ from carla_msgs.msg import (
 from nav_msgs.msg import Odometry
 from sdc_msgs.msg import Obstacle, ObstacleArray
 
+from sdc_common.ros import refusal
 from sdc_common.ros.stop_lines import GREEN, RED
 from sdc_package.planner_inputs import PlannerInputs
 from sdc_package.traffic_lights import TrafficLightMargins
@@ -170,15 +171,23 @@ def test_states_without_a_stamp_are_used_and_replaced():
         assert not inputs.traffic_lights.stamped
 
 
-def test_bad_obstacles_are_refused_and_their_odometry_is_answered_with_the_last_good_ones():
+@pytest.fixture
+def log(caplog, monkeypatch):
+    """Return what is logged, with the first warning about each topic."""
+    monkeypatch.setattr(refusal, "_last_warning_s", {})
+    return caplog
+
+
+def test_bad_obstacles_are_refused_and_their_odometry_is_answered_with_the_last_good_ones(log):
     record = Record()
     record.inputs.add_obstacles(obstacles(1.0, 30.0))
     record.inputs.add_odometry(odometry(1.05))
     record.inputs.add_obstacles(obstacles(1.05, math.nan))
     assert record.answers == [(1.05, [30.0])]
+    assert "refused a message on /carla/ego_vehicle/obstacles: a number of an" in log.text
 
 
-def test_bad_positions_of_traffic_lights_are_refused():
+def test_bad_positions_of_traffic_lights_are_refused(log):
     light = CarlaTrafficLightInfo(id=7)
     light.transform.orientation.w = 1.0
     light.trigger_volume.size.x, light.trigger_volume.size.y = 1.0, 3.5
@@ -188,6 +197,11 @@ def test_bad_positions_of_traffic_lights_are_refused():
     light.transform.position.x = math.nan
     inputs.add_light_info(CarlaTrafficLightInfoList(traffic_lights=[light]))
     assert inputs.traffic_lights.lines[7].x_m == 0.0
+    assert "refused a message on /carla/traffic_lights/info: " in log.text
+
+
+def test_traffic_lights_have_the_margins_of_the_planner():
+    assert PlannerInputs(lambda message: None, MARGINS).traffic_lights.margins == MARGINS
 
 
 def test_detected_obstacle_has_the_values_of_the_message():
