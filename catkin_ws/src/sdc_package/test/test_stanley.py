@@ -6,10 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sdc_common.geometry import segments
-from sdc_common.geometry.polyline import Polyline
 from sdc_package.local_path import ReferencePath
-from sdc_package.steering.axles import Axles, front_axle_path, rear_axle_path
+from sdc_package.steering.axles import Axles
 from sdc_package.steering.loader import load_steering
 from sdc_package.steering.stanley import StanleySteering, stanley_angle
 from sdc_package.steering.stanley_compensated import CompensatedStanleySteering
@@ -106,39 +104,6 @@ def test_compensated_method_keeps_the_wheel_angle_of_the_kinematic_bicycle_on_a_
     assert wheel == pytest.approx(side * math.atan(2.0 * math.tan(slip)), abs=0.02)
 
 
-def test_front_axle_runs_outside_of_the_bend():
-    radius = 6.0
-    line = Polyline([(x, y) for x, y, _ in arc(radius)])
-    front = front_axle_path(line, 30, 5.0, AXLES)
-    rear_circle = math.sqrt(radius**2 - 1.435**2)
-    for x, y in front.points[10:]:
-        assert math.hypot(x, y - radius) == pytest.approx(math.hypot(rear_circle, 2.87), abs=0.02)
-
-
-def test_rear_axle_runs_inside_of_the_bend():
-    radius = 6.0
-    line = Polyline([(x, y) for x, y, _ in arc(radius)])
-    for x, y in rear_axle_path(line, 30, 5.0, AXLES).points[10:]:
-        assert math.hypot(x, y - radius) == pytest.approx(math.sqrt(radius**2 - 1.435**2), abs=0.02)
-
-
-@pytest.mark.slow(1)
-def test_compiled_axle_path_equals_a_plain_one_bit_for_bit(monkeypatch):
-    pytest.importorskip("numba")
-    monkeypatch.setattr(segments, "_in_machine_code", False)
-    soft = Axles(front_m=1.2, rear_m=1.6, front_compliance=0.008, rear_compliance=0.006)
-    points = [(x, y) for side in (1.0, -1.0) for x, y, _ in arc(7.3, side, 30)]
-    plain = Polyline(points)
-    segments.use_machine_code()
-    compiled = Polyline(points)
-    for count in (2, 3, 25, 60):
-        for path in (front_axle_path, rear_axle_path):
-            wanted = path(plain, count, 9.7, soft)
-            got = path(compiled, count, 9.7, soft)
-            assert got.points.tolist() == [[*point] for point in wanted.points]
-            assert got.headings == wanted.headings
-
-
 def test_compensated_method_adds_the_wheel_angle_of_the_slip():
     """On a circle, wheel and heading change by the compliances times the lateral acceleration."""
     soft = Axles(front_m=1.435, rear_m=1.435, front_compliance=0.008, rear_compliance=0.006)
@@ -176,13 +141,6 @@ def test_compensated_method_predicts_the_pose():
         compensated(bend, 6.5, 0.0, 0.0, speed=8.0, preview_s=preview) for preview in (0.0, 0.4)
     )
     assert later > now + 0.02
-
-
-def test_invalid_axles_are_refused():
-    with pytest.raises(ValueError, match="front_m must be a positive"):
-        Axles(front_m=0.0, rear_m=1.0, front_compliance=0.0, rear_compliance=0.0)
-    with pytest.raises(ValueError, match="compliance"):
-        Axles(front_m=1.0, rear_m=1.0, front_compliance=-0.1, rear_compliance=0.0)
 
 
 @given(st.floats(-2.0, 2.0), st.floats(-0.5, 0.5), st.floats(0.0, 20.0), st.floats(-0.5, 0.5))

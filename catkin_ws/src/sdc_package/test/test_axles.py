@@ -1,0 +1,114 @@
+"""The paths of the axles while the car's centre follows a line."""
+
+import math
+
+import pytest
+
+from sdc_common.geometry import segments
+from sdc_common.geometry.polyline import Polyline
+from sdc_package.steering.axles import MAX_SLIP_SINE, Axles, front_axle_path, rear_axle_path
+
+BEND = [(0, 0), (1, 0.1), (1.7, 0.22), (3, 0.54), (3.6, 0.72), (4.5, 1.06), (5, 1.3), (5.8, 1.74)]
+RIGID = Axles(front_m=1.435, rear_m=1.435, front_compliance=0.0, rear_compliance=0.0)
+SOFT = Axles(front_m=1.2, rear_m=1.6, front_compliance=0.008, rear_compliance=0.006)
+
+
+def arc(radius, side=1.0, count=40):
+    """Return points 1 m apart on a circle, from the origin along x, to the left for side 1."""
+    return [
+        (radius * math.sin(i / radius), side * radius * (1.0 - math.cos(i / radius)))
+        for i in range(count)
+    ]
+
+
+def slips(line, count, rear_m):
+    """Return the slip angle at each point: many small steps of du/ds = curvature - sin(u)/rear."""
+    found = [0.0]
+    for i in range(1, count):
+        length = line.lengths[i - 1]
+        curvature = (line.headings[i] - line.headings[i - 1]) / length
+        slip = found[-1] if i > 1 else math.asin(rear_m * curvature)
+        for _ in range(2000):
+            slip += length / 2000 * (curvature - math.sin(slip) / rear_m)
+        found.append(slip)
+    return found
+
+
+@pytest.mark.parametrize("count", [2, 5, 8])
+@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize(("path", "ahead_m"), [(front_axle_path, 1.2), (rear_axle_path, -1.6)])
+def test_axle_follows_the_kinematic_bicycle_and_the_slip_of_its_tyres(path, ahead_m, side, count):
+    """The points of the bend are at uneven distances. The tyres slip between its ends."""
+    line = Polyline([(x, side * y) for x, y in BEND])
+    wanted = []
+    for i, slip in enumerate(slips(line, count, rear_m=1.6)):
+        tyre_slip = 0.0
+        if 0 < i < count - 1:
+            turn = line.headings[i + 1] - line.headings[i - 1]
+            tyre_slip = 0.006 * 10.0**2 * turn / (line.s[i + 1] - line.s[i - 1])
+        yaw = line.headings[i] - slip + tyre_slip
+        x, y = line.points[i]
+        wanted.append((x + ahead_m * math.cos(yaw), y + ahead_m * math.sin(yaw)))
+    got = path(line, count, 10.0, SOFT).points
+    assert len(got) == count
+    for point, wanted_point in zip(got, wanted):
+        assert point == pytest.approx(wanted_point, abs=1e-3)
+
+
+def test_front_axle_runs_outside_of_the_bend():
+    radius = 6.0
+    front = front_axle_path(Polyline(arc(radius)), 30, 5.0, RIGID)
+    rear_circle = math.sqrt(radius**2 - 1.435**2)
+    for x, y in front.points[10:]:
+        assert math.hypot(x, y - radius) == pytest.approx(math.hypot(rear_circle, 2.87), abs=0.02)
+
+
+def test_rear_axle_runs_inside_of_the_bend():
+    radius = 6.0
+    for x, y in rear_axle_path(Polyline(arc(radius)), 30, 5.0, RIGID).points[10:]:
+        assert math.hypot(x, y - radius) == pytest.approx(math.sqrt(radius**2 - 1.435**2), abs=0.02)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_slip_is_limited_in_a_bend_that_no_car_can_drive(side):
+    line = Polyline(arc(1.2, side, 40))
+    yaw = line.headings[38] - side * math.asin(MAX_SLIP_SINE)
+    x, y = line.points[38]
+    assert rear_axle_path(line, 40, 0.0, SOFT).points[38] == pytest.approx(
+        (x - 1.6 * math.cos(yaw), y - 1.6 * math.sin(yaw)), abs=1e-3
+    )
+
+
+@pytest.mark.slow(1)
+def test_compiled_axle_path_equals_a_plain_one_bit_for_bit(monkeypatch):
+    pytest.importorskip("numba")
+    monkeypatch.setattr(segments, "_in_machine_code", False)
+    points = [point for side in (1.0, -1.0) for point in arc(7.3, side, 30)]
+    plain = Polyline(points)
+    segments.use_machine_code()
+    compiled = Polyline(points)
+    for count in (2, 3, 25, 60):
+        for path in (front_axle_path, rear_axle_path):
+            wanted = path(plain, count, 9.7, SOFT)
+            got = path(compiled, count, 9.7, SOFT)
+            assert got.points.tolist() == [[*point] for point in wanted.points]
+            assert got.headings == wanted.headings
+
+
+def test_wheelbase_and_understeer_gradient_are_those_of_both_axles():
+    assert SOFT.wheelbase_m == pytest.approx(2.8)
+    assert SOFT.understeer_gradient == pytest.approx(0.002)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"front_m": 0.0}, "front_m must be a positive number, got 0.0"),
+        ({"rear_m": -1.0}, "rear_m must be a positive number, got -1.0"),
+        ({"front_compliance": -0.1}, "front_compliance must be a number that is not negative"),
+        ({"rear_compliance": math.nan}, "rear_compliance must be a number that is not negative"),
+    ],
+)
+def test_invalid_axles_are_refused(change, message):
+    with pytest.raises(ValueError, match=f"^{message}"):
+        Axles(**{**vars(SOFT), **change})
