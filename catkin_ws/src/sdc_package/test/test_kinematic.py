@@ -4,7 +4,52 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sdc_package.steering.kinematic import ChainedForm
+from sdc_package.local_path import ReferencePath
+from sdc_package.steering.axles import Axles
+from sdc_package.steering.kinematic import ChainedForm, KinematicSteering
+from sdc_package.steering.method import predicted_pose
+
+AXLES = Axles(front_m=1.2, rear_m=1.6, front_compliance=0.008, rear_compliance=0.006)
+SPEED = 5.0
+# 1 / (convergence_m + convergence_s * speed)
+K = 0.25
+AHEAD = pytest.approx(0.0, abs=1e-12)
+
+
+def steering(axles=AXLES, preview_s=0.0):
+    return KinematicSteering(axles, convergence_m=2.5, convergence_s=0.3, preview_s=preview_s)
+
+
+def path_of(points):
+    path = ReferencePath()
+    path.update([(x, y, SPEED) for x, y in points])
+    return path
+
+
+# A straight line through the origin with this heading, and a way to name places beside it.
+HEADING = 0.6
+STRAIGHT = path_of([(i * math.cos(HEADING), i * math.sin(HEADING)) for i in range(-30, 60)])
+
+
+def beside(along_m, left_m, heading_error=0.0):
+    """Return the pose of a car whose rear axle is at this place of the straight line."""
+    yaw = HEADING + heading_error
+    return (
+        along_m * math.cos(HEADING) - left_m * math.sin(HEADING) + 1.6 * math.cos(yaw),
+        along_m * math.sin(HEADING) + left_m * math.cos(HEADING) + 1.6 * math.sin(yaw),
+        yaw,
+    )
+
+
+def on_circle(along_m, side=1.0, radius=20.0):
+    """Return the pose of a car that drives its centre along a circle with the slip of its tyres."""
+    angle = along_m / radius
+    yaw = angle - math.asin(1.6 / radius) + 0.006 * SPEED**2 / radius
+    return radius * math.sin(angle), side * radius * (1.0 - math.cos(angle)), side * yaw
+
+
+def circle(side=1.0, radius=20.0):
+    return path_of([on_circle(0.25 * i, side, radius)[:2] for i in range(160)])
 
 
 def test_wheel_angle_on_the_path_matches_its_curvature():
@@ -59,3 +104,81 @@ def test_wheel_angle_far_from_the_path_is_finite():
 def test_car_turns_back_from_any_heading_error(heading_error):
     assert ChainedForm(2.5).wheel_angle(2.0, 0.0, heading_error, 0.0, 0.0, 0.3) < -0.05
     assert ChainedForm(2.5).wheel_angle(2.0, 0.0, -heading_error, 0.0, 0.0, 0.3) > 0.05
+
+
+@pytest.mark.parametrize("left_m", [0.8, -0.5])
+@pytest.mark.parametrize("heading_error", [0.0, 0.2, -0.3])
+def test_wheels_turn_over_the_distance_that_the_car_drives(left_m, heading_error):
+    """dx2/dx1 = -k1 x4 - k2 x3 - k3 x2, where x1 is the distance along the path."""
+    car = steering()
+    before_m = left_m - 1.5 * math.tan(heading_error)
+    assert car.wheel_angle(STRAIGHT, *beside(0.0, before_m, heading_error), SPEED) == AHEAD
+    x2, tan, along_m = 0.0, math.tan(heading_error), 1.5 / 10000
+    for _ in range(10000):
+        x2 += along_m * (-(K**3) * left_m - 3.0 * K * K * tan - 3.0 * K * x2)
+    wheel = math.atan(2.8 * math.cos(heading_error) ** 3 * x2)
+    assert car.wheel_angle(STRAIGHT, *beside(1.5, left_m, heading_error), SPEED) == pytest.approx(
+        wheel, abs=1e-4
+    )
+
+
+def test_wheels_stay_while_the_car_rolls_back_and_after_it_was_moved_they_are_straight():
+    car = steering()
+    car.wheel_angle(STRAIGHT, *beside(0.0, 1.0), SPEED)
+    wheel = car.wheel_angle(STRAIGHT, *beside(4.9, 1.0), SPEED)
+    assert wheel < -0.05
+    assert car.wheel_angle(STRAIGHT, *beside(4.0, 1.0), SPEED) == pytest.approx(wheel)
+    assert car.wheel_angle(STRAIGHT, *beside(9.1, 1.0), SPEED) == AHEAD
+    assert car.wheel_angle(STRAIGHT, *beside(10.1, 1.0), SPEED) < -0.01
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_car_on_a_circle_keeps_the_wheel_angle_of_bicycle_and_tyres(side):
+    car = steering()
+    wanted = math.atan(2.8 / 1.6 * math.tan(math.asin(1.6 / 20.0))) + 0.002 * SPEED**2 / 20.0
+    for along_m in (14.0, 15.0, 17.0):
+        wheel = car.wheel_angle(circle(side), *on_circle(along_m, side), SPEED)
+        assert wheel == pytest.approx(side * wanted, abs=2e-4)
+
+
+@pytest.mark.parametrize("rate", [(), (0.5,)])
+def test_pose_is_predicted_over_the_preview(rate):
+    x, y, yaw = on_circle(14.0)
+    pose = x, y - 0.7, yaw + 0.2
+    later = predicted_pose(*pose, SPEED, *(rate or (0.0,)), 0.3)
+    wheel = steering(preview_s=0.3).wheel_angle(circle(), *pose, SPEED, *rate)
+    assert wheel == steering().wheel_angle(circle(), *later, SPEED)
+    assert wheel != steering().wheel_angle(circle(), *pose, SPEED)
+
+
+@pytest.mark.parametrize("left_m", [0.8, -0.8])
+def test_change_of_the_curvature_matters_to_a_car_beside_its_path(left_m):
+    """The definition of x2 at x2 = 0, on a clothoid. The rear axle is almost at the centre."""
+    slope, along_m, theta, points, x, y = 0.02, 8.0, 0.3, [], 0.0, 0.0
+    for i in range(150):
+        points.append((x, y))
+        heading = 0.5 * slope * (0.1 * i + 0.05) ** 2
+        x, y = x + 0.1 * math.cos(heading), y + 0.1 * math.sin(heading)
+    heading = 0.5 * slope * along_m**2
+    yaw = heading + theta
+    place = (
+        points[80][0] - left_m * math.sin(heading) + 0.01 * math.cos(yaw),
+        points[80][1] + left_m * math.cos(heading) + 0.01 * math.sin(yaw),
+    )
+    curvature = slope * along_m
+    scale = 1.0 - left_m * curvature
+    bend = (
+        slope * left_m * math.tan(theta)
+        + curvature * scale * (1.0 + math.sin(theta) ** 2) / math.cos(theta) ** 2
+    )
+    wheel = steering(Axles(2.79, 0.01, 0.0, 0.0)).wheel_angle(path_of(points), *place, yaw, SPEED)
+    assert math.tan(wheel) == pytest.approx(2.8 * math.cos(theta) ** 3 * bend / scale**2, rel=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"), [("convergence_m", 0.0), ("convergence_s", -0.1), ("preview_s", -0.1)]
+)
+def test_parameters_out_of_range_are_refused(name, value):
+    parameters = {"convergence_m": 2.5, "convergence_s": 0.3, "preview_s": 0.0, name: value}
+    with pytest.raises(ValueError, match=f"^{name} must be .* got {value}$"):
+        KinematicSteering(AXLES, **parameters)
