@@ -3,15 +3,18 @@ import math
 import numpy as np
 import pytest
 
+from sdc_package.local_path import ReferencePath
 from sdc_package.steering.axles import Axles
 from sdc_package.steering.lqr import (
     GainSchedule,
     LqrFeedforwardSteering,
     LqrSteering,
+    calmed,
     error_model,
     lqr_gains,
     steady_state,
 )
+from sdc_package.steering.method import predicted_pose
 
 # The car of Snider's report: 1140 kg, 1436.24 kg m^2, 155494.663 N/rad at each axle.
 AXLES = Axles(1.165, 1.165, 570.0 / 155494.663, 570.0 / 155494.663)
@@ -30,7 +33,7 @@ PARAMETERS = {
 
 def test_error_model_equals_that_of_the_book():
     """Rajamani, equation 2.45, in mass, inertia and stiffness, for a car with different axles."""
-    m, inertia, front, rear, lf, lr, v = 1200.0, 1500.0, 90000.0, 130000.0, 1.0, 1.5, 10.0
+    m, inertia, front, rear, lf, lr, v = 1200.0, 1500.0, 90000.0, 130000.0, 1.2, 1.5, 10.0
     axles = Axles(lf, lr, m * lr / (lf + lr) / front, m * lf / (lf + lr) / rear)
     a, b = error_model(v, axles, math.sqrt(inertia / m))
     turn, damping = lf * front - lr * rear, lf * lf * front + lr * lr * rear
@@ -76,8 +79,8 @@ def test_gains_are_stable_and_optimal(speed):
 
 
 def test_gains_are_linear_between_the_speeds_and_constant_beyond():
-    schedule = GainSchedule([1.0, 2.0, 3.0], [[1.0, 0.0], [3.0, 1.0], [4.0, 1.0]])
-    assert [schedule.gains(speed)[0] for speed in (0.0, 1.0, 1.5, 2.0, 2.5, 3.0, 9.0)] == [
+    schedule = GainSchedule([1.0, 1.5, 2.0], [[1.0, 0.0], [3.0, 1.0], [4.0, 1.0]])
+    assert [schedule.gains(speed)[0] for speed in (0.0, 1.0, 1.25, 1.5, 1.75, 2.0, 9.0)] == [
         1.0,
         1.0,
         2.0,
@@ -90,9 +93,9 @@ def test_gains_are_linear_between_the_speeds_and_constant_beyond():
 
 def test_steady_state_equals_the_formula_for_small_angles():
     understeering = Axles(1.165, 1.165, 0.005, 0.003)
-    wheel, heading_error = steady_state(0.01, 10.0, understeering)
-    assert wheel == pytest.approx(2.33 * 0.01 + 0.002 * 1.0, abs=2e-5)
-    assert heading_error == pytest.approx(-1.165 * 0.01 + 0.003 * 1.0, abs=1e-5)
+    wheel, heading_error = steady_state(0.01, 20.0, understeering)
+    assert wheel == pytest.approx(2.33 * 0.01 + 0.002 * 4.0, abs=2e-5)
+    assert heading_error == pytest.approx(-1.165 * 0.01 + 0.003 * 4.0, abs=1e-5)
 
 
 def test_only_the_feed_forward_holds_a_circle_without_an_error():
@@ -102,3 +105,115 @@ def test_only_the_feed_forward_holds_a_circle_without_an_error():
         wheel, abs=1e-12
     )
     assert abs(LqrSteering(AXLES, **PARAMETERS).feedback(*steady) - wheel) > 0.01
+
+
+RADIUS = 25.0
+
+
+def circle():
+    path = ReferencePath()
+    angles = [0.2 * i / RADIUS for i in range(200)]
+    path.update([(RADIUS * math.sin(a), RADIUS * (1.0 - math.cos(a)), 5.0) for a in angles])
+    return path
+
+
+def beside_circle(left_m, heading_error):
+    """Return the pose of a car at this distance and direction from a point of the circle."""
+    angle = 15.0 / RADIUS
+    inside = RADIUS - left_m
+    return inside * math.sin(angle), RADIUS - inside * math.cos(angle), angle + heading_error
+
+
+@pytest.mark.parametrize(
+    ("left_m", "heading_error", "yaw_rate"),
+    [(0.0, 0.0, 0.2), (0.7, 0.0, 0.2), (0.0, 0.3, 0.2), (-0.4, -0.2, 0.8), (0.5, 0.6, -0.8)],
+)
+def test_wheel_angle_is_the_gains_times_the_errors(left_m, heading_error, yaw_rate):
+    """The centre slips to the left at the speed that it has in a steady bend of this yaw rate."""
+    speed = 10.0
+    sideways = (1.165 - AXLES.rear_compliance * speed**2) * yaw_rate
+    errors = [
+        left_m,
+        speed * math.sin(heading_error) + sideways * math.cos(heading_error),
+        heading_error,
+        yaw_rate - speed / RADIUS,
+    ]
+    gains = lqr_gains(speed, AXLES, GYRATION, (1.0, 0.2, 1.0, 0.1), 1.0, 0.05)
+    parameters = {**PARAMETERS, "cross_track_rate_weight": 0.2, "heading_rate_weight": 0.1}
+    pose = beside_circle(left_m, heading_error)
+    wheel, with_feed_forward = (
+        method(AXLES, **parameters).wheel_angle(circle(), *pose, speed, yaw_rate)
+        for method in (LqrSteering, LqrFeedforwardSteering)
+    )
+    assert wheel == pytest.approx(-np.dot(gains, errors), abs=1e-3)
+    steady_wheel, steady_error = steady_state(1.0 / RADIUS, speed, AXLES)
+    forward = steady_wheel + gains[2] * steady_error
+    assert with_feed_forward - wheel == pytest.approx(forward, abs=1e-3)
+
+
+@pytest.mark.parametrize("rate", [(), (0.5,)])
+def test_pose_is_predicted_over_the_preview(rate):
+    pose = beside_circle(0.7, 0.2)
+    later = predicted_pose(*pose, 5.0, *(rate or (0.0,)), 0.3)
+    now, ahead = (
+        LqrSteering(AXLES, **{**PARAMETERS, "preview_s": preview_s}) for preview_s in (0.0, 0.3)
+    )
+    wheel = ahead.wheel_angle(circle(), *pose, 5.0, *rate)
+    assert wheel == now.wheel_angle(circle(), *later, 5.0, *rate)
+    assert wheel != now.wheel_angle(circle(), *pose, 5.0, *rate)
+
+
+def test_wheel_angle_costs_more_with_the_fourth_power_of_a_high_speed():
+    assert [calmed(2.0, speed, 20.0) for speed in (5.0, 20.0, 40.0, 60.0)] == [
+        2.0,
+        2.0,
+        32.0,
+        162.0,
+    ]
+
+
+def test_calm_steering_turns_the_wheels_less_at_high_speed_only():
+    plain = LqrSteering(AXLES, **PARAMETERS)
+    calm = LqrSteering(AXLES, **PARAMETERS, calm_above_mps=0.9)
+    assert abs(calm.feedback(1.0, 0.0, 0.0, 0.0, 0.0, 20.0)) < 0.1 * abs(
+        plain.feedback(1.0, 0.0, 0.0, 0.0, 0.0, 20.0)
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "message"),
+    [
+        *[
+            (name, 0.0, f"{name} must be a positive number, got 0.0")
+            for name in ("cross_track_weight", "steer_weight", "gyration_m", "tick_s")
+        ],
+        *[
+            (name, -1.0, f"{name} must be a number that is not negative, got -1.0")
+            for name in ("cross_track_rate_weight", "heading_weight", "heading_rate_weight")
+        ],
+        ("preview_s", math.nan, "preview_s must be a number that is not negative, got nan"),
+        ("calm_above_mps", 0.0, "'calm_above_mps' must be positive, got 0.0"),
+        ("calm_above_mps", math.nan, "'calm_above_mps' must be positive, got nan"),
+    ],
+)
+def test_parameters_out_of_range_are_refused(name, value, message):
+    with pytest.raises(ValueError, match=f"^{message}$"):
+        LqrSteering(AXLES, **{**PARAMETERS, name: value})
+
+
+@pytest.mark.parametrize("axle", ["front_compliance", "rear_compliance"])
+def test_tyres_that_do_not_slip_are_refused(axle):
+    with pytest.raises(
+        ValueError,
+        match="^the dynamic bicycle model needs slipping tyres: set 'front_compliance' and "
+        "'rear_compliance' of 'axles' above 0$",
+    ):
+        LqrSteering(Axles(**{**vars(AXLES), axle: 0.0}), **PARAMETERS)
+
+
+def test_weights_that_stabilize_no_car_are_refused_with_the_speed():
+    with pytest.raises(
+        ValueError,
+        match=r"^no gains stabilize this car at 10 m/s \(.+\); check its weights and axles$",
+    ):
+        lqr_gains(10.0, AXLES, GYRATION, (-1.0, 0.0, 0.0, 0.0), 1.0, 0.05)
