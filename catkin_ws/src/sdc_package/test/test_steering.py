@@ -1,4 +1,4 @@
-"""What every steering method does, and how methods are found by name."""
+"""What every steering method does."""
 
 import math
 import os
@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 
 from sdc_package.local_path import ReferencePath
 from sdc_package.steering.axles import Axles
-from sdc_package.steering.loader import METHODS, load_steering, section_of
-from sdc_package.steering.method import predicted_pose
+from sdc_package.steering.loader import METHODS, load_steering
 
 pytestmark = pytest.mark.slow(8)
 
@@ -20,7 +19,6 @@ with open(
     os.path.join(HERE, "..", "config", "simple_controller.yaml"), encoding="utf-8"
 ) as config_file:
     CONFIG = yaml.safe_load(config_file)
-AXLES = Axles(**CONFIG["axles"])
 # With stiff tyres the car of these tests rolls without slip.
 STIFF = Axles(1.435, 1.435, 1e-5, 1e-5)
 # Some releases of hypothesis count their own retries as examples that are too large.
@@ -171,93 +169,3 @@ def test_car_returns_from_two_metres_and_thirty_degrees(method, y, yaw, speed):
     end_y, end_yaw = rolling_car(method, y, yaw, speed, 60.0)
     assert abs(end_y) < 0.05
     assert abs(end_yaw) < 0.02
-
-
-def test_prediction_follows_the_arc_of_the_car():
-    assert predicted_pose(1.0, 2.0, 0.0, 10.0, 0.0, 0.1) == pytest.approx((2.0, 2.0, 0.0))
-    x, y, yaw = predicted_pose(0.0, 0.0, 0.0, 10.0, 1.0, 0.1)
-    assert (x, y, yaw) == pytest.approx(
-        (10.0 * math.sin(0.1), 10.0 * (1.0 - math.cos(0.1)), 0.1), abs=1e-3
-    )
-    assert predicted_pose(0.0, 0.0, 0.0, 0.0, 60.0, 0.1)[2] == pytest.approx(0.15), (
-        "a jump of the pose is not a yaw rate"
-    )
-
-
-@pytest.fixture()
-def own_modules(tmp_path, monkeypatch):
-    """Put a student's module, and two that cannot be loaded, on Python's path."""
-    (tmp_path / "needs_more.py").write_text(
-        "import a_package_that_does_not_exist\n", encoding="utf-8"
-    )
-    (tmp_path / "misspelt.py").write_text("def wheel_angle(:\n", encoding="utf-8")
-    monkeypatch.syspath_prepend(str(tmp_path))
-    monkeypatch.syspath_prepend(os.path.join(HERE, "own_steering"))
-
-
-@pytest.mark.usefixtures("own_modules")
-def test_method_of_a_users_own_module_is_built():
-    steering = load_steering("my_module:MySteering", {"gain": 0.2}, AXLES)
-    assert steering.wheel_angle(path_of(bend(0.0)), 0.0, 1.0, 0.0, 5.0) == pytest.approx(-0.2)
-    assert section_of("my_module:MySteering") == "MySteering"
-    assert section_of("lqr") == "lqr"
-
-
-@pytest.mark.usefixtures("own_modules")
-@pytest.mark.parametrize(
-    ("method", "parameters", "part"),
-    [
-        ("stanly", {}, "no steering_method 'stanly': did you mean 'stanley'"),
-        ("xyz", {}, "write one of stanley, stanley_compensated, pure_pursuit"),
-        ("", {}, "must be one of"),
-        (5, {}, "must be one of"),
-        ("stanley:", {}, "form my_module:MySteering"),
-        (
-            "your_module:YourSteering",
-            {},
-            "no module 'your_module'; put the folder of your_module.py on the PYTHONPATH",
-        ),
-        ("needs_more:MySteering", {}, "imports 'a_package_that_does_not_exist'"),
-        ("misspelt:MySteering", {}, "cannot be loaded"),
-        ("my_module:MySteerin", {}, "no class 'MySteerin': did you mean 'MySteering'"),
-        ("my_module:NoSteering", {}, "is not a class with a method wheel_angle"),
-        ("my_module:MySteering", None, "section 'MySteering' lacks 'gain'"),
-        (
-            "my_module:MySteering",
-            {"gain": 1.0, "gian": 1.0},
-            "has 'gian', which is no parameter of steering_method 'my_module:MySteering': did you "
-            "mean 'gain'",
-        ),
-        ("pure_pursuit", None, "section 'pure_pursuit' lacks 'look_ahead_s'"),
-        ("stanley", 3.0, "must hold lines"),
-        (
-            "stanley",
-            {**CONFIG["stanley"], "k": -1.0},
-            "section 'stanley': k must be a positive number, got -1.0",
-        ),
-        ("stanley", {**CONFIG["stanley"], "k": "fast"}, "k must be a positive number, got 'fast'"),
-        (
-            "stanley_compensated",
-            {**CONFIG["stanley_compensated"], "preview_s": math.nan},
-            "section 'stanley_compensated': preview_s",
-        ),
-        ("stanley", {**CONFIG["stanley"], "preview_s": 0.0}, "has 'preview_s', which is no"),
-        (
-            "pure_pursuit",
-            {**CONFIG["pure_pursuit"], "shortest_look_ahead_m": 20.0},
-            "exceeds longest_look_ahead_m",
-        ),
-        ("kinematic", {**CONFIG["kinematic"], "convergence_m": 0.0}, "convergence_m"),
-        ("lqr", {**CONFIG["lqr"], "steer_weight": 0.0}, "steer_weight"),
-    ],
-)
-def test_method_that_cannot_be_built_is_refused_in_one_line(method, parameters, part):
-    with pytest.raises(ValueError, match="") as caught:
-        load_steering(method, parameters, AXLES)
-    assert part in str(caught.value)
-    assert "\n" not in str(caught.value)
-
-
-def test_lqr_refuses_rigid_tyres():
-    with pytest.raises(ValueError, match="front_compliance"):
-        load_steering("lqr", CONFIG["lqr"], Axles(1.0, 1.0, 0.0, 0.0))
