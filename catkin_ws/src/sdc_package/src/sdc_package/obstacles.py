@@ -102,8 +102,6 @@ def speed_caps(
                 stop_s_m = route.last_point_s(stop_s_m)
             room_m = np.maximum(stop_s_m - s_m, 0.0)
             np.minimum(square, along_mps**2 + 2.0 * braking_mps2 * room_m, out=square)
-            if along_mps == 0.0:
-                square[s_m >= stop_s_m] = 0.0
             break
     return np.sqrt(square)
 
