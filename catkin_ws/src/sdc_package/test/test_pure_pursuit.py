@@ -5,8 +5,22 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sdc_common.geometry.polyline import Polyline
-from sdc_package.steering.pure_pursuit import look_ahead_point, pure_pursuit_angle
+from sdc_package.local_path import ReferencePath
+from sdc_package.steering.axles import Axles
+from sdc_package.steering.method import predicted_pose
+from sdc_package.steering.pure_pursuit import (
+    PurePursuitSteering,
+    look_ahead_point,
+    pure_pursuit_angle,
+)
 
+AXLES = Axles(front_m=1.2, rear_m=1.6, front_compliance=0.008, rear_compliance=0.006)
+PARAMETERS = {
+    "look_ahead_s": 0.8,
+    "shortest_look_ahead_m": 3.0,
+    "longest_look_ahead_m": 12.0,
+    "preview_s": 0.0,
+}
 LINE = Polyline([(float(x), 0.0) for x in range(10)] + [(9.0, float(y)) for y in range(1, 10)])
 
 
@@ -31,6 +45,9 @@ def test_arc_ends_at_the_look_ahead_point(radius, alpha):
         (8.0, 0.0, 3.0, (9.0, math.sqrt(8.0))),
         (9.0, 8.0, 5.0, (9.0, 13.0)),
         (0.0, -3.0, 2.0, (2.0, 0.0)),
+        (0.0, -4.75, 5.0, (5.0, 0.0)),
+        (0.0, -1.8, 2.0, (math.sqrt(0.76), 0.0)),
+        (9.0, 11.0, 5.0, (9.0, 16.0)),
     ],
 )
 def test_look_ahead_point_in_every_place_of_the_line(x, y, distance, goal):
@@ -48,3 +65,82 @@ def test_look_ahead_point_is_ahead_at_the_look_ahead_distance(x, y, distance):
 def test_look_ahead_distance_must_be_positive():
     with pytest.raises(ValueError, match="positive"):
         look_ahead_point(LINE, 0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("scale", [0.25, 1.0, 3.0])
+def test_look_ahead_point_does_not_depend_on_the_distance_of_the_points(scale):
+    line = Polyline([(scale * i * 0.8, scale * i * 0.6) for i in range(40)])
+    assert look_ahead_point(line, 0.8, 0.6, 6.0) == pytest.approx((5.6, 4.2))
+    assert look_ahead_point(line, 0.8 - 2.4, 0.6 + 3.2, 5.0) == pytest.approx((3.2, 2.4))
+
+
+def test_look_ahead_point_is_on_the_last_segment():
+    assert look_ahead_point(Polyline([(0.0, 0.0), (9.0, 0.0)]), 2.0, 3.0, 5.0) == (6.0, 0.0)
+    corner = Polyline([(0.0, 0.0), (4.0, 0.0), (4.0, 5.0)])
+    assert look_ahead_point(corner, 0.0, 0.0, 5.0) == (4.0, 3.0)
+
+
+def steering(axles=AXLES, **changes):
+    return PurePursuitSteering(axles, **{**PARAMETERS, **changes})
+
+
+def path_of(points):
+    path = ReferencePath()
+    path.update([(x, y, 5.0) for x, y in points])
+    return path
+
+
+def circle(side=1.0, radius=20.0):
+    angles = [0.25 * i / radius for i in range(240)]
+    return path_of([(radius * math.sin(a), side * radius * (1.0 - math.cos(a))) for a in angles])
+
+
+@pytest.mark.parametrize(
+    ("speed", "look_ahead"), [(0.0, 3.0), (3.0, 3.0), (5.0, 4.0), (10.0, 8.0), (30.0, 12.0)]
+)
+@pytest.mark.parametrize("error", [0.0, 0.3])
+def test_look_ahead_distance_grows_with_the_speed_between_its_limits(speed, look_ahead, error):
+    """The rear axle is 1 m left of a straight line with the heading 0.6."""
+    path = path_of([(i * math.cos(0.6), i * math.sin(0.6)) for i in range(-20, 60)])
+    yaw = 0.6 + error
+    x = -math.sin(0.6) + 1.6 * math.cos(yaw)
+    y = math.cos(0.6) + 1.6 * math.sin(yaw)
+    alpha = -math.asin(1.0 / look_ahead) - error
+    assert steering().wheel_angle(path, x, y, yaw, speed) == pytest.approx(
+        math.atan(2.0 * 2.8 * math.sin(alpha) / look_ahead)
+    )
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize("speed", [4.0, 12.0])
+@pytest.mark.parametrize("along_m", [12.0, 35.0])
+def test_car_on_a_circle_keeps_the_wheel_angle_of_bicycle_and_tyres(side, speed, along_m):
+    slip, acceleration, angle = math.asin(1.6 / 20.0), speed**2 / 20.0, along_m / 20.0
+    yaw = side * (angle - slip + 0.006 * acceleration)
+    x, y = 20.0 * math.sin(angle), side * 20.0 * (1.0 - math.cos(angle))
+    wheel = steering().wheel_angle(circle(side), x, y, yaw, speed)
+    wanted = math.atan(2.8 / 1.6 * math.tan(slip)) + 0.002 * acceleration
+    assert wheel == pytest.approx(side * wanted, abs=1e-3)
+
+
+@pytest.mark.parametrize("rate", [(), (0.5,)])
+def test_pose_is_predicted_over_the_preview(rate):
+    pose = 12.0, 3.0, 0.8
+    later = predicted_pose(*pose, 5.0, *(rate or (0.0,)), 0.3)
+    wheel = steering(preview_s=0.3).wheel_angle(circle(), *pose, 5.0, *rate)
+    assert wheel == steering().wheel_angle(circle(), *later, 5.0, *rate)
+    assert wheel != steering().wheel_angle(circle(), *pose, 5.0, *rate)
+
+
+@pytest.mark.parametrize("name", PARAMETERS)
+def test_parameters_out_of_range_are_refused(name):
+    with pytest.raises(ValueError, match=f"^{name} must be .* got -1.0$"):
+        steering(**{name: -1.0})
+
+
+def test_limits_of_the_look_ahead_distance_must_be_in_order():
+    steering(shortest_look_ahead_m=5.0, longest_look_ahead_m=5.0)
+    with pytest.raises(
+        ValueError, match="^shortest_look_ahead_m 5 exceeds longest_look_ahead_m 4.5$"
+    ):
+        steering(shortest_look_ahead_m=5.0, longest_look_ahead_m=4.5)
