@@ -65,3 +65,47 @@ def test_tree_is_queried_now_and_then_for_a_car_that_drives_on():
     for x in np.arange(0.0, 6.0, 0.1).tolist():
         assert search.first_ahead(x, 0.1) == STRAIGHT.first_ahead(x, 0.1)
     assert 2 <= len(queries) <= 8
+
+
+def calls_with_a_query(places):
+    """Return the numbers of the calls that query the tree, on a straight at y = 10."""
+    straight = WaypointSearch(np.column_stack([np.arange(20.0), np.full(20, 10.0)]))
+    search, queries = WaypointSearch(straight.waypoints), []
+    for call, place in enumerate(places):
+        search.nearest = lambda x, y, call=call: queries.append(call) or straight.nearest(x, y)
+        search.first_ahead(*place)
+    return queries
+
+
+@pytest.mark.parametrize("x", [0.1, 5.2])
+def test_tree_is_queried_after_every_twenty_calls(x):
+    assert calls_with_a_query([(x, 10.1)] * 64) == [0, 21, 42, 63]
+
+
+def test_tree_is_queried_for_a_car_far_from_the_waypoints():
+    assert calls_with_a_query([(5.0, 12.5)] * 3) == [0, 1, 2]
+
+
+def test_car_that_is_moved_back_to_the_start_drives_to_the_first_waypoint():
+    search = WaypointSearch(STRAIGHT.waypoints)
+    assert search.first_ahead(1.9, 0.0) == 2
+    assert search.first_ahead(-0.4, 0.0) == 0
+
+
+@pytest.mark.parametrize(
+    ("index", "x", "y", "behind"),
+    [
+        (0, 10.5, 10.0, False),
+        (0, 9.5, 10.0, True),
+        (2, 8.5, 10.0, False),
+        (2, 7.5, 10.0, True),
+        (2, 8.0, 9.5, False),
+        (2, 8.0, 10.5, True),
+        (4, 8.0, 11.5, False),
+        (4, 8.0, 12.5, True),
+    ],
+)
+def test_waypoint_is_behind_a_car_that_has_passed_it_along_the_route(index, x, y, behind):
+    """The route leads to the west and turns to the north at its third waypoint."""
+    route = [[10.0, 10.0], [9.0, 10.0], [8.0, 10.0], [8.0, 11.0], [8.0, 12.0]]
+    assert WaypointSearch(np.array(route)).is_behind(index, x, y) == behind
