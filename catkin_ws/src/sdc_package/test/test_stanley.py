@@ -153,6 +153,27 @@ def test_textbook_method_is_the_law_at_the_front_axle(y, yaw, speed, rate):
     assert textbook(straight, 5.0, y, yaw, speed, soft, rate) == pytest.approx(wanted, abs=1e-9)
 
 
+@pytest.mark.parametrize("steering", [textbook, compensated])
+@pytest.mark.parametrize("heading", [0.7, 2.0])
+def test_offset_of_the_front_axle_counts_in_any_direction_of_the_map(steering, heading):
+    """The front axle is 1 m left of the line, and the car points 0.3 rad to its right."""
+    cos, sin = math.cos(heading), math.sin(heading)
+    line = [(i * cos, i * sin, 5.0) for i in range(30)]
+    yaw = heading - 0.3
+    x = 8.0 * cos - sin - 1.435 * math.cos(yaw)
+    y = 8.0 * sin + cos - 1.435 * math.sin(yaw)
+    assert steering(line, x, y, yaw) == pytest.approx(0.3 - math.atan(2.0 / 6.0))
+
+
+@pytest.mark.parametrize("name", ["k", "softening_mps", "preview_s"])
+def test_parameters_out_of_range_are_refused(name):
+    with pytest.raises(ValueError, match=f"^{name} must be .* got -1.0$"):
+        CompensatedStanleySteering(AXLES, **{**GAINS, "preview_s": 0.0, name: -1.0})
+    if name in GAINS:
+        with pytest.raises(ValueError, match=f"^{name} must be .* got -1.0$"):
+            StanleySteering(AXLES, **{**GAINS, name: -1.0})
+
+
 def test_textbook_method_cuts_a_corner_that_the_compensated_method_drives():
     """With its centre on a circle, the textbook law steers inwards."""
     radius = 8.0
