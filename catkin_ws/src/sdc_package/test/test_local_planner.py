@@ -1,29 +1,21 @@
 import math
-import os
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sdc_common.geometry.road_line import road_route
 from sdc_common.geometry.route import Route
 from sdc_common.planning.speed_profile import (
     SpeedLimits,
     ideal_duration,
-    limited_speeds,
     speed_profile,
 )
-from sdc_common.ros.stop_lines import GREEN, RED, StopLine
-from sdc_common.routes.waypoint_file import load_waypoints
 from sdc_package.local_planner import LocalPlanner, OffRouteError, PlannerSettings
-from sdc_package.obstacles import DetectedObstacle, ObstacleMargins
-from sdc_package.traffic_lights import TrafficLightMargins, TrafficLightMonitor
+from sdc_package.obstacles import ObstacleMargins
+from sdc_package.traffic_lights import TrafficLightMargins
 from sdc_package.waypoint_search import WaypointSearch
 
-TOWN = os.path.join(
-    os.path.dirname(os.path.abspath(__file__)), "..", "..", "sdc_common", "data", "waypoints.csv"
-)
 OBSTACLES = ObstacleMargins(side_m=0.4, gap_m=5.0, car_front_m=2.35, car_width_m=2.0)
 LIMITS = SpeedLimits(cruise_mps=10.0, lateral_mps2=3.0, acceleration_mps2=1.8, braking_mps2=2.5)
 TRAFFIC_LIGHTS = TrafficLightMargins(gap_m=1.0, reaction_s=0.5, hardest_mps2=6.0, car_front_m=2.35)
@@ -47,9 +39,9 @@ def twice_round(radius=20.0, turns=1.2):
     return np.column_stack([radius * np.cos(angle), radius * np.sin(angle)])
 
 
-def planner(points, **changes):
-    limits = SpeedLimits(**{**vars(LIMITS), **changes})
-    return LocalPlanner(points, PlannerSettings(limits, 25.0, 20.0, OBSTACLES, TRAFFIC_LIGHTS))
+def planner(points, lookahead_m=25.0):
+    settings = PlannerSettings(LIMITS, lookahead_m, 20.0, OBSTACLES, TRAFFIC_LIGHTS)
+    return LocalPlanner(points, settings)
 
 
 def path_ahead(local, x, y, yaw):
@@ -139,6 +131,27 @@ def test_path_at_the_end_of_the_route_has_two_points_and_ends_with_a_stop():
     assert plan[-1].tolist() == [50.0, 0.0, 0.0]
 
 
+def test_path_of_a_short_lookahead_has_two_points():
+    plan = path_ahead(planner(straight(50.0), lookahead_m=0.5), 20.4, 0.0, 0.0)
+    assert plan[:, 0].tolist() == [21.0, 22.0]
+
+
+@pytest.mark.parametrize(("yaw", "s_m"), [(0.0, 30.0), (math.pi / 2, 150.0)])
+def test_car_at_a_crossing_joins_the_pass_in_its_direction(yaw, s_m):
+    """The route leads to the east, around a block, and to the north through the same place."""
+    corners = np.array([[-30, 0], [30, 0], [30, -30], [0, -30], [0, 30]])
+    steps = [np.linspace(a, b, 31)[:-1] for a, b in zip(corners, corners[1:])]
+    local = planner(np.vstack([*steps, corners[-1:]]))
+    path_ahead(local, 0.0, 0.0, yaw)
+    assert local.place.s_m == pytest.approx(s_m, abs=3.0)
+
+
+@pytest.mark.parametrize("read", [lambda local: local.place, LocalPlanner.checkpoint])
+def test_place_is_known_after_the_first_plan_only(read):
+    with pytest.raises(AssertionError, match="^the car's place is known after the first plan$"):
+        read(planner(straight(50.0)))
+
+
 def test_place_does_not_jump_where_the_route_passes_itself():
     points = twice_round()
     local = planner(points)
@@ -164,7 +177,7 @@ def test_pose_too_far_from_the_route_is_refused_and_has_no_effect_later():
     local = planner(straight(200.0))
     with pytest.raises(OffRouteError, match=r"25\.0 m from the route"):
         path_ahead(local, 100.0, 25.0, 0.0)
-    assert path_ahead(local, 100.0, 19.0, 0.0)[0, 0] == 100.0
+    assert path_ahead(local, 100.0, 20.0, 0.0)[0, 0] == 100.0
     with pytest.raises(OffRouteError):
         path_ahead(local, 100.0, -30.0, 0.0)
     assert local.place.s_m == pytest.approx(100.0)
@@ -198,6 +211,18 @@ def test_first_waypoint_far_from_the_car_is_refused():
         local.plan(201, 100.0, 0.5, 0.0)
 
 
+@pytest.mark.parametrize(
+    ("given", "aside_m", "first"),
+    [(102, 0.0, 102), (103, 0.0, 103), (103, 6.0, 103), (104, 6.0, 101)],
+)
+def test_first_waypoint_may_be_two_steps_of_the_route_ahead(given, aside_m, first):
+    """A step is at most 1.25 m long. Of a waypoint farther along the route, that of the car."""
+    local = planner(straight(200.0))
+    assert local.plan(given, 100.5, aside_m, 0.0)[0, 0] == first
+    with pytest.raises(ValueError, match="waypoint 104 cannot be the first"):
+        local.plan(104, 100.5, 0.0, 0.0)
+
+
 def test_first_waypoint_of_another_pass_is_replaced():
     points = twice_round(turns=2.0)
     local = planner(points)
@@ -224,6 +249,12 @@ def test_restored_planner_resumes_on_the_same_pass_of_the_route():
         assert second.place.s_m == pytest.approx(199.5 + moved, abs=0.5)
     assert not planner(points).restore(None)
     assert not planner(points[:-1]).restore(first.checkpoint()), "another route"
+
+
+def test_checkpoint_of_whole_numbers_is_that_of_the_same_waypoints():
+    whole = planner(straight(50.0).astype(int))
+    path_ahead(whole, 20.0, 0.0, 0.0)
+    assert planner(straight(50.0)).restore(whole.checkpoint())
 
 
 def test_restored_planner_searches_the_whole_route_for_a_car_far_away():
@@ -261,93 +292,6 @@ def test_settings_are_read_from_the_sections_of_the_configuration():
             PlannerSettings.read({**values, name: value}.__getitem__)
     with pytest.raises(TypeError, match="gap"):
         PlannerSettings.read({**values, "caution": {"gap": 1.0}}.__getitem__)
-
-
-LIGHT = 7
-
-
-def lights(line_x_m, state):
-    monitor = TrafficLightMonitor(TRAFFIC_LIGHTS)
-    monitor.lines = {LIGHT: StopLine(line_x_m, 0.0, 1.75)}
-    monitor.states = {LIGHT: state}
-    return monitor
-
-
-def reason_at(local, x, y=0.0, yaw=0.0, speed=10.0, obstacles=(), light=None):
-    first = WaypointSearch(local.route.points).first_ahead(x, y)
-    rows = local.plan(first, x, y, yaw, obstacles)
-    local.stop_for(light or TrafficLightMonitor(TRAFFIC_LIGHTS), rows, speed)
-    return local.reason
-
-
-def test_reasons_along_a_bend_name_what_limits_the_speed():
-    local = planner(bend(12.0, math.pi / 2))
-    names = [
-        reason_at(local, x, y, yaw, speed)
-        for x, y, yaw, speed in (
-            (5.0, 0.0, 0.0, 4.0),
-            (35.0, 0.0, 0.0, 10.0),
-            (50.0, 0.0, 0.0, 8.5),
-            (60.0 + 12.0 * math.sin(0.8), 12.0 * (1.0 - math.cos(0.8)), 0.8, 6.0),
-            (72.0, 20.0, math.pi / 2, 7.5),
-            (72.0, 65.0, math.pi / 2, 6.0),
-        )
-    ]
-    assert names == [
-        "accelerating",
-        "cruise",
-        "braking_ahead",
-        "bend",
-        "accelerating",
-        "end_of_route",
-    ]
-
-
-def test_lateral_jerk_is_a_bend_as_well():
-    sharp = Route(np.vstack([straight(60.0), [(60.0 + 0.8 * i, 0.6 * i) for i in range(1, 80)]]))
-    gentle = SpeedLimits(**{**vars(LIMITS), "lateral_mps2": 1e6, "lateral_jerk_mps3": 1.0})
-    assert "bend" in limited_speeds(sharp, gentle)[1]
-    hurried = SpeedLimits(**{**vars(LIMITS), "lateral_mps2": 1e6})
-    assert "bend" not in limited_speeds(sharp, hurried)[1]
-
-
-def test_reason_in_a_recorded_bend_does_not_change_with_the_noise_of_its_curvature():
-    """Of the packaged route, the bend at 75 m to 205 m is taken at a nearly constant speed."""
-    route = road_route(load_waypoints(TOWN))
-    limits = SpeedLimits(**{**vars(LIMITS), "lateral_jerk_mps3": 6.0})
-    speed, reasons = limited_speeds(route, limits)
-    assert speed.tolist() == speed_profile(route, limits).tolist()
-    assert {reason for s, reason in zip(route.s, reasons) if 75.0 < s < 205.0} == {"bend"}
-
-
-@pytest.mark.parametrize("speed", [0.0, 4.0])
-def test_obstacle_on_the_lane_is_the_reason_from_where_the_car_brakes_for_it(speed):
-    local = planner(straight(200.0))
-    box = DetectedObstacle(100.0, 0.0, 0.0, 4.0, 2.0, speed)
-    assert reason_at(local, 50.0, obstacles=[box]) == "cruise"
-    assert reason_at(local, 80.0, speed=6.0, obstacles=[box]) == "obstacle"
-    aside = DetectedObstacle(100.0, 8.0, 0.0, 4.0, 2.0, speed)
-    assert reason_at(local, 80.0, obstacles=[aside]) == "cruise"
-
-
-def test_red_light_is_the_reason_until_it_turns_green_and_then_the_car_accelerates():
-    local = planner(straight(200.0))
-    red = lights(100.0, RED)
-    assert reason_at(local, 50.0, light=red) == "cruise"
-    assert reason_at(local, 85.0, speed=7.0, light=red) == "traffic_light"
-    assert reason_at(local, 96.6, speed=0.0, light=red) == "traffic_light"
-    assert reason_at(local, 96.6, speed=0.0, light=lights(100.0, GREEN)) == "accelerating"
-    assert reason_at(local, 130.0, speed=9.5, light=lights(100.0, GREEN)) == "cruise"
-
-
-def test_of_several_limits_the_lowest_is_the_reason():
-    local = planner(straight(200.0))
-    near = DetectedObstacle(95.0, 0.0, 0.0, 4.0, 2.0, 0.0)
-    far = DetectedObstacle(120.0, 0.0, 0.0, 4.0, 2.0, 0.0)
-    red = lights(100.0, RED)
-    assert reason_at(local, 80.0, speed=5.0, obstacles=[near], light=red) == "obstacle"
-    assert reason_at(local, 80.0, speed=5.0, obstacles=[far], light=red) == "traffic_light"
-    assert reason_at(local, 199.0, speed=1.0, light=lights(260.0, RED)) == "end_of_route"
 
 
 def test_rows_are_the_same_array_until_the_car_has_passed_a_point():

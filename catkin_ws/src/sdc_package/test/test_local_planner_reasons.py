@@ -1,0 +1,173 @@
+"""What limits the speed at the first point of a path, and the stops that lower its speeds."""
+
+import math
+import os
+
+import numpy as np
+import pytest
+
+from sdc_common.geometry.road_line import road_route
+from sdc_common.geometry.route import Route
+from sdc_common.planning.speed_profile import SpeedLimits, limited_speeds, speed_profile
+from sdc_common.ros.stop_lines import GREEN, RED, YELLOW, StopLine
+from sdc_common.routes.waypoint_file import load_waypoints
+from sdc_package.local_planner import LocalPlanner, PlannerSettings
+from sdc_package.obstacles import DetectedObstacle, ObstacleMargins
+from sdc_package.traffic_lights import TrafficLightMargins, TrafficLightMonitor
+from sdc_package.waypoint_search import WaypointSearch
+
+TOWN = os.path.join(
+    os.path.dirname(os.path.abspath(__file__)), "..", "..", "sdc_common", "data", "waypoints.csv"
+)
+OBSTACLES = ObstacleMargins(side_m=0.4, gap_m=5.0, car_front_m=2.35, car_width_m=2.0)
+LIMITS = SpeedLimits(cruise_mps=10.0, lateral_mps2=3.0, acceleration_mps2=1.8, braking_mps2=2.5)
+TRAFFIC_LIGHTS = TrafficLightMargins(gap_m=1.0, reaction_s=0.5, hardest_mps2=6.0, car_front_m=2.35)
+
+
+def straight(length, step=1.0):
+    return np.column_stack(
+        [np.arange(0.0, length + step / 2, step), np.zeros(int(round(length / step)) + 1)]
+    )
+
+
+def bend(radius, angle, before=60.0, after=60.0):
+    turned = np.arange(1.0, radius * angle) / radius
+    arc = np.column_stack([before + radius * np.sin(turned), radius * (1.0 - np.cos(turned))])
+    away = np.array([math.cos(turned[-1]), math.sin(turned[-1])])
+    return np.vstack([straight(before), arc, arc[-1] + np.outer(np.arange(1.0, after), away)])
+
+
+def planner(points):
+    settings = PlannerSettings(LIMITS, 25.0, 20.0, OBSTACLES, TRAFFIC_LIGHTS)
+    return LocalPlanner(points, settings)
+
+
+LIGHT = 7
+
+
+def lights(line_x_m, state):
+    monitor = TrafficLightMonitor(TRAFFIC_LIGHTS)
+    monitor.lines = {LIGHT: StopLine(line_x_m, 0.0, 1.75)}
+    monitor.states = {LIGHT: state}
+    return monitor
+
+
+def reason_at(local, x, y=0.0, yaw=0.0, speed=10.0, obstacles=(), light=None):
+    first = WaypointSearch(local.route.points).first_ahead(x, y)
+    rows = local.plan(first, x, y, yaw, obstacles)
+    local.stop_for(light or TrafficLightMonitor(TRAFFIC_LIGHTS), rows, speed)
+    return local.reason
+
+
+def test_reasons_along_a_bend_name_what_limits_the_speed():
+    local = planner(bend(12.0, math.pi / 2))
+    names = [
+        reason_at(local, x, y, yaw, speed)
+        for x, y, yaw, speed in (
+            (5.0, 0.0, 0.0, 4.0),
+            (35.0, 0.0, 0.0, 10.0),
+            (50.0, 0.0, 0.0, 8.5),
+            (60.0 + 12.0 * math.sin(0.8), 12.0 * (1.0 - math.cos(0.8)), 0.8, 6.0),
+            (72.0, 20.0, math.pi / 2, 7.5),
+            (72.0, 65.0, math.pi / 2, 6.0),
+        )
+    ]
+    assert names == [
+        "accelerating",
+        "cruise",
+        "braking_ahead",
+        "bend",
+        "accelerating",
+        "end_of_route",
+    ]
+
+
+def test_lateral_jerk_is_a_bend_as_well():
+    sharp = Route(np.vstack([straight(60.0), [(60.0 + 0.8 * i, 0.6 * i) for i in range(1, 80)]]))
+    gentle = SpeedLimits(**{**vars(LIMITS), "lateral_mps2": 1e6, "lateral_jerk_mps3": 1.0})
+    assert "bend" in limited_speeds(sharp, gentle)[1]
+    hurried = SpeedLimits(**{**vars(LIMITS), "lateral_mps2": 1e6})
+    assert "bend" not in limited_speeds(sharp, hurried)[1]
+
+
+def test_reason_in_a_recorded_bend_does_not_change_with_the_noise_of_its_curvature():
+    """Of the packaged route, the bend at 75 m to 205 m is taken at a nearly constant speed."""
+    route = road_route(load_waypoints(TOWN))
+    limits = SpeedLimits(**{**vars(LIMITS), "lateral_jerk_mps3": 6.0})
+    speed, reasons = limited_speeds(route, limits)
+    assert speed.tolist() == speed_profile(route, limits).tolist()
+    assert {reason for s, reason in zip(route.s, reasons) if 75.0 < s < 205.0} == {"bend"}
+
+
+@pytest.mark.parametrize("speed", [0.0, 4.0])
+def test_obstacle_on_the_lane_is_the_reason_from_where_the_car_brakes_for_it(speed):
+    local = planner(straight(200.0))
+    box = DetectedObstacle(100.0, 0.0, 0.0, 4.0, 2.0, speed)
+    assert reason_at(local, 50.0, obstacles=[box]) == "cruise"
+    assert reason_at(local, 80.0, speed=6.0, obstacles=[box]) == "obstacle"
+    aside = DetectedObstacle(100.0, 8.0, 0.0, 4.0, 2.0, speed)
+    assert reason_at(local, 80.0, obstacles=[aside]) == "cruise"
+
+
+def test_red_light_is_the_reason_until_it_turns_green_and_then_the_car_accelerates():
+    local = planner(straight(200.0))
+    red = lights(100.0, RED)
+    assert reason_at(local, 50.0, light=red) == "cruise"
+    assert reason_at(local, 85.0, speed=7.0, light=red) == "traffic_light"
+    assert reason_at(local, 96.6, speed=0.0, light=red) == "traffic_light"
+    assert reason_at(local, 96.6, speed=0.0, light=lights(100.0, GREEN)) == "accelerating"
+    assert reason_at(local, 130.0, speed=9.5, light=lights(100.0, GREEN)) == "cruise"
+
+
+def test_first_point_of_a_new_plan_gives_its_reason():
+    assert planner(straight(200.0)).reason == "accelerating"
+    assert planner(straight(1.0)).reason == "accelerating"
+
+
+@pytest.mark.parametrize(
+    ("x", "speed", "reason"),
+    [(99.5, 9.0, "cruise"), (99.5, 8.99, "accelerating"), (179.5, 8.9, "accelerating")],
+)
+def test_car_accelerates_up_to_nine_tenths_of_the_speed_of_the_next_point(x, speed, reason):
+    """Of the point at 180 m, 10 m/s are planned; the car brakes behind it."""
+    assert reason_at(planner(straight(200.0)), x, speed=speed) == reason
+
+
+@pytest.mark.parametrize(
+    ("x", "speed", "line_x", "reason"),
+    [
+        (75.5, 10.0, 100.0, "cruise"),
+        (76.5, 10.0, 100.0, "traffic_light"),
+        (0.5, 1.0, 5.5, "accelerating"),
+    ],
+)
+def test_red_light_is_the_reason_where_it_lowers_the_speed_of_the_next_point(
+    x, speed, line_x, reason
+):
+    """Before the line at 100 m the car stops at 96 m, from 10 m/s within 20 m."""
+    assert reason_at(planner(straight(200.0)), x, speed=speed, light=lights(line_x, RED)) == reason
+
+
+@pytest.mark.parametrize(("x", "stops"), [(71.6, True), (71.7, False)])
+def test_car_stops_for_yellow_if_its_comfortable_braking_is_enough(x, stops):
+    """It takes 20 m and 5 m of reaction, to 1 m before the line."""
+    local = planner(straight(200.0))
+    rows = local.stop_for(lights(100.0, YELLOW), local.plan(int(x) + 1, x, 0.0, 0.0), 10.0)
+    assert (rows[-1, 2] == 0.0) == stops
+
+
+def test_obstacle_lowers_the_speed_of_the_last_point_of_the_path():
+    """The car stops at 91 m, 16 m behind that point."""
+    local = planner(straight(200.0))
+    rows = local.plan(50, 50.0, 0.0, 0.0, [DetectedObstacle(101.0, 0.0, 0.0, 4.0, 2.0, 0.0)])
+    assert rows[-1].tolist() == [75.0, 0.0, pytest.approx(math.sqrt(2.0 * 2.5 * 16.0))]
+
+
+def test_of_several_limits_the_lowest_is_the_reason():
+    local = planner(straight(200.0))
+    near = DetectedObstacle(95.0, 0.0, 0.0, 4.0, 2.0, 0.0)
+    far = DetectedObstacle(120.0, 0.0, 0.0, 4.0, 2.0, 0.0)
+    red = lights(100.0, RED)
+    assert reason_at(local, 80.0, speed=5.0, obstacles=[near], light=red) == "obstacle"
+    assert reason_at(local, 80.0, speed=5.0, obstacles=[far], light=red) == "traffic_light"
+    assert reason_at(local, 199.0, speed=1.0, light=lights(260.0, RED)) == "end_of_route"
