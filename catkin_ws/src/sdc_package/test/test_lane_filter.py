@@ -101,5 +101,5 @@ def test_thresholds_out_of_range_are_refused(wrong):
 )
 def test_mask_is_binary_and_has_the_size_of_the_picture(image):
     mask = LaneFilter(THRESHOLDS).mask(image)
-    assert mask.shape == image.shape[:2]
+    assert (mask.shape, mask.dtype) == (image.shape[:2], np.uint8)
     assert set(np.unique(mask)) <= {0, 255}
