@@ -16,7 +16,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 SRC = ROOT / "catkin_ws" / "src"
-DOCUMENT, STORED = ROOT / "docs" / "testing.md", ROOT / "docs" / "mutation.json"
+DOCUMENT, STORED = ROOT / "docs" / "mutants.md", ROOT / "docs" / "mutation.json"
 PARTS = (
     "sdc_common",
     "sdc_package",
