@@ -1,8 +1,6 @@
-"""Traffic lights show their phases at the right ticks."""
+"""Traffic lights of a simulation show their phases at the right ticks."""
 
 import os
-
-import pytest
 
 from sdc_sim.physics.traffic_lights import (
     FIRST_ID,
@@ -21,28 +19,6 @@ TESLA = os.path.join(
     os.path.dirname(os.path.abspath(__file__)), "..", "config", "vehicles", "tesla_model3.yaml"
 )
 PHASES = (("red", 2.0), ("green", 1.0), ("yellow", 0.5), ("off", 0.5))
-
-
-@pytest.mark.parametrize(
-    ("elapsed_s", "state"),
-    [
-        (0.0, RED),
-        (1.95, RED),
-        (2.0, GREEN),
-        (2.95, GREEN),
-        (3.0, YELLOW),
-        (3.5, OFF),
-        (4.0, RED),
-        (282.0, GREEN),
-    ],
-)
-def test_phases_follow_each_other_and_repeat(elapsed_s, state):
-    assert TrafficLightPlan(0.0, 0.0, 0.0, PHASES).state(elapsed_s) == state
-
-
-def test_offset_is_the_position_in_the_phases_at_the_start():
-    assert TrafficLightPlan(0.0, 0.0, 0.0, PHASES, offset_s=2.5).state(0.0) == GREEN
-    assert TrafficLightPlan(0.0, 0.0, 0.0, PHASES, offset_s=-0.5).state(0.0) == OFF
 
 
 def test_observation_shows_the_phases_and_a_reset_starts_them_again():
