@@ -12,7 +12,7 @@ from sdc_sim.physics.vehicle_parameters import load_vehicle
 pytestmark = pytest.mark.slow(2)
 
 FOLDER = os.path.join(os.path.dirname(__file__), "..", "config", "vehicles")
-# Enough for two threads.
+# Enough for two threads, and no more.
 COUNT = 130
 TICK_S = 0.05
 
@@ -24,7 +24,7 @@ def random_commands(random):
 
 
 @pytest.mark.parametrize(
-    ("preset", "friction", "threads"), [("tesla_model3", 0.7, 1), ("ford_escort", 1.0, 2)]
+    ("preset", "friction", "threads"), [("tesla_model3", 0.7, 1), ("ford_escort", 1.0, 8)]
 )
 def test_fleet_equals_single_vehicles(preset, friction, threads):
     parameters = load_vehicle(os.path.join(FOLDER, preset + ".yaml"))
@@ -66,6 +66,15 @@ def test_compiled_vehicle_equals_a_plain_one_bit_for_bit(preset, wind_mps):
             for vehicle in (plain, compiled):
                 vehicle.step(command, TICK_S)
             assert compiled.state == plain.state
+
+
+def test_fleet_is_on_a_dry_road_unless_a_friction_is_given():
+    parameters = load_vehicle(os.path.join(FOLDER, "tesla_model3.yaml"))
+    plain, dry = VehicleFleet(parameters, 1), VehicleFleet(parameters, 1, friction=1.0)
+    for fleet in (plain, dry):
+        for throttle, brake in ((1.0, 0.0), (0.0, 1.0)):
+            fleet.step(np.array([throttle]), np.array([brake]), np.array([0.3]), 2.0)
+    assert plain.state["x_m"][0] == dry.state["x_m"][0] > 1.0
 
 
 def test_reset_moves_only_the_named_vehicles():
