@@ -36,6 +36,11 @@ COMPILED = (
 )
 CAUGHT, TOO_LONG = {1, 3, -11}, {-24, 24, 36, 152, 255}  # exit codes of mutmut
 MUTMUT = [str(Path(sys.executable).with_name("mutmut"))]
+# mutmut signals each process whose time is over, also when its number is that of another by then.
+CONFINED = [
+    *("bwrap", "--dev-bind", "/", "/", "--proc", "/proc"),
+    *("--unshare-pid", "--die-with-parent"),
+]
 QUICK = "not slow and not nightly"
 SETTINGS = """
 [tool.mutmut]
@@ -80,8 +85,9 @@ def imports(module, path):
 def tests_of(module):
     """Return lists of test files, to be tried one after the other: an empty one has no such tests.
 
-    First those with the name of the module in theirs, or of one that imports it. Then those that
-    import it and, if these are few, those of its users. Then those that start programs.
+    First those with the name of the module in theirs, at least two with those of modules that
+    import it. Then those that import it and, if these are few, those of its users. Then those that
+    start programs.
     """
     tests = [
         path
@@ -95,7 +101,7 @@ def tests_of(module):
         return user.rpartition(".")[2] in path.stem and imports(user, path)
 
     return [
-        _first_of(module, fast, named, 1),
+        _first_of(module, fast, named, 2),
         _first_of(module, fast, imports, 3),
         _first_of(module, own, imports, 1),
     ]
@@ -172,7 +178,7 @@ def _mutate(module, tests, marks):
         (folder / "src").mkdir()
         meta = copy_project(folder, module, tests, marks)
         done = subprocess.run(
-            [*MUTMUT, "run"],
+            [*CONFINED, *MUTMUT, "run"],
             cwd=folder,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
@@ -222,6 +228,8 @@ def main(modules):
     unknown = [module for module in modules if not path_of(module).is_file()]
     if unknown:
         sys.exit(f"mutate: there is no module {unknown[0]}; there are {', '.join(all_modules())}")
+    if not shutil.which("bwrap") or subprocess.run([*CONFINED, "true"]).returncode:
+        sys.exit("mutate: needs bubblewrap, and a system that permits it a process namespace")
     stored = json.loads(STORED.read_text(encoding="utf-8")) if STORED.is_file() else {}
     for module in modules or all_modules():
         result = mutate(module)

@@ -62,10 +62,12 @@ def test_every_library_module_is_valid_without_properties():
         compile(mutation.without_properties(text), module, "exec")
 
 
-def test_a_module_is_tested_by_the_unit_tests_of_its_name_or_that_import_it():
-    named, fast, starting = mutation.tests_of("sdc_sim.evaluation.metrics")
-    assert named == ["catkin_ws/src/sdc_sim/test/test_metrics.py"]
+def test_a_module_is_tested_by_the_unit_tests_of_its_name_and_of_those_that_import_it():
+    named, fast, starting = mutation.tests_of("sdc_package.pid")
+    names = [Path(path).name for path in named]
+    assert names == ["test_pid.py", "test_speed_control.py"]
     assert set(named) < set(fast)
+    fast = mutation.tests_of("sdc_sim.evaluation.metrics")[1]
     assert not [path for path in fast if path.endswith(("test_camera.py", "test_processes.py"))]
 
 
