@@ -38,6 +38,8 @@ def test_metrics_of_a_drive_by_hand():
     assert metrics["heading_rms_rad"] == pytest.approx(math.sqrt(14e-4 / 4.0))
     assert (metrics["speed_mean_mps"], metrics["speed_max_mps"]) == (3.0, 4.0)
     assert (metrics["off_lane_percent"], metrics["driving_score"]) == (0.0, 100.0)
+    assert metrics["infractions"] == dict.fromkeys(COEFFICIENTS, 0)
+    assert metrics["comfortable"] is False
 
 
 def test_p95_is_the_error_that_95_percent_of_the_samples_do_not_exceed():
@@ -57,6 +59,19 @@ def test_off_lane_percent_is_a_share_of_the_distance_and_not_of_the_time():
     assert off_lane_percent(TIME_S, 0.0 * speed, error, 3.5) == 0.0
 
 
+def test_off_lane_percent_by_hand_with_a_lost_sample_and_one_at_the_edge_of_the_lane():
+    """Of 0.8 m, 0.2 m end off the lane."""
+    time_s = np.array([0.0, 0.1, 0.2, 0.4])
+    error = np.array([0.0, 1.8, -1.75, 0.0])
+    assert off_lane_percent(time_s, np.full(4, 2.0), error, 3.5) == pytest.approx(25.0)
+
+
+@pytest.mark.parametrize(("samples", "percent"), [(0, 0.0), (1, 0.0), (2, 100.0)])
+def test_off_lane_percent_needs_two_samples(samples, percent):
+    values = np.arange(2.0, 2.0 + samples)
+    assert off_lane_percent(values, values, values, 3.5) == percent
+
+
 def test_driving_score_follows_the_leaderboard():
     none = dict.fromkeys(
         ("collision_pedestrian", "collision_vehicle", "collision_static", "red_light", "stop"), 0
@@ -74,10 +89,10 @@ def test_driving_score_follows_the_leaderboard():
 @pytest.mark.parametrize(
     ("name", "within", "beyond"),
     [
-        ("longitudinal_acceleration_max_mps2", 2.39, 2.41),
-        ("longitudinal_acceleration_min_mps2", -4.04, -4.06),
-        ("lateral_acceleration_max_mps2", 4.88, 4.90),
-        ("jerk_max_mps3", 8.36, 8.38),
+        ("longitudinal_acceleration_max_mps2", 2.40, 2.41),
+        ("longitudinal_acceleration_min_mps2", -4.05, -4.06),
+        ("lateral_acceleration_max_mps2", 4.89, 4.90),
+        ("jerk_max_mps3", 8.37, 8.38),
     ],
 )
 def test_comfort_has_the_thresholds_of_nuplan(name, within, beyond):
@@ -106,6 +121,28 @@ def test_uneven_time_steps_give_the_same_accelerations():
         assert values["lateral_acceleration_max_mps2"] == pytest.approx(
             0.1 * 3.0 * time_s[-1], rel=0.02
         )
+
+
+def test_samples_around_a_lost_one_are_interpolated():
+    lost_s = np.append(TIME_S, TIME_S[-1] + 0.1)
+    ((time_s, longitudinal, _, _),) = accelerations(lost_s, 3.0 * lost_s, 0.1 * lost_s)
+    np.testing.assert_allclose(time_s, 0.05 * np.arange(402), atol=1e-9)
+    np.testing.assert_allclose(longitudinal, 3.0, rtol=1e-6)
+
+
+def test_accelerations_are_smoothed_over_nine_ticks():
+    speed = 5.0 + np.random.default_rng(1).normal(size=TIME_S.size)
+    ((_, longitudinal, _, _),) = accelerations(TIME_S, speed, 0.0 * TIME_S)
+    expected = savgol_filter(speed, 9, 2, deriv=1, delta=0.05)
+    np.testing.assert_allclose(longitudinal, expected, atol=1e-9)
+
+
+def test_five_samples_one_second_apart_are_enough_for_accelerations():
+    time_s = np.arange(5.0)
+    values = peak_accelerations(time_s, 2.0 * time_s, 0.0 * time_s)
+    assert values["longitudinal_acceleration_max_mps2"] == pytest.approx(2.0)
+    short = peak_accelerations(time_s[:4], 2.0 * time_s[:4], 0.0 * time_s[:4])
+    assert short == dict.fromkeys(values)
 
 
 def test_lateral_acceleration_is_right_where_yaw_wraps():
