@@ -61,11 +61,16 @@ REPORT = {
             (),
             ["jerk_max_mps3 is not in the report, at most 9 is allowed"],
         ),
-        (AcceptanceLimits(stops=(RequiredStop(50.0, 1.0),)), (10.0, 50.9), []),
+        (AcceptanceLimits(stops=(RequiredStop(50.0, 1.0),)), (10.0, 51.0), []),
         (
             AcceptanceLimits(stops=(RequiredStop(50.0, 1.0),)),
             (10.0, 51.2),
             ["the car did not stop 50 m along the route (within 1 m); it stopped at: 10.0, 51.2"],
+        ),
+        (
+            AcceptanceLimits(stops=(RequiredStop(50.0, 1.0),)),
+            (),
+            ["the car did not stop 50 m along the route (within 1 m); it stopped at: nowhere"],
         ),
     ],
 )
@@ -81,6 +86,6 @@ def test_names_of_limits_are_names_of_the_report():
 
 def test_stops_of_the_car_are_read_from_the_trace(tmp_path):
     (tmp_path / "report.json").write_text('{"status": "completed"}')
-    rows = ((0.0, 0.0), (1.0, 2.0), (5.0, 0.01), (5.0, 0.0), (6.0, 1.0), (9.0, 0.0))
+    rows = ((0.0, 0.0), (1.0, 2.0), (4.9, 0.05), (5.0, 0.049), (5.0, 0.0), (6.0, 1.0), (9.0, 0.0))
     (tmp_path / "report.csv").write_text("s_m,speed_mps\n" + "".join(f"{s},{v}\n" for s, v in rows))
     assert read_report(str(tmp_path / "report.json")) == ({"status": "completed"}, [5.0, 9.0])
