@@ -1,0 +1,58 @@
+"""Tests of the rules that a drive is evaluated by."""
+
+from sdc_common.planning.speed_profile import SpeedLimits
+from sdc_sim.evaluation.route_progress import TerminationLimits
+from sdc_sim.evaluation.rules import EvaluationRules
+
+PARAMETERS = {
+    "off_route_m": 3.0,
+    "off_route_s": 5.0,
+    "blocked_s": 60.0,
+    "finish_within_m": 4.0,
+    "timeout_ratio": 2.0,
+    "timeout_margin_s": 30.0,
+    "lane_width_m": 3.5,
+    "car_front_m": 3.8,
+    "finish_at_rest": False,
+    "assumed_planner": {
+        "planned_speed_mps": 11.0,
+        "lateral_acceleration_mps2": 2.5,
+        "acceleration_mps2": 1.5,
+        "braking_mps2": 2.0,
+        "lateral_jerk_mps3": 1.0,
+        "curve_ahead_m": 20.0,
+    },
+}
+
+
+def read():
+    return EvaluationRules.read(PARAMETERS.__getitem__)
+
+
+def test_all_limits_of_the_planner_are_assumed_at_first():
+    rules = read()
+    assert rules.planner == PARAMETERS["assumed_planner"]
+    assert rules.assumed == list(PARAMETERS["assumed_planner"])
+
+
+def test_each_rule_is_the_parameter_of_its_name():
+    rules = read()._asdict()
+    assert {**rules, "planner": 0, "assumed": 0} == {
+        **{name: value for name, value in PARAMETERS.items() if name != "assumed_planner"},
+        "planner": 0,
+        "assumed": 0,
+    }
+
+
+def test_limits_of_the_planner_are_those_of_the_speed_profile():
+    assert read().speed_limits() == SpeedLimits(
+        cruise_mps=11.0,
+        lateral_mps2=2.5,
+        acceleration_mps2=1.5,
+        braking_mps2=2.0,
+        lateral_jerk_mps3=1.0,
+    )
+
+
+def test_timeout_is_the_ratio_of_the_ideal_duration_and_a_margin():
+    assert read().termination_limits(100.0) == TerminationLimits(3.0, 5.0, 60.0, 4.0, 230.0, False)
