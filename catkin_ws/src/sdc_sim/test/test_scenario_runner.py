@@ -8,7 +8,6 @@ import pytest
 import yaml
 
 from sdc_common.routes.waypoint_file import load_waypoints
-from sdc_sim.scenario.drive_setup import drive_setup
 from sdc_sim.scenario.reader import load_scenario
 from sdc_sim.scenario.runner import (
     PackagedFolders,
@@ -100,14 +99,6 @@ def test_sensors_of_a_scenario_reach_their_argument_and_single_settings_are_merg
         "gnss": {"noise_m": 5, "outages": [{"from_s": 1.0, "to_s": 2.0}]},
         "imu": {"period_s": 0},
     }
-
-
-def test_single_settings_of_a_sensor_are_merged_in_process_as_in_the_launch(tmp_path):
-    text = "gnss: {noise_m: 2, outages: [{from_s: 1, to_s: 2}]}"
-    options = {"gnss": {"noise_m": 5}, "friction": 0.8}
-    found = drive_setup(write(tmp_path, text), options=options).parameters
-    assert (found["gnss"]["noise_m"], found["friction"]) == (5, 0.8)
-    assert found["gnss"]["outages"] == [{"from_s": 1.0, "to_s": 2.0}]
 
 
 def test_route_file_is_relative_to_the_scenario(tmp_path):

@@ -1,0 +1,94 @@
+"""Tests of the conditions of a drive in process."""
+
+import os
+
+import numpy as np
+import pytest
+
+from sdc_common.routes.waypoint_file import load_waypoints
+from sdc_sim.scenario.drive_setup import drive_setup, load_simulation
+from sdc_sim.scenario.packaged import PackagedFolders, node_config
+from sdc_sim.scenario.yaml_document import DocumentError
+
+TOWN = load_waypoints(os.path.join(PackagedFolders.find().routes, "waypoints.csv"))
+BEND = [{"straight_m": 30}, {"left_deg": 90, "radius_m": 20, "transition_m": 5}]
+
+
+def write(tmp_path, text):
+    path = tmp_path / "mine.yaml"
+    path.write_text(text)
+    return str(path)
+
+
+def test_without_scenario_and_route_the_town_is_driven_with_the_parameters_of_the_sim_node():
+    setup = drive_setup()
+    np.testing.assert_array_equal(setup.waypoints_m, TOWN)
+    assert (setup.scenario, setup.parameters) == (None, node_config("sdc_sim", "sim"))
+    assert setup.route.length_m == pytest.approx(np.hypot(*np.diff(TOWN, axis=0).T).sum(), rel=0.01)
+
+
+def test_scenario_without_a_route_is_driven_in_the_town(tmp_path):
+    setup = drive_setup(write(tmp_path, "friction: 0.5"))
+    np.testing.assert_array_equal(setup.waypoints_m, TOWN)
+    assert (setup.scenario.name, setup.parameters["friction"]) == ("mine", 0.5)
+
+
+def test_route_of_a_scenario_is_relative_to_its_file(tmp_path):
+    (tmp_path / "road.csv").write_text("x,y\n0,0\n10,0\n20,0\n")
+    setup = drive_setup(write(tmp_path, "route: road.csv"))
+    assert setup.waypoints_m.tolist() == [[0.0, 0.0], [10.0, 0.0], [20.0, 0.0]]
+
+
+def test_given_route_replaces_that_of_the_scenario_and_is_relative_to_the_working_directory(
+    tmp_path, monkeypatch
+):
+    folder = tmp_path / "here"
+    folder.mkdir()
+    (folder / "road.csv").write_text("x,y\n0,0\n10,0\n20,0\n")
+    monkeypatch.chdir(folder)
+    setup = drive_setup(write(tmp_path, "route: town"), route="road.csv")
+    assert setup.route.length_m == pytest.approx(20.0)
+
+
+def test_route_can_be_an_array_or_straights_and_bends():
+    points = np.array([[0.0, 0.0], [10.0, 0.0], [25.0, 0.0]])
+    np.testing.assert_array_equal(drive_setup(route=points).waypoints_m, points)
+    waypoints_m = drive_setup(route=BEND).waypoints_m
+    assert (waypoints_m[0].tolist(), waypoints_m[-1][1] > 20.0) == ([0.0, 0.0], True)
+    assert not waypoints_m.flags.writeable
+
+
+def test_generated_route_can_have_numbers_of_numpy():
+    waypoints_m = drive_setup(route=[{"straight_m": np.float32(12.0)}]).waypoints_m
+    assert waypoints_m[-1] == pytest.approx((12.0, 0.0))
+
+
+def test_route_of_another_kind_is_refused():
+    with pytest.raises(DocumentError, match="^route: must be the name .* straights and bends$"):
+        drive_setup(route=[(0.0, 0.0), (1.0, 0.0)])
+
+
+def test_options_override_the_sensors_and_settings_of_a_scenario(tmp_path):
+    text = "sensors: standard\nfriction: 0.5\ngnss: {noise_m: 2, outages: [{from_s: 1, to_s: 2}]}"
+    options = {"gnss": {"noise_m": 5}, "friction": 0.8}
+    found = drive_setup(write(tmp_path, text), options=options).parameters
+    assert (found["gnss"]["noise_m"], found["friction"]) == (5, 0.8)
+    assert found["gnss"]["outages"] == [{"from_s": 1.0, "to_s": 2.0}]
+    sensors = drive_setup(write(tmp_path, "sensors: standard")).parameters
+    assert sensors != drive_setup(write(tmp_path, "seed: 1")).parameters
+
+
+def test_unknown_option_is_refused_by_its_name():
+    with pytest.raises(DocumentError, match="^sim_options: unknown parameter 'frictoin'"):
+        drive_setup(options={"frictoin": 1.0})
+
+
+def test_simulation_has_the_obstacles_and_the_start_of_its_scenario(tmp_path):
+    text = (
+        "route: [straight_m: 100]\nstart: {along_m: 20}\nframe: route\n"
+        "obstacles: [{kind: car, at: [50, 0]}]"
+    )
+    simulation = load_simulation(write(tmp_path, text))
+    assert len(simulation.obstacles.states) == 1
+    assert simulation.observation.state.x_m == pytest.approx(20.0)
+    assert len(load_simulation(route=BEND).obstacles.states) == 0
