@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sdc_common.ros.stop_lines import StopLine
-from sdc_sim.evaluation.evaluator import Evaluator
+from sdc_sim.evaluation.evaluator import Evaluator, evaluate_event_log
 from sdc_sim.evaluation.event_log import EventLog
 from sdc_sim.evaluation.rules import EvaluationRules
 from sdc_sim.physics.traffic_lights import GREEN, RED
@@ -286,3 +286,76 @@ def test_red_light_counts_when_the_front_crosses_the_line(red, count, kept, tmp_
     metrics = evaluator.result().metrics
     assert metrics["infractions"]["red_light"] == count
     assert (metrics["driving_score"] < 99.0) == bool(count)
+
+
+def test_failure_of_the_event_log_is_that_of_the_evaluator(monkeypatch, tmp_path):
+    event_log = EventLog(str(tmp_path / "events"), "drive")
+    evaluator = with_route(event_log)
+    assert (Evaluator(RULES).write_failure, evaluator.write_failure) == (None, None)
+    monkeypatch.setattr(os, "write", lambda file, line: 0)
+    drive_on(evaluator, 1, 1)
+    assert evaluator.write_failure is event_log.failure is not None
+
+
+@pytest.mark.parametrize(
+    "points", [POINTS.astype(int), POINTS.astype(str).tolist()], ids=["whole numbers", "texts"]
+)
+def test_waypoints_of_other_types_are_the_same_route_for_a_resumed_drive(points, tmp_path):
+    path = str(tmp_path / "events")
+    drive_on(with_route(EventLog(path, "drive")), 1, 20)
+    evaluator = Evaluator(RULES, EventLog(path, "drive"))
+    evaluator.set_route(points)
+    assert evaluator.result().metrics["referee_restarts"] == 1
+
+
+def test_first_record_of_a_drive_is_its_route(tmp_path):
+    event_log = EventLog(str(tmp_path / "events"), "drive")
+    with_route(event_log)
+    assert next(event_log.events()) == ["route", POINTS.tolist(), RULES._asdict()]
+
+
+def test_log_that_ended_before_its_route_is_started_again(tmp_path):
+    path = str(tmp_path / "events")
+    EventLog(path, "drive")
+    evaluator = with_route(EventLog(path, "drive"))
+    drive_on(evaluator, 1, 20)
+    assert evaluator.result().metrics["referee_restarts"] == 0
+
+
+def test_log_without_a_route_is_no_drive(tmp_path):
+    with pytest.raises(ValueError, match="^the drive has no route$"):
+        evaluate_event_log(EventLog(str(tmp_path / "events"), "drive"))
+
+
+def test_scene_is_due_from_the_first_odometry_on():
+    evaluator = Evaluator(RULES)
+    assert not evaluator.is_scene_due("path")
+    evaluator.add_scene("path", [(0.0, 0.0, 4.0)])
+    evaluator.set_route(POINTS)
+    assert not evaluator.is_scene_due("path")
+    drive_on(evaluator, 1, 1)
+    assert evaluator.is_scene_due("path")
+
+
+def test_event_that_repeats_the_last_one_is_not_stored(tmp_path):
+    event_log = EventLog(str(tmp_path / "events"), "drive")
+    evaluator = with_route(event_log)
+    drive_on(evaluator, 1, 1, answer=False)
+    before = len(list(event_log.events()))
+    for _ in range(3):
+        evaluator.add_scene("path", [[0.0, 0.0, 4.0]])
+        evaluator.add_obstacle(7, "car")
+        evaluator.set_lights(TICK_NS, {7: GREEN})
+    stored = list(event_log.events())[before:]
+    assert [event[0] for event in stored] == ["scene", "obstacle", "lights"]
+
+
+def test_odometry_before_the_route_is_used():
+    assert Evaluator(RULES).add_odometry(TICK_NS, 0.0, 0.0, 0.0, 0.0) is True
+
+
+def test_unknown_infraction_is_refused_with_the_known_ones():
+    with pytest.raises(
+        ValueError, match="^unknown infraction 'red'; write one of collision_pedestrian, .*, stop$"
+    ):
+        with_route().add_infraction("red")
