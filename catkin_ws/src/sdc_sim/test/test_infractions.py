@@ -125,3 +125,7 @@ def test_light_without_a_state_is_not_red():
     detector.update_car(1, ROUTE, 47.0)
     assert detector.update_car(2, ROUTE, 49.0) == 0
     assert detector.update_lights(3, {8: RED}) == 0
+
+
+def test_car_crosses_nothing_before_the_stop_lines_are_known():
+    assert drive(RedLightDetector(FRONT_M), lambda stamp: RED) == 0
