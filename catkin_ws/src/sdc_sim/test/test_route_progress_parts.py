@@ -6,8 +6,11 @@ import pytest
 from sdc_common.geometry.route import Route
 from sdc_sim.evaluation.route_progress import (
     ABORTED,
+    BLOCKED,
     COLLISION,
     COMPLETED,
+    OFF_ROUTE,
+    TIMEOUT,
     DriveEvent,
     RouteProgress,
     TerminationLimits,
@@ -134,3 +137,48 @@ def test_time_must_go_on():
 def test_unknown_infraction_gets_the_list_of_the_known_ones():
     with pytest.raises(ValueError, match="^unknown infraction 'red'; write one of .*, red_light"):
         drive(1).add_infraction("red")
+
+
+def test_progress_of_less_than_ten_centimetres_is_none():
+    progress = RouteProgress(STRAIGHT, LIMITS._replace(blocked_s=3.0))
+    for tick in range(31):
+        progress.update(0.1 * tick, 5.0 + 0.003 * tick, 0.0, 0.0, 0.03)
+    assert progress.status is None
+    progress.update(3.2, 5.1, 0.0, 0.0, 0.03)
+    assert progress.status == BLOCKED
+
+
+@pytest.mark.parametrize(
+    ("limits", "distance_m", "status"),
+    [
+        (LIMITS._replace(blocked_s=8.0), 0.0, BLOCKED),
+        (LIMITS._replace(timeout_s=8.0), 0.0, TIMEOUT),
+        (LIMITS._replace(off_route_s=8.0), 16.0, OFF_ROUTE),
+    ],
+)
+def test_drive_may_last_as_long_as_a_limit_and_no_longer(limits, distance_m, status):
+    progress = RouteProgress(STRAIGHT, limits)
+    for time_s in range(9):
+        progress.update(float(time_s), 0.0, distance_m, 0.0, 1.0)
+    assert progress.status is None
+    progress.update(8.25, 0.0, distance_m, 0.0, 1.0)
+    assert progress.status == status
+
+
+def test_car_at_the_limit_is_still_on_the_route():
+    progress = RouteProgress(STRAIGHT, LIMITS)
+    for tick in range(10):
+        progress.update(0.25 * tick, float(tick), LIMITS.off_route_m, 0.0, 10.0)
+    assert (progress.status, progress.progress_m) == (None, 9.0)
+    progress.add_collision("vehicle", 2.0)
+    assert progress.progress_m == 8.0
+
+
+@pytest.mark.parametrize(
+    ("x_m", "speed", "status"),
+    [(98.0, 0.0, None), (98.25, 0.0, COMPLETED), (100.0, 0.05, None), (100.0, 0.04, COMPLETED)],
+)
+def test_drive_is_completed_near_the_end_and_at_rest(x_m, speed, status):
+    progress = RouteProgress(STRAIGHT, LIMITS)
+    progress.update(0.0, x_m, 0.0, 0.0, speed)
+    assert progress.status == status
