@@ -1,0 +1,163 @@
+"""Tests of YAML documents: the lines of their values, and the one-line error of each mistake."""
+
+import os
+import re
+
+import pytest
+
+from sdc_sim.scenario.yaml_document import DocumentError, file_version, load_yaml, validate
+
+NUMBER = {"type": "number", "minimum": 0.0, "description": "a number from 0"}
+SCHEMA = {
+    "type": "object",
+    "description": "a mapping",
+    "additionalProperties": False,
+    "properties": {
+        "speed": NUMBER,
+        "start": NUMBER,
+        "kind": {"enum": ["car", "van"]},
+        "points": {
+            "type": "array",
+            "description": "a list of lists",
+            "items": {"type": "array", "description": "a list", "items": NUMBER},
+        },
+        "stop": {"type": "object", "required": ["at", "by"], "description": "a stop"},
+    },
+    "dependencies": {"speed": ["start"], "start": ["speed"]},
+}
+
+
+def load(tmp_path, text):
+    path = tmp_path / "mine.yaml"
+    path.write_bytes(text if isinstance(text, bytes) else text.encode("utf-8"))
+    return load_yaml(str(path), "name another file")
+
+
+def refused(path, message):
+    return pytest.raises(DocumentError, match=f"^{re.escape(str(path) + message)}$")
+
+
+def test_values_are_plain_types_of_python(tmp_path):
+    values = load(tmp_path, "a: [1, 2.5, true, ü, null]\nb: {c: 0x10}").values
+    assert values == {"a": [1, 2.5, True, "ü", None], "b": {"c": 16}}
+    kinds = [type(value) for value in values["a"]]
+    assert kinds == [int, float, bool, str, type(None)]
+    assert (type(values), type(values["a"]), type(values["b"]["c"])) == (dict, list, int)
+    assert load(tmp_path, "").values is None
+
+
+@pytest.mark.parametrize(
+    ("keys", "line"), [((), 1), (("a",), 1), (("b",), 2), (("b", 1), 4), (("b", 1, "d"), 5)]
+)
+def test_line_of_a_value_counts_from_one(tmp_path, keys, line):
+    document = load(tmp_path, "a: 1\nb:\n  - c: 2\n  - c: 3\n    d: 4\n")
+    assert document.line(keys) == line
+    assert str(document.error(keys, "is\n  wrong")) == (
+        f"{tmp_path}/mine.yaml, line {line}: is wrong"
+    )
+
+
+def test_version_of_a_file_changes_with_its_contents(tmp_path, monkeypatch):
+    path = tmp_path / "mine.yaml"
+    assert file_version(str(path)) == ()
+    path.write_text("a: 1")
+    first = file_version(str(path))
+    monkeypatch.setenv("HOME", str(tmp_path))
+    assert file_version("~/mine.yaml") == first == file_version(str(path))
+    status = os.stat(path)
+    path.write_text("a: 12")
+    os.utime(path, ns=(status.st_atime_ns, status.st_mtime_ns))
+    second = file_version(str(path))
+    os.utime(path, ns=(status.st_atime_ns, status.st_mtime_ns + 1))
+    third = file_version(str(path))
+    path.rename(tmp_path / "old.yaml")
+    path.write_text("a: 12")
+    os.utime(path, ns=(status.st_atime_ns, status.st_mtime_ns + 1))
+    assert len({first, second, third, file_version(str(path))}) == 4
+
+
+def test_path_may_start_with_the_home_folder(tmp_path, monkeypatch):
+    (tmp_path / "mine.yaml").write_text("a: 1")
+    monkeypatch.setenv("HOME", str(tmp_path))
+    assert load_yaml("~/mine.yaml", "").path == str(tmp_path / "mine.yaml")
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (b"\x89PNG\xff\xfe", ": is not a text file; name another file"),
+        ("a: " * 2 + "1", ", line 1: is not valid YAML (mapping values are not allowed here)"),
+        (
+            "a: 1\nb: [2",
+            ", line 2: is not valid YAML (expected ',' or ']', but got '<stream end>')",
+        ),
+        ("a: [1, &b [*b]]\n3: 4", ": is not valid YAML (the key 3 is not text)"),
+        ("a: !!int seven", ": is not valid YAML (invalid literal for int() with base 10: 'seven')"),
+        ("[" * 1000, ": is nested too deeply; remove some levels"),
+    ],
+    ids=["picture", "two colons", "open list", "number as key", "tag", "nested"],
+)
+def test_file_that_cannot_be_used_is_refused_in_one_line(tmp_path, text, message):
+    fix = "; correct it" if "YAML" in message else ""
+    with refused(tmp_path / "mine.yaml", message + fix):
+        load(tmp_path, text)
+
+
+def test_missing_file_is_refused_with_its_fix():
+    with refused("/no/where.yaml", ": cannot be read (No such file or directory); name another"):
+        load_yaml("/no/where.yaml", "name another")
+
+
+def test_file_may_have_a_hundred_thousand_values(tmp_path):
+    row = "[" + "0, " * 99 + "]"
+    most = f"a: &a {row}\nb: [" + "*a, " * 998 + f"{'0, ' * 98}]"
+    assert len(load(tmp_path, most).values["b"]) == 998 + 98
+    with refused(
+        tmp_path / "mine.yaml", ": is not valid YAML (more than 100000 values); correct it"
+    ):
+        load(tmp_path, most[:-1] + "0]")
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("- 1", "1: the file must be a mapping, got a list"),
+        ("kind: car\nspede: 1", "2: unknown key 'spede'; did you mean 'speed'?"),
+        (
+            "kind: car\nxyz: 1",
+            "2: unknown key 'xyz'; remove it or use one of speed, start, kind, points, stop",
+        ),
+        ("kind: cra", "1: 'kind' is 'cra'; did you mean 'car'?"),
+        ("kind: xyz", "1: 'kind' is 'xyz'; use one of car, van"),
+        ("kind: {}", "1: 'kind' is a mapping; use one of car, van"),
+        ("stop: {at: 1}", "1: key 'by' is missing in 'stop'; add the line 'by: ...'"),
+        (
+            "kind: car\nspeed: 1",
+            "2: key 'start' is missing, 'speed' needs it; add 'start: ...' or remove 'speed'",
+        ),
+        (
+            "kind: car\nstart: 1",
+            "2: key 'speed' is missing, 'start' needs it; add 'speed: ...' or remove 'start'",
+        ),
+        ("points: 7", "1: 'points' must be a list of lists, got 7"),
+        ("points:", "1: 'points' must be a list of lists, got nothing"),
+        (
+            "points:\n- [1]\n- [2, x]",
+            "3: entry 2 of entry 2 of 'points' must be a number from 0, got 'x'",
+        ),
+        ("points:\n- [.nan]", "2: entry 1 of entry 1 of 'points' must be a number from 0, got nan"),
+        ("points: [[true]]", "1: entry 1 of entry 1 of 'points' must be a number from 0, got True"),
+        (f"points: {'x' * 60}", f"1: 'points' must be a list of lists, got '{'x' * 39}"),
+        ("points: 7\nkind: 8", "1: 'points' must be a list of lists, got 7"),
+        ("points: 7\nspeedy: 8", "2: unknown key 'speedy'; did you mean 'speed'?"),
+    ],
+)
+def test_mistake_is_refused_with_line_name_and_fix(tmp_path, text, message):
+    document = load(tmp_path, text)
+    with refused(tmp_path / "mine.yaml", f", line {message}"):
+        validate(document, SCHEMA)
+
+
+def test_valid_document_is_accepted(tmp_path):
+    text = "speed: 1\nstart: 2.5\nkind: van\npoints: [[0]]\nstop: {at: 1, by: 2}"
+    validate(load(tmp_path, text), SCHEMA)
