@@ -129,3 +129,13 @@ def test_light_without_a_state_is_not_red():
 
 def test_car_crosses_nothing_before_the_stop_lines_are_known():
     assert drive(RedLightDetector(FRONT_M), lambda stamp: RED) == 0
+
+
+def test_line_near_a_later_pass_of_the_route_counts_on_the_first_one():
+    there_and_back = Route(
+        [(float(x), 0.0) for x in range(101)] + [(float(x), 1.0) for x in range(100, -1, -1)]
+    )
+    detector = detector_of_one_line(x=60.0, y=0.8)
+    detector.update_lights(0, {7: RED})
+    crossed = [detector.update_car(s, there_and_back, float(s)) for s in range(50, 70)]
+    assert sum(crossed) == 1
