@@ -145,6 +145,15 @@ def test_control_starts_anew_after_a_reset_and_goes_on_after_a_restore():
     assert control.checkpoint() == fresh
 
 
+@pytest.mark.parametrize(
+    ("speed_mps", "target_mps", "reverse"),
+    [(0.3, 0.5, False), (-0.3, -0.5, True), (0.5, 0.0, False), (-0.5, 0.0, True)],
+)
+def test_gear_is_that_of_the_direction_also_for_a_creeping_vehicle(speed_mps, target_mps, reverse):
+    target = AckermannTarget(speed_mps=target_mps)
+    assert AckermannControl(BMW, GAINS).command(target, speed_mps, 0.0, TICK_S).reverse is reverse
+
+
 def test_vehicle_at_rest_forgets_its_integral_and_keeps_its_wheel_angle():
     control = AckermannControl(BMW, GAINS)
     control.restore([0.3, 0.2, 0.1])
