@@ -13,6 +13,12 @@ REPEATED = [(1.0, 2.0), (4.0, 6.0), (4.0, 6.0), (4.0, 5.5)]
 UP_RIGHT_RAD, DOWN_RAD = math.atan2(4.0, 3.0), -0.5 * math.pi
 
 
+@pytest.fixture(autouse=True)
+def plain_functions(monkeypatch):
+    """A drive in machine code may have come before, in the same process."""
+    monkeypatch.setattr(segments, "_in_machine_code", False)
+
+
 @pytest.mark.parametrize(
     ("extend", "beyond_m"), [(False, (0.0, 0.5)), (True, (-math.inf, math.inf))]
 )
@@ -71,8 +77,7 @@ def test_point_that_is_not_finite_is_at_no_position_of_the_first_segment_searche
     assert math.isnan(along_m)
 
 
-def test_lines_are_arrays_only_with_numba(monkeypatch):
-    monkeypatch.setattr(segments, "_in_machine_code", False)
+def test_lines_are_arrays_only_with_numba():
     assert not Polyline(REPEATED).numbers.are_arrays
     segments.use_machine_code()
     assert Polyline(REPEATED).numbers.are_arrays == (numba_module() is not None)
@@ -81,7 +86,6 @@ def test_lines_are_arrays_only_with_numba(monkeypatch):
 @pytest.mark.parametrize("as_array", [False, True])
 def test_line_of_arrays_equals_a_plain_one_bit_for_bit(as_array, monkeypatch):
     """The functions of arrays are compiled if Numba is installed."""
-    monkeypatch.setattr(segments, "_in_machine_code", False)
     random = np.random.default_rng(5)
     walks = []
     for count, extend in ((2, True), (3, False), (40, True), (40, False), (300, False)):
