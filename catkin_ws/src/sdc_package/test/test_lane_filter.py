@@ -46,6 +46,13 @@ def test_brightness_does_not_change_the_mask():
     np.testing.assert_array_equal(mask(dusk), mask(noon))
 
 
+def test_transparency_does_not_change_the_mask():
+    opaque = road(lines=((200, (255, 255, 255)), (400, (0, 200, 255))))
+    alpha = np.random.default_rng(2).integers(0, 256, (*opaque.shape[:2], 1), np.uint8)
+    mask = LaneFilter(THRESHOLDS).mask
+    np.testing.assert_array_equal(mask(np.dstack((opaque, alpha))), mask(opaque))
+
+
 def test_mask_of_noise_in_the_dark_is_almost_empty():
     noise = np.random.default_rng(1).integers(0, 4, (480, 640, 3)).astype(np.uint8)
     assert LaneFilter(THRESHOLDS).mask(noise).mean() < 1.0

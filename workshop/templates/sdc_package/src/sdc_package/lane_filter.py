@@ -67,7 +67,8 @@ class LaneFilter:
             )
         mask = np.zeros(image.shape[:2], np.uint8)
         top = int(image.shape[0] * self.thresholds.horizon_fraction)
-        bgr = image[top:]  # of a picture with four channels, OpenCV reads three
+        road = image[top:]
+        bgr = cv2.cvtColor(road, cv2.COLOR_BGRA2BGR) if road.shape[2] == 4 else road
         # TODO 5: below the horizon, a pixel is a marking where the picture is steep or colourful
         # ------------------------------------------------------------------------
         return mask
