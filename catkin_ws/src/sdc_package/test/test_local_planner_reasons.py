@@ -5,6 +5,7 @@ import os
 
 import numpy as np
 import pytest
+from planned_roads import LIMITS, OBSTACLES, TRAFFIC_LIGHTS, bend, straight
 
 from sdc_common.geometry.road_line import road_route
 from sdc_common.geometry.route import Route
@@ -12,37 +13,19 @@ from sdc_common.planning.speed_profile import SpeedLimits, limited_speeds, speed
 from sdc_common.ros.stop_lines import GREEN, RED, YELLOW, StopLine
 from sdc_common.routes.waypoint_file import load_waypoints
 from sdc_package.local_planner import LocalPlanner, PlannerSettings
-from sdc_package.obstacles import DetectedObstacle, ObstacleMargins
-from sdc_package.traffic_lights import TrafficLightMargins, TrafficLightMonitor
+from sdc_package.obstacles import DetectedObstacle
+from sdc_package.traffic_lights import TrafficLightMonitor
 from sdc_package.waypoint_search import WaypointSearch
 
 TOWN = os.path.join(
     os.path.dirname(os.path.abspath(__file__)), "..", "..", "sdc_common", "data", "waypoints.csv"
 )
-OBSTACLES = ObstacleMargins(side_m=0.4, gap_m=5.0, car_front_m=2.35, car_width_m=2.0)
-LIMITS = SpeedLimits(cruise_mps=10.0, lateral_mps2=3.0, acceleration_mps2=1.8, braking_mps2=2.5)
-TRAFFIC_LIGHTS = TrafficLightMargins(gap_m=1.0, reaction_s=0.5, hardest_mps2=6.0, car_front_m=2.35)
-
-
-def straight(length, step=1.0):
-    return np.column_stack(
-        [np.arange(0.0, length + step / 2, step), np.zeros(int(round(length / step)) + 1)]
-    )
-
-
-def bend(radius, angle, before=60.0, after=60.0):
-    turned = np.arange(1.0, radius * angle) / radius
-    arc = np.column_stack([before + radius * np.sin(turned), radius * (1.0 - np.cos(turned))])
-    away = np.array([math.cos(turned[-1]), math.sin(turned[-1])])
-    return np.vstack([straight(before), arc, arc[-1] + np.outer(np.arange(1.0, after), away)])
+LIGHT = 7
 
 
 def planner(points):
     settings = PlannerSettings(LIMITS, 25.0, 20.0, OBSTACLES, TRAFFIC_LIGHTS)
     return LocalPlanner(points, settings)
-
-
-LIGHT = 7
 
 
 def lights(line_x_m, state):

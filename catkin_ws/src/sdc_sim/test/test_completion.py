@@ -8,10 +8,9 @@ import threading
 
 import numpy as np
 import pytest
-import yaml
+from referee_rules import RULES
 
 from sdc_sim.evaluation.evaluator import Evaluator
-from sdc_sim.evaluation.rules import EvaluationRules
 from sdc_sim.report.completion import complete_report, is_complete
 from sdc_sim.report.trace_file import TraceFile
 from sdc_sim.report.writer import ReportError, open_report, write_report
@@ -21,8 +20,6 @@ pytestmark = pytest.mark.slow(15)
 HERE = os.path.dirname(os.path.abspath(__file__))
 SCRIPT = os.path.join(HERE, "..", "scripts", "report.py")
 TICK_NS = 50_000_000
-with open(os.path.join(HERE, "..", "config", "referee.yaml"), encoding="utf-8") as config:
-    RULES = EvaluationRules.read(yaml.safe_load(config).get)
 PARTS = ["report.csv", "report.html", "report.json", "report.png"]
 
 

@@ -3,18 +3,11 @@ import os
 
 import numpy as np
 import pytest
-import yaml
+from referee_rules import RULES
 
 from sdc_sim.evaluation.evaluator import Evaluator
 from sdc_sim.evaluation.event_log import EventLog
-from sdc_sim.evaluation.rules import EvaluationRules
 from sdc_sim.report.console_progress import ConsoleProgress, closing_line, progress_line
-
-with open(
-    os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "config", "referee.yaml"),
-    encoding="utf-8",
-) as config:
-    RULES = EvaluationRules.read(yaml.safe_load(config).get)
 
 
 class Terminal(io.StringIO):

@@ -4,23 +4,17 @@ import re
 
 import numpy as np
 import pytest
-import yaml
 from hypothesis import given
 from hypothesis import strategies as st
+from referee_rules import RULES
 
 from sdc_common.ros.stop_lines import StopLine
 from sdc_sim.evaluation.evaluator import Evaluator, evaluate_event_log
 from sdc_sim.evaluation.event_log import EventLog
-from sdc_sim.evaluation.rules import EvaluationRules
 from sdc_sim.physics.traffic_lights import GREEN, RED
 
 POINTS = np.column_stack([np.arange(101.0), np.zeros(101)])
 TICK_NS = 50_000_000
-with open(
-    os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "config", "referee.yaml"),
-    encoding="utf-8",
-) as config:
-    RULES = EvaluationRules.read(yaml.safe_load(config).get)
 
 
 def drive_on(evaluator, first, ticks, speed=10.0, answer=True):

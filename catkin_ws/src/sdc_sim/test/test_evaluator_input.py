@@ -8,6 +8,7 @@ import rospy
 import yaml
 from carla_msgs.msg import CarlaCollisionEvent, CarlaEgoVehicleControl
 from nav_msgs.msg import Odometry
+from referee_rules import RULES
 from sdc_msgs.msg import (
     BaseWaypoint,
     CarlaVehicleControl,
@@ -22,13 +23,10 @@ from sdc_msgs.msg import (
 from sdc_common.ros.ground_truth import GROUND_TRUTH
 from sdc_common.testing.node_script import load_script
 from sdc_sim.evaluation.evaluator import Evaluator
-from sdc_sim.evaluation.rules import EvaluationRules
 from sdc_sim.ros.evaluator_input import EvaluatorInput
 
 PACKAGE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..")
 CONFIG = os.path.join(PACKAGE, "config")
-with open(os.path.join(CONFIG, "referee.yaml"), encoding="utf-8") as config:
-    RULES = EvaluationRules.read(yaml.safe_load(config).get)
 
 
 def with_route(**arguments):

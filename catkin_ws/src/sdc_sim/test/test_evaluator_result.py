@@ -1,23 +1,15 @@
 """What the evaluated drive contains, with the rows of its trace in memory or stored."""
 
-import os
-
 import numpy as np
 import pytest
-import yaml
+from referee_rules import RULES
 
 from sdc_common.ros.stop_lines import StopLine
 from sdc_sim.evaluation.evaluator import Evaluator
-from sdc_sim.evaluation.rules import EvaluationRules
 from sdc_sim.physics.traffic_lights import GREEN, RED
 
 POINTS = np.column_stack([np.arange(101.0), np.zeros(101)])
 TICK_NS = 50_000_000
-with open(
-    os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "config", "referee.yaml"),
-    encoding="utf-8",
-) as config:
-    RULES = EvaluationRules.read(yaml.safe_load(config).get)
 
 
 class RowStore:

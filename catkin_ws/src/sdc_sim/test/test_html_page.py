@@ -1,15 +1,13 @@
 import html.parser
-import os
 import re
 
 import numpy as np
 import pytest
-import yaml
 from matplotlib.figure import Figure
 from matplotlib.image import imread
+from referee_rules import RULES
 
 from sdc_sim.evaluation.evaluator import Evaluator
-from sdc_sim.evaluation.rules import EvaluationRules
 from sdc_sim.report.camera_snapshots import CameraSnapshot
 from sdc_sim.report.html_page import MEANINGS, render_page, write_html
 from sdc_sim.report.plots import (
@@ -24,12 +22,6 @@ from sdc_sim.report.plots import (
 )
 
 pytestmark = pytest.mark.slow(12)
-
-with open(
-    os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "config", "referee.yaml"),
-    encoding="utf-8",
-) as config:
-    RULES = EvaluationRules.read(yaml.safe_load(config).get)
 
 
 def driven(ticks, commands=True):

@@ -3,17 +3,10 @@ import os
 
 import numpy as np
 import pytest
-import yaml
+from referee_rules import RULES
 
 from sdc_sim.evaluation.evaluator import Evaluator
-from sdc_sim.evaluation.rules import EvaluationRules
 from sdc_sim.report.writer import ReportError, open_report, write_pages, write_report
-
-with open(
-    os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "config", "referee.yaml"),
-    encoding="utf-8",
-) as config:
-    RULES = EvaluationRules.read(yaml.safe_load(config).get)
 
 
 @pytest.fixture

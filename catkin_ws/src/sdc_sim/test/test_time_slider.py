@@ -3,12 +3,11 @@
 import base64
 import io
 import json
-import os
 
 import numpy as np
 import pytest
-import yaml
 from PIL import Image as Picture
+from referee_rules import RULES
 from selenium import webdriver
 from selenium.webdriver.chrome.service import Service
 from selenium.webdriver.common.by import By
@@ -16,18 +15,12 @@ from selenium.webdriver.common.keys import Keys
 
 from sdc_common.ros.stop_lines import GREEN, RED, StopLine
 from sdc_sim.evaluation.evaluator import Evaluator
-from sdc_sim.evaluation.rules import EvaluationRules
 from sdc_sim.evaluation.scene_record import OBSTACLES, PATH, PICTURE
 from sdc_sim.report.html_page import write_html
 from sdc_sim.report.time_slider import slider_data
 
 TICK_NS = 50_000_000
 OPTIONS = ("--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage")
-with open(
-    os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "config", "referee.yaml"),
-    encoding="utf-8",
-) as config:
-    RULES = EvaluationRules.read(yaml.safe_load(config).get)
 
 
 def jpeg(level):

@@ -1,26 +1,19 @@
 """The trace of a drive is written while it lasts, and equals the one written at its end."""
 
 import csv
-import os
 import random
 
 import numpy as np
 import pytest
-import yaml
+from referee_rules import RULES
 
 from sdc_sim.evaluation.evaluator import Evaluator
 from sdc_sim.evaluation.event_log import EventLog
-from sdc_sim.evaluation.rules import EvaluationRules
 from sdc_sim.report.trace_file import TraceFile
 from sdc_sim.report.writer import write_report
 
 TICK_NS = 50_000_000
 POINTS = np.column_stack([np.arange(401.0), np.zeros(401)])
-with open(
-    os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "config", "referee.yaml"),
-    encoding="utf-8",
-) as config:
-    RULES = EvaluationRules.read(yaml.safe_load(config).get)
 
 
 def drive_on(evaluator, first, last):
