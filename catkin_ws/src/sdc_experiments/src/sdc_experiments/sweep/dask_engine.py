@@ -173,7 +173,8 @@ class DaskEngine:
 
     @staticmethod
     def _outcome(future: Any, key: str, results: dict[str, Any]) -> Outcome:
-        if future.status == "finished":
+        # A finished future may be lost by now, with its worker: its result is here all the same.
+        if key in results:
             return Outcome(key, results.pop(key), "")
         if future.status == "error":
             return Outcome(key, None, _reason(future.exception()))
