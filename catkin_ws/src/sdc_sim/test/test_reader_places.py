@@ -34,13 +34,18 @@ def test_yaw_is_added_to_the_heading_of_the_route(tmp_path):
     assert plan.yaw_rad == pytest.approx(0.5 * math.pi + 0.5)
 
 
+def test_place_in_the_map_frame_does_not_follow_the_route(tmp_path):
+    (plan,) = load_obstacles(write(tmp_path, CAR + "at: [150, 20]"), ROUTE)
+    assert (plan.points_m, plan.yaw_rad) == (((150.0, 20.0),), 0.0)
+
+
 def test_path_in_the_route_frame_has_no_yaw_and_its_own_timing(tmp_path):
     text = (
         "frame: route\nobstacles:\n"
         "  - {kind: pedestrian, path: [[10, 2], [20, -2]], speed_mps: 1.5, start_s: 3}\n"
     )
     (plan,) = load_obstacles(write(tmp_path, text), ROUTE)
-    assert plan.points_m == ((10.0, 2.0), (20.0, -2.0))
+    assert (plan.kind, plan.points_m) == ("pedestrian", ((10.0, 2.0), (20.0, -2.0)))
     assert (plan.speed_mps, plan.start_s) == (1.5, 3.0)
     default = ObstaclePlan("pedestrian", ((0.0, 0.0),), plan.size_m)
     assert (plan.trigger_m, plan.yaw_rad) == (default.trigger_m, default.yaw_rad)
@@ -122,3 +127,7 @@ def test_element_that_cannot_follow_the_others_is_refused_at_its_line(tmp_path):
     text = "route:\n  - straight_m: 50\n  - {left_deg: 9, radius_m: 9}\n  - straight_m: 5"
     with pytest.raises(DocumentError, match="mine.yaml, line 3: "):
         load_scenario(write(tmp_path, text))
+
+
+def test_sensors_of_a_scenario_are_read(tmp_path):
+    assert load_scenario(write(tmp_path, "sensors: standard")).sensors == "standard"
