@@ -1,43 +1,26 @@
 """Tests of the scenario runner: launch arguments, and the check of a report."""
 
 import os
-import subprocess
+import re
 import sys
 
 import pytest
 import yaml
 
+from sdc_common.ros.catkin_workspace import WorkspaceError
 from sdc_common.routes.waypoint_file import load_waypoints
+from sdc_sim.scenario.acceptance_limits import AcceptanceLimits
 from sdc_sim.scenario.reader import load_scenario
 from sdc_sim.scenario.runner import (
+    CheckedDrive,
     PackagedFolders,
-    find_scenario,
     launch_arguments,
+    main,
     prepare,
 )
 from sdc_sim.scenario.yaml_document import DocumentError
 
 FOLDERS = PackagedFolders.find()
-SCENARIOS = sorted(
-    name[: -len(".yaml")] for name in os.listdir(FOLDERS.scenarios) if name.endswith(".yaml")
-)
-EXPECTED = {
-    "town",
-    "oval",
-    "figure_eight",
-    "lane_change",
-    "slalom",
-    "wet_road",
-    "recorded_noisy",
-    "stopped_car",
-    "crossing_pedestrian",
-    "slow_leader",
-    "late_start",
-    "night",
-    "student_loops",
-    "student_nodes",
-    "traffic_lights",
-}
 
 
 def write(tmp_path, text):
@@ -48,19 +31,6 @@ def write(tmp_path, text):
 
 def arguments(tmp_path, text, **given):
     return launch_arguments(load_scenario(write(tmp_path, text)), FOLDERS, "/generated.csv", given)
-
-
-@pytest.mark.parametrize("name", sorted(EXPECTED))
-def test_packaged_scenario_can_be_driven_and_is_listed_in_the_readme(name, tmp_path):
-    scenario = load_scenario(find_scenario(name, FOLDERS))
-    got = prepare(scenario, str(tmp_path / "report.json"), {}, FOLDERS)
-    assert os.path.exists(got["waypoints_path"])
-    with open(os.path.join(FOLDERS.scenarios, "README.md"), encoding="utf-8") as file:
-        assert f"| `{name}` | {scenario.about} |" in file.read()
-
-
-def test_all_packaged_scenarios_are_expected():
-    assert set(SCENARIOS) == EXPECTED
 
 
 def test_each_key_of_a_scenario_reaches_its_argument(tmp_path):
@@ -131,13 +101,15 @@ def test_unknown_names_are_refused(tmp_path, text, parts):
     assert [part for part in parts if part not in str(refusal.value)] == []
 
 
-def command(*words):
-    return subprocess.run(
-        [sys.executable, "-m", "sdc_sim.scenario.runner", *words],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+@pytest.fixture
+def command(monkeypatch, capsys):
+    """Return a function that runs the command line: exit status, output and errors."""
+
+    def run(*words):
+        monkeypatch.setattr(sys, "argv", ["runner", *words])
+        return (main(), *capsys.readouterr())
+
+    return run
 
 
 @pytest.mark.parametrize(
@@ -152,26 +124,97 @@ def command(*words):
         ("route: [straight_m: 30]\nstart: {along_m: 31}", ["31 m along"]),
     ],
 )
-def test_error_of_a_scenario_that_cannot_be_driven_is_one_line(tmp_path, text, parts):
-    done = command("arguments", write(tmp_path, text), str(tmp_path / "report.json"))
-    assert done.returncode == 1
-    assert len(done.stderr.splitlines()) == 1
-    assert [part for part in parts if part not in done.stderr] == []
-
-
-@pytest.mark.slow(3)
-def test_check_prints_violations(tmp_path):
-    path, report = (
-        write(tmp_path, "limits: {at_most: {cross_track_max_m: 0.5}}"),
-        str(tmp_path / "report.json"),
+def test_error_of_a_scenario_that_cannot_be_driven_is_one_line(command, tmp_path, text, parts):
+    status, output, errors = command(
+        "arguments", write(tmp_path, text), str(tmp_path / "report.json")
     )
+    assert (status, output, len(errors.splitlines())) == (1, "", 1)
+    assert [part for part in parts if part not in errors] == []
+
+
+def test_start_may_be_at_the_end_of_the_route(command, tmp_path):
+    path = write(tmp_path, "route: [straight_m: 30]\nstart: {along_m: 30}")
+    assert command("arguments", path, str(tmp_path / "report.json"))[0] == 0
+
+
+def test_arguments_are_printed_one_per_line_and_options_last(command, tmp_path):
+    path = write(tmp_path, "route: town\nseed: 3")
+    given = ["--screen", "rviz:=true", "sim_options:={vehicle: a:=b}"]
+    status, output, errors = command("arguments", path, str(tmp_path / "report.json"), *given)
+    assert (status, errors) == (0, "")
+    assert output.splitlines() == [
+        f"obstacles_path:={path}",
+        f"waypoints_path:={FOLDERS.routes}/waypoints.csv",
+        "rviz:=true",
+        "sim_options:={seed: 3, vehicle: 'a:=b'}",
+        "--screen",
+    ]
+
+
+@pytest.mark.parametrize("options", ["7", "{friction", "[1]"])
+def test_options_that_are_no_mapping_are_refused(tmp_path, options):
+    with pytest.raises(DocumentError, match=f"^sim_options:={re.escape(options)}: must be a map"):
+        arguments(tmp_path, "route: town", sim_options=options)
+
+
+def test_check_prints_violations(command, tmp_path):
+    path, report = write(tmp_path, "limits: {at_most: {cross_track_max_m: 0.5}}"), "report.json"
     (tmp_path / "report.csv").write_text("s_m,speed_mps\n")
-    for error, status, line in (
-        (0.4, 0, "all limits are met"),
-        (0.6, 1, "cross_track_max_m is 0.6, at most 0.5 is allowed"),
+    violation = f"{tmp_path}/report.json: cross_track_max_m is 0.6, at most 0.5 is allowed"
+    for error, expected in (
+        (0.4, (0, [f"scenario {path}: all limits are met"])),
+        (0.6, (1, [violation, f"scenario {path}: limits violated"])),
     ):
-        (tmp_path / "report.json").write_text(
-            f'{{"status": "completed", "cross_track_max_m": {error}}}'
-        )
-        done = command("check", path, report)
-        assert (done.returncode, line in done.stdout) == (status, True)
+        (tmp_path / report).write_text(f'{{"status": "completed", "cross_track_max_m": {error}}}')
+        status, output, errors = command("check", path, str(tmp_path / report))
+        assert (status, output.splitlines(), errors) == (*expected, "")
+
+
+def test_drive_gets_the_arguments_of_its_scenario(tmp_path):
+    text = "route: town\ncamera: false\nlimits: {at_most: {missed_ticks: 3}}"
+    path, report = write(tmp_path, text), str(tmp_path / "found" / "report.json")
+    drive = CheckedDrive(path, report, {"rviz": "true", "headless": "false"})
+    assert drive.arguments == {
+        "sync": "true",
+        "camera": "false",
+        "obstacles_path": path,
+        "waypoints_path": os.path.join(FOLDERS.routes, "waypoints.csv"),
+        "rviz": "true",
+        "sim_options": "{}",
+        "headless": "true",
+        "report": report,
+    }
+    assert (drive.limits.at_most, drive.environment) == ({"missed_ticks": 3.0}, os.environ)
+    assert drive.log_path == str(tmp_path / "found" / "report.log")
+    assert os.listdir(tmp_path / "found") == []
+
+
+def test_drive_of_a_route_alone_has_the_camera_and_the_usual_limits(tmp_path):
+    report = str(tmp_path / "report.json")
+    drive = CheckedDrive("", report, {"sync": "false"})
+    assert drive.arguments == {
+        "sync": "false",
+        "camera": "true",
+        "headless": "true",
+        "report": report,
+    }
+    assert drive.limits == AcceptanceLimits()
+
+
+def test_package_that_hides_the_world_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path))
+    CheckedDrive("", str(tmp_path / "report.json"), {})  # roslaunch names the missing package.
+    folder = tmp_path / "sdc_package"
+    (folder / "launch").mkdir(parents=True)
+    (folder / "package.xml").write_text("<package><name>sdc_package</name></package>")
+    refusal = (
+        f"{folder}: this sdc_package hides the one whose all.launch starts the world; "
+        "add workspace:=FOLDER, the workspace that it belongs to"
+    )
+    for text in (None, "<launch/>"):
+        if text:
+            (folder / "launch" / "all.launch").write_text(text)
+        with pytest.raises(WorkspaceError, match=f"^{re.escape(refusal)}$"):
+            CheckedDrive("", str(tmp_path / "report.json"), {})
+    (folder / "launch" / "all.launch").write_text("<launch><!-- sdc_sim --></launch>")
+    CheckedDrive("", str(tmp_path / "report.json"), {})

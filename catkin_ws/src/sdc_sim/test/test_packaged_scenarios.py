@@ -1,0 +1,44 @@
+"""The scenarios that the workshop comes with."""
+
+import os
+
+import pytest
+
+from sdc_sim.scenario.packaged import PackagedFolders, find_scenario
+from sdc_sim.scenario.reader import load_scenario
+from sdc_sim.scenario.runner import prepare
+
+FOLDERS = PackagedFolders.find()
+SCENARIOS = sorted(
+    name[: -len(".yaml")] for name in os.listdir(FOLDERS.scenarios) if name.endswith(".yaml")
+)
+EXPECTED = {
+    "town",
+    "oval",
+    "figure_eight",
+    "lane_change",
+    "slalom",
+    "wet_road",
+    "recorded_noisy",
+    "stopped_car",
+    "crossing_pedestrian",
+    "slow_leader",
+    "late_start",
+    "night",
+    "student_loops",
+    "student_nodes",
+    "traffic_lights",
+}
+
+
+@pytest.mark.parametrize("name", sorted(EXPECTED))
+def test_packaged_scenario_can_be_driven_and_is_listed_in_the_readme(name, tmp_path):
+    scenario = load_scenario(find_scenario(name, FOLDERS))
+    got = prepare(scenario, str(tmp_path / "report.json"), {}, FOLDERS)
+    assert os.path.exists(got["waypoints_path"])
+    with open(os.path.join(FOLDERS.scenarios, "README.md"), encoding="utf-8") as file:
+        assert f"| `{name}` | {scenario.about} |" in file.read()
+
+
+def test_all_packaged_scenarios_are_expected():
+    assert set(SCENARIOS) == EXPECTED
