@@ -1,8 +1,10 @@
 """The desktop in the browser shows the windows of programs."""
 
+import contextlib
 import subprocess
 
 import numpy as np
+import psutil
 import pytest
 from headless_browser import (
     CANVAS,
@@ -43,11 +45,11 @@ def desktop(tmp_path):
 def display_of(service):
     """Return the display that the programs of the desktop use."""
     uri = service.environment["ROS_MASTER_URI"]
-    found = [
-        process.environ()
-        for process in processes_with("ROS_MASTER_URI", uri)
-        if process.name() == "icewm"
-    ]
+    found = []
+    for process in processes_with("ROS_MASTER_URI", uri):
+        with contextlib.suppress(psutil.NoSuchProcess):  # ended since
+            if process.name() == "icewm":
+                found.append(process.environ())
     return OtherDisplay(found[0])
 
 

@@ -49,7 +49,7 @@ def scheduler(start, tmp_path):
             PYTHONPATH=python_path,
         )  # fmt: skip
         limit = time.monotonic() + LIMIT_S
-        while not place.exists():
+        while not (place.exists() and place.read_text()):
             assert time.monotonic() < limit, program.output
             time.sleep(0.05)
         return json.loads(place.read_text())["address"]

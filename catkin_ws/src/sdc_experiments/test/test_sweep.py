@@ -90,11 +90,12 @@ def has_ended(process):
 
 def children(program):
     """Return the processes of a program's workers."""
-    return [
-        process
-        for process in psutil.Process(program.process.pid).children(recursive=True)
-        if "spawn_main" in " ".join(process.cmdline())
-    ]
+    found = []
+    for process in psutil.Process(program.process.pid).children(recursive=True):
+        with contextlib.suppress(psutil.NoSuchProcess):  # ended since
+            if "spawn_main" in " ".join(process.cmdline()):
+                found.append(process)
+    return found
 
 
 @pytest.fixture
@@ -105,7 +106,7 @@ def cluster(start, tmp_path):
         *python, "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0",
         "--no-dashboard", "--no-show", "--scheduler-file", place,
     )  # fmt: skip
-    wait_for(place.exists, scheduler)
+    wait_for(lambda: place.exists() and place.read_text(), scheduler)
     address = json.loads(place.read_text())["address"]
 
     def worker():

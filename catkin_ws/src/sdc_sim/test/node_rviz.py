@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Test of RViz with the packaged configuration on a virtual display."""
 
+import contextlib
 import signal
 import subprocess
 import unittest
@@ -65,7 +66,10 @@ class RvizTest(unittest.TestCase):
     @classmethod
     def has_died(cls):
         """Return whether RViz has been started and has ended."""
-        nodes = [process.name() for process in psutil.Process(cls.launch.pid).children()]
+        nodes = []
+        for process in psutil.Process(cls.launch.pid).children():
+            with contextlib.suppress(psutil.NoSuchProcess):  # ended since
+                nodes.append(process.name())
         return "show.py" in nodes and "rviz" not in nodes
 
     @classmethod
