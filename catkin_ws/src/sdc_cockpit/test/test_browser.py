@@ -93,14 +93,17 @@ def test_page_shows_moving_pictures_and_drives_and_a_click_stops_the_car(start, 
 
         click_on_path(browser, 25.0)
         obstacle = wait_for(browser, "cockpit.state.obstacles[0]")["box"]
+        start_m = value_of(browser, "cockpit.state.pose")[:2]
         ActionChains(browser).send_keys(Keys.ESCAPE).perform()
         wait_for(browser, "cockpit.state.mode === 'stack'")
 
-        def waits_for_obstacle(state):
+        def has_driven_to_obstacle(state):
+            driven_m = math.dist(state["pose"][:2], start_m)
             distance_m = math.dist(state["pose"][:2], obstacle[:2])
-            return state["running"] and state["speed"] < 0.05 and 2.0 < distance_m < 15.0
+            at_rest = state["running"] and state["speed"] < 0.05
+            return at_rest and driven_m > 1.0 and 2.0 < distance_m < 15.0
 
-        wait_for(browser, "cockpit.state", waits_for_obstacle)
+        wait_for(browser, "cockpit.state", has_driven_to_obstacle)
 
         notice = "document.getElementById('notice').textContent"
         set_parameter(browser, "/sim/friction", "-1")
