@@ -54,7 +54,6 @@ use_git_change_detection = false
 timeout_multiplier = 20.0
 
 [tool.pytest.ini_options]
-pythonpath = ["catkin_ws/src/sdc_package/test", "catkin_ws/src/sdc_sim/test"]
 addopts = "-q -p no:cacheprovider -p no:xdist --import-mode=importlib --assert=plain -k 'not fuzz'"
 markers = ["slow", "nightly"]
 """

@@ -1,6 +1,7 @@
-"""Fixtures for tests with real processes under a ROS master of their own."""
+"""Fixtures for tests with real processes under a ROS master, and the path of helper modules."""
 
 import os
+import sys
 
 import pytest
 import rospy
@@ -12,6 +13,7 @@ from sdc_common.testing.node_script import load_script
 from sdc_common.testing.processes import Program, isolated_ros_environment
 
 HERE = os.path.dirname(os.path.abspath(__file__))
+sys.path.insert(0, HERE)
 
 
 @pytest.fixture
