@@ -1,10 +1,8 @@
 """The desktop in the browser shows the windows of programs."""
 
-import contextlib
 import subprocess
 
 import numpy as np
-import psutil
 import pytest
 from headless_browser import (
     CANVAS,
@@ -17,7 +15,7 @@ from headless_browser import (
 from lab_student import OtherDisplay
 from selenium.webdriver.common.by import By
 
-from sdc_common.testing.processes import Program, isolated_ros_environment, processes_with
+from sdc_common.testing.processes import Program, isolated_ros_environment, matching, processes_with
 from sdc_workshop.workspace import PROJECT
 
 pytestmark = pytest.mark.slow(20)
@@ -45,12 +43,10 @@ def desktop(tmp_path):
 def display_of(service):
     """Return the display that the programs of the desktop use."""
     uri = service.environment["ROS_MASTER_URI"]
-    found = []
-    for process in processes_with("ROS_MASTER_URI", uri):
-        with contextlib.suppress(psutil.NoSuchProcess):  # ended since
-            if process.name() == "icewm":
-                found.append(process.environ())
-    return OtherDisplay(found[0])
+    found = matching(
+        processes_with("ROS_MASTER_URI", uri), lambda process: process.name() == "icewm"
+    )
+    return OtherDisplay(found[0].environ())
 
 
 def test_desktop_in_the_browser_shows_the_window_of_rviz(desktop):

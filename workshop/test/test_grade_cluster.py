@@ -2,11 +2,10 @@
 
 import contextlib
 import csv
-import json
 import os
+import re
 import signal
 import sys
-import time
 
 import pytest
 
@@ -38,21 +37,17 @@ def start(tmp_path):
 
 
 @pytest.fixture
-def scheduler(start, tmp_path):
+def scheduler(start):
     """Return a function that starts a scheduler with a PYTHONPATH and returns its address."""
 
     def scheduler(python_path):
-        place = tmp_path / "scheduler.json"
         program = start(
             "scheduler", *PYTHON, "distributed.cli.dask_scheduler", "--host", "127.0.0.1",
-            "--port", "0", "--no-dashboard", "--no-show", "--scheduler-file", place,
+            "--port", "0", "--no-dashboard", "--no-show",
             PYTHONPATH=python_path,
         )  # fmt: skip
-        limit = time.monotonic() + LIMIT_S
-        while not (place.exists() and place.read_text()):
-            assert time.monotonic() < limit, program.output
-            time.sleep(0.05)
-        return json.loads(place.read_text())["address"]
+        program.wait_for_output("Scheduler at:")
+        return re.search(r"Scheduler at:\s+(\S+)", program.output)[1]
 
     return scheduler
 

@@ -3,6 +3,7 @@
 import contextlib
 import json
 import os
+import re
 import signal
 import sys
 import time
@@ -12,7 +13,7 @@ from pathlib import Path
 import psutil
 import pytest
 
-from sdc_common.testing.processes import Program
+from sdc_common.testing.processes import Program, matching
 from sdc_experiments.sweep.dask_engine import DaskEngine
 
 pytestmark = pytest.mark.slow(40)
@@ -90,24 +91,22 @@ def has_ended(process):
 
 def children(program):
     """Return the processes of a program's workers."""
-    found = []
-    for process in psutil.Process(program.process.pid).children(recursive=True):
-        with contextlib.suppress(psutil.NoSuchProcess):  # ended since
-            if "spawn_main" in " ".join(process.cmdline()):
-                found.append(process)
-    return found
+    return matching(
+        psutil.Process(program.process.pid).children(recursive=True),
+        lambda process: "spawn_main" in " ".join(process.cmdline()),
+    )
 
 
 @pytest.fixture
 def cluster(start, tmp_path):
     """Start a scheduler; return its address and a function that starts a worker."""
-    python, place = (sys.executable, "-m"), tmp_path / "scheduler.json"
+    python = (sys.executable, "-m")
     scheduler = start(
         *python, "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0",
-        "--no-dashboard", "--no-show", "--scheduler-file", place,
+        "--no-dashboard", "--no-show",
     )  # fmt: skip
-    wait_for(lambda: place.exists() and place.read_text(), scheduler)
-    address = json.loads(place.read_text())["address"]
+    scheduler.wait_for_output("Scheduler at:")
+    address = re.search(r"Scheduler at:\s+(\S+)", scheduler.output)[1]
 
     def worker():
         return start(

@@ -1,7 +1,6 @@
 #!/usr/bin/env python3
 """Test of RViz with the packaged configuration on a virtual display."""
 
-import contextlib
 import signal
 import subprocess
 import unittest
@@ -15,6 +14,7 @@ from sdc_msgs.msg import BaseWaypoint, Path
 from tf2_msgs.msg import TFMessage
 
 from sdc_common.testing.message_listener import MessageListener, wait_until
+from sdc_common.testing.processes import matching
 from sdc_common.testing.virtual_display import VirtualDisplay
 
 SUBSCRIBED = {
@@ -66,11 +66,9 @@ class RvizTest(unittest.TestCase):
     @classmethod
     def has_died(cls):
         """Return whether RViz has been started and has ended."""
-        nodes = []
-        for process in psutil.Process(cls.launch.pid).children():
-            with contextlib.suppress(psutil.NoSuchProcess):  # ended since
-                nodes.append(process.name())
-        return "show.py" in nodes and "rviz" not in nodes
+        nodes = psutil.Process(cls.launch.pid).children()
+        started = matching(nodes, lambda node: node.name() == "show.py")
+        return bool(started) and not matching(nodes, lambda node: node.name() == "rviz")
 
     @classmethod
     def wait_until(cls, condition, what):

@@ -7,7 +7,7 @@ import os
 import signal
 import subprocess
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 import psutil
@@ -22,22 +22,32 @@ _END_TIMEOUT_S = 200.0
 _SHOWN_CHARACTERS = 5000
 
 
+def matching(
+    processes: Iterable[psutil.Process], condition: Callable[[psutil.Process], bool]
+) -> list[psutil.Process]:
+    """Return the processes that meet a condition: none that has ended or may not be read."""
+    found = []
+    for process in processes:
+        with contextlib.suppress(psutil.Error, OSError):
+            if condition(process):
+                found.append(process)
+    return found
+
+
 def processes_with(variable: str, value: str) -> list[psutil.Process]:
     """Return the processes, except this one, in whose environment a variable has a value.
 
     Those of another network are left out: in a sandbox, the same address is another ROS master.
     """
     network = os.readlink("/proc/self/ns/net")
-    found = []
-    for process in psutil.process_iter():
-        with contextlib.suppress(psutil.Error, OSError):
-            if (
-                process.pid != os.getpid()
-                and process.environ().get(variable) == value
-                and os.readlink(f"/proc/{process.pid}/ns/net") == network
-            ):
-                found.append(process)
-    return found
+    return matching(
+        psutil.process_iter(),
+        lambda process: (
+            process.pid != os.getpid()
+            and process.environ().get(variable) == value
+            and os.readlink(f"/proc/{process.pid}/ns/net") == network
+        ),
+    )
 
 
 def kill_left_behind(master_uri: str, patience_s: float = ORPHAN_S) -> list[list[str]]:
@@ -146,11 +156,12 @@ class Program:
 
         A node and its supervisor have the same command; the node is meant.
         """
-        found = []
-        for process in processes_with("ROS_MASTER_URI", self.environment["ROS_MASTER_URI"]):
-            with contextlib.suppress(psutil.Error):
-                names = map(os.path.basename, process.cmdline()[:3])
-                if process.name() != "supervisor" and any(word in name for name in names):
-                    found.append(process.pid)
+
+        def is_node(process: psutil.Process) -> bool:
+            names = map(os.path.basename, process.cmdline()[:3])
+            return process.name() != "supervisor" and any(word in name for name in names)
+
+        uri = self.environment["ROS_MASTER_URI"]
+        found = matching(processes_with("ROS_MASTER_URI", uri), is_node)
         assert len(found) == 1, f"{word}: {found}"
-        return found[0]
+        return found[0].pid
