@@ -9,7 +9,7 @@ import pytest
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
 
-from sdc_cockpit.browser import headless_chromium, resize, value_of, wait_for
+from sdc_cockpit.browser import LIMIT_S, headless_chromium, resize, value_of, wait_for
 
 pytestmark = pytest.mark.slow(60)
 
@@ -41,13 +41,13 @@ def click_on_path(browser, ahead_m):
     ).click().perform()
 
 
-def drive_until(browser, key, condition, seconds=100.0):
+def drive_until(browser, key, condition):
     """Drive with a held key until a condition is met.
 
     On a busy machine the browser may be late with the controls, so that the car brakes and is given
     back: then take over again.
     """
-    limit_s = time.monotonic() + seconds
+    limit_s = time.monotonic() + LIMIT_S
     while not value_of(browser, f"cockpit.driving && {condition}"):
         assert time.monotonic() < limit_s, f"{condition}: {value_of(browser, 'cockpit.state')}"
         if not value_of(browser, "cockpit.driving"):
@@ -69,13 +69,15 @@ def set_parameter(browser, name, text):
 
 def test_page_shows_moving_pictures_and_drives_and_a_click_stops_the_car(start, tmp_path):
     route = tmp_path / "straight.csv"
-    route.write_text("".join(f"{x},0\n" for x in range(1500)))
-    # On a busy machine the page is late, and a slow car does not get far meanwhile.
+    route.write_text("".join(f"{x},0\n" for x in range(5000)))
+    # On a busy machine each command to the browser takes seconds, and the car drives or stands on
+    # meanwhile: a slow car does not get far, and the referee waits.
     late_page = str(Path(__file__).with_name("late_page.launch"))
     launch = [sys.executable, "-m", "sdc_common.ros.safe_launch", "sdc_package", "all.launch"]
     options = ["headless:=true", "cockpit:=true", "planned_speed_mps:=2"]
     options += [f"waypoints_path:={route}", f"report:={tmp_path}/report.json"]
-    _, address = start(*launch, late_page, *options, "referee_options:={pictures: false}")
+    options += ["referee_options:={pictures: false, blocked_s: 1000}"]
+    _, address = start(*launch, late_page, *options)
     # The processor draws each pixel of the page.
     with headless_chromium(640, 480) as browser:
         browser.get(address)

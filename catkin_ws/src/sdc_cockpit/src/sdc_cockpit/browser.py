@@ -23,6 +23,8 @@ _OPTIONS = (
     "--disable-sync",
     "--disable-dev-shm-usage",
 )
+# On a busy machine, each command to the browser takes seconds.
+LIMIT_S = 300.0
 # WebGL on the processor; Chromium calls it unsafe for pages that are not trusted.
 _SOFTWARE_WEBGL = ("--enable-unsafe-swiftshader",)
 
@@ -71,18 +73,17 @@ def wait_for(
     browser: webdriver.Chrome,
     expression: str,
     accepts: Callable[[Any], object] = bool,
-    seconds: float = 60.0,
 ) -> Any:
     """Return the value of an expression when it is accepted.
 
     Raises:
-        TimeoutError: it was not accepted in time
+        TimeoutError: it was not accepted within LIMIT_S
     """
-    limit_s = time.monotonic() + seconds
+    limit_s = time.monotonic() + LIMIT_S
     while True:
         value = value_of(browser, expression)
         if accepts(value):
             return value
         if time.monotonic() > limit_s:
-            raise TimeoutError(f"{expression} is {value!r} after {seconds:g} s")
+            raise TimeoutError(f"{expression} is {value!r} after {LIMIT_S:g} s")
         time.sleep(0.1)
