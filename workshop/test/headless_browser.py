@@ -61,13 +61,7 @@ def wait_until(condition, what):
 
 def printed_url(program, name):
     """Return the URL that a command prints."""
-    program.wait_for_output(f"{name}: http://")
-    # The line may still be written.
-    line = wait_until(
-        lambda: [x for x in program.output.split("\n")[:-1] if x.startswith(f"{name}: http://")],
-        "the URL",
-    )[0]
-    return line.split(": ", 1)[1]
+    return program.wait_for_match(rf"(?m)^{name}: (http://\S+)\s")
 
 
 def picture_of(browser, selector):

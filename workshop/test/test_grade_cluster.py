@@ -3,7 +3,6 @@
 import contextlib
 import csv
 import os
-import re
 import signal
 import sys
 
@@ -46,8 +45,7 @@ def scheduler(start):
             "--port", "0", "--no-dashboard", "--no-show",
             PYTHONPATH=python_path,
         )  # fmt: skip
-        program.wait_for_output("Scheduler at:")
-        return re.search(r"Scheduler at:\s+(\S+)", program.output)[1]
+        return program.wait_for_match(r"Scheduler at:\s+(\S+)\s")
 
     return scheduler
 

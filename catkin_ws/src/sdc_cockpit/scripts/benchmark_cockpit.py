@@ -8,7 +8,6 @@ import asyncio
 import contextlib
 import json
 import multiprocessing
-import re
 import statistics
 import sys
 import tempfile
@@ -37,8 +36,7 @@ def running_drive(*arguments):
         command = [str(SRC.parents[1] / "drive"), "headless:=true", "cockpit:=true", *arguments]
         program = Program(command, environment, Path(name), Path(name) / "output.txt")
         try:
-            program.wait_for_output("cockpit: http")
-            yield program, Path(name), re.search(r"cockpit: (\S+)", program.output)[1]
+            yield program, Path(name), program.wait_for_match(r"cockpit: (http\S+)\s")
         finally:
             if program.process.poll() is None:
                 program.interrupt()

@@ -1,6 +1,5 @@
 """Fixtures for tests with a real drive under a ROS master of its own."""
 
-import re
 from pathlib import Path
 
 import pytest
@@ -18,8 +17,7 @@ def start(tmp_path):
 
         def begin(*command):
             programs.append(Program(command, environment, tmp_path, tmp_path / "log"))
-            programs[-1].wait_for_output("cockpit: http")
-            return programs[-1], re.search(r"cockpit: (\S+)", programs[-1].output)[1]
+            return programs[-1], programs[-1].wait_for_match(r"cockpit: (http\S+)\s")
 
         yield begin
         for program in programs:

@@ -73,6 +73,14 @@ def test_missing_output_of_a_program_that_ended_is_an_error(program):
     assert running.wait_for_end() == 3
 
 
+def test_match_waits_for_the_whole_word_and_its_absence_is_an_error(program):
+    command = "printf 'page at: 12'; sleep 0.5; echo 34; exit 3"
+    running = program(["sh", "-c", command], {"PATH": "/usr/bin:/bin"})
+    assert running.wait_for_match(r"at:\s+(\d+)\s") == "1234"
+    with pytest.raises(AssertionError, match="desk at"):
+        running.wait_for_match(r"desk at: (\d+)\s")
+
+
 def test_program_that_does_not_end_times_out(program):
     running = program(SLEEP, {})
     with pytest.raises(subprocess.TimeoutExpired):

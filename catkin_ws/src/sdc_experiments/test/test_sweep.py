@@ -3,7 +3,6 @@
 import contextlib
 import json
 import os
-import re
 import signal
 import sys
 import time
@@ -105,8 +104,7 @@ def cluster(start, tmp_path):
         *python, "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0",
         "--no-dashboard", "--no-show",
     )  # fmt: skip
-    scheduler.wait_for_output("Scheduler at:")
-    address = re.search(r"Scheduler at:\s+(\S+)", scheduler.output)[1]
+    address = scheduler.wait_for_match(r"Scheduler at:\s+(\S+)\s")
 
     def worker():
         return start(

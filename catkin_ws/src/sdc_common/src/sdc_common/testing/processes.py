@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 import signal
 import subprocess
 import time
@@ -129,11 +130,25 @@ class Program:
         Raises:
             AssertionError: a text is missing after a timeout, or at the end of the program
         """
+        self._wait(lambda output: [text for text in texts if text not in output])
+
+    def wait_for_match(self, pattern: str) -> str:
+        """Wait until the output matches a regular expression; return its first group.
+
+        End the pattern with the space or line end after the group: a line may still be written.
+
+        Raises:
+            AssertionError: there is no match after a timeout, or at the end of the program
+        """
+        self._wait(lambda output: [] if re.search(pattern, output) else [pattern])
+        return re.search(pattern, self.output)[1]  # type: ignore[index]
+
+    def _wait(self, find_missing: Callable[[str], list[str]]) -> None:
         limit = time.monotonic() + _TIMEOUT_S
         while True:
             ended = self.process.poll() is not None
             output = self.output
-            missing = [text for text in texts if text not in output]
+            missing = find_missing(output)
             if not missing:
                 return
             assert not ended, f"ended without {missing}:\n{output[-_SHOWN_CHARACTERS:]}"
