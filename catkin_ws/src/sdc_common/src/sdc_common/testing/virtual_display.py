@@ -11,6 +11,9 @@ import numpy as np
 from pyvirtualdisplay import Display
 from pyvirtualdisplay.abstractdisplay import XStartError
 
+# xwd reads a window and those in it one by one; one that closes or moves meanwhile ends it.
+_READINGS = 20
+
 
 class VirtualDisplay:
     """An Xvfb server, from `with` to the end of the block, which xdotool and xwd control.
@@ -100,14 +103,19 @@ class VirtualDisplay:
             LookupError: the window does not exist any more
         """
         which = ["-root"] if window == "root" else ["-id", window]
-        done = subprocess.run(
-            ["xwd", "-silent", *which], env=self.environment, capture_output=True, check=False
-        )
-        if done.returncode:
-            raise LookupError(
-                f"no picture of the window {window}: {done.stderr.decode(errors='replace').strip()}"
+        for _ in range(_READINGS):
+            done = subprocess.run(
+                ["xwd", "-silent", *which], env=self.environment, capture_output=True, check=False
             )
-        dump = done.stdout
+            if done.returncode == 0:
+                return self._decoded(done.stdout)
+        raise LookupError(
+            f"no picture of the window {window}: {done.stderr.decode(errors='replace').strip()}"
+        )
+
+    @staticmethod
+    def _decoded(dump: bytes) -> np.ndarray:
+        """Return the picture in a file of xwd, as (H, W, 3) BGR uint8."""
         header = np.frombuffer(dump, ">u4", 25)
         header_size, width, height, pixel_bytes, row_bytes, colours = header[
             [0, 4, 5, 11, 12, 19]
