@@ -105,13 +105,12 @@ class ContractTest(unittest.TestCase):
         )
 
     def test_status_has_command_and_speed(self):
-        self.drive_until(lambda x, y, yaw, speed: speed > 2.0, throttle=0.75, steer=0.125)
-        status = self.status.messages[-1]
+        odometry = self.drive_until(
+            lambda x, y, yaw, speed: speed > 2.0, throttle=0.75, steer=0.125
+        )
+        status = self.status.wait_for(lambda message: message.header.stamp == odometry.header.stamp)
         self.assertEqual(
             (status.control.throttle, status.control.steer, status.control.gear), (0.75, 0.125, 1)
-        )
-        odometry = self.odometry.wait_for(
-            lambda message: message.header.stamp == status.header.stamp
         )
         self.assertAlmostEqual(status.velocity, pose_and_speed(odometry)[3], places=4)
 
