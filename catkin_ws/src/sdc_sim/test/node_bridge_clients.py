@@ -206,10 +206,7 @@ class BridgeClientsTest(unittest.TestCase):
             (one.control.throttle, one.control.steer, one.control.brake)
             for one in self.status.messages[seen : seen + 40]
         }
-        converted = (0.625, -0.125, 0.0)
-        self.assertIn(converted, executed)
-        # When this process rests for some ticks, the car brakes.
-        self.assertLessEqual(executed, {converted, (0.0, -0.125, 1.0)})
+        self.assertEqual(executed, {(0.625, -0.125, 0.0)})
 
         subscriber.unregister()
         converting.clear()
