@@ -16,6 +16,7 @@ from sdc_sim.physics.obstacles import KINDS, ObstaclePlan, Obstacles
 from sdc_sim.physics.traffic_lights import TrafficLightPlan, TrafficLights
 from sdc_sim.physics.vehicle import Vehicle, VehicleCommand
 from sdc_sim.physics.vehicle_parameters import load_vehicle
+from sdc_sim.scenario.packaged import node_config
 from sdc_sim.sensors.odometry_noise import OdometryNoise
 from sdc_sim.simulation.simulation import OccupiedError, Simulation
 
@@ -61,6 +62,19 @@ def test_vehicle_brakes_when_commands_time_out(timeout_s, stops):
         simulation.step()
     assert simulation.command_timed_out == stops
     assert (simulation.vehicle.state.speed_mps == 0.0) == stops
+
+
+def test_default_timeout_allows_for_a_lost_command_at_10_hz_and_ends_within_half_a_second():
+    simulation = make_simulation(node_config("sdc_sim", "sim")["command_patience_s"])
+    command = VehicleCommand(throttle=0.5)
+    simulation.step(command)
+    executed = []
+    for _ in range(10):
+        simulation.step()
+        executed.append(simulation.commands.executed)
+    # The next command comes after 0.2 s, and may be a tick late.
+    assert executed[:4] == 4 * [command]
+    assert executed[-1] == VehicleCommand(brake=1.0)
 
 
 def test_braking_after_a_timeout_keeps_the_steering():
