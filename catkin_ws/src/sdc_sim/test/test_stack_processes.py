@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
 
@@ -13,6 +14,15 @@ from sdc_sim.ros.stack_processes import StackProcesses, nodes_to
 
 BUSY = "while True: pass"
 IDLE = "import time; time.sleep(600)"
+# A process waits for its vfork in the state in which it waits for a disk.
+WAITS_FOR_DISK = """
+import ctypes, time
+libc = ctypes.CDLL(None)
+if libc.vfork() == 0:
+    PR_SET_PDEATHSIG, SIGKILL = 1, 9
+    libc.prctl(PR_SET_PDEATHSIG, SIGKILL)
+    time.sleep(600)
+"""
 SECOND_THREAD = f"import threading; threading.Thread(target=lambda: exec('{BUSY}')).start(); {IDLE}"
 
 
@@ -56,6 +66,16 @@ def test_running_process_is_at_work_until_it_is_stopped_or_ends(start, program):
 def test_waiting_process_is_not_at_work(start):
     idle = Stack([start(IDLE)])
     wait_until(lambda: not idle.is_at_work())
+
+
+def test_process_that_waits_for_a_disk_is_at_work(start):
+    process = start(WAITS_FOR_DISK)
+    waiting = Stack([process])
+    wait_until(Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text)
+    assert waiting.is_at_work()
+    process.kill()
+    process.wait()
+    assert not waiting.is_at_work()
 
 
 def test_process_that_had_its_time_is_not_waited_for_in_this_tick(start):

@@ -8,7 +8,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 
 _CLOCK_TICKS = os.sysconf("SC_CLK_TCK")
 _PROCESSES = os.path.join(os.sep, "proc")
-_RUNNING = b"R"
+# Running or ready to run; waiting for a disk, where a busy machine also writes a node's log.
+_AT_WORK = (b"R", b"D")
 # When no process is known, ask again after this time.
 _FIND_AGAIN_S = 1.0
 
@@ -17,8 +18,8 @@ class StackProcesses:
     """The processes of all nodes on the way from the odometry to the command.
 
     A message makes the process that receives it ready to run. While one of them is ready but gets
-    no processor, an answer is on its way, however long that takes. Nodes on other machines, and
-    nodes that wait for a timer of the wall clock, are never at work.
+    no processor, or waits for a disk, an answer is on its way, however long that takes. Nodes on
+    other machines, and nodes that wait for a timer of the wall clock, are never at work.
 
     Args:
         find: returns the process ids, those that receive the messages first before the others
@@ -40,7 +41,7 @@ class StackProcesses:
         self._used_s.clear()
 
     def at_work(self, work_s: float) -> bool:
-        """Return whether a process runs, or would run if the machine were not busy.
+        """Return whether a process runs, or would run if processor and disk were not busy.
 
         Args:
             work_s: processor time after which a process had its chance in this tick [s]
@@ -62,16 +63,16 @@ class StackProcesses:
     def _is_at_work(self, process: int, work_s: float) -> bool:
         folder = f"{_PROCESSES}/{process}/"
         threads = os.listdir(folder + "task")
-        if not any(_is_running(f"{folder}task/{thread}/stat") for thread in threads):
+        if not any(_is_busy(f"{folder}task/{thread}/stat") for thread in threads):
             return False
         # Fields 14 and 15 of proc(5), counted from the third.
         used_s = sum(map(int, _fields(folder + "stat")[11:13])) / _CLOCK_TICKS
         return used_s - self._used_s.setdefault(process, used_s) < work_s
 
 
-def _is_running(path: str) -> bool:
+def _is_busy(path: str) -> bool:
     try:
-        return _fields(path)[0] == _RUNNING
+        return _fields(path)[0] in _AT_WORK
     except OSError:  # The thread has ended.
         return False
 
