@@ -18,6 +18,10 @@ PIXELS = """(() => {
   return canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data
     .reduce((sum, value, i) => (31 * sum + value) >>> 0, 0);
 })()"""
+PICTURE_TOP_WITHOUT_AND_WITH_NOTICE = """[true, false].map((hidden) => {
+  document.getElementById("notice").hidden = hidden;
+  return document.getElementById("picture").getBoundingClientRect().top;
+})"""
 FOCAL_PX, MOUNT_X_M, MOUNT_Z_M, PITCH_RAD = 320.0, 0.7, 1.7, math.radians(0.5)
 
 
@@ -112,5 +116,8 @@ def test_page_shows_moving_pictures_and_drives_and_a_click_stops_the_car(start, 
         wait_for(browser, notice, lambda text: "friction must be a number from" in text)
         set_parameter(browser, "/sim/friction", "0.4")
         wait_for(browser, notice, lambda text: text == "/sim/friction is 0.4")
+        # A click must hit the place at which the person aims.
+        without, with_notice = value_of(browser, PICTURE_TOP_WITHOUT_AND_WITH_NOTICE)
+        assert without == with_notice
         resize(browser, 390, 800)
         assert value_of(browser, "document.documentElement.scrollWidth") <= 390
