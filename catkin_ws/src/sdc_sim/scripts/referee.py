@@ -28,7 +28,7 @@ from sdc_sim.report.writer import ReportError, companion, open_report, write_pag
 from sdc_sim.ros.bridge_generations import GENERATIONS
 from sdc_sim.ros.evaluator_input import ROUTE_TOPIC, EvaluatorInput
 
-LAST_COMMANDS_S = 5.0
+LAST_MESSAGES_S = 5.0
 LAST_PICTURE_S = 30.0
 PAUSE_TIMEOUT_S = 0.5
 
@@ -114,13 +114,13 @@ class Referee:
                 planner[name] = rospy.get_param("/local_planner/" + name)
         self.evaluator.rules = self.evaluator.rules._replace(planner=planner, assumed=assumed)
 
-    def wait_for_last_commands(self):
-        """Wait for the command that answers the last odometry; it has another connection."""
-        limit = time.monotonic() + LAST_COMMANDS_S
-        drive = self.evaluator.drive
-        while drive and drive.matching.pending and time.monotonic() < limit:
-            if rospy.is_shutdown():
-                return
+    def wait_for_last_messages(self):
+        """Wait for the messages that answer the last odometry; they have other connections."""
+        limit = time.monotonic() + LAST_MESSAGES_S
+        while time.monotonic() < limit and not rospy.is_shutdown():
+            with self.lock:
+                if self.evaluator.drive is None or not self.evaluator.drive.awaits_messages:
+                    return
             time.sleep(0.01)
 
     @staticmethod
@@ -139,7 +139,7 @@ class Referee:
 
     def finish(self):
         """Write the report; return the exit status."""
-        self.wait_for_last_commands()
+        self.wait_for_last_messages()
         self.update_snapshots()
         if not rospy.is_shutdown():
             self.snapshots.finish(LAST_PICTURE_S)

@@ -19,7 +19,14 @@ import rospy
 import rostest
 from carla_msgs.msg import CarlaCollisionEvent, CarlaEgoVehicleControl
 from nav_msgs.msg import Odometry
-from sdc_msgs.msg import BaseWaypoint, CarlaVehicleControl, Obstacle, ObstacleArray, Path
+from sdc_msgs.msg import (
+    BaseWaypoint,
+    CarlaVehicleControl,
+    Obstacle,
+    ObstacleArray,
+    Path,
+    SpeedReason,
+)
 from sensor_msgs.msg import Image
 from std_srvs.srv import Trigger
 
@@ -224,6 +231,26 @@ class RefereeTest(unittest.TestCase):
         self.assertAlmostEqual(report["duration_s"], 9.95)
         self.assertEqual(report["unseen_s"], 0.0)
         self.assertIn("resumed the drive at", self.log())
+
+    def test_reason_that_arrives_after_the_last_command_is_in_the_trace(self):
+        reasons = rospy.Publisher("/planner/speed_reason", SpeedReason, queue_size=10)
+        self.addCleanup(reasons.unregister)
+
+        def publish(tick, reason):
+            message = SpeedReason(reason=reason)
+            message.header.stamp = rospy.Time(0, 0) + rospy.Duration(0, 50_000_000) * tick
+            reasons.publish(message)
+
+        process = self.start()
+        wait_until(lambda: self.name in subscribers(reasons), 60.0, "the subscription")
+        publish(1, "cruise")
+        self.drive_and_wait(1, 200)
+        self.drive(200)
+        wait_until(lambda: self.logged_odometry() >= 200, 30.0, "the end of the route")
+        publish(200, "end_of_route")
+        self.assertEqual(self.report(process, 0)["ticks"], 200)
+        with open(os.path.join(self.folder, "report.csv"), encoding="utf-8") as file:
+            self.assertEqual(file.read().splitlines()[-1].rpartition(",")[2], "end_of_route")
 
     def test_removed_folder_does_not_end_the_drive(self):
         process = self.start()

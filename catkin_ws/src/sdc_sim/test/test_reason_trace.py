@@ -32,6 +32,12 @@ def test_reason_applies_from_its_stamp_on_for_a_second(trace, time_ns, reason):
     assert trace.at(time_ns) == reason
 
 
+def test_last_message_is_repeated_within_a_quarter_of_a_second(trace):
+    assert not trace.is_late(4 * SECOND_NS + 249_999_999)
+    assert trace.is_late(4 * SECOND_NS + 250_000_000)
+    assert not ReasonTrace().is_late(SECOND_NS)
+
+
 def test_later_message_with_the_same_stamp_applies(trace):
     trace.add(4 * SECOND_NS, "obstacle")
     assert trace.at(4 * SECOND_NS) == "obstacle"

@@ -1,5 +1,9 @@
 """Names of what limits the planned speed at the car: why it drives no faster, or brakes."""
 
+# A reason is published when it changes, and again after this simulated time: at most the
+# controller's timeout, so that the first plan after a timeout is published.
+REPEAT_NS = 250_000_000
+
 CRUISE = "cruise"
 BEND = "bend"
 BRAKING_AHEAD = "braking_ahead"

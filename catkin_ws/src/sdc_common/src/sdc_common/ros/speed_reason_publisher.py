@@ -5,11 +5,10 @@ from __future__ import annotations
 import rospy
 from sdc_msgs.msg import SpeedReason
 
+from sdc_common.planning.speed_reasons import REPEAT_NS
 from sdc_common.ros.node import LoopPublisher
 
 TOPIC = "/planner/speed_reason"
-# At most the controller's timeout, so that the first plan after a timeout is published.
-_REPEAT_NS = 250_000_000
 
 
 class SpeedReasonPublisher:
@@ -23,7 +22,7 @@ class SpeedReasonPublisher:
     def update(self, stamp: rospy.Time, reason: str) -> None:
         """Set the reason from the odometry with this stamp on; see speed_reasons."""
         stamp_ns = stamp.to_nsec()
-        if reason == self._reason and 0 <= stamp_ns - self._stamp_ns < _REPEAT_NS:
+        if reason == self._reason and 0 <= stamp_ns - self._stamp_ns < REPEAT_NS:
             return
         self._reason, self._stamp_ns = reason, stamp_ns
         message = SpeedReason(reason=reason)

@@ -143,6 +143,12 @@ class DriveEvaluation:
         """Return whether the drive has ended."""
         return self.progress.status is not None
 
+    @property
+    def awaits_messages(self) -> bool:
+        """Return whether messages about the ticks so far are on their way, unless a node ended."""
+        stamps = self._commands.stamps(len(self.progress.samples))
+        return self.matching.pending or any(map(self._reasons.is_late, stamps[-1:]))
+
     def apply(self, event: list) -> bool:
         """Apply one event; return False for an odometry that is ignored."""
         return getattr(self, "_on_" + event[0])(*event[1:]) is not False
