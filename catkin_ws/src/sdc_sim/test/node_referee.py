@@ -43,6 +43,10 @@ def subscribers(publisher):
     return {connection[1] for connection in publisher.impl.get_stats_info()}
 
 
+def stamp_of(tick):
+    return rospy.Time(*divmod(50_000_000 * tick, 1_000_000_000))
+
+
 class RefereeTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
@@ -133,7 +137,7 @@ class RefereeTest(unittest.TestCase):
         """
         for tick in range(first, last):
             message = Odometry()
-            message.header.stamp = rospy.Time(*divmod(50_000_000 * tick, 1_000_000_000))
+            message.header.stamp = stamp_of(tick)
             message.pose.pose.position.x = min(0.5 * tick, 100.0)
             message.pose.pose.position.y = 0.3
             message.pose.pose.orientation.z, message.pose.pose.orientation.w = (
@@ -202,7 +206,7 @@ class RefereeTest(unittest.TestCase):
         process = self.start(role_name="hero")
         for tick in range(1, TICKS):
             message = Odometry()
-            message.header.stamp = rospy.Time(*divmod(50_000_000 * tick, 1_000_000_000))
+            message.header.stamp = stamp_of(tick)
             message.pose.pose.position.x = min(0.5 * tick, 100.0)
             message.pose.pose.orientation.w = 1.0
             message.twist.twist.linear.x = 10.0 if tick < 200 else 0.0
@@ -238,7 +242,7 @@ class RefereeTest(unittest.TestCase):
 
         def publish(tick, reason):
             message = SpeedReason(reason=reason)
-            message.header.stamp = rospy.Time(0, 0) + rospy.Duration(0, 50_000_000) * tick
+            message.header.stamp = stamp_of(tick)
             reasons.publish(message)
 
         process = self.start()

@@ -147,7 +147,7 @@ class DriveEvaluation:
     def awaits_messages(self) -> bool:
         """Return whether messages about the ticks so far are on their way, unless a node ended."""
         stamps = self._commands.stamps(len(self.progress.samples))
-        return self.matching.pending or any(map(self._reasons.is_late, stamps[-1:]))
+        return self.matching.pending or (bool(stamps) and self._reasons.is_late(stamps[-1]))
 
     def apply(self, event: list) -> bool:
         """Apply one event; return False for an odometry that is ignored."""
