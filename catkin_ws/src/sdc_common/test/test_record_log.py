@@ -139,6 +139,7 @@ def test_short_write_stops_the_log_and_raises_nothing(path, monkeypatch, method)
     assert "No space left" in str(log.failure)
     assert log.failure.filename == path
     assert list(log.records()) == list(RecordLog(path).records()) == ["first"]
+    assert os.listdir(os.path.dirname(path)) == [os.path.basename(path)]
 
 
 def test_missing_folder_is_a_failure_and_raises_nothing(tmp_path):

@@ -96,6 +96,8 @@ class RecordLog:
                 os.replace(new_path, self.path)
             except OSError:
                 os.close(new_file)
+                with contextlib.suppress(OSError):
+                    os.remove(new_path)
                 raise
         except OSError as error:
             return self._fail(error)
