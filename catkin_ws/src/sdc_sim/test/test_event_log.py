@@ -140,8 +140,11 @@ def test_only_an_event_log_is_an_ended_drive(tmp_path):
     with pytest.raises(FileNotFoundError):
         EventLog.unfinished(str(path))
     path.write_bytes(b"\xff\x00 nonsense\n")
-    with pytest.raises(ValueError, match="^is not an event log$"):
+    with pytest.raises(ValueError, match="^is not an event log$") as refusal:
         EventLog.unfinished(str(path))
+    with open(path, "rb") as file:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    assert refusal.tb is not None  # The lock is released although this refers to its variables.
     path.unlink()
     RecordLog(str(path)).append(["two", "words"])
     with pytest.raises(ValueError, match="^is not an event log$"):

@@ -73,15 +73,17 @@ class EventLog:
             OSError: the file does not exist or cannot be read
             ValueError: it is not an event log
         """
-        lock = open(path, "rb+")  # noqa: SIM115  open until `close`
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        if not _is_open(lock, path):
-            return None
-        head = next(RecordLog(path).records(), None)
-        if not isinstance(head, list) or len(head) != 1:
-            raise ValueError("is not an event log")
-        event_log = cls(path, head[0])
-        event_log._lock = lock
+        with contextlib.ExitStack() as unless_returned:
+            lock = unless_returned.enter_context(open(path, "rb+"))
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            if not _is_open(lock, path):
+                return None
+            head = next(RecordLog(path).records(), None)
+            if not isinstance(head, list) or len(head) != 1:
+                raise ValueError("is not an event log")
+            event_log = cls(path, head[0])
+            event_log._lock = lock
+            unless_returned.pop_all()
         return event_log
 
     @property
