@@ -24,15 +24,14 @@ class ClockMonitor:
         stopped: whether simulated time has not changed for the timeout
     """
 
-    def __init__(self, timeout_s: float, wall_s: float):
-        """Start to monitor.
+    def __init__(self, timeout_s: float):
+        """Start to monitor at the first update.
 
         Args:
             timeout_s: after this wall time without a change, the clock counts as stopped [s]
-            wall_s: the wall clock now [s]
         """
         self._timeout_s = timeout_s
-        self._changed_at_s = wall_s
+        self._changed_at_s = math.nan
         self._last: object = None
         self.stopped = False
 
@@ -154,7 +153,7 @@ def watch_connections() -> None:
 def _watch() -> None:
     with contextlib.suppress(OSError, rosgraph.MasterException):
         master = MasterRegistration()
-        clock = ClockMonitor(CLOCK_TIMEOUT_S, time.monotonic())
+        clock = ClockMonitor(CLOCK_TIMEOUT_S)
         checked_at = -math.inf
         while not rospy.core.is_shutdown_requested():
             time.sleep(_CHECK_CLOCK_EVERY_S)
