@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import os
 import shutil
+import tempfile
 from pathlib import Path
 
+import yaml
+
+from sdc_workshop.regions import RegionError, regions, replaced, template
 from sdc_workshop.regions import body as region_body
-from sdc_workshop.regions import regions, replaced, template
 from sdc_workshop.steps import LABS, WORKSHOP, Step, load_steps
 
 PROJECT = Path(__file__).resolve().parents[2]
 SOLUTION = PROJECT / "catkin_ws" / "src"
-TEMPLATES = PROJECT / "workshop" / "templates"
 # The workspace of the world's packages, which docker/prepare builds; a student's one overlays it.
 WORLD = PROJECT / "world_ws"
 WORLD_SETUP = WORLD / "devel" / "setup.bash"
@@ -20,6 +22,8 @@ PACKAGE = "sdc_package"
 MARKER = ".workshop"
 # Students get neither the tests of the solution nor the README that explains it.
 _LEFT_OUT = ("test", "README.md", "__pycache__")
+# The command that restores the given lines of a workspace, for people.
+UPDATE = "`./workshop/start --update .` in your workspace"
 
 
 class WorkspaceError(ValueError):
@@ -53,14 +57,10 @@ def files_to_make(lab: str = WORKSHOP) -> set:
     return {step.file for step in load_steps(lab) if step.file and step.todo is None}
 
 
-def derived_templates() -> dict:
-    """Return the template of each file with regions, by its path relative to the src folder."""
-    found = {}
-    for name in (name for lab in (WORKSHOP, *LABS) for name in package_files(lab)):
-        text = solution(name).read_text(encoding="utf-8") if _is_text(name) else ""
-        if regions(text):
-            found[name] = template(text)
-    return found
+def template_of(name: str) -> str | None:
+    """Return the solution's file with empty TODOs; None for a file without TODOs."""
+    text = solution(name).read_text(encoding="utf-8") if _is_text(name) else ""
+    return template(text) if regions(text) else None
 
 
 def _is_text(name: str) -> bool:
@@ -111,16 +111,76 @@ def copy_car(folder: Path) -> None:
 
 
 def _write_templates(folder: Path, lab: str) -> None:
-    created = files_to_make(lab)
     for name in package_files(lab):
-        if name in created:
-            continue
-        to = folder / "src" / name
-        to.parent.mkdir(parents=True, exist_ok=True)
-        if (TEMPLATES / name).exists():
-            shutil.copyfile(TEMPLATES / name, to)
-        else:
-            shutil.copy(solution(name), to)
+        if name not in files_to_make(lab):
+            _write_given(folder, name, template_of(name))
+
+
+def _write_given(folder: Path, name: str, text: str | None) -> None:
+    """Write a file that students get: a text, or the solution where that is None."""
+    to = folder / "src" / name
+    to.parent.mkdir(parents=True, exist_ok=True)
+    if text is None:
+        shutil.copy(solution(name), to)
+    else:
+        to.write_text(text, encoding="utf-8")
+
+
+def update(folder: Path) -> tuple:
+    """Bring the given files and lines of a workspace to this version; the TODOs stay as they are.
+
+    Returns:
+        the files that were written, relative to src, and the folder with a copy of the old files
+
+    Raises:
+        WorkspaceError: the TODO lines and rules of a file do not match; nothing is written
+    """
+    wanted: dict = {}
+    for lab in (WORKSHOP, *LABS):
+        if (folder / "src" / package_of(lab)).is_dir():
+            for name in set(package_files(lab)) - files_to_make(lab):
+                wanted[name] = _updated(folder, name)
+    old = {name: folder / "src" / name for name in wanted}
+    changed = sorted(
+        name
+        for name, text in wanted.items()
+        if not old[name].is_file()
+        or text != old[name].read_text(encoding="utf-8", errors="replace")
+    )
+    copy = Path(tempfile.mkdtemp(prefix="before_update_", dir=folder)) if changed else folder
+    for name in changed:
+        if old[name].is_file():
+            (copy / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(old[name], copy / name)
+        _write_given(folder, name, wanted[name])
+    return changed, copy
+
+
+def _updated(folder: Path, name: str) -> str:
+    """Return this version of a file, with the student's regions and configuration."""
+    new = solution(name).read_text(encoding="utf-8")
+    path = folder / "src" / name
+    own = path.read_text(encoding="utf-8") if path.is_file() else None
+    empty = template_of(name)
+    if empty is None:
+        return str(own) if own is not None and _has_all_keys(name, own, new) else new
+    try:
+        written = regions(own or "")
+    except RegionError as error:
+        raise WorkspaceError(f"src/{name}: {error}") from None
+    for number in set(regions(empty)) & set(written):
+        empty = replaced(empty, number, region_body(str(own), number))
+    return empty
+
+
+def _has_all_keys(name: str, own: str, new: str) -> bool:
+    """Return whether this is a configuration, which students tune, with all keys of the new one."""
+    if Path(name).parent.name != "config" or not name.endswith(".yaml"):
+        return False
+    try:
+        return set(yaml.safe_load(own) or {}) >= set(yaml.safe_load(new) or {})
+    except (yaml.YAMLError, TypeError):
+        return False
 
 
 def link(folder: Path, lab: str = WORKSHOP) -> None:

@@ -134,11 +134,11 @@ def test_windows_line_ends_are_reported(folder):
     assert "LF, not CRLF" in found.hint
 
 
-def test_missing_file_is_reported_with_its_template(folder):
+def test_missing_file_is_reported_with_the_command_that_restores_it(folder):
     (folder / CAMERA).unlink()
     found = answers(folder, "camera-2")["camera-2"]
     assert found.status == WRONG
-    assert "templates/sdc_package/scripts/camera.py" in found.hint
+    assert "./workshop/start --update ." in found.hint
 
 
 def test_command_checks_solves_and_hints(folder):

@@ -7,11 +7,9 @@ import pytest
 
 from sdc_workshop.regions import regions
 from sdc_workshop.steps import LABS, StepError, all_steps, find_step, load_steps
-from sdc_workshop.templates import stale
 from sdc_workshop.workspace import (
     PROJECT,
     WorkspaceError,
-    derived_templates,
     differences,
     find,
     lab_of,
@@ -19,6 +17,8 @@ from sdc_workshop.workspace import (
     package_files,
     solution,
     solve,
+    template_of,
+    update,
 )
 
 WANTED = {
@@ -29,14 +29,13 @@ WANTED = {
 }
 
 
-def test_templates_match_the_solution():
-    assert stale() == [], "run: PYTHONPATH=workshop python3 -m sdc_workshop.templates"
+FILES = [name for lab in ("", *LABS) for name in package_files(lab) if template_of(name)]
 
 
 def test_templates_are_valid_python():
-    for name, text in derived_templates().items():
+    for name in FILES:
         if name.endswith(".py"):
-            compile(text, name, "exec")
+            compile(template_of(name), name, "exec")
 
 
 @pytest.mark.slow(2)
@@ -44,11 +43,7 @@ def test_each_region_has_one_step_and_each_step_its_region():
     steps = all_steps()
     assert len({step.id for step in steps}) == len(steps)
     covered = [(step.file, step.todo) for step in steps if step.todo]
-    there = [
-        (name, number)
-        for name in derived_templates()
-        for number in regions(solution(name).read_text())
-    ]
+    there = [(name, number) for name in FILES for number in regions(solution(name).read_text())]
     assert sorted(covered) == sorted(there)
     for node, numbers in WANTED.items():
         for number in numbers:
@@ -97,6 +92,29 @@ def test_lab_is_added_to_a_workspace_with_a_car_of_its_own(tmp_path, lab):
     assert all((folder / "src" / name).is_file() for name in package_files(lab))
     with pytest.raises(WorkspaceError, match="already has"):
         make(folder, lab)
+
+
+def test_update_restores_given_lines_and_keeps_the_todos(tmp_path):
+    folder = tmp_path / "ws"
+    make(folder)
+    solve(folder, find_step("camera-2"))
+    camera, pid, gains = (
+        folder / "src" / "sdc_package" / name
+        for name in ("scripts/camera.py", "src/sdc_package/pid.py", "config/simple_controller.yaml")
+    )
+    written = camera.read_text()
+    camera.write_text(written.replace("def run(self)", "def walk(self)"))
+    pid.unlink()
+    gains.write_text(gains.read_text() + "# tuned\n")
+    changed, copy = update(folder)
+    assert changed == ["sdc_package/scripts/camera.py", "sdc_package/src/sdc_package/pid.py"]
+    assert camera.read_text() == written
+    assert "def walk" in (copy / "sdc_package/scripts/camera.py").read_text()
+    assert pid.is_file() and gains.read_text().endswith("# tuned\n")
+    assert update(folder)[0] == []
+    camera.write_text(written.replace("TODO 2:", "2:"))
+    with pytest.raises(WorkspaceError, match="src/sdc_package/scripts/camera.py: line"):
+        update(folder)
 
 
 def test_unusable_folders_are_refused(tmp_path):

@@ -13,7 +13,7 @@ from sdc_workshop.exam.student import NotBuilt, Student
 from sdc_workshop.exam.variant import Variant, make
 from sdc_workshop.regions import RegionError, body, is_written, regions, template
 from sdc_workshop.steps import all_steps
-from sdc_workshop.workspace import PACKAGE, PROJECT, TEMPLATES, solution
+from sdc_workshop.workspace import PACKAGE, PROJECT, UPDATE, solution
 
 BUILD = (
     "In the folder of your workspace: `catkin_make`, then `source devel/setup.bash` in this "
@@ -76,7 +76,7 @@ class Subject:
         path = f"src/{self.file}"
         text = student.text(self.file)
         if text is None:
-            hint = f"Restore it: cp {TEMPLATES / self.file} {path}"
+            hint = f"{UPDATE} restores it."
             return self._all(steps, Answer(WRONG, f"the file {path}", "it is missing", hint, path))
         try:
             regions(text)
@@ -113,7 +113,7 @@ class Subject:
                     WRONG,
                     f"a line that begins with '# TODO {step.todo}:' and a rule below it",
                     "there is no such line",
-                    f"Copy both lines from {TEMPLATES / self.file}.",
+                    f"{UPDATE} restores both lines.",
                     path,
                 )
             elif not self.written(text, step.todo):
@@ -226,8 +226,8 @@ class Subject:
         line = self._changed_line(text) or problem.line
         near = f", near line {line}" if line else ""
         hint = (
-            f"The error is outside of your TODOs{near}: a given line was changed. Compare with "
-            f"{TEMPLATES / self.file}. {problem.hint}"
+            f"The error is outside of your TODOs{near}: a given line was changed. {UPDATE} "
+            f"restores it, and keeps your TODOs. {problem.hint}"
         )
         return Problem(problem.expected, problem.seen, hint, line=problem.line)
 
