@@ -7,10 +7,8 @@ import rosgraph
 import rospy
 
 from sdc_common.ros.node import spin_with
-from sdc_common.ros.supervisor import supervise
 from sdc_sim.ros.command_input import CommandInput
 from sdc_sim.ros.request_queue import RequestQueue
-from sdc_sim.ros.saved_drive import SavedDrive
 from sdc_sim.ros.services import SimulationServices
 from sdc_sim.ros.simulation_setup import SimulationSetup
 from sdc_sim.ros.simulation_topics import SimulationTopics
@@ -43,7 +41,6 @@ class Sim:
             setup.ackermann_cmd,
             setup.drive_log,
         )
-        self.saved_drive = SavedDrive(self.simulation, self.pause, self.commands)
         self.topics = SimulationTopics(setup)
         if setup.services:
             SimulationServices(
@@ -61,8 +58,7 @@ class Sim:
         self.picture_due = False
 
     def loop(self):
-        if not self.saved_drive.restored:
-            self.topics.start_clock()
+        self.topics.start_clock()
         self.wait_for_connections()
         self.publish()
         while not rospy.is_shutdown():
@@ -72,15 +68,11 @@ class Sim:
                 self.wait_for_clock()
             if self.pause.take():
                 self.simulation.step()
-                self.saved_drive.save()
                 self.publish()
 
     def wait_for_connections(self):
-        # In real time a stack may connect at any time, but a restart must not cost it ticks.
-        has_stack = self.simulation.commands.has_software_command
-        if self.saved_drive.restored and has_stack:
-            self.handshake.wait_again(self.requests)
-        elif self.lockstep:
+        # In real time a stack may connect at any time.
+        if self.lockstep:
             self.handshake.wait(self.start_deadline_s, self.requests)
         self.next_tick_s = time.monotonic()
         if not self.commands.stamped:
@@ -153,19 +145,16 @@ class Sim:
 
     def on_pause(self):
         self.topics.bridge.publish_running(not self.pause.paused)
-        self.saved_drive.save()
 
     def on_change(self):
         self.topics.bridge.reset_lane_invasion()
         if self.pause.waiting:
             self.simulation.observe_again()
             self.publish()
-        self.saved_drive.save()
 
     def run(self):
         spin_with(self.loop)
 
 
 if __name__ == "__main__":
-    supervise()
     Sim().run()

@@ -97,12 +97,3 @@ def test_stack_that_stops_for_many_ticks_is_still_matched_by_stamp():
         assert not answered(answers, UNSTAMPED, (0, tick * 50_000_000))
         answers.give_up((0, tick * 50_000_000))
     assert answers.by_stamp
-
-
-def test_restored_checkpoint_knows_what_was_answered():
-    answers, restored = AnswerTracker(), AnswerTracker()
-    answers.record(SECOND, SECOND)
-    restored.restore(answers.checkpoint())
-    assert restored.stamped and restored.by_stamp
-    assert restored.is_repeated(SECOND, SECOND)
-    assert not restored.is_repeated(THIRD, THIRD)

@@ -40,13 +40,11 @@ def make_mux(latency_s=0.0, timeout_ticks=20):
 def test_vehicle_coasts_before_the_first_command():
     mux = make_mux()
     assert mux.select(500, AT_REST, TICK_S) == VehicleCommand()
-    assert not mux.has_software_command
 
 
 def test_last_command_stays_in_force_until_the_timeout():
     mux = make_mux()
     mux.accept(SOFTWARE, 1)
-    assert mux.has_software_command
     assert mux.select(21, AT_REST, TICK_S) == SOFTWARE
     assert mux.select(22, AT_REST, TICK_S) == FULL_BRAKE
     mux.accept(SOFTWARE, 23)

@@ -10,7 +10,7 @@ from sdc_sim.camera.buildings import Building
 from sdc_sim.camera.meshes import car_mesh
 from sdc_sim.physics.obstacles import KINDS, ObstacleState
 from sdc_sim.physics.traffic_lights import TrafficLightState
-from sdc_sim.physics.vehicle import Vehicle, VehicleCommand, VehicleState
+from sdc_sim.physics.vehicle import VehicleState
 from sdc_sim.physics.vehicle_parameters import load_vehicle
 from sdc_sim.road.scenery import BLOCK, HOUSE, TREE, Scenery
 from sdc_sim.sensors.lidar import PlanarLidar, RoofLidar
@@ -25,8 +25,6 @@ from sdc_sim.sensors.solid_bodies import (
     PlacedCylinders,
     PlacedFrusta,
 )
-from sdc_sim.sensors.suite import SensorSuite
-from sdc_sim.simulation.simulation import Simulation
 
 pytestmark = pytest.mark.slow(3)
 
@@ -270,27 +268,3 @@ def test_errors_of_the_ranges_have_their_sizes():
     assert not (measured(2, noise_m=0.05) == noisy).any()
     assert np.ptp(measured(1, bias_m=0.3) - ranges) < 1e-4
     assert np.ptp(measured(1, scale=0.1) / ranges) < 1e-5
-
-
-def test_scans_are_repeated_after_a_restart():
-    scenery = scenery_of(BLOCK, 18.0, 9.0, 0.7, (16.0, 11.0, 13.2))
-    settings = {
-        "lidar": sensor_settings("lidar", {"period_s": 0.1, "noise_m": 0.02}),
-        "planar_lidar": sensor_settings("planar_lidar", {"period_s": 0.05, "latency_s": 0.1}),
-    }
-
-    def simulation():
-        suite = SensorSuite(settings, TESLA, 0.05, 1, None, lambda: scenery)
-        return Simulation(Vehicle(TESLA), 0.05, 0.0, sensors=suite)
-
-    first, second = simulation(), simulation()
-    for _ in range(31):
-        first.step(VehicleCommand(throttle=0.8))
-    second.restore(first.checkpoint())
-    assert (second.observation.readings.lidar == first.observation.readings.lidar).all()
-    for one in (first, second):
-        one.step(VehicleCommand(throttle=0.8))
-    assert first.observation.readings.lidar is None
-    scans = [one.observation.readings.planar_lidar for one in (first, second)]
-    assert len(scans[0]) > 20
-    assert (scans[0] == scans[1]).all()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 import math
 
 import pytest
@@ -186,36 +185,3 @@ def test_contact_is_new_again_when_it_was_over():
     assert not obstacles.begin_contact(ahead), "a trembling contact is one event"
     assert obstacles.begin_contact(behind)
     assert obstacles.begin_contact(left), "it is near, but did not touch"
-
-
-def test_restored_obstacles_continue_as_the_others_do():
-    scenario = [dataclasses.replace(WALKER, trigger_m=20.0), box(20.0, 0.0)]
-    added = dataclasses.replace(
-        WALKER, kind="obstacle", points_m=((1.0, 8.0), (1.0, -8.0)), size_m=(0.6, 0.7, 0.8)
-    )
-    obstacles, restored = Obstacles(scenario), Obstacles(scenario)
-    obstacles.toggle(added, FAR)
-    obstacles.toggle(box(30.0, 0.0), FAR)
-    obstacles.toggle(box(20.0, 0.0), FAR)
-    run(obstacles, 3.0, EGO)
-    restored.restore(json.loads(json.dumps(obstacles.checkpoint())))
-    assert restored.states == obstacles.states
-    assert not restored.begin_contact(FIRST_ID), "the contact is not over"
-    assert run(restored, 1.0) == run(obstacles, 1.0)
-    assert restored.states == obstacles.states
-    for each in (obstacles, restored):
-        each.toggle(box(40.0, 0.0), FAR)
-    assert restored.states == obstacles.states
-
-
-def test_restored_obstacle_keeps_its_speed():
-    obstacles, restored = Obstacles([WALKER]), Obstacles([WALKER])
-    run(obstacles, 1.0)
-    restored.restore(obstacles.checkpoint())
-    assert restored.states == obstacles.states
-    assert restored.states[0].speed_mps == 2.0
-
-
-def test_checkpoint_of_another_scenario_is_refused():
-    with pytest.raises(KeyError):
-        Obstacles([WALKER]).restore(Obstacles([WALKER, box(20.0, 0.0)]).checkpoint())

@@ -46,12 +46,3 @@ def test_pause_and_resume_forget_the_remaining_steps():
     assert allowed(pause) == 5
     pause.pause()
     assert allowed(pause) == 0
-
-
-def test_restored_checkpoint_has_the_remaining_steps():
-    pause, restored = PauseControl(), PauseControl()
-    pause.step()
-    pause.step()
-    restored.restore(*pause.checkpoint())
-    assert restored.paused
-    assert allowed(restored) == 2

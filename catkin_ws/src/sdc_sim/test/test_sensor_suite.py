@@ -1,6 +1,5 @@
 """Readings agree with the motion within their errors, and errors have their size and their seed."""
 
-import json
 import math
 import os
 
@@ -220,14 +219,6 @@ def test_reset_repeats_the_readings():
     first = [observation.readings for observation in weave(simulation, 40)]
     simulation.reset()
     assert [observation.readings for observation in weave(simulation, 40)] == first
-
-
-def test_restored_simulation_repeats_its_readings_and_continues_bit_for_bit():
-    simulation, other = simulation_with(**ALL), simulation_with(**ALL)
-    last = weave(simulation, 25)[-1]
-    other.restore(json.loads(json.dumps(simulation.checkpoint())))
-    assert other.observation == last
-    assert weave(other, 25) == weave(simulation, 25)
 
 
 @pytest.mark.parametrize(

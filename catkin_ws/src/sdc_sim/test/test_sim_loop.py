@@ -1,4 +1,4 @@
-"""The loop of the sim node without ROS: answers in lockstep, pictures, and a pause that is kept."""
+"""The loop of the sim node without ROS: answers in lockstep, pictures and pauses."""
 
 import os
 from types import SimpleNamespace
@@ -7,14 +7,12 @@ import pytest
 import rospy
 from sdc_msgs.msg import CarlaVehicleControl
 
-from sdc_common.ros.supervisor import STATE_FOLDER_VARIABLE
 from sdc_common.testing.node_script import load_script
 from sdc_sim.physics.vehicle import Vehicle
 from sdc_sim.physics.vehicle_parameters import load_vehicle
 from sdc_sim.ros.bridge_generations import GENERATIONS
 from sdc_sim.ros.command_input import CommandInput
 from sdc_sim.ros.request_queue import RequestQueue
-from sdc_sim.ros.saved_drive import SavedDrive
 from sdc_sim.ros.services import SimulationServices
 from sdc_sim.ros.simulation_setup import Timeouts
 from sdc_sim.ros.simulation_topics import SimulationTopics
@@ -79,7 +77,6 @@ class Node:
         sim.commands = CommandInput(
             EGO, CarlaVehicleControl, sim.simulation, sim.requests, stack, True, False
         )
-        sim.saved_drive = SavedDrive(sim.simulation, sim.pause, sim.commands)
         sim.topics = OfflineTopics(sim.simulation, self.receive)
         sim.handshake = SimpleNamespace(wait=lambda *arguments: None, answer_timeout_s=0.0)
         sim.starting, sim.start_deadline_s, sim.picture_due = False, 0.0, False
@@ -101,8 +98,7 @@ class Node:
 
 
 @pytest.fixture
-def node(monkeypatch, tmp_path):
-    monkeypatch.setenv(STATE_FOLDER_VARIABLE, str(tmp_path))
+def node(monkeypatch):
     return Node(monkeypatch)
 
 
@@ -172,22 +168,6 @@ def test_lockstep_waits_for_the_answer_and_does_not_step_for_other_commands(node
     monkeypatch.setattr(rospy, "is_shutdown", lambda: False)
     node.sim.wait_for_answer()
     assert given_up == [True], "only the timeout ends the wait"
-
-
-@pytest.mark.parametrize(("service", "takes"), [("pause", 0), ("step", 1), ("resume", 9)])
-def test_killed_sim_continues_paused_as_it_was(node, monkeypatch, service, takes):
-    node.run(monkeypatch, 5)
-    paused = service != "resume"
-    assert node.serve["~" + service](None) == (
-        True,
-        f"{'paused' if paused else 'running'} at tick 5",
-    )
-    assert node.sim.topics.running == [not paused]
-    restarted = Node(monkeypatch).sim
-    assert restarted.saved_drive.restored
-    assert restarted.simulation.observation == node.sim.simulation.observation
-    assert restarted.pause.paused == paused
-    assert sum(restarted.pause.take() for _ in range(9)) == takes
 
 
 def test_paused_sim_takes_no_step(node, monkeypatch):

@@ -1,6 +1,5 @@
-"""The simulation: ticks, commands, collisions, placing, latencies, checkpoints; without ROS."""
+"""The simulation: ticks, commands, collisions, placing, latencies; without ROS."""
 
-import json
 import math
 import os
 import subprocess
@@ -379,52 +378,6 @@ def test_reset_repeats_the_trace_bit_for_bit_with_later_stamps():
         return [repr(observation[1:]) for observation in observations]
 
     assert without_stamps(second) == without_stamps(first)
-
-
-ACTIONS = st.one_of(
-    st.tuples(st.just("steps"), st.integers(1, 30)),
-    st.tuples(st.just("pedals"), st.floats(0.0, 1.0), st.floats(-1.0, 1.0), st.booleans()),
-    st.tuples(st.just("ackermann"), st.floats(-0.5, 0.5), st.floats(-5.0, 15.0)),
-    st.tuples(st.just("override"), st.booleans()),
-    st.tuples(st.just("click"), st.floats(5.0, 50.0), st.floats(-2.0, 6.0)),
-    st.tuples(st.just("reset")),
-)
-
-
-def do(simulation, action, *values):
-    if action == "steps":
-        return [simulation.step() for _ in range(values[0])]
-    if action == "pedals":
-        return simulation.accept(VehicleCommand(values[0], values[1]), manual=values[2])
-    if action == "ackermann":
-        return simulation.step(AckermannTarget(values[0], 0.0, values[1]))
-    if action == "override":
-        return simulation.set_manual_override(values[0])
-    if action == "reset":
-        return simulation.reset()
-    try:
-        return simulation.toggle_obstacle(ObstaclePlan.stationary("car", *values, 0.1))
-    except ValueError as error:
-        return str(error)
-
-
-@pytest.mark.slow(3)
-@settings(max_examples=60)
-@given(before=st.lists(ACTIONS, max_size=12), after=st.lists(ACTIONS, min_size=1, max_size=12))
-def test_restored_checkpoint_continues_the_drive_bit_for_bit(before, after):
-    first, second = rich_simulation(), rich_simulation()
-    for action in before:
-        do(first, *action)
-    second.restore(json.loads(json.dumps(first.checkpoint())))
-    assert (second.stamp, second.observation, second.vehicle.state) == (
-        first.stamp,
-        first.observation,
-        first.vehicle.state,
-    )
-    for action in after:
-        assert do(second, *action) == do(first, *action)
-        assert second.checkpoint() == first.checkpoint()
-        assert second.observation == first.observation
 
 
 def test_simulation_does_not_import_ros():

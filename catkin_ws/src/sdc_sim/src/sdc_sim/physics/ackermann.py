@@ -85,14 +85,6 @@ class AckermannControl:
         self._acceleration_mps2 = 0.0
         self._angle_rad = None
 
-    def checkpoint(self) -> list[float | None]:
-        """Return the state of the loop as plain data."""
-        return [self._integral_mps2, self._acceleration_mps2, self._angle_rad]
-
-    def restore(self, checkpoint: list) -> None:
-        """Restore a checkpoint."""
-        self._integral_mps2, self._acceleration_mps2, self._angle_rad = checkpoint
-
     def limited(self, target: AckermannTarget) -> tuple[AckermannTarget, bool]:
         """Return the target within the limits of the vehicle, and whether it was outside them.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, Iterable, NamedTuple
+from typing import Iterable, NamedTuple
 
 from sdc_common.geometry.polyline import Polyline
 from sdc_sim.physics.collision import Contact, Motion, Rectangle, first_contact, overlap
@@ -89,12 +89,6 @@ class ObstaclePlan:
         return ObstaclePlan(kind, ((x_m, y_m),), KINDS[kind][:3], yaw_rad)
 
 
-def _plan_from(plain: list[Any]) -> ObstaclePlan:
-    kind, points_m, (length_m, width_m, height_m), *rest = plain
-    points = tuple((x_m, y_m) for x_m, y_m in points_m)
-    return ObstaclePlan(kind, points, (length_m, width_m, height_m), *rest)
-
-
 class SimulatedObstacle:
     """One obstacle and its progress along its plan."""
 
@@ -110,15 +104,6 @@ class SimulatedObstacle:
         self.started = False
         self.speed_mps = 0.0
         self.body = self.body_at(0.0)
-
-    def checkpoint(self) -> list[Any]:
-        """Return the progress as plain data, without the plan."""
-        return [self.id, self.travelled_m, self.started, self.speed_mps]
-
-    def restore(self, travelled_m: float, started: bool, speed_mps: float) -> None:
-        """Restore the progress of a checkpoint."""
-        self.travelled_m, self.started, self.speed_mps = travelled_m, started, speed_mps
-        self.body = self.body_at(travelled_m)
 
     def body_at(self, travelled_m: float) -> ObstacleState:
         """Return the obstacle after this distance along its path."""
@@ -191,36 +176,6 @@ class Obstacles:
         self._touching = set()
         for obstacle in self.all:
             obstacle.reset()
-
-    def checkpoint(self) -> dict[str, Any]:
-        """Return the state of all obstacles as plain data."""
-        planned = set(self._planned)
-        return {
-            "next_id": self._next_id,
-            "touching": sorted(self._touching),
-            "all": [
-                [
-                    *obstacle.checkpoint(),
-                    None if obstacle in planned else list(vars(obstacle.plan).values()),
-                ]
-                for obstacle in self.all
-            ],
-        }
-
-    def restore(self, checkpoint: dict[str, Any]) -> None:
-        """Restore a checkpoint; the obstacles of the scenario must be the same.
-
-        Raises:
-            KeyError, TypeError, ValueError: it is the checkpoint of another scenario
-        """
-        planned = {obstacle.id: obstacle for obstacle in self._planned}
-        self.all = []
-        for number, travelled_m, started, speed_mps, plan in checkpoint["all"]:
-            obstacle = SimulatedObstacle(number, _plan_from(plan)) if plan else planned[number]
-            obstacle.restore(travelled_m, started, speed_mps)
-            self.all.append(obstacle)
-        self._next_id = checkpoint["next_id"]
-        self._touching = set(checkpoint["touching"])
 
     def toggle(self, plan: ObstaclePlan, ego: Rectangle) -> str:
         """Remove the obstacles within 0.5 m of the plan's point, or add the plan if there is none.

@@ -143,14 +143,6 @@ class CommandInput:
         self._answers.give_up(self._simulation.observation.stamp)
         self._arbiter.release()
 
-    def checkpoint(self) -> dict[str, Any]:
-        """Return the state as plain data."""
-        return self._answers.checkpoint()
-
-    def restore(self, checkpoint: dict[str, Any]) -> None:
-        """Restore a checkpoint."""
-        self._answers.restore(checkpoint)
-
     def _on_control(self, message: Any) -> None:
         publisher = message._connection_header["callerid"]
         if not self._arbiter.admits(publisher, self._simulation.tick):

@@ -20,7 +20,6 @@ FIRST_ANSWER_S = 1.0
 _POLL_S = 0.1
 # Nodes with different definitions of a message never connect.
 STUCK_S = 10.0
-RECONNECTION_S = 120.0
 _CONNECTION = " to connect to "
 _ANSWER_TIMEOUT_S = 1.0
 # Directions of connections in the list that a node returns, see the slave API of ROS.
@@ -77,24 +76,17 @@ class StartHandshake:
         Connections between ready nodes are given up when none is made for STUCK_S.
         """
         started_s = time.monotonic()
-        self._wait(deadline_s, requests, STUCK_S)
+        self._wait(deadline_s, requests)
         self._waited_s = time.monotonic() - started_s
 
-    def wait_again(self, requests: RequestQueue) -> None:
-        """Process requests until the nodes that were connected before a restart are so again.
-
-        A busy machine may take long. What is missing after RECONNECTION_S has ended.
-        """
-        self._wait(time.monotonic() + RECONNECTION_S, requests, RECONNECTION_S)
-
-    def _wait(self, deadline_s: float, requests: RequestQueue, stuck_s: float) -> None:
+    def _wait(self, deadline_s: float, requests: RequestQueue) -> None:
         last, changed_s = [""], time.monotonic()
         warning_s = changed_s + WARNING_AFTER_S
         while not rospy.is_shutdown() and (missing := self.missing()):
             now_s = time.monotonic()
             if missing != last or not all(_CONNECTION in each for each in missing):
                 last, changed_s = missing, now_s
-            if now_s > min(deadline_s, changed_s + stuck_s):
+            if now_s > min(deadline_s, changed_s + STUCK_S):
                 rospy.logwarn("sim: starts without %s", "; ".join(missing))
                 return
             if now_s > warning_s:

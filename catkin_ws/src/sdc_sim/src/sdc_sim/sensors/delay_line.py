@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from typing import Any, Iterable
+from typing import Any
 
 from sdc_common.validation import check_non_negative, check_positive
 
@@ -35,12 +35,3 @@ class DelayLine:
     def clear(self) -> None:
         """Remove all items."""
         self._line.clear()
-
-    @property
-    def items(self) -> list[Any]:
-        """All items, the oldest first."""
-        return list(self._line)
-
-    def fill(self, items: Iterable[Any]) -> None:
-        """Replace all items by these, the oldest first."""
-        self._line = deque(items)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple, Sequence
+from typing import NamedTuple, Sequence
 
 import numpy as np
 
@@ -89,11 +89,3 @@ class SensorErrors:
                 true, self.factors, self.bias, self._noise, draws
             )
         ]
-
-    def checkpoint(self) -> Any:
-        """Return what changes in a drive as plain data."""
-        return self.bias
-
-    def restore(self, checkpoint: Any) -> None:
-        """Restore a checkpoint."""
-        self.bias = list(checkpoint)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Sequence
+from typing import Sequence
 
 from sdc_common.geometry.polyline import Polyline
 from sdc_common.geometry.route import Route
@@ -99,12 +99,3 @@ class Gnss(SensorModel):
         """Return to the start of the drive."""
         super().reset()
         self._offset_m = None
-
-    def checkpoint(self) -> Any:
-        """Return what changes in a drive as plain data."""
-        return [super().checkpoint(), self._offset_m]
-
-    def restore(self, checkpoint: Any) -> None:
-        """Restore a checkpoint."""
-        errors, self._offset_m = checkpoint
-        super().restore(errors)

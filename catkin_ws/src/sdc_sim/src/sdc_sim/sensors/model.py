@@ -71,11 +71,3 @@ class SensorModel:
     def reset(self) -> None:
         """Return to the start of the drive."""
         self.errors.reset()
-
-    def checkpoint(self) -> Any:
-        """Return what changes in a drive as plain data."""
-        return self.errors.checkpoint()
-
-    def restore(self, checkpoint: Any) -> None:
-        """Restore a checkpoint."""
-        self.errors.restore(checkpoint)

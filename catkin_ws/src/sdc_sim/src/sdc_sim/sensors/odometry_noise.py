@@ -32,7 +32,6 @@ class OdometryNoise:
     ):
         self.set_deviations(position_m, heading_rad, speed_mps)
         self._seed = seed
-        self.draws = 0
         self._random = np.random.RandomState(seed)
 
     def set_deviations(
@@ -60,17 +59,12 @@ class OdometryNoise:
         if not self.is_on:
             return true
         draws = self._random.standard_normal(4).tolist()
-        self.draws += 1
         x, y, yaw, speed = [
             value + sigma * draw if sigma else value
             for value, sigma, draw in zip(true, self._sigmas, draws)
         ]
         return x, y, yaw, speed
 
-    def reset(self, draws: int = 0) -> None:
-        """Continue as after this number of calls of `apply`."""
+    def reset(self) -> None:
+        """Begin the random numbers again."""
         self._random = np.random.RandomState(self._seed)
-        self.draws = draws
-        while draws > 0:
-            self._random.standard_normal(4 * min(draws, 100_000))
-            draws -= 100_000

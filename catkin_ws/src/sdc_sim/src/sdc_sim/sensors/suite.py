@@ -6,9 +6,6 @@ from collections import deque
 from typing import Any, Callable, Mapping, NamedTuple
 
 from sdc_common.geometry.route import Route
-from sdc_sim.physics.obstacles import ObstacleState
-from sdc_sim.physics.traffic_lights import TrafficLightState
-from sdc_sim.physics.vehicle import VehicleState
 from sdc_sim.physics.vehicle_parameters import VehicleParameters
 from sdc_sim.road.scenery import Scenery
 from sdc_sim.sensors.delay_line import DelayLine
@@ -81,9 +78,8 @@ class SensorSuite:
             context = SensorContext(seed, number, period_ticks * tick_s, parameters, route, scenery)
             model = model_class(one, context)
             self._sensors.append(_MountedSensor(field, period_ticks, latency_ticks, model))
-        self._longest_latency = max((one.latency_ticks for one in self._sensors), default=0)
-        self._moments: deque[Moment] = deque(maxlen=1 + self._longest_latency)
-        self._before: list[Any] = []
+        longest_latency = max((one.latency_ticks for one in self._sensors), default=0)
+        self._moments: deque[Moment] = deque(maxlen=1 + longest_latency)
 
     def reset(self) -> None:
         """Return to the start of the drive."""
@@ -99,7 +95,6 @@ class SensorSuite:
             tick: number of the tick, which decides which sensors are due
             number: number of the tick since the start
         """
-        self._before = self._state()
         self._moments.append(moment)
         return SensorReadings(
             **{
@@ -112,42 +107,3 @@ class SensorSuite:
     def _moment(self, latency_ticks: int) -> Moment:
         """Return the moment so many ticks ago; before the start the vehicle was where it starts."""
         return self._moments[max(0, len(self._moments) - 1 - latency_ticks)]
-
-    def checkpoint(self) -> list[Any]:
-        """Return the state before the last call of `sense`, as plain data.
-
-        After `restore`, `sense` repeats the last readings. So a checkpoint holds no scans.
-        """
-        return self._before
-
-    def restore(self, checkpoint: list[Any]) -> None:
-        """Restore a checkpoint of the same sensors.
-
-        Raises:
-            KeyError, TypeError, ValueError: it is the checkpoint of other sensors
-        """
-        moments, models = checkpoint
-        self._moments.clear()
-        self._moments.extend(_moment_from(*plain) for plain in moments)
-        for one in self._sensors:
-            one.model.restore(models[one.field])
-
-    def _state(self) -> list[Any]:
-        # Of the moments, what a later call needs.
-        moments = list(self._moments)[-self._longest_latency :] if self._longest_latency else []
-        return [
-            [
-                [one.elapsed_s, vars(one.state), list(one.obstacles), list(one.traffic_lights)]
-                for one in moments
-            ],
-            {one.field: one.model.checkpoint() for one in self._sensors},
-        ]
-
-
-def _moment_from(elapsed_s: float, state: dict, obstacles: list, lights: list) -> Moment:
-    return Moment(
-        elapsed_s,
-        VehicleState(**state),
-        tuple(ObstacleState(*one) for one in obstacles),
-        tuple(TrafficLightState(*one) for one in lights),
-    )

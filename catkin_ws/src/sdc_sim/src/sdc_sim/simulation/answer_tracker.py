@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Tuple
+from typing import Tuple
 
 # Seconds and nanoseconds of simulated time.
 Stamp = Tuple[int, int]
@@ -76,11 +76,3 @@ class AnswerTracker:
             return True
         valid = not self.stamped or self._given_up != UNSTAMPED
         return received and not self.by_stamp and valid
-
-    def checkpoint(self) -> dict[str, Any]:
-        """Return the state as plain data."""
-        return dict(vars(self))
-
-    def restore(self, checkpoint: dict[str, Any]) -> None:
-        """Restore a checkpoint."""
-        vars(self).update({name: checkpoint[name] for name in vars(self)})

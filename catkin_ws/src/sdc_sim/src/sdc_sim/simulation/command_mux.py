@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Tuple, Union
+from typing import Tuple, Union
 
 from sdc_sim.physics.ackermann import AckermannControl, AckermannGains, AckermannTarget
 from sdc_sim.physics.vehicle import VehicleCommand, VehicleState
@@ -65,11 +65,6 @@ class CommandMux:
         self.manual_override = enabled
 
     @property
-    def has_software_command(self) -> bool:
-        """Whether there has been a software command since the start or the last reset."""
-        return self._software is not None
-
-    @property
     def ackermann_target(self) -> AckermannTarget | None:
         """The active command if it is an Ackermann target."""
         entry = self._active
@@ -109,41 +104,8 @@ class CommandMux:
             self.executed = command or VehicleCommand()
         return self.executed
 
-    def checkpoint(self) -> dict[str, Any]:
-        """Return the state as plain data."""
-        return {
-            "manual_override": self.manual_override,
-            "executed": _plain(self.executed),
-            "latency": [_plain(command) for command in self._latency.items],
-            "entries": [
-                entry and [_plain(entry[0]), entry[1]] for entry in (self._software, self._manual)
-            ],
-            "ackermann": self._ackermann.checkpoint() if self._ackermann is not None else None,
-        }
-
-    def restore(self, checkpoint: dict[str, Any]) -> None:
-        """Restore a checkpoint."""
-        self.manual_override = checkpoint["manual_override"]
-        self.executed = _command(checkpoint["executed"])
-        self._latency.fill(map(_command, checkpoint["latency"]))
-        self._software, self._manual = (
-            entry and (_command(entry[0]), entry[1]) for entry in checkpoint["entries"]
-        )
-        if self._ackermann is not None:
-            self._ackermann.restore(checkpoint["ackermann"])
-
     def reset(self) -> None:
         """Forget all commands; the manual override stays."""
         self._software = self._manual = None
         self._latency.clear()
         self.executed = VehicleCommand()
-
-
-def _plain(command: Command | None) -> list | None:
-    if command is None:
-        return None
-    return [isinstance(command, AckermannTarget), *vars(command).values()]
-
-
-def _command(plain: list | None) -> Any:
-    return plain and (AckermannTarget if plain[0] else VehicleCommand)(*plain[1:])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from sdc_sim.physics.obstacles import CollisionEvent, ObstacleState
 from sdc_sim.physics.traffic_lights import TrafficLightState
@@ -37,28 +37,3 @@ class Observation(NamedTuple):
         """Simulated time [s]."""
         seconds, nanoseconds = self.stamp
         return seconds + nanoseconds / 1e9
-
-    def plain(self) -> list[Any]:
-        """Return the observation as plain data, without the readings."""
-        return [
-            self.stamp,
-            list(vars(self.state).values()),
-            None if self.measured is self.state else list(vars(self.measured).values()),
-            [tuple(obstacle) for obstacle in self.obstacles],
-            [tuple(light) for light in self.traffic_lights],
-            [tuple(event) for event in self.collisions],
-        ]
-
-    @staticmethod
-    def from_plain(plain: list[Any]) -> Observation:
-        """Return the observation in plain data."""
-        stamp, state, measured, obstacles, lights, collisions = plain
-        state = VehicleState(*state)
-        return Observation(
-            (stamp[0], stamp[1]),
-            state,
-            state if measured is None else VehicleState(*measured),
-            tuple(ObstacleState(*obstacle) for obstacle in obstacles),
-            tuple(TrafficLightState(*light) for light in lights),
-            tuple(CollisionEvent(*event) for event in collisions),
-        )

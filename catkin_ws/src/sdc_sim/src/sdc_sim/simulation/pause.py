@@ -30,14 +30,6 @@ class PauseControl:
         self.paused = True
         self._steps += 1
 
-    def checkpoint(self) -> list:
-        """Return the state as plain data."""
-        return [self.paused, self._steps]
-
-    def restore(self, paused: bool, steps: int) -> None:
-        """Restore a checkpoint."""
-        self.paused, self._steps = paused, steps
-
     def take(self) -> bool:
         """Return whether the next tick is allowed now, and use up a step that allows it."""
         if self.waiting:

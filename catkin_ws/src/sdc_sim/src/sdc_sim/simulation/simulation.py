@@ -250,38 +250,6 @@ class Simulation:
         )
         return self.observation
 
-    def checkpoint(self) -> dict[str, Any]:
-        """Return the whole state as plain data."""
-        return {
-            "tick": self.tick,
-            "start_tick": self._start_tick,
-            "vehicle": list(vars(self.vehicle.state).values()),
-            "commands": self.commands.checkpoint(),
-            "obstacles": self.obstacles.checkpoint(),
-            "observation": self.observation.plain(),
-            "sensor_line": [observation.plain() for observation in self._sensor_line.items],
-            "noise_draws": self._noise.draws if self._noise is not None else 0,
-            "sensors": self._sensors.checkpoint() if self._sensors is not None else [],
-        }
-
-    def restore(self, checkpoint: dict[str, Any]) -> None:
-        """Restore a checkpoint of a simulation with the same arguments, bit for bit.
-
-        Raises:
-            KeyError, TypeError, ValueError: it is the checkpoint of another simulation
-        """
-        self.tick, self._start_tick = checkpoint["tick"], checkpoint["start_tick"]
-        self.vehicle.state = VehicleState(*checkpoint["vehicle"])
-        self.commands.restore(checkpoint["commands"])
-        self.obstacles.restore(checkpoint["obstacles"])
-        self.observation = Observation.from_plain(checkpoint["observation"])
-        self._sensor_line.fill(map(Observation.from_plain, checkpoint["sensor_line"]))
-        if self._noise is not None:
-            self._noise.reset(checkpoint["noise_draws"])
-        if self._sensors is not None:
-            self._sensors.restore(checkpoint["sensors"])
-            self.observation = self._with_readings(self.observation)
-
     def _stamp_at(self, tick: int) -> Stamp:
         return divmod(tick * self._tick_ns, _NANOSECONDS)
 
