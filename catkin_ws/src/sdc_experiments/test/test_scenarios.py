@@ -1,4 +1,4 @@
-"""Drive every packaged scenario in lockstep with real nodes, and in one process: ./test scenarios.
+"""Drive every packaged scenario with real nodes, and in one process: ./test scenarios.
 
 Both drives are the same, bit for bit.
 """

@@ -3,7 +3,6 @@
 
 import time
 
-import rosgraph
 import rospy
 
 from sdc_common.ros.node import spin_with
@@ -12,8 +11,7 @@ from sdc_sim.ros.request_queue import RequestQueue
 from sdc_sim.ros.services import SimulationServices
 from sdc_sim.ros.simulation_setup import SimulationSetup
 from sdc_sim.ros.simulation_topics import SimulationTopics
-from sdc_sim.ros.stack_processes import StackProcesses
-from sdc_sim.ros.start_handshake import ConnectionGraph, StartHandshake
+from sdc_sim.ros.start_handshake import StartHandshake
 from sdc_sim.simulation.pause import PauseControl
 
 # In real time a picture, which needs both cores, starts after the answer, but no later than this.
@@ -36,7 +34,6 @@ class Sim:
             setup.bridge.control_class,
             self.simulation,
             self.requests,
-            StackProcesses(self.stack_processes),
             setup.lockstep,
             setup.ackermann_cmd,
             setup.drive_log,
@@ -75,9 +72,8 @@ class Sim:
         if self.lockstep:
             self.handshake.wait(self.start_deadline_s, self.requests)
         self.next_tick_s = time.monotonic()
-        if not self.commands.stamped:
-            answer_s = self.handshake.answer_timeout_s
-            self.start_deadline_s = min(self.start_deadline_s, self.next_tick_s + answer_s)
+        answer_s = self.handshake.answer_timeout_s
+        self.start_deadline_s = min(self.start_deadline_s, self.next_tick_s + answer_s)
 
     def wait_for_answer(self):
         """Process requests until a command answers the last odometry, or until the timeout."""
@@ -91,33 +87,16 @@ class Sim:
                 self.topics.publish()  # for a node that could not use the first odometry yet
                 self.topics.publish_picture(again=True)
                 continue
-            if self.commands.is_due and self.commands.is_computed(*self.longest_work_s()):
-                continue
             self.commands.give_up()
             break
-        self.commands.settle(*self.longest_work_s())
         self.starting = False
-
-    def stack_processes(self):
-        """Return the processes of the nodes that compute commands; none without the ROS master."""
-        topics = [subscriber.resolved_name for subscriber in self.commands.subscribers]
-        try:
-            return ConnectionGraph().processes_to(topics)
-        except (OSError, rosgraph.MasterException):
-            return ()
 
     def timeout_s(self):
         if self.starting and not self.pause.waiting:
             return max(min(self.start_deadline_s - time.monotonic(), REPEAT_AFTER_S), 0.0)
-        if self.commands.stamped or self.pause.waiting:
+        if self.commands.by_stamp or self.pause.waiting:
             return self.timeouts.answer_s
-        return self.commands.patience_factor * self.timeouts.unstamped_answer_s
-
-    def longest_work_s(self):
-        """Return how long to wait for a node at work: processor time, and wall time."""
-        if self.commands.stamped:
-            return self.timeouts.answer_s, self.timeouts.start_s
-        return self.timeouts.unstamped_answer_s, self.timeouts.answer_s
+        return self.timeouts.unstamped_answer_s
 
     def is_answered(self):
         return self.commands.has_answer and not self.pause.waiting

@@ -4,13 +4,14 @@
 import re
 import subprocess
 import threading
+import time
 import unittest
 
 import rospy
 import rostest
 from nav_msgs.msg import Odometry
 from sdc_msgs.msg import CarlaVehicleControl
-from std_msgs.msg import Bool
+from std_msgs.msg import Bool, Header
 from std_srvs.srv import Trigger
 
 from sdc_common.ros.odometry import pose_and_speed
@@ -90,7 +91,7 @@ class LockstepTest(unittest.TestCase):
         seconds, nanoseconds = map(int, re.findall(r"secs: *(\d+)", output.stdout))
         self.assertEqual(seconds * 10**9 + nanoseconds, paused_at)
 
-    def test_step_waits_for_the_answer_to_the_last_odometry(self):
+    def test_only_the_command_with_the_stamp_of_the_last_odometry_answers_it(self):
         paused_at = self.call("pause") * TICK_NS
         wait_until(lambda: self.stamps()[-1] == paused_at, what="the tick of the pause")
         self.answering.clear()
@@ -101,10 +102,14 @@ class LockstepTest(unittest.TestCase):
                 what="a step, whose odometry has its answer",
             )
             self.call("step")
+            last = self.odometry.messages[-1]
+            for ticks in (-3, 0, 400):
+                header = Header(stamp=rospy.Time(nsecs=paused_at + ticks * TICK_NS))
+                self.command.publish(CarlaVehicleControl(header=header, throttle=self.throttle))
+            time.sleep(0.3)
             self.assertEqual(self.call_tick(), paused_at // TICK_NS + 1, "there is no answer yet")
         finally:
             self.answering.set()
-        last = self.odometry.messages[-1]
         self.answer(last)
         wait_until(
             lambda: self.stamps()[-1] == paused_at + 2 * TICK_NS,

@@ -171,11 +171,11 @@ def test_check_prints_violations(command, tmp_path):
 
 
 def test_drive_gets_the_arguments_of_its_scenario(tmp_path):
-    text = "route: town\ncamera: false\nlimits: {at_most: {missed_ticks: 3}}"
+    text = "route: town\ncamera: false\nsync: false\nlimits: {at_most: {missed_ticks: 3}}"
     path, report = write(tmp_path, text), str(tmp_path / "found" / "report.json")
     drive = CheckedDrive(path, report, {"rviz": "true", "headless": "false"})
     assert drive.arguments == {
-        "sync": "true",
+        "sync": "false",
         "camera": "false",
         "obstacles_path": path,
         "waypoints_path": os.path.join(FOLDERS.routes, "waypoints.csv"),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from typing import Any
 
 import rospy
@@ -13,19 +12,13 @@ from sdc_sim.ros.ackermann_switch import AckermannSwitch
 from sdc_sim.ros.drive_log import DriveLog
 from sdc_sim.ros.message_conversion import ackermann_target, vehicle_command
 from sdc_sim.ros.request_queue import RequestQueue
-from sdc_sim.ros.stack_processes import StackProcesses
 from sdc_sim.simulation.answer_tracker import UNSTAMPED, AnswerTracker, Stamp
 from sdc_sim.simulation.command_arbiter import CommandArbiter
 from sdc_sim.simulation.command_mux import Command
-from sdc_sim.simulation.command_period import CommandPeriod
 from sdc_sim.simulation.simulation import Simulation
 
 # After this time without a command of the active publisher, another one may take control.
 _HANDOVER_S = 0.5
-# Without stamps nothing shows when nodes on another machine have used a tick. After a shorter time,
-# paths and commands are many ticks old.
-_UNSTAMPED_TICK_S = 0.002
-_STACK_POLL_S = 0.001
 
 
 class CommandInput:
@@ -36,7 +29,6 @@ class CommandInput:
         control_class: message class of the control commands
         simulation: the simulation
         requests: requests to the loop
-        stack: the processes that compute the commands
         lockstep: whether the stamp of a command decides which observation it answers
         ackermann_cmd: whether to serve ackermann_cmd; "auto": unless another node does
         drive_log: receives the commands
@@ -52,7 +44,6 @@ class CommandInput:
         control_class: type,
         simulation: Simulation,
         requests: RequestQueue,
-        stack: StackProcesses,
         lockstep: bool,
         ackermann_cmd: str | bool = "auto",
         drive_log: DriveLog | None = None,
@@ -63,10 +54,7 @@ class CommandInput:
         self._drive_log = drive_log
         self._lockstep = lockstep
         self._answers = AnswerTracker()
-        self._period = CommandPeriod()
         self._requests = requests
-        self._stack = stack
-        self._expected_since_s = 0.0
         self._arbiter = CommandArbiter(round(_HANDOVER_S / simulation.tick_s))
 
         def subscriber(topic: str, message_class: type, callback: Any) -> rospy.Subscriber:
@@ -87,60 +75,27 @@ class CommandInput:
         subscriber(ego + "/vehicle_control_manual_override", Bool, self._on_override)
 
     @property
-    def stamped(self) -> bool:
-        """Whether the last command had a stamp, in a stack that stamps its commands."""
-        return self._answers.by_stamp and self._answers.stamped
-
-    @property
-    def is_due(self) -> bool:
-        """Whether a command can be expected before the next tick."""
-        return self._answers.by_stamp or self._period.is_due
-
-    @property
-    def patience_factor(self) -> float:
-        """See CommandPeriod.patience_factor; what nodes on this machine do is seen, not guessed."""
-        factor = self._period.patience_factor
-        return min(factor, 1.0) if self._stack.found else factor
+    def by_stamp(self) -> bool:
+        """Whether the last command had a stamp that decides which observation it answers."""
+        return self._answers.by_stamp
 
     @property
     def has_answer(self) -> bool:
         """Whether a command has answered the last observation."""
-        return self._answers.has_answer(self._simulation.observation.stamp, self.received)
+        return self._answers.answered
 
     def expect(self) -> None:
         """Expect the answer to a new observation."""
-        self._period.end_tick(self.received)
-        self._stack.start_tick()
+        self._answers.expect()
         self.received = False
-        self._expected_since_s = time.monotonic()
-
-    def is_computed(self, work_s: float, limit_s: float) -> bool:
-        """Return whether nodes still use the last observation.
-
-        Args:
-            work_s: see StackProcesses.at_work
-            limit_s: longest time after the observation [s]
-        """
-        waited_s = time.monotonic() - self._expected_since_s
-        return waited_s < limit_s and self._stack.at_work(work_s)
-
-    def settle(self, work_s: float, limit_s: float) -> None:
-        """Process requests until nodes without stamps have used it; see is_computed."""
-        if self._answers.by_stamp:
-            return
-        self._requests.process_until(self._expected_since_s + _UNSTAMPED_TICK_S)
-        while self.is_computed(work_s, limit_s) and not rospy.is_shutdown():
-            self._requests.process_until(time.monotonic() + _STACK_POLL_S)
 
     def give_up(self) -> None:
         """Record that the next tick starts without an answer; any publisher may take control."""
-        if not self.is_due:
-            return
-        if self._answers.by_stamp:
+        if self.by_stamp:
             rospy.logwarn_throttle(
                 5.0, "sim: no command has the stamp of the last odometry; the next tick starts"
             )
-        self._answers.give_up(self._simulation.observation.stamp)
+        self._answers.give_up()
         self._arbiter.release()
 
     def _on_control(self, message: Any) -> None:
@@ -173,7 +128,7 @@ class CommandInput:
     def _record(self, stamp: Stamp) -> None:
         self._answers.record(stamp, self._simulation.observation.stamp)
         self.received = True
-        if self._lockstep and not self._answers.by_stamp:
+        if self._lockstep and not self.by_stamp:
             rospy.loginfo_once(
                 "sim: commands have no stamp of an odometry; the first one after a tick answers it"
             )

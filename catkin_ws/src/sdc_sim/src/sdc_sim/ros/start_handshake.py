@@ -6,13 +6,11 @@ import http.client
 import time
 import xmlrpc.client
 from typing import Any, Iterable, Sequence
-from urllib.parse import urlsplit
 
 import rosgraph
 import rospy
 
 from sdc_sim.ros.request_queue import RequestQueue
-from sdc_sim.ros.stack_processes import nodes_to
 
 WARNING_AFTER_S = 5.0
 # A node with a rate of its own answers no odometry before the time advances.
@@ -125,16 +123,6 @@ class ConnectionGraph:
     def is_reachable(self, node: str) -> bool:
         """Return whether a node answers. A killed node stays registered at the master."""
         return self._ask(node, "getPid") is not None
-
-    def processes_to(self, topics: Iterable[str]) -> list[int]:
-        """Return the process ids of the nodes on this machine whose messages lead to topics."""
-        nodes = nodes_to(topics, self.publishers, self.subscribers, rospy.get_name())
-        ids = [self._ask(node, "getPid") for node in nodes if self._is_local(node)]
-        return [process for process in ids if process is not None]
-
-    def _is_local(self, node: str) -> bool:
-        host = urlsplit(self._uri(node) or "").hostname
-        return host is not None and rosgraph.network.is_local_address(host)
 
     def connections(self, node: str) -> set[tuple[str, str]]:
         """Return topic and publisher of each connection to a subscribing node.

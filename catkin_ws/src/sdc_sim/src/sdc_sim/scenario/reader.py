@@ -34,6 +34,7 @@ class Scenario:
         sensors: name of a file of config/sensors; None if not given
         stack: name of the software that drives; None if not given
         camera: whether tests render the camera
+        sync: whether tests drive in lockstep
         sim: options of config/sim.yaml
         limits: what the drive must keep
     """
@@ -45,6 +46,7 @@ class Scenario:
     sensors: str | None = None
     stack: str | None = None
     camera: bool = False
+    sync: bool = True
     sim: dict = field(default_factory=dict)
     limits: AcceptanceLimits = field(default_factory=AcceptanceLimits)
 
@@ -68,7 +70,7 @@ def load_scenario(path: str) -> Scenario:
         sim["seed"] = int(sim["seed"])  # JSON schema accepts 7.0 as an integer
     words = {
         key: values[key]
-        for key in ("about", "route", "vehicle", "sensors", "stack", "camera")
+        for key in ("about", "route", "vehicle", "sensors", "stack", "camera", "sync")
         if key in values
     }
     return Scenario(document.path, sim=sim, limits=_limits(values.get("limits", {})), **words)

@@ -145,14 +145,14 @@ class CheckedDrive:
             self.environment = _world_environment() or os.environ
         else:
             _check_all_launch()
-        self.limits, camera = AcceptanceLimits(), True
+        self.limits, camera, sync = AcceptanceLimits(), True, True
         if scenario:
             folders = PackagedFolders.find()
             loaded = load_scenario(find_scenario(scenario, folders))
-            self.limits, camera = loaded.limits, loaded.camera
+            self.limits, camera, sync = loaded.limits, loaded.camera, loaded.sync
             given = prepare(loaded, report_path, given, folders)
         self.arguments = {
-            "sync": "true",
+            "sync": str(sync).lower(),
             "camera": str(camera).lower(),
             **given,
             "headless": "true",

@@ -182,6 +182,7 @@ SCENARIO = _mapping(
         "sensors": _NAME,
         "stack": _NAME,
         "camera": {"type": "boolean", "description": "true or false"},
+        "sync": {"type": "boolean", "description": "true or false"},
         **SIM_OPTIONS,
         "frame": {"enum": ["map", "route"]},
         "obstacles": _list(_OBSTACLE, "a list of obstacles, such as '- kind: car'"),
