@@ -65,6 +65,7 @@ class Sim:
                 self.wait_for_clock()
             if self.pause.take():
                 self.simulation.step()
+                self.commands.expect()
                 self.publish()
 
     def wait_for_connections(self):
@@ -113,7 +114,6 @@ class Sim:
         self.requests.process_until(self.next_tick_s)
 
     def publish(self):
-        self.commands.expect()
         self.topics.publish()
         if self.lockstep:
             self.topics.publish_picture()
