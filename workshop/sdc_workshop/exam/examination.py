@@ -11,17 +11,9 @@ from sdc_workshop.exam.cmake_subject import CMakeSubject
 from sdc_workshop.exam.drive_answer import PLAIN_DRIVE, LabDrive, drive_answer
 from sdc_workshop.exam.files import hello_answer, workspace_answer
 from sdc_workshop.exam.hints import hint_of
-from sdc_workshop.exam.lane_filter_subject import LaneFilterSubject
-from sdc_workshop.exam.lane_tracking_subjects import PERCEPTION_SUBJECTS
 from sdc_workshop.exam.launch_subject import IncludeSubject, NodeLaunchSubject
-from sdc_workshop.exam.library_subjects import (
-    OdometrySubject,
-    PidSubject,
-    StanleySubject,
-    WaypointSearchSubject,
-)
+from sdc_workshop.exam.library_check import library_checks
 from sdc_workshop.exam.local_planner_subject import LocalPlannerSubject
-from sdc_workshop.exam.localization_subjects import LOCALIZATION_SUBJECTS
 from sdc_workshop.exam.message_answer import message_answer
 from sdc_workshop.exam.mission_planner_subject import MissionPlannerSubject
 from sdc_workshop.exam.package_xml_subject import PackageXmlSubject
@@ -35,7 +27,6 @@ from sdc_workshop.steps import Step, lesson_folder, load_steps
 SUBJECTS = (
     NodeLaunchSubject("hello", "hello.sh", []),
     CameraSubject(),
-    LaneFilterSubject(),
     NodeLaunchSubject("camera", "camera.py", ["headless:=true"], ["headless:=false"]),
     PackageXmlSubject(),
     CMakeSubject(),
@@ -57,18 +48,13 @@ SUBJECTS = (
         ["waypoints_path:=mine/route.csv"],
     ),
     LocalPlannerSubject(),
-    WaypointSearchSubject(),
     NodeLaunchSubject(
         "local_planner",
         "local_planner.py",
         [],
         ["planned_speed_mps:=7.5", "planner_options:={lookahead_m: 33.0}"],
     ),
-    OdometrySubject(),
-    PidSubject(),
-    StanleySubject(),
-    *LOCALIZATION_SUBJECTS,
-    *PERCEPTION_SUBJECTS,
+    *library_checks(),
 )
 _LAB_DRIVES = {
     "localization": LabDrive(("localization:=true",), ("sensors:=localization", "truth:=false")),

@@ -1,170 +1,161 @@
 #!/usr/bin/env python3
-"""Call a module of the car's library with known arguments; print the results as JSON.
+"""Evaluate expressions about a module of the car's library; print the results as JSON.
 
-The JSON is the last line of the output. The results under "other" are those for arguments that the
-seed decides about: no program can have them written into it. Usage: library_probe.py MODULE SEED
+The JSON is one line: the results of the calls, and those of the same calls with decimal numbers
+that the seed decides about. An exception ends them.
+Usage: library_probe.py MODULE GIVEN CALLS SEED, where GIVEN and CALLS are JSON.
 """
 
 from __future__ import annotations
 
+import ast
+import importlib
 import json
-import math
 import sys
 from pathlib import Path
 from random import Random
 from types import SimpleNamespace
+from typing import Callable
+
+import numpy as np
 
 sys.path.append(str(Path(__file__).parent))
 
-from localization_probe import LOCALIZATION_PROBES  # noqa: E402
-from perception_probe import PERCEPTION_PROBES  # noqa: E402
+from road_picture import road  # noqa: E402
+
+_NUMPY = (
+    *("abs", "allclose", "arcsin", "arctan", "arctan2", "array", "cos", "degrees", "diag", "eye"),
+    *("flatnonzero", "hypot", "linalg", "linspace", "maximum", "minimum", "nan", "ones", "pi"),
+    *("shape", "sin", "sqrt", "tan", "transpose", "where"),
+)
 
 
-def lane_filter(random: Random) -> dict:
-    """Return the shape of a mask, and how many pixels it marks in some areas."""
-    from road_picture import road
-
-    from sdc_package.lane_filter import LaneFilter, LaneFilterThresholds
-
-    lane_filter = LaneFilter(LaneFilterThresholds(70, 90, 110, 0.52))
-    wide = road()
-    left = random.randrange(330, 380)
-    wide[250:, left : left + random.randrange(20, 120), :3] = (20, 200, 230)
-    mask, other = lane_filter.mask(road()), lane_filter.mask(wide)
-    if mask.shape != (480, 640):
-        areas = ("white_line", "yellow_line", "sky", "asphalt")
-        return {"shape": list(mask.shape), **dict.fromkeys(areas, 0), "other": []}
-    return {
-        "shape": list(mask.shape),
-        "white_line": int((mask[300:, 98:112] > 0).sum()),
-        "yellow_line": int((mask[300:, 303:307] > 0).sum()),
-        "sky": int((mask[:249] > 0).sum()),
-        "asphalt": int((mask[300:, 150:280] > 0).sum()),
-        "other": [round(int((other > 0).sum()) / 2000)],
-    }
+def marked(mask: np.ndarray) -> int:
+    """Return the number of marked pixels."""
+    return int(np.count_nonzero(mask))
 
 
-def pid(random: Random) -> dict:
-    """Return outputs of a controller with some gains."""
+def part(value: object, *index: object) -> object:
+    """Return an element of an array; the whole value where it has no such element."""
+    try:
+        return np.asarray(value)[tuple(index)]
+    except IndexError:
+        return value
+
+
+def pid_outputs(gains: tuple, steps: list, **more: float) -> list:
+    """Return the outputs of a PID controller after some steps."""
     from sdc_package.pid import Pid, PidGains
 
-    def run(gains: tuple, steps: list, **more: float) -> list:
-        controller = Pid(PidGains(*gains), -100.0, 100.0)
-        return [controller.update(*step, **more)[0] for step in steps]
-
-    gains = tuple(random.uniform(0.1, 3.0) for _ in range(3))
-    steps = [(random.uniform(0.0, 9.0), random.uniform(0.0, 9.0), 0.05) for _ in range(4)]
-    return {
-        "other": run(gains, steps, feed_forward=random.uniform(-1.0, 1.0)),
-        "proportional": run((2.0,), [(5.0, 2.0, 0.1)]),
-        "integral": run((0.0, 0.5), [(3.0, 1.0, 0.1)] * 3),
-        "derivative": run((0.0, 0.0, 1.0), [(0.0, 1.0, 0.1), (0.0, 1.5, 0.1)]),
-        "feed_forward": run((1.0,), [(2.0, 2.0, 0.1)], feed_forward=0.7),
-        "all": run((2.0, 0.5, 0.1), [(5.0, 2.0, 0.1), (5.0, 2.2, 0.1)], feed_forward=0.3),
-    }
+    controller = Pid(PidGains(*gains), -100.0, 100.0)
+    return [controller.update(*step, **more)[0] for step in steps]
 
 
-def stanley(random: Random) -> dict:
-    """Return wheel angles; "ZeroDivisionError" where the law divides by zero."""
-    from sdc_package.steering.stanley import stanley_angle
-
-    def angle(*arguments: float) -> float | str:
-        try:
-            return stanley_angle(*arguments)
-        except ZeroDivisionError:
-            return "ZeroDivisionError"
-
-    ranges = ((-0.5, 0.5), (-2.0, 2.0), (1.0, 20.0), (0.5, 4.0), (0.0, 2.0))
-    return {
-        "other": [angle(*(random.uniform(*limits) for limits in ranges)) for _ in range(4)],
-        "heading": angle(0.2, 0.0, 5.0, 2.5),
-        "left": angle(0.0, 0.5, 5.0, 2.5),
-        "right": angle(0.0, -0.5, 5.0, 2.5),
-        "slow": angle(0.0, 0.5, 1.0, 2.5),
-        "stronger": angle(0.0, 0.5, 5.0, 5.0),
-        "softened": angle(0.0, 0.5, 5.0, 2.5, 2.0),
-        "both": angle(0.1, 0.5, 5.0, 2.5, 1.0),
-        "standstill_on_path": angle(0.0, 0.0, 0.0, 2.5),
-        "standstill": angle(0.0, 0.5, 0.0, 2.5),
-    }
+def symmetric(rows: list) -> np.ndarray:
+    """Return a matrix plus its transpose."""
+    return np.array(rows) + np.transpose(rows)
 
 
-def odometry(random: Random) -> dict:
-    """Return yaws of quaternions, and speeds of velocities."""
-    from sdc_package.odometry import pose_and_speed, yaw_from_quaternion
-
-    def quaternion(yaw: float, pitch: float = 0.0, roll: float = 0.0) -> SimpleNamespace:
-        cy, sy, cp, sp, cr, sr = (
-            f(angle / 2) for angle in (yaw, pitch, roll) for f in (math.cos, math.sin)
-        )
-        return SimpleNamespace(
-            w=cr * cp * cy + sr * sp * sy,
-            x=sr * cp * cy - cr * sp * sy,
-            y=cr * sp * cy + sr * cp * sy,
-            z=cr * cp * sy - sr * sp * cy,
-        )
-
-    def speed(x: float, y: float) -> float:
-        pose = SimpleNamespace(
-            position=SimpleNamespace(x=1.0, y=2.0, z=0.0), orientation=quaternion(0.0)
-        )
-        twist = SimpleNamespace(linear=SimpleNamespace(x=x, y=y, z=0.0))
-        message = SimpleNamespace(
-            pose=SimpleNamespace(pose=pose), twist=SimpleNamespace(twist=twist)
-        )
-        return pose_and_speed(message)[3]
-
-    yaws = (0.0, 0.5, 1.5, 2.8, -0.5, -1.5, -2.8)
-    velocities = ((3.0, 4.0), (-3.0, 0.0), (0.0, -2.0), (0.0, 0.0))
-    other = [random.uniform(-1.5, 1.5) for _ in range(4)]
-    return {
-        "other": [
-            *(yaw_from_quaternion(quaternion(yaw, 0.1 * yaw)) for yaw in other),
-            *(speed(9.0 * x, 5.0 * y) for x, y in zip(other, other[1:])),
-        ],
-        "yaws": [yaw_from_quaternion(quaternion(yaw)) for yaw in yaws],
-        "tilted": yaw_from_quaternion(quaternion(0.6, 0.2, -0.1)),
-        "speeds": [speed(*velocity) for velocity in velocities],
-    }
+def tried(function: Callable, *arguments: float) -> object:
+    """Return the result of a function, or "ZeroDivisionError" where it divides by zero."""
+    try:
+        return function(*arguments)
+    except ZeroDivisionError:
+        return "ZeroDivisionError"
 
 
-def waypoint_search(random: Random) -> dict:
-    """Return the nearest waypoints of some points, and which are behind a car."""
-    import numpy as np
-
-    from sdc_package.waypoint_search import WaypointSearch
-
-    search = WaypointSearch(
-        np.array(
-            [(0.0, 0.0), (1.0, 0.0), (2.0, 0.5), (3.0, 1.5), (3.5, 3.0), (3.5, 4.5), (2.5, 6.0)]
-        )
+def _quaternion(yaw: float, pitch: float, roll: float) -> SimpleNamespace:
+    (cy, cp, cr), (sy, sp, sr) = (f(np.array([yaw, pitch, roll]) / 2) for f in (np.cos, np.sin))
+    return SimpleNamespace(
+        w=float(cr * cp * cy + sr * sp * sy),
+        x=float(sr * cp * cy - cr * sp * sy),
+        y=float(cr * sp * cy + sr * cp * sy),
+        z=float(cr * cp * sy - sr * sp * cy),
     )
-    row = WaypointSearch(np.array([(float(i), 0.5 * i) for i in range(200)]))
-    other = [random.uniform(5.0, 190.0) for _ in range(6)]
-    points = [(0.1, -0.2), (2.9, 1.2), (3.7, 4.4), (2.4, 6.5), (3.6, 2.8), (-0.6, 0.3)]
-    return {
-        "other": [
-            *(row.nearest(x, 0.5 * x + random.uniform(-0.2, 0.2)) for x in other),
-            *(int(bool(row.is_behind(int(x), x + 0.5 - round(x % 1), 0.5 * x))) for x in other),
-        ],
-        "nearest": [search.nearest(*point) for point in points],
-        "behind": [bool(search.is_behind(1, x, 0.1)) for x in (0.6, 1.4)]
-        + [bool(search.is_behind(4, 3.5, y)) for y in (2.6, 3.4)],
-    }
+
+
+def yaw_of(yaw: float, pitch: float = 0.0, roll: float = 0.0) -> float:
+    """Return the yaw that the library reads from the quaternion of these angles."""
+    from sdc_package.odometry import yaw_from_quaternion
+
+    return yaw_from_quaternion(_quaternion(yaw, pitch, roll))
+
+
+def speed_of(x: float, y: float) -> float:
+    """Return the speed that the library reads from an odometry message with this velocity."""
+    from nav_msgs.msg import Odometry
+
+    from sdc_package.odometry import pose_and_speed
+
+    message = Odometry()
+    message.pose.pose.orientation.w = 1.0
+    message.twist.twist.linear.x, message.twist.twist.linear.y = x, y
+    return pose_and_speed(message)[3]
+
+
+HELPERS = {
+    **{name: getattr(np, name) for name in _NUMPY},
+    **{one.__name__: one for one in (marked, part, pid_outputs, road, speed_of)},
+    **{one.__name__: one for one in (symmetric, tried, yaw_of)},
+}
+
+
+class _Varied(ast.NodeTransformer):
+    """Changes each decimal number of an expression by up to a tenth; integers stay."""
+
+    def __init__(self, random: Random):
+        self._random = random
+
+    def visit_Constant(self, node: ast.Constant) -> ast.Constant:
+        if isinstance(node.value, float):
+            changed = node.value * self._random.uniform(0.9, 1.1)
+            return ast.copy_location(ast.Constant(changed), node)
+        return node
+
+
+def evaluate(expression: str, names: dict, random: Random | None = None) -> object:
+    """Return the value of an expression, with changed decimal numbers where `random` is given."""
+    tree = ast.parse(str(expression), mode="eval")
+    if random is not None:
+        tree = _Varied(random).visit(tree)
+    return eval(compile(tree, "<check>", "eval"), names)
+
+
+def names_for(module: str, given: dict, random: Random | None = None) -> dict:
+    """Return the names that the expressions about a module use."""
+    names = {**vars(importlib.import_module(module)), **HELPERS}
+    for name, expression in given.items():
+        names[name] = evaluate(expression, names, random)
+    return names
 
 
 def plain(value: object) -> object:
-    """Return a value that JSON can hold: a NumPy number as a plain one, all else as text."""
-    if getattr(value, "size", None) == 1 and hasattr(value, "item"):
-        return value.item()
-    return str(value)
+    """Return a value that JSON can hold; what it cannot hold as text."""
+    if isinstance(value, (np.ndarray, np.generic)):
+        return value.tolist()
+    if isinstance(value, (list, tuple)):
+        return [plain(one) for one in value]
+    return value if value is None or isinstance(value, (bool, int, float, str)) else str(value)
 
 
-PROBES = {
-    **{probe.__name__: probe for probe in (lane_filter, pid, stanley, odometry, waypoint_search)},
-    **LOCALIZATION_PROBES,
-    **PERCEPTION_PROBES,
-}
+def results(module: str, given: dict, calls: list, seed: str, found: dict) -> None:
+    """Add the results of all calls to a dictionary: `known`, and `varied` as the seed decides."""
+    for kind, random in (("known", None), ("varied", Random(seed))):
+        found[kind] = []
+        names = names_for(module, given, random)
+        for call in calls:
+            found[kind].append(plain(evaluate(call, names, random)))
+
+
+def main() -> None:
+    """Print the results."""
+    module, given, calls, seed = sys.argv[1:]
+    found: dict = {}
+    try:
+        results(module, json.loads(given), json.loads(calls), seed, found)
+    finally:
+        print(json.dumps(found), flush=True)
+
 
 if __name__ == "__main__":
-    print(json.dumps(PROBES[sys.argv[1]](Random(sys.argv[2])), default=plain))
+    main()

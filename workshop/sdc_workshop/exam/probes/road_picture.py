@@ -3,8 +3,12 @@
 import numpy as np
 
 
-def road() -> np.ndarray:
+def road(first: int = 300, width: int = 10) -> np.ndarray:
     """Return a picture with a white and a yellow line, a red and a blue stripe, and a bright sign.
+
+    Args:
+        first: first column of the yellow line
+        width: width of the yellow line [pixels]
 
     Returns:
         (480, 640, 4) uint8, BGRA
@@ -13,7 +17,7 @@ def road() -> np.ndarray:
     picture[:240] = (150, 90, 30, 255)
     picture[100:140, 500:560, :3] = (20, 220, 240)
     picture[250:, 100:110, :3] = 255
-    picture[250:, 300:310, :3] = (20, 200, 230)
+    picture[250:, first : first + width, :3] = (20, 200, 230)
     picture[250:, 400:440, :3] = (0, 0, 215)
     picture[250:, 500:540, :3] = (215, 0, 0)
     return picture

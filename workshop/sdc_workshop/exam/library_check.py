@@ -1,0 +1,180 @@
+"""Check the library: call functions as checks.yaml lists them, and compare with the solution.
+
+The student's module runs in its own process: a loop may never end.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import secrets
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+from sdc_workshop.exam.answer import Problem
+from sdc_workshop.exam.output import crash, last_line, meaning
+from sdc_workshop.exam.probes import library_probe
+from sdc_workshop.exam.stage import NEVER_RETURNED, Stage
+from sdc_workshop.exam.subject import Subject
+from sdc_workshop.exam.variant import Variant
+from sdc_workshop.steps import LABS, WORKSHOP, lesson_folder
+
+_TIMEOUT_S = 60.0
+_TOLERANCE = 1e-6
+# What an expression may raise about a result of a student, which has any type and shape.
+_ERRORS = (
+    ArithmeticError,
+    AttributeError,
+    LookupError,
+    TypeError,
+    ValueError,
+    np.linalg.LinAlgError,
+)
+
+
+class LibraryCheck(Subject):
+    """Checks a module of a library.
+
+    Args:
+        file: the module, relative to the src folder
+        table: its entry of checks.yaml
+    """
+
+    def __init__(self, file: str, table: dict):
+        self.file = file
+        self.todos = tuple(dict.fromkeys(row["todo"] for row in table["rows"]))
+        self._rows = table["rows"]
+        self._laws = table.get("law", {})
+        self._given = table.get("given", {})
+        self._calls = [row["call"] for row in self._rows]
+        path = Path(file).with_suffix("")
+        self._module = ".".join(path.parts[path.parts.index("src") + 1 :])
+
+    def problems(self, variant: Variant, stage: Stage) -> list:
+        """See Subject.problems."""
+        seed = secrets.token_hex(16)
+        got = self._run(variant, stage, seed)
+        if isinstance(got, Problem):
+            return [got]
+        results, broken = got
+        right: dict = {}
+        library_probe.results(self._module, self._given, self._calls, seed, right)
+        found: dict = {}
+        names = library_probe.names_for(self._module, self._given)
+        for row, one, wanted in zip(self._rows, results.get("known", ()), right["known"]):
+            if row["todo"] not in found and not same(one, wanted):
+                problem = self._problem(row, one, library_probe.plain(wanted), names)
+                if problem is not None:
+                    found[row["todo"]] = problem
+        if found:
+            return list(found.values())
+        if broken is not None:
+            return [broken]
+        for row, one, wanted in zip(self._rows, results.get("varied", ()), right["varied"]):
+            if not same(one, library_probe.plain(wanted)):
+                seen = "it gives the results of the usual arguments only"
+                stage.report(f"{variant.name}: {seen}, as if they were written into it")
+                hint = (
+                    "Each check also calls it with other arguments. Compute the results from them."
+                )
+                return [Problem("the right results for all arguments", seen, hint, row["todo"])]
+        return []
+
+    def _run(self, variant: Variant, stage: Stage, seed: str) -> tuple | Problem:
+        """Return the results of library_probe.py and the exception that ended it, or a problem."""
+        path, python_path = stage.build(variant)
+        self._path = path
+        arguments = [self._module, json.dumps(self._given), json.dumps(self._calls), seed]
+        command = ["/usr/bin/env", "python3", library_probe.__file__, *arguments]
+        with stage.program(command, PYTHONPATH=python_path) as program:
+            if program.wait(_TIMEOUT_S) is None:
+                stage.report(NEVER_RETURNED)
+                return Problem("a result", "it never returns", "Is there a loop that never ends?")
+            output = program.output
+        lines = [line for line in output.splitlines() if line.startswith('{"')]
+        broken = self._crash(output, variant)
+        with contextlib.suppress(IndexError, KeyError, TypeError, ValueError):
+            results = json.loads(lines[-1])
+            if broken is not None or len(results["varied"]) == len(self._rows):
+                return results, broken
+        hint = "The last line of its output gives the cause. The check prints its results itself."
+        return broken or Problem("a result", last_line(output), hint)
+
+    def _crash(self, output: str, variant: Variant) -> Problem | None:
+        found = crash(output, self._path)
+        if found is None:
+            return None
+        shown = variant.text.split("\n")[found.line - 1].strip() if found.line else ""
+        return Problem(
+            f"{self._path.name} runs without an error",
+            f"{found.error[:300]}{f', in `{shown}`' if shown else ''}",
+            meaning(found),
+            variant.region_of(found.line) if found.line else None,
+            found.line,
+            True,
+        )
+
+    def _problem(self, row: dict, got: Any, right: Any, names: dict) -> Problem | None:
+        """Return the problem of a wrong result; None where only listed wrong results count."""
+        law = row.get("law", self._laws.get(row["todo"]))
+        names = {**names, "got": got, "right": _array(right)}
+        hint = next((hint for case, hint in row.get("wrong", ()) if _is_case(case, names)), law)
+        if hint is None:
+            return None
+        shows = [str(row.get("show", "value")), "value"]
+        texts = [[_shown(show, value) for value in (right, got)] for show in shows]
+        right_text, got_text = next((pair for pair in texts if pair[0] != pair[1]), texts[-1])
+        expected = row["expected"].replace("{right}", right_text)
+        seen = row.get("seen", "{got}").replace("{got}", got_text or "nothing")
+        return Problem(expected, seen, hint.replace("{law}", law or ""), row["todo"])
+
+
+def _array(value: Any) -> Any:
+    """Return lists of numbers as an array, and all else as it is."""
+    with contextlib.suppress(ValueError, TypeError):
+        return np.array(value) if isinstance(value, list) else value
+    return value
+
+
+def _is_case(case: str, names: dict) -> bool:
+    """Return whether a condition holds, or a typical wrong result is the one that was got."""
+    try:
+        value = library_probe.evaluate(case, names)
+    except _ERRORS:
+        return False
+    if isinstance(value, (bool, np.bool_)):
+        return bool(value)
+    return same(names["got"], library_probe.plain(value))
+
+
+def _shown(show: str, value: Any) -> str:
+    """Return what `show` selects of a value as text; the whole value where it selects nothing."""
+    with contextlib.suppress(*_ERRORS):
+        value = library_probe.evaluate(show, {**library_probe.HELPERS, "value": value})
+    numbers = library_probe.plain(value)
+    rows = numbers if isinstance(numbers, list) else [numbers]
+    flat = np.ravel(rows).tolist() if len({np.shape(row) for row in rows}) == 1 else rows
+    return ", ".join(f"{one:.3f}" if isinstance(one, float) else str(one) for one in flat)[:300]
+
+
+def same(got: object, wanted: object) -> bool:
+    """Return whether two results are equal but for rounding."""
+    if isinstance(wanted, list):
+        return isinstance(got, list) and len(got) == len(wanted) and all(map(same, got, wanted))
+    if not isinstance(got, (int, float)) or not isinstance(wanted, (int, float)):
+        return got == wanted
+    return abs(got - wanted) < _TOLERANCE or (got != got and wanted != wanted)
+
+
+@lru_cache(maxsize=1)
+def library_checks() -> tuple:
+    """Return the checks of the checks.yaml of the workshop and of each lab."""
+    tables: dict = {}
+    for lab in (WORKSHOP, *LABS):
+        text = (lesson_folder(lab) / "checks.yaml").read_text(encoding="utf-8")
+        tables.update(yaml.safe_load(text))
+    return tuple(LibraryCheck(file, table) for file, table in tables.items())
