@@ -2,59 +2,43 @@
 
 from __future__ import annotations
 
-from typing import Callable
+from typing import Callable, Iterator
+
+import yaml
 
 from sdc_workshop.exam.answer import PASSED, UNFINISHED, WAITING, WRONG, Answer
 from sdc_workshop.exam.basic_control_subject import BasicControlSubject
 from sdc_workshop.exam.camera_subject import CameraSubject
-from sdc_workshop.exam.cmake_subject import CMakeSubject
 from sdc_workshop.exam.drive_answer import PLAIN_DRIVE, LabDrive, drive_answer
+from sdc_workshop.exam.file_check import FileCheck, message_answer
 from sdc_workshop.exam.files import hello_answer, workspace_answer
 from sdc_workshop.exam.hints import hint_of
-from sdc_workshop.exam.launch_subject import IncludeSubject, NodeLaunchSubject
-from sdc_workshop.exam.library_check import library_checks
+from sdc_workshop.exam.library_check import LibraryCheck
 from sdc_workshop.exam.local_planner_subject import LocalPlannerSubject
-from sdc_workshop.exam.message_answer import message_answer
 from sdc_workshop.exam.mission_planner_subject import MissionPlannerSubject
-from sdc_workshop.exam.package_xml_subject import PackageXmlSubject
 from sdc_workshop.exam.path_following_subject import PathFollowingSubject
 from sdc_workshop.exam.stage import Stage
 from sdc_workshop.exam.student import Student
 from sdc_workshop.exam.subject import Subject
 from sdc_workshop.regions import RegionError
-from sdc_workshop.steps import Step, lesson_folder, load_steps
+from sdc_workshop.steps import LABS, WORKSHOP, Step, lesson_folder, load_steps
+
+
+def _listed() -> Iterator[Subject]:
+    """Yield the checks that the checks.yaml of the workshop and of each lab list."""
+    for lab in (WORKSHOP, *LABS):
+        text = (lesson_folder(lab) / "checks.yaml").read_text(encoding="utf-8")
+        for file, table in yaml.safe_load(text).items():
+            yield LibraryCheck(file, table) if "rows" in table else FileCheck(file, table)
+
 
 SUBJECTS = (
-    NodeLaunchSubject("hello", "hello.sh", []),
     CameraSubject(),
-    NodeLaunchSubject("camera", "camera.py", ["headless:=true"], ["headless:=false"]),
-    PackageXmlSubject(),
-    CMakeSubject(),
     BasicControlSubject(),
     PathFollowingSubject(),
-    NodeLaunchSubject(
-        "simple_controller",
-        "simple_controller.py",
-        [],
-        ["basic_control:=true", "steering_method:=pure_pursuit"],
-    ),
-    IncludeSubject("stack", "1", "2"),
-    IncludeSubject("all", "1"),
     MissionPlannerSubject(),
-    NodeLaunchSubject(
-        "mission_planner",
-        "mission_planner.py",
-        ["waypoints_path:=/tmp/route.csv"],
-        ["waypoints_path:=mine/route.csv"],
-    ),
     LocalPlannerSubject(),
-    NodeLaunchSubject(
-        "local_planner",
-        "local_planner.py",
-        [],
-        ["planned_speed_mps:=7.5", "planner_options:={lookahead_m: 33.0}"],
-    ),
-    *library_checks(),
+    *_listed(),
 )
 _LAB_DRIVES = {
     "localization": LabDrive(("localization:=true",), ("sensors:=localization", "truth:=false")),

@@ -8,12 +8,10 @@ from __future__ import annotations
 import contextlib
 import json
 import secrets
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 
 from sdc_workshop.exam.answer import Problem
 from sdc_workshop.exam.output import crash, last_line, meaning
@@ -21,7 +19,6 @@ from sdc_workshop.exam.probes import library_probe
 from sdc_workshop.exam.stage import NEVER_RETURNED, Stage
 from sdc_workshop.exam.subject import Subject
 from sdc_workshop.exam.variant import Variant
-from sdc_workshop.steps import LABS, WORKSHOP, lesson_folder
 
 _TIMEOUT_S = 60.0
 _TOLERANCE = 1e-6
@@ -168,13 +165,3 @@ def same(got: object, wanted: object) -> bool:
     if not isinstance(got, (int, float)) or not isinstance(wanted, (int, float)):
         return got == wanted
     return abs(got - wanted) < _TOLERANCE or (got != got and wanted != wanted)
-
-
-@lru_cache(maxsize=1)
-def library_checks() -> tuple:
-    """Return the checks of the checks.yaml of the workshop and of each lab."""
-    tables: dict = {}
-    for lab in (WORKSHOP, *LABS):
-        text = (lesson_folder(lab) / "checks.yaml").read_text(encoding="utf-8")
-        tables.update(yaml.safe_load(text))
-    return tuple(LibraryCheck(file, table) for file, table in tables.items())

@@ -1,0 +1,435 @@
+"""Check launch, XML, CMake and message files: each must mean what the solution means.
+
+roslaunch, an XML parser, CMake and genmsg read the files of the student and of the solution, and
+what is missing or different in the student's is a problem. checks.yaml lists the files.
+"""
+
+from __future__ import annotations
+
+import difflib
+import json
+import os
+import re
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+from typing import TYPE_CHECKING, Iterator
+
+import yaml
+
+from sdc_workshop.exam.answer import PASSED, UNFINISHED, WRONG, Answer, Problem, wrong
+from sdc_workshop.exam.output import last_line
+from sdc_workshop.exam.stage import Stage
+from sdc_workshop.exam.student import Student
+from sdc_workshop.exam.subject import Subject
+from sdc_workshop.exam.variant import Variant
+from sdc_workshop.regions import body, regions
+from sdc_workshop.workspace import PACKAGE, SOLUTION
+
+if TYPE_CHECKING:
+    from genmsg import MsgSpec
+
+_PROBES = Path(__file__).with_name("probes")
+_TIMEOUT_S = 60
+_READABLE = "a launch file that roslaunch can read"
+# (key of launch_probe.py, attribute of <node>, what it is)
+_ATTRIBUTES = (
+    ("package", "pkg", "pkg is the package of the program"),
+    ("type", "type", "type is the name of the program in scripts/, with its ending"),
+    ("name", "name", "name is the name of the node, under which its parameters are stored"),
+)
+_CALL = re.compile(r"^call:(\w+):(.*)$", re.MULTILINE)
+# A variable of CMakeLists.txt, and its value in record.cmake.
+_BIN, _BIN_VALUE = "${CATKIN_PACKAGE_BIN_DESTINATION}", "<bin>"
+
+
+class FileCheck(Subject):
+    """Checks a launch file, package.xml or CMakeLists.txt.
+
+    Args:
+        file: relative to the src folder
+        table: its entry of checks.yaml
+    """
+
+    def __init__(self, file: str, table: dict):
+        self.file = file
+        self._solution = (SOLUTION / file).read_text(encoding="utf-8")
+        self.todos = tuple(regions(self._solution))
+        self.needs_build = "node" in table
+        self._table = table
+
+    def problems(self, variant: Variant, stage: Stage) -> list:
+        """See Subject.problems."""
+        (kind,) = self._table
+        if kind != "calls":
+            broken = _xml_problem(variant.text, kind)
+            if broken is not None:
+                return [broken]
+        return list(getattr(self, f"_{kind}_problems")(variant, stage))
+
+    def _node_problems(self, variant: Variant, stage: Stage) -> Iterator[Problem]:
+        """Compare nodes and parameters, as roslaunch reads them in the student's environment."""
+        folder, name, cases = stage.folder / "launch", Path(self.file).stem, self._table["node"]
+        folder.mkdir(exist_ok=True)
+        path = folder / Path(self.file).name
+        path.write_text(variant.text, encoding="utf-8")
+        command = [_PROBES / "launch_probe.py", json.dumps(cases), path, SOLUTION / self.file]
+        environment = stage.launch_environment()
+        with stage.start(["/usr/bin/env", "python3", *command], environment) as program:
+            if program.wait() != 0:
+                hint = "The last line of its output gives the cause."
+                yield Problem(_READABLE, last_line(program.output), hint, "1")
+                return
+            student, solution = json.loads(program.output.splitlines()[-1])
+        if isinstance(student, str):
+            hint = (
+                "Write files of this package as $(find sdc_package)/FOLDER/FILE, and arguments as "
+                "$(arg NAME)."
+            )
+            yield Problem(_READABLE, student.replace(str(path), path.name), hint, "1")
+        elif isinstance(solution, str):
+            hint = f"Look at config/{name}.yaml."
+            yield Problem("a configuration that roslaunch can read", solution, hint, "1")
+        else:
+            for case, got, wanted in zip(cases, student, solution):
+                command_line = " ".join(["roslaunch sdc_package", path.name, *case])
+                yield from _node_problems(command_line, got["nodes"], wanted["nodes"][0])
+                yield from _parameter_problems(
+                    command_line, name, got["parameters"], wanted["parameters"]
+                )
+
+    def _includes_problems(self, variant: Variant, stage: Stage) -> Iterator[Problem]:
+        """Compare the included files, their arguments and conditions."""
+        known = {
+            argument.get("name")
+            for argument in ElementTree.fromstring(variant.text).iter("arg")
+            if argument.get("doc")
+        }
+        for todo in variant.judged:
+            got, wanted = _includes(variant.text, todo), _includes(self._solution, todo)
+            for file, include in wanted.items():
+                yield from _include_problems(file, include, got, known, todo)
+
+    def _depends_problems(self, variant: Variant, stage: Stage) -> Iterator[Problem]:
+        """Compare the packages in the tags of package.xml."""
+        root = ElementTree.fromstring(variant.text)
+        given = {
+            tag: {entry.text.strip() for entry in root.iter(tag) if entry.text}
+            for tag in ("depend", *self._table["depends"])
+        }
+        for wanted in ElementTree.fromstring(f"<a>{body(self._solution, '1')}</a>"):
+            tag, name = wanted.tag, str(wanted.text)
+            if name not in given[tag] | given["depend"]:
+                others = [other for other, names in given.items() if name in names]
+                seen = f"{name} only as {', '.join(others)}" if others else f"no {name}"
+                hint = f"{tag} {name} is missing: {self._table['depends'][tag]}."
+                yield Problem(f"<{tag}>{name}</{tag}>", seen, hint, "1")
+
+    def _calls_problems(self, variant: Variant, stage: Stage) -> Iterator[Problem]:
+        """Compare the calls of CMakeLists.txt, which record.cmake prints."""
+        path = stage.folder / "cmake" / "CMakeLists.txt"
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(variant.text, encoding="utf-8")
+        command = ["cmake", f"-DFILE={path}", "-P", str(_PROBES / "record.cmake")]
+        with stage.start(command, {"PATH": "/usr/bin:/bin"}) as program:
+            status, output = program.wait(_TIMEOUT_S), program.output
+        if status != 0:
+            yield (
+                _cmake_error(output, path)
+                if status is not None
+                else Problem("a file that CMake can read", "CMake does not end", "Is it a loop?")
+            )
+            return
+        calls = [(name, words.split(";") if words else []) for name, words in _CALL.findall(output)]
+        for row in self._table["calls"]:
+            yield from self._call_problems(row, calls)
+        steps = ("add_message_files", "generate_messages", "catkin_package")
+        if [name for name, _ in calls if name in steps][-1:] == ["add_message_files"]:
+            yield Problem(
+                "add_message_files before generate_messages",
+                "generate_messages comes first",
+                "Classes are generated only from files that are added before.",
+                "3",
+            )
+
+    def _call_problems(self, row: dict, calls: list) -> Iterator[Problem]:
+        command, keyword, until = row["command"], row["keyword"], row.get("until", ())
+        form = row.get("form", f"{command}({keyword} ...)")
+        mine = [words for name, words in calls if name == command]
+        if not mine and "absent" in row:
+            yield Problem(form, f"{command} is not called", row["absent"], row["todo"])
+            return
+        text = body(self._solution, row["todo"]).replace(_BIN, _BIN_VALUE)
+        right = re.findall(r"[^\s()]+", text)
+        right = _after(right, keyword, until) or right
+        for words in mine:
+            if "bare" in row and words and keyword not in words and set(words) & set(right):
+                seen = f"{command}({' '.join(words)})"
+                yield Problem(f"{command}({keyword} NAME ...)", seen, row["bare"], row["todo"])
+        found = [word for words in mine for word in _after(words, keyword, until)]
+        for word in right:
+            if word not in found:
+                near = difflib.get_close_matches(word, found, 1, 0.75)
+                spelt = f"Is {near[0]} misspelt? " if near else ""
+                name = word.replace(_BIN_VALUE, _BIN)
+                hint = f"{spelt}{name} is missing. {row['why']}"
+                seen = ", ".join(found) or "nothing"
+                yield Problem(f"{name} in {form}", seen, hint, row["todo"])
+
+
+def _xml_problem(text: str, kind: str) -> Problem | None:
+    """Return why a text is no XML, or None."""
+    hint = (
+        "Is a tag not closed, a quote missing, or a tag closed with another name? <node .../> "
+        "closes itself, <node ...> needs </node>."
+    )
+    if kind == "depends":
+        hint = (
+            "A tag is not closed, or closed with another name: "
+            "<exec_depend>message_runtime</exec_depend>."
+        )
+    try:
+        ElementTree.fromstring(text)
+    except ElementTree.ParseError as error:
+        return Problem("an XML file", str(error), hint, line=error.position[0])
+    return None
+
+
+def _node_problems(command: str, nodes: list, node: dict) -> Iterator[Problem]:
+    if not nodes:
+        expected = f"{command} starts the node {node['name']}"
+        yield Problem(expected, "it starts nothing", "Write a <node .../> here.", "1")
+        return
+    mine = next((other for other in nodes if other["name"] == node["name"]), nodes[0])
+    for key, attribute, why in _ATTRIBUTES:
+        right = f'{attribute}="{node[key]}"'
+        if mine[key] != node[key]:
+            yield Problem(right, f'{attribute}="{mine[key]}"', f"Write {right}: {why}.", "1")
+    if mine["output"] != node["output"]:
+        yield Problem(
+            'output="screen"',
+            f'output="{mine["output"] or "log"}"',
+            'Without output="screen" the output of the node goes to a log file.',
+            "1",
+        )
+
+
+def _parameter_problems(command: str, node: str, got: dict, wanted: dict) -> Iterator[Problem]:
+    """Yield each parameter that is missing or differs."""
+    configuration = SOLUTION / PACKAGE / "config" / f"{node}.yaml"
+    for name, right in sorted(wanted.items()):
+        key = name.replace(f"/{node}/", "", 1)
+        if name not in got:
+            near = difflib.get_close_matches(name, got, 1, 0.8)
+            how = f'Set it in <node>: <param name="{key}" .../>.'
+            if configuration.is_file() and key.split("/")[0] in yaml.safe_load(
+                configuration.read_text(encoding="utf-8")
+            ):
+                file = f"$(find sdc_package)/config/{node}.yaml"
+                how = f'Load it in <node>: <rosparam command="load" file="{file}"/>.'
+            seen = f"{near[0]} instead" if near else f"no such parameter after {command}"
+            yield Problem(f"the parameter {name}", seen, f"{key} is missing. {how}", "1")
+        elif right != got[name]:
+            hint = f"{key} has another type: look at type=... of its <param>."
+            if type(right) is type(got[name]):
+                hint = (
+                    f"{key} must follow the argument: look at its value=... (is the name of "
+                    "the argument right, does a file that is loaded later set it again?)."
+                )
+            expected = f"{name} is {json.dumps(right)} after {command}"
+            yield Problem(expected, f"it is {json.dumps(got[name])}", hint, "1")
+
+
+def _includes(text: str, todo: str) -> dict:
+    """Return the <include> tags of a region by file: their arguments, and their condition."""
+    root = ElementTree.fromstring(f"<launch>{body(text, todo)}</launch>")
+    return {
+        include.get("file", ""): (
+            {
+                argument.get("name"): argument.get("value", argument.get("default"))
+                for argument in include.iter("arg")
+            },
+            include.get("if"),
+        )
+        for include in root.iter("include")
+    }
+
+
+def _include_problems(
+    file: str, include: tuple, got: dict, known: set, todo: str
+) -> Iterator[Problem]:
+    """Yield what is wrong with one <include>; `known` are the arguments of the launch file."""
+    short = Path(file).name
+    if file not in got:
+        near = difflib.get_close_matches(file, got, 1, 0.6)
+        yield Problem(
+            f'<include file="{file}">',
+            f'file="{near[0]}"' if near else "it is not included",
+            f"Include {short}, by its path: $(find sdc_package)/launch/{short}.",
+            todo,
+        )
+        return
+    (mine, mine_if), (wanted, condition) = got[file], include
+    for name, value in wanted.items():
+        if name not in mine:
+            near = difflib.get_close_matches(name, mine, 1, 0.7)
+            yield Problem(
+                f"{name} is passed on to {short}",
+                f"{near[0]} instead" if near else f"passed on: {', '.join(mine) or 'nothing'}",
+                f'An argument that is not passed on is lost: <arg name="{name}" '
+                f'value="$(arg {name})"/> belongs in the include of {short}.',
+                todo,
+            )
+        elif mine[name] != value:
+            yield Problem(
+                f'{name} of {short} is "{value}"',
+                f'"{mine[name]}"',
+                f'The argument {name} is passed on by value="$(arg {name})"; $(arg ...) reads it.',
+                todo,
+            )
+    for name in mine:
+        if name not in wanted and name in known:
+            yield Problem(
+                f"{short} gets {', '.join(wanted)}",
+                f"{name}, too",
+                f"{short} has no argument {name}: roslaunch refuses it.",
+                todo,
+            )
+    if mine_if != condition:
+        always = f"{short} is always included"
+        yield Problem(
+            f'if="{condition}" on the include of {short}' if condition else always,
+            f'if="{mine_if}"' if mine_if else always,
+            f"if=... is the condition for {short}; here it is `{condition or 'always'}`.",
+            todo,
+        )
+
+
+def _after(words: list, keyword: str, until: tuple) -> list:
+    """Return the words after a keyword, to the next of the words `until`."""
+    found: list = []
+    taking = False
+    for word in words:
+        if word == keyword or word in until:
+            taking = word == keyword
+        elif taking:
+            found.append(word)
+    return found
+
+
+def _cmake_error(output: str, path: Path) -> Problem:
+    line = re.search(rf"{re.escape(path.name)}:(\d+)", output)
+    text = " ".join(output.replace(str(path), path.name).split())
+    return Problem(
+        "a file that CMake can read",
+        re.sub(r"^.*?CMake Error (?:at|in) ?", "", text)[:300],
+        "Look at this line: is a bracket missing, or a command misspelt? Each command is "
+        "NAME(WORDS ...).",
+        line=int(line[1]) if line else None,
+    )
+
+
+def message_answer(name: str, hint: str, student: Student) -> Answer:
+    """Check a message file: its fields must be those of the solution.
+
+    Args:
+        name: name of the message
+        hint: hint for a file that is not written yet
+        student: the workspace
+    """
+    file = f"{PACKAGE}/msg/{name}.msg"
+    text = student.text(file)
+    if text is None:
+        return _missing_message(name, hint, student)
+    wanted = _fields(_parsed((SOLUTION / file).read_text(encoding="utf-8"), name))
+    lines = [line.split("#")[0].strip() for line in text.splitlines()]
+    if not any(lines):
+        expected = f"{len(wanted)} fields, one per line"
+        return Answer(UNFINISHED, expected, "it is empty", hint, f"src/{file}")
+    problem = _syntax_problem(text, name)
+    if problem is None:
+        rows = [number for number, line in enumerate(lines, 1) if line and "=" not in line]
+        problem = _field_problem(_fields(_parsed(text, name)), wanted, rows)
+    return Answer(PASSED) if problem is None else wrong(problem, f"src/{file}", problem.line)
+
+
+def _parsed(text: str, name: str) -> MsgSpec:
+    from genmsg import MsgContext
+    from genmsg.msg_loader import load_msg_from_string
+
+    return load_msg_from_string(MsgContext(), text, f"{PACKAGE}/{name}")
+
+
+def _fields(message: MsgSpec) -> list:
+    """Return (type, name) of each field, the type without the package of the message."""
+    kinds = (
+        kind.replace(f"{PACKAGE}/", "").replace("std_msgs/Header", "Header")
+        for kind in message.types
+    )
+    return list(zip(kinds, message.names))
+
+
+def _missing_message(name: str, hint: str, student: Student) -> Answer:
+    file, folder = f"src/{PACKAGE}/msg/{name}.msg", student.src / PACKAGE / "msg"
+    there = os.listdir(folder) if folder.is_dir() else []
+    near = difflib.get_close_matches(f"{name}.msg", there, 1, 0.8)
+    if near and not (SOLUTION / PACKAGE / "msg" / near[0]).is_file():
+        return Answer(
+            WRONG,
+            f"the file {file}",
+            f"there is {near[0]}",
+            "Is the name misspelt? Rename it: upper and lower case matter.",
+            f"src/{PACKAGE}/msg/{near[0]}",
+        )
+    return Answer(UNFINISHED, f"the file {file}", "it does not exist yet", hint, file)
+
+
+def _syntax_problem(text: str, name: str) -> Problem | None:
+    from genmsg import InvalidMsgSpec
+
+    for number, line in enumerate(text.splitlines(), start=1):
+        try:
+            _parsed(line, name)
+        except (InvalidMsgSpec, ValueError) as error:
+            return Problem(
+                "one field per line: TYPE NAME",
+                f"{line.strip()} ({error})",
+                "A line has a type, a space, and a name; only a comment after # may follow.",
+                line=number,
+            )
+    return None
+
+
+def _field_problem(mine: list, wanted: list, rows: list) -> Problem | None:
+    """Return the first field that differs; `rows` are the lines of the student's fields."""
+    for index, (kind, field) in enumerate(wanted):
+        line = rows[index] if index < len(rows) else (rows[-1] if rows else 1)
+        if index >= len(mine):
+            hint = f"The field {field} is missing at the end."
+            return Problem(f"{kind} {field}", "no such field", hint, line=line)
+        if mine[index] != (kind, field):
+            hint = _field_hint((kind, field), mine[index], mine, len(wanted))
+            return Problem(f"{kind} {field}", " ".join(mine[index]), hint, line=line)
+    if len(mine) > len(wanted):
+        kind, field = mine[len(wanted)]
+        return Problem(
+            f"{len(wanted)} fields",
+            f"one more: {kind} {field}",
+            f"{field} is too much: ROS connects nodes only if their messages have the same fields.",
+            line=rows[len(wanted)] if len(rows) > len(wanted) else None,
+        )
+    return None
+
+
+def _field_hint(wanted: tuple, seen: tuple, mine: list, count: int) -> str:
+    kind, field = wanted
+    if wanted in mine:
+        return f"{field} is in another place: the order of the fields matters."
+    if seen[1] == field:
+        array = "[]" in kind and "[]" not in seen[0]
+        hint = f"{field} must be of type {kind}, not {seen[0]}."
+        return f"{hint} The brackets [] make an array." if array else hint
+    if (seen[1], seen[0]) == wanted:
+        return f"The type comes first, then the name: {kind} {field}."
+    if seen[0] == kind and field not in [name for _, name in mine] and len(mine) >= count:
+        return f"The name is {field}, letter for letter: other nodes use this name."
+    return f"The field {field} is missing here."
