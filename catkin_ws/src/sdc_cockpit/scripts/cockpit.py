@@ -21,7 +21,7 @@ from std_msgs.msg import Bool, Header
 from std_srvs.srv import Trigger
 
 from sdc_cockpit import protocol, server
-from sdc_cockpit.access import Access, is_loopback
+from sdc_cockpit.access import Access, is_loopback, new_token
 from sdc_cockpit.drive_arguments import drive_arguments
 from sdc_cockpit.drive_runner import DriveRunner
 from sdc_cockpit.drive_view import EGO, DriveView
@@ -30,12 +30,10 @@ from sdc_cockpit.graph_view import LogLines, node_rows
 from sdc_cockpit.live_parameters import change_parameter, live_parameters
 from sdc_cockpit.master_state import check_no_drive, clear_parameters
 from sdc_cockpit.pictures import DriveSpeed, PictureEncoder, RateLimit
-from sdc_cockpit.saved_cockpit import SavedCockpit
 from sdc_cockpit.topic_feeds import Feed, TopicFeeds, decoded, seconds_of, stamp_of
 from sdc_cockpit.viewers import Viewers
 from sdc_common.ros.node import LoopPublisher, parameter, refuse, spin_with
 from sdc_common.ros.refusal import refusing
-from sdc_common.ros.supervisor import supervise
 from sdc_common.validation import check_positive
 from sdc_package.steering.loader import METHODS
 from sdc_sim.manual_control.keyboard import KeyboardControlRates
@@ -74,12 +72,10 @@ class Cockpit:
         )
         self.scenarios = scenario_names()
         self.address = parameter("address")
-        self.saved = SavedCockpit(parameter("port"))
         try:
-            self.sockets, port = server.bind(self.address, self.saved.port)
+            self.sockets, self.port = server.bind(self.address, parameter("port"))
         except OSError as error:
             refuse(f"cannot listen on {self.address}: {error}; set cockpit_address or cockpit_port")
-        self.saved.write(port=port)
         self.viewers = Viewers()
         self.log = LogLines()
         self.loop = None
@@ -174,7 +170,6 @@ class Cockpit:
         overrides = self.driving.overrides
         if overrides != self.overridden:
             self.overridden = overrides
-            self.saved.write(driving=overrides)
             self.override_publisher.publish(overrides)
 
     # The methods that the server calls.
@@ -331,14 +326,12 @@ class Cockpit:
     def serve(self):
         asyncio.set_event_loop(asyncio.new_event_loop())
         self.loop = tornado.ioloop.IOLoop.current()
-        access = Access(self.saved.token, is_loopback(self.address))
+        token = new_token()
+        access = Access(token, is_loopback(self.address))
         www = Path(rospkg.RosPack().get_path("sdc_cockpit")) / "www"
         web = tornado.httpserver.HTTPServer(server.application(self, access, www))
         web.add_sockets(self.sockets)
-        if self.saved.driving:
-            # The node was killed while a person drove.
-            self.override_publisher.publish(False)
-        url = server.page_address(self.address, self.saved.port, self.saved.token)
+        url = server.page_address(self.address, self.port, token)
         print("cockpit: " + url, flush=True)
         tornado.ioloop.PeriodicCallback(self.update, 1e3 * UPDATE_S).start()
         rospy.on_shutdown(self.on_shutdown)
@@ -358,6 +351,5 @@ def scenario_names():
 
 
 if __name__ == "__main__":
-    supervise()
     cockpit = Cockpit()
     spin_with(cockpit.serve)

@@ -1,6 +1,5 @@
 """Drives that a page starts, with a short program in the place of ./drive."""
 
-import json
 import os
 import signal
 import subprocess
@@ -11,7 +10,6 @@ import time
 import pytest
 
 from sdc_cockpit.drive_runner import DriveRunner
-from sdc_common.ros.supervisor import STATE_FOLDER_VARIABLE
 
 # Waits for a signal, or ends at once, and writes a report as ./drive does.
 PROGRAM = f"""#!{sys.executable}
@@ -20,8 +18,7 @@ report = [word for word in sys.argv if word.startswith("report:=")][0][len("repo
 print("arguments", sys.argv[1:], flush=True)
 def write(status):
     with open(report, "w") as file:
-        json.dump({{"status": status, "driving_score": 87.5,
-                   "supervised": "{STATE_FOLDER_VARIABLE}" in os.environ}}, file)
+        json.dump({{"status": status, "driving_score": 87.5}}, file)
     with open(report.replace("json", "html"), "w") as file:
         file.write("<h1>report</h1>")
 def end(*_):
@@ -38,11 +35,10 @@ while True:
 
 
 @pytest.fixture
-def runner(tmp_path, monkeypatch):
+def runner(tmp_path):
     program = tmp_path / "drive"
     program.write_text(PROGRAM)
     program.chmod(0o755)
-    monkeypatch.setenv(STATE_FOLDER_VARIABLE, str(tmp_path))
     ended = threading.Semaphore(0)
     runner = DriveRunner(str(program), tmp_path / "drives", ended.release)
     runner.ended = lambda: ended.acquire(timeout=60.0)
@@ -73,13 +69,6 @@ def test_drive_that_ends_is_listed_with_its_report(runner):
     log = runner.file(name, "drive.log").read_text()
     assert "headless:=true" in log and "cockpit:=false" in log
     assert runner.file(name, "report.html").read_text() == "<h1>report</h1>"
-
-
-def test_drive_has_supervisors_of_its_own(runner, tmp_path):
-    name = runner.start("", ["sync:=true"])
-    assert runner.ended()
-    report = json.loads((tmp_path / "drives" / name / "report.json").read_text())
-    assert report["supervised"] is False
 
 
 def test_one_drive_runs_at_a_time_and_a_stop_ends_it(runner, tmp_path):

@@ -1,15 +1,13 @@
-"""Clock that stops, and the registration with a restarted master."""
+"""A clock that stops, and a master that is gone."""
 
 import threading
 import types
 
 import pytest
-import rosgraph
 
 from sdc_common.ros import connection_watchdog
 from sdc_common.ros.connection_watchdog import (
     ClockMonitor,
-    MasterRegistration,
     topics_without_publisher,
     watch_connections,
 )
@@ -31,55 +29,18 @@ def test_running_clock_reports_no_change():
     assert not any(clock.update(0.5 * step, step) for step in range(1000))
 
 
-class RestartedMaster:
+class Master:
     """A ROS master, as rosgraph.Master gives access to it, and the XML-RPC interface of a node."""
 
     master_uri = "http://127.0.0.1:11311"
-    pid = 100
     failure = None  # what each call of the master raises
     connections = ()
     subscriptions = (("/cmd", "sdc_msgs/CarlaVehicleControl"),)
 
-    def __init__(self):
-        self.nodes, self.parameters, self.updates = {"/car"}, {}, []
-        self.publishers, self.subscribers, self.services = {}, {}, {}
-
-    def restart(self):
-        self.__init__()
-        self.pid += 1
-        self.nodes = set()
-
     def getPid(self):  # noqa: N802 (names of ROS)
         if self.failure is not None:
             raise self.failure
-        return self.pid
-
-    def lookupNode(self, name):  # noqa: N802
-        if name not in self.nodes:
-            raise rosgraph.MasterException("unknown node")
-
-    def hasParam(self, name):  # noqa: N802
-        return name in self.parameters
-
-    def setParam(self, name, value):  # noqa: N802
-        self.parameters[name] = value
-
-    def registerPublisher(self, topic, message_type, uri):  # noqa: N802
-        self.nodes.add("/car")
-        self.publishers[topic] = message_type, uri
-
-    def registerSubscriber(self, topic, message_type, uri):  # noqa: N802
-        self.nodes.add("/car")
-        self.subscribers[topic] = message_type, uri
-        return ["http://other:1"]
-
-    def registerService(self, service, service_uri, uri):  # noqa: N802
-        self.nodes.add("/car")
-        self.services[service] = service_uri, uri
-
-    def getPublications(self, caller):  # noqa: N802
-        assert caller == "/car"
-        return 1, "", [["/odometry", "nav_msgs/Odometry"]]
+        return 100
 
     def getSubscriptions(self, caller):  # noqa: N802
         assert caller == "/car"
@@ -89,15 +50,11 @@ class RestartedMaster:
         assert caller == "/car"
         return 1, "", self.connections
 
-    def publisherUpdate(self, caller, topic, publishers):  # noqa: N802
-        assert caller == "/car"
-        self.updates.append((topic, publishers))
-
 
 @pytest.fixture
 def values():
     """Return the parameters that the node finds at its start."""
-    return {"/use_sim_time": True, "/car": {"gain": 2.5}}
+    return {"/use_sim_time": True}
 
 
 @pytest.fixture
@@ -108,9 +65,7 @@ def log():
 
 @pytest.fixture
 def master(monkeypatch, values, log):
-    found = RestartedMaster()
-    services = [("/car/pause", "rosrpc://me:5")]
-    manager = types.SimpleNamespace(get_services=lambda: services)
+    found = Master()
     for name, value in (
         ("rospy.get_name", lambda: "/car"),
         ("rospy.get_node_uri", lambda: "http://me:4"),
@@ -119,76 +74,9 @@ def master(monkeypatch, values, log):
         ("rospy.loginfo", lambda text, *arguments: log.append(text % arguments)),
         ("rosgraph.Master", {"/car": found}.__getitem__),
         ("xmlrpc.client.ServerProxy", {"http://me:4": found}.__getitem__),
-        ("get_service_manager", lambda: manager),
     ):
         monkeypatch.setattr(f"{connection_watchdog.__name__}.{name}", value)
     return found
-
-
-def test_node_registers_all_of_itself_with_a_restarted_master(master):
-    registration = MasterRegistration()
-    registration.check()
-    assert (master.publishers, master.services) == ({}, {}), "the master knows the node"
-    master.restart()
-    registration.check()
-    assert master.publishers == {"/odometry": ("nav_msgs/Odometry", "http://me:4")}
-    assert master.subscribers == {"/cmd": ("sdc_msgs/CarlaVehicleControl", "http://me:4")}
-    assert master.updates == [("/cmd", ["http://other:1"])]
-    assert master.services == {"/car/pause": ("rosrpc://me:5", "http://me:4")}
-    assert master.parameters == {"/use_sim_time": True, "/car": {"gain": 2.5}}
-
-
-def test_restarted_master_keeps_the_parameters_that_it_has_already(master):
-    registration = MasterRegistration()
-    master.restart()
-    master.parameters["/car"] = {"gain": 1.0}
-    registration.check()
-    assert master.parameters == {"/use_sim_time": True, "/car": {"gain": 1.0}}
-
-
-def test_node_registers_the_rest_of_itself_with_a_master_that_knows_a_part(master):
-    registration = MasterRegistration()
-    master.restart()
-    master.registerSubscriber("/new", "std_msgs/Empty", "http://me:4")  # rospy does that
-    registration.check()
-    assert "/odometry" in master.publishers
-
-
-def test_node_registers_with_a_master_of_the_same_process_id(master):
-    registration = MasterRegistration()
-    master.restart()
-    master.pid -= 1
-    registration.check()
-    assert "/odometry" in master.publishers
-
-
-def test_restart_of_the_master_is_logged_once(master, log):
-    registration = MasterRegistration()
-    master.restart()
-    for _ in range(3):
-        registration.check()
-    (line,) = log
-    assert line.startswith("car: the roscore was restarted")
-    assert line.endswith("registered again")
-
-
-def test_restarted_master_gets_no_parameters_that_the_node_did_not_have(master, values):
-    values.clear()
-    registration = MasterRegistration()
-    master.restart()
-    registration.check()
-    assert master.parameters == {"/use_sim_time": False}
-
-
-def test_each_time_without_a_master_is_logged_once(master, log):
-    registration = MasterRegistration()
-    for failure in (OSError(), None, OSError(), OSError()):
-        master.failure = failure
-        registration.check()
-    assert len(log) == 2
-    assert log[0] == log[1]
-    assert log[0].startswith("car: no roscore responds at http://127.0.0.1:11311;")
-    assert log[0].endswith("existing connections stay")
 
 
 def test_topics_with_a_connected_publisher_are_not_named(master):
@@ -284,15 +172,13 @@ def test_node_without_simulated_time_logs_nothing_about_the_clock(node, values, 
     assert log == []
 
 
-@pytest.mark.parametrize("restart_s", [0.5, 4.0, 14.0])
-def test_restarted_master_is_noticed_within_11_s(node, master, restart_s):
-    node.at[restart_s] = master.restart
-    node.watch(restart_s + 11.0)
-    assert "/odometry" in master.publishers
+def test_each_time_without_a_master_is_logged_once(node, master, log):
+    def failing(failure):
+        master.failure = failure
 
-
-@pytest.mark.parametrize("failure", [ConnectionRefusedError(), rosgraph.MasterException("none")])
-def test_node_that_starts_without_a_master_is_not_watched(node, master, log, failure):
-    master.failure = failure
-    node.watch(20.0)
-    assert log == []
+    node.at = {15.0: lambda: failing(OSError()), 45.0: lambda: failing(None)}
+    node.at[65.0] = node.at[15.0]
+    node.watch(100.0)
+    assert len(log) == 2
+    assert log[0] == log[1]
+    assert log[0].startswith("car: no roscore responds at http://127.0.0.1:11311; existing")

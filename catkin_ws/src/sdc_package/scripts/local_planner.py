@@ -5,12 +5,10 @@ import numpy as np
 import rospy
 from carla_msgs.msg import CarlaTrafficLightInfoList, CarlaTrafficLightStatusList
 from nav_msgs.msg import Odometry
-from sdc_common.ros.checkpoint import Checkpoint
 from sdc_common.ros.connection_watchdog import watch_connections
-from sdc_common.ros.node import LoopPublisher, parameter, refuse
+from sdc_common.ros.node import LoopPublisher, every, leave_parameter, parameter, refuse
 from sdc_common.ros.refusal import refusing
 from sdc_common.ros.speed_reason_publisher import SpeedReasonPublisher
-from sdc_common.ros.supervisor import supervise
 from sdc_msgs.msg import ObstacleArray
 from sdc_package.local_planner import LocalPlanner, PlannerSettings
 from sdc_package.odometry import pose_and_speed
@@ -33,7 +31,6 @@ class LocalPlannerNode:
             refuse(f"config/local_planner.yaml: {error}")
         self.planner = None
         self.search = None
-        self.checkpoint = Checkpoint()
         self.inputs = inputs = PlannerInputs(self.answer, self.settings.traffic_lights)
 
         self.reasons = SpeedReasonPublisher()
@@ -56,10 +53,9 @@ class LocalPlannerNode:
             waypoints = np.array([(point.x, point.y) for point in path.waypoints]).reshape(-1, 2)
             # --------------------------------------------------------------------
             if self.planner is not None and self.planner.is_for(waypoints):
-                return  # a restarted mission planner publishes the same mission again
+                return
             planner = LocalPlanner(waypoints, self.settings)
-            if planner.restore(self.checkpoint.load()):
-                rospy.logwarn("local_planner: restarted; resumes at %.0f m", planner.place.s_m)
+            planner.resume(rospy.get_param("~route_s_m", -1.0))
             with self.inputs.lock:
                 self.planner, self.search = planner, WaypointSearch(planner.route.points)
                 self.inputs.start()
@@ -74,18 +70,22 @@ class LocalPlannerNode:
             # --------------------------------------------------------------------
             self.publish(self.planner.stop_for(self.inputs.traffic_lights, rows, speed))
             self.reasons.update(odometry.header.stamp, self.planner.reason)
-            self.checkpoint.save(self.planner.checkpoint())
 
     def publish(self, rows):
         # TODO 8: publish a LocalPath with one Waypoint for each row x, y, v (until then: pass)
         self.publisher.publish(LocalPath([Waypoint(x, y, v) for x, y, v in rows.tolist()]))
         # ------------------------------------------------------------------------
 
+    def leave_place(self):
+        """Leave the car's distance along the route to the next process of this node."""
+        if self.planner is not None:
+            leave_parameter("route_s_m", self.planner.s_m)
+
     def run(self):
         watch_connections()
+        every(0.2, self.leave_place)
         rospy.spin()
 
 
 if __name__ == "__main__":
-    supervise()
     LocalPlannerNode().run()

@@ -4,7 +4,6 @@
 import rospy
 from sdc_common.ros.connection_watchdog import watch_connections
 from sdc_common.ros.node import parameter, refuse
-from sdc_common.ros.supervisor import supervise
 from sdc_common.routes.waypoint_file import WaypointError, load_waypoints
 
 # TODO 1: the two messages of a mission: a point, and the path of all points
@@ -46,5 +45,4 @@ class MissionPlanner:
 
 
 if __name__ == "__main__":
-    supervise()
     MissionPlanner().run()

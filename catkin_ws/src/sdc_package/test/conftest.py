@@ -81,7 +81,9 @@ def offline_node(monkeypatch):
         with open(os.path.join(HERE, "..", "config", name + ".yaml"), encoding="utf-8") as file:
             config = yaml.safe_load(file)
         node = OfflineNode(config)
-        monkeypatch.setattr(rospy, "get_param", lambda key, *default: config[key.lstrip("~")])
+        monkeypatch.setattr(
+            rospy, "get_param", lambda key, *default: config.get(key.lstrip("~"), *default)
+        )
         monkeypatch.setattr(rospy, "init_node", lambda name: None)
         monkeypatch.setattr(rospy, "logwarn_throttle", lambda seconds, text: None)
         monkeypatch.setattr(rospy, "loginfo", lambda text: None)

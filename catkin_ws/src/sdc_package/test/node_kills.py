@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Each node is killed during one drive: the car stops or is unaffected, and the drive completes."""
+"""Nodes of the car are killed during one drive: it stops or is unaffected, and completes."""
 
 import json
 import os
@@ -44,12 +44,11 @@ class KillsTest(unittest.TestCase):
         if stopped is not None:
             self.assertLess(stopped, STOPS_WITHIN_S, node)
 
-    def test_drive_completes_after_each_node_was_killed(self):
+    def test_drive_completes_after_each_node_of_the_car_was_killed(self):
         # On a straight: without a controller the car brakes with the wheels as they are.
         self.drive.wait_for(lambda x, _y, _yaw, _speed: x > 5.0)
         self.check_stop("/simple_controller")
-        for node in ("/mission_planner", "/camera", "/referee"):
-            self.check_unaffected(node)
+        self.check_unaffected("/camera")
         self.drive.wait_for(lambda _x, y, _yaw, _speed: y > 15.0)
         self.drive.wait_for(lambda x, y, _yaw, _speed: 5.0 < x < 20.0 and abs(y) < 2.0)
         self.check_stop("/local_planner")

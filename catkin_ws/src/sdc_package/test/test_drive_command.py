@@ -96,6 +96,13 @@ def test_report_that_cannot_be_written_ends_the_drive(environment, tmp_path):
     assert "report:=FILE" in done.stdout
 
 
+def test_node_of_the_car_that_refuses_a_parameter_ends_the_drive(environment, tmp_path):
+    done = drive(environment, tmp_path, "camera:=false", "planner_options:={braking_mps2: -3.0}")
+    assert done.returncode != 0
+    line = "local_planner: config/local_planner.yaml: braking_mps2 must be a positive number"
+    assert done.stdout.count(line) == 1
+
+
 def test_scenario_limits_decide_the_exit_status(environment, tmp_path):
     (tmp_path / "mine.yaml").write_text(
         "route: [straight_m: 40]\nlimits:\n  at_most: {speed_max_mps: 7.0}\n"

@@ -128,12 +128,6 @@ def test_car_at_a_crossing_joins_the_pass_in_its_direction(yaw, s_m):
     assert local.place.s_m == pytest.approx(s_m, abs=3.0)
 
 
-@pytest.mark.parametrize("read", [lambda local: local.place, LocalPlanner.checkpoint])
-def test_place_is_known_after_the_first_plan_only(read):
-    with pytest.raises(AssertionError, match="^the car's place is known after the first plan$"):
-        read(planner(straight(50.0)))
-
-
 def test_place_does_not_jump_where_the_route_passes_itself():
     points = twice_round()
     local = planner(points)
@@ -215,37 +209,25 @@ def test_first_waypoint_of_another_pass_is_replaced():
     assert local.place.s_m < 10.0
 
 
-def test_restored_planner_resumes_on_the_same_pass_of_the_route():
-    points = twice_round(turns=2.2)
-    first = planner(points)
-    for s in np.arange(0.0, 200.0, 0.5):
-        path_ahead(
-            first, 20.0 * math.cos(s / 20.0), 20.0 * math.sin(s / 20.0), s / 20.0 + math.pi / 2
-        )
-    assert first.place.s_m == pytest.approx(199.5, abs=0.5)
-    for moved in (0.0, 15.0):
-        angle = (199.5 + moved) / 20.0
-        second = planner(points)
-        assert second.restore(first.checkpoint())
-        path_ahead(second, 20.0 * math.cos(angle), 20.0 * math.sin(angle), angle + math.pi / 2)
-        assert second.place.s_m == pytest.approx(199.5 + moved, abs=0.5)
-    assert not planner(points).restore(None)
-    assert not planner(points[:-1]).restore(first.checkpoint()), "another route"
+@pytest.mark.parametrize(
+    ("left_m", "s_m"),
+    [(-1.0, 89.3), (199.5, 215.0), (170.0, 215.0), (60.0, 89.3), (9999.0, 89.3)],
+    ids=["unknown", "second pass", "fast car", "first pass", "another route"],
+)
+def test_planner_resumes_on_the_pass_of_the_route_on_which_it_was(left_m, s_m):
+    local = planner(twice_round(turns=2.2))
+    local.resume(left_m)
+    angle = 215.0 / 20.0
+    path_ahead(local, 20.0 * math.cos(angle), 20.0 * math.sin(angle), angle + math.pi / 2)
+    assert local.s_m == pytest.approx(s_m, abs=0.5)
 
 
-def test_checkpoint_of_whole_numbers_is_that_of_the_same_waypoints():
-    whole = planner(straight(50.0).astype(int))
-    path_ahead(whole, 20.0, 0.0, 0.0)
-    assert planner(straight(50.0)).restore(whole.checkpoint())
-
-
-def test_restored_planner_searches_the_whole_route_for_a_car_far_away():
-    here = planner(straight(300.0))
-    path_ahead(here, 20.0, 0.0, 0.0)
-    there = planner(straight(300.0))
-    assert there.restore(here.checkpoint())
-    path_ahead(there, 200.0, 0.0, 0.0)
-    assert there.place.s_m == pytest.approx(200.0)
+def test_resumed_planner_searches_the_whole_route_for_a_car_far_away():
+    local = planner(straight(300.0))
+    assert local.s_m < 0.0, "unknown"
+    local.resume(20.0)
+    path_ahead(local, 200.0, 0.0, 0.0)
+    assert local.s_m == pytest.approx(200.0)
 
 
 def test_planner_recognizes_the_waypoints_of_its_mission():

@@ -1,4 +1,4 @@
-"""The scripts of planner and controller without ROS: a silent planner, a restart, red lights."""
+"""The scripts of planner and controller without ROS: a silent planner, red lights."""
 
 import math
 
@@ -15,7 +15,6 @@ from nav_msgs.msg import Odometry
 from sdc_package.msg import BaseWaypoint, LocalPath, Path, Waypoint
 
 from sdc_common.ros.stop_lines import GREEN, RED
-from sdc_common.ros.supervisor import STATE_FOLDER_VARIABLE
 
 MISSION, PATH = "/planner/mission_waypoints", "/planner/local_waypoints"
 ODOMETRY = "/carla/ego_vehicle/odometry"
@@ -85,28 +84,6 @@ def test_stop_for_a_silent_planner_steers_along_the_last_path(offline_node, side
     }
     assert stops[0].steer == pytest.approx(0.0, abs=0.02)
     assert side * stops[-1].steer < -0.1, "a positive steer turns right"
-
-
-def test_restarted_planner_resumes_on_the_pass_on_which_it_was(offline_node, monkeypatch, tmp_path):
-    """A circle that is driven nearly twice: without a memory, the first pass is as near."""
-    monkeypatch.setenv(STATE_FOLDER_VARIABLE, str(tmp_path))
-    angle = np.arange(0.0, 3.6 * math.pi, 0.05)
-    route = mission(20.0 * np.column_stack([np.cos(angle), np.sin(angle)]))
-    before = offline_node("local_planner", "LocalPlannerNode")
-    before.receive[MISSION](route)
-    turns = np.arange(0.02, 3.5 * math.pi, 0.02)
-    poses = [(20.0 * math.cos(a), 20.0 * math.sin(a), a + math.pi / 2.0) for a in turns]
-    for tick, pose in enumerate(poses, start=1):
-        before.receive[ODOMETRY](odometry(tick, *pose))
-    restarted = offline_node("local_planner", "LocalPlannerNode")
-    restarted.receive[MISSION](route)
-    restarted.receive[ODOMETRY](odometry(len(poses) + 1, *poses[-1]))
-    assert restarted.published == before.published[-1:]
-    monkeypatch.delenv(STATE_FOLDER_VARIABLE)
-    forgetful = offline_node("local_planner", "LocalPlannerNode")
-    forgetful.receive[MISSION](route)
-    forgetful.receive[ODOMETRY](odometry(len(poses) + 1, *poses[-1]))
-    assert forgetful.published != before.published[-1:], "the pass makes a difference"
 
 
 def test_planner_stops_for_the_red_light_of_a_bridge_without_stamps(offline_node):

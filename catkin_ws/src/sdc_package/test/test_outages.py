@@ -50,9 +50,7 @@ def roscore(start, environment):
     return core
 
 
-def test_drive_continues_without_its_roscore_and_registers_with_the_next_one(
-    environment, start, route, tmp_path
-):
+def test_drive_continues_without_its_roscore(environment, start, route, tmp_path):
     core = roscore(start, environment)
     drive = start(
         [
@@ -62,7 +60,7 @@ def test_drive_continues_without_its_roscore_and_registers_with_the_next_one(
             "headless:=true",
             "camera:=false",
             f"waypoints_path:={route}",
-            "planned_speed_mps:=4",  # the drive outlasts the start of a roscore on a busy machine
+            "planned_speed_mps:=4",  # the drive outlasts the next check of the master
             "referee_options:={pictures: false}",
         ],
         environment,
@@ -76,16 +74,7 @@ def test_drive_continues_without_its_roscore_and_registers_with_the_next_one(
             for node in ("sim", "local_planner", "simple_controller", "referee")
         )
     )
-    roscore(start, environment)
-    drive.wait_for_output(
-        *(
-            f"{node}: the roscore was restarted"
-            for node in ("sim", "mission_planner", "local_planner", "simple_controller", "referee")
-        )
-    )
-    os.kill(drive.pid_of("local_planner"), signal.SIGKILL)
     assert drive.wait_for_end() == 0, drive.output
-    assert "local_planner was killed" in drive.output
     report = json.loads((tmp_path / "report" / "report.json").read_text())
     assert report["status"] == "completed"
     assert report["cross_track_max_m"] < 0.5
@@ -165,7 +154,10 @@ def test_drive_completes_when_the_report_folder_is_removed(environment, start, r
     assert "Traceback" not in drive.output
 
 
-def test_killed_sim_ends_the_drive_with_a_report_until_then(environment, start, bend, tmp_path):
+@pytest.mark.parametrize("node", ["sim.py", "mission_planner.py", "referee.py"])
+def test_death_of_the_world_ends_the_drive_with_a_report_until_then(
+    environment, start, bend, tmp_path, node
+):
     """The trace begins as that of an undisturbed drive, bit for bit."""
     command = [
         DRIVE,
@@ -181,7 +173,7 @@ def test_killed_sim_ends_the_drive_with_a_report_until_then(environment, start, 
     while not (journal.exists() and journal.stat().st_size > 20_000):
         assert time.monotonic() < limit, drive.output
         time.sleep(0.002)
-    os.kill(drive.pid_of("sim.py"), signal.SIGKILL)
+    os.kill(drive.pid_of(node), signal.SIGKILL)
     assert drive.wait_for_end() == 1, drive.output[-3000:]
     report = json.loads((tmp_path / "report" / "report.json").read_text())
     assert (report["status"], report["world_restarts"]) == ("aborted", 0)

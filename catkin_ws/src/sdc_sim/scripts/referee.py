@@ -15,7 +15,6 @@ from std_srvs.srv import Trigger
 from sdc_common.ros.connection_watchdog import watch_connections
 from sdc_common.ros.ground_truth import true_odometry_topic
 from sdc_common.ros.node import parameter, refuse
-from sdc_common.ros.supervisor import supervise
 from sdc_sim.evaluation.evaluator import Evaluator, evaluate_event_log
 from sdc_sim.evaluation.route_progress import COMPLETED
 from sdc_sim.evaluation.rules import EvaluationRules
@@ -42,7 +41,10 @@ class Referee:
         role_name = parameter("role_name")
         image_topics = {f"/carla/{role_name}{one.front.image}" for one in GENERATIONS.values()}
         self.snapshots = CameraSnapshots(
-            sorted(image_topics), parameter("snapshots"), self.on_snapshot, self.on_picture
+            sorted(image_topics),
+            parameter("snapshots") if self.pictures else 0,
+            self.on_snapshot,
+            self.on_picture,
         )
         try:
             self.event_log = open_report(self.report_path, parameter("drive_id"))
@@ -181,5 +183,4 @@ class Referee:
 
 
 if __name__ == "__main__":
-    supervise()
     sys.exit(Referee().run())

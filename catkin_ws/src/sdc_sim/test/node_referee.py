@@ -11,9 +11,7 @@ import signal
 import subprocess
 import tempfile
 import unittest
-import xmlrpc.client
 
-import rosgraph
 import rospkg
 import rospy
 import rostest
@@ -218,23 +216,6 @@ class RefereeTest(unittest.TestCase):
         self.assertEqual((report["status"], report["missed_ticks"]), ("completed", 0))
         with open(os.path.join(self.folder, "report.csv"), encoding="utf-8") as file:
             self.assertIn(",0.5,", file.readlines()[50])
-
-    def test_killed_referee_resumes_its_drive(self):
-        process = self.start()
-        self.drive_and_wait(1, 100)
-        node = xmlrpc.client.ServerProxy(rosgraph.Master("/referee_test").lookupNode(self.name))
-        os.kill(node.getPid("/referee_test")[2], signal.SIGKILL)
-        wait_until(lambda: "was killed by" in self.log(), 30.0, "the message of the supervisor")
-        wait_until(self.disconnected, 30.0, "the end of the old connections")
-        self.publish_route()
-        self.drive_and_wait(100, 200)
-        self.drive(200)
-        report = self.report(process, 0)
-        self.assertEqual((report["status"], report["referee_restarts"]), ("completed", 1))
-        self.assertEqual(report["ticks"], 200)
-        self.assertAlmostEqual(report["duration_s"], 9.95)
-        self.assertEqual(report["unseen_s"], 0.0)
-        self.assertIn("resumed the drive at", self.log())
 
     def test_reason_that_arrives_after_the_last_command_is_in_the_trace(self):
         reasons = rospy.Publisher("/planner/speed_reason", SpeedReason, queue_size=10)

@@ -31,7 +31,6 @@ for name in map(str.strip, sys.stdin):
         sys.argv = [{SIM!r}, "__name:=" + name]
         rospy.names.reload_mappings(sys.argv)
         signal.alarm(60)  # ends a sim that refuses nothing
-        script.supervise()
         script.Sim().run()
         break
     print("exit status", os.WEXITSTATUS(os.wait()[1]), flush=True)

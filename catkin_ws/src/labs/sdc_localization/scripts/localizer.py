@@ -12,11 +12,9 @@ from sensor_msgs.msg import Imu, JointState, NavSatFix, PointCloud2
 from tf2_msgs.msg import TFMessage
 
 from sdc_common.geometry.geodesy import map_from_geodetic
-from sdc_common.ros.checkpoint import Checkpoint
 from sdc_common.ros.connection_watchdog import watch_connections
 from sdc_common.ros.node import LoopPublisher, parameter, refuse
 from sdc_common.ros.refusal import refusing
-from sdc_common.ros.supervisor import supervise
 from sdc_common.routes.waypoint_file import WaypointError
 from sdc_common.validation import check_non_negative, check_positive
 from sdc_localization.landmark_map import load_landmarks
@@ -43,9 +41,6 @@ class LocalizerNode:
         except (TypeError, ValueError) as error:
             refuse(f"config/localizer.yaml: {error}")
         self.waypoints = None
-        self.checkpoint = Checkpoint()
-        if self.localizer.restore(self.checkpoint.load()):
-            rospy.logwarn("localizer: restarted; resumes with its last estimate")
         self.landmarks = self.read_map() if parameter("landmarks") else None
         lidar_period_s = parameter("lidar_period_s") if self.landmarks else 0.0
         self.inputs = SensorPairing(self.answer, [gnss_period_s, lidar_period_s])
@@ -90,7 +85,6 @@ class LocalizerNode:
                 if scan is not None:
                     self.add_scan(scan)
                 self.publish(wheels.header.stamp)
-                self.checkpoint.save(self.localizer.checkpoint())
 
     def add_position(self, fix):
         x, y = map_from_geodetic(fix.latitude, fix.longitude)
@@ -120,5 +114,4 @@ class LocalizerNode:
 
 
 if __name__ == "__main__":
-    supervise()
     LocalizerNode().run()

@@ -1,5 +1,4 @@
 import dataclasses
-import json
 import math
 
 import numpy as np
@@ -104,21 +103,6 @@ def test_gap_in_time_is_no_motion(localizer):
     state = localizer.state.copy()
     localizer.move(100.0, 10.0, 0.0)
     assert (localizer.state == state).all()
-
-
-def test_restored_localizer_continues_bit_for_bit(localizer, settings):
-    drive(localizer, 3.0, fix=lambda x, y: (x + 0.3, y))
-    other = Localizer(settings)
-    assert other.restore(json.loads(json.dumps(localizer.checkpoint())))
-    for one in (localizer, other):
-        drive(one, 1.0, fix=lambda x, y: (x, y))
-    assert (localizer.state == other.state).all()
-    assert (localizer.covariance == other.covariance).all()
-
-
-def test_empty_checkpoint_restores_nothing(settings):
-    assert not Localizer(settings).restore(None)
-    assert not Localizer(settings).restore(Localizer(settings).checkpoint())
 
 
 def test_bad_parameter_is_named(settings):

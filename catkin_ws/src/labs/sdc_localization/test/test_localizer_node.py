@@ -31,13 +31,8 @@ def node(settings):
     found.localizer, found.waypoints = Localizer(settings), LANE
     found.landmarks = LandmarkMap(np.array([[20.0, 3.0]]), 0.1, 0.01, settings.gate_2)
     found.radius_m, found.pole_radius_m, found.lidar_ahead_m = 0.35, 0.17, 2.35
-    found.publisher, found.tf_publisher, found.checkpoint = Published(), Published(), Kept()
+    found.publisher, found.tf_publisher = Published(), Published()
     return found
-
-
-class Kept(list):
-    def save(self, state):
-        self.append(state)
 
 
 def stamped(message, tick):
@@ -77,7 +72,6 @@ def test_nothing_is_published_before_the_first_fix(node):
     assert pose_and_speed(message) == pytest.approx((10.0, 0.0, 0.0, 3.5), abs=1e-6)
     assert message.pose.covariance[0] == pytest.approx(1.0)
     assert node.tf_publisher[0].transforms[0].child_frame_id == "ego_vehicle"
-    assert len(node.checkpoint) == 1
 
 
 def test_scan_of_a_landmark_corrects_the_estimate(node):

@@ -17,8 +17,6 @@ from typing import Any, Callable
 
 import rospkg
 
-from sdc_common.ros.supervisor import STATE_FOLDER_VARIABLE
-
 _REPORT, _PAGE, _LOG, _DRIVE = "report.json", "report.html", "drive.log", "drive.json"
 _METRICS = (
     "status",
@@ -92,7 +90,6 @@ class DriveRunner:
                 self._process = subprocess.Popen(
                     command,
                     cwd=place,
-                    env=_environment(),
                     stdin=subprocess.DEVNULL,
                     stdout=log,
                     stderr=subprocess.STDOUT,
@@ -190,11 +187,6 @@ class DriveRunner:
         if not self._command:
             return set()
         return {path.parent.name for path in self._folder.glob(f"*/{_DRIVE}")}
-
-
-def _environment() -> dict[str, str]:
-    """Return the environment without what only the supervisor of this node needs."""
-    return {name: value for name, value in os.environ.items() if name != STATE_FOLDER_VARIABLE}
 
 
 def _json(path: Path) -> dict[str, Any]:

@@ -22,7 +22,7 @@ def stack_processes(master_uri: str) -> list[psutil.Process]:
 def process_name(process: psutil.Process) -> str:
     """Return the name of a process: that of its node, or of its program.
 
-    A supervisor and a node's worker process have the name of the node with their role in brackets.
+    A node's worker process has the name of the node with its role in brackets.
 
     Raises:
         psutil.Error: the process has ended
@@ -30,7 +30,7 @@ def process_name(process: psutil.Process) -> str:
     words = process.cmdline()
     node = next((word[len(_NODE) :] for word in words if word.startswith(_NODE)), None)
     if node is not None:
-        return f"{node} (supervisor)" if process.name() == "supervisor" else node
+        return node
     parent = process.parent()
     if parent is not None and any("multiprocessing" in word for word in words):
         role = "worker" if "--multiprocessing-fork" in words else "resource tracker"

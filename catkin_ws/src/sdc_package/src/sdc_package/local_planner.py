@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import math
-import zlib
 from bisect import bisect_left, bisect_right
 from dataclasses import dataclass
-from typing import Any, Callable, Mapping, Sequence
+from typing import Any, Callable, Sequence
 
 import numpy as np
 
@@ -27,8 +26,8 @@ from sdc_package.traffic_lights import TrafficLightMargins, TrafficLightMonitor
 # The car moves less than this between two odometry messages, unless it is moved to another place.
 _WINDOW_BACK_M = 3.0
 _WINDOW_AHEAD_M = 8.0
-# The car brakes while its planner is restarted, so that it moves less than this.
-_RESUME_WITHIN_M = 40.0
+# The car brakes while its planner is started again, so that it moves less than this.
+_RESUME_WITHIN_M = 60.0
 # Below this share of the planned speed, the car's acceleration limits its speed.
 _REACHED = 0.9
 
@@ -112,7 +111,6 @@ class LocalPlanner:
         """
         self.waypoints_m = waypoints_m
         self.settings = settings
-        self._fingerprint = zlib.crc32(np.ascontiguousarray(waypoints_m, float).tobytes())
         self.route = road_route(waypoints_m)
         self.speed, self._reasons = limited_speeds(self.route, settings.limits)
         self.reason = self._reasons[0]
@@ -129,9 +127,14 @@ class LocalPlanner:
 
     @property
     def place(self) -> Place:
-        """Return the car's place on the route, after the first plan or after `restore`."""
+        """Return the car's place on the route, after the first plan or after `resume`."""
         assert self._place is not None, "the car's place is known after the first plan"
         return self._place
+
+    @property
+    def s_m(self) -> float:
+        """Return the car's distance along the route [m]; negative: unknown yet."""
+        return -1.0 if self._place is None else self._place.s_m
 
     def plan(
         self,
@@ -203,28 +206,16 @@ class LocalPlanner:
         """Return whether this planner plans along exactly these waypoints."""
         return np.array_equal(self.waypoints_m, waypoints_m)
 
-    def checkpoint(self) -> dict[str, float]:
-        """Return the car's place on this route as plain data, after the first plan."""
-        x_m, y_m = self._xy
-        return {"route": self._fingerprint, "s_m": self.place.s_m, "x_m": x_m, "y_m": y_m}
-
-    def restore(self, checkpoint: Mapping[str, float] | None) -> bool:
-        """Continue from a checkpoint, on the pass of the route on which the car was.
+    def resume(self, s_m: float) -> None:
+        """Continue from a distance, on the pass of the route on which the car was.
 
         Args:
-            checkpoint: result of `checkpoint`, or None
-
-        Returns:
-            whether it is a checkpoint of this route; the planner is unchanged if it is not
+            s_m: distance along the route [m]; negative: unknown
         """
-        if not checkpoint or checkpoint["route"] != self._fingerprint:
-            return False
-        self._xy = checkpoint["x_m"], checkpoint["y_m"]
-        self._place = self.route.project(
-            *self._xy, checkpoint["s_m"], _WINDOW_BACK_M, _WINDOW_BACK_M
-        )
-        self._window_ahead_m = _RESUME_WITHIN_M
-        return True
+        if 0.0 <= s_m <= self.route.length_m:
+            self._xy = self.route.line.point_at(s_m)
+            self._place = self.route.project(*self._xy, s_m, _WINDOW_BACK_M, _WINDOW_BACK_M)
+            self._window_ahead_m = _RESUME_WITHIN_M
 
     def _capped(self, path: np.ndarray, caps: np.ndarray, reason: str) -> np.ndarray:
         """Return (n, 3) rows of x, y, v with v limited to (n,) speeds, for this reason."""

@@ -233,25 +233,6 @@ class Localizer:
             self.covariance[: YAW + 1, : YAW + 1],
         )
 
-    def checkpoint(self) -> dict[str, Any]:
-        """Return the whole state as plain data."""
-        state = self.state
-        return {
-            "state": None if state is None else state.tolist(),
-            "covariance": self.covariance.tolist(),
-            "motion": self._motion,
-        }
-
-    def restore(self, checkpoint: Any) -> bool:
-        """Restore a checkpoint; return whether there was one with an estimate."""
-        if not checkpoint or checkpoint["state"] is None:
-            return False
-        self.state = np.array(checkpoint["state"])
-        self.covariance = np.array(checkpoint["covariance"])
-        motion = checkpoint["motion"]
-        self._motion = None if motion is None else (motion[0], motion[1], motion[2])
-        return True
-
     @property
     def _time_s(self) -> float:
         return self._motion[0] if self._motion is not None else 0.0

@@ -10,7 +10,6 @@ import xmlrpc.client
 
 import rosgraph
 import rospy
-from rospy.impl.registration import get_service_manager
 
 CLOCK_TIMEOUT_S = 5.0
 _CHECK_CLOCK_EVERY_S = 0.5
@@ -54,74 +53,27 @@ class ClockMonitor:
         return changed
 
 
-class MasterRegistration:
-    """Registers this node again after the roscore was restarted.
-
-    Connected nodes work without the master. But a restarted master has no registrations and no
-    parameters: a new node finds no other. So each node registers its topics, its services and its
-    own parameters again.
-    """
+class MasterMonitor:
+    """Logs when the ROS master is gone. Connected nodes work without it."""
 
     def __init__(self):
-        self._name = rospy.get_name()
-        self._master = rosgraph.Master(self._name)
-        self._unreachable = False
-        self._master_pid = self._master.getPid()
-        self.uses_sim_time = rospy.get_param("/use_sim_time", False)
-        self._parameters = {
-            "/use_sim_time": self.uses_sim_time,
-            self._name: rospy.get_param(self._name, None),
-        }
+        self._master = rosgraph.Master(rospy.get_name())
+        self._is_gone = False
 
     def check(self) -> None:
-        """Register again if the master is another process, or does not know this node.
-
-        A new master may know a part of this node: rospy registers a topic that was added without a
-        master as soon as there is one again. In a container, it may have the process id of the old
-        one.
-        """
-        if rospy.core.is_shutdown_requested():
-            return
+        """Ask the master for a sign of life; log once when it gives none."""
         try:
-            pid = self._master.getPid()
-            if pid != self._master_pid or not self._is_known():
-                self._register()
-                self._master_pid = pid
-                self._warn("the roscore was restarted; registered again")
-        except rosgraph.MasterException:
-            return
+            self._master.getPid()
         except OSError:
-            if not self._unreachable:
-                self._warn(
-                    f"no roscore responds at {self._master.master_uri}; existing connections stay"
+            if not self._is_gone:
+                rospy.logwarn(
+                    "%s: no roscore responds at %s; existing connections stay",
+                    rospy.get_name().lstrip("/"),
+                    self._master.master_uri,
                 )
-            self._unreachable = True
-            return
-        self._unreachable = False
-
-    def _is_known(self) -> bool:
-        try:
-            self._master.lookupNode(self._name)
-        except rosgraph.MasterException:
-            return False
-        return True
-
-    def _register(self) -> None:
-        uri = rospy.get_node_uri()
-        own = xmlrpc.client.ServerProxy(uri)
-        for name, value in self._parameters.items():
-            if value is not None and not self._master.hasParam(name):
-                self._master.setParam(name, value)
-        for topic, message_type in _topics(own.getPublications(self._name)):
-            self._master.registerPublisher(topic, message_type, uri)
-        for topic, message_type in _topics(own.getSubscriptions(self._name)):
-            publishers = self._master.registerSubscriber(topic, message_type, uri)
-            own.publisherUpdate(self._name, topic, publishers)
-        for service, service_uri in get_service_manager().get_services():
-            self._master.registerService(service, service_uri, uri)
-
-    def _warn(self, message: str) -> None:
-        rospy.logwarn("%s: %s", self._name.lstrip("/"), message)
+            self._is_gone = True
+        else:
+            self._is_gone = False
 
 
 def topics_without_publisher() -> list[str]:
@@ -144,20 +96,19 @@ def _topics(answer: object) -> list:
 def watch_connections() -> None:
     """Watch the clock and the master from now on, in a thread of its own and in wall time.
 
-    While the clock is stopped, log which topics have no publisher. Register again with a restarted
-    master.
+    While the clock is stopped, log which topics have no publisher. Log when the master is gone.
     """
     threading.Thread(target=_watch, daemon=True).start()
 
 
 def _watch() -> None:
     with contextlib.suppress(OSError, rosgraph.MasterException):
-        master = MasterRegistration()
-        clock = ClockMonitor(CLOCK_TIMEOUT_S)
+        uses_sim_time = rospy.get_param("/use_sim_time", False)
+        master, clock = MasterMonitor(), ClockMonitor(CLOCK_TIMEOUT_S)
         checked_at = -math.inf
         while not rospy.core.is_shutdown_requested():
             time.sleep(_CHECK_CLOCK_EVERY_S)
-            if master.uses_sim_time and clock.update(time.monotonic(), rospy.get_rostime()):
+            if uses_sim_time and clock.update(time.monotonic(), rospy.get_rostime()):
                 _log_clock(clock.stopped)
             if time.monotonic() - checked_at > _CHECK_MASTER_EVERY_S:
                 master.check()

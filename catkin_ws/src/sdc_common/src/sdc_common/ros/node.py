@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import contextlib
+import os
+import signal
 import sys
 import threading
 import time
 import warnings
+import xmlrpc.client
 from collections.abc import Callable
 from typing import Any, NoReturn
 
+import rosgraph
 import rospy
 from std_srvs.srv import Trigger
 
@@ -26,11 +31,30 @@ def parameter(name: str) -> Any:
         )
 
 
+def leave_parameter(name: str, value: Any) -> None:
+    """Set the private parameter `name`, for the next process of this node; without a master, not.
+
+    Roslaunch starts a node with `respawn` again when it dies.
+    """
+    with contextlib.suppress(OSError, rosgraph.MasterException):
+        rospy.set_param("~" + name, value)
+
+
 def refuse(message: object) -> NoReturn:
-    """Log one line and end the node with exit code 1."""
+    """Log one line, and end the node with exit code 1 and the launch that started it."""
     rospy.logfatal("%s: %s", rospy.get_name().lstrip("/"), message)
+    _end_launch()
     rospy.signal_shutdown(str(message))
     sys.exit(1)
+
+
+def _end_launch() -> None:
+    """Interrupt the roslaunch that started this node: with `respawn` it would start it forever."""
+    with contextlib.suppress(OSError, xmlrpc.client.Error, rosgraph.MasterException):
+        for uri in rospy.get_param("/roslaunch/uris", {}).values():
+            answer: Any = xmlrpc.client.ServerProxy(uri).get_pid()
+            if answer[2] == os.getppid():
+                os.kill(os.getppid(), signal.SIGINT)
 
 
 class LoopPublisher(rospy.Publisher):

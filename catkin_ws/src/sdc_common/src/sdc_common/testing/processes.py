@@ -167,14 +167,11 @@ class Program:
         return self.wait_for_end()
 
     def pid_of(self, word: str) -> int:
-        """Return the id of the one process of this ROS master whose program name contains a word.
-
-        A node and its supervisor have the same command; the node is meant.
-        """
+        """Return the id of the one process of this master whose program name contains a word."""
 
         def is_node(process: psutil.Process) -> bool:
             names = map(os.path.basename, process.cmdline()[:3])
-            return process.name() != "supervisor" and any(word in name for name in names)
+            return any(word in name for name in names)
 
         uri = self.environment["ROS_MASTER_URI"]
         found = matching(processes_with("ROS_MASTER_URI", uri), is_node)

@@ -154,7 +154,10 @@ class CameraSnapshots:
                 self.update(self._percent, self._now_s, time.monotonic())
 
     def _has_camera(self) -> bool:
-        topics = {topic for topic, _ in rospy.get_published_topics()}
+        try:
+            topics = {topic for topic, _ in rospy.get_published_topics()}
+        except OSError:
+            return False  # the ROS master is gone
         return bool(topics.intersection(self._topics))
 
     def close(self) -> None:
