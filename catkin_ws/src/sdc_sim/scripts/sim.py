@@ -7,11 +7,11 @@ import rospy
 
 from sdc_common.ros.node import spin_with
 from sdc_sim.ros.command_input import CommandInput
-from sdc_sim.ros.request_queue import RequestQueue
+from sdc_sim.ros.connections import Connections, missing_connections, wait_for_connections
+from sdc_sim.ros.loop_lock import LoopLock
 from sdc_sim.ros.services import SimulationServices
 from sdc_sim.ros.simulation_setup import SimulationSetup
 from sdc_sim.ros.simulation_topics import SimulationTopics
-from sdc_sim.ros.start_handshake import StartHandshake
 from sdc_sim.simulation.pause import PauseControl
 
 # In real time a picture, which needs both cores, starts after the answer, but no later than this.
@@ -26,92 +26,85 @@ class Sim:
         self.simulation = setup.simulation
         self.lockstep = setup.lockstep
         self.timeouts = setup.timeouts
+        self.wait_for_nodes = set(setup.wait_for_nodes)
         self.pause = PauseControl()
-
-        self.requests = RequestQueue()
+        self.lock = LoopLock()
         self.commands = CommandInput(
             setup.ego,
             setup.bridge.control_class,
-            self.simulation,
-            self.requests,
+            setup.simulation,
+            self.lock,
             setup.lockstep,
             setup.ackermann_cmd,
             setup.drive_log,
         )
+        self.answers = self.commands.answers
         self.topics = SimulationTopics(setup)
-        if setup.services:
-            SimulationServices(
-                self.requests, setup, self.pause, on_pause=self.on_pause, on_change=self.on_change
-            )
-        self.handshake = StartHandshake(
-            self.commands.subscribers,
-            self.topics.odometry.resolved_name,
-            self.topics.tick_topics,
-            setup.wait_for_nodes,
-            setup.timeouts.first_answer_s,
-        )
         self.starting = True
-        self.start_deadline_s = time.monotonic() + self.timeouts.start_s
         self.picture_due = False
+        if setup.services:
+            SimulationServices(self.lock, setup, self.pause, self.on_pause, self.on_change)
 
     def loop(self):
-        self.topics.start_clock()
-        self.wait_for_connections()
-        self.publish()
-        while not rospy.is_shutdown():
+        with self.lock:
+            self.topics.start_clock()
             if self.lockstep:
-                self.wait_for_answer()
-            else:
-                self.wait_for_clock()
-            if self.pause.take():
-                self.simulation.step()
-                self.commands.expect()
-                self.publish()
+                self.wait_for_connections()
+            self.next_tick_s = time.monotonic()
+            self.publish()
+            while not rospy.is_shutdown():
+                if self.lockstep:
+                    self.wait_for_answer()
+                else:
+                    self.wait_for_clock()
+                if self.pause.take():
+                    self.simulation.step()
+                    self.answers.expect()
+                    self.publish()
 
     def wait_for_connections(self):
-        # In real time a stack may connect at any time.
-        if self.lockstep:
-            self.handshake.wait(self.start_deadline_s, self.requests)
-        self.next_tick_s = time.monotonic()
-        answer_s = self.handshake.answer_timeout_s
-        self.start_deadline_s = min(self.start_deadline_s, self.next_tick_s + answer_s)
+        started_s = time.monotonic()
+        wait_for_connections(self.lock, self.missing_connections, self.timeouts.start_s)
+        # A machine on which the connections took long also computes the first answer slowly.
+        waited_s = time.monotonic() - started_s
+        timeout_s = waited_s + max(self.timeouts.first_answer_s, waited_s)
+        self.start_deadline_s = started_s + min(self.timeouts.start_s, timeout_s)
+
+    def missing_connections(self):
+        missing = [] if self.commands.has_publisher else [f"a publisher of {self.commands.topic}"]
+        odometry, topics = self.topics.odometry.resolved_name, self.topics.tick_topics
+        return missing + missing_connections(Connections(), odometry, topics, self.wait_for_nodes)
 
     def wait_for_answer(self):
-        """Process requests until a command answers the last odometry, or until the timeout."""
-        while not rospy.is_shutdown():
-            if self.requests.process_until(time.monotonic() + self.timeout_s(), self.is_answered):
-                break
+        """Wait until a command answers the last observation, or until the timeout."""
+        while not rospy.is_shutdown() and not self.lock.wait(self.timeout_s(), self.is_answered):
             if self.pause.waiting:
                 continue
-            if self.starting and time.monotonic() < self.start_deadline_s:
-                rospy.loginfo_once(f"sim: waiting for a command on {self.commands.topic}")
-                self.topics.publish()  # for a node that could not use the first odometry yet
-                self.topics.publish_picture(again=True)
-                continue
-            self.commands.give_up()
-            break
+            if not self.starting or time.monotonic() > self.start_deadline_s:
+                self.commands.give_up()
+                break
+            rospy.loginfo_once(f"sim: waiting for a command on {self.commands.topic}")
+            self.topics.publish()  # for a node that could not use the first odometry yet
+            self.topics.publish_picture(again=True)
         self.starting = False
 
     def timeout_s(self):
-        if self.starting and not self.pause.waiting:
-            return max(min(self.start_deadline_s - time.monotonic(), REPEAT_AFTER_S), 0.0)
-        if self.commands.by_stamp or self.pause.waiting:
-            return self.timeouts.answer_s
-        return self.timeouts.unstamped_answer_s
+        if self.starting:
+            return REPEAT_AFTER_S
+        return self.timeouts.stamped_s if self.answers.by_stamp else self.timeouts.unstamped_s
 
     def is_answered(self):
-        return self.commands.has_answer and not self.pause.waiting
+        return self.answers.answered and not self.pause.waiting
 
     def wait_for_clock(self):
-        """Process requests until the wall clock reaches the next tick."""
+        """Wait until the wall clock reaches the next tick."""
         if self.picture_due:
-            picture_s = time.monotonic() + PICTURE_DELAY_S
-            self.requests.process_until(picture_s, lambda: self.commands.received)
+            self.lock.wait(PICTURE_DELAY_S, lambda: self.answers.answered)
             self.topics.publish_picture()
             self.picture_due = False
         # An overloaded machine slows the simulation down; it does not catch up.
         self.next_tick_s = max(self.next_tick_s + self.simulation.tick_s, time.monotonic())
-        self.requests.process_until(self.next_tick_s)
+        self.lock.wait(self.next_tick_s - time.monotonic())
 
     def publish(self):
         self.topics.publish()

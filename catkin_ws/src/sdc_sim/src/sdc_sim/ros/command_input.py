@@ -2,40 +2,43 @@
 
 from __future__ import annotations
 
+import time
 from typing import Any
 
+import rosgraph
 import rospy
 from ackermann_msgs.msg import AckermannDrive
 from std_msgs.msg import Bool
 
-from sdc_sim.ros.ackermann_switch import AckermannSwitch
+from sdc_sim.ros.connections import Connections, is_connected
 from sdc_sim.ros.drive_log import DriveLog
+from sdc_sim.ros.loop_lock import LoopLock
 from sdc_sim.ros.message_conversion import ackermann_target, vehicle_command
-from sdc_sim.ros.request_queue import RequestQueue
-from sdc_sim.simulation.answer_tracker import UNSTAMPED, AnswerTracker, Stamp
+from sdc_sim.simulation.answer_tracker import UNSTAMPED, AnswerTracker
 from sdc_sim.simulation.command_arbiter import CommandArbiter
 from sdc_sim.simulation.command_mux import Command
 from sdc_sim.simulation.simulation import Simulation
 
 # After this time without a command of the active publisher, another one may take control.
 _HANDOVER_S = 0.5
+_CHECK_PERIOD_S = 1.0
 
 
 class CommandInput:
-    """Gives commands to the simulation; the loop executes all of it.
+    """Gives commands to the simulation while the loop waits.
 
     Args:
         ego: prefix of the topics of the vehicle
         control_class: message class of the control commands
         simulation: the simulation
-        requests: requests to the loop
+        lock: the lock of the loop
         lockstep: whether the stamp of a command decides which observation it answers
         ackermann_cmd: whether to serve ackermann_cmd; "auto": unless another node does
         drive_log: receives the commands
 
     Attributes:
-        received: whether a software command was accepted since `expect`
-        subscribers: subscribers to software commands
+        topic: name of the topic of control commands
+        answers: which observation the commands have answered
     """
 
     def __init__(
@@ -43,59 +46,45 @@ class CommandInput:
         ego: str,
         control_class: type,
         simulation: Simulation,
-        requests: RequestQueue,
+        lock: LoopLock,
         lockstep: bool,
-        ackermann_cmd: str | bool = "auto",
-        drive_log: DriveLog | None = None,
+        ackermann_cmd: str | bool,
+        drive_log: DriveLog,
     ):
         self.topic = ego + "/vehicle_control_cmd"
-        self.received = False
+        self.answers = AnswerTracker()
         self._simulation = simulation
-        self._drive_log = drive_log
+        self._lock = lock
         self._lockstep = lockstep
-        self._answers = AnswerTracker()
-        self._requests = requests
+        self._drive_log = drive_log
         self._arbiter = CommandArbiter(round(_HANDOVER_S / simulation.tick_s))
+        self._targets = ego + "/ackermann_cmd"
+        self._other_control = OtherAckermannControl(self._targets, self.topic)
+        self._asks_for_others = ackermann_cmd == "auto"
 
         def subscriber(topic: str, message_class: type, callback: Any) -> rospy.Subscriber:
-            return rospy.Subscriber(
-                topic, message_class, requests.deferred(callback), queue_size=10, tcp_nodelay=True
-            )
+            return rospy.Subscriber(topic, message_class, callback, queue_size=10, tcp_nodelay=True)
 
-        self.subscribers = [subscriber(self.topic, control_class, self._on_control)]
-        targets = ego + "/ackermann_cmd"
-        self._ackermann = AckermannSwitch(ackermann_cmd, targets, self.topic)
-        if self._ackermann.subscribes:
-            self.subscribers.append(
-                rospy.Subscriber(
-                    targets, AckermannDrive, self._on_target, queue_size=10, tcp_nodelay=True
-                )
-            )
-        subscriber(self.topic + "_manual", control_class, self._on_manual_control)
-        subscriber(ego + "/vehicle_control_manual_override", Bool, self._on_override)
+        self._subscribers = [subscriber(self.topic, control_class, lock.guarded(self._on_control))]
+        if ackermann_cmd:
+            self._subscribers.append(subscriber(self._targets, AckermannDrive, self._on_target))
+        manual = lock.guarded(self._on_manual_control)
+        subscriber(self.topic + "_manual", control_class, manual)
+        override = lock.guarded(self._on_override)
+        subscriber(ego + "/vehicle_control_manual_override", Bool, override)
 
     @property
-    def by_stamp(self) -> bool:
-        """Whether the last command had a stamp that decides which observation it answers."""
-        return self._answers.by_stamp
-
-    @property
-    def has_answer(self) -> bool:
-        """Whether a command has answered the last observation."""
-        return self._answers.answered
-
-    def expect(self) -> None:
-        """Expect the answer to a new observation."""
-        self._answers.expect()
-        self.received = False
+    def has_publisher(self) -> bool:
+        """Whether a publisher of software commands is connected."""
+        return any(map(is_connected, self._subscribers))
 
     def give_up(self) -> None:
         """Record that the next tick starts without an answer; any publisher may take control."""
-        if self.by_stamp:
+        if self.answers.by_stamp:
             rospy.logwarn_throttle(
                 5.0, "sim: no command has the stamp of the last odometry; the next tick starts"
             )
-        self._answers.give_up()
+        self.answers.give_up()
         self._arbiter.release()
 
     def _on_control(self, message: Any) -> None:
@@ -107,31 +96,27 @@ class CommandInput:
                 "has control; stop one of the two nodes",
             )
             return
-        if self._drive_log is not None:
-            self._drive_log.add_command(message)
+        self._drive_log.add_command(message)
         stamp = message.header.stamp.secs, message.header.stamp.nsecs
         observed = self._simulation.observation.stamp
-        if self._lockstep and self._answers.is_repeated(stamp, observed):
+        if self._lockstep and self.answers.is_repeated(stamp, observed):
             return
         if self._accept(vehicle_command(message), self.topic):
-            self._record(stamp)
+            self.answers.record(stamp, observed)
+            if self._lockstep and not self.answers.by_stamp:
+                rospy.loginfo_once(
+                    "sim: commands have no stamp of an odometry; the first one after a tick "
+                    "answers it"
+                )
 
     def _on_target(self, message: AckermannDrive) -> None:
-        # In the thread of the subscriber: the loop does not wait for the ROS master.
-        if self._ackermann.is_on():
-            self._requests.post(self._on_ackermann, message)
+        # Without the lock: the loop does not wait for the ROS master.
+        if not (self._asks_for_others and self._other_control.exists()):
+            self._lock.call(self._on_ackermann, message)
 
     def _on_ackermann(self, message: AckermannDrive) -> None:
-        if self._accept(ackermann_target(message), "ackermann_cmd"):
-            self._record(UNSTAMPED)
-
-    def _record(self, stamp: Stamp) -> None:
-        self._answers.record(stamp, self._simulation.observation.stamp)
-        self.received = True
-        if self._lockstep and not self.by_stamp:
-            rospy.loginfo_once(
-                "sim: commands have no stamp of an odometry; the first one after a tick answers it"
-            )
+        if self._accept(ackermann_target(message), self._targets):
+            self.answers.record(UNSTAMPED, self._simulation.observation.stamp)
 
     def _on_manual_control(self, message: Any) -> None:
         self._accept(vehicle_command(message), self.topic + "_manual", manual=True)
@@ -148,3 +133,44 @@ class CommandInput:
             rospy.logwarn_throttle(1.0, f"sim: refused a command on {topic}: {error}")
             return False
         return True
+
+
+class OtherAckermannControl:
+    """Another node that turns Ackermann targets into control commands.
+
+    As carla_ackermann_control of the CARLA bridge, it subscribes to the targets and publishes
+    control commands. Two controllers with the same target would command in turn.
+
+    Args:
+        targets: name of the topic of Ackermann targets
+        commands: name of the topic of control commands
+    """
+
+    def __init__(self, targets: str, commands: str):
+        self._targets = targets
+        self._commands = commands
+        self._name: str | None = None
+        self._next_check_s = 0.0
+
+    def exists(self) -> bool:
+        """Return whether there is such a node; at intervals, ask the ROS master."""
+        if time.monotonic() >= self._next_check_s:
+            self._next_check_s = time.monotonic() + _CHECK_PERIOD_S
+            self._check()
+        return self._name is not None
+
+    def _check(self) -> None:
+        try:
+            graph = Connections()
+        except (OSError, rosgraph.MasterException):
+            return
+        nodes = graph.publishers.get(self._commands, set())
+        nodes = nodes & graph.subscribers.get(self._targets, set()) - {rospy.get_name()}
+        last, self._name = self._name, min(nodes, default=None)
+        if self._name and self._name != last:
+            rospy.logwarn(
+                f"sim: {self._name} turns {self._targets} into {self._commands}; the sim leaves "
+                "it to that node (parameter ackermann_cmd)"
+            )
+        elif last and not self._name:
+            rospy.loginfo(f"sim: serves {self._targets} again")

@@ -1,44 +1,41 @@
-"""Control of the simulation by people: pause, resume, step, reset, and clicks in RViz."""
+"""Control of the simulation by people and other nodes: pause, step, reset, poses and clicks."""
 
 from __future__ import annotations
 
 from typing import Any, Callable
 
 import rospy
-from geometry_msgs.msg import PointStamped, PoseWithCovarianceStamped
+from geometry_msgs.msg import PointStamped, Pose, PoseWithCovarianceStamped, Twist
 from std_srvs.srv import Trigger
 
 from sdc_common.ros.node import offer_reload
 from sdc_sim.physics.obstacles import ObstaclePlan
-from sdc_sim.ros.actor_control import ActorControl
-from sdc_sim.ros.message_conversion import map_point, map_pose
-from sdc_sim.ros.request_queue import RequestQueue
+from sdc_sim.ros.loop_lock import LoopLock
+from sdc_sim.ros.message_conversion import MAP_FRAME, map_point, map_pose
 from sdc_sim.ros.simulation_setup import SimulationSetup
 from sdc_sim.simulation.pause import PauseControl
 
 
 class SimulationServices:
-    """The services of the node, and RViz's /initialpose and /clicked_point.
-
-    All changes are requests that the loop executes.
+    """The services of the node, RViz's topics, and those of the bridge that move the vehicle.
 
     Args:
-        requests: requests to the loop
+        lock: the lock of the loop; all changes are made while the loop waits
         setup: the simulation, and the route, whose direction a clicked obstacle gets
         pause: whether the simulation is paused
-        on_pause: called in the loop after a change of `pause`
-        on_change: called in the loop after a change of the simulation
+        on_pause: called after a change of `pause`
+        on_change: called after a change of the simulation
     """
 
     def __init__(
         self,
-        requests: RequestQueue,
+        lock: LoopLock,
         setup: SimulationSetup,
         pause: PauseControl,
         on_pause: Callable[[], None],
         on_change: Callable[[], None],
     ):
-        self._requests = requests
+        self._lock = lock
         self._simulation = setup.simulation
         self._pause = pause
         self._route = setup.route
@@ -52,26 +49,39 @@ class SimulationServices:
             ("reset", self._reset),
         ):
             rospy.Service("~" + name, Trigger, self._service(change))
-        offer_reload(self._reload, requests.call)
-        rospy.Subscriber(
-            "/initialpose",
-            PoseWithCovarianceStamped,
-            requests.deferred(self._on_pose),
-            queue_size=1,
-        )
-        rospy.Subscriber(
-            "/clicked_point", PointStamped, requests.deferred(self._on_click), queue_size=10
-        )
-        ActorControl(requests, setup, on_change)
+        offer_reload(self._reload, lock.call)
+        self._subscribe("/initialpose", PoseWithCovarianceStamped, self._on_pose)
+        self._subscribe("/clicked_point", PointStamped, self._on_click)
+        handlers: dict[str, tuple[type, Callable[[Any], None]]] = {
+            "/control/set_transform": (Pose, self._set_pose),
+            "/control/set_target_velocity": (Twist, self._set_velocity),
+            "/twist_cmd": (Twist, self._set_velocity),
+        }
+        for name, (message_class, handle) in handlers.items():
+            if name in setup.bridge.topics:
+                self._subscribe(setup.ego + name, message_class, handle)
 
     def _service(self, change: Callable[[], None]) -> Callable[[Any], tuple[bool, str]]:
-        def execute() -> tuple[bool, str]:
+        def execute(_request: Any) -> tuple[bool, str]:
             change()
             self._on_pause()
             state = "paused" if self._pause.paused else "running"
             return True, f"{state} at tick {self._simulation.tick}"
 
-        return lambda _request: self._requests.call(execute)
+        return self._lock.guarded(execute)
+
+    def _subscribe(self, topic: str, message_class: type, handle: Callable[[Any], None]) -> None:
+        """Have messages change the simulation; one that raises ValueError is refused."""
+
+        def execute(message: Any) -> None:
+            try:
+                handle(message)
+            except ValueError as error:
+                rospy.logwarn_throttle(1.0, f"sim: refused a message on {topic}: {error}")
+                return
+            self._on_change()
+
+        rospy.Subscriber(topic, message_class, self._lock.guarded(execute), queue_size=10)
 
     def _reset(self) -> None:
         self._simulation.reset()
@@ -85,22 +95,18 @@ class SimulationServices:
         rospy.loginfo("sim: from tick %d on: %s", self._simulation.tick, text)
 
     def _on_pose(self, message: PoseWithCovarianceStamped) -> None:
-        try:
-            self._simulation.place(*map_pose(message.header.frame_id, message.pose.pose))
-        except ValueError as error:
-            rospy.logwarn_throttle(1.0, f"sim: refused a pose on /initialpose: {error}")
-            return
-        self._on_change()
+        self._simulation.place(*map_pose(message.header.frame_id, message.pose.pose))
 
     def _on_click(self, message: PointStamped) -> None:
-        try:
-            x, y = map_point(message.header.frame_id, message.point)
-            heading = self._route.locate(x, y).heading_rad
-            change = self._simulation.toggle_obstacle(
-                ObstaclePlan.stationary(self._clicked_obstacle, x, y, heading)
-            )
-        except ValueError as error:
-            rospy.logwarn_throttle(1.0, f"sim: refused a point on /clicked_point: {error}")
-            return
-        rospy.loginfo("sim: obstacles: %s", change)
-        self._on_change()
+        x, y = map_point(message.header.frame_id, message.point)
+        heading = self._route.locate(x, y).heading_rad
+        plan = ObstaclePlan.stationary(self._clicked_obstacle, x, y, heading)
+        rospy.loginfo("sim: obstacles: %s", self._simulation.toggle_obstacle(plan))
+
+    def _set_pose(self, pose: Pose) -> None:
+        self._simulation.place(*map_pose(MAP_FRAME, pose))
+
+    def _set_velocity(self, twist: Twist) -> None:
+        # As in the bridge, a person at the wheel has precedence.
+        if not self._simulation.commands.manual_override:
+            self._simulation.set_velocity(twist.linear.x, twist.linear.y, twist.angular.z)

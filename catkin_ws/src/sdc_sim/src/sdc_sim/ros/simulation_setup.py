@@ -25,12 +25,12 @@ CLEAR_WEATHER = {"fog_m": 0.0, "rain": 0.0, "low_sun": False, "worn_lines": 0.0}
 
 
 class Timeouts(NamedTuple):
-    """Wall-clock time to wait for an answer in lockstep [s]."""
+    """Wall time to wait in lockstep [s]: for commands with and without stamps, and at the start."""
 
-    answer_s: float
-    unstamped_answer_s: float
+    stamped_s: float
+    unstamped_s: float
     start_s: float
-    first_answer_s: float = 1.0
+    first_answer_s: float
 
 
 class SimulationSetup:
@@ -85,8 +85,8 @@ class SimulationSetup:
             check_between(0.0, 1.0, daylight=self.daylight)
             self.weather = _checked_weather(self.weather)
             check_non_negative(
-                patience_s=self.timeouts.answer_s,
-                unstamped_patience_s=self.timeouts.unstamped_answer_s,
+                patience_s=self.timeouts.stamped_s,
+                unstamped_patience_s=self.timeouts.unstamped_s,
                 start_patience_s=self.timeouts.start_s,
                 first_answer_s=self.timeouts.first_answer_s,
             )

@@ -1,0 +1,54 @@
+"""Callbacks of other threads run while the loop of a node waits."""
+
+import threading
+import time
+
+from sdc_sim.ros.loop_lock import LoopLock
+
+
+def test_callback_runs_and_returns_its_result_only_while_the_loop_waits():
+    lock, done, results = LoopLock(), [], []
+
+    def answer(value):
+        done.append(value)
+        return value + 1
+
+    callback = lock.guarded(answer)
+    with lock:
+        caller = threading.Thread(target=lambda: results.append(callback(41)))
+        caller.start()
+        time.sleep(0.05)
+        assert done == []
+        assert lock.wait(60.0, lambda: bool(done))
+    caller.join(10.0)
+    assert results == [42]
+
+
+def test_late_loop_still_lets_callbacks_run():
+    lock, done = LoopLock(), []
+    with lock:
+        threading.Thread(target=lock.call, args=(done.append, 1)).start()
+        limit = time.monotonic() + 60.0
+        while not done and time.monotonic() < limit:
+            assert not lock.wait(-1.0)
+    assert done == [1]
+
+
+def test_flood_of_callbacks_does_not_hold_the_loop_after_the_timeout():
+    lock, ended = LoopLock(), threading.Event()
+
+    def flood():
+        while not ended.is_set():
+            lock.call(lambda: None)
+
+    threads = [threading.Thread(target=flood) for _ in range(3)]
+    with lock:
+        for thread in threads:
+            thread.start()
+        started = time.monotonic()
+        assert not lock.wait(0.05)
+        waited = time.monotonic() - started
+    ended.set()
+    for thread in threads:
+        thread.join(10.0)
+    assert 0.05 <= waited < 10.0
