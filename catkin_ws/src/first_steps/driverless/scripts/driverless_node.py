@@ -8,6 +8,7 @@ import rospy
 from um_msgs.msg import CarPosition, SteeringCommand, Waypoint, Waypoints
 
 from driverless.driver import Driver
+from driverless.route import Point
 from driverless.settings import SettingsError, read_settings
 
 
@@ -42,7 +43,7 @@ class Driverless:
     def set_points(self, topic, action, msg):
         try:
             with self.lock:
-                action([(waypoint.idx, waypoint.x, waypoint.y) for waypoint in msg.waypoints])
+                action([Point(waypoint.idx, waypoint.x, waypoint.y) for waypoint in msg.waypoints])
         except ValueError as error:
             rospy.logwarn_throttle(1.0, f"refused a message on {topic}: {error}")
 

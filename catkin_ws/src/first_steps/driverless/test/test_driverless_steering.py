@@ -8,10 +8,9 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from driverless.driver import Driver
+from driverless.driver import Driver, heading_error
 from driverless.route import Point, Route
 from driverless.settings import SettingsError, read_settings
-from driverless.steering import clamp, heading_error, needs_run_up, wrap_angle
 
 PI = math.pi
 CONFIG = yaml.safe_load(
@@ -25,20 +24,6 @@ def driver(**overrides):
     return Driver(read_settings({**CONFIG, **overrides}))
 
 
-@given(angles)
-def test_wrap_angle_stays_in_range_and_keeps_the_direction(angle):
-    wrapped = wrap_angle(angle)
-    assert -PI < wrapped <= PI
-    assert math.cos(wrapped - angle) == pytest.approx(1.0)
-
-
-@pytest.mark.parametrize(
-    "angle, wrapped", [(PI, PI), (-PI, PI), (PI + 1e-9, -PI + 1e-9), (3 * PI, PI), (0.0, 0.0)]
-)
-def test_wrap_angle_maps_minus_pi_to_pi(angle, wrapped):
-    assert wrap_angle(angle) == pytest.approx(wrapped, abs=1e-12)
-
-
 @pytest.mark.parametrize(
     "direction, target, error",
     [
@@ -49,39 +34,38 @@ def test_wrap_angle_maps_minus_pi_to_pi(angle, wrapped):
         (3.0, (-1.0, math.tan(-0.1)), 2 * PI - 3.0 - (PI - 0.1)),  # over pi, not back through zero
         (-3.0, (-1.0, 0.1), math.atan2(0.1, -1.0) + 3.0 - 2 * PI),
         (0.0, (-1.0, 0.0), PI),
-        (0.7, (0.0, 0.0), 0.0),
     ],
 )
 def test_heading_error_is_the_shortest_turn(direction, target, error):
-    assert heading_error(0.0, 0.0, direction, *target) == pytest.approx(error)
+    assert heading_error(0.0, 0.0, direction, Point(0, *target)) == pytest.approx(error)
 
 
 @given(coordinates, coordinates, angles, coordinates, coordinates)
 def test_car_turned_by_the_heading_error_points_at_the_target(x, y, direction, target_x, target_y):
-    error = heading_error(x, y, direction, target_x, target_y)
-    assert -PI < error <= PI
+    error = heading_error(x, y, direction, Point(0, target_x, target_y))
+    assert -PI <= error <= PI
     distance = math.hypot(target_x - x, target_y - y)
     assert x + distance * math.cos(direction + error) == pytest.approx(target_x, abs=1e-6)
     assert y + distance * math.sin(direction + error) == pytest.approx(target_y, abs=1e-6)
 
 
-def test_clamp_limits_both_signs():
-    assert (clamp(0.1, 0.25), clamp(9.0, 0.25), clamp(-9.0, 0.25)) == (0.1, 0.25, -0.25)
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_run_up_begins_well_inside_the_turning_circle_and_ends_outside_it(side):
+    student = driver(max_turn=0.1, reach_distance=20.0)
+    # Steps of 10 u: the sharpest turn has a radius of 100 u, with its centre at (10, 100).
+    student.set_map([Point(0, 0.0, 100.0 * side)])
+    student.step(0.0, 0.0, 0.0)
+    assert student.step(10.0, 0.0, 0.0)[0] == 0.0, "the target is inside the circle"
+    assert student.step(20.0, 0.0, 0.0)[0] == 0.0
+    straight = [student.step(10.0 * i, 0.0, 0.0)[0] == 0.0 for i in range(3, 14)]
+    assert straight == [True] * 7 + [False] * 4, "the target is outside from x = 100 on"
 
 
-def test_run_up_begins_well_inside_the_turning_circle_and_ends_outside_it():
-    # The centre of the circle is (0, 100) for a target on the left.
-    circle = {"turning_radius": 100.0, "reach_distance": 20.0}
-    assert needs_run_up(False, 0.0, 0.0, 0.0, 0.0, 100.0, **circle)
-    assert not needs_run_up(False, 0.0, 0.0, 0.0, 90.0, 100.0, **circle)
-    assert needs_run_up(True, 0.0, 0.0, 0.0, 90.0, 100.0, **circle)
-    assert not needs_run_up(True, 0.0, 0.0, 0.0, 101.0, 100.0, **circle)
-    assert needs_run_up(False, 0.0, 0.0, 0.0, 0.0, -100.0, **circle), (
-        "the rule is the same for a target on the right"
-    )
-    assert not needs_run_up(
-        False, 0.0, 0.0, 0.0, 0.0, 1.0, turning_radius=16.0, reach_distance=20.0
-    )
+def test_car_turns_at_once_to_a_target_just_inside_the_turning_circle():
+    student = driver(max_turn=0.1, reach_distance=20.0)
+    student.set_map([Point(0, 10.0 + 90.0, 100.0)])
+    student.step(0.0, 0.0, 0.0)
+    assert student.step(10.0, 0.0, 0.0)[0] == 0.1
 
 
 def visited(points, count, start=(-4.0, 0.0)):
@@ -175,14 +159,14 @@ def test_new_map_keeps_the_progress():
 @given(coordinates, coordinates, angles)
 def test_step_turns_at_most_max_turn(x, y, direction):
     student = driver(max_turn=0.2)
-    student.set_map([(0, 0.0, 0.0), (1, 300.0, 0.0)])
+    student.set_map([Point(0, 0.0, 0.0), Point(1, 300.0, 0.0)])
     turn, target = student.step(x, y, direction)
     assert abs(turn) <= 0.2 and target is not None
 
 
 def test_step_turns_by_the_gain_times_the_heading_error():
     student = driver(turn_gain=0.5, max_turn=0.25)
-    student.set_map([(0, 100.0, 0.0), (1, 300.0, 0.0)])
+    student.set_map([Point(0, 100.0, 0.0), Point(1, 300.0, 0.0)])
     assert student.step(0.0, 0.0, 0.1)[0] == pytest.approx(-0.05)
     assert student.step(0.0, 0.0, -1.0)[0] == 0.25
 
@@ -197,10 +181,10 @@ def test_search_drives_straight_and_turns_after_search_patience_steps():
 @pytest.mark.parametrize("bad", [math.nan, math.inf])
 def test_driver_refuses_non_finite_input_and_keeps_its_state(bad):
     student = driver()
-    student.set_map([(0, 100.0, 0.0), (1, 300.0, 0.0)])
+    student.set_map([Point(0, 100.0, 0.0), Point(1, 300.0, 0.0)])
     for action in (
-        lambda: student.set_map([(0, bad, 0.0)]),
-        lambda: student.set_sensed([(0, 0.0, bad)]),
+        lambda: student.set_map([Point(0, bad, 0.0)]),
+        lambda: student.set_sensed([Point(0, 0.0, bad)]),
         lambda: student.step(bad, 0.0, 0.0),
         lambda: student.step(0.0, 0.0, bad),
     ):

@@ -10,82 +10,77 @@ from PyQt5.QtWidgets import QApplication
 from std_msgs.msg import Bool, Empty, UInt32
 from um_msgs.msg import CarPosition, Waypoint, Waypoints
 
-from qt_interface.scene import Scene
+from qt_interface.scene import Point, Scene
 from qt_interface.settings import SettingsError, read_settings, read_world_sizes
 from qt_interface.window import Window
 
 
 class QtInterface(QObject):
     # ROS runs callbacks in its own threads, but only Qt's thread may use widgets: callbacks emit
-    # these signals, which Qt delivers in its thread.
-    world_received = pyqtSignal(object, object)
-    sensed_received = pyqtSignal(object)
-    target_received = pyqtSignal(object)
-    car_received = pyqtSignal(float, float, float)
-    laps_received = pyqtSignal(int)
-    pause_received = pyqtSignal(bool)
-    reset_received = pyqtSignal()
-    shutdown_received = pyqtSignal()
+    # this signal, and Qt makes the call (function, arguments) in its thread.
+    call_requested = pyqtSignal(object, tuple)
 
     def __init__(self):
         super().__init__()
         # Parameters
-        self.settings = read_settings(rospy.get_param("~", {}))
+        settings = read_settings(rospy.get_param("~", {}))
 
         # State
-        self.scene = Scene(self.settings)
+        self.scene = Scene(settings)
         self.window = Window(self.scene)
+        self.call_requested.connect(self.call)
 
         # Publishers
         newest = {"queue_size": 1, "tcp_nodelay": True}
+        fast = {"queue_size": 10, "tcp_nodelay": True}
         self.place_pub = rospy.Publisher("world/place_car", CarPosition, **newest)
         self.add_pub = rospy.Publisher("world/add_waypoint", Waypoint, queue_size=10)
         self.pause_pub = rospy.Publisher("world/pause", Bool, queue_size=10)
         self.reset_pub = rospy.Publisher("world/reset", Empty, queue_size=10)
-        self.connect_window()
-
-        # Subscribers
-        rospy.Subscriber("/world_waypoints", Waypoints, self.on_world_waypoints, queue_size=1)
-        rospy.Subscriber("/sensed_waypoints", Waypoints, self.on_sensed_waypoints, **newest)
-        rospy.Subscriber("/target_waypoint", Waypoint, self.on_target_waypoint, queue_size=1)
-        fast = {"queue_size": 10, "tcp_nodelay": True}
-        rospy.Subscriber("/car_position", CarPosition, self.on_car_position, **fast)
-        rospy.Subscriber("/lap_count", UInt32, self.on_lap_count, queue_size=1)
-        rospy.Subscriber(
-            "/paused", Bool, lambda msg: self.pause_received.emit(msg.data), queue_size=1
-        )
-        rospy.Subscriber("world/reset", Empty, lambda _: self.reset_received.emit(), queue_size=1)
-        rospy.on_shutdown(self.shutdown_received.emit)
-
-    def connect_window(self):
-        self.world_received.connect(self.scene.set_world)
-        self.sensed_received.connect(self.scene.set_sensed)
-        self.target_received.connect(self.scene.set_target)
-        self.car_received.connect(self.window.set_car)
-        self.laps_received.connect(self.window.set_laps)
-        self.pause_received.connect(self.window.set_paused)
-        self.reset_received.connect(self.window.clear_trail)
-        self.shutdown_received.connect(self.window.close)
         self.window.car_dragged.connect(self.publish_place)
         self.window.waypoint_requested.connect(lambda x, y: self.add_pub.publish(x=x, y=y))
         self.window.pause_requested.connect(self.pause_pub.publish)
         self.window.reset_requested.connect(self.reset_pub.publish)
 
+        # Subscribers
+        rospy.Subscriber("/world_waypoints", Waypoints, self.on_world_waypoints, queue_size=1)
+        rospy.Subscriber("/sensed_waypoints", Waypoints, self.on_sensed_waypoints, **newest)
+        rospy.Subscriber("/target_waypoint", Waypoint, self.on_target_waypoint, queue_size=1)
+        rospy.Subscriber("/car_position", CarPosition, self.on_car_position, **fast)
+        rospy.Subscriber("/lap_count", UInt32, self.on_lap_count, queue_size=1)
+        rospy.Subscriber("/paused", Bool, self.on_paused, queue_size=1)
+        rospy.Subscriber("world/reset", Empty, self.on_reset, queue_size=1)
+        rospy.on_shutdown(self.on_shutdown)
+
+    @staticmethod
+    def call(function, arguments):
+        function(*arguments)
+
     # Callbacks
     def on_world_waypoints(self, msg):
-        self.world_received.emit(read_world_sizes(rospy.get_param("world", {})), to_points(msg))
+        sizes = read_world_sizes(rospy.get_param("world", {}))
+        self.call_requested.emit(self.scene.set_world, (sizes, to_points(msg.waypoints)))
 
     def on_sensed_waypoints(self, msg):
-        self.sensed_received.emit(to_points(msg))
+        self.call_requested.emit(self.scene.set_sensed, (to_points(msg.waypoints),))
 
     def on_target_waypoint(self, msg):
-        self.target_received.emit((msg.idx, msg.x, msg.y))
+        self.call_requested.emit(self.scene.set_target, tuple(to_points([msg])))
 
     def on_car_position(self, msg):
-        self.car_received.emit(msg.x, msg.y, msg.direction)
+        self.call_requested.emit(self.window.set_car, (msg.x, msg.y, msg.direction))
 
     def on_lap_count(self, msg):
-        self.laps_received.emit(msg.data)
+        self.call_requested.emit(self.window.set_laps, (msg.data,))
+
+    def on_paused(self, msg):
+        self.call_requested.emit(self.window.set_paused, (msg.data,))
+
+    def on_reset(self, _msg):
+        self.call_requested.emit(self.window.clear_trail, ())
+
+    def on_shutdown(self):
+        self.call_requested.emit(self.window.close, ())
 
     # Publishing
     def publish_place(self, x, y):
@@ -100,8 +95,8 @@ class QtInterface(QObject):
         return status
 
 
-def to_points(msg):
-    return [(waypoint.idx, waypoint.x, waypoint.y) for waypoint in msg.waypoints]
+def to_points(waypoints):
+    return [Point(waypoint.idx, waypoint.x, waypoint.y) for waypoint in waypoints]
 
 
 if __name__ == "__main__":

@@ -204,7 +204,7 @@ class WorldTest(unittest.TestCase):
             (
                 "_waypoints_path",
                 f"{folder}/nan.csv",
-                f"{folder}/nan.csv: row 3: '3,nan' is not finite; write",
+                f"{folder}/nan.csv: row 3: '3,nan' is not a point; write",
             ),
             (
                 "_waypoints_path",

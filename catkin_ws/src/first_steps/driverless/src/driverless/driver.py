@@ -3,17 +3,26 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 from typing import Iterable
 
 from driverless.route import Point, Route
-from driverless.settings import Settings
-from driverless.steering import clamp, heading_error, needs_run_up
+
+
+def heading_error(x: float, y: float, direction: float, target: Point) -> float:
+    """Return the angle from the direction of a car at (x, y) [u] to the direction of the target.
+
+    Returns:
+        Angle within -pi..pi, positive to the left [rad]
+    """
+    return math.remainder(math.atan2(target.y - y, target.x - x) - direction, math.tau)
 
 
 class Driver:
     """Driver that follows the points in the order of idx, lap after lap."""
 
-    def __init__(self, settings: Settings):
+    def __init__(self, settings: SimpleNamespace):
+        """Create a driver; `settings` are those of `driverless.settings.read_settings`."""
         self.settings = settings
         self._route = Route()
         self._sensed: set[Point] = set()
@@ -22,27 +31,21 @@ class Driver:
         self._steps_without_target = 0
         self._search_turn_left = 0.0
 
-    def set_map(self, points: Iterable[tuple[int, float, float]]) -> None:
+    def set_map(self, points: Iterable[Point]) -> None:
         """Set all points of the route.
 
-        Args:
-            points: (idx, x, y) of each point [u]
-
         Raises:
             ValueError: a coordinate is not finite
         """
-        self._route.set_map(_points(points))
+        self._route.set_map(_finite(points))
 
-    def set_sensed(self, points: Iterable[tuple[int, float, float]]) -> None:
+    def set_sensed(self, points: Iterable[Point]) -> None:
         """Set the points that the sensor detects now.
 
-        Args:
-            points: (idx, x, y) of each point [u]
-
         Raises:
             ValueError: a coordinate is not finite
         """
-        self._sensed = set(_points(points))
+        self._sensed = _finite(points)
         self._route.add_sensed(self._sensed)
 
     def step(self, x: float, y: float, direction: float) -> tuple[float, Point | None]:
@@ -61,43 +64,52 @@ class Driver:
         """
         if not all(math.isfinite(value) for value in (x, y, direction)):
             raise ValueError(f"position ({x}, {y}, {direction}) is not finite")
-        step_length = (
-            math.hypot(x - self._position[0], y - self._position[1]) if self._position else 0.0
-        )
+        last_x, last_y = self._position or (x, y)
         self._position = (x, y)
         target = self._route.update(x, y, self._sensed, self.settings.reach_distance)
         if target is None:
             return self._search(), None
         self._steps_without_target, self._search_turn_left = 0, 0.0
-        turning_radius = step_length / self.settings.max_turn
-        self._is_running_up = needs_run_up(
-            self._is_running_up,
-            x,
-            y,
-            direction,
-            target.x,
-            target.y,
-            turning_radius,
-            self.settings.reach_distance,
-        )
-        if self._is_running_up:
+        error = heading_error(x, y, direction, target)
+        turning_radius = math.hypot(x - last_x, y - last_y) / self.settings.max_turn
+        if self._needs_run_up(x, y, direction, target, turning_radius):
             return 0.0, target
-        error = heading_error(x, y, direction, target.x, target.y)
-        return clamp(self.settings.turn_gain * error, self.settings.max_turn), target
+        return self._limited(self.settings.turn_gain * error), target
+
+    def _needs_run_up(
+        self, x: float, y: float, direction: float, target: Point, turning_radius: float
+    ) -> bool:
+        """Return True if the car must drive straight on before it can turn to the target.
+
+        A car that turns as sharply as it can drives on a circle next to it, and never reaches a
+        target well inside that circle. A run-up begins when the target is inside by more than 0.8
+        of `reach_distance` (not all of it, because the car is observed only at its steps). It ends
+        when the target is outside. The two limits differ so that the car does not switch at every
+        step.
+        """
+        side = math.copysign(turning_radius, heading_error(x, y, direction, target))
+        centre_x, centre_y = x - side * math.sin(direction), y + side * math.cos(direction)
+        distance = math.hypot(target.x - centre_x, target.y - centre_y)
+        margin = 0.0 if self._is_running_up else 0.8 * self.settings.reach_distance
+        self._is_running_up = distance < turning_radius - margin
+        return self._is_running_up
 
     def _search(self) -> float:
         """Return the next turn of a search: straight on, with a turn per search_patience steps."""
         self._steps_without_target += 1
         if self._steps_without_target % self.settings.search_patience == 0:
             self._search_turn_left = self.settings.search_turn
-        turn = clamp(self._search_turn_left, self.settings.max_turn)
+        turn = self._limited(self._search_turn_left)
         self._search_turn_left -= turn
         return turn
 
+    def _limited(self, turn: float) -> float:
+        return min(max(turn, -self.settings.max_turn), self.settings.max_turn)
 
-def _points(points: Iterable[tuple[int, float, float]]) -> list[Point]:
-    named = [Point(*point) for point in points]
-    for point in named:
+
+def _finite(points: Iterable[Point]) -> set[Point]:
+    points = set(points)
+    for point in points:
         if not (math.isfinite(point.x) and math.isfinite(point.y)):
             raise ValueError(f"waypoint {point.idx} at ({point.x}, {point.y}) is not finite")
-    return named
+    return points

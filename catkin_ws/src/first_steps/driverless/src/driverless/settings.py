@@ -3,60 +3,49 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Mapping, NamedTuple
+from types import SimpleNamespace
+from typing import Any, Mapping
+
+# Largest values of the numbers in config/driverless.yaml, which documents their units
+LIMITS = {
+    "reach_distance": math.inf,
+    "turn_gain": 1.0,
+    "max_turn": math.pi,
+    "search_patience": math.inf,
+    "search_turn": math.pi,
+}
 
 
 class SettingsError(ValueError):
     """An invalid parameter; the message names the parameter and the fix."""
 
 
-class Settings(NamedTuple):
-    """The parameters of config/driverless.yaml, which documents their units."""
-
-    reach_distance: float
-    turn_gain: float
-    max_turn: float
-    use_map: bool
-    search_patience: int
-    search_turn: float
-
-
-UPPER_LIMITS = {
-    "reach_distance": math.inf,
-    "turn_gain": 1.0,
-    "max_turn": math.pi,
-    "search_turn": math.pi,
-}
-
-
-def read_settings(parameters: Mapping[str, Any]) -> Settings:
-    """Return the validated settings.
+def read_settings(parameters: Mapping[str, Any]) -> SimpleNamespace:
+    """Return the validated settings, one attribute for each parameter of config/driverless.yaml.
 
     Args:
-        parameters: values by name, as in config/driverless.yaml; other names are ignored
+        parameters: values by name; other names are ignored
 
     Raises:
         SettingsError: a parameter is missing, has the wrong type or is out of range
     """
-    missing = [name for name in Settings._fields if name not in parameters]
-    if missing:
-        raise SettingsError(
-            f"parameter ~{missing[0]} is missing: load config/driverless.yaml, "
-            "as driverless.launch does"
-        )
-    settings = Settings(**{name: parameters[name] for name in Settings._fields})
-    for name, limit in UPPER_LIMITS.items():
-        value = getattr(settings, name)
-        is_number = (
-            isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
-        )
-        if not is_number or not 0.0 < value <= limit:
+    settings = SimpleNamespace()
+    for name in (*LIMITS, "use_map"):
+        if name not in parameters:
+            raise SettingsError(
+                f"parameter ~{name} is missing: load config/driverless.yaml, "
+                "as driverless.launch does"
+            )
+        setattr(settings, name, parameters[name])
+    for name, limit in LIMITS.items():
+        value = parameters[name]
+        is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+        if not (is_number and math.isfinite(value) and 0.0 < value <= limit):
             valid = "above 0" if limit == math.inf else f"above 0, at most {limit:.4g}"
             raise SettingsError(f"parameter ~{name} is {value!r}: give a number {valid}")
-    steps = settings.search_patience
-    if isinstance(steps, bool) or not isinstance(steps, int) or steps < 1:
+    if not isinstance(settings.search_patience, int):
         raise SettingsError(
-            f"parameter ~search_patience is {steps!r}: give a whole number of at least 1"
+            f"parameter ~search_patience is {settings.search_patience!r}: give a whole number"
         )
     if not isinstance(settings.use_map, bool):
         raise SettingsError(f"parameter ~use_map is {settings.use_map!r}: give true or false")

@@ -8,9 +8,9 @@ from __future__ import annotations
 import math
 
 from PyQt5.QtCore import QPointF, QRectF, Qt
-from PyQt5.QtGui import QBrush, QColor, QFont, QPainter, QPen, QPolygonF
+from PyQt5.QtGui import QColor, QFont, QPainter, QPen, QPolygonF
 
-from qt_interface.view import View
+from qt_interface.view import View, nice_step
 
 GROUND = QColor("#e9edf1")
 FLOOR = QColor("#fdfdfb")
@@ -28,6 +28,7 @@ CAR_EDGE = QColor("#8e1414")
 
 DISC_RADIUS = 11.0  # of a waypoint with a number
 DOT_RADIUS = 4.0  # of a waypoint without one
+GRID_PIXELS = 60  # largest distance of two grid lines
 
 
 def start(painter: QPainter) -> None:
@@ -36,12 +37,12 @@ def start(painter: QPainter) -> None:
     painter.setRenderHint(QPainter.TextAntialiasing)
 
 
-def number_font(radius: float) -> QFont:
-    """Return the font of the numbers in discs of this radius."""
-    font = QFont("DejaVu Sans")
-    font.setPixelSize(max(6, round(radius * 1.05)))
-    font.setBold(True)
-    return font
+def font(pixels: int, is_bold: bool = False) -> QFont:
+    """Return the font of the window in this size."""
+    result = QFont("DejaVu Sans")
+    result.setPixelSize(pixels)
+    result.setBold(is_bold)
+    return result
 
 
 def disc(
@@ -52,10 +53,8 @@ def disc(
     painter.setBrush(colour)
     painter.drawEllipse(QPointF(x, y), radius, radius)
     if number:
-        font = number_font(radius)
-        if len(number) > 2:
-            font.setPixelSize(max(6, round(font.pixelSize() * 2.3 / len(number))))
-        painter.setFont(font)
+        pixels = radius * 1.05 * min(1.0, 2.3 / len(number))
+        painter.setFont(font(max(6, round(pixels)), is_bold=True))
         painter.setPen(INK if colour == SENSED else Qt.white)
         painter.drawText(
             QRectF(x - 2 * radius, y - radius, 4 * radius, 2 * radius), Qt.AlignCenter, number
@@ -140,45 +139,43 @@ def trail_pen(freshness: float) -> QPen:
     """Return the pen for a piece of trail; `freshness` is 1 for the newest and 0 for the oldest."""
     colour = QColor(CAR)
     colour.setAlphaF(0.06 + 0.54 * min(max(freshness, 0.0), 1.0) ** 2)
-    pen = QPen(colour, 2.0, Qt.SolidLine, Qt.FlatCap)
-    pen.setCosmetic(True)
-    return pen
+    return QPen(colour, 2.0, Qt.SolidLine, Qt.FlatCap)
 
 
-def floor(
-    painter: QPainter, view: View, walls: tuple[float, float] | None, grid_step: float
-) -> None:
-    """Draw the ground and the field with its grid and its walls.
+def area(view: View, walls: tuple[float, float] | None) -> QRectF:
+    """Return the part of the widget inside the walls, or all of it without walls.
 
     Args:
-        painter: painter of the widget
         view: visible part of the field
-        walls: width and height of the field [u], or None for a floor without walls
-        grid_step: distance of the grid lines [u]
+        walls: largest |x| and |y| of the field [u], or None
     """
-    painter.fillRect(QRectF(0, 0, view.width, view.height), QBrush(GROUND if walls else FLOOR))
-    if walls:
-        left, top = view.to_pixel(-walls[0] / 2.0, walls[1] / 2.0)
-        right, bottom = view.to_pixel(walls[0] / 2.0, -walls[1] / 2.0)
-    else:
-        left, top, right, bottom = 0.0, 0.0, float(view.width), float(view.height)
-    area = QRectF(left, top, right - left, bottom - top)
-    painter.fillRect(area, FLOOR)
-    low_x, low_y = view.to_field(max(left, 0.0), min(bottom, view.height))
-    high_x, high_y = view.to_field(min(right, view.width), max(top, 0.0))
+    if walls is None:
+        return QRectF(0, 0, view.width, view.height)
+    left, bottom = view.to_pixel(-walls[0], -walls[1])
+    right, top = view.to_pixel(*walls)
+    return QRectF(left, top, right - left, bottom - top)
+
+
+def floor(painter: QPainter, view: View, walls: tuple[float, float] | None) -> None:
+    """Draw the ground and the field with its grid and its walls, if it has walls."""
+    painter.fillRect(QRectF(0, 0, view.width, view.height), GROUND)
+    inside = area(view, walls)
+    painter.fillRect(inside, FLOOR)
+    step = nice_step(GRID_PIXELS / view.scale)
+    (low_x, high_y), (high_x, low_y) = view.to_field(0, 0), view.to_field(view.width, view.height)
     painter.save()
-    painter.setClipRect(area)
+    painter.setClipRect(inside)
     painter.setRenderHint(QPainter.Antialiasing, False)
-    for line in range(math.ceil(low_x / grid_step), math.floor(high_x / grid_step) + 1):
-        x = view.to_pixel(line * grid_step, 0.0)[0]
+    for line in range(math.ceil(low_x / step), math.floor(high_x / step) + 1):
+        x = view.to_pixel(line * step, 0.0)[0]
         painter.setPen(QPen(AXIS if line == 0 else GRID, 1))
-        painter.drawLine(QPointF(x, area.top()), QPointF(x, area.bottom()))
-    for line in range(math.ceil(low_y / grid_step), math.floor(high_y / grid_step) + 1):
-        y = view.to_pixel(0.0, line * grid_step)[1]
+        painter.drawLine(QPointF(x, 0), QPointF(x, view.height))
+    for line in range(math.ceil(low_y / step), math.floor(high_y / step) + 1):
+        y = view.to_pixel(0.0, line * step)[1]
         painter.setPen(QPen(AXIS if line == 0 else GRID, 1))
-        painter.drawLine(QPointF(area.left(), y), QPointF(area.right(), y))
+        painter.drawLine(QPointF(0, y), QPointF(view.width, y))
     painter.restore()
     if walls:
         painter.setBrush(Qt.NoBrush)
         painter.setPen(QPen(WALL, 6.0, Qt.SolidLine, Qt.SquareCap, Qt.MiterJoin))
-        painter.drawRect(area.adjusted(-3.0, -3.0, 3.0, 3.0))
+        painter.drawRect(inside.adjusted(-3.0, -3.0, 3.0, 3.0))

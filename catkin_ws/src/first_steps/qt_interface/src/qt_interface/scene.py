@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 from typing import Iterable, NamedTuple
 
-from qt_interface.settings import Settings, WorldSizes
-from qt_interface.trail import Trail
+from qt_interface.settings import WorldSizes
+
+PIECE_LENGTH = 125  # points; a trail of 10,000 has 80 pieces, enough to fade without visible steps
 
 
 class Point(NamedTuple):
@@ -25,32 +27,58 @@ class Pose(NamedTuple):
     direction: float
 
 
-def blend(before: Pose, after: Pose, fraction: float) -> Pose:
-    """Return the pose at `fraction` (0..1) between two poses, turning the shortest way round."""
-    turn = math.remainder(after.direction - before.direction, 2.0 * math.pi)
-    return Pose(
-        before.x + (after.x - before.x) * fraction,
-        before.y + (after.y - before.y) * fraction,
-        before.direction + turn * fraction,
-    )
+class Trail:
+    """The last positions of the car, in pieces: a frame draws only the newest piece again.
 
+    `finished` pieces, oldest first, never change; `growing` is the newest piece. A piece begins at
+    the end of the previous one, unless the car was moved by hand. `version` changes together with
+    `finished`.
+    """
 
-def _finite(points: Iterable[tuple[int, float, float]]) -> list[Point]:
-    return [
-        point
-        for point in (Point(*values) for values in points)
-        if math.isfinite(point.x) and math.isfinite(point.y)
-    ]
+    def __init__(self, limit: int, jump: float):
+        """Create an empty trail.
+
+        Args:
+            limit: largest number of positions; the oldest piece is removed as a whole
+            jump: a longer step [u] is not part of the motion and interrupts the line
+        """
+        self.limit = limit
+        self.jump = jump
+        self.version = 0
+        self.clear()
+
+    def __len__(self) -> int:
+        """Return the number of stored positions."""
+        return sum(len(piece) for piece in self.finished) + len(self.growing)
+
+    def clear(self) -> None:
+        """Remove all positions."""
+        self.finished: list[list[tuple[float, float]]] = []
+        self.growing: list[tuple[float, float]] = []
+        self.version += 1
+
+    def add(self, x: float, y: float) -> None:
+        """Add a position of the car [u]."""
+        is_jump = self.growing and math.dist(self.growing[-1], (x, y)) > self.jump
+        if is_jump or len(self.growing) >= PIECE_LENGTH:
+            self.finished.append(self.growing)
+            self.growing = [] if is_jump else self.growing[-1:]
+            self.version += 1
+        self.growing.append((x, y))
+        while self.finished and len(self) > self.limit:
+            self.finished.pop(0)
+            self.version += 1
 
 
 class Scene:
     """The data to draw. Arguments `now` are times in seconds of one monotonic clock."""
 
-    def __init__(self, settings: Settings):
+    def __init__(self, settings: SimpleNamespace):
+        """Create an empty scene; `settings` are those of `qt_interface.settings`."""
         self.settings = settings
-        self.sizes = WorldSizes(None, None, None, None, False)
+        self.sizes = WorldSizes()
         self.waypoints: list[Point] = []
-        self.sensed: frozenset[Point] = frozenset()
+        self.sensed: list[Point] = []
         self.target: Point | None = None
         self.laps: int | None = None  # None until a lap count is received
         self.is_paused = False
@@ -69,23 +97,25 @@ class Scene:
         return self.sizes.car_size or self.settings.plain_car_size
 
     @property
-    def has_walls(self) -> bool:
-        """True if the world sets the size of its field."""
-        return bool(self.sizes.field_width and self.sizes.field_height)
+    def walls(self) -> tuple[float, float] | None:
+        """Largest |x| and |y| of the field [u]; None if the world does not set its size."""
+        if self.sizes.field_width is None or self.sizes.field_height is None:
+            return None
+        return self.sizes.field_width / 2.0, self.sizes.field_height / 2.0
 
-    def set_world(self, sizes: WorldSizes, points: Iterable[tuple[int, float, float]]) -> None:
-        """Set the world's sizes and the waypoints (idx, x, y) [u]; ignore non-finite points."""
+    def set_world(self, sizes: WorldSizes, points: Iterable[Point]) -> None:
+        """Set the world's sizes and the waypoints; ignore non-finite points."""
         waypoints = sorted(_finite(points))
         if (sizes, waypoints) != (self.sizes, self.waypoints):
             self.sizes, self.waypoints = sizes, waypoints
             self.version += 1
 
-    def set_sensed(self, points: Iterable[tuple[int, float, float]]) -> None:
-        """Set the points (idx, x, y) [u] that the sensor detects now."""
-        self.sensed = frozenset(_finite(points))
+    def set_sensed(self, points: Iterable[Point]) -> None:
+        """Set the points that the sensor detects now."""
+        self.sensed = sorted(set(_finite(points)))
 
-    def set_target(self, point: tuple[int, float, float]) -> None:
-        """Set the driver's target (idx, x, y) [u]; remove it if the point is not finite."""
+    def set_target(self, point: Point) -> None:
+        """Set the driver's target; remove it if the point is not finite."""
         self.target = next(iter(_finite([point])), None)
 
     def set_car(self, x: float, y: float, direction: float, now: float) -> None:
@@ -97,30 +127,28 @@ class Scene:
             direction: direction [rad]
             now: time at which the pose was received [s]
         """
-        pose = Pose(x, y, direction)
-        if not all(math.isfinite(value) for value in pose):
+        if not all(math.isfinite(value) for value in (x, y, direction)):
             return
         self._car_before = self.car_at(now)
-        if (
-            self._car_before
-            and math.hypot(x - self._car_before.x, y - self._car_before.y)
-            > self.settings.trail_jump
-        ):
+        if self._car_before and math.dist(self._car_before[:2], (x, y)) > self.settings.trail_jump:
             self._car_before = None
         self._car_period = min(now - self._car_time, 0.1)
-        self.car, self._car_time = pose, now
+        self.car, self._car_time = Pose(x, y, direction), now
         self.trail.add(x, y)
         xs, ys = zip((x, y), *self._car_extent)
         self._car_extent = [(min(xs), min(ys)), (max(xs), max(ys))]
 
     def car_at(self, now: float) -> Pose | None:
         """Return the pose to draw at `now`, interpolated between the last two for smooth motion."""
-        if self.car is None or self._car_before is None or self._car_period <= 0.0:
-            return self.car
-        return blend(
-            self._car_before,
-            self.car,
-            min(max((now - self._car_time) / self._car_period, 0.0), 1.0),
+        before, car = self._car_before, self.car
+        if car is None or before is None or self._car_period <= 0.0:
+            return car
+        fraction = min(max((now - self._car_time) / self._car_period, 0.0), 1.0)
+        turn = math.remainder(car.direction - before.direction, math.tau)
+        return Pose(
+            before.x + (car.x - before.x) * fraction,
+            before.y + (car.y - before.y) * fraction,
+            before.direction + turn * fraction,
         )
 
     def car_age(self, now: float) -> float:
@@ -129,14 +157,16 @@ class Scene:
 
     def contains(self, x: float, y: float) -> bool:
         """Return True if the point [u] is within the walls, or if there are no walls."""
-        if self.sizes.field_width is None or self.sizes.field_height is None:
-            return True
-        return abs(x) <= self.sizes.field_width / 2 and abs(y) <= self.sizes.field_height / 2
+        return self.walls is None or (abs(x) <= self.walls[0] and abs(y) <= self.walls[1])
 
     def corners(self) -> list[tuple[float, float]]:
         """Return the points (x, y) [u] that a view of the whole scene must contain."""
         points = [(point.x, point.y) for point in self.waypoints]
-        if self.sizes.field_width is None or self.sizes.field_height is None:
+        if self.walls is None:
             return points + self._car_extent
-        x, y = self.sizes.field_width / 2.0, self.sizes.field_height / 2.0
+        x, y = self.walls
         return [*points, (-x, -y), (x, y)]
+
+
+def _finite(points: Iterable[Point]) -> list[Point]:
+    return [point for point in points if math.isfinite(point.x) and math.isfinite(point.y)]

@@ -60,14 +60,11 @@ class Window(QMainWindow):
         self.add_keys(("-",), lambda: self.field.zoom(1.0 / ZOOM_STEP))
         self.add_keys(("Q", "Ctrl+Q", "Ctrl+W", "Esc"), self.close)
         self._frame_times: deque[float] = deque(maxlen=60)
-        self._frame_timer = QTimer(
-            self, timerType=Qt.PreciseTimer, interval=int(1000.0 / scene.settings.frame_rate)
-        )
-        self._frame_timer.timeout.connect(self.next_frame)
-        self._frame_timer.start()
-        self._status_timer = QTimer(self, interval=200)
-        self._status_timer.timeout.connect(self.update_status)
-        self._status_timer.start()
+        frame_ms = int(1000.0 / scene.settings.frame_rate)
+        for interval, action in ((frame_ms, self.next_frame), (200, self.update_status)):
+            timer = QTimer(self, timerType=Qt.PreciseTimer, interval=interval)
+            timer.timeout.connect(action)
+            timer.start()
         self.update_status()
 
     def add_keys(self, keys: Iterable[str], action: Callable[[], object]) -> None:

@@ -3,109 +3,80 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Mapping, NamedTuple
-
-POSITIVE = (
-    "field_width",
-    "field_height",
-    "car_size",
-    "speed",
-    "rate",
-    "ellipse_width",
-    "ellipse_height",
-    "waypoints_period",
-    "sensor_range",
-    "touch_distance",
-)
-FINITE = ("start_x", "start_y", "start_direction")
+from types import SimpleNamespace
+from typing import Any, Mapping
 
 
 class SettingsError(ValueError):
     """An invalid parameter; the message names the parameter and the fix."""
 
 
-class Settings(NamedTuple):
-    """The parameters of config/world.yaml, which documents their units."""
-
-    field_width: float
-    field_height: float
-    car_size: float
-    speed: float
-    rate: float
-    start_x: float
-    start_y: float
-    start_direction: float
-    waypoint_count: int
-    ellipse_width: float
-    ellipse_height: float
-    waypoints_path: str
-    waypoints_period: float
-    sensor_range: float
-    sensor_front_only: bool
-    touch_distance: float
+def is_number(value: Any) -> bool:
+    """Return True for a finite number."""
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
 
 
-def read_settings(parameters: Mapping[str, Any]) -> Settings:
-    """Return the validated settings.
+def is_positive(value: Any) -> bool:
+    """Return True for a finite number above 0."""
+    return is_number(value) and value > 0
+
+
+# The parameters of config/world.yaml, which documents their units: a test and a valid value
+POSITIVE = (is_positive, "a number above 0")
+NUMBER = (is_number, "a number")
+RULES = {
+    "field_width": POSITIVE,
+    "field_height": POSITIVE,
+    "car_size": POSITIVE,
+    "speed": POSITIVE,
+    "rate": POSITIVE,
+    "start_x": NUMBER,
+    "start_y": NUMBER,
+    "start_direction": NUMBER,
+    "waypoint_count": (
+        lambda value: is_number(value) and isinstance(value, int) and 2 <= value <= 65536,
+        "a whole number within 2..65536; a lap needs at least 2 waypoints",
+    ),
+    "ellipse_width": POSITIVE,
+    "ellipse_height": POSITIVE,
+    "waypoints_path": (lambda value: isinstance(value, str), "a file's path or ''"),
+    "waypoints_period": (
+        lambda value: is_positive(value) and value <= 3.0,
+        "a number above 0, at most 3",
+    ),
+    "sensor_range": POSITIVE,
+    "sensor_front_only": (lambda value: isinstance(value, bool), "true or false"),
+    "touch_distance": POSITIVE,
+}
+
+
+def read_settings(parameters: Mapping[str, Any]) -> SimpleNamespace:
+    """Return the validated settings, one attribute for each parameter of config/world.yaml.
 
     Args:
-        parameters: values by name, as in config/world.yaml; other names are ignored
+        parameters: values by name; other names are ignored
 
     Raises:
         SettingsError: a parameter is missing, has the wrong type or is out of range
     """
-    missing = [name for name in Settings._fields if name not in parameters]
-    if missing:
-        raise SettingsError(
-            f"parameter ~{missing[0]} is missing: load config/world.yaml, as world.launch does"
-        )
-    settings = Settings(**{name: parameters[name] for name in Settings._fields})
-    for name in POSITIVE + FINITE:
-        _check_number(settings, name)
-    count = settings.waypoint_count
-    if isinstance(count, bool) or not isinstance(count, int) or not 2 <= count <= 65536:
-        raise SettingsError(
-            f"parameter ~waypoint_count is {count!r}: give a whole number within 2..65536; "
-            "a lap needs at least 2 waypoints"
-        )
-    if not isinstance(settings.sensor_front_only, bool):
-        raise SettingsError(
-            f"parameter ~sensor_front_only is {settings.sensor_front_only!r}: give true or false"
-        )
-    if not isinstance(settings.waypoints_path, str):
-        raise SettingsError(
-            f"parameter ~waypoints_path is {settings.waypoints_path!r}: give a file's path or ''"
-        )
-    _check_combinations(settings)
-    return settings
-
-
-def _check_number(settings: Settings, name: str) -> None:
-    value = getattr(settings, name)
-    is_number = (
-        isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
-    )
-    if name in POSITIVE and not (is_number and value > 0):
-        raise SettingsError(f"parameter ~{name} is {value!r}: give a number above 0")
-    if not is_number:
-        raise SettingsError(f"parameter ~{name} is {value!r}: give a number")
-
-
-def _check_combinations(settings: Settings) -> None:
-    if settings.waypoints_period > 3.0:
-        raise SettingsError(
-            f"parameter ~waypoints_period is {settings.waypoints_period:g}: give at most 3 s"
-        )
-    for side in ("field_width", "field_height"):
-        if getattr(settings, side) <= settings.car_size:
+    for name, (is_valid, valid) in RULES.items():
+        if name not in parameters:
             raise SettingsError(
-                f"parameter ~{side} is {getattr(settings, side):g}: make it larger than the car, "
+                f"parameter ~{name} is missing: load config/world.yaml, as world.launch does"
+            )
+        if not is_valid(parameters[name]):
+            raise SettingsError(f"parameter ~{name} is {parameters[name]!r}: give {valid}")
+    settings = SimpleNamespace(**{name: parameters[name] for name in RULES})
+    for side, start in (("field_width", "start_x"), ("field_height", "start_y")):
+        limit = (parameters[side] - settings.car_size) / 2.0
+        if limit <= 0.0:
+            raise SettingsError(
+                f"parameter ~{side} is {parameters[side]:g}: make it larger than the car, "
                 f"car_size {settings.car_size:g}"
             )
-    for name, length in (("start_x", settings.field_width), ("start_y", settings.field_height)):
-        limit = (length - settings.car_size) / 2.0
-        if abs(getattr(settings, name)) > limit:
+        if abs(parameters[start]) > limit:
             raise SettingsError(
-                f"parameter ~{name} is {getattr(settings, name):g}: the car would be in a wall, "
+                f"parameter ~{start} is {parameters[start]:g}: the car would be in a wall, "
                 f"give -{limit:g}..{limit:g}"
             )
+    return settings

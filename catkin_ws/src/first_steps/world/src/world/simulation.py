@@ -1,13 +1,12 @@
-"""The complete world: field, waypoints, car and laps, with the actions that change them."""
+"""The complete world: field, waypoints, car, sensor and laps, with the actions that change them."""
 
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 
 from world.car import Car, Field
 from world.laps import LapCounter
-from world.sensor import sense
-from world.settings import Settings
 from world.waypoints import IDX_MAX, Waypoint, check_route, ellipse, load_csv
 
 
@@ -18,20 +17,17 @@ class Simulation:
         world.waypoints.WaypointError: the route is invalid
     """
 
-    def __init__(self, settings: Settings):
+    def __init__(self, settings: SimpleNamespace):
+        """Create the world; `settings` are those of `world.settings.read_settings`."""
         self.settings = settings
-        self.field = Field(settings.field_width, settings.field_height)
+        self.field = Field(settings.field_width, settings.field_height, settings.car_size)
+        width, height = settings.ellipse_width, settings.ellipse_height
         if settings.waypoints_path:
-            self._route = load_csv(settings.waypoints_path)
             source = settings.waypoints_path
+            self._route = load_csv(source)
         else:
-            self._route = ellipse(
-                settings.waypoint_count, settings.ellipse_width, settings.ellipse_height
-            )
-            source = (
-                f"parameters ~ellipse_width {settings.ellipse_width:g}, "
-                f"~ellipse_height {settings.ellipse_height:g}"
-            )
+            source = f"parameters ~ellipse_width {width:g}, ~ellipse_height {height:g}"
+            self._route = ellipse(settings.waypoint_count, width, height)
         check_route(self._route, self.field, settings.touch_distance, source)
         self.is_paused = False
         self.reset()
@@ -53,16 +49,23 @@ class Simulation:
         """Move the car for `time_step` [s] unless paused; return True if that completes a lap."""
         if self.is_paused:
             return False
-        self.car = self.field.advance(
-            self.car, self.settings.speed * time_step, self.settings.car_size
-        )
+        self.car = self.field.advance(self.car, self.settings.speed * time_step)
         return self._lap_counter.update(self.car.x, self.car.y)
 
     def sensed(self) -> list[Waypoint]:
-        """Return the waypoints that the car's sensor detects now."""
-        return sense(
-            self.car, self.waypoints, self.settings.sensor_range, self.settings.sensor_front_only
-        )
+        """Return the waypoints that the car's sensor detects now: those in its range.
+
+        A sensor with `sensor_front_only` does not detect the points behind the car.
+        """
+        ahead_x, ahead_y = math.cos(self.car.direction), math.sin(self.car.direction)
+        sensed = []
+        for waypoint in self.waypoints:
+            dx, dy = waypoint.x - self.car.x, waypoint.y - self.car.y
+            is_near = dx * dx + dy * dy <= self.settings.sensor_range**2
+            is_behind = dx * ahead_x + dy * ahead_y < 0.0
+            if is_near and not (self.settings.sensor_front_only and is_behind):
+                sensed.append(waypoint)
+        return sensed
 
     def steer(self, delta_direction: float) -> None:
         """Turn the car by `delta_direction` [rad] unless paused.
@@ -70,10 +73,7 @@ class Simulation:
         Raises:
             ValueError: the angle is not finite
         """
-        if not math.isfinite(delta_direction):
-            raise ValueError(
-                f"delta_direction {delta_direction} is not a finite angle; send radians"
-            )
+        _check_finite(delta_direction)
         if not self.is_paused:
             self.car = self.car.turned(delta_direction)
 
@@ -88,10 +88,9 @@ class Simulation:
         Raises:
             ValueError: a value is not finite
         """
-        if not all(math.isfinite(value) for value in (x, y, direction)):
-            raise ValueError(f"position ({x}, {y}, {direction}) is not finite; send numbers")
-        self.car = self.field.clamp(Car(x, y, direction), self.settings.car_size)
-        self._lap_counter.restart_lap()
+        _check_finite(x, y, direction)
+        self.car = self.field.clamp(Car(x, y, 0.0).turned(direction))
+        self._lap_counter.restart_lap(self.waypoints)
 
     def add_waypoint(self, x: float, y: float) -> None:
         """Append a waypoint at (x, y) [u] to the route and restart the current lap.
@@ -99,12 +98,16 @@ class Simulation:
         Raises:
             ValueError: the point is not finite or outside the walls, or the last idx is used
         """
-        if not (math.isfinite(x) and math.isfinite(y)):
-            raise ValueError(f"waypoint ({x}, {y}) is not finite; send numbers")
+        _check_finite(x, y)
         if not self.field.contains(x, y):
             raise ValueError(f"waypoint ({x:g}, {y:g}) is outside the walls; choose a point inside")
         idx = max(waypoint.idx for waypoint in self.waypoints) + 1
         if idx > IDX_MAX:
             raise ValueError(f"idx {idx} is above the maximum {IDX_MAX}; reset the world")
         self.waypoints = [*self.waypoints, Waypoint(idx, x, y)]
-        self._lap_counter.set_waypoints(self.waypoints)
+        self._lap_counter.restart_lap(self.waypoints)
+
+
+def _check_finite(*values: float) -> None:
+    if not all(math.isfinite(value) for value in values):
+        raise ValueError(f"{values} is not finite; send numbers")

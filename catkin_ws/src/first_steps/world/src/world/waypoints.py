@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
-from typing import Mapping, NamedTuple, Sequence
+from typing import NamedTuple, Sequence
 
 from world.car import Field
 
@@ -50,53 +50,35 @@ def load_csv(path: str) -> list[Waypoint]:
     """
     try:
         with open(path, newline="", encoding="utf-8-sig") as file:
-            rows = [
-                (line, row)
-                for line, row in enumerate(csv.reader(file), start=1)
-                if any(cell.strip() for cell in row)
-            ]
+            lines = enumerate(csv.reader(file), start=1)
+            rows = [(line, row) for line, row in lines if any(cell.strip() for cell in row)]
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise WaypointError(
             f"waypoints_path {path}: {error}; give a readable CSV file of x,y"
         ) from error
-    columns = {"x": 0, "y": 1}
-    if rows and not _is_number(rows[0][1][0]):
-        header = [cell.strip().lower() for cell in rows.pop(0)[1]]
-        columns = {name: header.index(name) for name in ("x", "y", "idx") if name in header}
+    columns = ["x", "y"]
+    if rows and rows[0][1][0].strip()[:1].isalpha():
+        columns = [cell.strip().lower() for cell in rows.pop(0)[1]]
         if not {"x", "y"} <= set(columns):
             raise WaypointError(
-                f"{path}: row 1: the header {','.join(header)} lacks x or y; call the columns x,y"
+                f"{path}: row 1: the header {','.join(columns)} lacks x or y; call the columns x,y"
             )
-    return [_waypoint(path, line, row, columns, index) for index, (line, row) in enumerate(rows)]
-
-
-def _waypoint(
-    path: str, line: int, row: Sequence[str], columns: Mapping[str, int], index: int
-) -> Waypoint:
-    try:
-        x, y = (float(row[columns[name]]) for name in ("x", "y"))
-        idx = int(row[columns["idx"]]) if "idx" in columns else index
-    except (IndexError, ValueError):
-        raise WaypointError(
-            f"{path}: row {line}: '{','.join(row)}' is not a point; write x,y in numbers"
-        ) from None
-    if not (math.isfinite(x) and math.isfinite(y)):
-        raise WaypointError(
-            f"{path}: row {line}: '{','.join(row)}' is not finite; write x,y in plain numbers"
-        )
-    if not 0 <= idx <= IDX_MAX:
-        raise WaypointError(
-            f"{path}: row {line}: idx {idx} is not within 0..{IDX_MAX}; number the points from 0"
-        )
-    return Waypoint(idx, x, y)
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
+    waypoints = []
+    for line, row in rows:
+        cells = dict(zip(columns, row))
+        try:
+            waypoint = Waypoint(
+                int(cells.get("idx", len(waypoints))), float(cells["x"]), float(cells["y"])
+            )
+        except (KeyError, ValueError):
+            waypoint = Waypoint(-1, math.nan, math.nan)
+        if not (math.isfinite(waypoint.x + waypoint.y) and 0 <= waypoint.idx <= IDX_MAX):
+            raise WaypointError(
+                f"{path}: row {line}: '{','.join(row)}' is not a point; "
+                f"write x,y in plain numbers, and idx, if given, within 0..{IDX_MAX}"
+            )
+        waypoints.append(waypoint)
+    return waypoints
 
 
 def check_route(
