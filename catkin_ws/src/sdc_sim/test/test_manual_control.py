@@ -1,0 +1,298 @@
+"""Tests of the manual control: keys, head-up display, views and map."""
+
+import math
+
+import numpy as np
+import pytest
+import rospy
+from carla_msgs.msg import (
+    CarlaCollisionEvent,
+    CarlaEgoVehicleStatus,
+    CarlaLaneInvasionEvent,
+    CarlaWorldInfo,
+)
+from hypothesis import given
+from hypothesis import strategies as st
+from nav_msgs.msg import Odometry
+from sdc_msgs.msg import LocalPath, Obstacle, ObstacleArray, Waypoint
+from sensor_msgs.msg import Image
+
+from sdc_sim.manual_control import hud
+from sdc_sim.manual_control.drive_state import DriveState
+from sdc_sim.manual_control.keyboard import KeyboardControl, KeyboardControlRates
+from sdc_sim.manual_control.map_view import MapView
+from sdc_sim.manual_control.views import ViewSelector
+from sdc_sim.physics.vehicle import VehicleCommand
+from sdc_sim.ros.message_conversion import image_message, quaternion_from_yaw
+
+RATES = KeyboardControlRates(
+    throttle_per_s=2.0, brake_per_s=4.0, steer_per_s=0.5, steer_return_per_s=2.0, steer_limit=0.7
+)
+KEYS = ("w", "up", "s", "down", "a", "left", "d", "right", "space", "q", "x")
+GRASS = (70, 105, 80)
+
+
+def held_for(seconds, *keys, control=None):
+    control = control or KeyboardControl(RATES)
+    for _ in range(round(seconds / 0.05)):
+        control.step(keys, 0.05)
+    return control.command
+
+
+@pytest.mark.parametrize(
+    "keys, expected",
+    [
+        ("", VehicleCommand()),
+        ("w", VehicleCommand(throttle=0.4)),
+        ("up", VehicleCommand(throttle=0.4)),
+        ("s", VehicleCommand(brake=0.8)),
+        ("down", VehicleCommand(brake=0.8)),
+        ("a", VehicleCommand(steer=-0.1)),
+        ("left", VehicleCommand(steer=-0.1)),
+        ("d", VehicleCommand(steer=0.1)),
+        ("right", VehicleCommand(steer=0.1)),
+        ("a right", VehicleCommand()),
+        ("w d space", VehicleCommand(throttle=0.4, steer=0.1, hand_brake=True)),
+        ("x q escape", VehicleCommand()),
+    ],
+)
+def test_held_keys_change_the_command_at_their_rates(keys, expected):
+    command = held_for(0.2, *keys.split())
+    assert (command.throttle, command.steer, command.brake) == pytest.approx(
+        (expected.throttle, expected.steer, expected.brake)
+    )
+    assert (command.hand_brake, command.reverse) == (expected.hand_brake, expected.reverse)
+
+
+def test_steering_grows_to_its_limit_and_returns_across_zero():
+    control = KeyboardControl(RATES)
+    assert held_for(3.0, "d", control=control).steer == 0.7
+    assert held_for(0.1, control=control).steer == pytest.approx(0.5)
+    assert control.step(["a"], 0.45).steer == pytest.approx(-0.1)  # 0.25 s to zero, then 0.2 s
+    assert held_for(0.1, control=control).steer == 0.0
+
+
+def test_reverse_stays_until_toggled_and_reset_clears_the_command():
+    control = KeyboardControl(RATES)
+    control.toggle_reverse()
+    assert control.step(["w"], 1.0) == VehicleCommand(throttle=1.0, reverse=True)
+    control.toggle_reverse()
+    assert control.step(["w"], 1.0) == VehicleCommand(throttle=1.0)
+    control.toggle_reverse()
+    control.reset()
+    assert control.command == control.step([], 0.0) == VehicleCommand()
+
+
+@given(st.lists(st.tuples(st.sets(st.sampled_from(KEYS)), st.floats(0.0, 3.0)), max_size=20))
+def test_command_is_in_range_and_symmetric_and_ends_at_zero(history):
+    swap = {"a": "d", "d": "a", "left": "right", "right": "left"}
+    control, mirrored = KeyboardControl(RATES), KeyboardControl(RATES)
+    for keys, step_s in history:
+        command = control.step(keys, step_s)
+        assert command.clamped() == (command, False)
+        assert abs(command.steer) <= RATES.steer_limit
+        assert mirrored.step({swap.get(key, key) for key in keys}, step_s).steer == -command.steer
+    assert held_for(0.4, control=control) == VehicleCommand()
+
+
+@pytest.mark.parametrize(
+    "name, value",
+    [
+        ("throttle_per_s", 0.0),
+        ("brake_per_s", math.nan),
+        ("steer_per_s", -1.0),
+        ("steer_return_per_s", math.inf),
+        ("steer_limit", 1.1),
+    ],
+)
+def test_invalid_rate_is_refused_by_name(name, value):
+    with pytest.raises(ValueError, match=name):
+        KeyboardControlRates(**{**vars(RATES), name: value})
+
+
+@pytest.mark.parametrize(
+    "yaw_deg, expected",
+    [
+        (0.0, (90, "E")),
+        (90.0, (0, "N")),
+        (180.0, (270, "W")),
+        (-135.0, (225, "SW")),
+        (67.6, (22, "N")),
+        (67.4, (23, "NE")),
+        (450.0, (0, "N")),
+    ],
+)
+def test_compass_is_clockwise_from_north(yaw_deg, expected):
+    assert hud.compass(math.radians(yaw_deg)) == expected
+
+
+def test_lines_show_all_readings():
+    readings = hud.Readings(
+        server_fps=19.6,
+        client_fps=30.0,
+        map_name="Town03",
+        time_s=36061.35,
+        x_m=1.25,
+        y_m=-40.56,
+        yaw_rad=0.0,
+        speed_mps=10.0,
+        manual=True,
+    )
+    assert dict(hud.lines(readings)) == {
+        "Server": "20 FPS",
+        "Client": "30 FPS",
+        "Map": "Town03",
+        "Time": "10:01:01.3",
+        "Speed": "36 km/h",
+        "Heading": "90\u00b0 E",
+        "Location": "1.2, -40.6",
+        "Driver": "manual",
+    }
+    unknown = dict(hud.lines(hud.Readings()))
+    assert {unknown[name] for name in ("Map", "Time", "Speed", "Heading", "Location")} == {"-"}
+    assert unknown["Driver"] == "autopilot"
+
+
+def test_repeated_notice_starts_again_fades_and_the_oldest_is_dropped():
+    notices = hud.Notices(duration_s=4.0, max_count=2)
+    for now_s, text in enumerate(("one", "two", "one")):
+        notices.add(text, now_s)
+    assert notices.visible(4.0) == [("two", 0.5), ("one", 1.0)]
+    assert notices.visible(5.0) == [("one", 0.5)]
+    notices.add("three", 5.0)
+    notices.add("four", 5.0)
+    assert [text for text, _ in notices.visible(5.0)] == ["three", "four"]
+
+
+def test_frame_rate_is_averaged_over_its_window():
+    rate = hud.FrameRate(window_s=2.0)
+    assert rate.per_second(0.0) == 0.0
+    for tick in range(100):
+        rate.count(0.05 * tick)
+    assert rate.per_second(4.95) == pytest.approx(20.0)
+    assert rate.per_second(20.0) == 0.0
+
+
+class Clock:
+    now_s = 100.0
+
+    def __call__(self):
+        return self.now_s
+
+
+def odometry(x=3.0):
+    message = Odometry()
+    message.header.stamp = rospy.Time(7)
+    message.pose.pose.position.x = x
+    message.pose.pose.orientation = quaternion_from_yaw(0.5)
+    message.twist.twist.linear.x = 6.0
+    return message
+
+
+def test_readings_combine_all_messages():
+    clock = Clock()
+    state = DriveState(3.0, clock)
+    own = VehicleCommand(throttle=0.5)
+    assert state.readings(own, manual=True, client_fps=30.0).command is own
+    for _ in range(5):
+        state.on_odometry(odometry())
+        clock.now_s += 0.05
+    with pytest.raises(ValueError):
+        state.on_odometry(odometry(x=math.nan))
+    status = CarlaEgoVehicleStatus()
+    status.control.brake = 1.0
+    state.on_status(status)
+    state.on_world_info(CarlaWorldInfo(map_name="Town03"))
+    readings = state.readings(own, manual=False, client_fps=30.0)
+    assert (readings.x_m, readings.speed_mps, readings.time_s) == (3.0, 6.0, 7.0)
+    assert (readings.map_name, readings.command.brake) == ("Town03", 1.0)
+    assert readings.yaw_rad == pytest.approx(0.5)
+    assert readings.server_fps == pytest.approx(20.0)
+
+
+def test_events_become_notices():
+    state = DriveState(3.0, Clock())
+    state.on_obstacles(ObstacleArray(obstacles=[Obstacle(id=9, kind="pedestrian")]))
+    state.on_collision(CarlaCollisionEvent(other_actor_id=9))
+    state.on_collision(CarlaCollisionEvent(other_actor_id=8))
+    state.on_lane_invasion(CarlaLaneInvasionEvent(crossed_lane_markings=[2, 1, 99]))
+    assert [text for text, _ in state.notices()] == [
+        "Collision with pedestrian",
+        "Collision with actor 8",
+        "Crossed line: broken and other and solid",
+    ]
+
+
+def test_views_cycle_through_pictures_and_map():
+    state = DriveState(3.0, Clock())
+    views = ViewSelector(["front", "mask"], MapView(0.1, 10.0))
+    assert views.picture(state) is None
+    picture = np.random.default_rng(1).integers(0, 255, (48, 64, 4), dtype=np.uint8)
+    views.on_picture(image_message(picture, rospy.Time(1)), "front")
+    np.testing.assert_array_equal(views.picture(state), picture[:, :, :3])
+    views.select_next()
+    assert (views.selected, views.picture(state)) == ("mask", None)
+    mask = Image(height=2, width=3, step=3, encoding="mono8", data=bytes(range(6)))
+    views.on_picture(mask, "mask")
+    np.testing.assert_array_equal(views.picture(state)[:, :, 1], [[0, 1, 2], [3, 4, 5]])
+    views.select_next()
+    assert (views.selected, views.picture(state)) == (ViewSelector.MAP, None)
+    state.on_path(LocalPath([Waypoint(3.0, 0.0, 5.0), Waypoint(9.0, 0.0, 5.0)]))
+    state.on_odometry(odometry())
+    assert views.picture(state).shape == (480, 640, 3)
+    views.select_next()
+    assert views.selected == "front"
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        Image(),
+        Image(height=480, width=640, step=2560, encoding="bgra8", data=b"short"),
+        Image(height=1, width=1, step=4, encoding="nonsense", data=b"1234"),
+    ],
+)
+def test_invalid_picture_is_refused(message):
+    views = ViewSelector(["front"], MapView(0.1, 10.0))
+    views.on_picture(message, "front")
+    with pytest.raises(ValueError, match="front"):
+        views.picture(DriveState(3.0, Clock()))
+
+
+def colour_at(view, picture, point, pose):
+    column, row = np.round(view.to_pixels(point, *pose)).astype(int)
+    return tuple(int(value) for value in picture[row, column])
+
+
+@pytest.mark.parametrize("pose", [(20.0, 0.0, 0.0), (20.0, 1.0, 0.5), (50.0, -2.0, math.pi)])
+def test_road_path_and_obstacles_are_drawn_at_their_positions(pose):
+    view = MapView(0.1, 10.0)
+    view.set_route(np.column_stack([np.arange(0.0, 101.0), np.zeros(101)]))
+    x, y, yaw = pose
+    ahead = x + math.copysign(12.0, math.cos(yaw))
+    forward_m = math.cos(yaw) * (ahead - x) - math.sin(yaw) * y
+    left_m = -math.sin(yaw) * (ahead - x) - math.cos(yaw) * y
+    np.testing.assert_allclose(
+        view.to_pixels((ahead, 0.0), *pose), (320.0 - left_m / 0.1, 336.0 - forward_m / 0.1)
+    )
+    plain = view.picture(*pose)
+    assert colour_at(view, plain, (ahead, 0.0), pose) == (78, 76, 74)
+    assert min(colour_at(view, plain, (ahead, -1.75), pose)) > 120
+    assert colour_at(view, plain, (ahead, -4.0), pose) == GRASS
+    full = view.picture(
+        *pose,
+        path=[(x, 0.0, 10.0), (math.nan,) * 3, (ahead + 1.0, 0.0, 10.0), (ahead - 1.0, 0.0, 10.0)],
+        obstacles=[(ahead, -4.0, 0.3, 2.0, 1.0), (math.nan,) * 5],
+    )
+    blue, green, red = colour_at(view, full, (ahead, 0.0), pose)
+    assert green > 150 > max(blue, red)
+    assert colour_at(view, full, (ahead, -4.0), pose) == (30, 130, 240)
+
+
+def test_invalid_map_settings_and_routes_are_refused():
+    with pytest.raises(ValueError, match="route"):
+        MapView(0.1, 10.0).set_route([(0.0, 0.0)])
+    with pytest.raises(ValueError, match="scale"):
+        MapView(0.0, 10.0)
+    with pytest.raises(ValueError, match="green"):
+        MapView(0.1, 0.0)
