@@ -12,9 +12,7 @@ from tf2_msgs.msg import TFMessage
 from sdc_common.ros.ground_truth import GROUND_TRUTH
 from sdc_common.ros.node import LoopPublisher
 from sdc_sim.camera.front_camera import FrontCamera
-from sdc_sim.road.opendrive import opendrive
 from sdc_sim.ros.bridge_topics import BridgeTopics
-from sdc_sim.ros.generation_topics import GenerationTopics
 from sdc_sim.ros.message_conversion import odometry_message, vehicle_transform
 from sdc_sim.ros.object_messages import daylight, spectator_mount
 from sdc_sim.ros.sensor_topics import SensorTopics
@@ -40,11 +38,7 @@ class SimulationTopics:
         self._transform = rospy.Publisher("/tf", TFMessage, queue_size=10)
         self._role_name = setup.role_name
         self._drive_log = setup.drive_log
-        names = setup.role_name, setup.preset, setup.map_name
-        road = opendrive(setup.map_name, setup.route_m)
-        self.bridge = BridgeTopics(*names, setup.simulation, setup.lockstep, setup.route_m, road)
-        published = self.sensors.vehicle_topics
-        self._generation = GenerationTopics(setup.bridge, *names, road, setup.simulation, published)
+        self.bridge = BridgeTopics(setup, self.sensors.vehicle_topics)
         self._camera = None
         if setup.with_camera:
             self._camera = FrontCamera(
@@ -113,7 +107,6 @@ class SimulationTopics:
             if self._truth and self._transform.get_num_connections():
                 self._transform.publish([vehicle_transform(odometry)])
             self.bridge.publish(observation)
-            self._generation.publish(observation)
             if not self._truth:
                 self.sensors.publish(observation.readings, stamp)
         except rospy.ROSException:
