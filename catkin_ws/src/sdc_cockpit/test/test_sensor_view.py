@@ -11,7 +11,7 @@ from sensor_msgs.msg import NavSatFix, NavSatStatus, PointCloud2
 from sdc_cockpit.sensor_view import GNSS, LIDARS, SensorView
 from sdc_common.geometry.geodesy import geodetic_from_map
 from sdc_sim.ros.bridge_generations import GENERATIONS
-from sdc_sim.ros.sensor_messages import point_cloud_message
+from sdc_sim.ros.sensor_topics import point_cloud_message
 
 FRONT, PLANAR = LIDARS
 

@@ -1,31 +1,110 @@
-"""The topics of the sensors."""
+"""The topics of the sensors: a table, and the conversion of readings to messages."""
 
 from __future__ import annotations
 
-from typing import Any, Callable, Mapping, NamedTuple
+import math
+from typing import Any, Callable, Mapping, NamedTuple, Sequence
 
+import numpy as np
 import rospy
 import tf2_ros
-from geometry_msgs.msg import TransformStamped
-from sensor_msgs.msg import Imu, JointState, NavSatFix, PointCloud2
-from std_msgs.msg import Float32
+from geometry_msgs.msg import TransformStamped, Vector3
+from sensor_msgs.msg import (
+    Imu,
+    JointState,
+    NavSatFix,
+    NavSatStatus,
+    PointCloud2,
+    PointField,
+)
+from std_msgs.msg import Float32, Header
 
+from sdc_common.geometry.geodesy import geodetic_from_map
 from sdc_common.ros.node import LoopPublisher
 from sdc_sim.ros.bridge_generations import BridgeGeneration
-from sdc_sim.ros.sensor_messages import (
-    gnss_message,
-    imu_message,
-    point_cloud_message,
-    wheel_speeds_message,
-)
 from sdc_sim.sensors.mounts import (
     GNSS_MOUNT_M,
     IMU_MOUNT_M,
     LIDAR_MOUNT_M,
     PLANAR_LIDAR_MOUNT_M,
 )
-from sdc_sim.sensors.readings import SensorReadings
-from sdc_sim.sensors.settings import SENSORS, SensorSettings
+from sdc_sim.sensors.readings import WHEELS, GnssReading, ImuReading, SensorReadings
+from sdc_sim.sensors.settings import (
+    GnssSettings,
+    ImuSettings,
+    LidarSettings,
+    SensorSettings,
+    WheelSpeedSettings,
+)
+
+_WHEEL_NAMES = [wheel + "_wheel" for wheel in WHEELS]
+_POINT_FIELDS = [
+    PointField(name, 4 * number, PointField.FLOAT32, 1)
+    for number, name in enumerate(("x", "y", "z", "intensity"))
+]
+
+
+def imu_message(reading: ImuReading, settings: ImuSettings, stamp: rospy.Time, frame: str) -> Imu:
+    """Return acceleration and rotation; there is no orientation (REP 145)."""
+    return Imu(
+        header=Header(stamp=stamp, frame_id=frame),
+        orientation_covariance=[-1.0] + [0.0] * 8,
+        angular_velocity=Vector3(*reading.rate_radps),
+        angular_velocity_covariance=_diagonal(settings.rate_noise_radps),
+        linear_acceleration=Vector3(*reading.acceleration_mps2),
+        linear_acceleration_covariance=_diagonal(settings.acceleration_noise_mps2),
+    )
+
+
+def gnss_message(
+    reading: GnssReading, settings: GnssSettings, stamp: rospy.Time, frame: str
+) -> NavSatFix:
+    """Return latitude and longitude [deg]; NaN without a fix.
+
+    The covariance is what a receiver knows: it contains no reflections.
+    """
+    message = NavSatFix(header=Header(stamp=stamp, frame_id=frame))
+    message.status.service = NavSatStatus.SERVICE_GPS
+    if not reading.has_fix:
+        message.status.status = NavSatStatus.STATUS_NO_FIX
+        message.latitude = message.longitude = message.altitude = math.nan
+        return message
+    message.latitude, message.longitude = geodetic_from_map(reading.x_m, reading.y_m)
+    message.altitude = reading.z_m
+    message.position_covariance = _diagonal(math.hypot(settings.noise_m, settings.bias_m))
+    message.position_covariance_type = NavSatFix.COVARIANCE_TYPE_DIAGONAL_KNOWN
+    return message
+
+
+def wheel_speeds_message(
+    reading: Sequence[float], _settings: WheelSpeedSettings, stamp: rospy.Time, frame: str
+) -> JointState:
+    """Return the angular velocities of the wheels [rad/s]."""
+    return JointState(
+        header=Header(stamp=stamp, frame_id=frame), name=_WHEEL_NAMES, velocity=reading
+    )
+
+
+def point_cloud_message(
+    reading: np.ndarray, _settings: LidarSettings, stamp: rospy.Time, frame: str
+) -> PointCloud2:
+    """Return the points (N, 4) of a scan: x, y, z [m] and intensity."""
+    points = np.ascontiguousarray(reading, np.float32)
+    return PointCloud2(
+        header=Header(stamp=stamp, frame_id=frame),
+        height=1,
+        width=len(points),
+        fields=_POINT_FIELDS,
+        point_step=16,
+        row_step=16 * len(points),
+        data=points.tobytes(),
+        is_dense=True,
+    )
+
+
+def _diagonal(deviation: float) -> list[float]:
+    variance = deviation * deviation
+    return [variance, 0.0, 0.0, 0.0, variance, 0.0, 0.0, 0.0, variance]
 
 
 class _Form(NamedTuple):
@@ -64,10 +143,10 @@ class SensorTopics:
         self._publishers = []
         self.vehicle_topics = []
         transforms = []
-        for name in SENSORS:
+        for name, form in _FORMS.items():
             if name not in settings:
                 continue
-            names, form = generation.sensors[name], _FORMS[name]
+            names = generation.sensors[name]
             frame = role_name + names.frame
             publisher = LoopPublisher(
                 f"/carla/{role_name}{names.topic}", form.message_class, latch=True

@@ -6,16 +6,17 @@ import os
 from typing import Any, Collection, NamedTuple
 
 import numpy as np
+import rospy
 
 from sdc_common.geometry.road_line import road_route
-from sdc_common.ros.node import refuse
+from sdc_common.ros.node import parameter, refuse
 from sdc_common.routes.waypoint_file import WaypointError, load_waypoints
+from sdc_common.suggestion import suggestion
 from sdc_common.validation import check_between, check_non_negative
 from sdc_sim.physics.obstacles import KINDS
 from sdc_sim.physics.vehicle_parameters import VehicleError
 from sdc_sim.ros.bridge_generations import GENERATIONS
 from sdc_sim.ros.drive_log import DriveLog
-from sdc_sim.ros.parameters import Parameters
 from sdc_sim.scenario.yaml_document import DocumentError
 from sdc_sim.simulation.configuration import build_simulation, sensors_that_are_on
 from sdc_sim.simulation.simulation import OccupiedError
@@ -31,6 +32,27 @@ class Timeouts(NamedTuple):
     unstamped_s: float
     start_s: float
     first_answer_s: float
+
+
+class Parameters:
+    """Reads private parameters by name and refuses those that are set but not read."""
+
+    def __init__(self) -> None:
+        self._read: set[str] = set()
+
+    def __call__(self, name: str) -> Any:
+        """Return the value of a parameter; without it the node ends with an error."""
+        self._read.add(name)
+        return parameter(name)
+
+    def refuse_unread(self) -> None:
+        """End the node with an error if there is a parameter that was not read, as a misspelt one.
+
+        Call it after all parameters have been read.
+        """
+        for name in sorted(set(rospy.get_param("~", {})) - self._read):
+            hint = suggestion(name, self._read, "remove it")
+            refuse(f"unknown parameter {rospy.resolve_name('~' + name)}; {hint}")
 
 
 class SimulationSetup:
@@ -51,27 +73,27 @@ class SimulationSetup:
     """
 
     def __init__(self) -> None:
-        parameter = Parameters()
-        self.lockstep = bool(parameter("sync"))
+        value = Parameters()
+        self.lockstep = bool(value("sync"))
         self.timeouts = Timeouts(
-            parameter("patience_s"),
-            parameter("unstamped_patience_s"),
-            parameter("start_patience_s"),
-            parameter("first_answer_s"),
+            value("patience_s"),
+            value("unstamped_patience_s"),
+            value("start_patience_s"),
+            value("first_answer_s"),
         )
-        self.wait_for_nodes = list(parameter("wait_for_nodes"))
-        self.services = bool(parameter("services"))
-        self.clicked_obstacle: str = parameter("clicked_obstacle")
-        self.role_name: str = parameter("role_name")
+        self.wait_for_nodes = list(value("wait_for_nodes"))
+        self.services = bool(value("services"))
+        self.clicked_obstacle: str = value("clicked_obstacle")
+        self.role_name: str = value("role_name")
         self.ego = f"/carla/{self.role_name}"
-        bridge = parameter("bridge")
-        self.ackermann_cmd: str | bool = parameter("ackermann_cmd")
-        self.with_camera = bool(parameter("camera"))
-        self.daylight: float = parameter("daylight")
-        self.weather: dict[str, Any] = parameter("weather")
-        self.waypoints_path: str = parameter("waypoints_path")
-        self.preset: str = parameter("vehicle")
-        self.truth = bool(parameter("truth"))
+        bridge = value("bridge")
+        self.ackermann_cmd: str | bool = value("ackermann_cmd")
+        self.with_camera = bool(value("camera"))
+        self.daylight: float = value("daylight")
+        self.weather: dict[str, Any] = value("weather")
+        self.waypoints_path: str = value("waypoints_path")
+        self.preset: str = value("vehicle")
+        self.truth = bool(value("truth"))
         self.sensors: dict[str, Any] = {}
         _check_known("clicked_obstacle", self.clicked_obstacle, KINDS)
         _check_known("bridge", bridge, GENERATIONS)
@@ -80,8 +102,8 @@ class SimulationSetup:
         try:
             self.route_m: np.ndarray = load_waypoints(self.waypoints_path)
             self.route = road_route(self.route_m)
-            self.sensors = sensors_that_are_on(parameter)
-            self.simulation = build_simulation(parameter, self.route, self.route_m)
+            self.sensors = sensors_that_are_on(value)
+            self.simulation = build_simulation(value, self.route, self.route_m)
             check_between(0.0, 1.0, daylight=self.daylight)
             self.weather = _checked_weather(self.weather)
             check_non_negative(
@@ -94,8 +116,8 @@ class SimulationSetup:
             refuse(error)
         except (TypeError, ValueError) as error:
             refuse(f"{error}; fix it in config/sim.yaml")
-        self.drive_log = _drive_log(parameter("drive_log"))
-        parameter.refuse_unread()
+        self.drive_log = _drive_log(value("drive_log"))
+        value.refuse_unread()
 
     @property
     def map_name(self) -> str:
