@@ -37,12 +37,6 @@ def test_jpeg_has_the_colours_of_the_image_and_a_small_size(encoding, pixel):
     assert len(jpeg) < 50_000
 
 
-def test_padding_of_rows_is_removed():
-    assert encode_jpeg(image("rgb8", ORANGE, step=2048), 480, 80) == encode_jpeg(
-        image("rgb8", ORANGE), 480, 80
-    )
-
-
 def test_unsupported_images_give_no_jpeg():
     assert encode_jpeg(image("32FC1", (0, 0, 0, 0)), 480, 80) is None
     assert encode_jpeg(Image(), 480, 80) is None
@@ -102,40 +96,6 @@ def test_fast_drive_takes_at_most_two_pictures_per_second_of_the_wall_clock(monk
     assert len(camera.pictures) == 20
 
 
-def test_long_drive_takes_pictures_ever_more_rarely(monkeypatch):
-    monkeypatch.setattr("sdc_sim.report.camera_snapshots._PICTURES_PER_INTERVAL", 10)
-    camera = Camera(monkeypatch, 1)
-    for second in range(1000):
-        camera.update(0.0, float(second), float(second))
-    assert len(camera.pictures) < 10 * 7
-
-
-def test_without_snapshots_no_picture_is_taken(monkeypatch):
-    camera = Camera(monkeypatch, 0)
-    for second in range(20):
-        camera.update(5.0 * second, float(second), float(second))
-    assert camera.subscriptions == 0
-
-
-@pytest.mark.parametrize(("published", "lost"), [("/image", 0), ("/image", 2), ("/other", 0)])
-def test_drive_without_a_picture_waits_for_one_if_there_is_a_camera(monkeypatch, published, lost):
-    camera = Camera(monkeypatch, 2)
-    camera.taken.update(100.0, 5.0, 5.0)
-    monkeypatch.setattr(rospy, "get_published_topics", lambda: [(published, "sensor_msgs/Image")])
-
-    def wait(timeout_s):
-        if camera.subscriptions > lost:
-            camera.subscribed(image("rgb8", ORANGE))
-        return camera.subscriptions > lost
-
-    monkeypatch.setattr(camera.taken._received, "wait", wait)
-    camera.taken.finish(2.0)
-    has_camera = published == "/image"
-    assert [snapshot.percent for snapshot in camera.snapshots] == [100.0] * has_camera
-    assert camera.subscriptions == 1 + lost
-    assert camera.subscribed is None
-
-
 def test_camera_without_pictures_is_named(monkeypatch):
     camera = Camera(monkeypatch, 2)
     camera.taken.update(100.0, 5.0, 5.0)
@@ -144,14 +104,3 @@ def test_camera_without_pictures_is_named(monkeypatch):
     monkeypatch.setattr(rospy, "logwarn", warnings.append)
     camera.taken.finish(-1.0)
     assert warnings == ["referee: no picture came from the camera; the report has none"]
-
-
-@pytest.mark.parametrize("due", [False, True])
-def test_last_picture_of_a_drive_without_a_snapshot_becomes_one(monkeypatch, due):
-    camera = Camera(monkeypatch, 2)
-    camera.update(20.0, 5.0, 5.0)
-    if due:
-        camera.taken.update(60.0, 5.5, 5.1)
-    monkeypatch.setattr(rospy, "get_published_topics", lambda: [("/image", "sensor_msgs/Image")])
-    camera.taken.finish(2.0)
-    assert [(shot.time_s, shot.percent) for shot in camera.snapshots] == [(5.0, 20.0)] * due

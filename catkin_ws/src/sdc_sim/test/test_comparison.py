@@ -62,13 +62,6 @@ def test_equal_metrics_have_no_difference(two):
     }
 
 
-def test_metric_of_one_report_only_is_compared():
-    assert differences({"old": 1.0}, {"new": None}) == [
-        ("old", "1", "-", "differs"),
-        ("new", "-", "-", ""),
-    ]
-
-
 def test_command_prints_a_table_and_draws_both_drives(two):
     done = compare(two, "a", "b", "--plot", "both.png")
     assert done.returncode == 0, done.stderr
@@ -97,8 +90,3 @@ def test_error_names_a_file_that_is_not_a_report(two, text, part):
     done = compare(two, "a", "b")
     assert done.returncode == 1
     assert len(done.stderr.splitlines()) == 1
-
-
-def test_error_names_a_trace_that_cannot_be_read(two):
-    (two / "a" / "report.csv").write_text("time_s,x_m\n1,word\n")
-    assert "report.csv is not a trace" in compare(two, "a", "b").stderr

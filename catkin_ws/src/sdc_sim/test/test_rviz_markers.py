@@ -30,13 +30,6 @@ def test_local_path_is_coloured_by_speed():
     assert marker.colors[0].g > marker.colors[0].r and marker.colors[2].r > marker.colors[2].g
 
 
-def test_short_path_is_deleted_and_invalid_path_is_refused():
-    for rows in ([], [(0.0, 0.0, 1.0)]):
-        assert path_marker(rows, 10.0).action == Marker.DELETE
-    with pytest.raises(ValueError, match="finite"):
-        path_marker([(0.0, 0.0, 1.0), (float("nan"), 0.0, 1.0)], 10.0)
-
-
 def test_road_consists_of_triangles_and_lines():
     markings = road_markings(Road(STRAIGHT))
     grass, asphalt, lines = road_markers(markings).markers

@@ -89,18 +89,6 @@ def test_names_of_another_stack_cannot_end_the_script_element():
     assert "<" not in slider_data(evaluator.result())
 
 
-def test_pictures_and_ticks_of_a_long_drive_are_thinned(monkeypatch):
-    monkeypatch.setattr("sdc_sim.report.time_slider._MAX_TICKS", 99)
-    evaluator = driven()
-    for number in range(1000):
-        evaluator.drive.apply(["scene", PICTURE, float(number), bytes([number % 256]) * 9000])
-    text = slider_data(evaluator.result())
-    data = json.loads(text)
-    assert 250 <= len(data["pictures"]) <= 500
-    assert len(columns_of(data)["time_s"]) == 67
-    assert len(text) < 10_000_000
-
-
 @pytest.fixture(scope="module")
 def browser(tmp_path_factory):
     options = webdriver.ChromeOptions()
