@@ -2,7 +2,9 @@
 
 The numbers are those of the plain functions, bit for bit: without its fast-math options Numba
 computes each operation as Python does. The first use of a function takes about a second; the later
-ones, in any process, read the machine code from a file.
+ones, in any process, read the machine code from Numba's cache next to the source file. Numba does
+not notice a change in a function that the compiled one calls: the build of the workspace deletes
+the cache.
 """
 
 from __future__ import annotations
@@ -18,9 +20,9 @@ def numba_module() -> ModuleType | None:
     """Return the module numba, or None if it is not installed."""
     try:
         with warnings.catch_warnings():
-            # Of Debian's llvmlite, about importlib.
+            # Debian's llvmlite warns about importlib.
             warnings.simplefilter("ignore", DeprecationWarning)
-            # It takes half a second.
+            # The import takes half a second.
             import numba
     except ImportError:
         return None
@@ -39,17 +41,8 @@ def compiled(function: Callable[..., Any], *callees: Callable[..., Any]) -> Call
     if numba is None:
         return function
     for callee in callees:
-        _make_callable(callee)
-    from sdc_common.machine_code_cache import use_cache
-
-    dispatcher = numba.njit(function, nogil=True)
-    use_cache(dispatcher, *callees)
-    return dispatcher
-
-
-@lru_cache(maxsize=None)
-def _make_callable(function: Callable[..., Any]) -> None:
-    """Let compiled functions call a function that stays a plain one in Python."""
-    from numba.extending import register_jitable
-
-    register_jitable(function)
+        numba.extending.register_jitable(callee)
+    try:
+        return numba.njit(function, nogil=True, cache=True)
+    except RuntimeError:  # no folder for the cache can be written
+        return numba.njit(function, nogil=True)
