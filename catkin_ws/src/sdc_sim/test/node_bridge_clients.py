@@ -100,7 +100,8 @@ class BridgeClientsTest(unittest.TestCase):
         driven = self.status.messages[seen:]
         self.assertEqual({one.control.throttle for one in driven}, {1.0}, "no gap between commands")
         pressed.throttle, pressed.steer = 0.5, 0.4
-        lane_invasion.wait_for()
+        crossed = lane_invasion.wait_for().crossed_lane_markings
+        self.assertEqual(list(crossed), [CarlaLaneInvasionEvent.LANE_MARKING_SOLID])
         pressed.throttle, pressed.brake = 0.0, 1.0
         self.wait_for_speed(lambda speed: speed == 0.0)
         override.publish(False)
@@ -110,6 +111,9 @@ class BridgeClientsTest(unittest.TestCase):
         status.wait_for(lambda one: one.frame > status.messages[0].frame + 20)
         frames = [one.frame for one in status.messages]
         self.assertLessEqual(set(np.diff(frames[1:])), {1})
+        self.assertFalse(status.messages[-1].synchronous_mode)
+        self.assertTrue(status.messages[-1].synchronous_mode_running)
+        self.assertAlmostEqual(status.messages[-1].fixed_delta_seconds, 0.05, places=6)
 
     def test_twist_becomes_pedals_and_a_share_of_the_wheel_angle(self):
         """The converter reads the wheel angle from vehicle_info; commands have no stamps."""

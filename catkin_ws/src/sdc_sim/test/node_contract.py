@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The contract of the bridge in real time: status, events, obstacles, control modes, placing."""
+"""The contract of the bridge in real time: obstacles, placing, pausing, and commands in excess."""
 
 import math
 import unittest
@@ -8,20 +8,12 @@ import numpy as np
 import rospy
 import rostest
 from ackermann_msgs.msg import AckermannDrive
-from carla_msgs.msg import (
-    CarlaCollisionEvent,
-    CarlaEgoVehicleInfo,
-    CarlaEgoVehicleStatus,
-    CarlaLaneInvasionEvent,
-    CarlaStatus,
-    CarlaWorldInfo,
-)
+from carla_msgs.msg import CarlaCollisionEvent
 from geometry_msgs.msg import PointStamped, PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from sdc_msgs.msg import CarlaVehicleControl, ObstacleArray
 from sensor_msgs.msg import Image
-from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 from visualization_msgs.msg import Marker, MarkerArray
 
@@ -41,24 +33,19 @@ class ContractTest(unittest.TestCase):
 
         cls.command = publisher(EGO + "/vehicle_control_cmd", CarlaVehicleControl)
         cls.manual = publisher(EGO + "/vehicle_control_cmd_manual", CarlaVehicleControl)
-        cls.override = publisher(EGO + "/vehicle_control_manual_override", Bool)
         cls.ackermann = publisher(EGO + "/ackermann_cmd", AckermannDrive)
         cls.pose = publisher("/initialpose", PoseWithCovarianceStamped)
         cls.click = publisher("/clicked_point", PointStamped)
         cls.odometry = MessageListener(EGO + "/odometry", Odometry)
-        cls.status = MessageListener(EGO + "/vehicle_status", CarlaEgoVehicleStatus)
         cls.collision = MessageListener(EGO + "/collision", CarlaCollisionEvent)
-        cls.lane_invasion = MessageListener(EGO + "/lane_invasion", CarlaLaneInvasionEvent)
         cls.obstacles = MessageListener(EGO + "/obstacles", ObstacleArray)
-        for listener in (cls.odometry, cls.status, cls.obstacles):
+        for listener in (cls.odometry, cls.obstacles):
             listener.wait_for()
-        for listener in (cls.collision, cls.lane_invasion):
-            listener.wait_for_publisher()
+        cls.collision.wait_for_publisher()
 
     def setUp(self):
         self.call("resume")
         self.call("reset")
-        self.override.publish(False)
         self.next(self.odometry, lambda odometry: abs(odometry.pose.pose.position.x) < 0.1)
 
     def call(self, service):
@@ -93,34 +80,6 @@ class ContractTest(unittest.TestCase):
             math.cos(0.5 * yaw),
         )
         self.pose.publish(message)
-
-    def test_late_subscriber_receives_vehicle_and_world_info(self):
-        info = MessageListener(EGO + "/vehicle_info", CarlaEgoVehicleInfo).wait_for()
-        self.assertEqual(
-            (info.type, info.rolename, info.mass, len(info.wheels)),
-            ("vehicle.tesla.model3", "ego_vehicle", 1845.0, 4),
-        )
-        self.assertEqual(
-            MessageListener("/carla/world_info", CarlaWorldInfo).wait_for().map_name, "waypoints"
-        )
-
-    def test_status_has_command_and_speed(self):
-        odometry = self.drive_until(
-            lambda x, y, yaw, speed: speed > 2.0, throttle=0.75, steer=0.125
-        )
-        status = self.status.wait_for(lambda message: message.header.stamp == odometry.header.stamp)
-        self.assertEqual(
-            (status.control.throttle, status.control.steer, status.control.gear), (0.75, 0.125, 1)
-        )
-        self.assertAlmostEqual(status.velocity, pose_and_speed(odometry)[3], places=4)
-
-    def test_world_status_counts_ticks(self):
-        world = MessageListener("/carla/status", CarlaStatus)
-        first = world.wait_for()
-        later = world.wait_for(lambda message: message.frame > first.frame)
-        self.assertFalse(later.synchronous_mode)
-        self.assertTrue(later.synchronous_mode_running)
-        self.assertAlmostEqual(later.fixed_delta_seconds, 0.05, places=6)
 
     def test_clicked_obstacle_is_published_rendered_and_stops_the_car(self):
         images = MessageListener(EGO + "/camera/rgb/front/image_color", Image)
@@ -166,43 +125,6 @@ class ContractTest(unittest.TestCase):
     @staticmethod
     def pixels(image):
         return np.frombuffer(image.data, np.uint8).reshape(480, 640, 4)[:, :, :3].astype(int)
-
-    def test_crossed_lines_are_published(self):
-        seen = len(self.lane_invasion.messages)
-        self.drive_until(lambda x, y, yaw, speed: y < -1.2, throttle=0.5, steer=0.2)
-        event = self.lane_invasion.wait_for(after=seen)
-        self.assertEqual(
-            list(event.crossed_lane_markings), [CarlaLaneInvasionEvent.LANE_MARKING_SOLID]
-        )
-
-    def test_override_starts_and_ends_manual_control(self):
-        self.override.publish(True)
-
-        def both():
-            self.command.publish(CarlaVehicleControl(brake=1.0))
-            self.manual.publish(CarlaVehicleControl(throttle=0.7))
-
-        self.drive_until(lambda x, y, yaw, speed: speed > 3.0, publish=both)
-        self.override.publish(False)
-        self.drive_until(lambda x, y, yaw, speed: speed == 0.0, publish=both)
-
-    def test_manual_commands_without_override_are_ignored(self):
-        for _ in range(20):
-            self.drive_until(
-                lambda *pose: True,
-                publish=lambda: self.manual.publish(CarlaVehicleControl(throttle=1.0)),
-            )
-        self.assertEqual(pose_and_speed(self.odometry.messages[-1])[3], 0.0)
-
-    def test_ackermann_reaches_speed_and_turns_left_and_stops(self):
-        def go():
-            self.ackermann.publish(AckermannDrive(steering_angle=0.3, speed=3.0))
-
-        self.drive_until(lambda x, y, yaw, speed: yaw > 0.5 and abs(speed - 3.0) < 0.2, publish=go)
-        self.drive_until(
-            lambda x, y, yaw, speed: speed == 0.0,
-            publish=lambda: self.ackermann.publish(AckermannDrive()),
-        )
 
     def test_invalid_ackermann_and_manual_commands_are_refused_or_limited(self):
         self.drive_until(lambda x, y, yaw, speed: speed > 2.0, throttle=0.6)
@@ -278,13 +200,8 @@ class ContractTest(unittest.TestCase):
             )
         self.assertIn("running", self.call("resume").message)
         clock.wait_for(lambda message: message.clock.to_nsec() > paused_at + 200_000_000)
-        steps = {
-            b - a
-            for a, b in zip(
-                *(lambda t: (t, t[1:]))([message.clock.to_nsec() for message in clock.messages])
-            )
-        }
-        self.assertLessEqual(steps, {0, 50_000_000})
+        steps = np.diff([message.clock.to_nsec() for message in clock.messages])
+        self.assertLessEqual(set(steps), {0, 50_000_000})
 
     def last_tick(self, clock):
         """Pause and return the time when its message has arrived."""

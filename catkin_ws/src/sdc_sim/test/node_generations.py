@@ -32,7 +32,12 @@ EGO = "/carla/hero"
 COMMON = {
     EGO + "/odometry": "nav_msgs/Odometry",
     EGO + "/vehicle_status": "carla_msgs/CarlaEgoVehicleStatus",
+    EGO + "/vehicle_info": "carla_msgs/CarlaEgoVehicleInfo",
+    EGO + "/obstacles": "sdc_msgs/ObstacleArray",
     "/carla/status": "carla_msgs/CarlaStatus",
+    "/carla/world_info": "carla_msgs/CarlaWorldInfo",
+    "/carla/traffic_lights/info": "carla_msgs/CarlaTrafficLightInfoList",
+    "/carla/traffic_lights/status": "carla_msgs/CarlaTrafficLightStatusList",
 }
 PICTURES = {
     "0.9.3": {"front": "/camera/rgb/front/image_color"},

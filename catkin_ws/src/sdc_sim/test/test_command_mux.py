@@ -37,18 +37,40 @@ def make_mux(latency_s=0.0, timeout_ticks=20):
     )
 
 
-def test_vehicle_coasts_before_the_first_command():
-    mux = make_mux()
-    assert mux.select(500, AT_REST, TICK_S) == VehicleCommand()
+COAST, TARGET = VehicleCommand(), AckermannTarget(steering_angle_rad=0.3, speed_mps=5.0)
 
 
-def test_last_command_stays_in_force_until_the_timeout():
+@pytest.mark.parametrize(
+    ("events", "tick", "executed"),
+    [
+        ([], 500, COAST),
+        # The last command stays in force until the timeout of 20 ticks.
+        ([("software", 1)], 21, SOFTWARE),
+        ([("software", 1)], 22, FULL_BRAKE),
+        ([("software", 1), ("software", 23)], 23, SOFTWARE),
+        ([("target", 1)], 50, FULL_BRAKE),
+        # The later of pedals and target applies.
+        ([("target", 2), ("software", 3)], 3, SOFTWARE),
+        # Manual commands count only during the override, and none from before it.
+        ([("software", 1), ("manual", 1)], 1, SOFTWARE),
+        ([("software", 1), ("manual", 1), ("on", 2)], 2, COAST),
+        ([("on", 2), ("manual", 3), ("software", 3)], 3, MANUAL),
+        ([("on", 1), ("manual", 2), ("on", 3)], 3, MANUAL),
+        ([("on", 1), ("manual", 2), ("software", 3), ("off", 4)], 4, SOFTWARE),
+        # An override without a manual command times out, too.
+        ([("software", 100), ("on", 100)], 120, COAST),
+        ([("on", 100), ("software", 121)], 121, FULL_BRAKE),
+    ],
+)
+def test_executed_command_follows_from_the_commands_before(events, tick, executed):
     mux = make_mux()
-    mux.accept(SOFTWARE, 1)
-    assert mux.select(21, AT_REST, TICK_S) == SOFTWARE
-    assert mux.select(22, AT_REST, TICK_S) == FULL_BRAKE
-    mux.accept(SOFTWARE, 23)
-    assert mux.select(23, AT_REST, TICK_S) == SOFTWARE
+    commands = {"software": SOFTWARE, "manual": MANUAL, "target": TARGET}
+    for event, at in events:
+        if event in commands:
+            mux.accept(commands[event], at, manual=event == "manual")
+        else:
+            mux.set_manual_override(event == "on", at)
+    assert mux.select(tick, AT_REST, TICK_S) == executed
 
 
 def test_timeout_of_zero_never_ends():
@@ -57,58 +79,10 @@ def test_timeout_of_zero_never_ends():
     assert mux.select(10**6, AT_REST, TICK_S) == SOFTWARE
 
 
-def test_manual_commands_count_only_during_the_override():
+def test_target_steers_to_the_left():
     mux = make_mux()
-    mux.accept(SOFTWARE, 1)
-    mux.accept(MANUAL, 1, manual=True)
-    assert mux.select(1, AT_REST, TICK_S) == SOFTWARE
-    mux.set_manual_override(True, 2)
-    coasting = mux.select(2, AT_REST, TICK_S)
-    assert coasting == VehicleCommand(), "a command from before the override does not count"
-    mux.accept(MANUAL, 3, manual=True)
-    mux.accept(SOFTWARE, 3)
-    assert mux.select(3, AT_REST, TICK_S) == MANUAL
-
-
-def test_latest_software_command_applies_after_the_override():
-    mux = make_mux()
-    mux.set_manual_override(True, 1)
-    mux.accept(MANUAL, 2, manual=True)
-    mux.accept(SOFTWARE, 3)
-    mux.set_manual_override(False, 4)
-    assert mux.select(4, AT_REST, TICK_S) == SOFTWARE
-
-
-def test_repeated_override_keeps_the_manual_command():
-    mux = make_mux()
-    mux.set_manual_override(True, 1)
-    mux.accept(MANUAL, 2, manual=True)
-    mux.set_manual_override(True, 3)
-    assert mux.select(3, AT_REST, TICK_S) == MANUAL
-
-
-def test_override_without_a_manual_command_times_out():
-    mux = make_mux()
-    mux.accept(SOFTWARE, 100)
-    mux.set_manual_override(True, 100)
-    assert mux.select(120, AT_REST, TICK_S) == VehicleCommand()
-    mux.accept(SOFTWARE, 121)
-    assert mux.select(121, AT_REST, TICK_S) == FULL_BRAKE
-
-
-def test_later_of_pedals_and_ackermann_applies():
-    mux = make_mux()
-    mux.accept(SOFTWARE, 1)
-    mux.accept(AckermannTarget(steering_angle_rad=0.3, speed_mps=5.0), 2)
+    mux.accept(TARGET, 2)
     assert mux.select(2, AT_REST, TICK_S).steer < 0.0
-    mux.accept(SOFTWARE, 3)
-    assert mux.select(3, AT_REST, TICK_S) == SOFTWARE
-
-
-def test_ackermann_target_times_out():
-    mux = make_mux()
-    mux.accept(AckermannTarget(speed_mps=5.0), 1)
-    assert mux.select(50, AT_REST, TICK_S) == FULL_BRAKE
 
 
 def test_ackermann_control_is_reset_after_pedals():

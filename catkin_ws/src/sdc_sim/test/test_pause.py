@@ -1,48 +1,26 @@
-"""Pause, resume, step: one test for each transition."""
+"""Pause, resume, step."""
+
+import pytest
 
 from sdc_sim.simulation.pause import PauseControl
 
 
-def allowed(pause, ticks=5):
-    return sum(pause.take() for _ in range(ticks))
-
-
-def test_runs_at_the_start():
-    assert allowed(PauseControl()) == 5
-
-
-def test_pause_stops_and_resume_continues():
+@pytest.mark.parametrize(
+    ("calls", "ticks"),
+    [
+        ([], 5),
+        (["pause"], 0),
+        (["pause", "resume"], 5),
+        (["pause", "step", "step"], 2),
+        (["step"], 1),
+        (["step", "pause"], 0),
+        (["step", "resume", "pause"], 0),
+    ],
+)
+def test_pause_step_and_resume_decide_how_many_ticks_are_taken(calls, ticks):
     pause = PauseControl()
-    pause.pause()
-    assert (allowed(pause), pause.waiting) == (0, True)
-    pause.resume()
-    assert (allowed(pause), pause.waiting) == (5, False)
-
-
-def test_steps_are_counted():
-    pause = PauseControl()
-    pause.pause()
-    pause.step()
-    pause.step()
-    assert not pause.waiting
-    assert allowed(pause) == 2
-    assert pause.waiting
-
-
-def test_step_pauses_a_running_simulation_after_one_tick():
-    pause = PauseControl()
-    pause.step()
-    assert pause.paused
-    assert allowed(pause) == 1
-
-
-def test_pause_and_resume_forget_the_remaining_steps():
-    pause = PauseControl()
-    pause.step()
-    pause.pause()
-    assert allowed(pause) == 0
-    pause.step()
-    pause.resume()
-    assert allowed(pause) == 5
-    pause.pause()
-    assert allowed(pause) == 0
+    for call in calls:
+        getattr(pause, call)()
+    assert pause.waiting == (ticks == 0)
+    assert sum(pause.take() for _ in range(5)) == ticks
+    assert pause.waiting == pause.paused == (ticks < 5)

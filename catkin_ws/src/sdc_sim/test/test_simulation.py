@@ -45,24 +45,6 @@ def test_stamps_are_whole_ticks_without_drift():
     assert simulation.stamp == (3_600_000, 0)
 
 
-def test_vehicle_waits_for_its_first_command_without_braking():
-    simulation = make_simulation()
-    for _ in range(100):
-        simulation.step()
-    assert not simulation.command_timed_out
-    assert simulation.vehicle.state.x_m == 0.0
-
-
-@pytest.mark.parametrize(("timeout_s", "stops"), [(1.0, True), (0.0, False)])
-def test_vehicle_brakes_when_commands_time_out(timeout_s, stops):
-    simulation = make_simulation(timeout_s)
-    drive(simulation, 3.0, throttle=0.8)
-    for _ in range(100):
-        simulation.step()
-    assert simulation.command_timed_out == stops
-    assert (simulation.vehicle.state.speed_mps == 0.0) == stops
-
-
 def test_default_timeout_allows_for_a_lost_command_at_10_hz_and_ends_within_half_a_second():
     simulation = make_simulation(node_config("sdc_sim", "sim")["command_patience_s"])
     command = VehicleCommand(throttle=0.5)
@@ -76,15 +58,6 @@ def test_default_timeout_allows_for_a_lost_command_at_10_hz_and_ends_within_half
     assert executed[-1] == VehicleCommand(brake=1.0)
 
 
-def test_braking_after_a_timeout_keeps_the_steering():
-    simulation = make_simulation(0.4)
-    drive(simulation, 4.0, throttle=0.6, steer=0.3)
-    for _ in range(10):
-        simulation.step()
-    assert simulation.command_timed_out
-    assert simulation.commands.executed == VehicleCommand(steer=0.3, brake=1.0)
-
-
 def test_refused_command_takes_no_step_and_leaves_the_last_one_in_force():
     simulation = make_simulation()
     simulation.step(VehicleCommand(throttle=0.8))
@@ -95,12 +68,6 @@ def test_refused_command_takes_no_step_and_leaves_the_last_one_in_force():
     for _ in range(14):
         simulation.step()
     assert simulation.vehicle.state.speed_mps > 1.0
-
-
-def test_command_out_of_range_is_limited_and_reported():
-    simulation = make_simulation()
-    assert simulation.accept(VehicleCommand(throttle=7.0))
-    assert not simulation.accept(VehicleCommand(throttle=0.7))
 
 
 def test_ackermann_target_without_ackermann_control_is_refused():
@@ -247,14 +214,6 @@ def test_sensors_are_late_by_whole_ticks_with_the_stamp_of_what_they_show():
     assert late.observation.state == states[-4]
     seconds, nanoseconds = late.observation.stamp
     assert late.tick - 3 == seconds * 20 + nanoseconds // 50_000_000
-
-
-def test_commands_are_late_by_whole_ticks():
-    now, late = make_simulation(), make_simulation(command_latency_s=0.1)
-    drive(now, 1.0, throttle=0.7)
-    drive(late, 1.1, throttle=0.7)
-    assert late.vehicle.state.speed_mps == pytest.approx(now.vehicle.state.speed_mps)
-    assert late.vehicle.state.speed_mps > 0.5
 
 
 def test_noise_is_in_the_measured_state_and_not_in_the_true_one():
