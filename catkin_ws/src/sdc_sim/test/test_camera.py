@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from sdc_experiments.benchmark_camera import pose, route, traffic
 from sdc_sim.camera import buildings, tiles
 from sdc_sim.camera.boxes import KINDS, Box
 from sdc_sim.camera.camera_model import CameraModel
+from sdc_sim.camera.example_scenes import pose, route, traffic
 from sdc_sim.camera.ground_textures import TILE_PX
 from sdc_sim.camera.renderer import Renderer
 from sdc_sim.road.road import DASH_LENGTH_M, DASH_PERIOD_M, Road

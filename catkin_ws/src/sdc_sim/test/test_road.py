@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sdc_common.geometry.road_line import road_route
-from sdc_experiments.benchmark_camera import route
+from sdc_sim.camera.example_scenes import route
 from sdc_sim.road.road import Road
 
 LEFT_TURN = route(("s", 40), ("l", 4, np.pi / 2), ("s", 40))

@@ -62,7 +62,7 @@ def measure(commands: Iterable[str] = COMMANDS) -> dict[str, Any]:
 
 
 def _metrics(arguments: list[str]) -> dict[str, Any]:
-    report = drive_stack(arguments).report
+    report = drive_stack(arguments)
     if report["status"] != "completed":
         raise RuntimeError(f"the drive with {arguments} ended with: {report['status']}")
     return {name: report[name] for name in _METRICS}

@@ -8,7 +8,7 @@ import os
 import tempfile
 import time
 from pathlib import Path
-from typing import Any, Callable, Iterator, Mapping, NamedTuple, Sequence
+from typing import Any, Iterator, Mapping, Sequence
 
 from sdc_common.testing.processes import Program, isolated_ros_environment
 
@@ -21,46 +21,14 @@ _WORKSPACE_VARIABLES = (
     "ROSLISP_PACKAGE_DIRECTORIES",
     "ROS_PACKAGE_PATH",
 )
-_SAMPLE_PERIOD_S = 0.25
+_REPORT = "report.json"
 _SHOWN_CHARACTERS = 3000
 
 
-class StackDrive(NamedTuple):
-    """A completed drive.
-
-    Attributes:
-        report: content of report.json
-        samples: (share of the drive's wall time, result of `sample`) in the order of time
-    """
-
-    report: dict[str, Any]
-    samples: list[tuple[float, Any]]
-
-    @property
-    def tick_ms(self) -> float:
-        """Return the wall time per tick [ms]."""
-        return 1e3 * self.report["wall_duration_s"] / self.report["ticks"]
-
-
-def launch_command(*arguments: str, setup: str | None = None) -> list[str]:
-    """Return the command that launches the stack without windows.
-
-    Args:
-        arguments: arguments of all.launch
-        setup: setup.bash of the workspace to launch from, None for this workspace
-    """
-    command = ["roslaunch", "sdc_package", "all.launch", "headless:=true", *arguments]
-    return command if setup is None else ["bash", "-c", '. "$0" && exec "$@"', setup, *command]
-
-
-def launch_environment(variables: Mapping[str, str], setup: str | None) -> dict[str, str]:
-    """Return the environment variables for `launch_command`, based on `variables`."""
-    removed = () if setup is None else _WORKSPACE_VARIABLES
-    return {name: value for name, value in variables.items() if name not in removed}
-
-
 @contextlib.contextmanager
-def running(command: list[str], environment: Mapping[str, str], folder: Path) -> Iterator[Program]:
+def running(
+    command: Sequence[str], environment: Mapping[str, str], folder: Path
+) -> Iterator[Program]:
     """Run a program during a block and interrupt it at the end."""
     program = Program(command, environment, folder, folder / f"log_{time.monotonic_ns()}")
     try:
@@ -70,57 +38,40 @@ def running(command: list[str], environment: Mapping[str, str], folder: Path) ->
             program.interrupt()
 
 
-def drive_in_lockstep(
-    camera: bool,
-    route: str | None = None,
-    setup: str | None = None,
-    sample: Callable[[str], Any] | None = None,
-) -> StackDrive:
-    """Drive a route in lockstep, as `drive_stack`.
-
-    Args:
-        camera: whether to render and process pictures
-        route: CSV file of waypoints, None for the packaged one
-        setup: as in drive_stack
-        sample: as in drive_stack
-    """
-    arguments = ["sync:=true", f"camera:={str(camera).lower()}"]
-    if route is not None:
-        arguments.append(f"waypoints_path:={route}")
-    return drive_stack(arguments, setup, sample)
-
-
-def drive_stack(
-    given: Sequence[str],
-    setup: str | None = None,
-    sample: Callable[[str], Any] | None = None,
-) -> StackDrive:
-    """Drive under a ROS master of its own.
+@contextlib.contextmanager
+def launched(given: Sequence[str], setup: str | None = None) -> Iterator[Program]:
+    """Run all.launch without windows, under a ROS master of its own, during a block.
 
     Args:
         given: arguments of all.launch
         setup: setup.bash of the workspace to launch from, None for this workspace
-        sample: called every 0.25 s with the ROS_MASTER_URI; each call slows the drive a little
+    """
+    with tempfile.TemporaryDirectory() as name, isolated_ros_environment(name) as environment:
+        command = ["roslaunch", "sdc_package", "all.launch", "headless:=true"]
+        command += [f"report:={Path(name) / _REPORT}", *given]
+        if setup is not None:
+            command = ["bash", "-c", '. "$0" && exec "$@"', os.path.abspath(setup), *command]
+            removed = _WORKSPACE_VARIABLES
+            environment = {key: environment[key] for key in environment if key not in removed}
+        with running(command, environment, Path(name)) as launch:
+            yield launch
+
+
+def report_of(launch: Program) -> dict[str, Any]:
+    """Return the content of report.json of a drive, after its end.
 
     Raises:
         RuntimeError: the drive wrote no report; the message contains the end of its output
     """
-    samples = []
-    with tempfile.TemporaryDirectory() as name, isolated_ros_environment(name) as variables:
-        folder = Path(name)
-        report = folder / "report.json"
-        arguments = [*given, f"report:={report}"]
-        environment = launch_environment(variables, setup)
-        with running(launch_command(*arguments, setup=setup), environment, folder) as launch:
-            while launch.process.poll() is None:
-                if sample is None:
-                    launch.wait_for_end()
-                    break
-                samples.append((time.time(), sample(variables["ROS_MASTER_URI"])))
-                time.sleep(_SAMPLE_PERIOD_S)
-        if not report.exists():
-            raise RuntimeError(f"the drive wrote no report:\n{launch.output[-_SHOWN_CHARACTERS:]}")
-        result = json.loads(report.read_text(encoding="utf-8"))
-        end_s = os.stat(report).st_mtime
-    wall_s = result["wall_duration_s"]
-    return StackDrive(result, [(1.0 - (end_s - at) / wall_s, value) for at, value in samples])
+    launch.wait_for_end()
+    try:
+        return json.loads(launch.log.with_name(_REPORT).read_text(encoding="utf-8"))
+    except OSError:
+        output = launch.output[-_SHOWN_CHARACTERS:]
+        raise RuntimeError(f"the drive wrote no report:\n{output}") from None
+
+
+def drive_stack(given: Sequence[str], setup: str | None = None) -> dict[str, Any]:
+    """Drive, and return the content of report.json; the arguments are those of `launched`."""
+    with launched(given, setup) as launch:
+        return report_of(launch)

@@ -1,0 +1,130 @@
+"""The driving loop without algorithms: three processes that only exchange messages with rospy.
+
+Its time per tick is the lower limit of a lockstep tick. This module runs one of its two nodes:
+
+python3 -m sdc_experiments.benchmarks.bare_loop planner|controller
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import cv2
+import numpy as np
+import rosgraph
+import rospy
+from nav_msgs.msg import Odometry
+from sdc_package.msg import CarlaVehicleControl, LocalPath, Waypoint
+from sensor_msgs.msg import Image
+
+from sdc_common.ros.node import LoopPublisher
+from sdc_common.testing.message_listener import wait_until
+from sdc_common.testing.processes import isolated_ros_environment
+from sdc_experiments.stack_launch import running
+from sdc_sim.ros.message_conversion import image_message
+
+ODOMETRY = "/carla/ego_vehicle/odometry"
+PATH = "/planner/local_waypoints"
+COMMAND = "/carla/ego_vehicle/vehicle_control_cmd"
+IMAGE = "/carla/ego_vehicle/camera/rgb/front/image_color"
+
+_NEWEST = {"queue_size": 1, "tcp_nodelay": True}
+_IMAGE_BUFFER_BYTES = 4 * 1024 * 1024
+_PATH_POINTS = 25
+_TICKS, _TICKS_WITH_PICTURES = 1000, 300
+_ANSWER_TIMEOUT_S, _START_TIMEOUT_S = 1.0, 60.0
+
+
+def perspective_warp() -> Callable[[], np.ndarray]:
+    """Return a function that warps a fixed image to (480, 640, 4), always in the same memory."""
+    source = np.random.RandomState(0).randint(0, 255, (1024, 1024, 4)).astype(np.uint8)
+    target = np.empty((480, 640, 4), np.uint8)
+    matrix = np.array([[1.0, 0.1, 3.0], [0.05, 1.1, 2.0], [1e-4, 2e-4, 1.0]])
+    return lambda: cv2.warpPerspective(
+        source, matrix, (640, 480), dst=target, flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+    )
+
+
+class BareWorld:
+    """The process that publishes odometry and pictures and waits for commands.
+
+    Raises:
+        TimeoutError: a node of the loop is missing
+    """
+
+    def __init__(self) -> None:
+        self._odometry_publisher = LoopPublisher(ODOMETRY, Odometry)
+        self._image_publisher = LoopPublisher(IMAGE, Image)
+        self._answered = threading.Event()
+        self._warp = perspective_warp()
+        rospy.Subscriber(COMMAND, CarlaVehicleControl, lambda _: self._answered.set(), **_NEWEST)
+        wait_until(
+            lambda: (
+                self._odometry_publisher.get_num_connections() == 2
+                and self._image_publisher.get_num_connections()
+            ),
+            _START_TIMEOUT_S,
+            "a connection to both nodes of the bare loop",
+        )
+
+    def tick_ms(self, pictures: bool) -> float:
+        """Return the median time of a tick [ms]; with pictures, each warps and publishes one."""
+        times, odometry = [], Odometry()
+        for _ in range(_TICKS_WITH_PICTURES if pictures else _TICKS):
+            self._answered.clear()
+            start = time.perf_counter()
+            self._odometry_publisher.publish(odometry)
+            if pictures:
+                self._image_publisher.publish(image_message(self._warp(), rospy.Time(0)))
+            if self._answered.wait(_ANSWER_TIMEOUT_S):
+                times.append(time.perf_counter() - start)
+        return 1e3 * float(np.median(times))
+
+
+@contextlib.contextmanager
+def bare_loop() -> Iterator[BareWorld]:
+    """Run the loop under a ROS master of its own, of which this process becomes a node."""
+    with tempfile.TemporaryDirectory() as name, isolated_ros_environment(name) as environment:
+        folder = Path(name)
+        os.environ.update({key: environment[key] for key in ("ROS_MASTER_URI", "ROS_IP")})
+        port = environment["ROS_MASTER_URI"].rsplit(":", 1)[1]
+        node = [sys.executable, "-m", "sdc_experiments.benchmarks.bare_loop"]
+        with running(["roscore", "-p", port], environment, folder):
+            wait_until(rosgraph.is_master_online, _START_TIMEOUT_S, "the ROS master")
+            rospy.init_node("bare_world", disable_signals=True)
+            with running([*node, "planner"], environment, folder), running(
+                [*node, "controller"], environment, folder
+            ):
+                yield BareWorld()
+            rospy.signal_shutdown("all is measured")
+
+
+def run_planner() -> None:
+    """Answer each odometry with a constant path, and receive pictures."""
+    path = LocalPath([Waypoint(1.0, 2.0, 3.0)] * _PATH_POINTS)
+    publisher = LoopPublisher(PATH, LocalPath)
+    rospy.Subscriber(ODOMETRY, Odometry, lambda _: publisher.publish(path), **_NEWEST)
+    rospy.Subscriber(IMAGE, Image, lambda _: None, buff_size=_IMAGE_BUFFER_BYTES, **_NEWEST)
+    rospy.spin()
+
+
+def run_controller() -> None:
+    """Answer each path with a constant command, and receive odometry."""
+    command = CarlaVehicleControl()
+    publisher = LoopPublisher(COMMAND, CarlaVehicleControl)
+    rospy.Subscriber(ODOMETRY, Odometry, lambda _: None, **_NEWEST)
+    rospy.Subscriber(PATH, LocalPath, lambda _: publisher.publish(command), **_NEWEST)
+    rospy.spin()
+
+
+if __name__ == "__main__":
+    NODES = {"planner": run_planner, "controller": run_controller}
+    rospy.init_node(f"bare_{sys.argv[1]}")
+    NODES[sys.argv[1]]()

@@ -1,0 +1,134 @@
+"""Benchmarks of many drives: the Gymnasium environments, and sweeps."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import os
+import subprocess
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import rospkg
+
+from sdc_experiments.sweep.cell_drive import code_version, drive_cell
+from sdc_experiments.sweep.dask_engine import DaskEngine
+from sdc_experiments.sweep.settings import IN_PROCESS
+from sdc_experiments.sweep.study import Cell, load_study
+
+_CARS, _TICKS = 16384, 400
+_HIGHWAY = """
+import time, gymnasium, highway_env
+gymnasium.register_envs(highway_env)
+environment = gymnasium.make("{name}", disable_env_checker=True)
+environment.reset(seed=0)
+steps, begin = 0, time.perf_counter()
+while time.perf_counter() - begin < 4.0:
+    _, _, ended, truncated, _ = environment.step(environment.action_space.sample())
+    steps += 1
+    if ended or truncated:
+        environment.reset()
+print(steps / (time.perf_counter() - begin))
+"""
+_DRIVES_PER_WORKER = 60
+_STUDY = """about: drives for a benchmark
+scenarios: [{scenario}]
+settings: {{sim_options/odometry_noise/position_m: 0.02}}
+factors:
+  simple_controller/stanley_compensated/k: [1.5, 2.0, 2.5, 3.0]
+seeds: 30
+"""
+
+
+def learning(_options: argparse.Namespace) -> Iterator[dict[str, float]]:
+    """Yield the steps per second of the environments, and of highway-env where it is installed."""
+    import gymnasium
+
+    import sdc_experiments.learning  # noqa: F401  registers the environments
+
+    def many(count: int, **arguments: Any) -> Any:
+        cars = gymnasium.make_vec(num_envs=count, **arguments)
+        cars.reset(seed=0)
+        return cars
+
+    one = gymnasium.make("SdcTown-v0", disable_env_checker=True)
+    pictures = gymnasium.make("SdcTown-v0", disable_env_checker=True, observation="camera")
+    single = {"SdcTown-v0, one car": (one, 10 * _TICKS), "the same with pictures": (pictures, 400)}
+    vectors = {
+        f"SdcRandomRoutes-v0, {_CARS:,} cars": (many(_CARS, id="SdcRandomRoutes-v0"), 20, _CARS),
+        "pictures from two processes": (
+            many(2, id="SdcTown-v0", vectorization_mode="async", observation="camera"),
+            _TICKS,
+            2,
+        ),
+    }
+    warm = False
+    while True:
+        rates = {
+            f"highway-env, {name}": _highway(name) for name in ("highway-fast-v0", "highway-v0")
+        }
+        for name, (car, steps) in single.items():
+            rates[name] = _single_rate(car, steps)
+        for name, (cars, steps, count) in vectors.items():
+            begin_s = time.perf_counter()
+            for _ in range(steps):
+                cars.step(np.tile(np.float32([0.36, 0.0]), (count, 1)))
+            rates[name] = steps * count / (time.perf_counter() - begin_s)
+        # The first round compiles the physics, and draws the ground along the way.
+        if warm:
+            yield rates
+        warm = True
+
+
+def _single_rate(car: Any, steps: int) -> float:
+    car.reset(seed=0)
+    begin_s = time.perf_counter()
+    for tick in range(steps):
+        action = np.array([0.36, 0.02 * (tick % 3 - 1)], np.float32)
+        *_, ended, truncated, _ = car.step(action)
+        if ended or truncated:
+            car.reset()
+    return steps / (time.perf_counter() - begin_s)
+
+
+def _highway(name: str) -> float:
+    """Return the steps per second of an environment of highway-env; docker/prepare installs it."""
+    project = Path(rospkg.RosPack().get_path("sdc_experiments")).parents[2]
+    python = project / ".highway" / "bin" / "python"
+    if not python.exists():
+        return math.nan
+    variables = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
+    command = [str(python), "-W", "ignore", "-c", _HIGHWAY.format(name=name)]
+    done = subprocess.run(command, env=variables, stdout=subprocess.PIPE, check=True)
+    return float(done.stdout.split()[-1])
+
+
+def sweep(_options: argparse.Namespace) -> Iterator[dict[str, float]]:
+    """Yield the drives of 300 m per second of a sweep with one worker and with two."""
+    package = Path(rospkg.RosPack().get_path("sdc_experiments"))
+    with tempfile.TemporaryDirectory() as name:
+        path = Path(name) / "benchmark.yaml"
+        text = _STUDY.format(scenario=package / "studies" / "bends.yaml")
+        path.write_text(text, encoding="utf-8")
+        cells = load_study(str(path)).cells()
+    with DaskEngine("", 1) as one, DaskEngine("", 2) as two:
+        _drives_per_second(one, cells[:2])
+        _drives_per_second(two, cells[:8])
+        while True:
+            yield {
+                "one worker": _drives_per_second(one, cells[:_DRIVES_PER_WORKER]),
+                "two workers": _drives_per_second(two, cells),
+            }
+
+
+def _drives_per_second(engine: DaskEngine, cells: list[Cell]) -> float:
+    version = code_version()
+    tasks = ((cell.key, (tuple(cell), IN_PROCESS, 0.0, version)) for cell in cells)
+    start_s = time.monotonic()
+    errors = [outcome.error for outcome in engine.outcomes(drive_cell, tasks) if outcome.error]
+    assert not errors, errors[0]
+    return len(cells) / (time.monotonic() - start_s)

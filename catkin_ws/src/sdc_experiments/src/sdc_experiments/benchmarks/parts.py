@@ -1,0 +1,200 @@
+"""Benchmarks of single parts in this process, with one thread."""
+
+from __future__ import annotations
+
+import argparse
+import io
+import itertools
+import math
+import os
+import time
+import tracemalloc
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import cv2
+import numpy as np
+import rospkg
+import rospy
+from rosgraph_msgs.msg import Clock
+from sdc_package.msg import CarlaVehicleControl, LocalPath, Waypoint
+
+from sdc_common.geometry.route import Route
+from sdc_common.routes.waypoint_file import load_waypoints
+from sdc_experiments.benchmarks.bare_loop import perspective_warp
+from sdc_experiments.car_stack import CarController, CarPlanner
+from sdc_experiments.configuration import node_parameters, vehicle_preset
+from sdc_package.lane_filter import LaneFilter, LaneFilterThresholds
+from sdc_package.local_planner import LocalPlanner, PlannerSettings
+from sdc_package.obstacles import DetectedObstacle
+from sdc_package.waypoint_search import WaypointSearch
+from sdc_sim.camera.example_scenes import TRAFFIC, Actor, pose, traffic
+from sdc_sim.camera.example_scenes import route as arcs
+from sdc_sim.camera.renderer import Renderer
+from sdc_sim.physics.vehicle import Vehicle, VehicleState
+from sdc_sim.road.road import Road
+from sdc_sim.ros.message_conversion import image_message, odometry_message
+from sdc_sim.sensors.lidar import PlanarLidar, RoofLidar
+from sdc_sim.sensors.model import Moment, SensorContext
+from sdc_sim.sensors.settings import LidarSettings
+from sdc_sim.simulation.simulation import Observation
+
+TICK_S, STEP_M = 0.05, 0.5  # 10 m/s at 20 Hz
+_TICKS, _WARPS, _FRAMES, _PLACES = 400, 300, 600, 300
+_WAYPOINTS = (1_000, 10_000, 100_000, 1_000_000)
+
+
+def packaged_route() -> np.ndarray:
+    """Return the waypoints (N, 2) of the town [m]."""
+    folder = rospkg.RosPack().get_path("sdc_common")
+    return load_waypoints(os.path.join(folder, "data", "waypoints.csv"))
+
+
+def duration_ms(function: Callable[..., Any], *arguments: Any) -> float:
+    """Return the duration of a call [ms]."""
+    start_s = time.perf_counter()
+    function(*arguments)
+    return 1e3 * (time.perf_counter() - start_s)
+
+
+def parts(_options: argparse.Namespace) -> Iterator[dict[str, float]]:
+    """Yield the median time of each part of a tick in the town [ms]."""
+    route = packaged_route()
+    planner, controller = CarPlanner(route), CarController()
+    vehicle, renderer = Vehicle(vehicle_preset("tesla_model3")), Renderer(Road(route))
+    (x, y), (next_x, next_y) = route[:2].tolist()
+    vehicle.reset(x, y, math.atan2(next_y - y, next_x - x))
+    for first in itertools.count(1, _TICKS):
+        times: dict[str, list[float]] = {}
+        for tick in range(first, first + _TICKS):
+            marks = [("", time.perf_counter())]
+            state, stamp = vehicle.state, rospy.Time.from_sec(tick * TICK_S)
+            observation = Observation((stamp.secs, stamp.nsecs), state, state)
+            rows = planner(observation)
+            marks.append(("planner", time.perf_counter()))
+            command = controller(observation, rows)
+            marks.append(("controller", time.perf_counter()))
+            vehicle.step(command, TICK_S)
+            marks.append(("physics", time.perf_counter()))
+            pedals = {"throttle": command.throttle, "brake": command.brake, "steer": command.steer}
+            for message in (
+                Clock(stamp),
+                odometry_message(state, stamp),
+                LocalPath([Waypoint(*row) for row in rows]),
+                CarlaVehicleControl(**pedals),
+            ):
+                buffer = io.BytesIO()
+                message.serialize(buffer)
+                type(message)().deserialize(buffer.getvalue())
+            marks.append(("serialize the messages", time.perf_counter()))
+            picture = renderer.render(state.x_m, state.y_m, state.yaw_rad)
+            marks.append(("render", time.perf_counter()))
+            image_message(picture, stamp).serialize(io.BytesIO())
+            marks.append(("serialize the picture", time.perf_counter()))
+            for (_, start_s), (name, end_s) in zip(marks, marks[1:]):
+                times.setdefault(name, []).append(1e3 * (end_s - start_s))
+        yield {name: float(np.median(values)) for name, values in times.items()}
+
+
+def camera(_options: argparse.Namespace) -> Iterator[dict[str, float]]:
+    """Yield the pictures of 640 x 480 per second, with the rasterization of the ground."""
+    road = Road(arcs(("s", 80), ("l", 40, 1.2), ("s", 60), ("r", 25, 1.6), ("s", 120)))
+    warp = perspective_warp()
+
+    def rate(actors: tuple[Actor, ...]) -> float:
+        renderer, spent_ms = Renderer(road), 0.0
+        renderer.render(*pose(road, 0.0))
+        for s_m in np.arange(_FRAMES) * STEP_M:
+            boxes = traffic(road, s_m, actors)
+            spent_ms += duration_ms(renderer.render, *pose(road, s_m), boxes)
+        return 1e3 * _FRAMES / spent_ms
+
+    while True:
+        yield {
+            "one perspective warp": 1e3 / np.mean([duration_ms(warp) for _ in range(_WARPS)]),
+            "road and scenery": rate(()),
+            "and 10 boxes": rate(TRAFFIC),
+        }
+
+
+def lane_filter(_options: argparse.Namespace) -> Iterator[dict[str, float]]:
+    """Yield the time of a lane mask, and that of a plain OpenCV version [ms]."""
+    image = np.random.default_rng(0).integers(0, 255, (480, 640, 4), dtype=np.uint8)
+    own = LaneFilter(LaneFilterThresholds(70, 90, 110, 0.52)).mask
+    while True:
+        times = [(duration_ms(_plain_mask, image), duration_ms(own, image)) for _ in range(_FRAMES)]
+        plain_ms, own_ms = np.median(times, axis=0)
+        yield {"plain OpenCV": plain_ms, "the lane filter": own_ms}
+
+
+def _plain_mask(image: np.ndarray) -> np.ndarray:
+    """Return the lane mask of a BGRA picture as a textbook computes it.
+
+    It uses a floating-point gradient, the whole picture, and masks that NumPy combines.
+    """
+    bgr = image[:, :, :3]
+    gradient = np.absolute(cv2.Sobel(cv2.cvtColor(bgr, cv2.COLOR_BGR2GRAY), cv2.CV_64F, 1, 0))
+    scaled = np.asarray(255 * gradient / max(gradient.max(), 1.0), dtype=np.uint8)
+    saturation = cv2.cvtColor(bgr, cv2.COLOR_BGR2HLS)[:, :, 2]
+    mask = np.zeros_like(saturation)
+    mask[((scaled >= 70) & (scaled <= 255)) | ((saturation >= 90) & (saturation <= 255))] = 255
+    return mask
+
+
+def lidar(_options: argparse.Namespace) -> Iterator[dict[str, float]]:
+    """Yield the median time of a scan of each lidar along the town [ms]."""
+    route_m = packaged_route()
+    scenery, route = Road(route_m).scenery(), Route(route_m)
+    vehicle = vehicle_preset("tesla_model3")
+    context = SensorContext(0, 0, TICK_S, vehicle, None, lambda: scenery)
+    planar = PlanarLidar(LidarSettings(period_s=TICK_S, range_m=30.0), context)
+    rings = RoofLidar(LidarSettings(period_s=TICK_S), context)
+    numbers = np.linspace(0.0, 1.0, 16_384)
+    names = ("sine of 16,384 numbers", "planar lidar, 1,080 beams", "16 rings of 1,024 columns")
+    while True:
+        times = []
+        for s_m in np.linspace(0.0, route.length_m, _PLACES):
+            x_m, y_m = route.line.point_at(s_m)
+            state = VehicleState(x_m=x_m, y_m=y_m, yaw_rad=route.line.heading_at(s_m))
+            moment = Moment(0.0, state)
+            scans = (planar.read, moment, 0), (rings.read, moment, 0)
+            times.append([duration_ms(*work) for work in ((np.sin, numbers), *scans)])
+        yield dict(zip(names, np.median(times, axis=0).tolist()))
+
+
+def planner(_options: argparse.Namespace, shown: str) -> Iterator[dict[str, float]]:
+    """Yield what the local planner costs in the middle of routes of some lengths.
+
+    Args:
+        shown: "tick" [us], "load" [s] or "memory" [MB]
+    """
+    settings = PlannerSettings.read(node_parameters("local_planner").__getitem__)
+    while True:
+        found: dict[str, float] = {}
+        for count in _WAYPOINTS:
+            # Points 1 m apart on a winding road that does not cross itself.
+            heading = 0.9 * np.sin(np.arange(count) / 60.0)
+            points = np.column_stack([np.cumsum(np.cos(heading)), np.cumsum(np.sin(heading))])
+            tracemalloc.start()
+            start_s = time.perf_counter()
+            planner = LocalPlanner(points, settings)
+            search = WaypointSearch(planner.route.points)
+            x, y = points[count // 2].tolist()
+            planner.plan(search.first_ahead(x, y), x, y, 0.0)
+            load_s, memory = time.perf_counter() - start_s, tracemalloc.get_traced_memory()[0]
+            tracemalloc.stop()
+            name = f"{count:,} waypoints"
+            if shown != "tick":
+                found[name] = load_s if shown == "load" else memory / 1e6
+                continue
+            for obstacles in (False, True):
+                times = []
+                for tick in range(_TICKS):
+                    x, y = points[(count // 2 + tick // 4) % count].tolist()
+                    ahead = [DetectedObstacle(x + 30.0, y, 0.0, 4.7, 2.0, 0.0)] if obstacles else []
+                    start_s = time.perf_counter()
+                    planner.plan(search.first_ahead(x, y), x, y, 0.0, ahead)
+                    times.append(time.perf_counter() - start_s)
+                label = f"{name}, an obstacle" if obstacles else name
+                found[label] = 1e6 * float(np.median(times))
+        yield found

@@ -1,0 +1,59 @@
+"""The table of benchmarks, and how rounds become lines."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from sdc_experiments.benchmarks.command import BENCHMARKS, table
+
+PACKAGE = Path(__file__).resolve().parents[1]
+PAGE = (PACKAGE.parents[2] / "docs" / "performance.md").read_text(encoding="utf-8")
+
+
+def run(*arguments):
+    command = [sys.executable, str(PACKAGE / "scripts" / "benchmark.py"), *arguments]
+    return subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+
+
+def test_ratio_is_the_median_of_the_ratios_within_each_round():
+    rounds = [
+        {"first": 1.0, "other": 3.0},
+        {"first": 2.0, "other": 4.0},
+        {"first": 10.0, "other": 10.0},
+    ]
+    *_, first, other = table("lidar", rounds).splitlines()
+    assert first.split() == ["first", "2", "1", "10", "1.00"]
+    assert other.split() == ["other", "4", "3", "10", "2.00"]
+
+
+def test_every_benchmark_is_listed_and_described():
+    listed = [line.split()[0] for line in run().stdout.splitlines()]
+    assert listed == list(BENCHMARKS)
+    for name in BENCHMARKS:
+        assert re.search(rf"^\| .*`{name}`.* \|", PAGE, re.MULTILINE), name
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["lidra"], "no benchmark 'lidra'; use some of tick, "),
+        (["tick", "--setup", "missing"], "--setup: there is no file missing"),
+        (["tick", "--rounds", "0"], "--rounds must be positive, got 0"),
+    ],
+)
+def test_mistake_is_named(arguments, message):
+    done = run(*arguments)
+    assert done.returncode == 2
+    assert message in done.stdout
+
+
+@pytest.mark.slow(8)
+@pytest.mark.parametrize("name", ["lane_filter", "lidar"])
+def test_benchmark_prints_a_table(name):
+    done = run(name, "--rounds", "1")
+    assert done.returncode == 0, done.stdout
+    assert done.stdout.startswith(f"{name}: ")
+    assert done.stdout.splitlines()[2].endswith(" 1.00")
