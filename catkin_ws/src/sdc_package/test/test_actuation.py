@@ -60,12 +60,6 @@ def test_pedals_have_their_values():
     assert PEDALS.pedals(-0.1) == (pytest.approx(0.5 * 0.3 + 0.1 / 7.0), 0.0)
 
 
-def test_car_that_rolls_freely_gets_the_whole_deadband_at_once():
-    pedals = PedalMap(**{**vars(PEDALS), "coast_mps2": 0.0})
-    assert pedals.pedals(0.07) == (pytest.approx(0.31), 0.0)
-    assert pedals.pedals(0.0) == (0.0, 0.0)
-
-
 @given(st.floats(-20.0, 20.0), st.floats(0.0, 0.01))
 def test_pedals_are_monotonic_and_continuous_and_only_one_is_pressed(acceleration, more):
     throttle, brake = PEDALS.pedals(acceleration)

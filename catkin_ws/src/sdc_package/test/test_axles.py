@@ -6,7 +6,7 @@ import pytest
 
 from sdc_common.geometry import segments
 from sdc_common.geometry.polyline import Polyline
-from sdc_package.steering.axles import MAX_SLIP_SINE, Axles, front_axle_path, rear_axle_path
+from sdc_package.steering.axles import Axles, front_axle_path, rear_axle_path
 
 BEND = [(0, 0), (1, 0.1), (1.7, 0.22), (3, 0.54), (3.6, 0.72), (4.5, 1.06), (5, 1.3), (5.8, 1.74)]
 RIGID = Axles(front_m=1.435, rear_m=1.435, front_compliance=0.0, rear_compliance=0.0)
@@ -55,30 +55,6 @@ def test_axle_follows_the_kinematic_bicycle_and_the_slip_of_its_tyres(path, ahea
         assert point == pytest.approx(wanted_point, abs=1e-3)
 
 
-def test_front_axle_runs_outside_of_the_bend():
-    radius = 6.0
-    front = front_axle_path(Polyline(arc(radius)), 30, 5.0, RIGID)
-    rear_circle = math.sqrt(radius**2 - 1.435**2)
-    for x, y in front.points[10:]:
-        assert math.hypot(x, y - radius) == pytest.approx(math.hypot(rear_circle, 2.87), abs=0.02)
-
-
-def test_rear_axle_runs_inside_of_the_bend():
-    radius = 6.0
-    for x, y in rear_axle_path(Polyline(arc(radius)), 30, 5.0, RIGID).points[10:]:
-        assert math.hypot(x, y - radius) == pytest.approx(math.sqrt(radius**2 - 1.435**2), abs=0.02)
-
-
-@pytest.mark.parametrize("side", [1.0, -1.0])
-def test_slip_is_limited_in_a_bend_that_no_car_can_drive(side):
-    line = Polyline(arc(1.2, side, 40))
-    yaw = line.headings[38] - side * math.asin(MAX_SLIP_SINE)
-    x, y = line.points[38]
-    assert rear_axle_path(line, 40, 0.0, SOFT).points[38] == pytest.approx(
-        (x - 1.6 * math.cos(yaw), y - 1.6 * math.sin(yaw)), abs=1e-3
-    )
-
-
 @pytest.mark.slow(1)
 def test_compiled_axle_path_equals_a_plain_one_bit_for_bit(monkeypatch):
     pytest.importorskip("numba")
@@ -93,11 +69,6 @@ def test_compiled_axle_path_equals_a_plain_one_bit_for_bit(monkeypatch):
             got = path(compiled, count, 9.7, SOFT)
             assert got.points.tolist() == [[*point] for point in wanted.points]
             assert got.headings == wanted.headings
-
-
-def test_wheelbase_and_understeer_gradient_are_those_of_both_axles():
-    assert SOFT.wheelbase_m == pytest.approx(2.8)
-    assert SOFT.understeer_gradient == pytest.approx(0.002)
 
 
 @pytest.mark.parametrize(

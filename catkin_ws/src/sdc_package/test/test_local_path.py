@@ -1,6 +1,5 @@
 import math
 
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -28,16 +27,6 @@ def test_planned_acceleration_is_averaged_over_the_preview():
     path.update([(0.0, 0.0, 4.0), (2.0, 0.0, 4.0), (4.0, 0.0, 2.0)])
     assert path.nearest(0.7, 0.0, 0.5).acceleration_mps2 == 0.0
     assert path.nearest(0.7, 0.0, 2.0).acceleration_mps2 == pytest.approx((10.0 - 16.0) / 4.0)
-
-
-def test_planned_acceleration_beyond_a_stop_is_zero():
-    path = ReferencePath()
-    path.update([(0.0, 0.0, 2.0), (2.0, 0.0, 0.0)])
-    for x in (1.71, 2.0, 3.0):
-        assert (path.nearest(x, 0.0).speed_mps, path.nearest(x, 0.0).acceleration_mps2) == (
-            0.0,
-            0.0,
-        )
 
 
 def test_first_and_last_segment_continue_beyond_the_ends():
@@ -82,13 +71,6 @@ def test_invalid_path_is_refused_and_the_last_one_is_kept(rows, message):
     assert path.rows == before
 
 
-@pytest.mark.parametrize("end", [(2.0, 0.0), (0.0, 2.0)])
-def test_points_on_both_sides_of_the_origin_do_not_coincide(end):
-    path = ReferencePath()
-    path.update([(-end[0], -end[1], 3.0), (*end, 3.0)])
-    assert path.line.points == [(-end[0], -end[1]), end]
-
-
 @given(st.floats(-math.pi, math.pi), st.floats(-50.0, 50.0), st.floats(-20.0, 20.0))
 def test_nearest_point_does_not_depend_on_the_direction_of_the_map(angle, x, y):
     bend = [(0.0, 0.0), (10.0, 0.0), (15.0, 4.0), (15.0, 12.0)]
@@ -108,55 +90,3 @@ def test_path_more_than_a_metre_behind_the_car_plans_a_stop():
     path.update([(0.0, float(y), 8.0) for y in range(10)])
     assert path.nearest(-0.1, 10.0).speed_mps == pytest.approx(8.0)
     assert path.nearest(-0.1, 10.5) == (10.5, 0.1, math.pi / 2, 0.0, 0.0)
-
-
-def test_place_of_the_car_is_searched_once_for_speed_and_steering():
-    path = ReferencePath()
-    path.update(straight())
-    place = path.place(3.4, 0.5)
-    assert path.place(3.4, 0.5) is place
-    assert path.place(3.4, 0.6).cross_track_m == 0.6
-
-
-def test_planned_braking_before_a_stop_is_the_same_as_before_the_end_of_the_path():
-    rows = [(float(x), 0.0, math.sqrt(2.0 * 2.0 * max(10 - x, 0.0))) for x in range(20)]
-    path, ending = ReferencePath(), ReferencePath()
-    path.update(rows)
-    ending.update(rows[:11])
-    for x in (5.0, 8.0, 9.0, 9.5):
-        assert path.nearest(x, 0.0, 3.0).acceleration_mps2 == pytest.approx(-2.0)
-        assert path.nearest(x, 0.0, 3.0) == ending.nearest(x, 0.0, 3.0)
-    assert path.nearest(11.0, 0.0, 3.0).acceleration_mps2 == 0.0
-
-
-def test_path_that_is_repeated_costs_no_new_line_until_the_car_has_passed_a_point():
-    path = ReferencePath()
-    path.update(straight())
-    line, rows = path.line, path.rows
-    path.update(straight())
-    assert path.line is line
-    assert path.rows is rows
-    path.update(straight(1))
-    assert path.line.points == line.points + [(25.0, 0.0)]
-    assert [row[0] for row in path.rows] == [float(x) for x in range(26)]
-    path.update(straight(1, speed=2.0))
-    assert path.rows[-1] == (25.0, 0.0, 2.0)
-
-
-@pytest.mark.parametrize("kind", [list, np.array])
-def test_rows_that_the_caller_changes_afterwards_are_a_new_path(kind):
-    path = ReferencePath()
-    rows = kind([[0.0, 0.0, 3.0], [2.0, 0.0, 3.0]])
-    path.update(rows)
-    assert path.nearest(1.0, 0.5).heading_rad == 0.0
-    rows[1][1] = 2.0
-    path.update(rows)
-    assert path.nearest(1.0, 0.5).heading_rad == pytest.approx(math.pi / 4)
-    assert path.nearest(1.0, 0.5).cross_track_m == pytest.approx(-0.5 * math.sqrt(0.5))
-
-
-def test_path_is_empty_until_the_first_update():
-    path = ReferencePath()
-    assert path.empty
-    path.update(straight())
-    assert not path.empty

@@ -89,13 +89,6 @@ def test_lateral_jerk_limit_slows_the_car_at_a_sudden_bend():
     assert (limited**3 * np.abs(np.gradient(route.curvature, route.s)) <= 4.0 + 1e-9).all()
 
 
-def test_limits_must_be_positive():
-    with pytest.raises(ValueError, match="braking_mps2"):
-        SpeedLimits(10.0, 3.0, 1.8, 0.0)
-    with pytest.raises(ValueError, match="cruise_mps"):
-        SpeedLimits(math.nan, 3.0, 1.8, 2.0)
-
-
 def test_path_starts_ahead_of_the_car_and_ends_at_the_lookahead_distance():
     plan = path_ahead(planner(straight(200.0)), 50.4, 0.3, 0.0)
     assert plan[0, 0] == 51.0
@@ -111,11 +104,6 @@ def test_path_at_the_end_of_the_route_has_two_points_and_ends_with_a_stop():
         assert np.isfinite(plan).all()
     assert plan.shape == (2, 3)
     assert plan[-1].tolist() == [50.0, 0.0, 0.0]
-
-
-def test_path_of_a_short_lookahead_has_two_points():
-    plan = path_ahead(planner(straight(50.0), lookahead_m=0.5), 20.4, 0.0, 0.0)
-    assert plan[:, 0].tolist() == [21.0, 22.0]
 
 
 @pytest.mark.parametrize(("yaw", "s_m"), [(0.0, 30.0), (math.pi / 2, 150.0)])
@@ -165,18 +153,6 @@ def test_pose_that_is_not_finite_is_refused(pose):
         planner(straight(50.0)).plan(0, *pose)
 
 
-def test_points_are_added_between_two_distant_waypoints():
-    local = planner(np.array([[0.0, 0.0], [300.0, 0.0]]))
-    plan = path_ahead(local, 150.0, 0.0, 0.0)
-    assert len(plan) > 15
-    assert plan[0, 2] == 10.0
-
-
-def test_points_are_dropped_from_a_dense_recording():
-    plan = path_ahead(planner(straight(60.0, step=0.02)), 20.0, 0.0, 0.0)
-    assert len(plan) < 70
-
-
 def test_first_waypoint_far_from_the_car_is_refused():
     local = planner(straight(200.0))
     with pytest.raises(
@@ -185,18 +161,6 @@ def test_first_waypoint_far_from_the_car_is_refused():
         local.plan(0, 100.0, 0.5, 0.0)
     with pytest.raises(ValueError, match="waypoint 201 does not exist, the route has 201"):
         local.plan(201, 100.0, 0.5, 0.0)
-
-
-@pytest.mark.parametrize(
-    ("given", "aside_m", "first"),
-    [(102, 0.0, 102), (103, 0.0, 103), (103, 6.0, 103), (104, 6.0, 101)],
-)
-def test_first_waypoint_may_be_two_steps_of_the_route_ahead(given, aside_m, first):
-    """A step is at most 1.25 m long. Of a waypoint farther along the route, that of the car."""
-    local = planner(straight(200.0))
-    assert local.plan(given, 100.5, aside_m, 0.0)[0, 0] == first
-    with pytest.raises(ValueError, match="waypoint 104 cannot be the first"):
-        local.plan(104, 100.5, 0.0, 0.0)
 
 
 def test_first_waypoint_of_another_pass_is_replaced():
@@ -228,40 +192,3 @@ def test_resumed_planner_searches_the_whole_route_for_a_car_far_away():
     local.resume(20.0)
     path_ahead(local, 200.0, 0.0, 0.0)
     assert local.s_m == pytest.approx(200.0)
-
-
-def test_planner_recognizes_the_waypoints_of_its_mission():
-    local = planner(straight(50.0))
-    assert local.is_for(straight(50.0))
-    assert not local.is_for(straight(51.0))
-
-
-def test_settings_are_read_from_the_sections_of_the_configuration():
-    values = {
-        "planned_speed_mps": 10.0,
-        "lateral_acceleration_mps2": 3.0,
-        "acceleration_mps2": 1.8,
-        "braking_mps2": 2.5,
-        "lateral_jerk_mps3": 6.0,
-        "lookahead_m": 25.0,
-        "join_within_m": 20.0,
-        "caution": vars(OBSTACLES),
-        "traffic_lights": vars(TRAFFIC_LIGHTS),
-    }
-    limits = SpeedLimits(10.0, 3.0, 1.8, 2.5, 6.0)
-    wanted = PlannerSettings(limits, 25.0, 20.0, OBSTACLES, TRAFFIC_LIGHTS)
-    assert PlannerSettings.read(values.__getitem__) == wanted
-    for name, value in (("lookahead_m", 0.0), ("join_within_m", math.nan)):
-        with pytest.raises(ValueError, match=name):
-            PlannerSettings.read({**values, name: value}.__getitem__)
-    with pytest.raises(TypeError, match="gap"):
-        PlannerSettings.read({**values, "caution": {"gap": 1.0}}.__getitem__)
-
-
-def test_rows_are_the_same_array_until_the_car_has_passed_a_point():
-    local = planner(straight(60.0))
-    rows = path_ahead(local, 10.1, 0.0, 0.0)
-    assert path_ahead(local, 10.9, 0.0, 0.0) is rows
-    later = path_ahead(local, 11.1, 0.0, 0.0)
-    assert later is not rows
-    assert later[0, 0] == rows[1, 0] == 12.0

@@ -3,15 +3,10 @@
 import math
 import os
 
-import numpy as np
 import pytest
 from planned_roads import LIMITS, OBSTACLES, TRAFFIC_LIGHTS, bend, straight
 
-from sdc_common.geometry.road_line import road_route
-from sdc_common.geometry.route import Route
-from sdc_common.planning.speed_profile import SpeedLimits, limited_speeds, speed_profile
 from sdc_common.ros.stop_lines import GREEN, RED, YELLOW, StopLine
-from sdc_common.routes.waypoint_file import load_waypoints
 from sdc_package.local_planner import LocalPlanner, PlannerSettings
 from sdc_package.obstacles import DetectedObstacle
 from sdc_package.traffic_lights import TrafficLightMonitor
@@ -65,23 +60,6 @@ def test_reasons_along_a_bend_name_what_limits_the_speed():
     ]
 
 
-def test_lateral_jerk_is_a_bend_as_well():
-    sharp = Route(np.vstack([straight(60.0), [(60.0 + 0.8 * i, 0.6 * i) for i in range(1, 80)]]))
-    gentle = SpeedLimits(**{**vars(LIMITS), "lateral_mps2": 1e6, "lateral_jerk_mps3": 1.0})
-    assert "bend" in limited_speeds(sharp, gentle)[1]
-    hurried = SpeedLimits(**{**vars(LIMITS), "lateral_mps2": 1e6})
-    assert "bend" not in limited_speeds(sharp, hurried)[1]
-
-
-def test_reason_in_a_recorded_bend_does_not_change_with_the_noise_of_its_curvature():
-    """Of the packaged route, the bend at 75 m to 205 m is taken at a nearly constant speed."""
-    route = road_route(load_waypoints(TOWN))
-    limits = SpeedLimits(**{**vars(LIMITS), "lateral_jerk_mps3": 6.0})
-    speed, reasons = limited_speeds(route, limits)
-    assert speed.tolist() == speed_profile(route, limits).tolist()
-    assert {reason for s, reason in zip(route.s, reasons) if 75.0 < s < 205.0} == {"bend"}
-
-
 @pytest.mark.parametrize("speed", [0.0, 4.0])
 def test_obstacle_on_the_lane_is_the_reason_from_where_the_car_brakes_for_it(speed):
     local = planner(straight(200.0))
@@ -102,48 +80,12 @@ def test_red_light_is_the_reason_until_it_turns_green_and_then_the_car_accelerat
     assert reason_at(local, 130.0, speed=9.5, light=lights(100.0, GREEN)) == "cruise"
 
 
-def test_first_point_of_a_new_plan_gives_its_reason():
-    assert planner(straight(200.0)).reason == "accelerating"
-    assert planner(straight(1.0)).reason == "accelerating"
-
-
-@pytest.mark.parametrize(
-    ("x", "speed", "reason"),
-    [(99.5, 9.0, "cruise"), (99.5, 8.99, "accelerating"), (179.5, 8.9, "accelerating")],
-)
-def test_car_accelerates_up_to_nine_tenths_of_the_speed_of_the_next_point(x, speed, reason):
-    """Of the point at 180 m, 10 m/s are planned; the car brakes behind it."""
-    assert reason_at(planner(straight(200.0)), x, speed=speed) == reason
-
-
-@pytest.mark.parametrize(
-    ("x", "speed", "line_x", "reason"),
-    [
-        (75.5, 10.0, 100.0, "cruise"),
-        (76.5, 10.0, 100.0, "traffic_light"),
-        (0.5, 1.0, 5.5, "accelerating"),
-    ],
-)
-def test_red_light_is_the_reason_where_it_lowers_the_speed_of_the_next_point(
-    x, speed, line_x, reason
-):
-    """Before the line at 100 m the car stops at 96 m, from 10 m/s within 20 m."""
-    assert reason_at(planner(straight(200.0)), x, speed=speed, light=lights(line_x, RED)) == reason
-
-
 @pytest.mark.parametrize(("x", "stops"), [(71.6, True), (71.7, False)])
 def test_car_stops_for_yellow_if_its_comfortable_braking_is_enough(x, stops):
     """It takes 20 m and 5 m of reaction, to 1 m before the line."""
     local = planner(straight(200.0))
     rows = local.stop_for(lights(100.0, YELLOW), local.plan(int(x) + 1, x, 0.0, 0.0), 10.0)
     assert (rows[-1, 2] == 0.0) == stops
-
-
-def test_obstacle_lowers_the_speed_of_the_last_point_of_the_path():
-    """The car stops at 91 m, 16 m behind that point."""
-    local = planner(straight(200.0))
-    rows = local.plan(50, 50.0, 0.0, 0.0, [DetectedObstacle(101.0, 0.0, 0.0, 4.0, 2.0, 0.0)])
-    assert rows[-1].tolist() == [75.0, 0.0, pytest.approx(math.sqrt(2.0 * 2.5 * 16.0))]
 
 
 def test_of_several_limits_the_lowest_is_the_reason():

@@ -6,10 +6,8 @@ import pytest
 from sdc_package.local_path import ReferencePath
 from sdc_package.steering.axles import Axles
 from sdc_package.steering.lqr import (
-    GainSchedule,
     LqrFeedforwardSteering,
     LqrSteering,
-    calmed,
     error_model,
     lqr_gains,
     steady_state,
@@ -78,26 +76,6 @@ def test_gains_are_stable_and_optimal(speed):
             assert cost(other) >= best * (1.0 - 1e-4)
 
 
-def test_gains_are_linear_between_the_speeds_and_constant_beyond():
-    schedule = GainSchedule([1.0, 1.5, 2.0], [[1.0, 0.0], [3.0, 1.0], [4.0, 1.0]])
-    assert [schedule.gains(speed)[0] for speed in (0.0, 1.0, 1.25, 1.5, 1.75, 2.0, 9.0)] == [
-        1.0,
-        1.0,
-        2.0,
-        3.0,
-        3.5,
-        4.0,
-        4.0,
-    ]
-
-
-def test_steady_state_equals_the_formula_for_small_angles():
-    understeering = Axles(1.165, 1.165, 0.005, 0.003)
-    wheel, heading_error = steady_state(0.01, 20.0, understeering)
-    assert wheel == pytest.approx(2.33 * 0.01 + 0.002 * 4.0, abs=2e-5)
-    assert heading_error == pytest.approx(-1.165 * 0.01 + 0.003 * 4.0, abs=1e-5)
-
-
 def test_only_the_feed_forward_holds_a_circle_without_an_error():
     wheel, heading_error = steady_state(1.0 / 64.0, 15.0, AXLES)
     steady = (0.0, 0.0, heading_error, 0.0, 1.0 / 64.0, 15.0)
@@ -163,15 +141,6 @@ def test_pose_is_predicted_over_the_preview(rate):
     assert wheel != now.wheel_angle(circle(), *pose, 5.0, *rate)
 
 
-def test_wheel_angle_costs_more_with_the_fourth_power_of_a_high_speed():
-    assert [calmed(2.0, speed, 20.0) for speed in (5.0, 20.0, 40.0, 60.0)] == [
-        2.0,
-        2.0,
-        32.0,
-        162.0,
-    ]
-
-
 def test_calm_steering_turns_the_wheels_less_at_high_speed_only():
     plain = LqrSteering(AXLES, **PARAMETERS)
     calm = LqrSteering(AXLES, **PARAMETERS, calm_above_mps=0.9)
@@ -209,11 +178,3 @@ def test_tyres_that_do_not_slip_are_refused(axle):
         "'rear_compliance' of 'axles' above 0$",
     ):
         LqrSteering(Axles(**{**vars(AXLES), axle: 0.0}), **PARAMETERS)
-
-
-def test_weights_that_stabilize_no_car_are_refused_with_the_speed():
-    with pytest.raises(
-        ValueError,
-        match=r"^no gains stabilize this car at 10 m/s \(.+\); check its weights and axles$",
-    ):
-        lqr_gains(10.0, AXLES, GYRATION, (-1.0, 0.0, 0.0, 0.0), 1.0, 0.05)

@@ -41,10 +41,6 @@ def test_obstacle_next_to_the_lane_is_ignored(offset, blocks):
     assert np.isfinite(caps(car(y=offset))).any() == blocks
 
 
-def test_car_across_the_lane_blocks_it_with_its_length():
-    assert np.isfinite(caps(car(y=3.0, yaw=math.pi / 2))).any()
-
-
 def test_car_ahead_is_followed_at_its_speed():
     speed = caps(car(speed=4.0))
     assert speed.min() == pytest.approx(4.0)
@@ -72,21 +68,6 @@ def test_car_that_changes_to_the_lane_is_followed_from_where_it_is_now():
     room = 40.0 - half_length - 5.0 - 2.35 - 10.0
     assert speed.min() == pytest.approx(along)
     assert speed[10] == pytest.approx(math.sqrt(along**2 + 2.0 * BRAKING * room))
-
-
-@pytest.mark.parametrize(("speed", "slowest"), [(0.5, 0.0), (0.51, 0.51)])
-def test_car_stops_behind_one_that_hardly_moves(speed, slowest):
-    assert caps(car(speed=speed)).min() == pytest.approx(slowest)
-
-
-@pytest.mark.parametrize("turn", [0.8, 2.5])
-@pytest.mark.parametrize("yaw", [0.0, 0.4, 2.8])
-def test_speed_does_not_depend_on_the_direction_of_the_map(turn, yaw):
-    cos, sin = math.cos(turn), math.sin(turn)
-    turned = Route(STRAIGHT.points @ np.array([[cos, sin], [-sin, cos]]))
-    x, y = 50.0 * cos - 1.5 * sin, 50.0 * sin + 1.5 * cos
-    there = speed_caps(turned, turned.s, 0.0, [car(x, y, yaw + turn, 3.0)], MARGINS, BRAKING, 100.0)
-    np.testing.assert_allclose(there, caps(car(y=1.5, yaw=yaw, speed=3.0)), atol=1e-6)
 
 
 def test_obstacle_behind_the_car_or_beyond_the_horizon_is_ignored():

@@ -40,18 +40,6 @@ def test_integral_may_shrink_while_the_output_is_limited():
     assert pid.integral < charged
 
 
-def test_integral_does_not_grow_at_the_edge_of_the_limit():
-    pid = Pid(PidGains(kp=2.0, ki=0.1), -1.0, 1.0)
-    output, saturated = pid.update(0.5, 0.0, 0.1)
-    assert (output, saturated, pid.integral) == (1.0, True, 0.0)
-
-
-def test_integral_grows_towards_limits_that_are_out_of_reach():
-    pid = Pid(PidGains(kp=1.0, ki=0.5), -10.0, 10.0)
-    assert pid.update(1.0, 0.0, 0.1, lower=2.0, upper=3.0) == (2.0, True)
-    assert pid.integral == pytest.approx(0.05)
-
-
 def test_reset_restores_the_initial_state():
     pid, new = (Pid(PidGains(1.0, 1.0, 1.0), -10.0, 10.0) for _ in range(2))
     pid.update(1.0, 0.0, 0.1)

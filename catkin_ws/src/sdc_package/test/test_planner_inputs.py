@@ -1,8 +1,6 @@
 """Each odometry is planned for once, with the obstacles and traffic lights of its time."""
 
 import math
-import threading
-import time
 
 import pytest
 import rospy
@@ -71,34 +69,11 @@ def test_odometry_before_the_mission_is_answered_when_the_mission_arrives():
     assert record.answers == [(1.0, [])]
 
 
-def test_only_the_last_odometry_before_the_mission_is_answered():
-    record = Record(started=False)
-    record.inputs.add_odometry(odometry(1.0))
-    record.inputs.add_odometry(odometry(1.05))
-    record.inputs.start()
-    assert record.answers == [(1.05, [])]
-
-
-def test_new_mission_does_not_answer_an_odometry_again():
-    record = Record()
-    record.inputs.add_odometry(odometry(1.0))
-    record.inputs.start()
-    assert record.answers == [(1.0, [])]
-
-
 def test_repeated_odometry_is_answered_once():
     record = Record()
     record.inputs.add_odometry(odometry(1.0))
     record.inputs.add_odometry(odometry(1.0))
     assert record.answers == [(1.0, [])]
-
-
-def test_repeated_odometry_does_not_make_a_waiting_one_overdue():
-    record = Record()
-    record.inputs.add_obstacles(obstacles(1.0, 30.0))
-    record.inputs.add_odometry(odometry(1.05))
-    record.inputs.add_odometry(odometry(1.05))
-    assert record.answers == []
 
 
 def test_odometry_waits_for_the_obstacles_of_its_time():
@@ -117,14 +92,6 @@ def test_obstacles_may_arrive_before_their_odometry():
         record.inputs.add_obstacles(obstacles(seconds, x))
         record.inputs.add_odometry(odometry(seconds))
     assert record.answers == [(1.0, [30.0]), (1.05, [31.0])]
-
-
-def test_obstacles_of_an_earlier_time_do_not_complete_an_odometry():
-    record = Record()
-    record.inputs.add_obstacles(obstacles(0.95, 29.0))
-    record.inputs.add_odometry(odometry(1.05))
-    record.inputs.add_obstacles(obstacles(1.0, 30.0))
-    assert record.answers == []
 
 
 def test_last_obstacle_that_leaves_completes_its_odometry():
@@ -200,10 +167,6 @@ def test_bad_positions_of_traffic_lights_are_refused(log):
     assert "refused a message on /carla/traffic_lights/info: " in log.text
 
 
-def test_traffic_lights_have_the_margins_of_the_planner():
-    assert PlannerInputs(lambda message: None, MARGINS).traffic_lights.margins == MARGINS
-
-
 def test_detected_obstacle_has_the_values_of_the_message():
     inputs = PlannerInputs(lambda message: None, MARGINS)
     message = obstacles(1.0, 30.0)
@@ -213,46 +176,3 @@ def test_detected_obstacle_has_the_values_of_the_message():
     (seen,) = inputs.obstacles
     assert (seen.x_m, seen.y_m, seen.length_m, seen.width_m) == (30.0, 0.0, 4.0, 2.0)
     assert (seen.yaw_rad, seen.speed_mps) == (pytest.approx(0.5), 2.0)
-
-
-def test_calls_from_several_threads_are_serialized():
-    running, overlaps, answers = [], [], []
-
-    def answer(message):
-        overlaps.extend(running)
-        running.append(message)
-        time.sleep(0.001)
-        running.clear()
-        answers.append(message.header.stamp)
-
-    inputs = PlannerInputs(answer, MARGINS)
-    inputs.start()
-    stamps = [1.0 + 0.05 * i for i in range(40)]
-    threads = [
-        threading.Thread(target=lambda: [inputs.add_odometry(odometry(s)) for s in stamps]),
-        threading.Thread(target=lambda: [inputs.add_obstacles(obstacles(s, 9.0)) for s in stamps]),
-        threading.Thread(target=lambda: [inputs.start() for _ in stamps]),
-    ]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    assert answers
-    assert overlaps == []
-    assert len(set(answers)) == len(answers)
-
-
-def test_mission_can_be_changed_while_no_answer_runs():
-    """`lock` is held during an answer, and its owner may start the answers itself."""
-    inputs = PlannerInputs(lambda message: answers.append(mission[:]), MARGINS)
-    answers, mission = [], ["old", "old"]
-    inputs.add_odometry(odometry(1.0))
-    with inputs.lock:
-        mission[0] = "new"
-        other = threading.Thread(target=inputs.start)
-        other.start()
-        time.sleep(0.02)
-        mission[1] = "new"
-        inputs.start()
-    other.join()
-    assert answers == [["new", "new"]]

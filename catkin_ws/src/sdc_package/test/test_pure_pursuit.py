@@ -55,31 +55,6 @@ def test_look_ahead_point_in_every_place_of_the_line(x, y, distance, goal):
     assert look_ahead_point(LINE, x, y, distance) == pytest.approx(goal)
 
 
-@given(st.floats(0.0, 8.0), st.floats(-2.0, 2.0), st.floats(2.5, 12.0))
-def test_look_ahead_point_is_ahead_at_the_look_ahead_distance(x, y, distance):
-    goal_x, goal_y = look_ahead_point(LINE, x, y, distance)
-    assert math.hypot(goal_x - x, goal_y - y) == pytest.approx(distance)
-    assert goal_x + goal_y > x - 1e-9
-
-
-def test_look_ahead_distance_must_be_positive():
-    with pytest.raises(ValueError, match="positive"):
-        look_ahead_point(LINE, 0.0, 0.0, 0.0)
-
-
-@pytest.mark.parametrize("scale", [0.25, 1.0, 3.0])
-def test_look_ahead_point_does_not_depend_on_the_distance_of_the_points(scale):
-    line = Polyline([(scale * i * 0.8, scale * i * 0.6) for i in range(40)])
-    assert look_ahead_point(line, 0.8, 0.6, 6.0) == pytest.approx((5.6, 4.2))
-    assert look_ahead_point(line, 0.8 - 2.4, 0.6 + 3.2, 5.0) == pytest.approx((3.2, 2.4))
-
-
-def test_look_ahead_point_is_on_the_last_segment():
-    assert look_ahead_point(Polyline([(0.0, 0.0), (9.0, 0.0)]), 2.0, 3.0, 5.0) == (6.0, 0.0)
-    corner = Polyline([(0.0, 0.0), (4.0, 0.0), (4.0, 5.0)])
-    assert look_ahead_point(corner, 0.0, 0.0, 5.0) == (4.0, 3.0)
-
-
 def steering(axles=AXLES, **changes):
     return PurePursuitSteering(axles, **{**PARAMETERS, **changes})
 

@@ -48,23 +48,3 @@ def test_brake_holds_a_waiting_car_and_the_start_is_smooth():
     speed = control()
     assert {speed.acceleration(0.0, 0.0, v, 0.05) for v in (0.1, 0.0, 0.05, 0.0)} == {-2.0}
     assert speed.acceleration(1.0, 1.8, 0.0, 0.05) == pytest.approx(0.25)
-
-
-@pytest.mark.parametrize("planned", [0.1, 1.8])
-def test_car_at_rest_starts_when_an_acceleration_is_planned(planned):
-    assert control().acceleration(0.1, planned, 0.0, 0.05) > 0.0
-
-
-@pytest.mark.parametrize(("target", "v"), [(0.15, 0.0), (0.0, 0.15)])
-def test_brake_does_not_hold_from_the_speed_of_a_standstill_on(target, v):
-    assert abs(control().acceleration(target, 0.0, v, 0.05)) <= 0.25
-
-
-@pytest.mark.parametrize(("speed_mps", "length_m"), [(0.0, 1.0), (2.0, 1.0), (3.0, 1.5), (10.0, 5)])
-def test_preview_grows_with_the_speed_from_a_minimum_length_on(speed_mps, length_m):
-    assert control().preview_m(speed_mps) == length_m
-
-
-def test_step_of_zero_seconds_changes_nothing():
-    speed = control()
-    assert speed.acceleration(5.0, 1.0, 0.0, 0.0) == 0.0

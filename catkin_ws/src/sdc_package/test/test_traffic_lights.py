@@ -75,12 +75,6 @@ def test_line_behind_the_front_next_to_the_road_or_beyond_the_horizon_is_ignored
     assert stop(lights(RED), LINE - 2.5, 0.2) is not None, "a creeping car stops anywhere"
 
 
-@pytest.mark.parametrize(("speed", "stops"), [(0.49, True), (0.5, False), (2.0, False)])
-def test_car_that_is_no_longer_creeping_does_not_stop_within_its_reaction(speed, stops):
-    for state in (RED, YELLOW):
-        assert (stop(lights(state), LINE - 2.36, speed) is not None) == stops
-
-
 def test_monitor_without_messages_stops_nowhere_and_accepts_states_without_a_stamp():
     monitor = TrafficLightMonitor(MARGINS)
     assert stop(monitor, 60.0, 10.0) is None
@@ -89,15 +83,6 @@ def test_monitor_without_messages_stops_nowhere_and_accepts_states_without_a_sta
     assert stop(monitor, 60.0, 10.0) is None, "its line is not known"
     monitor.set_lines(info(0.0, (LINE - 10.0, -20.0)))
     assert stop(monitor, 60.0, 10.0) == pytest.approx(STOP)
-
-
-def test_car_stops_at_the_nearest_line():
-    monitor = lights(RED)
-    monitor.lines[8] = StopLine(90.0, 0.0, 1.75)
-    monitor.set_states([Message(id=7, state=RED), Message(id=8, state=RED)], stamped=True)
-    assert stop(monitor, 60.0, 5.0) == pytest.approx(STOP - 10.0)
-    monitor.set_states([Message(id=8, state=GREEN), Message(id=7, state=RED)], stamped=True)
-    assert stop(monitor, 60.0, 5.0) == pytest.approx(STOP)
 
 
 def test_states_without_a_stamp_are_ignored_while_stamped_ones_arrive():

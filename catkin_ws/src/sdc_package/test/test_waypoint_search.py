@@ -43,49 +43,6 @@ def test_first_waypoint_ahead_in_a_bend_is_not_behind_the_car(angle, offset):
     assert turned[BEND.first_ahead(x, y)] == pytest.approx(angle + 0.025, abs=0.03)
 
 
-@given(
-    st.lists(st.tuples(st.floats(0.05, 4.6), st.floats(-1.5, 1.5)), min_size=1, max_size=30),
-    st.floats(0.01, 0.2),
-)
-def test_result_does_not_depend_on_earlier_queries(jumps, step):
-    used_before = WaypointSearch(BEND.waypoints)
-    for angle, offset in jumps:
-        for k in range(3):
-            turn = min(angle + k * step, 4.6)
-            place = (20.0 - offset) * math.sin(turn), 20.0 - (20.0 - offset) * math.cos(turn)
-            assert used_before.first_ahead(*place) == WaypointSearch(BEND.waypoints).first_ahead(
-                *place
-            )
-
-
-def test_tree_is_queried_now_and_then_for_a_car_that_drives_on():
-    search = WaypointSearch(STRAIGHT.waypoints)
-    queries = []
-    search.nearest = lambda x, y: queries.append(x) or STRAIGHT.nearest(x, y)
-    for x in np.arange(0.0, 6.0, 0.1).tolist():
-        assert search.first_ahead(x, 0.1) == STRAIGHT.first_ahead(x, 0.1)
-    assert 2 <= len(queries) <= 8
-
-
-def calls_with_a_query(places):
-    """Return the numbers of the calls that query the tree, on a straight at y = 10."""
-    straight = WaypointSearch(np.column_stack([np.arange(20.0), np.full(20, 10.0)]))
-    search, queries = WaypointSearch(straight.waypoints), []
-    for call, place in enumerate(places):
-        search.nearest = lambda x, y, call=call: queries.append(call) or straight.nearest(x, y)
-        search.first_ahead(*place)
-    return queries
-
-
-@pytest.mark.parametrize("x", [0.1, 5.2])
-def test_tree_is_queried_after_every_twenty_calls(x):
-    assert calls_with_a_query([(x, 10.1)] * 64) == [0, 21, 42, 63]
-
-
-def test_tree_is_queried_for_a_car_far_from_the_waypoints():
-    assert calls_with_a_query([(5.0, 12.5)] * 3) == [0, 1, 2]
-
-
 def test_car_that_is_moved_back_to_the_start_drives_to_the_first_waypoint():
     search = WaypointSearch(STRAIGHT.waypoints)
     assert search.first_ahead(1.9, 0.0) == 2
