@@ -1,16 +1,13 @@
-"""The generations of the CARLA ROS bridge: message classes, topics and frames that differ.
-
-A generation has the topics of all bridges up to the next one; docs/bridge.md lists them.
-"""
+"""What differs between the versions of the CARLA ROS bridge, read from a file."""
 
 from __future__ import annotations
 
-from typing import Mapping, NamedTuple
+import os
+from typing import Any, Mapping, NamedTuple
 
-import carla_msgs.msg
-from carla_msgs.msg import CarlaEgoVehicleControl
-from sdc_msgs.msg import CarlaVehicleControl
-from std_msgs.msg import String
+import roslib.message
+import rospkg
+import yaml
 
 
 class CameraNames(NamedTuple):
@@ -29,7 +26,7 @@ class SensorNames(NamedTuple):
 
 
 class BridgeGeneration(NamedTuple):
-    """What differs between the generations.
+    """What differs between the versions; config/bridge_versions.yaml describes it.
 
     Attributes:
         control_class: message class of the control commands
@@ -50,91 +47,24 @@ class BridgeGeneration(NamedTuple):
     sensors: Mapping[str, SensorNames]
 
 
-def _by_kind(name: str) -> CameraNames:
-    """Return the names of an RGB camera in bridges up to 0.9.10, with its kind."""
-    frame = "/camera/rgb/" + name
-    return CameraNames(frame + "/image_color", frame + "/camera_info", frame)
+def _read(values: dict[str, Any]) -> BridgeGeneration:
+    cameras = {name: CameraNames(**names) for name, names in values["cameras"].items()}
+    return BridgeGeneration(
+        roslib.message.get_message_class(values["control_type"]),
+        roslib.message.get_message_class(values["map_type"]),
+        cameras["front"],
+        cameras.get("view"),
+        cameras.get("spectator"),
+        frozenset(values["topics"]),
+        {name: SensorNames(**names) for name, names in values["sensors"].items()},
+    )
 
 
-def _by_name(name: str) -> CameraNames:
-    """Return the names of a camera in bridges from 0.9.11 on, with its name alone."""
-    return CameraNames(f"/{name}/image", f"/{name}/camera_info", f"/{name}")
+def _read_all() -> dict[str, BridgeGeneration]:
+    folder = rospkg.RosPack().get_path("sdc_sim")
+    with open(os.path.join(folder, "config", "bridge_versions.yaml"), encoding="utf-8") as file:
+        versions = {name: _read(values) for name, values in yaml.safe_load(file).items()}
+    return {**versions, "old": versions["0.9.3"], "new": versions["0.9.11"]}
 
 
-# No bridge has wheel speeds. The names of the planar lidar follow those of the other lidar.
-_NEWEST = {
-    "imu": SensorNames("/imu", "/imu"),
-    "gnss": SensorNames("/gnss", "/gnss"),
-    "speedometer": SensorNames("/speedometer", ""),
-    "lidar": SensorNames("/lidar", "/lidar"),
-    "planar_lidar": SensorNames("/lidar_planar", "/lidar_planar"),
-    "wheel_speeds": SensorNames("/wheel_speeds", ""),
-}
-_0_9_3 = BridgeGeneration(
-    CarlaVehicleControl,
-    String,
-    _by_kind("front"),
-    None,
-    None,
-    frozenset({"/carla/objects", "/carla/vehicle_marker", "/ego_vehicle_control_info"}),
-    {
-        **_NEWEST,
-        "gnss": SensorNames("/gnss/front/gnss", "/gnss/front"),
-        "lidar": SensorNames("/lidar/front/point_cloud", "/lidar/front"),
-        "planar_lidar": SensorNames("/lidar/planar/point_cloud", "/lidar/planar"),
-    },
-)
-_0_9_5 = BridgeGeneration(
-    CarlaEgoVehicleControl,
-    # The installed package of a later bridge does not have this message.
-    getattr(carla_msgs.msg, "CarlaMapInfo", None),
-    _by_kind("front"),
-    _by_kind("view"),
-    _by_kind("spectator_view"),
-    frozenset(
-        {
-            "/carla/objects",
-            "/objects",
-            "/carla/actor_list",
-            "/carla/vehicle_marker",
-            "/carla/marker",
-            "/carla/traffic_lights",
-            "/carla/traffic_lights_info",
-            "/carla/weather_control",
-            "/twist_cmd",
-        }
-    ),
-    {
-        **_NEWEST,
-        "imu": SensorNames("/imu/imu1", "/imu/imu1"),
-        "gnss": SensorNames("/gnss/gnss1/fix", "/gnss/gnss1"),
-        "lidar": SensorNames("/lidar/lidar1/point_cloud", "/lidar/lidar1"),
-        "planar_lidar": SensorNames("/lidar/lidar2/point_cloud", "/lidar/lidar2"),
-    },
-)
-_0_9_11 = BridgeGeneration(
-    CarlaEgoVehicleControl,
-    String,
-    _by_name("rgb_front"),
-    _by_name("rgb_view"),
-    _by_name("spectator_view"),
-    frozenset(
-        {
-            "/carla/objects",
-            "/objects",
-            "/carla/actor_list",
-            "/speedometer",
-            "/carla/weather_control",
-            "/control/set_transform",
-            "/control/set_target_velocity",
-        }
-    ),
-    _NEWEST,
-)
-GENERATIONS = {
-    "0.9.3": _0_9_3,
-    "0.9.5": _0_9_5,
-    "0.9.11": _0_9_11,
-    "old": _0_9_3,
-    "new": _0_9_11,
-}
+GENERATIONS = _read_all()
