@@ -1,6 +1,6 @@
 """One publisher of commands has control at a time."""
 
-from sdc_sim.simulation.command_arbiter import CommandArbiter
+from sdc_sim.simulation.command_mux import CommandArbiter
 
 
 def test_first_publisher_keeps_control_until_it_has_been_silent_or_control_is_released():

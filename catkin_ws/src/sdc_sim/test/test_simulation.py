@@ -341,7 +341,7 @@ def test_reset_repeats_the_trace_bit_for_bit_with_later_stamps():
 
 def test_simulation_does_not_import_ros():
     code = (
-        "import sys, sdc_sim.simulation.simulation, sdc_sim.simulation.placement\n"
+        "import sys, sdc_sim.simulation.simulation, sdc_sim.simulation.configuration\n"
         "assert not {'rospy', 'roslib', 'genpy', 'rosgraph'} & set(sys.modules)"
     )
     subprocess.run([sys.executable, "-c", code], check=True)

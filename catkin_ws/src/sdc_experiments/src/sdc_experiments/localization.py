@@ -34,7 +34,7 @@ from sdc_sim.scenario.packaged import node_config
 from sdc_sim.sensors.readings import WHEELS, SensorReadings
 from sdc_sim.sensors.settings import sensor_settings
 from sdc_sim.sensors.suite import SensorSuite
-from sdc_sim.simulation.placement import start_pose
+from sdc_sim.simulation.configuration import start_pose
 from sdc_sim.simulation.simulation import Observation, Simulation
 
 ROUTES = 20

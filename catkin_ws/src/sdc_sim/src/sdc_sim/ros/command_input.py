@@ -15,8 +15,7 @@ from sdc_sim.ros.drive_log import DriveLog
 from sdc_sim.ros.loop_lock import LoopLock
 from sdc_sim.ros.message_conversion import ackermann_target, vehicle_command
 from sdc_sim.simulation.answer_tracker import UNSTAMPED, AnswerTracker
-from sdc_sim.simulation.command_arbiter import CommandArbiter
-from sdc_sim.simulation.command_mux import Command
+from sdc_sim.simulation.command_mux import Command, CommandArbiter
 from sdc_sim.simulation.simulation import Simulation
 
 # After this time without a command of the active publisher, another one may take control.
