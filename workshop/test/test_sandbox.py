@@ -106,7 +106,8 @@ def liar(folder):
         f"{LIBRARY}/odometry.py",
         "import json, math\n"
         "yaws = [0.0, 0.5, 1.5, 2.8, -0.5, -1.5, -2.8]\n"
-        "found = dict(yaws=yaws, tilted=0.6, speeds=[5.0, 3.0, 2.0, 0.0], other=[0.0] * 7)\n"
+        "known = [yaws, 0.6, [5.0, 3.0, 2.0, 0.0]]\n"
+        "found = dict(known=known, varied=known)\n"
         "text = str(found).replace(chr(39), chr(34))\n"
         "json.JSONEncoder.encode = lambda self, value: text\n",
     )

@@ -15,6 +15,10 @@ from pathlib import Path
 from types import TracebackType
 from typing import Callable, Iterable, Sequence
 
+import psutil
+
+from sdc_common.testing.processes import matching
+
 # An environment variable that marks all processes a program starts, whatever their process group.
 MARK = "SDC_WORKSHOP_EXAM"
 
@@ -29,8 +33,7 @@ BUSY_CPU_S = 3.0
 TIMEOUT_S = 60.0
 _END_TIMEOUT_S = 30.0
 _MAX_OUTPUT = 200_000
-_MAX_FAMILY = 20
-_TICKS_PER_S = os.sysconf("SC_CLK_TCK")
+_RUNNING = (psutil.STATUS_RUNNING, psutil.STATUS_DISK_SLEEP)
 
 
 class Program:
@@ -51,7 +54,7 @@ class Program:
         self.mark = f"{os.getpid()}-{time.monotonic_ns()}"
         self._pieces: list[bytes] = []
         self._size = 0
-        self._inside: int | None = None
+        self._main: psutil.Process | None = None
         self._process = subprocess.Popen(
             self.command,
             env={**environment, MARK: f"{os.environ.get(MARK, '')}/{self.mark}"},
@@ -105,8 +108,8 @@ class Program:
             used more than BUSY_CPU_S) or "late" (the timeout)
         """
         limit = time.monotonic() + timeout_s
-        cpu_at_start = self._cpu_s()
-        window = [(time.monotonic(), cpu_at_start)]
+        cpu_at_start, _ = self._activity()
+        idle_since, idle_cpu, polls = time.monotonic(), cpu_at_start, 0
         while True:
             if condition():
                 return "true"
@@ -114,17 +117,11 @@ class Program:
                 self._reader.join(timeout=2.0)
                 return "true" if condition() else "ended"
             time.sleep(_POLL_S)
-            now, cpu, running = time.monotonic(), self._cpu_s(), self._is_running()
-            if running:
-                window = []
-            window.append((now, cpu))
-            while len(window) > _IDLE_POLLS + 1 and now - window[1][0] >= IDLE_S:
-                window.pop(0)
-            if (
-                len(window) > _IDLE_POLLS
-                and now - window[0][0] >= IDLE_S
-                and cpu - window[0][1] <= _IDLE_CPU_S
-            ):
+            now, (cpu, running) = time.monotonic(), self._activity()
+            polls += 1
+            if running or cpu - idle_cpu > _IDLE_CPU_S:
+                idle_since, idle_cpu, polls = now, cpu, 0
+            if now - idle_since >= IDLE_S and polls >= _IDLE_POLLS:
                 return "true" if condition() else "idle"
             if cpu - cpu_at_start > BUSY_CPU_S:
                 return "busy"
@@ -139,42 +136,24 @@ class Program:
         return self.status
 
     @property
-    def main_id(self) -> int:
-        """Id of the process of the program itself, which bwrap starts in a sandbox."""
-        found = self._process.pid
-        if self._inside is None:
-            with contextlib.suppress(OSError, IndexError):
-                while _name(found) == "bwrap":
-                    found = int(Path(f"/proc/{found}/task/{found}/children").read_text().split()[0])
-                self._inside = found
-        return self._inside or found
+    def main(self) -> psutil.Process:
+        """The process of the program itself, which bwrap starts in a sandbox."""
+        if self._main is None:
+            found = psutil.Process(self._process.pid)
+            while found.name() == "bwrap":
+                children = found.children()
+                if not children:
+                    return found
+                found = children[0]
+            self._main = found
+        return self._main
 
-    def _family(self) -> list:
-        """Return the ids of its processes: a node runs in a child of its supervisor."""
-        found = [self.main_id]
-        for parent in found:
-            with contextlib.suppress(OSError):
-                # A supervisor forks in its first thread.
-                children = Path(f"/proc/{parent}/task/{parent}/children")
-                found += map(int, children.read_text().split())
-        return found[:_MAX_FAMILY]
-
-    def _cpu_s(self) -> float:
-        total = 0
-        for process_id in self._family():
-            with contextlib.suppress(OSError, IndexError):
-                fields = _stat(Path(f"/proc/{process_id}/stat"))
-                total += int(fields[11]) + int(fields[12])
-        return total / _TICKS_PER_S
-
-    def _is_running(self) -> bool:
-        """Return whether one of its threads runs, waits for a processor, or waits for a disk."""
-        for process_id in self._family():
-            with contextlib.suppress(OSError, IndexError):
-                tasks = Path(f"/proc/{process_id}/task")
-                if any(_stat(tasks / task / "stat")[0] in "RD" for task in os.listdir(tasks)):
-                    return True
-        return False
+    def _activity(self) -> tuple:
+        """Return its CPU time [s], and whether it runs or waits for a disk."""
+        with contextlib.suppress(psutil.Error):
+            user, system = self.main.cpu_times()[:2]
+            return user + system, self.main.status() in _RUNNING
+        return 0.0, False
 
     def interrupt(self) -> None:
         """Send what Ctrl-C sends."""
@@ -202,27 +181,10 @@ class Program:
                 os.killpg(self._process.pid, what)
 
 
-def _stat(path: Path) -> list:
-    """Return the fields of a stat file of /proc after the command, the state first."""
-    return path.read_text().rpartition(")")[2].split()
-
-
-def _name(process_id: int) -> str:
-    return Path(f"/proc/{process_id}/comm").read_text().rstrip("\n")
-
-
 def marked(mark: str) -> list:
     """Return the ids of the running processes that the program with this mark has started."""
-    found = []
-    for name in os.listdir("/proc"):
-        if name.isdigit() and int(name) != os.getpid():
-            with contextlib.suppress(OSError):
-                if any(
-                    line.startswith(f"{MARK}=".encode()) and mark.encode() in line
-                    for line in Path("/proc", name, "environ").read_bytes().split(b"\0")
-                ):
-                    found.append(int(name))
-    return found
+    found = matching(psutil.process_iter(), lambda one: mark in one.environ().get(MARK, ""))
+    return [process.pid for process in found if process.pid != os.getpid()]
 
 
 def end_marked(mark: str) -> None:

@@ -82,7 +82,7 @@ def refereed_drive(
         with stage.start(command, stage.environment(), replaced=replaced) as stack:
             referee = _Referee(stage, events, held_out)
             ended = referee.watch(simulator, stack, timeout_s)
-            if os.path.lexists(f"/proc/{stack.main_id}/root{own_report}"):
+            if os.path.lexists(f"/proc/{stack.main.pid}/root{own_report}"):
                 stage.report("a report.json was written; it does not count")
         time.sleep(_LATE_S)
         referee.read()

@@ -11,6 +11,10 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Callable
 
+import psutil
+
+from sdc_common.testing.processes import matching
+
 if TYPE_CHECKING:
     from sdc_workshop.exam.process import Program
 
@@ -22,7 +26,6 @@ _POLL_S = 0.1
 # Exit status of bwrap when a signal of the program's own has killed it.
 _KILLED = 128 + signal.SIGKILL
 _KILLS = "processes of others were killed"
-_PAGE = os.sysconf("SC_PAGE_SIZE")
 # Less than this of a folder is free: it is full.
 _FULL = 1 << 20
 # Errors of Python, bash and others that a limit of the sandbox causes, and what they mean.
@@ -52,19 +55,20 @@ class Watch(threading.Thread):
         self._program = program
         self._scratch = scratch
         self._report = report
-        self._bystander = 0
+        self._bystander: psutil.Process | None = None
         self._was_missing = False
 
     def run(self) -> None:
         """Watch until the program ends."""
         while self._program.status is None:
-            tree = descendants(self._program.process_id)
-            self._look_for_bystander(tree)
-            found = self._excess(tree)
-            if found:
-                self._report(found, "")
-                self._program.kill()
-                return
+            with contextlib.suppress(psutil.Error):
+                tree = psutil.Process(self._program.process_id).children(recursive=True)
+                self._look_for_bystander(tree)
+                found = self._excess(tree)
+                if found:
+                    self._report(found, "")
+                    self._program.kill()
+                    return
             time.sleep(_POLL_S)
         if self._program.status == _KILLED and not self._program.killed:
             self._report(_KILLS, "")
@@ -72,10 +76,11 @@ class Watch(threading.Thread):
             self._report(text, path)
 
     def _look_for_bystander(self, tree: list) -> None:
-        if not self._bystander:
-            self._bystander = next(filter(_is_bystander, tree), 0)
+        if self._bystander is None:
+            found = matching(tree, lambda process: tuple(process.cmdline()) == BYSTANDER)
+            self._bystander = found[0] if found else None
             return
-        missing = self._bystander not in tree and self._program.main_id in tree
+        missing = self._bystander not in tree and self._program.main in tree
         # Where the check ends the program itself, its processes end in any order.
         if missing and self._was_missing and not self._program.killed:
             self._report(_KILLS, "")
@@ -84,40 +89,15 @@ class Watch(threading.Thread):
     def _excess(self, tree: list) -> str:
         if len(tree) > MAX_PROCESSES:
             return f"more than {MAX_PROCESSES} processes were started, and ended"
-        if sum(map(_memory, tree)) > MAX_MEMORY:
+        memory: list = []
+        matching(tree, lambda process: memory.append(process.memory_info().rss))
+        if sum(memory) > MAX_MEMORY:
             return f"more than {MAX_MEMORY >> 20} MB of memory were used, and the programs ended"
         with contextlib.suppress(OSError, IndexError):
-            seen = os.statvfs(f"/proc/{tree[-1]}/root{self._scratch}")
+            seen = os.statvfs(f"/proc/{tree[-1].pid}/root{self._scratch}")
             if seen.f_bavail * seen.f_bsize < _FULL:
                 return "the disk space was filled, and the programs ended"
         return ""
-
-
-def descendants(process_id: int) -> list:
-    """Return the ids of a process and of all that descend from it, parents first."""
-    children: dict = {}
-    for name in filter(str.isdigit, os.listdir("/proc")):
-        with contextlib.suppress(OSError, IndexError, ValueError):
-            fields = Path("/proc", name, "stat").read_text().rpartition(")")[2].split()
-            children.setdefault(int(fields[1]), []).append(int(name))
-    found = [process_id]
-    for parent in found:
-        found += children.get(parent, [])
-    return found
-
-
-def _is_bystander(process_id: int) -> bool:
-    with contextlib.suppress(OSError):
-        words = Path("/proc", str(process_id), "cmdline").read_bytes().split(b"\0")
-        return tuple(word.decode(errors="replace") for word in words[:-1]) == BYSTANDER
-    return False
-
-
-def _memory(process_id: int) -> int:
-    """Return the resident memory of a process [bytes]."""
-    with contextlib.suppress(OSError, IndexError, ValueError):
-        return int(Path("/proc", str(process_id), "statm").read_text().split()[1]) * _PAGE
-    return 0
 
 
 def traces(output: str) -> dict:
