@@ -13,12 +13,11 @@ from typing import Sequence
 
 from sdc_workshop.exam.answer import PASSED, Answer
 from sdc_workshop.exam.examination import Examination
-from sdc_workshop.exam.hints import hint_of
 from sdc_workshop.exam.stage import Stage
 from sdc_workshop.exam.student import Student
 from sdc_workshop.regions import RegionError
 from sdc_workshop.show import Show
-from sdc_workshop.steps import WORKSHOP, Step, StepError, all_steps, load_steps
+from sdc_workshop.steps import WORKSHOP, Step, StepError, all_steps, hint_of, load_steps
 from sdc_workshop.workspace import WorkspaceError, find, lab_of, solution_body, solve
 
 _POLL_S = 0.3

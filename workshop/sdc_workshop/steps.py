@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
+from typing import NamedTuple
 
 import yaml
 
@@ -72,3 +74,24 @@ def find_step(step_id: str) -> Step:
     stem = step_id.split("-")[0].split(".")[0]
     near = [step.id for step in steps if step.id.startswith(stem)] or [step.id for step in steps]
     raise StepError(f"there is no step '{step_id}'; there are {', '.join(near)}")
+
+
+class Hint(NamedTuple):
+    """The hint of a step, and further help for `./workshop/check --hint`."""
+
+    hint: str
+    more: str
+
+
+@lru_cache(maxsize=1)
+def _hints() -> dict:
+    found: dict = {}
+    for lab in (WORKSHOP, *LABS):
+        text = (lesson_folder(lab) / "hints.yaml").read_text(encoding="utf-8")
+        found.update(yaml.safe_load(text))
+    return found
+
+
+def hint_of(step_id: str) -> Hint:
+    """Return the hint of a step."""
+    return Hint(**_hints()[step_id])

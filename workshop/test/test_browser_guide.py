@@ -3,6 +3,7 @@
 import subprocess
 
 import pytest
+from guide_blocks import read
 from guide_student import GUIDE
 from headless_browser import (
     CANVAS,
@@ -17,7 +18,6 @@ from selenium.webdriver.common.by import By
 
 from sdc_common.testing.processes import Program, kill_left_behind
 from sdc_workshop.browser.lab import pages
-from sdc_workshop.guide import read
 from sdc_workshop.workspace import PROJECT
 
 pytestmark = [pytest.mark.slow(60), pytest.mark.nightly]

@@ -3,10 +3,10 @@
 import time
 
 import pytest
+from guide_blocks import GuideError, missing_line, read
 from guide_student import GUIDE, Student
 
 from sdc_common.testing.virtual_display import VirtualDisplay
-from sdc_workshop.guide import GuideError, missing_line, read
 from sdc_workshop.steps import load_steps
 from sdc_workshop.workspace import differences, solution_body
 

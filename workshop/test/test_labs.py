@@ -1,11 +1,11 @@
 """Follow the page of each lab word for word, in an empty home, with real terminals."""
 
 import pytest
+from guide_blocks import read
 from guide_student import Student
 
 from sdc_workshop.check import chosen
 from sdc_workshop.grading.copying import copy_workspace, is_workspace
-from sdc_workshop.guide import read
 from sdc_workshop.steps import LABS, load_steps
 from sdc_workshop.workspace import (
     PROJECT,

@@ -14,8 +14,7 @@ import pytest
 from examine_mutations import alternatives, mutations, selection
 from finished_workspace import solved
 
-from sdc_workshop.exam.hints import hint_of
-from sdc_workshop.steps import all_steps
+from sdc_workshop.steps import all_steps, hint_of
 from sdc_workshop.workspace import PROJECT
 
 pytestmark = pytest.mark.slow(50)

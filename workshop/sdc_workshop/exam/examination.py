@@ -2,44 +2,47 @@
 
 from __future__ import annotations
 
-from typing import Callable, Iterator
+from functools import lru_cache
+from typing import Callable
 
 import yaml
 
 from sdc_workshop.exam.answer import PASSED, UNFINISHED, WAITING, WRONG, Answer
-from sdc_workshop.exam.basic_control_subject import BasicControlSubject
-from sdc_workshop.exam.camera_subject import CameraSubject
+from sdc_workshop.exam.camera_check import CameraCheck
+from sdc_workshop.exam.controller_checks import BasicControlCheck, PathFollowingCheck
 from sdc_workshop.exam.drive_answer import PLAIN_DRIVE, LabDrive, drive_answer
 from sdc_workshop.exam.file_check import FileCheck, message_answer
 from sdc_workshop.exam.files import hello_answer, workspace_answer
-from sdc_workshop.exam.hints import hint_of
 from sdc_workshop.exam.library_check import LibraryCheck
-from sdc_workshop.exam.local_planner_subject import LocalPlannerSubject
-from sdc_workshop.exam.mission_planner_subject import MissionPlannerSubject
-from sdc_workshop.exam.path_following_subject import PathFollowingSubject
+from sdc_workshop.exam.planner_checks import LocalPlannerCheck, MissionPlannerCheck
+from sdc_workshop.exam.region_check import RegionCheck
 from sdc_workshop.exam.stage import Stage
 from sdc_workshop.exam.student import Student
-from sdc_workshop.exam.subject import Subject
 from sdc_workshop.regions import RegionError
-from sdc_workshop.steps import LABS, WORKSHOP, Step, lesson_folder, load_steps
+from sdc_workshop.steps import LABS, WORKSHOP, Step, hint_of, lesson_folder, load_steps
+
+_NODES = (
+    CameraCheck,
+    MissionPlannerCheck,
+    LocalPlannerCheck,
+    BasicControlCheck,
+    PathFollowingCheck,
+)
 
 
-def _listed() -> Iterator[Subject]:
-    """Yield the checks that the checks.yaml of the workshop and of each lab list."""
+@lru_cache(maxsize=1)
+def checks() -> tuple:
+    """Return the checks that the checks.yaml of the workshop and of each lab list."""
+    found: list = []
     for lab in (WORKSHOP, *LABS):
         text = (lesson_folder(lab) / "checks.yaml").read_text(encoding="utf-8")
         for file, table in yaml.safe_load(text).items():
-            yield LibraryCheck(file, table) if "rows" in table else FileCheck(file, table)
+            nodes = [node(table) for node in _NODES if node.file == file]
+            other = LibraryCheck if "rows" in table else FileCheck
+            found += nodes or [other(file, table)]
+    return tuple(found)
 
 
-SUBJECTS = (
-    CameraSubject(),
-    BasicControlSubject(),
-    PathFollowingSubject(),
-    MissionPlannerSubject(),
-    LocalPlannerSubject(),
-    *_listed(),
-)
 _LAB_DRIVES = {
     "localization": LabDrive(("localization:=true",), ("sensors:=localization", "truth:=false")),
     "perception": LabDrive(
@@ -54,12 +57,9 @@ _LAB_DRIVES = {
 _NOT_FOR_THE_DRIVE = ("hello", "camera", "install")
 
 
-def subject_of(step: Step) -> Subject | None:
+def check_of(step: Step) -> RegionCheck | None:
     """Return what checks a step, or None for a step without a region."""
-    for subject in SUBJECTS:
-        if subject.file == step.file and step.todo in subject.todos:
-            return subject
-    return None
+    return next((one for one in checks() if one.file == step.file and step.todo in one.todos), None)
 
 
 class Examination:
@@ -113,12 +113,12 @@ class Examination:
 
     def _checked(self, step: Step, steps: list) -> dict:
         """Return the answers to a step and to the other steps of its file."""
-        subject, together = subject_of(step), [step]
-        if subject is not None:
-            together = [other for other in steps if subject_of(other) is subject]
+        check, together = check_of(step), [step]
+        if check is not None:
+            together = [other for other in steps if check_of(other) is check]
         try:
-            if subject is not None:
-                return subject.answers(together, self.student, self.stage)
+            if check is not None:
+                return check.answers(together, self.student, self.stage)
             return {step.id: self._without_region(step)}
         except Exception as error:
             if self.stage.sandbox is None:
@@ -163,11 +163,11 @@ class Examination:
         if step.file is None:
             return True
         text = self.student.text(step.file)
-        subject = subject_of(step)
-        if text is None or subject is None:
+        check = check_of(step)
+        if text is None or check is None:
             return bool(text)
         try:
-            return subject.written(text, str(step.todo))
+            return check.written(text, str(step.todo))
         except (RegionError, KeyError):
             return True
 

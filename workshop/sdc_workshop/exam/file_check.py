@@ -18,9 +18,9 @@ import yaml
 
 from sdc_workshop.exam.answer import PASSED, UNFINISHED, WRONG, Answer, Problem, wrong
 from sdc_workshop.exam.output import last_line
+from sdc_workshop.exam.region_check import RegionCheck
 from sdc_workshop.exam.stage import Stage
 from sdc_workshop.exam.student import Student
-from sdc_workshop.exam.subject import Subject
 from sdc_workshop.exam.variant import Variant
 from sdc_workshop.regions import body, regions
 from sdc_workshop.workspace import PACKAGE, SOLUTION
@@ -42,7 +42,7 @@ _CALL = re.compile(r"^call:(\w+):(.*)$", re.MULTILINE)
 _BIN, _BIN_VALUE = "${CATKIN_PACKAGE_BIN_DESTINATION}", "<bin>"
 
 
-class FileCheck(Subject):
+class FileCheck(RegionCheck):
     """Checks a launch file, package.xml or CMakeLists.txt.
 
     Args:
@@ -58,7 +58,7 @@ class FileCheck(Subject):
         self._table = table
 
     def problems(self, variant: Variant, stage: Stage) -> list:
-        """See Subject.problems."""
+        """See RegionCheck.problems."""
         (kind,) = self._table
         if kind != "calls":
             broken = _xml_problem(variant.text, kind)

@@ -6,11 +6,11 @@ import stat
 from typing import Sequence
 
 from sdc_workshop.exam.answer import PASSED, UNFINISHED, WAITING, WRONG, Answer, Problem, wrong
-from sdc_workshop.exam.hints import hint_of
 from sdc_workshop.exam.output import last_line
+from sdc_workshop.exam.region_check import BUILD
 from sdc_workshop.exam.stage import NEVER_RETURNED, Stage
 from sdc_workshop.exam.student import NotBuilt, Student
-from sdc_workshop.exam.subject import BUILD
+from sdc_workshop.steps import hint_of
 from sdc_workshop.workspace import PACKAGE, WORLD_SETUP
 
 _HELLO_TIMEOUT_S = 60.0

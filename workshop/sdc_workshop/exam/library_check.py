@@ -16,8 +16,8 @@ import numpy as np
 from sdc_workshop.exam.answer import Problem
 from sdc_workshop.exam.output import crash, last_line, meaning
 from sdc_workshop.exam.probes import library_probe
+from sdc_workshop.exam.region_check import RegionCheck
 from sdc_workshop.exam.stage import NEVER_RETURNED, Stage
-from sdc_workshop.exam.subject import Subject
 from sdc_workshop.exam.variant import Variant
 
 _TIMEOUT_S = 60.0
@@ -33,7 +33,7 @@ _ERRORS = (
 )
 
 
-class LibraryCheck(Subject):
+class LibraryCheck(RegionCheck):
     """Checks a module of a library.
 
     Args:
@@ -52,7 +52,7 @@ class LibraryCheck(Subject):
         self._module = ".".join(path.parts[path.parts.index("src") + 1 :])
 
     def problems(self, variant: Variant, stage: Stage) -> list:
-        """See Subject.problems."""
+        """See RegionCheck.problems."""
         seed = secrets.token_hex(16)
         got = self._run(variant, stage, seed)
         if isinstance(got, Problem):

@@ -282,26 +282,13 @@ class Stage:
         handler = self.master.handler
         with handler.ps_lock:
             manager = handler.reg_manager
-            for name, reference in list(manager.nodes.items()):
-                if name == NAME:
-                    continue
-                for registrations, unregister in (
-                    (manager.publishers, manager.unregister_publisher),
-                    (manager.subscribers, manager.unregister_subscriber),
-                    (manager.services, manager.unregister_service),
-                ):
-                    for key, rows in list(registrations.map.items()):
-                        if any(row[0] == name for row in rows):
-                            api = (
-                                registrations.service_api_map[key][1]
-                                if registrations is manager.services
-                                else reference.api
-                            )
-                            unregister(key, name, api)
+            for name in set(manager.nodes) - {NAME}:
+                for registrations in (manager.publishers, manager.subscribers, manager.services):
+                    registrations.unregister_all(name)
+                del manager.nodes[name]
             mine = {*manager.publishers.map, *manager.subscribers.map}
-            for topic in list(handler.topics_types):
-                if topic not in mine:
-                    del handler.topics_types[topic]
+            for topic in set(handler.topics_types) - mine:
+                del handler.topics_types[topic]
 
 
 def library_files(package: str = PACKAGE) -> list:

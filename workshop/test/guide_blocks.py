@@ -82,7 +82,7 @@ def _block(line: int, language: str, words: list, text: str) -> Block:
             return Block(line, "write", text, file=plain[0], todo=plain[2])
     raise GuideError(
         f"line {line}: unknown block '{language} {' '.join(words)}'; "
-        "sdc_workshop/guide.py lists the known ones"
+        "guide_blocks.py lists the known ones"
     )
 
 

@@ -6,13 +6,12 @@ from pathlib import Path
 
 from sdc_workshop.exam import typical
 from sdc_workshop.exam.answer import PASSED, UNFINISHED, WAITING, WRONG, Answer, Problem, wrong
-from sdc_workshop.exam.hints import hint_of
 from sdc_workshop.exam.output import Crash, meaning
 from sdc_workshop.exam.stage import Stage
 from sdc_workshop.exam.student import NotBuilt, Student
 from sdc_workshop.exam.variant import Variant, make
 from sdc_workshop.regions import RegionError, body, is_written, regions, template
-from sdc_workshop.steps import all_steps
+from sdc_workshop.steps import all_steps, hint_of
 from sdc_workshop.workspace import PACKAGE, PROJECT, UPDATE, solution
 
 BUILD = (
@@ -21,7 +20,7 @@ BUILD = (
 )
 
 
-class Subject:
+class RegionCheck:
     """Checks the regions of one file.
 
     Attributes:

@@ -1,0 +1,287 @@
+"""Checks of both parts of the controller: constant commands, and following the path ahead."""
+
+from __future__ import annotations
+
+from typing import Any, Callable, NamedTuple
+
+from sdc_workshop.exam.answer import Problem
+from sdc_workshop.exam.node import Node
+from sdc_workshop.exam.node_check import NodeCheck, configuration_problem, first_of
+from sdc_workshop.exam.planner_checks import ODOMETRY, PATH, odometry_at
+from sdc_workshop.exam.stage import Stage
+from sdc_workshop.exam.variant import Variant
+from sdc_workshop.workspace import PACKAGE
+
+COMMANDS = "/carla/ego_vehicle/vehicle_control_cmd"
+_TOPICS = (
+    ("publishes", COMMANDS, f"{PACKAGE}/CarlaVehicleControl", "1.3"),
+    ("subscribes", ODOMETRY, "nav_msgs/Odometry", "1.4"),
+)
+# The brake of a controller whose inputs time out, which distinguishes such commands from answers.
+_STOP_BRAKE = 0.987
+_TOLERANCE = 1e-3
+# Parameters of both parts: inputs do not time out, and the textbook law steers.
+_SETTINGS = {"patience_s": 1000.0, "stop_brake": _STOP_BRAKE, "steering_method": "stanley"}
+_THROTTLE, _STEER = 0.37, -0.21
+_BASIC = {"throttle": _THROTTLE, "steer": _STEER, "brake": 0.0}
+
+
+class BasicControlCheck(NodeCheck):
+    """TODO 1.1 to 1.5: the controller answers each odometry with a constant command."""
+
+    file = f"{PACKAGE}/scripts/simple_controller.py"
+    init_todo = "1.2"
+    todos = ("1.1", "1.2", "1.3", "1.4", "1.5")
+    left_empty = ("2.1", "2.2", "2.3", "2.8", "2.9")
+    needs = ("CarlaVehicleControl",)
+    topics = _TOPICS
+    answer = f"a command on {COMMANDS} for each odometry"
+
+    def parameters(self, stage: Stage) -> dict:
+        """See NodeCheck.parameters."""
+        basic = {"basic_control": True, "basic_throttle": _THROTTLE, "basic_steer": _STEER}
+        return {**_SETTINGS, **basic}
+
+    def answer_problem(self, node: Node, variant: Variant, stage: Stage) -> Problem | None:
+        """See NodeCheck.answer_problem."""
+        import rospy
+        from nav_msgs.msg import Odometry
+        from sdc_package.msg import CarlaVehicleControl
+
+        received = node.subscriber(COMMANDS, CarlaVehicleControl)
+        odometry = node.publisher(ODOMETRY, Odometry)
+        stamps: list = []
+
+        def send() -> None:
+            stamps.append(rospy.Time.now())
+            odometry.publish(odometry_at(5.0, 2.0, 0.3, 1.5, stamps[-1]))
+
+        def answers() -> list:
+            return [command for command in list(received.messages) if not _is_stop(command)]
+
+        how = node.send_until(send, answers)
+        if how != "true":
+            return self.silence_problem(node, how, variant)
+        command = answers()[0]
+        got = _fields(command)
+        wrong = [name for name in _BASIC if abs(got[name] - _BASIC[name]) > _TOLERANCE]
+        if wrong:
+            hint = (
+                f"{wrong[0]} has another value: "
+                "CarlaVehicleControl(throttle=throttle, steer=steer, brake=brake)."
+            )
+            swapped = [("throttle", _STEER), ("steer", _THROTTLE)]
+            swapped += [("brake", _THROTTLE), ("brake", _STEER)]
+            if any(abs(got[name] - value) < _TOLERANCE for name, value in swapped):
+                hint = (
+                    "throttle, steer and brake are swapped: pass the fields of a message by name, "
+                    "throttle=throttle."
+                )
+            return Problem(_text(_BASIC), _text(got), hint, "1.5")
+        stamp = command.header.stamp
+        if stamp in stamps:
+            return None
+        return Problem(
+            "the command has the stamp of the odometry that it answers",
+            f"its stamp is {stamp.to_sec():.3f}, the odometry's {stamps[-1].to_sec():.3f}",
+            "command.header.stamp = stamp: by its stamp the world knows which odometry a command "
+            "answers.",
+            "1.5",
+        )
+
+
+class PathFollowingCheck(NodeCheck):
+    """TODO 2.1 to 2.3, 2.8 and 2.9: follow the path ahead."""
+
+    file = f"{PACKAGE}/scripts/simple_controller.py"
+    init_todo = "1.2"
+    todos = ("2.1", "2.2", "2.3", "2.8", "2.9")
+    needs = ("CarlaVehicleControl", "Waypoint", "LocalPath")
+    topics = (*_TOPICS, ("subscribes", PATH, f"{PACKAGE}/LocalPath", "2.2"))
+    answer = f"a command on {COMMANDS} for each pair of odometry and path"
+
+    def parameters(self, stage: Stage) -> dict:
+        """See NodeCheck.parameters."""
+        return {**_SETTINGS, "basic_control": False}
+
+    def answer_problem(self, node: Node, variant: Variant, stage: Stage) -> Problem | None:
+        """See NodeCheck.answer_problem."""
+        drive = Drive(node, stage.configuration("simple_controller"))
+        try:
+            drive.wanted(_SCENES[0])
+        except (TypeError, ValueError, KeyError) as error:
+            return configuration_problem("simple_controller", error)
+        for scene in _SCENES:
+            how = drive.play(scene)
+            if how == "true":
+                continue
+            if drive.answer is None:
+                return self.silence_problem(node, how, variant)
+            wanted, got = drive.wanted(scene), _fields(drive.answer)
+            todo = first_of(("2.9", "2.8", "2.3"), variant)
+            expected = f"{scene.text}: {_text(wanted)}"
+            return self.crash_problem(node, variant) or Problem(
+                expected, _text(got), self._hint(wanted, got, todo), todo
+            )
+        return None
+
+    def _hint(self, wanted: dict, got: dict, todo: str | None) -> str:
+        """Return a hint on a wrong command."""
+        cases = {
+            "opposite steer": _near(got["steer"], -wanted["steer"]) and abs(wanted["steer"]) > 0.03,
+            "swapped pedals": _near(got["throttle"], wanted["brake"])
+            and _near(got["brake"], wanted["throttle"]),
+            "pedals": _near(got["steer"], wanted["steer"]),
+            "any": True,
+        }
+        for row in self._table["commands"]:
+            if row["todo"] == todo and cases[row.get("case", "any")]:
+                return row["hint"]
+        return "The command is wrong."
+
+
+class Scene(NamedTuple):
+    """A pose and a speed of the car, and a straight path along the line y = x / 2 + 1.
+
+    Attributes:
+        text: description
+        x: position [m]
+        y: position [m]
+        yaw: heading [rad]
+        speed: speed [m/s]
+        planned: returns the target speed of point i [m/s]
+    """
+
+    text: str
+    x: float
+    y: float
+    yaw: float
+    speed: float
+    planned: Callable[[int], float]
+
+    def rows(self) -> list:
+        """Return the rows x, y, v of the path."""
+        return [(0.9 * i, 0.45 * i + 1.0, self.planned(i)) for i in range(25)]
+
+
+def _speeding_up(i: int) -> float:
+    return (25.0 + 2.0 * 1.5 * (i - 4.6) * 1.006) ** 0.5 if i > 4.6 else 5.0
+
+
+_SCENES = (
+    Scene("A car left of its path, too slow", 4.0, 3.6, 0.4636, 1.0, lambda i: 6.0),
+    Scene(
+        "A car right of its path that points to the left, too fast",
+        4.0,
+        2.5,
+        0.6636,
+        12.0,
+        lambda i: 6.0,
+    ),
+    Scene("A car at its target speed, while the plan speeds up", 4.0, 3.1, 0.35, 5.0, _speeding_up),
+)
+
+
+class Drive:
+    """Sends scenes to a controller, tick by tick, until its command is right.
+
+    Attributes:
+        answer: the last command, or None without one
+    """
+
+    STEP_S = 0.2
+    # The jerk limit allows so small a change of the acceleration that it takes these ticks.
+    TICKS = 14
+    _TOLERANCES = {"throttle": 0.03, "steer": 0.002, "brake": 0.03}
+
+    def __init__(self, node: Node, parameters: dict):
+        from nav_msgs.msg import Odometry
+        from sdc_package.msg import CarlaVehicleControl, LocalPath
+
+        self.answer: Any = None
+        self._node = node
+        self._parameters = parameters
+        self._received = node.subscriber(COMMANDS, CarlaVehicleControl)
+        self._odometry = node.publisher(ODOMETRY, Odometry)
+        self._path = node.publisher(PATH, LocalPath)
+        self._tick: Any = None
+
+    def play(self, scene: Scene) -> str:
+        """Send a scene; return "true" when the command is right, "false" when not.
+
+        Without a command, the result is that of Program.wait_until.
+        """
+        import rospy
+        from sdc_package.msg import LocalPath, Waypoint
+
+        if self._tick is None:
+            self._tick = rospy.Time.now()
+        wanted = self.wanted(scene)
+        path = LocalPath([Waypoint(*row) for row in scene.rows()])
+        for _ in range(self.TICKS):
+            self._tick += rospy.Duration(self.STEP_S)
+            stamp, before = self._tick, len(self._received.messages)
+            odometry = odometry_at(scene.x, scene.y, scene.yaw, scene.speed, stamp)
+
+            def send(odometry: Any = odometry) -> None:
+                self._odometry.publish(odometry)
+                self._path.publish(path)
+
+            def answers(stamp: rospy.Time = stamp, before: int = before) -> list:
+                return [
+                    command
+                    for command in self._received.messages[before:]
+                    if command.header.stamp == stamp and not _is_stop(command)
+                ]
+
+            how = self._node.send_until(send, answers)
+            if how != "true":
+                self.answer = None
+                return how
+            self.answer = answers()[0]
+            got = _fields(self.answer)
+            if all(abs(got[name] - wanted[name]) < end for name, end in self._TOLERANCES.items()):
+                return "true"
+        return "false"
+
+    def wanted(self, scene: Scene) -> dict:
+        """Return the command that the solution gives after all ticks of a scene."""
+        from sdc_package.actuation import PedalMap, SteeringMap
+        from sdc_package.local_path import ReferencePath
+        from sdc_package.pid import PidGains
+        from sdc_package.speed_control import SpeedControl, SpeedControlLimits
+        from sdc_package.steering.axles import Axles
+        from sdc_package.steering.loader import load_steering
+
+        parameters = self._parameters
+        path = ReferencePath()
+        path.update(scene.rows())
+        limits = SpeedControlLimits(**parameters["limits"])
+        control = SpeedControl(PidGains(**parameters["pid"]), limits)
+        target = path.nearest(scene.x, scene.y, control.preview_m(scene.speed))
+        for _ in range(self.TICKS):
+            acceleration = control.acceleration(
+                target.speed_mps, target.acceleration_mps2, scene.speed, self.STEP_S
+            )
+        steering = load_steering("stanley", parameters["stanley"], Axles(**parameters["axles"]))
+        angle = steering.wheel_angle(path, scene.x, scene.y, scene.yaw, scene.speed, 0.0)
+        throttle, brake = PedalMap(**parameters["pedals"]).pedals(acceleration)
+        steer, _ = SteeringMap(**parameters["steering"]).command(angle, scene.speed)
+        return {"throttle": throttle, "steer": steer, "brake": brake}
+
+
+def _is_stop(command: Any) -> bool:
+    """Return whether this is the command of a controller whose inputs time out."""
+    return abs(command.brake - _STOP_BRAKE) < _TOLERANCE
+
+
+def _fields(command: Any) -> dict:
+    return {name: getattr(command, name) for name in _BASIC}
+
+
+def _text(values: dict) -> str:
+    return ", ".join(f"{name} {value:.2f}" for name, value in values.items())
+
+
+def _near(a: float, b: float) -> bool:
+    return abs(a - b) < 0.02

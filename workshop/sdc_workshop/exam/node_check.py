@@ -1,0 +1,236 @@
+"""Check nodes: what all share is that a node starts, has its name, and connects to its topics.
+
+What a node must do with messages is in the subclasses; what a student reads about a node that does
+not answer is in checks.yaml.
+"""
+
+from __future__ import annotations
+
+import difflib
+import re
+from pathlib import Path
+
+from sdc_workshop.exam.answer import Problem
+from sdc_workshop.exam.node import Node
+from sdc_workshop.exam.output import crash, last_line, meaning, warnings
+from sdc_workshop.exam.region_check import RegionCheck
+from sdc_workshop.exam.stage import Stage
+from sdc_workshop.exam.variant import Variant
+from sdc_workshop.workspace import PACKAGE, SOLUTION
+
+_MISSING_PARAMETER = re.compile(r"parameter (/\S*?)/?(\w+) is missing")
+_ENDLESS_LOOP = "Is there a loop that never ends?"
+
+
+class NodeCheck(RegionCheck):
+    """Checks a script that is a node.
+
+    Attributes:
+        init_todo: the region that names the node
+        given_topics: topics that the given lines of the file use
+        topics: (publishes or subscribes, topic, type, region that connects it or None) of each
+            topic that the node must connect to before it gets messages
+        answer: what the node publishes, for people
+
+    Args:
+        table: its entry of checks.yaml: `refused` and `silent` are rows about a node that logs a
+            warning or publishes nothing; the first row about a judged region counts
+    """
+
+    init_todo: str
+    given_topics: tuple = ()
+    topics: tuple = ()
+    answer: str
+
+    def __init__(self, table: dict):
+        self._table = table
+        self.node_name = Path(self.file).stem
+
+    def problems(self, variant: Variant, stage: Stage) -> list:
+        """See RegionCheck.problems."""
+        with stage.node(variant, self.parameters(stage)) as node:
+            found = self.connection_problem(node, variant)
+            if found is None and variant.judged != (self.init_todo,):
+                found = self.answer_problem(node, variant, stage)
+                found = found or self.crash_problem(node, variant)
+        return [found] if found is not None else []
+
+    def parameters(self, stage: Stage) -> dict:
+        """Return parameters that replace those of the node's configuration."""
+        return {}
+
+    def answer_problem(self, node: Node, variant: Variant, stage: Stage) -> Problem | None:
+        """Send messages to the node that is connected; return what is wrong with its answers."""
+        raise NotImplementedError
+
+    def connection_problem(self, node: Node, variant: Variant) -> Problem | None:
+        """Return why the node does not start or connect, or None."""
+        how = node.wait_until(
+            lambda: all(getattr(node, does)(topic) for does, topic, _, _ in self.topics)
+        )
+        found = self.start_problem(node, how, variant)
+        if found is not None or how == "ended":
+            return found or self.ended_problem(node, variant)
+        for does, topic, kind, todo in filter(lambda row: row[3], self.topics):
+            check = self.publisher_problem if does == "publishes" else self.subscriber_problem
+            found = found or check(node, topic, kind, todo)
+        return found
+
+    def crash_problem(self, node: Node, variant: Variant) -> Problem | None:
+        """Return the exception that the node did not catch, or None."""
+        found = crash(node.output, node.path)
+        if found is None:
+            return None
+        todo = variant.region_of(found.line) if found.line is not None else None
+        shown = variant.text.split("\n")[found.line - 1].strip() if found.line else None
+        place = f", in `{shown}`" if shown else ""
+        if found.library_line and shown:
+            place += f" (raised in {found.library_line})"
+        return Problem(
+            f"{self.node_name}.py runs without an error",
+            f"{found.error[:300]}{place}",
+            meaning(found),
+            todo,
+            found.line,
+            True,
+        )
+
+    def start_problem(self, node: Node, how: str, variant: Variant) -> Problem | None:
+        """Return why a node did not get ready, or None where that is unknown.
+
+        Args:
+            node: the node
+            how: result of Program.wait_until
+            variant: its file
+        """
+        found = self.crash_problem(node, variant)
+        if found is not None:
+            return found
+        if how in ("busy", "late"):
+            node.stage.report("it never got ready, and was ended")
+            return Problem(
+                f"{self.node_name}.py gets ready and then waits for messages",
+                "it loops and never gets ready",
+                f"{_ENDLESS_LOOP} rospy.spin() is how a node waits.",
+            )
+        missing = _MISSING_PARAMETER.search(node.output)
+        if missing:
+            name, parameter = missing.groups()
+            if name == f"/{self.node_name}":
+                return Problem(
+                    "only parameters that the launch file and the configuration set",
+                    f"it reads the parameter {parameter}, which is not set",
+                    f"There is no parameter {parameter}: is its name misspelt?",
+                )
+            return self._name_problem(name if name not in ("", "/unnamed") else None)
+        names = node.names
+        if names and names != [f"/{self.node_name}"]:
+            return self._name_problem(names[0])
+        return None
+
+    def _name_problem(self, name: str | None) -> Problem:
+        right = f'rospy.init_node("{self.node_name}")'
+        if name is None:
+            return Problem(
+                f"a node with the name {self.node_name}",
+                "no node is registered with ROS",
+                f"Write {right}, with parentheses and the name in quotes.",
+                self.init_todo,
+            )
+        return Problem(
+            f"a node with the name /{self.node_name}",
+            f"its name is {name}",
+            f"Name it {self.node_name}: {right}. Its parameters are stored under this name.",
+            self.init_todo,
+        )
+
+    def ended_problem(self, node: Node, variant: Variant) -> Problem:
+        """Return why a node ended that must keep running."""
+        return self.start_problem(node, "ended", variant) or Problem(
+            f"{self.node_name}.py keeps running",
+            f"it ended with status {node.program.status}; its last line: {last_line(node.output)}",
+            "The last line of its output gives the cause.",
+        )
+
+    def subscriber_problem(self, node: Node, topic: str, kind: str, todo: str) -> Problem | None:
+        """Return why the node does not subscribe to a topic with this type, or None."""
+        got = node.subscribes(topic)
+        if got in (kind, "?"):
+            return None
+        package, _, name = kind.partition("/")
+        if got is not None:
+            return Problem(
+                f"a subscriber to {topic} with the type {kind}",
+                f"its type is {got}",
+                "The second argument of rospy.Subscriber is the class of the message: "
+                f"{name}, of {package}.",
+                todo,
+            )
+        published, subscribed = node.topics()
+        others = [other for other in subscribed if other not in self.given_topics]
+        near = difflib.get_close_matches(topic, others, 1, 0.5)
+        seen = f"it subscribes to {', '.join(others or subscribed) or 'nothing'}"
+        hint = (
+            f"rospy.Subscriber takes the topic {topic}, the class of the messages and the callback."
+        )
+        if near:
+            seen = f"a subscriber to {near[0]}"
+            hint = (
+                f"The topic is {topic}, letter for letter: on another topic no message ever "
+                "arrives, and ROS reports no error."
+            )
+        elif topic in published:
+            seen, hint = "a publisher of it", "rospy.Subscriber receives, rospy.Publisher sends."
+        return Problem(f"a subscriber to {topic}", seen, hint, todo)
+
+    def publisher_problem(self, node: Node, topic: str, kind: str, todo: str) -> Problem | None:
+        """Return why the node does not publish a topic with this type, or None."""
+        got = node.publishes(topic) or node.seen_types.get(topic)
+        if got in (kind, "?"):
+            return None
+        if got is not None:
+            package, _, name = kind.partition("/")
+            return Problem(
+                f"a publisher of {kind}",
+                f"its type is {got}",
+                f"The second argument is the class of the message: {name}, of {package}.",
+                todo,
+            )
+        published, subscribed = node.topics()
+        others = [name for name in published if name not in self.given_topics]
+        seen = f"it publishes {', '.join(others) or 'nothing'}"
+        hint = f"The topic is {topic}, letter for letter: other nodes subscribe to this one."
+        if topic in subscribed and topic not in self.given_topics:
+            seen, hint = "a subscriber to it", "rospy.Publisher sends, rospy.Subscriber receives."
+        return Problem(f"a publisher of {topic}", seen, hint, todo)
+
+    def silence_problem(self, node: Node, how: str, variant: Variant) -> Problem:
+        """Return why a connected node does not answer; `how` is as in Program.wait_until."""
+        found = self.crash_problem(node, variant)
+        if found is not None:
+            return found
+        if how == "busy":
+            return Problem(self.answer, "a callback never returns", _ENDLESS_LOOP)
+        logged = warnings(node.output)[-1:]
+        for text in logged:
+            for row in self._table.get("refused", ()):
+                if row["todo"] in variant.judged and row.get("word", "") in text:
+                    seen = f"the node logs: {text}"
+                    return Problem(row["expected"], seen, row["hint"], row["todo"])
+        rows = [row for row in self._table["silent"] if row["todo"] in self.todos]
+        row = next((row for row in rows if row["todo"] in variant.judged), rows[-1])
+        return Problem(row.get("expected", self.answer), row["seen"], row["hint"], row["todo"])
+
+
+def first_of(todos: tuple, variant: Variant) -> str | None:
+    """Return the first of some regions that is judged, or None."""
+    return next((todo for todo in todos if todo in variant.judged), None)
+
+
+def configuration_problem(name: str, error: Exception) -> Problem:
+    """Return the problem of a configuration that the solution cannot use either."""
+    return Problem(
+        f"valid parameters in config/{name}.yaml",
+        f"{type(error).__name__}: {error}",
+        f"Compare config/{name}.yaml with {SOLUTION / PACKAGE / 'config' / name}.yaml.",
+    )
