@@ -139,9 +139,9 @@ def test_drive_completes_when_the_report_folder_is_removed(environment, start, r
         environment,
     )
     limit = time.monotonic() + 120.0
-    journal = tmp_path / "report" / "report.journal"
+    events = tmp_path / "report" / "report.events.jsonl"
     while not (
-        journal.exists() and b"odometry" in journal.read_bytes()
+        events.exists() and b"odometry" in events.read_bytes()
     ):  # The drive runs, and the files of an old report are removed.
         assert time.monotonic() < limit, drive.output
         time.sleep(0.01)
@@ -168,9 +168,9 @@ def test_death_of_the_world_ends_the_drive_with_a_report_until_then(
         "referee_options:={pictures: false}",
     ]
     drive = start(command, environment)
-    journal = tmp_path / "report" / "report.journal"
+    events = tmp_path / "report" / "report.events.jsonl"
     limit = time.monotonic() + 120.0
-    while not (journal.exists() and journal.stat().st_size > 20_000):
+    while not (events.exists() and events.stat().st_size > 20_000):
         assert time.monotonic() < limit, drive.output
         time.sleep(0.002)
     os.kill(drive.pid_of(node), signal.SIGKILL)

@@ -15,15 +15,13 @@ from std_srvs.srv import Trigger
 from sdc_common.ros.connection_watchdog import watch_connections
 from sdc_common.ros.ground_truth import true_odometry_topic
 from sdc_common.ros.node import parameter, refuse
-from sdc_sim.evaluation.evaluator import Evaluator, evaluate_event_log
+from sdc_sim.evaluation.evaluator import Evaluator
 from sdc_sim.evaluation.route_progress import COMPLETED
 from sdc_sim.evaluation.rules import EvaluationRules
 from sdc_sim.evaluation.scene_record import PICTURE
 from sdc_sim.report.camera_snapshots import CameraSnapshots
-from sdc_sim.report.completion import start_completion
 from sdc_sim.report.console_progress import ConsoleProgress, closing_line
-from sdc_sim.report.trace_file import TraceFile
-from sdc_sim.report.writer import ReportError, companion, open_report, write_pages, write_report
+from sdc_sim.report.writer import ReportError, open_report, write_pages, write_report
 from sdc_sim.ros.bridge_generations import GENERATIONS
 from sdc_sim.ros.evaluator_input import ROUTE_TOPIC, EvaluatorInput
 
@@ -47,14 +45,13 @@ class Referee:
             self.on_picture,
         )
         try:
-            self.event_log = open_report(self.report_path, parameter("drive_id"))
+            self.events = open_report(self.report_path)
         except ReportError as error:
             refuse(error)
-        self.trace = TraceFile(companion(self.report_path, ".csv"))
 
         self.lock = threading.Lock()
         self.ended = threading.Event()
-        self.evaluator = Evaluator(EvaluationRules.read(parameter), self.event_log, self.trace)
+        self.evaluator = Evaluator(EvaluationRules.read(parameter), self.events)
         odometry_topic = true_odometry_topic("/carla/" + role_name)
         self.input = EvaluatorInput(self.evaluator, time.monotonic, role_name, odometry_topic)
 
@@ -151,26 +148,22 @@ class Referee:
             if not self.evaluator.started:
                 topics = " and ".join(self.evaluator.missing_topics)
                 rospy.logerr("referee: the drive did not start: no message on %s", topics)
-                self.trace.remove()
-                self.event_log.remove()
+                self.events.remove()
                 return 1
             result = self.evaluator.result()
         if pausing is not None:
             pausing.join(PAUSE_TIMEOUT_S)
+        line = closing_line(result.metrics)
         try:
-            write_report(self.report_path, result, self.trace)
-            if self.pictures and self.event_log.failure is not None:
-                write_pages(self.report_path, evaluate_event_log(self.event_log))
+            write_report(self.report_path, result)
+            self.progress.print_line(f"{line}; see {self.report_path}")
+            if self.pictures:
+                write_pages(self.report_path, result)
         except ReportError as error:
-            self.progress.print_line(closing_line(result.metrics))
+            self.progress.print_line(line)
             rospy.logfatal("referee: %s", error)
             return 1
-        self.progress.print_line(f"{closing_line(result.metrics)}; see {self.report_path}")
-        if self.pictures and self.event_log.failure is None:
-            self.event_log.close()
-            start_completion(self.report_path)
-        else:
-            self.event_log.remove()
+        self.events.remove()
         return 0 if result.metrics["status"] == COMPLETED else 1
 
     def run(self):

@@ -57,7 +57,7 @@ class Replay:
             refuse(f"{self.bag_path} has no message on {' and '.join(evaluator.missing_topics)}")
         result = evaluator.result()
         try:
-            open_report(self.report_path, "replay").remove()
+            open_report(self.report_path).remove()
             write_report(self.report_path, result)
             if self.pictures:
                 write_pages(self.report_path, result)

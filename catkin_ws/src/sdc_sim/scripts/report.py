@@ -8,8 +8,7 @@ import argparse
 import os
 import sys
 
-from sdc_sim.report.completion import complete_report, is_complete
-from sdc_sim.report.writer import ReportError
+from sdc_sim.report.writer import ReportError, complete_report, is_complete
 
 
 def main():
@@ -26,7 +25,7 @@ def main():
     except ReportError as error:
         print(f"report: {error}", file=sys.stderr)
         return 1
-    print(f"{path}: completed from its event log")
+    print(f"{path}: completed from the events of its drive")
     return 0
 
 

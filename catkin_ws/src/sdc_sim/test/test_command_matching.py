@@ -171,31 +171,6 @@ def test_trace_takes_the_command_with_the_stamp_and_else_the_last_received():
     assert trace.as_array(2).shape == (2, 3)
 
 
-def test_trace_that_forgot_its_oldest_ticks_goes_on_with_the_others():
-    trace = CommandTrace()
-    for stamp in range(1, 5):
-        trace.add_odometry(stamp)
-        if stamp != 2:
-            trace.add_command(stamp, 0.1 * stamp, 0.0, 0.0)
-        trace.add_command(99, 0.9, 0.0, 0.0)
-    trace.forget(2)
-    trace.add_odometry(1)
-    assert trace.stamps(9) == [3, 4, 1]
-    # The command of the forgotten tick 1 is forgotten, too.
-    np.testing.assert_allclose(trace.as_array(3)[:, 0], [0.3, 0.4, 0.9])
-
-
-def test_trace_keeps_the_last_thousand_commands_of_no_tick():
-    trace = CommandTrace()
-    for stamp in range(1, 1003):
-        trace.add_command(stamp, 0.5, 0.0, 0.0)
-    trace.forget(0)
-    for stamp in (2, 3, 1002):
-        trace.add_odometry(stamp)
-    np.testing.assert_array_equal(trace.as_array(3)[:, 0], [math.nan, 0.5, 0.5])
-    assert trace.as_array(3).dtype == float
-
-
 def test_last_received_command_is_that_of_the_current_tick():
     trace = CommandTrace()
     trace.add_odometry(1)

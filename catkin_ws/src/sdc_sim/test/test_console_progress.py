@@ -1,12 +1,12 @@
 import io
-import os
+import resource
 
 import numpy as np
 import pytest
 from referee_rules import RULES
 
 from sdc_sim.evaluation.evaluator import Evaluator
-from sdc_sim.evaluation.event_log import EventLog
+from sdc_sim.evaluation.event_file import EventFile
 from sdc_sim.report.console_progress import ConsoleProgress, closing_line, progress_line
 
 
@@ -108,18 +108,17 @@ def test_closing_line_has_the_real_time_factor_if_there_is_a_wall_clock():
     assert "real time" not in closing_line(without.result().metrics)
 
 
-def test_restarts_and_write_failures_are_printed_one_time(tmp_path, monkeypatch):
+def test_write_failure_is_printed_one_time(tmp_path, request):
     path = str(tmp_path / "events")
-    points = [(0.0, 0.0), (10.0, 0.0)]
-    Evaluator(RULES, EventLog(path, "a")).set_route(points)
-    evaluator = Evaluator(RULES, EventLog(path, "a"))
-    evaluator.set_route(points)
-    monkeypatch.setattr(os, "write", lambda file, data: 0)
+    evaluator = Evaluator(RULES, EventFile(path))
+    evaluator.set_route([(0.0, 0.0), (10.0, 0.0)])
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    request.addfinalizer(lambda: resource.setrlimit(resource.RLIMIT_FSIZE, before))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (10, before[1]))
     evaluator.add_odometry(1, 5.0, 0.0, 0.0, 1.0)
     stream = io.StringIO()
     progress = ConsoleProgress(stream)
     for _ in range(3):
         progress.print_notices(evaluator)
-    failure, restart = stream.getvalue().splitlines()
-    assert failure.startswith(f"referee: {path}: No space left on device; the drive continues")
-    assert restart == "referee: restarted, and resumed the drive at 50.0 %"
+    (failure,) = stream.getvalue().splitlines()
+    assert failure.startswith(f"referee: {path}: File too large; the drive continues")

@@ -1,6 +1,6 @@
 import math
-import os
 import re
+import resource
 
 import numpy as np
 import pytest
@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from referee_rules import RULES
 
 from sdc_common.ros.stop_lines import StopLine
-from sdc_sim.evaluation.evaluator import Evaluator, evaluate_event_log
-from sdc_sim.evaluation.event_log import EventLog
+from sdc_sim.evaluation.evaluator import Evaluator
+from sdc_sim.evaluation.event_file import EventFile
 from sdc_sim.physics.traffic_lights import GREEN, RED
 
 POINTS = np.column_stack([np.arange(101.0), np.zeros(101)])
@@ -31,8 +31,8 @@ def drive_on(evaluator, first, ticks, speed=10.0, answer=True):
             evaluator.add_command(tick * TICK_NS, 0.001 * tick, 0.0, -0.1)
 
 
-def with_route(event_log=None):
-    evaluator = Evaluator(RULES, event_log)
+def with_route(event_file=None):
+    evaluator = Evaluator(RULES, event_file)
     evaluator.set_route(POINTS)
     return evaluator
 
@@ -120,52 +120,11 @@ def test_evaluator_keeps_events_that_arrive_before_the_route():
     }
 
 
-@pytest.mark.parametrize("kills", [(100,), (1, 2, 60, 150)])
-def test_killed_evaluator_resumes_to_the_same_metrics(tmp_path, kills):
-    whole = with_route()
-    drive_on(whole, 1, 300)
-    first, path = 1, str(tmp_path / "events")
-    for kill in (*kills, 300):
-        evaluator = with_route(EventLog(path, "drive"))
-        drive_on(evaluator, first, kill - first)
-        first = kill
-    expected, got = whole.result(), evaluator.result()
-    assert got.metrics == {**expected.metrics, "referee_restarts": len(kills)}
-    assert got.progress.samples == expected.progress.samples
-    np.testing.assert_array_equal(got.commands, expected.commands)
-
-
-def test_another_route_starts_another_drive(tmp_path):
-    path = str(tmp_path / "events")
-    drive_on(with_route(EventLog(path, "drive")), 1, 100)
-    evaluator = Evaluator(RULES, EventLog(path, "drive"))
-    evaluator.set_route(POINTS + 1.0)
-    assert evaluator.drive.progress.samples == []
-    drive_on(evaluator, 100, 50)
-    assert evaluator.result().metrics["referee_restarts"] == 0
-    assert evaluator.result().metrics["ticks"] == 50
-
-
 def test_time_without_odometry_is_reported():
     evaluator = with_route()
     drive_on(evaluator, 1, 50)
     drive_on(evaluator, 110, 50)
     assert evaluator.result().metrics["unseen_s"] == pytest.approx(3.0)
-
-
-def test_restarted_world_starts_a_new_drive():
-    new, evaluator = with_route(), with_route()
-    drive_on(evaluator, 1, 150)
-    drive_on(evaluator, 1, 300)
-    drive_on(new, 5, 296)
-    assert evaluator.result().metrics == {**new.result().metrics, "world_restarts": 1}
-
-
-def test_evaluator_with_an_event_log_keeps_one_sample_in_memory(tmp_path):
-    evaluator = with_route(EventLog(str(tmp_path / "events"), "drive"))
-    drive_on(evaluator, 1, 150)
-    assert len(evaluator.drive.progress.samples) == 1
-    assert len(evaluator.result().progress.samples) == 150
 
 
 @pytest.mark.parametrize(
@@ -223,18 +182,37 @@ def test_command_applies_until_the_next_one():
     np.testing.assert_allclose(evaluator.result().commands[:, 0], [math.nan] * 3 + [0.004] * 4)
 
 
-def test_infractions_survive_a_kill(tmp_path):
-    path = str(tmp_path / "events")
-    first = with_route(EventLog(path, "drive"))
-    drive_on(first, 1, 50)
-    first.add_infraction("red_light")
-    second = with_route(EventLog(path, "drive"))
+@pytest.mark.parametrize("max_bytes", [resource.RLIM_INFINITY, 9999])
+def test_drive_in_a_file_of_events_is_that_in_memory(tmp_path, request, max_bytes):
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    request.addfinalizer(lambda: resource.setrlimit(resource.RLIMIT_FSIZE, before))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (max_bytes, before[1]))
+    in_memory, in_file = with_route(), with_route(EventFile(str(tmp_path / "events")))
+    for evaluator in (in_memory, in_file):
+        for tick in range(1, 31):
+            evaluator.add_reason(10 * tick * TICK_NS, f"reason {tick}")
+        drive_on(evaluator, 1, 50)
+        evaluator.add_planned_speed(3.0)
+        drive_on(evaluator, 51, 250)
+    assert len(in_file.drive.progress.samples) == 1, "the others are not in memory"
+    assert (in_file.write_failure is None) == (max_bytes != 9999)
+    expected, found = in_memory.result(), in_file.result()
+    assert found.metrics == expected.metrics
+    assert found.reasons == expected.reasons
+    np.testing.assert_array_equal(found.rows, expected.rows)
+    np.testing.assert_array_equal(found.planned, expected.planned)
+
+
+def test_infraction_is_counted_and_shown():
+    second = with_route()
+    drive_on(second, 1, 49)
+    second.add_infraction("red_light")
     drive_on(second, 50, 250)
     result = second.result()
     assert result.metrics["infractions"]["red_light"] == 1
     assert result.metrics["driving_score"] == pytest.approx(100.0 / 1.4)
     assert [(event.name, round(event.time_s, 2)) for event in result.progress.events] == [
-        ("red_light", 2.5),
+        ("red_light", 2.45),
         ("completed", 10.0),
     ]
     with pytest.raises(ValueError, match=re.escape("write one of")):
@@ -274,51 +252,12 @@ def drive_past_a_light(evaluator, shown):
 @pytest.mark.parametrize("kept", [False, True])
 def test_red_light_counts_when_the_front_crosses_the_line(red, count, kept, tmp_path):
     evaluator = drive_past_a_light(
-        with_route(EventLog(str(tmp_path / "events"), "drive") if kept else None),
+        with_route(EventFile(str(tmp_path / "events")) if kept else None),
         lambda tick: RED if tick in red else GREEN,
     )
     metrics = evaluator.result().metrics
     assert metrics["infractions"]["red_light"] == count
     assert (metrics["driving_score"] < 99.0) == bool(count)
-
-
-def test_failure_of_the_event_log_is_that_of_the_evaluator(monkeypatch, tmp_path):
-    event_log = EventLog(str(tmp_path / "events"), "drive")
-    evaluator = with_route(event_log)
-    assert (Evaluator(RULES).write_failure, evaluator.write_failure) == (None, None)
-    monkeypatch.setattr(os, "write", lambda file, line: 0)
-    drive_on(evaluator, 1, 1)
-    assert evaluator.write_failure is event_log.failure is not None
-
-
-@pytest.mark.parametrize(
-    "points", [POINTS.astype(int), POINTS.astype(str).tolist()], ids=["whole numbers", "texts"]
-)
-def test_waypoints_of_other_types_are_the_same_route_for_a_resumed_drive(points, tmp_path):
-    path = str(tmp_path / "events")
-    drive_on(with_route(EventLog(path, "drive")), 1, 20)
-    evaluator = Evaluator(RULES, EventLog(path, "drive"))
-    evaluator.set_route(points)
-    assert evaluator.result().metrics["referee_restarts"] == 1
-
-
-def test_first_record_of_a_drive_is_its_route(tmp_path):
-    event_log = EventLog(str(tmp_path / "events"), "drive")
-    with_route(event_log)
-    assert next(event_log.events()) == ["route", POINTS.tolist(), RULES._asdict()]
-
-
-def test_log_that_ended_before_its_route_is_started_again(tmp_path):
-    path = str(tmp_path / "events")
-    EventLog(path, "drive")
-    evaluator = with_route(EventLog(path, "drive"))
-    drive_on(evaluator, 1, 20)
-    assert evaluator.result().metrics["referee_restarts"] == 0
-
-
-def test_log_without_a_route_is_no_drive(tmp_path):
-    with pytest.raises(ValueError, match="^the drive has no route$"):
-        evaluate_event_log(EventLog(str(tmp_path / "events"), "drive"))
 
 
 def test_scene_is_due_from_the_first_odometry_on():
@@ -332,7 +271,7 @@ def test_scene_is_due_from_the_first_odometry_on():
 
 
 def test_event_that_repeats_the_last_one_is_not_stored(tmp_path):
-    event_log = EventLog(str(tmp_path / "events"), "drive")
+    event_log = EventFile(str(tmp_path / "events"))
     evaluator = with_route(event_log)
     drive_on(evaluator, 1, 1, answer=False)
     before = len(list(event_log.events()))
@@ -342,14 +281,3 @@ def test_event_that_repeats_the_last_one_is_not_stored(tmp_path):
         evaluator.set_lights(TICK_NS, {7: GREEN})
     stored = list(event_log.events())[before:]
     assert [event[0] for event in stored] == ["scene", "obstacle", "lights"]
-
-
-def test_odometry_before_the_route_is_used():
-    assert Evaluator(RULES).add_odometry(TICK_NS, 0.0, 0.0, 0.0, 0.0) is True
-
-
-def test_unknown_infraction_is_refused_with_the_known_ones():
-    with pytest.raises(
-        ValueError, match="^unknown infraction 'red'; write one of collision_pedestrian, .*, stop$"
-    ):
-        with_route().add_infraction("red")

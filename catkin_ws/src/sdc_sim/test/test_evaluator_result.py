@@ -1,4 +1,4 @@
-"""What the evaluated drive contains, with the rows of its trace in memory or stored."""
+"""What the evaluated drive contains, apart from its metrics."""
 
 import numpy as np
 import pytest
@@ -12,27 +12,8 @@ POINTS = np.column_stack([np.arange(101.0), np.zeros(101)])
 TICK_NS = 50_000_000
 
 
-class RowStore:
-    """A trace store in memory."""
-
-    failure = None
-
-    def __init__(self):
-        self.clear()
-
-    def clear(self):
-        self.blocks, self.reasons = [np.empty((0, 11))], []
-
-    def append(self, rows, reasons):
-        self.blocks.append(rows)
-        self.reasons += reasons
-
-    def rows(self):
-        return np.vstack(self.blocks)
-
-
-def with_route(store=None):
-    evaluator = Evaluator(RULES, trace_store=store)
+def with_route():
+    evaluator = Evaluator(RULES)
     evaluator.set_route(POINTS)
     return evaluator
 
@@ -42,53 +23,6 @@ def drive_on(evaluator, first, last, speed=1.0):
     for tick in range(first, last + 1):
         evaluator.add_odometry(tick * TICK_NS, 0.05 * speed * tick, 0.2, 0.0, speed)
         evaluator.add_command(tick * TICK_NS, 0.0005 * tick, 0.0, -0.1)
-
-
-def drive_with_reasons(evaluator, last):
-    for tick in range(1, last + 1):
-        if tick % 7 == 0:
-            evaluator.add_reason(tick * TICK_NS, f"reason {tick}")
-        drive_on(evaluator, tick, tick)
-        evaluator.add_planned_speed(0.001 * tick)
-
-
-@pytest.mark.parametrize(
-    ("ticks", "stored_ticks"), [(1199, 0), (1200, 200), (1399, 200), (1400, 400)]
-)
-def test_stored_rows_and_the_newest_ones_are_those_of_a_drive_in_memory(ticks, stored_ticks):
-    in_memory, store = with_route(), RowStore()
-    with_store = with_route(store)
-    for evaluator in (in_memory, with_store):
-        drive_with_reasons(evaluator, ticks)
-    whole, newest = in_memory.result(), with_store.result()
-    assert (len(store.rows()), whole.rows.shape) == (stored_ticks, (ticks, 11))
-    np.testing.assert_array_equal(np.vstack([store.rows(), newest.rows]), whole.rows)
-    assert store.reasons + newest.reasons == whole.reasons
-    assert whole.reasons[6:9] == ["reason 7"] * 3
-    assert newest.metrics == whole.metrics
-    assert (len(whole.planned), len(newest.planned)) == (ticks, 0)
-
-
-def test_store_of_a_drive_that_ends_early_in_the_route_is_read_for_the_least_time():
-    in_memory, store = with_route(), RowStore()
-    with_store = with_route(store)
-    for evaluator in (in_memory, with_store):
-        drive_on(evaluator, 1, 2000)
-        evaluator.add_odometry(2001 * TICK_NS, 100.0, 0.2, 0.0, 0.0)
-    whole = in_memory.result().metrics
-    assert whole["status"] == "completed"
-    assert with_store.result().metrics == whole
-
-
-def test_restarted_world_clears_the_store():
-    store = RowStore()
-    evaluator = with_route(store)
-    for restarts in range(3):
-        drive_on(evaluator, 1, 1250 - restarts)
-    assert len(store.rows()) == 200
-    assert evaluator.result().metrics["world_restarts"] == 2
-    # Four messages with earlier stamps are needed to know that the world has restarted.
-    assert evaluator.result().metrics["ticks"] == 1248 - 4
 
 
 def test_result_holds_what_was_planned_photographed_and_seen():

@@ -21,7 +21,7 @@ def result():
 
 def test_report_holds_metrics_and_trace(tmp_path, result):
     path = str(tmp_path / "new" / "report.json")
-    open_report(path, "drive").remove()
+    open_report(path).remove()
     assert os.listdir(tmp_path / "new") == []
     write_report(path, result)
     assert sorted(os.listdir(tmp_path / "new")) == ["report.csv", "report.json"]
@@ -40,22 +40,15 @@ def test_report_holds_metrics_and_trace(tmp_path, result):
 def test_old_report_is_removed_before_the_drive(tmp_path):
     for name in ("report.json", "report.csv", "report.png", "report.html"):
         (tmp_path / name).write_text("old")
-    open_report(str(tmp_path / "report.json"), "drive").remove()
+    open_report(str(tmp_path / "report.json")).remove()
     assert os.listdir(tmp_path) == []
-
-
-def test_event_log_of_the_same_drive_is_resumed(tmp_path):
-    path = str(tmp_path / "report.json")
-    open_report(path, "drive").append(["command", 1])
-    assert list(open_report(path, "drive").events()) == [["command", 1]]
-    assert list(open_report(path, "another").events()) == []
 
 
 def test_error_names_the_file_that_cannot_be_written(tmp_path):
     (tmp_path / "file").write_text("")
     path = str(tmp_path / "file" / "report.json")
     with pytest.raises(ReportError, match="report:=FILE") as caught:
-        open_report(path, "drive")
+        open_report(path)
     assert str(tmp_path / "file") in str(caught.value)
 
 

@@ -1,1 +1,1 @@
-"""Evaluation of a drive: progress, infractions, metrics, event log."""
+"""Evaluation of a drive: progress, infractions, metrics, file of events."""

@@ -27,6 +27,7 @@ class CommandMatching:
     Attributes:
         ticks: odometry messages
         answered: those answered by stamp
+        last_stamp: stamp of the last odometry [ns], None before it
     """
 
     def __init__(self):
@@ -37,13 +38,13 @@ class CommandMatching:
         self._without_command = 0
         self._open: OrderedDict[int, bool] = OrderedDict()
         self._early: OrderedDict[int, bool] = OrderedDict()  # True: counted in by_order
-        self._last_stamp: int | None = None
+        self.last_stamp: int | None = None
 
     def add_odometry(self, stamp: int) -> None:
         """Count the odometry with this stamp; a repeated stamp does not count."""
-        if stamp == self._last_stamp:
+        if stamp == self.last_stamp:
             return
-        self._last_stamp = stamp
+        self.last_stamp = stamp
         self.ticks += 1
         by_order = self._early.pop(stamp, None)
         if by_order is None:
@@ -62,7 +63,7 @@ class CommandMatching:
         if self._open.pop(stamp, None) is not None:
             self.answered += 1
             self._without_command -= answers
-        elif stamp != self._last_stamp:
+        elif stamp != self.last_stamp:
             self._by_order += answers
             self._without_command -= answers
             self._early[stamp] = answers and stamp != _UNSTAMPED
@@ -77,25 +78,29 @@ class CommandMatching:
     @property
     def pending(self) -> bool:
         """Return whether the last command is missing in a drive whose commands carry stamps."""
-        return self.answered > 0 and self._last_stamp in self._open
+        return self.answered > 0 and self.last_stamp in self._open
 
     @property
     def missed(self) -> int:
         """Return the number of ticks without a command; that of the last tick can still arrive."""
-        return self._lost + sum(1 for stamp in self._open if stamp != self._last_stamp)
+        return self._lost + sum(1 for stamp in self._open if stamp != self.last_stamp)
 
 
 class CommandTrace:
-    """The command of each tick: the first with the stamp of the tick, else the last received."""
+    """The command of each tick: the first with the stamp of the tick, else the last received.
+
+    Attributes:
+        stamps: the stamps of the ticks [ns]
+    """
 
     def __init__(self):
-        self._stamps: list = []
+        self.stamps: list = []
         self._received: list = []
         self._by_stamp: dict = {}
 
     def add_odometry(self, stamp: int) -> None:
         """Begin a tick."""
-        self._stamps.append(stamp)
+        self.stamps.append(stamp)
         self._received.append(self._received[-1] if self._received else _NO_COMMAND)
 
     def add_command(self, stamp: int, throttle: float, brake: float, steer: float) -> None:
@@ -105,23 +110,10 @@ class CommandTrace:
         if self._received:
             self._received[-1] = command
 
-    def forget(self, ticks: int) -> None:
-        """Remove the oldest ticks, which the caller has stored."""
-        for stamp in self._stamps[:ticks]:
-            self._by_stamp.pop(stamp, None)
-        del self._stamps[:ticks], self._received[:ticks]
-        # Stamps that belong to no tick would fill the memory.
-        for stamp in list(self._by_stamp)[: max(len(self._by_stamp) - _MAX_OPEN, 0)]:
-            del self._by_stamp[stamp]
-
-    def stamps(self, ticks: int) -> list:
-        """Return the stamps of the first ticks [ns]."""
-        return self._stamps[:ticks]
-
     def as_array(self, ticks: int) -> np.ndarray:
         """Return throttle, brake and steer of the first ticks: (ticks, 3), NaN if unknown."""
         rows = [
             self._by_stamp.get(stamp, received)
-            for stamp, received in zip(self._stamps[:ticks], self._received)
+            for stamp, received in zip(self.stamps[:ticks], self._received)
         ]
         return np.fromiter(chain.from_iterable(rows), float).reshape(-1, 3)

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import base64
 from dataclasses import dataclass
 from itertools import chain
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
 from sdc_common.geometry.route import Route
+from sdc_common.planning.speed_reasons import REPEAT_NS
 from sdc_sim.evaluation.command_matching import COMMAND_FIELDS, CommandMatching, CommandTrace
 from sdc_sim.evaluation.ideal_drive import IdealDrive
 from sdc_sim.evaluation.infractions import RedLightDetector
@@ -17,37 +18,17 @@ from sdc_sim.evaluation.reason_trace import ReasonTrace
 from sdc_sim.evaluation.route_progress import COMPLETED, DriveSample, RouteProgress
 from sdc_sim.evaluation.rules import EvaluationRules
 from sdc_sim.evaluation.scene_record import LIGHTS, SceneRecord
-from sdc_sim.evaluation.timeline import IGNORED, RESTARTED, Timeline
+from sdc_sim.evaluation.stamp_filter import StampFilter
 
+# The numbers in a row of the trace.
+COLUMNS = (*DriveSample._fields, *COMMAND_FIELDS)
 _NS_PER_S = 1_000_000_000
 # A longer time between two odometry messages counts as unseen.
 _MAX_GAP_S = 1.0
 # The pace of the first seconds does not predict the rest of the drive.
 _MIN_PACE_S = 5.0
-# Commands of a tick can arrive during so many later ones; then its row of the trace is complete.
-_OPEN_TICKS = 1000
-_STORED_TICKS = 200
 # Kinds of obstacles and the report's names for them.
 _COLLISION_KINDS = {"car": "vehicle", "pedestrian": "pedestrian", "obstacle": "static"}
-
-
-class TraceStore(Protocol):
-    """Stores the complete rows of a trace: the fields of DriveSample, then throttle, brake, steer.
-
-    Attributes:
-        failure: why rows cannot be stored, or None
-    """
-
-    failure: OSError | None
-
-    def append(self, rows: np.ndarray, reasons: Sequence[str]) -> None:
-        """Store (n, 11) rows and what limited the speed in each."""
-
-    def rows(self) -> np.ndarray:
-        """Return all stored rows: (n, 11)."""
-
-    def clear(self) -> None:
-        """Remove all rows."""
 
 
 @dataclass
@@ -56,13 +37,13 @@ class DriveResult:
 
     Attributes:
         metrics: the content of report.json
-        progress: the samples and events of the drive; with a trace store, the newest samples only
+        progress: the samples and events of the drive
         commands: (n, 3) throttle, brake and steer of each of these samples, NaN if unknown
         reasons: what limited the speed in each of these samples, "" if unknown
-        planned: (m, 3) arc length [m], planned speed [m/s] and time [s]; with a trace store, empty
+        planned: (m, 3) arc length [m], planned speed [m/s] and time [s]
         limit_mps: (N,) greatest speed at each point of the route [m/s]
         snapshots: time [s], completed share of the route [%] and JPEG of each camera picture
-        scene: what was around the car; with a trace store, only the newest
+        scene: what was around the car
         stop_lines: StopLine of each traffic light by id
     """
 
@@ -89,54 +70,32 @@ class DriveEvaluation:
     Stamps are integers [ns].
     """
 
-    def __init__(
-        self,
-        rules: EvaluationRules,
-        route: Route,
-        keep_trace: bool,
-        trace_store: TraceStore | None = None,
-    ):
+    def __init__(self, rules: EvaluationRules, route: Route, keep_trace: bool):
         """Start an evaluation.
 
         Args:
             rules: what the drive is evaluated by
             route: the route of the mission
-            keep_trace: keep all samples and commands, which `result` needs
-            trace_store: takes the complete rows of the trace, which are then not kept in memory
+            keep_trace: keep all samples, commands and reasons, which `result` needs
         """
         self.route = route
         self.ideal = IdealDrive(route, rules.speed_limits())
-        self.world_restarts = 0
-        self.referee_restarts = 0
+        limits = rules.termination_limits(self.ideal.duration_s)
+        self.progress = RouteProgress(route, limits, keep_samples=keep_trace)
+        self.scene = SceneRecord(keep=keep_trace)
+        self.matching = CommandMatching()
         self.unseen_s = 0.0
         self._rules = rules
         self._keep_trace = keep_trace
-        self._trace_store = trace_store
         self._snapshots: list = []
         self._red_lights = RedLightDetector(rules.car_front_m)
         self._obstacle_kinds: dict = {}
-        self._start()
-
-    def _start(self) -> None:
-        self.progress = RouteProgress(
-            self.route,
-            self._rules.termination_limits(self.ideal.duration_s),
-            keep_samples=self._keep_trace,
-        )
-        self.matching = CommandMatching()
         self._started_at_s: float | None = None
-        self._timeline = Timeline()
-        self._red_lights.reset_car()
+        self._stamps = StampFilter()
         self._commands = CommandTrace()
         self._reasons = ReasonTrace()
+        self._last_reason_ns: int | None = None
         self._planned: list = []
-        self.scene = SceneRecord(keep=self._keeps_all)
-        if self._trace_store is not None:
-            self._trace_store.clear()
-
-    @property
-    def _keeps_all(self) -> bool:
-        return self._keep_trace and self._trace_store is None
 
     @property
     def over(self) -> bool:
@@ -146,8 +105,10 @@ class DriveEvaluation:
     @property
     def awaits_messages(self) -> bool:
         """Return whether messages about the ticks so far are on their way, unless a node ended."""
-        stamps = self._commands.stamps(len(self.progress.samples))
-        return self.matching.pending or (bool(stamps) and self._reasons.is_late(stamps[-1]))
+        last_ns, reason_ns = self.matching.last_stamp, self._last_reason_ns
+        if self.matching.pending or last_ns is None or reason_ns is None:
+            return self.matching.pending
+        return last_ns - reason_ns >= REPEAT_NS
 
     def apply(self, event: list) -> bool:
         """Apply one event; return False for an odometry that is ignored."""
@@ -172,48 +133,39 @@ class DriveEvaluation:
         pace = max(1.0, self.progress.duration_s / ideal_s) if ideal_s > _MIN_PACE_S else 1.0
         return pace * (self.ideal.duration_s - ideal_s)
 
-    def _column(self, name: str, stored: np.ndarray | None) -> np.ndarray:
-        """Return one field of all samples, the stored ones first: (n,)."""
-        column = self.progress.column(name)
-        if stored is None:
-            return column
-        return np.concatenate([stored[:, DriveSample._fields.index(name)], column])
-
     def result(self, ended_at_s: float | None) -> DriveResult:
         """Return the evaluated drive.
 
         Args:
             ended_at_s: wall clock at the end of the drive [s], None without a wall clock
         """
-        stored = None
-        if self._trace_store is not None:
-            stored = self._trace_store.rows()[:, : -len(COMMAND_FIELDS)]
+        ticks = len(self.progress.samples)
         least_s = self.ideal.duration_s
         if self.progress.status == COMPLETED:
             least_s = self.ideal.least_time_s(
-                *(self._column(name, stored) for name in ("s_m", "cross_track_m"))
+                self.progress.column("s_m"), self.progress.column("cross_track_m")
             )
-        metrics = self.progress.metrics(least_s, self._rules.lane_width_m, stored)
+        metrics = self.progress.metrics(least_s, self._rules.lane_width_m)
         wall_s = None
         if ended_at_s is not None and self._started_at_s is not None:
             wall_s = ended_at_s - self._started_at_s
         metrics.update(
             wall_duration_s=wall_s,
             real_time_factor=None if wall_s is None else metrics["duration_s"] / max(wall_s, 1e-3),
-            ticks=len(self.progress.samples) + (0 if stored is None else len(stored)),
+            ticks=ticks,
             missed_ticks=self.matching.missed,
             ticks_by_stamp=self.matching.answered,
             ticks_by_order=self.matching.by_order,
             unseen_s=self.unseen_s,
-            referee_restarts=self.referee_restarts,
-            world_restarts=self.world_restarts,
+            referee_restarts=0,
+            world_restarts=0,
             assumed_limits=list(self._rules.assumed),
         )
         return DriveResult(
             metrics,
             self.progress,
-            self._commands.as_array(len(self.progress.samples)),
-            self._reasons_of(len(self.progress.samples)),
+            self._commands.as_array(ticks),
+            [self._reasons.at(stamp_ns) for stamp_ns in self._commands.stamps[:ticks]],
             np.fromiter(chain.from_iterable(self._planned), float).reshape(-1, 3),
             self.ideal.speed_mps,
             self._snapshots,
@@ -221,25 +173,16 @@ class DriveEvaluation:
             self._red_lights.lines,
         )
 
-    def _reasons_of(self, ticks: int) -> list[str]:
-        """Return the reason of each of the first ticks, for a drive that keeps its trace."""
-        return [self._reasons.at(stamp_ns) for stamp_ns in self._commands.stamps(ticks)]
-
     def _on_odometry(
         self, stamp_ns: int, x_m: float, y_m: float, yaw_rad: float, speed_mps: float
     ) -> bool:
         if self.over:
             return False
         time_s = stamp_ns / _NS_PER_S
-        last_s = self._timeline.now_s
-        step = self._timeline.advance(time_s)
-        if step == IGNORED:
+        last_s = self._stamps.last_s
+        if not self._stamps.accepts(time_s):
             return False
-        if step == RESTARTED:
-            self.world_restarts += 1
-            self._start()
-            self._timeline.advance(time_s)
-        elif last_s is not None and time_s - last_s > _MAX_GAP_S:
+        if last_s is not None and time_s - last_s > _MAX_GAP_S:
             self.unseen_s += time_s - last_s
             self._red_lights.reset_car()
         self.matching.add_odometry(stamp_ns)
@@ -247,19 +190,7 @@ class DriveEvaluation:
         self._count_red(self._red_lights.update_car(stamp_ns, self.route, sample.s_m))
         if self._keep_trace:
             self._commands.add_odometry(stamp_ns)
-        if self._trace_store is not None:
-            self._store_rows(self._trace_store)
         return True
-
-    def _store_rows(self, store: TraceStore) -> None:
-        if len(self.progress.samples) < _OPEN_TICKS + _STORED_TICKS:
-            return
-        samples = np.array(self.progress.samples[:_STORED_TICKS], dtype=float)
-        rows = np.hstack([samples, self._commands.as_array(_STORED_TICKS)])
-        store.append(rows, self._reasons_of(_STORED_TICKS))
-        self._reasons.forget_before(self._commands.stamps(_STORED_TICKS)[-1])
-        self.progress.forget(_STORED_TICKS)
-        self._commands.forget(_STORED_TICKS)
 
     def _on_command(self, stamp_ns: int, throttle: float, brake: float, steer: float) -> None:
         self.matching.add_command(stamp_ns)
@@ -267,11 +198,12 @@ class DriveEvaluation:
             self._commands.add_command(stamp_ns, throttle, brake, steer)
 
     def _on_planned(self, speed_mps: float) -> None:
-        if self._keeps_all and self.progress.samples and not self.over:
+        if self._keep_trace and self.progress.samples and not self.over:
             last = self.progress.samples[-1]
             self._planned.append((last.s_m, speed_mps, last.time_s))
 
     def _on_reason(self, stamp_ns: int, name: str) -> None:
+        self._last_reason_ns = max(stamp_ns, self._last_reason_ns or stamp_ns)
         if self._keep_trace:
             self._reasons.add(stamp_ns, name)
 
@@ -284,10 +216,11 @@ class DriveEvaluation:
     def _on_obstacle(self, obstacle_id: int, kind: str) -> None:
         self._obstacle_kinds[obstacle_id] = kind
 
-    def _on_stop_lines(self, lines: dict) -> None:
-        self._red_lights.set_lines(lines)
+    def _on_stop_lines(self, lines: list) -> None:
+        self._red_lights.set_lines({light_id: line for light_id, *line in lines})
 
-    def _on_lights(self, stamp_ns: int, states: dict) -> None:
+    def _on_lights(self, stamp_ns: int, states_by_id: list) -> None:
+        states = dict(states_by_id)
         self._on_scene(LIGHTS, stamp_ns / _NS_PER_S if stamp_ns else None, states)
         self._count_red(self._red_lights.update_lights(stamp_ns, states))
 
@@ -311,8 +244,6 @@ class DriveEvaluation:
     def _on_wall_clock(self, now_s: float) -> None:
         self._started_at_s = now_s
 
-    def _on_snapshot(self, time_s: float, percent: float, jpeg: bytes) -> None:
-        self._snapshots.append((time_s, percent, jpeg))
-
-    def _on_resumed(self) -> None:
-        self.referee_restarts += 1
+    def _on_snapshot(self, time_s: float, percent: float, jpeg: str) -> None:
+        if self._keep_trace:
+            self._snapshots.append((time_s, percent, base64.b64decode(jpeg)))

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-import contextlib
+import base64
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
 
 from sdc_common.geometry.road_line import road_route
 from sdc_common.ros.stop_lines import StopLine
-from sdc_sim.evaluation.drive_evaluation import DriveEvaluation, DriveResult, TraceStore
-from sdc_sim.evaluation.event_log import EventLog
+from sdc_sim.evaluation.drive_evaluation import DriveEvaluation, DriveResult
+from sdc_sim.evaluation.event_file import EventFile
 from sdc_sim.evaluation.metrics import COEFFICIENTS
 from sdc_sim.evaluation.rules import EvaluationRules
+from sdc_sim.evaluation.scene_record import PICTURE
 
 # Events before the route are kept up to this number: in lockstep, odometry can be some ticks ahead.
 _MAX_EARLY_EVENTS = 3000
@@ -23,22 +24,15 @@ _MAX_EARLY_EVENTS = 3000
 class Evaluator:
     """The evaluation of one drive, whose events can arrive in any order across topics.
 
-    With an event log, no samples are kept in memory, so that a drive can last for days: `result`
-    replays the log, and an evaluator that opens the log of a killed one resumes its drive. With a
-    trace store in addition, `result` replays nothing.
+    With a file of events, no samples are kept in memory, so that a drive can last for days:
+    `result` evaluates the file.
     """
 
-    def __init__(
-        self,
-        rules: EvaluationRules,
-        event_log: EventLog | None = None,
-        trace_store: TraceStore | None = None,
-    ):
+    def __init__(self, rules: EvaluationRules, event_file: EventFile | None = None):
         self.rules = rules
         self.odometry_topic = "/carla/ego_vehicle/odometry"
         self.drive: DriveEvaluation | None = None
-        self._event_log = event_log
-        self._trace_store = trace_store
+        self._event_file = event_file
         self._last_wall_s: float | None = None
         self._early: deque = deque(maxlen=_MAX_EARLY_EVENTS)
 
@@ -60,11 +54,11 @@ class Evaluator:
 
     @property
     def write_failure(self) -> OSError | None:
-        """Return why the event log cannot be written, or None."""
-        return self._event_log.failure if self._event_log is not None else None
+        """Return why the file of events cannot be written, or None."""
+        return self._event_file.failure if self._event_file is not None else None
 
     def set_route(self, points_m: np.ndarray | Sequence) -> None:
-        """Set the route, and resume the drive along it that the event log holds.
+        """Set the route.
 
         Args:
             points_m: (N, 2) waypoints of the mission [m]
@@ -72,25 +66,13 @@ class Evaluator:
         Raises:
             ValueError: the points are not a route
         """
-        route = road_route(np.asarray(points_m, dtype=float).reshape(-1, 2))
-        keep_trace = self._event_log is None or self._trace_store is not None
-        self.drive = DriveEvaluation(self.rules, route, keep_trace, self._trace_store)
-        if self._event_log is not None:
-            self._open_event_log(self._event_log, self.drive, np.asarray(points_m, float).tolist())
+        points = np.asarray(points_m, dtype=float).reshape(-1, 2)
+        self.drive = DriveEvaluation(self.rules, road_route(points), self._event_file is None)
+        if self._event_file is not None:
+            self._event_file.append(["route", points.tolist(), self.rules._asdict()])
         early, self._early = self._early, deque()
         for event in early:
             self._take(event)
-
-    def _open_event_log(self, event_log: EventLog, drive: DriveEvaluation, points_m: list) -> None:
-        head = ["route", points_m, self.rules._asdict()]
-        events = event_log.events()
-        if event_log.resumed and next(events, [])[:2] == head[:2]:
-            for event in events:
-                drive.apply(event)
-            self._take(["resumed"])
-        else:
-            event_log.clear()
-            event_log.append(head)
 
     def add_odometry(
         self,
@@ -145,9 +127,11 @@ class Evaluator:
 
         Args:
             kind: path, obstacles or picture
-            content: plain data
+            content: plain data, or the bytes of the picture
             time_s: simulated time [s]; None: that of the last odometry
         """
+        if kind == PICTURE:
+            content = _text(content)
         if self.drive is not None and self.drive.scene.is_new(kind, content):
             self._take(["scene", kind, time_s, content])
 
@@ -158,12 +142,12 @@ class Evaluator:
 
     def set_stop_lines(self, lines: dict[int, StopLine]) -> None:
         """Set the stop lines of the traffic lights by light id."""
-        self._take(["stop_lines", {light_id: tuple(line) for light_id, line in lines.items()}])
+        self._take(["stop_lines", [[light_id, *line] for light_id, line in lines.items()]])
 
     def set_lights(self, stamp_ns: int, states: dict[int, int]) -> None:
         """Set the states of all traffic lights by light id; the stamp 0 means now."""
         if self.drive is None or self.drive.needs_lights(states):
-            self._take(["lights", stamp_ns, states])
+            self._take(["lights", stamp_ns, list(states.items())])
 
     def add_collision(self, stamp_ns: int, obstacle_id: int) -> None:
         """Add a collision with an obstacle; the stamp 0 means now."""
@@ -177,7 +161,7 @@ class Evaluator:
             percent: completed share of the route [%]
             jpeg: the picture
         """
-        self._take(["snapshot", time_s, percent, jpeg])
+        self._take(["snapshot", time_s, percent, _text(jpeg)])
 
     def add_infraction(self, name: str) -> None:
         """Count an infraction.
@@ -196,32 +180,34 @@ class Evaluator:
         if self.drive is None:
             self._early.append(event)
             return True
-        if self._event_log is not None:
-            self._event_log.append(event)
+        if self._event_file is not None:
+            self._event_file.append(event)
         return self.drive.apply(event)
 
     def result(self) -> DriveResult:
         """Return the evaluated drive; the route must be set."""
         assert self.drive is not None
-        if self._event_log is None:
+        if self._event_file is None:
             return self.drive.result(self._last_wall_s)
-        if self._trace_store is not None and self._trace_store.failure is None:
-            with contextlib.suppress(OSError):
-                return self.drive.result(self._last_wall_s)
-        return evaluate_event_log(self._event_log, self._last_wall_s)
+        return evaluate_events(self._event_file.events(), self._last_wall_s)
 
 
-def evaluate_event_log(event_log: EventLog, ended_at_s: float | None = None) -> DriveResult:
-    """Return the evaluated drive of an event log, with its whole trace.
+def _text(data: bytes) -> str:
+    """Return bytes as text, for an event."""
+    return base64.b64encode(data).decode()
+
+
+def evaluate_events(events: Iterable[list], ended_at_s: float | None = None) -> DriveResult:
+    """Return the evaluated drive, with its whole trace.
 
     Args:
-        event_log: of a drive whose route is known
+        events: of a drive whose route is known
         ended_at_s: wall clock at the end of the drive [s], None if it is unknown
 
     Raises:
-        ValueError: the log has no route
+        ValueError: the events have no route
     """
-    events = event_log.events()
+    events = iter(events)
     head = next(events, None)
     if head is None:
         raise ValueError("the drive has no route")

@@ -101,7 +101,6 @@ class RouteProgress:
         self._progress_at_s = self._progress_from_m = 0.0
         self._on_route_at_s = self._on_route_at_m = 0.0
         self._collided_at_s: float | None = None
-        self._forgotten_progress_m = 0.0
 
     @property
     def completion_percent(self) -> float:
@@ -198,27 +197,13 @@ class RouteProgress:
         """Return one field of DriveSample for all samples: (n,)."""
         return self.rows[:, DriveSample._fields.index(name)]
 
-    def forget(self, count: int) -> None:
-        """Remove the oldest samples, which the caller has stored; at least one must be left."""
-        self._forgotten_progress_m = self._progress_of(self.samples[:count])
-        del self.samples[:count]
-
-    def metrics(
-        self,
-        ideal_duration_s: float,
-        lane_width_m: float = math.inf,
-        forgotten: np.ndarray | None = None,
-    ) -> dict:
+    def metrics(self, ideal_duration_s: float, lane_width_m: float = math.inf) -> dict:
         """Return the metrics of the report; None for those that a short drive does not define.
 
         Args:
             ideal_duration_s: least duration of a drive along the route [s]
             lane_width_m: width of the lane around the route [m]
-            forgotten: (n, fields of DriveSample) forgotten samples
         """
-        rows = self.rows
-        if forgotten is not None:
-            rows = np.concatenate([forgotten, rows])
         return {
             "status": self.status or (ABORTED if self._collided_at_s is None else COLLISION),
             "route_length_m": self.route.length_m,
@@ -227,7 +212,7 @@ class RouteProgress:
             "ideal_duration_s": ideal_duration_s,
             "time_ratio": self.duration_s / ideal_duration_s,
             **drive_metrics(
-                dict(zip(DriveSample._fields, rows.T)),
+                dict(zip(DriveSample._fields, self.rows.T)),
                 self.completion_percent,
                 self.infractions,
                 lane_width_m,
@@ -237,13 +222,9 @@ class RouteProgress:
     def _remove_samples_after(self, time_s: float) -> None:
         while len(self.samples) > 1 and self.samples[-1].time_s > time_s:
             self.samples.pop()
-        self.progress_m = self._progress_of(self.samples)
-
-    def _progress_of(self, samples: list[DriveSample]) -> float:
-        """Return how far the drive came on the route with the forgotten and these samples."""
         limit_m = self.limits.off_route_m
-        on_route = (sample.s_m for sample in samples if abs(sample.cross_track_m) <= limit_m)
-        return max(self._forgotten_progress_m, *on_route, 0.0)
+        on_route = (one.s_m for one in self.samples if abs(one.cross_track_m) <= limit_m)
+        self.progress_m = max(on_route, default=0.0)
 
     def _end(self, status: str) -> None:
         self.status = status

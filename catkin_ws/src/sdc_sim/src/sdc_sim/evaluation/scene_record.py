@@ -14,7 +14,7 @@ class SceneRecord:
 
     The content of a path is rows of x, y [m] and target speed [m/s]; that of obstacles is rows of
     id, x, y [m], yaw [rad], length and width [m]; that of lights is their states by id; that of a
-    picture is a JPEG.
+    picture is a JPEG in base64.
 
     Attributes:
         entries: entries by kind

@@ -48,24 +48,12 @@ class ConsoleProgress:
             )
 
     def print_notices(self, evaluator: Evaluator) -> None:
-        """Print a write failure and restarts, each once."""
+        """Print a write failure, once."""
         failure = evaluator.write_failure
         if failure is not None:
             self._print_once(
                 f"referee: {failure.filename}: {failure.strerror}; the drive continues and its "
-                "events are kept in memory, but a killed referee cannot resume it"
-            )
-        drive = evaluator.drive
-        if drive is not None and drive.referee_restarts:
-            self._print_once(
-                "referee: restarted, and resumed the drive at "
-                f"{drive.progress.completion_percent:.1f} %",
-                "referee",
-            )
-        if drive is not None and drive.world_restarts:
-            self._print_once(
-                "referee: simulated time began again; the drive starts again, too",
-                f"world {drive.world_restarts}",
+                "events are kept in memory"
             )
 
     def print_line(self, line: str) -> None:

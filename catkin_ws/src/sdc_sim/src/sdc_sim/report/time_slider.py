@@ -9,15 +9,14 @@ from typing import Any
 import numpy as np
 
 from sdc_common.planning.speed_reasons import MEANINGS
-from sdc_sim.evaluation.drive_evaluation import DriveResult
+from sdc_sim.evaluation.drive_evaluation import COLUMNS, DriveResult
 from sdc_sim.evaluation.scene_record import LIGHTS, OBSTACLES, PATH, PICTURE
-from sdc_sim.report.trace_file import COLUMNS
 
 # The page of a drive of ten minutes is smaller than 10 MB with these.
 _MAX_TICKS = 30_000
 _MAX_ENTRIES = 4000
 _MAX_ROUTE_POINTS = 10_000
-_MAX_PICTURE_BYTES = 4_500_000
+_MAX_PICTURE_CHARACTERS = 6_000_000
 
 
 def slider_data(result: DriveResult) -> str:
@@ -55,7 +54,7 @@ def slider_data(result: DriveResult) -> str:
         "lights": entries(LIGHTS, lambda states: states),
         "lines": {number: _rounded([line])[0] for number, line in result.stop_lines.items()},
         "pictures": [
-            [round(taken_s - start_s, 3), base64.b64encode(jpeg).decode()]
+            [round(taken_s - start_s, 3), jpeg]
             for taken_s, jpeg in _affordable(result.scene.entries.get(PICTURE, []))
         ],
     }
@@ -72,7 +71,7 @@ def _last_before(times_s: np.ndarray, values: np.ndarray, at_s: np.ndarray) -> n
 
 def _affordable(pictures: list) -> list:
     """Return as many of the pictures, evenly thinned, as the page can hold."""
-    while sum(len(jpeg) for _, jpeg in pictures) > _MAX_PICTURE_BYTES:
+    while sum(len(jpeg) for _, jpeg in pictures) > _MAX_PICTURE_CHARACTERS:
         pictures = pictures[::2] if len(pictures) > 1 else []
     return pictures
 

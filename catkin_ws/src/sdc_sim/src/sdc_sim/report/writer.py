@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import contextlib
+import csv
 import json
+import math
 import os
 from collections.abc import Iterator
 
-from sdc_sim.evaluation.drive_evaluation import DriveResult
-from sdc_sim.evaluation.event_log import EventLog
-from sdc_sim.report.trace_file import TraceFile, write_rows
+from sdc_sim.evaluation.drive_evaluation import COLUMNS, DriveResult
+from sdc_sim.evaluation.evaluator import evaluate_events
+from sdc_sim.evaluation.event_file import EventFile, read_events
 
-EVENT_LOG = ".journal"
+EVENTS = ".events.jsonl"
+_PAGES = (".png", ".html")
 
 
 class ReportError(OSError):
@@ -23,50 +26,71 @@ def companion(report_path: str, extension: str) -> str:
     return os.path.splitext(report_path)[0] + extension
 
 
-def open_report(report_path: str, drive_id: str) -> EventLog:
-    """Make the report's folder, remove an older report and open the event log, locked.
+def open_report(report_path: str) -> EventFile:
+    """Make the report's folder, remove an older report, and start the file of events.
 
     Args:
         report_path: path of report.json
-        drive_id: identifies the drive; an event log of this drive is resumed
 
     Raises:
-        ReportError: the folder or the event log cannot be written
+        ReportError: the folder or the file cannot be written
     """
     try:
         os.makedirs(os.path.dirname(report_path) or ".", exist_ok=True)
-        event_log = EventLog.locked(companion(report_path, EVENT_LOG), drive_id)
-        for path in (report_path, companion(report_path, ".csv")):
+        for path in (report_path, *(companion(report_path, one) for one in (".csv", *_PAGES))):
             with contextlib.suppress(FileNotFoundError):
                 os.remove(path)
-        remove_pages(report_path)
+        return EventFile(companion(report_path, EVENTS))
     except OSError as error:
         raise ReportError(
             f"{error.filename or report_path}: {error.strerror}; "
             "name a file in a writable folder with report:=FILE"
         ) from error
-    return event_log
 
 
-def write_report(report_path: str, result: DriveResult, trace: TraceFile | None = None) -> None:
+def is_complete(report_path: str) -> bool:
+    """Return whether a report does not lack what the events of its drive can add."""
+    return not os.path.exists(companion(report_path, EVENTS))
+
+
+def complete_report(report_path: str) -> None:
+    """Write what is missing of the report of a drive whose referee was killed.
+
+    Args:
+        report_path: path of report.json
+
+    Raises:
+        ReportError: there are no events of the drive, or a file cannot be written
+    """
+    path = companion(report_path, EVENTS)
+    try:
+        result = evaluate_events(read_events(path))
+    except OSError as error:
+        raise ReportError(f"{path}: {error.strerror}; drive again") from error
+    except ValueError as error:
+        raise ReportError(f"{path}: {error}; drive again") from error
+    try:
+        with open(report_path, encoding="utf-8") as file:
+            result.metrics = json.load(file)  # they have the time on the wall clock
+    except (OSError, ValueError):
+        write_report(report_path, result)
+    write_pages(report_path, result)
+    os.remove(path)
+
+
+def write_report(report_path: str, result: DriveResult) -> None:
     """Write the trace and then, atomically, the metrics.
 
     Args:
         report_path: path of report.json
         result: the evaluated drive
-        trace: has the rows that the result does not have
 
     Raises:
         ReportError: a file cannot be written
     """
     try:
         os.makedirs(os.path.dirname(report_path) or ".", exist_ok=True)
-        if trace is not None and trace.failure is None:
-            trace.finish(result.rows, result.reasons)
-        else:
-            if trace is not None:
-                trace.remove()
-            write_trace(companion(report_path, ".csv"), result)
+        write_trace(companion(report_path, ".csv"), result)
         with _complete(report_path) as path, open(path, "w", encoding="utf-8") as file:
             json.dump(result.metrics, file, indent=2)
             file.write("\n")
@@ -77,20 +101,15 @@ def write_report(report_path: str, result: DriveResult, trace: TraceFile | None 
 
 
 def write_trace(path: str, result: DriveResult) -> None:
-    """Write one row for each sample, with all digits, and the command that answered it."""
-    with open(path, "w", encoding="utf-8", newline="") as file:
-        write_rows(file, result.rows.tolist(), result.reasons)
+    """Write one row for each odometry, with all digits, and the command that answered it.
 
-
-def remove_pages(report_path: str) -> None:
-    """Remove report.png and report.html, where they exist.
-
-    Raises:
-        OSError: a file cannot be removed
+    An unknown command or reason is empty.
     """
-    for extension in (".png", ".html"):
-        with contextlib.suppress(FileNotFoundError):
-            os.remove(companion(report_path, extension))
+    with open(path, "w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow((*COLUMNS, "reason"))
+        for row, reason in zip(result.rows.tolist(), result.reasons):
+            writer.writerow([*("" if math.isnan(value) else value for value in row), reason])
 
 
 @contextlib.contextmanager

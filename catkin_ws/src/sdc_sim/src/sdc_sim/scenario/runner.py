@@ -34,8 +34,7 @@ from sdc_common.ros.catkin_workspace import (
     workspace_environment,
 )
 from sdc_common.routes.waypoint_file import WaypointError, load_waypoints
-from sdc_sim.report.completion import complete_report, is_complete
-from sdc_sim.report.writer import EVENT_LOG, companion
+from sdc_sim.report.writer import EVENTS, companion, complete_report, is_complete
 from sdc_sim.scenario.acceptance_limits import AcceptanceLimits, read_report, violations
 from sdc_sim.scenario.packaged import (
     PackagedFolders,
@@ -177,7 +176,7 @@ class CheckedDrive:
         Returns:
             one line for each violation, followed by the end of the log; empty if there is none
         """
-        for path in (self.report_path, companion(self.report_path, EVENT_LOG)):
+        for path in (self.report_path, companion(self.report_path, EVENTS)):
             with contextlib.suppress(FileNotFoundError):
                 os.remove(path)
         status = self._launch(timeout_s, is_stopped, environment)
