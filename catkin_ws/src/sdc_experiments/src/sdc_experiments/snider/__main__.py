@@ -44,7 +44,7 @@ def main() -> None:
         file.write(stored)
     path = os.path.join(folder, "controllers.md")
     with open(path, "w", encoding="utf-8") as file:
-        file.write(report.reflowed(report.text(report.from_json(stored))))
+        file.write(report.page(report.from_json(stored)))
     print(f"snider: wrote {path}")
 
 
