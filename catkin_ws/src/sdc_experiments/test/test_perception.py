@@ -6,10 +6,10 @@ import pytest
 
 from sdc_experiments.perception import WEATHERS, LaneDriver, drive_by_lane, route_named
 from sdc_sim.camera.renderer import Renderer
-from sdc_sim.camera.weather import Weather
 from sdc_sim.evaluation.route_progress import COMPLETED
 from sdc_sim.road.road import Road
 from sdc_sim.scenario.drive_setup import drive_setup
+from sdc_sim.simulation.weather import Weather
 
 pytestmark = pytest.mark.slow(10)
 HELD_OUT = "1019"

@@ -72,6 +72,8 @@ class Sim:
 
     def missing_connections(self):
         missing = [] if self.commands.has_publisher else [f"a publisher of {self.commands.topic}"]
+        if not self.topics.has_camera:
+            missing.append("front_camera, which takes the pictures")
         odometry, topics = self.topics.odometry.resolved_name, self.topics.tick_topics
         return missing + missing_connections(Connections(), odometry, topics, self.wait_for_nodes)
 

@@ -21,6 +21,8 @@ from sdc_common.ros.odometry import pose_and_speed
 from sdc_common.testing.message_listener import MessageListener, wait_for_subscriber, wait_until
 
 SIM = os.path.join(rospkg.RosPack().get_path("sdc_sim"), "scripts", "sim.py")
+CAMERA = os.path.join(rospkg.RosPack().get_path("sdc_sim"), "scripts", "front_camera.py")
+CAMERA_TOPICS = ("/carla/weather_control", "/carla/hero/spectator_pose")
 OBSTACLES = """frame: route
 obstacles:
   - {kind: car, at: [40.0, 0.0]}
@@ -83,7 +85,7 @@ CONTROL = {
     "0.9.5": CarlaEgoVehicleControl,
     "0.9.11": CarlaEgoVehicleControl,
 }
-# Topics that the sim subscribes to.
+# Topics that the sim and the front camera subscribe to.
 SUBSCRIBED = {
     "0.9.3": {},
     "0.9.5": {
@@ -114,11 +116,14 @@ class GenerationsTest(unittest.TestCase):
         with open(obstacles, "w", encoding="utf-8") as file:
             file.write(OBSTACLES)
         name = "sim_" + generation.replace(".", "_")
-        changes = {"bridge": generation, "obstacles_path": obstacles}
+        feed = os.path.join(folder.name, "pictures")
+        rospy.set_param("/front_camera/picture_feed", feed)
+        changes = {"bridge": generation, "obstacles_path": obstacles, "picture_feed": feed}
         rospy.set_param("/" + name, {**rospy.get_param("~good"), **changes})
-        process = subprocess.Popen(["/usr/bin/env", "python3", SIM, "__name:=" + name])
-        self.addCleanup(process.wait)
-        self.addCleanup(process.terminate)
+        for command in ([SIM, "__name:=" + name], [CAMERA]):
+            process = subprocess.Popen(["/usr/bin/env", "python3", *command])
+            self.addCleanup(process.wait)
+            self.addCleanup(process.terminate)
         wait_until(lambda: "/" + name in self.nodes(0, EGO + "/odometry"), what=name)
         return "/" + name
 
@@ -143,7 +148,8 @@ class GenerationsTest(unittest.TestCase):
         self.assertEqual([topic for topic in others if sim in self.nodes(0, topic)], [])
         for topic, kind in SUBSCRIBED[generation].items():
             self.assertEqual((topic, types.get(topic)), (topic, kind))
-            self.assertIn(sim, self.nodes(1, topic))
+            node = "/front_camera" if topic in CAMERA_TOPICS else sim
+            self.assertIn(node, self.nodes(1, topic))
         command = rospy.Publisher(EGO + "/vehicle_control_cmd", CONTROL[generation], queue_size=1)
         self.addCleanup(command.unregister)
         wait_for_subscriber(command)

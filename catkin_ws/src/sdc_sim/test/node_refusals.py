@@ -18,6 +18,7 @@ from sensor_msgs.msg import Image
 from sdc_common.testing.message_listener import MessageListener
 
 SIM = os.path.join(rospkg.RosPack().get_path("sdc_sim"), "scripts", "sim.py")
+CAMERA = os.path.join(rospkg.RosPack().get_path("sdc_sim"), "scripts", "front_camera.py")
 # Starts a sim for each node's name that it reads: the imports take most of the time of a start.
 PREPARED = f"""
 import os, signal, sys
@@ -152,6 +153,11 @@ class RefusalsTest(unittest.TestCase):
         odometry = MessageListener("/carla/" + name + "/odometry", Odometry)
         image = MessageListener("/carla/" + name + "/camera/rgb/front/image_color", Image)
         changes.update(waypoints_path=waypoints_path, role_name=name, camera=camera)
+        if camera:
+            changes["picture_feed"] = os.path.join(self.folder.name, name)
+            rospy.set_param("/front_camera/picture_feed", changes["picture_feed"])
+            pictures = subprocess.Popen([sys.executable, CAMERA])
+            self.addCleanup(pictures.wait)
         sim = self.start(name, **changes)
         try:
             picture = image.wait_for(seconds=60.0) if camera else None

@@ -1,93 +1,87 @@
-"""Front camera: which observations it hands over, and how it draws obstacles and traffic lights."""
+"""Front camera: what its pictures show, and how the simulator hands observations over."""
 
-import contextlib
 import io
-from pathlib import Path
+import threading
+from multiprocessing import Pipe
 
 import numpy as np
 import pytest
 from cv_bridge import CvBridge
 
 from sdc_common.routes.waypoint_file import load_waypoints
-from sdc_sim.camera import camera_node, front_camera
-from sdc_sim.camera.camera_input import CameraInput
+from sdc_sim.camera.boxes import obstacle_box, traffic_light_box
 from sdc_sim.camera.camera_model import CameraModel
-from sdc_sim.camera.camera_node import obstacle_box, remappings_of, traffic_light_box
-from sdc_sim.camera.front_camera import FrontCamera
 from sdc_sim.camera.renderer import Renderer
-from sdc_sim.camera.shared_pictures import SharedPictures
 from sdc_sim.physics.obstacles import ObstacleState
 from sdc_sim.physics.traffic_lights import GREEN, OFF, RED, YELLOW, TrafficLightState
 from sdc_sim.physics.vehicle import VehicleState
 from sdc_sim.road.road import Road
-from sdc_sim.ros.bridge_generations import GENERATIONS
+from sdc_sim.ros import front_camera
+from sdc_sim.ros.front_camera import FrontCamera
+from sdc_sim.ros.picture_feed import PictureFeed, PictureSettings, connect
 from sdc_sim.simulation.observation import Observation
 
 
-class RecordingProcess:
-    """A worker process that records what it is sent."""
-
-    def __init__(self, make_handler, arguments, depth, warn, idle):
-        self.arguments, self.depth, self.sent, self.closed = arguments, depth, [], False
-        self.idle = idle
-
-    def offer(self, item):
-        self.sent.append(("offer", item))
-
-    def put(self, item, timeout_s):
-        self.sent.append(("put", item))
-
-    def close(self):
-        self.closed = True
+def settings(route="route.csv", daylight=1.0, every_frame=True):
+    return PictureSettings(str(route), "hero", "0.9.3", daylight, {}, every_frame)
 
 
 @pytest.fixture
-def shutdown(monkeypatch):
-    """Return the functions that run at shutdown."""
-    functions = []
-    monkeypatch.setattr(front_camera, "WorkerProcess", RecordingProcess)
-    monkeypatch.setattr(front_camera.rospy, "on_shutdown", functions.append)
-    yield functions
-    for function in functions:
-        with contextlib.suppress(FileNotFoundError):
-            function()
+def feed(tmp_path):
+    """Return a function that makes a feed, and the path of its socket."""
+
+    def make(every_frame):
+        return PictureFeed(path, settings(every_frame=every_frame))
+
+    path = str(tmp_path / "pictures")
+    make.path = path
+    return make
 
 
-@pytest.mark.parametrize(("every_frame", "way"), [(True, "put"), (False, "offer")])
-def test_camera_waits_for_room_in_lockstep_only(shutdown, every_frame, way):
-    camera = FrontCamera("route.csv", "hero", GENERATIONS["0.9.3"], 0.5, every_frame)
-    camera.show("first")
-    camera.daylight, camera.spectator = 0.25, (1.0, 2.0, 3.0, 0.0, 0.1)
-    camera.show("second")
-    assert camera._process.idle is not every_frame
-    assert camera._process.sent == [
-        (way, ("first", 0.5, None)),
-        (way, ("second", 0.25, (1.0, 2.0, 3.0, 0.0, 0.1))),
-    ]
-    route, pictures, *others = camera._process.arguments
-    assert (route, others) == ("route.csv", ["hero", GENERATIONS["0.9.3"]])
-    assert (Path("/dev/shm") / pictures).exists()
+def test_lockstep_waits_for_the_camera_and_sends_every_observation(feed):
+    sim = feed(every_frame=True)
+    numbers = list(range(20))
+    thread = threading.Thread(target=lambda: [sim.show(number) for number in numbers])
+    thread.start()
+    camera = connect(feed.path)
+    assert camera.recv() == settings()
+    camera.send_bytes(b"")
+    received = []
+    for _ in numbers:
+        received.append(camera.recv())
+        camera.send_bytes(b"")
+    thread.join(10.0)
+    assert received == numbers
 
 
-def test_repeated_picture_does_not_wait_for_room(shutdown):
-    camera = FrontCamera("route.csv", "hero", GENERATIONS["0.9.3"], 0.5, True)
-    camera.show("first")
-    camera.show("first", again=True)
-    assert [way for way, _ in camera._process.sent] == ["put", "offer"]
+def test_real_time_and_repeated_pictures_drop_what_a_busy_camera_cannot_take(feed):
+    sim = feed(every_frame=False)
+    sim.show("before the camera connects")
+    camera = connect(feed.path)
+    sim.show("before it has started")
+    assert camera.recv() == settings(every_frame=False)
+    camera.send_bytes(b"")
+    sim.show("first")
+    sim.show("while the first is painted")
+    assert camera.recv() == "first"
+    camera.send_bytes(b"")
+    sim.show("second", again=True)
+    sim.show("second", again=True)
+    assert camera.recv() == "second"
+    assert not camera.poll(0.1)
 
 
-def test_camera_closes_its_process_and_memory_at_shutdown(shutdown):
-    camera = FrontCamera("route.csv", "hero", GENERATIONS["0.9.3"], 1.0, True)
-    pictures = Path("/dev/shm") / camera._process.arguments[1]
-    assert pictures.exists() and not camera._process.closed
-    for function in shutdown:
-        function()
-    assert camera._process.closed and not pictures.exists()
-
-
-def test_remappings_of_the_sim_apply_to_the_camera_but_not_its_name():
-    argv = ["sim.py", "/image:=/other", "__name:=sim", "__log:=/tmp/sim.log"]
-    assert remappings_of(argv) == ["sim.py", "/image:=/other"]
+def test_camera_that_was_killed_gets_the_settings_again(feed):
+    sim = feed(every_frame=False)
+    for word in ("first", "second"):
+        camera = connect(feed.path)
+        sim.show("connects")
+        assert camera.recv() == settings(every_frame=False)
+        camera.send_bytes(b"")
+        sim.show(word)
+        assert camera.recv() == word
+        camera.close()
+        sim.show("dropped")
 
 
 def test_obstacle_is_drawn_with_its_pose_size_and_colour():
@@ -105,26 +99,6 @@ def test_traffic_light_faces_its_cars_and_shows_its_state(state, brightest):
     assert (box.x_m, box.y_m, box.kind) == (3.0, 4.0, "light")
     assert box.yaw_rad == pytest.approx(0.5 + 3.141592653589793)
     assert {k for k, value in enumerate(box.colour_bgr) if value >= 200} == brightest
-
-
-class DelayedWorker:
-    """A worker in this process, always as many items behind as it may be."""
-
-    made = None
-
-    def __init__(self, make_handler, arguments, depth, warn):
-        self.handle, self.depth, self.waiting = make_handler(*arguments), depth, []
-        DelayedWorker.made = self
-
-    def put(self, item, timeout_s):
-        self.waiting.append(item)
-        if len(self.waiting) > self.depth:
-            self.handle(self.waiting.pop(0))
-        return True
-
-    def finish(self):
-        while self.waiting:
-            self.handle(self.waiting.pop(0))
 
 
 class Published:
@@ -145,32 +119,27 @@ class Published:
 @pytest.fixture
 def photograph(monkeypatch, tmp_path):
     """Return a function from observations to the published camera_info and Image messages."""
-    monkeypatch.setattr(camera_node, "WorkerProcess", DelayedWorker)
-    monkeypatch.setattr(camera_node, "LoopPublisher", Published)
-    monkeypatch.setattr(camera_node.rospy, "init_node", lambda *args, **kwds: None)
+    monkeypatch.setattr(front_camera, "LoopPublisher", Published)
     monkeypatch.setattr(Published, "messages", {})
 
     class Transforms:
         def sendTransform(self, transform):  # noqa: N802 (name of tf2)
             pass
 
-    monkeypatch.setattr(camera_node.tf2_ros, "StaticTransformBroadcaster", Transforms)
+    monkeypatch.setattr(front_camera.tf2_ros, "StaticTransformBroadcaster", Transforms)
     route = tmp_path / "route.csv"
     route.write_text("".join(f"{x},0\n" for x in range(0, 200, 2)))
-    shared = SharedPictures(CameraModel())
 
     def run(*observations, daylight=1.0):
-        painter = camera_node.BackgroundPainter(
-            str(route), shared.name, "hero", GENERATIONS["0.9.3"]
-        )
+        sim, camera = Pipe()
         for observation in observations:
-            painter.paint(CameraInput(observation, daylight, None))
-        DelayedWorker.made.finish()
+            sim.send(observation)
+        sim.close()
+        FrontCamera(camera, settings(route, daylight)).loop()
         return Published.messages["CameraInfo"], Published.messages["Image"]
 
     run.road = Road(load_waypoints(str(route)))
-    yield run
-    shared.remove()
+    return run
 
 
 def seen_at(tick, *obstacles, lights=()):

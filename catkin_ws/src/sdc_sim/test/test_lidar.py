@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from sdc_sim.camera.buildings import Building
-from sdc_sim.camera.meshes import car_mesh
+from sdc_sim.physics.meshes import car_mesh
 from sdc_sim.physics.obstacles import KINDS, ObstacleState
 from sdc_sim.physics.traffic_lights import TrafficLightState
 from sdc_sim.physics.vehicle import VehicleState

@@ -23,7 +23,8 @@ from sdc_sim.manual_control.keyboard import KeyboardControl, KeyboardControlRate
 from sdc_sim.manual_control.map_view import MapView
 from sdc_sim.manual_control.views import ViewSelector
 from sdc_sim.physics.vehicle import VehicleCommand
-from sdc_sim.ros.message_conversion import image_message, quaternion_from_yaw
+from sdc_sim.ros.message_conversion import quaternion_from_yaw
+from sdc_sim.ros.picture_messages import image_message
 
 RATES = KeyboardControlRates(
     throttle_per_s=2.0, brake_per_s=4.0, steer_per_s=0.5, steer_return_per_s=2.0, steer_limit=0.7

@@ -8,20 +8,16 @@ import pytest
 import rospy
 from nav_msgs.msg import Odometry
 from sdc_msgs.msg import BaseWaypoint, CarlaVehicleControl, LocalPath, Path, Waypoint
-from sensor_msgs.msg import Image
 from visualization_msgs.msg import Marker
 
 from sdc_common.ros.odometry import pose_and_speed
 from sdc_common.ros.stop_lines import stop_lines
-from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.physics.obstacles import CollisionEvent, ObstaclePlan, Obstacles
 from sdc_sim.physics.traffic_lights import TrafficLightPlan, TrafficLights
 from sdc_sim.physics.vehicle import VehicleCommand, VehicleState
 from sdc_sim.physics.vehicle_parameters import load_vehicle
 from sdc_sim.ros.message_conversion import (
-    camera_info_message,
     collision_message,
-    image_message,
     lane_invasion_message,
     light_info_message,
     light_status_message,
@@ -98,42 +94,6 @@ def test_odometry_message_returns_the_state():
     assert (transform.header.frame_id, transform.child_frame_id) == ("map", "ego_vehicle")
     assert transform.transform.rotation == message.pose.pose.orientation
     assert isinstance(message, Odometry)
-
-
-def test_image_keeps_every_pixel():
-    picture = np.random.default_rng(0).integers(0, 255, (480, 640, 4), dtype=np.uint8)
-    message = image_message(picture, rospy.Time(7))
-    assert (message.step, len(message.data)) == (2560, 480 * 2560)
-    np.testing.assert_array_equal(
-        np.frombuffer(message.data, np.uint8).reshape(picture.shape), picture
-    )
-    buffer = io.BytesIO(b"before")
-    buffer.seek(6)
-    message.serialize(buffer)
-    received = Image().deserialize(buffer.getvalue()[6:])
-    assert (received.header, received.encoding, received.step) == (message.header, "bgra8", 2560)
-    assert received.data == picture.tobytes()
-
-
-def test_camera_info_describes_the_pinhole_with_a_field_of_view_of_90_degrees():
-    info = received(camera_info_message(CameraModel(), "front"))
-    assert (info.width, info.height, info.header.frame_id) == (640, 480, "front")
-    assert (info.distortion_model, list(info.D)) == ("plumb_bob", [0.0] * 5)
-    k, r, p = (np.reshape(one, (3, -1)) for one in (info.K, info.R, info.P))
-    np.testing.assert_allclose(k, [[320.0, 0.0, 320.0], [0.0, 320.0, 240.0], [0.0, 0.0, 1.0]])
-    np.testing.assert_array_equal(r, np.eye(3))
-    np.testing.assert_array_equal(p, np.column_stack([k, np.zeros(3)]))
-
-
-def test_camera_info_projects_points_where_the_camera_draws_them():
-    camera = CameraModel(800, 600, 0.9, 0.0, 2.8, 0.2)
-    info = camera_info_message(camera)
-    points = np.array([[20.0, 3.0, 1.0], [9.0, -2.0, 0.0]])
-    pixels, _ = camera.project(points, 0.0, 0.0, 0.0)
-    optical = (points - camera.position_in_map(0.0, 0.0, 0.0)) @ camera.map_from_optical(0.0)
-    for matrix in (np.reshape(info.K, (3, 3)), np.reshape(info.P, (3, 4))[:, :3]):
-        u, v, w = matrix @ optical.T
-        np.testing.assert_allclose(np.column_stack([u / w, v / w]), pixels)
 
 
 def received(message):

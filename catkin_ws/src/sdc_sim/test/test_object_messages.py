@@ -1,4 +1,4 @@
-"""Objects, actors, control info, daylight and the spectator's camera as CARLA's bridge has them."""
+"""Objects, actors and control info as CARLA's bridge has them."""
 
 import io
 import math
@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 import rospy
 from derived_object_msgs.msg import Object, ObjectArray
-from geometry_msgs.msg import PoseStamped
 from visualization_msgs.msg import Marker
 
 from sdc_sim.physics.ackermann import AckermannTarget
@@ -21,12 +20,10 @@ from sdc_sim.road.opendrive import opendrive
 from sdc_sim.ros.object_messages import (
     actor_list_message,
     control_info_message,
-    daylight,
     ego_object,
     object_array,
     object_marker,
     obstacle_object,
-    spectator_mount,
 )
 
 NOW = rospy.Time(7)
@@ -98,60 +95,6 @@ def test_control_info_has_target_and_executed_command(tesla):
     assert (
         received(control_info_message(state, command, None, tesla, None, NOW)).target.speed == 0.0
     )
-
-
-def test_daylight_is_the_height_of_the_sun():
-    assert [daylight(angle) for angle in (-90.0, -5.0, 90.0, 900.0)] == [0.0, 0.0, 1.0, 1.0]
-    assert daylight(30.0) == pytest.approx(0.5)
-    with pytest.raises(ValueError, match="nan"):
-        daylight(math.nan)
-
-
-def spectator_pose(yaw, pitch_down, frame="hero", z=3.0):
-    """Return the pose of a camera with x right, y up, z backward that looks along yaw."""
-    backward = -np.array(
-        [
-            math.cos(yaw) * math.cos(pitch_down),
-            math.sin(yaw) * math.cos(pitch_down),
-            -math.sin(pitch_down),
-        ]
-    )
-    right = np.array([math.sin(yaw), -math.cos(yaw), 0.0])
-    rotation = np.column_stack([right, np.cross(backward, right), backward])
-    w = 0.5 * math.sqrt(max(0.0, 1.0 + np.trace(rotation)))
-    pose = PoseStamped()
-    pose.header.frame_id = frame
-    pose.pose.position.x, pose.pose.position.z = -6.0, z
-    q = pose.pose.orientation
-    q.x, q.y, q.z = (
-        (rotation[2, 1] - rotation[1, 2]) / (4 * w),
-        (rotation[0, 2] - rotation[2, 0]) / (4 * w),
-        (rotation[1, 0] - rotation[0, 1]) / (4 * w),
-    )
-    q.w = w
-    return pose
-
-
-@pytest.mark.parametrize(("yaw", "pitch"), [(0.0, 0.0), (0.4, 0.2), (-1.0, 0.3)])
-def test_spectator_looks_where_its_pose_points(yaw, pitch):
-    x, y, z, mount_yaw, mount_pitch = spectator_mount(spectator_pose(yaw, pitch), "hero")
-    assert (x, y, z) == (-6.0, 0.0, 3.0)
-    assert (mount_yaw, mount_pitch) == (pytest.approx(yaw), pytest.approx(pitch))
-
-
-@pytest.mark.parametrize(
-    ("pose", "reason"),
-    [
-        (spectator_pose(0.0, 0.0, frame="map"), "frame is 'map'; use hero"),
-        (spectator_pose(0.0, 1.2), "of the horizon"),
-        (spectator_pose(0.0, 0.0, z=-1.0), "above"),
-        (spectator_pose(0.0, 0.0, z=math.nan), "above"),
-        (PoseStamped(), "frame"),
-    ],
-)
-def test_spectator_pose_that_cannot_be_drawn_is_refused(pose, reason):
-    with pytest.raises(ValueError, match=reason):
-        spectator_mount(pose, "hero")
 
 
 def test_opendrive_has_the_length_and_the_lanes_of_the_route():

@@ -21,7 +21,7 @@ from sdc_sim.scenario.packaged import (
     sim_options,
 )
 from sdc_sim.scenario.reader import Scenario
-from sdc_sim.scenario.yaml_document import DocumentError
+from sdc_sim.yaml_document import DocumentError
 
 FOLDERS = PackagedFolders.find()
 SCENARIO = Scenario("/my/drive.yaml")

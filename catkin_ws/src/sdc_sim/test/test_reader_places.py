@@ -9,7 +9,7 @@ import pytest
 from sdc_common.geometry.route import Route
 from sdc_sim.physics.obstacles import ObstaclePlan
 from sdc_sim.scenario.reader import Scenario, load_lights, load_obstacles, load_scenario
-from sdc_sim.scenario.yaml_document import DocumentError
+from sdc_sim.yaml_document import DocumentError
 
 # East for 100 m, then north.
 ROUTE = Route(np.vstack([[(x, 0.0) for x in range(101)], [(100.0, y) for y in range(1, 101)]]))

@@ -18,7 +18,7 @@ from sdc_sim.physics.traffic_lights import TrafficLightPlan, TrafficLights
 from sdc_sim.scenario.acceptance_limits import AcceptanceLimits, RequiredStop
 from sdc_sim.scenario.reader import load_lights, load_obstacles, load_scenario
 from sdc_sim.scenario.schema import SIM_OPTIONS
-from sdc_sim.scenario.yaml_document import DocumentError
+from sdc_sim.yaml_document import DocumentError
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 EXAMPLES = os.path.join(HERE, "..", "config", "obstacles")

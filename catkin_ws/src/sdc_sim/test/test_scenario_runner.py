@@ -18,7 +18,7 @@ from sdc_sim.scenario.runner import (
     main,
     prepare,
 )
-from sdc_sim.scenario.yaml_document import DocumentError
+from sdc_sim.yaml_document import DocumentError
 
 FOLDERS = PackagedFolders.find()
 

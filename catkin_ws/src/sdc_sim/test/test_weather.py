@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 from sdc_sim.camera.renderer import Renderer
-from sdc_sim.camera.weather import CLEAR, Weather
 from sdc_sim.road.road import Road
-from sdc_sim.ros.simulation_setup import CLEAR_WEATHER
+from sdc_sim.scenario.packaged import node_config
+from sdc_sim.simulation.weather import CLEAR, Weather
 
 pytestmark = pytest.mark.slow(6)
 
@@ -36,7 +36,7 @@ def contrast(picture, row):
 
 
 def test_default_parameters_are_clear_weather():
-    assert Weather.read(CLEAR_WEATHER) == CLEAR == Weather()
+    assert Weather.read(node_config("sdc_sim", "sim")["weather"]) == CLEAR == Weather()
 
 
 def test_fog_hides_distant_lines_and_not_near_ones(picture):

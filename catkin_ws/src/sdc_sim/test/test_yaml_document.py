@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from sdc_sim.scenario.yaml_document import DocumentError, file_version, load_yaml, validate
+from sdc_sim.yaml_document import DocumentError, file_version, load_yaml, validate
 
 NUMBER = {"type": "number", "minimum": 0.0, "description": "a number from 0"}
 SCHEMA = {

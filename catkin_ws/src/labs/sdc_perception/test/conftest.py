@@ -9,8 +9,8 @@ import pytest
 import rospkg
 import yaml
 
+from sdc_sim.camera.boxes import obstacle_box, traffic_light_box
 from sdc_sim.camera.camera_model import CameraModel
-from sdc_sim.camera.camera_node import obstacle_box, traffic_light_box
 from sdc_sim.camera.renderer import Renderer
 from sdc_sim.physics.obstacles import ObstaclePlan, SimulatedObstacle
 from sdc_sim.physics.traffic_lights import FIRST_ID, TrafficLightState

@@ -17,10 +17,10 @@ from sdc_perception.obstacle_detection import covered_boxes
 from sdc_perception.obstacle_tracker import ObstacleSettings, body_finder
 from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.camera.renderer import Renderer
-from sdc_sim.camera.weather import Weather
 from sdc_sim.road.road import Road
 from sdc_sim.road.route_generator import generate_route
 from sdc_sim.scenario.packaged import node_config
+from sdc_sim.simulation.weather import Weather
 
 pytestmark = pytest.mark.slow(11)
 

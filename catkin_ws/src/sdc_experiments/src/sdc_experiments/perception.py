@@ -29,10 +29,9 @@ from sdc_perception.lane_detection import DetectorSettings, LaneDetector
 from sdc_perception.lane_following import FollowingSettings, lane_path, stopping_path
 from sdc_perception.lane_tracker import TrackedLane
 from sdc_perception.overlay import draw_lane
+from sdc_sim.camera.boxes import obstacle_box, traffic_light_box
 from sdc_sim.camera.camera_model import CameraModel
-from sdc_sim.camera.camera_node import obstacle_box, traffic_light_box
 from sdc_sim.camera.renderer import Renderer
-from sdc_sim.camera.weather import Weather
 from sdc_sim.evaluation.drive_evaluation import DriveResult
 from sdc_sim.physics.vehicle import VehicleState
 from sdc_sim.road.road import Road
@@ -40,6 +39,7 @@ from sdc_sim.scenario.drive_setup import DriveSetup, drive_setup
 from sdc_sim.scenario.packaged import node_config
 from sdc_sim.sensors.readings import WHEELS
 from sdc_sim.simulation.observation import Observation
+from sdc_sim.simulation.weather import Weather
 
 TOWN = "town"
 # Name: parameters of config/sim.yaml.

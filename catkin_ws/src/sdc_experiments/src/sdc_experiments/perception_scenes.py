@@ -10,17 +10,16 @@ import cv2
 import numpy as np
 
 from sdc_experiments.random_routes import random_route
-from sdc_sim.camera.boxes import Box
+from sdc_sim.camera.boxes import Box, obstacle_box, traffic_light_box
 from sdc_sim.camera.camera_model import CameraModel
-from sdc_sim.camera.camera_node import obstacle_box, traffic_light_box
 from sdc_sim.camera.painting import dim, footprint
 from sdc_sim.camera.renderer import Renderer
 from sdc_sim.camera.scene_objects import SceneObjects
-from sdc_sim.camera.weather import Weather
 from sdc_sim.physics.obstacles import ObstaclePlan, ObstacleState, SimulatedObstacle
 from sdc_sim.physics.traffic_lights import COLOURS, OFF, TrafficLightPlan, TrafficLights
 from sdc_sim.road.road import Road
 from sdc_sim.road.scenery import Scenery
+from sdc_sim.simulation.weather import Weather
 
 FRAMES_A_ROUTE = 50
 # A light whose lamps are turned away farther is for other drivers.
@@ -30,7 +29,7 @@ _CROSSING_M = 15.0
 # Least visible share of a lamp and of a body.
 _VISIBLE = 0.6
 _KINDS = ("car", "car", "pedestrian", "pedestrian", "obstacle")
-# A lamp's centre below the top, and ahead of the pole, as in sdc_sim.camera.meshes.
+# A lamp's centre below the top, and ahead of the pole, as in sdc_sim.physics.meshes.
 _LAMP_BELOW_M, _LAMP_SPACING_M, _LAMP_AHEAD_M = 0.2, 0.32, 0.145
 _NO_SCENERY = Scenery(
     np.zeros(0, int), np.zeros((0, 2)), np.zeros(0), np.zeros((0, 3)), np.zeros(0, int)

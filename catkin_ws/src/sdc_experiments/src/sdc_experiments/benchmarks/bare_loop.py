@@ -28,7 +28,7 @@ from sdc_common.ros.node import LoopPublisher
 from sdc_common.testing.message_listener import wait_until
 from sdc_common.testing.processes import isolated_ros_environment
 from sdc_experiments.stack_launch import running
-from sdc_sim.ros.message_conversion import image_message
+from sdc_sim.ros.picture_messages import image_message
 
 ODOMETRY = "/carla/ego_vehicle/odometry"
 PATH = "/planner/local_waypoints"

@@ -33,7 +33,8 @@ from sdc_sim.camera.example_scenes import route as arcs
 from sdc_sim.camera.renderer import Renderer
 from sdc_sim.physics.vehicle import Vehicle, VehicleState
 from sdc_sim.road.road import Road
-from sdc_sim.ros.message_conversion import image_message, odometry_message
+from sdc_sim.ros.message_conversion import odometry_message
+from sdc_sim.ros.picture_messages import image_message
 from sdc_sim.sensors.lidar import PlanarLidar, RoofLidar
 from sdc_sim.sensors.model import Moment, SensorContext
 from sdc_sim.sensors.settings import LidarSettings

@@ -208,7 +208,7 @@ class SdcEnvironment(gymnasium.Env):
         state, boxes = observation.state, []
         if observation.obstacles or observation.traffic_lights:
             # It imports the node of the camera.
-            from sdc_sim.camera.camera_node import obstacle_box, traffic_light_box
+            from sdc_sim.camera.boxes import obstacle_box, traffic_light_box
 
             boxes = [*map(obstacle_box, observation.obstacles)]
             boxes += map(traffic_light_box, observation.traffic_lights)

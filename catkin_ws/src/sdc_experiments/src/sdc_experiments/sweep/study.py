@@ -23,7 +23,7 @@ from sdc_experiments.sweep.true_metrics import TRUE_METRICS
 from sdc_sim.scenario.acceptance_limits import METRICS
 from sdc_sim.scenario.packaged import PackagedFolders, find_route, find_scenario
 from sdc_sim.scenario.reader import load_scenario
-from sdc_sim.scenario.yaml_document import YamlDocument, load_yaml, validate
+from sdc_sim.yaml_document import YamlDocument, load_yaml, validate
 
 MAX_CELLS = 1_000_000
 _DEFAULT_METRICS = ("cross_track_rms_m", "driving_score")

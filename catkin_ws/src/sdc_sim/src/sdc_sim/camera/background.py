@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from sdc_sim.camera.air import Air
 from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.camera.ground import Ground
 from sdc_sim.camera.sky import Sky
-from sdc_sim.camera.weather import CLEAR, Air, Weather
 from sdc_sim.road.road import Road
 from sdc_sim.road.scenery import Scenery
+from sdc_sim.simulation.weather import CLEAR, Weather
 
 
 class Background:

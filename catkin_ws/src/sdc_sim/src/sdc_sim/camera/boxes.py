@@ -2,24 +2,34 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple, Sequence
 
 import cv2
 import numpy as np
 
-from sdc_sim.camera.meshes import (
+from sdc_sim.camera.painting import FIXED_POINT_BITS, SUN, footprint, shadow_hull
+from sdc_sim.camera.rasterizer import NEAR_M, PolygonRasterizer, fill
+from sdc_sim.physics.meshes import (
     Mesh,
     car_mesh,
     obstacle_mesh,
     pedestrian_mesh,
     traffic_light_mesh,
 )
-from sdc_sim.camera.painting import FIXED_POINT_BITS, SHADE, SUN, footprint, shadow_hull
-from sdc_sim.camera.rasterizer import NEAR_M, PolygonRasterizer, fill
+from sdc_sim.physics.obstacles import COLOURS, ObstacleState
+from sdc_sim.physics.traffic_lights import GREEN, HEIGHT_M, OFF, RED, YELLOW, TrafficLightState
+from sdc_sim.physics.vehicle import VehicleState
+from sdc_sim.simulation.weather import SHADE
 
 KINDS = ("car", "pedestrian", "obstacle", "light")
 _CACHED_LIGHTS = 64
+_LIGHT_SIZE_M = 0.4
+_EGO_SIZE_M = (4.7, 2.0, 1.5)
+_EGO_BGR = (120, 60, 25)
+# Blue, green, red of the lamp that is lit; of a light that is off, the glass of the red lamp.
+_LIT_BGR = {RED: (40, 40, 255), YELLOW: (40, 200, 255), GREEN: (90, 255, 60), OFF: (20, 20, 62)}
 
 
 @dataclass(frozen=True)
@@ -55,6 +65,39 @@ class Box:
             raise ValueError(f"box: length_m, width_m and height_m must be positive, got {size}")
         if self.kind not in KINDS:
             raise ValueError(f"box: kind must be one of {', '.join(KINDS)}, got '{self.kind}'")
+
+
+def ego_box(state: VehicleState) -> Box:
+    """Return the own car as the cameras outside it draw it."""
+    return Box(state.x_m, state.y_m, state.yaw_rad, *_EGO_SIZE_M, _EGO_BGR, "car")
+
+
+def obstacle_box(obstacle: ObstacleState) -> Box:
+    """Return an obstacle as the camera draws it."""
+    return Box(
+        obstacle.x_m,
+        obstacle.y_m,
+        obstacle.yaw_rad,
+        obstacle.length_m,
+        obstacle.width_m,
+        obstacle.height_m,
+        tuple(round(255 * share) for share in reversed(COLOURS[obstacle.kind])),
+        obstacle.kind,
+    )
+
+
+def traffic_light_box(light: TrafficLightState) -> Box:
+    """Return a traffic light as the camera draws it: it faces the cars that it applies to."""
+    return Box(
+        light.x_m,
+        light.y_m,
+        light.heading_rad + math.pi,
+        _LIGHT_SIZE_M,
+        _LIGHT_SIZE_M,
+        HEIGHT_M,
+        _LIT_BGR[light.state],
+        "light",
+    )
 
 
 class BoxFace(NamedTuple):

@@ -13,7 +13,6 @@ from sdc_sim.camera.painting import (
     footprint,
 )
 from sdc_sim.camera.rasterizer import PolygonRasterizer, fill
-from sdc_sim.camera.weather import Weather
 from sdc_sim.road.scenery import (
     EAVES_SHARE,
     HOUSE,
@@ -21,6 +20,7 @@ from sdc_sim.road.scenery import (
     ROOF_BEYOND_EAVES_M,
     Scenery,
 )
+from sdc_sim.simulation.weather import Weather
 
 BUILDING_RANGE_M = 190.0
 CACHED_BUILDINGS = 256

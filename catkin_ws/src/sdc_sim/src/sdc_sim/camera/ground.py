@@ -16,11 +16,10 @@ import numpy as np
 
 from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.camera.ground_textures import FINEST_TEXEL_M, GRASS_BGR, LEVELS, TILE_PX
-from sdc_sim.camera.painting import HAZE_BGR, HAZE_RANGE_M
 from sdc_sim.camera.tiles import GroundTiles
-from sdc_sim.camera.weather import Weather
 from sdc_sim.road.road import Road
 from sdc_sim.road.scenery import Scenery
+from sdc_sim.simulation.weather import HAZE_BGR, HAZE_RANGE_M, Weather
 
 # Each level keeps a window of so many tiles, either way, that its rows can touch.
 _WINDOW_TILES = 3

@@ -12,9 +12,9 @@ from sdc_sim.camera.painting import (
     shadow_hull,
 )
 from sdc_sim.camera.road_rasterizer import fixed_point
-from sdc_sim.camera.weather import Weather
 from sdc_sim.road.cell_index import CellIndex
 from sdc_sim.road.scenery import TREE, Scenery
+from sdc_sim.simulation.weather import Weather
 
 _CELL_M = 32.0
 _CROWN_CORNERS = 18

@@ -7,14 +7,12 @@ from typing import Sequence
 import cv2
 import numpy as np
 
+from sdc_sim.simulation.weather import SHADOW_M_PER_M
+
 # Fractional bits of the coordinates that OpenCV's polygon functions take.
 FIXED_POINT_BITS = 4
-HAZE_BGR = np.array([214.0, 202.0, 190.0])
-HAZE_RANGE_M = 420.0
-# Unit vector to the sun, offset of the shadow of an object of 1 m height, brightness in the shadow.
+# Unit vector to the sun.
 SUN = np.array([-0.52, 0.42, 0.74])
-SHADOW_M_PER_M = np.array([0.55, -0.45])
-SHADE = 0.58
 
 
 def lattice_noise(seed: int, octave: int, size_px: int, repeats: int) -> np.ndarray:

@@ -11,8 +11,8 @@ from sdc_sim.camera.boxes import Box
 from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.camera.painting import dim
 from sdc_sim.camera.scene_objects import SceneObjects
-from sdc_sim.camera.weather import CLEAR, Weather
 from sdc_sim.road.road import Road
+from sdc_sim.simulation.weather import CLEAR, Weather
 
 
 class Renderer:

@@ -8,7 +8,8 @@ import cv2
 import numpy as np
 
 from sdc_sim.camera.camera_model import CameraModel
-from sdc_sim.camera.painting import HAZE_BGR, lattice_noise
+from sdc_sim.camera.painting import lattice_noise
+from sdc_sim.simulation.weather import HAZE_BGR
 
 _SKY_COLUMNS = 2048
 _SKY_TOP_RAD = 0.75

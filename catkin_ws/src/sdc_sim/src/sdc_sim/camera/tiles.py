@@ -7,12 +7,13 @@ from collections import OrderedDict
 import cv2
 import numpy as np
 
+from sdc_sim.camera.air import worn_paint
 from sdc_sim.camera.ground_shadows import GroundShadows
 from sdc_sim.camera.ground_textures import FINEST_TEXEL_M, LEVELS, TILE_PX, ground_textures
 from sdc_sim.camera.road_rasterizer import ASPHALT, RoadRasterizer
-from sdc_sim.camera.weather import Weather
 from sdc_sim.road.road import Road
 from sdc_sim.road.scenery import Scenery
+from sdc_sim.simulation.weather import Weather
 
 CACHED_TILES = 96
 
@@ -31,7 +32,7 @@ class GroundTiles:
         self._textures = [ground_textures(level, seed) for level in range(LEVELS)]
         self._road = RoadRasterizer(road)
         self._shadows = GroundShadows(scenery, seed, weather) if len(scenery) else None
-        self._wear = [weather.wear(seed, level, 2 * TILE_PX) for level in range(LEVELS)]
+        self._wear = [worn_paint(weather, seed, level, 2 * TILE_PX) for level in range(LEVELS)]
 
     def tile(self, level: int, column: int, row: int) -> np.ndarray:
         """Return a tile (TILE_PX, TILE_PX, 4) BGRA.

@@ -9,8 +9,8 @@ import numpy as np
 
 from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.camera.painting import blend, halve
-from sdc_sim.camera.weather import Weather
 from sdc_sim.road.scenery import CROWN_CENTRE_SHARE, TRUNK_RADIUS_SHARE, Scenery
+from sdc_sim.simulation.weather import Weather
 
 TREE_RANGE_M = 120.0
 # A tree becomes transparent over so much before the end of its range.

@@ -29,6 +29,12 @@ KINDS = {
     "pedestrian": ObstacleKind(0.5, 0.5, 1.75, 75.0),
     "obstacle": ObstacleKind(1.0, 1.0, 1.0, 200.0),
 }
+# Red, green, blue of each kind, in the camera and in RViz.
+COLOURS = {
+    "car": (0.63, 0.16, 0.16),
+    "pedestrian": (0.13, 0.31, 0.67),
+    "obstacle": (0.9, 0.55, 0.1),
+}
 
 
 class ObstacleState(NamedTuple):

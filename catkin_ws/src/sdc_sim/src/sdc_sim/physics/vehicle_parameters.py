@@ -9,7 +9,7 @@ from functools import lru_cache
 from typing import Any
 
 from sdc_common.piecewise_linear import evaluate, linear_segments
-from sdc_sim.scenario.yaml_document import DocumentError, file_version, load_yaml, validate
+from sdc_sim.yaml_document import DocumentError, file_version, load_yaml, validate
 
 _SHARES = ("drive_front_share", "brake_front_share")
 # Other numbers are mistakes, with which the equations of motion overflow.

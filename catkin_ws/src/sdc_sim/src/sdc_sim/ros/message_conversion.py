@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import math
-import os
-import struct
-from typing import TYPE_CHECKING, Any, Iterable, Sequence
+from typing import Any, Iterable, Sequence
 
-import numpy as np
 import rospy
 from ackermann_msgs.msg import AckermannDrive
 from carla_msgs.msg import (
@@ -26,20 +23,16 @@ from carla_msgs.msg import (
 from geometry_msgs.msg import Point, Pose, Quaternion, TransformStamped, Vector3
 from nav_msgs.msg import Odometry
 from sdc_msgs.msg import Obstacle, ObstacleArray
-from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
 from sdc_common.ros.odometry import yaw_from_quaternion
 from sdc_sim.physics.ackermann import AckermannTarget
-from sdc_sim.physics.obstacles import CollisionEvent, ObstacleState
+from sdc_sim.physics.obstacles import COLOURS, CollisionEvent, ObstacleState
 from sdc_sim.physics.traffic_lights import LANE_WIDTH_M, TrafficLightPlan, TrafficLightState
 from sdc_sim.physics.vehicle import VehicleCommand, VehicleState
 from sdc_sim.physics.vehicle_parameters import VehicleParameters
 from sdc_sim.sensors.motion_sensors import TRACK_SHARE, WHEEL_RADIUS_M
-
-if TYPE_CHECKING:
-    from sdc_sim.camera.camera_model import CameraModel
 
 MAP_FRAME = "map"
 VEHICLE_FRAME = "ego_vehicle"
@@ -50,12 +43,6 @@ _MAX_DISTANCE_M = 1e5
 # Length along the lane and height of a traffic light's trigger volume.
 _LINE_DEPTH_M = 1.0
 _LINE_HEIGHT_M = 2.0
-# Red, green, blue of each kind of obstacle, in the camera and in RViz.
-COLOURS = {
-    "car": (0.63, 0.16, 0.16),
-    "pedestrian": (0.13, 0.31, 0.67),
-    "obstacle": (0.9, 0.55, 0.1),
-}
 
 
 def map_vector(yaw_rad: float, forward: float, left: float) -> Vector3:
@@ -154,77 +141,6 @@ def vehicle_transform(odometry: Odometry) -> TransformStamped:
     transform.transform.translation.y = odometry.pose.pose.position.y
     transform.transform.rotation = odometry.pose.pose.orientation
     return transform
-
-
-def camera_transform(
-    camera: CameraModel, vehicle_frame: str, camera_frame: str, yaw_rad: float = 0.0
-) -> TransformStamped:
-    """Return the fixed transform vehicle -> camera optical frame.
-
-    The optical frame has z forward, x right, y down (REP 103).
-    """
-    half = 0.5 * camera.pitch_rad
-    transform = TransformStamped()
-    transform.header.frame_id = vehicle_frame
-    transform.child_frame_id = camera_frame
-    transform.transform.translation.x = camera.mount_x_m
-    transform.transform.translation.z = camera.mount_z_m
-    # The optical frame's quaternion (-0.5, 0.5, -0.5, 0.5) after a pitch about the body's y axis.
-    c, s = 0.5 * math.cos(half), 0.5 * math.sin(half)
-    x, y, z, w = -c - s, c + s, s - c, c - s
-    turn = quaternion_from_yaw(yaw_rad)
-    transform.transform.rotation = Quaternion(
-        turn.w * x - turn.z * y,
-        turn.w * y + turn.z * x,
-        turn.w * z + turn.z * w,
-        turn.w * w - turn.z * z,
-    )
-    return transform
-
-
-class MemoryviewImage(Image):
-    """An Image whose `data` is a flat memoryview, which saves the copies to and from bytes."""
-
-    data: Any
-
-    def serialize(self, buff: Any) -> None:
-        """Write the message to a buffer in the format of Image."""
-        pixels, self.data = self.data, b""
-        super().serialize(buff)
-        self.data = pixels
-        buff.seek(-4, os.SEEK_CUR)  # Overwrite the length of the empty data.
-        buff.write(struct.pack("<I", len(pixels)))
-        buff.write(pixels)
-
-
-def image_message(picture: np.ndarray, stamp: rospy.Time, frame: str = "") -> Image:
-    """Return a picture as an Image that shares its memory: publish it before the picture changes.
-
-    Args:
-        picture: contiguous (H, W, 4) array of BGRA uint8
-        stamp: time of the picture
-        frame: optical frame of the camera
-    """
-    message = MemoryviewImage()
-    message.header.stamp = stamp
-    message.header.frame_id = frame
-    message.height, message.width = picture.shape[:2]
-    message.encoding = "bgra8"
-    message.step = picture.shape[1] * 4
-    message.data = picture.data.cast("B")
-    return message
-
-
-def camera_info_message(camera: CameraModel, frame: str = "") -> CameraInfo:
-    """Return the description of a pinhole camera without distortion; the caller sets the stamp."""
-    k = np.asarray(camera.intrinsic_matrix())
-    message = CameraInfo(height=camera.height, width=camera.width, distortion_model="plumb_bob")
-    message.header.frame_id = frame
-    message.D = [0.0] * 5
-    message.K = k.ravel().tolist()
-    message.R = np.eye(3).ravel().tolist()
-    message.P = np.column_stack([k, np.zeros(3)]).ravel().tolist()
-    return message
 
 
 def status_message(

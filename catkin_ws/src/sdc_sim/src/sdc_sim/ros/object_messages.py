@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Iterable
 
 import rospy
@@ -16,7 +15,7 @@ from carla_ros_bridge.msg import (
     EgoVehicleControlTarget,
 )
 from derived_object_msgs.msg import Object, ObjectArray
-from geometry_msgs.msg import Point, Pose, PoseStamped, Vector3
+from geometry_msgs.msg import Point, Pose, Vector3
 from shape_msgs.msg import SolidPrimitive
 from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker
@@ -37,10 +36,6 @@ _BLUEPRINTS = {
 }
 _MARKER_SHARE = 0.3  # opacity
 _CERTAIN = 255
-# Limits of the spectator's camera: the renderer draws a view near the horizon.
-_MAX_SPECTATOR_M = 50.0
-_MAX_SPECTATOR_PITCH_RAD = 0.49
-_LEAST_SPECTATOR_HEIGHT_M = 0.2
 
 
 def ego_object(
@@ -170,47 +165,3 @@ def control_info_message(
             reverse=executed.reverse,
         ),
     )
-
-
-def daylight(sun_altitude_deg: float) -> float:
-    """Return the brightness 0..1 of the pictures for an altitude of the sun: its sine.
-
-    Raises:
-        ValueError: the altitude is not finite
-    """
-    if not math.isfinite(sun_altitude_deg):
-        raise ValueError(f"sun_altitude_angle is {sun_altitude_deg}")
-    return min(max(math.sin(math.radians(min(max(sun_altitude_deg, -90.0), 90.0))), 0.0), 1.0)
-
-
-def spectator_mount(
-    message: PoseStamped, vehicle_frame: str
-) -> tuple[float, float, float, float, float]:
-    """Return x, y, z [m], yaw and pitch [rad] of the spectator's camera on the vehicle.
-
-    The axes of the pose are those of a camera in RViz: x right, y up, z backward. Roll is ignored.
-
-    Raises:
-        ValueError: the pose is in another frame, not a unit quaternion, or beyond the limits
-    """
-    if message.header.frame_id != vehicle_frame:
-        raise ValueError(f"its frame is '{message.header.frame_id}'; use {vehicle_frame}")
-    place, q = message.pose.position, message.pose.orientation
-    if not 0.9 < q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w < 1.1:
-        raise ValueError("its orientation is not a unit quaternion")
-    # The direction of view is minus the third column of the rotation matrix.
-    forward = -2.0 * (q.x * q.z + q.w * q.y)
-    left = -2.0 * (q.y * q.z - q.w * q.x)
-    up = -1.0 + 2.0 * (q.x * q.x + q.y * q.y)
-    pitch = -math.asin(min(max(up, -1.0), 1.0))
-    if not (
-        max(abs(place.x), abs(place.y), abs(place.z)) <= _MAX_SPECTATOR_M
-        and place.z >= _LEAST_SPECTATOR_HEIGHT_M
-        and abs(pitch) <= _MAX_SPECTATOR_PITCH_RAD
-    ):
-        raise ValueError(
-            f"position ({place.x:g}, {place.y:g}, {place.z:g}) m and pitch {pitch:.2f} rad; stay "
-            f"within {_MAX_SPECTATOR_M:g} m, above {_LEAST_SPECTATOR_HEIGHT_M:g} m and within "
-            f"{_MAX_SPECTATOR_PITCH_RAD:g} rad of the horizon"
-        )
-    return place.x, place.y, place.z, math.atan2(left, forward), pitch

@@ -17,12 +17,11 @@ from sdc_sim.physics.obstacles import KINDS
 from sdc_sim.physics.vehicle_parameters import VehicleError
 from sdc_sim.ros.bridge_generations import GENERATIONS
 from sdc_sim.ros.drive_log import DriveLog
-from sdc_sim.scenario.yaml_document import DocumentError
-from sdc_sim.simulation.configuration import build_simulation, sensors_that_are_on
+from sdc_sim.ros.picture_feed import PictureSettings
+from sdc_sim.scenario.configuration import build_simulation, sensors_that_are_on
 from sdc_sim.simulation.simulation import OccupiedError
-
-# As in config/sim.yaml.
-CLEAR_WEATHER = {"fog_m": 0.0, "rain": 0.0, "low_sun": False, "worn_lines": 0.0}
+from sdc_sim.simulation.weather import Weather
+from sdc_sim.yaml_document import DocumentError
 
 
 class Timeouts(NamedTuple):
@@ -68,6 +67,8 @@ class SimulationSetup:
         ackermann_cmd: whether to serve ackermann_cmd; "auto": unless another node does
         services: whether people can pause the simulation and place the vehicle
         drive_log: records the drive
+        pictures: what the pictures have in common; None without a camera
+        picture_feed: socket of the node that takes the pictures
         truth: whether the odometry of the vehicle is that of the simulation
         sensors: settings of the sensors that are on, by name
     """
@@ -88,9 +89,9 @@ class SimulationSetup:
         self.ego = f"/carla/{self.role_name}"
         bridge = value("bridge")
         self.ackermann_cmd: str | bool = value("ackermann_cmd")
-        self.with_camera = bool(value("camera"))
-        self.daylight: float = value("daylight")
-        self.weather: dict[str, Any] = value("weather")
+        with_camera = bool(value("camera"))
+        self.picture_feed: str = value("picture_feed")
+        daylight, weather = value("daylight"), value("weather")
         self.waypoints_path: str = value("waypoints_path")
         self.preset: str = value("vehicle")
         self.truth = bool(value("truth"))
@@ -104,8 +105,8 @@ class SimulationSetup:
             self.route = road_route(self.route_m)
             self.sensors = sensors_that_are_on(value)
             self.simulation = build_simulation(value, self.route, self.route_m)
-            check_between(0.0, 1.0, daylight=self.daylight)
-            self.weather = _checked_weather(self.weather)
+            check_between(0.0, 1.0, daylight=daylight)
+            Weather.read(weather)
             check_non_negative(
                 patience_s=self.timeouts.stamped_s,
                 unstamped_patience_s=self.timeouts.unstamped_s,
@@ -116,6 +117,11 @@ class SimulationSetup:
             refuse(error)
         except (TypeError, ValueError) as error:
             refuse(f"{error}; fix it in config/sim.yaml")
+        self.pictures = None
+        if with_camera:
+            self.pictures = PictureSettings(
+                self.waypoints_path, self.role_name, bridge, daylight, weather, self.lockstep
+            )
         self.drive_log = _drive_log(value("drive_log"))
         value.refuse_unread()
 
@@ -123,20 +129,6 @@ class SimulationSetup:
     def map_name(self) -> str:
         """Name of the map: the file name of the route without its ending."""
         return os.path.splitext(os.path.basename(self.waypoints_path))[0]
-
-
-def _checked_weather(values: dict[str, Any]) -> dict[str, Any]:
-    """Return the weather, empty if it is clear; OpenCV is then not imported.
-
-    Raises:
-        ValueError: a name is unknown, or a value is out of range
-    """
-    if values == CLEAR_WEATHER:
-        return {}
-    from sdc_sim.camera.weather import Weather
-
-    Weather.read(values)
-    return values
 
 
 def _check_known(name: str, value: str | bool, known: Collection[Any]) -> None:

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import rospy
-from carla_msgs.msg import CarlaWeatherParameters
-from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from tf2_msgs.msg import TFMessage
 
 from sdc_common.ros.ground_truth import GROUND_TRUTH
 from sdc_common.ros.node import LoopPublisher
-from sdc_sim.camera.front_camera import FrontCamera
 from sdc_sim.ros.bridge_topics import BridgeTopics
 from sdc_sim.ros.message_conversion import odometry_message, vehicle_transform
-from sdc_sim.ros.object_messages import daylight, spectator_mount
+from sdc_sim.ros.picture_feed import PictureFeed
 from sdc_sim.ros.sensor_topics import SensorTopics
 from sdc_sim.ros.simulation_setup import SimulationSetup
 from sdc_sim.sensors.readings import SensorReadings
@@ -39,52 +36,20 @@ class SimulationTopics:
         self._role_name = setup.role_name
         self._drive_log = setup.drive_log
         self.bridge = BridgeTopics(setup, self.sensors.vehicle_topics)
-        self._camera = None
-        if setup.with_camera:
-            self._camera = FrontCamera(
-                setup.waypoints_path,
-                setup.role_name,
-                setup.bridge,
-                setup.daylight,
-                every_frame=setup.lockstep,
-                weather=setup.weather,
-            )
-            self._subscribe(setup)
-
-    def _subscribe(self, setup: SimulationSetup) -> None:
-        """Subscribe to what changes the pictures."""
-        if "/carla/weather_control" in setup.bridge.topics:
-            rospy.Subscriber(
-                "/carla/weather_control", CarlaWeatherParameters, self._on_weather, queue_size=1
-            )
-        if setup.bridge.spectator:
-            rospy.Subscriber(
-                setup.ego + "/spectator_pose", PoseStamped, self._on_spectator, queue_size=1
-            )
-
-    def _on_weather(self, message: CarlaWeatherParameters) -> None:
-        try:
-            brightness = daylight(message.sun_altitude_angle)
-        except ValueError as error:
-            rospy.logwarn_throttle(1.0, f"sim: refused a message on weather_control: {error}")
-            return
-        if self._camera:
-            self._camera.daylight = brightness
-
-    def _on_spectator(self, message: PoseStamped) -> None:
-        try:
-            mount = spectator_mount(message, self._role_name)
-        except ValueError as error:
-            rospy.logwarn_throttle(1.0, f"sim: refused a pose on spectator_pose: {error}")
-            return
-        if self._camera:
-            self._camera.spectator = mount
+        self._pictures = None
+        if setup.pictures:
+            self._pictures = PictureFeed(setup.picture_feed, setup.pictures)
 
     @property
     def tick_topics(self) -> list[str]:
         """Names of the topics besides `odometry` that a node of the loop needs in a tick."""
         own = [] if self._truth else [f"/carla/{self._role_name}/odometry"]
         return [*self.bridge.tick_topics, *self.sensors.tick_topics, *own]
+
+    @property
+    def has_camera(self) -> bool:
+        """Whether the camera is ready for a picture, or there is none."""
+        return self._pictures is None or self._pictures.is_ready
 
     def start_clock(self) -> None:
         """Publish the time of the first observation: some nodes wait for it and then subscribe."""
@@ -120,7 +85,7 @@ class SimulationTopics:
         Args:
             again: whether this repeats the picture, which is not latched
         """
-        if self._camera:
+        if self._pictures:
             # The camera needs no readings, which are large with a lidar.
             shown = self._simulation.observation._replace(readings=SensorReadings())
-            self._camera.show(shown, again)
+            self._pictures.show(shown, again)

@@ -13,6 +13,7 @@ import numpy as np
 from sdc_common.geometry.road_line import road_route
 from sdc_common.geometry.route import Route, checked_points
 from sdc_common.routes.waypoint_file import load_waypoints, parse_waypoints
+from sdc_sim.scenario.configuration import build_simulation
 from sdc_sim.scenario.packaged import (
     PackagedFolders,
     find_route,
@@ -24,9 +25,8 @@ from sdc_sim.scenario.packaged import (
     sim_options,
 )
 from sdc_sim.scenario.reader import Scenario, load_scenario
-from sdc_sim.scenario.yaml_document import DocumentError
-from sdc_sim.simulation.configuration import build_simulation
 from sdc_sim.simulation.simulation import Simulation
+from sdc_sim.yaml_document import DocumentError
 
 # The file or the name of a route, (N, 2) waypoints in the map [m], or straights and bends.
 RouteSource = Union[str, np.ndarray, Sequence[Mapping]]

@@ -13,8 +13,8 @@ import yaml
 from sdc_common.suggestion import suggestion
 from sdc_sim.road.route_generator import csv_lines, generate_route
 from sdc_sim.scenario.reader import Scenario
-from sdc_sim.scenario.yaml_document import DocumentError
 from sdc_sim.sensors.settings import SENSORS
+from sdc_sim.yaml_document import DocumentError
 
 _ROUTES = {"town": "waypoints.csv"}
 _SPACING_M = 1.0

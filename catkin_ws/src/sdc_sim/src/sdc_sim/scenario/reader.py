@@ -16,7 +16,7 @@ from sdc_sim.physics.traffic_lights import TrafficLightPlan
 from sdc_sim.road.route_generator import RouteSpecError, curvature_profile
 from sdc_sim.scenario.acceptance_limits import AcceptanceLimits, RequiredStop
 from sdc_sim.scenario.schema import SCENARIO, SIM_OPTIONS
-from sdc_sim.scenario.yaml_document import YamlDocument, file_version, load_yaml, validate
+from sdc_sim.yaml_document import YamlDocument, file_version, load_yaml, validate
 
 # Shorter segments of an obstacle's path have no direction.
 _MIN_SEGMENT_M = 1e-3

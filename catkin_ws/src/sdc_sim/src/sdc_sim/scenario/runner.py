@@ -45,7 +45,7 @@ from sdc_sim.scenario.packaged import (
     sim_options,
 )
 from sdc_sim.scenario.reader import Scenario, load_lights, load_obstacles, load_scenario
-from sdc_sim.scenario.yaml_document import DocumentError
+from sdc_sim.yaml_document import DocumentError
 
 _SHUTDOWN_TIMEOUT_S = 30.0
 _LOG_TAIL_LINES = 25

@@ -8,7 +8,7 @@ from typing import NamedTuple, Sequence
 
 import numpy as np
 
-from sdc_sim.camera.meshes import (
+from sdc_sim.physics.meshes import (
     Mesh,
     car_mesh,
     obstacle_mesh,

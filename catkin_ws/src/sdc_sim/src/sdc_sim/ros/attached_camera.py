@@ -13,11 +13,11 @@ from sensor_msgs.msg import CameraInfo, Image
 from sdc_sim.camera.boxes import Box
 from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.camera.renderer import Renderer
-from sdc_sim.camera.weather import CLEAR, Weather
 from sdc_sim.physics.vehicle import VehicleState
 from sdc_sim.road.road import Road
 from sdc_sim.ros.bridge_generations import CameraNames
-from sdc_sim.ros.message_conversion import camera_info_message, camera_transform, image_message
+from sdc_sim.ros.picture_messages import camera_info_message, camera_transform, image_message
+from sdc_sim.simulation.weather import CLEAR, Weather
 
 WIDTH_PX, HEIGHT_PX = 800, 600
 
@@ -32,6 +32,9 @@ class CameraMount(NamedTuple):
     pitch_rad: float
 
 
+# As in the sensor file of the bridge 0.9.11, and in carla_spectator_camera.
+VIEW_FOV_RAD = math.radians(90.0)
+SPECTATOR_FOV_RAD = math.radians(50.0)
 # Behind the vehicle, as in the sensor files of the bridge.
 VIEW_MOUNT = CameraMount(-4.5, 0.0, 2.8, 0.0, math.radians(20.0))
 

@@ -1,0 +1,136 @@
+"""Conversion between pictures, their camera and ROS messages."""
+
+from __future__ import annotations
+
+import math
+import os
+import struct
+from typing import Any
+
+import numpy as np
+import rospy
+from geometry_msgs.msg import PoseStamped, Quaternion, TransformStamped
+from sensor_msgs.msg import CameraInfo, Image
+
+from sdc_sim.camera.camera_model import CameraModel
+from sdc_sim.ros.message_conversion import quaternion_from_yaw
+
+# Limits of the spectator's camera: the renderer draws a view near the horizon.
+_MAX_SPECTATOR_M = 50.0
+_MAX_SPECTATOR_PITCH_RAD = 0.49
+_LEAST_SPECTATOR_HEIGHT_M = 0.2
+
+
+def camera_transform(
+    camera: CameraModel, vehicle_frame: str, camera_frame: str, yaw_rad: float = 0.0
+) -> TransformStamped:
+    """Return the fixed transform vehicle -> camera optical frame.
+
+    The optical frame has z forward, x right, y down (REP 103).
+    """
+    half = 0.5 * camera.pitch_rad
+    transform = TransformStamped()
+    transform.header.frame_id = vehicle_frame
+    transform.child_frame_id = camera_frame
+    transform.transform.translation.x = camera.mount_x_m
+    transform.transform.translation.z = camera.mount_z_m
+    # The optical frame's quaternion (-0.5, 0.5, -0.5, 0.5) after a pitch about the body's y axis.
+    c, s = 0.5 * math.cos(half), 0.5 * math.sin(half)
+    x, y, z, w = -c - s, c + s, s - c, c - s
+    turn = quaternion_from_yaw(yaw_rad)
+    transform.transform.rotation = Quaternion(
+        turn.w * x - turn.z * y,
+        turn.w * y + turn.z * x,
+        turn.w * z + turn.z * w,
+        turn.w * w - turn.z * z,
+    )
+    return transform
+
+
+class MemoryviewImage(Image):
+    """An Image whose `data` is a flat memoryview, which saves the copies to and from bytes."""
+
+    data: Any
+
+    def serialize(self, buff: Any) -> None:
+        """Write the message to a buffer in the format of Image."""
+        pixels, self.data = self.data, b""
+        super().serialize(buff)
+        self.data = pixels
+        buff.seek(-4, os.SEEK_CUR)  # Overwrite the length of the empty data.
+        buff.write(struct.pack("<I", len(pixels)))
+        buff.write(pixels)
+
+
+def image_message(picture: np.ndarray, stamp: rospy.Time, frame: str = "") -> Image:
+    """Return a picture as an Image that shares its memory: publish it before the picture changes.
+
+    Args:
+        picture: contiguous (H, W, 4) array of BGRA uint8
+        stamp: time of the picture
+        frame: optical frame of the camera
+    """
+    message = MemoryviewImage()
+    message.header.stamp = stamp
+    message.header.frame_id = frame
+    message.height, message.width = picture.shape[:2]
+    message.encoding = "bgra8"
+    message.step = picture.shape[1] * 4
+    message.data = picture.data.cast("B")
+    return message
+
+
+def camera_info_message(camera: CameraModel, frame: str = "") -> CameraInfo:
+    """Return the description of a pinhole camera without distortion; the caller sets the stamp."""
+    k = np.asarray(camera.intrinsic_matrix())
+    message = CameraInfo(height=camera.height, width=camera.width, distortion_model="plumb_bob")
+    message.header.frame_id = frame
+    message.D = [0.0] * 5
+    message.K = k.ravel().tolist()
+    message.R = np.eye(3).ravel().tolist()
+    message.P = np.column_stack([k, np.zeros(3)]).ravel().tolist()
+    return message
+
+
+def daylight(sun_altitude_deg: float) -> float:
+    """Return the brightness 0..1 of the pictures for an altitude of the sun: its sine.
+
+    Raises:
+        ValueError: the altitude is not finite
+    """
+    if not math.isfinite(sun_altitude_deg):
+        raise ValueError(f"sun_altitude_angle is {sun_altitude_deg}")
+    return min(max(math.sin(math.radians(min(max(sun_altitude_deg, -90.0), 90.0))), 0.0), 1.0)
+
+
+def spectator_mount(
+    message: PoseStamped, vehicle_frame: str
+) -> tuple[float, float, float, float, float]:
+    """Return x, y, z [m], yaw and pitch [rad] of the spectator's camera on the vehicle.
+
+    The axes of the pose are those of a camera in RViz: x right, y up, z backward. Roll is ignored.
+
+    Raises:
+        ValueError: the pose is in another frame, not a unit quaternion, or beyond the limits
+    """
+    if message.header.frame_id != vehicle_frame:
+        raise ValueError(f"its frame is '{message.header.frame_id}'; use {vehicle_frame}")
+    place, q = message.pose.position, message.pose.orientation
+    if not 0.9 < q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w < 1.1:
+        raise ValueError("its orientation is not a unit quaternion")
+    # The direction of view is minus the third column of the rotation matrix.
+    forward = -2.0 * (q.x * q.z + q.w * q.y)
+    left = -2.0 * (q.y * q.z - q.w * q.x)
+    up = -1.0 + 2.0 * (q.x * q.x + q.y * q.y)
+    pitch = -math.asin(min(max(up, -1.0), 1.0))
+    if not (
+        max(abs(place.x), abs(place.y), abs(place.z)) <= _MAX_SPECTATOR_M
+        and place.z >= _LEAST_SPECTATOR_HEIGHT_M
+        and abs(pitch) <= _MAX_SPECTATOR_PITCH_RAD
+    ):
+        raise ValueError(
+            f"position ({place.x:g}, {place.y:g}, {place.z:g}) m and pitch {pitch:.2f} rad; stay "
+            f"within {_MAX_SPECTATOR_M:g} m, above {_LEAST_SPECTATOR_HEIGHT_M:g} m and within "
+            f"{_MAX_SPECTATOR_PITCH_RAD:g} rad of the horizon"
+        )
+    return place.x, place.y, place.z, math.atan2(left, forward), pitch

@@ -1,0 +1,110 @@
+"""Messages of pictures, and what daylight and the spectator's pose mean for them."""
+
+import io
+import math
+
+import numpy as np
+import pytest
+import rospy
+from geometry_msgs.msg import PoseStamped
+from sensor_msgs.msg import CameraInfo, Image
+
+from sdc_sim.camera.camera_model import CameraModel
+from sdc_sim.ros.picture_messages import (
+    camera_info_message,
+    daylight,
+    image_message,
+    spectator_mount,
+)
+
+
+def test_image_keeps_every_pixel():
+    picture = np.random.default_rng(0).integers(0, 255, (480, 640, 4), dtype=np.uint8)
+    message = image_message(picture, rospy.Time(7))
+    assert (message.step, len(message.data)) == (2560, 480 * 2560)
+    np.testing.assert_array_equal(
+        np.frombuffer(message.data, np.uint8).reshape(picture.shape), picture
+    )
+    buffer = io.BytesIO(b"before")
+    buffer.seek(6)
+    message.serialize(buffer)
+    received = Image().deserialize(buffer.getvalue()[6:])
+    assert (received.header, received.encoding, received.step) == (message.header, "bgra8", 2560)
+    assert received.data == picture.tobytes()
+
+
+def test_camera_info_describes_the_pinhole_with_a_field_of_view_of_90_degrees():
+    buffer = io.BytesIO()
+    camera_info_message(CameraModel(), "front").serialize(buffer)
+    info = CameraInfo().deserialize(buffer.getvalue())
+    assert (info.width, info.height, info.header.frame_id) == (640, 480, "front")
+    assert (info.distortion_model, list(info.D)) == ("plumb_bob", [0.0] * 5)
+    k, r, p = (np.reshape(one, (3, -1)) for one in (info.K, info.R, info.P))
+    np.testing.assert_allclose(k, [[320.0, 0.0, 320.0], [0.0, 320.0, 240.0], [0.0, 0.0, 1.0]])
+    np.testing.assert_array_equal(r, np.eye(3))
+    np.testing.assert_array_equal(p, np.column_stack([k, np.zeros(3)]))
+
+
+def test_camera_info_projects_points_where_the_camera_draws_them():
+    camera = CameraModel(800, 600, 0.9, 0.0, 2.8, 0.2)
+    info = camera_info_message(camera)
+    points = np.array([[20.0, 3.0, 1.0], [9.0, -2.0, 0.0]])
+    pixels, _ = camera.project(points, 0.0, 0.0, 0.0)
+    optical = (points - camera.position_in_map(0.0, 0.0, 0.0)) @ camera.map_from_optical(0.0)
+    for matrix in (np.reshape(info.K, (3, 3)), np.reshape(info.P, (3, 4))[:, :3]):
+        u, v, w = matrix @ optical.T
+        np.testing.assert_allclose(np.column_stack([u / w, v / w]), pixels)
+
+
+def test_daylight_is_the_height_of_the_sun():
+    assert [daylight(angle) for angle in (-90.0, -5.0, 90.0, 900.0)] == [0.0, 0.0, 1.0, 1.0]
+    assert daylight(30.0) == pytest.approx(0.5)
+    with pytest.raises(ValueError, match="nan"):
+        daylight(math.nan)
+
+
+def spectator_pose(yaw, pitch_down, frame="hero", z=3.0):
+    """Return the pose of a camera with x right, y up, z backward that looks along yaw."""
+    backward = -np.array(
+        [
+            math.cos(yaw) * math.cos(pitch_down),
+            math.sin(yaw) * math.cos(pitch_down),
+            -math.sin(pitch_down),
+        ]
+    )
+    right = np.array([math.sin(yaw), -math.cos(yaw), 0.0])
+    rotation = np.column_stack([right, np.cross(backward, right), backward])
+    w = 0.5 * math.sqrt(max(0.0, 1.0 + np.trace(rotation)))
+    pose = PoseStamped()
+    pose.header.frame_id = frame
+    pose.pose.position.x, pose.pose.position.z = -6.0, z
+    q = pose.pose.orientation
+    q.x, q.y, q.z = (
+        (rotation[2, 1] - rotation[1, 2]) / (4 * w),
+        (rotation[0, 2] - rotation[2, 0]) / (4 * w),
+        (rotation[1, 0] - rotation[0, 1]) / (4 * w),
+    )
+    q.w = w
+    return pose
+
+
+@pytest.mark.parametrize(("yaw", "pitch"), [(0.0, 0.0), (0.4, 0.2), (-1.0, 0.3)])
+def test_spectator_looks_where_its_pose_points(yaw, pitch):
+    x, y, z, mount_yaw, mount_pitch = spectator_mount(spectator_pose(yaw, pitch), "hero")
+    assert (x, y, z) == (-6.0, 0.0, 3.0)
+    assert (mount_yaw, mount_pitch) == (pytest.approx(yaw), pytest.approx(pitch))
+
+
+@pytest.mark.parametrize(
+    ("pose", "reason"),
+    [
+        (spectator_pose(0.0, 0.0, frame="map"), "frame is 'map'; use hero"),
+        (spectator_pose(0.0, 1.2), "of the horizon"),
+        (spectator_pose(0.0, 0.0, z=-1.0), "above"),
+        (spectator_pose(0.0, 0.0, z=math.nan), "above"),
+        (PoseStamped(), "frame"),
+    ],
+)
+def test_spectator_pose_that_cannot_be_drawn_is_refused(pose, reason):
+    with pytest.raises(ValueError, match=reason):
+        spectator_mount(pose, "hero")
