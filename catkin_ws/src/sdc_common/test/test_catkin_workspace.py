@@ -8,7 +8,6 @@ import pytest
 
 from sdc_common.ros.catkin_workspace import (
     WorkspaceError,
-    absolute_path,
     check_stack,
     main,
     stack_launch,
@@ -53,32 +52,9 @@ def test_environment_is_that_of_the_workspace_with_the_master_of_the_drive(works
     assert environment["MINE"] == "two\nlines=a=b"
 
 
-def test_setup_file_gets_no_input_of_the_caller(workspace, tmp_path):
-    with open(os.path.join(workspace, "devel", "setup.bash"), "a", encoding="utf-8") as file:
-        file.write("read -r TYPED\nexport TYPED\n")
-    (tmp_path / "typed").write_text("for another program\n")
-    own_input = os.dup(0)
-    with open(tmp_path / "typed", encoding="utf-8") as typed:
-        os.dup2(typed.fileno(), 0)
-        try:
-            environment = workspace_environment(workspace)
-        finally:
-            os.dup2(own_input, 0)
-            os.close(own_input)
-    assert environment["TYPED"] == ""
-
-
 def test_relative_workspace_starts_at_the_folder_of_the_caller(workspace, monkeypatch):
     monkeypatch.setenv("PWD", os.path.dirname(workspace))
     assert "ROS_PACKAGE_PATH" in workspace_environment("their ws")
-
-
-def test_relative_path_starts_at_the_working_directory_if_no_shell_names_the_callers(
-    tmp_path, monkeypatch
-):
-    monkeypatch.delenv("PWD")
-    monkeypatch.chdir(tmp_path)
-    assert absolute_path("all.launch") == str(tmp_path / "all.launch")
 
 
 @pytest.mark.parametrize(
@@ -106,25 +82,6 @@ def test_list_of_nodes_becomes_a_launch_file(workspace):
     ]
     for node in nodes:
         assert node.find("param").attrib == {"name": "waypoints_path", "value": "/my <route>.csv"}
-
-
-def test_nodes_get_an_empty_waypoints_path_by_default(workspace):
-    text = stack_launch(workspace, NODES, workspace_environment(workspace)).xml
-    assert ElementTree.fromstring(text).find("node/param").get("value") == ""
-
-
-def test_stack_is_found_in_a_workspace_without_a_prefix_path(workspace):
-    environment = {"ROS_PACKAGE_PATH": f"{workspace}/src"}
-    assert stack_launch(workspace, "", environment).arguments == ("sdc_package", "stack.launch")
-
-
-def test_node_of_another_package_is_not_one_of_the_package(workspace):
-    other = os.path.join(workspace, "devel", "lib", "other")
-    os.mkdir(other)
-    with open(os.path.join(other, "node"), "w", encoding="utf-8"):
-        pass
-    with pytest.raises(WorkspaceError, match="package sdc_package has no 'node'"):
-        launched(workspace, "sdc_package/node")
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from sdc_common.geometry.polyline import Place, Polyline
+from sdc_common.geometry.polyline import Polyline
 
 BENT = [(0.0, 0.0), (10.0, 0.0), (10.0, 10.0)]
 COORDINATES = st.floats(-50.0, 50.0).map(lambda value: round(value, 3))
@@ -61,20 +61,6 @@ def test_line_ends_at_its_points_unless_it_extends(extend, s_m, distance_m):
     assert [place.distance_m for place in places] == pytest.approx(expected)
 
 
-def test_line_extends_by_default():
-    assert Polyline(BENT).nearest(-3.0, 1.0) == Polyline(BENT, extend=True).nearest(-3.0, 1.0)
-
-
-@pytest.mark.parametrize(
-    ("s_m", "segment", "fraction", "point"),
-    [(0.0, 0, 0.0, (1.0, 2.0)), (0.25, 0, 0.5, (1.15, 2.2)), (1.0, 1, 0.5, (1.3, 2.9))],
-)
-def test_place_on_a_short_segment(s_m, segment, fraction, point):
-    line = Polyline([(1.0, 2.0), (1.3, 2.4), (1.3, 3.4)])
-    assert line.segment_at(s_m) == (segment, pytest.approx(fraction))
-    assert line.point_at(s_m) == pytest.approx(point)
-
-
 def test_search_is_limited_to_the_given_segments():
     there_and_back = Polyline([(0.0, 0.0), (50.0, 0.0), (50.0, 1.0), (0.0, 1.0)])
     assert there_and_back.nearest(10.0, 0.0).s_m == 10.0
@@ -82,23 +68,6 @@ def test_search_is_limited_to_the_given_segments():
     assert there_and_back.nearest_around(10.0, 0.0, 90.0, 5.0, 5.0).s_m == 91.0
     assert there_and_back.nearest_around(10.0, 0.0, 1000.0, 5.0, 5.0).segment == 2
     assert there_and_back.nearest_around(10.0, 0.0, -1000.0, 5.0, 5.0).segment == 0
-
-
-@pytest.mark.parametrize(
-    ("x_m", "near_s_m", "reach_m", "segment", "s_m"),
-    [
-        (0.0, 10.5, 0.0, 10, 10.0),
-        (20.0, 10.5, 0.0, 10, 11.0),
-        (0.0, 10.5, 3.0, 7, 7.0),
-        (20.0, 10.5, 3.0, 13, 14.0),
-        (0.0, 1000.0, 3.0, 39, 39.0),
-        (20.0, -1000.0, 3.0, 0, 1.0),
-    ],
-)
-def test_search_ends_where_the_stretch_does(x_m, near_s_m, reach_m, segment, s_m):
-    line = Polyline([(float(x), 0.0) for x in range(41)])
-    place = line.nearest_around(x_m, 0.0, near_s_m, reach_m, reach_m)
-    assert (place.segment, place.s_m) == (segment, s_m)
 
 
 def test_repeated_points_change_nothing():
@@ -135,12 +104,6 @@ def test_curvature_of_an_arc_is_the_inverse_of_its_radius(radius):
         assert line.curvature_at(s) == pytest.approx(1.0 / radius, rel=0.6)
 
 
-@pytest.mark.parametrize("s_m", [0.0, 5.0, 20.0])
-def test_curvature_at_an_end_is_that_of_a_metre(s_m):
-    """The heading turns evenly by 45 degrees in each segment of 10 m."""
-    assert Polyline(BENT).curvature_at(s_m) == pytest.approx(math.pi / 40.0)
-
-
 def test_replaced_headings_are_used():
     line = Polyline(BENT)
     line.headings = [0.0, 1.0, 2.0]
@@ -173,10 +136,3 @@ def test_count_until_is_at_least_three():
     line = Polyline([(float(x), 0.0) for x in range(10)])
     assert [line.count_until(s) for s in (0.0, 4.5, 100.0)] == [3, 5, 10]
     assert Polyline([(0.0, 0.0), (1.0, 0.0)]).count_until(0.0) == 2
-
-
-def test_place_is_a_tuple_of_named_values():
-    segment, fraction, s, cross_track, heading = Polyline(BENT).nearest(4.0, 0.5)
-    assert Place(segment, fraction, s, cross_track, heading) == Place(
-        0, 0.4, 4.0, 0.5, math.pi / 10
-    )

@@ -50,7 +50,7 @@ def test_process_in_another_network_is_left_out(program, tmp_path):
 
 def test_process_that_is_left_behind_is_killed_and_reported(program, tmp_path):
     with pytest.raises(AssertionError, match="left behind"):  # noqa: SIM117
-        with isolated_ros_environment(tmp_path, patience_s=0.2) as environment:
+        with isolated_ros_environment(tmp_path, timeout_s=0.2) as environment:
             running = program(SLEEP, environment)
             running.wait_for_output("ready")
     assert running.wait_for_end(10.0) == -9

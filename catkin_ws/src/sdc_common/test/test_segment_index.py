@@ -3,7 +3,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sdc_common.geometry import segment_index
 from sdc_common.geometry.polyline import Polyline
 from sdc_common.geometry.segment_index import SegmentIndex
 
@@ -43,27 +42,3 @@ def test_offset_from_a_short_segment_in_any_direction(ahead_m, left_m, offset_m,
     left = np.array([-direction[1], direction[0]])
     point = start + ahead_m * direction + left_m * left
     assert index.nearest_offsets(point[None, :]) == pytest.approx([offset_m])
-
-
-def test_offset_straight_beyond_an_end_is_positive():
-    index = index_of([(0.0, 0.0), (10.0, 0.0)], 5.0)
-    assert index.nearest_offsets(np.array([(-3.0, 0.0), (14.0, 0.0)])).tolist() == [3.0, 4.0]
-
-
-def test_short_segments_out_of_reach_are_ignored():
-    index = index_of([(float(x), 0.0) for x in range(101)], 5.0)
-    offsets = index.nearest_offsets(np.array([(50.5, 4.9), (50.5, 5.6), (50.5, -7.0)]))
-    assert offsets.tolist() == [4.9, np.inf, np.inf]
-
-
-@pytest.mark.parametrize("at_once", [1, 3, 100])
-def test_every_segment_within_reach_is_compared(at_once, monkeypatch):
-    monkeypatch.setattr(segment_index, "_POINTS_AT_ONCE", at_once)
-    index = index_of([(0.0, 0.0), (10.0, 0.0), (10.0, 10.0)], 6.0)
-    points = np.array([(8.0, 1.0)] * 4)
-    found = [
-        (int(row), round(float(offset), 9))
-        for rows, offsets in index.offsets(points)
-        for row, offset in zip(rows, offsets)
-    ]
-    assert sorted(found) == sorted((row, offset) for row in range(4) for offset in (1.0, 2.0))

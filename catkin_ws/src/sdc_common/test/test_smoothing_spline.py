@@ -14,12 +14,6 @@ def steps(length_m, spacing_m, start_m=0.0):
     return start_m + spacing_m * np.arange(int(round(length_m / spacing_m)) + 1)
 
 
-def crooked(length_m, corner_m):
-    """Return arc lengths and points of a straight that turns left at a corner."""
-    s = steps(length_m, STEP_M)
-    return s, np.column_stack([s, 0.1 * np.maximum(s - corner_m, 0.0)])
-
-
 @pytest.mark.parametrize("width_m", [1.0, 10.0])
 @pytest.mark.parametrize("spacing_m", [0.5, 2.0])
 @pytest.mark.parametrize("start_m", [0.0, 30.0, -30.0])
@@ -67,28 +61,3 @@ def test_width_is_reduced_where_the_mean_deviation_is_significant(noise, narrow,
     widths_m = SmoothingSpline(s, points, STEP_M, noise_m, WIDTH_M).widths_m
     expected = [0.8 * WIDTH_M if i in narrow else WIDTH_M for i in range(100)]
     assert widths_m.tolist() == expected
-
-
-@pytest.mark.parametrize("corner_m", [2.0, 7.0, 30.4])
-def test_points_in_the_other_direction_have_the_same_spline(corner_m):
-    s, points = crooked(100.0, corner_m)
-    spline, back = (
-        SmoothingSpline(s, rows, STEP_M, 0.02, WIDTH_M) for rows in (points, points[::-1])
-    )
-    np.testing.assert_allclose(back.widths_m[::-1], spline.widths_m)
-    assert spline.widths_m[int(corner_m)] < spline.widths_m[-1] == WIDTH_M
-    np.testing.assert_allclose(back(100.0 - s), spline(s), rtol=0.0, atol=1e-9)
-
-
-def test_spline_reaches_the_last_point_after_a_long_step():
-    s, points = crooked(40.0, 10.0)
-    s[-1], points[-1] = 46.0, (46.0, 3.6)
-    spline = SmoothingSpline(s, points, STEP_M, 1e-9, 1.0)
-    assert len(spline.widths_m) == 46
-    np.testing.assert_allclose(spline(s[-3:]), points[-3:], rtol=0.0, atol=1e-4)
-
-
-def test_width_is_at_least_a_metre():
-    s, points = crooked(60.0, 30.0)
-    assert SmoothingSpline(s, points, STEP_M, 1e-9, WIDTH_M).widths_m.tolist() == [1.0] * 60
-    assert SmoothingSpline(s, points, STEP_M, NO_BEND_M, 0.3).widths_m.tolist() == [1.0] * 60

@@ -111,17 +111,6 @@ def test_bend_that_allows_the_cruise_speed_is_no_reason():
     assert in_order(reasons) == [ACCELERATING, CRUISE, END_OF_ROUTE]
 
 
-def test_first_speed_is_the_lowest_of_the_start_the_bend_and_the_braking():
-    fast = SpeedLimits(**LIMITS, start_mps=8.0)
-    assert speed_profile(path(100.0), fast)[0] == 8.0
-    at_start = path(100.0, bend_between(0.0, 0.0, 1.0))
-    speeds, reasons = limited_speeds(at_start, fast)
-    assert (speeds[0], reasons[0]) == (2.0, BEND)
-    speeds, reasons = limited_speeds(path(1.0), fast)
-    assert speeds.tolist() == pytest.approx([math.sqrt(5.0), math.sqrt(2.5), 0.0])
-    assert reasons == [END_OF_ROUTE] * 3
-
-
 def test_speeds_of_a_route_are_those_of_its_curvature_and_belong_to_the_caller():
     angle = np.linspace(0.0, 1.5, 60)
     route = Route(20.0 * np.column_stack([np.sin(angle), 1.0 - np.cos(angle)]))

@@ -68,13 +68,6 @@ def test_window_without_a_picture_is_black(window):
     assert not screen().any()
 
 
-def test_last_picture_is_shown_again_without_the_overlay(window):
-    window.show(PICTURE, whiten)
-    assert (screen() == 255).all()
-    window.show(None)
-    np.testing.assert_array_equal(screen(), PICTURE)
-
-
 def test_overlay_is_drawn_over_the_picture(window):
     window.show(PICTURE, lambda surface: surface.set_at((5, 3), (30, 20, 10)))
     expected = PICTURE.copy()
@@ -112,42 +105,6 @@ def test_user_closes_the_window(window):
     assert window.closed
     assert window.held == set()
     assert not pygame.display.get_init()
-
-
-def test_window_is_closed_once(window):
-    window.close()
-    assert window.closed
-    assert not pygame.display.get_init()
-    pygame.display.init()
-    window.close()
-    assert pygame.display.get_init(), "another window can be open by now"
-
-
-def test_closed_window_shows_nothing_and_returns_no_keys(window):
-    window.close()
-    assert window.show(PICTURE, whiten) == []
-
-
-class Clock:
-    """Takes the place of pygame's: each picture is shown for so long [ms]."""
-
-    shown_ms = 0
-
-    def tick(self, frames_per_second):
-        self.shown_ms = 1000 // frames_per_second
-        return self.shown_ms
-
-    def get_fps(self):
-        return 24.0
-
-
-def test_rate_of_the_pictures_is_limited_and_measured(display, monkeypatch):
-    display(SDL_VIDEODRIVER="dummy")
-    monkeypatch.setattr(pygame.time, "Clock", Clock)
-    window = ImageWindow("camera", frames_per_second=20)
-    window.show(PICTURE)
-    assert window.step_s == 0.05
-    assert window.frame_rate == 24.0
 
 
 @pytest.mark.parametrize(

@@ -63,19 +63,20 @@ def parse_waypoints(text: str, path: str) -> np.ndarray:
         fields = [field.strip().strip('"') for field in line.split("#", 1)[0].split(",")]
         if not any(fields):
             continue
-        if header_allowed and _is_header(fields):
-            _check_header(path, row, fields)
-            header_allowed = False
-            continue
+        try:
+            if header_allowed and not any(map(_is_number, fields)):
+                _check_header(fields)
+            else:
+                point = _point(fields)
+                if points and math.dist(point, points[-1]) < SHORTEST_STEP_M:
+                    raise ValueError(
+                        f"the row repeats the point of row {rows[-1]}; delete one of them"
+                    )
+                points.append(point)
+                rows.append(row)
+        except ValueError as error:
+            raise WaypointError(f"{path}, row {row}: {error}") from None
         header_allowed = False
-        x, y = _numbers(path, row, fields)
-        if points and math.hypot(x - points[-1][0], y - points[-1][1]) < SHORTEST_STEP_M:
-            raise WaypointError(
-                f"{path}, row {row}: the row repeats the point of row {rows[-1]}; "
-                "delete one of them"
-            )
-        points.append((x, y))
-        rows.append(row)
     if len(points) < 2:
         raise WaypointError(
             f"{path}: the file has {len(points)} waypoint(s), but a route needs at least 2; "
@@ -110,10 +111,6 @@ def _read_text(path: str) -> str:
         ) from error
 
 
-def _is_header(fields: list[str]) -> bool:
-    return not any(_is_number(field) for field in fields if field)
-
-
 def _is_number(field: str) -> bool:
     try:
         float(field)
@@ -122,43 +119,35 @@ def _is_number(field: str) -> bool:
     return True
 
 
-def _check_header(path: str, row: int, fields: list[str]) -> None:
+def _check_header(fields: list[str]) -> None:
     names = [name.lower() for name in fields]
     if "x" in names and "y" in names and names[:2] != ["x", "y"]:
-        raise WaypointError(
-            f"{path}, row {row}: the header has x in column {names.index('x') + 1} and y in column "
+        raise ValueError(
+            f"the header has x in column {names.index('x') + 1} and y in column "
             f"{names.index('y') + 1}; move them to columns 1 and 2"
         )
 
 
-def _numbers(path: str, row: int, fields: list[str]) -> tuple[float, float]:
+def _point(fields: list[str]) -> tuple[float, float]:
     if len(fields) < 2:
-        raise WaypointError(
-            f"{path}, row {row}: the row has one column ({fields[0]!r}), but needs two; "
-            "write x,y with a comma"
+        raise ValueError(
+            f"the row has one column ({fields[0]!r}), but needs two; write x,y with a comma"
         )
-    values = []
     for name, field in zip("xy", fields):
-        try:
-            value = float(field)
-        except ValueError:
-            raise WaypointError(
-                f"{path}, row {row}: {name} is {field!r}, not a number; "
-                "write it in metres with a decimal point"
-            ) from None
-        if not math.isfinite(value):
-            raise WaypointError(
-                f"{path}, row {row}: {name} is {field}, not a finite number; "
-                "write it in metres or delete the row"
+        if not _is_number(field):
+            raise ValueError(
+                f"{name} is {field!r}, not a number; write it in metres with a decimal point"
             )
-        if abs(value) > LARGEST_COORDINATE_M:
-            raise WaypointError(
-                f"{path}, row {row}: {name} is {field}, "
-                f"farther than {LARGEST_COORDINATE_M:.0f} m from the origin; "
+        if not math.isfinite(float(field)):
+            raise ValueError(
+                f"{name} is {field}, not a finite number; write it in metres or delete the row"
+            )
+        if abs(float(field)) > LARGEST_COORDINATE_M:
+            raise ValueError(
+                f"{name} is {field}, farther than {LARGEST_COORDINATE_M:.0f} m from the origin; "
                 "write metres in a local frame"
             )
-        values.append(value)
-    return values[0], values[1]
+    return float(fields[0]), float(fields[1])
 
 
 def main() -> int:

@@ -15,7 +15,7 @@ import psutil
 
 from sdc_common.ros.master_port import free_master_port
 
-# A child without a parent, on a busy machine.
+# On a busy machine, a child whose parent was killed needs this time to end.
 ORPHAN_S = 30.0
 _TIMEOUT_S = 120.0
 # A drive from start to end.
@@ -26,7 +26,7 @@ _SHOWN_CHARACTERS = 5000
 def matching(
     processes: Iterable[psutil.Process], condition: Callable[[psutil.Process], bool]
 ) -> list[psutil.Process]:
-    """Return the processes that meet a condition: none that has ended or may not be read."""
+    """Return the processes that meet a condition, without those that ended or may not be read."""
     found = []
     for process in processes:
         with contextlib.suppress(psutil.Error, OSError):
@@ -51,18 +51,9 @@ def processes_with(variable: str, value: str) -> list[psutil.Process]:
     )
 
 
-def kill_left_behind(master_uri: str, patience_s: float = ORPHAN_S) -> list[list[str]]:
-    """Kill the processes of a master that do not end by themselves.
-
-    Args:
-        master_uri: address of the ROS master
-        patience_s: time in which they may end: a child whose parent was killed ends when it reads
-            the end of their pipe
-
-    Returns:
-        the command lines of those that were killed
-    """
-    limit = time.monotonic() + patience_s
+def kill_left_behind(master_uri: str, timeout_s: float = ORPHAN_S) -> list[list[str]]:
+    """Kill the processes of a master that do not end within a timeout; return their commands."""
+    limit = time.monotonic() + timeout_s
     while (left := processes_with("ROS_MASTER_URI", master_uri)) and time.monotonic() < limit:
         time.sleep(0.1)
     killed = []
@@ -75,21 +66,21 @@ def kill_left_behind(master_uri: str, patience_s: float = ORPHAN_S) -> list[list
 
 @contextlib.contextmanager
 def isolated_ros_environment(
-    ros_home: os.PathLike | str, address: str = "127.0.0.1", patience_s: float = ORPHAN_S
+    ros_home: os.PathLike | str, timeout_s: float = ORPHAN_S
 ) -> Iterator[dict[str, str]]:
     """Provide environment variables for programs under a ROS master of their own.
 
     Args:
         ros_home: folder of ROS's logs
-        address: address of this machine for ROS
-        patience_s: time after the block in which the processes of this master may end
+        timeout_s: time after the block in which the processes of this master may end
 
     Raises:
         AssertionError: after that time, a process of this master was still running; it is killed
     """
-    master_uri = f"http://{address}:{free_master_port()}"
-    yield {**os.environ, "ROS_MASTER_URI": master_uri, "ROS_IP": address, "ROS_HOME": str(ros_home)}
-    left = kill_left_behind(master_uri, patience_s)
+    address = "127.0.0.1"
+    uri = f"http://{address}:{free_master_port()}"
+    yield {**os.environ, "ROS_MASTER_URI": uri, "ROS_IP": address, "ROS_HOME": str(ros_home)}
+    left = kill_left_behind(uri, timeout_s)
     assert not left, f"processes were left behind: {left}"
 
 
@@ -125,12 +116,9 @@ class Program:
         return self.log.read_text(errors="replace")
 
     def wait_for_output(self, *texts: str) -> None:
-        """Wait until the output contains all texts.
-
-        Raises:
-            AssertionError: a text is missing after a timeout, or at the end of the program
-        """
-        self._wait(lambda output: [text for text in texts if text not in output])
+        """Wait until the output contains all texts; errors as in `wait_for_match`."""
+        for text in texts:
+            self.wait_for_match(f"({re.escape(text)})")
 
     def wait_for_match(self, pattern: str) -> str:
         """Wait until the output matches a regular expression; return its first group.
@@ -140,21 +128,16 @@ class Program:
         Raises:
             AssertionError: there is no match after a timeout, or at the end of the program
         """
-        self._wait(lambda output: [] if re.search(pattern, output) else [pattern])
-        return re.search(pattern, self.output)[1]  # type: ignore[index]
-
-    def _wait(self, find_missing: Callable[[str], list[str]]) -> None:
         limit = time.monotonic() + _TIMEOUT_S
         while True:
             ended = self.process.poll() is not None
             output = self.output
-            missing = find_missing(output)
-            if not missing:
-                return
-            assert not ended, f"ended without {missing}:\n{output[-_SHOWN_CHARACTERS:]}"
-            assert time.monotonic() < limit, (
-                f"timed out without {missing}:\n{output[-_SHOWN_CHARACTERS:]}"
-            )
+            match = re.search(pattern, output)
+            if match:
+                return match[1]
+            shown = output[-_SHOWN_CHARACTERS:]
+            assert not ended, f"the program ended without {pattern}:\n{shown}"
+            assert time.monotonic() < limit, f"timeout without {pattern}:\n{shown}"
             time.sleep(0.05)
 
     def wait_for_end(self, timeout_s: float = _END_TIMEOUT_S) -> int:
@@ -167,13 +150,11 @@ class Program:
         return self.wait_for_end()
 
     def pid_of(self, word: str) -> int:
-        """Return the id of the one process of this master whose program name contains a word."""
-
-        def is_node(process: psutil.Process) -> bool:
-            names = map(os.path.basename, process.cmdline()[:3])
-            return any(word in name for name in names)
-
+        """Return the id of the one process of this ROS master whose program name has a word."""
         uri = self.environment["ROS_MASTER_URI"]
-        found = matching(processes_with("ROS_MASTER_URI", uri), is_node)
+        found = matching(
+            processes_with("ROS_MASTER_URI", uri),
+            lambda process: any(word in os.path.basename(name) for name in process.cmdline()[:3]),
+        )
         assert len(found) == 1, f"{word}: {found}"
         return found[0].pid

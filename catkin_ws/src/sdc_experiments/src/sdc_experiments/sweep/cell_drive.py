@@ -146,7 +146,7 @@ def _drive_nodes(cell: Cell, timeout_s: float, row: dict[str, Any]) -> str:
     with tempfile.TemporaryDirectory(prefix="sweep_") as folder:
         report = os.path.join(folder, "report.json")
         with isolated_ros_environment(
-            os.path.join(folder, "ros"), patience_s=_LEFT_BEHIND_S
+            os.path.join(folder, "ros"), timeout_s=_LEFT_BEHIND_S
         ) as variables:
             drive = CheckedDrive(
                 cell.scenario, report, given, {CONTROLLER: parameters} if parameters else {}
