@@ -18,7 +18,15 @@ from sdc_workshop.exam.student import Student
 from sdc_workshop.regions import RegionError
 from sdc_workshop.show import Show
 from sdc_workshop.steps import WORKSHOP, Step, StepError, all_steps, hint_of, load_steps
-from sdc_workshop.workspace import WorkspaceError, find, lab_of, solution_body, solve
+from sdc_workshop.workspace import (
+    UPDATE,
+    WorkspaceError,
+    find,
+    is_older,
+    lab_of,
+    solution_body,
+    solve,
+)
 
 _POLL_S = 0.3
 
@@ -197,6 +205,8 @@ def main(arguments: Sequence[str]) -> int:
             return 0
         folder = find(Path(os.environ.get("PWD") or os.getcwd()))
         steps = chosen(options.steps, lab_of(folder))
+        if is_older(folder):
+            print(f"check: {folder} is of another version of the workshop: {UPDATE} updates it.")
         if options.solution:
             return apply_solution(folder, options.solution)
         if options.watch:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import shutil
 import tempfile
@@ -89,6 +90,11 @@ def make(folder: Path, lab: str = WORKSHOP) -> None:
         _write_templates(folder, lab)
         _mark(folder, lab)
         return
+    if (folder / MARKER).is_file():
+        raise WorkspaceError(
+            f"{folder} is a workspace already; ./workshop/start --update {folder} brings it to "
+            "this version, and keeps what is written at the TODOs"
+        )
     if folder.is_dir() and any(folder.iterdir()):
         raise WorkspaceError(f"{folder} is not empty; name a new folder, or empty this one")
     if {PROJECT / "catkin_ws", WORLD} & set(folder.resolve().parents):
@@ -130,7 +136,8 @@ def update(folder: Path) -> tuple:
     """Bring the given files and lines of a workspace to this version; the TODOs stay as they are.
 
     Returns:
-        the files that were written, relative to src, and the folder with a copy of the old files
+        the files that were written, relative to src, and the folder with a copy of the old files,
+        in which the lines of a TODO that has moved to another file are
 
     Raises:
         WorkspaceError: the TODO lines and rules of a file do not match; nothing is written
@@ -153,7 +160,22 @@ def update(folder: Path) -> tuple:
             (copy / name).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(old[name], copy / name)
         _write_given(folder, name, wanted[name])
+    _mark(folder, lab_of(folder))
     return changed, copy
+
+
+def version() -> str:
+    """Return a text that changes with any file or line that students get."""
+    given = hashlib.sha256()
+    for name in (name for lab in (WORKSHOP, *LABS) for name in package_files(lab)):
+        given.update((template_of(name) or solution(name).read_text(encoding="utf-8")).encode())
+    return given.hexdigest()[:12]
+
+
+def is_older(folder: Path) -> bool:
+    """Return whether a workspace was made by, or updated to, another version of the workshop."""
+    marker = folder / MARKER
+    return marker.is_file() and version() not in marker.read_text(encoding="utf-8").split("\n")
 
 
 def _updated(folder: Path, name: str) -> str:
@@ -190,7 +212,7 @@ def link(folder: Path, lab: str = WORKSHOP) -> None:
 
 
 def _mark(folder: Path, lab: str) -> None:
-    (folder / MARKER).write_text(f"{PROJECT}\n{lab}\n", encoding="utf-8")
+    (folder / MARKER).write_text(f"{PROJECT}\n{lab}\n{version()}\n", encoding="utf-8")
 
 
 def lab_of(folder: Path) -> str:

@@ -12,6 +12,7 @@ from sdc_workshop.workspace import (
     WorkspaceError,
     differences,
     find,
+    is_older,
     lab_of,
     make,
     package_files,
@@ -92,6 +93,28 @@ def test_lab_is_added_to_a_workspace_with_a_car_of_its_own(tmp_path, lab):
     assert all((folder / "src" / name).is_file() for name in package_files(lab))
     with pytest.raises(WorkspaceError, match="already has"):
         make(folder, lab)
+
+
+def test_workspace_of_another_version_is_recognised_and_updated(tmp_path):
+    folder = tmp_path / "ws"
+    make(folder)
+    assert not is_older(folder)
+    with pytest.raises(WorkspaceError, match=f"./workshop/start --update {folder} brings"):
+        make(folder)
+    # As the first version marked its workspaces.
+    (folder / ".workshop").write_text(f"{PROJECT}\n\n")
+    done = subprocess.run(
+        [PROJECT / "workshop" / "check", "messages-7"],
+        cwd=folder,
+        env={**os.environ, "PWD": str(folder)},
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=120,
+    )
+    assert "is of another version of the workshop: `./workshop/start --update .`" in done.stdout
+    update(folder)
+    assert not is_older(folder)
 
 
 def test_update_restores_given_lines_and_keeps_the_todos(tmp_path):

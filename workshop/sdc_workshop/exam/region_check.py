@@ -90,6 +90,11 @@ class RegionCheck:
                 int(line) if line else None,
             )
             return self._all(steps, answer)
+        moved = set(regions(text)) - set(regions(solution(self.file).read_text(encoding="utf-8")))
+        if moved:
+            seen = f"TODO {min(moved)} is there, which belongs to another version of the workshop"
+            hint = f"{UPDATE} updates the file, and keeps your TODOs."
+            return self._all(steps, Answer(WRONG, "the TODOs of this version", seen, hint, path))
         answers, begun = self._begun(steps, text)
         waits = self._waits(student) if begun else None
         if waits is not None:
