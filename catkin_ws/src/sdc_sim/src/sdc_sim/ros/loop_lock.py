@@ -29,8 +29,10 @@ class LoopLock:
     def call(self, function: Callable, *arguments: Any) -> Any:
         """Call a function while the loop waits, wake the loop up, and return the result."""
         with self._condition:
-            self._condition.notify_all()
-            return function(*arguments)
+            try:
+                return function(*arguments)
+            finally:
+                self._condition.notify_all()
 
     def guarded(self, function: Callable) -> Callable:
         """Return a callback that calls this function as `call` does."""
