@@ -24,11 +24,11 @@ from sdc_cockpit import protocol, server
 from sdc_cockpit.access import Access, is_loopback, new_token
 from sdc_cockpit.drive_arguments import drive_arguments
 from sdc_cockpit.drive_runner import DriveRunner
+from sdc_cockpit.drive_start import check_no_drive, clear_parameters
 from sdc_cockpit.drive_view import EGO, DriveView
 from sdc_cockpit.driving import PERSON, STACK, RemoteDriving
 from sdc_cockpit.graph_view import LogLines, node_rows
 from sdc_cockpit.live_parameters import change_parameter, live_parameters
-from sdc_cockpit.master_state import check_no_drive, clear_parameters
 from sdc_cockpit.pictures import DriveSpeed, PictureEncoder, RateLimit
 from sdc_cockpit.topic_feeds import Feed, TopicFeeds, decoded, seconds_of, stamp_of
 from sdc_cockpit.viewers import Viewers
@@ -200,34 +200,34 @@ class Cockpit:
         return None if road is None else road.to_json()
 
     def receive(self, viewer, message):
-        now_s = time.monotonic()
-        if isinstance(message, protocol.Drawn):
-            viewer.drawn(message.picture)
-        elif isinstance(message, (protocol.Keys, protocol.Pedals)):
-            self.driving.control(viewer.number, message, now_s)
-        elif isinstance(message, protocol.ShowMask):
-            viewer.shows_mask = message.mask
+        kind, values = message
+        if kind == "drawn":
+            viewer.drawn(values["picture"])
+        elif kind in ("keys", "pedals"):
+            self.driving.control(viewer.number, values, time.monotonic())
+        elif kind == "show":
+            viewer.shows_mask = values["mask"]
             self.subscribe()
-        elif isinstance(message, protocol.ObstacleClick):
+        elif kind == "obstacle":
             header = Header(stamp=rospy.Time(0), frame_id="map")
-            self.click_publisher.publish(header, Point(message.x_m, message.y_m, 0.0))
-        elif isinstance(message, protocol.SetParameter):
-            self.executor.submit(self.reported, change_parameter, message.name, message.value)
-        elif isinstance(message, protocol.StartDrive):
-            arguments = drive_arguments(message.scenario, message.arguments, self.scenarios)
-            self.executor.submit(self.reported, self.start_drive, message.scenario, arguments)
-        elif message.name == "stop":
+            self.click_publisher.publish(header, Point(values["x"], values["y"], 0.0))
+        elif kind == "set":
+            self.executor.submit(self.reported, change_parameter, values["name"], values["value"])
+        elif kind == "start":
+            arguments = drive_arguments(values["scenario"], values["arguments"], self.scenarios)
+            self.executor.submit(self.reported, self.start_drive, values["scenario"], arguments)
+        elif kind == "stop":
             self.executor.submit(self.reported, self.stop_drive)
-        elif message.name == "drive":
-            self.driving.take(viewer.number, now_s)
+        elif kind == "drive":
+            self.driving.take(viewer.number, time.monotonic())
             self.publish_command()
-        elif message.name == "release":
+        elif kind == "release":
             self.driving.release(viewer.number)
             self.publish_command()
-        elif message.name == "reverse":
+        elif kind == "reverse":
             self.driving.toggle_reverse(viewer.number)
         else:
-            self.executor.submit(self.call_sim, message.name)
+            self.executor.submit(self.call_sim, kind)
 
     def call_sim(self, name):
         try:
@@ -264,7 +264,7 @@ class Cockpit:
         return "the drive ends and writes its report"
 
     def on_drive_end(self):
-        self.driving.end()
+        self.driving.release()
         self.publish_command()
         self.other_driver = False
         self.send_drives()

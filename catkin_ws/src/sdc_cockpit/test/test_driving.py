@@ -5,12 +5,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sdc_cockpit.driving import BRAKING, PERSON, STACK, RemoteDriving
-from sdc_cockpit.protocol import Keys, Pedals
 from sdc_sim.manual_control.keyboard import KeyboardControlRates
 
 RATES = KeyboardControlRates(2.0, 4.0, 0.5, 2.0, 0.7)
-FORWARD, NOTHING = Keys(frozenset({"w"})), Keys(frozenset())
+FORWARD, NOTHING = {"held": {"w"}}, {"held": set()}
 TIMEOUT_S, LIMIT_S = 0.3, 5.0
+
+
+def pedals(throttle, steer, brake):
+    return {"throttle": throttle, "steer": steer, "brake": brake}
 
 
 @pytest.fixture
@@ -41,7 +44,7 @@ def test_held_key_moves_the_pedal(driving):
 
 def test_pedals_apply_at_once(driving):
     driving.take(1, 0.0)
-    command = drive(driving, Pedals(0.4, -0.2, 0.1), 0.1)
+    command = drive(driving, pedals(0.4, -0.2, 0.1), 0.1)
     assert (command.throttle, command.steer, command.brake) == (0.4, -0.2, 0.1)
 
 
@@ -49,12 +52,12 @@ def test_reverse_stays_with_keys_and_pedals(driving):
     driving.take(1, 0.0)
     driving.toggle_reverse(1)
     assert drive(driving, FORWARD, 0.1).reverse
-    assert drive(driving, Pedals(0.4, 0.0, 0.0), 0.1, 0.1).reverse
+    assert drive(driving, pedals(0.4, 0.0, 0.0), 0.1, 0.1).reverse
 
 
 def test_car_brakes_with_its_steer_when_controls_stop(driving):
     driving.take(1, 0.0)
-    steer = drive(driving, Pedals(1.0, 0.3, 0.0), 1.0).steer
+    steer = drive(driving, pedals(1.0, 0.3, 0.0), 1.0).steer
     assert driving.step(0.95 + TIMEOUT_S - 0.01, 8.0).throttle == 1.0
     command = driving.step(0.95 + TIMEOUT_S + 0.01, 8.0)
     assert (command.throttle, command.brake, command.steer) == (0.0, 1.0, steer)

@@ -12,7 +12,7 @@ import tornado.websocket
 
 from sdc_cockpit import server
 from sdc_cockpit.access import Access
-from sdc_cockpit.protocol import CAMERA, Simple, read_picture
+from sdc_cockpit.protocol import CAMERA, Message, read_picture
 from sdc_cockpit.viewers import MAX_UNDRAWN, Viewers
 
 TOKEN = "secret"
@@ -139,7 +139,7 @@ class ServerTest(tornado.testing.AsyncHTTPTestCase):
         assert json.loads(await connection.read_message())["type"] == "notice"
         await connection.write_message('{"type":"pause"}')
         assert await connection.read_message() == '{"type":"received"}'
-        assert self.backend.received == [Simple("pause")]
+        assert self.backend.received == [Message("pause")]
 
     @tornado.testing.gen_test
     async def test_too_long_message_ends_only_its_connection(self):

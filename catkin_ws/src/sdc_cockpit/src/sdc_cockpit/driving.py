@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
-from sdc_cockpit.protocol import Keys, Pedals
 from sdc_sim.manual_control.keyboard import KeyboardControl, KeyboardControlRates
 from sdc_sim.physics.vehicle import VehicleCommand
 
 STACK, PERSON, BRAKING = "stack", "person", "braking"
+_NO_KEYS: Mapping[str, Any] = {"held": frozenset()}
 _STANDSTILL_MPS = 0.1
 # A longer pause between two updates moves pedals and steer no further than this [s].
 _MAX_STEP_S = 0.1
@@ -32,7 +34,7 @@ class RemoteDriving:
         self._braking_limit_s = braking_limit_s
         self._lock = threading.RLock()
         self._keyboard = KeyboardControl(rates)
-        self._controls: Keys | Pedals = Keys(frozenset())
+        self._controls: Mapping[str, Any] = _NO_KEYS
         self._controls_at_s = self._braking_since_s = self._stepped_at_s = 0.0
         self._command = VehicleCommand()
         self.mode = STACK
@@ -55,19 +57,14 @@ class RemoteDriving:
             if self.mode != PERSON:
                 self._keyboard.reset()
                 self._command = VehicleCommand()
-                self._controls, self._stepped_at_s = Keys(frozenset()), now_s
+                self._controls, self._stepped_at_s = _NO_KEYS, now_s
             self.mode, self.viewer, self._controls_at_s = PERSON, viewer, now_s
 
-    def release(self, viewer: int) -> None:
-        """Give the car back to the stack, if this viewer drives."""
+    def release(self, viewer: int | None = None) -> None:
+        """Give the car back to the stack, if this viewer drives; None: whoever drives."""
         with self._lock:
-            if self.viewer == viewer:
+            if viewer in (None, self.viewer):
                 self.mode, self.viewer = STACK, None
-
-    def end(self) -> None:
-        """Let the stack drive: the drive is over."""
-        with self._lock:
-            self.mode, self.viewer = STACK, None
 
     def vanish(self, viewer: int, now_s: float) -> None:
         """Brake and then give the car back, if this viewer drives."""
@@ -75,8 +72,14 @@ class RemoteDriving:
             if self.mode == PERSON and self.viewer == viewer:
                 self.mode, self._braking_since_s = BRAKING, now_s
 
-    def control(self, viewer: int, controls: Keys | Pedals, now_s: float) -> None:
-        """Store the controls of a viewer, if it drives."""
+    def control(self, viewer: int, controls: Mapping[str, Any], now_s: float) -> None:
+        """Store the controls of a viewer, if it drives.
+
+        Args:
+            viewer: its number
+            controls: values of a message "keys" or "pedals", see protocol.MESSAGES
+            now_s: the time
+        """
         with self._lock:
             if self.mode == PERSON and self.viewer == viewer:
                 self._controls, self._controls_at_s = controls, now_s
@@ -113,12 +116,8 @@ class RemoteDriving:
             return self._command
 
     def _wanted(self, step_s: float) -> VehicleCommand:
-        if isinstance(self._controls, Keys):
-            return self._keyboard.step(self._controls.held, step_s)
-        self._keyboard.command = VehicleCommand(
-            self._controls.throttle,
-            self._controls.steer,
-            self._controls.brake,
-            reverse=self._keyboard.command.reverse,
-        )
+        if "held" in self._controls:
+            return self._keyboard.step(self._controls["held"], step_s)
+        reverse = self._keyboard.command.reverse
+        self._keyboard.command = VehicleCommand(**self._controls, reverse=reverse)
         return self._keyboard.command

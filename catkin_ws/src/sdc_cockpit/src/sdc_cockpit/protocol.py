@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import json
 import struct
-from dataclasses import dataclass, field
-from typing import Any, Callable, Mapping, Union
+from typing import Any, Callable, NamedTuple
 
 from sdc_common.validation import check_between, check_finite
 from sdc_sim.manual_control import keyboard
@@ -22,6 +21,7 @@ _MAX_COORDINATE_M = 1e5
 _PICTURE_HEADER = struct.Struct("<BxxxIdd")
 PICTURE_HEADER_BYTES = _PICTURE_HEADER.size
 CAMERA, LANE_MASK, LANE_OVERLAY = 1, 2, 3
+_WITHOUT_VALUES = ("drive", "release", "pause", "resume", "step", "reset", "reverse", "stop")
 KEYS = (
     keyboard.THROTTLE_KEYS
     | keyboard.BRAKE_KEYS
@@ -31,74 +31,79 @@ KEYS = (
 )
 
 
-@dataclass(frozen=True)
-class Simple:
-    """A message without values, one of SIMPLE."""
+class Message(NamedTuple):
+    """A message of a page.
 
-    name: str
+    Attributes:
+        kind: a key of MESSAGES
+        values: the checked values of its fields
+    """
 
-
-@dataclass(frozen=True)
-class Keys:
-    """The held keys of the driver. The page repeats it; its absence brakes the car."""
-
-    held: frozenset[str]
+    kind: str
+    values: dict[str, Any] = {}
 
 
-@dataclass(frozen=True)
-class Pedals:
-    """Pedals and steer of a gamepad or a touch screen; repeated as Keys."""
+def _number(low: float, high: float) -> Callable[[str, Any], float]:
+    def check(name: str, value: Any) -> float:
+        check_between(low, high, **{name: value})
+        return float(value)
 
-    throttle: float
-    steer: float
-    brake: float
-
-
-@dataclass(frozen=True)
-class ObstacleClick:
-    """A click on the road, in the map frame [m]."""
-
-    x_m: float
-    y_m: float
+    return check
 
 
-@dataclass(frozen=True)
-class Drawn:
-    """The page has drawn a picture."""
-
-    picture: int
+def _finite(name: str, value: Any) -> float:
+    check_finite(**{name: value})
+    return float(value)
 
 
-@dataclass(frozen=True)
-class ShowMask:
-    """Whether the page shows the lane mask and the overlay of the lane."""
-
-    mask: bool = field(default=False)
-
-
-@dataclass(frozen=True)
-class SetParameter:
-    """A new value of a live parameter; the node refuses unknown names and bad values."""
-
-    name: str
-    value: float
+def _picture(name: str, value: Any) -> int:
+    if isinstance(value, bool) or not isinstance(value, int):
+        raise ValueError(f"{name} must be a whole number")
+    check_between(0, MAX_PICTURE_NUMBER, **{name: value})
+    return value
 
 
-@dataclass(frozen=True)
-class StartDrive:
-    """A scenario and arguments of ./drive; `drive_arguments` checks them."""
-
-    scenario: str
-    arguments: Mapping[str, Any]
-
-
-ClientMessage = Union[
-    Simple, Keys, Pedals, ObstacleClick, Drawn, ShowMask, SetParameter, StartDrive
-]
-SIMPLE = ("drive", "release", "pause", "resume", "step", "reset", "reverse", "stop")
+def _keys(name: str, value: Any) -> frozenset[str]:
+    if not isinstance(value, list) or not all(isinstance(key, str) for key in value):
+        raise ValueError(f"{name} must be a list of key names")
+    unknown = set(value) - KEYS
+    if unknown:
+        raise ValueError(f"{name} has the unknown key {sorted(unknown)[0][:40]!r}")
+    return frozenset(value)
 
 
-def read_message(text: str | bytes) -> ClientMessage:
+def _of_type(wanted: type, noun: str) -> Callable[[str, Any], Any]:
+    def check(name: str, value: Any) -> Any:
+        if not isinstance(value, wanted):
+            raise ValueError(f"{name} must be {noun}")
+        return value
+
+    return check
+
+
+_SHARE = _number(0.0, 1.0)
+_COORDINATE = _number(-_MAX_COORDINATE_M, _MAX_COORDINATE_M)
+# Fields of each message, with a function that checks and returns the value.
+MESSAGES: dict[str, dict[str, Callable[[str, Any], Any]]] = {
+    **{name: {} for name in _WITHOUT_VALUES},
+    # The held keys of the driver, or the pedals and the steer of a gamepad or a touch screen. The
+    # page repeats them; their absence brakes the car.
+    "keys": {"held": _keys},
+    "pedals": {"throttle": _SHARE, "steer": _number(-1.0, 1.0), "brake": _SHARE},
+    # A click on the road, in the map frame [m].
+    "obstacle": {"x": _COORDINATE, "y": _COORDINATE},
+    # The page has drawn this picture.
+    "drawn": {"picture": _picture},
+    # Whether the page shows the lane mask and the overlay of the lane.
+    "show": {"mask": _of_type(bool, "true or false")},
+    # A new value of a live parameter; the node refuses unknown names and bad values.
+    "set": {"name": _of_type(str, "the name of a parameter"), "value": _finite},
+    # A scenario and arguments of ./drive; `drive_arguments` checks them.
+    "start": {"scenario": _of_type(str, "a name"), "arguments": _of_type(dict, "an object")},
+}
+
+
+def read_message(text: str | bytes) -> Message:
     """Return the message of a page.
 
     Raises:
@@ -114,84 +119,15 @@ def read_message(text: str | bytes) -> ClientMessage:
         raise ValueError("the JSON is nested too deeply") from None
     if not isinstance(values, dict):
         raise ValueError("a message is a JSON object")
-    name = values.pop("type", None)
-    if not isinstance(name, str) or (name not in SIMPLE and name not in _READERS):
-        raise ValueError(f"unknown type {str(name)[:40]!r}")
-    if name in SIMPLE:
-        message: ClientMessage = Simple(name)
-        wanted: set = set()
-    else:
-        read, wanted = _READERS[name]
-        missing = wanted - set(values)
-        if missing:
-            raise ValueError(f"a message of type {name!r} needs {', '.join(sorted(missing))}")
-        message = read(values)
-    unknown = set(values) - wanted
-    if unknown:
-        raise ValueError(f"a message of type {name!r} has no {sorted(unknown)[0][:40]!r}")
-    return message
-
-
-def _keys(values: Mapping[str, Any]) -> Keys:
-    held = values["held"]
-    if not isinstance(held, list) or not all(isinstance(key, str) for key in held):
-        raise ValueError("held must be a list of key names")
-    unknown = set(held) - KEYS
-    if unknown:
-        raise ValueError(f"held has the unknown key {sorted(unknown)[0][:40]!r}")
-    return Keys(frozenset(held))
-
-
-def _pedals(values: Mapping[str, Any]) -> Pedals:
-    check_between(0.0, 1.0, throttle=values["throttle"], brake=values["brake"])
-    check_between(-1.0, 1.0, steer=values["steer"])
-    return Pedals(float(values["throttle"]), float(values["steer"]), float(values["brake"]))
-
-
-def _obstacle(values: Mapping[str, Any]) -> ObstacleClick:
-    check_finite(x=values["x"], y=values["y"])
-    check_between(-_MAX_COORDINATE_M, _MAX_COORDINATE_M, x=values["x"], y=values["y"])
-    return ObstacleClick(float(values["x"]), float(values["y"]))
-
-
-def _drawn(values: Mapping[str, Any]) -> Drawn:
-    number = values["picture"]
-    if isinstance(number, bool) or not isinstance(number, int):
-        raise ValueError("picture must be a whole number")
-    check_between(0, MAX_PICTURE_NUMBER, picture=number)
-    return Drawn(number)
-
-
-def _show(values: Mapping[str, Any]) -> ShowMask:
-    if not isinstance(values["mask"], bool):
-        raise ValueError("mask must be true or false")
-    return ShowMask(values["mask"])
-
-
-def _set(values: Mapping[str, Any]) -> SetParameter:
-    if not isinstance(values["name"], str):
-        raise ValueError("name must be the name of a parameter")
-    check_finite(value=values["value"])
-    return SetParameter(values["name"], float(values["value"]))
-
-
-def _start(values: Mapping[str, Any]) -> StartDrive:
-    if not isinstance(values["scenario"], str):
-        raise ValueError("scenario must be a name")
-    if not isinstance(values["arguments"], dict):
-        raise ValueError("arguments must be an object")
-    return StartDrive(values["scenario"], values["arguments"])
-
-
-_READERS: dict[str, tuple[Callable[[Mapping[str, Any]], ClientMessage], set]] = {
-    "keys": (_keys, {"held"}),
-    "pedals": (_pedals, {"throttle", "steer", "brake"}),
-    "obstacle": (_obstacle, {"x", "y"}),
-    "drawn": (_drawn, {"picture"}),
-    "show": (_show, {"mask"}),
-    "set": (_set, {"name", "value"}),
-    "start": (_start, {"scenario", "arguments"}),
-}
+    kind = values.pop("type", None)
+    if not isinstance(kind, str) or kind not in MESSAGES:
+        raise ValueError(f"unknown type {str(kind)[:40]!r}")
+    fields = MESSAGES[kind]
+    for name in set(fields) - set(values):
+        raise ValueError(f"a message of type {kind!r} needs {name}")
+    for name in sorted(set(values) - set(fields)):
+        raise ValueError(f"a message of type {kind!r} has no {name[:40]!r}")
+    return Message(kind, {name: check(name, values[name]) for name, check in fields.items()})
 
 
 def picture_message(kind: int, number: int, stamp_s: float, wall_s: float, file: bytes) -> bytes:

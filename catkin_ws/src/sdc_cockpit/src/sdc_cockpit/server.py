@@ -7,16 +7,15 @@ import functools
 import os
 import socket
 from pathlib import Path
-from typing import Any, Awaitable, Protocol
+from typing import Any, Awaitable
 
 import tornado.netutil
 import tornado.web
 import tornado.websocket
 
 from sdc_cockpit.access import Access
-from sdc_cockpit.drive_runner import DriveRunner
-from sdc_cockpit.protocol import MAX_MESSAGE_BYTES, ClientMessage, json_message, read_message
-from sdc_cockpit.viewers import Viewer, Viewers
+from sdc_cockpit.protocol import MAX_MESSAGE_BYTES, json_message, read_message
+from sdc_cockpit.viewers import Viewer
 
 PORTS_TO_TRY = 50
 # The port of /cockpit/ in JupyterLab, which ./workshop/browser starts.
@@ -45,32 +44,13 @@ _NO_TOKEN = (
 )
 
 
-class CockpitBackend(Protocol):
-    """What the server needs from the node."""
-
-    viewers: Viewers
-    drives: DriveRunner
-
-    def joined(self, viewer: Viewer) -> None:
-        """A page was opened."""
-
-    def left(self, viewer: Viewer) -> None:
-        """A page was closed, or its connection was lost."""
-
-    def receive(self, viewer: Viewer, message: ClientMessage) -> None:
-        """A page sent a message; a ValueError is reported to it."""
-
-    def road_json(self) -> bytes | None:
-        """Return the road, None before there is one. It is called in another thread."""
-
-
 class _Checked(tornado.web.RequestHandler):
     """A handler that refuses foreign hosts and origins, and, where it matters, a wrong token."""
 
     needs_token = True
 
-    def initialize(self, access: Access) -> None:
-        self.access = access
+    def initialize(self, access: Access, backend: Any, path: str = "") -> None:
+        self.access, self.backend, self.path_of_page = access, backend, path
 
     def set_default_headers(self) -> None:
         for name, value in _HEADERS.items():
@@ -90,14 +70,10 @@ class _Checked(tornado.web.RequestHandler):
 
 
 class _Page(_Checked):
-    def initialize(self, access: Access, path: Path) -> None:  # type: ignore[override]
-        super().initialize(access)
-        self.path_of_page = path
-
     def get(self) -> None:
         self.set_header("Content-Type", "text/html; charset=utf-8")
         self.set_header("Cache-Control", "no-store")
-        self.finish(self.path_of_page.read_bytes())
+        self.finish(Path(self.path_of_page).read_bytes())
 
 
 class _File(_Checked, tornado.web.StaticFileHandler):
@@ -105,8 +81,8 @@ class _File(_Checked, tornado.web.StaticFileHandler):
 
     needs_token = False
 
-    def initialize(self, access: Access, path: str) -> None:  # type: ignore[override]
-        _Checked.initialize(self, access)
+    def initialize(self, access: Access, backend: Any, path: str) -> None:  # type: ignore[override]
+        _Checked.initialize(self, access, backend)
         tornado.web.StaticFileHandler.initialize(self, path)
 
     def prepare(self) -> None:
@@ -122,10 +98,6 @@ class _Library(_File):
 
 
 class _Road(_Checked):
-    def initialize(self, access: Access, backend: CockpitBackend) -> None:  # type: ignore[override]
-        super().initialize(access)
-        self.backend = backend
-
     async def get(self) -> None:
         road = await asyncio.get_running_loop().run_in_executor(None, self.backend.road_json)
         if road is None:
@@ -136,10 +108,6 @@ class _Road(_Checked):
 
 class _DriveFile(_Checked):
     """A file that a drive wrote. Its sandbox has an own origin and cannot use this server."""
-
-    def initialize(self, access: Access, backend: CockpitBackend) -> None:  # type: ignore[override]
-        super().initialize(access)
-        self.backend = backend
 
     def get(self, drive: str, name: str) -> None:
         path = self.backend.drives.file(drive, name)
@@ -152,10 +120,6 @@ class _DriveFile(_Checked):
 
 
 class _Comparison(_Checked):
-    def initialize(self, access: Access, backend: CockpitBackend) -> None:  # type: ignore[override]
-        super().initialize(access)
-        self.backend = backend
-
     async def get(self) -> None:
         names = [str(self.get_query_argument(name, "")) for name in ("a", "b")]
         compare = functools.partial(self.backend.drives.comparison, *names)
@@ -167,10 +131,7 @@ class _Comparison(_Checked):
 
 
 class _Socket(_Checked, tornado.websocket.WebSocketHandler):
-    def initialize(self, access: Access, backend: CockpitBackend) -> None:  # type: ignore[override]
-        super().initialize(access)
-        self.backend = backend
-        self.viewer: Viewer | None = None
+    viewer: Viewer | None = None
 
     def check_origin(self, origin: str) -> bool:
         return self.access.allows_origin(origin, self.request.headers.get("Host"))
@@ -203,28 +164,27 @@ class _Socket(_Checked, tornado.websocket.WebSocketHandler):
             self.viewer = None
 
 
-def application(backend: CockpitBackend, access: Access, www: Path) -> tornado.web.Application:
+def application(backend: Any, access: Access, www: Path) -> tornado.web.Application:
     """Return the web application.
 
     Args:
-        backend: the node
+        backend: the node, with its `viewers` and `drives`. In the server's thread, `joined(viewer)`
+            and `left(viewer)` are called for each page, and `receive(viewer, message)` for each
+            message, which may raise ValueError. In other threads, `road_json()` is called, which
+            returns the road, or None before there is one
         access: who may use it
         www: folder of the page
     """
-    checked = {"access": access}
+    used = {"access": access, "backend": backend}
     return tornado.web.Application(
         [
-            ("/", _Page, {**checked, "path": www / "index.html"}),
-            ("/ws", _Socket, {**checked, "backend": backend}),
-            ("/drives/([^/]+)/([^/]+)", _DriveFile, {**checked, "backend": backend}),
-            ("/api/compare", _Comparison, {**checked, "backend": backend}),
-            ("/api/road", _Road, {**checked, "backend": backend}),
-            ("/static/(.*)", _File, {**checked, "path": str(www)}),
-            (
-                f"/lib/({'|'.join(_LIBRARIES)})",
-                _Library,
-                {**checked, "path": str(_LIBRARY_FOLDER)},
-            ),
+            ("/", _Page, {**used, "path": str(www / "index.html")}),
+            ("/ws", _Socket, used),
+            ("/drives/([^/]+)/([^/]+)", _DriveFile, used),
+            ("/api/compare", _Comparison, used),
+            ("/api/road", _Road, used),
+            ("/static/(.*)", _File, {**used, "path": str(www)}),
+            (f"/lib/({'|'.join(_LIBRARIES)})", _Library, {**used, "path": str(_LIBRARY_FOLDER)}),
         ],
         websocket_max_message_size=MAX_MESSAGE_BYTES,
         websocket_ping_interval=_PING_S,

@@ -1,4 +1,4 @@
-"""What the ROS master knows when a drive starts."""
+"""Before a drive starts: no other drive runs, and no parameter of the last one is in force."""
 
 from __future__ import annotations
 
