@@ -97,14 +97,6 @@ def test_route_of_coarse_waypoints_is_the_line_of_the_road():
     np.testing.assert_allclose(radius, 100.0, atol=0.02)
 
 
-def test_without_a_wall_clock_there_is_no_wall_duration():
-    evaluator = with_route()
-    for tick in range(1, 50):
-        evaluator.add_odometry(tick * TICK_NS, 0.5 * tick, 0.0, 0.0, 10.0)
-    assert evaluator.result().metrics["wall_duration_s"] is None
-    assert evaluator.result().metrics["real_time_factor"] is None
-
-
 def test_evaluator_keeps_events_that_arrive_before_the_route():
     early, evaluator = Evaluator(RULES), with_route()
     drive_on(early, 1, 30)
@@ -118,13 +110,6 @@ def test_evaluator_keeps_events_that_arrive_before_the_route():
     assert {k: v for k, v in got.items() if k not in wall} == {
         k: v for k, v in expected.items() if k not in wall
     }
-
-
-def test_time_without_odometry_is_reported():
-    evaluator = with_route()
-    drive_on(evaluator, 1, 50)
-    drive_on(evaluator, 110, 50)
-    assert evaluator.result().metrics["unseen_s"] == pytest.approx(3.0)
 
 
 @pytest.mark.parametrize(
@@ -222,16 +207,6 @@ def test_infraction_is_counted_and_shown():
 def test_route_of_one_point_is_refused():
     with pytest.raises(ValueError, match="at least 2 points"):
         Evaluator(RULES).set_route([(0.0, 0.0)])
-
-
-def test_time_left_goes_from_the_ideal_duration_to_zero():
-    evaluator = with_route()
-    drive_on(evaluator, 1, 1)
-    drive = evaluator.drive
-    assert drive.time_left_s() == pytest.approx(drive.ideal.duration_s, abs=0.5)
-    drive_on(evaluator, 2, 198)
-    assert 0.0 <= drive.time_left_s() < 1.0
-    assert math.isfinite(drive.time_left_s())
 
 
 def drive_past_a_light(evaluator, shown):

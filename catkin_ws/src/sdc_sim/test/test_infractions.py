@@ -90,47 +90,6 @@ def test_crossing_without_odometry_is_not_judged():
     assert detector.update_car(3, ROUTE, 60.0) + detector.update_lights(3, {7: RED}) == 0
 
 
-def test_states_are_relevant_when_they_change_or_a_crossing_waits_for_them():
-    detector = detector_of_one_line()
-    assert detector.is_relevant({7: GREEN})
-    detector.update_lights(1, {7: GREEN})
-    assert not detector.is_relevant({7: GREEN})
-    assert detector.is_relevant({7: RED})
-    detector.update_lights(2, {7: RED})
-    assert detector.is_relevant({7: GREEN})
-    detector.update_car(3, ROUTE, 47.0)
-    detector.update_car(4, ROUTE, 49.0)
-    assert detector.is_relevant({7: RED})
-    assert detector.update_lights(4, {7: RED}) == 1
-    assert not detector.is_relevant({7: RED})
-
-
-def test_line_within_the_first_metres_counts():
-    detector = RedLightDetector(0.0)
-    detector.set_lines({7: (0.5, 0.0, 1.75)})
-    detector.update_lights(0, {7: RED})
-    assert [detector.update_car(i, ROUTE, s) for i, s in enumerate((0.2, 0.7), start=1)] == [0, 1]
-
-
-def test_state_without_a_stamp_applies_from_the_last_odometry_on():
-    detector = detector_of_one_line()
-    detector.update_lights(0, {7: GREEN})
-    detector.update_car(5, ROUTE, 47.0)
-    detector.update_lights(0, {7: RED})
-    assert detector.update_car(6, ROUTE, 49.0) == 1
-
-
-def test_light_without_a_state_is_not_red():
-    detector = detector_of_one_line()
-    detector.update_car(1, ROUTE, 47.0)
-    assert detector.update_car(2, ROUTE, 49.0) == 0
-    assert detector.update_lights(3, {8: RED}) == 0
-
-
-def test_car_crosses_nothing_before_the_stop_lines_are_known():
-    assert drive(RedLightDetector(FRONT_M), lambda stamp: RED) == 0
-
-
 def test_line_near_a_later_pass_of_the_route_counts_on_the_first_one():
     there_and_back = Route(
         [(float(x), 0.0) for x in range(101)] + [(float(x), 1.0) for x in range(100, -1, -1)]

@@ -66,12 +66,6 @@ def test_off_lane_percent_by_hand_with_a_lost_sample_and_one_at_the_edge_of_the_
     assert off_lane_percent(time_s, np.full(4, 2.0), error, 3.5) == pytest.approx(25.0)
 
 
-@pytest.mark.parametrize(("samples", "percent"), [(0, 0.0), (1, 0.0), (2, 100.0)])
-def test_off_lane_percent_needs_two_samples(samples, percent):
-    values = np.arange(2.0, 2.0 + samples)
-    assert off_lane_percent(values, values, values, 3.5) == percent
-
-
 def test_driving_score_follows_the_leaderboard():
     none = dict.fromkeys(
         ("collision_pedestrian", "collision_vehicle", "collision_static", "red_light", "stop"), 0
@@ -107,12 +101,6 @@ def test_comfort_has_the_thresholds_of_nuplan(name, within, beyond):
     assert comfortable({**calm, name: None}) is None
 
 
-def test_constant_jerk_is_measured():
-    values = peak_accelerations(TIME_S, 0.5 * 0.2 * TIME_S**2, np.zeros_like(TIME_S))
-    assert values["jerk_max_mps3"] == pytest.approx(0.2, rel=1e-6)
-    assert values["longitudinal_acceleration_max_mps2"] == pytest.approx(0.2 * TIME_S[-1], rel=0.02)
-
-
 def test_uneven_time_steps_give_the_same_accelerations():
     uneven_s = np.sort(np.concatenate([TIME_S, TIME_S + 0.013]))
     for time_s in (TIME_S, uneven_s):
@@ -121,20 +109,6 @@ def test_uneven_time_steps_give_the_same_accelerations():
         assert values["lateral_acceleration_max_mps2"] == pytest.approx(
             0.1 * 3.0 * time_s[-1], rel=0.02
         )
-
-
-def test_samples_around_a_lost_one_are_interpolated():
-    lost_s = np.append(TIME_S, TIME_S[-1] + 0.1)
-    ((time_s, longitudinal, _, _),) = accelerations(lost_s, 3.0 * lost_s, 0.1 * lost_s)
-    np.testing.assert_allclose(time_s, 0.05 * np.arange(402), atol=1e-9)
-    np.testing.assert_allclose(longitudinal, 3.0, rtol=1e-6)
-
-
-def test_accelerations_are_smoothed_over_nine_ticks():
-    speed = 5.0 + np.random.default_rng(1).normal(size=TIME_S.size)
-    ((_, longitudinal, _, _),) = accelerations(TIME_S, speed, 0.0 * TIME_S)
-    expected = savgol_filter(speed, 9, 2, deriv=1, delta=0.05)
-    np.testing.assert_allclose(longitudinal, expected, atol=1e-9)
 
 
 def test_five_samples_one_second_apart_are_enough_for_accelerations():

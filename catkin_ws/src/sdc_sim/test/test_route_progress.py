@@ -11,6 +11,7 @@ from sdc_sim.evaluation.route_progress import (
     COMPLETED,
     OFF_ROUTE,
     TIMEOUT,
+    DriveEvent,
     RouteProgress,
     TerminationLimits,
 )
@@ -54,9 +55,11 @@ def test_metrics_of_a_drive_parallel_to_the_route():
     assert drive.metrics(10.0, lane_width_m=0.5)["off_lane_percent"] == pytest.approx(100.0)
 
 
-def test_cross_track_error_is_positive_left_of_the_route():
-    assert drive_straight(offset=0.3).samples[5].cross_track_m == pytest.approx(0.3)
-    assert drive_straight(offset=-0.3).samples[5].cross_track_m == pytest.approx(-0.3)
+def test_place_after_a_gap_is_found_farther_ahead_and_errors_are_positive_left_of_the_route():
+    drive = RouteProgress(STRAIGHT, LIMITS)
+    for time_s, x_m, y_m in ((0.0, 5.0, 0.0), (4.0, 45.0, 0.3), (4.1, 46.0, -0.3)):
+        sample = drive.update(time_s, x_m, y_m, 0.0, 10.0)
+        assert (sample.s_m, sample.cross_track_m) == (pytest.approx(x_m), pytest.approx(y_m))
 
 
 def test_metrics_of_a_circle_at_constant_speed():
@@ -100,26 +103,6 @@ def test_slow_car_is_not_blocked():
     assert drive_straight(speed=0.5).status == COMPLETED
 
 
-def test_car_at_rest_is_blocked():
-    assert drive_straight(stop_at=50.0, rest_s=1e9).status == BLOCKED
-
-
-def test_slow_drive_ends_with_a_timeout():
-    slow = LIMITS._replace(timeout_s=20.0)
-    drive = drive_straight(speed=1.0, limits=slow)
-    assert drive.status == TIMEOUT
-    assert drive.completion_percent == pytest.approx(20.0, abs=1.0)
-
-
-def test_drive_ends_when_the_car_leaves_the_route():
-    drive = RouteProgress(STRAIGHT, LIMITS)
-    for tick in range(200):
-        drive.update(tick * 0.05, 5.0 + tick * 0.1, tick * 0.1, 0.7, 3.0)
-        if drive.status:
-            break
-    assert drive.status == OFF_ROUTE
-
-
 def test_teleport_is_off_route_even_onto_another_part():
     drive = RouteProgress(STRAIGHT, LIMITS)
     drive.update(0.0, 5.0, 0.0, 0.0, 3.0)
@@ -147,41 +130,11 @@ def test_single_odometry_far_away_does_not_end_the_drive():
     assert drive.metrics(10.0)["cross_track_max_m"] > 30.0, "the metrics contain it"
 
 
-def test_search_reaches_farther_ahead_after_a_gap():
-    drive = RouteProgress(STRAIGHT, LIMITS)
-    drive.update(0.0, 5.0, 0.0, 0.0, 10.0)
-    drive.update(4.0, 45.0, 0.1, 0.0, 10.0)
-    assert drive.samples[-1].s_m == pytest.approx(45.0)
-    assert drive.metrics(10.0)["cross_track_max_m"] == pytest.approx(0.1)
-
-
-def test_unfinished_drive_is_aborted():
-    drive = drive_straight(stop_at=60.0, rest_s=1.0)
-    metrics = drive.metrics(10.0)
-    assert metrics["status"] == "aborted"
-    assert metrics["route_completion_percent"] == pytest.approx(60.0, abs=0.5)
-
-
-def test_car_arrives_when_it_is_at_rest_and_not_before():
-    drive = RouteProgress(STRAIGHT, LIMITS)
-    drive.update(0.0, 90.0, 0.0, 0.0, 5.0)
-    drive.update(0.05, 99.9, 0.0, 0.0, 5.0)
-    assert drive.status is None
-    drive.update(0.1, 100.5, 0.0, 0.0, 0.0)
-    assert drive.status == COMPLETED
-
-
 def test_time_that_goes_back_is_refused():
     drive = RouteProgress(STRAIGHT, LIMITS)
     drive.update(1.0, 0.0, 0.0, 0.0, 0.0)
     with pytest.raises(ValueError, match="time went"):
         drive.update(0.5, 0.0, 0.0, 0.0, 0.0)
-
-
-def test_jerk_of_a_single_sample_is_unknown():
-    drive = RouteProgress(STRAIGHT, LIMITS)
-    drive.update(1.0, 0.0, 0.0, 0.0, 0.0)
-    assert drive.metrics(10.0)["jerk_max_mps3"] is None
 
 
 def test_limits_must_be_positive():
@@ -239,13 +192,6 @@ def test_other_infractions_count_and_the_drive_continues():
         drive.add_infraction("red_lihgt")
 
 
-def test_drive_without_kept_samples_keeps_the_last_one():
-    drive = RouteProgress(STRAIGHT, LIMITS, keep_samples=False)
-    drive_at(10.0, 100, drive)
-    assert len(drive.samples) == 1
-    assert drive.duration_s == pytest.approx(99 * 0.05)
-
-
 def test_drive_that_need_not_stop_is_completed_where_it_passes_the_end():
     limits = LIMITS._replace(finish_at_rest=False)
     drive = drive_straight(stop_at=200.0, limits=limits)
@@ -261,3 +207,87 @@ def test_drive_that_passes_the_end_is_not_completed():
 def test_finish_that_is_neither_true_nor_false_is_refused():
     with pytest.raises(ValueError, match="finish_at_rest"):
         RouteProgress(STRAIGHT, LIMITS._replace(finish_at_rest="no"))
+
+
+def parallel(samples, start_s=100.0, speed=10.0, y_m=0.5, first_m=0.0):
+    """Return a drive of so many samples, 0.1 s and 1 m apart."""
+    progress = RouteProgress(STRAIGHT, LIMITS)
+    for i in range(samples):
+        progress.update(start_s + 0.1 * i, first_m + i, y_m, 0.01, speed)
+    return progress
+
+
+def test_event_has_the_time_and_the_place_of_the_last_sample():
+    progress = parallel(6)
+    progress.add_infraction("red_light")
+    progress.update(100.6, 6.0, 0.5, 0.0, 10.0)
+    progress.add_collision("static")
+    assert progress.events == [
+        DriveEvent("red_light", pytest.approx(100.5), pytest.approx(5.0), 5.0, 0.5),
+        DriveEvent("collision_static", pytest.approx(100.6), pytest.approx(6.0), 6.0, 0.5),
+        DriveEvent(COLLISION, pytest.approx(100.6), pytest.approx(6.0), 6.0, 0.5),
+    ]
+
+
+def test_car_that_passes_the_start_of_the_route_faces_along_it():
+    """Two passes at the start: the heading tells which one the car is on."""
+    there_and_back = Route([(0.0, 0.0), (50.0, 0.0), (50.0, 1.0), (0.0, 1.0)])
+    for yaw_rad, s_m in ((0.0, 10.0), (np.pi, 91.0)):
+        progress = RouteProgress(there_and_back, LIMITS)
+        assert progress.update(0.0, 10.0, 0.5, yaw_rad, 1.0).s_m == pytest.approx(s_m, abs=1.0)
+
+
+def test_drive_that_waits_for_the_odometry_of_its_collision_is_one():
+    progress = parallel(5)
+    progress.add_collision("pedestrian", 100.6)
+    assert progress.status is None
+    assert progress.metrics(2.0)["status"] == COLLISION
+    progress.update(100.5, 5.0, 0.5, 0.0, 10.0)
+    assert progress.status is None
+    progress.update(100.6, 6.0, 0.5, 0.0, 10.0)
+    assert progress.status == COLLISION
+
+
+def test_progress_of_less_than_ten_centimetres_is_none():
+    progress = RouteProgress(STRAIGHT, LIMITS._replace(blocked_s=3.0))
+    for tick in range(31):
+        progress.update(0.1 * tick, 5.0 + 0.003 * tick, 0.0, 0.0, 0.03)
+    assert progress.status is None
+    progress.update(3.2, 5.1, 0.0, 0.0, 0.03)
+    assert progress.status == BLOCKED
+
+
+@pytest.mark.parametrize(
+    ("limits", "distance_m", "status"),
+    [
+        (LIMITS._replace(blocked_s=8.0), 0.0, BLOCKED),
+        (LIMITS._replace(timeout_s=8.0), 0.0, TIMEOUT),
+        (LIMITS._replace(off_route_s=8.0), 16.0, OFF_ROUTE),
+    ],
+)
+def test_drive_may_last_as_long_as_a_limit_and_no_longer(limits, distance_m, status):
+    progress = RouteProgress(STRAIGHT, limits)
+    for time_s in range(9):
+        progress.update(float(time_s), 0.0, distance_m, 0.0, 1.0)
+    assert progress.status is None
+    progress.update(8.25, 0.0, distance_m, 0.0, 1.0)
+    assert progress.status == status
+
+
+def test_car_at_the_limit_is_still_on_the_route():
+    progress = RouteProgress(STRAIGHT, LIMITS)
+    for tick in range(10):
+        progress.update(0.25 * tick, float(tick), LIMITS.off_route_m, 0.0, 10.0)
+    assert (progress.status, progress.progress_m) == (None, 9.0)
+    progress.add_collision("vehicle", 2.0)
+    assert progress.progress_m == 8.0
+
+
+@pytest.mark.parametrize(
+    ("x_m", "speed", "status"),
+    [(98.0, 0.0, None), (98.25, 0.0, COMPLETED), (100.0, 0.05, None), (100.0, 0.04, COMPLETED)],
+)
+def test_drive_is_completed_near_the_end_and_at_rest(x_m, speed, status):
+    progress = RouteProgress(STRAIGHT, LIMITS)
+    progress.update(0.0, x_m, 0.0, 0.0, speed)
+    assert progress.status == status
