@@ -13,8 +13,8 @@ from sdc_experiments.localization import (
     rms,
     sensor_configuration,
 )
-from sdc_experiments.random_routes import long_route
 from sdc_sim.evaluation.route_progress import COMPLETED
+from sdc_sim.road.random_routes import long_route
 
 pytestmark = pytest.mark.slow(20)
 

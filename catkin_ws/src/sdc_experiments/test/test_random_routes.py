@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from sdc_experiments.closed_loop import drive, drive_result
-from sdc_experiments.random_routes import random_route
 from sdc_sim.evaluation.route_progress import COMPLETED
+from sdc_sim.road.random_routes import random_route
 
 pytestmark = pytest.mark.slow(25)
 

@@ -13,13 +13,13 @@ from typing import Any, Mapping
 
 import numpy as np
 from scipy.stats import chi2
+from sdc_sim.simulation.configuration import start_pose
 
 from sdc_common.geometry.angles import wrap_angle
 from sdc_common.geometry.road_line import road_route
 from sdc_experiments.car_stack import CarController, CarPlanner
 from sdc_experiments.closed_loop import Recorder, drive_until_over
 from sdc_experiments.configuration import vehicle_preset
-from sdc_experiments.random_routes import long_route
 from sdc_localization.landmark_map import landmarks as scenery_landmarks
 from sdc_localization.landmarks import LandmarkMap
 from sdc_localization.localizer import Estimate, Localizer, LocalizerSettings
@@ -29,12 +29,12 @@ from sdc_package.local_planner import PlannerSettings
 from sdc_sim.evaluation.ideal_drive import IdealDrive
 from sdc_sim.evaluation.route_progress import RouteProgress, TerminationLimits
 from sdc_sim.physics.vehicle import Vehicle, VehicleState
+from sdc_sim.road.random_routes import long_route
 from sdc_sim.road.road import Road
 from sdc_sim.scenario.packaged import node_config
 from sdc_sim.sensors.readings import WHEELS, SensorReadings
 from sdc_sim.sensors.settings import sensor_settings
 from sdc_sim.sensors.suite import SensorSuite
-from sdc_sim.simulation.configuration import start_pose
 from sdc_sim.simulation.simulation import Observation, Simulation
 
 ROUTES = 20

@@ -14,11 +14,11 @@ import numpy as np
 
 from sdc_experiments.car_stack import Rows
 from sdc_experiments.closed_loop import drive_result
-from sdc_experiments.random_routes import long_route
 from sdc_perception.imitation_network import SteeringNetwork
 from sdc_perception.imitation_samples import arc_path, road_view
 from sdc_sim.camera.renderer import Renderer
 from sdc_sim.evaluation.drive_evaluation import DriveResult
+from sdc_sim.road.random_routes import long_route
 from sdc_sim.road.road import Road
 from sdc_sim.simulation.simulation import Observation
 

@@ -18,10 +18,10 @@ from matplotlib.axes import Axes  # noqa: E402
 
 from sdc_experiments.imitation.drive import drive  # noqa: E402
 from sdc_experiments.imitation.record import expert_line  # noqa: E402
-from sdc_experiments.random_routes import long_route  # noqa: E402
 from sdc_perception.imitation_network import SteeringNetwork  # noqa: E402
 from sdc_perception.imitation_samples import road_view  # noqa: E402
 from sdc_sim.camera.renderer import Renderer  # noqa: E402
+from sdc_sim.road.random_routes import long_route  # noqa: E402
 from sdc_sim.road.road import Road  # noqa: E402
 
 SEED, ROUTE_M = 2, 300.0

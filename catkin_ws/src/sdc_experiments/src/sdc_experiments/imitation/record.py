@@ -18,9 +18,9 @@ import numpy as np
 from sdc_experiments.closed_loop import drive_result
 from sdc_experiments.imitation.bag import bag_samples
 from sdc_experiments.imitation.samples import Samples
-from sdc_experiments.random_routes import long_route
 from sdc_perception.imitation_samples import DrivenLine, road_view
 from sdc_sim.camera.renderer import Renderer
+from sdc_sim.road.random_routes import long_route
 from sdc_sim.road.road import Road
 from sdc_sim.simulation.simulation import Observation
 

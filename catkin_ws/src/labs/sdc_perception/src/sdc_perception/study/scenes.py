@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 import cv2
 import numpy as np
 
-from sdc_experiments.random_routes import random_route
 from sdc_sim.camera.boxes import Box, obstacle_box, traffic_light_box
 from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.camera.painting import dim, footprint
@@ -17,6 +16,7 @@ from sdc_sim.camera.renderer import Renderer
 from sdc_sim.camera.scene_objects import SceneObjects
 from sdc_sim.physics.obstacles import ObstaclePlan, ObstacleState, SimulatedObstacle
 from sdc_sim.physics.traffic_lights import COLOURS, OFF, TrafficLightPlan, TrafficLights
+from sdc_sim.road.random_routes import random_route
 from sdc_sim.road.road import Road
 from sdc_sim.road.scenery import Scenery
 from sdc_sim.simulation.weather import Weather

@@ -1,6 +1,6 @@
 """Draw the stages of the lane detector for docs/labs/perception.md.
 
-    python3 -m sdc_experiments.perception_pictures [FILE]
+    python3 -m sdc_perception.study.pictures [FILE]
 
 The picture shows a bend of the packaged town: ground plane, markings and guessed lane.
 """
@@ -16,9 +16,9 @@ import numpy as np
 import rospkg
 
 from sdc_common.routes.waypoint_file import load_waypoints
-from sdc_experiments.perception import lab_parameters
 from sdc_perception.lane_detection import DetectorSettings, LaneDetector
 from sdc_perception.stage_pictures import STAGES
+from sdc_perception.study.drives import lab_parameters
 from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.camera.renderer import Renderer
 from sdc_sim.road.road import Road

@@ -1,6 +1,6 @@
 """Measure the detectors of lights and obstacles on held-out pictures, and print a table.
 
-    python3 -m sdc_experiments.perception_frames [--frames N] [--weather NAME ...] [--wrong FOLDER]
+    python3 -m sdc_perception.study.frames [--frames N] [--weather NAME ...] [--wrong FOLDER]
 
 Each picture is searched alone, without tracking. The routes have seeds from 3001 on; each weather
 has its own. Seeds 100 to 119 were used to choose parameters.
@@ -18,13 +18,13 @@ from dataclasses import dataclass, field, fields
 import cv2
 import numpy as np
 
-from sdc_experiments.perception import WEATHERS, lab_parameters
-from sdc_experiments.perception_scenes import FRAMES_A_ROUTE, Scene, SceneMaker
 from sdc_perception.detection_overlay import draw_lights, draw_obstacles
 from sdc_perception.light_detection import LightFinder, SeenLight
 from sdc_perception.light_tracker import LightSettings
 from sdc_perception.obstacle_detection import BodyFinder, SeenBody
 from sdc_perception.obstacle_tracker import ObstacleSettings, body_finder
+from sdc_perception.study.drives import WEATHERS, lab_parameters
+from sdc_perception.study.scenes import FRAMES_A_ROUTE, Scene, SceneMaker
 from sdc_sim.camera.camera_model import CameraModel
 
 FIRST_SEED = 3001

@@ -1,6 +1,6 @@
 """Random routes of straights and bends.
 
-python3 -m sdc_experiments.random_routes SEED FILE writes one of 1 km as a waypoint file.
+python3 -m sdc_sim.road.random_routes SEED FILE writes one of 1 km as a waypoint file.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ def _points(random: np.random.Generator, pieces: list) -> np.ndarray:
 def main() -> None:
     """Write a route of 1 km to a file."""
     if len(sys.argv) != 3 or not sys.argv[1].isdecimal():
-        sys.exit("Usage: python3 -m sdc_experiments.random_routes SEED FILE")
+        sys.exit("Usage: python3 -m sdc_sim.road.random_routes SEED FILE")
     # The y axis of a waypoint file points to the right.
     points = long_route(int(sys.argv[1])) * (1.0, -1.0)
     try:

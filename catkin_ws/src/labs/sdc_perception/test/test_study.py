@@ -1,0 +1,99 @@
+"""The car drives by the picture along a route that was not used to tune it, and in bad weather."""
+
+import cv2
+import numpy as np
+import pytest
+
+from sdc_perception.lane_detection import DetectorSettings, LaneDetector
+from sdc_perception.lane_following import stopping_path
+from sdc_perception.study.drives import WEATHERS, drive, lab_parameters
+from sdc_perception.study.frames import FrameScore, measure
+from sdc_sim.camera.camera_model import CameraModel
+from sdc_sim.camera.renderer import Renderer
+from sdc_sim.road.random_routes import random_route
+from sdc_sim.road.road import Road
+from sdc_sim.scenario.drive_setup import drive_setup
+from sdc_sim.simulation.weather import Weather
+
+HELD_OUT = "1019"
+
+
+@pytest.fixture(autouse=True)
+def one_core():
+    cv2.setNumThreads(1)
+
+
+@pytest.mark.slow(20)
+def test_route_that_the_car_does_not_know_is_completed():
+    metrics, problems = drive(HELD_OUT)
+    assert (metrics["status"], problems) == ("completed", [])
+    assert metrics["cross_track_rms_m"] <= 0.15
+    assert metrics["cross_track_max_m"] <= 0.5
+
+
+@pytest.mark.slow(20)
+@pytest.mark.parametrize(
+    ("scenario", "weather"),
+    [
+        ("crossing_pedestrian", "day"),
+        *[
+            pytest.param(scenario, weather, marks=pytest.mark.nightly)
+            for scenario in ("traffic_lights", "stopped_car", "slow_leader")
+            for weather in ("day", "dusk")
+        ],
+    ],
+)
+def test_scenario_is_driven_on_detections(scenario, weather):
+    assert drive(scenario, weather)[1] == []
+
+
+@pytest.mark.slow(3)
+@pytest.mark.parametrize(
+    ("seed", "weather", "off_m"),
+    # At the crossing of route 1009 no line is near the car: most of what could be one is rain.
+    [(3, "low_sun", 0.08), (1009, "rain", 0.15)],
+)
+def test_lane_is_found_before_the_car_starts(seed, weather, off_m):
+    route, parameters = random_route(seed)[0], WEATHERS[weather]
+    state = drive_setup("", route).simulation().observation.state
+    pose = state.x_m, state.y_m, state.yaw_rad
+    renderer = Renderer(Road(route), weather=Weather.read(parameters["weather"]))
+    settings = DetectorSettings.read(lab_parameters("lane_detector").__getitem__)
+    detector = LaneDetector(settings, CameraModel().intrinsic_matrix())
+    for tick in range(9):
+        light = parameters.get("daylight", 1.0)
+        picture = renderer.render(*pose, light=light, time_s=0.05 * tick)
+        lane = detector.detect(picture, pose)
+    assert lane.offset_m == pytest.approx(0.0, abs=off_m)
+    assert lane.heading_error_rad == pytest.approx(0.0, abs=0.05)
+
+
+def test_car_without_a_lane_stays_where_it_is():
+    settings = DetectorSettings.read(lab_parameters("lane_detector").__getitem__)
+    detector = LaneDetector(settings, CameraModel().intrinsic_matrix())
+    blank = np.full((480, 640, 4), 80, np.uint8)
+    assert detector.detect(blank, (0.0, 0.0, 0.0)) is None
+    assert stopping_path(0.0, 0.0, 0.0)[:, 2].tolist() == [0.0, 0.0]
+
+
+@pytest.mark.slow(4)
+@pytest.mark.parametrize("weather", ["day", "dusk"])
+def test_lights_and_bodies_of_random_pictures_are_right(weather):
+    score = measure(weather, 40, 2901)
+    assert score.lights >= 15
+    assert score.right_frames >= 39
+    assert score.bodies >= 20
+    assert score.found_bodies >= 0.97 * score.bodies
+    assert sum(abs(error) < 0.1 for error in score.body_errors) >= 0.97 * score.found_bodies
+    assert score.false_bodies <= 1
+
+
+def test_table_has_the_sum_of_both_weathers():
+    day = FrameScore(
+        2, 2, 3, 3, 0, 4, 3, 1, [0.01, 0.02, 0.03], [0.0, 0.0, 0.2], [(1e-3, 2e-3)] * 2
+    )
+    dusk = FrameScore(2, 1, 1, 0, 1, 0, 0, 0, [], [], [(3e-3, 2e-3)] * 2)
+    assert (day + dusk).row("all") == (
+        "| all | 4 | 75.00 % | 3 of 4, 1 | 2.0 %, 2.9 % | 3 of 4, 1 | 0.0 %, 18.0 % | 66.67 % "
+        "| 2.0 + 2.0 ms |"
+    )
