@@ -15,7 +15,7 @@ PICTURE = np.arange(4 * 6 * 3, dtype=np.uint8).reshape(4, 6, 3)
 
 @pytest.fixture
 def display(monkeypatch):
-    """Return a function that sets what tells SDL where to open windows."""
+    """Return a function that sets the variables from which SDL chooses a display."""
 
     def set_variables(**values):
         for name in VARIABLES:

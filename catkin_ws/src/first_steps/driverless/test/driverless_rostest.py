@@ -5,12 +5,13 @@ import math
 import queue
 import subprocess
 import sys
-import time
 import unittest
 
 import rospy
 import rostest
 from um_msgs.msg import CarPosition, SteeringCommand, Waypoint, Waypoints
+
+from sdc_common.testing.message_listener import wait_for_subscriber, wait_until
 
 LIMIT_SECONDS = 30.0
 SQUARE = [(0, 0.0, 0.0), (1, 100.0, 0.0), (2, 100.0, 100.0), (3, 0.0, 100.0)]
@@ -30,19 +31,16 @@ class DriverlessTest(unittest.TestCase):
         cls.map = rospy.Publisher("/world_waypoints", Waypoints, queue_size=10, latch=True)
         cls.sensed = rospy.Publisher("/sensed_waypoints", Waypoints, queue_size=10)
         cls.car = rospy.Publisher("/car_position", CarPosition, queue_size=10)
-        end = time.monotonic() + LIMIT_SECONDS
         for publisher in (cls.map, cls.sensed, cls.car):
-            while not publisher.get_num_connections():
-                assert time.monotonic() < end, f"no subscriber of {publisher.name}"
-                time.sleep(0.01)
-        # The connections from the node take a moment too: publish until a command arrives.
-        while cls.commands.empty():
-            assert time.monotonic() < end, "no command on /cmd"
+            wait_for_subscriber(publisher, LIMIT_SECONDS)
+        wait_until(targets.get_num_connections, LIMIT_SECONDS, "the node's targets")
+
+        # The connection of /cmd takes a moment too: publish until a command arrives.
+        def command():
             cls.car.publish(x=-900.0, y=0.0, direction=0.0)
-            time.sleep(0.05)
-        while not targets.get_num_connections():
-            assert time.monotonic() < end, "no publisher of /target_waypoint"
-            time.sleep(0.01)
+            return not cls.commands.empty()
+
+        wait_until(command, LIMIT_SECONDS, "a command on /cmd")
 
     def setUp(self):
         """Remove the commands that answer positions of an earlier test."""
@@ -61,13 +59,11 @@ class DriverlessTest(unittest.TestCase):
 
         Map and position use two connections and arrive in any order.
         """
-        end = time.monotonic() + LIMIT_SECONDS
-        answer = math.nan
-        while time.monotonic() < end:
-            answer = self.answer(x, y, direction)
-            if abs(answer - expected) < 1e-9:
-                return
-        self.fail(f"expected {expected}, the last answer was {answer}")
+        wait_until(
+            lambda: abs(self.answer(x, y, direction) - expected) < 1e-9,
+            LIMIT_SECONDS,
+            f"the command {expected}",
+        )
 
     def test_node_turns_to_the_next_point_and_publishes_the_target(self):
         self.map.publish(to_message(SQUARE))

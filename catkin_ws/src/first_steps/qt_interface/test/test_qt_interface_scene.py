@@ -1,4 +1,4 @@
-"""Test the parts of the window that do not use Qt: view, trail, scene and settings."""
+"""Test the parts of the window that do not use Qt: scene and settings."""
 
 import math
 from pathlib import Path
@@ -8,108 +8,47 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from qt_interface.scene import PIECE_LENGTH, Point, Scene, Trail
+from qt_interface.scene import PIECE, Point, Scene
 from qt_interface.settings import SettingsError, read_settings, read_world_sizes
-from qt_interface.view import SCALE_MAX, SCALE_MIN, View, fit, nice_step
 
 CONFIG = yaml.safe_load(
     (Path(__file__).resolve().parents[1] / "config" / "qt_interface.yaml").read_text()
 )
-lengths = st.floats(-1e4, 1e4)
-views = st.builds(
-    View,
-    lengths,
-    lengths,
-    st.floats(SCALE_MIN, SCALE_MAX),
-    st.integers(1, 4000),
-    st.integers(1, 4000),
-)
 
 
-@given(views, lengths, lengths)
-def test_to_field_is_the_inverse_of_to_pixel(view, x, y):
-    assert view.to_field(*view.to_pixel(x, y)) == (
-        pytest.approx(x, abs=1e-6),
-        pytest.approx(y, abs=1e-6),
-    )
+def drive(scene, *xs):
+    for x in xs:
+        scene.set_car(float(x), 0.0, 0.0, float(x))
 
 
-def test_y_points_up_on_the_field_and_down_on_the_screen():
-    view = View(0.0, 0.0, 2.0, 100, 100)
-    assert view.to_pixel(10.0, 10.0) == (70.0, 30.0)
-
-
-@given(views, st.floats(0.1, 10.0), st.floats(0, 4000), st.floats(0, 4000))
-def test_zoom_keeps_the_field_point_at_the_mouse(view, factor, pixel_x, pixel_y):
-    x, y = view.to_field(pixel_x, pixel_y)
-    zoomed = view.zoomed(factor, pixel_x, pixel_y)
-    assert SCALE_MIN <= zoomed.scale <= SCALE_MAX
-    assert zoomed.to_pixel(x, y) == (
-        pytest.approx(pixel_x, abs=1e-3),
-        pytest.approx(pixel_y, abs=1e-3),
-    )
-
-
-@given(views, lengths, lengths)
-def test_pan_moves_the_field_with_the_mouse(view, pixels_x, pixels_y):
-    before = view.to_pixel(3.0, 4.0)
-    after = view.panned(pixels_x, pixels_y).to_pixel(3.0, 4.0)
-    assert after == (
-        pytest.approx(before[0] + pixels_x, abs=1e-5),
-        pytest.approx(before[1] + pixels_y, abs=1e-5),
-    )
-
-
-@given(st.lists(st.tuples(st.floats(-900, 900), st.floats(-900, 900)), max_size=20))
-def test_fit_shows_all_points_within_the_margin(points):
-    view = fit(points, 600, 400, 30)
-    for x, y in points:
-        pixel_x, pixel_y = view.to_pixel(x, y)
-        assert 30 - 1e-6 <= pixel_x <= 570 + 1e-6 and 30 - 1e-6 <= pixel_y <= 370 + 1e-6
-
-
-@given(st.floats(1e-3, 1e6))
-def test_nice_step_is_at_most_the_length(length):
-    step = nice_step(length)
-    assert step <= length * (1 + 1e-9) and step > length / 2.6
-
-
-def test_trail_pieces_join_and_never_change():
-    trail = Trail(10000, 50.0)
-    for i in range(2 * PIECE_LENGTH):
-        trail.add(float(i), 0.0)
-    first = list(trail.finished[0])
-    for i in range(2 * PIECE_LENGTH, 4 * PIECE_LENGTH):
-        trail.add(float(i), 0.0)
-    assert trail.finished[0] == first and len(first) == PIECE_LENGTH
-    for before, after in zip(trail.finished, trail.finished[1:] + [trail.growing]):
+@given(st.integers(1, 1000))
+def test_pieces_of_the_trail_join_and_the_newest_one_is_short(count):
+    scene = Scene(read_settings(CONFIG))
+    drive(scene, *range(count))
+    pieces = [*scene.trail_pieces(), scene.newest_trail()]
+    assert len(pieces) == scene.trail_count // PIECE + 1
+    assert all(len(piece) <= PIECE + 1 for piece in pieces)
+    for before, after in zip(pieces, pieces[1:]):
         assert before[-1] == after[0]
+    xs = [0.0] + [x for piece in pieces for x, _ in piece[1:]]
+    assert xs == [float(x) for x in range(count)]
 
 
-def test_jump_interrupts_the_trail():
-    trail = Trail(100, 50.0)
-    for x in (0.0, 10.0, 200.0, 210.0):
-        trail.add(x, 0.0)
-    assert trail.finished == [[(0.0, 0.0), (10.0, 0.0)]]
-    assert trail.growing == [(200.0, 0.0), (210.0, 0.0)]
-
-
-@given(st.integers(200, 600), st.integers(0, 2000))
+@given(st.integers(1, 600), st.integers(1, 2000))
 def test_trail_never_exceeds_its_limit(limit, count):
-    trail = Trail(limit, 50.0)
-    for i in range(count):
-        trail.add(float(i), 0.0)
-        assert len(trail) <= limit
-    if count:
-        assert trail.growing[-1] == (float(count - 1), 0.0)
+    scene = Scene(read_settings({**CONFIG, "trail_points": limit}))
+    drive(scene, *range(count))
+    points = [point for piece in scene.trail_pieces() for point in piece[:-1]]
+    points += scene.newest_trail()
+    assert points == [(float(x), 0.0) for x in range(max(count - limit, 0), count)]
 
 
-def test_clear_changes_the_version_of_the_trail():
-    trail = Trail(100, 50.0)
-    trail.add(1.0, 2.0)
-    version = trail.version
-    trail.clear()
-    assert len(trail) == 0 and trail.version != version
+def test_cleared_trail_is_empty_and_changes_the_version():
+    scene = Scene(read_settings(CONFIG))
+    drive(scene, *range(300))
+    version = scene.version
+    scene.clear_trail()
+    assert [*scene.trail_pieces(), *scene.newest_trail()] == [] and scene.version != version
 
 
 def test_car_at_interpolates_the_last_two_positions():

@@ -56,7 +56,7 @@ class Shown:
         """Return the pixel of the display that shows the field point."""
         from PyQt5.QtCore import QPoint
 
-        px, py = self.window.field.view.to_pixel(x, y)
+        px, py = self.window.field.view.map(float(x), float(y))
         point = self.window.field.mapToGlobal(QPoint(round(px), round(py)))
         return point.x(), point.y()
 
@@ -143,12 +143,12 @@ def test_wheel_zooms_around_the_mouse_and_f_shows_all(shown):
     view = shown.window.field.view
     target = shown.pixel(200.0, 100.0)
     shown.click(*target, button=4)
-    shown.wait_for(lambda: shown.window.field.view.scale > view.scale)
+    shown.wait_for(lambda: shown.window.field.scale > view.m11())
     assert shown.pixel(200.0, 100.0) == pytest.approx(target, abs=1)
-    zoomed = shown.window.field.view
+    zoomed = shown.window.field.scale
     shown.click(*target, button=5)
     shown.click(*target, button=5)
-    shown.wait_for(lambda: shown.window.field.view.scale < zoomed.scale / 1.2)
+    shown.wait_for(lambda: shown.window.field.scale < zoomed / 1.2)
     shown.xdotool("key", "f")
     shown.wait_for(lambda: shown.window.field.view == view)
     assert shown.requests == []
@@ -201,7 +201,7 @@ def test_scene_is_visible_on_the_display(shown):
     shown.scene.set_sensed([ELLIPSE[0]])
     assert is_near(painting.SENSED, (350.0, off_centre))
     shown.scene.set_target(ELLIPSE[15])
-    scale = shown.window.field.view.scale
+    scale = shown.window.field.scale
     assert is_near(painting.TARGET, (-350.0 + (painting.DISC_RADIUS + 5.0) / scale, 0.0))
     for step in range(60):
         shown.scene.set_car(2.0 * step, 1.0 * step, 0.5, float(step))
@@ -227,31 +227,34 @@ def test_square_points_in_the_direction_of_the_car(shown, degrees):
     assert nose > 40 and max(others) < 20, "only the nose reaches out of the square"
 
 
-def test_legend_explains_each_symbol(shown):
-    from qt_interface import legend, painting
-    from qt_interface.scene import Scene
+def test_legend_shows_the_laps_and_each_symbol_in_its_colour(shown):
+    from qt_interface.legend import SYMBOLS
 
-    picture = legend.Legend(Scene(shown.scene.settings)).grab().toImage()
+    shown.window.set_laps(7)
+    assert ">7<" in shown.window.legend.text()
+    picture = shown.window.legend.grab().toImage()
+    pixels = {picture.pixel(x, y) for x in range(picture.width()) for y in range(picture.height())}
+    for _, colour, name in SYMBOLS:
+        assert colour.rgb() in pixels, name
 
-    def colour(x, entry):
-        row = list(legend.SYMBOLS).index(entry)
-        y = legend.FIRST_ROW + row * legend.ROW
-        return picture.pixelColor(round(x), y).getRgb()[:3]
 
-    def is_near(seen, expected):
-        return all(abs(a - b) < 30 for a, b in zip(seen, expected.getRgb()[:3]))
+@pytest.mark.parametrize("scale", [0.02, 0.1, 1.0, 7.0, 40.0])
+def test_grid_has_lines_at_round_numbers_at_most_sixty_pixels_apart(scale):
+    from qt_interface.painting import grid_step
 
-    disc = painting.DISC_RADIUS
-    assert is_near(colour(34.0 - 4.0 - 8.0, "the car"), painting.CAR)
-    red, green, _ = colour(34.0 + 15.0, "its trail")
-    assert red > green + 40
-    edges = [colour(34.0 + 13.0 * side, "sensor range") for side in (-1.0, 1.0)]
-    assert any(green > red + 30 for red, green, _ in edges)
-    assert is_near(colour(34.0 - 0.8 * disc, "waypoint"), painting.WAYPOINT)
-    assert not is_near(colour(34.0 - 0.8 * disc - 5.0, "waypoint"), painting.TARGET)
-    assert is_near(colour(34.0 - 0.6 * disc, "sensed now"), painting.SENSED)
-    assert is_near(colour(34.0 - 0.6 * disc, "target"), painting.WAYPOINT)
-    assert is_near(colour(34.0 - 0.8 * disc - 5.0, "target"), painting.TARGET)
+    step = grid_step(scale)
+    assert 60.0 / 2.6 < step * scale <= 60.0 * (1 + 1e-9)
+    assert f"{step:e}"[0] in "125"
+
+
+@pytest.mark.parametrize("width, height", [(600, 400), (200, 900)])
+def test_view_of_the_whole_scene_shows_all_points_within_the_margin(width, height):
+    from qt_interface.field_widget import fit
+
+    points = [(point.x, point.y) for point in ELLIPSE] + [(-100.0, 400.0)]
+    for x, y in points:
+        pixel_x, pixel_y = fit(points, width, height).map(x, y)
+        assert 29.9 <= pixel_x <= width - 29.9 and 29.9 <= pixel_y <= height - 29.9
 
 
 def test_status_bar_shows_state_car_and_waypoints(shown):
@@ -271,7 +274,7 @@ def test_trail_stays_bounded_after_a_hundred_thousand_positions(shown):
         shown.scene.set_car(
             300.0 * math.sin(0.01 * step), 100.0 * math.cos(0.01 * step), 0.0, float(step)
         )
-    assert 9000 < len(shown.scene.trail) <= 10000
+    assert len(shown.scene.trail) == 10000
     shown.picture()
 
 

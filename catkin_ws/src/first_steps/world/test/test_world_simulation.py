@@ -113,12 +113,6 @@ def test_tick_moves_the_car_at_constant_speed_unless_paused():
     assert world.car == car
 
 
-def test_steer_adds_to_the_direction_and_wraps():
-    world = simulation(start_direction=3.0)
-    world.steer(0.5)
-    assert world.car.direction == pytest.approx(3.5 - 2 * math.pi)
-
-
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
 def test_simulation_refuses_non_finite_input_and_keeps_its_state(bad):
     world = simulation()

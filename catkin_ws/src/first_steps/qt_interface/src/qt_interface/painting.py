@@ -1,4 +1,4 @@
-"""Drawing functions for every item on the field, shared by the field and the legend.
+"""Drawing functions for every item on the field.
 
 Positions and sizes are in pixels of the widget.
 """
@@ -7,10 +7,8 @@ from __future__ import annotations
 
 import math
 
-from PyQt5.QtCore import QPointF, QRectF, Qt
-from PyQt5.QtGui import QColor, QFont, QPainter, QPen, QPolygonF
-
-from qt_interface.view import View, nice_step
+from PyQt5.QtCore import QLineF, QPointF, QRectF, Qt
+from PyQt5.QtGui import QColor, QFont, QPainter, QPen, QPolygonF, QTransform
 
 GROUND = QColor("#e9edf1")
 FLOOR = QColor("#fdfdfb")
@@ -135,47 +133,59 @@ def car(painter: QPainter, x: float, y: float, size: float, direction: float) ->
     painter.restore()
 
 
-def trail_pen(freshness: float) -> QPen:
-    """Return the pen for a piece of trail; `freshness` is 1 for the newest and 0 for the oldest."""
-    colour = QColor(CAR)
-    colour.setAlphaF(0.06 + 0.54 * min(max(freshness, 0.0), 1.0) ** 2)
-    return QPen(colour, 2.0, Qt.SolidLine, Qt.FlatCap)
-
-
-def area(view: View, walls: tuple[float, float] | None) -> QRectF:
-    """Return the part of the widget inside the walls, or all of it without walls.
+def trail(
+    painter: QPainter, points: list[tuple[float, float]], jump: float, freshness: float
+) -> None:
+    """Draw a piece of trail in pixels.
 
     Args:
-        view: visible part of the field
-        walls: largest |x| and |y| of the field [u], or None
+        painter: painter of the widget
+        points: positions of the car
+        jump: a longer step is not drawn: the car was moved by hand
+        freshness: 1 for the newest piece and 0 for the oldest
     """
-    if walls is None:
-        return QRectF(0, 0, view.width, view.height)
-    left, bottom = view.to_pixel(-walls[0], -walls[1])
-    right, top = view.to_pixel(*walls)
-    return QRectF(left, top, right - left, bottom - top)
+    steps = zip(points, points[1:])
+    lines = [QLineF(*begin, *end) for begin, end in steps if math.dist(begin, end) <= jump]
+    colour = QColor(CAR)
+    colour.setAlphaF(0.06 + 0.54 * min(max(freshness, 0.0), 1.0) ** 2)
+    painter.setPen(QPen(colour, 2.0, Qt.SolidLine, Qt.FlatCap))
+    painter.drawLines(lines)
 
 
-def floor(painter: QPainter, view: View, walls: tuple[float, float] | None) -> None:
-    """Draw the ground and the field with its grid and its walls, if it has walls."""
-    painter.fillRect(QRectF(0, 0, view.width, view.height), GROUND)
-    inside = area(view, walls)
+def floor(painter: QPainter, view: QTransform, whole: QRectF, walls: QRectF | None) -> None:
+    """Draw the ground and the field with its grid and its walls.
+
+    Args:
+        painter: painter of the widget
+        view: transformation from field units to pixels
+        whole: the widget
+        walls: the field, or None for a floor without walls
+    """
+    inside = walls or whole
+    painter.fillRect(whole, GROUND)
     painter.fillRect(inside, FLOOR)
-    step = nice_step(GRID_PIXELS / view.scale)
-    (low_x, high_y), (high_x, low_y) = view.to_field(0, 0), view.to_field(view.width, view.height)
     painter.save()
     painter.setClipRect(inside)
     painter.setRenderHint(QPainter.Antialiasing, False)
-    for line in range(math.ceil(low_x / step), math.floor(high_x / step) + 1):
-        x = view.to_pixel(line * step, 0.0)[0]
+    visible = view.inverted()[0].mapRect(whole)
+    step = grid_step(view.m11())
+    for line in range(math.ceil(visible.left() / step), math.floor(visible.right() / step) + 1):
+        x = view.map(line * step, 0.0)[0]
         painter.setPen(QPen(AXIS if line == 0 else GRID, 1))
-        painter.drawLine(QPointF(x, 0), QPointF(x, view.height))
-    for line in range(math.ceil(low_y / step), math.floor(high_y / step) + 1):
-        y = view.to_pixel(0.0, line * step)[1]
+        painter.drawLine(QPointF(x, whole.top()), QPointF(x, whole.bottom()))
+    for line in range(math.ceil(visible.top() / step), math.floor(visible.bottom() / step) + 1):
+        y = view.map(0.0, line * step)[1]
         painter.setPen(QPen(AXIS if line == 0 else GRID, 1))
-        painter.drawLine(QPointF(0, y), QPointF(view.width, y))
+        painter.drawLine(QPointF(whole.left(), y), QPointF(whole.right(), y))
     painter.restore()
     if walls:
         painter.setBrush(Qt.NoBrush)
         painter.setPen(QPen(WALL, 6.0, Qt.SolidLine, Qt.SquareCap, Qt.MiterJoin))
-        painter.drawRect(inside.adjusted(-3.0, -3.0, 3.0, 3.0))
+        painter.drawRect(walls.adjusted(-3.0, -3.0, 3.0, 3.0))
+
+
+def grid_step(scale: float) -> float:
+    """Return the largest distance of 1, 2, 5, 10, 20, ... [u] that has at most 60 pixels."""
+    length = GRID_PIXELS / scale
+    power = 10.0 ** math.floor(math.log10(length))
+    return max(step * power for step in (1.0, 2.0, 5.0) if step * power <= length * (1.0 + 1e-9))

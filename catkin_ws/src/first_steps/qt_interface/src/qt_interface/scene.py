@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections import deque
+from itertools import islice
 from types import SimpleNamespace
 from typing import Iterable, NamedTuple
 
 from qt_interface.settings import WorldSizes
 
-PIECE_LENGTH = 125  # points; a trail of 10,000 has 80 pieces, enough to fade without visible steps
+PIECE = 125  # positions; a trail of 10,000 has 80 pieces, enough to fade without visible steps
 
 
 class Point(NamedTuple):
@@ -27,49 +29,6 @@ class Pose(NamedTuple):
     direction: float
 
 
-class Trail:
-    """The last positions of the car, in pieces: a frame draws only the newest piece again.
-
-    `finished` pieces, oldest first, never change; `growing` is the newest piece. A piece begins at
-    the end of the previous one, unless the car was moved by hand. `version` changes together with
-    `finished`.
-    """
-
-    def __init__(self, limit: int, jump: float):
-        """Create an empty trail.
-
-        Args:
-            limit: largest number of positions; the oldest piece is removed as a whole
-            jump: a longer step [u] is not part of the motion and interrupts the line
-        """
-        self.limit = limit
-        self.jump = jump
-        self.version = 0
-        self.clear()
-
-    def __len__(self) -> int:
-        """Return the number of stored positions."""
-        return sum(len(piece) for piece in self.finished) + len(self.growing)
-
-    def clear(self) -> None:
-        """Remove all positions."""
-        self.finished: list[list[tuple[float, float]]] = []
-        self.growing: list[tuple[float, float]] = []
-        self.version += 1
-
-    def add(self, x: float, y: float) -> None:
-        """Add a position of the car [u]."""
-        is_jump = self.growing and math.dist(self.growing[-1], (x, y)) > self.jump
-        if is_jump or len(self.growing) >= PIECE_LENGTH:
-            self.finished.append(self.growing)
-            self.growing = [] if is_jump else self.growing[-1:]
-            self.version += 1
-        self.growing.append((x, y))
-        while self.finished and len(self) > self.limit:
-            self.finished.pop(0)
-            self.version += 1
-
-
 class Scene:
     """The data to draw. Arguments `now` are times in seconds of one monotonic clock."""
 
@@ -80,10 +39,10 @@ class Scene:
         self.waypoints: list[Point] = []
         self.sensed: list[Point] = []
         self.target: Point | None = None
-        self.laps: int | None = None  # None until a lap count is received
         self.is_paused = False
-        self.trail = Trail(settings.trail_points, settings.trail_jump)
-        self.version = 0  # changes with walls and waypoints
+        self.version = 0  # changes with walls and waypoints, and when the trail is cleared
+        self.trail: deque[tuple[float, float]] = deque(maxlen=settings.trail_points)
+        self.trail_count = 0  # positions since the start
         self.car: Pose | None = None
         # Two corners of the smallest box around all positions of the car
         self._car_extent: list[tuple[float, float]] = []
@@ -102,6 +61,26 @@ class Scene:
         if self.sizes.field_width is None or self.sizes.field_height is None:
             return None
         return self.sizes.field_width / 2.0, self.sizes.field_height / 2.0
+
+    def trail_pieces(self) -> list[list[tuple[float, float]]]:
+        """Return the finished pieces of the trail, oldest first, which never change.
+
+        A piece begins at the end of the previous one.
+        """
+        points = list(self.trail)
+        end = len(points) - 1 - self.trail_count % PIECE
+        starts = range(end - PIECE, -PIECE, -PIECE)
+        return [points[max(start, 0) : start + PIECE + 1] for start in starts][::-1]
+
+    def newest_trail(self) -> list[tuple[float, float]]:
+        """Return the newest piece of the trail: a frame draws only this one again."""
+        begin = max(len(self.trail) - 1 - self.trail_count % PIECE, 0)
+        return list(islice(self.trail, begin, None))
+
+    def clear_trail(self) -> None:
+        """Remove the trail, after a reset of the world."""
+        self.trail.clear()
+        self.version += 1
 
     def set_world(self, sizes: WorldSizes, points: Iterable[Point]) -> None:
         """Set the world's sizes and the waypoints; ignore non-finite points."""
@@ -134,7 +113,8 @@ class Scene:
             self._car_before = None
         self._car_period = min(now - self._car_time, 0.1)
         self.car, self._car_time = Pose(x, y, direction), now
-        self.trail.add(x, y)
+        self.trail.append((x, y))
+        self.trail_count += 1
         xs, ys = zip((x, y), *self._car_extent)
         self._car_extent = [(min(xs), min(ys)), (max(xs), max(ys))]
 

@@ -34,7 +34,7 @@ class Window(QMainWindow):
         self.scene = scene
         self.setWindowTitle("First steps: the red square that finds its way")
         self.field = FieldWidget(scene)
-        self.legend = Legend(scene)
+        self.legend = Legend()
         middle = QWidget()
         layout = QHBoxLayout(middle)
         layout.setContentsMargins(0, 0, 0, 0)
@@ -81,8 +81,7 @@ class Window(QMainWindow):
 
     def set_laps(self, laps: int) -> None:
         """Set the number of completed laps."""
-        self.scene.laps = laps
-        self.legend.update()
+        self.legend.set_laps(laps)
 
     def set_paused(self, is_paused: bool) -> None:
         """Set whether the world is paused."""
@@ -90,7 +89,7 @@ class Window(QMainWindow):
 
     def clear_trail(self) -> None:
         """Remove the trail, after a reset of the world."""
-        self.scene.trail.clear()
+        self.scene.clear_trail()
 
     # Keys and timers
     def toggle_pause(self) -> None:
@@ -122,7 +121,7 @@ class Window(QMainWindow):
             if scene.waypoints
             else "no points on /world_waypoints"
         )
-        labels["zoom"].setText(f"zoom {100.0 * self.field.view.scale:.0f} %")
+        labels["zoom"].setText(f"zoom {100.0 * self.field.scale:.0f} %")
         times = self._frame_times
         if len(times) > 1 and times[-1] > times[0]:
             labels["frames"].setText(f"{(len(times) - 1) / (times[-1] - times[0]):.0f} frames/s")

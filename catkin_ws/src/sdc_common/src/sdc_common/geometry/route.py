@@ -165,13 +165,5 @@ class Route:
     def project(
         self, x_m: float, y_m: float, near_s_m: float, back_m: float, ahead_m: float
     ) -> Place:
-        """Return the place nearest to a point on a stretch of the route.
-
-        Args:
-            x_m: x of the point [m]
-            y_m: y of the point [m]
-            near_s_m: arc length around which to search [m]
-            back_m: length of the stretch before `near_s_m` [m]
-            ahead_m: length of the stretch after `near_s_m` [m]
-        """
+        """Return the nearest place on a stretch of the route, see `Polyline.nearest_around`."""
         return self.line.nearest_around(x_m, y_m, near_s_m, back_m, ahead_m)

@@ -1,1 +1,1 @@
-"""What nodes need from ROS and the operating system in addition to rospy."""
+"""Functions of nodes in addition to rospy: messages, parameters, workspaces and masters."""

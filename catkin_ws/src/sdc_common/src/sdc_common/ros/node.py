@@ -1,4 +1,4 @@
-"""What nodes need from ROS in addition to rospy."""
+"""Parameters, publishers and threads of nodes, in addition to rospy."""
 
 from __future__ import annotations
 

@@ -16,8 +16,8 @@ _last_warning_s: dict[str, float] = {}
 def refusing(topic: str, *errors: type[Exception]) -> Iterator[None]:
     """Log a ValueError, or one of these errors, that a message on a topic causes, and continue.
 
-    At most one warning per topic and second of wall time is logged. Simulated time may stand still
-    or run many times faster.
+    At most one warning per topic and second of wall time is logged. Simulated time may stop or
+    run many times faster.
 
     Args:
         topic: the topic that the warning names
