@@ -53,29 +53,6 @@ class ClockMonitor:
         return changed
 
 
-class MasterMonitor:
-    """Logs when the ROS master is gone. Connected nodes work without it."""
-
-    def __init__(self):
-        self._master = rosgraph.Master(rospy.get_name())
-        self._is_gone = False
-
-    def check(self) -> None:
-        """Ask the master for a sign of life; log once when it gives none."""
-        try:
-            self._master.getPid()
-        except OSError:
-            if not self._is_gone:
-                rospy.logwarn(
-                    "%s: no roscore responds at %s; existing connections stay",
-                    rospy.get_name().lstrip("/"),
-                    self._master.master_uri,
-                )
-            self._is_gone = True
-        else:
-            self._is_gone = False
-
-
 def topics_without_publisher() -> list[str]:
     """Return the topics that this node subscribes to and that have no connected publisher."""
     own, name = xmlrpc.client.ServerProxy(rospy.get_node_uri()), rospy.get_name()
@@ -104,15 +81,32 @@ def watch_connections() -> None:
 def _watch() -> None:
     with contextlib.suppress(OSError, rosgraph.MasterException):
         uses_sim_time = rospy.get_param("/use_sim_time", False)
-        master, clock = MasterMonitor(), ClockMonitor(CLOCK_TIMEOUT_S)
-        checked_at = -math.inf
+        clock = ClockMonitor(CLOCK_TIMEOUT_S)
+        has_master, check_at_s = True, 0.0
         while not rospy.core.is_shutdown_requested():
             time.sleep(_CHECK_CLOCK_EVERY_S)
-            if uses_sim_time and clock.update(time.monotonic(), rospy.get_rostime()):
+            now_s = time.monotonic()
+            if uses_sim_time and clock.update(now_s, rospy.get_rostime()):
                 _log_clock(clock.stopped)
-            if time.monotonic() - checked_at > _CHECK_MASTER_EVERY_S:
-                master.check()
-                checked_at = time.monotonic()
+            if now_s >= check_at_s:
+                check_at_s = now_s + _CHECK_MASTER_EVERY_S
+                has_master = _check_master(has_master)
+
+
+def _check_master(had_master: bool) -> bool:
+    """Return whether the ROS master responds; log once when it no longer does."""
+    master = rosgraph.Master(rospy.get_name())
+    try:
+        master.getPid()
+    except OSError:
+        if had_master:
+            rospy.logwarn(
+                "%s: no roscore responds at %s; existing connections stay",
+                rospy.get_name().lstrip("/"),
+                master.master_uri,
+            )
+        return False
+    return True
 
 
 def _log_clock(stopped: bool) -> None:
