@@ -22,6 +22,22 @@ LAYERS = {
     "sdc_experiments": 5,
     "sdc_cockpit": 4,
 }
+# The same inside sdc_sim; its other modules and scripts may import from all of them.
+SIM_LAYERS = {
+    "yaml_document": 0,
+    "physics": 1,
+    "road": 2,
+    "sensors": 3,
+    "simulation": 4,
+    "evaluation": 5,
+    "scenario": 5,
+    "camera": 6,
+    "report": 6,
+    "ros": 7,
+    "manual_control": 8,
+}
+# Only these know ROS; the referee's report listens to the pictures.
+WITH_ROS = {"ros", "manual_control", "report"}
 LIBRARIES = [name for name, layer in LAYERS.items() if layer > 0]
 MAX_MODULE_LINES = 400
 MAX_FUNCTION_LINES = 60
@@ -66,6 +82,38 @@ def test_package_imports_only_from_lower_layers(package):
     for path in python_files(package):
         used = {name.split(".")[0] for name in imported_modules(path)} & set(LAYERS)
         assert used <= allowed, f"{path} imports {sorted(used - allowed)}"
+
+
+@pytest.mark.parametrize("package", LIBRARIES)
+def test_tests_import_only_from_their_own_layer_and_lower_ones(package):
+    allowed = {name for name, layer in LAYERS.items() if layer < LAYERS[package]} | {package}
+    for path in sorted((folder(package) / "test").rglob("*.py")):
+        used = {name.split(".")[0] for name in imported_modules(path)} & set(LAYERS)
+        assert used <= allowed, f"{path} imports {sorted(used - allowed)}"
+
+
+@pytest.mark.parametrize("part", SIM_LAYERS)
+def test_part_of_the_simulator_imports_only_from_lower_layers(part):
+    allowed = {name for name, layer in SIM_LAYERS.items() if layer < SIM_LAYERS[part]} | {part}
+    root = SRC / "sdc_sim" / "src" / "sdc_sim"
+    for path in sorted((root / part).rglob("*.py")) or [root / f"{part}.py"]:
+        names = imported_modules(path)
+        used = {name.split(".")[1] for name in names if name.startswith("sdc_sim.")}
+        assert used <= allowed, f"{path} imports {sorted(used - allowed)}"
+        assert part in WITH_ROS or "rospy" not in names, f"{path} imports rospy"
+
+
+def test_simulator_imports_no_renderer():
+    """Only the node of the camera paints pictures."""
+    root = SRC / "sdc_sim" / "src"
+    left, found = [SRC / "sdc_sim" / "scripts" / "sim.py"], set()
+    while left:
+        for name in imported_modules(left.pop()):
+            path = root / (name.replace(".", "/") + ".py")
+            if path.is_file() and path not in found:
+                found.add(path)
+                left.append(path)
+    assert not [path for path in found if path.parent.name == "camera"]
 
 
 @pytest.mark.parametrize("package", LIBRARIES)

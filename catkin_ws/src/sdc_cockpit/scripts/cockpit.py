@@ -37,7 +37,7 @@ from sdc_common.ros.refusal import refusing
 from sdc_common.validation import check_positive
 from sdc_package.steering.loader import METHODS
 from sdc_sim.manual_control.keyboard import KeyboardControlRates
-from sdc_sim.scenario.runner import PackagedFolders
+from sdc_sim.runner import PackagedFolders
 
 CAMERA = EGO + "/camera/rgb/front/image_color"
 LANE_MASK = "/camera/lane_mask"

@@ -13,9 +13,9 @@ import pytest
 from sdc_common.ros.master_port import free_master_port
 from sdc_experiments.closed_loop import drive_result
 from sdc_sim.report.writer import write_report
+from sdc_sim.runner import CheckedDrive
 from sdc_sim.scenario.acceptance_limits import read_report, violations
 from sdc_sim.scenario.reader import load_scenario
-from sdc_sim.scenario.runner import CheckedDrive
 
 pytestmark = pytest.mark.slow(60)
 

@@ -26,7 +26,7 @@ from sdc_package.waypoint_search import WaypointSearch
 from sdc_sim.physics.ackermann import AckermannControl, AckermannGains, AckermannTarget
 from sdc_sim.physics.vehicle import Vehicle, VehicleCommand
 from sdc_sim.physics.vehicle_parameters import VehicleError, load_vehicle
-from sdc_sim.sensors.odometry_noise import OdometryNoise
+from sdc_sim.sensors.errors import OdometryNoise
 from sdc_sim.sensors.settings import SENSORS, sensor_settings
 from sdc_sim.sensors.suite import SensorSuite
 from sdc_sim.simulation.simulation import Simulation

@@ -8,7 +8,7 @@ import rospy
 import rostest
 
 from sdc_common.ros.catkin_workspace import WorkspaceError
-from sdc_sim.scenario.runner import CheckedDrive
+from sdc_sim.runner import CheckedDrive
 
 GIVEN = ("stack", "workspace", "waypoints_path", "sync", "camera")
 PATHS = ("workspace", "waypoints_path")

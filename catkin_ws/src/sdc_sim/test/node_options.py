@@ -14,7 +14,7 @@ from std_srvs.srv import Trigger
 
 from sdc_common.ros.odometry import pose_and_speed, yaw_from_quaternion
 from sdc_common.testing.message_listener import MessageListener, wait_for_subscriber
-from sdc_sim.sensors.odometry_noise import OdometryNoise
+from sdc_sim.sensors.errors import OdometryNoise
 
 EGO = "/carla/hero"
 TICK_NS = 50_000_000

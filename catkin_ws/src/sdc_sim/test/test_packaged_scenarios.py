@@ -4,9 +4,9 @@ import os
 
 import pytest
 
+from sdc_sim.runner import prepare
 from sdc_sim.scenario.packaged import PackagedFolders, find_scenario
 from sdc_sim.scenario.reader import load_scenario
-from sdc_sim.scenario.runner import prepare
 
 FOLDERS = PackagedFolders.find()
 SCENARIOS = sorted(

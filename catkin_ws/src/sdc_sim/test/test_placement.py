@@ -7,10 +7,10 @@ import math
 import numpy as np
 import pytest
 from geometry_msgs.msg import Point, Pose, Quaternion
-from sdc_sim.simulation.configuration import start_pose
 
 from sdc_common.geometry.route import Route
 from sdc_sim.ros.message_conversion import PlaceError, map_point, map_pose
+from sdc_sim.scenario.configuration import start_pose
 
 
 def test_pose_in_the_map_becomes_numbers():

@@ -8,7 +8,8 @@ import pytest
 
 from sdc_common.geometry.route import Route
 from sdc_sim.physics.obstacles import ObstaclePlan
-from sdc_sim.scenario.reader import Scenario, load_lights, load_obstacles, load_scenario
+from sdc_sim.scenario.reader import Scenario, load_scenario
+from sdc_sim.scenario.traffic import load_lights, load_obstacles
 from sdc_sim.yaml_document import DocumentError
 
 # East for 100 m, then north.

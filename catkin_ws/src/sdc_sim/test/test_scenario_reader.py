@@ -16,8 +16,9 @@ from sdc_common.routes.waypoint_file import load_waypoints
 from sdc_sim.physics.obstacles import KINDS, Obstacles
 from sdc_sim.physics.traffic_lights import TrafficLightPlan, TrafficLights
 from sdc_sim.scenario.acceptance_limits import AcceptanceLimits, RequiredStop
-from sdc_sim.scenario.reader import load_lights, load_obstacles, load_scenario
+from sdc_sim.scenario.reader import load_scenario
 from sdc_sim.scenario.schema import SIM_OPTIONS
+from sdc_sim.scenario.traffic import load_lights, load_obstacles
 from sdc_sim.yaml_document import DocumentError
 
 HERE = os.path.dirname(os.path.abspath(__file__))

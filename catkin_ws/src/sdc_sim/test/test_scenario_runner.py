@@ -9,15 +9,15 @@ import yaml
 
 from sdc_common.ros.catkin_workspace import WorkspaceError
 from sdc_common.routes.waypoint_file import load_waypoints
-from sdc_sim.scenario.acceptance_limits import AcceptanceLimits
-from sdc_sim.scenario.reader import load_scenario
-from sdc_sim.scenario.runner import (
+from sdc_sim.runner import (
     CheckedDrive,
     PackagedFolders,
     launch_arguments,
     main,
     prepare,
 )
+from sdc_sim.scenario.acceptance_limits import AcceptanceLimits
+from sdc_sim.scenario.reader import load_scenario
 from sdc_sim.yaml_document import DocumentError
 
 FOLDERS = PackagedFolders.find()

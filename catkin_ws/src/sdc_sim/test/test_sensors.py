@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sdc_sim.sensors.delay_line import DelayLine
-from sdc_sim.sensors.odometry_noise import OdometryNoise
+from sdc_sim.sensors.errors import OdometryNoise
 
 TRUE = (10.0, -5.0, 0.3, 8.0)
 

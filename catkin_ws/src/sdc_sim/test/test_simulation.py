@@ -16,7 +16,7 @@ from sdc_sim.physics.traffic_lights import TrafficLightPlan, TrafficLights
 from sdc_sim.physics.vehicle import Vehicle, VehicleCommand
 from sdc_sim.physics.vehicle_parameters import load_vehicle
 from sdc_sim.scenario.packaged import node_config
-from sdc_sim.sensors.odometry_noise import OdometryNoise
+from sdc_sim.sensors.errors import OdometryNoise
 from sdc_sim.simulation.simulation import OccupiedError, Simulation
 
 TESLA = os.path.join(os.path.dirname(__file__), "..", "config", "vehicles", "tesla_model3.yaml")
@@ -341,7 +341,7 @@ def test_reset_repeats_the_trace_bit_for_bit_with_later_stamps():
 
 def test_simulation_does_not_import_ros():
     code = (
-        "import sys, sdc_sim.simulation.simulation, sdc_sim.simulation.configuration\n"
+        "import sys, sdc_sim.simulation.simulation, sdc_sim.scenario.configuration\n"
         "assert not {'rospy', 'roslib', 'genpy', 'rosgraph'} & set(sys.modules)"
     )
     subprocess.run([sys.executable, "-c", code], check=True)

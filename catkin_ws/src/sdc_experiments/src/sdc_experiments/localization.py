@@ -13,7 +13,6 @@ from typing import Any, Mapping
 
 import numpy as np
 from scipy.stats import chi2
-from sdc_sim.simulation.configuration import start_pose
 
 from sdc_common.geometry.angles import wrap_angle
 from sdc_common.geometry.road_line import road_route
@@ -31,6 +30,7 @@ from sdc_sim.evaluation.route_progress import RouteProgress, TerminationLimits
 from sdc_sim.physics.vehicle import Vehicle, VehicleState
 from sdc_sim.road.random_routes import long_route
 from sdc_sim.road.road import Road
+from sdc_sim.scenario.configuration import start_pose
 from sdc_sim.scenario.packaged import node_config
 from sdc_sim.sensors.readings import WHEELS, SensorReadings
 from sdc_sim.sensors.settings import sensor_settings

@@ -24,7 +24,7 @@ from sdc_experiments.sweep.settings import CONTROLLER, ROS, nested, text
 from sdc_experiments.sweep.study import Cell
 from sdc_experiments.sweep.true_metrics import true_metrics
 from sdc_sim.report.writer import is_complete
-from sdc_sim.scenario.runner import CheckedDrive
+from sdc_sim.runner import CheckedDrive
 
 _PACKAGES = ("sdc_common", "sdc_sim", "sdc_package")
 _CODE_ENDINGS = (".py", ".yaml", ".launch", ".csv")

@@ -12,7 +12,7 @@ from sdc_sim.camera.painting import (
     shadow_hull,
 )
 from sdc_sim.camera.road_rasterizer import fixed_point
-from sdc_sim.road.cell_index import CellIndex
+from sdc_sim.road.centre_line import CellIndex
 from sdc_sim.road.scenery import TREE, Scenery
 from sdc_sim.simulation.weather import Weather
 

@@ -14,7 +14,7 @@ from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.camera.paint_order import paint_order
 from sdc_sim.camera.rasterizer import NEAR_M, PolygonRasterizer
 from sdc_sim.camera.trees import TREE_RANGE_M, TreePainter
-from sdc_sim.road.cell_index import CellIndex
+from sdc_sim.road.centre_line import CellIndex
 from sdc_sim.road.scenery import BLOCK, HOUSE, TREE, Scenery
 from sdc_sim.simulation.weather import CLEAR, Weather
 

@@ -6,9 +6,8 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from sdc_sim.physics import compiled_motion
 from sdc_sim.physics.vehicle import INTERNAL_STEP_S, VehicleState
-from sdc_sim.physics.vehicle_motion import MotionConstants
+from sdc_sim.physics.vehicle_motion import MotionConstants, compiled_integrate_fleet
 from sdc_sim.physics.vehicle_parameters import VehicleParameters
 
 FIELDS = tuple(VehicleState.__dataclass_fields__)
@@ -37,7 +36,7 @@ class VehicleFleet:
         self._values = np.zeros((len(FIELDS), count))
         self.state = dict(zip(FIELDS, self._values))
         self._constants = MotionConstants.of(parameters, friction, 0.0)
-        self._integrate = compiled_motion.integrate_fleet()
+        self._integrate = compiled_integrate_fleet()
         threads = max(1, min(threads, count // _LEAST_BLOCK))
         bounds = np.linspace(0, count, threads + 1).astype(int).tolist()
         self._blocks = list(zip(bounds, bounds[1:]))

@@ -13,9 +13,14 @@ from dataclasses import dataclass
 from typing import Any, Callable
 
 from sdc_common.validation import check_between
-from sdc_sim.physics import compiled_motion
 from sdc_sim.physics.vehicle_dynamics import fastest_rate_per_s
-from sdc_sim.physics.vehicle_motion import MotionConstants, integrate, step_count
+from sdc_sim.physics.vehicle_motion import (
+    MotionConstants,
+    compiled_integrate,
+    integrate,
+    packed,
+    step_count,
+)
 from sdc_sim.physics.vehicle_parameters import VehicleParameters
 
 _MAX_WIND_MPS = 75.0
@@ -117,7 +122,7 @@ class Vehicle:
         self._compiled = compiled
         self._integrate: Callable[..., Any] = integrate
         if compiled:
-            self._integrate = compiled_motion.integrate()
+            self._integrate = compiled_integrate()
         self.set_conditions(friction, side_wind_mps)
 
     def set_conditions(self, friction: float, side_wind_mps: float) -> None:
@@ -131,7 +136,7 @@ class Vehicle:
         self.friction = friction
         self.side_wind_mps = side_wind_mps
         constants = MotionConstants.of(self.parameters, friction, side_wind_mps)
-        self._constants: Any = compiled_motion.packed(constants) if self._compiled else constants
+        self._constants: Any = packed(constants) if self._compiled else constants
 
     def reset(self, x_m: float, y_m: float, yaw_rad: float, speed_mps: float = 0.0) -> None:
         """Place the vehicle with straight wheels and released pedals, moving at this speed.

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from sdc_sim.road.cell_index import cell_keys, cells_of
-from sdc_sim.road.centre_line import CentreLine
+from sdc_sim.road.centre_line import CentreLine, cell_keys, cells_of
 
 TREE, HOUSE, BLOCK = 0, 1, 2
 # Shapes, for the camera and the lidars. Trees, as shares of their height:

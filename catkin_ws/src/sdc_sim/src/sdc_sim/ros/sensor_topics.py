@@ -22,13 +22,16 @@ from std_msgs.msg import Float32, Header
 from sdc_common.geometry.geodesy import geodetic_from_map
 from sdc_common.ros.node import LoopPublisher
 from sdc_sim.ros.bridge_generations import BridgeGeneration
-from sdc_sim.sensors.mounts import (
+from sdc_sim.sensors.readings import (
     GNSS_MOUNT_M,
     IMU_MOUNT_M,
     LIDAR_MOUNT_M,
     PLANAR_LIDAR_MOUNT_M,
+    WHEELS,
+    GnssReading,
+    ImuReading,
+    SensorReadings,
 )
-from sdc_sim.sensors.readings import WHEELS, GnssReading, ImuReading, SensorReadings
 from sdc_sim.sensors.settings import (
     GnssSettings,
     ImuSettings,

@@ -2,29 +2,21 @@
 
 from __future__ import annotations
 
-import math
 import os
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any
 
-import numpy as np
-
-from sdc_common.geometry.route import Route
-from sdc_sim.physics.obstacles import KINDS, ObstaclePlan
-from sdc_sim.physics.traffic_lights import TrafficLightPlan
 from sdc_sim.road.route_generator import RouteSpecError, curvature_profile
 from sdc_sim.scenario.acceptance_limits import AcceptanceLimits, RequiredStop
 from sdc_sim.scenario.schema import SCENARIO, SIM_OPTIONS
-from sdc_sim.yaml_document import YamlDocument, file_version, load_yaml, validate
-
-# Shorter segments of an obstacle's path have no direction.
-_MIN_SEGMENT_M = 1e-3
+from sdc_sim.scenario.traffic import parse
+from sdc_sim.yaml_document import YamlDocument, file_version, validate
 
 
 @dataclass(frozen=True)
 class Scenario:
-    """A drive as its file describes it. `load_obstacles` and `load_lights` read what needs a route.
+    """A drive as its file describes it; the module `traffic` reads what needs a route.
 
     Attributes:
         path: the file
@@ -62,7 +54,7 @@ def load_scenario(path: str) -> Scenario:
     Raises:
         DocumentError: the file cannot be read or is not a valid scenario.
     """
-    document = _load(path)
+    document = _read(path, file_version(path))
     values = document.values
     _check_route(document, values.get("route"))
     sim = {key: values[key] for key in SIM_OPTIONS if key in values}
@@ -76,54 +68,9 @@ def load_scenario(path: str) -> Scenario:
     return Scenario(document.path, sim=sim, limits=_limits(values.get("limits", {})), **words)
 
 
-def load_obstacles(path: str, route: Route) -> list[ObstaclePlan]:
-    """Read the obstacles of a scenario; return an empty list for an empty path.
-
-    A point is [x, y] with `frame: map`, and [distance along the route, distance to its left] with
-    `frame: route`.
-
-    Raises:
-        DocumentError: the file is not valid, or a point is not on the route.
-    """
-    if not path:
-        return []
-    document = _load(path)
-    return [
-        _obstacle(document, ("obstacles", index), entry, route)
-        for index, entry in enumerate(document.values.get("obstacles", ()))
-    ]
-
-
-def load_lights(path: str, route: Route) -> list[TrafficLightPlan]:
-    """Read the traffic lights of a scenario; return an empty list for an empty path.
-
-    Raises:
-        DocumentError: the file is not valid, or a stop line is not on the route.
-    """
-    if not path:
-        return []
-    document = _load(path)
-    plans = []
-    for index, entry in enumerate(document.values.get("lights", ())):
-        keys = ("lights", index, "stop_line_m")
-        x, y, heading = _on_route(document, keys, entry["stop_line_m"], route)
-        phases = tuple(item for phase in entry["phases"] for item in phase.items())
-        plans.append(TrafficLightPlan(x, y, heading, phases, entry.get("offset_s", 0.0)))
-    return plans
-
-
-def _load(path: str) -> YamlDocument:
-    return _read(path, file_version(path))
-
-
 @lru_cache(maxsize=64)
-def _read(path: str, _version: tuple[int, ...]) -> YamlDocument:
-    """Return a document; a drive needs it three times, and to parse it takes some milliseconds."""
-    document = load_yaml(path, "name a readable YAML file (scenario:=, obstacles_path:=)")
-    if document.values is None:
-        raise document.error(
-            (), "the file is empty; add 'frame: map' and 'obstacles:', or a scenario"
-        )
+def _read(path: str, version: tuple[int, ...]) -> YamlDocument:
+    document = parse(path, version)
     validate(document, SCENARIO)
     return document
 
@@ -144,48 +91,3 @@ def _limits(values: dict) -> AcceptanceLimits:
         values.get("at_least", {}),
         tuple(RequiredStop(**stop) for stop in values.get("stops", ())),
     )
-
-
-def _obstacle(document: YamlDocument, keys: tuple, entry: dict, route: Route) -> ObstaclePlan:
-    length, width, height = entry.get("size_m", KINDS[entry["kind"]][:3])
-    size = (length, width, height)
-    if "at" in entry:
-        point, heading = _place(document, (*keys, "at"), entry["at"], route)
-        return ObstaclePlan(entry["kind"], (point,), size, heading + entry.get("yaw_rad", 0.0))
-    points: list[tuple[float, float]] = []
-    for index, place in enumerate(entry["path"]):
-        point, _ = _place(document, (*keys, "path", index), place, route)
-        if points and math.dist(points[-1], point) < _MIN_SEGMENT_M:
-            raise document.error(
-                (*keys, "path", index), "'path' repeats the previous point; remove one of them"
-            )
-        points.append(point)
-    timing = {key: entry[key] for key in ("speed_mps", "start_s", "trigger_m") if key in entry}
-    return ObstaclePlan(entry["kind"], tuple(points), size, **timing)
-
-
-def _place(
-    document: YamlDocument, keys: tuple, place: list, route: Route
-) -> tuple[tuple[float, float], float]:
-    """Return a point (x, y) in the map [m], and the heading that yaw_rad is added to [rad]."""
-    first, second = place
-    if document.values["frame"] == "map":
-        return (first, second), 0.0
-    x, y, heading = _on_route(document, keys, first, route)
-    return (x - second * math.sin(heading), y + second * math.cos(heading)), heading
-
-
-def _on_route(
-    document: YamlDocument, keys: tuple, along_m: float, route: Route
-) -> tuple[float, float, float]:
-    """Return x, y [m] and the heading [rad] of the route at a distance along it [m]."""
-    if not 0.0 <= along_m <= route.length_m:
-        raise document.error(
-            keys,
-            f"the place is {along_m:g} m along a route of {route.length_m:.1f} m; "
-            f"give a distance from 0 to {route.length_m:.1f}",
-        )
-    x, y, heading = (
-        float(np.interp(along_m, route.s, values)) for values in (*route.points.T, route.heading)
-    )
-    return x, y, heading

@@ -9,8 +9,7 @@ from sdc_common.geometry.polyline import Polyline
 from sdc_common.geometry.route import Route
 from sdc_sim.sensors.errors import ErrorSizes
 from sdc_sim.sensors.model import Moment, SensorContext, SensorModel
-from sdc_sim.sensors.mounts import GNSS_MOUNT_M
-from sdc_sim.sensors.readings import GnssReading
+from sdc_sim.sensors.readings import GNSS_MOUNT_M, GnssReading
 from sdc_sim.sensors.settings import GnssSettings, Zone
 
 # A tunnel is this wide on each side of the route: the whole road.

@@ -1,4 +1,4 @@
-"""What the sensors measure in one tick."""
+"""What the sensors measure in one tick, and where they are on the vehicle."""
 
 from __future__ import annotations
 
@@ -43,3 +43,9 @@ class SensorReadings(NamedTuple):
     wheel_speeds_radps: Sequence[float] | None = None
     lidar: np.ndarray | None = None
     planar_lidar: np.ndarray | None = None
+
+
+IMU_MOUNT_M = (0.0, 0.0, 0.5)
+GNSS_MOUNT_M = (0.0, 0.0, 1.5)
+LIDAR_MOUNT_M = (0.0, 0.0, 2.4)
+PLANAR_LIDAR_MOUNT_M = (2.35, 0.0, 0.6)

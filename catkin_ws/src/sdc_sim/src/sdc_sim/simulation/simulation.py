@@ -13,8 +13,8 @@ from sdc_sim.physics.obstacles import CollisionEvent, ObstaclePlan, Obstacles
 from sdc_sim.physics.traffic_lights import TrafficLights
 from sdc_sim.physics.vehicle import Vehicle, VehicleState
 from sdc_sim.sensors.delay_line import DelayLine
+from sdc_sim.sensors.errors import OdometryNoise
 from sdc_sim.sensors.model import Moment
-from sdc_sim.sensors.odometry_noise import OdometryNoise
 from sdc_sim.sensors.suite import SensorSuite
 from sdc_sim.simulation.answer_tracker import Stamp
 from sdc_sim.simulation.command_mux import Command, CommandMux

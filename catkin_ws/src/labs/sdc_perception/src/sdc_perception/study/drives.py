@@ -21,9 +21,9 @@ import yaml
 
 from sdc_common.testing.processes import isolated_ros_environment
 from sdc_sim.road.random_routes import random_route
+from sdc_sim.runner import CheckedDrive
 from sdc_sim.scenario.acceptance_limits import read_report
 from sdc_sim.scenario.packaged import node_config
-from sdc_sim.scenario.runner import CheckedDrive
 
 TOWN = "town"
 # Name: parameters of config/sim.yaml.

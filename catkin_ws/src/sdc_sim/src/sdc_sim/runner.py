@@ -1,11 +1,11 @@
 """Run scenarios: turn them into launch arguments, drive them and check their limits.
 
-    python3 -m sdc_sim.scenario.runner arguments NAME REPORT [ARG:=VALUE ...]
+    python3 -m sdc_sim.runner arguments NAME REPORT [ARG:=VALUE ...]
 
 prints the arguments of all.launch, one per line. Given arguments override those of the scenario,
 given `sim_options` are merged with its options.
 
-    python3 -m sdc_sim.scenario.runner check NAME REPORT
+    python3 -m sdc_sim.runner check NAME REPORT
 
 prints one line for each limit that the report violates.
 
@@ -44,7 +44,8 @@ from sdc_sim.scenario.packaged import (
     generated_lines,
     sim_options,
 )
-from sdc_sim.scenario.reader import Scenario, load_lights, load_obstacles, load_scenario
+from sdc_sim.scenario.reader import Scenario, load_scenario
+from sdc_sim.scenario.traffic import load_lights, load_obstacles
 from sdc_sim.yaml_document import DocumentError
 
 _SHUTDOWN_TIMEOUT_S = 30.0
