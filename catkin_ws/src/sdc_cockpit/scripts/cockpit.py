@@ -24,7 +24,6 @@ from sdc_cockpit import protocol, server
 from sdc_cockpit.access import Access, is_loopback, new_token
 from sdc_cockpit.drive_arguments import drive_arguments
 from sdc_cockpit.drive_runner import DriveRunner
-from sdc_cockpit.drive_start import check_no_drive, clear_parameters
 from sdc_cockpit.drive_view import EGO, DriveView
 from sdc_cockpit.driving import PERSON, STACK, RemoteDriving
 from sdc_cockpit.graph_view import LogLines, node_rows
@@ -32,6 +31,7 @@ from sdc_cockpit.live_parameters import change_parameter, live_parameters
 from sdc_cockpit.pictures import DriveSpeed, PictureEncoder, RateLimit
 from sdc_cockpit.topic_feeds import Feed, TopicFeeds, decoded, seconds_of, stamp_of
 from sdc_cockpit.viewers import Viewers
+from sdc_common.ros.drive_master import running_node
 from sdc_common.ros.node import LoopPublisher, parameter, refuse, spin_with
 from sdc_common.ros.refusal import refusing
 from sdc_common.validation import check_positive
@@ -255,8 +255,8 @@ class Cockpit:
         return f"started {name}"
 
     def before_drive(self):
-        check_no_drive()
-        clear_parameters()
+        if who := running_node(rosgraph.get_master_uri(), ["/sim"]):
+            raise ValueError(f"a drive runs that this page did not start: {who}; end it first")
         self.view.clear()
 
     def stop_drive(self):

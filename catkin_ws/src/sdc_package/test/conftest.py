@@ -105,13 +105,6 @@ def environment(tmp_path):
 
 
 @pytest.fixture
-def other_environment(tmp_path):
-    """Provide a second environment, as for a second drive on this machine."""
-    with isolated_ros_environment(tmp_path / "other_ros") as variables:
-        yield variables
-
-
-@pytest.fixture
 def start(tmp_path):
     """Return a function that starts programs; end those that still run after the test."""
     programs = []

@@ -1,4 +1,4 @@
-"""A drive opens no port beyond loopback, and no file that it reads runs code."""
+"""Drives do not affect each other, open no port beyond loopback, and run no code of a file."""
 
 import json
 import os
@@ -74,35 +74,49 @@ def test_nothing_of_a_drive_listens_beyond_loopback(environment, start):
 
 
 @pytest.mark.nightly
-def test_two_drives_at_a_time_are_independent_and_write_only_their_report_folders(
-    environment, other_environment, start, route, tmp_path
+def test_three_drives_at_once_choose_masters_of_their_own_and_give_equal_traces(
+    environment, start, route, tmp_path
 ):
-    drives = []
+    names = ("one", "two", "three")
+    network = ("ROS_MASTER_URI", "ROS_IP", "ROS_HOSTNAME", "SDC_MASTER_URI")
+    default = {name: value for name, value in environment.items() if name not in network}
     folder = tmp_path / "elsewhere"
     elsewhere = f"planner_options:={{report: {folder}/r.json, log_folder: {folder}}}"
-    for name, variables in (("one", environment), ("two", other_environment)):
+    options = ["headless:=true", "sync:=true", "camera:=false", f"waypoints_path:={route}"]
+    drives = []
+    for name in names:
         (tmp_path / name).mkdir()
-        command = [
-            DRIVE,
-            "headless:=true",
-            "sync:=true",
-            "camera:=false",
-            f"waypoints_path:={route}",
-            elsewhere,
-        ]
-        drives.append(start(command, variables, tmp_path / name))
-    assert [drive.wait_for_end() for drive in drives] == [0, 0], [
+        drives.append(start([DRIVE, *options, elsewhere], default, tmp_path / name))
+    assert [drive.wait_for_end() for drive in drives] == [0, 0, 0], [
         drive.output[-2000:] for drive in drives
     ]
-    traces = [(tmp_path / name / "report" / "report.csv").read_bytes() for name in ("one", "two")]
-    assert traces[0] == traces[1], "the other drive has no effect"
-    assert sorted(os.listdir(tmp_path)) == ["log0", "log1", "one", "other_ros", "ros", "two"]
-    for name in ("one", "two"):
+    joined = {re.search(r"^ROS_MASTER_URI=(\S+)$", drive.output, re.M)[1] for drive in drives}
+    assert len(joined) == 3, "each has a master of its own"
+    assert sum("export ROS_MASTER_URI=" in drive.output for drive in drives) >= 2
+    traces = {(tmp_path / name / "report" / "report.csv").read_bytes() for name in names}
+    assert len(traces) == 1, "the other drives have no effect"
+    assert sorted(os.listdir(tmp_path)) == sorted(["log0", "log1", "log2", "ros", *names])
+    for name in names:
         assert os.listdir(tmp_path / name) == ["report"]
-        assert (
-            json.loads((tmp_path / name / "report" / "report.json").read_text())["missed_ticks"]
-            == 0
-        )
+        report = json.loads((tmp_path / name / "report" / "report.json").read_text())
+        assert report["missed_ticks"] == 0
+
+
+def test_second_drive_is_refused_where_it_would_write_the_report_of_the_first(
+    environment, start, tmp_path
+):
+    options = ["headless:=true", "camera:=false", "referee_options:={pictures: false}"]
+    first = start([DRIVE, *options], environment)
+    first.wait_for_output("cross-track error")
+    second = start([DRIVE, *options], environment)
+    assert second.wait_for_end() == 2
+    assert "drive: another drive writes" in second.output
+    third = start([DRIVE, *options, "report:=other.json"], environment)
+    assert third.wait_for_end() == 2
+    assert "is in use by /sim (host 127.0.0.1, process " in third.output
+    assert first.interrupt() == 130
+    report = json.loads((tmp_path / "report" / "report.json").read_text())
+    assert report["status"] == "aborted"
 
 
 TOUCH = "__import__('os').system('touch {mark}')"

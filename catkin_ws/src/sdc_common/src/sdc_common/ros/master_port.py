@@ -3,48 +3,47 @@
 from __future__ import annotations
 
 import contextlib
-import fcntl
-import itertools
-import os
 import socket
-import tempfile
-from functools import lru_cache
-from typing import IO, Iterator
 
-# Above the default port of ROS and the ports that are usually given to a second master, and below
-# those that Linux gives to outgoing connections.
-_FIRST, _LAST = 11500, 32750
-_BLOCK = 50
+# Above the default port of ROS and the ports that are usually given to a second master, below those
+# that the kernel gives to outgoing connections.
+_PORTS = range(11500, 32768)
+
+_reserved: list[socket.socket] = []
+
+
+def reserve(name: str) -> socket.socket | None:
+    """Reserve a name for this process on this machine; return None where it is reserved already.
+
+    The name is the address of a Unix socket, without a file: it is free again when the socket is
+    closed, also by the end of the process. All users of the machine see the same names.
+    """
+    reservation = socket.socket(socket.AF_UNIX)
+    try:
+        reservation.bind("\0" + name)
+    except OSError:
+        reservation.close()
+        return None
+    return reservation
 
 
 def free_master_port() -> int:
-    """Return a port for a ROS master on which no program listens.
-
-    A process has a block of ports and uses them in turn.
+    """Return a port for a ROS master, which this function returns to no other running process.
 
     Raises:
         OSError: no port is free
     """
-    ports, _ = _reserved_block()
-    for port in itertools.islice(ports, _BLOCK):
-        with socket.socket() as probe, contextlib.suppress(OSError):
-            probe.bind(("", port))
-            return port
-    raise OSError(f"none of {_BLOCK} ports is free; end other programs")
+    for port in _PORTS:
+        if (reservation := reserve(f"ros_master_port_{port}")) is not None:
+            if _is_free(port):
+                _reserved.append(reservation)
+                return port
+            reservation.close()
+    raise OSError(f"no free port in {_PORTS}; end other programs")
 
 
-@lru_cache(maxsize=1)
-def _reserved_block() -> tuple[Iterator[int], IO]:
-    """Return the ports of a block that no other process has, and the lock file that reserves it.
-
-    The lock ends with the process. It also excludes processes in a network of their own, so that a
-    port identifies the processes of one master.
-    """
-    for start in range(_FIRST, _LAST, _BLOCK):
-        path = f"{tempfile.gettempdir()}/ros_master_ports_{start}_{os.getuid()}.lock"
-        reservation = open(path, "a")  # noqa: SIM115  it stays open until the process ends
-        with contextlib.suppress(OSError):
-            fcntl.flock(reservation, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            return itertools.cycle(range(start, start + _BLOCK)), reservation
-        reservation.close()
-    raise OSError(f"no free block of {_BLOCK} ports in {_FIRST}..{_LAST}; end other programs")
+def _is_free(port: int) -> bool:
+    with socket.socket() as probe, contextlib.suppress(OSError):
+        probe.bind(("", port))
+        return True
+    return False

@@ -1,0 +1,165 @@
+"""Run a command under a ROS master that no other drive uses.
+
+    python3 -m sdc_common.ros.drive_master PROGRAM COMMAND [ARGUMENT ...]
+
+PROGRAM is the name for its messages. The command runs under the master of ROS_MASTER_URI. If that
+is the default one and it is in use, the command gets a master on a free port. A master is free if
+it belongs to this user and neither a simulator nor a cockpit runs on it, such as a roscore in
+another terminal. A master that the user has chosen is never replaced: if a drive runs on it, this
+program prints one line and ends with status 2. The same holds with the argument sim:=false, because
+another program drives the world on that master.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import http.client
+import os
+import socket
+import sys
+import urllib.parse
+import xmlrpc.client
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from sdc_common.ros.master_port import free_master_port, reserve
+
+DEFAULT_PORT = 11311
+# The master that an enclosing program, such as ./cockpit, has chosen for this one.
+CHOSEN_VARIABLE = "SDC_MASTER_URI"
+_LOOPBACK = ("localhost", "127.0.0.1")
+_CALLER = "/drive_master"
+_TIMEOUT_S = 3.0
+# Parameters of the master itself.
+_KEPT = ("roslaunch", "rosdistro", "rosversion", "run_id")
+
+
+class MasterInUse(ValueError):
+    """The user's master is in use; the message is one line."""
+
+
+class ChosenMaster(NamedTuple):
+    """A master for a drive.
+
+    Attributes:
+        uri: its ROS_MASTER_URI
+        default_user: who uses the default master, if another one was chosen
+        reservation: reserves the master until it is closed; None where the caller has reserved it
+    """
+
+    uri: str
+    default_user: str = ""
+    reservation: socket.socket | None = None
+
+
+def _proxy(uri: str) -> Any:
+    return xmlrpc.client.ServerProxy(uri)
+
+
+def running_node(uri: str, names: Iterable[str]) -> str:
+    """Return which of these nodes runs on a master, with its host and process.
+
+    Returns:
+        a text such as "/sim (host lab3, process 4711)"; empty if none runs
+    """
+    for name in names:
+        # A node that was killed stays registered, but it does not respond.
+        with contextlib.suppress(OSError, xmlrpc.client.Error, http.client.HTTPException):
+            found, _, node_uri = _proxy(uri).lookupNode(_CALLER, name)
+            if found == 1:
+                pid = _proxy(node_uri).getPid(_CALLER)[2]
+                host = urllib.parse.urlsplit(node_uri).hostname
+                return f"{name} (host {host}, process {pid})"
+    return ""
+
+
+def choose_master(
+    environment: Mapping[str, str], joins_world: bool = False, default_port: int = DEFAULT_PORT
+) -> ChosenMaster:
+    """Choose the master of a drive or a cockpit.
+
+    Args:
+        environment: environment variables with ROS_MASTER_URI
+        joins_world: another program drives the world on this master
+        default_port: port of ROS_MASTER_URI where the user has not chosen one
+
+    Raises:
+        MasterInUse: the master is in use and must not be replaced
+    """
+    uri = environment["ROS_MASTER_URI"].rstrip("/")
+    address = urllib.parse.urlsplit(uri)
+    if environment.get(CHOSEN_VARIABLE) == uri:
+        return ChosenMaster(uri)
+    reservation, user = None, ""
+    if address.hostname in _LOOPBACK:
+        reservation = reserve(f"ros_drive_master_{address.port}")
+        user = "" if reservation else "another drive or cockpit"
+    user = running_node(uri, ("/referee" if joins_world else "/sim", "/cockpit")) or user
+    is_default = address.hostname in _LOOPBACK and address.port == default_port
+    if is_default and not joins_world:
+        user = user or _owner_other_than_this_user(uri, default_port)
+    if not user:
+        return ChosenMaster(uri, reservation=reservation)
+    if reservation is not None:
+        reservation.close()
+    if not is_default or joins_world:
+        raise MasterInUse(f"ROS_MASTER_URI={uri} is in use by {user}; end it, or set another port")
+    while True:
+        port = free_master_port()
+        if reservation := reserve(f"ros_drive_master_{port}"):
+            return ChosenMaster(f"http://{address.hostname}:{port}", user, reservation)
+
+
+def _owner_other_than_this_user(uri: str, port: int) -> str:
+    with socket.socket() as probe:
+        if probe.connect_ex(("127.0.0.1", port)) != 0:
+            return ""
+    try:
+        pid = _proxy(uri).getPid(_CALLER)[2]
+        own = Path(f"/proc/{pid}").stat().st_uid == os.getuid()
+        return "" if own else f"the ROS master of another user (process {pid})"
+    except (OSError, xmlrpc.client.Error, http.client.HTTPException):
+        return "another program"
+
+
+def clear_parameters(uri: str) -> None:
+    """Delete the parameters of nodes that do not run: an earlier drive left them on this master."""
+    master = _proxy(uri)
+    with contextlib.suppress(OSError, xmlrpc.client.Error, http.client.HTTPException):
+        state = master.getSystemState(_CALLER)[2]
+        running = {node for kind in state for _, nodes in kind for node in nodes}
+        for name, value in master.getParam(_CALLER, "/")[2].items():
+            own = any(node.startswith(f"/{name}/") or node == f"/{name}" for node in running)
+            if isinstance(value, dict) and name not in _KEPT and not own:
+                master.deleteParam(_CALLER, f"/{name}")
+
+
+def main() -> None:
+    """Choose a master and become the command."""
+    program, command = sys.argv[1], sys.argv[2:]
+    joins_world = "sim:=false" in command
+    socket.setdefaulttimeout(_TIMEOUT_S)
+    try:
+        chosen = choose_master(os.environ, joins_world)
+    except MasterInUse as error:
+        print(f"{program}: {error}", file=sys.stderr)
+        sys.exit(2)
+    if chosen.default_user:
+        print(
+            f"{program}: the default ROS master is in use by {chosen.default_user}; this one is "
+            f"ROS_MASTER_URI={chosen.uri}. To join it in another terminal:\n"
+            f"    export ROS_MASTER_URI={chosen.uri}",
+            file=sys.stderr,
+            flush=True,
+        )
+    if not joins_world:
+        clear_parameters(chosen.uri)
+    if chosen.reservation is not None:
+        chosen.reservation.set_inheritable(True)
+    os.environ.update({"ROS_MASTER_URI": chosen.uri, CHOSEN_VARIABLE: chosen.uri})
+    os.execvp(command[0], command)
+
+
+if __name__ == "__main__":
+    main()
