@@ -17,7 +17,7 @@ from sdc_workshop.exam.stage import Stage
 from sdc_workshop.exam.student import Student
 from sdc_workshop.regions import RegionError
 from sdc_workshop.show import Show
-from sdc_workshop.steps import WORKSHOP, Step, StepError, all_steps, hint_of, load_steps
+from sdc_workshop.steps import WORKSHOP, Step, StepError, all_steps, find_step, hint_of, load_steps
 from sdc_workshop.workspace import (
     UPDATE,
     WorkspaceError,
@@ -68,12 +68,7 @@ def chosen(names: Sequence[str], lab: str = WORKSHOP) -> list:
         found = [step.id for step in steps if step.id == name] or [
             step.id for step in steps if step.id.startswith(name.rstrip("-") + "-")
         ]
-        if not found:
-            near = [step.id for step in steps if step.id[:3] == name[:3]] or [
-                step.id for step in steps
-            ]
-            raise StepError(f"there is no step '{name}'; there are {', '.join(near)}")
-        meant.update(found)
+        meant.update(found or [find_step(name).id])
     return [step for step in steps if step.id in meant]
 
 

@@ -1,12 +1,10 @@
-"""Apply changes of mutations.yaml and alternatives.yaml to a finished workspace, each alone.
+"""Make the changes of mutations.yaml and alternatives.yaml in a finished workspace, each alone.
 
-Prints the answers of the checks as JSON on the last line. With steps, it also prints details on
-standard error. Usage: examine_mutations.py WORKSPACE PART [STEP ...]
+Prints each change whose check does not answer as listed, and the number of changes. With steps, it
+prints all answers about these. Usage: examine_mutations.py WORKSPACE PART [STEP ...]
 """
 
-import json
 import sys
-import time
 from pathlib import Path
 
 import yaml
@@ -18,43 +16,33 @@ from sdc_workshop.regions import body, replaced
 from sdc_workshop.steps import LABS, WORKSHOP, find_step, lesson_folder
 
 
-def mutations():
-    return _load("mutations.yaml")
-
-
-def alternatives():
-    return _load("alternatives.yaml")
+def changes(*names):
+    """Return the rows of these files of the workshop and of each lab."""
+    files = [lesson_folder(lab) / name for lab in (WORKSHOP, *LABS) for name in names]
+    return [row for path in files for row in yaml.safe_load(path.read_text(encoding="utf-8"))]
 
 
 def selection(part):
     """Return the first mistake of each file (part 0), or one half of all other changes (1 or 2)."""
-    files = set()
-    first, others = [], []
-    for mutation in mutations():
-        file = find_step(mutation["step"]).file
-        (others if file in files else first).append(mutation)
-        files.add(file)
-    return first if part == 0 else [*others, *alternatives()][part - 1 :: 2]
-
-
-def _load(name):
-    files = [lesson_folder(lab) / name for lab in (WORKSHOP, *LABS)]
-    return [row for path in files for row in yaml.safe_load(path.read_text(encoding="utf-8"))]
+    firsts = {}
+    for mutation in changes("mutations.yaml"):
+        firsts.setdefault(find_step(mutation["step"]).file, mutation)
+    first = list(firsts.values())
+    everything = changes("mutations.yaml", "alternatives.yaml")
+    return first if part == 0 else [row for row in everything if row not in first][part - 1 :: 2]
 
 
 def mutated(text, step, mutation):
     """Return the file with this change."""
     region = body(text, step.todo) if step.todo else text
     count = region.count(mutation["old"])
-    if count != 1:
-        raise ValueError(
-            f"{step.id}, {mutation['name']}: '{mutation['old']}' is there {count} times"
-        )
+    assert count == 1, f"{step.id}, {mutation['name']}: '{mutation['old']}' is there {count} times"
     region = region.replace(mutation["old"], mutation["new"])
     return replaced(text, step.todo, region) if step.todo else region
 
 
 def examine(folder, mutation, stage):
+    """Return the answer of the check."""
     step = find_step(mutation["step"])
     path = folder / "src" / step.file
     text, mode = path.read_bytes(), path.stat().st_mode
@@ -69,27 +57,30 @@ def examine(folder, mutation, stage):
         path.chmod(mode)
 
 
-def main():
-    folder, part = Path(sys.argv[1]), int(sys.argv[2])
-    wanted = sys.argv[3:]
-    answers = {}
-    with Stage(Student(folder)) as stage:
-        for mutation in selection(part):
-            if wanted and mutation["step"] not in wanted:
-                continue
-            start = time.monotonic()
-            name = f"{mutation['step']}: {mutation['name']}"
-            answers[name] = answer = examine(folder, mutation, stage).as_dict()
-            expected = answer["status"] == ("wrong" if "hint" in mutation else "passed")
-            hinted = all(word in answer["hint"] for word in mutation.get("hint", []))
-            if wanted or not expected or not hinted:
-                elapsed = time.monotonic() - start
+def is_as_listed(mutation, answer):
+    """Return whether a mistake is explained, and other code that is right passes."""
+    if "hint" not in mutation:
+        return answer.status == "passed"
+    explained = all(word in answer.hint for word in mutation["hint"])
+    complete = answer.expected and answer.seen and answer.file
+    return bool(answer.status == "wrong" and explained and complete)
+
+
+def main(folder, part, *steps):
+    rows = [row for row in selection(int(part)) if row["step"] in steps or not steps]
+    failed = False
+    with Stage(Student(Path(folder))) as stage:
+        for mutation in rows:
+            answer = examine(Path(folder), mutation, stage)
+            right = is_as_listed(mutation, answer)
+            failed = failed or not right
+            if steps or not right:
                 print(
-                    f"{elapsed:.1f} s {name} {answer} expected: {mutation.get('hint')}",
-                    file=sys.stderr,
+                    f"{'' if right else 'WRONG '}{mutation['step']}: {mutation['name']}: {answer}"
                 )
-    print(json.dumps(answers))
+    print(f"{len(rows)} changes")
+    return int(failed)
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main(*sys.argv[1:]))

@@ -13,10 +13,10 @@ from headless_browser import (
     save_screenshot,
     wait_until,
 )
-from lab_student import OtherDisplay
 from selenium.webdriver.common.by import By
 
 from sdc_common.testing.processes import Program, isolated_ros_environment, matching, processes_with
+from sdc_common.testing.virtual_display import VirtualDisplay
 from sdc_workshop.workspace import PROJECT
 
 pytestmark = pytest.mark.slow(20)
@@ -39,6 +39,13 @@ def desktop(tmp_path):
             yield service, printed_url(service, "desktop")
         finally:
             service.interrupt()
+
+
+class OtherDisplay(VirtualDisplay):
+    """A display that another program has started."""
+
+    def __init__(self, environment):
+        self.environment = environment
 
 
 def display_of(service):

@@ -3,7 +3,6 @@
 Other code that does the same passes.
 """
 
-import json
 import os
 import subprocess
 import sys
@@ -11,7 +10,7 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
-from examine_mutations import alternatives, mutations, selection
+from examine_mutations import changes, selection
 from finished_workspace import solved
 
 from sdc_workshop.steps import all_steps, hint_of
@@ -23,12 +22,11 @@ LIMIT_S = 900
 
 
 def test_each_todo_has_two_mutations_and_each_step_a_hint():
-    count = Counter(mutation["step"] for mutation in mutations())
+    count = Counter(mutation["step"] for mutation in changes("mutations.yaml"))
     assert [step.id for step in all_steps() if step.file and count[step.id] < 2] == []
-    for step in all_steps():
-        assert hint_of(step.id).hint and hint_of(step.id).more
-    names = [(mutation["step"], mutation["name"]) for mutation in [*mutations(), *alternatives()]]
-    assert len(names) == len(set(names))
+    assert all(hint_of(step.id).hint and hint_of(step.id).more for step in all_steps())
+    rows = changes("mutations.yaml", "alternatives.yaml")
+    assert len({(row["step"], row["name"]) for row in rows}) == len(rows)
 
 
 @pytest.mark.parametrize(
@@ -37,44 +35,14 @@ def test_each_todo_has_two_mutations_and_each_step_a_hint():
 def test_mutations_are_explained_and_alternatives_pass(part, tmp_path):
     folder = solved(tmp_path / "ws")
     devel = next(Path(PROJECT).glob("catkin_ws/devel/lib/python3*/dist-packages"))
+    path = [str(PROJECT / "workshop"), str(devel), os.environ.get("PYTHONPATH", "")]
     done = subprocess.run(
-        [
-            sys.executable,
-            "-B",
-            str(Path(__file__).with_name("examine_mutations.py")),
-            str(folder),
-            str(part),
-        ],
-        env={
-            **os.environ,
-            "PYTHONPATH": os.pathsep.join(
-                [str(PROJECT / "workshop"), str(devel), os.environ.get("PYTHONPATH", "")]
-            ),
-        },
+        [sys.executable, "-B", Path(__file__).with_name("examine_mutations.py"), folder, str(part)],
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(path)},
         capture_output=True,
         text=True,
         timeout=LIMIT_S,
         check=False,
     )
-    assert done.returncode == 0, done.stderr
-    answers = json.loads(done.stdout.splitlines()[-1])
-    wanted = selection(part)
-    assert len(answers) == len(wanted)
-    failures = []
-    for mutation in wanted:
-        name = f"{mutation['step']}: {mutation['name']}"
-        answer = answers[name]
-        if "hint" not in mutation:
-            if answer["status"] != "passed":
-                failures.append(f"{name} must pass\n  {answer}")
-            continue
-        missing = [word for word in mutation["hint"] if word not in answer["hint"]]
-        if (
-            answer["status"] != "wrong"
-            or missing
-            or not (answer["expected"] and answer["seen"] and answer["file"])
-        ):
-            failures.append(
-                f"{name}: {answer['status']}; missing in its hint: {missing}\n  {answer}"
-            )
-    assert failures == [], "\n".join(failures)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert done.stdout.splitlines()[-1] == f"{len(selection(part))} changes"

@@ -5,12 +5,12 @@ from __future__ import annotations
 import json
 import re
 from pathlib import Path
-from typing import NamedTuple
 
 from sdc_workshop.exam.answer import PASSED, WRONG, Answer
 from sdc_workshop.exam.output import crash, last_line, plain
 from sdc_workshop.exam.process import TIMEOUT_S
 from sdc_workshop.exam.stage import Stage
+from sdc_workshop.steps import lesson_folder
 
 DRIVE_TIMEOUT_S = 240.0
 _ARGUMENTS = "sdc_package all.launch sync:=true headless:=true"
@@ -26,36 +26,13 @@ _HINTS = {
 }
 
 
-class LabDrive(NamedTuple):
-    """How a car drives at the end of a lab, or of the workshop.
-
-    Attributes:
-        car: launch arguments of the car
-        world: launch arguments of its world, which starts alone where there is a sandbox
-        camera: whether the car needs its camera
-        route: waypoint file of the road for a car that drives without a route; None: the packaged
-            one, which the car gets
-        held_out: the same for a drive in the sandbox, of which the car learns nothing
-    """
-
-    car: tuple[str, ...] = ()
-    world: tuple[str, ...] = ()
-    camera: bool = False
-    route: Path | None = None
-    held_out: Path | None = None
-
-
-PLAIN_DRIVE = LabDrive()
-
-
-def _driven(stage: Stage, path: Path, arguments: list, lab: LabDrive) -> tuple:
+def _driven(stage: Stage, path: Path, arguments: list, lab: str, table: dict) -> tuple:
     """Drive and write the report; return the status, None after a timeout, and the output."""
     if stage.sandbox is not None:
         from sdc_workshop.exam.refereed_drive import refereed_drive
 
-        camera = f"camera:={str(lab.camera).lower()}"
-        world = [*lab.world, camera]
-        return refereed_drive(stage, arguments, path, DRIVE_TIMEOUT_S, world, lab.held_out)
+        held_out = lesson_folder(lab) / table["held_out"] if "held_out" in table else None
+        return refereed_drive(stage, arguments, path, DRIVE_TIMEOUT_S, table["world"], held_out)
     stage.master  # noqa: B018  roslaunch uses a master that already runs
     command = ["roslaunch", "--skip-log-check", *arguments, f"report:={path}"]
     with stage.program(command) as program:
@@ -70,21 +47,22 @@ def _driven(stage: Stage, path: Path, arguments: list, lab: LabDrive) -> tuple:
     return status, output
 
 
-def drive_answer(stage: Stage, lab: LabDrive = PLAIN_DRIVE) -> tuple:
+def drive_answer(stage: Stage, lab: str, table: dict) -> tuple:
     """Drive the route.
 
     Args:
         stage: where the car drives
-        lab: how it drives
+        lab: the lab, or WORKSHOP
+        table: how it drives, the entry `drive` of checks.yaml
 
     Returns:
         the answer, and the referee's report as a dictionary, or None without one
     """
     path = stage.folder / "report" / "report.json"
-    arguments = [*_ARGUMENTS.split(), f"camera:={str(lab.camera).lower()}", *lab.car]
-    if lab.route is not None and stage.sandbox is None:
-        arguments.append(f"waypoints_path:={lab.route}")
-    status, output = _driven(stage, path, arguments, lab)
+    arguments = [*_ARGUMENTS.split(), *table["car"]]
+    if "route" in table and stage.sandbox is None:
+        arguments.append(f"waypoints_path:={lesson_folder(lab) / table['route']}")
+    status, output = _driven(stage, path, arguments, lab, table)
     output = plain(output)
     stage.clear()
     if not path.is_file():

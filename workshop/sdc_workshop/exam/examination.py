@@ -10,7 +10,7 @@ import yaml
 from sdc_workshop.exam.answer import PASSED, UNFINISHED, WAITING, WRONG, Answer
 from sdc_workshop.exam.camera_check import CameraCheck
 from sdc_workshop.exam.controller_checks import BasicControlCheck, PathFollowingCheck
-from sdc_workshop.exam.drive_answer import PLAIN_DRIVE, LabDrive, drive_answer
+from sdc_workshop.exam.drive_answer import drive_answer
 from sdc_workshop.exam.file_check import FileCheck, message_answer
 from sdc_workshop.exam.files import hello_answer, workspace_answer
 from sdc_workshop.exam.library_check import LibraryCheck
@@ -30,29 +30,25 @@ _NODES = (
 )
 
 
+@lru_cache(maxsize=None)
+def _tables(lab: str) -> dict:
+    return yaml.safe_load((lesson_folder(lab) / "checks.yaml").read_text(encoding="utf-8"))
+
+
 @lru_cache(maxsize=1)
 def checks() -> tuple:
     """Return the checks that the checks.yaml of the workshop and of each lab list."""
     found: list = []
     for lab in (WORKSHOP, *LABS):
-        text = (lesson_folder(lab) / "checks.yaml").read_text(encoding="utf-8")
-        for file, table in yaml.safe_load(text).items():
+        for file, table in _tables(lab).items():
+            if file == "drive":
+                continue
             nodes = [node(table) for node in _NODES if node.file == file]
             other = LibraryCheck if "rows" in table else FileCheck
             found += nodes or [other(file, table)]
     return tuple(found)
 
 
-_LAB_DRIVES = {
-    "localization": LabDrive(("localization:=true",), ("sensors:=localization", "truth:=false")),
-    "perception": LabDrive(
-        ("perception:=lane",),
-        ("sensors:=standard", "truth:=false", "first_answer_s:=20.0"),
-        camera=True,
-        route=lesson_folder("perception") / "route.csv",
-        held_out=lesson_folder("perception") / "held_out_route.csv",
-    ),
-}
 # A car drives without its camera, and without being installed.
 _NOT_FOR_THE_DRIVE = ("hello", "camera", "install")
 
@@ -156,7 +152,7 @@ class Examination:
                 f"Fix these steps first; `./workshop/check {drive.id}` drives without checking "
                 "them.",
             )
-        answer, self.report = drive_answer(self.stage, _LAB_DRIVES.get(drive.lab, PLAIN_DRIVE))
+        answer, self.report = drive_answer(self.stage, drive.lab, _tables(drive.lab)["drive"])
         return answer
 
     def _is_written(self, step: Step) -> bool:

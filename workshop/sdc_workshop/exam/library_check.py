@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from sdc_workshop.exam.answer import Problem
-from sdc_workshop.exam.output import crash, last_line, meaning
+from sdc_workshop.exam.output import last_line
 from sdc_workshop.exam.probes import library_probe
 from sdc_workshop.exam.region_check import RegionCheck
 from sdc_workshop.exam.stage import NEVER_RETURNED, Stage
@@ -84,7 +84,6 @@ class LibraryCheck(RegionCheck):
     def _run(self, variant: Variant, stage: Stage, seed: str) -> tuple | Problem:
         """Return the results of library_probe.py and the exception that ended it, or a problem."""
         path, python_path = stage.build(variant)
-        self._path = path
         arguments = [self._module, json.dumps(self._given), json.dumps(self._calls), seed]
         command = ["/usr/bin/env", "python3", library_probe.__file__, *arguments]
         with stage.program(command, PYTHONPATH=python_path) as program:
@@ -93,27 +92,13 @@ class LibraryCheck(RegionCheck):
                 return Problem("a result", "it never returns", "Is there a loop that never ends?")
             output = program.output
         lines = [line for line in output.splitlines() if line.startswith('{"')]
-        broken = self._crash(output, variant)
+        broken = self.exception_problem(output, path, variant)
         with contextlib.suppress(IndexError, KeyError, TypeError, ValueError):
             results = json.loads(lines[-1])
             if broken is not None or len(results["varied"]) == len(self._rows):
                 return results, broken
         hint = "The last line of its output gives the cause. The check prints its results itself."
         return broken or Problem("a result", last_line(output), hint)
-
-    def _crash(self, output: str, variant: Variant) -> Problem | None:
-        found = crash(output, self._path)
-        if found is None:
-            return None
-        shown = variant.text.split("\n")[found.line - 1].strip() if found.line else ""
-        return Problem(
-            f"{self._path.name} runs without an error",
-            f"{found.error[:300]}{f', in `{shown}`' if shown else ''}",
-            meaning(found),
-            variant.region_of(found.line) if found.line else None,
-            found.line,
-            True,
-        )
 
     def _problem(self, row: dict, got: Any, right: Any, names: dict) -> Problem | None:
         """Return the problem of a wrong result; None where only listed wrong results count."""
@@ -155,7 +140,8 @@ def _shown(show: str, value: Any) -> str:
     numbers = library_probe.plain(value)
     rows = numbers if isinstance(numbers, list) else [numbers]
     flat = np.ravel(rows).tolist() if len({np.shape(row) for row in rows}) == 1 else rows
-    return ", ".join(f"{one:.3f}" if isinstance(one, float) else str(one) for one in flat)[:300]
+    text = ", ".join(f"{one:.3f}" if isinstance(one, float) else str(one) for one in flat)
+    return text.replace("nan", "NaN")[:300]
 
 
 def same(got: object, wanted: object) -> bool:

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from sdc_workshop.exam.answer import Problem
 from sdc_workshop.exam.node import Node
-from sdc_workshop.exam.output import crash, last_line, meaning, warnings
+from sdc_workshop.exam.output import last_line, warnings
 from sdc_workshop.exam.region_check import RegionCheck
 from sdc_workshop.exam.stage import Stage
 from sdc_workshop.exam.variant import Variant
@@ -78,22 +78,7 @@ class NodeCheck(RegionCheck):
 
     def crash_problem(self, node: Node, variant: Variant) -> Problem | None:
         """Return the exception that the node did not catch, or None."""
-        found = crash(node.output, node.path)
-        if found is None:
-            return None
-        todo = variant.region_of(found.line) if found.line is not None else None
-        shown = variant.text.split("\n")[found.line - 1].strip() if found.line else None
-        place = f", in `{shown}`" if shown else ""
-        if found.library_line and shown:
-            place += f" (raised in {found.library_line})"
-        return Problem(
-            f"{self.node_name}.py runs without an error",
-            f"{found.error[:300]}{place}",
-            meaning(found),
-            todo,
-            found.line,
-            True,
-        )
+        return self.exception_problem(node.output, node.path, variant)
 
     def start_problem(self, node: Node, how: str, variant: Variant) -> Problem | None:
         """Return why a node did not get ready, or None where that is unknown.

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from sdc_workshop.exam import typical
 from sdc_workshop.exam.answer import PASSED, UNFINISHED, WAITING, WRONG, Answer, Problem, wrong
-from sdc_workshop.exam.output import Crash, meaning
+from sdc_workshop.exam.output import Crash, crash, meaning
 from sdc_workshop.exam.stage import Stage
 from sdc_workshop.exam.student import NotBuilt, Student
 from sdc_workshop.exam.variant import Variant, make
@@ -63,6 +63,24 @@ class RegionCheck:
                 line=line,
             )
         return None
+
+    def exception_problem(self, output: str, path: Path, variant: Variant) -> Problem | None:
+        """Return the exception that the program in the file `path` did not catch, or None."""
+        found = crash(output, path)
+        if found is None:
+            return None
+        shown = variant.text.split("\n")[found.line - 1].strip() if found.line else None
+        place = f", in `{shown}`" if shown else ""
+        if found.library_line and shown:
+            place += f" (raised in {found.library_line})"
+        return Problem(
+            f"{path.name} runs without an error",
+            f"{found.error[:300]}{place}",
+            meaning(found),
+            variant.region_of(found.line) if found.line else None,
+            found.line,
+            True,
+        )
 
     def written(self, text: str, todo: str) -> bool:
         """Return whether the student has begun with a region."""
@@ -253,8 +271,3 @@ def _outside_lines(text: str) -> list:
 def solution_md5(message: str) -> str | None:
     """Return the md5 sum of a message of the solution."""
     return Student(PROJECT / "catkin_ws").built_md5(message)
-
-
-def name_of(file: str) -> str:
-    """Return the name of the node in a script."""
-    return Path(file).stem

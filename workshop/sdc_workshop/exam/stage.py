@@ -170,7 +170,7 @@ class Stage:
         name_of_package = Path(variant.name).parts[0]
         package, library = folder / "python" / name_of_package, folder / "library"
         package.mkdir(parents=True)
-        own = self.student.library(name_of_package)
+        own = self.student.src / name_of_package / "src" / name_of_package
         if own.is_dir():
             ignored = shutil.ignore_patterns("__pycache__")
             shutil.copytree(own, library, ignore=ignored)

@@ -51,10 +51,6 @@ class Student:
         """The devel space."""
         return self.folder / "devel"
 
-    def library(self, package: str = PACKAGE) -> Path:
-        """Return the folder of a package's library."""
-        return self.src / package / "src" / package
-
     def built_python(self, package: str = PACKAGE) -> Path:
         """Return the folder of a package's generated Python: its messages."""
         for python in sorted(self.devel.glob("lib/python3*/dist-packages")):

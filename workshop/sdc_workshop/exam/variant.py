@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Sequence
 
-from sdc_workshop.regions import Region, body, regions, replaced, template_body
+from sdc_workshop.regions import body, regions, replaced, template_body
 from sdc_workshop.workspace import solution as solution_of
 
 
@@ -45,13 +45,8 @@ class Variant:
         if line is not None and number in self.judged:
             return line - regions(self.text)[number].first + self.student_regions[number].first
         if todo in self.student_regions:
-            return first_line(self.student_regions[todo])
+            return self.student_regions[todo].line
         return None
-
-
-def first_line(region: Region) -> int:
-    """Return the number of the first line of a region, from 1."""
-    return region.first + 1
 
 
 def make(

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import contextlib
 import secrets
+from dataclasses import replace
 from pathlib import Path
-from typing import Iterator, Mapping
+from typing import Iterator, Sequence
 
 from sdc_experiments.sweep.dask_engine import DaskEngine
-from sdc_workshop.exam.sandbox import SandboxError, require, user_id
+from sdc_workshop.exam.sandbox import SandboxError, require
 from sdc_workshop.grading.grading import Conditions, Grade, grade
 from sdc_workshop.workspace import PROJECT, WORLD_SETUP
 
@@ -17,38 +18,30 @@ _TOKEN = "grading.token"
 
 
 def grade_on_cluster(
-    scheduler: str,
-    named: Mapping[Path, str],
-    output: Path,
-    limit_s: float,
-    sandboxed: bool,
-    lab: str,
+    scheduler: str, jobs: Sequence, output: Path, sandboxed: bool
 ) -> Iterator[Grade]:
     """Grade workspaces and yield each grade as soon as it is known.
 
     Args:
         scheduler: address tcp://HOST:PORT of the cluster
-        named: name of each workspace
+        jobs: (name, workspace, Conditions) of each student
         output: folder of the summary
-        limit_s: time limit of a student [s]
         sandboxed: whether the students' programs run in a sandbox
-        lab: the lab, or WORKSHOP
 
     Raises:
         ClusterError: the cluster cannot grade; the message is one line with the fix
     """
-    folders = {name: folder for folder, name in named.items()}
-    token = output / _TOKEN
-    token.write_text(secrets.token_hex(), encoding="utf-8")
+    folders = {name: folder for name, folder, _ in jobs}
+    path, token = output / _TOKEN, secrets.token_hex()
+    path.write_text(token, encoding="utf-8")
     try:
         with DaskEngine(scheduler) as engine:
-            conditions = (str(token), token.read_text(encoding="utf-8"), sandboxed)
-            engine.check(worker_problem, *conditions)
+            engine.check(worker_problem, str(path), token, sandboxed)
             if not engine.workers:
                 print("grade: the cluster has no worker yet; the workspaces wait for one")
             tasks = (
-                (name, (name, str(folder), folder.exists(), number, limit_s, lab, *conditions))
-                for number, (name, folder) in enumerate(folders.items())
+                (name, (name, str(folder), folder.exists(), str(path), token, conditions))
+                for name, folder, conditions in jobs
             )
             for outcome in engine.outcomes(grade_as_task, tasks):
                 note = f"the check ended without a result: {outcome.error}"
@@ -56,7 +49,7 @@ def grade_on_cluster(
     finally:
         # Checks that still run end when they miss it.
         with contextlib.suppress(FileNotFoundError):
-            token.unlink()
+            path.unlink()
 
 
 def worker_problem(token_path: str, token: str, sandboxed: bool) -> str:
@@ -84,15 +77,7 @@ def worker_problem(token_path: str, token: str, sandboxed: bool) -> str:
 
 
 def grade_as_task(
-    name: str,
-    folder: str,
-    exists: bool,
-    number: int,
-    limit_s: float,
-    lab: str,
-    token_path: str,
-    token: str,
-    sandboxed: bool,
+    name: str, folder: str, exists: bool, token_path: str, token: str, conditions: Conditions
 ) -> Grade:
     """Grade one workspace on a worker.
 
@@ -100,18 +85,14 @@ def grade_as_task(
         name: name of the student
         folder: the workspace
         exists: whether the command that grades sees the folder
-        number: number of the student
-        limit_s: time limit of the student [s]
-        lab: see `grade_on_cluster`
         token_path: see `worker_problem`
         token: see `worker_problem`
-        sandboxed: see `worker_problem`
+        conditions: how the student's programs run
     """
-    problem = worker_problem(token_path, token, sandboxed)
+    problem = worker_problem(token_path, token, conditions.user_id is not None)
     if not problem and exists and not Path(folder).exists():
         problem = f"the worker does not see {folder}; put it into a folder that all workers share"
     if problem:
         return Grade(name, Path(folder), note=problem)
-    user = user_id(number) if sandboxed else None
-    conditions = Conditions(limit_s, user, lambda: not Path(token_path).exists(), lab=lab)
+    conditions = replace(conditions, stopped=lambda: not Path(token_path).exists())
     return grade(name, Path(folder), Path(token_path).parent / name, conditions)

@@ -9,6 +9,7 @@ import signal
 import sys
 import threading
 from concurrent.futures import ThreadPoolExecutor, as_completed
+from dataclasses import replace
 from pathlib import Path
 from typing import Iterator, Sequence
 
@@ -124,13 +125,14 @@ def main(arguments: Sequence[str]) -> int:
             f"grade: {output}: {error.strerror}; name another folder with --output", file=sys.stderr
         )
         return 1
+    jobs = []
+    for number, (folder, name) in enumerate(named.items()):
+        user = None if options.no_sandbox else user_id(number)
+        jobs.append((name, folder, Conditions(options.limit, user, lab=options.lab)))
     if options.scheduler:
-        sandboxed = not options.no_sandbox
-        found = grade_on_cluster(
-            options.scheduler, named, output, options.limit, sandboxed, options.lab
-        )
+        found = grade_on_cluster(options.scheduler, jobs, output, not options.no_sandbox)
     else:
-        found = grade_here(named, output, options)
+        found = grade_here(jobs, output, options)
     total = len(load_steps(options.lab))
     grades = []
     try:
@@ -148,7 +150,7 @@ def main(arguments: Sequence[str]) -> int:
     return 0 if not any(found.note or found.contained for found in grades) else 1
 
 
-def grade_here(named: dict, output: Path, options: argparse.Namespace) -> Iterator[Grade]:
+def grade_here(jobs: list, output: Path, options: argparse.Namespace) -> Iterator[Grade]:
     """Grade workspaces on this machine and yield each grade as soon as it is known.
 
     Raises:
@@ -157,16 +159,12 @@ def grade_here(named: dict, output: Path, options: argparse.Namespace) -> Iterat
     if not options.no_sandbox:
         require()
     stop = threading.Event()
-
-    def conditions(number: int) -> Conditions:
-        user = None if options.no_sandbox else user_id(number)
-        return Conditions(options.limit, user, stop.is_set, lab=options.lab)
-
     waiting: list = []
     with ThreadPoolExecutor(options.jobs) as pool:
         try:
-            for number, (folder, name) in enumerate(named.items()):
-                waiting.append(pool.submit(grade, name, folder, output / name, conditions(number)))
+            for name, folder, conditions in jobs:
+                conditions = replace(conditions, stopped=stop.is_set)
+                waiting.append(pool.submit(grade, name, folder, output / name, conditions))
             for done in as_completed(waiting):
                 yield done.result()
         finally:
