@@ -1,0 +1,126 @@
+"""JupyterLab shows the guide, has terminals with the workshop's display, and saves files."""
+
+import subprocess
+
+import pytest
+from headless_browser import (
+    CANVAS,
+    headless_chromium,
+    picture_of,
+    printed_url,
+    save_screenshot,
+    wait_until,
+)
+from selenium.webdriver.common.by import By
+from selenium.webdriver.common.keys import Keys
+
+from sdc_common.testing.processes import Program, isolated_ros_environment
+from sdc_workshop.workspace import PROJECT, make
+
+pytestmark = [pytest.mark.slow(60), pytest.mark.nightly]
+
+# Standard deviation of a desktop that is not empty [0..255].
+DRAWN = 20.0
+READY = "return window.jupyterapp ? jupyterapp.restored.then(() => true) : false"
+GUIDE = "return document.querySelector('.jp-RenderedMarkdown')?.innerText ?? ''"
+OPEN_TERMINAL = """
+const widget = await jupyterapp.commands.execute("terminal:create-new");
+window.terminal = widget.content;
+await widget.content.ready;
+"""
+KEYBOARD = "return window.terminal._term.textarea"
+# The lines on the screen, those that are too long joined again.
+TEXT = """
+const buffer = window.terminal._term.buffer.active;
+let text = "";
+for (let i = 0; i < buffer.length; i++) {
+  const goesOn = buffer.getLine(i + 1)?.isWrapped ?? false;
+  text += buffer.getLine(i).translateToString(!goesOn) + (goesOn ? "" : "\\n");
+}
+return text;
+"""
+OPEN_FILE = """
+const path = arguments[0];
+const widget = await jupyterapp.commands.execute("docmanager:open", {path, factory: "Editor"});
+await widget.context.ready;
+widget.context.model.sharedModel.setSource("mine\\n");
+await widget.context.save();
+"""
+
+
+def run(browser, script, *arguments):
+    """Run a script that waits for promises."""
+    return browser.execute_async_script(
+        f"const done = arguments[arguments.length - 1]; (async function () {{{script}}})"
+        ".apply(null, arguments).then(done, (error) => done(String(error)))",
+        *arguments,
+    )
+
+
+@pytest.fixture(scope="module")
+def jupyterlab():
+    done = subprocess.run(
+        [PROJECT / "docker" / "prepare", "browser"], stderr=subprocess.PIPE, text=True, check=False
+    )
+    if done.returncode != 0:
+        pytest.skip(f"JupyterLab could not be installed: {done.stderr.splitlines()[-1]}")
+
+
+@pytest.fixture
+def browser(jupyterlab, tmp_path):
+    make(tmp_path / "sdc_ws")
+    (tmp_path / ".jupyter").mkdir()
+    (tmp_path / ".jupyter" / "jupyter_lab_config.json").write_text(
+        '{"LabApp": {"expose_app_in_browser": true}}', encoding="utf-8"
+    )
+    with isolated_ros_environment(tmp_path / "ros") as environment:
+        environment = {**environment, "HOME": str(tmp_path), "LC_ALL": "C.UTF-8"}
+        environment.pop("DISPLAY", None)
+        service = Program(
+            [PROJECT / "workshop" / "browser"], environment, tmp_path, tmp_path / "log"
+        )
+        try:
+            url = printed_url(service, "browser")
+            with headless_chromium(1600, 1000) as browser:
+                browser.get(url)
+                wait_until(lambda: browser.execute_script(READY), "JupyterLab")
+                yield browser
+        finally:
+            service.interrupt()
+
+
+def test_jupyterlab_has_guide_terminal_editor_and_desktop(browser, tmp_path):
+    wait_until(
+        lambda: "Write a self-driving car" in browser.execute_script(GUIDE), "the rendered guide"
+    )
+    run(browser, OPEN_TERMINAL)
+    command = (
+        "which python3; echo ${VIRTUAL_ENV-none}; (xterm -title mine &); echo display $DISPLAY"
+    )
+    browser.execute_script(KEYBOARD).send_keys(command + Keys.ENTER)
+
+    def shown():
+        return browser.execute_script(TEXT)
+
+    wait_until(lambda: "\ndisplay :" in shown(), "the display of a terminal")
+    assert "/usr/bin/python3\nnone\n" in shown()
+
+    path = tmp_path / "sdc_ws" / "src" / "sdc_package" / "scripts" / "camera.py"
+    assert run(browser, OPEN_FILE, str(path).lstrip("/")) is None
+    assert path.read_text(encoding="utf-8") == "mine\n"
+    assert not list((tmp_path / "sdc_ws" / "src").rglob(".ipynb_checkpoints"))
+
+    browser.execute_script("jupyterapp.commands.execute('launcher:create')")
+    find = browser.find_elements
+    tile = ".jp-LauncherCard[title*=Desktop]"
+    wait_until(lambda: find(By.CSS_SELECTOR, tile), "the tile of the desktop")[0].click()
+    frame = wait_until(lambda: find(By.CSS_SELECTOR, "iframe[src*=desktop]"), "the desktop")[0]
+    browser.switch_to.frame(frame)
+
+    def shows_window():
+        picture = picture_of(browser, CANVAS)
+        return picture is not None and picture.std() > DRAWN
+
+    wait_until(shows_window, "the picture of the window")
+    browser.switch_to.default_content()
+    save_screenshot(browser, "browser.png")
