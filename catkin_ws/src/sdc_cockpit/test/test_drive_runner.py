@@ -84,15 +84,6 @@ def test_one_drive_runs_at_a_time_and_a_stop_ends_it(runner, tmp_path):
         runner.stop()
 
 
-def test_preparation_that_fails_starts_no_drive(runner):
-    def prepare():
-        raise ValueError("another drive runs")
-
-    with pytest.raises(ValueError, match="another drive runs"):
-        runner.start("", [], prepare)
-    assert runner.running is None and runner.past() == []
-
-
 def test_no_other_file_is_served(runner):
     name = runner.start("", ["sync:=true"])
     assert runner.ended()

@@ -30,11 +30,6 @@ def drive(driving, controls, seconds, start_s=0.0, speed_mps=5.0):
     return command
 
 
-def test_stack_drives_first(driving):
-    assert not driving.overrides
-    assert driving.step(0.0, 0.0) is None
-
-
 def test_held_key_moves_the_pedal(driving):
     driving.take(1, 0.0)
     assert drive(driving, FORWARD, 1.0).throttle == pytest.approx(1.0)
@@ -79,13 +74,6 @@ def test_braking_ends_at_standstill_or_after_a_limit(driving, now_s, speed_mps):
     assert driving.mode == STACK and driving.viewer is None
 
 
-def test_late_controls_of_a_vanished_viewer_change_nothing(driving):
-    driving.take(1, 0.0)
-    driving.vanish(1, 0.2)
-    driving.control(1, FORWARD, 0.25)
-    assert driving.step(0.3, 8.0).brake == 1.0
-
-
 def test_other_viewer_cannot_take_brake_or_steer(driving):
     driving.take(1, 0.0)
     with pytest.raises(ValueError, match="viewer 1 drives"):
@@ -105,12 +93,6 @@ def test_braking_car_can_be_taken_over(driving):
     driving.take(2, 0.2)
     assert driving.step(0.2, 8.0).brake == 0.0
     assert driving.viewer == 2
-
-
-def test_release_gives_the_car_back(driving):
-    driving.take(1, 0.0)
-    driving.release(1)
-    assert driving.step(0.0, 8.0) is None
 
 
 STEPS = st.lists(

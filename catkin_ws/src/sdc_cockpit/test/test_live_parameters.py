@@ -67,22 +67,6 @@ def test_disturbances_and_gains_of_the_steering_method_are_listed(server):
     assert list(live_parameters()) == NAMES[3:]
 
 
-def test_node_that_offers_no_changes_has_no_live_parameters(server):
-    del server.answers["/sim/reload"]
-    assert list(live_parameters()) == NAMES[3:]
-    del server.answers["/simple_controller/reload"]
-    assert live_parameters() == {}
-    with pytest.raises(ValueError, match="/sim/friction: no running node offers to change it"):
-        change_parameter("/sim/friction", 0.5)
-
-
-def test_parameter_changes(server):
-    assert change_parameter("/sim/odometry_noise/position_m", 0.2).endswith("is 0.2")
-    assert server.values["/sim"]["odometry_noise"]["position_m"] == 0.2
-    change_parameter("/simple_controller/stanley/k", 1.5)
-    assert live_parameters()["/simple_controller/stanley/k"] == 1.5
-
-
 def test_refused_value_is_restored_and_reported_in_one_line(server):
     server.answers["/sim/reload"] = (False, "friction must be a number from 0.001 to 100, got -1.0")
     with pytest.raises(ValueError, match="^/sim/friction: friction must be a number"):

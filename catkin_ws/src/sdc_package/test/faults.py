@@ -10,7 +10,6 @@ import rosgraph
 import rospy
 from carla_msgs.msg import CarlaEgoVehicleStatus
 from nav_msgs.msg import Odometry
-from rosgraph_msgs.msg import Clock
 from sdc_package.msg import CarlaVehicleControl, LocalPath
 
 from sdc_common.geometry.route import Route
@@ -62,7 +61,6 @@ class DriveRecord:
 
     def __init__(self, waypoints_path, ignored_frame=None):
         self.route = Route(load_waypoints(waypoints_path))
-        self.clock = MessageListener("/clock", Clock)
         self.paths = MessageListener("/planner/local_waypoints", LocalPath)
         self.commands = MessageListener(EGO + "/vehicle_control_cmd", CarlaVehicleControl)
         self.odometry = MessageListener(
@@ -127,8 +125,3 @@ class DriveRecord:
             for message in list(self.odometry.messages)
             if message.header.stamp.to_sec() >= since
         )
-
-    def clock_went_back(self):
-        """Return whether a tick of the clock was earlier than the one before it."""
-        ticks = [message.clock.to_nsec() for message in list(self.clock.messages)]
-        return any(after < before for before, after in zip(ticks, ticks[1:]))

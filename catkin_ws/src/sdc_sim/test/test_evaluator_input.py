@@ -6,7 +6,7 @@ import pytest
 import rosbag
 import rospy
 import yaml
-from carla_msgs.msg import CarlaCollisionEvent, CarlaEgoVehicleControl
+from carla_msgs.msg import CarlaEgoVehicleControl
 from nav_msgs.msg import Odometry
 from referee_rules import RULES
 from sdc_msgs.msg import (
@@ -16,7 +16,6 @@ from sdc_msgs.msg import (
     Obstacle,
     ObstacleArray,
     Path,
-    SpeedReason,
     Waypoint,
 )
 
@@ -159,34 +158,3 @@ def test_replay_measures_by_the_ground_truth_that_its_bag_contains(tmp_path):
             bag.write("/carla/ego_vehicle/odometry", odometry, odometry.header.stamp)
     with rosbag.Bag(str(tmp_path / "drive.bag")) as bag:
         assert node.evaluate(bag).result().metrics["cross_track_max_m"] == 0.0
-
-
-@pytest.mark.parametrize("collision_at", [None, 7])
-def test_replay_reports_the_drive_that_its_bag_contains(tmp_path, collision_at):
-    replay = load_script(os.path.join(PACKAGE, "scripts", "replay.py"))
-    node = replay.Replay.__new__(replay.Replay)
-    node.rules = RULES
-    with rosbag.Bag(str(tmp_path / "drive.bag"), "w") as bag:
-        path = Path([BaseWaypoint(float(x), 0.0) for x in range(11)])
-        bag.write("/planner/mission_waypoints", path, rospy.Time(0, 1))
-        for tick in range(1, 10):
-            odometry = odometry_message(tick)
-            bag.write("/carla/ego_vehicle/odometry", odometry, odometry.header.stamp)
-            command = CarlaVehicleControl(throttle=0.01 * tick, header=odometry.header)
-            bag.write("/carla/ego_vehicle/vehicle_control_cmd", command, odometry.header.stamp)
-            if tick in (3, 6):
-                reason = SpeedReason(reason=f"reason {tick}", header=odometry.header)
-                bag.write("/planner/speed_reason", reason, odometry.header.stamp)
-            if tick == collision_at:
-                event = CarlaCollisionEvent(header=odometry.header, other_actor_id=7)
-                bag.write("/carla/ego_vehicle/collision", event, odometry.header.stamp)
-    with rosbag.Bag(str(tmp_path / "drive.bag")) as bag:
-        result = node.evaluate(bag).result()
-    metrics = result.metrics
-    expected = 2 * [""] + 3 * ["reason 3"] + 4 * ["reason 6"]
-    assert result.reasons == expected[: metrics["ticks"]]
-    collided = collision_at is not None
-    assert metrics["status"] == ("collision" if collided else "aborted")
-    assert metrics["ticks"] == (collision_at or 9)
-    assert metrics["infractions"]["collision_vehicle"] == int(collided)
-    assert metrics["missed_ticks"] == 0
