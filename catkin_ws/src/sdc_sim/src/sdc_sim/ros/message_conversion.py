@@ -3,18 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Iterable, Sequence
+from typing import Any, Iterable
 
 import rospy
 from ackermann_msgs.msg import AckermannDrive
 from carla_msgs.msg import (
     CarlaBoundingBox,
-    CarlaCollisionEvent,
-    CarlaEgoVehicleControl,
-    CarlaEgoVehicleInfo,
-    CarlaEgoVehicleInfoWheel,
-    CarlaEgoVehicleStatus,
-    CarlaLaneInvasionEvent,
     CarlaTrafficLightInfo,
     CarlaTrafficLightInfoList,
     CarlaTrafficLightStatus,
@@ -23,20 +17,16 @@ from carla_msgs.msg import (
 from geometry_msgs.msg import Point, Pose, Quaternion, TransformStamped, Vector3
 from nav_msgs.msg import Odometry
 from sdc_msgs.msg import Obstacle, ObstacleArray
-from std_msgs.msg import ColorRGBA, Header
-from visualization_msgs.msg import Marker, MarkerArray
+from std_msgs.msg import Header
 
 from sdc_common.ros.odometry import yaw_from_quaternion
 from sdc_sim.physics.ackermann import AckermannTarget
-from sdc_sim.physics.obstacles import COLOURS, CollisionEvent, ObstacleState
+from sdc_sim.physics.obstacles import ObstacleState
 from sdc_sim.physics.traffic_lights import LANE_WIDTH_M, TrafficLightPlan, TrafficLightState
 from sdc_sim.physics.vehicle import VehicleCommand, VehicleState
-from sdc_sim.physics.vehicle_parameters import VehicleParameters
-from sdc_sim.sensors.motion_sensors import TRACK_SHARE, WHEEL_RADIUS_M
 
 MAP_FRAME = "map"
 VEHICLE_FRAME = "ego_vehicle"
-EGO_ID = 1
 
 # Points of RViz that are farther from the origin are refused.
 _MAX_DISTANCE_M = 1e5
@@ -49,11 +39,6 @@ def map_vector(yaw_rad: float, forward: float, left: float) -> Vector3:
     """Return a vector of the body frame in the map frame."""
     c, s = math.cos(yaw_rad), math.sin(yaw_rad)
     return Vector3(c * forward - s * left, s * forward + c * left, 0.0)
-
-
-def vehicle_type(preset: str) -> str:
-    """Return the blueprint name of a vehicle preset."""
-    return "vehicle." + preset.replace("_", ".", 1)
 
 
 def quaternion_from_yaw(yaw_rad: float) -> Quaternion:
@@ -143,87 +128,6 @@ def vehicle_transform(odometry: Odometry) -> TransformStamped:
     return transform
 
 
-def status_message(
-    state: VehicleState, command: VehicleCommand, stamp: rospy.Time
-) -> CarlaEgoVehicleStatus:
-    """Return speed, orientation, executed command, and acceleration in the map frame."""
-    message = CarlaEgoVehicleStatus(header=Header(stamp=stamp, frame_id=MAP_FRAME))
-    message.velocity = math.hypot(state.speed_mps, state.lateral_speed_mps)
-    message.acceleration.linear = map_vector(
-        state.yaw_rad, state.longitudinal_acceleration_mps2, state.lateral_acceleration_mps2
-    )
-    message.orientation = quaternion_from_yaw(state.yaw_rad)
-    message.control = CarlaEgoVehicleControl(
-        header=message.header,
-        throttle=command.throttle,
-        steer=command.steer,
-        brake=command.brake,
-        hand_brake=command.hand_brake,
-        reverse=command.reverse,
-        gear=-1 if command.reverse else 1,
-    )
-    return message
-
-
-def vehicle_info_message(
-    parameters: VehicleParameters, preset: str, role_name: str
-) -> CarlaEgoVehicleInfo:
-    """Return the description of the vehicle; the model has no motor and gears: they are zero."""
-    p = parameters
-    track_m = TRACK_SHARE * p.width_m
-    radius_m = WHEEL_RADIUS_M
-    message = CarlaEgoVehicleInfo(
-        id=EGO_ID,
-        type=vehicle_type(preset),
-        rolename=role_name,
-        mass=p.mass_kg,
-        drag_coefficient=p.drag_area_m2,
-        use_gear_autobox=True,
-    )
-    message.center_of_mass.z = p.cg_height_m
-    brakes_n = (
-        p.brake_force_n * p.brake_front_share,
-        p.brake_force_n * (1.0 - p.brake_front_share),
-    )
-    for front in (True, False):
-        for left in (True, False):
-            message.wheels.append(
-                CarlaEgoVehicleInfoWheel(
-                    tire_friction=p.tyre_friction,
-                    radius=radius_m,
-                    max_steer_angle=p.max_wheel_angle_rad if front else 0.0,
-                    max_brake_torque=0.5 * radius_m * brakes_n[0 if front else 1],
-                    max_handbrake_torque=0.0 if front else 0.5 * radius_m * p.hand_brake_force_n,
-                    position=Vector3(
-                        p.front_axle_m if front else -p.rear_axle_m,
-                        0.5 * track_m if left else -0.5 * track_m,
-                        radius_m,
-                    ),
-                )
-            )
-    return message
-
-
-def collision_message(
-    event: CollisionEvent, stamp: rospy.Time, vehicle_frame: str = VEHICLE_FRAME
-) -> CarlaCollisionEvent:
-    """Return the message of a collision."""
-    return CarlaCollisionEvent(
-        header=Header(stamp=stamp, frame_id=vehicle_frame),
-        other_actor_id=event.id,
-        normal_impulse=Vector3(event.impulse_x_ns, event.impulse_y_ns, 0.0),
-    )
-
-
-def lane_invasion_message(
-    lines: Sequence[int], stamp: rospy.Time, vehicle_frame: str = VEHICLE_FRAME
-) -> CarlaLaneInvasionEvent:
-    """Return the message of the kinds of lane markings that the vehicle starts to cross."""
-    return CarlaLaneInvasionEvent(
-        header=Header(stamp=stamp, frame_id=vehicle_frame), crossed_lane_markings=lines
-    )
-
-
 def obstacles_message(
     obstacles: Iterable[ObstacleState], lights: Iterable[TrafficLightState], stamp: rospy.Time
 ) -> ObstacleArray:
@@ -272,37 +176,3 @@ def light_info_message(
             )
         )
     return CarlaTrafficLightInfoList(infos)
-
-
-def markers_message(
-    obstacles: Iterable[ObstacleState], removed: Iterable[int], stamp: rospy.Time
-) -> MarkerArray:
-    """Return the obstacles as boxes for RViz.
-
-    Args:
-        obstacles: the obstacles
-        removed: IDs of obstacles to delete
-        stamp: time of the obstacles
-    """
-    header = Header(stamp=stamp, frame_id=MAP_FRAME)
-    markers = [
-        Marker(header=header, ns="obstacles", id=number, action=Marker.DELETE)
-        for number in sorted(removed)
-    ]
-    for one in obstacles:
-        markers.append(
-            Marker(
-                header=header,
-                ns="obstacles",
-                id=one.id,
-                type=Marker.CUBE,
-                action=Marker.ADD,
-                pose=Pose(
-                    Point(one.x_m, one.y_m, 0.5 * one.height_m),
-                    quaternion_from_yaw(one.yaw_rad),
-                ),
-                scale=Vector3(one.length_m, one.width_m, one.height_m),
-                color=ColorRGBA(*COLOURS[one.kind], 1.0),
-            )
-        )
-    return MarkerArray(markers)

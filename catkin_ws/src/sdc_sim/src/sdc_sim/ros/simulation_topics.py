@@ -71,7 +71,7 @@ class SimulationTopics:
             self._clock.publish(rospy.Time(*self._simulation.stamp))
             if self._truth and self._transform.get_num_connections():
                 self._transform.publish([vehicle_transform(odometry)])
-            self.bridge.publish(observation)
+            self.bridge.publish()
             if not self._truth:
                 self.sensors.publish(observation.readings, stamp)
         except rospy.ROSException:

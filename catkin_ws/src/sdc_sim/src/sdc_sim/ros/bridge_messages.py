@@ -1,0 +1,335 @@
+"""The messages of the bridge's topics, each made of the simulation at one tick."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import rospy
+from carla_msgs.msg import (
+    CarlaActorInfo,
+    CarlaActorList,
+    CarlaCollisionEvent,
+    CarlaEgoVehicleControl,
+    CarlaEgoVehicleInfo,
+    CarlaEgoVehicleInfoWheel,
+    CarlaEgoVehicleStatus,
+    CarlaStatus,
+    CarlaTrafficLightInfoList,
+    CarlaTrafficLightStatusList,
+    CarlaWorldInfo,
+)
+from carla_ros_bridge.msg import (
+    CarlaVehicleControl,
+    EgoVehicleControlCurrent,
+    EgoVehicleControlInfo,
+    EgoVehicleControlMaxima,
+    EgoVehicleControlState,
+    EgoVehicleControlTarget,
+)
+from derived_object_msgs.msg import Object, ObjectArray
+from geometry_msgs.msg import Point, Pose, Vector3
+from shape_msgs.msg import SolidPrimitive
+from std_msgs.msg import ColorRGBA, Float32, Header, String
+from visualization_msgs.msg import Marker
+
+from sdc_sim.physics.ackermann import AckermannTarget
+from sdc_sim.physics.obstacles import COLOURS, ObstacleState
+from sdc_sim.ros.message_conversion import (
+    MAP_FRAME,
+    light_info_message,
+    light_status_message,
+    map_vector,
+    quaternion_from_yaw,
+)
+from sdc_sim.sensors.motion_sensors import TRACK_SHARE, WHEEL_RADIUS_M
+from sdc_sim.simulation.observation import Observation
+from sdc_sim.simulation.simulation import Simulation
+
+EGO_ID = 1
+_EGO_HEIGHT_M = 1.5
+_CLASSES = {"car": Object.CLASSIFICATION_CAR, "pedestrian": Object.CLASSIFICATION_PEDESTRIAN}
+# Blueprints of CARLA; a client tells the kinds of actors apart by the first word.
+_BLUEPRINTS = {
+    "car": "vehicle.audi.a2",
+    "pedestrian": "walker.pedestrian.0001",
+    "obstacle": "static.prop.box01",
+}
+_MARKER_SHARE = 0.3  # opacity
+_CERTAIN = 255
+
+
+@dataclass
+class World:
+    """What the messages are made of.
+
+    Attributes:
+        simulation: the simulation
+        role_name: name of the vehicle in its topics
+        preset: name of the vehicle preset
+        map_name: name of the map
+        opendrive: the map as OpenDRIVE
+        lockstep: whether the simulation runs in lockstep
+        running: whether it is not paused
+    """
+
+    simulation: Simulation
+    role_name: str
+    preset: str
+    map_name: str = ""
+    opendrive: str = ""
+    lockstep: bool = False
+    running: bool = True
+
+    @property
+    def observation(self) -> Observation:
+        """The last observation."""
+        return self.simulation.observation
+
+    @property
+    def header(self) -> Header:
+        """A header in the map with the time of the last observation."""
+        return Header(stamp=rospy.Time(*self.observation.stamp), frame_id=MAP_FRAME)
+
+    @property
+    def vehicle_header(self) -> Header:
+        """A header in the frame of the vehicle."""
+        return Header(stamp=rospy.Time(*self.observation.stamp), frame_id=self.role_name)
+
+    @property
+    def vehicle_type(self) -> str:
+        """Blueprint name of the vehicle."""
+        return "vehicle." + self.preset.replace("_", ".", 1)
+
+
+def light_info(world: World) -> list[CarlaTrafficLightInfoList]:
+    """Return the positions of the traffic lights."""
+    plans = world.simulation.lights.plans
+    return [light_info_message(plans, world.observation.traffic_lights)]
+
+
+def light_status(world: World) -> list[CarlaTrafficLightStatusList]:
+    """Return the colours of the traffic lights."""
+    return [light_status_message(world.observation.traffic_lights)]
+
+
+def world_info(world: World) -> list[CarlaWorldInfo]:
+    """Return the map."""
+    return [CarlaWorldInfo(world.map_name, world.opendrive)]
+
+
+def map_text(world: World) -> list[String]:
+    """Return the map as text."""
+    return [String(world.opendrive)]
+
+
+def world_status(world: World) -> list[CarlaStatus]:
+    """Return the number of the tick, its duration, and whether the simulation runs."""
+    return [
+        CarlaStatus(
+            frame=world.simulation.tick,
+            fixed_delta_seconds=world.simulation.tick_s,
+            synchronous_mode=world.lockstep,
+            synchronous_mode_running=world.running,
+        )
+    ]
+
+
+def speed(world: World) -> list[Float32]:
+    """Return the forward speed."""
+    return [Float32(world.observation.state.speed_mps)]
+
+
+def vehicle_status(world: World) -> list[CarlaEgoVehicleStatus]:
+    """Return speed, orientation, executed command, and acceleration in the map frame."""
+    state, command = world.observation.state, world.simulation.commands.executed
+    message = CarlaEgoVehicleStatus(header=world.header)
+    message.velocity = math.hypot(state.speed_mps, state.lateral_speed_mps)
+    message.acceleration.linear = map_vector(
+        state.yaw_rad, state.longitudinal_acceleration_mps2, state.lateral_acceleration_mps2
+    )
+    message.orientation = quaternion_from_yaw(state.yaw_rad)
+    message.control = CarlaEgoVehicleControl(
+        header=message.header, gear=-1 if command.reverse else 1, **vars(command)
+    )
+    return [message]
+
+
+def vehicle_info(world: World) -> list[CarlaEgoVehicleInfo]:
+    """Return the description of the vehicle; the model has no motor and gears: they are zero."""
+    p = world.simulation.vehicle.parameters
+    message = CarlaEgoVehicleInfo(
+        id=EGO_ID,
+        type=world.vehicle_type,
+        rolename=world.role_name,
+        mass=p.mass_kg,
+        drag_coefficient=p.drag_area_m2,
+        use_gear_autobox=True,
+    )
+    message.center_of_mass.z = p.cg_height_m
+    # Distance ahead of the centre of gravity, largest angle, force of the brake and hand brake.
+    front_n = p.brake_force_n * p.brake_front_share
+    rear_n = p.brake_force_n * (1.0 - p.brake_front_share)
+    axles = (
+        (p.front_axle_m, p.max_wheel_angle_rad, front_n, 0.0),
+        (-p.rear_axle_m, 0.0, rear_n, p.hand_brake_force_n),
+    )
+    left_m = 0.5 * TRACK_SHARE * p.width_m
+    message.wheels = [
+        CarlaEgoVehicleInfoWheel(
+            tire_friction=p.tyre_friction,
+            radius=WHEEL_RADIUS_M,
+            max_steer_angle=angle_rad,
+            max_brake_torque=0.5 * WHEEL_RADIUS_M * brake_n,
+            max_handbrake_torque=0.5 * WHEEL_RADIUS_M * hand_brake_n,
+            position=Vector3(ahead_m, side_m, WHEEL_RADIUS_M),
+        )
+        for ahead_m, angle_rad, brake_n, hand_brake_n in axles
+        for side_m in (left_m, -left_m)
+    ]
+    return [message]
+
+
+def collisions(world: World) -> list[CarlaCollisionEvent]:
+    """Return the contacts that began in the last tick."""
+    return [
+        CarlaCollisionEvent(
+            header=world.vehicle_header,
+            other_actor_id=event.id,
+            normal_impulse=Vector3(event.impulse_x_ns, event.impulse_y_ns, 0.0),
+        )
+        for event in world.observation.collisions
+    ]
+
+
+def obstacle_marker(one: ObstacleState, header: Header) -> Marker:
+    """Return an obstacle as a box for RViz, in the namespace `obstacles`."""
+    return Marker(
+        header=header,
+        ns="obstacles",
+        id=one.id,
+        type=Marker.CUBE,
+        action=Marker.ADD,
+        pose=Pose(Point(one.x_m, one.y_m, 0.5 * one.height_m), quaternion_from_yaw(one.yaw_rad)),
+        scale=Vector3(one.length_m, one.width_m, one.height_m),
+        color=ColorRGBA(*COLOURS[one.kind], 1.0),
+    )
+
+
+def other_objects(world: World) -> list[ObjectArray]:
+    """Return the obstacles as objects."""
+    return [ObjectArray(world.header, _others(world))]
+
+
+def all_objects(world: World) -> list[ObjectArray]:
+    """Return the vehicle and the obstacles as objects."""
+    return [ObjectArray(world.header, [_own(world), *_others(world)])]
+
+
+def object_markers(world: World) -> list[Marker]:
+    """Return the box of each object for RViz: green for the vehicle, red for others."""
+    markers = []
+    for one in (_own(world), *_others(world)):
+        own = one.id == EGO_ID
+        length_m, width_m, height_m = one.shape.dimensions
+        position = one.pose.position
+        markers.append(
+            Marker(
+                header=one.header,
+                id=one.id,
+                type=Marker.CUBE,
+                pose=Pose(Point(position.x, position.y, 0.5 * height_m), one.pose.orientation),
+                scale=Vector3(length_m, width_m, height_m),
+                color=ColorRGBA(0.0 if own else 255.0, 255.0 if own else 0.0, 0.0, _MARKER_SHARE),
+                text=f"id = {one.id}",
+            )
+        )
+    return markers
+
+
+def _own(world: World) -> Object:
+    """Return the vehicle as an object; twist and acceleration are in the map frame."""
+    state, parameters = world.observation.state, world.simulation.vehicle.parameters
+    message = _object(world, EGO_ID, "car", state)
+    message.shape.dimensions = [parameters.length_m, parameters.width_m, _EGO_HEIGHT_M]
+    message.twist.linear = map_vector(state.yaw_rad, state.speed_mps, state.lateral_speed_mps)
+    message.twist.angular.z = state.yaw_rate_radps
+    message.accel.linear = map_vector(
+        state.yaw_rad, state.longitudinal_acceleration_mps2, state.lateral_acceleration_mps2
+    )
+    return message
+
+
+def _others(world: World) -> list[Object]:
+    """Return the obstacles as objects; their twist is in the map frame."""
+    messages = []
+    for one in world.observation.obstacles:
+        message = _object(world, one.id, one.kind, one)
+        message.shape.dimensions = [one.length_m, one.width_m, one.height_m]
+        message.twist.linear = map_vector(one.yaw_rad, one.speed_mps, 0.0)
+        messages.append(message)
+    return messages
+
+
+def _object(world: World, number: int, kind: str, place: Any) -> Object:
+    message = Object(
+        header=world.header,
+        id=number,
+        detection_level=Object.OBJECT_TRACKED,
+        pose=Pose(Point(place.x_m, place.y_m, 0.0), quaternion_from_yaw(place.yaw_rad)),
+    )
+    message.shape.type = SolidPrimitive.BOX
+    if kind in _CLASSES:
+        message.object_classified = True
+        message.classification = _CLASSES[kind]
+        message.classification_certainty = _CERTAIN
+        message.classification_age = world.simulation.tick
+    return message
+
+
+def actor_list(world: World) -> list[CarlaActorList]:
+    """Return the vehicle, the obstacles and the traffic lights as actors of CARLA."""
+    observed = world.observation
+    actors = [CarlaActorInfo(EGO_ID, 0, world.vehicle_type, world.role_name)]
+    actors += [CarlaActorInfo(one.id, 0, _BLUEPRINTS[one.kind], "") for one in observed.obstacles]
+    actors += [
+        CarlaActorInfo(light.id, 0, "traffic.traffic_light", "")
+        for light in observed.traffic_lights
+    ]
+    return [CarlaActorList(actors)]
+
+
+def control_info(world: World) -> list[EgoVehicleControlInfo]:
+    """Return limits, target, motion and executed command as the bridge 0.9.3 publishes them."""
+    commands, state, header = world.simulation.commands, world.observation.state, world.header
+    max_angle_rad = world.simulation.vehicle.parameters.max_wheel_angle_rad
+    limits = EgoVehicleControlMaxima(max_steering_angle=max_angle_rad, max_pedal=1.0)
+    gains = commands.ackermann_gains
+    if gains is not None:
+        limits.max_speed = gains.max_speed_mps
+        limits.max_accel, limits.max_decel = gains.acceleration_mps2, gains.braking_mps2
+    target = commands.ackermann_target
+    demand = target or AckermannTarget()
+    return [
+        EgoVehicleControlInfo(
+            header=header,
+            restrictions=limits,
+            target=EgoVehicleControlTarget(
+                # As in the bridge, positive to the right.
+                steering_angle=-demand.steering_angle_rad,
+                speed=demand.speed_mps,
+                speed_abs=abs(demand.speed_mps),
+                accel=demand.acceleration_mps2,
+                jerk=demand.jerk_mps3,
+            ),
+            current=EgoVehicleControlCurrent(
+                time_sec=header.stamp.to_sec(),
+                speed=state.speed_mps,
+                speed_abs=abs(state.speed_mps),
+                accel=state.longitudinal_acceleration_mps2,
+            ),
+            state=EgoVehicleControlState(status="n/a" if target is None else "driving"),
+            output=CarlaVehicleControl(header=header, **vars(commands.executed)),
+        )
+    ]
