@@ -10,7 +10,7 @@ from sensor_msgs.msg import NavSatFix, NavSatStatus, PointCloud2
 
 from sdc_cockpit.sensor_view import GNSS, LIDARS, SensorView
 from sdc_common.geometry.geodesy import geodetic_from_map
-from sdc_sim.ros.bridge_generations import GENERATIONS
+from sdc_sim.ros.bridge_versions import BRIDGE_VERSIONS
 from sdc_sim.ros.sensor_topics import point_cloud_message
 
 FRONT, PLANAR = LIDARS
@@ -30,7 +30,7 @@ def cloud(points):
 
 
 def test_topics_are_those_of_the_default_bridge():
-    names = GENERATIONS["0.9.3"].sensors
+    names = BRIDGE_VERSIONS["0.9.3"].sensors
     used = {"/carla/ego_vehicle" + names[name].topic for name in ("gnss", "lidar", "planar_lidar")}
     assert {feed.topic for feed in SensorView().feeds} == used
 

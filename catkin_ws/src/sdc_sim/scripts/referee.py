@@ -22,7 +22,7 @@ from sdc_sim.evaluation.scene_record import PICTURE
 from sdc_sim.report.camera_snapshots import CameraSnapshots
 from sdc_sim.report.console_progress import ConsoleProgress, closing_line
 from sdc_sim.report.writer import ReportError, open_report, write_pages, write_report
-from sdc_sim.ros.bridge_generations import GENERATIONS
+from sdc_sim.ros.bridge_versions import BRIDGE_VERSIONS
 from sdc_sim.ros.evaluator_input import ROUTE_TOPIC, EvaluatorInput
 
 LAST_MESSAGES_S = 5.0
@@ -37,7 +37,7 @@ class Referee:
         self.pictures = parameter("pictures")
         self.progress = ConsoleProgress(sys.stdout)
         role_name = parameter("role_name")
-        image_topics = {f"/carla/{role_name}{one.front.image}" for one in GENERATIONS.values()}
+        image_topics = {f"/carla/{role_name}{one.front.image}" for one in BRIDGE_VERSIONS.values()}
         self.snapshots = CameraSnapshots(
             sorted(image_topics),
             parameter("snapshots") if self.pictures else 0,

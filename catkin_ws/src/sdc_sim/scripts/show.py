@@ -15,7 +15,7 @@ from sdc_common.ros.connection_watchdog import watch_connections
 from sdc_common.ros.node import parameter, refuse
 from sdc_sim.road.road import Road
 from sdc_sim.road.road_markings import road_markings
-from sdc_sim.ros.bridge_generations import GENERATIONS
+from sdc_sim.ros.bridge_versions import BRIDGE_VERSIONS
 from sdc_sim.ros.rviz_markers import (
     car_markers,
     fixes_marker,
@@ -46,7 +46,7 @@ class Show:
 
         self.fixes = deque(maxlen=SHOWN_FIXES)
         self.fixes_publisher = rospy.Publisher("/show/gnss", Marker, queue_size=1, latch=True)
-        for name in {generation.sensors["gnss"].topic for generation in GENERATIONS.values()}:
+        for name in {bridge.sensors["gnss"].topic for bridge in BRIDGE_VERSIONS.values()}:
             topic = "/carla/ego_vehicle" + name
             rospy.Subscriber(topic, NavSatFix, self.on_fix, queue_size=10)
 

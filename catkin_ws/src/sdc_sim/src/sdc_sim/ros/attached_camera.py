@@ -15,7 +15,7 @@ from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.camera.renderer import Renderer
 from sdc_sim.physics.vehicle import VehicleState
 from sdc_sim.road.road import Road
-from sdc_sim.ros.bridge_generations import CameraNames
+from sdc_sim.ros.bridge_versions import CameraNames
 from sdc_sim.ros.picture_messages import camera_info_message, camera_transform, image_message
 from sdc_sim.simulation.weather import CLEAR, Weather
 

@@ -27,8 +27,8 @@ from sdc_sim.road.lane_invasion import LaneInvasionDetector
 from sdc_sim.road.opendrive import opendrive
 from sdc_sim.road.road import Road
 from sdc_sim.ros import bridge_messages
-from sdc_sim.ros.bridge_generations import GENERATIONS
 from sdc_sim.ros.bridge_messages import World
+from sdc_sim.ros.bridge_versions import BRIDGE_VERSIONS
 from sdc_sim.ros.message_conversion import MAP_FRAME, obstacles_message
 from sdc_sim.ros.simulation_setup import SimulationSetup
 
@@ -88,7 +88,7 @@ class BridgeTopics:
         self._obstacle_ids: set[int] = set()
         self._last: dict[str, Any] = {}  # messages of the topics that are published on a change
         # Topics that not every bridge has.
-        optional = set().union(*(version.topics for version in GENERATIONS.values()))
+        optional = set().union(*(version.topics for version in BRIDGE_VERSIONS.values()))
         left_out = optional - setup.bridge.topics | set(others)
         self._topics = [topic for topic in self._table() if topic.name not in left_out]
         self._publishers = {topic.name: self._publisher(topic) for topic in self._topics}

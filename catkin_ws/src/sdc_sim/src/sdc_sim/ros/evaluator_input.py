@@ -24,7 +24,7 @@ from sdc_sim.evaluation.scene_record import OBSTACLES, PATH
 from sdc_sim.ros.waypoint_messages import waypoint_rows
 
 ROUTE_TOPIC = "/planner/mission_waypoints"
-# The control commands of the bridge's generations by their md5 sums.
+# The control commands of the versions of the bridge by their md5 sums.
 _CONTROLS = {one._md5sum: one for one in (CarlaVehicleControl, CarlaEgoVehicleControl)}
 # Of a path with more points, the page of the report shows only some.
 _SHOWN_POINTS = 12
@@ -87,7 +87,7 @@ class EvaluatorInput:
         )
 
     def command(self, message: Any) -> None:
-        """Add a command of any generation of the bridge."""
+        """Add a command of any version of the bridge."""
         command = control_command(message)
         self.evaluator.add_command(
             command.header.stamp.to_nsec(), command.throttle, command.brake, command.steer

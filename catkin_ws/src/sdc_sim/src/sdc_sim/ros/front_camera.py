@@ -27,7 +27,7 @@ from sdc_sim.ros.attached_camera import (
     AttachedCamera,
     CameraMount,
 )
-from sdc_sim.ros.bridge_generations import GENERATIONS
+from sdc_sim.ros.bridge_versions import BRIDGE_VERSIONS
 from sdc_sim.ros.picture_feed import PictureSettings
 from sdc_sim.ros.picture_messages import (
     camera_info_message,
@@ -67,8 +67,8 @@ class FrontCamera:
             self._free.put(np.empty((camera.height, camera.width, 4), np.uint8))
         self._painted: queue.Queue[tuple[Observation, np.ndarray] | None] = queue.Queue()
 
-        generation, self._role_name = GENERATIONS[settings.bridge], settings.role_name
-        names, ego = generation.front, "/carla/" + self._role_name
+        bridge, self._role_name = BRIDGE_VERSIONS[settings.bridge], settings.role_name
+        names, ego = bridge.front, "/carla/" + self._role_name
         self._frame = self._role_name + names.frame
         self._camera_info = camera_info_message(camera, self._frame)
         self._image_publisher = LoopPublisher(ego + names.image, Image)
@@ -77,16 +77,14 @@ class FrontCamera:
         self._static_tf.sendTransform(camera_transform(camera, self._role_name, self._frame))
         self._view = self._spectator = None
         self._spectator_mount: CameraMount | None = None
-        if generation.view:
-            self._view = AttachedCamera(
-                road, self._role_name, generation.view, VIEW_FOV_RAD, weather
-            )
-        if generation.spectator:
+        if bridge.view:
+            self._view = AttachedCamera(road, self._role_name, bridge.view, VIEW_FOV_RAD, weather)
+        if bridge.spectator:
             self._spectator = AttachedCamera(
-                road, self._role_name, generation.spectator, SPECTATOR_FOV_RAD, weather
+                road, self._role_name, bridge.spectator, SPECTATOR_FOV_RAD, weather
             )
             rospy.Subscriber(ego + "/spectator_pose", PoseStamped, self._on_spectator, queue_size=1)
-        if "/carla/weather_control" in generation.topics:
+        if "/carla/weather_control" in bridge.topics:
             rospy.Subscriber(
                 "/carla/weather_control", CarlaWeatherParameters, self._on_weather, queue_size=1
             )

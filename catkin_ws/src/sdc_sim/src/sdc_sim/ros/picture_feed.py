@@ -29,7 +29,7 @@ class PictureSettings(NamedTuple):
     Attributes:
         waypoints_path: CSV file of the route
         role_name: name of the vehicle in topics and frames
-        bridge: generation of the bridge, a key of GENERATIONS
+        bridge: version of the bridge, a key of BRIDGE_VERSIONS
         daylight: brightness, 0..1
         weather: fields of Weather
         every_frame: whether each observation is published (lockstep); else one that arrives while

@@ -21,7 +21,7 @@ from std_msgs.msg import Float32, Header
 
 from sdc_common.geometry.geodesy import geodetic_from_map
 from sdc_common.ros.node import LoopPublisher
-from sdc_sim.ros.bridge_generations import BridgeGeneration
+from sdc_sim.ros.bridge_versions import BridgeVersion
 from sdc_sim.sensors.readings import (
     GNSS_MOUNT_M,
     IMU_MOUNT_M,
@@ -136,12 +136,12 @@ class SensorTopics:
 
     Args:
         settings: settings of the sensors that are on, by name
-        generation: names of topics and frames
+        bridge: names of topics and frames
         role_name: name of the vehicle in topics and frames
     """
 
     def __init__(
-        self, settings: Mapping[str, SensorSettings], generation: BridgeGeneration, role_name: str
+        self, settings: Mapping[str, SensorSettings], bridge: BridgeVersion, role_name: str
     ):
         self._publishers = []
         self.vehicle_topics = []
@@ -149,7 +149,7 @@ class SensorTopics:
         for name, form in _FORMS.items():
             if name not in settings:
                 continue
-            names = generation.sensors[name]
+            names = bridge.sensors[name]
             frame = role_name + names.frame
             publisher = LoopPublisher(
                 f"/carla/{role_name}{names.topic}", form.message_class, latch=True

@@ -15,7 +15,7 @@ from sdc_common.suggestion import suggestion
 from sdc_common.validation import check_between, check_non_negative
 from sdc_sim.physics.obstacles import KINDS
 from sdc_sim.physics.vehicle_parameters import VehicleError
-from sdc_sim.ros.bridge_generations import GENERATIONS
+from sdc_sim.ros.bridge_versions import BRIDGE_VERSIONS
 from sdc_sim.ros.drive_log import DriveLog
 from sdc_sim.ros.picture_feed import PictureSettings
 from sdc_sim.scenario.configuration import build_simulation, sensors_that_are_on
@@ -63,7 +63,7 @@ class SimulationSetup:
         lockstep: whether a tick waits for the answer to the last observation
         timeouts: limits of this wait
         ego: prefix of the topics of the vehicle
-        bridge: generation of the bridge
+        bridge: version of the bridge
         ackermann_cmd: whether to serve ackermann_cmd; "auto": unless another node does
         services: whether people can pause the simulation and place the vehicle
         drive_log: records the drive
@@ -97,9 +97,9 @@ class SimulationSetup:
         self.truth = bool(value("truth"))
         self.sensors: dict[str, Any] = {}
         _check_known("clicked_obstacle", self.clicked_obstacle, KINDS)
-        _check_known("bridge", bridge, GENERATIONS)
+        _check_known("bridge", bridge, BRIDGE_VERSIONS)
         _check_known("ackermann_cmd", self.ackermann_cmd, ("auto", True, False))
-        self.bridge = GENERATIONS[bridge]
+        self.bridge = BRIDGE_VERSIONS[bridge]
         try:
             self.route_m: np.ndarray = load_waypoints(self.waypoints_path)
             self.route = road_route(self.route_m)

@@ -25,7 +25,7 @@ class SensorNames(NamedTuple):
     frame: str
 
 
-class BridgeGeneration(NamedTuple):
+class BridgeVersion(NamedTuple):
     """What differs between the versions; config/bridge_versions.yaml describes it.
 
     Attributes:
@@ -34,7 +34,7 @@ class BridgeGeneration(NamedTuple):
         front: the front camera
         view: the camera behind the vehicle; None where the bridge has none
         spectator: the camera that a person moves; None where the bridge has none
-        topics: topics that not every generation has. A name without /carla is one of the vehicle
+        topics: topics that not every version has. A name without /carla is one of the vehicle
         sensors: the sensors by their names in config/sim.yaml
     """
 
@@ -47,9 +47,9 @@ class BridgeGeneration(NamedTuple):
     sensors: Mapping[str, SensorNames]
 
 
-def _read(values: dict[str, Any]) -> BridgeGeneration:
+def _read(values: dict[str, Any]) -> BridgeVersion:
     cameras = {name: CameraNames(**names) for name, names in values["cameras"].items()}
-    return BridgeGeneration(
+    return BridgeVersion(
         roslib.message.get_message_class(values["control_type"]),
         roslib.message.get_message_class(values["map_type"]),
         cameras["front"],
@@ -60,11 +60,11 @@ def _read(values: dict[str, Any]) -> BridgeGeneration:
     )
 
 
-def _read_all() -> dict[str, BridgeGeneration]:
+def _read_all() -> dict[str, BridgeVersion]:
     folder = rospkg.RosPack().get_path("sdc_sim")
     with open(os.path.join(folder, "config", "bridge_versions.yaml"), encoding="utf-8") as file:
         versions = {name: _read(values) for name, values in yaml.safe_load(file).items()}
     return {**versions, "old": versions["0.9.3"], "new": versions["0.9.11"]}
 
 
-GENERATIONS = _read_all()
+BRIDGE_VERSIONS = _read_all()
