@@ -2,7 +2,6 @@
 """Test the complete demo, started with roslaunch."""
 
 import os
-import queue
 import signal
 import subprocess
 import sys
@@ -14,6 +13,8 @@ import rospy
 import rostest
 from std_msgs.msg import UInt32
 from um_msgs.msg import Waypoint
+
+from sdc_common.testing.message_listener import MessageListener
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "qt_interface" / "test"))
 from window_control import find_window, press_close_button, qt_display
@@ -47,23 +48,12 @@ class DemoTest(unittest.TestCase):
             node for topics in self.master.getSystemState() for _, nodes in topics for node in nodes
         }
 
-    def await_messages(self, topic, message_type, condition):
-        messages = queue.Queue()
-        subscriber = rospy.Subscriber(topic, message_type, messages.put, queue_size=100)
-        try:
-            while not condition(messages.get(timeout=LIMIT_SECONDS)):
-                pass
-        except queue.Empty:
-            self.fail(f"timeout while waiting for {topic}")
-        finally:
-            subscriber.unregister()
-
     def await_start(self):
         """Wait until the world and the driver run.
 
         A node that is still starting prints a traceback on Ctrl-C.
         """
-        self.await_messages("/target_waypoint", Waypoint, lambda _msg: True)
+        MessageListener("/target_waypoint", Waypoint).wait_for(seconds=LIMIT_SECONDS)
 
     def stop(self, demo):
         demo.send_signal(signal.SIGINT)
@@ -74,7 +64,8 @@ class DemoTest(unittest.TestCase):
     def test_headless_demo_drives_laps_without_a_window(self):
         demo = launch("headless:=true", SMALL)
         try:
-            self.await_messages("/lap_count", UInt32, lambda msg: msg.data >= 2)
+            laps = MessageListener("/lap_count", UInt32)
+            laps.wait_for(lambda msg: msg.data >= 2, LIMIT_SECONDS)
             self.assertTrue({"/world", "/driverless"} <= self.nodes())
             self.assertNotIn("/qt_interface", self.nodes())
         finally:
@@ -102,14 +93,7 @@ class DemoTest(unittest.TestCase):
             self.await_start()
             output = self.stop(demo)
             self.assertNotIn("escalating", output, "every node ends on SIGINT")
-            found = subprocess.run(
-                ["xdotool", "search", "--name", "First steps"],
-                check=False,
-                env=display.environment,
-                stdout=subprocess.PIPE,
-                text=True,
-            )
-            self.assertEqual(found.stdout.strip(), "")
+            self.assertEqual(display.windows("First steps"), [])
 
     def test_invalid_parameter_ends_the_launch_with_one_error_line(self):
         demo = launch("headless:=true", "world_parameters:={field_height: 0}")

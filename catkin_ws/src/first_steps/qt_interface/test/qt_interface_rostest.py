@@ -16,7 +16,7 @@ from um_msgs.msg import CarPosition, Waypoints
 from sdc_common.testing.message_listener import wait_until
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from window_control import click, find_window, press_close_button, qt_display, xdotool
+from window_control import find_window, press_close_button, qt_display
 
 LIMIT_SECONDS = 30.0
 NAME = "First steps"
@@ -88,16 +88,16 @@ class QtInterfaceTest(unittest.TestCase):
         return self.fail(f"timeout while waiting for {what}")
 
     def click_until(self, condition, x, y, what):
-        self.do_until(condition, lambda: click(self.display, x, y), what)
+        self.do_until(condition, lambda: self.display.click(x, y), what)
 
     def press_until(self, condition, key, what):
-        self.do_until(condition, lambda: xdotool(self.display, "key", key), what)
+        self.do_until(condition, lambda: self.display.xdotool("key", key), what)
 
     def carry(self, from_x, from_y, to_x, to_y):
         # An earlier attempt may have panned the view: show the whole field again.
-        xdotool(self.display, "key", "f")
-        xdotool(self.display, "mousemove", from_x, from_y, "mousedown", 1)
-        xdotool(self.display, "mousemove", to_x, to_y, "mouseup", 1)
+        self.display.xdotool("key", "f")
+        self.display.xdotool("mousemove", from_x, from_y, "mousedown", 1)
+        self.display.xdotool("mousemove", to_x, to_y, "mouseup", 1)
 
     def test_mouse_and_keys_reach_the_world(self):
         self.open_window()

@@ -10,7 +10,7 @@ import pytest
 import yaml
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from window_control import click, press_close_button, qt_display, xdotool  # noqa: E402
+from window_control import press_close_button, qt_display  # noqa: E402
 
 from qt_interface.scene import Point  # noqa: E402
 
@@ -28,19 +28,12 @@ class Shown:
     def __init__(self, display, application, window):
         self.display, self.application = display, application
         self.window, self.scene = window, window.scene
+        self.click, self.xdotool = display.click, display.xdotool
         self.requests = []
         window.car_dragged.connect(lambda x, y: self.requests.append(("drag", x, y)))
         window.waypoint_requested.connect(lambda x, y: self.requests.append(("waypoint", x, y)))
         window.pause_requested.connect(lambda pause: self.requests.append(("pause", pause)))
         window.reset_requested.connect(lambda: self.requests.append(("reset",)))
-
-    def click(self, x, y, button=1):
-        """Click on a pixel of the display."""
-        click(self.display, x, y, button)
-
-    def xdotool(self, *arguments):
-        """Run xdotool on the display."""
-        xdotool(self.display, *arguments)
 
     def wait_for(self, condition):
         """Run Qt's event loop until the condition holds."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
-import subprocess
 
 from sdc_common.testing.message_listener import wait_until
 from sdc_common.testing.virtual_display import VirtualDisplay
@@ -20,24 +19,12 @@ def qt_display(width=1200, height=760):
         yield display
 
 
-def xdotool(display, *arguments):
-    """Run xdotool, which moves the mouse of the display and presses its keys."""
-    subprocess.run(
-        ["xdotool", *map(str, arguments)], env=display.environment, check=True, timeout=30
-    )
-
-
-def click(display, x, y, button=1):
-    """Click on a pixel of the display; buttons 4 and 5 are the wheel up and down."""
-    xdotool(display, "mousemove", x, y, "click", button)
-
-
 def find_window(display, title):
     """Wait for the window whose title contains `title`, focus it and return its id."""
     window = wait_until(
         lambda: display.windows(title), WINDOW_TIMEOUT_S, f"a window called {title!r}"
     )[0]
-    xdotool(display, "windowfocus", "--sync", window)
+    display.xdotool("windowfocus", "--sync", window)
     return window
 
 

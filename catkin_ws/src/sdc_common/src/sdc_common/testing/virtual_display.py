@@ -59,42 +59,39 @@ class VirtualDisplay:
     def windows(self, title: str) -> list[str]:
         """Return the numbers of the visible windows whose title contains `title`."""
         # Every window has a class. A search by name misses windows whose name is UTF-8.
-        windows = self._xdotool("search", "--onlyvisible", "--class", ".").stdout.split()
-        return [
-            window for window in windows if title in self._xdotool("getwindowname", window).stdout
-        ]
+        windows = self.xdotool("search", "--onlyvisible", "--class", ".", check=False).split()
+        name = "getwindowname"
+        return [window for window in windows if title in self.xdotool(name, window, check=False)]
 
     def focus(self, title: str) -> None:
         """Give the keyboard focus to the window with this title."""
-        self._xdotool("windowfocus", "--sync", self.windows(title)[0], check=True)
+        self.xdotool("windowfocus", "--sync", self.windows(title)[0])
 
     def key_down(self, key: str) -> None:
         """Press a key and hold it; names as in X: w, Up, space, Tab, BackSpace, F1, Escape."""
-        self._xdotool("keydown", key, check=True)
+        self.xdotool("keydown", key)
 
     def key_up(self, key: str) -> None:
         """Release a key."""
-        self._xdotool("keyup", key, check=True)
+        self.xdotool("keyup", key)
 
     def press(self, key: str) -> None:
         """Press and release a key."""
-        self._xdotool("key", key, check=True)
+        self.xdotool("key", key)
 
     def move(self, x: int, y: int) -> None:
         """Move the pointer to a pixel of the screen."""
-        self._xdotool("mousemove", str(x), str(y), check=True)
+        self.xdotool("mousemove", x, y)
 
-    def click(self, x: int, y: int) -> None:
-        """Click the left button on a pixel of the screen."""
-        self._xdotool("mousemove", str(x), str(y), "click", "1", check=True)
+    def click(self, x: int, y: int, button: int = 1) -> None:
+        """Click on a pixel of the screen; buttons 4 and 5 are the wheel up and down."""
+        self.xdotool("mousemove", x, y, "click", button)
 
     def drag(self, x: int, y: int, to_x: int, to_y: int) -> None:
         """Drag with the left button from one pixel of the screen to another."""
         middle = (x + to_x) // 2, (y + to_y) // 2
-        start, over, end = (
-            ["mousemove", str(at_x), str(at_y)] for at_x, at_y in ((x, y), middle, (to_x, to_y))
-        )
-        self._xdotool(*start, "mousedown", "1", *over, *end, "mouseup", "1", check=True)
+        self.xdotool("mousemove", x, y, "mousedown", 1, "mousemove", *middle)
+        self.xdotool("mousemove", to_x, to_y, "mouseup", 1)
 
     def picture(self, window: str = "root") -> np.ndarray:
         """Return the picture of a window, or of the whole screen, as (H, W, 3) BGR uint8.
@@ -136,12 +133,13 @@ class VirtualDisplay:
         if not cv2.imwrite(path, self.picture(window)):
             raise OSError(f"{path}: cannot be written; name a file in a folder that can be written")
 
-    def _xdotool(self, *arguments: str, check: bool = False) -> subprocess.CompletedProcess:
+    def xdotool(self, *arguments: object, check: bool = True) -> str:
+        """Run xdotool, which moves the pointer and presses keys, and return what it prints."""
         return subprocess.run(
-            ["xdotool", *arguments],
+            ["xdotool", *map(str, arguments)],
             env=self.environment,
-            capture_output=True,
+            stdout=subprocess.PIPE,
             text=True,
             check=check,
             timeout=30,
-        )
+        ).stdout
