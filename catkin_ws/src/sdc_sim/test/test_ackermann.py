@@ -6,7 +6,6 @@ import math
 import os
 from dataclasses import fields, replace
 
-import numpy as np
 import pytest
 import yaml
 from hypothesis import given, settings
@@ -14,7 +13,6 @@ from hypothesis import strategies as st
 
 from sdc_sim.physics.ackermann import AckermannControl, AckermannGains, AckermannTarget
 from sdc_sim.physics.vehicle import Vehicle
-from sdc_sim.physics.vehicle_dynamics import AIR_DENSITY_KGPM3
 from sdc_sim.physics.vehicle_parameters import load_vehicle
 
 HERE = os.path.dirname(os.path.abspath(__file__))
@@ -76,101 +74,10 @@ def test_change_of_direction_starts_with_the_brake(start, wanted):
     assert all(command.throttle == 0.0 and command.brake > 0.0 for command in against)
 
 
-BMW = load_vehicle(os.path.join(CONFIG, "vehicles", "bmw_320i.yaml"))
-# A demand that the loop passes on as it is: 4 m/s^2 of braking, without an integral.
-BRAKING = AckermannTarget(speed_mps=5.0, acceleration_mps2=4.0)
-
-
-def test_brake_leaves_to_the_drag_and_the_tyres_what_they_do():
-    speed_mps = 20.0
-    command = AckermannControl(BMW, GAINS).command(BRAKING, speed_mps, 0.0, TICK_S)
-    drag_n = 0.5 * AIR_DENSITY_KGPM3 * BMW.drag_area_m2 * speed_mps**2
-    rolling_n = BMW.rolling_resistance * BMW.mass_kg * 9.81
-    wanted_n = BMW.mass_kg * 4.0 - drag_n - rolling_n
-    assert command.brake == pytest.approx(wanted_n / BMW.brake_force_n)
-    assert (command.throttle, command.steer, command.reverse) == (0.0, 0.0, False)
-
-
-@pytest.mark.parametrize("speed_mps", [3.0, 20.0])
-def test_throttle_gives_the_force_that_the_acceleration_and_the_drag_need(speed_mps):
-    target = AckermannTarget(speed_mps=speed_mps + 5.0, acceleration_mps2=1.0)
-    command = AckermannControl(BMW, GAINS).command(target, speed_mps, 0.0, TICK_S)
-    drag_n = 0.5 * AIR_DENSITY_KGPM3 * BMW.drag_area_m2 * speed_mps**2
-    wanted_n = BMW.mass_kg * (1.0 + BMW.rolling_resistance * 9.81) + drag_n
-    drive_n = np.interp(command.throttle, BMW.throttle_points, BMW.drive_forces_n)
-    assert drive_n == pytest.approx(wanted_n)
-    assert command.brake == 0.0
-
-
-def test_pedals_and_steering_end_at_their_stops():
-    gains = replace(GAINS, acceleration_mps2=1e3, braking_mps2=1e3, kp_per_s=1e3)
-    full = BMW.full_wheel_angle_rad(10.0)
-    for sign in (1.0, -1.0):
-        target = AckermannTarget(steering_angle_rad=2.0 * sign * full, speed_mps=10.0 + 5.0 * sign)
-        command = AckermannControl(BMW, gains).command(target, 10.0, 0.0, TICK_S)
-        assert (command.throttle, command.brake) == ((1.0, 0.0) if sign > 0.0 else (0.0, 1.0))
-        assert command.steer == -sign
-
-
-def test_lasting_error_is_integrated():
-    gains = replace(GAINS, kp_per_s=1.0, ki_per_s2=0.5)
-    control = AckermannControl(BMW, gains)
-    target = AckermannTarget(speed_mps=5.2)
-    throttles = [control.command(target, 5.0, 0.0, TICK_S).throttle for _ in range(3)]
-    assert throttles == sorted(set(throttles)), "each is greater than the one before"
-
-
-def test_jerk_limits_the_change_of_the_acceleration_both_ways():
-    control = AckermannControl(BMW, GAINS)
-
-    def pedals(speed_mps):
-        target = AckermannTarget(speed_mps=speed_mps, jerk_mps3=2.0)
-        command = control.command(target, 10.0, 0.0, TICK_S)
-        return command.throttle, command.brake
-
-    up = [pedals(15.0) for _ in range(3)]
-    assert len(set(up)) == 3
-    assert [pedals(5.0), pedals(5.0)] == [up[1], up[0]]
-
-
-def test_control_begins_again_after_a_reset():
-    control = AckermannControl(BMW, GAINS)
-    target = AckermannTarget(0.2, 0.1, 5.01, jerk_mps3=1.0)
-    first = control.command(target, 5.0, 0.0, TICK_S)
-    assert control.command(target, 5.0, 0.0, TICK_S) != first
-    control.reset()
-    assert control.command(target, 5.0, 0.0, TICK_S) == first
-
-
-@pytest.mark.parametrize(
-    ("speed_mps", "target_mps", "reverse"),
-    [(0.3, 0.5, False), (-0.3, -0.5, True), (0.5, 0.0, False), (-0.5, 0.0, True)],
-)
-def test_gear_is_that_of_the_direction_also_for_a_creeping_vehicle(speed_mps, target_mps, reverse):
-    target = AckermannTarget(speed_mps=target_mps)
-    assert AckermannControl(BMW, GAINS).command(target, speed_mps, 0.0, TICK_S).reverse is reverse
-
-
-def test_vehicle_at_rest_forgets_its_integral_and_keeps_its_wheel_angle():
-    control = AckermannControl(BMW, GAINS)
-    accelerating = AckermannTarget(0.1, 0.0, 5.2)
-    first = control.command(accelerating, 5.0, 0.1, TICK_S)
-    command = control.command(AckermannTarget(steering_angle_rad=0.1), 0.0, 0.0, TICK_S)
-    assert command.brake == GAINS.hold_brake
-    assert command.steer == pytest.approx(-0.1 / BMW.full_wheel_angle_rad(0.0))
-    assert control.command(accelerating, 5.0, 0.1, TICK_S) == first
-
-
 @pytest.mark.parametrize("name", [field.name for field in fields(AckermannGains)])
 def test_gain_below_zero_is_named(name):
     with pytest.raises(ValueError, match=f"^'?ackermann.{name}"):
         replace(GAINS, **{name: -1.0})
-
-
-def test_only_the_integral_gain_may_be_zero():
-    assert replace(GAINS, ki_per_s2=0.0).ki_per_s2 == 0.0
-    with pytest.raises(ValueError, match="kp_per_s"):
-        replace(GAINS, kp_per_s=0.0)
 
 
 @pytest.mark.parametrize(("angle", "sign"), [(0.2, 1.0), (-0.2, -1.0)])
@@ -235,12 +142,6 @@ def control():
 )
 def test_targets_are_limited(target, within, limited):
     assert control().limited(target) == (within, limited)
-
-
-def test_wheel_angle_is_limited_to_that_of_the_vehicle():
-    target, limited = control().limited(AckermannTarget(steering_angle_rad=3.0))
-    assert limited
-    assert target.steering_angle_rad == pytest.approx(0.8145, abs=1e-3)
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])

@@ -68,15 +68,6 @@ def test_compiled_vehicle_equals_a_plain_one_bit_for_bit(preset, wind_mps):
             assert compiled.state == plain.state
 
 
-def test_fleet_is_on_a_dry_road_unless_a_friction_is_given():
-    parameters = load_vehicle(os.path.join(FOLDER, "tesla_model3.yaml"))
-    plain, dry = VehicleFleet(parameters, 1), VehicleFleet(parameters, 1, friction=1.0)
-    for fleet in (plain, dry):
-        for throttle, brake in ((1.0, 0.0), (0.0, 1.0)):
-            fleet.step(np.array([throttle]), np.array([brake]), np.array([0.3]), 2.0)
-    assert plain.state["x_m"][0] == dry.state["x_m"][0] > 1.0
-
-
 def test_reset_moves_only_the_named_vehicles():
     parameters = load_vehicle(os.path.join(FOLDER, "tesla_model3.yaml"))
     fleet = VehicleFleet(parameters, 3)

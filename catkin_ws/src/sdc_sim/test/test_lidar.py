@@ -78,20 +78,6 @@ def test_level_beams_measure_a_wall():
     np.testing.assert_allclose(ranges[0], wall, atol=MILLIMETRE)
 
 
-def test_level_beams_measure_a_cylinder():
-    caster = RayCaster(1440, 0.0, np.zeros(1), 0.6, 60.0)
-    trunk = PlacedCylinders(Cylinders(np.array([[-6.0, 3.0]]), *rows(0.5, 0.0, 4.0)))
-    ranges = caster.cast(0.0, 0.0, 0.0, [trunk])[0]
-    angles = np.arange(1440) * 2.0 * np.pi / 1440
-    distance, aside = math.hypot(6.0, 3.0), angles - math.atan2(3.0, -6.0)
-    chord = 0.25 - (distance * np.sin(aside)) ** 2
-    hits = (chord >= 0.0) & (np.cos(aside) > 0.0)
-    expected = np.full(1440, np.inf)
-    expected[hits] = distance * np.cos(aside[hits]) - np.sqrt(chord[hits])
-    np.testing.assert_allclose(ranges, expected, atol=MILLIMETRE)
-    assert hits.sum() > 10
-
-
 def test_rings_measure_ground_side_and_top_of_a_box():
     caster = RayCaster(1024, 0.0, ELEVATIONS, 2.4, 100.0)
     ranges = caster.cast(0.0, 0.0, 0.0, [PlacedFrusta(box(12.0, 0.0, 0.0, 4.0, 2.0, 1.5))])

@@ -106,41 +106,6 @@ def test_obstacle_on_the_vehicle_is_refused():
     assert obstacles.states == ()
 
 
-@pytest.mark.parametrize(
-    ("place", "message"),
-    [
-        ((10.7, 5.0), "removed"),
-        ((10.8, 5.0), "added"),
-        ((10.0, 5.7), "removed"),
-        ((10.0, 5.8), "added"),
-    ],
-)
-def test_toggle_removes_what_is_within_half_a_metre(place, message):
-    obstacles = Obstacles([ObstaclePlan.stationary("pedestrian", *place, 0.0)])
-    assert obstacles.toggle(box(10.0, 5.0), FAR).startswith(message)
-
-
-def test_every_obstacle_has_its_own_id():
-    obstacles = Obstacles([WALKER, box(20.0, 0.0)])
-    obstacles.toggle(box(30.0, 0.0), FAR)
-    assert [body.id for body in obstacles.states] == [FIRST_ID, FIRST_ID + 1, FIRST_ID + 2]
-
-
-@pytest.mark.parametrize(("ego_y_m", "moved_m"), [(11.0, 1.0), (11.5, 0.0)])
-def test_trigger_is_the_distance_of_the_centres(ego_y_m, moved_m):
-    plan = dataclasses.replace(WALKER, points_m=((3.0, -5.0), (3.0, 5.0)), trigger_m=20.0)
-    obstacles = Obstacles([plan])
-    obstacles.advance(0.0, 0.5, FAR._replace(x_m=15.0, y_m=ego_y_m))
-    assert obstacles.states[0].y_m == -5.0 + moved_m
-
-
-def test_place_is_taken_by_the_obstacle_that_overlaps_it():
-    obstacles = Obstacles([box(0.0, 10.0), box(20.0, 0.0)])
-    taken = obstacles.at(EGO._replace(x_m=18.0))
-    assert taken is not None and taken.id == FIRST_ID + 1
-    assert obstacles.at(EGO) is None
-
-
 @pytest.mark.parametrize("speed_mps", [2.0, 0.5])
 def test_impulse_is_normal_to_the_side_that_is_hit(speed_mps):
     obstacles = Obstacles([dataclasses.replace(WALKER, speed_mps=speed_mps)])
@@ -156,14 +121,6 @@ def test_impulse_is_normal_to_the_side_that_is_hit(speed_mps):
     assert obstacles.states[0].speed_mps == 0.0
 
 
-def test_each_obstacle_that_hits_the_vehicle_is_an_event():
-    other = dataclasses.replace(WALKER, points_m=((1.5, 8.0), (1.5, -8.0)))
-    obstacles = Obstacles([WALKER, other])
-    assert [event.id for event in run(obstacles, 10.0, EGO)] == [FIRST_ID, FIRST_ID + 1]
-    obstacles.reset()
-    assert [event.id for event in run(obstacles, 10.0, EGO)] == [FIRST_ID, FIRST_ID + 1]
-
-
 def test_nearest_obstacle_stops_a_motion():
     obstacles = Obstacles([box(14.0, 0.0), box(8.0, 0.0), box(11.0, 0.0), box(5.0, 9.0)])
     stopped = obstacles.first_contact(lambda share: EGO._replace(x_m=20.0 * share))
@@ -173,15 +130,3 @@ def test_nearest_obstacle_stops_a_motion():
     # From front bumper to box: 8 - 0.5 - 4.7 / 2.
     assert 20.0 * contact.share == pytest.approx(5.15, abs=1e-6)
     assert obstacles.first_contact(lambda share: EGO._replace(x_m=5.0 * share)) is None
-
-
-def test_contact_is_new_again_when_it_was_over():
-    # Gaps to the vehicle: 0.09 m ahead, 0.11 m behind, 0.05 m to the left.
-    obstacles = Obstacles([box(2.94, 0.0), box(-2.96, 0.0), box(0.0, 1.55)])
-    ahead, behind, left = (body.id for body in obstacles.states)
-    assert obstacles.begin_contact(ahead) and obstacles.begin_contact(behind)
-    assert not obstacles.begin_contact(ahead)
-    obstacles.end_contacts(EGO)
-    assert not obstacles.begin_contact(ahead), "a trembling contact is one event"
-    assert obstacles.begin_contact(behind)
-    assert obstacles.begin_contact(left), "it is near, but did not touch"

@@ -7,16 +7,11 @@ from dataclasses import replace
 import pytest
 import yaml
 
-from sdc_common.routes.waypoint_file import parse_waypoints
 from sdc_sim.scenario.packaged import (
     PackagedFolders,
     find_packaged,
     find_route,
-    find_scenario,
-    generated_lines,
-    node_config,
     overridden,
-    package_folder,
     sensor_options,
     sim_options,
 )
@@ -30,29 +25,6 @@ PARAMETERS = {"friction": 0.9, "gnss": {"noise_m": 0.0, "period_s": 0.1}}
 
 def refused(message):
     return pytest.raises(DocumentError, match=f"^{re.escape(message)}$")
-
-
-@pytest.mark.parametrize(
-    ("kind", "file"),
-    [
-        ("scenarios", "town.yaml"),
-        ("stacks", "student_nodes.launch"),
-        ("vehicles", "bmw_320i.yaml"),
-        ("routes", "waypoints.csv"),
-        ("sensors", "standard.yaml"),
-    ],
-)
-def test_each_folder_has_the_files_of_its_kind(kind, file):
-    assert os.path.isfile(os.path.join(getattr(PackagedFolders.find(), kind), file))
-
-
-def test_parameters_of_a_node_are_those_of_its_file_and_can_be_changed():
-    with open(os.path.join(package_folder("sdc_sim"), "config", "sim.yaml"), encoding="utf-8") as f:
-        expected = yaml.safe_load(f)
-    first = node_config("sdc_sim", "sim")
-    assert first == expected
-    first["start"]["along_m"] = 7.0
-    assert node_config("sdc_sim", "sim") == expected
 
 
 def test_options_replace_parameters_and_sections_are_merged():
@@ -81,16 +53,6 @@ def test_options_replace_parameters_and_sections_are_merged():
 def test_option_that_is_no_parameter_is_refused(options, message):
     with refused(message):
         overridden(PARAMETERS, options, "options")
-
-
-def test_scenario_is_found_by_name_or_path():
-    assert find_scenario("town", FOLDERS) == os.path.join(FOLDERS.scenarios, "town.yaml")
-    assert find_scenario("my/own.yaml", FOLDERS) == "my/own.yaml"
-    with pytest.raises(
-        DocumentError,
-        match="^scenario:=NAME: unknown scenario 'twon'; did you mean 'town'[?] The known ones are",
-    ):
-        find_scenario("twon", FOLDERS)
 
 
 @pytest.mark.parametrize(
@@ -129,17 +91,6 @@ def test_sensors_of_a_scenario_are_the_parameters_of_their_file():
         sensor_options(replace(SCENARIO, sensors="standart"), FOLDERS)
 
 
-def test_options_of_a_scenario_are_its_own_its_vehicle_and_the_given_ones():
-    scenario = replace(SCENARIO, vehicle="bmw_320i", sim={"friction": 0.5, "seed": 3})
-    expected = {"friction": 0.9, "seed": 3, "vehicle": "bmw_320i"}
-    assert sim_options(scenario, FOLDERS, {"friction": 0.9}) == expected
-    assert scenario.sim == {"friction": 0.5, "seed": 3}
-    with pytest.raises(
-        DocumentError, match="^/my/drive.yaml: unknown vehicle 'bmw'; .*known ones are: bmw_320i "
-    ):
-        sim_options(replace(SCENARIO, vehicle="bmw"), FOLDERS, {})
-
-
 def test_given_settings_are_merged_for_a_sensor_and_replace_every_other_section():
     scenario = replace(SCENARIO, sim={"gnss": {"noise_m": 2.0, "period_s": 1.0}, "start": {"a": 1}})
     given = {"gnss": {"noise_m": 5.0}, "imu": {"period_s": 0.0}, "start": {"b": 2}}
@@ -149,11 +100,6 @@ def test_given_settings_are_merged_for_a_sensor_and_replace_every_other_section(
         "start": {"b": 2},
     }
     assert sim_options(scenario, FOLDERS, {"gnss": 7})["gnss"] == 7
-
-
-def test_generated_route_starts_at_the_origin_to_the_east_in_steps_of_one_metre():
-    points = parse_waypoints("".join(generated_lines([{"straight_m": 3.0}])), "here")
-    assert points.tolist() == [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [3.0, 0.0]]
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ import pytest
 
 from sdc_common.geometry.route import Route
 from sdc_sim.physics.obstacles import ObstaclePlan
-from sdc_sim.scenario.reader import Scenario, load_scenario
+from sdc_sim.scenario.reader import load_scenario
 from sdc_sim.scenario.traffic import load_lights, load_obstacles
 from sdc_sim.yaml_document import DocumentError
 
@@ -35,11 +35,6 @@ def test_yaw_is_added_to_the_heading_of_the_route(tmp_path):
     assert plan.yaw_rad == pytest.approx(0.5 * math.pi + 0.5)
 
 
-def test_place_in_the_map_frame_does_not_follow_the_route(tmp_path):
-    (plan,) = load_obstacles(write(tmp_path, CAR + "at: [150, 20]"), ROUTE)
-    assert (plan.points_m, plan.yaw_rad) == (((150.0, 20.0),), 0.0)
-
-
 def test_path_in_the_route_frame_has_no_yaw_and_its_own_timing(tmp_path):
     text = (
         "frame: route\nobstacles:\n"
@@ -50,16 +45,6 @@ def test_path_in_the_route_frame_has_no_yaw_and_its_own_timing(tmp_path):
     assert (plan.speed_mps, plan.start_s) == (1.5, 3.0)
     default = ObstaclePlan("pedestrian", ((0.0, 0.0),), plan.size_m)
     assert (plan.trigger_m, plan.yaw_rad) == (default.trigger_m, default.yaw_rad)
-
-
-@pytest.mark.parametrize(("step_m", "is_accepted"), [("0.001", True), ("0.0009", False)])
-def test_points_of_a_path_are_at_least_a_millimetre_apart(tmp_path, step_m, is_accepted):
-    path = write(tmp_path, CAR + f"path: [[0, 0],\n      [{step_m}, 0]]\n    speed_mps: 1")
-    if is_accepted:
-        assert len(load_obstacles(path, ROUTE)[0].points_m) == 2
-    else:
-        with refused(tmp_path, ", line 5: 'path' repeats the previous point; remove one of them"):
-            load_obstacles(path, ROUTE)
 
 
 @pytest.mark.parametrize("along_m", [0, 200])
@@ -84,12 +69,6 @@ def test_place_beyond_the_route_is_refused_with_its_line(tmp_path, place, line):
         load_obstacles(write(tmp_path, text), ROUTE)
 
 
-def test_line_of_the_second_light_is_named(tmp_path):
-    light = "  - phases: [red: 1]\n    stop_line_m: "
-    with pytest.raises(DocumentError, match="line 5: the place is 300 m along"):
-        load_lights(write(tmp_path, f"lights:\n{light}20\n{light}300\n"), ROUTE)
-
-
 def test_scenario_without_obstacles_and_lights_has_none(tmp_path):
     path = write(tmp_path, "seed: 7.0")
     assert (load_obstacles(path, ROUTE), load_lights(path, ROUTE)) == ([], [])
@@ -98,37 +77,8 @@ def test_scenario_without_obstacles_and_lights_has_none(tmp_path):
     assert (seed, type(seed)) == (7, int)
 
 
-def test_empty_file_is_refused_with_what_to_write(tmp_path):
-    with refused(
-        tmp_path, ", line 1: the file is empty; add 'frame: map' and 'obstacles:', or a scenario"
-    ):
-        load_scenario(write(tmp_path, ""))
-
-
-def test_missing_file_is_refused_with_the_arguments_that_name_it():
-    with pytest.raises(
-        DocumentError,
-        match=r"^/no/where.yaml: .*; name a readable YAML file \(scenario:=, obstacles_path:=\)$",
-    ):
-        load_scenario("/no/where.yaml")
-
-
 def test_changed_file_is_read_again(tmp_path):
     path = write(tmp_path, "about: first")
     assert load_scenario(path).about == "first"
     write(tmp_path, "about: another")
     assert load_scenario(path).about == "another"
-
-
-def test_name_of_a_scenario_is_that_of_its_file():
-    assert Scenario("/my/folder.d/wet.road.yaml").name == "wet.road"
-
-
-def test_element_that_cannot_follow_the_others_is_refused_at_its_line(tmp_path):
-    text = "route:\n  - straight_m: 50\n  - {left_deg: 9, radius_m: 9}\n  - straight_m: 5"
-    with pytest.raises(DocumentError, match="mine.yaml, line 3: "):
-        load_scenario(write(tmp_path, text))
-
-
-def test_sensors_of_a_scenario_are_read(tmp_path):
-    assert load_scenario(write(tmp_path, "sensors: standard")).sensors == "standard"

@@ -36,17 +36,6 @@ def test_surface_of_a_straight_road_has_its_area():
     )
 
 
-def test_edges_are_left_out_where_another_pass_covers_them():
-    loop = np.concatenate([STRAIGHT, [(130.0, 30.0), (100.0, 60.0), (50.0, 60.0), (50.0, -60.0)]])
-    x, y = road_markings(Road(loop)).edges.mean(axis=1).T
-    assert (
-        (x > 45.0) & (x < 60.0) & (np.abs(y) > 8.0)
-    ).any()  # the edges of the pass to the south, on both sides
-    assert not (
-        (x > 45.0) & (x < 60.0) & (y > -1.5) & (y < 5.0)
-    ).any()  # but none across the pass to the east
-
-
 def test_colours_run_from_red_over_yellow_to_green():
     red, half, green, beyond = speed_colours([0.0, 5.0, 10.0, 30.0], 10.0)
     assert red[0] > 0.8 > red[1]
@@ -54,9 +43,3 @@ def test_colours_run_from_red_over_yellow_to_green():
     assert green[1] > 0.7 > green[0]
     np.testing.assert_array_equal(green, beyond)
     assert speed_colours([], 10.0).shape == (0, 3)
-
-
-@pytest.mark.parametrize("full_speed_mps", [0.0, -1.0, float("nan")])
-def test_full_speed_that_is_not_positive_is_refused(full_speed_mps):
-    with pytest.raises(ValueError, match="green"):
-        speed_colours([1.0], full_speed_mps)

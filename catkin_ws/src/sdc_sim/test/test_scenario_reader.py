@@ -33,10 +33,6 @@ def load(tmp_path, text):
     return load_obstacles(str(path), ROUTE)
 
 
-def test_empty_path_has_no_obstacles():
-    assert load_obstacles("", ROUTE) == []
-
-
 def test_points_in_map_frame_are_map_coordinates(tmp_path):
     standing, moving = load(
         tmp_path,
@@ -186,64 +182,16 @@ SCALARS = st.one_of(
     st.text(max_size=8),
     st.sampled_from([*KINDS, *ODD_WORDS]),
 )
-SCENARIO_KEYS = [
-    "about",
-    "route",
-    "vehicle",
-    "stack",
-    "camera",
-    "limits",
-    "lights",
-    *SIM_OPTIONS,
-]
-PART_KEYS = [
-    "kind",
-    "at",
-    "yaw_rad",
-    "path",
-    "speed_mps",
-    "start_s",
-    "trigger_m",
-    "size_m",
-    "straight_m",
-    "left_deg",
-    "radius_m",
-    "transition_m",
-    "stop_line_m",
-    "phases",
-    "offset_s",
-    "position_m",
-    "along_m",
-    "left_m",
-    "turned_rad",
-    "status",
-    "at_most",
-    "stops",
-    "at_m",
-    "within_m",
-]
+SCENARIO_KEYS = ["about", "route", "vehicle", "stack", "limits", "lights", *SIM_OPTIONS]
+PART_KEYS = "kind at path size_m straight_m radius_m stop_line_m phases along_m at_most stops at_m"
 KEYS = st.text(max_size=4) | st.sampled_from(
-    ["frame", "obstacles", "<<", *SCENARIO_KEYS, *PART_KEYS]
+    ["frame", "obstacles", "<<", *SCENARIO_KEYS, *PART_KEYS.split()]
 )
 POINTS = st.lists(st.floats(-300.0, 300.0), min_size=2, max_size=2)
 SIZES = st.lists(st.floats(0.0, 60.0), min_size=3, max_size=3)
 LISTS = st.lists(SCALARS | POINTS, max_size=3)
 VALUES = (
     SCALARS | POINTS | LISTS | st.dictionaries(KEYS | SCALARS, SCALARS | POINTS | LISTS, max_size=3)
-)
-LIGHTS = st.fixed_dictionaries(
-    {
-        "stop_line_m": st.floats(-10.0, 250.0),
-        "phases": st.lists(
-            st.dictionaries(
-                st.sampled_from(["red", "yellow", "green", "blue"]),
-                st.floats(-1.0, 100.0),
-                max_size=2,
-            ),
-            max_size=3,
-        ),
-    },
-    optional={"offset_s": VALUES},
 )
 OBSTACLES = st.fixed_dictionaries(
     {"kind": st.sampled_from(sorted(KINDS)) | SCALARS},
@@ -262,7 +210,7 @@ NEARLY = st.fixed_dictionaries(
         "frame": st.sampled_from(["map", "route"]) | SCALARS,
         "obstacles": st.lists(OBSTACLES, max_size=3) | VALUES,
     },
-    optional={"lights": st.lists(LIGHTS, max_size=2) | VALUES, "limits": VALUES, "route": VALUES},
+    optional={"lights": VALUES, "limits": VALUES, "route": VALUES},
 )
 ANYTHING = st.dictionaries(st.sampled_from(SCENARIO_KEYS), VALUES, max_size=3) | VALUES
 TEXTS = st.one_of(
@@ -330,14 +278,6 @@ def test_first_mistake_in_the_file_is_reported(tmp_path):
         load_scenario(write(tmp_path, "about: x\nfriction: 9\nside_wind_mps: 900"))
 
 
-@pytest.mark.parametrize(
-    "text", ["[" * 1000, "{a: " * 1000, "- " * 1000], ids=["flow list", "flow mapping", "list"]
-)
-def test_deeply_nested_file_is_refused(tmp_path, text):
-    with pytest.raises(DocumentError, match="nested too deep|not valid YAML"):
-        load(tmp_path, text)
-
-
 WHOLE = """
 about: a bit of everything
 route:
@@ -398,20 +338,6 @@ def test_all_keys_of_a_scenario_are_read(tmp_path):
     assert load_lights(path, ROUTE) == [
         TrafficLightPlan(30.0, 0.0, 0.0, (("red", 5.0), ("green", 10.5)), 2.0)
     ]
-
-
-def test_missing_keys_have_default_values(tmp_path):
-    path = write(tmp_path, "about: nothing special")
-    scenario = load_scenario(path)
-    assert (
-        scenario.route,
-        scenario.vehicle,
-        scenario.stack,
-        scenario.camera,
-        scenario.sim,
-        scenario.limits,
-    ) == (None, None, None, False, {}, AcceptanceLimits())
-    assert load_obstacles(path, ROUTE) + load_lights(path, ROUTE) == []
 
 
 LIGHT = "lights:\n  - "

@@ -16,7 +16,6 @@ from sdc_sim.runner import (
     main,
     prepare,
 )
-from sdc_sim.scenario.acceptance_limits import AcceptanceLimits
 from sdc_sim.scenario.reader import load_scenario
 from sdc_sim.yaml_document import DocumentError
 
@@ -132,11 +131,6 @@ def test_error_of_a_scenario_that_cannot_be_driven_is_one_line(command, tmp_path
     assert [part for part in parts if part not in errors] == []
 
 
-def test_start_may_be_at_the_end_of_the_route(command, tmp_path):
-    path = write(tmp_path, "route: [straight_m: 30]\nstart: {along_m: 30}")
-    assert command("arguments", path, str(tmp_path / "report.json"))[0] == 0
-
-
 def test_arguments_are_printed_one_per_line_and_options_last(command, tmp_path):
     path = write(tmp_path, "route: town\nseed: 3")
     given = ["--screen", "rviz:=true", "sim_options:={vehicle: a:=b}"]
@@ -187,18 +181,6 @@ def test_drive_gets_the_arguments_of_its_scenario(tmp_path):
     assert (drive.limits.at_most, drive.environment) == ({"missed_ticks": 3.0}, os.environ)
     assert drive.log_path == str(tmp_path / "found" / "report.log")
     assert os.listdir(tmp_path / "found") == []
-
-
-def test_drive_of_a_route_alone_has_the_camera_and_the_usual_limits(tmp_path):
-    report = str(tmp_path / "report.json")
-    drive = CheckedDrive("", report, {"sync": "false"})
-    assert drive.arguments == {
-        "sync": "false",
-        "camera": "true",
-        "headless": "true",
-        "report": report,
-    }
-    assert drive.limits == AcceptanceLimits()
 
 
 def test_package_that_hides_the_world_is_refused(tmp_path, monkeypatch):

@@ -39,31 +39,6 @@ def test_noise_has_its_sigmas_no_bias_and_no_correlation():
     assert np.abs(np.corrcoef(errors.T) - np.eye(4)).max() < 0.03
 
 
-@pytest.mark.parametrize(
-    "kind,touched", [("position_m", {0, 1}), ("heading_rad", {2}), ("speed_mps", {3})]
-)
-def test_one_kind_of_noise_changes_only_its_own_values_and_does_not_depend_on_the_others(
-    kind, touched
-):
-    alone = OdometryNoise(4, **{kind: 0.1})
-    together = OdometryNoise(4, 0.1, 0.1, 0.1)
-    for _ in range(5):
-        measured, all_noisy = alone.apply(*TRUE), together.apply(*TRUE)
-        for index in range(4):
-            assert measured[index] == (all_noisy[index] if index in touched else TRUE[index])
-
-
-def test_measured_values_are_plain_floats():
-    assert all(type(value) is float for value in OdometryNoise(1, 0.1, 0.1, 0.1).apply(*TRUE))
-
-
-def test_reset_noise_begins_again():
-    used, new = OdometryNoise(7, 0.1), OdometryNoise(7, 0.1)
-    used.apply(*TRUE)
-    used.reset()
-    assert used.apply(*TRUE) == new.apply(*TRUE)
-
-
 @pytest.mark.parametrize("sigma", [-0.1, math.nan, math.inf])
 @pytest.mark.parametrize("kind", ["position_m", "heading_rad", "speed_mps"])
 def test_invalid_sigma_is_refused_by_its_name(kind, sigma):
@@ -94,27 +69,3 @@ def test_delay_line_returns_the_item_of_that_many_ticks_ago(ticks, items):
 )
 def test_delay_is_rounded_to_whole_ticks(delay_s, tick_s, ticks):
     assert DelayLine(delay_s, tick_s).ticks == ticks
-
-
-def test_cleared_line_fills_again():
-    delay = DelayLine(0.1, 0.05)
-    assert [delay.put(item) for item in "abc"] == [None, None, "a"]
-    delay.clear()
-    assert [delay.put(item) for item in "xyz"] == [None, None, "x"]
-
-
-@pytest.mark.parametrize(
-    "delay_s,tick_s,name",
-    [
-        (-0.1, 0.05, "delay_s"),
-        (math.nan, 0.05, "delay_s"),
-        (math.inf, 0.05, "delay_s"),
-        (0.1, 0.0, "tick_s"),
-        (0.1, -0.05, "tick_s"),
-        (0.1, math.nan, "tick_s"),
-        (0.1, math.inf, "tick_s"),
-    ],
-)
-def test_invalid_delay_is_refused(delay_s, tick_s, name):
-    with pytest.raises(ValueError, match=name):
-        DelayLine(delay_s, tick_s)

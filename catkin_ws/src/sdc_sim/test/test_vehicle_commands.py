@@ -9,20 +9,10 @@ import os
 import pytest
 
 from sdc_sim.physics.vehicle import Vehicle, VehicleCommand, VehicleState
-from sdc_sim.physics.vehicle_dynamics import fastest_rate_per_s
-from sdc_sim.physics.vehicle_motion import MotionConstants, integrate
 from sdc_sim.physics.vehicle_parameters import load_vehicle
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 CAR = load_vehicle(os.path.join(HERE, "..", "config", "vehicles", "tesla_model3.yaml"))
-
-
-@pytest.mark.parametrize(
-    "command",
-    [VehicleCommand(0.0, -1.0, 0.0), VehicleCommand(1.0, 1.0, 1.0), VehicleCommand(0.2, 0.1, 0.3)],
-)
-def test_command_within_its_ranges_is_not_limited(command):
-    assert command.clamped() == (command, False)
 
 
 @pytest.mark.parametrize(
@@ -43,29 +33,12 @@ def test_value_out_of_its_range_is_limited_and_reported(key, value, limit):
     assert limited == dataclasses.replace(command, **{key: limit})
 
 
-def test_vehicle_is_on_a_dry_road_without_wind_unless_conditions_are_set():
-    vehicle = Vehicle(CAR)
-    assert (vehicle.friction, vehicle.side_wind_mps) == (1.0, 0.0)
-    vehicle.set_conditions(0.5, -3.0)
-    assert (vehicle.friction, vehicle.side_wind_mps) == (0.5, -3.0)
-
-
 def test_conditions_out_of_range_are_refused_and_change_nothing():
     vehicle = Vehicle(CAR, 100.0, 75.0)
     for conditions, name in (((100.5, 0.0), "friction"), ((1.0, 75.5), "side_wind_mps")):
         with pytest.raises(ValueError, match=name):
             vehicle.set_conditions(*conditions)
     assert (vehicle.friction, vehicle.side_wind_mps) == (100.0, 75.0)
-
-
-def test_longest_internal_step_depends_on_the_tyres():
-    soft = dataclasses.replace(
-        CAR, front_cornering_stiffness_n_per_rad=5e4, rear_cornering_stiffness_n_per_rad=5e4
-    )
-    for parameters, longest in ((CAR, 2.0 / fastest_rate_per_s(CAR)), (soft, 0.01)):
-        assert Vehicle(parameters, internal_step_s=longest).internal_step_s == longest
-        with pytest.raises(ValueError, match="^internal_step_s must be in 0"):
-            Vehicle(parameters, internal_step_s=1.01 * longest)
 
 
 def test_reset_places_the_vehicle_at_rest_unless_a_speed_is_given():
@@ -84,13 +57,3 @@ def test_reset_to_nan_is_refused_and_changes_nothing(key, value):
     with pytest.raises(ValueError, match=f"^reset refused: {key} is {value}$"):
         vehicle.reset(**place)
     assert vehicle.state == VehicleState()
-
-
-def test_standing_vehicle_starts_with_finer_steps():
-    vehicle = Vehicle(CAR, internal_step_s=0.005)
-    constants = MotionConstants.of(CAR, 1.0, 0.0)
-    for steps in (50, 10):
-        start = tuple(vars(vehicle.state).values())
-        expected = integrate(constants, start, (1.0, 0.0, 0.0), False, False, 0.05 / steps, steps)
-        vehicle.step(VehicleCommand(throttle=1.0), 0.05)
-        assert vehicle.state == VehicleState(*expected)

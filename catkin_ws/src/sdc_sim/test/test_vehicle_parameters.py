@@ -61,28 +61,6 @@ def test_value_at_the_limit_is_accepted(key, value):
     assert getattr(dataclasses.replace(CAR, **{key: value}), key) == value
 
 
-def test_understeer_gradient_is_the_difference_of_the_axles():
-    car = dataclasses.replace(CAR, front_axle_m=1.2, rear_axle_m=1.8)
-    assert car.wheelbase_m == pytest.approx(3.0)
-    # Mass on each axle, by its cornering stiffness.
-    assert car.understeer_gradient == pytest.approx(1845.0 * (0.6 / 130e3 - 0.4 / 150e3))
-
-
-@pytest.mark.parametrize(
-    ("speed_mps", "share"), [(0.0, 1.0), (2.778, 0.95), (-16.667, 0.8), (60.0, 0.7)]
-)
-def test_full_wheel_angle_is_a_share_that_falls_with_the_speed(speed_mps, share):
-    assert CAR.full_wheel_angle_rad(speed_mps) == pytest.approx(1.2217 * 0.66667 * share)
-
-
-def test_preset_that_changed_is_read_again(tmp_path):
-    path = tmp_path / "car.yaml"
-    for mass in ("mass_kg: 900.0", "mass_kg: 1000.0"):
-        lines = [mass if text.startswith("mass_kg") else text for text in good_preset_lines()]
-        path.write_text("\n".join(lines))
-        assert load_vehicle(str(path)).mass_kg == float(mass.split()[1])
-
-
 def good_preset_lines():
     with open(os.path.join(PRESET_FOLDER, "tesla_model3.yaml"), encoding="utf-8") as file:
         return [line.split("#")[0].rstrip() for line in file if ":" in line.split("#")[0]]

@@ -1,11 +1,10 @@
 """Tests of YAML documents: the lines of their values, and the one-line error of each mistake."""
 
-import os
 import re
 
 import pytest
 
-from sdc_sim.yaml_document import DocumentError, file_version, load_yaml, validate
+from sdc_sim.yaml_document import DocumentError, load_yaml, validate
 
 NUMBER = {"type": "number", "minimum": 0.0, "description": "a number from 0"}
 SCHEMA = {
@@ -44,36 +43,6 @@ def test_values_are_plain_types_of_python(tmp_path):
     assert kinds == [int, float, bool, str, type(None)]
     assert (type(values), type(values["a"]), type(values["b"]["c"])) == (dict, list, int)
     assert load(tmp_path, "").values is None
-
-
-@pytest.mark.parametrize(
-    ("keys", "line"), [((), 1), (("a",), 1), (("b",), 2), (("b", 1), 4), (("b", 1, "d"), 5)]
-)
-def test_line_of_a_value_counts_from_one(tmp_path, keys, line):
-    document = load(tmp_path, "a: 1\nb:\n  - c: 2\n  - c: 3\n    d: 4\n")
-    assert document.line(keys) == line
-    assert str(document.error(keys, "is\n  wrong")) == (
-        f"{tmp_path}/mine.yaml, line {line}: is wrong"
-    )
-
-
-def test_version_of_a_file_changes_with_its_contents(tmp_path, monkeypatch):
-    path = tmp_path / "mine.yaml"
-    assert file_version(str(path)) == ()
-    path.write_text("a: 1")
-    first = file_version(str(path))
-    monkeypatch.setenv("HOME", str(tmp_path))
-    assert file_version("~/mine.yaml") == first == file_version(str(path))
-    status = os.stat(path)
-    path.write_text("a: 12")
-    os.utime(path, ns=(status.st_atime_ns, status.st_mtime_ns))
-    second = file_version(str(path))
-    os.utime(path, ns=(status.st_atime_ns, status.st_mtime_ns + 1))
-    third = file_version(str(path))
-    path.rename(tmp_path / "old.yaml")
-    path.write_text("a: 12")
-    os.utime(path, ns=(status.st_atime_ns, status.st_mtime_ns + 1))
-    assert len({first, second, third, file_version(str(path))}) == 4
 
 
 def test_path_may_start_with_the_home_folder(tmp_path, monkeypatch):
@@ -156,8 +125,3 @@ def test_mistake_is_refused_with_line_name_and_fix(tmp_path, text, message):
     document = load(tmp_path, text)
     with refused(tmp_path / "mine.yaml", f", line {message}"):
         validate(document, SCHEMA)
-
-
-def test_valid_document_is_accepted(tmp_path):
-    text = "speed: 1\nstart: 2.5\nkind: van\npoints: [[0]]\nstop: {at: 1, by: 2}"
-    validate(load(tmp_path, text), SCHEMA)
