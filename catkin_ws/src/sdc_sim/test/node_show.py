@@ -115,9 +115,13 @@ class ShowTest(unittest.TestCase):
         )
 
     def test_car_is_latched(self):
-        car = MessageListener("/show/car", MarkerArray).wait_for()
-        self.assertEqual({marker.header.frame_id for marker in car.markers}, {"ego_vehicle"})
-        self.assertGreater(len(car.markers), 4)
+        markers = MessageListener("/show/car", MarkerArray).wait_for().markers
+        self.assertEqual({marker.header.frame_id for marker in markers}, {"ego_vehicle"})
+        self.assertTrue(all(marker.frame_locked for marker in markers))
+        self.assertEqual(len({(marker.ns, marker.id) for marker in markers}), len(markers))
+        ends = [(one.pose.position.x, 0.5 * one.scale.x) for one in markers]
+        length_m = max(x + half for x, half in ends) - min(x - half for x, half in ends)
+        self.assertAlmostEqual(length_m, 4.72, delta=0.05)
 
 
 if __name__ == "__main__":

@@ -58,18 +58,6 @@ def test_default_timeout_allows_for_a_lost_command_at_10_hz_and_ends_within_half
     assert executed[-1] == VehicleCommand(brake=1.0)
 
 
-def test_refused_command_takes_no_step_and_leaves_the_last_one_in_force():
-    simulation = make_simulation()
-    simulation.step(VehicleCommand(throttle=0.8))
-    tick = simulation.tick
-    with pytest.raises(ValueError, match="throttle"):
-        simulation.step(VehicleCommand(throttle=math.nan))
-    assert simulation.tick == tick
-    for _ in range(14):
-        simulation.step()
-    assert simulation.vehicle.state.speed_mps > 1.0
-
-
 def test_ackermann_target_without_ackermann_control_is_refused():
     with pytest.raises(ValueError, match="no Ackermann control"):
         make_simulation().step(AckermannTarget(speed_mps=1.0))
@@ -96,14 +84,6 @@ def test_vehicle_stops_at_an_obstacle_with_one_collision_and_its_momentum():
     assert collision.impulse_y_ns == pytest.approx(0.0, abs=1.0)
     assert simulation.vehicle.state.speed_mps == pytest.approx(0.0, abs=0.2)
     assert simulation.vehicle.state.x_m == pytest.approx(30.0 - 0.5 - 2.35, abs=0.01)
-
-
-def test_collision_is_in_the_observation_of_its_tick_only():
-    simulation = make_simulation(obstacles=obstacle_at(5.0), sensor_latency_s=0.2)
-    while not simulation.step(VehicleCommand(throttle=0.6)).collisions:
-        assert simulation.tick < 200
-    assert simulation.vehicle.state.x_m == pytest.approx(5.0 - 0.5 - 2.35, abs=0.01)
-    assert simulation.step().collisions == ()
 
 
 def test_vehicle_reverses_from_an_obstacle_and_collides_again():
@@ -170,25 +150,6 @@ def test_no_drive_enters_an_obstacle_or_gains_speed_from_it(
             assert math.hypot(state.speed_mps, state.lateral_speed_mps) <= before + 0.1
             impulse_ns = math.hypot(collisions[0].impulse_x_ns, collisions[0].impulse_y_ns)
             assert impulse_ns <= 1845.0 * (before + 0.1)
-
-
-def test_reset_restores_vehicle_and_obstacles_while_time_continues():
-    walker = ObstaclePlan(
-        "pedestrian",
-        ((20.0, -5.0), (20.0, 5.0)),
-        KINDS["pedestrian"][:3],
-        speed_mps=1.0,
-        start_s=1.0,
-    )
-    simulation = make_simulation(start=(1.0, 2.0, 0.5), obstacles=Obstacles([walker]))
-    drive(simulation, 3.0, throttle=0.6)
-    tick = simulation.tick
-    observation = simulation.reset()
-    assert simulation.tick == tick
-    assert (observation.stamp, observation.state) == (simulation.stamp, simulation.vehicle.state)
-    state = simulation.vehicle.state
-    assert (state.x_m, state.y_m, state.yaw_rad) == (1.0, 2.0, 0.5)
-    assert simulation.obstacles.states[0].y_m == -5.0
 
 
 def test_place_forgets_the_command():
