@@ -23,28 +23,6 @@ def run(*arguments):
     )
 
 
-def test_folder_of_the_server_contains_workspace_and_guide(tmp_path):
-    root, page = lab.pages(tmp_path / "my cars")
-    assert root in tmp_path.parents and root in lab.GUIDE.parents
-    path, _, files = page.partition("?file-browser-path=/")
-    assert root / path[len("lab/tree/") :] == lab.GUIDE
-    # There is no workspace before the guide has created it.
-    assert root / files == tmp_path
-    (tmp_path / "my cars").mkdir()
-    _, page = lab.pages(tmp_path / "my cars")
-    assert page.endswith(f"{tmp_path.relative_to(root)}/my%20cars")
-
-
-def test_page_of_another_program_has_its_own_host_and_origin():
-    entry = lab.proxy("Cockpit", 8080, "secret")
-    assert entry["request_headers_override"] == {
-        "Host": "127.0.0.1:8080",
-        "Origin": "http://127.0.0.1:8080",
-    }
-    assert entry["launcher_entry"]["path_info"] == "cockpit/?token=secret"
-    assert Path(entry["launcher_entry"]["icon_path"]).is_file()
-
-
 def test_token_is_in_a_file_that_only_its_owner_can_read(tmp_path):
     lab.write_configuration(
         tmp_path, lab.configuration(Path("/"), {"ip": "127.0.0.1"}, "secret", {})

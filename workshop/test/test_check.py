@@ -33,16 +33,8 @@ def folder(tmp_path):
 
 
 def run(folder, *arguments):
-    return subprocess.run(
-        [CHECK, *arguments],
-        cwd=folder,
-        env={**os.environ, "PWD": str(folder)},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        check=False,
-        timeout=120,
-    )
+    with Program([CHECK, *arguments], {**os.environ, "PWD": str(folder)}, folder) as program:
+        return program.wait(120), program.output
 
 
 def answers(folder, *ids):
@@ -142,32 +134,25 @@ def test_missing_file_is_reported_with_the_command_that_restores_it(folder):
 
 
 def test_command_checks_solves_and_hints(folder):
-    done = run(folder, "messages-7")
-    assert done.returncode == 1
-    assert (
-        "messages-7: A point of the mission: BaseWaypoint.msg: is not written yet." in done.stdout
-    )
-    assert "src/sdc_package/msg/BaseWaypoint.msg" in done.stdout
-    done = run(folder / "src", "--solution", "messages-7")
-    assert done.returncode == 0
-    assert "float32 x\nfloat32 y\n" in done.stdout
-    done = run(folder / "src", "messages-7")
-    assert done.returncode == 0
-    assert "] 1 of 1\n" in done.stdout
-    done = run(folder, "--hint", "mission_planner-3")
-    assert "latch=True" in done.stdout
+    for arguments, status, words in (
+        (["messages-7"], 1, "messages-7: A point of the mission: BaseWaypoint.msg: is not written"),
+        (["--solution", "messages-7"], 0, "float32 x\nfloat32 y\n"),
+        (["messages-7"], 0, "] 1 of 1\n"),
+        (["--hint", "mission_planner-3"], 0, "latch=True"),
+    ):
+        got, output = run(folder / "src", *arguments)
+        assert (got, words in output) == (status, True), output
 
 
 def test_bad_command_line_is_refused_in_one_line(folder, tmp_path):
-    assert run(folder, "camera-9").stdout.startswith(
-        "check: there is no step 'camera-9'; there are camera-1, camera-2"
-    )
-    assert run(folder, "--solution", "messages").stdout.startswith(
-        "check: 'messages' matches several steps: messages-1, "
-    )
-    done = run(tmp_path, "camera-1")
-    assert (done.returncode, done.stdout.count("\n")) == (2, 1)
-    assert "in no workspace" in done.stdout
+    for place, arguments, words in (
+        (folder, ["camera-9"], "there is no step 'camera-9'; there are camera-1, camera-2"),
+        (folder, ["--solution", "messages"], "'messages' matches several steps: messages-1, "),
+        (tmp_path, ["camera-1"], f"{tmp_path} is in no workspace"),
+    ):
+        status, output = run(place, *arguments)
+        assert (status, output.count("\n")) == (2, 1)
+        assert output.startswith(f"check: {words}")
 
 
 def test_name_of_a_group_selects_its_steps():
@@ -254,27 +239,19 @@ def test_output_of_a_program_is_limited():
     assert len(program.output) < 1_000_000
 
 
-def test_traceback_is_reduced_to_the_line_of_the_students_file(tmp_path):
+@pytest.mark.parametrize(
+    ("text", "line", "words"),
+    [
+        ("import json\n\n\ndef f():\n    json.loads('x')\n\n\nf()\n", 5, "Read the last line"),
+        ("rospy.spin()\n", 1, "import rospy"),
+    ],
+)
+def test_traceback_is_reduced_to_the_line_of_the_students_file(tmp_path, text, line, words):
     script = tmp_path / "node.py"
-    script.write_text("import json\n\n\ndef f():\n    json.loads('x')\n\n\nf()\n")
-    done = subprocess.run(
-        [sys.executable, script],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        check=False,
-        timeout=60,
-    )
-    found = crash("[INFO] [1]: hm\n" + done.stdout, script)
-    assert (found.kind, found.line) == ("JSONDecodeError", 5)
-    script.write_text("rospy.spin()\n")
-    done = subprocess.run(
-        [sys.executable, script],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        check=False,
-        timeout=60,
-    )
-    assert "import rospy" in meaning(crash(done.stdout, script))
+    script.write_text(text)
+    with Program([sys.executable, script], dict(os.environ)) as program:
+        assert program.wait() == 1
+        found = crash("[INFO] [1]: hm\n" + program.output, script)
+    assert found.line == line
+    assert words in meaning(found)
     assert crash("all is well\n", script) is None

@@ -6,10 +6,11 @@ import os
 import signal
 import subprocess
 import time
-from pathlib import Path
 
+import psutil
 import pytest
 
+from sdc_common.testing.processes import matching
 from sdc_experiments.closed_loop import drive_result
 from sdc_sim.report.writer import write_report
 from sdc_workshop.exam import sandbox
@@ -55,21 +56,8 @@ def state(folder):
 
 
 def left_over(mark):
-    """Return the command lines of running processes that contain a word."""
-    found = []
-    for name in filter(str.isdigit, os.listdir("/proc")):
-        try:
-            line = (
-                Path("/proc", name, "cmdline")
-                .read_bytes()
-                .replace(b"\0", b" ")
-                .decode(errors="replace")
-            )
-        except OSError:
-            continue
-        if mark in line:
-            found.append(line)
-    return found
+    """Return the running processes whose command line contains a word."""
+    return matching(psutil.process_iter(), lambda one: mark in " ".join(one.cmdline()))
 
 
 def trace(folder):
@@ -192,9 +180,8 @@ def test_copy_leaves_out_pipes_cycles_and_builds(tmp_path):
     left_out = copy_workspace(folder, tmp_path / "copy")
     assert set(left_out) == {str(package / name) for name in ("folder", "file.py", "nowhere")}
     copied = tmp_path / "copy" / "src" / "sdc_package"
-    assert (copied / "scripts" / "camera.py").read_bytes() == (
-        package / "scripts" / "camera.py"
-    ).read_bytes()
+    camera = "scripts/camera.py"
+    assert (copied / camera).read_bytes() == (package / camera).read_bytes()
     assert not any(
         (copied / name).exists() for name in ("pipe", "nowhere", "build", "round/scripts")
     )
@@ -267,26 +254,14 @@ def test_only_steps_that_passed_count_as_done(tmp_path):
 
 
 def test_leaderboard_is_sorted_and_names_are_escaped(tmp_path):
-    def answer(status):
-        return {
-            "status": status,
-            "expected": "<a & b>",
-            "seen": "",
-            "hint": "",
-            "file": None,
-            "line": None,
-        }
+    def graded(name, status, **report):
+        texts = dict.fromkeys(("seen", "hint"), "")
+        answer = {"status": status, "expected": "<a & b>", **texts, "file": None, "line": None}
+        return Grade(name, tmp_path, {"hello": answer}, report)
 
-    slow = Grade(
-        "slow",
-        tmp_path,
-        {"hello": answer("passed")},
-        {"driving_score": 80.0, "time_ratio": 2.0, "infractions": {"stop": 3}},
-    )
-    quick = Grade(
-        "quick", tmp_path, {"hello": answer("passed")}, {"driving_score": 80.0, "time_ratio": 1.1}
-    )
-    never = Grade("<b>never</b>", tmp_path, {"hello": answer("wrong")}, {})
+    slow = graded("slow", "passed", driving_score=80.0, time_ratio=2.0, infractions={"stop": 3})
+    quick = graded("quick", "passed", driving_score=80.0, time_ratio=1.1)
+    never = graded("<b>never</b>", "wrong")
     ranked = leaderboard([never, slow, quick])
     assert ranked == [quick, slow, never]
     write_csv(tmp_path / "grades.csv", ranked)

@@ -37,7 +37,7 @@ _PAGE = """<!DOCTYPE html>
 </script>
 """
 _SETUP = PROJECT / "catkin_ws" / "devel" / "setup.bash"
-_MENU = {
+MENU = {
     "Terminal": "",
     "Drive, with camera window and RViz": "./drive rviz:=true; exec bash",
     "Drive by hand": "roslaunch sdc_sim manual_control.launch sim:=true; exec bash",
@@ -126,7 +126,7 @@ class Desktop:
         (settings / "menu").write_text(
             "".join(
                 f'prog "{title}" utilities-terminal {terminal(title, command)}\n'
-                for title, command in _MENU.items()
+                for title, command in MENU.items()
             ),
             encoding="utf-8",
         )

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any, Callable, NamedTuple
+from typing import Any
 
 from sdc_workshop.exam.answer import Problem
 from sdc_workshop.exam.node import Node
 from sdc_workshop.exam.node_check import NodeCheck, configuration_problem, first_of
 from sdc_workshop.exam.planner_checks import ODOMETRY, PATH, odometry_at
+from sdc_workshop.exam.probes.library_probe import evaluate
 from sdc_workshop.exam.stage import Stage
 from sdc_workshop.exam.variant import Variant
 from sdc_workshop.workspace import PACKAGE
@@ -108,10 +109,10 @@ class PathFollowingCheck(NodeCheck):
         """See NodeCheck.answer_problem."""
         drive = Drive(node, stage.configuration("simple_controller"))
         try:
-            drive.wanted(_SCENES[0])
+            drive.wanted(self._table["scenes"][0])
         except (TypeError, ValueError, KeyError) as error:
             return configuration_problem("simple_controller", error)
-        for scene in _SCENES:
+        for scene in self._table["scenes"]:
             how = drive.play(scene)
             if how == "true":
                 continue
@@ -119,7 +120,7 @@ class PathFollowingCheck(NodeCheck):
                 return self.silence_problem(node, how, variant)
             wanted, got = drive.wanted(scene), _fields(drive.answer)
             todo = first_of(("2.9", "2.8", "2.3"), variant)
-            expected = f"{scene.text}: {_text(wanted)}"
+            expected = f"{scene['text']}: {_text(wanted)}"
             return self.crash_problem(node, variant) or Problem(
                 expected, _text(got), self._hint(wanted, got, todo), todo
             )
@@ -138,48 +139,6 @@ class PathFollowingCheck(NodeCheck):
             if row["todo"] == todo and cases[row.get("case", "any")]:
                 return row["hint"]
         return "The command is wrong."
-
-
-class Scene(NamedTuple):
-    """A pose and a speed of the car, and a straight path along the line y = x / 2 + 1.
-
-    Attributes:
-        text: description
-        x: position [m]
-        y: position [m]
-        yaw: heading [rad]
-        speed: speed [m/s]
-        planned: returns the target speed of point i [m/s]
-    """
-
-    text: str
-    x: float
-    y: float
-    yaw: float
-    speed: float
-    planned: Callable[[int], float]
-
-    def rows(self) -> list:
-        """Return the rows x, y, v of the path."""
-        return [(0.9 * i, 0.45 * i + 1.0, self.planned(i)) for i in range(25)]
-
-
-def _speeding_up(i: int) -> float:
-    return (25.0 + 2.0 * 1.5 * (i - 4.6) * 1.006) ** 0.5 if i > 4.6 else 5.0
-
-
-_SCENES = (
-    Scene("A car left of its path, too slow", 4.0, 3.6, 0.4636, 1.0, lambda i: 6.0),
-    Scene(
-        "A car right of its path that points to the left, too fast",
-        4.0,
-        2.5,
-        0.6636,
-        12.0,
-        lambda i: 6.0,
-    ),
-    Scene("A car at its target speed, while the plan speeds up", 4.0, 3.1, 0.35, 5.0, _speeding_up),
-)
 
 
 class Drive:
@@ -206,7 +165,7 @@ class Drive:
         self._path = node.publisher(PATH, LocalPath)
         self._tick: Any = None
 
-    def play(self, scene: Scene) -> str:
+    def play(self, scene: dict) -> str:
         """Send a scene; return "true" when the command is right, "false" when not.
 
         Without a command, the result is that of Program.wait_until.
@@ -217,11 +176,11 @@ class Drive:
         if self._tick is None:
             self._tick = rospy.Time.now()
         wanted = self.wanted(scene)
-        path = LocalPath([Waypoint(*row) for row in scene.rows()])
+        path = LocalPath([Waypoint(*row) for row in _rows(scene)])
         for _ in range(self.TICKS):
             self._tick += rospy.Duration(self.STEP_S)
             stamp, before = self._tick, len(self._received.messages)
-            odometry = odometry_at(scene.x, scene.y, scene.yaw, scene.speed, stamp)
+            odometry = odometry_at(*scene["pose"], scene["speed_mps"], stamp)
 
             def send(odometry: Any = odometry) -> None:
                 self._odometry.publish(odometry)
@@ -244,7 +203,7 @@ class Drive:
                 return "true"
         return "false"
 
-    def wanted(self, scene: Scene) -> dict:
+    def wanted(self, scene: dict) -> dict:
         """Return the command that the solution gives after all ticks of a scene."""
         from sdc_package.actuation import PedalMap, SteeringMap
         from sdc_package.local_path import ReferencePath
@@ -255,19 +214,26 @@ class Drive:
 
         parameters = self._parameters
         path = ReferencePath()
-        path.update(scene.rows())
+        path.update(_rows(scene))
+        (x, y, yaw), speed = scene["pose"], scene["speed_mps"]
         limits = SpeedControlLimits(**parameters["limits"])
         control = SpeedControl(PidGains(**parameters["pid"]), limits)
-        target = path.nearest(scene.x, scene.y, control.preview_m(scene.speed))
+        target = path.nearest(x, y, control.preview_m(speed))
         for _ in range(self.TICKS):
             acceleration = control.acceleration(
-                target.speed_mps, target.acceleration_mps2, scene.speed, self.STEP_S
+                target.speed_mps, target.acceleration_mps2, speed, self.STEP_S
             )
         steering = load_steering("stanley", parameters["stanley"], Axles(**parameters["axles"]))
-        angle = steering.wheel_angle(path, scene.x, scene.y, scene.yaw, scene.speed, 0.0)
+        angle = steering.wheel_angle(path, x, y, yaw, speed, 0.0)
         throttle, brake = PedalMap(**parameters["pedals"]).pedals(acceleration)
-        steer, _ = SteeringMap(**parameters["steering"]).command(angle, scene.speed)
+        steer, _ = SteeringMap(**parameters["steering"]).command(angle, speed)
         return {"throttle": throttle, "steer": steer, "brake": brake}
+
+
+def _rows(scene: dict) -> list:
+    """Return the rows x, y, v of the path along the line y = x / 2 + 1."""
+    speeds = (evaluate(scene["planned_mps"], {"i": i}) for i in range(25))
+    return [(0.9 * i, 0.45 * i + 1.0, speed) for i, speed in enumerate(speeds)]
 
 
 def _is_stop(command: Any) -> bool:
