@@ -1,6 +1,7 @@
 """The packages depend on each other in one direction, and no module or function is too long."""
 
 import ast
+import re
 from collections import Counter
 from pathlib import Path
 
@@ -160,3 +161,15 @@ def test_no_two_classes_have_the_same_name():
     )
     messages = {path.stem for path in SRC.rglob("*.msg")}
     assert [name for name, count in names.items() if count > 1 or name in messages] == []
+
+
+def test_all_packages_have_one_version_and_a_changelog():
+    manifests = [
+        path for path in SRC.rglob("package.xml") if not {"build", "devel"} & set(path.parts)
+    ]
+    versions = {re.search(r"<version>(.*)</version>", path.read_text())[1] for path in manifests}
+    assert len(versions) == 1
+    for path in manifests:
+        changes = (path.parent / "CHANGELOG.rst").read_text(encoding="utf-8")
+        assert f"Changelog for package {path.parent.name}" in changes
+        assert f"\n{min(versions)} (" in changes

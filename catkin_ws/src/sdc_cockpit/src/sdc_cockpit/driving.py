@@ -61,7 +61,7 @@ class RemoteDriving:
             self.mode, self.viewer, self._controls_at_s = PERSON, viewer, now_s
 
     def release(self, viewer: int | None = None) -> None:
-        """Give the car back to the stack, if this viewer drives; None: whoever drives."""
+        """Give the car back to the stack, if this viewer drives; None: any viewer."""
         with self._lock:
             if viewer in (None, self.viewer):
                 self.mode, self.viewer = STACK, None
