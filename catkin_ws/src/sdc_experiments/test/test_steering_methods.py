@@ -7,15 +7,16 @@ import numpy as np
 import pytest
 import rospkg
 
-from sdc_experiments.car_stack import CarController, CarPlanner
-from sdc_experiments.closed_loop import drive_result
+from sdc_experiments.closed_loop import car_with, drive_result
 from sdc_experiments.configuration import node_parameters, vehicle_preset
 from sdc_package.actuation import SteeringMap
+from sdc_package.car import MissionDriver
+from sdc_package.local_planner import PlannerSettings
 from sdc_package.steering.axles import Axles
 from sdc_package.steering.loader import METHODS
 from sdc_sim.evaluation.route_progress import COMPLETED
 from sdc_sim.physics.vehicle import Vehicle, VehicleCommand
-from sdc_sim.simulation.simulation import Observation
+from sdc_sim.simulation.snapshot import Snapshot
 
 pytestmark = pytest.mark.slow(17)
 
@@ -75,15 +76,16 @@ def drive(method, y_m=0.0, yaw_rad=0.0, longest_s=400.0):
 @pytest.mark.parametrize("speed", [10.0, 25.0, 33.0])
 def test_method_returns_to_a_straight_road_at_any_speed(method, speed):
     route = np.column_stack([np.arange(1301.0), np.zeros(1301)])
-    planner, controller = CarPlanner(route, {"planned_speed_mps": speed}), CarController(method)
-    car = Vehicle(vehicle_preset("tesla_model3"))
-    car.reset(600.0, 0.3, 0.0, speed)
+    limits = {**node_parameters("local_planner"), "planned_speed_mps": speed}
+    car = car_with(MissionDriver(route, PlannerSettings.read(limits.__getitem__)), method)
+    vehicle = Vehicle(vehicle_preset("tesla_model3"))
+    vehicle.reset(600.0, 0.3, 0.0, speed)
     errors = []
-    while car.state.x_m < 900.0 and len(errors) < 1000:
+    while vehicle.state.x_m < 900.0 and len(errors) < 1000:
         stamp = divmod((len(errors) + 1) * 50_000_000, 1_000_000_000)
-        observation = Observation(stamp, car.state, car.state)
-        car.step(controller(observation, planner(observation)), TICK_S)
-        errors.append(abs(car.state.y_m))
+        observation = Snapshot(stamp, vehicle.state, vehicle.state).observation()
+        vehicle.step(car.step(observation), TICK_S)
+        errors.append(abs(vehicle.state.y_m))
     assert max(errors) < 0.35
     assert max(errors[-40:]) < 0.02
 

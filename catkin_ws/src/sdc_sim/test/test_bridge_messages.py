@@ -70,7 +70,7 @@ def in_map(state, forward, left):
 
 
 def test_status_has_speed_executed_command_and_acceleration_in_the_map(world):
-    message, state = made(world, "vehicle_status"), world.observation.state
+    message, state = made(world, "vehicle_status"), world.snapshot.state
     assert message.velocity == pytest.approx(math.hypot(state.speed_mps, state.lateral_speed_mps))
     acceleration = message.acceleration.linear
     assert (acceleration.x, acceleration.y) == in_map(
@@ -99,7 +99,8 @@ def test_vehicle_info_has_the_parameters_of_the_vehicle(world):
 def test_collision_has_the_obstacle_and_the_impulse(world):
     assert bridge_messages.collisions(world) == []
     world.simulation.place(26.0, 6.0, 0.0)
-    while not world.simulation.step(VehicleCommand(throttle=1.0)).collisions:
+    while not world.snapshot.collisions:
+        world.simulation.step(VehicleCommand(throttle=1.0))
         assert world.simulation.tick < 200
     collision = made(world, "collisions")
     assert (collision.header.frame_id, collision.other_actor_id) == ("hero", 102)
@@ -107,7 +108,7 @@ def test_collision_has_the_obstacle_and_the_impulse(world):
 
 
 def test_obstacles_lights_and_markers_show_the_same(world):
-    observed = world.observation
+    observed = world.snapshot
     message = received(
         obstacles_message(observed.obstacles, observed.traffic_lights, rospy.Time(7))
     )
@@ -136,7 +137,7 @@ def test_lights_have_their_stop_line(world):
 
 
 def test_objects_have_pose_size_kind_and_twist_in_the_map(world):
-    array, state = made(world, "all_objects"), world.observation.state
+    array, state = made(world, "all_objects"), world.snapshot.state
     own, car, box = array.objects
     assert (array.header.frame_id, own.id, car.id) == ("map", 1, 101)
     assert (own.pose.position.x, own.pose.position.y) == (state.x_m, state.y_m)
@@ -169,7 +170,7 @@ def test_control_info_has_target_and_executed_command(world):
     info = made(world, "control_info")
     assert (info.output.throttle, info.output.steer, info.output.brake) == (0.75, -0.25, 0.0)
     assert (info.target.speed, info.state.status) == (0.0, "n/a")
-    assert info.current.speed == pytest.approx(world.observation.state.speed_mps)
+    assert info.current.speed == pytest.approx(world.snapshot.state.speed_mps)
     world.simulation.step(AckermannTarget(steering_angle_rad=0.3, speed_mps=-4.0))
     info = made(world, "control_info")
     assert info.target.steering_angle == pytest.approx(-0.3), "positive to the right"

@@ -10,7 +10,7 @@ from sdc_sim.evaluation.evaluator import Evaluator
 from sdc_sim.physics.obstacles import CollisionEvent
 from sdc_sim.physics.vehicle import VehicleState
 from sdc_sim.ros.drive_log import DriveLog
-from sdc_sim.simulation.observation import Observation
+from sdc_sim.simulation.snapshot import Snapshot
 
 
 def observed(x_m, collisions=()):
@@ -20,7 +20,7 @@ def observed(x_m, collisions=()):
     odometry.pose.pose.position.y = 0.1 + 0.2
     odometry.pose.pose.orientation.w = 1.0
     odometry.twist.twist.linear.x = 3.0
-    return Observation((4, 50_000_000), state, state, (), (), collisions), odometry
+    return Snapshot((4, 50_000_000), state, state, (), (), collisions), odometry
 
 
 def test_each_line_is_an_event_of_the_evaluator_with_all_digits(tmp_path):

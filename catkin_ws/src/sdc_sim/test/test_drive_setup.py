@@ -74,11 +74,11 @@ def test_simulation_has_the_obstacles_and_the_start_of_its_scenario(tmp_path):
     )
     simulation = load_simulation(write(tmp_path, text))
     assert len(simulation.obstacles.states) == 1
-    assert simulation.observation.state.x_m == pytest.approx(20.0)
+    assert simulation.snapshot.state.x_m == pytest.approx(20.0)
     assert len(load_simulation(route=BEND).obstacles.states) == 0
 
 
 def test_simulation_of_a_route_alone_has_the_given_options():
     simulation = load_simulation(route=BEND, options={"start": {"along_m": 5.0}})
-    state = simulation.observation.state
+    state = simulation.snapshot.state
     assert (state.x_m, state.y_m) == (pytest.approx(5.0), pytest.approx(0.0))

@@ -19,7 +19,7 @@ from sdc_sim.road.road import Road
 from sdc_sim.ros import front_camera
 from sdc_sim.ros.front_camera import FrontCamera
 from sdc_sim.ros.picture_feed import PictureFeed, PictureSettings, connect
-from sdc_sim.simulation.observation import Observation
+from sdc_sim.simulation.snapshot import Snapshot
 
 
 def settings(route="route.csv", daylight=1.0, every_frame=True):
@@ -144,7 +144,7 @@ def photograph(monkeypatch, tmp_path):
 
 def seen_at(tick, *obstacles, lights=()):
     state = VehicleState(x_m=20.0 + 0.7 * tick, y_m=0.1 * tick, yaw_rad=0.01 * tick)
-    return Observation((tick, 50_000_000), state, state, obstacles, lights)
+    return Snapshot((tick, 50_000_000), state, state, obstacles, lights)
 
 
 @pytest.mark.slow(3)

@@ -39,7 +39,8 @@ def weave(simulation, ticks):
         t = tick * TICK_S
         pedal = 0.3 + 0.4 * math.sin(0.5 * t)
         command = VehicleCommand(max(0.0, pedal), 0.05 * math.sin(0.7 * t), max(0.0, -pedal))
-        observations.append(simulation.step(command))
+        simulation.step(command)
+        observations.append(simulation.snapshot)
     return observations
 
 
@@ -167,7 +168,7 @@ def test_late_reading_shows_the_state_of_that_many_ticks_ago():
     simulation = simulation_with(
         speedometer={"period_s": TICK_S, "latency_s": 0.15}, wheel_speeds={"period_s": TICK_S}
     )
-    assert simulation.observation.readings.speed_mps == 0.0
+    assert simulation.snapshot.readings.speed_mps == 0.0
     observations = weave(simulation, 40)
     speeds = [observation.state.speed_mps for observation in observations]
     assert each(observations, "speed_mps")[3:] == speeds[:-3]
@@ -209,7 +210,10 @@ def test_outage_has_no_fix_in_its_zone_alone(zone):
         route=route, gnss={"period_s": TICK_S, "noise_m": 0.5, "outages": [zone]}
     )
     simulation.set_velocity(10.0, 0.0, 0.0)
-    observations = [simulation.step(VehicleCommand(throttle=0.4)) for _ in range(100)]
+    observations = []
+    for _ in range(100):
+        simulation.step(VehicleCommand(throttle=0.4))
+        observations.append(simulation.snapshot)
     for number, observation in enumerate(observations, start=1):
         inside = (
             1.0 <= number * TICK_S < 3.0
@@ -224,7 +228,7 @@ def test_outage_has_no_fix_in_its_zone_alone(zone):
     free.set_velocity(10.0, 0.0, 0.0)
     for _ in range(100):
         free.step(VehicleCommand(throttle=0.4))
-    assert free.observation.readings == observations[-1].readings
+    assert free.snapshot.readings == observations[-1].readings
 
 
 def test_reflections_offset_the_position_in_their_zone_and_wander():

@@ -30,11 +30,16 @@ def obstacle_at(x_m, y_m=0.0, yaw_rad=0.0, kind="obstacle"):
     return Obstacles([ObstaclePlan.stationary(kind, x_m, y_m, yaw_rad)])
 
 
+def stepped(simulation, command=None):
+    simulation.step(command)
+    return simulation.snapshot
+
+
 def drive(simulation, seconds, **command):
     """Drive under one command; return the collisions that began."""
     collisions = []
     for _ in range(round(seconds / simulation.tick_s)):
-        collisions += simulation.step(VehicleCommand(**command)).collisions
+        collisions += stepped(simulation, VehicleCommand(**command)).collisions
     return collisions
 
 
@@ -143,7 +148,7 @@ def test_no_drive_enters_an_obstacle_or_gains_speed_from_it(
     for _ in range(60):
         state = simulation.vehicle.state
         before = math.hypot(state.speed_mps, state.lateral_speed_mps)
-        collisions = simulation.step().collisions
+        collisions = stepped(simulation).collisions
         assert overlap(simulation.outline, obstacle.rectangle) is None
         state = simulation.vehicle.state
         if collisions:
@@ -165,15 +170,15 @@ def test_place_forgets_the_command():
 
 def test_sensors_are_late_by_whole_ticks_with_the_stamp_of_what_they_show():
     now, late = make_simulation(), make_simulation(sensor_latency_s=0.15)
-    assert late.observation.stamp == (0, 50_000_000)
+    assert late.snapshot.stamp == (0, 50_000_000)
     assert late.stamp == (0, 200_000_000)
     states = []
     for _ in range(60):
         drive(now, 0.05, throttle=0.7)
         drive(late, 0.05, throttle=0.7)
-        states.append(now.observation.state)
-    assert late.observation.state == states[-4]
-    seconds, nanoseconds = late.observation.stamp
+        states.append(now.snapshot.state)
+    assert late.snapshot.state == states[-4]
+    seconds, nanoseconds = late.snapshot.stamp
     assert late.tick - 3 == seconds * 20 + nanoseconds // 50_000_000
 
 
@@ -182,8 +187,8 @@ def test_noise_is_in_the_measured_state_and_not_in_the_true_one():
     clear = make_simulation(noise=OdometryNoise(7))
     drive(noisy, 2.0, throttle=0.7)
     drive(clear, 2.0, throttle=0.7)
-    assert noisy.observation.state == clear.observation.state == clear.observation.measured
-    error_m = noisy.observation.measured.x_m - noisy.observation.state.x_m
+    assert noisy.snapshot.state == clear.snapshot.state == clear.snapshot.measured
+    error_m = noisy.snapshot.measured.x_m - noisy.snapshot.state.x_m
     assert 1e-4 < abs(error_m) < 1.0
 
 
@@ -191,12 +196,12 @@ def test_disturbances_change_from_a_tick_on():
     noise = {"position_m": 0.1}
     simulation = make_simulation(noise=OdometryNoise(7))
     drive(simulation, 1.0, throttle=0.7)
-    assert simulation.observation.measured == simulation.observation.state
+    assert simulation.snapshot.measured == simulation.snapshot.state
     simulation.set_disturbances(0.2, 15.0, noise)
     speed_mps = simulation.vehicle.state.speed_mps
     drive(simulation, 0.5, brake=1.0)
-    state = simulation.observation.state
-    assert simulation.observation.measured.x_m != state.x_m
+    state = simulation.snapshot.state
+    assert simulation.snapshot.measured.x_m != state.x_m
     # The grip limits the deceleration to a fifth of gravity; the wind pushes the car to the left.
     assert speed_mps - state.speed_mps < 0.5 * 0.2 * 9.81 * 1.1
     assert state.y_m > 0.0
@@ -220,7 +225,7 @@ def test_bad_disturbance_changes_nothing():
 
 def test_observe_again_shows_what_was_placed_and_added():
     simulation = make_simulation(sensor_latency_s=0.15)
-    stamp = simulation.observation.stamp
+    stamp = simulation.snapshot.stamp
     simulation.place(40.0, 2.0, 0.1)
     simulation.toggle_obstacle(ObstaclePlan.stationary("car", 70.0, 0.0, 0.0))
     observation = simulation.observe_again()
@@ -276,7 +281,7 @@ COMMANDS = [
 
 def trace(simulation):
     """Return all observations of a drive with the same commands."""
-    return [simulation.observation, *map(simulation.step, COMMANDS)]
+    return [simulation.snapshot, *(stepped(simulation, command) for command in COMMANDS)]
 
 
 def test_same_commands_give_the_same_trace_bit_for_bit():
@@ -290,8 +295,9 @@ def test_reset_repeats_the_trace_bit_for_bit_with_later_stamps():
     simulation = rich_simulation()
     first = trace(simulation)
     simulation.toggle_obstacle(ObstaclePlan.stationary("car", -20.0, 0.0, 0.1))
-    last_stamp = simulation.observation.stamp
-    assert simulation.reset().stamp == last_stamp
+    last_stamp = simulation.snapshot.stamp
+    simulation.reset()
+    assert simulation.snapshot.stamp == last_stamp
     second = trace(simulation)
 
     def without_stamps(observations):
@@ -302,7 +308,7 @@ def test_reset_repeats_the_trace_bit_for_bit_with_later_stamps():
 
 def test_simulation_does_not_import_ros():
     code = (
-        "import sys, sdc_sim.simulation.simulation, sdc_sim.scenario.configuration\n"
+        "import sys, sdc_sim.simulation.loop, sdc_sim.scenario.configuration\n"
         "assert not {'rospy', 'roslib', 'genpy', 'rosgraph'} & set(sys.modules)"
     )
     subprocess.run([sys.executable, "-c", code], check=True)

@@ -30,11 +30,11 @@ def test_observation_shows_the_phases_and_a_reset_starts_them_again():
     )
     shown = []
     for _ in range(80):
-        shown.append(simulation.observation.traffic_lights[0].state)
+        shown.append(simulation.snapshot.traffic_lights[0].state)
         simulation.step()
     assert shown == [RED] * 40 + [GREEN] * 20 + [YELLOW] * 10 + [OFF] * 10
     for _ in range(45):
         simulation.step()
-    assert simulation.observation.traffic_lights[0].state == GREEN
+    assert simulation.snapshot.traffic_lights[0].state == GREEN
     simulation.reset()
-    assert simulation.observation.traffic_lights[0] == (FIRST_ID, 54.0, -2.7, 0.0, RED)
+    assert simulation.snapshot.traffic_lights[0] == (FIRST_ID, 54.0, -2.7, 0.0, RED)

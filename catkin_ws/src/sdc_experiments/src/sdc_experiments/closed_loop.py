@@ -6,31 +6,31 @@ examples.
 
 from __future__ import annotations
 
-from typing import Any, Callable, Mapping
+from typing import Any, Callable, Mapping, Sequence, Union
 
+from sdc_common.driving import Observation, Path
 from sdc_common.geometry.segments import use_machine_code
-from sdc_common.ros.stop_lines import stop_lines
-from sdc_experiments.car_stack import (
-    CarController,
-    CarPlanner,
-    Planner,
-    Rows,
-    SteeringSource,
-    mission_of,
-    pose_and_speed,
-)
-from sdc_package.local_planner import OffRouteError
+from sdc_experiments.configuration import node_parameters
+from sdc_package.car import Car, MissionDriver, PathPlanner
+from sdc_package.controller import Controller
+from sdc_package.local_planner import PlannerSettings
+from sdc_package.steering.axles import Axles
+from sdc_package.steering.loader import load_steering, section_of
+from sdc_package.steering.method import Steering
 from sdc_sim.evaluation.drive_evaluation import DriveResult
-from sdc_sim.evaluation.evaluator import Evaluator
+from sdc_sim.evaluation.recorder import DriveRecorder, stop_lines_of
 from sdc_sim.evaluation.rules import EvaluationRules
-from sdc_sim.physics.vehicle import VehicleCommand
-from sdc_sim.ros.message_conversion import light_info_message
-from sdc_sim.scenario.drive_setup import DriveSetup, RouteSource, drive_setup
+from sdc_sim.scenario.drive_setup import RouteSource, drive_setup
 from sdc_sim.scenario.packaged import node_config, overridden
-from sdc_sim.simulation.simulation import Observation, Simulation
+from sdc_sim.simulation import loop
+from sdc_sim.simulation.snapshot import Snapshot
 
 _NO_OPTIONS: Mapping[str, Any] = {}
-_NS_PER_S = 1_000_000_000
+
+# Rows (x, y, target speed) of the path ahead [m, m, m/s]; OffRouteError if there is none.
+PlannerFunction = Callable[[Observation], Union[Path, Sequence[Sequence[float]]]]
+# A name of config/simple_controller.yaml, a method, or a function like Steering.wheel_angle.
+SteeringSource = Union[str, Steering, Callable[..., float]]
 
 
 def drive(scenario: str = "", **arguments: Any) -> dict[str, Any]:
@@ -43,14 +43,14 @@ def drive_result(
     *,
     route: RouteSource | None = None,
     steering: SteeringSource | None = None,
-    planner: Planner | None = None,
+    planner: PlannerFunction | None = None,
     seed: int | None = None,
     sim_options: Mapping[str, Any] = _NO_OPTIONS,
     planner_options: Mapping[str, Any] = _NO_OPTIONS,
     controller_options: Mapping[str, Any] = _NO_OPTIONS,
     referee_options: Mapping[str, Any] = _NO_OPTIONS,
     longest_s: float | None = None,
-    observe: Callable[[Observation], Any] | None = None,
+    observe: Callable[[Snapshot], Any] | None = None,
     compiled: bool = False,
 ) -> DriveResult:
     """Drive until the drive ends, and return its evaluation.
@@ -69,7 +69,7 @@ def drive_result(
         controller_options: the same for sdc_package/config/simple_controller.yaml
         referee_options: the same for sdc_sim/config/referee.yaml
         longest_s: simulated time after which to stop, None for no limit but the referee's [s]
-        observe: called with each observation, which also has the true state of the vehicle
+        observe: called with the true state of the world in each tick
         compiled: compute the vehicle and the lines in machine code where Numba is installed, which
             gives the same numbers; it pays after half an hour of simulated drives
 
@@ -81,151 +81,104 @@ def drive_result(
         use_machine_code()
     options = dict(sim_options) if seed is None else {**sim_options, "seed": seed}
     setup = drive_setup(scenario, route, options)
-    simulation = setup.simulation(compiled)
-    own_planner = CarPlanner(setup.waypoints_m, planner_options, simulation.lights)
-    controller = CarController(steering, controller_options)
-    evaluation = DriveRecorder(setup, simulation, own_planner.parameters, referee_options)
-    plan: Planner = own_planner if planner is None else planner
-    reason = (lambda: own_planner.reason) if planner is None else (lambda: "")
-    drive_until_over(
-        simulation,
-        plan,
-        controller,
-        evaluation,
-        reason=reason,
-        longest_s=longest_s,
-        observe=observe,
+    world = setup.simulation(compiled)
+    limits = overridden(node_parameters("local_planner"), planner_options, "planner_options")
+    own_planner = MissionDriver(
+        setup.waypoints_m, PlannerSettings.read(limits.__getitem__), stop_lines_of(world.lights)
     )
+    chosen: PathPlanner = own_planner
+    if planner is not None:
+        chosen = FunctionPlanner(planner)
+    car = car_with(chosen, steering, controller_options)
+    evaluation = DriveRecorder(evaluation_rules(limits, referee_options), setup.waypoints_m, world)
+    loop.drive(world, car, evaluation, longest_s, observe)
     return evaluation.result()
 
 
-class Recorder:
-    """Ends a drive, and records nothing of it."""
-
-    def add(self, observation: Observation) -> bool:
-        """Add an observation; return whether the drive is over."""
-        raise NotImplementedError
-
-    def add_answer(
-        self, observation: Observation, command: VehicleCommand, rows: Rows, reason: str
-    ) -> None:
-        """Add the command and the path that answer an observation."""
-        return
-
-    def add_stop(self, observation: Observation, command: VehicleCommand) -> None:
-        """Add the command of a controller without a path, which carries no stamp."""
-        return
-
-
-def drive_until_over(
-    simulation: Simulation,
-    plan: Planner,
-    controller: CarController,
-    recorder: Recorder,
-    *,
-    believe: Callable[[Observation], Observation] = lambda observation: observation,
-    reason: Callable[[], str] = lambda: "",
-    longest_s: float | None = None,
-    observe: Callable[[Observation], Any] | None = None,
-) -> None:
-    """Drive tick by tick until the drive ends.
+def car_with(
+    planner: PathPlanner,
+    steering: SteeringSource | None = None,
+    options: Mapping[str, Any] = _NO_OPTIONS,
+) -> Car:
+    """Return a car with the controller of config/simple_controller.yaml.
 
     Args:
-        simulation: the simulation at its start
-        plan: plans the path ahead
-        controller: follows the path
-        recorder: gets the true observations, and ends the drive
-        believe: returns the observation that the car plans and steers by
-        reason: returns what limits the speed of the last path
-        longest_s: see drive_result
-        observe: see drive_result
+        planner: plans the path ahead
+        steering: steering method, None for that of the file
+        options: parameters that replace those of the file
+
+    Raises:
+        ValueError: the steering method cannot be built, or a parameter is not valid
     """
-    observation = simulation.observation
-    while True:
-        if observe is not None:
-            observe(observation)
-        over = recorder.add(observation)
-        over = over or (longest_s is not None and simulation.elapsed_s >= longest_s)
-        believed = believe(observation)
-        command: VehicleCommand | None
-        try:
-            rows = plan(believed)
-        except OffRouteError:
-            command = controller.stop(believed)
-            if command is not None:
-                recorder.add_stop(observation, command)
-        else:
-            command = controller(believed, rows)
-            recorder.add_answer(observation, command, rows, reason())
-        if over:
-            return
-        observation = simulation.step(command)
+    config, method = _controller_config(steering, options)
+    return Car(planner, Controller(config, method), config["patience_s"])
 
 
-class DriveRecorder(Recorder):
-    """Evaluates a drive in process as the referee does.
+def controller_with(
+    steering: SteeringSource | None = None, options: Mapping[str, Any] = _NO_OPTIONS
+) -> Controller:
+    """Return the controller of config/simple_controller.yaml; see `car_with`."""
+    return Controller(*_controller_config(steering, options))
+
+
+def _controller_config(
+    steering: SteeringSource | None, options: Mapping[str, Any]
+) -> tuple[dict[str, Any], Steering]:
+    config = node_parameters("simple_controller")
+    method: Any = options.get("steering_method", config["steering_method"])
+    method = method if steering is None else steering
+    section = section_of(method) if isinstance(method, str) else ""
+    if section not in config and section in options:
+        # The section of a method that is not one of this project.
+        config[section] = options[section]
+        options = {name: value for name, value in options.items() if name != section}
+    config = overridden(config, options, "controller_options")
+    if isinstance(method, str):
+        method = load_steering(method, config.get(section), Axles(**config["axles"]))
+    if not hasattr(method, "wheel_angle"):
+        method = _FunctionSteering(method)
+    return config, method
+
+
+def evaluation_rules(
+    planner_limits: Mapping[str, Any], options: Mapping[str, Any] = _NO_OPTIONS
+) -> EvaluationRules:
+    """Return the rules of config/referee.yaml.
 
     Args:
-        setup: the conditions of the drive
-        simulation: its simulation
-        planner_parameters: parameters of the local planner, which give the ideal duration
-        options: parameters that replace those of config/referee.yaml
+        planner_limits: parameters of the planner, which give the ideal duration
+        options: parameters that replace those of the file
 
     Raises:
         ValueError: an option is not valid
     """
-
-    def __init__(
-        self,
-        setup: DriveSetup,
-        simulation: Simulation,
-        planner_parameters: Mapping[str, Any],
-        options: Mapping[str, Any] = _NO_OPTIONS,
-    ):
-        config = overridden(node_config("sdc_sim", "referee"), options, "referee_options")
-        rules = EvaluationRules.read(config.__getitem__)
-        planner = {name: planner_parameters[name] for name in rules.planner}
-        self.evaluator = Evaluator(rules._replace(planner=planner, assumed=[]))
-        self.evaluator.set_route(mission_of(setup.waypoints_m))
-        lights = simulation.lights
-        if lights.plans:
-            info = light_info_message(lights.plans, lights.states(0.0))
-            self.evaluator.set_stop_lines(stop_lines(info))
-        for obstacle in simulation.observation.obstacles:
-            self.evaluator.add_obstacle(obstacle.id, obstacle.kind)
-
-    def add(self, observation: Observation) -> bool:
-        """Add an observation; return whether the drive is over."""
-        evaluator, stamp_ns = self.evaluator, stamp_nanoseconds(observation)
-        evaluator.add_odometry(stamp_ns, *pose_and_speed(observation))
-        if observation.traffic_lights:
-            states = {light.id: light.state for light in observation.traffic_lights}
-            evaluator.set_lights(stamp_ns, states)
-        for collision in observation.collisions:
-            evaluator.add_collision(stamp_ns, collision.id)
-        return evaluator.over
-
-    def add_answer(
-        self, observation: Observation, command: VehicleCommand, rows: Rows, reason: str
-    ) -> None:
-        """Add the command and the path that answer an observation."""
-        stamp_ns = stamp_nanoseconds(observation)
-        self.evaluator.add_command(stamp_ns, command.throttle, command.brake, command.steer)
-        self.evaluator.add_planned_speed(rows[0][2])
-        if reason:
-            self.evaluator.add_reason(stamp_ns, reason)
-
-    def add_stop(self, observation: Observation, command: VehicleCommand) -> None:
-        """Add the command of a controller without a path, which carries no stamp."""
-        self.evaluator.add_command(0, command.throttle, command.brake, command.steer)
-        self.evaluator.add_reason(stamp_nanoseconds(observation), "path_timeout")
-
-    def result(self) -> DriveResult:
-        """Return the evaluated drive."""
-        return self.evaluator.result()
+    config = overridden(node_config("sdc_sim", "referee"), options, "referee_options")
+    rules = EvaluationRules.read(config.__getitem__)
+    planner = {name: planner_limits[name] for name in rules.planner}
+    return rules._replace(planner=planner, assumed=[])
 
 
-def stamp_nanoseconds(observation: Observation) -> int:
-    """Return the time of an observation [ns]."""
-    seconds, nanoseconds = observation.stamp
-    return seconds * _NS_PER_S + nanoseconds
+class FunctionPlanner:
+    """A function as a planner."""
+
+    reason = ""
+
+    def __init__(self, function: PlannerFunction):
+        self._function = function
+
+    def plan(self, observation: Observation) -> Path:
+        """See PathPlanner."""
+        rows = self._function(observation)
+        return rows if isinstance(rows, Path) else Path(list(map(tuple, rows)))  # type: ignore[arg-type]
+
+
+class _FunctionSteering(Steering):
+    """A function as a steering method."""
+
+    def __init__(self, function: Any):
+        if not callable(function):
+            raise ValueError(
+                "steering: must be a name, an object with a method wheel_angle or a function, "
+                f"got {function!r}"
+            )
+        self.wheel_angle = function  # type: ignore[assignment,method-assign]

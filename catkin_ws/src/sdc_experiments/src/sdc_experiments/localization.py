@@ -8,26 +8,27 @@ from __future__ import annotations
 import dataclasses
 import math
 import sys
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Mapping
 
 import numpy as np
 from scipy.stats import chi2
 
+from sdc_common.driving import Command, Observation, yaw_as_sent
 from sdc_common.geometry.angles import wrap_angle
 from sdc_common.geometry.road_line import road_route
-from sdc_experiments.car_stack import CarController, CarPlanner
-from sdc_experiments.closed_loop import Recorder, drive_until_over
-from sdc_experiments.configuration import vehicle_preset
+from sdc_experiments.closed_loop import car_with
+from sdc_experiments.configuration import node_parameters, vehicle_preset
 from sdc_localization.landmark_map import landmarks as scenery_landmarks
 from sdc_localization.landmarks import LandmarkMap
 from sdc_localization.localizer import Estimate, Localizer, LocalizerSettings
 from sdc_localization.odometry_message import wheel_speed
 from sdc_localization.scan_features import find_features
+from sdc_package.car import EstimatingCar, MissionDriver
 from sdc_package.local_planner import PlannerSettings
 from sdc_sim.evaluation.ideal_drive import IdealDrive
 from sdc_sim.evaluation.route_progress import RouteProgress, TerminationLimits
-from sdc_sim.physics.vehicle import Vehicle, VehicleState
+from sdc_sim.physics.vehicle import Vehicle
 from sdc_sim.road.random_routes import long_route
 from sdc_sim.road.road import Road
 from sdc_sim.scenario.configuration import start_pose
@@ -35,7 +36,9 @@ from sdc_sim.scenario.packaged import node_config
 from sdc_sim.sensors.readings import WHEELS, SensorReadings
 from sdc_sim.sensors.settings import sensor_settings
 from sdc_sim.sensors.suite import SensorSuite
-from sdc_sim.simulation.simulation import Observation, Simulation
+from sdc_sim.simulation import loop
+from sdc_sim.simulation.simulation import Simulation
+from sdc_sim.simulation.snapshot import Snapshot
 
 ROUTES = 20
 OUTAGE_S = 5.0
@@ -173,30 +176,33 @@ def drive_localized(
     for name, changes in (*(sensors or {}).items(), ("gnss", {"outages": outages or []})):
         rows[name] = {**rows.get(name, {}), **changes}
     simulation = _simulation(route, route_m, seed, rows, car.localizer.settings)
-    planner, drive = CarPlanner(route_m), LocalizedDrive(RouteProgress(route, _LIMITS))
+    settings = PlannerSettings.read(node_parameters("local_planner").__getitem__)
+    drive = LocalizedDrive(RouteProgress(route, _LIMITS))
 
-    def believe(observation: Observation) -> Observation:
-        found = car.locate(observation.stamp[0] + 1e-9 * observation.stamp[1], observation.readings)
+    def estimate(observation: Observation) -> Observation:
+        seconds, nanoseconds = divmod(observation.stamp_ns, 1_000_000_000)
+        found = car.locate(seconds + 1e-9 * nanoseconds, observation.readings)
         drive.estimates.append(found)
         drive.dead_reckoned.append(car.dead_reckoning.estimate[:2])
-        state = VehicleState(*found[:3], found.speed_mps, found.sideways_mps)
-        return observation._replace(measured=state)
+        x_m, y_m, yaw_rad = found[:3]
+        speed_mps = math.hypot(found.speed_mps, found.sideways_mps)
+        yaw_rad = yaw_as_sent(yaw_rad)
+        return replace(observation, x_m=x_m, y_m=y_m, yaw_rad=yaw_rad, speed_mps=speed_mps)
 
-    recorder = _Recorder(drive, simulation)
-    drive_until_over(simulation, planner, CarController(), recorder, believe=believe)
-    limits = PlannerSettings.read(planner.parameters.__getitem__).limits
-    drive.metrics = drive.progress.metrics(IdealDrive(route, limits).duration_s)
+    driver = EstimatingCar(car_with(MissionDriver(route_m, settings)), estimate)
+    loop.drive(simulation, driver, _Recorder(drive, simulation))
+    drive.metrics = drive.progress.metrics(IdealDrive(route, settings.limits).duration_s)
     return drive
 
 
-class _Recorder(Recorder):
+class _Recorder:
     """Records truth and fixes of a drive."""
 
     def __init__(self, drive: LocalizedDrive, simulation: Simulation):
         self._drive, self._simulation = drive, simulation
 
-    def add(self, observation: Observation) -> bool:
-        drive, state, fix = self._drive, observation.state, observation.readings.gnss
+    def add(self, snapshot: Snapshot) -> bool:
+        drive, state, fix = self._drive, snapshot.state, snapshot.readings.gnss
         drive.truth.append((state.x_m, state.y_m, state.yaw_rad))
         has_fix = fix is not None and fix.has_fix
         drive.fixes.append((fix.x_m, fix.y_m) if fix and has_fix else (math.nan, math.nan))
@@ -204,6 +210,9 @@ class _Recorder(Recorder):
         yaw = wrap_angle(state.yaw_rad)
         drive.progress.update(self._simulation.elapsed_s, state.x_m, state.y_m, yaw, speed)
         return drive.progress.status is not None
+
+    def add_answer(self, snapshot: Snapshot, command: Command | None, car: loop.Driver) -> None:
+        return
 
 
 def _simulation(

@@ -8,6 +8,7 @@ from typing import Sequence
 
 import numpy as np
 
+from sdc_common.driving import DetectedObstacle
 from sdc_common.geometry.route import Route
 from sdc_common.validation import check_non_negative
 
@@ -16,31 +17,6 @@ from sdc_common.validation import check_non_negative
 _PREDICTION_TIMES_S = (0.0, 0.5, 1.0, 1.5, 2.0)
 # An obstacle that moves along the route more slowly than this is treated as standing.
 _MIN_FOLLOW_SPEED_MPS = 0.5
-
-
-@dataclass(frozen=True)
-class DetectedObstacle:
-    """A box on the ground, in the map frame.
-
-    Attributes:
-        x_m: position of its centre [m]
-        y_m: position of its centre [m]
-        yaw_rad: heading, counter-clockwise from the x axis [rad]
-        length_m: size along the heading [m]
-        width_m: size across the heading [m]
-        speed_mps: speed along the heading [m/s]
-    """
-
-    x_m: float
-    y_m: float
-    yaw_rad: float
-    length_m: float
-    width_m: float
-    speed_mps: float
-
-    def __post_init__(self):
-        if not all(map(math.isfinite, vars(self).values())):
-            raise ValueError(f"a number of an obstacle is not finite: {self}")
 
 
 @dataclass(frozen=True)

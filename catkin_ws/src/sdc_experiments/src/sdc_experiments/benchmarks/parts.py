@@ -19,14 +19,16 @@ import rospy
 from rosgraph_msgs.msg import Clock
 from sdc_package.msg import CarlaVehicleControl, LocalPath, Waypoint
 
+from sdc_common.driving import DetectedObstacle
 from sdc_common.geometry.route import Route
 from sdc_common.routes.waypoint_file import load_waypoints
 from sdc_experiments.benchmarks.bare_loop import perspective_warp
-from sdc_experiments.car_stack import CarController, CarPlanner
+from sdc_experiments.closed_loop import controller_with
 from sdc_experiments.configuration import node_parameters, vehicle_preset
+from sdc_package.car import MissionDriver
 from sdc_package.lane_filter import LaneFilter, LaneFilterThresholds
+from sdc_package.local_path import ReferencePath
 from sdc_package.local_planner import LocalPlanner, PlannerSettings
-from sdc_package.obstacles import DetectedObstacle
 from sdc_package.waypoint_search import WaypointSearch
 from sdc_sim.camera.example_scenes import TRAFFIC, Actor, pose, traffic
 from sdc_sim.camera.example_scenes import route as arcs
@@ -38,7 +40,7 @@ from sdc_sim.ros.picture_messages import image_message
 from sdc_sim.sensors.lidar import PlanarLidar, RoofLidar
 from sdc_sim.sensors.model import Moment, SensorContext
 from sdc_sim.sensors.settings import LidarSettings
-from sdc_sim.simulation.simulation import Observation
+from sdc_sim.simulation.snapshot import Snapshot
 
 TICK_S, STEP_M = 0.05, 0.5  # 10 m/s at 20 Hz
 _TICKS, _WARPS, _FRAMES, _PLACES = 400, 300, 600, 300
@@ -61,7 +63,9 @@ def duration_ms(function: Callable[..., Any], *arguments: Any) -> float:
 def parts(_options: argparse.Namespace) -> Iterator[dict[str, float]]:
     """Yield the median time of each part of a tick in the town [ms]."""
     route = packaged_route()
-    planner, controller = CarPlanner(route), CarController()
+    settings = PlannerSettings.read(node_parameters("local_planner").__getitem__)
+    planner = MissionDriver(route, settings)
+    controller, reference = controller_with(), ReferencePath()
     vehicle, renderer = Vehicle(vehicle_preset("tesla_model3")), Renderer(Road(route))
     (x, y), (next_x, next_y) = route[:2].tolist()
     vehicle.reset(x, y, math.atan2(next_y - y, next_x - x))
@@ -70,10 +74,12 @@ def parts(_options: argparse.Namespace) -> Iterator[dict[str, float]]:
         for tick in range(first, first + _TICKS):
             marks = [("", time.perf_counter())]
             state, stamp = vehicle.state, rospy.Time.from_sec(tick * TICK_S)
-            observation = Observation((stamp.secs, stamp.nsecs), state, state)
-            rows = planner(observation)
+            observation = Snapshot((stamp.secs, stamp.nsecs), state, state).observation()
+            path = planner.plan(observation)
             marks.append(("planner", time.perf_counter()))
-            command = controller(observation, rows)
+            reference.update(path.points)
+            command = controller.command(observation, reference)
+            assert command is not None
             marks.append(("controller", time.perf_counter()))
             vehicle.step(command, TICK_S)
             marks.append(("physics", time.perf_counter()))
@@ -81,7 +87,7 @@ def parts(_options: argparse.Namespace) -> Iterator[dict[str, float]]:
             for message in (
                 Clock(stamp),
                 odometry_message(state, stamp),
-                LocalPath([Waypoint(*row) for row in rows]),
+                LocalPath([Waypoint(*point) for point in path.points]),
                 CarlaVehicleControl(**pedals),
             ):
                 buffer = io.BytesIO()

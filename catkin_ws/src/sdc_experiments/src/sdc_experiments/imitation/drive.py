@@ -12,7 +12,7 @@ import time
 import cv2
 import numpy as np
 
-from sdc_experiments.car_stack import Rows
+from sdc_common.driving import Observation, Path
 from sdc_experiments.closed_loop import drive_result
 from sdc_perception.imitation_network import SteeringNetwork
 from sdc_perception.imitation_samples import arc_path, road_view
@@ -20,7 +20,6 @@ from sdc_sim.camera.renderer import Renderer
 from sdc_sim.evaluation.drive_evaluation import DriveResult
 from sdc_sim.road.random_routes import long_route
 from sdc_sim.road.road import Road
-from sdc_sim.simulation.simulation import Observation
 
 # Route 1 crosses itself: a picture does not show which way to go.
 SEEDS = (2, 3, 4, 5, 6)
@@ -41,17 +40,16 @@ class NetworkPlanner:
         self._renderer = Renderer(Road(route_m))
         self._picture: np.ndarray | None = None
 
-    def __call__(self, observation: Observation) -> Rows:
-        """Return rows (x, y, speed) of the path, as a Planner."""
-        state = observation.state
-        pose = state.x_m, state.y_m, state.yaw_rad
+    def __call__(self, observation: Observation) -> Path:
+        """Return the path ahead, which the picture at this pose shows."""
+        pose = observation.x_m, observation.y_m, observation.yaw_rad
         self._picture = self._renderer.render(*pose, out=self._picture)
         started_s = time.thread_time()
         answer = self._network.answer(road_view(self._picture))
         rows = arc_path(pose, answer)
         self.picture_s.append(time.thread_time() - started_s)
         self.answers.append(answer)
-        return rows.astype(np.float32).tolist()
+        return Path.from_rows(rows)
 
 
 def drive(

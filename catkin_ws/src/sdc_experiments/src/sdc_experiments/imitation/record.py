@@ -22,7 +22,7 @@ from sdc_perception.imitation_samples import DrivenLine, road_view
 from sdc_sim.camera.renderer import Renderer
 from sdc_sim.road.random_routes import long_route
 from sdc_sim.road.road import Road
-from sdc_sim.simulation.simulation import Observation
+from sdc_sim.simulation.snapshot import Snapshot
 
 ROUTES = 8
 # Seeds of the recorded routes; the drives of the network use others.
@@ -39,8 +39,8 @@ def expert_line(route_m: np.ndarray) -> DrivenLine:
     """Return the line that the car drives along a route (N, 2)."""
     rows: list = []
 
-    def observe(observation: Observation) -> None:
-        state = observation.state
+    def observe(snapshot: Snapshot) -> None:
+        state = snapshot.state
         rows.append((len(rows) * 0.05, state.x_m, state.y_m, state.yaw_rad, state.speed_mps))
 
     drive_result(route=route_m, observe=observe)

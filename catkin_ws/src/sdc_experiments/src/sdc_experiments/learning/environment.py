@@ -8,6 +8,7 @@ import cv2
 import gymnasium
 import numpy as np
 
+from sdc_common.driving import Command
 from sdc_common.geometry.angles import wrap_angle
 from sdc_common.geometry.polyline import Place
 from sdc_experiments.learning.observation import (
@@ -30,10 +31,9 @@ from sdc_experiments.learning.random_routes import random_route
 from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.camera.renderer import Renderer
 from sdc_sim.physics.traffic_lights import RED, YELLOW
-from sdc_sim.physics.vehicle import VehicleCommand
 from sdc_sim.road.road import Road
 from sdc_sim.scenario.drive_setup import DriveSetup, RouteSource, drive_setup
-from sdc_sim.simulation.simulation import Observation
+from sdc_sim.simulation.snapshot import Snapshot
 
 OBSERVATIONS = ("vector", "camera")
 _BACK_M, _AHEAD_M = 2.0, 4.0
@@ -111,7 +111,7 @@ class SdcEnvironment(gymnasium.Env):
         if self._seed is None:
             self._setup.parameters["seed"] = int(self.np_random.integers(2**32))
         self._simulation = self._setup.simulation(compiled=True)
-        observation = self._simulation.observation
+        observation = self._simulation.snapshot
         measured = observation.measured
         self._place = self._route.locate(measured.x_m, measured.y_m, measured.yaw_rad)
         self._moved_s = 0.0
@@ -122,9 +122,10 @@ class SdcEnvironment(gymnasium.Env):
         pedals, steer = action.tolist()
         # NaN stays NaN, which the simulation refuses.
         braking = pedals < 0.0
-        command = VehicleCommand(0.0 if braking else pedals, steer, -pedals if braking else 0.0)
+        command = Command(0.0 if braking else pedals, steer, -pedals if braking else 0.0)
         simulation = self._simulation
-        observation = simulation.step(command)
+        simulation.step(command)
+        observation = simulation.snapshot
         state, before_m = observation.state, self._place.s_m
         place = self._place = self._route.project(state.x_m, state.y_m, before_m, _BACK_M, _AHEAD_M)
         limit = self._rows[round(place.s_m)][len(self._rows[0]) // 2]
@@ -145,7 +146,7 @@ class SdcEnvironment(gymnasium.Env):
         )
         return self._observe(observation), reward, bool(status), truncated, self._info(status)
 
-    def _status(self, observation: Observation, place: Place) -> str:
+    def _status(self, observation: Snapshot, place: Place) -> str:
         """Return how the drive has ended, "" while it lasts."""
         if observation.collisions:
             return "collision"
@@ -160,7 +161,7 @@ class SdcEnvironment(gymnasium.Env):
         place = self._place
         return {"status": status, "s_m": place.s_m, "cross_track_m": place.cross_track_m}
 
-    def _observe(self, observation: Observation) -> np.ndarray:
+    def _observe(self, observation: Snapshot) -> np.ndarray:
         if self._shows_picture:
             return self._picture(observation)
         state, place = observation.measured, self._place
@@ -180,7 +181,7 @@ class SdcEnvironment(gymnasium.Env):
             values += NO_OBSTACLE
         return np.array(values, np.float32)
 
-    def _obstacle_ahead(self, observation: Observation, s_m: float) -> tuple[float, float, float]:
+    def _obstacle_ahead(self, observation: Snapshot, s_m: float) -> tuple[float, float, float]:
         """Return distance, offset and speed of the nearest obstacle or stop line before a light."""
         front_m = 0.5 * self._simulation.vehicle.parameters.length_m
         nearest = NO_OBSTACLE
@@ -200,9 +201,9 @@ class SdcEnvironment(gymnasium.Env):
         """Return the picture of the front camera (height, width, 3) RGB."""
         if self.render_mode is None:
             return None
-        return self._picture(self._simulation.observation)
+        return self._picture(self._simulation.snapshot)
 
-    def _picture(self, observation: Observation) -> np.ndarray:
+    def _picture(self, observation: Snapshot) -> np.ndarray:
         if self._renderer is None:
             self._renderer = Renderer(Road(self._setup.waypoints_m), self._camera)
         state, boxes = observation.state, []

@@ -12,6 +12,7 @@ import math
 from dataclasses import dataclass
 from typing import Any, Callable
 
+from sdc_common.driving import Command as VehicleCommand
 from sdc_common.validation import check_between
 from sdc_sim.physics.vehicle_dynamics import fastest_rate_per_s
 from sdc_sim.physics.vehicle_motion import (
@@ -27,37 +28,6 @@ _MAX_WIND_MPS = 75.0
 # Longest integration step unless a vehicle is given another one.
 INTERNAL_STEP_S = 0.005
 _MAX_INTERNAL_STEP_S = 0.01
-
-
-@dataclass
-class VehicleCommand:
-    """Demands of a driver: throttle and brake 0..1, steer -1..1 with positive to the RIGHT."""
-
-    throttle: float = 0.0
-    steer: float = 0.0
-    brake: float = 0.0
-    hand_brake: bool = False
-    reverse: bool = False
-
-    def clamped(self) -> tuple[VehicleCommand, bool]:
-        """Return the command within its ranges, and whether it was outside them.
-
-        Raises:
-            ValueError: a value is NaN or infinite
-        """
-        if 0.0 <= self.throttle <= 1.0 and -1.0 <= self.steer <= 1.0 and 0.0 <= self.brake <= 1.0:
-            return self, False
-        for name in ("throttle", "steer", "brake"):
-            if not math.isfinite(getattr(self, name)):
-                raise ValueError(f"command refused: {name} is {getattr(self, name)}")
-        limited = VehicleCommand(
-            min(max(self.throttle, 0.0), 1.0),
-            min(max(self.steer, -1.0), 1.0),
-            min(max(self.brake, 0.0), 1.0),
-            self.hand_brake,
-            self.reverse,
-        )
-        return limited, True
 
 
 @dataclass

@@ -34,6 +34,7 @@ from shape_msgs.msg import SolidPrimitive
 from std_msgs.msg import ColorRGBA, Float32, Header, String
 from visualization_msgs.msg import Marker
 
+from sdc_common.driving import Command
 from sdc_sim.physics.ackermann import AckermannTarget
 from sdc_sim.physics.obstacles import COLOURS, ObstacleState
 from sdc_sim.ros.message_conversion import (
@@ -44,8 +45,8 @@ from sdc_sim.ros.message_conversion import (
     quaternion_from_yaw,
 )
 from sdc_sim.sensors.motion_sensors import TRACK_SHARE, WHEEL_RADIUS_M
-from sdc_sim.simulation.observation import Observation
 from sdc_sim.simulation.simulation import Simulation
+from sdc_sim.simulation.snapshot import Snapshot
 
 EGO_ID = 1
 _EGO_HEIGHT_M = 1.5
@@ -83,19 +84,19 @@ class World:
     running: bool = True
 
     @property
-    def observation(self) -> Observation:
-        """The last observation."""
-        return self.simulation.observation
+    def snapshot(self) -> Snapshot:
+        """The true state in the last tick."""
+        return self.simulation.snapshot
 
     @property
     def header(self) -> Header:
-        """A header in the map with the time of the last observation."""
-        return Header(stamp=rospy.Time(*self.observation.stamp), frame_id=MAP_FRAME)
+        """A header in the map with the time of the last tick."""
+        return Header(stamp=rospy.Time(*self.snapshot.stamp), frame_id=MAP_FRAME)
 
     @property
     def vehicle_header(self) -> Header:
         """A header in the frame of the vehicle."""
-        return Header(stamp=rospy.Time(*self.observation.stamp), frame_id=self.role_name)
+        return Header(stamp=rospy.Time(*self.snapshot.stamp), frame_id=self.role_name)
 
     @property
     def vehicle_type(self) -> str:
@@ -106,12 +107,12 @@ class World:
 def light_info(world: World) -> list[CarlaTrafficLightInfoList]:
     """Return the positions of the traffic lights."""
     plans = world.simulation.lights.plans
-    return [light_info_message(plans, world.observation.traffic_lights)]
+    return [light_info_message(plans, world.snapshot.traffic_lights)]
 
 
 def light_status(world: World) -> list[CarlaTrafficLightStatusList]:
     """Return the colours of the traffic lights."""
-    return [light_status_message(world.observation.traffic_lights)]
+    return [light_status_message(world.snapshot.traffic_lights)]
 
 
 def world_info(world: World) -> list[CarlaWorldInfo]:
@@ -138,12 +139,12 @@ def world_status(world: World) -> list[CarlaStatus]:
 
 def speed(world: World) -> list[Float32]:
     """Return the forward speed."""
-    return [Float32(world.observation.state.speed_mps)]
+    return [Float32(world.snapshot.state.speed_mps)]
 
 
 def vehicle_status(world: World) -> list[CarlaEgoVehicleStatus]:
     """Return speed, orientation, executed command, and acceleration in the map frame."""
-    state, command = world.observation.state, world.simulation.commands.executed
+    state, command = world.snapshot.state, world.simulation.commands.executed
     message = CarlaEgoVehicleStatus(header=world.header)
     message.velocity = math.hypot(state.speed_mps, state.lateral_speed_mps)
     message.acceleration.linear = map_vector(
@@ -151,7 +152,7 @@ def vehicle_status(world: World) -> list[CarlaEgoVehicleStatus]:
     )
     message.orientation = quaternion_from_yaw(state.yaw_rad)
     message.control = CarlaEgoVehicleControl(
-        header=message.header, gear=-1 if command.reverse else 1, **vars(command)
+        header=message.header, gear=-1 if command.reverse else 1, **fields_of(command)
     )
     return [message]
 
@@ -199,7 +200,7 @@ def collisions(world: World) -> list[CarlaCollisionEvent]:
             other_actor_id=event.id,
             normal_impulse=Vector3(event.impulse_x_ns, event.impulse_y_ns, 0.0),
         )
-        for event in world.observation.collisions
+        for event in world.snapshot.collisions
     ]
 
 
@@ -250,7 +251,7 @@ def object_markers(world: World) -> list[Marker]:
 
 def _own(world: World) -> Object:
     """Return the vehicle as an object; twist and acceleration are in the map frame."""
-    state, parameters = world.observation.state, world.simulation.vehicle.parameters
+    state, parameters = world.snapshot.state, world.simulation.vehicle.parameters
     message = _object(world, EGO_ID, "car", state)
     message.shape.dimensions = [parameters.length_m, parameters.width_m, _EGO_HEIGHT_M]
     message.twist.linear = map_vector(state.yaw_rad, state.speed_mps, state.lateral_speed_mps)
@@ -264,7 +265,7 @@ def _own(world: World) -> Object:
 def _others(world: World) -> list[Object]:
     """Return the obstacles as objects; their twist is in the map frame."""
     messages = []
-    for one in world.observation.obstacles:
+    for one in world.snapshot.obstacles:
         message = _object(world, one.id, one.kind, one)
         message.shape.dimensions = [one.length_m, one.width_m, one.height_m]
         message.twist.linear = map_vector(one.yaw_rad, one.speed_mps, 0.0)
@@ -290,7 +291,7 @@ def _object(world: World, number: int, kind: str, place: Any) -> Object:
 
 def actor_list(world: World) -> list[CarlaActorList]:
     """Return the vehicle, the obstacles and the traffic lights as actors of CARLA."""
-    observed = world.observation
+    observed = world.snapshot
     actors = [CarlaActorInfo(EGO_ID, 0, world.vehicle_type, world.role_name)]
     actors += [CarlaActorInfo(one.id, 0, _BLUEPRINTS[one.kind], "") for one in observed.obstacles]
     actors += [
@@ -302,7 +303,7 @@ def actor_list(world: World) -> list[CarlaActorList]:
 
 def control_info(world: World) -> list[EgoVehicleControlInfo]:
     """Return limits, target, motion and executed command as the bridge 0.9.3 publishes them."""
-    commands, state, header = world.simulation.commands, world.observation.state, world.header
+    commands, state, header = world.simulation.commands, world.snapshot.state, world.header
     max_angle_rad = world.simulation.vehicle.parameters.max_wheel_angle_rad
     limits = EgoVehicleControlMaxima(max_steering_angle=max_angle_rad, max_pedal=1.0)
     gains = commands.ackermann_gains
@@ -330,6 +331,13 @@ def control_info(world: World) -> list[EgoVehicleControlInfo]:
                 accel=state.longitudinal_acceleration_mps2,
             ),
             state=EgoVehicleControlState(status="n/a" if target is None else "driving"),
-            output=CarlaVehicleControl(header=header, **vars(commands.executed)),
+            output=CarlaVehicleControl(header=header, **fields_of(commands.executed)),
         )
     ]
+
+
+def fields_of(command: Command) -> dict[str, Any]:
+    """Return the fields that the messages of a command have, without its stamp."""
+    fields = dict(vars(command))
+    del fields["stamp_ns"]
+    return fields

@@ -175,7 +175,7 @@ class BridgeTopics:
 
     def _obstacles(self, world: World) -> list[ObstacleArray]:
         """Return obstacles and lights; without any, return nothing most of the time."""
-        obstacles, lights = world.observation.obstacles, world.observation.traffic_lights
+        obstacles, lights = world.snapshot.obstacles, world.snapshot.traffic_lights
         removed, self._obstacle_ids = self._obstacle_ids, {obstacle.id for obstacle in obstacles}
         is_due = world.simulation.tick % self._no_obstacle_ticks == 0
         if not (obstacles or lights or removed or is_due):
@@ -192,7 +192,7 @@ class BridgeTopics:
     def _markers(self, world: World) -> list[MarkerArray]:
         if world.simulation.tick % self._display_ticks:
             return []
-        obstacles, header = world.observation.obstacles, world.header
+        obstacles, header = world.snapshot.obstacles, world.header
         ids = {obstacle.id for obstacle in obstacles}
         removed, self._marker_ids = self._marker_ids - ids, ids
         markers = [

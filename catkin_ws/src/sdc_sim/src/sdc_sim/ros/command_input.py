@@ -97,7 +97,7 @@ class CommandInput:
             return
         self._drive_log.add_command(message)
         stamp = message.header.stamp.secs, message.header.stamp.nsecs
-        observed = self._simulation.observation.stamp
+        observed = self._simulation.snapshot.stamp
         if self._lockstep and self.answers.is_repeated(stamp, observed):
             return
         if self._accept(vehicle_command(message), self.topic):
@@ -115,7 +115,7 @@ class CommandInput:
 
     def _on_ackermann(self, message: AckermannDrive) -> None:
         if self._accept(ackermann_target(message), self._targets):
-            self.answers.record(UNSTAMPED, self._simulation.observation.stamp)
+            self.answers.record(UNSTAMPED, self._simulation.snapshot.stamp)
 
     def _on_manual_control(self, message: Any) -> None:
         self._accept(vehicle_command(message), self.topic + "_manual", manual=True)

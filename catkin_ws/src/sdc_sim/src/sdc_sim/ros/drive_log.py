@@ -13,7 +13,7 @@ from typing import IO, Any
 from nav_msgs.msg import Odometry
 
 from sdc_common.ros.odometry import pose_and_speed
-from sdc_sim.simulation.observation import Observation
+from sdc_sim.simulation.snapshot import Snapshot
 
 
 class DriveLog:
@@ -29,7 +29,7 @@ class DriveLog:
         if path:
             self._file = open(path, "a", encoding="ascii")  # noqa: SIM115  open until the end
 
-    def add_observation(self, observation: Observation, odometry: Odometry) -> None:
+    def add_observation(self, observation: Snapshot, odometry: Odometry) -> None:
         """Add the pose and speed that the odometry holds, and the collisions of this tick."""
         if self._file is None:
             return

@@ -36,7 +36,7 @@ from sdc_sim.ros.picture_messages import (
     image_message,
     spectator_mount,
 )
-from sdc_sim.simulation.observation import Observation
+from sdc_sim.simulation.snapshot import Snapshot
 from sdc_sim.simulation.weather import Weather
 
 # One is painted, one waits, and one gets its objects.
@@ -65,7 +65,7 @@ class FrontCamera:
         self._free: queue.Queue[np.ndarray] = queue.Queue()
         for _ in range(_PICTURES):
             self._free.put(np.empty((camera.height, camera.width, 4), np.uint8))
-        self._painted: queue.Queue[tuple[Observation, np.ndarray] | None] = queue.Queue()
+        self._painted: queue.Queue[tuple[Snapshot, np.ndarray] | None] = queue.Queue()
 
         bridge, self._role_name = BRIDGE_VERSIONS[settings.bridge], settings.role_name
         names, ego = bridge.front, "/carla/" + self._role_name
@@ -114,7 +114,7 @@ class FrontCamera:
     def _paint_backgrounds(self) -> None:
         try:
             while True:
-                observation: Observation = self._connection.recv()
+                observation: Snapshot = self._connection.recv()
                 picture, state = self._free.get(), observation.state
                 self._renderer.background.draw(picture, state.x_m, state.y_m, state.yaw_rad)
                 self._painted.put((observation, picture))
@@ -123,7 +123,7 @@ class FrontCamera:
         finally:
             self._painted.put(None)
 
-    def _publish(self, observation: Observation, picture: np.ndarray) -> None:
+    def _publish(self, observation: Snapshot, picture: np.ndarray) -> None:
         """Draw the objects on a background, and publish this picture and those of other cameras."""
         stamp, state = rospy.Time(*observation.stamp), observation.state
         boxes = [obstacle_box(obstacle) for obstacle in observation.obstacles]

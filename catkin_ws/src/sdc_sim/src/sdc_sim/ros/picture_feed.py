@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import rospy
 
-from sdc_sim.simulation.observation import Observation
+from sdc_sim.simulation.snapshot import Snapshot
 
 # In lockstep the simulator may be so many pictures ahead, which evens out their render times.
 _DEPTH = 6
@@ -71,7 +71,7 @@ class PictureFeed:
         """Whether the node has started and can take an observation."""
         return self._wait(_DEPTH - 1, 0.0)
 
-    def show(self, observation: Observation, again: bool = False) -> None:
+    def show(self, observation: Snapshot, again: bool = False) -> None:
         """Send an observation to be painted and published.
 
         Args:
@@ -83,7 +83,7 @@ class PictureFeed:
         elif self._wait(0, 0.0):
             self._send(observation)
 
-    def _put(self, observation: Observation) -> None:
+    def _put(self, observation: Snapshot) -> None:
         """Wait until there is room, but after a timeout not again before the next picture."""
         limit_s = _START_TIMEOUT_S if self._starting else _TIMEOUT_S
         if self._wait(_DEPTH - 1, 0.0 if self._slow else limit_s):
@@ -132,7 +132,7 @@ class PictureFeed:
         except (EOFError, OSError):
             self._end()
 
-    def _send(self, observation: Observation) -> None:
+    def _send(self, observation: Snapshot) -> None:
         assert self._connection is not None
         try:
             self._connection.send(observation)

@@ -53,11 +53,11 @@ class SimulationTopics:
 
     def start_clock(self) -> None:
         """Publish the time of the first observation: some nodes wait for it and then subscribe."""
-        self._clock.publish(rospy.Time(*self._simulation.observation.stamp))
+        self._clock.publish(rospy.Time(*self._simulation.snapshot.stamp))
 
     def publish(self) -> None:
         """Publish all but the picture."""
-        observation = self._simulation.observation
+        observation = self._simulation.snapshot
         stamp = rospy.Time(*observation.stamp)
         # The ground truth has no noise.
         shown = observation.measured if self._truth else observation.state
@@ -87,5 +87,5 @@ class SimulationTopics:
         """
         if self._pictures:
             # The camera needs no readings, which are large with a lidar.
-            shown = self._simulation.observation._replace(readings=SensorReadings())
+            shown = self._simulation.snapshot._replace(readings=SensorReadings())
             self._pictures.show(shown, again)

@@ -1,6 +1,6 @@
-"""The simulation tick by tick, without ROS: Simulation.reset() and Simulation.step(command)."""
+"""The simulation tick by tick, without ROS: `observation = Simulation.step(command)`."""
 
-from sdc_sim.physics.vehicle import VehicleCommand
-from sdc_sim.simulation.simulation import Observation, Simulation
+from sdc_common.driving import Command, Observation
+from sdc_sim.simulation.simulation import Simulation
 
-__all__ = ["Observation", "Simulation", "VehicleCommand"]
+__all__ = ["Command", "Observation", "Simulation"]

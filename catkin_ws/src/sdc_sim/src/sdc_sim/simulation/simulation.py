@@ -6,6 +6,7 @@ import math
 from dataclasses import replace
 from typing import Any, Mapping, Tuple
 
+from sdc_common.driving import Observation
 from sdc_common.validation import check_between
 from sdc_sim.physics.ackermann import AckermannControl
 from sdc_sim.physics.collision import Contact, Rectangle
@@ -18,7 +19,7 @@ from sdc_sim.sensors.model import Moment
 from sdc_sim.sensors.suite import SensorSuite
 from sdc_sim.simulation.answer_tracker import Stamp
 from sdc_sim.simulation.command_mux import Command, CommandMux
-from sdc_sim.simulation.observation import Observation
+from sdc_sim.simulation.snapshot import Snapshot
 
 _NANOSECONDS = 1_000_000_000
 # m/s and rad/s
@@ -91,7 +92,7 @@ class Simulation:
         self._centre_m = 0.5 * (vehicle.parameters.front_axle_m - vehicle.parameters.rear_axle_m)
         # The first stamp must not be zero, which is no time in ROS.
         self.tick = 1 + self._sensor_line.ticks
-        self.observation = self.reset()
+        self.reset()
 
     @property
     def stamp(self) -> Stamp:
@@ -114,6 +115,11 @@ class Simulation:
         """Whether the vehicle brakes because its latest command is too old."""
         return self.commands.timed_out(self.tick)
 
+    @property
+    def observation(self) -> Observation:
+        """What the car receives in this tick."""
+        return self.snapshot.observation()
+
     def reset(self) -> Observation:
         """Restore the start and return its observation; only the time continues.
 
@@ -130,7 +136,7 @@ class Simulation:
             self._sense(tick)
         if self._sensors is not None:
             self._sensors.reset()
-        self.observation = self._sense_all()
+        self.snapshot = self._sense_all()
         return self.observation
 
     def step(self, command: Command | None = None) -> Observation:
@@ -153,9 +159,9 @@ class Simulation:
         if self.obstacles.all:
             collisions += self._collide(before)
         self.tick += 1
-        self.observation = self._sense_all()
+        self.snapshot = self._sense_all()
         if collisions:
-            self.observation = self.observation._replace(collisions=tuple(collisions))
+            self.snapshot = self.snapshot._replace(collisions=tuple(collisions))
         return self.observation
 
     def accept(self, command: Command, manual: bool = False) -> bool:
@@ -235,20 +241,20 @@ class Simulation:
         """
         return self.obstacles.toggle(plan, self.outline)
 
-    def observe_again(self) -> Observation:
-        """Return the last observation with the present positions, without noise.
+    def observe_again(self) -> Snapshot:
+        """Return the last snapshot with the present positions, without noise.
 
         A paused simulation shows with it what has been placed, added or removed.
         """
         state = self.vehicle.state
-        self.observation = self.observation._replace(
+        self.snapshot = self.snapshot._replace(
             state=state,
             measured=state,
             obstacles=self.obstacles.states,
             traffic_lights=self.lights.states(self.elapsed_s),
             collisions=(),
         )
-        return self.observation
+        return self.snapshot
 
     def _stamp_at(self, tick: int) -> Stamp:
         return divmod(tick * self._tick_ns, _NANOSECONDS)
@@ -263,25 +269,25 @@ class Simulation:
             y_m += self._centre_m * math.sin(yaw_rad)
         return Rectangle(x_m, y_m, yaw_rad, parameters.length_m, parameters.width_m)
 
-    def _sense_all(self) -> Observation:
-        """Observe the present state with all sensors; return the observation to publish."""
-        observation: Observation = self._sense(self.tick)
-        return observation if self._sensors is None else self._with_readings(observation)
+    def _sense_all(self) -> Snapshot:
+        """Observe the present state with all sensors; return the snapshot to publish."""
+        snapshot: Snapshot = self._sense(self.tick)
+        return snapshot if self._sensors is None else self._with_readings(snapshot)
 
-    def _with_readings(self, observation: Observation) -> Observation:
+    def _with_readings(self, snapshot: Snapshot) -> Snapshot:
         assert self._sensors is not None
         tick = self.tick - self._sensor_line.ticks
         state, obstacles, lights = (
-            observation.state,
-            observation.obstacles,
-            observation.traffic_lights,
+            snapshot.state,
+            snapshot.obstacles,
+            snapshot.traffic_lights,
         )
         moment = Moment(self._elapsed_at(tick), state, obstacles, lights)
         readings = self._sensors.sense(moment, tick, tick - self._start_tick)
-        return observation._replace(readings=readings)
+        return snapshot._replace(readings=readings)
 
     def _sense(self, tick: int) -> Any:
-        """Observe the present state; return the observation of sensor_latency_s ago."""
+        """Observe the present state; return the snapshot of sensor_latency_s ago."""
         state = measured = self.vehicle.state
         if self._noise is not None and self._noise.is_on:
             x, y, yaw, speed = self._noise.apply(
@@ -290,7 +296,7 @@ class Simulation:
             noisy = {"x_m": x, "y_m": y, "yaw_rad": yaw, "speed_mps": speed}
             measured = VehicleState(**{**vars(state), **noisy})
         return self._sensor_line.put(
-            Observation(
+            Snapshot(
                 self._stamp_at(tick),
                 state,
                 measured,

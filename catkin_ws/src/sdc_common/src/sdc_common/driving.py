@@ -1,0 +1,149 @@
+"""What world and car exchange in a tick: observations, paths and commands.
+
+A message rounds some numbers: commands, speeds of obstacles and points of a path to 32-bit floats,
+headings through a quaternion. They are rounded where these objects are made, so that a drive in one
+process equals one through ROS, bit for bit.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+from dataclasses import dataclass, field
+from typing import Any, Mapping, Sequence, Tuple
+
+import numpy as np
+
+_THREE_FLOAT32 = struct.Struct("<fff")
+
+# x [m], y [m], target speed [m/s]
+PathPoint = Tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class DetectedObstacle:
+    """A box on the ground, in the map frame.
+
+    Attributes:
+        x_m: position of its centre [m]
+        y_m: position of its centre [m]
+        yaw_rad: heading, counter-clockwise from the x axis [rad]
+        length_m: size along the heading [m]
+        width_m: size across the heading [m]
+        speed_mps: speed along the heading [m/s]
+
+    Raises:
+        ValueError: a number is not finite
+    """
+
+    x_m: float
+    y_m: float
+    yaw_rad: float
+    length_m: float
+    width_m: float
+    speed_mps: float
+
+    def __post_init__(self):
+        if not all(map(math.isfinite, vars(self).values())):
+            raise ValueError(f"a number of an obstacle is not finite: {self}")
+
+
+@dataclass
+class Observation:
+    """What the software of the car receives in a tick. It has no true state.
+
+    Attributes:
+        stamp_ns: simulated time [ns]
+        x_m: measured position in the map [m]
+        y_m: measured position in the map [m]
+        yaw_rad: measured heading, counter-clockwise from the x axis [rad]
+        speed_mps: measured speed over the ground [m/s]
+        obstacles: the detected obstacles
+        light_states: state of each traffic light by its id
+        readings: what further sensors measure in this tick, None if there are none
+    """
+
+    stamp_ns: int
+    x_m: float
+    y_m: float
+    yaw_rad: float
+    speed_mps: float
+    obstacles: Sequence[DetectedObstacle] = ()
+    light_states: Mapping[int, int] = field(default_factory=dict)
+    readings: Any = None
+
+    @property
+    def stamp_s(self) -> float:
+        """Simulated time as rospy computes it from seconds and nanoseconds [s]."""
+        seconds, nanoseconds = divmod(self.stamp_ns, 1_000_000_000)
+        return float(seconds) + float(nanoseconds) / 1e9
+
+
+@dataclass
+class Path:
+    """The path ahead of the car.
+
+    Attributes:
+        points: x [m], y [m] and target speed [m/s] of two or more points
+    """
+
+    points: Sequence[PathPoint]
+
+    @classmethod
+    def from_rows(cls, rows: np.ndarray) -> Path:
+        """Return the path of (n, 3) rows x, y, target speed, rounded as in the message."""
+        x, y, v = np.asarray(rows).astype(np.float32).T.tolist()
+        return cls(tuple(zip(x, y, v)))
+
+
+@dataclass
+class Command:
+    """What a driver demands until the next command.
+
+    Attributes:
+        throttle: 0..1
+        steer: -1..1, positive to the RIGHT
+        brake: 0..1
+        hand_brake: whether the hand brake is pulled
+        reverse: whether the reverse gear is in
+        stamp_ns: stamp of the observation that it answers, 0 if it answers none [ns]
+    """
+
+    throttle: float = 0.0
+    steer: float = 0.0
+    brake: float = 0.0
+    hand_brake: bool = False
+    reverse: bool = False
+    stamp_ns: int = field(default=0, compare=False)
+
+    @classmethod
+    def rounded(cls, throttle: float, steer: float, brake: float, stamp_ns: int = 0) -> Command:
+        """Return a command with the precision of the message."""
+        throttle, steer, brake = _THREE_FLOAT32.unpack(_THREE_FLOAT32.pack(throttle, steer, brake))
+        return cls(throttle, steer, brake, stamp_ns=stamp_ns)
+
+    def clamped(self) -> tuple[Command, bool]:
+        """Return the command within its ranges, and whether it was outside them.
+
+        Raises:
+            ValueError: a value is NaN or infinite
+        """
+        if 0.0 <= self.throttle <= 1.0 and -1.0 <= self.steer <= 1.0 and 0.0 <= self.brake <= 1.0:
+            return self, False
+        for name in ("throttle", "steer", "brake"):
+            if not math.isfinite(getattr(self, name)):
+                raise ValueError(f"command refused: {name} is {getattr(self, name)}")
+        limited = Command(
+            min(max(self.throttle, 0.0), 1.0),
+            min(max(self.steer, -1.0), 1.0),
+            min(max(self.brake, 0.0), 1.0),
+            self.hand_brake,
+            self.reverse,
+        )
+        return limited, True
+
+
+def yaw_as_sent(yaw_rad: float) -> float:
+    """Return a heading after its conversion to a quaternion and back [rad]."""
+    z, w = math.sin(0.5 * yaw_rad), math.cos(0.5 * yaw_rad)
+    return math.atan2(2.0 * (w * z + 0.0), 1.0 - 2.0 * (0.0 + z * z))

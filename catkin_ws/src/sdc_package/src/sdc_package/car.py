@@ -1,0 +1,147 @@
+"""The car without ROS: `command = Car.step(observation)`.
+
+The nodes local_planner.py and simple_controller.py call the same two halves, `LocalPlanner.plan`
+and `Controller.command`, with what they receive.
+"""
+
+from __future__ import annotations
+
+from typing import Callable, Mapping, Protocol
+
+import numpy as np
+
+from sdc_common.driving import Command, Observation, Path
+from sdc_common.planning.speed_reasons import PATH_TIMEOUT
+from sdc_common.ros.stop_lines import StopLine
+from sdc_package.controller import Controller
+from sdc_package.local_path import ReferencePath
+from sdc_package.local_planner import LocalPlanner, OffRouteError, PlannerSettings
+from sdc_package.traffic_lights import TrafficLightMonitor
+from sdc_package.waypoint_search import WaypointSearch
+
+
+class PathPlanner(Protocol):
+    """Plans the path ahead."""
+
+    @property
+    def reason(self) -> str:
+        """What limits the speed at the start of the last path, see speed_reasons; "" if unknown."""
+
+    def plan(self, observation: Observation) -> Path:
+        """Return the path ahead of the car.
+
+        Raises:
+            OffRouteError: there is none
+        """
+        raise NotImplementedError
+
+
+class MissionDriver:
+    """Plans the path ahead along a mission, with stops at its traffic lights.
+
+    Args:
+        waypoints_m: (N, 2) waypoints of the mission [m]
+        settings: parameters of the local planner
+        stop_lines: stop line of each traffic light by its id
+    """
+
+    def __init__(
+        self,
+        waypoints_m: np.ndarray,
+        settings: PlannerSettings,
+        stop_lines: Mapping[int, StopLine] | None = None,
+    ):
+        mission_m = np.asarray(waypoints_m).astype(np.float32).astype(float)
+        self._planner = LocalPlanner(mission_m, settings)
+        self._search = WaypointSearch(self._planner.route.points)
+        self._lights = TrafficLightMonitor(settings.traffic_lights)
+        self._lights.lines = dict(stop_lines or {})
+        self._rows = np.empty((0, 3))
+        self._path = Path(())
+
+    @property
+    def reason(self) -> str:
+        """What limits the speed at the start of the last path."""
+        return self._planner.reason
+
+    def plan(self, observation: Observation) -> Path:
+        """See PathPlanner; the same object as long as the path is the same."""
+        x, y = observation.x_m, observation.y_m
+        self._lights.states = dict(observation.light_states)
+        first = self._search.first_ahead(x, y)
+        rows = self._planner.plan(first, x, y, observation.yaw_rad, observation.obstacles)
+        rows = self._planner.stop_for(self._lights, rows, observation.speed_mps)
+        if rows is not self._rows:
+            self._rows, self._path = rows, Path.from_rows(rows)
+        return self._path
+
+
+class Car:
+    """Planner and controller of the car.
+
+    Args:
+        planner: plans the path ahead
+        controller: follows it
+        path_timeout_s: time without a path after which the car brakes to a stop [s]
+
+    Attributes:
+        path: the path of the last step, None if there was none
+        reason: what limited the speed in the last step, "" if unknown
+    """
+
+    def __init__(self, planner: PathPlanner, controller: Controller, path_timeout_s: float):
+        self.path: Path | None = None
+        self.reason = ""
+        self._planner = planner
+        self._controller = controller
+        self._path_timeout_s = path_timeout_s
+        self._reference = ReferencePath()
+
+    def step(self, observation: Observation) -> Command | None:
+        """Return the command that answers an observation.
+
+        Without a path the last command stays in force; after the timeout the car brakes along the
+        last path.
+        """
+        try:
+            self.path = self._planner.plan(observation)
+        except OffRouteError:
+            self.path, self.reason = None, ""
+            return self._stop(observation)
+        self.reason = self._planner.reason
+        self._reference.update(self.path.points)
+        return self._controller.command(observation, self._reference)
+
+    def _stop(self, observation: Observation) -> Command | None:
+        last = self._controller.last_answered
+        if last is None or observation.stamp_s - last.stamp_s <= self._path_timeout_s:
+            return None
+        self.reason = PATH_TIMEOUT
+        return self._controller.stop(observation, self._reference)
+
+
+class EstimatingCar:
+    """A car that drives on an estimate of its pose in place of the measured one.
+
+    Args:
+        car: the car
+        estimate: returns an observation with the estimated pose and speed
+    """
+
+    def __init__(self, car: Car, estimate: Callable[[Observation], Observation]):
+        self._car = car
+        self._estimate = estimate
+
+    @property
+    def path(self) -> Path | None:
+        """The path of the last step."""
+        return self._car.path
+
+    @property
+    def reason(self) -> str:
+        """What limited the speed in the last step."""
+        return self._car.reason
+
+    def step(self, observation: Observation) -> Command | None:
+        """See Car."""
+        return self._car.step(self._estimate(observation))

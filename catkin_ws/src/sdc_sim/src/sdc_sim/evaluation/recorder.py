@@ -1,0 +1,77 @@
+"""The evaluation of a drive in one process, which equals that of the referee."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from sdc_common.driving import Command, yaw_as_sent
+from sdc_common.ros.stop_lines import StopLine
+from sdc_sim.evaluation.drive_evaluation import DriveResult
+from sdc_sim.evaluation.evaluator import Evaluator
+from sdc_sim.evaluation.rules import EvaluationRules
+from sdc_sim.physics.traffic_lights import LANE_WIDTH_M, TrafficLights
+from sdc_sim.simulation.loop import Driver
+from sdc_sim.simulation.simulation import Simulation
+from sdc_sim.simulation.snapshot import Snapshot
+
+
+class DriveRecorder:
+    """Evaluates the ticks of `sdc_sim.simulation.loop.drive`.
+
+    Args:
+        rules: what the drive is evaluated by
+        waypoints_m: (N, 2) waypoints of the mission [m]
+        world: the simulation at its start
+    """
+
+    def __init__(self, rules: EvaluationRules, waypoints_m: np.ndarray, world: Simulation):
+        self.evaluator = Evaluator(rules)
+        self.evaluator.set_route(np.asarray(waypoints_m).astype(np.float32).astype(float))
+        if world.lights.plans:
+            self.evaluator.set_stop_lines(stop_lines_of(world.lights))
+        for obstacle in world.snapshot.obstacles:
+            self.evaluator.add_obstacle(obstacle.id, obstacle.kind)
+
+    def add(self, snapshot: Snapshot) -> bool:
+        """Add a tick of the world; return whether the drive is over."""
+        evaluator, stamp_ns, measured = self.evaluator, snapshot.stamp_ns, snapshot.measured
+        yaw = yaw_as_sent(measured.yaw_rad)
+        speed = math.hypot(measured.speed_mps, measured.lateral_speed_mps)
+        evaluator.add_odometry(stamp_ns, measured.x_m, measured.y_m, yaw, speed)
+        if snapshot.traffic_lights:
+            states = {light.id: light.state for light in snapshot.traffic_lights}
+            evaluator.set_lights(stamp_ns, states)
+        for collision in snapshot.collisions:
+            evaluator.add_collision(stamp_ns, collision.id)
+        return evaluator.over
+
+    def add_answer(self, snapshot: Snapshot, command: Command | None, car: Driver) -> None:
+        """Add the command with which the car answered this tick."""
+        evaluator = self.evaluator
+        if command is not None:
+            evaluator.add_command(command.stamp_ns, command.throttle, command.brake, command.steer)
+        if car.path is not None:
+            evaluator.add_planned_speed(car.path.points[0][2])
+        if car.reason:
+            evaluator.add_reason(snapshot.stamp_ns, car.reason)
+
+    def result(self) -> DriveResult:
+        """Return the evaluated drive."""
+        return self.evaluator.result()
+
+
+def stop_lines_of(lights: TrafficLights) -> dict[int, StopLine]:
+    """Return the stop line of each traffic light by its id, rounded as in the messages."""
+    lines = {}
+    for plan, light in zip(lights.plans, lights.states(0.0)):
+        yaw = light.heading_rad + math.pi
+        c, s = math.cos(yaw), math.sin(yaw)
+        east, north = plan.x_m - light.x_m, plan.y_m - light.y_m
+        ahead, left = c * east + s * north, c * north - s * east
+        c, s = math.cos(yaw_as_sent(yaw)), math.sin(yaw_as_sent(yaw))
+        lines[light.id] = StopLine(
+            light.x_m + c * ahead - s * left, light.y_m + s * ahead + c * left, 0.5 * LANE_WIDTH_M
+        )
+    return lines

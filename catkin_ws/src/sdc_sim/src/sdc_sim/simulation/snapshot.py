@@ -1,0 +1,70 @@
+"""The true state of a simulation at one tick, and what the car receives of it."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from sdc_common.driving import DetectedObstacle, Observation, yaw_as_sent
+from sdc_sim.physics.obstacles import CollisionEvent, ObstacleState
+from sdc_sim.physics.traffic_lights import TrafficLightState
+from sdc_sim.physics.vehicle import VehicleState
+from sdc_sim.sensors.readings import SensorReadings
+from sdc_sim.simulation.answer_tracker import Stamp
+
+_NS_PER_S = 1_000_000_000
+
+
+class Snapshot(NamedTuple):
+    """What is true at one tick, at most sensor_latency_s late, and what the sensors measure.
+
+    Attributes:
+        stamp: simulated time (seconds, nanoseconds)
+        state: true state of the vehicle
+        measured: state of the vehicle with the noise of its odometry
+        obstacles: all obstacles
+        traffic_lights: all traffic lights
+        collisions: contacts that began in the last tick; they have no latency
+        readings: what the sensors measure in this tick
+    """
+
+    stamp: Stamp
+    state: VehicleState
+    measured: VehicleState
+    obstacles: tuple[ObstacleState, ...] = ()
+    traffic_lights: tuple[TrafficLightState, ...] = ()
+    collisions: tuple[CollisionEvent, ...] = ()
+    readings: SensorReadings = SensorReadings()
+
+    @property
+    def time_s(self) -> float:
+        """Simulated time [s]."""
+        seconds, nanoseconds = self.stamp
+        return seconds + nanoseconds / 1e9
+
+    @property
+    def stamp_ns(self) -> int:
+        """Simulated time [ns]."""
+        seconds, nanoseconds = self.stamp
+        return seconds * _NS_PER_S + nanoseconds
+
+    def observation(self) -> Observation:
+        """Return what the software of the car receives of it, rounded as in the messages."""
+        measured = self.measured
+        return Observation(
+            self.stamp_ns,
+            measured.x_m,
+            measured.y_m,
+            yaw_as_sent(measured.yaw_rad),
+            math.hypot(measured.speed_mps, measured.lateral_speed_mps),
+            tuple(map(_detected, self.obstacles)),
+            {light.id: light.state for light in self.traffic_lights},
+            self.readings,
+        )
+
+
+def _detected(one: ObstacleState) -> DetectedObstacle:
+    yaw, speed = yaw_as_sent(one.yaw_rad), float(np.float32(one.speed_mps))
+    return DetectedObstacle(one.x_m, one.y_m, yaw, one.length_m, one.width_m, speed)
