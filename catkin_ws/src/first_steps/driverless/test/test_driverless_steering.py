@@ -24,22 +24,6 @@ def driver(**overrides):
     return Driver(read_settings({**CONFIG, **overrides}))
 
 
-@pytest.mark.parametrize(
-    "direction, target, error",
-    [
-        (0.0, (1.0, 0.0), 0.0),
-        (0.0, (1.0, 1.0), PI / 4),
-        (0.0, (0.0, -1.0), -PI / 2),
-        (PI / 2, (0.0, 5.0), 0.0),
-        (3.0, (-1.0, math.tan(-0.1)), 2 * PI - 3.0 - (PI - 0.1)),  # over pi, not back through zero
-        (-3.0, (-1.0, 0.1), math.atan2(0.1, -1.0) + 3.0 - 2 * PI),
-        (0.0, (-1.0, 0.0), PI),
-    ],
-)
-def test_heading_error_is_the_shortest_turn(direction, target, error):
-    assert heading_error(0.0, 0.0, direction, Point(0, *target)) == pytest.approx(error)
-
-
 @given(coordinates, coordinates, angles, coordinates, coordinates)
 def test_car_turned_by_the_heading_error_points_at_the_target(x, y, direction, target_x, target_y):
     error = heading_error(x, y, direction, Point(0, target_x, target_y))
@@ -80,27 +64,12 @@ def visited(points, count, start=(-4.0, 0.0)):
     return order
 
 
-def test_first_point_follows_the_last_for_any_number_of_points():
-    for count in range(1, 40):
-        points = [Point(i, 10.0 * i, 0.0) for i in range(count)]
-        order = [idx for idx, _ in visited(points[::-1], 2 * count + 1)]
-        if count == 1:
-            assert order == [0, 0, 0]
-        else:
-            assert order == [*range(count), *range(count), 0]
-
-
-def test_route_accepts_missing_and_repeated_idx():
-    points = [Point(9, 30.0, 0.0), Point(4, 10.0, 0.0), Point(2, 0.0, 0.0), Point(4, 20.0, 0.0)]
-    assert visited(points, 5) == [(2, 0.0), (4, 10.0), (4, 20.0), (9, 30.0), (2, 0.0)]
-
-
 def test_first_target_is_the_nearest_point():
     points = [Point(i, 10.0 * i, 0.0) for i in range(10)]
     assert visited(points, 2, start=(62.0, 3.0)) == [(6, 60.0), (7, 70.0)]
 
 
-@given(st.lists(st.integers(0, 20), min_size=2, max_size=20), st.floats(-30.0, 250.0))
+@given(st.lists(st.integers(0, 20), min_size=1, max_size=20), st.floats(-30.0, 250.0))
 def test_each_round_visits_every_point_once_in_order_of_idx(indices, start):
     points = [Point(idx, 10.0 * place, 0.0) for place, idx in enumerate(indices)]
     order = visited(points, 2 * len(points), (start, 4.0))

@@ -10,7 +10,7 @@ import pytest
 import yaml
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from window_control import press_close_button, qt_display  # noqa: E402
+from window_control import qt_display  # noqa: E402
 
 from qt_interface.scene import Point  # noqa: E402
 
@@ -175,11 +175,6 @@ def test_key_closes_the_window(shown, key):
     shown.wait_for(lambda: not shown.window.isVisible())
 
 
-def test_close_button_closes_the_window(shown):
-    press_close_button(shown.display, int(shown.window.winId()))
-    shown.wait_for(lambda: not shown.window.isVisible())
-
-
 def test_scene_is_visible_on_the_display(shown):
     from qt_interface import painting
 
@@ -259,16 +254,6 @@ def test_status_bar_shows_state_car_and_waypoints(shown):
     shown.window.update_status()
     assert "running" in shown.window.labels["state"].text()
     assert "x 10  y 20  90" in shown.window.labels["car"].text()
-
-
-@pytest.mark.slow(2)
-def test_trail_stays_bounded_after_a_hundred_thousand_positions(shown):
-    for step in range(100000):
-        shown.scene.set_car(
-            300.0 * math.sin(0.01 * step), 100.0 * math.cos(0.01 * step), 0.0, float(step)
-        )
-    assert len(shown.scene.trail) == 10000
-    shown.picture()
 
 
 @pytest.mark.slow(2)

@@ -75,13 +75,6 @@ def test_two_steps_equal_one_long_step(x, y, direction, first, second):
     assert twice[:2] == pytest.approx(once[:2], abs=1e-6)
 
 
-@given(angles, angles, angles)
-def test_clamp_moves_the_car_inside_and_keeps_one_that_is_inside(x, y, direction):
-    car = FIELD.clamp(Car(x, y, direction))
-    assert abs(car.x) <= 45.0 and abs(car.y) <= 25.0
-    assert FIELD.clamp(car) == car
-
-
 def test_field_contains_points_on_its_walls():
     assert FIELD.contains(50.0, -30.0)
     assert not FIELD.contains(50.1, 0.0) and not FIELD.contains(0.0, -30.1)
