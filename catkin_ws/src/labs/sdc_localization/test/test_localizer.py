@@ -12,7 +12,7 @@ STEP_S = 0.05
 
 @pytest.fixture
 def localizer(settings):
-    """Return a localizer of a car that is at rest in its lane, which leads north, and is sure of it."""
+    """Return a localizer of a car at rest in its lane, which leads north, from an exact start."""
     found = Localizer(settings)
     found.start(0.0, 10.0, 0.01, LANE)
     found.move(0.0, 0.0, 0.0)
