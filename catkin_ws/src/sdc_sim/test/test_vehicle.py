@@ -87,6 +87,18 @@ def test_measured_circle_at_walking_speed_is_kinematic(name, speed_mps):
     assert radius_m == pytest.approx(kinematic_m, rel=0.02)
 
 
+def test_measured_turn_of_4_m_at_3_mps_matches_the_geometry():
+    parameters = preset()
+    angle_rad = math.atan(parameters.wheelbase_m / math.sqrt(4.0**2 - parameters.rear_axle_m**2))
+    vehicle = rolling_car(parameters, 3.0)
+    cruise(vehicle, 3.0, angle_rad / parameters.full_wheel_angle_rad(3.0), 20.0)
+    state = vehicle.state
+    assert state.speed_mps == pytest.approx(3.0, abs=0.1)
+    radius_m = math.hypot(state.speed_mps, state.lateral_speed_mps) / -state.yaw_rate_radps
+    print(f"radius {radius_m:.3f} m at {state.speed_mps:.2f} m/s, expected 4.000 m")
+    assert radius_m == pytest.approx(4.0, rel=0.03)
+
+
 @pytest.mark.parametrize("front,rear", [(130e3, 150e3), (100e3, 160e3), (160e3, 150e3)])
 @pytest.mark.parametrize("speed_mps", [8.0, 15.0, 25.0])
 def test_measured_steady_circle_follows_the_understeer_gradient(speed_mps, front, rear):
@@ -376,6 +388,30 @@ def test_measured_slalom_at_walking_speed_follows_the_kinematic_model(name, reve
     )
     assert distance_m > 20.0
     assert apart_m < 0.02 * distance_m
+
+
+def test_measured_motion_has_no_jump_in_the_blend():
+    """From rest to 8 m/s in a bend neither motion nor acceleration jumps in a step of 5 ms."""
+    vehicle = Vehicle(preset())
+    vehicle.step(VehicleCommand(steer=-0.25), 1.0)
+    rate_jump = acceleration_jump = 0.0
+    before = vehicle.state
+    for _ in range(1200):
+        vehicle.step(VehicleCommand(throttle=0.5, steer=-0.25), 0.005)
+        after = vehicle.state
+        rate_jump = max(rate_jump, abs(after.yaw_rate_radps - before.yaw_rate_radps))
+        acceleration_jump = max(
+            acceleration_jump,
+            abs(after.lateral_acceleration_mps2 - before.lateral_acceleration_mps2),
+        )
+        before = after
+    print(
+        f"largest change in 5 ms: yaw rate {rate_jump:.5f} rad/s, "
+        f"lateral acceleration {acceleration_jump:.4f} m/s^2"
+    )
+    assert before.speed_mps > 6.0
+    assert rate_jump < 0.002
+    assert acceleration_jump < 0.05
 
 
 # Laws
