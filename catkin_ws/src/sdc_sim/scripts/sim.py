@@ -29,15 +29,7 @@ class Sim:
         self.wait_for_nodes = set(setup.wait_for_nodes)
         self.pause = PauseControl()
         self.lock = LoopLock()
-        self.commands = CommandInput(
-            setup.ego,
-            setup.bridge.control_class,
-            setup.simulation,
-            self.lock,
-            setup.lockstep,
-            setup.ackermann_cmd,
-            setup.drive_log,
-        )
+        self.commands = CommandInput(setup, self.lock)
         self.answers = self.commands.answers
         self.topics = SimulationTopics(setup)
         self.starting = True
@@ -51,6 +43,7 @@ class Sim:
             if self.lockstep:
                 self.wait_for_connections()
             self.next_tick_s = time.monotonic()
+            self.answers.expect()  # An earlier command answers nothing.
             self.publish()
             while not rospy.is_shutdown():
                 if self.lockstep:

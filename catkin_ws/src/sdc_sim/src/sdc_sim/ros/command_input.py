@@ -11,12 +11,11 @@ from ackermann_msgs.msg import AckermannDrive
 from std_msgs.msg import Bool
 
 from sdc_sim.ros.connections import Connections, is_connected
-from sdc_sim.ros.drive_log import DriveLog
 from sdc_sim.ros.loop_lock import LoopLock
 from sdc_sim.ros.message_conversion import ackermann_target, vehicle_command
+from sdc_sim.ros.simulation_setup import SimulationSetup
 from sdc_sim.simulation.answer_tracker import UNSTAMPED, AnswerTracker
 from sdc_sim.simulation.command_mux import Command, CommandArbiter
-from sdc_sim.simulation.simulation import Simulation
 
 # After this time without a command of the active publisher, another one may take control.
 _HANDOVER_S = 0.5
@@ -27,50 +26,37 @@ class CommandInput:
     """Gives commands to the simulation while the loop waits.
 
     Args:
-        ego: prefix of the topics of the vehicle
-        control_class: message class of the control commands
-        simulation: the simulation
+        setup: the simulation, its topics, and who serves ackermann_cmd
         lock: the lock of the loop
-        lockstep: whether the stamp of a command decides which observation it answers
-        ackermann_cmd: whether to serve ackermann_cmd; "auto": unless another node does
-        drive_log: receives the commands
 
     Attributes:
         topic: name of the topic of control commands
         answers: which observation the commands have answered
     """
 
-    def __init__(
-        self,
-        ego: str,
-        control_class: type,
-        simulation: Simulation,
-        lock: LoopLock,
-        lockstep: bool,
-        ackermann_cmd: str | bool,
-        drive_log: DriveLog,
-    ):
-        self.topic = ego + "/vehicle_control_cmd"
+    def __init__(self, setup: SimulationSetup, lock: LoopLock):
+        self.topic = setup.ego + "/vehicle_control_cmd"
         self.answers = AnswerTracker()
-        self._simulation = simulation
+        self._simulation = setup.simulation
         self._lock = lock
-        self._lockstep = lockstep
-        self._drive_log = drive_log
-        self._arbiter = CommandArbiter(round(_HANDOVER_S / simulation.tick_s))
-        self._targets = ego + "/ackermann_cmd"
+        self._lockstep = setup.lockstep
+        self._drive_log = setup.drive_log
+        self._arbiter = CommandArbiter(round(_HANDOVER_S / setup.simulation.tick_s))
+        self._targets = setup.ego + "/ackermann_cmd"
         self._other_control = OtherAckermannControl(self._targets, self.topic)
-        self._asks_for_others = ackermann_cmd == "auto"
+        self._asks_for_others = setup.ackermann_cmd == "auto"
+        control_class = setup.bridge.control_class
 
         def subscriber(topic: str, message_class: type, callback: Any) -> rospy.Subscriber:
             return rospy.Subscriber(topic, message_class, callback, queue_size=10, tcp_nodelay=True)
 
         self._subscribers = [subscriber(self.topic, control_class, lock.guarded(self._on_control))]
-        if ackermann_cmd:
+        if setup.ackermann_cmd:
             self._subscribers.append(subscriber(self._targets, AckermannDrive, self._on_target))
         manual = lock.guarded(self._on_manual_control)
         subscriber(self.topic + "_manual", control_class, manual)
         override = lock.guarded(self._on_override)
-        subscriber(ego + "/vehicle_control_manual_override", Bool, override)
+        subscriber(setup.ego + "/vehicle_control_manual_override", Bool, override)
 
     @property
     def has_publisher(self) -> bool:
