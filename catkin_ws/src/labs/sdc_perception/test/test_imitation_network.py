@@ -64,5 +64,5 @@ def test_bad_file_is_refused_in_one_line(saved, damage, problem):
     text = str(refused.value)
     assert text.startswith(f"{path}: ")
     assert problem in text
-    assert "sdc_experiments.imitation.train" in text
+    assert "sdc_perception.imitation.train" in text
     assert "\n" not in text

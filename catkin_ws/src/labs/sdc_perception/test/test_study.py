@@ -25,7 +25,7 @@ def one_core():
 
 @pytest.mark.slow(20)
 def test_route_that_the_car_does_not_know_is_completed():
-    metrics, problems = drive(HELD_OUT)
+    metrics, _, problems = drive(HELD_OUT)
     assert (metrics["status"], problems) == ("completed", [])
     assert metrics["cross_track_rms_m"] <= 0.15
     assert metrics["cross_track_max_m"] <= 0.5
@@ -44,7 +44,7 @@ def test_route_that_the_car_does_not_know_is_completed():
     ],
 )
 def test_scenario_is_driven_on_detections(scenario, weather):
-    assert drive(scenario, weather)[1] == []
+    assert drive(scenario, weather).problems == []
 
 
 @pytest.mark.slow(3)

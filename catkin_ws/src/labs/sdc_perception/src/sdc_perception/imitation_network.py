@@ -24,7 +24,7 @@ UNITS = np.array([0.05, 2.0], np.float32)
 _MIDDLE = np.array([0.0, 6.0], np.float32)
 _LIMITS = np.array([[-0.25, 2.0], [0.25, 10.0]], np.float32)
 _FORMAT = "sdc steering network 1"
-_FIX = "train one with python3 -m sdc_experiments.imitation.train"
+_FIX = "train one with python3 -m sdc_perception.imitation.train"
 
 
 def build_network() -> nn.Sequential:

@@ -14,7 +14,7 @@ import itertools
 import os
 import sys
 import tempfile
-from typing import Any, Sequence
+from typing import Any, Mapping, NamedTuple, Sequence
 
 import numpy as np
 import yaml
@@ -36,6 +36,7 @@ WEATHERS: dict[str, dict[str, Any]] = {
     "worn": {"weather": {"worn_lines": 0.6}},
 }
 _TIMEOUT_S = 1200.0
+_NO_OPTIONS: Mapping[str, Any] = {}
 
 
 def lab_parameters(node: str) -> dict[str, Any]:
@@ -43,28 +44,65 @@ def lab_parameters(node: str) -> dict[str, Any]:
     return node_config("sdc_perception", node)
 
 
-def drive(name: str, weather: str = "day") -> tuple[dict[str, Any], list[str]]:
-    """Drive with the nodes; return the report, and a line for each violated limit.
+class NodesDrive(NamedTuple):
+    """A drive of the nodes in lockstep.
+
+    Attributes:
+        metrics: the report of the referee
+        trace: columns of report.csv by name, such as `cross_track_m`
+        problems: one line for each limit of the scenario that is violated
+    """
+
+    metrics: dict[str, Any]
+    trace: np.ndarray
+    problems: list[str]
+
+
+def drive_nodes(
+    scenario: str = "",
+    route_m: np.ndarray | None = None,
+    sim_options: Mapping[str, Any] = _NO_OPTIONS,
+    **given: str,
+) -> NodesDrive:
+    """Drive in lockstep under a ROS master of its own.
+
+    Args:
+        scenario: name of a scenario, "" for the route alone
+        route_m: (N, 2) waypoints [m], None for the route of the scenario or the town
+        sim_options: parameters that replace those of config/sim.yaml
+        given: other arguments of ./drive
+    """
+    options = yaml.safe_dump(dict(sim_options), default_flow_style=True, width=10**6).strip()
+    given = {**given, "sim_options": options, "referee_options": "{pictures: false}"}
+    with tempfile.TemporaryDirectory(prefix="perception_") as folder:
+        if route_m is not None:
+            given["waypoints_path"] = os.path.join(folder, "route.csv")
+            # The y axis of a waypoint file points to the right.
+            np.savetxt(given["waypoints_path"], route_m * (1.0, -1.0), fmt="%.9f", delimiter=",")
+        with isolated_ros_environment(os.path.join(folder, "ros")) as environment:
+            drive = CheckedDrive(scenario, os.path.join(folder, "report.json"), given)
+            problems = drive.run(_TIMEOUT_S, environment=environment)
+        trace = np.genfromtxt(
+            os.path.join(folder, "report.csv"), delimiter=",", names=True, usecols=range(8)
+        )
+        return NodesDrive(read_report(drive.report_path)[0], trace, problems[:-1])
+
+
+def drive(name: str, weather: str = "day") -> NodesDrive:
+    """Drive with what the nodes find in the picture.
 
     Args:
         name: seed of a random route, "town", or the name of a scenario
         weather: a key of WEATHERS
     """
-    given = {"camera": "true", "sim_options": yaml.safe_dump(WEATHERS[weather]).strip()}
-    given["referee_options"] = "{pictures: false}"
-    with tempfile.TemporaryDirectory(prefix="perception_") as folder:
-        scenario, given["perception"] = name, "all"
-        if name == TOWN or name.isdecimal():
-            scenario, given["perception"] = "", "lane"
-        if name.isdecimal():
-            given["waypoints_path"] = os.path.join(folder, "route.csv")
-            # The y axis of a waypoint file points to the right.
-            points = random_route(int(name))[0] * (1.0, -1.0)
-            np.savetxt(given["waypoints_path"], points, fmt="%.4f", delimiter=",")
-        with isolated_ros_environment(os.path.join(folder, "ros")) as environment:
-            checked = CheckedDrive(scenario, os.path.join(folder, "report.json"), given)
-            problems = checked.run(_TIMEOUT_S, environment=environment)
-        return read_report(checked.report_path)[0], problems[:-1]
+    by_lane = name == TOWN or name.isdecimal()
+    return drive_nodes(
+        "" if by_lane else name,
+        random_route(int(name))[0] if name.isdecimal() else None,
+        WEATHERS[weather],
+        perception="lane" if by_lane else "all",
+        camera="true",
+    )
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -76,7 +114,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     weathers = list(WEATHERS) if given.weather == "all" else [given.weather]
     failed = False
     for name, weather in itertools.product(given.names, weathers):
-        metrics, problems = drive(name, weather)
+        metrics, _, problems = drive(name, weather)
         print(
             f"{name:20s} {weather:8s} {metrics['status']:9s} {metrics['duration_s']:6.1f} s, "
             f"cross-track error {metrics['cross_track_rms_m']:.3f} m RMS, "

@@ -1,6 +1,6 @@
 """Train the steering network.
 
-python3 -m sdc_experiments.imitation.train SAMPLES NETWORK [--on-line-only]
+python3 -m sdc_perception.imitation.train SAMPLES NETWORK [--on-line-only]
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import time
 
 import numpy as np
 
-from sdc_experiments.imitation.samples import Samples
+from sdc_perception.imitation.samples import Samples
 
 # This module reports in one line that PyTorch is missing.
 from sdc_perception.imitation_network import (
@@ -89,7 +89,7 @@ def validate(network: SteeringNetwork, samples: Samples) -> tuple[float, float]:
 def main() -> None:
     """Run the command."""
     parser = argparse.ArgumentParser(description="train the steering network")
-    parser.add_argument("samples", help="file of sdc_experiments.imitation.record")
+    parser.add_argument("samples", help="file of sdc_perception.imitation.record")
     parser.add_argument("network", help="file to write")
     parser.add_argument("--epochs", type=int, default=EPOCHS, help="how often each picture is used")
     parser.add_argument(

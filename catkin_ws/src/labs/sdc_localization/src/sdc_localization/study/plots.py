@@ -1,6 +1,6 @@
 """The pictures of docs/labs/localization.md: the town on the estimate, with a GNSS outage.
 
-python3 -m sdc_experiments.localization_plots [FOLDER]
+python3 -m sdc_localization.study.plots [FOLDER]
 """
 
 from __future__ import annotations
@@ -18,24 +18,23 @@ from matplotlib.axes import Axes  # noqa: E402
 from matplotlib.patches import Ellipse  # noqa: E402
 
 from sdc_common.routes.waypoint_file import load_waypoints  # noqa: E402
-from sdc_experiments.localization import TICK_S, LocalizedDrive, drive_localized  # noqa: E402
+from sdc_localization.study.drives import LocalizedDrive, drive_localized  # noqa: E402
 
 OUTAGE_S = (60.0, 65.0)
 BLUE, RED, GREEN, GREY = "#2a6fb0", "#c2402f", "#3a8a4d", "#999999"
 # The ellipses are drawn so many times larger than they are.
 _MAGNIFIED = 30.0
-_ELLIPSE_EVERY_S = 1.0
+_ELLIPSE_EVERY = 20  # ticks
 _STYLE = {"axes.spines.top": False, "axes.spines.right": False, "font.size": 10, "savefig.dpi": 110}
 
 
 def dead_reckoning(drive: LocalizedDrive, axes: Axes) -> None:
     """Draw the road as wheels and gyroscope, GNSS, and the filter see it."""
-    truth, fixes = np.array(drive.truth), np.array(drive.fixes)
-    alone, estimates = np.array(drive.dead_reckoned), np.array([e[:2] for e in drive.estimates])
-    axes.plot(*fixes.T, ".", color=GREY, ms=1.5, alpha=0.5, label="GNSS positions")
+    truth, alone = drive.truth, drive.dead_reckoned
+    axes.plot(*drive.fixes.T, ".", color=GREY, ms=1.5, alpha=0.5, label="GNSS positions")
     axes.plot(*truth[:, :2].T, color="black", lw=3.0, label="truth")
     axes.plot(*alone.T, color=RED, lw=1.5, label="wheels and gyroscope alone")
-    axes.plot(*estimates.T, color=GREEN, lw=1.2, label="the filter")
+    axes.plot(*drive.estimates[:, :2].T, color=GREEN, lw=1.2, label="the filter")
     error = np.hypot(*(alone[-1] - truth[-1, :2]))
     axes.annotate(f"{error:.1f} m off", alone[-1], xytext=(8, 8), textcoords="offset points")
     axes.set_aspect("equal")
@@ -46,11 +45,10 @@ def dead_reckoning(drive: LocalizedDrive, axes: Axes) -> None:
 
 def errors(drive: LocalizedDrive, axes: Axes) -> None:
     """Draw the error of the position over time, with what the filter believes of it."""
-    time_s = TICK_S * np.arange(len(drive.truth))
-    covariances = np.array([estimate.covariance[:2, :2] for estimate in drive.estimates])
-    believed = np.sqrt(np.trace(covariances, axis1=1, axis2=2))
-    fixes = np.hypot(*(np.array(drive.fixes) - np.array(drive.truth)[:, :2]).T)
-    alone = np.hypot(*(np.array(drive.dead_reckoned) - np.array(drive.truth)[:, :2]).T)
+    time_s = drive.times_s
+    believed = np.sqrt(np.trace(drive.covariances[:, :2, :2], axis1=1, axis2=2))
+    fixes = np.hypot(*(drive.fixes - drive.truth[:, :2]).T)
+    alone = np.hypot(*(drive.dead_reckoned - drive.truth[:, :2]).T)
     axes.axvspan(*OUTAGE_S, color=RED, alpha=0.12, label="no GNSS")
     axes.plot(time_s, fixes, ".", color=GREY, ms=1.5, alpha=0.6, label="GNSS positions")
     axes.plot(time_s, alone, color=RED, lw=1.5, label="wheels and gyroscope alone")
@@ -64,15 +62,14 @@ def errors(drive: LocalizedDrive, axes: Axes) -> None:
 
 def ellipse(drive: LocalizedDrive, axes: Axes) -> None:
     """Draw the ellipses of the covariance around the outage, magnified."""
-    begin, end = (round(time / TICK_S) for time in (OUTAGE_S[0] - 10.0, OUTAGE_S[1] + 10.0))
-    axes.plot(*np.array(drive.truth)[begin:end, :2].T, color="black", lw=1.0, label="truth")
-    for index in range(begin, end, round(_ELLIPSE_EVERY_S / TICK_S)):
-        estimate = drive.estimates[index]
-        sizes, axes_of = np.linalg.eigh(estimate.covariance[:2, :2])
-        inside = OUTAGE_S[0] <= index * TICK_S < OUTAGE_S[1]
+    begin, end = np.searchsorted(drive.times_s, (OUTAGE_S[0] - 10.0, OUTAGE_S[1] + 10.0))
+    axes.plot(*drive.truth[begin:end, :2].T, color="black", lw=1.0, label="truth")
+    for index in range(begin, end, _ELLIPSE_EVERY):
+        sizes, axes_of = np.linalg.eigh(drive.covariances[index, :2, :2])
+        inside = OUTAGE_S[0] <= drive.times_s[index] < OUTAGE_S[1]
         axes.add_patch(
             Ellipse(
-                (estimate.x_m, estimate.y_m),
+                tuple(drive.estimates[index, :2]),
                 *(2.0 * _MAGNIFIED * np.sqrt(sizes)),
                 angle=float(np.degrees(np.arctan2(axes_of[1, 0], axes_of[0, 0]))),
                 facecolor="none",
@@ -96,7 +93,7 @@ def main() -> None:
     folder = sys.argv[1] if len(sys.argv) > 1 else os.path.join("docs", "labs")
     path = os.path.join(rospkg.RosPack().get_path("sdc_common"), "data", "waypoints.csv")
     outage = {"from_s": OUTAGE_S[0], "to_s": OUTAGE_S[1]}
-    drive = drive_localized(load_waypoints(path), outages=[outage])
+    drive = drive_localized(load_waypoints(path), gnss={"outages": [outage]})
     with plt.rc_context(_STYLE):
         for picture in PICTURES:
             figure, axes = plt.subplots(figsize=(9.0, 5.5), layout="constrained")

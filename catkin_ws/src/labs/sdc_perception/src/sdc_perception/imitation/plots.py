@@ -1,6 +1,6 @@
 """The pictures of docs/labs/imitation.md: a network with and one without pictures off the line.
 
-python3 -m sdc_experiments.imitation.plots WITH WITHOUT [FOLDER]
+python3 -m sdc_perception.imitation.plots WITH WITHOUT [FOLDER]
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 from matplotlib.axes import Axes  # noqa: E402
 
-from sdc_experiments.imitation.drive import drive  # noqa: E402
-from sdc_experiments.imitation.record import expert_line  # noqa: E402
+from sdc_perception.imitation.drive import drive  # noqa: E402
+from sdc_perception.imitation.record import expert_line  # noqa: E402
 from sdc_perception.imitation_network import SteeringNetwork  # noqa: E402
 from sdc_perception.imitation_samples import road_view  # noqa: E402
 from sdc_sim.camera.renderer import Renderer  # noqa: E402
@@ -33,7 +33,7 @@ _PLACES = range(200, 1800, 400)
 _STYLE = {"axes.spines.top": False, "axes.spines.right": False, "font.size": 10, "savefig.dpi": 110}
 
 
-def answers(networks: dict[str, SteeringNetwork], axes: Axes) -> None:
+def answers(files: dict[str, str], axes: Axes) -> None:
     """Draw how the curvature of the answers depends on the offset of the car."""
     route_m = long_route(SEED)
     line, renderer = expert_line(route_m), Renderer(Road(route_m))
@@ -46,7 +46,8 @@ def answers(networks: dict[str, SteeringNetwork], axes: Axes) -> None:
     axes.plot(
         _OFFSETS_M, np.mean(right - on_line, axis=0), color=GREY, lw=4, label="back to the line"
     )
-    for (name, network), colour in zip(networks.items(), (GREEN, RED)):
+    for (name, file), colour in zip(files.items(), (GREEN, RED)):
+        network = SteeringNetwork.load(file)
         found = np.array([[network.answer(view)[0] for view in row] for row in views]) - on_line
         axes.plot(_OFFSETS_M, found.mean(axis=0), "o-", color=colour, ms=4, label=name)
     axes.axhline(0.0, color="black", lw=0.5)
@@ -55,12 +56,12 @@ def answers(networks: dict[str, SteeringNetwork], axes: Axes) -> None:
     axes.legend(frameon=False)
 
 
-def errors(networks: dict[str, SteeringNetwork], axes: Axes) -> None:
+def errors(files: dict[str, str], axes: Axes) -> None:
     """Draw the cross-track error over the way of drives that begin beside the line."""
-    for (name, network), colour in zip(networks.items(), (GREEN, RED)):
-        result, _ = drive(network, long_route(SEED, ROUTE_M), START_LEFT_M, START_TURNED_RAD)
-        s_m, cross_track_m = (result.progress.column(key) for key in ("s_m", "cross_track_m"))
-        metrics = result.metrics
+    for (name, file), colour in zip(files.items(), (GREEN, RED)):
+        driven = drive(file, long_route(SEED, ROUTE_M), START_LEFT_M, START_TURNED_RAD)
+        s_m, cross_track_m = driven.trace["s_m"], driven.trace["cross_track_m"]
+        metrics = driven.metrics
         label = f"{name}: {metrics['status']}, {metrics['cross_track_rms_m']:.2f} m RMS"
         axes.plot(s_m, cross_track_m, color=colour, lw=1.2, label=label)
         print(label, flush=True)
@@ -74,18 +75,19 @@ def errors(networks: dict[str, SteeringNetwork], axes: Axes) -> None:
 def main() -> None:
     """Draw the pictures."""
     if len(sys.argv) < 3:
-        sys.exit("Usage: python3 -m sdc_experiments.imitation.plots WITH WITHOUT [FOLDER]")
+        sys.exit("Usage: python3 -m sdc_perception.imitation.plots WITH WITHOUT [FOLDER]")
     folder = sys.argv[3] if len(sys.argv) > 3 else "docs/labs"
     cv2.setNumThreads(1)
     try:
-        with_, without = map(SteeringNetwork.load, sys.argv[1:3])
+        for path in sys.argv[1:3]:
+            SteeringNetwork.load(path)
     except ValueError as error:
         sys.exit(f"plots: {error}")
-    networks = {"with pictures off the line": with_, "without": without}
+    files = dict(zip(("with pictures off the line", "without"), sys.argv[1:3]))
     with plt.rc_context(_STYLE):
         for name, draw in (("answers", answers), ("errors", errors)):
             figure, axes = plt.subplots(figsize=(8.0, 3.6), layout="constrained")
-            draw(networks, axes)
+            draw(files, axes)
             figure.savefig(os.path.join(folder, f"imitation_{name}.png"))
             plt.close(figure)
 

@@ -1,7 +1,7 @@
 """Record drives of the car's planner and controller, the expert, as samples for the network.
 
-python3 -m sdc_experiments.imitation.record FILE [--routes N] drives random routes.
-python3 -m sdc_experiments.imitation.record FILE --bag BAG reads pictures and odometry of a bag.
+python3 -m sdc_perception.imitation.record FILE [--routes N] drives random routes.
+python3 -m sdc_perception.imitation.record FILE --bag BAG reads pictures and odometry of a bag.
 """
 
 from __future__ import annotations
@@ -15,14 +15,13 @@ from itertools import repeat
 import cv2
 import numpy as np
 
-from sdc_experiments.closed_loop import drive_result
-from sdc_experiments.imitation.bag import bag_samples
-from sdc_experiments.imitation.samples import Samples
+from sdc_perception.imitation.bag import bag_samples
+from sdc_perception.imitation.samples import Samples
 from sdc_perception.imitation_samples import DrivenLine, road_view
+from sdc_perception.study.drives import drive_nodes
 from sdc_sim.camera.renderer import Renderer
 from sdc_sim.road.random_routes import long_route
 from sdc_sim.road.road import Road
-from sdc_sim.simulation.snapshot import Snapshot
 
 ROUTES = 8
 # Seeds of the recorded routes; the drives of the network use others.
@@ -37,22 +36,16 @@ LARGEST_OFFSET_M, LARGEST_TURN_RAD = 1.0, 0.2
 
 def expert_line(route_m: np.ndarray) -> DrivenLine:
     """Return the line that the car drives along a route (N, 2)."""
-    rows: list = []
-
-    def observe(snapshot: Snapshot) -> None:
-        state = snapshot.state
-        rows.append((len(rows) * 0.05, state.x_m, state.y_m, state.yaw_rad, state.speed_mps))
-
-    drive_result(route=route_m, observe=observe)
-    table = np.array(rows)
-    return DrivenLine(table[:, 0], table[:, 1:4], table[:, 4])
+    trace = drive_nodes(route_m=route_m, camera="false").trace
+    poses = np.column_stack([trace[name] for name in ("x_m", "y_m", "yaw_rad")])
+    return DrivenLine(trace["time_s"], poses, trace["speed_mps"])
 
 
-def record_route(seed: int, least_radius_m: float = 8.0) -> Samples:
-    """Drive a random route of 1 km; return pictures on the line, and as many off the line."""
+def record_route(seed: int, least_radius_m: float = 8.0, length_m: float = 1000.0) -> Samples:
+    """Drive a random route; return pictures on the line, and as many off the line."""
     cv2.setNumThreads(1)
     random = np.random.default_rng([seed, 1])
-    route_m = long_route(seed, least_radius_m=least_radius_m)
+    route_m = long_route(seed, length_m, least_radius_m)
     line, renderer = expert_line(route_m), Renderer(Road(route_m))
     views, answers, off_line, picture = [], [], [], None
     for i in range(0, len(line.poses), _TICKS_PER_PICTURE):

@@ -69,7 +69,7 @@ class Samples:
         except FileNotFoundError as error:
             raise ValueError(
                 f"{path}: there is no such file; record one with "
-                "python3 -m sdc_experiments.imitation.record"
+                "python3 -m sdc_perception.imitation.record"
             ) from error
         except (
             OSError,

@@ -1,0 +1,239 @@
+"""Drive on the estimate of the localizer, in lockstep; compare the estimate with the truth.
+
+python3 -m sdc_localization.study.drives [ROUTES] prints the errors and their consistency.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import sys
+import tempfile
+from dataclasses import dataclass
+from typing import Any, Mapping, NamedTuple, Sequence
+
+import numpy as np
+import rosbag
+import yaml
+from scipy.stats import chi2
+
+from sdc_common.geometry.angles import wrap_angle
+from sdc_common.geometry.geodesy import map_from_geodetic
+from sdc_common.ros.odometry import pose_and_speed
+from sdc_common.testing.processes import isolated_ros_environment
+from sdc_localization.localizer import Localizer, LocalizerSettings
+from sdc_localization.odometry_message import wheel_speed
+from sdc_sim.road.random_routes import long_route
+from sdc_sim.scenario.acceptance_limits import read_report
+from sdc_sim.scenario.packaged import node_config
+from sdc_sim.scenario.runner import CheckedDrive
+
+ROUTES = 20
+OUTAGE_S = 5.0
+_EGO = "/carla/ego_vehicle"
+_TOPICS = (
+    f"{_EGO}/odometry",
+    "/sim/ground_truth/odometry",
+    f"{_EGO}/wheel_speeds",
+    f"{_EGO}/imu",
+    f"{_EGO}/gnss/front/gnss",
+)
+_TIMEOUT_S = 1200.0
+# Probability of the band in which a consistent filter is.
+_BAND = 0.95
+
+
+def localizer_configuration() -> dict[str, Any]:
+    """Return the parameters of the node localizer."""
+    return node_config("sdc_localization", "localizer")
+
+
+@dataclass(frozen=True)
+class LocalizedDrive:
+    """The record of a drive on the estimate; a row for each tick.
+
+    Attributes:
+        metrics: the report of the referee
+        times_s: (N,) simulated time [s]
+        truth: (N, 3) x, y, yaw [m, m, rad]
+        estimates: (N, 3) what the localizer published [m, m, rad]
+        covariances: (N, 3, 3) how sure it was
+        dead_reckoned: (N, 2) x and y by the wheels and the gyroscope alone [m]
+        fixes: (N, 2) x and y of the GNSS, NaN without a fix [m]
+    """
+
+    metrics: dict[str, Any]
+    times_s: np.ndarray
+    truth: np.ndarray
+    estimates: np.ndarray
+    covariances: np.ndarray
+    dead_reckoned: np.ndarray
+    fixes: np.ndarray
+
+    @property
+    def errors(self) -> np.ndarray:
+        """Errors of x, y and yaw (N, 3)."""
+        rows = self.estimates - self.truth
+        rows[:, 2] = [wrap_angle(yaw) for yaw in rows[:, 2]]
+        return rows
+
+    @property
+    def position_errors_m(self) -> np.ndarray:
+        """Distances between estimate and truth (N,)."""
+        return np.hypot(*self.errors[:, :2].T)
+
+    @property
+    def nees(self) -> np.ndarray:
+        """Normalized estimation errors squared of x, y and yaw (N,).
+
+        Reference: Bar-Shalom, Li, Kirubarajan, section 5.4.2.
+        """
+        solved = np.linalg.solve(self.covariances, self.errors[:, :, None])[:, :, 0]
+        return np.sum(self.errors * solved, axis=1)
+
+
+def drive_localized(
+    route_m: np.ndarray,
+    seed: int = 0,
+    gnss: Mapping[str, Any] | None = None,
+    options: Mapping[str, Any] | None = None,
+    landmarks: bool = False,
+) -> LocalizedDrive:
+    """Drive along a route on the estimate.
+
+    The car starts off the middle of its lane, and turned, by as much as the localizer assumes.
+
+    Args:
+        route_m: (N, 2) waypoints [m]
+        seed: of the errors of the sensors and of the start
+        gnss: changed parameters of the GNSS, such as its outages
+        options: changed parameters of the localizer
+        landmarks: whether the localizer uses the planar lidar and the map
+    """
+    settings = LocalizerSettings.read(localizer_configuration().__getitem__)
+    deviations = settings.initial_across_m, settings.initial_yaw_rad
+    left_m, turned_rad = np.random.default_rng(seed).normal(0.0, deviations).tolist()
+    start = {"left_m": left_m, "turned_rad": turned_rad}
+    sim_options = {"seed": seed, "start": start, "gnss": dict(gnss or {})}
+    with tempfile.TemporaryDirectory(prefix="localization_") as folder:
+        route_path = os.path.join(folder, "route.csv")
+        # The y axis of a waypoint file points to the right.
+        np.savetxt(route_path, route_m * (1.0, -1.0), fmt="%.9f", delimiter=",")
+        given = {
+            "localization": "true",
+            "landmarks": str(landmarks).lower(),
+            "camera": "false",
+            "waypoints_path": route_path,
+            "record": "true",
+            "sim_options": yaml.safe_dump(
+                sim_options, default_flow_style=True, width=10**6
+            ).strip(),
+            "referee_options": "{pictures: false}",
+        }
+        parameters = {"record": {"topics": list(_TOPICS)}, "localizer": dict(options or {})}
+        with isolated_ros_environment(os.path.join(folder, "ros")) as environment:
+            report = os.path.join(folder, "report.json")
+            drive = CheckedDrive("", report, given, parameters)
+            drive.run(_TIMEOUT_S, environment=environment)
+        received: dict[str, dict[int, Any]] = {topic: {} for topic in _TOPICS}
+        with rosbag.Bag(os.path.join(folder, "report.bag")) as bag:
+            for topic, message, _ in bag.read_messages():
+                received[topic][message.header.stamp.to_nsec()] = message
+        return _drive(read_report(report)[0], received, route_m)
+
+
+def _drive(
+    metrics: dict[str, Any], received: Mapping[str, Mapping[int, Any]], route_m: np.ndarray
+) -> LocalizedDrive:
+    """Return the drive of some messages, by their topics and stamps."""
+    odometry, truth, wheels, imus, fixes = (received[topic] for topic in _TOPICS)
+    parameters = localizer_configuration()
+    alone = Localizer(LocalizerSettings.read(parameters.__getitem__))
+    rows = []
+    for stamp_ns in sorted(set(odometry) & set(truth) & set(wheels) & set(imus)):
+        speed = wheel_speed(
+            wheels[stamp_ns].name, wheels[stamp_ns].velocity, parameters["wheel_radius_m"]
+        )
+        alone.move(1e-9 * stamp_ns, speed, imus[stamp_ns].angular_velocity.z)
+        fix, place = fixes.get(stamp_ns), (math.nan, math.nan)
+        if fix is not None and fix.status.status >= fix.status.STATUS_FIX:
+            place = map_from_geodetic(fix.latitude, fix.longitude)
+            if not alone.started:
+                alone.start(*place, fix.position_covariance[0], route_m)
+        covariance = np.reshape(odometry[stamp_ns].pose.covariance, (6, 6))
+        rows.append(
+            (
+                1e-9 * stamp_ns,
+                pose_and_speed(truth[stamp_ns])[:3],
+                pose_and_speed(odometry[stamp_ns])[:3],
+                covariance[np.ix_((0, 1, 5), (0, 1, 5))],
+                alone.estimate[:2],
+                place,
+            )
+        )
+    return LocalizedDrive(metrics, *map(np.array, zip(*rows)))
+
+
+def random_drive(seed: int) -> LocalizedDrive:
+    """Drive a random route of 1 km with a GNSS outage of 5 s at a random time."""
+    begin_s = float(np.random.default_rng([seed, 1]).uniform(20.0, 90.0))
+    outage = {"from_s": begin_s, "to_s": begin_s + OUTAGE_S}
+    return drive_localized(long_route(seed), seed, {"outages": [outage]})
+
+
+class Consistency(NamedTuple):
+    """Whether the errors of some drives are as large as their covariances say.
+
+    Attributes:
+        mean: mean of the normalized errors squared over all drives and ticks; 3 is ideal
+        low: lower end of the 95 % band of the mean over the drives at one time
+        high: upper end of this band
+        inside: share of the ticks whose mean over the drives is in the band
+    """
+
+    mean: float
+    low: float
+    high: float
+    inside: float
+
+
+def consistency(drives: Sequence[LocalizedDrive]) -> Consistency:
+    """Return the consistency of some drives, over the duration of the shortest one."""
+    count = min(len(drive.truth) for drive in drives)
+    means = np.mean([drive.nees[:count] for drive in drives], axis=0)
+    low, high = chi2.ppf([0.5 - 0.5 * _BAND, 0.5 + 0.5 * _BAND], 3 * len(drives)) / len(drives)
+    inside = float(np.mean((means > low) & (means < high)))
+    return Consistency(float(means.mean()), float(low), float(high), inside)
+
+
+def rms(values: np.ndarray) -> float:
+    """Return the root of the mean square."""
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def main() -> None:
+    """Print a table of the drives, and their consistency."""
+    count = int(sys.argv[1]) if len(sys.argv) > 1 else ROUTES
+    drives = []
+    print("| route | position error RMS | at worst | cross-track error RMS | |")
+    print("|---|---|---|---|---|")
+    for seed in range(count):
+        drives.append(random_drive(seed))
+        errors, metrics = drives[-1].position_errors_m, drives[-1].metrics
+        print(
+            f"| {seed} | {rms(errors):.3f} m | {errors.max():.2f} m "
+            f"| {metrics['cross_track_rms_m']:.3f} m | {metrics['status']} |",
+            flush=True,
+        )
+    everything = np.concatenate([drive.position_errors_m for drive in drives])
+    found = consistency(drives)
+    print(f"\nPosition error of all drives: {rms(everything):.3f} m RMS.")
+    print(
+        f"Normalized estimation error squared: mean {found.mean:.2f} (ideal: 3); the mean over the "
+        f"drives is in its 95 % band, {found.low:.2f} to {found.high:.2f}, for {found.inside:.0%} "
+        "of the time."
+    )
+
+
+if __name__ == "__main__":
+    main()
