@@ -21,7 +21,7 @@ pytestmark = pytest.mark.slow(60)
 
 @pytest.fixture(scope="module")
 def drives():
-    return [random_drive(seed) for seed in range(4)]
+    return [random_drive(seed, length_m=400.0, outage_s=15.0) for seed in range(4)]
 
 
 def test_position_is_known_on_random_routes_with_an_outage(drives):
@@ -61,6 +61,7 @@ def test_landmarks_carry_the_car_through_a_tunnel_of_20_s():
     assert drive.metrics["status"] == "completed"
 
 
+@pytest.mark.nightly
 def test_town_is_driven_on_the_estimate():
     path = Path(rospkg.RosPack().get_path("sdc_common"), "data", "waypoints.csv")
     metrics = drive_localized(load_waypoints(str(path))).metrics

@@ -24,9 +24,9 @@ from sdc_common.testing.processes import isolated_ros_environment
 from sdc_localization.localizer import Localizer, LocalizerSettings
 from sdc_localization.odometry_message import wheel_speed
 from sdc_sim.road.random_routes import long_route
+from sdc_sim.runner import CheckedDrive
 from sdc_sim.scenario.acceptance_limits import read_report
 from sdc_sim.scenario.packaged import node_config
-from sdc_sim.scenario.runner import CheckedDrive
 
 ROUTES = 20
 OUTAGE_S = 5.0
@@ -174,11 +174,20 @@ def _drive(
     return LocalizedDrive(metrics, *map(np.array, zip(*rows)))
 
 
-def random_drive(seed: int) -> LocalizedDrive:
-    """Drive a random route of 1 km with a GNSS outage of 5 s at a random time."""
-    begin_s = float(np.random.default_rng([seed, 1]).uniform(20.0, 90.0))
+def random_drive(
+    seed: int, length_m: float = 1000.0, outage_s: float | None = None
+) -> LocalizedDrive:
+    """Drive a random route with a GNSS outage of 5 s.
+
+    Args:
+        seed: of the route, the errors of the sensors and the start
+        length_m: length of the route [m]
+        outage_s: when the outage begins; None for a random time [s]
+    """
+    random_s = float(np.random.default_rng([seed, 1]).uniform(20.0, 90.0))
+    begin_s = random_s if outage_s is None else outage_s
     outage = {"from_s": begin_s, "to_s": begin_s + OUTAGE_S}
-    return drive_localized(long_route(seed), seed, {"outages": [outage]})
+    return drive_localized(long_route(seed, length_m), seed, {"outages": [outage]})
 
 
 class Consistency(NamedTuple):
