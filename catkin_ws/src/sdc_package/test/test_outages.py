@@ -151,3 +151,22 @@ def test_death_of_the_world_ends_the_drive_with_a_report_until_then(
     trace = (tmp_path / "report" / "report.csv").read_text().splitlines()
     assert len(trace) == 1 + report["ticks"] > 50
     assert trace[:-1] == (tmp_path / "process.csv").read_text().splitlines()[: len(trace) - 1]
+
+
+def test_drive_whose_planner_crashes_at_every_start_ends_as_blocked(environment, start, tmp_path):
+    (tmp_path / "stack.launch").write_text(
+        """<launch>
+  <arg name="waypoints_path"/> <arg name="headless"/> <arg name="camera"/>
+  <include file="$(find sdc_package)/launch/mission_planner.launch"/>
+  <include file="$(find sdc_package)/launch/simple_controller.launch"/>
+  <node name="local_planner" pkg="sdc_package" type="local_planner.py" launch-prefix="/bin/false"
+        respawn="true" respawn_delay="1"/>
+</launch>
+"""
+    )
+    options = ["headless:=true", "camera:=false", f"stack:={tmp_path}/stack.launch"]
+    options += ["referee_options:={pictures: false, blocked_s: 4}"]
+    drive = start([DRIVE, *options], environment)
+    assert drive.wait_for_end() == 1
+    assert "[local_planner-3] restarting process" in drive.output
+    assert json.loads((tmp_path / "report" / "report.json").read_text())["status"] == "blocked"
