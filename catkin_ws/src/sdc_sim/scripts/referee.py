@@ -163,7 +163,8 @@ class Referee:
             self.progress.print_line(line)
             rospy.logfatal("referee: %s", error)
             return 1
-        self.events.remove()
+        with self.lock:
+            self.events.remove()
         return 0 if result.metrics["status"] == COMPLETED else 1
 
     def run(self):

@@ -35,7 +35,9 @@ class EventFile:
         self._file = open(path, "a+b", buffering=0)  # noqa: SIM115  open until the end
 
     def append(self, event: list) -> None:
-        """Append one event."""
+        """Append one event; after `remove`, do nothing."""
+        if self._file.closed:
+            return
         if self.failure is None:
             line = json.dumps(event).encode() + b"\n"
             try:
