@@ -16,7 +16,7 @@ FAILED = "failed"
 _IDENTITY = "study.json"
 _ROWS = "drives.jsonl"
 _LOGS = "logs"
-# What people call the parts of a study's identity.
+# Display names of the parts of a study's identity.
 _PARTS = {
     "files": "a scenario or another file of the study",
     "code": "the code, a configuration or a version",
@@ -166,16 +166,9 @@ def write_parquet(path: Path, rows: Sequence[Mapping]) -> str:
         import pyarrow
         import pyarrow.parquet
 
-        pyarrow.parquet.write_table(pyarrow.table(columns), str(path))
-        return ""
     except ImportError:
-        pass
-    try:
-        import fastparquet
-        import pandas
-    except ImportError:
-        return "neither pyarrow nor fastparquet is installed"
-    fastparquet.write(str(path), pandas.DataFrame(columns))
+        return "pyarrow is not installed"
+    pyarrow.parquet.write_table(pyarrow.table(columns), str(path))
     return ""
 
 
