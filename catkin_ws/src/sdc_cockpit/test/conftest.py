@@ -1,11 +1,13 @@
 """Fixtures for tests with a real drive under a ROS master of its own."""
 
+import sys
 from pathlib import Path
 
 import pytest
 
 from sdc_common.testing.processes import Program, isolated_ros_environment
 
+sys.path.insert(0, str(Path(__file__).resolve().parent))  # the helper module of these tests
 ROOT = Path(__file__).resolve().parents[4]
 
 

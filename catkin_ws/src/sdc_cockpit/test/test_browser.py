@@ -6,10 +6,9 @@ import time
 from pathlib import Path
 
 import pytest
+from headless_browser import LIMIT_S, headless_chromium, resize, value_of, wait_for
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
-
-from sdc_cockpit.browser import LIMIT_S, headless_chromium, resize, value_of, wait_for
 
 pytestmark = pytest.mark.slow(60)
 

@@ -1,4 +1,4 @@
-"""A headless Chromium that opens the cockpit, for tests and the benchmark."""
+"""A headless Chromium that opens the cockpit, for tests."""
 
 from __future__ import annotations
 
