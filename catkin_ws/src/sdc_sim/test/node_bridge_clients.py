@@ -1,7 +1,6 @@
 #!/usr/bin/env python3
 """The topics that the nodes of CARLA's bridge use, in the way in which those nodes use them."""
 
-import math
 import threading
 import unittest
 
@@ -18,16 +17,14 @@ from carla_msgs.msg import (
     CarlaLaneInvasionEvent,
     CarlaStatus,
 )
-from geometry_msgs.msg import PoseStamped, Twist
-from nav_msgs.msg import Odometry, Path
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import Image
-from std_msgs.msg import Bool, Float64
+from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 
-from sdc_common.geometry.route import Route
 from sdc_common.ros.odometry import pose_and_speed
-from sdc_common.routes.waypoint_file import load_waypoints
 from sdc_common.testing.message_listener import MessageListener, wait_for_subscriber, wait_until
 
 EGO = "/carla/ego_vehicle"
@@ -141,48 +138,6 @@ class BridgeClientsTest(unittest.TestCase):
         )
         twist.linear.x = twist.angular.z = 0.0
         self.wait_for_speed(lambda speed: speed == 0.0)
-
-    def test_local_planner_follows_a_latched_path(self):
-        """Path and speed are latched; a timer in simulated time publishes the commands."""
-        points = load_waypoints(rospy.get_param("~waypoints_path"))
-        route = Route(points)
-        path = Path()
-        for x, y in points:
-            pose = PoseStamped()
-            pose.pose.position.x, pose.pose.position.y = x, y
-            path.poses.append(pose)
-        route_publisher = rospy.Publisher(EGO + "/waypoints", Path, queue_size=1, latch=True)
-        speed_publisher = rospy.Publisher(EGO + "/speed_command", Float64, queue_size=1, latch=True)
-        route_publisher.publish(path)
-        speed_publisher.publish(20.0)  # km/h
-        received = MessageListener(EGO + "/waypoints", Path).wait_for()
-        target = MessageListener(EGO + "/speed_command", Float64).wait_for().data / 3.6
-        places = np.array([(one.pose.position.x, one.pose.position.y) for one in received.poses])
-        worst = []
-
-        def step():
-            x, y, yaw, speed = pose_and_speed(self.odometry.messages[-1])
-            distance = np.hypot(*(places - (x, y)).T)
-            ahead = np.argmin(distance) + np.searchsorted(
-                np.cumsum(np.hypot(*np.diff(places[np.argmin(distance) :], axis=0).T)), 6.0
-            )
-            dx, dy = places[min(ahead, len(places) - 1)] - (x, y)
-            bearing = math.remainder(math.atan2(dy, dx) - yaw, 2.0 * math.pi)
-            worst.append(abs(route.locate(x, y).cross_track_m))
-            pedal = 0.5 + 0.2 * (target - speed)
-            self.control.publish(
-                CarlaEgoVehicleControl(
-                    throttle=min(max(pedal, 0.0), 0.75), steer=min(max(-0.9 * bearing, -0.8), 0.8)
-                )
-            )
-
-        self.timer(0.05, step)
-        self.odometry.wait_for(
-            lambda one: route.locate(*pose_and_speed(one)[:2]).s_m > 60.0,
-            60.0,
-            len(self.odometry.messages),
-        )
-        self.assertLess(max(worst), 1.0)
 
     def test_ackermann_targets_are_left_to_the_node_that_converts_them(self):
         log = MessageListener("/rosout", Log, lambda one: one.name == "/sim")

@@ -183,13 +183,6 @@ class RefusalsTest(unittest.TestCase):
         rows = "".join(f"{0.5 * n:.3f},{300.0 * math.sin(n / 900.0):.3f}\n" for n in range(100_000))
         self.start_on("long_route", self.file("long.csv", rows))
 
-    def test_route_that_crosses_itself_works(self):
-        rows = "".join(
-            f"{100.0 * math.sin(n / 100.0):.3f},{50.0 * math.sin(n / 50.0):.3f}\n"
-            for n in range(700)
-        )
-        self.start_on("figure_of_eight", self.file("eight.csv", rows), camera=False)
-
 
 if __name__ == "__main__":
     rospy.init_node("refusals_test")

@@ -73,18 +73,6 @@ def test_executed_command_follows_from_the_commands_before(events, tick, execute
     assert mux.select(tick, AT_REST, TICK_S) == executed
 
 
-def test_timeout_of_zero_never_ends():
-    mux = make_mux(timeout_ticks=0)
-    mux.accept(SOFTWARE, 1)
-    assert mux.select(10**6, AT_REST, TICK_S) == SOFTWARE
-
-
-def test_target_steers_to_the_left():
-    mux = make_mux()
-    mux.accept(TARGET, 2)
-    assert mux.select(2, AT_REST, TICK_S).steer < 0.0
-
-
 def test_ackermann_control_is_reset_after_pedals():
     used, new = make_mux(), make_mux()
     for tick in range(1, 40):
