@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import re
 import shlex
-from dataclasses import dataclass
+from typing import NamedTuple
 
 _BLOCK = re.compile(r"^```(\w+)([^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
@@ -28,19 +28,10 @@ class GuideError(ValueError):
     """A block without a known action; the message names its line."""
 
 
-@dataclass(frozen=True)
-class Block:
-    """A fenced block.
+class Block(NamedTuple):
+    """A fenced block: `line` of its first mark, what it `does`, its `text`, and its action's words.
 
-    Attributes:
-        line: line of its first mark, from 1
-        does: its action: run, skip, see, window, keys or write
-        text: its content
-        terminal: the terminal that it is for
-        new: whether that terminal is opened again
-        window: title of the window that gets the keys
-        file: the file that is written
-        todo: the region of the file, or None for the whole file
+    `does` is run, skip, see, window, keys or write.
     """
 
     line: int
