@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Callable
 
 from sdc_workshop.exam.answer import Problem
 from sdc_workshop.exam.node import Node
 from sdc_workshop.exam.node_check import NodeCheck, configuration_problem, first_of
 from sdc_workshop.exam.planner_checks import ODOMETRY, PATH, odometry_at
-from sdc_workshop.exam.probes.library_probe import evaluate
+from sdc_workshop.exam.probes.library_probe import STEP_NS, TICKS, controller_answer, evaluate
 from sdc_workshop.exam.stage import Stage
 from sdc_workshop.exam.variant import Variant
 from sdc_workshop.workspace import PACKAGE
@@ -33,7 +33,7 @@ class BasicControlCheck(NodeCheck):
     file = f"{PACKAGE}/scripts/simple_controller.py"
     init_todo = "1.2"
     todos = ("1.1", "1.2", "1.3", "1.4", "1.5")
-    left_empty = ("2.1", "2.2", "2.3", "2.8", "2.9")
+    left_empty = ("2.1", "2.2", "2.3")
     needs = ("CarlaVehicleControl",)
     topics = _TOPICS
     answer = f"a command on {COMMANDS} for each odometry"
@@ -92,11 +92,11 @@ class BasicControlCheck(NodeCheck):
 
 
 class PathFollowingCheck(NodeCheck):
-    """TODO 2.1 to 2.3, 2.8 and 2.9: follow the path ahead."""
+    """TODO 2.1 to 2.3: follow the path ahead."""
 
     file = f"{PACKAGE}/scripts/simple_controller.py"
     init_todo = "1.2"
-    todos = ("2.1", "2.2", "2.3", "2.8", "2.9")
+    todos = ("2.1", "2.2", "2.3")
     needs = ("CarlaVehicleControl", "Waypoint", "LocalPath")
     topics = (*_TOPICS, ("subscribes", PATH, f"{PACKAGE}/LocalPath", "2.2"))
     answer = f"a command on {COMMANDS} for each pair of odometry and path"
@@ -119,26 +119,14 @@ class PathFollowingCheck(NodeCheck):
             if drive.answer is None:
                 return self.silence_problem(node, how, variant)
             wanted, got = drive.wanted(scene), _fields(drive.answer)
-            todo = first_of(("2.9", "2.8", "2.3"), variant)
             expected = f"{scene['text']}: {_text(wanted)}"
-            return self.crash_problem(node, variant) or Problem(
-                expected, _text(got), self._hint(wanted, got, todo), todo
+            hint = (
+                "The path is another one than was received: each row is (point.x, point.y, "
+                "point.v), in this order."
             )
+            found = self.crash_problem(node, variant)
+            return found or Problem(expected, _text(got), hint, first_of(("2.3",), variant))
         return None
-
-    def _hint(self, wanted: dict, got: dict, todo: str | None) -> str:
-        """Return a hint on a wrong command."""
-        cases = {
-            "opposite steer": _near(got["steer"], -wanted["steer"]) and abs(wanted["steer"]) > 0.03,
-            "swapped pedals": _near(got["throttle"], wanted["brake"])
-            and _near(got["brake"], wanted["throttle"]),
-            "pedals": _near(got["steer"], wanted["steer"]),
-            "any": True,
-        }
-        for row in self._table["commands"]:
-            if row["todo"] == todo and cases[row.get("case", "any")]:
-                return row["hint"]
-        return "The command is wrong."
 
 
 class Drive:
@@ -148,9 +136,6 @@ class Drive:
         answer: the last command, or None without one
     """
 
-    STEP_S = 0.2
-    # The jerk limit allows so small a change of the acceleration that it takes these ticks.
-    TICKS = 14
     _TOLERANCES = {"throttle": 0.03, "steer": 0.002, "brake": 0.03}
 
     def __init__(self, node: Node, parameters: dict):
@@ -177,8 +162,8 @@ class Drive:
             self._tick = rospy.Time.now()
         wanted = self.wanted(scene)
         path = LocalPath([Waypoint(*row) for row in _rows(scene)])
-        for _ in range(self.TICKS):
-            self._tick += rospy.Duration(self.STEP_S)
+        for _ in range(TICKS):
+            self._tick += rospy.Duration(nsecs=STEP_NS)
             stamp, before = self._tick, len(self._received.messages)
             odometry = odometry_at(*scene["pose"], scene["speed_mps"], stamp)
 
@@ -205,35 +190,20 @@ class Drive:
 
     def wanted(self, scene: dict) -> dict:
         """Return the command that the solution gives after all ticks of a scene."""
-        from sdc_package.actuation import PedalMap, SteeringMap
-        from sdc_package.local_path import ReferencePath
-        from sdc_package.pid import PidGains
-        from sdc_package.speed_control import SpeedControl, SpeedControlLimits
-        from sdc_package.steering.axles import Axles
-        from sdc_package.steering.loader import load_steering
+        pose, speed = scene["pose"], scene["speed_mps"]
+        answer = controller_answer(*pose, speed, _planned(scene), self._parameters)
+        return dict(zip(("throttle", "steer", "brake"), answer or ()))
 
-        parameters = self._parameters
-        path = ReferencePath()
-        path.update(_rows(scene))
-        (x, y, yaw), speed = scene["pose"], scene["speed_mps"]
-        limits = SpeedControlLimits(**parameters["limits"])
-        control = SpeedControl(PidGains(**parameters["pid"]), limits)
-        target = path.nearest(x, y, control.preview_m(speed))
-        for _ in range(self.TICKS):
-            acceleration = control.acceleration(
-                target.speed_mps, target.acceleration_mps2, speed, self.STEP_S
-            )
-        steering = load_steering("stanley", parameters["stanley"], Axles(**parameters["axles"]))
-        angle = steering.wheel_angle(path, x, y, yaw, speed, 0.0)
-        throttle, brake = PedalMap(**parameters["pedals"]).pedals(acceleration)
-        steer, _ = SteeringMap(**parameters["steering"]).command(angle, speed)
-        return {"throttle": throttle, "steer": steer, "brake": brake}
+
+def _planned(scene: dict) -> Callable[[int], float]:
+    """Return the target speed of point i of a scene's path."""
+    return lambda i: float(str(evaluate(scene["planned_mps"], {"i": i})))
 
 
 def _rows(scene: dict) -> list:
     """Return the rows x, y, v of the path along the line y = x / 2 + 1."""
-    speeds = (evaluate(scene["planned_mps"], {"i": i}) for i in range(25))
-    return [(0.9 * i, 0.45 * i + 1.0, speed) for i, speed in enumerate(speeds)]
+    planned = _planned(scene)
+    return [(0.9 * i, 0.45 * i + 1.0, planned(i)) for i in range(25)]
 
 
 def _is_stop(command: Any) -> bool:
@@ -247,7 +217,3 @@ def _fields(command: Any) -> dict:
 
 def _text(values: dict) -> str:
     return ", ".join(f"{name} {value:.2f}" for name, value in values.items())
-
-
-def _near(a: float, b: float) -> bool:
-    return abs(a - b) < 0.02

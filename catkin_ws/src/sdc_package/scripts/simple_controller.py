@@ -79,18 +79,14 @@ class SimpleController:
             self.publish(motion.stamp, self.basic_throttle, self.steer, 0.0)
             return
         x, y, yaw, speed = motion.x_m, motion.y_m, motion.yaw_rad, motion.speed_mps
-        # TODO 2.8: the acceleration and the wheel angle that the path asks for (until then: return)
         target = path.nearest(x, y, self.speed_control.preview_m(speed))
         acceleration = self.speed_control.acceleration(
             target.speed_mps, target.acceleration_mps2, speed, motion.step_s
         )
         wheel_angle = self.steering.wheel_angle(path, x, y, yaw, speed, motion.yaw_rate_radps)
-        # ------------------------------------------------------------------------
-        # TODO 2.9: pedals for this acceleration, steer for this angle: publish them
         throttle, brake = self.pedal_map.pedals(acceleration)
         self.steer, _ = self.steering_map.command(wheel_angle, speed)
         self.publish(motion.stamp, throttle, self.steer, brake)
-        # ------------------------------------------------------------------------
 
     def stop(self, missing, motion, path):
         """Brake along the last path while an input is missing; without one, hold the steer."""

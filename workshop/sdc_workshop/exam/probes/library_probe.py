@@ -18,11 +18,13 @@ from types import SimpleNamespace
 from typing import Callable
 
 import numpy as np
+import yaml
 
 sys.path.append(str(Path(__file__).parent))
 
 from road_picture import road  # noqa: E402
 
+TICKS, STEP_NS = 15, 200_000_000
 _NUMPY = (
     *("abs", "allclose", "arcsin", "arctan", "arctan2", "array", "cos", "degrees", "diag", "eye"),
     *("flatnonzero", "hypot", "linalg", "linspace", "maximum", "minimum", "nan", "ones", "pi"),
@@ -93,9 +95,50 @@ def speed_of(x: float, y: float) -> float:
     return pose_and_speed(message)[3]
 
 
+def controller_answer(
+    x: float,
+    y: float,
+    yaw: float,
+    speed: float,
+    planned: Callable[[int], float],
+    parameters: dict | None = None,
+) -> list | None:
+    """Return throttle, steer and brake of a car beside the path y = x / 2 + 1, after some ticks.
+
+    The jerk limit allows so small a change of the acceleration that it takes these ticks.
+
+    Args:
+        x: position [m]
+        y: position [m]
+        yaw: heading [rad]
+        speed: speed [m/s]
+        planned: returns the target speed of point i of the path [m/s]
+        parameters: parameters of the controller; None: those of the solution
+    """
+    from sdc_common.driving import Observation
+    from sdc_package.controller import Controller
+    from sdc_package.local_path import ReferencePath
+    from sdc_package.steering.axles import Axles
+    from sdc_package.steering.loader import load_steering
+
+    if parameters is None:
+        project = Path(__file__).resolve().parents[4]
+        file = project / "catkin_ws/src/sdc_package/config/simple_controller.yaml"
+        parameters = dict(yaml.safe_load(file.read_text(encoding="utf-8")))
+    steering = load_steering("stanley", parameters["stanley"], Axles(**parameters["axles"]))
+    controller = Controller(parameters, steering)
+    path = ReferencePath()
+    path.update([(0.9 * i, 0.45 * i + 1.0, planned(i)) for i in range(25)])
+    for tick in range(TICKS):
+        observation = Observation(tick * STEP_NS, x, y, yaw, speed)
+        command = controller.command(observation, path)
+    return None if command is None else [command.throttle, command.steer, command.brake]
+
+
 HELPERS = {
     **{name: getattr(np, name) for name in _NUMPY},
-    **{one.__name__: one for one in (marked, part, pid_outputs, road, speed_of)},
+    **{one.__name__: one for one in (controller_answer, marked, part, pid_outputs)},
+    **{one.__name__: one for one in (road, speed_of)},
     **{one.__name__: one for one in (symmetric, tried, yaw_of)},
 }
 
