@@ -237,7 +237,9 @@ class RegionCheck:
         if problem.is_error:
             hint = f"{hint} {hint_of(self._step(todo)).hint}"
         if self.file.endswith(".py"):
-            hint = " ".join([*typical.mistakes(body(variant.text, todo), region), hint]).strip()
+            right = body(solution(self.file).read_text(encoding="utf-8"), todo)
+            found = typical.mistakes(body(variant.text, todo), region, right)
+            hint = " ".join([*found, hint]).strip()
         line = variant.student_line(problem.line, todo)
         return Answer(WRONG, problem.expected, problem.seen, hint, f"src/{self.file}", line)
 

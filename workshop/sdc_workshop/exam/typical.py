@@ -11,12 +11,12 @@ from sdc_workshop.regions import Region
 _DEGREES = re.compile(r"\b(?:degrees|rad2deg|180(?:\.0*)?|57\.2\d*)\b")
 
 
-def mistakes(text: str, region: Region) -> list:
-    """Return sentences about typical mistakes in the body of a region."""
-    return [*_left_over(text, region), *_in_syntax(text), *_degrees(text)]
+def mistakes(text: str, region: Region, solution: str) -> list:
+    """Return sentences about typical mistakes in the body of a region, which has this solution."""
+    return [*_left_over(text, region, "return" in solution), *_in_syntax(text), *_degrees(text)]
 
 
-def _left_over(text: str, region: Region) -> list:
+def _left_over(text: str, region: Region, returns: bool) -> list:
     given = region.until_then
     if given is None:
         return []
@@ -30,7 +30,11 @@ def _left_over(text: str, region: Region) -> list:
             f"The line `{given}` of the template is still the first line of the region: the lines "
             "after it never run. Delete it."
         ]
-    if given.startswith("return ") and not any(re.match(r".*\breturn\b", line) for line in lines):
+    if (
+        given.startswith("return ")
+        and returns
+        and not any(re.match(r".*\breturn\b", line) for line in lines)
+    ):
         return ["The word `return` is missing: a function without it returns None."]
     if len(lines) > 1 and lines[-1] == given and "=" in given:
         return [
