@@ -161,7 +161,9 @@ class Drive:
         if self._tick is None:
             self._tick = rospy.Time.now()
         wanted = self.wanted(scene)
-        path = LocalPath([Waypoint(*row) for row in _rows(scene)])
+        planned = _planned(scene)
+        rows = ((0.9 * i, 0.45 * i + 1.0, planned(i)) for i in range(25))
+        path = LocalPath([Waypoint(*row) for row in rows])
         for _ in range(TICKS):
             self._tick += rospy.Duration(nsecs=STEP_NS)
             stamp, before = self._tick, len(self._received.messages)
@@ -198,12 +200,6 @@ class Drive:
 def _planned(scene: dict) -> Callable[[int], float]:
     """Return the target speed of point i of a scene's path."""
     return lambda i: float(str(evaluate(scene["planned_mps"], {"i": i})))
-
-
-def _rows(scene: dict) -> list:
-    """Return the rows x, y, v of the path along the line y = x / 2 + 1."""
-    planned = _planned(scene)
-    return [(0.9 * i, 0.45 * i + 1.0, planned(i)) for i in range(25)]
 
 
 def _is_stop(command: Any) -> bool:
