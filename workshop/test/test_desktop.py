@@ -15,8 +15,8 @@ from headless_browser import (
 )
 from selenium.webdriver.common.by import By
 
-from sdc_common.testing.processes import Program, isolated_ros_environment, matching, processes_with
-from sdc_common.testing.virtual_display import VirtualDisplay
+from sdc_common.processes import Program, isolated_ros_environment, matching, processes_with
+from sdc_common.virtual_display import VirtualDisplay
 from sdc_workshop.workspace import PROJECT
 
 pytestmark = pytest.mark.slow(20)

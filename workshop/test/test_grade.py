@@ -10,7 +10,7 @@ import time
 import psutil
 import pytest
 
-from sdc_common.testing.processes import matching
+from sdc_common.processes import matching
 from sdc_experiments.closed_loop import drive_result
 from sdc_sim.report.writer import write_report
 from sdc_workshop.exam import sandbox

@@ -17,7 +17,7 @@ from typing import Callable, Iterable, Sequence
 
 import psutil
 
-from sdc_common.testing.processes import matching
+from sdc_common.processes import matching
 
 # An environment variable that marks all processes a program starts, whatever their process group.
 MARK = "SDC_WORKSHOP_EXAM"

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Callable
 
 import psutil
 
-from sdc_common.testing.processes import matching
+from sdc_common.processes import matching
 
 if TYPE_CHECKING:
     from sdc_workshop.exam.process import Program

@@ -4,7 +4,7 @@ import threading
 
 import pytest
 
-from sdc_common.testing.processes import (
+from sdc_common.processes import (
     Program,
     isolated_ros_environment,
     processes_with,

@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 import psutil
 
-from sdc_common.testing.processes import Program, isolated_ros_environment
+from sdc_common.processes import Program, isolated_ros_environment
 from sdc_experiments.process_metrics import private_memory_mb, process_name, stack_processes
 from sdc_experiments.soak import ProcessSample, judge, laps
 from sdc_sim.evaluation.route_progress import COMPLETED

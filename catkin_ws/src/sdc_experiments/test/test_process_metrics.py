@@ -7,7 +7,7 @@ import sys
 import psutil
 import pytest
 
-from sdc_common.testing.message_listener import wait_until
+from sdc_common.processes import wait_until
 from sdc_experiments.process_metrics import (
     cpu_ms,
     memory_mb,

@@ -12,7 +12,7 @@ from pathlib import Path
 import psutil
 import pytest
 
-from sdc_common.testing.processes import Program, matching
+from sdc_common.processes import Program, matching
 from sdc_experiments.sweep.dask_engine import DaskEngine
 
 pytestmark = pytest.mark.slow(40)

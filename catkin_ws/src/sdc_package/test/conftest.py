@@ -8,9 +8,9 @@ import rospy
 import yaml
 from sdc_msgs.msg import SpeedReason
 
+from sdc_common.processes import Program, isolated_ros_environment
 from sdc_common.ros import speed_reason_publisher
-from sdc_common.testing.node_script import load_script
-from sdc_common.testing.processes import Program, isolated_ros_environment
+from sdc_testing import load_script
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path.insert(0, HERE)

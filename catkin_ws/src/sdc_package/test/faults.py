@@ -13,9 +13,10 @@ from nav_msgs.msg import Odometry
 from sdc_package.msg import CarlaVehicleControl, LocalPath
 
 from sdc_common.geometry.route import Route
+from sdc_common.processes import wait_until
 from sdc_common.routes.waypoint_file import load_waypoints
-from sdc_common.testing.message_listener import MessageListener, wait_until
 from sdc_package.odometry import pose_and_speed
+from sdc_testing import MessageListener
 
 EGO = "/carla/ego_vehicle"
 TIMEOUT_S = 60.0

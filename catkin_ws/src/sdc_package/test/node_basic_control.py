@@ -8,7 +8,7 @@ import rostest
 from nav_msgs.msg import Odometry
 from sdc_package.msg import CarlaVehicleControl
 
-from sdc_common.testing.message_listener import MessageListener, wait_for_subscriber
+from sdc_testing import MessageListener, wait_for_subscriber
 
 
 class BasicControlTest(unittest.TestCase):

@@ -9,7 +9,8 @@ import rostest
 from cv_bridge import CvBridge
 from sensor_msgs.msg import Image
 
-from sdc_common.testing.message_listener import MessageListener, wait_for_subscriber, wait_until
+from sdc_common.processes import wait_until
+from sdc_testing import MessageListener, wait_for_subscriber
 
 
 class CameraTest(unittest.TestCase):

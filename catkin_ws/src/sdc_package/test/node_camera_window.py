@@ -12,8 +12,9 @@ import rostest
 from cv_bridge import CvBridge
 from sensor_msgs.msg import Image
 
-from sdc_common.testing.message_listener import MessageListener, wait_for_subscriber, wait_until
-from sdc_common.testing.virtual_display import VirtualDisplay
+from sdc_common.processes import wait_until
+from sdc_common.virtual_display import VirtualDisplay
+from sdc_testing import MessageListener, wait_for_subscriber
 
 TITLE = "camera: F"
 LIMIT_S = 40.0

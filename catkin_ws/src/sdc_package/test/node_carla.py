@@ -9,8 +9,8 @@ from carla_msgs.msg import CarlaEgoVehicleControl
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Image
 
-from sdc_common.testing.message_listener import MessageListener
 from sdc_package.odometry import pose_and_speed
+from sdc_testing import MessageListener
 
 EGO = "/carla/hero"
 

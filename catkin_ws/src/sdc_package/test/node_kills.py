@@ -10,7 +10,7 @@ import rospy
 import rostest
 from faults import TIMEOUT_S, DriveRecord, kill, pid_of, wait_for_restart
 
-from sdc_common.testing.message_listener import wait_until
+from sdc_common.processes import wait_until
 
 # Maximum simulated time from the kill to the stop: 0.5 s until the car brakes, and the braking.
 STOPS_WITHIN_S = 4.0

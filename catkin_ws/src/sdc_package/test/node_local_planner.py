@@ -10,7 +10,8 @@ from nav_msgs.msg import Odometry
 from sdc_msgs.msg import Obstacle, ObstacleArray
 from sdc_package.msg import BaseWaypoint, LocalPath, Path
 
-from sdc_common.testing.message_listener import MessageListener, wait_for_subscriber, wait_until
+from sdc_common.processes import wait_until
+from sdc_testing import MessageListener, wait_for_subscriber
 
 LENGTH = 60
 

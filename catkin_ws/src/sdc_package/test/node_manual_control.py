@@ -15,9 +15,10 @@ from nav_msgs.msg import Odometry
 from sdc_package.msg import CarlaVehicleControl
 from std_msgs.msg import Bool
 
-from sdc_common.testing.message_listener import MessageListener, wait_for_subscriber, wait_until
-from sdc_common.testing.virtual_display import VirtualDisplay
+from sdc_common.processes import wait_until
+from sdc_common.virtual_display import VirtualDisplay
 from sdc_package.odometry import pose_and_speed
+from sdc_testing import MessageListener, wait_for_subscriber
 
 EGO = "/carla/ego_vehicle"
 TITLE = "hand control"

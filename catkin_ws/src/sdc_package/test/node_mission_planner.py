@@ -12,7 +12,7 @@ import rostest
 from sdc_package.msg import Path
 
 from sdc_common.routes.waypoint_file import load_waypoints
-from sdc_common.testing.message_listener import MessageListener
+from sdc_testing import MessageListener
 
 # test_waypoint_file.py has more of them.
 BAD_FILES = [

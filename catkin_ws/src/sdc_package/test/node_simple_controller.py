@@ -11,7 +11,7 @@ import rostest
 from nav_msgs.msg import Odometry
 from sdc_package.msg import CarlaVehicleControl, LocalPath, Waypoint
 
-from sdc_common.testing.message_listener import MessageListener, wait_for_subscriber
+from sdc_testing import MessageListener, wait_for_subscriber
 
 
 def straight_path(speed=5.0, start=0.0):

@@ -11,8 +11,9 @@ import rostest
 from nav_msgs.msg import Odometry
 from sdc_package.msg import CarlaVehicleControl, LocalPath, Waypoint
 
-from sdc_common.testing.message_listener import MessageListener, wait_for_subscriber, wait_until
+from sdc_common.processes import wait_until
 from sdc_package.steering.loader import METHODS
+from sdc_testing import MessageListener, wait_for_subscriber
 
 CONTROLLERS = [*METHODS, "own"]
 LIMIT_S = 30.0

@@ -14,8 +14,9 @@ from nav_msgs.msg import Odometry
 from sdc_package.msg import CarlaVehicleControl, LocalPath, Waypoint
 from sensor_msgs.msg import Image
 
-from sdc_common.testing.message_listener import MessageListener, wait_for_subscriber, wait_until
+from sdc_common.processes import wait_until
 from sdc_package.odometry import pose_and_speed
+from sdc_testing import MessageListener, wait_for_subscriber
 
 NODES = ("/mission_planner", "/local_planner", "/simple_controller", "/camera", "/sim")
 INJECTED = "injected"

@@ -86,7 +86,8 @@ import time
 import rosgraph, rospy
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
-from sdc_common.testing.message_listener import MessageListener, wait_until
+from sdc_testing import MessageListener
+from sdc_common.processes import wait_until
 from sensor_msgs.msg import Image
 
 wait_until(rosgraph.is_master_online, 30.0, "the master")

@@ -9,7 +9,7 @@ import time
 
 import pytest
 
-from sdc_common.testing.processes import processes_with
+from sdc_common.processes import processes_with
 
 pytestmark = pytest.mark.slow(50)
 

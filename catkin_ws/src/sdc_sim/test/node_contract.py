@@ -17,8 +17,9 @@ from sensor_msgs.msg import Image
 from std_srvs.srv import Trigger
 from visualization_msgs.msg import Marker, MarkerArray
 
+from sdc_common.processes import wait_until
 from sdc_common.ros.odometry import pose_and_speed
-from sdc_common.testing.message_listener import MessageListener, wait_for_subscriber, wait_until
+from sdc_testing import MessageListener, wait_for_subscriber
 
 EGO = "/carla/ego_vehicle"
 

@@ -15,11 +15,12 @@ from nav_msgs.msg import Odometry
 from sdc_msgs.msg import CarlaVehicleControl
 from sensor_msgs.msg import CameraInfo, Image
 
+from sdc_common.processes import wait_until
 from sdc_common.ros.odometry import pose_and_speed
 from sdc_common.routes.waypoint_file import load_waypoints
-from sdc_common.testing.message_listener import MessageListener, wait_for_subscriber, wait_until
 from sdc_sim.camera.renderer import Renderer
 from sdc_sim.road.road import Road
+from sdc_testing import MessageListener, wait_for_subscriber
 
 EGO = "/carla/ego_vehicle"
 TICK_NS = 50_000_000

@@ -14,8 +14,9 @@ from sdc_msgs.msg import CarlaVehicleControl
 from std_msgs.msg import Bool, Header
 from std_srvs.srv import Trigger
 
+from sdc_common.processes import wait_until
 from sdc_common.ros.odometry import pose_and_speed
-from sdc_common.testing.message_listener import MessageListener, wait_for_subscriber, wait_until
+from sdc_testing import MessageListener, wait_for_subscriber
 
 EGO = "/carla/ego_vehicle"
 TICK_NS = 50_000_000

@@ -13,8 +13,8 @@ from sdc_msgs.msg import CarlaVehicleControl
 from std_srvs.srv import Trigger
 
 from sdc_common.ros.odometry import pose_and_speed, yaw_from_quaternion
-from sdc_common.testing.message_listener import MessageListener, wait_for_subscriber
 from sdc_sim.sensors.errors import OdometryNoise
+from sdc_testing import MessageListener, wait_for_subscriber
 
 EGO = "/carla/hero"
 TICK_NS = 50_000_000

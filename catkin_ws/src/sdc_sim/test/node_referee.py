@@ -27,7 +27,7 @@ from sdc_msgs.msg import (
 from sensor_msgs.msg import Image
 from std_srvs.srv import Trigger
 
-from sdc_common.testing.message_listener import wait_until
+from sdc_common.processes import wait_until
 
 SCRIPTS = os.path.join(rospkg.RosPack().get_path("sdc_sim"), "scripts")
 EGO = "/carla/ego_vehicle"

@@ -15,7 +15,7 @@ import rostest
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Image
 
-from sdc_common.testing.message_listener import MessageListener
+from sdc_testing import MessageListener
 
 SIM = os.path.join(rospkg.RosPack().get_path("sdc_sim"), "scripts", "sim.py")
 CAMERA = os.path.join(rospkg.RosPack().get_path("sdc_sim"), "scripts", "front_camera.py")
@@ -24,7 +24,7 @@ PREPARED = f"""
 import os, signal, sys
 import jsonschema, ruamel.yaml  # what reads the files
 import rospy
-from sdc_common.testing.node_script import load_script
+from sdc_testing import load_script
 
 script = load_script({SIM!r})
 for name in map(str.strip, sys.stdin):

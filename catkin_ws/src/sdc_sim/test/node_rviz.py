@@ -13,9 +13,9 @@ from geometry_msgs.msg import PointStamped, PoseWithCovarianceStamped, Transform
 from sdc_msgs.msg import BaseWaypoint, Path
 from tf2_msgs.msg import TFMessage
 
-from sdc_common.testing.message_listener import MessageListener, wait_until
-from sdc_common.testing.processes import matching
-from sdc_common.testing.virtual_display import VirtualDisplay
+from sdc_common.processes import matching, wait_until
+from sdc_common.virtual_display import VirtualDisplay
+from sdc_testing import MessageListener
 
 SUBSCRIBED = {
     "/show/route",

@@ -16,7 +16,7 @@ from tf2_msgs.msg import TFMessage
 
 from sdc_common.geometry.geodesy import map_from_geodetic
 from sdc_common.ros.ground_truth import GROUND_TRUTH, true_odometry_topic
-from sdc_common.testing.message_listener import MessageListener, wait_for_subscriber
+from sdc_testing import MessageListener, wait_for_subscriber
 
 EGO = "/carla/ego_vehicle"
 TICK_NS = 50_000_000

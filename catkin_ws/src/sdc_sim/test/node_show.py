@@ -13,7 +13,8 @@ from sensor_msgs.msg import NavSatFix, NavSatStatus
 from visualization_msgs.msg import Marker, MarkerArray
 
 from sdc_common.geometry.geodesy import geodetic_from_map
-from sdc_common.testing.message_listener import MessageListener, wait_for_subscriber, wait_until
+from sdc_common.processes import wait_until
+from sdc_testing import MessageListener, wait_for_subscriber
 
 # The messages of another package, whose waypoints have one field more than those of sdc_msgs.
 CLASSES = genpy.dynamic.generate_dynamic(

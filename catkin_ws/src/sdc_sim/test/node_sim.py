@@ -16,8 +16,9 @@ from sdc_msgs.msg import CarlaVehicleControl
 from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import Header
 
+from sdc_common.processes import wait_until
 from sdc_common.ros.odometry import pose_and_speed
-from sdc_common.testing.message_listener import MessageListener, wait_for_subscriber, wait_until
+from sdc_testing import MessageListener, wait_for_subscriber
 
 EGO = "/carla/ego_vehicle"
 

@@ -8,7 +8,8 @@ import rostest
 from nav_msgs.msg import Odometry
 from sdc_msgs.msg import CarlaVehicleControl
 
-from sdc_common.testing.message_listener import MessageListener, wait_until
+from sdc_common.processes import wait_until
+from sdc_testing import MessageListener
 
 EGO = "/carla/ego_vehicle"
 TICK_NS = 50_000_000

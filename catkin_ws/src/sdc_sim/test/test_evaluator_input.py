@@ -20,9 +20,9 @@ from sdc_msgs.msg import (
 )
 
 from sdc_common.ros.ground_truth import GROUND_TRUTH
-from sdc_common.testing.node_script import load_script
 from sdc_sim.evaluation.evaluator import Evaluator
 from sdc_sim.ros.evaluator_input import EvaluatorInput
+from sdc_testing import load_script
 
 PACKAGE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..")
 CONFIG = os.path.join(PACKAGE, "config")

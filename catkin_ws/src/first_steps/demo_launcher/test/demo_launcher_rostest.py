@@ -14,7 +14,7 @@ import rostest
 from std_msgs.msg import UInt32
 from um_msgs.msg import Waypoint
 
-from sdc_common.testing.message_listener import MessageListener
+from sdc_testing import MessageListener
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "qt_interface" / "test"))
 from window_control import find_window, press_close_button, qt_display

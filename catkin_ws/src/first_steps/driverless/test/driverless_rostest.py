@@ -11,7 +11,8 @@ import rospy
 import rostest
 from um_msgs.msg import CarPosition, SteeringCommand, Waypoint, Waypoints
 
-from sdc_common.testing.message_listener import wait_for_subscriber, wait_until
+from sdc_common.processes import wait_until
+from sdc_testing import wait_for_subscriber
 
 LIMIT_SECONDS = 30.0
 SQUARE = [(0, 0.0, 0.0), (1, 100.0, 0.0), (2, 100.0, 100.0), (3, 0.0, 100.0)]

@@ -13,7 +13,7 @@ import rostest
 from std_msgs.msg import Bool
 from um_msgs.msg import CarPosition, Waypoints
 
-from sdc_common.testing.message_listener import wait_until
+from sdc_common.processes import wait_until
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from window_control import find_window, press_close_button, qt_display

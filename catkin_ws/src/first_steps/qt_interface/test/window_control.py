@@ -5,8 +5,8 @@ from __future__ import annotations
 import contextlib
 import ctypes
 
-from sdc_common.testing.message_listener import wait_until
-from sdc_common.testing.virtual_display import VirtualDisplay
+from sdc_common.processes import wait_until
+from sdc_common.virtual_display import VirtualDisplay
 
 WINDOW_TIMEOUT_S = 30.0  # from the start of a node to its window
 

@@ -14,7 +14,7 @@ import rostest
 from std_msgs.msg import Bool, Empty, UInt32
 from um_msgs.msg import CarPosition, SteeringCommand, Waypoint, Waypoints
 
-from sdc_common.testing.message_listener import MessageListener, wait_for_subscriber
+from sdc_testing import MessageListener, wait_for_subscriber
 
 LIMIT_SECONDS = 30.0
 STEP = 120.0 / 30.0  # u a tick, from speed and rate in config/world.yaml

@@ -10,9 +10,9 @@ from sensor_msgs.msg import Imu, JointState, NavSatFix, PointCloud2, PointField
 
 from sdc_common.geometry.geodesy import geodetic_from_map
 from sdc_common.ros.odometry import pose_and_speed
-from sdc_common.testing.node_script import load_script
 from sdc_localization.landmarks import LandmarkMap
 from sdc_localization.localizer import Localizer
+from sdc_testing import load_script
 
 SCRIPT = Path(__file__).resolve().parents[1] / "scripts" / "localizer.py"
 LANE = np.column_stack([np.arange(0.0, 101.0), np.zeros(101)])

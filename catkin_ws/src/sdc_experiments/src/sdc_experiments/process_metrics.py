@@ -8,7 +8,7 @@ from collections import defaultdict
 
 import psutil
 
-from sdc_common.testing.processes import processes_with
+from sdc_common.processes import processes_with
 
 _NODE = "__name:="
 _MEGABYTE = 1024.0 * 1024.0

@@ -10,7 +10,7 @@ import time
 from pathlib import Path
 from typing import Any, Iterator, Mapping, Sequence
 
-from sdc_common.testing.processes import Program, isolated_ros_environment
+from sdc_common.processes import Program, isolated_ros_environment
 
 # What a setup.bash sets. The setup of another workspace must not find that of this one.
 _WORKSPACE_VARIABLES = (

@@ -24,9 +24,8 @@ from nav_msgs.msg import Odometry
 from sdc_package.msg import CarlaVehicleControl, LocalPath, Waypoint
 from sensor_msgs.msg import Image
 
+from sdc_common.processes import isolated_ros_environment, wait_until
 from sdc_common.ros.node import LoopPublisher
-from sdc_common.testing.message_listener import wait_until
-from sdc_common.testing.processes import isolated_ros_environment
 from sdc_experiments.stack_launch import running
 from sdc_sim.ros.picture_messages import image_message
 

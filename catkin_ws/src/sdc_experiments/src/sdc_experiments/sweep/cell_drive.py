@@ -17,7 +17,7 @@ from typing import Any, Sequence
 import numpy as np
 import rospkg
 
-from sdc_common.testing.processes import isolated_ros_environment
+from sdc_common.processes import isolated_ros_environment
 from sdc_experiments.closed_loop import drive_result
 from sdc_experiments.sweep.results import FAILED
 from sdc_experiments.sweep.settings import CONTROLLER, ROS, nested, text

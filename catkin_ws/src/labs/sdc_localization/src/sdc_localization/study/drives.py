@@ -19,8 +19,8 @@ from scipy.stats import chi2
 
 from sdc_common.geometry.angles import wrap_angle
 from sdc_common.geometry.geodesy import map_from_geodetic
+from sdc_common.processes import isolated_ros_environment
 from sdc_common.ros.odometry import pose_and_speed
-from sdc_common.testing.processes import isolated_ros_environment
 from sdc_localization.localizer import Localizer, LocalizerSettings
 from sdc_localization.odometry_message import wheel_speed
 from sdc_sim.road.random_routes import long_route

@@ -19,7 +19,7 @@ from typing import Any, Mapping, NamedTuple, Sequence
 import numpy as np
 import yaml
 
-from sdc_common.testing.processes import isolated_ros_environment
+from sdc_common.processes import isolated_ros_environment
 from sdc_sim.road.random_routes import random_route
 from sdc_sim.runner import CheckedDrive
 from sdc_sim.scenario.acceptance_limits import read_report

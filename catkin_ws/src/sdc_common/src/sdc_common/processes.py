@@ -10,6 +10,7 @@ import subprocess
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import psutil
 
@@ -21,6 +22,27 @@ _TIMEOUT_S = 120.0
 # A drive from start to end.
 _END_TIMEOUT_S = 200.0
 _SHOWN_CHARACTERS = 5000
+
+
+def wait_until(
+    condition: Callable[[], Any], seconds: float = 15.0, what: str = "the condition"
+) -> Any:
+    """Return the first true value of a condition, which is polled.
+
+    Args:
+        condition: returns a true value when the wait is over
+        seconds: timeout [s]
+        what: what the error reports as missing
+
+    Raises:
+        TimeoutError: the condition is still false after `seconds`
+    """
+    limit = time.monotonic() + seconds
+    while not (value := condition()):
+        if time.monotonic() > limit:
+            raise TimeoutError(f"{what} is still missing after {seconds:g} s")
+        time.sleep(0.01)
+    return value
 
 
 def matching(

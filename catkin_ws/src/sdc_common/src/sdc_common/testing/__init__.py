@@ -1,1 +1,0 @@
-"""Helpers of tests and checks: messages, processes, virtual displays."""
