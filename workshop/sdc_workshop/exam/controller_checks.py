@@ -124,8 +124,9 @@ class PathFollowingCheck(NodeCheck):
                 "The path is another one than was received: each row is (point.x, point.y, "
                 "point.v), in this order."
             )
-            found = self.crash_problem(node, variant)
-            return found or Problem(expected, _text(got), hint, first_of(("2.3",), variant))
+            return self.crash_problem(node, variant) or Problem(
+                expected, _text(got), hint, first_of(("2.3",), variant)
+            )
         return None
 
 
@@ -162,8 +163,7 @@ class Drive:
             self._tick = rospy.Time.now()
         wanted = self.wanted(scene)
         planned = _planned(scene)
-        rows = ((0.9 * i, 0.45 * i + 1.0, planned(i)) for i in range(25))
-        path = LocalPath([Waypoint(*row) for row in rows])
+        path = LocalPath([Waypoint(0.9 * i, 0.45 * i + 1.0, planned(i)) for i in range(25)])
         for _ in range(TICKS):
             self._tick += rospy.Duration(nsecs=STEP_NS)
             stamp, before = self._tick, len(self._received.messages)
@@ -192,8 +192,8 @@ class Drive:
 
     def wanted(self, scene: dict) -> dict:
         """Return the command that the solution gives after all ticks of a scene."""
-        pose, speed = scene["pose"], scene["speed_mps"]
-        answer = controller_answer(*pose, speed, _planned(scene), self._parameters)
+        motion = *scene["pose"], scene["speed_mps"], _planned(scene)
+        answer = controller_answer(*motion, self._parameters)
         return dict(zip(("throttle", "steer", "brake"), answer or ()))
 
 
