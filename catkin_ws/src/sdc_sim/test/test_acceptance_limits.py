@@ -13,14 +13,12 @@ from sdc_sim.evaluation.route_progress import (
 )
 from sdc_sim.report.html_page import MEANINGS
 from sdc_sim.scenario.acceptance_limits import (
-    INFRACTIONS,
-    METRICS,
-    STATUSES,
     AcceptanceLimits,
     RequiredStop,
     read_report,
     violations,
 )
+from sdc_sim.yaml_document import schema
 
 REPORT = {
     "status": "completed",
@@ -79,9 +77,12 @@ def test_each_violation_is_one_line_with_metric_and_bound(limits, stops_m, lines
 
 
 def test_names_of_limits_are_names_of_the_report():
-    assert set(METRICS) <= set(MEANINGS)
-    assert set(INFRACTIONS) == set(COEFFICIENTS)
-    assert set(STATUSES) == {COMPLETED, COLLISION, OFF_ROUTE, BLOCKED, TIMEOUT, ABORTED}
+    limits = schema("scenario")["properties"]["limits"]["properties"]
+    metrics = set(schema("scenario")["definitions"]["metrics"])
+    assert metrics <= set(MEANINGS)
+    assert set(limits["at_most"]["properties"]) == metrics | {"infractions", *COEFFICIENTS}
+    statuses = {COMPLETED, COLLISION, OFF_ROUTE, BLOCKED, TIMEOUT, ABORTED}
+    assert set(limits["status"]["enum"]) == statuses
 
 
 def test_stops_of_the_car_are_read_from_the_trace(tmp_path):

@@ -17,9 +17,8 @@ from sdc_sim.physics.obstacles import KINDS, Obstacles
 from sdc_sim.physics.traffic_lights import TrafficLightPlan, TrafficLights
 from sdc_sim.scenario.acceptance_limits import AcceptanceLimits, RequiredStop
 from sdc_sim.scenario.reader import load_scenario
-from sdc_sim.scenario.schema import SIM_OPTIONS
 from sdc_sim.scenario.traffic import load_lights, load_obstacles
-from sdc_sim.yaml_document import DocumentError
+from sdc_sim.yaml_document import DocumentError, schema
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 EXAMPLES = os.path.join(HERE, "..", "config", "obstacles")
@@ -182,7 +181,15 @@ SCALARS = st.one_of(
     st.text(max_size=8),
     st.sampled_from([*KINDS, *ODD_WORDS]),
 )
-SCENARIO_KEYS = ["about", "route", "vehicle", "stack", "limits", "lights", *SIM_OPTIONS]
+SCENARIO_KEYS = [
+    "about",
+    "route",
+    "vehicle",
+    "stack",
+    "limits",
+    "lights",
+    *schema("scenario")["definitions"]["sim"],
+]
 PART_KEYS = "kind at path size_m straight_m radius_m stop_line_m phases along_m at_most stops at_m"
 KEYS = st.text(max_size=4) | st.sampled_from(
     ["frame", "obstacles", "<<", *SCENARIO_KEYS, *PART_KEYS.split()]

@@ -2,6 +2,7 @@
 
 import math
 import os
+import re
 
 import numpy as np
 import pytest
@@ -264,22 +265,31 @@ def test_reflections_offset_the_position_in_their_zone_and_wander():
 
 
 @pytest.mark.parametrize(
-    ("name", "values", "words"),
+    ("name", "values", "message"),
     [
-        ("gnss", {"period": 0.1}, ["gnss", "'period'", "did you mean 'period_s'"]),
-        ("imu", {"rate_noise_radps": -1.0}, ["imu.rate_noise_radps", "-1.0"]),
-        ("wheel_speeds", {"scale": math.nan}, ["wheel_speeds.scale"]),
-        ("speedometer", 0.1, ["speedometer", "mapping"]),
-        ("gnss", {"outages": [{"from_m": 5.0}]}, ["gnss.outages, zone 1", "from_m and to_m"]),
-        ("gnss", {"outages": [{"from_s": 5.0, "to_s": 2.0}]}, ["zone 1", "end after its start"]),
-        ("gnss", {"multipath": [{"from": 5.0}]}, ["gnss.multipath, zone 1", "from"]),
-        ("gnss", {"outages": 3}, ["gnss.outages", "list"]),
+        ("gnss", {"period": 0.1}, "gnss: unknown key 'period'; did you mean 'period_s'?"),
+        (
+            "imu",
+            {"rate_noise_radps": -1.0},
+            "imu: 'rate_noise_radps' must be a number from 0 to 1000, got -1.0",
+        ),
+        ("speedometer", 0.1, "speedometer must be a mapping with lines of 'key: value', got 0.1"),
+        (
+            "gnss",
+            {"outages": [{"from_m": 5.0}]},
+            "gnss: entry 1 of 'outages' must be a zone with either from_m and to_m, or from_s and "
+            "to_s, got a mapping",
+        ),
+        (
+            "gnss",
+            {"outages": [{"from_s": 5.0, "to_s": 2.0}]},
+            "a zone of gnss must end after its start, got 5.0 to 2.0",
+        ),
     ],
 )
-def test_bad_setting_is_refused_by_its_name(name, values, words):
-    with pytest.raises(ValueError) as refused:
+def test_bad_setting_is_refused_by_its_name(name, values, message):
+    with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
         sensor_settings(name, values)
-    assert [word for word in words if word not in str(refused.value)] == []
 
 
 def test_zone_beyond_the_route_is_refused():

@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import os
+from functools import lru_cache
 from typing import Any, Iterable
+
+import rospkg
+import yaml
 
 from sdc_common.suggestion import suggestion
 from sdc_common.validation import is_number
@@ -91,6 +95,14 @@ def load_yaml(path: str, fix: str) -> YamlDocument:
         raise DocumentError(f"{place}: is not valid YAML ({problem}); correct it") from None
 
 
+@lru_cache(maxsize=None)
+def schema(name: str) -> dict:
+    """Return a JSON schema (draft 7) of config/schemas."""
+    folder = os.path.join(rospkg.RosPack().get_path("sdc_sim"), "config", "schemas")
+    with open(os.path.join(folder, name + ".yaml"), encoding="utf-8") as file:
+        return yaml.safe_load(file)
+
+
 def validate(document: YamlDocument, schema: dict) -> None:
     """Check the values of a document against a JSON schema (draft 7).
 
@@ -99,6 +111,27 @@ def validate(document: YamlDocument, schema: dict) -> None:
     Raises:
         DocumentError: for the first line with a mistake.
     """
+    mistakes = _mistakes(document.values, schema)
+    if mistakes:
+        # A misspelt key comes first: it is often the reason for other errors.
+        _, keys, message = min(mistakes, key=lambda one: (one[0], document.line(one[1])))
+        raise document.error(keys, message)
+
+
+def check_parameter(name: str, value: Any, schema: dict) -> None:
+    """Check the value of a parameter against a JSON schema (draft 7).
+
+    Raises:
+        ValueError: for a mistake; the message names the parameter
+    """
+    mistakes = _mistakes(value, schema)
+    if mistakes:
+        _, keys, message = mistakes[0]
+        raise ValueError(f"{name}: {message}" if keys else message.replace("the file", name))
+
+
+def _mistakes(values: Any, schema: dict) -> list[tuple[bool, list, str]]:
+    """Return of each mistake: whether it is no unknown key, its path of keys, and a message."""
     import jsonschema  # 100 ms
 
     validator_class = jsonschema.validators.extend(
@@ -107,15 +140,10 @@ def validate(document: YamlDocument, schema: dict) -> None:
             "number", lambda _, value: is_number(value)
         ),
     )
-    mistakes = [
-        # A misspelt key comes first: it is often the reason for other errors.
-        (error.validator != "additionalProperties", document.line(keys), keys, message)
-        for error in validator_class(schema).iter_errors(document.values)
-        for keys, message in [_describe(error)]
+    return [
+        (error.validator != "additionalProperties", *_describe(error))
+        for error in validator_class(schema).iter_errors(values)
     ]
-    if mistakes:
-        _, _, keys, message = min(mistakes, key=lambda mistake: mistake[:2])
-        raise document.error(keys, message)
 
 
 def _describe(error: Any) -> tuple[list, str]:
@@ -138,7 +166,22 @@ def _describe(error: Any) -> tuple[list, str]:
     found = _TYPE_NAMES.get(type(value)) or repr(value)[:40]
     if error.validator == "enum":
         return keys, f"{name} is {found}; {_suggestion(str(value), rule)}"
-    return keys, f"{name} must be {error.schema['description']}, got {found}"
+    return keys, f"{name} must be {_expected(error.schema)}, got {found}"
+
+
+def _expected(schema: dict) -> str:
+    """Return what completes the sentence "it must be ..."."""
+    kind = {
+        "number": "a number",
+        "integer": "a whole number",
+        "boolean": "true or false",
+        "object": "a mapping with lines of 'key: value'",
+    }
+    if "description" in schema:
+        return schema["description"]
+    if "maximum" in schema:
+        return f"{kind[schema['type']]} from {schema['minimum']:g} to {schema['maximum']:g}"
+    return kind[schema["type"]]
 
 
 def _name(keys: list) -> str:

@@ -20,10 +20,9 @@ from sdc_experiments.sweep.settings import (
     is_path,
 )
 from sdc_experiments.sweep.true_metrics import TRUE_METRICS
-from sdc_sim.scenario.acceptance_limits import METRICS
 from sdc_sim.scenario.packaged import PackagedFolders, find_route, find_scenario
 from sdc_sim.scenario.reader import load_scenario
-from sdc_sim.yaml_document import YamlDocument, load_yaml, validate
+from sdc_sim.yaml_document import YamlDocument, load_yaml, schema, validate
 
 MAX_CELLS = 1_000_000
 _DEFAULT_METRICS = ("cross_track_rms_m", "driving_score")
@@ -85,7 +84,7 @@ _STUDY = {
             "type": "array",
             "minItems": 1,
             "uniqueItems": True,
-            "items": {"enum": [*METRICS, *TRUE_METRICS]},
+            "items": {"enum": [*schema("scenario")["definitions"]["metrics"], *TRUE_METRICS]},
             "description": "a list of metrics of the report, such as [cross_track_rms_m]",
         },
         "timeout_s": {

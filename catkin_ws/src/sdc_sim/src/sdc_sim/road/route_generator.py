@@ -11,14 +11,6 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-# The keys of an element and their ranges.
-ELEMENTS = {
-    "straight_m": (0.01, 20_000.0),
-    "left_deg": (0.1, 3600.0),
-    "right_deg": (0.1, 3600.0),
-    "radius_m": (0.5, 10_000.0),
-    "transition_m": (0.01, 5_000.0),
-}
 LONGEST_M = 20_000.0
 
 _STEP_M = 0.002

@@ -12,16 +12,14 @@ from sdc_common.geometry.road_line import road_route
 from sdc_common.ros.node import parameter, refuse
 from sdc_common.routes.waypoint_file import WaypointError, load_waypoints
 from sdc_common.suggestion import suggestion
-from sdc_common.validation import check_between, check_non_negative
+from sdc_common.validation import check_non_negative
 from sdc_sim.physics.obstacles import KINDS
-from sdc_sim.physics.vehicle_parameters import VehicleError
 from sdc_sim.ros.bridge_versions import BRIDGE_VERSIONS
 from sdc_sim.ros.drive_log import DriveLog
 from sdc_sim.ros.picture_feed import PictureSettings
 from sdc_sim.scenario.configuration import build_simulation, sensors_that_are_on
 from sdc_sim.simulation.simulation import OccupiedError
-from sdc_sim.simulation.weather import Weather
-from sdc_sim.yaml_document import DocumentError
+from sdc_sim.yaml_document import DocumentError, check_parameter, schema
 
 
 class Timeouts(NamedTuple):
@@ -105,15 +103,16 @@ class SimulationSetup:
             self.route = road_route(self.route_m)
             self.sensors = sensors_that_are_on(value)
             self.simulation = build_simulation(value, self.route, self.route_m)
-            check_between(0.0, 1.0, daylight=daylight)
-            Weather.read(weather)
+            options = schema("scenario")["properties"]
+            check_parameter("daylight", daylight, options["daylight"])
+            check_parameter("weather", weather, options["weather"])
             check_non_negative(
                 patience_s=self.timeouts.stamped_s,
                 unstamped_patience_s=self.timeouts.unstamped_s,
                 start_patience_s=self.timeouts.start_s,
                 first_answer_s=self.timeouts.first_answer_s,
             )
-        except (WaypointError, VehicleError, DocumentError, OccupiedError) as error:
+        except (WaypointError, DocumentError, OccupiedError) as error:
             refuse(error)
         except (TypeError, ValueError) as error:
             refuse(f"{error}; fix it in config/sim.yaml")

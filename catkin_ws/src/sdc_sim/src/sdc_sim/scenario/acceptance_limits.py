@@ -8,35 +8,6 @@ import os
 from dataclasses import dataclass, field
 from typing import NamedTuple, Sequence
 
-STATUSES = ("completed", "collision", "off_route", "blocked", "timeout", "aborted")
-INFRACTIONS = ("collision_pedestrian", "collision_vehicle", "collision_static", "red_light", "stop")
-# The numeric metrics of a report: a scenario can set bounds for them.
-METRICS = (
-    "route_length_m",
-    "route_completion_percent",
-    "duration_s",
-    "wall_duration_s",
-    "real_time_factor",
-    "ticks",
-    "missed_ticks",
-    "ticks_by_stamp",
-    "ticks_by_order",
-    "cross_track_rms_m",
-    "cross_track_p95_m",
-    "cross_track_max_m",
-    "heading_rms_rad",
-    "speed_mean_mps",
-    "speed_max_mps",
-    "lateral_acceleration_max_mps2",
-    "longitudinal_acceleration_max_mps2",
-    "longitudinal_acceleration_min_mps2",
-    "jerk_max_mps3",
-    "ideal_duration_s",
-    "time_ratio",
-    "off_lane_percent",
-    "driving_score",
-)
-
 _STANDSTILL_MPS = 0.05
 
 

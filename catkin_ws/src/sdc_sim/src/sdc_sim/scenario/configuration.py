@@ -39,7 +39,7 @@ def build_simulation(
         compiled: see Vehicle
 
     Raises:
-        DocumentError, VehicleError: a file is not valid
+        DocumentError: a file is not valid
         OccupiedError: an obstacle is at the start pose
         TypeError, ValueError: a parameter is not valid
     """

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass, field
-from functools import lru_cache
 from typing import Any
 
 from sdc_sim.road.route_generator import RouteSpecError, curvature_profile
 from sdc_sim.scenario.acceptance_limits import AcceptanceLimits, RequiredStop
-from sdc_sim.scenario.schema import SCENARIO, SIM_OPTIONS
-from sdc_sim.scenario.traffic import parse
-from sdc_sim.yaml_document import YamlDocument, file_version, validate
+from sdc_sim.scenario.traffic import read_scenario
+from sdc_sim.yaml_document import YamlDocument, schema
 
 
 @dataclass(frozen=True)
@@ -54,10 +52,11 @@ def load_scenario(path: str) -> Scenario:
     Raises:
         DocumentError: the file cannot be read or is not a valid scenario.
     """
-    document = _read(path, file_version(path))
+    document = read_scenario(path)
     values = document.values
     _check_route(document, values.get("route"))
-    sim = {key: values[key] for key in SIM_OPTIONS if key in values}
+    options = schema("scenario")["definitions"]["sim"]
+    sim = {key: values[key] for key in options if key in values}
     if "seed" in sim:
         sim["seed"] = int(sim["seed"])  # JSON schema accepts 7.0 as an integer
     words = {
@@ -66,13 +65,6 @@ def load_scenario(path: str) -> Scenario:
         if key in values
     }
     return Scenario(document.path, sim=sim, limits=_limits(values.get("limits", {})), **words)
-
-
-@lru_cache(maxsize=64)
-def _read(path: str, version: tuple[int, ...]) -> YamlDocument:
-    document = parse(path, version)
-    validate(document, SCENARIO)
-    return document
 
 
 def _check_route(document: YamlDocument, route: Any) -> None:

@@ -5,14 +5,11 @@ Each error is a standard deviation. A sensor with a period of 0 is off.
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
-from typing import Any, Mapping, Sequence
+from typing import Any, Mapping
 
-from sdc_common.suggestion import suggestion
-from sdc_common.validation import check_between, check_non_negative
+from sdc_sim.yaml_document import check_parameter, schema
 
-_MAX_PERIOD_S = 1e3
 # Names of the sensors in the settings, in the order in which they are published.
 SENSORS = ("imu", "gnss", "speedometer", "lidar", "planar_lidar", "wheel_speeds")
 
@@ -37,12 +34,9 @@ class Zone:
 
     def __post_init__(self) -> None:
         along, times = (self.from_m, self.to_m), (self.from_s, self.to_s)
-        used, other = (along, times) if times == (None, None) else (times, along)
-        if None in used or other != (None, None):
-            raise ValueError("must have from_m and to_m, or from_s and to_s")
-        check_non_negative(start=used[0], end=used[1], offset_m=self.offset_m)
-        if not used[0] < used[1]:  # type: ignore[operator]
-            raise ValueError(f"must end after its start, got {used[0]} to {used[1]}")
+        start, end = times if self.from_m is None else along
+        if start is None or end is None or not start < end:
+            raise ValueError(f"a zone of gnss must end after its start, got {start} to {end}")
 
 
 @dataclass(frozen=True)
@@ -134,31 +128,9 @@ def sensor_settings(name: str, values: Mapping[str, Any]) -> Any:
     Raises:
         ValueError: a setting is unknown or out of range; the message names it
     """
-    settings_class = CLASSES[name]
-    if not isinstance(values, Mapping):
-        raise ValueError(f"{name} must be a mapping such as {{period_s: 0.1}}, got {values!r}")
-    known = [field.name for field in dataclasses.fields(settings_class)]
-    for key in values:
-        if key not in known:
-            hint = suggestion(str(key), known, f"it has {', '.join(known)}")
-            raise ValueError(f"{name} has no '{key}'; {hint}")
+    check_parameter(name, values, schema("scenario")["properties"][name])
     read = {
-        key: _zones(f"{name}.{key}", value) if key in ("outages", "multipath") else value
+        key: tuple(Zone(**zone) for zone in value) if key in ("outages", "multipath") else value
         for key, value in values.items()
     }
-    for key, value in read.items():
-        if not isinstance(value, tuple):
-            check_between(0.0, _MAX_PERIOD_S, **{f"{name}.{key}": value})
-    return settings_class(**read)
-
-
-def _zones(name: str, values: Any) -> tuple[Zone, ...]:
-    if not isinstance(values, Sequence) or isinstance(values, str):
-        raise ValueError(f"{name} must be a list such as [{{from_m: 100, to_m: 200}}]")
-    zones = []
-    for number, value in enumerate(values, start=1):
-        try:
-            zones.append(Zone(**value))
-        except (TypeError, ValueError) as error:
-            raise ValueError(f"{name}, zone {number}: {error}") from None
-    return tuple(zones)
+    return CLASSES[name](**read)
