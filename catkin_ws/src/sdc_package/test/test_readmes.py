@@ -38,7 +38,7 @@ def code_of(package, node):
 
 
 def parameters_of(package, node):
-    return set(re.findall(r'parameter\("([a-z_0-9]+)"\)', code_of(package, node)))
+    return set(re.findall(r'\b(?:parameter|value)\("([a-z_0-9]+)"\)', code_of(package, node)))
 
 
 def documentation(package):
@@ -92,6 +92,8 @@ def test_every_key_of_the_configuration_reaches_the_node(package, node):
 @pytest.mark.parametrize("package", NODES)
 def test_every_line_of_the_configuration_has_its_unit(package):
     for path in sorted((SRC / package / "config").glob("*.yaml")):
+        if path.name == "bridge_versions.yaml":
+            continue  # names and types, which have no unit
         lines = path.read_text(encoding="utf-8").splitlines()
         for number, line in enumerate(lines, start=1):
             opens_a_section = line.rstrip().endswith(":")
