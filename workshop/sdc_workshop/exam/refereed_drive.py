@@ -188,14 +188,11 @@ class _Referee:
         lines = (self._part + self._events.read()).split("\n")
         self._part = lines.pop()
         for line in lines:
-            name, *values = json.loads(line)
-            if name == "odometry":
-                self._evaluator.add_odometry(*values, wall_s=time.monotonic())
-            elif name == "command":
-                self._commands += 1
-                self._evaluator.add_command(*values)
-            else:
-                self._evaluator.add_collision(*values)
+            event = json.loads(line)
+            if event[0] == "odometry":
+                event.append(time.monotonic())
+            self._commands += event[0] == "command"
+            self._evaluator.add(*event)
 
     def write(self, report: Path) -> str:
         """Write the report; return a line that sums it up."""

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Referee: evaluates the drive along the route, prints its status, and writes the report."""
 
+import base64
 import contextlib
 import json
 import os
@@ -15,10 +16,10 @@ from std_srvs.srv import Trigger
 from sdc_common.ros.connection_watchdog import watch_connections
 from sdc_common.ros.ground_truth import true_odometry_topic
 from sdc_common.ros.node import parameter, refuse
+from sdc_sim.evaluation.drive_evaluation import PICTURE
 from sdc_sim.evaluation.evaluator import Evaluator
 from sdc_sim.evaluation.route_progress import COMPLETED
 from sdc_sim.evaluation.rules import EvaluationRules
-from sdc_sim.evaluation.scene_record import PICTURE
 from sdc_sim.report.camera_snapshots import CameraSnapshots
 from sdc_sim.report.console_progress import ConsoleProgress, closing_line
 from sdc_sim.report.writer import ReportError, open_report, write_pages, write_report
@@ -45,7 +46,7 @@ class Referee:
             self.on_picture,
         )
         try:
-            self.events = open_report(self.report_path)
+            self.events = open_report(self.report_path, self.on_write_failure)
         except ReportError as error:
             refuse(error)
 
@@ -88,13 +89,19 @@ class Referee:
             )
         self.rules_publisher.publish(json.dumps(rules._asdict()))
 
-    def on_snapshot(self, snapshot):
+    def on_write_failure(self, error):
+        self.progress.print_line(
+            f"referee: {error.filename}: {error.strerror}; the drive continues and its events "
+            "are kept in memory"
+        )
+
+    def on_snapshot(self, time_s, percent, jpeg):
         with self.lock:
-            self.evaluator.add_snapshot(*snapshot)
+            self.evaluator.add("snapshot", time_s, percent, base64.b64encode(jpeg).decode())
 
     def on_picture(self, time_s, jpeg):
         with self.lock:
-            self.evaluator.add_scene(PICTURE, jpeg, time_s)
+            self.evaluator.add("scene", PICTURE, time_s, base64.b64encode(jpeg).decode())
 
     def update_snapshots(self):
         with self.lock:
@@ -144,7 +151,6 @@ class Referee:
             self.snapshots.finish(LAST_PICTURE_S)
         pausing = None if rospy.is_shutdown() else self.pause_simulation()
         with self.lock:
-            self.progress.print_notices(self.evaluator)
             if not self.evaluator.started:
                 topics = " and ".join(self.evaluator.missing_topics)
                 rospy.logerr("referee: the drive did not start: no message on %s", topics)

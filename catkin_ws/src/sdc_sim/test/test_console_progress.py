@@ -1,12 +1,10 @@
 import io
-import resource
 
 import numpy as np
 import pytest
 from referee_rules import RULES
 
 from sdc_sim.evaluation.evaluator import Evaluator
-from sdc_sim.evaluation.event_file import EventFile
 from sdc_sim.report.console_progress import ConsoleProgress, closing_line, progress_line
 
 
@@ -25,7 +23,7 @@ def evaluator_at(tick, wall_clock=False):
     evaluator.set_route(np.column_stack([np.arange(101.0), np.zeros(101)]))
     for number in range(1, tick + 1):
         wall_s = 0.05 * number if wall_clock else None
-        evaluator.add_odometry(number * 50_000_000, 0.5 * number, 0.25, 0.0, 10.0, wall_s)
+        evaluator.add("odometry", number * 50_000_000, 0.5 * number, 0.25, 0.0, 10.0, wall_s)
     return evaluator
 
 
@@ -37,7 +35,7 @@ def print_drive(stream, seconds, factor=2.0):
     for step in range(int(20 * seconds)):
         while tick < 20 * factor * step / 20.0:
             tick += 1
-            evaluator.add_odometry(tick * 50_000_000, 0.5 * tick, 0.25, 0.0, 10.0)
+            evaluator.add("odometry", tick * 50_000_000, 0.5 * tick, 0.25, 0.0, 10.0)
         progress.update(evaluator, 100.0 + step / 20.0)
     return progress
 
@@ -106,19 +104,3 @@ def test_closing_line_has_the_real_time_factor_if_there_is_a_wall_clock():
         "referee: aborted: 25.0 % of 100 m in 2.5 s (1.0 times real time), cross"
     )
     assert "real time" not in closing_line(without.result().metrics)
-
-
-def test_write_failure_is_printed_one_time(tmp_path, request):
-    path = str(tmp_path / "events")
-    evaluator = Evaluator(RULES, EventFile(path))
-    evaluator.set_route([(0.0, 0.0), (10.0, 0.0)])
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    request.addfinalizer(lambda: resource.setrlimit(resource.RLIMIT_FSIZE, before))
-    resource.setrlimit(resource.RLIMIT_FSIZE, (10, before[1]))
-    evaluator.add_odometry(1, 5.0, 0.0, 0.0, 1.0)
-    stream = io.StringIO()
-    progress = ConsoleProgress(stream)
-    for _ in range(3):
-        progress.print_notices(evaluator)
-    (failure,) = stream.getvalue().splitlines()
-    assert failure.startswith(f"referee: {path}: File too large; the drive continues")

@@ -136,7 +136,7 @@ def test_path_and_obstacles_are_recorded_twice_a_second_without_numbers_that_are
         evaluator_input.local_path(path)
         box.pose.position.y = 0.01 * tick
         evaluator_input.obstacles(ObstacleArray(obstacles=[box, broken], header=odometry.header))
-    entries = evaluator_input.evaluator.result().scene.entries
+    entries = evaluator_input.evaluator.result().scene
     assert [round(time_s, 3) for time_s, _ in entries["path"]] == [0.05, 0.55, 1.05]
     assert [row[0] for row in entries["path"][0][1]] == pytest.approx(
         [0.01, *range(8, 100, 8)], abs=1e-6

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from referee_rules import RULES
 
-from sdc_common.ros.stop_lines import StopLine
 from sdc_sim.evaluation.evaluator import Evaluator
 from sdc_sim.physics.traffic_lights import GREEN, RED
 
@@ -21,23 +20,23 @@ def with_route():
 def drive_on(evaluator, first, last, speed=1.0):
     """Drive at a speed [m/s] along the route in the ticks from the first to the last."""
     for tick in range(first, last + 1):
-        evaluator.add_odometry(tick * TICK_NS, 0.05 * speed * tick, 0.2, 0.0, speed)
-        evaluator.add_command(tick * TICK_NS, 0.0005 * tick, 0.0, -0.1)
+        evaluator.add("odometry", tick * TICK_NS, 0.05 * speed * tick, 0.2, 0.0, speed)
+        evaluator.add("command", tick * TICK_NS, 0.0005 * tick, 0.0, -0.1)
 
 
 def test_result_holds_what_was_planned_photographed_and_seen():
     evaluator = with_route()
-    evaluator.add_planned_speed(9.0)  # before the first odometry: at no place
-    evaluator.set_stop_lines({7: StopLine(50.0, 0.0, 1.75)})
+    evaluator.add("planned", 9.0)  # before the first odometry: at no place
+    evaluator.add("stop_lines", [(7, 50.0, 0.0, 1.75)])
     drive_on(evaluator, 1, 2, speed=10.0)
-    evaluator.add_planned_speed(4.0)
-    evaluator.add_snapshot(0.1, 1.0, b"a picture")
-    evaluator.set_lights(2 * TICK_NS, {7: RED})
-    evaluator.set_lights(0, {7: GREEN})
+    evaluator.add("planned", 4.0)
+    evaluator.add("snapshot", 0.1, 1.0, "YSBwaWN0dXJl")
+    evaluator.add("lights", 2 * TICK_NS, [(7, RED)])
+    evaluator.add("lights", 0, [(7, GREEN)])
     result = evaluator.result()
     np.testing.assert_allclose(result.planned, [[1.0, 4.0, 0.1]])
     assert result.snapshots == [(0.1, 1.0, b"a picture")]
-    assert result.scene.entries["lights"] == [(0.1, {7: RED}), (0.1, {7: GREEN})]
+    assert result.scene["lights"] == [(0.1, {7: RED}), (0.1, {7: GREEN})]
     assert list(result.stop_lines) == [7]
     assert result.limit_mps.shape == (len(evaluator.drive.route.points),)
     assert result.limit_mps.max() == pytest.approx(RULES.speed_limits().cruise_mps, rel=0.5)
@@ -46,8 +45,8 @@ def test_result_holds_what_was_planned_photographed_and_seen():
 def test_result_counts_the_answers_by_stamp_and_by_order():
     evaluator = with_route()
     drive_on(evaluator, 1, 3)
-    evaluator.add_odometry(4 * TICK_NS, 0.2, 0.2, 0.0, 1.0)
-    evaluator.add_command(0, 0.5, 0.0, 0.0)
+    evaluator.add("odometry", 4 * TICK_NS, 0.2, 0.2, 0.0, 1.0)
+    evaluator.add("command", 0, 0.5, 0.0, 0.0)
     metrics = evaluator.result().metrics
     assert (metrics["ticks_by_stamp"], metrics["ticks_by_order"]) == (3, 1)
     assert metrics["assumed_limits"] == list(RULES.assumed)
@@ -76,26 +75,25 @@ def test_time_left_follows_from_the_pace_after_five_seconds():
 
 def test_nothing_counts_after_the_end():
     evaluator = with_route()
-    evaluator.set_stop_lines({7: StopLine(50.0, 0.0, 1.75)})
+    evaluator.add("stop_lines", [(7, 50.0, 0.0, 1.75)])
     drive_on(evaluator, 1, 100, speed=9.5)
-    evaluator.add_collision(95 * TICK_NS, 0)
+    evaluator.add("collision", 95 * TICK_NS, 0)
     assert evaluator.over
     before = evaluator.result().metrics
     drive_on(evaluator, 101, 110, speed=9.5)
-    evaluator.add_infraction("red_light")
-    evaluator.set_lights(100 * TICK_NS, {7: RED})
-    evaluator.add_collision(105 * TICK_NS, 3)
-    evaluator.add_planned_speed(1.0)
+    evaluator.add("lights", 100 * TICK_NS, [(7, RED)])
+    evaluator.add("collision", 105 * TICK_NS, 3)
+    evaluator.add("planned", 1.0)
     assert evaluator.result().metrics == before
     assert len(evaluator.result().planned) == 0
-    assert not evaluator.add_odometry(111 * TICK_NS, 50.0, 0.0, 0.0, 1.0)
+    assert not evaluator.add("odometry", 111 * TICK_NS, 50.0, 0.0, 0.0, 1.0)
 
 
 @pytest.mark.parametrize(("number", "kind"), [(5, "vehicle"), (0, "static")])
 def test_collision_without_a_stamp_is_now(number, kind):
     evaluator = with_route()
     drive_on(evaluator, 1, 50)
-    evaluator.add_collision(0, number)
+    evaluator.add("collision", 0, number)
     result = evaluator.result()
     assert result.metrics["infractions"]["collision_" + kind] == 1
     assert result.metrics["ticks"] == 50

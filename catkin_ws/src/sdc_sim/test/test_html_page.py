@@ -28,12 +28,17 @@ def driven(ticks, commands=True):
     evaluator.set_route(np.column_stack([60.0 * np.sin(angle), 60.0 - 60.0 * np.cos(angle)]))
     for tick in range(ticks):
         turned = 0.25 * tick / 60.0
-        evaluator.add_odometry(
-            tick * 50_000_000, 60.1 * np.sin(turned), 60.0 - 60.1 * np.cos(turned), turned, 5.0
+        evaluator.add(
+            "odometry",
+            tick * 50_000_000,
+            60.1 * np.sin(turned),
+            60.0 - 60.1 * np.cos(turned),
+            turned,
+            5.0,
         )
-        evaluator.add_planned_speed(5.2)
+        evaluator.add("planned", 5.2)
         if commands:
-            evaluator.add_command(tick * 50_000_000, 0.3, 0.0, -0.1)
+            evaluator.add("command", tick * 50_000_000, 0.3, 0.0, -0.1)
     return evaluator
 
 
@@ -54,8 +59,8 @@ class TagChecker(html.parser.HTMLParser):
 
 def test_page_needs_no_other_file():
     evaluator = driven(200)
-    evaluator.add_infraction("red_light")
-    evaluator.add_collision(0, 0)
+    evaluator.drive.progress.add_infraction("red_light")
+    evaluator.add("collision", 0, 0)
     text = render_page(evaluator.result(), [CameraSnapshot(1.0, 25.0, b"jpeg")])
     check = TagChecker()
     check.feed(text)

@@ -14,8 +14,10 @@ def result():
     evaluator = Evaluator(RULES)
     evaluator.set_route(np.column_stack([np.arange(11.0), np.zeros(11)]))
     for tick in range(101):
-        evaluator.add_odometry(tick * 50_000_000, tick * 0.1, 0.1, 0.0, 2.0 if tick < 100 else 0.0)
-        evaluator.add_command(tick * 50_000_000, 0.5, 0.0, -0.25)
+        evaluator.add(
+            "odometry", tick * 50_000_000, tick * 0.1, 0.1, 0.0, 2.0 if tick < 100 else 0.0
+        )
+        evaluator.add("command", tick * 50_000_000, 0.5, 0.0, -0.25)
     return evaluator.result()
 
 

@@ -13,9 +13,9 @@ from selenium.webdriver.chrome.service import Service
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 
-from sdc_common.ros.stop_lines import GREEN, RED, StopLine
+from sdc_common.ros.stop_lines import GREEN, RED
+from sdc_sim.evaluation.drive_evaluation import OBSTACLES, PATH, PICTURE
 from sdc_sim.evaluation.evaluator import Evaluator
-from sdc_sim.evaluation.scene_record import OBSTACLES, PATH, PICTURE
 from sdc_sim.report.html_page import write_html
 from sdc_sim.report.time_slider import slider_data
 
@@ -26,26 +26,27 @@ OPTIONS = ("--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usa
 def jpeg(level):
     file = io.BytesIO()
     Picture.new("RGB", (32, 24), (level, level, level)).save(file, "JPEG")
-    return file.getvalue()
+    return base64.b64encode(file.getvalue()).decode()
 
 
 def driven(ticks=200):
     """Return a drive with 100 ticks at 10 m/s and then behind an obstacle; the light is red."""
     evaluator = Evaluator(RULES)
     evaluator.set_route(np.column_stack([np.arange(301.0), np.zeros(301)]))
-    evaluator.set_stop_lines({7: StopLine(150.0, 0.0, 1.75)})
+    evaluator.add("stop_lines", [(7, 150.0, 0.0, 1.75)])
     for tick in range(1, ticks + 1):
-        evaluator.add_odometry(tick * TICK_NS, 0.5 * tick, 0.25, 0.0, 10.0)
-        evaluator.add_command(tick * TICK_NS, 0.5, 0.0, -0.125)
-        evaluator.add_planned_speed(10.0 if tick <= 100 else 4.0)
+        evaluator.add("odometry", tick * TICK_NS, 0.5 * tick, 0.25, 0.0, 10.0)
+        evaluator.add("command", tick * TICK_NS, 0.5, 0.0, -0.125)
+        evaluator.add("planned", 10.0 if tick <= 100 else 4.0)
         if tick % 5 == 1:
-            evaluator.add_reason(tick * TICK_NS, "cruise" if tick <= 100 else "obstacle")
+            evaluator.add("reason", tick * TICK_NS, "cruise" if tick <= 100 else "obstacle")
         if tick % 20 == 1:
             x = 0.5 * tick
-            evaluator.add_scene(PATH, [(x, 0.0, 10.0), (x + 25.0, 0.0, 8.0)])
-            evaluator.add_scene(OBSTACLES, [(9, 120.0, 0.0, 0.0, 4.0, 2.0)], 0.05 * tick)
-            evaluator.add_scene(PICTURE, jpeg(tick), 0.05 * tick)
-    evaluator.set_lights(0, {7: RED})
+            evaluator.add("scene", PATH, None, [(x, 0.0, 10.0), (x + 25.0, 0.0, 8.0)])
+            box = (9, 120.0, 0.0, 0.0, 4.0, 2.0)
+            evaluator.add("scene", OBSTACLES, 0.05 * tick, [box])
+            evaluator.add("scene", PICTURE, 0.05 * tick, jpeg(tick))
+    evaluator.add("lights", 0, [(7, RED)])
     return evaluator
 
 
@@ -66,7 +67,7 @@ def test_data_hold_every_tick_and_what_was_around_the_car():
     assert columns["reason"].tolist() == 100 * [0.0] + 100 * [1.0]
     assert len(data["paths"]) == len(data["pictures"]) == 10
     assert data["paths"][1] == [1.0, [[10.5, 0.0, 10.0], [35.5, 0.0, 8.0]]]
-    assert [row for _, row in data["obstacles"]] == [[[9.0, 120.0, 0.0, 0.0, 4.0, 2.0]]]
+    assert data["obstacles"][1] == [1.0, [[9.0, 120.0, 0.0, 0.0, 4.0, 2.0]]]
     assert data["lines"] == {"7": [150.0, 0.0, 1.75]}
     assert data["lights"][-1][1] == {"7": RED}
 
@@ -74,7 +75,7 @@ def test_data_hold_every_tick_and_what_was_around_the_car():
 def test_drive_of_a_stack_that_publishes_nothing_has_data_too():
     evaluator = Evaluator(RULES)
     evaluator.set_route([(0.0, 0.0), (50.0, 0.0)])
-    evaluator.add_odometry(TICK_NS, 0.0, 0.0, 0.0, 0.0)
+    evaluator.add("odometry", TICK_NS, 0.0, 0.0, 0.0, 0.0)
     data = json.loads(slider_data(evaluator.result()))
     columns = columns_of(data)
     assert columns["reason"].tolist() == [-1.0]
@@ -85,7 +86,7 @@ def test_drive_of_a_stack_that_publishes_nothing_has_data_too():
 
 def test_names_of_another_stack_cannot_end_the_script_element():
     evaluator = driven(20)
-    evaluator.add_reason(TICK_NS * 10, "</script><b>")
+    evaluator.add("reason", TICK_NS * 10, "</script><b>")
     assert "<" not in slider_data(evaluator.result())
 
 
@@ -104,7 +105,7 @@ def browser(tmp_path_factory):
 def test_person_scrubs_to_a_tick_and_sees_the_reason(browser, tmp_path):
     page = tmp_path / "report.html"
     evaluator = driven()
-    evaluator.set_lights(0, {7: GREEN})
+    evaluator.add("lights", 0, [(7, GREEN)])
     write_html(str(page), evaluator.result(), [])
     for width in (1280, 390):
         size = {"width": width, "height": 844, "deviceScaleFactor": 1, "mobile": width < 600}

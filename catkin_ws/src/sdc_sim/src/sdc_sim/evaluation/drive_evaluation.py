@@ -3,30 +3,35 @@
 from __future__ import annotations
 
 import base64
+from collections import defaultdict
 from dataclasses import dataclass
-from itertools import chain
 from typing import Any
 
 import numpy as np
 
 from sdc_common.geometry.route import Route
 from sdc_common.planning.speed_reasons import REPEAT_NS
-from sdc_sim.evaluation.command_matching import COMMAND_FIELDS, CommandMatching, CommandTrace
+from sdc_sim.evaluation.command_matching import COMMAND_FIELDS, CommandTrace
 from sdc_sim.evaluation.ideal_drive import IdealDrive
 from sdc_sim.evaluation.infractions import RedLightDetector
-from sdc_sim.evaluation.reason_trace import ReasonTrace
 from sdc_sim.evaluation.route_progress import COMPLETED, DriveSample, RouteProgress
 from sdc_sim.evaluation.rules import EvaluationRules
-from sdc_sim.evaluation.scene_record import LIGHTS, SceneRecord
 from sdc_sim.evaluation.stamp_filter import StampFilter
 
 # The numbers in a row of the trace.
 COLUMNS = (*DriveSample._fields, *COMMAND_FIELDS)
+# What was around the car: rows of x, y [m] and target speed [m/s] of the path; rows of id, x, y
+# [m], yaw [rad], length and width [m] of obstacles; states of lights by id; a JPEG in base64.
+PATH, OBSTACLES, LIGHTS, PICTURE = "path", "obstacles", "lights", "picture"
+_SCENE_INTERVAL_S = 0.5
 _NS_PER_S = 1_000_000_000
 # A longer time between two odometry messages counts as unseen.
 _MAX_GAP_S = 1.0
 # The pace of the first seconds does not predict the rest of the drive.
 _MIN_PACE_S = 5.0
+# A reason applies until the next one, but no longer than this after its stamp.
+_REASON_VALID_NS = 1_000_000_000
+_MAX_REASON_LENGTH = 40
 # Kinds of obstacles and the report's names for them.
 _COLLISION_KINDS = {"car": "vehicle", "pedestrian": "pedestrian", "obstacle": "static"}
 
@@ -43,7 +48,7 @@ class DriveResult:
         planned: (m, 3) arc length [m], planned speed [m/s] and time [s]
         limit_mps: (N,) greatest speed at each point of the route [m/s]
         snapshots: time [s], completed share of the route [%] and JPEG of each camera picture
-        scene: what was around the car
+        scene: entries (time [s], content) of what was around the car, by kind
         stop_lines: StopLine of each traffic light by id
     """
 
@@ -54,7 +59,7 @@ class DriveResult:
     planned: np.ndarray
     limit_mps: np.ndarray
     snapshots: list
-    scene: SceneRecord
+    scene: dict[str, list]
     stop_lines: dict
 
     @property
@@ -66,8 +71,9 @@ class DriveResult:
 class DriveEvaluation:
     """The state of a drive after the events so far.
 
-    An event is a list: its name and its arguments. For each name there is a method `_on_NAME`.
-    Stamps are integers [ns].
+    An event is a list: its name and its arguments. For each name there is a method `_on_NAME`,
+    whose parameters are the arguments. Stamps are integers [ns]; of lights and collisions, 0 means
+    now.
     """
 
     def __init__(self, rules: EvaluationRules, route: Route, keep_trace: bool):
@@ -82,19 +88,18 @@ class DriveEvaluation:
         self.ideal = IdealDrive(route, rules.speed_limits())
         limits = rules.termination_limits(self.ideal.duration_s)
         self.progress = RouteProgress(route, limits, keep_samples=keep_trace)
-        self.scene = SceneRecord(keep=keep_trace)
-        self.matching = CommandMatching()
-        self.unseen_s = 0.0
         self._rules = rules
         self._keep_trace = keep_trace
+        self._unseen_s = 0.0
+        self._wall_s: list = []
+        self._scene: dict[str, list] = defaultdict(list)
         self._snapshots: list = []
         self._red_lights = RedLightDetector(rules.car_front_m)
         self._obstacle_kinds: dict = {}
-        self._started_at_s: float | None = None
         self._stamps = StampFilter()
+        self._last_ns = self._last_command_ns = self._last_reason_ns = 0
         self._commands = CommandTrace()
-        self._reasons = ReasonTrace()
-        self._last_reason_ns: int | None = None
+        self._reasons: list = []
         self._planned: list = []
 
     @property
@@ -104,28 +109,32 @@ class DriveEvaluation:
 
     @property
     def awaits_messages(self) -> bool:
-        """Return whether messages about the ticks so far are on their way, unless a node ended."""
-        last_ns, reason_ns = self.matching.last_stamp, self._last_reason_ns
-        if self.matching.pending or last_ns is None or reason_ns is None:
-            return self.matching.pending
-        return last_ns - reason_ns >= REPEAT_NS
+        """Return whether messages about the ticks so far are on their way, unless a node ended.
+
+        They are those of a stack whose commands carry stamps, and its reasons if it has any.
+        """
+        return bool(
+            (self._last_command_ns and self._last_command_ns < self._last_ns)
+            or (self._last_reason_ns and self._last_ns - self._last_reason_ns >= REPEAT_NS)
+        )
+
+    def changes(self, event: list) -> bool:
+        """Return whether an event differs from the last one of its kind, as far as it must."""
+        name, *arguments = event
+        if name == "obstacle":
+            return self._obstacle_kinds.get(arguments[0]) != arguments[1]
+        return name != "lights" or self._red_lights.is_relevant(dict(arguments[1]))
 
     def apply(self, event: list) -> bool:
         """Apply one event; return False for an odometry that is ignored."""
         return getattr(self, "_on_" + event[0])(*event[1:]) is not False
 
-    @property
-    def needs_wall_clock(self) -> bool:
-        """Return whether the drive has started and its start on the wall clock is unknown."""
-        return bool(self.progress.samples) and self._started_at_s is None
-
-    def is_new_kind(self, obstacle_id: int, kind: str) -> bool:
-        """Return whether the kind of an obstacle is not known yet."""
-        return self._obstacle_kinds.get(obstacle_id) != kind
-
-    def needs_lights(self, states: dict) -> bool:
-        """Return whether these states of the traffic lights change anything."""
-        return self._red_lights.is_relevant(states)
+    def is_scene_due(self, kind: str) -> bool:
+        """Return whether the page of the report needs the present content of this kind."""
+        if not self.progress.samples:
+            return False
+        entries, now_s = self._scene[kind], self.progress.samples[-1].time_s
+        return not entries or not 0.0 <= now_s - entries[-1][0] < _SCENE_INTERVAL_S
 
     def time_left_s(self) -> float:
         """Return the simulated time [s] to the end of the route at the pace of the drive so far."""
@@ -133,12 +142,8 @@ class DriveEvaluation:
         pace = max(1.0, self.progress.duration_s / ideal_s) if ideal_s > _MIN_PACE_S else 1.0
         return pace * (self.ideal.duration_s - ideal_s)
 
-    def result(self, ended_at_s: float | None) -> DriveResult:
-        """Return the evaluated drive.
-
-        Args:
-            ended_at_s: wall clock at the end of the drive [s], None without a wall clock
-        """
+    def result(self) -> DriveResult:
+        """Return the evaluated drive."""
         ticks = len(self.progress.samples)
         least_s = self.ideal.duration_s
         if self.progress.status == COMPLETED:
@@ -146,17 +151,13 @@ class DriveEvaluation:
                 self.progress.column("s_m"), self.progress.column("cross_track_m")
             )
         metrics = self.progress.metrics(least_s, self._rules.lane_width_m)
-        wall_s = None
-        if ended_at_s is not None and self._started_at_s is not None:
-            wall_s = ended_at_s - self._started_at_s
+        wall_s = self._wall_s[-1] - self._wall_s[0] if self._wall_s else None
         metrics.update(
             wall_duration_s=wall_s,
             real_time_factor=None if wall_s is None else metrics["duration_s"] / max(wall_s, 1e-3),
             ticks=ticks,
-            missed_ticks=self.matching.missed,
-            ticks_by_stamp=self.matching.answered,
-            ticks_by_order=self.matching.by_order,
-            unseen_s=self.unseen_s,
+            **self._commands.counts(),
+            unseen_s=self._unseen_s,
             referee_restarts=0,
             world_restarts=0,
             assumed_limits=list(self._rules.assumed),
@@ -165,16 +166,30 @@ class DriveEvaluation:
             metrics,
             self.progress,
             self._commands.as_array(ticks),
-            [self._reasons.at(stamp_ns) for stamp_ns in self._commands.stamps[:ticks]],
-            np.fromiter(chain.from_iterable(self._planned), float).reshape(-1, 3),
+            self._reasons_at(self._commands.stamps[:ticks]),
+            np.array(self._planned, dtype=float).reshape(-1, 3),
             self.ideal.speed_mps,
             self._snapshots,
-            self.scene,
+            self._scene,
             self._red_lights.lines,
         )
 
+    def _reasons_at(self, stamps: list[int]) -> list[str]:
+        """Return the reason at each stamp, "" if it is unknown; of two of one stamp, the later."""
+        reasons = [(-_REASON_VALID_NS, ""), *sorted(self._reasons, key=lambda reason: reason[0])]
+        since = np.array([stamp for stamp, _ in reasons])
+        places = np.searchsorted(since, stamps, side="right") - 1
+        valid = np.subtract(stamps, since[places]) <= _REASON_VALID_NS
+        return [reasons[place][1] if is_valid else "" for place, is_valid in zip(places, valid)]
+
     def _on_odometry(
-        self, stamp_ns: int, x_m: float, y_m: float, yaw_rad: float, speed_mps: float
+        self,
+        stamp_ns: int,
+        x_m: float,
+        y_m: float,
+        yaw_rad: float,
+        speed_mps: float,
+        wall_s: float | None = None,
     ) -> bool:
         if self.over:
             return False
@@ -183,17 +198,19 @@ class DriveEvaluation:
         if not self._stamps.accepts(time_s):
             return False
         if last_s is not None and time_s - last_s > _MAX_GAP_S:
-            self.unseen_s += time_s - last_s
+            self._unseen_s += time_s - last_s
             self._red_lights.reset_car()
-        self.matching.add_odometry(stamp_ns)
+        self._last_ns = stamp_ns
+        if wall_s is not None:
+            self._wall_s[1:] = [wall_s]  # the first and the last
         sample = self.progress.update(time_s, x_m, y_m, yaw_rad, speed_mps)
         self._count_red(self._red_lights.update_car(stamp_ns, self.route, sample.s_m))
         if self._keep_trace:
-            self._commands.add_odometry(stamp_ns)
+            self._commands.stamps.append(stamp_ns)
         return True
 
     def _on_command(self, stamp_ns: int, throttle: float, brake: float, steer: float) -> None:
-        self.matching.add_command(stamp_ns)
+        self._last_command_ns = stamp_ns
         if self._keep_trace:
             self._commands.add_command(stamp_ns, throttle, brake, steer)
 
@@ -203,15 +220,18 @@ class DriveEvaluation:
             self._planned.append((last.s_m, speed_mps, last.time_s))
 
     def _on_reason(self, stamp_ns: int, name: str) -> None:
-        self._last_reason_ns = max(stamp_ns, self._last_reason_ns or stamp_ns)
+        self._last_reason_ns = max(stamp_ns, self._last_reason_ns)
         if self._keep_trace:
-            self._reasons.add(stamp_ns, name)
+            self._reasons.append((stamp_ns, name[:_MAX_REASON_LENGTH]))
 
     def _on_scene(self, kind: str, time_s: float | None, content: Any) -> None:
+        """Add what is around the car; without a time [s], that of the last odometry."""
         if time_s is None and self.progress.samples:
             time_s = self.progress.samples[-1].time_s
         if time_s is not None:
-            self.scene.add(kind, time_s, content)
+            if not self._keep_trace:
+                self._scene[kind].clear()
+            self._scene[kind].append((time_s, content))
 
     def _on_obstacle(self, obstacle_id: int, kind: str) -> None:
         self._obstacle_kinds[obstacle_id] = kind
@@ -237,13 +257,7 @@ class DriveEvaluation:
         )
         self.progress.add_collision(kind, stamp_ns / _NS_PER_S if stamp_ns else None)
 
-    def _on_infraction(self, name: str) -> None:
-        if not self.over:
-            self.progress.add_infraction(name)
-
-    def _on_wall_clock(self, now_s: float) -> None:
-        self._started_at_s = now_s
-
     def _on_snapshot(self, time_s: float, percent: float, jpeg: str) -> None:
+        """Add a camera picture: its time, the completed share of the route [%], JPEG in base64."""
         if self._keep_trace:
             self._snapshots.append((time_s, percent, base64.b64decode(jpeg)))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from errno import ENOSPC
 
 
@@ -17,17 +17,20 @@ class EventFile:
 
     Attributes:
         path: the file
-        failure: why events are no longer written, or None
     """
 
-    def __init__(self, path: str):
+    def __init__(self, path: str, on_failure: Callable[[OSError], None] = lambda error: None):
         """Start an empty file.
+
+        Args:
+            path: the file
+            on_failure: called once, when an event cannot be written
 
         Raises:
             OSError: the file cannot be written
         """
         self.path = path
-        self.failure: OSError | None = None
+        self._on_failure = on_failure
         self._unwritten: list = []
         # Another process that still reads the file of an older drive keeps it.
         with contextlib.suppress(FileNotFoundError):
@@ -38,14 +41,14 @@ class EventFile:
         """Append one event; after `remove`, do nothing."""
         if self._file.closed:
             return
-        if self.failure is None:
+        if not self._unwritten:
             line = json.dumps(event).encode() + b"\n"
             try:
                 if self._file.write(line) == len(line):
                     return
-                self.failure = OSError(ENOSPC, os.strerror(ENOSPC), self.path)
+                self._on_failure(OSError(ENOSPC, os.strerror(ENOSPC), self.path))
             except OSError as error:
-                self.failure = OSError(error.errno, error.strerror, self.path)
+                self._on_failure(OSError(error.errno, error.strerror, self.path))
         self._unwritten.append(event)
 
     def events(self) -> Iterator:

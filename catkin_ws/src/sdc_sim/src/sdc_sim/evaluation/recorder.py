@@ -30,32 +30,34 @@ class DriveRecorder:
         self.evaluator = Evaluator(rules)
         self.evaluator.set_route(np.asarray(waypoints_m).astype(np.float32).astype(float))
         if world.lights.plans:
-            self.evaluator.set_stop_lines(stop_lines_of(world.lights))
+            lines = stop_lines_of(world.lights)
+            self.evaluator.add("stop_lines", [(number, *line) for number, line in lines.items()])
         for obstacle in world.snapshot.obstacles:
-            self.evaluator.add_obstacle(obstacle.id, obstacle.kind)
+            self.evaluator.add("obstacle", obstacle.id, obstacle.kind)
 
     def add(self, snapshot: Snapshot) -> bool:
         """Add a tick of the world; return whether the drive is over."""
         evaluator, stamp_ns, measured = self.evaluator, snapshot.stamp_ns, snapshot.measured
         yaw = yaw_as_sent(measured.yaw_rad)
         speed = math.hypot(measured.speed_mps, measured.lateral_speed_mps)
-        evaluator.add_odometry(stamp_ns, measured.x_m, measured.y_m, yaw, speed)
+        evaluator.add("odometry", stamp_ns, measured.x_m, measured.y_m, yaw, speed)
         if snapshot.traffic_lights:
-            states = {light.id: light.state for light in snapshot.traffic_lights}
-            evaluator.set_lights(stamp_ns, states)
+            states = [(light.id, light.state) for light in snapshot.traffic_lights]
+            evaluator.add("lights", stamp_ns, states)
         for collision in snapshot.collisions:
-            evaluator.add_collision(stamp_ns, collision.id)
+            evaluator.add("collision", stamp_ns, collision.id)
         return evaluator.over
 
     def add_answer(self, snapshot: Snapshot, command: Command | None, car: Driver) -> None:
         """Add the command with which the car answered this tick."""
         evaluator = self.evaluator
         if command is not None:
-            evaluator.add_command(command.stamp_ns, command.throttle, command.brake, command.steer)
+            pedals = command.throttle, command.brake
+            evaluator.add("command", command.stamp_ns, *pedals, command.steer)
         if car.path is not None:
-            evaluator.add_planned_speed(car.path.points[0][2])
+            evaluator.add("planned", car.path.points[0][2])
         if car.reason:
-            evaluator.add_reason(snapshot.stamp_ns, car.reason)
+            evaluator.add("reason", snapshot.stamp_ns, car.reason)
 
     def result(self) -> DriveResult:
         """Return the evaluated drive."""

@@ -26,11 +26,9 @@ class ConsoleProgress:
         self._next_s: float | None = None
         self._status_shown = False
         self._marks: list = []
-        self._printed: set = set()
 
     def update(self, evaluator: Evaluator, wall_s: float) -> None:
         """Print what is due at this time on the wall clock [s]."""
-        self.print_notices(evaluator)
         drive = evaluator.drive
         if drive is None or not evaluator.started:
             self._print_missing(evaluator.missing_topics, wall_s)
@@ -47,24 +45,10 @@ class ConsoleProgress:
                 )
             )
 
-    def print_notices(self, evaluator: Evaluator) -> None:
-        """Print a write failure, once."""
-        failure = evaluator.write_failure
-        if failure is not None:
-            self._print_once(
-                f"referee: {failure.filename}: {failure.strerror}; the drive continues and its "
-                "events are kept in memory"
-            )
-
     def print_line(self, line: str) -> None:
         """Print a line that stays."""
         self._write(("\r\x1b[K" if self._status_shown else "") + line + "\n")
         self._status_shown = False
-
-    def _print_once(self, line: str, key: str | None = None) -> None:
-        if (key or line) not in self._printed:
-            self._printed.add(key or line)
-            self.print_line(line)
 
     def _print_missing(self, topics: list, wall_s: float) -> None:
         if self._next_s is None:

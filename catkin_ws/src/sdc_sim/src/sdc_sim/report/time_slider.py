@@ -9,8 +9,14 @@ from typing import Any
 import numpy as np
 
 from sdc_common.planning.speed_reasons import MEANINGS
-from sdc_sim.evaluation.drive_evaluation import COLUMNS, DriveResult
-from sdc_sim.evaluation.scene_record import LIGHTS, OBSTACLES, PATH, PICTURE
+from sdc_sim.evaluation.drive_evaluation import (
+    COLUMNS,
+    LIGHTS,
+    OBSTACLES,
+    PATH,
+    PICTURE,
+    DriveResult,
+)
 
 # The page of a drive of ten minutes is smaller than 10 MB with these.
 _MAX_TICKS = 30_000
@@ -37,7 +43,7 @@ def slider_data(result: DriveResult) -> str:
     ticks["reason"] = np.array([numbers.get(reason, -1) for reason in reasons])
 
     def entries(kind: str, convert: Any) -> list:
-        found = result.scene.entries.get(kind, [])
+        found = result.scene.get(kind, [])
         return [
             [round(entry_s - start_s, 3), convert(content)]
             for entry_s, content in found[:: len(found) // _MAX_ENTRIES + 1]
@@ -55,7 +61,7 @@ def slider_data(result: DriveResult) -> str:
         "lines": {number: _rounded([line])[0] for number, line in result.stop_lines.items()},
         "pictures": [
             [round(taken_s - start_s, 3), jpeg]
-            for taken_s, jpeg in _affordable(result.scene.entries.get(PICTURE, []))
+            for taken_s, jpeg in _affordable(result.scene.get(PICTURE, []))
         ],
     }
     return json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")

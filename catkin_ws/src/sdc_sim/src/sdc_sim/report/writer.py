@@ -7,7 +7,7 @@ import csv
 import json
 import math
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 from sdc_sim.evaluation.drive_evaluation import COLUMNS, DriveResult
 from sdc_sim.evaluation.evaluator import evaluate_events
@@ -26,11 +26,14 @@ def companion(report_path: str, extension: str) -> str:
     return os.path.splitext(report_path)[0] + extension
 
 
-def open_report(report_path: str) -> EventFile:
+def open_report(
+    report_path: str, on_failure: Callable[[OSError], None] = lambda error: None
+) -> EventFile:
     """Make the report's folder, remove an older report, and start the file of events.
 
     Args:
         report_path: path of report.json
+        on_failure: called once, when an event cannot be written
 
     Raises:
         ReportError: the folder or the file cannot be written
@@ -40,7 +43,7 @@ def open_report(report_path: str) -> EventFile:
         for path in (report_path, *(companion(report_path, one) for one in (".csv", *_PAGES))):
             with contextlib.suppress(FileNotFoundError):
                 os.remove(path)
-        return EventFile(companion(report_path, EVENTS))
+        return EventFile(companion(report_path, EVENTS), on_failure)
     except OSError as error:
         raise ReportError(
             f"{error.filename or report_path}: {error.strerror}; "
@@ -69,11 +72,7 @@ def complete_report(report_path: str) -> None:
         raise ReportError(f"{path}: {error.strerror}; drive again") from error
     except ValueError as error:
         raise ReportError(f"{path}: {error}; drive again") from error
-    try:
-        with open(report_path, encoding="utf-8") as file:
-            result.metrics = json.load(file)  # they have the time on the wall clock
-    except (OSError, ValueError):
-        write_report(report_path, result)
+    write_report(report_path, result)
     write_pages(report_path, result)
     os.remove(path)
 

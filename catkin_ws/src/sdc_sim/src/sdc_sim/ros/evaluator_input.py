@@ -19,8 +19,8 @@ from sdc_msgs.msg import CarlaVehicleControl, Obstacle, ObstacleArray, SpeedReas
 from sdc_common.ros.odometry import pose_and_speed, yaw_from_quaternion
 from sdc_common.ros.speed_reason_publisher import TOPIC as REASON_TOPIC
 from sdc_common.ros.stop_lines import stop_lines
+from sdc_sim.evaluation.drive_evaluation import OBSTACLES, PATH
 from sdc_sim.evaluation.evaluator import Evaluator
-from sdc_sim.evaluation.scene_record import OBSTACLES, PATH
 from sdc_sim.ros.waypoint_messages import waypoint_rows
 
 ROUTE_TOPIC = "/planner/mission_waypoints"
@@ -80,58 +80,60 @@ class EvaluatorInput:
 
     def odometry(self, odometry: Odometry) -> bool:
         """Add an odometry; return False if it is ignored."""
-        x_m, y_m, yaw_rad, speed_mps = pose_and_speed(odometry)
+        stamp_ns, values = odometry.header.stamp.to_nsec(), pose_and_speed(odometry)
         wall_s = self._wall_clock() if self._wall_clock else None
-        return self.evaluator.add_odometry(
-            odometry.header.stamp.to_nsec(), x_m, y_m, yaw_rad, speed_mps, wall_s
-        )
+        return self.evaluator.add("odometry", stamp_ns, *values, wall_s)
 
     def command(self, message: Any) -> None:
         """Add a command of any version of the bridge."""
         command = control_command(message)
-        self.evaluator.add_command(
-            command.header.stamp.to_nsec(), command.throttle, command.brake, command.steer
-        )
+        values = command.throttle, command.brake, command.steer
+        self.evaluator.add("command", command.header.stamp.to_nsec(), *values)
 
     def local_path(self, path: Any) -> None:
         """Add the planned speed: that of the first point, which is the first not behind the car."""
         rows = waypoint_rows(path, "x", "y", "v")
         for _, _, speed_mps in rows[:1]:
             if math.isfinite(speed_mps):
-                self.evaluator.add_planned_speed(speed_mps)
-        if self.evaluator.is_scene_due(PATH):
+                self.evaluator.add("planned", speed_mps)
+        if self._is_scene_due(PATH):
             shown = [*rows[: -1 : max(1, len(rows) // _SHOWN_POINTS)], *rows[-1:]]
-            self.evaluator.add_scene(PATH, [row for row in shown if all(map(math.isfinite, row))])
+            finite = [row for row in shown if all(map(math.isfinite, row))]
+            self.evaluator.add("scene", PATH, None, finite)
 
     def reason(self, message: SpeedReason) -> None:
         """Add what limits the planned speed."""
-        self.evaluator.add_reason(message.header.stamp.to_nsec(), message.reason)
+        self.evaluator.add("reason", message.header.stamp.to_nsec(), message.reason)
 
     def collision(self, event: CarlaCollisionEvent) -> None:
         """Add a collision."""
-        self.evaluator.add_collision(event.header.stamp.to_nsec(), event.other_actor_id)
+        self.evaluator.add("collision", event.header.stamp.to_nsec(), event.other_actor_id)
 
     def obstacles(self, array: ObstacleArray) -> None:
         """Add the kinds of the obstacles, and the states of the traffic lights if there are any."""
         for obstacle in array.obstacles:
-            self.evaluator.add_obstacle(obstacle.id, obstacle.kind)
-        if self.evaluator.is_scene_due(OBSTACLES):
+            self.evaluator.add("obstacle", obstacle.id, obstacle.kind)
+        if self._is_scene_due(OBSTACLES):
             boxes = map(_box, array.obstacles)
             shown = [box for box in boxes if all(map(math.isfinite, box))]
-            self.evaluator.add_scene(OBSTACLES, shown, array.header.stamp.to_sec())
+            self.evaluator.add("scene", OBSTACLES, array.header.stamp.to_sec(), shown)
         if array.traffic_lights:
-            self.evaluator.set_lights(
-                array.header.stamp.to_nsec(),
-                {light.id: light.state for light in array.traffic_lights},
-            )
+            self._add_lights(array.header.stamp.to_nsec(), array.traffic_lights)
 
     def light_info(self, info: CarlaTrafficLightInfoList) -> None:
         """Set the stop lines."""
-        self.evaluator.set_stop_lines(stop_lines(info))
+        lines = [(light_id, *line) for light_id, line in stop_lines(info).items()]
+        self.evaluator.add("stop_lines", lines)
 
     def light_status(self, status: CarlaTrafficLightStatusList) -> None:
         """Set the states of the traffic lights; this message has no stamp."""
-        self.evaluator.set_lights(0, {light.id: light.state for light in status.traffic_lights})
+        self._add_lights(0, status.traffic_lights)
+
+    def _add_lights(self, stamp_ns: int, lights: Any) -> None:
+        self.evaluator.add("lights", stamp_ns, [(light.id, light.state) for light in lights])
+
+    def _is_scene_due(self, kind: str) -> bool:
+        return self.evaluator.drive is not None and self.evaluator.drive.is_scene_due(kind)
 
 
 def _box(obstacle: Obstacle) -> tuple[float, ...]:
