@@ -15,6 +15,7 @@ def main():
     rospy.init_node("front_camera", disable_rostime=True)
     connection = connect(parameter("picture_feed"))
     settings = connection.recv()
+    settings = settings._replace(daylight=rospy.get_param("~daylight", settings.daylight))
     if not settings.every_frame:
         # In real time a picture may be dropped, but the control loop is not to be late.
         os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))

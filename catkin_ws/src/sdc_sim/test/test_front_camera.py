@@ -9,6 +9,7 @@ import pytest
 from cv_bridge import CvBridge
 
 from sdc_common.routes.waypoint_file import load_waypoints
+from sdc_common.testing.message_listener import wait_until
 from sdc_sim.camera.boxes import obstacle_box, traffic_light_box
 from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.camera.renderer import Renderer
@@ -28,13 +29,12 @@ def settings(route="route.csv", daylight=1.0, every_frame=True):
 
 @pytest.fixture
 def feed(tmp_path):
-    """Return a function that makes a feed, and the path of its socket."""
+    """Return a function that makes a feed, and the name of its socket."""
 
     def make(every_frame):
         return PictureFeed(path, settings(every_frame=every_frame))
 
-    path = str(tmp_path / "pictures")
-    make.path = path
+    make.path = path = str(tmp_path)
     return make
 
 
@@ -45,26 +45,31 @@ def test_lockstep_waits_for_the_camera_and_sends_every_observation(feed):
     thread.start()
     camera = connect(feed.path)
     assert camera.recv() == settings()
-    camera.send_bytes(b"")
     received = []
     for _ in numbers:
-        received.append(camera.recv())
         camera.send_bytes(b"")
+        received.append(camera.recv())
     thread.join(10.0)
     assert received == numbers
+
+
+def request(sim, camera):
+    """Request an observation; wait until the simulator knows."""
+    camera.send_bytes(b"")
+    wait_until(lambda: sim.is_ready, 10.0, "the request")
 
 
 def test_real_time_and_repeated_pictures_drop_what_a_busy_camera_cannot_take(feed):
     sim = feed(every_frame=False)
     sim.show("before the camera connects")
     camera = connect(feed.path)
-    sim.show("before it has started")
     assert camera.recv() == settings(every_frame=False)
-    camera.send_bytes(b"")
+    sim.show("before it has started")
+    request(sim, camera)
     sim.show("first")
     sim.show("while the first is painted")
     assert camera.recv() == "first"
-    camera.send_bytes(b"")
+    request(sim, camera)
     sim.show("second", again=True)
     sim.show("second", again=True)
     assert camera.recv() == "second"
@@ -75,13 +80,11 @@ def test_camera_that_was_killed_gets_the_settings_again(feed):
     sim = feed(every_frame=False)
     for word in ("first", "second"):
         camera = connect(feed.path)
-        sim.show("connects")
         assert camera.recv() == settings(every_frame=False)
-        camera.send_bytes(b"")
+        request(sim, camera)
         sim.show(word)
         assert camera.recv() == word
         camera.close()
-        sim.show("dropped")
 
 
 def test_obstacle_is_drawn_with_its_pose_size_and_colour():
@@ -132,9 +135,14 @@ def photograph(monkeypatch, tmp_path):
 
     def run(*observations, daylight=1.0):
         sim, camera = Pipe()
-        for observation in observations:
-            sim.send(observation)
-        sim.close()
+
+        def serve():
+            for observation in observations:
+                sim.recv_bytes()
+                sim.send(observation)
+            sim.close()
+
+        threading.Thread(target=serve).start()
         FrontCamera(camera, settings(route, daylight)).loop()
         return Published.messages["CameraInfo"], Published.messages["Image"]
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import queue
 import threading
 from multiprocessing.connection import Connection
+from typing import Callable, Sequence
 
 import cv2
 import numpy as np
@@ -16,20 +18,15 @@ from sensor_msgs.msg import CameraInfo, Image
 
 from sdc_common.ros.node import LoopPublisher
 from sdc_common.routes.waypoint_file import load_waypoints
-from sdc_sim.camera.boxes import ego_box, obstacle_box, traffic_light_box
+from sdc_sim.camera.boxes import Box, ego_box, obstacle_box, traffic_light_box
+from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.camera.painting import dim
 from sdc_sim.camera.renderer import Renderer
 from sdc_sim.road.road import Road
-from sdc_sim.ros.attached_camera import (
-    SPECTATOR_FOV_RAD,
-    VIEW_FOV_RAD,
-    VIEW_MOUNT,
-    AttachedCamera,
-    CameraMount,
-)
-from sdc_sim.ros.bridge_versions import BRIDGE_VERSIONS
+from sdc_sim.ros.bridge_versions import BRIDGE_VERSIONS, CameraNames
 from sdc_sim.ros.picture_feed import PictureSettings
 from sdc_sim.ros.picture_messages import (
+    CameraMount,
     camera_info_message,
     camera_transform,
     daylight,
@@ -39,8 +36,77 @@ from sdc_sim.ros.picture_messages import (
 from sdc_sim.simulation.snapshot import Snapshot
 from sdc_sim.simulation.weather import Weather
 
-# One is painted, one waits, and one gets its objects.
+# In lockstep one is painted, one waits, and one gets its objects.
 _PICTURES = 3
+# As in the sensor file of the bridge 0.9.11, and in carla_spectator_camera.
+_OTHER_SIZE_PX = (800, 600)
+_VIEW_FOV_RAD = math.radians(90.0)
+_SPECTATOR_FOV_RAD = math.radians(50.0)
+# Behind the vehicle, as in the sensor files of the bridge.
+_VIEW_MOUNT = CameraMount(-4.5, 0.0, 2.8, 0.0, math.radians(20.0))
+
+
+class CameraTopics:
+    """The topics and the frame of one camera of the vehicle."""
+
+    def __init__(self, role_name: str, names: CameraNames):
+        self._vehicle_frame, self._frame = role_name, role_name + names.frame
+        ego = "/carla/" + role_name
+        self._image = LoopPublisher(ego + names.image, Image)
+        self._camera_info = LoopPublisher(ego + names.camera_info, CameraInfo)
+        self._static_tf = tf2_ros.StaticTransformBroadcaster()
+
+    @property
+    def wanted(self) -> bool:
+        """Whether the camera has subscribers."""
+        return bool(self._image.get_num_connections() or self._camera_info.get_num_connections())
+
+    def mount(self, camera: CameraModel, mount: CameraMount) -> None:
+        """Publish where the camera is on the vehicle."""
+        self._info = camera_info_message(camera, self._frame)
+        self._static_tf.sendTransform(
+            camera_transform(camera, mount, self._vehicle_frame, self._frame)
+        )
+
+    def publish(self, picture: np.ndarray, stamp: rospy.Time) -> None:
+        """Publish a picture and the description of its camera."""
+        self._info.header.stamp = stamp
+        self._camera_info.publish(self._info)
+        self._image.publish(image_message(picture, stamp, self._frame))
+
+
+class OtherCamera:
+    """A camera besides the front camera: it renders only while its picture has subscribers."""
+
+    def __init__(self, road: Road, weather: Weather, topics: CameraTopics, fov_rad: float):
+        self._road, self._weather = road, weather
+        self._topics, self._fov_rad = topics, fov_rad
+        self.mount: CameraMount | None = None
+        self._last_mount: CameraMount | None = None
+        self._renderer: Renderer | None = None
+
+    def publish(self, observation: Snapshot, boxes: Sequence[Box], light: float) -> None:
+        """Render and publish the picture of an observation if the camera is mounted and wanted."""
+        mount, state = self.mount, observation.state
+        if mount is None or not self._topics.wanted:
+            return
+        if mount != self._last_mount or self._renderer is None:
+            # The renderer gets the position of the camera instead of that of the vehicle.
+            camera = CameraModel(*_OTHER_SIZE_PX, self._fov_rad, 0.0, mount.z_m, mount.pitch_rad)
+            if self._renderer is None or camera != self._renderer.camera:
+                self._renderer = Renderer(self._road, camera, weather=self._weather)
+            self._topics.mount(camera, mount)
+            self._last_mount = mount
+        c, s = math.cos(state.yaw_rad), math.sin(state.yaw_rad)
+        picture = self._renderer.render(
+            state.x_m + c * mount.x_m - s * mount.y_m,
+            state.y_m + s * mount.x_m + c * mount.y_m,
+            state.yaw_rad + mount.yaw_rad,
+            [*boxes, ego_box(state)],
+            light,
+            time_s=observation.time_s,
+        )
+        self._topics.publish(picture, rospy.Time(*observation.stamp))
 
 
 class FrontCamera:
@@ -50,7 +116,7 @@ class FrontCamera:
     the work and does not hold Python's lock meanwhile.
 
     Args:
-        connection: sends observations until the simulator ends
+        connection: sends an observation for each request until the simulator ends
         settings: what the pictures have in common
     """
 
@@ -63,94 +129,77 @@ class FrontCamera:
         self._renderer = Renderer(road, weather=weather)
         camera = self._renderer.camera
         self._free: queue.Queue[np.ndarray] = queue.Queue()
-        for _ in range(_PICTURES):
+        for _ in range(_PICTURES if settings.every_frame else 1):
             self._free.put(np.empty((camera.height, camera.width, 4), np.uint8))
         self._painted: queue.Queue[tuple[Snapshot, np.ndarray] | None] = queue.Queue()
 
         bridge, self._role_name = BRIDGE_VERSIONS[settings.bridge], settings.role_name
-        names, ego = bridge.front, "/carla/" + self._role_name
-        self._frame = self._role_name + names.frame
-        self._camera_info = camera_info_message(camera, self._frame)
-        self._image_publisher = LoopPublisher(ego + names.image, Image)
-        self._camera_info_publisher = LoopPublisher(ego + names.camera_info, CameraInfo)
-        self._static_tf = tf2_ros.StaticTransformBroadcaster()
-        self._static_tf.sendTransform(camera_transform(camera, self._role_name, self._frame))
-        self._view = self._spectator = None
-        self._spectator_mount: CameraMount | None = None
+        self._topics = CameraTopics(self._role_name, bridge.front)
+        mount = CameraMount(camera.mount_x_m, 0.0, camera.mount_z_m, 0.0, camera.pitch_rad)
+        self._topics.mount(camera, mount)
+        self._others = []
         if bridge.view:
-            self._view = AttachedCamera(road, self._role_name, bridge.view, VIEW_FOV_RAD, weather)
+            topics = CameraTopics(self._role_name, bridge.view)
+            self._others.append(OtherCamera(road, weather, topics, _VIEW_FOV_RAD))
+            self._others[0].mount = _VIEW_MOUNT
         if bridge.spectator:
-            self._spectator = AttachedCamera(
-                road, self._role_name, bridge.spectator, SPECTATOR_FOV_RAD, weather
-            )
-            rospy.Subscriber(ego + "/spectator_pose", PoseStamped, self._on_spectator, queue_size=1)
+            topics = CameraTopics(self._role_name, bridge.spectator)
+            self._spectator = OtherCamera(road, weather, topics, _SPECTATOR_FOV_RAD)
+            self._others.append(self._spectator)
+            topic = f"/carla/{self._role_name}/spectator_pose"
+            self._subscribe(topic, PoseStamped, self._on_spectator)
         if "/carla/weather_control" in bridge.topics:
-            rospy.Subscriber(
-                "/carla/weather_control", CarlaWeatherParameters, self._on_weather, queue_size=1
-            )
+            self._subscribe("/carla/weather_control", CarlaWeatherParameters, self._on_weather)
 
     def loop(self) -> None:
         """Publish a picture of each observation until the simulator ends."""
         threading.Thread(target=self._paint_backgrounds, daemon=True).start()
-        self._acknowledge()  # the start
         while (item := self._painted.get()) is not None:
-            try:
-                self._publish(*item)
-            except rospy.ROSException:
-                # At shutdown rospy closes the topics while this thread still publishes.
-                if rospy.core.is_shutdown_requested():
-                    return
-                raise
+            self._publish(*item)
             self._free.put(item[1])
-            self._acknowledge()
-
-    def _acknowledge(self) -> None:
-        try:
-            self._connection.send_bytes(b"")
-        except OSError:
-            # The simulator has ended; its last observations are published all the same.
-            rospy.loginfo_once("front_camera: the simulator has ended")
 
     def _paint_backgrounds(self) -> None:
         try:
             while True:
+                picture = self._free.get()
+                self._connection.send_bytes(b"")  # the request of an observation
                 observation: Snapshot = self._connection.recv()
-                picture, state = self._free.get(), observation.state
+                state = observation.state
                 self._renderer.background.draw(picture, state.x_m, state.y_m, state.yaw_rad)
                 self._painted.put((observation, picture))
         except (EOFError, OSError):
-            pass
+            rospy.loginfo("front_camera: the simulator has ended")
         finally:
             self._painted.put(None)
 
     def _publish(self, observation: Snapshot, picture: np.ndarray) -> None:
         """Draw the objects on a background, and publish this picture and those of other cameras."""
-        stamp, state = rospy.Time(*observation.stamp), observation.state
+        state, light = observation.state, self._daylight
         boxes = [obstacle_box(obstacle) for obstacle in observation.obstacles]
-        boxes += [traffic_light_box(light) for light in observation.traffic_lights]
-        light = self._daylight
+        boxes += [traffic_light_box(one) for one in observation.traffic_lights]
         self._renderer.objects.draw(
             picture, state.x_m, state.y_m, state.yaw_rad, boxes, observation.time_s
         )
         dim(picture, light)
-        self._camera_info.header.stamp = stamp
-        self._camera_info_publisher.publish(self._camera_info)
-        self._image_publisher.publish(image_message(picture, stamp, self._frame))
-        for camera, mount in ((self._view, VIEW_MOUNT), (self._spectator, self._spectator_mount)):
-            if camera is not None and mount is not None and camera.wanted:
-                own = [*boxes, ego_box(state)]
-                camera.publish(state, mount, own, light, stamp, self._static_tf)
+        self._topics.publish(picture, rospy.Time(*observation.stamp))
+        for camera in self._others:
+            camera.publish(observation, boxes, light)
+
+    def _subscribe(self, topic: str, message_class: type, callback: Callable) -> None:
+        """Subscribe with a callback that raises ValueError to refuse a message."""
+
+        def on_message(message: object) -> None:
+            try:
+                callback(message)
+            except ValueError as error:
+                rospy.logwarn_throttle(1.0, f"front_camera: refused a message on {topic}: {error}")
+
+        rospy.Subscriber(topic, message_class, on_message, queue_size=1)
 
     def _on_weather(self, message: CarlaWeatherParameters) -> None:
-        try:
-            self._daylight = daylight(message.sun_altitude_angle)
-        except ValueError as error:
-            rospy.logwarn_throttle(
-                1.0, f"front_camera: refused a message on weather_control: {error}"
-            )
+        self._daylight = daylight(message.sun_altitude_angle)
+        # For this node after a crash.
+        rospy.set_param("~daylight", self._daylight)
 
     def _on_spectator(self, message: PoseStamped) -> None:
-        try:
-            self._spectator_mount = CameraMount(*spectator_mount(message, self._role_name))
-        except ValueError as error:
-            rospy.logwarn_throttle(1.0, f"front_camera: refused a pose on spectator_pose: {error}")
+        self._spectator.mount = spectator_mount(message, self._role_name)

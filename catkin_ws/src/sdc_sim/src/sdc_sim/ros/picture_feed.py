@@ -1,26 +1,27 @@
 """The edge between the simulator and the node that takes the pictures: a socket of one machine.
 
 The pictures need the true state of every tick, which no topic shows to the vehicle's software.
+The node receives the settings when it connects, and then one observation for each request.
 """
 
 from __future__ import annotations
 
-import contextlib
-import os
-import socket
+import queue
+import threading
 import time
-from multiprocessing.connection import Connection
+from multiprocessing.connection import Client, Connection, Listener
 from typing import Any, NamedTuple
 
 import rospy
 
 from sdc_sim.simulation.snapshot import Snapshot
 
-# In lockstep the simulator may be so many pictures ahead, which evens out their render times.
-_DEPTH = 6
+# In lockstep so many observations may wait for the node, which evens out its render times.
+_DEPTH = 3
 # Wall time to wait for a picture, and for the start of the node with its imports.
 _TIMEOUT_S = 10.0
 _START_TIMEOUT_S = 120.0
+_POLL_S = 0.1
 
 
 class PictureSettings(NamedTuple):
@@ -45,31 +46,28 @@ class PictureSettings(NamedTuple):
 
 
 class PictureFeed:
-    """The end of the simulator: sends observations to the node, which acknowledges each picture.
+    """The end of the simulator: sends an observation for each request of the node.
 
     Roslaunch starts a node again that was killed; it connects and gets the settings again.
 
     Args:
-        path: file name of the socket
+        name: name of the socket
         settings: what the node receives when it connects
     """
 
-    def __init__(self, path: str, settings: PictureSettings):
-        self._path = path
+    def __init__(self, name: str, settings: PictureSettings):
         self._settings = settings
-        self._connection: Connection | None = None
-        self._pending = 0
-        self._starting = True
+        self._observations: queue.Queue[Snapshot] = queue.Queue(_DEPTH)
+        self._started = False
         self._slow = False
-        self._socket = socket.socket(socket.AF_UNIX)
-        self._socket.bind(path)
-        self._socket.listen(1)
-        rospy.on_shutdown(self._close)
+        self._requested = threading.Event()
+        self._listener = Listener(_address(name), "AF_UNIX")
+        threading.Thread(target=self._serve, daemon=True).start()
 
     @property
     def is_ready(self) -> bool:
-        """Whether the node has started and can take an observation."""
-        return self._wait(_DEPTH - 1, 0.0)
+        """Whether the node has started and waits for an observation."""
+        return self._requested.is_set()
 
     def show(self, observation: Snapshot, again: bool = False) -> None:
         """Send an observation to be painted and published.
@@ -80,90 +78,62 @@ class PictureFeed:
         """
         if self._settings.every_frame and not again:
             self._put(observation)
-        elif self._wait(0, 0.0):
-            self._send(observation)
+        elif self.is_ready:
+            self._requested.clear()
+            self._observations.put(observation)
 
     def _put(self, observation: Snapshot) -> None:
         """Wait until there is room, but after a timeout not again before the next picture."""
-        limit_s = _START_TIMEOUT_S if self._starting else _TIMEOUT_S
-        if self._wait(_DEPTH - 1, 0.0 if self._slow else limit_s):
-            self._send(observation)
-        elif not self._slow:
-            self._slow = True
-            task = "start" if self._starting else "finish a picture"
-            rospy.logwarn(
-                "sim: front_camera did not %s within %g s; pictures are missing", task, limit_s
-            )
-
-    def _wait(self, most_pending: int, timeout_s: float) -> bool:
-        """Wait until so few pictures are not acknowledged; return whether that happened."""
-        deadline_s = time.monotonic() + timeout_s
+        started = self._started
+        limit_s = _TIMEOUT_S if started else _START_TIMEOUT_S
+        deadline_s = time.monotonic() + limit_s
         while not rospy.is_shutdown():
-            left_s = max(0.0, deadline_s - time.monotonic())
-            if self._connection is None:
-                self._accept(left_s)
-            else:
-                self._receive(0.0 if self._pending <= most_pending else left_s)
-            if self._connection is not None and self._pending <= most_pending:
-                return True
-            if left_s == 0.0:
-                return False
-        return False
+            try:
+                self._observations.put(observation, not self._slow, _POLL_S)
+                self._slow = False
+                return
+            except queue.Full:
+                if self._slow:
+                    return
+            if time.monotonic() > deadline_s:
+                self._slow = True
+                task = "finish a picture" if started else "start"
+                rospy.logwarn(
+                    "sim: front_camera did not %s within %g s; pictures are missing", task, limit_s
+                )
 
-    def _accept(self, timeout_s: float) -> None:
-        self._socket.settimeout(timeout_s)
-        with contextlib.suppress(OSError):
-            peer, _ = self._socket.accept()
-            peer.setblocking(True)
-            self._connection = Connection(peer.detach())
-            self._pending = 1  # the node acknowledges its start like a picture
-            self._starting = True
-            self._connection.send(self._settings)
-
-    def _receive(self, timeout_s: float) -> None:
-        """Wait for an acknowledgement, and count all that have arrived."""
-        assert self._connection is not None
-        try:
-            while self._connection.poll(timeout_s):
-                self._connection.recv_bytes()
-                self._pending -= 1
-                self._starting = self._slow = False
-                timeout_s = 0.0
-        except (EOFError, OSError):
-            self._end()
-
-    def _send(self, observation: Snapshot) -> None:
-        assert self._connection is not None
-        try:
-            self._connection.send(observation)
-            self._pending += 1
-        except OSError:
-            self._end()
-
-    def _end(self) -> None:
-        assert self._connection is not None
-        rospy.logwarn("sim: front_camera has ended; waiting until it is started again")
-        self._connection.close()
-        self._connection = None
-        self._starting = True
-
-    def _close(self) -> None:
-        self._socket.close()
-        with contextlib.suppress(OSError):
-            os.unlink(self._path)
+    def _serve(self) -> None:
+        while True:
+            try:
+                with self._listener.accept() as node:
+                    node.send(self._settings)
+                    while True:
+                        node.recv_bytes()
+                        self._started = True
+                        self._requested.set()
+                        observation = self._observations.get()
+                        self._requested.clear()
+                        node.send(observation)
+            except (EOFError, OSError):
+                self._started = False
+                self._requested.clear()
+                rospy.logwarn("sim: front_camera has ended; waiting until it is started again")
 
 
-def connect(path: str) -> Connection:
+def connect(name: str) -> Connection:
     """Return the connection of the node to the simulator; wait until the simulator listens.
 
     Raises:
         ROSInterruptException: the node shuts down
     """
     while not rospy.is_shutdown():
-        end = socket.socket(socket.AF_UNIX)
         try:
-            end.connect(path)
-            return Connection(end.detach())
+            return Client(_address(name), "AF_UNIX")
         except OSError:
-            time.sleep(0.1)
+            time.sleep(_POLL_S)
     raise rospy.ROSInterruptException("no simulator")
+
+
+def _address(name: str) -> str:
+    """Return a socket address that leaves no file: it is in Linux's abstract namespace."""
+    return "\0" + name

@@ -5,15 +5,15 @@ from __future__ import annotations
 import math
 import os
 import struct
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import rospy
-from geometry_msgs.msg import PoseStamped, Quaternion, TransformStamped
+from geometry_msgs.msg import PoseStamped, Quaternion, TransformStamped, Vector3
+from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import CameraInfo, Image
 
 from sdc_sim.camera.camera_model import CameraModel
-from sdc_sim.ros.message_conversion import quaternion_from_yaw
 
 # Limits of the spectator's camera: the renderer draws a view near the horizon.
 _MAX_SPECTATOR_M = 50.0
@@ -21,29 +21,29 @@ _MAX_SPECTATOR_PITCH_RAD = 0.49
 _LEAST_SPECTATOR_HEIGHT_M = 0.2
 
 
+class CameraMount(NamedTuple):
+    """Pose of a camera on the vehicle; positive pitch looks down."""
+
+    x_m: float
+    y_m: float
+    z_m: float
+    yaw_rad: float
+    pitch_rad: float
+
+
 def camera_transform(
-    camera: CameraModel, vehicle_frame: str, camera_frame: str, yaw_rad: float = 0.0
+    camera: CameraModel, mount: CameraMount, vehicle_frame: str, camera_frame: str
 ) -> TransformStamped:
-    """Return the fixed transform vehicle -> camera optical frame.
+    """Return the fixed transform from the vehicle to the camera's optical frame.
 
     The optical frame has z forward, x right, y down (REP 103).
     """
-    half = 0.5 * camera.pitch_rad
     transform = TransformStamped()
     transform.header.frame_id = vehicle_frame
     transform.child_frame_id = camera_frame
-    transform.transform.translation.x = camera.mount_x_m
-    transform.transform.translation.z = camera.mount_z_m
-    # The optical frame's quaternion (-0.5, 0.5, -0.5, 0.5) after a pitch about the body's y axis.
-    c, s = 0.5 * math.cos(half), 0.5 * math.sin(half)
-    x, y, z, w = -c - s, c + s, s - c, c - s
-    turn = quaternion_from_yaw(yaw_rad)
-    transform.transform.rotation = Quaternion(
-        turn.w * x - turn.z * y,
-        turn.w * y + turn.z * x,
-        turn.w * z + turn.z * w,
-        turn.w * w - turn.z * z,
-    )
+    transform.transform.translation = Vector3(mount.x_m, mount.y_m, mount.z_m)
+    rotation = Rotation.from_matrix(camera.map_from_optical(mount.yaw_rad))
+    transform.transform.rotation = Quaternion(*rotation.as_quat())
     return transform
 
 
@@ -103,10 +103,8 @@ def daylight(sun_altitude_deg: float) -> float:
     return min(max(math.sin(math.radians(min(max(sun_altitude_deg, -90.0), 90.0))), 0.0), 1.0)
 
 
-def spectator_mount(
-    message: PoseStamped, vehicle_frame: str
-) -> tuple[float, float, float, float, float]:
-    """Return x, y, z [m], yaw and pitch [rad] of the spectator's camera on the vehicle.
+def spectator_mount(message: PoseStamped, vehicle_frame: str) -> CameraMount:
+    """Return where a pose puts the spectator's camera on the vehicle.
 
     The axes of the pose are those of a camera in RViz: x right, y up, z backward. Roll is ignored.
 
@@ -133,4 +131,4 @@ def spectator_mount(
             f"within {_MAX_SPECTATOR_M:g} m, above {_LEAST_SPECTATOR_HEIGHT_M:g} m and within "
             f"{_MAX_SPECTATOR_PITCH_RAD:g} rad of the horizon"
         )
-    return place.x, place.y, place.z, math.atan2(left, forward), pitch
+    return CameraMount(place.x, place.y, place.z, math.atan2(left, forward), pitch)
