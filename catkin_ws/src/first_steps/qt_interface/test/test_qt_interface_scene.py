@@ -1,14 +1,13 @@
-"""Test the parts of the window that do not use Qt: scene and settings."""
+"""Test the parts of the window that need no display: scene and settings."""
 
 import math
 from pathlib import Path
 
 import pytest
 import yaml
-from hypothesis import given
-from hypothesis import strategies as st
+from PyQt5.QtCore import QRectF
 
-from qt_interface.scene import PIECE, Point, Scene
+from qt_interface.scene import Point, Scene
 from qt_interface.settings import SettingsError, read_settings, read_world_sizes
 
 CONFIG = yaml.safe_load(
@@ -21,34 +20,12 @@ def drive(scene, *xs):
         scene.set_car(float(x), 0.0, 0.0, float(x))
 
 
-@given(st.integers(1, 1000))
-def test_pieces_of_the_trail_join_and_the_newest_one_is_short(count):
-    scene = Scene(read_settings(CONFIG))
-    drive(scene, *range(count))
-    pieces = [*scene.trail_pieces(), scene.newest_trail()]
-    assert len(pieces) == scene.trail_count // PIECE + 1
-    assert all(len(piece) <= PIECE + 1 for piece in pieces)
-    for before, after in zip(pieces, pieces[1:]):
-        assert before[-1] == after[0]
-    xs = [0.0] + [x for piece in pieces for x, _ in piece[1:]]
-    assert xs == [float(x) for x in range(count)]
-
-
-@given(st.integers(1, 600), st.integers(1, 2000))
-def test_trail_never_exceeds_its_limit(limit, count):
-    scene = Scene(read_settings({**CONFIG, "trail_points": limit}))
-    drive(scene, *range(count))
-    points = [point for piece in scene.trail_pieces() for point in piece[:-1]]
-    points += scene.newest_trail()
-    assert points == [(float(x), 0.0) for x in range(max(count - limit, 0), count)]
-
-
-def test_cleared_trail_is_empty_and_changes_the_version():
-    scene = Scene(read_settings(CONFIG))
+def test_trail_keeps_the_newest_steps_until_it_is_cleared():
+    scene = Scene(read_settings({**CONFIG, "trail_points": 100}))
     drive(scene, *range(300))
-    version = scene.version
+    assert [(step.x1(), step.x2()) for step in scene.trail] == [(x, x + 1) for x in range(199, 299)]
     scene.clear_trail()
-    assert [*scene.trail_pieces(), *scene.newest_trail()] == [] and scene.version != version
+    assert not scene.trail
 
 
 def test_car_at_interpolates_the_last_two_positions():
@@ -62,23 +39,21 @@ def test_car_at_interpolates_the_last_two_positions():
     assert scene.car_at(99.0).x == 4.0
 
 
-def test_car_at_does_not_interpolate_a_jump():
+def test_jump_is_neither_interpolated_nor_part_of_the_trail():
     scene = Scene(read_settings(CONFIG))
     scene.set_car(0.0, 0.0, 0.0, 10.0)
     scene.set_car(300.0, 0.0, 0.0, 10.03)
-    assert scene.car_at(10.03).x == 300.0
+    assert scene.car_at(10.03).x == 300.0 and not scene.trail
 
 
 def test_scene_without_world_sizes_has_no_walls():
     scene = Scene(read_settings(CONFIG))
-    assert scene.contains(1e6, -1e6) and scene.corners() == [] and scene.walls is None
+    assert scene.contains(1e6, -1e6) and scene.walls is None
     scene.set_world(read_world_sizes({}), [Point(1, 5.0, 6.0)])
-    assert scene.corners() == [(5.0, 6.0)]
+    assert scene.extent() == QRectF(5.0, 6.0, 0.0, 0.0)
     for x, y in ((1.0, 2.0), (-1.0, 9.0)):
         scene.set_car(x, y, 0.0, 0.0)
-    assert scene.corners() == [(5.0, 6.0), (-1.0, 2.0), (1.0, 9.0)], (
-        "all positions of the car stay in view"
-    )
+    assert scene.extent() == QRectF(-1.0, 2.0, 6.0, 7.0), "the way of the car stays in view"
     scene.set_world(read_world_sizes({"field_width": 10, "field_height": 8.0}), [])
     assert scene.contains(5.0, 4.0) and not scene.contains(5.1, 0.0)
 

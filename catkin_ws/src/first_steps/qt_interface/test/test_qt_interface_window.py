@@ -237,11 +237,12 @@ def test_grid_has_lines_at_round_numbers_at_most_sixty_pixels_apart(scale):
 
 @pytest.mark.parametrize("width, height", [(600, 400), (200, 900)])
 def test_view_of_the_whole_scene_shows_all_points_within_the_margin(width, height):
+    from PyQt5.QtCore import QRectF
+
     from qt_interface.field_widget import fit
 
-    points = [(point.x, point.y) for point in ELLIPSE] + [(-100.0, 400.0)]
-    for x, y in points:
-        pixel_x, pixel_y = fit(points, width, height).map(x, y)
+    for x, y in ((-350.0, -150.0), (350.0, 400.0)):
+        pixel_x, pixel_y = fit(QRectF(-350.0, -150.0, 700.0, 550.0), width, height).map(x, y)
         assert 29.9 <= pixel_x <= width - 29.9 and 29.9 <= pixel_y <= height - 29.9
 
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from itertools import islice
 from types import SimpleNamespace
 from typing import Iterable, NamedTuple
 
-from qt_interface.settings import WorldSizes
+from PyQt5.QtCore import QLineF, QPointF, QRectF
+from PyQt5.QtGui import QPolygonF
 
-PIECE = 125  # positions; a trail of 10,000 has 80 pieces, enough to fade without visible steps
+from qt_interface.settings import WorldSizes
 
 
 class Point(NamedTuple):
@@ -40,12 +40,8 @@ class Scene:
         self.sensed: list[Point] = []
         self.target: Point | None = None
         self.is_paused = False
-        self.version = 0  # changes with walls and waypoints, and when the trail is cleared
-        self.trail: deque[tuple[float, float]] = deque(maxlen=settings.trail_points)
-        self.trail_count = 0  # positions since the start
+        self.trail: deque[QLineF] = deque(maxlen=settings.trail_points)  # steps of the car
         self.car: Pose | None = None
-        # Two corners of the smallest box around all positions of the car
-        self._car_extent: list[tuple[float, float]] = []
         self._car_before: Pose | None = None
         self._car_time = -math.inf
         self._car_period = 0.0
@@ -56,38 +52,20 @@ class Scene:
         return self.sizes.car_size or self.settings.plain_car_size
 
     @property
-    def walls(self) -> tuple[float, float] | None:
-        """Largest |x| and |y| of the field [u]; None if the world does not set its size."""
-        if self.sizes.field_width is None or self.sizes.field_height is None:
+    def walls(self) -> QRectF | None:
+        """The field around the origin [u]; None if the world does not set its size."""
+        width, height = self.sizes.field_width, self.sizes.field_height
+        if width is None or height is None:
             return None
-        return self.sizes.field_width / 2.0, self.sizes.field_height / 2.0
-
-    def trail_pieces(self) -> list[list[tuple[float, float]]]:
-        """Return the finished pieces of the trail, oldest first, which never change.
-
-        A piece begins at the end of the previous one.
-        """
-        points = list(self.trail)
-        end = len(points) - 1 - self.trail_count % PIECE
-        starts = range(end - PIECE, -PIECE, -PIECE)
-        return [points[max(start, 0) : start + PIECE + 1] for start in starts][::-1]
-
-    def newest_trail(self) -> list[tuple[float, float]]:
-        """Return the newest piece of the trail: a frame draws only this one again."""
-        begin = max(len(self.trail) - 1 - self.trail_count % PIECE, 0)
-        return list(islice(self.trail, begin, None))
+        return QRectF(-width / 2.0, -height / 2.0, width, height)
 
     def clear_trail(self) -> None:
         """Remove the trail, after a reset of the world."""
         self.trail.clear()
-        self.version += 1
 
     def set_world(self, sizes: WorldSizes, points: Iterable[Point]) -> None:
         """Set the world's sizes and the waypoints; ignore non-finite points."""
-        waypoints = sorted(_finite(points))
-        if (sizes, waypoints) != (self.sizes, self.waypoints):
-            self.sizes, self.waypoints = sizes, waypoints
-            self.version += 1
+        self.sizes, self.waypoints = sizes, sorted(_finite(points))
 
     def set_sensed(self, points: Iterable[Point]) -> None:
         """Set the points that the sensor detects now."""
@@ -108,15 +86,13 @@ class Scene:
         """
         if not all(math.isfinite(value) for value in (x, y, direction)):
             return
-        self._car_before = self.car_at(now)
-        if self._car_before and math.dist(self._car_before[:2], (x, y)) > self.settings.trail_jump:
-            self._car_before = None
+        step = QLineF(*self.car[:2], x, y) if self.car else None
+        is_jump = step is None or step.length() > self.settings.trail_jump
+        if not is_jump:
+            self.trail.append(step)
+        self._car_before = None if is_jump else self.car_at(now)
         self._car_period = min(now - self._car_time, 0.1)
         self.car, self._car_time = Pose(x, y, direction), now
-        self.trail.append((x, y))
-        self.trail_count += 1
-        xs, ys = zip((x, y), *self._car_extent)
-        self._car_extent = [(min(xs), min(ys)), (max(xs), max(ys))]
 
     def car_at(self, now: float) -> Pose | None:
         """Return the pose to draw at `now`, interpolated between the last two for smooth motion."""
@@ -137,15 +113,17 @@ class Scene:
 
     def contains(self, x: float, y: float) -> bool:
         """Return True if the point [u] is within the walls, or if there are no walls."""
-        return self.walls is None or (abs(x) <= self.walls[0] and abs(y) <= self.walls[1])
+        return self.walls is None or self.walls.contains(x, y)
 
-    def corners(self) -> list[tuple[float, float]]:
-        """Return the points (x, y) [u] that a view of the whole scene must contain."""
-        points = [(point.x, point.y) for point in self.waypoints]
+    def extent(self) -> QRectF:
+        """Return the area [u] that a view of the whole scene must contain."""
+        points = [QPointF(point.x, point.y) for point in self.waypoints]
         if self.walls is None:
-            return points + self._car_extent
-        x, y = self.walls
-        return [*points, (-x, -y), (x, y)]
+            points += [end for step in self.trail for end in (step.p1(), step.p2())]
+            points += [QPointF(*self.car[:2])] if self.car else []
+        else:
+            points += [self.walls.topLeft(), self.walls.bottomRight()]
+        return QPolygonF(points).boundingRect()
 
 
 def _finite(points: Iterable[Point]) -> list[Point]:
