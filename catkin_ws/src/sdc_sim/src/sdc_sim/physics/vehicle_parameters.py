@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 from sdc_common.piecewise_linear import evaluate, linear_segments
 from sdc_sim.yaml_document import (
@@ -105,12 +106,11 @@ def _read(path: str, _version: tuple[int, ...]) -> VehicleParameters:
     document = load_yaml(path, "name a file of config/vehicles")
     validate(document, schema("vehicle"))
     _check_curves(document)
-    return VehicleParameters(
-        **{
-            key: tuple(map(float, value)) if isinstance(value, list) else float(value)
-            for key, value in document.values.items()
-        }
-    )
+    parameters: dict[str, Any] = {
+        key: tuple(map(float, value)) if isinstance(value, list) else float(value)
+        for key, value in document.values.items()
+    }
+    return VehicleParameters(**parameters)
 
 
 def _check_curves(document: YamlDocument) -> None:
