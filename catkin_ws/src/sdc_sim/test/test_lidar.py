@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from sdc_sim.camera.buildings import Building
-from sdc_sim.physics.meshes import car_mesh
+from sdc_sim.camera.meshes import table_mesh
 from sdc_sim.physics.obstacles import KINDS, ObstacleState
 from sdc_sim.physics.traffic_lights import TrafficLightState
 from sdc_sim.physics.vehicle import VehicleState
@@ -16,14 +16,7 @@ from sdc_sim.road.scenery import BLOCK, HOUSE, TREE, Scenery
 from sdc_sim.sensors.lidar import PlanarLidar, RayCaster, RoofLidar
 from sdc_sim.sensors.model import Moment, SensorContext
 from sdc_sim.sensors.settings import sensor_settings
-from sdc_sim.sensors.solid_bodies import (
-    Balls,
-    Cylinders,
-    Frusta,
-    PlacedBalls,
-    PlacedCylinders,
-    PlacedFrusta,
-)
+from sdc_sim.sensors.solid_bodies import Balls, Cylinders, Frusta, chosen, columns
 
 pytestmark = pytest.mark.slow(3)
 
@@ -70,7 +63,7 @@ def lidar(model, scenery=NOTHING, **settings):
 
 def test_level_beams_measure_a_wall():
     caster = RayCaster(1440, 0.0, np.zeros(1), 0.6, 60.0)
-    ranges = caster.cast(1.0, 2.0, 0.3, [PlacedFrusta(box(21.0, 2.0, 0.0, 20.0, 400.0, 5.0))])
+    ranges = caster.cast(1.0, 2.0, 0.3, [box(21.0, 2.0, 0.0, 20.0, 400.0, 5.0)])
     angles = np.arange(1440) * 2.0 * np.pi / 1440 + 0.3
     with np.errstate(divide="ignore"):
         wall = 10.0 / np.cos(angles)
@@ -80,7 +73,7 @@ def test_level_beams_measure_a_wall():
 
 def test_rings_measure_ground_side_and_top_of_a_box():
     caster = RayCaster(1024, 0.0, ELEVATIONS, 2.4, 100.0)
-    ranges = caster.cast(0.0, 0.0, 0.0, [PlacedFrusta(box(12.0, 0.0, 0.0, 4.0, 2.0, 1.5))])
+    ranges = caster.cast(0.0, 0.0, 0.0, [box(12.0, 0.0, 0.0, 4.0, 2.0, 1.5)])
     ahead, back = ranges[:, 0], ranges[:, 512]
     ground = np.where(ELEVATIONS < 0.0, 2.4 / np.sin(np.maximum(-ELEVATIONS, 1e-9)), np.inf)
     ground[ground > 100.0] = np.inf
@@ -119,7 +112,7 @@ def random_world(rng):
 
     def is_inside(points):
         inside = points[..., 2] < 0.0
-        for position, yaw, reach, lean, bottom, top in zip(*frusta):
+        for position, yaw, reach, lean, bottom, top in zip(*columns(frusta)):
             offset = points[..., :2] - position
             along = offset @ (math.cos(yaw), math.sin(yaw))
             across = offset @ (-math.sin(yaw), math.cos(yaw))
@@ -128,19 +121,19 @@ def random_world(rng):
             within = (along < sides[..., 0]) & (-along < sides[..., 1])
             within &= (across < sides[..., 2]) & (-across < sides[..., 3])
             inside |= within & (z > bottom) & (z < top)
-        for position, radius, bottom, top in zip(*cylinders):
+        for position, radius, bottom, top in zip(*columns(cylinders)):
             far = np.hypot(*np.moveaxis(points[..., :2] - position, -1, 0))
             inside |= (far < radius) & (points[..., 2] > bottom) & (points[..., 2] < top)
-        for position, height, radius in zip(*balls):
+        for position, height, radius in zip(*columns(balls)):
             inside |= np.linalg.norm(points - (*position, height), axis=-1) < radius
         return inside
 
     upright = np.arange(12) < 6
     placed = [
-        PlacedFrusta(Frusta(*(column[upright] for column in frusta))),
-        PlacedFrusta(Frusta(*(column[~upright] for column in frusta))),
-        PlacedCylinders(cylinders),
-        PlacedBalls(balls),
+        chosen(frusta, upright),
+        chosen(frusta, ~upright),
+        cylinders,
+        balls,
     ]
     return placed, is_inside
 
@@ -217,7 +210,7 @@ def test_car_and_pole_are_those_of_the_camera():
     car = points[points[:, 1] > 0.0]
     c, s = math.cos(0.8), math.sin(0.8)
     turn = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
-    polygons = (car_mesh().corners * KINDS["car"][:3]) @ turn + (9.0, 3.0, 0.0)
+    polygons = (table_mesh("car").corners * KINDS["car"][:3]) @ turn + (9.0, 3.0, 0.0)
     assert len(car) > 200
     assert distance_to_faces(car, polygons).max() < MILLIMETRE
     pole = points[points[:, 1] < 0.0]

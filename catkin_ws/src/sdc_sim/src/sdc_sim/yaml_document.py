@@ -96,11 +96,16 @@ def load_yaml(path: str, fix: str) -> YamlDocument:
 
 
 @lru_cache(maxsize=None)
-def schema(name: str) -> dict:
-    """Return a JSON schema (draft 7) of config/schemas."""
-    folder = os.path.join(rospkg.RosPack().get_path("sdc_sim"), "config", "schemas")
+def packaged_config(name: str) -> Any:
+    """Return the values of a YAML file of config/, named without its ending."""
+    folder = os.path.join(rospkg.RosPack().get_path("sdc_sim"), "config")
     with open(os.path.join(folder, name + ".yaml"), encoding="utf-8") as file:
         return yaml.safe_load(file)
+
+
+def schema(name: str) -> dict:
+    """Return a JSON schema (draft 7) of config/schemas."""
+    return packaged_config("schemas/" + name)
 
 
 def validate(document: YamlDocument, schema: dict) -> None:

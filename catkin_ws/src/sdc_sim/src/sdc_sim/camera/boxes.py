@@ -9,15 +9,9 @@ from typing import NamedTuple, Sequence
 import cv2
 import numpy as np
 
+from sdc_sim.camera.meshes import Mesh, table_mesh, traffic_light_mesh
 from sdc_sim.camera.painting import FIXED_POINT_BITS, SUN, footprint, shadow_hull
 from sdc_sim.camera.rasterizer import NEAR_M, PolygonRasterizer, fill
-from sdc_sim.physics.meshes import (
-    Mesh,
-    car_mesh,
-    obstacle_mesh,
-    pedestrian_mesh,
-    traffic_light_mesh,
-)
 from sdc_sim.physics.obstacles import COLOURS, ObstacleState
 from sdc_sim.physics.traffic_lights import GREEN, HEIGHT_M, OFF, RED, YELLOW, TrafficLightState
 from sdc_sim.physics.vehicle import VehicleState
@@ -118,11 +112,7 @@ class BoxPainter:
     """Painter of boxes and of their shadows."""
 
     def __init__(self):
-        self._meshes = {
-            "car": car_mesh(),
-            "pedestrian": pedestrian_mesh(),
-            "obstacle": obstacle_mesh(),
-        }
+        self._meshes = {kind: table_mesh(kind) for kind in KINDS if kind != "light"}
         self._lights: dict[tuple, Mesh] = {}
 
     def _mesh(self, box: Box) -> Mesh:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import os
 from typing import Any, Mapping, NamedTuple
 
 import roslib.message
-import rospkg
-import yaml
+
+from sdc_sim.yaml_document import packaged_config
 
 
 class CameraNames(NamedTuple):
@@ -61,9 +60,8 @@ def _read(values: dict[str, Any]) -> BridgeVersion:
 
 
 def _read_all() -> dict[str, BridgeVersion]:
-    folder = rospkg.RosPack().get_path("sdc_sim")
-    with open(os.path.join(folder, "config", "bridge_versions.yaml"), encoding="utf-8") as file:
-        versions = {name: _read(values) for name, values in yaml.safe_load(file).items()}
+    rows = packaged_config("bridge_versions")
+    versions = {name: _read(values) for name, values in rows.items()}
     return {**versions, "old": versions["0.9.3"], "new": versions["0.9.11"]}
 
 

@@ -11,7 +11,6 @@ one after another in one array, which needs few calls of NumPy.
 from __future__ import annotations
 
 import math
-from functools import lru_cache
 from typing import NamedTuple, Sequence
 
 import numpy as np
@@ -20,8 +19,7 @@ from sdc_sim.sensors.errors import ErrorSizes
 from sdc_sim.sensors.model import Moment, SensorContext, SensorModel
 from sdc_sim.sensors.readings import LIDAR_MOUNT_M, PLANAR_LIDAR_MOUNT_M
 from sdc_sim.sensors.settings import LidarSettings
-from sdc_sim.sensors.solid_bodies import FAR_M, PlacedBodies
-from sdc_sim.sensors.solid_world import NearBodies, moving_bodies
+from sdc_sim.sensors.solid_bodies import FAR_M, Bodies, NearBodies, Rays, moving_bodies
 
 _TURN = 2.0 * np.pi
 
@@ -61,9 +59,7 @@ class RayCaster:
             ground = np.where(self.slopes < 0.0, -height_m / self.slopes, FAR_M)
         self._ground = np.repeat(ground[:, None], 2 * columns, axis=1)
 
-    def cast(
-        self, x_m: float, y_m: float, yaw_rad: float, bodies: Sequence[PlacedBodies]
-    ) -> np.ndarray:
+    def cast(self, x_m: float, y_m: float, yaw_rad: float, bodies: Sequence[Bodies]) -> np.ndarray:
         """Return the ranges (rings, columns) from a pose in the map, infinite beyond `range_m` [m].
 
         Args:
@@ -76,7 +72,7 @@ class RayCaster:
         yaw_rad += self._first_rad
         with np.errstate(divide="ignore", invalid="ignore"):
             for one in bodies:
-                if len(one):
+                if len(one.position_m):
                     self._cast_bodies(nearest, x_m, y_m, yaw_rad, one)
         count = self.columns
         ranges = np.minimum(nearest[:, :count], nearest[:, count:])
@@ -86,24 +82,24 @@ class RayCaster:
         return ranges
 
     def _cast_bodies(
-        self, nearest: np.ndarray, x_m: float, y_m: float, yaw_rad: float, bodies: PlacedBodies
+        self, nearest: np.ndarray, x_m: float, y_m: float, yaw_rad: float, bodies: Bodies
     ) -> None:
-        dx, dy = bodies.x_m - x_m, bodies.y_m - y_m
+        dx, dy = bodies.position_m[:, 0] - x_m, bodies.position_m[:, 1] - y_m
         low, high = bodies.angles(x_m, y_m, dx, dy)
         first = np.ceil((low - yaw_rad) / self._step_rad).astype(np.int64)
         last = np.floor((high - yaw_rad) / self._step_rad).astype(np.int64)
         count = np.minimum(last - first + 1, self.columns)
         first %= self.columns
         # Of each beam that may hit: its body and its column.
-        owner = np.repeat(_numbers(len(first)), count)
+        owner = np.repeat(np.arange(len(first)), count)
         if not len(owner):
             return
-        column = _numbers(len(owner)) + (first - np.cumsum(count) + count)[owner]
+        column = np.arange(len(owner)) + (first - np.cumsum(count) + count)[owner]
         c, s = math.cos(yaw_rad), math.sin(yaw_rad)
         cosine, sine = self._cosines[column], self._sines[column]
         east, north = c * cosine - s * sine, s * cosine + c * sine
         rings = None if self._level else self.slopes[:, None]
-        enter, leave = bodies.inside(owner, dx, dy, east, north, rings, self.height_m)
+        enter, leave = bodies.inside(Rays(owner, dx, dy, east, north, rings, self.height_m))
         if bodies.bottom_m is not None and bodies.top_m is not None:
             bottom, top = bodies.bottom_m - self.height_m, bodies.top_m - self.height_m
             if rings is None:
@@ -120,16 +116,6 @@ class RayCaster:
             part = nearest[:, from_column : from_column + length]
             np.minimum(part, hits[:, start : start + length], out=part)
             start += length
-
-
-@lru_cache(maxsize=None)
-def _all_numbers() -> np.ndarray:
-    return np.arange(200_000)
-
-
-def _numbers(count: int) -> np.ndarray:
-    numbers = _all_numbers()
-    return numbers[:count] if count <= len(numbers) else np.arange(count)
 
 
 # Share of the light that is lost for each metre, as CARLA's default.

@@ -1,16 +1,63 @@
-"""Solid bodies on the ground, and where the beams of a lidar enter and leave them."""
+"""The solid bodies of the world for the lidars: the shapes that the camera draws.
+
+Each kind of body computes where the beams of a lidar enter and leave its bodies.
+"""
 
 from __future__ import annotations
 
-from typing import NamedTuple, Sequence, TypeVar
+import dataclasses
+import math
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import Any, NamedTuple, Sequence, Union
 
 import numpy as np
 
+from sdc_sim.physics.obstacles import ObstacleState
+from sdc_sim.physics.traffic_lights import TrafficLightState
+from sdc_sim.road.scenery import (
+    CROWN_CENTRE_SHARE,
+    CROWN_RADIUS_SHARE,
+    EAVES_SHARE,
+    HOUSE,
+    ROOF_BELOW_EAVES_M,
+    ROOF_BEYOND_EAVES_M,
+    TREE,
+    TRUNK_RADIUS_SHARE,
+    Scenery,
+)
+from sdc_sim.yaml_document import packaged_config
+
 FAR_M = 1e9
 _TURN = 2.0 * np.pi
+# The near bodies are chosen again after the vehicle has moved so far.
+_STRIDE_M = 10.0
 
 
-class Frusta(NamedTuple):
+class Rays(NamedTuple):
+    """The beams that may hit bodies.
+
+    Attributes:
+        owner: number of the body of each beam (B,)
+        dx: from the lidar to the origins of the bodies (N,) [m]
+        dy: from the lidar to the origins of the bodies (N,) [m]
+        east: direction of each beam (B,)
+        north: direction of each beam (B,)
+        slopes: slope of each ring (R, 1), None if all are level
+        height_m: height of the lidar
+    """
+
+    owner: np.ndarray
+    dx: np.ndarray
+    dy: np.ndarray
+    east: np.ndarray
+    north: np.ndarray
+    slopes: np.ndarray | None
+    height_m: float
+
+
+@dataclass(frozen=True, eq=False)
+class Frusta:
     """Bodies with four sides, a horizontal top and a horizontal bottom, one row each.
 
     Attributes:
@@ -30,58 +77,25 @@ class Frusta(NamedTuple):
     bottom_m: np.ndarray
     top_m: np.ndarray
 
+    @cached_property
+    def _axis(self) -> tuple[np.ndarray, np.ndarray]:
+        return np.cos(self.yaw_rad), np.sin(self.yaw_rad)
 
-class Cylinders(NamedTuple):
-    """Upright cylinders: position_m (N, 2), radius_m (N,), bottom_m (N,), top_m (N,)."""
+    @cached_property
+    def _widest_m(self) -> np.ndarray:
+        """Largest distances (4, N) to the sides."""
+        at_top_m = self.reach_m.T + self.lean.T * (self.top_m - self.bottom_m)
+        return np.maximum(self.reach_m.T, at_top_m)
 
-    position_m: np.ndarray
-    radius_m: np.ndarray
-    bottom_m: np.ndarray
-    top_m: np.ndarray
-
-
-class Balls(NamedTuple):
-    """Balls: position_m (N, 2) and height_m (N,) of the centre, radius_m (N,)."""
-
-    position_m: np.ndarray
-    height_m: np.ndarray
-    radius_m: np.ndarray
-
-
-_Rows = TypeVar("_Rows", Frusta, Cylinders, Balls)
-
-
-def joined(parts: Sequence[_Rows]) -> _Rows:
-    """Return all rows of several bodies of one kind."""
-    return type(parts[0])(*(np.concatenate(columns) for columns in zip(*parts)))
-
-
-def chosen(bodies: _Rows, rows: np.ndarray) -> _Rows:
-    """Return these rows of bodies."""
-    return type(bodies)(*(column[rows] for column in bodies))
-
-
-class PlacedBodies:
-    """Bodies of one kind, with what does not depend on the place of the lidar.
-
-    Attributes:
-        x_m: their origins in the map (N,)
-        y_m: their origins in the map (N,)
-        bottom_m: heights of the bottom (N,), None where the kind has none
-        top_m: heights of the top (N,), None where the kind has none
-    """
-
-    def __init__(
-        self,
-        position_m: np.ndarray,
-        bottom_m: np.ndarray | None = None,
-        top_m: np.ndarray | None = None,
-    ):
-        self.x_m, self.y_m = position_m[:, 0].copy(), position_m[:, 1].copy()
-        self.bottom_m, self.top_m = bottom_m, top_m
-
-    def __len__(self) -> int:
-        return len(self.x_m)
+    @cached_property
+    def _corners_m(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return x and y (4, N) of the outermost corners in the map."""
+        front, rear, left, right = self._widest_m
+        along = np.stack([front, front, -rear, -rear])
+        across = np.stack([left, -right, left, -right])
+        c, s = self._axis
+        x_m, y_m = self.position_m.T
+        return x_m + c * along - s * across, y_m + s * along + c * across
 
     def angles(
         self, x_m: float, y_m: float, dx: np.ndarray, dy: np.ndarray
@@ -94,58 +108,8 @@ class PlacedBodies:
             dx: from there to the origins (N,) [m]
             dy: from there to the origins (N,) [m]
         """
-        raise NotImplementedError
-
-    def inside(
-        self,
-        owner: np.ndarray,
-        dx: np.ndarray,
-        dy: np.ndarray,
-        east: np.ndarray,
-        north: np.ndarray,
-        slopes: np.ndarray | None,
-        height_m: float,
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the distances on the ground at which beams enter and leave their bodies.
-
-        Args:
-            owner: number of the body of each beam (B,)
-            dx: from the lidar to the origins (N,) [m]
-            dy: from the lidar to the origins (N,) [m]
-            east: direction of each beam (B,)
-            north: direction of each beam (B,)
-            slopes: slope of each ring (R, 1), None if all are level
-            height_m: height of the lidar
-
-        Returns:
-            arrays (B,) or (R, B) that do not consider bottom and top
-        """
-        raise NotImplementedError
-
-
-class PlacedFrusta(PlacedBodies):
-    """Frusta; see there."""
-
-    def __init__(self, frusta: Frusta):
-        super().__init__(frusta.position_m, frusta.bottom_m, frusta.top_m)
-        self._c, self._s = np.cos(frusta.yaw_rad), np.sin(frusta.yaw_rad)
-        self._reach_m, self._lean = frusta.reach_m.T.copy(), frusta.lean.T.copy()
-        self._leans = bool(frusta.lean.any())
-        high = frusta.top_m - frusta.bottom_m
-        self._widest_m = np.maximum(self._reach_m, self._reach_m + self._lean * high)
-        front, rear, left, right = self._widest_m
-        along, across = (
-            np.stack([front, front, -rear, -rear]),
-            np.stack([left, -right, left, -right]),
-        )
-        self._corner_x_m = self.x_m + self._c * along - self._s * across
-        self._corner_y_m = self.y_m + self._s * along + self._c * across
-
-    def angles(
-        self, x_m: float, y_m: float, dx: np.ndarray, dy: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """See PlacedBodies.angles."""
-        corners = np.arctan2(self._corner_y_m - y_m, self._corner_x_m - x_m)
+        corner_x_m, corner_y_m = self._corners_m
+        corners = np.arctan2(corner_y_m - y_m, corner_x_m - x_m)
         # Seen from outside, no corner is a half turn away from the first one.
         from_first = corners - corners[0]
         from_first -= _TURN * np.rint(from_first / _TURN)
@@ -159,41 +123,37 @@ class PlacedFrusta(PlacedBodies):
 
     def _offset(self, dx: np.ndarray, dy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the origins along and across their own axes, from the lidar."""
-        return self._c * dx + self._s * dy, self._c * dy - self._s * dx
+        c, s = self._axis
+        return c * dx + s * dy, c * dy - s * dx
 
-    def inside(
-        self,
-        owner: np.ndarray,
-        dx: np.ndarray,
-        dy: np.ndarray,
-        east: np.ndarray,
-        north: np.ndarray,
-        slopes: np.ndarray | None,
-        height_m: float,
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """See PlacedBodies.inside."""
-        c, s = self._c[owner], self._s[owner]
-        ahead, aside = c * east + s * north, c * north - s * east
-        along, across = self._offset(dx, dy)
-        front, rear, left, right = self._reach_m
-        if not self._leans:
+    def inside(self, rays: Rays) -> tuple[np.ndarray, np.ndarray]:
+        """Return the distances on the ground at which beams enter and leave their bodies.
+
+        Returns:
+            arrays (B,) or (R, B) that do not consider bottom and top
+        """
+        owner = rays.owner
+        c, s = (one[owner] for one in self._axis)
+        ahead, aside = c * rays.east + s * rays.north, c * rays.north - s * rays.east
+        along, across = self._offset(rays.dx, rays.dy)
+        front, rear, left, right = self.reach_m.T
+        if not self.lean.any():
             # A beam moves by (ahead, aside) for each metre, from (-along, -across).
             low, high = ((along - rear)[owner] / ahead, (along + front)[owner] / ahead)
             near, far = ((across - right)[owner] / aside, (across + left)[owner] / aside)
             enter = np.maximum(np.minimum(low, high), np.minimum(near, far))
             return enter, np.minimum(np.maximum(low, high), np.maximum(near, far))
-        assert self.bottom_m is not None
-        above_m = height_m - self.bottom_m
+        above_m = rays.height_m - self.bottom_m
         enter, leave = np.full(1, -FAR_M), np.full(1, FAR_M)
-        for reach, lean, origin, speed in (
-            (front, self._lean[0], along, ahead),
-            (rear, self._lean[1], -along, -ahead),
-            (left, self._lean[2], across, aside),
-            (right, self._lean[3], -across, -aside),
+        for reach, lean, origin, speed in zip(
+            (front, rear, left, right),
+            self.lean.T,
+            (along, -along, across, -across),
+            (ahead, -ahead, aside, -aside),
         ):
             gap = (reach + origin + lean * above_m)[owner]
-            if slopes is not None:
-                speed = speed - lean[owner] * slopes
+            if rays.slopes is not None:
+                speed = speed - lean[owner] * rays.slopes
             side = gap / speed
             enter = np.maximum(enter, np.where(speed < 0.0, side, -FAR_M))
             leave = np.minimum(leave, np.where(speed > 0.0, side, FAR_M))
@@ -201,76 +161,168 @@ class PlacedFrusta(PlacedBodies):
         return enter, leave
 
 
-class _RoundBodies(PlacedBodies):
-    """Bodies that are circles from above."""
-
-    def __init__(
-        self,
-        position_m: np.ndarray,
-        radius_m: np.ndarray,
-        bottom_m: np.ndarray | None = None,
-        top_m: np.ndarray | None = None,
-    ):
-        super().__init__(position_m, bottom_m, top_m)
-        self.radius_m = radius_m
-
-    def angles(
-        self, x_m: float, y_m: float, dx: np.ndarray, dy: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """See PlacedBodies.angles."""
-        share = self.radius_m / np.sqrt(dx * dx + dy * dy)
-        half = np.arcsin(np.minimum(share, 1.0))
-        half[share >= 1.0] = np.pi
-        middle = np.arctan2(dy, dx)
-        return middle - half, middle + half
+def _round_angles(
+    bodies: Any, _x_m: float, _y_m: float, dx: np.ndarray, dy: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the directions of bodies that are circles from above; see Frusta.angles."""
+    share = bodies.radius_m / np.sqrt(dx * dx + dy * dy)
+    half = np.arcsin(np.minimum(share, 1.0))
+    half[share >= 1.0] = np.pi
+    middle = np.arctan2(dy, dx)
+    return middle - half, middle + half
 
 
-class PlacedCylinders(_RoundBodies):
-    """Cylinders; see there."""
+@dataclass(frozen=True, eq=False)
+class Cylinders:
+    """Upright cylinders: position_m (N, 2), radius_m (N,), bottom_m (N,), top_m (N,)."""
 
-    def __init__(self, cylinders: Cylinders):
-        super().__init__(*cylinders)
+    position_m: np.ndarray
+    radius_m: np.ndarray
+    bottom_m: np.ndarray
+    top_m: np.ndarray
 
-    def inside(
-        self,
-        owner: np.ndarray,
-        dx: np.ndarray,
-        dy: np.ndarray,
-        east: np.ndarray,
-        north: np.ndarray,
-        slopes: np.ndarray | None,
-        height_m: float,
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """See PlacedBodies.inside."""
-        along = dx[owner] * east + dy[owner] * north
+    angles = _round_angles
+
+    def inside(self, rays: Rays) -> tuple[np.ndarray, np.ndarray]:
+        """Return where beams enter and leave; see Frusta.inside."""
+        owner, dx, dy = rays.owner, rays.dx, rays.dy
+        along = dx[owner] * rays.east + dy[owner] * rays.north
         half = np.sqrt(along * along + (self.radius_m**2 - dx * dx - dy * dy)[owner])
         return along - half, along + half
 
 
-class PlacedBalls(_RoundBodies):
-    """Balls; see there."""
+@dataclass(frozen=True, eq=False)
+class Balls:
+    """Balls: position_m (N, 2) and height_m (N,) of the centre, radius_m (N,)."""
 
-    def __init__(self, balls: Balls):
-        super().__init__(balls.position_m, balls.radius_m)
-        self._height_m = balls.height_m
+    position_m: np.ndarray
+    height_m: np.ndarray
+    radius_m: np.ndarray
 
-    def inside(
-        self,
-        owner: np.ndarray,
-        dx: np.ndarray,
-        dy: np.ndarray,
-        east: np.ndarray,
-        north: np.ndarray,
-        slopes: np.ndarray | None,
-        height_m: float,
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """See PlacedBodies.inside."""
-        dz = self._height_m - height_m
-        along = dx[owner] * east + dy[owner] * north
+    bottom_m = top_m = None
+    angles = _round_angles
+
+    def inside(self, rays: Rays) -> tuple[np.ndarray, np.ndarray]:
+        """Return where beams enter and leave; see Frusta.inside."""
+        owner, dx, dy = rays.owner, rays.dx, rays.dy
+        dz = self.height_m - rays.height_m
+        along = dx[owner] * rays.east + dy[owner] * rays.north
         square = (dx * dx + dy * dy + dz * dz - self.radius_m**2)[owner]
         steep = np.ones(1)
-        if slopes is not None:
-            along = along + slopes * dz[owner]
-            steep = 1.0 + slopes * slopes
+        if rays.slopes is not None:
+            along = along + rays.slopes * dz[owner]
+            steep = 1.0 + rays.slopes * rays.slopes
         half = np.sqrt(along * along - steep * square)
         return (along - half) / steep, (along + half) / steep
+
+
+Bodies = Union[Frusta, Cylinders, Balls]
+
+
+def columns(bodies: Any) -> list[np.ndarray]:
+    """Return the attributes of bodies."""
+    return [getattr(bodies, field.name) for field in dataclasses.fields(bodies)]
+
+
+def chosen(bodies: Any, rows: np.ndarray) -> Any:
+    """Return these rows of bodies."""
+    return type(bodies)(*(column[rows] for column in columns(bodies)))
+
+
+def scenery_bodies(scenery: Scenery) -> list[Bodies]:
+    """Return walls, roofs, trunks and crowns; a roof is one body that ends at the gables."""
+    length, width, height = scenery.size_m.T
+    tree, house = scenery.kind == TREE, scenery.kind == HOUSE
+    half = 0.5 * np.stack([length, length, width, width], axis=1)
+    zero = np.zeros(len(scenery))
+    place_m, yaw_rad = scenery.position_m, scenery.yaw_rad
+    walls_top_m = np.where(house, EAVES_SHARE, 1.0) * height
+    roof_m = half + (0.0, 0.0, ROOF_BEYOND_EAVES_M, ROOF_BEYOND_EAVES_M)
+    bottom_m = EAVES_SHARE * height - ROOF_BELOW_EAVES_M
+    lean = np.zeros_like(half)
+    lean[:, 2:] = -roof_m[:, 2:] / (height - bottom_m)[:, None]
+    centre_m = CROWN_CENTRE_SHARE * height
+    return [
+        chosen(Frusta(place_m, yaw_rad, half, np.zeros_like(half), zero, walls_top_m), ~tree),
+        chosen(Frusta(place_m, yaw_rad, roof_m, lean, bottom_m, height), house),
+        chosen(Cylinders(place_m, TRUNK_RADIUS_SHARE * height, zero, centre_m), tree),
+        chosen(Balls(place_m, centre_m, CROWN_RADIUS_SHARE * height), tree),
+    ]
+
+
+@lru_cache(maxsize=None)
+def _prisms(kind: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return the solid parts of a mesh.
+
+    Returns:
+        distances of front, rear, left and right side at the bottom and at the top (2, P, 4), and
+        heights of bottom and top (2, P), as config/meshes.yaml has them
+    """
+    rows = [row for row in packaged_config("meshes")[kind] if "prism" in row]
+    rectangles = np.array([[row["prism"], row["top"]] for row in rows], float)
+    # From x0, x1, y0, y1 to the distances.
+    sides = rectangles[..., [1, 0, 3, 2]] * (1.0, -1.0, 1.0, -1.0)
+    return sides.swapaxes(0, 1), np.array([row["z"] for row in rows], float).T
+
+
+def moving_bodies(
+    obstacles: Sequence[ObstacleState], lights: Sequence[TrafficLightState]
+) -> list[Frusta]:
+    """Return the solid parts of obstacles and traffic lights."""
+    places = [
+        (one.kind, one.x_m, one.y_m, one.yaw_rad, one.length_m, one.width_m, one.height_m)
+        for one in obstacles
+    ]
+    # The lamps face the cars, against the heading of the lane.
+    places += [
+        ("light", one.x_m, one.y_m, one.heading_rad + math.pi, 1.0, 1.0, 1.0) for one in lights
+    ]
+    parts = []
+    for kind, x_m, y_m, yaw_rad, length_m, width_m, height_m in places:
+        sides, heights = _prisms(kind)
+        (reach, at_top), count = sides * (length_m, length_m, width_m, width_m), sides.shape[1]
+        bottom_m, top_m = heights * height_m
+        lean = (at_top - reach) / (top_m - bottom_m)[:, None]
+        position_m = np.tile([x_m, y_m], (count, 1))
+        parts.append((position_m, np.full(count, yaw_rad), reach, lean, bottom_m, top_m))
+    frusta = Frusta(*map(np.concatenate, zip(*parts)))
+    upright = ~frusta.lean.any(axis=1)
+    return [chosen(frusta, rows) for rows in (upright, ~upright)]
+
+
+class NearBodies:
+    """Finds the bodies of the scenery that are in range.
+
+    Args:
+        scenery: trees and buildings
+        range_m: range of the lidar
+        height_m: height of the lidar if all its beams are level, None otherwise
+    """
+
+    def __init__(self, scenery: Scenery, range_m: float, height_m: float | None = None):
+        self._bodies = scenery_bodies(scenery)
+        if height_m is not None:
+            self._bodies = [chosen(one, _at_height(one, height_m)) for one in self._bodies]
+        # No body of the scenery reaches farther from its centre.
+        largest_m = float(np.hypot(*scenery.size_m[:, :2].T).max(initial=0.0))
+        self._limit_m = range_m + _STRIDE_M + 0.5 * largest_m + ROOF_BEYOND_EAVES_M
+        self._place_m: tuple[float, float] | None = None
+        self._near: list[Bodies] = []
+
+    def around(self, x_m: float, y_m: float) -> list[Bodies]:
+        """Return at least the bodies in range of a place in the map."""
+        if self._place_m is None or math.dist(self._place_m, (x_m, y_m)) > _STRIDE_M:
+            self._place_m = x_m, y_m
+            self._near = []
+            for one in self._bodies:
+                offset = one.position_m - self._place_m
+                is_near = (offset * offset).sum(axis=1) < self._limit_m**2
+                self._near.append(chosen(one, is_near))
+        return self._near
+
+
+def _at_height(bodies: Bodies, height_m: float) -> np.ndarray:
+    """Return the mask of the bodies that a level beam can hit."""
+    if isinstance(bodies, Balls):
+        return abs(bodies.height_m - height_m) < bodies.radius_m
+    return (bodies.bottom_m <= height_m) & (height_m <= bodies.top_m)

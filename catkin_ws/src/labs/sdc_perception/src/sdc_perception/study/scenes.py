@@ -29,7 +29,7 @@ _CROSSING_M = 15.0
 # Least visible share of a lamp and of a body.
 _VISIBLE = 0.6
 _KINDS = ("car", "car", "pedestrian", "pedestrian", "obstacle")
-# A lamp's centre below the top, and ahead of the pole, as in sdc_sim.physics.meshes.
+# A lamp's centre below the top, and ahead of the pole, as in sdc_sim.camera.meshes.
 _LAMP_BELOW_M, _LAMP_SPACING_M, _LAMP_AHEAD_M = 0.2, 0.32, 0.145
 _NO_SCENERY = Scenery(
     np.zeros(0, int), np.zeros((0, 2)), np.zeros(0), np.zeros((0, 3)), np.zeros(0, int)
