@@ -7,9 +7,9 @@ from multiprocessing import Pipe
 import numpy as np
 import pytest
 from cv_bridge import CvBridge
+from sdc_common.testing.message_listener import wait_until
 
 from sdc_common.routes.waypoint_file import load_waypoints
-from sdc_common.testing.message_listener import wait_until
 from sdc_sim.camera.boxes import obstacle_box, traffic_light_box
 from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.camera.renderer import Renderer

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Mapping, Sequence
+from typing import Any, Mapping, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -18,6 +18,8 @@ _ANGLES_RAD = np.arange(FACE_CORNERS) * np.pi / 4
 _UNLIT_LAMPS = ((20, 20, 62), (18, 56, 62), (24, 56, 20))
 _Point = Sequence[float]
 _Bgr = Sequence[float]
+# Corners and colour, None for the colour of the body.
+_Face = Tuple[Sequence[_Point], Optional[_Bgr]]
 
 
 @dataclass(frozen=True)
@@ -56,7 +58,7 @@ def traffic_light_mesh(height_m: float, lit_bgr: _Bgr) -> Mesh:
     """
     # The table has one of the usual height.
     longer_m = height_m - HEIGHT_M
-    faces = [
+    faces: list[_Face] = [
         ([(x, y, z + longer_m if z > 0.0 else z) for x, y, z in corners], colour)
         for corners, colour in _table_faces("light")
     ]
@@ -71,10 +73,10 @@ def traffic_light_mesh(height_m: float, lit_bgr: _Bgr) -> Mesh:
     return _mesh(faces)
 
 
-def _mesh(faces: list[tuple[list[_Point], _Bgr | None]]) -> Mesh:
-    """Return the mesh of faces: corners and colour, None for the colour of the body."""
+def _mesh(faces: list[_Face]) -> Mesh:
+    """Return the mesh of faces."""
     corners = np.array(
-        [points + [points[-1]] * (FACE_CORNERS - len(points)) for points, _ in faces], float
+        [[*points, *[points[-1]] * (FACE_CORNERS - len(points))] for points, _ in faces], float
     )
     colours = np.array([(1.0, 1.0, 1.0) if one is None else one for _, one in faces], float)
     return Mesh(
@@ -86,11 +88,11 @@ def _mesh(faces: list[tuple[list[_Point], _Bgr | None]]) -> Mesh:
     )
 
 
-def _table_faces(kind: str) -> list[tuple[list[_Point], _Bgr | None]]:
+def _table_faces(kind: str) -> list[_Face]:
     """Return the faces of a table of config/meshes.yaml, in its order."""
     table = packaged_config("meshes")
-    faces: list[tuple[list[_Point], _Bgr | None]] = []
-    sides: dict[str, list[_Point]] = {}
+    faces: list[_Face] = []
+    sides: dict[str, Sequence[_Point]] = {}
     for row in table[kind]:
         if "prism" in row:
             parts = _prism(row)
@@ -106,14 +108,14 @@ def _table_faces(kind: str) -> list[tuple[list[_Point], _Bgr | None]]:
     return faces
 
 
-def _prism(row: Mapping[str, Any]) -> list[list[_Point]]:
+def _prism(row: Mapping[str, Any]) -> list[Sequence[_Point]]:
     """Return the four sides, each from its bottom right corner, the top, and maybe the bottom."""
     base_z, top_z = row["z"]
     a, b = (
         [(x1, y0, z), (x1, y1, z), (x0, y1, z), (x0, y0, z)]
         for (x0, x1, y0, y1), z in ((row["prism"], base_z), (row["top"], top_z))
     )
-    faces: list[list[_Point]] = []
+    faces: list[Sequence[_Point]] = []
     for k in range(4):
         n = (k + 1) % 4
         faces.append([a[k], a[n], b[n], b[k]])
