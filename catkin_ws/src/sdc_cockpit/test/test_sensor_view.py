@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 import rospy
 from sensor_msgs.msg import NavSatFix, NavSatStatus, PointCloud2
+from std_msgs.msg import Header
 
 from sdc_cockpit.sensor_view import GNSS, LIDARS, SensorView
 from sdc_common.geometry.geodesy import geodetic_from_map
 from sdc_sim.ros.bridge_versions import BRIDGE_VERSIONS
-from sdc_sim.ros.sensor_topics import point_cloud_message
+from sdc_sim.ros.message_conversion import point_cloud_message
 
 FRONT, PLANAR = LIDARS
 
@@ -26,7 +27,7 @@ def receive(view, topic, message):
 
 
 def cloud(points):
-    return point_cloud_message(np.array(points, np.float32), None, rospy.Time(1), "frame")
+    return point_cloud_message(np.array(points, np.float32), Header(0, rospy.Time(1), "frame"))
 
 
 def test_topics_are_those_of_the_default_bridge():

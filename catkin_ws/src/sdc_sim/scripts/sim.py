@@ -9,10 +9,9 @@ from sdc_common.ros.node import spin_with
 from sdc_sim.ros.command_input import CommandInput
 from sdc_sim.ros.connections import Connections, missing_connections, wait_for_connections
 from sdc_sim.ros.loop_lock import LoopLock
-from sdc_sim.ros.services import SimulationServices
+from sdc_sim.ros.services import PauseControl, SimulationServices
 from sdc_sim.ros.simulation_setup import SimulationSetup
 from sdc_sim.ros.simulation_topics import SimulationTopics
-from sdc_sim.simulation.pause import PauseControl
 
 # In real time a picture, which needs both cores, starts after the answer, but no later than this.
 PICTURE_DELAY_S = 0.01
@@ -72,7 +71,9 @@ class Sim:
 
     def wait_for_answer(self):
         """Wait until a command answers the last observation, or until the timeout."""
-        while not rospy.is_shutdown() and not self.lock.wait(self.timeout_s(), self.is_answered):
+        while not rospy.is_shutdown():
+            if self.lock.wait_until(self.timeout_s(), self.is_answered):
+                break
             if self.pause.waiting:
                 continue
             if not self.starting or time.monotonic() > self.start_deadline_s:
@@ -94,12 +95,12 @@ class Sim:
     def wait_for_clock(self):
         """Wait until the wall clock reaches the next tick."""
         if self.picture_due:
-            self.lock.wait(PICTURE_DELAY_S, lambda: self.answers.answered)
+            self.lock.wait_until(PICTURE_DELAY_S, lambda: self.answers.answered)
             self.topics.publish_picture()
             self.picture_due = False
         # An overloaded machine slows the simulation down; it does not catch up.
         self.next_tick_s = max(self.next_tick_s + self.simulation.tick_s, time.monotonic())
-        self.lock.wait(self.next_tick_s - time.monotonic())
+        self.lock.wait_until(self.next_tick_s - time.monotonic())
 
     def publish(self):
         self.topics.publish()
@@ -111,10 +112,10 @@ class Sim:
             rospy.logwarn_throttle(5.0, f"sim: no command on {self.commands.topic}, braking")
 
     def on_pause(self):
-        self.topics.bridge.publish_running(not self.pause.paused)
+        self.topics.publish_running(not self.pause.paused)
 
     def on_change(self):
-        self.topics.bridge.reset_lane_invasion()
+        self.topics.reset_lane_invasion()
         if self.pause.waiting:
             self.simulation.observe_again()
             self.publish()

@@ -20,7 +20,6 @@ from sdc_sim.physics.vehicle_parameters import load_vehicle
 from sdc_sim.road.opendrive import opendrive
 from sdc_sim.ros import bridge_messages
 from sdc_sim.ros.bridge_messages import World, obstacle_marker
-from sdc_sim.ros.message_conversion import obstacles_message
 from sdc_sim.simulation.simulation import Simulation
 
 FOLDER = os.path.dirname(os.path.abspath(__file__))
@@ -109,10 +108,8 @@ def test_collision_has_the_obstacle_and_the_impulse(world):
 
 def test_obstacles_lights_and_markers_show_the_same(world):
     observed = world.snapshot
-    message = received(
-        obstacles_message(observed.obstacles, observed.traffic_lights, rospy.Time(7))
-    )
-    assert message.header.stamp == rospy.Time(7)
+    message = made(world, "obstacles")
+    assert message.header.stamp == rospy.Time(2, 50_000_000)
     assert [(one.id, one.kind, one.size.x) for one in message.obstacles] == [
         (101, "car", 4.0),
         (102, "obstacle", 1.0),

@@ -65,7 +65,8 @@ def test_each_missing_connection_is_named(closed, dead, nodes, missing):
 
 
 def test_start_waits_for_connections_until_its_timeout(caplog):
-    with LoopLock() as lock:
+    lock = LoopLock()
+    with lock:
         left = [["a"], ["a"], []]
         wait_for_connections(lock, lambda: left.pop(0), 60.0)
         assert left == []

@@ -19,7 +19,7 @@ def observed(x_m, collisions=()):
     odometry.pose.pose.position.y = 0.1 + 0.2
     odometry.pose.pose.orientation.w = 1.0
     odometry.twist.twist.linear.x = 3.0
-    return Snapshot((4, 50_000_000), state, state, (), (), collisions), odometry
+    return Snapshot(4_050_000_000, state, state, (), (), collisions), odometry
 
 
 def test_each_line_is_an_event_of_the_evaluator_with_all_digits(tmp_path):

@@ -9,6 +9,7 @@ import pytest
 from cv_bridge import CvBridge
 from sdc_common.testing.message_listener import wait_until
 
+from sdc_common.processes import wait_until
 from sdc_common.routes.waypoint_file import load_waypoints
 from sdc_sim.camera.boxes import obstacle_box, traffic_light_box
 from sdc_sim.camera.camera_model import CameraModel
@@ -152,7 +153,7 @@ def photograph(monkeypatch, tmp_path):
 
 def seen_at(tick, *obstacles, lights=()):
     state = VehicleState(x_m=20.0 + 0.7 * tick, y_m=0.1 * tick, yaw_rad=0.01 * tick)
-    return Snapshot((tick, 50_000_000), state, state, obstacles, lights)
+    return Snapshot(tick * 1_000_000_000 + 50_000_000, state, state, obstacles, lights)
 
 
 @pytest.mark.slow(3)
@@ -161,9 +162,9 @@ def test_each_picture_and_its_camera_info_show_the_observation_of_their_stamp(ph
     light = TrafficLightState(1001, 45.0, -3.0, 0.0, RED)
     observations = [seen_at(tick, car, lights=(light,)) for tick in range(1, 15)]
     infos, images = photograph(*observations, daylight=0.8)
-    stamps = [observation.stamp for observation in observations]
+    stamps = [observation.stamp_ns for observation in observations]
     for messages in (infos, images):
-        assert [(one.header.stamp.secs, one.header.stamp.nsecs) for one in messages] == stamps
+        assert [one.header.stamp.to_nsec() for one in messages] == stamps
         assert {one.header.frame_id for one in messages} == {"hero/camera/rgb/front"}
     renderer, boxes = Renderer(photograph.road), [obstacle_box(car), traffic_light_box(light)]
     for image, (_, state, *_) in zip(images, observations):

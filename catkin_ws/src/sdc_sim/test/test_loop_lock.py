@@ -19,7 +19,7 @@ def test_callback_runs_and_returns_its_result_only_while_the_loop_waits():
         caller.start()
         time.sleep(0.05)
         assert done == []
-        assert lock.wait(60.0, lambda: bool(done))
+        assert lock.wait_until(60.0, lambda: bool(done))
     caller.join(10.0)
     assert results == [42]
 
@@ -27,10 +27,10 @@ def test_callback_runs_and_returns_its_result_only_while_the_loop_waits():
 def test_late_loop_still_lets_callbacks_run():
     lock, done = LoopLock(), []
     with lock:
-        threading.Thread(target=lock.call, args=(done.append, 1)).start()
+        threading.Thread(target=lock.guarded(done.append), args=(1,)).start()
         limit = time.monotonic() + 60.0
         while not done and time.monotonic() < limit:
-            assert not lock.wait(-1.0)
+            assert not lock.wait_until(-1.0)
     assert done == [1]
 
 
@@ -39,14 +39,14 @@ def test_flood_of_callbacks_does_not_hold_the_loop_after_the_timeout():
 
     def flood():
         while not ended.is_set():
-            lock.call(lambda: None)
+            lock.guarded(lambda: None)()
 
     threads = [threading.Thread(target=flood) for _ in range(3)]
     with lock:
         for thread in threads:
             thread.start()
         started = time.monotonic()
-        assert not lock.wait(0.05)
+        assert not lock.wait_until(0.05)
         waited = time.monotonic() - started
     ended.set()
     for thread in threads:

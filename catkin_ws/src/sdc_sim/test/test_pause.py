@@ -2,7 +2,7 @@
 
 import pytest
 
-from sdc_sim.simulation.pause import PauseControl
+from sdc_sim.ros.services import PauseControl
 
 
 @pytest.mark.parametrize(

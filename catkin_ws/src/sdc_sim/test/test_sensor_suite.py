@@ -175,7 +175,7 @@ def test_seed_decides_the_errors_and_sensors_do_not_change_those_of_others():
 def test_reading_is_due_in_the_ticks_that_are_multiples_of_its_period():
     simulation = simulation_with(gnss={"period_s": 0.2}, imu={"period_s": 0.05})
     for observation in weave(simulation, 30):
-        tick = round((observation.stamp[0] + 1e-9 * observation.stamp[1]) / TICK_S)
+        tick = round(1e-9 * observation.stamp_ns / TICK_S)
         assert (observation.readings.gnss is not None) == (tick % 4 == 0)
         assert observation.readings.imu is not None
 

@@ -98,25 +98,22 @@ def every(seconds: float, function: Callable[[], object]) -> None:
     threading.Thread(target=run, daemon=True).start()
 
 
-def offer_reload(
-    load: Callable[[], object], execute: Callable[[Callable], Any] = lambda function: function()
-) -> None:
+def offer_reload(load: Callable[[], object]) -> None:
     """Offer the service ~reload (std_srvs/Trigger), which calls `load` to read parameters again.
 
     Args:
         load: reads the parameters and uses them from then on; it raises TypeError or ValueError for
             a bad one, and then changes nothing
-        execute: calls a function, in the thread that owns the state, and returns its result
     """
 
-    def reload() -> tuple[bool, str]:
+    def reload(_request: object) -> tuple[bool, str]:
         try:
             load()
         except (TypeError, ValueError) as error:
             return False, str(error)
         return True, "the parameters are in use"
 
-    rospy.Service("~reload", Trigger, lambda _request: execute(reload))
+    rospy.Service("~reload", Trigger, reload)
 
 
 def spin_with(loop: Callable[[], object]) -> None:

@@ -1,11 +1,15 @@
-"""Pose and speed of a nav_msgs/Odometry message."""
+"""Pose and speed of a nav_msgs/Odometry message, and the topic of the true ones."""
 
 from __future__ import annotations
 
 import math
 
+import rospy
 from geometry_msgs.msg import Quaternion
 from nav_msgs.msg import Odometry
+
+# Where a simulator with `truth: false` publishes what it otherwise publishes as odometry.
+GROUND_TRUTH = "/sim/ground_truth/odometry"
 
 
 def yaw_from_quaternion(q: Quaternion) -> float:
@@ -35,3 +39,12 @@ def pose_and_speed(odometry: Odometry) -> tuple[float, float, float, float]:
     if not all(map(math.isfinite, numbers)):
         raise ValueError("one of its numbers is not finite")
     return numbers
+
+
+def true_odometry_topic(ego: str) -> str:
+    """Return the topic with the true odometry of the vehicle.
+
+    Args:
+        ego: prefix of the topics of the vehicle, such as /carla/ego_vehicle
+    """
+    return ego + "/odometry" if rospy.get_param("/sim/truth", True) else GROUND_TRUTH

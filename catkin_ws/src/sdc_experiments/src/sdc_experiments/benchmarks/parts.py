@@ -74,7 +74,7 @@ def parts(_options: argparse.Namespace) -> Iterator[dict[str, float]]:
         for tick in range(first, first + _TICKS):
             marks = [("", time.perf_counter())]
             state, stamp = vehicle.state, rospy.Time.from_sec(tick * TICK_S)
-            observation = Snapshot((stamp.secs, stamp.nsecs), state, state).observation()
+            observation = Snapshot(stamp.to_nsec(), state, state).observation()
             path = planner.plan(observation)
             marks.append(("planner", time.perf_counter()))
             reference.update(path.points)

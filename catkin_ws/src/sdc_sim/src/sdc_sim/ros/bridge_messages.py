@@ -10,13 +10,16 @@ import rospy
 from carla_msgs.msg import (
     CarlaActorInfo,
     CarlaActorList,
+    CarlaBoundingBox,
     CarlaCollisionEvent,
     CarlaEgoVehicleControl,
     CarlaEgoVehicleInfo,
     CarlaEgoVehicleInfoWheel,
     CarlaEgoVehicleStatus,
     CarlaStatus,
+    CarlaTrafficLightInfo,
     CarlaTrafficLightInfoList,
+    CarlaTrafficLightStatus,
     CarlaTrafficLightStatusList,
     CarlaWorldInfo,
 )
@@ -30,6 +33,7 @@ from carla_ros_bridge.msg import (
 )
 from derived_object_msgs.msg import Object, ObjectArray
 from geometry_msgs.msg import Point, Pose, Vector3
+from sdc_msgs.msg import Obstacle, ObstacleArray
 from shape_msgs.msg import SolidPrimitive
 from std_msgs.msg import ColorRGBA, Float32, Header, String
 from visualization_msgs.msg import Marker
@@ -37,10 +41,9 @@ from visualization_msgs.msg import Marker
 from sdc_common.driving import Command
 from sdc_sim.physics.ackermann import AckermannTarget
 from sdc_sim.physics.obstacles import COLOURS, ObstacleState
+from sdc_sim.physics.traffic_lights import LANE_WIDTH_M
 from sdc_sim.ros.message_conversion import (
     MAP_FRAME,
-    light_info_message,
-    light_status_message,
     map_vector,
     quaternion_from_yaw,
 )
@@ -50,6 +53,9 @@ from sdc_sim.simulation.snapshot import Snapshot
 
 EGO_ID = 1
 _EGO_HEIGHT_M = 1.5
+# Length along the lane and height of a traffic light's trigger volume.
+_LINE_DEPTH_M = 1.0
+_LINE_HEIGHT_M = 2.0
 _CLASSES = {"car": Object.CLASSIFICATION_CAR, "pedestrian": Object.CLASSIFICATION_PEDESTRIAN}
 # Blueprints of CARLA; a client tells the kinds of actors apart by the first word.
 _BLUEPRINTS = {
@@ -91,12 +97,11 @@ class World:
     @property
     def header(self) -> Header:
         """A header in the map with the time of the last tick."""
-        return Header(stamp=rospy.Time(*self.snapshot.stamp), frame_id=MAP_FRAME)
+        return self.header_in(MAP_FRAME)
 
-    @property
-    def vehicle_header(self) -> Header:
-        """A header in the frame of the vehicle."""
-        return Header(stamp=rospy.Time(*self.snapshot.stamp), frame_id=self.role_name)
+    def header_in(self, frame: str) -> Header:
+        """Return a header in a frame with the time of the last tick."""
+        return Header(stamp=rospy.Time(0, self.snapshot.stamp_ns), frame_id=frame)
 
     @property
     def vehicle_type(self) -> str:
@@ -105,14 +110,48 @@ class World:
 
 
 def light_info(world: World) -> list[CarlaTrafficLightInfoList]:
-    """Return the positions of the traffic lights."""
-    plans = world.simulation.lights.plans
-    return [light_info_message(plans, world.snapshot.traffic_lights)]
+    """Return the positions of the traffic lights.
+
+    The centre of a trigger volume is the middle of the stop line; its width is a lane.
+    """
+    infos = []
+    for plan, light in zip(world.simulation.lights.plans, world.snapshot.traffic_lights):
+        yaw = light.heading_rad + math.pi
+        c, s = math.cos(yaw), math.sin(yaw)
+        east, north = plan.x_m - light.x_m, plan.y_m - light.y_m
+        centre = Vector3(c * east + s * north, c * north - s * east, 0.0)
+        infos.append(
+            CarlaTrafficLightInfo(
+                light.id,
+                Pose(Point(light.x_m, light.y_m, 0.0), quaternion_from_yaw(yaw)),
+                CarlaBoundingBox(centre, Vector3(_LINE_DEPTH_M, LANE_WIDTH_M, _LINE_HEIGHT_M)),
+            )
+        )
+    return [CarlaTrafficLightInfoList(infos)]
 
 
 def light_status(world: World) -> list[CarlaTrafficLightStatusList]:
     """Return the colours of the traffic lights."""
-    return [light_status_message(world.snapshot.traffic_lights)]
+    return [CarlaTrafficLightStatusList(_colours(world))]
+
+
+def _colours(world: World) -> list[CarlaTrafficLightStatus]:
+    return [CarlaTrafficLightStatus(one.id, one.state) for one in world.snapshot.traffic_lights]
+
+
+def obstacles(world: World) -> list[ObstacleArray]:
+    """Return the true states of obstacles and traffic lights."""
+    states = [
+        Obstacle(
+            one.id,
+            one.kind,
+            Pose(Point(one.x_m, one.y_m, 0.0), quaternion_from_yaw(one.yaw_rad)),
+            Vector3(one.length_m, one.width_m, one.height_m),
+            one.speed_mps,
+        )
+        for one in world.snapshot.obstacles
+    ]
+    return [ObstacleArray(world.header, states, _colours(world))]
 
 
 def world_info(world: World) -> list[CarlaWorldInfo]:
@@ -196,7 +235,7 @@ def collisions(world: World) -> list[CarlaCollisionEvent]:
     """Return the contacts that began in the last tick."""
     return [
         CarlaCollisionEvent(
-            header=world.vehicle_header,
+            header=world.header_in(world.role_name),
             other_actor_id=event.id,
             normal_impulse=Vector3(event.impulse_x_ns, event.impulse_y_ns, 0.0),
         )

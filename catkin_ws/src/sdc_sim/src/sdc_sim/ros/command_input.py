@@ -14,8 +14,7 @@ from sdc_sim.ros.connections import Connections, is_connected
 from sdc_sim.ros.loop_lock import LoopLock
 from sdc_sim.ros.message_conversion import ackermann_target, vehicle_command
 from sdc_sim.ros.simulation_setup import SimulationSetup
-from sdc_sim.simulation.answer_tracker import UNSTAMPED, AnswerTracker
-from sdc_sim.simulation.command_mux import Command, CommandArbiter
+from sdc_sim.simulation.command_mux import AnswerTracker, Command, CommandArbiter
 
 # After this time without a command of the active publisher, another one may take control.
 _HANDOVER_S = 0.5
@@ -38,7 +37,6 @@ class CommandInput:
         self.topic = setup.ego + "/vehicle_control_cmd"
         self.answers = AnswerTracker()
         self._simulation = setup.simulation
-        self._lock = lock
         self._lockstep = setup.lockstep
         self._drive_log = setup.drive_log
         self._arbiter = CommandArbiter(round(_HANDOVER_S / setup.simulation.tick_s))
@@ -51,6 +49,7 @@ class CommandInput:
             return rospy.Subscriber(topic, message_class, callback, queue_size=10, tcp_nodelay=True)
 
         self._subscribers = [subscriber(self.topic, control_class, lock.guarded(self._on_control))]
+        self._on_ackermann = lock.guarded(self._accept_target)
         if setup.ackermann_cmd:
             self._subscribers.append(subscriber(self._targets, AckermannDrive, self._on_target))
         manual = lock.guarded(self._on_manual_control)
@@ -82,12 +81,11 @@ class CommandInput:
             )
             return
         self._drive_log.add_command(message)
-        stamp = message.header.stamp.secs, message.header.stamp.nsecs
-        observed = self._simulation.snapshot.stamp
-        if self._lockstep and self.answers.is_repeated(stamp, observed):
+        stamp_ns, observed_ns = message.header.stamp.to_nsec(), self._simulation.snapshot.stamp_ns
+        if self._lockstep and self.answers.is_repeated(stamp_ns, observed_ns):
             return
         if self._accept(vehicle_command(message), self.topic):
-            self.answers.record(stamp, observed)
+            self.answers.record(stamp_ns, observed_ns)
             if self._lockstep and not self.answers.by_stamp:
                 rospy.loginfo_once(
                     "sim: commands have no stamp of an odometry; the first one after a tick "
@@ -97,11 +95,11 @@ class CommandInput:
     def _on_target(self, message: AckermannDrive) -> None:
         # Without the lock: the loop does not wait for the ROS master.
         if not (self._asks_for_others and self._other_control.exists()):
-            self._lock.call(self._on_ackermann, message)
+            self._on_ackermann(message)
 
-    def _on_ackermann(self, message: AckermannDrive) -> None:
+    def _accept_target(self, message: AckermannDrive) -> None:
         if self._accept(ackermann_target(message), self._targets):
-            self.answers.record(UNSTAMPED, self._simulation.snapshot.stamp)
+            self.answers.record(0, self._simulation.snapshot.stamp_ns)
 
     def _on_manual_control(self, message: Any) -> None:
         self._accept(vehicle_command(message), self.topic + "_manual", manual=True)

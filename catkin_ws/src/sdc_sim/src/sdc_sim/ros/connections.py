@@ -123,7 +123,7 @@ def wait_for_connections(
             return
         if waited_s > _WARNING_AFTER_S:
             rospy.logwarn_once(f"sim: waiting for {'; '.join(names)}")
-        lock.wait(_POLL_S)
+        lock.wait_until(_POLL_S)
 
 
 def is_connected(subscriber: rospy.Subscriber) -> bool:

@@ -33,11 +33,10 @@ class DriveLog:
         """Add the pose and speed that the odometry holds, and the collisions of this tick."""
         if self._file is None:
             return
-        seconds, nanoseconds = observation.stamp
-        stamp_ns = seconds * 1_000_000_000 + nanoseconds
         for event in observation.collisions:
-            self._write(["collision", stamp_ns, event.id])
-        self._write(["odometry", stamp_ns, *map(float, pose_and_speed(odometry))])
+            self._write(["collision", observation.stamp_ns, event.id])
+        pose = map(float, pose_and_speed(odometry))
+        self._write(["odometry", observation.stamp_ns, *pose])
 
     def add_command(self, message: Any) -> None:
         """Add a command that the simulator received."""

@@ -106,7 +106,7 @@ class OtherCamera:
             light,
             time_s=observation.time_s,
         )
-        self._topics.publish(picture, rospy.Time(*observation.stamp))
+        self._topics.publish(picture, rospy.Time(0, observation.stamp_ns))
 
 
 class FrontCamera:
@@ -181,7 +181,7 @@ class FrontCamera:
             picture, state.x_m, state.y_m, state.yaw_rad, boxes, observation.time_s
         )
         dim(picture, light)
-        self._topics.publish(picture, rospy.Time(*observation.stamp))
+        self._topics.publish(picture, rospy.Time(0, observation.stamp_ns))
         for camera in self._others:
             camera.publish(observation, boxes, light)
 

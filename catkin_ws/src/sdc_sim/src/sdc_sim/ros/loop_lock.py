@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import threading
 from typing import Any, Callable
 
@@ -10,35 +9,25 @@ from typing import Any, Callable
 _LEAST_WAIT_S = 0.001
 
 
-class LoopLock:
+class LoopLock(threading.Condition):
     """Lets callbacks of other threads change the state of a loop only while the loop waits.
 
-    The loop holds the lock (`with`) except in `wait`.
+    The loop holds the lock (`with`) except in `wait_until`.
     """
 
-    def __init__(self) -> None:
-        self._condition = threading.Condition()
-
-    def __enter__(self) -> LoopLock:
-        self._condition.acquire()
-        return self
-
-    def __exit__(self, *_error: object) -> None:
-        self._condition.release()
-
-    def call(self, function: Callable, *arguments: Any) -> Any:
-        """Call a function while the loop waits, wake the loop up, and return the result."""
-        with self._condition:
-            try:
-                return function(*arguments)
-            finally:
-                self._condition.notify_all()
-
     def guarded(self, function: Callable) -> Callable:
-        """Return a callback that calls this function as `call` does."""
-        return functools.partial(self.call, function)
+        """Return a callback that calls this function while the loop waits, and wakes it up."""
 
-    def wait(self, timeout_s: float, done: Callable[[], bool] = lambda: False) -> bool:
+        def call(*arguments: Any) -> Any:
+            with self:
+                try:
+                    return function(*arguments)
+                finally:
+                    self.notify_all()
+
+        return call
+
+    def wait_until(self, timeout_s: float, done: Callable[[], bool] = lambda: False) -> bool:
         """Wait until `done()`, which is tested after each callback, or until the timeout.
 
         Args:
@@ -48,4 +37,4 @@ class LoopLock:
         Returns:
             whether `done()`
         """
-        return self._condition.wait_for(done, max(timeout_s, _LEAST_WAIT_S))
+        return self.wait_for(done, max(timeout_s, _LEAST_WAIT_S))

@@ -3,36 +3,33 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Iterable
+from typing import Any, Sequence
 
+import numpy as np
 import rospy
 from ackermann_msgs.msg import AckermannDrive
-from carla_msgs.msg import (
-    CarlaBoundingBox,
-    CarlaTrafficLightInfo,
-    CarlaTrafficLightInfoList,
-    CarlaTrafficLightStatus,
-    CarlaTrafficLightStatusList,
-)
 from geometry_msgs.msg import Point, Pose, Quaternion, TransformStamped, Vector3
 from nav_msgs.msg import Odometry
-from sdc_msgs.msg import Obstacle, ObstacleArray
+from sensor_msgs.msg import Imu, JointState, NavSatFix, NavSatStatus, PointCloud2, PointField
 from std_msgs.msg import Header
 
+from sdc_common.geometry.geodesy import geodetic_from_map
 from sdc_common.ros.odometry import yaw_from_quaternion
 from sdc_sim.physics.ackermann import AckermannTarget
-from sdc_sim.physics.obstacles import ObstacleState
-from sdc_sim.physics.traffic_lights import LANE_WIDTH_M, TrafficLightPlan, TrafficLightState
 from sdc_sim.physics.vehicle import VehicleCommand, VehicleState
+from sdc_sim.sensors.readings import WHEELS, GnssReading, ImuReading
+from sdc_sim.sensors.settings import GnssSettings, ImuSettings
 
 MAP_FRAME = "map"
 VEHICLE_FRAME = "ego_vehicle"
 
 # Points of RViz that are farther from the origin are refused.
 _MAX_DISTANCE_M = 1e5
-# Length along the lane and height of a traffic light's trigger volume.
-_LINE_DEPTH_M = 1.0
-_LINE_HEIGHT_M = 2.0
+_WHEEL_NAMES = [wheel + "_wheel" for wheel in WHEELS]
+_POINT_FIELDS = [
+    PointField(name, 4 * number, PointField.FLOAT32, 1)
+    for number, name in enumerate(("x", "y", "z", "intensity"))
+]
 
 
 def map_vector(yaw_rad: float, forward: float, left: float) -> Vector3:
@@ -128,51 +125,56 @@ def vehicle_transform(odometry: Odometry) -> TransformStamped:
     return transform
 
 
-def obstacles_message(
-    obstacles: Iterable[ObstacleState], lights: Iterable[TrafficLightState], stamp: rospy.Time
-) -> ObstacleArray:
-    """Return the true states of obstacles and traffic lights."""
-    return ObstacleArray(
-        Header(stamp=stamp, frame_id=MAP_FRAME),
-        [
-            Obstacle(
-                one.id,
-                one.kind,
-                Pose(Point(one.x_m, one.y_m, 0.0), quaternion_from_yaw(one.yaw_rad)),
-                Vector3(one.length_m, one.width_m, one.height_m),
-                one.speed_mps,
-            )
-            for one in obstacles
-        ],
-        [CarlaTrafficLightStatus(light.id, light.state) for light in lights],
+def imu_message(reading: ImuReading, settings: ImuSettings, header: Header) -> Imu:
+    """Return acceleration and rotation; there is no orientation (REP 145)."""
+    return Imu(
+        header=header,
+        orientation_covariance=[-1.0] + [0.0] * 8,
+        angular_velocity=Vector3(*reading.rate_radps),
+        angular_velocity_covariance=_diagonal(settings.rate_noise_radps),
+        linear_acceleration=Vector3(*reading.acceleration_mps2),
+        linear_acceleration_covariance=_diagonal(settings.acceleration_noise_mps2),
     )
 
 
-def light_status_message(lights: Iterable[TrafficLightState]) -> CarlaTrafficLightStatusList:
-    """Return the colours of all traffic lights."""
-    return CarlaTrafficLightStatusList(
-        [CarlaTrafficLightStatus(light.id, light.state) for light in lights]
-    )
+def gnss_message(reading: GnssReading, settings: GnssSettings, header: Header) -> NavSatFix:
+    """Return latitude and longitude [deg]; NaN without a fix.
 
-
-def light_info_message(
-    plans: Iterable[TrafficLightPlan], lights: Iterable[TrafficLightState]
-) -> CarlaTrafficLightInfoList:
-    """Return the positions of the traffic lights.
-
-    The centre of a trigger volume is the middle of the stop line; its width is a lane.
+    The covariance is what a receiver knows: it contains no reflections.
     """
-    infos = []
-    for plan, light in zip(plans, lights):
-        yaw = light.heading_rad + math.pi
-        c, s = math.cos(yaw), math.sin(yaw)
-        east, north = plan.x_m - light.x_m, plan.y_m - light.y_m
-        centre = Vector3(c * east + s * north, c * north - s * east, 0.0)
-        infos.append(
-            CarlaTrafficLightInfo(
-                light.id,
-                Pose(Point(light.x_m, light.y_m, 0.0), quaternion_from_yaw(yaw)),
-                CarlaBoundingBox(centre, Vector3(_LINE_DEPTH_M, LANE_WIDTH_M, _LINE_HEIGHT_M)),
-            )
-        )
-    return CarlaTrafficLightInfoList(infos)
+    message = NavSatFix(header=header)
+    message.status.service = NavSatStatus.SERVICE_GPS
+    if not reading.has_fix:
+        message.status.status = NavSatStatus.STATUS_NO_FIX
+        message.latitude = message.longitude = message.altitude = math.nan
+        return message
+    message.latitude, message.longitude = geodetic_from_map(reading.x_m, reading.y_m)
+    message.altitude = reading.z_m
+    message.position_covariance = _diagonal(math.hypot(settings.noise_m, settings.bias_m))
+    message.position_covariance_type = NavSatFix.COVARIANCE_TYPE_DIAGONAL_KNOWN
+    return message
+
+
+def wheel_speeds_message(reading: Sequence[float], header: Header) -> JointState:
+    """Return the angular velocities of the wheels [rad/s]."""
+    return JointState(header=header, name=_WHEEL_NAMES, velocity=reading)
+
+
+def point_cloud_message(reading: np.ndarray, header: Header) -> PointCloud2:
+    """Return the points (N, 4) of a scan: x, y, z [m] and intensity."""
+    points = np.ascontiguousarray(reading, np.float32)
+    return PointCloud2(
+        header=header,
+        height=1,
+        width=len(points),
+        fields=_POINT_FIELDS,
+        point_step=16,
+        row_step=16 * len(points),
+        data=points.tobytes(),
+        is_dense=True,
+    )
+
+
+def _diagonal(deviation: float) -> list[float]:
+    variance = deviation * deviation
+    return [variance, 0.0, 0.0, 0.0, variance, 0.0, 0.0, 0.0, variance]

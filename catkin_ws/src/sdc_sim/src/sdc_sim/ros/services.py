@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, Callable
 
 import rospy
@@ -13,7 +14,42 @@ from sdc_sim.physics.obstacles import ObstaclePlan
 from sdc_sim.ros.loop_lock import LoopLock
 from sdc_sim.ros.message_conversion import MAP_FRAME, map_point, map_pose
 from sdc_sim.ros.simulation_setup import SimulationSetup
-from sdc_sim.simulation.pause import PauseControl
+
+
+class PauseControl:
+    """Counts the ticks that may still be taken: all, or the steps of a paused simulation."""
+
+    def __init__(self) -> None:
+        self._ticks = math.inf
+
+    @property
+    def paused(self) -> bool:
+        """Whether the simulation stops, now or after some steps."""
+        return self._ticks < math.inf
+
+    @property
+    def waiting(self) -> bool:
+        """Whether the next tick has to wait for `resume` or `step`."""
+        return self._ticks == 0
+
+    def pause(self) -> None:
+        """Pause after the present tick."""
+        self._ticks = 0
+
+    def resume(self) -> None:
+        """Run."""
+        self._ticks = math.inf
+
+    def step(self) -> None:
+        """Allow one more tick, then pause; a running simulation pauses after it."""
+        self._ticks = self._ticks + 1 if self.paused else 1
+
+    def take(self) -> bool:
+        """Return whether the next tick is allowed now, and count it."""
+        if self.waiting:
+            return False
+        self._ticks -= 1
+        return True
 
 
 class SimulationServices:
@@ -49,7 +85,7 @@ class SimulationServices:
             ("reset", self._reset),
         ):
             rospy.Service("~" + name, Trigger, self._service(change))
-        offer_reload(self._reload, lock.call)
+        offer_reload(lock.guarded(self._reload))
         self._subscribe("/initialpose", PoseWithCovarianceStamped, self._on_pose)
         self._subscribe("/clicked_point", PointStamped, self._on_click)
         handlers: dict[str, tuple[type, Callable[[Any], None]]] = {

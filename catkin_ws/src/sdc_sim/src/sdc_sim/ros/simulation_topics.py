@@ -1,20 +1,124 @@
-"""All topics that the sim node publishes in a tick."""
+"""All topics that the sim node publishes: the table, and when each of them is published."""
 
 from __future__ import annotations
 
+from typing import Any, Callable, NamedTuple, Sequence
+
 import rospy
+import tf2_ros
+from carla_msgs.msg import (
+    CarlaActorList,
+    CarlaCollisionEvent,
+    CarlaEgoVehicleInfo,
+    CarlaEgoVehicleStatus,
+    CarlaLaneInvasionEvent,
+    CarlaStatus,
+    CarlaTrafficLightInfoList,
+    CarlaTrafficLightStatusList,
+    CarlaWorldInfo,
+)
+from carla_ros_bridge.msg import EgoVehicleControlInfo
+from derived_object_msgs.msg import ObjectArray
+from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
+from sdc_msgs.msg import ObstacleArray
+from sensor_msgs.msg import Imu, JointState, NavSatFix, PointCloud2
+from std_msgs.msg import Float32, Header, String
 from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import Marker, MarkerArray
 
-from sdc_common.ros.ground_truth import GROUND_TRUTH
 from sdc_common.ros.node import LoopPublisher
-from sdc_sim.ros.bridge_topics import BridgeTopics
-from sdc_sim.ros.message_conversion import odometry_message, vehicle_transform
+from sdc_common.ros.odometry import GROUND_TRUTH
+from sdc_sim.road.lane_invasion import LaneInvasionDetector
+from sdc_sim.road.opendrive import opendrive
+from sdc_sim.road.road import Road
+from sdc_sim.ros import bridge_messages
+from sdc_sim.ros.bridge_messages import World
+from sdc_sim.ros.bridge_versions import BRIDGE_VERSIONS
+from sdc_sim.ros.message_conversion import (
+    MAP_FRAME,
+    gnss_message,
+    imu_message,
+    odometry_message,
+    point_cloud_message,
+    vehicle_transform,
+    wheel_speeds_message,
+)
 from sdc_sim.ros.picture_feed import PictureFeed
-from sdc_sim.ros.sensor_topics import SensorTopics
 from sdc_sim.ros.simulation_setup import SimulationSetup
-from sdc_sim.sensors.readings import SensorReadings
+from sdc_sim.sensors.readings import (
+    GNSS_MOUNT_M,
+    IMU_MOUNT_M,
+    LIDAR_MOUNT_M,
+    PLANAR_LIDAR_MOUNT_M,
+    SensorReadings,
+)
+
+# Period of the topics for people, in simulated time.
+_DISPLAY_PERIOD_S = 0.2
+# Period of the messages that there is no obstacle.
+_NO_OBSTACLE_PERIOD_S = 1.0
+_QUEUE_SIZE = 100
+
+# When a topic is published. CHANGE and READING: in the thread of the loop.
+ONCE = "at the start, latched"
+CHANGE = "when it changes, latched"
+READING = "when a sensor is due, latched"
+TICK = "in each tick, while it has subscribers"
+STATUS = "as TICK, latched"
+
+
+class Topic(NamedTuple):
+    """A row of the table.
+
+    Attributes:
+        name: a name without /carla is one of the vehicle
+        message_class: class of its messages
+        when: when it is published
+        make: returns the messages of the last observation
+    """
+
+    name: str
+    message_class: type
+    when: str
+    make: Callable[[World], Sequence[Any]]
+
+
+class Sensor(NamedTuple):
+    """How a sensor is published.
+
+    Attributes:
+        field: field of the readings
+        message_class: class of its messages
+        position_m: position on the vehicle [m]; None without a frame
+        convert: returns the message of a reading, the settings and a header
+    """
+
+    field: str
+    message_class: type
+    position_m: tuple[float, float, float] | None
+    convert: Callable[[Any, Any, Header], Any]
+
+
+def _point_cloud(reading: Any, _settings: Any, header: Header) -> PointCloud2:
+    return point_cloud_message(reading, header)
+
+
+# By their names in config/sim.yaml. The wheel speeds are last: nodes use a tick's readings then.
+_SENSORS = {
+    "imu": Sensor("imu", Imu, IMU_MOUNT_M, imu_message),
+    "gnss": Sensor("gnss", NavSatFix, GNSS_MOUNT_M, gnss_message),
+    "speedometer": Sensor("speed_mps", Float32, None, lambda speed, *_: Float32(speed)),
+    "lidar": Sensor("lidar", PointCloud2, LIDAR_MOUNT_M, _point_cloud),
+    "planar_lidar": Sensor("planar_lidar", PointCloud2, PLANAR_LIDAR_MOUNT_M, _point_cloud),
+    "wheel_speeds": Sensor(
+        "wheel_speeds_radps",
+        JointState,
+        None,
+        lambda speeds, _settings, header: wheel_speeds_message(speeds, header),
+    ),
+}
 
 
 class SimulationTopics:
@@ -26,25 +130,118 @@ class SimulationTopics:
     """
 
     def __init__(self, setup: SimulationSetup):
+        self._setup = setup
         self._simulation = setup.simulation
-        self._truth = setup.truth
-        self.sensors = SensorTopics(setup.sensors, setup.bridge, setup.role_name)
-        odometry = setup.ego + "/odometry" if setup.truth else GROUND_TRUTH
-        self.odometry = LoopPublisher(odometry, Odometry, latch=True)
+        self._world = World(
+            setup.simulation,
+            setup.role_name,
+            setup.preset,
+            setup.map_name,
+            opendrive(setup.map_name, setup.route_m),
+            setup.lockstep,
+        )
+        tick_s = setup.simulation.tick_s
+        self._display_ticks = max(1, round(_DISPLAY_PERIOD_S / tick_s))
+        self._no_obstacle_ticks = max(1, round(_NO_OBSTACLE_PERIOD_S / tick_s))
+        self._lane_invasion_detector: LaneInvasionDetector | None = None
+        self._marker_ids: set[int] = set()
+        self._obstacle_ids: set[int] = set()
+        self._last: dict[str, Any] = {}  # messages of the topics that are published on a change
+        sensors = self._sensor_table()
+        self.odometry = LoopPublisher(
+            setup.ego + "/odometry" if setup.truth else GROUND_TRUTH, Odometry, latch=True
+        )
         self._clock = LoopPublisher("/clock", Clock, latch=True)
         self._transform = rospy.Publisher("/tf", TFMessage, queue_size=10)
-        self._role_name = setup.role_name
-        self._drive_log = setup.drive_log
-        self.bridge = BridgeTopics(setup, self.sensors.vehicle_topics)
+        # Topics that not every bridge has, and those of sensors that are on.
+        optional = set().union(*(version.topics for version in BRIDGE_VERSIONS.values()))
+        left_out = optional - setup.bridge.topics | {topic.name for topic in sensors}
+        self._topics = sensors + [one for one in self._table() if one.name not in left_out]
+        self._publishers = {topic.name: self._publisher(topic) for topic in self._topics}
+        # Before the first odometry: a planner does not know otherwise that it has to wait for them.
+        self._publish(ONCE, CHANGE)
         self._pictures = None
         if setup.pictures:
             self._pictures = PictureFeed(setup.picture_feed, setup.pictures)
 
+    def _sensor_table(self) -> list[Topic]:
+        """Return the topics of the sensors that are on, and publish where these are."""
+        topics, transforms = [], []
+        for name, sensor in _SENSORS.items():
+            if name not in self._setup.sensors:
+                continue
+            names = self._setup.bridge.sensors[name]
+            frame = self._setup.role_name + names.frame
+
+            def make(
+                world: World,
+                sensor: Sensor = sensor,
+                settings: Any = self._setup.sensors[name],
+                frame: str = frame,
+            ) -> list[Any]:
+                reading = getattr(world.snapshot.readings, sensor.field)
+                if reading is None:
+                    return []
+                return [sensor.convert(reading, settings, world.header_in(frame))]
+
+            topics.append(Topic(names.topic, sensor.message_class, READING, make))
+            if sensor.position_m is not None:
+                place = Transform(Vector3(*sensor.position_m), Quaternion(0.0, 0.0, 0.0, 1.0))
+                header = Header(frame_id=self._setup.role_name)
+                transforms.append(TransformStamped(header, frame, place))
+        if transforms:
+            self._static_tf = tf2_ros.StaticTransformBroadcaster()
+            self._static_tf.sendTransform(transforms)
+        return topics
+
+    def _table(self) -> list[Topic]:
+        m = bridge_messages
+        # The vehicle's own list came with 0.9.5; before, the world's list left the vehicle out.
+        has_own_list = "/objects" in self._setup.bridge.topics
+        objects = m.all_objects if has_own_list else m.other_objects
+        map_class = self._setup.bridge.map_class
+        table = [
+            Topic("/carla/traffic_lights/info", CarlaTrafficLightInfoList, ONCE, m.light_info),
+            Topic("/carla/traffic_lights_info", CarlaTrafficLightInfoList, ONCE, m.light_info),
+            Topic("/vehicle_info", CarlaEgoVehicleInfo, ONCE, m.vehicle_info),
+            Topic("/carla/world_info", CarlaWorldInfo, ONCE, m.world_info),
+            Topic(
+                "/carla/traffic_lights/status", CarlaTrafficLightStatusList, CHANGE, m.light_status
+            ),
+            Topic("/carla/traffic_lights", CarlaTrafficLightStatusList, CHANGE, m.light_status),
+            Topic("/obstacles", ObstacleArray, CHANGE, self._obstacles),
+            Topic("/vehicle_status", CarlaEgoVehicleStatus, TICK, m.vehicle_status),
+            Topic("/collision", CarlaCollisionEvent, TICK, m.collisions),
+            Topic("/lane_invasion", CarlaLaneInvasionEvent, TICK, self._lane_invasion),
+            # A client sends one command for each of these messages.
+            Topic("/carla/status", CarlaStatus, STATUS, m.world_status),
+            Topic("/carla/markers", MarkerArray, TICK, self._markers),
+            Topic("/carla/objects", ObjectArray, TICK, objects),
+            Topic("/objects", ObjectArray, TICK, m.other_objects),
+            Topic("/carla/actor_list", CarlaActorList, TICK, m.actor_list),
+            Topic("/carla/vehicle_marker", Marker, TICK, m.object_markers),
+            Topic("/carla/marker", Marker, TICK, m.object_markers),
+            Topic("/speedometer", Float32, TICK, m.speed),
+            Topic("/ego_vehicle_control_info", EgoVehicleControlInfo, TICK, m.control_info),
+        ]
+        if map_class:
+            make = m.map_text if map_class is String else self._map_info
+            table.append(Topic("/carla/map", map_class, ONCE, make))
+        return table
+
+    def _publisher(self, topic: Topic) -> rospy.Publisher:
+        name = topic.name if topic.name.startswith("/carla/") else self._setup.ego + topic.name
+        if topic.when in (CHANGE, READING):
+            return LoopPublisher(name, topic.message_class, latch=True)
+        latch = topic.when in (ONCE, STATUS)
+        return rospy.Publisher(name, topic.message_class, queue_size=_QUEUE_SIZE, latch=latch)
+
     @property
     def tick_topics(self) -> list[str]:
         """Names of the topics besides `odometry` that a node of the loop needs in a tick."""
-        own = [] if self._truth else [f"/carla/{self._role_name}/odometry"]
-        return [*self.bridge.tick_topics, *self.sensors.tick_topics, *own]
+        names = [topic.name for topic in self._topics if topic.when in (CHANGE, READING)]
+        own = [] if self._setup.truth else [self._setup.ego + "/odometry"]
+        return [*(self._publishers[name].resolved_name for name in names), *own]
 
     @property
     def has_camera(self) -> bool:
@@ -53,27 +250,27 @@ class SimulationTopics:
 
     def start_clock(self) -> None:
         """Publish the time of the first observation: some nodes wait for it and then subscribe."""
-        self._clock.publish(rospy.Time(*self._simulation.snapshot.stamp))
+        self._clock.publish(rospy.Time(0, self._simulation.snapshot.stamp_ns))
 
     def publish(self) -> None:
         """Publish all but the picture."""
-        observation = self._simulation.snapshot
-        stamp = rospy.Time(*observation.stamp)
+        observation, truth = self._simulation.snapshot, self._setup.truth
         # The ground truth has no noise.
-        shown = observation.measured if self._truth else observation.state
-        odometry = odometry_message(shown, stamp, self._role_name)
-        self._drive_log.add_observation(observation, odometry)
+        shown = observation.measured if truth else observation.state
+        stamp = rospy.Time(0, observation.stamp_ns)
+        odometry = odometry_message(shown, stamp, self._setup.role_name)
+        self._setup.drive_log.add_observation(observation, odometry)
         try:
-            if self._truth:
-                self.sensors.publish(observation.readings, stamp)
+            if truth:
+                self._publish(READING)
             self.odometry.publish(odometry)
             # The observation is older than the clock by the latency of the sensors.
-            self._clock.publish(rospy.Time(*self._simulation.stamp))
-            if self._truth and self._transform.get_num_connections():
+            self._clock.publish(rospy.Time(0, self._simulation.stamp_ns))
+            if truth and self._transform.get_num_connections():
                 self._transform.publish([vehicle_transform(odometry)])
-            self.bridge.publish()
-            if not self._truth:
-                self.sensors.publish(observation.readings, stamp)
+            self._publish(CHANGE, TICK, STATUS)
+            if not truth:
+                self._publish(READING)
         except rospy.ROSException:
             # At shutdown rospy closes the topics while this thread still publishes.
             if not rospy.core.is_shutdown_requested():
@@ -89,3 +286,60 @@ class SimulationTopics:
             # The camera needs no readings, which are large with a lidar.
             shown = self._simulation.snapshot._replace(readings=SensorReadings())
             self._pictures.show(shown, again)
+
+    def publish_running(self, running: bool) -> None:
+        """Publish whether the simulation runs or is paused."""
+        self._world.running = running
+        self._publishers["/carla/status"].publish(*bridge_messages.world_status(self._world))
+
+    def reset_lane_invasion(self) -> None:
+        """Forget the last position: a vehicle that was placed has crossed no line."""
+        if self._lane_invasion_detector:
+            self._lane_invasion_detector.reset()
+
+    def _publish(self, *when: str) -> None:
+        for topic in self._topics:
+            publisher = self._publishers[topic.name]
+            if topic.when not in when:
+                continue
+            if topic.when in (TICK, STATUS) and not publisher.get_num_connections():
+                continue
+            for message in topic.make(self._world):
+                if topic.when == CHANGE:
+                    if message == self._last.get(topic.name):
+                        continue
+                    self._last[topic.name] = message
+                publisher.publish(message)
+
+    def _map_info(self, world: World) -> list[Any]:
+        map_class: Any = self._setup.bridge.map_class
+        return [map_class(Header(frame_id=MAP_FRAME), world.map_name, world.opendrive)]
+
+    def _obstacles(self, world: World) -> list[ObstacleArray]:
+        """Return obstacles and lights; without any, return nothing most of the time."""
+        obstacles, lights = world.snapshot.obstacles, world.snapshot.traffic_lights
+        removed, self._obstacle_ids = self._obstacle_ids, {obstacle.id for obstacle in obstacles}
+        is_due = world.simulation.tick % self._no_obstacle_ticks == 0
+        return bridge_messages.obstacles(world) if obstacles or lights or removed or is_due else []
+
+    def _lane_invasion(self, world: World) -> list[CarlaLaneInvasionEvent]:
+        # The lane markings are computed when the topic gets its first subscriber.
+        if self._lane_invasion_detector is None:
+            self._lane_invasion_detector = LaneInvasionDetector(Road(self._setup.route_m))
+        crossed = self._lane_invasion_detector.update(world.simulation.outline)
+        return (
+            [CarlaLaneInvasionEvent(world.header_in(world.role_name), crossed)] if crossed else []
+        )
+
+    def _markers(self, world: World) -> list[MarkerArray]:
+        if world.simulation.tick % self._display_ticks:
+            return []
+        obstacles, header = world.snapshot.obstacles, world.header
+        ids = {obstacle.id for obstacle in obstacles}
+        removed, self._marker_ids = self._marker_ids - ids, ids
+        markers = [
+            Marker(header=header, ns="obstacles", id=number, action=Marker.DELETE)
+            for number in sorted(removed)
+        ]
+        markers += [bridge_messages.obstacle_marker(one, header) for one in obstacles]
+        return [MarkerArray(markers)]

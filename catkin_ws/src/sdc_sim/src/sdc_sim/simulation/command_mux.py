@@ -1,4 +1,4 @@
-"""Selection of the command that the vehicle executes: whose, software or manual, which kind."""
+"""Selection of the command that the vehicle executes, and of the observation that it answers."""
 
 from __future__ import annotations
 
@@ -134,3 +134,50 @@ class CommandArbiter:
     def release(self) -> None:
         """Accept the next command of any publisher."""
         self.active = None
+
+
+class AnswerTracker:
+    """Decides whether the last observation has an answer.
+
+    A command with a stamp answers the observation with this stamp. A command without one, whose
+    stamp is 0, answers the last observation. When a tick has ended without an answer although a
+    command with another stamp has arrived, as one of the wall clock, stamps are ignored from then
+    on.
+
+    Attributes:
+        answered: whether a command has answered the last observation
+        by_stamp: whether the last command had a stamp that is not ignored
+    """
+
+    def __init__(self) -> None:
+        self.answered = False
+        self.by_stamp = False
+        self._ignores_stamps = False
+        self._other_stamp = False
+        self._last_answered_ns = 0
+
+    def expect(self) -> None:
+        """Expect the answer to a new observation."""
+        self.answered = self._other_stamp = False
+
+    def is_repeated(self, stamp_ns: int, observed_ns: int) -> bool:
+        """Return whether a command with this stamp answers an observation that has an answer."""
+        repeated = not self._ignores_stamps and 0 < stamp_ns <= self._last_answered_ns
+        if repeated and stamp_ns < observed_ns:
+            self._other_stamp = True
+        return repeated
+
+    def record(self, stamp_ns: int, observed_ns: int) -> None:
+        """Record a command with this stamp while the observation `observed_ns` is the last one."""
+        self.by_stamp = stamp_ns != 0 and not self._ignores_stamps
+        if not self.by_stamp:
+            self.answered = True
+        elif stamp_ns == observed_ns:
+            self.answered, self._last_answered_ns = True, stamp_ns
+        else:
+            self._other_stamp = True
+
+    def give_up(self) -> None:
+        """Record that the next tick starts without an answer to the last observation."""
+        if self._other_stamp:
+            self._ignores_stamps, self.by_stamp = True, False

@@ -17,7 +17,6 @@ from sdc_sim.sensors.delay_line import DelayLine
 from sdc_sim.sensors.errors import OdometryNoise
 from sdc_sim.sensors.model import Moment
 from sdc_sim.sensors.suite import SensorSuite
-from sdc_sim.simulation.answer_tracker import Stamp
 from sdc_sim.simulation.command_mux import Command, CommandMux
 from sdc_sim.simulation.snapshot import Snapshot
 
@@ -95,9 +94,9 @@ class Simulation:
         self.reset()
 
     @property
-    def stamp(self) -> Stamp:
-        """Present simulated time (seconds, nanoseconds)."""
-        return self._stamp_at(self.tick)
+    def stamp_ns(self) -> int:
+        """Present simulated time [ns]."""
+        return self.tick * self._tick_ns
 
     @property
     def elapsed_s(self) -> float:
@@ -256,9 +255,6 @@ class Simulation:
         )
         return self.snapshot
 
-    def _stamp_at(self, tick: int) -> Stamp:
-        return divmod(tick * self._tick_ns, _NANOSECONDS)
-
     def _elapsed_at(self, tick: int) -> float:
         return (tick - self._start_tick) * self.tick_s
 
@@ -297,7 +293,7 @@ class Simulation:
             measured = VehicleState(**{**vars(state), **noisy})
         return self._sensor_line.put(
             Snapshot(
-                self._stamp_at(tick),
+                tick * self._tick_ns,
                 state,
                 measured,
                 self.obstacles.states,

@@ -12,7 +12,6 @@ from sdc_sim.physics.obstacles import CollisionEvent, ObstacleState
 from sdc_sim.physics.traffic_lights import TrafficLightState
 from sdc_sim.physics.vehicle import VehicleState
 from sdc_sim.sensors.readings import SensorReadings
-from sdc_sim.simulation.answer_tracker import Stamp
 
 _NS_PER_S = 1_000_000_000
 
@@ -21,7 +20,7 @@ class Snapshot(NamedTuple):
     """What is true at one tick, at most sensor_latency_s late, and what the sensors measure.
 
     Attributes:
-        stamp: simulated time (seconds, nanoseconds)
+        stamp_ns: simulated time [ns]
         state: true state of the vehicle
         measured: state of the vehicle with the noise of its odometry
         obstacles: all obstacles
@@ -30,7 +29,7 @@ class Snapshot(NamedTuple):
         readings: what the sensors measure in this tick
     """
 
-    stamp: Stamp
+    stamp_ns: int
     state: VehicleState
     measured: VehicleState
     obstacles: tuple[ObstacleState, ...] = ()
@@ -41,14 +40,8 @@ class Snapshot(NamedTuple):
     @property
     def time_s(self) -> float:
         """Simulated time [s]."""
-        seconds, nanoseconds = self.stamp
+        seconds, nanoseconds = divmod(self.stamp_ns, _NS_PER_S)
         return seconds + nanoseconds / 1e9
-
-    @property
-    def stamp_ns(self) -> int:
-        """Simulated time [ns]."""
-        seconds, nanoseconds = self.stamp
-        return seconds * _NS_PER_S + nanoseconds
 
     def observation(self) -> Observation:
         """Return what the software of the car receives of it, rounded as in the messages."""
