@@ -7,7 +7,6 @@ from multiprocessing import Pipe
 import numpy as np
 import pytest
 from cv_bridge import CvBridge
-from sdc_common.testing.message_listener import wait_until
 
 from sdc_common.processes import wait_until
 from sdc_common.routes.waypoint_file import load_waypoints
