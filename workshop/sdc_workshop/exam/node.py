@@ -58,11 +58,6 @@ class Node:
         self._ends: list = []
         self._awaited: list = []
 
-    @property
-    def output(self) -> str:
-        """What it has printed until now."""
-        return self.program.output
-
     def wait_until(self, condition: Callable[[], object]) -> str:
         """See Program.wait_until."""
         return self.program.wait_until(condition)

@@ -78,7 +78,7 @@ class NodeCheck(RegionCheck):
 
     def crash_problem(self, node: Node, variant: Variant) -> Problem | None:
         """Return the exception that the node did not catch, or None."""
-        return self.exception_problem(node.output, node.path, variant)
+        return self.exception_problem(node.program.output, node.path, variant)
 
     def start_problem(self, node: Node, how: str, variant: Variant) -> Problem | None:
         """Return why a node did not get ready, or None where that is unknown.
@@ -98,7 +98,7 @@ class NodeCheck(RegionCheck):
                 "it loops and never gets ready",
                 f"{_ENDLESS_LOOP} rospy.spin() is how a node waits.",
             )
-        missing = _MISSING_PARAMETER.search(node.output)
+        missing = _MISSING_PARAMETER.search(node.program.output)
         if missing:
             name, parameter = missing.groups()
             if name == f"/{self.node_name}":
@@ -133,7 +133,8 @@ class NodeCheck(RegionCheck):
         """Return why a node ended that must keep running."""
         return self.start_problem(node, "ended", variant) or Problem(
             f"{self.node_name}.py keeps running",
-            f"it ended with status {node.program.status}; its last line: {last_line(node.output)}",
+            f"it ended with status {node.program.status}; "
+            f"its last line: {last_line(node.program.output)}",
             "The last line of its output gives the cause.",
         )
 
@@ -196,7 +197,7 @@ class NodeCheck(RegionCheck):
             return found
         if how == "busy":
             return Problem(self.answer, "a callback never returns", _ENDLESS_LOOP)
-        logged = warnings(node.output)[-1:]
+        logged = warnings(node.program.output)[-1:]
         for text in logged:
             for row in self._table.get("refused", ()):
                 if row["todo"] in variant.judged and row.get("word", "") in text:

@@ -96,7 +96,7 @@ class MissionPlannerCheck(NodeCheck):
             found = self.start_problem(node, how, variant)
             if found is not None or how == "ended":
                 return found or self._ended(node, variant)
-            if "published a route" in node.output and "3" in variant.judged:
+            if "published a route" in node.program.output and "3" in variant.judged:
                 return Problem(
                     "a subscriber that starts later receives the mission, too",
                     "the mission was published, and a later subscriber received nothing",
@@ -155,7 +155,7 @@ class MissionPlannerCheck(NodeCheck):
             # A ROS node takes a while to end, during which it only waits.
             results = (node.wait_until(lambda: False) for _ in range(4))
             how = next((how for how in results if how != "idle"), "idle")
-            output = node.output
+            output = node.program.output
             if "Traceback" in output:
                 found = self.crash_problem(node, variant)
                 if found is not None and "WaypointError" not in found.seen:
