@@ -20,12 +20,6 @@ def few(examples):
     return settings(max_examples=examples, deadline=None)
 
 
-@given(start=STARTS, delay=st.integers(0, 1))
-@few(50)
-def test_driver_completes_laps_on_the_ellipse_from_any_start(start, delay):
-    assert drive(SHAPES["ellipse"], start, laps=2, delay=delay) is not None
-
-
 @pytest.mark.parametrize("shape", sorted(SHAPES))
 def test_driver_completes_laps_on_every_shape_from_any_start(shape):
     @given(start=STARTS, delay=st.integers(0, 1))

@@ -16,7 +16,7 @@ from um_msgs.msg import CarPosition, Waypoints
 from sdc_common.processes import wait_until
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from window_control import find_window, press_close_button, qt_display
+from window_control import find_window, qt_display
 
 LIMIT_SECONDS = 30.0
 NAME = "First steps"
@@ -126,19 +126,6 @@ class QtInterfaceTest(unittest.TestCase):
         self.assertAlmostEqual(carried.direction, start.direction)
         self.assertEqual(self.count(), 30, "carrying adds no waypoint")
         self.press_until(lambda: not self.latest["/paused"].data, "space", "the end of the pause")
-
-    def test_close_button_ends_the_node(self):
-        self.open_window()
-        press_close_button(self.display, self.window)
-        self.assertEqual(self.node.wait(timeout=LIMIT_SECONDS), 0)
-
-    def test_ros_shutdown_ends_the_node(self):
-        self.open_window()
-        kill = ["rosnode", "kill", "/qt_interface"]
-        quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-        # The node may still have to register.
-        wait_until(lambda: subprocess.call(kill, **quiet) == 0, LIMIT_SECONDS, "the node")
-        self.assertEqual(self.node.wait(timeout=LIMIT_SECONDS), 0)
 
     def test_node_exits_with_one_error_line_for_an_invalid_parameter(self):
         node = run_window(self.display.environment, "__name:=bad_window", "_trail_points:=-5")

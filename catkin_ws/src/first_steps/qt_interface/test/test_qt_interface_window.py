@@ -226,26 +226,6 @@ def test_legend_shows_the_laps_and_each_symbol_in_its_colour(shown):
         assert colour.rgb() in pixels, name
 
 
-@pytest.mark.parametrize("scale", [0.02, 0.1, 1.0, 7.0, 40.0])
-def test_grid_has_lines_at_round_numbers_at_most_sixty_pixels_apart(scale):
-    from qt_interface.painting import grid_step
-
-    step = grid_step(scale)
-    assert 60.0 / 2.6 < step * scale <= 60.0 * (1 + 1e-9)
-    assert f"{step:e}"[0] in "125"
-
-
-@pytest.mark.parametrize("width, height", [(600, 400), (200, 900)])
-def test_view_of_the_whole_scene_shows_all_points_within_the_margin(width, height):
-    from PyQt5.QtCore import QRectF
-
-    from qt_interface.field_widget import fit
-
-    for x, y in ((-350.0, -150.0), (350.0, 400.0)):
-        pixel_x, pixel_y = fit(QRectF(-350.0, -150.0, 700.0, 550.0), width, height).map(x, y)
-        assert 29.9 <= pixel_x <= width - 29.9 and 29.9 <= pixel_y <= height - 29.9
-
-
 def test_status_bar_shows_state_car_and_waypoints(shown):
     shown.scene.set_target(ELLIPSE[7])
     shown.window.update_status()

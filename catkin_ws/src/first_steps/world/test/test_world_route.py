@@ -1,6 +1,5 @@
 """Test the sources of waypoints and the validation of parameters."""
 
-import math
 from pathlib import Path
 
 import pytest
@@ -9,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from world.car import Field
-from world.settings import SettingsError, read_settings
+from world.settings import read_settings
 from world.simulation import Simulation
 from world.waypoints import Waypoint, WaypointError, check_route, ellipse, load_csv
 
@@ -25,12 +24,6 @@ def test_ellipse_points_are_on_the_ellipse_in_order_of_idx(count, width, height)
     assert points[0][1:] == (width / 2.0, 0.0)
     for _, x, y in points:
         assert (2.0 * x / width) ** 2 + (2.0 * y / height) ** 2 == pytest.approx(1.0)
-
-
-def test_default_world_has_thirty_points_inside_its_walls():
-    simulation = Simulation(read_settings(CONFIG))
-    assert len(simulation.waypoints) == 30
-    assert all(simulation.field.contains(x, y) for _, x, y in simulation.waypoints)
 
 
 def test_packaged_csv_file_is_a_valid_route():
@@ -101,32 +94,6 @@ def test_error_for_an_unreadable_file_names_the_parameter(tmp_path, make):
 def test_check_route_refuses_routes_without_possible_laps(points, fix):
     with pytest.raises(WaypointError, match=f"^route.csv: .*{fix}"):
         check_route(points, FIELD, 25.0, "route.csv")
-
-
-POSITIVE = [name for name, value in CONFIG.items() if isinstance(value, float)]
-POSITIVE = [name for name in POSITIVE if not name.startswith("start_")]
-BAD = (
-    [(name, value) for name in POSITIVE for value in (0, -3.0, math.nan, "wide", True)]
-    + [("waypoint_count", value) for value in (1, -30, 2.5, 65537, "many", True)]
-    + [("start_x", 400.0), ("start_y", -225.0), ("start_direction", math.nan), ("start_x", "left")]
-    + [("sensor_front_only", 1), ("waypoints_path", 5), ("waypoints_period", 3.5)]
-    + [("field_width", 20.0)]
-)
-
-
-@pytest.mark.parametrize("name, value", BAD)
-def test_error_for_an_invalid_parameter_names_it_and_the_fix(name, value):
-    with pytest.raises(SettingsError) as error:
-        read_settings({**CONFIG, name: value})
-    message = str(error.value)
-    assert message.startswith(f"parameter ~{name} is ")
-    assert "\n" not in message and any(fix in message for fix in ("give", "make"))
-
-
-@pytest.mark.parametrize("name", sorted(CONFIG))
-def test_error_for_a_missing_parameter_names_it(name):
-    with pytest.raises(SettingsError, match=f"^parameter ~{name} is missing: load"):
-        read_settings({key: value for key, value in CONFIG.items() if key != name})
 
 
 def test_simulation_refuses_an_ellipse_larger_than_the_field():

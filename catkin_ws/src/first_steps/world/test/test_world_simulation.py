@@ -5,8 +5,6 @@ from pathlib import Path
 
 import pytest
 import yaml
-from hypothesis import given
-from hypothesis import strategies as st
 
 from world.laps import LapCounter
 from world.settings import read_settings
@@ -137,13 +135,3 @@ def test_added_waypoint_is_the_last_one_and_reset_removes_it():
         and world.car == (0.0, 0.0, CONFIG["start_direction"])
         and world.laps == 0
     )
-
-
-@given(st.lists(st.tuples(st.floats(-10.0, 10.0), st.floats(0.0, 2.0)), max_size=60))
-def test_car_stays_inside_the_walls_for_any_commands(commands):
-    world = simulation()
-    for turn, time_step in commands:
-        world.steer(turn)
-        world.tick(time_step)
-        assert abs(world.car.x) <= 390.0 and abs(world.car.y) <= 215.0
-        assert -math.pi <= world.car.direction <= math.pi
