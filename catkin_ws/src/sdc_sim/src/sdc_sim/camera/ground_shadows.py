@@ -5,6 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
+from sdc_sim.camera.cell_index import CellIndex
 from sdc_sim.camera.ground_textures import TILE_PX
 from sdc_sim.camera.painting import (
     FIXED_POINT_BITS,
@@ -12,7 +13,6 @@ from sdc_sim.camera.painting import (
     shadow_hull,
 )
 from sdc_sim.camera.road_rasterizer import fixed_point
-from sdc_sim.road.centre_line import CellIndex
 from sdc_sim.road.scenery import TREE, Scenery
 from sdc_sim.simulation.weather import Weather
 

@@ -7,9 +7,9 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
+from sdc_sim.camera.cell_index import CellIndex
 from sdc_sim.camera.ground_textures import TILE_PX
 from sdc_sim.camera.painting import FIXED_POINT_BITS, halve
-from sdc_sim.road.centre_line import CellIndex
 from sdc_sim.road.road import DASH_LENGTH_M, DASH_PERIOD_M, LINE_WIDTH_M, MARGIN_M, Road
 
 # Brightness as a share of that of paint.

@@ -11,10 +11,10 @@ from sdc_sim.camera.air import Air
 from sdc_sim.camera.boxes import Box, BoxPainter
 from sdc_sim.camera.buildings import BUILDING_RANGE_M, BuildingPainter
 from sdc_sim.camera.camera_model import CameraModel
+from sdc_sim.camera.cell_index import CellIndex
 from sdc_sim.camera.paint_order import paint_order
 from sdc_sim.camera.rasterizer import NEAR_M, PolygonRasterizer
 from sdc_sim.camera.trees import TREE_RANGE_M, TreePainter
-from sdc_sim.road.centre_line import CellIndex
 from sdc_sim.road.scenery import BLOCK, HOUSE, TREE, Scenery
 from sdc_sim.simulation.weather import CLEAR, Weather
 

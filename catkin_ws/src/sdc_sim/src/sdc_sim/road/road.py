@@ -1,4 +1,4 @@
-"""A two-lane road along a route: its lanes, lines, edges and dashes.
+"""A two-lane road along a route: its samples, lanes, lines, edges and dashes.
 
 All geometry is in the ROS map frame (x forward, y left, metres). The route is the centre of the
 right-hand lane. With lane width `w` and lateral offsets positive to the left of the route:
@@ -10,9 +10,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from sdc_common.geometry.segment_index import SegmentIndex
-from sdc_sim.road.centre_line import SAMPLE_STEP_M, CentreLine
+from sdc_common.geometry.polyline import Polyline
+from sdc_common.geometry.road_line import road_line
+from sdc_common.geometry.route import chord_directions, interpolate
 from sdc_sim.road.scenery import Scenery, generate_scenery
+from sdc_sim.road.spatial_index import SegmentIndex, cell_keys, cells_of
 
 LINE_WIDTH_M = 0.15
 DASH_LENGTH_M = 3.0
@@ -22,16 +24,38 @@ MARGIN_M = 0.35  # asphalt outside the solid lines
 CHORD_TOLERANCE_M = 0.003
 # Points farther from the route than this count as off the road.
 _MIN_REACH_M = 10.0
+SAMPLE_STEP_M = 0.5
+_MAX_SAMPLES = 600_000
+_LEAD_IN_M = 30.0
+_LEAD_OUT_M = 80.0
+_MIN_SPACING_M = 0.2
+# The direction of the drawn road is that of a chord. It follows a tight bend more closely than the
+# smoothed heading of a Route: the RMS errors on the town's route are 0.25 and 0.29 degrees.
+_HALF_CHORD_M = 1.5
+# A lap that runs this close to an earlier one is the same road.
+_REPEAT_TOLERANCE_M = 0.03
+_REPEAT_AFTER_SAMPLES = 40
 
 
-class Road(CentreLine):
-    """The road along a route; see CentreLine for its samples.
+class Road:
+    """Samples of a route and of straight stretches before its start and after its end.
+
+    The route can have any spacing and can cross or overlap itself. Waypoints less than 0.2 m apart
+    are merged, and the direction is taken over a chord of 3 m, so that noise does not turn the
+    road. The line continues straight 30 m before the start and 80 m after the end, or less where it
+    would meet itself.
 
     Attributes:
         lane_width_m: width of a lane [m]
         right_edge_m: lateral offset of the right solid line [m]
         centre_line_m: lateral offset of the dashed line [m]
         left_edge_m: lateral offset of the left solid line [m]
+        points_m: (M, 2) samples, every 0.5 m, in the map frame [m]
+        s_m: (M,) arc length: 0 at the first waypoint, negative before it [m]
+        heading_rad: (M,) direction of the road, in (-pi, pi] [rad]
+        left: (M, 2) unit vectors to the left
+        length_m: arc length of the last waypoint [m]
+        repeats: (M,) mask of the samples that lie, in the same direction, on an earlier lap
     """
 
     def __init__(self, route_m: np.ndarray, lane_width_m: float = 3.5):
@@ -42,7 +66,8 @@ class Road(CentreLine):
             lane_width_m: width of a lane [m]
 
         Raises:
-            ValueError: CentreLine refuses the route, or the lane width is not positive
+            ValueError: the shape is not (N, 2), a number is not finite, all waypoints coincide, or
+                the lane width is not positive
         """
         if not (np.isfinite(lane_width_m) and lane_width_m > 0):
             raise ValueError(f"lane_width_m must be positive, got {lane_width_m}")
@@ -50,10 +75,62 @@ class Road(CentreLine):
         self.right_edge_m = -0.5 * self.lane_width_m
         self.centre_line_m = 0.5 * self.lane_width_m
         self.left_edge_m = 1.5 * self.lane_width_m
-        super().__init__(route_m, self.lane_width_m)
+        self._sample(_merge_close(road_line(_checked(route_m))))
+        self.repeats = self._find_repeats()
         own = np.flatnonzero(~(self.repeats[:-1] & self.repeats[1:]))
         reach_m = max(_MIN_REACH_M, 2.0 * self.lane_width_m)
         self._segments = SegmentIndex(self.points_m[own], self.points_m[own + 1], reach_m)
+
+    def _sample(self, route: np.ndarray) -> None:
+        s_route = np.array(Polyline(route.tolist()).s)
+        self.length_m = float(s_route[-1])
+        step = max(SAMPLE_STEP_M, self.length_m / _MAX_SAMPLES)
+        s = np.linspace(0.0, self.length_m, max(2, int(round(self.length_m / step)) + 1))
+        points = interpolate(s, s_route, route)
+        direction = chord_directions(route, s_route, s, _HALF_CHORD_M)
+
+        lead_in = _straight(points, points[0], -direction[0], _LEAD_IN_M, self.lane_width_m)
+        lead_out = _straight(points, points[-1], direction[-1], _LEAD_OUT_M, self.lane_width_m)
+        self.points_m = np.concatenate([lead_in[::-1], points, lead_out])
+        before = -SAMPLE_STEP_M * np.arange(len(lead_in), 0, -1)
+        after = self.length_m + SAMPLE_STEP_M * np.arange(1, len(lead_out) + 1)
+        self.s_m = np.concatenate([before, s, after])
+        direction = np.pad(direction, ((len(lead_in), len(lead_out)), (0, 0)), mode="edge")
+        self.heading_rad = np.arctan2(direction[:, 1], direction[:, 0])
+        self.left = np.column_stack([-direction[:, 1], direction[:, 0]])
+
+    def _find_repeats(self) -> np.ndarray:
+        cells = cells_of(self.points_m, SAMPLE_STEP_M)
+        keys, firsts = np.unique(cell_keys(cells), return_index=True)
+        repeats = np.zeros(len(cells), bool)
+        numbers = np.arange(len(cells))
+        for i in (-1, 0, 1):
+            for j in (-1, 0, 1):
+                key = cell_keys(cells + (i, j))
+                slot = np.minimum(np.searchsorted(keys, key), len(keys) - 1)
+                first = firsts[slot]
+                rows = np.flatnonzero(
+                    (keys[slot] == key) & (first < numbers - _REPEAT_AFTER_SAMPLES)
+                )
+                first = first[rows]
+                offset = self.points_m[rows] - self.points_m[first]
+                across = np.sum(offset * self.left[first], axis=1)
+                along = np.sum(self.left[rows] * self.left[first], axis=1)
+                repeats[rows[(np.abs(across) < _REPEAT_TOLERANCE_M) & (along > 0.999)]] = True
+        return repeats
+
+    def at(self, s_m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return points on the line and unit vectors to the left.
+
+        Args:
+            s_m: (N,) arc lengths, clamped to the line [m]
+
+        Returns:
+            (N, 2) points [m] and (N, 2) vectors
+        """
+        points = interpolate(s_m, self.s_m, self.points_m)
+        left = interpolate(s_m, self.s_m, self.left)
+        return points, left / np.maximum(np.linalg.norm(left, axis=1), 1e-9)[:, None]
 
     def scenery(self, seed: int = 0) -> Scenery:
         """Return trees and buildings next to the road, the same for the same road and seed."""
@@ -69,7 +146,19 @@ class Road(CentreLine):
             tolerance_m: largest distance between the road and a straight piece of it [m]
             longest_m: longest distance between two stations [m]
         """
-        return self.stations_within(self.left_edge_m + 1.0, tolerance_m, longest_m)
+        reach_m = self.left_edge_m + 1.0
+        turns = np.abs(np.diff(np.unwrap(self.heading_rad))).tolist()
+        kept = [0]
+        length = angle = 0.0
+        for i, (step, turn) in enumerate(zip(np.diff(self.s_m).tolist(), turns)):
+            bow = (length + step + reach_m * (angle + turn)) * (angle + turn) / 8.0
+            if length > 0.0 and (length + step > longest_m or bow > tolerance_m):
+                kept.append(i)
+                length = angle = 0.0
+            length += step
+            angle += turn
+        kept.append(len(self.s_m) - 1)
+        return np.array(kept)
 
     def lane_points(
         self,
@@ -108,10 +197,6 @@ class Road(CentreLine):
         """
         return self._segments.nearest_offsets(np.asarray(points_m, float).reshape(-1, 2))
 
-    def off_lane(self, points_m: np.ndarray) -> np.ndarray:
-        """Return the mask (N,) of the points (N, 2) that are in the right-hand lane of no pass."""
-        return ~self._between(points_m, self.right_edge_m, self.centre_line_m)
-
     def on_road(self, points_m: np.ndarray, margin_m: float = 0.0) -> np.ndarray:
         """Return the mask (N,) of the points (N, 2) between the solid lines of any pass.
 
@@ -127,3 +212,49 @@ class Road(CentreLine):
         for rows, offsets in self._segments.offsets(points):
             inside[rows[(offsets >= lower_m) & (offsets <= upper_m)]] = True
         return inside
+
+
+def _checked(route_m: np.ndarray) -> np.ndarray:
+    route = np.asarray(route_m, dtype=float)
+    if route.ndim != 2 or route.shape[1] != 2 or len(route) < 2:
+        raise ValueError(f"a route is an (N, 2) array with N >= 2, got shape {route.shape}")
+    finite = np.isfinite(route).all(axis=1)
+    if not finite.all():
+        raise ValueError(f"row {int(np.argmin(finite))} of the route is not finite")
+    return route
+
+
+def _merge_close(route: np.ndarray) -> np.ndarray:
+    """Return the waypoints that are far enough from the one kept before, and the last one."""
+    if len(route) > 1 and np.all(np.hypot(*np.diff(route, axis=0).T) >= _MIN_SPACING_M):
+        return route
+    kept = [0]
+    x0, y0 = route[0]
+    for i, (x, y) in enumerate(route.tolist()):
+        if (x - x0) ** 2 + (y - y0) ** 2 >= _MIN_SPACING_M**2:
+            kept.append(i)
+            x0, y0 = x, y
+    last = len(route) - 1
+    if kept[-1] != last and np.hypot(*(route[last] - route[kept[-1]])) > 1e-6:
+        if len(kept) > 1:
+            kept[-1] = last
+        else:
+            kept.append(last)
+    if len(kept) < 2:
+        raise ValueError("the route has fewer than two distinct waypoints")
+    return route[kept]
+
+
+def _straight(
+    points: np.ndarray, start: np.ndarray, direction: np.ndarray, length_m: float, reach_m: float
+) -> np.ndarray:
+    """Return samples of a straight line from `start` that ends before it meets the other points."""
+    steps = SAMPLE_STEP_M * np.arange(1, int(length_m / SAMPLE_STEP_M) + 1)
+    line = start + direction * steps[:, None]
+    lower, upper = np.minimum(start, line[-1]) - 12.0, np.maximum(start, line[-1]) + 12.0
+    others = points[np.all((points >= lower) & (points <= upper), axis=1)][::4]
+    along = (others - start) @ direction
+    across = np.abs((others - start) @ np.array([-direction[1], direction[0]]))
+    meeting = along[(along > 1.0) & (across < 4.0 * reach_m)]
+    free_m = max(0.0, float(meeting.min()) - 3.0 * reach_m) if len(meeting) else length_m
+    return line[: int(free_m / SAMPLE_STEP_M)]

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from sdc_sim.road.centre_line import CentreLine, cell_keys, cells_of
+from sdc_sim.road.spatial_index import cell_keys, cells_of
 
 TREE, HOUSE, BLOCK = 0, 1, 2
 # Shapes, for the camera and the lidars. Trees, as shares of their height:
@@ -49,8 +50,22 @@ class Scenery:
         return len(self.kind)
 
 
+class Samples(Protocol):
+    """The samples of a road; see Road."""
+
+    points_m: np.ndarray
+    s_m: np.ndarray
+    heading_rad: np.ndarray
+    left: np.ndarray
+    length_m: float
+
+    def at(self, s_m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return points on the line and unit vectors to the left."""
+        raise NotImplementedError
+
+
 def generate_scenery(
-    line: CentreLine,
+    line: Samples,
     right_edge_m: float,
     left_edge_m: float,
     on_road: Callable[[np.ndarray, float], np.ndarray],
@@ -123,7 +138,7 @@ class _Clearance:
     One sample a cell keeps scenery off the road quickly, however many laps there are.
     """
 
-    def __init__(self, line: CentreLine, right_edge_m: float, left_edge_m: float):
+    def __init__(self, line: Samples, right_edge_m: float, left_edge_m: float):
         self._line = line
         self._edges_m = right_edge_m, left_edge_m
         keys = cell_keys(cells_of(line.points_m, _SAMPLE_CELL_M))
@@ -154,7 +169,7 @@ class _Clearance:
         return free
 
 
-def _crowded_cells(line: CentreLine) -> np.ndarray:
+def _crowded_cells(line: Samples) -> np.ndarray:
     """Return the keys of the cells that the road enters repeatedly or in which it turns sharply."""
     keys = cell_keys(cells_of(line.points_m, _CROWDED_CELL_M))
     entered = np.append(True, np.diff(keys) != 0)
@@ -163,7 +178,7 @@ def _crowded_cells(line: CentreLine) -> np.ndarray:
     return np.unique(np.concatenate([found[visits > 1], sharp]))
 
 
-def _is_free(scenery: Scenery, line: CentreLine, on_road: Callable) -> np.ndarray:
+def _is_free(scenery: Scenery, line: Samples, on_road: Callable) -> np.ndarray:
     """Return which rows are off every pass of the road.
 
     The check is exact and therefore slow: only rows near crowded cells need it, because
