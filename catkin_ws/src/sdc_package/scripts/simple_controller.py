@@ -3,16 +3,16 @@
 
 import rospy
 from nav_msgs.msg import Odometry
+from sdc_common.driving import Command
 from sdc_common.ros.connection_watchdog import watch_connections
+from sdc_common.ros.conversion import stamp_of
 from sdc_common.ros.node import LoopPublisher, every, parameter, refuse
 from sdc_common.ros.refusal import refusing
 from sdc_common.ros.speed_reason_publisher import SpeedReasonPublisher
 from sdc_common.validation import check_between
-from sdc_package.actuation import PedalMap, SteeringMap
+from sdc_package.controller import Controller
 from sdc_package.input_pairing import InputPairing
 from sdc_package.live_steering import LiveSteering
-from sdc_package.pid import PidGains
-from sdc_package.speed_control import SpeedControl, SpeedControlLimits
 from sdc_package.steering.axles import Axles
 from sdc_package.watchdog import InputWatchdog
 
@@ -33,21 +33,16 @@ class SimpleController:
         self.basic_control = parameter("basic_control")
         self.basic_throttle = parameter("basic_throttle")
         self.basic_steer = parameter("basic_steer")
-        self.stop_brake = parameter("stop_brake")
         try:
-            check_between(0.0, 1.0, basic_throttle=self.basic_throttle, stop_brake=self.stop_brake)
+            check_between(0.0, 1.0, basic_throttle=self.basic_throttle)
             check_between(-1.0, 1.0, basic_steer=self.basic_steer)
-            self.steering = LiveSteering(parameter("steering_method"), Axles(**parameter("axles")))
-            limits = SpeedControlLimits(**parameter("limits"))
-            self.speed_control = SpeedControl(PidGains(**parameter("pid")), limits)
-            self.steering_map = SteeringMap(**parameter("steering"))
-            self.pedal_map = PedalMap(**parameter("pedals"))
+            steering = LiveSteering(parameter("steering_method"), Axles(**parameter("axles")))
+            self.controller = Controller(parameter, steering)
             watchdog = InputWatchdog(parameter("patience_s"))
         except (TypeError, ValueError) as error:
             refuse(f"config/simple_controller.yaml: {error}")
         self.inputs = InputPairing(self.answer, self.stop, watchdog, not self.basic_control)
         self.reasons = SpeedReasonPublisher()
-        self.steer = 0.0
 
         # TODO 1.3: a publisher of commands to the car
         topic = "/carla/ego_vehicle/vehicle_control_cmd"
@@ -72,30 +67,25 @@ class SimpleController:
             self.inputs.add_path([(point.x, point.y, point.v) for point in path.waypoints])
             # --------------------------------------------------------------------
 
-    def answer(self, motion, path):
-        """Answer one odometry: `motion` is how the car moves, `path` is the path ahead of it."""
+    def answer(self, observation, path):
+        """Answer one odometry: `observation` is how the car moves, `path` the path ahead of it."""
         if self.basic_control:
-            self.steer = self.basic_steer
-            self.publish(motion.stamp, self.basic_throttle, self.steer, 0.0)
-            return
-        x, y, yaw, speed = motion.x_m, motion.y_m, motion.yaw_rad, motion.speed_mps
-        target = path.nearest(x, y, self.speed_control.preview_m(speed))
-        acceleration = self.speed_control.acceleration(
-            target.speed_mps, target.acceleration_mps2, speed, motion.step_s
-        )
-        wheel_angle = self.steering.wheel_angle(path, x, y, yaw, speed, motion.yaw_rate_radps)
-        throttle, brake = self.pedal_map.pedals(acceleration)
-        self.steer, _ = self.steering_map.command(wheel_angle, speed)
-        self.publish(motion.stamp, throttle, self.steer, brake)
+            self.controller.steer = self.basic_steer
+            stamp_ns = observation.stamp_ns
+            command = Command(self.basic_throttle, self.basic_steer, stamp_ns=stamp_ns)
+        else:
+            command = self.controller.command(observation, path)
+        self.send(command)
 
-    def stop(self, missing, motion, path):
+    def stop(self, missing, observation, path):
         """Brake along the last path while an input is missing; without one, hold the steer."""
-        self.reasons.timed_out(missing, motion.stamp if motion else rospy.Time.now())
-        self.speed_control.reset()
-        if missing == "path" and path is not None:
-            wheel_angle = self.steering.wheel_angle(path, *motion[1:5])
-            self.steer, _ = self.steering_map.command(wheel_angle, motion.speed_mps)
-        self.publish(rospy.Time(), 0.0, self.steer, self.stop_brake)
+        now = rospy.Time.now() if observation is None else stamp_of(observation)
+        self.reasons.timed_out(missing, now)
+        self.send(self.controller.stop(observation, path if missing == "path" else None))
+
+    def send(self, command):
+        if command is not None:
+            self.publish(stamp_of(command), command.throttle, command.steer, command.brake)
 
     def publish(self, stamp, throttle, steer, brake):
         # TODO 1.5: publish a command that carries this stamp (until then: pass)
@@ -106,7 +96,7 @@ class SimpleController:
 
     def run(self):
         watch_connections()
-        every(0.1, lambda: self.inputs.check(rospy.Time.now()))
+        every(0.1, lambda: self.inputs.check(rospy.Time.now().to_nsec()))
         rospy.spin()
 
 

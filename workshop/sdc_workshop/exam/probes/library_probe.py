@@ -126,7 +126,7 @@ def controller_answer(
         file = project / "catkin_ws/src/sdc_package/config/simple_controller.yaml"
         parameters = dict(yaml.safe_load(file.read_text(encoding="utf-8")))
     steering = load_steering("stanley", parameters["stanley"], Axles(**parameters["axles"]))
-    controller = Controller(parameters, steering)
+    controller = Controller(parameters.__getitem__, steering)
     path = ReferencePath()
     path.update([(0.9 * i, 0.45 * i + 1.0, planned(i)) for i in range(25)])
     for tick in range(TICKS):

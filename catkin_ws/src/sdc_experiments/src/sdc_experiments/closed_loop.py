@@ -111,14 +111,15 @@ def car_with(
         ValueError: the steering method cannot be built, or a parameter is not valid
     """
     config, method = _controller_config(steering, options)
-    return Car(planner, Controller(config, method), config["patience_s"])
+    return Car(planner, Controller(config.__getitem__, method), config["patience_s"])
 
 
 def controller_with(
     steering: SteeringSource | None = None, options: Mapping[str, Any] = _NO_OPTIONS
 ) -> Controller:
     """Return the controller of config/simple_controller.yaml; see `car_with`."""
-    return Controller(*_controller_config(steering, options))
+    config, method = _controller_config(steering, options)
+    return Controller(config.__getitem__, method)
 
 
 def _controller_config(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Mapping
+from typing import Any, Callable
 
 from sdc_common.driving import Command, Observation
 from sdc_common.geometry.angles import wrap_angle
@@ -21,7 +21,7 @@ class Controller:
     """Answers an observation and the path ahead with a command.
 
     Args:
-        parameters: parameters of config/simple_controller.yaml
+        parameter: returns the parameter of config/simple_controller.yaml with a given name
         steering: the steering method
 
     Attributes:
@@ -29,17 +29,17 @@ class Controller:
         last_answered: the last observation that `command` answered
 
     Raises:
-        KeyError, TypeError: a parameter is missing or unknown
+        TypeError: a section lacks a parameter or has an unknown one
         ValueError: a parameter is out of range
     """
 
-    def __init__(self, parameters: Mapping[str, Any], steering: Steering):
-        self.stop_brake = parameters["stop_brake"]
+    def __init__(self, parameter: Callable[[str], Any], steering: Steering):
+        self.stop_brake = parameter("stop_brake")
         check_between(0.0, 1.0, stop_brake=self.stop_brake)
-        limits = SpeedControlLimits(**parameters["limits"])
-        self.speed_control = SpeedControl(PidGains(**parameters["pid"]), limits)
-        self.steering_map = SteeringMap(**parameters["steering"])
-        self.pedal_map = PedalMap(**parameters["pedals"])
+        limits = SpeedControlLimits(**parameter("limits"))
+        self.speed_control = SpeedControl(PidGains(**parameter("pid")), limits)
+        self.steering_map = SteeringMap(**parameter("steering"))
+        self.pedal_map = PedalMap(**parameter("pedals"))
         self.steering = steering
         self.steer = 0.0
         self.last_answered: Observation | None = None
