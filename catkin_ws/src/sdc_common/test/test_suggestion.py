@@ -1,6 +1,6 @@
 import pytest
 
-from sdc_common.suggestion import suggestion
+from sdc_common.validation import suggestion
 
 KNOWN = ("stanley", "pure_pursuit", "lqr")
 

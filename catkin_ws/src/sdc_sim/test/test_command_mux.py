@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from sdc_sim.physics.ackermann import AckermannControl, AckermannGains, AckermannTarget
 from sdc_sim.physics.vehicle import Vehicle, VehicleCommand, VehicleState
 from sdc_sim.physics.vehicle_parameters import load_vehicle
-from sdc_sim.sensors.delay_line import DelayLine
+from sdc_sim.sensors.errors import DelayLine
 from sdc_sim.simulation.command_mux import CommandMux
 from sdc_sim.simulation.simulation import Simulation
 

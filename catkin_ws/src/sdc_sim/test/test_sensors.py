@@ -9,8 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sdc_sim.sensors.delay_line import DelayLine
-from sdc_sim.sensors.errors import OdometryNoise
+from sdc_sim.sensors.errors import DelayLine, OdometryNoise
 
 TRUE = (10.0, -5.0, 0.3, 8.0)
 

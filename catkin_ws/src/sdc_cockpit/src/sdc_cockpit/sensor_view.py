@@ -12,7 +12,7 @@ from sensor_msgs.msg import NavSatFix, PointCloud2
 from sdc_cockpit.topic_feeds import Feed, decoded
 from sdc_common.geometry.geodesy import map_from_geodetic
 from sdc_common.ros.refusal import refusing
-from sdc_sim.sensors.readings import LIDAR_MOUNT_M, PLANAR_LIDAR_MOUNT_M
+from sdc_sim.sensors.model import LIDAR_MOUNT_M, PLANAR_LIDAR_MOUNT_M
 
 EGO = "/carla/ego_vehicle"
 GNSS = EGO + "/gnss/front/gnss"

@@ -1,8 +1,10 @@
-"""Validate numeric parameters; the error names the parameter."""
+"""Validate parameters; the error names the parameter and suggests a fix."""
 
 from __future__ import annotations
 
+import difflib
 import math
+from typing import Iterable
 
 
 def check_positive(**values: object) -> None:
@@ -45,3 +47,15 @@ def is_number(value: object) -> bool:
         return math.isfinite(value)
     except OverflowError:
         return False
+
+
+def suggestion(word: str, known: Iterable[str], otherwise: str) -> str:
+    """Return the question whether the nearest known word was meant, `otherwise` if none is near.
+
+    Args:
+        word: the unknown word
+        known: all known words
+        otherwise: the fix if no known word is near
+    """
+    close = difflib.get_close_matches(word, list(known), n=1)
+    return f"did you mean '{close[0]}'?" if close else otherwise

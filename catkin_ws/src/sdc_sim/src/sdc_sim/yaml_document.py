@@ -9,8 +9,7 @@ from typing import Any, Iterable
 import rospkg
 import yaml
 
-from sdc_common.suggestion import suggestion
-from sdc_common.validation import is_number
+from sdc_common.validation import is_number, suggestion
 
 # Aliases may refer to each other, so that a short file expands without end.
 _MAX_VALUES = 100_000

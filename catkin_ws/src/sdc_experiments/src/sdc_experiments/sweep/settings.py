@@ -11,8 +11,7 @@ import rospkg
 import yaml
 
 from sdc_common.ros.catkin_workspace import absolute_path
-from sdc_common.suggestion import suggestion
-from sdc_common.validation import is_number
+from sdc_common.validation import is_number, suggestion
 
 IN_PROCESS, ROS = "in_process", "ros"
 CONTROLLER = "simple_controller"

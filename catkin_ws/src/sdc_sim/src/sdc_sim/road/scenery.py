@@ -50,7 +50,7 @@ class Scenery:
         return len(self.kind)
 
 
-class Samples(Protocol):
+class RoadSamples(Protocol):
     """The samples of a road; see Road."""
 
     points_m: np.ndarray
@@ -65,7 +65,7 @@ class Samples(Protocol):
 
 
 def generate_scenery(
-    line: Samples,
+    line: RoadSamples,
     right_edge_m: float,
     left_edge_m: float,
     on_road: Callable[[np.ndarray, float], np.ndarray],
@@ -138,7 +138,7 @@ class _Clearance:
     One sample a cell keeps scenery off the road quickly, however many laps there are.
     """
 
-    def __init__(self, line: Samples, right_edge_m: float, left_edge_m: float):
+    def __init__(self, line: RoadSamples, right_edge_m: float, left_edge_m: float):
         self._line = line
         self._edges_m = right_edge_m, left_edge_m
         keys = cell_keys(cells_of(line.points_m, _SAMPLE_CELL_M))
@@ -169,7 +169,7 @@ class _Clearance:
         return free
 
 
-def _crowded_cells(line: Samples) -> np.ndarray:
+def _crowded_cells(line: RoadSamples) -> np.ndarray:
     """Return the keys of the cells that the road enters repeatedly or in which it turns sharply."""
     keys = cell_keys(cells_of(line.points_m, _CROWDED_CELL_M))
     entered = np.append(True, np.diff(keys) != 0)
@@ -178,7 +178,7 @@ def _crowded_cells(line: Samples) -> np.ndarray:
     return np.unique(np.concatenate([found[visits > 1], sharp]))
 
 
-def _is_free(scenery: Scenery, line: Samples, on_road: Callable) -> np.ndarray:
+def _is_free(scenery: Scenery, line: RoadSamples, on_road: Callable) -> np.ndarray:
     """Return which rows are off every pass of the road.
 
     The check is exact and therefore slow: only rows near crowded cells need it, because

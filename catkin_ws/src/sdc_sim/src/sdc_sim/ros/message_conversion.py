@@ -17,7 +17,7 @@ from sdc_common.geometry.geodesy import geodetic_from_map
 from sdc_common.ros.odometry import yaw_from_quaternion
 from sdc_sim.physics.ackermann import AckermannTarget
 from sdc_sim.physics.vehicle import VehicleCommand, VehicleState
-from sdc_sim.sensors.readings import WHEELS, GnssReading, ImuReading
+from sdc_sim.sensors.model import WHEELS, GnssReading, ImuReading
 from sdc_sim.sensors.settings import GnssSettings, ImuSettings
 
 MAP_FRAME = "map"

@@ -11,8 +11,7 @@ import rospy
 from sdc_common.geometry.road_line import road_route
 from sdc_common.ros.node import parameter, refuse
 from sdc_common.routes.waypoint_file import WaypointError, load_waypoints
-from sdc_common.suggestion import suggestion
-from sdc_common.validation import check_non_negative
+from sdc_common.validation import check_non_negative, suggestion
 from sdc_sim.physics.obstacles import KINDS
 from sdc_sim.ros.bridge_versions import BRIDGE_VERSIONS
 from sdc_sim.ros.drive_log import DriveLog

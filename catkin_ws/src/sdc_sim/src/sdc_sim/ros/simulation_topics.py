@@ -47,7 +47,7 @@ from sdc_sim.ros.message_conversion import (
 )
 from sdc_sim.ros.picture_feed import PictureFeed
 from sdc_sim.ros.simulation_setup import SimulationSetup
-from sdc_sim.sensors.readings import (
+from sdc_sim.sensors.model import (
     GNSS_MOUNT_M,
     IMU_MOUNT_M,
     LIDAR_MOUNT_M,

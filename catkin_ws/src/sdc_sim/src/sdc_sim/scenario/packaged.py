@@ -10,7 +10,7 @@ from typing import Any, Mapping, NamedTuple, Sequence
 import rospkg
 import yaml
 
-from sdc_common.suggestion import suggestion
+from sdc_common.validation import suggestion
 from sdc_sim.road.route_generator import csv_lines, generate_route
 from sdc_sim.scenario.reader import Scenario
 from sdc_sim.sensors.settings import SENSORS

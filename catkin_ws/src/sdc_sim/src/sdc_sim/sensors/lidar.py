@@ -16,8 +16,13 @@ from typing import NamedTuple, Sequence
 import numpy as np
 
 from sdc_sim.sensors.errors import ErrorSizes
-from sdc_sim.sensors.model import Moment, SensorContext, SensorModel
-from sdc_sim.sensors.readings import LIDAR_MOUNT_M, PLANAR_LIDAR_MOUNT_M
+from sdc_sim.sensors.model import (
+    LIDAR_MOUNT_M,
+    PLANAR_LIDAR_MOUNT_M,
+    Moment,
+    SensorContext,
+    SensorModel,
+)
 from sdc_sim.sensors.settings import LidarSettings
 from sdc_sim.sensors.solid_bodies import FAR_M, Bodies, NearBodies, Rays, moving_bodies
 

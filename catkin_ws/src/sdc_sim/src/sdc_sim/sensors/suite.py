@@ -8,12 +8,10 @@ from typing import Any, Callable, Mapping, NamedTuple
 from sdc_common.geometry.route import Route
 from sdc_sim.physics.vehicle_parameters import VehicleParameters
 from sdc_sim.road.scenery import Scenery
-from sdc_sim.sensors.delay_line import DelayLine
-from sdc_sim.sensors.gnss import Gnss
+from sdc_sim.sensors.errors import DelayLine
 from sdc_sim.sensors.lidar import PlanarLidar, RoofLidar
-from sdc_sim.sensors.model import Moment, SensorContext, SensorModel
-from sdc_sim.sensors.motion_sensors import InertialUnit, Speedometer, WheelSpeedSensor
-from sdc_sim.sensors.readings import SensorReadings
+from sdc_sim.sensors.model import Moment, SensorContext, SensorModel, SensorReadings
+from sdc_sim.sensors.motion_sensors import Gnss, InertialUnit, Speedometer, WheelSpeedSensor
 from sdc_sim.sensors.settings import SENSORS, SensorSettings
 
 # Class and field of the readings of each sensor.

@@ -6,7 +6,7 @@ from typing import Tuple, Union
 
 from sdc_sim.physics.ackermann import AckermannControl, AckermannGains, AckermannTarget
 from sdc_sim.physics.vehicle import VehicleCommand, VehicleState
-from sdc_sim.sensors.delay_line import DelayLine
+from sdc_sim.sensors.errors import DelayLine
 
 Command = Union[VehicleCommand, AckermannTarget]
 _Entry = Tuple[Command, int]  # a command and the tick at which it was accepted

@@ -13,8 +13,7 @@ from sdc_sim.physics.collision import Contact, Rectangle
 from sdc_sim.physics.obstacles import CollisionEvent, ObstaclePlan, Obstacles
 from sdc_sim.physics.traffic_lights import TrafficLights
 from sdc_sim.physics.vehicle import Vehicle, VehicleState
-from sdc_sim.sensors.delay_line import DelayLine
-from sdc_sim.sensors.errors import OdometryNoise
+from sdc_sim.sensors.errors import DelayLine, OdometryNoise
 from sdc_sim.sensors.model import Moment
 from sdc_sim.sensors.suite import SensorSuite
 from sdc_sim.simulation.command_mux import Command, CommandMux

@@ -11,7 +11,7 @@ from sdc_common.driving import DetectedObstacle, Observation, yaw_as_sent
 from sdc_sim.physics.obstacles import CollisionEvent, ObstacleState
 from sdc_sim.physics.traffic_lights import TrafficLightState
 from sdc_sim.physics.vehicle import VehicleState
-from sdc_sim.sensors.readings import SensorReadings
+from sdc_sim.sensors.model import SensorReadings
 
 _NS_PER_S = 1_000_000_000
 
