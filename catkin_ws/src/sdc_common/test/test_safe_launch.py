@@ -17,7 +17,7 @@ def launched(monkeypatch):
     loader = dict(yaml.SafeLoader.yaml_constructors)
     monkeypatch.setattr(yaml.SafeLoader, "yaml_constructors", loader)
     monkeypatch.setattr(roslaunch, "main", arguments.extend)
-    monkeypatch.setattr(sys, "argv", ["safe_launch", "sdc_package", "all.launch", "sync:=true"])
+    monkeypatch.setattr(sys, "argv", ["safe_launch", "sdc_package", "all.launch", "sync:=true\n"])
     safe_launch.main()
     return arguments
 
@@ -35,3 +35,8 @@ def test_roslaunch_receives_the_arguments_and_plain_values_are_read(launched):
     assert launched == ["roslaunch", "sdc_package", "all.launch", "sync:=true"]
     ((values, _),) = rosparam.load_str("a: 1.5\nb: [rad, 'deg 90']\n", "file.yaml")
     assert values == {"a": 1.5, "b": ["rad", "deg 90"]}
+
+
+def test_argument_of_several_lines_is_refused_with_its_name():
+    with pytest.raises(SystemExit, match="^sim_options: the value has several lines; write it"):
+        safe_launch.one_line("sim_options:={seed: 7,\n friction: 0.6}")

@@ -28,6 +28,21 @@ def refuse_expression(_loader: yaml.SafeLoader, node: yaml.ScalarNode) -> None:
     )
 
 
+def one_line(argument: str) -> str:
+    """Return an argument without spaces and newlines at its ends.
+
+    roslaunch ignores an argument NAME:=VALUE of several lines without a message.
+
+    Raises:
+        SystemExit: the value has several lines
+    """
+    argument = argument.strip()
+    if "\n" in argument:
+        name = argument.split(":=")[0]
+        sys.exit(f"{name}: the value has several lines; write it in one line, as {{a: 1, b: 2}}")
+    return argument
+
+
 def main() -> None:
     """Disable expressions and run roslaunch."""
     # A caller that blocks Ctrl-C for itself, such as a worker of a sweep, interrupts the launch.
@@ -35,7 +50,7 @@ def main() -> None:
     assert rosparam  # imported first, so that its constructors are replaced
     for tag in EXPRESSION_TAGS:
         yaml.SafeLoader.add_constructor(tag, refuse_expression)
-    roslaunch.main(["roslaunch", *sys.argv[1:]])
+    roslaunch.main(["roslaunch", *map(one_line, sys.argv[1:])])
 
 
 if __name__ == "__main__":
