@@ -8,26 +8,22 @@ import subprocess
 
 import pytest
 
-from sdc_common.ros.master_port import free_master_port
+from sdc_common.processes import isolated_ros_environment
 from sdc_experiments.closed_loop import drive_result
 from sdc_sim.report.writer import write_report
-from sdc_sim.runner import CheckedDrive
+from sdc_sim.runner import isolated_drive
+from sdc_sim.scenario.acceptance_limits import read_report
 
 pytestmark = pytest.mark.slow(30)
 
 STACKS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "stacks")
 TIMEOUT_S = 300.0
-NO_PICTURES = {"referee_options": "{pictures: false}"}
 
 
 @pytest.fixture
 def environment(tmp_path):
-    return {
-        **os.environ,
-        "ROS_MASTER_URI": f"http://127.0.0.1:{free_master_port()}",
-        "ROS_IP": "127.0.0.1",
-        "ROS_HOME": str(tmp_path / "ros"),
-    }
+    with isolated_ros_environment(tmp_path / "ros") as variables:
+        yield variables
 
 
 def check(environment, folder, *arguments):
@@ -87,20 +83,16 @@ def test_stack_that_stops_at_lights_passes_and_gives_the_trace_of_one_process(
 
 
 @pytest.mark.nightly
-def test_stack_that_ignores_lights_fails(environment, tmp_path):
+def test_stack_that_ignores_lights_fails():
     stack = os.path.join(STACKS, "blind_to_lights.launch")
-    drive = CheckedDrive(
-        "traffic_lights", str(tmp_path / "report.json"), {**NO_PICTURES, "stack": stack}
-    )
-    lines = drive.run(TIMEOUT_S, environment=environment)
-    assert "infractions is 1, at most 0 is allowed" in lines
-    assert json.loads((tmp_path / "report.json").read_text())["infractions"]["red_light"] == 1
+    with isolated_drive("traffic_lights", {"stack": stack}) as (drive, lines):
+        assert "infractions is 1, at most 0 is allowed" in lines
+        assert read_report(drive.report_path)[0]["infractions"]["red_light"] == 1
 
 
-def test_stack_that_cannot_be_launched_fails_with_the_end_of_its_log(environment, tmp_path):
+def test_stack_that_cannot_be_launched_fails_with_the_end_of_its_log(tmp_path):
     stack = tmp_path / "broken.launch"
     stack.write_text("<launch>\n  <include file='nowhere.launch'/>\n</launch>\n")
-    drive = CheckedDrive("oval", str(tmp_path / "report.json"), {"stack": str(stack)})
-    first, *_, last = drive.run(TIMEOUT_S, environment=environment)
-    assert "wrote no report" in first
-    assert "nowhere.launch" in last
+    with isolated_drive("oval", {"stack": str(stack)}) as (_, (first, *_, last)):
+        assert "wrote no report" in first
+        assert "nowhere.launch" in last

@@ -10,10 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from sdc_common.ros.master_port import free_master_port
 from sdc_experiments.closed_loop import drive_result
 from sdc_sim.report.writer import write_report
-from sdc_sim.runner import CheckedDrive
+from sdc_sim.runner import isolated_drive
 from sdc_sim.scenario.acceptance_limits import read_report, violations
 from sdc_sim.scenario.reader import load_scenario
 
@@ -34,29 +33,17 @@ TOLERANCE = 1e-6
 WALL_CLOCK = {"wall_duration_s": None, "real_time_factor": None}
 
 
-@pytest.fixture
-def environment(tmp_path):
-    return {
-        **os.environ,
-        "ROS_MASTER_URI": f"http://127.0.0.1:{free_master_port()}",
-        "ROS_IP": "127.0.0.1",
-        "ROS_HOME": str(tmp_path / "ros"),
-    }
-
-
 @pytest.mark.parametrize(
     "name",
     [pytest.param(name, marks=() if name in ALWAYS else pytest.mark.nightly) for name in NAMES],
 )
-def test_drive_meets_the_limits_of_its_scenario(name, environment, tmp_path):
-    drive = CheckedDrive(
-        name, str(tmp_path / "report.json"), {"referee_options": "{pictures: false}"}
-    )
-    lines = drive.run(TIMEOUT_S, environment=environment)
-    assert not lines, "\n".join(lines)
-    check_trace(name, tmp_path / "report.csv")
-    if "stack" not in drive.arguments:
-        check_drive_in_process(name, tmp_path)
+def test_drive_meets_the_limits_of_its_scenario(name):
+    with isolated_drive(name, {}, timeout_s=TIMEOUT_S) as (drive, lines):
+        assert not lines, "\n".join(lines)
+        folder = Path(drive.report_path).parent
+        check_trace(name, folder / "report.csv")
+        if "stack" not in drive.arguments:
+            check_drive_in_process(name, folder)
 
 
 @pytest.mark.parametrize("name", sorted(set(NAMES) - ALWAYS - {"student_loops"}))

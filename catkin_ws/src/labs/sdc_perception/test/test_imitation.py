@@ -92,7 +92,7 @@ def test_training_finds_the_line_in_the_views():
     assert (left.curvature_1pm < right.curvature_1pm) == (answers[0, 0] < answers[1, 0])
 
 
-@pytest.mark.slow(12)
+@pytest.mark.nightly
 def test_pictures_of_the_expert_are_on_its_line_and_off_it():
     found = record_route(3, length_m=60.0)
     assert len(found) > 20

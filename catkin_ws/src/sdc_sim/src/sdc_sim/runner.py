@@ -20,10 +20,12 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 import xml.etree.ElementTree as ElementTree
-from typing import Callable, Mapping
+from typing import Any, Callable, Iterator, Mapping
 
+import numpy as np
 import rospkg
 import yaml
 
@@ -34,6 +36,7 @@ from sdc_common.ros.catkin_workspace import (
     workspace_environment,
 )
 from sdc_common.routes.waypoint_file import WaypointError, load_waypoints
+from sdc_common.processes import isolated_ros_environment
 from sdc_sim.report.writer import EVENTS, companion, complete_report, is_complete
 from sdc_sim.scenario.acceptance_limits import AcceptanceLimits, read_report, violations
 from sdc_sim.scenario.packaged import (
@@ -50,6 +53,10 @@ from sdc_sim.yaml_document import DocumentError
 
 _SHUTDOWN_TIMEOUT_S = 30.0
 _LOG_TAIL_LINES = 25
+# A node that does not end by itself is killed after this time.
+_LEFT_BEHIND_S = 10.0
+# Environment variables of the ROS master of a drive.
+_NETWORK = ("ROS_MASTER_URI", "ROS_IP", "ROS_HOME")
 
 
 def launch_arguments(
@@ -79,8 +86,12 @@ def launch_arguments(
         find_packaged("sensors", scenario.sensors, folders.sensors, ".yaml", scenario.path)
         arguments["sensors"] = scenario.sensors
     options = sim_options(scenario, folders, _parse_options(given.get("sim_options", "{}")))
-    text = yaml.safe_dump(options, default_flow_style=True, width=sys.maxsize).strip()
-    return {**arguments, **given, "sim_options": text}
+    return {**arguments, **given, "sim_options": options_text(options)}
+
+
+def options_text(options: Mapping[str, Any]) -> str:
+    """Return parameters as an argument of roslaunch: a mapping in one line of YAML."""
+    return yaml.safe_dump(dict(options), default_flow_style=True, width=sys.maxsize).strip()
 
 
 def prepare(
@@ -224,7 +235,7 @@ class CheckedDrive:
         launch = ElementTree.Element("launch")
         for node, values in self._parameters.items():
             element = ElementTree.SubElement(launch, "rosparam", ns=node)
-            element.text = yaml.safe_dump(values, default_flow_style=True, width=sys.maxsize)
+            element.text = options_text(values)
         ElementTree.ElementTree(launch).write(path)
         return path
 
@@ -234,6 +245,39 @@ class CheckedDrive:
             lines = [line for line, _ in itertools.groupby(file.read().splitlines())]
         tail = lines[-_LOG_TAIL_LINES:]
         return "\n".join([f"the last lines of {self.log_path}:", *tail])
+
+
+@contextlib.contextmanager
+def isolated_drive(
+    scenario: str,
+    given: Mapping[str, str],
+    parameters: Mapping[str, Mapping] | None = None,
+    route_m: np.ndarray | None = None,
+    timeout_s: float = 1200.0,
+) -> Iterator[tuple[CheckedDrive, list[str]]]:
+    """Drive under a ROS master of its own; the files of the drive exist during the block.
+
+    Args:
+        scenario: as that of CheckedDrive
+        given: the same
+        parameters: the same
+        route_m: (N, 2) waypoints, in place of the route of the scenario [m]
+        timeout_s: wall time after which the drive is interrupted [s]
+
+    Yields:
+        the drive, and the lines that `CheckedDrive.run` returns
+    """
+    with tempfile.TemporaryDirectory(prefix="drive_") as folder:
+        given = {"referee_options": "{pictures: false}", **given}
+        if route_m is not None:
+            given["waypoints_path"] = os.path.join(folder, "route.csv")
+            # The y axis of a waypoint file points to the right.
+            np.savetxt(given["waypoints_path"], route_m * (1.0, -1.0), fmt="%.9f", delimiter=",")
+        with isolated_ros_environment(os.path.join(folder, "ros"), _LEFT_BEHIND_S) as variables:
+            drive = CheckedDrive(scenario, os.path.join(folder, "report.json"), given, parameters)
+            network = {name: variables[name] for name in _NETWORK}
+            lines = drive.run(timeout_s, environment={**drive.environment, **network})
+        yield drive, lines
 
 
 def _world_environment() -> dict[str, str] | None:

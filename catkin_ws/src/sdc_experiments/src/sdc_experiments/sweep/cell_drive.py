@@ -8,7 +8,6 @@ import json
 import os
 import platform
 import socket
-import tempfile
 import time
 import traceback
 from pathlib import Path
@@ -17,14 +16,13 @@ from typing import Any, Sequence
 import numpy as np
 import rospkg
 
-from sdc_common.processes import isolated_ros_environment
 from sdc_experiments.closed_loop import drive_result
 from sdc_experiments.sweep.results import FAILED
 from sdc_experiments.sweep.settings import CONTROLLER, ROS, nested, text
 from sdc_experiments.sweep.study import Cell
 from sdc_experiments.sweep.true_metrics import true_metrics
 from sdc_sim.report.writer import is_complete
-from sdc_sim.runner import CheckedDrive
+from sdc_sim.runner import isolated_drive
 
 _PACKAGES = ("sdc_common", "sdc_sim", "sdc_package")
 _CODE_ENDINGS = (".py", ".yaml", ".launch", ".csv")
@@ -34,8 +32,6 @@ _ROS_SIM_OPTIONS = {"start_patience_s": 120.0, "patience_s": 20.0}
 _ROS_REFEREE_OPTIONS = {"pictures": False}
 _OPTIONS = ("sim_options", "planner_options", "referee_options")
 _MAX_LOG = 200_000
-# A node that does not end by itself is killed after this time.
-_LEFT_BEHIND_S = 10.0
 
 
 @functools.lru_cache(maxsize=None)
@@ -142,23 +138,15 @@ def _drive_nodes(cell: Cell, timeout_s: float, row: dict[str, Any]) -> str:
     given.update(sim_options=text(sim), referee_options=text(referee))
     if nested(cell.settings, "planner_options"):
         given["planner_options"] = text(nested(cell.settings, "planner_options"))
-    parameters = nested(cell.settings, CONTROLLER)
-    with tempfile.TemporaryDirectory(prefix="sweep_") as folder:
-        report = os.path.join(folder, "report.json")
-        with isolated_ros_environment(
-            os.path.join(folder, "ros"), timeout_s=_LEFT_BEHIND_S
-        ) as variables:
-            drive = CheckedDrive(
-                cell.scenario, report, given, {CONTROLLER: parameters} if parameters else {}
-            )
-            network = {name: variables[name] for name in ("ROS_MASTER_URI", "ROS_IP", "ROS_HOME")}
-            lines = drive.run(timeout_s, environment={**drive.environment, **network})
-        if not os.path.exists(report) or not is_complete(report):
+    controller = nested(cell.settings, CONTROLLER)
+    parameters = {CONTROLLER: controller} if controller else {}
+    with isolated_drive(cell.scenario, given, parameters, timeout_s=timeout_s) as (drive, lines):
+        report = Path(drive.report_path)
+        if not report.exists() or not is_complete(drive.report_path):
             log = Path(drive.log_path).read_text(encoding="utf-8", errors="replace")
             return "\n".join([*lines[:-1], log])
-        with open(report, encoding="utf-8") as file:
-            row["metrics"] = json.load(file)
+        row["metrics"] = json.loads(report.read_text(encoding="utf-8"))
         row["status"] = row["metrics"]["status"]
-        trace = Path(os.path.splitext(report)[0] + ".csv").read_bytes()
+        trace = report.with_suffix(".csv").read_bytes()
         row["trace_sha256"] = hashlib.sha256(trace).hexdigest()
     return ""

@@ -8,13 +8,11 @@ from __future__ import annotations
 import math
 import os
 import sys
-import tempfile
 from dataclasses import dataclass
 from typing import Any, Mapping, NamedTuple, Sequence
 
 import numpy as np
 import rosbag
-import yaml
 from scipy.stats import chi2
 
 from sdc_common.geometry.angles import wrap_angle
@@ -24,7 +22,7 @@ from sdc_common.ros.odometry import pose_and_speed
 from sdc_localization.localizer import Localizer, LocalizerSettings
 from sdc_localization.odometry_message import wheel_speed
 from sdc_sim.road.random_routes import long_route
-from sdc_sim.runner import CheckedDrive
+from sdc_sim.runner import isolated_drive, options_text
 from sdc_sim.scenario.acceptance_limits import read_report
 from sdc_sim.scenario.packaged import node_config
 
@@ -38,7 +36,6 @@ _TOPICS = (
     f"{_EGO}/imu",
     f"{_EGO}/gnss/front/gnss",
 )
-_TIMEOUT_S = 1200.0
 # Probability of the band in which a consistent filter is.
 _BAND = 0.95
 
@@ -115,31 +112,20 @@ def drive_localized(
     left_m, turned_rad = np.random.default_rng(seed).normal(0.0, deviations).tolist()
     start = {"left_m": left_m, "turned_rad": turned_rad}
     sim_options = {"seed": seed, "start": start, "gnss": dict(gnss or {})}
-    with tempfile.TemporaryDirectory(prefix="localization_") as folder:
-        route_path = os.path.join(folder, "route.csv")
-        # The y axis of a waypoint file points to the right.
-        np.savetxt(route_path, route_m * (1.0, -1.0), fmt="%.9f", delimiter=",")
-        given = {
-            "localization": "true",
-            "landmarks": str(landmarks).lower(),
-            "camera": "false",
-            "waypoints_path": route_path,
-            "record": "true",
-            "sim_options": yaml.safe_dump(
-                sim_options, default_flow_style=True, width=10**6
-            ).strip(),
-            "referee_options": "{pictures: false}",
-        }
-        parameters = {"record": {"topics": list(_TOPICS)}, "localizer": dict(options or {})}
-        with isolated_ros_environment(os.path.join(folder, "ros")) as environment:
-            report = os.path.join(folder, "report.json")
-            drive = CheckedDrive("", report, given, parameters)
-            drive.run(_TIMEOUT_S, environment=environment)
-        received: dict[str, dict[int, Any]] = {topic: {} for topic in _TOPICS}
-        with rosbag.Bag(os.path.join(folder, "report.bag")) as bag:
+    given = {
+        "localization": "true",
+        "landmarks": str(landmarks).lower(),
+        "camera": "false",
+        "record": "true",
+        "sim_options": options_text(sim_options),
+    }
+    parameters = {"record": {"topics": list(_TOPICS)}, "localizer": dict(options or {})}
+    received: dict[str, dict[int, Any]] = {topic: {} for topic in _TOPICS}
+    with isolated_drive("", given, parameters, route_m) as (drive, _):
+        with rosbag.Bag(os.path.splitext(drive.report_path)[0] + ".bag") as bag:
             for topic, message, _ in bag.read_messages():
                 received[topic][message.header.stamp.to_nsec()] = message
-        return _drive(read_report(report)[0], received, route_m)
+        return _drive(read_report(drive.report_path)[0], received, route_m)
 
 
 def _drive(

@@ -1,6 +1,6 @@
 """Drive by what the lab's nodes find in the picture, in lockstep, and print how well.
 
-    python3 -m sdc_perception.study.drives [NAME ...] [--weather NAME | all]
+    python3 -m sdc_perception.study.drives [NAME ...] [--weather NAME | all] [--frames FOLDER]
 
 A NAME is the seed of a random route or "town", which the car drives by the lane, or a scenario,
 which it drives by lane, lights and obstacles. The exit status is 1 if a drive is not completed, or
@@ -13,15 +13,15 @@ import argparse
 import itertools
 import os
 import sys
-import tempfile
 from typing import Any, Mapping, NamedTuple, Sequence
 
+import cv2
 import numpy as np
-import yaml
+import rosbag
+from cv_bridge import CvBridge
 
-from sdc_common.processes import isolated_ros_environment
 from sdc_sim.road.random_routes import random_route
-from sdc_sim.runner import CheckedDrive
+from sdc_sim.runner import isolated_drive, options_text
 from sdc_sim.scenario.acceptance_limits import read_report
 from sdc_sim.scenario.packaged import node_config
 
@@ -35,7 +35,7 @@ WEATHERS: dict[str, dict[str, Any]] = {
     "rain": {"weather": {"rain": 1.0}, "daylight": 0.8},
     "worn": {"weather": {"worn_lines": 0.6}},
 }
-_TIMEOUT_S = 1200.0
+_LANE, _OVERLAY = "/perception/lane", "/perception/lane_overlay"
 _NO_OPTIONS: Mapping[str, Any] = {}
 
 
@@ -51,17 +51,20 @@ class NodesDrive(NamedTuple):
         metrics: the report of the referee
         trace: columns of report.csv by name, such as `cross_track_m`
         problems: one line for each limit of the scenario that is violated
+        offset_errors_m: (N,) offset of the car in each found lane minus the true one [m]
     """
 
     metrics: dict[str, Any]
     trace: np.ndarray
     problems: list[str]
+    offset_errors_m: np.ndarray
 
 
 def drive_nodes(
     scenario: str = "",
     route_m: np.ndarray | None = None,
     sim_options: Mapping[str, Any] = _NO_OPTIONS,
+    frames: str = "",
     **given: str,
 ) -> NodesDrive:
     """Drive in lockstep under a ROS master of its own.
@@ -70,38 +73,51 @@ def drive_nodes(
         scenario: name of a scenario, "" for the route alone
         route_m: (N, 2) waypoints [m], None for the route of the scenario or the town
         sim_options: parameters that replace those of config/sim.yaml
+        frames: beginning of the names of pictures of the lane; "" for none
         given: other arguments of ./drive
     """
-    options = yaml.safe_dump(dict(sim_options), default_flow_style=True, width=10**6).strip()
-    given = {**given, "sim_options": options, "referee_options": "{pictures: false}"}
-    with tempfile.TemporaryDirectory(prefix="perception_") as folder:
-        if route_m is not None:
-            given["waypoints_path"] = os.path.join(folder, "route.csv")
-            # The y axis of a waypoint file points to the right.
-            np.savetxt(given["waypoints_path"], route_m * (1.0, -1.0), fmt="%.9f", delimiter=",")
-        with isolated_ros_environment(os.path.join(folder, "ros")) as environment:
-            drive = CheckedDrive(scenario, os.path.join(folder, "report.json"), given)
-            problems = drive.run(_TIMEOUT_S, environment=environment)
-        trace = np.genfromtxt(
-            os.path.join(folder, "report.csv"), delimiter=",", names=True, usecols=range(8)
-        )
-        return NodesDrive(read_report(drive.report_path)[0], trace, problems[:-1])
+    given = {**given, "sim_options": options_text(sim_options)}
+    topics = {"record": {"topics": [_LANE, _OVERLAY] if frames else [_LANE]}}
+    with isolated_drive(scenario, given, topics, route_m) as (drive, problems):
+        base = os.path.splitext(drive.report_path)[0]
+        trace = np.genfromtxt(f"{base}.csv", delimiter=",", names=True, usecols=range(8))
+        errors_m = _offset_errors(f"{base}.bag", trace, frames) if "record" in given else []
+        metrics = read_report(drive.report_path)[0]
+        return NodesDrive(metrics, trace, problems[:-1], np.array(errors_m))
 
 
-def drive(name: str, weather: str = "day") -> NodesDrive:
+def _offset_errors(bag_path: str, trace: np.ndarray, frames: str) -> list[float]:
+    """Return the errors of the offset of each lane in a bag [m]; store its pictures."""
+    true_m = dict(zip(np.round(trace["time_s"], 3).tolist(), trace["cross_track_m"].tolist()))
+    errors_m = []
+    with rosbag.Bag(bag_path) as bag:
+        for topic, message, _ in bag.read_messages():
+            time_s = round(message.header.stamp.to_sec(), 3)
+            if topic == _OVERLAY:
+                picture = CvBridge().imgmsg_to_cv2(message, "bgr8")
+                cv2.imwrite(f"{frames}{time_s:08.2f}.png", picture)
+            elif message.confidence > 0.0 and time_s in true_m:
+                errors_m.append(message.offset_m - true_m[time_s])
+    return errors_m
+
+
+def drive(name: str, weather: str = "day", frames: str = "") -> NodesDrive:
     """Drive with what the nodes find in the picture.
 
     Args:
         name: seed of a random route, "town", or the name of a scenario
         weather: a key of WEATHERS
+        frames: folder of the pictures of the lane; "" for none
     """
     by_lane = name == TOWN or name.isdecimal()
     return drive_nodes(
         "" if by_lane else name,
         random_route(int(name))[0] if name.isdecimal() else None,
         WEATHERS[weather],
+        os.path.join(frames, f"{name}_{weather}_") if frames else "",
         perception="lane" if by_lane else "all",
         camera="true",
+        record="true",
     )
 
 
@@ -110,15 +126,17 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description="drive by what is found in the picture")
     parser.add_argument("names", nargs="*", default=[TOWN], help=f"seeds, {TOWN}, or scenarios")
     parser.add_argument("--weather", choices=[*WEATHERS, "all"], default="day")
+    parser.add_argument("--frames", default="", help="folder for the pictures of the lane")
     given = parser.parse_args(arguments)
     weathers = list(WEATHERS) if given.weather == "all" else [given.weather]
     failed = False
     for name, weather in itertools.product(given.names, weathers):
-        metrics, _, problems = drive(name, weather)
+        metrics, _, problems, errors_m = drive(name, weather, given.frames)
+        off_m = np.percentile(np.abs(errors_m), 95) if len(errors_m) else np.nan
         print(
             f"{name:20s} {weather:8s} {metrics['status']:9s} {metrics['duration_s']:6.1f} s, "
             f"cross-track error {metrics['cross_track_rms_m']:.3f} m RMS, "
-            f"{metrics['cross_track_max_m']:.3f} m at worst, "
+            f"{metrics['cross_track_max_m']:.3f} m at worst, offset error {off_m:.3f} m (95 %), "
             f"{sum(metrics['infractions'].values())} infractions, "
             f"{1e3 * metrics['wall_duration_s'] / metrics['ticks']:.1f} ms a tick",
             flush=True,
