@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from nav_msgs.msg import Odometry
 
-from sdc_common.ros.odometry import pose_and_speed, yaw_from_quaternion
+from sdc_common.ros.odometry import pose_and_speed, rear_axle_speed, yaw_from_quaternion
 
 
 def odometry(x=0.0, y=0.0, orientation=(0.0, 0.0, 0.0, 1.0), velocity=(0.0, 0.0)):
@@ -63,3 +63,19 @@ def test_quaternion_of_another_norm_is_refused(orientation):
 def test_number_that_is_not_finite_is_refused(wrong):
     with pytest.raises(ValueError, match="^one of its numbers is not finite$"):
         pose_and_speed(odometry(**wrong))
+
+
+def test_speed_is_the_mean_of_the_rear_wheels():
+    names = ["front_left_wheel", "rear_left_wheel", "rear_right_wheel"]
+    assert rear_axle_speed(names, [99.0, 10.0, 12.0], 0.35) == pytest.approx(3.85)
+
+
+@pytest.mark.parametrize("rates", [[1.0, math.nan], [1.0, math.inf]])
+def test_bad_wheel_speed_is_refused(rates):
+    with pytest.raises(ValueError, match="not finite"):
+        rear_axle_speed(["rear_left_wheel", "rear_right_wheel"], rates, 0.35)
+
+
+def test_missing_wheel_is_refused():
+    with pytest.raises(ValueError, match="rear_right_wheel"):
+        rear_axle_speed(["rear_left_wheel"], [1.0], 0.35)

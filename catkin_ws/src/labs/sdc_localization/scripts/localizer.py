@@ -14,13 +14,14 @@ from tf2_msgs.msg import TFMessage
 from sdc_common.geometry.geodesy import map_from_geodetic
 from sdc_common.ros.connection_watchdog import watch_connections
 from sdc_common.ros.node import LoopPublisher, parameter, refuse
+from sdc_common.ros.odometry import odometry_message, rear_axle_speed, vehicle_transform
 from sdc_common.ros.refusal import refusing
 from sdc_common.routes.waypoint_file import WaypointError
 from sdc_common.validation import check_non_negative, check_positive
 from sdc_localization.landmark_map import load_landmarks
 from sdc_localization.landmarks import LandmarkMap
 from sdc_localization.localizer import Localizer, LocalizerSettings
-from sdc_localization.odometry_message import fill_odometry, transform, wheel_speed
+from sdc_localization.odometry_message import pose_covariance
 from sdc_localization.scan_features import find_features, scan_points
 from sdc_localization.sensor_pairing import SensorPairing
 
@@ -77,7 +78,7 @@ class LocalizerNode:
     def answer(self, wheels, imu, fix, scan):
         """Estimate the pose at the time of these messages, and publish it."""
         with refusing("the topics of the sensors"):
-            speed = wheel_speed(wheels.name, wheels.velocity, self.radius_m)
+            speed = rear_axle_speed(wheels.name, wheels.velocity, self.radius_m)
             self.localizer.move(wheels.header.stamp.to_sec(), speed, imu.angular_velocity.z)
             if fix is not None and fix.status.status >= fix.status.STATUS_FIX:
                 self.add_position(fix)
@@ -103,10 +104,13 @@ class LocalizerNode:
         self.landmarks.correct(self.localizer, features + (self.lidar_ahead_m, 0.0))
 
     def publish(self, stamp):
-        message = fill_odometry(Odometry(child_frame_id="ego_vehicle"), self.localizer.estimate)
-        message.header.stamp, message.header.frame_id = stamp, "map"
+        estimate = self.localizer.estimate
+        pose = (estimate.x_m, estimate.y_m, estimate.yaw_rad)
+        twist = (estimate.speed_mps, estimate.sideways_mps, estimate.yaw_rate_radps)
+        message = odometry_message(stamp, pose, twist)
+        message.pose.covariance = pose_covariance(estimate.covariance)
         self.publisher.publish(message)
-        self.tf_publisher.publish(TFMessage([transform(message)]))
+        self.tf_publisher.publish(TFMessage([vehicle_transform(message)]))
 
     def run(self):
         watch_connections()

@@ -9,9 +9,10 @@ from sensor_msgs.msg import Imu, JointState
 
 from sdc_common.ros.connection_watchdog import watch_connections
 from sdc_common.ros.node import LoopPublisher, parameter, refuse
+from sdc_common.ros.odometry import odometry_message, rear_axle_speed
 from sdc_common.ros.refusal import refusing
 from sdc_common.validation import check_positive
-from sdc_perception.dead_reckoning import DeadReckoning, rear_axle_speed
+from sdc_perception.dead_reckoning import DeadReckoning
 from sdc_perception.paired_topics import EGO, answer_together
 
 
@@ -39,19 +40,9 @@ class DeadReckoningNode:
             step_s = (stamp - self.last_stamp).to_sec() if self.last_stamp else 0.0
             self.last_stamp = stamp
             self.motion.update(speed, imu.angular_velocity.z, step_s)
-            self.publish(stamp)
-
-    def publish(self, stamp):
-        motion, message = self.motion, Odometry(child_frame_id="ego_vehicle")
-        message.header.stamp, message.header.frame_id = stamp, "map"
-        position, orientation = message.pose.pose.position, message.pose.pose.orientation
-        position.x, position.y = motion.x_m, motion.y_m
-        orientation.z = math.sin(0.5 * motion.yaw_rad)
-        orientation.w = math.cos(0.5 * motion.yaw_rad)
-        message.twist.twist.linear.x = motion.speed_mps
-        message.twist.twist.linear.y = motion.lateral_mps
-        message.twist.twist.angular.z = motion.yaw_rate_radps
-        self.publisher.publish(message)
+            pose = (self.motion.x_m, self.motion.y_m, self.motion.yaw_rad)
+            twist = (self.motion.speed_mps, self.motion.lateral_mps, self.motion.yaw_rate_radps)
+            self.publisher.publish(odometry_message(stamp, pose, twist))
 
     def run(self):
         watch_connections()

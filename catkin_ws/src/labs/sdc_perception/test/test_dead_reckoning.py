@@ -5,7 +5,7 @@ import math
 import pytest
 import yaml
 
-from sdc_perception.dead_reckoning import DeadReckoning, rear_axle_speed
+from sdc_perception.dead_reckoning import DeadReckoning
 from sdc_sim.physics.vehicle import Vehicle, VehicleCommand
 from sdc_sim.physics.vehicle_parameters import load_vehicle
 
@@ -42,19 +42,3 @@ def test_long_gap_does_not_move_the_car():
     motion.update(5.0, 0.0, 0.0)
     motion.update(5.0, 0.0, 10.0)
     assert motion.x_m == 0.0
-
-
-def test_speed_is_the_mean_of_the_rear_wheels():
-    names = ["front_left_wheel", "rear_left_wheel", "rear_right_wheel"]
-    assert rear_axle_speed(names, [99.0, 10.0, 12.0], 0.35) == pytest.approx(3.85)
-
-
-@pytest.mark.parametrize("rates", [[1.0, math.nan], [1.0, math.inf]])
-def test_bad_wheel_speed_is_refused(rates):
-    with pytest.raises(ValueError, match="not finite"):
-        rear_axle_speed(["rear_left_wheel", "rear_right_wheel"], rates, 0.35)
-
-
-def test_missing_wheel_is_refused():
-    with pytest.raises(ValueError, match="rear_right_wheel"):
-        rear_axle_speed(["rear_left_wheel"], [1.0], 0.35)

@@ -30,13 +30,13 @@ import rospkg
 import yaml
 
 from sdc_common.geometry.road_line import road_route
+from sdc_common.processes import isolated_ros_environment
 from sdc_common.ros.catkin_workspace import (
     WorkspaceError,
     check_stack,
     workspace_environment,
 )
 from sdc_common.routes.waypoint_file import WaypointError, load_waypoints
-from sdc_common.processes import isolated_ros_environment
 from sdc_sim.report.writer import EVENTS, companion, complete_report, is_complete
 from sdc_sim.scenario.acceptance_limits import AcceptanceLimits, read_report, violations
 from sdc_sim.scenario.packaged import (

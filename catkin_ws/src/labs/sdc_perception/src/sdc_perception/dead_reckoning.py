@@ -3,29 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 from sdc_common.validation import check_non_negative, check_positive
 
-REAR_WHEELS = ("rear_left_wheel", "rear_right_wheel")
 _LONGEST_STEP_S = 0.5
-
-
-def rear_axle_speed(
-    names: Sequence[str], rates_radps: Sequence[float], wheel_radius_m: float
-) -> float:
-    """Return the speed of the rear axle, the mean of its wheels [m/s].
-
-    Raises:
-        ValueError: a rear wheel is missing, or its speed is not finite
-    """
-    rates = dict(zip(names, rates_radps))
-    if not set(REAR_WHEELS) <= set(rates):
-        raise ValueError(f"the wheels {' and '.join(REAR_WHEELS)} are missing in {list(names)}")
-    speed = wheel_radius_m * sum(rates[name] for name in REAR_WHEELS) / len(REAR_WHEELS)
-    if not math.isfinite(speed):
-        raise ValueError("a wheel speed is not finite")
-    return speed
 
 
 class DeadReckoning:

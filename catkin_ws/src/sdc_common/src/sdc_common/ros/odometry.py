@@ -1,15 +1,18 @@
-"""Pose and speed of a nav_msgs/Odometry message, and the topic of the true ones."""
+"""Read and write the odometry; read the speed that wheels measure."""
 
 from __future__ import annotations
 
 import math
+from typing import Any, Sequence
 
 import rospy
-from geometry_msgs.msg import Quaternion
+from geometry_msgs.msg import Quaternion, TransformStamped
 from nav_msgs.msg import Odometry
 
 # Where a simulator with `truth: false` publishes what it otherwise publishes as odometry.
 GROUND_TRUTH = "/sim/ground_truth/odometry"
+# The wheels of a JointState that do not steer.
+REAR_WHEELS = ("rear_left_wheel", "rear_right_wheel")
 
 
 def yaw_from_quaternion(q: Quaternion) -> float:
@@ -48,3 +51,58 @@ def true_odometry_topic(ego: str) -> str:
         ego: prefix of the topics of the vehicle, such as /carla/ego_vehicle
     """
     return ego + "/odometry" if rospy.get_param("/sim/truth", True) else GROUND_TRUTH
+
+
+def odometry_message(
+    stamp: Any,
+    pose: tuple[float, float, float],
+    twist: tuple[float, float, float],
+    vehicle_frame: str = "ego_vehicle",
+) -> Odometry:
+    """Return the odometry of a vehicle in the map.
+
+    Args:
+        stamp: stamp of the message (rospy.Time)
+        pose: x [m], y [m], yaw [rad]
+        twist: speed forward and to the left [m/s], yaw rate [rad/s]
+        vehicle_frame: frame of the vehicle
+    """
+    message = Odometry(child_frame_id=vehicle_frame)
+    message.header.stamp, message.header.frame_id = stamp, "map"
+    position, orientation = message.pose.pose.position, message.pose.pose.orientation
+    position.x, position.y, yaw = pose
+    orientation.z, orientation.w = math.sin(0.5 * yaw), math.cos(0.5 * yaw)
+    linear, angular = message.twist.twist.linear, message.twist.twist.angular
+    linear.x, linear.y, angular.z = twist
+    return message
+
+
+def vehicle_transform(odometry: Odometry) -> TransformStamped:
+    """Return the transform from the map to the vehicle of an odometry message."""
+    message = TransformStamped(header=odometry.header, child_frame_id=odometry.child_frame_id)
+    position, translation = odometry.pose.pose.position, message.transform.translation
+    translation.x, translation.y, translation.z = position.x, position.y, position.z
+    message.transform.rotation = odometry.pose.pose.orientation
+    return message
+
+
+def rear_axle_speed(
+    names: Sequence[str], rates_radps: Sequence[float], wheel_radius_m: float
+) -> float:
+    """Return the speed of the rear axle, the mean of its wheels [m/s].
+
+    Args:
+        names: names of the wheels
+        rates_radps: angular velocity of each wheel
+        wheel_radius_m: radius of the wheels
+
+    Raises:
+        ValueError: a rear wheel is missing, or its speed is not finite
+    """
+    rates = dict(zip(names, rates_radps))
+    if not set(REAR_WHEELS) <= set(rates):
+        raise ValueError(f"the wheels {' and '.join(REAR_WHEELS)} are missing in {list(names)}")
+    speed = wheel_radius_m * sum(rates[name] for name in REAR_WHEELS) / len(REAR_WHEELS)
+    if not math.isfinite(speed):
+        raise ValueError("a wheel speed is not finite")
+    return speed

@@ -8,12 +8,13 @@ from typing import Any, Sequence
 import numpy as np
 import rospy
 from ackermann_msgs.msg import AckermannDrive
-from geometry_msgs.msg import Point, Pose, Quaternion, TransformStamped, Vector3
+from geometry_msgs.msg import Point, Pose, Quaternion, Vector3
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, JointState, NavSatFix, NavSatStatus, PointCloud2, PointField
 from std_msgs.msg import Header
 
 from sdc_common.geometry.geodesy import geodetic_from_map
+from sdc_common.ros import odometry
 from sdc_common.ros.odometry import yaw_from_quaternion
 from sdc_sim.physics.ackermann import AckermannTarget
 from sdc_sim.physics.vehicle import VehicleCommand, VehicleState
@@ -99,30 +100,9 @@ def odometry_message(
     state: VehicleState, stamp: rospy.Time, vehicle_frame: str = VEHICLE_FRAME
 ) -> Odometry:
     """Return the pose of the vehicle in the map and its twist in the body frame."""
-    message = Odometry()
-    message.header.stamp = stamp
-    message.header.frame_id = MAP_FRAME
-    message.child_frame_id = vehicle_frame
-    pose = message.pose.pose
-    pose.position.x = state.x_m
-    pose.position.y = state.y_m
-    pose.orientation = quaternion_from_yaw(state.yaw_rad)
-    twist = message.twist.twist
-    twist.linear.x = state.speed_mps
-    twist.linear.y = state.lateral_speed_mps
-    twist.angular.z = state.yaw_rate_radps
-    return message
-
-
-def vehicle_transform(odometry: Odometry) -> TransformStamped:
-    """Return the transform map -> vehicle of an odometry message."""
-    transform = TransformStamped()
-    transform.header = odometry.header
-    transform.child_frame_id = odometry.child_frame_id
-    transform.transform.translation.x = odometry.pose.pose.position.x
-    transform.transform.translation.y = odometry.pose.pose.position.y
-    transform.transform.rotation = odometry.pose.pose.orientation
-    return transform
+    pose = state.x_m, state.y_m, state.yaw_rad
+    twist = state.speed_mps, state.lateral_speed_mps, state.yaw_rate_radps
+    return odometry.odometry_message(stamp, pose, twist, vehicle_frame)
 
 
 def imu_message(reading: ImuReading, settings: ImuSettings, header: Header) -> Imu:

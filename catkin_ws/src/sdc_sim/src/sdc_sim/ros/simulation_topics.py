@@ -29,7 +29,7 @@ from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
 from sdc_common.ros.node import LoopPublisher
-from sdc_common.ros.odometry import GROUND_TRUTH
+from sdc_common.ros.odometry import GROUND_TRUTH, vehicle_transform
 from sdc_sim.road.lane_invasion import LaneInvasionDetector
 from sdc_sim.road.opendrive import opendrive
 from sdc_sim.road.road import Road
@@ -42,7 +42,6 @@ from sdc_sim.ros.message_conversion import (
     imu_message,
     odometry_message,
     point_cloud_message,
-    vehicle_transform,
     wheel_speeds_message,
 )
 from sdc_sim.ros.picture_feed import PictureFeed

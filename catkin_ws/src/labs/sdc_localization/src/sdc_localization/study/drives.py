@@ -17,10 +17,8 @@ from scipy.stats import chi2
 
 from sdc_common.geometry.angles import wrap_angle
 from sdc_common.geometry.geodesy import map_from_geodetic
-from sdc_common.processes import isolated_ros_environment
-from sdc_common.ros.odometry import pose_and_speed
+from sdc_common.ros.odometry import pose_and_speed, rear_axle_speed
 from sdc_localization.localizer import Localizer, LocalizerSettings
-from sdc_localization.odometry_message import wheel_speed
 from sdc_sim.road.random_routes import long_route
 from sdc_sim.runner import isolated_drive, options_text
 from sdc_sim.scenario.acceptance_limits import read_report
@@ -137,7 +135,7 @@ def _drive(
     alone = Localizer(LocalizerSettings.read(parameters.__getitem__))
     rows = []
     for stamp_ns in sorted(set(odometry) & set(truth) & set(wheels) & set(imus)):
-        speed = wheel_speed(
+        speed = rear_axle_speed(
             wheels[stamp_ns].name, wheels[stamp_ns].velocity, parameters["wheel_radius_m"]
         )
         alone.move(1e-9 * stamp_ns, speed, imus[stamp_ns].angular_velocity.z)
