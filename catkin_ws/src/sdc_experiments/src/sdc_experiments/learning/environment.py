@@ -25,9 +25,9 @@ from sdc_experiments.learning.observation import (
     STANDSTILL_MPS,
     TICK_S,
     longest_s,
+    random_route,
     road_rows,
 )
-from sdc_experiments.learning.random_routes import random_route
 from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.camera.renderer import Renderer
 from sdc_sim.physics.traffic_lights import RED, YELLOW

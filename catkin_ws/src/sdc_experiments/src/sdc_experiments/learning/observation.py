@@ -8,6 +8,7 @@ import numpy as np
 
 from sdc_common.geometry.route import Route
 from sdc_common.planning.speed_profile import SpeedLimits, speed_profile
+from sdc_sim.road.random_routes import long_route
 
 TICK_S = 0.05
 # Places ahead of the car at which it sees curvature and speed limit [m].
@@ -49,6 +50,11 @@ FULL_PROGRESS_M = LIMITS.cruise_mps * TICK_S
 SPEEDING_WEIGHT = 0.1
 COMPLETED_REWARD = 100.0
 FAILED_REWARD = -100.0
+
+
+def random_route(random: np.random.Generator) -> np.ndarray:
+    """Return the waypoints (301, 2) of a random route of 300 m."""
+    return long_route(random, 300.0)[:301]
 
 
 def road_rows(route: Route) -> np.ndarray:

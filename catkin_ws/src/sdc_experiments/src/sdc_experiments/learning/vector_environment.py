@@ -26,8 +26,8 @@ from sdc_experiments.learning.observation import (
     SPEEDING_WEIGHT,
     STANDSTILL_MPS,
     TICK_S,
+    random_route,
 )
-from sdc_experiments.learning.random_routes import random_route
 from sdc_experiments.learning.road_table import RoadPlaces, RoadTable
 from sdc_sim.physics.fleet import VehicleFleet
 from sdc_sim.scenario.drive_setup import RouteSource, drive_setup

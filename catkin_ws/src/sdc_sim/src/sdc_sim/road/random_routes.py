@@ -27,10 +27,13 @@ def random_route(seed: int) -> tuple[np.ndarray, bool]:
     return points + random.normal(0.0, 0.02, points.shape) if noisy else points, noisy
 
 
-def long_route(seed: int, length_m: float = 1000.0, least_radius_m: float = 8.0) -> np.ndarray:
+def long_route(
+    seed: int | np.random.Generator, length_m: float = 1000.0, least_radius_m: float = 8.0
+) -> np.ndarray:
     """Return (N, 2) points 1 m apart of a route of at least this length, with clothoids.
 
-    The radii of the bends are from `least_radius_m` to 100 m.
+    It starts with a straight of 15 m. Then follow bends and straights of 10 to 80 m. The radii of
+    the bends are from `least_radius_m` to 100 m. It may cross itself.
     """
     random = np.random.default_rng(seed)
     pieces = [(15.0, 0.0)]
