@@ -3,8 +3,6 @@
 test_scenarios.py compares them with the drives of real nodes.
 """
 
-import math
-
 import numpy as np
 import pytest
 
@@ -42,17 +40,6 @@ def test_drive_in_machine_code_has_the_numbers_of_a_plain_one(monkeypatch):
     assert plain.metrics == compiled.metrics
     assert len(plain.rows) > 100
     assert np.array_equal(plain.rows, compiled.rows)
-
-
-def test_report_counts_each_tick_as_answered_by_its_stamp():
-    report = drive(route=STRAIGHT)
-    assert report["status"] == "completed"
-    assert report["ticks_by_stamp"] == report["ticks"] > 100
-    assert (report["missed_ticks"], report["ticks_by_order"], report["assumed_limits"]) == (
-        0,
-        0,
-        [],
-    )
 
 
 def test_car_without_brakes_for_a_parked_one_collides():
@@ -153,26 +140,3 @@ def test_invalid_argument_is_named_in_one_line(arguments, message):
         drive(**arguments)
     assert message in str(error.value)
     assert "\n" not in str(error.value)
-
-
-def test_planned_speed_changes_the_ideal_duration():
-    slow = drive(route=STRAIGHT, planner_options={"planned_speed_mps": 4.0})
-    assert slow["speed_max_mps"] == pytest.approx(4.0, abs=0.2)
-    assert slow["time_ratio"] < 1.1
-    assert slow["ideal_duration_s"] > drive(route=STRAIGHT)["ideal_duration_s"]
-
-
-def test_path_of_a_route_is_relative_to_the_working_directory(monkeypatch, tmp_path):
-    (tmp_path / "mine.csv").write_text("".join(f"{x},0\n" for x in range(31)))
-    monkeypatch.chdir(tmp_path)
-    result = drive_result("slalom", route=np.array([(0.0, 0.0), (100.0, 0.0)]), longest_s=0.1)
-    assert result.progress.route.length_m == pytest.approx(100.0)
-    result = drive_result("slalom", route="mine.csv", longest_s=0.1)
-    assert result.progress.route.length_m == pytest.approx(30.0)
-
-
-def test_start_beside_the_route_is_the_first_sample():
-    start = {"along_m": 5.0, "left_m": 0.4, "turned_rad": math.radians(5.0)}
-    first = drive_result(route=STRAIGHT, sim_options={"start": start}).progress.samples[0]
-    assert (first.s_m, first.cross_track_m) == pytest.approx((5.0, 0.4))
-    assert first.heading_error_rad == pytest.approx(math.radians(5.0))

@@ -113,15 +113,6 @@ def test_stop_at_the_end_of_the_route_is_rewarded():
     assert environment.observation_space.contains(seen)
 
 
-def test_car_that_stands_is_truncated():
-    environment = gymnasium.make("SdcTown-v0").unwrapped
-    environment.reset(seed=0)
-    for tick in range(200):
-        *_, terminated, truncated, _ = environment.step(np.array([-1.0, 0.0], np.float32))
-        assert not terminated
-        assert truncated == (tick == 199)
-
-
 @pytest.mark.parametrize(
     ("scenario", "at_m", "ahead_m"),
     # The other car is 60 m along the route and 4.7 m long, as the own one; the light is at 70 m.
@@ -161,13 +152,6 @@ def test_invalid_argument_is_named(arguments, message):
     with pytest.raises(ValueError, match="") as error:
         gymnasium.make("SdcTown-v0", **arguments)
     assert message in str(error.value)
-
-
-def test_command_that_is_not_a_number_is_refused():
-    environment = gymnasium.make("SdcTown-v0").unwrapped
-    environment.reset(seed=0)
-    with pytest.raises(ValueError, match="refused"):
-        environment.step(np.array([np.nan, 0.0], np.float32))
 
 
 def test_page_lists_every_entry_of_an_observation_and_the_example():

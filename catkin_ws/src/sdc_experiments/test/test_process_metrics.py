@@ -7,12 +7,10 @@ import sys
 import psutil
 import pytest
 
-from sdc_common.processes import wait_until
 from sdc_experiments.process_metrics import (
     cpu_ms,
     memory_mb,
     private_memory_mb,
-    process_name,
     stack_processes,
 )
 
@@ -47,20 +45,6 @@ def node():
 def test_stack_processes_are_those_with_the_master_uri(node):
     assert stack_processes(MASTER_URI) == [node]
     assert stack_processes(MASTER_URI + "_other") == []
-
-
-def test_process_has_the_name_of_its_node(node):
-    assert process_name(node) == "my_node"
-
-
-def test_process_without_a_node_has_the_name_of_its_program():
-    process = subprocess.Popen(["sleep", "60"])
-    try:
-        wait_until(lambda: psutil.Process(process.pid).cmdline() == ["sleep", "60"])
-        assert process_name(psutil.Process(process.pid)) == "sleep"
-    finally:
-        process.kill()
-        process.wait()
 
 
 def test_cpu_time_is_that_of_the_node(node):

@@ -47,17 +47,6 @@ def test_stored_peak_errors_are_those_of_the_code(peaks):
         assert STORED[(UNDERSTEERING, *key)] == expected, "run python3 -m sdc_experiments.snider"
 
 
-def test_courses_have_the_described_shape():
-    change = COURSES["lane change"]
-    assert change.line.point_at(60.0 + 12.5)[1] == pytest.approx(3.5, abs=0.001)
-    assert change.line.points[-1][1] == pytest.approx(0.0, abs=0.01)
-    within = [x for x, y in change.line.points if 0.005 * 3.5 < y < 0.995 * 3.5 and x < 65.0]
-    assert within[-1] - within[0] == pytest.approx(24.5, abs=1.0)
-    eight = COURSES["figure-eight"]
-    for start, end in eight.measured:
-        assert abs(eight.curvature_at(0.5 * (start + end))) == pytest.approx(1.0 / 64.0)
-
-
 @pytest.mark.parametrize("method", PAPER)
 def test_errors_are_near_those_of_the_paper(peaks, method):
     for course, speeds in (("figure-eight", (10.0, 20.0)), ("lane change", (10.0, 15.0))):
@@ -65,41 +54,6 @@ def test_errors_are_near_those_of_the_paper(peaks, method):
             paper = PAPER_M[course][method][SPEEDS_MPS.index(speed)]
             if paper:
                 assert 0.5 < peaks[course, method, speed].peak_m / paper < 2.0, (course, speed)
-
-
-@pytest.mark.parametrize("method", PAPER)
-def test_errors_grow_with_speed_as_in_the_paper(peaks, method):
-    paper = PAPER_M["figure-eight"][method]
-    grown = peaks["figure-eight", method, 20.0].peak_m / peaks["figure-eight", method, 10.0].peak_m
-    assert grown == pytest.approx(paper[3] / paper[1], rel=0.35)
-
-
-def test_methods_rank_as_in_the_paper(peaks):
-    at_twenty = [
-        peaks["figure-eight", method, 20.0].peak_m
-        for method in ("pure pursuit", "Stanley", "kinematic", "LQR", "LQR+FF")
-    ]
-    assert at_twenty == sorted(at_twenty, reverse=True)
-    at_ten = [
-        peaks["lane change", method, 10.0].peak_m
-        for method in ("kinematic", "LQR", "pure pursuit", "Stanley")
-    ]
-    assert at_ten[0] > at_ten[2] > at_ten[3]
-    assert peaks["lane change", "Stanley", 10.0].peak_m < peaks["lane change", "LQR", 10.0].peak_m
-
-
-@pytest.mark.parametrize(
-    ("course", "speed"),
-    [("figure-eight", 10.0), ("figure-eight", 20.0), ("lane change", 10.0), ("lane change", 15.0)],
-)
-def test_stanley_compensated_has_smaller_errors_than_the_papers_geometric_methods(
-    peaks, course, speed
-):
-    best = min(
-        peaks[course, method, speed].centre_peak_m
-        for method in ("pure pursuit", "Stanley", "kinematic", "LQR")
-    )
-    assert peaks[course, COMPENSATED, speed].centre_peak_m < best
 
 
 def test_car_that_leaves_the_road_is_reported_as_lost():

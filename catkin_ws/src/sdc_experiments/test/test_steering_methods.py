@@ -15,7 +15,7 @@ from sdc_package.local_planner import PlannerSettings
 from sdc_package.steering.axles import Axles
 from sdc_package.steering.loader import METHODS
 from sdc_sim.evaluation.route_progress import COMPLETED
-from sdc_sim.physics.vehicle import Vehicle, VehicleCommand
+from sdc_sim.physics.vehicle import Vehicle
 from sdc_sim.simulation.snapshot import Snapshot
 
 pytestmark = pytest.mark.slow(17)
@@ -53,16 +53,6 @@ def test_configuration_of_the_controller_matches_the_default_car():
     assert CONFIG["lqr"]["gyration_m"] == pytest.approx(
         math.sqrt(car.yaw_inertia_kgm2 / car.mass_kg), rel=0.01
     )
-
-
-@pytest.mark.parametrize("speed", [2.0, 10.0, 20.0])
-def test_front_wheels_reach_the_demanded_angle(speed):
-    vehicle = Vehicle(vehicle_preset("tesla_model3"))
-    vehicle.reset(0.0, 0.0, 0.0, speed)
-    for _ in range(10):
-        steer, _ = SteeringMap(**CONFIG["steering"]).command(0.05, vehicle.state.speed_mps)
-        vehicle.step(VehicleCommand(steer=steer), TICK_S)
-    assert vehicle.state.wheel_angle_rad == pytest.approx(0.05, rel=0.01)
 
 
 def drive(method, y_m=0.0, yaw_rad=0.0, longest_s=400.0):

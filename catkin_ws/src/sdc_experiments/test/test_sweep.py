@@ -13,7 +13,6 @@ import psutil
 import pytest
 
 from sdc_common.processes import Program, matching
-from sdc_experiments.sweep.dask_engine import DaskEngine
 
 pytestmark = pytest.mark.slow(40)
 
@@ -185,24 +184,6 @@ def check_kills_on_this_machine(study, start, folder, expected):
     repeated = Counter(row["key"] for row in done if row["status"] != "failed")
     assert set(repeated.values()) == {1}
     assert len(repeated) == CELLS - FAILING
-
-
-def test_results_of_a_worker_that_ends_before_they_are_read_are_kept(start, cluster, tmp_path):
-    address, worker = cluster
-    first = worker()
-    folders = [tmp_path / f"task {number}" for number in range(9)]
-    with DaskEngine(address) as engine:
-        wait_for(lambda: engine.workers, first)
-        tasks = [(folder.name, (str(folder), 0o755, True)) for folder in folders]
-        outcomes = engine.outcomes(os.makedirs, tasks)
-        read = [next(outcomes)]
-        wait_for(folders[-1].exists, first)
-        first.process.kill()
-        wait_for(lambda: not engine.workers, first)
-        worker()
-        read += outcomes
-    assert sorted(outcome.key for outcome in read) == [folder.name for folder in folders]
-    assert not any(outcome.error for outcome in read)
 
 
 def test_missing_scheduler_is_named_in_one_line(study, start, tmp_path):

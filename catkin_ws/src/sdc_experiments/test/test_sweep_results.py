@@ -68,14 +68,6 @@ def test_results_of_another_study_are_not_continued(tmp_path, change, named):
     assert "\n" not in str(error.value)
 
 
-def test_two_sweeps_do_not_write_into_one_folder(tmp_path):
-    results = Results(tmp_path, IDENTITY)
-    with pytest.raises(ResultsError, match="another sweep writes its results here"):
-        Results(tmp_path, IDENTITY)
-    results.close()
-    Results(tmp_path, IDENTITY).close()
-
-
 def test_table_has_a_column_for_each_setting_and_each_metric(tmp_path):
     rows = table([row("a", k=1.5, noise={"x": 1}), row("b", "failed", None, k=2.0)])
     write_csv(tmp_path / "results.csv", rows)

@@ -102,11 +102,6 @@ def cloud(points, **changes):
     )
 
 
-def test_scan_is_read_from_its_message():
-    points = [[1.0, 2.0], [3.5, -4.0]]
-    assert scan_points(cloud(points)).tolist() == points
-
-
 def test_scan_without_x_and_y_is_refused():
     with pytest.raises(ValueError, match="not x and y"):
         scan_points(cloud([[1.0, 2.0]], fields=[]))

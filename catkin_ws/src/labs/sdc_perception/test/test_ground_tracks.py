@@ -45,13 +45,6 @@ def test_two_things_next_to_each_other_keep_their_tracks(tracks):
     ]
 
 
-def test_position_is_in_the_frame_of_the_odometry(tracks):
-    """The car at (5, 5) looks along y: ahead is up, left is back."""
-    for time_s in (0.0, 0.05):
-        found = tracks.update([sighting(10.0, 2.0)], (5.0, 5.0, 0.5 * 3.14159265), time_s)
-    assert found[0].state[:2] == pytest.approx([3.0, 15.0], abs=1e-3)
-
-
 def test_tracks_begin_again_with_the_clock(tracks):
     for time_s in (10.0, 10.05):
         tracks.update([sighting(10.0, 0.0)], STILL, time_s)

@@ -5,17 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from sdc_perception.lane_curve import KNOT_M, LaneCurve
+from sdc_perception.lane_curve import LaneCurve
 
 BENDS = 0.05 * np.sin(np.arange(9.0))
-
-
-def test_constant_curvature_is_a_circle():
-    curve = LaneCurve(0.0, 0.0, 0.0, np.full(9, 0.1))
-    assert np.hypot(curve.points_m[:, 0], curve.points_m[:, 1] - 10.0) == pytest.approx(
-        10.0, abs=2e-3
-    )
-    assert curve.headings_rad[-1] == pytest.approx(0.1 * 8 * KNOT_M)
 
 
 def test_jacobian_is_that_of_finite_differences():
@@ -44,10 +36,3 @@ def test_nearest_place_is_found_on_both_sides_of_a_bend(offset):
 def test_nearest_place_is_not_on_the_far_end_of_a_loop():
     curve = LaneCurve(0.0, 0.0, 0.0, np.full(10, 0.25))
     assert curve.nearest(0.1, 0.0, within_m=15.0).s_m == pytest.approx(0.1, abs=0.01)
-
-
-def test_turns_are_the_derivatives_of_the_headings():
-    curve = LaneCurve(0.0, 0.0, 0.2, BENDS)
-    change = np.concatenate([[0.0, 0.01], 0.001 * np.arange(9.0)])
-    moved = curve.moved(change).headings_rad - curve.headings_rad
-    assert moved == pytest.approx(curve.turns @ change)

@@ -8,11 +8,7 @@ import pytest
 import yaml
 
 from sdc_common.routes.waypoint_file import load_waypoints
-from sdc_perception.lane_curve import LaneCurve
 from sdc_perception.lane_detection import DetectorSettings, LaneDetector
-from sdc_perception.lane_settings import LaneSettings
-from sdc_perception.lane_tracker import LEFT, LaneTracker
-from sdc_perception.marking_search import Markings, View
 from sdc_perception.obstacle_detection import covered_boxes
 from sdc_perception.obstacle_tracker import ObstacleSettings, body_finder
 from sdc_sim.camera.camera_model import CameraModel
@@ -123,74 +119,12 @@ def test_lane_of_the_town_is_tracked(parameters, rospkg_path, from_m, to_m, weat
         assert lane.confidence > 0.6
 
 
-def test_new_lane_is_known_best_next_to_the_car(parameters):
-    settings = LaneSettings(**parameters["lane"])
-    tracker = LaneTracker(None, settings, (0.0, 0.0, 0.0), 0.0, 0.0, 0.0)
-    jacobian = tracker.curve.jacobian()
-    deviation_m = np.sqrt(np.sum((jacobian @ tracker.covariance) * jacobian, axis=1))
-    beside_m = np.abs(tracker.curve.points_m[:, 0])
-    assert np.argmin(deviation_m) == np.argmin(beside_m)
-    assert deviation_m.min() == pytest.approx(settings.start_m, rel=0.01)
-
-
 def test_lane_with_little_paint_is_found(road, detector):
     pose = pose_at(road, 0.0)
     picture = Renderer(road, weather=Weather(worn_lines=0.8)).render(*pose)
     lane = detector.detect(picture, pose)
     assert lane.offset_m == pytest.approx(0.0, abs=0.08)
     assert lane.confidence > 0.8
-
-
-class NoMarkings:
-    """A search that finds nothing, in the picture or outside of it."""
-
-    def __init__(self, inside=False):
-        self.inside = inside
-
-    def find(self, _views, points_m, _left, _gate_m):
-        none = np.zeros(0)
-        return Markings(none.astype(int), none, none, none), np.full(len(points_m), self.inside)
-
-
-def bend_ahead(parameters, inside, variance):
-    """Return a tracker in front of a bend, and curvatures and variances before an update."""
-    settings = LaneSettings(**parameters["lane"])
-    tracker = LaneTracker(NoMarkings(inside), settings, (0.0, 0.0, 0.0), 0.0, 0.0, 0.0)
-    curvatures = np.where(np.arange(len(tracker.curve.curvatures_1pm)) < 4, 0.0, 0.05)
-    tracker.curve = LaneCurve(-6.0, 0.0, 0.0, curvatures)
-    tracker.covariance = np.diag([variance] * (2 + len(curvatures)))
-    return tracker, curvatures
-
-
-@pytest.mark.parametrize(("variance", "kept"), [(1e-8, True), (1e-2, False)])
-def test_bend_that_is_known_stays_where_its_lines_are_worn_off(parameters, variance, kept):
-    tracker, curvatures = bend_ahead(parameters, True, variance)
-    tracker.update([View.of(np.zeros((8, 8, 4), np.uint8), (0.0, 0.0, 0.0))])
-    assert (tracker.curve.curvatures_1pm[4] == pytest.approx(curvatures[4])) == kept
-
-
-def test_curvature_is_less_sure_ahead_where_it_changes(parameters):
-    tracker, curvatures = bend_ahead(parameters, False, 1e-8)
-    tracker.update([View.of(np.zeros((8, 8, 4), np.uint8), (1.0, 0.0, 0.0))])
-    deviation = np.sqrt(np.diag(tracker.covariance)[2:])
-    assert deviation[:3] == pytest.approx(1e-4)  # next to the car and behind it
-    assert deviation[6:].max() == pytest.approx(0.003, rel=0.01)
-    assert deviation[3:5] == pytest.approx(0.003 + 0.2 * 0.05, rel=0.01)
-
-
-def test_kept_bend_continues_with_the_mean_of_its_curvatures(parameters):
-    """Worn lines: single curvatures are uncertain, and the last one would lead the car away."""
-    settings = LaneSettings(**parameters["lane"])
-    tracker = LaneTracker(NoMarkings(), settings, (0.0, 0.0, 0.0), 0.0, 0.0, 0.05)
-    curvatures = tracker.curve.curvatures_1pm.copy()
-    curvatures[2:5] += [0.006, -0.009, 0.007]
-    curvatures[5:] = -0.02  # the lane that leaves the bend
-    tracker.curve = LaneCurve(-6.0, 0.0, 0.0, curvatures)
-    tracker.covariance = np.diag([1e-4] * (2 + len(curvatures)))
-    x, y = tracker.curve.points_m[13]  # 6.5 m from the beginning
-    pose = (float(x), float(y), float(tracker.curve.headings_rad[13]))
-    tracker.update([View.of(np.zeros((8, 8, 4), np.uint8), pose)], LEFT)
-    assert tracker.curve.curvatures_1pm[2:] == pytest.approx(0.051, abs=0.002)
 
 
 def test_meadow_has_no_lane(renderer, detector):

@@ -99,12 +99,3 @@ def test_nothing_on_a_body_is_a_marking():
     assert inside.sum() == len(X) - 1
     assert len(markings.row) == len(X) - 1
     assert X[~inside].tolist() == [8.0]
-
-
-def test_profile_next_to_a_body_ignores_what_is_on_it():
-    pixels = GROUND.pixels(np.array([[8.0, -1.0], [8.0, -0.7]])).round().astype(int)
-    (u, v), predicted_u = pixels[0], pixels[1][0]
-    assert predicted_u < u - 5
-    markings, inside = find(picture(-1.0), -0.7, covered=[(u - 5, v - 4, u + 40, v + 4)])
-    assert inside.all()
-    assert 8.0 not in X[markings.row]

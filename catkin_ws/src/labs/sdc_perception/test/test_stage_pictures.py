@@ -50,31 +50,9 @@ def test_ground_has_a_line_every_metre_to_the_side_and_every_5_m_ahead(detector)
         assert np.max(colours_at(blank, *point)) == 0, point
 
 
-def test_markings_are_points_on_the_lines(detector, picture):
-    drawn = picture.copy()
-    STAGES["markings"](drawn, detector, POSE)
-    assert [255, 0, 255] in colours_at(drawn, 6.0, EDGE_M)
-    assert [255, 0, 255] not in colours_at(drawn, 6.0, 0.0)
-
-
 def test_guess_has_three_lines_of_three_colours(detector, picture):
     drawn = picture.copy()
     STAGES["guess"](drawn, detector, POSE)
     for y, colour in ((EDGE_M, LINES_BGR[0]), (DASHES_M, LINES_BGR[1])):
         assert list(colour) in colours_at(drawn, 8.0, y)
     assert detector.guess(picture).offset_m == pytest.approx(LEFT_M, abs=0.05)
-
-
-def test_tracking_has_markings_of_three_lines(detector, picture):
-    drawn = picture.copy()
-    STAGES["tracking"](drawn, detector, POSE)
-    assert list(LINES_BGR[0]) in colours_at(drawn, 8.0, EDGE_M)
-    assert detector.tracker is not None
-
-
-def test_guess_on_a_meadow_is_no_lane(detector):
-    meadow = np.full((480, 640, 4), 80, np.uint8)
-    drawn = meadow.copy()
-    STAGES["guess"](drawn, detector, POSE)
-    assert detector.guess(meadow) is None
-    assert (drawn[:440] == meadow[:440]).all()

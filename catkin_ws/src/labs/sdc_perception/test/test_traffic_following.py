@@ -63,11 +63,6 @@ def test_car_stops_behind_a_standing_car(follower, rows):
     assert limited[:, :2] == pytest.approx(rows[:, :2])
 
 
-def test_car_slows_for_a_body_beyond_the_end_of_the_path(follower, rows):
-    limited = follower.limited(rows, CAR, 10.0, [body(42.0)], [])
-    assert limited[-1, 2] < 5.0
-
-
 def test_car_follows_a_slow_car(follower, rows):
     limited = follower.limited(rows, CAR, 4.0, [body(10.0, speed_mps=4.0)], [])
     assert limited[6, 2] == pytest.approx(4.0, abs=0.2)
