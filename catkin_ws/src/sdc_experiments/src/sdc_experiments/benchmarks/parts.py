@@ -39,7 +39,7 @@ from sdc_sim.ros.message_conversion import odometry_message
 from sdc_sim.ros.picture_messages import image_message
 from sdc_sim.sensors.lidar import PlanarLidar, RoofLidar
 from sdc_sim.sensors.model import Moment, SensorContext
-from sdc_sim.sensors.settings import LidarSettings
+from sdc_sim.sensors.settings import sensor_settings
 from sdc_sim.simulation.snapshot import Snapshot
 
 TICK_S, STEP_M = 0.05, 0.5  # 10 m/s at 20 Hz
@@ -154,8 +154,8 @@ def lidar(_options: argparse.Namespace) -> Iterator[dict[str, float]]:
     scenery, route = Road(route_m).scenery(), Route(route_m)
     vehicle = vehicle_preset("tesla_model3")
     context = SensorContext(0, 0, TICK_S, vehicle, None, lambda: scenery)
-    planar = PlanarLidar(LidarSettings(period_s=TICK_S, range_m=30.0), context)
-    rings = RoofLidar(LidarSettings(period_s=TICK_S), context)
+    planar = PlanarLidar(sensor_settings("planar_lidar", {"period_s": TICK_S}), context)
+    rings = RoofLidar(sensor_settings("lidar", {"period_s": TICK_S}), context)
     numbers = np.linspace(0.0, 1.0, 16_384)
     names = ("sine of 16,384 numbers", "planar lidar, 1,080 beams", "16 rings of 1,024 columns")
     while True:

@@ -19,7 +19,7 @@ from sdc_common.ros.odometry import yaw_from_quaternion
 from sdc_sim.physics.ackermann import AckermannTarget
 from sdc_sim.physics.vehicle import VehicleCommand, VehicleState
 from sdc_sim.sensors.model import WHEELS, GnssReading, ImuReading
-from sdc_sim.sensors.settings import GnssSettings, ImuSettings
+from sdc_sim.sensors.settings import SensorSettings
 
 MAP_FRAME = "map"
 VEHICLE_FRAME = "ego_vehicle"
@@ -105,7 +105,7 @@ def odometry_message(
     return odometry.odometry_message(stamp, pose, twist, vehicle_frame)
 
 
-def imu_message(reading: ImuReading, settings: ImuSettings, header: Header) -> Imu:
+def imu_message(reading: ImuReading, settings: SensorSettings, header: Header) -> Imu:
     """Return acceleration and rotation; there is no orientation (REP 145)."""
     return Imu(
         header=header,
@@ -117,7 +117,7 @@ def imu_message(reading: ImuReading, settings: ImuSettings, header: Header) -> I
     )
 
 
-def gnss_message(reading: GnssReading, settings: GnssSettings, header: Header) -> NavSatFix:
+def gnss_message(reading: GnssReading, settings: SensorSettings, header: Header) -> NavSatFix:
     """Return latitude and longitude [deg]; NaN without a fix.
 
     The covariance is what a receiver knows: it contains no reflections.

@@ -23,7 +23,7 @@ from sdc_sim.sensors.model import (
     SensorContext,
     SensorModel,
 )
-from sdc_sim.sensors.settings import LidarSettings
+from sdc_sim.sensors.settings import SensorSettings
 from sdc_sim.sensors.solid_bodies import FAR_M, Bodies, NearBodies, Rays, moving_bodies
 
 _TURN = 2.0 * np.pi
@@ -155,7 +155,7 @@ PLANAR = Beams(1440, -540, 1080, np.zeros(1), PLANAR_LIDAR_MOUNT_M)
 class LidarModel(SensorModel):
     """A lidar that takes all beams of a scan at once."""
 
-    def __init__(self, beams: Beams, settings: LidarSettings, context: SensorContext):
+    def __init__(self, beams: Beams, settings: SensorSettings, context: SensorContext):
         one = settings
         super().__init__(context.errors([ErrorSizes(0.0, one.bias_m, one.walk_m, one.scale)]))
         self._noise_m = one.noise_m
@@ -213,12 +213,12 @@ class LidarModel(SensorModel):
 class RoofLidar(LidarModel):
     """The lidar with 16 rings."""
 
-    def __init__(self, settings: LidarSettings, context: SensorContext):
+    def __init__(self, settings: SensorSettings, context: SensorContext):
         super().__init__(RINGS, settings, context)
 
 
 class PlanarLidar(LidarModel):
     """The planar lidar."""
 
-    def __init__(self, settings: LidarSettings, context: SensorContext):
+    def __init__(self, settings: SensorSettings, context: SensorContext):
         super().__init__(PLANAR, settings, context)

@@ -19,13 +19,7 @@ from sdc_sim.sensors.model import (
     SensorContext,
     SensorModel,
 )
-from sdc_sim.sensors.settings import (
-    GnssSettings,
-    ImuSettings,
-    SpeedometerSettings,
-    WheelSpeedSettings,
-    Zone,
-)
+from sdc_sim.sensors.settings import SensorSettings, Zone
 
 # The vehicle model has no wheels; these values are nominal.
 WHEEL_RADIUS_M = 0.35
@@ -41,7 +35,7 @@ _SECOND_STREAM = 128
 class InertialUnit(SensorModel):
     """Accelerometer and gyroscope at the centre of gravity."""
 
-    def __init__(self, settings: ImuSettings, context: SensorContext):
+    def __init__(self, settings: SensorSettings, context: SensorContext):
         acceleration = ErrorSizes(
             settings.acceleration_noise_mps2,
             settings.acceleration_bias_mps2,
@@ -68,7 +62,7 @@ class InertialUnit(SensorModel):
 class Speedometer(SensorModel):
     """Speed in the direction of the vehicle."""
 
-    def __init__(self, settings: SpeedometerSettings, context: SensorContext):
+    def __init__(self, settings: SensorSettings, context: SensorContext):
         one = settings
         super().__init__(
             context.errors([ErrorSizes(one.noise_mps, one.bias_mps, one.walk_mps, one.scale)])
@@ -82,7 +76,7 @@ class Speedometer(SensorModel):
 class WheelSpeedSensor(SensorModel):
     """Angular velocities of the four wheels."""
 
-    def __init__(self, settings: WheelSpeedSettings, context: SensorContext):
+    def __init__(self, settings: SensorSettings, context: SensorContext):
         one = settings
         sizes = ErrorSizes(one.noise_radps, one.bias_radps, one.walk_radps, one.scale)
         super().__init__(context.errors([sizes] * 4))
@@ -145,7 +139,7 @@ class Gnss(SensorModel):
         ValueError: a zone is not on the route
     """
 
-    def __init__(self, settings: GnssSettings, context: SensorContext):
+    def __init__(self, settings: SensorSettings, context: SensorContext):
         sizes = ErrorSizes(settings.noise_m, settings.bias_m, settings.walk_m)
         super().__init__(context.errors([sizes] * 3))
         reflections = context._replace(number=context.number + _SECOND_STREAM)

@@ -1,4 +1,4 @@
-"""Settings of the sensors, as config/sim.yaml and the scenarios contain them.
+"""Settings of the sensors; config/sim.yaml describes each of them and has its default.
 
 Each error is a standard deviation. A sensor with a period of 0 is off.
 """
@@ -6,12 +6,15 @@ Each error is a standard deviation. A sensor with a period of 0 is off.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from types import SimpleNamespace
 from typing import Any, Mapping
 
-from sdc_sim.yaml_document import check_parameter, schema
+from sdc_sim.yaml_document import check_parameter, packaged_config, schema
 
 # Names of the sensors in the settings, in the order in which they are published.
 SENSORS = ("imu", "gnss", "speedometer", "lidar", "planar_lidar", "wheel_speeds")
+# The settings of a sensor as attributes, `period_s` for instance.
+SensorSettings = SimpleNamespace
 
 
 @dataclass(frozen=True)
@@ -39,86 +42,7 @@ class Zone:
             raise ValueError(f"a zone of gnss must end after its start, got {start} to {end}")
 
 
-@dataclass(frozen=True)
-class SensorSettings:
-    """What all sensors have.
-
-    Attributes:
-        period_s: time between two readings, in whole ticks; 0: the sensor is off
-        latency_s: age of a reading in the tick in which it is published, in whole ticks
-    """
-
-    period_s: float = 0.0
-    latency_s: float = 0.0
-
-
-@dataclass(frozen=True)
-class ImuSettings(SensorSettings):
-    """Errors of accelerometer and gyroscope."""
-
-    acceleration_noise_mps2: float = 0.0
-    acceleration_bias_mps2: float = 0.0
-    acceleration_walk_mps2: float = 0.0
-    acceleration_scale: float = 0.0
-    rate_noise_radps: float = 0.0
-    rate_bias_radps: float = 0.0
-    rate_walk_radps: float = 0.0
-    rate_scale: float = 0.0
-
-
-@dataclass(frozen=True)
-class GnssSettings(SensorSettings):
-    """Errors of the position on each axis, zones without a fix, and zones with reflections."""
-
-    noise_m: float = 0.0
-    bias_m: float = 0.0
-    walk_m: float = 0.0
-    outages: tuple[Zone, ...] = ()
-    multipath: tuple[Zone, ...] = ()
-
-
-@dataclass(frozen=True)
-class SpeedometerSettings(SensorSettings):
-    """Errors of the speed."""
-
-    noise_mps: float = 0.0
-    bias_mps: float = 0.0
-    walk_mps: float = 0.0
-    scale: float = 0.0
-
-
-@dataclass(frozen=True)
-class WheelSpeedSettings(SensorSettings):
-    """Errors of the angular velocity of each wheel; the scale is that of its radius."""
-
-    noise_radps: float = 0.0
-    bias_radps: float = 0.0
-    walk_radps: float = 0.0
-    scale: float = 0.0
-
-
-@dataclass(frozen=True)
-class LidarSettings(SensorSettings):
-    """Errors of the ranges, and the largest range."""
-
-    noise_m: float = 0.0
-    bias_m: float = 0.0
-    walk_m: float = 0.0
-    scale: float = 0.0
-    range_m: float = 80.0
-
-
-CLASSES = {
-    "imu": ImuSettings,
-    "gnss": GnssSettings,
-    "speedometer": SpeedometerSettings,
-    "lidar": LidarSettings,
-    "planar_lidar": LidarSettings,
-    "wheel_speeds": WheelSpeedSettings,
-}
-
-
-def sensor_settings(name: str, values: Mapping[str, Any]) -> Any:
+def sensor_settings(name: str, values: Mapping[str, Any]) -> SensorSettings:
     """Return the settings of a sensor.
 
     Args:
@@ -129,8 +53,7 @@ def sensor_settings(name: str, values: Mapping[str, Any]) -> Any:
         ValueError: a setting is unknown or out of range; the message names it
     """
     check_parameter(name, values, schema("scenario")["properties"][name])
-    read = {
-        key: tuple(Zone(**zone) for zone in value) if key in ("outages", "multipath") else value
-        for key, value in values.items()
-    }
-    return CLASSES[name](**read)
+    every = {**packaged_config("sim")[name], **values}
+    for key in {"outages", "multipath"} & set(every):
+        every[key] = tuple(Zone(**zone) for zone in every[key])
+    return SensorSettings(**every)
