@@ -17,7 +17,6 @@ from carla_msgs.msg import (
     CarlaLaneInvasionEvent,
     CarlaStatus,
 )
-from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import Image
@@ -112,33 +111,6 @@ class BridgeClientsTest(unittest.TestCase):
         self.assertFalse(status.messages[-1].synchronous_mode)
         self.assertTrue(status.messages[-1].synchronous_mode_running)
         self.assertAlmostEqual(status.messages[-1].fixed_delta_seconds, 0.05, places=6)
-
-    def test_twist_becomes_pedals_and_a_share_of_the_wheel_angle(self):
-        """The converter reads the wheel angle from vehicle_info; commands have no stamps."""
-        info = MessageListener(EGO + "/vehicle_info", CarlaEgoVehicleInfo).wait_for()
-        max_angle = info.wheels[0].max_steer_angle
-        self.assertGreater(max_angle, 0.5)
-
-        def convert(twist):
-            command = CarlaEgoVehicleControl()
-            if twist == Twist():
-                command.brake = 1.0
-            else:
-                command.throttle = min(twist.linear.x, 10.0) / 10.0
-                command.steer = -min(twist.angular.z, max_angle) / max_angle
-            self.control.publish(command)
-
-        self.subscribe(EGO + "/twist", Twist, convert)
-        publisher = rospy.Publisher(EGO + "/twist", Twist, queue_size=1)
-        wait_for_subscriber(publisher)
-        twist = Twist()
-        twist.linear.x, twist.angular.z = 6.0, 0.3
-        self.timer(0.1, lambda: publisher.publish(twist))
-        self.odometry.wait_for(
-            lambda one: pose_and_speed(one)[2] > 0.3, 30.0, len(self.odometry.messages)
-        )
-        twist.linear.x = twist.angular.z = 0.0
-        self.wait_for_speed(lambda speed: speed == 0.0)
 
     def test_ackermann_targets_are_left_to_the_node_that_converts_them(self):
         log = MessageListener("/rosout", Log, lambda one: one.name == "/sim")

@@ -1,20 +1,16 @@
 #!/usr/bin/env python3
 """The simulator keeps its contract in real time: topics, frames, stamps, commands."""
 
-import math
 import unittest
 
 import numpy as np
 import rospy
 import rostest
 import tf2_ros
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from sdc_msgs.msg import CarlaVehicleControl
 from sensor_msgs.msg import CameraInfo, Image
-from std_msgs.msg import Header
 
 from sdc_common.processes import wait_until
 from sdc_common.ros.odometry import pose_and_speed
@@ -76,15 +72,6 @@ class SimTest(unittest.TestCase):
         fixed = buffer.lookup_transform("ego_vehicle", frame, rospy.Time(0)).transform
         self.assertAlmostEqual(fixed.translation.x, 0.7)
         self.assertAlmostEqual(fixed.translation.z, 1.7)
-        q = fixed.rotation
-        forward = (
-            2 * (q.x * q.z + q.w * q.y),
-            2 * (q.y * q.z - q.w * q.x),
-            1 - 2 * (q.x**2 + q.y**2),
-        )
-        np.testing.assert_allclose(
-            forward, (math.cos(math.radians(0.5)), 0.0, -math.sin(math.radians(0.5))), atol=1e-9
-        )
         listener.unregister()
 
     def test_command_moves_the_car_and_positive_steer_turns_right(self):
@@ -97,28 +84,6 @@ class SimTest(unittest.TestCase):
         self.assertLess(turned.twist.twist.angular.z, 0.0)
         self.assertGreater(turned.header.stamp, start.header.stamp)
         self.drive_until(lambda odometry: self.speed(odometry) == 0.0, brake=1.0)
-
-    def test_any_value_in_any_field_leaves_the_state_finite(self):
-        number = st.floats(width=32)
-        times = st.builds(rospy.Time, st.integers(0, 2**32 - 1), st.integers(0, 999_999_999))
-        headers = st.builds(Header, st.integers(0, 2**32 - 1), times, st.text(max_size=10))
-
-        @settings(max_examples=60, deadline=None, derandomize=True, database=None)
-        @given(
-            st.builds(
-                CarlaVehicleControl, headers, number, number, number, st.booleans(), st.booleans()
-            )
-        )
-        def send(command):
-            before = len(self.odometry.messages)
-            self.command.publish(command)
-            self.assertTrue(
-                all(map(math.isfinite, pose_and_speed(self.odometry.wait_for(after=before))))
-            )
-
-        send()
-        self.drive_until(lambda odometry: self.speed(odometry) == 0.0, brake=1.0)
-        self.drive_until(lambda odometry: self.speed(odometry) > 2.0, throttle=0.7)
 
     def test_car_brakes_when_commands_time_out(self):
         moving = self.drive_until(lambda odometry: self.speed(odometry) > 4.0, throttle=0.8)

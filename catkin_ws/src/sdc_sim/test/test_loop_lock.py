@@ -32,23 +32,3 @@ def test_late_loop_still_lets_callbacks_run():
         while not done and time.monotonic() < limit:
             assert not lock.wait_until(-1.0)
     assert done == [1]
-
-
-def test_flood_of_callbacks_does_not_hold_the_loop_after_the_timeout():
-    lock, ended = LoopLock(), threading.Event()
-
-    def flood():
-        while not ended.is_set():
-            lock.guarded(lambda: None)()
-
-    threads = [threading.Thread(target=flood) for _ in range(3)]
-    with lock:
-        for thread in threads:
-            thread.start()
-        started = time.monotonic()
-        assert not lock.wait_until(0.05)
-        waited = time.monotonic() - started
-    ended.set()
-    for thread in threads:
-        thread.join(10.0)
-    assert 0.05 <= waited < 10.0
