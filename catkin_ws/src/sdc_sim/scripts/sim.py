@@ -24,7 +24,7 @@ class Sim:
         setup = SimulationSetup()
         self.simulation = setup.simulation
         self.lockstep = setup.lockstep
-        self.timeouts = setup.timeouts
+        self.timeouts_s = setup.timeouts_s
         self.wait_for_nodes = set(setup.wait_for_nodes)
         self.pause = PauseControl()
         self.lock = LoopLock()
@@ -55,12 +55,12 @@ class Sim:
                     self.publish()
 
     def wait_for_connections(self):
-        started_s = time.monotonic()
-        wait_for_connections(self.lock, self.missing_connections, self.timeouts.start_s)
+        limit_s, started_s = self.timeouts_s["start_patience_s"], time.monotonic()
+        wait_for_connections(self.lock, self.missing_connections, limit_s)
         # A machine on which the connections took long also computes the first answer slowly.
         waited_s = time.monotonic() - started_s
-        timeout_s = waited_s + max(self.timeouts.first_answer_s, waited_s)
-        self.start_deadline_s = started_s + min(self.timeouts.start_s, timeout_s)
+        timeout_s = waited_s + max(self.timeouts_s["first_answer_s"], waited_s)
+        self.start_deadline_s = started_s + min(limit_s, timeout_s)
 
     def missing_connections(self):
         missing = [] if self.commands.has_publisher else [f"a publisher of {self.commands.topic}"]
@@ -87,7 +87,7 @@ class Sim:
     def timeout_s(self):
         if self.starting:
             return REPEAT_AFTER_S
-        return self.timeouts.stamped_s if self.answers.by_stamp else self.timeouts.unstamped_s
+        return self.timeouts_s["patience_s" if self.answers.by_stamp else "unstamped_patience_s"]
 
     def is_answered(self):
         return self.answers.answered and not self.pause.waiting
@@ -108,7 +108,7 @@ class Sim:
             self.topics.publish_picture()
         else:
             self.picture_due = True
-        if self.simulation.command_timed_out:
+        if self.simulation.commands.timed_out(self.simulation.tick):
             rospy.logwarn_throttle(5.0, f"sim: no command on {self.commands.topic}, braking")
 
     def on_pause(self):

@@ -105,7 +105,7 @@ class CommandInput:
         self._accept(vehicle_command(message), self.topic + "_manual", manual=True)
 
     def _on_override(self, message: Bool) -> None:
-        self._simulation.set_manual_override(message.data)
+        self._simulation.commands.set_manual_override(message.data, self._simulation.tick)
 
     def _accept(self, command: Command, topic: str, manual: bool = False) -> bool:
         """Give a command to the simulation; return whether it was accepted."""

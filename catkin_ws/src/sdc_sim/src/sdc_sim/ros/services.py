@@ -137,7 +137,8 @@ class SimulationServices:
         x, y = map_point(message.header.frame_id, message.point)
         heading = self._route.locate(x, y).heading_rad
         plan = ObstaclePlan.stationary(self._clicked_obstacle, x, y, heading)
-        rospy.loginfo("sim: obstacles: %s", self._simulation.toggle_obstacle(plan))
+        change = self._simulation.obstacles.toggle(plan, self._simulation.outline)
+        rospy.loginfo("sim: obstacles: %s", change)
 
     def _set_pose(self, pose: Pose) -> None:
         self._simulation.place(*map_pose(MAP_FRAME, pose))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from typing import Any, Collection, NamedTuple
+from typing import Any, Collection
 
 import numpy as np
 import rospy
@@ -20,14 +20,7 @@ from sdc_sim.scenario.configuration import build_simulation, sensors_that_are_on
 from sdc_sim.simulation.simulation import OccupiedError
 from sdc_sim.yaml_document import DocumentError, check_parameter, schema
 
-
-class Timeouts(NamedTuple):
-    """Wall time to wait in lockstep [s]: for commands with and without stamps, and at the start."""
-
-    stamped_s: float
-    unstamped_s: float
-    start_s: float
-    first_answer_s: float
+_TIMEOUTS = ("patience_s", "unstamped_patience_s", "start_patience_s", "first_answer_s")
 
 
 class Parameters:
@@ -58,7 +51,7 @@ class SimulationSetup:
         simulation: the simulation at its start
         route: the route
         lockstep: whether a tick waits for the answer to the last observation
-        timeouts: limits of this wait
+        timeouts_s: limits of this wait and of the start, by the names of their parameters [s]
         ego: prefix of the topics of the vehicle
         bridge: version of the bridge
         ackermann_cmd: whether to serve ackermann_cmd; "auto": unless another node does
@@ -73,12 +66,7 @@ class SimulationSetup:
     def __init__(self) -> None:
         value = Parameters()
         self.lockstep = bool(value("sync"))
-        self.timeouts = Timeouts(
-            value("patience_s"),
-            value("unstamped_patience_s"),
-            value("start_patience_s"),
-            value("first_answer_s"),
-        )
+        self.timeouts_s: dict[str, float] = {name: value(name) for name in _TIMEOUTS}
         self.wait_for_nodes = list(value("wait_for_nodes"))
         self.services = bool(value("services"))
         self.clicked_obstacle: str = value("clicked_obstacle")
@@ -92,7 +80,6 @@ class SimulationSetup:
         self.waypoints_path: str = value("waypoints_path")
         self.preset: str = value("vehicle")
         self.truth = bool(value("truth"))
-        self.sensors: dict[str, Any] = {}
         _check_known("clicked_obstacle", self.clicked_obstacle, KINDS)
         _check_known("bridge", bridge, BRIDGE_VERSIONS)
         _check_known("ackermann_cmd", self.ackermann_cmd, ("auto", True, False))
@@ -105,12 +92,7 @@ class SimulationSetup:
             options = schema("scenario")["properties"]
             check_parameter("daylight", daylight, options["daylight"])
             check_parameter("weather", weather, options["weather"])
-            check_non_negative(
-                patience_s=self.timeouts.stamped_s,
-                unstamped_patience_s=self.timeouts.unstamped_s,
-                start_patience_s=self.timeouts.start_s,
-                first_answer_s=self.timeouts.first_answer_s,
-            )
+            check_non_negative(**self.timeouts_s)
         except (WaypointError, DocumentError, OccupiedError) as error:
             refuse(error)
         except (TypeError, ValueError) as error:

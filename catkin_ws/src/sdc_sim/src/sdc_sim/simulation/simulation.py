@@ -10,7 +10,7 @@ from sdc_common.driving import Observation
 from sdc_common.validation import check_between
 from sdc_sim.physics.ackermann import AckermannControl
 from sdc_sim.physics.collision import Contact, Rectangle
-from sdc_sim.physics.obstacles import CollisionEvent, ObstaclePlan, Obstacles
+from sdc_sim.physics.obstacles import CollisionEvent, Obstacles
 from sdc_sim.physics.traffic_lights import TrafficLights
 from sdc_sim.physics.vehicle import Vehicle, VehicleState
 from sdc_sim.sensors.errors import DelayLine, OdometryNoise
@@ -82,7 +82,7 @@ class Simulation:
             round(command_timeout_s / tick_s), DelayLine(command_latency_s, tick_s), ackermann
         )
         self._tick_ns = round(tick_s * _NANOSECONDS)
-        self._noise = noise
+        self._noise = noise or OdometryNoise(0)
         self._sensors = sensors
         self._sensor_line = DelayLine(sensor_latency_s, tick_s)
         self._start = start
@@ -109,11 +109,6 @@ class Simulation:
         return self._outline_at(state.x_m, state.y_m, state.yaw_rad)
 
     @property
-    def command_timed_out(self) -> bool:
-        """Whether the vehicle brakes because its latest command is too old."""
-        return self.commands.timed_out(self.tick)
-
-    @property
     def observation(self) -> Observation:
         """What the car receives in this tick."""
         return self.snapshot.observation()
@@ -125,8 +120,7 @@ class Simulation:
         """
         self.obstacles.reset()
         self.place(*self._start)
-        if self._noise is not None:
-            self._noise.reset()
+        self._noise.reset()
         # The vehicle has been at its start for the time that the sensors are late.
         self._sensor_line.clear()
         self._start_tick = self.tick - self._sensor_line.ticks
@@ -172,10 +166,6 @@ class Simulation:
             ValueError: the command holds NaN or infinity
         """
         return self.commands.accept(command, self.tick, manual)
-
-    def set_manual_override(self, enabled: bool) -> None:
-        """Start or end manual control."""
-        self.commands.set_manual_override(enabled, self.tick)
 
     def place(self, x_m: float, y_m: float, yaw_rad: float) -> None:
         """Place the vehicle at rest and forget all commands.
@@ -228,16 +218,7 @@ class Simulation:
         """
         OdometryNoise(0, **odometry_noise)
         self.vehicle.set_conditions(friction, side_wind_mps)
-        self._noise = self._noise or OdometryNoise(0)
         self._noise.set_deviations(**odometry_noise)
-
-    def toggle_obstacle(self, plan: ObstaclePlan) -> str:
-        """Add an obstacle, or remove those at its point; return a text that describes the change.
-
-        Raises:
-            ValueError: the vehicle is there
-        """
-        return self.obstacles.toggle(plan, self.outline)
 
     def observe_again(self) -> Snapshot:
         """Return the last snapshot with the present positions, without noise.
@@ -267,29 +248,23 @@ class Simulation:
     def _sense_all(self) -> Snapshot:
         """Observe the present state with all sensors; return the snapshot to publish."""
         snapshot: Snapshot = self._sense(self.tick)
-        return snapshot if self._sensors is None else self._with_readings(snapshot)
-
-    def _with_readings(self, snapshot: Snapshot) -> Snapshot:
-        assert self._sensors is not None
+        if self._sensors is None:
+            return snapshot
         tick = self.tick - self._sensor_line.ticks
-        state, obstacles, lights = (
-            snapshot.state,
-            snapshot.obstacles,
-            snapshot.traffic_lights,
+        moment = Moment(
+            self._elapsed_at(tick), snapshot.state, snapshot.obstacles, snapshot.traffic_lights
         )
-        moment = Moment(self._elapsed_at(tick), state, obstacles, lights)
         readings = self._sensors.sense(moment, tick, tick - self._start_tick)
         return snapshot._replace(readings=readings)
 
     def _sense(self, tick: int) -> Any:
         """Observe the present state; return the snapshot of sensor_latency_s ago."""
         state = measured = self.vehicle.state
-        if self._noise is not None and self._noise.is_on:
+        if self._noise.is_on:
             x, y, yaw, speed = self._noise.apply(
                 state.x_m, state.y_m, state.yaw_rad, state.speed_mps
             )
-            noisy = {"x_m": x, "y_m": y, "yaw_rad": yaw, "speed_mps": speed}
-            measured = VehicleState(**{**vars(state), **noisy})
+            measured = replace(state, x_m=x, y_m=y, yaw_rad=yaw, speed_mps=speed)
         return self._sensor_line.put(
             Snapshot(
                 tick * self._tick_ns,
@@ -311,14 +286,10 @@ class Simulation:
         met = self.obstacles.first_contact(motion)
         if met:
             obstacle, contact = met
-            approach_mps = self._stop(before, contact)
+            impulse = self.vehicle.parameters.mass_kg * self._stop(before, contact)
             if self.obstacles.begin_contact(obstacle.id):
-                impulse = self.vehicle.parameters.mass_kg * approach_mps
-                events.append(
-                    CollisionEvent(
-                        obstacle.id, impulse * contact.normal_x, impulse * contact.normal_y
-                    )
-                )
+                push = impulse * contact.normal_x, impulse * contact.normal_y
+                events.append(CollisionEvent(obstacle.id, *push))
         self.obstacles.end_contacts(self.outline)
         return events
 
@@ -327,10 +298,8 @@ class Simulation:
         after = self.vehicle.state
         x, y, yaw = _interpolated(before, after, contact.share)
         c, s = math.cos(after.yaw_rad), math.sin(after.yaw_rad)
-        along, across = (
-            contact.normal_x * c + contact.normal_y * s,
-            contact.normal_y * c - contact.normal_x * s,
-        )
+        along = contact.normal_x * c + contact.normal_y * s
+        across = contact.normal_y * c - contact.normal_x * s
         approach_mps = max(0.0, -(after.speed_mps * along + after.lateral_speed_mps * across))
         self.vehicle.state = replace(
             after,
