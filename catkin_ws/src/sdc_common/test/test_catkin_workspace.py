@@ -52,11 +52,6 @@ def test_environment_is_that_of_the_workspace_with_the_master_of_the_drive(works
     assert environment["MINE"] == "two\nlines=a=b"
 
 
-def test_relative_workspace_starts_at_the_folder_of_the_caller(workspace, monkeypatch):
-    monkeypatch.setenv("PWD", os.path.dirname(workspace))
-    assert "ROS_PACKAGE_PATH" in workspace_environment("their ws")
-
-
 @pytest.mark.parametrize(
     ("stack", "arguments"),
     [
@@ -142,13 +137,6 @@ def test_stack_that_would_start_nodes_of_another_workspace_is_refused(workspace,
         check_stack("", stack)
     monkeypatch.setenv("ROS_PACKAGE_PATH", f"{workspace}/src")
     check_stack("", stack)
-
-
-@pytest.mark.parametrize("manifest", [None, "<package/>", MANIFEST.format("unknown")])
-def test_stack_outside_of_the_packages_of_ros_is_accepted(tmp_path, manifest):
-    if manifest is not None:
-        (tmp_path / "package.xml").write_text(manifest)
-    check_stack("", str(tmp_path / "all.launch"))
 
 
 @pytest.mark.parametrize(

@@ -42,17 +42,6 @@ def test_later_processes_read_the_machine_code_from_files(module):
     assert {path.suffix for path in module.parent.glob("__pycache__/*.nb?")} == {".nbi", ".nbc"}
 
 
-def test_changed_file_is_compiled_again(module):
-    assert loaded()(1.0) == 8.0
-    module.write_text(SOURCE.replace("3.0", "15.0"))
-    assert loaded()(1.0) == 32.0
-
-
-def test_callee_stays_a_plain_function(module):
-    function = loaded()
-    assert sys.modules["compiled_pair"].step(1.0) == 4.0 and function(1.0) == 8.0
-
-
 def test_function_without_a_folder_for_the_cache_is_compiled_in_each_process(module, monkeypatch):
     def no_folder(*_):
         raise RuntimeError("no locator available")

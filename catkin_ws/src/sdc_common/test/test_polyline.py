@@ -70,15 +70,6 @@ def test_search_is_limited_to_the_given_segments():
     assert there_and_back.nearest_around(10.0, 0.0, -1000.0, 5.0, 5.0).segment == 0
 
 
-def test_repeated_points_change_nothing():
-    line, plain = Polyline([BENT[0], BENT[0], BENT[1], BENT[1], BENT[2], BENT[2]]), Polyline(BENT)
-    for x, y in ((4.0, 1.0), (9.0, 1.0), (12.0, -3.0)):
-        assert line.nearest(x, y).s_m == plain.nearest(x, y).s_m
-        assert line.nearest(x, y).cross_track_m == plain.nearest(x, y).cross_track_m
-    for s in (0.0, 5.0, 10.0, 20.0, 25.0):
-        assert line.point_at(s) == plain.point_at(s)
-
-
 def test_point_that_is_not_finite_has_no_place():
     place = Polyline(BENT).nearest(math.nan, 0.0)
     assert math.isnan(place.s_m)
@@ -102,13 +93,6 @@ def test_curvature_of_an_arc_is_the_inverse_of_its_radius(radius):
         assert line.curvature_at(s) == pytest.approx(1.0 / radius, rel=1e-3)
     for s in (0.0, line.s[-1]):  # the end segments have the heading of their middle there
         assert line.curvature_at(s) == pytest.approx(1.0 / radius, rel=0.6)
-
-
-def test_replaced_headings_are_used():
-    line = Polyline(BENT)
-    line.headings = [0.0, 1.0, 2.0]
-    assert line.heading_at(15.0) == pytest.approx(1.5)
-    assert line.nearest(10.0, 5.0).heading_rad == pytest.approx(1.5)
 
 
 def test_place_has_the_heading_in_half_a_turn():

@@ -96,17 +96,6 @@ def test_noise_of_waypoints_makes_no_bend(
     assert np.abs(route.curvature - curvature[nearest])[inner].max() < 0.25 / radius_m + 0.001
 
 
-def test_rounding_on_straights_along_the_axes_is_recognized():
-    """On most of this route, rounded points have no deviation."""
-    _, points, _ = line_of(
-        np.cumsum([0.0, 300.0, 40.0, 40.0, 40.0, 300.0]),
-        np.array([0.0, 0.0, 1.0, 1.0, 0.0, 0.0]) / 50.0,
-        heading=0.0,
-    )
-    route = road_route(np.round(every(points, 0.5), 1))
-    assert np.abs(route.curvature).max() < 1.2 / 50.0
-
-
 def test_long_straight_does_not_swing_out_before_a_bend():
     _, points, _ = bend(50.0, 0.01, 1.5, 200.0)
     in_bend = points[int(200.0 / FINE_M) : int((200.0 + 75.0) / FINE_M) : int(5.0 / FINE_M)]
@@ -119,14 +108,6 @@ def test_corner_of_straights_stays_a_corner():
     line = road_line(np.array([[0.0, 0.0], [50.0, 0.0], [50.0, 30.0]]))
     assert np.abs(np.minimum(np.abs(line[:, 1]), np.abs(line[:, 0] - 50.0))).max() < 1e-9
     assert [50.0, 0.0] in line.tolist()
-
-
-def test_gap_in_a_bend_is_closed_along_the_bend():
-    _, points, _ = line_of([0.0, 500.0], [1.0 / 300.0] * 2)
-    fine = every(points, 1.0)
-    route = road_route(np.vstack([fine[:200], fine[300:]]))
-    distance, _ = cKDTree(points).query(route.points)
-    assert distance.max() < 0.1
 
 
 def test_points_of_the_line_are_evenly_spaced_whatever_the_waypoints():
@@ -143,40 +124,14 @@ def rotated(points_m, angle_rad):
     return points_m @ np.array([[cosine, sine], [-sine, cosine]])
 
 
-def along_x(*x_m):
-    return np.column_stack([x_m, np.zeros(len(x_m))])
-
-
 def distances(points_m, line_m):
     """Return the distances of points from a line of any points [m]."""
     line = Route(line_m).line
     return np.array([line.nearest(x, y).distance_m for x, y in points_m.tolist()])
 
 
-def noisy_straight(length_m, spacing_m, noise_m, heading=0.7, seed=1):
-    """Return a straight with noise across it."""
-    x = np.arange(0.0, length_m, spacing_m)
-    y = np.random.default_rng(seed).normal(0.0, noise_m, len(x))
-    return rotated(np.column_stack([x, y]), heading)
-
-
 def arc_lengths(points_m):
     return np.append(0.0, np.cumsum(np.hypot(*np.diff(points_m, axis=0).T)))
-
-
-@pytest.mark.parametrize("spacing_m", [1.0, 2.0, 5.0])
-@pytest.mark.parametrize("noise_m", [0.01, 0.05, 0.2])
-def test_smoothing_leaves_the_same_curvature_of_any_noise(spacing_m, noise_m):
-    line = road_line(noisy_straight(1000.0, spacing_m, noise_m))
-    curvature = Route(line).curvature[20:-20]
-    assert np.abs(curvature).max() < 3e-4
-    assert 0.3e-4 < np.sqrt(np.mean(curvature**2)) < 1.5e-4
-
-
-def test_exact_waypoints_of_a_bend_have_no_noise():
-    _, points, _ = line_of([0.0, 300.0], [1.0 / 100.0] * 2)
-    waypoints = every(points, 2.0)
-    assert noise_of(waypoints, arc_lengths(waypoints)) < 1e-4
 
 
 def test_rounding_is_recognized_in_32_bit_coordinates_of_a_large_map():
@@ -224,13 +179,6 @@ def test_line_of_uneven_waypoints_stays_on_the_road(
     line = road_line(waypoints[::-1] if backward else waypoints)
     distance, _ = cKDTree(points).query(line)
     assert distance.max() < within_m
-
-
-def test_two_waypoints_close_together_make_no_bend():
-    waypoints = along_x(*np.arange(0.0, 101.0, 10.0))
-    waypoints = np.insert(waypoints, 6, [50.05, 0.01], axis=0)
-    line = road_line(waypoints)
-    assert np.abs(line[:, 1]).max() < 0.002
 
 
 @pytest.mark.parametrize("heading", [0.3, 1.9, 3.5, 5.0])

@@ -36,28 +36,6 @@ def test_arc_has_the_curvature_and_length_of_its_circle(radius):
     assert route.length_m == pytest.approx(1.5 * math.pi * radius, rel=0.01)
 
 
-def test_mirrored_route_has_opposite_curvature():
-    points = circle(10.0, 3.0)
-    left, right = Route(points), Route(points * [1.0, -1.0])
-    np.testing.assert_allclose(left.curvature, -right.curvature, atol=1e-12)
-    np.testing.assert_allclose(left.heading, -right.heading, atol=1e-12)
-
-
-def test_recording_noise_makes_no_bend():
-    route = Route(
-        np.column_stack([np.arange(200.0), np.random.default_rng(3).normal(0.0, 0.02, 200)])
-    )
-    raw = np.abs(np.diff(np.diff(route.points[:, 1])))
-    assert np.abs(route.curvature).max() < 0.4 * raw.max()
-
-
-def test_route_of_two_points_is_straight():
-    route = Route([[0.0, 0.0], [3.0, 4.0]])
-    assert route.length_m == 5.0
-    np.testing.assert_allclose(route.heading, math.atan2(4.0, 3.0))
-    np.testing.assert_allclose(route.curvature, 0.0, atol=1e-12)
-
-
 @pytest.mark.parametrize(
     ("points", "part"),
     [
@@ -70,13 +48,6 @@ def test_route_of_two_points_is_straight():
 def test_points_that_are_no_route_are_refused(points, part):
     with pytest.raises(ValueError, match=part):
         Route(points)
-
-
-def test_cross_track_is_positive_to_the_left():
-    route = Route([[0.0, 0.0], [10.0, 0.0], [20.0, 0.0]])
-    place = route.project(4.0, 0.5, 4.0, 5.0, 5.0)
-    assert (place.s_m, place.cross_track_m, place.distance_m) == pytest.approx((4.0, 0.5, 0.5))
-    assert route.project(4.0, -0.5, 4.0, 5.0, 5.0).cross_track_m == pytest.approx(-0.5)
 
 
 def test_project_searches_only_near_the_given_arc_length():
@@ -146,14 +117,6 @@ def test_last_point_up_to_an_arc_length():
     route = Route(np.column_stack([np.arange(6.0), np.zeros(6)]))
     places = [route.last_point_s(s) for s in (-1.0, 0.5, 3.0, 3.9, 99.0)]
     assert places == [0.0, 0.0, 3.0, 3.0, 5.0]
-
-
-@pytest.mark.parametrize("heading", [0.0, 2.0, -1.0])
-def test_chords_of_a_straight_have_its_direction(heading):
-    direction = np.array([math.cos(heading), math.sin(heading)])
-    s = np.array([0.0, 3.0, 10.0])
-    chords = chord_directions(s[:, None] * direction + 5.0, s, np.array([0.0, 1.0, 7.0, 10.0]), 2.0)
-    np.testing.assert_allclose(chords, [direction] * 4, atol=1e-12)
 
 
 def test_chords_of_a_circle_are_its_tangents_but_at_the_ends():

@@ -106,11 +106,6 @@ def test_lateral_jerk_limits_the_speed_where_the_curvature_changes(rate, step_m)
     assert in_order(reasons) == [ACCELERATING, BEND, END_OF_ROUTE]
 
 
-def test_bend_that_allows_the_cruise_speed_is_no_reason():
-    _, reasons = limited_speeds(path(200.0, 0.04), SpeedLimits(**LIMITS))
-    assert in_order(reasons) == [ACCELERATING, CRUISE, END_OF_ROUTE]
-
-
 def test_speeds_of_a_route_are_those_of_its_curvature_and_belong_to_the_caller():
     angle = np.linspace(0.0, 1.5, 60)
     route = Route(20.0 * np.column_stack([np.sin(angle), 1.0 - np.cos(angle)]))

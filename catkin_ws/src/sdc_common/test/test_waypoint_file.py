@@ -73,20 +73,6 @@ def test_well_formed_file_is_accepted(write, text):
 
 
 @pytest.mark.parametrize(
-    "points",
-    [
-        [[0.0, 0.0], [0.0, 1.0]],
-        [[0.0, 5.0], [5.0, 5.0], [10.0, 5.0]],
-        [[0.0, 0.0], [0.001, 0.0]],
-        [[0.0, 0.0], [1e5, -1e5]],
-    ],
-)
-def test_every_route_within_the_limits_is_accepted(write, points):
-    text = "".join(f"{x},{-y}\n" for x, y in points)
-    np.testing.assert_array_equal(load_waypoints(write(text)), points)
-
-
-@pytest.mark.parametrize(
     ("text", "parts", "end"), [row[1:] for row in REFUSED], ids=[row[0] for row in REFUSED]
 )
 def test_bad_file_is_refused_in_one_line_that_names_file_and_row(write, text, parts, end):

@@ -47,25 +47,11 @@ def whiten(surface):
     surface.fill((255, 255, 255))
 
 
-def test_window_opens_with_its_title_and_size(display):
-    display(SDL_VIDEODRIVER="dummy")
-    window = ImageWindow("camera", (64, 48))
-    assert pygame.display.get_caption()[0] == "camera"
-    assert pygame.display.get_surface().get_size() == (64, 48)
-    assert (window.closed, window.held, window.step_s) == (False, set(), 0.0)
-
-
 @pytest.mark.parametrize("picture", [PICTURE, PICTURE[:3], PICTURE[:, 1:], PICTURE[:, ::-1]])
 def test_window_shows_the_picture_in_its_size_and_colours(window, picture):
     for _ in range(2):
         window.show(picture)
         np.testing.assert_array_equal(screen(), picture)
-
-
-def test_window_without_a_picture_is_black(window):
-    window.show(None, whiten)
-    window.show(None)
-    assert not screen().any()
 
 
 def test_overlay_is_drawn_over_the_picture(window):

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import unittest
 
+import cv2
 import numpy as np
 import rospy
 import rostest
@@ -202,7 +203,7 @@ class ManualControlTest(unittest.TestCase):
             self.wait_for_frames(5)
             picture = self.display.picture(self.window)
             if rospy.get_param("~screenshot"):
-                self.display.save(rospy.get_param("~screenshot"), self.window)
+                cv2.imwrite(rospy.get_param("~screenshot"), self.display.picture(self.window))
         self.assertEqual(
             list(event.crossed_lane_markings), [CarlaLaneInvasionEvent.LANE_MARKING_BROKEN]
         )

@@ -6,7 +6,6 @@ import os
 import shutil
 import subprocess
 
-import cv2
 import numpy as np
 from pyvirtualdisplay import Display
 from pyvirtualdisplay.abstractdisplay import XStartError
@@ -121,17 +120,6 @@ class VirtualDisplay:
             dump, np.uint8, height * row_bytes, header_size + 12 * colours
         ).reshape(height, row_bytes)
         return rows[:, : width * pixel_bytes].reshape(height, width, pixel_bytes)[:, :, :3].copy()
-
-    def save(self, path: str, window: str = "root") -> None:
-        """Write the picture of a window, or of the whole screen, to a PNG file.
-
-        Raises:
-            OSError: the file cannot be written
-            LookupError: the window does not exist any more
-        """
-        os.makedirs(os.path.dirname(os.path.abspath(path)), exist_ok=True)
-        if not cv2.imwrite(path, self.picture(window)):
-            raise OSError(f"{path}: cannot be written; name a file in a folder that can be written")
 
     def xdotool(self, *arguments: object, check: bool = True) -> str:
         """Run xdotool, which moves the pointer and presses keys, and return what it prints."""
