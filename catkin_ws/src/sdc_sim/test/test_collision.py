@@ -10,33 +10,6 @@ from hypothesis import strategies as st
 
 from sdc_sim.physics.collision import Rectangle, first_contact, overlap
 
-metres = st.floats(-4.0, 4.0)
-angles = st.floats(-math.pi, math.pi)
-sizes = st.floats(0.3, 5.0)
-rectangles = st.builds(Rectangle, metres, metres, angles, sizes, sizes)
-
-
-def contains(body, x, y):
-    c, s = math.cos(body.yaw_rad), math.sin(body.yaw_rad)
-    dx, dy = x - body.x_m, y - body.y_m
-    return (
-        abs(c * dx + s * dy) <= 0.5 * body.length_m and abs(c * dy - s * dx) <= 0.5 * body.width_m
-    )
-
-
-def share_a_point(a, b, n=24):
-    """Return whether a point of a grid on `a` is in `b`, the slow way."""
-    corners = list(a.corners())
-    front, right = (corners[1], corners[0]), (corners[1], corners[2])
-    for i in range(n + 1):
-        for j in range(n + 1):
-            u, v = i / n, j / n
-            x = corners[1][0] + u * (front[1][0] - front[0][0]) + v * (right[1][0] - right[0][0])
-            y = corners[1][1] + u * (front[1][1] - front[0][1]) + v * (right[1][1] - right[0][1])
-            if contains(b, x, y):
-                return True
-    return False
-
 
 @pytest.mark.parametrize(
     ("a", "b", "depth_m", "normal"),
@@ -59,15 +32,6 @@ def test_overlap_has_known_depth_and_normal(a, b, depth_m, normal):
         assert found is None
     else:
         assert found == pytest.approx((depth_m, *normal))
-
-
-@given(rectangles, rectangles)
-def test_overlap_agrees_with_a_grid_of_points(a, b):
-    if share_a_point(a, b) or share_a_point(b, a):
-        assert overlap(a.grown(1e-6), b)
-    elif overlap(a, b):
-        depth_m = overlap(a, b)[0]
-        assert depth_m < 0.5  # a grid misses only slivers
 
 
 @settings(deadline=None)

@@ -7,18 +7,17 @@ import os
 
 import numpy as np
 import pytest
-import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from sdc_common.geometry.route import Route
 from sdc_common.routes.waypoint_file import load_waypoints
-from sdc_sim.physics.obstacles import KINDS, Obstacles
+from sdc_sim.physics.obstacles import Obstacles
 from sdc_sim.physics.traffic_lights import TrafficLightPlan, TrafficLights
 from sdc_sim.scenario.acceptance_limits import AcceptanceLimits, RequiredStop
 from sdc_sim.scenario.reader import load_scenario
 from sdc_sim.scenario.traffic import load_lights, load_obstacles
-from sdc_sim.yaml_document import DocumentError, schema
+from sdc_sim.yaml_document import DocumentError
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 EXAMPLES = os.path.join(HERE, "..", "config", "obstacles")
@@ -91,24 +90,12 @@ ENTRY = "frame: map\nobstacles:\n  - "
     ("text", "line", "message"),
     [
         ("", None, "empty"),
-        ("obstacles: []", None, "'frame' is missing"),
-        ("frame: map", None, "'obstacles' is missing"),
-        ("frame: rote\nobstacles: []", 1, "did you mean 'route'"),
         ("frame: map\nobstackles: []", 2, "did you mean 'obstacles'"),
         ("frame: map\nobstacles: 7", 2, "must be a list"),
-        ("frame: map\nobstacles: [7]", 2, "must be a mapping"),
-        ("frame: map\nframe: map\nobstacles: []", 2, 'duplicate key "frame"'),
-        ("- 1\n- 2", 1, "must be a mapping"),
-        ("frame: [map", None, "not valid YAML"),
-        ("frame: map\nobstacles:\n\t- kind: car", 3, "not valid YAML"),
         (ENTRY + "at: [0, 0]", 3, "'kind' is missing"),
-        (ENTRY + "kind: cra\n    at: [0, 0]", 3, "did you mean 'car'"),
         (ENTRY + "kind: car\n    att: [0, 0]", 4, "did you mean 'at'"),
         (ENTRY + "kind: car", 3, "either 'at'"),
         (ENTRY + "{kind: car, at: [0, 0], path: [[0, 0], [1, 1]], speed_mps: 1}", 3, "either 'at'"),
-        (ENTRY + "kind: car\n    at: [0, one]", 4, "entry 2 of 'at' must be a number"),
-        (ENTRY + "kind: car\n    at: [0, .nan]", 4, "must be a number"),
-        (ENTRY + "kind: car\n    at: [0, nan]", 4, "must be a number from"),
         (ENTRY + "kind: car\n    at: [0, 1e9]", 4, "must be a number from"),
         (ENTRY + "kind: car\n    at: [0]", 4, "list of 2 numbers"),
         (
@@ -117,12 +104,6 @@ ENTRY = "frame: map\nobstacles:\n  - "
             "'path' is missing, 'speed_mps' needs it",
         ),
         (ENTRY + "kind: car\n    path: [[0, 0], [1, 0]]", 4, "'speed_mps' is missing"),
-        (ENTRY + "kind: car\n    path: [[0, 0], [1, 0]]\n    speed_mps: -1", 5, "from 0.01 to 60"),
-        (
-            ENTRY + "kind: car\n    path: [[0, 0], [1, 0]]\n    speed_mps: 1000",
-            5,
-            "from 0.01 to 60",
-        ),
         (
             ENTRY + "kind: car\n    path: [[0, 0], [1, 0]]\n    speed_mps: 1\n    yaw_rad: 1",
             6,
@@ -160,95 +141,6 @@ def test_missing_file_and_binary_file_are_refused(tmp_path):
     (tmp_path / "picture.png").write_bytes(b"\x89PNG\xff\xfe")
     with pytest.raises(DocumentError, match="not a text file"):
         load_obstacles(str(tmp_path / "picture.png"), ROUTE)
-
-
-# YAML that is almost a scenario, with wrong keys, types, nesting and tags.
-ODD_WORDS = [
-    "route",
-    "map",
-    ".nan",
-    "1e999",
-    "!!python/object/apply:os.getpid []",
-    "!radians 1",
-    "&a",
-    "*a",
-]
-SCALARS = st.one_of(
-    st.none(),
-    st.booleans(),
-    st.integers(-10, 10**30),
-    st.floats(),
-    st.text(max_size=8),
-    st.sampled_from([*KINDS, *ODD_WORDS]),
-)
-SCENARIO_KEYS = [
-    "about",
-    "route",
-    "vehicle",
-    "stack",
-    "limits",
-    "lights",
-    *schema("scenario")["definitions"]["sim"],
-]
-PART_KEYS = "kind at path size_m straight_m radius_m stop_line_m phases along_m at_most stops at_m"
-KEYS = st.text(max_size=4) | st.sampled_from(
-    ["frame", "obstacles", "<<", *SCENARIO_KEYS, *PART_KEYS.split()]
-)
-POINTS = st.lists(st.floats(-300.0, 300.0), min_size=2, max_size=2)
-SIZES = st.lists(st.floats(0.0, 60.0), min_size=3, max_size=3)
-LISTS = st.lists(SCALARS | POINTS, max_size=3)
-VALUES = (
-    SCALARS | POINTS | LISTS | st.dictionaries(KEYS | SCALARS, SCALARS | POINTS | LISTS, max_size=3)
-)
-OBSTACLES = st.fixed_dictionaries(
-    {"kind": st.sampled_from(sorted(KINDS)) | SCALARS},
-    optional={
-        "at": POINTS | VALUES,
-        "path": st.lists(POINTS, max_size=4) | VALUES,
-        "speed_mps": st.floats(0.0, 70.0) | VALUES,
-        "start_s": VALUES,
-        "trigger_m": VALUES,
-        "yaw_rad": st.floats(-8.0, 8.0) | VALUES,
-        "size_m": SIZES | VALUES,
-    },
-)
-NEARLY = st.fixed_dictionaries(
-    {
-        "frame": st.sampled_from(["map", "route"]) | SCALARS,
-        "obstacles": st.lists(OBSTACLES, max_size=3) | VALUES,
-    },
-    optional={"lights": VALUES, "limits": VALUES, "route": VALUES},
-)
-ANYTHING = st.dictionaries(st.sampled_from(SCENARIO_KEYS), VALUES, max_size=3) | VALUES
-TEXTS = st.one_of(
-    (NEARLY | ANYTHING).map(lambda data: yaml.safe_dump(data, allow_unicode=True)),
-    NEARLY.map(str),
-    st.text(max_size=60),
-    st.text("frame: map\nobstcl-[]{},.&*!|>'\"%@0123456789", max_size=120),
-)
-CONTENTS = TEXTS.map(lambda text: text.encode("utf-8", "surrogatepass")) | st.binary(max_size=80)
-
-
-@pytest.mark.slow(3)
-@settings(
-    max_examples=max(500, settings.default.max_examples), suppress_health_check=list(HealthCheck)
-)
-@given(CONTENTS)
-def test_any_file_is_a_valid_scenario_or_refused_in_one_line(tmp_path_factory, content):
-    path = tmp_path_factory.getbasetemp() / "fuzz.yaml"
-    path.write_bytes(content)
-    try:
-        scenario = load_scenario(str(path))
-        plans, lights = load_obstacles(str(path), ROUTE), load_lights(str(path), ROUTE)
-    except DocumentError as refusal:
-        assert str(refusal).startswith(str(path))
-        assert "\n" not in str(refusal)
-    else:
-        assert scenario.path == str(path)
-        for obstacle in Obstacles(plans).states:
-            assert all(map(math.isfinite, obstacle[2:]))
-        for light in TrafficLights(lights).states(12.3):
-            assert all(map(math.isfinite, light[1:4]))
 
 
 def test_aliases_are_resolved(tmp_path):
@@ -359,17 +251,13 @@ LIGHT = "lights:\n  - "
             2,
             "'friction' must be a number from 0.05 to 2, got 'slippery'",
         ),
-        ("friction: 3", 1, "from 0.05 to 2"),
         ("seed: 1.5", 1, "whole number"),
-        ("odometry_noise:\n  positon_m: 1", 2, "did you mean 'position_m'"),
         ("start:\n  left_m: far", 2, "'left_m' must be a number from -50 to 50, got 'far'"),
         ("gnss:\n  noise: 1", 2, "did you mean 'noise_m'"),
         ("gnss:\n  outages:\n    - {from_m: 1}", 3, "either from_m and to_m"),
         ("imu:\n  rate_noise_radps: -1", 2, "from 0 to 1000"),
         ("truth: maybe", 1, "'truth' must be true or false"),
-        ("vehicle: ../../etc/passwd", 1, "not a path"),
         ("about: x\nstack: /tmp/evil", 2, "not a path"),
-        ("camera: maybe", 1, "'camera' must be true or false, got 'maybe'"),
         ("route: []", 1, "must be a list of elements"),
         ("route:\n  - straight: 50", 2, "did you mean 'straight_m'"),
         ("route:\n  - straight_m: 50\n  - {left_deg: 90, radius_m: 10}", 3, "left_deg"),
@@ -380,15 +268,12 @@ LIGHT = "lights:\n  - "
         ),
         ("route:\n  - straight_m: 15000\n  - straight_m: 15000", 3, "longer than"),
         ("limits:\n  at_most:\n    cross_track_maxi_m: 1", 3, "did you mean 'cross_track_max_m'"),
-        ("limits:\n  status: compleat", 2, "'status' is 'compleat'"),
         ("limits:\n  stops:\n    - at_m: 5", 3, "key 'within_m' is missing in entry 1 of 'stops'"),
-        ("about: &a [*a]", 1, "must be a line of text"),
         (
             "about: !!python/object/apply:os.system ['true']\nfriction: 1",
             1,
             "must be a line of text",
         ),
-        ("obstacles: []", None, "'frame' is missing"),
     ],
 )
 def test_error_names_line_and_fix_of_scenario_mistake(tmp_path, text, line, message):
@@ -407,13 +292,11 @@ def test_error_names_line_and_fix_of_scenario_mistake(tmp_path, text, line, mess
     ("text", "line", "message"),
     [
         (LIGHT + "stop_line_m: 20", 2, "'phases' is missing"),
-        (LIGHT + "phases: [red: 5]", 2, "'stop_line_m' is missing"),
         (LIGHT + "stop_line_m: 20\n    phases: []", 3, "must be a list of phases"),
         (LIGHT + "stop_line_m: 20\n    phases: [blue: 5]", 3, "unknown key 'blue'"),
         (LIGHT + "stop_line_m: 20\n    phases: [{red: 5, green: 5}]", 3, "one colour"),
         (LIGHT + "stop_line_m: 20\n    phases: [red: 0]", 3, "from 0.05"),
         (LIGHT + "stop_line_m: 5000\n    phases: [red: 5]", 2, "along a route of"),
-        ("lights: 7", 1, "must be a list"),
     ],
 )
 def test_error_names_line_and_fix_of_light_mistake(tmp_path, text, line, message):
@@ -421,3 +304,65 @@ def test_error_names_line_and_fix_of_light_mistake(tmp_path, text, line, message
         load_lights(write(tmp_path, text), ROUTE)
     assert f", line {line}: " in str(refusal.value)
     assert message in str(refusal.value)
+
+
+TRAFFIC = """
+frame: route
+obstacles:
+  - {kind: car, at: [30, 2], yaw_rad: 0.5}
+  - kind: pedestrian
+    path: [[0, 1], [2, 3]]
+    speed_mps: 1.4
+    trigger_m: 12
+    size_m: [0.6, 0.7, 1.8]
+lights: [{stop_line_m: 50, phases: [red: 8.0, green: 2]}]
+"""
+# Pieces of a scenario that are replaced by others, of wrong types, keys, nesting and tags.
+PIECES = st.sampled_from(
+    [
+        *"abr019[]{}:,-&*!#.\n",
+        "- ",
+        ".nan",
+        "1e999",
+        "null",
+        "route",
+        "map",
+        "kind: car",
+        "&a",
+        "*a",
+    ]
+    + ["!!python/object/apply:os.getpid []", "!radians 1", "obstacles:", "lights: [7]"]
+)
+
+
+@st.composite
+def contents(draw):
+    """Return a scenario in which up to four places are replaced, or any bytes."""
+    text = draw(st.sampled_from([WHOLE, TRAFFIC]))
+    for _ in range(draw(st.integers(0, 4))):
+        start = draw(st.integers(0, len(text)))
+        length = draw(st.integers(0, 12))
+        text = text[:start] + draw(PIECES | st.text(max_size=4)) + text[start + length :]
+    return draw(st.just(text.encode("utf-8", "surrogatepass")) | st.binary(max_size=80))
+
+
+@pytest.mark.slow(3)
+@settings(
+    max_examples=max(500, settings.default.max_examples), suppress_health_check=list(HealthCheck)
+)
+@given(contents())
+def test_any_file_is_a_valid_scenario_or_refused_in_one_line(tmp_path_factory, content):
+    path = tmp_path_factory.getbasetemp() / "fuzz.yaml"
+    path.write_bytes(content)
+    try:
+        scenario = load_scenario(str(path))
+        plans, lights = load_obstacles(str(path), ROUTE), load_lights(str(path), ROUTE)
+    except DocumentError as refusal:
+        assert str(refusal).startswith(str(path))
+        assert "\n" not in str(refusal)
+    else:
+        assert scenario.path == str(path)
+        for obstacle in Obstacles(plans).states:
+            assert all(map(math.isfinite, obstacle[2:]))
+        for light in TrafficLights(lights).states(12.3):
+            assert all(map(math.isfinite, light[1:4]))

@@ -28,17 +28,3 @@ def test_offset_is_positive_to_the_left_and_infinite_out_of_reach():
     index = index_of([(0.0, 0.0), (10.0, 0.0), (30.0, 0.0)], 5.0)
     offsets = index.nearest_offsets(np.array([(4.0, 1.0), (25.0, -2.0), (5.0, 40.0)]))
     assert offsets.tolist() == [1.0, -2.0, np.inf]
-
-
-@pytest.mark.parametrize("heading", np.arange(0.1, 6.3, 0.7))
-@pytest.mark.parametrize(
-    ("ahead_m", "left_m", "offset_m"),
-    [(0.2, 0.3, 0.3), (0.2, -0.3, -0.3), (-0.4, 0.3, 0.5), (0.9, -0.3, -0.5)],
-)
-def test_offset_from_a_short_segment_in_any_direction(ahead_m, left_m, offset_m, heading):
-    direction = np.array([np.cos(heading), np.sin(heading)])
-    start = np.array([7.0, -2.0])
-    index = index_of([start, start + 0.5 * direction], 5.0)
-    left = np.array([-direction[1], direction[0]])
-    point = start + ahead_m * direction + left_m * left
-    assert index.nearest_offsets(point[None, :]) == pytest.approx([offset_m])

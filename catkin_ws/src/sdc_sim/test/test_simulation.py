@@ -164,8 +164,6 @@ def test_place_forgets_the_command():
     simulation.step()
     state = simulation.vehicle.state
     assert (state.x_m, state.y_m, state.speed_mps) == (50.0, 60.0, 0.0)
-    with pytest.raises(ValueError, match="x_m"):
-        simulation.place(math.nan, 0.0, 0.0)
 
 
 def test_sensors_are_late_by_whole_ticks_with_the_stamp_of_what_they_show():

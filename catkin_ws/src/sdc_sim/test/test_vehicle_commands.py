@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 import os
 
 import pytest
@@ -47,13 +46,3 @@ def test_reset_places_the_vehicle_at_rest_unless_a_speed_is_given():
     assert vehicle.state == VehicleState(x_m=1.0, y_m=2.0, yaw_rad=3.0)
     vehicle.reset(1, 2, 3, 4)
     assert vehicle.state == VehicleState(x_m=1.0, y_m=2.0, yaw_rad=3.0, speed_mps=4.0)
-
-
-@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
-@pytest.mark.parametrize("key", ["x_m", "y_m", "yaw_rad", "speed_mps"])
-def test_reset_to_nan_is_refused_and_changes_nothing(key, value):
-    vehicle = Vehicle(CAR)
-    place = {"x_m": 0.0, "y_m": 0.0, "yaw_rad": 0.0, "speed_mps": 0.0, key: value}
-    with pytest.raises(ValueError, match=f"^reset refused: {key} is {value}$"):
-        vehicle.reset(**place)
-    assert vehicle.state == VehicleState()

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, Sequence
 
 import numpy as np
 
-from sdc_common.validation import check_non_negative, check_positive
+from sdc_common.validation import check_non_negative
 
 # Number of the random stream of what is drawn once for each drive.
 _ONCE = 2**40
@@ -163,14 +163,9 @@ class DelayLine:
     Args:
         delay_s: delay; it is rounded to whole ticks, halves upwards
         tick_s: duration of a tick
-
-    Raises:
-        ValueError: the delay is negative or the tick not positive, or one of them is not a number
     """
 
     def __init__(self, delay_s: float, tick_s: float):
-        check_non_negative(delay_s=delay_s)
-        check_positive(tick_s=tick_s)
         # 1e-9 compensates rounding: 0.15 / 0.1 is 1.4999..., but 1.5 ticks are rounded to 2.
         self.ticks = int(math.floor(delay_s / tick_s + 0.5 + 1e-9))
         self._line: deque[Any] = deque()

@@ -171,7 +171,6 @@ class Simulation:
         """Place the vehicle at rest and forget all commands.
 
         Raises:
-            ValueError: a value is not finite
             OccupiedError: an obstacle is there
         """
         obstacle = self.obstacles.at(self._outline_at(x_m, y_m, yaw_rad))
