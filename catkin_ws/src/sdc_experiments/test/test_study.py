@@ -86,7 +86,7 @@ def test_values_are_written_as_arguments(value, shown):
         ("scenarios: [town]\nsettings: {sim_options/seed: 3}", "write 'seeds: [...]'"),
         (
             "scenarios: [town]\nsettings: {simple_controller/stanley/gain: 3}",
-            "no parameter 'gain'; use one of k, softening_mps",
+            "simple_controller, section 'stanley': unknown parameter 'gain'; remove it",
         ),
         (
             "scenarios: [town]\nfactors: {simple_controller/stanley/k: [1.0, two]}",
@@ -94,7 +94,7 @@ def test_values_are_written_as_arguments(value, shown):
         ),
         (
             "scenarios: [town]\nsettings: {sim_options: {frictoin: 0.5}}",
-            "'sim_options' has no parameter 'frictoin'; did you mean 'friction'?",
+            "sim_options: unknown parameter 'frictoin'; did you mean 'friction'?",
         ),
         (
             "scenarios: [town]\nsettings: {camera: 1}\nfactors: {camera: [0]}\nstack: ros",

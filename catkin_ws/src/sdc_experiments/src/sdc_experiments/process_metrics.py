@@ -22,8 +22,6 @@ def stack_processes(master_uri: str) -> list[psutil.Process]:
 def process_name(process: psutil.Process) -> str:
     """Return the name of a process: that of its node, or of its program.
 
-    A node's worker process has the name of the node with its role in brackets.
-
     Raises:
         psutil.Error: the process has ended
     """
@@ -31,10 +29,6 @@ def process_name(process: psutil.Process) -> str:
     node = next((word[len(_NODE) :] for word in words if word.startswith(_NODE)), None)
     if node is not None:
         return node
-    parent = process.parent()
-    if parent is not None and any("multiprocessing" in word for word in words):
-        role = "worker" if "--multiprocessing-fork" in words else "resource tracker"
-        return f"{process_name(parent)} ({role})"
     programs = [os.path.basename(word) for word in words[:3]]
     return next((name for name in programs if name.startswith(("ros", "sdc_"))), process.name())
 

@@ -11,16 +11,8 @@ from pathlib import Path
 from typing import Any, Iterator, Mapping, Sequence
 
 from sdc_common.processes import Program, isolated_ros_environment
+from sdc_common.ros.catkin_workspace import PATH_VARIABLES
 
-# What a setup.bash sets. The setup of another workspace must not find that of this one.
-_WORKSPACE_VARIABLES = (
-    "CMAKE_PREFIX_PATH",
-    "LD_LIBRARY_PATH",
-    "PKG_CONFIG_PATH",
-    "PYTHONPATH",
-    "ROSLISP_PACKAGE_DIRECTORIES",
-    "ROS_PACKAGE_PATH",
-)
 _REPORT = "report.json"
 _SHOWN_CHARACTERS = 3000
 
@@ -51,8 +43,10 @@ def launched(given: Sequence[str], setup: str | None = None) -> Iterator[Program
         command += [f"report:={Path(name) / _REPORT}", *given]
         if setup is not None:
             command = ["bash", "-c", '. "$0" && exec "$@"', os.path.abspath(setup), *command]
-            removed = _WORKSPACE_VARIABLES
-            environment = {key: environment[key] for key in environment if key not in removed}
+            # The setup of another workspace must not find that of this one.
+            environment = {
+                key: environment[key] for key in environment if key not in PATH_VARIABLES
+            }
         with running(command, environment, Path(name)) as launch:
             yield launch
 

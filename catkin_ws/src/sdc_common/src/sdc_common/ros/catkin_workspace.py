@@ -21,7 +21,7 @@ import rospkg
 DEFAULT_STACK = "sdc_package/stack.launch"
 _SETUP_FILES = ("devel/setup.bash", "install/setup.bash", "setup.bash")
 # Set by the setup files of workspaces. They are unset, so that no other workspace is visible.
-_PATH_VARIABLES = (
+PATH_VARIABLES = (
     "CMAKE_PREFIX_PATH",
     "LD_LIBRARY_PATH",
     "PKG_CONFIG_PATH",
@@ -63,7 +63,7 @@ def workspace_environment(workspace: str) -> dict[str, str]:
             f"workspace:={workspace}: {folder} {reason}; name the folder of a catkin workspace and "
             f"build it first: catkin_make -C {folder}"
         )
-    own = {name: value for name, value in os.environ.items() if name not in _PATH_VARIABLES}
+    own = {name: value for name, value in os.environ.items() if name not in PATH_VARIABLES}
     done = subprocess.run(
         ["bash", "-c", 'source "$0" >&2; exec env -0', str(setup)],
         env=own,

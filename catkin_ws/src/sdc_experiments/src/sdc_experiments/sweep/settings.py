@@ -10,8 +10,9 @@ from typing import Any, Iterable, Mapping
 import rospkg
 import yaml
 
-from sdc_common.ros.catkin_workspace import absolute_path
 from sdc_common.validation import is_number, suggestion
+from sdc_sim.scenario.packaged import node_config, overridden
+from sdc_sim.yaml_document import DocumentError
 
 IN_PROCESS, ROS = "in_process", "ros"
 CONTROLLER = "simple_controller"
@@ -31,7 +32,7 @@ _FIXED_ARGUMENTS = (
 )
 _PATHS = ("waypoints_path", "workspace", "stack")
 _ARGUMENT = re.compile(r'<arg name="([^"]*)" default=')
-_KINDS = {bool: "true or false", str: "a text", list: "a list", dict: "a mapping"}
+_KINDS = {bool: "true or false", str: "a text", list: "a list"}
 
 
 class SettingError(ValueError):
@@ -53,7 +54,14 @@ def check_setting(name: str, value: Any, stack: str) -> None:
         raise SettingError(f"'{name}' is no setting; write '{name.split('/')[-1]}s: [...]'")
     first, *keys = name.split("/")
     if first in _CONFIGURATIONS:
-        _check_parameter(name, _parameter(name, first, keys), value)
+        if not keys and not isinstance(value, dict):
+            raise SettingError(f"'{name}' must be a mapping, got {text(value)[:40]}")
+        present, given = node_config(*_CONFIGURATIONS[first]), nested({name: value}, first)
+        try:
+            overridden(present, given, first)
+        except DocumentError as error:
+            raise SettingError(str(error)) from None
+        _check_types(first, present, given)
         return
     known = _arguments() if stack == ROS else _IN_PROCESS_ARGUMENTS
     if name not in known:
@@ -116,15 +124,6 @@ def text(value: Any) -> str:
 
 
 @functools.lru_cache(maxsize=None)
-def configuration(first: str) -> dict:
-    """Return the parameters of a node from its file in config/. Do not change them."""
-    package, name = _CONFIGURATIONS[first]
-    path = os.path.join(rospkg.RosPack().get_path(package), "config", f"{name}.yaml")
-    with open(absolute_path(path), encoding="utf-8") as file:
-        return yaml.safe_load(file)
-
-
-@functools.lru_cache(maxsize=None)
 def _arguments() -> tuple[str, ...]:
     """Return the arguments of all.launch that a study can set."""
     path = os.path.join(rospkg.RosPack().get_path("sdc_package"), "launch", "all.launch")
@@ -133,27 +132,11 @@ def _arguments() -> tuple[str, ...]:
     return tuple(name for name in names if name not in _FIXED_ARGUMENTS)
 
 
-def _parameter(name: str, first: str, keys: list) -> Any:
-    """Return the value of a parameter in its configuration file."""
-    found: Any = configuration(first)
-    for key in keys:
-        if not isinstance(found, dict) or key not in found:
-            known = list(found) if isinstance(found, dict) else []
-            fix = _suggestion(key, known) if known else "remove it"
-            raise SettingError(f"unknown setting '{name}': no parameter '{key}'; {fix}")
-        found = found[key]
-    return found
-
-
-def _check_parameter(name: str, present: Any, value: Any) -> None:
+def _check_types(name: str, present: Any, value: Any) -> None:
     """Raise SettingError unless a value has the type of the present one."""
-    if isinstance(present, dict) and isinstance(value, dict):
+    if isinstance(present, dict):
         for key, entry in value.items():
-            if key not in present:
-                raise SettingError(
-                    f"'{name}' has no parameter '{key}'; {_suggestion(key, list(present))}"
-                )
-            _check_parameter(f"{name}/{key}", present[key], entry)
+            _check_types(f"{name}/{key}", present[key], entry)
         return
     if is_number(present):
         good, wanted = is_number(value), "a number"
