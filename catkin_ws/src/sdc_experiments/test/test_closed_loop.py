@@ -53,18 +53,6 @@ def test_car_without_brakes_for_a_parked_one_collides():
     assert report["infractions"]["collision_vehicle"] == 1
 
 
-def test_light_that_stays_red_is_not_crossed(tmp_path):
-    path = tmp_path / "red.yaml"
-    path.write_text(
-        "route: [{straight_m: 60}]\nlights: [{stop_line_m: 30, phases: [red: 1000.0]}]\n"
-    )
-    report = drive(str(path), referee_options={"blocked_s": 2.0})
-    assert report["status"] == "blocked"
-    assert report["infractions"]["red_light"] == 0
-    # The front of the car is 2.35 m ahead of its centre, and stops 1 m before the line.
-    assert report["route_completion_percent"] == pytest.approx(100.0 * 26.65 / 60.0, abs=2.0)
-
-
 def test_steering_is_a_name_an_object_or_a_function():
     textbook = drive(route=STRAIGHT, steering="stanley", sim_options={"start": {"left_m": 0.5}})
     controller_options = {"steering_method": "stanley"}

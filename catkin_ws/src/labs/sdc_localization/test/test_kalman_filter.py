@@ -26,16 +26,6 @@ def test_covariance_is_symmetric_and_positive_with_any_gain(seed):
     assert np.linalg.eigvalsh(after).min() > 0.0
 
 
-@pytest.mark.parametrize("seed", range(5))
-def test_optimal_gain_is_better_than_its_neighbours(seed):
-    random = np.random.default_rng(seed)
-    P, R, H = covariance(random, 5), covariance(random, 2), random.normal(size=(2, 5))
-    K = kalman.gain(P, H, kalman.innovation_covariance(P, H, R))
-    best = np.trace(kalman.corrected_covariance(P, K, H, R))
-    other = K + 0.01 * random.normal(size=K.shape)
-    assert np.trace(kalman.corrected_covariance(P, other, H, R)) > best
-
-
 def test_gate_lets_as_many_measurements_pass_as_its_quantile_says():
     random = np.random.default_rng(0)
     S = covariance(random, 2)

@@ -40,14 +40,6 @@ def test_car_starts_in_its_lane_with_its_direction(settings):
     assert across == pytest.approx(settings.initial_across_m**2)
 
 
-def test_uncertainty_grows_without_gnss_and_shrinks_with_it(localizer):
-    before = np.trace(localizer.covariance[:2, :2])
-    drive(localizer, 5.0)
-    alone = np.trace(localizer.covariance[:2, :2])
-    drive(localizer, 5.0, fix=lambda x, y: (x, y))
-    assert np.trace(localizer.covariance[:2, :2]) < alone > before
-
-
 def test_outlier_is_refused_and_changes_nothing(localizer):
     drive(localizer, 1.0)
     state = localizer.state.copy()

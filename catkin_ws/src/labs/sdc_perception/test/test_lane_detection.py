@@ -9,8 +9,6 @@ import yaml
 
 from sdc_common.routes.waypoint_file import load_waypoints
 from sdc_perception.lane_detection import DetectorSettings, LaneDetector
-from sdc_perception.obstacle_detection import covered_boxes
-from sdc_perception.obstacle_tracker import ObstacleSettings, body_finder
 from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.camera.renderer import Renderer
 from sdc_sim.road.road import Road
@@ -119,14 +117,6 @@ def test_lane_of_the_town_is_tracked(parameters, rospkg_path, from_m, to_m, weat
         assert lane.confidence > 0.6
 
 
-def test_lane_with_little_paint_is_found(road, detector):
-    pose = pose_at(road, 0.0)
-    picture = Renderer(road, weather=Weather(worn_lines=0.8)).render(*pose)
-    lane = detector.detect(picture, pose)
-    assert lane.offset_m == pytest.approx(0.0, abs=0.08)
-    assert lane.confidence > 0.8
-
-
 def test_meadow_has_no_lane(renderer, detector):
     pose = (0.0, -60.0, 0.0)
     assert detector.detect(renderer.render(*pose), pose) is None
@@ -176,17 +166,3 @@ def test_bad_parameter_is_refused(parameters, section, value):
         else "z_m",
     ):
         DetectorSettings.read(parameters.__getitem__)
-
-
-def test_lane_stays_straight_while_a_car_hides_its_lines(
-    detector, node_parameters, intrinsic, render, body
-):
-    bodies = ObstacleSettings.read(node_parameters("obstacle_detector").__getitem__)
-    finder = body_finder(bodies, intrinsic)
-    car, far_m = body("car", 32.0), []
-    for number in range(50):
-        pose = (0.5 * number, 0.0, 0.0)
-        picture = render(car, pose=pose)
-        lane = detector.detect(picture, pose, covered_boxes(finder.find(picture)))
-        far_m.append(lane.points_m[-1, 1])
-    assert np.abs(far_m).max() < 3.0

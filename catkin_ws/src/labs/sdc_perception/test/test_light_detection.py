@@ -33,11 +33,6 @@ def test_state_and_place_of_a_light(finder, render, light, state, ahead_m, brigh
     assert found[0].y_m == pytest.approx(-2.7, abs=0.15)
 
 
-def test_two_lights_are_two(finder, render, light):
-    found = finder.find(render(light(RED, 12.0), light(GREEN, 30.0)))
-    assert sorted((one.state, round(one.x_m / 10.0)) for one in found) == [(RED, 1), (GREEN, 3)]
-
-
 @pytest.mark.parametrize("brightness", [1.0, 0.25])
 def test_no_light_where_none_faces_the_car(finder, render, light, brightness):
     away, off = light(RED, 15.0, turned_rad=math.pi), light(OFF, 20.0, 3.0)
