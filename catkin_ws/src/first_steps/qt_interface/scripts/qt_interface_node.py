@@ -37,8 +37,8 @@ class QtInterface(QObject):
         self.add_pub = rospy.Publisher("world/add_waypoint", Waypoint, queue_size=10)
         self.pause_pub = rospy.Publisher("world/pause", Bool, queue_size=10)
         self.reset_pub = rospy.Publisher("world/reset", Empty, queue_size=10)
-        self.window.car_dragged.connect(self.publish_place)
-        self.window.waypoint_requested.connect(lambda x, y: self.add_pub.publish(x=x, y=y))
+        self.window.field.car_dragged.connect(self.publish_place)
+        self.window.field.waypoint_requested.connect(lambda x, y: self.add_pub.publish(x=x, y=y))
         self.window.pause_requested.connect(self.pause_pub.publish)
         self.window.reset_requested.connect(self.reset_pub.publish)
 
@@ -71,13 +71,13 @@ class QtInterface(QObject):
         self.call_requested.emit(self.window.set_car, (msg.x, msg.y, msg.direction))
 
     def on_lap_count(self, msg):
-        self.call_requested.emit(self.window.set_laps, (msg.data,))
+        self.call_requested.emit(self.window.legend.set_laps, (msg.data,))
 
     def on_paused(self, msg):
         self.call_requested.emit(self.window.set_paused, (msg.data,))
 
     def on_reset(self, _msg):
-        self.call_requested.emit(self.window.clear_trail, ())
+        self.call_requested.emit(self.scene.clear_trail, ())
 
     def on_shutdown(self):
         self.call_requested.emit(self.window.close, ())

@@ -30,8 +30,10 @@ class Shown:
         self.window, self.scene = window, window.scene
         self.click, self.xdotool = display.click, display.xdotool
         self.requests = []
-        window.car_dragged.connect(lambda x, y: self.requests.append(("drag", x, y)))
-        window.waypoint_requested.connect(lambda x, y: self.requests.append(("waypoint", x, y)))
+        window.field.car_dragged.connect(lambda x, y: self.requests.append(("drag", x, y)))
+        window.field.waypoint_requested.connect(
+            lambda x, y: self.requests.append(("waypoint", x, y))
+        )
         window.pause_requested.connect(lambda pause: self.requests.append(("pause", pause)))
         window.reset_requested.connect(lambda: self.requests.append(("reset",)))
 
@@ -195,7 +197,7 @@ def test_scene_is_visible_on_the_display(shown):
         shown.scene.set_car(2.0 * step, 1.0 * step, 0.5, float(step))
     red, green, blue = shown.colour(60.0, 30.0)
     assert red > 200 and green < 200 and blue < 200, "the trail"
-    shown.window.clear_trail()
+    shown.scene.clear_trail()
     assert shown.colour(60.0, 30.0)[1] > 220, "the trail is removed"
 
 
@@ -218,7 +220,7 @@ def test_square_points_in_the_direction_of_the_car(shown, degrees):
 def test_legend_shows_the_laps_and_each_symbol_in_its_colour(shown):
     from qt_interface.legend import SYMBOLS
 
-    shown.window.set_laps(7)
+    shown.window.legend.set_laps(7)
     assert ">7<" in shown.window.legend.text()
     picture = shown.window.legend.grab().toImage()
     pixels = {picture.pixel(x, y) for x in range(picture.width()) for y in range(picture.height())}

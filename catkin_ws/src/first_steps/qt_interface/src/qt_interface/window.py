@@ -21,11 +21,9 @@ CAR_TIMEOUT_S = 1.0  # without a position of the car, before the status bar repo
 class Window(QMainWindow):
     """A window that shows a scene.
 
-    Its slots receive new data; its signals emit what the user requests with mouse and keys.
+    Its signals, and those of its field, emit what the user requests with keys and mouse.
     """
 
-    car_dragged = pyqtSignal(float, float)
-    waypoint_requested = pyqtSignal(float, float)
     pause_requested = pyqtSignal(bool)
     reset_requested = pyqtSignal()
 
@@ -50,8 +48,6 @@ class Window(QMainWindow):
                 self.statusBar().addPermanentWidget(label)
             else:
                 self.statusBar().addWidget(label)
-        self.field.car_dragged.connect(self.car_dragged)
-        self.field.waypoint_requested.connect(self.waypoint_requested)
         self.field.click_refused.connect(lambda text: self.statusBar().showMessage(text, 3000))
         self.add_keys(("Space", "P"), self.toggle_pause)
         self.add_keys(("R",), self.reset_requested.emit)
@@ -79,17 +75,9 @@ class Window(QMainWindow):
         """Set the car's position [u] and direction [rad]."""
         self.scene.set_car(x, y, direction, time.monotonic())
 
-    def set_laps(self, laps: int) -> None:
-        """Set the number of completed laps."""
-        self.legend.set_laps(laps)
-
     def set_paused(self, is_paused: bool) -> None:
         """Set whether the world is paused."""
         self.scene.is_paused = is_paused
-
-    def clear_trail(self) -> None:
-        """Remove the trail, after a reset of the world."""
-        self.scene.clear_trail()
 
     # Keys and timers
     def toggle_pause(self) -> None:
