@@ -26,9 +26,8 @@ ACCEPTED = [
     ("exponents", "0e0,0\n1.0E0,0\n.2e1,-1\n"),
 ]
 
-IN_METRES, DELETE = "; write it in metres with a decimal point", "; delete one of them"
+IN_METRES, DELETE = "; write it with a decimal point, in a local frame", "; delete one of them"
 TWO = "at least 2; add rows of x,y in metres"
-FINITE = "finite number; write it in metres or delete the row"
 ROUND = "with a radius of 4 m, or delete the rows that lead back"
 COMMA, COLUMNS = "; write x,y with a comma", "; move them to columns 1 and 2"
 # Name, content, parts of the message, and its end.
@@ -41,8 +40,8 @@ REFUSED = [
     ("second header", "x,y\nx,y\n0,0\n1,0\n", ["row 2", "x is 'x'"], IN_METRES),
     ("header below a point", "0,0\nx,y\n1,0\n", ["row 2", "x is 'x'"], IN_METRES),
     ("empty field", "0,0\n1,\n2,0\n", ["row 2", "y is ''"], IN_METRES),
-    ("NaN", "0,0\nnan,0\n2,0\n", ["row 2", "x is nan"], FINITE),
-    ("infinity", "0,0\n0,-inf\n", ["row 2", "y is -inf"], FINITE),
+    ("NaN", "0,0\nnan,0\n2,0\n", ["row 2", "x is 'nan'"], IN_METRES),
+    ("infinity", "0,0\n0,-inf\n", ["row 2", "y is '-inf'"], IN_METRES),
     ("one column", "0,0\n1\n2,0\n", ["row 2", "one column ('1')"], COMMA),
     ("semicolons", "0;0\n1;0\n", ["row 2", "one column ('1;0')"], COMMA),
     ("repeated point", "0,0\n\n1,1\n1,1\n2,2\n", ["row 4", "point of row 3"], DELETE),
@@ -52,7 +51,7 @@ REFUSED = [
     ("swapped header", "y,x\n0,0\n1,0\n", ["row 1", "x in column 2 and y in column 1"], COLUMNS),
     ("quoted swapped header", '"Y","X"\n0,0\n1,0\n', ["row 1", "x in column 2"], COLUMNS),
     ("time in front", "time,x,y\n0,0,0\n1,0,1\n", ["x in column 2 and y in column 3"], COLUMNS),
-    ("far away", "0,0\n1e30,0\n", ["row 2", "farther than 100000 m"], "metres in a local frame"),
+    ("far away", "0,0\n1e30,0\n", ["row 2", "metres up to 100000"], IN_METRES),
     ("row counted over town03 ends", "0,0\r\r\n1,0\r\r\nword,0\r\r\n", ["row 3"], IN_METRES),
 ]
 

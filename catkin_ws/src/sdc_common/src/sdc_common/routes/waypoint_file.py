@@ -134,18 +134,10 @@ def _point(fields: list[str]) -> tuple[float, float]:
             f"the row has one column ({fields[0]!r}), but needs two; write x,y with a comma"
         )
     for name, field in zip("xy", fields):
-        if not _is_number(field):
+        if not (_is_number(field) and abs(float(field)) <= LARGEST_COORDINATE_M):
             raise ValueError(
-                f"{name} is {field!r}, not a number; write it in metres with a decimal point"
-            )
-        if not math.isfinite(float(field)):
-            raise ValueError(
-                f"{name} is {field}, not a finite number; write it in metres or delete the row"
-            )
-        if abs(float(field)) > LARGEST_COORDINATE_M:
-            raise ValueError(
-                f"{name} is {field}, farther than {LARGEST_COORDINATE_M:.0f} m from the origin; "
-                "write metres in a local frame"
+                f"{name} is {field!r}, not a number of metres up to {LARGEST_COORDINATE_M:.0f}; "
+                "write it with a decimal point, in a local frame"
             )
     return float(fields[0]), float(fields[1])
 
