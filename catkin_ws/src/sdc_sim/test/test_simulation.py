@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from sdc_sim.physics.ackermann import AckermannControl, AckermannGains, AckermannTarget
 from sdc_sim.physics.collision import overlap
 from sdc_sim.physics.obstacles import KINDS, ObstaclePlan, Obstacles
-from sdc_sim.physics.traffic_lights import TrafficLightPlan, TrafficLights
+from sdc_sim.physics.traffic_lights import GREEN, RED, TrafficLightPlan, TrafficLights
 from sdc_sim.physics.vehicle import Vehicle, VehicleCommand
 from sdc_sim.physics.vehicle_parameters import load_vehicle
 from sdc_sim.scenario.packaged import node_config
@@ -284,6 +284,8 @@ def test_reset_repeats_the_trace_bit_for_bit_with_later_stamps():
         return [repr(observation[1:]) for observation in observations]
 
     assert without_stamps(second) == without_stamps(first)
+    lights = [observation.traffic_lights[0].state for observation in first]
+    assert lights[:70] == [RED] * 40 + [GREEN] * 20 + [RED] * 10
 
 
 def test_simulation_does_not_import_ros():

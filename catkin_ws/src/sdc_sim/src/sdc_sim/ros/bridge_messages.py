@@ -21,7 +21,6 @@ from carla_msgs.msg import (
     CarlaTrafficLightInfoList,
     CarlaTrafficLightStatus,
     CarlaTrafficLightStatusList,
-    CarlaWorldInfo,
 )
 from carla_ros_bridge.msg import (
     CarlaVehicleControl,
@@ -35,7 +34,7 @@ from derived_object_msgs.msg import Object, ObjectArray
 from geometry_msgs.msg import Point, Pose, Vector3
 from sdc_msgs.msg import Obstacle, ObstacleArray
 from shape_msgs.msg import SolidPrimitive
-from std_msgs.msg import ColorRGBA, Float32, Header, String
+from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker
 
 from sdc_common.driving import Command
@@ -75,8 +74,6 @@ class World:
         simulation: the simulation
         role_name: name of the vehicle in its topics
         preset: name of the vehicle preset
-        map_name: name of the map
-        opendrive: the map as OpenDRIVE
         lockstep: whether the simulation runs in lockstep
         running: whether it is not paused
     """
@@ -84,8 +81,6 @@ class World:
     simulation: Simulation
     role_name: str
     preset: str
-    map_name: str = ""
-    opendrive: str = ""
     lockstep: bool = False
     running: bool = True
 
@@ -154,16 +149,6 @@ def obstacles(world: World) -> list[ObstacleArray]:
     return [ObstacleArray(world.header, states, _colours(world))]
 
 
-def world_info(world: World) -> list[CarlaWorldInfo]:
-    """Return the map."""
-    return [CarlaWorldInfo(world.map_name, world.opendrive)]
-
-
-def map_text(world: World) -> list[String]:
-    """Return the map as text."""
-    return [String(world.opendrive)]
-
-
 def world_status(world: World) -> list[CarlaStatus]:
     """Return the number of the tick, its duration, and whether the simulation runs."""
     return [
@@ -174,11 +159,6 @@ def world_status(world: World) -> list[CarlaStatus]:
             synchronous_mode_running=world.running,
         )
     ]
-
-
-def speed(world: World) -> list[Float32]:
-    """Return the forward speed."""
-    return [Float32(world.snapshot.state.speed_mps)]
 
 
 def vehicle_status(world: World) -> list[CarlaEgoVehicleStatus]:

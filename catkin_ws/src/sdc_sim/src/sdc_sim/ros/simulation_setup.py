@@ -20,8 +20,6 @@ from sdc_sim.scenario.configuration import build_simulation, sensors_that_are_on
 from sdc_sim.simulation.simulation import OccupiedError
 from sdc_sim.yaml_document import DocumentError, check_parameter, schema
 
-_TIMEOUTS = ("patience_s", "unstamped_patience_s", "start_patience_s", "first_answer_s")
-
 
 class Parameters:
     """Reads private parameters by name and refuses those that are set but not read."""
@@ -66,7 +64,12 @@ class SimulationSetup:
     def __init__(self) -> None:
         value = Parameters()
         self.lockstep = bool(value("sync"))
-        self.timeouts_s: dict[str, float] = {name: value(name) for name in _TIMEOUTS}
+        self.timeouts_s: dict[str, float] = {
+            "patience_s": value("patience_s"),
+            "unstamped_patience_s": value("unstamped_patience_s"),
+            "start_patience_s": value("start_patience_s"),
+            "first_answer_s": value("first_answer_s"),
+        }
         self.wait_for_nodes = list(value("wait_for_nodes"))
         self.services = bool(value("services"))
         self.clicked_obstacle: str = value("clicked_obstacle")

@@ -60,10 +60,9 @@ _DISPLAY_PERIOD_S = 0.2
 _NO_OBSTACLE_PERIOD_S = 1.0
 _QUEUE_SIZE = 100
 
-# When a topic is published. CHANGE and READING: in the thread of the loop.
+# When a topic is published.
 ONCE = "at the start, latched"
-CHANGE = "when it changes, latched"
-READING = "when a sensor is due, latched"
+CHANGE = "when it changes, latched, in the thread of the loop"
 TICK = "in each tick, while it has subscribers"
 STATUS = "as TICK, latched"
 
@@ -135,8 +134,6 @@ class SimulationTopics:
             setup.simulation,
             setup.role_name,
             setup.preset,
-            setup.map_name,
-            opendrive(setup.map_name, setup.route_m),
             setup.lockstep,
         )
         tick_s = setup.simulation.tick_s
@@ -146,7 +143,7 @@ class SimulationTopics:
         self._marker_ids: set[int] = set()
         self._obstacle_ids: set[int] = set()
         self._last: dict[str, Any] = {}  # messages of the topics that are published on a change
-        sensors = self._sensor_table()
+        self._sensors = self._sensor_rows()
         self.odometry = LoopPublisher(
             setup.ego + "/odometry" if setup.truth else GROUND_TRUTH, Odometry, latch=True
         )
@@ -154,8 +151,9 @@ class SimulationTopics:
         self._transform = rospy.Publisher("/tf", TFMessage, queue_size=10)
         # Topics that not every bridge has, and those of sensors that are on.
         optional = set().union(*(version.topics for version in BRIDGE_VERSIONS.values()))
-        left_out = optional - setup.bridge.topics | {topic.name for topic in sensors}
-        self._topics = sensors + [one for one in self._table() if one.name not in left_out]
+        measured = {setup.bridge.sensors[name].topic for name in setup.sensors}
+        left_out = optional - setup.bridge.topics | measured
+        self._topics = [topic for topic in self._table() if topic.name not in left_out]
         self._publishers = {topic.name: self._publisher(topic) for topic in self._topics}
         # Before the first odometry: a planner does not know otherwise that it has to wait for them.
         self._publish(ONCE, CHANGE)
@@ -163,27 +161,18 @@ class SimulationTopics:
         if setup.pictures:
             self._pictures = PictureFeed(setup.picture_feed, setup.pictures)
 
-    def _sensor_table(self) -> list[Topic]:
-        """Return the topics of the sensors that are on, and publish where these are."""
-        topics, transforms = [], []
+    def _sensor_rows(self) -> list[tuple[Sensor, Any, str, LoopPublisher]]:
+        """Return each sensor that is on with its settings, its frame and its topic."""
+        rows, transforms = [], []
         for name, sensor in _SENSORS.items():
             if name not in self._setup.sensors:
                 continue
             names = self._setup.bridge.sensors[name]
             frame = self._setup.role_name + names.frame
-
-            def make(
-                world: World,
-                sensor: Sensor = sensor,
-                settings: Any = self._setup.sensors[name],
-                frame: str = frame,
-            ) -> list[Any]:
-                reading = getattr(world.snapshot.readings, sensor.field)
-                if reading is None:
-                    return []
-                return [sensor.convert(reading, settings, world.header_in(frame))]
-
-            topics.append(Topic(names.topic, sensor.message_class, READING, make))
+            publisher = LoopPublisher(
+                self._setup.ego + names.topic, sensor.message_class, latch=True
+            )
+            rows.append((sensor, self._setup.sensors[name], frame, publisher))
             if sensor.position_m is not None:
                 place = Transform(Vector3(*sensor.position_m), Quaternion(0.0, 0.0, 0.0, 1.0))
                 header = Header(frame_id=self._setup.role_name)
@@ -191,19 +180,27 @@ class SimulationTopics:
         if transforms:
             self._static_tf = tf2_ros.StaticTransformBroadcaster()
             self._static_tf.sendTransform(transforms)
-        return topics
+        return rows
+
+    def _publish_readings(self) -> None:
+        for sensor, settings, frame, publisher in self._sensors:
+            reading = getattr(self._world.snapshot.readings, sensor.field)
+            if reading is not None:
+                publisher.publish(sensor.convert(reading, settings, self._world.header_in(frame)))
 
     def _table(self) -> list[Topic]:
         m = bridge_messages
         # The vehicle's own list came with 0.9.5; before, the world's list left the vehicle out.
         has_own_list = "/objects" in self._setup.bridge.topics
         objects = m.all_objects if has_own_list else m.other_objects
-        map_class = self._setup.bridge.map_class
+        map_name = self._setup.map_name
+        map_text = opendrive(map_name, self._setup.route_m)
+        world_info = CarlaWorldInfo(map_name, map_text)
         table = [
             Topic("/carla/traffic_lights/info", CarlaTrafficLightInfoList, ONCE, m.light_info),
             Topic("/carla/traffic_lights_info", CarlaTrafficLightInfoList, ONCE, m.light_info),
             Topic("/vehicle_info", CarlaEgoVehicleInfo, ONCE, m.vehicle_info),
-            Topic("/carla/world_info", CarlaWorldInfo, ONCE, m.world_info),
+            Topic("/carla/world_info", CarlaWorldInfo, ONCE, lambda _: [world_info]),
             Topic(
                 "/carla/traffic_lights/status", CarlaTrafficLightStatusList, CHANGE, m.light_status
             ),
@@ -220,17 +217,20 @@ class SimulationTopics:
             Topic("/carla/actor_list", CarlaActorList, TICK, m.actor_list),
             Topic("/carla/vehicle_marker", Marker, TICK, m.object_markers),
             Topic("/carla/marker", Marker, TICK, m.object_markers),
-            Topic("/speedometer", Float32, TICK, m.speed),
+            Topic("/speedometer", Float32, TICK, lambda w: [Float32(w.snapshot.state.speed_mps)]),
             Topic("/ego_vehicle_control_info", EgoVehicleControlInfo, TICK, m.control_info),
         ]
+        map_class: Any = self._setup.bridge.map_class
         if map_class:
-            make = m.map_text if map_class is String else self._map_info
-            table.append(Topic("/carla/map", map_class, ONCE, make))
+            header = Header(frame_id=MAP_FRAME)
+            is_text = map_class is String
+            info = String(map_text) if is_text else map_class(header, map_name, map_text)
+            table.append(Topic("/carla/map", map_class, ONCE, lambda _: [info]))
         return table
 
     def _publisher(self, topic: Topic) -> rospy.Publisher:
         name = topic.name if topic.name.startswith("/carla/") else self._setup.ego + topic.name
-        if topic.when in (CHANGE, READING):
+        if topic.when == CHANGE:
             return LoopPublisher(name, topic.message_class, latch=True)
         latch = topic.when in (ONCE, STATUS)
         return rospy.Publisher(name, topic.message_class, queue_size=_QUEUE_SIZE, latch=latch)
@@ -238,9 +238,10 @@ class SimulationTopics:
     @property
     def tick_topics(self) -> list[str]:
         """Names of the topics besides `odometry` that a node of the loop needs in a tick."""
-        names = [topic.name for topic in self._topics if topic.when in (CHANGE, READING)]
+        publishers = [self._publishers[one.name] for one in self._topics if one.when == CHANGE]
+        publishers += [publisher for *_, publisher in self._sensors]
         own = [] if self._setup.truth else [self._setup.ego + "/odometry"]
-        return [*(self._publishers[name].resolved_name for name in names), *own]
+        return [*(publisher.resolved_name for publisher in publishers), *own]
 
     @property
     def has_camera(self) -> bool:
@@ -261,7 +262,7 @@ class SimulationTopics:
         self._setup.drive_log.add_observation(observation, odometry)
         try:
             if truth:
-                self._publish(READING)
+                self._publish_readings()
             self.odometry.publish(odometry)
             # The observation is older than the clock by the latency of the sensors.
             self._clock.publish(rospy.Time(0, self._simulation.stamp_ns))
@@ -269,7 +270,7 @@ class SimulationTopics:
                 self._transform.publish([vehicle_transform(odometry)])
             self._publish(CHANGE, TICK, STATUS)
             if not truth:
-                self._publish(READING)
+                self._publish_readings()
         except rospy.ROSException:
             # At shutdown rospy closes the topics while this thread still publishes.
             if not rospy.core.is_shutdown_requested():
@@ -309,10 +310,6 @@ class SimulationTopics:
                         continue
                     self._last[topic.name] = message
                 publisher.publish(message)
-
-    def _map_info(self, world: World) -> list[Any]:
-        map_class: Any = self._setup.bridge.map_class
-        return [map_class(Header(frame_id=MAP_FRAME), world.map_name, world.opendrive)]
 
     def _obstacles(self, world: World) -> list[ObstacleArray]:
         """Return obstacles and lights; without any, return nothing most of the time."""
