@@ -57,7 +57,10 @@ class Camera:
         self.snapshots, self.pictures = [], []
         monkeypatch.setattr(rospy, "Subscriber", self.subscribe)
         self.taken = CameraSnapshots(
-            ["/image"], count, self.snapshots.append, lambda *picture: self.pictures.append(picture)
+            ["/image"],
+            count,
+            lambda *snapshot: self.snapshots.append(snapshot),
+            lambda *picture: self.pictures.append(picture),
         )
 
     def subscribe(self, topic, message_class, callback, **options):
@@ -82,7 +85,7 @@ def test_pictures_are_taken_over_the_time_and_snapshots_over_the_distance(monkey
     for tick in range(801):
         camera.update(tick / 8.0, 0.05 * tick, 0.05 * tick)
     assert [round(time_s, 2) for time_s, _ in camera.pictures[:3]] == [0.0, 1.5, 3.0]
-    assert [snapshot.percent for snapshot in camera.snapshots] == [25.0, 75.0]
+    assert [percent for _, percent, _ in camera.snapshots] == [25.0, 75.0]
     assert camera.subscriptions == len(camera.pictures) == 28, "a snapshot is a picture as well"
     sizes = [Picture.open(io.BytesIO(jpeg)).size for _, _, jpeg in camera.snapshots]
     assert sizes == [(480, 360)] * 2

@@ -35,7 +35,7 @@ def test_result_holds_what_was_planned_photographed_and_seen():
     evaluator.add("lights", 0, [(7, GREEN)])
     result = evaluator.result()
     np.testing.assert_allclose(result.planned, [[1.0, 4.0, 0.1]])
-    assert result.snapshots == [(0.1, 1.0, b"a picture")]
+    assert result.snapshots == [(0.1, 1.0, "YSBwaWN0dXJl")]
     assert result.scene["lights"] == [(0.1, {7: RED}), (0.1, {7: GREEN})]
     assert list(result.stop_lines) == [7]
     assert result.limit_mps.shape == (len(evaluator.drive.route.points),)

@@ -106,7 +106,7 @@ def test_person_scrubs_to_a_tick_and_sees_the_reason(browser, tmp_path):
     page = tmp_path / "report.html"
     evaluator = driven()
     evaluator.add("lights", 0, [(7, GREEN)])
-    write_html(str(page), evaluator.result(), [])
+    write_html(str(page), evaluator.result())
     for width in (1280, 390):
         size = {"width": width, "height": 844, "deviceScaleFactor": 1, "mobile": width < 600}
         browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 from collections import defaultdict
 from dataclasses import dataclass
 from typing import Any
@@ -47,7 +46,7 @@ class DriveResult:
         reasons: what limited the speed in each of these samples, "" if unknown
         planned: (m, 3) arc length [m], planned speed [m/s] and time [s]
         limit_mps: (N,) greatest speed at each point of the route [m/s]
-        snapshots: time [s], completed share of the route [%] and JPEG of each camera picture
+        snapshots: time [s], completed share of the route [%] and JPEG in base64 of each snapshot
         scene: entries (time [s], content) of what was around the car, by kind
         stop_lines: StopLine of each traffic light by id
     """
@@ -258,6 +257,5 @@ class DriveEvaluation:
         self.progress.add_collision(kind, stamp_ns / _NS_PER_S if stamp_ns else None)
 
     def _on_snapshot(self, time_s: float, percent: float, jpeg: str) -> None:
-        """Add a camera picture: its time, the completed share of the route [%], JPEG in base64."""
         if self._keep_trace:
-            self._snapshots.append((time_s, percent, base64.b64decode(jpeg)))
+            self._snapshots.append((time_s, percent, jpeg))

@@ -2,25 +2,16 @@
 
 from __future__ import annotations
 
-import io
 import math
 import threading
 import time
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
 
-import numpy as np
 import rospy
 from sensor_msgs.msg import Image
 
-# Channel indices of red, green and blue, and number of channels, by encoding.
-_ENCODINGS = {
-    "bgra8": ((2, 1, 0), 4),
-    "bgr8": ((2, 1, 0), 3),
-    "rgba8": ((0, 1, 2), 4),
-    "rgb8": ((0, 1, 2), 3),
-    "mono8": ((0, 0, 0), 1),
-}
+from sdc_common.ros.image_check import check_image
+
 _SNAPSHOT_PX, _SNAPSHOT_QUALITY = 480, 80
 _PICTURE_PX, _PICTURE_QUALITY = 320, 60
 # Simulated time between two pictures of the strip. It doubles whenever this many are taken, so that
@@ -33,14 +24,6 @@ _BUFFER_BYTES = 4 * 1024 * 1024
 _ASK_AGAIN_S = 5.0
 
 
-class CameraSnapshot(NamedTuple):
-    """A JPEG of the camera, its simulated time [s] and the completed share of the route [%]."""
-
-    time_s: float
-    percent: float
-    jpeg: bytes
-
-
 class CameraSnapshots:
     """Snapshots at equal distances along the route, and a strip of small pictures over the time.
 
@@ -51,7 +34,7 @@ class CameraSnapshots:
         self,
         topics: Sequence[str],
         count: int,
-        on_snapshot: Callable[[CameraSnapshot], None],
+        on_snapshot: Callable[[float, float, bytes], None],
         on_picture: Callable[[float, bytes], None],
     ):
         """Plan the snapshots.
@@ -59,7 +42,8 @@ class CameraSnapshots:
         Args:
             topics: of the camera's images; only one of them has a publisher
             count: number of snapshots in a completed drive; 0: no small pictures either
-            on_snapshot: called with each snapshot
+            on_snapshot: called with the simulated time [s], the completed share of the route [%]
+                and the JPEG of each snapshot
             on_picture: called with the simulated time [s] and the JPEG of each small picture
         """
         self._topics = tuple(topics)
@@ -68,11 +52,9 @@ class CameraSnapshots:
         self._enabled = count > 0
         self._due = [100.0 * (number + 0.5) / count for number in range(count)]
         self._percent = self._now_s = 0.0
-        self._picture_at_s = -math.inf
+        self._picture_at_s = self._subscribed_at_s = -math.inf
         self._pictures = 0
         self._taken = False
-        self._last: tuple[Image, float] | None = None
-        self._subscribed_at_s = -math.inf
         self._subscribers: list[rospy.Subscriber] = []
         self._received = threading.Event()
 
@@ -97,11 +79,9 @@ class CameraSnapshots:
         if self._snapshot_due or picture_due:
             self._subscribed_at_s = wall_s
             self._received.clear()
+            options = {"queue_size": 1, "buff_size": _BUFFER_BYTES}
             self._subscribers = [
-                rospy.Subscriber(
-                    topic, Image, self._on_image, queue_size=1, buff_size=_BUFFER_BYTES
-                )
-                for topic in self._topics
+                rospy.Subscriber(topic, Image, self._on_image, **options) for topic in self._topics
             ]
 
     @property
@@ -116,19 +96,15 @@ class CameraSnapshots:
             return
         self._pictures += 1
         self._picture_at_s = self._now_s
-        self._on_picture(message.header.stamp.to_sec(), jpeg)
-        percent = self._percent
+        time_s, percent = message.header.stamp.to_sec(), self._percent
+        self._on_picture(time_s, jpeg)
         if self._snapshot_due:
             self._due = [due for due in self._due if due > percent]
-            self._take_snapshot(message, percent)
-        self._last = message, percent
+            snapshot = encode_jpeg(message, _SNAPSHOT_PX, _SNAPSHOT_QUALITY)
+            assert snapshot is not None
+            self._on_snapshot(time_s, percent, snapshot)
+            self._taken = True
         self._received.set()
-
-    def _take_snapshot(self, message: Image, percent: float) -> None:
-        jpeg = encode_jpeg(message, _SNAPSHOT_PX, _SNAPSHOT_QUALITY)
-        assert jpeg is not None
-        self._taken = True
-        self._on_snapshot(CameraSnapshot(message.header.stamp.to_sec(), percent, jpeg))
 
     def finish(self, timeout_s: float) -> None:
         """Take one snapshot of a drive that was too fast for all of them; unsubscribe.
@@ -136,22 +112,15 @@ class CameraSnapshots:
         Args:
             timeout_s: longest wait for a picture, if there is a camera [s of wall time]
         """
-        if self._snapshot_due and not self._taken:
-            self._wait_for_picture(timeout_s)
-            if self._last is not None and not self._taken:
-                self._take_snapshot(*self._last)
-        self.close()
-
-    def _wait_for_picture(self, timeout_s: float) -> None:
         limit_s = time.monotonic() + timeout_s
-        while self._last is None and self._has_camera():
+        while self._snapshot_due and not self._taken and self._has_camera():
             if time.monotonic() > limit_s:
                 rospy.logwarn("referee: no picture came from the camera; the report has none")
-                return
+                break
+            self.update(self._percent, self._now_s, time.monotonic())
             if not self._received.wait(_ASK_AGAIN_S):
-                # rospy does not repeat a connection that has failed.
-                self.close()
-                self.update(self._percent, self._now_s, time.monotonic())
+                self.close()  # rospy does not repeat a connection that has failed
+        self.close()
 
     def _has_camera(self) -> bool:
         try:
@@ -169,21 +138,14 @@ class CameraSnapshots:
 
 def encode_jpeg(message: Image, width_px: int, quality: int) -> bytes | None:
     """Return a small JPEG of an image, or None if its encoding or size is not supported."""
-    from PIL import Image as Picture  # not needed in a drive without a camera
+    import cv2  # a drive without a camera needs neither
+    from cv_bridge import CvBridge, CvBridgeError
 
-    order, channels = _ENCODINGS.get(message.encoding, ((), 0))
-    row_bytes = message.width * channels
-    if (
-        not row_bytes
-        or not message.height
-        or message.step < row_bytes
-        or len(message.data) != message.step * message.height
-    ):
+    try:
+        check_image(message)
+        pixels = CvBridge().imgmsg_to_cv2(message, "bgr8")
+    except (CvBridgeError, TypeError, ValueError):
         return None
-    rows = np.frombuffer(message.data, np.uint8).reshape(message.height, message.step)
-    pixels = rows[:, :row_bytes].reshape(message.height, message.width, channels)[:, :, order]
-    picture = Picture.fromarray(np.ascontiguousarray(pixels))
-    picture.thumbnail((width_px, message.height))
-    file = io.BytesIO()
-    picture.save(file, "JPEG", quality=quality)
-    return file.getvalue()
+    scale = min(1.0, width_px / message.width)
+    small = cv2.resize(pixels, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+    return cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, quality])[1].tobytes()

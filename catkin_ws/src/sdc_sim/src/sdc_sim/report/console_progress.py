@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from collections import deque
 from typing import TextIO
 
 from sdc_sim.evaluation.evaluator import Evaluator
@@ -11,7 +12,7 @@ from sdc_sim.evaluation.evaluator import Evaluator
 _TERMINAL_PERIOD_S = 0.25
 _LOG_PERIOD_S = 5.0
 _WAITING_PERIOD_S = 5.0
-_PACE_WINDOW_S = 2.0
+_PACE_LINES = 8
 
 
 class ConsoleProgress:
@@ -25,13 +26,17 @@ class ConsoleProgress:
         self._in_place = stream.isatty()
         self._next_s: float | None = None
         self._status_shown = False
-        self._marks: list = []
+        self._marks: deque = deque(maxlen=_PACE_LINES)
 
     def update(self, evaluator: Evaluator, wall_s: float) -> None:
         """Print what is due at this time on the wall clock [s]."""
         drive = evaluator.drive
         if drive is None or not evaluator.started:
-            self._print_missing(evaluator.missing_topics, wall_s)
+            if self._next_s is None:
+                self._next_s = wall_s + _WAITING_PERIOD_S
+            elif wall_s >= self._next_s:
+                self._next_s = wall_s + _WAITING_PERIOD_S
+                self.print_line(f"referee: waiting for {' and '.join(evaluator.missing_topics)}")
         elif self._next_s is None or wall_s >= self._next_s:
             self._next_s = wall_s + (_TERMINAL_PERIOD_S if self._in_place else _LOG_PERIOD_S)
             last = drive.progress.samples[-1]
@@ -50,20 +55,8 @@ class ConsoleProgress:
         self._write(("\r\x1b[K" if self._status_shown else "") + line + "\n")
         self._status_shown = False
 
-    def _print_missing(self, topics: list, wall_s: float) -> None:
-        if self._next_s is None:
-            self._next_s = wall_s + _WAITING_PERIOD_S
-        if wall_s >= self._next_s:
-            self._next_s = wall_s + _WAITING_PERIOD_S
-            self.print_line(f"referee: waiting for {' and '.join(topics)}")
-
     def _pace(self, wall_s: float, time_s: float) -> float | None:
-        """Return the real-time factor over the last seconds, or None if it is unknown."""
-        self._marks = [
-            mark
-            for mark in self._marks
-            if wall_s - mark[0] <= _PACE_WINDOW_S + _LOG_PERIOD_S and mark[1] <= time_s
-        ]
+        """Return the real-time factor over the last status lines, or None if it is unknown."""
         self._marks.append((wall_s, time_s))
         first_wall_s, first_s = self._marks[0]
         return (time_s - first_s) / (wall_s - first_wall_s) if wall_s > first_wall_s else None

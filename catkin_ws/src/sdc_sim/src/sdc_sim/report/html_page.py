@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import base64
 import io
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
@@ -13,7 +12,6 @@ from markupsafe import Markup
 
 from sdc_sim.evaluation.drive_evaluation import DriveResult
 from sdc_sim.evaluation.route_progress import COMPLETED, DriveEvent
-from sdc_sim.report.camera_snapshots import CameraSnapshot
 from sdc_sim.report.plots import EVENT_NAMES, headline, svg_map, svg_panels
 from sdc_sim.report.time_slider import slider_data
 
@@ -52,34 +50,25 @@ MEANINGS = {
 }
 
 
-def write_html(path: str, result: DriveResult, snapshots: Sequence[CameraSnapshot]) -> None:
+def write_html(path: str, result: DriveResult) -> None:
     """Write the page of a drive.
 
     Args:
         path: of the page
         result: the evaluated drive
-        snapshots: of the camera
 
     Raises:
         OSError: the file cannot be written
     """
-    text = render_page(result, snapshots)
-    with open(path, "w", encoding="utf-8") as file:
-        file.write(text)
-
-
-def render_page(result: DriveResult, snapshots: Sequence[CameraSnapshot]) -> str:
-    """Return the page of a drive."""
     environment = Environment(
         loader=FileSystemLoader(os.path.join(os.path.dirname(__file__), "templates")),
         autoescape=True,
         undefined=StrictUndefined,
         keep_trailing_newline=True,
     )
-    environment.filters["base64"] = lambda data: base64.b64encode(data).decode()
     metrics = result.metrics
     names = [*MEANINGS, *(name for name in metrics if name not in MEANINGS)]
-    return environment.get_template("report.html.jinja").render(
+    text = environment.get_template("report.html.jinja").render(
         status=metrics["status"].replace("_", " "),
         metrics=metrics,
         headline=headline(metrics),
@@ -87,12 +76,14 @@ def render_page(result: DriveResult, snapshots: Sequence[CameraSnapshot]) -> str
         event_names=EVENT_NAMES,
         map_svg=_svg(svg_map, result),
         panels_svg=_svg(svg_panels, result),
-        snapshots=snapshots,
+        snapshots=result.snapshots,
         slider=Markup(slider_data(result)),
         slider_script=Markup(environment.get_template("time_slider.js").render()),
         rows=[(name, _shown(metrics[name])) for name in names if name in metrics],
         meanings=MEANINGS,
     )
+    with open(path, "w", encoding="utf-8") as file:
+        file.write(text)
 
 
 def _svg(draw: Callable[[io.BytesIO, DriveResult], None], result: DriveResult) -> Markup:

@@ -134,16 +134,14 @@ def write_pages(report_path: str, result: DriveResult) -> None:
         ReportError: a file cannot be written
     """
     # Matplotlib is slow to import, and only the end of a drive needs it.
-    from sdc_sim.report.camera_snapshots import CameraSnapshot
     from sdc_sim.report.html_page import write_html
     from sdc_sim.report.plots import write_png
 
     try:
         with _complete(companion(report_path, ".png")) as path:
             write_png(path, result)
-        snapshots = [CameraSnapshot(*snapshot) for snapshot in result.snapshots]
         with _complete(companion(report_path, ".html")) as path:
-            write_html(path, result, snapshots)
+            write_html(path, result)
     except OSError as error:
         raise ReportError(
             f"{error.filename or report_path}: {error.strerror}; "
