@@ -12,7 +12,7 @@ import time
 from guide_blocks import missing_line
 
 from sdc_common.processes import kill_left_behind
-from sdc_common.ros.master_port import free_master_port
+from sdc_common.ros.drive_master import free_master_port
 from sdc_workshop.steps import Step, all_steps
 from sdc_workshop.workspace import PROJECT, write
 

@@ -90,7 +90,7 @@ class Stage:
             os.environ.pop("ROS_HOSTNAME", None)
             from rosmaster.master import Master
 
-            from sdc_common.ros.master_port import free_master_port
+            from sdc_common.ros.drive_master import free_master_port
 
             self._master = Master(port=free_master_port())
             self._master.start()

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from sdc_common.ros.master_port import free_master_port
+from sdc_common.ros.drive_master import free_master_port
 
 FIRST_STEPS = Path(__file__).resolve().parents[2]
 WORKSHOP = FIRST_STEPS.parents[2]

@@ -14,7 +14,7 @@ from typing import Any
 
 import psutil
 
-from sdc_common.ros.master_port import free_master_port
+from sdc_common.ros.drive_master import free_master_port
 
 # On a busy machine, a child whose parent was killed needs this time to end.
 ORPHAN_S = 30.0

@@ -23,8 +23,6 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from sdc_common.ros.master_port import free_master_port, reserve
-
 DEFAULT_PORT = 11311
 # The master that an enclosing program, such as ./cockpit, has chosen for this one.
 CHOSEN_VARIABLE = "SDC_MASTER_URI"
@@ -33,6 +31,44 @@ _CALLER = "/drive_master"
 _TIMEOUT_S = 3.0
 # Parameters of the master itself.
 _KEPT = ("roslaunch", "rosdistro", "rosversion", "run_id")
+# What a call raises if no master or node responds.
+_NO_ANSWER = (OSError, xmlrpc.client.Error, http.client.HTTPException)
+# Above the default port of ROS and the ports that are usually given to a second master, below those
+# that the kernel gives to outgoing connections.
+_PORTS = range(11500, 32768)
+
+_reserved: list[socket.socket] = []
+
+
+def reserve(name: str) -> socket.socket | None:
+    """Reserve a name for this process on this machine; return None where it is reserved already.
+
+    The name is the address of a Unix socket, without a file: all users of the machine see it, and
+    it is free again when the socket is closed, also by the end of the process.
+    """
+    reservation = socket.socket(socket.AF_UNIX)
+    try:
+        reservation.bind("\0" + name)
+    except OSError:
+        reservation.close()
+        return None
+    return reservation
+
+
+def free_master_port() -> int:
+    """Return a port for a ROS master, which this function returns to no other running process.
+
+    Raises:
+        OSError: no port is free
+    """
+    for port in _PORTS:
+        if (reservation := reserve(f"ros_master_port_{port}")) is not None:
+            with socket.socket() as probe, contextlib.suppress(OSError):
+                probe.bind(("", port))
+                _reserved.append(reservation)
+                return port
+            reservation.close()
+    raise OSError(f"no free port in {_PORTS}; end other programs")
 
 
 class MasterInUse(ValueError):
@@ -65,7 +101,7 @@ def running_node(uri: str, names: Iterable[str]) -> str:
     """
     for name in names:
         # A node that was killed stays registered, but it does not respond.
-        with contextlib.suppress(OSError, xmlrpc.client.Error, http.client.HTTPException):
+        with contextlib.suppress(*_NO_ANSWER):
             found, _, node_uri = _proxy(uri).lookupNode(_CALLER, name)
             if found == 1:
                 pid = _proxy(node_uri).getPid(_CALLER)[2]
@@ -119,14 +155,14 @@ def _owner_other_than_this_user(uri: str, port: int) -> str:
         pid = _proxy(uri).getPid(_CALLER)[2]
         own = Path(f"/proc/{pid}").stat().st_uid == os.getuid()
         return "" if own else f"the ROS master of another user (process {pid})"
-    except (OSError, xmlrpc.client.Error, http.client.HTTPException):
+    except _NO_ANSWER:
         return "another program"
 
 
 def clear_parameters(uri: str) -> None:
     """Delete the parameters of nodes that do not run: an earlier drive left them on this master."""
     master = _proxy(uri)
-    with contextlib.suppress(OSError, xmlrpc.client.Error, http.client.HTTPException):
+    with contextlib.suppress(*_NO_ANSWER):
         state = master.getSystemState(_CALLER)[2]
         running = {node for kind in state for _, nodes in kind for node in nodes}
         for name, value in master.getParam(_CALLER, "/")[2].items():

@@ -13,8 +13,7 @@ import pytest
 from rosmaster.master import Master
 
 from sdc_common.ros import drive_master
-from sdc_common.ros.drive_master import MasterInUse, choose_master
-from sdc_common.ros.master_port import free_master_port
+from sdc_common.ros.drive_master import MasterInUse, choose_master, free_master_port
 
 
 @pytest.fixture
@@ -60,7 +59,7 @@ def port_of(chosen):
 
 
 def test_ports_of_processes_that_start_at_once_differ():
-    program = "import sdc_common.ros.master_port as p; print(p.free_master_port(), flush=True)"
+    program = "import sdc_common.ros.drive_master as p; print(p.free_master_port(), flush=True)"
     command = [sys.executable, "-c", f"{program}; input()"]
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
     started = [subprocess.Popen(command, **pipes) for _ in range(3)]
