@@ -61,6 +61,13 @@ def kinetic_energy_j(parameters, state):
     )
 
 
+def understeer_gradient(p):
+    """Return the wheel angle per lateral acceleration [rad/(m/s^2)]: Rajamani, chapter 3."""
+    front = p.rear_axle_m / p.front_cornering_stiffness_n_per_rad
+    rear = p.front_axle_m / p.rear_cornering_stiffness_n_per_rad
+    return p.mass_kg * (front - rear) / p.wheelbase_m
+
+
 def cruise(vehicle, speed_mps, steer, duration_s, step_s=TICK_S):
     """Hold a speed with the pedals, and a steer position."""
     for _ in range(round(duration_s / step_s)):
@@ -106,8 +113,9 @@ def test_measured_steady_circle_follows_the_understeer_gradient(speed_mps, front
         front_cornering_stiffness_n_per_rad=front, rear_cornering_stiffness_n_per_rad=rear
     )
     vehicle = rolling_car(parameters, speed_mps)
+    gradient = understeer_gradient(parameters)
     curvature = 1.0 / speed_mps**2
-    angle_rad = parameters.wheelbase_m * curvature + parameters.understeer_gradient
+    angle_rad = parameters.wheelbase_m * curvature + gradient
     steer = -angle_rad / parameters.full_wheel_angle_rad(speed_mps)
     for _ in range(100):
         vehicle.step(VehicleCommand(steer=steer), TICK_S)
@@ -115,10 +123,10 @@ def test_measured_steady_circle_follows_the_understeer_gradient(speed_mps, front
     theory = (
         state.speed_mps
         * state.wheel_angle_rad
-        / (parameters.wheelbase_m + parameters.understeer_gradient * state.speed_mps**2)
+        / (parameters.wheelbase_m + gradient * state.speed_mps**2)
     )
     print(
-        f"{speed_mps} m/s, gradient {parameters.understeer_gradient * 1e3:.2f} mrad/(m/s^2): "
+        f"{speed_mps} m/s, gradient {gradient * 1e3:.2f} mrad/(m/s^2): "
         "radius "
         f"{state.speed_mps / state.yaw_rate_radps:.1f} m, theory {state.speed_mps / theory:.1f} m"
     )

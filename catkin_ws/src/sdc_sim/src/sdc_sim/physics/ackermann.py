@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import bisect
 import math
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 from sdc_common.validation import check_non_negative, check_positive
 from sdc_sim.physics.vehicle import VehicleCommand
@@ -27,27 +27,6 @@ class AckermannTarget:
     acceleration_mps2: float = 0.0
     jerk_mps3: float = 0.0
 
-    def limited(
-        self, max_speed_mps: float, max_wheel_angle_rad: float
-    ) -> tuple[AckermannTarget, bool]:
-        """Return the target within these limits, and whether it was outside them.
-
-        Raises:
-            ValueError: a value is NaN or infinite
-        """
-        for field in fields(self):
-            value = getattr(self, field.name)
-            if not math.isfinite(value):
-                raise ValueError(f"command refused: {field.name} is {value}")
-        within = AckermannTarget(
-            min(max(self.steering_angle_rad, -max_wheel_angle_rad), max_wheel_angle_rad),
-            max(self.steering_rate_radps, 0.0),
-            min(max(self.speed_mps, -max_speed_mps), max_speed_mps),
-            max(self.acceleration_mps2, 0.0),
-            max(self.jerk_mps3, 0.0),
-        )
-        return within, within != self
-
 
 @dataclass(frozen=True)
 class AckermannGains:
@@ -62,11 +41,9 @@ class AckermannGains:
     hold_brake: float  # 0..1
 
     def __post_init__(self) -> None:
-        gains = vars(self)
-        check_positive(
-            **{f"ackermann.{name}": value for name, value in gains.items() if name != "ki_per_s2"}
-        )
-        check_non_negative(**{"ackermann.ki_per_s2": self.ki_per_s2})
+        values = {f"ackermann.{name}": value for name, value in vars(self).items()}
+        check_non_negative(**{"ackermann.ki_per_s2": values.pop("ackermann.ki_per_s2")})
+        check_positive(**values)
 
 
 class AckermannControl:
@@ -75,15 +52,13 @@ class AckermannControl:
     def __init__(self, parameters: VehicleParameters, gains: AckermannGains):
         self.parameters = parameters
         self.gains = gains
-        self._integral_mps2 = 0.0
-        self._acceleration_mps2 = 0.0
-        self._angle_rad: float | None = None
+        self.reset()
 
     def reset(self) -> None:
         """Forget the past, as after another control mode."""
         self._integral_mps2 = 0.0
         self._acceleration_mps2 = 0.0
-        self._angle_rad = None
+        self._angle_rad: float | None = None
 
     def limited(self, target: AckermannTarget) -> tuple[AckermannTarget, bool]:
         """Return the target within the limits of the vehicle, and whether it was outside them.
@@ -91,7 +66,19 @@ class AckermannControl:
         Raises:
             ValueError: a value is NaN or infinite
         """
-        return target.limited(self.gains.max_speed_mps, self.parameters.full_wheel_angle_rad(0.0))
+        for name, value in vars(target).items():
+            if not math.isfinite(value):
+                raise ValueError(f"command refused: {name} is {value}")
+        max_speed_mps = self.gains.max_speed_mps
+        max_angle_rad = self.parameters.full_wheel_angle_rad(0.0)
+        within = AckermannTarget(
+            min(max(target.steering_angle_rad, -max_angle_rad), max_angle_rad),
+            max(target.steering_rate_radps, 0.0),
+            min(max(target.speed_mps, -max_speed_mps), max_speed_mps),
+            max(target.acceleration_mps2, 0.0),
+            max(target.jerk_mps3, 0.0),
+        )
+        return within, within != target
 
     def command(
         self, target: AckermannTarget, speed_mps: float, wheel_angle_rad: float, step_s: float

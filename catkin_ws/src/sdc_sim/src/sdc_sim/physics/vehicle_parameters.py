@@ -62,27 +62,6 @@ class VehicleParameters:
         """Distance from the front axle to the rear axle."""
         return self.front_axle_m + self.rear_axle_m
 
-    @property
-    def understeer_gradient(self) -> float:
-        """Wheel angle per lateral acceleration, in addition to the Ackermann angle [rad/(m/s^2)].
-
-        m (lr Cr - lf Cf) / (L Cf Cr): Rajamani, Vehicle Dynamics and Control, chapter 3
-        (steady-state cornering).
-        """
-        front = (
-            self.mass_kg
-            * self.rear_axle_m
-            / self.wheelbase_m
-            / self.front_cornering_stiffness_n_per_rad
-        )
-        rear = (
-            self.mass_kg
-            * self.front_axle_m
-            / self.wheelbase_m
-            / self.rear_cornering_stiffness_n_per_rad
-        )
-        return front - rear
-
     def full_wheel_angle_rad(self, speed_mps: float) -> float:
         """Return the front wheel angle of the single-track model at full steer and this speed."""
         segments = linear_segments(self.steer_speeds_mps, self.steer_shares)

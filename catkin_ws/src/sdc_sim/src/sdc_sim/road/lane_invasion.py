@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 from sdc_common.geometry.polyline import Place
 from sdc_common.geometry.route import Route
 from sdc_sim.physics.collision import Rectangle
@@ -15,9 +13,6 @@ OTHER, BROKEN, SOLID = 0, 1, 2
 # A crossed line counts again after the whole car was this far off it.
 _CLEAR_M = 0.1
 _BACK_M, _AHEAD_M = 10.0, 15.0
-# A corner of the car is at most this much farther aside in the tightest bend than on a straight
-# road.
-_BEND_M = 0.35
 
 
 class LaneInvasionDetector:
@@ -46,9 +41,6 @@ class LaneInvasionDetector:
         first = self._s_m is None
         place = self._locate(car)
         self._s_m = place.s_m
-        if self._is_inside_lane(car, place):
-            self._crossing = set()  # no need to look at each corner
-            return []
         lateral = [
             self._route.project(x, y, place.s_m, _BACK_M, _AHEAD_M).cross_track_m
             for x, y in car.corners()
@@ -75,15 +67,3 @@ class LaneInvasionDetector:
             if place.distance_m <= self._lost_m:
                 return place
         return self._route.locate(car.x_m, car.y_m, car.yaw_rad)
-
-    def _is_inside_lane(self, car: Rectangle, place: Place) -> bool:
-        turn = car.yaw_rad - place.heading_rad
-        half_width_m = 0.5 * (
-            car.length_m * abs(math.sin(turn)) + car.width_m * abs(math.cos(turn))
-        )
-        reach_m = half_width_m + _BEND_M + _CLEAR_M
-        right_edge_m, centre_line_m = self._lines[0][0], self._lines[1][0]
-        return (
-            right_edge_m < place.cross_track_m - reach_m
-            and place.cross_track_m + reach_m < centre_line_m
-        )

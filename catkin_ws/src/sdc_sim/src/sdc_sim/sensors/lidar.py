@@ -11,6 +11,7 @@ one after another in one array, which needs few calls of NumPy.
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import NamedTuple, Sequence
 
 import numpy as np
@@ -210,15 +211,5 @@ class LidarModel(SensorModel):
         return points
 
 
-class RoofLidar(LidarModel):
-    """The lidar with 16 rings."""
-
-    def __init__(self, settings: SensorSettings, context: SensorContext):
-        super().__init__(RINGS, settings, context)
-
-
-class PlanarLidar(LidarModel):
-    """The planar lidar."""
-
-    def __init__(self, settings: SensorSettings, context: SensorContext):
-        super().__init__(PLANAR, settings, context)
+RoofLidar = partial(LidarModel, RINGS)
+PlanarLidar = partial(LidarModel, PLANAR)
