@@ -36,10 +36,6 @@ def test_growing_memory_and_open_files_are_measured():
     assert verdict.leaked_files == 3
 
 
-def test_process_that_ended_early_is_not_judged():
-    assert judge(samples(lambda percent: 1.0)[:20]) is None
-
-
 @pytest.mark.parametrize("hours", [0.01, 0.5, 10.0])
 def test_laps_are_long_enough_and_have_no_gap(hours):
     points = laps(hours)
@@ -53,20 +49,9 @@ def test_laps_are_long_enough_and_have_no_gap(hours):
 @pytest.mark.nightly
 def test_processes_stay_flat_for_ten_simulated_minutes():
     done = subprocess.run(
-        [sys.executable, SCRIPT, "hours:=0.1667"],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        timeout=380,
-        check=False,
+        [sys.executable, SCRIPT, "hours:=0.1667"], capture_output=True, text=True, timeout=380
     )
     assert done.returncode == 0, done.stdout
-    for name in (
-        "sim",
-        "referee",
-        "local_planner",
-        "simple_controller",
-        "mission_planner",
-        "rosmaster",
-    ):
+    nodes = "sim referee local_planner simple_controller mission_planner rosmaster"
+    for name in nodes.split():
         assert f"| {name} |" in done.stdout

@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from sdc_experiments.sweep.settings import nested, text
+from sdc_experiments.sweep.settings import nested
 from sdc_experiments.sweep.study import load_study
 
 STUDY = """
@@ -41,26 +41,12 @@ def test_each_combination_is_driven_with_each_seed(write, tmp_path):
     assert cells[-1].settings["steering_method"] == "stanley"
 
 
-def test_key_of_a_cell_does_not_depend_on_the_other_cells(write):
-    keys = {cell.key for cell in load_study(write(STUDY)).cells()}
-    more = load_study(write(STUDY.replace("[1.0, 2.5]", "[0.5, 2.5, 1.0]")))
-    assert len(keys & {cell.key for cell in more.cells()}) == len(keys)
-
-
 def test_changed_scenario_changes_the_identity(write, tmp_path):
     before = load_study(write(STUDY)).identity()
     assert load_study(write(STUDY)).identity() == before
     (tmp_path / "bend.yaml").write_text(BEND.replace("10", "11"))
     after = load_study(write(STUDY)).identity()
     assert [name for name in before if before[name] != after[name]] == ["files"]
-
-
-@pytest.mark.parametrize(
-    "value, shown",
-    [(0.1, "0.1"), (1e-9, "1e-09"), (True, "true"), ({"a": 1}, "{a: 1}"), ("x", "x")],
-)
-def test_values_are_written_as_arguments(value, shown):
-    assert text(value) == shown
 
 
 @pytest.mark.parametrize(

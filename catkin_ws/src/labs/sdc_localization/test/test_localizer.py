@@ -48,15 +48,6 @@ def test_outlier_is_refused_and_changes_nothing(localizer):
     assert not localizer.lost
 
 
-def test_bias_of_the_gyroscope_is_learned(settings):
-    settings = dataclasses.replace(settings, initial_bias_radps=0.02)
-    localizer = Localizer(settings)
-    localizer.start(0.0, 10.0, 0.01, LANE)
-    localizer.move(0.0, 10.0, 0.01)
-    drive(localizer, 60.0, gyro=0.01, fix=lambda x, y: (x, y))
-    assert localizer.state[3] == pytest.approx(0.01, abs=0.001)
-
-
 def test_localizer_is_lost_when_gnss_contradicts_it_for_long(localizer, settings):
 
     def far(x, y):
@@ -68,12 +59,6 @@ def test_localizer_is_lost_when_gnss_contradicts_it_for_long(localizer, settings
     assert localizer.lost
     localizer.start(500.0, 120.0, 1.0, LANE + (500.0, 0.0))
     assert not localizer.lost
-
-
-def test_gap_in_time_is_no_motion(localizer):
-    state = localizer.state.copy()
-    localizer.move(100.0, 10.0, 0.0)
-    assert (localizer.state == state).all()
 
 
 def test_bad_parameter_is_named(settings):

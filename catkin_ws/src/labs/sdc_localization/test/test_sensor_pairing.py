@@ -54,13 +54,6 @@ def test_missing_gnss_is_not_waited_for_when_the_next_tick_arrives(pairing, answ
     assert answers == [(2, 2, None), (3, 3, None)]
 
 
-def test_tick_without_imu_is_left_out(pairing, answers):
-    pairing.add(WHEELS, message(1))
-    pairing.add(IMU, message(3))
-    pairing.add(WHEELS, message(3))
-    assert answers == [(3, 3, None)]
-
-
 def test_what_arrives_before_the_start_is_answered_at_the_start(answers):
     pairing = SensorPairing(lambda *messages: answers.append(ticks(messages)), [0.1])
     for tick in (1, 2):

@@ -1,13 +1,13 @@
 """Paths in the packages of the workspace, and a camera on a straight road."""
 
 import math
+from functools import partial
 from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
 import rospkg
-import yaml
 
 from sdc_sim.camera.boxes import obstacle_box, traffic_light_box
 from sdc_sim.camera.camera_model import CameraModel
@@ -15,6 +15,7 @@ from sdc_sim.camera.renderer import Renderer
 from sdc_sim.physics.obstacles import ObstaclePlan, SimulatedObstacle
 from sdc_sim.physics.traffic_lights import FIRST_ID, TrafficLightState
 from sdc_sim.road.road import Road
+from sdc_sim.scenario.packaged import node_config
 
 
 @pytest.fixture(scope="session")
@@ -23,14 +24,9 @@ def rospkg_path():
 
 
 @pytest.fixture(scope="session")
-def node_parameters(rospkg_path):
+def node_parameters():
     """Return a function that returns the parameters of a node of the lab."""
-
-    def read(node):
-        path = rospkg_path("sdc_perception", "config", f"{node}.yaml")
-        return yaml.safe_load(path.read_text(encoding="utf-8"))
-
-    return read
+    return partial(node_config, "sdc_perception")
 
 
 @pytest.fixture(scope="session")

@@ -3,11 +3,11 @@
 import math
 
 import pytest
-import yaml
 
 from sdc_perception.dead_reckoning import DeadReckoning
 from sdc_sim.physics.vehicle import Vehicle, VehicleCommand
 from sdc_sim.physics.vehicle_parameters import load_vehicle
+from sdc_sim.scenario.packaged import node_config
 
 TICK_S = 0.05
 
@@ -16,10 +16,7 @@ def drive(steer, rospkg_path):
     car = Vehicle(
         load_vehicle(str(rospkg_path("sdc_sim", "config", "vehicles", "tesla_model3.yaml")))
     )
-    with open(
-        rospkg_path("sdc_perception", "config", "dead_reckoning.yaml"), encoding="utf-8"
-    ) as file:
-        parameters = yaml.safe_load(file)
+    parameters = node_config("sdc_perception", "dead_reckoning")
     motion = DeadReckoning(parameters["rear_m"], parameters["rear_compliance"])
     for tick in range(300):
         motion.update(car.state.speed_mps, car.state.yaw_rate_radps, TICK_S if tick else 0.0)
@@ -35,10 +32,3 @@ def test_pose_is_that_of_the_car(steer, rospkg_path):
     assert math.hypot(x, y) > 20.0
     assert math.dist((motion.x_m, motion.y_m), (x, y)) < 0.006 * math.hypot(x, y)
     assert motion.yaw_rad == pytest.approx(yaw, abs=0.01)
-
-
-def test_long_gap_does_not_move_the_car():
-    motion = DeadReckoning(1.4, 0.0)
-    motion.update(5.0, 0.0, 0.0)
-    motion.update(5.0, 0.0, 10.0)
-    assert motion.x_m == 0.0

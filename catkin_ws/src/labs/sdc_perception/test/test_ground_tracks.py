@@ -22,12 +22,6 @@ def test_track_counts_from_the_second_sighting_on(tracks):
     assert len(tracks.update([sighting(10.0, 0.0)], STILL, 0.05)) == 1
 
 
-def test_single_sighting_is_forgotten_at_once(tracks):
-    tracks.update([sighting(10.0, 0.0)], STILL, 0.0)
-    tracks.update([], STILL, 0.05)
-    assert tracks.update([sighting(10.0, 0.0)], STILL, 0.1) == []
-
-
 def test_track_ends_when_it_is_not_seen(tracks):
     for time_s in (0.0, 0.05, 0.1):
         tracks.update([sighting(10.0, 0.0)], STILL, time_s)

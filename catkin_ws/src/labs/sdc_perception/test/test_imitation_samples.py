@@ -44,12 +44,6 @@ def test_answer_beside_a_straight_line_leads_back_to_it(left_m, turned_rad):
     assert np.hypot(*(ahead - centre)) == pytest.approx(abs(1.0 / curvature_1pm), abs=0.01)
 
 
-def test_end_of_a_drive_has_no_answer():
-    line = circle(1e6)
-    assert line.has_answer(50)
-    assert not line.has_answer(len(TIMES_S) - 2)
-
-
 @pytest.mark.parametrize("curvature_1pm", [0.1, -0.05, 1e-9])
 def test_rear_axle_of_the_path_drives_the_arc(curvature_1pm):
     pose = 3.0, -2.0, 0.7

@@ -31,8 +31,3 @@ def test_nearest_place_is_found_on_both_sides_of_a_bend(offset):
         assert place.s_m == pytest.approx(s, abs=0.02)
         assert place.offset_m == pytest.approx(offset, abs=0.01)
         assert place.heading_rad == pytest.approx(0.1 * s, abs=0.005)
-
-
-def test_nearest_place_is_not_on_the_far_end_of_a_loop():
-    curve = LaneCurve(0.0, 0.0, 0.0, np.full(10, 0.25))
-    assert curve.nearest(0.1, 0.0, within_m=15.0).s_m == pytest.approx(0.1, abs=0.01)

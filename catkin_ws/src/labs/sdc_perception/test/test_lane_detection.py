@@ -5,7 +5,6 @@ import math
 import cv2
 import numpy as np
 import pytest
-import yaml
 
 from sdc_common.routes.waypoint_file import load_waypoints
 from sdc_perception.lane_detection import DetectorSettings, LaneDetector
@@ -39,11 +38,8 @@ def renderer(road):
 
 
 @pytest.fixture
-def parameters(rospkg_path):
-    with open(
-        rospkg_path("sdc_perception", "config", "lane_detector.yaml"), encoding="utf-8"
-    ) as file:
-        return yaml.safe_load(file)
+def parameters():
+    return node_config("sdc_perception", "lane_detector")
 
 
 @pytest.fixture
@@ -146,23 +142,16 @@ def test_lane_is_acquired_again_when_the_odometry_starts_again(road, renderer, d
 
 
 @pytest.mark.parametrize(
-    ("section", "value"),
+    ("section", "value", "named"),
     [
-        ("directions", [{"from_m": 1.0, "to_m": 2.0, "keep": "middle"}]),
-        ("directions", [{"from_m": 1.0}]),
-        ("lane", {"lane_width_m": -3.5}),
-        ("camera", {"x_m": 0.7, "z_m": math.nan, "pitch_rad": 0.0}),
+        ("directions", [{"from_m": 1.0, "to_m": 2.0, "keep": "middle"}], "directions"),
+        ("directions", [{"from_m": 1.0}], "directions"),
+        ("lane", {"lane_width_m": -3.5}, "lane_width_m"),
+        ("camera", {"x_m": 0.7, "z_m": math.nan, "pitch_rad": 0.0}, "z_m"),
     ],
 )
-def test_bad_parameter_is_refused(parameters, section, value):
+def test_bad_parameter_is_refused(parameters, section, value, named):
     old = parameters[section]
     parameters[section] = {**old, **value} if isinstance(value, dict) else value
-    with pytest.raises(
-        ValueError,
-        match=section
-        if section == "directions"
-        else next(iter(value))
-        if section == "lane"
-        else "z_m",
-    ):
+    with pytest.raises(ValueError, match=named):
         DetectorSettings.read(parameters.__getitem__)

@@ -52,22 +52,17 @@ def test_line_is_found_next_to_its_prediction(error):
     assert markings.offset_m == pytest.approx(np.full(len(X), error), abs=0.03)
 
 
-def test_kerb_wider_than_a_line_is_no_marking():
-    assert len(find(picture(-1.0, width_m=0.6), -1.0)[0].row) == 0
-
-
 def test_edge_of_a_shadow_is_no_marking():
     gray = picture(-1.0, paint=85)
     gray[:, :250] = 45
     assert len(find(gray, -1.0)[0].row) == 0
 
 
-def test_dark_line_is_no_marking():
-    assert len(find(picture(-1.0, paint=40), -1.0)[0].row) == 0
-
-
-def test_coloured_line_is_no_marking():
-    assert len(find(picture(-1.0), -1.0, white=0.5)[0].row) == 0
+@pytest.mark.parametrize(
+    ("line", "white"), [({"width_m": 0.6}, 1.0), ({"paint": 40}, 1.0), ({}, 0.5)]
+)
+def test_wide_dark_or_coloured_line_is_no_marking(line, white):
+    assert len(find(picture(-1.0, **line), -1.0, white=white)[0].row) == 0
 
 
 @pytest.mark.parametrize("beyond_m, found", [(-1.12, 0), (-1.55, len(X))])

@@ -51,12 +51,6 @@ def test_car_behind_a_pole_is_one(finder, render, body, light):
     assert car.y_m == pytest.approx(0.0, abs=0.2)
 
 
-@pytest.mark.parametrize("yaw_rad", [1.76, 2.0])
-def test_pedestrian_whose_arms_end_above_the_legs_is_seen(finder, render, body, yaw_rad):
-    (one,) = finder.find(render(body("pedestrian", 16.9, -1.4, yaw_rad)))
-    assert one.x_m - CAMERA_X_M == pytest.approx(16.9, rel=0.06)
-
-
 @pytest.mark.parametrize("brightness", [1.0, 0.25])
 def test_empty_road_has_no_body(finder, render, body, brightness):
     assert finder.find(render(brightness=brightness)) == []

@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-import yaml
 
 from sdc_perception.lane_detection import DetectorSettings, LaneDetector
 from sdc_perception.overlay import LINES_BGR
@@ -12,6 +11,7 @@ from sdc_perception.stage_pictures import STAGES
 from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.camera.renderer import Renderer
 from sdc_sim.road.road import Road
+from sdc_sim.scenario.packaged import node_config
 
 pytestmark = pytest.mark.slow(2)
 
@@ -27,10 +27,8 @@ def picture():
 
 
 @pytest.fixture
-def detector(rospkg_path):
-    path = rospkg_path("sdc_perception", "config", "lane_detector.yaml")
-    parameters = yaml.safe_load(path.read_text(encoding="utf-8"))
-    settings = DetectorSettings.read(parameters.__getitem__)
+def detector():
+    settings = DetectorSettings.read(node_config("sdc_perception", "lane_detector").__getitem__)
     return LaneDetector(settings, CameraModel().intrinsic_matrix())
 
 
