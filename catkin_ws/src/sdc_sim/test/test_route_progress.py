@@ -5,12 +5,9 @@ import pytest
 
 from sdc_common.geometry.route import Route
 from sdc_sim.evaluation.route_progress import (
-    ABORTED,
-    BLOCKED,
     COLLISION,
     COMPLETED,
     OFF_ROUTE,
-    TIMEOUT,
     DriveEvent,
     RouteProgress,
     TerminationLimits,
@@ -60,43 +57,6 @@ def test_place_after_a_gap_is_found_farther_ahead_and_errors_are_positive_left_o
     for time_s, x_m, y_m in ((0.0, 5.0, 0.0), (4.0, 45.0, 0.3), (4.1, 46.0, -0.3)):
         sample = drive.update(time_s, x_m, y_m, 0.0, 10.0)
         assert (sample.s_m, sample.cross_track_m) == (pytest.approx(x_m), pytest.approx(y_m))
-
-
-def test_metrics_of_a_circle_at_constant_speed():
-    route = circle(20.0, 1.3)
-    drive = RouteProgress(route, LIMITS)
-    for tick in range(int(1.2 * 2.0 * math.pi * 20.0 / 5.0 / 0.05)):
-        angle = 5.0 * 0.05 * tick / 20.0
-        drive.update(
-            tick * 0.05,
-            20.2 * math.cos(angle),
-            20.2 * math.sin(angle),
-            angle + math.pi / 2,
-            5.0 * 20.2 / 20.0,
-        )
-    metrics = drive.metrics(30.0)
-    assert metrics["cross_track_rms_m"] == pytest.approx(0.2, abs=0.01)
-    assert drive.samples[-1].cross_track_m < 0.0, "outside of a left bend is right"
-    assert metrics["lateral_acceleration_max_mps2"] == pytest.approx(5.05**2 / 20.2, rel=0.02)
-    assert metrics["longitudinal_acceleration_max_mps2"] == pytest.approx(0.0, abs=1e-9)
-    assert metrics["route_completion_percent"] == pytest.approx(100.0 * 1.2 / 1.3, abs=0.5), (
-        "the second round is not the first"
-    )
-    assert metrics["heading_rms_rad"] < 0.03
-    assert metrics["speed_mean_mps"] == pytest.approx(5.05)
-    assert metrics["jerk_max_mps3"] == pytest.approx(0.0, abs=1e-6)
-    assert metrics["comfortable"] is True
-
-
-def test_constant_acceleration_is_measured():
-    drive = RouteProgress(STRAIGHT, LIMITS)
-    for tick in range(100):
-        time = tick * 0.05
-        drive.update(time, time * time, 0.0, 0.0, 2.0 * time)
-    metrics = drive.metrics(10.0)
-    assert metrics["longitudinal_acceleration_max_mps2"] == pytest.approx(2.0, abs=1e-6)
-    assert metrics["longitudinal_acceleration_min_mps2"] == pytest.approx(2.0, abs=1e-6)
-    assert metrics["jerk_max_mps3"] == pytest.approx(0.0, abs=1e-6)
 
 
 def test_slow_car_is_not_blocked():
@@ -167,18 +127,6 @@ def test_collision_ends_the_drive_and_counts_by_its_kind(kind, score):
     assert drive.infractions["collision_" + kind] == 1
 
 
-def test_collision_ends_the_drive_at_its_own_time_in_any_order_of_arrival():
-    late, early = drive_at(10.0, 31), drive_at(10.0, 11)
-    late.add_collision("vehicle", 1.0)
-    early.add_collision("vehicle", 1.0)
-    assert early.status is None
-    drive_at(10.0, 10, early, first=11)
-    assert late.status == early.status == COLLISION
-    assert late.samples == early.samples
-    assert late.metrics(10.0) == early.metrics(10.0)
-    assert drive_at(10.0, 21).metrics(10.0)["status"] == ABORTED
-
-
 def test_other_infractions_count_and_the_drive_continues():
     drive = drive_at(10.0, 11)
     drive.add_infraction("red_light")
@@ -227,60 +175,6 @@ def test_event_has_the_time_and_the_place_of_the_last_sample():
         DriveEvent("collision_static", pytest.approx(100.6), pytest.approx(6.0), 6.0, 0.5),
         DriveEvent(COLLISION, pytest.approx(100.6), pytest.approx(6.0), 6.0, 0.5),
     ]
-
-
-def test_car_that_passes_the_start_of_the_route_faces_along_it():
-    """Two passes at the start: the heading tells which one the car is on."""
-    there_and_back = Route([(0.0, 0.0), (50.0, 0.0), (50.0, 1.0), (0.0, 1.0)])
-    for yaw_rad, s_m in ((0.0, 10.0), (np.pi, 91.0)):
-        progress = RouteProgress(there_and_back, LIMITS)
-        assert progress.update(0.0, 10.0, 0.5, yaw_rad, 1.0).s_m == pytest.approx(s_m, abs=1.0)
-
-
-def test_drive_that_waits_for_the_odometry_of_its_collision_is_one():
-    progress = parallel(5)
-    progress.add_collision("pedestrian", 100.6)
-    assert progress.status is None
-    assert progress.metrics(2.0)["status"] == COLLISION
-    progress.update(100.5, 5.0, 0.5, 0.0, 10.0)
-    assert progress.status is None
-    progress.update(100.6, 6.0, 0.5, 0.0, 10.0)
-    assert progress.status == COLLISION
-
-
-def test_progress_of_less_than_ten_centimetres_is_none():
-    progress = RouteProgress(STRAIGHT, LIMITS._replace(blocked_s=3.0))
-    for tick in range(31):
-        progress.update(0.1 * tick, 5.0 + 0.003 * tick, 0.0, 0.0, 0.03)
-    assert progress.status is None
-    progress.update(3.2, 5.1, 0.0, 0.0, 0.03)
-    assert progress.status == BLOCKED
-
-
-@pytest.mark.parametrize(
-    ("limits", "distance_m", "status"),
-    [
-        (LIMITS._replace(blocked_s=8.0), 0.0, BLOCKED),
-        (LIMITS._replace(timeout_s=8.0), 0.0, TIMEOUT),
-        (LIMITS._replace(off_route_s=8.0), 16.0, OFF_ROUTE),
-    ],
-)
-def test_drive_may_last_as_long_as_a_limit_and_no_longer(limits, distance_m, status):
-    progress = RouteProgress(STRAIGHT, limits)
-    for time_s in range(9):
-        progress.update(float(time_s), 0.0, distance_m, 0.0, 1.0)
-    assert progress.status is None
-    progress.update(8.25, 0.0, distance_m, 0.0, 1.0)
-    assert progress.status == status
-
-
-def test_car_at_the_limit_is_still_on_the_route():
-    progress = RouteProgress(STRAIGHT, LIMITS)
-    for tick in range(10):
-        progress.update(0.25 * tick, float(tick), LIMITS.off_route_m, 0.0, 10.0)
-    assert (progress.status, progress.progress_m) == (None, 9.0)
-    progress.add_collision("vehicle", 2.0)
-    assert progress.progress_m == 8.0
 
 
 @pytest.mark.parametrize(

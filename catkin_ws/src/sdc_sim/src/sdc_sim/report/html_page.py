@@ -14,40 +14,10 @@ from sdc_sim.evaluation.drive_evaluation import DriveResult
 from sdc_sim.evaluation.route_progress import COMPLETED, DriveEvent
 from sdc_sim.report.plots import EVENT_NAMES, headline, svg_map, svg_panels
 from sdc_sim.report.time_slider import slider_data
+from sdc_sim.yaml_document import packaged_config
 
 # The meaning of each metric, in the order of the table.
-MEANINGS = {
-    "status": "how the drive ended",
-    "route_length_m": "m, length of the route",
-    "route_completion_percent": "%, of the route is behind the car",
-    "duration_s": "s of simulated time",
-    "ideal_duration_s": "s, least time under the planner's own limits",
-    "time_ratio": "duration / ideal duration",
-    "cross_track_rms_m": "m, distance from the route, root mean square",
-    "cross_track_p95_m": "m, 95 % of the drive was closer to the route",
-    "cross_track_max_m": "m, greatest distance from the route",
-    "heading_rms_rad": "rad, heading error, root mean square",
-    "speed_mean_mps": "m/s",
-    "speed_max_mps": "m/s",
-    "lateral_acceleration_max_mps2": "m/s², comfortable up to 4.89",
-    "longitudinal_acceleration_max_mps2": "m/s², comfortable up to 2.40",
-    "longitudinal_acceleration_min_mps2": "m/s², braking, comfortable down to -4.05",
-    "jerk_max_mps3": "m/s³, comfortable up to 8.37",
-    "comfortable": "accelerations and jerk are within nuPlan's thresholds",
-    "off_lane_percent": "% of the driven distance with the car's centre off its lane",
-    "infractions": "counts",
-    "driving_score": "0..100, CARLA leaderboard 2.1",
-    "wall_duration_s": "s on the wall clock",
-    "real_time_factor": "simulated time / wall time",
-    "ticks": "odometry messages",
-    "missed_ticks": "odometry messages without a command of the same stamp",
-    "ticks_by_stamp": "odometry messages that a command with their stamp answered",
-    "ticks_by_order": "odometry messages that the next command, with no such stamp, answered",
-    "unseen_s": "s of simulated time without odometry",
-    "referee_restarts": "times that the referee restarted and resumed the drive",
-    "world_restarts": "times that simulated time and the drive began again",
-    "assumed_limits": "limits that /local_planner does not provide, taken from config/referee.yaml",
-}
+MEANINGS = packaged_config("report_metrics")
 
 
 def write_html(path: str, result: DriveResult) -> None:
