@@ -150,13 +150,9 @@ class RefusalsTest(unittest.TestCase):
         self.assertNotIn("Traceback", output)
         return camera and np.frombuffer(picture.data, np.uint8).reshape(-1, 4)[:, :3].mean()
 
-    def test_route_of_two_points_works_at_day_and_at_night(self):
-        route = self.file("two.csv", "0,0\n30,10\n")
-        day, night = (
-            self.start_on("two_points", route),
-            self.start_on("by_night", route, daylight=0.1),
-        )
-        self.assertAlmostEqual(night, 0.1 * day, delta=1.0)
+    def test_route_of_two_points_has_pictures(self):
+        brightness = self.start_on("two_points", self.file("two.csv", "0,0\n30,10\n"))
+        self.assertGreater(brightness, 30.0)
 
     def test_route_of_100000_points_works(self):
         rows = "".join(f"{0.5 * n:.3f},{300.0 * math.sin(n / 900.0):.3f}\n" for n in range(100_000))

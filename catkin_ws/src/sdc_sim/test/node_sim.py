@@ -10,7 +10,6 @@ import tf2_ros
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from sdc_msgs.msg import CarlaVehicleControl
-from sensor_msgs.msg import CameraInfo, Image
 
 from sdc_common.processes import wait_until
 from sdc_common.ros.odometry import pose_and_speed
@@ -50,16 +49,6 @@ class SimTest(unittest.TestCase):
         self.assertEqual(
             (odometry.header.frame_id, odometry.child_frame_id), ("map", "ego_vehicle")
         )
-
-    def test_picture_and_camera_info_share_a_stamp(self):
-        image = MessageListener(EGO + "/camera/rgb/front/image_color", Image).wait_for()
-        self.assertEqual((image.width, image.height, image.encoding), (640, 480, "bgra8"))
-        pixels = np.frombuffer(image.data, np.uint8).reshape(480, 640, 4)
-        self.assertGreater(pixels[:, :, :3].std(), 10.0)
-        info = MessageListener(EGO + "/camera/rgb/front/camera_info", CameraInfo)
-        self.assertTrue(info.wait_for(lambda message: message.header.stamp >= image.header.stamp))
-        self.assertAlmostEqual(info.messages[0].K[0], 320.0, places=6)
-        self.assertEqual(info.messages[0].header.frame_id, image.header.frame_id)
 
     def test_transforms_from_map_to_camera(self):
         buffer = tf2_ros.Buffer()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from typing import Any
 
@@ -41,8 +42,8 @@ class CommandInput:
         self._drive_log = setup.drive_log
         self._arbiter = CommandArbiter(round(_HANDOVER_S / setup.simulation.tick_s))
         self._targets = setup.ego + "/ackermann_cmd"
-        self._other_control = OtherAckermannControl(self._targets, self.topic)
-        self._asks_for_others = setup.ackermann_cmd == "auto"
+        self._converter: str | None = None
+        self._next_check_s = 0.0 if setup.ackermann_cmd == "auto" else math.inf
         control_class = setup.bridge.control_class
 
         def subscriber(topic: str, message_class: type, callback: Any) -> rospy.Subscriber:
@@ -94,7 +95,10 @@ class CommandInput:
 
     def _on_target(self, message: AckermannDrive) -> None:
         # Without the lock: the loop does not wait for the ROS master.
-        if not (self._asks_for_others and self._other_control.exists()):
+        if time.monotonic() >= self._next_check_s:
+            self._next_check_s = time.monotonic() + _CHECK_PERIOD_S
+            self._find_converter()
+        if self._converter is None:
             self._on_ackermann(message)
 
     def _accept_target(self, message: AckermannDrive) -> None:
@@ -117,43 +121,23 @@ class CommandInput:
             return False
         return True
 
+    def _find_converter(self) -> None:
+        """Find another node that turns Ackermann targets into control commands.
 
-class OtherAckermannControl:
-    """Another node that turns Ackermann targets into control commands.
-
-    As carla_ackermann_control of the CARLA bridge, it subscribes to the targets and publishes
-    control commands. Two controllers with the same target would command in turn.
-
-    Args:
-        targets: name of the topic of Ackermann targets
-        commands: name of the topic of control commands
-    """
-
-    def __init__(self, targets: str, commands: str):
-        self._targets = targets
-        self._commands = commands
-        self._name: str | None = None
-        self._next_check_s = 0.0
-
-    def exists(self) -> bool:
-        """Return whether there is such a node; at intervals, ask the ROS master."""
-        if time.monotonic() >= self._next_check_s:
-            self._next_check_s = time.monotonic() + _CHECK_PERIOD_S
-            self._check()
-        return self._name is not None
-
-    def _check(self) -> None:
+        As carla_ackermann_control of the CARLA bridge, it subscribes to the targets and publishes
+        control commands. Two controllers with the same target would command in turn.
+        """
         try:
             graph = Connections()
         except (OSError, rosgraph.MasterException):
             return
-        nodes = graph.publishers.get(self._commands, set())
+        nodes = graph.publishers.get(self.topic, set())
         nodes = nodes & graph.subscribers.get(self._targets, set()) - {rospy.get_name()}
-        last, self._name = self._name, min(nodes, default=None)
-        if self._name and self._name != last:
+        last, self._converter = self._converter, min(nodes, default=None)
+        if self._converter and self._converter != last:
             rospy.logwarn(
-                f"sim: {self._name} turns {self._targets} into {self._commands}; the sim leaves "
+                f"sim: {self._converter} turns {self._targets} into {self.topic}; the sim leaves "
                 "it to that node (parameter ackermann_cmd)"
             )
-        elif last and not self._name:
+        elif last and not self._converter:
             rospy.loginfo(f"sim: serves {self._targets} again")
