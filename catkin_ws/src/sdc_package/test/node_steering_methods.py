@@ -85,11 +85,11 @@ class SteeringMethodsTest(unittest.TestCase):
             ),
             "no_module": (
                 {"steering_method": "nowhere:MySteering"},
-                "there is no module 'nowhere'",
+                "No module named 'nowhere'",
             ),
             "no_section": (
                 {"steering_method": "my_module:MySteering"},
-                "section 'MySteering' lacks 'gain'",
+                "section 'MySteering' does not fit",
             ),
             "out_of_range": (
                 {"stanley": {"k": -1.0, "softening_mps": 1.0}},

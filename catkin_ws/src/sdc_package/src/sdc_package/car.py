@@ -6,7 +6,7 @@ and `Controller.command`, with what they receive.
 
 from __future__ import annotations
 
-from typing import Callable, Mapping, Protocol
+from typing import Mapping, Protocol
 
 import numpy as np
 
@@ -118,30 +118,3 @@ class Car:
             return None
         self.reason = PATH_TIMEOUT
         return self._controller.stop(observation, self._reference)
-
-
-class EstimatingCar:
-    """A car that drives on an estimate of its pose in place of the measured one.
-
-    Args:
-        car: the car
-        estimate: returns an observation with the estimated pose and speed
-    """
-
-    def __init__(self, car: Car, estimate: Callable[[Observation], Observation]):
-        self._car = car
-        self._estimate = estimate
-
-    @property
-    def path(self) -> Path | None:
-        """The path of the last step."""
-        return self._car.path
-
-    @property
-    def reason(self) -> str:
-        """What limited the speed in the last step."""
-        return self._car.reason
-
-    def step(self, observation: Observation) -> Command | None:
-        """See Car."""
-        return self._car.step(self._estimate(observation))
