@@ -41,12 +41,6 @@ SHAPES = {
     "clockwise circle": around(lambda a: 160)[::-1],
     "rectangle to the corners": along([(400, 225), (-400, 225), (-400, -225), (400, -225)]),
     "triangle": along([(0, 180), (-250, -150), (250, -150)]),
-    "star": along(
-        [
-            (190 * r * math.cos(math.pi * i / 5), 190 * r * math.sin(math.pi * i / 5))
-            for i, r in enumerate([1, 0.45] * 5)
-        ]
-    ),
     "figure eight": [
         (330 * math.sin(a), 170 * math.sin(2 * a))
         for a in [2 * math.pi * i / 36 for i in range(36)]
@@ -57,9 +51,6 @@ SHAPES = {
         (40 * a * math.cos(a) / math.pi, 40 * a * math.sin(a) / math.pi)
         for a in [math.pi / 4 * i for i in range(1, 20)]
     ],
-    "zigzag": along(
-        [(x, y) for x in range(-350, 351, 100) for y in ((-150,) if x % 200 == 50 else (150,))]
-    ),
     "two points": [(-300, 100), (300, -100)],
 }
 
