@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from nav_msgs.msg import Odometry
 
-from sdc_common.ros.odometry import pose_and_speed, rear_axle_speed, yaw_from_quaternion
+from sdc_common.ros.conversion import pose_and_speed, rear_axle_speed, yaw_from_quaternion
 
 
 def odometry(x=0.0, y=0.0, orientation=(0.0, 0.0, 0.0, 1.0), velocity=(0.0, 0.0)):

@@ -14,7 +14,7 @@ from carla_msgs.msg import (
 from nav_msgs.msg import Odometry
 from sdc_package.msg import BaseWaypoint, LocalPath, Path, Waypoint
 
-from sdc_common.ros.stop_lines import GREEN, RED
+from sdc_common.planning.stop_line import GREEN, RED
 
 MISSION, PATH = "/planner/mission_waypoints", "/planner/local_waypoints"
 ODOMETRY = "/carla/ego_vehicle/odometry"

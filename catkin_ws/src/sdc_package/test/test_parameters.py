@@ -11,6 +11,7 @@ import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from sdc_common.driving import Command
 from sdc_common.validation import check_between
 from sdc_package.actuation import PedalMap, SteeringMap
 from sdc_package.lane_filter import LaneFilter, LaneFilterThresholds
@@ -24,7 +25,7 @@ from sdc_package.steering.loader import METHODS, load_steering
 from sdc_package.watchdog import InputWatchdog
 from sdc_package.waypoint_search import WaypointSearch
 from sdc_sim.physics.ackermann import AckermannControl, AckermannGains, AckermannTarget
-from sdc_sim.physics.vehicle import Vehicle, VehicleCommand
+from sdc_sim.physics.vehicle import Vehicle
 from sdc_sim.physics.vehicle_parameters import load_vehicle
 from sdc_sim.sensors.errors import OdometryNoise
 from sdc_sim.sensors.settings import SENSORS, sensor_settings
@@ -105,7 +106,7 @@ def simulate(parameters, _folder):
         sensors=sensors,
     )
     simulation.step(AckermannTarget(0.1, 0.0, 5.0))
-    simulation.step(VehicleCommand(0.7, 0.1))
+    simulation.step(Command(0.7, 0.1))
     return list(vars(simulation.vehicle.state).values())
 
 
@@ -113,7 +114,7 @@ def drive_preset(parameters, folder):
     path = folder / "fuzz_car.yaml"
     path.write_text(json.dumps(parameters))
     vehicle = Vehicle(load_vehicle(str(path)))
-    vehicle.step(VehicleCommand(0.7, 0.1), 0.1)
+    vehicle.step(Command(0.7, 0.1), 0.1)
     return list(vars(vehicle.state).values())
 
 

@@ -13,8 +13,8 @@ from carla_msgs.msg import (
 from nav_msgs.msg import Odometry
 from sdc_msgs.msg import Obstacle, ObstacleArray
 
+from sdc_common.planning.stop_line import GREEN, RED
 from sdc_common.ros import refusal
-from sdc_common.ros.stop_lines import GREEN, RED
 from sdc_package.planner_inputs import PlannerInputs
 from sdc_package.traffic_lights import TrafficLightMargins
 

@@ -7,7 +7,8 @@ import pytest
 
 from sdc_common.geometry.route import Route
 from sdc_common.planning.speed_profile import SpeedLimits
-from sdc_common.ros.stop_lines import GREEN, RED, YELLOW, StopLine, stop_lines
+from sdc_common.planning.stop_line import GREEN, RED, YELLOW, StopLine
+from sdc_common.ros.conversion import stop_lines
 from sdc_package.local_planner import LocalPlanner, PlannerSettings
 from sdc_package.obstacles import ObstacleMargins
 from sdc_package.traffic_lights import TrafficLightMargins, TrafficLightMonitor

@@ -16,7 +16,7 @@ from sdc_msgs.msg import CarlaVehicleControl
 from sensor_msgs.msg import CameraInfo, Image
 
 from sdc_common.processes import wait_until
-from sdc_common.ros.odometry import pose_and_speed
+from sdc_common.ros.conversion import pose_and_speed
 from sdc_common.routes.waypoint_file import load_waypoints
 from sdc_sim.camera.renderer import Renderer
 from sdc_sim.road.road import Road

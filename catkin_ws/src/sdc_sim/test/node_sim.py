@@ -12,7 +12,7 @@ from rosgraph_msgs.msg import Clock
 from sdc_msgs.msg import CarlaVehicleControl
 
 from sdc_common.processes import wait_until
-from sdc_common.ros.odometry import pose_and_speed
+from sdc_common.ros.conversion import pose_and_speed
 from sdc_testing import MessageListener, wait_for_subscriber
 
 EGO = "/carla/ego_vehicle"

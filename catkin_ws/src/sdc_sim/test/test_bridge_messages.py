@@ -11,11 +11,12 @@ import rospy
 from derived_object_msgs.msg import Object
 from visualization_msgs.msg import Marker
 
-from sdc_common.ros.stop_lines import stop_lines
+from sdc_common.driving import Command
+from sdc_common.ros.conversion import stop_lines
 from sdc_sim.physics.ackermann import AckermannControl, AckermannGains, AckermannTarget
 from sdc_sim.physics.obstacles import ObstaclePlan, Obstacles
 from sdc_sim.physics.traffic_lights import TrafficLightPlan, TrafficLights
-from sdc_sim.physics.vehicle import Vehicle, VehicleCommand
+from sdc_sim.physics.vehicle import Vehicle
 from sdc_sim.physics.vehicle_parameters import load_vehicle
 from sdc_sim.road.opendrive import opendrive
 from sdc_sim.ros import bridge_messages
@@ -24,7 +25,7 @@ from sdc_sim.simulation.simulation import Simulation
 
 FOLDER = os.path.dirname(os.path.abspath(__file__))
 TESLA = load_vehicle(os.path.join(FOLDER, "..", "config", "vehicles", "tesla_model3.yaml"))
-COMMAND = VehicleCommand(throttle=0.75, steer=-0.25)
+COMMAND = Command(throttle=0.75, steer=-0.25)
 
 
 @pytest.fixture
@@ -79,7 +80,7 @@ def test_status_has_speed_executed_command_and_acceleration_in_the_map(world):
     assert (control.throttle, control.steer, control.brake) == (0.75, -0.25, 0.0)
     assert (control.hand_brake, control.reverse, control.gear) == (False, False, 1)
     assert (message.header.frame_id, message.header.stamp) == ("map", rospy.Time(2, 50_000_000))
-    world.simulation.step(VehicleCommand(reverse=True))
+    world.simulation.step(Command(reverse=True))
     assert made(world, "vehicle_status").control.gear == -1
 
 
@@ -99,7 +100,7 @@ def test_collision_has_the_obstacle_and_the_impulse(world):
     assert bridge_messages.collisions(world) == []
     world.simulation.place(26.0, 6.0, 0.0)
     while not world.snapshot.collisions:
-        world.simulation.step(VehicleCommand(throttle=1.0))
+        world.simulation.step(Command(throttle=1.0))
         assert world.simulation.tick < 200
     collision = made(world, "collisions")
     assert (collision.header.frame_id, collision.other_actor_id) == ("hero", 102)

@@ -9,8 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from sdc_common.driving import Command
 from sdc_sim.physics.ackermann import AckermannControl, AckermannGains, AckermannTarget
-from sdc_sim.physics.vehicle import Vehicle, VehicleCommand, VehicleState
+from sdc_sim.physics.vehicle import Vehicle, VehicleState
 from sdc_sim.physics.vehicle_parameters import load_vehicle
 from sdc_sim.sensors.errors import DelayLine
 from sdc_sim.simulation.command_mux import CommandMux
@@ -25,8 +26,8 @@ TESLA = load_vehicle(
 )
 TICK_S = 0.05
 AT_REST = VehicleState()
-SOFTWARE, MANUAL = VehicleCommand(throttle=0.5), VehicleCommand(throttle=0.2, steer=0.1)
-FULL_BRAKE = VehicleCommand(brake=1.0)
+SOFTWARE, MANUAL = Command(throttle=0.5), Command(throttle=0.2, steer=0.1)
+FULL_BRAKE = Command(brake=1.0)
 
 
 def make_mux(latency_s=0.0, timeout_ticks=20):
@@ -37,7 +38,7 @@ def make_mux(latency_s=0.0, timeout_ticks=20):
     )
 
 
-COAST, TARGET = VehicleCommand(), AckermannTarget(steering_angle_rad=0.3, speed_mps=5.0)
+COAST, TARGET = Command(), AckermannTarget(steering_angle_rad=0.3, speed_mps=5.0)
 
 
 @pytest.mark.parametrize(
@@ -89,7 +90,7 @@ def test_latency_delays_commands_but_not_the_braking_after_a_timeout():
     mux = make_mux(latency_s=0.15)
     executed = []
     for tick in range(1, 6):
-        mux.accept(VehicleCommand(throttle=tick / 10.0), tick)
+        mux.accept(Command(throttle=tick / 10.0), tick)
         executed.append(mux.select(tick, AT_REST, TICK_S).throttle)
     assert executed == [0.0, 0.0, 0.0, 0.1, 0.2]
     assert mux.select(26, AT_REST, TICK_S) == FULL_BRAKE
@@ -99,7 +100,7 @@ def test_refused_command_changes_nothing():
     mux = make_mux()
     mux.accept(SOFTWARE, 1)
     with pytest.raises(ValueError, match="throttle"):
-        mux.accept(VehicleCommand(throttle=math.nan), 2)
+        mux.accept(Command(throttle=math.nan), 2)
     with pytest.raises(ValueError, match="speed_mps"):
         mux.accept(AckermannTarget(speed_mps=math.inf), 2)
     assert mux.select(2, AT_REST, TICK_S) == SOFTWARE
@@ -112,13 +113,11 @@ def test_reset_forgets_commands_and_keeps_the_override():
     mux.select(1, AT_REST, TICK_S)
     mux.reset()
     assert mux.manual_override
-    assert [mux.select(tick, AT_REST, TICK_S) for tick in (2, 3, 4)] == [VehicleCommand()] * 3
+    assert [mux.select(tick, AT_REST, TICK_S) for tick in (2, 3, 4)] == [Command()] * 3
 
 
 ANY_NUMBER = st.floats(width=32)
-ANY_COMMAND = st.builds(
-    VehicleCommand, ANY_NUMBER, ANY_NUMBER, ANY_NUMBER, st.booleans(), st.booleans()
-)
+ANY_COMMAND = st.builds(Command, ANY_NUMBER, ANY_NUMBER, ANY_NUMBER, st.booleans(), st.booleans())
 
 
 @settings(max_examples=max(500, settings.default.max_examples))

@@ -5,8 +5,9 @@ import os
 import numpy as np
 import pytest
 
+from sdc_common.driving import Command
 from sdc_sim.physics.fleet import FIELDS, VehicleFleet
-from sdc_sim.physics.vehicle import Vehicle, VehicleCommand
+from sdc_sim.physics.vehicle import Vehicle
 from sdc_sim.physics.vehicle_parameters import load_vehicle
 
 pytestmark = pytest.mark.slow(2)
@@ -40,7 +41,7 @@ def test_fleet_equals_single_vehicles(preset, friction, threads):
             throttle, brake, steer = random_commands(random)
         fleet.step(throttle, brake, steer, TICK_S)
         for i, vehicle in enumerate(vehicles):
-            vehicle.step(VehicleCommand(throttle[i], steer[i], brake[i]), TICK_S)
+            vehicle.step(Command(throttle[i], steer[i], brake[i]), TICK_S)
     assert fleet.state["speed_mps"].max() > 3.0
     assert (fleet.state["speed_mps"] == 0.0).any()
     for name in FIELDS:
@@ -62,7 +63,7 @@ def test_compiled_vehicle_equals_a_plain_one_bit_for_bit(preset, wind_mps):
             if tick % 20 == 0:
                 pedals, steer = random.random(2) * (random.random(2) < 0.6), random.uniform(-1, 1)
                 flags = (random.random(2) < 0.2).tolist()
-                command = VehicleCommand(float(pedals[0]), steer, float(pedals[1]), *flags)
+                command = Command(float(pedals[0]), steer, float(pedals[1]), *flags)
             for vehicle in (plain, compiled):
                 vehicle.step(command, TICK_S)
             assert compiled.state == plain.state

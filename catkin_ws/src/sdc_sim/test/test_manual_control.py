@@ -17,12 +17,12 @@ from nav_msgs.msg import Odometry
 from sdc_msgs.msg import LocalPath, Obstacle, ObstacleArray, Waypoint
 from sensor_msgs.msg import Image
 
+from sdc_common.driving import Command
 from sdc_sim.manual_control import hud
 from sdc_sim.manual_control.drive_state import DriveState
 from sdc_sim.manual_control.keyboard import KeyboardControl, KeyboardControlRates
 from sdc_sim.manual_control.map_view import MapView
 from sdc_sim.manual_control.views import ViewSelector
-from sdc_sim.physics.vehicle import VehicleCommand
 from sdc_sim.ros.message_conversion import quaternion_from_yaw
 from sdc_sim.ros.picture_messages import image_message
 
@@ -43,18 +43,18 @@ def held_for(seconds, *keys, control=None):
 @pytest.mark.parametrize(
     "keys, expected",
     [
-        ("", VehicleCommand()),
-        ("w", VehicleCommand(throttle=0.4)),
-        ("up", VehicleCommand(throttle=0.4)),
-        ("s", VehicleCommand(brake=0.8)),
-        ("down", VehicleCommand(brake=0.8)),
-        ("a", VehicleCommand(steer=-0.1)),
-        ("left", VehicleCommand(steer=-0.1)),
-        ("d", VehicleCommand(steer=0.1)),
-        ("right", VehicleCommand(steer=0.1)),
-        ("a right", VehicleCommand()),
-        ("w d space", VehicleCommand(throttle=0.4, steer=0.1, hand_brake=True)),
-        ("x q escape", VehicleCommand()),
+        ("", Command()),
+        ("w", Command(throttle=0.4)),
+        ("up", Command(throttle=0.4)),
+        ("s", Command(brake=0.8)),
+        ("down", Command(brake=0.8)),
+        ("a", Command(steer=-0.1)),
+        ("left", Command(steer=-0.1)),
+        ("d", Command(steer=0.1)),
+        ("right", Command(steer=0.1)),
+        ("a right", Command()),
+        ("w d space", Command(throttle=0.4, steer=0.1, hand_brake=True)),
+        ("x q escape", Command()),
     ],
 )
 def test_held_keys_change_the_command_at_their_rates(keys, expected):
@@ -76,12 +76,12 @@ def test_steering_grows_to_its_limit_and_returns_across_zero():
 def test_reverse_stays_until_toggled_and_reset_clears_the_command():
     control = KeyboardControl(RATES)
     control.toggle_reverse()
-    assert control.step(["w"], 1.0) == VehicleCommand(throttle=1.0, reverse=True)
+    assert control.step(["w"], 1.0) == Command(throttle=1.0, reverse=True)
     control.toggle_reverse()
-    assert control.step(["w"], 1.0) == VehicleCommand(throttle=1.0)
+    assert control.step(["w"], 1.0) == Command(throttle=1.0)
     control.toggle_reverse()
     control.reset()
-    assert control.command == control.step([], 0.0) == VehicleCommand()
+    assert control.command == control.step([], 0.0) == Command()
 
 
 @given(st.lists(st.tuples(st.sets(st.sampled_from(KEYS)), st.floats(0.0, 3.0)), max_size=20))
@@ -93,7 +93,7 @@ def test_command_is_in_range_and_symmetric_and_ends_at_zero(history):
         assert command.clamped() == (command, False)
         assert abs(command.steer) <= RATES.steer_limit
         assert mirrored.step({swap.get(key, key) for key in keys}, step_s).steer == -command.steer
-    assert held_for(0.4, control=control) == VehicleCommand()
+    assert held_for(0.4, control=control) == Command()
 
 
 @pytest.mark.parametrize(
@@ -193,7 +193,7 @@ def odometry(x=3.0):
 def test_readings_combine_all_messages():
     clock = Clock()
     state = DriveState(3.0, clock)
-    own = VehicleCommand(throttle=0.5)
+    own = Command(throttle=0.5)
     assert state.readings(own, manual=True, client_fps=30.0).command is own
     for _ in range(5):
         state.on_odometry(odometry())

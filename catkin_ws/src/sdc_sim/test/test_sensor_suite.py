@@ -7,8 +7,9 @@ import re
 import numpy as np
 import pytest
 
+from sdc_common.driving import Command
 from sdc_common.geometry.route import Route
-from sdc_sim.physics.vehicle import Vehicle, VehicleCommand, VehicleState
+from sdc_sim.physics.vehicle import Vehicle, VehicleState
 from sdc_sim.physics.vehicle_parameters import load_vehicle
 from sdc_sim.sensors.errors import ErrorSizes, SensorErrors
 from sdc_sim.sensors.model import Moment, SensorContext
@@ -38,7 +39,7 @@ def weave(simulation, ticks):
     for tick in range(ticks):
         t = tick * TICK_S
         pedal = 0.3 + 0.4 * math.sin(0.5 * t)
-        command = VehicleCommand(max(0.0, pedal), 0.05 * math.sin(0.7 * t), max(0.0, -pedal))
+        command = Command(max(0.0, pedal), 0.05 * math.sin(0.7 * t), max(0.0, -pedal))
         simulation.step(command)
         observations.append(simulation.snapshot)
     return observations
@@ -227,7 +228,7 @@ def test_outage_has_no_fix_in_its_zone_alone(zone):
     simulation.set_velocity(10.0, 0.0, 0.0)
     observations = []
     for _ in range(100):
-        simulation.step(VehicleCommand(throttle=0.4))
+        simulation.step(Command(throttle=0.4))
         observations.append(simulation.snapshot)
     for number, observation in enumerate(observations, start=1):
         inside = (
@@ -242,7 +243,7 @@ def test_outage_has_no_fix_in_its_zone_alone(zone):
     free = simulation_with(route=route, gnss={"period_s": TICK_S, "noise_m": 0.5})
     free.set_velocity(10.0, 0.0, 0.0)
     for _ in range(100):
-        free.step(VehicleCommand(throttle=0.4))
+        free.step(Command(throttle=0.4))
     assert free.snapshot.readings == observations[-1].readings
 
 

@@ -9,11 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from sdc_common.driving import Command
 from sdc_sim.physics.ackermann import AckermannControl, AckermannGains, AckermannTarget
 from sdc_sim.physics.collision import overlap
 from sdc_sim.physics.obstacles import KINDS, ObstaclePlan, Obstacles
 from sdc_sim.physics.traffic_lights import GREEN, RED, TrafficLightPlan, TrafficLights
-from sdc_sim.physics.vehicle import Vehicle, VehicleCommand
+from sdc_sim.physics.vehicle import Vehicle
 from sdc_sim.physics.vehicle_parameters import load_vehicle
 from sdc_sim.scenario.packaged import node_config
 from sdc_sim.sensors.errors import OdometryNoise
@@ -39,7 +40,7 @@ def drive(simulation, seconds, **command):
     """Drive under one command; return the collisions that began."""
     collisions = []
     for _ in range(round(seconds / simulation.tick_s)):
-        collisions += stepped(simulation, VehicleCommand(**command)).collisions
+        collisions += stepped(simulation, Command(**command)).collisions
     return collisions
 
 
@@ -52,7 +53,7 @@ def test_stamps_are_whole_ticks_without_drift():
 
 def test_default_timeout_allows_for_a_lost_command_at_10_hz_and_ends_within_half_a_second():
     simulation = make_simulation(node_config("sdc_sim", "sim")["command_patience_s"])
-    command = VehicleCommand(throttle=0.5)
+    command = Command(throttle=0.5)
     simulation.step(command)
     executed = []
     for _ in range(10):
@@ -60,7 +61,7 @@ def test_default_timeout_allows_for_a_lost_command_at_10_hz_and_ends_within_half
         executed.append(simulation.commands.executed)
     # The next command comes after 0.2 s, and may be a tick late.
     assert executed[:4] == 4 * [command]
-    assert executed[-1] == VehicleCommand(brake=1.0)
+    assert executed[-1] == Command(brake=1.0)
 
 
 def test_ackermann_target_without_ackermann_control_is_refused():
@@ -144,7 +145,7 @@ def test_no_drive_enters_an_obstacle_or_gains_speed_from_it(
     simulation.obstacles = obstacle_at(12.0 * c - aside_m * s, 12.0 * s + aside_m * c, yaw, kind)
     obstacle = simulation.obstacles.states[0]
     assert overlap(simulation.outline, obstacle.rectangle) is None
-    simulation.accept(VehicleCommand(steer=steer))
+    simulation.accept(Command(steer=steer))
     for _ in range(60):
         state = simulation.vehicle.state
         before = math.hypot(state.speed_mps, state.lateral_speed_mps)
@@ -259,10 +260,10 @@ def rich_simulation():
 
 
 COMMANDS = [
-    *[VehicleCommand(throttle=0.7, steer=0.02 * n) for n in range(10)] * 5,
+    *[Command(throttle=0.7, steer=0.02 * n) for n in range(10)] * 5,
     *[AckermannTarget(0.1, 0.0, 6.0), None, None] * 20,
     *[None] * 15,
-    *[VehicleCommand(brake=0.5)] * 10,
+    *[Command(brake=0.5)] * 10,
 ]
 
 

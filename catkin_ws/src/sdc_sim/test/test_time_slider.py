@@ -13,7 +13,7 @@ from selenium.webdriver.chrome.service import Service
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 
-from sdc_common.ros.stop_lines import GREEN, RED
+from sdc_common.planning.stop_line import GREEN, RED
 from sdc_sim.evaluation.drive_evaluation import OBSTACLES, PATH, PICTURE
 from sdc_sim.evaluation.evaluator import Evaluator
 from sdc_sim.report.html_page import write_html

@@ -17,7 +17,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sdc_sim.physics.vehicle import Vehicle, VehicleCommand, VehicleState
+from sdc_common.driving import Command
+from sdc_sim.physics.vehicle import Vehicle, VehicleState
 from sdc_sim.physics.vehicle_parameters import load_vehicle
 
 HERE = os.path.dirname(os.path.abspath(__file__))
@@ -73,7 +74,7 @@ def cruise(vehicle, speed_mps, steer, duration_s, step_s=TICK_S):
     for _ in range(round(duration_s / step_s)):
         wanted = 1.5 * (speed_mps - vehicle.state.speed_mps)
         throttle = 0.3 + (wanted + 0.4) / 7.0
-        vehicle.step(VehicleCommand(throttle, steer, max(0.0, -wanted / 7.0)).clamped()[0], step_s)
+        vehicle.step(Command(throttle, steer, max(0.0, -wanted / 7.0)).clamped()[0], step_s)
 
 
 # Steady state
@@ -118,7 +119,7 @@ def test_measured_steady_circle_follows_the_understeer_gradient(speed_mps, front
     angle_rad = parameters.wheelbase_m * curvature + gradient
     steer = -angle_rad / parameters.full_wheel_angle_rad(speed_mps)
     for _ in range(100):
-        vehicle.step(VehicleCommand(steer=steer), TICK_S)
+        vehicle.step(Command(steer=steer), TICK_S)
     state = vehicle.state
     theory = (
         state.speed_mps
@@ -157,7 +158,7 @@ def test_full_wheel_angle_shrinks_with_speed(speed_kmh, share):
         full_rad * share, rel=1e-3
     )
     vehicle = rolling_car(rolling_free(), speed_kmh * KMH)
-    vehicle.step(VehicleCommand(steer=1.0), 0.2)
+    vehicle.step(Command(steer=1.0), 0.2)
     assert vehicle.state.wheel_angle_rad == pytest.approx(
         -preset().full_wheel_angle_rad(vehicle.state.speed_mps), rel=1e-12
     )
@@ -175,7 +176,7 @@ def test_measured_steering_response_agrees_with_commonroad(drive, rows):
     vehicle = rolling_car(
         rolling_free(name, steer_travel_s=2.0 * full_rad / rate_radps, cg_height_m=1e-9), speed_mps
     )
-    command = VehicleCommand(steer=-angle_rad / full_rad)
+    command = Command(steer=-angle_rad / full_rad)
     passed_s, worst = (
         0.0,
         {"position m": 0.0, "yaw rad": 0.0, "yaw rate rad/s": 0.0, "lateral speed m/s": 0.0},
@@ -209,7 +210,7 @@ def test_measured_steering_response_agrees_with_commonroad(drive, rows):
 def time_to_speed_s(vehicle, speed_mps, throttle=1.0):
     seconds = 0.0
     while vehicle.state.speed_mps < speed_mps:
-        vehicle.step(VehicleCommand(throttle=throttle), 0.005)
+        vehicle.step(Command(throttle=throttle), 0.005)
         seconds += 0.005
         assert seconds < 60.0
     return seconds
@@ -223,7 +224,7 @@ def test_measured_time_from_0_to_100_kmh_is_7_5_s():
 
 def test_measured_acceleration_at_half_throttle_is_1_4_mps2():
     vehicle = Vehicle(preset())
-    vehicle.step(VehicleCommand(throttle=0.5), 0.3)
+    vehicle.step(Command(throttle=0.5), 0.3)
     acceleration = vehicle.state.longitudinal_acceleration_mps2
     print(f"throttle 0.5 gives {acceleration:.3f} m/s^2")
     assert acceleration == pytest.approx(1.4, rel=0.05)
@@ -232,7 +233,7 @@ def test_measured_acceleration_at_half_throttle_is_1_4_mps2():
 def test_measured_creep_at_throttle_0_3_reaches_3_7_mps_and_stays_there():
     vehicle = Vehicle(preset())
     seconds = time_to_speed_s(vehicle, 3.0, throttle=0.3)
-    vehicle.step(VehicleCommand(throttle=0.3), 60.0)
+    vehicle.step(Command(throttle=0.3), 60.0)
     steady_mps = vehicle.state.speed_mps
     print(f"throttle 0.3: 3 m/s after {seconds:.1f} s, {steady_mps:.2f} m/s after a minute more")
     assert seconds < 15.0
@@ -243,7 +244,7 @@ def test_measured_creep_at_throttle_0_3_reaches_3_7_mps_and_stays_there():
 @pytest.mark.parametrize("throttle", [0.0, 0.1, 0.2, 0.3])
 def test_small_throttle_does_not_move_a_vehicle_without_creep(name, throttle):
     vehicle = Vehicle(preset(name))
-    vehicle.step(VehicleCommand(throttle=throttle), 20.0)
+    vehicle.step(Command(throttle=throttle), 20.0)
     assert (vehicle.state.x_m, vehicle.state.speed_mps) == (0.0, 0.0)
 
 
@@ -251,7 +252,7 @@ def test_measured_full_brake_decelerates_with_7_3_mps2():
     vehicle = rolling_car(preset(), 50.0 * KMH)
     seconds, decelerations = 0.0, []
     while vehicle.state.speed_mps > 0.0:
-        vehicle.step(VehicleCommand(brake=1.0), 0.005)
+        vehicle.step(Command(brake=1.0), 0.005)
         seconds += 0.005
         decelerations.append(-vehicle.state.longitudinal_acceleration_mps2)
     held = decelerations[50:-1]
@@ -268,7 +269,7 @@ def test_measured_full_brake_decelerates_with_7_3_mps2():
 @pytest.mark.parametrize("pedal", ["throttle", "brake"])
 def test_pedals_take_a_sixth_of_a_second(pedal):
     vehicle = Vehicle(preset())
-    command = VehicleCommand(**{pedal: 1.0})
+    command = Command(**{pedal: 1.0})
     vehicle.step(command, 0.15)
     assert getattr(vehicle.state, pedal) == pytest.approx(0.9, abs=0.01)
     vehicle.step(command, 0.03)
@@ -277,20 +278,20 @@ def test_pedals_take_a_sixth_of_a_second(pedal):
 
 def test_steering_takes_two_fifths_of_a_second_from_end_to_end():
     vehicle = Vehicle(preset())
-    vehicle.step(VehicleCommand(steer=-1.0), 1.0)
+    vehicle.step(Command(steer=-1.0), 1.0)
     assert vehicle.state.wheel_angle_rad == pytest.approx(0.8145, rel=1e-3)
-    vehicle.step(VehicleCommand(steer=1.0), 0.2)
+    vehicle.step(Command(steer=1.0), 0.2)
     assert vehicle.state.wheel_angle_rad == pytest.approx(0.0, abs=1e-9)
-    vehicle.step(VehicleCommand(steer=1.0), 0.2)
+    vehicle.step(Command(steer=1.0), 0.2)
     assert vehicle.state.wheel_angle_rad == pytest.approx(-0.8145, rel=1e-3)
 
 
 def test_positive_steer_turns_right_forward_and_in_reverse():
     vehicle = rolling_car(preset(), 2.0)
-    vehicle.step(VehicleCommand(steer=0.5), 1.0)
+    vehicle.step(Command(steer=0.5), 1.0)
     assert vehicle.state.yaw_rad < -0.2 and vehicle.state.y_m < 0.0
     vehicle.reset(0.0, 0.0, 0.0)
-    vehicle.step(VehicleCommand(throttle=0.5, steer=0.5, reverse=True), 2.0)
+    vehicle.step(Command(throttle=0.5, steer=0.5, reverse=True), 2.0)
     state = vehicle.state
     assert state.speed_mps < -1.0 and state.yaw_rate_radps > 0.2
     radius_m = math.hypot(state.speed_mps, state.lateral_speed_mps) / state.yaw_rate_radps
@@ -302,19 +303,19 @@ def test_positive_steer_turns_right_forward_and_in_reverse():
 
 def test_reverse_is_limited_in_speed():
     vehicle = Vehicle(preset())
-    vehicle.step(VehicleCommand(throttle=1.0, reverse=True), 30.0)
+    vehicle.step(Command(throttle=1.0, reverse=True), 30.0)
     assert -8.0 < vehicle.state.speed_mps < -7.5
 
 
 # Standstill
 
 HOLDS = {
-    "nothing pressed": VehicleCommand(),
-    "steering at rest": VehicleCommand(steer=1.0),
-    "foot brake": VehicleCommand(brake=1.0),
-    "foot brake against throttle": VehicleCommand(throttle=1.0, brake=1.0),
-    "foot brake against reverse": VehicleCommand(throttle=1.0, brake=1.0, reverse=True),
-    "hand brake against throttle": VehicleCommand(throttle=1.0, hand_brake=True),
+    "nothing pressed": Command(),
+    "steering at rest": Command(steer=1.0),
+    "foot brake": Command(brake=1.0),
+    "foot brake against throttle": Command(throttle=1.0, brake=1.0),
+    "foot brake against reverse": Command(throttle=1.0, brake=1.0, reverse=True),
+    "hand brake against throttle": Command(throttle=1.0, hand_brake=True),
 }
 
 
@@ -339,10 +340,10 @@ def test_vehicle_at_rest_stays_in_place(title, name, wind_mps):
 @pytest.mark.parametrize(
     "command",
     [
-        VehicleCommand(),
-        VehicleCommand(brake=0.3),
-        VehicleCommand(brake=1.0),
-        VehicleCommand(hand_brake=True),
+        Command(),
+        Command(brake=0.3),
+        Command(brake=1.0),
+        Command(hand_brake=True),
     ],
 )
 @pytest.mark.parametrize("speed_mps", [0.1, 4.0, -4.0, 12.0])
@@ -376,7 +377,7 @@ def test_measured_slalom_at_walking_speed_follows_the_kinematic_model(name, reve
         before = vehicle.state
         throttle = 0.4 if abs(before.speed_mps) < 1.2 else 0.05
         steer = 0.7 * math.sin(0.005 * tick)
-        vehicle.step(VehicleCommand(throttle, steer, reverse=reverse), 0.005)
+        vehicle.step(Command(throttle, steer, reverse=reverse), 0.005)
         after = vehicle.state
         speed = 0.5 * (before.speed_mps + after.speed_mps)
         curvature = (
@@ -401,11 +402,11 @@ def test_measured_slalom_at_walking_speed_follows_the_kinematic_model(name, reve
 def test_measured_motion_has_no_jump_in_the_blend():
     """From rest to 8 m/s in a bend neither motion nor acceleration jumps in a step of 5 ms."""
     vehicle = Vehicle(preset())
-    vehicle.step(VehicleCommand(steer=-0.25), 1.0)
+    vehicle.step(Command(steer=-0.25), 1.0)
     rate_jump = acceleration_jump = 0.0
     before = vehicle.state
     for _ in range(1200):
-        vehicle.step(VehicleCommand(throttle=0.5, steer=-0.25), 0.005)
+        vehicle.step(Command(throttle=0.5, steer=-0.25), 0.005)
         after = vehicle.state
         rate_jump = max(rate_jump, abs(after.yaw_rate_radps - before.yaw_rate_radps))
         acceleration_jump = max(
@@ -425,7 +426,7 @@ def test_measured_motion_has_no_jump_in_the_blend():
 # Laws
 
 finite_commands = st.builds(
-    VehicleCommand,
+    Command,
     st.floats(-2.0, 2.0),
     st.floats(-2.0, 2.0),
     st.floats(-2.0, 2.0),
@@ -433,7 +434,7 @@ finite_commands = st.builds(
     st.booleans(),
 )
 any_commands = st.builds(
-    VehicleCommand,
+    Command,
     st.floats(allow_nan=False, allow_infinity=False),
     st.floats(allow_nan=False, allow_infinity=False),
     st.floats(allow_nan=False, allow_infinity=False),
@@ -441,7 +442,7 @@ any_commands = st.builds(
     st.booleans(),
 )
 unpowered_commands = st.builds(
-    VehicleCommand,
+    Command,
     st.just(0.0),
     st.floats(-1.0, 1.0),
     st.sampled_from([0.0, 0.0, 0.4, 1.0]),
@@ -541,7 +542,7 @@ def test_left_is_the_mirror_image_of_right(name, friction, drive):
 
 def test_braking_in_a_turn_does_not_depend_on_the_tick():
     coarse, fine = rolling_car(preset(), 10.0), rolling_car(preset(), 10.0)
-    command = VehicleCommand(steer=0.2, brake=0.4)
+    command = Command(steer=0.2, brake=0.4)
     for _ in range(20):
         coarse.step(command, 0.05)
         for _ in range(10):
@@ -558,19 +559,19 @@ def drive_of_60_s(internal_step_s, name="tesla_model3"):
     for tick in range(1200):
         t = tick * TICK_S
         if t < 8.0:
-            command = VehicleCommand(throttle=0.7)
+            command = Command(throttle=0.7)
         elif t < 22.0:
-            command = VehicleCommand(throttle=0.33, steer=0.08 * math.sin(1.2 * t))
+            command = Command(throttle=0.33, steer=0.08 * math.sin(1.2 * t))
         elif t < 26.0:
-            command = VehicleCommand(throttle=0.4, steer=-0.12)
+            command = Command(throttle=0.4, steer=-0.12)
         elif t < 32.0:
-            command = VehicleCommand(brake=0.6, steer=0.05)
+            command = Command(brake=0.6, steer=0.05)
         elif t < 38.0:
-            command = VehicleCommand(throttle=0.45, steer=0.6, reverse=True)
+            command = Command(throttle=0.45, steer=0.6, reverse=True)
         elif t < 41.0:
-            command = VehicleCommand(brake=0.5)
+            command = Command(brake=0.5)
         else:
-            command = VehicleCommand(
+            command = Command(
                 throttle=0.45, steer=0.3 * math.sin(0.7 * t) / (1.0 + 0.15 * (t - 41.0))
             )
         before = vehicle.state
@@ -603,7 +604,7 @@ def test_measured_halving_the_step_moves_the_end_of_60_s_by_centimetres(name):
 @pytest.mark.parametrize("friction", [0.2, 0.5, 0.8])
 def test_measured_friction_scales_the_grip(friction):
     vehicle = rolling_car(rolling_free(), 20.0, friction=friction)
-    vehicle.step(VehicleCommand(brake=1.0), 1.0)
+    vehicle.step(Command(brake=1.0), 1.0)
     braking = -vehicle.state.longitudinal_acceleration_mps2
     full = min(friction * 1.05 * 9.81 * 0.95, 13107.0 / 1845.0)
     print(f"friction {friction}: full brake {braking:.2f} m/s^2")
@@ -611,7 +612,7 @@ def test_measured_friction_scales_the_grip(friction):
     cornering = 0.0
     vehicle.reset(0.0, 0.0, 0.0, 20.0)
     for _ in range(40):
-        vehicle.step(VehicleCommand(steer=-0.3), TICK_S)
+        vehicle.step(Command(steer=-0.3), TICK_S)
         cornering = max(cornering, vehicle.state.lateral_acceleration_mps2)
     print(f"friction {friction}: cornering {cornering:.2f} m/s^2")
     assert cornering == pytest.approx(friction * 1.05 * 9.81, rel=0.1)
@@ -621,8 +622,8 @@ def test_hand_brake_locks_the_rear_and_turns_the_vehicle():
     turns = []
     for hand_brake in (False, True):
         vehicle = rolling_car(preset(), 14.0)
-        vehicle.step(VehicleCommand(steer=-0.25), 0.4)
-        vehicle.step(VehicleCommand(steer=-0.25, hand_brake=hand_brake), 1.2)
+        vehicle.step(Command(steer=-0.25), 0.4)
+        vehicle.step(Command(steer=-0.25, hand_brake=hand_brake), 1.2)
         turns.append(vehicle.state.yaw_rad)
     assert turns[1] > 1.3 * turns[0]
 
@@ -630,7 +631,7 @@ def test_hand_brake_locks_the_rear_and_turns_the_vehicle():
 @pytest.mark.parametrize("wind_mps", [8.0, -8.0])
 def test_measured_side_wind_pushes(wind_mps):
     vehicle = rolling_car(preset(), 25.0, side_wind_mps=wind_mps)
-    vehicle.step(VehicleCommand(throttle=0.35), 3.0)
+    vehicle.step(Command(throttle=0.35), 3.0)
     print(f"side wind {wind_mps} m/s at 25 m/s: {vehicle.state.y_m:.2f} m sideways in 3 s")
     assert vehicle.state.y_m * wind_mps > 0.0
     assert 0.05 < abs(vehicle.state.y_m) < 3.0
@@ -645,7 +646,7 @@ def test_command_with_nan_is_refused_and_does_not_change_the_state(key, value):
     vehicle = rolling_car(preset(), 5.0)
     before = copy.deepcopy(vehicle.state)
     with pytest.raises(ValueError, match=key):
-        vehicle.step(VehicleCommand(**{key: value}), TICK_S)
+        vehicle.step(Command(**{key: value}), TICK_S)
     assert vehicle.state == before
 
 

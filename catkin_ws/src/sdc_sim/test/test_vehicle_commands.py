@@ -7,7 +7,8 @@ import os
 
 import pytest
 
-from sdc_sim.physics.vehicle import Vehicle, VehicleCommand, VehicleState
+from sdc_common.driving import Command
+from sdc_sim.physics.vehicle import Vehicle, VehicleState
 from sdc_sim.physics.vehicle_parameters import load_vehicle
 
 HERE = os.path.dirname(os.path.abspath(__file__))
@@ -26,7 +27,7 @@ CAR = load_vehicle(os.path.join(HERE, "..", "config", "vehicles", "tesla_model3.
     ],
 )
 def test_value_out_of_its_range_is_limited_and_reported(key, value, limit):
-    command = VehicleCommand(0.2, 0.1, 0.3, hand_brake=True, reverse=True)
+    command = Command(0.2, 0.1, 0.3, hand_brake=True, reverse=True)
     limited, was_limited = dataclasses.replace(command, **{key: value}).clamped()
     assert was_limited
     assert limited == dataclasses.replace(command, **{key: limit})

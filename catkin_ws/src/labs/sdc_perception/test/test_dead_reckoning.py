@@ -4,8 +4,9 @@ import math
 
 import pytest
 
+from sdc_common.driving import Command
 from sdc_perception.dead_reckoning import DeadReckoning
-from sdc_sim.physics.vehicle import Vehicle, VehicleCommand
+from sdc_sim.physics.vehicle import Vehicle
 from sdc_sim.physics.vehicle_parameters import load_vehicle
 from sdc_sim.scenario.packaged import node_config
 
@@ -22,7 +23,7 @@ def drive(steer, rospkg_path):
         motion.update(car.state.speed_mps, car.state.yaw_rate_radps, TICK_S if tick else 0.0)
         state, throttle = car.state, 0.5 if car.state.speed_mps < 6.0 else 0.3
         last = (state.x_m, state.y_m, state.yaw_rad)
-        car.step(VehicleCommand(throttle, steer * math.sin(tick / 40.0)), TICK_S)
+        car.step(Command(throttle, steer * math.sin(tick / 40.0)), TICK_S)
     return motion, last
 
 

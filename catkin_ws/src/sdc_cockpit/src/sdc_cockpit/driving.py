@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
+from sdc_common.driving import Command
 from sdc_sim.manual_control.keyboard import KeyboardControl, KeyboardControlRates
-from sdc_sim.physics.vehicle import VehicleCommand
 
 STACK, PERSON, BRAKING = "stack", "person", "braking"
 _NO_KEYS: Mapping[str, Any] = {"held": frozenset()}
@@ -36,7 +36,7 @@ class RemoteDriving:
         self._keyboard = KeyboardControl(rates)
         self._controls: Mapping[str, Any] = _NO_KEYS
         self._controls_at_s = self._braking_since_s = self._stepped_at_s = 0.0
-        self._command = VehicleCommand()
+        self._command = Command()
         self.mode = STACK
         self.viewer: int | None = None
 
@@ -56,7 +56,7 @@ class RemoteDriving:
                 raise ValueError(f"viewer {self.viewer} drives; ask them to give the car back")
             if self.mode != PERSON:
                 self._keyboard.reset()
-                self._command = VehicleCommand()
+                self._command = Command()
                 self._controls, self._stepped_at_s = _NO_KEYS, now_s
             self.mode, self.viewer, self._controls_at_s = PERSON, viewer, now_s
 
@@ -90,7 +90,7 @@ class RemoteDriving:
             if self.mode == PERSON and self.viewer == viewer:
                 self._keyboard.toggle_reverse()
 
-    def step(self, now_s: float, speed_mps: float) -> VehicleCommand | None:
+    def step(self, now_s: float, speed_mps: float) -> Command | None:
         """Return the command for now, or None while the stack drives.
 
         Args:
@@ -115,9 +115,9 @@ class RemoteDriving:
             self._command = self._wanted(step_s)
             return self._command
 
-    def _wanted(self, step_s: float) -> VehicleCommand:
+    def _wanted(self, step_s: float) -> Command:
         if "held" in self._controls:
             return self._keyboard.step(self._controls["held"], step_s)
         reverse = self._keyboard.command.reverse
-        self._keyboard.command = VehicleCommand(**self._controls, reverse=reverse)
+        self._keyboard.command = Command(**self._controls, reverse=reverse)
         return self._keyboard.command

@@ -12,7 +12,7 @@ import numpy as np
 
 from sdc_common.driving import Command, Observation, Path
 from sdc_common.planning.speed_reasons import PATH_TIMEOUT
-from sdc_common.ros.stop_lines import StopLine
+from sdc_common.planning.stop_line import StopLine
 from sdc_package.controller import Controller
 from sdc_package.local_path import ReferencePath
 from sdc_package.local_planner import LocalPlanner, OffRouteError, PlannerSettings

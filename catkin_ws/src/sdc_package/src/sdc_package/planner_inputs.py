@@ -7,9 +7,9 @@ from typing import Any, Callable, Sequence
 
 import rospy
 
+from sdc_common.driving import DetectedObstacle
+from sdc_common.ros.conversion import detected_obstacles
 from sdc_common.ros.refusal import refusing
-from sdc_package.obstacles import DetectedObstacle
-from sdc_package.odometry import yaw_from_quaternion
 from sdc_package.traffic_lights import TrafficLightMargins, TrafficLightMonitor
 
 
@@ -58,7 +58,7 @@ class PlannerInputs:
         """Add a sdc_msgs/ObstacleArray, with the states of the traffic lights at its time."""
         with self.lock:
             with refusing("/carla/ego_vehicle/obstacles"):
-                self.obstacles = [_detected(obstacle) for obstacle in message.obstacles]
+                self.obstacles = detected_obstacles(message)
             self.traffic_lights.set_states(message.traffic_lights, stamped=True)
             self._obstacles_stamp = message.header.stamp
             self._answer_if_complete()
@@ -80,10 +80,3 @@ class PlannerInputs:
         if overdue or not expected or self._obstacles_stamp >= self._waiting.header.stamp:
             odometry, self._waiting = self._waiting, None
             self._answer(odometry)
-
-
-def _detected(obstacle: Any) -> DetectedObstacle:
-    """Convert a sdc_msgs/Obstacle."""
-    position, size = obstacle.pose.position, obstacle.size
-    yaw = yaw_from_quaternion(obstacle.pose.orientation)
-    return DetectedObstacle(position.x, position.y, yaw, size.x, size.y, obstacle.speed)

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from typing import Any, Iterable
 
 from sdc_common.geometry.route import Route
-from sdc_common.ros.stop_lines import RED, YELLOW, StopLine, stop_lines
+from sdc_common.planning.stop_line import RED, YELLOW, StopLine
+from sdc_common.ros.conversion import stop_lines
 from sdc_common.validation import check_non_negative
 
 # A car this slow can stop anywhere.

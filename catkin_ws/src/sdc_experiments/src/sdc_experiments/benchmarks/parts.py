@@ -21,6 +21,7 @@ from sdc_package.msg import CarlaVehicleControl, LocalPath, Waypoint
 
 from sdc_common.driving import DetectedObstacle
 from sdc_common.geometry.route import Route
+from sdc_common.ros.conversion import command_message, path_message
 from sdc_common.routes.waypoint_file import load_waypoints
 from sdc_experiments.benchmarks.bare_loop import perspective_warp
 from sdc_experiments.closed_loop import controller_with
@@ -83,12 +84,11 @@ def parts(_options: argparse.Namespace) -> Iterator[dict[str, float]]:
             marks.append(("controller", time.perf_counter()))
             vehicle.step(command, TICK_S)
             marks.append(("physics", time.perf_counter()))
-            pedals = {"throttle": command.throttle, "brake": command.brake, "steer": command.steer}
             for message in (
                 Clock(stamp),
                 odometry_message(state, stamp),
-                LocalPath([Waypoint(*point) for point in path.points]),
-                CarlaVehicleControl(**pedals),
+                path_message(path, LocalPath, Waypoint),
+                command_message(command, CarlaVehicleControl),
             ):
                 buffer = io.BytesIO()
                 message.serialize(buffer)

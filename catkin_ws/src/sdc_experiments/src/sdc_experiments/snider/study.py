@@ -11,11 +11,12 @@ from typing import Iterable, Mapping
 
 import numpy as np
 
+from sdc_common.driving import Command
 from sdc_experiments.configuration import node_parameters, vehicle_preset
 from sdc_experiments.snider.courses import Course
 from sdc_experiments.snider.methods import Method, all_methods, point_of
 from sdc_package.steering.axles import Axles
-from sdc_sim.physics.vehicle import Vehicle, VehicleCommand
+from sdc_sim.physics.vehicle import Vehicle
 from sdc_sim.physics.vehicle_parameters import VehicleParameters
 
 # The cars of the study.
@@ -106,7 +107,7 @@ def drive(method: Method, course: Course, speed_mps: float, car: VehicleParamete
         integral += _SPEED_KI * speed_error * method.tick_s
         pedal = _SPEED_KP * speed_error + integral
         full_angle = car.full_wheel_angle_rad(state.speed_mps)
-        command = VehicleCommand(
+        command = Command(
             throttle=min(max(pedal, 0.0), 1.0),
             brake=min(max(-pedal, 0.0), 1.0),
             steer=min(max(-wheel_angle / full_angle, -1.0), 1.0),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 
 from sdc_common.geometry.route import Route
-from sdc_common.ros.stop_lines import RED, StopLine
+from sdc_common.planning.stop_line import RED, StopLine
 
 # Lines this far before and after the part of the route that a tick covers are checked.
 _MARGIN_M = 2.0

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from sdc_common.driving import Command, yaw_as_sent
-from sdc_common.ros.stop_lines import StopLine
+from sdc_common.planning.stop_line import StopLine
 from sdc_sim.evaluation.drive_evaluation import DriveResult
 from sdc_sim.evaluation.evaluator import Evaluator
 from sdc_sim.evaluation.rules import EvaluationRules

@@ -5,9 +5,9 @@ from __future__ import annotations
 import threading
 from typing import Any, Callable
 
-from sdc_common.ros.odometry import pose_and_speed, yaw_from_quaternion
+from sdc_common.driving import Command
+from sdc_common.ros.conversion import pose_and_speed, yaw_from_quaternion
 from sdc_sim.manual_control import hud
-from sdc_sim.physics.vehicle import VehicleCommand
 from sdc_sim.ros.waypoint_messages import waypoint_rows
 
 
@@ -97,7 +97,7 @@ class DriveState:
         with self._lock:
             self._notices.add(text, self._clock())
 
-    def readings(self, command: VehicleCommand, manual: bool, client_fps: float) -> hud.Readings:
+    def readings(self, command: Command, manual: bool, client_fps: float) -> hud.Readings:
         """Return the values of the head-up display.
 
         Args:

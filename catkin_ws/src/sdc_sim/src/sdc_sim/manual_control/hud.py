@@ -7,7 +7,7 @@ from collections import deque
 from dataclasses import dataclass, field
 from typing import Iterable
 
-from sdc_sim.physics.vehicle import VehicleCommand
+from sdc_common.driving import Command
 
 _COMPASS_POINTS = ("N", "NE", "E", "SE", "S", "SW", "W", "NW")
 # Values of crossed_lane_markings in carla_msgs/CarlaLaneInvasionEvent.
@@ -27,7 +27,7 @@ class Readings:
     y_m: float | None = None
     yaw_rad: float | None = None
     speed_mps: float | None = None
-    command: VehicleCommand = field(default_factory=VehicleCommand)
+    command: Command = field(default_factory=Command)
     manual: bool = False
 
 
@@ -70,7 +70,7 @@ def lines(readings: Readings) -> tuple[tuple[str, str], ...]:
     )
 
 
-def bars(command: VehicleCommand) -> tuple[tuple[str, float, float], ...]:
+def bars(command: Command) -> tuple[tuple[str, float, float], ...]:
     """Return the bars as rows of (label, value, minimum of the scale)."""
     return (
         ("Throttle", command.throttle, 0.0),
@@ -79,7 +79,7 @@ def bars(command: VehicleCommand) -> tuple[tuple[str, float, float], ...]:
     )
 
 
-def flags(command: VehicleCommand) -> tuple[tuple[str, bool], ...]:
+def flags(command: Command) -> tuple[tuple[str, bool], ...]:
     """Return the indicators as rows of (label, is on)."""
     return (("Reverse", command.reverse), ("Hand brake", command.hand_brake))
 

@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass, replace
 from typing import Collection
 
+from sdc_common.driving import Command
 from sdc_common.validation import check_between, check_positive
-from sdc_sim.physics.vehicle import VehicleCommand
 
 THROTTLE_KEYS = frozenset({"w", "up"})
 BRAKE_KEYS = frozenset({"s", "down"})
@@ -74,13 +74,13 @@ class KeyboardControl:
 
     def reset(self) -> None:
         """Release the pedals, centre the steering and select the forward gear."""
-        self.command = VehicleCommand()
+        self.command = Command()
 
     def toggle_reverse(self) -> None:
         """Switch between the forward and the reverse gear."""
         self.command = replace(self.command, reverse=not self.command.reverse)
 
-    def step(self, held: Collection[str], step_s: float) -> VehicleCommand:
+    def step(self, held: Collection[str], step_s: float) -> Command:
         """Return the command after keys were held for a time step.
 
         Args:
@@ -95,7 +95,7 @@ class KeyboardControl:
         keys = set(held)
         last = self.command
         direction = bool(keys & RIGHT_KEYS) - bool(keys & LEFT_KEYS)
-        self.command = VehicleCommand(
+        self.command = Command(
             throttle=min(1.0, last.throttle + self.rates.throttle_per_s * step_s)
             if keys & THROTTLE_KEYS
             else 0.0,

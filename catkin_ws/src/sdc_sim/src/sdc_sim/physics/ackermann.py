@@ -11,8 +11,8 @@ import bisect
 import math
 from dataclasses import dataclass, replace
 
+from sdc_common.driving import Command
 from sdc_common.validation import check_non_negative, check_positive
-from sdc_sim.physics.vehicle import VehicleCommand
 from sdc_sim.physics.vehicle_dynamics import AIR_DENSITY_KGPM3, GRAVITY_MPS2
 from sdc_sim.physics.vehicle_parameters import VehicleParameters
 
@@ -82,7 +82,7 @@ class AckermannControl:
 
     def command(
         self, target: AckermannTarget, speed_mps: float, wheel_angle_rad: float, step_s: float
-    ) -> VehicleCommand:
+    ) -> Command:
         """Return pedals and steering for the next step.
 
         Args:
@@ -104,12 +104,12 @@ class AckermannControl:
             reverse = speed_mps < 0.0
             if abs(speed_mps) < gains.standstill_mps:
                 self._integral_mps2 = self._acceleration_mps2 = 0.0
-                return VehicleCommand(steer=steer, brake=gains.hold_brake)
+                return Command(steer=steer, brake=gains.hold_brake)
         forward_mps = -speed_mps if reverse else speed_mps
         throttle, brake = self._pedals(
             self._acceleration(target, abs(target.speed_mps) - forward_mps, step_s), forward_mps
         )
-        return VehicleCommand(throttle=throttle, steer=steer, brake=brake, reverse=reverse)
+        return Command(throttle=throttle, steer=steer, brake=brake, reverse=reverse)
 
     def _steer(
         self, target: AckermannTarget, speed_mps: float, wheel_angle_rad: float, step_s: float

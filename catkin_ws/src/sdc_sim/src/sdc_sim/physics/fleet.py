@@ -54,7 +54,7 @@ class VehicleFleet:
     def step(
         self, throttle: np.ndarray, brake: np.ndarray, steer: np.ndarray, duration_s: float
     ) -> None:
-        """Drive all vehicles under one command each; see VehicleCommand for the ranges."""
+        """Drive all vehicles under one command each; see Command for the ranges."""
         goals = np.array([throttle, brake, steer])
 
         def drive(block: tuple[int, int]) -> None:

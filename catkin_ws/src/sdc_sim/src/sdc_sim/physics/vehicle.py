@@ -11,7 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Callable
 
-from sdc_common.driving import Command as VehicleCommand
+from sdc_common.driving import Command
 from sdc_common.validation import check_between
 from sdc_sim.physics.vehicle_dynamics import fastest_rate_per_s
 from sdc_sim.physics.vehicle_motion import (
@@ -113,7 +113,7 @@ class Vehicle:
             x_m=float(x_m), y_m=float(y_m), yaw_rad=float(yaw_rad), speed_mps=float(speed_mps)
         )
 
-    def step(self, command: VehicleCommand, duration_s: float) -> None:
+    def step(self, command: Command, duration_s: float) -> None:
         """Drive under one command, clamped to its range; `state` becomes a new VehicleState.
 
         Raises:

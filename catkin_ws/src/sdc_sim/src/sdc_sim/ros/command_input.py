@@ -11,11 +11,12 @@ import rospy
 from ackermann_msgs.msg import AckermannDrive
 from std_msgs.msg import Bool
 
+from sdc_common.ros.conversion import command_of
 from sdc_sim.ros.connections import Connections, is_connected
 from sdc_sim.ros.loop_lock import LoopLock
-from sdc_sim.ros.message_conversion import ackermann_target, vehicle_command
+from sdc_sim.ros.message_conversion import ackermann_target
 from sdc_sim.ros.simulation_setup import SimulationSetup
-from sdc_sim.simulation.command_mux import AnswerTracker, Command, CommandArbiter
+from sdc_sim.simulation.command_mux import AnswerTracker, AnyCommand, CommandArbiter
 
 # After this time without a command of the active publisher, another one may take control.
 _HANDOVER_S = 0.5
@@ -85,7 +86,7 @@ class CommandInput:
         stamp_ns, observed_ns = message.header.stamp.to_nsec(), self._simulation.snapshot.stamp_ns
         if self._lockstep and self.answers.is_repeated(stamp_ns, observed_ns):
             return
-        if self._accept(vehicle_command(message), self.topic):
+        if self._accept(command_of(message), self.topic):
             self.answers.record(stamp_ns, observed_ns)
             if self._lockstep and not self.answers.by_stamp:
                 rospy.loginfo_once(
@@ -106,12 +107,12 @@ class CommandInput:
             self.answers.record(0, self._simulation.snapshot.stamp_ns)
 
     def _on_manual_control(self, message: Any) -> None:
-        self._accept(vehicle_command(message), self.topic + "_manual", manual=True)
+        self._accept(command_of(message), self.topic + "_manual", manual=True)
 
     def _on_override(self, message: Bool) -> None:
         self._simulation.commands.set_manual_override(message.data, self._simulation.tick)
 
-    def _accept(self, command: Command, topic: str, manual: bool = False) -> bool:
+    def _accept(self, command: AnyCommand, topic: str, manual: bool = False) -> bool:
         """Give a command to the simulation; return whether it was accepted."""
         try:
             if self._simulation.accept(command, manual):

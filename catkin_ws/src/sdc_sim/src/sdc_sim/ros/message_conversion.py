@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Sequence
+from typing import Sequence
 
 import numpy as np
 import rospy
@@ -14,10 +14,10 @@ from sensor_msgs.msg import Imu, JointState, NavSatFix, NavSatStatus, PointCloud
 from std_msgs.msg import Header
 
 from sdc_common.geometry.geodesy import geodetic_from_map
-from sdc_common.ros import odometry
-from sdc_common.ros.odometry import yaw_from_quaternion
+from sdc_common.ros import conversion
+from sdc_common.ros.conversion import yaw_from_quaternion
 from sdc_sim.physics.ackermann import AckermannTarget
-from sdc_sim.physics.vehicle import VehicleCommand, VehicleState
+from sdc_sim.physics.vehicle import VehicleState
 from sdc_sim.sensors.model import WHEELS, GnssReading, ImuReading
 from sdc_sim.sensors.settings import SensorSettings
 
@@ -78,13 +78,6 @@ def map_pose(frame_id: str, pose: Pose) -> tuple[float, float, float]:
     return x, y, yaw_from_quaternion(q)
 
 
-def vehicle_command(message: Any) -> VehicleCommand:
-    """Return the command in a CarlaVehicleControl or CarlaEgoVehicleControl."""
-    return VehicleCommand(
-        message.throttle, message.steer, message.brake, message.hand_brake, message.reverse
-    )
-
-
 def ackermann_target(message: AckermannDrive) -> AckermannTarget:
     """Return the target in an AckermannDrive."""
     return AckermannTarget(
@@ -102,7 +95,7 @@ def odometry_message(
     """Return the pose of the vehicle in the map and its twist in the body frame."""
     pose = state.x_m, state.y_m, state.yaw_rad
     twist = state.speed_mps, state.lateral_speed_mps, state.yaw_rate_radps
-    return odometry.odometry_message(stamp, pose, twist, vehicle_frame)
+    return conversion.odometry_message(stamp, pose, twist, vehicle_frame)
 
 
 def imu_message(reading: ImuReading, settings: SensorSettings, header: Header) -> Imu:

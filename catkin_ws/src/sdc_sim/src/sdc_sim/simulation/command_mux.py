@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from typing import Tuple, Union
 
+from sdc_common.driving import Command
 from sdc_sim.physics.ackermann import AckermannControl, AckermannGains, AckermannTarget
-from sdc_sim.physics.vehicle import VehicleCommand, VehicleState
+from sdc_sim.physics.vehicle import VehicleState
 from sdc_sim.sensors.errors import DelayLine
 
-Command = Union[VehicleCommand, AckermannTarget]
-_Entry = Tuple[Command, int]  # a command and the tick at which it was accepted
+AnyCommand = Union[Command, AckermannTarget]
+_Entry = Tuple[AnyCommand, int]  # a command and the tick at which it was accepted
 
 
 class CommandMux:
@@ -28,14 +29,14 @@ class CommandMux:
         self, timeout_ticks: int, latency: DelayLine, ackermann: AckermannControl | None = None
     ):
         self.manual_override = False
-        self.executed = VehicleCommand()
+        self.executed = Command()
         self._timeout_ticks = timeout_ticks
         self._latency = latency
         self._ackermann = ackermann
         self._software: _Entry | None = None
         self._manual: _Entry | None = None
 
-    def accept(self, command: Command, tick: int, manual: bool = False) -> bool:
+    def accept(self, command: AnyCommand, tick: int, manual: bool = False) -> bool:
         """Store a command, limited to its range, from this tick on.
 
         Returns:
@@ -51,8 +52,8 @@ class CommandMux:
             self._software = limited, tick
         return outside
 
-    def _limited(self, command: Command) -> tuple[Command, bool]:
-        if isinstance(command, VehicleCommand):
+    def _limited(self, command: AnyCommand) -> tuple[AnyCommand, bool]:
+        if isinstance(command, Command):
             return command.clamped()
         if self._ackermann is None:
             raise ValueError("command refused: this simulation has no Ackermann control")
@@ -61,7 +62,7 @@ class CommandMux:
     def set_manual_override(self, enabled: bool, tick: int) -> None:
         """Start or end manual control. The vehicle coasts until the first manual command."""
         if enabled and not self.manual_override:
-            self._manual = VehicleCommand(), tick
+            self._manual = Command(), tick
         self.manual_override = enabled
 
     @property
@@ -86,29 +87,29 @@ class CommandMux:
     def _active(self) -> _Entry | None:
         return self._manual if self.manual_override else self._software
 
-    def select(self, tick: int, state: VehicleState, tick_s: float) -> VehicleCommand:
+    def select(self, tick: int, state: VehicleState, tick_s: float) -> Command:
         """Return the command to execute in this tick; call it once a tick."""
         entry = self._active
-        command = self._latency.put(entry[0] if entry else VehicleCommand())
+        command = self._latency.put(entry[0] if entry else Command())
         if not isinstance(command, AckermannTarget) and self._ackermann is not None:
             self._ackermann.reset()
         if self.timed_out(tick):
             # The steering keeps its position: in a bend, straight wheels leave the road.
-            self.executed = VehicleCommand(steer=self.executed.steer, brake=1.0)
+            self.executed = Command(steer=self.executed.steer, brake=1.0)
         elif isinstance(command, AckermannTarget):
             assert self._ackermann is not None
             self.executed = self._ackermann.command(
                 command, state.speed_mps, state.wheel_angle_rad, tick_s
             )
         else:
-            self.executed = command or VehicleCommand()
+            self.executed = command or Command()
         return self.executed
 
     def reset(self) -> None:
         """Forget all commands; the manual override stays."""
         self._software = self._manual = None
         self._latency.clear()
-        self.executed = VehicleCommand()
+        self.executed = Command()
 
 
 class CommandArbiter:

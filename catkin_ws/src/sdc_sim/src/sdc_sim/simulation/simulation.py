@@ -16,7 +16,7 @@ from sdc_sim.physics.vehicle import Vehicle, VehicleState
 from sdc_sim.sensors.errors import DelayLine, OdometryNoise
 from sdc_sim.sensors.model import Moment
 from sdc_sim.sensors.suite import SensorSuite
-from sdc_sim.simulation.command_mux import Command, CommandMux
+from sdc_sim.simulation.command_mux import AnyCommand, CommandMux
 from sdc_sim.simulation.snapshot import Snapshot
 
 _NANOSECONDS = 1_000_000_000
@@ -131,7 +131,7 @@ class Simulation:
         self.snapshot = self._sense_all()
         return self.observation
 
-    def step(self, command: Command | None = None) -> Observation:
+    def step(self, command: AnyCommand | None = None) -> Observation:
         """Advance by one tick and return the observation after it.
 
         Args:
@@ -156,7 +156,7 @@ class Simulation:
             self.snapshot = self.snapshot._replace(collisions=tuple(collisions))
         return self.observation
 
-    def accept(self, command: Command, manual: bool = False) -> bool:
+    def accept(self, command: AnyCommand, manual: bool = False) -> bool:
         """Store a command of the software or of a person for the next tick.
 
         Returns:

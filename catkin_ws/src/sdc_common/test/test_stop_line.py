@@ -6,7 +6,8 @@ import pytest
 from geometry_msgs.msg import Quaternion
 
 from sdc_common.geometry.route import Route
-from sdc_common.ros.stop_lines import StopLine, stop_lines
+from sdc_common.planning.stop_line import StopLine
+from sdc_common.ros.conversion import stop_lines
 
 STRAIGHT = Route(np.column_stack([np.arange(201.0), np.zeros(201)]))
 

@@ -1,0 +1,35 @@
+"""Stop lines of traffic lights."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from sdc_common.geometry.route import Route
+
+# As CarlaTrafficLightStatus numbers them. The car drives on at a light that is off or unknown.
+RED, YELLOW, GREEN = 0, 1, 2
+
+
+class StopLine(NamedTuple):
+    """A stop line in the map frame.
+
+    Attributes:
+        x_m: x of the middle [m]
+        y_m: y of the middle [m]
+        half_width_m: half of the line's width [m]
+    """
+
+    x_m: float
+    y_m: float
+    half_width_m: float
+
+    def along(self, route: Route, from_s_m: float, ahead_m: float) -> float | None:
+        """Return the arc length at which a route crosses the line, or None if it does not.
+
+        Args:
+            route: the route
+            from_s_m: arc length from which to search [m]
+            ahead_m: length of the stretch to search [m]
+        """
+        place = route.project(self.x_m, self.y_m, from_s_m, 0.0, ahead_m)
+        return place.s_m if place.distance_m <= self.half_width_m else None
