@@ -19,9 +19,10 @@ from pathlib import Path
 import numpy as np
 import psutil
 
-from sdc_common.processes import Program, isolated_ros_environment
+from sdc_common.processes import isolated_ros_environment
 from sdc_experiments.process_metrics import private_memory_mb, process_name, stack_processes
 from sdc_experiments.soak import ProcessSample, judge, laps
+from sdc_experiments.stack_launch import running
 from sdc_sim.evaluation.route_progress import COMPLETED
 
 MAX_GROWTH_MB = 5.0
@@ -40,24 +41,22 @@ class Soak:
 
     def drive(self, folder):
         """Drive all laps; return the report, or the end of the log as its status."""
-        route, report, log = (folder / name for name in ("laps.csv", "report.json", "log"))
+        route, report = folder / "laps.csv", folder / "report.json"
         np.savetxt(route, laps(self.hours), fmt="%.4f", delimiter=",")
         command = [
             *(sys.executable, "-m", "sdc_common.ros.safe_launch", "sdc_package", "all.launch"),
             *("headless:=true", "sync:=true", f"camera:={self.camera}"),
             *(f"waypoints_path:={route}", f"report:={report}", f"sim_options:={SIM_OPTIONS}"),
         ]
-        with isolated_ros_environment(folder / "ros") as environment:
-            launch = Program(command, environment, folder, log)
-            try:
-                while launch.process.poll() is None:
-                    self.sample(environment["ROS_MASTER_URI"], log)
-                    time.sleep(SAMPLE_PERIOD_S)
-            finally:
-                launch.interrupt()
+        with isolated_ros_environment(folder / "ros") as environment, running(
+            command, environment, folder
+        ) as launch:
+            while launch.process.poll() is None:
+                self.sample(environment["ROS_MASTER_URI"], launch.log)
+                time.sleep(SAMPLE_PERIOD_S)
         with contextlib.suppress(OSError):
             return json.loads(report.read_text(encoding="utf-8"))
-        return {"status": "no report:\n" + log.read_text(errors="replace")[-3000:]}
+        return {"status": "no report:\n" + launch.output[-3000:]}
 
     def sample(self, master_uri, log):
         """Add one sample of each process of the drive."""
