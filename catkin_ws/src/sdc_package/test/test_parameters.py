@@ -28,7 +28,7 @@ from sdc_sim.physics.ackermann import AckermannControl, AckermannGains, Ackerman
 from sdc_sim.physics.vehicle import Vehicle
 from sdc_sim.physics.vehicle_parameters import load_vehicle
 from sdc_sim.sensors.errors import OdometryNoise
-from sdc_sim.sensors.settings import SENSORS, sensor_settings
+from sdc_sim.sensors.model import SENSORS, sensor_settings
 from sdc_sim.sensors.suite import SensorSuite
 from sdc_sim.simulation.simulation import Simulation
 from sdc_sim.yaml_document import DocumentError

@@ -14,8 +14,7 @@ from sdc_sim.physics.vehicle import VehicleState
 from sdc_sim.physics.vehicle_parameters import load_vehicle
 from sdc_sim.road.scenery import BLOCK, HOUSE, TREE, Scenery
 from sdc_sim.sensors.lidar import PlanarLidar, RayCaster, RoofLidar
-from sdc_sim.sensors.model import Moment, SensorContext
-from sdc_sim.sensors.settings import sensor_settings
+from sdc_sim.sensors.model import Moment, SensorContext, sensor_settings
 from sdc_sim.sensors.solid_bodies import Balls, Cylinders, Frusta, chosen, columns
 
 pytestmark = pytest.mark.slow(3)

@@ -12,9 +12,8 @@ from sdc_common.geometry.route import Route
 from sdc_sim.physics.vehicle import Vehicle, VehicleState
 from sdc_sim.physics.vehicle_parameters import load_vehicle
 from sdc_sim.sensors.errors import ErrorSizes, SensorErrors
-from sdc_sim.sensors.model import Moment, SensorContext
+from sdc_sim.sensors.model import Moment, SensorContext, sensor_settings
 from sdc_sim.sensors.motion_sensors import WHEEL_RADIUS_M, Gnss, wheel_speeds_radps
-from sdc_sim.sensors.settings import sensor_settings
 from sdc_sim.sensors.suite import SensorSuite
 from sdc_sim.simulation.simulation import Simulation
 

@@ -39,8 +39,7 @@ from sdc_sim.road.road import Road
 from sdc_sim.ros.message_conversion import odometry_message
 from sdc_sim.ros.picture_messages import image_message
 from sdc_sim.sensors.lidar import PlanarLidar, RoofLidar
-from sdc_sim.sensors.model import Moment, SensorContext
-from sdc_sim.sensors.settings import sensor_settings
+from sdc_sim.sensors.model import Moment, SensorContext, sensor_settings
 from sdc_sim.simulation.snapshot import Snapshot
 
 TICK_S, STEP_M = 0.05, 0.5  # 10 m/s at 20 Hz

@@ -18,8 +18,7 @@ from sdc_common.ros import conversion
 from sdc_common.ros.conversion import yaw_from_quaternion
 from sdc_sim.physics.ackermann import AckermannTarget
 from sdc_sim.physics.vehicle import VehicleState
-from sdc_sim.sensors.model import WHEELS, GnssReading, ImuReading
-from sdc_sim.sensors.settings import SensorSettings
+from sdc_sim.sensors.model import WHEELS, GnssReading, ImuReading, SensorSettings
 
 MAP_FRAME = "map"
 VEHICLE_FRAME = "ego_vehicle"

@@ -18,7 +18,7 @@ from sdc_sim.physics.vehicle_parameters import load_vehicle
 from sdc_sim.road.road import Road
 from sdc_sim.scenario.traffic import load_lights, load_obstacles
 from sdc_sim.sensors.errors import OdometryNoise
-from sdc_sim.sensors.settings import SensorSettings, sensor_settings
+from sdc_sim.sensors.model import SensorSettings, sensor_settings
 from sdc_sim.sensors.suite import SensorSuite
 from sdc_sim.simulation.simulation import Simulation
 

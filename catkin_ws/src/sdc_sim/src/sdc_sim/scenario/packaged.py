@@ -13,7 +13,7 @@ import yaml
 from sdc_common.validation import suggestion
 from sdc_sim.road.route_generator import csv_lines, generate_route
 from sdc_sim.scenario.reader import Scenario
-from sdc_sim.sensors.settings import SENSORS
+from sdc_sim.sensors.model import SENSORS
 from sdc_sim.yaml_document import DocumentError
 
 _ROUTES = {"town": "waypoints.csv"}

@@ -23,8 +23,8 @@ from sdc_sim.sensors.model import (
     Moment,
     SensorContext,
     SensorModel,
+    SensorSettings,
 )
-from sdc_sim.sensors.settings import SensorSettings
 from sdc_sim.sensors.solid_bodies import FAR_M, Bodies, NearBodies, Rays, moving_bodies
 
 _TURN = 2.0 * np.pi

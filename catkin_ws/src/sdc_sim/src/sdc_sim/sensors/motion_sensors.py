@@ -18,8 +18,9 @@ from sdc_sim.sensors.model import (
     Moment,
     SensorContext,
     SensorModel,
+    SensorSettings,
+    Zone,
 )
-from sdc_sim.sensors.settings import SensorSettings, Zone
 
 # The vehicle model has no wheels; these values are nominal.
 WHEEL_RADIUS_M = 0.35

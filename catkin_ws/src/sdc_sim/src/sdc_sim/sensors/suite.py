@@ -10,9 +10,15 @@ from sdc_sim.physics.vehicle_parameters import VehicleParameters
 from sdc_sim.road.scenery import Scenery
 from sdc_sim.sensors.errors import DelayLine
 from sdc_sim.sensors.lidar import PlanarLidar, RoofLidar
-from sdc_sim.sensors.model import Moment, SensorContext, SensorModel, SensorReadings
+from sdc_sim.sensors.model import (
+    SENSORS,
+    Moment,
+    SensorContext,
+    SensorModel,
+    SensorReadings,
+    SensorSettings,
+)
 from sdc_sim.sensors.motion_sensors import Gnss, InertialUnit, Speedometer, WheelSpeedSensor
-from sdc_sim.sensors.settings import SENSORS, SensorSettings
 
 # Class and field of the readings of each sensor.
 _MODELS: dict[str, tuple[Callable[[Any, SensorContext], SensorModel], str]] = {
