@@ -6,7 +6,7 @@ import time
 from pathlib import Path
 
 import pytest
-from headless_browser import LIMIT_S, headless_chromium, resize, value_of, wait_for
+from chromium import LIMIT_S, headless_chromium, resize, value_of, wait_for
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
 
