@@ -71,8 +71,7 @@ class SimpleController:
         """Answer one odometry: `observation` is how the car moves, `path` the path ahead of it."""
         if self.basic_control:
             self.controller.steer = self.basic_steer
-            stamp_ns = observation.stamp_ns
-            command = Command(self.basic_throttle, self.basic_steer, stamp_ns=stamp_ns)
+            command = Command(self.basic_throttle, self.basic_steer, stamp_ns=observation.stamp_ns)
         else:
             command = self.controller.command(observation, path)
         self.send(command)

@@ -35,7 +35,8 @@ class Record:
         self.answers.append((observation.stamp_s, path.rows[0][2] if path.rows else None))
 
     def stop(self, missing, observation, path):
-        self.stops.append((missing, observation and observation.stamp_s, path and path.rows[0][2]))
+        speed = path.rows[0][2] if path.rows else None
+        self.stops.append((missing, observation and observation.stamp_s, speed))
 
 
 def test_odometry_waits_for_its_path():

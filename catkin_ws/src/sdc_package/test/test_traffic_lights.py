@@ -82,7 +82,7 @@ def test_monitor_without_messages_stops_nowhere_and_accepts_states_without_a_sta
     monitor.set_states([Message(id=7, state=RED)], stamped=False)
     assert monitor.states == {7: RED}
     assert stop(monitor, 60.0, 10.0) is None, "its line is not known"
-    monitor.set_lines(info(0.0, (LINE - 10.0, -20.0)))
+    monitor.lines = stop_lines(info(0.0, (LINE - 10.0, -20.0)))
     assert stop(monitor, 60.0, 10.0) == pytest.approx(STOP)
 
 

@@ -107,14 +107,11 @@ class Car:
             self.path = self._planner.plan(observation)
         except OffRouteError:
             self.path, self.reason = None, ""
-            return self._stop(observation)
+            last = self._controller.last_answered
+            if last is None or observation.stamp_s - last.stamp_s <= self._path_timeout_s:
+                return None
+            self.reason = PATH_TIMEOUT
+            return self._controller.stop(observation, self._reference)
         self.reason = self._planner.reason
         self._reference.update(self.path.points)
         return self._controller.command(observation, self._reference)
-
-    def _stop(self, observation: Observation) -> Command | None:
-        last = self._controller.last_answered
-        if last is None or observation.stamp_s - last.stamp_s <= self._path_timeout_s:
-            return None
-        self.reason = PATH_TIMEOUT
-        return self._controller.stop(observation, self._reference)

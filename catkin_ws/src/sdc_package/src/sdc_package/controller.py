@@ -46,12 +46,8 @@ class Controller:
 
     def command(self, observation: Observation, path: ReferencePath) -> Command | None:
         """Return the command that answers an observation with this path ahead."""
-        x, y, yaw, speed = (
-            observation.x_m,
-            observation.y_m,
-            observation.yaw_rad,
-            observation.speed_mps,
-        )
+        x, y, yaw = observation.x_m, observation.y_m, observation.yaw_rad
+        speed = observation.speed_mps
         step_s, yaw_rate = self._since_last(observation)
         # TODO 2.8: acceleration and wheel angle that the path asks for (until then: return None)
         target = path.nearest(x, y, self.speed_control.preview_m(speed))
@@ -69,7 +65,7 @@ class Controller:
     def stop(self, observation: Observation | None, path: ReferencePath | None) -> Command:
         """Return a command that brakes along the last path; without one, it holds the steer."""
         self.speed_control.reset()
-        if observation is not None and path is not None:
+        if observation is not None and path is not None and not path.empty:
             pose = observation.x_m, observation.y_m, observation.yaw_rad
             wheel_angle = self.steering.wheel_angle(path, *pose, observation.speed_mps, 0.0)
             self.steer, _ = self.steering_map.command(wheel_angle, observation.speed_mps)

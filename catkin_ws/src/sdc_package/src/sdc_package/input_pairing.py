@@ -20,13 +20,13 @@ class InputPairing:
     threads.
 
     While an input has timed out, `stop(missing, observation, path)` is called instead, with the
-    name of the input, the last observation and the last path (None if there is none).
+    name of the input, the last observation (None if there is none) and the last path.
     """
 
     def __init__(
         self,
         answer: Callable[[Observation, ReferencePath], None],
-        stop: Callable[[str, Observation | None, ReferencePath | None], None],
+        stop: Callable[[str, Observation | None, ReferencePath], None],
         watchdog: InputWatchdog,
         path_needed: bool = True,
     ):
@@ -64,7 +64,7 @@ class InputPairing:
             if self._path_waits or not self._path_needed:
                 self._answer_pair(self._observation)
             elif self._watchdog.path_timed_out:
-                self._stop(PATH, self._observation, self._known_path)
+                self._stop(PATH, self._observation, self._path)
 
     def add_path(self, rows: Sequence[Row]) -> None:
         """Add the (x, y, v) points of a path [m, m, m/s].
@@ -83,11 +83,7 @@ class InputPairing:
         with self._lock:
             missing = self._watchdog.timed_out(now_ns, self._path_needed)
             if missing is not None:
-                self._stop(missing, self._observation, self._known_path)
-
-    @property
-    def _known_path(self) -> ReferencePath | None:
-        return None if self._path.empty else self._path
+                self._stop(missing, self._observation, self._path)
 
     def _answer_pair(self, observation: Observation) -> None:
         self._odometry_waits = self._path_waits = False

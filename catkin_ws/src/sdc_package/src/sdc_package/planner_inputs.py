@@ -8,7 +8,7 @@ from typing import Any, Callable, Sequence
 import rospy
 
 from sdc_common.driving import DetectedObstacle
-from sdc_common.ros.conversion import detected_obstacles
+from sdc_common.ros.conversion import detected_obstacles, stop_lines
 from sdc_common.ros.refusal import refusing
 from sdc_package.traffic_lights import TrafficLightMargins, TrafficLightMonitor
 
@@ -66,7 +66,7 @@ class PlannerInputs:
     def add_light_info(self, message: Any) -> None:
         """Add a CarlaTrafficLightInfoList, which contains the positions of the traffic lights."""
         with self.lock, refusing("/carla/traffic_lights/info"):
-            self.traffic_lights.set_lines(message)
+            self.traffic_lights.lines = stop_lines(message)
 
     def add_light_status(self, message: Any) -> None:
         """Add a CarlaTrafficLightStatusList, which has no stamp."""

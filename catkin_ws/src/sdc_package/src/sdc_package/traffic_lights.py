@@ -7,7 +7,6 @@ from typing import Any, Iterable
 
 from sdc_common.geometry.route import Route
 from sdc_common.planning.stop_line import RED, YELLOW, StopLine
-from sdc_common.ros.conversion import stop_lines
 from sdc_common.validation import check_non_negative
 
 # A car this slow can stop anywhere.
@@ -54,17 +53,6 @@ class TrafficLightMonitor:
         self.states: dict[int, int] = {}
         self.stamped = False
         self._stopping_for: set[int] = set()
-
-    def set_lines(self, info: Any) -> None:
-        """Set the stop lines.
-
-        Args:
-            info: a CarlaTrafficLightInfoList
-
-        Raises:
-            ValueError: a number is not finite
-        """
-        self.lines = stop_lines(info)
 
     def set_states(self, statuses: Iterable[Any], stamped: bool) -> None:
         """Set the states of all lights.
