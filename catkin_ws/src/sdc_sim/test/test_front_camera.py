@@ -87,23 +87,6 @@ def test_camera_that_was_killed_gets_the_settings_again(feed):
         camera.close()
 
 
-def test_obstacle_is_drawn_with_its_pose_size_and_colour():
-    box = obstacle_box(ObstacleState(101, "obstacle", 1.0, 2.0, 0.3, 4.0, 5.0, 6.0, 0.0))
-    assert (box.x_m, box.y_m, box.yaw_rad) == (1.0, 2.0, 0.3)
-    assert (box.length_m, box.width_m, box.height_m) == (4.0, 5.0, 6.0)
-    assert (box.colour_bgr, box.kind) == ((26, 140, 230), "obstacle")
-
-
-@pytest.mark.parametrize(
-    ("state", "brightest"), [(RED, {2}), (YELLOW, {1, 2}), (GREEN, {1}), (OFF, set())]
-)
-def test_traffic_light_faces_its_cars_and_shows_its_state(state, brightest):
-    box = traffic_light_box(TrafficLightState(1001, 3.0, 4.0, 0.5, state))
-    assert (box.x_m, box.y_m, box.kind) == (3.0, 4.0, "light")
-    assert box.yaw_rad == pytest.approx(0.5 + 3.141592653589793)
-    assert {k for k, value in enumerate(box.colour_bgr) if value >= 200} == brightest
-
-
 class Published:
     """A publisher that keeps each message as a subscriber receives it."""
 
@@ -169,24 +152,6 @@ def test_each_picture_and_its_camera_info_show_the_observation_of_their_stamp(ph
     for image, (_, state, *_) in zip(images, observations):
         expected = renderer.render(state.x_m, state.y_m, state.yaw_rad, boxes, 0.8)
         np.testing.assert_array_equal(CvBridge().imgmsg_to_cv2(image, "bgra8"), expected)
-
-
-def test_picture_has_blue_sky_green_grass_and_objects_on_their_own_side(photograph):
-    cone = ObstacleState(101, "obstacle", 38.0, 3.0, 0.0, 1.5, 1.5, 1.5, 0.0)
-    walker = ObstacleState(102, "pedestrian", 34.0, -2.0, 0.0, 0.5, 0.6, 1.8, 0.0)
-    _, (empty, image) = photograph(seen_at(0), seen_at(0, cone, walker))
-    rgb, without = (CvBridge().imgmsg_to_cv2(one, "rgb8").astype(int) for one in (image, empty))
-    red, green, blue = rgb[5:60].mean(axis=(0, 1))
-    assert blue > red + 20.0, "the sky"
-    changed = np.any(rgb != without, axis=2)
-    orange = changed & (rgb[..., 0] > 140) & (rgb[..., 2] < 60)
-    (cone_u, _), (walker_u, _) = CameraModel().project(
-        [[38.0, 3.0, 0.7], [34.0, -2.0, 0.9]], 20.0, 0.0, 0.0
-    )[0]
-    assert cone_u < 310.0 and walker_u > 330.0
-    assert np.nonzero(orange)[1].mean() == pytest.approx(cone_u, abs=3.0)
-    clothes = changed & (rgb[..., 2] > rgb[..., 0] + 40)
-    assert np.nonzero(clothes)[1].mean() == pytest.approx(walker_u, abs=12.0)
 
 
 @pytest.mark.slow(3)

@@ -45,17 +45,6 @@ def test_camera_info_describes_the_pinhole_with_a_field_of_view_of_90_degrees():
     np.testing.assert_array_equal(p, np.column_stack([k, np.zeros(3)]))
 
 
-def test_camera_info_projects_points_where_the_camera_draws_them():
-    camera = CameraModel(800, 600, 0.9, 0.0, 2.8, 0.2)
-    info = camera_info_message(camera)
-    points = np.array([[20.0, 3.0, 1.0], [9.0, -2.0, 0.0]])
-    pixels, _ = camera.project(points, 0.0, 0.0, 0.0)
-    optical = (points - camera.position_in_map(0.0, 0.0, 0.0)) @ camera.map_from_optical(0.0)
-    for matrix in (np.reshape(info.K, (3, 3)), np.reshape(info.P, (3, 4))[:, :3]):
-        u, v, w = matrix @ optical.T
-        np.testing.assert_allclose(np.column_stack([u / w, v / w]), pixels)
-
-
 def test_daylight_is_the_height_of_the_sun():
     assert [daylight(angle) for angle in (-90.0, -5.0, 90.0, 900.0)] == [0.0, 0.0, 1.0, 1.0]
     assert daylight(30.0) == pytest.approx(0.5)

@@ -18,13 +18,6 @@ def test_lines_of_a_straight_road_lie_at_their_offsets():
     np.testing.assert_allclose(markings.dashes[:, 1, 0] - markings.dashes[:, 0, 0], 3.0)
 
 
-def test_edges_have_no_gaps():
-    road = Road(np.column_stack([np.arange(0.0, 1001.0), np.zeros(1001)]))
-    edges = road_markings(road).edges
-    lengths = np.hypot(*np.moveaxis(edges[:, 1] - edges[:, 0], 1, 0))
-    assert lengths.sum() == pytest.approx(2.0 * (road.s_m[-1] - road.s_m[0]), abs=2.0)
-
-
 def test_surface_of_a_straight_road_has_its_area():
     road = Road(STRAIGHT)
     x, y = np.moveaxis(road_markings(road).surface, 2, 0)

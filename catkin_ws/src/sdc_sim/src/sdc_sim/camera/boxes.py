@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple, Sequence
+from functools import lru_cache
+from typing import Sequence
 
 import cv2
 import numpy as np
 
 from sdc_sim.camera.meshes import Mesh, table_mesh, traffic_light_mesh
 from sdc_sim.camera.painting import FIXED_POINT_BITS, SUN, footprint, shadow_hull
-from sdc_sim.camera.rasterizer import NEAR_M, PolygonRasterizer, fill
+from sdc_sim.camera.rasterizer import Face, PolygonRasterizer, fill
 from sdc_sim.physics.obstacles import COLOURS, ObstacleState
 from sdc_sim.physics.traffic_lights import GREEN, HEIGHT_M, OFF, RED, YELLOW, TrafficLightState
 from sdc_sim.physics.vehicle import VehicleState
@@ -94,114 +95,80 @@ def traffic_light_box(light: TrafficLightState) -> Box:
     )
 
 
-class BoxFace(NamedTuple):
-    """A visible face of a box.
+_table_mesh = lru_cache(None)(table_mesh)
+_light_mesh = lru_cache(_CACHED_LIGHTS)(traffic_light_mesh)
 
-    Attributes:
-        outline: outline (n, 2) in the picture, valid unless `optical` is given
-        optical: corners (n, 3) in the optical frame if the near plane cuts the face [m]
-        colour: blue, green, red
+
+def _mesh(box: Box) -> Mesh:
+    if box.kind == "light":
+        return _light_mesh(box.height_m, tuple(box.colour_bgr))
+    return _table_mesh(box.kind)
+
+
+def project_boxes(
+    rasterizer: PolygonRasterizer,
+    boxes: Sequence[Box],
+    fog: np.ndarray,
+    fog_bgr: np.ndarray,
+) -> list[list[Face]]:
+    """Project all boxes of a picture together, which is faster than one by one.
+
+    Args:
+        rasterizer: projection for the pose
+        boxes: the boxes to draw
+        fog: share of the fog's colour in that of each box (len(boxes),)
+        fog_bgr: the fog's colour (3,)
+
+    Returns:
+        the visible faces of each box, in the order in which they are painted
     """
+    if not boxes:
+        return []
+    meshes = [_mesh(box) for box in boxes]
+    counts = [len(mesh.colours) for mesh in meshes]
+    polygons, normals = _placed(meshes, boxes)
+    colours = _shaded_colours(meshes, boxes, normals)
+    colours += np.repeat(fog, counts)[:, None] * (fog_bgr - colours)
+    offset = polygons - rasterizer.eye
+    facing = (normals * offset[:, 0]).sum(axis=1) < 0.0
+    outlines, beyond = rasterizer.outlines(polygons)
+    # Faces of up to 1.25 pixels are left out.
+    extent = (outlines.max(axis=1) - outlines.min(axis=1)).max(axis=1)
+    facing &= ~beyond | (extent > (5 << FIXED_POINT_BITS) // 4)
+    depth = (offset.mean(axis=1) ** 2).sum(axis=1)
+    drawn: list[list[Face]] = []
+    for box, end, count in zip(boxes, np.cumsum(counts).tolist(), counts):
+        faces = end - count + np.flatnonzero(facing[end - count : end])
+        if box.kind == "pedestrian":
+            faces = faces[np.argsort(-depth[faces], kind="stable")]
+        drawn.append([])
+        for k in faces.tolist():
+            outline = outlines[k] if beyond[k] else rasterizer.outline(polygons[k])
+            if outline is not None:
+                drawn[-1].append(Face(outline, (*colours[k].tolist(), 255)))
+    return drawn
 
-    outline: np.ndarray
-    optical: np.ndarray | None
-    colour: list[float]
 
-
-class BoxPainter:
-    """Painter of boxes and of their shadows."""
-
-    def __init__(self):
-        self._meshes = {kind: table_mesh(kind) for kind in KINDS if kind != "light"}
-        self._lights: dict[tuple, Mesh] = {}
-
-    def _mesh(self, box: Box) -> Mesh:
-        if box.kind != "light":
-            return self._meshes[box.kind]
-        key = (box.height_m, tuple(box.colour_bgr))
-        if key not in self._lights:
-            if len(self._lights) >= _CACHED_LIGHTS:
-                self._lights.clear()
-            self._lights[key] = traffic_light_mesh(*key)
-        return self._lights[key]
-
-    def project(self, rasterizer: PolygonRasterizer, boxes: Sequence[Box]) -> list[list[BoxFace]]:
-        """Project all boxes of a picture together, which is faster than one by one.
-
-        Args:
-            rasterizer: projection for the pose
-            boxes: the boxes to draw
-
-        Returns:
-            the visible faces of each box, in the order in which they are painted
-        """
-        if not boxes:
-            return []
-        meshes = [self._mesh(box) for box in boxes]
-        polygons, normals = _placed(meshes, boxes)
-        colours = _shaded_colours(meshes, boxes, normals)
-        offset = polygons - rasterizer.eye
-        facing = (normals * offset[:, 0]).sum(axis=1) < 0.0
-        optical = offset @ rasterizer.rotation
-        near = optical[..., 2].min(axis=1) < NEAR_M
-        pixels = rasterizer.pixels(np.where(near[:, None, None], 1.0, optical))
-        # Faces of up to 1.25 pixels are left out.
-        extent = (pixels.max(axis=1) - pixels.min(axis=1)).max(axis=1)
-        facing &= near | (extent > (5 << FIXED_POINT_BITS) // 4)
-        depth = (offset.mean(axis=1) ** 2).sum(axis=1)
-        drawn = []
-        start = 0
-        for box, mesh in zip(boxes, meshes):
-            end = start + len(mesh.colours)
-            faces = start + np.flatnonzero(facing[start:end])
-            if box.kind == "pedestrian":
-                faces = faces[np.argsort(-depth[faces], kind="stable")]
-            drawn.append(
-                [
-                    BoxFace(pixels[k], optical[k] if near[k] else None, colours[k])
-                    for k in faces.tolist()
-                ]
-            )
-            start = end
-        return drawn
-
-    @staticmethod
-    def draw(
-        picture: np.ndarray,
-        rasterizer: PolygonRasterizer,
-        faces: Sequence[BoxFace],
-        fog: float = 0.0,
-        fog_bgr: Sequence[float] | np.ndarray = (0.0, 0.0, 0.0),
-    ) -> None:
-        """Paint one box, with a share of the fog's colour."""
-        for outline, optical, colour in faces:
-            visible = outline if optical is None else rasterizer.clipped_outline(optical)
-            if visible is not None:
-                if fog > 0.0:
-                    colour = [c + fog * (f - c) for c, f in zip(colour, fog_bgr)]
-                fill(picture, visible, (*colour, 255))
-
-    @staticmethod
-    def draw_shadow(picture: np.ndarray, rasterizer: PolygonRasterizer, box: Box) -> None:
-        """Darken the ground in the shadow of a box."""
-        thin = box.kind == "light"
-        size = (0.15, 0.15) if thin else (0.96 * box.length_m, 0.96 * box.width_m)
-        base = footprint((box.x_m, box.y_m), box.yaw_rad, size)
-        hull = shadow_hull(base, 0.85 * box.height_m)
-        outline = rasterizer.outline(np.column_stack([hull, np.zeros(len(hull))]))
-        if outline is None:
-            return
-        low = np.maximum(outline.min(axis=0) >> FIXED_POINT_BITS, 0)
-        high = np.minimum(
-            (outline.max(axis=0) >> FIXED_POINT_BITS) + 2, [picture.shape[1], picture.shape[0]]
-        )
-        if np.any(high <= low):
-            return
-        factor = np.full((high[1] - low[1], high[0] - low[0], 4), 255, np.uint8)
-        dark = int(255 * SHADE)
-        fill(factor, outline - (low << FIXED_POINT_BITS), (dark, dark, dark, 255))
-        part = picture[low[1] : high[1], low[0] : high[0]]
-        cv2.multiply(part, factor, dst=part, scale=1.0 / 255.0)
+def draw_box_shadow(picture: np.ndarray, rasterizer: PolygonRasterizer, box: Box) -> None:
+    """Darken the ground in the shadow of a box."""
+    thin = box.kind == "light"
+    size = (0.15, 0.15) if thin else (0.96 * box.length_m, 0.96 * box.width_m)
+    base = footprint((box.x_m, box.y_m), box.yaw_rad, size)
+    hull = shadow_hull(base, 0.85 * box.height_m)
+    outline = rasterizer.outline(np.column_stack([hull, np.zeros(len(hull))]))
+    if outline is None:
+        return
+    low = np.maximum(outline.min(axis=0) >> FIXED_POINT_BITS, 0)
+    high = np.minimum(
+        (outline.max(axis=0) >> FIXED_POINT_BITS) + 2, [picture.shape[1], picture.shape[0]]
+    )
+    if np.any(high <= low):
+        return
+    factor = np.full((high[1] - low[1], high[0] - low[0], 4), 255, np.uint8)
+    dark = int(255 * SHADE)
+    fill(factor, outline - (low << FIXED_POINT_BITS), (dark, dark, dark, 255))
+    part = picture[low[1] : high[1], low[0] : high[0]]
+    cv2.multiply(part, factor, dst=part, scale=1.0 / 255.0)
 
 
 def _placed(meshes: Sequence[Mesh], boxes: Sequence[Box]) -> tuple[np.ndarray, np.ndarray]:
@@ -222,7 +189,7 @@ def _placed(meshes: Sequence[Mesh], boxes: Sequence[Box]) -> tuple[np.ndarray, n
 
 def _shaded_colours(
     meshes: Sequence[Mesh], boxes: Sequence[Box], normals: np.ndarray
-) -> list[list[float]]:
+) -> np.ndarray:
     """Return blue, green, red of all faces in the light of the sun (F, 3)."""
     counts = [len(mesh.colours) for mesh in meshes]
     body = np.repeat(np.array([box.colour_bgr for box in boxes], float), counts, axis=0)
@@ -231,4 +198,4 @@ def _shaded_colours(
     glow = np.concatenate([mesh.glow for mesh in meshes])
     shade = np.maximum(0.62 + 0.42 * np.maximum(normals @ SUN, 0.0), glow)
     colours = np.where(tinted[:, None], body, own)
-    return np.minimum(colours * shade[:, None], 255.0).tolist()
+    return np.minimum(colours * shade[:, None], 255.0)

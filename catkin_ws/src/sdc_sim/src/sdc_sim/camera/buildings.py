@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple, Sequence
+from functools import lru_cache
+from typing import Sequence
 
-import cv2
 import numpy as np
 
-from sdc_sim.camera.painting import (
-    FIXED_POINT_BITS,
-    SUN,
-    footprint,
-)
-from sdc_sim.camera.rasterizer import PolygonRasterizer, fill
+from sdc_sim.camera.painting import SUN, footprint
+from sdc_sim.camera.rasterizer import Face, PolygonRasterizer
 from sdc_sim.road.scenery import (
     EAVES_SHARE,
     HOUSE,
@@ -38,129 +34,62 @@ _ROOFS_BGR = ((56, 66, 120), (70, 72, 84), (60, 84, 128))
 _GLASS_BGR = (96, 82, 70)
 
 
-class BuildingPart(NamedTuple):
-    """Polygons of one building that have one colour: a face, or the window panes of a face.
-
-    Attributes:
-        outlines: an outline (n, 2) in the picture, or a list of those of all panes
-        colour: BGRA
-    """
-
-    outlines: np.ndarray | list[np.ndarray]
-    colour: tuple[float, ...]
-
-
-class _Group(NamedTuple):
-    """All parts of some buildings.
-
-    Attributes:
-        polygons: corners (P, 4, 3) of the polygons of all parts [m]
-        part: number of the part that a polygon belongs to (P,)
-        owner: number of the building that a part belongs to (N,)
-        corner: a corner of the face of each part (N, 3) [m]
-        normal: unit vectors out of the faces (N, 3)
-        bgr: colours (N, 3)
-        glass: whether a part consists of panes (N,)
-        several: whether a part has more than one polygon (N,)
-    """
-
-    polygons: np.ndarray
-    part: np.ndarray
-    owner: np.ndarray
-    corner: np.ndarray
-    normal: np.ndarray
-    bgr: np.ndarray
-    glass: np.ndarray
-    several: np.ndarray
-
-
 class BuildingPainter:
     """Painter of the buildings of the scenery."""
 
     def __init__(self, scenery: Scenery, weather: Weather):
-        self._scenery = scenery
         self._weather = weather
-        self.cache: dict[int, Building] = {}
-        self._grouped: tuple[int, ...] = ()
+        self._building = lru_cache(CACHED_BUILDINGS)(lambda item: Building(scenery, item))
 
     def project(
         self, rasterizer: PolygonRasterizer, items: Sequence[int], ahead_m: np.ndarray
-    ) -> dict[int, list[BuildingPart]]:
+    ) -> dict[int, list[Face]]:
         """Project all buildings of a picture together, which is faster than one by one.
 
         Args:
             rasterizer: projection for the pose
-            items: numbers of the buildings in the scenery; the call is faster for the same
-                numbers in the same order as before
+            items: numbers of the buildings in the scenery
             ahead_m: their distances along the vehicle's heading (len(items),) [m]
 
         Returns:
-            the visible parts of each building, in the order in which they are painted
+            the visible faces of each building, in the order in which they are painted
         """
-        drawn: dict[int, list[BuildingPart]] = {item: [] for item in items}
+        drawn: dict[int, list[Face]] = {item: [] for item in items}
         if not drawn:
             return drawn
-        group = self._group(tuple(items))
-        facing = ((rasterizer.eye - group.corner) * group.normal).sum(axis=1) > 0.0
-        facing &= ~group.glass | (ahead_m[group.owner] < _PANES_RANGE_M)
-        polygons = np.flatnonzero(facing[group.part])
-        outlines, beyond = rasterizer.outlines(group.polygons[polygons])
-        seen = rasterizer.may_see(outlines)
+        buildings = [self._building(item) for item in items]
+        all_polygons, counts, corner, normal, all_bgr, glass = (
+            np.concatenate([getattr(building, name) for building in buildings])
+            for name in ("polygons", "counts", "corner", "normal", "bgr", "glass")
+        )
+        part_of = np.repeat(np.arange(len(counts)), counts)
+        owner_of = np.repeat(np.arange(len(items)), [len(one.counts) for one in buildings])
+        facing = ((rasterizer.eye - corner) * normal).sum(axis=1) > 0.0
+        facing &= ~glass | (ahead_m[owner_of] < _PANES_RANGE_M)
+        polygons = np.flatnonzero(facing[part_of])
+        outlines, beyond = rasterizer.outlines(all_polygons[polygons])
         # The near plane does not cut panes: those that it touches are left out.
-        seen = np.where(beyond, seen, ~group.several[group.part[polygons]])
+        seen = np.where(beyond, rasterizer.may_see(outlines), counts[part_of[polygons]] == 1)
         polygons, outlines, beyond = polygons[seen], outlines[seen], beyond[seen]
-        starts = np.flatnonzero(np.diff(group.part[polygons], prepend=-1))
-        parts = group.part[polygons[starts]]
-        owner = group.owner[parts]
+        starts = np.flatnonzero(np.diff(part_of[polygons], prepend=-1))
+        parts = part_of[polygons[starts]]
+        owner = owner_of[parts]
         haze = 1.0 - np.exp(-np.maximum(ahead_m[owner], 0.0) / self._weather.haze_range_m)
-        bgr = group.bgr[parts]
+        bgr = all_bgr[parts]
         bgr = bgr + haze[:, None] * (self._weather.fog_bgr - bgr)
         every = list(outlines)
         ends = [*starts[1:].tolist(), len(polygons)]
-        for number, several, start, end, colour in zip(
-            owner.tolist(), group.several[parts].tolist(), starts.tolist(), ends, bgr.tolist()
+        for number, count, start, end, colour in zip(
+            owner.tolist(), counts[parts].tolist(), starts.tolist(), ends, bgr.tolist()
         ):
             outline: np.ndarray | list[np.ndarray] | None = every[start]
-            if several:
+            if count > 1:
                 outline = every[start:end]
             elif not beyond[start]:
-                outline = rasterizer.outline(group.polygons[polygons[start]])
+                outline = rasterizer.outline(all_polygons[polygons[start]])
             if outline is not None:
-                drawn[items[number]].append(BuildingPart(outline, (*colour, 255.0)))
+                drawn[items[number]].append(Face(outline, (*colour, 255.0)))
         return drawn
-
-    def _group(self, items: tuple[int, ...]) -> _Group:
-        """Return the parts of buildings; those of the last call are kept."""
-        if items != self._grouped:
-            buildings = [self._building(item) for item in items]
-            counts = np.concatenate([building.counts for building in buildings])
-            owner = np.repeat(np.arange(len(items)), [len(one.counts) for one in buildings])
-            part = np.repeat(np.arange(len(counts)), counts)
-            polygons, corner, normal, bgr, glass = (
-                np.concatenate([getattr(building, name) for building in buildings])
-                for name in ("polygons", "corner", "normal", "bgr", "glass")
-            )
-            self._parts = _Group(
-                polygons, part, owner, corner, normal, bgr, glass, several=counts > 1
-            )
-            self._grouped = items
-        return self._parts
-
-    def _building(self, item: int) -> Building:
-        if item not in self.cache:
-            if len(self.cache) >= CACHED_BUILDINGS:
-                self.cache.clear()
-            self.cache[item] = Building(self._scenery, item)
-        return self.cache[item]
-
-    @staticmethod
-    def draw(picture: np.ndarray, parts: Sequence[BuildingPart]) -> None:
-        """Paint one building."""
-        for outlines, colour in parts:
-            if isinstance(outlines, list):
-                cv2.fillPoly(picture, outlines, colour, cv2.LINE_AA, FIXED_POINT_BITS)
-            else:
-                fill(picture, outlines, colour)
 
 
 class Building:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Sequence
+from typing import NamedTuple, Sequence
 
 import cv2
 import numpy as np
@@ -14,6 +14,18 @@ from sdc_sim.camera.painting import FIXED_POINT_BITS
 NEAR_M = 0.4
 # The smooth edges of a polygon reach no farther beyond it.
 _EDGE_PX = 2
+
+
+class Face(NamedTuple):
+    """A visible face of a body, or the window panes of one.
+
+    Attributes:
+        outlines: an outline (n, 2) in the picture, or a list of those of all panes
+        colour: BGRA
+    """
+
+    outlines: np.ndarray | list[np.ndarray]
+    colour: tuple[float, ...]
 
 
 class PolygonRasterizer:
@@ -62,14 +74,7 @@ class PolygonRasterizer:
         Returns:
             the outline, or None if the polygon is behind the near plane
         """
-        return self.clipped_outline((polygon - self.eye) @ self.rotation)
-
-    def clipped_outline(self, optical: np.ndarray) -> np.ndarray | None:
-        """Return the outline (n, 2) of the part of a polygon (m, 3) beyond the near plane, or None.
-
-        Args:
-            optical: corners of the polygon in the optical frame [m]
-        """
+        optical = (polygon - self.eye) @ self.rotation
         if optical[:, 2].min() >= NEAR_M:
             return self.pixels(optical)
         clipped = clip_near(optical)
@@ -103,3 +108,12 @@ def clip_near(optical: np.ndarray) -> np.ndarray | None:
 def fill(picture: np.ndarray, outline: np.ndarray, colour: Sequence[float]) -> None:
     """Fill a convex outline (n, 2), with smooth edges."""
     cv2.fillConvexPoly(picture, outline, colour, cv2.LINE_AA, FIXED_POINT_BITS)
+
+
+def paint(picture: np.ndarray, faces: Sequence[Face]) -> None:
+    """Paint the faces of a body."""
+    for outlines, colour in faces:
+        if isinstance(outlines, list):
+            cv2.fillPoly(picture, outlines, colour, cv2.LINE_AA, FIXED_POINT_BITS)
+        else:
+            fill(picture, outlines, colour)

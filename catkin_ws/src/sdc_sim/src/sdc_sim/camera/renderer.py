@@ -6,11 +6,13 @@ from typing import Sequence
 
 import numpy as np
 
-from sdc_sim.camera.background import Background
+from sdc_sim.camera.air import Air
 from sdc_sim.camera.boxes import Box
 from sdc_sim.camera.camera_model import CameraModel
+from sdc_sim.camera.ground import Ground
 from sdc_sim.camera.painting import dim
 from sdc_sim.camera.scene_objects import SceneObjects
+from sdc_sim.camera.sky import Sky
 from sdc_sim.road.road import Road
 from sdc_sim.simulation.weather import CLEAR, Weather
 
@@ -23,7 +25,6 @@ class Renderer:
 
     Attributes:
         camera: geometry of the camera
-        background: painter of sky and ground
         objects: painter of scenery and boxes
     """
 
@@ -36,8 +37,16 @@ class Renderer:
     ):
         self.camera = CameraModel() if camera is None else camera
         scenery = road.scenery(seed)
-        self.background = Background(road, scenery, self.camera, seed, weather)
-        self.objects = SceneObjects(scenery, self.camera, seed, weather)
+        self._sky = Sky(self.camera, seed)
+        self._ground = Ground(road, scenery, self.camera, seed, weather)
+        self._air = Air(weather, self.camera, seed)
+        self.objects = SceneObjects(scenery, self.camera, self._air, seed)
+
+    def draw_background(self, picture: np.ndarray, x_m: float, y_m: float, yaw_rad: float) -> None:
+        """Paint every pixel of a picture: the sky, then the ground below the horizon."""
+        self._sky.draw(picture, yaw_rad)
+        self._ground.draw(picture, x_m, y_m, yaw_rad, self._sky.horizon)
+        self._air.veil_background(picture)
 
     def render(
         self,
@@ -75,7 +84,7 @@ class Renderer:
         picture = out
         if picture is None:
             picture = np.empty((self.camera.height, self.camera.width, 4), np.uint8)
-        self.background.draw(picture, x_m, y_m, yaw_rad)
+        self.draw_background(picture, x_m, y_m, yaw_rad)
         self.objects.draw(picture, x_m, y_m, yaw_rad, boxes, time_s)
         dim(picture, light)
         return picture

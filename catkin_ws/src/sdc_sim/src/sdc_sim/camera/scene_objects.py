@@ -8,15 +8,14 @@ from typing import NamedTuple, Sequence
 import numpy as np
 
 from sdc_sim.camera.air import Air
-from sdc_sim.camera.boxes import Box, BoxPainter
+from sdc_sim.camera.boxes import Box, draw_box_shadow, project_boxes
 from sdc_sim.camera.buildings import BUILDING_RANGE_M, BuildingPainter
 from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.camera.cell_index import CellIndex
 from sdc_sim.camera.paint_order import paint_order
-from sdc_sim.camera.rasterizer import NEAR_M, PolygonRasterizer
+from sdc_sim.camera.rasterizer import NEAR_M, PolygonRasterizer, paint
 from sdc_sim.camera.trees import TREE_RANGE_M, TreePainter
 from sdc_sim.road.scenery import BLOCK, HOUSE, TREE, Scenery
-from sdc_sim.simulation.weather import CLEAR, Weather
 
 # One more kind next to those of Scenery.
 _BOX = BLOCK + 1
@@ -48,19 +47,12 @@ class _Bodies(NamedTuple):
 class SceneObjects:
     """Painter of trees, buildings and boxes, from far to near."""
 
-    def __init__(
-        self,
-        scenery: Scenery,
-        camera: CameraModel,
-        seed: int = 0,
-        weather: Weather = CLEAR,
-    ):
+    def __init__(self, scenery: Scenery, camera: CameraModel, air: Air, seed: int = 0):
         self.scenery = scenery
-        self.trees = TreePainter(scenery, camera, seed, weather)
-        self.buildings = BuildingPainter(scenery, weather)
-        self.boxes = BoxPainter()
+        self._trees = TreePainter(scenery, camera, seed, air.weather)
+        self._buildings = BuildingPainter(scenery, air.weather)
         self._camera = camera
-        self._air = Air(weather, camera, seed)
+        self._air = air
         self._side = np.tan(camera.fov_rad / 2.0) * (1.0 + 1.0 / camera.width)
         self._fixed = self._bodies(
             scenery.kind, scenery.position_m, scenery.yaw_rad, scenery.size_m
@@ -68,8 +60,6 @@ class SceneObjects:
         self._index = (
             CellIndex(scenery.position_m, scenery.position_m, _CELL_M) if len(scenery) else None
         )
-        self._near_cells: tuple[int, ...] | None = None
-        self._near = (np.zeros(0, np.int64), self._fixed)
 
     def _bodies(
         self, kind: np.ndarray, position: np.ndarray, yaw: np.ndarray, size: np.ndarray
@@ -84,31 +74,9 @@ class SceneObjects:
         trim = np.where(tree, 0.35, 0.5)[:, None]
         along = trim * size[:, :1] * forward
         across = trim * size[:, 1:2] * np.column_stack([-forward[:, 1], forward[:, 0]])
-        corners = np.stack(
-            [
-                position + along - across,
-                position + along + across,
-                position - along + across,
-                position - along - across,
-            ],
-            axis=1,
-        )
+        sides = [along - across, along + across, across - along, -along - across]
+        corners = np.stack([position + side for side in sides], axis=1)
         return _Bodies(kind, position, corners, least, largest, radius * np.hypot(1.0, self._side))
-
-    def _scenery_near(self, eye: np.ndarray) -> tuple[np.ndarray, _Bodies]:
-        """Return numbers and rows of the scenery within range; they change from cell to cell."""
-        if self._index is None:
-            return self._near
-        cells = tuple(
-            math.floor((at + side) / _CELL_M)
-            for at in eye.tolist()
-            for side in (-BUILDING_RANGE_M, BUILDING_RANGE_M)
-        )
-        if self._near_cells != cells:
-            items = self._index.near(eye - BUILDING_RANGE_M, eye + BUILDING_RANGE_M)
-            self._near_cells = cells
-            self._near = (items, _Bodies(*(column[items] for column in self._fixed)))
-        return self._near
 
     def draw(
         self,
@@ -135,10 +103,12 @@ class SceneObjects:
     def _draw(
         self, picture: np.ndarray, x_m: float, y_m: float, yaw_rad: float, boxes: Sequence[Box]
     ) -> None:
-        weather = self._air.weather
         eye = self._camera.position_in_map(x_m, y_m, yaw_rad)[:2]
         heading = (math.cos(yaw_rad), math.sin(yaw_rad))
-        items, bodies = self._scenery_near(eye)
+        items, bodies = np.zeros(0, np.int64), self._fixed
+        if self._index is not None:
+            items = self._index.near(eye - BUILDING_RANGE_M, eye + BUILDING_RANGE_M)
+            bodies = _Bodies(*(column[items] for column in self._fixed))
         if len(boxes):
             bodies = self._with_boxes(bodies, boxes)
         offset = bodies.position_m - eye
@@ -154,23 +124,22 @@ class SceneObjects:
         kinds = bodies.kind[rows]
         rasterizer = PolygonRasterizer(self._camera, x_m, y_m, yaw_rad)
         built = np.sort(rows[(kinds == HOUSE) | (kinds == BLOCK)])
-        buildings = self.buildings.project(rasterizer, items[built].tolist(), ahead[built])
+        buildings = self._buildings.project(rasterizer, items[built].tolist(), ahead[built])
         box_rows = rows[kinds == _BOX]
         visible = [boxes[row - len(items)] for row in box_rows]
-        faces = dict(zip(box_rows.tolist(), self.boxes.project(rasterizer, visible)))
+        fog = np.maximum(self._air.weather.fog(ahead[box_rows]), 0.0)
+        fog_bgr = self._air.weather.fog_bgr
+        faces = dict(zip(box_rows.tolist(), project_boxes(rasterizer, visible, fog, fog_bgr)))
         for row, box in zip(box_rows.tolist(), visible):
             if ahead[row] < _SHADOW_RANGE_M:
-                self.boxes.draw_shadow(picture, rasterizer, box)
+                draw_box_shadow(picture, rasterizer, box)
         kind_of, row_of = kinds.tolist(), rows.tolist()
         for k in paint_order(bodies.corners_m[rows], eye, np.array(heading)):
             row = row_of[k]
-            if kind_of[k] == _BOX:
-                fog = float(weather.fog(ahead[row])) if weather.foggy else 0.0
-                self.boxes.draw(picture, rasterizer, faces[row], fog, weather.fog_bgr)
-            elif kind_of[k] == TREE:
-                self.trees.draw(picture, int(items[row]), float(ahead[row]), float(aside[row]))
+            if kind_of[k] == TREE:
+                self._trees.draw(picture, int(items[row]), float(ahead[row]), float(aside[row]))
             else:
-                self.buildings.draw(picture, buildings[int(items[row])])
+                paint(picture, faces[row] if kind_of[k] == _BOX else buildings[int(items[row])])
 
     def _with_boxes(self, bodies: _Bodies, boxes: Sequence[Box]) -> _Bodies:
         moving = self._bodies(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import OrderedDict
+from functools import lru_cache
 
 import cv2
 import numpy as np
@@ -19,22 +19,19 @@ CACHED_TILES = 96
 
 
 class GroundTiles:
-    """Cache of square tiles of the map at LEVELS resolutions.
+    """Square tiles of the map at LEVELS resolutions; the last CACHED_TILES are kept.
 
     A tile depends on its place only, so that a picture does not depend on the pictures before.
-
-    Attributes:
-        cache: the last CACHED_TILES tiles by (level, column, row)
     """
 
     def __init__(self, road: Road, scenery: Scenery, seed: int, weather: Weather):
-        self.cache: OrderedDict[tuple[int, int, int], np.ndarray] = OrderedDict()
         self._textures = [ground_textures(level, seed) for level in range(LEVELS)]
         self._road = RoadRasterizer(road)
         self._shadows = GroundShadows(scenery, seed, weather) if len(scenery) else None
         self._wear = [worn_paint(weather, seed, level, 2 * TILE_PX) for level in range(LEVELS)]
+        self.tile = lru_cache(CACHED_TILES)(self._rasterize)
 
-    def tile(self, level: int, column: int, row: int) -> np.ndarray:
+    def _rasterize(self, level: int, column: int, row: int) -> np.ndarray:
         """Return a tile (TILE_PX, TILE_PX, 4) BGRA.
 
         Args:
@@ -42,17 +39,6 @@ class GroundTiles:
             column: number of the tile along x
             row: number of the tile along y
         """
-        key = (level, column, row)
-        tile = self.cache.get(key)
-        if tile is None:
-            tile = self.cache[key] = self._rasterize(level, column, row)
-            if len(self.cache) > CACHED_TILES:
-                self.cache.popitem(last=False)
-        else:
-            self.cache.move_to_end(key)
-        return tile
-
-    def _rasterize(self, level: int, column: int, row: int) -> np.ndarray:
         size_m = FINEST_TEXEL_M * 2**level * TILE_PX
         origin_m = np.array([column, row]) * size_m
         part = np.s_[

@@ -8,6 +8,7 @@ from typing import Sequence
 import cv2
 import numpy as np
 
+from sdc_sim.camera.painting import footprint
 from sdc_sim.road.road import Road
 from sdc_sim.road.road_markings import RoadMarkings, road_markings, speed_colours
 
@@ -37,7 +38,6 @@ _WINDSCREEN_M = np.array([(0.21, 0.38), (0.08, 0.32), (0.08, -0.32), (0.21, -0.3
     _CAR_LENGTH_M,
     _CAR_WIDTH_M,
 )
-_BOX = np.array([(0.5, 0.5), (-0.5, 0.5), (-0.5, -0.5), (0.5, -0.5)])
 _SHIFT = 4  # fractional bits of the pixels that are drawn
 
 
@@ -83,8 +83,9 @@ class MapView:
         Returns:
             pixels to the right and down, shape (..., 2)
         """
-        forward, left = _in_car_frame(np.asarray(points_m, dtype=float), x_m, y_m, yaw_rad)
-        return self._pixels(forward, left)
+        offset = np.asarray(points_m, dtype=float) - (x_m, y_m)
+        c, s = math.cos(yaw_rad), math.sin(yaw_rad)
+        return self._pixels(offset @ (c, s), offset @ (-s, c))
 
     def _pixels(self, forward_m: np.ndarray, left_m: np.ndarray) -> np.ndarray:
         width, height = self._size
@@ -121,7 +122,7 @@ class MapView:
         if len(rows) > 1:
             self._draw_path(canvas, rows, pose)
         for x, y, yaw, length, width in _finite_rows(obstacles, 5).tolist():
-            corners = self.to_pixels(_in_map(_BOX * (length, width), x, y, yaw), *pose)
+            corners = self.to_pixels(footprint((x, y), yaw, (length, width)), *pose)
             _fill(canvas, _fixed_point(corners), _OBSTACLE)
         outline = _fixed_point(self._pixels(*_CAR_OUTLINE_M.T))
         _fill(canvas, outline, _CAR)
@@ -161,20 +162,6 @@ def _draw_lines(
 def _finite_rows(rows: Sequence | None, columns: int) -> np.ndarray:
     array = np.asarray(() if rows is None else rows, dtype=float).reshape(-1, columns)
     return array[np.isfinite(array).all(axis=1)]
-
-
-def _in_car_frame(points: np.ndarray, x_m: float, y_m: float, yaw_rad: float) -> tuple:
-    dx, dy = points[..., 0] - x_m, points[..., 1] - y_m
-    c, s = math.cos(yaw_rad), math.sin(yaw_rad)
-    return c * dx + s * dy, c * dy - s * dx
-
-
-def _in_map(points: np.ndarray, x_m: float, y_m: float, yaw_rad: float) -> np.ndarray:
-    c, s = math.cos(yaw_rad), math.sin(yaw_rad)
-    return np.stack(
-        [x_m + c * points[:, 0] - s * points[:, 1], y_m + s * points[:, 0] + c * points[:, 1]],
-        axis=-1,
-    )
 
 
 def _fixed_point(pixels: np.ndarray) -> np.ndarray:

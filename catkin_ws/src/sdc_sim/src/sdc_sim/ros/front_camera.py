@@ -165,7 +165,7 @@ class FrontCamera:
                 self._connection.send_bytes(b"")  # the request of an observation
                 observation: Snapshot = self._connection.recv()
                 state = observation.state
-                self._renderer.background.draw(picture, state.x_m, state.y_m, state.yaw_rad)
+                self._renderer.draw_background(picture, state.x_m, state.y_m, state.yaw_rad)
                 self._painted.put((observation, picture))
         except (EOFError, OSError):
             rospy.loginfo("front_camera: the simulator has ended")

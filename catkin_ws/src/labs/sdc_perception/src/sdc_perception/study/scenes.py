@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import cv2
 import numpy as np
 
+from sdc_sim.camera.air import Air
 from sdc_sim.camera.boxes import Box, obstacle_box, traffic_light_box
 from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.camera.painting import dim, footprint
@@ -105,7 +106,8 @@ class SceneMaker:
                 road = Road(random_route(seed)[0])
                 renderer = Renderer(road, seed=seed, weather=self._weather)
                 # Draws a box as it looks where nothing hides it.
-                alone = SceneObjects(_NO_SCENERY, self._camera, seed, self._weather)
+                air = Air(self._weather, self._camera, seed)
+                alone = SceneObjects(_NO_SCENERY, self._camera, air, seed)
                 random = np.random.RandomState(seed)
             yield self._scene(road, renderer, alone, random)
 
@@ -134,7 +136,7 @@ class SceneMaker:
                 bodies.append(body)
         boxes = [*map(traffic_light_box, lights), *map(obstacle_box, bodies)]
         ground = np.empty((self._camera.height, self._camera.width, 4), np.uint8)
-        renderer.background.draw(ground, *view)
+        renderer.draw_background(ground, *view)
         objects = renderer.objects
         picture = _drawn(objects, ground, view, boxes)
         true_lights, true_bodies, others = [], [], []
