@@ -73,12 +73,13 @@ from sdc_package.msg import CarlaVehicleControl, LocalPath
 rospy.init_node("controller")
 publisher = rospy.Publisher(
     "/carla/ego_vehicle/vehicle_control_cmd", CarlaVehicleControl, queue_size=1)
-path = []
+newest = []
 
 def on_path(message):
-    path[:] = message.waypoints
+    if newest:
+        control(message.waypoints, newest[-1])
 
-def control(odometry):
+def control(path, odometry):
     pose, speed = odometry.pose.pose, odometry.twist.twist.linear.x
     turn = pose.orientation
     yaw = tf.transformations.euler_from_quaternion((turn.x, turn.y, turn.z, turn.w))[2]
@@ -92,7 +93,7 @@ def control(odometry):
     publisher.publish(command)
 
 rospy.Subscriber("/planner/local_waypoints", LocalPath, on_path, queue_size=1)
-rospy.Subscriber("/carla/ego_vehicle/odometry", Odometry, control, queue_size=1)
+rospy.Subscriber("/carla/ego_vehicle/odometry", Odometry, newest.append, queue_size=1)
 rospy.spin()
 """,
 }

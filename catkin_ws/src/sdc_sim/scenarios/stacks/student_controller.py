@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """A first controller: pure pursuit and a proportional speed control. Its commands have no stamp.
 
-It answers each odometry, or with the parameter `rate_hz` it runs a loop in simulated time.
+It answers each path, or with the parameter `rate_hz` it runs a loop in simulated time.
 """
 
 import contextlib
@@ -34,11 +34,11 @@ class StudentController:
 
     def on_path(self, path):
         self.path = path.waypoints
+        if not self.rate_hz:
+            self.control()
 
     def on_odometry(self, odometry):
         self.odometry = odometry
-        if not self.rate_hz:
-            self.control()
 
     def control(self):
         odometry = self.odometry
