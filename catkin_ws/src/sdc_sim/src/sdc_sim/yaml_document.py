@@ -139,18 +139,19 @@ def check_parameter(name: str, value: Any, schema: dict) -> None:
 
 def _mistakes(values: Any, schema: dict) -> list[tuple[bool, list, str]]:
     """Return of each mistake: whether it is no unknown key, its path of keys, and a message."""
-    import jsonschema  # 100 ms
-
-    validator_class = jsonschema.validators.extend(
-        jsonschema.Draft7Validator,
-        type_checker=jsonschema.Draft7Validator.TYPE_CHECKER.redefine(
-            "number", lambda _, value: is_number(value)
-        ),
-    )
     return [
         (error.validator != "additionalProperties", *_describe(error))
-        for error in validator_class(schema).iter_errors(values)
+        for error in _validator_class()(schema).iter_errors(values)
     ]
+
+
+@lru_cache(maxsize=None)
+def _validator_class() -> Any:
+    import jsonschema  # 100 ms
+
+    draft7 = jsonschema.Draft7Validator
+    numbers = draft7.TYPE_CHECKER.redefine("number", lambda _, value: is_number(value))
+    return jsonschema.validators.extend(draft7, type_checker=numbers)
 
 
 def _describe(error: Any) -> tuple[list, str]:
