@@ -86,15 +86,19 @@ class WorldTest(unittest.TestCase):
             all(math.isfinite(msg.x + msg.y + msg.direction) for msg in self.car.messages)
         )
 
+    def set_paused(self, paused):
+        # The node answers a change once: the answer may come before the next line here.
+        before = len(self.paused.messages)
+        self.pause.publish(paused)
+        self.paused.wait_for(lambda msg: msg.data == paused, LIMIT_SECONDS, after=before)
+
     def test_pause_stops_the_car_and_the_sensor_reports_the_points_in_its_range(self):
-        self.pause.publish(True)
-        self.paused.next(lambda msg: msg.data)
+        self.set_paused(True)
         self.place.publish(x=200.0, y=0.0, direction=0.0)
         for _ in range(5):
             self.assertEqual(self.car.next(lambda msg: msg.x >= 200.0).x, 200.0)
         self.sensed.next(lambda msg: [p.idx for p in msg.waypoints] == [0, 1, 2, 10, 11])
-        self.pause.publish(False)
-        self.paused.next(lambda msg: not msg.data)
+        self.set_paused(False)
         self.car.next(lambda msg: msg.x > 200.0)
 
     def test_node_exits_with_one_error_line_for_invalid_parameters_and_files(self):
