@@ -42,10 +42,6 @@ def test_times_up_to_a_place_include_a_standing_start():
     assert drive.time_at(1.0) == pytest.approx(1.0 / 5.5)
 
 
-def test_drive_without_samples_takes_the_ideal_duration(straight):
-    assert straight.least_time_s(np.array([]), np.array([])) == straight.duration_s
-
-
 @pytest.mark.parametrize(
     ("s_m", "least_s"),
     [

@@ -29,12 +29,6 @@ def read():
     return EvaluationRules.read(PARAMETERS.__getitem__)
 
 
-def test_all_limits_of_the_planner_are_assumed_at_first():
-    rules = read()
-    assert rules.planner == PARAMETERS["assumed_planner"]
-    assert rules.assumed == list(PARAMETERS["assumed_planner"])
-
-
 def test_each_rule_is_the_parameter_of_its_name():
     rules = read()._asdict()
     assert {**rules, "planner": 0, "assumed": 0} == {
