@@ -19,6 +19,7 @@ from typing import IO, Sequence
 import numpy as np
 import yaml
 
+from sdc_common.driving import points_as_sent
 from sdc_common.ros.conversion import GROUND_TRUTH
 from sdc_common.routes.waypoint_file import load_waypoints
 from sdc_sim.evaluation.evaluator import Evaluator
@@ -152,7 +153,7 @@ class _Referee:
         self._part = ""
         self._commands = 0
         # As in the messages, whose numbers have 32 bits.
-        self._route = load_waypoints(str(held_out or _ROUTE)).astype(np.float32).astype(float)
+        self._route = points_as_sent(load_waypoints(str(held_out or _ROUTE)))
         self._evaluator = Evaluator(_rules(finish_at_rest=held_out is None))
         self._is_held_out = held_out is not None
         self._evaluator.set_route(self._route)

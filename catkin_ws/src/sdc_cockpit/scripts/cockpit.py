@@ -5,6 +5,7 @@ import asyncio
 import concurrent.futures
 import threading
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -31,6 +32,7 @@ from sdc_cockpit.live_parameters import change_parameter, live_parameters
 from sdc_cockpit.pictures import DriveSpeed, PictureEncoder, RateLimit
 from sdc_cockpit.topic_feeds import Feed, TopicFeeds, decoded, seconds_of, stamp_of
 from sdc_cockpit.viewers import Viewers
+from sdc_common.ros.conversion import command_message
 from sdc_common.ros.drive_master import running_node
 from sdc_common.ros.node import LoopPublisher, parameter, refuse, spin_with
 from sdc_common.ros.refusal import refusing
@@ -153,18 +155,9 @@ class Cockpit:
             command = self.driving.step(time.monotonic(), self.view.speed_mps)
             self.publish_override()
             if command is not None:
-                self.command_publisher.publish(self.command_message(command))
-
-    def command_message(self, command):
-        message = CarlaVehicleControl(
-            throttle=command.throttle,
-            steer=command.steer,
-            brake=command.brake,
-            hand_brake=command.hand_brake,
-            reverse=command.reverse,
-        )
-        message.header.stamp = rospy.Time(*(self.view.stamp or (0, 0)))
-        return message
+                stamp_ns = rospy.Time(*(self.view.stamp or (0, 0))).to_nsec()
+                command = replace(command, stamp_ns=stamp_ns)
+                self.command_publisher.publish(command_message(command, CarlaVehicleControl))
 
     def publish_override(self):
         overrides = self.driving.overrides

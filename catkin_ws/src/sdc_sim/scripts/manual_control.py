@@ -3,6 +3,7 @@
 
 import threading
 import time
+from dataclasses import replace
 
 import numpy as np
 import rospy
@@ -19,7 +20,7 @@ from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 
 from sdc_common.ros.connection_watchdog import watch_connections
-from sdc_common.ros.conversion import true_odometry_topic
+from sdc_common.ros.conversion import command_message, true_odometry_topic
 from sdc_common.ros.node import LoopPublisher, parameter, refuse
 from sdc_common.window import ImageWindow, NoDisplay
 from sdc_sim.manual_control import keyboard
@@ -140,16 +141,9 @@ class ManualControl:
         time.sleep(LAST_MESSAGE_S)  # rospy sends the message in another thread
 
     def publish_command(self, held):
-        command = self.control.step(held, self.window.step_s)
-        message = CarlaVehicleControl(
-            throttle=command.throttle,
-            steer=command.steer,
-            brake=command.brake,
-            hand_brake=command.hand_brake,
-            reverse=command.reverse,
-        )
-        message.header.stamp = self.state.stamp or rospy.Time(0)
-        self.command_publisher.publish(message)
+        stamp_ns = self.state.stamp.to_nsec() if self.state.stamp else 0
+        command = replace(self.control.step(held, self.window.step_s), stamp_ns=stamp_ns)
+        self.command_publisher.publish(command_message(command, CarlaVehicleControl))
 
     def show_frame(self):
         """Show one frame; return the keys that were pressed meanwhile."""

@@ -143,6 +143,11 @@ class Command:
         return limited, True
 
 
+def points_as_sent(points_m: np.ndarray) -> np.ndarray:
+    """Return (N, 2) waypoints as the message of a mission transports them [m]."""
+    return np.asarray(points_m).astype(np.float32).astype(float)
+
+
 def yaw_as_sent(yaw_rad: float) -> float:
     """Return a heading after its conversion to a quaternion and back [rad]."""
     z, w = math.sin(0.5 * yaw_rad), math.cos(0.5 * yaw_rad)

@@ -10,7 +10,7 @@ from typing import Mapping, Protocol
 
 import numpy as np
 
-from sdc_common.driving import Command, Observation, Path
+from sdc_common.driving import Command, Observation, Path, points_as_sent
 from sdc_common.planning.speed_reasons import PATH_TIMEOUT
 from sdc_common.planning.stop_line import StopLine
 from sdc_package.controller import Controller
@@ -51,8 +51,7 @@ class MissionDriver:
         settings: PlannerSettings,
         stop_lines: Mapping[int, StopLine] | None = None,
     ):
-        mission_m = np.asarray(waypoints_m).astype(np.float32).astype(float)
-        self._planner = LocalPlanner(mission_m, settings)
+        self._planner = LocalPlanner(points_as_sent(waypoints_m), settings)
         self._search = WaypointSearch(self._planner.route.points)
         self._lights = TrafficLightMonitor(settings.traffic_lights)
         self._lights.lines = dict(stop_lines or {})

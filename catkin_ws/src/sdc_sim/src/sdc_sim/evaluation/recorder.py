@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from sdc_common.driving import Command, yaw_as_sent
+from sdc_common.driving import Command, points_as_sent, yaw_as_sent
 from sdc_common.planning.stop_line import StopLine
 from sdc_sim.evaluation.drive_evaluation import DriveResult
 from sdc_sim.evaluation.evaluator import Evaluator
@@ -28,7 +28,7 @@ class DriveRecorder:
 
     def __init__(self, rules: EvaluationRules, waypoints_m: np.ndarray, world: Simulation):
         self.evaluator = Evaluator(rules)
-        self.evaluator.set_route(np.asarray(waypoints_m).astype(np.float32).astype(float))
+        self.evaluator.set_route(points_as_sent(waypoints_m))
         if world.lights.plans:
             lines = stop_lines_of(world.lights)
             self.evaluator.add("stop_lines", [(number, *line) for number, line in lines.items()])
