@@ -43,6 +43,8 @@ class Grade:
         contained: what the sandbox has kept the student's programs from
         wall_s: duration of the grading [s]
         lab: the lab, or WORKSHOP
+        unknown: the referee's report of the drive on the unknown route
+        solved: ids of the steps that `./workshop/check --solution` wrote
     """
 
     name: str
@@ -53,6 +55,8 @@ class Grade:
     contained: list = field(default_factory=list)
     wall_s: float = 0.0
     lab: str = WORKSHOP
+    unknown: dict = field(default_factory=dict)
+    solved: list = field(default_factory=list)
 
     @property
     def steps_done(self) -> int:
@@ -62,8 +66,12 @@ class Grade:
     @property
     def score(self) -> float:
         """Driving score; 0 without a drive."""
-        value = self.report.get("driving_score")
-        return float(value) if isinstance(value, (int, float)) else 0.0
+        return float(self.report.get("driving_score") or 0.0)
+
+    @property
+    def unknown_score(self) -> float:
+        """Driving score on the unknown route; 0 without a drive."""
+        return float(self.unknown.get("driving_score") or 0.0)
 
     @property
     def first_open(self) -> str:
