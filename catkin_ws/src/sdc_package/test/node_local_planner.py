@@ -7,10 +7,9 @@ import unittest
 import rospy
 import rostest
 from nav_msgs.msg import Odometry
-from sdc_msgs.msg import Obstacle, ObstacleArray
+from sdc_msgs.msg import ObstacleArray
 from sdc_package.msg import BaseWaypoint, LocalPath, Path
 
-from sdc_common.processes import wait_until
 from sdc_testing import MessageListener, wait_for_subscriber
 
 LENGTH = 60
@@ -55,26 +54,6 @@ class LocalPlannerTest(unittest.TestCase):
         self.odometry.publish(odometry(self.number, x, y, yaw))
         return self.path.wait_for(after=before)
 
-    def answer_until(self, accepts, *arguments, **keywords):
-        """Repeat until a path is accepted: obstacles arrive on another connection."""
-        return wait_until(
-            lambda: next(filter(accepts, [self.answer(*arguments, **keywords)]), None),
-            what="such a path",
-        )
-
-    def test_path_ahead_has_target_speeds(self):
-        path = self.answer(10.2, 0.4)
-        self.assertEqual(path.waypoints[0].x, 11.0)
-        self.assertEqual(path.waypoints[-1].x, 35.0)
-        self.assertTrue(all(0.0 < point.v <= 10.0 for point in path.waypoints))
-
-    def test_repeated_odometry_is_answered_once(self):
-        self.answer(20.0)
-        before = len(self.path.messages)
-        self.odometry.publish(odometry(self.number, 20.0))
-        self.answer(21.0)
-        self.assertEqual(len(self.path.messages), before + 1)
-
     def test_late_subscriber_receives_the_last_path(self):
         self.answer(20.0)
         late = MessageListener("/planner/local_waypoints", LocalPath)
@@ -99,21 +78,6 @@ class LocalPlannerTest(unittest.TestCase):
             path = self.answer(x)
         self.assertEqual(len(path.waypoints), 2)
         self.assertEqual((path.waypoints[-1].x, path.waypoints[-1].v), (LENGTH, 0.0))
-
-    def test_path_stops_for_an_obstacle_until_it_leaves(self):
-        self.answer(5.0)
-        obstacle = Obstacle(id=1, kind="car", speed=0.0)
-        obstacle.pose.position.x = 25.0
-        obstacle.pose.orientation.w = 1.0
-        obstacle.size.x, obstacle.size.y, obstacle.size.z = 4.7, 2.0, 1.5
-        self.assertEqual(self.answer(5.0).waypoints[-1].v, 10.0)
-        path = self.answer_until(
-            lambda path: path.waypoints[-1].v == 0.0, 5.0, obstacles=[obstacle]
-        )
-        self.assertGreater(path.waypoints[2].v, 0.0)
-        self.answer_until(lambda path: path.waypoints[-1].v == 10.0, 5.0, obstacles=[])
-        obstacle.pose.position.x = math.nan
-        self.assertEqual(self.answer(5.0, obstacles=[obstacle]).waypoints[-1].v, 10.0)
 
     def test_bad_mission_is_refused_and_the_last_one_is_kept(self):
         self.mission.publish([BaseWaypoint(0.0, 0.0)])

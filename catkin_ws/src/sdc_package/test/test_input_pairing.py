@@ -10,15 +10,13 @@ from sdc_package.input_pairing import InputPairing
 from sdc_package.watchdog import InputWatchdog
 
 PATH = [(0.0, 0.0, 5.0), (10.0, 0.0, 5.0)]
-LATER_PATH = [(1.0, 0.0, 6.0), (11.0, 0.0, 6.0)]
 
 
-def odometry(seconds, x=0.0, yaw=0.0):
+def odometry(seconds, x=0.0):
     message = Odometry()
     message.header.stamp = rospy.Time.from_sec(seconds)
     message.pose.pose.position.x = x
-    message.pose.pose.orientation.z = math.sin(yaw / 2)
-    message.pose.pose.orientation.w = math.cos(yaw / 2)
+    message.pose.pose.orientation.w = 1.0
     return message
 
 
@@ -38,57 +36,37 @@ class Record:
         speed = path.rows[0][2] if path.rows else None
         self.stops.append((missing, observation and observation.stamp_s, speed))
 
+    def receive(self, events):
+        """Add an odometry for "o" and its stamp [s], and a path for "p" and its speed [m/s]."""
+        for event in events.split():
+            number = float(event[1:])
+            if event[0] == "o":
+                self.inputs.add_odometry(odometry(number))
+            else:
+                self.inputs.add_path([(0.0, 0.0, number), (10.0, 0.0, number)])
 
-def test_odometry_waits_for_its_path():
+
+@pytest.mark.parametrize(
+    ("events", "answers"),
+    [
+        ("o1", []),
+        ("p5", []),
+        ("o1 p5", [(1.0, 5.0)]),
+        ("p5 o1", [(1.0, 5.0)]),
+        ("o1 p5 o1.05", [(1.0, 5.0)]),
+        # An odometry without an answer is replaced by the next one.
+        ("o1 o1.05 p5", [(1.05, 5.0)]),
+        # The last of several paths answers, and only one odometry.
+        ("p5 p6 o1 o1.05", [(1.0, 6.0)]),
+        # A repeated odometry is answered once.
+        ("o1 p5 p6 o1", [(1.0, 5.0)]),
+        ("o1 p5 p6 o1 o1.05", [(1.0, 5.0), (1.05, 6.0)]),
+    ],
+)
+def test_one_path_answers_one_odometry_whichever_arrives_first(events, answers):
     record = Record()
-    record.inputs.add_odometry(odometry(1.0))
-    assert record.answers == []
-    record.inputs.add_path(PATH)
-    assert record.answers == [(1.0, 5.0)]
-
-
-def test_path_waits_for_its_odometry():
-    record = Record()
-    record.inputs.add_path(PATH)
-    assert record.answers == []
-    record.inputs.add_odometry(odometry(1.0))
-    assert record.answers == [(1.0, 5.0)]
-
-
-def test_one_path_answers_one_odometry():
-    record = Record()
-    record.inputs.add_odometry(odometry(1.0))
-    record.inputs.add_path(PATH)
-    record.inputs.add_odometry(odometry(1.05))
-    assert [stamp for stamp, _ in record.answers] == [1.0]
-
-
-def test_odometry_without_an_answer_is_replaced_by_the_next_one():
-    record = Record()
-    record.inputs.add_odometry(odometry(1.0))
-    record.inputs.add_odometry(odometry(1.05))
-    record.inputs.add_path(PATH)
-    assert [stamp for stamp, _ in record.answers] == [1.05]
-
-
-def test_paths_without_an_odometry_answer_one_odometry_with_the_last_of_them():
-    record = Record()
-    record.inputs.add_path(PATH)
-    record.inputs.add_path(LATER_PATH)
-    record.inputs.add_odometry(odometry(1.0))
-    record.inputs.add_odometry(odometry(1.05))
-    assert record.answers == [(1.0, 6.0)]
-
-
-def test_repeated_odometry_is_answered_once():
-    record = Record()
-    record.inputs.add_odometry(odometry(1.0))
-    record.inputs.add_path(PATH)
-    record.inputs.add_path(LATER_PATH)
-    record.inputs.add_odometry(odometry(1.0))
-    assert record.answers == [(1.0, 5.0)]
-    record.inputs.add_odometry(odometry(1.05))
-    assert record.answers == [(1.0, 5.0), (1.05, 6.0)]
+    record.receive(events)
+    assert record.answers == answers
 
 
 def test_invalid_odometry_is_refused_and_ignored():
@@ -113,9 +91,7 @@ def test_invalid_path_is_refused_and_ignored():
 
 def test_basic_control_answers_each_odometry_without_a_path():
     record = Record(path_needed=False)
-    record.inputs.add_odometry(odometry(1.0))
-    record.inputs.add_path(PATH)
-    record.inputs.add_odometry(odometry(1.05))
+    record.receive("o1 p5 o1.05")
     assert record.answers == [(1.0, None), (1.05, 5.0)]
     record.inputs.check(round(1.3 * 1e9))
     assert record.stops == []
@@ -133,10 +109,7 @@ def test_missing_odometry_stops_the_car():
 
 def test_missing_path_stops_the_car_along_the_last_path_at_the_next_odometry():
     record = Record()
-    record.inputs.add_odometry(odometry(1.0))
-    record.inputs.add_path(PATH)
-    for seconds in (1.05, 1.25, 1.3):
-        record.inputs.add_odometry(odometry(seconds))
+    record.receive("o1 p5 o1.05 o1.25 o1.3")
     assert record.stops == [("path", 1.3, 5.0)]
-    record.inputs.add_path(LATER_PATH)
+    record.receive("p6")
     assert record.answers == [(1.0, 5.0), (1.3, 6.0)]

@@ -7,7 +7,6 @@ from hypothesis import strategies as st
 from sdc_package.local_path import ReferencePath
 from sdc_package.steering.axles import Axles
 from sdc_package.steering.kinematic import ChainedForm, KinematicSteering
-from sdc_package.steering.method import predicted_pose
 
 AXLES = Axles(front_m=1.2, rear_m=1.6, front_compliance=0.008, rear_compliance=0.006)
 SPEED = 5.0
@@ -55,13 +54,6 @@ def circle(side=1.0, radius=20.0):
 def test_wheel_angle_on_the_path_matches_its_curvature():
     assert ChainedForm(2.5).wheel_angle(0.0, 0.0, 0.0, 0.1, 0.0, 0.3) == pytest.approx(
         math.atan(0.25)
-    )
-
-
-def test_wheel_angle_inside_of_a_bend_is_that_of_a_tighter_circle():
-    """With x2 = 0, a car parallel to a bend of 10 m radius, 1 m inside, drives a circle of 9 m."""
-    assert ChainedForm(2.5).wheel_angle(0.0, 1.0, 0.0, 0.1, 0.0, 0.3) == pytest.approx(
-        math.atan(2.5 / 9.0)
     )
 
 
@@ -119,22 +111,3 @@ def test_car_on_a_circle_keeps_the_wheel_angle_of_bicycle_and_tyres(side):
     for along_m in (14.0, 15.0, 17.0):
         wheel = car.wheel_angle(circle(side), *on_circle(along_m, side), SPEED)
         assert wheel == pytest.approx(side * wanted, abs=2e-4)
-
-
-@pytest.mark.parametrize("rate", [(), (0.5,)])
-def test_pose_is_predicted_over_the_preview(rate):
-    x, y, yaw = on_circle(14.0)
-    pose = x, y - 0.7, yaw + 0.2
-    later = predicted_pose(*pose, SPEED, *(rate or (0.0,)), 0.3)
-    wheel = steering(preview_s=0.3).wheel_angle(circle(), *pose, SPEED, *rate)
-    assert wheel == steering().wheel_angle(circle(), *later, SPEED)
-    assert wheel != steering().wheel_angle(circle(), *pose, SPEED)
-
-
-@pytest.mark.parametrize(
-    ("name", "value"), [("convergence_m", 0.0), ("convergence_s", -0.1), ("preview_s", -0.1)]
-)
-def test_parameters_out_of_range_are_refused(name, value):
-    parameters = {"convergence_m": 2.5, "convergence_s": 0.3, "preview_s": 0.0, name: value}
-    with pytest.raises(ValueError, match=f"^{name} must be .* got {value}$"):
-        KinematicSteering(AXLES, **parameters)

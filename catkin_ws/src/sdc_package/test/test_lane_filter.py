@@ -46,13 +46,6 @@ def test_brightness_does_not_change_the_mask():
     np.testing.assert_array_equal(mask(dusk), mask(noon))
 
 
-def test_fourth_channel_changes_nothing():
-    picture = road()
-    with_alpha = np.dstack([picture, np.arange(640 * 480).reshape(480, 640).astype(np.uint8)])
-    mask = LaneFilter(THRESHOLDS).mask
-    np.testing.assert_array_equal(mask(with_alpha), mask(picture))
-
-
 @pytest.mark.parametrize(
     "image",
     [

@@ -4,12 +4,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from planned_roads import LIMITS, OBSTACLES, TRAFFIC_LIGHTS, bend, straight
+from planned_roads import LIMITS, OBSTACLES, TRAFFIC_LIGHTS, straight
 
 from sdc_common.geometry.route import Route
 from sdc_common.planning.speed_profile import (
-    SpeedLimits,
-    ideal_duration,
     speed_profile,
 )
 from sdc_package.local_planner import LocalPlanner, OffRouteError, PlannerSettings
@@ -30,28 +28,6 @@ def path_ahead(local, x, y, yaw):
     return local.plan(WaypointSearch(local.route.points).first_ahead(x, y), x, y, yaw)
 
 
-def test_speed_profile_of_a_straight_is_a_trapezium():
-    route = Route(straight(200.0))
-    speed = speed_profile(route, LIMITS)
-    assert speed[0] == 0.5
-    assert speed[-1] == 0.0
-    assert speed.max() == 10.0
-    assert speed[10] == pytest.approx(math.sqrt(0.25 + 2.0 * 1.8 * 10.0))
-    assert speed[-11] == pytest.approx(math.sqrt(2.0 * 2.5 * 10.0))
-    by_hand = 9.5 / 1.8 + 10.0 / 2.5 + (200.0 - 99.75 / 3.6 - 100.0 / 5.0) / 10.0
-    assert ideal_duration(route, speed) == pytest.approx(by_hand, rel=0.01)
-
-
-@pytest.mark.parametrize("radius", [6.0, 12.0, 30.0])
-def test_speed_in_bends_keeps_the_lateral_limit(radius):
-    route = Route(bend(radius, math.pi / 2))
-    speed = speed_profile(route, LIMITS)
-    assert (speed**2 * np.abs(route.curvature) <= 3.0 + 1e-9).all()
-    assert speed[60 + int(radius * 0.7)] == pytest.approx(
-        min(10.0, math.sqrt(3.0 * radius)), rel=0.05
-    )
-
-
 @given(st.lists(st.tuples(st.floats(1.0, 20.0), st.floats(-0.15, 0.15)), min_size=1, max_size=15))
 def test_speed_profile_keeps_every_limit_on_any_route(pieces):
     curvature = np.concatenate(
@@ -70,23 +46,6 @@ def test_speed_profile_keeps_every_limit_on_any_route(pieces):
     change = np.diff(speed**2) / (2.0 * np.diff(route.s))
     assert (change <= 1.8 + 1e-9).all()
     assert (change >= -2.5 - 1e-9).all()
-
-
-def test_lateral_jerk_limit_slows_the_car_at_a_sudden_bend():
-    sharp = np.vstack(
-        [
-            straight(60.0),
-            np.column_stack([60.0 + np.arange(1.0, 40.0) * 0.8, np.arange(1.0, 40.0) * 0.6]),
-        ]
-    )
-    route = Route(sharp)
-    without, limited = (
-        speed_profile(route, SpeedLimits(**{**vars(LIMITS), "lateral_jerk_mps3": jerk}))
-        for jerk in (math.inf, 4.0)
-    )
-    assert (limited <= without).all()
-    assert limited.min() < without[50:70].min()
-    assert (limited**3 * np.abs(np.gradient(route.curvature, route.s)) <= 4.0 + 1e-9).all()
 
 
 def test_path_starts_ahead_of_the_car_and_ends_at_the_lookahead_distance():

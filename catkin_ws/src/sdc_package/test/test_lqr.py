@@ -12,7 +12,6 @@ from sdc_package.steering.lqr import (
     lqr_gains,
     steady_state,
 )
-from sdc_package.steering.method import predicted_pose
 
 # The car of Snider's report: 1140 kg, 1436.24 kg m^2, 155494.663 N/rad at each axle.
 AXLES = Axles(1.165, 1.165, 570.0 / 155494.663, 570.0 / 155494.663)
@@ -129,52 +128,9 @@ def test_wheel_angle_is_the_gains_times_the_errors(left_m, heading_error, yaw_ra
     assert with_feed_forward - wheel == pytest.approx(forward, abs=1e-3)
 
 
-@pytest.mark.parametrize("rate", [(), (0.5,)])
-def test_pose_is_predicted_over_the_preview(rate):
-    pose = beside_circle(0.7, 0.2)
-    later = predicted_pose(*pose, 5.0, *(rate or (0.0,)), 0.3)
-    now, ahead = (
-        LqrSteering(AXLES, **{**PARAMETERS, "preview_s": preview_s}) for preview_s in (0.0, 0.3)
-    )
-    wheel = ahead.wheel_angle(circle(), *pose, 5.0, *rate)
-    assert wheel == now.wheel_angle(circle(), *later, 5.0, *rate)
-    assert wheel != now.wheel_angle(circle(), *pose, 5.0, *rate)
-
-
 def test_calm_steering_turns_the_wheels_less_at_high_speed_only():
     plain = LqrSteering(AXLES, **PARAMETERS)
     calm = LqrSteering(AXLES, **PARAMETERS, calm_above_mps=0.9)
     assert abs(calm.feedback(1.0, 0.0, 0.0, 0.0, 0.0, 20.0)) < 0.1 * abs(
         plain.feedback(1.0, 0.0, 0.0, 0.0, 0.0, 20.0)
     )
-
-
-@pytest.mark.parametrize(
-    ("name", "value", "message"),
-    [
-        *[
-            (name, 0.0, f"{name} must be a positive number, got 0.0")
-            for name in ("cross_track_weight", "steer_weight", "gyration_m", "tick_s")
-        ],
-        *[
-            (name, -1.0, f"{name} must be a number that is not negative, got -1.0")
-            for name in ("cross_track_rate_weight", "heading_weight", "heading_rate_weight")
-        ],
-        ("preview_s", math.nan, "preview_s must be a number that is not negative, got nan"),
-        ("calm_above_mps", 0.0, "'calm_above_mps' must be positive, got 0.0"),
-        ("calm_above_mps", math.nan, "'calm_above_mps' must be positive, got nan"),
-    ],
-)
-def test_parameters_out_of_range_are_refused(name, value, message):
-    with pytest.raises(ValueError, match=f"^{message}$"):
-        LqrSteering(AXLES, **{**PARAMETERS, name: value})
-
-
-@pytest.mark.parametrize("axle", ["front_compliance", "rear_compliance"])
-def test_tyres_that_do_not_slip_are_refused(axle):
-    with pytest.raises(
-        ValueError,
-        match="^the dynamic bicycle model needs slipping tyres: set 'front_compliance' and "
-        "'rear_compliance' of 'axles' above 0$",
-    ):
-        LqrSteering(Axles(**{**vars(AXLES), axle: 0.0}), **PARAMETERS)

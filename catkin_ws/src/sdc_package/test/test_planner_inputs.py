@@ -53,62 +53,38 @@ class Record:
         self.answers.append((message.header.stamp.to_sec(), seen))
 
 
-def test_odometry_without_obstacles_is_answered_at_once():
+@pytest.mark.parametrize(
+    ("events", "answers"),
+    [
+        # Without obstacles, the odometry does not wait.
+        ("o1 b1", [(1.0, [])]),
+        ("o1 o1", [(1.0, [])]),
+        # With obstacles, it waits for those of its time, which may arrive before it.
+        ("b1:30 o1 o1.05", [(1.0, [30.0])]),
+        ("b1:30 o1 o1.05 b1.05:31", [(1.0, [30.0]), (1.05, [31.0])]),
+        ("b1:30 o1 b1.05:31 o1.05", [(1.0, [30.0]), (1.05, [31.0])]),
+        ("b1:30 o1.05 b1.05 o1.1", [(1.05, []), (1.1, [])]),
+        # Overdue obstacles do not stop the planner.
+        ("b1:30 o1.05 o1.1 o1.15", [(1.1, [30.0])]),
+    ],
+)
+def test_odometry_is_answered_once_with_the_obstacles_of_its_time(events, answers):
     record = Record()
-    record.inputs.add_odometry(odometry(1.0))
-    record.inputs.add_obstacles(obstacles(1.0))
-    assert record.answers == [(1.0, [])]
+    for event in events.split():
+        seconds, _, x = event[1:].partition(":")
+        if event[0] == "o":
+            record.inputs.add_odometry(odometry(float(seconds)))
+        else:
+            record.inputs.add_obstacles(obstacles(float(seconds), *([float(x)] if x else [])))
+    assert record.answers == answers
 
 
 def test_odometry_before_the_mission_is_answered_when_the_mission_arrives():
     record = Record(started=False)
     record.inputs.add_odometry(odometry(1.0))
-    record.inputs.add_obstacles(obstacles(1.0))
     assert record.answers == []
     record.inputs.start()
     assert record.answers == [(1.0, [])]
-
-
-def test_repeated_odometry_is_answered_once():
-    record = Record()
-    record.inputs.add_odometry(odometry(1.0))
-    record.inputs.add_odometry(odometry(1.0))
-    assert record.answers == [(1.0, [])]
-
-
-def test_odometry_waits_for_the_obstacles_of_its_time():
-    record = Record()
-    record.inputs.add_obstacles(obstacles(1.0, 30.0))
-    record.inputs.add_odometry(odometry(1.0))
-    record.inputs.add_odometry(odometry(1.05))
-    assert record.answers == [(1.0, [30.0])]
-    record.inputs.add_obstacles(obstacles(1.05, 31.0))
-    assert record.answers == [(1.0, [30.0]), (1.05, [31.0])]
-
-
-def test_obstacles_may_arrive_before_their_odometry():
-    record = Record()
-    for seconds, x in ((1.0, 30.0), (1.05, 31.0)):
-        record.inputs.add_obstacles(obstacles(seconds, x))
-        record.inputs.add_odometry(odometry(seconds))
-    assert record.answers == [(1.0, [30.0]), (1.05, [31.0])]
-
-
-def test_last_obstacle_that_leaves_completes_its_odometry():
-    record = Record()
-    record.inputs.add_obstacles(obstacles(1.0, 30.0))
-    record.inputs.add_odometry(odometry(1.05))
-    record.inputs.add_obstacles(obstacles(1.05))
-    record.inputs.add_odometry(odometry(1.1))
-    assert record.answers == [(1.05, []), (1.1, [])]
-
-
-def test_overdue_obstacles_do_not_stop_the_planner():
-    record = Record()
-    record.inputs.add_obstacles(obstacles(1.0, 30.0))
-    for seconds in (1.05, 1.1, 1.15):
-        record.inputs.add_odometry(odometry(seconds))
-    assert record.answers == [(1.1, [30.0])]
 
 
 def test_odometry_waits_for_stamped_traffic_lights_and_not_for_others():
@@ -126,16 +102,6 @@ def test_odometry_waits_for_stamped_traffic_lights_and_not_for_others():
     record.inputs.add_obstacles(obstacles(1.05, lights=[green]))
     assert [stamp for stamp, _ in record.answers] == [1.0, 1.05]
     assert record.inputs.traffic_lights.states == {7: GREEN}
-
-
-def test_states_without_a_stamp_are_used_and_replaced():
-    """The real bridge publishes no stamped states."""
-    inputs = PlannerInputs(lambda message: None, MARGINS)
-    for state in (RED, GREEN):
-        light = CarlaTrafficLightStatus(id=7, state=state)
-        inputs.add_light_status(CarlaTrafficLightStatusList(traffic_lights=[light]))
-        assert inputs.traffic_lights.states == {7: state}
-        assert not inputs.traffic_lights.stamped
 
 
 @pytest.fixture

@@ -7,7 +7,6 @@ from hypothesis import strategies as st
 from sdc_common.geometry.polyline import Polyline
 from sdc_package.local_path import ReferencePath
 from sdc_package.steering.axles import Axles
-from sdc_package.steering.method import predicted_pose
 from sdc_package.steering.pure_pursuit import (
     PurePursuitSteering,
     look_ahead_point,
@@ -96,21 +95,6 @@ def test_car_on_a_circle_keeps_the_wheel_angle_of_bicycle_and_tyres(side, speed,
     wheel = steering().wheel_angle(circle(side), x, y, yaw, speed)
     wanted = math.atan(2.8 / 1.6 * math.tan(slip)) + 0.002 * acceleration
     assert wheel == pytest.approx(side * wanted, abs=1e-3)
-
-
-@pytest.mark.parametrize("rate", [(), (0.5,)])
-def test_pose_is_predicted_over_the_preview(rate):
-    pose = 12.0, 3.0, 0.8
-    later = predicted_pose(*pose, 5.0, *(rate or (0.0,)), 0.3)
-    wheel = steering(preview_s=0.3).wheel_angle(circle(), *pose, 5.0, *rate)
-    assert wheel == steering().wheel_angle(circle(), *later, 5.0, *rate)
-    assert wheel != steering().wheel_angle(circle(), *pose, 5.0, *rate)
-
-
-@pytest.mark.parametrize("name", PARAMETERS)
-def test_parameters_out_of_range_are_refused(name):
-    with pytest.raises(ValueError, match=f"^{name} must be .* got -1.0$"):
-        steering(**{name: -1.0})
 
 
 def test_limits_of_the_look_ahead_distance_must_be_in_order():

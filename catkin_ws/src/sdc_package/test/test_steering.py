@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from sdc_package.local_path import ReferencePath
 from sdc_package.steering.axles import Axles
 from sdc_package.steering.loader import METHODS, load_steering
+from sdc_package.steering.method import predicted_pose
 
 pytestmark = pytest.mark.slow(8)
 
@@ -71,6 +72,24 @@ def test_car_steers_back_to_the_path(method, y, yaw):
     assert mirrored.wheel_angle(path_of(bend(0.0)), 1.0, -y, -yaw, 5.0) == pytest.approx(
         -later, abs=1e-9
     )
+
+
+@pytest.mark.parametrize("method", [name for name in METHODS if "preview_s" in CONFIG[name]])
+def test_pose_is_predicted_over_the_preview(method):
+    pose, speed, rate = (2.0, 0.7, 0.2), 5.0, 0.5
+    later = predicted_pose(*pose, speed, rate, 0.3)
+    now, ahead = (build(method, preview_s=preview_s) for preview_s in (0.0, 0.3))
+    wheel = ahead.wheel_angle(path_of(bend(0.05)), *pose, speed, rate)
+    assert wheel == now.wheel_angle(path_of(bend(0.05)), *later, speed, rate)
+    other = build(method, preview_s=0.0).wheel_angle(path_of(bend(0.05)), *pose, speed, rate)
+    assert wheel != other
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_each_parameter_out_of_range_is_refused_by_its_name(method):
+    for name in CONFIG[method]:
+        with pytest.raises(ValueError, match=f"{name}.* got -1.0"):
+            build(method, **{name: -1.0})
 
 
 poses = st.tuples(

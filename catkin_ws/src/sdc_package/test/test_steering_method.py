@@ -4,8 +4,7 @@ import math
 
 import pytest
 
-from sdc_package.local_path import ReferencePath
-from sdc_package.steering.method import Steering, predicted_pose
+from sdc_package.steering.method import predicted_pose
 
 
 @pytest.mark.parametrize("yaw", [0.0, 0.5, -2.0])
@@ -26,8 +25,3 @@ def test_jump_of_the_pose_is_not_a_yaw_rate(side):
     wanted = predicted_pose(1.0, 2.0, 0.5, 10.0, side * 1.5, 0.1)
     assert predicted_pose(1.0, 2.0, 0.5, 10.0, side * 60.0, 0.1) == wanted
     assert wanted[2] == pytest.approx(0.5 + side * 0.15)
-
-
-def test_method_without_a_wheel_angle_cannot_steer():
-    with pytest.raises(NotImplementedError):
-        Steering().wheel_angle(ReferencePath(), 0.0, 0.0, 0.0, 0.0)

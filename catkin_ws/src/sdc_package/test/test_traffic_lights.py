@@ -112,12 +112,6 @@ def info(yaw, centre, size=(1.0, 3.5)):
     )
 
 
-def test_stop_line_is_in_the_middle_of_the_trigger_volume():
-    assert stop_lines(info(np.pi / 2, (4.0, -2.0)))[7] == pytest.approx((12.0, 24.0, 1.75))
-    with pytest.raises(ValueError, match="light 7"):
-        stop_lines(info(0.0, (np.nan, 0.0)))
-
-
 def test_planner_adds_the_stop_to_its_path():
     limits = SpeedLimits(10.0, 3.0, 1.8, BRAKING)
     obstacles = ObstacleMargins(side_m=0.4, gap_m=5.0, car_front_m=2.35, car_width_m=2.0)

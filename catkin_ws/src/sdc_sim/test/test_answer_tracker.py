@@ -48,14 +48,3 @@ def drive(*ticks):
 )
 def test_commands_answer_by_stamp_or_else_by_order(ticks, answered):
     assert drive(*ticks) == list(map(bool, answered))
-
-
-def test_stamp_counts_until_it_is_ignored():
-    answers = AnswerTracker()
-    answers.record(TICK_NS, TICK_NS)
-    assert answers.by_stamp
-    answers.expect()
-    answers.record(OTHER_CLOCK, 2 * TICK_NS)
-    assert answers.by_stamp
-    answers.give_up()
-    assert not answers.by_stamp

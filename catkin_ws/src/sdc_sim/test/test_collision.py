@@ -60,28 +60,6 @@ def test_no_motion_is_too_fast_and_no_body_too_thin_for_a_contact(
     assert contact.normal_x * c + contact.normal_y * s < 0.0
 
 
-def test_free_motion_has_no_contact():
-    assert (
-        first_contact(
-            lambda share: Rectangle(10 * share, 0, 0, 4.7, 2.0), Rectangle(5, 1.6, 0, 1, 1)
-        )
-        is None
-    )
-    assert (
-        first_contact(
-            lambda share: Rectangle(10 * share, 0, 0, 4.7, 2.0), Rectangle(5, 1.4, 0, 1, 1)
-        )
-        is not None
-    )
-
-
-def test_turn_in_place_has_contact_with_a_body_at_the_side():
-    contact = first_contact(
-        lambda share: Rectangle(0, 0, share * math.pi / 2, 4.7, 2.0), Rectangle(0, 2.0, 0, 1.0, 1.0)
-    )
-    assert 0.0 < contact.share < 1.0
-
-
 @pytest.mark.parametrize(
     ("way_m", "contact"),
     [(0.5, (0.0, -1.0, 0.0)), (-0.5, None), (-0.1, None), (3.5, None)],

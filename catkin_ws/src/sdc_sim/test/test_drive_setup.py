@@ -27,12 +27,6 @@ def test_without_scenario_and_route_the_town_is_driven_with_the_parameters_of_th
     assert setup.route.length_m == pytest.approx(np.hypot(*np.diff(TOWN, axis=0).T).sum(), rel=0.01)
 
 
-def test_route_of_a_scenario_is_relative_to_its_file(tmp_path):
-    (tmp_path / "road.csv").write_text("x,y\n0,0\n10,0\n20,0\n")
-    setup = drive_setup(write(tmp_path, "route: road.csv"))
-    assert setup.waypoints_m.tolist() == [[0.0, 0.0], [10.0, 0.0], [20.0, 0.0]]
-
-
 def test_given_route_replaces_that_of_the_scenario_and_is_relative_to_the_working_directory(
     tmp_path, monkeypatch
 ):
@@ -55,16 +49,6 @@ def test_route_can_be_an_array_or_straights_and_bends():
 def test_route_of_another_kind_is_refused():
     with pytest.raises(DocumentError, match="^route: must be the name .* straights and bends$"):
         drive_setup(route=[(0.0, 0.0), (1.0, 0.0)])
-
-
-def test_options_override_the_sensors_and_settings_of_a_scenario(tmp_path):
-    text = "sensors: standard\nfriction: 0.5\ngnss: {noise_m: 2, outages: [{from_s: 1, to_s: 2}]}"
-    options = {"gnss": {"noise_m": 5}, "friction": 0.8}
-    found = drive_setup(write(tmp_path, text), options=options).parameters
-    assert (found["gnss"]["noise_m"], found["friction"]) == (5, 0.8)
-    assert found["gnss"]["outages"] == [{"from_s": 1.0, "to_s": 2.0}]
-    sensors = drive_setup(write(tmp_path, "sensors: standard")).parameters
-    assert sensors != drive_setup(write(tmp_path, "seed: 1")).parameters
 
 
 def test_simulation_has_the_obstacles_and_the_start_of_its_scenario(tmp_path):

@@ -76,17 +76,6 @@ def test_real_time_and_repeated_pictures_drop_what_a_busy_camera_cannot_take(fee
     assert not camera.poll(0.1)
 
 
-def test_camera_that_was_killed_gets_the_settings_again(feed):
-    sim = feed(every_frame=False)
-    for word in ("first", "second"):
-        camera = connect(feed.path)
-        assert camera.recv() == settings(every_frame=False)
-        request(sim, camera)
-        sim.show(word)
-        assert camera.recv() == word
-        camera.close()
-
-
 class Published:
     """A publisher that keeps each message as a subscriber receives it."""
 

@@ -288,12 +288,3 @@ def test_road_path_and_obstacles_are_drawn_at_their_positions(pose):
     blue, green, red = colour_at(view, full, (ahead, 0.0), pose)
     assert green > 150 > max(blue, red)
     assert colour_at(view, full, (ahead, -4.0), pose) == (30, 130, 240)
-
-
-def test_invalid_map_settings_and_routes_are_refused():
-    with pytest.raises(ValueError, match="route"):
-        MapView(0.1, 10.0).set_route([(0.0, 0.0)])
-    with pytest.raises(ValueError, match="scale"):
-        MapView(0.0, 10.0)
-    with pytest.raises(ValueError, match="green"):
-        MapView(0.1, 0.0)

@@ -77,18 +77,6 @@ def test_obstacle_stops_at_the_vehicle_with_one_event_and_continues_without_it()
     assert obstacles.states[0].y_m == pytest.approx(0.75)
 
 
-def test_reset_restores_the_scenario():
-    obstacles = Obstacles([WALKER])
-    run(obstacles, 2.0)
-    obstacles.toggle(box(50.0, 0.0), FAR)
-    obstacles.toggle(box(0.0, -1.0), FAR)
-    assert [body.x_m for body in obstacles.states] == [50.0]
-    obstacles.reset()
-    assert [(body.id, body.y_m, body.speed_mps) for body in obstacles.states] == [
-        (FIRST_ID, -5.0, 0.0)
-    ]
-
-
 def test_toggle_adds_and_removes_an_obstacle():
     obstacles = Obstacles()
     assert "added" in obstacles.toggle(ObstaclePlan.stationary("car", 10.0, 0.0, 0.5), FAR)
@@ -104,29 +92,3 @@ def test_obstacle_on_the_vehicle_is_refused():
     with pytest.raises(ValueError, match="ego vehicle is at"):
         obstacles.toggle(box(2.0, 0.0), EGO)
     assert obstacles.states == ()
-
-
-@pytest.mark.parametrize("speed_mps", [2.0, 0.5])
-def test_impulse_is_normal_to_the_side_that_is_hit(speed_mps):
-    obstacles = Obstacles([dataclasses.replace(WALKER, speed_mps=speed_mps)])
-    ego = EGO._replace(yaw_rad=math.radians(30.0))
-    for _ in range(200):
-        events = obstacles.advance(0.0, 0.05, ego)
-        if events:
-            break
-    # Of the momentum, the share cos(30 deg) is normal to the side.
-    momentum = 75.0 * speed_mps * math.cos(math.radians(30.0))
-    assert events[0].impulse_x_ns == pytest.approx(-momentum * 0.5)
-    assert events[0].impulse_y_ns == pytest.approx(momentum * math.cos(math.radians(30.0)))
-    assert obstacles.states[0].speed_mps == 0.0
-
-
-def test_nearest_obstacle_stops_a_motion():
-    obstacles = Obstacles([box(14.0, 0.0), box(8.0, 0.0), box(11.0, 0.0), box(5.0, 9.0)])
-    stopped = obstacles.first_contact(lambda share: EGO._replace(x_m=20.0 * share))
-    assert stopped is not None
-    obstacle, contact = stopped
-    assert obstacle.id == FIRST_ID + 1
-    # From front bumper to box: 8 - 0.5 - 4.7 / 2.
-    assert 20.0 * contact.share == pytest.approx(5.15, abs=1e-6)
-    assert obstacles.first_contact(lambda share: EGO._replace(x_m=5.0 * share)) is None

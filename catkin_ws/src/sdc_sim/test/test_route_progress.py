@@ -37,21 +37,6 @@ def drive_straight(speed=10.0, offset=0.0, stop_at=100.0, rest_s=5.0, tick=0.05,
     return drive
 
 
-def test_metrics_of_a_drive_parallel_to_the_route():
-    drive = drive_straight(offset=0.3)
-    metrics = drive.metrics(10.0)
-    assert metrics["status"] == COMPLETED
-    assert metrics["cross_track_rms_m"] == pytest.approx(0.3)
-    assert metrics["cross_track_max_m"] == pytest.approx(0.3)
-    assert metrics["route_completion_percent"] == 100.0
-    assert metrics["duration_s"] == pytest.approx(10.0, abs=0.1)
-    assert metrics["time_ratio"] == pytest.approx(1.0, abs=0.01)
-    assert metrics["speed_max_mps"] == 10.0
-    assert metrics["cross_track_p95_m"] == pytest.approx(0.3)
-    assert metrics["off_lane_percent"] == 0.0
-    assert drive.metrics(10.0, lane_width_m=0.5)["off_lane_percent"] == pytest.approx(100.0)
-
-
 def test_place_after_a_gap_is_found_farther_ahead_and_errors_are_positive_left_of_the_route():
     drive = RouteProgress(STRAIGHT, LIMITS)
     for time_s, x_m, y_m in ((0.0, 5.0, 0.0), (4.0, 45.0, 0.3), (4.1, 46.0, -0.3)):
@@ -95,11 +80,6 @@ def test_time_that_goes_back_is_refused():
     drive.update(1.0, 0.0, 0.0, 0.0, 0.0)
     with pytest.raises(ValueError, match="time went"):
         drive.update(0.5, 0.0, 0.0, 0.0, 0.0)
-
-
-def test_limits_must_be_positive():
-    with pytest.raises(ValueError, match="blocked_s"):
-        RouteProgress(STRAIGHT, LIMITS._replace(blocked_s=0.0))
 
 
 def drive_at(speed, ticks, drive=None, first=0):
@@ -150,11 +130,6 @@ def test_drive_that_need_not_stop_is_completed_where_it_passes_the_end():
 
 def test_drive_that_passes_the_end_is_not_completed():
     assert drive_straight(stop_at=200.0).status != COMPLETED
-
-
-def test_finish_that_is_neither_true_nor_false_is_refused():
-    with pytest.raises(ValueError, match="finish_at_rest"):
-        RouteProgress(STRAIGHT, LIMITS._replace(finish_at_rest="no"))
 
 
 def parallel(samples, start_s=100.0, speed=10.0, y_m=0.5, first_m=0.0):

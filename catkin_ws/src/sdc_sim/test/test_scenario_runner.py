@@ -59,45 +59,12 @@ def test_given_arguments_override_and_options_are_merged(tmp_path):
     assert yaml.safe_load(got["sim_options"]) == {"friction": 0.9, "seed": 3}
 
 
-def test_sensors_of_a_scenario_reach_their_argument_and_single_settings_are_merged(tmp_path):
-    text = "sensors: standard\ntruth: false\ngnss: {noise_m: 2, outages: [{from_s: 1, to_s: 2}]}"
-    got = arguments(tmp_path, text, sim_options="{gnss: {noise_m: 5}, imu: {period_s: 0}}")
-    assert got["sensors"] == "standard"
-    assert yaml.safe_load(got["sim_options"]) == {
-        "truth": False,
-        "gnss": {"noise_m": 5, "outages": [{"from_s": 1.0, "to_s": 2.0}]},
-        "imu": {"period_s": 0},
-    }
-
-
-def test_route_file_is_relative_to_the_scenario(tmp_path):
-    assert arguments(tmp_path, "route: roads/mine.csv")["waypoints_path"] == str(
-        tmp_path / "roads" / "mine.csv"
-    )
-    assert arguments(tmp_path, "route: /else/where.csv")["waypoints_path"] == "/else/where.csv"
-
-
 def test_generated_route_is_written_only_next_to_the_report(tmp_path):
     path = write(tmp_path, "route: [straight_m: 30]")
     got = prepare(load_scenario(path), str(tmp_path / "out" / "report.json"), {}, FOLDERS)
     assert got["waypoints_path"] == str(tmp_path / "out" / "report.route.csv")
     assert load_waypoints(got["waypoints_path"])[-1] == pytest.approx((30.0, 0.0))
     assert sorted(os.listdir(tmp_path)) == ["mine.yaml", "out"]
-
-
-@pytest.mark.parametrize(
-    ("text", "parts"),
-    [
-        ("route: twon", ["mine.yaml", "'twon'", "town"]),
-        ("vehicle: tesla_model4", ["did you mean 'tesla_model3'", "bmw_320i"]),
-        ("sensors: standart", ["did you mean 'standard'"]),
-        ("stack: student_node", ["did you mean 'student_nodes'"]),
-    ],
-)
-def test_unknown_names_are_refused(tmp_path, text, parts):
-    with pytest.raises(DocumentError) as refusal:
-        arguments(tmp_path, text)
-    assert [part for part in parts if part not in str(refusal.value)] == []
 
 
 @pytest.fixture

@@ -62,13 +62,6 @@ def kinetic_energy_j(parameters, state):
     )
 
 
-def understeer_gradient(p):
-    """Return the wheel angle per lateral acceleration [rad/(m/s^2)]: Rajamani, chapter 3."""
-    front = p.rear_axle_m / p.front_cornering_stiffness_n_per_rad
-    rear = p.front_axle_m / p.rear_cornering_stiffness_n_per_rad
-    return p.mass_kg * (front - rear) / p.wheelbase_m
-
-
 def cruise(vehicle, speed_mps, steer, duration_s, step_s=TICK_S):
     """Hold a speed with the pedals, and a steer position."""
     for _ in range(round(duration_s / step_s)):
@@ -93,45 +86,6 @@ def test_measured_circle_at_walking_speed_is_kinematic(name, speed_mps):
     )
     print(f"{name} at {speed_mps} m/s: radius {radius_m:.3f} m, kinematic {kinematic_m:.3f} m")
     assert radius_m == pytest.approx(kinematic_m, rel=0.02)
-
-
-def test_measured_turn_of_4_m_at_3_mps_matches_the_geometry():
-    parameters = preset()
-    angle_rad = math.atan(parameters.wheelbase_m / math.sqrt(4.0**2 - parameters.rear_axle_m**2))
-    vehicle = rolling_car(parameters, 3.0)
-    cruise(vehicle, 3.0, angle_rad / parameters.full_wheel_angle_rad(3.0), 20.0)
-    state = vehicle.state
-    assert state.speed_mps == pytest.approx(3.0, abs=0.1)
-    radius_m = math.hypot(state.speed_mps, state.lateral_speed_mps) / -state.yaw_rate_radps
-    print(f"radius {radius_m:.3f} m at {state.speed_mps:.2f} m/s, expected 4.000 m")
-    assert radius_m == pytest.approx(4.0, rel=0.03)
-
-
-@pytest.mark.parametrize("front,rear", [(130e3, 150e3), (100e3, 160e3), (160e3, 150e3)])
-@pytest.mark.parametrize("speed_mps", [8.0, 15.0, 25.0])
-def test_measured_steady_circle_follows_the_understeer_gradient(speed_mps, front, rear):
-    parameters = rolling_free(
-        front_cornering_stiffness_n_per_rad=front, rear_cornering_stiffness_n_per_rad=rear
-    )
-    vehicle = rolling_car(parameters, speed_mps)
-    gradient = understeer_gradient(parameters)
-    curvature = 1.0 / speed_mps**2
-    angle_rad = parameters.wheelbase_m * curvature + gradient
-    steer = -angle_rad / parameters.full_wheel_angle_rad(speed_mps)
-    for _ in range(100):
-        vehicle.step(Command(steer=steer), TICK_S)
-    state = vehicle.state
-    theory = (
-        state.speed_mps
-        * state.wheel_angle_rad
-        / (parameters.wheelbase_m + gradient * state.speed_mps**2)
-    )
-    print(
-        f"{speed_mps} m/s, gradient {gradient * 1e3:.2f} mrad/(m/s^2): "
-        "radius "
-        f"{state.speed_mps / state.yaw_rate_radps:.1f} m, theory {state.speed_mps / theory:.1f} m"
-    )
-    assert state.yaw_rate_radps == pytest.approx(theory, rel=0.01)
 
 
 @pytest.mark.parametrize("speed_mps", [1.0, 2.0])
@@ -319,12 +273,11 @@ HOLDS = {
 }
 
 
-@pytest.mark.slow(4)
-@pytest.mark.parametrize("wind_mps", [0.0, 20.0])
+@pytest.mark.slow(2)
 @pytest.mark.parametrize("name", PRESETS)
 @pytest.mark.parametrize("title", HOLDS)
-def test_vehicle_at_rest_stays_in_place(title, name, wind_mps):
-    vehicle = Vehicle(preset(name), side_wind_mps=wind_mps)
+def test_vehicle_at_rest_stays_in_place_in_side_wind(title, name):
+    vehicle = Vehicle(preset(name), side_wind_mps=20.0)
     vehicle.reset(3.0, -2.0, 0.7)
     pressed = dataclasses.replace(HOLDS[title], throttle=0.0)
     vehicle.step(pressed, 0.5)
@@ -334,19 +287,10 @@ def test_vehicle_at_rest_stays_in_place(title, name, wind_mps):
     assert (state.speed_mps, state.lateral_speed_mps, state.yaw_rate_radps) == (0.0, 0.0, 0.0)
 
 
-@pytest.mark.slow(20)
-@pytest.mark.parametrize("wind_mps", [0.0, 8.0])
-@pytest.mark.parametrize("steer", [0.0, 0.6, -1.0])
-@pytest.mark.parametrize(
-    "command",
-    [
-        Command(),
-        Command(brake=0.3),
-        Command(brake=1.0),
-        Command(hand_brake=True),
-    ],
-)
-@pytest.mark.parametrize("speed_mps", [0.1, 4.0, -4.0, 12.0])
+@pytest.mark.slow(5)
+@pytest.mark.parametrize(("steer", "wind_mps"), [(0.0, 0.0), (0.6, 8.0)])
+@pytest.mark.parametrize("command", [Command(), Command(brake=0.3), Command(hand_brake=True)])
+@pytest.mark.parametrize("speed_mps", [0.1, -4.0, 12.0])
 def test_vehicle_stops_exactly_and_never_reverses(command, speed_mps, steer, wind_mps):
     vehicle = rolling_car(preset(), speed_mps, side_wind_mps=wind_mps)
     command = dataclasses.replace(command, steer=steer)
@@ -365,38 +309,6 @@ def test_vehicle_stops_exactly_and_never_reverses(command, speed_mps, steer, win
 
 
 # Blend into the kinematic model
-
-
-@pytest.mark.parametrize("name", PRESETS)
-@pytest.mark.parametrize("reverse", [False, True])
-def test_measured_slalom_at_walking_speed_follows_the_kinematic_model(name, reverse):
-    parameters = preset(name, steer_travel_s=2.0)
-    vehicle = rolling_car(parameters, 0.0)
-    x_m = y_m = yaw_rad = distance_m = 0.0
-    for tick in range(6000):
-        before = vehicle.state
-        throttle = 0.4 if abs(before.speed_mps) < 1.2 else 0.05
-        steer = 0.7 * math.sin(0.005 * tick)
-        vehicle.step(Command(throttle, steer, reverse=reverse), 0.005)
-        after = vehicle.state
-        speed = 0.5 * (before.speed_mps + after.speed_mps)
-        curvature = (
-            math.tan(0.5 * (before.wheel_angle_rad + after.wheel_angle_rad))
-            / parameters.wheelbase_m
-        )
-        heading = yaw_rad + math.atan(parameters.rear_axle_m * curvature)
-        along = speed * math.hypot(1.0, parameters.rear_axle_m * curvature)
-        x_m += 0.005 * along * math.cos(heading)
-        y_m += 0.005 * along * math.sin(heading)
-        yaw_rad += 0.005 * speed * curvature
-        distance_m += 0.005 * abs(speed)
-    apart_m = math.hypot(vehicle.state.x_m - x_m, vehicle.state.y_m - y_m)
-    print(
-        f"{name}{' in reverse' if reverse else ''}: "
-        f"{apart_m * 100:.1f} cm apart after {distance_m:.1f} m"
-    )
-    assert distance_m > 20.0
-    assert apart_m < 0.02 * distance_m
 
 
 def test_measured_motion_has_no_jump_in_the_blend():
@@ -477,16 +389,10 @@ def test_any_drive_stays_finite_and_sane(name, friction, wind_mps, drive):
         assert math.hypot(state.speed_mps, state.lateral_speed_mps) < 80.0
         assert abs(state.yaw_rate_radps) < 12.0
         grip = friction * parameters.tyre_friction * 9.81
-        air = (
-            0.6
-            * (parameters.side_drag_area_m2 + parameters.drag_area_m2)
-            * 120.0**2
-            / parameters.mass_kg
-        )
-        assert (
-            math.hypot(state.longitudinal_acceleration_mps2, state.lateral_acceleration_mps2)
-            < 1.1 * grip + air
-        )
+        air_m2 = parameters.side_drag_area_m2 + parameters.drag_area_m2
+        air = 0.6 * air_m2 * 120.0**2 / parameters.mass_kg
+        acceleration = state.longitudinal_acceleration_mps2, state.lateral_acceleration_mps2
+        assert math.hypot(*acceleration) < 1.1 * grip + air
 
 
 @pytest.mark.slow(3)
@@ -550,52 +456,6 @@ def test_braking_in_a_turn_does_not_depend_on_the_tick():
     assert dataclasses.astuple(coarse.state) == pytest.approx(
         dataclasses.astuple(fine.state), rel=1e-9, abs=1e-9
     )
-
-
-def drive_of_60_s(internal_step_s, name="tesla_model3"):
-    """Return the last state and the distance of a drive with a slalom, a stop and reverse."""
-    vehicle = Vehicle(preset(name), internal_step_s=internal_step_s)
-    travelled_m = 0.0
-    for tick in range(1200):
-        t = tick * TICK_S
-        if t < 8.0:
-            command = Command(throttle=0.7)
-        elif t < 22.0:
-            command = Command(throttle=0.33, steer=0.08 * math.sin(1.2 * t))
-        elif t < 26.0:
-            command = Command(throttle=0.4, steer=-0.12)
-        elif t < 32.0:
-            command = Command(brake=0.6, steer=0.05)
-        elif t < 38.0:
-            command = Command(throttle=0.45, steer=0.6, reverse=True)
-        elif t < 41.0:
-            command = Command(brake=0.5)
-        else:
-            command = Command(
-                throttle=0.45, steer=0.3 * math.sin(0.7 * t) / (1.0 + 0.15 * (t - 41.0))
-            )
-        before = vehicle.state
-        vehicle.step(command, TICK_S)
-        travelled_m += math.hypot(vehicle.state.x_m - before.x_m, vehicle.state.y_m - before.y_m)
-    return vehicle.state, travelled_m
-
-
-@pytest.mark.slow(5)
-@pytest.mark.parametrize("name", PRESETS)
-def test_measured_halving_the_step_moves_the_end_of_60_s_by_centimetres(name):
-    whole, travelled_m = drive_of_60_s(0.005, name)
-    half, _ = drive_of_60_s(0.0025, name)
-    fine, _ = drive_of_60_s(0.00125, name)
-    moved_m = math.hypot(half.x_m - whole.x_m, half.y_m - whole.y_m)
-    again_m = math.hypot(fine.x_m - half.x_m, fine.y_m - half.y_m)
-    print(
-        f"{name}: {travelled_m:.0f} m in 60 s; "
-        f"halving 5 ms moves the end by {moved_m * 100:.2f} cm, "
-        f"again {again_m * 100:.2f} cm"
-    )
-    assert travelled_m > 300.0
-    assert moved_m < 0.06
-    assert again_m < 0.8 * moved_m + 0.001
 
 
 # Options

@@ -40,15 +40,3 @@ def test_side_wind_pushes_and_turns_a_vehicle_at_rest(wind_mps):
     _, left, turn = derivatives(car, 0.0, 0.0, 0.0, 0.0, COASTING)
     assert left == pytest.approx(force_n / 1845.0)
     assert turn == pytest.approx(CAR.wind_arm_m * force_n / CAR.yaw_inertia_kgm2)
-
-
-@pytest.mark.parametrize(
-    ("load_transfer_mps2", "front_load_n"),
-    [(100.0, 0.05 * 0.6 * WEIGHT_N), (-100.0, WEIGHT_N - 0.05 * 0.4 * WEIGHT_N)],
-)
-def test_each_axle_keeps_a_twentieth_of_its_load(load_transfer_mps2, front_load_n):
-    car = DynamicsConstants.of(CAR, 1.0, 0.0)
-    full_brake = (0.0, 1.0, 0.0, 0.0, 1e6, 0.0, 1.0)
-    rate, _, _ = derivatives(car, 1e-6, 0.0, 0.0, load_transfer_mps2, full_brake)
-    grip_n = CAR.tyre_friction * front_load_n * CAR.pedal_grip_share
-    assert rate == pytest.approx(-grip_n / 1845.0)

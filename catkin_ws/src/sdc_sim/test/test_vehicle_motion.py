@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import math
 import os
 
 import numpy as np
 import pytest
 
-from sdc_sim.physics.vehicle_dynamics import AIR_DENSITY_KGPM3, GRAVITY_MPS2
 from sdc_sim.physics.vehicle_motion import (
     MotionConstants,
     drive_force,
@@ -48,14 +46,6 @@ def test_force_of_the_motor(throttle, pull_n, speed_mps, reverse, force_n):
         reverse_speed_mps=6.0,
     )
     assert drive_force(car, pull_n, throttle, speed_mps, reverse) == pytest.approx(force_n)
-
-
-@pytest.mark.parametrize("friction", [1.0, 0.4])
-def test_tyres_hold_a_wind_up_to_their_grip(friction):
-    grip_n = friction * CAR.tyre_friction * CAR.mass_kg * GRAVITY_MPS2
-    limit_mps = math.sqrt(grip_n / (0.5 * AIR_DENSITY_KGPM3 * CAR.side_drag_area_m2))
-    assert MotionConstants.of(CAR, friction, 0.99 * limit_mps).tyres_hold_wind
-    assert not MotionConstants.of(CAR, friction, 1.01 * limit_mps).tyres_hold_wind
 
 
 @pytest.mark.parametrize(

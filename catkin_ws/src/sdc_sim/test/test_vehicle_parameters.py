@@ -57,11 +57,3 @@ def test_invalid_preset_is_refused_in_one_line(tmp_path, key, line, message):
         load_vehicle(path)
     assert "\n" not in str(caught.value) and str(caught.value).startswith(f"{path}, line ")
     assert message in str(caught.value)
-
-
-@pytest.mark.parametrize(
-    ("key", "value"),
-    [("mass_kg", 1e-9), ("brake_front_share", 1), ("brake_front_share", 0), ("drag_area_m2", 0)],
-)
-def test_value_at_the_limit_is_accepted(tmp_path, key, value):
-    assert getattr(load_vehicle(preset_with(tmp_path, key, f"{key}: {value}")), key) == value
