@@ -128,8 +128,11 @@ def test_drive_that_need_not_stop_is_completed_where_it_passes_the_end():
     assert drive.samples[-1].speed_mps == 10.0
 
 
-def test_drive_that_passes_the_end_is_not_completed():
-    assert drive_straight(stop_at=200.0).status != COMPLETED
+def test_drive_that_passes_the_end_is_not_completed_and_its_error_is_that_across_the_route():
+    drive = drive_straight(stop_at=200.0, offset=0.3)
+    assert drive.status == OFF_ROUTE
+    assert drive.samples[-1].x_m > 110.0
+    assert drive.metrics(10.0)["cross_track_max_m"] == pytest.approx(0.3)
 
 
 def parallel(samples, start_s=100.0, speed=10.0, y_m=0.5, first_m=0.0):

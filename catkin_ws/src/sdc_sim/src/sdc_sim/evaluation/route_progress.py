@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sdc_common.geometry.angles import wrap_angle
+from sdc_common.geometry.polyline import Polyline
 from sdc_common.geometry.route import Place, Route
 from sdc_sim.evaluation.metrics import COEFFICIENTS, drive_metrics
 
@@ -52,7 +53,10 @@ class TerminationLimits(NamedTuple):
 
 
 class DriveSample(NamedTuple):
-    """One odometry and its position relative to the route; errors are positive to the left."""
+    """One odometry and its position relative to the route; errors are positive to the left.
+
+    Past the end of the route, the cross-track error is measured from its straight continuation.
+    """
 
     time_s: float
     x_m: float
@@ -101,6 +105,7 @@ class RouteProgress:
         self._progress_at_s = self._progress_from_m = 0.0
         self._on_route_at_s = self._on_route_at_m = 0.0
         self._collided_at_s: float | None = None
+        self._continuation = Polyline(route.points[-2:].tolist())
 
     @property
     def completion_percent(self) -> float:
@@ -131,8 +136,11 @@ class RouteProgress:
             raise ValueError(f"time went from {self.samples[-1].time_s:.3f} s to {time_s:.3f} s")
         place = self._locate(time_s, x_m, y_m, yaw_rad, speed_mps)
         heading_error = wrap_angle(yaw_rad - place.heading_rad)
+        cross_track_m = place.cross_track_m
+        if place.s_m >= self.route.length_m:
+            cross_track_m = self._continuation.nearest(x_m, y_m).cross_track_m
         sample = DriveSample(
-            time_s, x_m, y_m, yaw_rad, speed_mps, place.s_m, place.cross_track_m, heading_error
+            time_s, x_m, y_m, yaw_rad, speed_mps, place.s_m, cross_track_m, heading_error
         )
         if not self.samples:
             self._started_at_s = self._progress_at_s = self._on_route_at_s = time_s
