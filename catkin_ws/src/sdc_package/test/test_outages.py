@@ -157,6 +157,17 @@ def test_death_of_the_world_ends_the_drive_with_a_report_until_then(
     assert poses[0] == poses[1]
 
 
+@pytest.mark.parametrize("sync", ["true", pytest.param("false", marks=pytest.mark.nightly)])
+def test_drive_without_a_mission_planner_ends_and_names_the_topic(environment, start, sync):
+    stack = os.path.join(HERE, "without_mission.launch")
+    options = ["headless:=true", "camera:=false", f"sync:={sync}", f"stack:={stack}"]
+    drive = start([DRIVE, *options], environment)
+    assert drive.wait_for_end() == 1, drive.output
+    assert "referee: no node publishes /planner/mission_waypoints" in drive.output
+    assert "did not start: no message on /planner/mission_waypoints\n" in drive.output
+    assert "referee: waiting for /planner/mission_waypoints\n" in drive.output
+
+
 def test_drive_whose_planner_crashes_at_every_start_ends_as_blocked(environment, start, tmp_path):
     (tmp_path / "stack.launch").write_text(
         """<launch>

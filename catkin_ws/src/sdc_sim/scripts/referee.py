@@ -9,6 +9,7 @@ import sys
 import threading
 import time
 
+import rosgraph
 import rospy
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
@@ -24,11 +25,14 @@ from sdc_sim.report.camera_snapshots import CameraSnapshots
 from sdc_sim.report.console_progress import ConsoleProgress, closing_line
 from sdc_sim.report.writer import ReportError, open_report, write_pages, write_report
 from sdc_sim.ros.bridge_versions import BRIDGE_VERSIONS
-from sdc_sim.ros.evaluator_input import ROUTE_TOPIC, EvaluatorInput
+from sdc_sim.ros.connections import Connections
+from sdc_sim.ros.evaluator_input import PATH_TOPIC, ROUTE_TOPIC, EvaluatorInput
 
 LAST_MESSAGES_S = 5.0
 LAST_PICTURE_S = 30.0
 PAUSE_TIMEOUT_S = 0.5
+NO_MISSION_S = 10.0
+CHECK_MISSION_EVERY_S = 1.0
 
 
 class Referee:
@@ -52,6 +56,7 @@ class Referee:
 
         self.lock = threading.Lock()
         self.ended = threading.Event()
+        self.mission_seen_s = self.mission_checked_s = time.monotonic()
         self.evaluator = Evaluator(EvaluationRules.read(parameter), self.events)
         odometry_topic = true_odometry_topic("/carla/" + role_name)
         self.input = EvaluatorInput(self.evaluator, time.monotonic, role_name, odometry_topic)
@@ -120,6 +125,23 @@ class Referee:
                 planner[name] = rospy.get_param("/local_planner/" + name)
         self.evaluator.rules = self.evaluator.rules._replace(planner=planner, assumed=assumed)
 
+    def check_mission(self, now_s):
+        """End the drive if for some time a planner has run, and no node that publishes a mission.
+
+        Without a planner there is no mission to wait for, as in the first drive of the workshop.
+        """
+        if self.evaluator.drive is not None or now_s < self.mission_checked_s:
+            return
+        self.mission_checked_s = now_s + CHECK_MISSION_EVERY_S
+        with contextlib.suppress(OSError, rosgraph.MasterException):
+            graph = Connections()
+            publishers = graph.publishers.get(ROUTE_TOPIC, ())
+            if not graph.publishers.get(PATH_TOPIC) or any(map(graph.is_reachable, publishers)):
+                self.mission_seen_s = now_s
+        if now_s - self.mission_seen_s > NO_MISSION_S:
+            rospy.logerr("referee: no node publishes %s: is mission_planner running?", ROUTE_TOPIC)
+            self.ended.set()
+
     def wait_for_last_messages(self):
         """Wait for the messages that answer the last odometry; they have other connections."""
         limit = time.monotonic() + LAST_MESSAGES_S
@@ -176,9 +198,11 @@ class Referee:
     def run(self):
         watch_connections()
         while not (rospy.is_shutdown() or self.ended.wait(0.05)):
+            now_s = time.monotonic()
             with self.lock:
-                self.progress.update(self.evaluator, time.monotonic())
+                self.progress.update(self.evaluator, now_s)
             self.update_snapshots()
+            self.check_mission(now_s)
         return self.finish()
 
 

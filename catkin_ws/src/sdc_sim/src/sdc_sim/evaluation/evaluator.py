@@ -45,7 +45,9 @@ class Evaluator:
     def missing_topics(self) -> list:
         """Return the topics without which the drive cannot start."""
         missing = [] if self.drive else ["/planner/mission_waypoints"]
-        return missing if self.started else [*missing, self.odometry_topic]
+        if self.started or any(name == "odometry" for name, *_ in self._early):
+            return missing
+        return [*missing, self.odometry_topic]
 
     def set_route(self, points_m: np.ndarray | Sequence) -> None:
         """Set the route.

@@ -23,6 +23,7 @@ from sdc_sim.evaluation.evaluator import Evaluator
 from sdc_sim.ros.waypoint_messages import waypoint_rows
 
 ROUTE_TOPIC = "/planner/mission_waypoints"
+PATH_TOPIC = "/planner/local_waypoints"
 # The control commands of the versions of the bridge by their md5 sums.
 _CONTROLS = {one._md5sum: one for one in (CarlaVehicleControl, CarlaEgoVehicleControl)}
 # Of a path with more points, the page of the report shows only some.
@@ -59,7 +60,7 @@ class EvaluatorInput:
         # the referee must be subscribed to all other topics.
         self.topics = {
             ROUTE_TOPIC: (AnyMsg, self.route),
-            "/planner/local_waypoints": (AnyMsg, self.local_path),
+            PATH_TOPIC: (AnyMsg, self.local_path),
             REASON_TOPIC: (SpeedReason, self.reason),
             ego + "/vehicle_control_cmd": (AnyMsg, self.command),
             ego + "/collision": (CarlaCollisionEvent, self.collision),
