@@ -83,6 +83,6 @@ def drive(points, start, world=None, driver=None, laps=1, delay=0, step_limit=60
         pending.append(student.step(*simulation.car)[0])
         simulation.steer(pending.pop(0))
         simulation.tick(1.0 / settings.rate)
-        if simulation.laps >= laps:
+        if simulation.lap_counter.laps >= laps:
             return step + 1
     return None

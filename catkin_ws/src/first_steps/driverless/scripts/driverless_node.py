@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Drive: answer each position of the car with a steering command towards the next waypoint."""
 
+import math
 import sys
 import threading
 
@@ -9,7 +10,7 @@ from um_msgs.msg import CarPosition, SteeringCommand, Waypoint, Waypoints
 
 from driverless.driver import Driver
 from driverless.route import Point
-from driverless.settings import SettingsError, read_settings
+from driverless.settings import read_settings
 
 
 class Driverless:
@@ -41,19 +42,18 @@ class Driverless:
         self.set_points("/sensed_waypoints", self.driver.set_sensed, msg)
 
     def set_points(self, topic, action, msg):
-        try:
+        points = [Point(waypoint.idx, waypoint.x, waypoint.y) for waypoint in msg.waypoints]
+        if is_finite(topic, *(number for _, x, y in points for number in (x, y))):
             with self.lock:
-                action([Point(waypoint.idx, waypoint.x, waypoint.y) for waypoint in msg.waypoints])
-        except ValueError as error:
-            rospy.logwarn_throttle(1.0, f"refused a message on {topic}: {error}")
+                action(points)
 
     def on_car_position(self, msg):
+        if not is_finite("/car_position", msg.x, msg.y, msg.direction):
+            return
         try:
             with self.lock:
                 turn, target = self.driver.step(msg.x, msg.y, msg.direction)
             self.publish(turn, target)
-        except ValueError as error:
-            rospy.logwarn_throttle(1.0, f"refused a message on /car_position: {error}")
         except rospy.ROSException:
             # ROS closes the topics at shutdown, possibly before this callback publishes.
             if not rospy.core.is_shutdown_requested():
@@ -71,10 +71,17 @@ class Driverless:
         rospy.spin()
 
 
+def is_finite(topic, *numbers):
+    if all(map(math.isfinite, numbers)):
+        return True
+    rospy.logwarn_throttle(1.0, f"refused a message on {topic}: a number is not finite")
+    return False
+
+
 if __name__ == "__main__":
     rospy.init_node("driverless")
     try:
         Driverless().run()
-    except SettingsError as error:
+    except ValueError as error:
         rospy.logfatal(str(error))
         sys.exit(1)

@@ -10,8 +10,8 @@ from PyQt5.QtWidgets import QApplication
 from std_msgs.msg import Bool, Empty, UInt32
 from um_msgs.msg import CarPosition, Waypoint, Waypoints
 
-from qt_interface.scene import Point, Scene
-from qt_interface.settings import SettingsError, read_settings, read_world_sizes
+from qt_interface.field import Point
+from qt_interface.settings import read_settings, read_world_sizes
 from qt_interface.window import Window
 
 
@@ -26,8 +26,8 @@ class QtInterface(QObject):
         settings = read_settings(rospy.get_param("~", {}))
 
         # State
-        self.scene = Scene(settings)
-        self.window = Window(self.scene)
+        self.window = Window(settings)
+        self.field = self.window.field
         self.call_requested.connect(self.call)
 
         # Publishers
@@ -37,8 +37,8 @@ class QtInterface(QObject):
         self.add_pub = rospy.Publisher("world/add_waypoint", Waypoint, queue_size=10)
         self.pause_pub = rospy.Publisher("world/pause", Bool, queue_size=10)
         self.reset_pub = rospy.Publisher("world/reset", Empty, queue_size=10)
-        self.window.field.car_dragged.connect(self.publish_place)
-        self.window.field.waypoint_requested.connect(lambda x, y: self.add_pub.publish(x=x, y=y))
+        self.field.car_dragged.connect(self.publish_place)
+        self.field.waypoint_requested.connect(lambda x, y: self.add_pub.publish(x=x, y=y))
         self.window.pause_requested.connect(self.pause_pub.publish)
         self.window.reset_requested.connect(self.reset_pub.publish)
 
@@ -59,13 +59,13 @@ class QtInterface(QObject):
     # Callbacks
     def on_world_waypoints(self, msg):
         sizes = read_world_sizes(rospy.get_param("world", {}))
-        self.call_requested.emit(self.scene.set_world, (sizes, to_points(msg.waypoints)))
+        self.call_requested.emit(self.field.set_world, (sizes, to_points(msg.waypoints)))
 
     def on_sensed_waypoints(self, msg):
-        self.call_requested.emit(self.scene.set_sensed, (to_points(msg.waypoints),))
+        self.call_requested.emit(self.field.set_sensed, (to_points(msg.waypoints),))
 
     def on_target_waypoint(self, msg):
-        self.call_requested.emit(self.scene.set_target, tuple(to_points([msg])))
+        self.call_requested.emit(self.field.set_target, tuple(to_points([msg])))
 
     def on_car_position(self, msg):
         self.call_requested.emit(self.window.set_car, (msg.x, msg.y, msg.direction))
@@ -77,14 +77,14 @@ class QtInterface(QObject):
         self.call_requested.emit(self.window.set_paused, (msg.data,))
 
     def on_reset(self, _msg):
-        self.call_requested.emit(self.scene.clear_trail, ())
+        self.call_requested.emit(self.field.trail.clear, ())
 
     def on_shutdown(self):
         self.call_requested.emit(self.window.close, ())
 
     # Publishing
     def publish_place(self, x, y):
-        self.place_pub.publish(x=x, y=y, direction=self.scene.car.direction)
+        self.place_pub.publish(x=x, y=y, direction=self.field.pose[2])
 
     # Run
     def run(self):
@@ -108,7 +108,7 @@ if __name__ == "__main__":
     try:
         node = QtInterface()
         status = node.run()
-    except SettingsError as error:
+    except ValueError as error:
         rospy.logfatal(str(error))
         status = 1
     sys.exit(status)

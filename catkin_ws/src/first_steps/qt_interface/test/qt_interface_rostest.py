@@ -132,7 +132,7 @@ class QtInterfaceTest(unittest.TestCase):
         output, _ = node.communicate(timeout=LIMIT_SECONDS)
         lines = [line for line in output.splitlines() if "FATAL" in line]
         self.assertEqual((node.returncode, len(lines)), (1, 1), output)
-        self.assertIn("parameter ~trail_points is -5: give a number above 0", lines[0])
+        self.assertIn("parameter ~trail_points is -5: give a whole number above 0", lines[0])
         self.assertNotIn("Traceback", output)
 
     def test_node_exits_with_one_error_line_without_a_screen(self):

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Simulate the world: move the car, publish waypoints, car and sensor, apply steering commands."""
 
+import math
 import sys
 import threading
 
@@ -8,9 +9,8 @@ import rospy
 from std_msgs.msg import Bool, Empty, UInt32
 from um_msgs.msg import CarPosition, SteeringCommand, Waypoint, Waypoints
 
-from world.settings import SettingsError, read_settings
+from world.settings import read_settings
 from world.simulation import Simulation
-from world.waypoints import WaypointError
 
 
 class World:
@@ -64,6 +64,8 @@ class World:
 
     def apply(self, topic, action, *values):
         try:
+            if not all(map(math.isfinite, values)):
+                raise ValueError(f"{values} is not finite; send numbers")
             with self.lock:
                 action(*values)
             return True
@@ -77,7 +79,7 @@ class World:
             self.waypoints_pub.publish(to_message(self.simulation.waypoints))
 
     def publish_state(self):
-        self.laps_pub.publish(self.simulation.laps)
+        self.laps_pub.publish(self.simulation.lap_counter.laps)
         self.paused_pub.publish(self.simulation.is_paused)
 
     def publish_car(self):
@@ -91,7 +93,7 @@ class World:
             with self.lock:
                 if self.simulation.tick(1.0 / self.settings.rate):
                     self.publish_state()
-                    rospy.loginfo(f"lap {self.simulation.laps} completed")
+                    rospy.loginfo(f"lap {self.simulation.lap_counter.laps} completed")
                 self.publish_car()
         except rospy.ROSException:
             # ROS closes the topics at shutdown, possibly in the middle of a tick.
@@ -113,6 +115,6 @@ if __name__ == "__main__":
     rospy.init_node("world")
     try:
         World().run()
-    except (SettingsError, WaypointError) as error:
+    except ValueError as error:
         rospy.logfatal(str(error))
         sys.exit(1)

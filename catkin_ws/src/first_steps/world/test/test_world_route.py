@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from world.car import Field
 from world.settings import read_settings
 from world.simulation import Simulation
-from world.waypoints import Waypoint, WaypointError, check_route, ellipse, load_csv
+from world.waypoints import Waypoint, check_route, ellipse, load_csv
 
 PACKAGE = Path(__file__).resolve().parents[1]
 CONFIG = yaml.safe_load((PACKAGE / "config" / "world.yaml").read_text())
@@ -65,7 +65,7 @@ def test_load_csv_reads_valid_files(tmp_path, text, points):
 def test_error_for_an_invalid_row_names_it_and_the_fix(tmp_path, text, row, fix):
     path = tmp_path / "route.csv"
     path.write_text(text)
-    with pytest.raises(WaypointError) as error:
+    with pytest.raises(ValueError) as error:
         load_csv(str(path))
     message = str(error.value)
     assert message.startswith(f"{path}: row {row}: ") and fix in message and "\n" not in message
@@ -77,7 +77,7 @@ def test_error_for_an_invalid_row_names_it_and_the_fix(tmp_path, text, row, fix)
 )
 def test_error_for_an_unreadable_file_names_the_parameter(tmp_path, make):
     make(tmp_path / "route.csv")
-    with pytest.raises(WaypointError, match=r"^waypoints_path .*route\.csv: .*give a readable CSV"):
+    with pytest.raises(ValueError, match=r"^waypoints_path .*route\.csv: .*give a readable CSV"):
         load_csv(str(tmp_path / "route.csv"))
 
 
@@ -92,10 +92,10 @@ def test_error_for_an_unreadable_file_names_the_parameter(tmp_path, make):
     ],
 )
 def test_check_route_refuses_routes_without_possible_laps(points, fix):
-    with pytest.raises(WaypointError, match=f"^route.csv: .*{fix}"):
+    with pytest.raises(ValueError, match=f"^route.csv: .*{fix}"):
         check_route(points, FIELD, 25.0, "route.csv")
 
 
 def test_simulation_refuses_an_ellipse_larger_than_the_field():
-    with pytest.raises(WaypointError, match=r"~ellipse_width 900.*outside the walls"):
+    with pytest.raises(ValueError, match=r"~ellipse_width 900.*outside the walls"):
         Simulation(read_settings({**CONFIG, "ellipse_width": 900.0}))

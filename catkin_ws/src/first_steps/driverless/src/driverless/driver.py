@@ -19,7 +19,7 @@ def heading_error(x: float, y: float, direction: float, target: Point) -> float:
 
 
 class Driver:
-    """Driver that follows the points in the order of idx, lap after lap."""
+    """Driver that follows points of finite numbers in the order of idx, lap after lap."""
 
     def __init__(self, settings: SimpleNamespace):
         """Create a driver; `settings` are those of `driverless.settings.read_settings`."""
@@ -32,20 +32,12 @@ class Driver:
         self._search_turn_left = 0.0
 
     def set_map(self, points: Iterable[Point]) -> None:
-        """Set all points of the route.
-
-        Raises:
-            ValueError: a coordinate is not finite
-        """
-        self._route.set_map(_finite(points))
+        """Set all points of the route."""
+        self._route.set_map(points)
 
     def set_sensed(self, points: Iterable[Point]) -> None:
-        """Set the points that the sensor detects now.
-
-        Raises:
-            ValueError: a coordinate is not finite
-        """
-        self._sensed = _finite(points)
+        """Set the points that the sensor detects now."""
+        self._sensed = set(points)
         self._route.add_sensed(self._sensed)
 
     def step(self, x: float, y: float, direction: float) -> tuple[float, Point | None]:
@@ -58,12 +50,7 @@ class Driver:
 
         Returns:
             The turn within +-max_turn [rad], and the target or None if no point is known.
-
-        Raises:
-            ValueError: a value is not finite
         """
-        if not all(math.isfinite(value) for value in (x, y, direction)):
-            raise ValueError(f"position ({x}, {y}, {direction}) is not finite")
         last_x, last_y = self._position or (x, y)
         self._position = (x, y)
         target = self._route.update(x, y, self._sensed, self.settings.reach_distance)
@@ -105,11 +92,3 @@ class Driver:
 
     def _limited(self, turn: float) -> float:
         return min(max(turn, -self.settings.max_turn), self.settings.max_turn)
-
-
-def _finite(points: Iterable[Point]) -> set[Point]:
-    points = set(points)
-    for point in points:
-        if not (math.isfinite(point.x) and math.isfinite(point.y)):
-            raise ValueError(f"waypoint {point.idx} at ({point.x}, {point.y}) is not finite")
-    return points

@@ -16,10 +16,6 @@ LIMITS = {
 }
 
 
-class SettingsError(ValueError):
-    """An invalid parameter; the message names the parameter and the fix."""
-
-
 def read_settings(parameters: Mapping[str, Any]) -> SimpleNamespace:
     """Return the validated settings, one attribute for each parameter of config/driverless.yaml.
 
@@ -27,26 +23,23 @@ def read_settings(parameters: Mapping[str, Any]) -> SimpleNamespace:
         parameters: values by name; other names are ignored
 
     Raises:
-        SettingsError: a parameter is missing, has the wrong type or is out of range
+        ValueError: a parameter is missing, has the wrong type or is out of range
     """
-    settings = SimpleNamespace()
     for name in (*LIMITS, "use_map"):
         if name not in parameters:
-            raise SettingsError(
+            raise ValueError(
                 f"parameter ~{name} is missing: load config/driverless.yaml, "
                 "as driverless.launch does"
             )
-        setattr(settings, name, parameters[name])
-    for name, limit in LIMITS.items():
-        value = parameters[name]
-        is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
-        if not (is_number and math.isfinite(value) and 0.0 < value <= limit):
-            valid = "above 0" if limit == math.inf else f"above 0, at most {limit:.4g}"
-            raise SettingsError(f"parameter ~{name} is {value!r}: give a number {valid}")
-    if not isinstance(settings.search_patience, int):
-        raise SettingsError(
-            f"parameter ~search_patience is {settings.search_patience!r}: give a whole number"
-        )
-    if not isinstance(settings.use_map, bool):
-        raise SettingsError(f"parameter ~use_map is {settings.use_map!r}: give true or false")
-    return settings
+        value, limit = parameters[name], LIMITS.get(name)
+        if limit is None:
+            is_valid, valid = isinstance(value, bool), "true or false"
+        else:
+            kind = int if name == "search_patience" else (int, float)
+            is_valid = isinstance(value, kind) and not isinstance(value, bool)
+            is_valid = is_valid and math.isfinite(value) and 0.0 < value <= limit
+            whole = "whole " if kind is int else ""
+            valid = f"a {whole}number above 0" + (f", at most {limit:.4g}" if limit < 10 else "")
+        if not is_valid:
+            raise ValueError(f"parameter ~{name} is {value!r}: give {valid}")
+    return SimpleNamespace(**{name: parameters[name] for name in (*LIMITS, "use_map")})

@@ -1,1 +1,1 @@
-"""The window on the field, without ROS; scene, settings and view are also without Qt."""
+"""The window on the field, without ROS; the settings are also without Qt."""

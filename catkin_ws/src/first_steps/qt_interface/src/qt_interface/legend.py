@@ -5,15 +5,15 @@ from __future__ import annotations
 from PyQt5.QtCore import Qt
 from PyQt5.QtWidgets import QLabel
 
-from qt_interface import painting
+from qt_interface import field
 
 SYMBOLS = (
-    ("\N{BLACK SQUARE}", painting.CAR, "the car"),
-    ("\N{BOX DRAWINGS HEAVY HORIZONTAL}", painting.CAR.lighter(150), "its trail"),
-    ("\N{DOTTED CIRCLE}", painting.SENSOR, "sensor range"),
-    ("\N{BLACK CIRCLE}", painting.WAYPOINT, "waypoint"),
-    ("\N{BLACK CIRCLE}", painting.SENSED, "sensed now"),
-    ("\N{WHITE CIRCLE}", painting.TARGET, "target"),
+    ("\N{BLACK SQUARE}", field.CAR, "the car"),
+    ("\N{BOX DRAWINGS HEAVY HORIZONTAL}", field.CAR.lighter(150), "its trail"),
+    ("\N{DOTTED CIRCLE}", field.SENSOR, "sensor range"),
+    ("\N{BLACK CIRCLE}", field.WAYPOINT, "waypoint"),
+    ("\N{BLACK CIRCLE}", field.SENSED, "sensed now"),
+    ("\N{WHITE CIRCLE}", field.TARGET, "target"),
 )
 KEYS = (
     ("drag the square", "carry the car"),
@@ -36,7 +36,7 @@ class Legend(QLabel):
         self.setAlignment(Qt.AlignTop)
         self.setMargin(12)
         self.setStyleSheet(
-            f"background: {painting.GROUND.name()}; color: {painting.INK.name()};"
+            f"background: {field.GROUND.name()}; color: {field.INK.name()};"
             "font-family: 'DejaVu Sans'; font-size: 12px"
         )
         self.set_laps(None)

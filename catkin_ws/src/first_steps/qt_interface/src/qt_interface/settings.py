@@ -6,13 +6,15 @@ import math
 from types import SimpleNamespace
 from typing import Any, Mapping, NamedTuple
 
-# The parameters of config/qt_interface.yaml, which documents their units
-NUMBERS = ("frame_rate", "trail_jump", "plain_car_size")
-WHOLE_NUMBERS = ("window_width", "window_height", "trail_points")
-
-
-class SettingsError(ValueError):
-    """An invalid parameter; the message names the parameter and the fix."""
+# The parameters of config/qt_interface.yaml, which documents their units, with their types
+TYPES: dict[str, Any] = {
+    "frame_rate": (int, float),
+    "trail_jump": (int, float),
+    "plain_car_size": (int, float),
+    "window_width": int,
+    "window_height": int,
+    "trail_points": int,
+}
 
 
 class WorldSizes(NamedTuple):
@@ -38,22 +40,19 @@ def read_settings(parameters: Mapping[str, Any]) -> SimpleNamespace:
         parameters: values by name; other names are ignored
 
     Raises:
-        SettingsError: a parameter is missing, has the wrong type or is out of range
+        ValueError: a parameter is missing, has the wrong type or is out of range
     """
-    settings = SimpleNamespace()
-    for name in NUMBERS + WHOLE_NUMBERS:
+    for name, kind in TYPES.items():
         if name not in parameters:
-            raise SettingsError(
+            raise ValueError(
                 f"parameter ~{name} is missing: load config/qt_interface.yaml, "
                 "as qt_interface.launch does"
             )
         value = parameters[name]
-        if not is_positive(value):
-            raise SettingsError(f"parameter ~{name} is {value!r}: give a number above 0")
-        if name in WHOLE_NUMBERS and not isinstance(value, int):
-            raise SettingsError(f"parameter ~{name} is {value!r}: give a whole number")
-        setattr(settings, name, value)
-    return settings
+        if not (is_positive(value) and isinstance(value, kind)):
+            valid = "a whole number above 0" if kind is int else "a number above 0"
+            raise ValueError(f"parameter ~{name} is {value!r}: give {valid}")
+    return SimpleNamespace(**{name: parameters[name] for name in TYPES})
 
 
 def read_world_sizes(parameters: Mapping[str, Any]) -> WorldSizes:

@@ -4,34 +4,30 @@ from __future__ import annotations
 
 import math
 import time
-from collections import deque
+from types import SimpleNamespace
 from typing import Callable, Iterable
 
 from PyQt5.QtCore import Qt, QTimer, pyqtSignal
 from PyQt5.QtGui import QKeySequence
 from PyQt5.QtWidgets import QHBoxLayout, QLabel, QMainWindow, QShortcut, QWidget
 
-from qt_interface.field_widget import ZOOM_STEP, FieldWidget
+from qt_interface.field import ZOOM_STEP, Field
 from qt_interface.legend import Legend
-from qt_interface.scene import Scene
 
 CAR_TIMEOUT_S = 1.0  # without a position of the car, before the status bar reports it
 
 
 class Window(QMainWindow):
-    """A window that shows a scene.
-
-    Its signals, and those of its field, emit what the user requests with keys and mouse.
-    """
+    """A window whose signals, and those of its field, emit what the user requests."""
 
     pause_requested = pyqtSignal(bool)
     reset_requested = pyqtSignal()
 
-    def __init__(self, scene: Scene):
+    def __init__(self, settings: SimpleNamespace):
+        """Open a window; `settings` are those of `qt_interface.settings`."""
         super().__init__()
-        self.scene = scene
         self.setWindowTitle("First steps: the red square that finds its way")
-        self.field = FieldWidget(scene)
+        self.field = Field(settings)
         self.legend = Legend()
         middle = QWidget()
         layout = QHBoxLayout(middle)
@@ -40,27 +36,22 @@ class Window(QMainWindow):
         layout.addWidget(self.field, 1)
         layout.addWidget(self.legend)
         self.setCentralWidget(middle)
-        self.resize(scene.settings.window_width, scene.settings.window_height)
-        self.labels = {name: QLabel() for name in ("state", "car", "points", "zoom", "frames")}
-        for name, label in self.labels.items():
-            label.setContentsMargins(8, 2, 8, 2)
-            if name in ("zoom", "frames"):
-                self.statusBar().addPermanentWidget(label)
-            else:
-                self.statusBar().addWidget(label)
+        self.resize(settings.window_width, settings.window_height)
+        self.status = QLabel(margin=4)
+        self.statusBar().addWidget(self.status)
         self.field.click_refused.connect(lambda text: self.statusBar().showMessage(text, 3000))
         self.add_keys(("Space", "P"), self.toggle_pause)
         self.add_keys(("R",), self.reset_requested.emit)
         self.add_keys(("F", "0"), self.field.fit_view)
-        self.add_keys(("+", "="), lambda: self.field.zoom(ZOOM_STEP))
-        self.add_keys(("-",), lambda: self.field.zoom(1.0 / ZOOM_STEP))
+        self.add_keys(("+", "="), lambda: self.field.zoom_by(ZOOM_STEP))
+        self.add_keys(("-",), lambda: self.field.zoom_by(1.0 / ZOOM_STEP))
         self.add_keys(("Q", "Ctrl+Q", "Ctrl+W", "Esc"), self.close)
-        self._frame_times: deque[float] = deque(maxlen=60)
-        frame_ms = int(1000.0 / scene.settings.frame_rate)
-        for interval, action in ((frame_ms, self.next_frame), (200, self.update_status)):
-            timer = QTimer(self, timerType=Qt.PreciseTimer, interval=interval)
+        self._car_time = -math.inf
+        frame_ms = int(1000.0 / settings.frame_rate)
+        for interval, action in ((frame_ms, self.field.next_frame), (200, self.update_status)):
+            timer = QTimer(self, timerType=Qt.PreciseTimer)
             timer.timeout.connect(action)
-            timer.start()
+            timer.start(interval)
         self.update_status()
 
     def add_keys(self, keys: Iterable[str], action: Callable[[], object]) -> None:
@@ -70,46 +61,34 @@ class Window(QMainWindow):
             shortcut.setAutoRepeat(False)
             shortcut.activated.connect(action)
 
-    # New data
     def set_car(self, x: float, y: float, direction: float) -> None:
         """Set the car's position [u] and direction [rad]."""
-        self.scene.set_car(x, y, direction, time.monotonic())
+        self._car_time = time.monotonic()
+        self.field.set_car(x, y, direction)
 
     def set_paused(self, is_paused: bool) -> None:
         """Set whether the world is paused."""
-        self.scene.is_paused = is_paused
+        self.field.is_paused = is_paused
 
     # Keys and timers
     def toggle_pause(self) -> None:
         """Request a pause, or its end."""
-        self.pause_requested.emit(not self.scene.is_paused)
-
-    def next_frame(self) -> None:
-        """Draw the field again."""
-        self._frame_times.append(time.monotonic())
-        self.field.hold_car()
-        self.field.update()
+        self.pause_requested.emit(not self.field.is_paused)
 
     def update_status(self) -> None:
         """Update the status bar."""
-        scene, labels = self.scene, self.labels
-        has_no_car = scene.car_age(time.monotonic()) > CAR_TIMEOUT_S
-        labels["state"].setText(
-            "paused" if scene.is_paused else "no car on /car_position" if has_no_car else "running"
-        )
-        car = scene.car
-        labels["car"].setText(
-            f"car x {car.x:.0f}  y {car.y:.0f}  {math.degrees(car.direction):.0f}\N{DEGREE SIGN}"
-            if car
-            else ""
-        )
-        target = f", heading for {scene.target.idx}" if scene.target else ""
-        labels["points"].setText(
-            f"{len(scene.waypoints)} waypoints, {len(scene.sensed)} sensed{target}"
-            if scene.waypoints
+        field = self.field
+        has_no_car = time.monotonic() - self._car_time > CAR_TIMEOUT_S
+        parts = [
+            "paused" if field.is_paused else "no car on /car_position" if has_no_car else "running"
+        ]
+        if field.pose is not None:
+            x, y, direction = field.pose
+            parts.append(f"car x {x:.0f}  y {y:.0f}  {math.degrees(direction):.0f}\N{DEGREE SIGN}")
+        target = f", heading for {field.target.idx}" if field.target else ""
+        parts.append(
+            f"{len(field.waypoints)} waypoints, {len(field.sensed)} sensed{target}"
+            if field.waypoints
             else "no points on /world_waypoints"
         )
-        labels["zoom"].setText(f"zoom {100.0 * self.field.scale:.0f} %")
-        times = self._frame_times
-        if len(times) > 1 and times[-1] > times[0]:
-            labels["frames"].setText(f"{(len(times) - 1) / (times[-1] - times[0]):.0f} frames/s")
+        self.status.setText("     ".join([*parts, f"zoom {100.0 * field.zoom:.0f} %"]))

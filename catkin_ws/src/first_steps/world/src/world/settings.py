@@ -7,10 +7,6 @@ from types import SimpleNamespace
 from typing import Any, Mapping
 
 
-class SettingsError(ValueError):
-    """An invalid parameter; the message names the parameter and the fix."""
-
-
 def is_number(value: Any) -> bool:
     """Return True for a finite number."""
     return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
@@ -57,25 +53,25 @@ def read_settings(parameters: Mapping[str, Any]) -> SimpleNamespace:
         parameters: values by name; other names are ignored
 
     Raises:
-        SettingsError: a parameter is missing, has the wrong type or is out of range
+        ValueError: a parameter is missing, has the wrong type or is out of range
     """
     for name, (is_valid, valid) in RULES.items():
         if name not in parameters:
-            raise SettingsError(
+            raise ValueError(
                 f"parameter ~{name} is missing: load config/world.yaml, as world.launch does"
             )
         if not is_valid(parameters[name]):
-            raise SettingsError(f"parameter ~{name} is {parameters[name]!r}: give {valid}")
+            raise ValueError(f"parameter ~{name} is {parameters[name]!r}: give {valid}")
     settings = SimpleNamespace(**{name: parameters[name] for name in RULES})
     for side, start in (("field_width", "start_x"), ("field_height", "start_y")):
         limit = (parameters[side] - settings.car_size) / 2.0
         if limit <= 0.0:
-            raise SettingsError(
+            raise ValueError(
                 f"parameter ~{side} is {parameters[side]:g}: make it larger than the car, "
                 f"car_size {settings.car_size:g}"
             )
         if abs(parameters[start]) > limit:
-            raise SettingsError(
+            raise ValueError(
                 f"parameter ~{start} is {parameters[start]:g}: the car would be in a wall, "
                 f"give -{limit:g}..{limit:g}"
             )

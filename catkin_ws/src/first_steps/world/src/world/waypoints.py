@@ -19,10 +19,6 @@ class Waypoint(NamedTuple):
     y: float
 
 
-class WaypointError(ValueError):
-    """An invalid route; the message names the file, the row and the fix."""
-
-
 def ellipse(count: int, width: float, height: float) -> list[Waypoint]:
     """Return waypoints counter-clockwise on an ellipse around the origin, from its right end.
 
@@ -46,21 +42,21 @@ def load_csv(path: str) -> list[Waypoint]:
             numbered from 0, or by the column `idx` if the header has one
 
     Raises:
-        WaypointError: the file is not readable or a row is not a point
+        ValueError: the file is not readable or a row is not a point
     """
     try:
         with open(path, newline="", encoding="utf-8-sig") as file:
             lines = enumerate(csv.reader(file), start=1)
             rows = [(line, row) for line, row in lines if any(cell.strip() for cell in row)]
     except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise WaypointError(
+        raise ValueError(
             f"waypoints_path {path}: {error}; give a readable CSV file of x,y"
         ) from error
     columns = ["x", "y"]
     if rows and rows[0][1][0].strip()[:1].isalpha():
         columns = [cell.strip().lower() for cell in rows.pop(0)[1]]
         if not {"x", "y"} <= set(columns):
-            raise WaypointError(
+            raise ValueError(
                 f"{path}: row 1: the header {','.join(columns)} lacks x or y; call the columns x,y"
             )
     waypoints = []
@@ -73,7 +69,7 @@ def load_csv(path: str) -> list[Waypoint]:
         except (KeyError, ValueError):
             waypoint = Waypoint(-1, math.nan, math.nan)
         if not (math.isfinite(waypoint.x + waypoint.y) and 0 <= waypoint.idx <= IDX_MAX):
-            raise WaypointError(
+            raise ValueError(
                 f"{path}: row {line}: '{','.join(row)}' is not a point; "
                 f"write x,y in plain numbers, and idx, if given, within 0..{IDX_MAX}"
             )
@@ -93,22 +89,22 @@ def check_route(
         source: file or parameters of the route, for the error message
 
     Raises:
-        WaypointError: fewer than 2 points, a point outside the walls, or all points close together
+        ValueError: fewer than 2 points, a point outside the walls, or all points close together
     """
     if len(waypoints) < 2:
-        raise WaypointError(
+        raise ValueError(
             f"{source}: {len(waypoints)} waypoint(s); a lap needs at least 2, add some"
         )
     for waypoint in waypoints:
         if not field.contains(waypoint.x, waypoint.y):
-            raise WaypointError(
+            raise ValueError(
                 f"{source}: waypoint {waypoint.idx} at ({waypoint.x:g}, {waypoint.y:g}) is outside "
                 f"the walls at x +-{field.width / 2:g}, y +-{field.height / 2:g}; "
                 "move it inside or enlarge field_width, field_height"
             )
     first = waypoints[0]
     if all(math.hypot(w.x - first.x, w.y - first.y) <= 2.0 * touch_distance for w in waypoints):
-        raise WaypointError(
+        raise ValueError(
             f"{source}: all waypoints are within twice touch_distance ({touch_distance:g} u), "
             "so no lap can be counted; spread them or lower touch_distance"
         )
