@@ -8,6 +8,7 @@ from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.camera.example_scenes import pose, route, traffic
 from sdc_sim.camera.renderer import Renderer
 from sdc_sim.road.road import DASH_LENGTH_M, DASH_PERIOD_M, Road
+from sdc_sim.road.road_markings import lane_points
 
 pytestmark = pytest.mark.slow(12)
 
@@ -107,7 +108,7 @@ def _line_errors(renderer, at, points, rows):
 def test_solid_lines_are_where_the_geometry_puts_them(offset, s_m, aside_m, turn_rad):
     road = _Bare(route(("s", 60), ("l", 40, 1.2), ("s", 30), ("r", 25, 1.6), ("s", 60), step_m=0.5))
     x, y, yaw = pose(road, s_m, aside_m)
-    points, seen = road.lane_points(getattr(road, offset), s_m + 2.5, s_m + 24.0, step_m=0.1)
+    points, seen = lane_points(road, getattr(road, offset), s_m + 2.5, s_m + 24.0, step_m=0.1)
     errors = _line_errors(Renderer(road), (x, y, yaw + turn_rad), points[seen], range(262, 470, 4))
     assert len(errors) >= 10
     assert np.abs(errors).max() < 1.0
@@ -120,8 +121,8 @@ def test_dashes_are_where_the_geometry_puts_them():
     at = (100.0, 0.3, 0.03)
     first = DASH_PERIOD_M * np.ceil(103.0 / DASH_PERIOD_M)
     for start in (first, first + DASH_PERIOD_M):
-        points, _ = road.lane_points(
-            road.centre_line_m, start + 0.2, start + DASH_LENGTH_M - 0.2, step_m=0.05
+        points, _ = lane_points(
+            road, road.centre_line_m, start + 0.2, start + DASH_LENGTH_M - 0.2, step_m=0.05
         )
         errors = _line_errors(renderer, at, points, range(255, 470))
         assert len(errors) >= 3

@@ -6,6 +6,7 @@ import pytest
 from sdc_common.geometry.road_line import road_route
 from sdc_sim.camera.example_scenes import route
 from sdc_sim.road.road import Road
+from sdc_sim.road.road_markings import lane_points
 
 LEFT_TURN = route(("s", 40), ("l", 4, np.pi / 2), ("s", 40))
 CROSSING = route(("s", 60), ("l", 15, 1.5 * np.pi), ("s", 60))
@@ -21,7 +22,7 @@ def test_lines_of_a_straight_road_lie_at_their_offsets():
         (road.centre_line_m, -1.75),
         (road.left_edge_m, -5.25),
     ):
-        points, seen = road.lane_points(offset)
+        points, seen = lane_points(road, offset)
         assert seen.all()
         assert np.allclose(points[:, 0], x, atol=1e-9)
         assert np.allclose(points[[0, -1], 1], [0.0, 100.0], atol=1e-9)
@@ -33,12 +34,12 @@ def test_road_is_drawn_along_the_line_that_is_driven():
     road = Road(coarse)
     inside = (road.s_m >= 0.0) & (road.s_m <= road.length_m)
     assert np.allclose(np.hypot(*(road.points_m[inside] - (0.0, 60.0)).T), 60.0, atol=0.02)
-    assert np.abs(road.lateral_m(road_route(coarse).points)).max() < 0.005
+    assert road.between(road_route(coarse).points, -0.005, 0.005).all()
 
 
 def test_left_edge_hides_its_fold_in_a_turn_tighter_than_its_offset():
     road = Road(LEFT_TURN)
-    points, seen = road.lane_points(road.left_edge_m)
+    points, seen = lane_points(road, road.left_edge_m)
     assert not seen.all()
     shown = points[seen]
     incoming = np.abs(shown[:, 1] - 5.25) < 0.1
@@ -60,7 +61,7 @@ def test_second_lap_is_the_same_road():
 def test_edges_are_hidden_on_the_other_pass_of_a_crossing():
     road = Road(CROSSING)
     for offset in (road.right_edge_m, road.left_edge_m):
-        points, seen = road.lane_points(offset)
+        points, seen = lane_points(road, offset)
         others = [np.abs(road.points_m - p).sum(axis=1).min() for p in points[seen][::10]]
         assert min(others) > 1.5
         assert 0.02 < 1.0 - seen.mean() < 0.3
@@ -72,7 +73,7 @@ def test_road_is_between_its_edges():
     assert (
         road.on_road(straight + 5.2 * left).all() and not road.on_road(straight + 5.4 * left).any()
     )
-    assert np.allclose(road.lateral_m(straight + 1.9 * left), 1.9, atol=1e-6)
+    assert road.between(straight + 1.9 * left, 1.9 - 1e-6, 1.9 + 1e-6).all()
 
 
 def test_noise_does_not_turn_the_road():
@@ -84,7 +85,7 @@ def test_noise_does_not_turn_the_road():
     back_and_forth[1::2, 0] -= 0.08
     road = Road(back_and_forth)
     assert np.abs(road.heading_rad).max() < 0.12
-    assert np.ptp(road.lane_points(road.left_edge_m)[0][:, 1]) < 1.2
+    assert np.ptp(lane_points(road, road.left_edge_m)[0][:, 1]) < 1.2
 
 
 ROUTES = {

@@ -18,13 +18,17 @@ def index_of(points, reach_m):
 @pytest.mark.slow(3)
 @given(st.lists(POINT, min_size=2, max_size=12, unique=True), st.lists(POINT, min_size=1))
 def test_nearest_distance_is_that_of_the_polyline(line, points):
-    offsets = index_of(line, 100.0).nearest_offsets(np.array(points))
+    index = index_of(line, 100.0)
     polyline = Polyline(line, extend=False)
-    expected = [polyline.nearest(x, y).distance_m for x, y in points]
-    np.testing.assert_allclose(np.abs(offsets), expected, atol=1e-9)
+    for point in points:
+        distance = polyline.nearest(*point).distance_m
+        inside, outside = distance + 1e-6, distance - 1e-6
+        assert index.between(np.array([point]), -inside, inside)
+        assert not index.between(np.array([point]), -outside, outside)
 
 
-def test_offset_is_positive_to_the_left_and_infinite_out_of_reach():
+def test_distance_is_positive_to_the_left_and_ends_at_the_reach():
     index = index_of([(0.0, 0.0), (10.0, 0.0), (30.0, 0.0)], 5.0)
-    offsets = index.nearest_offsets(np.array([(4.0, 1.0), (25.0, -2.0), (5.0, 40.0)]))
-    assert offsets.tolist() == [1.0, -2.0, np.inf]
+    points = np.array([(4.0, 1.0), (25.0, -2.0), (5.0, 40.0)])
+    assert index.between(points, 0.5, 50.0).tolist() == [True, False, False]
+    assert index.between(points, -2.5, 0.5).tolist() == [False, True, False]

@@ -11,6 +11,7 @@ from sdc_sim.camera.cell_index import CellIndex
 from sdc_sim.camera.ground_textures import TILE_PX
 from sdc_sim.camera.painting import FIXED_POINT_BITS, halve
 from sdc_sim.road.road import DASH_LENGTH_M, DASH_PERIOD_M, LINE_WIDTH_M, MARGIN_M, Road
+from sdc_sim.road.road_markings import stations
 
 # Brightness as a share of that of paint.
 ASPHALT = 0.40
@@ -86,8 +87,8 @@ class _Pieces:
         index: spatial index of the pieces
     """
 
-    def __init__(self, road: Road, stations: np.ndarray):
-        ends = np.column_stack([stations[:-1], stations[1:]])
+    def __init__(self, road: Road, samples: np.ndarray):
+        ends = np.column_stack([samples[:-1], samples[1:]])
         first, last = ends[~road.repeats[ends].all(axis=1)].T
         self.start, self.end = road.points_m[first], road.points_m[last]
         self.start_left, self.end_left = road.left[first], road.left[last]
@@ -144,7 +145,7 @@ class RoadRasterizer:
 
     def __init__(self, road: Road):
         self._road = road
-        self._pieces = [_Pieces(road, road.stations(*limits)) for limits in _PIECE_LIMITS_M]
+        self._pieces = [_Pieces(road, stations(road, *limits)) for limits in _PIECE_LIMITS_M]
 
     def weights(
         self, level: int, origin_m: np.ndarray, size_m: float

@@ -20,8 +20,6 @@ LINE_WIDTH_M = 0.15
 DASH_LENGTH_M = 3.0
 DASH_PERIOD_M = 9.0
 MARGIN_M = 0.35  # asphalt outside the solid lines
-# Between the straight pieces that are drawn and the computed road, at the outer edge.
-CHORD_TOLERANCE_M = 0.003
 # Points farther from the route than this count as off the road.
 _MIN_REACH_M = 10.0
 SAMPLE_STEP_M = 0.5
@@ -35,6 +33,9 @@ _HALF_CHORD_M = 1.5
 # A lap that runs this close to an earlier one is the same road.
 _REPEAT_TOLERANCE_M = 0.03
 _REPEAT_AFTER_SAMPLES = 40
+# Trees and buildings are placed at this distance, or at a larger one along a very long route.
+_SLOT_M = 11.0
+_MAX_SLOTS = 20_000
 
 
 class Road:
@@ -135,67 +136,9 @@ class Road:
     def scenery(self, seed: int = 0) -> Scenery:
         """Return trees and buildings next to the road, the same for the same road and seed."""
         right_m, left_m = self.right_edge_m - MARGIN_M, self.left_edge_m + MARGIN_M
-        return generate_scenery(self, right_m, left_m, self.on_road, seed)
-
-    def stations(
-        self, tolerance_m: float = CHORD_TOLERANCE_M, longest_m: float = 8.0
-    ) -> np.ndarray:
-        """Return the indices of samples between which the road, edges included, is straight.
-
-        Args:
-            tolerance_m: largest distance between the road and a straight piece of it [m]
-            longest_m: longest distance between two stations [m]
-        """
-        reach_m = self.left_edge_m + 1.0
-        turns = np.abs(np.diff(np.unwrap(self.heading_rad))).tolist()
-        kept = [0]
-        length = angle = 0.0
-        for i, (step, turn) in enumerate(zip(np.diff(self.s_m).tolist(), turns)):
-            bow = (length + step + reach_m * (angle + turn)) * (angle + turn) / 8.0
-            if length > 0.0 and (length + step > longest_m or bow > tolerance_m):
-                kept.append(i)
-                length = angle = 0.0
-            length += step
-            angle += turn
-        kept.append(len(self.s_m) - 1)
-        return np.array(kept)
-
-    def lane_points(
-        self,
-        offset_m: float,
-        start_m: float = 0.0,
-        end_m: float | None = None,
-        step_m: float = SAMPLE_STEP_M,
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Return points on a line parallel to the route, and which of them are visible.
-
-        A point is hidden where the line folds over itself inside a tight turn, or where another
-        pass of the road covers it.
-
-        Args:
-            offset_m: lateral offset of the line, positive to the left [m]
-            start_m: arc length of the first point [m]
-            end_m: arc length of the end of the line, None for the end of the route [m]
-            step_m: distance between the points along the route [m]
-
-        Returns:
-            points (N, 2) [m] and the mask (N,) of the visible ones
-        """
-        end_m = self.length_m if end_m is None else end_m
-        s = start_m + step_m * np.arange(max(1, int((end_m - start_m) / step_m + 1e-9) + 1))
-        points, left = self.at(s)
-        points = points + offset_m * left
-        visible = np.abs(self.lateral_m(points)) > abs(offset_m) - 0.05
-        if offset_m <= self.right_edge_m or offset_m >= self.left_edge_m:
-            visible &= ~self._between(points, self.right_edge_m + 0.1, self.left_edge_m - 0.1)
-        return points, visible
-
-    def lateral_m(self, points_m: np.ndarray) -> np.ndarray:
-        """Return the lateral offsets (N,) of points (N, 2) from the nearest pass of the route.
-
-        They are positive to the left of the route, and infinite where no pass is within about 10 m.
-        """
-        return self._segments.nearest_offsets(np.asarray(points_m, float).reshape(-1, 2))
+        slot_m = max(_SLOT_M, self.length_m / _MAX_SLOTS)
+        slots_m = np.arange(self.s_m[0], self.s_m[-1], slot_m)
+        return generate_scenery(self.at, slots_m, (right_m, left_m), self.on_road, seed)
 
     def on_road(self, points_m: np.ndarray, margin_m: float = 0.0) -> np.ndarray:
         """Return the mask (N,) of the points (N, 2) between the solid lines of any pass.
@@ -204,14 +147,17 @@ class Road:
             points_m: (N, 2) points [m]
             margin_m: by how much to widen the road on each side, less than 4 [m]
         """
-        return self._between(points_m, self.right_edge_m - margin_m, self.left_edge_m + margin_m)
+        return self.between(points_m, self.right_edge_m - margin_m, self.left_edge_m + margin_m)
 
-    def _between(self, points_m: np.ndarray, lower_m: float, upper_m: float) -> np.ndarray:
-        points = np.asarray(points_m, float).reshape(-1, 2)
-        inside = np.zeros(len(points), bool)
-        for rows, offsets in self._segments.offsets(points):
-            inside[rows[(offsets >= lower_m) & (offsets <= upper_m)]] = True
-        return inside
+    def between(self, points_m: np.ndarray, lower_m: float, upper_m: float) -> np.ndarray:
+        """Return the mask (N,) of the points (N, 2) whose lateral offset from any pass is between.
+
+        Args:
+            points_m: (N, 2) points [m]
+            lower_m: least offset, positive to the left of the route, at most 10 m away [m]
+            upper_m: largest offset [m]
+        """
+        return self._segments.between(np.asarray(points_m, float).reshape(-1, 2), lower_m, upper_m)
 
 
 def _checked(route_m: np.ndarray) -> np.ndarray:

@@ -7,8 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sdc_sim.road.road import DASH_LENGTH_M, DASH_PERIOD_M, MARGIN_M, Road
+from sdc_sim.road.road import DASH_LENGTH_M, DASH_PERIOD_M, MARGIN_M, SAMPLE_STEP_M, Road
 
+# Between the straight pieces that are drawn and the computed road, at the outer edge.
+CHORD_TOLERANCE_M = 0.003
 _EDGE_STEP_M = 1.0
 _SURFACE_TOLERANCE_M = 0.02
 _STOP, _HALF, _FULL = np.array([(0.9, 0.1, 0.1), (1.0, 0.8, 0.1), (0.1, 0.8, 0.2)])
@@ -33,7 +35,7 @@ def road_markings(road: Road) -> RoadMarkings:
     """Return the visible lines and the asphalt of a road, with its ends outside the route."""
     start_m, end_m = float(road.s_m[0]), float(road.s_m[-1])
     edges = [
-        _visible_segments(*road.lane_points(offset_m, start_m, end_m, _EDGE_STEP_M))
+        _visible_segments(*lane_points(road, offset_m, start_m, end_m, _EDGE_STEP_M))
         for offset_m in (road.right_edge_m, road.left_edge_m)
     ]
 
@@ -41,12 +43,70 @@ def road_markings(road: Road) -> RoadMarkings:
     ends = [road.at(s) for s in (dash_s, dash_s + DASH_LENGTH_M)]
     dashes = np.stack([points + road.centre_line_m * left for points, left in ends], axis=1)
 
-    stations = road.stations(_SURFACE_TOLERANCE_M)
-    points, left = road.points_m[stations], road.left[stations]
+    ends = stations(road, _SURFACE_TOLERANCE_M)
+    points, left = road.points_m[ends], road.left[ends]
     right_side = points + (road.right_edge_m - MARGIN_M) * left
     left_side = points + (road.left_edge_m + MARGIN_M) * left
     surface = np.stack([right_side[:-1], right_side[1:], left_side[1:], left_side[:-1]], axis=1)
     return RoadMarkings(np.concatenate(edges), dashes, surface)
+
+
+def stations(
+    road: Road, tolerance_m: float = CHORD_TOLERANCE_M, longest_m: float = 8.0
+) -> np.ndarray:
+    """Return the indices of samples between which the road, edges included, is straight.
+
+    Args:
+        road: the road
+        tolerance_m: largest distance between the road and a straight piece of it [m]
+        longest_m: longest distance between two stations [m]
+    """
+    reach_m = road.left_edge_m + 1.0
+    turns = np.abs(np.diff(np.unwrap(road.heading_rad))).tolist()
+    kept = [0]
+    length = angle = 0.0
+    for i, (step, turn) in enumerate(zip(np.diff(road.s_m).tolist(), turns)):
+        bow = (length + step + reach_m * (angle + turn)) * (angle + turn) / 8.0
+        if length > 0.0 and (length + step > longest_m or bow > tolerance_m):
+            kept.append(i)
+            length = angle = 0.0
+        length += step
+        angle += turn
+    kept.append(len(road.s_m) - 1)
+    return np.array(kept)
+
+
+def lane_points(
+    road: Road,
+    offset_m: float,
+    start_m: float = 0.0,
+    end_m: float | None = None,
+    step_m: float = SAMPLE_STEP_M,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return points on a line parallel to the route, and which of them are visible.
+
+    A point is hidden where the line folds over itself inside a tight turn, or where another
+    pass of the road covers it.
+
+    Args:
+        road: the road
+        offset_m: lateral offset of the line, positive to the left [m]
+        start_m: arc length of the first point [m]
+        end_m: arc length of the end of the line, None for the end of the route [m]
+        step_m: distance between the points along the route [m]
+
+    Returns:
+        points (N, 2) [m] and the mask (N,) of the visible ones
+    """
+    end_m = road.length_m if end_m is None else end_m
+    s = start_m + step_m * np.arange(max(1, int((end_m - start_m) / step_m + 1e-9) + 1))
+    points, left = road.at(s)
+    points = points + offset_m * left
+    reach_m = abs(offset_m) - 0.05
+    visible = ~road.between(points, -reach_m, reach_m)
+    if offset_m <= road.right_edge_m or offset_m >= road.left_edge_m:
+        visible &= ~road.between(points, road.right_edge_m + 0.1, road.left_edge_m - 0.1)
+    return points, visible
 
 
 def _visible_segments(points: np.ndarray, visible: np.ndarray) -> np.ndarray:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 from scipy.spatial import cKDTree
 
@@ -55,27 +53,15 @@ class SegmentIndex:
         longest_m = float(np.linalg.norm(self._steps, axis=1).max())
         self._radius_m = reach_m + 0.5 * longest_m
 
-    def nearest_offsets(self, points_m: np.ndarray) -> np.ndarray:
-        """Return the signed distances (N,) of points (N, 2) from the nearest segment [m].
-
-        They are positive to the left of the segment, and infinite where no segment is within reach.
-        """
-        nearest = np.full(len(points_m), np.inf)
-        for rows, offsets in self.offsets(points_m):
-            farthest_first = np.argsort(-np.abs(offsets), kind="stable")
-            nearest[rows[farthest_first]] = offsets[farthest_first]
-        return nearest
-
-    def offsets(self, points_m: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        """Yield the signed distances of points to every segment within reach.
+    def between(self, points_m: np.ndarray, lower_m: float, upper_m: float) -> np.ndarray:
+        """Return which points (N, 2) have a signed distance in this range from any segment (N,).
 
         Args:
             points_m: (N, 2) points [m]
-
-        Yields:
-            (M,) rows of `points_m`, and (M,) distances of these points from one segment each,
-            positive to the left of it [m]
+            lower_m: least distance, positive to the left of the segment, within reach [m]
+            upper_m: largest distance [m]
         """
+        inside = np.zeros(len(points_m), bool)
         for first in range(0, len(points_m), _POINTS_AT_ONCE):
             part = points_m[first : first + _POINTS_AT_ONCE]
             pairs = cKDTree(part).sparse_distance_matrix(
@@ -88,4 +74,6 @@ class SegmentIndex:
             fraction = np.clip(np.sum(offset * step, axis=1) / square, 0.0, 1.0)
             away = offset - fraction[:, None] * step
             side = np.where(step[:, 0] * away[:, 1] - step[:, 1] * away[:, 0] >= 0.0, 1.0, -1.0)
-            yield first + rows, np.hypot(away[:, 0], away[:, 1]) * side
+            offsets = np.hypot(away[:, 0], away[:, 1]) * side
+            inside[first + rows[(offsets >= lower_m) & (offsets <= upper_m)]] = True
+        return inside
