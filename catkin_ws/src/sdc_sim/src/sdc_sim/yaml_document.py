@@ -11,8 +11,6 @@ import yaml
 
 from sdc_common.validation import is_number, suggestion
 
-# Aliases may refer to each other, so that a short file expands without end.
-_MAX_VALUES = 100_000
 _TYPE_NAMES = {type(None): "nothing", dict: "a mapping", list: "a list"}
 
 
@@ -28,31 +26,28 @@ class YamlDocument:
         values: mapping, list or scalar at the top of the file; None for an empty file
     """
 
-    def __init__(self, path: str, root: Any):
+    def __init__(self, path: str, text: str, yaml_reader: Any):
         self.path = path
-        self._root = root
-        self.values = _plain(root, [_MAX_VALUES])
+        self._text = text
+        self._reader = yaml_reader
+        self.values = yaml_reader.load(text)
 
     def line(self, keys: Iterable) -> int:
         """Return the line, counted from 1, of the value at a path of keys and list indices."""
-        node, line = self._root, 0
+        node, line = self._reader.compose(self._text), 0
         for key in keys:
-            line = (node.lc.data or {}).get(key, [line])[0]
-            node = node[key]
+            if node.id == "sequence":
+                node = node.value[key]
+                line = node.start_mark.line
+            else:
+                for name, value in node.value:
+                    if name.value == str(key):
+                        node, line = value, name.start_mark.line
         return line + 1
 
     def error(self, keys: Iterable, message: str) -> DocumentError:
         """Return the error to raise for the value at a path of keys and list indices."""
         return DocumentError(f"{self.path}, line {self.line(keys)}: {' '.join(message.split())}")
-
-
-def file_version(path: str) -> tuple[int, ...]:
-    """Return what changes when a file does; nothing for a file that cannot be read."""
-    try:
-        status = os.stat(os.path.expanduser(path))
-    except OSError:
-        return ()
-    return status.st_mtime_ns, status.st_size, status.st_ino
 
 
 def load_yaml(path: str, fix: str) -> YamlDocument:
@@ -71,18 +66,14 @@ def load_yaml(path: str, fix: str) -> YamlDocument:
     path = os.path.expanduser(path)
     try:
         with open(path, encoding="utf-8") as file:
-            text = file.read()
-        return YamlDocument(path, YAML(typ="rt", pure=True).load(text))
+            return YamlDocument(path, file.read(), YAML(typ="safe", pure=True))
     except OSError as error:
         raise DocumentError(f"{path}: cannot be read ({error.strerror}); {fix}") from None
-    except UnicodeDecodeError:
-        raise DocumentError(f"{path}: is not a text file; {fix}") from None
-    except RecursionError:
-        raise DocumentError(f"{path}: is nested too deeply; remove some levels") from None
     except (
         ArithmeticError,
         AttributeError,
         LookupError,
+        RecursionError,
         TypeError,
         ValueError,
         YAMLError,
@@ -92,6 +83,31 @@ def load_yaml(path: str, fix: str) -> YamlDocument:
         place = f"{path}, line {mark.line + 1}" if mark else path
         problem = (getattr(error, "problem", None) or str(error) or repr(error)).splitlines()[0]
         raise DocumentError(f"{place}: is not valid YAML ({problem}); correct it") from None
+
+
+def load_document(path: str, schema_name: str, fix: str) -> YamlDocument:
+    """Read a YAML file that is valid by a schema of config/schemas.
+
+    Raises:
+        DocumentError: the file cannot be read or is not valid
+    """
+    path = os.path.expanduser(path)
+    try:
+        status = os.stat(path)
+        version = status.st_mtime_ns, status.st_size, status.st_ino
+    except OSError:
+        version = 0, 0, 0
+    return _load_version(path, version, schema_name, fix)
+
+
+@lru_cache(maxsize=64)
+def _load_version(
+    path: str, _version: tuple[int, int, int], schema_name: str, fix: str
+) -> YamlDocument:
+    """Read a file once until it changes: to parse it takes longer than a second of a drive."""
+    document = load_yaml(path, fix)
+    validate(document, schema(schema_name))
+    return document
 
 
 @lru_cache(maxsize=None)
@@ -161,7 +177,7 @@ def _describe(error: Any) -> tuple[list, str]:
     if error.validator == "additionalProperties":
         known = list(error.schema["properties"])
         key = next(key for key in value if key not in known)
-        return [*keys, key], f"unknown key '{key}'; {_suggestion(key, known, 'remove it or ')}"
+        return [*keys, key], f"unknown key '{key}'; {_suggestion(str(key), known, 'remove it or ')}"
     if error.validator == "required":
         key = next(key for key in rule if key not in value)
         return keys, f"key '{key}' is missing in {name}; add the line '{key}: ...'"
@@ -202,21 +218,3 @@ def _name(keys: list) -> str:
 
 def _suggestion(word: str, known: list, other_fix: str = "") -> str:
     return suggestion(word, known, f"{other_fix}use one of {', '.join(known)}")
-
-
-def _plain(value: Any, left: list) -> Any:
-    """Return a copy of types that YAML and JSON know; `left` holds how many values are allowed."""
-    left[0] -= 1
-    if left[0] < 0:
-        raise ValueError(f"more than {_MAX_VALUES} values")
-    if isinstance(value, dict):
-        for key in value:
-            if not isinstance(key, str):
-                raise ValueError(f"the key {key} is not text")
-        return {key: _plain(entry, left) for key, entry in value.items()}
-    if isinstance(value, list):
-        return [_plain(entry, left) for entry in value]
-    for kind in (bool, int, float, str):
-        if isinstance(value, kind):
-            return kind(value)
-    return value

@@ -3,17 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Any
 
 from sdc_common.piecewise_linear import evaluate, linear_segments
-from sdc_sim.yaml_document import (
-    YamlDocument,
-    file_version,
-    load_yaml,
-    schema,
-    validate,
-)
+from sdc_sim.yaml_document import YamlDocument, load_document
 
 
 @dataclass(frozen=True)
@@ -76,14 +69,7 @@ def load_vehicle(path: str) -> VehicleParameters:
         DocumentError: the file cannot be read, or config/schemas/vehicle.yaml refuses it; the
             message is one line with the file, the line, the key and the fix
     """
-    return _read(path, file_version(path))
-
-
-@lru_cache(maxsize=64)
-def _read(path: str, _version: tuple[int, ...]) -> VehicleParameters:
-    """Read a preset once: to parse it takes longer than a second of a drive in process."""
-    document = load_yaml(path, "name a file of config/vehicles")
-    validate(document, schema("vehicle"))
+    document = load_document(path, "vehicle", "name a file of config/vehicles")
     _check_curves(document)
     parameters: dict[str, Any] = {
         key: tuple(map(float, value)) if isinstance(value, list) else float(value)

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from functools import lru_cache
 
 import numpy as np
 
 from sdc_common.geometry.route import Route
 from sdc_sim.physics.obstacles import KINDS, ObstaclePlan
 from sdc_sim.physics.traffic_lights import TrafficLightPlan
-from sdc_sim.yaml_document import YamlDocument, file_version, load_yaml, schema, validate
+from sdc_sim.yaml_document import YamlDocument, load_document
 
 # Shorter segments of an obstacle's path have no direction.
 _MIN_SEGMENT_M = 1e-3
@@ -56,21 +55,10 @@ def read_scenario(path: str) -> YamlDocument:
     """Return a file that is valid by config/schemas/scenario.yaml.
 
     Raises:
-        DocumentError: the file cannot be read, is empty, or is not valid
+        DocumentError: the file cannot be read or is not valid
     """
-    return _read(path, file_version(path))
-
-
-@lru_cache(maxsize=64)
-def _read(path: str, _version: tuple[int, ...]) -> YamlDocument:
-    """Read a file once until it changes: to parse it takes some milliseconds."""
-    document = load_yaml(path, "name a readable YAML file (scenario:=, obstacles_path:=)")
-    if document.values is None:
-        raise document.error(
-            (), "the file is empty; add 'frame: map' and 'obstacles:', or a scenario"
-        )
-    validate(document, schema("scenario"))
-    return document
+    fix = "name a readable YAML file (scenario:=, obstacles_path:=)"
+    return load_document(path, "scenario", fix)
 
 
 def _obstacle(document: YamlDocument, keys: tuple, entry: dict, route: Route) -> ObstaclePlan:
