@@ -51,6 +51,7 @@ REFUSED = [
     ("swapped header", "y,x\n0,0\n1,0\n", ["row 1", "x in column 2 and y in column 1"], COLUMNS),
     ("quoted swapped header", '"Y","X"\n0,0\n1,0\n', ["row 1", "x in column 2"], COLUMNS),
     ("time in front", "time,x,y\n0,0,0\n1,0,1\n", ["x in column 2 and y in column 3"], COLUMNS),
+    ("road network", '<?xml version="1.0"?>\n<OpenDRIVE>', ["not a route"], "CSV file of x,y"),
     ("far away", "0,0\n1e30,0\n", ["row 2", "metres up to 100000"], IN_METRES),
     ("row counted over town03 ends", "0,0\r\r\n1,0\r\r\nword,0\r\r\n", ["row 3"], IN_METRES),
 ]

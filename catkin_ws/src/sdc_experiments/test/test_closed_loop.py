@@ -119,6 +119,7 @@ def test_controller_brakes_when_the_planner_has_no_path():
         ({"steering": 3}, "steering: must be a name, an object with a method wheel_angle or"),
         ({"route": [1, 2]}, "route: must be"),
         ({"route": np.zeros((3, 2))}, "coincide"),
+        ({"route": np.array([[6e6, 0.0], [6e6, 9.0]])}, "route: a coordinate is beyond 100 km"),
         ({"route": "missing.csv"}, "missing.csv: the file cannot be read"),
         ({"sim_options": {"vehicle": "tank"}}, "tank.yaml: cannot be read"),
     ],

@@ -148,11 +148,18 @@ class RefusalsTest(unittest.TestCase):
             sim.terminate()
             output, _ = sim.communicate(timeout=60)
         self.assertNotIn("Traceback", output)
+        self.output = output
         return camera and np.frombuffer(picture.data, np.uint8).reshape(-1, 4)[:, :3].mean()
 
     def test_route_of_two_points_has_pictures(self):
         brightness = self.start_on("two_points", self.file("two.csv", "0,0\n30,10\n"))
         self.assertGreater(brightness, 30.0)
+
+    def test_bend_that_the_car_cannot_take_is_named(self):
+        turn = [math.radians(angle) for angle in range(-90, 91, 30)]
+        rows = "".join(f"{20 + 2 * math.cos(a):.3f},{-2 * math.sin(a) - 2:.3f}\n" for a in turn)
+        self.start_on("bend", self.file("bend.csv", "0,0\n10,0\n" + rows + "0,-4\n"), camera=False)
+        self.assertRegex(self.output, r"bend.csv: the bend at .* has a radius of [12]\.\d m")
 
     def test_route_of_100000_points_works(self):
         rows = "".join(f"{0.5 * n:.3f},{300.0 * math.sin(n / 900.0):.3f}\n" for n in range(100_000))

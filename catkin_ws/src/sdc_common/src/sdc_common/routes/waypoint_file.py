@@ -56,6 +56,11 @@ def parse_waypoints(text: str, path: str) -> np.ndarray:
         text: content of the file
         path: name of the file in error messages
     """
+    if "<OpenDRIVE" in text[:1000]:
+        raise WaypointError(
+            f"{path}: the file is a road network (OpenDRIVE), not a route; set waypoints_path to a "
+            "CSV file of x,y"
+        )
     points: list[tuple[float, float]] = []
     rows: list[int] = []
     header_allowed = True

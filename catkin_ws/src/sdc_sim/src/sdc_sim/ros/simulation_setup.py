@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from typing import Any, Collection
 
@@ -9,10 +10,12 @@ import numpy as np
 import rospy
 
 from sdc_common.geometry.road_line import road_route
+from sdc_common.geometry.route import Route
 from sdc_common.ros.node import parameter, refuse
 from sdc_common.routes.waypoint_file import WaypointError, load_waypoints
 from sdc_common.validation import check_non_negative, suggestion
 from sdc_sim.physics.obstacles import KINDS
+from sdc_sim.physics.vehicle_parameters import VehicleParameters
 from sdc_sim.ros.bridge_versions import BRIDGE_VERSIONS
 from sdc_sim.ros.drive_log import DriveLog
 from sdc_sim.ros.picture_feed import PictureSettings
@@ -106,12 +109,27 @@ class SimulationSetup:
                 self.waypoints_path, self.role_name, bridge, daylight, weather, self.lockstep
             )
         self.drive_log = _drive_log(value("drive_log"))
+        _warn_of_tight_bends(self.route, self.simulation.vehicle.parameters, self.waypoints_path)
         value.refuse_unread()
 
     @property
     def map_name(self) -> str:
         """Name of the map: the file name of the route without its ending."""
         return os.path.splitext(os.path.basename(self.waypoints_path))[0]
+
+
+def _warn_of_tight_bends(route: Route, vehicle: VehicleParameters, path: str) -> None:
+    """Log the tightest bend if the vehicle cannot steer along it."""
+    least_m = vehicle.wheelbase_m / math.tan(vehicle.full_wheel_angle_rad(0.0))
+    tightest = int(np.argmax(np.abs(route.curvature)))
+    radius_m = 1.0 / max(abs(float(route.curvature[tightest])), 1e-9)
+    if radius_m < least_m:
+        x_m, y_m = route.points[tightest]
+        rospy.logwarn(
+            "sim: %s: the bend at (%.1f, %.1f) has a radius of %.1f m, and the vehicle cannot turn "
+            "on less than %.1f m: it will leave the route there",
+            *(path, x_m, y_m, radius_m, least_m),
+        )
 
 
 def _check_known(name: str, value: str | bool, known: Collection[Any]) -> None:

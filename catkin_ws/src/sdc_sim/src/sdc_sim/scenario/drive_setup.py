@@ -12,7 +12,7 @@ import numpy as np
 
 from sdc_common.geometry.road_line import road_route
 from sdc_common.geometry.route import Route, checked_points
-from sdc_common.routes.waypoint_file import load_waypoints, parse_waypoints
+from sdc_common.routes.waypoint_file import LARGEST_COORDINATE_M, load_waypoints, parse_waypoints
 from sdc_sim.scenario.configuration import build_simulation
 from sdc_sim.scenario.packaged import (
     PackagedFolders,
@@ -112,7 +112,10 @@ def _waypoints(source: Any, scenario_path: str, folders: PackagedFolders) -> np.
     if isinstance(source, str):
         return load_waypoints(find_route(scenario_path, source, folders))
     if isinstance(source, np.ndarray):
-        return checked_points(source)
+        points_m = checked_points(source)
+        if np.abs(points_m).max() > LARGEST_COORDINATE_M:
+            raise ValueError("route: a coordinate is beyond 100 km; write it in a local frame")
+        return points_m
     if all(isinstance(element, Mapping) for element in source):
         return _generated_waypoints(
             json.dumps([dict(element) for element in source], default=float)
