@@ -22,17 +22,18 @@ from std_srvs.srv import Trigger
 from sdc_common.ros.connection_watchdog import watch_connections
 from sdc_common.ros.conversion import command_message, true_odometry_topic
 from sdc_common.ros.node import LoopPublisher, parameter, refuse
+from sdc_common.ros.refusal import refusing
 from sdc_common.window import ImageWindow, NoDisplay
 from sdc_sim.manual_control import keyboard
 from sdc_sim.manual_control.drive_state import DriveState
-from sdc_sim.manual_control.hud_renderer import HudRenderer
+from sdc_sim.manual_control.hud import Hud
 from sdc_sim.manual_control.map_view import MapView
-from sdc_sim.manual_control.views import ViewSelector
 from sdc_sim.ros.waypoint_messages import waypoint_rows
 
 EGO = "/carla/ego_vehicle"
 PICTURE_TOPICS = (EGO + "/camera/rgb/front/image_color", "/camera/lane_mask")
 PICTURE_BUFFER_BYTES = 4 * 1024 * 1024
+MAP = "map"
 BLACK = np.zeros((480, 640, 3), np.uint8)
 LAST_MESSAGE_S = 0.2
 
@@ -42,11 +43,10 @@ class ManualControl:
         rospy.init_node("manual_control")
         self.is_manual = parameter("manual_at_start")
         try:
-            self.control = keyboard.KeyboardControl(
-                keyboard.KeyboardControlRates(**parameter("rates"))
-            )
-            self.views = ViewSelector(PICTURE_TOPICS, MapView(**parameter("map")))
-            self.state = DriveState(parameter("notice_s"), time.monotonic)
+            rates = keyboard.KeyboardControlRates(**parameter("rates"))
+            self.control = keyboard.KeyboardControl(rates)
+            self.map_view = MapView(**parameter("map"))
+            self.state = DriveState(parameter("notice_s"))
             self.window = ImageWindow(
                 "hand control", frames_per_second=parameter("frames_per_second")
             )
@@ -54,8 +54,9 @@ class ManualControl:
             refuse(f"{error}; correct it in config/manual_control.yaml")
         except NoDisplay as error:
             refuse(error)
-        self.hud = HudRenderer()
+        self.hud = Hud()
         self.show_panel, self.show_help = True, False
+        self.views = [*PICTURE_TOPICS, MAP]
 
         self.command_publisher = LoopPublisher(
             EGO + "/vehicle_control_cmd_manual", CarlaVehicleControl
@@ -65,43 +66,36 @@ class ManualControl:
         )
         self.reset_service = rospy.ServiceProxy("/sim/reset", Trigger)
 
-        latest = {"queue_size": 1, "tcp_nodelay": True}
         for topic in PICTURE_TOPICS:
             rospy.Subscriber(
-                topic, Image, self.views.on_picture, topic, buff_size=PICTURE_BUFFER_BYTES, **latest
+                *(topic, Image, self.state.on_picture, topic),
+                buff_size=PICTURE_BUFFER_BYTES,
+                queue_size=1,
+                tcp_nodelay=True,
             )
-        state = self.state
-        self.odometry_topic = true_odometry_topic(EGO)
-        rospy.Subscriber(self.odometry_topic, Odometry, self.on_odometry, **latest)
-        rospy.Subscriber(
-            EGO + "/vehicle_status", CarlaEgoVehicleStatus, state.on_status, queue_size=1
-        )
-        rospy.Subscriber(EGO + "/obstacles", ObstacleArray, state.on_obstacles, queue_size=1)
-        rospy.Subscriber(EGO + "/collision", CarlaCollisionEvent, state.on_collision)
-        rospy.Subscriber(EGO + "/lane_invasion", CarlaLaneInvasionEvent, state.on_lane_invasion)
-        rospy.Subscriber("/carla/world_info", CarlaWorldInfo, state.on_world_info)
-        rospy.Subscriber("/planner/mission_waypoints", rospy.AnyMsg, self.on_mission)
-        rospy.Subscriber("/planner/local_waypoints", rospy.AnyMsg, self.on_path, queue_size=1)
+        for topic, message_class, handle, queue_size in (
+            (true_odometry_topic(EGO), Odometry, self.state.on_odometry, 1),
+            (EGO + "/vehicle_status", CarlaEgoVehicleStatus, self.state.on_status, 1),
+            (EGO + "/obstacles", ObstacleArray, self.state.on_obstacles, 1),
+            (EGO + "/collision", CarlaCollisionEvent, self.state.on_collision, None),
+            (EGO + "/lane_invasion", CarlaLaneInvasionEvent, self.state.on_lane_invasion, None),
+            ("/carla/world_info", CarlaWorldInfo, self.state.on_world_info, None),
+            ("/planner/mission_waypoints", rospy.AnyMsg, self.on_mission, None),
+            ("/planner/local_waypoints", rospy.AnyMsg, self.state.on_path, 1),
+        ):
+            rospy.Subscriber(
+                *(topic, message_class, self.on_message, (topic, handle)),
+                queue_size=queue_size,
+                tcp_nodelay=True,
+            )
 
-    def on_odometry(self, odometry):
-        try:
-            self.state.on_odometry(odometry)
-        except ValueError as error:
-            rospy.logwarn_throttle(1.0, f"manual_control: refused {self.odometry_topic}: {error}")
+    def on_message(self, message, topic_and_handle):
+        topic, handle = topic_and_handle
+        with refusing(topic):
+            handle(message)
 
     def on_mission(self, path):
-        try:
-            self.views.map_view.set_route(waypoint_rows(path, "x", "y"))
-        except ValueError as error:
-            rospy.logwarn("manual_control: refused /planner/mission_waypoints: %s", error)
-
-    def on_path(self, path):
-        try:
-            self.state.on_path(path)
-        except ValueError as error:
-            rospy.logwarn_throttle(
-                1.0, f"manual_control: refused /planner/local_waypoints: {error}"
-            )
+        self.map_view.set_route(waypoint_rows(path, "x", "y"))
 
     def on_key(self, key):
         if key == keyboard.QUIT_KEY:
@@ -112,7 +106,7 @@ class ManualControl:
             self.set_manual(not self.is_manual)
             self.state.notify("You drive" if self.is_manual else "The stack drives")
         elif key == keyboard.VIEW_KEY:
-            self.views.select_next()
+            self.views = [*self.views[1:], self.views[0]]
         elif key == keyboard.RESET_KEY:
             self.control.reset()
             # The service call blocks while the world is paused.
@@ -145,20 +139,28 @@ class ManualControl:
         command = replace(self.control.step(held, self.window.step_s), stamp_ns=stamp_ns)
         self.command_publisher.publish(command_message(command, CarlaVehicleControl))
 
+    def picture(self):
+        """Return the picture of the selected view, or None if there is none."""
+        view, state = self.views[0], self.state
+        if view == MAP:
+            return state.pose and self.map_view.picture(*state.pose, state.path, state.obstacles)
+        with refusing(view):
+            return state.picture(view)
+        return None
+
     def show_frame(self):
         """Show one frame; return the keys that were pressed meanwhile."""
-        try:
-            picture = self.views.picture(self.state)
-        except ValueError as error:
-            rospy.logwarn_throttle(1.0, f"manual_control: {error}")
-            picture = None
-        readings = self.state.readings(self.control.command, self.is_manual, self.window.frame_rate)
-        notices = self.state.notices()
+        picture = self.picture()
+        readings = self.state.readings(self.is_manual, self.window.frame_rate)
 
         def overlay(screen):
             if picture is None:
-                self.hud.draw_centred(screen, f"no picture on {self.views.selected} yet")
-            self.hud.draw(screen, readings, notices, self.show_panel, self.show_help)
+                self.hud.draw_centred(screen, f"no picture on {self.views[0]} yet")
+            if self.show_panel:
+                self.hud.draw_panel(screen, readings, self.state.command or self.control.command)
+            if self.show_help:
+                self.hud.draw_help(screen)
+            self.hud.draw_notices(screen, self.state.notices())
 
         return self.window.show(BLACK if picture is None else picture, overlay)
 

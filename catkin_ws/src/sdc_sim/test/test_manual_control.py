@@ -14,7 +14,7 @@ from carla_msgs.msg import (
 from hypothesis import given
 from hypothesis import strategies as st
 from nav_msgs.msg import Odometry
-from sdc_msgs.msg import LocalPath, Obstacle, ObstacleArray, Waypoint
+from sdc_msgs.msg import Obstacle, ObstacleArray
 from sensor_msgs.msg import Image
 
 from sdc_common.driving import Command
@@ -22,7 +22,6 @@ from sdc_sim.manual_control import hud
 from sdc_sim.manual_control.drive_state import DriveState
 from sdc_sim.manual_control.keyboard import KeyboardControl, KeyboardControlRates
 from sdc_sim.manual_control.map_view import MapView
-from sdc_sim.manual_control.views import ViewSelector
 from sdc_sim.ros.message_conversion import quaternion_from_yaw
 from sdc_sim.ros.picture_messages import image_message
 
@@ -113,65 +112,30 @@ def test_invalid_rate_is_refused_by_name(name, value):
 
 @pytest.mark.parametrize(
     "yaw_deg, expected",
-    [
-        (0.0, (90, "E")),
-        (90.0, (0, "N")),
-        (180.0, (270, "W")),
-        (-135.0, (225, "SW")),
-        (67.6, (22, "N")),
-        (67.4, (23, "NE")),
-        (450.0, (0, "N")),
-    ],
+    [(0.0, "90\u00b0 E"), (90.0, "0\u00b0 N"), (180.0, "270\u00b0 W"), (-135.0, "225\u00b0 SW")]
+    + [(67.6, "22\u00b0 N"), (67.4, "23\u00b0 NE"), (450.0, "0\u00b0 N")],
 )
 def test_compass_is_clockwise_from_north(yaw_deg, expected):
     assert hud.compass(math.radians(yaw_deg)) == expected
 
 
-def test_lines_show_all_readings():
-    readings = hud.Readings(
-        server_fps=19.6,
-        client_fps=30.0,
-        map_name="Town03",
-        time_s=36061.35,
-        x_m=1.25,
-        y_m=-40.56,
-        yaw_rad=0.0,
-        speed_mps=10.0,
-        manual=True,
-    )
-    assert dict(hud.lines(readings)) == {
-        "Server": "20 FPS",
-        "Client": "30 FPS",
-        "Map": "Town03",
-        "Time": "10:01:01.3",
-        "Speed": "36 km/h",
-        "Heading": "90\u00b0 E",
-        "Location": "1.2, -40.6",
-        "Driver": "manual",
-    }
-    unknown = dict(hud.lines(hud.Readings()))
-    assert {unknown[name] for name in ("Map", "Time", "Speed", "Heading", "Location")} == {"-"}
-    assert unknown["Driver"] == "autopilot"
+def test_time_is_shown_with_tenths():
+    assert (hud.clock(0.0), hud.clock(36061.35)) == ("0:00:00.0", "10:01:01.3")
 
 
 def test_repeated_notice_starts_again_fades_and_the_oldest_is_dropped():
-    notices = hud.Notices(duration_s=4.0, max_count=2)
-    for now_s, text in enumerate(("one", "two", "one")):
-        notices.add(text, now_s)
-    assert notices.visible(4.0) == [("two", 0.5), ("one", 1.0)]
-    assert notices.visible(5.0) == [("one", 0.5)]
-    notices.add("three", 5.0)
-    notices.add("four", 5.0)
-    assert [text for text, _ in notices.visible(5.0)] == ["three", "four"]
-
-
-def test_frame_rate_is_averaged_over_its_window():
-    rate = hud.FrameRate(window_s=2.0)
-    assert rate.per_second(0.0) == 0.0
-    for tick in range(100):
-        rate.count(0.05 * tick)
-    assert rate.per_second(4.95) == pytest.approx(20.0)
-    assert rate.per_second(20.0) == 0.0
+    clock = Clock()
+    state = DriveState(4.0, clock)
+    for text in ("one", "two", "one"):
+        state.notify(text)
+        clock.now_s += 1.0
+    clock.now_s += 1.0
+    assert state.notices() == [("two", 0.5), ("one", 1.0)]
+    clock.now_s += 1.0
+    assert state.notices() == [("one", 0.5)]
+    for text in "abcd":
+        state.notify(text)
+    assert [text for text, _ in state.notices()] == ["a", "b", "c", "d"]
 
 
 class Clock:
@@ -190,25 +154,43 @@ def odometry(x=3.0):
     return message
 
 
-def test_readings_combine_all_messages():
+def test_panel_shows_the_newest_values_and_a_dash_for_unknown_ones():
     clock = Clock()
     state = DriveState(3.0, clock)
-    own = Command(throttle=0.5)
-    assert state.readings(own, manual=True, client_fps=30.0).command is own
+    assert dict(hud.lines(state.readings(is_manual=False, client_fps=30.0))) == {
+        **dict.fromkeys(("Map", "Time", "Speed", "Heading", "Location"), "-"),
+        "Server": "0 FPS",
+        "Client": "30 FPS",
+        "Driver": "autopilot",
+    }
     for _ in range(5):
         state.on_odometry(odometry())
         clock.now_s += 0.05
     with pytest.raises(ValueError):
         state.on_odometry(odometry(x=math.nan))
+    state.on_world_info(CarlaWorldInfo(map_name="Town03"))
+    clock.now_s -= 0.05
+    assert dict(hud.lines(state.readings(is_manual=True, client_fps=30.0))) == {
+        "Server": "20 FPS",
+        "Client": "30 FPS",
+        "Map": "Town03",
+        "Time": "0:00:07.0",
+        "Speed": "22 km/h",
+        "Heading": "61\u00b0 NE",
+        "Location": "3.0, 0.0",
+        "Driver": "manual",
+    }
+    clock.now_s += 60.0
+    assert state.readings(is_manual=True, client_fps=30.0)["server_fps"] < 0.1
+
+
+def test_command_of_the_vehicle_is_known_from_its_status():
+    state = DriveState(3.0)
+    assert state.command is None
     status = CarlaEgoVehicleStatus()
     status.control.brake = 1.0
     state.on_status(status)
-    state.on_world_info(CarlaWorldInfo(map_name="Town03"))
-    readings = state.readings(own, manual=False, client_fps=30.0)
-    assert (readings.x_m, readings.speed_mps, readings.time_s) == (3.0, 6.0, 7.0)
-    assert (readings.map_name, readings.command.brake) == ("Town03", 1.0)
-    assert readings.yaw_rad == pytest.approx(0.5)
-    assert readings.server_fps == pytest.approx(20.0)
+    assert state.command.brake == 1.0
 
 
 def test_events_become_notices():
@@ -224,25 +206,15 @@ def test_events_become_notices():
     ]
 
 
-def test_views_cycle_through_pictures_and_map():
-    state = DriveState(3.0, Clock())
-    views = ViewSelector(["front", "mask"], MapView(0.1, 10.0))
-    assert views.picture(state) is None
+def test_newest_picture_of_each_topic_is_shown():
+    state = DriveState(3.0)
+    assert state.picture("front") is None
     picture = np.random.default_rng(1).integers(0, 255, (48, 64, 4), dtype=np.uint8)
-    views.on_picture(image_message(picture, rospy.Time(1)), "front")
-    np.testing.assert_array_equal(views.picture(state), picture[:, :, :3])
-    views.select_next()
-    assert (views.selected, views.picture(state)) == ("mask", None)
+    state.on_picture(image_message(picture, rospy.Time(1)), "front")
+    np.testing.assert_array_equal(state.picture("front"), picture[:, :, :3])
     mask = Image(height=2, width=3, step=3, encoding="mono8", data=bytes(range(6)))
-    views.on_picture(mask, "mask")
-    np.testing.assert_array_equal(views.picture(state)[:, :, 1], [[0, 1, 2], [3, 4, 5]])
-    views.select_next()
-    assert (views.selected, views.picture(state)) == (ViewSelector.MAP, None)
-    state.on_path(LocalPath([Waypoint(3.0, 0.0, 5.0), Waypoint(9.0, 0.0, 5.0)]))
-    state.on_odometry(odometry())
-    assert views.picture(state).shape == (480, 640, 3)
-    views.select_next()
-    assert views.selected == "front"
+    state.on_picture(mask, "mask")
+    np.testing.assert_array_equal(state.picture("mask")[:, :, 1], [[0, 1, 2], [3, 4, 5]])
 
 
 @pytest.mark.parametrize(
@@ -254,10 +226,10 @@ def test_views_cycle_through_pictures_and_map():
     ],
 )
 def test_invalid_picture_is_refused(message):
-    views = ViewSelector(["front"], MapView(0.1, 10.0))
-    views.on_picture(message, "front")
-    with pytest.raises(ValueError, match="front"):
-        views.picture(DriveState(3.0, Clock()))
+    state = DriveState(3.0)
+    state.on_picture(message, "front")
+    with pytest.raises(ValueError, match="the picture is"):
+        state.picture("front")
 
 
 def colour_at(view, picture, point, pose):

@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
-import threading
-from typing import Any, Callable
+import time
+from collections import deque
+from collections.abc import Callable
+from typing import Any
 
-from sdc_common.driving import Command
+import numpy as np
+from cv_bridge import CvBridge, CvBridgeError
+from sensor_msgs.msg import Image
+
 from sdc_common.ros.conversion import pose_and_speed, yaw_from_quaternion
 from sdc_sim.manual_control import hud
 from sdc_sim.ros.waypoint_messages import waypoint_rows
+
+_MAX_NOTICES = 4
+# The frame rate is the mean of so many odometry messages.
+_COUNTED = 40
 
 
 class DriveState:
@@ -21,21 +30,29 @@ class DriveState:
     Attributes:
         stamp: stamp of the newest odometry; None if there is none
         pose: x, y [m], yaw [rad]; None if unknown
-        path: rows of x, y [m], target speed [m/s]; None if unknown
-        obstacles: rows of x, y [m], yaw [rad], length, width [m]; None if unknown
+        path: rows of x, y [m], target speed [m/s]
+        obstacles: rows of x, y [m], yaw [rad], length, width [m]
+        command: the active command of the vehicle; None if unknown
+
+    Raises:
+        ValueError: notice_s is not positive.
     """
 
-    def __init__(self, notice_s: float, clock: Callable[[], float]):
+    def __init__(self, notice_s: float, clock: Callable[[], float] = time.monotonic):
+        if not notice_s > 0.0:
+            raise ValueError(f"notice_s must be positive, got {notice_s}")
         self.stamp: Any = None
         self.pose: tuple[float, float, float] | None = None
-        self.path: list[tuple] | None = None
-        self.obstacles: list[tuple] | None = None
-        self._clock = clock
-        self._lock = threading.Lock()
-        self._notices = hud.Notices(notice_s)
-        self._frame_rate = hud.FrameRate()
+        self.path: list[tuple] = []
+        self.obstacles: list[tuple] = []
+        self.command: Any = None
+        self._clock, self._notice_s = clock, notice_s
+        self._notices: dict[str, float] = {}
+        self._received_s: deque[float] = deque(maxlen=_COUNTED)
         self._readings: dict[str, Any] = {}
         self._obstacle_kinds: dict[int, str] = {}
+        self._pictures: dict[str, Image] = {}
+        self._bridge = CvBridge()
 
     def on_odometry(self, odometry: Any) -> None:
         """Store pose and speed of a nav_msgs/Odometry.
@@ -44,30 +61,30 @@ class DriveState:
             ValueError: a value is not finite; the previous values stay.
         """
         x, y, yaw, speed = pose_and_speed(odometry)
-        with self._lock:
-            self._frame_rate.count(self._clock())
-            self.stamp, self.pose = odometry.header.stamp, (x, y, yaw)
-            self._readings.update(
-                time_s=self.stamp.to_sec(), x_m=x, y_m=y, yaw_rad=yaw, speed_mps=speed
-            )
+        self._received_s.append(self._clock())
+        self.stamp, self.pose = odometry.header.stamp, (x, y, yaw)
+        self._readings.update(
+            time=hud.clock(self.stamp.to_sec()),
+            heading=hud.compass(yaw),
+            x_m=x,
+            y_m=y,
+            speed_kmh=3.6 * speed,
+        )
 
     def on_status(self, status: Any) -> None:
         """Store the active command of a CarlaEgoVehicleStatus."""
-        with self._lock:
-            self._readings.update(command=status.control)
+        self.command = status.control
 
     def on_obstacles(self, message: Any) -> None:
         """Store the obstacles of an ObstacleArray."""
-        self._obstacle_kinds = {obstacle.id: obstacle.kind for obstacle in message.obstacles}
+        self._obstacle_kinds = {one.id: one.kind for one in message.obstacles}
         self.obstacles = [
             (
-                obstacle.pose.position.x,
-                obstacle.pose.position.y,
-                yaw_from_quaternion(obstacle.pose.orientation),
-                obstacle.size.x,
-                obstacle.size.y,
+                *(one.pose.position.x, one.pose.position.y),
+                yaw_from_quaternion(one.pose.orientation),
+                *(one.size.x, one.size.y),
             )
-            for obstacle in message.obstacles
+            for one in message.obstacles
         ]
 
     def on_path(self, path: Any) -> None:
@@ -80,37 +97,68 @@ class DriveState:
 
     def on_world_info(self, info: Any) -> None:
         """Store the map name of a CarlaWorldInfo."""
-        with self._lock:
-            self._readings.update(map_name=info.map_name)
+        self._readings.update(map_name=info.map_name)
 
     def on_collision(self, event: Any) -> None:
         """Show a notice for a CarlaCollisionEvent."""
-        kind = self._obstacle_kinds.get(event.other_actor_id)
-        self.notify(hud.collision_text(event.other_actor_id, kind))
+        number = event.other_actor_id
+        self.notify(f"Collision with {self._obstacle_kinds.get(number) or f'actor {number}'}")
 
     def on_lane_invasion(self, event: Any) -> None:
         """Show a notice for a CarlaLaneInvasionEvent."""
         self.notify(hud.crossed_line_text(event.crossed_lane_markings))
 
-    def notify(self, text: str) -> None:
-        """Show a notice."""
-        with self._lock:
-            self._notices.add(text, self._clock())
+    def on_picture(self, message: Image, topic: str) -> None:
+        """Store the newest picture of a topic."""
+        self._pictures[topic] = message
 
-    def readings(self, command: Command, manual: bool, client_fps: float) -> hud.Readings:
-        """Return the values of the head-up display.
+    def picture(self, topic: str) -> np.ndarray | None:
+        """Return the picture of a topic as (H, W, 3) BGR uint8, or None if none arrived yet.
+
+        Raises:
+            ValueError: the picture is not valid.
+        """
+        message = self._pictures.get(topic)
+        if message is None:
+            return None
+        try:
+            picture = self._bridge.imgmsg_to_cv2(message, "bgr8")
+        except (CvBridgeError, TypeError) as error:
+            raise ValueError(f"the picture is not valid: {error}") from error
+        if 0 in picture.shape:
+            raise ValueError("the picture is empty")
+        return picture
+
+    def readings(self, is_manual: bool, client_fps: float) -> dict[str, Any]:
+        """Return the readings of the head-up display by name, without those that are unknown.
 
         Args:
-            command: command to show until the vehicle reports its active command
-            manual: whether the person drives
+            is_manual: whether the person drives
             client_fps: frame rate of the window [1/s]
         """
-        with self._lock:
-            values: dict[str, Any] = {"command": command, **self._readings}
-            server_fps = self._frame_rate.per_second(self._clock())
-        return hud.Readings(manual=manual, client_fps=client_fps, server_fps=server_fps, **values)
+        received_s = list(self._received_s)
+        over_s = self._clock() - received_s[0] if received_s else 0.0
+        return {
+            "driver": "manual" if is_manual else "autopilot",
+            "client_fps": client_fps,
+            "server_fps": (len(received_s) - 1) / over_s if over_s > 0.0 else 0.0,
+            **self._readings,
+        }
+
+    def notify(self, text: str) -> None:
+        """Show a notice. A repeated one starts again; only the newest ones stay."""
+        self._notices.pop(text, None)
+        self._notices[text] = self._clock()
+        for old in list(self._notices)[:-_MAX_NOTICES]:
+            self._notices.pop(old, None)
 
     def notices(self) -> list[tuple[str, float]]:
-        """Return rows of (text, opacity in 0..1)."""
-        with self._lock:
-            return self._notices.visible(self._clock())
+        """Return rows of (text, opacity in 0..1), the oldest first.
+
+        A notice is opaque for the first half of its time, then fades out.
+        """
+        left = [
+            (text, 1.0 - (self._clock() - since_s) / self._notice_s)
+            for text, since_s in list(self._notices.items())
+        ]
+        return [(text, min(1.0, 2.0 * share)) for text, share in left if share > 0.0]

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import Sequence
+from collections.abc import Sequence
 
 import cv2
 import numpy as np
 
-from sdc_sim.camera.painting import footprint
+from sdc_sim.camera.painting import FIXED_POINT_BITS, footprint
+from sdc_sim.camera.rasterizer import fill
 from sdc_sim.road.road import Road
 from sdc_sim.road.road_markings import RoadMarkings, road_markings, speed_colours
 
@@ -18,27 +19,9 @@ _ASPHALT = (78, 76, 74)
 _LINE = (225, 225, 225)
 _CAR = (200, 60, 30)
 _GLASS = (60, 40, 30)
-_OUTLINE = (255, 255, 255)
 _OBSTACLE = (30, 130, 240)
 
-_CAR_LENGTH_M, _CAR_WIDTH_M = 4.7, 2.0
-_CAR_OUTLINE_M = np.array(
-    [
-        (0.5, 0.35),
-        (0.42, 0.5),
-        (-0.46, 0.5),
-        (-0.5, 0.4),
-        (-0.5, -0.4),
-        (-0.46, -0.5),
-        (0.42, -0.5),
-        (0.5, -0.35),
-    ]
-) * (_CAR_LENGTH_M, _CAR_WIDTH_M)
-_WINDSCREEN_M = np.array([(0.21, 0.38), (0.08, 0.32), (0.08, -0.32), (0.21, -0.38)]) * (
-    _CAR_LENGTH_M,
-    _CAR_WIDTH_M,
-)
-_SHIFT = 4  # fractional bits of the pixels that are drawn
+_CAR_SIZE_M, _WINDSCREEN_SIZE_M, _WINDSCREEN_AHEAD_M = (4.7, 2.0), (0.6, 1.5), 0.7
 
 
 class MapView:
@@ -83,27 +66,18 @@ class MapView:
         Returns:
             pixels to the right and down, shape (..., 2)
         """
-        offset = np.asarray(points_m, dtype=float) - (x_m, y_m)
         c, s = math.cos(yaw_rad), math.sin(yaw_rad)
-        return self._pixels(offset @ (c, s), offset @ (-s, c))
-
-    def _pixels(self, forward_m: np.ndarray, left_m: np.ndarray) -> np.ndarray:
+        offset = (np.asarray(points_m, dtype=float) - (x_m, y_m)) / self._m_per_pixel
         width, height = self._size
-        return np.stack(
-            [
-                0.5 * width - left_m / self._m_per_pixel,
-                0.7 * height - forward_m / self._m_per_pixel,
-            ],
-            axis=-1,
-        )
+        return (0.5 * width, 0.7 * height) - offset @ [[-s, c], [c, s]]
 
     def picture(
         self,
         x_m: float,
         y_m: float,
         yaw_rad: float,
-        path: Sequence | None = None,
-        obstacles: Sequence | None = None,
+        path: Sequence = (),
+        obstacles: Sequence = (),
     ) -> np.ndarray:
         """Return the picture around the car as (H, W, 3) BGR uint8.
 
@@ -116,53 +90,38 @@ class MapView:
         """
         pose = (x_m, y_m, yaw_rad)
         canvas = np.full((self._size[1], self._size[0], 3), _GRASS, np.uint8)
+
+        def fixed_point(points_m: np.ndarray) -> np.ndarray:
+            pixels = np.clip(self.to_pixels(points_m, *pose), -1e4, 1e4)
+            return np.round(pixels * 2**FIXED_POINT_BITS).astype(np.int32)
+
+        def near(shapes_m: np.ndarray) -> np.ndarray:
+            return shapes_m[np.abs(shapes_m[:, 0] - pose[:2]).max(axis=1) < self._reach_m]
+
+        def draw_lines(lines: list, colour: Sequence[float], thickness: int = 1) -> None:
+            cv2.polylines(canvas, lines, False, colour, thickness, cv2.LINE_AA, FIXED_POINT_BITS)
+
         if self._markings is not None:
-            self._draw_road(canvas, self._markings, pose)
+            for surface in fixed_point(near(self._markings.surface)):
+                cv2.fillConvexPoly(canvas, surface, _ASPHALT, cv2.LINE_8, FIXED_POINT_BITS)
+            for segments in (self._markings.edges, self._markings.dashes):
+                draw_lines(list(fixed_point(near(segments))), _LINE)
         rows = _finite_rows(path, 3)
-        if len(rows) > 1:
-            self._draw_path(canvas, rows, pose)
-        for x, y, yaw, length, width in _finite_rows(obstacles, 5).tolist():
-            corners = self.to_pixels(footprint((x, y), yaw, (length, width)), *pose)
-            _fill(canvas, _fixed_point(corners), _OBSTACLE)
-        outline = _fixed_point(self._pixels(*_CAR_OUTLINE_M.T))
-        _fill(canvas, outline, _CAR)
-        _fill(canvas, _fixed_point(self._pixels(*_WINDSCREEN_M.T)), _GLASS)
-        _draw_lines(canvas, [outline], _OUTLINE, closed=True)
+        segments = fixed_point(np.stack([rows[:-1, :2], rows[1:, :2]], axis=1))
+        colours = 255.0 * speed_colours(rows[:-1, 2], self._full_speed_mps)[:, ::-1]
+        for segment, colour in zip(segments, colours.tolist()):
+            draw_lines([segment], colour, 3)
+        bodies = [(*row, _OBSTACLE) for row in _finite_rows(obstacles, 5).tolist()]
+        c, s = _WINDSCREEN_AHEAD_M * math.cos(yaw_rad), _WINDSCREEN_AHEAD_M * math.sin(yaw_rad)
+        bodies += [
+            (*pose, *_CAR_SIZE_M, _CAR),
+            (x_m + c, y_m + s, yaw_rad, *_WINDSCREEN_SIZE_M, _GLASS),
+        ]
+        for x, y, yaw, length, width, colour in bodies:
+            fill(canvas, fixed_point(footprint((x, y), yaw, (length, width))), colour)
         return canvas
 
-    def _draw_road(self, canvas: np.ndarray, markings: RoadMarkings, pose: tuple) -> None:
-        for quadrilateral in self._pixels_near(markings.surface, pose):
-            _fill(canvas, quadrilateral, _ASPHALT, cv2.LINE_8)
-        for segments in (markings.edges, markings.dashes):
-            _draw_lines(canvas, list(self._pixels_near(segments, pose)), _LINE)
 
-    def _draw_path(self, canvas: np.ndarray, path: np.ndarray, pose: tuple) -> None:
-        segments = np.stack([path[:-1, :2], path[1:, :2]], axis=1)
-        pixels = _fixed_point(self.to_pixels(segments, *pose))
-        colours = 255.0 * speed_colours(path[:-1, 2], self._full_speed_mps)[:, ::-1]
-        for segment, colour in zip(pixels, colours.tolist()):
-            _draw_lines(canvas, [segment], colour, thickness=3)
-
-    def _pixels_near(self, shapes_m: np.ndarray, pose: tuple) -> np.ndarray:
-        """Return the fixed-point pixels of the shapes (N, corners, 2) near the car."""
-        near = np.abs(shapes_m[:, 0] - pose[:2]).max(axis=1) < self._reach_m
-        return _fixed_point(self.to_pixels(shapes_m[near], *pose))
-
-
-def _fill(canvas: np.ndarray, corners: np.ndarray, colour: tuple, line: int = cv2.LINE_AA) -> None:
-    cv2.fillConvexPoly(canvas, corners, colour, line, _SHIFT)
-
-
-def _draw_lines(
-    canvas: np.ndarray, lines: list, colour: tuple, thickness: int = 1, closed: bool = False
-) -> None:
-    cv2.polylines(canvas, lines, closed, colour, thickness, cv2.LINE_AA, _SHIFT)
-
-
-def _finite_rows(rows: Sequence | None, columns: int) -> np.ndarray:
-    array = np.asarray(() if rows is None else rows, dtype=float).reshape(-1, columns)
+def _finite_rows(rows: Sequence, columns: int) -> np.ndarray:
+    array = np.asarray(rows, dtype=float).reshape(-1, columns)
     return array[np.isfinite(array).all(axis=1)]
-
-
-def _fixed_point(pixels: np.ndarray) -> np.ndarray:
-    return np.round(np.clip(pixels, -1e4, 1e4) * 2**_SHIFT).astype(np.int32)
