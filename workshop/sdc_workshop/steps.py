@@ -10,7 +10,7 @@ from typing import NamedTuple
 import yaml
 
 FOLDER = Path(__file__).resolve().parents[1]
-# The labs and their packages. Their steps, hints and mutations are in labs/NAME.
+# The labs and their packages. Their steps, hints and checks are in labs/NAME.
 LABS = {"localization": "sdc_localization", "perception": "sdc_perception"}
 # The steps of the workshop itself.
 WORKSHOP = ""

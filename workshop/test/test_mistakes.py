@@ -1,7 +1,4 @@
-"""Each typical mistake is found by the check of its step and named in its hint.
-
-Other code that does the same passes.
-"""
+"""Each mistake fails its step, with a sentence that names it; unusual code that is right passes."""
 
 import os
 import subprocess
@@ -10,39 +7,41 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
-from examine_mutations import changes, selection
 from finished_workspace import solved
+from judge_mistakes import table
 
 from sdc_workshop.steps import all_steps, hint_of
 from sdc_workshop.workspace import PROJECT
 
-pytestmark = pytest.mark.slow(50)
-
+PARTS = 3
 LIMIT_S = 900
 
 
-def test_each_todo_has_two_mutations_and_each_step_a_hint():
-    count = Counter(mutation["step"] for mutation in changes("mutations.yaml"))
-    assert [step.id for step in all_steps() if step.file and count[step.id] < 2] == []
+def test_each_step_has_wrong_and_right_solutions_and_a_hint():
+    rows = table()
+    wrong = Counter(row["step"] for row in rows if row["says"] != "right")
+    assert [step.id for step in all_steps() if step.file and wrong[step.id] < 2] == []
     assert all(hint_of(step.id).hint and hint_of(step.id).more for step in all_steps())
-    rows = changes("mutations.yaml", "alternatives.yaml")
     assert len({(row["step"], row["name"]) for row in rows}) == len(rows)
 
 
+@pytest.mark.mistakes
+@pytest.mark.slow(100)
 @pytest.mark.parametrize(
-    "part", [0, *(pytest.param(part, marks=pytest.mark.nightly) for part in (1, 2))]
+    "part", [0, *(pytest.param(part, marks=pytest.mark.nightly) for part in range(1, PARTS))]
 )
-def test_mutations_are_explained_and_alternatives_pass(part, tmp_path):
+def test_mistakes_are_explained_and_unusual_code_passes(part, tmp_path, record_property):
     folder = solved(tmp_path / "ws")
     devel = next(Path(PROJECT).glob("catkin_ws/devel/lib/python3*/dist-packages"))
     path = [str(PROJECT / "workshop"), str(devel), os.environ.get("PYTHONPATH", "")]
+    judge = Path(__file__).with_name("judge_mistakes.py")
     done = subprocess.run(
-        [sys.executable, "-B", Path(__file__).with_name("examine_mutations.py"), folder, str(part)],
+        [sys.executable, "-B", judge, folder, str(part), str(PARTS)],
         env={**os.environ, "PYTHONPATH": os.pathsep.join(path)},
         capture_output=True,
         text=True,
         timeout=LIMIT_S,
         check=False,
     )
+    record_property("judged rightly", done.stdout.splitlines()[-1:])
     assert done.returncode == 0, done.stdout + done.stderr
-    assert done.stdout.splitlines()[-1] == f"{len(selection(part))} changes"
