@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Basic control: the controller answers each odometry with a constant command, without a path."""
 
 import unittest

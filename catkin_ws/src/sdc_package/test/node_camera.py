@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """The camera node publishes the lane mask of each picture, and refuses invalid pictures."""
 
 import unittest

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """The camera node's window: it shows the picture, F shows the lane mask, Q closes it."""
 
 import contextlib

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """The nodes drive in a world with the topics of a newer CARLA bridge."""
 
 import unittest

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """hello.sh prints a greeting with rosrun and with roslaunch."""
 
 import subprocess

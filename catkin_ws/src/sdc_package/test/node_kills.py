@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Nodes of the car are killed during one drive: it stops or is unaffected, and completes."""
 
 import json

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """The local planner answers each odometry once, refuses bad messages, and ends a route properly."""
 
 import math

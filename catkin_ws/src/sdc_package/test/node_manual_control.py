@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Test of the manual control window with key events, the simulator and the stack."""
 
 import contextlib

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """The mission planner publishes its route, latched, and refuses a bad file with one line."""
 
 import os

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """A suspended planner or controller makes the car brake in time; it resumes afterwards."""
 
 import math

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """The controller answers each pair of odometry and path once, and stops when an input times out."""
 
 import contextlib

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """The controller runs with every steering method, and refuses one that cannot be built."""
 
 import contextlib

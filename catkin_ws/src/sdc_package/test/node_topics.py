@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Invalid messages on the topics of a running drive have no effect on the ride."""
 
 import copy

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """The topics that the nodes of CARLA's bridge use, in the way in which those nodes use them."""
 
 import threading

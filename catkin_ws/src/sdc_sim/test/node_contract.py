@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """The contract of the bridge in real time: obstacles, and commands in excess."""
 
 import unittest

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Integration check: a stack drives under the master of this test; its report is checked."""
 
 import os

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """The camera in lockstep: a picture of every tick, also after a crash."""
 
 import os

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Each generation of the bridge has its topics, with their types, frames and latches."""
 
 import math

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Pause, step and resume in lockstep; the test is the stack."""
 
 import threading

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """The options of config/sim.yaml take effect: noise, latencies, friction, wind, role name."""
 
 import unittest

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Tests of the referee node with topics that only this test publishes."""
 
 import json

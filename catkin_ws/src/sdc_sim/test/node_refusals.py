@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """An invalid parameter or file ends the sim with one line that names it; unusual routes work."""
 
 import math

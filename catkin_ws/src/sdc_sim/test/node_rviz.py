@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Test of RViz with the packaged configuration on a virtual display."""
 
 import signal

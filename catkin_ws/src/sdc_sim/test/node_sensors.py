@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """The sensors in lockstep without perfect odometry; the test is the stack that answers them."""
 
 import math

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Test of the show node: messages for RViz, late subscribers, invalid input."""
 
 import math

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """The simulator keeps its contract in real time: topics, frames, stamps, commands."""
 
 import unittest

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """A stack without stamps in lockstep: order decides; the test is the stack."""
 
 import unittest

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Test the complete demo, started with roslaunch."""
 
 import os

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Test the driver node: publish positions and points, receive steering commands."""
 
 import math

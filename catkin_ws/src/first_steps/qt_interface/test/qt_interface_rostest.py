@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Test the window node together with the world node, by mouse and keys on a virtual display."""
 
 import contextlib

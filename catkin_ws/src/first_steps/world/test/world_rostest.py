@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Test the world node through its topics; the test of the simulation shows its rules."""
 
 import math
