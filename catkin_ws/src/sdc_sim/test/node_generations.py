@@ -11,10 +11,10 @@ import numpy as np
 import rospkg
 import rospy
 import rostest
-from carla_msgs.msg import CarlaEgoVehicleControl, CarlaWeatherParameters
+import yaml
+from carla_msgs.msg import CarlaWeatherParameters
 from geometry_msgs.msg import Pose, PoseStamped, Twist
 from nav_msgs.msg import Odometry
-from sdc_msgs.msg import CarlaVehicleControl
 from sensor_msgs.msg import Image
 
 from sdc_common.processes import wait_until
@@ -32,75 +32,11 @@ lights:
   - {stop_line_m: 80.0, phases: [{red: 600.0}]}
 """
 EGO = "/carla/hero"
-COMMON = {
-    EGO + "/odometry": "nav_msgs/Odometry",
-    EGO + "/vehicle_status": "carla_msgs/CarlaEgoVehicleStatus",
-    EGO + "/vehicle_info": "carla_msgs/CarlaEgoVehicleInfo",
-    EGO + "/obstacles": "sdc_msgs/ObstacleArray",
-    "/carla/status": "carla_msgs/CarlaStatus",
-    "/carla/world_info": "carla_msgs/CarlaWorldInfo",
-    "/carla/traffic_lights/info": "carla_msgs/CarlaTrafficLightInfoList",
-    "/carla/traffic_lights/status": "carla_msgs/CarlaTrafficLightStatusList",
-}
-PICTURES = {
-    "0.9.3": {"front": "/camera/rgb/front/image_color"},
-    "0.9.5": {
-        "front": "/camera/rgb/front/image_color",
-        "view": "/camera/rgb/view/image_color",
-        "spectator": "/camera/rgb/spectator_view/image_color",
-    },
-    "0.9.11": {
-        "front": "/rgb_front/image",
-        "view": "/rgb_view/image",
-        "spectator": "/spectator_view/image",
-    },
-}
-# Topics with their types; a client that connects later receives the latched ones.
-PUBLISHED = {
-    "0.9.3": {
-        EGO + "/ego_vehicle_control_info": "carla_ros_bridge/EgoVehicleControlInfo",
-        "/carla/objects": "derived_object_msgs/ObjectArray",
-        "/carla/vehicle_marker": "visualization_msgs/Marker",
-        "/carla/map": "std_msgs/String",
-    },
-    "0.9.5": {
-        "/carla/objects": "derived_object_msgs/ObjectArray",
-        EGO + "/objects": "derived_object_msgs/ObjectArray",
-        "/carla/actor_list": "carla_msgs/CarlaActorList",
-        "/carla/marker": "visualization_msgs/Marker",
-        "/carla/vehicle_marker": "visualization_msgs/Marker",
-        "/carla/traffic_lights": "carla_msgs/CarlaTrafficLightStatusList",
-        "/carla/traffic_lights_info": "carla_msgs/CarlaTrafficLightInfoList",
-        "/carla/map": "carla_msgs/CarlaMapInfo",
-    },
-    "0.9.11": {
-        "/carla/objects": "derived_object_msgs/ObjectArray",
-        EGO + "/objects": "derived_object_msgs/ObjectArray",
-        "/carla/actor_list": "carla_msgs/CarlaActorList",
-        EGO + "/speedometer": "std_msgs/Float32",
-        "/carla/map": "std_msgs/String",
-    },
-}
-CONTROL = {
-    "0.9.3": CarlaVehicleControl,
-    "0.9.5": CarlaEgoVehicleControl,
-    "0.9.11": CarlaEgoVehicleControl,
-}
-# Topics that the sim and the front camera subscribe to.
-SUBSCRIBED = {
-    "0.9.3": {},
-    "0.9.5": {
-        EGO + "/twist_cmd": "geometry_msgs/Twist",
-        "/carla/weather_control": "carla_msgs/CarlaWeatherParameters",
-        EGO + "/spectator_pose": "geometry_msgs/PoseStamped",
-    },
-    "0.9.11": {
-        EGO + "/control/set_transform": "geometry_msgs/Pose",
-        EGO + "/control/set_target_velocity": "geometry_msgs/Twist",
-        "/carla/weather_control": "carla_msgs/CarlaWeatherParameters",
-        EGO + "/spectator_pose": "geometry_msgs/PoseStamped",
-    },
-}
+with open(
+    os.path.join(os.path.dirname(os.path.abspath(__file__)), "data", "bridge_topics.yaml"),
+    encoding="utf-8",
+) as topics_file:
+    TOPICS = yaml.safe_load(topics_file)
 
 
 def pixels(image):
@@ -135,25 +71,24 @@ class GenerationsTest(unittest.TestCase):
 
     def check_generation(self, generation):
         sim = self.start(generation)
-        names = PICTURES[generation]
-        front = MessageListener(EGO + names["front"], Image).wait_for(seconds=60.0)
-        self.assertEqual(front.header.frame_id, "hero" + names["front"].rsplit("/", 1)[0])
-        for topic in names.values():
-            self.assertIn("/front_camera", self.nodes(0, EGO + topic))
+        topics = TOPICS[generation]
+        front = MessageListener(topics["pictures"]["front"], Image).wait_for(seconds=60.0)
+        frame = topics["pictures"]["front"].rsplit("/", 1)[0]
+        self.assertEqual(front.header.frame_id, frame[len("/carla/") :])
+        for topic in topics["pictures"].values():
+            self.assertIn("/front_camera", self.nodes(0, topic))
         types = dict(rospy.get_master().getTopicTypes()[2])
-        published = {**COMMON, **PUBLISHED[generation]}
+        published = {**TOPICS["common"], **topics["published"]}
         for topic, kind in published.items():
             self.assertEqual((topic, types.get(topic)), (topic, kind))
             rospy.wait_for_message(topic, rospy.AnyMsg, timeout=15.0)
-        others = {topic for one in PUBLISHED.values() for topic in one} - set(published)
+        others = {topic for one in TOPICS.values() for topic in one.get("published", ())}
+        others -= set(published)
         self.assertEqual([topic for topic in others if sim in self.nodes(0, topic)], [])
-        for topic, kind in SUBSCRIBED[generation].items():
+        for topic, kind in topics.get("subscribed", {}).items():
             self.assertEqual((topic, types.get(topic)), (topic, kind))
             node = "/front_camera" if topic in CAMERA_TOPICS else sim
             self.assertIn(node, self.nodes(1, topic))
-        command = rospy.Publisher(EGO + "/vehicle_control_cmd", CONTROL[generation], queue_size=1)
-        self.addCleanup(command.unregister)
-        wait_for_subscriber(command)
         odometry = rospy.wait_for_message(EGO + "/odometry", Odometry, timeout=15.0)
         self.assertEqual((odometry.header.frame_id, odometry.child_frame_id), ("map", "hero"))
 
@@ -185,7 +120,8 @@ class GenerationsTest(unittest.TestCase):
 
     def check_cameras(self):
         """Weather, the camera behind the car, and the camera that a person moves."""
-        front = MessageListener(EGO + PICTURES["0.9.11"]["front"], Image)
+        pictures = TOPICS["0.9.11"]["pictures"]
+        front = MessageListener(pictures["front"], Image)
         day = pixels(front.wait_for()).mean()
         weather = rospy.Publisher("/carla/weather_control", CarlaWeatherParameters, queue_size=1)
         wait_for_subscriber(weather)
@@ -193,13 +129,13 @@ class GenerationsTest(unittest.TestCase):
         front.wait_for(lambda image: abs(pixels(image).mean() / day - 0.5) < 0.1)
         weather.publish(CarlaWeatherParameters(sun_altitude_angle=90.0))
 
-        view = MessageListener(EGO + PICTURES["0.9.11"]["view"], Image).wait_for()
+        view = MessageListener(pictures["view"], Image).wait_for()
         self.assertEqual((view.width, view.height, view.encoding), (800, 600, "bgra8"))
         self.assertEqual(view.header.frame_id, "hero/rgb_view")
 
         pose = rospy.Publisher(EGO + "/spectator_pose", PoseStamped, queue_size=1)
         wait_for_subscriber(pose)
-        spectator = MessageListener(EGO + PICTURES["0.9.11"]["spectator"], Image)
+        spectator = MessageListener(pictures["spectator"], Image)
         spectator.wait_for_publisher()
         self.assertEqual(spectator.messages, [])
         message = PoseStamped()

@@ -11,6 +11,7 @@ import pytest
 from sdc_sim.physics.vehicle_dynamics import (
     DynamicsConstants,
     derivatives,
+    tyre_forces,
 )
 from sdc_sim.physics.vehicle_parameters import load_vehicle
 
@@ -40,3 +41,12 @@ def test_side_wind_pushes_and_turns_a_vehicle_at_rest(wind_mps):
     _, left, turn = derivatives(car, 0.0, 0.0, 0.0, 0.0, COASTING)
     assert left == pytest.approx(force_n / 1845.0)
     assert turn == pytest.approx(CAR.wind_arm_m * force_n / CAR.yaw_inertia_kgm2)
+
+
+def test_braking_takes_lateral_grip_by_the_friction_ellipse():
+    (_, free_n), (along_n, across_n) = (
+        tyre_forces(1.3, 10.0, 10.0, 2.0, demand_n, 5000.0, 5000.0) for demand_n in (0.0, -3000.0)
+    )
+    assert along_n == -3000.0
+    assert across_n == pytest.approx(0.8 * free_n)
+    assert free_n < -2000.0

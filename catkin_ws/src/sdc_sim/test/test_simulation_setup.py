@@ -1,0 +1,90 @@
+"""An invalid parameter or file of the sim node is refused with one line that names it."""
+
+import os
+
+import pytest
+import rospy
+
+from sdc_sim.ros import simulation_setup
+from sdc_sim.ros.simulation_setup import SimulationSetup
+from sdc_sim.scenario.packaged import PackagedFolders, node_config
+
+FOLDERS = PackagedFolders.find()
+GIVEN = {
+    "vehicles_folder": FOLDERS.vehicles,
+    "waypoints_path": os.path.join(FOLDERS.routes, "waypoints.csv"),
+    "obstacles_path": "",
+    "sync": False,
+    "camera": False,
+    "picture_feed": "",
+}
+
+
+class Refused(Exception):
+    pass
+
+
+@pytest.fixture
+def setup(monkeypatch):
+    """Return a function that reads changed parameters; it raises Refused with the line."""
+
+    def read(**changes):
+        parameters = {**node_config("sdc_sim", "sim"), **GIVEN, **changes}
+        known = {"~": parameters, **{f"~{name}": value for name, value in parameters.items()}}
+        monkeypatch.setattr(rospy, "get_param", lambda name, *default: known[name])
+        return SimulationSetup()
+
+    def refuse(message):
+        raise Refused(str(message))
+
+    monkeypatch.setattr(simulation_setup, "refuse", refuse)
+    return read
+
+
+def test_packaged_parameters_are_accepted(setup):
+    assert setup().simulation.snapshot.state.speed_mps == 0.0
+
+
+@pytest.mark.parametrize(
+    ("changes", "parts"),
+    [
+        ({"frictoin": 0.5}, ["frictoin", "did you mean 'friction'"]),
+        ({"friction": -1.0}, ["friction", "config/sim.yaml"]),
+        ({"sensor_latency_s": -0.1}, ["sensor_latency_s", "config/sim.yaml"]),
+        ({"patience_s": -0.1}, ["patience_s", "config/sim.yaml"]),
+        ({"daylight": 2.0}, ["daylight", "from 0 to 1", "config/sim.yaml"]),
+        ({"weather": {"rain": 2.0}}, ["rain", "config/sim.yaml"]),
+        ({"start": {"along_m": 1e6, "left_m": 0.0, "turned_rad": 0.0}}, ["along_m"]),
+        ({"bridge": "newer"}, ["bridge is 'newer'", "old, new"]),
+        ({"ackermann": {"kp": 1.0}}, ["kp", "config/sim.yaml"]),
+        ({"ackermann_cmd": "yes"}, ["ackermann_cmd is 'yes'", "auto, true, false"]),
+        ({"drive_log": "/nowhere/log"}, ["drive_log: /nowhere/log: No such file"]),
+    ],
+)
+def test_invalid_parameter_is_named(setup, changes, parts):
+    with pytest.raises(Refused) as refusal:
+        setup(**changes)
+    assert [part for part in parts if part not in str(refusal.value)] == []
+    assert "\n" not in str(refusal.value)
+
+
+OBSTACLES = "frame: route\nobstacles:\n  - {kind: %s, at: [1.0, 0.0]}\n"
+
+
+@pytest.mark.parametrize(
+    ("parameter", "text", "parts"),
+    [
+        ("obstacles_path", OBSTACLES % "pedestrain", ["line 3", "did you mean 'pedestrian'"]),
+        ("obstacles_path", OBSTACLES % "car", ["the car at (1.0, 0.0)"]),
+        ("waypoints_path", "1,2\n", ["file.yaml", "at least 2"]),
+        ("vehicles_folder", "mass_kg: -5.0\n", ["file.yaml", "mass_kg"]),
+    ],
+)
+def test_invalid_file_is_named(setup, tmp_path, parameter, text, parts):
+    (tmp_path / "file.yaml").write_text(text)
+    changes = {parameter: str(tmp_path / "file.yaml")}
+    if parameter == "vehicles_folder":
+        changes = {parameter: str(tmp_path), "vehicle": "file"}
+    with pytest.raises(Refused) as refusal:
+        setup(**changes)
+    assert [part for part in parts if part not in str(refusal.value)] == []
