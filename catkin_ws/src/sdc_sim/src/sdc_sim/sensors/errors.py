@@ -117,26 +117,22 @@ class OdometryNoise:
     def __init__(
         self, seed: int, position_m: float = 0.0, heading_rad: float = 0.0, speed_mps: float = 0.0
     ):
-        self.set_deviations(position_m, heading_rad, speed_mps)
+        self._sigmas = position_m, position_m, heading_rad, speed_mps
+        for name, sigma in zip(("position_m", "heading_rad", "speed_mps"), self._sigmas[1:]):
+            check_non_negative(**{f"odometry_noise.{name}": sigma})
+        self.is_on = any(self._sigmas)
         self._seed = seed
         self._random = np.random.RandomState(seed)
 
-    def set_deviations(
-        self, position_m: float = 0.0, heading_rad: float = 0.0, speed_mps: float = 0.0
-    ) -> None:
-        """Set the standard deviations from now on; the random numbers continue.
+    def changed(self, **deviations: float) -> OdometryNoise:
+        """Return noise with other standard deviations that continues these random numbers.
 
         Raises:
-            ValueError: a standard deviation is negative or not a number; nothing changes
+            TypeError, ValueError: as for a new one
         """
-        for name, sigma in (
-            ("position_m", position_m),
-            ("heading_rad", heading_rad),
-            ("speed_mps", speed_mps),
-        ):
-            check_non_negative(**{f"odometry_noise.{name}": sigma})
-        self._sigmas = (position_m, position_m, heading_rad, speed_mps)
-        self.is_on = any(self._sigmas)
+        noise = OdometryNoise(self._seed, **deviations)
+        noise._random = self._random
+        return noise
 
     def apply(
         self, x_m: float, y_m: float, yaw_rad: float, speed_mps: float

@@ -16,7 +16,6 @@ from typing import NamedTuple, Sequence
 
 import numpy as np
 
-from sdc_sim.sensors.errors import ErrorSizes
 from sdc_sim.sensors.model import (
     LIDAR_MOUNT_M,
     PLANAR_LIDAR_MOUNT_M,
@@ -24,6 +23,7 @@ from sdc_sim.sensors.model import (
     SensorContext,
     SensorModel,
     SensorSettings,
+    error_sizes,
 )
 from sdc_sim.sensors.solid_bodies import FAR_M, Bodies, NearBodies, Rays, moving_bodies
 
@@ -157,9 +157,8 @@ class LidarModel(SensorModel):
     """A lidar that takes all beams of a scan at once."""
 
     def __init__(self, beams: Beams, settings: SensorSettings, context: SensorContext):
-        one = settings
-        super().__init__(context.errors([ErrorSizes(0.0, one.bias_m, one.walk_m, one.scale)]))
-        self._noise_m = one.noise_m
+        super().__init__(context.errors([error_sizes(settings, unit="_m")._replace(noise=0.0)]))
+        self._noise_m = settings.noise_m
         self._beam_errors = context._replace(number=context.number + _BEAM_STREAM).errors([])
         self._mount_m = beams.mount_m
         angles = np.arange(beams.first, beams.first + beams.columns) * (2.0 * np.pi / beams.turn)

@@ -6,7 +6,6 @@ sensor with a period of 0 is off.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any, Callable, Mapping, NamedTuple, Sequence
 
@@ -129,29 +128,18 @@ class SensorModel:
         self.errors.reset()
 
 
-@dataclass(frozen=True)
-class Zone:
-    """A part of the drive: a stretch of the route, or a time since the start.
+def error_sizes(settings: SensorSettings, prefix: str = "", unit: str = "") -> ErrorSizes:
+    """Return the error sizes of a quantity from settings such as `rate_noise_radps`.
 
-    Attributes:
-        from_m: start of the stretch along the route
-        to_m: end of the stretch
-        from_s: start of the time
-        to_s: end of the time
-        offset_m: standard deviation of the position's offset, in a multipath zone
+    Args:
+        settings: settings of the sensor
+        prefix: in front of noise, bias, walk and scale in their names
+        unit: after noise, bias and walk
     """
-
-    from_m: float | None = None
-    to_m: float | None = None
-    from_s: float | None = None
-    to_s: float | None = None
-    offset_m: float = 0.0
-
-    def __post_init__(self) -> None:
-        along, times = (self.from_m, self.to_m), (self.from_s, self.to_s)
-        start, end = times if self.from_m is None else along
-        if start is None or end is None or not start < end:
-            raise ValueError(f"a zone of gnss must end after its start, got {start} to {end}")
+    values = vars(settings)
+    noise, bias, walk = (values[prefix + kind + unit] for kind in ("noise", "bias", "walk"))
+    # A position has no scale.
+    return ErrorSizes(noise, bias, walk, values.get(prefix + "scale", 0.0))
 
 
 def sensor_settings(name: str, values: Mapping[str, Any]) -> SensorSettings:
@@ -165,7 +153,4 @@ def sensor_settings(name: str, values: Mapping[str, Any]) -> SensorSettings:
         ValueError: a setting is unknown or out of range; the message names it
     """
     check_parameter(name, values, schema("scenario")["properties"][name])
-    every = {**packaged_config("sim")[name], **values}
-    for key in {"outages", "multipath"} & set(every):
-        every[key] = tuple(Zone(**zone) for zone in every[key])
-    return SensorSettings(**every)
+    return SensorSettings(**{**packaged_config("sim")[name], **values})

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import Sequence
+from functools import partial
+from typing import Any, Callable, Mapping, Sequence
 
 from sdc_common.geometry.polyline import Polyline
 from sdc_common.geometry.route import Route
@@ -19,7 +20,7 @@ from sdc_sim.sensors.model import (
     SensorContext,
     SensorModel,
     SensorSettings,
-    Zone,
+    error_sizes,
 )
 
 # The vehicle model has no wheels; these values are nominal.
@@ -33,59 +34,38 @@ _MULTIPATH_TIME_S = 5.0
 _SECOND_STREAM = 128
 
 
-class InertialUnit(SensorModel):
-    """Accelerometer and gyroscope at the centre of gravity."""
+class DirectSensor(SensorModel):
+    """A sensor that measures what the state of the vehicle holds.
 
-    def __init__(self, settings: SensorSettings, context: SensorContext):
-        acceleration = ErrorSizes(
-            settings.acceleration_noise_mps2,
-            settings.acceleration_bias_mps2,
-            settings.acceleration_walk_mps2,
-            settings.acceleration_scale,
-        )
-        rate = ErrorSizes(
-            settings.rate_noise_radps,
-            settings.rate_bias_radps,
-            settings.rate_walk_radps,
-            settings.rate_scale,
-        )
-        super().__init__(context.errors([acceleration] * 3 + [rate] * 3))
+    Args:
+        true: returns the true numbers of a state and a vehicle
+        reading: makes a reading of the measured numbers
+        errors: prefix and unit of the settings of each number's errors, see error_sizes
+    """
 
-    def read(self, moment: Moment, tick: int) -> ImuReading:
-        """Return the specific force, which at rest is that of the ground against gravity."""
-        state = moment.state
-        ahead, left = state.longitudinal_acceleration_mps2, state.lateral_acceleration_mps2
-        true = (ahead, left, GRAVITY_MPS2, 0.0, 0.0, state.yaw_rate_radps)
-        measured = self.errors.apply(true, tick)
-        return ImuReading(measured[:3], measured[3:])
+    def __init__(
+        self,
+        true: Callable[[VehicleState, VehicleParameters], Sequence[float]],
+        reading: Callable[[list[float]], Any],
+        errors: Sequence[tuple[str, str]],
+        settings: SensorSettings,
+        context: SensorContext,
+    ):
+        super().__init__(context.errors([error_sizes(settings, *one) for one in errors]))
+        self._true, self._reading, self._parameters = true, reading, context.parameters
+
+    def read(self, moment: Moment, tick: int) -> Any:
+        """Return the reading."""
+        return self._reading(self.errors.apply(self._true(moment.state, self._parameters), tick))
 
 
-class Speedometer(SensorModel):
-    """Speed in the direction of the vehicle."""
+def _inertia(state: VehicleState, _parameters: VehicleParameters) -> Sequence[float]:
+    """Return specific force and angular velocity.
 
-    def __init__(self, settings: SensorSettings, context: SensorContext):
-        one = settings
-        super().__init__(
-            context.errors([ErrorSizes(one.noise_mps, one.bias_mps, one.walk_mps, one.scale)])
-        )
-
-    def read(self, moment: Moment, tick: int) -> float:
-        """Return the speed [m/s]."""
-        return self.errors.apply([moment.state.speed_mps], tick)[0]
-
-
-class WheelSpeedSensor(SensorModel):
-    """Angular velocities of the four wheels."""
-
-    def __init__(self, settings: SensorSettings, context: SensorContext):
-        one = settings
-        sizes = ErrorSizes(one.noise_radps, one.bias_radps, one.walk_radps, one.scale)
-        super().__init__(context.errors([sizes] * 4))
-        self._parameters = context.parameters
-
-    def read(self, moment: Moment, tick: int) -> list[float]:
-        """Return the angular velocities in the order of WHEELS [rad/s]."""
-        return self.errors.apply(wheel_speeds_radps(moment.state, self._parameters), tick)
+    At rest, the specific force is that of the ground against gravity.
+    """
+    ahead, left = state.longitudinal_acceleration_mps2, state.lateral_acceleration_mps2
+    return ahead, left, GRAVITY_MPS2, 0.0, 0.0, state.yaw_rate_radps
 
 
 def wheel_speeds_radps(state: VehicleState, parameters: VehicleParameters) -> list[float]:
@@ -102,33 +82,56 @@ def wheel_speeds_radps(state: VehicleState, parameters: VehicleParameters) -> li
     return [speed / WHEEL_RADIUS_M for speed in along]
 
 
-class _ZoneOnRoute:
-    """Decides whether the vehicle is in a zone.
+# Accelerometer and gyroscope at the centre of gravity.
+InertialUnit = partial(
+    DirectSensor,
+    _inertia,
+    lambda measured: ImuReading(measured[:3], measured[3:]),
+    [("acceleration_", "_mps2")] * 3 + [("rate_", "_radps")] * 3,
+)
+# Speed in the direction of the vehicle.
+Speedometer = partial(
+    DirectSensor, lambda state, _: [state.speed_mps], lambda measured: measured[0], [("", "_mps")]
+)
+# Angular velocities of the four wheels, in the order of WHEELS.
+WheelSpeedSensor = partial(DirectSensor, wheel_speeds_radps, list, [("", "_radps")] * 4)
+
+
+class _Zone:
+    """A part of the drive: a stretch of the route, or a time since the start.
+
+    Args:
+        route: the route
+        zone: from_m and to_m along the route, or from_s and to_s, and offset_m, the standard
+            deviation of the position's offset in a multipath zone
 
     Raises:
-        ValueError: the zone is not on the route
+        ValueError: the zone is not on the route, or ends before its start
     """
 
-    def __init__(self, zone: Zone, route: Route | None):
-        self.zone = zone
+    def __init__(self, route: Route | None, zone: Mapping[str, float]):
+        self.offset_m = zone.get("offset_m", 0.0)
+        unit = "m" if "from_m" in zone else "s"
+        self._start, self._end = start, end = zone["from_" + unit], zone["to_" + unit]
         self._line: Polyline | None = None
-        if zone.from_m is None or zone.to_m is None:
+        if not start < end:
+            raise ValueError(f"a zone of gnss must end after its start, got {start} to {end}")
+        if unit == "s":
             return
         if route is None:
             raise ValueError("a zone in metres needs a route; give from_s and to_s")
-        if zone.to_m > route.length_m:
+        if end > route.length_m:
             raise ValueError(
-                f"a zone ends {zone.to_m:g} m along a route of {route.length_m:.1f} m; "
+                f"a zone ends {end:g} m along a route of {route.length_m:.1f} m; "
                 f"give a distance up to {route.length_m:.1f}"
             )
-        inside = route.points[(route.s > zone.from_m) & (route.s < zone.to_m)].tolist()
-        ends = route.line.point_at(zone.from_m), route.line.point_at(zone.to_m)
-        self._line = Polyline([ends[0], *inside, ends[1]])
+        inside = route.points[(route.s > start) & (route.s < end)].tolist()
+        self._line = Polyline([route.line.point_at(start), *inside, route.line.point_at(end)])
 
     def contains(self, moment: Moment) -> bool:
         """Return whether the vehicle is in the zone."""
         if self._line is None:
-            return self.zone.from_s <= moment.elapsed_s < self.zone.to_s  # type: ignore[operator]
+            return self._start <= moment.elapsed_s < self._end
         place = self._line.nearest(moment.state.x_m, moment.state.y_m)
         return place.distance_m < _ZONE_HALF_WIDTH_M and 0.0 <= place.s_m < self._line.s[-1]
 
@@ -141,12 +144,11 @@ class Gnss(SensorModel):
     """
 
     def __init__(self, settings: SensorSettings, context: SensorContext):
-        sizes = ErrorSizes(settings.noise_m, settings.bias_m, settings.walk_m)
-        super().__init__(context.errors([sizes] * 3))
+        super().__init__(context.errors([error_sizes(settings, unit="_m")] * 3))
         reflections = context._replace(number=context.number + _SECOND_STREAM)
         self._reflections = reflections.errors([ErrorSizes(1.0)] * 2)
-        self._outages = [_ZoneOnRoute(zone, context.route) for zone in settings.outages]
-        self._multipath = [_ZoneOnRoute(zone, context.route) for zone in settings.multipath]
+        self._outages = [_Zone(context.route, zone) for zone in settings.outages]
+        self._multipath = [_Zone(context.route, zone) for zone in settings.multipath]
         self._keep = math.exp(-context.period_s / _MULTIPATH_TIME_S)
         self._offset_m: list[float] | None = None
 
@@ -161,7 +163,7 @@ class Gnss(SensorModel):
 
     def _multipath_offset(self, moment: Moment, tick: int) -> Sequence[float]:
         """Return the offset of the position by reflections, a first-order Gauss-Markov process."""
-        sizes = [one.zone.offset_m for one in self._multipath if one.contains(moment)]
+        sizes = [one.offset_m for one in self._multipath if one.contains(moment)]
         size = max(sizes, default=0.0)
         if size == 0.0:
             self._offset_m = None

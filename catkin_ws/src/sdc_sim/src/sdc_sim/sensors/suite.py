@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from typing import Any, Callable, Mapping, NamedTuple
+from typing import Any, Callable, Mapping
 
 from sdc_common.geometry.route import Route
 from sdc_sim.physics.vehicle_parameters import VehicleParameters
@@ -31,22 +31,6 @@ _MODELS: dict[str, tuple[Callable[[Any, SensorContext], SensorModel], str]] = {
 }
 
 
-class _MountedSensor(NamedTuple):
-    """A sensor that is on.
-
-    Attributes:
-        field: field of SensorReadings
-        period_ticks: number of ticks between two readings
-        latency_ticks: age of a reading in ticks
-        model: what it measures
-    """
-
-    field: str
-    period_ticks: int
-    latency_ticks: int
-    model: SensorModel
-
-
 class SensorSuite:
     """The sensors of a vehicle.
 
@@ -71,7 +55,8 @@ class SensorSuite:
         route: Route | None = None,
         scenery: Callable[[], Scenery] | None = None,
     ):
-        self._sensors: list[_MountedSensor] = []
+        # Field of the readings, period and latency in ticks, and model of each sensor that is on.
+        self._sensors: list[tuple[str, int, int, SensorModel]] = []
         for number, name in enumerate(SENSORS):
             one = settings.get(name)
             if one is None or one.period_s == 0.0:
@@ -80,16 +65,15 @@ class SensorSuite:
             latency_ticks = DelayLine(one.latency_s, tick_s).ticks
             model_class, field = _MODELS[name]
             context = SensorContext(seed, number, period_ticks * tick_s, parameters, route, scenery)
-            model = model_class(one, context)
-            self._sensors.append(_MountedSensor(field, period_ticks, latency_ticks, model))
-        longest_latency = max((one.latency_ticks for one in self._sensors), default=0)
+            self._sensors.append((field, period_ticks, latency_ticks, model_class(one, context)))
+        longest_latency = max((latency for _, _, latency, _ in self._sensors), default=0)
         self._moments: deque[Moment] = deque(maxlen=1 + longest_latency)
 
     def reset(self) -> None:
         """Return to the start of the drive."""
         self._moments.clear()
-        for one in self._sensors:
-            one.model.reset()
+        for *_, model in self._sensors:
+            model.reset()
 
     def sense(self, moment: Moment, tick: int, number: int) -> SensorReadings:
         """Return the readings of a tick.
@@ -102,9 +86,9 @@ class SensorSuite:
         self._moments.append(moment)
         return SensorReadings(
             **{
-                one.field: one.model.read(self._moment(one.latency_ticks), number)
-                for one in self._sensors
-                if tick % one.period_ticks == 0
+                field: model.read(self._moment(latency_ticks), number)
+                for field, period_ticks, latency_ticks, model in self._sensors
+                if tick % period_ticks == 0
             }
         )
 

@@ -214,14 +214,14 @@ class Simulation:
         Args:
             friction: factor of the grip
             side_wind_mps: positive towards the left of the vehicle
-            odometry_noise: standard deviations, the arguments of OdometryNoise.set_deviations
+            odometry_noise: standard deviations, the arguments of OdometryNoise
 
         Raises:
             TypeError, ValueError: a value is unknown, not a number or out of range; nothing changes
         """
-        OdometryNoise(0, **odometry_noise)
+        noise = self._noise.changed(**odometry_noise)
         self.vehicle.set_conditions(friction, side_wind_mps)
-        self._noise.set_deviations(**odometry_noise)
+        self._noise = noise
 
     def observe_again(self) -> Snapshot:
         """Return the last snapshot with the present positions, without noise.
