@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sdc_common.driving import Command
-from sdc_sim.physics.fleet import FIELDS, VehicleFleet
+from sdc_sim.physics.fleet import FIELDS, CompiledVehicle, VehicleFleet
 from sdc_sim.physics.vehicle import Vehicle
 from sdc_sim.physics.vehicle_parameters import load_vehicle
 
@@ -54,7 +54,7 @@ def test_compiled_vehicle_equals_a_plain_one_bit_for_bit(preset, wind_mps):
     pytest.importorskip("numba")
     parameters = load_vehicle(os.path.join(FOLDER, preset + ".yaml"))
     plain = Vehicle(parameters, 0.8, wind_mps)
-    compiled = Vehicle(parameters, 0.8, wind_mps, compiled=True)
+    compiled = CompiledVehicle(parameters, 0.8, wind_mps)
     random = np.random.default_rng(3)
     for speed_mps in (0.0, -4.0, 30.0):
         for vehicle in (plain, compiled):

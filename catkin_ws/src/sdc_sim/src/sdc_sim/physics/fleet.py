@@ -1,18 +1,93 @@
-"""Many equal vehicles at once."""
+"""Vehicles in machine code where Numba is installed: one, and many equal ones at once."""
 
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
+from typing import Any
 
 import numpy as np
 
-from sdc_sim.physics.vehicle import INTERNAL_STEP_S, VehicleState
-from sdc_sim.physics.vehicle_motion import MotionConstants, compiled_integrate_fleet
+from sdc_common.machine_code import compiled, numba_module
+from sdc_common.piecewise_linear import evaluate
+from sdc_sim.physics.vehicle import INTERNAL_STEP_S, Vehicle, VehicleState
+from sdc_sim.physics.vehicle_dynamics import derivatives, tyre_forces
+from sdc_sim.physics.vehicle_motion import (
+    Motion,
+    MotionConstants,
+    approach,
+    drive_force,
+    heun_step,
+    integrate,
+    resistance,
+    step_count,
+)
 from sdc_sim.physics.vehicle_parameters import VehicleParameters
 
 FIELDS = tuple(VehicleState.__dataclass_fields__)
 # With fewer vehicles, threads only wait for each other.
 _LEAST_BLOCK = 64
+_CALLEES = (
+    evaluate,
+    tyre_forces,
+    derivatives,
+    approach,
+    drive_force,
+    resistance,
+    heun_step,
+    step_count,
+    integrate,
+)
+
+
+class CompiledVehicle(Vehicle):
+    """A Vehicle in machine code, for the same numbers; pays after an hour of simulated drives."""
+
+    def set_conditions(self, friction: float, side_wind_mps: float) -> None:
+        """Set the factor of the tyres' grip and the side wind; see Vehicle.set_conditions."""
+        super().set_conditions(friction, side_wind_mps)
+        if numba_module() is None:
+            return
+        # A compiled function takes longer to read 70 numbers from tuples than for the rest of a
+        # tick: they are in an array of one element.
+        values = [np.array(value) for value in self._constants]
+        names = self._constants._fields
+        fields = [(name, value.dtype, value.shape) for name, value in zip(names, values)]
+        self._constants = np.array([tuple(values)], dtype=fields)
+        self._integrate = compiled(_integrate, *_CALLEES)
+
+
+def _integrate(constants: np.ndarray, *arguments: Any) -> Motion:
+    return integrate(constants[0], *arguments)
+
+
+def integrate_fleet(
+    c: MotionConstants,
+    states: np.ndarray,
+    goals: np.ndarray,
+    duration_s: float,
+    internal_step_s: float,
+    first: int,
+    last: int,
+) -> None:
+    """Advance some of many equal vehicles in place, in the forward gear.
+
+    Args:
+        c: the vehicle
+        states: (13, N) state of each vehicle
+        goals: (3, N) demanded throttle, brake and steer
+        duration_s: how long to drive [s]
+        internal_step_s: longest integration step [s]
+        first: column of the first vehicle
+        last: column after the last vehicle
+    """
+    for i in range(first, last):
+        s = states[:, i]
+        state = s[0], s[1], s[2], s[3], s[4], s[5], s[6], s[7], s[8], s[9], s[10], s[11], s[12]
+        steps = step_count(state[3], duration_s, internal_step_s)
+        goal = goals[0, i], goals[1, i], goals[2, i]
+        after = integrate(c, state, goal, False, False, duration_s / steps, steps)
+        for k in range(13):
+            s[k] = after[k]
 
 
 class VehicleFleet:
@@ -36,7 +111,7 @@ class VehicleFleet:
         self._values = np.zeros((len(FIELDS), count))
         self.state = dict(zip(FIELDS, self._values))
         self._constants = MotionConstants.of(parameters, friction, 0.0)
-        self._integrate = compiled_integrate_fleet()
+        self._integrate = compiled(integrate_fleet, *_CALLEES)
         threads = max(1, min(threads, count // _LEAST_BLOCK))
         bounds = np.linspace(0, count, threads + 1).astype(int).tolist()
         self._blocks = list(zip(bounds, bounds[1:]))

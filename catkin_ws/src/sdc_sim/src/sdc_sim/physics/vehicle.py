@@ -14,13 +14,7 @@ from typing import Any, Callable
 from sdc_common.driving import Command
 from sdc_common.validation import check_between
 from sdc_sim.physics.vehicle_dynamics import fastest_rate_per_s
-from sdc_sim.physics.vehicle_motion import (
-    MotionConstants,
-    compiled_integrate,
-    integrate,
-    packed,
-    step_count,
-)
+from sdc_sim.physics.vehicle_motion import MotionConstants, integrate, step_count
 from sdc_sim.physics.vehicle_parameters import VehicleParameters
 
 _MAX_WIND_MPS = 75.0
@@ -63,8 +57,6 @@ class Vehicle:
         friction: factor of the tyres' grip (1 dry, about 0.6 wet, 0.2 ice)
         side_wind_mps: side wind, positive towards the left of the vehicle
         internal_step_s: longest integration step (Heun's method); `step` divides its duration
-        compiled: compute in machine code where Numba is installed, which gives the same numbers;
-            it pays after an hour of simulated drives
 
     Raises:
         ValueError: a value is not a number or out of range, or the internal step is too long for
@@ -77,7 +69,6 @@ class Vehicle:
         friction: float = 1.0,
         side_wind_mps: float = 0.0,
         internal_step_s: float = INTERNAL_STEP_S,
-        compiled: bool = False,
     ):
         longest = min(_MAX_INTERNAL_STEP_S, 2.0 / fastest_rate_per_s(parameters))
         if not 0.0 < internal_step_s <= longest:
@@ -88,10 +79,7 @@ class Vehicle:
         self.parameters = parameters
         self.internal_step_s = internal_step_s
         self.state = VehicleState()
-        self._compiled = compiled
         self._integrate: Callable[..., Any] = integrate
-        if compiled:
-            self._integrate = compiled_integrate()
         self.set_conditions(friction, side_wind_mps)
 
     def set_conditions(self, friction: float, side_wind_mps: float) -> None:
@@ -104,8 +92,7 @@ class Vehicle:
         check_between(-_MAX_WIND_MPS, _MAX_WIND_MPS, side_wind_mps=side_wind_mps)
         self.friction = friction
         self.side_wind_mps = side_wind_mps
-        constants = MotionConstants.of(self.parameters, friction, side_wind_mps)
-        self._constants: Any = packed(constants) if self._compiled else constants
+        self._constants: Any = MotionConstants.of(self.parameters, friction, side_wind_mps)
 
     def reset(self, x_m: float, y_m: float, yaw_rad: float, speed_mps: float = 0.0) -> None:
         """Place the vehicle with straight wheels and released pedals, moving at this speed."""

@@ -1,17 +1,14 @@
 """The motion of a vehicle from tick to tick, in functions of numbers.
 
-One vehicle calls them as they are; `compiled` has them in machine code, for the same numbers.
+A Vehicle calls them as they are; the module `fleet` has them in machine code, for the same numbers.
 """
 
 from __future__ import annotations
 
 import math
 from math import cos, sin
-from typing import Any, Callable, NamedTuple, Tuple
+from typing import NamedTuple, Tuple
 
-import numpy as np
-
-from sdc_common.machine_code import compiled, numba_module
 from sdc_common.piecewise_linear import Segments, evaluate, linear_segments
 from sdc_sim.physics.vehicle_dynamics import (
     AIR_DENSITY_KGPM3,
@@ -19,7 +16,6 @@ from sdc_sim.physics.vehicle_dynamics import (
     Demand,
     DynamicsConstants,
     derivatives,
-    tyre_forces,
 )
 from sdc_sim.physics.vehicle_parameters import VehicleParameters
 
@@ -99,36 +95,6 @@ def step_count(speed_mps: float, duration_s: float, internal_step_s: float) -> i
     steps = math.ceil(duration_s / internal_step_s - 1e-9)
     # A standing vehicle starts to move on a whole step: finer steps keep the error small.
     return steps * STANDSTILL_SUBSTEPS if speed_mps == 0.0 else steps
-
-
-def integrate_fleet(
-    c: MotionConstants,
-    states: np.ndarray,
-    goals: np.ndarray,
-    duration_s: float,
-    internal_step_s: float,
-    first: int,
-    last: int,
-) -> None:
-    """Advance some of many equal vehicles in place, in the forward gear.
-
-    Args:
-        c: the vehicle
-        states: (13, N) state of each vehicle
-        goals: (3, N) demanded throttle, brake and steer
-        duration_s: how long to drive [s]
-        internal_step_s: longest integration step [s]
-        first: column of the first vehicle
-        last: column after the last vehicle
-    """
-    for i in range(first, last):
-        s = states[:, i]
-        state = s[0], s[1], s[2], s[3], s[4], s[5], s[6], s[7], s[8], s[9], s[10], s[11], s[12]
-        steps = step_count(state[3], duration_s, internal_step_s)
-        goal = goals[0, i], goals[1, i], goals[2, i]
-        after = integrate(c, state, goal, False, False, duration_s / steps, steps)
-        for k in range(13):
-            s[k] = after[k]
 
 
 def integrate(
@@ -288,43 +254,3 @@ def heun_step(
         u_dot,
         (v_new - v) / h + u_new * r_new,
     )
-
-
-_CALLEES = (
-    evaluate,
-    tyre_forces,
-    derivatives,
-    approach,
-    drive_force,
-    resistance,
-    heun_step,
-    step_count,
-)
-
-
-def compiled_integrate() -> Callable[..., Any]:
-    """Return integrate for `packed` constants, compiled if Numba is installed."""
-    if numba_module() is None:
-        return integrate
-    return compiled(_integrate, *_CALLEES, integrate)
-
-
-def packed(constants: MotionConstants) -> Any:
-    """Return the constants in an array of one element if Numba is installed.
-
-    A compiled function takes longer to read 70 numbers from tuples than for the rest of a tick.
-    """
-    if numba_module() is None:
-        return constants
-    values = [np.array(value) for value in constants]
-    fields = [(n, value.dtype, value.shape) for n, value in zip(constants._fields, values)]
-    return np.array([tuple(values)], dtype=fields)
-
-
-def _integrate(constants: np.ndarray, *arguments: Any) -> Motion:
-    return integrate(constants[0], *arguments)
-
-
-def compiled_integrate_fleet() -> Callable[..., Any]:
-    """Return integrate_fleet, compiled if Numba is installed."""
-    return compiled(integrate_fleet, *_CALLEES, integrate)

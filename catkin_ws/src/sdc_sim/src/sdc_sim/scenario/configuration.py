@@ -27,7 +27,7 @@ def build_simulation(
     parameter: Callable[[str], Any],
     route: Route,
     waypoints_m: np.ndarray,
-    compiled: bool = False,
+    vehicle_class: type[Vehicle] = Vehicle,
 ) -> Simulation:
     """Return a simulation at its start.
 
@@ -36,7 +36,7 @@ def build_simulation(
             sim.launch: vehicles_folder, and obstacles_path, the scenario ("" for none)
         route: the road
         waypoints_m: (N, 2) waypoints along which its scenery is placed [m]
-        compiled: see Vehicle
+        vehicle_class: Vehicle, or CompiledVehicle
 
     Raises:
         DocumentError: a file is not valid
@@ -44,11 +44,10 @@ def build_simulation(
         TypeError, ValueError: a parameter is not valid
     """
     obstacles_path = parameter("obstacles_path")
-    vehicle = Vehicle(
+    vehicle = vehicle_class(
         load_vehicle(os.path.join(parameter("vehicles_folder"), parameter("vehicle") + ".yaml")),
         friction=parameter("friction"),
         side_wind_mps=parameter("side_wind_mps"),
-        compiled=compiled,
     )
     command_timeout_s = parameter("command_patience_s")
     check_between(0.0, 1e6, command_patience_s=command_timeout_s)

@@ -13,6 +13,8 @@ import numpy as np
 from sdc_common.geometry.road_line import road_route
 from sdc_common.geometry.route import Route, checked_points
 from sdc_common.routes.waypoint_file import LARGEST_COORDINATE_M, load_waypoints, parse_waypoints
+from sdc_sim.physics.fleet import CompiledVehicle
+from sdc_sim.physics.vehicle import Vehicle
 from sdc_sim.scenario.configuration import build_simulation
 from sdc_sim.scenario.packaged import (
     PackagedFolders,
@@ -52,7 +54,7 @@ class DriveSetup:
         """Return the simulation at its start, as the sim node builds it.
 
         Args:
-            compiled: see Vehicle
+            compiled: compute the vehicle in machine code, see CompiledVehicle
 
         Raises:
             ValueError: a parameter is not valid; the message names it
@@ -62,7 +64,8 @@ class DriveSetup:
             "vehicles_folder": PackagedFolders.find().vehicles,
             "obstacles_path": self.scenario.path if self.scenario is not None else "",
         }
-        return build_simulation(values.__getitem__, self.route, self.waypoints_m, compiled)
+        vehicle = CompiledVehicle if compiled else Vehicle
+        return build_simulation(values.__getitem__, self.route, self.waypoints_m, vehicle)
 
 
 def drive_setup(
