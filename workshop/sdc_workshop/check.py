@@ -51,6 +51,9 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     parser.add_argument(
         "--json", metavar="FILE", help="also write all answers to a file, for programs"
     )
+    parser.add_argument(
+        "--seed", default="", help="draw the same arguments as the check that showed this seed"
+    )
     return parser.parse_args(arguments)
 
 
@@ -81,7 +84,9 @@ def one(name: str) -> Step:
     return found[0]
 
 
-def check(folder: Path, steps: list, show: Show, json_path: str | None = None) -> int:
+def check(
+    folder: Path, steps: list, show: Show, json_path: str | None = None, seed: str = ""
+) -> int:
     """Check some steps and show the answers.
 
     Args:
@@ -89,12 +94,13 @@ def check(folder: Path, steps: list, show: Show, json_path: str | None = None) -
         steps: the steps to check
         show: where the answers are shown
         json_path: file to which the answers are written, too
+        seed: the checks draw their arguments from it; "": a new one
 
     Returns:
         the exit status
     """
     student = Student(folder)
-    with Stage(student) as stage:
+    with Stage(student, seed=seed) as stage:
         examination = Examination(student, stage)
         show.begin(folder, steps)
         answers = examination.judge(steps, show.step)
@@ -206,7 +212,7 @@ def main(arguments: Sequence[str]) -> int:
             return apply_solution(folder, options.solution)
         if options.watch:
             return watch(folder, steps, Show(sys.stdout))
-        return check(folder, steps, Show(sys.stdout), options.json)
+        return check(folder, steps, Show(sys.stdout), options.json, options.seed)
     except (WorkspaceError, StepError, RegionError, OSError) as error:
         print(f"check: {error}", file=sys.stderr)
         return 2

@@ -74,6 +74,8 @@ class Show:
         self._field("seen", answer.seen)
         self._field("where", answer.where)
         self._field("hint", answer.hint)
+        if answer.seed:
+            self._field("repeat", f"./workshop/check --seed {answer.seed} {first.id}")
         self._line(
             f"\nMore: ./workshop/check --hint {first.id}    "
             f"Only this one: ./workshop/check {first.id}    "

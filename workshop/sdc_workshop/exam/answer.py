@@ -42,6 +42,7 @@ class Answer:
         hint: how to fix it
         file: path relative to the workspace, or None
         line: line in the file, from 1, or None
+        seed: with this seed of the stage, the check draws the same arguments again
     """
 
     status: str
@@ -50,6 +51,7 @@ class Answer:
     hint: str = ""
     file: str | None = None
     line: int | None = None
+    seed: str = ""
 
     @property
     def where(self) -> str:

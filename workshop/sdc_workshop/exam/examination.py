@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache
 from typing import Callable
 
@@ -98,7 +99,9 @@ class Examination:
         for step in steps:
             if step.id not in self.answers:
                 on_begin(step)
-                self.answers.update(self._checked(step, steps))
+                for step_id, answer in self._checked(step, steps).items():
+                    seed = self.stage.seed if answer.status == WRONG else ""
+                    self.answers[step_id] = replace(answer, seed=seed)
             while reported < len(steps) and steps[reported].id in self.answers:
                 answer = self.answers[steps[reported].id]
                 on_answer(steps[reported], answer)

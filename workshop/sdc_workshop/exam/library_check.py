@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import contextlib
 import json
-import secrets
 from pathlib import Path
 from typing import Any
 
@@ -53,13 +52,12 @@ class LibraryCheck(RegionCheck):
 
     def problems(self, variant: Variant, stage: Stage) -> list:
         """See RegionCheck.problems."""
-        seed = secrets.token_hex(16)
-        got = self._run(variant, stage, seed)
+        got = self._run(variant, stage)
         if isinstance(got, Problem):
             return [got]
         results, broken = got
         right: dict = {}
-        library_probe.results(self._module, self._given, self._calls, seed, right)
+        library_probe.results(self._module, self._given, self._calls, stage.seed, right)
         found: dict = {}
         names = library_probe.names_for(self._module, self._given)
         for row, one, wanted in zip(self._rows, results.get("known", ()), right["known"]):
@@ -72,19 +70,23 @@ class LibraryCheck(RegionCheck):
         if broken is not None:
             return [broken]
         for row, one, wanted in zip(self._rows, results.get("varied", ()), right["varied"]):
-            if not same(one, library_probe.plain(wanted)):
-                seen = "it gives the results of the usual arguments only"
-                stage.report(f"{variant.name}: {seen}, as if they were written into it")
+            if not same(one, wanted):
+                only = "it gives the results of the usual arguments only"
+                stage.report(f"{variant.name}: {only}, as if they were written into it")
+                call = library_probe.varied(row["call"], stage.seed)
                 hint = (
-                    "Each check also calls it with other arguments. Compute the results from them."
+                    "Each check also calls it with other arguments. Compute the results from them. "
+                    f"{self._laws.get(row['todo'], '')}"
                 )
-                return [Problem("the right results for all arguments", seen, hint, row["todo"])]
+                seen = f"{_shown('value', one)}: {only}"
+                expected = f"{call} is {_shown('value', wanted)}"
+                return [Problem(expected, seen, hint.strip(), row["todo"])]
         return []
 
-    def _run(self, variant: Variant, stage: Stage, seed: str) -> tuple | Problem:
+    def _run(self, variant: Variant, stage: Stage) -> tuple | Problem:
         """Return the results of library_probe.py and the exception that ended it, or a problem."""
         path, python_path = stage.build(variant)
-        arguments = [self._module, json.dumps(self._given), json.dumps(self._calls), seed]
+        arguments = [self._module, json.dumps(self._given), json.dumps(self._calls), stage.seed]
         command = ["/usr/bin/env", "python3", library_probe.__file__, *arguments]
         with stage.program(command, PYTHONPATH=python_path) as program:
             if program.wait(_TIMEOUT_S) is None:

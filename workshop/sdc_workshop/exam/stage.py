@@ -6,9 +6,11 @@ import contextlib
 import functools
 import logging
 import os
+import secrets
 import shutil
 import tempfile
 from pathlib import Path
+from random import Random
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Iterator, Sequence
 
@@ -44,11 +46,13 @@ class Stage:
         student: the workspace whose programs run
         folder: the temporary folder
         sandbox: where the student's programs run, or None
+        seed: the checks draw their arguments from it; the student does not know it before
     """
 
-    def __init__(self, student: Student, sandbox: Sandbox | None = None):
+    def __init__(self, student: Student, sandbox: Sandbox | None = None, seed: str = ""):
         self.student = student
         self.sandbox = sandbox
+        self.seed = seed or secrets.token_hex(4)
         self._closing = contextlib.ExitStack()
         self._master: Master | None = None
         self._display: VirtualDisplay | bool | None = None
@@ -117,6 +121,10 @@ class Stage:
             except OSError:
                 self._display = False
         return self._display or None
+
+    def random(self, name: str) -> Random:
+        """Return the random numbers of the check with this name, which the seed decides about."""
+        return Random(f"{self.seed}/{name}")
 
     def report(self, text: str) -> None:
         """Report what the sandbox has kept a program from."""

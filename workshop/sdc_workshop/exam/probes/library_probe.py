@@ -8,9 +8,9 @@ Usage: library_probe.py MODULE GIVEN CALLS SEED, where GIVEN and CALLS are JSON.
 
 from __future__ import annotations
 
-import ast
 import importlib
 import json
+import re
 import sys
 from pathlib import Path
 from random import Random
@@ -25,6 +25,7 @@ sys.path.append(str(Path(__file__).parent))
 from road_picture import road  # noqa: E402
 
 TICKS, STEP_NS = 15, 200_000_000
+_DECIMAL = re.compile(r"(?<![\w.])\d+\.\d+(?![\w.])")
 _NUMPY = (
     *("abs", "allclose", "arcsin", "arctan", "arctan2", "array", "cos", "degrees", "diag", "eye"),
     *("flatnonzero", "hypot", "linalg", "linspace", "maximum", "minimum", "nan", "ones", "pi"),
@@ -143,32 +144,26 @@ HELPERS = {
 }
 
 
-class _Varied(ast.NodeTransformer):
-    """Changes each decimal number of an expression by up to a tenth; integers stay."""
+def varied(expression: str, seed: str) -> str:
+    """Return an expression with each decimal number changed by up to a tenth; integers stay."""
+    random = Random(f"{seed}/{expression}")
 
-    def __init__(self, random: Random):
-        self._random = random
+    def changed(found: re.Match) -> str:
+        return repr(float(f"{float(found[0]) * random.uniform(0.9, 1.1):.5g}"))
 
-    def visit_Constant(self, node: ast.Constant) -> ast.Constant:
-        if isinstance(node.value, float):
-            changed = node.value * self._random.uniform(0.9, 1.1)
-            return ast.copy_location(ast.Constant(changed), node)
-        return node
+    return _DECIMAL.sub(changed, expression)
 
 
-def evaluate(expression: str, names: dict, random: Random | None = None) -> object:
-    """Return the value of an expression, with changed decimal numbers where `random` is given."""
-    tree = ast.parse(str(expression), mode="eval")
-    if random is not None:
-        tree = _Varied(random).visit(tree)
-    return eval(compile(tree, "<check>", "eval"), names)
+def evaluate(expression: str, names: dict) -> object:
+    """Return the value of an expression."""
+    return eval(compile(str(expression), "<check>", "eval"), names)
 
 
-def names_for(module: str, given: dict, random: Random | None = None) -> dict:
-    """Return the names that the expressions about a module use."""
+def names_for(module: str, given: dict, seed: str = "") -> dict:
+    """Return the names that the expressions about a module use, varied where there is a seed."""
     names = {**vars(importlib.import_module(module)), **HELPERS}
     for name, expression in given.items():
-        names[name] = evaluate(expression, names, random)
+        names[name] = evaluate(varied(expression, seed) if seed else expression, names)
     return names
 
 
@@ -183,11 +178,12 @@ def plain(value: object) -> object:
 
 def results(module: str, given: dict, calls: list, seed: str, found: dict) -> None:
     """Add the results of all calls to a dictionary: `known`, and `varied` as the seed decides."""
-    for kind, random in (("known", None), ("varied", Random(seed))):
+    for kind, its_seed in (("known", ""), ("varied", seed)):
         found[kind] = []
-        names = names_for(module, given, random)
+        names = names_for(module, given, its_seed)
         for call in calls:
-            found[kind].append(plain(evaluate(call, names, random)))
+            call = varied(call, its_seed) if its_seed else call
+            found[kind].append(plain(evaluate(call, names)))
 
 
 def main() -> None:
