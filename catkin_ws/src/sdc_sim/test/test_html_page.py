@@ -7,16 +7,10 @@ from matplotlib.figure import Figure
 from matplotlib.image import imread
 from referee_rules import RULES
 
+from sdc_sim.evaluation.drive_evaluation import COLUMNS
 from sdc_sim.evaluation.evaluator import Evaluator
 from sdc_sim.report.html_page import MEANINGS, write_html
-from sdc_sim.report.plots import (
-    draw_cross_track,
-    draw_lateral,
-    draw_speed,
-    draw_steer,
-    thinned,
-    write_png,
-)
+from sdc_sim.report.plots import PANELS, thinned, write_png
 
 pytestmark = pytest.mark.slow(12)
 
@@ -111,22 +105,22 @@ def test_short_drives_are_drawn(tmp_path, ticks):
 
 
 @pytest.mark.parametrize(
-    ("draw", "line", "value"),
+    ("title", "line", "value"),
     [
-        (draw_speed, -1, 5.0),
-        (draw_cross_track, -1, -0.1),
-        (draw_steer, -1, -0.1),
-        (draw_lateral, 0, 5.0 * 0.25 / 60.0 / 0.05),
+        ("speed [m/s]", -1, 5.0),
+        ("cross-track error [m], left is positive", -1, -0.1),
+        ("steer, right is positive", -1, -0.1),
+        ("lateral acceleration [m/s²], left is positive", 0, 5.0 * 0.25 / 60.0 / 0.05),
     ],
 )
-def test_panels_show_the_drive_with_its_signs(draw, line, value):
+def test_panels_show_the_drive_with_its_signs(title, line, value):
     """The car turns left outside of the circle, so right of the route."""
     evaluator = driven(100)
     for sample in evaluator.drive.progress.samples:
         assert (sample.cross_track_m, sample.speed_mps) == (pytest.approx(-0.1, abs=0.02), 5.0)
     result = evaluator.result()
     axes = Figure().add_subplot()
-    draw(axes, result)
+    PANELS[title][1](axes, result, dict(zip(COLUMNS, result.rows.T)))
     np.testing.assert_allclose(axes.lines[line].get_ydata(), value, rtol=0.2)
 
 

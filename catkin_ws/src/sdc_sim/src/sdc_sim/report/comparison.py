@@ -6,22 +6,19 @@ import csv
 import json
 import os
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from sdc_sim.report.writer import companion
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
-_COLOURS = ("#1f5fa8", "#d1341f")
-_PANELS = (
-    ("speed_mps", "speed [m/s]"),
-    ("cross_track_m", "cross-track error [m], left is positive"),
-    ("steer", "steer, right is positive"),
+# The first line is wide and pale, so that both are visible where they agree.
+_STYLES: tuple[dict, ...] = (
+    {"color": "#1f5fa8", "linewidth": 5.0, "alpha": 0.45},
+    {"color": "#d1341f", "linewidth": 1.8},
 )
+# The columns of the panels.
+_SHOWN = {"speed": "speed_mps", "cross-track error": "cross_track_m", "steer": "steer"}
 _MAX_NAME_LENGTH = 60
 
 
@@ -48,14 +45,14 @@ def load_report(path: str) -> Report:
     try:
         with open(path, encoding="utf-8") as file:
             metrics = json.load(file)
+        if not isinstance(metrics, dict) or "status" not in metrics:
+            raise ValueError("it has no status")
     except OSError as error:
         raise ReportReadError(
             f"{path}: {error.strerror}; name a report.json or its folder"
         ) from error
     except ValueError as error:
         raise ReportReadError(f"{path} is not a report: {error}") from error
-    if not isinstance(metrics, dict) or "status" not in metrics:
-        raise ReportReadError(f"{path} is not a report: it has no status")
     return Report(path, metrics, _load_trace(companion(path, ".csv")))
 
 
@@ -84,7 +81,7 @@ def differences(a: dict, b: dict) -> list:
     a, b = _flat(a), _flat(b)
     return [
         (name, _shown(a.get(name)), _shown(b.get(name)), _difference(a.get(name), b.get(name)))
-        for name in [*a, *(name for name in b if name not in a)]
+        for name in {**a, **b}
     ]
 
 
@@ -139,61 +136,22 @@ def draw_overlay(path: str, a: Report, b: Report) -> None:
     Raises:
         OSError: the image cannot be written
     """
-    from sdc_sim.report.plots import new_figure, thinned  # Matplotlib is slow to import
+    from sdc_sim.report.plots import PANELS, map_and_panels, new_figure, thinned  # slow to import
 
     figure = new_figure(16.0, 9.0, 13.0)
-    on_map, panels = _overlay_axes(figure)
+    shown = {title: one for title, one in PANELS.items() if title.startswith(tuple(_SHOWN))}
+    on_map, panels = map_and_panels(figure, shown, 0.87)
     panels[0].set_xlim(0.0, max(a.metrics["route_length_m"], b.metrics["route_length_m"]))
-    for number, (report, letter, colour) in enumerate(zip((a, b), "AB", _COLOURS)):
+    for number, (report, letter, style) in enumerate(zip((a, b), "AB", _STYLES)):
         trace = report.trace or {}
-        # The first line is wide and pale, so that both are visible where they agree.
-        style: dict = {
-            "color": colour,
-            "linewidth": (5.0, 1.8)[number],
-            "alpha": (0.45, 1.0)[number],
-        }
         on_map.plot(trace["x_m"], trace["y_m"], label=letter, **style)
-        for axes, (column, _) in zip(panels, _PANELS):
+        for axes, column in zip(panels, _SHOWN.values()):
             if column in trace:
                 axes.plot(*thinned(trace["s_m"], trace[column]), **style)
-        figure.text(
-            0.06,
-            0.955 - 0.045 * number,
-            f"{letter}: {_summary(report)}",
-            color=colour,
-            fontsize=14,
-            weight="bold",
-            va="center",
-        )
+        text = {"color": style["color"], "fontsize": 14, "weight": "bold", "va": "center"}
+        figure.text(0.06, 0.955 - 0.045 * number, f"{letter}: {_summary(report)}", **text)
     on_map.legend(loc="best")
     figure.savefig(path, dpi=100, facecolor="white")
-
-
-def _overlay_axes(figure: Figure) -> tuple[Axes, list[Axes]]:
-    grid = figure.add_gridspec(
-        len(_PANELS),
-        2,
-        width_ratios=(1.0, 1.2),
-        left=0.06,
-        right=0.985,
-        top=0.87,
-        bottom=0.08,
-        wspace=0.14,
-        hspace=0.3,
-    )
-    on_map = figure.add_subplot(grid[:, 0])
-    on_map.set_aspect("equal", adjustable="datalim")
-    on_map.margins(0.06)
-    on_map.set_xlabel("x [m]")
-    on_map.set_ylabel("y [m]")
-    panels: list = []
-    for row, (_, title) in enumerate(_PANELS):
-        axes = figure.add_subplot(grid[row, 1], sharex=panels[0] if panels else None)
-        axes.set_title(title, loc="left", fontsize="medium", pad=4)
-        axes.grid(alpha=0.25)
-        panels.append(axes)
-    panels[-1].set_xlabel("distance along the route [m]")
-    return on_map, panels
 
 
 def _summary(report: Report) -> str:

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import io
 import os
-from collections.abc import Callable
 from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
@@ -44,8 +42,8 @@ def write_html(path: str, result: DriveResult) -> None:
         headline=headline(metrics),
         events=_notable_events(result),
         event_names=EVENT_NAMES,
-        map_svg=_svg(svg_map, result),
-        panels_svg=_svg(svg_panels, result),
+        map_svg=Markup(svg_map(result)),
+        panels_svg=Markup(svg_panels(result)),
         snapshots=result.snapshots,
         slider=Markup(slider_data(result)),
         slider_script=Markup(environment.get_template("time_slider.js").render()),
@@ -54,17 +52,6 @@ def write_html(path: str, result: DriveResult) -> None:
     )
     with open(path, "w", encoding="utf-8") as file:
         file.write(text)
-
-
-def _svg(draw: Callable[[io.BytesIO, DriveResult], None], result: DriveResult) -> Markup:
-    file = io.BytesIO()
-    draw(file, result)
-    text = file.getvalue().decode("utf-8")
-    text = text[text.index("<svg") :]
-    # Matplotlib uses the same ids in every drawing; on one page they must differ.
-    for mark in ('id="', 'href="#', "url(#"):
-        text = text.replace(mark, f"{mark}{draw.__name__}-")
-    return Markup(text)
 
 
 def _notable_events(result: DriveResult) -> list[DriveEvent]:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import io
+import math
 from collections.abc import Callable
-from typing import Any
 
 import matplotlib
 import numpy as np
@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
 from matplotlib.patheffects import withStroke
 
-from sdc_sim.evaluation.drive_evaluation import DriveResult
+from sdc_sim.evaluation.drive_evaluation import COLUMNS, DriveResult
 from sdc_sim.evaluation.metrics import accelerations
 from sdc_sim.evaluation.route_progress import COMPLETED
 
@@ -53,6 +53,17 @@ _RC_PARAMS: dict = {
     "path.simplify_threshold": 0.3,
 }
 
+# Names and values of the most important metrics.
+_HEADLINE = (
+    ("of the route", "route_completion_percent", "{:.0f} %"),
+    ("driving score", "driving_score", "{:.0f}"),
+    ("error, RMS", "cross_track_rms_m", "{:.3f} m"),
+    ("error at worst", "cross_track_max_m", "{:.3f} m"),
+    ("duration", "duration_s", "{:.1f} s"),
+    ("x least duration", "time_ratio", "{:.2f}"),
+    ("mean speed", "speed_mean_mps", "{:.1f} m/s"),
+    ("comfortable", "comfortable", "{}"),
+)
 # More points are not visible and make the page large.
 _MAX_POINTS = 4000
 _MAX_COLOURED_PIECES = 1200
@@ -72,42 +83,83 @@ def thinned(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return x[index], y[index]
 
 
-def draw_map(axes: Axes, result: DriveResult) -> None:
-    """Draw the route, the driven line coloured by its cross-track error, and the infractions."""
-    _draw_road(axes, result.progress.route.points)
-    line = _draw_driven_line(axes, result)
-    _draw_ends(axes, result)
-    _draw_infractions(axes, result)
+def map_and_panels(figure: Figure, panels: dict, top: float) -> tuple[Axes, list[Axes]]:
+    """Return axes for a map in metres and, at its right, for panels over the distance.
+
+    Args:
+        figure: an empty figure
+        panels: rows of PANELS
+        top: upper end of the axes as a share of the figure
+    """
+    margins = {"left": 0.055, "right": 0.985, "top": top, "bottom": 0.07, "wspace": 0.13}
+    grid = figure.add_gridspec(1, 2, width_ratios=(1.0, 1.1), **margins)
+    return _map_axes(figure.add_subplot(grid[0])), _panel_axes(grid[1], panels)
+
+
+def _map_axes(axes: Axes) -> Axes:
     axes.set_aspect("equal", adjustable="datalim")
     axes.margins(0.06)
     axes.set_xlabel("x [m]")
     axes.set_ylabel("y [m]")
-    axes.legend(loc="best", framealpha=0.9)
-    axes.figure.colorbar(
-        line,
-        ax=axes,
-        location="top",
-        fraction=0.035,
-        aspect=45,
-        pad=0.02,
-        label="cross-track error [m]",
-    )
+    return axes
 
 
-def _draw_road(axes: Axes, route: np.ndarray) -> None:
-    road = np.vstack([route[:: len(route) // _MAX_ROAD_POINTS + 1], route[-1]])
-    axes.plot(
-        *road.T, color=ROAD, linewidth=12, solid_capstyle="round", solid_joinstyle="round", zorder=1
-    )
-    axes.plot(*road.T, color="white", linewidth=1, dashes=(4, 4), zorder=2)
+def _panel_axes(cell: SubplotSpec, panels: dict) -> list[Axes]:
+    heights = [height for height, _ in panels.values()]
+    grid = cell.subgridspec(len(panels), 1, height_ratios=heights, hspace=0.42)
+    every = grid.subplots(sharex=True, squeeze=False)[:, 0].tolist()
+    for axes, title in zip(every, panels):
+        axes.set_title(title, loc="left", fontsize="medium", color=BLACK, pad=4)
+        axes.grid(alpha=0.25)
+    every[-1].set_xlabel("distance along the route [m]")
+    return every
 
 
-def _draw_driven_line(axes: Axes, result: DriveResult) -> LineCollection:
+def _infractions(result: DriveResult) -> list:
     progress = result.progress
-    points = np.column_stack([progress.column("x_m"), progress.column("y_m")])
-    error = np.abs(progress.column("cross_track_m"))
-    count = min(len(points), _MAX_COLOURED_PIECES)
-    parts = [part for part in np.array_split(np.arange(len(points)), count) if len(part)]
+    return [event for event in progress.events if event.name in progress.infractions]
+
+
+def draw_map(axes: Axes, result: DriveResult) -> None:
+    """Draw the route, the driven line coloured by its cross-track error, and the infractions."""
+    route, progress = result.progress.route.points, result.progress
+    road = np.vstack([route[:: len(route) // _MAX_ROAD_POINTS + 1], route[-1]]).T
+    round_ends = {"solid_capstyle": "round", "solid_joinstyle": "round"}
+    axes.plot(*road, color=ROAD, linewidth=12, zorder=1, **round_ends)
+    axes.plot(*road, color="white", linewidth=1, dashes=(4, 4), zorder=2)
+    line = _driven_line(progress.rows)
+    axes.add_collection(line)
+    marks: list = [
+        (route[0], "o", GREEN, 13, 4, "start"),
+        (route[-1], "s", BLACK, 12, 4, "end of the route"),
+    ]
+    if progress.status != COMPLETED:
+        last = progress.samples[-1]
+        marks.append(((last.x_m, last.y_m), "X", RED, 15, 6, "end of the drive"))
+    for event in _infractions(result):
+        marks.append(((event.x_m, event.y_m), "v", RED, 13, 5, None))
+        axes.annotate(
+            EVENT_NAMES[event.name],
+            (event.x_m, event.y_m),
+            xytext=(8, 8),
+            textcoords="offset points",
+            zorder=7,
+            color=RED,
+            weight="bold",
+            path_effects=[withStroke(linewidth=4, foreground="white")],
+        )
+    for point, marker, colour, size, zorder, label in marks:
+        style = {"color": colour, "markersize": size, "zorder": zorder, "label": label}
+        axes.plot(*point, marker, markeredgecolor="white", **style)
+    axes.legend(loc="best", framealpha=0.9)
+    place = {"location": "top", "fraction": 0.035, "aspect": 45, "pad": 0.02}
+    axes.figure.colorbar(line, ax=axes, label="cross-track error [m]", **place)
+
+
+def _driven_line(rows: np.ndarray) -> LineCollection:
+    """Return the line through the rows of a drive, coloured by the cross-track error."""
+    points, error = rows[:, 1:3], np.abs(rows[:, COLUMNS.index("cross_track_m")])
+    parts = np.array_split(np.arange(len(points)), min(len(points), _MAX_COLOURED_PIECES))
     line = LineCollection(
         # Each piece begins with the last point of the one before, or the line would have gaps.
         [points[max(part[0] - 1, 0) : part[-1] + 1] for part in parts],
@@ -118,162 +170,84 @@ def _draw_driven_line(axes: Axes, result: DriveResult) -> LineCollection:
         zorder=3,
     )
     line.set_clim(0.0, max(float(error.max()), _MIN_ERROR_SCALE_M))
-    axes.add_collection(line)
     return line
 
 
-def _draw_ends(axes: Axes, result: DriveResult) -> None:
-    route, last = result.progress.route.points, result.progress.samples[-1]
-    marks: list = [
-        (route[0], "o", GREEN, 13, 4, "start"),
-        (route[-1], "s", BLACK, 12, 4, "end of the route"),
-    ]
-    if result.progress.status != COMPLETED:
-        marks.append(((last.x_m, last.y_m), "X", RED, 15, 6, "end of the drive"))
-    for point, marker, colour, size, zorder, label in marks:
-        axes.plot(
-            *point,
-            marker,
-            color=colour,
-            markeredgecolor="white",
-            markersize=size,
-            zorder=zorder,
-            label=label,
-        )
-
-
-def _infractions(result: DriveResult) -> list:
-    progress = result.progress
-    return [event for event in progress.events if event.name in progress.infractions]
-
-
-def _draw_infractions(axes: Axes, result: DriveResult) -> None:
-    for event in _infractions(result):
-        place = event.x_m, event.y_m
-        axes.plot(*place, "v", color=RED, markeredgecolor="white", markersize=13, zorder=5)
-        axes.annotate(
-            EVENT_NAMES[event.name],
-            place,
-            xytext=(8, 8),
-            textcoords="offset points",
-            zorder=7,
-            color=RED,
-            weight="bold",
-            path_effects=[withStroke(linewidth=4, foreground="white")],
-        )
-
-
-def draw_speed(axes: Axes, result: DriveResult) -> None:
+def _draw_speed(axes: Axes, result: DriveResult, columns: dict) -> None:
     """Draw the driven and the planned speed, and the greatest that the planner's limits allow."""
-    progress = result.progress
-    axes.plot(
-        *thinned(progress.route.s, result.limit_mps),
-        color=LIMIT,
-        linewidth=1.5,
-        dashes=(3, 2),
-        label="limit",
-        zorder=2.5,
-    )
+    limit = thinned(result.progress.route.s, result.limit_mps)
+    axes.plot(*limit, color=LIMIT, linewidth=1.5, dashes=(3, 2), label="limit", zorder=2.5)
     if len(result.planned):
         axes.plot(*thinned(*result.planned[:, :2].T), color=PLANNED, linewidth=6, label="planned")
-    axes.plot(
-        *thinned(progress.column("s_m"), progress.column("speed_mps")), color=DRIVEN, label="driven"
-    )
+    axes.plot(*thinned(columns["s_m"], columns["speed_mps"]), color=DRIVEN, label="driven")
     axes.set_ylim(bottom=0.0)
-    _set_title(axes, "speed [m/s]")
     _add_legend(axes)
 
 
-def draw_cross_track(axes: Axes, result: DriveResult) -> None:
-    """Draw the cross-track error."""
-    error_m = result.progress.column("cross_track_m")
-    _draw_signed(axes, result, error_m, "cross-track error [m], left is positive", 0.05)
-
-
-def draw_heading(axes: Axes, result: DriveResult) -> None:
-    """Draw the heading error."""
-    error_deg = np.degrees(result.progress.column("heading_error_rad"))
-    _draw_signed(axes, result, error_deg, "heading error [degrees], left is positive", 2.0)
-
-
-def draw_steer(axes: Axes, result: DriveResult) -> None:
-    """Draw the steering command."""
-    _draw_signed(axes, result, result.commands[:, 2], "steer, right is positive", 0.1)
-
-
-def draw_pedals(axes: Axes, result: DriveResult) -> None:
+def _draw_pedals(axes: Axes, _result: DriveResult, columns: dict) -> None:
     """Draw the throttle upwards and the brake downwards."""
-    s = result.progress.column("s_m")
-    for column, sign, colour, name in ((0, 1.0, GREEN, "throttle"), (1, -1.0, RED, "brake")):
-        x, y = thinned(s, sign * result.commands[:, column])
+    for name, sign, colour in (("throttle", 1.0, GREEN), ("brake", -1.0, RED)):
+        x, y = thinned(columns["s_m"], sign * columns[name])
         axes.fill_between(x, y, color=colour, alpha=0.75, linewidth=0.8, label=name)
     axes.axhline(0.0, color="0.6", linewidth=1)
     axes.set_ylim(-1.05, 1.05)
     axes.set_yticks([-1.0, 0.0, 1.0], ["1", "0", "1"])
-    _set_title(axes, "pedals")
     _add_legend(axes)
 
 
-def draw_lateral(axes: Axes, result: DriveResult) -> None:
-    """Draw the lateral acceleration."""
-    column = result.progress.column
-    time_s, s_m = column("time_s"), column("s_m")
-    for part_s, _, lateral, _ in accelerations(time_s, column("speed_mps"), column("yaw_rad")):
+def _draw_lateral(axes: Axes, _result: DriveResult, columns: dict) -> None:
+    time_s, s_m = columns["time_s"], columns["s_m"]
+    for part_s, _, lateral, _ in accelerations(time_s, columns["speed_mps"], columns["yaw_rad"]):
         axes.plot(*thinned(np.interp(part_s, time_s, s_m), lateral), color=DRIVEN)
     axes.axhline(0.0, color="0.6", linewidth=1, zorder=0)
-    _set_title(axes, "lateral acceleration [m/s²], left is positive")
 
 
-def _draw_signed(
-    axes: Axes, result: DriveResult, values: np.ndarray, title: str, min_range: float
-) -> None:
-    axes.axhline(0.0, color="0.6", linewidth=1, zorder=0)
-    axes.plot(*thinned(result.progress.column("s_m"), values), color=DRIVEN)
-    limit = max(1.1 * float(np.nanmax(np.abs(values))), min_range)
-    axes.set_ylim(-limit, limit)
-    _set_title(axes, title)
+def _around_zero(name: str, least_range: float, scale: float = 1.0) -> Callable:
+    """Return the function that draws a column around zero."""
 
+    def draw(axes: Axes, _result: DriveResult, columns: dict) -> None:
+        values = scale * columns[name]
+        axes.axhline(0.0, color="0.6", linewidth=1, zorder=0)
+        axes.plot(*thinned(columns["s_m"], values), color=DRIVEN)
+        limit = max(1.1 * float(np.nanmax(np.abs(values))), least_range)
+        axes.set_ylim(-limit, limit)
 
-def _set_title(axes: Axes, text: str) -> None:
-    axes.set_title(text, loc="left", fontsize="medium", color=BLACK, pad=4)
+    return draw
 
 
 def _add_legend(axes: Axes) -> None:
-    axes.legend(
-        loc="lower right",
-        bbox_to_anchor=(1.0, 0.98),
-        ncol=3,
-        frameon=False,
-        borderpad=0.0,
-        handlelength=1.5,
-    )
+    place: dict = {"loc": "lower right", "bbox_to_anchor": (1.0, 0.98), "ncol": 3}
+    axes.legend(frameon=False, borderpad=0.0, handlelength=1.5, **place)
 
 
-def panels(result: DriveResult) -> list[tuple[Callable[[Axes, DriveResult], None], float]]:
-    """Return the drawing function and relative height of each panel, from top to bottom."""
-    chosen = [(draw_speed, 1.6), (draw_cross_track, 1.2), (draw_heading, 1.0)]
-    if not np.isnan(result.commands).all():
-        chosen += [(draw_steer, 1.0), (draw_pedals, 1.0)]
-    return [*chosen, (draw_lateral, 1.0)]
+# Title, relative height and drawing function of each panel, from top to bottom, and of the others
+# those that a drive without commands lacks.
+PANELS = {
+    "speed [m/s]": (1.6, _draw_speed),
+    "cross-track error [m], left is positive": (1.2, _around_zero("cross_track_m", 0.05)),
+    "heading error [degrees], left is positive": (
+        *(1.0, _around_zero("heading_error_rad", 2.0, math.degrees(1.0))),
+    ),
+    "steer, right is positive": (1.0, _around_zero("steer", 0.1)),
+    "pedals": (1.0, _draw_pedals),
+    "lateral acceleration [m/s²], left is positive": (1.0, _draw_lateral),
+}
+_OF_COMMANDS = ("steer, right is positive", "pedals")
 
 
-def draw_panels(figure: Figure, cell: SubplotSpec, result: DriveResult) -> None:
-    """Draw the panels below each other into a cell of a grid, with a common axis of distance."""
-    chosen = panels(result)
-    grid = cell.subgridspec(
-        len(chosen), 1, height_ratios=[height for _, height in chosen], hspace=0.42
-    )
-    shared: Any = None
-    for row, (draw, _) in enumerate(chosen):
-        axes = shared = figure.add_subplot(grid[row], sharex=shared)
-        draw(axes, result)
-        axes.grid(alpha=0.25)
+def _shown_panels(result: DriveResult) -> dict:
+    """Return the rows of PANELS for which a drive has data."""
+    left_out = _OF_COMMANDS if np.isnan(result.commands).all() else ()
+    return {title: panel for title, panel in PANELS.items() if title not in left_out}
+
+
+def _draw_panels(panels: list[Axes], result: DriveResult) -> None:
+    columns = dict(zip(COLUMNS, result.rows.T))
+    for axes, (_, draw) in zip(panels, _shown_panels(result).values()):
+        draw(axes, result, columns)
         for event in _infractions(result):
             axes.axvline(event.s_m, color=RED, linewidth=1.5, dashes=(2, 2))
-        if row < len(chosen) - 1:
-            axes.tick_params(labelbottom=False)
-    shared.set_xlim(0.0, result.progress.route.length_m)
-    shared.set_xlabel("distance along the route [m]")
+    panels[0].set_xlim(0.0, result.progress.route.length_m)
 
 
 def new_figure(width_in: float, height_in: float, font_size_pt: float) -> Figure:
@@ -294,20 +268,13 @@ def new_figure(width_in: float, height_in: float, font_size_pt: float) -> Figure
 
 def headline(metrics: dict) -> list[tuple[str, str]]:
     """Return names and values of the most important metrics, as text."""
-
-    def number(value: float | None, form: str, unit: str = "") -> str:
-        return "-" if value is None else f"{value:{form}}{unit}"
-
-    arrived = metrics["status"] == COMPLETED
+    words = {True: "yes", False: "no"}
+    values = {**metrics, "comfortable": words.get(metrics["comfortable"])}
+    if metrics["status"] != COMPLETED:
+        values["time_ratio"] = None
     return [
-        ("of the route", number(metrics["route_completion_percent"], ".0f", " %")),
-        ("driving score", number(metrics["driving_score"], ".0f")),
-        ("error, RMS", number(metrics["cross_track_rms_m"], ".3f", " m")),
-        ("error at worst", number(metrics["cross_track_max_m"], ".3f", " m")),
-        ("duration", number(metrics["duration_s"], ".1f", " s")),
-        ("x least duration", number(metrics["time_ratio"] if arrived else None, ".2f")),
-        ("mean speed", number(metrics["speed_mean_mps"], ".1f", " m/s")),
-        ("comfortable", {True: "yes", False: "no", None: "-"}[metrics["comfortable"]]),
+        (name, "-" if values[metric] is None else form.format(values[metric]))
+        for name, metric, form in _HEADLINE
     ]
 
 
@@ -321,52 +288,48 @@ def write_png(path: str, result: DriveResult) -> None:
     Raises:
         OSError: the file cannot be written
     """
-    metrics = result.metrics
+    status, shown = result.metrics["status"], headline(result.metrics)
     figure = new_figure(16.0, 9.0, 12.0)
-    figure.text(
-        0.02,
-        0.945,
-        metrics["status"].replace("_", " "),
-        fontsize=30,
-        weight="bold",
-        color=GREEN if metrics["status"] == COMPLETED else RED,
-        va="center",
-    )
-    shown = headline(metrics)
+    bold = {"weight": "bold", "va": "center"}
+    colour = GREEN if status == COMPLETED else RED
+    figure.text(0.02, 0.945, status.replace("_", " "), fontsize=30, color=colour, **bold)
     for number, (name, value) in enumerate(shown):
         x = 0.215 + number * 0.79 / len(shown)
-        figure.text(x, 0.962, value, fontsize=20, weight="bold", color=BLACK, va="center")
+        figure.text(x, 0.962, value, fontsize=20, color=BLACK, **bold)
         figure.text(x, 0.925, name, fontsize=12, color=GREY, va="center")
-    grid = figure.add_gridspec(
-        1, 2, width_ratios=(1.0, 1.1), left=0.055, right=0.985, top=0.86, bottom=0.07, wspace=0.13
-    )
-    draw_map(figure.add_subplot(grid[0]), result)
-    draw_panels(figure, grid[1], result)
+    on_map, panels = map_and_panels(figure, _shown_panels(result), 0.86)
+    draw_map(on_map, result)
+    _draw_panels(panels, result)
     figure.savefig(path, format="png", dpi=100, facecolor="white")
 
 
-def svg_map(file: io.BytesIO, result: DriveResult) -> None:
-    """Write the map as SVG."""
+def svg_map(result: DriveResult) -> str:
+    """Return the map as SVG."""
     span = np.ptp(result.progress.route.points, axis=0) + 20.0
     width = 15.0
     height = 2.0 + min(max(0.92 * width * span[1] / span[0], 2.5), 9.0)
     figure = new_figure(width, height, 14.0)
     axes = figure.add_axes((0.07, 0.75 / height, 0.905, 1.0 - 1.5 / height))
-    draw_map(axes, result)
-    _save_svg(figure, file)
+    draw_map(_map_axes(axes), result)
+    return _svg(figure, "map")
 
 
-def svg_panels(file: io.BytesIO, result: DriveResult) -> None:
-    """Write all panels over the distance as SVG."""
-    height = 1.2 + 2.2 * sum(height for _, height in panels(result))
+def svg_panels(result: DriveResult) -> str:
+    """Return all panels over the distance as SVG."""
+    shown = _shown_panels(result)
+    height = 1.2 + 2.2 * sum(height for height, _ in shown.values())
     figure = new_figure(15.0, height, 14.0)
-    grid = figure.add_gridspec(
-        1, 1, left=0.06, right=0.99, top=1.0 - 0.4 / height, bottom=0.8 / height
-    )
-    draw_panels(figure, grid[0], result)
-    _save_svg(figure, file)
+    margins = {"left": 0.06, "right": 0.99, "top": 1.0 - 0.4 / height, "bottom": 0.8 / height}
+    _draw_panels(_panel_axes(figure.add_gridspec(1, 1, **margins)[0], shown), result)
+    return _svg(figure, "panels")
 
 
-def _save_svg(figure: Figure, file: io.BytesIO) -> None:
+def _svg(figure: Figure, name: str) -> str:
+    file = io.StringIO()
     # Without a date, the same drive gives the same file.
     figure.savefig(file, format="svg", metadata={"Date": None}, transparent=True)
+    text = file.getvalue()
+    # Matplotlib uses the same ids in every drawing; on one page they must differ.
+    for mark in ('id="', 'href="#', "url(#"):
+        text = text.replace(mark, f"{mark}{name}-")
+    return text[text.index("<svg") :]
