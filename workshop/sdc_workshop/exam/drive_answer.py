@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from pathlib import Path
+from typing import Sequence
 
 from sdc_workshop.exam.answer import PASSED, WRONG, Answer
 from sdc_workshop.exam.output import crash, last_line, plain
@@ -26,13 +27,20 @@ _HINTS = {
 }
 
 
-def _driven(stage: Stage, path: Path, arguments: list, lab: str, table: dict) -> tuple:
+def _driven(
+    stage: Stage, path: Path, arguments: list, lab: str, table: dict, unknown: Sequence[Path]
+) -> tuple:
     """Drive and write the report; return the status, None after a timeout, and the output."""
     if stage.sandbox is not None:
         from sdc_workshop.exam.refereed_drive import refereed_drive
 
         held_out = lesson_folder(lab) / table["held_out"] if "held_out" in table else None
-        return refereed_drive(stage, arguments, path, DRIVE_TIMEOUT_S, table["world"], held_out)
+        world = [*table["world"], *(f"obstacles_path:={file}" for file in unknown[1:])]
+        more = {"route": unknown[0]} if unknown else {}
+        return refereed_drive(stage, arguments, path, DRIVE_TIMEOUT_S, world, held_out, **more)
+    if unknown:
+        route, scenario = unknown
+        arguments = [*arguments, f"waypoints_path:={route}", f"obstacles_path:={scenario}"]
     stage.master  # noqa: B018  roslaunch uses a master that already runs
     command = ["roslaunch", "--skip-log-check", *arguments, f"report:={path}"]
     with stage.program(command) as program:
@@ -47,22 +55,23 @@ def _driven(stage: Stage, path: Path, arguments: list, lab: str, table: dict) ->
     return status, output
 
 
-def drive_answer(stage: Stage, lab: str, table: dict) -> tuple:
+def drive_answer(stage: Stage, lab: str, table: dict, unknown: Sequence[Path] = ()) -> tuple:
     """Drive the route.
 
     Args:
         stage: where the car drives
         lab: the lab, or WORKSHOP
         table: how it drives, the entry `drive` of checks.yaml
+        unknown: waypoint file and scenario of another road than the packaged one
 
     Returns:
         the answer, and the referee's report as a dictionary, or None without one
     """
-    path = stage.folder / "report" / "report.json"
+    path = stage.folder / ("unknown" if unknown else "report") / "report.json"
     arguments = [*_ARGUMENTS.split(), *table["car"]]
     if "route" in table and stage.sandbox is None:
         arguments.append(f"waypoints_path:={lesson_folder(lab) / table['route']}")
-    status, output = _driven(stage, path, arguments, lab, table)
+    status, output = _driven(stage, path, arguments, lab, table, unknown)
     output = plain(output)
     stage.clear()
     if not path.is_file():

@@ -51,6 +51,7 @@ def refereed_drive(
     timeout_s: float,
     world: Sequence[str] = (),
     held_out: Path | None = None,
+    route: Path = _ROUTE,
 ) -> tuple:
     """Drive, and write the report.
 
@@ -61,27 +62,30 @@ def refereed_drive(
         timeout_s: the drive ends after this wall-clock time [s]
         world: further launch arguments of the world
         held_out: waypoint file of the road, which the car drives without knowing it; it arrives
-            when it passes the end. None: the packaged route, which the car gets
+            when it passes the end
+        route: without held_out, the waypoint file of the road, which the car finds in the place of
+            the packaged one
 
     Returns:
         the exit status, None after the timeout, and the output with a line of the result
     """
     assert stage.sandbox is not None
-    folder = stage.folder / "drive"
+    folder = stage.folder / f"drive_{report.parent.name}"
     folder.mkdir()
     log = folder / "events"
     log.touch()
-    if held_out is not None:
-        world = [*world, f"waypoints_path:={held_out}"]
+    world = [*world, f"waypoints_path:={held_out or route}"]
     with _world(stage, log, world) as simulator, log.open(encoding="ascii") as events:
         own_report = stage.sandbox.scratch(stage.folder) / "report.json"
         replaced = {
             _WORLD_LAUNCH / name: _without_nodes(folder, name)
             for name in ("sim.launch", "referee.launch")
         }
+        if route != _ROUTE:
+            replaced[_ROUTE] = route
         command = ["roslaunch", "--skip-log-check", *arguments, f"report:={own_report}"]
         with stage.start(command, stage.environment(), replaced=replaced) as stack:
-            referee = _Referee(stage, events, held_out)
+            referee = _Referee(stage, events, held_out or route, held_out is not None)
             ended = referee.watch(simulator, stack, timeout_s)
             if os.path.lexists(f"/proc/{stack.main.pid}/root{own_report}"):
                 stage.report("a report.json was written; it does not count")
@@ -143,7 +147,7 @@ def _rules(finish_at_rest: bool) -> EvaluationRules:
 class _Referee:
     """Evaluates a drive from the file that the simulator writes."""
 
-    def __init__(self, stage: Stage, events: IO, held_out: Path | None):
+    def __init__(self, stage: Stage, events: IO, route: Path, is_held_out: bool):
         from sdc_package.msg import Path as Mission
 
         from sdc_workshop.exam.node import Received
@@ -153,9 +157,9 @@ class _Referee:
         self._part = ""
         self._commands = 0
         # As in the messages, whose numbers have 32 bits.
-        self._route = points_as_sent(load_waypoints(str(held_out or _ROUTE)))
-        self._evaluator = Evaluator(_rules(finish_at_rest=held_out is None))
-        self._is_held_out = held_out is not None
+        self._route = points_as_sent(load_waypoints(str(route)))
+        self._evaluator = Evaluator(_rules(finish_at_rest=not is_held_out))
+        self._is_held_out = is_held_out
         self._evaluator.set_route(self._route)
         self._missions = Received(_MISSION, Mission)
         self._world_topics = {

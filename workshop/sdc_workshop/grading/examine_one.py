@@ -2,11 +2,12 @@
 
 So the answers are kept when the check is ended before its end.
 Usage: python3 -m sdc_workshop.grading.examine_one WORKSPACE RESULT_FOLDER BUILD_LIMIT_S USER_ID
-LAB [STEP ...]
+SEED LAB [STEP ...]
 
 The student's programs run in a sandbox, as the user with this id where this one is root; with the
-user id "none", without a sandbox. Without a STEP, all steps of the lab are checked;
-LAB is its name, or "" for the workshop.
+user id "none", without a sandbox. With a SEED, not "", a car of the workshop that has driven the
+town drives the unknown route, too. LAB is the name of the lab, or "" for the workshop. Without a
+STEP, all its steps are checked.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from __future__ import annotations
 import os
 import shutil
 import sys
+import tempfile
 from pathlib import Path
 
 from sdc_workshop.exam.answer import Answer
@@ -22,10 +24,12 @@ from sdc_workshop.exam.sandbox import Sandbox
 from sdc_workshop.exam.stage import Stage
 from sdc_workshop.exam.student import Student
 from sdc_workshop.grading.record import BUILD_LOG, NO_SANDBOX, Record
+from sdc_workshop.grading.unknown_route import write_unknown_route
 from sdc_workshop.steps import Step, load_steps
 from sdc_workshop.workspace import WORLD_SETUP
 
 BUILD = "the build"
+UNKNOWN = "the drive on the unknown route"
 
 
 def build(stage: Stage, record: Record, result: Path, limit_s: float) -> None:
@@ -53,7 +57,7 @@ def main() -> None:
     os.umask(0o022)
     if sys.argv[4] != NO_SANDBOX:
         sandbox = Sandbox(workspace, int(sys.argv[4]), record.contained)
-    lab, ids = sys.argv[5], sys.argv[6:]
+    seed, lab, ids = sys.argv[5], sys.argv[6], sys.argv[7:]
     steps = [step for step in load_steps(lab) if step.id in ids or not ids]
     with Stage(Student(workspace), sandbox) as stage:
         build(stage, record, result, limit_s)
@@ -63,9 +67,15 @@ def main() -> None:
             record.answer(step.id, answer.as_dict())
 
         examination.judge(steps, save, on_begin=lambda step: record.begin(step.id))
-        for path in sorted((stage.folder / "report").glob("report*")):
-            if path.is_file():
-                shutil.copyfile(path, result / path.name)
+        if seed and not lab and examination.report:
+            record.begin(UNKNOWN)
+            # The student's programs see the road when they drive it, and never its traffic.
+            with tempfile.TemporaryDirectory(prefix="workshop_road_") as road:
+                examination.drive_unknown(lab, write_unknown_route(int(seed), Path(road)))
+        for name in ("report", "unknown"):
+            for path in sorted((stage.folder / name).glob("report*")):
+                if path.is_file():
+                    shutil.copyfile(path, result / path.name.replace("report", name))
 
 
 if __name__ == "__main__":

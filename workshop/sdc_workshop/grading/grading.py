@@ -97,6 +97,7 @@ class Conditions:
         stopped: once it returns True, all programs are ended
         steps: ids of the steps that are checked; empty: all
         lab: the lab, or WORKSHOP
+        seed: what the unknown route is drawn from; None: no such drive
     """
 
     limit_s: float
@@ -104,6 +105,7 @@ class Conditions:
     stopped: Callable[[], bool] = lambda: False
     steps: tuple = ()
     lab: str = WORKSHOP
+    seed: int | None = None
 
 
 def grade(name: str, folder: Path, result: Path, conditions: Conditions) -> Grade:
@@ -118,7 +120,8 @@ def grade(name: str, folder: Path, result: Path, conditions: Conditions) -> Grad
     found = Grade(name, folder, lab=conditions.lab)
     start = time.monotonic()
     result.mkdir(parents=True, exist_ok=True)
-    for path in (*result.glob("report*"), *(result / log for log in (ANSWERS, STATE, *_LOGS))):
+    reports = (*result.glob("report*"), *result.glob("unknown*"))
+    for path in (*reports, *(result / log for log in (ANSWERS, STATE, *_LOGS))):
         if path.is_file():
             path.unlink()
     notes, links = [], []
@@ -134,8 +137,10 @@ def grade(name: str, folder: Path, result: Path, conditions: Conditions) -> Grad
     found.contained += [
         f"{step}: {text}" for step, text, path in state["contained"] if _is_hidden(path, temporary)
     ]
-    with contextlib.suppress(OSError, ValueError):
-        found.report = json.loads((result / "report.json").read_text(encoding="utf-8"))
+    for name in ("report", "unknown"):
+        with contextlib.suppress(OSError, ValueError):
+            text = (result / f"{name}.json").read_text(encoding="utf-8")
+            setattr(found, name, json.loads(text))
     found.wall_s = time.monotonic() - start
     return found
 
@@ -163,7 +168,8 @@ def _examine(result: Path, temporary: Path, conditions: Conditions) -> None:
     command = [sys.executable, "-B", "-m", "sdc_workshop.grading.examine_one", workspace, result]
     user_id = NO_SANDBOX if conditions.user_id is None else conditions.user_id
     command += [min(_BUILD_LIMIT_S, _BUILD_SHARE * conditions.limit_s), user_id]
-    command += [conditions.lab, *conditions.steps]
+    command += ["" if conditions.seed is None else conditions.seed, conditions.lab]
+    command += conditions.steps
     home.mkdir()
     scratch.mkdir()
     if conditions.user_id is not None:
