@@ -76,10 +76,13 @@ class OfflineNode:
 def offline_node(monkeypatch):
     """Return a function that builds the node of a script, with the parameters of its config."""
 
-    def build(name, class_name):
+    def refuse(message):
+        raise ValueError(message)
+
+    def build(name, class_name, **changes):
         script = load_script(os.path.join(HERE, "..", "scripts", name + ".py"))
         with open(os.path.join(HERE, "..", "config", name + ".yaml"), encoding="utf-8") as file:
-            config = yaml.safe_load(file)
+            config = {**yaml.safe_load(file), **changes}
         node = OfflineNode(config)
         monkeypatch.setattr(
             rospy, "get_param", lambda key, *default: config.get(key.lstrip("~"), *default)
@@ -89,6 +92,7 @@ def offline_node(monkeypatch):
         monkeypatch.setattr(rospy, "loginfo", lambda text: None)
         monkeypatch.setattr(rospy, "Subscriber", node.subscribe)
         monkeypatch.setattr(rospy, "Service", node.serve)
+        monkeypatch.setattr(script, "refuse", refuse)
         for module in (script, speed_reason_publisher):
             monkeypatch.setattr(module, "LoopPublisher", node.advertise)
         node.instance = getattr(script, class_name)()

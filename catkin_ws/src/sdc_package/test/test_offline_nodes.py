@@ -15,6 +15,7 @@ from nav_msgs.msg import Odometry
 from sdc_package.msg import BaseWaypoint, LocalPath, Path, Waypoint
 
 from sdc_common.planning.stop_line import GREEN, RED
+from sdc_package.steering.loader import METHODS
 
 MISSION, PATH = "/planner/mission_waypoints", "/planner/local_waypoints"
 ODOMETRY = "/carla/ego_vehicle/odometry"
@@ -119,3 +120,40 @@ def test_controller_without_odometry_publishes_that_it_brakes(offline_node):
     for time_s in (0.2, 0.5, 0.6):
         node.instance.inputs.check(round(time_s * 1e9))
     assert node.reasons == [(50_000_000, "odometry_timeout")]
+
+
+def test_basic_control_answers_each_odometry_with_the_constant_command(offline_node):
+    node = offline_node("simple_controller", "SimpleController", basic_control=True)
+    node.receive[ODOMETRY](odometry(7, 0.0, 0.0, 0.0))
+    (answer,) = node.published
+    assert answer.header.stamp == rospy.Time(0, 350_000_000)
+    wanted = node.config["basic_throttle"], node.config["basic_steer"], 0.0
+    assert (answer.throttle, answer.steer, answer.brake) == wanted
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_controller_steers_back_to_the_path_with_every_method(offline_node, method):
+    node = offline_node("simple_controller", "SimpleController", steering_method=method)
+    for tick in (1, 2):
+        node.receive[ODOMETRY](odometry(tick, 4.0 + 0.5 * tick, 0.3, 0.0))
+        node.receive[PATH](LocalPath([Waypoint(float(x), 0.0, 5.0) for x in range(30)]))
+    assert node.published[-1].steer > 0.01
+
+
+@pytest.mark.parametrize(
+    ("script", "node", "changes", "message"),
+    [
+        (
+            "simple_controller",
+            "SimpleController",
+            {"steering_method": "stanly"},
+            "'stanly': did you mean 'stanley'",
+        ),
+        ("simple_controller", "SimpleController", {"basic_throttle": 2.0}, "basic_throttle"),
+        ("simple_controller", "SimpleController", {"patience_s": 0.0}, "patience_s"),
+        ("local_planner", "LocalPlannerNode", {"braking_mps2": -3.0}, "braking_mps2"),
+    ],
+)
+def test_node_refuses_a_bad_parameter_by_its_name(offline_node, script, node, changes, message):
+    with pytest.raises(ValueError, match=f"^config/{script}.yaml: .*{message}"):
+        offline_node(script, node, **changes)

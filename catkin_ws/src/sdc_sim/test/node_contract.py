@@ -1,19 +1,22 @@
 #!/usr/bin/python3
-"""The contract of the bridge in real time: obstacles, and commands in excess."""
+"""The contract of the bridge in real time: topics, frames, stamps, commands, obstacles."""
 
 import unittest
 
 import numpy as np
 import rospy
 import rostest
+import tf2_ros
 from carla_msgs.msg import CarlaCollisionEvent
 from geometry_msgs.msg import PointStamped
 from nav_msgs.msg import Odometry
+from rosgraph_msgs.msg import Clock
 from sdc_msgs.msg import CarlaVehicleControl, ObstacleArray
 from sensor_msgs.msg import Image
 from std_srvs.srv import Trigger
 from visualization_msgs.msg import Marker, MarkerArray
 
+from sdc_common.processes import wait_until
 from sdc_common.ros.conversion import pose_and_speed
 from sdc_testing import MessageListener, wait_for_subscriber
 
@@ -108,6 +111,42 @@ class ContractTest(unittest.TestCase):
     @staticmethod
     def pixels(image):
         return np.frombuffer(image.data, np.uint8).reshape(480, 640, 4)[:, :, :3].astype(int)
+
+    def test_clock_and_odometry_advance_by_ticks(self):
+        clock = MessageListener("/clock", Clock)
+        wait_until(lambda: len(clock.messages) > 5, what="five ticks of /clock")
+        steps = np.diff([message.clock.to_nsec() for message in clock.messages[:6]])
+        self.assertEqual(set(steps), {50_000_000})
+        odometry = self.odometry.messages[-1]
+        self.assertEqual(
+            (odometry.header.frame_id, odometry.child_frame_id), ("map", "ego_vehicle")
+        )
+
+    def test_transforms_from_map_to_camera(self):
+        buffer = tf2_ros.Buffer()
+        listener = tf2_ros.TransformListener(buffer)
+        frame = "ego_vehicle/camera/rgb/front"
+        wait_until(
+            lambda: buffer.can_transform("map", frame, rospy.Time(0)),
+            what="a transform from map to camera",
+        )
+        fixed = buffer.lookup_transform("ego_vehicle", frame, rospy.Time(0)).transform
+        self.assertAlmostEqual(fixed.translation.x, 0.7)
+        self.assertAlmostEqual(fixed.translation.z, 1.7)
+        listener.unregister()
+
+    def test_command_moves_the_car_and_positive_steer_turns_right(self):
+        start = self.drive_until(lambda x, y, yaw, speed: speed > 3.0, throttle=0.7, steer=0.5)
+        turned = self.drive_until(lambda x, y, yaw, speed: yaw < -0.3, throttle=0.4, steer=0.5)
+        self.assertLess(turned.twist.twist.angular.z, 0.0)
+        self.assertGreater(turned.header.stamp, start.header.stamp)
+
+    def test_car_brakes_when_commands_time_out(self):
+        moving = self.drive_until(lambda x, y, yaw, speed: speed > 4.0, throttle=0.8)
+        stopped = self.odometry.wait_for(
+            lambda odometry: pose_and_speed(odometry)[3] == 0.0, 20.0, len(self.odometry.messages)
+        )
+        self.assertLess((stopped.header.stamp - moving.header.stamp).to_sec(), 3.0)
 
     def test_flood_of_commands_does_not_stop_the_simulation(self):
         """Send far more commands than there are ticks."""

@@ -1,22 +1,43 @@
 #!/usr/bin/python3
-"""Pause, step and resume in lockstep; the test is the stack."""
+"""Lockstep: pause, step and resume; a picture of every tick, also after a crash of the camera."""
 
+import os
+import signal
 import threading
 import time
 import unittest
+from xmlrpc.client import ServerProxy
 
+import numpy as np
+import rospkg
 import rospy
 import rostest
+from cv_bridge import CvBridge
 from nav_msgs.msg import Odometry
 from sdc_msgs.msg import CarlaVehicleControl
+from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import Header
 from std_srvs.srv import Trigger
 
 from sdc_common.processes import wait_until
+from sdc_common.ros.conversion import pose_and_speed
+from sdc_common.routes.waypoint_file import load_waypoints
+from sdc_sim.camera.renderer import Renderer
+from sdc_sim.road.road import Road
 from sdc_testing import MessageListener, wait_for_subscriber
 
 EGO = "/carla/ego_vehicle"
 TICK_NS = 50_000_000
+TICKS = 24
+
+
+def camera_pid():
+    """Return the process id of the node, or None while it restarts."""
+    try:
+        uri = rospy.get_master().lookupNode("/front_camera")[2]
+        return ServerProxy(uri).getPid("/lockstep_test")[2]
+    except (OSError, rospy.ROSException):
+        return None
 
 
 class LockstepTest(unittest.TestCase):
@@ -24,18 +45,20 @@ class LockstepTest(unittest.TestCase):
     def setUpClass(cls):
         cls.answering = threading.Event()
         cls.answering.set()
+        cls.images = MessageListener("/remapped_image", Image)
+        cls.infos = MessageListener(EGO + "/camera/rgb/front/camera_info", CameraInfo)
+        cls.odometry = MessageListener(EGO + "/odometry", Odometry)
         cls.command = rospy.Publisher(
             EGO + "/vehicle_control_cmd", CarlaVehicleControl, queue_size=100
         )
         wait_for_subscriber(cls.command)
-        cls.odometry = MessageListener(EGO + "/odometry", Odometry)
         rospy.Subscriber(EGO + "/odometry", Odometry, cls.answer, tcp_nodelay=True)
-        cls.odometry.wait_for(lambda odometry: odometry.header.stamp.to_nsec() > 20 * TICK_NS)
+        cls.images.wait_for(seconds=60.0)
 
     @classmethod
     def answer(cls, odometry):
         if cls.answering.is_set():
-            cls.command.publish(CarlaVehicleControl(header=odometry.header, throttle=0.5))
+            cls.command.publish(CarlaVehicleControl(header=odometry.header, throttle=0.4))
 
     def setUp(self):
         self.call("resume")
@@ -46,25 +69,31 @@ class LockstepTest(unittest.TestCase):
         self.assertTrue(answer.success)
         return int(answer.message.rsplit(" ", 1)[1])
 
+    def picture_stamps(self):
+        return [image.header.stamp.to_nsec() for image in self.images.messages]
+
     def stamps(self):
         return [odometry.header.stamp.to_nsec() for odometry in self.odometry.messages]
 
+    def wait_for_tick(self, tick):
+        wait_until(lambda: self.stamps()[-1] == tick * TICK_NS, 60.0, f"tick {tick}")
+
+    def wait_for_pictures(self):
+        """Return the stamps of the next pictures."""
+        start = len(self.images.messages)
+        wait_until(lambda: len(self.images.messages) >= start + TICKS, 60.0, f"{TICKS} pictures")
+        return self.picture_stamps()[start : start + TICKS]
+
     def test_pause_stops_step_takes_one_tick_and_resume_loses_none(self):
-        paused_at = self.call("pause") * TICK_NS
-        wait_until(lambda: self.stamps()[-1] == paused_at, what="the tick of the pause")
+        paused_at = self.call("pause")
+        self.wait_for_tick(paused_at)
         for step in range(1, 4):
-            self.assertEqual(
-                self.call("pause") * TICK_NS,
-                paused_at + (step - 1) * TICK_NS,
-                "a paused simulation does not advance",
-            )
+            self.assertEqual(self.call("pause"), paused_at + step - 1, "it does not advance")
             self.call("step")
-            wait_until(
-                lambda due=paused_at + step * TICK_NS: self.stamps()[-1] == due, what=f"step {step}"
-            )
+            self.wait_for_tick(paused_at + step)
         self.call("resume")
         wait_until(
-            lambda: self.stamps()[-1] > paused_at + 50 * TICK_NS, what="ticks after resuming"
+            lambda: self.stamps()[-1] > (paused_at + 50) * TICK_NS, 60.0, "ticks after resuming"
         )
         stamps = self.stamps()
         self.assertEqual({b - a for a, b in zip(stamps[5:], stamps[6:])}, {TICK_NS})
@@ -74,33 +103,57 @@ class LockstepTest(unittest.TestCase):
         self.assertEqual(first, [n * TICK_NS for n in range(1, 16)])
 
     def test_only_the_command_with_the_stamp_of_the_last_odometry_answers_it(self):
-        paused_at = self.call("pause") * TICK_NS
-        wait_until(lambda: self.stamps()[-1] == paused_at, what="the tick of the pause")
+        paused_at = self.call("pause")
+        self.wait_for_tick(paused_at)
         self.answering.clear()
         try:
             self.call("step")
-            wait_until(
-                lambda: self.stamps()[-1] == paused_at + TICK_NS,
-                what="a step, whose odometry has its answer",
-            )
+            self.wait_for_tick(paused_at + 1)
             self.call("step")
             last = self.odometry.messages[-1]
             for ticks in (-3, 0, 400):
-                header = Header(stamp=rospy.Time(nsecs=paused_at + ticks * TICK_NS))
+                header = Header(stamp=rospy.Time(nsecs=(paused_at + ticks) * TICK_NS))
                 self.command.publish(CarlaVehicleControl(header=header, throttle=0.5))
             time.sleep(0.3)
-            self.assertEqual(self.call_tick(), paused_at // TICK_NS + 1, "there is no answer yet")
+            # A reset does not change the tick in its answer.
+            self.assertEqual(self.call("reset"), paused_at + 1, "there is no answer yet")
         finally:
             self.answering.set()
         self.answer(last)
-        wait_until(
-            lambda: self.stamps()[-1] == paused_at + 2 * TICK_NS,
-            what="the step that waited for the answer",
+        self.wait_for_tick(paused_at + 2)
+
+    def test_every_tick_has_a_picture(self):
+        first = self.wait_for_pictures()[-1]
+        last = self.wait_for_pictures()[-1]
+        stamps = [stamp for stamp in self.picture_stamps() if first <= stamp <= last]
+        self.assertEqual(stamps, list(range(first, last + TICK_NS, TICK_NS)))
+
+    def test_picture_shows_the_road_from_the_odometry_of_its_stamp(self):
+        start = len(self.images.messages)
+        self.wait_for_pictures()
+        poses = {one.header.stamp: pose_and_speed(one) for one in self.odometry.messages}
+        data = os.path.join(rospkg.RosPack().get_path("sdc_common"), "data")
+        renderer = Renderer(Road(load_waypoints(os.path.join(data, "waypoints.csv"))))
+        for image in self.images.messages[start : start + TICKS : TICKS // 3]:
+            *pose, speed = poses[image.header.stamp]
+            self.assertGreater(speed, 0.2)
+            picture = CvBridge().imgmsg_to_cv2(image, "bgra8")
+            self.assertTrue(np.array_equal(picture, renderer.render(*pose)))
+
+    def test_picture_and_camera_info_have_the_same_stamps(self):
+        first, last = self.wait_for_pictures()[0], self.wait_for_pictures()[-1]
+        self.infos.wait_for(lambda info: info.header.stamp.to_nsec() >= last)
+        infos = [info.header.stamp.to_nsec() for info in self.infos.messages]
+        shared = [stamp for stamp in infos if first <= stamp <= last]
+        self.assertEqual(
+            shared, [stamp for stamp in self.picture_stamps() if first <= stamp <= last]
         )
 
-    def call_tick(self):
-        """Return the present tick; a reset does not change it."""
-        return self.call("reset")
+    def test_killed_camera_starts_again_while_the_simulation_continues(self):
+        pid = camera_pid()
+        os.kill(pid, signal.SIGKILL)
+        wait_until(lambda: camera_pid() not in (None, pid), 60.0, "a new process")
+        self.wait_for_pictures()
 
 
 if __name__ == "__main__":
