@@ -27,7 +27,9 @@ def receive(view, topic, message):
 
 
 def cloud(points):
-    return point_cloud_message(np.array(points, np.float32), Header(0, rospy.Time(1), "frame"))
+    return point_cloud_message(
+        np.array(points, np.float32), None, Header(0, rospy.Time(1), "frame")
+    )
 
 
 def test_topics_are_those_of_the_default_bridge():

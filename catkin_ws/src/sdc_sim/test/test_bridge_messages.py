@@ -117,7 +117,7 @@ def test_obstacles_lights_and_markers_show_the_same(world):
     ]
     assert [(one.id, one.state) for one in message.traffic_lights] == [(1001, 0), (1002, 2)]
     assert made(world, "light_status").traffic_lights == message.traffic_lights
-    marker = received(obstacle_marker(observed.obstacles[0], world.header))
+    marker = received(obstacle_marker(world, observed.obstacles[0]))
     assert (marker.ns, marker.id, marker.action) == ("obstacles", 101, Marker.ADD)
     assert marker.pose.position.z == 0.5 * marker.scale.z == 0.75
 

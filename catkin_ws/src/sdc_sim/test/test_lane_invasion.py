@@ -7,11 +7,11 @@ import math
 import numpy as np
 import pytest
 
+from sdc_common.geometry.road_line import road_route
 from sdc_sim.physics.collision import Rectangle
 from sdc_sim.road.lane_invasion import BROKEN, SOLID, LaneInvasionDetector
-from sdc_sim.road.road import Road
 
-STRAIGHT = Road(np.column_stack([np.arange(0.0, 300.0), np.zeros(300)]))
+STRAIGHT = road_route(np.column_stack([np.arange(0.0, 300.0), np.zeros(300)]))
 
 
 def car(x, y, yaw=0.0):
@@ -46,7 +46,7 @@ def test_repeated_crossing_counts_only_after_leaving_the_line():
 @pytest.mark.parametrize("radius_m", [12.0, 40.0])
 def test_bend_driven_in_its_lane_crosses_no_line(radius_m):
     angle = np.arange(0.0, 1.5 * math.pi, 1.0 / radius_m)
-    bend = Road(radius_m * np.column_stack([np.sin(angle), 1.0 - np.cos(angle)]))
+    bend = road_route(radius_m * np.column_stack([np.sin(angle), 1.0 - np.cos(angle)]))
     poses = [
         (radius_m * math.sin(a), radius_m * (1.0 - math.cos(a)), a)
         for a in np.arange(0.1, 4.5, 0.3 / radius_m)
@@ -62,7 +62,7 @@ def test_lines_of_a_crossing_road_do_not_count():
         + [(x, 50.0) for x in range(99, 49, -1)]
     )
     route = np.array(corner + [(50.0, y) for y in range(49, -60, -1)], float)
-    assert crossed(Road(route), [(x, 0.0) for x in np.arange(5.0, 90.0, 0.5)]) == []
+    assert crossed(road_route(route), [(x, 0.0) for x in np.arange(5.0, 90.0, 0.5)]) == []
 
 
 def test_moved_car_crosses_no_line():

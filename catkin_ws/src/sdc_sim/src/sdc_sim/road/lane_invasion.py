@@ -5,11 +5,18 @@ from __future__ import annotations
 from sdc_common.geometry.polyline import Place
 from sdc_common.geometry.route import Route
 from sdc_sim.physics.collision import Rectangle
-from sdc_sim.road.road import Road
+from sdc_sim.physics.traffic_lights import LANE_WIDTH_M
 
 # As carla_msgs/CarlaLaneInvasionEvent numbers them.
 OTHER, BROKEN, SOLID = 0, 1, 2
 
+# Lateral offsets from the route, the middle of the right lane, and kinds of the lines.
+_LINES = (
+    (-0.5 * LANE_WIDTH_M, SOLID),
+    (0.5 * LANE_WIDTH_M, BROKEN),
+    (1.5 * LANE_WIDTH_M, SOLID),
+)
+_LOST_M = 2.5 * LANE_WIDTH_M
 # A crossed line counts again after the whole car was this far off it.
 _CLEAR_M = 0.1
 _BACK_M, _AHEAD_M = 10.0, 15.0
@@ -22,14 +29,8 @@ class LaneInvasionDetector:
     where the road crosses itself. A car that has left the road is searched on the whole road.
     """
 
-    def __init__(self, road: Road):
-        self._lines = (
-            (road.right_edge_m, SOLID),
-            (road.centre_line_m, BROKEN),
-            (road.left_edge_m, SOLID),
-        )
-        self._lost_m = 2.5 * road.lane_width_m
-        self._route = Route(road.points_m)
+    def __init__(self, route: Route):
+        self._route = route
         self._s_m: float | None = None
         self._crossing: set[int] = set()
 
@@ -46,15 +47,15 @@ class LaneInvasionDetector:
             for x, y in car.corners()
         ]
         right, left = min(lateral), max(lateral)
-        on = {number for number, (at, _) in enumerate(self._lines) if right < at < left}
+        on = {number for number, (at, _) in enumerate(_LINES) if right < at < left}
         near = {
             number
-            for number, (at, _) in enumerate(self._lines)
+            for number, (at, _) in enumerate(_LINES)
             if right - _CLEAR_M < at < left + _CLEAR_M
         }
         begun = sorted(on - self._crossing)
         self._crossing = on | (self._crossing & near)
-        return [] if first else [self._lines[number][1] for number in begun]
+        return [] if first else [_LINES[number][1] for number in begun]
 
     def reset(self) -> None:
         """Forget the place of the car, which was moved."""
@@ -64,6 +65,6 @@ class LaneInvasionDetector:
     def _locate(self, car: Rectangle) -> Place:
         if self._s_m is not None:
             place = self._route.project(car.x_m, car.y_m, self._s_m, _BACK_M, _AHEAD_M)
-            if place.distance_m <= self._lost_m:
+            if place.distance_m <= _LOST_M:
                 return place
         return self._route.locate(car.x_m, car.y_m, car.yaw_rad)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Sequence
 
 import rospy
 from carla_msgs.msg import (
@@ -41,11 +41,7 @@ from sdc_common.driving import Command
 from sdc_sim.physics.ackermann import AckermannTarget
 from sdc_sim.physics.obstacles import COLOURS, ObstacleState
 from sdc_sim.physics.traffic_lights import LANE_WIDTH_M
-from sdc_sim.ros.message_conversion import (
-    MAP_FRAME,
-    map_vector,
-    quaternion_from_yaw,
-)
+from sdc_sim.ros.message_conversion import MAP_FRAME, map_vector, quaternion_from_yaw
 from sdc_sim.sensors.motion_sensors import TRACK_SHARE, WHEEL_RADIUS_M
 from sdc_sim.simulation.simulation import Simulation
 from sdc_sim.simulation.snapshot import Snapshot
@@ -68,21 +64,13 @@ _CERTAIN = 255
 
 @dataclass
 class World:
-    """What the messages are made of.
-
-    Attributes:
-        simulation: the simulation
-        role_name: name of the vehicle in its topics
-        preset: name of the vehicle preset
-        lockstep: whether the simulation runs in lockstep
-        running: whether it is not paused
-    """
+    """What the messages are made of."""
 
     simulation: Simulation
-    role_name: str
-    preset: str
+    role_name: str  # name of the vehicle in its topics
+    preset: str  # name of the vehicle preset
     lockstep: bool = False
-    running: bool = True
+    running: bool = True  # not paused
 
     @property
     def snapshot(self) -> Snapshot:
@@ -140,7 +128,7 @@ def obstacles(world: World) -> list[ObstacleArray]:
         Obstacle(
             one.id,
             one.kind,
-            Pose(Point(one.x_m, one.y_m, 0.0), quaternion_from_yaw(one.yaw_rad)),
+            _pose(one),
             Vector3(one.length_m, one.width_m, one.height_m),
             one.speed_mps,
         )
@@ -223,18 +211,31 @@ def collisions(world: World) -> list[CarlaCollisionEvent]:
     ]
 
 
-def obstacle_marker(one: ObstacleState, header: Header) -> Marker:
+def obstacle_marker(world: World, one: ObstacleState) -> Marker:
     """Return an obstacle as a box for RViz, in the namespace `obstacles`."""
+    size = one.length_m, one.width_m, one.height_m
+    marker = _box(world, one.id, _pose(one), size, (*COLOURS[one.kind], 1.0))
+    marker.ns = "obstacles"
+    return marker
+
+
+def _box(world: World, number: int, pose: Pose, size: Sequence[float], colour: Any) -> Marker:
+    """Return a box of this size [m] on the ground, in red, green, blue and opacity."""
+    above = Point(pose.position.x, pose.position.y, 0.5 * size[2])
     return Marker(
-        header=header,
-        ns="obstacles",
-        id=one.id,
+        header=world.header,
+        id=number,
         type=Marker.CUBE,
         action=Marker.ADD,
-        pose=Pose(Point(one.x_m, one.y_m, 0.5 * one.height_m), quaternion_from_yaw(one.yaw_rad)),
-        scale=Vector3(one.length_m, one.width_m, one.height_m),
-        color=ColorRGBA(*COLOURS[one.kind], 1.0),
+        pose=Pose(above, pose.orientation),
+        scale=Vector3(*size),
+        color=ColorRGBA(*colour),
     )
+
+
+def _pose(place: Any) -> Pose:
+    """Return the pose of a state on the ground."""
+    return Pose(Point(place.x_m, place.y_m, 0.0), quaternion_from_yaw(place.yaw_rad))
 
 
 def other_objects(world: World) -> list[ObjectArray]:
@@ -251,29 +252,18 @@ def object_markers(world: World) -> list[Marker]:
     """Return the box of each object for RViz: green for the vehicle, red for others."""
     markers = []
     for one in (_own(world), *_others(world)):
-        own = one.id == EGO_ID
-        length_m, width_m, height_m = one.shape.dimensions
-        position = one.pose.position
-        markers.append(
-            Marker(
-                header=one.header,
-                id=one.id,
-                type=Marker.CUBE,
-                pose=Pose(Point(position.x, position.y, 0.5 * height_m), one.pose.orientation),
-                scale=Vector3(length_m, width_m, height_m),
-                color=ColorRGBA(0.0 if own else 255.0, 255.0 if own else 0.0, 0.0, _MARKER_SHARE),
-                text=f"id = {one.id}",
-            )
-        )
+        colour = (0.0, 255.0, 0.0) if one.id == EGO_ID else (255.0, 0.0, 0.0)
+        size = one.shape.dimensions
+        markers.append(_box(world, one.id, one.pose, size, (*colour, _MARKER_SHARE)))
+        markers[-1].text = f"id = {one.id}"
     return markers
 
 
 def _own(world: World) -> Object:
     """Return the vehicle as an object; twist and acceleration are in the map frame."""
     state, parameters = world.snapshot.state, world.simulation.vehicle.parameters
-    message = _object(world, EGO_ID, "car", state)
-    message.shape.dimensions = [parameters.length_m, parameters.width_m, _EGO_HEIGHT_M]
-    message.twist.linear = map_vector(state.yaw_rad, state.speed_mps, state.lateral_speed_mps)
+    size = parameters.length_m, parameters.width_m, _EGO_HEIGHT_M
+    message = _object(world, EGO_ID, "car", state, size, state.lateral_speed_mps)
     message.twist.angular.z = state.yaw_rate_radps
     message.accel.linear = map_vector(
         state.yaw_rad, state.longitudinal_acceleration_mps2, state.lateral_acceleration_mps2
@@ -283,23 +273,28 @@ def _own(world: World) -> Object:
 
 def _others(world: World) -> list[Object]:
     """Return the obstacles as objects; their twist is in the map frame."""
-    messages = []
-    for one in world.snapshot.obstacles:
-        message = _object(world, one.id, one.kind, one)
-        message.shape.dimensions = [one.length_m, one.width_m, one.height_m]
-        message.twist.linear = map_vector(one.yaw_rad, one.speed_mps, 0.0)
-        messages.append(message)
-    return messages
+    return [
+        _object(world, one.id, one.kind, one, (one.length_m, one.width_m, one.height_m))
+        for one in world.snapshot.obstacles
+    ]
 
 
-def _object(world: World, number: int, kind: str, place: Any) -> Object:
+def _object(
+    world: World,
+    number: int,
+    kind: str,
+    state: Any,
+    size: Sequence[float],
+    lateral_speed_mps: float = 0.0,
+) -> Object:
     message = Object(
         header=world.header,
         id=number,
         detection_level=Object.OBJECT_TRACKED,
-        pose=Pose(Point(place.x_m, place.y_m, 0.0), quaternion_from_yaw(place.yaw_rad)),
+        pose=_pose(state),
+        shape=SolidPrimitive(SolidPrimitive.BOX, size),
     )
-    message.shape.type = SolidPrimitive.BOX
+    message.twist.linear = map_vector(state.yaw_rad, state.speed_mps, lateral_speed_mps)
     if kind in _CLASSES:
         message.object_classified = True
         message.classification = _CLASSES[kind]

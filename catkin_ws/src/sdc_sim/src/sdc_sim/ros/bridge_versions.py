@@ -1,68 +1,34 @@
-"""What differs between the versions of the CARLA ROS bridge, read from a file."""
+"""What differs between the versions of the CARLA ROS bridge: config/bridge_versions.yaml."""
 
 from __future__ import annotations
 
-from typing import Any, Mapping, NamedTuple
+from types import SimpleNamespace
+from typing import Any
 
-import roslib.message
+from roslib.message import get_message_class
 
 from sdc_sim.yaml_document import packaged_config
 
-
-class CameraNames(NamedTuple):
-    """Topics and frame of a camera, below the name of the vehicle."""
-
-    image: str
-    camera_info: str
-    frame: str
-
-
-class SensorNames(NamedTuple):
-    """Topic and frame of a sensor, below the name of the vehicle."""
-
-    topic: str
-    frame: str
-
-
-class BridgeVersion(NamedTuple):
-    """What differs between the versions; config/bridge_versions.yaml describes it.
-
-    Attributes:
-        control_class: message class of the control commands
-        map_class: message class of /carla/map; None where that topic does not exist
-        front: the front camera
-        view: the camera behind the vehicle; None where the bridge has none
-        spectator: the camera that a person moves; None where the bridge has none
-        topics: topics that not every version has. A name without /carla is one of the vehicle
-        sensors: the sensors by their names in config/sim.yaml
-    """
-
-    control_class: type
-    map_class: type | None
-    front: CameraNames
-    view: CameraNames | None
-    spectator: CameraNames | None
-    topics: frozenset[str]
-    sensors: Mapping[str, SensorNames]
+# The topics of a camera or sensor, and its frame, below the name of the vehicle, as attributes.
+Names = SimpleNamespace
+# control_class and map_class: message classes, map_class None where there is no /carla/map;
+# front, view and spectator: the cameras, None where the bridge has none; topics: those that not
+# every version has; sensors: by their names in config/sim.yaml.
+BridgeVersion = SimpleNamespace
 
 
 def _read(values: dict[str, Any]) -> BridgeVersion:
-    cameras = {name: CameraNames(**names) for name, names in values["cameras"].items()}
+    cameras = {name: Names(**names) for name, names in values["cameras"].items()}
     return BridgeVersion(
-        roslib.message.get_message_class(values["control_type"]),
-        roslib.message.get_message_class(values["map_type"]),
-        cameras["front"],
-        cameras.get("view"),
-        cameras.get("spectator"),
-        frozenset(values["topics"]),
-        {name: SensorNames(**names) for name, names in values["sensors"].items()},
+        control_class=get_message_class(values["control_type"]),
+        map_class=get_message_class(values["map_type"]),
+        **{name: cameras.get(name) for name in ("front", "view", "spectator")},
+        topics=frozenset(values["topics"]),
+        sensors={name: Names(**names) for name, names in values["sensors"].items()},
     )
 
 
-def _read_all() -> dict[str, BridgeVersion]:
-    rows = packaged_config("bridge_versions")
-    versions = {name: _read(values) for name, values in rows.items()}
-    return {**versions, "old": versions["0.9.3"], "new": versions["0.9.11"]}
-
-
-BRIDGE_VERSIONS = _read_all()
+BRIDGE_VERSIONS = {
+    name: _read(values) for name, values in packaged_config("bridge_versions").items()
+}
+BRIDGE_VERSIONS["old"], BRIDGE_VERSIONS["new"] = BRIDGE_VERSIONS["0.9.3"], BRIDGE_VERSIONS["0.9.11"]

@@ -23,7 +23,7 @@ from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.camera.painting import dim
 from sdc_sim.camera.renderer import Renderer
 from sdc_sim.road.road import Road
-from sdc_sim.ros.bridge_versions import BRIDGE_VERSIONS, CameraNames
+from sdc_sim.ros.bridge_versions import BRIDGE_VERSIONS, Names
 from sdc_sim.ros.picture_feed import PictureSettings
 from sdc_sim.ros.picture_messages import (
     CameraMount,
@@ -49,7 +49,7 @@ _VIEW_MOUNT = CameraMount(-4.5, 0.0, 2.8, 0.0, math.radians(20.0))
 class CameraTopics:
     """The topics and the frame of one camera of the vehicle."""
 
-    def __init__(self, role_name: str, names: CameraNames):
+    def __init__(self, role_name: str, names: Names):
         self._vehicle_frame, self._frame = role_name, role_name + names.frame
         ego = "/carla/" + role_name
         self._image = LoopPublisher(ego + names.image, Image)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Sequence
+from typing import Any, Sequence
 
 import numpy as np
 import rospy
@@ -127,12 +127,12 @@ def gnss_message(reading: GnssReading, settings: SensorSettings, header: Header)
     return message
 
 
-def wheel_speeds_message(reading: Sequence[float], header: Header) -> JointState:
+def wheel_speeds_message(reading: Sequence[float], _settings: Any, header: Header) -> JointState:
     """Return the angular velocities of the wheels [rad/s]."""
     return JointState(header=header, name=_WHEEL_NAMES, velocity=reading)
 
 
-def point_cloud_message(reading: np.ndarray, header: Header) -> PointCloud2:
+def point_cloud_message(reading: np.ndarray, _settings: Any, header: Header) -> PointCloud2:
     """Return the points (N, 4) of a scan: x, y, z [m] and intensity."""
     points = np.ascontiguousarray(reading, np.float32)
     return PointCloud2(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Callable, NamedTuple, Sequence
+from typing import Any, Callable, Sequence, Tuple
 
 import rospy
 import tf2_ros
@@ -32,7 +32,6 @@ from sdc_common.ros.conversion import GROUND_TRUTH, vehicle_transform
 from sdc_common.ros.node import LoopPublisher
 from sdc_sim.road.lane_invasion import LaneInvasionDetector
 from sdc_sim.road.opendrive import opendrive
-from sdc_sim.road.road import Road
 from sdc_sim.ros import bridge_messages
 from sdc_sim.ros.bridge_messages import World
 from sdc_sim.ros.bridge_versions import BRIDGE_VERSIONS
@@ -67,56 +66,20 @@ TICK = "in each tick, while it has subscribers"
 STATUS = "as TICK, latched"
 
 
-class Topic(NamedTuple):
-    """A row of the table.
-
-    Attributes:
-        name: a name without /carla is one of the vehicle
-        message_class: class of its messages
-        when: when it is published
-        make: returns the messages of the last observation
-    """
-
-    name: str
-    message_class: type
-    when: str
-    make: Callable[[World], Sequence[Any]]
-
-
-class Sensor(NamedTuple):
-    """How a sensor is published.
-
-    Attributes:
-        field: field of the readings
-        message_class: class of its messages
-        position_m: position on the vehicle [m]; None without a frame
-        convert: returns the message of a reading, the settings and a header
-    """
-
-    field: str
-    message_class: type
-    position_m: tuple[float, float, float] | None
-    convert: Callable[[Any, Any, Header], Any]
-
-
-def _point_cloud(reading: Any, _settings: Any, header: Header) -> PointCloud2:
-    return point_cloud_message(reading, header)
-
-
-# By their names in config/sim.yaml. The wheel speeds are last: nodes use a tick's readings then.
-_SENSORS = {
-    "imu": Sensor("imu", Imu, IMU_MOUNT_M, imu_message),
-    "gnss": Sensor("gnss", NavSatFix, GNSS_MOUNT_M, gnss_message),
-    "speedometer": Sensor("speed_mps", Float32, None, lambda speed, *_: Float32(speed)),
-    "lidar": Sensor("lidar", PointCloud2, LIDAR_MOUNT_M, _point_cloud),
-    "planar_lidar": Sensor("planar_lidar", PointCloud2, PLANAR_LIDAR_MOUNT_M, _point_cloud),
-    "wheel_speeds": Sensor(
-        "wheel_speeds_radps",
-        JointState,
-        None,
-        lambda speeds, _settings, header: wheel_speeds_message(speeds, header),
-    ),
+# By their names in config/sim.yaml: field of the readings, message class, position on the vehicle,
+# None without a frame, and what returns the message of a reading, the settings and a header. The
+# wheel speeds are last: nodes use a tick's readings then.
+_SENSORS: dict[str, tuple[str, type, tuple[float, float, float] | None, Callable[..., Any]]] = {
+    "imu": ("imu", Imu, IMU_MOUNT_M, imu_message),
+    "gnss": ("gnss", NavSatFix, GNSS_MOUNT_M, gnss_message),
+    "speedometer": ("speed_mps", Float32, None, lambda speed_mps, *_: Float32(speed_mps)),
+    "lidar": ("lidar", PointCloud2, LIDAR_MOUNT_M, point_cloud_message),
+    "planar_lidar": ("planar_lidar", PointCloud2, PLANAR_LIDAR_MOUNT_M, point_cloud_message),
+    "wheel_speeds": ("wheel_speeds_radps", JointState, None, wheel_speeds_message),
 }
+# Name, without /carla of a topic of the vehicle, class of the messages, when they are published,
+# and what returns those of the last observation.
+Topic = Tuple[str, type, str, Callable[[World], Sequence[Any]]]
 
 
 class SimulationTopics:
@@ -130,17 +93,11 @@ class SimulationTopics:
     def __init__(self, setup: SimulationSetup):
         self._setup = setup
         self._simulation = setup.simulation
-        self._world = World(
-            setup.simulation,
-            setup.role_name,
-            setup.preset,
-            setup.lockstep,
-        )
+        self._world = World(setup.simulation, setup.role_name, setup.preset, setup.lockstep)
         tick_s = setup.simulation.tick_s
         self._display_ticks = max(1, round(_DISPLAY_PERIOD_S / tick_s))
         self._no_obstacle_ticks = max(1, round(_NO_OBSTACLE_PERIOD_S / tick_s))
-        self._lane_invasion_detector: LaneInvasionDetector | None = None
-        self._marker_ids: set[int] = set()
+        self._lane_invasion_detector = LaneInvasionDetector(setup.route)
         self._obstacle_ids: set[int] = set()
         self._last: dict[str, Any] = {}  # messages of the topics that are published on a change
         self._sensors = self._sensor_rows()
@@ -153,28 +110,26 @@ class SimulationTopics:
         optional = set().union(*(version.topics for version in BRIDGE_VERSIONS.values()))
         measured = {setup.bridge.sensors[name].topic for name in setup.sensors}
         left_out = optional - setup.bridge.topics | measured
-        self._topics = [topic for topic in self._table() if topic.name not in left_out]
-        self._publishers = {topic.name: self._publisher(topic) for topic in self._topics}
+        self._topics = {topic[0]: topic for topic in self._table() if topic[0] not in left_out}
+        self._publishers = {name: self._publisher(*row) for name, row in self._topics.items()}
         # Before the first odometry: a planner does not know otherwise that it has to wait for them.
         self._publish(ONCE, CHANGE)
         self._pictures = None
         if setup.pictures:
             self._pictures = PictureFeed(setup.picture_feed, setup.pictures)
 
-    def _sensor_rows(self) -> list[tuple[Sensor, Any, str, LoopPublisher]]:
-        """Return each sensor that is on with its settings, its frame and its topic."""
+    def _sensor_rows(self) -> list[tuple[str, Callable[..., Any], Any, str, LoopPublisher]]:
+        """Return field, converter, settings, frame and topic of each sensor that is on."""
         rows, transforms = [], []
-        for name, sensor in _SENSORS.items():
+        for name, (field, message_class, position_m, convert) in _SENSORS.items():
             if name not in self._setup.sensors:
                 continue
             names = self._setup.bridge.sensors[name]
             frame = self._setup.role_name + names.frame
-            publisher = LoopPublisher(
-                self._setup.ego + names.topic, sensor.message_class, latch=True
-            )
-            rows.append((sensor, self._setup.sensors[name], frame, publisher))
-            if sensor.position_m is not None:
-                place = Transform(Vector3(*sensor.position_m), Quaternion(0.0, 0.0, 0.0, 1.0))
+            publisher = LoopPublisher(self._setup.ego + names.topic, message_class, latch=True)
+            rows.append((field, convert, self._setup.sensors[name], frame, publisher))
+            if position_m is not None:
+                place = Transform(Vector3(*position_m), Quaternion(0.0, 0.0, 0.0, 1.0))
                 header = Header(frame_id=self._setup.role_name)
                 transforms.append(TransformStamped(header, frame, place))
         if transforms:
@@ -183,10 +138,10 @@ class SimulationTopics:
         return rows
 
     def _publish_readings(self) -> None:
-        for sensor, settings, frame, publisher in self._sensors:
-            reading = getattr(self._world.snapshot.readings, sensor.field)
+        for field, convert, settings, frame, publisher in self._sensors:
+            reading = getattr(self._world.snapshot.readings, field)
             if reading is not None:
-                publisher.publish(sensor.convert(reading, settings, self._world.header_in(frame)))
+                publisher.publish(convert(reading, settings, self._world.header_in(frame)))
 
     def _table(self) -> list[Topic]:
         m = bridge_messages
@@ -196,50 +151,50 @@ class SimulationTopics:
         map_name = self._setup.map_name
         map_text = opendrive(map_name, self._setup.route_m)
         world_info = CarlaWorldInfo(map_name, map_text)
-        table = [
-            Topic("/carla/traffic_lights/info", CarlaTrafficLightInfoList, ONCE, m.light_info),
-            Topic("/carla/traffic_lights_info", CarlaTrafficLightInfoList, ONCE, m.light_info),
-            Topic("/vehicle_info", CarlaEgoVehicleInfo, ONCE, m.vehicle_info),
-            Topic("/carla/world_info", CarlaWorldInfo, ONCE, lambda _: [world_info]),
-            Topic(
-                "/carla/traffic_lights/status", CarlaTrafficLightStatusList, CHANGE, m.light_status
-            ),
-            Topic("/carla/traffic_lights", CarlaTrafficLightStatusList, CHANGE, m.light_status),
-            Topic("/obstacles", ObstacleArray, CHANGE, self._obstacles),
-            Topic("/vehicle_status", CarlaEgoVehicleStatus, TICK, m.vehicle_status),
-            Topic("/collision", CarlaCollisionEvent, TICK, m.collisions),
-            Topic("/lane_invasion", CarlaLaneInvasionEvent, TICK, self._lane_invasion),
+        table: list[Topic] = [
+            ("/carla/traffic_lights/info", CarlaTrafficLightInfoList, ONCE, m.light_info),
+            ("/carla/traffic_lights_info", CarlaTrafficLightInfoList, ONCE, m.light_info),
+            ("/vehicle_info", CarlaEgoVehicleInfo, ONCE, m.vehicle_info),
+            ("/carla/world_info", CarlaWorldInfo, ONCE, lambda _: [world_info]),
+            ("/carla/traffic_lights/status", CarlaTrafficLightStatusList, CHANGE, m.light_status),
+            ("/carla/traffic_lights", CarlaTrafficLightStatusList, CHANGE, m.light_status),
+            ("/obstacles", ObstacleArray, CHANGE, self._obstacles),
+            ("/vehicle_status", CarlaEgoVehicleStatus, TICK, m.vehicle_status),
+            ("/collision", CarlaCollisionEvent, TICK, m.collisions),
+            ("/lane_invasion", CarlaLaneInvasionEvent, TICK, self._lane_invasion),
             # A client sends one command for each of these messages.
-            Topic("/carla/status", CarlaStatus, STATUS, m.world_status),
-            Topic("/carla/markers", MarkerArray, TICK, self._markers),
-            Topic("/carla/objects", ObjectArray, TICK, objects),
-            Topic("/objects", ObjectArray, TICK, m.other_objects),
-            Topic("/carla/actor_list", CarlaActorList, TICK, m.actor_list),
-            Topic("/carla/vehicle_marker", Marker, TICK, m.object_markers),
-            Topic("/carla/marker", Marker, TICK, m.object_markers),
-            Topic("/speedometer", Float32, TICK, lambda w: [Float32(w.snapshot.state.speed_mps)]),
-            Topic("/ego_vehicle_control_info", EgoVehicleControlInfo, TICK, m.control_info),
+            ("/carla/status", CarlaStatus, STATUS, m.world_status),
+            ("/carla/markers", MarkerArray, TICK, self._markers),
+            ("/carla/objects", ObjectArray, TICK, objects),
+            ("/objects", ObjectArray, TICK, m.other_objects),
+            ("/carla/actor_list", CarlaActorList, TICK, m.actor_list),
+            ("/carla/vehicle_marker", Marker, TICK, m.object_markers),
+            ("/carla/marker", Marker, TICK, m.object_markers),
+            ("/speedometer", Float32, TICK, lambda w: [Float32(w.snapshot.state.speed_mps)]),
+            ("/ego_vehicle_control_info", EgoVehicleControlInfo, TICK, m.control_info),
         ]
         map_class: Any = self._setup.bridge.map_class
         if map_class:
             header = Header(frame_id=MAP_FRAME)
             is_text = map_class is String
             info = String(map_text) if is_text else map_class(header, map_name, map_text)
-            table.append(Topic("/carla/map", map_class, ONCE, lambda _: [info]))
+            table.append(("/carla/map", map_class, ONCE, lambda _: [info]))
         return table
 
-    def _publisher(self, topic: Topic) -> rospy.Publisher:
-        name = topic.name if topic.name.startswith("/carla/") else self._setup.ego + topic.name
-        if topic.when == CHANGE:
-            return LoopPublisher(name, topic.message_class, latch=True)
-        latch = topic.when in (ONCE, STATUS)
-        return rospy.Publisher(name, topic.message_class, queue_size=_QUEUE_SIZE, latch=latch)
+    def _publisher(self, name: str, message_class: type, when: str, _make: Any) -> rospy.Publisher:
+        name = name if name.startswith("/carla/") else self._setup.ego + name
+        if when == CHANGE:
+            return LoopPublisher(name, message_class, latch=True)
+        latch = when in (ONCE, STATUS)
+        return rospy.Publisher(name, message_class, queue_size=_QUEUE_SIZE, latch=latch)
 
     @property
     def tick_topics(self) -> list[str]:
         """Names of the topics besides `odometry` that a node of the loop needs in a tick."""
-        publishers = [self._publishers[one.name] for one in self._topics if one.when == CHANGE]
-        publishers += [publisher for *_, publisher in self._sensors]
+        publishers = [publisher for *_, publisher in self._sensors]
+        publishers += [
+            self._publishers[name] for name, _, when, _ in self._topics.values() if when == CHANGE
+        ]
         own = [] if self._setup.truth else [self._setup.ego + "/odometry"]
         return [*(publisher.resolved_name for publisher in publishers), *own]
 
@@ -294,21 +249,20 @@ class SimulationTopics:
 
     def reset_lane_invasion(self) -> None:
         """Forget the last position: a vehicle that was placed has crossed no line."""
-        if self._lane_invasion_detector:
-            self._lane_invasion_detector.reset()
+        self._lane_invasion_detector.reset()
 
-    def _publish(self, *when: str) -> None:
-        for topic in self._topics:
-            publisher = self._publishers[topic.name]
-            if topic.when not in when:
+    def _publish(self, *selected: str) -> None:
+        for name, _, when, make in self._topics.values():
+            publisher = self._publishers[name]
+            if when not in selected:
                 continue
-            if topic.when in (TICK, STATUS) and not publisher.get_num_connections():
+            if when in (TICK, STATUS) and not publisher.get_num_connections():
                 continue
-            for message in topic.make(self._world):
-                if topic.when == CHANGE:
-                    if message == self._last.get(topic.name):
+            for message in make(self._world):
+                if when == CHANGE:
+                    if message == self._last.get(name):
                         continue
-                    self._last[topic.name] = message
+                    self._last[name] = message
                 publisher.publish(message)
 
     def _obstacles(self, world: World) -> list[ObstacleArray]:
@@ -319,9 +273,6 @@ class SimulationTopics:
         return bridge_messages.obstacles(world) if obstacles or lights or removed or is_due else []
 
     def _lane_invasion(self, world: World) -> list[CarlaLaneInvasionEvent]:
-        # The lane markings are computed when the topic gets its first subscriber.
-        if self._lane_invasion_detector is None:
-            self._lane_invasion_detector = LaneInvasionDetector(Road(self._setup.route_m))
         crossed = self._lane_invasion_detector.update(world.simulation.outline)
         return (
             [CarlaLaneInvasionEvent(world.header_in(world.role_name), crossed)] if crossed else []
@@ -330,12 +281,7 @@ class SimulationTopics:
     def _markers(self, world: World) -> list[MarkerArray]:
         if world.simulation.tick % self._display_ticks:
             return []
-        obstacles, header = world.snapshot.obstacles, world.header
-        ids = {obstacle.id for obstacle in obstacles}
-        removed, self._marker_ids = self._marker_ids - ids, ids
-        markers = [
-            Marker(header=header, ns="obstacles", id=number, action=Marker.DELETE)
-            for number in sorted(removed)
-        ]
-        markers += [bridge_messages.obstacle_marker(one, header) for one in obstacles]
+        # A person may have removed an obstacle.
+        markers = [Marker(header=world.header, ns="obstacles", action=Marker.DELETEALL)]
+        markers += [bridge_messages.obstacle_marker(world, one) for one in world.snapshot.obstacles]
         return [MarkerArray(markers)]
