@@ -179,7 +179,7 @@ class Student:
             self.output += output
             assert status == 0, f"'{line}' ended with {status}:\n{output}"
         while self.held:
-            self.display.key_up(self.held.pop())
+            self.display.xdotool("keyup", self.held.pop())
 
     def skip(self, block):
         pass
@@ -207,11 +207,11 @@ class Student:
         does, key = block.text.split()
         self.display.focus(block.window)
         if does == "hold":
-            self.display.key_down(key)
+            self.display.xdotool("keydown", key)
             self.held.append(key)
         else:
             assert does == "press"
-            self.display.press(key)
+            self.display.xdotool("key", key)
 
     def write(self, block):
         steps = [step for step in all_steps() if (step.file, step.todo) == (block.file, block.todo)]

@@ -14,7 +14,8 @@ from headless_browser import (
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 
-from sdc_common.processes import Program, isolated_ros_environment
+from sdc_common.processes import isolated_ros_environment
+from sdc_testing.program import Program
 from sdc_workshop.workspace import PROJECT, make
 
 pytestmark = [pytest.mark.slow(60), pytest.mark.nightly]

@@ -15,8 +15,9 @@ from headless_browser import (
 )
 from selenium.webdriver.common.by import By
 
-from sdc_common.processes import Program, isolated_ros_environment, matching, processes_with
+from sdc_common.processes import isolated_ros_environment, matching, processes_with
 from sdc_common.virtual_display import VirtualDisplay
+from sdc_testing.program import Program
 from sdc_workshop.workspace import PROJECT
 
 pytestmark = pytest.mark.slow(20)
@@ -57,9 +58,10 @@ def display_of(service):
     return OtherDisplay(found[0].environ())
 
 
-def test_desktop_in_the_browser_shows_the_window_of_rviz(desktop):
+def test_desktop_in_the_browser_shows_the_window_of_rviz(desktop, monkeypatch):
     service, url = desktop
     display = display_of(service)
+    monkeypatch.setenv("XAUTHORITY", display.environment["XAUTHORITY"])
     with headless_chromium() as browser:
         # Without the token there is no picture.
         browser.get(url.partition("?")[0])

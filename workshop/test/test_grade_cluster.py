@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from sdc_common.processes import Program
+from sdc_testing.program import Program
 from sdc_workshop.grading.cluster import worker_problem
 from sdc_workshop.grading.grade import main
 from sdc_workshop.steps import find_step

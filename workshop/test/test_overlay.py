@@ -5,7 +5,8 @@ import subprocess
 import pytest
 from finished_workspace import build
 
-from sdc_common.processes import Program, isolated_ros_environment
+from sdc_common.processes import isolated_ros_environment
+from sdc_testing.program import Program
 from sdc_workshop.exam.answer import PASSED, WRONG
 from sdc_workshop.exam.files import workspace_answer
 from sdc_workshop.exam.stage import Stage

@@ -115,7 +115,7 @@ class Stage:
             from sdc_common.virtual_display import VirtualDisplay
 
             try:
-                if shutil.which("xdotool") is None or shutil.which("xwd") is None:
+                if shutil.which("xdotool") is None:
                     raise FileNotFoundError("xdotool")
                 self._display = self._closing.enter_context(VirtualDisplay(800, 600))
             except OSError:

@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from sdc_common.processes import Program, isolated_ros_environment
+from sdc_common.processes import isolated_ros_environment
+from sdc_testing.program import Program
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))  # the helper module of these tests
 ROOT = Path(__file__).resolve().parents[4]

@@ -3,11 +3,8 @@ import sys
 
 import pytest
 
-from sdc_common.processes import (
-    Program,
-    isolated_ros_environment,
-    processes_with,
-)
+from sdc_common.processes import isolated_ros_environment, processes_with
+from sdc_testing.program import Program
 
 SLEEP = [sys.executable, "-c", "import time; print('ready'); time.sleep(600)"]
 
@@ -53,19 +50,3 @@ def test_process_that_is_left_behind_is_killed_and_reported(program, tmp_path):
             running = program(SLEEP, environment)
             running.wait_for_output("ready")
     assert running.wait_for_end(10.0) == -9
-
-
-def test_missing_output_of_a_program_that_ended_is_an_error(program):
-    running = program(["sh", "-c", "echo one; exit 3"], {"PATH": "/usr/bin:/bin"})
-    running.wait_for_output("one")
-    with pytest.raises(AssertionError, match="two"):
-        running.wait_for_output("one", "two")
-    assert running.wait_for_end() == 3
-
-
-def test_match_waits_for_the_whole_word_and_its_absence_is_an_error(program):
-    command = "printf 'page at: 12'; sleep 0.5; echo 34; exit 3"
-    running = program(["sh", "-c", command], {"PATH": "/usr/bin:/bin"})
-    assert running.wait_for_match(r"at:\s+(\d+)\s") == "1234"
-    with pytest.raises(AssertionError, match="desk at"):
-        running.wait_for_match(r"desk at: (\d+)\s")

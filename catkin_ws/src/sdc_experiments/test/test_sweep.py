@@ -12,7 +12,8 @@ from pathlib import Path
 import psutil
 import pytest
 
-from sdc_common.processes import Program, matching
+from sdc_common.processes import matching
+from sdc_testing.program import Program
 
 pytestmark = pytest.mark.slow(40)
 

@@ -8,9 +8,10 @@ import rospy
 import yaml
 from sdc_msgs.msg import SpeedReason
 
-from sdc_common.processes import Program, isolated_ros_environment
+from sdc_common.processes import isolated_ros_environment
 from sdc_common.ros import speed_reason_publisher
 from sdc_testing import load_script
+from sdc_testing.program import Program
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path.insert(0, HERE)

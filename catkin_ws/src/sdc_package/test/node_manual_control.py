@@ -67,7 +67,7 @@ class ManualControlTest(unittest.TestCase):
         self.window = wait_until(lambda: self.display.windows(TITLE), LIMIT_S, "the window")[0]
         self.display.focus(TITLE)
         wait_until(self.command._subscriber.get_num_connections, LIMIT_S, "a manual control")
-        self.display.press("BackSpace")
+        self.display.xdotool("key", "BackSpace")
         self.wait_for_car(lambda car: self.is_at_start(car) and self.forward_speed(car) == 0.0)
 
     def wait_for_car(self, accepts):
@@ -86,12 +86,12 @@ class ManualControlTest(unittest.TestCase):
     @contextlib.contextmanager
     def held(self, *keys):
         for key in keys:
-            self.display.key_down(key)
+            self.display.xdotool("keydown", key)
         try:
             yield
         finally:
             for key in keys:
-                self.display.key_up(key)
+                self.display.xdotool("keyup", key)
 
     @staticmethod
     def is_at_start(car):
@@ -112,13 +112,13 @@ class ManualControlTest(unittest.TestCase):
 
     def test_p_switches_between_stack_and_person(self):
         before = len(self.override.messages)
-        self.display.press("p")
+        self.display.xdotool("key", "p")
         self.override.wait_for(lambda message: not message.data, LIMIT_S, after=before)
         self.wait_for_car(lambda car: self.forward_speed(car) > 3.0)  # the stack drives
         count = len(self.command.messages)
         self.wait_for_car(lambda car: self.forward_speed(car) > 5.0)
         self.assertEqual(len(self.command.messages), count)
-        self.display.press("p")
+        self.display.xdotool("key", "p")
         self.override.wait_for(lambda message: message.data, LIMIT_S, after=before)
         with self.held("s"):
             self.wait_for_car(lambda car: self.forward_speed(car) == 0.0)
@@ -127,28 +127,28 @@ class ManualControlTest(unittest.TestCase):
         self.wait_for_picture(lambda picture: picture[:100, 300:, 0].mean() > 120, "a blue sky")
         self.wait_for_frames(20)
         camera = self.display.picture(self.window)
-        self.display.press("F1")
+        self.display.xdotool("key", "F1")
         self.wait_for_picture(
             lambda picture: picture[300:, PANEL].mean() > 1.3 * camera[300:, PANEL].mean(),
             "a window without the panel",
         )
-        self.display.press("F1")
-        self.display.press("h")
+        self.display.xdotool("key", "F1")
+        self.display.xdotool("key", "h")
         self.wait_for_picture(
             lambda picture: picture[80:280, 250:600].mean() < 0.6 * camera[80:280, 250:600].mean(),
             "the help",
         )
-        self.display.press("h")
-        self.display.press("Tab")
+        self.display.xdotool("key", "h")
+        self.display.xdotool("key", "Tab")
         self.wait_for_picture(
             lambda picture: 0.0 < (picture[:, 250:] > 128).mean() < 0.1, "the lane mask"
         )
-        self.display.press("Tab")
+        self.display.xdotool("key", "Tab")
         self.wait_for_picture(
             lambda picture: tuple(picture[2, 620]) == GRASS, "the grass of the map"
         )
         self.check_notice()
-        self.display.press("Tab")
+        self.display.xdotool("key", "Tab")
         self.wait_for_picture(
             lambda picture: np.abs(picture[:, 250:].astype(int) - camera[:, 250:]).mean() < 10,
             "the camera again",
@@ -168,9 +168,9 @@ class ManualControlTest(unittest.TestCase):
     def test_crossed_line_shows_a_notice(self):
         events = MessageListener(EGO + "/lane_invasion", CarlaLaneInvasionEvent)
         events.wait_for_publisher()
-        self.display.press("p")
+        self.display.xdotool("key", "p")
         self.wait_for_car(lambda car: car.pose.pose.position.x > 15.0)
-        self.display.press("p")
+        self.display.xdotool("key", "p")
         with self.held("w", "a"):
             event = events.wait_for(seconds=LIMIT_S)
             self.wait_for_frames(5)
@@ -183,7 +183,7 @@ class ManualControlTest(unittest.TestCase):
         self.assertGreater((picture[430:, 300:540].min(axis=2) > 240).sum(), 300)  # white text
 
     def test_escape_quits_and_returns_control(self):
-        self.check_quits(lambda: self.display.press("Escape"))
+        self.check_quits(lambda: self.display.xdotool("key", "Escape"))
 
     def check_quits(self, quit_client):
         before = len(self.override.messages)

@@ -66,7 +66,10 @@ class RvizTest(unittest.TestCase):
         clicked = self.use("c", lambda: self.display.click(x, y), "/clicked_point", PointStamped)
         estimate = self.use(
             "p",
-            lambda: self.display.drag(x, y, x, y - 60),
+            lambda: self.display.xdotool(
+                *("mousemove", x, y, "mousedown", 1, "mousemove", x, y - 30),
+                *("mousemove", x, y - 60, "mouseup", 1),
+            ),
             "/initialpose",
             PoseWithCovarianceStamped,
         )
@@ -83,8 +86,8 @@ class RvizTest(unittest.TestCase):
         listener = MessageListener(topic, message_class)
 
         def is_published():
-            self.display.move(*ON_THE_ROAD)
-            self.display.press(tool)
+            self.display.xdotool("mousemove", *ON_THE_ROAD)
+            self.display.xdotool("key", tool)
             act()
             return listener.messages
 

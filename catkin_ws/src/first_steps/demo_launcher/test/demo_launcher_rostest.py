@@ -78,7 +78,7 @@ class DemoTest(unittest.TestCase):
             try:
                 find_window(display, "First steps")
                 self.await_start()
-                display.press("q")
+                display.xdotool("key", "q")
                 output, _ = demo.communicate(timeout=LIMIT_SECONDS)
             finally:
                 if demo.poll() is None:

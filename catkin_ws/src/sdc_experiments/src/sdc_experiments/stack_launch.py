@@ -5,16 +5,38 @@ from __future__ import annotations
 import contextlib
 import json
 import os
+import signal
+import subprocess
 import tempfile
 import time
 from pathlib import Path
-from typing import Any, Iterator, Mapping, Sequence
+from typing import Any, Iterator, Mapping, NamedTuple, Sequence
 
-from sdc_common.processes import Program, isolated_ros_environment
+from sdc_common.processes import isolated_ros_environment
 from sdc_common.ros.catkin_workspace import PATH_VARIABLES
 
 _REPORT = "report.json"
 _SHOWN_CHARACTERS = 3000
+_DRIVE_TIMEOUT_S = 200.0
+
+
+class Program(NamedTuple):
+    """A running program.
+
+    Attributes:
+        process: the process
+        environment: all its environment variables
+        log: the file that receives its output
+    """
+
+    process: subprocess.Popen
+    environment: Mapping[str, str]
+    log: Path
+
+    @property
+    def output(self) -> str:
+        """Return all output so far."""
+        return self.log.read_text(errors="replace")
 
 
 @contextlib.contextmanager
@@ -22,12 +44,21 @@ def running(
     command: Sequence[str], environment: Mapping[str, str], folder: Path
 ) -> Iterator[Program]:
     """Run a program during a block and interrupt it at the end."""
-    program = Program(command, environment, folder, folder / f"log_{time.monotonic_ns()}")
+    log = folder / f"log_{time.monotonic_ns()}"
+    with open(log, "wb") as output:
+        process = subprocess.Popen(
+            command,
+            cwd=folder,
+            env={**environment, "PWD": str(folder), "PYTHONUNBUFFERED": "1"},
+            stdout=output,
+            stderr=subprocess.STDOUT,
+            start_new_session=True,
+        )
     try:
-        yield program
+        yield Program(process, environment, log)
     finally:
-        if program.process.poll() is None:
-            program.interrupt()
+        process.send_signal(signal.SIGINT)
+        process.wait(_DRIVE_TIMEOUT_S)
 
 
 @contextlib.contextmanager
@@ -57,7 +88,7 @@ def report_of(launch: Program) -> dict[str, Any]:
     Raises:
         RuntimeError: the drive wrote no report; the message contains the end of its output
     """
-    launch.wait_for_end()
+    launch.process.wait(_DRIVE_TIMEOUT_S)
     try:
         return json.loads(launch.log.with_name(_REPORT).read_text(encoding="utf-8"))
     except OSError:

@@ -13,6 +13,7 @@ import rospy
 from nav_msgs.msg import Odometry
 from sdc_package.msg import CarlaVehicleControl
 
+from sdc_common.processes import wait_until
 from sdc_experiments.benchmarks.bare_loop import COMMAND, ODOMETRY, bare_loop
 from sdc_experiments.process_metrics import cpu_ms, memory_mb
 from sdc_experiments.stack_launch import drive_stack, launched, report_of
@@ -23,6 +24,7 @@ _STEADY_FROM, _STEADY_UNTIL = 0.3, 0.8
 _LEAST_CPU_MS = 0.05
 # A drive on the packaged route has time for ten such rounds.
 _REAL_TIME_S = 5.0
+_START_TIMEOUT_S = 120.0
 
 
 def tick(options: argparse.Namespace, camera: bool) -> Iterator[dict[str, float]]:
@@ -105,5 +107,5 @@ def _real_time_drive() -> Iterator[str]:
     with launched([]) as launch:
         uri = launch.environment["ROS_MASTER_URI"]
         os.environ.update(ROS_MASTER_URI=uri, ROS_IP=launch.environment["ROS_IP"])
-        launch.wait_for_output("cross-track error")
+        wait_until(lambda: "cross-track error" in launch.output, _START_TIMEOUT_S, "the drive")
         yield uri
