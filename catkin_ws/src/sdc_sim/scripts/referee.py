@@ -50,14 +50,17 @@ class Referee:
             self.on_picture,
         )
         try:
+            rules = EvaluationRules.read(parameter)
             self.events = open_report(self.report_path, self.on_write_failure)
+        except ValueError as error:
+            refuse(f"config/referee.yaml: {error}")
         except ReportError as error:
             refuse(error)
 
         self.lock = threading.Lock()
         self.ended = threading.Event()
         self.mission_seen_s = self.mission_checked_s = time.monotonic()
-        self.evaluator = Evaluator(EvaluationRules.read(parameter), self.events)
+        self.evaluator = Evaluator(rules, self.events)
         odometry_topic = true_odometry_topic("/carla/" + role_name)
         self.input = EvaluatorInput(self.evaluator, time.monotonic, role_name, odometry_topic)
 

@@ -23,7 +23,10 @@ class Replay:
         self.bag_path = os.path.expanduser(parameter("bag"))
         self.report_path = os.path.expanduser(parameter("report"))
         self.pictures = parameter("pictures")
-        self.rules = EvaluationRules.read(parameter)
+        try:
+            self.rules = EvaluationRules.read(parameter)
+        except ValueError as error:
+            refuse(f"config/referee.yaml: {error}")
 
     def evaluate(self, bag):
         """Return an evaluator with all messages of the bag."""

@@ -59,6 +59,18 @@ def test_each_time_without_odometry_is_added():
     assert evaluator.result().metrics["unseen_s"] == pytest.approx((30 + 31) * 0.05)
 
 
+@pytest.mark.parametrize(
+    ("stamps", "accepted"),
+    [([1, 1, 2, 80], [1, 2, 80]), ([200, 198, 201, 199, 202], [200, 201, 202])],
+    ids=["repeated", "second publisher"],
+)
+def test_odometry_that_is_not_newer_is_ignored(stamps, accepted):
+    evaluator = with_route()
+    found = [n for n in stamps if evaluator.add("odometry", n * TICK_NS, 0.0, 0.0, 0.0, 1.0)]
+    assert found == accepted
+    assert evaluator.result().metrics["ticks"] == len(accepted)
+
+
 def test_time_left_follows_from_the_pace_after_five_seconds():
     slow, fast = with_route(), with_route()
     drive_on(slow, 1, 1600)

@@ -1,7 +1,8 @@
 """Tests of the rules that a drive is evaluated by."""
 
+import pytest
+
 from sdc_common.planning.speed_profile import SpeedLimits
-from sdc_sim.evaluation.route_progress import TerminationLimits
 from sdc_sim.evaluation.rules import EvaluationRules
 
 PARAMETERS = {
@@ -25,8 +26,8 @@ PARAMETERS = {
 }
 
 
-def read():
-    return EvaluationRules.read(PARAMETERS.__getitem__)
+def read(**changes):
+    return EvaluationRules.read({**PARAMETERS, **changes}.__getitem__)
 
 
 def test_each_rule_is_the_parameter_of_its_name():
@@ -49,4 +50,10 @@ def test_limits_of_the_planner_are_those_of_the_speed_profile():
 
 
 def test_timeout_is_the_ratio_of_the_ideal_duration_and_a_margin():
-    assert read().termination_limits(100.0) == TerminationLimits(3.0, 5.0, 60.0, 4.0, 230.0, False)
+    assert read().timeout_s(100.0) == 230.0
+
+
+@pytest.mark.parametrize(("name", "value"), [("blocked_s", 0.0), ("finish_at_rest", "no")])
+def test_rule_with_a_wrong_value_is_refused_by_name(name, value):
+    with pytest.raises(ValueError, match=name):
+        read(**{name: value})

@@ -15,7 +15,6 @@ from sdc_sim.evaluation.ideal_drive import IdealDrive
 from sdc_sim.evaluation.infractions import RedLightDetector
 from sdc_sim.evaluation.route_progress import COMPLETED, DriveSample, RouteProgress
 from sdc_sim.evaluation.rules import EvaluationRules
-from sdc_sim.evaluation.stamp_filter import StampFilter
 
 # The numbers in a row of the trace.
 COLUMNS = (*DriveSample._fields, *COMMAND_FIELDS)
@@ -85,9 +84,8 @@ class DriveEvaluation:
         """
         self.route = route
         self.ideal = IdealDrive(route, rules.speed_limits())
-        limits = rules.termination_limits(self.ideal.duration_s)
-        self.progress = RouteProgress(route, limits, keep_samples=keep_trace)
-        self._rules = rules
+        timeout_s = rules.timeout_s(self.ideal.duration_s)
+        self.progress = RouteProgress(route, rules, timeout_s, keep_samples=keep_trace)
         self._keep_trace = keep_trace
         self._unseen_s = 0.0
         self._wall_s: list = []
@@ -95,7 +93,6 @@ class DriveEvaluation:
         self._snapshots: list = []
         self._red_lights = RedLightDetector(rules.car_front_m)
         self._obstacle_kinds: dict = {}
-        self._stamps = StampFilter()
         self._last_ns = self._last_command_ns = self._last_reason_ns = 0
         self._commands = CommandTrace()
         self._reasons: list = []
@@ -149,7 +146,7 @@ class DriveEvaluation:
             least_s = self.ideal.least_time_s(
                 self.progress.column("s_m"), self.progress.column("cross_track_m")
             )
-        metrics = self.progress.metrics(least_s, self._rules.lane_width_m)
+        metrics = self.progress.metrics(least_s)
         wall_s = self._wall_s[-1] - self._wall_s[0] if self._wall_s else None
         metrics.update(
             wall_duration_s=wall_s,
@@ -159,7 +156,7 @@ class DriveEvaluation:
             unseen_s=self._unseen_s,
             referee_restarts=0,
             world_restarts=0,
-            assumed_limits=list(self._rules.assumed),
+            assumed_limits=list(self.progress.rules.assumed),
         )
         return DriveResult(
             metrics,
@@ -190,13 +187,11 @@ class DriveEvaluation:
         speed_mps: float,
         wall_s: float | None = None,
     ) -> bool:
-        if self.over:
+        seen = bool(self.progress.samples)
+        if self.over or (seen and stamp_ns <= self._last_ns):
             return False
-        time_s = stamp_ns / _NS_PER_S
-        last_s = self._stamps.last_s
-        if not self._stamps.accepts(time_s):
-            return False
-        if last_s is not None and time_s - last_s > _MAX_GAP_S:
+        time_s, last_s = stamp_ns / _NS_PER_S, self._last_ns / _NS_PER_S
+        if seen and time_s - last_s > _MAX_GAP_S:
             self._unseen_s += time_s - last_s
             self._red_lights.reset_car()
         self._last_ns = stamp_ns

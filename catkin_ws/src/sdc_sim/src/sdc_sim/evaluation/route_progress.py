@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from itertools import chain
 from typing import NamedTuple
 
@@ -12,6 +11,7 @@ from sdc_common.geometry.angles import wrap_angle
 from sdc_common.geometry.polyline import Polyline
 from sdc_common.geometry.route import Place, Route
 from sdc_sim.evaluation.metrics import COEFFICIENTS, drive_metrics
+from sdc_sim.evaluation.rules import EvaluationRules
 
 COMPLETED, COLLISION, OFF_ROUTE = "completed", "collision", "off_route"
 BLOCKED, TIMEOUT, ABORTED = "blocked", "timeout", "aborted"
@@ -22,34 +22,6 @@ _WINDOW_M = 5.0
 _SPEED_MARGIN_MPS = 5.0
 _STANDSTILL_MPS = 0.05
 _MIN_PROGRESS_M = 0.1
-
-
-class TerminationLimits(NamedTuple):
-    """Limits that end a drive; times are simulated.
-
-    Attributes:
-        finish_at_rest: whether the car must stop at the end of the route, or may drive past it
-    """
-
-    off_route_m: float
-    off_route_s: float
-    blocked_s: float
-    finish_within_m: float
-    timeout_s: float
-    finish_at_rest: bool = True
-
-    def checked(self) -> TerminationLimits:
-        """Return the limits.
-
-        Raises:
-            ValueError: a limit is not positive, or `finish_at_rest` is neither true nor false
-        """
-        if not isinstance(self.finish_at_rest, bool):
-            raise ValueError(f"finish_at_rest must be true or false, got {self.finish_at_rest!r}")
-        for name, value in self._asdict().items():
-            if not (name == "finish_at_rest" or value > 0.0):
-                raise ValueError(f"{name} must be positive, got {value}")
-        return self
 
 
 class DriveSample(NamedTuple):
@@ -85,16 +57,19 @@ class RouteProgress:
     close to itself, the car is measured against the right pass.
     """
 
-    def __init__(self, route: Route, limits: TerminationLimits, keep_samples: bool = True):
+    def __init__(
+        self, route: Route, rules: EvaluationRules, timeout_s: float, keep_samples: bool = True
+    ):
         """Start a drive.
 
         Args:
             route: the route
-            limits: what ends the drive
+            rules: what ends the drive
+            timeout_s: simulated time that ends the drive [s]
             keep_samples: False keeps only the last sample, for a drive of many hours
         """
         self.route = route
-        self.limits = limits.checked()
+        self.rules, self._timeout_s = rules, timeout_s
         self.keep_samples = keep_samples
         self.samples: list[DriveSample] = []
         self.status: str | None = None
@@ -123,17 +98,12 @@ class RouteProgress:
         """Add one odometry, and set `status` if it ends the drive.
 
         Args:
-            time_s: simulated time [s]
+            time_s: simulated time, after that of the last odometry [s]
             x_m: position in the map [m]
             y_m: position in the map [m]
             yaw_rad: heading, counter-clockwise from the x axis [rad]
             speed_mps: speed [m/s]
-
-        Raises:
-            ValueError: the time is not after that of the last odometry
         """
-        if self.samples and time_s <= self.samples[-1].time_s:
-            raise ValueError(f"time went from {self.samples[-1].time_s:.3f} s to {time_s:.3f} s")
         place = self._locate(time_s, x_m, y_m, yaw_rad, speed_mps)
         heading_error = wrap_angle(yaw_rad - place.heading_rad)
         cross_track_m = place.cross_track_m
@@ -148,7 +118,7 @@ class RouteProgress:
         if not self.keep_samples:
             self.samples.clear()
         self.samples.append(sample)
-        if place.distance_m <= self.limits.off_route_m:
+        if place.distance_m <= self.rules.off_route_m:
             self._on_route_at_s, self._on_route_at_m = time_s, place.s_m
             if place.s_m > self._progress_from_m + _MIN_PROGRESS_M:
                 self._progress_at_s, self._progress_from_m = time_s, place.s_m
@@ -205,12 +175,11 @@ class RouteProgress:
         """Return one field of DriveSample for all samples: (n,)."""
         return self.rows[:, DriveSample._fields.index(name)]
 
-    def metrics(self, ideal_duration_s: float, lane_width_m: float = math.inf) -> dict:
+    def metrics(self, ideal_duration_s: float) -> dict:
         """Return the metrics of the report; None for those that a short drive does not define.
 
         Args:
             ideal_duration_s: least duration of a drive along the route [s]
-            lane_width_m: width of the lane around the route [m]
         """
         return {
             "status": self.status or (ABORTED if self._collided_at_s is None else COLLISION),
@@ -223,14 +192,14 @@ class RouteProgress:
                 dict(zip(DriveSample._fields, self.rows.T)),
                 self.completion_percent,
                 self.infractions,
-                lane_width_m,
+                self.rules.lane_width_m,
             ),
         }
 
     def _remove_samples_after(self, time_s: float) -> None:
         while len(self.samples) > 1 and self.samples[-1].time_s > time_s:
             self.samples.pop()
-        limit_m = self.limits.off_route_m
+        limit_m = self.rules.off_route_m
         on_route = (one.s_m for one in self.samples if abs(one.cross_track_m) <= limit_m)
         self.progress_m = max(on_route, default=0.0)
 
@@ -253,17 +222,17 @@ class RouteProgress:
         return self.route.project(x_m, y_m, self._on_route_at_m, _WINDOW_M, ahead_m)
 
     def _termination(self, sample: DriveSample, place: Place) -> str | None:
-        limits = self.limits
+        rules = self.rules
         if self._collided_at_s is not None and sample.time_s >= self._collided_at_s:
             return COLLISION
         to_end_m = max(self.route.length_m - place.s_m, place.distance_m)
-        arrived = sample.speed_mps < _STANDSTILL_MPS or not limits.finish_at_rest
-        if arrived and to_end_m < limits.finish_within_m:
+        arrived = sample.speed_mps < _STANDSTILL_MPS or not rules.finish_at_rest
+        if arrived and to_end_m < rules.finish_within_m:
             return COMPLETED
-        if sample.time_s - self._on_route_at_s > limits.off_route_s:
+        if sample.time_s - self._on_route_at_s > rules.off_route_s:
             return OFF_ROUTE
-        if sample.time_s - self._progress_at_s > limits.blocked_s:
+        if sample.time_s - self._progress_at_s > rules.blocked_s:
             return BLOCKED
-        if self.duration_s > limits.timeout_s:
+        if self.duration_s > self._timeout_s:
             return TIMEOUT
         return None

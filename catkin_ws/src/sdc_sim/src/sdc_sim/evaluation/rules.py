@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from sdc_common.planning.speed_profile import SpeedLimits
-from sdc_sim.evaluation.route_progress import TerminationLimits
+from sdc_common.validation import check_positive
 
 # Fields of SpeedLimits and the local planner's parameters with the same meaning.
 _PLANNER_PARAMETERS = {
@@ -16,6 +16,7 @@ _PLANNER_PARAMETERS = {
     "braking_mps2": "braking_mps2",
     "lateral_jerk_mps3": "lateral_jerk_mps3",
 }
+_POSITIVE = ("off_route_m", "off_route_s", "blocked_s", "finish_within_m", "lane_width_m")
 
 
 class EvaluationRules(NamedTuple):
@@ -45,13 +46,16 @@ class EvaluationRules(NamedTuple):
 
         Args:
             parameter: returns the parameter of config/referee.yaml with a given name
+
+        Raises:
+            ValueError: a limit is not positive, or `finish_at_rest` is neither true nor false
         """
         planner = parameter("assumed_planner")
-        return cls(
-            planner=planner,
-            assumed=list(planner),
-            **{name: parameter(name) for name in cls._fields if name not in ("planner", "assumed")},
-        )
+        own = {name: parameter(name) for name in cls._fields if name not in ("planner", "assumed")}
+        check_positive(**{name: own[name] for name in _POSITIVE})
+        if not isinstance(own["finish_at_rest"], bool):
+            raise ValueError(f"finish_at_rest must be true or false, got {own['finish_at_rest']!r}")
+        return cls(planner=planner, assumed=list(planner), **own)
 
     def speed_limits(self) -> SpeedLimits:
         """Return the local planner's limits as limits of a speed profile."""
@@ -59,13 +63,6 @@ class EvaluationRules(NamedTuple):
             **{field: self.planner[name] for field, name in _PLANNER_PARAMETERS.items()}
         )
 
-    def termination_limits(self, ideal_duration_s: float) -> TerminationLimits:
-        """Return the limits that end a drive whose ideal duration [s] is given."""
-        return TerminationLimits(
-            self.off_route_m,
-            self.off_route_s,
-            self.blocked_s,
-            self.finish_within_m,
-            self.timeout_ratio * ideal_duration_s + self.timeout_margin_s,
-            self.finish_at_rest,
-        )
+    def timeout_s(self, ideal_duration_s: float) -> float:
+        """Return the simulated time that ends a drive whose ideal duration is given [s]."""
+        return self.timeout_ratio * ideal_duration_s + self.timeout_margin_s
