@@ -21,6 +21,9 @@ def test_each_step_has_wrong_and_right_solutions_and_a_hint():
     rows = table()
     wrong = Counter(row["step"] for row in rows if row["says"] != "right")
     assert [step.id for step in all_steps() if step.file and wrong[step.id] < 2] == []
+    algorithms = [step.id for step in all_steps() if step.file and step.lab]
+    right = Counter(row["step"] for row in rows if row["says"] == "right")
+    assert [name for name in algorithms if wrong[name] < 5 or right[name] < 2] == []
     assert all(hint_of(step.id).hint and hint_of(step.id).more for step in all_steps())
     assert len({(row["step"], row["name"]) for row in rows}) == len(rows)
 

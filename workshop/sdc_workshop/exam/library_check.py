@@ -110,8 +110,13 @@ class LibraryCheck(RegionCheck):
         if hint is None:
             return None
         shows = [str(row.get("show", "value")), "value"]
-        texts = [[_shown(show, value) for value in (right, got)] for show in shows]
-        right_text, got_text = next((pair for pair in texts if pair[0] != pair[1]), texts[-1])
+        # More digits where a result differs from the right one by less than the usual ones show.
+        texts = [
+            [_shown(show, value, digits) for value in (right, got)]
+            for digits in (3, 9)
+            for show in shows
+        ]
+        right_text, got_text = next((pair for pair in texts if pair[0] != pair[1]), texts[1])
         expected = row["expected"].replace("{right}", right_text)
         seen = row.get("seen", "{got}").replace("{got}", got_text or "nothing")
         return Problem(expected, seen, hint.replace("{law}", law or ""), row["todo"])
@@ -135,14 +140,14 @@ def _is_case(case: str, names: dict) -> bool:
     return same(names["got"], library_probe.plain(value))
 
 
-def _shown(show: str, value: Any) -> str:
+def _shown(show: str, value: Any, digits: int = 3) -> str:
     """Return what `show` selects of a value as text; the whole value where it selects nothing."""
     with contextlib.suppress(*_ERRORS):
         value = library_probe.evaluate(show, {**library_probe.HELPERS, "value": value})
     numbers = library_probe.plain(value)
     rows = numbers if isinstance(numbers, list) else [numbers]
     flat = np.ravel(rows).tolist() if len({np.shape(row) for row in rows}) == 1 else rows
-    text = ", ".join(f"{one:.3f}" if isinstance(one, float) else str(one) for one in flat)
+    text = ", ".join(f"{one:.{digits}f}" if isinstance(one, float) else str(one) for one in flat)
     return text.replace("nan", "NaN")[:300]
 
 
@@ -152,4 +157,6 @@ def same(got: object, wanted: object) -> bool:
         return isinstance(got, list) and len(got) == len(wanted) and all(map(same, got, wanted))
     if not isinstance(got, (int, float)) or not isinstance(wanted, (int, float)):
         return got == wanted
-    return abs(got - wanted) < _TOLERANCE or (got != got and wanted != wanted)
+    # NumPy's single precision is right, too.
+    tolerance = _TOLERANCE * max(1.0, abs(wanted))
+    return abs(got - wanted) < tolerance or (got != got and wanted != wanted)

@@ -8,6 +8,7 @@ Usage: library_probe.py MODULE GIVEN CALLS SEED, where GIVEN and CALLS are JSON.
 
 from __future__ import annotations
 
+import copy
 import importlib
 import json
 import re
@@ -65,6 +66,13 @@ def tried(function: Callable, *arguments: float) -> object:
         return function(*arguments)
     except ZeroDivisionError:
         return "ZeroDivisionError"
+
+
+def unchanged(function: Callable, *arguments: object) -> bool:
+    """Return whether a function leaves the arrays and lists that it gets as they are."""
+    given = copy.deepcopy(arguments)
+    function(*given)
+    return plain(given) == plain(arguments)
 
 
 def _quaternion(yaw: float, pitch: float, roll: float) -> SimpleNamespace:
@@ -140,7 +148,7 @@ HELPERS = {
     **{name: getattr(np, name) for name in _NUMPY},
     **{one.__name__: one for one in (controller_answer, marked, part, pid_outputs)},
     **{one.__name__: one for one in (road, speed_of)},
-    **{one.__name__: one for one in (symmetric, tried, yaw_of)},
+    **{one.__name__: one for one in (symmetric, tried, unchanged, yaw_of)},
 }
 
 
