@@ -50,8 +50,8 @@ def test_mistake_is_named(arguments, message):
     assert message in done.stdout
 
 
-@pytest.mark.slow(8)
-@pytest.mark.parametrize("name", ["lane_filter", "lidar"])
+@pytest.mark.slow(4)
+@pytest.mark.parametrize("name", ["lidar", pytest.param("lane_filter", marks=pytest.mark.nightly)])
 def test_benchmark_prints_a_table(name):
     done = run(name, "--rounds", "1")
     assert done.returncode == 0, done.stdout

@@ -24,7 +24,7 @@ FOLDER = os.path.join(
 NAMES = sorted(name[: -len(".yaml")] for name in os.listdir(FOLDER) if name.endswith(".yaml"))
 # ./test drives these with real nodes; a nightly run, and ./test scenarios, drive all of them. Real
 # nodes also drive the town in test_grade.py and the traffic lights in test_drive_check.py.
-ALWAYS = {"slalom", "stopped_car", "student_nodes"}
+ALWAYS = {"stopped_car", "student_nodes"}
 TIMEOUT_S = 300.0
 # Every tenth tick of a drive, from the first columns of its report.csv.
 TRACES = Path(__file__).with_name("traces")

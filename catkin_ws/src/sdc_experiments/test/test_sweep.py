@@ -15,7 +15,7 @@ import pytest
 from sdc_common.processes import matching
 from sdc_testing.program import Program
 
-pytestmark = pytest.mark.slow(40)
+pytestmark = pytest.mark.slow(20)
 
 SCRIPT = Path(__file__).resolve().parents[1] / "scripts" / "sweep.py"
 LIMIT_S = 300.0
@@ -115,6 +115,27 @@ def cluster(start, tmp_path):
     return address, worker
 
 
+def test_interrupted_sweep_continues_with_the_drives_that_are_missing(study, start, tmp_path):
+    study.write_text(STUDY.replace("seeds: 3", "seeds: 1"))
+    folder = tmp_path / "sweep"
+
+    def sweep():
+        return start(sys.executable, SCRIPT, study, "--output", folder, "--workers", "1")
+
+    first = sweep()
+    wait_for_rows(folder, 1, first)
+    os.killpg(first.process.pid, signal.SIGINT)  # as Ctrl-C in a terminal
+    assert first.wait_for_end(LIMIT_S) == 130, first.output
+    assert "interrupted; the same command continues" in first.output
+    before = rows(folder)
+    second = sweep()
+    assert second.wait_for_end(LIMIT_S) == 1, second.output
+    assert rows(folder)[: len(before)] == before, "a finished drive was changed"
+    repeated = Counter(row["key"] for row in rows(folder) if row["status"] != "failed")
+    assert list(repeated.values()) == 9 * [1]
+
+
+@pytest.mark.nightly
 def test_no_drive_is_lost_or_repeated_and_none_depends_on_its_worker(
     study, start, cluster, tmp_path
 ):

@@ -162,7 +162,11 @@ def test_one_signal_ends_all_processes(environment, tmp_path, sent):
             "perception:=lights",
             "lights is unknown; use perception:=lane, perception:=all or perception:=imitation",
         ),
-        ("perception:=imitation", "network must be an absolute path, got ''"),
+        pytest.param(
+            "perception:=imitation",
+            "network must be an absolute path, got ''",
+            marks=pytest.mark.nightly,
+        ),
     ],
 )
 def test_misspelt_argument_is_refused(environment, tmp_path, argument, part):

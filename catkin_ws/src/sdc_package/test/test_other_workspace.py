@@ -160,6 +160,7 @@ def test_list_of_nodes_drives_and_its_path_is_read_and_recorded(
     assert (path.waypoints[0].yaw, path.waypoints[0].v) == (0.5, 5.0)
 
 
+@pytest.mark.nightly
 def test_check_in_an_overlay_drives_its_launch_file_in_our_world(
     workspace, road, environment, tmp_path
 ):

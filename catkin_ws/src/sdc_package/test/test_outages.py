@@ -49,6 +49,7 @@ def roscore(start, environment):
     return core
 
 
+@pytest.mark.nightly
 def test_drive_continues_without_its_roscore(environment, start, route, tmp_path):
     core = roscore(start, environment)
     drive = start(
@@ -112,6 +113,7 @@ def small_disk(folder):
         subprocess.run(["umount", "--lazy", str(folder)], check=True)
 
 
+@pytest.mark.nightly
 def test_drive_completes_when_the_disk_is_full(environment, start, bend, tmp_path):
     with small_disk(tmp_path / "small"):
         drive = start(
@@ -131,7 +133,9 @@ def test_drive_completes_when_the_disk_is_full(environment, start, bend, tmp_pat
     assert "Traceback" not in drive.output
 
 
-@pytest.mark.parametrize("node", ["sim.py", "mission_planner.py", "referee.py"])
+@pytest.mark.parametrize(
+    "node", ["sim.py", "referee.py", pytest.param("mission_planner.py", marks=pytest.mark.nightly)]
+)
 def test_death_of_the_world_ends_the_drive_with_a_report_until_then(
     environment, start, tmp_path, node
 ):

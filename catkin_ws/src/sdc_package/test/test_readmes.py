@@ -2,6 +2,7 @@
 
 import os
 import re
+import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 import pytest
@@ -87,6 +88,18 @@ def test_every_key_of_the_configuration_reaches_the_node(package, node):
     used = {*parameters_of(package, node), *METHODS, *EvaluationRules._fields}
     unused = [name for name in yaml.safe_load(path.read_text(encoding="utf-8")) if name not in used]
     assert unused == []
+
+
+def test_nodes_of_the_car_restart_and_those_of_the_world_end_the_drive():
+    found = {"respawn": set(), "required": set()}
+    for path in sorted(SRC.glob("sdc_[sp]*/launch/*.launch")):
+        for node in ElementTree.parse(path).iter("node"):
+            for attribute, names in found.items():
+                if node.get(attribute, "false") != "false":
+                    names.add(node.get("name"))
+    car = {"local_planner", "simple_controller", "camera", "carla_relay"}
+    assert found["respawn"] == {*car, "front_camera", "show"}
+    assert found["required"] == {"sim", "referee", "mission_planner", "workspace_stack"}
 
 
 @pytest.mark.parametrize("package", NODES)

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from first_steps_shapes import SHAPES, drive, packaged
 
-pytestmark = pytest.mark.slow(25)
+pytestmark = pytest.mark.slow(10)
 
 STARTS = st.tuples(st.floats(-400.0, 400.0), st.floats(-225.0, 225.0), st.floats(-math.pi, math.pi))
 
@@ -23,13 +23,14 @@ def few(examples):
 @pytest.mark.parametrize("shape", sorted(SHAPES))
 def test_driver_completes_laps_on_every_shape_from_any_start(shape):
     @given(start=STARTS, delay=st.integers(0, 1))
-    @few(30)
+    @few(10)
     def laps(start, delay):
         assert drive(SHAPES[shape], start, laps=2, delay=delay) is not None
 
     laps()
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("shape", sorted(set(SHAPES) - {"two points"}))
 @pytest.mark.parametrize("front_only", [False, True])
 def test_driver_completes_laps_with_the_sensor_alone(shape, front_only):
