@@ -1,5 +1,7 @@
 """The numbers of a line's segments, in plain functions and in machine code."""
 
+import sys
+
 import numpy as np
 import pytest
 
@@ -49,3 +51,12 @@ def test_line_of_arrays_equals_a_plain_one_bit_for_bit(as_array, monkeypatch):
                 # repr shows the sign of a zero, and NaN equals itself.
                 assert repr(arrays.nearest(*point, *window)) == repr(plain.nearest(*point, *window))
         assert repr(arrays.nearest(np.nan, 0.0)) == repr(plain.nearest(np.nan, 0.0))
+
+
+def test_numba_that_cannot_be_imported_is_named_once(monkeypatch):
+    monkeypatch.setitem(sys.modules, "numba", None)
+    numba_module.cache_clear()
+    with pytest.warns(RuntimeWarning, match="40 times slower without Numba .*numpy<1.25") as caught:
+        assert numba_module() is numba_module() is None
+    assert len(caught) == 1
+    numba_module.cache_clear()

@@ -26,6 +26,12 @@ def entry(observation, name):
     return observation[..., NAMES.index(name)]
 
 
+def pedals_for(observation):
+    """Return the pedals that keep the speed limit and stop at the end of the route."""
+    speed, limit = entry(observation, "speed_mps"), entry(observation, "speed_limit_2m_mps")
+    return np.clip(0.3 + 0.3 * (limit - speed) if limit > 0.0 else -1.0, -1.0, 1.0)
+
+
 @pytest.mark.parametrize(
     ("name", "arguments"),
     [
@@ -62,40 +68,71 @@ def test_seed_chooses_route_and_noise():
     assert not np.array_equal(route, other_route)
 
 
-def test_many_cars_see_and_earn_what_single_ones_do():
-    random = np.random.default_rng(3)
-    count = 4
-    cars = gymnasium.make_vec("SdcTown-v0", count)
-    singles = [gymnasium.make("SdcTown-v0").unwrapped for _ in range(count)]
-    seen, _ = cars.reset(seed=0)
-    assert np.allclose(seen, [single.reset(seed=0)[0] for single in singles])
-    over = np.zeros(count, bool)
-    for tick in range(160):
-        if tick % 20 == 0:
-            actions = random.uniform([0.2, -0.15], [0.8, 0.15], (count, 2)).astype(np.float32)
-        seen, rewards, terminated, _, _ = cars.step(actions)
-        for i, single in enumerate(singles):
-            if not over[i]:
-                one, reward, ended, _, _ = single.step(actions[i])
-                np.testing.assert_allclose(seen[i], one, rtol=1e-5, atol=1e-5)
-                assert (rewards[i], terminated[i]) == (pytest.approx(reward, abs=1e-9), ended)
-        over |= terminated
-    assert over.any()
-    assert not over.all()
+@pytest.mark.parametrize("mode", list(gymnasium.vector.AutoresetMode), ids=lambda mode: mode.value)
+def test_vector_environment_behaves_as_gymnasiums_own(mode):
+    """Four cars drive off the road, come to its end, stand still and drive on."""
+    arguments = {"route": [{"straight_m": 60.0}], "render_mode": "rgb_array"}
+    arguments["picture_size"] = 64, 48
+    cars = gymnasium.make_vec("SdcTown-v0", 4, autoreset_mode=mode, **arguments)
+    own = gymnasium.make_vec(
+        "SdcTown-v0",
+        4,
+        vectorization_mode="sync",
+        vector_kwargs={"autoreset_mode": mode},
+        **arguments,
+    )
+    assert cars.metadata["autoreset_mode"] is own.metadata["autoreset_mode"] is mode
+    step = cars.reset(seed=0)
+    agree(step, own.reset(seed=0))
+    statuses = set()
+    for _ in range(300):
+        actions = [[0.8, 1.0], [pedals_for(step[0][1]), 0.0], [-1.0, 0.0], [0.4, -0.01]]
+        step = cars.step(actions)
+        agree(step, own.step(np.array(actions, np.float32)))
+        ended = step[2] | step[3]
+        infos = step[4].get("final_info", step[4])
+        statuses |= set(infos["status"][ended & infos["_status"]])
+        if mode is gymnasium.vector.AutoresetMode.DISABLED and ended.any():
+            with pytest.raises(gymnasium.error.ResetNeeded):
+                cars.step(actions)
+            agree(
+                cars.reset(options={"reset_mask": ended}),
+                own.reset(options={"reset_mask": ended}),
+                ended,
+            )
+    assert statuses == {"off_road", "completed", ""}
+    for picture, expected in zip(cars.render(), own.render()):
+        np.testing.assert_allclose(picture, expected, atol=2)
 
 
-def test_car_starts_again_in_the_step_after_its_end():
-    cars = gymnasium.make_vec("SdcTown-v0", 2, route=SHORT)
-    cars.reset(seed=0)
-    actions = np.array([[0.0, 0.0], [1.0, 1.0]], np.float32)
-    terminated = np.zeros(2, bool)
-    while not terminated.any():
-        _, rewards, terminated, _, info = cars.step(actions)
-    assert terminated.tolist() == [False, True]
-    assert rewards[1] < -90.0
-    seen, rewards, terminated, _, info = cars.step(actions)
-    assert (info["s_m"][1], rewards[1], terminated[1]) == (0.0, 0.0, False)
-    assert entry(seen[1], "speed_mps") == 0.0
+def agree(first, second, cars=slice(None)):
+    """Compare what reset or step of two vector environments returned; info for some of the cars."""
+    *arrays, info = first
+    *expected, expected_info = second
+    for one, other in zip(arrays, expected):
+        np.testing.assert_allclose(one, other, rtol=1e-5, atol=1e-5)
+    for name, values in expected_info.items():
+        if name == "final_info":
+            agree((info[name],), (values,), info["_final_info"])
+        elif name == "final_obs":
+            agree(([*info[name][info["_" + name]]], {}), ([*values[info["_" + name]]], {}))
+        elif values.dtype == object or values.dtype == bool:
+            assert info[name][cars].tolist() == values[cars].tolist(), name
+        else:
+            np.testing.assert_allclose(info[name][cars], values[cars], rtol=1e-5, atol=1e-5)
+
+
+def test_seeds_choose_the_same_routes_in_both_kinds_of_vector_environment():
+    cars = gymnasium.make_vec("SdcRandomRoutes-v0", 3)
+    own = gymnasium.make_vec("SdcRandomRoutes-v0", 3, vectorization_mode="sync")
+    seen = []
+    for seed in (5, [9, 8, 7]):
+        agree(cars.reset(seed=seed), own.reset(seed=seed))
+        for _ in range(40):
+            step = cars.step(np.full((3, 2), [0.6, 0.0]))
+            agree(step, own.step(np.full((3, 2), [0.6, 0.0], np.float32)))
+        seen.append(step[0])
+    assert not np.allclose(*seen)
 
 
 def test_stop_at_the_end_of_the_route_is_rewarded():
@@ -103,9 +140,7 @@ def test_stop_at_the_end_of_the_route_is_rewarded():
     seen, _ = environment.reset(seed=0)
     over, total = False, 0.0
     while not over:
-        speed, limit = entry(seen, "speed_mps"), entry(seen, "speed_limit_2m_mps")
-        pedals = np.clip(0.3 + 0.3 * (limit - speed) if limit > 0.0 else -1.0, -1.0, 1.0)
-        seen, reward, over, truncated, info = environment.step(np.array([pedals, 0.0], np.float32))
+        seen, reward, over, truncated, info = environment.step([pedals_for(seen), 0.0])
         total += reward
         assert not truncated
     assert info["status"] == "completed"

@@ -17,14 +17,21 @@ from typing import Any, Callable
 
 @lru_cache(maxsize=1)
 def numba_module() -> ModuleType | None:
-    """Return the module numba, or None if it is not installed."""
+    """Return the module numba, or None with a warning if it cannot be imported."""
     try:
         with warnings.catch_warnings():
             # Debian's llvmlite warns about importlib.
             warnings.simplefilter("ignore", DeprecationWarning)
             # The import takes half a second.
             import numba
-    except ImportError:
+    except ImportError as error:
+        warnings.warn(
+            f"simulations run about 40 times slower without Numba ({error}): install Debian's "
+            "python3-numba, and in a virtual environment a NumPy that it accepts, such as "
+            "'numpy<1.25'",
+            RuntimeWarning,
+            stacklevel=2,
+        )
         return None
     return numba
 

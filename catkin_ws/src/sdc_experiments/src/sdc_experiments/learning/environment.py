@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any, Mapping
+from typing import Any, Mapping, Sequence
 
-import cv2
 import gymnasium
 import numpy as np
 
@@ -28,10 +27,9 @@ from sdc_experiments.learning.observation import (
     random_route,
     road_rows,
 )
+from sdc_experiments.learning.road_pictures import RoadPictures
 from sdc_sim.camera.camera_model import CameraModel
-from sdc_sim.camera.renderer import Renderer
 from sdc_sim.physics.traffic_lights import RED, YELLOW
-from sdc_sim.road.road import Road
 from sdc_sim.scenario.drive_setup import DriveSetup, RouteSource, drive_setup
 from sdc_sim.simulation.snapshot import Snapshot
 
@@ -83,7 +81,6 @@ class SdcEnvironment(gymnasium.Env):
         self.render_mode = render_mode
         self.action_space = ACTIONS
         self._camera = CameraModel(*picture_size)
-        self._bgra = np.empty((self._camera.height, self._camera.width, 4), np.uint8)
         self._shows_picture = observation == "camera"
         pictures = gymnasium.spaces.Box(0, 255, (picture_size[1], picture_size[0], 3), np.uint8)
         self.observation_space = pictures if self._shows_picture else VECTORS
@@ -99,7 +96,7 @@ class SdcEnvironment(gymnasium.Env):
         self._route = setup.route
         self._rows = road_rows(setup.route).tolist()
         self._longest_s = longest_s(setup.route)
-        self._renderer: Renderer | None = None
+        self._pictures: RoadPictures | None = None
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -117,9 +114,11 @@ class SdcEnvironment(gymnasium.Env):
         self._moved_s = 0.0
         return self._observe(observation), self._info("")
 
-    def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
+    def step(
+        self, action: np.ndarray | Sequence[float]
+    ) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
         """Drive for a tick of 0.05 s."""
-        pedals, steer = action.tolist()
+        pedals, steer = map(float, action)
         # NaN stays NaN, which the simulation refuses.
         braking = pedals < 0.0
         command = Command(0.0 if braking else pedals, steer, -pedals if braking else 0.0)
@@ -203,8 +202,8 @@ class SdcEnvironment(gymnasium.Env):
         return self._picture(self._simulation.snapshot)
 
     def _picture(self, observation: Snapshot) -> np.ndarray:
-        if self._renderer is None:
-            self._renderer = Renderer(Road(self._setup.waypoints_m), self._camera)
+        if self._pictures is None:
+            self._pictures = RoadPictures(self._setup.waypoints_m, self._camera)
         state, boxes = observation.state, []
         if observation.obstacles or observation.traffic_lights:
             # It imports the node of the camera.
@@ -213,6 +212,4 @@ class SdcEnvironment(gymnasium.Env):
             boxes = [*map(obstacle_box, observation.obstacles)]
             boxes += map(traffic_light_box, observation.traffic_lights)
         light = self._setup.parameters["daylight"]
-        pose = state.x_m, state.y_m, state.yaw_rad
-        self._renderer.render(*pose, boxes, light, out=self._bgra)
-        return cv2.cvtColor(self._bgra, cv2.COLOR_BGRA2RGB)
+        return self._pictures.draw(state.x_m, state.y_m, state.yaw_rad, boxes, light)

@@ -29,7 +29,7 @@ def train(generations: int = 10, policies: int = 48, routes: int = 6, ticks: int
     for generation in range(generations):
         weights = mean + deviation * random.standard_normal((policies, 11))
         every = np.repeat(weights, routes, axis=0)
-        seen, _ = cars.reset(seed=generation)
+        seen, _ = cars.reset(seed=routes * generation)
         total, lasts = np.zeros(len(every)), np.ones(len(every), bool)
         for _ in range(min(ticks, 200 + 100 * generation)):
             seen, rewards, ended, truncated, _ = cars.step(act(every, seen))

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import math
 import os
-from typing import Any, Mapping
+from typing import Any
 
 import gymnasium
 import numpy as np
+from gymnasium.utils import seeding
+from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 
 from sdc_common.geometry.road_line import road_route
+from sdc_common.machine_code import compiled
 from sdc_experiments.configuration import vehicle_preset
-from sdc_experiments.learning.environment import ACTIONS, VECTORS
+from sdc_experiments.learning.environment import ACTIONS, VECTORS, SdcEnvironment
 from sdc_experiments.learning.observation import (
     COMPLETED_REWARD,
     ENTRIES,
@@ -28,18 +31,26 @@ from sdc_experiments.learning.observation import (
     TICK_S,
     random_route,
 )
-from sdc_experiments.learning.road_table import RoadPlaces, RoadTable
+from sdc_experiments.learning.road_pictures import RoadPictures
+from sdc_experiments.learning.road_table import (
+    CROSS_TRACK,
+    HEADING,
+    RoadTable,
+    S,
+    find_places,
+)
+from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.physics.fleet import VehicleFleet
 from sdc_sim.scenario.drive_setup import RouteSource, drive_setup
 
-_NO_OPTIONS: Mapping[str, Any] = {}
+_STATUSES = np.array(["", "completed", "off_road"], object)
 
 
 class SdcVectorEnvironment(gymnasium.vector.VectorEnv):
     """N cars; a step takes and returns arrays with a row for each.
 
-    Observations, actions, rewards and ends are those of SdcEnvironment. A car whose drive has
-    ended is at the start of its next drive after the next step (AutoresetMode.NEXT_STEP).
+    Observations, actions, rewards, ends, the entries of info and, with the same seeds, the first
+    routes are those of SdcEnvironment. A car whose drive has ended drives its route again.
 
     Args:
         num_envs: number of cars, N
@@ -50,9 +61,14 @@ class SdcVectorEnvironment(gymnasium.vector.VectorEnv):
         friction: factor of the tyres' grip
         vehicle: name of a vehicle preset
         threads: number of threads that share the physics, None for one for each core
-    """
+        autoreset_mode: when a car whose drive has ended starts again: in the next step, in the same
+            one, or when `reset` is called with the option reset_mask
+        render_mode: "rgb_array" or None
+        picture_size: width and height of the pictures [px]
 
-    metadata = {"autoreset_mode": gymnasium.vector.AutoresetMode.NEXT_STEP}
+    Raises:
+        ValueError: an argument is not valid
+    """
 
     def __init__(
         self,
@@ -63,123 +79,155 @@ class SdcVectorEnvironment(gymnasium.vector.VectorEnv):
         friction: float = 1.0,
         vehicle: str = "tesla_model3",
         threads: int | None = None,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        render_mode: str | None = None,
+        picture_size: tuple[int, int] = (640, 480),
     ):
+        self._autoreset = AutoresetMode(autoreset_mode)
+        self.metadata = {**SdcEnvironment.metadata, "autoreset_mode": self._autoreset}
         self.num_envs = num_envs
+        self.render_mode = render_mode
         self.single_action_space, self.single_observation_space = ACTIONS, VECTORS
         self.action_space = batch_space(ACTIONS, num_envs)
         self.observation_space = batch_space(VECTORS, num_envs)
+        self._camera = CameraModel(*picture_size)
         self._random_routes = random_routes
-        self._route_count = routes
+        self._route_count = min(routes, num_envs)
         if not random_routes:
-            self._set_roads(RoadTable([drive_setup(route=route).route]))
+            self._set_roads([drive_setup(route=route).waypoints_m])
         parameters = vehicle_preset(vehicle)
         self._fleet = VehicleFleet(parameters, num_envs, friction, threads or os.cpu_count() or 1)
+        self._find_places = compiled(find_places)
         self._observations = np.zeros((num_envs, len(ENTRIES)), np.float32)
         self._observations[:, -len(NO_OBSTACLE) :] = NO_OBSTACLE
+        self._elapsed_s, self._halted_s = np.zeros(num_envs), np.zeros(num_envs)
+        self._ended = np.zeros(num_envs, bool)
+        self._all = np.ones(num_envs, bool)
 
-    def _set_roads(self, table: RoadTable) -> None:
-        self._table = table
-        self._roads = np.arange(self.num_envs) % len(table.length_m)
+    def _set_roads(self, waypoints_m: list[np.ndarray]) -> None:
+        self._waypoints_m = waypoints_m
+        self._pictures: dict[int, RoadPictures] = {}
+        self._table = RoadTable([road_route(points_m) for points_m in waypoints_m])
+        self._roads = np.arange(self.num_envs) % len(waypoints_m)
+        self._places = self._table.starts(self._roads)
 
     def reset(
         self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[np.ndarray, dict[str, Any]]:
-        """Place all cars at rest at their starts; a seed (the first of a list) chooses the routes.
+        """Place cars at rest at their starts.
 
         Args:
-            seed: chooses the random routes; None keeps those that there are
-            options: not used
+            seed: chooses the random routes, route i by seed + i or by entry i of a list; None keeps
+                those that there are
+            options: {"reset_mask": (N,) bool} places only these cars
         """
         first = seed[0] if isinstance(seed, list) else seed
         super().reset(seed=first)
         if self._random_routes and (first is not None or not hasattr(self, "_table")):
-            routes = [road_route(random_route(self.np_random)) for _ in range(self._route_count)]
-            self._set_roads(RoadTable(routes))
-        everything = np.arange(self.num_envs)
-        self._places = self._table.starts(self._roads)
-        self._elapsed_s, self._halted_s = np.zeros(self.num_envs), np.zeros(self.num_envs)
-        self._ended = np.zeros(self.num_envs, bool)
-        self._start(everything)
-        return self._observe(), {}
+            seeds = seed
+            if not isinstance(seeds, list):
+                seeds = [None if first is None else first + i for i in range(self._route_count)]
+            generators = [seeding.np_random(one)[0] for one in seeds[: self._route_count]]
+            self._set_roads([random_route(generator) for generator in generators])
+        mask = (options or {}).get("reset_mask", self._all)
+        self._start(np.flatnonzero(mask))
+        self._ended = self._ended & ~mask
+        return self._observe(), self._info(np.zeros(self.num_envs, int))
 
     def _start(self, cars: np.ndarray) -> None:
         """Place some cars at the starts of their routes."""
         roads = self._roads[cars]
         self._fleet.reset(cars, *self._table.start[roads].T)
-        for values, start in zip(self._places, self._table.starts(roads)):
-            values[cars] = start
+        self._places[:, cars] = self._table.starts(roads)
         self._elapsed_s[cars] = self._halted_s[cars] = 0.0
+        rows = self._table.rows_ahead(roads, self._places[S, cars])
+        self._observations[cars, ROAD_ENTRIES] = rows
 
     def step(
         self, actions: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         """Drive all cars for a tick of 0.05 s."""
+        if self._autoreset is AutoresetMode.DISABLED and self._ended.any():
+            raise gymnasium.error.ResetNeeded(
+                "the drives of some cars have ended; call reset(options={'reset_mask': ended})"
+            )
         pedals, steer = np.asarray(actions, float).T
         self._fleet.step(
             np.maximum(pedals, 0.0), np.maximum(-pedals, 0.0), np.ascontiguousarray(steer), TICK_S
         )
         state, before = self._fleet.state, self._places
-        places = self._places = self._table.places(
-            self._roads, before.segment, state["x_m"], state["y_m"]
-        )
+        places = self._places = np.empty_like(before)
+        roads = self._table.segments, self._table.ends, self._roads
+        self._fleet.share(self._find_places, *roads, state["x_m"], state["y_m"], before, places)
         self._elapsed_s += TICK_S
         speed = state["speed_mps"]
         self._halted_s = np.where(speed > STANDSTILL_MPS, 0.0, self._halted_s + TICK_S)
-        off_road = np.abs(places.cross_track_m) > OFF_ROAD_M
-        to_end_m = self._table.length_m[self._roads] - places.s_m
+        off_road = np.abs(places[CROSS_TRACK]) > OFF_ROAD_M
+        to_end_m = self._table.length_m[self._roads] - places[S]
         completed = (to_end_m < FINISH_WITHIN_M) & (speed < STANDSTILL_MPS) & ~off_road
         terminated = off_road | completed
         tolerance = 0.5 * TICK_S
         truncated = self._elapsed_s > self._table.longest_s[self._roads] - tolerance
         truncated |= self._halted_s > MAX_STANDSTILL_S - tolerance
         truncated &= ~terminated
-        rewards = self._rewards(places, before.s_m, speed)
+        rewards = self._rewards(before[S], speed)
         rewards += COMPLETED_REWARD * completed + FAILED_REWARD * off_road
-        return self._finish(rewards, terminated, truncated, completed)
+        status = completed + 2 * off_road
+        info: dict[str, Any] = {}
+        if self._autoreset is AutoresetMode.NEXT_STEP and self._ended.any():
+            again = self._ended
+            self._start(np.flatnonzero(again))
+            rewards[again], status[again] = 0.0, 0
+            terminated &= ~again
+            truncated &= ~again
+        self._ended = terminated | truncated
+        if self._autoreset is AutoresetMode.SAME_STEP and self._ended.any():
+            ended, seen = self._ended, self._observe()
+            observations = np.full(self.num_envs, None)
+            for car in np.flatnonzero(ended):
+                observations[car] = seen[car]
+            info = {"final_obs": observations, "final_info": self._info(status, ended)}
+            info = {**info, **{"_" + name: ended for name in info}}
+            self._start(np.flatnonzero(ended))
+            status = np.where(ended, 0, status)
+        return self._observe(), rewards, terminated, truncated, {**info, **self._info(status)}
 
-    def _rewards(self, places: RoadPlaces, before_m: np.ndarray, speed: np.ndarray) -> np.ndarray:
-        rows = self._table.rows_ahead(self._roads, places.s_m)
+    def _info(self, status: np.ndarray, cars: np.ndarray | None = None) -> dict[str, Any]:
+        """Return the entries of info, and the same names after "_" for the cars that have them."""
+        places = self._places
+        info = {"status": _STATUSES[status], "completed": status == 1}
+        info |= {"s_m": places[S].copy(), "cross_track_m": places[CROSS_TRACK].copy()}
+        return {**info, **{"_" + name: self._all if cars is None else cars for name in info}}
+
+    def _rewards(self, before_m: np.ndarray, speed: np.ndarray) -> np.ndarray:
+        rows = self._table.rows_ahead(self._roads, self._places[S])
         self._observations[:, ROAD_ENTRIES] = rows
         speeding = np.maximum(speed - rows[:, rows.shape[1] // 2], 0.0)
         return (
-            (places.s_m - before_m) / FULL_PROGRESS_M
-            - places.cross_track_m**2
+            (self._places[S] - before_m) / FULL_PROGRESS_M
+            - self._places[CROSS_TRACK] ** 2
             - SPEEDING_WEIGHT * speeding**2
         )
 
-    def _finish(
-        self,
-        rewards: np.ndarray,
-        terminated: np.ndarray,
-        truncated: np.ndarray,
-        completed: np.ndarray,
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
-        """Start the cars again whose drives ended in the last step, and return the step."""
-        again = np.flatnonzero(self._ended)
-        if len(again):
-            self._start(again)
-            rewards[again] = 0.0
-            for flags in (terminated, truncated, completed):
-                flags[again] = False
-            self._observations[again, ROAD_ENTRIES] = self._table.rows_ahead(
-                self._roads[again], self._places.s_m[again]
-            )
-        self._ended = terminated | truncated
-        info = {
-            "completed": completed,
-            "s_m": self._places.s_m,
-            "cross_track_m": self._places.cross_track_m,
-        }
-        return self._observe(rows_are_set=True), rewards, terminated, truncated, info
-
-    def _observe(self, rows_are_set: bool = False) -> np.ndarray:
+    def _observe(self) -> np.ndarray:
         state, places, observations = self._fleet.state, self._places, self._observations
-        error = state["yaw_rad"] - places.heading_rad
+        error = state["yaw_rad"] - places[HEADING]
         observations[:, 0] = state["speed_mps"]
-        observations[:, 1] = places.cross_track_m
+        observations[:, 1] = places[CROSS_TRACK]
         observations[:, 2] = (error + math.pi) % (2.0 * math.pi) - math.pi
         observations[:, 3] = state["yaw_rate_radps"]
         observations[:, 4] = state["steer"]
-        if not rows_are_set:
-            observations[:, ROAD_ENTRIES] = self._table.rows_ahead(self._roads, places.s_m)
         return observations.copy()
+
+    def render(self) -> tuple[np.ndarray, ...] | None:
+        """Return the picture of each car's front camera (height, width, 3) RGB."""
+        if self.render_mode is None:
+            return None
+        state = self._fleet.state
+        pictures = []
+        for car, road in enumerate(self._roads.tolist()):
+            if road not in self._pictures:
+                self._pictures[road] = RoadPictures(self._waypoints_m[road], self._camera)
+            pose = (state[name][car] for name in ("x_m", "y_m", "yaw_rad"))
+            pictures.append(self._pictures[road].draw(*pose))
+        return tuple(pictures)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any
+from typing import Any, Callable
 
 import numpy as np
 
@@ -132,13 +132,23 @@ class VehicleFleet:
         """Drive all vehicles under one command each; see Command for the ranges."""
         goals = np.array([throttle, brake, steer])
 
-        def drive(block: tuple[int, int]) -> None:
-            self._integrate(
-                self._constants, self._values, goals, duration_s, INTERNAL_STEP_S, *block
-            )
+        self.share(
+            self._integrate, self._constants, self._values, goals, duration_s, INTERNAL_STEP_S
+        )
+
+    def share(self, function: Callable[..., Any], *arguments: Any) -> None:
+        """Call a function for all vehicles, on the threads of the fleet.
+
+        Args:
+            function: called with `arguments`, the first vehicle and the one after the last
+            arguments: its first arguments
+        """
+
+        def call(block: tuple[int, int]) -> None:
+            function(*arguments, *block)
 
         if self._pool is None:
             for block in self._blocks:
-                drive(block)
+                call(block)
         else:
-            list(self._pool.map(drive, self._blocks))
+            list(self._pool.map(call, self._blocks))
