@@ -19,6 +19,11 @@ CAR = load_vehicle(os.path.join(HERE, "..", "config", "vehicles", "tesla_model3.
 MOTION = MotionConstants.of(CAR, 1.0, 0.0)
 
 
+def changed(**values):
+    """Return the constants with other values."""
+    return MotionConstants(**{**vars(MOTION), **values})
+
+
 def moving(u_mps, v_mps=0.0, yaw_rate_radps=0.0, load_mps2=0.0):
     """Return a motion with the pedals and the wheels at rest."""
     return (0.0, 0.0, 0.0, u_mps, v_mps, yaw_rate_radps, *[0.0] * 6, load_mps2)
@@ -39,7 +44,7 @@ def moving(u_mps, v_mps=0.0, yaw_rate_radps=0.0, load_mps2=0.0):
     ],
 )
 def test_force_of_the_motor(throttle, pull_n, speed_mps, reverse, force_n):
-    car = MOTION._replace(
+    car = changed(
         creep_force_n=1000.0,
         creep_damping_n_per_mps=50.0,
         drive_power_w=20_000.0,
@@ -59,7 +64,7 @@ def test_force_of_the_motor(throttle, pull_n, speed_mps, reverse, force_n):
 )
 def test_error_falls_with_the_square_of_the_step(speed_mps, goals, hand_brake, reverse):
     """Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, section II.1."""
-    car = MOTION._replace(pedal_travel_s=0.2, steer_travel_s=0.4, load_transfer_time_s=0.3)
+    car = changed(pedal_travel_s=0.2, steer_travel_s=0.4, load_transfer_time_s=0.3)
     start = moving(speed_mps, load_mps2=1.0)
 
     def state_after(steps):

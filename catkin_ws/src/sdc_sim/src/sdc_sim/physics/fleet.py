@@ -45,23 +45,28 @@ class CompiledVehicle(Vehicle):
     def set_conditions(self, friction: float, side_wind_mps: float) -> None:
         """Set the factor of the tyres' grip and the side wind; see Vehicle.set_conditions."""
         super().set_conditions(friction, side_wind_mps)
-        if numba_module() is None:
-            return
-        # A compiled function takes longer to read 70 numbers from tuples than for the rest of a
-        # tick: they are in an array of one element.
-        values = [np.array(value) for value in self._constants]
-        names = self._constants._fields
-        fields = [(name, value.dtype, value.shape) for name, value in zip(names, values)]
-        self._constants = np.array([tuple(values)], dtype=fields)
+        self._constants = packed(self._constants)
         self._integrate = compiled(_integrate, *_CALLEES)
 
 
-def _integrate(constants: np.ndarray, *arguments: Any) -> Motion:
+def packed(constants: MotionConstants) -> Any:
+    """Return the constants as the element of an array if Numba is installed, else of a list.
+
+    A compiled function takes longer to read 70 numbers from tuples than for the rest of a tick.
+    """
+    if numba_module() is None:
+        return [constants]
+    values = {name: np.array(value) for name, value in vars(constants).items()}
+    fields = [(name, value.dtype, value.shape) for name, value in values.items()]
+    return np.array([tuple(values.values())], dtype=fields)
+
+
+def _integrate(constants: Any, *arguments: Any) -> Motion:
     return integrate(constants[0], *arguments)
 
 
 def integrate_fleet(
-    c: MotionConstants,
+    constants: Any,
     states: np.ndarray,
     goals: np.ndarray,
     duration_s: float,
@@ -72,7 +77,7 @@ def integrate_fleet(
     """Advance some of many equal vehicles in place, in the forward gear.
 
     Args:
-        c: the vehicle
+        constants: the vehicle, see packed
         states: (13, N) state of each vehicle
         goals: (3, N) demanded throttle, brake and steer
         duration_s: how long to drive [s]
@@ -80,6 +85,7 @@ def integrate_fleet(
         first: column of the first vehicle
         last: column after the last vehicle
     """
+    c = constants[0]
     for i in range(first, last):
         s = states[:, i]
         state = s[0], s[1], s[2], s[3], s[4], s[5], s[6], s[7], s[8], s[9], s[10], s[11], s[12]
@@ -110,7 +116,7 @@ class VehicleFleet:
     ):
         self._values = np.zeros((len(FIELDS), count))
         self.state = dict(zip(FIELDS, self._values))
-        self._constants = MotionConstants.of(parameters, friction, 0.0)
+        self._constants = packed(MotionConstants.of(parameters, friction, 0.0))
         self._integrate = compiled(integrate_fleet, *_CALLEES)
         threads = max(1, min(threads, count // _LEAST_BLOCK))
         bounds = np.linspace(0, count, threads + 1).astype(int).tolist()

@@ -7,9 +7,10 @@ from __future__ import annotations
 
 import math
 from math import cos, sin
-from typing import NamedTuple, Tuple
+from types import SimpleNamespace
+from typing import Tuple
 
-from sdc_common.piecewise_linear import Segments, evaluate, linear_segments
+from sdc_common.piecewise_linear import evaluate, linear_segments
 from sdc_sim.physics.vehicle_dynamics import (
     AIR_DENSITY_KGPM3,
     GRAVITY_MPS2,
@@ -27,28 +28,8 @@ STANDSTILL_SUBSTEPS = 5
 STICTION = 0.02
 
 
-class MotionConstants(NamedTuple):
-    """What the motion of one vehicle on one road depends on."""
-
-    dynamics: DynamicsConstants
-    mass_kg: float
-    drive_segments: Segments
-    steer_segments: Segments
-    tyres_hold_wind: bool
-    pedal_travel_s: float
-    steer_travel_s: float
-    load_transfer_time_s: float
-    rolling_front_n: float
-    rolling_rear_n: float
-    hand_brake_n: float
-    brake_front_n: float
-    brake_rear_n: float
-    creep_force_n: float
-    creep_damping_n_per_mps: float
-    drive_power_w: float
-    drive_front_share: float
-    reverse_speed_mps: float
-    pedal_grip_share: float
+class MotionConstants(SimpleNamespace):
+    """The parameters of a vehicle, and what follows from them on one road, as attributes."""
 
     @classmethod
     def of(cls, p: VehicleParameters, friction: float, side_wind_mps: float) -> MotionConstants:
@@ -65,27 +46,17 @@ class MotionConstants(NamedTuple):
         rolling_n = p.rolling_resistance * p.mass_kg * GRAVITY_MPS2
         brake_front_n = p.brake_force_n * p.brake_front_share
         return cls(
+            **vars(p),
             dynamics=DynamicsConstants.of(p, friction, side_wind_mps),
-            mass_kg=p.mass_kg,
             drive_segments=linear_segments(p.throttle_points, p.drive_forces_n),
             steer_segments=linear_segments(
                 p.steer_speeds_mps, [full_rad * share for share in p.steer_shares]
             ),
             tyres_hold_wind=wind_n < friction * p.tyre_friction * weight_n,
-            pedal_travel_s=p.pedal_travel_s,
-            steer_travel_s=p.steer_travel_s,
-            load_transfer_time_s=p.load_transfer_time_s,
             rolling_front_n=rolling_n * p.rear_axle_m / p.wheelbase_m,
             rolling_rear_n=rolling_n * p.front_axle_m / p.wheelbase_m,
-            hand_brake_n=p.hand_brake_force_n,
             brake_front_n=brake_front_n,
             brake_rear_n=p.brake_force_n - brake_front_n,
-            creep_force_n=p.creep_force_n,
-            creep_damping_n_per_mps=p.creep_damping_n_per_mps,
-            drive_power_w=p.drive_power_w,
-            drive_front_share=p.drive_front_share,
-            reverse_speed_mps=p.reverse_speed_mps,
-            pedal_grip_share=p.pedal_grip_share,
         )
 
 
@@ -119,7 +90,7 @@ def integrate(
     """
     x, y, yaw, u, v, r, _, throttle, brake, ahead, left, steer, load = state
     rear_share = 1.0 if hand_brake else c.pedal_grip_share
-    rolling_rear_n = c.rolling_rear_n + (c.hand_brake_n if hand_brake else 0.0)
+    rolling_rear_n = c.rolling_rear_n + (c.hand_brake_force_n if hand_brake else 0.0)
     changes = h / c.pedal_travel_s, 2.0 * h / c.steer_travel_s
     load_gain = 1.0 - math.exp(-h / c.load_transfer_time_s)
     speed_rate = ahead + v * r
