@@ -7,29 +7,8 @@ from dataclasses import dataclass
 from typing import Any, Sequence
 
 import rospy
-from carla_msgs.msg import (
-    CarlaActorInfo,
-    CarlaActorList,
-    CarlaBoundingBox,
-    CarlaCollisionEvent,
-    CarlaEgoVehicleControl,
-    CarlaEgoVehicleInfo,
-    CarlaEgoVehicleInfoWheel,
-    CarlaEgoVehicleStatus,
-    CarlaStatus,
-    CarlaTrafficLightInfo,
-    CarlaTrafficLightInfoList,
-    CarlaTrafficLightStatus,
-    CarlaTrafficLightStatusList,
-)
-from carla_ros_bridge.msg import (
-    CarlaVehicleControl,
-    EgoVehicleControlCurrent,
-    EgoVehicleControlInfo,
-    EgoVehicleControlMaxima,
-    EgoVehicleControlState,
-    EgoVehicleControlTarget,
-)
+from carla_msgs import msg as carla
+from carla_ros_bridge import msg as bridge
 from derived_object_msgs.msg import Object, ObjectArray
 from geometry_msgs.msg import Point, Pose, Vector3
 from sdc_msgs.msg import Obstacle, ObstacleArray
@@ -92,7 +71,7 @@ class World:
         return "vehicle." + self.preset.replace("_", ".", 1)
 
 
-def light_info(world: World) -> list[CarlaTrafficLightInfoList]:
+def light_info(world: World) -> list[carla.CarlaTrafficLightInfoList]:
     """Return the positions of the traffic lights.
 
     The centre of a trigger volume is the middle of the stop line; its width is a lane.
@@ -104,22 +83,26 @@ def light_info(world: World) -> list[CarlaTrafficLightInfoList]:
         east, north = plan.x_m - light.x_m, plan.y_m - light.y_m
         centre = Vector3(c * east + s * north, c * north - s * east, 0.0)
         infos.append(
-            CarlaTrafficLightInfo(
+            carla.CarlaTrafficLightInfo(
                 light.id,
                 Pose(Point(light.x_m, light.y_m, 0.0), quaternion_from_yaw(yaw)),
-                CarlaBoundingBox(centre, Vector3(_LINE_DEPTH_M, LANE_WIDTH_M, _LINE_HEIGHT_M)),
+                carla.CarlaBoundingBox(
+                    centre, Vector3(_LINE_DEPTH_M, LANE_WIDTH_M, _LINE_HEIGHT_M)
+                ),
             )
         )
-    return [CarlaTrafficLightInfoList(infos)]
+    return [carla.CarlaTrafficLightInfoList(infos)]
 
 
-def light_status(world: World) -> list[CarlaTrafficLightStatusList]:
+def light_status(world: World) -> list[carla.CarlaTrafficLightStatusList]:
     """Return the colours of the traffic lights."""
-    return [CarlaTrafficLightStatusList(_colours(world))]
+    return [carla.CarlaTrafficLightStatusList(_colours(world))]
 
 
-def _colours(world: World) -> list[CarlaTrafficLightStatus]:
-    return [CarlaTrafficLightStatus(one.id, one.state) for one in world.snapshot.traffic_lights]
+def _colours(world: World) -> list[carla.CarlaTrafficLightStatus]:
+    return [
+        carla.CarlaTrafficLightStatus(one.id, one.state) for one in world.snapshot.traffic_lights
+    ]
 
 
 def obstacles(world: World) -> list[ObstacleArray]:
@@ -137,10 +120,10 @@ def obstacles(world: World) -> list[ObstacleArray]:
     return [ObstacleArray(world.header, states, _colours(world))]
 
 
-def world_status(world: World) -> list[CarlaStatus]:
+def world_status(world: World) -> list[carla.CarlaStatus]:
     """Return the number of the tick, its duration, and whether the simulation runs."""
     return [
-        CarlaStatus(
+        carla.CarlaStatus(
             frame=world.simulation.tick,
             fixed_delta_seconds=world.simulation.tick_s,
             synchronous_mode=world.lockstep,
@@ -149,25 +132,25 @@ def world_status(world: World) -> list[CarlaStatus]:
     ]
 
 
-def vehicle_status(world: World) -> list[CarlaEgoVehicleStatus]:
+def vehicle_status(world: World) -> list[carla.CarlaEgoVehicleStatus]:
     """Return speed, orientation, executed command, and acceleration in the map frame."""
     state, command = world.snapshot.state, world.simulation.commands.executed
-    message = CarlaEgoVehicleStatus(header=world.header)
+    message = carla.CarlaEgoVehicleStatus(header=world.header)
     message.velocity = math.hypot(state.speed_mps, state.lateral_speed_mps)
     message.acceleration.linear = map_vector(
         state.yaw_rad, state.longitudinal_acceleration_mps2, state.lateral_acceleration_mps2
     )
     message.orientation = quaternion_from_yaw(state.yaw_rad)
-    message.control = CarlaEgoVehicleControl(
+    message.control = carla.CarlaEgoVehicleControl(
         header=message.header, gear=-1 if command.reverse else 1, **fields_of(command)
     )
     return [message]
 
 
-def vehicle_info(world: World) -> list[CarlaEgoVehicleInfo]:
+def vehicle_info(world: World) -> list[carla.CarlaEgoVehicleInfo]:
     """Return the description of the vehicle; the model has no motor and gears: they are zero."""
     p = world.simulation.vehicle.parameters
-    message = CarlaEgoVehicleInfo(
+    message = carla.CarlaEgoVehicleInfo(
         id=EGO_ID,
         type=world.vehicle_type,
         rolename=world.role_name,
@@ -185,7 +168,7 @@ def vehicle_info(world: World) -> list[CarlaEgoVehicleInfo]:
     )
     left_m = 0.5 * TRACK_SHARE * p.width_m
     message.wheels = [
-        CarlaEgoVehicleInfoWheel(
+        carla.CarlaEgoVehicleInfoWheel(
             tire_friction=p.tyre_friction,
             radius=WHEEL_RADIUS_M,
             max_steer_angle=angle_rad,
@@ -199,10 +182,10 @@ def vehicle_info(world: World) -> list[CarlaEgoVehicleInfo]:
     return [message]
 
 
-def collisions(world: World) -> list[CarlaCollisionEvent]:
+def collisions(world: World) -> list[carla.CarlaCollisionEvent]:
     """Return the contacts that began in the last tick."""
     return [
-        CarlaCollisionEvent(
+        carla.CarlaCollisionEvent(
             header=world.header_in(world.role_name),
             other_actor_id=event.id,
             normal_impulse=Vector3(event.impulse_x_ns, event.impulse_y_ns, 0.0),
@@ -303,23 +286,25 @@ def _object(
     return message
 
 
-def actor_list(world: World) -> list[CarlaActorList]:
+def actor_list(world: World) -> list[carla.CarlaActorList]:
     """Return the vehicle, the obstacles and the traffic lights as actors of CARLA."""
     observed = world.snapshot
-    actors = [CarlaActorInfo(EGO_ID, 0, world.vehicle_type, world.role_name)]
-    actors += [CarlaActorInfo(one.id, 0, _BLUEPRINTS[one.kind], "") for one in observed.obstacles]
+    actors = [carla.CarlaActorInfo(EGO_ID, 0, world.vehicle_type, world.role_name)]
     actors += [
-        CarlaActorInfo(light.id, 0, "traffic.traffic_light", "")
+        carla.CarlaActorInfo(one.id, 0, _BLUEPRINTS[one.kind], "") for one in observed.obstacles
+    ]
+    actors += [
+        carla.CarlaActorInfo(light.id, 0, "traffic.traffic_light", "")
         for light in observed.traffic_lights
     ]
-    return [CarlaActorList(actors)]
+    return [carla.CarlaActorList(actors)]
 
 
-def control_info(world: World) -> list[EgoVehicleControlInfo]:
+def control_info(world: World) -> list[bridge.EgoVehicleControlInfo]:
     """Return limits, target, motion and executed command as the bridge 0.9.3 publishes them."""
     commands, state, header = world.simulation.commands, world.snapshot.state, world.header
     max_angle_rad = world.simulation.vehicle.parameters.max_wheel_angle_rad
-    limits = EgoVehicleControlMaxima(max_steering_angle=max_angle_rad, max_pedal=1.0)
+    limits = bridge.EgoVehicleControlMaxima(max_steering_angle=max_angle_rad, max_pedal=1.0)
     gains = commands.ackermann_gains
     if gains is not None:
         limits.max_speed = gains.max_speed_mps
@@ -327,10 +312,10 @@ def control_info(world: World) -> list[EgoVehicleControlInfo]:
     target = commands.ackermann_target
     demand = target or AckermannTarget()
     return [
-        EgoVehicleControlInfo(
+        bridge.EgoVehicleControlInfo(
             header=header,
             restrictions=limits,
-            target=EgoVehicleControlTarget(
+            target=bridge.EgoVehicleControlTarget(
                 # As in the bridge, positive to the right.
                 steering_angle=-demand.steering_angle_rad,
                 speed=demand.speed_mps,
@@ -338,14 +323,14 @@ def control_info(world: World) -> list[EgoVehicleControlInfo]:
                 accel=demand.acceleration_mps2,
                 jerk=demand.jerk_mps3,
             ),
-            current=EgoVehicleControlCurrent(
+            current=bridge.EgoVehicleControlCurrent(
                 time_sec=header.stamp.to_sec(),
                 speed=state.speed_mps,
                 speed_abs=abs(state.speed_mps),
                 accel=state.longitudinal_acceleration_mps2,
             ),
-            state=EgoVehicleControlState(status="n/a" if target is None else "driving"),
-            output=CarlaVehicleControl(header=header, **fields_of(commands.executed)),
+            state=bridge.EgoVehicleControlState(status="n/a" if target is None else "driving"),
+            output=bridge.CarlaVehicleControl(header=header, **fields_of(commands.executed)),
         )
     ]
 

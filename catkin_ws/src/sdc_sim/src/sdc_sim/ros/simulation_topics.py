@@ -6,18 +6,8 @@ from typing import Any, Callable, Sequence, Tuple
 
 import rospy
 import tf2_ros
-from carla_msgs.msg import (
-    CarlaActorList,
-    CarlaCollisionEvent,
-    CarlaEgoVehicleInfo,
-    CarlaEgoVehicleStatus,
-    CarlaLaneInvasionEvent,
-    CarlaStatus,
-    CarlaTrafficLightInfoList,
-    CarlaTrafficLightStatusList,
-    CarlaWorldInfo,
-)
-from carla_ros_bridge.msg import EgoVehicleControlInfo
+from carla_msgs import msg as carla
+from carla_ros_bridge import msg as bridge
 from derived_object_msgs.msg import ObjectArray
 from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
 from nav_msgs.msg import Odometry
@@ -150,28 +140,33 @@ class SimulationTopics:
         objects = m.all_objects if has_own_list else m.other_objects
         map_name = self._setup.map_name
         map_text = opendrive(map_name, self._setup.route_m)
-        world_info = CarlaWorldInfo(map_name, map_text)
+        world_info = carla.CarlaWorldInfo(map_name, map_text)
         table: list[Topic] = [
-            ("/carla/traffic_lights/info", CarlaTrafficLightInfoList, ONCE, m.light_info),
-            ("/carla/traffic_lights_info", CarlaTrafficLightInfoList, ONCE, m.light_info),
-            ("/vehicle_info", CarlaEgoVehicleInfo, ONCE, m.vehicle_info),
-            ("/carla/world_info", CarlaWorldInfo, ONCE, lambda _: [world_info]),
-            ("/carla/traffic_lights/status", CarlaTrafficLightStatusList, CHANGE, m.light_status),
-            ("/carla/traffic_lights", CarlaTrafficLightStatusList, CHANGE, m.light_status),
+            ("/carla/traffic_lights/info", carla.CarlaTrafficLightInfoList, ONCE, m.light_info),
+            ("/carla/traffic_lights_info", carla.CarlaTrafficLightInfoList, ONCE, m.light_info),
+            ("/vehicle_info", carla.CarlaEgoVehicleInfo, ONCE, m.vehicle_info),
+            ("/carla/world_info", carla.CarlaWorldInfo, ONCE, lambda _: [world_info]),
+            (
+                "/carla/traffic_lights/status",
+                carla.CarlaTrafficLightStatusList,
+                CHANGE,
+                m.light_status,
+            ),
+            ("/carla/traffic_lights", carla.CarlaTrafficLightStatusList, CHANGE, m.light_status),
             ("/obstacles", ObstacleArray, CHANGE, self._obstacles),
-            ("/vehicle_status", CarlaEgoVehicleStatus, TICK, m.vehicle_status),
-            ("/collision", CarlaCollisionEvent, TICK, m.collisions),
-            ("/lane_invasion", CarlaLaneInvasionEvent, TICK, self._lane_invasion),
+            ("/vehicle_status", carla.CarlaEgoVehicleStatus, TICK, m.vehicle_status),
+            ("/collision", carla.CarlaCollisionEvent, TICK, m.collisions),
+            ("/lane_invasion", carla.CarlaLaneInvasionEvent, TICK, self._lane_invasion),
             # A client sends one command for each of these messages.
-            ("/carla/status", CarlaStatus, STATUS, m.world_status),
+            ("/carla/status", carla.CarlaStatus, STATUS, m.world_status),
             ("/carla/markers", MarkerArray, TICK, self._markers),
             ("/carla/objects", ObjectArray, TICK, objects),
             ("/objects", ObjectArray, TICK, m.other_objects),
-            ("/carla/actor_list", CarlaActorList, TICK, m.actor_list),
+            ("/carla/actor_list", carla.CarlaActorList, TICK, m.actor_list),
             ("/carla/vehicle_marker", Marker, TICK, m.object_markers),
             ("/carla/marker", Marker, TICK, m.object_markers),
             ("/speedometer", Float32, TICK, lambda w: [Float32(w.snapshot.state.speed_mps)]),
-            ("/ego_vehicle_control_info", EgoVehicleControlInfo, TICK, m.control_info),
+            ("/ego_vehicle_control_info", bridge.EgoVehicleControlInfo, TICK, m.control_info),
         ]
         map_class: Any = self._setup.bridge.map_class
         if map_class:
@@ -272,10 +267,12 @@ class SimulationTopics:
         is_due = world.simulation.tick % self._no_obstacle_ticks == 0
         return bridge_messages.obstacles(world) if obstacles or lights or removed or is_due else []
 
-    def _lane_invasion(self, world: World) -> list[CarlaLaneInvasionEvent]:
+    def _lane_invasion(self, world: World) -> list[carla.CarlaLaneInvasionEvent]:
         crossed = self._lane_invasion_detector.update(world.simulation.outline)
         return (
-            [CarlaLaneInvasionEvent(world.header_in(world.role_name), crossed)] if crossed else []
+            [carla.CarlaLaneInvasionEvent(world.header_in(world.role_name), crossed)]
+            if crossed
+            else []
         )
 
     def _markers(self, world: World) -> list[MarkerArray]:
