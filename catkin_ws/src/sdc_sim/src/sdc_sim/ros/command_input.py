@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import math
-import time
 from typing import Any
 
-import rosgraph
 import rospy
 from ackermann_msgs.msg import AckermannDrive
 from std_msgs.msg import Bool
 
 from sdc_common.ros.conversion import command_of
-from sdc_sim.ros.connections import Connections, is_connected
+from sdc_sim.ros.connections import is_connected
 from sdc_sim.ros.loop_lock import LoopLock
 from sdc_sim.ros.message_conversion import ackermann_target
 from sdc_sim.ros.simulation_setup import SimulationSetup
@@ -20,7 +17,6 @@ from sdc_sim.simulation.command_mux import AnswerTracker, AnyCommand, CommandArb
 
 # After this time without a command of the active publisher, another one may take control.
 _HANDOVER_S = 0.5
-_CHECK_PERIOD_S = 1.0
 
 
 class CommandInput:
@@ -43,17 +39,16 @@ class CommandInput:
         self._drive_log = setup.drive_log
         self._arbiter = CommandArbiter(round(_HANDOVER_S / setup.simulation.tick_s))
         self._targets = setup.ego + "/ackermann_cmd"
-        self._converter: str | None = None
-        self._next_check_s = 0.0 if setup.ackermann_cmd == "auto" else math.inf
+        self._leaves_targets = setup.ackermann_cmd == "auto"
         control_class = setup.bridge.control_class
 
         def subscriber(topic: str, message_class: type, callback: Any) -> rospy.Subscriber:
             return rospy.Subscriber(topic, message_class, callback, queue_size=10, tcp_nodelay=True)
 
         self._subscribers = [subscriber(self.topic, control_class, lock.guarded(self._on_control))]
-        self._on_ackermann = lock.guarded(self._accept_target)
         if setup.ackermann_cmd:
-            self._subscribers.append(subscriber(self._targets, AckermannDrive, self._on_target))
+            on_target = lock.guarded(self._on_target)
+            self._subscribers.append(subscriber(self._targets, AckermannDrive, on_target))
         manual = lock.guarded(self._on_manual_control)
         subscriber(self.topic + "_manual", control_class, manual)
         override = lock.guarded(self._on_override)
@@ -95,15 +90,14 @@ class CommandInput:
                 )
 
     def _on_target(self, message: AckermannDrive) -> None:
-        # Without the lock: the loop does not wait for the ROS master.
-        if time.monotonic() >= self._next_check_s:
-            self._next_check_s = time.monotonic() + _CHECK_PERIOD_S
-            self._find_converter()
-        if self._converter is None:
-            self._on_ackermann(message)
-
-    def _accept_target(self, message: AckermannDrive) -> None:
-        if self._accept(ackermann_target(message), self._targets):
+        # Such as carla_ackermann_control, which turns the targets into control commands.
+        if self._leaves_targets and self._arbiter.in_control(self._simulation.tick):
+            rospy.logwarn_throttle(
+                5.0,
+                f"sim: ignored targets on {self._targets}: {self._arbiter.active} sends commands "
+                f"on {self.topic} (parameter ackermann_cmd)",
+            )
+        elif self._accept(ackermann_target(message), self._targets):
             self.answers.record(0, self._simulation.snapshot.stamp_ns)
 
     def _on_manual_control(self, message: Any) -> None:
@@ -121,24 +115,3 @@ class CommandInput:
             rospy.logwarn_throttle(1.0, f"sim: refused a command on {topic}: {error}")
             return False
         return True
-
-    def _find_converter(self) -> None:
-        """Find another node that turns Ackermann targets into control commands.
-
-        As carla_ackermann_control of the CARLA bridge, it subscribes to the targets and publishes
-        control commands. Two controllers with the same target would command in turn.
-        """
-        try:
-            graph = Connections()
-        except (OSError, rosgraph.MasterException):
-            return
-        nodes = graph.publishers.get(self.topic, set())
-        nodes = nodes & graph.subscribers.get(self._targets, set()) - {rospy.get_name()}
-        last, self._converter = self._converter, min(nodes, default=None)
-        if self._converter and self._converter != last:
-            rospy.logwarn(
-                f"sim: {self._converter} turns {self._targets} into {self.topic}; the sim leaves "
-                "it to that node (parameter ackermann_cmd)"
-            )
-        elif last and not self._converter:
-            rospy.loginfo(f"sim: serves {self._targets} again")

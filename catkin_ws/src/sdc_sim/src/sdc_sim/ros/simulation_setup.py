@@ -55,7 +55,7 @@ class SimulationSetup:
         timeouts_s: limits of this wait and of the start, by the names of their parameters [s]
         ego: prefix of the topics of the vehicle
         bridge: version of the bridge
-        ackermann_cmd: whether to serve ackermann_cmd; "auto": unless another node does
+        ackermann_cmd: whether to serve ackermann_cmd; "auto": while no node sends control commands
         services: whether people can pause the simulation and place the vehicle
         drive_log: records the drive
         pictures: what the pictures have in common; None without a camera

@@ -124,9 +124,13 @@ class CommandArbiter:
         self._last_tick = 0
         self.active: str | None = None
 
+    def in_control(self, tick: int) -> bool:
+        """Return whether a publisher has control in this tick."""
+        return self.active is not None and tick - self._last_tick <= self._timeout_ticks
+
     def admits(self, name: str, tick: int) -> bool:
         """Return whether to accept a command that this publisher sends in this tick."""
-        if self.active not in (None, name) and tick - self._last_tick <= self._timeout_ticks:
+        if self.active != name and self.in_control(tick):
             return False
         self.active = name
         self._last_tick = tick
