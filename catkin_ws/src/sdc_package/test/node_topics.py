@@ -12,13 +12,12 @@ import rostest
 from faults import EGO, DriveRecord, pid_of
 from nav_msgs.msg import Odometry
 from sdc_package.msg import CarlaVehicleControl, LocalPath, Waypoint
-from sensor_msgs.msg import Image
 
 from sdc_common.processes import wait_until
 from sdc_package.odometry import pose_and_speed
-from sdc_testing import MessageListener, wait_for_subscriber
+from sdc_testing import wait_for_subscriber
 
-NODES = ("/mission_planner", "/local_planner", "/simple_controller", "/camera", "/sim")
+NODES = ("/mission_planner", "/local_planner", "/simple_controller", "/sim")
 INJECTED = "injected"
 # A little more than the maximum of an undisturbed drive.
 MAX_ERROR_M = 0.3
@@ -34,10 +33,8 @@ class TopicsTest(unittest.TestCase):
         cls.command = rospy.Publisher(
             EGO + "/vehicle_control_cmd", CarlaVehicleControl, queue_size=10
         )
-        cls.image = rospy.Publisher(EGO + "/camera/rgb/front/image_color", Image, queue_size=10)
-        cls.mask = MessageListener("/camera/lane_mask", Image)
         cls.drive = DriveRecord(rospy.get_param("~waypoints_path"), ignored_frame=INJECTED)
-        for publisher in (cls.odometry, cls.path, cls.command, cls.image):
+        for publisher in (cls.odometry, cls.path, cls.command):
             wait_for_subscriber(publisher, 60.0)
         cls.pids = {node: wait_until(lambda node=node: pid_of(node), 60.0, node) for node in NODES}
 
@@ -48,7 +45,6 @@ class TopicsTest(unittest.TestCase):
             ("invalid paths", self.bad_paths),
             ("a path behind the car", self.path_behind),
             ("paths at 1 kHz", self.thousand_paths),
-            ("pictures", self.pictures),
             ("a second controller", self.second_controller),
         ):
             with self.subTest(name):
@@ -150,38 +146,10 @@ class TopicsTest(unittest.TestCase):
 
     def thousand_paths(self):
         due = time.monotonic()
-        for _ in range(1500):
+        for _ in range(500):
             self.path.publish(self.drive.paths.messages[-1])
             due += 0.001
             time.sleep(max(0.0, due - time.monotonic()))
-
-    def pictures(self):
-        good = Image(height=48, width=64, encoding="bgra8", step=256, data=bytes(48 * 256))
-        invalid = [
-            *({"encoding": name} for name in ("nonsense", "", "32FC1", "mono8", "yuv422")),
-            {"height": 480},
-            {"step": 7},
-            {"width": 0, "height": 0, "data": b""},
-            {"data": b"short"},
-            {"width": 2**31, "height": 2**31},
-            {"height": 1, "data": bytes(256)},
-            {"width": 1, "height": 1, "step": 4, "data": bytes(4)},
-        ]
-        for changes in invalid:
-            picture = copy.copy(good)
-            for name, value in changes.items():
-                setattr(picture, name, value)
-            self.image.publish(picture)
-            time.sleep(0.03)
-        before = len(self.mask.messages)
-        good.header.frame_id = "after the invalid ones"
-
-        def answered(mask):
-            self.image.publish(good)
-            return mask.header.frame_id == good.header.frame_id
-
-        self.image.publish(good)
-        self.mask.wait_for(answered, 60.0, after=before)
 
     def second_controller(self):
         for n in range(40):
