@@ -99,8 +99,12 @@ class LibraryCheck(RegionCheck):
             results = json.loads(lines[-1])
             if broken is not None or len(results["varied"]) == len(self._rows):
                 return results, broken
-        hint = "The last line of its output gives the cause. The check prints its results itself."
-        return broken or Problem("a result", last_line(output), hint)
+        hint = (
+            "The last line of its output gives the cause. exit() and quit() end the whole program. "
+            "The check prints its results itself."
+        )
+        own = "\n".join(line for line in output.splitlines() if line not in lines)
+        return broken or Problem("a result", f"it ends without one: {last_line(own)}", hint)
 
     def _problem(self, row: dict, got: Any, right: Any, names: dict) -> Problem | None:
         """Return the problem of a wrong result; None where only listed wrong results count."""
@@ -116,6 +120,8 @@ class LibraryCheck(RegionCheck):
             for digits in (3, 9)
             for show in shows
         ]
+        shapes = [np.array(value, object).shape for value in (right, got)]
+        texts.append([f"numbers of the shape {shape}" for shape in shapes])
         right_text, got_text = next((pair for pair in texts if pair[0] != pair[1]), texts[1])
         expected = row["expected"].replace("{right}", right_text)
         seen = row.get("seen", "{got}").replace("{got}", got_text or "nothing")
