@@ -4,7 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sdc_cockpit.drive_arguments import SIM_OPTIONS, SWITCHES, drive_arguments
+from sdc_cockpit.drive_arguments import drive_arguments
+from sdc_cockpit.protocol import page_schemas
 
 SCENARIOS = ["oval", "town"]
 VALUES = (
@@ -16,7 +17,7 @@ VALUES = (
     | st.sampled_from(["stanley", "$(eval 1)", "my_module:MySteering", "1 --screen"])
     | st.lists(st.integers(), max_size=2)
 )
-NAMES = st.sampled_from([*SWITCHES, *SIM_OPTIONS, "steering_method", "planned_speed_mps", "stack"])
+NAMES = st.sampled_from([*page_schemas()["drive"], "stack"])
 
 
 def test_chosen_values_become_arguments():
@@ -42,13 +43,13 @@ def test_chosen_values_become_arguments():
 @pytest.mark.parametrize(
     ("scenario", "values", "expected"),
     [
-        ("../town", {}, "scenario must be one of oval, town"),
-        ("", {"stack": "/tmp/evil.launch"}, "cannot choose 'stack'"),
-        ("", {"steering_method": "my_module:MySteering"}, "steering_method must be one of"),
-        ("", {"sync": "true"}, "sync must be true or false"),
-        ("", {"friction": 0}, "friction must be a number from 0.05 to 2"),
-        ("", {"planned_speed_mps": "$(eval 1)"}, "planned_speed_mps must be a number"),
-        ("", {"seed": 1.5}, "seed must be a whole number"),
+        ("../town", {}, "'scenario' is '../town'; .*(use one of oval, town|town)"),
+        ("", {"stack": "/tmp/evil.launch"}, "unknown key 'stack'"),
+        ("", {"steering_method": "my_module:MySteering"}, "'steering_method' is 'my_module"),
+        ("", {"sync": "true"}, "'sync' must be true or false"),
+        ("", {"friction": 0}, "'friction' must be a number from 0.05 to 2"),
+        ("", {"planned_speed_mps": "$(eval 1)"}, "'planned_speed_mps' must be a number"),
+        ("", {"seed": 1.5}, "'seed' must be a whole number"),
     ],
 )
 def test_value_that_is_not_on_the_list_is_refused(scenario, values, expected):

@@ -11,7 +11,7 @@ from sdc_common.driving import Command
 from sdc_sim.manual_control.keyboard import KeyboardControl, KeyboardControlRates
 
 STACK, PERSON, BRAKING = "stack", "person", "braking"
-_NO_KEYS: Mapping[str, Any] = {"held": frozenset()}
+_NO_KEYS: Mapping[str, Any] = {"held": ()}
 _STANDSTILL_MPS = 0.1
 # A longer pause between two updates moves pedals and steer no further than this [s].
 _MAX_STEP_S = 0.1
@@ -77,7 +77,7 @@ class RemoteDriving:
 
         Args:
             viewer: its number
-            controls: values of a message "keys" or "pedals", see protocol.MESSAGES
+            controls: values of a message "keys" or "pedals", see config/page.yaml
             now_s: the time
         """
         with self._lock:
@@ -117,7 +117,7 @@ class RemoteDriving:
 
     def _wanted(self, step_s: float) -> Command:
         if "held" in self._controls:
-            return self._keyboard.step(self._controls["held"], step_s)
+            return self._keyboard.step(frozenset(self._controls["held"]), step_s)
         reverse = self._keyboard.command.reverse
         self._keyboard.command = Command(**self._controls, reverse=reverse)
         return self._keyboard.command

@@ -6,36 +6,31 @@ texts, and pictures as bytes: a header, then the JPEG or PNG file.
 
 from __future__ import annotations
 
+import functools
 import json
 import struct
-from typing import Any, Callable, NamedTuple
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
 
-from sdc_common.validation import check_between, check_finite
-from sdc_sim.manual_control import keyboard
+import rospkg
+import yaml
+
+from sdc_sim.yaml_document import check_parameter
 
 MAX_MESSAGE_BYTES = 4096
 MAX_PICTURE_NUMBER = 2**32 - 1
-# Coordinates of a click beyond this are an error [m].
-_MAX_COORDINATE_M = 1e5
 # Kind, number, stamp in simulated time [s], wall time at which this stamp was new [s].
 _PICTURE_HEADER = struct.Struct("<BxxxIdd")
 PICTURE_HEADER_BYTES = _PICTURE_HEADER.size
 CAMERA, LANE_MASK, LANE_OVERLAY = 1, 2, 3
-_WITHOUT_VALUES = ("drive", "release", "pause", "resume", "step", "reset", "reverse", "stop")
-KEYS = (
-    keyboard.THROTTLE_KEYS
-    | keyboard.BRAKE_KEYS
-    | keyboard.LEFT_KEYS
-    | keyboard.RIGHT_KEYS
-    | {keyboard.HAND_BRAKE_KEY}
-)
 
 
 class Message(NamedTuple):
     """A message of a page.
 
     Attributes:
-        kind: a key of MESSAGES
+        kind: a key of `messages` in config/page.yaml
         values: the checked values of its fields
     """
 
@@ -43,64 +38,27 @@ class Message(NamedTuple):
     values: dict[str, Any] = {}
 
 
-def _number(low: float, high: float) -> Callable[[str, Any], float]:
-    def check(name: str, value: Any) -> float:
-        check_between(low, high, **{name: value})
-        return float(value)
-
-    return check
-
-
-def _finite(name: str, value: Any) -> float:
-    check_finite(**{name: value})
-    return float(value)
+@functools.lru_cache(maxsize=None)
+def page_schemas() -> dict[str, dict[str, dict]]:
+    """Return config/page.yaml."""
+    folder = Path(rospkg.RosPack().get_path("sdc_cockpit"))
+    return yaml.safe_load((folder / "config" / "page.yaml").read_text(encoding="utf-8"))
 
 
-def _picture(name: str, value: Any) -> int:
-    if isinstance(value, bool) or not isinstance(value, int):
-        raise ValueError(f"{name} must be a whole number")
-    check_between(0, MAX_PICTURE_NUMBER, **{name: value})
-    return value
+def check_fields(name: str, values: Any, fields: Mapping[str, dict], needed: Iterable[str]) -> None:
+    """Check an object of a page.
 
+    Args:
+        name: what the error calls it
+        values: its values
+        fields: the JSON schema of each field that it may have
+        needed: names of the fields that it must have
 
-def _keys(name: str, value: Any) -> frozenset[str]:
-    if not isinstance(value, list) or not all(isinstance(key, str) for key in value):
-        raise ValueError(f"{name} must be a list of key names")
-    unknown = set(value) - KEYS
-    if unknown:
-        raise ValueError(f"{name} has the unknown key {sorted(unknown)[0][:40]!r}")
-    return frozenset(value)
-
-
-def _of_type(wanted: type, noun: str) -> Callable[[str, Any], Any]:
-    def check(name: str, value: Any) -> Any:
-        if not isinstance(value, wanted):
-            raise ValueError(f"{name} must be {noun}")
-        return value
-
-    return check
-
-
-_SHARE = _number(0.0, 1.0)
-_COORDINATE = _number(-_MAX_COORDINATE_M, _MAX_COORDINATE_M)
-# Fields of each message, with a function that checks and returns the value.
-MESSAGES: dict[str, dict[str, Callable[[str, Any], Any]]] = {
-    **{name: {} for name in _WITHOUT_VALUES},
-    # The held keys of the driver, or the pedals and the steer of a gamepad or a touch screen. The
-    # page repeats them; their absence brakes the car.
-    "keys": {"held": _keys},
-    "pedals": {"throttle": _SHARE, "steer": _number(-1.0, 1.0), "brake": _SHARE},
-    # A click on the road, in the map frame [m].
-    "obstacle": {"x": _COORDINATE, "y": _COORDINATE},
-    # The page has drawn this picture.
-    "drawn": {"picture": _picture},
-    # Whether the page shows the lane mask and the overlay of the lane.
-    "show": {"mask": _of_type(bool, "true or false")},
-    # A new value of a live parameter; the node refuses unknown names and bad values.
-    "set": {"name": _of_type(str, "the name of a parameter"), "value": _finite},
-    # A scenario and arguments of ./drive; `drive_arguments` checks them.
-    "start": {"scenario": _of_type(str, "a name"), "arguments": _of_type(dict, "an object")},
-}
+    Raises:
+        ValueError: a field is unknown, missing or wrong
+    """
+    schema = {"type": "object", "additionalProperties": False}
+    check_parameter(name, values, {**schema, "properties": fields, "required": [*needed]})
 
 
 def read_message(text: str | bytes) -> Message:
@@ -119,15 +77,11 @@ def read_message(text: str | bytes) -> Message:
         raise ValueError("the JSON is nested too deeply") from None
     if not isinstance(values, dict):
         raise ValueError("a message is a JSON object")
-    kind = values.pop("type", None)
-    if not isinstance(kind, str) or kind not in MESSAGES:
+    kind, messages = values.pop("type", None), page_schemas()["messages"]
+    if not isinstance(kind, str) or kind not in messages:
         raise ValueError(f"unknown type {str(kind)[:40]!r}")
-    fields = MESSAGES[kind]
-    for name in set(fields) - set(values):
-        raise ValueError(f"a message of type {kind!r} needs {name}")
-    for name in sorted(set(values) - set(fields)):
-        raise ValueError(f"a message of type {kind!r} has no {name[:40]!r}")
-    return Message(kind, {name: check(name, values[name]) for name, check in fields.items()})
+    check_fields(f"a message of type {kind!r}", values, messages[kind], messages[kind])
+    return Message(kind, values)
 
 
 def picture_message(kind: int, number: int, stamp_s: float, wall_s: float, file: bytes) -> bytes:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import math
-from typing import Iterable
+from typing import Any, Callable, Iterable, Mapping
 
 
 def check_positive(**values: object) -> None:
@@ -13,30 +13,28 @@ def check_positive(**values: object) -> None:
     Args:
         values: the value of each parameter, by the parameter's name
     """
-    for name, value in values.items():
-        if not (is_number(value) and value > 0.0):  # type: ignore[operator]
-            raise ValueError(f"{name} must be a positive number, got {value!r}")
+    _check("a positive number", lambda value: value > 0.0, values)
 
 
 def check_non_negative(**values: object) -> None:
     """Raise ValueError for the first value that is no finite number of at least 0."""
-    for name, value in values.items():
-        if not (is_number(value) and value >= 0.0):  # type: ignore[operator]
-            raise ValueError(f"{name} must be a number that is not negative, got {value!r}")
+    _check("a number that is not negative", lambda value: value >= 0.0, values)
 
 
 def check_finite(**values: object) -> None:
     """Raise ValueError for the first value that is no finite number."""
-    for name, value in values.items():
-        if not is_number(value):
-            raise ValueError(f"{name} must be a finite number, got {value!r}")
+    _check("a finite number", lambda value: True, values)
 
 
 def check_between(low: float, high: float, **values: object) -> None:
     """Raise ValueError for the first value that is no number from `low` to `high`."""
+    _check(f"a number from {low:g} to {high:g}", lambda value: low <= value <= high, values)
+
+
+def _check(text: str, is_valid: Callable[[Any], bool], values: Mapping[str, object]) -> None:
     for name, value in values.items():
-        if not (is_number(value) and low <= value <= high):  # type: ignore[operator]
-            raise ValueError(f"{name} must be a number from {low:g} to {high:g}, got {value!r}")
+        if not (is_number(value) and is_valid(value)):
+            raise ValueError(f"{name} must be {text}, got {value!r}")
 
 
 def is_number(value: object) -> bool:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -87,17 +86,6 @@ def limited_speeds(
     Reference: N. R. Kapania, J. Subosits and J. C. Gerdes, A Sequential Two-Step Algorithm for Fast
     Generation of Vehicle Racing Trajectories, J. Dyn. Sys. Meas. Control 138(9), 2016, section 3.
     """
-    if isinstance(route, Route):
-        # Planner and referee of each drive need the same.
-        speed_mps, names = _of_route(route, limits)
-        return speed_mps.copy(), [*names]
-    return _speeds_and_reasons(route, limits)
-
-
-def _speeds_and_reasons(
-    route: Route | PathCurvature, limits: SpeedLimits
-) -> tuple[np.ndarray, list[str]]:
-    """Compute the result of `limited_speeds`."""
     curvature = np.abs(route.curvature)
     bend = np.sqrt(limits.lateral_mps2 / np.maximum(curvature, 1e-9))
     change = np.abs(np.gradient(route.curvature, route.s))
@@ -128,9 +116,6 @@ def _speeds_and_reasons(
         if speed[i] > _NEARLY * limit:
             reasons[i] = local_reasons[i]
     return np.array(speed), reasons
-
-
-_of_route = lru_cache(maxsize=4)(_speeds_and_reasons)
 
 
 def _reachable(

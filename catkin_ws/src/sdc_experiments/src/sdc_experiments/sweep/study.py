@@ -10,6 +10,9 @@ import os
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+import rospkg
+import yaml
+
 from sdc_experiments.sweep.settings import (
     IN_PROCESS,
     ROS,
@@ -27,74 +30,6 @@ from sdc_sim.yaml_document import YamlDocument, load_yaml, schema, validate
 MAX_CELLS = 1_000_000
 _DEFAULT_METRICS = ("cross_track_rms_m", "driving_score")
 _DEFAULT_TIMEOUT_S = 300.0
-
-_SEED = {
-    "type": "integer",
-    "minimum": 0,
-    "maximum": 2**32 - 1,
-    "description": "a whole number from 0 to 4294967295",
-}
-_STUDY = {
-    "type": "object",
-    "description": "a mapping with lines of 'key: value'",
-    "required": ["scenarios"],
-    "additionalProperties": False,
-    "properties": {
-        "about": {"type": "string", "pattern": r"\S", "description": "a line of text"},
-        "stack": {"enum": [IN_PROCESS, ROS]},
-        "scenarios": {
-            "type": "array",
-            "minItems": 1,
-            "uniqueItems": True,
-            "items": {
-                "type": "string",
-                "pattern": r"\S",
-                "description": "the name of a scenario, or the path of its file",
-            },
-            "description": "a list of different scenarios, such as [town, slalom]",
-        },
-        "settings": {"type": "object", "description": "a mapping, such as 'NAME: 1.0'"},
-        "factors": {
-            "type": "object",
-            "additionalProperties": {
-                "type": "array",
-                "minItems": 1,
-                "uniqueItems": True,
-                "description": "a list of different values, such as [1.0, 2.0]",
-            },
-            "description": "a mapping with a list for each name, such as 'NAME: [1.0, 2.0]'",
-        },
-        "seeds": {
-            "if": {"type": "array"},
-            "then": {
-                "type": "array",
-                "minItems": 1,
-                "uniqueItems": True,
-                "items": _SEED,
-                "description": "a list of different whole numbers",
-            },
-            "else": {
-                "type": "integer",
-                "minimum": 1,
-                "maximum": MAX_CELLS,
-                "description": "the number of seeds, or a list of whole numbers",
-            },
-        },
-        "metrics": {
-            "type": "array",
-            "minItems": 1,
-            "uniqueItems": True,
-            "items": {"enum": [*schema("scenario")["definitions"]["metrics"], *TRUE_METRICS]},
-            "description": "a list of metrics of the report, such as [cross_track_rms_m]",
-        },
-        "timeout_s": {
-            "type": "number",
-            "minimum": 1,
-            "maximum": 86400,
-            "description": "a number from 1 to 86400",
-        },
-    },
-}
 
 
 class Cell(NamedTuple):
@@ -185,7 +120,10 @@ def load_study(path: str) -> Study:
     document = load_yaml(path, "name a readable study: sweep.py STUDY.yaml")
     if document.values is None:
         raise document.error((), "the file is empty; add 'scenarios: [town]' and 'factors:'")
-    validate(document, _STUDY)
+    metrics = [*schema("scenario")["definitions"]["metrics"], *TRUE_METRICS]
+    study_schema = _schema()
+    study_schema["properties"]["metrics"]["items"] = {"enum": metrics}
+    validate(document, study_schema)
     values = document.values
     folder = os.path.dirname(os.path.abspath(document.path))
     stack = values.get("stack", IN_PROCESS)
@@ -213,6 +151,13 @@ def load_study(path: str) -> Study:
     )
     _check_whole(document, study)
     return study
+
+
+def _schema() -> dict[str, Any]:
+    """Return config/study.yaml."""
+    folder = rospkg.RosPack().get_path("sdc_experiments")
+    with open(os.path.join(folder, "config", "study.yaml"), encoding="utf-8") as file:
+        return yaml.safe_load(file)
 
 
 def _check_whole(document: YamlDocument, study: Study) -> None:
