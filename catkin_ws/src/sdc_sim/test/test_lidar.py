@@ -6,7 +6,7 @@ import os
 import numpy as np
 import pytest
 
-from sdc_sim.camera.buildings import Building
+from sdc_sim.camera.buildings import building
 from sdc_sim.camera.meshes import table_mesh
 from sdc_sim.physics.obstacles import KINDS, ObstacleState
 from sdc_sim.physics.traffic_lights import TrafficLightState
@@ -110,7 +110,7 @@ def points_above_ground(model, moment):
 )
 def test_buildings_are_those_of_the_camera(kind, size, least):
     scenery = scenery_of(kind, 18.0, 9.0, 0.7, size)
-    polygons = Building(scenery, 0).polygons
+    polygons = building(scenery, 0).polygons
     ranged = lidar(RoofLidar, scenery)
     for x_m, y_m in ((0.0, 0.0), (10.0, 28.0), (40.0, 9.0), (18.0, -8.0)):
         moment = Moment(0.0, VehicleState(x_m=x_m, y_m=y_m))

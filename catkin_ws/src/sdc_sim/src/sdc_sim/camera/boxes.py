@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Sequence
 
 import cv2
 import numpy as np
 
 from sdc_sim.camera.meshes import Mesh, table_mesh, traffic_light_mesh
 from sdc_sim.camera.painting import FIXED_POINT_BITS, SUN, footprint, shadow_hull
-from sdc_sim.camera.rasterizer import Face, PolygonRasterizer, fill
+from sdc_sim.camera.rasterizer import PolygonRasterizer, fill
+from sdc_sim.camera.solids import Solid
 from sdc_sim.physics.obstacles import COLOURS, ObstacleState
 from sdc_sim.physics.traffic_lights import GREEN, HEIGHT_M, OFF, RED, YELLOW, TrafficLightState
 from sdc_sim.physics.vehicle import VehicleState
@@ -105,48 +105,25 @@ def _mesh(box: Box) -> Mesh:
     return _table_mesh(box.kind)
 
 
-def project_boxes(
-    rasterizer: PolygonRasterizer,
-    boxes: Sequence[Box],
-    fog: np.ndarray,
-    fog_bgr: np.ndarray,
-) -> list[list[Face]]:
-    """Project all boxes of a picture together, which is faster than one by one.
-
-    Args:
-        rasterizer: projection for the pose
-        boxes: the boxes to draw
-        fog: share of the fog's colour in that of each box (len(boxes),)
-        fog_bgr: the fog's colour (3,)
-
-    Returns:
-        the visible faces of each box, in the order in which they are painted
-    """
-    if not boxes:
-        return []
-    meshes = [_mesh(box) for box in boxes]
-    counts = [len(mesh.colours) for mesh in meshes]
-    polygons, normals = _placed(meshes, boxes)
-    colours = _shaded_colours(meshes, boxes, normals)
-    colours += np.repeat(fog, counts)[:, None] * (fog_bgr - colours)
-    offset = polygons - rasterizer.eye
-    facing = (normals * offset[:, 0]).sum(axis=1) < 0.0
-    outlines, beyond = rasterizer.outlines(polygons)
-    # Faces of up to 1.25 pixels are left out.
-    extent = (outlines.max(axis=1) - outlines.min(axis=1)).max(axis=1)
-    facing &= ~beyond | (extent > (5 << FIXED_POINT_BITS) // 4)
-    depth = (offset.mean(axis=1) ** 2).sum(axis=1)
-    drawn: list[list[Face]] = []
-    for box, end, count in zip(boxes, np.cumsum(counts).tolist(), counts):
-        faces = end - count + np.flatnonzero(facing[end - count : end])
-        if box.kind == "pedestrian":
-            faces = faces[np.argsort(-depth[faces], kind="stable")]
-        drawn.append([])
-        for k in faces.tolist():
-            outline = outlines[k] if beyond[k] else rasterizer.outline(polygons[k])
-            if outline is not None:
-                drawn[-1].append(Face(outline, (*colours[k].tolist(), 255)))
-    return drawn
+def box_solid(box: Box, eye: np.ndarray) -> Solid:
+    """Return the faces of a box as an eye at x, y, z [m] sees them."""
+    mesh = _mesh(box)
+    c, s = np.cos(box.yaw_rad), np.sin(box.yaw_rad)
+    turn = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+    # The mesh of a traffic light is in metres already.
+    light = box.kind == "light"
+    size = np.array((1.0,) * 3 if light else (box.length_m, box.width_m, box.height_m))
+    polygons = (mesh.corners * size) @ turn + (box.x_m, box.y_m, 0.0)
+    normals = (mesh.normals / size) @ turn
+    normals /= np.sqrt((normals * normals).sum(axis=1))[:, None]
+    shade = np.maximum(0.62 + 0.42 * np.maximum(normals @ SUN, 0.0), mesh.glow)
+    colours = np.where(mesh.tinted[:, None], np.array(box.colour_bgr, float), mesh.colours)
+    bgr = np.minimum(colours * shade[:, None], 255.0)
+    solid = Solid(polygons, normals, bgr, np.zeros(len(bgr), bool))
+    if box.kind == "pedestrian":  # some faces hide others
+        far = ((polygons - eye).mean(axis=1) ** 2).sum(axis=1)
+        solid = Solid(*(column[np.argsort(-far, kind="stable")] for column in solid))
+    return solid
 
 
 def draw_box_shadow(picture: np.ndarray, rasterizer: PolygonRasterizer, box: Box) -> None:
@@ -169,33 +146,3 @@ def draw_box_shadow(picture: np.ndarray, rasterizer: PolygonRasterizer, box: Box
     fill(factor, outline - (low << FIXED_POINT_BITS), (dark, dark, dark, 255))
     part = picture[low[1] : high[1], low[0] : high[0]]
     cv2.multiply(part, factor, dst=part, scale=1.0 / 255.0)
-
-
-def _placed(meshes: Sequence[Mesh], boxes: Sequence[Box]) -> tuple[np.ndarray, np.ndarray]:
-    """Return corners (F, 8, 3) and unit normals (F, 3) of all faces in the map [m]."""
-    polygons, normals = [], []
-    for mesh, box in zip(meshes, boxes):
-        c, s = np.cos(box.yaw_rad), np.sin(box.yaw_rad)
-        turn = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
-        # The mesh of a traffic light is in metres already.
-        light = box.kind == "light"
-        size = np.array((1.0,) * 3 if light else (box.length_m, box.width_m, box.height_m))
-        polygons.append((mesh.corners * size) @ turn + np.array([box.x_m, box.y_m, 0.0]))
-        normals.append((mesh.normals / size) @ turn)
-    stacked = np.concatenate(normals)
-    stacked /= np.sqrt((stacked * stacked).sum(axis=1))[:, None]
-    return np.concatenate(polygons), stacked
-
-
-def _shaded_colours(
-    meshes: Sequence[Mesh], boxes: Sequence[Box], normals: np.ndarray
-) -> np.ndarray:
-    """Return blue, green, red of all faces in the light of the sun (F, 3)."""
-    counts = [len(mesh.colours) for mesh in meshes]
-    body = np.repeat(np.array([box.colour_bgr for box in boxes], float), counts, axis=0)
-    own = np.concatenate([mesh.colours for mesh in meshes])
-    tinted = np.concatenate([mesh.tinted for mesh in meshes])
-    glow = np.concatenate([mesh.glow for mesh in meshes])
-    shade = np.maximum(0.62 + 0.42 * np.maximum(normals @ SUN, 0.0), glow)
-    colours = np.where(tinted[:, None], body, own)
-    return np.minimum(colours * shade[:, None], 255.0)

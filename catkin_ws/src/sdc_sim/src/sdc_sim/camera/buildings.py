@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
 from typing import Sequence
 
 import numpy as np
 
 from sdc_sim.camera.painting import SUN, footprint
-from sdc_sim.camera.rasterizer import Face, PolygonRasterizer
+from sdc_sim.camera.solids import Solid
 from sdc_sim.road.scenery import (
     EAVES_SHARE,
     HOUSE,
@@ -16,12 +15,7 @@ from sdc_sim.road.scenery import (
     ROOF_BEYOND_EAVES_M,
     Scenery,
 )
-from sdc_sim.simulation.weather import Weather
 
-BUILDING_RANGE_M = 190.0
-CACHED_BUILDINGS = 256
-# Window panes farther away are smaller than a pixel.
-_PANES_RANGE_M = 85.0
 _WALLS_BGR = (
     (172, 196, 214),
     (150, 168, 190),
@@ -34,80 +28,17 @@ _ROOFS_BGR = ((56, 66, 120), (70, 72, 84), (60, 84, 128))
 _GLASS_BGR = (96, 82, 70)
 
 
-class BuildingPainter:
-    """Painter of the buildings of the scenery."""
-
-    def __init__(self, scenery: Scenery, weather: Weather):
-        self._weather = weather
-        self._building = lru_cache(CACHED_BUILDINGS)(lambda item: Building(scenery, item))
-
-    def project(
-        self, rasterizer: PolygonRasterizer, items: Sequence[int], ahead_m: np.ndarray
-    ) -> dict[int, list[Face]]:
-        """Project all buildings of a picture together, which is faster than one by one.
-
-        Args:
-            rasterizer: projection for the pose
-            items: numbers of the buildings in the scenery
-            ahead_m: their distances along the vehicle's heading (len(items),) [m]
-
-        Returns:
-            the visible faces of each building, in the order in which they are painted
-        """
-        drawn: dict[int, list[Face]] = {item: [] for item in items}
-        if not drawn:
-            return drawn
-        buildings = [self._building(item) for item in items]
-        all_polygons, counts, corner, normal, all_bgr, glass = (
-            np.concatenate([getattr(building, name) for building in buildings])
-            for name in ("polygons", "counts", "corner", "normal", "bgr", "glass")
-        )
-        part_of = np.repeat(np.arange(len(counts)), counts)
-        owner_of = np.repeat(np.arange(len(items)), [len(one.counts) for one in buildings])
-        facing = ((rasterizer.eye - corner) * normal).sum(axis=1) > 0.0
-        facing &= ~glass | (ahead_m[owner_of] < _PANES_RANGE_M)
-        polygons = np.flatnonzero(facing[part_of])
-        outlines, beyond = rasterizer.outlines(all_polygons[polygons])
-        # The near plane does not cut panes: those that it touches are left out.
-        seen = np.where(beyond, rasterizer.may_see(outlines), counts[part_of[polygons]] == 1)
-        polygons, outlines, beyond = polygons[seen], outlines[seen], beyond[seen]
-        starts = np.flatnonzero(np.diff(part_of[polygons], prepend=-1))
-        parts = part_of[polygons[starts]]
-        owner = owner_of[parts]
-        haze = 1.0 - np.exp(-np.maximum(ahead_m[owner], 0.0) / self._weather.haze_range_m)
-        bgr = all_bgr[parts]
-        bgr = bgr + haze[:, None] * (self._weather.fog_bgr - bgr)
-        every = list(outlines)
-        ends = [*starts[1:].tolist(), len(polygons)]
-        for number, count, start, end, colour in zip(
-            owner.tolist(), counts[parts].tolist(), starts.tolist(), ends, bgr.tolist()
-        ):
-            outline: np.ndarray | list[np.ndarray] | None = every[start]
-            if count > 1:
-                outline = every[start:end]
-            elif not beyond[start]:
-                outline = rasterizer.outline(all_polygons[polygons[start]])
-            if outline is not None:
-                drawn[items[number]].append(Face(outline, (*colour, 255.0)))
-        return drawn
+def building(scenery: Scenery, item: int) -> Solid:
+    """Return the faces of a building of the scenery, and the panes of its windows."""
+    return _Building(scenery, item).solid()
 
 
-class Building:
-    """Parts of a building in the map, in the order in which they are painted.
-
-    A part is a face, or the window panes of the face before it.
-
-    Attributes:
-        polygons: corners of the polygons of all parts (P, 4, 3) [m]
-        counts: number of polygons of each part (N,)
-        corner: a corner of the face (N, 3) [m]
-        normal: unit vectors out of the face (N, 3)
-        bgr: colours (N, 3)
-        glass: whether the part consists of panes (N,)
-    """
+class _Building:
+    """A building while its faces are added, in the order in which they are painted."""
 
     def __init__(self, scenery: Scenery, item: int):
-        self._parts: list[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, bool]] = []
+        # Polygons (k, 4, 3) of a face or of all its panes, its normal, and its colour.
+        self._parts: list[tuple[np.ndarray, np.ndarray, np.ndarray, bool]] = []
         variant, height_m = int(scenery.variant[item]), float(scenery.size_m[item, 2])
         wall = np.array(_WALLS_BGR[variant % 6], float)
         corners = footprint(scenery.position_m[item], scenery.yaw_rad[item], scenery.size_m[item])
@@ -115,10 +46,13 @@ class Building:
             self._add_house(corners, height_m, wall, np.array(_ROOFS_BGR[variant % 3], float))
         else:
             self._add_block(corners, height_m, wall)
-        polygons, corner, normal, bgr, glass = zip(*self._parts)
-        self.polygons, self.counts = np.concatenate(polygons), np.array([*map(len, polygons)])
-        self.corner, self.normal = np.array(corner), np.array(normal)
-        self.bgr, self.glass = np.clip(np.array(bgr), 0.0, 255.0), np.array(glass)
+
+    def solid(self) -> Solid:
+        """Return the faces."""
+        polygons, normals, bgr, is_pane = zip(*self._parts)
+        counts = [len(part) for part in polygons]
+        repeated = (np.repeat(np.array(one), counts, axis=0) for one in (normals, bgr, is_pane))
+        return Solid(np.concatenate(polygons), *repeated)
 
     def _add_house(
         self, corners: np.ndarray, height_m: float, wall: np.ndarray, roof: np.ndarray
@@ -162,12 +96,13 @@ class Building:
         quad = np.array(corners, float)
         normal = np.cross(quad[1] - quad[0], quad[2] - quad[0])
         normal /= np.linalg.norm(normal)
-        self._parts.append((quad[None], quad[0], normal, colour * (dim * _shade(normal)), False))
+        bgr = np.minimum(colour * (dim * _shade(normal)), 255.0)
+        self._parts.append((quad[None], normal, bgr, False))
 
     def _add_panes(self, panes: np.ndarray) -> None:
         """Add window panes (n, 4, 3) to the face that was added last."""
-        _, corner, normal, _, _ = self._parts[-1]
-        self._parts.append((panes, corner, normal, _shade(normal) * np.array(_GLASS_BGR), True))
+        normal = self._parts[-1][1]
+        self._parts.append((panes, normal, _shade(normal) * np.array(_GLASS_BGR), True))
 
 
 def _shade(normal: np.ndarray) -> float:

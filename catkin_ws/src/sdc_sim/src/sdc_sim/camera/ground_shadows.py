@@ -5,18 +5,17 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from sdc_sim.camera.cell_index import CellIndex
 from sdc_sim.camera.ground_textures import TILE_PX
 from sdc_sim.camera.painting import (
     FIXED_POINT_BITS,
     footprint,
     shadow_hull,
+    touching,
 )
 from sdc_sim.camera.road_rasterizer import fixed_point
 from sdc_sim.road.scenery import TREE, Scenery
 from sdc_sim.simulation.weather import Weather
 
-_CELL_M = 32.0
 _CROWN_CORNERS = 18
 
 
@@ -41,7 +40,6 @@ class GroundShadows:
         tip = position + height * shadow
         self._low = np.minimum(position, tip) - reach
         self._high = np.maximum(position, tip) + reach
-        self._index = CellIndex(self._low, self._high, _CELL_M)
 
     def _crowns(self, middle: np.ndarray, seed: int) -> np.ndarray:
         """Return the shadows (N, _CROWN_CORNERS, 2) of treetops around `middle` (N, 2) [m]."""
@@ -74,9 +72,7 @@ class GroundShadows:
         Returns:
             brightness (TILE_PX, TILE_PX) uint8, or None if no shadow falls on the tile
         """
-        near = self._index.near(origin_m, origin_m + size_m)
-        overlaps = (self._low[near] <= origin_m + size_m) & (self._high[near] >= origin_m)
-        near = near[np.all(overlaps, axis=1)]
+        near = touching(self._low, self._high, origin_m, origin_m + size_m)
         if len(near) == 0:
             return None
         shade = np.full((TILE_PX, TILE_PX), 255, np.uint8)

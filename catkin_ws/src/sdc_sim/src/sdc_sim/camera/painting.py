@@ -37,6 +37,13 @@ def lattice_noise(seed: int, octave: int, size_px: int, repeats: int) -> np.ndar
     return noise / noise.std()
 
 
+def touching(
+    low_m: np.ndarray, high_m: np.ndarray, lower_m: np.ndarray, upper_m: np.ndarray
+) -> np.ndarray:
+    """Return the numbers of the boxes with corners (N, 2) that touch a rectangle."""
+    return np.flatnonzero(((low_m <= upper_m) & (high_m >= lower_m)).all(axis=1))
+
+
 def halve(image: np.ndarray) -> np.ndarray:
     """Return the image at half its width and height."""
     return cv2.resize(image, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)

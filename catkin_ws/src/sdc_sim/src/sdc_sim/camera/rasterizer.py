@@ -14,6 +14,8 @@ from sdc_sim.camera.painting import FIXED_POINT_BITS
 NEAR_M = 0.4
 # The smooth edges of a polygon reach no farther beyond it.
 _EDGE_PX = 2
+# Polygons of up to this size are left out.
+_TINY_PX = 1.25
 
 
 class Face(NamedTuple):
@@ -64,9 +66,10 @@ class PolygonRasterizer:
         return self.pixels(optical), beyond
 
     def may_see(self, outlines: np.ndarray) -> np.ndarray:
-        """Return whether outlines (P, n, 2) may touch the picture (P,)."""
-        inside = (outlines.max(axis=1) >= -self._edge) & (outlines.min(axis=1) <= self._end)
-        return inside[:, 0] & inside[:, 1]
+        """Return whether outlines (P, n, 2) may touch the picture and are not tiny (P,)."""
+        low, high = outlines.min(axis=1), outlines.max(axis=1)
+        seen = ((high >= -self._edge) & (low <= self._end)).all(axis=1)
+        return seen & ((high - low).max(axis=1) > _TINY_PX * (1 << FIXED_POINT_BITS))
 
     def outline(self, polygon: np.ndarray) -> np.ndarray | None:
         """Return the outline (n, 2) of the visible part of a polygon (m, 3) of the map.

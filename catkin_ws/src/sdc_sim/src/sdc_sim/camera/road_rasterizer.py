@@ -7,9 +7,8 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from sdc_sim.camera.cell_index import CellIndex
 from sdc_sim.camera.ground_textures import TILE_PX
-from sdc_sim.camera.painting import FIXED_POINT_BITS, halve
+from sdc_sim.camera.painting import FIXED_POINT_BITS, halve, touching
 from sdc_sim.road.road import DASH_LENGTH_M, DASH_PERIOD_M, LINE_WIDTH_M, MARGIN_M, Road
 from sdc_sim.road.road_markings import stations
 
@@ -84,7 +83,8 @@ class _Pieces:
         end_left: unit vector to the left at its end (P, 2)
         stretch: number of the stretch of _STRETCH_M that it belongs to (P,); stretches end between
             two dashes, so that no piece cuts a dash
-        index: spatial index of the pieces
+        low: lower corner of a rectangle around all bands of a piece (P, 2) [m]
+        high: its upper corner (P, 2) [m]
     """
 
     def __init__(self, road: Road, samples: np.ndarray):
@@ -97,9 +97,8 @@ class _Pieces:
         self._length2 = np.sum(along * along, axis=1)
         self._twist = np.sum(along * (self.end_left - self.start_left), axis=1)
         reach = road.left_edge_m + 2.0
-        low = np.minimum(self.start, self.end) - reach
-        high = np.maximum(self.start, self.end) + reach
-        self.index = CellIndex(low, high, max(32.0, float(np.max(high - low)) / 2.0 + 0.1))
+        self.low = np.minimum(self.start, self.end) - reach
+        self.high = np.maximum(self.start, self.end) + reach
 
     def folds(self, pieces: np.ndarray, bands: _Bands) -> np.ndarray:
         """Return whether a band of a piece folds over itself, as in a tight turn (B, P)."""
@@ -161,7 +160,7 @@ class RoadRasterizer:
             two planes (TILE_PX, TILE_PX) uint8, or None if no road is on the tile
         """
         store = self._pieces[level // 2]
-        near = store.index.near(origin_m, origin_m + size_m)
+        near = touching(store.low, store.high, origin_m, origin_m + size_m)
         if len(near) == 0:
             return None
         canvas = _Canvas(origin_m, size_m / _SIDE_PX, level)

@@ -3,25 +3,27 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache, partial
 from typing import NamedTuple, Sequence
 
 import numpy as np
 
 from sdc_sim.camera.air import Air
-from sdc_sim.camera.boxes import Box, draw_box_shadow, project_boxes
-from sdc_sim.camera.buildings import BUILDING_RANGE_M, BuildingPainter
+from sdc_sim.camera.boxes import Box, box_solid, draw_box_shadow
+from sdc_sim.camera.buildings import building
 from sdc_sim.camera.camera_model import CameraModel
-from sdc_sim.camera.cell_index import CellIndex
 from sdc_sim.camera.paint_order import paint_order
 from sdc_sim.camera.rasterizer import NEAR_M, PolygonRasterizer, paint
+from sdc_sim.camera.solids import project
 from sdc_sim.camera.trees import TREE_RANGE_M, TreePainter
-from sdc_sim.road.scenery import BLOCK, HOUSE, TREE, Scenery
+from sdc_sim.road.scenery import BLOCK, TREE, Scenery
 
 # One more kind next to those of Scenery.
 _BOX = BLOCK + 1
 _BOX_RANGE_M = 400.0
+_BUILDING_RANGE_M = 190.0
 _SHADOW_RANGE_M = 55.0
-_CELL_M = 128.0
+_CACHED_BUILDINGS = 256
 
 
 class _Bodies(NamedTuple):
@@ -50,15 +52,12 @@ class SceneObjects:
     def __init__(self, scenery: Scenery, camera: CameraModel, air: Air, seed: int = 0):
         self.scenery = scenery
         self._trees = TreePainter(scenery, camera, seed, air.weather)
-        self._buildings = BuildingPainter(scenery, air.weather)
+        self._building = lru_cache(_CACHED_BUILDINGS)(partial(building, scenery))
         self._camera = camera
         self._air = air
         self._side = np.tan(camera.fov_rad / 2.0) * (1.0 + 1.0 / camera.width)
         self._fixed = self._bodies(
             scenery.kind, scenery.position_m, scenery.yaw_rad, scenery.size_m
-        )
-        self._index = (
-            CellIndex(scenery.position_m, scenery.position_m, _CELL_M) if len(scenery) else None
         )
 
     def _bodies(
@@ -68,7 +67,7 @@ class SceneObjects:
         tree = kind == TREE
         least = np.where(tree, 1.0, NEAR_M - radius)
         largest = np.where(
-            tree, TREE_RANGE_M, np.where(kind == _BOX, _BOX_RANGE_M, BUILDING_RANGE_M)
+            tree, TREE_RANGE_M, np.where(kind == _BOX, _BOX_RANGE_M, _BUILDING_RANGE_M)
         )
         forward = np.column_stack([np.cos(yaw), np.sin(yaw)])
         trim = np.where(tree, 0.35, 0.5)[:, None]
@@ -97,55 +96,44 @@ class SceneObjects:
             boxes: the boxes, in any order
             time_s: time of the picture, in which the rain falls [s]
         """
-        self._draw(picture, x_m, y_m, yaw_rad, boxes)
-        self._air.finish(picture, x_m, y_m, time_s)
-
-    def _draw(
-        self, picture: np.ndarray, x_m: float, y_m: float, yaw_rad: float, boxes: Sequence[Box]
-    ) -> None:
-        eye = self._camera.position_in_map(x_m, y_m, yaw_rad)[:2]
-        heading = (math.cos(yaw_rad), math.sin(yaw_rad))
-        items, bodies = np.zeros(0, np.int64), self._fixed
-        if self._index is not None:
-            items = self._index.near(eye - BUILDING_RANGE_M, eye + BUILDING_RANGE_M)
-            bodies = _Bodies(*(column[items] for column in self._fixed))
+        eye = self._camera.position_in_map(x_m, y_m, yaw_rad)
+        heading = np.array([math.cos(yaw_rad), math.sin(yaw_rad)])
+        weather, bodies, first_box = self._air.weather, self._fixed, len(self.scenery)
         if len(boxes):
-            bodies = self._with_boxes(bodies, boxes)
-        offset = bodies.position_m - eye
+            moving = self._bodies(
+                np.full(len(boxes), _BOX),
+                np.array([[box.x_m, box.y_m] for box in boxes]),
+                np.array([box.yaw_rad for box in boxes]),
+                np.array([[box.length_m, box.width_m, box.height_m] for box in boxes]),
+            )
+            bodies = _Bodies(*map(np.concatenate, zip(bodies, moving)))
+        offset = bodies.position_m - eye[:2]
         ahead, aside = offset @ heading, offset @ (-heading[1], heading[0])
         rows = np.flatnonzero(
             (ahead > bodies.least_ahead_m)
             & (ahead < bodies.most_ahead_m)
             & (np.abs(aside) < self._side * ahead + bodies.reach_aside_m)
         )
-        if len(rows) == 0:
-            return
         rows = rows[np.argsort(-np.hypot(ahead[rows], aside[rows]), kind="stable")]
         kinds = bodies.kind[rows]
         rasterizer = PolygonRasterizer(self._camera, x_m, y_m, yaw_rad)
-        built = np.sort(rows[(kinds == HOUSE) | (kinds == BLOCK)])
-        buildings = self._buildings.project(rasterizer, items[built].tolist(), ahead[built])
-        box_rows = rows[kinds == _BOX]
-        visible = [boxes[row - len(items)] for row in box_rows]
-        fog = np.maximum(self._air.weather.fog(ahead[box_rows]), 0.0)
-        fog_bgr = self._air.weather.fog_bgr
-        faces = dict(zip(box_rows.tolist(), project_boxes(rasterizer, visible, fog, fog_bgr)))
+        is_box = kinds == _BOX
+        built, box_rows = rows[~is_box & (kinds != TREE)], rows[is_box]
+        haze = 1.0 - np.exp(-np.maximum(ahead[built], 0.0) / weather.haze_range_m)
+        fog = np.maximum(weather.fog(ahead[box_rows]), 0.0)
+        buildings = [self._building(row) for row in built.tolist()]
+        visible = [boxes[row - first_box] for row in box_rows.tolist()]
+        solids = [box_solid(box, eye) for box in visible]
+        faces: dict = {}
+        for of_kind, bodies_of_kind, share in ((built, buildings, haze), (box_rows, solids, fog)):
+            drawn = project(rasterizer, bodies_of_kind, ahead[of_kind], share, weather.fog_bgr)
+            faces.update(zip(of_kind.tolist(), drawn))
         for row, box in zip(box_rows.tolist(), visible):
             if ahead[row] < _SHADOW_RANGE_M:
                 draw_box_shadow(picture, rasterizer, box)
-        kind_of, row_of = kinds.tolist(), rows.tolist()
-        for k in paint_order(bodies.corners_m[rows], eye, np.array(heading)):
-            row = row_of[k]
-            if kind_of[k] == TREE:
-                self._trees.draw(picture, int(items[row]), float(ahead[row]), float(aside[row]))
+        for row in rows[paint_order(bodies.corners_m[rows], eye[:2], heading)].tolist():
+            if row in faces:
+                paint(picture, faces[row])
             else:
-                paint(picture, faces[row] if kind_of[k] == _BOX else buildings[int(items[row])])
-
-    def _with_boxes(self, bodies: _Bodies, boxes: Sequence[Box]) -> _Bodies:
-        moving = self._bodies(
-            np.full(len(boxes), _BOX),
-            np.array([[box.x_m, box.y_m] for box in boxes]),
-            np.array([box.yaw_rad for box in boxes]),
-            np.array([[box.length_m, box.width_m, box.height_m] for box in boxes]),
-        )
-        return _Bodies(*(np.concatenate(both) for both in zip(bodies, moving)))
+                self._trees.draw(picture, row, float(ahead[row]), float(aside[row]))
+        self._air.finish(picture, x_m, y_m, time_s)
