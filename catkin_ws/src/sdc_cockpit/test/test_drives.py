@@ -158,8 +158,6 @@ def test_page_starts_stops_lists_and_compares_drives(standing_cockpit):
     ("display", "arguments", "served"),
     [
         ("", [], True),
-        ("", ["cockpit:=false"], False),
-        ("", ["headless:=true"], False),
         ("", ["sync:=true"], False),
         (":0", [], False),
     ],

@@ -102,6 +102,7 @@ def test_pictures_of_the_expert_are_on_its_line_and_off_it():
     assert on_line.answers[:, 1].min() > 2.0
 
 
+@pytest.mark.nightly
 @pytest.mark.slow(12)
 def test_network_that_steers_straight_on_drives_a_straight_road(tmp_path):
     torch = pytest.importorskip("torch", reason="docker/prepare imitation installs it")

@@ -76,6 +76,13 @@ def drive_nodes(
         frames: beginning of the names of pictures of the lane; "" for none
         given: other arguments of ./drive
     """
+    # On a busy machine an answer may take long; no tick is driven without one.
+    sim_options = {
+        "patience_s": 60.0,
+        "first_answer_s": 60.0,
+        "start_patience_s": 120.0,
+        **sim_options,
+    }
     given = {**given, "sim_options": options_text(sim_options)}
     topics = {"record": {"topics": [_LANE, _OVERLAY] if frames else [_LANE]}}
     with isolated_drive(scenario, given, topics, route_m) as (drive, problems):
