@@ -11,6 +11,7 @@ from sdc_common.driving import Command
 from sdc_common.geometry.route import Route
 from sdc_sim.physics.vehicle import Vehicle, VehicleState
 from sdc_sim.physics.vehicle_parameters import load_vehicle
+from sdc_sim.scenario.configuration import checked
 from sdc_sim.sensors.errors import ErrorSizes, SensorErrors
 from sdc_sim.sensors.model import Moment, SensorContext, sensor_settings
 from sdc_sim.sensors.motion_sensors import WHEEL_RADIUS_M, Gnss, wheel_speeds_radps
@@ -283,7 +284,7 @@ def test_reflections_offset_the_position_in_their_zone_and_wander():
 )
 def test_bad_setting_is_refused_by_its_name(name, values, message):
     with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
-        sensor_settings(name, values)
+        checked(name, values)
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,6 @@
 """An invalid parameter or file of the sim node is refused with one line that names it."""
 
+import math
 import os
 
 import pytest
@@ -49,13 +50,21 @@ def test_packaged_parameters_are_accepted(setup):
     ("changes", "parts"),
     [
         ({"frictoin": 0.5}, ["frictoin", "did you mean 'friction'"]),
-        ({"friction": -1.0}, ["friction", "config/sim.yaml"]),
+        ({"friction": 0.0}, ["friction must be a number from 0.001 to 100", "config/sim.yaml"]),
+        ({"side_wind_mps": 75.5}, ["side_wind_mps must be a number from -75 to 75"]),
+        ({"tick_s": 0.0}, ["tick_s must be a number from 0.001 to 1"]),
+        ({"tick_s": math.nan}, ["tick_s must be a number from 0.001 to 1"]),
         ({"sensor_latency_s": -0.1}, ["sensor_latency_s", "config/sim.yaml"]),
+        ({"command_patience_s": -1.0}, ["command_patience_s", "config/sim.yaml"]),
         ({"patience_s": -0.1}, ["patience_s", "config/sim.yaml"]),
+        ({"odometry_noise": {"position_m": -1.0}}, ["odometry_noise: 'position_m' must be"]),
+        ({"odometry_noise": {"height_m": 1.0}}, ["odometry_noise: unknown key 'height_m'"]),
+        ({"start": {"left_m": math.inf}}, ["start: 'left_m' must be"]),
+        ({"ackermann": {"kp_per_s": 0.0}}, ["ackermann: 'kp_per_s' must be a positive number"]),
         ({"daylight": 2.0}, ["daylight", "from 0 to 1", "config/sim.yaml"]),
         ({"weather": {"rain": 2.0}}, ["rain", "config/sim.yaml"]),
         ({"start": {"along_m": 1e6, "left_m": 0.0, "turned_rad": 0.0}}, ["along_m"]),
-        ({"bridge": "newer"}, ["bridge is 'newer'", "old, new"]),
+        ({"bridge": "newer"}, ["bridge is 'newer'; did you mean 'new'?", "config/sim.yaml"]),
         ({"ackermann": {"kp": 1.0}}, ["kp", "config/sim.yaml"]),
         ({"ackermann_cmd": "yes"}, ["ackermann_cmd is 'yes'", "auto, true, false"]),
         ({"drive_log": "/nowhere/log"}, ["drive_log: /nowhere/log: No such file"]),

@@ -33,14 +33,6 @@ def test_value_out_of_its_range_is_limited_and_reported(key, value, limit):
     assert limited == dataclasses.replace(command, **{key: limit})
 
 
-def test_conditions_out_of_range_are_refused_and_change_nothing():
-    vehicle = Vehicle(CAR, 100.0, 75.0)
-    for conditions, name in (((100.5, 0.0), "friction"), ((1.0, 75.5), "side_wind_mps")):
-        with pytest.raises(ValueError, match=name):
-            vehicle.set_conditions(*conditions)
-    assert (vehicle.friction, vehicle.side_wind_mps) == (100.0, 75.0)
-
-
 def test_reset_places_the_vehicle_at_rest_unless_a_speed_is_given():
     vehicle = Vehicle(CAR)
     vehicle.reset(1, 2, 3)

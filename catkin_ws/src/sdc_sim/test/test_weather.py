@@ -36,7 +36,7 @@ def contrast(picture, row):
 
 
 def test_default_parameters_are_clear_weather():
-    assert Weather.read(node_config("sdc_sim", "sim")["weather"]) == CLEAR == Weather()
+    assert Weather(**node_config("sdc_sim", "sim")["weather"]) == CLEAR == Weather()
 
 
 def test_fog_hides_distant_lines_and_not_near_ones(picture):
@@ -73,18 +73,3 @@ def test_rain_has_streaks_that_depend_on_place_and_time_only(picture):
 def test_low_sun_casts_long_dark_shadows():
     assert np.hypot(*Weather(low_sun=True).shadow_m_per_m) > 3.0
     assert Weather(low_sun=True).shade < 0.6 * CLEAR.shade
-
-
-@pytest.mark.parametrize(
-    ("values", "name"),
-    [
-        ({"fog_m": -1.0}, "fog_m"),
-        ({"rain": 1.5}, "rain"),
-        ({"worn_lines": "much"}, "worn_lines"),
-        ({"low_sun": 1}, "low_sun"),
-        ({"snow": 1.0}, "snow"),
-    ],
-)
-def test_wrong_weather_is_refused(values, name):
-    with pytest.raises(ValueError, match=f"weather.{name}"):
-        Weather.read(values)

@@ -58,7 +58,7 @@ def test_lane_is_found_before_the_car_starts(seed, weather, off_m):
     route, parameters = random_route(seed)[0], WEATHERS[weather]
     state = drive_setup("", route).simulation().snapshot.state
     pose = state.x_m, state.y_m, state.yaw_rad
-    renderer = Renderer(Road(route), weather=Weather.read(parameters["weather"]))
+    renderer = Renderer(Road(route), weather=Weather(**parameters["weather"]))
     settings = DetectorSettings.read(lab_parameters("lane_detector").__getitem__)
     detector = LaneDetector(settings, CameraModel().intrinsic_matrix())
     for tick in range(9):

@@ -189,7 +189,8 @@ def _describe(error: Any) -> tuple[list, str]:
                     return [*keys, key], f"key '{other}' is missing, '{key}' needs it; {fix}"
     found = _TYPE_NAMES.get(type(value)) or repr(value)[:40]
     if error.validator == "enum":
-        return keys, f"{name} is {found}; {_suggestion(str(value), rule)}"
+        known = [one if isinstance(one, str) else str(one).lower() for one in rule]
+        return keys, f"{name} is {found}; {_suggestion(str(value), known)}"
     return keys, f"{name} must be {_expected(error.schema)}, got {found}"
 
 

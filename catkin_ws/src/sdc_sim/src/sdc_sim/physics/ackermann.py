@@ -12,7 +12,6 @@ import math
 from dataclasses import dataclass, replace
 
 from sdc_common.driving import Command
-from sdc_common.validation import check_non_negative, check_positive
 from sdc_sim.physics.vehicle_dynamics import AIR_DENSITY_KGPM3, GRAVITY_MPS2
 from sdc_sim.physics.vehicle_parameters import VehicleParameters
 
@@ -39,11 +38,6 @@ class AckermannGains:
     max_speed_mps: float  # targets are limited to it
     standstill_mps: float  # below it a target of zero holds the vehicle with the brake
     hold_brake: float  # 0..1
-
-    def __post_init__(self) -> None:
-        values = {f"ackermann.{name}": value for name, value in vars(self).items()}
-        check_non_negative(**{"ackermann.ki_per_s2": values.pop("ackermann.ki_per_s2")})
-        check_positive(**values)
 
 
 class AckermannControl:

@@ -12,12 +12,10 @@ from dataclasses import dataclass
 from typing import Any, Callable
 
 from sdc_common.driving import Command
-from sdc_common.validation import check_between
 from sdc_sim.physics.vehicle_dynamics import fastest_rate_per_s
 from sdc_sim.physics.vehicle_motion import MotionConstants, integrate, step_count
 from sdc_sim.physics.vehicle_parameters import VehicleParameters
 
-_MAX_WIND_MPS = 75.0
 # Longest integration step unless a vehicle is given another one.
 INTERNAL_STEP_S = 0.005
 _MAX_INTERNAL_STEP_S = 0.01
@@ -59,8 +57,7 @@ class Vehicle:
         internal_step_s: longest integration step (Heun's method); `step` divides its duration
 
     Raises:
-        ValueError: a value is not a number or out of range, or the internal step is too long for
-            the stiffness of the tyres
+        ValueError: the internal step is too long for the stiffness of the tyres
     """
 
     def __init__(
@@ -83,13 +80,7 @@ class Vehicle:
         self.set_conditions(friction, side_wind_mps)
 
     def set_conditions(self, friction: float, side_wind_mps: float) -> None:
-        """Set the factor of the tyres' grip and the side wind from now on.
-
-        Raises:
-            ValueError: a value is not a number or out of range; nothing changes
-        """
-        check_between(1e-3, 100.0, friction=friction)
-        check_between(-_MAX_WIND_MPS, _MAX_WIND_MPS, side_wind_mps=side_wind_mps)
+        """Set the factor of the tyres' grip and the side wind from now on."""
         self.friction = friction
         self.side_wind_mps = side_wind_mps
         self._constants: Any = MotionConstants.of(self.parameters, friction, side_wind_mps)

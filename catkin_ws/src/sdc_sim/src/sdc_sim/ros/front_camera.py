@@ -125,7 +125,7 @@ class FrontCamera:
         self._connection = connection
         self._daylight = settings.daylight
         road = Road(load_waypoints(settings.waypoints_path))
-        weather = Weather.read(settings.weather)
+        weather = Weather(**settings.weather)
         self._renderer = Renderer(road, weather=weather)
         camera = self._renderer.camera
         self._free: queue.Queue[np.ndarray] = queue.Queue()

@@ -14,6 +14,7 @@ from sdc_sim.physics.obstacles import ObstaclePlan
 from sdc_sim.ros.loop_lock import LoopLock
 from sdc_sim.ros.message_conversion import MAP_FRAME, map_point, map_pose
 from sdc_sim.ros.simulation_setup import SimulationSetup
+from sdc_sim.scenario.configuration import checked
 
 
 class PauseControl:
@@ -125,7 +126,7 @@ class SimulationServices:
 
     def _reload(self) -> None:
         names = ("friction", "side_wind_mps", "odometry_noise")
-        values = {name: rospy.get_param("~" + name, None) for name in names}
+        values = {name: checked(name, rospy.get_param("~" + name, None)) for name in names}
         self._simulation.set_disturbances(**values)
         text = ", ".join(f"{name} {value}" for name, value in values.items())
         rospy.loginfo("sim: from tick %d on: %s", self._simulation.tick, text)

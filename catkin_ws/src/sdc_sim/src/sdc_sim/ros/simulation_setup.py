@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from typing import Any, Collection
+from typing import Any
 
 import numpy as np
 import rospy
@@ -13,15 +13,14 @@ from sdc_common.geometry.road_line import road_route
 from sdc_common.geometry.route import Route
 from sdc_common.ros.node import parameter, refuse
 from sdc_common.routes.waypoint_file import WaypointError, load_waypoints
-from sdc_common.validation import check_non_negative, suggestion
-from sdc_sim.physics.obstacles import KINDS
+from sdc_common.validation import suggestion
 from sdc_sim.physics.vehicle_parameters import VehicleParameters
 from sdc_sim.ros.bridge_versions import BRIDGE_VERSIONS
 from sdc_sim.ros.drive_log import DriveLog
 from sdc_sim.ros.picture_feed import PictureSettings
-from sdc_sim.scenario.configuration import build_simulation, sensors_that_are_on
+from sdc_sim.scenario.configuration import build_simulation, checked, sensors_that_are_on
 from sdc_sim.simulation.simulation import OccupiedError
-from sdc_sim.yaml_document import DocumentError, check_parameter, schema
+from sdc_sim.yaml_document import DocumentError
 
 
 class Parameters:
@@ -31,9 +30,12 @@ class Parameters:
         self._read: set[str] = set()
 
     def __call__(self, name: str) -> Any:
-        """Return the value of a parameter; without it the node ends with an error."""
+        """Return a parameter; if it is missing or not valid the node ends with an error."""
         self._read.add(name)
-        return parameter(name)
+        try:
+            return checked(name, parameter(name))
+        except ValueError as error:
+            refuse(f"{error}; fix it in config/sim.yaml")
 
     def refuse_unread(self) -> None:
         """End the node with an error if there is a parameter that was not read, as a misspelt one.
@@ -86,22 +88,15 @@ class SimulationSetup:
         self.waypoints_path: str = value("waypoints_path")
         self.preset: str = value("vehicle")
         self.truth = bool(value("truth"))
-        _check_known("clicked_obstacle", self.clicked_obstacle, KINDS)
-        _check_known("bridge", bridge, BRIDGE_VERSIONS)
-        _check_known("ackermann_cmd", self.ackermann_cmd, ("auto", True, False))
         self.bridge = BRIDGE_VERSIONS[bridge]
         try:
             self.route_m: np.ndarray = load_waypoints(self.waypoints_path)
             self.route = road_route(self.route_m)
             self.sensors = sensors_that_are_on(value)
             self.simulation = build_simulation(value, self.route, self.route_m)
-            options = schema("scenario")["properties"]
-            check_parameter("daylight", daylight, options["daylight"])
-            check_parameter("weather", weather, options["weather"])
-            check_non_negative(**self.timeouts_s)
         except (WaypointError, DocumentError, OccupiedError) as error:
             refuse(error)
-        except (TypeError, ValueError) as error:
+        except ValueError as error:
             refuse(f"{error}; fix it in config/sim.yaml")
         self.pictures = None
         if with_camera:
@@ -130,11 +125,6 @@ def _warn_of_tight_bends(route: Route, vehicle: VehicleParameters, path: str) ->
             "on less than %.1f m: it will leave the route there",
             *(path, x_m, y_m, radius_m, least_m),
         )
-
-
-def _check_known(name: str, value: str | bool, known: Collection[Any]) -> None:
-    if value not in known:
-        refuse(f"{name} is '{value}'; write one of {', '.join(str(one).lower() for one in known)}")
 
 
 def _drive_log(path: str) -> DriveLog:

@@ -9,7 +9,6 @@ from typing import Any, Callable
 import numpy as np
 
 from sdc_common.geometry.route import Route
-from sdc_common.validation import check_between
 from sdc_sim.physics.ackermann import AckermannControl, AckermannGains
 from sdc_sim.physics.obstacles import Obstacles
 from sdc_sim.physics.traffic_lights import TrafficLights
@@ -21,6 +20,19 @@ from sdc_sim.sensors.errors import OdometryNoise
 from sdc_sim.sensors.model import SensorSettings, sensor_settings
 from sdc_sim.sensors.suite import SensorSuite
 from sdc_sim.simulation.simulation import Simulation
+from sdc_sim.yaml_document import check_parameter, schema
+
+
+def checked(name: str, value: Any) -> Any:
+    """Return the value of a parameter of config/sim.yaml.
+
+    Raises:
+        ValueError: it is not valid by config/schemas; the message names the parameter
+    """
+    schemas = {**schema("scenario")["properties"], **schema("sim")}
+    if name in schemas:
+        check_parameter(name, value, schemas[name])
+    return value
 
 
 def build_simulation(
@@ -32,7 +44,7 @@ def build_simulation(
     """Return a simulation at its start.
 
     Args:
-        parameter: returns the parameter of config/sim.yaml with a given name, and those of
+        parameter: returns the checked parameter of config/sim.yaml with a given name, and those of
             sim.launch: vehicles_folder, and obstacles_path, the scenario ("" for none)
         route: the road
         waypoints_m: (N, 2) waypoints along which its scenery is placed [m]
@@ -41,7 +53,7 @@ def build_simulation(
     Raises:
         DocumentError: a file is not valid
         OccupiedError: an obstacle is at the start pose
-        TypeError, ValueError: a parameter is not valid
+        ValueError: a place is not on the route
     """
     obstacles_path = parameter("obstacles_path")
     vehicle = vehicle_class(
@@ -49,8 +61,6 @@ def build_simulation(
         friction=parameter("friction"),
         side_wind_mps=parameter("side_wind_mps"),
     )
-    command_timeout_s = parameter("command_patience_s")
-    check_between(0.0, 1e6, command_patience_s=command_timeout_s)
     tick_s, seed = parameter("tick_s"), parameter("seed")
     sensors = sensors_that_are_on(parameter)
     suite = None
@@ -61,7 +71,7 @@ def build_simulation(
     return Simulation(
         vehicle,
         tick_s,
-        command_timeout_s,
+        parameter("command_patience_s"),
         start=start_pose(route, **parameter("start")),
         obstacles=Obstacles(load_obstacles(obstacles_path, route)),
         lights=TrafficLights(load_lights(obstacles_path, route)),
@@ -74,11 +84,7 @@ def build_simulation(
 
 
 def sensors_that_are_on(parameter: Callable[[str], Any]) -> dict[str, SensorSettings]:
-    """Return the settings of the sensors with a period, by name.
-
-    Raises:
-        TypeError, ValueError: a setting is not valid
-    """
+    """Return the settings of the sensors with a period, by name."""
     values = {
         "imu": parameter("imu"),
         "gnss": parameter("gnss"),
@@ -103,15 +109,11 @@ def start_pose(
         turned_rad: angle from the direction of the route, positive left [rad]
 
     Raises:
-        ValueError: the place is not on the route, or a value is not finite
+        ValueError: the place is not on the route
     """
     if not 0.0 <= along_m <= route.length_m:
         raise ValueError(
             f"start along_m must be from 0 to the route's {route.length_m:.1f} m, got {along_m}"
-        )
-    if not (math.isfinite(left_m) and math.isfinite(turned_rad)):
-        raise ValueError(
-            f"start left_m and turned_rad must be finite, got {left_m} and {turned_rad}"
         )
     x, y = route.line.point_at(along_m)
     direction = route.line.direction_at(along_m)

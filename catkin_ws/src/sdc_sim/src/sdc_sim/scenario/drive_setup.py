@@ -15,7 +15,7 @@ from sdc_common.geometry.route import Route, checked_points
 from sdc_common.routes.waypoint_file import LARGEST_COORDINATE_M, load_waypoints, parse_waypoints
 from sdc_sim.physics.fleet import CompiledVehicle
 from sdc_sim.physics.vehicle import Vehicle
-from sdc_sim.scenario.configuration import build_simulation
+from sdc_sim.scenario.configuration import build_simulation, checked
 from sdc_sim.scenario.packaged import (
     PackagedFolders,
     find_route,
@@ -64,8 +64,12 @@ class DriveSetup:
             "vehicles_folder": PackagedFolders.find().vehicles,
             "obstacles_path": self.scenario.path if self.scenario is not None else "",
         }
+
+        def parameter(name: str) -> Any:
+            return checked(name, values[name])
+
         vehicle = CompiledVehicle if compiled else Vehicle
-        return build_simulation(values.__getitem__, self.route, self.waypoints_m, vehicle)
+        return build_simulation(parameter, self.route, self.waypoints_m, vehicle)
 
 
 def drive_setup(

@@ -8,8 +8,6 @@ from typing import Any, NamedTuple, Sequence
 
 import numpy as np
 
-from sdc_common.validation import check_non_negative
-
 # Number of the random stream of what is drawn once for each drive.
 _ONCE = 2**40
 
@@ -109,30 +107,19 @@ class OdometryNoise:
 
     Attributes:
         is_on: whether there is any noise
-
-    Raises:
-        ValueError: a standard deviation is negative or not a number
     """
 
     def __init__(
         self, seed: int, position_m: float = 0.0, heading_rad: float = 0.0, speed_mps: float = 0.0
     ):
-        self._sigmas = position_m, position_m, heading_rad, speed_mps
-        for name, sigma in zip(("position_m", "heading_rad", "speed_mps"), self._sigmas[1:]):
-            check_non_negative(**{f"odometry_noise.{name}": sigma})
-        self.is_on = any(self._sigmas)
+        self.set_deviations(position_m, heading_rad, speed_mps)
         self._seed = seed
         self._random = np.random.RandomState(seed)
 
-    def changed(self, **deviations: float) -> OdometryNoise:
-        """Return noise with other standard deviations that continues these random numbers.
-
-        Raises:
-            TypeError, ValueError: as for a new one
-        """
-        noise = OdometryNoise(self._seed, **deviations)
-        noise._random = self._random
-        return noise
+    def set_deviations(self, position_m: float, heading_rad: float, speed_mps: float) -> None:
+        """Set the standard deviations from now on; the random numbers continue."""
+        self._sigmas = position_m, position_m, heading_rad, speed_mps
+        self.is_on = any(self._sigmas)
 
     def apply(
         self, x_m: float, y_m: float, yaw_rad: float, speed_mps: float

@@ -18,7 +18,7 @@ from sdc_sim.physics.vehicle import VehicleState
 from sdc_sim.physics.vehicle_parameters import VehicleParameters
 from sdc_sim.road.scenery import Scenery
 from sdc_sim.sensors.errors import ErrorSizes, SensorErrors
-from sdc_sim.yaml_document import check_parameter, packaged_config, schema
+from sdc_sim.yaml_document import packaged_config
 
 # Names of the sensors in the settings, in the order in which they are published.
 SENSORS = ("imu", "gnss", "speedometer", "lidar", "planar_lidar", "wheel_speeds")
@@ -148,9 +148,5 @@ def sensor_settings(name: str, values: Mapping[str, Any]) -> SensorSettings:
     Args:
         name: one of SENSORS
         values: its settings by name; one that is missing has its default
-
-    Raises:
-        ValueError: a setting is unknown or out of range; the message names it
     """
-    check_parameter(name, values, schema("scenario")["properties"][name])
     return SensorSettings(**{**packaged_config("sim")[name], **values})

@@ -51,7 +51,6 @@ class Simulation:
         sensors: further sensors
 
     Raises:
-        ValueError: a value is out of range
         OccupiedError: an obstacle is at the start pose
     """
 
@@ -69,11 +68,6 @@ class Simulation:
         sensor_latency_s: float = 0.0,
         sensors: SensorSuite | None = None,
     ):
-        check_between(1e-3, 1.0, tick_s=tick_s)
-        check_between(0.0, 1e6, command_timeout_s=command_timeout_s)
-        check_between(
-            0.0, 100.0, command_latency_s=command_latency_s, sensor_latency_s=sensor_latency_s
-        )
         self.vehicle = vehicle
         self.tick_s = tick_s
         self.obstacles = obstacles or Obstacles()
@@ -215,13 +209,9 @@ class Simulation:
             friction: factor of the grip
             side_wind_mps: positive towards the left of the vehicle
             odometry_noise: standard deviations, the arguments of OdometryNoise
-
-        Raises:
-            TypeError, ValueError: a value is unknown, not a number or out of range; nothing changes
         """
-        noise = self._noise.changed(**odometry_noise)
         self.vehicle.set_conditions(friction, side_wind_mps)
-        self._noise = noise
+        self._noise.set_deviations(**odometry_noise)
 
     def observe_again(self) -> Snapshot:
         """Return the last snapshot with the present positions, without noise.

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-
-from sdc_common.validation import check_between, check_non_negative
 
 # In clear weather: colour and distance of the haze, offset of the shadow of an object of 1 m
 # height, brightness in the shadow.
@@ -45,26 +42,6 @@ class Weather:
     rain: float = 0.0
     low_sun: bool = False
     worn_lines: float = 0.0
-
-    def __post_init__(self):
-        check_non_negative(**{"weather.fog_m": self.fog_m})
-        check_between(0.0, 1.0, **{"weather.rain": self.rain})
-        check_between(0.0, 1.0, **{"weather.worn_lines": self.worn_lines})
-        if not isinstance(self.low_sun, bool):
-            raise ValueError(f"weather.low_sun must be true or false, got {self.low_sun!r}")
-
-    @classmethod
-    def read(cls, values: Mapping[str, Any]) -> Weather:
-        """Return the weather of a section of parameters.
-
-        Raises:
-            ValueError: a name is unknown, or a value is out of range
-        """
-        known = {field.name for field in fields(cls)}
-        unknown = sorted(set(values) - known)
-        if unknown:
-            raise ValueError(f"weather.{unknown[0]} is unknown; write one of {sorted(known)}")
-        return cls(**values)
 
     @property
     def shadow_m_per_m(self) -> np.ndarray:

@@ -95,7 +95,7 @@ class SceneMaker:
         """
         self._seed = first_seed
         self._light = parameters.get("daylight", 1.0)
-        self._weather = Weather.read(parameters.get("weather", {}))
+        self._weather = Weather(**parameters.get("weather", {}))
         self._camera = CameraModel()
 
     def scenes(self, count: int) -> Iterator[Scene]:
