@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from arcs import route
 
 from sdc_sim.camera.boxes import Box
 from sdc_sim.camera.camera_model import CameraModel
-from sdc_sim.camera.example_scenes import pose, route, traffic
 from sdc_sim.camera.renderer import Renderer
 from sdc_sim.road.road import DASH_LENGTH_M, DASH_PERIOD_M, Road
 from sdc_sim.road.road_markings import lane_points
@@ -13,8 +13,24 @@ from sdc_sim.road.road_markings import lane_points
 pytestmark = pytest.mark.slow(12)
 
 STRAIGHT = Road([[0.0, 0.0], [400.0, 0.0]])
-CURVY = Road(route(("s", 60), ("l", 40, 1.2), ("s", 30), ("r", 25, 1.6), ("s", 60), step_m=0.5))
-CROSSING = Road(route(("s", 60), ("l", 15, 1.5 * np.pi), ("s", 60)))
+CURVY = Road(route(60, (40, 1.2), 30, (25, -1.6), 60, step_m=0.5))
+CROSSING = Road(route(60, (15, 1.5 * np.pi), 60))
+
+
+def pose(road, s_m, left_m=0.0):
+    """Return x, y and yaw at a distance along a road and to the left of it."""
+    points, left = road.at(np.array([s_m]))
+    x, y = points[0] + left_m * left[0]
+    return float(x), float(y), float(np.arctan2(-left[0, 0], left[0, 1]))
+
+
+def traffic(road, s_m):
+    """Return a car, a pedestrian and a traffic light ahead of a position."""
+    return [
+        Box(*pose(road, s_m + 14.0)),
+        Box(*pose(road, s_m + 11.0, -3.4), 0.45, 0.6, 1.78, kind="pedestrian"),
+        Box(*pose(road, s_m + 24.0, -3.0), 0.4, 0.4, 3.4, (40, 40, 255), "light"),
+    ]
 
 
 class _Bare(Road):
@@ -106,7 +122,7 @@ def _line_errors(renderer, at, points, rows):
     ],
 )
 def test_solid_lines_are_where_the_geometry_puts_them(offset, s_m, aside_m, turn_rad):
-    road = _Bare(route(("s", 60), ("l", 40, 1.2), ("s", 30), ("r", 25, 1.6), ("s", 60), step_m=0.5))
+    road = _Bare(route(60, (40, 1.2), 30, (25, -1.6), 60, step_m=0.5))
     x, y, yaw = pose(road, s_m, aside_m)
     points, seen = lane_points(road, getattr(road, offset), s_m + 2.5, s_m + 24.0, step_m=0.1)
     errors = _line_errors(Renderer(road), (x, y, yaw + turn_rad), points[seen], range(262, 470, 4))
@@ -315,7 +331,7 @@ def test_a_pose_that_is_not_finite_is_refused(straight, arguments):
     [
         Road([[0.0, 0.0], [25.0, 10.0]]),
         CROSSING,
-        Road(route(("s", 20), ("l", 4, np.pi / 2), ("s", 20))),
+        Road(route(20, (4, np.pi / 2), 20)),
         Road([[0.0, 0.0], [50.0, 0.0], [0.0, 0.0]]),
     ],
     ids=["two points", "crossing", "tight left", "there and back"],

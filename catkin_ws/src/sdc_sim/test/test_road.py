@@ -2,17 +2,15 @@
 
 import numpy as np
 import pytest
+from arcs import route
 
 from sdc_common.geometry.road_line import road_route
-from sdc_sim.camera.example_scenes import route
 from sdc_sim.road.road import Road
 from sdc_sim.road.road_markings import lane_points
 
-LEFT_TURN = route(("s", 40), ("l", 4, np.pi / 2), ("s", 40))
-CROSSING = route(("s", 60), ("l", 15, 1.5 * np.pi), ("s", 60))
-ROUNDABOUT = np.vstack(
-    [route(("s", 50), ("l", 20, 2 * np.pi)), route(("s", 50), ("l", 20.3, 2 * np.pi))[51:]]
-)
+LEFT_TURN = route(40, (4, np.pi / 2), 40)
+CROSSING = route(60, (15, 1.5 * np.pi), 60)
+ROUNDABOUT = np.vstack([route(50, (20, 2 * np.pi)), route(50, (20.3, 2 * np.pi))[51:]])
 
 
 def test_lines_of_a_straight_road_lie_at_their_offsets():

@@ -10,24 +10,22 @@ import sys
 import cv2
 import numpy as np
 
-from sdc_sim.camera.example_scenes import TRAFFIC, pose, route, traffic
+from sdc_experiments.camera_scenes import TRAFFIC, pose, road, traffic
 from sdc_sim.camera.renderer import Renderer
-from sdc_sim.road.road import Road
 
-_STRAIGHTS_AND_TURNS = (
-    *(("s", 80), ("l", 40, 1.2), ("s", 60), ("r", 25, 1.6), ("s", 120), ("r", 60, 0.9)),
-    *(("l", 20, 1.8), ("s", 90), ("l", 4, 1.57), ("s", 80), ("r", 15, 1.57), ("s", 150)),
+_CURVY = (
+    *(80, (40, 69), 60, (25, -92), 120, (60, -52), (20, 103)),
+    *(90, (4, 90), 80, (15, -90), 150),
 )
 
 
 def strip() -> np.ndarray:
     """Return a strip of six pictures (960, 1920, 3) BGR."""
-    curvy = Road(route(*_STRAIGHTS_AND_TURNS))
-    ring = Road(route(("s", 60), ("r", 12, 0.8), ("l", 20, 5.6), ("r", 12, 0.8), ("s", 60)))
-    crossing = Road(route(("s", 120), ("l", 15, 4.71), ("s", 120)))
+    curvy, crossing = road(*_CURVY), road(120, (15, 270), 120)
+    ring = road(60, (12, -46), (20, 321), (12, -46), 60)
     frames = [
-        Renderer(road).render(*pose(road, s_m), traffic(road, s_m, actors), light)[..., :3]
-        for road, s_m, actors, light in (
+        Renderer(one).render(*pose(one, s_m), traffic(one, s_m, actors), light)[..., :3]
+        for one, s_m, actors, light in (
             (curvy, 30.0, (), 1.0),
             (ring, 75.0, TRAFFIC[1:2], 1.0),
             (curvy, 521.0, TRAFFIC[3:4], 1.0),

@@ -24,6 +24,8 @@ from sdc_common.geometry.route import Route
 from sdc_common.ros.conversion import command_message, path_message
 from sdc_common.routes.waypoint_file import load_waypoints
 from sdc_experiments.benchmarks.bare_loop import perspective_warp
+from sdc_experiments.camera_scenes import TRAFFIC, Actor, pose, traffic
+from sdc_experiments.camera_scenes import road as arcs
 from sdc_experiments.closed_loop import controller_with
 from sdc_experiments.configuration import node_parameters, vehicle_preset
 from sdc_package.car import MissionDriver
@@ -31,8 +33,6 @@ from sdc_package.lane_filter import LaneFilter, LaneFilterThresholds
 from sdc_package.local_path import ReferencePath
 from sdc_package.local_planner import LocalPlanner, PlannerSettings
 from sdc_package.waypoint_search import WaypointSearch
-from sdc_sim.camera.example_scenes import TRAFFIC, Actor, pose, traffic
-from sdc_sim.camera.example_scenes import route as arcs
 from sdc_sim.camera.renderer import Renderer
 from sdc_sim.physics.vehicle import Vehicle, VehicleState
 from sdc_sim.road.road import Road
@@ -104,7 +104,7 @@ def parts(_options: argparse.Namespace) -> Iterator[dict[str, float]]:
 
 def camera(_options: argparse.Namespace) -> Iterator[dict[str, float]]:
     """Yield the pictures of 640 x 480 per second, with the rasterization of the ground."""
-    road = Road(arcs(("s", 80), ("l", 40, 1.2), ("s", 60), ("r", 25, 1.6), ("s", 120)))
+    road = arcs(80, (40, 69), 60, (25, -92), 120)
     warp = perspective_warp()
 
     def rate(actors: tuple[Actor, ...]) -> float:

@@ -1,4 +1,4 @@
-"""Roads of straights and arcs with bodies on them: scenes for tests, benchmarks and pictures."""
+"""Roads of straights and arcs with bodies on them: scenes for benchmarks and pictures."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 
 from sdc_sim.camera.boxes import Box
 from sdc_sim.road.road import Road
+from sdc_sim.road.route_generator import generate_route
 
 # A body relative to the car: distance along the route [m], to the left of it [m], kind of the Box.
 Actor = Tuple[float, float, str]
@@ -35,34 +36,31 @@ _COLOURS_BGR = ((40, 40, 170), (160, 100, 40), (215, 215, 215), (60, 60, 60), (6
 _FIXED_COLOURS_BGR = {"light": (40, 40, 255), "obstacle": (30, 130, 235)}
 
 
-def route(*pieces: tuple, step_m: float = 1.0) -> np.ndarray:
-    """Return the waypoints of straights and arcs from the origin along x.
+def road(*elements: float | tuple[float, float]) -> Road:
+    """Return a road from the origin along x.
 
     Args:
-        *pieces: ('s', length [m]), ('l', radius [m], angle [rad]) or ('r', radius [m], angle [rad])
-        step_m: greatest distance between waypoints [m]
-
-    Returns:
-        waypoints (N, 2) [m]
+        elements: length of a straight [m], or radius [m] and angle [degrees] of an arc, which is
+            positive for a turn to the left
     """
-    points, x, y, yaw = [(0.0, 0.0)], 0.0, 0.0, 0.0
-    for kind, size, *rest in pieces:
-        curvature = {"s": 0.0, "l": 1.0 / size, "r": -1.0 / size}[kind]
-        length = size if kind == "s" else size * rest[0]
-        count = max(1, int(np.ceil(length / step_m)))
-        for _ in range(count):
-            d = length / count
-            turn = 0.5 * curvature * d
-            chord = d * np.sinc(turn / np.pi)
-            x += chord * np.cos(yaw + turn)
-            y += chord * np.sin(yaw + turn)
-            yaw += 2.0 * turn
-            points.append((x, y))
-    return np.array(points)
+    rows = [
+        {"straight_m": one}
+        if isinstance(one, (int, float))
+        else {
+            "left_deg" if one[1] > 0 else "right_deg": abs(one[1]),
+            "radius_m": one[0],
+            "transition_m": 0.01,
+        }
+        for one in elements
+    ]
+    start = {"x_m": 0.0, "y_m": 0.0, "heading_deg": 0.0}
+    # The y axis of the rows points to the right.
+    points = generate_route({"elements": rows, "start": start, "spacing_m": 1.0})[:, :2]
+    return Road(points * (1.0, -1.0))
 
 
 def pose(road: Road, s_m: float, left_m: float = 0.0) -> tuple[float, float, float]:
-    """Return a pose along the road: x [m], y [m] and yaw [rad].
+    """Return a pose along a road: x [m], y [m] and yaw [rad].
 
     Args:
         road: the road
