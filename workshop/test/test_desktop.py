@@ -16,8 +16,8 @@ from headless_browser import (
 from selenium.webdriver.common.by import By
 
 from sdc_common.processes import isolated_ros_environment, matching, processes_with
-from sdc_common.virtual_display import VirtualDisplay
 from sdc_testing.program import Program
+from sdc_testing.virtual_display import VirtualDisplay
 from sdc_workshop.workspace import PROJECT
 
 pytestmark = pytest.mark.slow(20)

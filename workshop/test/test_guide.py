@@ -6,7 +6,7 @@ import pytest
 from guide_blocks import read
 from guide_student import GUIDE, Student
 
-from sdc_common.virtual_display import VirtualDisplay
+from sdc_testing.virtual_display import VirtualDisplay
 from sdc_workshop.steps import load_steps
 from sdc_workshop.workspace import differences, solution_body
 

@@ -30,7 +30,7 @@ from sdc_workshop.workspace import PACKAGE, SOLUTION, WORLD, solution
 if TYPE_CHECKING:
     from rosmaster.master import Master
 
-    from sdc_common.virtual_display import VirtualDisplay
+    from sdc_testing.virtual_display import VirtualDisplay
 
 NAME = "/workshop_check"
 NEVER_RETURNED = "it never returned, and was ended"
@@ -112,7 +112,7 @@ class Stage:
     def display(self) -> VirtualDisplay | None:
         """A virtual display; None where its programs are not installed."""
         if self._display is None:
-            from sdc_common.virtual_display import VirtualDisplay
+            from sdc_testing.virtual_display import VirtualDisplay
 
             try:
                 if shutil.which("xdotool") is None:

@@ -4,7 +4,7 @@ import subprocess
 
 import pytest
 
-from sdc_common.virtual_display import VirtualDisplay
+from sdc_testing.virtual_display import VirtualDisplay
 
 
 def test_picture_has_the_size_of_the_screen_and_the_colour_of_its_root():

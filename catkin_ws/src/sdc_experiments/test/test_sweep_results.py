@@ -13,7 +13,7 @@ import yaml
 from sdc_experiments.sweep.cell_drive import code_version, drive_cell
 from sdc_experiments.sweep.heat_maps import heat_maps
 from sdc_experiments.sweep.page import write_page
-from sdc_experiments.sweep.results import Results, ResultsError, table, write_csv, write_parquet
+from sdc_experiments.sweep.results import Results, ResultsError, table, write_csv
 from sdc_experiments.sweep.statistics import combinations, estimate
 from sdc_experiments.sweep.study import Study, load_study
 
@@ -78,21 +78,6 @@ def test_table_has_a_column_for_each_setting_and_each_metric(tmp_path):
         ("2.0", "", "2"),
     ]
     assert (read[1]["status"], read[1]["cross_track_rms_m"]) == ("failed", "")
-
-
-def test_parquet_has_the_same_rows(tmp_path):
-    rows = table([row("a", k=1.5), row("b", "failed", None, k=2)])
-    problem = write_parquet(tmp_path / "results.parquet", rows)
-    if problem:
-        assert problem == "pyarrow is not installed"
-        assert not (tmp_path / "results.parquet").exists()
-        return
-    parquet = pytest.importorskip("pyarrow.parquet")
-    read = parquet.read_table(tmp_path / "results.parquet").to_pylist()
-    assert [(one["key"], one["k"], one["cross_track_rms_m"]) for one in read] == [
-        ("a", 1.5, 0.1),
-        ("b", 2.0, None),
-    ]
 
 
 def test_confidence_interval_is_that_of_students_t():

@@ -13,8 +13,8 @@ from cv_bridge import CvBridge
 from sensor_msgs.msg import Image
 
 from sdc_common.processes import wait_until
-from sdc_common.virtual_display import VirtualDisplay
 from sdc_testing import MessageListener, wait_for_subscriber
+from sdc_testing.virtual_display import VirtualDisplay
 
 TITLE = "camera: F"
 LIMIT_S = 40.0

@@ -17,9 +17,9 @@ from sdc_package.msg import CarlaVehicleControl
 from std_msgs.msg import Bool
 
 from sdc_common.processes import wait_until
-from sdc_common.virtual_display import VirtualDisplay
 from sdc_package.odometry import pose_and_speed
 from sdc_testing import MessageListener, wait_for_subscriber
+from sdc_testing.virtual_display import VirtualDisplay
 
 EGO = "/carla/ego_vehicle"
 TITLE = "hand control"

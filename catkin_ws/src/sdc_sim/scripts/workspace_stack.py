@@ -25,16 +25,16 @@ def main():
     given["waypoints_path"] = absolute_path(given["waypoints_path"])
     try:
         environment = workspace_environment(workspace)
-        launch = stack_launch(workspace, stack, environment, given["waypoints_path"])
+        words, xml = stack_launch(workspace, stack, environment, given["waypoints_path"])
     except WorkspaceError as error:
         sys.exit(str(error))
-    if launch.xml:
+    if xml:
         reader, writer = os.pipe()
-        os.write(writer, launch.xml.encode())
+        os.write(writer, xml.encode())
         os.close(writer)
         os.dup2(reader, STDIN)
     values = [f"{name}:={value}" for name, value in given.items()]
-    os.execvpe("roslaunch", ["roslaunch", *TIMEOUTS, *launch.arguments, *values], environment)
+    os.execvpe("roslaunch", ["roslaunch", *TIMEOUTS, *words, *values], environment)
 
 
 if __name__ == "__main__":

@@ -13,8 +13,8 @@ from sdc_msgs.msg import BaseWaypoint, Path
 from tf2_msgs.msg import TFMessage
 
 from sdc_common.processes import wait_until
-from sdc_common.virtual_display import VirtualDisplay
 from sdc_testing import MessageListener
+from sdc_testing.virtual_display import VirtualDisplay
 
 # Pixel of the window on the road ahead of the car.
 ON_THE_ROAD = (815, 560)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 
 from sdc_common.processes import wait_until
-from sdc_common.virtual_display import VirtualDisplay
+from sdc_testing.virtual_display import VirtualDisplay
 
 WINDOW_TIMEOUT_S = 30.0  # from the start of a node to its window
 

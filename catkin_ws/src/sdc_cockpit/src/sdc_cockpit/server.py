@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import errno
 import functools
 import os
 import socket
@@ -202,28 +203,14 @@ def bind(address: str, port: int) -> tuple[list[socket.socket], int]:
     Raises:
         OSError: the address is not one of this machine, or no port is free
     """
-    error: OSError = OSError(f"no port is free from {port} on")
     for candidate in range(port, min(port + PORTS_TO_TRY, 65536)):
         try:
             sockets = tornado.netutil.bind_sockets(candidate, address)
-        except OSError as problem:
-            error = problem
-            if not _is_taken(address, candidate):
-                break
-        else:
             return sockets, sockets[0].getsockname()[1]
-    raise error
-
-
-def _is_taken(address: str, port: int) -> bool:
-    """Return whether the address is valid, so that only the port can be the problem."""
-    family = socket.AF_INET6 if ":" in address else socket.AF_INET
-    with socket.socket(family, socket.SOCK_STREAM) as probe:
-        try:
-            probe.bind((address, 0))
-        except OSError:
-            return False
-    return port > 0
+        except OSError as error:
+            if error.errno not in (errno.EADDRINUSE, errno.EACCES):
+                raise
+    raise OSError(f"no port is free from {port} on")
 
 
 def page_address(address: str, port: int, token: str) -> str:

@@ -5,6 +5,9 @@ from __future__ import annotations
 import os
 from typing import Any
 
+import rospkg
+import yaml
+
 from sdc_sim.physics.vehicle_parameters import VehicleParameters, load_vehicle
 from sdc_sim.scenario.packaged import PackagedFolders, node_config
 
@@ -17,3 +20,10 @@ def node_parameters(node: str) -> dict[str, Any]:
 def vehicle_preset(name: str) -> VehicleParameters:
     """Return a vehicle of sdc_sim/config/vehicles."""
     return load_vehicle(os.path.join(PackagedFolders.find().vehicles, f"{name}.yaml"))
+
+
+def packaged_config(name: str) -> dict[str, Any]:
+    """Return the values of a file of config/ of this package, named without its ending."""
+    folder = rospkg.RosPack().get_path("sdc_experiments")
+    with open(os.path.join(folder, "config", name + ".yaml"), encoding="utf-8") as file:
+        return yaml.safe_load(file)

@@ -12,6 +12,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from sdc_experiments.closed_loop import drive_result
+from sdc_experiments.configuration import packaged_config
 from sdc_package.steering.loader import METHODS
 from sdc_sim.road.route_generator import generate_route
 
@@ -20,45 +21,6 @@ _FINE_M = 0.05
 _NOISE_ADDS_M = 0.1
 SPACINGS_M = (0.4, 1.0, 2.0, 5.0)
 SPEEDS_MPS = (10.0, 15.0, 25.0)
-
-
-def _bend(side: str, angle_deg: float, radius_m: float, transition_m: float) -> dict[str, float]:
-    return {f"{side}_deg": angle_deg, "radius_m": radius_m, "transition_m": transition_m}
-
-
-COURSES: dict[str, list[dict[str, float]]] = {
-    "track": [
-        {"straight_m": 200.0},
-        _bend("left", 90.0, 60.0, 40.0),
-        {"straight_m": 150.0},
-        _bend("right", 120.0, 120.0, 60.0),
-        {"straight_m": 100.0},
-        _bend("left", 60.0, 250.0, 100.0),
-        {"straight_m": 150.0},
-        _bend("left", 150.0, 40.0, 30.0),
-        {"straight_m": 60.0},
-        _bend("right", 80.0, 80.0, 40.0),
-        {"straight_m": 200.0},
-    ],
-    "highway": [
-        {"straight_m": 200.0},
-        _bend("left", 60.0, 300.0, 100.0),
-        {"straight_m": 100.0},
-        _bend("right", 50.0, 500.0, 120.0),
-        _bend("right", 70.0, 200.0, 80.0),
-        {"straight_m": 200.0},
-    ],
-    "streets": [
-        {"straight_m": 60.0},
-        _bend("left", 90.0, 15.0, 8.0),
-        {"straight_m": 60.0},
-        _bend("right", 90.0, 20.0, 12.0),
-        {"straight_m": 40.0},
-        _bend("left", 90.0, 30.0, 15.0),
-        _bend("right", 60.0, 25.0, 12.0),
-        {"straight_m": 80.0},
-    ],
-}
 
 
 class Recording(NamedTuple):
@@ -95,7 +57,8 @@ RECORDINGS = (
 def road(course: str) -> np.ndarray:
     """Return the points (M, 2) of a course, 0.05 m apart [m]."""
     start = {"x_m": 0.0, "y_m": 0.0, "heading_deg": 17.0}
-    spec = {"elements": COURSES[course], "start": start, "spacing_m": _FINE_M}
+    spec = {"elements": packaged_config("recorded_roads")[course], "start": start}
+    spec["spacing_m"] = _FINE_M
     return generate_route(spec)[:, :2]
 
 
@@ -137,7 +100,7 @@ def failures(exact: dict[str, Any], recorded: dict[str, Any], recording: Recordi
 
 def main() -> None:
     """Drive all courses with every steering method and print a table."""
-    for course in sys.argv[1:] or COURSES:
+    for course in sys.argv[1:] or packaged_config("recorded_roads"):
         road_m = road(course)
         for speed_mps in SPEEDS_MPS:
             for method in METHODS:

@@ -1,47 +1,41 @@
-"""The parts of the soak test: a route of many laps, and the judgement on a process."""
+"""Drive laps for many simulated hours in lockstep and watch every process.
+
+rosrun sdc_experiments soak.py [hours:=10] [camera:=false]
+
+The exit status is 0 if the drive was completed without a missed tick, no process grew by 5 MB or
+more after the warm-up, and no file stayed open.
+"""
 
 from __future__ import annotations
 
-from statistics import median
-from typing import NamedTuple, Sequence
+import contextlib
+import json
+import re
+import sys
+import tempfile
+import time
+from collections import defaultdict
+from pathlib import Path
 
 import numpy as np
+import psutil
 
+from sdc_common.processes import isolated_ros_environment
+from sdc_experiments.process_metrics import private_memory_mb, process_name, stack_processes
+from sdc_experiments.stack_launch import Program, running
+from sdc_sim.evaluation.route_progress import COMPLETED
 from sdc_sim.road.route_generator import generate_route
 
 SPEED_MPS = 10.0
 # The bends are wide enough for this speed.
 LAP = [{"straight_m": 200.0}, {"left_deg": 180.0, "radius_m": 40.0, "transition_m": 20.0}] * 2
-WARM_UP_PERCENT = 25.0
+MAX_GROWTH_MB = 5.0
+_WARM_UP_PERCENT = 25.0
 _MIN_SAMPLES = 5
-
-
-class ProcessSample(NamedTuple):
-    """The state of a process at one moment of the drive.
-
-    Attributes:
-        percent: completed share of the drive [%]
-        memory_mb: private memory [MB]
-        files: number of open files
-    """
-
-    percent: float
-    memory_mb: float
-    files: int
-
-
-class ProcessVerdict(NamedTuple):
-    """The judgement on a process.
-
-    Attributes:
-        memory_mb: private memory at the end of the warm-up [MB]
-        growth_mb: largest growth after that [MB]
-        leaked_files: number of files that stayed open
-    """
-
-    memory_mb: float
-    growth_mb: float
-    leaked_files: int
+_SAMPLE_PERIOD_S = 0.25
+_PROGRESS = re.compile(r"referee: *([0-9.]+) %")
+# The route takes long to load, and a busy machine must not cause a missed tick.
+_SIM_OPTIONS = "{start_patience_s: 600.0, patience_s: 60.0}"
 
 
 def laps(hours: float) -> np.ndarray:
@@ -58,27 +52,89 @@ def laps(hours: float) -> np.ndarray:
     return np.tile(lap, (max(1, int(np.ceil(3600.0 * hours * SPEED_MPS / len(lap)))), 1))
 
 
-def judge(samples: Sequence[ProcessSample]) -> ProcessVerdict | None:
+def judge(samples: np.ndarray) -> tuple[float, float, int] | None:
     """Return the verdict on a process, or None if it did not run during most of the drive.
 
     Samples at the last percentage do not count: they may be from after the drive, when the report
     is written.
 
     Args:
-        samples: samples of one process in the order of time
+        samples: (N, 3) completed share of the drive [%], private memory [MB] and number of open
+            files of the process, in the order of time
+
+    Returns:
+        memory at the end of the warm-up [MB], largest growth after that [MB], number of files that
+        stayed open
     """
-    driven = [
-        sample for sample in samples if WARM_UP_PERCENT <= sample.percent < samples[-1].percent
-    ]
+    percent = samples[:, 0]
+    driven = samples[(percent >= _WARM_UP_PERCENT) & (percent < percent[-1])]
     if len(driven) < _MIN_SAMPLES:
         return None
+    memory_mb, files = driven[:, 1], driven[:, 2]
     # Each request to the master opens a file for a moment: medians ignore it.
     tenth = max(1, len(driven) // 10)
-    leaked = median(sample.files for sample in driven[-tenth:]) - median(
-        sample.files for sample in driven[:tenth]
+    leaked = round(float(np.median(files[-tenth:]) - np.median(files[:tenth])))
+    return float(memory_mb[0]), float(memory_mb.max() - memory_mb[0]), max(0, leaked)
+
+
+def _sample(launch: Program, samples: dict[tuple[str, int], list], percent: float) -> float:
+    """Add one sample of each process by name and number; return the completed share [%]."""
+    with open(launch.log, "rb") as file:
+        file.seek(max(0, launch.log.stat().st_size - 4096))
+        printed = _PROGRESS.findall(file.read().decode(errors="replace"))
+    percent = float(printed[-1]) if printed else percent
+    for process in stack_processes(launch.environment["ROS_MASTER_URI"]):
+        with contextlib.suppress(psutil.Error):
+            row = percent, private_memory_mb(process), process.num_fds()
+            samples[process_name(process), process.pid].append(row)
+    return percent
+
+
+def soak(hours: float, camera: str, folder: Path) -> bool:
+    """Drive all laps, print the drive and a table of all processes; return whether all is good."""
+    route, report = folder / "laps.csv", folder / "report.json"
+    np.savetxt(route, laps(hours), fmt="%.4f", delimiter=",")
+    command = [
+        *(sys.executable, "-m", "sdc_common.ros.safe_launch", "sdc_package", "all.launch"),
+        *("headless:=true", "sync:=true", f"camera:={camera}"),
+        *(f"waypoints_path:={route}", f"report:={report}", f"sim_options:={_SIM_OPTIONS}"),
+    ]
+    samples: dict[tuple[str, int], list] = defaultdict(list)
+    percent = 0.0
+    with isolated_ros_environment(folder / "ros") as environment, running(
+        command, environment, folder
+    ) as launch:
+        while launch.process.poll() is None:
+            percent = _sample(launch, samples, percent)
+            time.sleep(_SAMPLE_PERIOD_S)
+    if not report.exists():
+        print(f"no report:\n{launch.output[-3000:]}")
+        return False
+    metrics = json.loads(report.read_text(encoding="utf-8"))
+    print(
+        f"{metrics['status']}: {metrics['duration_s'] / 3600.0:.2f} simulated hours, "
+        f"{metrics['ticks']} ticks, {metrics['missed_ticks']} missed, "
+        f"{metrics['real_time_factor']:.0f} times real time"
     )
-    return ProcessVerdict(
-        driven[0].memory_mb,
-        max(sample.memory_mb for sample in driven) - driven[0].memory_mb,
-        max(0, round(leaked)),
+    good = metrics["status"] == COMPLETED and metrics["missed_ticks"] == 0
+    print("| process | memory after warm-up | growth | files left open |\n|---|---|---|---|")
+    for (name, _), rows in sorted(samples.items()):
+        if (verdict := judge(np.array(rows))) is not None:
+            memory_mb, growth_mb, leaked = verdict
+            print(f"| {name} | {memory_mb:.1f} MB | {growth_mb:.2f} MB | {leaked} |")
+            good = good and growth_mb < MAX_GROWTH_MB and leaked == 0
+    return good
+
+
+def main() -> None:
+    """Run the command."""
+    arguments = dict(
+        word.split(":=", 1) for word in sys.argv[1:] if ":=" in word and not word.startswith("__")
     )
+    hours, camera = float(arguments.pop("hours", "10")), arguments.pop("camera", "false")
+    if arguments or not hours > 0.0 or camera not in ("true", "false"):
+        sys.exit(__doc__)
+    with tempfile.TemporaryDirectory(prefix="soak-") as folder:
+        good = soak(hours, camera, Path(folder))
+    print("flat" if good else "NOT flat")
+    sys.exit(0 if good else 1)

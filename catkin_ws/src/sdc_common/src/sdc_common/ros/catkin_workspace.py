@@ -12,9 +12,8 @@ import os
 import subprocess
 import sys
 import xml.etree.ElementTree as ElementTree
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
-from typing import NamedTuple
 
 import rospkg
 
@@ -35,13 +34,6 @@ _NETWORK_VARIABLES = ("ROS_MASTER_URI", "ROS_IP", "ROS_HOSTNAME")
 
 class WorkspaceError(ValueError):
     """A workspace or stack that cannot be launched; the message is one line with the fix."""
-
-
-class StackLaunch(NamedTuple):
-    """The arguments of roslaunch and, if they contain "-", the launch file for its input."""
-
-    arguments: tuple[str, ...]
-    xml: str = ""
 
 
 def absolute_path(path: str) -> str:
@@ -81,7 +73,7 @@ def workspace_environment(workspace: str) -> dict[str, str]:
 
 def stack_launch(
     workspace: str, stack: str, environment: Mapping[str, str], waypoints_path: str = ""
-) -> StackLaunch:
+) -> tuple[tuple[str, ...], str]:
     """Return what roslaunch needs to launch a stack of a workspace.
 
     Args:
@@ -91,6 +83,9 @@ def stack_launch(
         environment: that of the workspace
         waypoints_path: value of the parameter of this name of each node in a list of nodes
 
+    Returns:
+        the arguments of roslaunch and, if they contain "-", the launch file for its input
+
     Raises:
         WorkspaceError: the workspace has no such launch file or node
     """
@@ -99,24 +94,28 @@ def stack_launch(
     if not words[0].endswith(".launch"):
         words = stack.split()
     elif os.path.isfile(absolute_path(words[0])):
-        return StackLaunch((absolute_path(words[0]),))
+        return (absolute_path(words[0]),), ""
+    prefixes = filter(None, environment.get("CMAKE_PREFIX_PATH", "").split(os.pathsep))
+    built = [Path(prefix) / "lib" for prefix in prefixes]
     launch = ElementTree.Element("launch")
     for word in words:
         package, _, name = word.partition("/")
-        folders = _package_folders(package, packages, environment)
+        is_known = package in packages.list()
+        source = [packages.get_path(package)] if is_known else []
+        folders = [*source, *(one / package for one in built)]
         if not any(name in files for folder in folders for _, _, files in os.walk(folder)):
             raise WorkspaceError(
                 f"workspace:={workspace}: "
-                + (f"package {package} has no {name!r}" if folders else f"no package {package!r}")
+                + (f"package {package} has no {name!r}" if is_known else f"no package {package!r}")
                 + "; give stack:=FILE.launch, stack:=PACKAGE/FILE.launch or "
                 'stack:="PACKAGE/NODE PACKAGE/NODE"'
             )
         if name.endswith(".launch"):
-            return StackLaunch((package, name))
+            return (package, name), ""
         attributes = {"pkg": package, "type": name, "name": name.split(".")[0]}
         node = ElementTree.SubElement(launch, "node", attributes, output="screen")
         ElementTree.SubElement(node, "param", name="waypoints_path", value=waypoints_path)
-    return StackLaunch(("-",), ElementTree.tostring(launch, encoding="unicode"))
+    return ("-",), ElementTree.tostring(launch, encoding="unicode")
 
 
 def check_stack(workspace: str, stack: str) -> None:
@@ -129,18 +128,6 @@ def check_stack(workspace: str, stack: str) -> None:
         stack_launch(workspace, stack, workspace_environment(workspace))
     elif stack:
         _check_that_nodes_are_found(Path(absolute_path(stack)))
-
-
-def _package_folders(
-    package: str, packages: rospkg.RosPack, environment: Mapping[str, str]
-) -> Sequence[str]:
-    """Return the folders that contain files of a package; none if there is no such package."""
-    try:
-        source = packages.get_path(package)
-    except rospkg.ResourceNotFound:
-        return []
-    prefixes = environment.get("CMAKE_PREFIX_PATH", "").split(os.pathsep)
-    return [source, *(os.path.join(prefix, "lib", package) for prefix in prefixes if prefix)]
 
 
 def _check_that_nodes_are_found(stack: Path) -> None:

@@ -106,14 +106,11 @@ def _read_text(path: str) -> str:
         with open(path, "rb") as file:
             return file.read().decode("utf-8-sig")
     except OSError as error:
-        raise WaypointError(
-            f"{path}: the file cannot be read ({error.strerror or error}); "
-            "set waypoints_path to a readable CSV file"
-        ) from error
+        problem = f"the file cannot be read ({error.strerror or error}); "
+        problem += "set waypoints_path to a readable CSV file"
     except UnicodeDecodeError as error:
-        raise WaypointError(
-            f"{path}: the file is not text (byte {error.start}); save it as CSV in UTF-8"
-        ) from error
+        problem = f"the file is not text (byte {error.start}); save it as CSV in UTF-8"
+    raise WaypointError(f"{path}: {problem}")
 
 
 def _is_number(field: str) -> bool:

@@ -18,7 +18,6 @@ from sdc_experiments.sweep.results import (
     ResultsError,
     table,
     write_csv,
-    write_parquet,
 )
 from sdc_experiments.sweep.settings import ROS
 from sdc_experiments.sweep.study import Cell, Study, load_study
@@ -153,11 +152,7 @@ def _write(study: Study, cells: list[Cell], results: Results) -> None:
     rows = [results.rows[cell.key] for cell in cells if cell.key in results.rows]
     if not rows:
         return
-    flat = table(rows)
-    write_csv(results.folder / "results.csv", flat)
-    problem = write_parquet(results.folder / "results.parquet", flat)
-    if problem:
-        print(f"sweep: results.parquet is not written: {problem}; results.csv has the same")
+    write_csv(results.folder / "results.csv", table(rows))
     page = write_page(results.folder, study, rows, len(cells) - len(rows))
     print(f"sweep: {len(rows)} of {len(cells)} drives, see {page} and results.csv", flush=True)
 

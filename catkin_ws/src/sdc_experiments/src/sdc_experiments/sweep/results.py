@@ -156,27 +156,3 @@ def write_csv(path: Path, rows: Sequence[Mapping]) -> None:
         writer = csv.DictWriter(file, names)
         writer.writeheader()
         writer.writerows(rows)
-
-
-def write_parquet(path: Path, rows: Sequence[Mapping]) -> str:
-    """Write rows into a Parquet file; return "" or the reason why it was not written."""
-    names = list(dict.fromkeys(name for row in rows for name in row))
-    columns = {name: _column([row.get(name) for row in rows]) for name in names}
-    try:
-        import pyarrow
-        import pyarrow.parquet
-
-    except ImportError:
-        return "pyarrow is not installed"
-    pyarrow.parquet.write_table(pyarrow.table(columns), str(path))
-    return ""
-
-
-def _column(values: list) -> list:
-    """Return values of one type: numbers, or texts where one value is a text."""
-    if any(isinstance(value, str) and value for value in values):
-        return [None if value is None else text(value) for value in values]
-    numbers = [None if value == "" else value for value in values]
-    if all(isinstance(value, bool) or value is None for value in numbers):
-        return numbers
-    return [None if value is None else float(value) for value in numbers]

@@ -10,9 +10,7 @@ import os
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-import rospkg
-import yaml
-
+from sdc_experiments.configuration import packaged_config
 from sdc_experiments.sweep.settings import (
     IN_PROCESS,
     ROS,
@@ -121,7 +119,7 @@ def load_study(path: str) -> Study:
     if document.values is None:
         raise document.error((), "the file is empty; add 'scenarios: [town]' and 'factors:'")
     metrics = [*schema("scenario")["definitions"]["metrics"], *TRUE_METRICS]
-    study_schema = _schema()
+    study_schema = packaged_config("study")
     study_schema["properties"]["metrics"]["items"] = {"enum": metrics}
     validate(document, study_schema)
     values = document.values
@@ -151,13 +149,6 @@ def load_study(path: str) -> Study:
     )
     _check_whole(document, study)
     return study
-
-
-def _schema() -> dict[str, Any]:
-    """Return config/study.yaml."""
-    folder = rospkg.RosPack().get_path("sdc_experiments")
-    with open(os.path.join(folder, "config", "study.yaml"), encoding="utf-8") as file:
-        return yaml.safe_load(file)
 
 
 def _check_whole(document: YamlDocument, study: Study) -> None:
