@@ -37,7 +37,7 @@ class DriveTest(unittest.TestCase):
         for name, (metric, default) in BOUNDS.items():
             if parameters[name] or not scenario:
                 drive.limits.at_most[metric] = float(parameters[name] or default)
-        lines = drive.run(parameters["wall_limit_s"], is_stopped=rospy.is_shutdown)
+        lines = drive.run(parameters["wall_limit_s"])
         self.assertEqual(
             lines, [], "\n".join([f"limits violated, see {drive.report_path}", *lines])
         )

@@ -21,9 +21,8 @@ import signal
 import subprocess
 import sys
 import tempfile
-import time
 import xml.etree.ElementTree as ElementTree
-from typing import Any, Callable, Iterator, Mapping
+from typing import Any, Iterator, Mapping
 
 import numpy as np
 import rospkg
@@ -133,7 +132,7 @@ class CheckedDrive:
         parameters: parameters by the name of their node, which override its configuration
 
     Attributes:
-        environment: environment variables of the launch, unless `run` gets others
+        environment: environment variables of the launch
 
     Raises:
         DocumentError, WaypointError, WorkspaceError, OSError: the scenario cannot be driven.
@@ -170,20 +169,14 @@ class CheckedDrive:
             "report": report_path,
         }
 
-    def run(
-        self,
-        timeout_s: float,
-        is_stopped: Callable[[], bool] = lambda: False,
-        environment: Mapping[str, str] | None = None,
-    ) -> list[str]:
+    def run(self, timeout_s: float, network: Mapping[str, str] | None = None) -> list[str]:
         """Drive until the launch ends, complete the report and check it.
 
         All nodes have ended on return.
 
         Args:
             timeout_s: wall time after which the drive is interrupted [s]
-            is_stopped: returns True to interrupt the drive earlier
-            environment: environment variables of the launch
+            network: environment variables of another ROS master
 
         Returns:
             one line for each violation, followed by the end of the log; empty if there is none
@@ -191,21 +184,6 @@ class CheckedDrive:
         for path in (self.report_path, companion(self.report_path, EVENTS)):
             with contextlib.suppress(FileNotFoundError):
                 os.remove(path)
-        status = self._launch(timeout_s, is_stopped, environment)
-        try:
-            if not is_complete(self.report_path):
-                complete_report(self.report_path)
-            lines = violations(self.limits, *read_report(self.report_path))
-        except (OSError, ValueError) as error:
-            lines = [f"roslaunch ended with status {status} and wrote no report ({error})"]
-        return [*lines, self._log_tail()] if lines else []
-
-    def _launch(
-        self,
-        timeout_s: float,
-        is_stopped: Callable[[], bool],
-        environment: Mapping[str, str] | None,
-    ) -> int | None:
         # The launch ends with this process, also when it is killed.
         command = ["setpriv", "--pdeathsig", "INT", sys.executable, "-m"]
         command += ["sdc_common.ros.safe_launch", "sdc_package", "all.launch"]
@@ -218,16 +196,22 @@ class CheckedDrive:
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=subprocess.STDOUT,
-                env=environment or self.environment,
+                env={**self.environment, **(network or {})},
                 start_new_session=True,
             )
-        deadline = time.monotonic() + timeout_s
         try:
-            while launch.poll() is None and time.monotonic() < deadline and not is_stopped():
-                time.sleep(0.05)
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                launch.wait(timeout_s)
         finally:
             _terminate(launch)
-        return launch.returncode
+        try:
+            if not is_complete(self.report_path):
+                complete_report(self.report_path)
+            lines = violations(self.limits, *read_report(self.report_path))
+        except (OSError, ValueError) as error:
+            status = launch.returncode
+            lines = [f"roslaunch ended with status {status} and wrote no report ({error})"]
+        return [*lines, self._log_tail()] if lines else []
 
     def _parameters_file(self) -> str:
         """Write a launch file of the parameters next to the report; the last file decides."""
@@ -275,8 +259,7 @@ def isolated_drive(
             np.savetxt(given["waypoints_path"], route_m * (1.0, -1.0), fmt="%.9f", delimiter=",")
         with isolated_ros_environment(os.path.join(folder, "ros"), _LEFT_BEHIND_S) as variables:
             drive = CheckedDrive(scenario, os.path.join(folder, "report.json"), given, parameters)
-            network = {name: variables[name] for name in _NETWORK}
-            lines = drive.run(timeout_s, environment={**drive.environment, **network})
+            lines = drive.run(timeout_s, {name: variables[name] for name in _NETWORK})
         yield drive, lines
 
 
