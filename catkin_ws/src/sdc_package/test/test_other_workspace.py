@@ -3,6 +3,7 @@
 import json
 import os
 import subprocess
+from pathlib import Path
 
 import pytest
 import rosbag
@@ -10,6 +11,7 @@ import rosbag
 pytestmark = pytest.mark.slow(25)
 
 ROOT = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", "..", "..", ".."))
+ORIGINAL = Path(__file__).with_name("original_shape")
 LIMIT_S = 200
 DEPENDENCIES = ("message_generation", "message_runtime", "nav_msgs", "rospy", "std_msgs", "tf")
 PACKAGE = {
@@ -103,7 +105,8 @@ rospy.spin()
 def workspace(tmp_path_factory):
     """Build their workspace on top of ours; its sdc_package hides ours."""
     folder = tmp_path_factory.mktemp("their") / "ws"
-    for name, text in PACKAGE.items():
+    original = {f"scripts/{path.name}": path.read_text() for path in ORIGINAL.glob("*.py")}
+    for name, text in {**PACKAGE, **original}.items():
         path = folder / "src" / "sdc_package" / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text)
@@ -158,6 +161,27 @@ def test_list_of_nodes_drives_and_its_path_is_read_and_recorded(
     with rosbag.Bag(str(tmp_path / "report" / "report.bag")) as bag:
         _, path, _ = next(bag.read_messages("/planner/local_waypoints"))
     assert (path.waypoints[0].yaw, path.waypoints[0].v) == (0.5, 5.0)
+
+
+def test_nodes_of_the_original_workshop_drive_by_the_commands_of_the_page(
+    workspace, route, environment, tmp_path
+):
+    with open(route, encoding="utf-8") as file:
+        published = "".join(line.rstrip() + ",0\r\r\n" for line in file if line.strip())
+    (tmp_path / "published.csv").write_bytes(published.encode())
+    with open(os.path.join(ROOT, "docs", "integration.md"), encoding="utf-8") as page:
+        section = page.read().split("### The solution of the original workshop")[1]
+    clean = next(line for line in section.splitlines() if "tr -d" in line)
+    drive = section[section.index("./drive") :].split("\n\n")[0]
+    commands = f"{clean}\n{drive} headless:=true camera:=false"
+    commands = commands.replace("./drive", os.path.join(ROOT, "drive"))
+    commands = commands.replace("PATH_OF_THE_SOLUTION/waypoints.csv", "published.csv")
+    (tmp_path / "original").symlink_to(workspace)
+    done = run(["bash", "-ec", commands], tmp_path, {**environment, "HOME": str(tmp_path)})
+    assert done.returncode == 0, done.stdout
+    report = report_of(tmp_path)
+    assert report["status"] == "completed"
+    assert report["cross_track_max_m"] < 5.0
 
 
 @pytest.mark.nightly

@@ -10,7 +10,7 @@ import rostest
 from sdc_common.ros.catkin_workspace import WorkspaceError
 from sdc_sim.runner import CheckedDrive
 
-GIVEN = ("stack", "workspace", "waypoints_path", "sync", "camera")
+GIVEN = ("stack", "workspace", "waypoints_path", "sync", "camera", "referee_options")
 PATHS = ("workspace", "waypoints_path")
 BOUNDS = {
     "max_cross_track_m": ("cross_track_max_m", 0.5),
