@@ -179,8 +179,8 @@ HOSTILE = {
         several,
         "hello",
         [
-            "hello: {folder}/teacher.txt is invisible",
-            "hello: {folder}/ada/src/sdc_package/package.xml is invisible",
+            "hello: {folder}/teacher.txt is missing, invisible",
+            "hello: {folder}/ada/src/sdc_package/package.xml is missing, invisible",
             "the link {folder}/several/src/sdc_package/answers.xml leads out",
         ],
     ),

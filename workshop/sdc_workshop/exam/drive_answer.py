@@ -67,7 +67,8 @@ def drive_answer(stage: Stage, lab: str, table: dict, unknown: Sequence[Path] = 
     Returns:
         the answer, and the referee's report as a dictionary, or None without one
     """
-    path = stage.folder / ("unknown" if unknown else "report") / "report.json"
+    path = stage.hidden / ("unknown" if unknown else "report") / "report.json"
+    stage.forget_build()
     arguments = [*_ARGUMENTS.split(), *table["car"]]
     if "route" in table and stage.sandbox is None:
         arguments.append(f"waypoints_path:={lesson_folder(lab) / table['route']}")

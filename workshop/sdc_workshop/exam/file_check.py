@@ -71,15 +71,19 @@ class FileCheck(RegionCheck):
         folder, name, cases = stage.folder / "launch", Path(self.file).stem, self._table["node"]
         folder.mkdir(exist_ok=True)
         path = folder / Path(self.file).name
-        path.write_text(variant.text, encoding="utf-8")
-        command = [_PROBES / "launch_probe.py", json.dumps(cases), path, SOLUTION / self.file]
-        environment = stage.launch_environment()
-        with stage.start(["/usr/bin/env", "python3", *command], environment) as program:
-            if program.wait() != 0:
-                hint = "The last line of its output gives the cause."
-                yield Problem(_READABLE, last_line(program.output), hint, "1")
-                return
-            student, solution = json.loads(program.output.splitlines()[-1])
+        command = ["/usr/bin/env", "python3", _PROBES / "launch_probe.py", json.dumps(cases), path]
+        environment, found = stage.launch_environment(), []
+        # One after the other: a launch file can include any file that it sees.
+        for text in (variant.text, self._solution):
+            path.write_text(text, encoding="utf-8")
+            with stage.start(command, environment) as program:
+                if program.wait() != 0:
+                    hint = "The last line of its output gives the cause."
+                    yield Problem(_READABLE, last_line(program.output), hint, "1")
+                    return
+                found += json.loads(program.output.splitlines()[-1])
+        path.unlink()
+        student, solution = found
         if isinstance(student, str):
             hint = (
                 "Write files of this package as $(find sdc_package)/FOLDER/FILE, and arguments as "

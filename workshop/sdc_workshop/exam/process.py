@@ -137,10 +137,10 @@ class Program:
 
     @property
     def main(self) -> psutil.Process:
-        """The process of the program itself, which bwrap starts in a sandbox."""
+        """The process of the program itself, which sh and bwrap start in a sandbox."""
         if self._main is None:
-            found = psutil.Process(self._process.pid)
-            while found.name() == "bwrap":
+            found = first = psutil.Process(self._process.pid)
+            while found.name() == "bwrap" or (found == first and self.command[0] == "sh"):
                 children = found.children()
                 if not children:
                     return found

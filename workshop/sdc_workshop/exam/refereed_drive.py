@@ -9,14 +9,17 @@ all.launch starts the student's nodes; the world's launch files that it includes
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
+import secrets
 import time
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 from typing import IO, Sequence
 
 import numpy as np
+import psutil
 import yaml
 
 from sdc_common.driving import points_as_sent
@@ -26,6 +29,7 @@ from sdc_sim.evaluation.evaluator import Evaluator
 from sdc_sim.evaluation.rules import EvaluationRules
 from sdc_sim.report.console_progress import closing_line
 from sdc_sim.report.writer import write_pages, write_report
+from sdc_sim.ros.picture_feed import KEY_VARIABLE
 from sdc_workshop.exam.process import Program
 from sdc_workshop.exam.stage import Stage
 from sdc_workshop.workspace import PACKAGE, SOLUTION
@@ -72,7 +76,7 @@ def refereed_drive(
     assert stage.sandbox is not None
     folder = stage.folder / f"drive_{report.parent.name}"
     folder.mkdir()
-    log = folder / "events"
+    log = stage.hidden / f"events_{report.parent.name}"
     log.touch()
     world = [*world, f"waypoints_path:={held_out or route}"]
     with _world(stage, log, world) as simulator, log.open(encoding="ascii") as events:
@@ -87,8 +91,9 @@ def refereed_drive(
         with stage.start(command, stage.environment(), replaced=replaced) as stack:
             referee = _Referee(stage, events, held_out or route, held_out is not None)
             ended = referee.watch(simulator, stack, timeout_s)
-            if os.path.lexists(f"/proc/{stack.main.pid}/root{own_report}"):
-                stage.report("a report.json was written; it does not count")
+            with contextlib.suppress(psutil.Error):
+                if os.path.lexists(f"/proc/{stack.main.pid}/root{own_report}"):
+                    stage.report("a report.json was written; it does not count")
         time.sleep(_LATE_S)
         referee.read()
     line = referee.write(report)
@@ -97,11 +102,12 @@ def refereed_drive(
 
 def _world(stage: Stage, log: Path, more: Sequence[str]) -> Program:
     """Return the simulator, which has read its parameters."""
-    options = json.dumps({"drive_log": str(log), "services": False})
+    options = json.dumps({"drive_log": str(log), "services": False, "ground_truth": False})
     arguments = ("sync:=true", f"sim_options:={options}", *more)
     stage.master  # noqa: B018  roslaunch uses a master that already runs
     command = ["roslaunch", "--skip-log-check", "sdc_sim", "sim.launch", *arguments]
-    world = Program(command, stage.world_environment, stage.folder)
+    environment = {**stage.world_environment, KEY_VARIABLE: secrets.token_hex()}
+    world = Program(command, environment, stage.folder)
     limit = time.monotonic() + START_TIMEOUT_S
     needed = {_SIMULATOR, _CAMERA} if "camera:=true" in more else {_SIMULATOR}
     while not needed <= _publishers(stage):

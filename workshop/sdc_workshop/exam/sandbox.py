@@ -9,25 +9,31 @@ the network of the outer one is shared, so that a student's node reaches the mas
 
 from __future__ import annotations
 
+import errno
 import os
 import shutil
 import subprocess
 import tempfile
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Callable, Sequence
 
+from sdc_workshop.exam.limits import GROUP, MAX_DISK, entering
 from sdc_workshop.exam.process import Program
 from sdc_workshop.exam.watch import BYSTANDER, Watch
-from sdc_workshop.workspace import PROJECT
+from sdc_workshop.workspace import PACKAGE, PROJECT, SOLUTION, WORLD
 
 # Limits of the kernel for each of the student's programs, with all that it starts.
 MAX_TASKS = 400  # processes and threads
 MAX_ADDRESS_SPACE = 6 << 30  # bytes, one process
+_CHECK_ADDRESS_SPACE = 3 << 30  # bytes, one process of the check
 MAX_FILE = 100 << 20  # bytes, one file
 MAX_CPU_S = 300  # one process
-MAX_DISK = 400 << 20  # bytes, all files of one folder that can be written
 _PROJECT_FOLDERS = ("catkin_ws", "world_ws", "workshop", "docker")
+# Of the project, a student's program sees the world, the configuration that students get, and the
+# programs that call its modules, but neither the solution nor the tables of the checks.
+_PARTS = (WORLD, SOLUTION / PACKAGE / "config", Path(__file__).with_name("probes"))
 _SYSTEM_FOLDERS = ("/usr", "/opt/ros")
 _SYSTEM_LINKS = ("/bin", "/sbin", "/lib", "/lib32", "/lib64", "/libx32")
 # No passwords and no keys.
@@ -37,6 +43,7 @@ _ETC = (
     *("lsb-release", "matplotlibrc", "nsswitch.conf", "os-release", "passwd", "protocols"),
     *("python3", "ros", "services", "X11"),
 )
+_NEW_USER = 0x10000000  # CLONE_NEWUSER of the kernel
 _USER_IDS = range(20_000, 60_000)
 # ROS gives a new folder the owner of the folder above, which only root may do. No program of the
 # student has a reason to kill the process that sleeps beside it.
@@ -48,7 +55,13 @@ class SandboxError(RuntimeError):
     """There is no sandbox on this machine; the message is one line with the fix."""
 
 
-def outer_command(command: Sequence, result: Path, temporary: Path, sized: Sequence = ()) -> list:
+def outer_command(
+    command: Sequence,
+    result: Path,
+    temporary: Path,
+    sized: Sequence = (),
+    group: Path | None = None,
+) -> list:
     """Return the command line that runs the check of one workspace.
 
     Args:
@@ -56,15 +69,19 @@ def outer_command(command: Sequence, result: Path, temporary: Path, sized: Seque
         result: folder of the results, which can be written
         temporary: folder of the copy of the workspace, which can be written
         sized: empty folders in it of limited size
+        group: control group of the student's programs, which the check puts them into
     """
     return [
         *_system(),
+        *_bound("--ro-bind-try", *(PROJECT / name for name in _PROJECT_FOLDERS)),
         "--unshare-net",
         *_bound("--bind", result, temporary),
         *(word for folder in sized for word in _sized(folder)),
+        *_bound("--bind", *filter(None, [group])),
         *("--remount-ro", "/", "--"),
         # What the programs send to the check must not fill the machine's memory or disk.
-        *("prlimit", f"--as={MAX_ADDRESS_SPACE}", f"--fsize={MAX_DISK}", "--"),
+        *("prlimit", f"--as={_CHECK_ADDRESS_SPACE}:{MAX_ADDRESS_SPACE}"),
+        *(f"--fsize={MAX_DISK}", "--"),
         *map(str, command),
     ]
 
@@ -73,6 +90,8 @@ def require() -> None:
     """Raise SandboxError unless both sandboxes work on this machine."""
     if shutil.which("bwrap") is None:
         raise SandboxError(_without("bwrap is not installed (apt-get install bubblewrap)"))
+    if find_spec("seccomp") is None:
+        raise SandboxError(_without("seccomp is not installed (apt-get install python3-seccomp)"))
     with tempfile.TemporaryDirectory(prefix="workshop_sandbox_") as name:
         folder = Path(name)
         for path in ("tmp", "workspace/src"):
@@ -150,10 +169,14 @@ class Sandbox:
             building: whether it may write the folders build and devel of the workspace
             replaced: files that it sees in the place of others, by their paths
         """
-        scratch = self.scratch(folder)
+        scratch, forbidden = self.scratch(folder), self.workspace.parent / "forbidden.bpf"
+        if not forbidden.exists():
+            write_filter(forbidden)
         own = {**environment, "HOME": str(scratch), "TMPDIR": str(scratch), "USER": "student"}
-        return [
+        inner = [
             *_system(),
+            *("--seccomp", "9"),
+            *_bound("--ro-bind-try", *_PARTS, *map(os.path.realpath, WORLD.glob("src/*"))),
             # The check passes nothing to bwrap that the student has written: it runs outside.
             *_identity(self.user_id),
             *_bound("--ro-bind", folder),
@@ -170,6 +193,24 @@ class Sandbox:
             *("/usr/bin/env", "-i", *(f"{name}={value}" for name, value in own.items())),
             *("sh", "-c", _START, "sh", *map(str, command)),
         ]
+        opened = ["sh", "-c", 'exec "$@" 9<"$0"', str(forbidden), *inner]
+        return entering(os.environ.get(GROUP), opened)
+
+
+def write_filter(path: Path) -> None:
+    """Write the filter of system calls: no user namespace, no memory that belongs to no process."""
+    import seccomp
+
+    rules = seccomp.SyscallFilter(seccomp.ALLOW)
+    no, flags = seccomp.ERRNO(errno.EPERM), (seccomp.MASKED_EQ, _NEW_USER, _NEW_USER)
+    for name in ("unshare", "clone"):
+        rules.add_rule(no, name, seccomp.Arg(0, *flags))
+    # Its flags are in memory, which a filter cannot read; the C library then uses clone.
+    rules.add_rule(seccomp.ERRNO(errno.ENOSYS), "clone3")
+    for name in ("setns", "memfd_create", "memfd_secret", "shmget", "msgget"):
+        rules.add_rule(no, name)
+    with path.open("wb") as file:
+        rules.export_bpf(file)
 
 
 def user_id(number: int) -> int:
@@ -195,8 +236,7 @@ def _system() -> list:
         elif os.path.isdir(name):
             words += ["--ro-bind", name, name]
     words += _bound("--ro-bind-try", *_SYSTEM_FOLDERS)
-    words += _bound("--ro-bind-try", *(Path("/etc", name) for name in _ETC))
-    return words + _bound("--ro-bind-try", *(PROJECT / name for name in _PROJECT_FOLDERS))
+    return words + _bound("--ro-bind-try", *(Path("/etc", name) for name in _ETC))
 
 
 def _bound(option: str, *paths: object) -> list:

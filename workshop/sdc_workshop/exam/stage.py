@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, Iterator, Sequence
 import yaml
 
 from sdc_common.ros.catkin_workspace import workspace_environment
+from sdc_workshop.exam.limits import limit_requests
 from sdc_workshop.exam.node import Node
 from sdc_workshop.exam.process import Program
 from sdc_workshop.exam.sandbox import Sandbox
@@ -44,7 +45,8 @@ class Stage:
 
     Attributes:
         student: the workspace whose programs run
-        folder: the temporary folder
+        folder: the temporary folder, which the student's programs can read
+        hidden: a folder that they do not see: what the referee knows
         sandbox: where the student's programs run, or None
         seed: the checks draw their arguments from it; the student does not know it before
     """
@@ -56,17 +58,17 @@ class Stage:
         self._closing = contextlib.ExitStack()
         self._master: Master | None = None
         self._display: VirtualDisplay | bool | None = None
-        self._runs = 0
 
     def __enter__(self) -> Stage:
-        self.folder = Path(
-            self._closing.enter_context(tempfile.TemporaryDirectory(prefix="workshop_check_"))
+        self.folder, self.hidden = (
+            Path(self._closing.enter_context(tempfile.TemporaryDirectory(prefix=prefix)))
+            for prefix in ("workshop_check_", "workshop_referee_")
         )
         (self.folder / "tmp").mkdir()
         sandbox = self.sandbox
         if sandbox is not None:
             self.folder.chmod(0o755)  # the programs run as another user
-            self.student.wrap = lambda command, own: sandbox.command(command, own, self.folder)
+            self.student.run = lambda command, own: sandbox.program(command, own, self.folder)
         return self
 
     def __exit__(
@@ -96,6 +98,7 @@ class Stage:
 
             from sdc_common.ros.drive_master import free_master_port
 
+            limit_requests(self.report)
             self._master = Master(port=free_master_port())
             self._master.start()
             port = self._master.uri.rstrip("/").rpartition(":")[2]
@@ -155,7 +158,8 @@ class Stage:
     @property
     def world_environment(self) -> dict:
         """The environment variables of the world's workspace, which no student has written."""
-        return {**self._world, **self._ros_environment()}
+        logs = str(self.hidden / "ros")
+        return {**self._world, **self._ros_environment(), "ROS_HOME": logs, "ROS_LOG_DIR": logs}
 
     def launch_environment(self) -> dict:
         """Return an environment that finds the student's files, but none of the Python modules.
@@ -173,8 +177,9 @@ class Stage:
         Returns:
             the path of the file, and the PYTHONPATH that finds the library
         """
-        self._runs += 1
-        folder = self.folder / str(self._runs)
+        # The other TODOs are solved there: no program sees what an earlier one needed.
+        self.forget_build()
+        folder = self.folder / "run"
         name_of_package = Path(variant.name).parts[0]
         package, library = folder / "python" / name_of_package, folder / "library"
         package.mkdir(parents=True)
@@ -200,6 +205,10 @@ class Stage:
             path = folder / Path(variant.name).name
             path.write_text(variant.text, encoding="utf-8")
         return path, f"{package.parent}:{self.student.environment.get('PYTHONPATH', '')}"
+
+    def forget_build(self) -> None:
+        """Delete what `build` has written."""
+        shutil.rmtree(self.folder / "run", ignore_errors=True)
 
     def _solved(self, name: str) -> str:
         """Return the student's file with all regions solved; the solution where that fails."""

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import os
 import re
-import subprocess
 from functools import cached_property
 from pathlib import Path
 from typing import Callable
 
+from sdc_workshop.exam.process import Program
 from sdc_workshop.workspace import PACKAGE, PROJECT, WORLD, WORLD_SETUP
 
 _TIMEOUT_S = 60
@@ -28,13 +28,13 @@ class Student:
     Attributes:
         folder: the workspace
         src: its src folder
-        wrap: returns the command line that runs a command, with its environment, in a sandbox
+        run: starts a command with its environment variables, in a sandbox
     """
 
     def __init__(self, folder: Path):
         self.folder = folder
         self.src = folder / "src"
-        self.wrap: Callable[[list, dict], list] = lambda command, environment: command
+        self.run: Callable[[list, dict], Program] = Program
 
     def text(self, name: str) -> str | None:
         """Return the text of a file below src, or None without such a file.
@@ -81,25 +81,14 @@ class Student:
             raise NotBuilt(f"there is no {setup}")
         plain = {name: os.environ[name] for name in _KEPT if name in os.environ}
         plain["PATH"] = "/usr/local/bin:/usr/bin:/bin"
-        command = ["bash", "-c", 'source "$1" >/dev/null && env -0', "bash", str(setup)]
-        try:
-            done = subprocess.run(
-                self.wrap(command, plain),
-                env=plain,
-                stdin=subprocess.DEVNULL,
-                capture_output=True,
-                text=True,
-                errors="replace",
-                timeout=_TIMEOUT_S,
-                check=False,
-            )
-        except subprocess.TimeoutExpired:
-            raise NotBuilt(f"{setup} does not end") from None
-        if done.returncode != 0:
-            raise NotBuilt(
-                f"{setup} ended with {done.stderr.strip().splitlines()[-1:] or done.returncode}"
-            )
-        found = dict(line.split("=", 1) for line in done.stdout.split("\0") if "=" in line)
+        script = 'source "$1" >/dev/null && printf "\\0" && env -0'
+        with self.run(["bash", "-c", script, "bash", str(setup)], plain) as program:
+            status, (errors, *lines) = program.wait(_TIMEOUT_S), program.output.split("\0")
+        if status is None:
+            raise NotBuilt(f"{setup} does not end")
+        if status != 0:
+            raise NotBuilt(f"{setup} ended with {errors.strip().splitlines()[-1:] or status}")
+        found = dict(line.split("=", 1) for line in lines if "=" in line)
         sources = _real_paths(found.get("ROS_PACKAGE_PATH", ""))
         overlaid = _real_paths(found.get("CMAKE_PREFIX_PATH", ""))
         if os.path.realpath(self.src) not in sources:

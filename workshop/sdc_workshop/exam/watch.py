@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Callable
 import psutil
 
 from sdc_common.processes import matching
+from sdc_workshop.exam.limits import GROUP, MAX_DISK, MAX_MEMORY, kills
 
 if TYPE_CHECKING:
     from sdc_workshop.exam.process import Program
@@ -21,7 +22,6 @@ if TYPE_CHECKING:
 # The command of a process beside each program, which shows whether the program kills others.
 BYSTANDER = ("sleep", "98989")
 MAX_PROCESSES = 150
-MAX_MEMORY = 2 << 30  # bytes, all processes together
 _POLL_S = 0.1
 # Exit status of bwrap when a signal of the program's own has killed it.
 _KILLED = 128 + signal.SIGKILL
@@ -57,6 +57,8 @@ class Watch(threading.Thread):
         self._report = report
         self._bystander: psutil.Process | None = None
         self._was_missing = False
+        self._group = os.environ.get(GROUP)
+        self._kills = kills(self._group)
 
     def run(self) -> None:
         """Watch until the program ends."""
@@ -91,10 +93,16 @@ class Watch(threading.Thread):
             return f"more than {MAX_PROCESSES} processes were started, and ended"
         memory: list = []
         matching(tree, lambda process: memory.append(process.memory_info().rss))
-        if sum(memory) > MAX_MEMORY:
+        root = f"/proc/{tree[-1].pid}/root" if tree else ""
+        for folder in ("/tmp", "/dev/shm", self._scratch) if tree else ():
+            with contextlib.suppress(OSError):
+                seen = os.statvfs(f"{root}{folder}")
+                if seen.f_blocks * seen.f_bsize <= MAX_DISK:  # else bwrap has not mounted it yet
+                    memory.append((seen.f_blocks - seen.f_bfree) * seen.f_bsize)
+        if sum(memory) > MAX_MEMORY or kills(self._group) > self._kills:
             return f"more than {MAX_MEMORY >> 20} MB of memory were used, and the programs ended"
-        with contextlib.suppress(OSError, IndexError):
-            seen = os.statvfs(f"/proc/{tree[-1].pid}/root{self._scratch}")
+        with contextlib.suppress(OSError):
+            seen = os.statvfs(f"{root}{self._scratch}")
             if seen.f_bavail * seen.f_bsize < _FULL:
                 return "the disk space was filled, and the programs ended"
         return ""
@@ -109,5 +117,5 @@ def traces(output: str) -> dict:
     found = {text: "" for pattern, text in _TRACES if re.search(pattern, output, re.MULTILINE)}
     for match in _MISSING.finditer(output):
         path = match[1] or match[2]
-        found[f"{path} is invisible or read only in the sandbox"] = path
+        found[f"{path} is missing, invisible or read only in the sandbox"] = path
     return found

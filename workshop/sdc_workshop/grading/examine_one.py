@@ -73,7 +73,7 @@ def main() -> None:
             with tempfile.TemporaryDirectory(prefix="workshop_road_") as road:
                 examination.drive_unknown(lab, write_unknown_route(int(seed), Path(road)))
         for name in ("report", "unknown"):
-            for path in sorted((stage.folder / name).glob("report*")):
+            for path in sorted((stage.hidden / name).glob("report*")):
                 if path.is_file():
                     shutil.copyfile(path, result / path.name.replace("report", name))
 

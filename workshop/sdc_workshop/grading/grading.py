@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Callable
 
 from sdc_workshop.exam.answer import PASSED, UNFINISHED, WAITING, WRONG
+from sdc_workshop.exam.limits import GROUP, control_groups, entering
 from sdc_workshop.exam.process import Program, marked
 from sdc_workshop.exam.sandbox import outer_command
 from sdc_workshop.grading.copying import CopyError, copy_workspace
@@ -146,8 +147,11 @@ def grade(name: str, folder: Path, result: Path, conditions: Conditions) -> Grad
 
 
 def _is_hidden(path: str, temporary: str) -> bool:
-    """Return whether a file that a program did not find is one that the sandbox hides."""
-    return not path or (os.path.lexists(path) and not path.startswith(temporary))
+    """Return whether a file that a program did not find may be one that the sandbox hides.
+
+    Whether there is such a file is not asked: the answer would reach the student.
+    """
+    return not path.startswith(temporary)
 
 
 def _plain_environment(**more: str) -> dict:
@@ -164,6 +168,7 @@ def _examine(result: Path, temporary: Path, conditions: Conditions) -> None:
         TMPDIR=str(scratch),
         OMP_NUM_THREADS="1",
         OPENBLAS_NUM_THREADS="1",
+        MALLOC_ARENA_MAX="2",  # more take addresses, which are limited
     )
     command = [sys.executable, "-B", "-m", "sdc_workshop.grading.examine_one", workspace, result]
     user_id = NO_SANDBOX if conditions.user_id is None else conditions.user_id
@@ -177,9 +182,13 @@ def _examine(result: Path, temporary: Path, conditions: Conditions) -> None:
         os.symlink(os.readlink(WORLD / "src" / "CMakeLists.txt"), workspace / "src/CMakeLists.txt")
         for folder in built:
             folder.mkdir()
-        command = outer_command(command, result, temporary, built)
     until = time.monotonic() + conditions.limit_s
-    with Program(command, environment, workspace) as program:
+    with contextlib.ExitStack() as stack:
+        if conditions.user_id is not None:
+            group, inner = stack.enter_context(control_groups())
+            command = entering(group, outer_command(command, result, temporary, built, inner))
+            environment[GROUP] = str(inner or "")
+        program = stack.enter_context(Program(command, environment, workspace))
         try:
             _wait(program, until, conditions.stopped, result)
         finally:

@@ -66,7 +66,7 @@ class Sim:
         missing = [] if self.commands.has_publisher else [f"a publisher of {self.commands.topic}"]
         if not self.topics.has_camera:
             missing.append("front_camera, which takes the pictures")
-        odometry, topics = self.topics.odometry.resolved_name, self.topics.tick_topics
+        odometry, topics = self.topics.odometry_topic, self.topics.tick_topics
         return missing + missing_connections(Connections(), odometry, topics, self.wait_for_nodes)
 
     def wait_for_answer(self):

@@ -6,9 +6,11 @@ The node receives the settings when it connects, and then one observation for ea
 
 from __future__ import annotations
 
+import os
 import queue
 import threading
 import time
+from multiprocessing import AuthenticationError
 from multiprocessing.connection import Client, Connection, Listener
 from typing import Any, NamedTuple
 
@@ -18,6 +20,9 @@ from sdc_sim.simulation.snapshot import Snapshot
 
 # In lockstep so many observations may wait for the node, which evens out its render times.
 _DEPTH = 3
+# An environment variable, for a drive in which other programs must not get the true state: both
+# ends have the same key in it, and roslaunch passes it to them.
+KEY_VARIABLE = "SDC_PICTURE_KEY"
 # Wall time to wait for a picture, and for the start of the node with its imports.
 _TIMEOUT_S = 10.0
 _START_TIMEOUT_S = 120.0
@@ -61,7 +66,7 @@ class PictureFeed:
         self._started = False
         self._slow = False
         self._requested = threading.Event()
-        self._listener = Listener(_address(name), "AF_UNIX")
+        self._listener = Listener(_address(name), "AF_UNIX", authkey=_key())
         threading.Thread(target=self._serve, daemon=True).start()
 
     @property
@@ -114,7 +119,7 @@ class PictureFeed:
                         observation = self._observations.get()
                         self._requested.clear()
                         node.send(observation)
-            except (EOFError, OSError):
+            except (AuthenticationError, EOFError, OSError):
                 self._started = False
                 self._requested.clear()
                 rospy.logwarn("sim: front_camera has ended; waiting until it is started again")
@@ -128,10 +133,14 @@ def connect(name: str) -> Connection:
     """
     while not rospy.is_shutdown():
         try:
-            return Client(_address(name), "AF_UNIX")
+            return Client(_address(name), "AF_UNIX", authkey=_key())
         except OSError:
             time.sleep(_POLL_S)
     raise rospy.ROSInterruptException("no simulator")
+
+
+def _key() -> bytes | None:
+    return os.environ.get(KEY_VARIABLE, "").encode() or None
 
 
 def _address(name: str) -> str:

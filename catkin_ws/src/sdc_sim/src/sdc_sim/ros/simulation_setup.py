@@ -63,6 +63,7 @@ class SimulationSetup:
         pictures: what the pictures have in common; None without a camera
         picture_feed: socket of the node that takes the pictures
         truth: whether the odometry of the vehicle is that of the simulation
+        shows_truth: whether any topic has the true state of the vehicle, or the map
         sensors: settings of the sensors that are on, by name
     """
 
@@ -88,6 +89,7 @@ class SimulationSetup:
         self.waypoints_path: str = value("waypoints_path")
         self.preset: str = value("vehicle")
         self.truth = bool(value("truth"))
+        self.shows_truth = bool(value("ground_truth")) or self.truth
         self.bridge = BRIDGE_VERSIONS[bridge]
         try:
             self.route_m: np.ndarray = load_waypoints(self.waypoints_path)

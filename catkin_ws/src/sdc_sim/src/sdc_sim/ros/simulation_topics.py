@@ -55,6 +55,12 @@ CHANGE = "when it changes, latched, in the thread of the loop"
 TICK = "in each tick, while it has subscribers"
 STATUS = "as TICK, latched"
 
+# Topics that show neither the true state of the vehicle nor the road.
+_WITHOUT_TRUTH = {
+    *("/carla/traffic_lights/info", "/carla/traffic_lights/status", "/carla/traffic_lights_info"),
+    *("/carla/traffic_lights", "/obstacles", "/vehicle_info", "/collision", "/carla/status"),
+}
+
 
 # By their names in config/sim.yaml: field of the readings, message class, position on the vehicle,
 # None without a frame, and what returns the message of a reading, the settings and a header. The
@@ -91,16 +97,21 @@ class SimulationTopics:
         self._obstacle_ids: set[int] = set()
         self._last: dict[str, Any] = {}  # messages of the topics that are published on a change
         self._sensors = self._sensor_rows()
-        self.odometry = LoopPublisher(
-            setup.ego + "/odometry" if setup.truth else GROUND_TRUTH, Odometry, latch=True
-        )
+        self.odometry_topic = setup.ego + "/odometry" if setup.truth else GROUND_TRUTH
+        self._odometry = None
+        if setup.shows_truth:
+            self._odometry = LoopPublisher(self.odometry_topic, Odometry, latch=True)
         self._clock = LoopPublisher("/clock", Clock, latch=True)
         self._transform = rospy.Publisher("/tf", TFMessage, queue_size=10)
         # Topics that not every bridge has, and those of sensors that are on.
         optional = set().union(*(version.topics for version in BRIDGE_VERSIONS.values()))
         measured = {setup.bridge.sensors[name].topic for name in setup.sensors}
         left_out = optional - setup.bridge.topics | measured
-        self._topics = {topic[0]: topic for topic in self._table() if topic[0] not in left_out}
+        self._topics = {
+            topic[0]: topic
+            for topic in self._table()
+            if topic[0] not in left_out and (setup.shows_truth or topic[0] in _WITHOUT_TRUTH)
+        }
         self._publishers = {name: self._publisher(*row) for name, row in self._topics.items()}
         # Before the first odometry: a planner does not know otherwise that it has to wait for them.
         self._publish(ONCE, CHANGE)
@@ -185,7 +196,7 @@ class SimulationTopics:
 
     @property
     def tick_topics(self) -> list[str]:
-        """Names of the topics besides `odometry` that a node of the loop needs in a tick."""
+        """Names of the topics besides `odometry_topic` that a node of the loop needs in a tick."""
         publishers = [publisher for *_, publisher in self._sensors]
         publishers += [
             self._publishers[name] for name, _, when, _ in self._topics.values() if when == CHANGE
@@ -213,7 +224,8 @@ class SimulationTopics:
         try:
             if truth:
                 self._publish_readings()
-            self.odometry.publish(odometry)
+            if self._odometry:
+                self._odometry.publish(odometry)
             # The observation is older than the clock by the latency of the sensors.
             self._clock.publish(rospy.Time(0, self._simulation.stamp_ns))
             if truth and self._transform.get_num_connections():

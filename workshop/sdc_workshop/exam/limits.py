@@ -1,0 +1,116 @@
+"""Limits of the memory that students' programs take, in their processes and in those of the check.
+
+Resident pages are not all: files in memory, shared memory and what other programs keep for them
+count, too. Where the machine allows it, the kernel counts all of it in a control group.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import time
+from pathlib import Path
+from typing import Callable, Iterator
+
+MAX_MEMORY = 2 << 30  # bytes, all processes of a program
+MAX_DISK = 400 << 20  # bytes, all files of one folder that can be written, which is in memory
+MAX_CHECK_MEMORY = 3 << 30  # bytes, check, master and simulator of one student
+# Environment variable with the control group of the student's programs.
+GROUP = "SDC_WORKSHOP_GROUP"
+_MAX_REQUEST, _MAX_REQUESTS = 1 << 20, 64 << 20  # bytes, of one request to the master and of all
+_GROUPS = Path("/sys/fs/cgroup")
+_END_S = 3.0
+
+
+@contextlib.contextmanager
+def control_groups(groups: Path = _GROUPS) -> Iterator[tuple]:
+    """Yield the control groups of a check and of the programs in it; None without the right.
+
+    Args:
+        groups: where the kernel shows them
+    """
+    for parent in _parents(groups):
+        folder = parent / f"sdc_grade_{os.getpid()}_{time.monotonic_ns()}"
+        made = (folder / "check", folder / "programs")
+        try:
+            folder.mkdir()
+            if (folder / "cgroup.controllers").exists():
+                (folder / "cgroup.subtree_control").write_text("+memory")
+            for group, limit in zip(made, (MAX_CHECK_MEMORY, MAX_MEMORY)):
+                group.mkdir()
+                _limit(group, limit)
+        except OSError:
+            _remove(*made, folder)
+            continue
+        try:
+            yield made
+        finally:
+            _remove(*made, folder)
+        return
+    yield None, None
+
+
+def _parents(groups: Path) -> Iterator[Path]:
+    """Yield the groups above this process, the nearest first, of version 2 and of version 1."""
+    for line in Path("/proc/self/cgroup").read_text(encoding="ascii").splitlines():
+        _, controllers, path = line.split(":", 2)
+        if controllers in ("", "memory"):
+            top = groups / controllers
+            own = Path(path.lstrip("/"))
+            yield from (top / folder for folder in (own, *own.parents))
+
+
+def _limit(group: Path, limit: int) -> None:
+    files = {"memory.max": limit, "memory.swap.max": 0}  # version 2
+    if not (group / "memory.max").exists():
+        files = {"memory.limit_in_bytes": limit, "memory.memsw.limit_in_bytes": limit}
+    for number, (name, value) in enumerate(files.items()):
+        if number == 0 or (group / name).exists():  # a kernel may not count what it swaps
+            (group / name).write_text(str(value))
+
+
+def _remove(*folders: Path) -> None:
+    """Remove groups; the kernel keeps them for a moment after their last process."""
+    until = time.monotonic() + _END_S
+    while any(folder.is_dir() for folder in folders) and time.monotonic() < until:
+        for folder in folders:
+            with contextlib.suppress(OSError):
+                folder.rmdir()
+        time.sleep(0.01)
+
+
+def kills(group: str | None) -> int:
+    """Return how many processes of a group the kernel has ended, for want of memory."""
+    for name in ("memory.events", "memory.oom_control") if group else ():
+        with contextlib.suppress(OSError):
+            rows = (line.split() for line in Path(str(group), name).read_text().splitlines())
+            return next((int(row[1]) for row in rows if row[0] == "oom_kill"), 0)
+    return 0
+
+
+def entering(group: object, command: list) -> list:
+    """Return a command line that runs a command in a control group, or as it is without one."""
+    script = 'echo 0 >"$0/cgroup.procs"; exec "$@"'
+    return ["sh", "-c", script, str(group), *command] if group else command
+
+
+def limit_requests(report: Callable[[str], None]) -> None:
+    """Limit what the masters and nodes that this process starts from now on receive and keep."""
+    import rosgraph.xmlrpc
+
+    received = 0
+
+    class Limited(rosgraph.xmlrpc.SilenceableXMLRPCRequestHandler):
+        def do_POST(self) -> None:
+            nonlocal received
+            size = self.headers.get("Content-Length", "")
+            if size.isascii() and size.isdigit() and "Content-Encoding" not in self.headers:
+                received += min(int(size), _MAX_REQUEST)
+                if int(size) <= _MAX_REQUEST and received <= _MAX_REQUESTS:
+                    super().do_POST()
+                    return
+            report("more than allowed was sent to the ROS master")
+            self.close_connection = True
+            self.send_error(413)
+
+    rosgraph.xmlrpc.SilenceableXMLRPCRequestHandler = Limited
