@@ -9,7 +9,7 @@ from pathlib import Path
 import yaml
 
 from driverless.driver import Driver
-from driverless.settings import read_settings as read_driver_settings
+from world.rules import checked
 from world.settings import read_settings as read_world_settings
 from world.simulation import Simulation
 
@@ -73,7 +73,7 @@ def drive(points, start, world=None, driver=None, laps=1, delay=0, step_limit=60
         settings = read_world_settings(packaged("world", waypoints_path=file.name, **(world or {})))
         simulation = Simulation(settings)
     simulation.place_car(*start)
-    driver_settings = read_driver_settings(packaged("driverless", **(driver or {})))
+    driver_settings = checked("driverless", packaged("driverless", **(driver or {})))
     student = Driver(driver_settings)
     if driver_settings.use_map:
         student.set_map(simulation.waypoints)

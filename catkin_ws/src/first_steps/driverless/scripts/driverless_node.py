@@ -10,13 +10,13 @@ from um_msgs.msg import CarPosition, SteeringCommand, Waypoint, Waypoints
 
 from driverless.driver import Driver
 from driverless.route import Point
-from driverless.settings import read_settings
+from world.rules import checked
 
 
 class Driverless:
     def __init__(self):
         # Parameters
-        self.settings = read_settings(rospy.get_param("~", {}))
+        self.settings = checked("driverless", rospy.get_param("~", {}))
 
         # State. ROS runs callbacks in several threads: the lock protects the driver.
         self.driver = Driver(self.settings)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from driverless.driver import Driver, heading_error
 from driverless.route import Point, Route
-from driverless.settings import read_settings
+from world.rules import checked
 
 PI = math.pi
 CONFIG = yaml.safe_load(
@@ -20,7 +20,7 @@ coordinates, angles = st.floats(-1e3, 1e3), st.floats(-50.0, 50.0)
 
 
 def driver(**overrides):
-    return Driver(read_settings({**CONFIG, **overrides}))
+    return Driver(checked("driverless", {**CONFIG, **overrides}))
 
 
 @given(coordinates, coordinates, angles, coordinates, coordinates)

@@ -22,7 +22,7 @@ class Driver:
     """Driver that follows points of finite numbers in the order of idx, lap after lap."""
 
     def __init__(self, settings: SimpleNamespace):
-        """Create a driver; `settings` are those of `driverless.settings.read_settings`."""
+        """Create a driver; `settings` are the parameters of config/driverless.yaml."""
         self.settings = settings
         self._route = Route()
         self._sensed: set[Point] = set()

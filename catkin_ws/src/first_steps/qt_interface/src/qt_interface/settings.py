@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, Mapping, NamedTuple
 
-import rospkg
-import yaml
-from jsonschema import Draft4Validator
+# The parameters of config/qt_interface.yaml, which documents their units, with their types
+TYPES: dict[str, Any] = {
+    "frame_rate": (int, float),
+    "trail_jump": (int, float),
+    "plain_car_size": (int, float),
+    "window_width": int,
+    "window_height": int,
+    "trail_points": int,
+}
 
 
 class WorldSizes(NamedTuple):
@@ -35,21 +40,19 @@ def read_settings(parameters: Mapping[str, Any]) -> SimpleNamespace:
         parameters: values by name; other names are ignored
 
     Raises:
-        ValueError: a parameter is missing, or config/rules.yaml refuses its value
+        ValueError: a parameter is missing, has the wrong type or is out of range
     """
-    folder = Path(rospkg.RosPack().get_path("qt_interface"))
-    rules = yaml.safe_load((folder / "config" / "rules.yaml").read_text(encoding="utf-8"))
-    for name, rule in rules.items():
+    for name, kind in TYPES.items():
         if name not in parameters:
             raise ValueError(
                 f"parameter ~{name} is missing: load config/qt_interface.yaml, "
                 "as qt_interface.launch does"
             )
         value = parameters[name]
-        is_finite = not isinstance(value, float) or math.isfinite(value)
-        if not (is_finite and Draft4Validator(rule).is_valid(value)):
-            raise ValueError(f"parameter ~{name} is {value!r}: give {rule['description']}")
-    return SimpleNamespace(**{name: parameters[name] for name in rules})
+        if not (is_positive(value) and isinstance(value, kind)):
+            valid = "a whole number above 0" if kind is int else "a number above 0"
+            raise ValueError(f"parameter ~{name} is {value!r}: give {valid}")
+    return SimpleNamespace(**{name: parameters[name] for name in TYPES})
 
 
 def read_world_sizes(parameters: Mapping[str, Any]) -> WorldSizes:

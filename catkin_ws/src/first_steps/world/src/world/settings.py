@@ -2,37 +2,19 @@
 
 from __future__ import annotations
 
-import math
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, Mapping
 
-import rospkg
-import yaml
-from jsonschema import Draft4Validator
+from world.rules import checked
 
 
 def read_settings(parameters: Mapping[str, Any]) -> SimpleNamespace:
-    """Return the validated settings, one attribute for each parameter of config/world.yaml.
-
-    Args:
-        parameters: values by name; other names are ignored
+    """Return the settings of `world.rules.checked`.
 
     Raises:
-        ValueError: a parameter is missing, or config/rules.yaml refuses its value
+        ValueError: they refuse a parameter, or the car has no room or starts in a wall
     """
-    folder = Path(rospkg.RosPack().get_path("world"))
-    rules = yaml.safe_load((folder / "config" / "rules.yaml").read_text(encoding="utf-8"))
-    for name, rule in rules.items():
-        if name not in parameters:
-            raise ValueError(
-                f"parameter ~{name} is missing: load config/world.yaml, as world.launch does"
-            )
-        value = parameters[name]
-        is_finite = not isinstance(value, float) or math.isfinite(value)
-        if not (is_finite and Draft4Validator(rule).is_valid(value)):
-            raise ValueError(f"parameter ~{name} is {value!r}: give {rule['description']}")
-    settings = SimpleNamespace(**{name: parameters[name] for name in rules})
+    settings = checked("world", parameters)
     for side, start in (("field_width", "start_x"), ("field_height", "start_y")):
         limit = (parameters[side] - settings.car_size) / 2.0
         if limit <= 0.0:

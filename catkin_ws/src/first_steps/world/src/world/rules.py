@@ -1,4 +1,4 @@
-"""Read and validate the parameters of the driver."""
+"""Validate the parameters of a node by the rules in its package."""
 
 from __future__ import annotations
 
@@ -12,22 +12,23 @@ import yaml
 from jsonschema import Draft4Validator
 
 
-def read_settings(parameters: Mapping[str, Any]) -> SimpleNamespace:
-    """Return the validated settings, one attribute for each parameter of config/driverless.yaml.
+def checked(package: str, parameters: Mapping[str, Any]) -> SimpleNamespace:
+    """Return the validated settings, one attribute for each parameter of config/PACKAGE.yaml.
 
     Args:
+        package: the package, whose config/rules.yaml has a JSON schema for each parameter
         parameters: values by name; other names are ignored
 
     Raises:
-        ValueError: a parameter is missing, or config/rules.yaml refuses its value
+        ValueError: a parameter is missing, or the rules refuse its value
     """
-    folder = Path(rospkg.RosPack().get_path("driverless"))
+    folder = Path(rospkg.RosPack().get_path(package))
     rules = yaml.safe_load((folder / "config" / "rules.yaml").read_text(encoding="utf-8"))
     for name, rule in rules.items():
         if name not in parameters:
             raise ValueError(
-                f"parameter ~{name} is missing: load config/driverless.yaml, "
-                "as driverless.launch does"
+                f"parameter ~{name} is missing: load config/{package}.yaml, "
+                f"as {package}.launch does"
             )
         value = parameters[name]
         is_finite = not isinstance(value, float) or math.isfinite(value)
