@@ -50,6 +50,7 @@ def scheduler(start):
     return scheduler
 
 
+@pytest.mark.nightly
 @pytest.mark.slow(20)
 def test_worker_of_a_cluster_grades_as_this_machine_does(start, scheduler, tmp_path):
     students = tmp_path / "class"

@@ -69,7 +69,7 @@ def test_stack_off_its_lane_fails_with_the_metrics_and_leaves_a_report(environme
 def test_stack_that_stops_at_lights_passes_and_gives_the_trace_of_one_process(
     environment, tmp_path
 ):
-    status, output = check(environment, tmp_path, "scenario:=traffic_lights", "camera:=true")
+    status, output = check(environment, tmp_path, "scenario:=traffic_lights", "camera:=false")
     assert status == 0, output
     write_report(str(tmp_path / "process.json"), drive_result("traffic_lights"))
     trace = tmp_path / "found" / "report.csv"

@@ -15,7 +15,7 @@ from sdc_sim.road.random_routes import random_route
 
 pytestmark = pytest.mark.slow(25)
 
-ROUTES = 400 if os.environ.get("HYPOTHESIS_PROFILE") == "nightly" else 20
+ROUTES = 400 if os.environ.get("HYPOTHESIS_PROFILE") == "nightly" else 10
 HALF_LANE_M = 1.75
 HALF_CAR_M = 1.0
 JOIN_M = 30.0

@@ -5,7 +5,8 @@ import re
 
 import pytest
 
-pytestmark = pytest.mark.slow(15)
+# workshop/test/test_overlay.py has one case of it in every run.
+pytestmark = [pytest.mark.slow(15), pytest.mark.nightly]
 
 BROKEN = "def broken(:\n"
 # ROS itself needs a manifest that can be read.
@@ -46,7 +47,7 @@ def test_package_of_this_test_is_broken(broken_package, start):
     assert "SyntaxError" in program.output
 
 
-@pytest.mark.parametrize("sync", ["true", pytest.param("false", marks=pytest.mark.nightly)])
+@pytest.mark.parametrize("sync", ["true", "false"])
 def test_world_runs_with_a_broken_student_package(broken_package, start, route, tmp_path, sync):
     """Odometry, pictures and clock arrive; in lockstep without a stack, after the timeouts."""
     (tmp_path / "world.launch").write_text(f"""
