@@ -1,11 +1,14 @@
 """Follow the page of each lab word for word, in an empty home, with real terminals."""
 
 import pytest
+from finished_workspace import solved
 from guide_blocks import read
 from guide_student import Student
 
 from sdc_workshop.check import chosen
+from sdc_workshop.exam.sandbox import SandboxError, require
 from sdc_workshop.grading.copying import copy_workspace, is_workspace
+from sdc_workshop.grading.grading import Conditions, grade
 from sdc_workshop.steps import LABS, load_steps
 from sdc_workshop.workspace import (
     PROJECT,
@@ -17,6 +20,8 @@ from sdc_workshop.workspace import (
 )
 
 pytestmark = pytest.mark.slow(60)
+
+LIMIT_S = 1200
 
 
 def page(lab):
@@ -72,3 +77,18 @@ def test_grading_a_lab_takes_the_finished_car(tmp_path, lab):
     copy_workspace(source, copy, lab)
     assert differences(copy) == []
     assert (copy / "src" / name).read_text() == "mine"
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("lab", LABS)
+def test_graded_car_of_a_lab_drives_a_road_of_the_seed_too(tmp_path, lab):
+    try:
+        require()
+    except SandboxError as error:
+        pytest.skip(str(error))
+    steps = (f"{lab}-drive",)
+    conditions = Conditions(LIMIT_S, 20000, steps=steps, lab=lab, seed=5)
+    found = grade("ada", solved(tmp_path / "ws"), tmp_path / "grade", conditions)
+    assert [found.report["status"], found.unknown["status"]] == ["completed", "completed"]
+    assert found.report["duration_s"] != found.unknown["duration_s"]
+    assert found.contained == []

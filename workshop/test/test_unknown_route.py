@@ -6,14 +6,15 @@ import pytest
 
 from sdc_experiments.closed_loop import drive
 from sdc_package.car import MissionDriver
-from sdc_workshop.grading.unknown_route import write_unknown_route
+from sdc_workshop.grading.unknown_route import write_unknown_route, write_unseen_road
 
 
-def test_seed_alone_decides_about_road_and_traffic(tmp_path):
+@pytest.mark.parametrize("write", [write_unknown_route, write_unseen_road])
+def test_seed_alone_decides_about_road_and_traffic(tmp_path, write):
     texts = []
     for name, seed in (("a", 7), ("b", 7), ("c", 8)):
         (tmp_path / name).mkdir()
-        texts.append([path.read_text() for path in write_unknown_route(seed, tmp_path / name)])
+        texts.append([path.read_text() for path in write(seed, tmp_path / name)])
     assert texts[0] == texts[1]
     assert all(one != other for one, other in zip(texts[0], texts[2]))
 

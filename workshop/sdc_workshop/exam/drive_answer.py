@@ -31,16 +31,18 @@ def _driven(
     stage: Stage, path: Path, arguments: list, lab: str, table: dict, unknown: Sequence[Path]
 ) -> tuple:
     """Drive and write the report; return the status, None after a timeout, and the output."""
+    traffic = [f"obstacles_path:={file}" for file in unknown[1:]]
     if stage.sandbox is not None:
         from sdc_workshop.exam.refereed_drive import refereed_drive
 
         held_out = lesson_folder(lab) / table["held_out"] if "held_out" in table else None
-        world = [*table["world"], *(f"obstacles_path:={file}" for file in unknown[1:])]
-        more = {"route": unknown[0]} if unknown else {}
-        return refereed_drive(stage, arguments, path, DRIVE_TIMEOUT_S, world, held_out, **more)
+        world = [*table["world"], *traffic]
+        more = {"held_out": held_out}
+        if unknown:
+            more = {"route" if held_out is None else "held_out": unknown[0]}
+        return refereed_drive(stage, arguments, path, DRIVE_TIMEOUT_S, world, **more)
     if unknown:
-        route, scenario = unknown
-        arguments = [*arguments, f"waypoints_path:={route}", f"obstacles_path:={scenario}"]
+        arguments = [*arguments, f"waypoints_path:={unknown[0]}", *traffic]
     stage.master  # noqa: B018  roslaunch uses a master that already runs
     command = ["roslaunch", "--skip-log-check", *arguments, f"report:={path}"]
     with stage.program(command) as program:
@@ -62,7 +64,7 @@ def drive_answer(stage: Stage, lab: str, table: dict, unknown: Sequence[Path] = 
         stage: where the car drives
         lab: the lab, or WORKSHOP
         table: how it drives, the entry `drive` of checks.yaml
-        unknown: waypoint file and scenario of another road than the packaged one
+        unknown: waypoint file of another road than the packaged one, and its scenario, if any
 
     Returns:
         the answer, and the referee's report as a dictionary, or None without one
@@ -70,7 +72,7 @@ def drive_answer(stage: Stage, lab: str, table: dict, unknown: Sequence[Path] = 
     path = stage.hidden / ("unknown" if unknown else "report") / "report.json"
     stage.forget_build()
     arguments = [*_ARGUMENTS.split(), *table["car"]]
-    if "route" in table and stage.sandbox is None:
+    if "route" in table and stage.sandbox is None and not unknown:
         arguments.append(f"waypoints_path:={lesson_folder(lab) / table['route']}")
     status, output = _driven(stage, path, arguments, lab, table, unknown)
     output = plain(output)

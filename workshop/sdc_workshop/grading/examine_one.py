@@ -5,9 +5,9 @@ Usage: python3 -m sdc_workshop.grading.examine_one WORKSPACE RESULT_FOLDER BUILD
 SEED LAB [STEP ...]
 
 The student's programs run in a sandbox, as the user with this id where this one is root; with the
-user id "none", without a sandbox. With a SEED, not "", a car of the workshop that has driven the
-town drives the unknown route, too. LAB is the name of the lab, or "" for the workshop. Without a
-STEP, all its steps are checked.
+user id "none", without a sandbox. With a SEED, not "", a car that has driven the
+first road drives the unknown route, too. LAB is the name of the lab, or "" for the workshop.
+Without a STEP, all its steps are checked.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from sdc_workshop.exam.sandbox import Sandbox
 from sdc_workshop.exam.stage import Stage
 from sdc_workshop.exam.student import Student
 from sdc_workshop.grading.record import BUILD_LOG, NO_SANDBOX, Record
-from sdc_workshop.grading.unknown_route import write_unknown_route
+from sdc_workshop.grading.unknown_route import write_unknown_route, write_unseen_road
 from sdc_workshop.steps import Step, load_steps
 from sdc_workshop.workspace import WORLD_SETUP
 
@@ -67,11 +67,12 @@ def main() -> None:
             record.answer(step.id, answer.as_dict())
 
         examination.judge(steps, save, on_begin=lambda step: record.begin(step.id))
-        if seed and not lab and examination.report:
+        if seed and examination.report:
             record.begin(UNKNOWN)
             # The student's programs see the road when they drive it, and never its traffic.
             with tempfile.TemporaryDirectory(prefix="workshop_road_") as road:
-                examination.drive_unknown(lab, write_unknown_route(int(seed), Path(road)))
+                write = write_unseen_road if lab == "perception" else write_unknown_route
+                examination.drive_unknown(lab, write(int(seed), Path(road)))
         for name in ("report", "unknown"):
             for path in sorted((stage.hidden / name).glob("report*")):
                 if path.is_file():

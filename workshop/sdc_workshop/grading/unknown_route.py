@@ -11,11 +11,13 @@ from pathlib import Path
 import numpy as np
 import yaml
 
+from sdc_sim.road.random_routes import long_route
 from sdc_sim.road.route_generator import csv_lines, generate_route
 
 SPACING_M = 1.0
 _FIRST_M = 75.0  # straight with the light, which the car reaches before it is green
 _STRAIGHT_M = 85.0
+_UNSEEN_M = 200.0
 _SIDES = ("right_deg", "left_deg")
 
 
@@ -44,6 +46,14 @@ def write_unknown_route(seed: int, folder: Path) -> tuple[Path, Path]:
     text = yaml.safe_dump({"frame": "route", "obstacles": obstacles, "lights": lights})
     scenario.write_text(text, encoding="utf-8")
     return route, scenario
+
+
+def write_unseen_road(seed: int, folder: Path) -> tuple[Path]:
+    """Write a road without traffic, for a car that drives by its camera alone; return the file."""
+    route = folder / "unknown_route.csv"
+    # The y axis of a waypoint file points to the right.
+    np.savetxt(route, long_route(seed, _UNSEEN_M) * (1.0, -1.0), fmt="%.4f", delimiter=",")
+    return (route,)
 
 
 def _pedestrian(random: np.random.Generator, start_m: float, side: float) -> dict:
