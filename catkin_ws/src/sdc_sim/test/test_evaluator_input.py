@@ -6,6 +6,7 @@ import pytest
 import rosbag
 import rospy
 import yaml
+from ackermann_msgs.msg import AckermannDrive
 from carla_msgs.msg import CarlaEgoVehicleControl
 from nav_msgs.msg import Odometry
 from referee_rules import RULES
@@ -69,6 +70,22 @@ def test_messages_become_a_drive():
     assert result.progress.samples[0].speed_mps == 3.0
     np.testing.assert_allclose(result.planned[:, :2], [(0.0, 4.0)])
     np.testing.assert_allclose(result.commands, [(0.5, 0.0, -0.25)])
+
+
+@pytest.mark.parametrize("converted", [False, True])
+def test_ackermann_targets_answer_ticks_unless_a_node_turns_them_into_commands(converted):
+    evaluator_input = with_route()
+    for tick in range(1, 5):
+        message = odometry_message(tick)
+        evaluator_input.odometry(message)
+        if converted:
+            evaluator_input.command(CarlaVehicleControl(throttle=0.5, header=message.header))
+        evaluator_input.target(AckermannDrive(speed=5.0))
+    result = evaluator_input.evaluator.result()
+    assert result.metrics["ticks_by_order"] == (0 if converted else 4)
+    assert result.metrics["ticks_by_stamp"] == (4 if converted else 0)
+    assert np.isnan(result.commands).all() == (not converted)
+    assert np.isnan(result.commands).any() == (not converted)
 
 
 @pytest.mark.parametrize("message_class", [CarlaVehicleControl, CarlaEgoVehicleControl])

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+from ackermann_msgs.msg import AckermannDrive
 from carla_msgs.msg import (
     CarlaCollisionEvent,
     CarlaEgoVehicleControl,
@@ -56,6 +57,7 @@ class EvaluatorInput:
         self.evaluator = evaluator
         evaluator.odometry_topic = odometry_topic or ego + "/odometry"
         self._wall_clock = wall_clock
+        self._has_commands = False
         # Odometry is last: a sim in lockstep starts when the referee subscribes to it, and by then
         # the referee must be subscribed to all other topics.
         self.topics = {
@@ -63,6 +65,7 @@ class EvaluatorInput:
             PATH_TOPIC: (AnyMsg, self.local_path),
             REASON_TOPIC: (SpeedReason, self.reason),
             ego + "/vehicle_control_cmd": (AnyMsg, self.command),
+            ego + "/ackermann_cmd": (AckermannDrive, self.target),
             ego + "/collision": (CarlaCollisionEvent, self.collision),
             ego + "/obstacles": (ObstacleArray, self.obstacles),
             "/carla/traffic_lights/info": (CarlaTrafficLightInfoList, self.light_info),
@@ -86,9 +89,15 @@ class EvaluatorInput:
 
     def command(self, message: Any) -> None:
         """Add a command of any version of the bridge."""
+        self._has_commands = True
         command = control_command(message)
         values = command.throttle, command.brake, command.steer
         self.evaluator.add("command", command.header.stamp.to_nsec(), *values)
+
+    def target(self, message: AckermannDrive) -> None:
+        """Add a command of unknown pedals, unless a node turns the targets into commands."""
+        if not self._has_commands:
+            self.evaluator.add("command", 0, *[math.nan] * 3)
 
     def local_path(self, path: Any) -> None:
         """Add the planned speed: that of the first point, which is the first not behind the car."""
