@@ -39,7 +39,7 @@ from sdc_common.ros.refusal import refusing
 from sdc_common.validation import check_positive
 from sdc_package.steering.loader import METHODS
 from sdc_sim.manual_control.keyboard import KeyboardControlRates
-from sdc_sim.runner import PackagedFolders
+from sdc_sim.scenario.packaged import folder_of
 
 CAMERA = EGO + "/camera/rgb/front/image_color"
 LANE_MASK = "/camera/lane_mask"
@@ -339,7 +339,7 @@ class Cockpit:
 
 
 def scenario_names():
-    folder = PackagedFolders.find().scenarios
+    folder = folder_of("scenario")
     return sorted(path.stem for path in Path(folder).glob("*.yaml"))
 
 

@@ -13,13 +13,12 @@ from sdc_sim.evaluation.route_progress import (
 )
 from sdc_sim.report.html_page import MEANINGS
 from sdc_sim.scenario.acceptance_limits import (
-    AcceptanceLimits,
-    RequiredStop,
     read_report,
     violations,
 )
 from sdc_sim.yaml_document import schema
 
+STOP = {"at_m": 50.0, "within_m": 1.0}
 REPORT = {
     "status": "completed",
     "cross_track_max_m": 0.62,
@@ -32,41 +31,41 @@ REPORT = {
 @pytest.mark.parametrize(
     ("limits", "stops_m", "lines"),
     [
-        (AcceptanceLimits(), (), []),
+        (dict(), (), []),
         (
-            AcceptanceLimits(at_most={"cross_track_max_m": 0.62}, at_least={"missed_ticks": 3}),
+            dict(at_most={"cross_track_max_m": 0.62}, at_least={"missed_ticks": 3}),
             (),
             [],
         ),
-        (AcceptanceLimits(status="collision"), (), ["status is completed, must be collision"]),
+        (dict(status="collision"), (), ["status is completed, must be collision"]),
         (
-            AcceptanceLimits(at_most={"cross_track_max_m": 0.5}),
+            dict(at_most={"cross_track_max_m": 0.5}),
             (),
             ["cross_track_max_m is 0.62, at most 0.5 is allowed"],
         ),
         (
-            AcceptanceLimits(at_least={"missed_ticks": 4}),
+            dict(at_least={"missed_ticks": 4}),
             (),
             ["missed_ticks is 3, at least 4 is allowed"],
         ),
         (
-            AcceptanceLimits(at_most={"infractions": 2, "red_light": 0, "collision_static": 2}),
+            dict(at_most={"infractions": 2, "red_light": 0, "collision_static": 2}),
             (),
             ["infractions is 3, at most 2 is allowed", "red_light is 1, at most 0 is allowed"],
         ),
         (
-            AcceptanceLimits(at_most={"jerk_max_mps3": 9.0}),
+            dict(at_most={"jerk_max_mps3": 9.0}),
             (),
             ["jerk_max_mps3 is not in the report, at most 9 is allowed"],
         ),
-        (AcceptanceLimits(stops=(RequiredStop(50.0, 1.0),)), (10.0, 51.0), []),
+        (dict(stops=[STOP]), (10.0, 51.0), []),
         (
-            AcceptanceLimits(stops=(RequiredStop(50.0, 1.0),)),
+            dict(stops=[STOP]),
             (10.0, 51.2),
             ["the car did not stop 50 m along the route (within 1 m); it stopped at: 10.0, 51.2"],
         ),
         (
-            AcceptanceLimits(stops=(RequiredStop(50.0, 1.0),)),
+            dict(stops=[STOP]),
             (),
             ["the car did not stop 50 m along the route (within 1 m); it stopped at: nowhere"],
         ),

@@ -8,9 +8,9 @@ import pytest
 import yaml
 
 from sdc_sim.scenario.packaged import (
-    PackagedFolders,
     find_packaged,
     find_route,
+    folder_of,
     overridden,
     sensor_options,
     sim_options,
@@ -18,8 +18,8 @@ from sdc_sim.scenario.packaged import (
 from sdc_sim.scenario.reader import Scenario
 from sdc_sim.yaml_document import DocumentError
 
-FOLDERS = PackagedFolders.find()
 SCENARIO = Scenario("/my/drive.yaml")
+KNOWN = "The known ones are: bmw_320i ford_escort snider2009 tesla_model3 vw_vanagon"
 PARAMETERS = {"friction": 0.9, "gnss": {"noise_m": 0.0, "period_s": 0.1}}
 
 
@@ -58,61 +58,55 @@ def test_option_that_is_no_parameter_is_refused(options, message):
 @pytest.mark.parametrize(
     ("name", "message"),
     [
-        (
-            "thre",
-            "here: unknown word 'thre'; did you mean 'three'? The known ones are: one three",
-        ),
-        ("xyz", "here: unknown word 'xyz'; The known ones are: one three"),
-        ("two.txt", "here: unknown word 'two.txt'; The known ones are: one three"),
+        ("bmw_320", f"here: unknown vehicle 'bmw_320'; did you mean 'bmw_320i'? {KNOWN}"),
+        ("xyz", f"here: unknown vehicle 'xyz'; {KNOWN}"),
+        ("../sim", f"here: unknown vehicle '../sim'; {KNOWN}"),
     ],
 )
-def test_unknown_name_is_refused_with_the_sorted_known_ones(tmp_path, name, message):
-    for file in ("three.yaml", "one.yaml", "two.txt"):
-        (tmp_path / file).touch()
-    assert find_packaged("word", "one", str(tmp_path), ".yaml", "here") == str(
-        tmp_path / "one.yaml"
-    )
+def test_unknown_name_is_refused_with_the_sorted_known_ones(name, message):
+    path = os.path.join(folder_of("vehicle"), "bmw_320i.yaml")
+    assert find_packaged("vehicle", "bmw_320i", "here") == path
     with refused(message):
-        find_packaged("word", name, str(tmp_path), ".yaml", "here")
+        find_packaged("vehicle", name, "here")
 
 
 def test_sensors_of_a_scenario_are_the_parameters_of_their_file():
-    assert sensor_options(SCENARIO, FOLDERS) == {}
+    assert sensor_options(SCENARIO) == {}
     standard = replace(SCENARIO, sensors="standard")
-    with open(os.path.join(FOLDERS.sensors, "standard.yaml"), encoding="utf-8") as file:
+    with open(os.path.join(folder_of("sensors"), "standard.yaml"), encoding="utf-8") as file:
         expected = yaml.safe_load(file)
-    first = sensor_options(standard, FOLDERS)
+    first = sensor_options(standard)
     assert first == expected
     first["gnss"].clear()
-    assert sensor_options(standard, FOLDERS) == expected
+    assert sensor_options(standard) == expected
     with pytest.raises(
         DocumentError, match="^/my/drive.yaml: unknown sensors 'standart'; did you mean 'standard'"
     ):
-        sensor_options(replace(SCENARIO, sensors="standart"), FOLDERS)
+        sensor_options(replace(SCENARIO, sensors="standart"))
 
 
 def test_given_settings_are_merged_for_a_sensor_and_replace_every_other_section():
     scenario = replace(SCENARIO, sim={"gnss": {"noise_m": 2.0, "period_s": 1.0}, "start": {"a": 1}})
     given = {"gnss": {"noise_m": 5.0}, "imu": {"period_s": 0.0}, "start": {"b": 2}}
-    assert sim_options(scenario, FOLDERS, given) == {
+    assert sim_options(scenario, given) == {
         "gnss": {"noise_m": 5.0, "period_s": 1.0},
         "imu": {"period_s": 0.0},
         "start": {"b": 2},
     }
-    assert sim_options(scenario, FOLDERS, {"gnss": 7})["gnss"] == 7
+    assert sim_options(scenario, {"gnss": 7})["gnss"] == 7
 
 
 @pytest.mark.parametrize(
     ("route", "path"),
     [
-        ("town", os.path.join(FOLDERS.routes, "waypoints.csv")),
+        ("town", os.path.join(folder_of("route"), "waypoints.csv")),
         ("roads/mine.csv", "/my/roads/mine.csv"),
         ("/else/where.csv", "/else/where.csv"),
         ("~/mine.csv", os.path.expanduser("~/mine.csv")),
     ],
 )
 def test_route_is_a_name_or_a_path_relative_to_the_scenario(route, path):
-    assert find_route(SCENARIO.path, route, FOLDERS) == path
+    assert find_route(SCENARIO.path, route) == path
 
 
 def test_unknown_route_is_refused():
@@ -120,4 +114,4 @@ def test_unknown_route_is_refused():
         "/my/drive.yaml: unknown route 'twon'; use town, the path of a .csv file relative to this "
         "file, or a list of straights and bends"
     ):
-        find_route(SCENARIO.path, "twon", FOLDERS)
+        find_route(SCENARIO.path, "twon")

@@ -5,12 +5,11 @@ import os
 import pytest
 
 from sdc_sim.runner import prepare
-from sdc_sim.scenario.packaged import PackagedFolders, find_scenario
+from sdc_sim.scenario.packaged import find_scenario, folder_of
 from sdc_sim.scenario.reader import load_scenario
 
-FOLDERS = PackagedFolders.find()
 SCENARIOS = sorted(
-    name[: -len(".yaml")] for name in os.listdir(FOLDERS.scenarios) if name.endswith(".yaml")
+    name[: -len(".yaml")] for name in os.listdir(folder_of("scenario")) if name.endswith(".yaml")
 )
 EXPECTED = {
     "town",
@@ -33,10 +32,10 @@ EXPECTED = {
 
 @pytest.mark.parametrize("name", sorted(EXPECTED))
 def test_packaged_scenario_can_be_driven_and_is_listed_in_the_readme(name, tmp_path):
-    scenario = load_scenario(find_scenario(name, FOLDERS))
-    got = prepare(scenario, str(tmp_path / "report.json"), {}, FOLDERS)
+    scenario = load_scenario(find_scenario(name))
+    got = prepare(scenario, str(tmp_path / "report.json"), {})
     assert os.path.exists(got["waypoints_path"])
-    with open(os.path.join(FOLDERS.scenarios, "README.md"), encoding="utf-8") as file:
+    with open(os.path.join(folder_of("scenario"), "README.md"), encoding="utf-8") as file:
         assert f"| `{name}` | {scenario.about} |" in file.read()
 
 

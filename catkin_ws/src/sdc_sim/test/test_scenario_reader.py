@@ -15,7 +15,6 @@ from sdc_common.geometry.route import Route
 from sdc_common.routes.waypoint_file import load_waypoints
 from sdc_sim.physics.obstacles import Obstacles
 from sdc_sim.physics.traffic_lights import TrafficLightPlan, TrafficLights
-from sdc_sim.scenario.acceptance_limits import AcceptanceLimits, RequiredStop
 from sdc_sim.scenario.reader import load_scenario
 from sdc_sim.scenario.traffic import load_lights, load_obstacles
 from sdc_sim.yaml_document import DocumentError
@@ -103,12 +102,12 @@ def test_all_keys_of_a_scenario_are_read(tmp_path):
         "start": {"left_m": 2.0, "turned_rad": -1.0},
     }
     assert isinstance(scenario.sim["seed"], int)
-    assert scenario.limits == AcceptanceLimits(
-        "collision",
-        {"cross_track_max_m": 0.5, "infractions": 1.0},
-        {"red_light": 1.0},
-        (RequiredStop(27.0, 1.0),),
-    )
+    assert scenario.limits == {
+        "status": "collision",
+        "at_most": {"cross_track_max_m": 0.5, "infractions": 1.0},
+        "at_least": {"red_light": 1.0},
+        "stops": [{"at_m": 27, "within_m": 1}],
+    }
     assert load_obstacles(path, ROUTE) == []
     assert load_lights(path, ROUTE) == [
         TrafficLightPlan(30.0, 0.0, 0.0, (("red", 5.0), ("green", 10.5)), 2.0)

@@ -11,15 +11,13 @@ from sdc_common.ros.catkin_workspace import WorkspaceError
 from sdc_common.routes.waypoint_file import load_waypoints
 from sdc_sim.runner import (
     CheckedDrive,
-    PackagedFolders,
     launch_arguments,
     main,
     prepare,
 )
+from sdc_sim.scenario.packaged import folder_of
 from sdc_sim.scenario.reader import load_scenario
 from sdc_sim.yaml_document import DocumentError
-
-FOLDERS = PackagedFolders.find()
 
 
 def write(tmp_path, text):
@@ -29,7 +27,7 @@ def write(tmp_path, text):
 
 
 def arguments(tmp_path, text, **given):
-    return launch_arguments(load_scenario(write(tmp_path, text)), FOLDERS, "/generated.csv", given)
+    return launch_arguments(load_scenario(write(tmp_path, text)), "/generated.csv", given)
 
 
 def test_each_key_of_a_scenario_reaches_its_argument(tmp_path):
@@ -38,8 +36,8 @@ def test_each_key_of_a_scenario_reaches_its_argument(tmp_path):
         "route: town\nvehicle: bmw_320i\nstack: student_nodes\nfriction: 0.5\nstart: {left_m: 1}",
     )
     assert got["obstacles_path"] == str(tmp_path / "mine.yaml")
-    assert got["waypoints_path"] == os.path.join(FOLDERS.routes, "waypoints.csv")
-    assert got["stack"] == os.path.join(FOLDERS.stacks, "student_nodes.launch")
+    assert got["waypoints_path"] == os.path.join(folder_of("route"), "waypoints.csv")
+    assert got["stack"] == os.path.join(folder_of("stack"), "student_nodes.launch")
     assert yaml.safe_load(got["sim_options"]) == {
         "friction": 0.5,
         "start": {"left_m": 1.0},
@@ -61,7 +59,7 @@ def test_given_arguments_override_and_options_are_merged(tmp_path):
 
 def test_generated_route_is_written_only_next_to_the_report(tmp_path):
     path = write(tmp_path, "route: [straight_m: 30]")
-    got = prepare(load_scenario(path), str(tmp_path / "out" / "report.json"), {}, FOLDERS)
+    got = prepare(load_scenario(path), str(tmp_path / "out" / "report.json"), {})
     assert got["waypoints_path"] == str(tmp_path / "out" / "report.route.csv")
     assert load_waypoints(got["waypoints_path"])[-1] == pytest.approx((30.0, 0.0))
     assert sorted(os.listdir(tmp_path)) == ["mine.yaml", "out"]
@@ -105,7 +103,7 @@ def test_arguments_are_printed_one_per_line_and_options_last(command, tmp_path):
     assert (status, errors) == (0, "")
     assert output.splitlines() == [
         f"obstacles_path:={path}",
-        f"waypoints_path:={FOLDERS.routes}/waypoints.csv",
+        "waypoints_path:=" + folder_of("route") + "/waypoints.csv",
         "rviz:=true",
         "sim_options:={seed: 3, vehicle: 'a:=b'}",
         "--screen",
@@ -139,7 +137,7 @@ def test_drive_gets_the_arguments_of_its_scenario(tmp_path):
         "sync": "false",
         "camera": "false",
         "obstacles_path": path,
-        "waypoints_path": os.path.join(FOLDERS.routes, "waypoints.csv"),
+        "waypoints_path": os.path.join(folder_of("route"), "waypoints.csv"),
         "rviz": "true",
         "sim_options": "{}",
         "headless": "true",

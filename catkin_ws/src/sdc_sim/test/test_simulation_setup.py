@@ -8,12 +8,11 @@ import rospy
 
 from sdc_sim.ros import simulation_setup
 from sdc_sim.ros.simulation_setup import SimulationSetup
-from sdc_sim.scenario.packaged import PackagedFolders, node_config
+from sdc_sim.scenario.packaged import folder_of, node_config
 
-FOLDERS = PackagedFolders.find()
 GIVEN = {
-    "vehicles_folder": FOLDERS.vehicles,
-    "waypoints_path": os.path.join(FOLDERS.routes, "waypoints.csv"),
+    "vehicles_folder": folder_of("vehicle"),
+    "waypoints_path": os.path.join(folder_of("route"), "waypoints.csv"),
     "obstacles_path": "",
     "sync": False,
     "camera": False,

@@ -9,7 +9,7 @@ import rospkg
 import yaml
 
 from sdc_sim.physics.vehicle_parameters import VehicleParameters, load_vehicle
-from sdc_sim.scenario.packaged import PackagedFolders, node_config
+from sdc_sim.scenario.packaged import folder_of, node_config
 
 
 def node_parameters(node: str) -> dict[str, Any]:
@@ -19,7 +19,7 @@ def node_parameters(node: str) -> dict[str, Any]:
 
 def vehicle_preset(name: str) -> VehicleParameters:
     """Return a vehicle of sdc_sim/config/vehicles."""
-    return load_vehicle(os.path.join(PackagedFolders.find().vehicles, f"{name}.yaml"))
+    return load_vehicle(os.path.join(folder_of("vehicle"), f"{name}.yaml"))
 
 
 def packaged_config(name: str) -> dict[str, Any]:

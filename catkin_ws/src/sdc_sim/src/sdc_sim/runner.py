@@ -37,9 +37,8 @@ from sdc_common.ros.catkin_workspace import (
 )
 from sdc_common.routes.waypoint_file import WaypointError, load_waypoints
 from sdc_sim.report.writer import EVENTS, companion, complete_report, is_complete
-from sdc_sim.scenario.acceptance_limits import AcceptanceLimits, read_report, violations
+from sdc_sim.scenario.acceptance_limits import read_report, violations
 from sdc_sim.scenario.packaged import (
-    PackagedFolders,
     find_packaged,
     find_route,
     find_scenario,
@@ -59,13 +58,12 @@ _NETWORK = ("ROS_MASTER_URI", "ROS_IP", "ROS_HOME")
 
 
 def launch_arguments(
-    scenario: Scenario, folders: PackagedFolders, generated_path: str, given: Mapping[str, str]
+    scenario: Scenario, generated_path: str, given: Mapping[str, str]
 ) -> dict[str, str]:
     """Return the arguments of all.launch, by name, for a scenario.
 
     Args:
         scenario: the scenario
-        folders: where to look up its names
         generated_path: the file of the route if the scenario generates one
         given: arguments that override those of the scenario
 
@@ -76,15 +74,13 @@ def launch_arguments(
     if isinstance(scenario.route, list):
         arguments["waypoints_path"] = generated_path
     elif scenario.route is not None:
-        arguments["waypoints_path"] = find_route(scenario.path, scenario.route, folders)
+        arguments["waypoints_path"] = find_route(scenario.path, scenario.route)
     if scenario.stack is not None and not given.get("workspace"):
-        arguments["stack"] = find_packaged(
-            "stack", scenario.stack, folders.stacks, ".launch", scenario.path
-        )
+        arguments["stack"] = find_packaged("stack", scenario.stack, scenario.path)
     if scenario.sensors is not None:
-        find_packaged("sensors", scenario.sensors, folders.sensors, ".yaml", scenario.path)
+        find_packaged("sensors", scenario.sensors, scenario.path)
         arguments["sensors"] = scenario.sensors
-    options = sim_options(scenario, folders, _parse_options(given.get("sim_options", "{}")))
+    options = sim_options(scenario, _parse_options(given.get("sim_options", "{}")))
     return {**arguments, **given, "sim_options": options_text(options)}
 
 
@@ -93,9 +89,7 @@ def options_text(options: Mapping[str, Any]) -> str:
     return yaml.safe_dump(dict(options), default_flow_style=True, width=sys.maxsize).strip()
 
 
-def prepare(
-    scenario: Scenario, report_path: str, given: Mapping[str, str], folders: PackagedFolders
-) -> dict[str, str]:
+def prepare(scenario: Scenario, report_path: str, given: Mapping[str, str]) -> dict[str, str]:
     """Return the launch arguments of a scenario after a check that it can be driven.
 
     A generated route is written next to the report.
@@ -104,12 +98,12 @@ def prepare(
         DocumentError, WaypointError, OSError: the scenario cannot be driven.
     """
     generated_path = os.path.splitext(os.path.abspath(report_path))[0] + ".route.csv"
-    arguments = launch_arguments(scenario, folders, generated_path, given)
+    arguments = launch_arguments(scenario, generated_path, given)
     if isinstance(scenario.route, list) and arguments["waypoints_path"] == generated_path:
         os.makedirs(os.path.dirname(generated_path), exist_ok=True)
         with open(generated_path, "w", encoding="utf-8") as file:
             file.writelines(generated_lines(scenario.route))
-    default_path = find_route("", "town", folders)
+    default_path = find_route("", "town")
     route = road_route(load_waypoints(arguments.get("waypoints_path") or default_path))
     load_obstacles(arguments["obstacles_path"], route)
     load_lights(arguments["obstacles_path"], route)
@@ -155,12 +149,11 @@ class CheckedDrive:
             self.environment = _world_environment() or os.environ
         else:
             _check_all_launch()
-        self.limits, camera, sync = AcceptanceLimits(), True, True
+        self.limits, camera, sync = {}, True, True
         if scenario:
-            folders = PackagedFolders.find()
-            loaded = load_scenario(find_scenario(scenario, folders))
+            loaded = load_scenario(find_scenario(scenario))
             self.limits, camera, sync = loaded.limits, loaded.camera, loaded.sync
-            given = prepare(loaded, report_path, given, folders)
+            given = prepare(loaded, report_path, given)
         self.arguments = {
             "sync": str(sync).lower(),
             "camera": str(camera).lower(),
@@ -329,11 +322,10 @@ def main() -> int:
     given = dict(argument.split(":=", 1) for argument in rest if ":=" in argument)
     options = [argument for argument in rest if ":=" not in argument]
     try:
-        folders = PackagedFolders.find()
-        scenario = load_scenario(find_scenario(name, folders))
+        scenario = load_scenario(find_scenario(name))
         if task == "check":
             return _print_check(name, scenario, report_path)
-        arguments = prepare(scenario, report_path, given, folders)
+        arguments = prepare(scenario, report_path, given)
     except (DocumentError, WaypointError, OSError) as error:
         print(error, file=sys.stderr)
         return 1

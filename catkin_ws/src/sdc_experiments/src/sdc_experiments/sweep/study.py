@@ -21,7 +21,7 @@ from sdc_experiments.sweep.settings import (
     is_path,
 )
 from sdc_experiments.sweep.true_metrics import TRUE_METRICS
-from sdc_sim.scenario.packaged import PackagedFolders, find_route, find_scenario
+from sdc_sim.scenario.packaged import find_route, find_scenario
 from sdc_sim.scenario.reader import load_scenario
 from sdc_sim.yaml_document import YamlDocument, load_yaml, schema, validate
 
@@ -86,12 +86,11 @@ class Study:
 
     def files(self) -> list[str]:
         """Return the absolute paths of the files and folders that the drives read."""
-        folders = PackagedFolders.find()
         found: list = []
         for scenario in self.scenarios:
-            path = find_scenario(scenario, folders)
+            path = find_scenario(scenario)
             route = load_scenario(path).route
-            found += [path, *([find_route(path, route, folders)] if isinstance(route, str) else [])]
+            found += [path, *([find_route(path, route)] if isinstance(route, str) else [])]
         found += self.settings.values()
         found += (value for values in self.factors.values() for value in values)
         paths = [path for path in found if isinstance(path, str) and os.path.isabs(path)]
@@ -177,7 +176,7 @@ def _scenario(document: YamlDocument, index: int, stack: str, folder: str) -> st
     if name.endswith(".yaml"):
         name = os.path.normpath(os.path.join(folder, os.path.expanduser(name)))
     try:
-        scenario = load_scenario(find_scenario(name, PackagedFolders.find()))
+        scenario = load_scenario(find_scenario(name))
     except ValueError as error:
         raise document.error(("scenarios", index), str(error)) from None
     if scenario.stack is not None and stack != ROS:

@@ -5,62 +5,41 @@ from __future__ import annotations
 import csv
 import json
 import os
-from dataclasses import dataclass, field
-from typing import NamedTuple, Sequence
+from typing import Any, Mapping, Sequence
 
 _STANDSTILL_MPS = 0.05
 
 
-class RequiredStop(NamedTuple):
-    """A place where the car must stop: distance along the route and tolerance."""
-
-    at_m: float
-    within_m: float
-
-
-@dataclass(frozen=True)
-class AcceptanceLimits:
-    """The limits of a drive.
-
-    Attributes:
-        status: required status of the report
-        at_most: upper bounds of metrics by name; `infractions` is the sum of all kinds
-        at_least: lower bounds of metrics by name
-        stops: places where the car must stop
-    """
-
-    status: str = "completed"
-    at_most: dict[str, float] = field(default_factory=dict)
-    at_least: dict[str, float] = field(default_factory=dict)
-    stops: tuple[RequiredStop, ...] = ()
-
-
-def violations(limits: AcceptanceLimits, report: dict, stops_m: Sequence[float] = ()) -> list[str]:
+def violations(limits: Mapping[str, Any], report: dict, stops_m: Sequence[float] = ()) -> list[str]:
     """Return one line for each limit that a drive violates.
 
     Args:
-        limits: limits of the drive
+        limits: `limits` of a scenario: `status` (completed if not given), `at_most` and
+            `at_least`, bounds of metrics by name, where `infractions` is the sum of all kinds,
+            and `stops`, places where the car must stop
         report: contents of report.json
         stops_m: distances along the route at which the car stopped [m]
     """
     lines = []
-    if report.get("status") != limits.status:
-        lines.append(f"status is {report.get('status')}, must be {limits.status}")
+    status = limits.get("status", "completed")
+    if report.get("status") != status:
+        lines.append(f"status is {report.get('status')}, must be {status}")
     infractions = report.get("infractions") or {}
     metrics = {**report, **infractions, "infractions": sum(infractions.values())}
-    for bounds, word, sign in ((limits.at_most, "most", 1.0), (limits.at_least, "least", -1.0)):
-        for name, bound in bounds.items():
+    for word, sign in (("most", 1.0), ("least", -1.0)):
+        for name, bound in limits.get("at_" + word, {}).items():
             value = metrics.get(name)
             if value is None:
                 lines.append(f"{name} is not in the report, at {word} {bound:g} is allowed")
             elif not sign * value <= sign * bound:
                 lines.append(f"{name} is {value:.4g}, at {word} {bound:g} is allowed")
-    for stop in limits.stops:
-        if not any(abs(place - stop.at_m) <= stop.within_m for place in stops_m):
+    for stop in limits.get("stops", ()):
+        at_m, within_m = stop["at_m"], stop["within_m"]
+        if not any(abs(place - at_m) <= within_m for place in stops_m):
             places = ", ".join(f"{place:.1f}" for place in stops_m) or "nowhere"
             lines.append(
-                f"the car did not stop {stop.at_m:g} m along the route "
-                f"(within {stop.within_m:g} m); it stopped at: {places}"
+                f"the car did not stop {at_m:g} m along the route "
+                f"(within {within_m:g} m); it stopped at: {places}"
             )
     return lines
 

@@ -17,9 +17,9 @@ from sdc_sim.physics.fleet import CompiledVehicle
 from sdc_sim.physics.vehicle import Vehicle
 from sdc_sim.scenario.configuration import build_simulation, checked
 from sdc_sim.scenario.packaged import (
-    PackagedFolders,
     find_route,
     find_scenario,
+    folder_of,
     generated_lines,
     node_config,
     overridden,
@@ -61,7 +61,7 @@ class DriveSetup:
         """
         values = {
             **self.parameters,
-            "vehicles_folder": PackagedFolders.find().vehicles,
+            "vehicles_folder": folder_of("vehicle"),
             "obstacles_path": self.scenario.path if self.scenario is not None else "",
         }
 
@@ -88,19 +88,18 @@ def drive_setup(
         DocumentError, WaypointError: a name, a file or an option is not valid
         ValueError: the route is not valid
     """
-    folders = PackagedFolders.find()
-    loaded = load_scenario(find_scenario(scenario, folders)) if scenario else None
+    loaded = load_scenario(find_scenario(scenario)) if scenario else None
     # A path in a scenario is relative to its file, one of the caller to the working directory.
     place = os.path.join(os.getcwd(), "route")
     source: Any = route
     if route is None and loaded is not None:
         source, place = loaded.route, loaded.path
-    waypoints_m = _waypoints("town" if source is None else source, place, folders)
+    waypoints_m = _waypoints("town" if source is None else source, place)
     parameters = node_config("sdc_sim", "sim")
     given = options or {}
     if loaded is not None:
-        parameters = overridden(parameters, sensor_options(loaded, folders), loaded.path)
-        given = sim_options(loaded, folders, given)
+        parameters = overridden(parameters, sensor_options(loaded), loaded.path)
+        given = sim_options(loaded, given)
     parameters = overridden(parameters, given, "sim_options")
     return DriveSetup(loaded, waypoints_m, road_route(waypoints_m), parameters)
 
@@ -114,10 +113,10 @@ def load_simulation(
     return drive_setup(scenario, route, options).simulation()
 
 
-def _waypoints(source: Any, scenario_path: str, folders: PackagedFolders) -> np.ndarray:
+def _waypoints(source: Any, scenario_path: str) -> np.ndarray:
     """Return the waypoints of a route, rounded as in the file that ./drive writes of it."""
     if isinstance(source, str):
-        return load_waypoints(find_route(scenario_path, source, folders))
+        return load_waypoints(find_route(scenario_path, source))
     if isinstance(source, np.ndarray):
         points_m = checked_points(source)
         if np.abs(points_m).max() > LARGEST_COORDINATE_M:

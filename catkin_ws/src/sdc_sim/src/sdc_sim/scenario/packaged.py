@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import os
 from functools import lru_cache
-from typing import Any, Mapping, NamedTuple, Sequence
+from typing import Any, Mapping, Sequence
 
 import rospkg
 import yaml
@@ -16,30 +16,22 @@ from sdc_sim.scenario.reader import Scenario
 from sdc_sim.sensors.model import SENSORS
 from sdc_sim.yaml_document import DocumentError
 
+# Package, folder and file ending of what a scenario names.
+_FOLDERS = {
+    "scenario": ("sdc_sim", "scenarios", ".yaml"),
+    "stack": ("sdc_sim", "scenarios/stacks", ".launch"),
+    "vehicle": ("sdc_sim", "config/vehicles", ".yaml"),
+    "sensors": ("sdc_sim", "config/sensors", ".yaml"),
+    "route": ("sdc_common", "data", ".csv"),
+}
 _ROUTES = {"town": "waypoints.csv"}
 _SPACING_M = 1.0
 
 
-class PackagedFolders(NamedTuple):
-    """The folders in which the names of a scenario are looked up."""
-
-    scenarios: str
-    stacks: str
-    vehicles: str
-    routes: str
-    sensors: str
-
-    @staticmethod
-    def find() -> PackagedFolders:
-        """Return the folders of the installed packages."""
-        sim = package_folder("sdc_sim")
-        return PackagedFolders(
-            scenarios=os.path.join(sim, "scenarios"),
-            stacks=os.path.join(sim, "scenarios", "stacks"),
-            vehicles=os.path.join(sim, "config", "vehicles"),
-            routes=os.path.join(package_folder("sdc_common"), "data"),
-            sensors=os.path.join(sim, "config", "sensors"),
-        )
+def folder_of(kind: str) -> str:
+    """Return the folder of the packaged files of a kind, a key of the table."""
+    package, folder, _ = _FOLDERS[kind]
+    return os.path.join(package_folder(package), folder)
 
 
 @lru_cache(maxsize=None)
@@ -90,18 +82,16 @@ def overridden(
     return result
 
 
-def find_scenario(name: str, folders: PackagedFolders) -> str:
+def find_scenario(name: str) -> str:
     """Return the path of a scenario, given its packaged name or its path.
 
     Raises:
         DocumentError: no packaged scenario has this name.
     """
-    if name.endswith(".yaml"):
-        return name
-    return find_packaged("scenario", name, folders.scenarios, ".yaml", "scenario:=NAME")
+    return name if name.endswith(".yaml") else find_packaged("scenario", name, "scenario:=NAME")
 
 
-def sensor_options(scenario: Scenario, folders: PackagedFolders) -> dict[str, Any]:
+def sensor_options(scenario: Scenario) -> dict[str, Any]:
     """Return the parameters of config/sim.yaml that the sensors of a scenario replace.
 
     Raises:
@@ -109,18 +99,15 @@ def sensor_options(scenario: Scenario, folders: PackagedFolders) -> dict[str, An
     """
     if scenario.sensors is None:
         return {}
-    path = find_packaged("sensors", scenario.sensors, folders.sensors, ".yaml", scenario.path)
+    path = find_packaged("sensors", scenario.sensors, scenario.path)
     return copy.deepcopy(_read_config(path))
 
 
-def sim_options(
-    scenario: Scenario, folders: PackagedFolders, given: Mapping[str, Any]
-) -> dict[str, Any]:
+def sim_options(scenario: Scenario, given: Mapping[str, Any]) -> dict[str, Any]:
     """Return the parameters of config/sim.yaml that a drive of a scenario replaces.
 
     Args:
         scenario: the scenario
-        folders: where to look up its vehicle
         given: parameters that override those of the scenario; of a sensor, single settings
 
     Raises:
@@ -128,7 +115,7 @@ def sim_options(
     """
     options = dict(scenario.sim)
     if scenario.vehicle is not None:
-        find_packaged("vehicle", scenario.vehicle, folders.vehicles, ".yaml", scenario.path)
+        find_packaged("vehicle", scenario.vehicle, scenario.path)
         options["vehicle"] = scenario.vehicle
     for name, value in given.items():
         before = options.get(name)
@@ -152,7 +139,7 @@ def generated_lines(elements: Sequence[Mapping]) -> list[str]:
     return csv_lines(generate_route(spec))
 
 
-def find_route(scenario_path: str, route: str, folders: PackagedFolders) -> str:
+def find_route(scenario_path: str, route: str) -> str:
     """Return the path of a waypoint file, given a packaged name or the path in a scenario.
 
     Raises:
@@ -166,22 +153,21 @@ def find_route(scenario_path: str, route: str, folders: PackagedFolders) -> str:
             f"{scenario_path}: unknown route '{route}'; use {' or '.join(_ROUTES)}, the path of a "
             ".csv file relative to this file, or a list of straights and bends"
         )
-    return os.path.join(folders.routes, _ROUTES[route])
+    return os.path.join(folder_of("route"), _ROUTES[route])
 
 
-def find_packaged(kind: str, name: str, folder: str, extension: str, place: str) -> str:
+def find_packaged(kind: str, name: str, place: str) -> str:
     """Return the path of a packaged file.
 
     Args:
-        kind: what the file contains, for the error message
+        kind: scenario, stack, vehicle or sensors
         name: its name without extension
-        folder: the folder with the files of this kind
-        extension: their extension
         place: where the name is written, for the error message
 
     Raises:
         DocumentError: no file has this name.
     """
+    folder, extension = folder_of(kind), _FOLDERS[kind][2]
     known = sorted(
         entry[: -len(extension)] for entry in os.listdir(folder) if entry.endswith(extension)
     )

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from sdc_sim.road.route_generator import RouteSpecError, curvature_profile
-from sdc_sim.scenario.acceptance_limits import AcceptanceLimits, RequiredStop
 from sdc_sim.scenario.traffic import read_scenario
 from sdc_sim.yaml_document import YamlDocument, schema
 
@@ -26,7 +25,7 @@ class Scenario:
         camera: whether tests render the camera
         sync: whether tests drive in lockstep
         sim: options of config/sim.yaml
-        limits: what the drive must keep
+        limits: what the drive must keep, see acceptance_limits.violations
     """
 
     path: str
@@ -38,7 +37,7 @@ class Scenario:
     camera: bool = False
     sync: bool = True
     sim: dict = field(default_factory=dict)
-    limits: AcceptanceLimits = field(default_factory=AcceptanceLimits)
+    limits: dict = field(default_factory=dict)
 
     @property
     def name(self) -> str:
@@ -64,7 +63,7 @@ def load_scenario(path: str) -> Scenario:
         for key in ("about", "route", "vehicle", "sensors", "stack", "camera", "sync")
         if key in values
     }
-    return Scenario(document.path, sim=sim, limits=_limits(values.get("limits", {})), **words)
+    return Scenario(document.path, sim=sim, limits=values.get("limits", {}), **words)
 
 
 def _check_route(document: YamlDocument, route: Any) -> None:
@@ -74,12 +73,3 @@ def _check_route(document: YamlDocument, route: Any) -> None:
             curvature_profile(route[: index + 1])
         except RouteSpecError as error:
             raise document.error(("route", index), str(error)) from None
-
-
-def _limits(values: dict) -> AcceptanceLimits:
-    return AcceptanceLimits(
-        values.get("status", AcceptanceLimits.status),
-        values.get("at_most", {}),
-        values.get("at_least", {}),
-        tuple(RequiredStop(**stop) for stop in values.get("stops", ())),
-    )
