@@ -143,7 +143,7 @@ def test_drive_gets_the_arguments_of_its_scenario(tmp_path):
         "headless": "true",
         "report": report,
     }
-    assert (drive.limits.at_most, drive.environment) == ({"missed_ticks": 3.0}, os.environ)
+    assert (drive.limits["at_most"], drive.environment) == ({"missed_ticks": 3.0}, os.environ)
     assert drive.log_path == str(tmp_path / "found" / "report.log")
     assert os.listdir(tmp_path / "found") == []
 
