@@ -29,7 +29,6 @@ from sdc_sim.ros.connections import Connections
 from sdc_sim.ros.evaluator_input import PATH_TOPIC, ROUTE_TOPIC, EvaluatorInput
 
 LAST_MESSAGES_S = 5.0
-LAST_PICTURE_S = 30.0
 PAUSE_TIMEOUT_S = 0.5
 NO_MISSION_S = 10.0
 CHECK_MISSION_EVERY_S = 1.0
@@ -171,9 +170,7 @@ class Referee:
     def finish(self):
         """Write the report; return the exit status."""
         self.wait_for_last_messages()
-        self.update_snapshots()
-        if not rospy.is_shutdown():
-            self.snapshots.finish(LAST_PICTURE_S)
+        self.snapshots.close()
         pausing = None if rospy.is_shutdown() else self.pause_simulation()
         with self.lock:
             if not self.evaluator.started:

@@ -289,14 +289,6 @@ def test_the_lit_lamp_of_a_traffic_light_is_visible_from_its_front_only(straight
     assert red(np.pi) > 8 and red(0.0) == 0
 
 
-@pytest.mark.parametrize(
-    "change", [{"x_m": np.nan}, {"height_m": 0.0}, {"width_m": -1.0}, {"kind": "tank"}]
-)
-def test_an_impossible_box_is_refused(change):
-    with pytest.raises(ValueError):
-        Box(**{"x_m": 0.0, "y_m": 0.0, "yaw_rad": 0.0, **change})
-
-
 # ------------------------------------------------------------------ the picture as a whole
 
 

@@ -18,7 +18,6 @@ from sdc_sim.physics.traffic_lights import GREEN, HEIGHT_M, OFF, RED, YELLOW, Tr
 from sdc_sim.physics.vehicle import VehicleState
 from sdc_sim.simulation.weather import SHADE
 
-KINDS = ("car", "pedestrian", "obstacle", "light")
 _CACHED_LIGHTS = 64
 _LIGHT_SIZE_M = 0.4
 _EGO_SIZE_M = (4.7, 2.0, 1.5)
@@ -50,16 +49,6 @@ class Box:
     height_m: float = 1.45
     colour_bgr: tuple[int, ...] = (40, 40, 160)
     kind: str = "car"
-
-    def __post_init__(self):
-        pose = (self.x_m, self.y_m, self.yaw_rad)
-        size = (self.length_m, self.width_m, self.height_m)
-        if not np.all(np.isfinite(pose)):
-            raise ValueError(f"box: x_m, y_m and yaw_rad must be finite, got {pose}")
-        if not all(np.isfinite(v) and v > 0 for v in size):
-            raise ValueError(f"box: length_m, width_m and height_m must be positive, got {size}")
-        if self.kind not in KINDS:
-            raise ValueError(f"box: kind must be one of {', '.join(KINDS)}, got '{self.kind}'")
 
 
 def ego_box(state: VehicleState) -> Box:

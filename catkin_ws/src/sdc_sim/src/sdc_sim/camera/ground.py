@@ -35,25 +35,16 @@ class _Band(NamedTuple):
     Attributes:
         level: resolution of the tiles
         first: first row
-        last: row after the last one
+        rows: number of rows
         subrows: samples per row
         start: first row of the samples of the band among those of all bands
-        near_m: least distance along the heading [m]
-        far_m: greatest distance along the heading [m]
     """
 
     level: int
     first: int
-    last: int
+    rows: int
     subrows: int
     start: int
-    near_m: float
-    far_m: float
-
-    @property
-    def rows(self) -> int:
-        """Return the number of rows."""
-        return self.last - self.first
 
 
 class Ground:
@@ -86,22 +77,18 @@ class Ground:
         level = np.searchsorted(far, self._distance)
         self._first_tiled_row = int(np.flatnonzero(level < LEVELS)[0])
         bands: list[_Band] = []
-        forward, spread, start = [], [], 0
+        samples, start = [], 0
         for k, count in enumerate(_SUBROWS):
             own = rows[level == k]
             if len(own) == 0:
                 continue
             sub = (own[None, :] + (np.arange(count)[:, None] + 0.5) / count - 0.5).ravel()
-            d, w = self._ray(np.maximum(sub, camera.horizon_px + 0.3))
-            first, last = int(own[0]), int(own[-1]) + 1
-            bands.append(_Band(k, first, last, count, start, float(d.min()), float(d.max())))
-            forward.append(d)
-            spread.append(w)
+            bands.append(_Band(k, int(own[0]), len(own), count, start))
+            samples.append(self._ray(np.maximum(sub, camera.horizon_px + 0.3)))
             start += len(sub)
         self._bands = bands
-        self._forward, self._spread = np.concatenate(forward), np.concatenate(spread)
-        self._near_m = np.array([band.near_m for band in bands])
-        self._far_m = np.array([band.far_m for band in bands])
+        self._forward, self._spread = np.concatenate(samples, axis=1)
+        self._near_m, self._far_m = np.array([(d.min(), d.max()) for d, _ in samples]).T
         texel_m = FINEST_TEXEL_M * 2.0 ** np.array([band.level for band in bands])
         self._tile_m = texel_m * TILE_PX
         self._band_of_row = np.repeat(

@@ -55,24 +55,6 @@ class _Canvas(NamedTuple):
         return (points_m - self.origin_m) / self.texel_m
 
 
-class _Bands(NamedTuple):
-    """Strips along the road, in the order in which they are painted.
-
-    Attributes:
-        low_m: right edge, positive left of the route (B,) [m]
-        high_m: left edge (B,) [m]
-        brightness: brightness, 0..255 (B,)
-        half_line_m: half the width of a line as painted [m]
-        paint: brightness of a line, 0..255
-    """
-
-    low_m: np.ndarray
-    high_m: np.ndarray
-    brightness: list[int]
-    half_line_m: float
-    paint: int
-
-
 class _Pieces:
     """The road in straight pieces, without those of repeated laps.
 
@@ -100,43 +82,27 @@ class _Pieces:
         self.low = np.minimum(self.start, self.end) - reach
         self.high = np.maximum(self.start, self.end) + reach
 
-    def folds(self, pieces: np.ndarray, bands: _Bands) -> np.ndarray:
-        """Return whether a band of a piece folds over itself, as in a tight turn (B, P)."""
-        length2, twist = self._length2[pieces], self._twist[pieces]
-        return (
-            np.minimum(
-                length2 + bands.low_m[:, None] * twist, length2 + bands.high_m[:, None] * twist
-            )
-            < 0.0
-        )
+    def folds(self, pieces: np.ndarray, edges_m: np.ndarray) -> np.ndarray:
+        """Return which bands with edges (2, B) fold over themselves in a tight turn (B, P)."""
+        along = self._length2[pieces] + edges_m[..., None] * self._twist[pieces]
+        return along.min(axis=0) < 0.0
 
-    def quads(
-        self, pieces: np.ndarray, canvas: _Canvas, low_m: np.ndarray, high_m: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the outlines of bands of pieces on the canvas.
+    def quads(self, pieces: np.ndarray, canvas: _Canvas, edges_m: np.ndarray) -> np.ndarray:
+        """Return the outlines (B, P, 4, 2), fixed point, of bands of pieces on the canvas.
 
         Args:
             pieces: numbers of the pieces (P,)
             canvas: place and resolution
-            low_m: right edges of the bands (B,) [m]
-            high_m: left edges of the bands (B,) [m]
-
-        Returns:
-            quadrilaterals (B, P, 4, 2), fixed point, and whether they touch the canvas (B, P)
+            edges_m: right and left edges of the bands (2, B) [m]
         """
-        low, high = low_m[:, None, None] / canvas.texel_m, high_m[:, None, None] / canvas.texel_m
+        right, left = edges_m[..., None, None] / canvas.texel_m
         start, end = canvas.pixels(self.start[pieces]), canvas.pixels(self.end[pieces])
         start_left, end_left = self.start_left[pieces], self.end_left[pieces]
-        a, b, c, d = corners = [
-            fixed_point(start + low * start_left),
-            fixed_point(end + low * end_left),
-            fixed_point(end + high * end_left),
-            fixed_point(start + high * start_left),
-        ]
-        least = np.minimum(np.minimum(a, b), np.minimum(c, d))
-        most = np.maximum(np.maximum(a, b), np.maximum(c, d))
-        touch = (most >= 0) & (least <= _SIDE_PX << FIXED_POINT_BITS)
-        return np.stack(corners, axis=2), touch[..., 0] & touch[..., 1]
+        corners = (
+            *(start + right * start_left, end + right * end_left),
+            *(end + left * end_left, start + left * start_left),
+        )
+        return fixed_point(np.stack(corners, axis=2))
 
 
 class RoadRasterizer:
@@ -164,15 +130,52 @@ class RoadRasterizer:
         if len(near) == 0:
             return None
         canvas = _Canvas(origin_m, size_m / _SIDE_PX, level)
-        bands = self._bands(canvas)
+        edges_m, brightness, half_line_m, paint = self._bands(canvas)
+        quads = store.quads(near, canvas, edges_m)
+        seen = (quads.max(axis=2) >= 0) & (quads.min(axis=2) <= _SIDE_PX << FIXED_POINT_BITS)
         # The first band contains all others.
-        touches = store.quads(near, canvas, bands.low_m[:1], bands.high_m[:1])[1][0]
-        pieces = near[touches]
-        if len(pieces) == 0:
+        (on_tile,) = np.nonzero(seen[0].all(axis=1))
+        if len(on_tile) == 0:
             return None
-        return self._paint(store, near, pieces, canvas, bands)
+        pieces, quads, seen = near[on_tile], quads[:, on_tile], seen[:, on_tile].all(axis=2)
+        folded = store.folds(pieces, edges_m)
+        paved = np.zeros((_SIDE_PX, _SIDE_PX), np.uint8)
+        green = np.full((_SIDE_PX, _SIDE_PX), 255, np.uint8)
 
-    def _bands(self, canvas: _Canvas) -> _Bands:
+        def fill(band: int, rows: np.ndarray, plane: np.ndarray, value: int) -> None:
+            own, folds = quads[band], folded[band]
+            for k in rows[seen[band, rows]].tolist():
+                if folds[k]:
+                    cv2.fillPoly(plane, own[k : k + 1], value, canvas.line_type, FIXED_POINT_BITS)
+                else:
+                    cv2.fillConvexPoly(plane, own[k], value, canvas.line_type, FIXED_POINT_BITS)
+
+        every = np.arange(len(pieces))
+        for band in range(_ROADWAY):
+            fill(band, every, paved, brightness[band])
+        for band, share in enumerate(_GRASS_SHARES):
+            fill(band, every, green, share)
+        # The roadway of one pass covers the edge lines of every other, and the dashes of earlier
+        # ones. The last piece of a stretch may reach into the dashes of the next stretch.
+        stretch = store.stretch[pieces]
+        numbers = np.unique(
+            np.concatenate([stretch, np.intersect1d(stretch + 1, store.stretch[near])])
+        )
+        for number, dashes in zip(numbers, self._dashes(numbers, canvas, half_line_m)):
+            rows = np.flatnonzero(stretch == number)
+            for band in range(_ROADWAY, len(brightness)):
+                fill(band, rows, paved, brightness[band])
+            for quad in dashes:
+                cv2.fillConvexPoly(paved, quad, paint, canvas.line_type, FIXED_POINT_BITS)
+        return halve(paved), halve(green)
+
+    def _bands(self, canvas: _Canvas) -> tuple[np.ndarray, list[int], float, int]:
+        """Return the strips along the road, in the order in which they are painted.
+
+        Returns:
+            right and left edges, positive left of the route (2, B) [m], brightness, 0..255 (B,),
+            and of a line as painted half its width [m] and its brightness
+        """
         road, texel_m = self._road, canvas.texel_m
         right, left = road.right_edge_m, road.left_edge_m
         # OpenCV paints the boundary too, half a sample beyond the polygon on either side.
@@ -194,49 +197,8 @@ class RoadRasterizer:
             bands += [
                 (at - 0.22, at + 0.22, track) for at in (-0.75, 0.75, width - 0.75, width + 0.75)
             ]
-        low, high = np.array([band[:2] for band in bands]).T
-        return _Bands(low, high, [band[2] for band in bands], half_m, paint)
-
-    def _paint(
-        self,
-        store: _Pieces,
-        near: np.ndarray,
-        pieces: np.ndarray,
-        canvas: _Canvas,
-        bands: _Bands,
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Paint the bands and dashes of `pieces`, those of `near` that touch the canvas."""
-        quads, seen = store.quads(pieces, canvas, bands.low_m, bands.high_m)
-        folded = store.folds(pieces, bands)
-        paved = np.zeros((_SIDE_PX, _SIDE_PX), np.uint8)
-        green = np.full((_SIDE_PX, _SIDE_PX), 255, np.uint8)
-
-        def fill(band: int, rows: np.ndarray, plane: np.ndarray, value: int) -> None:
-            own, folds = quads[band], folded[band]
-            for k in rows[seen[band, rows]].tolist():
-                if folds[k]:
-                    cv2.fillPoly(plane, own[k : k + 1], value, canvas.line_type, FIXED_POINT_BITS)
-                else:
-                    cv2.fillConvexPoly(plane, own[k], value, canvas.line_type, FIXED_POINT_BITS)
-
-        every = np.arange(len(pieces))
-        for band in range(_ROADWAY):
-            fill(band, every, paved, bands.brightness[band])
-        for band, share in enumerate(_GRASS_SHARES):
-            fill(band, every, green, share)
-        # The roadway of one pass covers the edge lines of every other, and the dashes of earlier
-        # ones. The last piece of a stretch may reach into the dashes of the next stretch.
-        stretch = store.stretch[pieces]
-        numbers = np.unique(
-            np.concatenate([stretch, np.intersect1d(stretch + 1, store.stretch[near])])
-        )
-        for number, dashes in zip(numbers, self._dashes(numbers, canvas, bands.half_line_m)):
-            rows = np.flatnonzero(stretch == number)
-            for band in range(_ROADWAY, len(bands.brightness)):
-                fill(band, rows, paved, bands.brightness[band])
-            for quad in dashes:
-                cv2.fillConvexPoly(paved, quad, bands.paint, canvas.line_type, FIXED_POINT_BITS)
-        return halve(paved), halve(green)
+        right_m, left_m, brightness = zip(*bands)
+        return np.array([right_m, left_m]), list(brightness), half_m, paint
 
     def _dashes(self, numbers: np.ndarray, canvas: _Canvas, half_line_m: float) -> list[np.ndarray]:
         """Return the outlines (n, 4, 2), fixed point, of the dashes of each stretch."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import threading
-import time
 from collections.abc import Callable, Sequence
 
 import rospy
@@ -21,7 +20,6 @@ _PICTURES_PER_INTERVAL = 400
 # A subscription costs both processes some time, and in lockstep a simulated second is short.
 _MIN_WALL_INTERVAL_S = 0.5
 _BUFFER_BYTES = 4 * 1024 * 1024
-_ASK_AGAIN_S = 5.0
 
 
 class CameraSnapshots:
@@ -54,7 +52,6 @@ class CameraSnapshots:
         self._percent = self._now_s = 0.0
         self._picture_at_s = self._subscribed_at_s = -math.inf
         self._pictures = 0
-        self._taken = False
         self._subscribers: list[rospy.Subscriber] = []
         self._received = threading.Event()
 
@@ -103,31 +100,7 @@ class CameraSnapshots:
             snapshot = encode_jpeg(message, _SNAPSHOT_PX, _SNAPSHOT_QUALITY)
             assert snapshot is not None
             self._on_snapshot(time_s, percent, snapshot)
-            self._taken = True
         self._received.set()
-
-    def finish(self, timeout_s: float) -> None:
-        """Take one snapshot of a drive that was too fast for all of them; unsubscribe.
-
-        Args:
-            timeout_s: longest wait for a picture, if there is a camera [s of wall time]
-        """
-        limit_s = time.monotonic() + timeout_s
-        while self._snapshot_due and not self._taken and self._has_camera():
-            if time.monotonic() > limit_s:
-                rospy.logwarn("referee: no picture came from the camera; the report has none")
-                break
-            self.update(self._percent, self._now_s, time.monotonic())
-            if not self._received.wait(_ASK_AGAIN_S):
-                self.close()  # rospy does not repeat a connection that has failed
-        self.close()
-
-    def _has_camera(self) -> bool:
-        try:
-            topics = {topic for topic, _ in rospy.get_published_topics()}
-        except OSError:
-            return False  # the ROS master is gone
-        return bool(topics.intersection(self._topics))
 
     def close(self) -> None:
         """Unsubscribe."""
