@@ -3,15 +3,11 @@
 import contextlib
 import os
 import re
-import signal
 import subprocess
-import termios
-import threading
-import time
 
 from guide_blocks import missing_line
 
-from sdc_common.processes import kill_left_behind
+from sdc_common.processes import kill_left_behind, wait_until
 from sdc_common.ros.drive_master import free_master_port
 from sdc_workshop.steps import Step, all_steps
 from sdc_workshop.workspace import PROJECT, write
@@ -22,62 +18,40 @@ PROMPT = re.compile(r"\[prompt:(\d+)\]")
 
 
 class Terminal:
-    """A bash in a terminal: commands may keep running, and Ctrl-C ends them."""
+    """A bash in a terminal of `script`: commands may keep running, and Ctrl-C ends them."""
 
     def __init__(self, name, environment, home):
         self.name = name
-        self.output = ""
-        self.changed = threading.Condition()
-        self.keyboard, screen = os.openpty()
-        settings = termios.tcgetattr(screen)
-        settings[3] &= ~termios.ECHO
-        termios.tcsetattr(screen, termios.TCSANOW, settings)
+        self.log = home / f".terminal-{len(list(home.glob('.terminal-*')))}"
+        bash = "exec bash --norc --noprofile --noediting -i"
         self.shell = subprocess.Popen(
-            ["setsid", "--ctty", "bash", "--norc", "--noprofile", "--noediting", "-i"],
+            ["script", "--quiet", "--flush", "--echo", "never", "--command", bash, self.log],
             cwd=home,
             env={**environment, "PS1": "[prompt:$?]", "TERM": "dumb"},
-            stdin=screen,
-            stdout=screen,
-            stderr=screen,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
         )
-        os.close(screen)
-        self.reader = threading.Thread(target=self.read, daemon=True)
-        self.reader.start()
         self.typed_at = 0
+        wait_until(self.log.exists, TIMEOUT_S, "the terminal")
         self.wait(PROMPT.search, "the prompt")
-
-    def read(self):
-        with contextlib.suppress(OSError):
-            while True:
-                text = os.read(self.keyboard, 65536).decode(errors="replace")
-                with self.changed:
-                    self.output += text
-                    self.changed.notify_all()
 
     @property
     def shown(self):
         """Its output since the last line was typed."""
-        return self.output[self.typed_at :].replace("\r\n", "\n")
+        return self.log.read_bytes()[self.typed_at :].decode(errors="replace").replace("\r\n", "\n")
 
     def wait(self, condition, what):
         """Return the first true value of condition(output)."""
-        limit = time.monotonic() + TIMEOUT_S
-        with self.changed:
-            while True:
-                value = condition(self.shown)
-                if value:
-                    return value
-                left = limit - time.monotonic()
-                assert left > 0.0, (
-                    f"timed out: no {what} in the terminal {self.name}:\n{self.shown}"
-                )
-                self.changed.wait(left)
+        return wait_until(
+            lambda: condition(self.shown), TIMEOUT_S, f"{what} in the terminal {self.name}"
+        )
 
-    def type(self, line):
+    def type(self, line, end=b"\n"):
         """Type a line, and do not wait for its end."""
-        with self.changed:
-            self.typed_at = len(self.output)
-        os.write(self.keyboard, line.encode() + b"\n")
+        self.typed_at = self.log.stat().st_size
+        self.shell.stdin.write(line.encode() + end)
+        self.shell.stdin.flush()
 
     def run(self, line):
         """Type a line and wait for its end; return its status and output."""
@@ -87,26 +61,14 @@ class Terminal:
 
     def interrupt(self):
         """Type Ctrl-C and wait for the prompt."""
-        with self.changed:
-            self.typed_at = len(self.output)
-        os.write(self.keyboard, b"\x03")
+        self.type("\x03", b"")
         self.wait(PROMPT.search, "the prompt after Ctrl-C")
 
     def close(self):
         """End its program and close it."""
-        if self.shell.poll() is None:
-            with contextlib.suppress(AssertionError):
-                self.interrupt()
-            os.kill(self.shell.pid, signal.SIGHUP)
-            try:
-                self.shell.wait(timeout=30)
-            except subprocess.TimeoutExpired:
-                self.shell.kill()
-                self.shell.wait()
-        # The reader ends with the shell. Later it could read from the next terminal, which gets the
-        # number of the closed file.
-        self.reader.join(timeout=30)
-        os.close(self.keyboard)
+        with contextlib.suppress(TimeoutError, BrokenPipeError):
+            self.interrupt()
+        self.shell.communicate(timeout=30)
 
 
 class Student:
@@ -194,10 +156,8 @@ class Student:
             )
 
     def window(self, block):
-        limit = time.monotonic() + TIMEOUT_S
-        while not self.display.windows(block.text.strip()):
-            assert time.monotonic() < limit, f"no window '{block.text.strip()}' opened"
-            time.sleep(0.05)
+        title = block.text.strip()
+        wait_until(lambda: self.display.windows(title), TIMEOUT_S, f"the window '{title}'")
 
     def keys(self, block):
         if block.terminal is not None:
