@@ -102,10 +102,6 @@ class SimulatedObstacle:
         self.id = number
         self.plan = plan
         self._path = Polyline(plan.points_m) if len(plan.points_m) > 1 else None
-        self.reset()
-
-    def reset(self) -> None:
-        """Return to the first point and wait."""
         self.travelled_m = 0.0
         self.started = False
         self.speed_mps = 0.0
@@ -130,14 +126,10 @@ class SimulatedObstacle:
             return None
         if not self.started:
             self.started = self._may_start(elapsed_s, ego)
-        ahead = (
-            min(self.plan.speed_mps * step_s, self._path.s[-1] - self.travelled_m)
-            if self.started
-            else 0.0
-        )
-        contact = None
+        contact, here, ahead = None, self.travelled_m, 0.0
+        if self.started:
+            ahead = distance = min(self.plan.speed_mps * step_s, self._path.s[-1] - here)
         if ahead > 0.0:
-            here, distance = self.travelled_m, ahead
             contact = first_contact(
                 lambda share: self.body_at(here + share * distance).rectangle, ego
             )
@@ -157,12 +149,9 @@ class Obstacles:
     """All obstacles of a simulation: they move, stop the ego vehicle, and are added and removed."""
 
     def __init__(self, plans: Iterable[ObstaclePlan] = ()):
-        self._planned = [
-            SimulatedObstacle(FIRST_ID + number, plan) for number, plan in enumerate(plans)
-        ]
-        self._next_id = FIRST_ID + len(self._planned)
-        self.all = list(self._planned)
-        self._touching: set[int] = set()
+        self._plans = tuple(plans)
+        self._next_id = FIRST_ID + len(self._plans)
+        self.reset()
 
     @property
     def states(self) -> tuple[ObstacleState, ...]:
@@ -171,17 +160,12 @@ class Obstacles:
 
     def at(self, place: Rectangle) -> ObstacleState | None:
         """Return an obstacle that overlaps this place, None if it is free."""
-        return next(
-            (obstacle.body for obstacle in self.all if overlap(obstacle.body.rectangle, place)),
-            None,
-        )
+        return next((one for one in self.states if overlap(one.rectangle, place)), None)
 
     def reset(self) -> None:
         """Restore the obstacles of the scenario: added ones go, removed ones return."""
-        self.all = list(self._planned)
-        self._touching = set()
-        for obstacle in self.all:
-            obstacle.reset()
+        self.all = [SimulatedObstacle(FIRST_ID + n, plan) for n, plan in enumerate(self._plans)]
+        self._touching: set[int] = set()
 
     def toggle(self, plan: ObstaclePlan, ego: Rectangle) -> str:
         """Remove the obstacles within 0.5 m of the plan's point, or add the plan if there is none.
@@ -215,16 +199,10 @@ class Obstacles:
         for obstacle in self.all:
             contact = obstacle.advance(elapsed_s, step_s, ego)
             if contact and self.begin_contact(obstacle.id):
-                yaw, speed = obstacle.body.yaw_rad, obstacle.plan.speed_mps
-                approach = -speed * (
-                    math.cos(yaw) * contact.normal_x + math.sin(yaw) * contact.normal_y
-                )
+                yaw, speed, (_, x, y) = obstacle.body.yaw_rad, obstacle.plan.speed_mps, contact
+                approach = -speed * (math.cos(yaw) * x + math.sin(yaw) * y)
                 impulse = -KINDS[obstacle.plan.kind].mass_kg * max(approach, 0.0)
-                events.append(
-                    CollisionEvent(
-                        obstacle.id, impulse * contact.normal_x, impulse * contact.normal_y
-                    )
-                )
+                events.append(CollisionEvent(obstacle.id, impulse * x, impulse * y))
         return events
 
     def first_contact(self, motion: Motion) -> tuple[SimulatedObstacle, Contact] | None:

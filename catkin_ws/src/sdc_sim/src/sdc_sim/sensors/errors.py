@@ -48,19 +48,16 @@ class SensorErrors:
 
     def __init__(self, seed: int, sensor: int, sizes: Sequence[ErrorSizes], period_s: float):
         self._seed, self._sensor = seed, sensor
-        self._noise = [one.noise for one in sizes]
-        self._start = [one.bias for one in sizes]
-        self._walk = [one.walk * math.sqrt(period_s) for one in sizes]
-        self._scale = [one.scale for one in sizes]
-        self._varies = any(self._noise) or any(self._walk)
+        self._noise, self._start, walk, self._scale = np.array(sizes, float).reshape(-1, 4).T
+        self._walk = walk * math.sqrt(period_s)
+        self._varies = self._noise.any() or self._walk.any()
         self.reset()
 
     def reset(self) -> None:
         """Return to the start of the drive."""
-        count = len(self._noise)
-        draws = self.random(_ONCE).standard_normal(2 * count).tolist()
-        self.bias = [size * draw for size, draw in zip(self._start, draws)]
-        self.factors = [1.0 + size * draw for size, draw in zip(self._scale, draws[count:])]
+        first, second = self.random(_ONCE).standard_normal(2 * len(self._start)).reshape(2, -1)
+        self.bias = self._start * first
+        self.factors = 1.0 + self._scale * second
 
     def random(self, tick: int) -> np.random.RandomState:
         """Return the random numbers of a tick; those of `apply` are drawn from the same stream."""
@@ -74,22 +71,12 @@ class SensorErrors:
             true: one value for each quantity
             tick: number of the tick since the start
         """
+        measured = np.asarray(true) * self.factors
         if not self._varies:
-            return [
-                value * factor + bias for value, factor, bias in zip(true, self.factors, self.bias)
-            ]
-        count = len(self._noise)
-        draws = self.random(tick).standard_normal(2 * count).tolist()
-        if any(self._walk):
-            self.bias = [
-                bias + walk * draw for bias, walk, draw in zip(self.bias, self._walk, draws[count:])
-            ]
-        return [
-            value * factor + bias + noise * draw
-            for value, factor, bias, noise, draw in zip(
-                true, self.factors, self.bias, self._noise, draws
-            )
-        ]
+            return (measured + self.bias).tolist()
+        first, second = self.random(tick).standard_normal(2 * len(true)).reshape(2, -1)
+        self.bias = self.bias + self._walk * second
+        return (measured + self.bias + self._noise * first).tolist()
 
 
 class OdometryNoise:

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from functools import partial
-from typing import NamedTuple, Sequence
+from typing import Sequence
 
 import numpy as np
 
@@ -130,43 +130,33 @@ _LOSS_PER_M = 0.004
 _BEAM_STREAM = 128
 
 
-class Beams(NamedTuple):
-    """Directions of the beams of a lidar.
+class LidarModel(SensorModel):
+    """A lidar that takes all beams of a scan at once.
 
-    Attributes:
+    Args:
         turn: number of columns in a full turn
-        first: first column, counted from straight ahead to the left
-        columns: number of columns
+        columns: number of columns of a scan, half of them to the left of straight ahead
         elevations_rad: angles of the rings above the horizon
         mount_m: place on the vehicle
     """
 
-    turn: int
-    first: int
-    columns: int
-    elevations_rad: np.ndarray
-    mount_m: tuple[float, float, float]
-
-
-RINGS = Beams(1024, -512, 1024, np.radians(np.arange(-15.0, 16.0, 2.0)), LIDAR_MOUNT_M)
-# 270 degrees in steps of a quarter.
-PLANAR = Beams(1440, -540, 1080, np.zeros(1), PLANAR_LIDAR_MOUNT_M)
-
-
-class LidarModel(SensorModel):
-    """A lidar that takes all beams of a scan at once."""
-
-    def __init__(self, beams: Beams, settings: SensorSettings, context: SensorContext):
+    def __init__(
+        self,
+        turn: int,
+        columns: int,
+        elevations_rad: np.ndarray,
+        mount_m: tuple[float, float, float],
+        settings: SensorSettings,
+        context: SensorContext,
+    ):
         super().__init__(context.errors([error_sizes(settings, unit="_m")._replace(noise=0.0)]))
         self._noise_m = settings.noise_m
         self._beam_errors = context._replace(number=context.number + _BEAM_STREAM).errors([])
-        self._mount_m = beams.mount_m
-        angles = np.arange(beams.first, beams.first + beams.columns) * (2.0 * np.pi / beams.turn)
-        self._caster = RayCaster(
-            beams.turn, angles[0], beams.elevations_rad, beams.mount_m[2], settings.range_m
-        )
-        self._columns = beams.columns
-        elevations = beams.elevations_rad[:, None]
+        self._mount_m = mount_m
+        angles = (np.arange(columns) - columns // 2) * (_TURN / turn)
+        self._caster = RayCaster(turn, angles[0], elevations_rad, mount_m[2], settings.range_m)
+        self._columns = columns
+        elevations = elevations_rad[:, None]
         self._directions = np.stack(
             np.broadcast_arrays(
                 np.cos(elevations) * np.cos(angles),
@@ -179,7 +169,7 @@ class LidarModel(SensorModel):
             raise ValueError("a lidar needs a road with its scenery")
         level = len(elevations) == 1
         self._scenery = NearBodies(
-            context.scenery(), settings.range_m, beams.mount_m[2] if level else None
+            context.scenery(), settings.range_m, mount_m[2] if level else None
         )
 
     def ranges(self, moment: Moment) -> np.ndarray:
@@ -210,5 +200,7 @@ class LidarModel(SensorModel):
         return points
 
 
-RoofLidar = partial(LidarModel, RINGS)
-PlanarLidar = partial(LidarModel, PLANAR)
+RINGS_RAD = np.radians(np.arange(-15.0, 16.0, 2.0))
+RoofLidar = partial(LidarModel, 1024, 1024, RINGS_RAD, LIDAR_MOUNT_M)
+# 270 degrees in steps of a quarter.
+PlanarLidar = partial(LidarModel, 1440, 1080, np.zeros(1), PLANAR_LIDAR_MOUNT_M)

@@ -33,8 +33,7 @@ class CommandMux:
         self._timeout_ticks = timeout_ticks
         self._latency = latency
         self._ackermann = ackermann
-        self._software: _Entry | None = None
-        self._manual: _Entry | None = None
+        self._entries: dict[bool, _Entry] = {}  # by whether they are manual
 
     def accept(self, command: AnyCommand, tick: int, manual: bool = False) -> bool:
         """Store a command, limited to its range, from this tick on.
@@ -46,10 +45,7 @@ class CommandMux:
             ValueError: a value is NaN or infinite, or the vehicle has no Ackermann control
         """
         limited, outside = self._limited(command)
-        if manual:
-            self._manual = limited, tick
-        else:
-            self._software = limited, tick
+        self._entries[manual] = limited, tick
         return outside
 
     def _limited(self, command: AnyCommand) -> tuple[AnyCommand, bool]:
@@ -62,7 +58,7 @@ class CommandMux:
     def set_manual_override(self, enabled: bool, tick: int) -> None:
         """Start or end manual control. The vehicle coasts until the first manual command."""
         if enabled and not self.manual_override:
-            self._manual = Command(), tick
+            self._entries[True] = Command(), tick
         self.manual_override = enabled
 
     @property
@@ -79,13 +75,11 @@ class CommandMux:
     def timed_out(self, tick: int) -> bool:
         """Return whether the latest command is too old. Before the first one nothing times out."""
         entry = self._active
-        return (
-            entry is not None and self._timeout_ticks > 0 and tick - entry[1] > self._timeout_ticks
-        )
+        return entry is not None and 0 < self._timeout_ticks < tick - entry[1]
 
     @property
     def _active(self) -> _Entry | None:
-        return self._manual if self.manual_override else self._software
+        return self._entries.get(self.manual_override)
 
     def select(self, tick: int, state: VehicleState, tick_s: float) -> Command:
         """Return the command to execute in this tick; call it once a tick."""
@@ -107,7 +101,7 @@ class CommandMux:
 
     def reset(self) -> None:
         """Forget all commands; the manual override stays."""
-        self._software = self._manual = None
+        self._entries.clear()
         self._latency.clear()
         self.executed = Command()
 
