@@ -16,8 +16,6 @@ warnings.filterwarnings("ignore", "Your system is avx2 capable", RuntimeWarning)
 import pygame  # noqa: E402
 
 _FRAMES_PER_SECOND = 30.0
-# Without a display, SDL selects one of these drivers, whose windows are invisible.
-_INVISIBLE_DRIVERS = ("offscreen", "dummy")
 
 
 class NoDisplay(Exception):
@@ -59,21 +57,18 @@ class ImageWindow:
 
     @staticmethod
     def _open(title: str, size: tuple[int, int]) -> Any:
-        display, chosen = os.environ.get("DISPLAY", ""), "SDL_VIDEODRIVER" in os.environ
-        missing = f"there is no display to open a window on (DISPLAY={display!r})"
-        if not (display or chosen or "WAYLAND_DISPLAY" in os.environ):
-            raise NoDisplay(missing)
-        if "WAYLAND_DISPLAY" not in os.environ:
-            os.environ.setdefault("SDL_VIDEODRIVER", "x11")
+        display = os.environ.get("DISPLAY", "")
+        # Without a display, SDL would select a driver whose windows are invisible.
+        wayland = "WAYLAND_DISPLAY" in os.environ and not display
+        os.environ.setdefault("SDL_VIDEODRIVER", "wayland" if wayland else "x11")
         try:
             pygame.display.init()
-            if chosen or pygame.display.get_driver() not in _INVISIBLE_DRIVERS:
-                pygame.display.set_caption(title)
-                return pygame.display.set_mode(size)
+            pygame.display.set_caption(title)
+            return pygame.display.set_mode(size)
         except pygame.error as error:
-            raise NoDisplay(f"{missing}: {error}") from error
-        pygame.display.quit()
-        raise NoDisplay(missing)
+            raise NoDisplay(
+                f"there is no display to open a window on (DISPLAY={display!r}): {error}"
+            ) from error
 
     @property
     def frame_rate(self) -> float:
