@@ -24,7 +24,7 @@ from sdc_perception.light_tracker import LightSettings
 from sdc_perception.obstacle_detection import BodyFinder, SeenBody
 from sdc_perception.obstacle_tracker import ObstacleSettings, body_finder
 from sdc_perception.study.drives import WEATHERS, lab_parameters
-from sdc_perception.study.scenes import FRAMES_A_ROUTE, Scene, SceneMaker
+from sdc_perception.study.scenes import FRAMES_A_ROUTE, Scene, SceneMaker, TrueObject
 from sdc_sim.camera.camera_model import CameraModel
 
 FIRST_SEED = 3001
@@ -32,8 +32,6 @@ LIGHT_RANGE_M, BODY_RANGE_M = 40.0, 30.0
 _MOUNT_X_M = CameraModel().mount_x_m
 # Columns by which a detection and the truth may differ [px].
 _NEAR_PX = 4.0
-# A detection near the limit of the range is not wrong where the truth is beyond.
-_BEYOND = 1.15
 HEAD = (
     f"| | pictures | all lights within {LIGHT_RANGE_M:g} m right | lights right, false "
     f"| distance error: median, 95 % | bodies within {BODY_RANGE_M:g} m found, false "
@@ -48,75 +46,34 @@ class FrameScore:
     Attributes:
         frames: number of pictures
         right_frames: pictures in which all lights are right, and none is false
-        lights: visible lights in range
-        right_lights: lights that are found with the right colour
+        light_errors: relative error of the distance of each visible light in range, NaN where it is
+            not found, or with another colour
         false_lights: detections without a light
-        bodies: visible bodies in range
-        found_bodies: bodies that are found, with the right kind
+        body_errors: the same of each visible body in range
         false_bodies: detections without a body
-        light_errors: relative errors of the distance of right lights
-        body_errors: relative errors of the distance of found bodies
         times_s: CPU time of lights and obstacles in each picture
     """
 
     frames: int = 0
     right_frames: int = 0
-    lights: int = 0
-    right_lights: int = 0
-    false_lights: int = 0
-    bodies: int = 0
-    found_bodies: int = 0
-    false_bodies: int = 0
     light_errors: list[float] = field(default_factory=list)
+    false_lights: int = 0
     body_errors: list[float] = field(default_factory=list)
+    false_bodies: int = 0
     times_s: list[tuple[float, float]] = field(default_factory=list)
 
     def add(self, scene: Scene, lights: list[SeenLight], bodies: list[SeenBody]) -> bool:
         """Add a picture; return whether all in it is right."""
+        light_errors, false_lights = _light_errors(scene, lights)
+        body_errors, false_bodies = _body_errors(scene, bodies)
+        lights_right = bool(np.isfinite(light_errors).all()) and not false_lights
         self.frames += 1
-        lights_right = self._add_lights(scene, lights)
         self.right_frames += lights_right
-        return self._add_bodies(scene, bodies) and lights_right
-
-    def _add_lights(self, scene: Scene, found: list[SeenLight]) -> bool:
-        right, free = True, list(found)
-        for light in scene.lights:
-            near = [one for one in free if _inside(light.pixel, one.box)]
-            for one in near:
-                free.remove(one)
-            if light.depth_m > LIGHT_RANGE_M:
-                continue
-            self.lights += 1
-            if len(near) == 1 and near[0].state == light.state:
-                self.right_lights += 1
-                self.light_errors.append((near[0].x_m - _MOUNT_X_M) / light.depth_m - 1.0)
-            else:
-                right = False
-        false = _false_ones(free, LIGHT_RANGE_M, scene)
-        self.false_lights += false
-        return right and not false
-
-    def _add_bodies(self, scene: Scene, found: list[SeenBody]) -> bool:
-        right, free = True, list(found)
-        for body in sorted(scene.bodies, key=lambda one: one.depth_m):
-            near = [
-                one
-                for one in free
-                if one.kind == body.kind and _between(_middle(one), [(body.left, body.right)])
-            ]
-            if near:
-                best = min(near, key=lambda one: abs(one.x_m - _MOUNT_X_M - body.depth_m))
-                free.remove(best)
-            if body.depth_m > BODY_RANGE_M:
-                continue
-            self.bodies += 1
-            if near:
-                self.found_bodies += 1
-                self.body_errors.append((best.x_m - _MOUNT_X_M) / body.depth_m - 1.0)
-            right = right and bool(near) and abs(self.body_errors[-1]) < 0.1
-        false = _false_ones(free, BODY_RANGE_M, scene)
-        self.false_bodies += false
-        return right and not false
+        self.light_errors += light_errors
+        self.false_lights += false_lights
+        self.body_errors += body_errors
+        self.false_bodies += false_bodies
+        return lights_right and not false_bodies and all(abs(error) < 0.1 for error in body_errors)
 
     def __add__(self, other: FrameScore) -> FrameScore:
         """Return the score of the pictures of both."""
@@ -126,44 +83,77 @@ class FrameScore:
 
     def row(self, name: str) -> str:
         """Return a row of the table, see HEAD."""
-        light, body = np.abs(self.light_errors or [np.nan]), np.abs(self.body_errors or [np.nan])
         times = 1e3 * np.median(self.times_s, axis=0)
+        body = np.abs(self.body_errors)
+        near = np.mean(body[np.isfinite(body)] < 0.1) if np.isfinite(body).any() else 0.0
         cells = (
             name,
             f"{self.frames}",
             f"{100 * self.right_frames / self.frames:.2f} %",
-            f"{self.right_lights} of {self.lights}, {self.false_lights}",
-            _median_and_95(light),
-            f"{self.found_bodies} of {self.bodies}, {self.false_bodies}",
-            _median_and_95(body),
-            f"{100 * np.mean(body < 0.1):.2f} %",
+            *_found_and_errors(self.light_errors, self.false_lights),
+            *_found_and_errors(self.body_errors, self.false_bodies),
+            f"{100 * near:.2f} %",
             f"{times[0]:.1f} + {times[1]:.1f} ms",
         )
         return f"| {' | '.join(cells)} |"
 
 
-def _median_and_95(errors: np.ndarray) -> str:
-    return f"{100 * np.median(errors):.1f} %, {100 * np.percentile(errors, 95):.1f} %"
+def _found_and_errors(errors: list[float], false: int) -> tuple[str, str]:
+    """Return the cells of how many are found, and of the median and 95 % of their errors."""
+    found = np.abs([error for error in errors if np.isfinite(error)] or [np.nan])
+    median, most = np.percentile(found, [50, 95])
+    count = f"{np.isfinite(errors).sum()} of {len(errors)}, {false}"
+    return count, f"{100 * median:.1f} %, {100 * most:.1f} %"
 
 
-def _inside(pixel: np.ndarray, box: tuple[float, float, float, float]) -> bool:
+def _light_errors(scene: Scene, found: list[SeenLight]) -> tuple[list[float], int]:
+    """Return the error of each light in range, and the number of false ones."""
+    errors, free = [], list(found)
+    for light in scene.visible(lights=True):
+        near = [one for one in free if _inside(light.pixel, one.box)]
+        for one in near:
+            free.remove(one)
+        if light.depth_m <= LIGHT_RANGE_M:
+            right = len(near) == 1 and near[0].state == light.state
+            errors.append(_error(near[0], light) if right else math.nan)
+    return errors, _false_ones(free, LIGHT_RANGE_M, scene)
+
+
+def _body_errors(scene: Scene, found: list[SeenBody]) -> tuple[list[float], int]:
+    """Return the error of each body in range, and the number of false ones."""
+    errors, free = [], list(found)
+    for body in sorted(scene.visible(lights=False), key=lambda one: one.depth_m):
+        near = [one for one in free if one.kind == body.kind and _is_at(one, body)]
+        best = min(near, key=lambda one: abs(one.x_m - _MOUNT_X_M - body.depth_m), default=None)
+        if best is not None:
+            free.remove(best)
+        if body.depth_m <= BODY_RANGE_M:
+            errors.append(math.nan if best is None else _error(best, body))
+    return errors, _false_ones(free, BODY_RANGE_M, scene)
+
+
+def _error(found: SeenLight | SeenBody, true: TrueObject) -> float:
+    return (found.x_m - _MOUNT_X_M) / true.depth_m - 1.0
+
+
+def _inside(pixel: Sequence[float], box: tuple[float, float, float, float]) -> bool:
     u, v = pixel
     left, top, right, bottom = box
     return left - _NEAR_PX < u < right + _NEAR_PX and top - _NEAR_PX < v < bottom + _NEAR_PX
 
 
+def _is_at(found: SeenLight | SeenBody, true: TrueObject) -> bool:
+    """Return whether the middle of a detection is in the columns of an object."""
+    middle = 0.5 * (found.box[0] + found.box[2])
+    return true.left - _NEAR_PX <= middle <= true.right + _NEAR_PX
+
+
 def _false_ones(free: Sequence[SeenLight | SeenBody], range_m: float, scene: Scene) -> int:
-    """Return how many detections within a range are none of the scene's objects."""
-    return sum(one.x_m < range_m and not _between(_middle(one), scene.others) for one in free)
-
-
-def _middle(one: SeenLight | SeenBody) -> float:
-    """Return the column in the middle of a detection [px]."""
-    return 0.5 * (one.box[0] + one.box[2])
-
-
-def _between(column: float, spans: list[tuple[float, float]]) -> bool:
-    return any(left - _NEAR_PX <= column <= right + _NEAR_PX for left, right in spans)
+    """Return how many detections within a range are none of the scene's hidden objects."""
+    hidden = [one for one in scene.objects if not one.visible]
+    return sum(
+        one.x_m < range_m and not any(_is_at(one, other) for other in hidden) for one in free
+    )
 
 
 def finders() -> tuple[LightFinder, BodyFinder]:
@@ -197,10 +187,10 @@ def measure(weather: str, count: int, first_seed: int, wrong: str = "") -> Frame
         score.times_s.append((times[1] - times[0], times[2] - times[1]))
         if not score.add(scene, lights, bodies) and wrong:
             drawn = draw_lights(draw_obstacles(scene.picture.copy(), bodies), lights)
-            for light in scene.lights:
+            for light in scene.visible(lights=True):
                 at = (round(light.pixel[0]), round(light.pixel[1]))
                 cv2.circle(drawn, at, 12, (255, 255, 255), 1)
-            for body in scene.bodies:
+            for body in scene.visible(lights=False):
                 span = (round(body.left), 470), (round(body.right), 470)
                 cv2.line(drawn, *span, (255, 255, 255), 2)
                 text, at = f"{body.kind} {body.depth_m + _MOUNT_X_M:.1f}", (round(body.left), 462)

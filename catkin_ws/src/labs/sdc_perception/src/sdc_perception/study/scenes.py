@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import cv2
@@ -23,6 +23,7 @@ from sdc_sim.road.scenery import Scenery
 from sdc_sim.simulation.weather import Weather
 
 FRAMES_A_ROUTE = 50
+LIGHT = "light"
 # A light whose lamps are turned away farther is for other drivers.
 _FACING_COS = 0.5
 # Least distance between two lights along the road.
@@ -37,34 +38,26 @@ _NO_SCENERY = Scenery(
 )
 
 
-class TrueLight(NamedTuple):
-    """A light that a driver sees.
+class TrueObject(NamedTuple):
+    """A light or a body in the picture.
 
     Attributes:
-        state: RED, YELLOW or GREEN
-        depth_m: distance of the pole ahead of the camera [m]
-        pixel: its lit lamp
-    """
-
-    state: int
-    depth_m: float
-    pixel: np.ndarray
-
-
-class TrueBody(NamedTuple):
-    """A body that a driver sees.
-
-    Attributes:
-        kind: its kind
-        depth_m: distance of its nearest corner ahead of the camera [m]
+        kind: LIGHT, or the kind of the body
+        depth_m: distance ahead of the camera, of a pole or of a body's nearest corner [m]
         left: leftmost column [px]
         right: rightmost column [px]
+        visible: whether a driver sees it; otherwise it is hidden in part, or turned away
+        state: RED, YELLOW or GREEN of a light
+        pixel: the lit lamp of a light
     """
 
     kind: str
     depth_m: float
     left: float
     right: float
+    visible: bool
+    state: int = OFF
+    pixel: Sequence[float] = ()
 
 
 class Scene(NamedTuple):
@@ -72,15 +65,15 @@ class Scene(NamedTuple):
 
     Attributes:
         picture: BGRA (480, 640, 4)
-        lights: what is visible
-        bodies: what is visible
-        others: left and right column of each light and body that is hidden in part [px]
+        objects: the lights and bodies in view
     """
 
     picture: np.ndarray
-    lights: list[TrueLight]
-    bodies: list[TrueBody]
-    others: list[tuple[float, float]]
+    objects: list[TrueObject]
+
+    def visible(self, lights: bool) -> list[TrueObject]:
+        """Return the visible lights, or the visible bodies."""
+        return [one for one in self.objects if one.visible and (one.kind == LIGHT) == lights]
 
 
 class SceneMaker:
@@ -139,38 +132,24 @@ class SceneMaker:
         renderer.draw_background(ground, *view)
         objects = renderer.objects
         picture = _drawn(objects, ground, view, boxes)
-        true_lights, true_bodies, others = [], [], []
+        seen = []
         for number, light in enumerate(lights):
             off = traffic_light_box(light._replace(state=OFF))
             unlit = _drawn(objects, ground, view, _replaced(boxes, number, [off]))
             whole = [_drawn(alone, ground, view, [box]) for box in (boxes[number], off)]
             share = _difference(picture, unlit).sum() / max(_difference(*whole).sum(), 1)
-            seen = self._light_seen(light, view, share)
-            if isinstance(seen, TrueLight):
-                true_lights.append(seen)
-            elif seen is not None:
-                others.append(seen)
+            seen.append(self._light_seen(light, view, share))
         for number in range(len(lights), len(boxes)):
             without = _drawn(objects, ground, view, _replaced(boxes, number, []))
             pictures = picture, without, _drawn(alone, ground, view, [boxes[number]]), ground
-            seen_body = self._body_seen(boxes[number], view, pictures)
-            if isinstance(seen_body, TrueBody):
-                true_bodies.append(seen_body)
-            elif seen_body is not None:
-                others.append(seen_body)
+            seen.append(self._body_seen(boxes[number], view, pictures))
         dim(picture, self._light)
-        return Scene(picture, true_lights, true_bodies, others)
+        return Scene(picture, [one for one in seen if one is not None])
 
     def _light_seen(
-        self, light: Any, view: tuple[float, float, float], visible: float
-    ) -> TrueLight | tuple[float, float] | None:
-        """Return the light, its columns if it is hidden in part, None if it is not in view.
-
-        Args:
-            light: the light
-            view: pose of the car
-            visible: visible share of the lit lamp
-        """
+        self, light: Any, view: tuple[float, float, float], share: float
+    ) -> TrueObject | None:
+        """Return a light, of whose lit lamp a share is visible; None if it is not in view."""
         c, s = math.cos(light.heading_rad), math.sin(light.heading_rad)
         height = traffic_light_box(light).height_m
         z = height - _LAMP_BELOW_M - _LAMP_SPACING_M * light.state
@@ -181,36 +160,35 @@ class SceneMaker:
             return None
         u, v = pixels[0]
         scale = self._camera.focal_px / depth
-        if not (0.3 * scale < u < self._camera.width - 0.3 * scale and v > 1.1 * scale):
-            return (u - scale, u + scale)
+        inside = 0.3 * scale < u < self._camera.width - 0.3 * scale and v > 1.1 * scale
         # A lamp is round and seen at an angle.
         to_car = np.array([view[0] - lamp[0], view[1] - lamp[1]])
         facing = float(-(to_car @ (c, s)) / np.linalg.norm(to_car))
-        if visible < _VISIBLE or facing < _FACING_COS:
-            return (u - scale, u + scale)
-        return TrueLight(light.state, depth, pixels[0])
+        visible = inside and share >= _VISIBLE and facing >= _FACING_COS
+        return TrueObject(LIGHT, depth, u - scale, u + scale, visible, light.state, pixels[0])
 
     def _body_seen(
         self, box: Box, view: tuple[float, float, float], pictures: tuple[np.ndarray, ...]
-    ) -> TrueBody | tuple[float, float] | None:
-        """Return the body, its columns if it is hidden in part, None if it is not in view."""
-        size = box.length_m, box.width_m
+    ) -> TrueObject | None:
+        """Return a body by pictures with it, without it, and of it alone; None if not in view."""
+        size, width = (box.length_m, box.width_m), self._camera.width
         corners = footprint((box.x_m, box.y_m), box.yaw_rad, size)
         depths = [_depth(x, y, view) - self._camera.mount_x_m for x, y in corners]
+        if max(depths) < 0.5:
+            return None
         if min(depths) < 0.5:
-            return None if max(depths) < 0.5 else (0.0, float(self._camera.width))
+            return TrueObject(box.kind, min(depths), 0.0, float(width), False)
         points = [(x, y, z) for x, y in corners for z in (0.0, box.height_m)]
         columns = self._camera.project(np.array(points), *view)[0][:, 0]
         left, right = float(columns.min()), float(columns.max())
-        if right < 0.0 or left > self._camera.width - 1:
+        if right < 0.0 or left > width - 1:
             return None
-        low, high = max(0, math.floor(left)), min(self._camera.width, math.ceil(right) + 1)
+        low, high = max(0, math.floor(left)), min(width, math.ceil(right) + 1)
         shown, without, alone, nothing = (one[:, low:high] for one in pictures)
         pixels = [_difference(*pair) > 0 for pair in ((shown, without), (alone, nothing))]
         share = pixels[0].sum() / max(pixels[1].sum(), 1)
-        if share < _VISIBLE or left < 0.0 or right > self._camera.width - 1:
-            return left, right
-        return TrueBody(box.kind, min(depths), left, right)
+        visible = bool(share >= _VISIBLE and left >= 0.0 and right <= width - 1)
+        return TrueObject(box.kind, min(depths), left, right, visible)
 
 
 def _place(road: Road, s_m: float, left_m: float) -> tuple[float, float, float]:
