@@ -33,9 +33,11 @@ def test_mark_follows_the_rubric(tmp_path, text, change, points):
     assert mark(graded(tmp_path, **change), rubric).points == pytest.approx(points)
 
 
-def test_lab_has_no_unknown_drive(tmp_path):
+def test_lab_is_marked_by_its_own_steps_and_both_drives(tmp_path):
     answers = {step.id: {"status": "passed"} for step in load_steps("localization")}
     found = Grade("ada", tmp_path, answers, {"driving_score": 70.0}, lab="localization")
+    assert mark(found, load_rubric()).points == pytest.approx(67.5)
+    found.unknown = {"driving_score": 90.0}
     assert mark(found, load_rubric()).points == pytest.approx(90.0)
 
 

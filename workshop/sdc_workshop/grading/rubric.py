@@ -20,12 +20,12 @@ class RubricError(ValueError):
 
 
 class Mark(NamedTuple):
-    """The mark of a student; shares are from 0 to 1, and None where a lab has no such part."""
+    """The mark of a student; shares are from 0 to 1."""
 
     points: float
     phases: float
     drive: float
-    unknown_drive: float | None
+    unknown_drive: float
     late_percent: float
 
 
@@ -84,11 +84,10 @@ def mark(found: Grade, rubric: dict) -> Mark:
     parts = {
         "phases": (own + min(given, rubric["solution_cap"] * total)) / total,
         "drive": found.score / 100.0,
-        "unknown_drive": None if found.lab else found.unknown_score / 100.0,
+        "unknown_drive": found.unknown_score / 100.0,
     }
-    shares = {name: share for name, share in parts.items() if share is not None}
-    weight = sum(rubric["weights"][name] for name in shares) or 1
-    reached = sum(rubric["weights"][name] * share for name, share in shares.items()) / weight
+    weight = sum(rubric["weights"][name] for name in parts)
+    reached = sum(rubric["weights"][name] * share for name, share in parts.items()) / weight
     late = rubric["late"]
     days = max(0.0, late["days"].get(found.name, 0) - late["free_days"])
     percent = min(100.0, days * late["percent_per_day"])
