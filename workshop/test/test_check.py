@@ -2,6 +2,7 @@
 
 import io
 import os
+import shutil
 import subprocess
 import sys
 import time
@@ -26,10 +27,17 @@ CHECK = PROJECT / "workshop" / "check"
 CAMERA = "src/sdc_package/scripts/camera.py"
 
 
+@pytest.fixture(scope="module")
+def new_workspace(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("new") / "ws"
+    make(folder)
+    return folder
+
+
 @pytest.fixture
-def folder(tmp_path):
-    make(tmp_path / "ws")
-    return tmp_path / "ws"
+def folder(new_workspace, tmp_path):
+    """Return a new workspace; to copy one is quicker than to derive it from the solution."""
+    return shutil.copytree(new_workspace, tmp_path / "ws", symlinks=True)
 
 
 def run(folder, *arguments):

@@ -155,12 +155,12 @@ def test_ctrl_c_ends_all_programs(world, tmp_path, options, request):
         stderr=subprocess.STDOUT,
         text=True,
     )
-    limit = time.monotonic() + 60
+    limit = time.monotonic() + LIMIT_S
     while not left_over(ENDLESS):
         assert time.monotonic() < limit and process.poll() is None
         time.sleep(0.05)
     process.send_signal(signal.SIGINT)
-    output, _ = process.communicate(timeout=60)
+    output, _ = process.communicate(timeout=LIMIT_S)
     assert (process.returncode, output) == (130, "")
     assert left_over(ENDLESS) == []
 
@@ -231,7 +231,7 @@ def test_summary_in_a_students_folder_is_refused(tmp_path):
         stderr=subprocess.STDOUT,
         text=True,
         check=False,
-        timeout=60,
+        timeout=LIMIT_S,
     )
     assert (done.returncode, done.stdout.count("\n")) == (2, 1)
     assert "a student's folder" in done.stdout
