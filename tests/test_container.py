@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-pytestmark = pytest.mark.slow(16)
+pytestmark = pytest.mark.slow(8)
 
 ROOT = Path(__file__).resolve().parents[1]
 RELEASES = ("bookworm", "trixie")
@@ -51,7 +51,12 @@ def test_container_of_an_editor_is_built_from_the_image():
 
 
 @pytest.mark.parametrize(
-    "step, list_", [("linters", "pip"), ("browser", "browser"), ("learning", "learning")]
+    "step, list_",
+    [
+        ("linters", "pip"),
+        pytest.param("browser", "browser", marks=pytest.mark.nightly),
+        pytest.param("learning", "learning", marks=pytest.mark.nightly),
+    ],
 )
 def test_missing_connection_to_pypi_is_one_line(step, list_, tmp_path):
     shutil.copytree(ROOT / "docker", tmp_path / "docker")

@@ -58,6 +58,7 @@ def display_of(service):
     return OtherDisplay(found[0].environ())
 
 
+@pytest.mark.nightly
 def test_desktop_in_the_browser_shows_the_window_of_rviz(desktop, monkeypatch):
     service, url = desktop
     display = display_of(service)

@@ -92,6 +92,7 @@ async def overlay_of(address):
             return kind, cv2.imdecode(np.frombuffer(file, np.uint8), cv2.IMREAD_COLOR)
 
 
+@pytest.mark.nightly
 @pytest.mark.slow(5)
 def test_page_with_the_lane_mask_gets_the_overlay_of_the_lab_on_perception(start):
     program, address = start(str(ROOT / "cockpit"))

@@ -66,6 +66,7 @@ def test_stack_off_its_lane_fails_with_the_metrics_and_leaves_a_report(environme
     assert "missed_ticks" not in output, "only violations are reported"
 
 
+@pytest.mark.nightly
 def test_stack_that_stops_at_lights_passes_and_gives_the_trace_of_one_process(
     environment, tmp_path
 ):

@@ -215,6 +215,7 @@ def test_missing_scheduler_is_named_in_one_line(study, start, tmp_path):
     assert "Traceback" not in sweep.output
 
 
+@pytest.mark.nightly
 def test_real_nodes_drive_as_the_process_does(study, start, tmp_path):
     text = STUDY.replace("[1.0, 2.5, -1.0, 4.0]", "[1.3]").replace("[0.0, 0.02, 0.1]", "[0.05]")
     found = []

@@ -1,7 +1,6 @@
 #!/usr/bin/python3
 """The mission planner publishes its route, latched, and refuses a bad file with one line."""
 
-import os
 import re
 import subprocess
 import tempfile
@@ -14,13 +13,6 @@ from sdc_package.msg import Path
 from sdc_common.routes.waypoint_file import load_waypoints
 from sdc_testing import MessageListener
 
-# test_waypoint_file.py has more of them.
-BAD_FILES = [
-    ("missing", None, "No such file"),
-    ("word", b"0,0\n1,x\n", "row 2: y is 'x'"),
-    ("binary", bytes(range(128, 256)), "is not text"),
-]
-
 
 class MissionPlannerTest(unittest.TestCase):
     def test_late_subscriber_receives_the_route(self):
@@ -31,49 +23,31 @@ class MissionPlannerTest(unittest.TestCase):
             self.assertAlmostEqual(path.waypoints[50].x, expected[50, 0], places=4)
             self.assertAlmostEqual(path.waypoints[50].y, expected[50, 1], places=4)
 
-    def test_bad_file_ends_the_node_with_one_line(self):
-        with tempfile.TemporaryDirectory() as folder:
-            for name, content, part in BAD_FILES:
-                with self.subTest(name):
-                    path = os.path.join(folder, name.replace(" ", "_") + ".csv")
-                    if content is not None:
-                        with open(path, "wb") as file:
-                            file.write(content)
-                    done = subprocess.run(
-                        [
-                            "rosrun",
-                            "sdc_package",
-                            "mission_planner.py",
-                            "__name:=bad",
-                            "_waypoints_path:=" + path,
-                        ],
-                        stdout=subprocess.PIPE,
-                        stderr=subprocess.STDOUT,
-                        text=True,
-                        timeout=60,
-                        check=False,
-                    )
-                    self.assertEqual(done.returncode, 1, done.stdout)
-                    lines = [
-                        line
-                        for line in re.sub(r"\x1b\[[0-9;]*m", "", done.stdout).splitlines()
-                        if line.strip()
-                    ]
-                    self.assertEqual(len(lines), 1, done.stdout)
-                    self.assertIn(path, lines[0])
-                    self.assertIn(part, lines[0])
-
-    def test_missing_parameter_ends_the_node_with_its_name(self):
-        done = subprocess.run(
-            ["rosrun", "sdc_package", "mission_planner.py", "__name:=bare"],
+    def run_node(self, *arguments):
+        return subprocess.run(
+            ["rosrun", "sdc_package", "mission_planner.py", "__name:=bad", *arguments],
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             text=True,
             timeout=60,
             check=False,
         )
+
+    def test_bad_file_ends_the_node_with_one_line(self):
+        """As those of test_waypoint_file.py do."""
+        with tempfile.NamedTemporaryFile("w", suffix=".csv") as file:
+            file.write("0,0\n1,x\n")
+            file.flush()
+            done = self.run_node("_waypoints_path:=" + file.name)
+        self.assertEqual(done.returncode, 1, done.stdout)
+        (line,) = re.sub(r"\x1b\[[0-9;]*m", "", done.stdout).strip().splitlines()
+        self.assertIn(f"{file.name}, row 2: y is 'x'", line)
+        rospy.delete_param("/bad/waypoints_path")
+
+    def test_missing_parameter_ends_the_node_with_its_name(self):
+        done = self.run_node()
         self.assertEqual(done.returncode, 1)
-        self.assertIn("/bare/waypoints_path is missing", done.stdout)
+        self.assertIn("/bad/waypoints_path is missing", done.stdout)
 
 
 if __name__ == "__main__":

@@ -82,6 +82,7 @@ def test_bad_route_ends_the_drive_with_one_line(environment, tmp_path):
     assert not (tmp_path / "report" / "report.json").exists(), "an old report is removed"
 
 
+@pytest.mark.nightly
 def test_report_that_cannot_be_written_ends_the_drive(environment, tmp_path):
     (tmp_path / "file").write_text("")
     done = drive(environment, tmp_path, "sync:=true", "camera:=false", "report:=file/report.json")

@@ -89,6 +89,7 @@ def wait_for_progress(drive):
         time.sleep(0.1)
 
 
+@pytest.mark.nightly
 def test_drive_whose_own_master_is_killed_ends_with_a_report(environment, start, tmp_path):
     options = ["headless:=true", "camera:=false", "referee_options:={pictures: false}"]
     drive = start([DRIVE, *options], environment)
@@ -172,6 +173,7 @@ def test_drive_without_a_mission_planner_ends_and_names_the_topic(environment, s
     assert "referee: waiting for /planner/mission_waypoints\n" in drive.output
 
 
+@pytest.mark.nightly
 def test_drive_whose_planner_crashes_at_every_start_ends_as_blocked(environment, start, tmp_path):
     (tmp_path / "stack.launch").write_text(
         """<launch>

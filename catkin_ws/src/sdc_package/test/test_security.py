@@ -194,6 +194,7 @@ def two_machines():
             ip("netns", "del", name)
 
 
+@pytest.mark.nightly
 def test_simulator_and_stack_run_on_two_machines(two_machines, start, bend, tmp_path):
     (world, world_address), (car, car_address) = two_machines
     common = {**os.environ, "ROS_MASTER_URI": f"http://{world_address}:11311"}

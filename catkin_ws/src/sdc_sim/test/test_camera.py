@@ -114,10 +114,7 @@ def _line_errors(renderer, at, points, rows):
 @pytest.mark.parametrize(
     "s_m, aside_m, turn_rad",
     [
-        (20.0, 0.0, 0.0),
         (20.0, 0.4, 0.06),
-        (31.3, -0.5, -0.08),
-        (75.0, 0.0, 0.0),
         (90.0, 0.3, 0.05),
         (165.0, 0.0, 0.1),
     ],

@@ -77,6 +77,7 @@ def test_bag_without_pictures_is_refused(tmp_path):
         bag_samples(str(tmp_path / "missing.bag"), 2.0, 5.0)
 
 
+@pytest.mark.nightly
 @pytest.mark.slow(3)
 def test_training_finds_the_line_in_the_views():
     pytest.importorskip("torch", reason="torch is not installed (docker/prepare imitation)")
