@@ -10,7 +10,7 @@ from chromium import LIMIT_S, headless_chromium, resize, value_of, wait_for
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
 
-pytestmark = pytest.mark.slow(60)
+pytestmark = pytest.mark.slow(40)
 
 PIXELS = """(() => {
   const canvas = document.getElementById("picture");

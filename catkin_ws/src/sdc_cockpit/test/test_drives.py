@@ -139,7 +139,7 @@ def answer(address, path, **query):
         return response.read().decode()
 
 
-@pytest.mark.slow(60)
+@pytest.mark.slow(40)
 def test_page_starts_stops_lists_and_compares_drives(standing_cockpit):
     address = standing_cockpit()
     first, second = asyncio.run(start_stop_and_fail(address))

@@ -14,7 +14,7 @@ from sdc_sim.report.writer import write_report
 from sdc_sim.runner import isolated_drive
 from sdc_sim.scenario.acceptance_limits import read_report
 
-pytestmark = pytest.mark.slow(30)
+pytestmark = pytest.mark.slow(12)
 
 STACKS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "stacks")
 TIMEOUT_S = 300.0

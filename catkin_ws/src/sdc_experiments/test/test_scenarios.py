@@ -16,7 +16,7 @@ from sdc_sim.runner import isolated_drive
 from sdc_sim.scenario.acceptance_limits import read_report, violations
 from sdc_sim.scenario.reader import load_scenario
 
-pytestmark = pytest.mark.slow(60)
+pytestmark = pytest.mark.slow(20)
 
 FOLDER = os.path.join(
     os.path.dirname(os.path.abspath(__file__)), "..", "..", "sdc_sim", "scenarios"

@@ -15,7 +15,7 @@ import pytest
 from sdc_common.processes import matching
 from sdc_testing.program import Program
 
-pytestmark = pytest.mark.slow(20)
+pytestmark = pytest.mark.slow(15)
 
 SCRIPT = Path(__file__).resolve().parents[1] / "scripts" / "sweep.py"
 LIMIT_S = 300.0

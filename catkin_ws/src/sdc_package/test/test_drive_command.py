@@ -8,7 +8,7 @@ import time
 
 import pytest
 
-pytestmark = pytest.mark.slow(80)
+pytestmark = pytest.mark.slow(30)
 
 ROOT = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", "..", "..", ".."))
 DRIVE = os.path.join(ROOT, "drive")

@@ -13,7 +13,7 @@ import pytest
 from sdc_experiments.closed_loop import drive_result
 from sdc_sim.report.writer import write_report
 
-pytestmark = pytest.mark.slow(50)
+pytestmark = pytest.mark.slow(30)
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.abspath(os.path.join(HERE, "..", "..", "..", ".."))

@@ -11,26 +11,21 @@ import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from sdc_common.driving import Command
-from sdc_common.validation import check_between
-from sdc_package.actuation import PedalMap, SteeringMap
+from sdc_common.driving import Command, Observation
+from sdc_common.geometry.route import Route
+from sdc_package.controller import Controller
 from sdc_package.lane_filter import LaneFilter, LaneFilterThresholds
 from sdc_package.local_path import ReferencePath
 from sdc_package.local_planner import LocalPlanner, PlannerSettings
 from sdc_package.obstacles import DetectedObstacle
-from sdc_package.pid import PidGains
-from sdc_package.speed_control import SpeedControl, SpeedControlLimits
 from sdc_package.steering.axles import Axles
 from sdc_package.steering.loader import METHODS, load_steering
 from sdc_package.watchdog import InputWatchdog
 from sdc_package.waypoint_search import WaypointSearch
-from sdc_sim.physics.ackermann import AckermannControl, AckermannGains, AckermannTarget
+from sdc_sim.physics.ackermann import AckermannTarget
 from sdc_sim.physics.vehicle import Vehicle
 from sdc_sim.physics.vehicle_parameters import load_vehicle
-from sdc_sim.sensors.errors import OdometryNoise
-from sdc_sim.sensors.model import SENSORS, sensor_settings
-from sdc_sim.sensors.suite import SensorSuite
-from sdc_sim.simulation.simulation import Simulation
+from sdc_sim.scenario.drive_setup import DriveSetup
 from sdc_sim.yaml_document import DocumentError
 
 pytestmark = pytest.mark.slow(6)
@@ -58,23 +53,15 @@ def plan(parameters, _folder):
 
 
 def control(parameters, _folder):
-    throttle, brake = parameters["basic_throttle"], parameters["stop_brake"]
-    check_between(0.0, 1.0, basic_throttle=throttle, stop_brake=brake)
     InputWatchdog(parameters["patience_s"])
-    limits = SpeedControlLimits(**parameters["limits"])
-    speed_control = SpeedControl(PidGains(**parameters["pid"]), limits)
-    steering_map = SteeringMap(**parameters["steering"])
-    pedals = PedalMap(**parameters["pedals"])
     path = ReferencePath()
     path.update([(x, y, 5.0) for x, y in ROUTE[:25].tolist()])
     results = []
     for method in METHODS:
         steering = load_steering(method, parameters.get(method), Axles(**parameters["axles"]))
-        target = path.nearest(2.0, 0.5, speed_control.preview_m(4.0))
-        results += pedals.pedals(
-            speed_control.acceleration(target.speed_mps, target.acceleration_mps2, 4.0, 0.05)
-        )
-        results.append(steering_map.command(steering.wheel_angle(path, 2.0, 0.5, 0.1, 4.0), 4.0)[0])
+        controller = Controller(parameters.__getitem__, steering)
+        command = controller.command(Observation(50_000_000, 2.0, 0.5, 0.1, 4.0), path)
+        results += [command.throttle, command.brake, command.steer]
     return results
 
 
@@ -84,27 +71,7 @@ def filter_picture(parameters, _folder):
 
 
 def simulate(parameters, _folder):
-    preset = os.path.join(SRC, "sdc_sim", "config", "vehicles", "tesla_model3.yaml")
-    vehicle = Vehicle(
-        load_vehicle(preset),
-        friction=parameters["friction"],
-        side_wind_mps=parameters["side_wind_mps"],
-    )
-    gains = AckermannGains(**parameters["ackermann"])
-    settings = {name: sensor_settings(name, parameters[name]) for name in SENSORS}
-    seed, tick_s = parameters["seed"], parameters["tick_s"]
-    noise = OdometryNoise(seed, **parameters["odometry_noise"])
-    sensors = SensorSuite(settings, vehicle.parameters, tick_s, seed)
-    simulation = Simulation(
-        vehicle,
-        tick_s,
-        parameters["command_patience_s"],
-        noise=noise,
-        ackermann=AckermannControl(vehicle.parameters, gains),
-        command_latency_s=parameters["command_latency_s"],
-        sensor_latency_s=parameters["sensor_latency_s"],
-        sensors=sensors,
-    )
+    simulation = DriveSetup(None, ROUTE, Route(ROUTE), parameters).simulation()
     simulation.step(AckermannTarget(0.1, 0.0, 5.0))
     simulation.step(Command(0.7, 0.1))
     return list(vars(simulation.vehicle.state).values())

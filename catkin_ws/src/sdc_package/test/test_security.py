@@ -10,7 +10,7 @@ import pytest
 
 from sdc_common.processes import processes_with
 
-pytestmark = pytest.mark.slow(50)
+pytestmark = pytest.mark.slow(30)
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.abspath(os.path.join(HERE, "..", "..", "..", ".."))

@@ -1,4 +1,3 @@
-import math
 import resource
 
 import numpy as np
@@ -124,14 +123,6 @@ def test_command_without_a_stamp_belongs_to_the_last_odometry():
     result = evaluator.result()
     assert result.metrics["missed_ticks"] == 18
     np.testing.assert_allclose(result.commands[:, 2], 0.01 * np.arange(1, 20))
-
-
-def test_command_applies_until_the_next_one():
-    evaluator = with_route()
-    drive_on(evaluator, 1, 3, answer=False)
-    drive_on(evaluator, 4, 1)
-    drive_on(evaluator, 5, 3, answer=False)
-    np.testing.assert_allclose(evaluator.result().commands[:, 0], [math.nan] * 3 + [0.004] * 4)
 
 
 @pytest.mark.parametrize("max_bytes", [resource.RLIM_INFINITY, 9999])

@@ -254,28 +254,3 @@ def test_status_bar_shows_state_car_and_waypoints(shown):
     shown.window.update_status()
     texts = shown.window.status.text()
     assert "running" in texts and "car x 10  y 20  90" in texts
-
-
-@pytest.mark.slow(2)
-@pytest.mark.parametrize(
-    "points",
-    [
-        [],
-        [Point(0, 1.0, 1.0)],
-        [Point(3, math.nan, 0.0), Point(3, 5.0, math.inf)],
-        [Point(i, float(i % 300), float(i // 300)) for i in range(20000)],
-        [Point(0, 9e9, -9e9), Point(1, 0.0, 0.0)],
-        [Point(7, 0.0, 0.0)] * 5,
-    ],
-)
-def test_window_draws_invalid_and_extreme_waypoints(shown, points):
-    from qt_interface.settings import read_world_sizes
-
-    sizes = read_world_sizes({"field_width": -3, "field_height": "tall", "sensor_range": math.nan})
-    shown.field.set_world(sizes, points)
-    shown.field.set_sensed(points[:3])
-    shown.window.set_car(math.nan, 0.0, 0.0)
-    shown.field.fit_view()
-    assert not shown.picture().isNull()
-    assert shown.field.pose == (0.0, 0.0, 0.0), "a non-finite position is ignored"
-    assert sizes == (None, None, None, None, False)
