@@ -24,6 +24,7 @@ from sdc_workshop.workspace import (
     find,
     is_older,
     lab_of,
+    note_solution,
     solution_body,
     solve,
 )
@@ -179,6 +180,7 @@ def apply_solution(folder: Path, name: str) -> int:
         print(f"{step.id}: this step writes no file. {hint_of(step.id).hint}")
         return 0
     solve(folder, step)
+    note_solution(folder, step)
     print(f"{step.id}: src/{step.place} is written:\n")
     print(solution_body(step), end="")
     if step.file.endswith((".msg", "CMakeLists.txt", "package.xml")):

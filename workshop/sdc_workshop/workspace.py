@@ -21,6 +21,8 @@ WORLD = PROJECT / "world_ws"
 WORLD_SETUP = WORLD / "devel" / "setup.bash"
 PACKAGE = "sdc_package"
 MARKER = ".workshop"
+# In a package: the steps that `./workshop/check --solution` wrote.
+_SOLVED = ".solutions"
 # Students get neither the tests of the solution nor the README that explains it.
 _LEFT_OUT = ("test", "README.md", "__pycache__")
 # The command that restores the given lines of a workspace, for people.
@@ -250,6 +252,28 @@ def write(folder: Path, step: Step, new_body: str) -> None:
         new_body = replaced(path.read_text(encoding="utf-8"), step.todo, new_body)
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(new_body, encoding="utf-8")
+
+
+def note_solution(folder: Path, step: Step) -> None:
+    """Note in the student's package that the solution of a step was written into it."""
+    with (folder / "src" / package_of(step.lab) / _SOLVED).open("a", encoding="utf-8") as file:
+        file.write(f"{step.id}\n")
+
+
+def solved_steps(folder: Path, lab: str = WORKSHOP) -> list:
+    """Return the ids of the noted steps that are still as in the solution."""
+    path = folder / "src" / package_of(lab) / _SOLVED
+    noted = path.read_text(encoding="utf-8", errors="replace").split() if path.is_file() else []
+    return [step.id for step in load_steps(lab) if step.id in noted and _is_solved(folder, step)]
+
+
+def _is_solved(folder: Path, step: Step) -> bool:
+    try:
+        text = (folder / "src" / str(step.file)).read_text(encoding="utf-8", errors="replace")
+        own = region_body(text, step.todo) if step.todo else text
+    except (OSError, KeyError, RegionError):
+        return False
+    return own == solution_body(step)
 
 
 def solve(folder: Path, step: Step) -> None:

@@ -1,11 +1,14 @@
 """./workshop/grade: students do not affect each other, and no student's folder changes."""
 
 import csv
+import html
 import json
 import os
+import re
 import signal
 import subprocess
 import time
+from dataclasses import replace
 
 import psutil
 import pytest
@@ -16,16 +19,24 @@ from sdc_sim.report.writer import write_report
 from sdc_workshop.exam import sandbox
 from sdc_workshop.exam.sandbox import SandboxError, require
 from sdc_workshop.grading import grade as command
-from sdc_workshop.grading.copying import CopyError, copy_workspace
-from sdc_workshop.grading.grade import line, names, workspaces
+from sdc_workshop.grading.copying import copy_workspace
+from sdc_workshop.grading.grade import line
 from sdc_workshop.grading.grading import Conditions, Grade, grade
-from sdc_workshop.grading.summary import leaderboard, write_csv, write_html
+from sdc_workshop.grading.handed_in import HandedInError, names, submissions
+from sdc_workshop.grading.rubric import load_rubric
+from sdc_workshop.grading.summary import ranked, write_csv, write_pages
 from sdc_workshop.steps import find_step, load_steps
 from sdc_workshop.workspace import PROJECT, make, solve, write
 
 pytestmark = pytest.mark.slow(80)
 
 LIMIT_S = 900
+# Columns of grades.csv that grades.html shows after the name.
+SHOWN = (
+    *("mark", "steps_done", "next_step", "driving_score", "unknown_driving_score", "status"),
+    *("route_completion_percent", "duration_s", "time_ratio", "cross_track_rms_m"),
+    *("cross_track_max_m", "lateral_acceleration_max_mps2", "jerk_max_mps3", "comfortable"),
+)
 # A student's program that does not end. Another run of the tests on this machine has another one.
 ENDLESS = f"sleep 98766.{os.getpid()}"
 
@@ -95,7 +106,8 @@ def test_each_student_is_graded_alone(tmp_path, sandboxed):
         if name.startswith("step ") and value != "passed"
     }
     assert open_steps == {}, json.loads((output / "ada" / "answers.json").read_text())
-    assert (rows["ada"]["status"], float(rows["ada"]["driving_score"])) == ("completed", 100.0)
+    scores = [rows["ada"][name] for name in ("driving_score", "unknown_driving_score", "mark")]
+    assert (rows["ada"]["status"], *scores) == ("completed", "100.0", "100.0", "100.00")
     assert (rows["ada"]["steps_done"], rows["ada"]["note"]) == (str(len(load_steps())), "")
     assert (output / "ada" / "report.png").is_file()
 
@@ -109,7 +121,9 @@ def test_each_student_is_graded_alone(tmp_path, sandboxed):
 
     page = (output / "grades.html").read_text(encoding="utf-8")
     words = ("ada", "bert", "missing", "camera-2", "<title>")
-    assert [word for word in (*words, "data:image/png;base64,") if word not in page] == []
+    assert [word for word in words if word not in page] == []
+    page = (output / "ada" / "page.html").read_text(encoding="utf-8")
+    assert "data:image/png;base64," in page and page.count("<iframe") == 2
 
     write_report(str(tmp_path / "process" / "report.json"), drive_result())
     assert trace(tmp_path / "process") == trace(output / "ada"), "the sandbox changes the drive"
@@ -139,6 +153,20 @@ def test_time_limit_names_the_step_and_keeps_the_answers_before_it(
         "messages-1": "passed"
     }
     assert left_over(ENDLESS) == []
+
+
+def test_grade_is_kept_until_the_work_changes_and_an_interrupted_one_is_not(world, tmp_path):
+    folder, result = workspace(tmp_path / "ada", "messages-1"), tmp_path / "result"
+    conditions = Conditions(300.0, steps=("messages-1",), seed=1)
+    stopped = grade("ada", folder, result, replace(conditions, stopped=lambda: True))
+    assert stopped.note == "the check was interrupted"
+    first = grade("ada", folder, result, conditions)
+    assert (first.steps_done, first.note) == (1, "")
+    (result / "answers.json").unlink()
+    assert grade("ada", folder, result, conditions) == first
+    assert not (result / "answers.json").exists(), "graded twice"
+    write(folder, find_step("messages-1"), "float32 throttle\n")
+    assert grade("ada", folder, result, conditions).steps_done == 0
 
 
 @pytest.mark.parametrize("options", [["--no-sandbox"], []], ids=["no_sandbox", "sandbox"])
@@ -185,11 +213,11 @@ def test_copy_leaves_out_pipes_cycles_and_builds(tmp_path):
     assert not any(
         (copied / name).exists() for name in ("pipe", "nowhere", "build", "round/scripts")
     )
-    with pytest.raises(CopyError, match="no src/sdc_package"):
-        copy_workspace(tmp_path, tmp_path / "other")
+    with pytest.raises(HandedInError, match="no src/sdc_package"):
+        copy_workspace(tmp_path / "another_student", tmp_path / "other")
     (tmp_path / "thief" / "src").mkdir(parents=True)
     (tmp_path / "thief" / "src" / "sdc_package").symlink_to(package)
-    with pytest.raises(CopyError, match="is a link to another place"):
+    with pytest.raises(HandedInError, match="is a link to another place"):
         copy_workspace(tmp_path / "thief", tmp_path / "third")
 
 
@@ -211,9 +239,8 @@ def test_missing_sandbox_is_reported_in_one_line_with_the_option(tmp_path, monke
 def test_students_are_named_by_the_parts_of_their_paths_that_differ(tmp_path):
     for name in ("a/ws", "b/ws", "b/c"):
         (tmp_path / name / "src" / "sdc_package").mkdir(parents=True)
-    found = workspaces(
-        [tmp_path / "a" / "ws", tmp_path / "b", tmp_path / "b" / "ws", tmp_path / "none"]
-    )
+    paths = [tmp_path / "a" / "ws", tmp_path / "b", tmp_path / "b" / "ws", tmp_path / "none"]
+    found = submissions(paths, tmp_path / "grades")
     assert found == [
         tmp_path / "a" / "ws",
         tmp_path / "b" / "c",
@@ -244,7 +271,7 @@ def test_only_steps_that_passed_count_as_done(tmp_path):
     assert found.steps_done == 1
     assert found.first_open == "drive"
     assert line(found, len(load_steps())).startswith(f"grade: eve: 1 of {len(load_steps())} steps")
-    write_csv(tmp_path / "grades.csv", [found])
+    write_csv(tmp_path / "grades.csv", ranked([found], load_rubric()))
     (row,) = csv.DictReader((tmp_path / "grades.csv").open(encoding="utf-8"))
     assert (row["steps_done"], row["steps"]) == ("1", str(len(load_steps())))
     assert {row[f"step {name}"] for name, status in statuses.items() if status != "passed"} == {
@@ -253,21 +280,34 @@ def test_only_steps_that_passed_count_as_done(tmp_path):
     }
 
 
-def test_leaderboard_is_sorted_and_names_are_escaped(tmp_path):
-    def graded(name, status, **report):
+def test_equal_results_share_a_rank_and_page_and_table_have_the_same_texts(tmp_path):
+    def graded(name, answered, **report):
         texts = dict.fromkeys(("seen", "hint"), "")
-        answer = {"status": status, "expected": "<a & b>", **texts, "file": None, "line": None}
-        return Grade(name, tmp_path, {"hello": answer}, report)
+        answer = {"status": answered, "expected": "<a & b>", **texts, "file": None, "line": None}
+        (tmp_path / name.replace("/", "_")).mkdir()
+        report = {"status": "completed", **report} if report else {}
+        return Grade(name.replace("/", "_"), tmp_path, {"hello": answer}, report)
 
-    slow = graded("slow", "passed", driving_score=80.0, time_ratio=2.0, infractions={"stop": 3})
-    quick = graded("quick", "passed", driving_score=80.0, time_ratio=1.1)
+    drive = {"driving_score": 80.0, "cross_track_rms_m": 0.12345, "infractions": {"stop": 3}}
+    slow = graded("slow", "passed", time_ratio=2.0, comfortable=True, **drive)
+    quick, same = (graded(name, "passed", time_ratio=1.1, **drive) for name in ("quick", "same"))
+    lost = graded("lost", "wrong", **{**drive, "status": "off_route", "comfortable": True})
     never = graded("<b>never</b>", "wrong")
-    ranked = leaderboard([never, slow, quick])
-    assert ranked == [quick, slow, never]
-    write_csv(tmp_path / "grades.csv", ranked)
-    rows = list(csv.DictReader((tmp_path / "grades.csv").open(encoding="utf-8")))
-    assert [row["infractions_stop"] for row in rows] == ["", "3", ""]
-    write_html(tmp_path / "grades.html", ranked)
+    rows = ranked([never, slow, same, lost, quick], load_rubric())
+    assert [(row.rank, row.grade) for row in rows] == [
+        *[(1, quick), (1, same), (3, slow), (4, lost), (5, never)],
+    ]
+    write_csv(tmp_path / "grades.csv", rows)
+    table = list(csv.DictReader((tmp_path / "grades.csv").open(encoding="utf-8")))
+    assert [row["infractions_stop"] for row in table] == ["3", "3", "3", "3", ""]
+    assert [row["comfortable"] for row in table] == ["", "", "yes", "", ""]
+    write_pages(tmp_path, rows, [])
     page = (tmp_path / "grades.html").read_text(encoding="utf-8")
-    assert "<b>never" not in page
-    assert "&lt;a &amp; b&gt;" in page
+    assert "<b>never" not in page and "&lt;b&gt;never" in page
+    for row, found in zip(table, rows):
+        shown = page.split(f"{html.escape(found.grade.name)}</a>")[1].split("</tr>")[0]
+        cells = [text for text in re.findall(r"<td[^>]*>([^<]*)</td>", shown)]
+        assert cells == [row[name] for name in SHOWN]
+        own = (tmp_path / found.grade.name / "page.html").read_text(encoding="utf-8")
+        assert f"{row['mark']} points" in own
+        assert ("&lt;a &amp; b&gt;" in own) == (row["step hello"] == "wrong")

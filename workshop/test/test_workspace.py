@@ -5,6 +5,7 @@ import subprocess
 
 import pytest
 
+from sdc_workshop import check
 from sdc_workshop.regions import regions
 from sdc_workshop.steps import LABS, StepError, all_steps, find_step, load_steps
 from sdc_workshop.workspace import (
@@ -18,8 +19,10 @@ from sdc_workshop.workspace import (
     package_files,
     solution,
     solve,
+    solved_steps,
     template_of,
     update,
+    write,
 )
 
 WANTED = {
@@ -68,6 +71,17 @@ def test_new_workspace_is_unsolved_and_becomes_the_solution(tmp_path):
     assert os.access(tmp_path / "ws" / "src" / "sdc_package" / "scripts" / "camera.py", os.X_OK)
     assert os.path.samefile(tmp_path / "ws" / "workshop", PROJECT / "workshop")
     assert find(tmp_path / "ws" / "src" / "sdc_package") == tmp_path / "ws"
+
+
+def test_steps_by_solution_are_noted_until_the_student_changes_them(tmp_path, monkeypatch):
+    make(tmp_path / "ws")
+    monkeypatch.setenv("PWD", str(tmp_path / "ws"))
+    for step in ("messages-1", "controller-2.7"):
+        assert check.main(["--solution", step]) == 0
+    solve(tmp_path / "ws", find_step("controller-2.6"))
+    assert solved_steps(tmp_path / "ws") == ["messages-1", "controller-2.7"]
+    write(tmp_path / "ws", find_step("controller-2.7"), "    return 0.0\n")
+    assert solved_steps(tmp_path / "ws") == ["messages-1"]
 
 
 @pytest.mark.parametrize("lab", LABS)

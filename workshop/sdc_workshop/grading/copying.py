@@ -8,21 +8,15 @@ import shutil
 import stat
 from pathlib import Path
 
+from sdc_workshop.grading.handed_in import (
+    LEFT_OUT,
+    MAX_FILE_BYTES,
+    MAX_TOTAL_BYTES,
+    HandedInError,
+    find_package,
+)
 from sdc_workshop.steps import WORKSHOP
 from sdc_workshop.workspace import WorkspaceError, copy_car, is_older, link, package_of, update
-
-MAX_FILE_BYTES = 20_000_000
-MAX_TOTAL_BYTES = 200_000_000
-_LEFT_OUT = {".git", "__pycache__", "build", "devel", "install"}
-
-
-class CopyError(ValueError):
-    """A folder that cannot be graded; the message names the reason."""
-
-
-def is_workspace(folder: Path, lab: str = WORKSHOP) -> bool:
-    """Return whether a folder contains a student's package of a lab, or of the workshop."""
-    return (folder / "src" / package_of(lab)).is_dir()
 
 
 def copy_workspace(source: Path, target: Path, lab: str = WORKSHOP) -> list:
@@ -31,7 +25,7 @@ def copy_workspace(source: Path, target: Path, lab: str = WORKSHOP) -> list:
     The workspace of a lab gets the finished car: its marks do not depend on the student's car.
 
     Args:
-        source: the student's workspace
+        source: what the student has handed in, see find_package
         target: folder of the new workspace
         lab: the lab
 
@@ -40,22 +34,16 @@ def copy_workspace(source: Path, target: Path, lab: str = WORKSHOP) -> list:
         of the teacher or of another student
 
     Raises:
-        CopyError: the source is no workspace, or too large
+        HandedInError: there is no package in the source, or it is too large
         OSError: a file cannot be read
     """
-    name = package_of(lab)
-    package = source / "src" / name
-    if not package.is_dir():
-        raise CopyError(f"{source} is no workspace: it has no src/{name}")
+    package, root = find_package(source, target.with_name("handed_in"), lab)
     target.mkdir(parents=True)
-    inside = Path(os.path.realpath(source))
-    if inside not in Path(os.path.realpath(package)).parents:
-        raise CopyError(f"{package} is a link to another place; put the package itself there")
-    left_out = _copy(package, target / "src" / name, inside)
+    left_out = _copy(package, target / "src" / package_of(lab), Path(os.path.realpath(root)))
     if lab:
         copy_car(target)
     link(target, lab)
-    if is_older(source):
+    if is_older(package.parent.parent):
         # A file whose TODO lines do not match stays as it is; its check reports the line.
         with contextlib.suppress(WorkspaceError):
             update(target)
@@ -83,7 +71,7 @@ def _copy(source: Path, target: Path, inside: Path) -> list:
         seen.add(place)
         links = [name for name in (*names, *files) if leads_out(Path(folder, name))]
         left_out += [str(Path(folder, name)) for name in links]
-        names[:] = [name for name in names if name not in _LEFT_OUT and name not in links]
+        names[:] = [name for name in names if name not in LEFT_OUT and name not in links]
         to = target / Path(folder).relative_to(source)
         to.mkdir(parents=True, exist_ok=True)
         for name in files:
@@ -98,7 +86,7 @@ def _copy(source: Path, target: Path, inside: Path) -> list:
                 continue
             size += found.st_size
             if size > MAX_TOTAL_BYTES:
-                raise CopyError(
+                raise HandedInError(
                     f"{source} is larger than {MAX_TOTAL_BYTES // 1_000_000} MB; "
                     "delete what does not belong there"
                 )

@@ -59,7 +59,7 @@ def main() -> None:
         sandbox = Sandbox(workspace, int(sys.argv[4]), record.contained)
     seed, lab, ids = sys.argv[5], sys.argv[6], sys.argv[7:]
     steps = [step for step in load_steps(lab) if step.id in ids or not ids]
-    with Stage(Student(workspace), sandbox) as stage:
+    with Stage(Student(workspace), sandbox, seed) as stage:
         build(stage, record, result, limit_s)
         examination = Examination(stage.student, stage, drive_anyway=True)
 
@@ -67,7 +67,7 @@ def main() -> None:
             record.answer(step.id, answer.as_dict())
 
         examination.judge(steps, save, on_begin=lambda step: record.begin(step.id))
-        if seed and examination.report:
+        if seed and (examination.report or {}).get("driving_score"):
             record.begin(UNKNOWN)
             # The student's programs see the road when they drive it, and never its traffic.
             with tempfile.TemporaryDirectory(prefix="workshop_road_") as road:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import json
 import os
+import secrets
 import signal
 import sys
 import threading
@@ -14,12 +16,21 @@ from pathlib import Path
 from typing import Iterator, Sequence
 
 from sdc_experiments.sweep.dask_engine import ClusterError
+from sdc_sim.yaml_document import DocumentError
 from sdc_workshop.exam.sandbox import SandboxError, require, user_id
 from sdc_workshop.grading.cluster import grade_on_cluster
-from sdc_workshop.grading.copying import is_workspace
+from sdc_workshop.grading.copies import copies, write_copies
 from sdc_workshop.grading.grading import Conditions, Grade, grade
-from sdc_workshop.grading.summary import leaderboard, write_csv, write_html
+from sdc_workshop.grading.handed_in import names, submissions
+from sdc_workshop.grading.lms import write_lms
+from sdc_workshop.grading.record import write_json
+from sdc_workshop.grading.rubric import PACKAGED, load_rubric
+from sdc_workshop.grading.summary import ranked, write_csv, write_pages
 from sdc_workshop.steps import LABS, WORKSHOP, load_steps
+
+_SETTINGS = "grading.json"
+# No student's folder has the name of a file of the summary.
+FILES = (_SETTINGS, "grades.csv", "grades.html", "moodle.csv", "canvas.csv", "copies.csv")
 
 DESCRIPTION = """Check every student's workspace, each with its own ROS master and time limit,
 without writing into it. A DIR is a workspace, or a folder that contains workspaces. The summary
@@ -64,52 +75,35 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
         help="grade on this Dask cluster, whose workers see the same folders (default: here)",
     )
     parser.add_argument(
+        "--rubric",
+        type=Path,
+        default=PACKAGED,
+        metavar="FILE",
+        help="YAML that replaces lines of grading/rubric.yaml: weights, late days and a cap",
+    )
+    parser.add_argument(
+        "--seed",
+        type=int,
+        metavar="N",
+        help="draw the checks and the unknown route from it (default: that of the first run into "
+        "the folder of the summary, which is drawn by chance)",
+    )
+    parser.add_argument(
         "--no-sandbox",
         action="store_true",
         help="run the students' programs with your permissions, on your network and your files",
     )
     options = parser.parse_args(arguments)
-    if options.limit <= 0.0 or options.jobs < 1:
-        parser.error("--limit and --jobs must be positive")
+    if options.limit <= 0.0 or options.jobs < 1 or (options.seed or 0) < 0:
+        parser.error("--limit and --jobs must be positive, and --seed not negative")
     return options
-
-
-def workspaces(folders: list, lab: str = WORKSHOP) -> list:
-    """Return the workspaces in some folders, as absolute paths without duplicates.
-
-    A folder without a workspace is returned, too: its row of the summary reports it.
-    """
-    found = []
-    for folder in folders:
-        folder = folder.absolute()
-        inside = (
-            []
-            if is_workspace(folder, lab) or not folder.is_dir()
-            else sorted(path for path in folder.iterdir() if is_workspace(path, lab))
-        )
-        found.extend(inside or [folder])
-    return list(dict.fromkeys(Path(os.path.normpath(path)) for path in found))
-
-
-def names(folders: list) -> dict:
-    """Return a unique name for each folder: the last parts of its path, as few as possible."""
-    found = {}
-    for folder in folders:
-        count = 1
-        while (
-            count < len(folder.parts)
-            and sum(other.parts[-count:] == folder.parts[-count:] for other in folders) > 1
-        ):
-            count += 1
-        found[folder] = "_".join(part for part in folder.parts[-count:] if part != "/") or "root"
-    return found
 
 
 def main(arguments: Sequence[str]) -> int:
     """Run the command; return 0 when all folders could be graded."""
     options = parse(arguments)
     output = options.output.absolute()
-    named = names(workspaces(options.folders, options.lab))
+    named = names(submissions(options.folders, output, options.lab), FILES)
     for folder in named:
         if output == folder or folder in output.parents:
             print(
@@ -119,7 +113,13 @@ def main(arguments: Sequence[str]) -> int:
             )
             return 2
     try:
+        rubric = load_rubric(options.rubric, named.values())
+    except DocumentError as error:
+        print(f"grade: {error}", file=sys.stderr)
+        return 2
+    try:
         output.mkdir(parents=True, exist_ok=True)
+        seed = class_seed(output, options.seed)
     except OSError as error:
         print(
             f"grade: {output}: {error.strerror}; name another folder with --output", file=sys.stderr
@@ -128,7 +128,7 @@ def main(arguments: Sequence[str]) -> int:
     jobs = []
     for number, (folder, name) in enumerate(named.items()):
         user = None if options.no_sandbox else user_id(number)
-        jobs.append((name, folder, Conditions(options.limit, user, lab=options.lab)))
+        jobs.append((name, folder, Conditions(options.limit, user, lab=options.lab, seed=seed)))
     if options.scheduler:
         found = grade_on_cluster(options.scheduler, jobs, output, not options.no_sandbox)
     else:
@@ -143,11 +143,24 @@ def main(arguments: Sequence[str]) -> int:
     except (ClusterError, SandboxError) as error:
         print(f"grade: {error}", file=sys.stderr)
         return 2
-    ranked = leaderboard(grades)
-    write_csv(output / "grades.csv", ranked, options.lab)
-    write_html(output / "grades.html", ranked, options.lab)
-    print(f"grade: {len(grades)} workspaces, see {output / 'grades.html'} and grades.csv")
+    rows = ranked(grades, rubric)
+    pairs = copies({found.name: found.tokens for found in grades}, options.lab)
+    write_csv(output / "grades.csv", rows, options.lab)
+    write_pages(output, rows, pairs, options.lab)
+    write_lms(output, rows, rubric)
+    write_copies(output / "copies.csv", pairs)
+    print(f"grade: {len(grades)} students, see {output / 'grades.html'} and grades.csv")
     return 0 if not any(found.note or found.contained for found in grades) else 1
+
+
+def class_seed(output: Path, given: int | None) -> int:
+    """Return the seed of a class, which is written at the first run into a folder."""
+    path = output / _SETTINGS
+    if given is None and path.is_file():
+        return int(json.loads(path.read_text(encoding="utf-8"))["seed"])
+    seed = secrets.randbelow(1_000_000_000) if given is None else given
+    write_json(path, {"seed": seed})
+    return seed
 
 
 def grade_here(jobs: list, output: Path, options: argparse.Namespace) -> Iterator[Grade]:
@@ -180,6 +193,8 @@ def line(found: Grade, total: int) -> str:
         if found.report
         else "no drive"
     )
+    if found.unknown:
+        drive += f", unknown route {found.unknown_score:.1f} ({found.unknown['status']})"
     after = f"; next: {found.first_open}" if found.first_open else ""
     note = f"; {found.note}" if found.note else ""
     contained = f"; contained: {'; '.join(found.contained)}" if found.contained else ""

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import json
 import os
 import sys
 import tempfile
 import time
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Callable
 
@@ -16,16 +17,19 @@ from sdc_workshop.exam.answer import PASSED, UNFINISHED, WAITING, WRONG
 from sdc_workshop.exam.limits import GROUP, control_groups, entering
 from sdc_workshop.exam.process import Program, marked
 from sdc_workshop.exam.sandbox import outer_command
-from sdc_workshop.grading.copying import CopyError, copy_workspace
-from sdc_workshop.grading.record import ANSWERS, BUILD_LOG, NO_SANDBOX, STATE, read
+from sdc_workshop.grading.copies import written_tokens
+from sdc_workshop.grading.copying import copy_workspace
+from sdc_workshop.grading.handed_in import HandedInError
+from sdc_workshop.grading.record import ANSWERS, BUILD_LOG, NO_SANDBOX, STATE, read, write_json
 from sdc_workshop.steps import WORKSHOP, load_steps
-from sdc_workshop.workspace import PROJECT, WORLD
+from sdc_workshop.workspace import PROJECT, WORLD, package_of, solved_steps, version
 
 # A check with more processes than these is ended.
 MAX_PROCESSES = 150
 _POLL_S = 0.2
 _CHECK_LOG = "check.log"
-_LOGS = (BUILD_LOG, _CHECK_LOG)
+_GRADE = "grade.json"
+_WRITTEN = (BUILD_LOG, _CHECK_LOG, ANSWERS, STATE, _GRADE)
 # The build gets this share of a student's time, but no more than this.
 _BUILD_SHARE = 0.5
 _BUILD_LIMIT_S = 120.0
@@ -46,6 +50,7 @@ class Grade:
         lab: the lab, or WORKSHOP
         unknown: the referee's report of the drive on the unknown route
         solved: ids of the steps that `./workshop/check --solution` wrote
+        tokens: what the student has written, for the search for copies
     """
 
     name: str
@@ -58,6 +63,7 @@ class Grade:
     lab: str = WORKSHOP
     unknown: dict = field(default_factory=dict)
     solved: list = field(default_factory=list)
+    tokens: list = field(default_factory=list)
 
     @property
     def steps_done(self) -> int:
@@ -110,28 +116,35 @@ class Conditions:
 
 
 def grade(name: str, folder: Path, result: Path, conditions: Conditions) -> Grade:
-    """Grade one workspace, without changing it.
+    """Grade one workspace, without changing it; return an earlier grade of the same files.
 
     Args:
         name: name of the student
-        folder: the workspace
+        folder: what the student has handed in
         result: folder for logs, answers and report
         conditions: how its programs run
     """
     found = Grade(name, folder, lab=conditions.lab)
     start = time.monotonic()
     result.mkdir(parents=True, exist_ok=True)
-    reports = (*result.glob("report*"), *result.glob("unknown*"))
-    for path in (*reports, *(result / log for log in (ANSWERS, STATE, *_LOGS))):
-        if path.is_file():
-            path.unlink()
-    notes, links = [], []
+    notes, links, key = [], [], ""
     with tempfile.TemporaryDirectory(prefix="workshop_grade_") as temporary:
+        workspace = Path(temporary) / "workspace"
         try:
-            links = copy_workspace(folder, Path(temporary) / "workspace", conditions.lab)
+            links = copy_workspace(folder, workspace, conditions.lab)
+            key = _key(workspace, conditions)
+            with contextlib.suppress(OSError, ValueError, TypeError):
+                saved = json.loads((result / _GRADE).read_text(encoding="utf-8"))
+                if saved.pop("key") == key:
+                    return Grade(**{**saved, "name": name, "folder": folder})
+            _clear(result)
+            found.solved = solved_steps(workspace, conditions.lab)
+            found.tokens = written_tokens(workspace / "src", conditions.lab)
             _examine(result, Path(temporary), conditions)
-        except (CopyError, OSError, _Ended) as error:
+        except (HandedInError, OSError, _Ended) as error:
             notes.append(str(error))
+    if not key:
+        _clear(result)
     found.answers, state = read(result)
     found.note = "; ".join(dict.fromkeys([*state["notes"], *notes]))
     found.contained = [f"the link {link} leads out of the workspace" for link in links]
@@ -143,7 +156,28 @@ def grade(name: str, folder: Path, result: Path, conditions: Conditions) -> Grad
             text = (result / f"{name}.json").read_text(encoding="utf-8")
             setattr(found, name, json.loads(text))
     found.wall_s = time.monotonic() - start
+    if key and not conditions.stopped():
+        write_json(result / _GRADE, {"key": key, **asdict(found), "folder": str(folder)})
     return found
+
+
+def _key(workspace: Path, conditions: Conditions) -> str:
+    """Return a text that changes with a student's files, and with what they are graded by."""
+    by = (conditions.seed, conditions.lab, conditions.steps, conditions.user_id is None, version())
+    found = hashlib.sha256(repr(by).encode())
+    for path in sorted((workspace / "src" / package_of(conditions.lab)).rglob("*")):
+        if path.is_file():
+            name = path.relative_to(workspace)
+            found.update(repr((str(name), path.stat().st_mode, path.read_bytes())).encode())
+    return found.hexdigest()
+
+
+def _clear(result: Path) -> None:
+    """Remove what an earlier grading has written."""
+    reports = (*result.glob("report*"), *result.glob("unknown*"))
+    for path in (*reports, *(result / name for name in _WRITTEN)):
+        if path.is_file():
+            path.unlink()
 
 
 def _is_hidden(path: str, temporary: str) -> bool:

@@ -61,9 +61,14 @@ class Record:
             self._write(ANSWERS, self._answers)
 
     def _write(self, name: str, content: dict) -> None:
-        part = self.result / f"{name}.part"
-        part.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
-        os.replace(part, self.result / name)
+        write_json(self.result / name, content)
+
+
+def write_json(path: Path, content: dict) -> None:
+    """Write a file that is complete or not there."""
+    part = path.with_name(f"{path.name}.part")
+    part.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    os.replace(part, path)
 
 
 def read(result: Path) -> tuple:

@@ -1,185 +1,155 @@
-"""The summary of all grades: a table for spreadsheets, and an HTML page."""
+"""The summary of all grades: a table for spreadsheets, a page, and a page for each student."""
 
 from __future__ import annotations
 
 import base64
 import csv
-import io
 from pathlib import Path
+from typing import NamedTuple
 
 import jinja2
+import yaml
 
-from sdc_workshop.exam.answer import PASSED, UNFINISHED, WAITING, WRONG
+from sdc_workshop.exam.answer import PASSED
 from sdc_workshop.grading.grading import Grade
-from sdc_workshop.steps import WORKSHOP, load_steps
+from sdc_workshop.grading.rubric import Mark, mark
+from sdc_workshop.steps import WORKSHOP, Step, hint_of, load_steps
 
-_PICTURE_WIDTH = 720
-_TEMPLATE = Path(__file__).with_name("grades.html.j2")
-# Metrics on the page: key of the report, heading, format.
-_METRICS = (
-    ("status", "drive", "{}"),
-    ("route_completion_percent", "route %", "{:.0f}"),
-    ("duration_s", "time s", "{:.1f}"),
-    ("time_ratio", "time ratio", "{:.2f}"),
-    ("cross_track_rms_m", "error RMS m", "{:.3f}"),
-    ("cross_track_max_m", "worst m", "{:.2f}"),
-    ("lateral_acceleration_max_mps2", "lateral m/s²", "{:.1f}"),
-    ("jerk_max_mps3", "jerk m/s³", "{:.1f}"),
-    ("comfortable", "comfortable", "{}"),
-)
-_KEY = (
-    (PASSED, "right"),
-    (WRONG, "wrong"),
-    (WAITING, "waits for another step"),
-    (UNFINISHED, "not written yet"),
-    ("unknown", "not checked"),
-)
+_OFF_ROUTE = "off_route"
+# Pairs of students on the page: at most as many, and at least with this share of equal tokens.
+_MOST_COPIES = 20
+_LEAST_COPY_PERCENT = 50.0
+_COLUMNS = yaml.safe_load(Path(__file__).with_name("columns.yaml").read_text(encoding="utf-8"))
+# Of the machine, not of the car: the table is the same at each run.
+_OF_THE_MACHINE = ("wall_duration_s", "real_time_factor")
 
 
-def leaderboard(grades: list) -> list:
-    """Return grades, best first: by driving score, steps done, faster drive, and name."""
-    return sorted(
-        grades,
-        key=lambda found: (
-            -found.score,
-            -found.steps_done,
+class Row(NamedTuple):
+    """A student in the table."""
+
+    rank: int
+    grade: Grade
+    mark: Mark
+
+
+def ranked(grades: list, rubric: dict) -> list:
+    """Return a row for each grade, best first; equal results share a rank.
+
+    The order is by mark, driving scores, steps done and time of the drive; then by name.
+    """
+    rows = []
+    for found in grades:
+        made = mark(found, rubric)
+        result = (
+            *(-made.points, -found.score, -found.unknown_score, -found.steps_done),
             found.report.get("time_ratio") or float("inf"),
-            found.name,
-        ),
-    )
-
-
-def flat(report: dict) -> dict:
-    """Return the report with the counts of its infractions as keys of their own."""
-    found = {}
-    for key, value in report.items():
-        if isinstance(value, dict):
-            found.update({f"{key}_{name}": inner for name, inner in value.items()})
-        else:
-            found[key] = value
-    return found
-
-
-def write_csv(path: Path, ranked: list, lab: str = WORKSHOP) -> None:
-    """Write one row per student: steps, the status of each step, and all metrics."""
-    steps = load_steps(lab)
-    keys = dict.fromkeys(key for found in ranked for key in flat(found.report))
-    metrics = [key for key in keys if key != "driving_score"]
-    with open(path, "w", newline="", encoding="utf-8") as file:
-        rows = csv.writer(file)
-        rows.writerow(
-            [
-                *("rank", "student", "folder", "steps_done", "steps", "next_step"),
-                *("driving_score", "note", "contained"),
-                *metrics,
-                *(f"step {step.id}" for step in steps),
-            ]
         )
-        for rank, found in enumerate(ranked, start=1):
-            report = flat(found.report)
-            rows.writerow(
-                [
-                    *(rank, found.name, found.folder, found.steps_done, len(steps)),
-                    *(found.first_open, f"{found.score:.4f}", found.note),
-                    "; ".join(found.contained),
-                    *(report.get(key, "") for key in metrics),
-                    *(found.answers.get(step.id, {}).get("status", "") for step in steps),
-                ]
-            )
+        rows.append((result, found.name, found, made))
+    rows.sort(key=lambda row: row[:2])
+    results = [row[0] for row in rows]
+    return [Row(results.index(result) + 1, found, made) for result, _, found, made in rows]
 
 
-def write_html(path: Path, ranked: list, lab: str = WORKSHOP) -> None:
-    """Write a self-contained page: the leaderboard, and each student's steps and drive."""
+def cells(row: Row) -> dict:
+    """Return the texts of a student's row by the names of the columns, without the steps."""
+    found, made = row.grade, row.mark
+    texts = {
+        **dict.fromkeys(_COLUMNS, ""),
+        "rank": row.rank,
+        "student": found.name,
+        "folder": found.folder,
+        "mark": f"{made.points:.2f}",
+        "phases_percent": f"{100.0 * made.phases:.1f}",
+        "late_percent": f"{made.late_percent:g}",
+        "steps_done": found.steps_done,
+        "steps": len(load_steps(found.lab)),
+        "steps_by_solution": len(found.solved),
+        "next_step": found.first_open,
+        "driving_score": f"{found.score:.1f}" if found.report else "",
+        "unknown_driving_score": f"{found.unknown_score:.1f}" if found.unknown else "",
+        "unknown_status": found.unknown.get("status", ""),
+        "note": found.note,
+        "contained": "; ".join(found.contained),
+    }
+    for key, value in found.report.items():
+        inner = value.items() if isinstance(value, dict) else [("", value)]
+        for name, number in inner if key not in ("driving_score", *_OF_THE_MACHINE) else ():
+            texts[f"{key}_{name}".rstrip("_")] = _text(key, number, found.report["status"])
+    return {key: str(text) for key, text in texts.items()}
+
+
+def _text(key: str, value: object, status: str) -> str:
+    """Return a value of the report; "" where it says nothing."""
+    if value is None or (key == "time_ratio" and status != "completed"):
+        return ""
+    if key == "comfortable":
+        return "" if status == _OFF_ROUTE else "yes" if value else "no"
+    _, *form = _COLUMNS.get(key, [key])
+    return form[0].format(value) if form else str(value)
+
+
+def write_csv(path: Path, rows: list, lab: str = WORKSHOP) -> None:
+    """Write one row per student: marks, steps, all metrics, and the status of each step."""
     steps = load_steps(lab)
+    texts = [cells(row) for row in rows]
+    columns = dict.fromkeys(key for found in texts for key in found)
+    for row, found in zip(rows, texts):
+        for step in steps:
+            found[f"step {step.id}"] = row.grade.answers.get(step.id, {}).get("status", "")
+    with open(path, "w", newline="", encoding="utf-8") as file:
+        table = csv.DictWriter(file, [*columns, *(f"step {step.id}" for step in steps)], "")
+        table.writeheader()
+        table.writerows(texts)
+
+
+def write_pages(output: Path, rows: list, pairs: list, lab: str = WORKSHOP) -> None:
+    """Write grades.html, and into each student's folder a page to hand out.
+
+    Args:
+        output: folder of the summary
+        rows: see ranked
+        pairs: see copies
+        lab: the lab, or WORKSHOP
+    """
     environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(_TEMPLATE.parent),
+        loader=jinja2.FileSystemLoader(Path(__file__).parent),
         autoescape=True,
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    page = environment.get_template(_TEMPLATE.name).render(
-        students=[_student(found, steps, path.parent / found.name) for found in ranked],
-        step_count=len(steps),
-        complete=sum(found.steps_done == len(steps) for found in ranked),
-        driven=sum(found.report.get("status") == "completed" for found in ranked),
-        headings=[heading for _, heading, _ in _METRICS],
-        key=_KEY,
+    copied = [pair for pair in pairs if pair.equal_percent >= _LEAST_COPY_PERCENT]
+    page = environment.get_template("grades.html.j2").render(
+        students=[(row, cells(row)) for row in rows],
+        steps=load_steps(lab),
+        columns=_COLUMNS,
+        copied=copied[:_MOST_COPIES],
     )
-    path.write_text(page, encoding="utf-8")
+    (output / "grades.html").write_text(page, encoding="utf-8")
+    for row in rows:
+        folder = output / row.grade.name
+        picture = folder / "report.png"
+        text = environment.get_template("student.html.j2").render(
+            grade=row.grade,
+            mark=row.mark,
+            cells=cells(row),
+            steps=[(step, *_explained(row.grade, step)) for step in load_steps(lab)],
+            picture=base64.b64encode(picture.read_bytes()).decode() if picture.is_file() else "",
+            drives=[
+                (title, (folder / f"{name}.html").read_text(encoding="utf-8"))
+                for name, title in (("report", "in the town"), ("unknown", "on an unknown route"))
+                if (folder / f"{name}.html").is_file()
+            ],
+        )
+        (folder / "page.html").write_text(text, encoding="utf-8")
 
 
-def _student(found: Grade, steps: list, folder: Path) -> dict:
-    """Return what the page shows of a student."""
-    strip = []
-    for step in steps:
-        answer = found.answers.get(step.id)
-        seen = f": {answer['seen']}" if answer and answer["seen"] else ""
-        status = answer["status"] if answer else "unknown"
-        strip.append((status, f"{step.id}: {step.title}{seen}"))
-    return {
-        "grade": found,
-        "share": 100.0 * found.steps_done / len(steps),
-        "metrics": [
-            (_class(key, found.report), _metric(found.report, key, form))
-            for key, _, form in _METRICS
-        ],
-        "strip": strip,
-        "next": _next(found),
-        "picture": _picture(folder / "report.png"),
-        "has_report": (folder / "report.html").is_file(),
-    }
-
-
-def _class(key: str, report: dict) -> str:
-    if key == "status" and report:
-        return "good" if report.get("status") == "completed" else "bad"
-    return ""
-
-
-def _metric(report: dict, key: str, form: str) -> str:
-    value = report.get(key)
-    if value is None or (key == "time_ratio" and report.get("status") != "completed"):
-        return "–"
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    try:
-        return form.format(value)
-    except (ValueError, TypeError):
-        return str(value)
-
-
-def _next(found: Grade) -> list:
-    """Return (name, text) of the answer about the next step."""
-    if not found.first_open:
-        return []
-    answer = found.answers[found.first_open]
-    where = answer["file"] or ""
-    if answer["file"] and answer["line"]:
-        where = f"{answer['file']}:{answer['line']}"
-    rows = (
-        ("expected", answer["expected"]),
-        ("seen", answer["seen"]),
-        ("where", where),
-        ("hint", answer["hint"]),
-    )
-    return [(name, text) for name, text in rows if text]
-
-
-def _picture(path: Path) -> str:
-    """Return the referee's picture of the drive as base64, not larger than shown; else empty."""
-    if not path.is_file():
-        return ""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    from matplotlib import image
-
-    try:
-        pixels = image.imread(path)
-    except (OSError, SyntaxError, ValueError):
-        return ""
-    step = max(1, round(pixels.shape[1] / _PICTURE_WIDTH / 1.5))
-    small = io.BytesIO()
-    image.imsave(small, pixels[::step, ::step], format="png")
-    return base64.b64encode(small.getvalue()).decode()
+def _explained(found: Grade, step: Step) -> tuple[str, list]:
+    """Return the status of a step, and (name, text) of what is wrong."""
+    answer = found.answers.get(step.id)
+    if answer is None or answer["status"] == PASSED:
+        return (PASSED if answer else "unknown"), []
+    where = f"{answer['file']}:{answer['line']}" if answer["line"] else answer["file"]
+    hint = answer["hint"] or hint_of(step.id).hint
+    rows = (("expected", answer["expected"]), ("seen", answer["seen"]), ("where", where))
+    return answer["status"], [(name, text) for name, text in (*rows, ("hint", hint)) if text]

@@ -1,0 +1,103 @@
+"""Which submissions are equal but for names and layout.
+
+Lines of the templates do not count. What the solution has, too, counts apart: the guide shows it,
+so that two students who follow the guide are equal without a copy.
+"""
+
+from __future__ import annotations
+
+import csv
+import itertools
+import keyword
+import re
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from sdc_workshop.steps import WORKSHOP
+from sdc_workshop.workspace import files_to_make, package_of, solution, template_of
+
+# As many tokens in a row must be equal.
+_RUN = 6
+_MAX_TOKENS = 20_000
+_MAX_BYTES = 500_000
+_ENDINGS = (".py", ".launch", ".xml", ".txt", ".sh", ".msg")
+_TOKEN = re.compile(r"""[^\W\d]\w*|\d[\w.]*|"[^"\n]*"|'[^'\n]*'|\S""")
+_COMMENT = re.compile(r"(?m)#.*$|<!--|-->")
+
+
+class Copy(NamedTuple):
+    """Two students, the share of their tokens that are equal, and those not in the solution."""
+
+    first: str
+    second: str
+    equal_percent: float
+    own_equal_tokens: int
+
+
+def written_tokens(src: Path, lab: str = WORKSHOP) -> list:
+    """Return the tokens that a student has written; all names are one token.
+
+    Args:
+        src: the src folder of a workspace
+        lab: the lab, or WORKSHOP
+    """
+    found: list = []
+    for path in sorted((src / package_of(lab)).rglob("*")):
+        if path.suffix in _ENDINGS and path.is_file() and path.stat().st_size < _MAX_BYTES:
+            name = str(path.relative_to(src))
+            given = ""
+            if name not in files_to_make(lab) and solution(name).is_file():
+                given = template_of(name) or solution(name).read_text(encoding="utf-8")
+            lines = {line.strip() for line in given.split("\n")}
+            found += _tokens(path.read_text(encoding="utf-8", errors="replace"), lines)
+    return found[:_MAX_TOKENS]
+
+
+def _tokens(text: str, given: set) -> list:
+    lines = (line for line in text.split("\n") if line.strip() not in given)
+    words = _TOKEN.findall(_COMMENT.sub("", "\n".join(lines)))
+    names = (word.isidentifier() and not keyword.iskeyword(word) for word in words)
+    return ["name" if is_name else word for word, is_name in zip(words, names)]
+
+
+def copies(tokens: dict, lab: str = WORKSHOP) -> list:
+    """Return each pair of students, most suspicious first.
+
+    Args:
+        tokens: the written tokens by the name of the student
+        lab: the lab, or WORKSHOP
+    """
+    known = _runs(written_tokens(solution(package_of(lab)).parent, lab))
+    runs = {name: _runs(words) for name, words in tokens.items() if len(words) >= _RUN}
+    own = {name: ~_covered(found, known) for name, found in runs.items()}
+    pairs = []
+    for first, second in itertools.combinations(runs, 2):
+        equal = [_covered(runs[a], runs[b]) for a, b in ((first, second), (second, first))]
+        total = sum(map(len, equal))
+        both = [int((one & own[name]).sum()) for one, name in zip(equal, (first, second))]
+        percent = 100.0 * sum(int(one.sum()) for one in equal) / total
+        pairs.append(Copy(first, second, round(percent, 1), min(both)))
+    return sorted(pairs, key=lambda pair: (-pair.own_equal_tokens, -pair.equal_percent, pair))
+
+
+def write_copies(path: Path, pairs: list) -> None:
+    """Write all pairs of students as a table."""
+    with open(path, "w", newline="", encoding="utf-8") as file:
+        table = csv.writer(file)
+        table.writerows([Copy._fields, *pairs])
+
+
+def _runs(words: list) -> np.ndarray:
+    """Return a number for each run of tokens, the same for equal runs."""
+    return np.array([hash(tuple(words[at : at + _RUN])) for at in range(len(words) - _RUN + 1)])
+
+
+def _covered(runs: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Return of each token whether it is in a run that the others have, too."""
+    found = np.zeros(len(runs) + _RUN - 1, dtype=bool)
+    same = np.isin(runs, others)
+    for shift in range(_RUN):
+        found[shift : shift + len(runs)] |= same
+    return found

@@ -1,0 +1,177 @@
+"""Find each student's work, in whatever form it was handed in."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import stat
+import zipfile
+import zlib
+from pathlib import Path, PurePosixPath
+from typing import Iterable
+
+from sdc_workshop.steps import WORKSHOP
+from sdc_workshop.workspace import package_of
+
+MAX_FILE_BYTES = 20_000_000
+MAX_TOTAL_BYTES = 200_000_000
+MAX_ENTRIES = 20_000
+# Folders that hold nothing that a student has written, and the files before an update.
+LEFT_OUT = {".git", "__MACOSX", "__pycache__", "build", "devel", "install"}
+_BEFORE_UPDATE = "before_update_"
+_DEPTH = 6
+# How Moodle and Canvas name the files of "download all submissions".
+_DOWNLOADED = (
+    (re.compile(r"(.+)_(\d+)_assignsubmission_.*"), "Full name", "Identifier", "Participant {}"),
+    (re.compile(r"([^_]+)(?:_LATE)?_(\d+)_\d+_.*"), "Student", "ID", "{}"),
+)
+
+
+class HandedInError(ValueError):
+    """Work that cannot be graded; the message is one line with the reason."""
+
+
+def submissions(folders: Iterable[Path], output: Path, lab: str = WORKSHOP) -> list:
+    """Return what each student has handed in, as absolute paths without duplicates.
+
+    Args:
+        folders: folders or zips of students, or folders of a class that contain these
+        output: folder of the summary, which is no student's
+        lab: the lab, or WORKSHOP
+    """
+    name, found = package_of(lab), []
+    for folder in (Path(os.path.normpath(folder.absolute())) for folder in folders):
+        own = ("", name, f"src/{name}", f"sdc_ws/src/{name}")
+        is_student = any(_is_package(folder / path, name) for path in own)
+        inside = [] if is_student or not folder.is_dir() else sorted(folder.iterdir())
+        entries = [path for path in inside if path != output and path.name[0] != "."]
+        found.extend([path for path in entries if path.name not in LEFT_OUT] or [folder])
+    return list(dict.fromkeys(found))
+
+
+def names(paths: list, taken: Iterable[str] = ()) -> dict:
+    """Return a unique name for each path: the last parts of it, as few as possible.
+
+    Args:
+        paths: what the students have handed in
+        taken: names that are in use for something else
+    """
+    parts = {path: (*path.parts[1:-1], lms_columns(path)[0]) for path in paths}
+    found: dict = {}
+    for path, own in parts.items():
+        ends = ([other[-count:] for other in parts.values()] for count in range(1, len(own)))
+        count = next((n for n, end in enumerate(ends, 1) if end.count(own[-n:]) == 1), len(own))
+        # A name is a line of the table and a folder: no line break, no slash.
+        name = re.sub(r"[^\w .@+-]", "_", "_".join(own[-count:])) or "root"
+        while name in (*taken, *found.values()):
+            name += "_"
+        found[path] = name
+    return found
+
+
+def lms_columns(path: Path) -> tuple[str, dict]:
+    """Return a student's name, and what Moodle or Canvas wrote about them into a file name."""
+    name = path.stem if path.suffix.lower() == ".zip" else path.name
+    for pattern, name_column, id_column, form in _DOWNLOADED:
+        match = pattern.fullmatch(path.name)
+        if match:
+            return match[1], {name_column: match[1], id_column: form.format(match[2])}
+    return name, {}
+
+
+def find_package(handed_in: Path, temporary: Path, lab: str = WORKSHOP) -> tuple[Path, Path]:
+    """Return a student's package, and the folder that links in it must not leave.
+
+    Args:
+        handed_in: a folder or a zip
+        temporary: folder that does not exist, into which a zip is unpacked
+        lab: the lab, or WORKSHOP
+
+    Raises:
+        HandedInError: there is no package, or more than one; or a zip is not safe
+        OSError: a folder cannot be read
+    """
+    name, root = package_of(lab), handed_in
+    if handed_in.is_symlink():
+        raise HandedInError(f"{handed_in} is a link to another place; put the folder itself there")
+    found = _packages(root, name)
+    zips = [handed_in] if root.is_file() else [] if found else sorted(root.rglob("*.[zZ][iI][pP]"))
+    if len(zips) == 1 and zips[0].is_file() and not zips[0].is_symlink():
+        root = _unpacked(zips[0], temporary)
+        found = _packages(root, name)
+    if not found:
+        raise HandedInError(f"{handed_in} is no workspace: it has no src/{name}")
+    if len(found) > 1:
+        places = ", ".join(str(path.relative_to(root)) for path in found[:3])
+        raise HandedInError(f"{handed_in} has more than one {name}: {places}; keep one of them")
+    return found[0], root
+
+
+def _packages(root: Path, name: str) -> list:
+    """Return the packages with this name that are nearest to a folder."""
+    level, links = [root], []
+    for _ in range(_DEPTH):
+        found = [folder for folder in level if _is_package(folder, name)]
+        if found:
+            return found
+        folders = (folder for folder in level if folder.is_dir())
+        inner = [path for folder in folders for path in sorted(folder.iterdir()) if path.is_dir()]
+        links += [path for path in inner if path.is_symlink() and path.name != "workshop"]
+        level = [
+            path
+            for path in inner[:MAX_ENTRIES]
+            if path.name not in LEFT_OUT
+            and not path.is_symlink()
+            and not path.name.startswith(_BEFORE_UPDATE)
+        ]
+    for path in links[:1]:
+        raise HandedInError(f"{path} is a link to another place; put the package itself there")
+    return []
+
+
+def _is_package(folder: Path, name: str) -> bool:
+    """Return whether a folder is a package, under its own name or renamed."""
+    manifest = folder / "package.xml"
+    if not folder.is_dir() or folder.is_symlink():
+        return False
+    if folder.name == name or not manifest.is_file() or manifest.stat().st_size > MAX_FILE_BYTES:
+        return folder.name == name
+    return f"<name>{name}</name>" in manifest.read_text(encoding="utf-8", errors="replace")
+
+
+def _unpacked(archive: Path, folder: Path) -> Path:
+    """Unpack a zip into a new folder, with the permissions to execute, and return the folder.
+
+    Links are left out. Raises HandedInError where a file would be written elsewhere, where the zip
+    is too large unpacked, and where it is no zip.
+    """
+    try:
+        with zipfile.ZipFile(archive) as content:
+            members = []
+            for member in content.infolist():
+                path = PurePosixPath(member.filename.replace("\\", "/"))
+                if path.is_absolute() or ".." in path.parts or ":" in member.filename[:2]:
+                    raise HandedInError(f"{archive}: {member.filename!r} leads out of the zip")
+                mode = member.external_attr >> 16
+                if not member.is_dir() and not stat.S_ISLNK(mode) and not LEFT_OUT & {*path.parts}:
+                    members.append((member, folder / path, mode))
+            size = sum(member.file_size for member, _, _ in members)
+            if size > MAX_TOTAL_BYTES or len(members) > MAX_ENTRIES:
+                raise HandedInError(
+                    f"{archive} is too large unpacked ({size // 1_000_000} MB, {len(members)} "
+                    f"files); at most {MAX_TOTAL_BYTES // 1_000_000} MB and {MAX_ENTRIES} files"
+                )
+            for member, path, mode in members:
+                path.parent.mkdir(parents=True, exist_ok=True)
+                with content.open(member) as source, path.open("wb") as target:
+                    start = source.read(2)
+                    target.write(start)
+                    shutil.copyfileobj(source, target)
+                # A zip made on Windows has no permissions.
+                path.chmod(0o755 if mode & 0o100 or (not mode and start == b"#!") else 0o644)
+    except (zipfile.BadZipFile, zlib.error, RuntimeError, EOFError, OSError, ValueError) as error:
+        if isinstance(error, HandedInError):
+            raise
+        raise HandedInError(f"{archive}: neither a folder nor a zip that opens ({error})") from None
+    return folder
