@@ -23,7 +23,9 @@ GENERATED = {
 FILES = [path for path in PROJECT.rglob("*") if not GENERATED & set(path.parts)]
 ALL_PAGES = sorted(path for path in FILES if path.suffix == ".md")
 # Files that a drive, a command or the reader writes.
-WRITTEN = re.compile(r"(report|replay|grades|results|mine|my_\w+|NAME|FILE|STUDY)\.\w+")
+WRITTEN = re.compile(
+    r"(report|replay|grades|moodle|canvas|copies|results|mine|my_\w+|\w+_LAB|NAME|FILE|STUDY)\.\w+"
+)
 # Files of CARLA's own bridge.
 FOREIGN = re.compile(r"carla_\w+\.launch|ros_sensors\.md")
 

@@ -55,10 +55,9 @@ def mark(found: Grade, rubric: dict) -> Mark:
     """Return the mark of a student."""
     steps = [step for step in load_steps(found.lab) if not step.id.endswith("drive")]
     weights = {step.id: rubric["phases"][step.phase - 1] for step in steps}
-    passed = {step for step, answer in found.answers.items() if answer["status"] == PASSED}
-    passed &= set(weights)
-    own = sum(weights[step] for step in passed - set(found.solved))
-    given = sum(weights[step] for step in passed & set(found.solved))
+    passed = [step for step in weights if found.answers.get(step, {}).get("status") == PASSED]
+    given = sum(weights[step] for step in passed if step in found.solved)
+    own = sum(weights[step] for step in passed) - given
     total = sum(weights.values()) or 1
     shares = {
         "phases": (own + min(given, rubric["solution_cap"] * total)) / total,
