@@ -8,10 +8,9 @@ import rospy
 from ackermann_msgs.msg import AckermannDrive
 from std_msgs.msg import Bool
 
-from sdc_common.ros.conversion import command_of
 from sdc_sim.ros.connections import is_connected
 from sdc_sim.ros.loop_lock import LoopLock
-from sdc_sim.ros.message_conversion import ackermann_target
+from sdc_sim.ros.message_conversion import ackermann_target, command_of
 from sdc_sim.ros.simulation_setup import SimulationSetup
 from sdc_sim.simulation.command_mux import AnswerTracker, AnyCommand, CommandArbiter
 

@@ -13,9 +13,10 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, JointState, NavSatFix, NavSatStatus, PointCloud2, PointField
 from std_msgs.msg import Header
 
+from sdc_common.driving import Command
 from sdc_common.geometry.geodesy import geodetic_from_map
-from sdc_common.ros import conversion
-from sdc_common.ros.conversion import yaw_from_quaternion
+from sdc_common.ros import odometry
+from sdc_common.ros.odometry import yaw_from_quaternion
 from sdc_sim.physics.ackermann import AckermannTarget
 from sdc_sim.physics.vehicle import VehicleState
 from sdc_sim.sensors.model import WHEELS, GnssReading, ImuReading, SensorSettings
@@ -77,6 +78,13 @@ def map_pose(frame_id: str, pose: Pose) -> tuple[float, float, float]:
     return x, y, yaw_from_quaternion(q)
 
 
+def command_of(message: Any) -> Command:
+    """Return the command in a CarlaVehicleControl or CarlaEgoVehicleControl, without its stamp."""
+    return Command(
+        message.throttle, message.steer, message.brake, message.hand_brake, message.reverse
+    )
+
+
 def ackermann_target(message: AckermannDrive) -> AckermannTarget:
     """Return the target in an AckermannDrive."""
     return AckermannTarget(
@@ -94,7 +102,7 @@ def odometry_message(
     """Return the pose of the vehicle in the map and its twist in the body frame."""
     pose = state.x_m, state.y_m, state.yaw_rad
     twist = state.speed_mps, state.lateral_speed_mps, state.yaw_rate_radps
-    return conversion.odometry_message(stamp, pose, twist, vehicle_frame)
+    return odometry.odometry_message(stamp, pose, twist, vehicle_frame)
 
 
 def imu_message(reading: ImuReading, settings: SensorSettings, header: Header) -> Imu:
