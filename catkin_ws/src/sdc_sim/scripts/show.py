@@ -13,6 +13,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 from sdc_common.geometry.geodesy import map_from_geodetic
 from sdc_common.ros.connection_watchdog import watch_connections
 from sdc_common.ros.node import parameter, refuse
+from sdc_common.ros.refusal import refusing
 from sdc_sim.road.road import Road
 from sdc_sim.road.road_markings import road_markings
 from sdc_sim.ros.bridge_versions import BRIDGE_VERSIONS
@@ -54,14 +55,11 @@ class Show:
         rospy.Subscriber("/planner/local_waypoints", rospy.AnyMsg, self.on_path, queue_size=1)
 
     def on_mission(self, path):
-        try:
+        with refusing("/planner/mission_waypoints"):
             route = np.array(waypoint_rows(path, "x", "y")).reshape(-1, 2)
-            road = Road(route)
-        except ValueError as error:
-            rospy.logwarn("show: refused /planner/mission_waypoints: %s", error)
-            return
-        self.route_publisher.publish(route_path(route))
-        self.road_publisher.publish(road_markers(road_markings(road)))
+            markers = road_markers(road_markings(Road(route)))
+            self.route_publisher.publish(route_path(route))
+            self.road_publisher.publish(markers)
 
     def on_path(self, path):
         # A lockstep drive plans thousands of paths per second, more than RViz can draw.
@@ -69,11 +67,9 @@ class Show:
         if now < self.next_path_time:
             return
         self.next_path_time = now + self.path_period_s
-        try:
+        with refusing("/planner/local_waypoints"):
             rows = waypoint_rows(path, "x", "y", "v")
             self.path_publisher.publish(path_marker(rows, self.full_speed_mps))
-        except ValueError as error:
-            rospy.logwarn_throttle(1.0, f"show: refused /planner/local_waypoints: {error}")
 
     def on_fix(self, fix):
         if fix.status.status >= fix.status.STATUS_FIX:

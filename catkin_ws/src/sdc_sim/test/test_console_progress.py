@@ -85,10 +85,13 @@ def test_missing_topics_are_printed():
 
 
 def test_progress_line_fits_into_80_columns():
-    line = progress_line(42.31, 9.84, -0.027, 71.4, 1.0)
-    assert line == "referee: 42.3 %  9.8 m/s  cross-track error -0.03 m  1:11 left 1.0x real time"
-    assert len(progress_line(99.9, 10.0, 0.0, 600.0, 68.0)) < 80
-    assert progress_line(0.0, 0.0, 0.0, 59.7, None).endswith("1:00 left")
+    drive = evaluator_at(80).drive
+    assert progress_line(drive) == (
+        "referee: 40.0 % 10.0 m/s  cross-track error +0.25 m  0:08 left"
+    )
+    drive.time_left_s = lambda: 599.7
+    assert len(progress_line(drive) + " 68.0x real time") < 80
+    assert progress_line(drive).endswith("10:00 left")
 
 
 def test_status_line_is_cut_to_a_narrow_terminal(monkeypatch):

@@ -18,7 +18,6 @@ from sdc_sim.physics.traffic_lights import GREEN, HEIGHT_M, OFF, RED, YELLOW, Tr
 from sdc_sim.physics.vehicle import VehicleState
 from sdc_sim.simulation.weather import SHADE
 
-_CACHED_LIGHTS = 64
 _LIGHT_SIZE_M = 0.4
 _EGO_SIZE_M = (4.7, 2.0, 1.5)
 _EGO_BGR = (120, 60, 25)
@@ -36,7 +35,7 @@ class Box:
         yaw_rad: heading in the map [rad]; the lamps of a traffic light face along it
         length_m: length [m]
         width_m: width [m]
-        height_m: height [m]
+        height_m: height [m]; the picture of a traffic light has a fixed one
         colour_bgr: blue, green, red, 0..255; of a traffic light that of the lamp that is lit
         kind: 'car', 'pedestrian', 'obstacle' (a plain box) or 'light' (a traffic light)
     """
@@ -85,12 +84,12 @@ def traffic_light_box(light: TrafficLightState) -> Box:
 
 
 _table_mesh = lru_cache(None)(table_mesh)
-_light_mesh = lru_cache(_CACHED_LIGHTS)(traffic_light_mesh)
+_light_mesh = lru_cache(None)(traffic_light_mesh)
 
 
 def _mesh(box: Box) -> Mesh:
     if box.kind == "light":
-        return _light_mesh(box.height_m, tuple(box.colour_bgr))
+        return _light_mesh(tuple(box.colour_bgr))
     return _table_mesh(box.kind)
 
 

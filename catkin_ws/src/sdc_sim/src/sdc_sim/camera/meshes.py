@@ -49,23 +49,17 @@ def table_mesh(kind: str) -> Mesh:
     return _mesh(_table_faces(kind))
 
 
-def traffic_light_mesh(height_m: float, lit_bgr: _Bgr) -> Mesh:
+def traffic_light_mesh(lit_bgr: _Bgr) -> Mesh:
     """Return a traffic light in metres: a pole and a head with three lamps that face along x.
 
     Args:
-        height_m: height of the top [m]
         lit_bgr: colour of the lamp that is lit; its hue selects which of the three that is
     """
-    # The table has one of the usual height.
-    longer_m = height_m - HEIGHT_M
-    faces: list[_Face] = [
-        ([(x, y, z + longer_m if z > 0.0 else z) for x, y, z in corners], colour)
-        for corners, colour in _table_faces("light")
-    ]
+    faces = _table_faces("light")
     _, g, r = lit_bgr
     lit = 1 if r > 120 and g > 120 else (0 if r >= g else 2)
     for k, unlit in enumerate(_UNLIT_LAMPS):
-        z = height_m - 0.2 - 0.32 * k
+        z = HEIGHT_M - 0.2 - 0.32 * k
         circle: list[_Point] = [
             (0.145, 0.12 * np.cos(t), z + 0.12 * np.sin(t)) for t in _ANGLES_RAD
         ]

@@ -26,6 +26,19 @@ def companion(report_path: str, extension: str) -> str:
     return os.path.splitext(report_path)[0] + extension
 
 
+@contextlib.contextmanager
+def _failing_with(
+    report_path: str, advice: str, errors: tuple[type[Exception], ...] = (OSError,)
+) -> Iterator[None]:
+    """Raise an error of the block as a ReportError with its file and advice."""
+    try:
+        yield
+    except errors as error:
+        path = getattr(error, "filename", None) or report_path
+        reason = getattr(error, "strerror", None) or error
+        raise ReportError(f"{path}: {reason}; {advice}") from error
+
+
 def open_report(
     report_path: str, on_failure: Callable[[OSError], None] = lambda error: None
 ) -> EventFile:
@@ -38,17 +51,12 @@ def open_report(
     Raises:
         ReportError: the folder or the file cannot be written
     """
-    try:
+    with _failing_with(report_path, "name a file in a writable folder with report:=FILE"):
         os.makedirs(os.path.dirname(report_path) or ".", exist_ok=True)
         for path in (report_path, *(companion(report_path, one) for one in (".csv", *_PAGES))):
             with contextlib.suppress(FileNotFoundError):
                 os.remove(path)
         return EventFile(companion(report_path, EVENTS), on_failure)
-    except OSError as error:
-        raise ReportError(
-            f"{error.filename or report_path}: {error.strerror}; "
-            "name a file in a writable folder with report:=FILE"
-        ) from error
 
 
 def is_complete(report_path: str) -> bool:
@@ -66,12 +74,8 @@ def complete_report(report_path: str) -> None:
         ReportError: there are no events of the drive, or a file cannot be written
     """
     path = companion(report_path, EVENTS)
-    try:
+    with _failing_with(path, "drive again", (OSError, ValueError)):
         result = evaluate_events(read_events(path))
-    except OSError as error:
-        raise ReportError(f"{path}: {error.strerror}; drive again") from error
-    except ValueError as error:
-        raise ReportError(f"{path}: {error}; drive again") from error
     write_report(report_path, result)
     write_pages(report_path, result)
     os.remove(path)
@@ -87,16 +91,12 @@ def write_report(report_path: str, result: DriveResult) -> None:
     Raises:
         ReportError: a file cannot be written
     """
-    try:
+    with _failing_with(report_path, "the drive is not reported"):
         os.makedirs(os.path.dirname(report_path) or ".", exist_ok=True)
         write_trace(companion(report_path, ".csv"), result)
         with _complete(report_path) as path, open(path, "w", encoding="utf-8") as file:
             json.dump(result.metrics, file, indent=2)
             file.write("\n")
-    except OSError as error:
-        raise ReportError(
-            f"{error.filename or report_path}: {error.strerror}; the drive is not reported"
-        ) from error
 
 
 def write_trace(path: str, result: DriveResult) -> None:
@@ -137,13 +137,7 @@ def write_pages(report_path: str, result: DriveResult) -> None:
     from sdc_sim.report.html_page import write_html
     from sdc_sim.report.plots import write_png
 
-    try:
-        with _complete(companion(report_path, ".png")) as path:
-            write_png(path, result)
-        with _complete(companion(report_path, ".html")) as path:
-            write_html(path, result)
-    except OSError as error:
-        raise ReportError(
-            f"{error.filename or report_path}: {error.strerror}; "
-            "the metrics are written, the pages are not"
-        ) from error
+    with _failing_with(report_path, "the metrics are written, the pages are not"):
+        for extension, write in ((".png", write_png), (".html", write_html)):
+            with _complete(companion(report_path, extension)) as path:
+                write(path, result)
