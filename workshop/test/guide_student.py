@@ -23,11 +23,14 @@ class Terminal:
     def __init__(self, name, environment, home):
         self.name = name
         self.log = home / f".terminal-{len(list(home.glob('.terminal-*')))}"
+        # A wide terminal, in which ls lists all names in one line, in their order.
+        prompt = "stty columns 1000; export PS1='[prompt:$?]'"
         bash = "exec bash --norc --noprofile --noediting -i"
         self.shell = subprocess.Popen(
-            ["script", "--quiet", "--flush", "--echo", "never", "--command", bash, self.log],
+            ["script", "-q", "-f", "--echo", "never", "-c", f"{prompt}; {bash}", self.log],
             cwd=home,
-            env={**environment, "PS1": "[prompt:$?]", "TERM": "dumb"},
+            # Another shell loses exported functions.
+            env={**environment, "TERM": "dumb", "SHELL": "/bin/bash"},
             stdin=subprocess.PIPE,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,

@@ -53,14 +53,14 @@ def listening(pids):
 
 
 def test_three_drives_at_once_choose_masters_of_their_own_and_give_equal_traces(
-    environment, start, route, tmp_path
+    environment, start, bend, tmp_path
 ):
     names = ("one", "two", "three")
     network = ("ROS_MASTER_URI", "ROS_IP", "ROS_HOSTNAME", "SDC_MASTER_URI")
     default = {name: value for name, value in environment.items() if name not in network}
     folder = tmp_path / "elsewhere"
     elsewhere = f"planner_options:={{report: {folder}/r.json, log_folder: {folder}}}"
-    options = ["headless:=true", "sync:=true", "camera:=false", f"waypoints_path:={route}"]
+    options = ["headless:=true", "sync:=true", "camera:=false", f"waypoints_path:={bend}"]
     drives = []
     for name in names:
         (tmp_path / name).mkdir()
@@ -73,7 +73,9 @@ def test_three_drives_at_once_choose_masters_of_their_own_and_give_equal_traces(
     assert sum("export ROS_MASTER_URI=" in drive.output for drive in drives) >= 2
     traces = {(tmp_path / name / "report" / "report.csv").read_bytes() for name in names}
     assert len(traces) == 1, "the other drives have no effect"
-    assert sorted(os.listdir(tmp_path)) == sorted(["log0", "log1", "log2", "ros", *names])
+    assert sorted(os.listdir(tmp_path)) == sorted(
+        ["bend.csv", "log0", "log1", "log2", "ros", *names]
+    )
     for name in names:
         assert os.listdir(tmp_path / name) == ["report"]
         report = json.loads((tmp_path / name / "report" / "report.json").read_text())
