@@ -1,4 +1,4 @@
-"""A window of SDL's driver without a display; node_camera_window.py opens a real one."""
+"""A window of SDL without a display; node_manual_control.py opens a real one."""
 
 import os
 

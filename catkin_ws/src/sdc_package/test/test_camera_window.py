@@ -1,4 +1,4 @@
-"""What the camera window shows, without a display; node_camera_window.py opens a real one."""
+"""What the camera window shows, without a display."""
 
 import numpy as np
 import pygame
