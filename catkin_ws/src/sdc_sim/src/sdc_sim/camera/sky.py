@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import math
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -23,6 +23,31 @@ _ROOF_BGR = (168, 160, 152)
 _WOOD_BGR = (88, 108, 84)
 
 
+class _Layer(NamedTuple):
+    """A picture of one and a half turns, and where the camera samples it at heading 0."""
+
+    picture: np.ndarray
+    x: np.ndarray
+    y: np.ndarray
+    columns_per_turn: int
+
+    @classmethod
+    def of(cls, panorama: np.ndarray, azimuth: np.ndarray, row: np.ndarray) -> _Layer:
+        """Return the layer of a panorama that is sampled at azimuths [rad] and rows."""
+        rows, columns = panorama.shape[:2]
+        wide = np.concatenate([panorama, panorama], axis=1)[:, : columns + columns // 2 + 4]
+        # OpenCV samples an image far faster inside than at its border.
+        wide = np.pad(wide, ((0, 1), (0, 0), (0, 0)), mode="edge")
+        x = (azimuth * columns / (2.0 * np.pi)).astype(np.float32)
+        return cls(wide, x, np.clip(row, 0, rows - 1).astype(np.float32), columns)
+
+    def sample(self, turn: float, out: np.ndarray | None = None) -> np.ndarray:
+        """Return what the camera sees after a turn to the right [turns]."""
+        x = self.x + np.float32(turn * self.columns_per_turn)
+        border = cv2.BORDER_REPLICATE
+        return cv2.remap(self.picture, x, self.y, cv2.INTER_LINEAR, dst=out, borderMode=border)
+
+
 class Sky:
     """Painter of the picture's rows above the horizon.
 
@@ -36,41 +61,20 @@ class Sky:
         skyline_rows = int(np.ceil(camera.focal_px * np.tan(_SKYLINE_RAD))) + 1
         self._skyline_top = self._rows - min(self._rows, skyline_rows)
         panorama = _panorama(seed)
-        self._plan_sky(panorama)
-        self._plan_skyline(_skyline(seed, panorama))
-        self.horizon = np.zeros((1, camera.width, 4), np.uint8)
-
-    def _plan_sky(self, panorama: np.ndarray) -> None:
-        """Compute where the reduced sky samples the panorama at heading 0."""
-        camera = self._camera
-        rows = len(panorama)
-        self._sky = np.concatenate([panorama, panorama], axis=1)[
-            :, : _SKY_COLUMNS + _SKY_COLUMNS // 2 + 4
-        ]
         small_rows = min(-(-self._skyline_top // _SKY_STEP_PX), camera.height // _SKY_STEP_PX)
         middle = 0.5 * (_SKY_STEP_PX - 1)
         azimuth, elevation = self._directions(
             _SKY_STEP_PX * np.arange(-(-camera.width // _SKY_STEP_PX)) + middle,
             _SKY_STEP_PX * np.arange(small_rows) + middle,
         )
-        self._sky_x = (azimuth * _SKY_COLUMNS / (2.0 * np.pi)).astype(np.float32)
-        self._sky_y = np.clip((1.0 - elevation / _SKY_TOP_RAD) * (rows - 1), 0, rows - 1).astype(
-            np.float32
-        )
-
-    def _plan_skyline(self, skyline: np.ndarray) -> None:
-        """Compute where the picture samples the skyline at heading 0."""
-        rows = len(skyline)
+        share = elevation / _SKY_TOP_RAD
+        self._sky = _Layer.of(panorama, azimuth, (1.0 - share) * (len(panorama) - 1))
         azimuth, elevation = self._directions(
-            np.arange(self._camera.width), np.arange(self._skyline_top, self._rows)
+            np.arange(camera.width), np.arange(self._skyline_top, self._rows)
         )
-        self._skyline_x = (azimuth * _SKY_COLUMNS / np.pi).astype(np.float32)
-        row = np.minimum((1.0 - elevation / _SKYLINE_RAD) * rows - 0.5, rows - 1)
-        # OpenCV samples an image far faster inside than at its border.
-        above = max(0, -math.floor(row.min(initial=0.0)))
-        self._skyline_y = (row + above).astype(np.float32)
-        wide = np.concatenate([skyline, skyline], axis=1)[:, : 3 * _SKY_COLUMNS + 4]
-        self._skyline = np.pad(wide, ((above, 1), (0, 0), (0, 0)), mode="edge")
+        row = (1.0 - elevation / _SKYLINE_RAD) * _SKYLINE_ROWS - 0.5
+        self._skyline = _Layer.of(_skyline(seed, panorama), azimuth, row)
+        self.horizon = np.zeros((1, camera.width, 4), np.uint8)
 
     def _directions(self, u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return azimuth, positive right, and elevation (len(v), len(u)) of pixels [rad]."""
@@ -93,30 +97,13 @@ class Sky:
             return
         # Columns increase to the right; the wrap keeps the left quarter of the view above column 0.
         turn = np.mod(-yaw_rad, 2.0 * np.pi) / (2.0 * np.pi)
-        wrap = 1.0 if turn * _SKY_COLUMNS < _SKY_COLUMNS / 4 else 0.0
-        rows = _SKY_STEP_PX * len(self._sky_x)
+        turn += 1.0 if turn < 0.25 else 0.0
+        rows = _SKY_STEP_PX * len(self._sky.x)
         if rows:
-            small = cv2.remap(
-                self._sky,
-                self._sky_x + np.float32((turn + wrap) * _SKY_COLUMNS),
-                self._sky_y,
-                cv2.INTER_LINEAR,
-                borderMode=cv2.BORDER_REPLICATE,
-            )
-            cv2.resize(
-                small,
-                (self._camera.width, rows),
-                dst=picture[:rows],
-                interpolation=cv2.INTER_LINEAR,
-            )
-        cv2.remap(
-            self._skyline,
-            self._skyline_x + np.float32((turn + wrap) * 2 * _SKY_COLUMNS),
-            self._skyline_y,
-            cv2.INTER_LINEAR,
-            dst=picture[self._skyline_top : self._rows],
-            borderMode=cv2.BORDER_REPLICATE,
-        )
+            size = (self._camera.width, rows)
+            small = self._sky.sample(turn)
+            cv2.resize(small, size, dst=picture[:rows], interpolation=cv2.INTER_LINEAR)
+        self._skyline.sample(turn, picture[self._skyline_top : self._rows])
         self.horizon[:] = picture[self._rows - 1]
 
 
