@@ -11,7 +11,6 @@ from sdc_common.ros.catkin_workspace import WorkspaceError
 from sdc_common.routes.waypoint_file import load_waypoints
 from sdc_sim.runner import (
     CheckedDrive,
-    launch_arguments,
     main,
     prepare,
 )
@@ -27,7 +26,7 @@ def write(tmp_path, text):
 
 
 def arguments(tmp_path, text, **given):
-    return launch_arguments(load_scenario(write(tmp_path, text)), "/generated.csv", given)
+    return prepare(load_scenario(write(tmp_path, text)), str(tmp_path / "report.json"), given)
 
 
 def test_each_key_of_a_scenario_reaches_its_argument(tmp_path):
@@ -46,14 +45,16 @@ def test_each_key_of_a_scenario_reaches_its_argument(tmp_path):
 
 
 def test_given_arguments_override_and_options_are_merged(tmp_path):
+    mine = str(tmp_path / "my.csv")
+    (tmp_path / "my.csv").write_text("0,0\n50,0\n")
     got = arguments(
         tmp_path,
         "route: town\nfriction: 0.5\nseed: 3",
-        waypoints_path="my.csv",
+        waypoints_path=mine,
         rviz="true",
         sim_options="{friction: 0.9}",
     )
-    assert (got["waypoints_path"], got["rviz"]) == ("my.csv", "true")
+    assert (got["waypoints_path"], got["rviz"]) == (mine, "true")
     assert yaml.safe_load(got["sim_options"]) == {"friction": 0.9, "seed": 3}
 
 

@@ -57,52 +57,40 @@ _LEFT_BEHIND_S = 10.0
 _NETWORK = ("ROS_MASTER_URI", "ROS_IP", "ROS_HOME")
 
 
-def launch_arguments(
-    scenario: Scenario, generated_path: str, given: Mapping[str, str]
-) -> dict[str, str]:
-    """Return the arguments of all.launch, by name, for a scenario.
-
-    Args:
-        scenario: the scenario
-        generated_path: the file of the route if the scenario generates one
-        given: arguments that override those of the scenario
-
-    Raises:
-        DocumentError: a name in the scenario is unknown.
-    """
-    arguments = {"obstacles_path": os.path.abspath(scenario.path)}
-    if isinstance(scenario.route, list):
-        arguments["waypoints_path"] = generated_path
-    elif scenario.route is not None:
-        arguments["waypoints_path"] = find_route(scenario.path, scenario.route)
-    if scenario.stack is not None and not given.get("workspace"):
-        arguments["stack"] = find_packaged("stack", scenario.stack, scenario.path)
-    if scenario.sensors is not None:
-        find_packaged("sensors", scenario.sensors, scenario.path)
-        arguments["sensors"] = scenario.sensors
-    options = sim_options(scenario, _parse_options(given.get("sim_options", "{}")))
-    return {**arguments, **given, "sim_options": options_text(options)}
-
-
 def options_text(options: Mapping[str, Any]) -> str:
     """Return parameters as an argument of roslaunch: a mapping in one line of YAML."""
     return yaml.safe_dump(dict(options), default_flow_style=True, width=sys.maxsize).strip()
 
 
 def prepare(scenario: Scenario, report_path: str, given: Mapping[str, str]) -> dict[str, str]:
-    """Return the launch arguments of a scenario after a check that it can be driven.
+    """Return the arguments of all.launch for a scenario, after a check that it can be driven.
 
     A generated route is written next to the report.
+
+    Args:
+        scenario: the scenario
+        report_path: path of report.json
+        given: arguments that override those of the scenario
 
     Raises:
         DocumentError, WaypointError, OSError: the scenario cannot be driven.
     """
-    generated_path = os.path.splitext(os.path.abspath(report_path))[0] + ".route.csv"
-    arguments = launch_arguments(scenario, generated_path, given)
-    if isinstance(scenario.route, list) and arguments["waypoints_path"] == generated_path:
-        os.makedirs(os.path.dirname(generated_path), exist_ok=True)
-        with open(generated_path, "w", encoding="utf-8") as file:
-            file.writelines(generated_lines(scenario.route))
+    own = {"obstacles_path": os.path.abspath(scenario.path)}
+    if isinstance(scenario.route, list):
+        own["waypoints_path"] = os.path.splitext(os.path.abspath(report_path))[0] + ".route.csv"
+        if "waypoints_path" not in given:
+            os.makedirs(os.path.dirname(own["waypoints_path"]), exist_ok=True)
+            with open(own["waypoints_path"], "w", encoding="utf-8") as file:
+                file.writelines(generated_lines(scenario.route))
+    elif scenario.route is not None:
+        own["waypoints_path"] = find_route(scenario.path, scenario.route)
+    if scenario.stack is not None and not given.get("workspace"):
+        own["stack"] = find_packaged("stack", scenario.stack, scenario.path)
+    if scenario.sensors is not None:
+        find_packaged("sensors", scenario.sensors, scenario.path)
+        own["sensors"] = scenario.sensors
+    options = sim_options(scenario, _parse_options(given.get("sim_options", "{}")))
+    arguments = {**own, **given, "sim_options": options_text(options)}
     default_path = find_route("", "town")
     route = road_route(load_waypoints(arguments.get("waypoints_path") or default_path))
     load_obstacles(arguments["obstacles_path"], route)
