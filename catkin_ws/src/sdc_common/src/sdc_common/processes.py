@@ -33,7 +33,7 @@ def wait_until(
     while not (value := condition()):
         if time.monotonic() > limit:
             raise TimeoutError(f"{what} is still missing after {seconds:g} s")
-        time.sleep(0.01)
+        time.sleep(0.05)
     return value
 
 
