@@ -9,7 +9,7 @@ import pytest
 from geometry_msgs.msg import Point, Pose, Quaternion
 
 from sdc_common.geometry.route import Route
-from sdc_sim.ros.message_conversion import PlaceError, map_point, map_pose
+from sdc_sim.ros.message_conversion import map_point, map_pose
 from sdc_sim.scenario.configuration import start_pose
 
 
@@ -29,13 +29,13 @@ def test_pose_in_the_map_becomes_numbers():
     ],
 )
 def test_invalid_point_is_refused(frame, x, y, message):
-    with pytest.raises(PlaceError, match=message):
+    with pytest.raises(ValueError, match=message):
         map_point(frame, Point(x, y, 0.0))
 
 
 @pytest.mark.parametrize("q", [(0, 0, 0, 0), (0, 0, 0, math.nan), (0, 0, 5, 5)])
 def test_invalid_orientation_is_refused(q):
-    with pytest.raises(PlaceError, match="quaternion"):
+    with pytest.raises(ValueError, match="quaternion"):
         map_pose("map", Pose(Point(), Quaternion(*q)))
 
 

@@ -14,7 +14,7 @@ from sdc_common.geometry.polyline import Polyline
 from sdc_common.geometry.road_line import road_line
 from sdc_common.geometry.route import chord_directions, interpolate
 from sdc_sim.road.scenery import Scenery, generate_scenery
-from sdc_sim.road.spatial_index import SegmentIndex, cell_keys, cells_of
+from sdc_sim.road.spatial_index import SegmentIndex
 
 LINE_WIDTH_M = 0.15
 DASH_LENGTH_M = 3.0
@@ -33,6 +33,8 @@ _HALF_CHORD_M = 1.5
 # A lap that runs this close to an earlier one is the same road.
 _REPEAT_TOLERANCE_M = 0.03
 _REPEAT_AFTER_SAMPLES = 40
+# Larger than the number of rows of any map, so that no two cells near each other share a key.
+_COLUMN_STRIDE = 4_000_037
 # Trees and buildings are placed at this distance, or at a larger one along a very long route.
 _SLOT_M = 11.0
 _MAX_SLOTS = 20_000
@@ -101,13 +103,14 @@ class Road:
         self.left = np.column_stack([-direction[:, 1], direction[:, 0]])
 
     def _find_repeats(self) -> np.ndarray:
-        cells = cells_of(self.points_m, SAMPLE_STEP_M)
-        keys, firsts = np.unique(cell_keys(cells), return_index=True)
+        cells = np.floor(self.points_m / SAMPLE_STEP_M).astype(np.int64)
+        cell_keys = cells[:, 0] * _COLUMN_STRIDE + cells[:, 1]
+        keys, firsts = np.unique(cell_keys, return_index=True)
         repeats = np.zeros(len(cells), bool)
         numbers = np.arange(len(cells))
         for i in (-1, 0, 1):
             for j in (-1, 0, 1):
-                key = cell_keys(cells + (i, j))
+                key = cell_keys + i * _COLUMN_STRIDE + j
                 slot = np.minimum(np.searchsorted(keys, key), len(keys) - 1)
                 first = firsts[slot]
                 rows = np.flatnonzero(

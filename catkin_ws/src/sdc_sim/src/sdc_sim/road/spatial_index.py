@@ -1,4 +1,4 @@
-"""Look-up of many points: square cells of the map, and the segments of a line near points."""
+"""Look-up of the segments of a line near many points."""
 
 from __future__ import annotations
 
@@ -7,30 +7,6 @@ from scipy.spatial import cKDTree
 
 # So many points are compared with the segments at once, to bound the memory.
 _POINTS_AT_ONCE = 4_000
-# Larger than the number of rows of any map, so that no two cells near each other share a key.
-COLUMN_STRIDE = 4_000_037
-
-
-def cell_keys(cells: np.ndarray) -> np.ndarray:
-    """Return one integer for each cell.
-
-    Args:
-        cells: (..., 2) column and row of the cells
-    """
-    return cells[..., 0] * COLUMN_STRIDE + cells[..., 1]
-
-
-def cells_of(points_m: np.ndarray, cell_m: float) -> np.ndarray:
-    """Return column and row of the cells in which points lie.
-
-    Args:
-        points_m: (N, 2) points [m]
-        cell_m: side of a cell [m]
-
-    Returns:
-        (N, 2) integers
-    """
-    return np.floor(np.asarray(points_m) / cell_m).astype(np.int64)
 
 
 class SegmentIndex:

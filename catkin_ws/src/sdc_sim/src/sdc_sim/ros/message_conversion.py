@@ -44,22 +44,18 @@ def quaternion_from_yaw(yaw_rad: float) -> Quaternion:
     return Quaternion(0.0, 0.0, math.sin(0.5 * yaw_rad), math.cos(0.5 * yaw_rad))
 
 
-class PlaceError(ValueError):
-    """A point or pose that is refused; the message gives the reason."""
-
-
 def map_point(frame_id: str, point: Point) -> tuple[float, float]:
     """Return (x, y) [m] of a point in the map.
 
     Raises:
-        PlaceError: the frame is not the map, or a value is not finite or too large
+        ValueError: the frame is not the map, or a value is not finite or too large
     """
     if frame_id.lstrip("/") not in (MAP_FRAME, ""):
-        raise PlaceError(f"it is in the frame '{frame_id}'; set RViz's Fixed Frame to map")
+        raise ValueError(f"it is in the frame '{frame_id}'; set RViz's Fixed Frame to map")
     if not (math.isfinite(point.x) and math.isfinite(point.y)):
-        raise PlaceError(f"({point.x}, {point.y}) is not finite")
+        raise ValueError(f"({point.x}, {point.y}) is not finite")
     if max(abs(point.x), abs(point.y)) > _MAX_DISTANCE_M:
-        raise PlaceError(
+        raise ValueError(
             f"({point.x:g}, {point.y:g}) is farther than {_MAX_DISTANCE_M:g} m from the origin"
         )
     return point.x, point.y
@@ -69,12 +65,12 @@ def map_pose(frame_id: str, pose: Pose) -> tuple[float, float, float]:
     """Return (x [m], y [m], yaw [rad]) of a pose in the map.
 
     Raises:
-        PlaceError: as map_point, or the orientation is not a unit quaternion
+        ValueError: as map_point, or the orientation is not a unit quaternion
     """
     x, y = map_point(frame_id, pose.position)
     q = pose.orientation
     if not 0.9 < q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w < 1.1:
-        raise PlaceError("its orientation is not a unit quaternion")
+        raise ValueError("its orientation is not a unit quaternion")
     return x, y, yaw_from_quaternion(q)
 
 

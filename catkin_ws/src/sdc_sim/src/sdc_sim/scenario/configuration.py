@@ -17,7 +17,7 @@ from sdc_sim.physics.vehicle_parameters import load_vehicle
 from sdc_sim.road.road import Road
 from sdc_sim.scenario.traffic import load_lights, load_obstacles
 from sdc_sim.sensors.errors import OdometryNoise
-from sdc_sim.sensors.model import SensorSettings, sensor_settings
+from sdc_sim.sensors.model import SENSORS, SensorSettings, sensor_settings
 from sdc_sim.sensors.suite import SensorSuite
 from sdc_sim.simulation.simulation import Simulation
 from sdc_sim.yaml_document import check_parameter, schema
@@ -85,15 +85,7 @@ def build_simulation(
 
 def sensors_that_are_on(parameter: Callable[[str], Any]) -> dict[str, SensorSettings]:
     """Return the settings of the sensors with a period, by name."""
-    values = {
-        "imu": parameter("imu"),
-        "gnss": parameter("gnss"),
-        "speedometer": parameter("speedometer"),
-        "lidar": parameter("lidar"),
-        "planar_lidar": parameter("planar_lidar"),
-        "wheel_speeds": parameter("wheel_speeds"),
-    }
-    settings = {name: sensor_settings(name, value) for name, value in values.items()}
+    settings = {name: sensor_settings(name, parameter(name)) for name in SENSORS}
     return {name: one for name, one in settings.items() if one.period_s > 0.0}
 
 

@@ -58,9 +58,9 @@ class SensorSuite:
         # Field of the readings, period and latency in ticks, and model of each sensor that is on.
         self._sensors: list[tuple[str, int, int, SensorModel]] = []
         for number, name in enumerate(SENSORS):
-            one = settings.get(name)
-            if one is None or one.period_s == 0.0:
+            if name not in settings:
                 continue
+            one = settings[name]
             period_ticks = max(1, DelayLine(one.period_s, tick_s).ticks)
             latency_ticks = DelayLine(one.latency_s, tick_s).ticks
             model_class, field = _MODELS[name]
