@@ -13,6 +13,7 @@ import numpy as np
 from sdc_common.geometry.polyline import Polyline
 from sdc_common.geometry.road_line import road_line
 from sdc_common.geometry.route import chord_directions, interpolate
+from sdc_sim.physics.traffic_lights import LANE_WIDTH_M
 from sdc_sim.road.scenery import Scenery, generate_scenery
 from sdc_sim.road.spatial_index import SegmentIndex
 
@@ -21,7 +22,7 @@ DASH_LENGTH_M = 3.0
 DASH_PERIOD_M = 9.0
 MARGIN_M = 0.35  # asphalt outside the solid lines
 # Points farther from the route than this count as off the road.
-_MIN_REACH_M = 10.0
+_REACH_M = 10.0
 SAMPLE_STEP_M = 0.5
 _MAX_SAMPLES = 600_000
 _LEAD_IN_M = 30.0
@@ -61,28 +62,24 @@ class Road:
         repeats: (M,) mask of the samples that lie, in the same direction, on an earlier lap
     """
 
-    def __init__(self, route_m: np.ndarray, lane_width_m: float = 3.5):
+    lane_width_m = LANE_WIDTH_M
+    right_edge_m = -0.5 * LANE_WIDTH_M
+    centre_line_m = 0.5 * LANE_WIDTH_M
+    left_edge_m = 1.5 * LANE_WIDTH_M
+
+    def __init__(self, route_m: np.ndarray):
         """Build the road.
 
         Args:
             route_m: (N, 2) waypoints, N >= 2, in the map frame [m]
-            lane_width_m: width of a lane [m]
 
         Raises:
-            ValueError: the shape is not (N, 2), a number is not finite, all waypoints coincide, or
-                the lane width is not positive
+            ValueError: the shape is not (N, 2), a number is not finite, or all waypoints coincide
         """
-        if not (np.isfinite(lane_width_m) and lane_width_m > 0):
-            raise ValueError(f"lane_width_m must be positive, got {lane_width_m}")
-        self.lane_width_m = float(lane_width_m)
-        self.right_edge_m = -0.5 * self.lane_width_m
-        self.centre_line_m = 0.5 * self.lane_width_m
-        self.left_edge_m = 1.5 * self.lane_width_m
         self._sample(_merge_close(road_line(_checked(route_m))))
         self.repeats = self._find_repeats()
         own = np.flatnonzero(~(self.repeats[:-1] & self.repeats[1:]))
-        reach_m = max(_MIN_REACH_M, 2.0 * self.lane_width_m)
-        self._segments = SegmentIndex(self.points_m[own], self.points_m[own + 1], reach_m)
+        self._segments = SegmentIndex(self.points_m[own], self.points_m[own + 1], _REACH_M)
 
     def _sample(self, route: np.ndarray) -> None:
         s_route = np.array(Polyline(route.tolist()).s)
@@ -92,8 +89,8 @@ class Road:
         points = interpolate(s, s_route, route)
         direction = chord_directions(route, s_route, s, _HALF_CHORD_M)
 
-        lead_in = _straight(points, points[0], -direction[0], _LEAD_IN_M, self.lane_width_m)
-        lead_out = _straight(points, points[-1], direction[-1], _LEAD_OUT_M, self.lane_width_m)
+        lead_in = _straight(points, points[0], -direction[0], _LEAD_IN_M)
+        lead_out = _straight(points, points[-1], direction[-1], _LEAD_OUT_M)
         self.points_m = np.concatenate([lead_in[::-1], points, lead_out])
         before = -SAMPLE_STEP_M * np.arange(len(lead_in), 0, -1)
         after = self.length_m + SAMPLE_STEP_M * np.arange(1, len(lead_out) + 1)
@@ -195,7 +192,7 @@ def _merge_close(route: np.ndarray) -> np.ndarray:
 
 
 def _straight(
-    points: np.ndarray, start: np.ndarray, direction: np.ndarray, length_m: float, reach_m: float
+    points: np.ndarray, start: np.ndarray, direction: np.ndarray, length_m: float
 ) -> np.ndarray:
     """Return samples of a straight line from `start` that ends before it meets the other points."""
     steps = SAMPLE_STEP_M * np.arange(1, int(length_m / SAMPLE_STEP_M) + 1)
@@ -204,6 +201,6 @@ def _straight(
     others = points[np.all((points >= lower) & (points <= upper), axis=1)][::4]
     along = (others - start) @ direction
     across = np.abs((others - start) @ np.array([-direction[1], direction[0]]))
-    meeting = along[(along > 1.0) & (across < 4.0 * reach_m)]
-    free_m = max(0.0, float(meeting.min()) - 3.0 * reach_m) if len(meeting) else length_m
+    meeting = along[(along > 1.0) & (across < 4.0 * LANE_WIDTH_M)]
+    free_m = max(0.0, float(meeting.min()) - 3.0 * LANE_WIDTH_M) if len(meeting) else length_m
     return line[: int(free_m / SAMPLE_STEP_M)]
