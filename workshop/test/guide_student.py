@@ -13,7 +13,7 @@ from sdc_workshop.steps import Step, all_steps
 from sdc_workshop.workspace import PROJECT, write
 
 GUIDE = PROJECT / "workshop" / "guide.md"
-TIMEOUT_S = 180.0
+TIMEOUT_S = 600.0
 PROMPT = re.compile(r"\[prompt:(\d+)\]")
 
 
