@@ -6,11 +6,13 @@ import json
 from sdc_workshop.grading.grading import Grade
 from sdc_workshop.grading.lms import write_lms
 from sdc_workshop.grading.rubric import load_rubric
-from sdc_workshop.grading.summary import ranked
+from sdc_workshop.grading.summary import ranked, write_pages
 
 
 def test_marks_for_moodle_canvas_and_gradescope(tmp_path):
-    answer = {"status": "passed", "expected": "", "seen": "", "hint": ""}
+    answer = dict.fromkeys(("expected", "seen", "hint", "file", "line"), "")
+    answers = {"hello": {**answer, "status": "passed"}, "camera-3": {**answer, "status": "wrong"}}
+    answers["camera-3"]["seen"] = 'a "name" & <more>'
     grades = []
     for name, file in (
         ("Ada L", "Ada L_12_assignsubmission_file_"),
@@ -19,9 +21,11 @@ def test_marks_for_moodle_canvas_and_gradescope(tmp_path):
     ):
         (tmp_path / name).mkdir()
         report = {"status": "completed", "driving_score": 80.0}
-        grades.append(Grade(name, tmp_path / file, {"hello": answer}, report, unknown=report))
+        grades.append(Grade(name, tmp_path / file, answers, report, unknown=report))
     rubric = load_rubric()
-    write_lms(tmp_path, ranked(grades, rubric), rubric)
+    rows = ranked(grades, rubric)
+    write_lms(tmp_path, rows, rubric)
+    write_pages(tmp_path, rows, [])
     ada, _, carl = csv.DictReader((tmp_path / "moodle.csv").open(encoding="utf-8"))
     assert (ada["Identifier"], ada["Full name"]) == ("Participant 12", "Ada L")
     assert (ada["Grade"], ada["Last modified (grade)"]) == ("40.88", "-")
@@ -33,4 +37,6 @@ def test_marks_for_moodle_canvas_and_gradescope(tmp_path):
     assert (bert[0], bert[1], bert[5], carl[3]) == ("bert", "34", "40.88", "carl")
     results = json.loads((tmp_path / "carl" / "results.json").read_text())
     assert results["score"] == 40.88
-    assert {test["status"] for test in results["tests"]} == {"passed", "failed"}
+    tests = {test["name"].split(":")[0]: test for test in results["tests"]}
+    assert (tests["hello"]["status"], tests["camera-1"]["status"]) == ("passed", "failed")
+    assert tests["camera-3"]["output"].startswith('seen: a "name" & <more>\nhint: rospy.Subscriber')

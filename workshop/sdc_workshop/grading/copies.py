@@ -6,7 +6,6 @@ so that two students who follow the guide are equal without a copy.
 
 from __future__ import annotations
 
-import csv
 import itertools
 import keyword
 import re
@@ -50,16 +49,13 @@ def written_tokens(src: Path, lab: str = WORKSHOP) -> list:
             given = ""
             if name not in files_to_make(lab) and solution(name).is_file():
                 given = template_of(name) or solution(name).read_text(encoding="utf-8")
-            lines = {line.strip() for line in given.split("\n")}
-            found += _tokens(path.read_text(encoding="utf-8", errors="replace"), lines)
+            known = {line.strip() for line in given.split("\n")}
+            text = path.read_text(encoding="utf-8", errors="replace")
+            lines = (line for line in text.split("\n") if line.strip() not in known)
+            for word in _TOKEN.findall(_COMMENT.sub("", "\n".join(lines))):
+                is_name = word.isidentifier() and not keyword.iskeyword(word)
+                found.append("name" if is_name else word)
     return found[:_MAX_TOKENS]
-
-
-def _tokens(text: str, given: set) -> list:
-    lines = (line for line in text.split("\n") if line.strip() not in given)
-    words = _TOKEN.findall(_COMMENT.sub("", "\n".join(lines)))
-    names = (word.isidentifier() and not keyword.iskeyword(word) for word in words)
-    return ["name" if is_name else word for word, is_name in zip(words, names)]
 
 
 def copies(tokens: dict, lab: str = WORKSHOP) -> list:
@@ -80,13 +76,6 @@ def copies(tokens: dict, lab: str = WORKSHOP) -> list:
         percent = 100.0 * sum(int(one.sum()) for one in equal) / total
         pairs.append(Copy(first, second, round(percent, 1), min(both)))
     return sorted(pairs, key=lambda pair: (-pair.own_equal_tokens, -pair.equal_percent, pair))
-
-
-def write_copies(path: Path, pairs: list) -> None:
-    """Write all pairs of students as a table."""
-    with open(path, "w", newline="", encoding="utf-8") as file:
-        table = csv.writer(file)
-        table.writerows([Copy._fields, *pairs])
 
 
 def _runs(words: list) -> np.ndarray:

@@ -19,11 +19,11 @@ from sdc_experiments.sweep.dask_engine import ClusterError
 from sdc_sim.yaml_document import DocumentError
 from sdc_workshop.exam.sandbox import SandboxError, require, user_id
 from sdc_workshop.grading.cluster import grade_on_cluster
-from sdc_workshop.grading.copies import copies, write_copies
+from sdc_workshop.grading.copies import Copy, copies
 from sdc_workshop.grading.grading import Conditions, Grade, grade
 from sdc_workshop.grading.handed_in import names, submissions
 from sdc_workshop.grading.lms import write_lms
-from sdc_workshop.grading.record import write_json
+from sdc_workshop.grading.record import write_json, write_table
 from sdc_workshop.grading.rubric import PACKAGED, load_rubric
 from sdc_workshop.grading.summary import ranked, write_csv, write_pages
 from sdc_workshop.steps import LABS, WORKSHOP, load_steps
@@ -148,7 +148,7 @@ def main(arguments: Sequence[str]) -> int:
     write_csv(output / "grades.csv", rows, options.lab)
     write_pages(output, rows, pairs, options.lab)
     write_lms(output, rows, rubric)
-    write_copies(output / "copies.csv", pairs)
+    write_table(output / "copies.csv", Copy._fields, (pair._asdict() for pair in pairs))
     print(f"grade: {len(grades)} students, see {output / 'grades.html'} and grades.csv")
     return 0 if not any(found.note or found.contained for found in grades) else 1
 

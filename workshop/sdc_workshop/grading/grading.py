@@ -46,7 +46,6 @@ class Grade:
         report: the referee's report
         note: what went wrong with the grading itself, or empty
         contained: what the sandbox has kept the student's programs from
-        wall_s: duration of the grading [s]
         lab: the lab, or WORKSHOP
         unknown: the referee's report of the drive on the unknown route
         solved: ids of the steps that `./workshop/check --solution` wrote
@@ -59,7 +58,6 @@ class Grade:
     report: dict = field(default_factory=dict)
     note: str = ""
     contained: list = field(default_factory=list)
-    wall_s: float = 0.0
     lab: str = WORKSHOP
     unknown: dict = field(default_factory=dict)
     solved: list = field(default_factory=list)
@@ -125,7 +123,6 @@ def grade(name: str, folder: Path, result: Path, conditions: Conditions) -> Grad
         conditions: how its programs run
     """
     found = Grade(name, folder, lab=conditions.lab)
-    start = time.monotonic()
     result.mkdir(parents=True, exist_ok=True)
     notes, links, key = [], [], ""
     with tempfile.TemporaryDirectory(prefix="workshop_grade_") as temporary:
@@ -155,7 +152,6 @@ def grade(name: str, folder: Path, result: Path, conditions: Conditions) -> Grad
         with contextlib.suppress(OSError, ValueError):
             text = (result / f"{name}.json").read_text(encoding="utf-8")
             setattr(found, name, json.loads(text))
-    found.wall_s = time.monotonic() - start
     if key and not conditions.stopped():
         write_json(result / _GRADE, {"key": key, **asdict(found), "folder": str(folder)})
     return found

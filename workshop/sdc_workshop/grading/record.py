@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import contextlib
+import csv
 import json
 import os
 import threading
 from pathlib import Path
+from typing import Iterable
 
 ANSWERS = "answers.json"
 STATE = "check.json"
@@ -69,6 +71,14 @@ def write_json(path: Path, content: dict) -> None:
     part = path.with_name(f"{path.name}.part")
     part.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
     os.replace(part, path)
+
+
+def write_table(path: Path, columns: Iterable[str], rows: Iterable[dict]) -> None:
+    """Write a CSV; a column that a row does not have is empty, and other keys are left out."""
+    with open(path, "w", newline="", encoding="utf-8") as file:
+        table = csv.DictWriter(file, list(columns), extrasaction="ignore")
+        table.writeheader()
+        table.writerows(rows)
 
 
 def read(result: Path) -> tuple:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import csv
 from pathlib import Path
 from typing import NamedTuple
 
@@ -12,6 +11,7 @@ import yaml
 
 from sdc_workshop.exam.answer import PASSED
 from sdc_workshop.grading.grading import Grade
+from sdc_workshop.grading.record import write_table
 from sdc_workshop.grading.rubric import Mark, mark
 from sdc_workshop.steps import WORKSHOP, Step, hint_of, load_steps
 
@@ -96,14 +96,11 @@ def write_csv(path: Path, rows: list, lab: str = WORKSHOP) -> None:
     for row, found in zip(rows, texts):
         for step in steps:
             found[f"step {step.id}"] = row.grade.answers.get(step.id, {}).get("status", "")
-    with open(path, "w", newline="", encoding="utf-8") as file:
-        table = csv.DictWriter(file, [*columns, *(f"step {step.id}" for step in steps)], "")
-        table.writeheader()
-        table.writerows(texts)
+    write_table(path, [*columns, *(f"step {step.id}" for step in steps)], texts)
 
 
 def write_pages(output: Path, rows: list, pairs: list, lab: str = WORKSHOP) -> None:
-    """Write grades.html, and into each student's folder a page to hand out.
+    """Write grades.html, and into each student's folder page.html and results.json.
 
     Args:
         output: folder of the summary
@@ -113,7 +110,7 @@ def write_pages(output: Path, rows: list, pairs: list, lab: str = WORKSHOP) -> N
     """
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(Path(__file__).parent),
-        autoescape=True,
+        autoescape=lambda name: name is None or ".json" not in name,
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
@@ -129,19 +126,21 @@ def write_pages(output: Path, rows: list, pairs: list, lab: str = WORKSHOP) -> N
     for row in rows:
         folder = output / row.grade.name
         picture = folder / "report.png"
-        text = environment.get_template("student.html.j2").render(
-            grade=row.grade,
-            mark=row.mark,
-            cells=cells(row),
-            steps=[(step, *_explained(row.grade, step)) for step in load_steps(lab)],
-            picture=base64.b64encode(picture.read_bytes()).decode() if picture.is_file() else "",
-            drives=[
-                (title, (folder / f"{name}.html").read_text(encoding="utf-8"))
+        values = {
+            "grade": row.grade,
+            "mark": row.mark,
+            "cells": cells(row),
+            "steps": [(step, *_explained(row.grade, step)) for step in load_steps(lab)],
+            "picture": base64.b64encode(picture.read_bytes()) if picture.is_file() else b"",
+            "drives": {
+                title: (folder / f"{name}.html").read_text(encoding="utf-8")
                 for name, title in (("report", "in the town"), ("unknown", "on an unknown route"))
                 if (folder / f"{name}.html").is_file()
-            ],
-        )
-        (folder / "page.html").write_text(text, encoding="utf-8")
+            },
+        }
+        for name in ("page.html", "results.json"):
+            text = environment.get_template(f"{name}.j2").render(values)
+            (folder / name).write_text(text, encoding="utf-8")
 
 
 def _explained(found: Grade, step: Step) -> tuple[str, list]:
