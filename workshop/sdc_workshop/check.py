@@ -11,18 +11,20 @@ import time
 from pathlib import Path
 from typing import Sequence
 
+from sdc_workshop import progress
 from sdc_workshop.exam.answer import PASSED, Answer
 from sdc_workshop.exam.examination import Examination
 from sdc_workshop.exam.stage import Stage
 from sdc_workshop.exam.student import Student
 from sdc_workshop.regions import RegionError
 from sdc_workshop.show import Show
-from sdc_workshop.steps import WORKSHOP, Step, StepError, all_steps, find_step, hint_of, load_steps
+from sdc_workshop.steps import StepError, chosen, hint_of
 from sdc_workshop.workspace import (
     UPDATE,
     WorkspaceError,
     find,
     is_older,
+    lab_near,
     lab_of,
     note_solution,
     solution_body,
@@ -30,11 +32,12 @@ from sdc_workshop.workspace import (
 )
 
 _POLL_S = 0.3
+_NOT_WATCHED = (progress.NAME, "__pycache__")
 
 DESCRIPTION = """Check your workspace, from any folder in it. Without a STEP, all steps of the
 workshop, or of the lab for which the workspace was made, are checked in their order and the first
-wrong one is explained; with STEPs, only those. A STEP is an id such as camera-3, or the beginning
-of several: camera."""
+wrong one is explained; with STEPs, only those. A STEP is an id such as camera-3, the beginning of
+several, such as camera or controller-2, or a range: messages-7..messages-10."""
 
 
 def parse(arguments: Sequence[str]) -> argparse.Namespace:
@@ -44,9 +47,14 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     parser.add_argument(
         "--watch", action="store_true", help="check again whenever a file is saved, until Ctrl-C"
     )
-    parser.add_argument("--hint", metavar="STEP", help="explain a step in more detail, and exit")
     parser.add_argument(
-        "--solution", metavar="STEP", help="write the solution of a step into the workspace"
+        "--hint", metavar="STEP", nargs="+", help="explain steps in more detail, and exit"
+    )
+    parser.add_argument(
+        "--solution",
+        metavar="STEP",
+        nargs="+",
+        help="write the solution of steps into the workspace, which keeps note of it",
     )
     parser.add_argument("--list", action="store_true", help="list all steps, and exit")
     parser.add_argument(
@@ -56,33 +64,6 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
         "--seed", default="", help="draw the same arguments as the check that showed this seed"
     )
     return parser.parse_args(arguments)
-
-
-def chosen(names: Sequence[str], lab: str = WORKSHOP) -> list:
-    """Return the steps with these ids or beginnings of ids, in order; without names, of a lab.
-
-    Raises:
-        StepError: there is no such step
-    """
-    if not names:
-        return load_steps(lab)
-    steps = all_steps()
-    meant = set()
-    for name in names:
-        found = [step.id for step in steps if step.id == name] or [
-            step.id for step in steps if step.id.startswith(name.rstrip("-") + "-")
-        ]
-        meant.update(found or [find_step(name).id])
-    return [step for step in steps if step.id in meant]
-
-
-def one(name: str) -> Step:
-    """Return the one step with this name. Raises StepError."""
-    found = chosen([name])
-    if len(found) > 1:
-        ids = ", ".join(step.id for step in found)
-        raise StepError(f"'{name}' matches several steps: {ids}; name one")
-    return found[0]
 
 
 def check(
@@ -105,7 +86,8 @@ def check(
         examination = Examination(student, stage)
         show.begin(folder, steps)
         answers = examination.judge(steps, show.step)
-        show.end(steps, answers, steps == load_steps(steps[0].lab))
+        progress.keep(folder, answers)
+        show.end(steps, answers, progress.statuses(folder, steps[0].lab))
     if json_path is not None:
         found = {
             "answers": {step_id: answer.as_dict() for step_id, answer in answers.items()},
@@ -121,7 +103,7 @@ def stamp(folder: Path) -> tuple:
     found += sorted((folder / "devel" / "lib").glob("python3*/dist-packages/*/msg/*.py"))
     times = []
     for path in found:
-        if path.suffix != ".pyc" and path.name != "__pycache__" and not path.name.endswith("~"):
+        if path.name not in _NOT_WATCHED and not path.name.endswith(("~", ".pyc")):
             try:
                 entry = path.stat()
                 times.append((str(path), (entry.st_mtime_ns, entry.st_mode)))
@@ -149,7 +131,8 @@ def watch(folder: Path, steps: list, show: Show) -> int:
             show.clear()
             show.begin(folder, steps)
             answers = examination.judge(steps, show.step, stop_at_first=True)
-            show.end(steps, answers, steps == load_steps(steps[0].lab))
+            progress.keep(folder, answers)
+            show.end(steps, answers, progress.statuses(folder, steps[0].lab))
             if all(answer.status == PASSED for answer in answers.values()):
                 return 0
             for step in steps:
@@ -162,33 +145,29 @@ def watch(folder: Path, steps: list, show: Show) -> int:
             time.sleep(_POLL_S)  # editors write several files
 
 
-def print_hint(name: str) -> int:
-    """Print both hints of a step."""
-    step = one(name)
-    known = hint_of(step.id)
-    print(f"{step.id}: {step.title}")
-    if step.file:
-        print(f"In src/{step.place}.")
-    print(f"\n{known.hint}\n{known.more}")
-    return 0
+def print_hints(steps: list) -> None:
+    """Print both hints of each step."""
+    for step in steps:
+        known = hint_of(step.id)
+        print(f"{step.id}: {step.title}")
+        if step.file:
+            print(f"In src/{step.place}.")
+        print(f"\n{known.hint}\n{known.more}\n")
 
 
-def apply_solution(folder: Path, name: str) -> int:
-    """Write the solution of a step into the workspace, and print it."""
-    step = one(name)
-    if step.file is None:
-        print(f"{step.id}: this step writes no file. {hint_of(step.id).hint}")
-        return 0
-    solve(folder, step)
-    note_solution(folder, step)
-    print(f"{step.id}: src/{step.place} is written:\n")
-    print(solution_body(step), end="")
-    if step.file.endswith((".msg", "CMakeLists.txt", "package.xml")):
+def apply_solution(folder: Path, steps: list) -> None:
+    """Write the solution of steps into the workspace, and print it."""
+    for step in steps:
+        if step.file is None:
+            print(f"{step.id}: this step writes no file. {hint_of(step.id).hint}\n")
+            continue
+        solve(folder, step)
+        note_solution(folder, step)
+        print(f"{step.id}: src/{step.place} is written:\n\n{solution_body(step)}")
+    if any((step.file or "").endswith((".msg", "CMakeLists.txt", "package.xml")) for step in steps):
         print(
-            "\nWhen all steps of this group are done: "
-            "`catkin_make`, then `source devel/setup.bash`."
+            "When all steps of this group are done: `catkin_make`, then `source devel/setup.bash`."
         )
-    return 0
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -199,19 +178,21 @@ def main(arguments: Sequence[str]) -> int:
     """
     options = parse(arguments)
     try:
-        if options.hint:
-            return print_hint(options.hint)
-        steps = chosen(options.steps)
-        if options.list:
-            for step in steps:
+        place = Path(os.environ.get("PWD") or os.getcwd())
+        if options.hint or options.list:
+            lab = lab_near(place)
+            steps = chosen(options.hint or options.steps, lab)
+            print_hints(steps if options.hint else [])
+            for step in [] if options.hint else steps:
                 print(f"{step.id:22} {step.title}")
             return 0
-        folder = find(Path(os.environ.get("PWD") or os.getcwd()))
-        steps = chosen(options.steps, lab_of(folder))
+        folder = find(place)
+        steps = chosen(options.solution or options.steps, lab_of(folder))
         if is_older(folder):
             print(f"check: {folder} is of another version of the workshop: {UPDATE} updates it.")
         if options.solution:
-            return apply_solution(folder, options.solution)
+            apply_solution(folder, steps)
+            return 0
         if options.watch:
             return watch(folder, steps, Show(sys.stdout))
         return check(folder, steps, Show(sys.stdout), options.json, options.seed)

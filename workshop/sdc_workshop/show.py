@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TextIO
 
 from sdc_workshop.exam.answer import PASSED, UNFINISHED, WAITING, WRONG, Answer
-from sdc_workshop.steps import Step
+from sdc_workshop.steps import Step, load_steps
 
 _BAR = 40
 _SIGNS = {PASSED: ("✓", "32"), WRONG: ("✗", "31"), UNFINISHED: ("·", "33"), WAITING: ("○", "33")}
@@ -49,19 +49,23 @@ class Show:
         note = {WAITING: "   (waits)", UNFINISHED: "   (to be written)"}.get(answer.status, "")
         self._line(f" {self._coloured(sign, colour)} {step.id:22} {step.title}{note}")
 
-    def end(self, steps: list, answers: dict, everything: bool) -> None:
+    def end(self, steps: list, answers: dict, kept: dict) -> None:
         """Print the progress bar, and details of the step to work on next.
 
         Args:
             steps: the steps that were checked
             answers: answer of each step by its id
-            everything: whether these are all steps of the workshop
+            kept: last status of each step of the lesson by its id, also of those not checked now
         """
-        done = sum(answer.status == PASSED for answer in answers.values())
-        filled = round(_BAR * done / len(steps))
-        full, empty = ("#", "-") if self._plain else ("█", "░")
-        bar = self._coloured(full * filled, "32") + empty * (_BAR - filled)
-        self._line(f"\n[{bar}] {done} of {len(steps)}")
+        lesson = load_steps(steps[0].lab)
+        everything = steps == lesson
+        self._line("")
+        for phase in sorted({step.phase for step in lesson}) if everything else ():
+            self._bar([step for step in steps if step.phase == phase], answers, f"phase {phase}  ")
+        self._bar(steps, answers, "all      " if everything else "")
+        if not everything:
+            right = sum(kept.get(step.id) == PASSED for step in lesson)
+            self._line(f"{right} of {len(lesson)} steps of the lesson are right by now.")
         first = first_open(steps, answers)
         if first is None:
             if everything:
@@ -81,6 +85,13 @@ class Show:
             f"Only this one: ./workshop/check {first.id}    "
             f"Write it for me: ./workshop/check --solution {first.id}"
         )
+
+    def _bar(self, steps: list, answers: dict, name: str) -> None:
+        done = sum(step.id in answers and answers[step.id].status == PASSED for step in steps)
+        filled = round(_BAR * done / len(steps))
+        full, empty = ("#", "-") if self._plain else ("█", "░")
+        bar = self._coloured(full * filled, "32") + empty * (_BAR - filled)
+        self._line(f"{name}[{bar}] {done} of {len(steps)}")
 
     def _field(self, name: str, text: str) -> None:
         if not text:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import difflib
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, Sequence
 
 import yaml
 
@@ -14,6 +15,8 @@ FOLDER = Path(__file__).resolve().parents[1]
 LABS = {"localization": "sdc_localization", "perception": "sdc_perception"}
 # The steps of the workshop itself.
 WORKSHOP = ""
+# So many steps are suggested for a wrong name.
+_NEAREST = 5
 
 
 class StepError(ValueError):
@@ -67,13 +70,51 @@ def all_steps() -> list:
 
 def find_step(step_id: str) -> Step:
     """Return the step with this id. Raises StepError."""
+    return find_steps(step_id)[0]
+
+
+def find_steps(name: str, lab: str = WORKSHOP) -> list:
+    """Return the steps with this id, or with ids that begin with it: "camera", "controller-2".
+
+    Raises:
+        StepError: there is none; the message names the nearest ones of the lab
+    """
     steps = all_steps()
-    for step in steps:
-        if step.id == step_id:
-            return step
-    stem = step_id.split("-")[0].split(".")[0]
-    near = [step.id for step in steps if step.id.startswith(stem)] or [step.id for step in steps]
-    raise StepError(f"there is no step '{step_id}'; there are {', '.join(near)}")
+    beginnings = tuple(name.rstrip("-.") + end for end in "-.")
+    found = [step for step in steps if step.id == name]
+    found = found or [step for step in steps if name and step.id.startswith(beginnings)]
+    if not found:
+        ids = [step.id for step in load_steps(lab)]
+        near = set(difflib.get_close_matches(name, ids, _NEAREST, 0.0))
+        similar = ", ".join(step_id for step_id in ids if step_id in near)
+        raise StepError(f"there is no step '{name}'; the nearest are {similar}")
+    return found
+
+
+def chosen(names: Sequence[str], lab: str = WORKSHOP) -> list:
+    """Return the steps that names mean, in order; without names, those of a lab.
+
+    Args:
+        names: ids, beginnings of ids, or ranges of them: "messages-7..messages-10"
+        lab: the lab of the workspace
+
+    Raises:
+        StepError: there is no such step
+    """
+    if not names:
+        return load_steps(lab)
+    steps = all_steps()
+    meant: set = set()
+    for name in names:
+        first, is_range, last = name.partition("..")
+        found = find_steps(first, lab)
+        if is_range:
+            begin, end = steps.index(found[0]), steps.index(find_steps(last, lab)[-1])
+            found = steps[begin : end + 1]
+            if not found:
+                raise StepError(f"'{name}' is empty: {last} comes before {first}")
+        meant.update(step.id for step in found)
+    return [step for step in steps if step.id in meant]
 
 
 class Hint(NamedTuple):

@@ -223,6 +223,14 @@ def lab_of(folder: Path) -> str:
     return lab[0] if lab and lab[0] in LABS else WORKSHOP
 
 
+def lab_near(place: Path) -> str:
+    """Return the lab of the workspace that contains a folder; WORKSHOP where none does."""
+    try:
+        return lab_of(find(place))
+    except WorkspaceError:
+        return WORKSHOP
+
+
 def find(start: Path) -> Path:
     """Return the student's workspace that contains a folder. Raises WorkspaceError."""
     start = start.absolute()

@@ -9,17 +9,18 @@ import time
 
 import pytest
 
-from sdc_workshop.check import chosen
+from sdc_workshop import progress
 from sdc_workshop.exam import process
 from sdc_workshop.exam.answer import PASSED, UNFINISHED, WAITING, WRONG, Answer
 from sdc_workshop.exam.examination import Examination
 from sdc_workshop.exam.output import crash, meaning
+from sdc_workshop.exam.probes import library_probe
 from sdc_workshop.exam.process import Program, marked
 from sdc_workshop.exam.stage import Stage
 from sdc_workshop.exam.student import Student
 from sdc_workshop.show import Show
-from sdc_workshop.steps import StepError, find_step, load_steps
-from sdc_workshop.workspace import PROJECT, make, solve
+from sdc_workshop.steps import StepError, chosen, find_step, load_steps
+from sdc_workshop.workspace import PROJECT, make, solve, solved_steps
 
 pytestmark = pytest.mark.slow(10)
 
@@ -154,8 +155,8 @@ def test_command_checks_solves_and_hints(folder):
 
 def test_bad_command_line_is_refused_in_one_line(folder, tmp_path):
     for place, arguments, words in (
-        (folder, ["camera-9"], "there is no step 'camera-9'; there are camera-1, camera-2"),
-        (folder, ["--solution", "messages"], "'messages' matches several steps: messages-1, "),
+        (folder, ["camera-9"], "there is no step 'camera-9'; the nearest are camera-1, camera-2"),
+        (folder, ["--solution", "message-7"], "there is no step 'message-7'; the nearest are mess"),
         (tmp_path, ["camera-1"], f"{tmp_path} is in no workspace"),
     ):
         status, output = run(place, *arguments)
@@ -166,8 +167,45 @@ def test_bad_command_line_is_refused_in_one_line(folder, tmp_path):
 def test_name_of_a_group_selects_its_steps():
     assert [step.id for step in chosen(["controller-1.3", "hello"])] == ["hello", "controller-1.3"]
     assert {step.id for step in chosen(["stack-launch"])} == {"stack-launch-1", "stack-launch-2"}
-    with pytest.raises(StepError):
+    assert [step.id for step in chosen(["controller-2"])] == [
+        f"controller-2.{i}" for i in range(1, 10)
+    ]
+    assert len(chosen(["camera", "camera-1..camera-launch"])) == len(chosen(["camera"])) == 6
+    with pytest.raises(StepError, match="the nearest are( [a-z0-9-]+,){4} [a-z0-9-]+$"):
         chosen(["cam"])
+    with pytest.raises(StepError, match="nearest are localization-"):
+        chosen(["local-7"], "localization")
+    with pytest.raises(StepError, match="camera-1 comes before camera-3"):
+        chosen(["camera-3..camera-1"])
+
+
+def test_several_solutions_are_written_and_kept_with_all_answers(folder):
+    status, output = run(folder, "--solution", "messages-7..messages-8", "messages-9")
+    assert (status, output.count("is written:")) == (0, 3), output
+    (folder / "src/sdc_package/msg/Path.msg").write_text("BaseWaypoint[]  waypoints\n")
+    assert solved_steps(folder) == ["messages-7", "messages-9"]
+    run(folder, "messages-7", "messages-10")
+    status, output = run(folder, "messages-8")
+    assert (status, "2 of 58 steps of the lesson" in output) == (0, True), output
+    kept = progress.statuses(folder)
+    assert kept == {"messages-7": PASSED, "messages-8": PASSED, "messages-10": UNFINISHED}
+    status, output = run(folder)
+    assert [line.split("]")[1] for line in output.splitlines() if line.startswith("phase")] == [
+        " 0 of 1",
+        " 0 of 22",
+        " 3 of 34",
+        " 0 of 1",
+    ], output
+    assert len(progress.statuses(folder)) == 58
+
+
+def test_same_seed_draws_the_same_arguments(folder):
+    call = "stanley_angle(0.2, 0.0, 5.0, 2)"
+    one, again, other = (library_probe.varied(call, seed) for seed in ("a", "a", "b"))
+    assert one == again != other and other.endswith(", 2)")
+    with Stage(Student(folder), seed="a") as stage, Stage(Student(folder)) as unknown:
+        assert stage.random("x").random() == stage.random("x").random()
+        assert stage.random("x").random() != unknown.random("x").random()
 
 
 def test_watch_checks_again_when_a_file_is_saved(folder):
@@ -208,11 +246,11 @@ def test_wrong_step_is_explained_before_an_unfinished_one():
         show = Show(stream)
         for step in steps:
             show.step(step, found[step.id])
-        show.end(steps, found, False)
+        show.end(steps, found, {"messages-7": PASSED})
         text = written.getvalue().decode(encoding)
         assert f" {tick} camera-1" in text
         assert f" {cross} camera-3" in text
-        assert "1 of 3" in text
+        assert "] 1 of 3\n1 of 58 steps" in text
         assert "camera-3: Camera: the subscriber: is not right yet." in text, (
             "the wrong step comes first"
         )

@@ -5,11 +5,10 @@ from finished_workspace import solved
 from guide_blocks import read
 from guide_student import Student
 
-from sdc_workshop.check import chosen
 from sdc_workshop.exam.sandbox import SandboxError, require
 from sdc_workshop.grading.copying import copy_workspace, is_workspace
 from sdc_workshop.grading.grading import Conditions, grade
-from sdc_workshop.steps import LABS, load_steps
+from sdc_workshop.steps import LABS, chosen, load_steps
 from sdc_workshop.workspace import (
     PROJECT,
     differences,

@@ -57,7 +57,7 @@ def test_each_region_has_one_step_and_each_step_its_region():
 
 
 def test_unknown_step_is_refused_with_similar_ones():
-    with pytest.raises(StepError, match="camera-9.*camera-1, camera-2"):
+    with pytest.raises(StepError, match="camera-9.*nearest are camera-1, camera-2"):
         find_step("camera-9")
 
 

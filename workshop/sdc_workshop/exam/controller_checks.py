@@ -6,7 +6,12 @@ from typing import Any, Callable
 
 from sdc_workshop.exam.answer import Problem
 from sdc_workshop.exam.node import Node
-from sdc_workshop.exam.node_check import NodeCheck, configuration_problem, first_of
+from sdc_workshop.exam.node_check import (
+    NodeCheck,
+    configuration_problem,
+    delay_problem,
+    first_of,
+)
 from sdc_workshop.exam.planner_checks import ODOMETRY, PATH, odometry_at
 from sdc_workshop.exam.probes.library_probe import STEP_NS, TICKS, controller_answer, evaluate
 from sdc_workshop.exam.stage import Stage
@@ -23,8 +28,6 @@ _STOP_BRAKE = 0.987
 _TOLERANCE = 1e-3
 # Parameters of both parts: inputs do not time out, and the textbook law steers.
 _SETTINGS = {"patience_s": 1000.0, "stop_brake": _STOP_BRAKE, "steering_method": "stanley"}
-_THROTTLE, _STEER = 0.37, -0.21
-_BASIC = {"throttle": _THROTTLE, "steer": _STEER, "brake": 0.0}
 
 
 class BasicControlCheck(NodeCheck):
@@ -40,8 +43,9 @@ class BasicControlCheck(NodeCheck):
 
     def parameters(self, stage: Stage) -> dict:
         """See NodeCheck.parameters."""
-        basic = {"basic_control": True, "basic_throttle": _THROTTLE, "basic_steer": _STEER}
-        return {**_SETTINGS, **basic}
+        basic = _basic(stage)
+        wanted = {"basic_throttle": basic["throttle"], "basic_steer": basic["steer"]}
+        return {**_SETTINGS, "basic_control": True, **wanted}
 
     def answer_problem(self, node: Node, variant: Variant, stage: Stage) -> Problem | None:
         """See NodeCheck.answer_problem."""
@@ -51,10 +55,12 @@ class BasicControlCheck(NodeCheck):
 
         received = node.subscriber(COMMANDS, CarlaVehicleControl)
         odometry = node.publisher(ODOMETRY, Odometry)
-        stamps: list = []
+        # The world's time is not that of the machine.
+        late = rospy.Duration(stage.random(self.file).randint(100, 900))
+        basic, stamps = _basic(stage), []
 
         def send() -> None:
-            stamps.append(rospy.Time.now())
+            stamps.append(rospy.Time.now() - late)
             odometry.publish(odometry_at(5.0, 2.0, 0.3, 1.5, stamps[-1]))
 
         def answers() -> list:
@@ -65,26 +71,28 @@ class BasicControlCheck(NodeCheck):
             return self.silence_problem(node, how, variant)
         command = answers()[0]
         got = _fields(command)
-        wrong = [name for name in _BASIC if abs(got[name] - _BASIC[name]) > _TOLERANCE]
+        wrong = [name for name in basic if abs(got[name] - basic[name]) > _TOLERANCE]
         if wrong:
             hint = (
                 f"{wrong[0]} has another value: "
                 "CarlaVehicleControl(throttle=throttle, steer=steer, brake=brake)."
             )
-            swapped = [("throttle", _STEER), ("steer", _THROTTLE)]
-            swapped += [("brake", _THROTTLE), ("brake", _STEER)]
-            if any(abs(got[name] - value) < _TOLERANCE for name, value in swapped):
+            swapped = [("throttle", "steer"), ("steer", "throttle")]
+            swapped += [("brake", "throttle"), ("brake", "steer")]
+            if any(abs(got[name] - basic[other]) < _TOLERANCE for name, other in swapped):
                 hint = (
                     "throttle, steer and brake are swapped: pass the fields of a message by name, "
                     "throttle=throttle."
                 )
-            return Problem(_text(_BASIC), _text(got), hint, "1.5")
+            return Problem(_text(basic), _text(got), hint, "1.5")
         stamp = command.header.stamp
         if stamp in stamps:
-            return None
+            return delay_problem(node.delays_s(send, received.messages), "1.5")
+        is_now = abs((stamp - stamps[-1] - late).to_sec()) < late.to_sec() / 2
         return Problem(
             "the command has the stamp of the odometry that it answers",
             f"its stamp is {stamp.to_sec():.3f}, the odometry's {stamps[-1].to_sec():.3f}",
+            f"{'The current time is not the stamp. ' if is_now else ''}"
             "command.header.stamp = stamp: by its stamp the world knows which odometry a command "
             "answers.",
             "1.5",
@@ -112,7 +120,10 @@ class PathFollowingCheck(NodeCheck):
             drive.wanted(self._table["scenes"][0])
         except (TypeError, ValueError, KeyError) as error:
             return configuration_problem("simple_controller", error)
+        random = stage.random(self.file)
         for scene in self._table["scenes"]:
+            offsets = [random.uniform(-end, end) for end in (0.2, 0.05, 0.02)]
+            scene = {**scene, "pose": [sum(pair) for pair in zip(scene["pose"], offsets)]}
             how = drive.play(scene)
             if how == "true":
                 continue
@@ -127,7 +138,7 @@ class PathFollowingCheck(NodeCheck):
             return self.crash_problem(node, variant) or Problem(
                 expected, _text(got), hint, first_of(("2.3",), variant)
             )
-        return None
+        return delay_problem(drive.delays_s, first_of(("2.3",), variant))
 
 
 class Drive:
@@ -135,6 +146,7 @@ class Drive:
 
     Attributes:
         answer: the last command, or None without one
+        delays_s: how long the node slept before each command [s]
     """
 
     _TOLERANCES = {"throttle": 0.03, "steer": 0.002, "brake": 0.03}
@@ -149,6 +161,7 @@ class Drive:
         self._received = node.subscriber(COMMANDS, CarlaVehicleControl)
         self._odometry = node.publisher(ODOMETRY, Odometry)
         self._path = node.publisher(PATH, LocalPath)
+        self.delays_s: list = []
         self._tick: Any = None
 
     def play(self, scene: dict) -> str:
@@ -181,6 +194,7 @@ class Drive:
                 ]
 
             how = self._node.send_until(send, answers)
+            self.delays_s.append(self._node.waited_s)
             if how != "true":
                 self.answer = None
                 return how
@@ -208,7 +222,13 @@ def _is_stop(command: Any) -> bool:
 
 
 def _fields(command: Any) -> dict:
-    return {name: getattr(command, name) for name in _BASIC}
+    return {name: getattr(command, name) for name in ("throttle", "steer", "brake")}
+
+
+def _basic(stage: Stage) -> dict:
+    """Return the command that the node is configured to answer with."""
+    random = stage.random("basic_control")
+    return {"throttle": random.uniform(0.3, 0.45), "steer": -random.uniform(0.1, 0.3), "brake": 0.0}
 
 
 def _text(values: dict) -> str:

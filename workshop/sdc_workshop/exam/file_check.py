@@ -18,7 +18,7 @@ import yaml
 
 from sdc_workshop.exam.answer import PASSED, UNFINISHED, WRONG, Answer, Problem, wrong
 from sdc_workshop.exam.output import last_line
-from sdc_workshop.exam.region_check import RegionCheck
+from sdc_workshop.exam.region_check import RegionCheck, encoding_problem
 from sdc_workshop.exam.stage import Stage
 from sdc_workshop.exam.student import Student
 from sdc_workshop.exam.variant import Variant
@@ -191,6 +191,8 @@ def _xml_problem(text: str, kind: str) -> Problem | None:
             "A tag is not closed, or closed with another name: "
             "<exec_depend>message_runtime</exec_depend>."
         )
+    if set(text) & set("“”‘’„"):
+        hint = 'Typographic quotes do not count as quotes: write straight ones, ".'
     try:
         ElementTree.fromstring(text)
     except ElementTree.ParseError as error:
@@ -321,14 +323,18 @@ def _after(words: list, keyword: str, until: tuple) -> list:
 
 
 def _cmake_error(output: str, path: Path) -> Problem:
-    line = re.search(rf"{re.escape(path.name)}:(\d+)", output)
-    text = " ".join(output.replace(str(path), path.name).split())
-    return Problem(
-        "a file that CMake can read",
-        re.sub(r"^.*?CMake Error (?:at|in) ?", "", text)[:300],
+    # Further errors are those of the program that includes the file.
+    first = output.split("Call Stack")[0].replace(str(path), path.name)
+    line = re.search(rf"{re.escape(path.name)}:(\d+)", first)
+    hint = (
         "Look at this line: is a bracket missing, or a command misspelt? Each command is "
-        "NAME(WORDS ...).",
-        line=int(line[1]) if line else None,
+        "NAME(WORDS ...)."
+    )
+    if "missing ending" in first:
+        hint = "The command that begins in this line is not closed: its bracket `)` is missing."
+    text = re.sub(r"^.*?CMake Error (?:at|in) ?", "", " ".join(first.split()))
+    return Problem(
+        "a file that CMake can read", text[:300], hint, line=int(line[1]) if line else None
     )
 
 
@@ -349,7 +355,7 @@ def message_answer(name: str, hint: str, student: Student) -> Answer:
     if not any(lines):
         expected = f"{len(wanted)} fields, one per line"
         return Answer(UNFINISHED, expected, "it is empty", hint, f"src/{file}")
-    problem = _syntax_problem(text, name)
+    problem = encoding_problem(text, file) or _syntax_problem(text, name)
     if problem is None:
         rows = [number for number, line in enumerate(lines, 1) if line and "=" not in line]
         problem = _field_problem(_fields(_parsed(text, name)), wanted, rows)

@@ -7,7 +7,7 @@ from typing import Sequence
 
 from sdc_workshop.exam.answer import PASSED, UNFINISHED, WAITING, WRONG, Answer, Problem, wrong
 from sdc_workshop.exam.output import last_line
-from sdc_workshop.exam.region_check import BUILD
+from sdc_workshop.exam.region_check import BUILD, encoding_problem
 from sdc_workshop.exam.stage import NEVER_RETURNED, Stage
 from sdc_workshop.exam.student import NotBuilt, Student
 from sdc_workshop.steps import hint_of
@@ -49,7 +49,9 @@ def hello_answer(student: Student, stage: Stage) -> Answer:
     if not (text or "").strip():
         seen = "it does not exist yet" if text is None else "it is empty"
         return Answer(UNFINISHED, f"the file {file}", seen, hint_of("hello").hint, file)
-    problem = interpreter_problem(text or "", ("bash", "sh"), "#!/usr/bin/env bash")
+    problem = encoding_problem(text or "", HELLO) or interpreter_problem(
+        text or "", ("bash", "sh"), "#!/usr/bin/env bash"
+    )
     if problem is not None:
         return wrong(problem, file, 1)
     problem = permission_problem(student, HELLO)

@@ -107,11 +107,11 @@ class LibraryCheck(RegionCheck):
         return broken or Problem("a result", f"it ends without one: {last_line(own)}", hint)
 
     def _problem(self, row: dict, got: Any, right: Any, names: dict) -> Problem | None:
-        """Return the problem of a wrong result; None where only listed wrong results count."""
+        """Return the problem of a wrong result; None where it is that of another row."""
         law = row.get("law", self._laws.get(row["todo"]))
         names = {**names, "got": got, "right": _array(right)}
         hint = next((hint for case, hint in row.get("wrong", ()) if _is_case(case, names)), law)
-        if hint is None:
+        if not hint:
             return None
         shows = [str(row.get("show", "value")), "value"]
         # More digits where a result differs from the right one by less than the usual ones show.

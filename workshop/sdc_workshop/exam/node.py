@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import glob
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Callable
@@ -16,6 +18,7 @@ if TYPE_CHECKING:
 _REPEAT_S = 0.2
 _POLL_S = 0.02
 _CONNECTION_TIMEOUT_S = 10.0
+_ANSWERS = 8
 
 
 class Received:
@@ -48,6 +51,7 @@ class Node:
         program: its process
         path: its file
         seen_types: the types of the topics that it publishes, as far as they were asked for
+        waited_s: how long it has slept before its last answer [s]
     """
 
     def __init__(self, stage: Stage, program: Program, path: Path):
@@ -55,6 +59,7 @@ class Node:
         self.program = program
         self.path = path
         self.seen_types: dict = {}
+        self.waited_s = 0.0
         self._ends: list = []
         self._awaited: list = []
 
@@ -112,11 +117,13 @@ class Node:
         """
         self._wait_for_connections()
         sent_at = [0.0]
+        self.waited_s = 0.0
         how = "true"
 
         def condition() -> bool:
             if is_answered():
                 return True
+            self.waited_s += 0.0 if self._is_running() else _POLL_S
             if time.monotonic() - sent_at[0] > _REPEAT_S:
                 send()
                 sent_at[0] = time.monotonic()
@@ -127,6 +134,28 @@ class Node:
             if how != "idle":
                 return how
         return how
+
+    def delays_s(self, send: Callable[[], object], received: list) -> list:
+        """Send messages, each after the answer to the last; return `waited_s` of each.
+
+        Args:
+            send: sends a message
+            received: the answers, to which another one is added
+        """
+        delays: list = []
+        for count in range(len(received), len(received) + _ANSWERS):
+            self.send_until(send, lambda count=count: len(received) > count)  # type: ignore[misc]
+            delays.append(self.waited_s)
+        return delays
+
+    def _is_running(self) -> bool:
+        """Return whether one of its threads computes, or would if it had a processor."""
+        running = False
+        for path in glob.glob(f"/proc/{self.program.main.pid}/task/*/stat"):
+            with contextlib.suppress(OSError):
+                state = Path(path).read_text(encoding="utf-8").rpartition(") ")[2][:1]
+                running = running or state in "RD"
+        return running
 
     def _wait_for_connections(self) -> None:
         """Wait for the connections to new ends: a node that is not connected yet is not idle."""

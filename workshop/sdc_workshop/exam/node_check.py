@@ -20,6 +20,8 @@ from sdc_workshop.workspace import PACKAGE, SOLUTION
 
 _MISSING_PARAMETER = re.compile(r"parameter (/\S*?)/?(\w+) is missing")
 _ENDLESS_LOOP = "Is there a loop that never ends?"
+# A node sleeps for less than this before an answer; on a busy machine it may be more at times.
+_PROMPT_S, _PROMPT_ANSWERS = 0.1, 3
 
 
 class NodeCheck(RegionCheck):
@@ -206,6 +208,20 @@ class NodeCheck(RegionCheck):
         rows = [row for row in self._table["silent"] if row["todo"] in self.todos]
         row = next((row for row in rows if row["todo"] in variant.judged), rows[-1])
         return Problem(row.get("expected", self.answer), row["seen"], row["hint"], row["todo"])
+
+
+def delay_problem(delays_s: list, todo: str | None) -> Problem | None:
+    """Return the problem of a node that sleeps before nearly all answers, or None."""
+    delay_s = sorted(delays_s)[:_PROMPT_ANSWERS][-1]
+    if delay_s < _PROMPT_S:
+        return None
+    return Problem(
+        "each message is answered at once: the car gets 20 odometries in a second",
+        f"the node sleeps for {delay_s:.1f} s before an answer",
+        "A callback that sleeps delays all messages after it: remove time.sleep or rospy.sleep. "
+        "The node is called for each message, and answers as often as messages arrive.",
+        todo,
+    )
 
 
 def first_of(todos: tuple, variant: Variant) -> str | None:

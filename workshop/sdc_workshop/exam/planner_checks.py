@@ -2,43 +2,56 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
+import signal
+from random import Random
 from typing import TYPE_CHECKING, Callable, Sequence
+
+import psutil
 
 from sdc_workshop.exam.answer import Problem
 from sdc_workshop.exam.node import Node
-from sdc_workshop.exam.node_check import NodeCheck, configuration_problem, first_of
+from sdc_workshop.exam.node_check import (
+    NodeCheck,
+    configuration_problem,
+    delay_problem,
+    first_of,
+)
+from sdc_workshop.exam.probes.library_probe import evaluate
 from sdc_workshop.exam.stage import Stage
 from sdc_workshop.exam.variant import Variant
 from sdc_workshop.workspace import PACKAGE
 
 if TYPE_CHECKING:
-    import numpy as np
     import rospy
     from nav_msgs.msg import Odometry
 
 MISSION = "/planner/mission_waypoints"
 ODOMETRY = "/carla/ego_vehicle/odometry"
 PATH = "/planner/local_waypoints"
-_OTHER_INPUTS = (
-    "/carla/ego_vehicle/obstacles",
-    "/carla/traffic_lights/info",
-    "/carla/traffic_lights/status",
-)
-_FILE = "x,y\n10.0,1.0\n12.0,2.5\n14.5,5.0\n15.0,9.0\n13.5,13.25\n"
-_FILE_ROUTE = [(10.0, -1.0), (12.0, -2.5), (14.5, -5.0), (15.0, -9.0), (13.5, -13.25)]
+_OBSTACLES = "/carla/ego_vehicle/obstacles"
+_LIGHTS = "/carla/traffic_lights/info"
+_OTHER_INPUTS = (_OBSTACLES, _LIGHTS, "/carla/traffic_lights/status")
+# After so many odometries, answers that are not right are wrong.
+_SENT_UNTIL_WRONG = 4
 _BAD_FILE = "x,y\n1.0,1.0\n2.0,left\n"
 # A ROS node ends within this time after it has unregistered its topics.
 _SHUTDOWN_S = 5.0
-# A bend to the left from x = 30, y = 5, on which all coordinates differ.
-_ROUTE = [
-    (30.0 + 40.0 * math.sin(0.02 * i), 5.0 + 40.0 * (1.0 - math.cos(0.02 * i))) for i in range(90)
-]
-# x, y, yaw of the car, a little off the route.
-_POSES = [(38.3, 6.3, 0.25), (57.9, 16.6, 0.78)]
-_SPEED_MPS = 4.0
-# The path ahead of a pose begins within this distance of it.
-_NEAR_M = 8.0
+_SPEED_MPS = 9.0
+# A light in this distance is too near to stop at this speed, and far enough at a lower one.
+_LIGHT_M = 8.0
+_OBSTACLE_M = 15.0
+_POINT_M = 0.8
+# The route: straight on, then three arcs with this radius that turn the car, and the same way back.
+_STRAIGHT_M, _RADIUS_M = 48.0, 10.0
+_TURNS_RAD = (-math.pi / 3, 5 * math.pi / 3, -math.pi / 3)
+# Distance of the car along the route, and what is ahead: in the turn, on the way out and back.
+_SCENES = (
+    (70.0, "a pedestrian ahead"),
+    (30.0, "a place that the route passes twice"),
+    (155.0, "a red light that is too near to stop"),
+)
 _TOLERANCE = 1e-3
 _ORDER = "x, y and v are in the wrong order."
 # What students confuse: the wrong row as a function of the right one, and the hint.
@@ -72,21 +85,24 @@ class MissionPlannerCheck(NodeCheck):
         return [found] if found is not None else []
 
     def _problem(self, variant: Variant, stage: Stage) -> Problem | None:
-        path = stage.folder / "mission.csv"
-        path.write_text(_FILE, encoding="utf-8")
+        path, random = stage.folder / "mission.csv", stage.random(self.file)
+        bend = random.uniform(0.2, 0.6)
+        points = [(10.0 + 3 * i + random.random(), 1.0 + bend * i * i) for i in range(5)]
+        rows = [f"{x:.3f},{y:.3f}" for x, y in points]
+        path.write_text("\n".join(["x,y", *rows, ""]), encoding="utf-8")
         kind = f"{PACKAGE}/Path"
         with stage.node(variant, {"waypoints_path": str(path)}) as node:
             how = _settled(node, node.wait_until(lambda: node.publishes(MISSION)))
             if node.seen_types.get(MISSION, kind) != kind:
                 return self.publisher_problem(node, MISSION, kind, "3")
             if how == "true":
-                return self._mission_problem(node, variant)
+                return self._mission_problem(node, variant, [(x, -y) for x, y in points])
             found = self.start_problem(node, how, variant)
             if found is None and how == "ended":
                 found = self._ended(node, variant)
             return found or self.publisher_problem(node, MISSION, kind, "3")
 
-    def _mission_problem(self, node: Node, variant: Variant) -> Problem | None:
+    def _mission_problem(self, node: Node, variant: Variant, route: list) -> Problem | None:
         """Return what is wrong with the mission that the node publishes, or None."""
         from sdc_package.msg import Path
 
@@ -106,7 +122,7 @@ class MissionPlannerCheck(NodeCheck):
                 )
             return self.silence_problem(node, how, variant)
         points = [(point.x, point.y) for point in received.messages[-1].waypoints]
-        problem = rows_problem(points, _FILE_ROUTE, "the waypoints of the file")
+        problem = rows_problem(points, route, "the waypoints of the file")
         if problem is not None:
             return self._points(problem, variant, points)
         if not received.latched:
@@ -116,9 +132,23 @@ class MissionPlannerCheck(NodeCheck):
                 "rospy.Publisher(..., latch=True) sends the last message to new subscribers.",
                 "3",
             )
-        if _settled(node, node.wait_until(lambda: False)) == "ended":
+        how = _settled(node, node.wait_until(lambda: False))
+        if how == "ended":
             return self._ended(node, variant)
-        return self.crash_problem(node, variant)
+        return self.crash_problem(node, variant) or self._waiting_problem(node, how)
+
+    @staticmethod
+    def _waiting_problem(node: Node, how: str) -> Problem | None:
+        """Return what is wrong with how the node waits: without work, and until Ctrl-C."""
+        expected, seen = "the node waits without work", "a loop that uses a whole processor"
+        if how != "busy":
+            expected, seen = "Ctrl-C ends the node", "it goes on, until roslaunch kills it"
+            with contextlib.suppress(psutil.Error):
+                node.program.main.send_signal(signal.SIGINT)
+            if node.program.wait(_SHUTDOWN_S) is not None:
+                return None
+        hint = "rospy.spin() waits until ROS ends the node; this loop goes on, whatever ROS does."
+        return Problem(expected, seen, hint, "8")
 
     @staticmethod
     def _points(problem: Problem, variant: Variant, points: list) -> Problem:
@@ -205,60 +235,215 @@ class LocalPlannerCheck(NodeCheck):
 
     def answer_problem(self, node: Node, variant: Variant, stage: Stage) -> Problem | None:
         """See NodeCheck.answer_problem."""
-        import rospy
+        from carla_msgs.msg import CarlaTrafficLightInfoList
         from nav_msgs.msg import Odometry
+        from sdc_msgs.msg import ObstacleArray
         from sdc_package.msg import BaseWaypoint, LocalPath, Path
 
         received = node.subscriber(PATH, LocalPath)
-        mission = node.publisher(MISSION, Path, latch=True)
-        odometry = node.publisher(ODOMETRY, Odometry)
-        mission.publish(Path([BaseWaypoint(x, y) for x, y in _ROUTE]))
+        ends = [
+            node.publisher(topic, kind, latch=topic in (MISSION, _LIGHTS))
+            for topic, kind in (
+                (MISSION, Path),
+                (_LIGHTS, CarlaTrafficLightInfoList),
+                (_OBSTACLES, ObstacleArray),
+                (ODOMETRY, Odometry),
+            )
+        ]
+        random = stage.random(self.file)
         try:
-            reference = _reference(stage)
+            scenes = [Scene(stage, random, *row) for row in _SCENES]
         except (TypeError, ValueError, KeyError) as error:
             return configuration_problem("local_planner", error)
-        for pose in _POSES:
-            before = len(received.messages)
-            wanted = [tuple(row) for row in reference(*pose).tolist()]
+        ends[0].publish(Path([BaseWaypoint(x, y) for x, y in scenes[0].mission]))
+        answers = []
+        for scene in scenes:
+            ends[1].publish(scene.lights)
+            before, sent = len(received.messages), [0]
 
-            def send(pose: tuple = pose) -> None:
-                odometry.publish(odometry_at(*pose, _SPEED_MPS, rospy.Time.now()))
+            def send(scene: Scene = scene, sent: list = sent) -> None:
+                sent[0] += 1
+                for end, message in zip(ends[2:], scene.messages()):
+                    end.publish(message)
 
-            def answered(before: int = before, pose: tuple = pose) -> bool:
-                # Answers to the last pose may still arrive.
-                return any(
-                    math.dist((message.waypoints[0].x, message.waypoints[0].y), pose[:2]) < _NEAR_M
+            def rows(before: int = before) -> list:
+                return [
+                    [(point.x, point.y, point.v) for point in message.waypoints]
                     for message in received.messages[before:]
-                    if message.waypoints
+                ]
+
+            def answered(scene: Scene = scene, rows: Callable = rows, sent: list = sent) -> bool:
+                # The first answers may be those to the scene before, or without its obstacle.
+                return any(_equal(one, scene.wanted) for one in rows()) or (
+                    sent[0] >= _SENT_UNTIL_WRONG and bool(rows())
                 )
 
             how = node.send_until(send, answered)
-            found = None
-            for message in received.messages[before:][-1:]:
-                rows = [(point.x, point.y, point.v) for point in message.waypoints]
-                found = rows_problem(rows, wanted, "the path ahead", "x, y, v")
-            if found is not None:
-                found = self.crash_problem(node, variant) or Problem(
-                    found.expected, found.seen, found.hint, first_of(("8", "7", "4"), variant)
+            answers.append(rows())
+            if how != "true" and not rows():
+                return self.silence_problem(node, how, variant)
+        found = self._rows_problem(scenes, answers, first_of(("8", "7", "4"), variant))
+        if found is not None:
+            return self.crash_problem(node, variant) or found
+        return delay_problem(node.delays_s(send, received.messages), first_of(("8", "7"), variant))
+
+    def _rows_problem(self, scenes: list, answers: list, todo: str | None) -> Problem | None:
+        """Return what is wrong with the rows of all messages about each scene, or None."""
+        for scene, got in zip(scenes, answers):
+            parts = [rows for rows in got if 0 < len(rows) < len(scene.wanted)]
+            if any(_equal(rows, scene.wanted[: len(rows)]) for rows in parts):
+                return Problem(
+                    "one LocalPath with all points for each odometry",
+                    f"one with {len(parts[0])} of the {len(scene.wanted)} points",
+                    "self.publisher.publish or a `return` is inside of the loop, or the loop ends "
+                    "too early: publish once, after the loop.",
+                    todo,
                 )
-            if how != "true":
-                return found or self.silence_problem(node, how, variant)
-            if found is not None:
-                return found
-        return None
+        wrong = [
+            scene
+            for scene, got in zip(scenes, answers)
+            if not any(_equal(rows, scene.wanted) for rows in got)
+        ]
+        if not wrong:
+            return None
+        got = answers[scenes.index(wrong[0])][-1]
+        found = rows_problem(got, wrong[0].wanted, "the path ahead", "x, y, v")
+        assert found is not None
+        hints = [
+            hint
+            for expression, hint in self._table["instead"]
+            if all(scene.is_explained(expression, got) for scene, got in zip(scenes, answers))
+        ]
+        hint = hints[0] if hints and todo != "4" else found.hint
+        return Problem(f"{wrong[0].text}: {found.expected}", found.seen, hint, todo)
 
 
-def _reference(stage: Stage) -> Callable[[float, float, float], np.ndarray]:
-    """Return the solution's planner, which maps x, y, yaw to the rows of the path ahead."""
-    import numpy as np
+def _route(random: Random) -> list:
+    """Return the points of a route that leads out and, after a turn, back along the same line."""
+    heading = random.choice((0.0, math.pi)) + random.uniform(-0.6, 0.6)
+    side = random.choice((-1.0, 1.0))
+    x, y = random.uniform(200.0, 240.0), random.uniform(-20.0, 20.0)
+    turns = [(abs(turn) * _RADIUS_M, turn * side) for turn in _TURNS_RAD]
+    points = []
+    for length, turn in ((_STRAIGHT_M, 0.0), *turns, (_STRAIGHT_M, 0.0)):
+        count = round(length / _POINT_M)
+        for _ in range(count):
+            points.append((x, y))
+            heading += 0.5 * turn / count
+            x += length / count * math.cos(heading)
+            y += length / count * math.sin(heading)
+            heading += 0.5 * turn / count
+    return points
 
-    from sdc_package.local_planner import LocalPlanner, PlannerSettings
-    from sdc_package.waypoint_search import WaypointSearch
 
-    settings = PlannerSettings.read(stage.configuration("local_planner").__getitem__)
-    planner = LocalPlanner(np.array(_ROUTE, np.float32).astype(float), settings)
-    search = WaypointSearch(planner.route.points)
-    return lambda x, y, yaw: planner.plan(search.first_ahead(x, y), x, y, yaw)
+class Scene:
+    """A car on the route, with an obstacle or a red light ahead of it.
+
+    Args:
+        stage: with the configuration of the planner
+        random: decides about the route, and where exactly the car is
+        s_m: distance of the car along the route [m]
+        text: what there is, for people
+
+    Attributes:
+        mission: the points of the route
+        wanted: the rows of the solution
+        lights: the message of the traffic lights
+        text: see above
+
+    Raises:
+        TypeError, ValueError, KeyError: the planner refuses its configuration
+    """
+
+    def __init__(self, stage: Stage, random: Random, s_m: float, text: str):
+        import numpy as np
+        from carla_msgs.msg import CarlaTrafficLightInfo, CarlaTrafficLightInfoList
+        from geometry_msgs.msg import Pose
+
+        from sdc_package.local_planner import LocalPlanner, PlannerSettings
+        from sdc_package.waypoint_search import WaypointSearch
+
+        self.text = text
+        self.mission = _route(stage.random("route"))
+        self._settings = PlannerSettings.read(stage.configuration("local_planner").__getitem__)
+        self._points = np.array(self.mission, np.float32).astype(float)
+        route = LocalPlanner(self._points, self._settings).route
+        self._search = WaypointSearch(route.points)
+        # A little beyond a point, which is the nearest one, and to the side of it.
+        place = int(np.searchsorted(route.s, s_m))
+        (x, y), yaw = route.points[place].tolist(), float(route.heading[place])
+        along, side = random.uniform(0.1, 0.3), random.uniform(0.2, 0.5)
+        self._car = (
+            x + along * math.cos(yaw) - side * math.sin(yaw),
+            y + along * math.sin(yaw) + side * math.cos(yaw),
+            yaw + random.uniform(-0.1, 0.1),
+        )
+        has_light = "light" in text
+        place = int(np.searchsorted(route.s, s_m + (_LIGHT_M if has_light else _OBSTACLE_M)))
+        self._thing = Pose()
+        self._thing.position.x, self._thing.position.y = route.points[place].tolist()
+        self._thing.orientation.w = 1.0
+        light = CarlaTrafficLightInfo(id=1, transform=self._thing)
+        light.trigger_volume.size.y = 6.0
+        self.lights = CarlaTrafficLightInfoList([light] if has_light else [])
+        self.wanted = self._plan(self._search.first_ahead(*self._car[:2]), *self._car)
+
+    def messages(self) -> list:
+        """Return the obstacles and the odometry of this time."""
+        import rospy
+        from carla_msgs.msg import CarlaTrafficLightStatus
+        from geometry_msgs.msg import Vector3
+        from sdc_msgs.msg import Obstacle, ObstacleArray
+
+        obstacles = ObstacleArray()
+        obstacles.header.stamp = rospy.Time.now()
+        if "pedestrian" in self.text:
+            size = Vector3(0.5, 0.5, 1.8)
+            obstacles.obstacles = [Obstacle(1, "pedestrian", self._thing, size, 0.0)]
+        obstacles.traffic_lights = [
+            CarlaTrafficLightStatus(light.id, CarlaTrafficLightStatus.RED)
+            for light in self.lights.traffic_lights
+        ]
+        return [obstacles, odometry_at(*self._car, _SPEED_MPS, obstacles.header.stamp)]
+
+    def is_explained(self, expression: str, answers: list) -> bool:
+        """Return whether one of these answers is that of an expression `instead` of checks.yaml."""
+        x, y, yaw = self._car
+        names = {
+            "x": x,
+            "y": y,
+            "yaw": yaw,
+            "speed": _SPEED_MPS,
+            "plan": self._plan,
+            "first": self._search.first_ahead(x, y),
+            "nearest": self._search.nearest(x, y),
+        }
+        with contextlib.suppress(ValueError, IndexError):
+            rows = evaluate(expression, names)
+            return any(_equal(got, rows) for got in answers)
+        return False
+
+    def _plan(
+        self,
+        first: int,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float = _SPEED_MPS,
+        blind: bool = False,
+    ) -> list:
+        """Return the rows of the solution; a blind planner knows no obstacles."""
+        from sdc_common.ros.conversion import detected_obstacles, stop_lines
+        from sdc_package.local_planner import LocalPlanner
+        from sdc_package.traffic_lights import TrafficLightMonitor
+
+        message = self.messages()[0]
+        planner = LocalPlanner(self._points, self._settings)
+        lights = TrafficLightMonitor(self._settings.traffic_lights)
+        lights.lines = stop_lines(self.lights)
+        lights.set_states(message.traffic_lights, stamped=True)
+        rows = planner.plan(first, x, y, yaw, () if blind else detected_obstacles(message))
+        return [tuple(row) for row in planner.stop_for(lights, rows, speed).tolist()]
 
 
 def odometry_at(x: float, y: float, yaw: float, speed: float, stamp: rospy.Time) -> Odometry:
@@ -294,17 +479,25 @@ def rows_problem(got: list, wanted: list, what: str, columns: str = "x, y") -> P
     for mistake, hint in _MISTAKES:
         if _equal(got, [mistake(*row) for row in wanted]):
             return Problem(expected, seen, hint)
-    if _equal([row[:2] for row in got], [row[:2] for row in wanted]):
-        hint = "The speed v is missing: each row has x, y and v, and so has each point."
-        return Problem(expected, seen, hint)
-    shifts = (1, 2, 3, -1, -2, -3) if len(got) != len(wanted) else ()
-    if any(
-        _equal(got, wanted[shift:]) or _equal(got[max(-shift, 0) :], wanted) for shift in shifts
-    ):
-        return Problem(expected, seen, "It begins at the wrong point.")
-    distance = math.dist(got[0][:2], wanted[0][:2])
     hint = "Compare the numbers: what causes the first difference?"
-    return Problem(expected, f"{seen}, {distance:.2f} m away", hint)
+    first = next((i for i, (a, b) in enumerate(zip(got, wanted)) if not _equal([a], [b])), len(got))
+    if len(got) == len(wanted):
+        seen = f"row {first + 1} is {_row(got[first])} in the place of {_row(wanted[first])}"
+    if len(got) == len(wanted) and got == [got[0]] * len(got):
+        seen = f"{len(got)} times {_row(got[0])}"
+        hint = "One object was appended many times: create a new one in each pass of the loop."
+    elif 0 < first < len(wanted) and _equal(got, wanted[:first] + wanted[first + 1 :]):
+        seen = f"{len(got)} rows: row {first + 1}, {_row(wanted[first])}, is missing"
+        hint = "One row is left out: where do the indices or the slice begin and end?"
+    elif _equal([(*row[:2], row[2] / 3.6) for row in got if len(row) == 3], wanted):
+        hint = "The speeds are in km/h: all speeds are in m/s, remove the factor 3.6."
+    elif _equal([row[:2] for row in got], [row[:2] for row in wanted]):
+        hint = "x and y are right, the speed v is not: v of each row is v of its point."
+        if not any(row[2] for row in got):
+            hint = "The speed v is missing: each row has x, y and v, and so has each point."
+    elif any(_equal(got, wanted[i:]) or _equal(got[i:], wanted) for i in (1, 2, 3)):
+        hint = "It begins at the wrong point."
+    return Problem(expected, seen, hint)
 
 
 def _equal(a: Sequence, b: Sequence) -> bool:

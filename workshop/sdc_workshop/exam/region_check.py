@@ -20,6 +20,19 @@ BUILD = (
 )
 
 
+def encoding_problem(text: str, name: str) -> Problem | None:
+    """Return the problem of a file that begins with a byte order mark, or None."""
+    if not text.startswith("\ufeff"):
+        return None
+    return Problem(
+        "a file in UTF-8 without a byte order mark",
+        "its first character is an invisible byte order mark",
+        "Save it as UTF-8 without BOM: Linux takes the mark for a part of line 1. "
+        f"`sed -i '1s/^\\xEF\\xBB\\xBF//' src/{name}` removes it.",
+        line=1,
+    )
+
+
 class RegionCheck:
     """Checks the regions of one file.
 
@@ -95,6 +108,9 @@ class RegionCheck:
         if text is None:
             hint = f"{UPDATE} restores it."
             return self._all(steps, Answer(WRONG, f"the file {path}", "it is missing", hint, path))
+        encoding = encoding_problem(text, self.file)
+        if encoding is not None:
+            return self._all(steps, wrong(encoding, path, 1))
         try:
             regions(text)
         except RegionError as error:

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from sdc_testing.virtual_display import VirtualDisplay
 
 NAME = "/workshop_check"
+_GUARD = Path(__file__).with_name("probes") / "guard"
 NEVER_RETURNED = "it never returned, and was ended"
 
 
@@ -136,7 +137,11 @@ class Stage:
 
     def environment(self, **more: str) -> dict:
         """Return the student's environment variables, with this master. Raises NotBuilt."""
-        return {**self.student.environment, **self._ros_environment(), **more}
+        own = self.student.environment
+        # A sandbox does not show the solution; without one, Python refuses to open it.
+        paths = [] if self.sandbox else [str(_GUARD)]
+        paths.append(own.get("PYTHONPATH", ""))
+        return {**own, "PYTHONPATH": ":".join(paths), **self._ros_environment(), **more}
 
     def _ros_environment(self) -> dict:
         return {
@@ -204,7 +209,7 @@ class Stage:
         else:
             path = folder / Path(variant.name).name
             path.write_text(variant.text, encoding="utf-8")
-        return path, f"{package.parent}:{self.student.environment.get('PYTHONPATH', '')}"
+        return path, f"{package.parent}:{self.environment()['PYTHONPATH']}"
 
     def forget_build(self) -> None:
         """Delete what `build` has written."""

@@ -20,11 +20,8 @@ def _left_over(text: str, region: Region, returns: bool) -> list:
     given = region.until_then
     if given is None:
         return []
-    lines = [
-        line.strip()
-        for line in text.split("\n")
-        if line.strip() and not line.strip().startswith("#")
-    ]
+    full = [line for line in text.split("\n") if line.strip() and line.strip()[0] != "#"]
+    lines = [line.strip() for line in full]
     if len(lines) > 1 and lines[0] == given and given.startswith("return"):
         return [
             f"The line `{given}` of the template is still the first line of the region: the lines "
@@ -36,7 +33,8 @@ def _left_over(text: str, region: Region, returns: bool) -> list:
         and not any(re.match(r".*\breturn\b", line) for line in lines)
     ):
         return ["The word `return` is missing: a function without it returns None."]
-    if len(lines) > 1 and lines[-1] == given and "=" in given:
+    # Deeper in a block, such as an `except`, it is the student's own.
+    if len(lines) > 1 and full[-1] == region.indent + given and "=" in given:
         return [
             f"The line `{given}` of the template is still the last line of the region and "
             "overwrites your result. Delete it."
@@ -50,10 +48,13 @@ def _in_syntax(text: str) -> list:
     except SyntaxError:
         return []
     found = []
+    loops = any(isinstance(node, ast.While) for node in ast.walk(tree))
     for node in ast.walk(tree):
         if isinstance(node, ast.Expr) and isinstance(node.value, (ast.Name, ast.Attribute)):
             name = ast.unparse(node.value) if hasattr(ast, "unparse") else text.strip()
             found.append(f"`{name}` does not call the function; with parentheses, `{name}()` does.")
+        if isinstance(node, ast.Call) and _last_name(node.func) == "sleep" and not loops:
+            found.append("A callback must not sleep: messages wait, or are lost, until it returns.")
         if isinstance(node, ast.Call) and _last_name(node.func) == "Subscriber":
             found += map(_called, _called_callbacks(node))
     return found

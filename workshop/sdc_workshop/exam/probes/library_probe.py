@@ -30,7 +30,7 @@ _DECIMAL = re.compile(r"(?<![\w.])\d+\.\d+(?![\w.])")
 _NUMPY = (
     *("abs", "allclose", "arcsin", "arctan", "arctan2", "array", "cos", "degrees", "diag", "eye"),
     *("flatnonzero", "hypot", "linalg", "linspace", "maximum", "minimum", "nan", "ones", "pi"),
-    *("shape", "sin", "sqrt", "tan", "transpose", "where"),
+    *("shape", "sin", "sqrt", "tan", "transpose", "unique", "where"),
 )
 
 
@@ -111,6 +111,8 @@ def controller_answer(
     speed: float,
     planned: Callable[[int], float],
     parameters: dict | None = None,
+    yaw_rate: float = 0.0,
+    method: str = "stanley",
 ) -> list | None:
     """Return throttle, steer and brake of a car beside the path y = x / 2 + 1, after some ticks.
 
@@ -119,10 +121,12 @@ def controller_answer(
     Args:
         x: position [m]
         y: position [m]
-        yaw: heading [rad]
+        yaw: heading in the end [rad]
         speed: speed [m/s]
         planned: returns the target speed of point i of the path [m/s]
         parameters: parameters of the controller; None: those of the solution
+        yaw_rate: how the heading changes [rad/s]
+        method: steering method
     """
     from sdc_common.driving import Observation
     from sdc_package.controller import Controller
@@ -134,12 +138,13 @@ def controller_answer(
         project = Path(__file__).resolve().parents[4]
         file = project / "catkin_ws/src/sdc_package/config/simple_controller.yaml"
         parameters = dict(yaml.safe_load(file.read_text(encoding="utf-8")))
-    steering = load_steering("stanley", parameters["stanley"], Axles(**parameters["axles"]))
+    steering = load_steering(method, parameters[method], Axles(**parameters["axles"]))
     controller = Controller(parameters.__getitem__, steering)
     path = ReferencePath()
     path.update([(0.9 * i, 0.45 * i + 1.0, planned(i)) for i in range(25)])
     for tick in range(TICKS):
-        observation = Observation(tick * STEP_NS, x, y, yaw, speed)
+        heading = yaw - yaw_rate * 1e-9 * STEP_NS * (TICKS - 1 - tick)
+        observation = Observation(tick * STEP_NS, x, y, heading, speed)
         command = controller.command(observation, path)
     return None if command is None else [command.throttle, command.steer, command.brake]
 
