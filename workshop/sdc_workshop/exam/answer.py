@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
+from functools import lru_cache
+from pathlib import Path
+
+import yaml
 
 PASSED = "passed"
 WRONG = "wrong"
@@ -29,6 +33,20 @@ class Problem:
     todo: str | None = None
     line: int | None = None
     is_error: bool = False
+
+
+@lru_cache(maxsize=1)
+def _problems() -> dict:
+    return yaml.safe_load(Path(__file__).with_name("problems.yaml").read_text(encoding="utf-8"))
+
+
+def listed(
+    key: str, /, todo: str | None = None, line: int | None = None, **values: object
+) -> Problem:
+    """Return the problem with this name of problems.yaml, with values in its texts."""
+    row = _problems()[key]
+    texts = [row[part].format(**values) for part in ("expected", "seen", "hint")]
+    return Problem(*texts, todo or row.get("todo"), line)
 
 
 @dataclass(frozen=True)

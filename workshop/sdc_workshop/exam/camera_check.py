@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 from typing import TYPE_CHECKING
 
-from sdc_workshop.exam.answer import Problem
+from sdc_workshop.exam.answer import Problem, listed
 from sdc_workshop.exam.files import interpreter_problem, permission_problem
 from sdc_workshop.exam.node import Node
 from sdc_workshop.exam.node_check import NodeCheck
@@ -73,23 +73,12 @@ class CameraCheck(NodeCheck):
         if not masks.messages:
             return self.silence_problem(node, how, variant)
         if masks.messages[0].header.frame_id != message.header.frame_id:
-            return Problem(
-                "the mask has the header of its picture",
-                "another header",
-                "publish(mask, message.header) copies it.",
-                "4",
-            )
+            return listed("header")
         mask = np.frombuffer(masks.messages[0].data, np.uint8)
         wanted = LaneFilter(LaneFilterThresholds(**_THRESHOLDS)).mask(road()).ravel()
         if mask.shape == wanted.shape and np.count_nonzero(mask != wanted) <= _MAX_DIFFERENT:
             return None
-        return Problem(
-            "the mask of the lane filter for this picture",
-            "another mask",
-            'Is the picture converted to "bgra8" (blue, green, red, alpha: as the car sends it), '
-            "and is mask the result of self.lane_filter.mask(image)?",
-            "4",
-        )
+        return listed("mask")
 
     def _window_problem(self, variant: Variant, stage: Stage) -> Problem | None:
         import numpy as np
@@ -120,11 +109,8 @@ class CameraCheck(NodeCheck):
             node.send_until(lambda: pictures.publish(message), is_decided)
             if is_right():
                 return None
-            return self.crash_problem(node, variant) or Problem(
-                f"a window '{TITLE} ...' that shows the picture",
-                "another picture" if shown else "no such window",
-                'The window shows `image`: blue, green, red and alpha, "bgra8", as it was sent.',
-                "4",
+            return self.crash_problem(node, variant) or listed(
+                "window", title=TITLE, seen="another picture" if shown else "no such window"
             )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Callable
 
-from sdc_workshop.exam.answer import Problem
+from sdc_workshop.exam.answer import Problem, listed
 from sdc_workshop.exam.node import Node
 from sdc_workshop.exam.node_check import (
     NodeCheck,
@@ -89,13 +89,11 @@ class BasicControlCheck(NodeCheck):
         if stamp in stamps:
             return delay_problem(node.delays_s(send, received.messages), "1.5")
         is_now = abs((stamp - stamps[-1] - late).to_sec()) < late.to_sec() / 2
-        return Problem(
-            "the command has the stamp of the odometry that it answers",
-            f"its stamp is {stamp.to_sec():.3f}, the odometry's {stamps[-1].to_sec():.3f}",
-            f"{'The current time is not the stamp. ' if is_now else ''}"
-            "command.header.stamp = stamp: by its stamp the world knows which odometry a command "
-            "answers.",
-            "1.5",
+        return listed(
+            "stamp",
+            got=stamp.to_sec(),
+            wanted=stamps[-1].to_sec(),
+            note="The current time is not the stamp. " if is_now else "",
         )
 
 

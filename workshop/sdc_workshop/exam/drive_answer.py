@@ -11,11 +11,13 @@ from sdc_workshop.exam.answer import PASSED, WRONG, Answer
 from sdc_workshop.exam.output import crash, last_line, plain
 from sdc_workshop.exam.process import TIMEOUT_S
 from sdc_workshop.exam.stage import Stage
+from sdc_workshop.exam.student import Student
 from sdc_workshop.steps import lesson_folder
 
 DRIVE_TIMEOUT_S = 240.0
 _ARGUMENTS = "sdc_package all.launch sync:=true headless:=true"
 _REFEREE = re.compile(r"referee: (\w+): (.*)")
+_DIED = re.compile(r"^\[(\w+)-\d+\] process has died \[.*?(exit code -?\d+)", re.MULTILINE)
 _HINTS = {
     "off_route": "The car left its route: look at the steering and the local planner; "
     "`./workshop/check` reports which step is wrong.",
@@ -57,6 +59,17 @@ def _driven(
     return status, output
 
 
+def _cause(output: str, student: Student) -> tuple:
+    """Return what ended a node of the student or a callback of it, its file and its line."""
+    broken, died = crash(output, student.src), _DIED.search(output)
+    if broken is not None and broken.file is not None:
+        return broken.error, str(Path(broken.file).relative_to(student.folder)), broken.line
+    if died is not None:
+        last = last_line(output[: died.start()])
+        return f"the node {died[1]} ended with {died[2]}; last line: {last}", None, None
+    return broken.error if broken is not None else "", None, None
+
+
 def drive_answer(stage: Stage, lab: str, table: dict, unknown: Sequence[Path] = ()) -> tuple:
     """Drive the route.
 
@@ -77,21 +90,18 @@ def drive_answer(stage: Stage, lab: str, table: dict, unknown: Sequence[Path] = 
     status, output = _driven(stage, path, arguments, lab, table, unknown)
     output = plain(output)
     stage.clear()
+    cause, *place = _cause(output, stage.student)
     if not path.is_file():
-        broken = crash(output, stage.student.src)
-        if broken:
-            seen = broken.error
-        else:
-            seen = f"no end after {DRIVE_TIMEOUT_S:g} s" if status is None else last_line(output)
+        seen = f"no end after {DRIVE_TIMEOUT_S:g} s" if status is None else last_line(output)
         hint = f"roslaunch {' '.join(arguments)} shows the whole output."
-        return Answer(WRONG, "a drive along the whole route", seen, hint), None
+        return Answer(WRONG, "a drive along the whole route", cause or seen, hint, *place), None
     report = json.loads(path.read_text(encoding="utf-8"))
     if report["status"] == "completed":
         return Answer(PASSED), report
     result = _REFEREE.search(output)
-    return Answer(
-        WRONG,
-        "a drive along the whole route: completed",
-        result[0] if result else report["status"],
-        _HINTS.get(report["status"], "Look at report.png."),
-    ), report
+    seen = result[0] if result else report["status"]
+    hint = _HINTS.get(report["status"], "Look at report.png.")
+    if cause:
+        seen, hint = f"{cause} ({seen})", "Fix this error of your program first."
+    expected = "a drive along the whole route: completed"
+    return Answer(WRONG, expected, seen, hint, *place), report

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Iterator
 
 import yaml
 
-from sdc_workshop.exam.answer import PASSED, UNFINISHED, WRONG, Answer, Problem, wrong
+from sdc_workshop.exam.answer import PASSED, UNFINISHED, WRONG, Answer, Problem, listed, wrong
 from sdc_workshop.exam.output import last_line
 from sdc_workshop.exam.region_check import RegionCheck, encoding_problem
 from sdc_workshop.exam.stage import Stage
@@ -148,12 +148,7 @@ class FileCheck(RegionCheck):
             yield from self._call_problems(row, calls)
         steps = ("add_message_files", "generate_messages", "catkin_package")
         if [name for name, _ in calls if name in steps][-1:] == ["add_message_files"]:
-            yield Problem(
-                "add_message_files before generate_messages",
-                "generate_messages comes first",
-                "Classes are generated only from files that are added before.",
-                "3",
-            )
+            yield listed("order_of_calls")
 
     def _call_problems(self, row: dict, calls: list) -> Iterator[Problem]:
         command, keyword, until = row["command"], row["keyword"], row.get("until", ())
@@ -267,46 +262,43 @@ def _include_problems(
     short = Path(file).name
     if file not in got:
         near = difflib.get_close_matches(file, got, 1, 0.6)
-        yield Problem(
-            f'<include file="{file}">',
-            f'file="{near[0]}"' if near else "it is not included",
-            f"Include {short}, by its path: $(find sdc_package)/launch/{short}.",
-            todo,
+        yield listed(
+            "not_included",
+            todo=todo,
+            file=file,
+            seen=f'file="{near[0]}"' if near else "it is not included",
+            short=short,
         )
         return
     (mine, mine_if), (wanted, condition) = got[file], include
     for name, value in wanted.items():
         if name not in mine:
             near = difflib.get_close_matches(name, mine, 1, 0.7)
-            yield Problem(
-                f"{name} is passed on to {short}",
-                f"{near[0]} instead" if near else f"passed on: {', '.join(mine) or 'nothing'}",
-                f'An argument that is not passed on is lost: <arg name="{name}" '
-                f'value="$(arg {name})"/> belongs in the include of {short}.',
-                todo,
+            yield listed(
+                "not_passed_on",
+                todo=todo,
+                name=name,
+                short=short,
+                seen=f"{near[0]} instead" if near else f"passed on: {', '.join(mine) or 'nothing'}",
             )
         elif mine[name] != value:
-            yield Problem(
-                f'{name} of {short} is "{value}"',
-                f'"{mine[name]}"',
-                f'The argument {name} is passed on by value="$(arg {name})"; $(arg ...) reads it.',
-                todo,
+            yield listed(
+                "another_value", todo=todo, name=name, short=short, value=value, got=mine[name]
             )
     for name in mine:
         if name not in wanted and name in known:
-            yield Problem(
-                f"{short} gets {', '.join(wanted)}",
-                f"{name}, too",
-                f"{short} has no argument {name}: roslaunch refuses it.",
-                todo,
+            yield listed(
+                "passed_too_much", todo=todo, short=short, names=", ".join(wanted), name=name
             )
     if mine_if != condition:
         always = f"{short} is always included"
-        yield Problem(
-            f'if="{condition}" on the include of {short}' if condition else always,
-            f'if="{mine_if}"' if mine_if else always,
-            f"if=... is the condition for {short}; here it is `{condition or 'always'}`.",
-            todo,
+        yield listed(
+            "condition",
+            todo=todo,
+            expected=f'if="{condition}" on the include of {short}' if condition else always,
+            seen=f'if="{mine_if}"' if mine_if else always,
+            short=short,
+            condition=condition or "always",
         )
 
 
@@ -400,12 +392,7 @@ def _syntax_problem(text: str, name: str) -> Problem | None:
         try:
             _parsed(line, name)
         except (InvalidMsgSpec, ValueError) as error:
-            return Problem(
-                "one field per line: TYPE NAME",
-                f"{line.strip()} ({error})",
-                "A line has a type, a space, and a name; only a comment after # may follow.",
-                line=number,
-            )
+            return listed("field_per_line", text=line.strip(), error=error, line=number)
     return None
 
 
@@ -421,10 +408,11 @@ def _field_problem(mine: list, wanted: list, rows: list) -> Problem | None:
             return Problem(f"{kind} {field}", " ".join(mine[index]), hint, line=line)
     if len(mine) > len(wanted):
         kind, field = mine[len(wanted)]
-        return Problem(
-            f"{len(wanted)} fields",
-            f"one more: {kind} {field}",
-            f"{field} is too much: ROS connects nodes only if their messages have the same fields.",
+        return listed(
+            "more_fields",
+            count=len(wanted),
+            kind=kind,
+            field=field,
             line=rows[len(wanted)] if len(rows) > len(wanted) else None,
         )
     return None

@@ -5,7 +5,16 @@ from __future__ import annotations
 import stat
 from typing import Sequence
 
-from sdc_workshop.exam.answer import PASSED, UNFINISHED, WAITING, WRONG, Answer, Problem, wrong
+from sdc_workshop.exam.answer import (
+    PASSED,
+    UNFINISHED,
+    WAITING,
+    WRONG,
+    Answer,
+    Problem,
+    listed,
+    wrong,
+)
 from sdc_workshop.exam.output import last_line
 from sdc_workshop.exam.region_check import BUILD, encoding_problem
 from sdc_workshop.exam.stage import NEVER_RETURNED, Stage
@@ -71,23 +80,11 @@ def hello_answer(student: Student, stage: Stage) -> Answer:
 
 def _output_problem(status: int | None, output: str) -> Problem | None:
     if status is None:
-        return Problem(
-            "a greeting, then the end of the program",
-            f"it still runs; its last line: {last_line(output)}",
-            "It must print one line and end.",
-        )
+        return listed("still_runs", last=last_line(output))
     if status != 0:
-        return Problem(
-            "exit status 0",
-            f"exit status {status}: {last_line(output)}",
-            "bash names the line with the error.",
-        )
+        return listed("exit_status", status=status, last=last_line(output))
     if not output.strip():
-        return Problem(
-            "a greeting on the screen",
-            "no output",
-            'echo "Hello!" prints a greeting; the quotes enclose the whole text.',
-        )
+        return listed("no_greeting")
     return None
 
 
@@ -123,12 +120,7 @@ def permission_problem(student: Student, name: str) -> Problem | None:
     """Return why Linux cannot run a file, or None."""
     path = student.src / name
     if path.read_bytes().partition(b"\n")[0].endswith(b"\r"):
-        return Problem(
-            "lines that end as on Linux",
-            "they end as on Windows",
-            "Save the file with Unix line ends (LF, not CRLF): Linux takes the invisible character "
-            f"for a part of the interpreter's name. sed -i 's/\\r$//' src/{name} fixes it.",
-        )
+        return listed("windows_lines", name=name)
     if path.stat().st_mode & stat.S_IXUSR:
         return None
     seen = "it has no permission to run (x)"

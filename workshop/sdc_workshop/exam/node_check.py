@@ -10,7 +10,7 @@ import difflib
 import re
 from pathlib import Path
 
-from sdc_workshop.exam.answer import Problem
+from sdc_workshop.exam.answer import Problem, listed
 from sdc_workshop.exam.node import Node
 from sdc_workshop.exam.output import last_line, warnings
 from sdc_workshop.exam.region_check import RegionCheck
@@ -95,20 +95,12 @@ class NodeCheck(RegionCheck):
             return found
         if how in ("busy", "late"):
             node.stage.report("it never got ready, and was ended")
-            return Problem(
-                f"{self.node_name}.py gets ready and then waits for messages",
-                "it loops and never gets ready",
-                f"{_ENDLESS_LOOP} rospy.spin() is how a node waits.",
-            )
+            return listed("never_ready", node_name=self.node_name, loop=_ENDLESS_LOOP)
         missing = _MISSING_PARAMETER.search(node.program.output)
         if missing:
             name, parameter = missing.groups()
             if name == f"/{self.node_name}":
-                return Problem(
-                    "only parameters that the launch file and the configuration set",
-                    f"it reads the parameter {parameter}, which is not set",
-                    f"There is no parameter {parameter}: is its name misspelt?",
-                )
+                return listed("unknown_parameter", parameter=parameter)
             return self._name_problem(name if name not in ("", "/unnamed") else None)
         names = node.names
         if names and names != [f"/{self.node_name}"]:
@@ -118,26 +110,18 @@ class NodeCheck(RegionCheck):
     def _name_problem(self, name: str | None) -> Problem:
         right = f'rospy.init_node("{self.node_name}")'
         if name is None:
-            return Problem(
-                f"a node with the name {self.node_name}",
-                "no node is registered with ROS",
-                f"Write {right}, with parentheses and the name in quotes.",
-                self.init_todo,
-            )
-        return Problem(
-            f"a node with the name /{self.node_name}",
-            f"its name is {name}",
-            f"Name it {self.node_name}: {right}. Its parameters are stored under this name.",
-            self.init_todo,
+            return listed("no_name", todo=self.init_todo, node_name=self.node_name, right=right)
+        return listed(
+            "node_name", todo=self.init_todo, node_name=self.node_name, name=name, right=right
         )
 
     def ended_problem(self, node: Node, variant: Variant) -> Problem:
         """Return why a node ended that must keep running."""
-        return self.start_problem(node, "ended", variant) or Problem(
-            f"{self.node_name}.py keeps running",
-            f"it ended with status {node.program.status}; "
-            f"its last line: {last_line(node.program.output)}",
-            "The last line of its output gives the cause.",
+        return self.start_problem(node, "ended", variant) or listed(
+            "node_ended",
+            node_name=self.node_name,
+            status=node.program.status,
+            last=last_line(node.program.output),
         )
 
     def subscriber_problem(self, node: Node, topic: str, kind: str, todo: str) -> Problem | None:
@@ -145,15 +129,8 @@ class NodeCheck(RegionCheck):
         got = node.subscribes(topic)
         if got in (kind, "?"):
             return None
-        package, _, name = kind.partition("/")
         if got is not None:
-            return Problem(
-                f"a subscriber to {topic} with the type {kind}",
-                f"its type is {got}",
-                "The second argument of rospy.Subscriber is the class of the message: "
-                f"{name}, of {package}.",
-                todo,
-            )
+            return listed("subscriber_type", todo=todo, topic=topic, kind=kind, got=got)
         published, subscribed = node.topics()
         others = [other for other in subscribed if other not in self.given_topics]
         near = difflib.get_close_matches(topic, others, 1, 0.5)
@@ -177,13 +154,7 @@ class NodeCheck(RegionCheck):
         if got in (kind, "?"):
             return None
         if got is not None:
-            package, _, name = kind.partition("/")
-            return Problem(
-                f"a publisher of {kind}",
-                f"its type is {got}",
-                f"The second argument is the class of the message: {name}, of {package}.",
-                todo,
-            )
+            return listed("publisher_type", todo=todo, kind=kind, got=got)
         published, subscribed = node.topics()
         others = [name for name in published if name not in self.given_topics]
         seen = f"it publishes {', '.join(others) or 'nothing'}"
@@ -215,13 +186,7 @@ def delay_problem(delays_s: list, todo: str | None) -> Problem | None:
     delay_s = sorted(delays_s)[:_PROMPT_ANSWERS][-1]
     if delay_s < _PROMPT_S:
         return None
-    return Problem(
-        "each message is answered at once: the car gets 20 odometries in a second",
-        f"the node sleeps for {delay_s:.1f} s before an answer",
-        "A callback that sleeps delays all messages after it: remove time.sleep or rospy.sleep. "
-        "The node is called for each message, and answers as often as messages arrive.",
-        todo,
-    )
+    return listed("sleeps", todo=todo, delay_s=delay_s)
 
 
 def first_of(todos: tuple, variant: Variant) -> str | None:
@@ -231,8 +196,5 @@ def first_of(todos: tuple, variant: Variant) -> str | None:
 
 def configuration_problem(name: str, error: Exception) -> Problem:
     """Return the problem of a configuration that the solution cannot use either."""
-    return Problem(
-        f"valid parameters in config/{name}.yaml",
-        f"{type(error).__name__}: {error}",
-        f"Compare config/{name}.yaml with {SOLUTION / PACKAGE / 'config' / name}.yaml.",
-    )
+    seen = f"{type(error).__name__}: {error}"
+    return listed("configuration", name=name, seen=seen, right=SOLUTION / PACKAGE / "config")

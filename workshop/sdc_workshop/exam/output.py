@@ -32,11 +32,13 @@ class Crash:
         error: its type and text
         line: the last line of the program's own file in the traceback, from 1, or None
         library_line: file and line that raised it, where that is another file
+        file: the program's own file, or None
     """
 
     error: str
     line: int | None
     library_line: str | None = None
+    file: str | None = None
 
     @property
     def kind(self) -> str:
@@ -55,7 +57,7 @@ def plain(output: str) -> str:
 
 
 def crash(output: str, path: Path) -> Crash | None:
-    """Return the first uncaught exception of the program in the file `path`, or None."""
+    """Return the first uncaught exception of the program in a file, or of those in a folder."""
     output = plain(output) + "\n"
     syntax = _SYNTAX.search(output)
     if syntax:
@@ -64,10 +66,11 @@ def crash(output: str, path: Path) -> Crash | None:
     if not found:
         return None
     frames = [(frame["file"], int(frame["line"])) for frame in _FRAME.finditer(found["frames"])]
-    own = [line for file, line in frames if file == str(path)]
+    own = [(file, line) for file, line in frames if path in (Path(file), *Path(file).parents)]
     last = frames[-1] if frames else None
-    beyond = f"{Path(last[0]).name}, line {last[1]}" if last and last[0] != str(path) else None
-    return Crash(found["error"].strip(), own[-1] if own else None, beyond)
+    beyond = f"{Path(last[0]).name}, line {last[1]}" if last and last not in own else None
+    file, line = own[-1] if own else (None, None)
+    return Crash(found["error"].strip(), line, beyond, file)
 
 
 def last_line(output: str) -> str:

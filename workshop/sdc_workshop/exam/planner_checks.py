@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Callable, Sequence
 
 import psutil
 
-from sdc_workshop.exam.answer import Problem
+from sdc_workshop.exam.answer import Problem, listed
 from sdc_workshop.exam.node import Node
 from sdc_workshop.exam.node_check import (
     NodeCheck,
@@ -33,8 +33,7 @@ PATH = "/planner/local_waypoints"
 _OBSTACLES = "/carla/ego_vehicle/obstacles"
 _LIGHTS = "/carla/traffic_lights/info"
 _OTHER_INPUTS = (_OBSTACLES, _LIGHTS, "/carla/traffic_lights/status")
-# After so many odometries, answers that are not right are wrong.
-_SENT_UNTIL_WRONG = 4
+_WRONG_ANSWERS = 4
 _BAD_FILE = "x,y\n1.0,1.0\n2.0,left\n"
 # A ROS node ends within this time after it has unregistered its topics.
 _SHUTDOWN_S = 5.0
@@ -113,25 +112,14 @@ class MissionPlannerCheck(NodeCheck):
             if found is not None or how == "ended":
                 return found or self._ended(node, variant)
             if "published a route" in node.program.output and "3" in variant.judged:
-                return Problem(
-                    "a subscriber that starts later receives the mission, too",
-                    "the mission was published, and a later subscriber received nothing",
-                    "The mission is published once: rospy.Publisher(..., latch=True) sends it to "
-                    "new subscribers.",
-                    "3",
-                )
+                return listed("late_subscriber")
             return self.silence_problem(node, how, variant)
         points = [(point.x, point.y) for point in received.messages[-1].waypoints]
         problem = rows_problem(points, route, "the waypoints of the file")
         if problem is not None:
             return self._points(problem, variant, points)
         if not received.latched:
-            return Problem(
-                "a latched publisher",
-                "it is not latched",
-                "rospy.Publisher(..., latch=True) sends the last message to new subscribers.",
-                "3",
-            )
+            return listed("not_latched")
         how = _settled(node, node.wait_until(lambda: False))
         if how == "ended":
             return self._ended(node, variant)
@@ -153,13 +141,7 @@ class MissionPlannerCheck(NodeCheck):
     @staticmethod
     def _points(problem: Problem, variant: Variant, points: list) -> Problem:
         if "4" in variant.judged and "6" not in variant.judged:
-            return Problem(
-                "the route of the file that the parameter waypoints_path names",
-                f"another route of {len(points)} points",
-                'The launch file sets the file: parameter("waypoints_path"). A name in the program '
-                "is right on one machine only.",
-                "4",
-            )
+            return listed("another_file", count=len(points))
         todo = first_of(("6", "5", "7"), variant)
         if not points and todo == "5":
             hint = "Assign the result of load_waypoints(waypoints_path) to self.waypoints."
@@ -170,13 +152,7 @@ class MissionPlannerCheck(NodeCheck):
         found = self.crash_problem(node, variant)
         if found is not None or node.program.status != 0:
             return found or self.ended_problem(node, variant)
-        return Problem(
-            "the node keeps running after it has published",
-            "it ended at once, and its latched message with it",
-            "rospy.spin() keeps a node running until ROS ends it. A latched message exists as long "
-            "as its publisher.",
-            "8",
-        )
+        return listed("ended")
 
     def _refusal_problem(self, variant: Variant, stage: Stage) -> Problem | None:
         path = stage.folder / "bad.csv"
@@ -190,23 +166,13 @@ class MissionPlannerCheck(NodeCheck):
                 found = self.crash_problem(node, variant)
                 if found is not None and "WaypointError" not in found.seen:
                     return found
-                return Problem(
-                    "a bad file ends the node with one clear line",
-                    "it ends with a traceback",
-                    "Catch it: try: ... except WaypointError as error: refuse(error).",
-                    "5",
-                )
+                return listed("bad_file_traceback")
             if how == "ended" and node.program.status == 1 and f"{path}, row 3" in output:
                 return None
             seen = f"it continues, although row 3 of the file is '{_BAD_FILE.splitlines()[2]}'"
             if how == "ended":
                 seen = f"it ends with status {node.program.status}"
-            return Problem(
-                "a bad file ends the node with one clear line and exit status 1",
-                seen,
-                "except WaypointError as error: refuse(error) logs one line and ends the node.",
-                "5",
-            )
+            return listed("bad_file", seen=seen)
 
 
 def _settled(node: Node, how: str) -> str:
@@ -259,10 +225,9 @@ class LocalPlannerCheck(NodeCheck):
         answers = []
         for scene in scenes:
             ends[1].publish(scene.lights)
-            before, sent = len(received.messages), [0]
+            before = len(received.messages)
 
-            def send(scene: Scene = scene, sent: list = sent) -> None:
-                sent[0] += 1
+            def send(scene: Scene = scene) -> None:
                 for end, message in zip(ends[2:], scene.messages()):
                     end.publish(message)
 
@@ -272,15 +237,13 @@ class LocalPlannerCheck(NodeCheck):
                     for message in received.messages[before:]
                 ]
 
-            def answered(scene: Scene = scene, rows: Callable = rows, sent: list = sent) -> bool:
-                # The first answers may be those to the scene before, or without its obstacle.
-                return any(_equal(one, scene.wanted) for one in rows()) or (
-                    sent[0] >= _SENT_UNTIL_WRONG and bool(rows())
-                )
+            def answered(scene: Scene = scene, rows: Callable = rows) -> bool:
+                # The first answers may be those to the scene before.
+                return scene.is_right(rows()) or len(rows()) >= _WRONG_ANSWERS
 
             how = node.send_until(send, answered)
             answers.append(rows())
-            if how != "true" and not rows():
+            if not rows():
                 return self.silence_problem(node, how, variant)
         found = self._rows_problem(scenes, answers, first_of(("8", "7", "4"), variant))
         if found is not None:
@@ -292,18 +255,8 @@ class LocalPlannerCheck(NodeCheck):
         for scene, got in zip(scenes, answers):
             parts = [rows for rows in got if 0 < len(rows) < len(scene.wanted)]
             if any(_equal(rows, scene.wanted[: len(rows)]) for rows in parts):
-                return Problem(
-                    "one LocalPath with all points for each odometry",
-                    f"one with {len(parts[0])} of the {len(scene.wanted)} points",
-                    "self.publisher.publish or a `return` is inside of the loop, or the loop ends "
-                    "too early: publish once, after the loop.",
-                    todo,
-                )
-        wrong = [
-            scene
-            for scene, got in zip(scenes, answers)
-            if not any(_equal(rows, scene.wanted) for rows in got)
-        ]
+                return listed("part_of_path", todo=todo, count=len(parts[0]), all=len(scene.wanted))
+        wrong = [scene for scene, got in zip(scenes, answers) if not scene.is_right(got)]
         if not wrong:
             return None
         got = answers[scenes.index(wrong[0])][-1]
@@ -400,11 +353,13 @@ class Scene:
         if "pedestrian" in self.text:
             size = Vector3(0.5, 0.5, 1.8)
             obstacles.obstacles = [Obstacle(1, "pedestrian", self._thing, size, 0.0)]
-        obstacles.traffic_lights = [
-            CarlaTrafficLightStatus(light.id, CarlaTrafficLightStatus.RED)
-            for light in self.lights.traffic_lights
-        ]
+        # With a state of a light, which need not be there, an odometry waits for this message.
+        obstacles.traffic_lights = [CarlaTrafficLightStatus(1, CarlaTrafficLightStatus.RED)]
         return [obstacles, odometry_at(*self._car, _SPEED_MPS, obstacles.header.stamp)]
+
+    def is_right(self, answers: list) -> bool:
+        """Return whether one of these answers is that of the solution."""
+        return any(_equal(rows, self.wanted) for rows in answers)
 
     def is_explained(self, expression: str, answers: list) -> bool:
         """Return whether one of these answers is that of an expression `instead` of checks.yaml."""
@@ -486,7 +441,7 @@ def rows_problem(got: list, wanted: list, what: str, columns: str = "x, y") -> P
     if len(got) == len(wanted) and got == [got[0]] * len(got):
         seen = f"{len(got)} times {_row(got[0])}"
         hint = "One object was appended many times: create a new one in each pass of the loop."
-    elif 0 < first < len(wanted) and _equal(got, wanted[:first] + wanted[first + 1 :]):
+    elif first < len(wanted) and _equal(got, wanted[:first] + wanted[first + 1 :]):
         seen = f"{len(got)} rows: row {first + 1}, {_row(wanted[first])}, is missing"
         hint = "One row is left out: where do the indices or the slice begin and end?"
     elif _equal([(*row[:2], row[2] / 3.6) for row in got if len(row) == 3], wanted):

@@ -5,7 +5,16 @@ from __future__ import annotations
 from pathlib import Path
 
 from sdc_workshop.exam import typical
-from sdc_workshop.exam.answer import PASSED, UNFINISHED, WAITING, WRONG, Answer, Problem, wrong
+from sdc_workshop.exam.answer import (
+    PASSED,
+    UNFINISHED,
+    WAITING,
+    WRONG,
+    Answer,
+    Problem,
+    listed,
+    wrong,
+)
 from sdc_workshop.exam.output import Crash, crash, meaning
 from sdc_workshop.exam.stage import Stage
 from sdc_workshop.exam.student import NotBuilt, Student
@@ -24,13 +33,7 @@ def encoding_problem(text: str, name: str) -> Problem | None:
     """Return the problem of a file that begins with a byte order mark, or None."""
     if not text.startswith("\ufeff"):
         return None
-    return Problem(
-        "a file in UTF-8 without a byte order mark",
-        "its first character is an invisible byte order mark",
-        "Save it as UTF-8 without BOM: Linux takes the mark for a part of line 1. "
-        f"`sed -i '1s/^\\xEF\\xBB\\xBF//' src/{name}` removes it.",
-        line=1,
-    )
+    return listed("byte_order_mark", name=name, line=1)
 
 
 class RegionCheck:
