@@ -1,4 +1,4 @@
-"""What the last check has said about each step. It is kept in the package that the student writes."""
+"""The last answer about each step, which is kept in the package that the student writes."""
 
 from __future__ import annotations
 
