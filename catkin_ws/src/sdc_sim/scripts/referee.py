@@ -1,7 +1,6 @@
 #!/usr/bin/env python3
 """Referee: evaluates the drive along the route, prints its status, and writes the report."""
 
-import base64
 import contextlib
 import json
 import os
@@ -17,7 +16,6 @@ from std_srvs.srv import Trigger
 from sdc_common.ros.connection_watchdog import watch_connections
 from sdc_common.ros.node import parameter, refuse
 from sdc_common.ros.odometry import true_odometry_topic
-from sdc_sim.evaluation.drive_evaluation import PICTURE
 from sdc_sim.evaluation.evaluator import Evaluator
 from sdc_sim.evaluation.route_progress import COMPLETED
 from sdc_sim.evaluation.rules import EvaluationRules
@@ -45,8 +43,7 @@ class Referee:
         self.snapshots = CameraSnapshots(
             sorted(image_topics),
             parameter("snapshots") if self.pictures else 0,
-            self.on_snapshot,
-            self.on_picture,
+            self.add,
         )
         try:
             rules = EvaluationRules.read(parameter)
@@ -85,14 +82,18 @@ class Referee:
     def on_route(self, path):
         if self.evaluator.drive is not None:
             return
-        self.read_planner_limits()
+        # The local planner's own limits, where it has them.
+        own, rules = rospy.get_param("/local_planner", {}), self.evaluator.rules
+        planner = {name: own.get(name, value) for name, value in rules.planner.items()}
+        assumed = [name for name in planner if name not in own]
+        rules = rules._replace(planner=planner, assumed=assumed)
+        self.evaluator.rules = rules
         self.input.route(path)
-        rules = self.evaluator.rules
-        if rules.assumed:
+        if assumed:
             rospy.logwarn(
                 "referee: /local_planner has no parameter %s; the ideal duration uses "
                 "assumed_planner of config/referee.yaml",
-                ", ".join(rules.assumed),
+                ", ".join(assumed),
             )
         self.rules_publisher.publish(json.dumps(rules._asdict()))
 
@@ -102,13 +103,9 @@ class Referee:
             "are kept in memory"
         )
 
-    def on_snapshot(self, time_s, percent, jpeg):
+    def add(self, *event):
         with self.lock:
-            self.evaluator.add("snapshot", time_s, percent, base64.b64encode(jpeg).decode())
-
-    def on_picture(self, time_s, jpeg):
-        with self.lock:
-            self.evaluator.add("scene", PICTURE, time_s, base64.b64encode(jpeg).decode())
+            self.evaluator.add(*event)
 
     def update_snapshots(self):
         with self.lock:
@@ -117,15 +114,6 @@ class Referee:
             progress = self.evaluator.drive.progress
             percent, now_s = progress.completion_percent, progress.samples[-1].time_s
         self.snapshots.update(percent, now_s, time.monotonic())
-
-    def read_planner_limits(self):
-        """Use the local planner's own limits where it has them."""
-        planner = dict(parameter("assumed_planner"))
-        assumed = [name for name in planner if not rospy.has_param("/local_planner/" + name)]
-        for name in planner:
-            if name not in assumed:
-                planner[name] = rospy.get_param("/local_planner/" + name)
-        self.evaluator.rules = self.evaluator.rules._replace(planner=planner, assumed=assumed)
 
     def check_mission(self, now_s):
         """End the drive if for some time a planner has run, and no node that publishes a mission.
@@ -155,23 +143,20 @@ class Referee:
 
     @staticmethod
     def pause_simulation():
-        """Start to pause the simulator, which in lockstep keeps both cores busy."""
-
-        def call():
-            # CARLA has no such service.
-            with contextlib.suppress(rospy.ROSException, rospy.ServiceException):
-                rospy.wait_for_service("/sim/pause", 0.1)
-                rospy.ServiceProxy("/sim/pause", Trigger)()
-
-        thread = threading.Thread(target=call, daemon=True)
-        thread.start()
-        return thread
+        """Pause the simulator, which in lockstep keeps both cores busy; CARLA cannot."""
+        with contextlib.suppress(rospy.ROSException, rospy.ServiceException):
+            rospy.wait_for_service("/sim/pause", 0.1)
+            rospy.ServiceProxy("/sim/pause", Trigger)()
 
     def finish(self):
         """Write the report; return the exit status."""
         self.wait_for_last_messages()
         self.snapshots.close()
-        pausing = None if rospy.is_shutdown() else self.pause_simulation()
+        if not rospy.is_shutdown():
+            # A simulator that does not respond must not delay the report.
+            pausing = threading.Thread(target=self.pause_simulation, daemon=True)
+            pausing.start()
+            pausing.join(PAUSE_TIMEOUT_S)
         with self.lock:
             if not self.evaluator.started:
                 topics = " and ".join(self.evaluator.missing_topics)
@@ -179,8 +164,6 @@ class Referee:
                 self.events.remove()
                 return 1
             result = self.evaluator.result()
-        if pausing is not None:
-            pausing.join(PAUSE_TIMEOUT_S)
         line = closing_line(result.metrics)
         try:
             write_report(self.report_path, result)

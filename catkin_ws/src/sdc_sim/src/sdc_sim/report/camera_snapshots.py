@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import math
 import threading
 from collections.abc import Callable, Sequence
@@ -10,6 +11,7 @@ import rospy
 from sensor_msgs.msg import Image
 
 from sdc_common.ros.image_check import check_image
+from sdc_sim.evaluation.drive_evaluation import PICTURE
 
 _SNAPSHOT_PX, _SNAPSHOT_QUALITY = 480, 80
 _PICTURE_PX, _PICTURE_QUALITY = 320, 60
@@ -32,21 +34,17 @@ class CameraSnapshots:
         self,
         topics: Sequence[str],
         count: int,
-        on_snapshot: Callable[[float, float, bytes], None],
-        on_picture: Callable[[float, bytes], None],
+        add: Callable[..., object],
     ):
         """Plan the snapshots.
 
         Args:
             topics: of the camera's images; only one of them has a publisher
             count: number of snapshots in a completed drive; 0: no small pictures either
-            on_snapshot: called with the simulated time [s], the completed share of the route [%]
-                and the JPEG of each snapshot
-            on_picture: called with the simulated time [s] and the JPEG of each small picture
+            add: called with the name and the arguments of an event of DriveEvaluation
         """
         self._topics = tuple(topics)
-        self._on_snapshot = on_snapshot
-        self._on_picture = on_picture
+        self._add = add
         self._enabled = count > 0
         self._due = [100.0 * (number + 0.5) / count for number in range(count)]
         self._percent = self._now_s = 0.0
@@ -94,12 +92,11 @@ class CameraSnapshots:
         self._pictures += 1
         self._picture_at_s = self._now_s
         time_s, percent = message.header.stamp.to_sec(), self._percent
-        self._on_picture(time_s, jpeg)
+        self._add("scene", PICTURE, time_s, jpeg)
         if self._snapshot_due:
             self._due = [due for due in self._due if due > percent]
             snapshot = encode_jpeg(message, _SNAPSHOT_PX, _SNAPSHOT_QUALITY)
-            assert snapshot is not None
-            self._on_snapshot(time_s, percent, snapshot)
+            self._add("snapshot", time_s, percent, snapshot)
         self._received.set()
 
     def close(self) -> None:
@@ -109,8 +106,8 @@ class CameraSnapshots:
         self._subscribers = []
 
 
-def encode_jpeg(message: Image, width_px: int, quality: int) -> bytes | None:
-    """Return a small JPEG of an image, or None if its encoding or size is not supported."""
+def encode_jpeg(message: Image, width_px: int, quality: int) -> str | None:
+    """Return a small JPEG in base64, or None if the encoding or size is not supported."""
     import cv2  # a drive without a camera needs neither
     from cv_bridge import CvBridge, CvBridgeError
 
@@ -121,4 +118,5 @@ def encode_jpeg(message: Image, width_px: int, quality: int) -> bytes | None:
         return None
     scale = min(1.0, width_px / message.width)
     small = cv2.resize(pixels, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
-    return cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, quality])[1].tobytes()
+    jpeg = cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, quality])[1]
+    return base64.b64encode(jpeg).decode()
