@@ -150,6 +150,7 @@ def test_controller_steers_back_to_the_path_with_every_method(offline_node, meth
             "'stanly': did you mean 'stanley'",
         ),
         ("simple_controller", "SimpleController", {"basic_throttle": 2.0}, "basic_throttle"),
+        ("simple_controller", "SimpleController", {"stop_brake": 2.0}, "stop_brake"),
         ("simple_controller", "SimpleController", {"patience_s": 0.0}, "patience_s"),
         ("local_planner", "LocalPlannerNode", {"braking_mps2": -3.0}, "braking_mps2"),
     ],
