@@ -12,9 +12,9 @@ from pathlib import Path
 
 from sdc_common.processes import matching, processes_with
 
-_TIMEOUT_S = 120.0
+_TIMEOUT_S = 240.0
 # A drive from start to end.
-_END_TIMEOUT_S = 200.0
+_END_TIMEOUT_S = 400.0
 _SHOWN_CHARACTERS = 5000
 
 
