@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import time
@@ -43,6 +44,7 @@ def test_lockstep_drive_is_complete_and_replay_gives_the_same_report(environment
     )
     assert done.returncode == 0, done.stdout
     assert "all limits are met" in done.stdout
+    assert f"drive: the report is {tmp_path}/found/report.html" in done.stdout
     assert "Traceback" not in done.stdout
     report = json.loads((tmp_path / "found" / "report.json").read_text())
     assert report["status"] == "completed"
@@ -181,3 +183,38 @@ def test_help_lists_every_argument():
     text = subprocess.run([DRIVE, "--help"], stdout=subprocess.PIPE, text=True, check=True).stdout
     for name in ("scenario", "waypoints_path", "sim", "headless", "sync", "camera", "report"):
         assert f"  {name} " in text
+
+
+@pytest.mark.skipif(not shutil.which("xdg-open"), reason="xdg-utils is not installed")
+@pytest.mark.parametrize("headless", ["true", "false"])
+def test_page_of_a_drive_on_a_screen_is_opened(environment, bend, tmp_path, headless):
+    browser = tmp_path / "browser"
+    browser.write_text('#!/bin/sh\necho "$1" > "$(dirname "$0")/opened"\n')
+    browser.chmod(0o755)
+    entry = tmp_path / "applications" / "browser.desktop"
+    entry.parent.mkdir()
+    entry.write_text(f"[Desktop Entry]\nType=Application\nName=Browser\nExec={browser} %f\n")
+    (tmp_path / "mimeapps.list").write_text("[Default Applications]\ntext/html=browser.desktop\n")
+    command = f"{DRIVE} headless:={headless} camera:=false waypoints_path:={bend} cockpit:=false"
+    screen = {**environment, "DISPLAY": ":99", "WORKSHOP_URL": ""}
+    screen.update(XDG_DATA_HOME=str(tmp_path), XDG_CONFIG_HOME=str(tmp_path))
+    done = subprocess.run(
+        ["script", "-qec", command, "/dev/null"],
+        cwd=tmp_path,
+        env=screen,
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        timeout=200,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout
+    page = tmp_path / "report" / "report.html"
+    opened = tmp_path / "opened"
+    if headless == "false":
+        limit = time.monotonic() + 30.0
+        while not opened.exists() and time.monotonic() < limit:
+            time.sleep(0.05)
+        assert opened.read_text().strip().endswith(str(page))
+    else:
+        assert page.exists()
+        assert not opened.exists()
