@@ -100,6 +100,7 @@ def shown(display_and_application):
 
 
 def test_click_requests_a_waypoint_there(shown):
+    shown.click(*shown.pixel(200.0, 80.0), button=3)
     shown.click(*shown.pixel(-150.0, 80.0))
     shown.wait_for(lambda: shown.requests)
     ((kind, x, y),) = shown.requests
@@ -114,9 +115,11 @@ def test_click_outside_the_walls_is_refused_with_a_message(shown):
 
 
 def test_drag_of_the_square_carries_it_and_adds_no_waypoint(shown):
+    shown.field.zoom_by(1.1)
     shown.xdotool("mousemove", *shown.pixel(0.0, 0.0), "mousedown", 1)
     shown.xdotool("mousemove", *shown.pixel(60.0, 40.0))
     shown.wait_for(lambda: shown.requests and shown.requests[-1][1] == pytest.approx(60.0, abs=1.0))
+    shown.window.set_car(0.0, 0.0, 0.0)  # the world has not moved it yet
     red, green, blue = shown.colour(60.0 - 8.0, 40.0 + 8.0)
     assert red > 180 and green < 90 and blue < 90, "the square is drawn where the mouse holds it"
     count = len(shown.requests)
