@@ -130,11 +130,7 @@ class DriveRunner:
 
     def past(self) -> list[dict[str, Any]]:
         """Return the drives that have ended, the newest first."""
-        if not self._command or not self._folder.is_dir():
-            return []
-        names = sorted(
-            (path.parent.name for path in self._folder.glob(f"*/{_DRIVE}")), reverse=True
-        )
+        names = sorted(self._names(), reverse=True)
         return [self._row(name) for name in names[:_MAX_LISTED] if name != self._name]
 
     def _row(self, name: str) -> dict[str, Any]:

@@ -19,6 +19,7 @@ from sdc_cockpit.road_view import RoadView
 from sdc_cockpit.sensor_view import SensorView
 from sdc_cockpit.topic_feeds import Feed, decoded, seconds_of, stamp_of
 from sdc_common.planning.speed_reasons import MEANINGS
+from sdc_common.ros.conversion import stop_lines
 from sdc_common.ros.odometry import GROUND_TRUTH, pose_and_speed, yaw_from_quaternion
 from sdc_common.ros.refusal import refusing
 from sdc_common.ros.speed_reason_publisher import TOPIC as SPEED_REASON
@@ -227,15 +228,12 @@ def _obstacles(message: Any) -> list[dict[str, Any]]:
 
 def _light_places(message: Any) -> dict[int, list[float]]:
     """Return x, y and yaw of each light, and x and y of the middle of its stop line."""
+    info = decoded(message, CarlaTrafficLightInfoList)
+    lines = stop_lines(info)
     places = {}
-    for light in decoded(message, CarlaTrafficLightInfoList).traffic_lights:
-        x, y, yaw = _box(light.transform, light.trigger_volume.size)[:3]
-        centre = light.trigger_volume.center
-        c, s = math.cos(yaw), math.sin(yaw)
-        line = [x + c * centre.x - s * centre.y, y + s * centre.x + c * centre.y]
-        if not all(map(math.isfinite, line)):
-            raise ValueError(f"a number of traffic light {light.id} is not finite")
-        places[light.id] = [x, y, yaw, *(round(number, 2) for number in line)]
+    for light in info.traffic_lights:
+        pose, line = _box(light.transform, light.trigger_volume.size)[:3], lines[light.id]
+        places[light.id] = [*pose, round(line.x_m, 2), round(line.y_m, 2)]
     return places
 
 
