@@ -72,6 +72,7 @@ async def drive_and_vanish(address):
     return braked["t"] - vanished["t"], braked["mode"], returned["mode"]
 
 
+@pytest.mark.nightly
 @pytest.mark.slow(20)
 def test_driver_that_vanishes_brakes_the_car_and_returns_it(drive):
     _, address = drive("camera:=false", "referee_options:={pictures: false}")

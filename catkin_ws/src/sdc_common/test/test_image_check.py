@@ -45,7 +45,7 @@ def test_wrong_size_is_an_error(changes):
 
 
 @pytest.mark.slow(3)
-@settings(max_examples=max(500, settings.default.max_examples))
+@settings(max_examples=max(200, settings.default.max_examples))
 @given(
     st.integers(0, 40) | st.just(2**31),
     st.integers(0, 40) | st.just(2**31),

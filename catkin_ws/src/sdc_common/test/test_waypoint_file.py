@@ -140,7 +140,7 @@ FILES = (
 
 
 @pytest.mark.slow(3)
-@settings(max_examples=max(500, settings.default.max_examples))
+@settings(max_examples=max(200, settings.default.max_examples))
 @given(FILES)
 def test_fuzz_any_bytes_are_a_route_or_one_clear_error(tmp_path_factory, content):
     path = tmp_path_factory.getbasetemp() / "fuzz.csv"

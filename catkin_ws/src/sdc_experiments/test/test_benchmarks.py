@@ -50,6 +50,7 @@ def test_mistake_is_named(arguments, message):
     assert message in done.stdout
 
 
+@pytest.mark.nightly
 @pytest.mark.slow(4)
 @pytest.mark.parametrize("name", ["lidar", pytest.param("lane_filter", marks=pytest.mark.nightly)])
 def test_benchmark_prints_a_table(name):

@@ -208,6 +208,7 @@ def check_kills_on_this_machine(study, start, folder, expected):
     assert len(repeated) == CELLS - FAILING
 
 
+@pytest.mark.nightly
 def test_missing_scheduler_is_named_in_one_line(study, start, tmp_path):
     sweep = start(sys.executable, SCRIPT, study, "--scheduler", "tcp://127.0.0.1:1")
     assert sweep.wait_for_end(LIMIT_S) == 2

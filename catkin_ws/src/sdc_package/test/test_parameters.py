@@ -124,7 +124,7 @@ def test_parameter_file_works_as_it_is(name, tmp_path):
 
 
 @settings(
-    max_examples=max(500, settings.default.max_examples),
+    max_examples=max(200, settings.default.max_examples),
     suppress_health_check=[HealthCheck.function_scoped_fixture],
 )
 @given(data=st.data())

@@ -120,7 +120,7 @@ ANY_NUMBER = st.floats(width=32)
 ANY_COMMAND = st.builds(Command, ANY_NUMBER, ANY_NUMBER, ANY_NUMBER, st.booleans(), st.booleans())
 
 
-@settings(max_examples=max(500, settings.default.max_examples))
+@settings(max_examples=max(200, settings.default.max_examples))
 @given(st.lists(st.tuples(ANY_COMMAND, st.booleans()), min_size=1, max_size=8))
 def test_fuzz_any_commands_execute_as_valid_pedals(commands):
     simulation = Simulation(Vehicle(TESLA), TICK_S, 0.4)

@@ -184,7 +184,7 @@ def contents(draw):
 
 @pytest.mark.slow(3)
 @settings(
-    max_examples=max(500, settings.default.max_examples), suppress_health_check=list(HealthCheck)
+    max_examples=max(200, settings.default.max_examples), suppress_health_check=list(HealthCheck)
 )
 @given(contents())
 def test_any_file_is_a_valid_scenario_or_refused_in_one_line(tmp_path_factory, content):

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from sdc_perception.lane_detection import DetectorSettings, LaneDetector
-from sdc_perception.study.drives import WEATHERS, drive, lab_parameters
+from sdc_perception.study.drives import WEATHERS, drive, drive_nodes, lab_parameters
 from sdc_perception.study.frames import FrameScore, measure
 from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.camera.renderer import Renderer
@@ -30,17 +30,18 @@ def test_route_that_the_car_does_not_know_is_completed():
     assert metrics["cross_track_max_m"] <= 0.5
 
 
-@pytest.mark.slow(20)
+@pytest.mark.slow(10)
+def test_nodes_of_the_lab_drive_a_straight_road_by_its_lane():
+    route_m = np.column_stack([np.arange(0.0, 41.0, 2.0), np.zeros(21)])
+    metrics, *_ = drive_nodes("", route_m, perception="lane", camera="true")
+    assert (metrics["status"], metrics["missed_ticks"]) == ("completed", 0)
+    assert metrics["cross_track_max_m"] < 0.2
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("weather", ["day", "dusk"])
 @pytest.mark.parametrize(
-    ("scenario", "weather"),
-    [
-        ("crossing_pedestrian", "day"),
-        *[
-            pytest.param(scenario, weather, marks=pytest.mark.nightly)
-            for scenario in ("traffic_lights", "stopped_car", "slow_leader")
-            for weather in ("day", "dusk")
-        ],
-    ],
+    "scenario", ["crossing_pedestrian", "traffic_lights", "stopped_car", "slow_leader"]
 )
 def test_scenario_is_driven_on_detections(scenario, weather):
     driven = drive(scenario, weather)
