@@ -15,6 +15,7 @@ from gymnasium.vector.utils import batch_space
 from sdc_common.geometry.road_line import road_route
 from sdc_common.machine_code import compiled
 from sdc_experiments.configuration import vehicle_preset
+from sdc_experiments.fleet import VehicleFleet
 from sdc_experiments.learning.environment import ACTIONS, VECTORS, SdcEnvironment
 from sdc_experiments.learning.observation import (
     COMPLETED_REWARD,
@@ -40,7 +41,6 @@ from sdc_experiments.learning.road_table import (
     find_places,
 )
 from sdc_sim.camera.camera_model import CameraModel
-from sdc_sim.physics.fleet import VehicleFleet
 from sdc_sim.scenario.drive_setup import RouteSource, drive_setup
 
 _STATUSES = np.array(["", "completed", "off_road"], object)

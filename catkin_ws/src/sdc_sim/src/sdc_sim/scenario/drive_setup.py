@@ -13,7 +13,7 @@ import numpy as np
 from sdc_common.geometry.road_line import road_route
 from sdc_common.geometry.route import Route, checked_points
 from sdc_common.routes.waypoint_file import LARGEST_COORDINATE_M, load_waypoints, parse_waypoints
-from sdc_sim.physics.fleet import CompiledVehicle
+from sdc_sim.physics.compiled_vehicle import CompiledVehicle
 from sdc_sim.physics.vehicle import Vehicle
 from sdc_sim.scenario.configuration import build_simulation, checked
 from sdc_sim.scenario.packaged import (

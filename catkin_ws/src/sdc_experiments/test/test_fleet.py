@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 from sdc_common.driving import Command
-from sdc_sim.physics.fleet import FIELDS, CompiledVehicle, VehicleFleet
+from sdc_experiments.fleet import FIELDS, VehicleFleet
+from sdc_sim.physics.compiled_vehicle import CompiledVehicle
 from sdc_sim.physics.vehicle import Vehicle
 from sdc_sim.physics.vehicle_parameters import load_vehicle
 
 pytestmark = pytest.mark.slow(2)
 
-FOLDER = os.path.join(os.path.dirname(__file__), "..", "config", "vehicles")
+FOLDER = os.path.join(os.path.dirname(__file__), "..", "..", "sdc_sim", "config", "vehicles")
 # Enough for two threads, and no more.
 COUNT = 130
 TICK_S = 0.05

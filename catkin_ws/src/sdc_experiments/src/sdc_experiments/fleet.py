@@ -1,4 +1,4 @@
-"""Vehicles in machine code where Numba is installed: one, and many equal ones at once."""
+"""Many equal vehicles at once."""
 
 from __future__ import annotations
 
@@ -7,62 +7,15 @@ from typing import Any, Callable
 
 import numpy as np
 
-from sdc_common.machine_code import compiled, numba_module
-from sdc_common.piecewise_linear import evaluate
-from sdc_sim.physics.vehicle import INTERNAL_STEP_S, Vehicle, VehicleState
-from sdc_sim.physics.vehicle_dynamics import derivatives, tyre_forces
-from sdc_sim.physics.vehicle_motion import (
-    Motion,
-    MotionConstants,
-    approach,
-    drive_force,
-    heun_step,
-    integrate,
-    resistance,
-    step_count,
-)
+from sdc_common.machine_code import compiled
+from sdc_sim.physics.compiled_vehicle import CALLEES, packed
+from sdc_sim.physics.vehicle import INTERNAL_STEP_S, VehicleState
+from sdc_sim.physics.vehicle_motion import MotionConstants, integrate, step_count
 from sdc_sim.physics.vehicle_parameters import VehicleParameters
 
 FIELDS = tuple(VehicleState.__dataclass_fields__)
 # With fewer vehicles, threads only wait for each other.
 _LEAST_BLOCK = 64
-_CALLEES = (
-    evaluate,
-    tyre_forces,
-    derivatives,
-    approach,
-    drive_force,
-    resistance,
-    heun_step,
-    step_count,
-    integrate,
-)
-
-
-class CompiledVehicle(Vehicle):
-    """A Vehicle in machine code, for the same numbers; pays after an hour of simulated drives."""
-
-    def set_conditions(self, friction: float, side_wind_mps: float) -> None:
-        """Set the factor of the tyres' grip and the side wind; see Vehicle.set_conditions."""
-        super().set_conditions(friction, side_wind_mps)
-        self._constants = packed(self._constants)
-        self._integrate = compiled(_integrate, *_CALLEES)
-
-
-def packed(constants: MotionConstants) -> Any:
-    """Return the constants as the element of an array if Numba is installed, else of a list.
-
-    A compiled function takes longer to read 70 numbers from tuples than for the rest of a tick.
-    """
-    if numba_module() is None:
-        return [constants]
-    values = {name: np.array(value) for name, value in vars(constants).items()}
-    fields = [(name, value.dtype, value.shape) for name, value in values.items()]
-    return np.array([tuple(values.values())], dtype=fields)
-
-
-def _integrate(constants: Any, *arguments: Any) -> Motion:
-    return integrate(constants[0], *arguments)
 
 
 def integrate_fleet(
@@ -117,7 +70,7 @@ class VehicleFleet:
         self._values = np.zeros((len(FIELDS), count))
         self.state = dict(zip(FIELDS, self._values))
         self._constants = packed(MotionConstants.of(parameters, friction, 0.0))
-        self._integrate = compiled(integrate_fleet, *_CALLEES)
+        self._integrate = compiled(integrate_fleet, *CALLEES)
         threads = max(1, min(threads, count // _LEAST_BLOCK))
         bounds = np.linspace(0, count, threads + 1).astype(int).tolist()
         self._blocks = list(zip(bounds, bounds[1:]))
