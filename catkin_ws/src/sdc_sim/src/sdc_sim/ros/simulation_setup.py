@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 from typing import Any
 
 import numpy as np
@@ -96,23 +95,21 @@ class SimulationSetup:
             self.route = road_route(self.route_m)
             self.sensors = sensors_that_are_on(value)
             self.simulation = build_simulation(value, self.route, self.route_m)
+            self.drive_log = DriveLog(value("drive_log"))
         except (WaypointError, DocumentError, OccupiedError) as error:
             refuse(error)
         except ValueError as error:
             refuse(f"{error}; fix it in config/sim.yaml")
+        except OSError as error:
+            fix = "name a file in a folder that can be written"
+            refuse(f"drive_log: {error.filename}: {error.strerror}; {fix}")
         self.pictures = None
         if with_camera:
             self.pictures = PictureSettings(
                 self.waypoints_path, self.role_name, bridge, daylight, weather, self.lockstep
             )
-        self.drive_log = _drive_log(value("drive_log"))
         _warn_of_tight_bends(self.route, self.simulation.vehicle.parameters, self.waypoints_path)
         value.refuse_unread()
-
-    @property
-    def map_name(self) -> str:
-        """Name of the map: the file name of the route without its ending."""
-        return os.path.splitext(os.path.basename(self.waypoints_path))[0]
 
 
 def _warn_of_tight_bends(route: Route, vehicle: VehicleParameters, path: str) -> None:
@@ -127,10 +124,3 @@ def _warn_of_tight_bends(route: Route, vehicle: VehicleParameters, path: str) ->
             "on less than %.1f m: it will leave the route there",
             *(path, x_m, y_m, radius_m, least_m),
         )
-
-
-def _drive_log(path: str) -> DriveLog:
-    try:
-        return DriveLog(path)
-    except OSError as error:
-        refuse(f"drive_log: {path}: {error.strerror}; name a file in a folder that can be written")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from typing import Any, Callable, Sequence, Tuple
 
 import rospy
@@ -149,7 +150,7 @@ class SimulationTopics:
         # The vehicle's own list came with 0.9.5; before, the world's list left the vehicle out.
         has_own_list = "/objects" in self._setup.bridge.topics
         objects = m.all_objects if has_own_list else m.other_objects
-        map_name = self._setup.map_name
+        map_name = os.path.splitext(os.path.basename(self._setup.waypoints_path))[0]
         map_text = opendrive(map_name, self._setup.route_m)
         world_info = carla.CarlaWorldInfo(map_name, map_text)
         table: list[Topic] = [

@@ -219,14 +219,10 @@ class Balls:
 Bodies = Union[Frusta, Cylinders, Balls]
 
 
-def columns(bodies: Any) -> list[np.ndarray]:
-    """Return the attributes of bodies."""
-    return [getattr(bodies, field.name) for field in dataclasses.fields(bodies)]
-
-
 def chosen(bodies: Any, rows: np.ndarray) -> Any:
     """Return these rows of bodies."""
-    return type(bodies)(*(column[rows] for column in columns(bodies)))
+    fields = dataclasses.fields(bodies)
+    return type(bodies)(*(getattr(bodies, field.name)[rows] for field in fields))
 
 
 def scenery_bodies(scenery: Scenery) -> list[Bodies]:
