@@ -21,7 +21,7 @@ from sdc_workshop.exam.sandbox import SandboxError, require, user_id
 from sdc_workshop.grading.cluster import grade_on_cluster
 from sdc_workshop.grading.copies import Copy, copies
 from sdc_workshop.grading.grading import Conditions, Grade, grade
-from sdc_workshop.grading.handed_in import names, submissions
+from sdc_workshop.grading.handed_in import HandedInError, names, submissions
 from sdc_workshop.grading.lms import write_lms
 from sdc_workshop.grading.record import write_json, write_table
 from sdc_workshop.grading.rubric import PACKAGED, load_rubric
@@ -102,29 +102,29 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
 def main(arguments: Sequence[str]) -> int:
     """Run the command; return 0 when all folders could be graded."""
     options = parse(arguments)
-    output = options.output.absolute()
+    try:
+        grades = grade_class(options, options.output.absolute())
+    except (ClusterError, DocumentError, HandedInError, SandboxError) as error:
+        print(f"grade: {error}", file=sys.stderr)
+        return 2
+    except OSError as error:
+        fix = "name another folder with --output"
+        print(f"grade: {error.filename}: {error.strerror}; {fix}", file=sys.stderr)
+        return 1
+    return 0 if not any(found.note or found.contained for found in grades) else 1
+
+
+def grade_class(options: argparse.Namespace, output: Path) -> list:
+    """Grade all students, write the summary into a folder, and return the grades."""
     named = names(submissions(options.folders, output, options.lab), FILES)
     for folder in named:
         if output == folder or folder in output.parents:
-            print(
-                f"grade: {output} is in {folder}, a student's folder; "
-                "name another one with --output",
-                file=sys.stderr,
+            raise HandedInError(
+                f"{output} is in {folder}, a student's folder; name another one with --output"
             )
-            return 2
-    try:
-        rubric = load_rubric(options.rubric, named.values())
-    except DocumentError as error:
-        print(f"grade: {error}", file=sys.stderr)
-        return 2
-    try:
-        output.mkdir(parents=True, exist_ok=True)
-        seed = class_seed(output, options.seed)
-    except OSError as error:
-        print(
-            f"grade: {output}: {error.strerror}; name another folder with --output", file=sys.stderr
-        )
-        return 1
+    rubric = load_rubric(options.rubric, named.values())
+    output.mkdir(parents=True, exist_ok=True)
+    seed = class_seed(output, options.seed)
     jobs = []
     for number, (folder, name) in enumerate(named.items()):
         user = None if options.no_sandbox else user_id(number)
@@ -135,14 +135,10 @@ def main(arguments: Sequence[str]) -> int:
         found = grade_here(jobs, output, options)
     total = len(load_steps(options.lab))
     grades = []
-    try:
-        with contextlib.closing(found):
-            for one in found:
-                grades.append(one)
-                print(line(one, total), flush=True)
-    except (ClusterError, SandboxError) as error:
-        print(f"grade: {error}", file=sys.stderr)
-        return 2
+    with contextlib.closing(found):
+        for one in found:
+            grades.append(one)
+            print(line(one, total), flush=True)
     rows = ranked(grades, rubric)
     pairs = copies({found.name: found.tokens for found in grades}, options.lab)
     write_csv(output / "grades.csv", rows, options.lab)
@@ -150,7 +146,7 @@ def main(arguments: Sequence[str]) -> int:
     write_lms(output, rows, rubric)
     write_table(output / "copies.csv", Copy._fields, (pair._asdict() for pair in pairs))
     print(f"grade: {len(grades)} students, see {output / 'grades.html'} and grades.csv")
-    return 0 if not any(found.note or found.contained for found in grades) else 1
+    return grades
 
 
 def class_seed(output: Path, given: int | None) -> int:

@@ -145,8 +145,11 @@ def grade(name: str, folder: Path, result: Path, conditions: Conditions) -> Grad
     found.answers, state = read(result)
     found.note = "; ".join(dict.fromkeys([*state["notes"], *notes]))
     found.contained = [f"the link {link} leads out of the workspace" for link in links]
+    # Whether there is a file that the sandbox may hide is not asked: the student would learn it.
     found.contained += [
-        f"{step}: {text}" for step, text, path in state["contained"] if _is_hidden(path, temporary)
+        f"{step}: {text}"
+        for step, text, path in state["contained"]
+        if not path.startswith(temporary)
     ]
     for name in ("report", "unknown"):
         with contextlib.suppress(OSError, ValueError):
@@ -174,14 +177,6 @@ def _clear(result: Path) -> None:
     for path in (*reports, *(result / name for name in _WRITTEN)):
         if path.is_file():
             path.unlink()
-
-
-def _is_hidden(path: str, temporary: str) -> bool:
-    """Return whether a file that a program did not find may be one that the sandbox hides.
-
-    Whether there is such a file is not asked: the answer would reach the student.
-    """
-    return not path.startswith(temporary)
 
 
 def _plain_environment(**more: str) -> dict:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-import shutil
 import stat
 import zipfile
 import zlib
@@ -151,27 +150,25 @@ def _unpacked(archive: Path, folder: Path) -> Path:
             members = []
             for member in content.infolist():
                 path = PurePosixPath(member.filename.replace("\\", "/"))
-                if path.is_absolute() or ".." in path.parts or ":" in member.filename[:2]:
+                if path.is_absolute() or ".." in path.parts:
                     raise HandedInError(f"{archive}: {member.filename!r} leads out of the zip")
-                mode = member.external_attr >> 16
-                if not member.is_dir() and not stat.S_ISLNK(mode) and not LEFT_OUT & {*path.parts}:
-                    members.append((member, folder / path, mode))
-            size = sum(member.file_size for member, _, _ in members)
+                is_link = stat.S_ISLNK(member.external_attr >> 16)
+                if not member.is_dir() and not is_link and not LEFT_OUT & {*path.parts}:
+                    member.filename = str(path)
+                    members.append(member)
+            size = sum(member.file_size for member in members)
             if size > MAX_TOTAL_BYTES or len(members) > MAX_ENTRIES:
                 raise HandedInError(
                     f"{archive} is too large unpacked ({size // 1_000_000} MB, {len(members)} "
                     f"files); at most {MAX_TOTAL_BYTES // 1_000_000} MB and {MAX_ENTRIES} files"
                 )
-            for member, path, mode in members:
-                path.parent.mkdir(parents=True, exist_ok=True)
-                with content.open(member) as source, path.open("wb") as target:
-                    start = source.read(2)
-                    target.write(start)
-                    shutil.copyfileobj(source, target)
+            for member in members:
+                written, mode = Path(content.extract(member, folder)), member.external_attr >> 16
                 # A zip made on Windows has no permissions.
-                path.chmod(0o755 if mode & 0o100 or (not mode and start == b"#!") else 0o644)
+                is_program = mode & 0o100 if mode else written.read_bytes()[:2] == b"#!"
+                written.chmod(0o755 if is_program else 0o644)
+    except HandedInError:
+        raise
     except (zipfile.BadZipFile, zlib.error, RuntimeError, EOFError, OSError, ValueError) as error:
-        if isinstance(error, HandedInError):
-            raise
         raise HandedInError(f"{archive}: neither a folder nor a zip that opens ({error})") from None
     return folder
