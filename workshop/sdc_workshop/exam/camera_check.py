@@ -14,6 +14,7 @@ from sdc_workshop.exam.variant import Variant
 from sdc_workshop.workspace import PACKAGE
 
 if TYPE_CHECKING:
+    import numpy as np
     from sensor_msgs.msg import Image
 
 PICTURES = "/carla/ego_vehicle/camera/rgb/front/image_color"
@@ -68,14 +69,16 @@ class CameraCheck(NodeCheck):
         from sdc_workshop.exam.probes.road_picture import road
 
         masks, pictures = node.subscriber(MASKS, Image), node.publisher(PICTURES, Image)
-        message = _road_message()
+        random = stage.random(self.file)
+        picture = road(random.randint(250, 350), random.randint(10, 40))
+        message = _road_message(picture)
         how = node.send_until(lambda: pictures.publish(message), lambda: masks.messages)
         if not masks.messages:
             return self.silence_problem(node, how, variant)
         if masks.messages[0].header.frame_id != message.header.frame_id:
             return listed("header")
         mask = np.frombuffer(masks.messages[0].data, np.uint8)
-        wanted = LaneFilter(LaneFilterThresholds(**_THRESHOLDS)).mask(road()).ravel()
+        wanted = LaneFilter(LaneFilterThresholds(**_THRESHOLDS)).mask(picture).ravel()
         if mask.shape == wanted.shape and np.count_nonzero(mask != wanted) <= _MAX_DIFFERENT:
             return None
         return listed("mask")
@@ -92,7 +95,7 @@ class CameraCheck(NodeCheck):
         parameters = {**self.parameters(stage), "show_window": True}
         with stage.node(variant, parameters, **environment) as node:
             pictures = node.publisher(PICTURES, Image)
-            message = _road_message()
+            message = _road_message(road())
             shown: list = []
 
             def is_right() -> bool:
@@ -114,12 +117,10 @@ class CameraCheck(NodeCheck):
             )
 
 
-def _road_message() -> Image:
-    """Return the picture of the road as a message."""
+def _road_message(picture: np.ndarray) -> Image:
+    """Return the picture of a road as a message."""
     from cv_bridge import CvBridge
 
-    from sdc_workshop.exam.probes.road_picture import road
-
-    message = CvBridge().cv2_to_imgmsg(road(), "bgra8")
+    message = CvBridge().cv2_to_imgmsg(picture, "bgra8")
     message.header.frame_id = "a picture of the check"
     return message

@@ -73,18 +73,11 @@ class BasicControlCheck(NodeCheck):
         got = _fields(command)
         wrong = [name for name in basic if abs(got[name] - basic[name]) > _TOLERANCE]
         if wrong:
-            hint = (
-                f"{wrong[0]} has another value: "
-                "CarlaVehicleControl(throttle=throttle, steer=steer, brake=brake)."
-            )
             swapped = [("throttle", "steer"), ("steer", "throttle")]
             swapped += [("brake", "throttle"), ("brake", "steer")]
-            if any(abs(got[name] - basic[other]) < _TOLERANCE for name, other in swapped):
-                hint = (
-                    "throttle, steer and brake are swapped: pass the fields of a message by name, "
-                    "throttle=throttle."
-                )
-            return Problem(_text(basic), _text(got), hint, "1.5")
+            is_swapped = any(abs(got[a] - basic[b]) < _TOLERANCE for a, b in swapped)
+            key = "fields_swapped" if is_swapped else "another_field"
+            return listed(key, wanted=_text(basic), got=_text(got), field=wrong[0])
         stamp = command.header.stamp
         if stamp in stamps:
             return delay_problem(node.delays_s(send, received.messages), "1.5")
@@ -128,14 +121,9 @@ class PathFollowingCheck(NodeCheck):
             if drive.answer is None:
                 return self.silence_problem(node, how, variant)
             wanted, got = drive.wanted(scene), _fields(drive.answer)
-            expected = f"{scene['text']}: {_text(wanted)}"
-            hint = (
-                "The path is another one than was received: each row is (point.x, point.y, "
-                "point.v), in this order."
-            )
-            return self.crash_problem(node, variant) or Problem(
-                expected, _text(got), hint, first_of(("2.3",), variant)
-            )
+            texts = {"what": scene["text"], "wanted": _text(wanted), "got": _text(got)}
+            todo = first_of(("2.3",), variant)
+            return self.crash_problem(node, variant) or listed("another_path", todo, **texts)
         return delay_problem(drive.delays_s, first_of(("2.3",), variant))
 
 

@@ -85,11 +85,7 @@ class FileCheck(RegionCheck):
         path.unlink()
         student, solution = found
         if isinstance(student, str):
-            hint = (
-                "Write files of this package as $(find sdc_package)/FOLDER/FILE, and arguments as "
-                "$(arg NAME)."
-            )
-            yield Problem(_READABLE, student.replace(str(path), path.name), hint, "1")
+            yield listed("launch", error=student.replace(str(path), path.name))
         elif isinstance(solution, str):
             hint = f"Look at config/{name}.yaml."
             yield Problem("a configuration that roslaunch can read", solution, hint, "1")
@@ -177,21 +173,12 @@ class FileCheck(RegionCheck):
 
 def _xml_problem(text: str, kind: str) -> Problem | None:
     """Return why a text is no XML, or None."""
-    hint = (
-        "Is a tag not closed, a quote missing, or a tag closed with another name? <node .../> "
-        "closes itself, <node ...> needs </node>."
-    )
-    if kind == "depends":
-        hint = (
-            "A tag is not closed, or closed with another name: "
-            "<exec_depend>message_runtime</exec_depend>."
-        )
-    if set(text) & set("“”‘’„"):
-        hint = 'Typographic quotes do not count as quotes: write straight ones, ".'
+    key = "package_xml" if kind == "depends" else "xml"
+    key = "xml_quotes" if set(text) & set("“”‘’„") else key
     try:
         ElementTree.fromstring(text)
     except ElementTree.ParseError as error:
-        return Problem("an XML file", str(error), hint, line=error.position[0])
+        return listed(key, error=error, line=error.position[0])
     return None
 
 
@@ -230,14 +217,10 @@ def _parameter_problems(command: str, node: str, got: dict, wanted: dict) -> Ite
             seen = f"{near[0]} instead" if near else f"no such parameter after {command}"
             yield Problem(f"the parameter {name}", seen, f"{key} is missing. {how}", "1")
         elif right != got[name]:
-            hint = f"{key} has another type: look at type=... of its <param>."
-            if type(right) is type(got[name]):
-                hint = (
-                    f"{key} must follow the argument: look at its value=... (is the name of "
-                    "the argument right, does a file that is loaded later set it again?)."
-                )
-            expected = f"{name} is {json.dumps(right)} after {command}"
-            yield Problem(expected, f"it is {json.dumps(got[name])}", hint, "1")
+            same_type = type(right) is type(got[name])
+            texts = {"name": name, "right": json.dumps(right), "got": json.dumps(got[name])}
+            about = "parameter_value" if same_type else "parameter_type"
+            yield listed(about, key_name=key, command=command, **texts)
 
 
 def _includes(text: str, todo: str) -> dict:
@@ -318,16 +301,9 @@ def _cmake_error(output: str, path: Path) -> Problem:
     # Further errors are those of the program that includes the file.
     first = output.split("Call Stack")[0].replace(str(path), path.name)
     line = re.search(rf"{re.escape(path.name)}:(\d+)", first)
-    hint = (
-        "Look at this line: is a bracket missing, or a command misspelt? Each command is "
-        "NAME(WORDS ...)."
-    )
-    if "missing ending" in first:
-        hint = "The command that begins in this line is not closed: its bracket `)` is missing."
-    text = re.sub(r"^.*?CMake Error (?:at|in) ?", "", " ".join(first.split()))
-    return Problem(
-        "a file that CMake can read", text[:300], hint, line=int(line[1]) if line else None
-    )
+    text = re.sub(r"^.*?CMake Error (?:at|in) ?", "", " ".join(first.split()))[:300]
+    key = "cmake_unclosed" if "missing ending" in first else "cmake"
+    return listed(key, error=text, line=int(line[1]) if line else None)
 
 
 def message_answer(name: str, hint: str, student: Student) -> Answer:

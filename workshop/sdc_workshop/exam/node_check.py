@@ -134,19 +134,12 @@ class NodeCheck(RegionCheck):
         published, subscribed = node.topics()
         others = [other for other in subscribed if other not in self.given_topics]
         near = difflib.get_close_matches(topic, others, 1, 0.5)
-        seen = f"it subscribes to {', '.join(others or subscribed) or 'nothing'}"
-        hint = (
-            f"rospy.Subscriber takes the topic {topic}, the class of the messages and the callback."
-        )
         if near:
-            seen = f"a subscriber to {near[0]}"
-            hint = (
-                f"The topic is {topic}, letter for letter: on another topic no message ever "
-                "arrives, and ROS reports no error."
-            )
-        elif topic in published:
-            seen, hint = "a publisher of it", "rospy.Subscriber receives, rospy.Publisher sends."
-        return Problem(f"a subscriber to {topic}", seen, hint, todo)
+            return listed("subscriber_misspelt", todo=todo, topic=topic, got=near[0])
+        if topic in published:
+            return listed("no_subscriber_but_publisher", todo=todo, topic=topic)
+        names = ", ".join(others or subscribed) or "nothing"
+        return listed("no_subscriber", todo=todo, topic=topic, names=names)
 
     def publisher_problem(self, node: Node, topic: str, kind: str, todo: str) -> Problem | None:
         """Return why the node does not publish a topic with this type, or None."""
@@ -157,11 +150,10 @@ class NodeCheck(RegionCheck):
             return listed("publisher_type", todo=todo, kind=kind, got=got)
         published, subscribed = node.topics()
         others = [name for name in published if name not in self.given_topics]
-        seen = f"it publishes {', '.join(others) or 'nothing'}"
-        hint = f"The topic is {topic}, letter for letter: other nodes subscribe to this one."
         if topic in subscribed and topic not in self.given_topics:
-            seen, hint = "a subscriber to it", "rospy.Publisher sends, rospy.Subscriber receives."
-        return Problem(f"a publisher of {topic}", seen, hint, todo)
+            return listed("no_publisher_but_subscriber", todo=todo, topic=topic)
+        names = ", ".join(others) or "nothing"
+        return listed("no_publisher", todo=todo, topic=topic, names=names)
 
     def silence_problem(self, node: Node, how: str, variant: Variant) -> Problem:
         """Return why a connected node does not answer; `how` is as in Program.wait_until."""

@@ -141,7 +141,7 @@ class MissionPlannerCheck(NodeCheck):
     @staticmethod
     def _points(problem: Problem, variant: Variant, points: list) -> Problem:
         if "4" in variant.judged and "6" not in variant.judged:
-            return listed("another_file", count=len(points))
+            return listed("another_file", seen=f"another route of {len(points)} points")
         todo = first_of(("6", "5", "7"), variant)
         if not points and todo == "5":
             hint = "Assign the result of load_waypoints(waypoints_path) to self.waypoints."
@@ -151,6 +151,8 @@ class MissionPlannerCheck(NodeCheck):
     def _ended(self, node: Node, variant: Variant) -> Problem:
         found = self.crash_problem(node, variant)
         if found is not None or node.program.status != 0:
+            if variant.judged == ("4",) and "cannot be read" in node.program.output:
+                return listed("another_file", seen="a file that is not there")
             return found or self.ended_problem(node, variant)
         return listed("ended")
 
