@@ -109,19 +109,14 @@ class SensorContext(NamedTuple):
 
 
 class SensorModel:
-    """A sensor whose state is that of its errors."""
+    """A sensor whose state is that of its errors.
+
+    A subclass has `read(moment, tick)`, which returns a reading in the tick of this number since
+    the start.
+    """
 
     def __init__(self, errors: SensorErrors):
         self.errors = errors
-
-    def read(self, moment: Moment, tick: int) -> Any:
-        """Return a reading.
-
-        Args:
-            moment: what is measured
-            tick: number of the tick since the start
-        """
-        raise NotImplementedError
 
     def reset(self) -> None:
         """Return to the start of the drive."""

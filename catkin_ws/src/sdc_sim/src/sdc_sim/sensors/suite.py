@@ -14,14 +14,13 @@ from sdc_sim.sensors.model import (
     SENSORS,
     Moment,
     SensorContext,
-    SensorModel,
     SensorReadings,
     SensorSettings,
 )
 from sdc_sim.sensors.motion_sensors import Gnss, InertialUnit, Speedometer, WheelSpeedSensor
 
 # Class and field of the readings of each sensor.
-_MODELS: dict[str, tuple[Callable[[Any, SensorContext], SensorModel], str]] = {
+_MODELS: dict[str, tuple[Callable[[Any, SensorContext], Any], str]] = {
     "imu": (InertialUnit, "imu"),
     "gnss": (Gnss, "gnss"),
     "speedometer": (Speedometer, "speed_mps"),
@@ -56,7 +55,7 @@ class SensorSuite:
         scenery: Callable[[], Scenery] | None = None,
     ):
         # Field of the readings, period and latency in ticks, and model of each sensor that is on.
-        self._sensors: list[tuple[str, int, int, SensorModel]] = []
+        self._sensors: list[tuple[str, int, int, Any]] = []
         for number, name in enumerate(SENSORS):
             if name not in settings:
                 continue
