@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Cockpit: serves a page that shows the drive, and on which a person can drive."""
 
+import argparse
 import asyncio
 import concurrent.futures
 import threading
@@ -69,11 +70,14 @@ class Cockpit:
         except (KeyError, TypeError, ValueError) as error:
             refuse(f"{error}; correct it in config/cockpit.yaml or config/manual_control.yaml")
         self.full_speed_mps = parameter("full_speed_mps")
-        self.drives = DriveRunner(
-            parameter("drive_command"), Path(parameter("drives_folder")), self.on_drive_end
-        )
+        arguments = argparse.ArgumentParser()
+        arguments.add_argument("--drive-command", default="")
+        arguments.add_argument("--drives-folder", type=Path, default=Path("drives"))
+        given = arguments.parse_args(rospy.myargv()[1:])
+        self.drives = DriveRunner(given.drive_command, given.drives_folder, self.on_drive_end)
         self.scenarios = scenario_names()
         self.address = parameter("address")
+        self.access = Access(new_token(), is_loopback(self.address))
         try:
             self.sockets, self.port = server.bind(self.address, parameter("port"))
         except OSError as error:
@@ -263,7 +267,8 @@ class Cockpit:
         self.send_drives()
 
     def send_drives(self):
-        drives = {"running": self.drives.running, "past": self.drives.past()}
+        past = [{**row, "key": self.access.key(row["name"])} for row in self.drives.past()]
+        drives = {"running": self.drives.running, "past": past}
         message = protocol.json_message("drives", offered=self.drives.offered, **drives)
         self.in_loop(self.viewers.broadcast, message, True)
 
@@ -319,12 +324,12 @@ class Cockpit:
     def serve(self):
         asyncio.set_event_loop(asyncio.new_event_loop())
         self.loop = tornado.ioloop.IOLoop.current()
-        token = new_token()
-        access = Access(token, is_loopback(self.address))
         www = Path(rospkg.RosPack().get_path("sdc_cockpit")) / "www"
-        web = tornado.httpserver.HTTPServer(server.application(self, access, www))
+        web = tornado.httpserver.HTTPServer(
+            server.application(self, self.access, www), **server.LIMITS
+        )
         web.add_sockets(self.sockets)
-        url = server.page_address(self.address, self.port, token)
+        url = server.page_address(self.address, self.port, self.access.token)
         print("cockpit: " + url, flush=True)
         tornado.ioloop.PeriodicCallback(self.update, 1e3 * UPDATE_S).start()
         rospy.on_shutdown(self.on_shutdown)

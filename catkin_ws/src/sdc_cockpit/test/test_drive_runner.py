@@ -6,6 +6,8 @@ import subprocess
 import sys
 import threading
 import time
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
 
 import pytest
 
@@ -96,6 +98,38 @@ def test_no_other_file_is_served(runner):
         assert runner.file(drive, file) is None
     with pytest.raises(ValueError, match="there is no drive '../x'"):
         runner.comparison(name, "../x")
+
+
+def test_command_that_starts_drives_is_no_parameter():
+    """Any program, and a page in a browser, can set a parameter of the ROS master."""
+    launch = ElementTree.parse(Path(__file__).parents[1] / "launch" / "cockpit.launch")
+    assert {param.get("name") for param in launch.iter("param")} == {"address", "port"}
+
+
+def test_drive_with_the_name_of_an_option_is_compared_as_a_drive(runner, tmp_path):
+    for name in ("--help", "other"):
+        (tmp_path / "drives" / name).mkdir(parents=True)
+        (tmp_path / "drives" / name / "drive.json").write_text("{}")
+    with pytest.raises(ValueError, match="--help"):
+        runner.comparison("--help", "other")
+
+
+@pytest.mark.parametrize("link", (None, "folder", "report.html", "drive.json", "report.json"))
+def test_links_in_the_folder_of_the_drives_are_not_followed(runner, tmp_path, link):
+    drive, real = tmp_path / "drives" / "1-oval", tmp_path / "real"
+    real.mkdir()
+    drive.parent.mkdir()
+    for name in ("report.html", "drive.json", "report.json"):
+        (real / name).write_text("{}")
+    if link == "folder":
+        drive.symlink_to(real)
+    else:
+        drive.mkdir()
+        for path in real.iterdir():
+            place = drive / path.name
+            place.symlink_to(path) if path.name == link else place.write_text("{}")
+    assert [row["name"] for row in runner.past()] == (["1-oval"] if link is None else [])
+    assert (runner.file("1-oval", "report.html") is None) == (link is not None)
 
 
 def test_page_of_one_drive_starts_none(tmp_path):

@@ -149,7 +149,8 @@ def test_page_starts_stops_lists_and_compares_drives(standing_cockpit):
     assert second[0]["name"].endswith("-oval")
     assert "scenario:=oval" in second[0]["arguments"]
     names = [row["name"] for row in second]
-    assert "completed" in answer(address, f"drives/{names[1]}/report.html")
+    key = second[1]["key"]
+    assert "completed" in answer(address, f"drives/{names[1]}/report.html", key=key)
     compared = json.loads(answer(address, "api/compare", a=names[0], b=names[1]))
     assert "route_completion_percent" in compared["text"]
     assert compared["picture"].startswith("data:image/png;base64,")

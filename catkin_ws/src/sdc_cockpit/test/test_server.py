@@ -102,13 +102,26 @@ class ServerTest(tornado.testing.AsyncHTTPTestCase):
 
     def test_report_of_a_drive_cannot_use_the_server(self):
         self.backend.drives.page = self.backend.folder / "www" / "index.html"
-        answer = self.fetch(f"/drives/1-oval/report.html?token={TOKEN}")
+        key = Access(TOKEN, loopback=True).key("1-oval")
+        answer = self.fetch(f"/drives/1-oval/report.html?key={key}")
         assert (answer.code, answer.body) == (200, b"<h1>page</h1>")
         policy = answer.headers["Content-Security-Policy"]
         assert "sandbox allow-scripts;" in policy and "allow-same-origin" not in policy
-        assert self.code("/drives/1-oval/report.html") == 403
-        assert self.code(f"/drives/1-oval/drive.json?token={TOKEN}") == 404
-        assert self.code(f"/drives/../secret.txt?token={TOKEN}") == 404
+        for query in ("", f"?token={TOKEN}", f"?key={Access(TOKEN, loopback=True).key('2')}"):
+            assert self.code(f"/drives/1-oval/report.html{query}") == 403
+        for path in ("/", "/api/road", "/api/compare", "/drives/2/report.html"):
+            assert self.code(f"{path}?token={key}&key={key}") == 403
+        assert self.code(f"/drives/1-oval/drive.json?key={key}") == 404
+        assert self.code(f"/drives/../secret.txt?key={key}") == 403
+
+    def get_httpserver_options(self):
+        return server.LIMITS
+
+    def test_body_is_refused_before_the_server_keeps_it(self):
+        for size in (1, 10_000_000):
+            with pytest.raises(Exception, match="closed|400"):
+                self.fetch("/", method="POST", body=bytes(size), raise_error=True)
+        assert self.code(f"/?token={TOKEN}") == 200
 
     def test_comparison_of_two_drives(self):
         answer = self.fetch(f"/api/compare?a=1&b=2&token={TOKEN}")

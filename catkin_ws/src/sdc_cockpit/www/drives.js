@@ -91,7 +91,7 @@ export class Drives {
     for (const [file, text] of [["report.html", "report"], ["drive.log", "log"]]) {
       if (file === "report.html" && !drive.page) continue;
       const link = Object.assign(document.createElement("a"), {
-        href: `drives/${encodeURIComponent(drive.name)}/${file}?${query()}`, target: "_blank", rel: "noopener", textContent: text,
+        href: `drives/${encodeURIComponent(drive.name)}/${file}?key=${drive.key}`, target: "_blank", rel: "noopener", textContent: text,
       });
       files.append(link);
     }

@@ -23,17 +23,28 @@ class Access:
     There is no cookie: a page of another site that makes this browser send a request has no token.
 
     Args:
-        token: what a request must contain
+        token: what a request must contain; kept in `token`
         loopback: whether the server is bound to the loopback interface
     """
 
     def __init__(self, token: str, loopback: bool):
-        self._token = token.encode()
+        self.token = token
         self._loopback = loopback
 
     def has_token(self, given: str | None) -> bool:
         """Return whether a request contains the token, in a time that does not depend on it."""
-        return hmac.compare_digest((given or "").encode("utf-8", "replace"), self._token)
+        return _equal(given, self.token)
+
+    def key(self, drive: str) -> str:
+        """Return what opens the files of one drive, and nothing else.
+
+        A script in a report can read its own address and send it away.
+        """
+        return hmac.new(self.token.encode(), drive.encode(), "sha256").hexdigest()
+
+    def has_key(self, given: str | None, drive: str) -> bool:
+        """Return whether a request contains the key of a drive."""
+        return _equal(given, self.key(drive))
 
     def allows_host(self, host: str | None) -> bool:
         """Return whether a Host header names this server.
@@ -60,6 +71,10 @@ class Access:
             and host is not None
             and parts.netloc.lower() == host.lower()
         )
+
+
+def _equal(given: str | None, wanted: str) -> bool:
+    return hmac.compare_digest((given or "").encode("utf-8", "replace"), wanted.encode())
 
 
 def is_loopback(name: str) -> bool:

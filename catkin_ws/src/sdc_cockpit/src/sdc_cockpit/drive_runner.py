@@ -164,7 +164,7 @@ class DriveRunner:
         with tempfile.TemporaryDirectory() as folder:
             picture = Path(folder) / "compare.png"
             done = subprocess.run(
-                [sys.executable, compare, a, b, "--plot", str(picture)],
+                [sys.executable, compare, "--plot", str(picture), "--", a, b],
                 cwd=self._folder,
                 stdin=subprocess.DEVNULL,
                 capture_output=True,
@@ -182,7 +182,13 @@ class DriveRunner:
     def _names(self) -> set[str]:
         if not self._command:
             return set()
-        return {path.parent.name for path in self._folder.glob(f"*/{_DRIVE}")}
+        folders = [path.parent for path in self._folder.glob(f"*/{_DRIVE}")]
+        # A link may lead to any file that this user can read.
+        return {
+            folder.name
+            for folder in folders
+            if not any(path.is_symlink() for path in (folder, *folder.iterdir()))
+        }
 
 
 def _json(path: Path) -> dict[str, Any]:

@@ -28,6 +28,9 @@ _LIBRARIES = {
 }
 _LIBRARY_FOLDER = Path("/usr/share/javascript")
 _PING_S = 10.0
+# Arguments of the HTTP server. No request has a body; without a limit, the server keeps a body of
+# 100 MB in memory before it looks for the token.
+LIMITS = {"max_body_size": 0, "max_buffer_size": 1 << 20, "max_header_size": 1 << 14}
 _HEADERS = {
     "Content-Security-Policy": (
         "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; "
@@ -108,7 +111,17 @@ class _Road(_Checked):
 
 
 class _DriveFile(_Checked):
-    """A file that a drive wrote. Its sandbox has an own origin and cannot use this server."""
+    """A file that a drive wrote. Its sandbox has an own origin and cannot use this server.
+
+    Its address contains the key of the drive, and not the token.
+    """
+
+    needs_token = False
+
+    def prepare(self) -> None:
+        super().prepare()
+        if not self.access.has_key(self.get_query_argument("key", None), self.path_args[0]):
+            raise tornado.web.HTTPError(403, reason="The key is missing or wrong")
 
     def get(self, drive: str, name: str) -> None:
         path = self.backend.drives.file(drive, name)
