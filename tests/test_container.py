@@ -29,6 +29,19 @@ def test_the_same_releases_are_tried_everywhere():
     assert f"ARG DEBIAN={RELEASES[0]}" in read("docker/Dockerfile")
 
 
+def test_downloads_are_pinned_by_digest():
+    """A tag or a version on a server can get another content."""
+    images = re.findall(r"^FROM (\S+:\S+)", read("docker/Dockerfile"), re.MULTILINE)
+    assert [image for image in images if not re.search(r"@sha256:[0-9a-f]{64}$", image)] == []
+    assert len(images) == len(RELEASES)
+    actions = re.findall(r"uses: (\S+)", read(".github/workflows/test.yml"))
+    assert [action for action in actions if not re.search(r"@[0-9a-f]{40}$", action)] == []
+    for name in ("pip", "learning", "browser"):
+        packages = read(f"docker/{name}-packages.txt").replace("\\\n", "").splitlines()
+        package = re.compile(r"[\w-]+==[\w.]+( +--hash=sha256:[0-9a-f]{64})+")
+        assert [one for one in packages if one[0] != "#" and not package.fullmatch(one)] == []
+
+
 def test_release_that_is_not_known_is_refused():
     done = subprocess.run(
         [ROOT / "docker" / "try-on", "potato"], stderr=subprocess.PIPE, text=True, check=False
