@@ -31,6 +31,8 @@ GUIDE = PROJECT / "workshop" / "guide.md"
 _PYTHON = PROJECT / ".browser" / "bin" / "python"
 # Programs in the terminals print their pages below this address, with the same token.
 URL_VARIABLE = "WORKSHOP_URL"
+# No page of another site makes the browser send the cookies.
+_COOKIES = {"samesite": "Strict"}
 _SETTINGS = {
     "@jupyterlab/docmanager-extension:plugin": {"defaultViewers": {"markdown": "Markdown Preview"}},
     # A report is a page with scripts. It runs in a frame without access to JupyterLab.
@@ -77,10 +79,12 @@ def configuration(
             "allow_root": True,
             "open_browser": False,
             "log_level": "WARN",
+            # "/" as Jupyter's own default; it sets the path only where there are no other options.
+            "tornado_settings": {"xsrf_cookie_kwargs": {"path": "/", **_COOKIES}},
             # The setup files of ROS are for bash. TMPDIR is for JupyterLab only.
             "terminado_settings": {"shell_command": ["/usr/bin/env", "-u", "TMPDIR", "/bin/bash"]},
         },
-        "IdentityProvider": {"token": given_token},
+        "IdentityProvider": {"token": given_token, "cookie_options": _COOKIES},
         "LabApp": {"extension_manager": "readonly"},
         # Copies of opened files are by default beside them, in the project and the workspace.
         # Where that is not possible, as in a folder that does not exist, they are in TMPDIR.
