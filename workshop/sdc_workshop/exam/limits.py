@@ -61,12 +61,14 @@ def _parents(groups: Path) -> Iterator[Path]:
 
 
 def _limit(group: Path, limit: int) -> None:
-    files = {"memory.max": limit, "memory.swap.max": 0}  # version 2
-    if not (group / "memory.max").exists():
-        files = {"memory.limit_in_bytes": limit, "memory.memsw.limit_in_bytes": limit}
-    for number, (name, value) in enumerate(files.items()):
-        if number == 0 or (group / name).exists():  # a kernel may not count what it swaps
-            (group / name).write_text(str(value))
+    version_2 = (group / "memory.max").exists()
+    name = "memory.max" if version_2 else "memory.limit_in_bytes"
+    with (group / name).open("r+") as file:  # no new file where the kernel has none
+        file.write(str(limit))
+    # A kernel may not count what it swaps.
+    swap = group / ("memory.swap.max" if version_2 else "memory.memsw.limit_in_bytes")
+    if swap.exists():
+        swap.write_text("0" if version_2 else str(limit))
 
 
 def _remove(*folders: Path) -> None:

@@ -20,7 +20,15 @@ from sdc_workshop.exam.sandbox import outer_command
 from sdc_workshop.grading.copies import written_tokens
 from sdc_workshop.grading.copying import copy_workspace
 from sdc_workshop.grading.handed_in import HandedInError
-from sdc_workshop.grading.record import ANSWERS, BUILD_LOG, NO_SANDBOX, STATE, read, write_json
+from sdc_workshop.grading.record import (
+    ANSWERS,
+    BUILD_LOG,
+    NO_SANDBOX,
+    STATE,
+    printable,
+    read,
+    write_json,
+)
 from sdc_workshop.steps import WORKSHOP, load_steps
 from sdc_workshop.workspace import PROJECT, WORLD, package_of, solved_steps, version
 
@@ -151,6 +159,7 @@ def grade(name: str, folder: Path, result: Path, conditions: Conditions) -> Grad
         for step, text, path in state["contained"]
         if not path.startswith(temporary)
     ]
+    found.note, found.contained = printable(found.note), [*map(printable, found.contained)]
     for name in ("report", "unknown"):
         with contextlib.suppress(OSError, ValueError):
             text = (result / f"{name}.json").read_text(encoding="utf-8")

@@ -18,6 +18,14 @@ NO_SANDBOX = "none"
 _MAX_EVENTS = 40
 
 
+def printable(text: str) -> str:
+    """Return a text in which line ends and other control characters are escaped.
+
+    The name of a file may have them: it must neither write a line of the table nor move the cursor.
+    """
+    return "".join(one if one.isprintable() else ascii(one)[1:-1] for one in text)
+
+
 class Record:
     """Writes files into the folder of the results, which no program of a student can write.
 

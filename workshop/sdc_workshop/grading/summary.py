@@ -11,7 +11,7 @@ import yaml
 
 from sdc_workshop.exam.answer import PASSED
 from sdc_workshop.grading.grading import Grade
-from sdc_workshop.grading.record import write_table
+from sdc_workshop.grading.record import printable, write_table
 from sdc_workshop.grading.rubric import Mark, mark
 from sdc_workshop.steps import WORKSHOP, Step, hint_of, load_steps
 
@@ -57,7 +57,7 @@ def cells(row: Row) -> dict:
         **dict.fromkeys(_COLUMNS, ""),
         "rank": row.rank,
         "student": found.name,
-        "folder": found.folder,
+        "folder": printable(str(found.folder)),
         "mark": f"{made.points:.2f}",
         "phases_percent": f"{100.0 * made.phases:.1f}",
         "late_percent": f"{made.late_percent:g}",

@@ -1,0 +1,216 @@
+"""Attacks of attacks.yaml on what a student must not see or use up, each beside its control."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import yaml
+
+from sdc_workshop.exam.limits import control_groups, entering, kills
+from sdc_workshop.exam.sandbox import SandboxError, require, user_id
+from sdc_workshop.grading.copying import copy_workspace
+from sdc_workshop.grading.grade import line
+from sdc_workshop.grading.grading import Conditions, grade
+from sdc_workshop.grading.handed_in import HandedInError, names, submissions
+from sdc_workshop.grading.rubric import load_rubric
+from sdc_workshop.grading.summary import ranked, write_csv
+from sdc_workshop.steps import load_steps
+from sdc_workshop.workspace import make, solve
+
+pytestmark = pytest.mark.slow(120)
+TABLE = yaml.safe_load(Path(__file__).with_name("attacks.yaml").read_text())
+LIMIT_S = 300.0
+# Call the attempts one after the other, and end the launch with the list of those that succeeded.
+ATTEMPTS = """
+import json, os, signal, sys, time
+succeeded = []
+for name, attempt in attempts:
+    try:
+        succeeded += [name] if attempt() else []
+    except Exception:
+        pass
+print("Traceback (most recent call last):\\n  File \\"x\\", line 1, in x")
+print("Attempts:", json.dumps(succeeded), flush=True)
+"""
+
+
+@pytest.fixture(scope="module", autouse=True)
+def sandbox():
+    try:
+        require()
+    except SandboxError as error:
+        pytest.skip(str(error))
+
+
+def program(rows):
+    """Return the text of a program that makes the attempts of some rows."""
+    listed = ", ".join(f"({row['name']!r}, lambda: {row['found']})" for row in rows)
+    code = "".join(row.get("code", "") for row in rows)
+    return f"{TABLE['common']}{code}\nattempts = [{listed}]\n{ATTEMPTS}"
+
+
+@pytest.fixture(scope="module")
+def succeeded(world, tmp_path_factory):
+    """Return what the drive of a lesson prints; each is graded once."""
+    found = {}
+
+    def of(lesson):
+        if lesson not in found:
+            folder = tmp_path_factory.mktemp("student") / "eve"
+            make(folder, lesson)
+            rows = [row for row in TABLE["drive"] if row["lesson"] == lesson]
+            for step in load_steps(lesson):
+                solve(folder, step)
+            end = "os.kill(os.getppid(), signal.SIGINT)\ntime.sleep(99)\n"
+            (folder / "src" / TABLE["nodes"][lesson]).write_text(
+                f"#!/usr/bin/env python3\n{program(rows)}{end}"
+            )
+            steps = (f"{lesson}-drive",)
+            conditions = Conditions(LIMIT_S, user_id(1), steps=steps, lab=lesson)
+            graded = grade("eve", folder, folder.parent / "result", conditions)
+            found[lesson] = graded.answers[steps[0]]["seen"]
+        return found[lesson]
+
+    return of
+
+
+@pytest.mark.parametrize("row", TABLE["drive"], ids=lambda row: row["name"])
+def test_program_sees_nothing_of_the_referee(succeeded, row):
+    names = json.loads(succeeded(row["lesson"]).partition("Attempts: ")[2])
+    assert (row["name"] in names) == bool(row.get("control"))
+
+
+@pytest.fixture(scope="module")
+def hello(world, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("memory") / "eve"
+    make(folder)
+    script = folder / "src" / "sdc_package" / "scripts" / "hello.sh"
+    code = program(TABLE["memory"]) + "sys.exit(1)\n"
+    script.write_text(f"#!/usr/bin/env bash\nexec python3 - <<'END'\n{code}END\n")
+    script.chmod(0o755)
+    conditions = Conditions(LIMIT_S, user_id(2), steps=("hello",))
+    return grade("eve", folder, folder.parent / "result", conditions).answers["hello"]
+
+
+@pytest.mark.parametrize("row", TABLE["memory"], ids=lambda row: row["name"])
+def test_program_cannot_take_more_memory_than_its_limit(hello, row):
+    seen = hello["seen"].partition("Attempts: ")[2]
+    assert (row["name"] in json.loads(seen)) == bool(row.get("control"))
+
+
+PEAK = """
+import resource, sys
+from pathlib import Path
+from sdc_workshop.exam.student import NotBuilt, Student
+try:
+    Student(Path(sys.argv[1])).environment
+except NotBuilt:
+    print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+"""
+
+
+def test_output_of_a_setup_file_does_not_fill_the_memory(tmp_path):
+    peaks = []
+    for megabytes in (0, 300):
+        folder = tmp_path / str(megabytes)
+        (folder / "devel").mkdir(parents=True)
+        text = f"head -c {megabytes}M /dev/zero >&2\n"
+        (folder / "devel" / "setup.bash").write_text(text)
+        done = subprocess.run([sys.executable, "-c", PEAK, folder], stdout=-1, check=True)
+        peaks.append(int(done.stdout))
+    assert peaks[1] < peaks[0] + 50_000  # kB
+
+
+FLOOD = """
+import os, sys, xmlrpc.client
+os.environ["ROS_IP"] = "127.0.0.1"
+from rosmaster.master import Master
+from sdc_common.ros.drive_master import free_master_port
+from sdc_workshop.exam.limits import limit_requests
+said = []
+limit_requests(said.append)
+master = Master(port=free_master_port())
+master.start()
+proxy = xmlrpc.client.ServerProxy(master.uri)
+try:
+    for count in range(int(sys.argv[1])):
+        proxy.setParam("/me", f"/large/{count}", "x" * 900_000)
+except (xmlrpc.client.ProtocolError, OSError):
+    pass
+print(count, len(said))
+"""
+
+
+@pytest.mark.parametrize(("sent", "refused"), ((50, 0), (100, 1)))
+def test_large_parameters_do_not_fill_the_memory_of_the_check(sent, refused):
+    done = subprocess.run([sys.executable, "-c", FLOOD, str(sent)], stdout=-1, check=True)
+    count, said = map(int, done.stdout.split())
+    assert (count < sent - 1, said) == (bool(refused), refused)
+    assert count < 80
+
+
+EATER = "import os, sys; f = os.memfd_create('x'); [os.write(f, bytes(1 << 20)) for _ in range({})]"
+
+
+def test_control_group_counts_files_in_memory():
+    with control_groups() as (check, programs):
+        if programs is None:
+            pytest.skip("this machine allows no control group")
+        for megabytes, killed in ((100, 0), (2500, 1)):
+            command = [sys.executable, "-c", EATER.format(megabytes)]
+            done = subprocess.run(entering(programs, command), check=False)
+            assert (done.returncode != 0, kills(programs)) == (bool(killed), killed)
+    assert not check.parent.exists()
+
+
+def test_no_control_group_where_the_kernel_offers_none(tmp_path):
+    with control_groups(tmp_path) as groups:
+        assert groups == (None, None)
+    assert [*tmp_path.iterdir()] == []
+
+
+@pytest.mark.parametrize("link", (None, "eve", "eve/sdc_ws", "eve/sdc_ws/src"))
+def test_link_to_another_workspace_is_not_copied(tmp_path, link):
+    ada, eve = tmp_path / "class" / "ada", tmp_path / "class" / "eve"
+    for folder in (ada / "sdc_ws", *([] if link else [eve / "sdc_ws"])):
+        make(folder)
+    if link:
+        place = tmp_path / "class" / link
+        place.parent.mkdir(parents=True, exist_ok=True)
+        place.symlink_to(ada / place.relative_to(eve))
+    found = submissions([tmp_path / "class"], tmp_path / "grades")
+    assert found == [ada, eve]
+    if link is None:
+        assert copy_workspace(eve, tmp_path / "copy") == []
+        return
+    with pytest.raises(HandedInError, match="is a link to another place"):
+        copy_workspace(eve, tmp_path / "copy")
+
+
+def test_name_of_a_file_writes_no_line_of_the_table(tmp_path):
+    forged = "eve\ngrade: ada: 58 of 58 steps\x1b[1A"
+    (tmp_path / forged).mkdir()
+    grades = []
+    for folder, name in names([tmp_path / "ada", tmp_path / forged]).items():
+        grades.append(grade(name, folder, tmp_path / "result", Conditions(LIMIT_S)))
+        assert line(grades[-1], 58).isprintable()
+        assert "\\n" in grades[-1].note or folder.name == "ada"
+    write_csv(tmp_path / "grades.csv", ranked(grades, load_rubric()))
+    assert len((tmp_path / "grades.csv").read_text().splitlines()) == 3
+
+
+@pytest.mark.parametrize("exists", (True, False))
+def test_summary_does_not_show_whether_a_file_exists(world, tmp_path, exists):
+    path = tmp_path / "secret"
+    if exists:
+        path.touch()
+    folder = tmp_path / "eve"
+    make(folder)
+    script = folder / "src" / "sdc_package" / "scripts" / "hello.sh"
+    script.write_text(f"#!/usr/bin/env bash\ncat {path} ~/absent\n")
+    script.chmod(0o755)
+    conditions = Conditions(LIMIT_S, user_id(3), steps=("hello",))
+    found = grade("eve", folder, tmp_path / "result", conditions)
+    assert found.contained == [f"hello: {path} is missing, invisible or read only in the sandbox"]
