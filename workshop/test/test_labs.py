@@ -6,7 +6,7 @@ from guide_blocks import read
 from guide_student import Student
 
 from sdc_workshop.exam.sandbox import SandboxError, require
-from sdc_workshop.grading.copying import copy_workspace, is_workspace
+from sdc_workshop.grading.copying import copy_workspace
 from sdc_workshop.grading.grading import Conditions, grade
 from sdc_workshop.steps import LABS, chosen, load_steps
 from sdc_workshop.workspace import (
@@ -72,7 +72,6 @@ def test_grading_a_lab_takes_the_finished_car(tmp_path, lab):
     (source / "src" / "sdc_package" / "scripts" / "camera.py").write_text("broken")
     name = package_files(lab)[0]
     (source / "src" / name).write_text("mine")
-    assert is_workspace(source, lab)
     copy_workspace(source, copy, lab)
     assert differences(copy) == []
     assert (copy / "src" / name).read_text() == "mine"

@@ -11,7 +11,8 @@ import pytest
 from sdc_workshop.exam.answer import PASSED
 from sdc_workshop.exam.sandbox import SandboxError, require, user_id
 from sdc_workshop.grading.grading import Conditions, grade
-from sdc_workshop.grading.summary import write_csv, write_html
+from sdc_workshop.grading.rubric import load_rubric
+from sdc_workshop.grading.summary import ranked, write_csv, write_pages
 from sdc_workshop.regions import replaced
 from sdc_workshop.steps import load_steps
 from sdc_workshop.workspace import make, solve
@@ -251,8 +252,11 @@ def test_forged_drive_gets_the_marks_of_the_true_one(grades):
 
 def test_summary_names_what_was_contained(grades, tmp_path):
     _, found = grades
-    write_csv(tmp_path / "grades.csv", list(found.values()))
-    write_html(tmp_path / "grades.html", list(found.values()))
+    rows = ranked(list(found.values()), load_rubric())
+    for row in rows:
+        (tmp_path / row.grade.name).mkdir()
+    write_csv(tmp_path / "grades.csv", rows)
+    write_pages(tmp_path, rows, [])
     with open(tmp_path / "grades.csv", encoding="utf-8") as file:
         rows = {row["student"]: row for row in csv.DictReader(file)}
     assert rows["several"]["contained"] == "; ".join(found["several"].contained) != ""
