@@ -79,22 +79,13 @@ class RedLightDetector:
         return self._count_red()
 
     def _count_red(self) -> int:
-        if not self._crossed:
-            return 0
-        known = [
-            crossing
-            for crossing in self._crossed
-            if self._known_until is None or self._known_until >= crossing[0]
-        ]
+        until = self._known_until
+        known = [crossing for crossing in self._crossed if until is None or until >= crossing[0]]
         self._crossed = [crossing for crossing in self._crossed if crossing not in known]
         return sum(self._state(*crossing) == RED for crossing in known)
 
     def _state(self, stamp_ns: int, light_id: int) -> int | None:
-        return next(
-            (
-                states.get(light_id)
-                for since, states in reversed(self._changes)
-                if since <= stamp_ns
-            ),
-            None,
-        )
+        for since, states in reversed(self._changes):
+            if since <= stamp_ns:
+                return states.get(light_id)
+        return None
