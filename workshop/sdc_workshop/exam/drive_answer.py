@@ -7,7 +7,7 @@ import re
 from pathlib import Path
 from typing import Sequence
 
-from sdc_workshop.exam.answer import PASSED, WRONG, Answer
+from sdc_workshop.exam.answer import PASSED, WRONG, Answer, listed, wrong
 from sdc_workshop.exam.output import crash, last_line, plain
 from sdc_workshop.exam.process import TIMEOUT_S
 from sdc_workshop.exam.stage import Stage
@@ -18,15 +18,6 @@ DRIVE_TIMEOUT_S = 240.0
 _ARGUMENTS = "sdc_package all.launch sync:=true headless:=true"
 _REFEREE = re.compile(r"referee: (\w+): (.*)")
 _DIED = re.compile(r"^\[(\w+)-\d+\] process has died \[.*?(exit code -?\d+)", re.MULTILINE)
-_HINTS = {
-    "off_route": "The car left its route: look at the steering and the local planner; "
-    "`./workshop/check` reports which step is wrong.",
-    "blocked": "The car does not move: does it get a path, and does the controller answer it? "
-    "`rostopic echo /carla/ego_vehicle/vehicle_control_cmd` shows its commands.",
-    "timeout": "The car is far too slow: look at the planned speeds and at the pedals.",
-    "collision": "The car hit something.",
-    "aborted": "A node ended before the drive was over: its output gives the cause.",
-}
 
 
 def _driven(
@@ -62,7 +53,7 @@ def _driven(
 def _cause(output: str, student: Student) -> tuple:
     """Return what ended a node of the student or a callback of it, its file and its line."""
     broken, died = crash(output, student.src), _DIED.search(output)
-    if broken is not None and broken.file is not None:
+    if broken is not None and broken.file is not None and broken.kind != "KeyboardInterrupt":
         return broken.error, str(Path(broken.file).relative_to(student.folder)), broken.line
     if died is not None:
         last = last_line(output[: died.start()])
@@ -100,8 +91,7 @@ def drive_answer(stage: Stage, lab: str, table: dict, unknown: Sequence[Path] = 
         return Answer(PASSED), report
     result = _REFEREE.search(output)
     seen = result[0] if result else report["status"]
-    hint = _HINTS.get(report["status"], "Look at report.png.")
+    found = listed(f"drive_{report['status']}", seen=seen)
     if cause:
-        seen, hint = f"{cause} ({seen})", "Fix this error of your program first."
-    expected = "a drive along the whole route: completed"
-    return Answer(WRONG, expected, seen, hint, *place), report
+        found = listed("drive_error", seen=seen, cause=cause)
+    return wrong(found, *place), report

@@ -193,12 +193,7 @@ def _node_problems(command: str, nodes: list, node: dict) -> Iterator[Problem]:
         if mine[key] != node[key]:
             yield Problem(right, f'{attribute}="{mine[key]}"', f"Write {right}: {why}.", "1")
     if mine["output"] != node["output"]:
-        yield Problem(
-            'output="screen"',
-            f'output="{mine["output"] or "log"}"',
-            'Without output="screen" the output of the node goes to a log file.',
-            "1",
-        )
+        yield listed("output", got=mine["output"] or "log")
 
 
 def _parameter_problems(command: str, node: str, got: dict, wanted: dict) -> Iterator[Problem]:

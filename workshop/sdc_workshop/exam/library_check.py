@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from sdc_workshop.exam.answer import Problem
+from sdc_workshop.exam.answer import Problem, listed
 from sdc_workshop.exam.output import last_line
 from sdc_workshop.exam.probes import library_probe
 from sdc_workshop.exam.region_check import RegionCheck
@@ -71,16 +71,12 @@ class LibraryCheck(RegionCheck):
             return [broken]
         for row, one, wanted in zip(self._rows, results.get("varied", ()), right["varied"]):
             if not same(one, wanted):
-                only = "it gives the results of the usual arguments only"
-                stage.report(f"{variant.name}: {only}, as if they were written into it")
                 call = library_probe.varied(row["call"], stage.seed)
-                hint = (
-                    "Each check also calls it with other arguments. Compute the results from them. "
-                    f"{self._laws.get(row['todo'], '')}"
-                )
-                seen = f"{_shown('value', one)}: {only}"
-                expected = f"{call} is {_shown('value', wanted)}"
-                return [Problem(expected, seen, hint.strip(), row["todo"])]
+                texts = {"got": _shown("value", one), "right": _shown("value", wanted)}
+                texts["law"] = self._laws.get(row["todo"], "")
+                found = listed("usual_arguments", row["todo"], call=call, **texts)
+                stage.report(f"{variant.name}: {found.seen}, as if they were written into it")
+                return [found]
         return []
 
     def _run(self, variant: Variant, stage: Stage) -> tuple | Problem:

@@ -123,20 +123,17 @@ class MissionPlannerCheck(NodeCheck):
         how = _settled(node, node.wait_until(lambda: False))
         if how == "ended":
             return self._ended(node, variant)
-        return self.crash_problem(node, variant) or self._waiting_problem(node, how)
+        found = self.crash_problem(node, variant)
+        return found or (self._waiting_problem(node, how) if "8" in variant.judged else None)
 
     @staticmethod
     def _waiting_problem(node: Node, how: str) -> Problem | None:
         """Return what is wrong with how the node waits: without work, and until Ctrl-C."""
-        expected, seen = "the node waits without work", "a loop that uses a whole processor"
-        if how != "busy":
-            expected, seen = "Ctrl-C ends the node", "it goes on, until roslaunch kills it"
-            with contextlib.suppress(psutil.Error):
-                node.program.main.send_signal(signal.SIGINT)
-            if node.program.wait(_SHUTDOWN_S) is not None:
-                return None
-        hint = "rospy.spin() waits until ROS ends the node; this loop goes on, whatever ROS does."
-        return Problem(expected, seen, hint, "8")
+        if how == "busy":
+            return listed("busy_loop")
+        with contextlib.suppress(psutil.Error):
+            node.program.main.send_signal(signal.SIGINT)
+        return listed("endless_loop") if node.program.wait(_SHUTDOWN_S) is None else None
 
     @staticmethod
     def _points(problem: Problem, variant: Variant, points: list) -> Problem:
@@ -210,13 +207,10 @@ class LocalPlannerCheck(NodeCheck):
 
         received = node.subscriber(PATH, LocalPath)
         ends = [
-            node.publisher(topic, kind, latch=topic in (MISSION, _LIGHTS))
-            for topic, kind in (
-                (MISSION, Path),
-                (_LIGHTS, CarlaTrafficLightInfoList),
-                (_OBSTACLES, ObstacleArray),
-                (ODOMETRY, Odometry),
-            )
+            node.publisher(MISSION, Path, latch=True),
+            node.publisher(_LIGHTS, CarlaTrafficLightInfoList, latch=True),
+            node.publisher(_OBSTACLES, ObstacleArray),
+            node.publisher(ODOMETRY, Odometry),
         ]
         random = stage.random(self.file)
         try:

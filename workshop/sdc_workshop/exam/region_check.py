@@ -72,12 +72,8 @@ class RegionCheck:
             found = Crash(f"{type(error).__name__}: {getattr(error, 'msg', error)}", line)
             lines = variant.text.split("\n")
             shown = lines[line - 1].strip() if line and line <= len(lines) else ""
-            return Problem(
-                "a file that Python can parse",
-                f"{found.error}{': ' + shown if shown else ''}",
-                meaning(found),
-                line=line,
-            )
+            error = f"{found.error}{': ' + shown if shown else ''}"
+            return listed("syntax", line=line, error=error, meaning=meaning(found))
         return None
 
     def exception_problem(self, output: str, path: Path, variant: Variant) -> Problem | None:

@@ -13,7 +13,11 @@ _DEGREES = re.compile(r"\b(?:degrees|rad2deg|180(?:\.0*)?|57\.2\d*)\b")
 
 def mistakes(text: str, region: Region, solution: str) -> list:
     """Return sentences about typical mistakes in the body of a region, which has this solution."""
-    return [*_left_over(text, region, "return" in solution), *_in_syntax(text), *_degrees(text)]
+    return [
+        *_left_over(text, region, "return" in solution),
+        *_in_syntax(text, "spin" in solution),
+        *_degrees(text),
+    ]
 
 
 def _left_over(text: str, region: Region, returns: bool) -> list:
@@ -42,18 +46,17 @@ def _left_over(text: str, region: Region, returns: bool) -> list:
     return []
 
 
-def _in_syntax(text: str) -> list:
+def _in_syntax(text: str, waits: bool) -> list:
     try:
         tree = ast.parse(textwrap.dedent(text))
     except SyntaxError:
         return []
     found = []
-    loops = any(isinstance(node, ast.While) for node in ast.walk(tree))
     for node in ast.walk(tree):
         if isinstance(node, ast.Expr) and isinstance(node.value, (ast.Name, ast.Attribute)):
             name = ast.unparse(node.value) if hasattr(ast, "unparse") else text.strip()
             found.append(f"`{name}` does not call the function; with parentheses, `{name}()` does.")
-        if isinstance(node, ast.Call) and _last_name(node.func) == "sleep" and not loops:
+        if isinstance(node, ast.Call) and _last_name(node.func) == "sleep" and not waits:
             found.append("A callback must not sleep: messages wait, or are lost, until it returns.")
         if isinstance(node, ast.Call) and _last_name(node.func) == "Subscriber":
             found += map(_called, _called_callbacks(node))
