@@ -92,7 +92,7 @@ def kills(group: str | None) -> int:
 
 def entering(group: object, command: list) -> list:
     """Return a command line that runs a command in a control group, or as it is without one."""
-    script = 'echo 0 >"$0/cgroup.procs"; exec "$@"'
+    script = '{ echo 0 >"$0/cgroup.procs"; } 2>/dev/null; exec "$@"'
     return ["sh", "-c", script, str(group), *command] if group else command
 
 
