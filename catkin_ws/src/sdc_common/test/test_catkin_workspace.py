@@ -1,7 +1,6 @@
 """The stack of another workspace is found in that workspace, and errors are one line."""
 
 import os
-import sys
 import xml.etree.ElementTree as ElementTree
 
 import pytest
@@ -9,7 +8,6 @@ import pytest
 from sdc_common.ros.catkin_workspace import (
     WorkspaceError,
     check_stack,
-    main,
     stack_launch,
     workspace_environment,
 )
@@ -137,17 +135,3 @@ def test_stack_that_would_start_nodes_of_another_workspace_is_refused(workspace,
         check_stack("", stack)
     monkeypatch.setenv("ROS_PACKAGE_PATH", f"{workspace}/src")
     check_stack("", stack)
-
-
-@pytest.mark.parametrize(
-    ("stack", "status", "fix"), [("", 0, ""), ("sdc_package/other.launch", 1, "; give stack:=")]
-)
-def test_command_line_prints_the_fix_and_returns_1_on_an_error(
-    workspace, monkeypatch, capsys, stack, status, fix
-):
-    monkeypatch.setattr(sys, "argv", ["catkin_workspace", workspace, stack, "ignored"])
-    assert main() == status
-    printed = capsys.readouterr()
-    assert printed.out == ""
-    assert fix in printed.err
-    assert printed.err.count("\n") == status

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from sdc_common.geometry.road_line import noise_of, road_line, road_route, sharpest_turn
+from sdc_common.geometry.road_line import noise_of, road_line, road_route
 from sdc_common.geometry.route import Route
 from sdc_common.planning.speed_profile import SpeedLimits, ideal_duration, speed_profile
 
@@ -110,15 +110,6 @@ def test_corner_of_straights_stays_a_corner():
     assert [50.0, 0.0] in line.tolist()
 
 
-def test_points_of_the_line_are_evenly_spaced_whatever_the_waypoints():
-    random = np.random.default_rng(5)
-    steps = random.choice([0.001, 0.05, 0.3, 1.0, 7.0, 100.0], 60)
-    line = road_line(np.column_stack([np.append(0.0, np.cumsum(steps)), np.zeros(61)]))
-    gaps = np.diff(line[:, 0])
-    assert gaps.max() <= 1.25 + 1e-9
-    assert (gaps > 0.0).all()
-
-
 def rotated(points_m, angle_rad):
     cosine, sine = math.cos(angle_rad), math.sin(angle_rad)
     return points_m @ np.array([[cosine, sine], [-sine, cosine]])
@@ -179,13 +170,3 @@ def test_line_of_uneven_waypoints_stays_on_the_road(
     line = road_line(waypoints[::-1] if backward else waypoints)
     distance, _ = cKDTree(points).query(line)
     assert distance.max() < within_m
-
-
-@pytest.mark.parametrize("heading", [0.3, 1.9, 3.5, 5.0])
-@pytest.mark.parametrize("turn_rad", [0.5, -2.0])
-@pytest.mark.parametrize("row", [1, 4, 7])
-def test_sharpest_turn_is_the_angle_of_a_corner(row, turn_rad, heading):
-    directions = np.where(np.arange(8) < row, heading, heading + turn_rad)
-    steps = 3.0 * np.column_stack([np.cos(directions), np.sin(directions)])
-    points = np.vstack([[40.0, -60.0], [40.0, -60.0] + np.cumsum(steps, axis=0)])
-    assert sharpest_turn(points) == (pytest.approx(abs(turn_rad)), row)

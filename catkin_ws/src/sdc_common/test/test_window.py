@@ -1,7 +1,5 @@
 """A window of SDL without a display; node_manual_control.py opens a real one."""
 
-import os
-
 import numpy as np
 import pygame
 import pytest
@@ -111,10 +109,3 @@ def test_missing_display_is_named(display, values, reason):
     missing = f"there is no display to open a window on (DISPLAY={name!r}): {reason}"
     assert str(error.value) == missing
     assert not pygame.display.get_init()
-
-
-def test_chosen_driver_is_used_also_with_a_display(display):
-    display(DISPLAY=":77", SDL_VIDEODRIVER="dummy")
-    ImageWindow("camera")
-    assert pygame.display.get_driver() == "dummy"
-    assert os.environ["SDL_VIDEODRIVER"] == "dummy"

@@ -297,21 +297,3 @@ def test_a_pose_that_is_not_finite_is_refused(straight, arguments):
         straight.render(*arguments)
     with pytest.raises(ValueError):
         straight.render(0.0, 0.0, 0.0, light=1.5)
-
-
-@pytest.mark.parametrize(
-    "road",
-    [
-        Road([[0.0, 0.0], [25.0, 10.0]]),
-        CROSSING,
-        Road(route(20, (4, np.pi / 2), 20)),
-        Road([[0.0, 0.0], [50.0, 0.0], [0.0, 0.0]]),
-    ],
-    ids=["two points", "crossing", "tight left", "there and back"],
-)
-def test_asphalt_is_under_the_car_along_the_route(road):
-    renderer = Renderer(road)
-    for s in np.linspace(0.0, road.length_m, 8):
-        picture = renderer.render(*pose(road, s)).astype(float)
-        ground = picture[420:470, 300:340, :3].mean(axis=(0, 1))
-        assert np.ptp(ground) < 12.0, "asphalt is grey, grass is not"

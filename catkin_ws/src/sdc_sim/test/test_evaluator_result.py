@@ -71,20 +71,6 @@ def test_odometry_that_is_not_newer_is_ignored(stamps, accepted):
     assert evaluator.result().metrics["ticks"] == len(accepted)
 
 
-def test_time_left_follows_from_the_pace_after_five_seconds():
-    slow, fast = with_route(), with_route()
-    drive_on(slow, 1, 1600)
-    drive = slow.drive
-    pace = drive.progress.duration_s / drive.ideal.time_at(80.0)
-    assert pace > 3.0
-    assert drive.time_left_s() == pytest.approx(
-        pace * (drive.ideal.duration_s - drive.ideal.time_at(80.0))
-    )
-    drive_on(fast, 1, 80, speed=20.0)
-    rest_s = fast.drive.ideal.duration_s - fast.drive.ideal.time_at(80.0)
-    assert fast.drive.time_left_s() == pytest.approx(rest_s)
-
-
 def test_nothing_counts_after_the_end():
     evaluator = with_route()
     evaluator.add("stop_lines", [(7, 50.0, 0.0, 1.75)])

@@ -10,7 +10,7 @@ from referee_rules import RULES
 from sdc_sim.evaluation.drive_evaluation import COLUMNS
 from sdc_sim.evaluation.evaluator import Evaluator
 from sdc_sim.report.html_page import MEANINGS, write_html
-from sdc_sim.report.plots import PANELS, thinned, write_png
+from sdc_sim.report.plots import PANELS, write_png
 
 pytestmark = pytest.mark.slow(12)
 
@@ -122,13 +122,3 @@ def test_panels_show_the_drive_with_its_signs(title, line, value):
     axes = Figure().add_subplot()
     PANELS[title][1](axes, result, dict(zip(COLUMNS, result.rows.T)))
     np.testing.assert_allclose(axes.lines[line].get_ydata(), value, rtol=0.2)
-
-
-def test_thinning_keeps_the_extremes():
-    x = np.arange(100_000.0)
-    y = np.zeros_like(x)
-    y[54_321], y[77_777] = 9.0, -7.0
-    few_x, few_y = thinned(x, y)
-    assert len(few_x) <= 4000
-    assert (few_y.max(), few_y.min()) == (9.0, -7.0)
-    assert (np.diff(few_x) > 0.0).all()

@@ -2,7 +2,6 @@ import math
 
 import numpy as np
 import pytest
-from scipy.signal import savgol_filter
 
 from sdc_sim.evaluation.metrics import (
     COEFFICIENTS,
@@ -12,7 +11,6 @@ from sdc_sim.evaluation.metrics import (
     driving_score,
     off_lane_percent,
     peak_accelerations,
-    smoothed_slope,
 )
 
 TIME_S = np.arange(0.0, 20.0, 0.05)
@@ -110,14 +108,3 @@ def test_no_slope_is_computed_across_a_gap():
     values = peak_accelerations(TIME_S[keep], speed[keep], np.zeros(keep.sum()))
     assert values["longitudinal_acceleration_max_mps2"] == pytest.approx(0.0, abs=1e-9)
     assert len(accelerations(TIME_S[keep], speed[keep], np.zeros(keep.sum()))) == 2
-
-
-@pytest.mark.parametrize(("size", "window"), [(5, 5), (9, 9), (200, 9), (37, 5)])
-def test_smoothed_slope_is_that_of_savitzky_and_golay(size, window):
-    values = np.cumsum(np.random.default_rng(size).normal(size=size))
-    np.testing.assert_allclose(
-        smoothed_slope(values, window),
-        savgol_filter(values, window, 2, deriv=1),
-        rtol=1e-9,
-        atol=1e-12,
-    )

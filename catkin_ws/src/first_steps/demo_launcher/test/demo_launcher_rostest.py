@@ -86,22 +86,6 @@ class DemoTest(unittest.TestCase):
             self.assertNotIn("Traceback", output)
             self.assertIn("qt_interface", output)
 
-    def test_ctrl_c_closes_the_window(self):
-        with qt_display() as display:
-            demo = launch(environment=display.environment)
-            find_window(display, "First steps")
-            self.await_start()
-            output = self.stop(demo)
-            self.assertNotIn("escalating", output, "every node ends on SIGINT")
-            self.assertEqual(display.windows("First steps"), [])
-
-    def test_invalid_parameter_ends_the_launch_with_one_error_line(self):
-        demo = launch("headless:=true", "world_parameters:={field_height: 0}")
-        output, _ = demo.communicate(timeout=LIMIT_SECONDS)
-        lines = [line for line in output.splitlines() if "FATAL" in line]
-        self.assertEqual(len(lines), 1, output)
-        self.assertIn("parameter ~field_height is 0: give a number above 0", lines[0])
-
 
 if __name__ == "__main__":
     rostest.rosrun("demo_launcher", "demo_launcher_test", DemoTest, sys.argv)
