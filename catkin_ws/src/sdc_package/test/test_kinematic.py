@@ -82,12 +82,6 @@ def test_error_follows_its_linear_equation_in_any_bend(cross_track, heading_erro
     assert d == pytest.approx(x4, abs=0.02)
 
 
-@pytest.mark.parametrize("heading_error", [0.5, 1.3, 1.6, 2.4, 3.0])
-def test_car_turns_back_from_any_heading_error(heading_error):
-    assert ChainedForm(2.5).wheel_angle(2.0, 0.0, heading_error, 0.0, 0.0, 0.3) < -0.05
-    assert ChainedForm(2.5).wheel_angle(2.0, 0.0, -heading_error, 0.0, 0.0, 0.3) > 0.05
-
-
 @pytest.mark.parametrize("left_m", [0.8, -0.5])
 @pytest.mark.parametrize("heading_error", [0.0, 0.2, -0.3])
 def test_wheels_turn_over_the_distance_that_the_car_drives(left_m, heading_error):

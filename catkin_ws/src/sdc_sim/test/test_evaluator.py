@@ -60,14 +60,6 @@ def test_least_time_of_a_late_start_is_that_of_the_rest_of_the_route():
     assert metrics["ideal_duration_s"] == pytest.approx(ideal.duration_s - ideal.time_at(40.0))
 
 
-def test_route_of_coarse_waypoints_is_the_line_of_the_road():
-    angle = np.arange(0.0, 2.0, 0.2)
-    evaluator = Evaluator(RULES)
-    evaluator.set_route(100.0 * np.column_stack([np.sin(angle), 1.0 - np.cos(angle)]))
-    radius = np.hypot(*(evaluator.drive.route.points - (0.0, 100.0)).T)
-    np.testing.assert_allclose(radius, 100.0, atol=0.02)
-
-
 def test_evaluator_keeps_events_that_arrive_before_the_route():
     early, evaluator = Evaluator(RULES), with_route()
     for each in (early, evaluator):

@@ -9,7 +9,6 @@ import pytest
 
 from sdc_sim.physics.vehicle_motion import (
     MotionConstants,
-    drive_force,
     integrate,
 )
 from sdc_sim.physics.vehicle_parameters import load_vehicle
@@ -27,30 +26,6 @@ def changed(**values):
 def moving(u_mps, v_mps=0.0, yaw_rate_radps=0.0, load_mps2=0.0):
     """Return a motion with the pedals and the wheels at rest."""
     return (0.0, 0.0, 0.0, u_mps, v_mps, yaw_rate_radps, *[0.0] * 6, load_mps2)
-
-
-@pytest.mark.parametrize(
-    ("throttle", "pull_n", "speed_mps", "reverse", "force_n"),
-    [
-        (0.5, 3000.0, 5.0, False, 3000.0),
-        (0.5, 3000.0, -5.0, False, 3000.0),
-        (0.5, 3000.0, 20.0, False, 1000.0),
-        (0.5, 100.0, 2.0, False, 400.0),
-        (0.5, 100.0, -2.0, False, 400.0),
-        (0.5, 3000.0, 0.0, True, -3000.0),
-        (0.5, 3000.0, -5.0, True, -3000.0),
-        (0.5, 3000.0, -5.5, True, -1500.0),
-        (0.5, 3000.0, -6.5, True, 0.0),
-    ],
-)
-def test_force_of_the_motor(throttle, pull_n, speed_mps, reverse, force_n):
-    car = changed(
-        creep_force_n=1000.0,
-        creep_damping_n_per_mps=50.0,
-        drive_power_w=20_000.0,
-        reverse_speed_mps=6.0,
-    )
-    assert drive_force(car, pull_n, throttle, speed_mps, reverse) == pytest.approx(force_n)
 
 
 @pytest.mark.parametrize(
