@@ -35,9 +35,3 @@ def test_each_line_is_an_event_of_the_evaluator_with_all_digits(tmp_path):
         ["odometry", 4_050_000_000, 1.0 / 3.0, 0.1 + 0.2, 0.0, 3.0],
         ["command", 4_050_000_000, 0.5, 0.25, -1.0],
     ]
-
-
-def test_without_a_path_nothing_is_written(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    DriveLog("").add_observation(*observed(0.0))
-    assert list(tmp_path.iterdir()) == []
