@@ -36,9 +36,9 @@ def test_downloads_are_pinned_by_digest():
     assert len(images) == len(RELEASES)
     actions = re.findall(r"uses: (\S+)", read(".github/workflows/test.yml"))
     assert [action for action in actions if not re.search(r"@[0-9a-f]{40}$", action)] == []
-    for name in ("pip", "learning", "browser"):
-        packages = read(f"docker/{name}-packages.txt").replace("\\\n", "").splitlines()
-        package = re.compile(r"[\w-]+==[\w.]+( +--hash=sha256:[0-9a-f]{64})+")
+    for path in {*ROOT.glob("docker/*-packages.txt")} - {ROOT / "docker" / "apt-packages.txt"}:
+        packages = path.read_text().replace("\\\n", "").splitlines()
+        package = re.compile(r"[\w.-]+==[\w.]+( +--hash=sha256:[0-9a-f]{64})+")
         assert [one for one in packages if one[0] != "#" and not package.fullmatch(one)] == []
 
 
