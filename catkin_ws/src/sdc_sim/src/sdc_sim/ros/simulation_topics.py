@@ -8,11 +8,10 @@ from typing import Any, Callable, Sequence, Tuple
 import rospy
 import tf2_ros
 from carla_msgs import msg as carla
-from carla_ros_bridge import msg as bridge
-from derived_object_msgs.msg import ObjectArray
 from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
+from roslib.message import get_message_class
 from sdc_msgs.msg import ObstacleArray
 from sensor_msgs.msg import Imu, JointState, NavSatFix, PointCloud2
 from std_msgs.msg import Float32, Header, String
@@ -43,6 +42,7 @@ from sdc_sim.sensors.model import (
     PLANAR_LIDAR_MOUNT_M,
     SensorReadings,
 )
+from sdc_sim.yaml_document import packaged_config
 
 # Period of the topics for people, in simulated time.
 _DISPLAY_PERIOD_S = 0.2
@@ -50,18 +50,8 @@ _DISPLAY_PERIOD_S = 0.2
 _NO_OBSTACLE_PERIOD_S = 1.0
 _QUEUE_SIZE = 100
 
-# When a topic is published.
-ONCE = "at the start, latched"
-CHANGE = "when it changes, latched, in the thread of the loop"
-TICK = "in each tick, while it has subscribers"
-STATUS = "as TICK, latched"
-
-# Topics that show neither the true state of the vehicle nor the road.
-_WITHOUT_TRUTH = {
-    *("/carla/traffic_lights/info", "/carla/traffic_lights/status", "/carla/traffic_lights_info"),
-    *("/carla/traffic_lights", "/obstacles", "/vehicle_info", "/collision", "/carla/status"),
-}
-
+# When a topic is published, see config/topics.yaml.
+ONCE, CHANGE, TICK, STATUS = "once", "change", "tick", "status"
 
 # By their names in config/sim.yaml: field of the readings, message class, position on the vehicle,
 # None without a frame, and what returns the message of a reading, the settings and a header. The
@@ -74,9 +64,8 @@ _SENSORS: dict[str, tuple[str, type, tuple[float, float, float] | None, Callable
     "planar_lidar": ("planar_lidar", PointCloud2, PLANAR_LIDAR_MOUNT_M, point_cloud_message),
     "wheel_speeds": ("wheel_speeds_radps", JointState, None, wheel_speeds_message),
 }
-# Name, without /carla of a topic of the vehicle, class of the messages, when they are published,
-# and what returns those of the last observation.
-Topic = Tuple[str, type, str, Callable[[World], Sequence[Any]]]
+# Class of the messages, when they are published, and what returns those of the last observation.
+Topic = Tuple[Any, str, Callable[[World], Sequence[Any]]]
 
 
 class SimulationTopics:
@@ -108,12 +97,11 @@ class SimulationTopics:
         optional = set().union(*(version.topics for version in BRIDGE_VERSIONS.values()))
         measured = {setup.bridge.sensors[name].topic for name in setup.sensors}
         left_out = optional - setup.bridge.topics | measured
-        self._topics = {
-            topic[0]: topic
-            for topic in self._table()
-            if topic[0] not in left_out and (setup.shows_truth or topic[0] in _WITHOUT_TRUTH)
+        self._topics = self._table(left_out)
+        self._publishers = {
+            name: self._publisher(name, message_class, when)
+            for name, (message_class, when, _) in self._topics.items()
         }
-        self._publishers = {name: self._publisher(*row) for name, row in self._topics.items()}
         # Before the first odometry: a planner does not know otherwise that it has to wait for them.
         self._publish(ONCE, CHANGE)
         self._pictures = None
@@ -145,50 +133,39 @@ class SimulationTopics:
             if reading is not None:
                 publisher.publish(convert(reading, settings, self._world.header_in(frame)))
 
-    def _table(self) -> list[Topic]:
-        m = bridge_messages
+    def _table(self, left_out: set[str]) -> dict[str, Topic]:
+        """Return the topics of config/topics.yaml that are published, by name."""
+        bridge = self._setup.bridge
         # The vehicle's own list came with 0.9.5; before, the world's list left the vehicle out.
-        has_own_list = "/objects" in self._setup.bridge.topics
-        objects = m.all_objects if has_own_list else m.other_objects
+        objects = bridge_messages.other_objects
+        if "/objects" in bridge.topics:
+            objects = bridge_messages.all_objects
         map_name = os.path.splitext(os.path.basename(self._setup.waypoints_path))[0]
         map_text = opendrive(map_name, self._setup.route_m)
-        world_info = carla.CarlaWorldInfo(map_name, map_text)
-        table: list[Topic] = [
-            ("/carla/traffic_lights/info", carla.CarlaTrafficLightInfoList, ONCE, m.light_info),
-            ("/carla/traffic_lights_info", carla.CarlaTrafficLightInfoList, ONCE, m.light_info),
-            ("/vehicle_info", carla.CarlaEgoVehicleInfo, ONCE, m.vehicle_info),
-            ("/carla/world_info", carla.CarlaWorldInfo, ONCE, lambda _: [world_info]),
-            (
-                "/carla/traffic_lights/status",
-                carla.CarlaTrafficLightStatusList,
-                CHANGE,
-                m.light_status,
-            ),
-            ("/carla/traffic_lights", carla.CarlaTrafficLightStatusList, CHANGE, m.light_status),
-            ("/obstacles", ObstacleArray, CHANGE, self._obstacles),
-            ("/vehicle_status", carla.CarlaEgoVehicleStatus, TICK, m.vehicle_status),
-            ("/collision", carla.CarlaCollisionEvent, TICK, m.collisions),
-            ("/lane_invasion", carla.CarlaLaneInvasionEvent, TICK, self._lane_invasion),
-            # A client sends one command for each of these messages.
-            ("/carla/status", carla.CarlaStatus, STATUS, m.world_status),
-            ("/carla/markers", MarkerArray, TICK, self._markers),
-            ("/carla/objects", ObjectArray, TICK, objects),
-            ("/objects", ObjectArray, TICK, m.other_objects),
-            ("/carla/actor_list", carla.CarlaActorList, TICK, m.actor_list),
-            ("/carla/vehicle_marker", Marker, TICK, m.object_markers),
-            ("/carla/marker", Marker, TICK, m.object_markers),
-            ("/speedometer", Float32, TICK, lambda w: [Float32(w.snapshot.state.speed_mps)]),
-            ("/ego_vehicle_control_info", bridge.EgoVehicleControlInfo, TICK, m.control_info),
-        ]
-        map_class: Any = self._setup.bridge.map_class
-        if map_class:
-            header = Header(frame_id=MAP_FRAME)
-            is_text = map_class is String
-            info = String(map_text) if is_text else map_class(header, map_name, map_text)
-            table.append(("/carla/map", map_class, ONCE, lambda _: [info]))
+        if bridge.map_class is String:
+            road = String(map_text)
+        elif bridge.map_class:
+            road = bridge.map_class(Header(frame_id=MAP_FRAME), map_name, map_text)
+        own: dict[str, Callable[[World], Sequence[Any]]] = {
+            "/carla/world_info": lambda _: [carla.CarlaWorldInfo(map_name, map_text)],
+            "/obstacles": self._obstacles,
+            "/lane_invasion": self._lane_invasion,
+            "/carla/markers": self._markers,
+            "/carla/objects": objects,
+            "/speedometer": lambda world: [Float32(world.snapshot.state.speed_mps)],
+            "/carla/map": lambda _: [road],
+        }
+        table = {}
+        for name, row in packaged_config("topics").items():
+            if name in left_out or (row.get("secret") and not self._setup.shows_truth):
+                continue
+            message_class = get_message_class(row["type"]) if "type" in row else bridge.map_class
+            if message_class is not None:
+                make = own.get(name) or getattr(bridge_messages, row["of"])
+                table[name] = message_class, row["when"], make
         return table
 
-    def _publisher(self, name: str, message_class: type, when: str, _make: Any) -> rospy.Publisher:
+    def _publisher(self, name: str, message_class: type, when: str) -> rospy.Publisher:
         name = name if name.startswith("/carla/") else self._setup.ego + name
         if when == CHANGE:
             return LoopPublisher(name, message_class, latch=True)
@@ -200,7 +177,7 @@ class SimulationTopics:
         """Names of the topics besides `odometry_topic` that a node of the loop needs in a tick."""
         publishers = [publisher for *_, publisher in self._sensors]
         publishers += [
-            self._publishers[name] for name, _, when, _ in self._topics.values() if when == CHANGE
+            self._publishers[name] for name, (_, when, _) in self._topics.items() if when == CHANGE
         ]
         own = [] if self._setup.truth else [self._setup.ego + "/odometry"]
         return [*(publisher.resolved_name for publisher in publishers), *own]
@@ -260,7 +237,7 @@ class SimulationTopics:
         self._lane_invasion_detector.reset()
 
     def _publish(self, *selected: str) -> None:
-        for name, _, when, make in self._topics.values():
+        for name, (_, when, make) in self._topics.items():
             publisher = self._publishers[name]
             if when not in selected:
                 continue
