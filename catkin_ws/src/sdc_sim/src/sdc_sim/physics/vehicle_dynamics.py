@@ -9,7 +9,7 @@ single-track model.
 from __future__ import annotations
 
 from math import atan, sin, sqrt
-from typing import NamedTuple, Tuple
+from typing import Tuple
 
 from sdc_sim.physics.vehicle_parameters import VehicleParameters
 
@@ -29,61 +29,40 @@ Demand = Tuple[float, float, float, float, float, float, float]
 _MIN_LOAD_SHARE = 0.05
 
 
-class DynamicsConstants(NamedTuple):
-    """What the equations of motion need of one vehicle on one road."""
+def dynamics_constants(
+    p: VehicleParameters, friction: float, side_wind_mps: float
+) -> tuple[float, ...]:
+    """Return what `derivatives` needs of one vehicle on one road, in the order of the names there.
 
-    mass_kg: float
-    inertia_kgm2: float
-    front_m: float
-    rear_m: float
-    load_front_n: float
-    load_per_acceleration_kg: float
-    min_load_front_n: float
-    max_load_front_n: float
-    mu: float
-    total_grip_n: float
-    shape: float
-    stiffness_front: float
-    stiffness_rear: float
-    front_grip_share: float
-    drag_kgpm: float
-    side_drag_kgpm: float
-    wind_arm_m: float
-    side_wind_mps: float
-
-    @classmethod
-    def of(cls, p: VehicleParameters, friction: float, side_wind_mps: float) -> DynamicsConstants:
-        """Return the constants.
-
-        Args:
-            p: the vehicle
-            friction: factor of the tyres' grip, 1 is a dry road
-            side_wind_mps: side wind, positive towards the left of the vehicle
-        """
-        weight = p.mass_kg * GRAVITY_MPS2
-        load_front = weight * p.rear_axle_m / p.wheelbase_m
-        load_rear = weight - load_front
-        mu, shape = friction * p.tyre_friction, p.tyre_shape
-        return cls(
-            mass_kg=p.mass_kg,
-            inertia_kgm2=p.yaw_inertia_kgm2,
-            front_m=p.front_axle_m,
-            rear_m=p.rear_axle_m,
-            load_front_n=load_front,
-            load_per_acceleration_kg=p.mass_kg * p.cg_height_m / p.wheelbase_m,
-            min_load_front_n=_MIN_LOAD_SHARE * load_front,
-            max_load_front_n=weight - _MIN_LOAD_SHARE * load_rear,
-            mu=mu,
-            total_grip_n=mu * weight,
-            shape=shape,
-            stiffness_front=p.front_cornering_stiffness_n_per_rad / (shape * mu * load_front),
-            stiffness_rear=p.rear_cornering_stiffness_n_per_rad / (shape * mu * load_rear),
-            front_grip_share=p.pedal_grip_share,
-            drag_kgpm=0.5 * AIR_DENSITY_KGPM3 * p.drag_area_m2,
-            side_drag_kgpm=0.5 * AIR_DENSITY_KGPM3 * p.side_drag_area_m2,
-            wind_arm_m=p.wind_arm_m,
-            side_wind_mps=side_wind_mps,
-        )
+    Args:
+        p: the vehicle
+        friction: factor of the tyres' grip, 1 is a dry road
+        side_wind_mps: side wind, positive towards the left of the vehicle
+    """
+    weight_n = p.mass_kg * GRAVITY_MPS2
+    load_front_n = weight_n * p.rear_axle_m / p.wheelbase_m
+    load_rear_n = weight_n - load_front_n
+    mu, shape = friction * p.tyre_friction, p.tyre_shape
+    return (
+        p.mass_kg,
+        p.yaw_inertia_kgm2,
+        p.front_axle_m,
+        p.rear_axle_m,
+        load_front_n,
+        p.mass_kg * p.cg_height_m / p.wheelbase_m,
+        _MIN_LOAD_SHARE * load_front_n,
+        weight_n - _MIN_LOAD_SHARE * load_rear_n,
+        mu,
+        mu * weight_n,
+        shape,
+        p.front_cornering_stiffness_n_per_rad / (shape * mu * load_front_n),
+        p.rear_cornering_stiffness_n_per_rad / (shape * mu * load_rear_n),
+        p.pedal_grip_share,
+        0.5 * AIR_DENSITY_KGPM3 * p.drag_area_m2,
+        0.5 * AIR_DENSITY_KGPM3 * p.side_drag_area_m2,
+        p.wind_arm_m,
+        side_wind_mps,
+    )
 
 
 def tyre_forces(
@@ -128,11 +107,12 @@ def tyre_forces(
 
 
 def derivatives(
-    c: DynamicsConstants, u: float, v: float, r: float, load_transfer: float, demand: Demand
+    c: tuple[float, ...], u: float, v: float, r: float, load_transfer: float, demand: Demand
 ) -> tuple[float, float, float]:
     """Return the time derivatives of speed u, lateral speed v and yaw rate r.
 
-    The load transfer is the longitudinal acceleration that the pitching body follows.
+    c is what `dynamics_constants` returns. The load transfer is the longitudinal acceleration that
+    the pitching body follows.
     """
     # fmt: off
     (mass, inertia, lf, lr, load_at_rest, load_per_acceleration, min_load, max_load,

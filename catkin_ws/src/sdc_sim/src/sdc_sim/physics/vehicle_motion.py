@@ -15,8 +15,8 @@ from sdc_sim.physics.vehicle_dynamics import (
     AIR_DENSITY_KGPM3,
     GRAVITY_MPS2,
     Demand,
-    DynamicsConstants,
     derivatives,
+    dynamics_constants,
 )
 from sdc_sim.physics.vehicle_parameters import VehicleParameters
 
@@ -47,7 +47,7 @@ class MotionConstants(SimpleNamespace):
         brake_front_n = p.brake_force_n * p.brake_front_share
         return cls(
             **vars(p),
-            dynamics=DynamicsConstants.of(p, friction, side_wind_mps),
+            dynamics=dynamics_constants(p, friction, side_wind_mps),
             drive_segments=linear_segments(p.throttle_points, p.drive_forces_n),
             steer_segments=linear_segments(
                 p.steer_speeds_mps, [full_rad * share for share in p.steer_shares]
