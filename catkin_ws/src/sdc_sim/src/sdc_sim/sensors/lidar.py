@@ -54,7 +54,6 @@ class RayCaster:
         self.slopes = np.tan(np.asarray(elevations_rad, float))
         self.height_m = height_m
         self.range_m = range_m
-        self._level = not self.slopes.any()
         # Length of a beam for each metre on the ground.
         self._stretch = np.hypot(1.0, self.slopes)[:, None]
         self._step_rad = _TURN / columns
@@ -82,8 +81,7 @@ class RayCaster:
                     self._cast_bodies(nearest, x_m, y_m, yaw_rad, one)
         count = self.columns
         ranges = np.minimum(nearest[:, :count], nearest[:, count:])
-        if not self._level:
-            ranges *= self._stretch
+        ranges *= self._stretch
         ranges[ranges > self.range_m] = np.inf
         return ranges
 
@@ -104,16 +102,13 @@ class RayCaster:
         c, s = math.cos(yaw_rad), math.sin(yaw_rad)
         cosine, sine = self._cosines[column], self._sines[column]
         east, north = c * cosine - s * sine, s * cosine + c * sine
-        rings = None if self._level else self.slopes[:, None]
+        rings = self.slopes[:, None]
         enter, leave = bodies.inside(Rays(owner, dx, dy, east, north, rings, self.height_m))
         if bodies.bottom_m is not None and bodies.top_m is not None:
             bottom, top = bodies.bottom_m - self.height_m, bodies.top_m - self.height_m
-            if rings is None:
-                leave = np.where((bottom <= 0.0)[owner] & (top >= 0.0)[owner], leave, -1.0)
-            else:
-                at_bottom, at_top = bottom[owner] / rings, top[owner] / rings
-                enter = np.maximum(enter, np.minimum(at_bottom, at_top))
-                leave = np.minimum(leave, np.maximum(at_bottom, at_top))
+            at_bottom, at_top = bottom[owner] / rings, top[owner] / rings
+            enter = np.maximum(enter, np.minimum(at_bottom, at_top))
+            leave = np.minimum(leave, np.maximum(at_bottom, at_top))
         # From inside, a body is not visible.
         hits = np.where((enter <= leave) & (enter > 0.0), enter, FAR_M)
         hits = hits.reshape(-1, len(owner))

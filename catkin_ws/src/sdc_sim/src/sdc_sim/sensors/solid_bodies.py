@@ -43,7 +43,7 @@ class Rays(NamedTuple):
         dy: from the lidar to the origins of the bodies (N,) [m]
         east: direction of each beam (B,)
         north: direction of each beam (B,)
-        slopes: slope of each ring (R, 1), None if all are level
+        slopes: slope of each ring (R, 1)
         height_m: height of the lidar
     """
 
@@ -52,7 +52,7 @@ class Rays(NamedTuple):
     dy: np.ndarray
     east: np.ndarray
     north: np.ndarray
-    slopes: np.ndarray | None
+    slopes: np.ndarray
     height_m: float
 
 
@@ -152,8 +152,7 @@ class Frusta:
             (ahead, -ahead, aside, -aside),
         ):
             gap = (reach + origin + lean * above_m)[owner]
-            if rays.slopes is not None:
-                speed = speed - lean[owner] * rays.slopes
+            speed = speed - lean[owner] * rays.slopes
             side = gap / speed
             enter = np.maximum(enter, np.where(speed < 0.0, side, -FAR_M))
             leave = np.minimum(leave, np.where(speed > 0.0, side, FAR_M))
@@ -206,12 +205,9 @@ class Balls:
         """Return where beams enter and leave; see Frusta.inside."""
         owner, dx, dy = rays.owner, rays.dx, rays.dy
         dz = self.height_m - rays.height_m
-        along = dx[owner] * rays.east + dy[owner] * rays.north
+        along = dx[owner] * rays.east + dy[owner] * rays.north + rays.slopes * dz[owner]
         square = (dx * dx + dy * dy + dz * dz - self.radius_m**2)[owner]
-        steep = np.ones(1)
-        if rays.slopes is not None:
-            along = along + rays.slopes * dz[owner]
-            steep = 1.0 + rays.slopes * rays.slopes
+        steep = 1.0 + rays.slopes * rays.slopes
         half = np.sqrt(along * along - steep * square)
         return (along - half) / steep, (along + half) / steep
 
