@@ -15,7 +15,7 @@ from sdc_common.driving import Command
 from sdc_common.ros.conversion import stop_lines
 from sdc_sim.physics.ackermann import AckermannControl, AckermannGains, AckermannTarget
 from sdc_sim.physics.obstacles import ObstaclePlan, Obstacles
-from sdc_sim.physics.traffic_lights import TrafficLightPlan, TrafficLights
+from sdc_sim.physics.traffic_lights import TrafficLightPlan
 from sdc_sim.physics.vehicle import Vehicle
 from sdc_sim.physics.vehicle_parameters import load_vehicle
 from sdc_sim.road.opendrive import opendrive
@@ -44,7 +44,7 @@ def world():
         0.05,
         1.0,
         obstacles=Obstacles(plans),
-        lights=TrafficLights(lights),
+        lights=lights,
         ackermann=AckermannControl(TESLA, AckermannGains(1.5, 0.4, 3.0, 6.0, 60.0, 0.15, 0.3)),
     )
     for _ in range(40):

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from sdc_common.geometry.route import Route
 from sdc_common.routes.waypoint_file import load_waypoints
 from sdc_sim.physics.obstacles import Obstacles
-from sdc_sim.physics.traffic_lights import TrafficLightPlan, TrafficLights
+from sdc_sim.physics.traffic_lights import TrafficLightPlan, light_states
 from sdc_sim.scenario.reader import load_scenario
 from sdc_sim.scenario.traffic import load_lights, load_obstacles
 from sdc_sim.yaml_document import DocumentError
@@ -200,5 +200,5 @@ def test_any_file_is_a_valid_scenario_or_refused_in_one_line(tmp_path_factory, c
         assert scenario.path == str(path)
         for obstacle in Obstacles(plans).states:
             assert all(map(math.isfinite, obstacle[2:]))
-        for light in TrafficLights(lights).states(12.3):
+        for light in light_states(lights, 12.3):
             assert all(map(math.isfinite, light[1:4]))

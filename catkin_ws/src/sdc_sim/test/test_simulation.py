@@ -13,7 +13,7 @@ from sdc_common.driving import Command
 from sdc_sim.physics.ackermann import AckermannControl, AckermannGains, AckermannTarget
 from sdc_sim.physics.collision import overlap
 from sdc_sim.physics.obstacles import KINDS, ObstaclePlan, Obstacles
-from sdc_sim.physics.traffic_lights import GREEN, RED, TrafficLightPlan, TrafficLights
+from sdc_sim.physics.traffic_lights import GREEN, RED, TrafficLightPlan
 from sdc_sim.physics.vehicle import Vehicle
 from sdc_sim.physics.vehicle_parameters import load_vehicle
 from sdc_sim.scenario.packaged import node_config
@@ -207,7 +207,7 @@ def rich_simulation():
         0.05,
         0.4,
         obstacles=Obstacles(plans),
-        lights=TrafficLights([TrafficLightPlan(50.0, 0.0, 0.0, (("red", 2.0), ("green", 1.0)))]),
+        lights=[TrafficLightPlan(50.0, 0.0, 0.0, (("red", 2.0), ("green", 1.0)))],
         noise=OdometryNoise(3, 0.05, 0.01, 0.1),
         ackermann=AckermannControl(vehicle.parameters, gains),
         command_latency_s=0.1,

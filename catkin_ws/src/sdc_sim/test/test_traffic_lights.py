@@ -12,7 +12,7 @@ from sdc_sim.physics.traffic_lights import (
     RED,
     YELLOW,
     TrafficLightPlan,
-    TrafficLights,
+    light_states,
 )
 
 PHASES = (("red", 2.0), ("green", 1.0), ("yellow", 0.5), ("off", 0.5))
@@ -63,12 +63,10 @@ def test_pole_is_beyond_the_stop_line_and_to_the_right(heading_deg, x_m, y_m):
 
 
 def test_every_light_has_its_own_id_place_and_phases():
-    lights = TrafficLights(
-        [
-            TrafficLightPlan(50.0, 0.0, 0.0, PHASES),
-            TrafficLightPlan(0.0, 30.0, math.pi, (("yellow", 1.0), ("green", 1.0))),
-        ]
-    )
-    first, second = lights.states(1.5)
+    plans = [
+        TrafficLightPlan(50.0, 0.0, 0.0, PHASES),
+        TrafficLightPlan(0.0, 30.0, math.pi, (("yellow", 1.0), ("green", 1.0))),
+    ]
+    first, second = light_states(plans, 1.5)
     assert first == (FIRST_ID, 54.0, -2.7, 0.0, RED)
-    assert second == (FIRST_ID + 1, *lights.plans[1].pole_m, math.pi, GREEN)
+    assert second == (FIRST_ID + 1, *plans[1].pole_m, math.pi, GREEN)

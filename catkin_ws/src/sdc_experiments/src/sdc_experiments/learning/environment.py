@@ -188,7 +188,7 @@ class SdcEnvironment(gymnasium.Env):
             ahead_m = place.s_m - s_m - front_m - 0.5 * one.length_m
             if place.s_m > s_m and abs(place.cross_track_m) < OFF_ROAD_M and ahead_m < nearest[0]:
                 nearest = ahead_m, place.cross_track_m, one.speed_mps
-        for plan, light in zip(self._simulation.lights.plans, observation.traffic_lights):
+        for plan, light in zip(self._simulation.lights, observation.traffic_lights):
             place = self._route.project(plan.x_m, plan.y_m, s_m, 0.0, HORIZON_M)
             ahead_m = place.s_m - s_m - front_m
             if light.state in (RED, YELLOW) and place.s_m > s_m and 0.0 < ahead_m < nearest[0]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Sequence
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from sdc_common.planning.stop_line import StopLine
 from sdc_sim.evaluation.drive_evaluation import DriveResult
 from sdc_sim.evaluation.evaluator import Evaluator
 from sdc_sim.evaluation.rules import EvaluationRules
-from sdc_sim.physics.traffic_lights import LANE_WIDTH_M, TrafficLights
+from sdc_sim.physics.traffic_lights import LANE_WIDTH_M, TrafficLightPlan, light_states
 from sdc_sim.simulation.loop import Driver
 from sdc_sim.simulation.simulation import Simulation
 from sdc_sim.simulation.snapshot import Snapshot
@@ -29,7 +30,7 @@ class DriveRecorder:
     def __init__(self, rules: EvaluationRules, waypoints_m: np.ndarray, world: Simulation):
         self.evaluator = Evaluator(rules)
         self.evaluator.set_route(points_as_sent(waypoints_m))
-        if world.lights.plans:
+        if world.lights:
             lines = stop_lines_of(world.lights)
             self.evaluator.add("stop_lines", [(number, *line) for number, line in lines.items()])
         for obstacle in world.snapshot.obstacles:
@@ -64,10 +65,10 @@ class DriveRecorder:
         return self.evaluator.result()
 
 
-def stop_lines_of(lights: TrafficLights) -> dict[int, StopLine]:
+def stop_lines_of(plans: Sequence[TrafficLightPlan]) -> dict[int, StopLine]:
     """Return the stop line of each traffic light by its id, rounded as in the messages."""
     lines = {}
-    for plan, light in zip(lights.plans, lights.states(0.0)):
+    for plan, light in zip(plans, light_states(plans, 0.0)):
         yaw = light.heading_rad + math.pi
         c, s = math.cos(yaw), math.sin(yaw)
         east, north = plan.x_m - light.x_m, plan.y_m - light.y_m

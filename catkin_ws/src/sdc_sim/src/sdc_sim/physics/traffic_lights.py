@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Iterable, NamedTuple
+from typing import NamedTuple, Sequence
 
 # In the order of the states of the bridge's messages.
 COLOURS = ("red", "yellow", "green", "off")
@@ -67,19 +67,15 @@ class TrafficLightPlan:
         )
 
 
-class TrafficLights:
-    """All traffic lights of a simulation."""
-
-    def __init__(self, plans: Iterable[TrafficLightPlan] = ()):
-        self.plans = tuple(plans)
-
-    def states(self, elapsed_s: float) -> tuple[TrafficLightState, ...]:
-        """Return all lights at this time after the start, or the reset, of the simulation."""
-        return tuple(
-            [
-                TrafficLightState(
-                    FIRST_ID + number, *light.pole_m, light.heading_rad, light.state(elapsed_s)
-                )
-                for number, light in enumerate(self.plans)
-            ]
-        )
+def light_states(
+    plans: Sequence[TrafficLightPlan], elapsed_s: float
+) -> tuple[TrafficLightState, ...]:
+    """Return all lights at this time after the start, or the reset, of the simulation."""
+    return tuple(
+        [
+            TrafficLightState(
+                FIRST_ID + number, *light.pole_m, light.heading_rad, light.state(elapsed_s)
+            )
+            for number, light in enumerate(plans)
+        ]
+    )

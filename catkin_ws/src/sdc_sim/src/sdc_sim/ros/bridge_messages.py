@@ -77,7 +77,7 @@ def light_info(world: World) -> list[carla.CarlaTrafficLightInfoList]:
     The centre of a trigger volume is the middle of the stop line; its width is a lane.
     """
     infos = []
-    for plan, light in zip(world.simulation.lights.plans, world.snapshot.traffic_lights):
+    for plan, light in zip(world.simulation.lights, world.snapshot.traffic_lights):
         yaw = light.heading_rad + math.pi
         c, s = math.cos(yaw), math.sin(yaw)
         east, north = plan.x_m - light.x_m, plan.y_m - light.y_m

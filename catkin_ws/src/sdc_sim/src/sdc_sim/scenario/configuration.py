@@ -11,7 +11,6 @@ import numpy as np
 from sdc_common.geometry.route import Route
 from sdc_sim.physics.ackermann import AckermannControl, AckermannGains
 from sdc_sim.physics.obstacles import Obstacles
-from sdc_sim.physics.traffic_lights import TrafficLights
 from sdc_sim.physics.vehicle import Vehicle
 from sdc_sim.physics.vehicle_parameters import load_vehicle
 from sdc_sim.road.road import Road
@@ -74,7 +73,7 @@ def build_simulation(
         parameter("command_patience_s"),
         start=start_pose(route, **parameter("start")),
         obstacles=Obstacles(load_obstacles(obstacles_path, route)),
-        lights=TrafficLights(load_lights(obstacles_path, route)),
+        lights=load_lights(obstacles_path, route),
         noise=OdometryNoise(seed, **parameter("odometry_noise")),
         ackermann=AckermannControl(vehicle.parameters, AckermannGains(**parameter("ackermann"))),
         command_latency_s=parameter("command_latency_s"),

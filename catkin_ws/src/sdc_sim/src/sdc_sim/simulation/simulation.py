@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Any, Mapping, Tuple
+from typing import Any, Mapping, Sequence, Tuple
 
 from sdc_common.driving import Observation
 from sdc_common.validation import check_between
 from sdc_sim.physics.ackermann import AckermannControl
 from sdc_sim.physics.collision import Contact, Rectangle
 from sdc_sim.physics.obstacles import CollisionEvent, Obstacles
-from sdc_sim.physics.traffic_lights import TrafficLights
+from sdc_sim.physics.traffic_lights import TrafficLightPlan, light_states
 from sdc_sim.physics.vehicle import Vehicle, VehicleState
 from sdc_sim.sensors.errors import DelayLine, OdometryNoise
 from sdc_sim.sensors.model import Moment
@@ -61,7 +61,7 @@ class Simulation:
         command_timeout_s: float,
         start: Pose = _ORIGIN,
         obstacles: Obstacles | None = None,
-        lights: TrafficLights | None = None,
+        lights: Sequence[TrafficLightPlan] = (),
         noise: OdometryNoise | None = None,
         ackermann: AckermannControl | None = None,
         command_latency_s: float = 0.0,
@@ -71,7 +71,7 @@ class Simulation:
         self.vehicle = vehicle
         self.tick_s = tick_s
         self.obstacles = obstacles or Obstacles()
-        self.lights = lights or TrafficLights()
+        self.lights = lights
         self.commands = CommandMux(
             round(command_timeout_s / tick_s), DelayLine(command_latency_s, tick_s), ackermann
         )
@@ -223,7 +223,7 @@ class Simulation:
             state=state,
             measured=state,
             obstacles=self.obstacles.states,
-            traffic_lights=self.lights.states(self.elapsed_s),
+            traffic_lights=light_states(self.lights, self.elapsed_s),
             collisions=(),
         )
         return self.snapshot
@@ -264,7 +264,7 @@ class Simulation:
                 state,
                 measured,
                 self.obstacles.states,
-                self.lights.states(self._elapsed_at(tick)),
+                light_states(self.lights, self._elapsed_at(tick)),
             )
         )
 

@@ -16,7 +16,7 @@ from sdc_sim.camera.painting import dim, footprint
 from sdc_sim.camera.renderer import Renderer
 from sdc_sim.camera.scene_objects import SceneObjects
 from sdc_sim.physics.obstacles import ObstaclePlan, ObstacleState, SimulatedObstacle
-from sdc_sim.physics.traffic_lights import COLOURS, OFF, TrafficLightPlan, TrafficLights
+from sdc_sim.physics.traffic_lights import COLOURS, OFF, TrafficLightPlan, light_states
 from sdc_sim.road.random_routes import random_route
 from sdc_sim.road.road import Road
 from sdc_sim.road.scenery import Scenery
@@ -116,7 +116,7 @@ class SceneMaker:
             at = _place(road, s_m + ahead_m, 0.0)
             ahead_m += _CROSSING_M
             phases = ((COLOURS[random.randint(3)], 1.0),)
-            lights.append(TrafficLights([TrafficLightPlan(*at, phases)]).states(0.0)[0])
+            lights.append(light_states([TrafficLightPlan(*at, phases)], 0.0)[0])
         bodies: list[ObstacleState] = []
         for _ in range(random.randint(4)):
             kind = _KINDS[random.randint(len(_KINDS))]
