@@ -206,7 +206,9 @@ def test_copy_leaves_out_pipes_cycles_and_builds(tmp_path):
     (package / "folder").symlink_to(outside)
     (package / "file.py").symlink_to(outside / "solution.py")
     left_out = copy_workspace(folder, tmp_path / "copy")
-    assert set(left_out) == {str(package / name) for name in ("folder", "file.py", "nowhere")}
+    assert set(left_out) == {
+        str(package / name) for name in ("folder", "file.py", "nowhere", "round")
+    }
     copied = tmp_path / "copy" / "src" / "sdc_package"
     camera = "scripts/camera.py"
     assert (copied / camera).read_bytes() == (package / camera).read_bytes()

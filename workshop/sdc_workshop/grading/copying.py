@@ -5,16 +5,9 @@ from __future__ import annotations
 import contextlib
 import os
 import shutil
-import stat
 from pathlib import Path
 
-from sdc_workshop.grading.handed_in import (
-    LEFT_OUT,
-    MAX_FILE_BYTES,
-    MAX_TOTAL_BYTES,
-    HandedInError,
-    find_package,
-)
+from sdc_workshop.grading.handed_in import LEFT_OUT, MAX_TOTAL_BYTES, HandedInError, find_package
 from sdc_workshop.steps import WORKSHOP
 from sdc_workshop.workspace import WorkspaceError, copy_car, is_older, link, package_of, update
 
@@ -30,15 +23,14 @@ def copy_workspace(source: Path, target: Path, lab: str = WORKSHOP) -> list:
         lab: the lab
 
     Returns:
-        the links to places outside of the workspace, which are not copied: they may lead to files
-        of the teacher or of another student
+        the links to folders and to places outside of the workspace, which are not copied: they may
+        lead to files of the teacher or of another student, or in a circle
 
     Raises:
         HandedInError: there is no package in the source, or it is too large
         OSError: a file cannot be read
     """
     package, root = find_package(source, target.with_name("handed_in"), lab)
-    target.mkdir(parents=True)
     left_out = _copy(package, target / "src" / package_of(lab), Path(os.path.realpath(root)))
     if lab:
         copy_car(target)
@@ -51,46 +43,33 @@ def copy_workspace(source: Path, target: Path, lab: str = WORKSHOP) -> list:
 
 
 def _copy(source: Path, target: Path, inside: Path) -> list:
-    """Copy regular files and folders, and what links point to; leave out pipes and devices.
+    """Copy regular files and folders, and files in `inside` that links point to.
 
-    A folder is copied once, so that cycles of links end. Other users can read the copy: the
-    student's programs may run as one. Return the links that lead out of `inside`.
+    Other users can read the copy: the student's programs may run as one. Return the links that are
+    left out.
     """
     size = 0
-    seen = set()
-    left_out = []
+    links: list = []
 
-    def leads_out(path: Path) -> bool:
-        return path.is_symlink() and inside not in Path(os.path.realpath(path)).parents
+    def left_out(folder: str, names: list) -> list:
+        nonlocal size
+        paths = [Path(folder, name) for name in names]
+        links.extend(str(path) for path in paths if path.is_symlink() and leads_away(path))
+        files = [path for path in paths if path.is_file() and str(path) not in links]
+        folders = [path for path in paths if path.is_dir() and not path.is_symlink()]
+        size += sum(path.stat().st_size for path in files)
+        if size > MAX_TOTAL_BYTES:
+            raise HandedInError(
+                f"{source} is larger than {MAX_TOTAL_BYTES // 1_000_000} MB; "
+                "delete what does not belong there"
+            )
+        kept = {path.name for path in (*files, *folders)} - LEFT_OUT
+        return [name for name in names if name not in kept]
 
-    for folder, names, files in os.walk(source, followlinks=True):
-        place = os.path.realpath(folder)
-        if place in seen:
-            names.clear()
-            continue
-        seen.add(place)
-        links = [name for name in (*names, *files) if leads_out(Path(folder, name))]
-        left_out += [str(Path(folder, name)) for name in links]
-        names[:] = [name for name in names if name not in LEFT_OUT and name not in links]
-        to = target / Path(folder).relative_to(source)
-        to.mkdir(parents=True, exist_ok=True)
-        for name in files:
-            path = Path(folder, name)
-            if name in links:
-                continue
-            try:
-                found = path.stat()
-            except OSError:
-                continue
-            if not stat.S_ISREG(found.st_mode) or found.st_size > MAX_FILE_BYTES:
-                continue
-            size += found.st_size
-            if size > MAX_TOTAL_BYTES:
-                raise HandedInError(
-                    f"{source} is larger than {MAX_TOTAL_BYTES // 1_000_000} MB; "
-                    "delete what does not belong there"
-                )
-            shutil.copyfile(path, to / name)
-            for_all = 0o755 if found.st_mode & stat.S_IXUSR else 0o644
-            (to / name).chmod(stat.S_IMODE(found.st_mode) | for_all)
-    return left_out
+    def leads_away(path: Path) -> bool:
+        return path.is_dir() or inside not in Path(os.path.realpath(path)).parents
+
+    shutil.copytree(source, target, ignore=left_out)
+    for path in (target, *target.rglob("*")):
+        path.chmod(0o755 if path.is_dir() or os.access(path, os.X_OK) else 0o644)
+    return links

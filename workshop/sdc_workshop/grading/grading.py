@@ -152,7 +152,9 @@ def grade(name: str, folder: Path, result: Path, conditions: Conditions) -> Grad
         _clear(result)
     found.answers, state = read(result)
     found.note = "; ".join(dict.fromkeys([*state["notes"], *notes]))
-    found.contained = [f"the link {link} leads out of the workspace" for link in links]
+    found.contained = [
+        f"the link {link} leads out of the workspace or to a folder" for link in links
+    ]
     # Whether there is a file that the sandbox may hide is not asked: the student would learn it.
     found.contained += [
         f"{step}: {text}"

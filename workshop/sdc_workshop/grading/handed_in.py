@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import os
 import re
-import stat
 import zipfile
 import zlib
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from typing import Iterable
 
 from sdc_workshop.steps import WORKSHOP
@@ -109,24 +108,23 @@ def find_package(handed_in: Path, temporary: Path, lab: str = WORKSHOP) -> tuple
 
 def _packages(root: Path, name: str) -> list:
     """Return the packages with this name that are nearest to a folder."""
-    level, links = [root], []
-    for _ in range(_DEPTH):
-        found = [folder for folder in level if _is_package(folder, name)]
-        if found:
-            return found
-        folders = (folder for folder in level if folder.is_dir())
-        inner = [path for folder in folders for path in sorted(folder.iterdir()) if path.is_dir()]
-        links += [path for path in inner if path.is_symlink() and path.name != "workshop"]
-        level = [
-            path
-            for path in inner[:MAX_ENTRIES]
-            if path.name not in LEFT_OUT
-            and not path.is_symlink()
-            and not path.name.startswith(_BEFORE_UPDATE)
+    found: dict = {}
+    links: list = []
+    for place, names, _ in os.walk(root):
+        folder = Path(place)
+        depth = len(folder.relative_to(root).parts)
+        if _is_package(folder, name):
+            found.setdefault(depth, []).append(folder)
+        names[:] = [
+            one
+            for one in sorted(names)
+            if one not in LEFT_OUT and not one.startswith(_BEFORE_UPDATE) and depth < _DEPTH
         ]
-    for path in links[:1]:
-        raise HandedInError(f"{path} is a link to another place; put the package itself there")
-    return []
+        links += [folder / one for one in names if (folder / one).is_symlink()]
+    for path in links if not found else ():
+        if path.name != "workshop":
+            raise HandedInError(f"{path} is a link to another place; put the package itself there")
+    return found[min(found)] if found else []
 
 
 def _is_package(folder: Path, name: str) -> bool:
@@ -142,20 +140,12 @@ def _is_package(folder: Path, name: str) -> bool:
 def _unpacked(archive: Path, folder: Path) -> Path:
     """Unpack a zip into a new folder, with the permissions to execute, and return the folder.
 
-    Links are left out. Raises HandedInError where a file would be written elsewhere, where the zip
-    is too large unpacked, and where it is no zip.
+    A link becomes a file with its text. Raises HandedInError where the zip is too large unpacked,
+    and where it is no zip.
     """
     try:
         with zipfile.ZipFile(archive) as content:
-            members = []
-            for member in content.infolist():
-                path = PurePosixPath(member.filename.replace("\\", "/"))
-                if path.is_absolute() or ".." in path.parts:
-                    raise HandedInError(f"{archive}: {member.filename!r} leads out of the zip")
-                is_link = stat.S_ISLNK(member.external_attr >> 16)
-                if not member.is_dir() and not is_link and not LEFT_OUT & {*path.parts}:
-                    member.filename = str(path)
-                    members.append(member)
+            members = [member for member in content.infolist() if not member.is_dir()]
             size = sum(member.file_size for member in members)
             if size > MAX_TOTAL_BYTES or len(members) > MAX_ENTRIES:
                 raise HandedInError(
@@ -163,6 +153,8 @@ def _unpacked(archive: Path, folder: Path) -> Path:
                     f"files); at most {MAX_TOTAL_BYTES // 1_000_000} MB and {MAX_ENTRIES} files"
                 )
             for member in members:
+                member.filename = member.filename.replace("\\", "/")
+                # It leaves out what leads out of the folder: "..", and "/" at the beginning.
                 written, mode = Path(content.extract(member, folder)), member.external_attr >> 16
                 # A zip made on Windows has no permissions.
                 is_program = mode & 0o100 if mode else written.read_bytes()[:2] == b"#!"
