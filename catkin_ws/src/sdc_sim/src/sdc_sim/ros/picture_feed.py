@@ -91,21 +91,16 @@ class PictureFeed:
         """Wait until there is room, but after a timeout not again before the next picture."""
         started = self._started
         limit_s = _TIMEOUT_S if started else _START_TIMEOUT_S
-        deadline_s = time.monotonic() + limit_s
-        while not rospy.is_shutdown():
-            try:
-                self._observations.put(observation, not self._slow, _POLL_S)
-                self._slow = False
-                return
-            except queue.Full:
-                if self._slow:
-                    return
-            if time.monotonic() > deadline_s:
-                self._slow = True
+        try:
+            self._observations.put(observation, not self._slow, limit_s)
+            self._slow = False
+        except queue.Full:
+            if not self._slow:
                 task = "finish a picture" if started else "start"
                 rospy.logwarn(
                     "sim: front_camera did not %s within %g s; pictures are missing", task, limit_s
                 )
+            self._slow = True
 
     def _serve(self) -> None:
         while True:
