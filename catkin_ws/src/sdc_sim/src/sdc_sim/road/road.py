@@ -12,7 +12,7 @@ import numpy as np
 
 from sdc_common.geometry.polyline import Polyline
 from sdc_common.geometry.road_line import road_line
-from sdc_common.geometry.route import chord_directions, interpolate
+from sdc_common.geometry.route import checked_points, chord_directions, interpolate
 from sdc_sim.physics.traffic_lights import LANE_WIDTH_M
 from sdc_sim.road.scenery import Scenery, generate_scenery
 from sdc_sim.road.spatial_index import SegmentIndex
@@ -27,7 +27,6 @@ SAMPLE_STEP_M = 0.5
 _MAX_SAMPLES = 600_000
 _LEAD_IN_M = 30.0
 _LEAD_OUT_M = 80.0
-_MIN_SPACING_M = 0.2
 # The direction of the drawn road is that of a chord. It follows a tight bend more closely than the
 # smoothed heading of a Route: the RMS errors on the town's route are 0.25 and 0.29 degrees.
 _HALF_CHORD_M = 1.5
@@ -44,10 +43,9 @@ _MAX_SLOTS = 20_000
 class Road:
     """Samples of a route and of straight stretches before its start and after its end.
 
-    The route can have any spacing and can cross or overlap itself. Waypoints less than 0.2 m apart
-    are merged, and the direction is taken over a chord of 3 m, so that noise does not turn the
-    road. The line continues straight 30 m before the start and 80 m after the end, or less where it
-    would meet itself.
+    The route can have any spacing and can cross or overlap itself. The direction is taken over a
+    chord of 3 m, so that noise does not turn the road. The line continues straight 30 m before the
+    start and 80 m after the end, or less where it would meet itself.
 
     Attributes:
         lane_width_m: width of a lane [m]
@@ -74,9 +72,9 @@ class Road:
             route_m: (N, 2) waypoints, N >= 2, in the map frame [m]
 
         Raises:
-            ValueError: the shape is not (N, 2), a number is not finite, or all waypoints coincide
+            ValueError: `checked_points` refuses the waypoints
         """
-        self._sample(_merge_close(road_line(_checked(route_m))))
+        self._sample(road_line(checked_points(route_m)))
         self.repeats = self._find_repeats()
         own = np.flatnonzero(~(self.repeats[:-1] & self.repeats[1:]))
         self._segments = SegmentIndex(self.points_m[own], self.points_m[own + 1], _REACH_M)
@@ -158,37 +156,6 @@ class Road:
             upper_m: largest offset [m]
         """
         return self._segments.between(np.asarray(points_m, float).reshape(-1, 2), lower_m, upper_m)
-
-
-def _checked(route_m: np.ndarray) -> np.ndarray:
-    route = np.asarray(route_m, dtype=float)
-    if route.ndim != 2 or route.shape[1] != 2 or len(route) < 2:
-        raise ValueError(f"a route is an (N, 2) array with N >= 2, got shape {route.shape}")
-    finite = np.isfinite(route).all(axis=1)
-    if not finite.all():
-        raise ValueError(f"row {int(np.argmin(finite))} of the route is not finite")
-    return route
-
-
-def _merge_close(route: np.ndarray) -> np.ndarray:
-    """Return the waypoints that are far enough from the one kept before, and the last one."""
-    if len(route) > 1 and np.all(np.hypot(*np.diff(route, axis=0).T) >= _MIN_SPACING_M):
-        return route
-    kept = [0]
-    x0, y0 = route[0]
-    for i, (x, y) in enumerate(route.tolist()):
-        if (x - x0) ** 2 + (y - y0) ** 2 >= _MIN_SPACING_M**2:
-            kept.append(i)
-            x0, y0 = x, y
-    last = len(route) - 1
-    if kept[-1] != last and np.hypot(*(route[last] - route[kept[-1]])) > 1e-6:
-        if len(kept) > 1:
-            kept[-1] = last
-        else:
-            kept.append(last)
-    if len(kept) < 2:
-        raise ValueError("the route has fewer than two distinct waypoints")
-    return route[kept]
 
 
 def _straight(
