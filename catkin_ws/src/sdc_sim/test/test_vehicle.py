@@ -502,10 +502,9 @@ def test_command_with_nan_is_refused_and_does_not_change_the_state(key, value):
     assert vehicle.state == before
 
 
-@pytest.mark.parametrize("step_s", [0.0, 0.1, math.nan])
-def test_invalid_internal_step_is_refused(step_s):
-    with pytest.raises(ValueError, match="internal_step_s"):
-        Vehicle(preset(), internal_step_s=step_s)
+def test_tyres_that_are_too_stiff_to_integrate_are_refused():
+    with pytest.raises(ValueError, match="cornering stiffness"):
+        Vehicle(dataclasses.replace(preset(), front_cornering_stiffness_n_per_rad=1e6))
 
 
 def test_every_preset_is_tested():

@@ -16,9 +16,8 @@ from sdc_sim.physics.vehicle_dynamics import fastest_rate_per_s
 from sdc_sim.physics.vehicle_motion import MotionConstants, integrate, step_count
 from sdc_sim.physics.vehicle_parameters import VehicleParameters
 
-# Longest integration step unless a vehicle is given another one.
+# Longest step of the integration (Heun's method); `Vehicle.step` divides its duration.
 INTERNAL_STEP_S = 0.005
-_MAX_INTERNAL_STEP_S = 0.01
 
 
 @dataclass
@@ -54,10 +53,9 @@ class Vehicle:
         parameters: the vehicle
         friction: factor of the tyres' grip (1 dry, about 0.6 wet, 0.2 ice)
         side_wind_mps: side wind, positive towards the left of the vehicle
-        internal_step_s: longest integration step (Heun's method); `step` divides its duration
 
     Raises:
-        ValueError: the internal step is too long for the stiffness of the tyres
+        ValueError: the tyres are too stiff for the integration
     """
 
     def __init__(
@@ -65,16 +63,12 @@ class Vehicle:
         parameters: VehicleParameters,
         friction: float = 1.0,
         side_wind_mps: float = 0.0,
-        internal_step_s: float = INTERNAL_STEP_S,
     ):
-        longest = min(_MAX_INTERNAL_STEP_S, 2.0 / fastest_rate_per_s(parameters))
-        if not 0.0 < internal_step_s <= longest:
+        if not INTERNAL_STEP_S * fastest_rate_per_s(parameters) <= 2.0:
             raise ValueError(
-                f"internal_step_s must be in 0..{longest:.4g} s for this vehicle, "
-                f"got {internal_step_s}"
+                "the cornering stiffness is too high for the mass and the yaw inertia; reduce it"
             )
         self.parameters = parameters
-        self.internal_step_s = internal_step_s
         self.state = VehicleState()
         self._integrate: Callable[..., Any] = integrate
         self.set_conditions(friction, side_wind_mps)
@@ -98,7 +92,7 @@ class Vehicle:
             ValueError: the command holds NaN or infinity; the state does not change
         """
         command, _ = command.clamped()
-        steps = step_count(self.state.speed_mps, duration_s, self.internal_step_s)
+        steps = step_count(self.state.speed_mps, duration_s, INTERNAL_STEP_S)
         if steps:
             goals = float(command.throttle), float(command.brake), float(command.steer)
             self.state = VehicleState(
