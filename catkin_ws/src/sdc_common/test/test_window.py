@@ -29,7 +29,7 @@ def display(monkeypatch):
 @pytest.fixture
 def window(display):
     display(SDL_VIDEODRIVER="dummy")
-    return ImageWindow("camera", (6, 4))
+    return ImageWindow("camera")
 
 
 def screen():
@@ -39,10 +39,6 @@ def screen():
 
 def press(key, down=True):
     pygame.event.post(pygame.event.Event(pygame.KEYDOWN if down else pygame.KEYUP, key=key))
-
-
-def whiten(surface):
-    surface.fill((255, 255, 255))
 
 
 @pytest.mark.parametrize("picture", [PICTURE, PICTURE[:3], PICTURE[:, 1:], PICTURE[:, ::-1]])
@@ -67,18 +63,6 @@ def test_pressed_keys_are_returned_once_and_held_until_they_are_released(window)
     press(pygame.K_a, down=False)
     assert window.show(PICTURE) == []
     assert window.held == {"up"}
-
-
-@pytest.mark.skipif(not hasattr(pygame, "WINDOWFOCUSLOST"), reason="pygame 1.9 does not have it")
-def test_no_key_is_held_in_a_window_without_the_focus(window):
-    press(pygame.K_a)
-    window.show(PICTURE)
-    pygame.event.post(pygame.event.Event(pygame.MOUSEMOTION))
-    window.show(PICTURE)
-    assert window.held == {"a"}
-    pygame.event.post(pygame.event.Event(pygame.WINDOWFOCUSLOST))
-    window.show(PICTURE)
-    assert window.held == set()
 
 
 def test_user_closes_the_window(window):

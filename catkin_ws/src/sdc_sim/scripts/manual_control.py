@@ -5,7 +5,6 @@ import threading
 import time
 from dataclasses import replace
 
-import numpy as np
 import rospy
 from carla_msgs.msg import (
     CarlaCollisionEvent,
@@ -35,7 +34,6 @@ EGO = "/carla/ego_vehicle"
 PICTURE_TOPICS = (EGO + "/camera/rgb/front/image_color", "/camera/lane_mask")
 PICTURE_BUFFER_BYTES = 4 * 1024 * 1024
 MAP = "map"
-BLACK = np.zeros((480, 640, 3), np.uint8)
 LAST_MESSAGE_S = 0.2
 
 
@@ -137,7 +135,9 @@ class ManualControl:
 
     def publish_command(self, held):
         stamp_ns = self.state.stamp.to_nsec() if self.state.stamp else 0
-        command = replace(self.control.step(held, self.window.step_s), stamp_ns=stamp_ns)
+        command = replace(
+            self.control.step(held, self.window.clock.get_time() / 1e3), stamp_ns=stamp_ns
+        )
         self.command_publisher.publish(command_message(command, CarlaVehicleControl))
 
     def picture(self):
@@ -152,7 +152,7 @@ class ManualControl:
     def show_frame(self):
         """Show one frame; return the keys that were pressed meanwhile."""
         picture = self.picture()
-        readings = self.state.readings(self.is_manual, self.window.frame_rate)
+        readings = self.state.readings(self.is_manual, self.window.clock.get_fps())
 
         def overlay(screen):
             if picture is None:
@@ -163,7 +163,7 @@ class ManualControl:
                 self.hud.draw_help(screen)
             self.hud.draw_notices(screen, self.state.notices())
 
-        return self.window.show(BLACK if picture is None else picture, overlay)
+        return self.window.show(picture, overlay)
 
     def run(self):
         rospy.on_shutdown(self.on_shutdown)

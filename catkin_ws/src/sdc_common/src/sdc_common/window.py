@@ -15,8 +15,6 @@ os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
 warnings.filterwarnings("ignore", "Your system is avx2 capable", RuntimeWarning)
 import pygame  # noqa: E402
 
-_FRAMES_PER_SECOND = 30.0
-
 
 class NoDisplay(Exception):
     """There is no display to open a window on."""
@@ -27,36 +25,24 @@ class ImageWindow:
 
     Attributes:
         closed: whether the window is closed
-        held: names of the keys that are down
-        step_s: how long the last picture was shown [s]
+        held: names of the keys that are down; without the focus, no key is
+        clock: measures the time between pictures
     """
 
-    def __init__(
-        self,
-        title: str,
-        size: tuple[int, int] = (640, 480),
-        frames_per_second: float = _FRAMES_PER_SECOND,
-    ):
+    def __init__(self, title: str, frames_per_second: float = 30.0):
         """Open a window.
 
         Args:
             title: text in the title bar
-            size: width and height [px]
             frames_per_second: maximum rate of `show`
 
         Raises:
             NoDisplay: there is no display
         """
-        self._screen = self._open(title, size)
-        self._clock = pygame.time.Clock()
+        self.clock = pygame.time.Clock()
         self._frames_per_second: Any = frames_per_second
-        self._surface: Any = None
         self.closed = False
         self.held: set[str] = set()
-        self.step_s = 0.0
-
-    @staticmethod
-    def _open(title: str, size: tuple[int, int]) -> Any:
         display = os.environ.get("DISPLAY", "")
         # Without a display, SDL would select a driver whose windows are invisible.
         wayland = "WAYLAND_DISPLAY" in os.environ and not display
@@ -64,16 +50,11 @@ class ImageWindow:
         try:
             pygame.display.init()
             pygame.display.set_caption(title)
-            return pygame.display.set_mode(size)
+            self._screen: Any = pygame.display.set_mode((640, 480))
         except pygame.error as error:
             raise NoDisplay(
                 f"there is no display to open a window on (DISPLAY={display!r}): {error}"
             ) from error
-
-    @property
-    def frame_rate(self) -> float:
-        """Return the pictures shown per second, averaged over the last ten."""
-        return self._clock.get_fps()
 
     def show(
         self,
@@ -83,7 +64,7 @@ class ImageWindow:
         """Show a picture until the next one is due.
 
         Args:
-            picture: (H, W, 3) BGR uint8, or None for the last picture again
+            picture: (H, W, 3) BGR uint8, or None for a black screen
             overlay: draws on the screen, over the picture
 
         Returns:
@@ -96,21 +77,17 @@ class ImageWindow:
             size = picture.shape[1], picture.shape[0]
             if size != self._screen.get_size():
                 self._screen = pygame.display.set_mode(size)
-            rgb = np.ascontiguousarray(picture[:, :, ::-1])
-            self._surface = pygame.image.frombuffer(rgb.tobytes(), size, "RGB")
-        if self._surface is not None:
-            self._screen.blit(self._surface, (0, 0))
+            rgb = picture[:, :, ::-1].tobytes()
+            self._screen.blit(pygame.image.frombuffer(rgb, size, "RGB"), (0, 0))
         else:
             self._screen.fill(0)
         if overlay is not None:
             overlay(self._screen)
         pygame.display.flip()
-        self.step_s = self._clock.tick(self._frames_per_second) / 1000.0
+        self.clock.tick(self._frames_per_second)
         return keys
 
     def _pressed_keys(self) -> list[str]:
-        # pygame 1.9 has no event for a lost focus.
-        focus_lost = getattr(pygame, "WINDOWFOCUSLOST", None)
         keys: list[str] = []
         for event in pygame.event.get():
             if event.type == pygame.QUIT:
@@ -121,8 +98,6 @@ class ImageWindow:
                 self.held.add(pygame.key.name(event.key))
             elif event.type == pygame.KEYUP:
                 self.held.discard(pygame.key.name(event.key))
-            elif event.type == focus_lost:
-                self.held.clear()
         return keys
 
     def close(self) -> None:
