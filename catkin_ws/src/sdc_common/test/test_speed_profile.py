@@ -1,11 +1,11 @@
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from sdc_common.geometry.route import Route
 from sdc_common.planning.speed_profile import (
-    PathCurvature,
     SpeedLimits,
     ideal_duration,
     limited_speeds,
@@ -23,11 +23,15 @@ LIMITS = {"cruise_mps": 10.0, "lateral_mps2": 4.0, "acceleration_mps2": 1.8, "br
 STEP_M = 0.5
 
 
+def limited(path, limits):
+    return limited_speeds(path.s, path.curvature, limits)
+
+
 def path(length_m, curvature=0.0, step_m=STEP_M):
     """Return a path; `curvature` is a number or a function of the arc length."""
     s = np.arange(0.0, length_m + 0.5 * step_m, step_m)
     values = curvature(s) if callable(curvature) else np.full(len(s), curvature)
-    return PathCurvature(s, values)
+    return SimpleNamespace(s=s, curvature=values)
 
 
 def bend_between(start_m, end_m, curvature):
@@ -41,7 +45,7 @@ def in_order(reasons):
 
 def test_profile_of_a_straight_is_a_trapezium_with_its_reasons():
     straight = path(200.0)
-    speeds, reasons = limited_speeds(straight, SpeedLimits(**LIMITS))
+    speeds, reasons = limited(straight, SpeedLimits(**LIMITS))
     accelerated = np.sqrt(0.5**2 + 2.0 * 1.8 * straight.s)
     braked = np.sqrt(2.0 * 2.5 * (200.0 - straight.s))
     np.testing.assert_allclose(speeds, np.minimum(10.0, np.minimum(accelerated, braked)))
@@ -53,7 +57,7 @@ def test_profile_of_a_straight_is_a_trapezium_with_its_reasons():
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_car_brakes_before_a_bend_and_accelerates_after_it(sign):
     around = path(300.0, bend_between(140.0, 160.0, sign * 0.16))
-    speeds, reasons = limited_speeds(around, SpeedLimits(**LIMITS))
+    speeds, reasons = limited(around, SpeedLimits(**LIMITS))
     bend = (around.s >= 140.0) & (around.s <= 160.0)
     np.testing.assert_allclose(speeds[bend], 5.0)
     before, after = 140.0 - around.s, around.s - 160.0
@@ -81,7 +85,7 @@ def test_car_brakes_before_a_bend_and_accelerates_after_it(sign):
 @pytest.mark.parametrize("step_m", [0.5, 2.0])
 def test_braking_and_acceleration_in_a_bend_are_what_the_friction_ellipse_leaves(step_m):
     curvature = 0.05
-    speeds, _ = limited_speeds(path(200.0, curvature, step_m), SpeedLimits(**LIMITS))
+    speeds, _ = limited(path(200.0, curvature, step_m), SpeedLimits(**LIMITS))
     top_mps = math.sqrt(4.0 / curvature)
     assert speeds.max() == pytest.approx(top_mps)
     along = np.diff(speeds**2) / (2.0 * step_m)
@@ -100,7 +104,7 @@ def test_lateral_jerk_limits_the_speed_where_the_curvature_changes(rate, step_m)
     limits = SpeedLimits(
         **{**LIMITS, "cruise_mps": 30.0, "lateral_mps2": 1e6}, lateral_jerk_mps3=2.0
     )
-    speeds, reasons = limited_speeds(clothoid, limits)
+    speeds, reasons = limited(clothoid, limits)
     middle = np.abs(clothoid.s - 100.0) < 30.0
     np.testing.assert_allclose(speeds[middle], (2.0 / abs(rate)) ** (1.0 / 3.0))
     assert in_order(reasons) == [ACCELERATING, BEND, END_OF_ROUTE]
@@ -110,9 +114,9 @@ def test_speeds_of_a_route_are_those_of_its_curvature_and_belong_to_the_caller()
     angle = np.linspace(0.0, 1.5, 60)
     route = Route(20.0 * np.column_stack([np.sin(angle), 1.0 - np.cos(angle)]))
     limits = SpeedLimits(**LIMITS)
-    speeds, reasons = limited_speeds(PathCurvature(route.s, route.curvature), limits)
+    speeds, reasons = limited(route, limits)
     for _ in range(2):
-        of_route, names = limited_speeds(route, limits)
+        of_route, names = limited(route, limits)
         assert (of_route.tolist(), names) == (speeds.tolist(), reasons)
         assert speed_profile(route, limits).tolist() == speeds.tolist()
         of_route[:] = 0.0
@@ -145,5 +149,5 @@ def test_limit_that_is_not_positive_is_named(name, value):
     ],
 )
 def test_duration_is_that_of_constant_acceleration_between_points(s_m, speeds_mps, duration_s):
-    line = PathCurvature(np.array(s_m), np.zeros(len(s_m)))
+    line = SimpleNamespace(s=np.array(s_m))
     assert ideal_duration(line, np.array(speeds_mps)) == pytest.approx(duration_s)

@@ -111,8 +111,8 @@ class LocalPlanner:
         """
         self.waypoints_m = waypoints_m
         self.settings = settings
-        self.route = road_route(waypoints_m)
-        self.speed, self._reasons = limited_speeds(self.route, settings.limits)
+        self.route = route = road_route(waypoints_m)
+        self.speed, self._reasons = limited_speeds(route.s, route.curvature, settings.limits)
         self.reason = self._reasons[0]
         self._path = np.column_stack([self.route.points, self.speed])
         self._ahead = slice(0, 0)

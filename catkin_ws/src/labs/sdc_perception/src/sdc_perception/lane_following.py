@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from sdc_common.planning.speed_profile import PathCurvature, SpeedLimits, limited_speeds
+from sdc_common.planning.speed_profile import SpeedLimits, limited_speeds
 from sdc_common.validation import check_between, check_positive
 from sdc_perception.lane_curve import STEP_M
 from sdc_perception.lane_tracker import TrackedLane
@@ -76,8 +76,7 @@ def lane_path(lane: TrackedLane, settings: FollowingSettings) -> np.ndarray:
     s_m = lane.first_m + STEP_M * np.arange(len(lane.points_m))
     end_m = max(_SHORTEST_M, path_end(lane.visible_m, settings.lookahead_m))
     kept = (s_m > -settings.behind_m) & (s_m <= end_m)
-    path = PathCurvature(s_m[kept], lane.curvatures_1pm[kept])
-    speeds = limited_speeds(path, settings.limits)[0]
+    speeds = limited_speeds(s_m[kept], lane.curvatures_1pm[kept], settings.limits)[0]
     share = speed_share(lane.confidence, settings.unsure, settings.confident)
     return np.column_stack([lane.points_m[kept], speeds * share])
 

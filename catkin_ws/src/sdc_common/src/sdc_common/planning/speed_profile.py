@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
@@ -50,25 +49,13 @@ class SpeedLimits:
         check_positive(**limits)
 
 
-class PathCurvature(NamedTuple):
-    """A path as a speed profile needs it.
-
-    Attributes:
-        s: arc lengths (N,) [m]
-        curvature: curvatures (N,) [1/m]
-    """
-
-    s: np.ndarray
-    curvature: np.ndarray
-
-
 def speed_profile(route: Route, limits: SpeedLimits) -> np.ndarray:
     """Return the speeds of `limited_speeds`: (N,) [m/s]."""
-    return limited_speeds(route, limits)[0]
+    return limited_speeds(route.s, route.curvature, limits)[0]
 
 
 def limited_speeds(
-    route: Route | PathCurvature, limits: SpeedLimits
+    s_m: np.ndarray, curvature_1pm: np.ndarray, limits: SpeedLimits
 ) -> tuple[np.ndarray, list[str]]:
     """Return the highest speeds that keep every limit and end at rest, and what limits each.
 
@@ -77,24 +64,25 @@ def limited_speeds(
     ellipse that the lateral acceleration leaves.
 
     Args:
-        route: the route
+        s_m: (N,) arc lengths of the points of a path [m]
+        curvature_1pm: (N,) its curvature there [1/m]
         limits: the limits
 
     Returns:
-        (N,) speeds at the points of the route [m/s], and a name of speed_reasons for each
+        (N,) speeds at the points [m/s], and a name of speed_reasons for each
 
     Reference: N. R. Kapania, J. Subosits and J. C. Gerdes, A Sequential Two-Step Algorithm for Fast
     Generation of Vehicle Racing Trajectories, J. Dyn. Sys. Meas. Control 138(9), 2016, section 3.
     """
-    curvature = np.abs(route.curvature)
+    curvature = np.abs(curvature_1pm)
     bend = np.sqrt(limits.lateral_mps2 / np.maximum(curvature, 1e-9))
-    change = np.abs(np.gradient(route.curvature, route.s))
+    change = np.abs(np.gradient(curvature_1pm, s_m))
     turn = np.cbrt(limits.lateral_jerk_mps3 / np.maximum(change, 1e-9))
     lateral = np.minimum(bend, turn)
     speed = np.minimum(lateral, limits.cruise_mps).tolist()
     local_reasons = [BEND if slow else CRUISE for slow in (lateral < limits.cruise_mps).tolist()]
     local, reasons = list(speed), list(local_reasons)
-    steps = np.diff(route.s).tolist()
+    steps = np.diff(s_m).tolist()
     curvatures = curvature.tolist()
     speed[-1], reasons[-1] = 0.0, END_OF_ROUTE
     if limits.start_mps < speed[0]:
