@@ -42,7 +42,8 @@ def test_line_of_arrays_equals_a_plain_one_bit_for_bit(as_array, monkeypatch):
         assert not plain.numbers.are_arrays
         for name in ("lengths", "s", "headings"):
             assert getattr(arrays, name) == getattr(plain, name)
-        plain.headings = arrays.headings = [0.9 * heading for heading in plain.headings]
+        plain.set_headings([0.9 * heading for heading in plain.headings])
+        arrays.set_headings(plain.headings)
         assert arrays.numbers.headings.tolist() == plain.numbers.headings == plain.headings
         for _ in range(50):
             point = random.normal(scale=5.0, size=2).tolist()

@@ -48,6 +48,8 @@ class Polyline:
     Attributes:
         points: (x, y) of each point [m]
         lengths: length of each segment [m]
+        headings: heading at each point, continuous, not wrapped; at an inner point the mean of the
+            two segments' headings [rad]
         s: arc length at each point [m]
         numbers: the same for functions that can be compiled
     """
@@ -66,21 +68,12 @@ class Polyline:
         if self.numbers.are_arrays:
             lengths, headings = lengths.tolist(), headings.tolist()
         self.lengths: list[float] = lengths
-        self._headings: list[float] = headings
+        self.headings: list[float] = headings
         self.s = [*accumulate(lengths, initial=0.0)]
 
-    @property
-    def headings(self) -> list[float]:
-        """Heading at each point, continuous, not wrapped [rad].
-
-        At an inner point it is the mean of the two segments' headings. A user that knows the
-        headings better replaces this list.
-        """
-        return self._headings
-
-    @headings.setter
-    def headings(self, headings: list[float]) -> None:
-        self._headings = headings
+    def set_headings(self, headings: list[float]) -> None:
+        """Replace the headings at the points by ones that are known better [rad]."""
+        self.headings = headings
         self.numbers = self.numbers.with_headings(headings)
 
     def nearest(self, x_m: float, y_m: float, first: int = 0, last: int | None = None) -> Place:
@@ -159,5 +152,5 @@ class Polyline:
         return min(max(3, bisect_right(self.s, s_m)), len(self.points))
 
     def _heading_in(self, segment: int, fraction: float) -> float:
-        heading = self._headings[segment]
-        return heading + fraction * (self._headings[segment + 1] - heading)
+        heading = self.headings[segment]
+        return heading + fraction * (self.headings[segment + 1] - heading)

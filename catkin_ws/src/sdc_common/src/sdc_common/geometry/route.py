@@ -127,7 +127,7 @@ class Route:
         self.line = Polyline(self.points.tolist(), extend=False)
         self.s = np.array(self.line.s)
         self.heading, self.curvature = smoothed_heading_and_curvature(self.points, self.s, self.s)
-        self.line.headings = self.heading.tolist()
+        self.line.set_headings(self.heading.tolist())
         self._tree: cKDTree | None = None
 
     @property

@@ -55,7 +55,7 @@ class Course:
         self.name = name
         self.curvature_at = curvature_at
         self.line = Polyline(list(zip(x.tolist(), y.tolist())))
-        self.line.headings = heading.tolist()
+        self.line.set_headings(heading.tolist())
         self.length_m = float(s[-1])
         self.measured = measured
 
