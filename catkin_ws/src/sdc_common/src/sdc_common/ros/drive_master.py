@@ -134,27 +134,25 @@ def choose_master(
     user = running_node(uri, ("/referee" if joins_world else "/sim", "/cockpit")) or user
     is_default = address.hostname in _LOOPBACK and address.port == default_port
     if is_default and not joins_world:
-        user = user or _owner_other_than_this_user(uri, default_port)
+        user = user or _owner_other_than_this_user(uri)
     if not user:
         return ChosenMaster(uri, reservation=reservation)
     if reservation is not None:
         reservation.close()
     if not is_default or joins_world:
         raise MasterInUse(f"ROS_MASTER_URI={uri} is in use by {user}; end it, or set another port")
-    while True:
-        port = free_master_port()
-        if reservation := reserve(f"ros_drive_master_{port}"):
-            return ChosenMaster(f"http://{address.hostname}:{port}", user, reservation)
+    port = free_master_port()
+    reservation = reserve(f"ros_drive_master_{port}")
+    return ChosenMaster(f"http://{address.hostname}:{port}", user, reservation)
 
 
-def _owner_other_than_this_user(uri: str, port: int) -> str:
-    with socket.socket() as probe:
-        if probe.connect_ex(("127.0.0.1", port)) != 0:
-            return ""
+def _owner_other_than_this_user(uri: str) -> str:
     try:
         pid = _proxy(uri).getPid(_CALLER)[2]
         own = Path(f"/proc/{pid}").stat().st_uid == os.getuid()
         return "" if own else f"the ROS master of another user (process {pid})"
+    except ConnectionRefusedError:
+        return ""
     except _NO_ANSWER:
         return "another program"
 

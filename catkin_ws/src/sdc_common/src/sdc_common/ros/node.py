@@ -82,18 +82,13 @@ class LoopPublisher(rospy.Publisher):
 def every(seconds: float, function: Callable[[], object]) -> None:
     """Call a function periodically, in wall time, in a thread of its own.
 
-    rospy's Timer wakes up for each message on /clock, which is once a tick in lockstep. A message
-    that the function publishes while the node shuts down is dropped.
+    rospy's Timer wakes up for each message on /clock, which is once a tick in lockstep.
     """
 
     def run() -> None:
         while not rospy.is_shutdown():
             time.sleep(seconds)
-            try:
-                function()
-            except rospy.ROSException:
-                if not rospy.core.is_shutdown_requested():
-                    raise
+            function()
 
     threading.Thread(target=run, daemon=True).start()
 
