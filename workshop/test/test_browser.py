@@ -24,9 +24,7 @@ def run(*arguments):
 
 
 def test_token_is_in_a_file_that_only_its_owner_can_read(tmp_path):
-    lab.write_configuration(
-        tmp_path, lab.configuration(Path("/"), {"ip": "127.0.0.1"}, "secret", {})
-    )
+    lab.write_configuration(tmp_path, Path("/"), {"ip": "127.0.0.1"}, "secret", {})
     file = tmp_path / "jupyter_server_config.json"
     assert stat.S_IMODE(file.stat().st_mode) == 0o600
     values = json.loads(file.read_text(encoding="utf-8"))

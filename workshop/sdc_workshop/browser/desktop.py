@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import secrets
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -25,17 +26,6 @@ PORT = 6080
 NOVNC = Path("/usr/share/novnc")
 _SIZE = "1280x800"
 _COOKIE_BYTES = 16
-# noVNC joins its option `path` with the origin, or with the address of its page, depending on the
-# release. websockify accepts any path, so that both work, also behind a proxy.
-_PAGE = """<!DOCTYPE html>
-<html lang="en">
-<meta charset="utf-8">
-<title>Desktop of the workshop</title>
-<script>
-  const path = location.pathname.slice(1) + "websockify" + location.search;
-  location.replace("vnc.html?" + new URLSearchParams({autoconnect: true, resize: "remote", path}));
-</script>
-"""
 _SETUP = PROJECT / "catkin_ws" / "devel" / "setup.bash"
 MENU = {
     "Terminal": "",
@@ -44,17 +34,6 @@ MENU = {
     "First steps": "roslaunch demo_launcher demo.launch; exec bash",
     "RViz for a running drive": "roslaunch sdc_sim rviz.launch; exec bash",
 }
-_PREFERENCES = """TaskBarShowWorkspaces=0
-TaskBarShowCPUStatus=0
-TaskBarShowNetStatus=0
-TaskBarShowMailboxStatus=0
-TaskBarShowTray=0
-ShowLogoutMenu=0
-ShowSettingsMenu=0
-ShowHelp=0
-ShowRun=0
-ShowAbout=0
-"""
 
 
 class Desktop:
@@ -130,7 +109,7 @@ class Desktop:
             ),
             encoding="utf-8",
         )
-        (settings / "preferences").write_text(_PREFERENCES, encoding="utf-8")
+        shutil.copy(Path(__file__).with_name("icewm_preferences"), settings / "preferences")
         (settings / "toolbar").touch()
         self._programs.start(
             ["icewm"],
@@ -145,7 +124,7 @@ class Desktop:
         www.mkdir()
         for path in NOVNC.iterdir():
             (www / path.name).symlink_to(path)
-        (www / "index.html").write_text(_PAGE, encoding="utf-8")
+        shutil.copy(Path(__file__).with_name("desktop.html"), www / "index.html")
         tokens = self._folder / "tokens"
         tokens.touch(mode=0o600)
         tokens.write_text(f"{given_token}: unix_socket:{self._folder / 'vnc'}\n", encoding="utf-8")

@@ -11,6 +11,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from urllib.parse import quote
 
+import yaml
+
 from sdc_workshop.browser import desktop
 from sdc_workshop.browser.service import (
     TOKEN_VARIABLE,
@@ -31,18 +33,7 @@ GUIDE = PROJECT / "workshop" / "guide.md"
 _PYTHON = PROJECT / ".browser" / "bin" / "python"
 # Programs in the terminals print their pages below this address, with the same token.
 URL_VARIABLE = "WORKSHOP_URL"
-# No page of another site makes the browser send the cookies.
-_COOKIES = {"samesite": "Strict"}
-_SETTINGS = {
-    "@jupyterlab/docmanager-extension:plugin": {"defaultViewers": {"markdown": "Markdown Preview"}},
-    # A report is a page with scripts. It runs in a frame without access to JupyterLab.
-    "@jupyterlab/htmlviewer-extension:plugin": {"trustByDefault": True},
-    "@jupyterlab/apputils-extension:notification": {
-        "fetchNews": "false",
-        "checkForUpdates": False,
-    },
-    "@jupyterlab/terminal-extension:plugin": {"fontSize": 12},
-}
+_CONFIGURATION = Path(__file__).with_name("lab.yaml")
 
 
 def pages(workspace: Path) -> tuple[Path, str]:
@@ -57,40 +48,36 @@ def pages(workspace: Path) -> tuple[Path, str]:
     return root, f"lab/tree/{guide}?file-browser-path=/{quote(str(files.relative_to(root)))}"
 
 
-def configuration(
+def write_configuration(
+    folder: Path,
     root: Path,
     options: Mapping[str, object],
     given_token: str,
     proxied: Mapping[str, object],
-) -> dict:
-    """Return the configuration of the Jupyter server.
+) -> None:
+    """Write the files that JupyterLab reads from a folder of JUPYTER_CONFIG_PATH.
 
     Args:
-        root: folder of its files
+        folder: where they are written
+        root: folder of JupyterLab's files
         options: address and port
         given_token: the token of its pages
         proxied: the other servers, by the first part of their path
     """
-    return {
-        "ServerApp": {
-            **options,
-            "port_retries": 0,
-            "root_dir": str(root),
-            "allow_root": True,
-            "open_browser": False,
-            "log_level": "WARN",
-            # "/" as Jupyter's own default; it sets the path only where there are no other options.
-            "tornado_settings": {"xsrf_cookie_kwargs": {"path": "/", **_COOKIES}},
-            # The setup files of ROS are for bash. TMPDIR is for JupyterLab only.
-            "terminado_settings": {"shell_command": ["/usr/bin/env", "-u", "TMPDIR", "/bin/bash"]},
-        },
-        "IdentityProvider": {"token": given_token, "cookie_options": _COOKIES},
-        "LabApp": {"extension_manager": "readonly"},
-        # Copies of opened files are by default beside them, in the project and the workspace.
-        # Where that is not possible, as in a folder that does not exist, they are in TMPDIR.
-        "FileCheckpoints": {"root_dir": str(root / "nonexistent")},
-        "ServerProxy": {"servers": proxied},
-    }
+    values = yaml.safe_load(_CONFIGURATION.read_text(encoding="utf-8"))
+    server = values["server"]
+    server["ServerApp"].update(options, root_dir=str(root))
+    server["IdentityProvider"]["token"] = given_token
+    server["ServerProxy"] = {"servers": proxied}
+    # Copies of opened files are by default beside them, in the project and the workspace.
+    # Where that is not possible, as in a folder that does not exist, they are in TMPDIR.
+    server["FileCheckpoints"] = {"root_dir": str(root / "nonexistent")}
+    file = folder / "jupyter_server_config.json"
+    file.touch(mode=0o600)
+    file.write_text(json.dumps(server), encoding="utf-8")
+    settings = folder / "labconfig" / "default_setting_overrides.json"
+    settings.parent.mkdir()
+    settings.write_text(json.dumps(values["settings"]), encoding="utf-8")
 
 
 def proxy(title: str, port: int, given_token: str) -> dict:
@@ -111,17 +98,6 @@ def proxy(title: str, port: int, given_token: str) -> dict:
             "category": "Other",
         },
     }
-
-
-def write_configuration(folder: Path, values: Mapping[str, object]) -> None:
-    """Write the files that JupyterLab reads from a folder of JUPYTER_CONFIG_PATH."""
-    file = folder / "jupyter_server_config.json"
-    file.touch(mode=0o600)
-    file.write_text(json.dumps(values), encoding="utf-8")
-    (folder / "labconfig").mkdir()
-    (folder / "labconfig" / "default_setting_overrides.json").write_text(
-        json.dumps(_SETTINGS), encoding="utf-8"
-    )
 
 
 def _workspace(text: str) -> Path:
@@ -166,10 +142,8 @@ def main(arguments: Sequence[str]) -> None:
                 )
                 proxied["desktop"] = proxy("Desktop", desktop_port, given_token)
             (folder / "jupyter").mkdir()
-            write_configuration(
-                folder / "jupyter",
-                configuration(root, {"ip": options.ip, "port": port}, given_token, proxied),
-            )
+            listen = {"ip": options.ip, "port": port}
+            write_configuration(folder / "jupyter", root, listen, given_token, proxied)
             process = programs.start(
                 [str(_PYTHON), "-m", "jupyterlab"],
                 {**environment, "TMPDIR": name},
