@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from sdc_workshop.exam.sandbox import SandboxError, require
+
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 
@@ -14,3 +16,12 @@ def world():
     """Build the workspace that students' workspaces overlay, if it is not built yet."""
     prepare = Path(__file__).resolve().parents[2] / "docker" / "prepare"
     subprocess.run([prepare, "world"], check=True, timeout=300)
+
+
+@pytest.fixture(scope="session")
+def sandboxed():
+    """Skip a test where there is no sandbox."""
+    try:
+        require()
+    except SandboxError as error:
+        pytest.skip(str(error))

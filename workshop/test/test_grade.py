@@ -17,7 +17,6 @@ from sdc_common.processes import matching
 from sdc_experiments.closed_loop import drive_result
 from sdc_sim.report.writer import write_report
 from sdc_workshop.exam import sandbox
-from sdc_workshop.exam.sandbox import SandboxError, require
 from sdc_workshop.grading import grade as command
 from sdc_workshop.grading.copying import copy_workspace
 from sdc_workshop.grading.grade import line
@@ -39,14 +38,6 @@ SHOWN = (
 )
 # A student's program that does not end. Another run of the tests on this machine has another one.
 ENDLESS = f"sleep 98766.{os.getpid()}"
-
-
-@pytest.fixture
-def sandboxed():
-    try:
-        require()
-    except SandboxError as error:
-        pytest.skip(str(error))
 
 
 def workspace(folder, *steps):

@@ -5,7 +5,6 @@ from finished_workspace import solved
 from guide_blocks import read
 from guide_student import Student
 
-from sdc_workshop.exam.sandbox import SandboxError, require
 from sdc_workshop.grading.copying import copy_workspace
 from sdc_workshop.grading.grading import Conditions, grade
 from sdc_workshop.steps import LABS, chosen, load_steps
@@ -79,11 +78,8 @@ def test_grading_a_lab_takes_the_finished_car(tmp_path, lab):
 
 @pytest.mark.nightly
 @pytest.mark.parametrize("lab", LABS)
+@pytest.mark.usefixtures("sandboxed")
 def test_graded_car_of_a_lab_drives_a_road_of_the_seed_too(tmp_path, lab):
-    try:
-        require()
-    except SandboxError as error:
-        pytest.skip(str(error))
     steps = (f"{lab}-drive",)
     conditions = Conditions(LIMIT_S, 20000, steps=steps, lab=lab, seed=7)
     found = grade("ada", solved(tmp_path / "ws"), tmp_path / "grade", conditions)

@@ -9,7 +9,7 @@ import psutil
 import pytest
 
 from sdc_workshop.exam.answer import PASSED
-from sdc_workshop.exam.sandbox import SandboxError, require, user_id
+from sdc_workshop.exam.sandbox import user_id
 from sdc_workshop.grading.grading import Conditions, grade
 from sdc_workshop.grading.rubric import load_rubric
 from sdc_workshop.grading.summary import ranked, write_csv, write_pages
@@ -17,19 +17,11 @@ from sdc_workshop.regions import replaced
 from sdc_workshop.steps import load_steps
 from sdc_workshop.workspace import make, solve
 
-pytestmark = pytest.mark.slow(60)
+pytestmark = [pytest.mark.slow(60), pytest.mark.usefixtures("sandboxed")]
 LIMIT_S = 300.0
 SLEEPER_S = 98765  # of the program that a hostile one leaves behind
 PACKAGE = "src/sdc_package"
 LIBRARY = f"{PACKAGE}/src/sdc_package"
-
-
-@pytest.fixture(scope="module", autouse=True)
-def sandbox():
-    try:
-        require()
-    except SandboxError as error:
-        pytest.skip(str(error))
 
 
 def finished(folder):
