@@ -5,10 +5,13 @@ from __future__ import annotations
 import contextlib
 import math
 import signal
+from functools import lru_cache
+from pathlib import Path
 from random import Random
 from typing import TYPE_CHECKING, Callable, Sequence
 
 import psutil
+import yaml
 
 from sdc_workshop.exam.answer import Problem, listed
 from sdc_workshop.exam.node import Node
@@ -52,19 +55,6 @@ _SCENES = (
     (155.0, "a red light that is too near to stop"),
 )
 _TOLERANCE = 1e-3
-_ORDER = "x, y and v are in the wrong order."
-# What students confuse: the wrong row as a function of the right one, and the hint.
-_MISTAKES = (
-    (lambda x, y, *v: (y, x, *v), "x and y are swapped."),
-    (
-        lambda x, y, *v: (x, -y, *v),
-        "The sign of y is wrong: it is negated once too often, or not at all.",
-    ),
-    (lambda x, y, *v: (x, *v, y), "y and v are swapped."),
-    (lambda x, y, *v: (*v, y, x), "x and v are swapped."),
-    (lambda x, y, *v: (*v, x, y), _ORDER),
-    (lambda x, y, *v: (y, *v, x), _ORDER),
-)
 
 
 class MissionPlannerCheck(NodeCheck):
@@ -423,33 +413,28 @@ def rows_problem(got: list, wanted: list, what: str, columns: str = "x, y") -> P
     """
     if _equal(got, wanted):
         return None
-    expected = f"{what}: {len(wanted)} rows {columns}, the first {_row(wanted[0])}"
-    if not got:
-        hint = "No rows were received: is the list empty, or built from something else?"
-        return Problem(expected, "no rows", hint)
-    seen = f"{len(got)} rows, the first {_row(got[0])}"
-    for mistake, hint in _MISTAKES:
-        if _equal(got, [mistake(*row) for row in wanted]):
-            return Problem(expected, seen, hint)
-    hint = "Compare the numbers: what causes the first difference?"
     first = next((i for i, (a, b) in enumerate(zip(got, wanted)) if not _equal([a], [b])), len(got))
-    if len(got) == len(wanted):
-        seen = f"row {first + 1} is {_row(got[first])} in the place of {_row(wanted[first])}"
-    if len(got) == len(wanted) and got == [got[0]] * len(got):
+    names = {"got": got, "wanted": wanted, "first": first, "equal": _equal}
+    mistake = next(row for row in _row_mistakes() if evaluate(row["case"], names))
+    kind = mistake.get("seen", "place")
+    if not got:
+        seen = "no rows"
+    elif kind == "times":
         seen = f"{len(got)} times {_row(got[0])}"
-        hint = "One object was appended many times: create a new one in each pass of the loop."
-    elif first < len(wanted) and _equal(got, wanted[:first] + wanted[first + 1 :]):
+    elif kind == "missing":
         seen = f"{len(got)} rows: row {first + 1}, {_row(wanted[first])}, is missing"
-        hint = "One row is left out: where do the indices or the slice begin and end?"
-    elif _equal([(*row[:2], row[2] / 3.6) for row in got if len(row) == 3], wanted):
-        hint = "The speeds are in km/h: all speeds are in m/s, remove the factor 3.6."
-    elif _equal([row[:2] for row in got], [row[:2] for row in wanted]):
-        hint = "x and y are right, the speed v is not: v of each row is v of its point."
-        if not any(row[2] for row in got):
-            hint = "The speed v is missing: each row has x, y and v, and so has each point."
-    elif any(_equal(got, wanted[i:]) or _equal(got[i:], wanted) for i in (1, 2, 3)):
-        hint = "It begins at the wrong point."
-    return Problem(expected, seen, hint)
+    elif kind == "place" and len(got) == len(wanted):
+        seen = f"row {first + 1} is {_row(got[first])} in the place of {_row(wanted[first])}"
+    else:
+        seen = f"{len(got)} rows, the first {_row(got[0])}"
+    expected = f"{what}: {len(wanted)} rows {columns}, the first {_row(wanted[0])}"
+    return Problem(expected, seen, mistake["hint"])
+
+
+@lru_cache(maxsize=1)
+def _row_mistakes() -> list:
+    path = Path(__file__).with_name("row_mistakes.yaml")
+    return yaml.safe_load(path.read_text(encoding="utf-8"))
 
 
 def _equal(a: Sequence, b: Sequence) -> bool:
