@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sdc_common.driving import Command
-from sdc_sim.physics.ackermann import AckermannControl, AckermannGains, AckermannTarget
+from sdc_sim.physics.ackermann import AckermannGains, AckermannTarget
 from sdc_sim.physics.collision import overlap
 from sdc_sim.physics.obstacles import KINDS, ObstaclePlan, Obstacles
 from sdc_sim.physics.traffic_lights import GREEN, RED, TrafficLightPlan
@@ -209,7 +209,7 @@ def rich_simulation():
         obstacles=Obstacles(plans),
         lights=[TrafficLightPlan(50.0, 0.0, 0.0, (("red", 2.0), ("green", 1.0)))],
         noise=OdometryNoise(3, 0.05, 0.01, 0.1),
-        ackermann=AckermannControl(vehicle.parameters, gains),
+        ackermann=gains,
         command_latency_s=0.1,
         sensor_latency_s=0.15,
     )

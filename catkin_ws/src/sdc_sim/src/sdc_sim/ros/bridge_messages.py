@@ -303,12 +303,14 @@ def actor_list(world: World) -> list[carla.CarlaActorList]:
 def control_info(world: World) -> list[bridge.EgoVehicleControlInfo]:
     """Return limits, target, motion and executed command as the bridge 0.9.3 publishes them."""
     commands, state, header = world.simulation.commands, world.snapshot.state, world.header
-    max_angle_rad = world.simulation.vehicle.parameters.max_wheel_angle_rad
-    limits = bridge.EgoVehicleControlMaxima(max_steering_angle=max_angle_rad, max_pedal=1.0)
-    gains = commands.ackermann_gains
-    if gains is not None:
-        limits.max_speed = gains.max_speed_mps
-        limits.max_accel, limits.max_decel = gains.acceleration_mps2, gains.braking_mps2
+    gains = commands.ackermann.gains
+    limits = bridge.EgoVehicleControlMaxima(
+        max_steering_angle=world.simulation.vehicle.parameters.max_wheel_angle_rad,
+        max_speed=gains.max_speed_mps,
+        max_accel=gains.acceleration_mps2,
+        max_decel=gains.braking_mps2,
+        max_pedal=1.0,
+    )
     target = commands.ackermann_target
     demand = target or AckermannTarget()
     return [

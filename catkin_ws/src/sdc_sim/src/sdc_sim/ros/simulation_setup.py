@@ -69,12 +69,8 @@ class SimulationSetup:
     def __init__(self) -> None:
         value = Parameters()
         self.lockstep = bool(value("sync"))
-        self.timeouts_s: dict[str, float] = {
-            "patience_s": value("patience_s"),
-            "unstamped_patience_s": value("unstamped_patience_s"),
-            "start_patience_s": value("start_patience_s"),
-            "first_answer_s": value("first_answer_s"),
-        }
+        names = "patience_s", "unstamped_patience_s", "start_patience_s", "first_answer_s"
+        self.timeouts_s: dict[str, float] = {name: value(name) for name in names}
         self.wait_for_nodes = list(value("wait_for_nodes"))
         self.services = bool(value("services"))
         self.clicked_obstacle: str = value("clicked_obstacle")

@@ -9,7 +9,7 @@ from typing import Any, Callable
 import numpy as np
 
 from sdc_common.geometry.route import Route
-from sdc_sim.physics.ackermann import AckermannControl, AckermannGains
+from sdc_sim.physics.ackermann import AckermannGains
 from sdc_sim.physics.obstacles import Obstacles
 from sdc_sim.physics.vehicle import Vehicle
 from sdc_sim.physics.vehicle_parameters import load_vehicle
@@ -75,7 +75,7 @@ def build_simulation(
         obstacles=Obstacles(load_obstacles(obstacles_path, route)),
         lights=load_lights(obstacles_path, route),
         noise=OdometryNoise(seed, **parameter("odometry_noise")),
-        ackermann=AckermannControl(vehicle.parameters, AckermannGains(**parameter("ackermann"))),
+        ackermann=AckermannGains(**parameter("ackermann")),
         command_latency_s=parameter("command_latency_s"),
         sensor_latency_s=parameter("sensor_latency_s"),
         sensors=suite,

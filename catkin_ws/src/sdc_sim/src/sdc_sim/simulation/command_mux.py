@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Tuple, Union
 
 from sdc_common.driving import Command
-from sdc_sim.physics.ackermann import AckermannControl, AckermannGains, AckermannTarget
+from sdc_sim.physics.ackermann import AckermannControl, AckermannTarget
 from sdc_sim.physics.vehicle import VehicleState
 from sdc_sim.sensors.errors import DelayLine
 
@@ -22,17 +22,15 @@ class CommandMux:
     Args:
         timeout_ticks: time without a new command after which the vehicle brakes; 0 is never
         latency: delay between a command and its execution; the braking after a timeout has none
-        ackermann: converts Ackermann targets to pedals and steering; without it they are refused
+        ackermann: converts Ackermann targets to pedals and steering
     """
 
-    def __init__(
-        self, timeout_ticks: int, latency: DelayLine, ackermann: AckermannControl | None = None
-    ):
+    def __init__(self, timeout_ticks: int, latency: DelayLine, ackermann: AckermannControl):
         self.manual_override = False
         self.executed = Command()
         self._timeout_ticks = timeout_ticks
         self._latency = latency
-        self._ackermann = ackermann
+        self.ackermann = ackermann
         self._entries: dict[bool, _Entry] = {}  # by whether they are manual
 
     def accept(self, command: AnyCommand, tick: int, manual: bool = False) -> bool:
@@ -42,18 +40,15 @@ class CommandMux:
             whether it was outside its range
 
         Raises:
-            ValueError: a value is NaN or infinite, or the vehicle has no Ackermann control
+            ValueError: a value is NaN or infinite
         """
-        limited, outside = self._limited(command)
+        limited: AnyCommand
+        if isinstance(command, Command):
+            limited, outside = command.clamped()
+        else:
+            limited, outside = self.ackermann.limited(command)
         self._entries[manual] = limited, tick
         return outside
-
-    def _limited(self, command: AnyCommand) -> tuple[AnyCommand, bool]:
-        if isinstance(command, Command):
-            return command.clamped()
-        if self._ackermann is None:
-            raise ValueError("command refused: this simulation has no Ackermann control")
-        return self._ackermann.limited(command)
 
     def set_manual_override(self, enabled: bool, tick: int) -> None:
         """Start or end manual control. The vehicle coasts until the first manual command."""
@@ -66,11 +61,6 @@ class CommandMux:
         """The active command if it is an Ackermann target."""
         entry = self._active
         return entry[0] if entry and isinstance(entry[0], AckermannTarget) else None
-
-    @property
-    def ackermann_gains(self) -> AckermannGains | None:
-        """Parameters of the speed loop."""
-        return self._ackermann.gains if self._ackermann is not None else None
 
     def timed_out(self, tick: int) -> bool:
         """Return whether the latest command is too old. Before the first one nothing times out."""
@@ -85,14 +75,13 @@ class CommandMux:
         """Return the command to execute in this tick; call it once a tick."""
         entry = self._active
         command = self._latency.put(entry[0] if entry else Command())
-        if not isinstance(command, AckermannTarget) and self._ackermann is not None:
-            self._ackermann.reset()
+        if not isinstance(command, AckermannTarget):
+            self.ackermann.reset()
         if self.timed_out(tick):
             # The steering keeps its position: in a bend, straight wheels leave the road.
             self.executed = Command(steer=self.executed.steer, brake=1.0)
         elif isinstance(command, AckermannTarget):
-            assert self._ackermann is not None
-            self.executed = self._ackermann.command(
+            self.executed = self.ackermann.command(
                 command, state.speed_mps, state.wheel_angle_rad, tick_s
             )
         else:

@@ -8,7 +8,7 @@ from typing import Any, Mapping, Sequence, Tuple
 
 from sdc_common.driving import Observation
 from sdc_common.validation import check_between
-from sdc_sim.physics.ackermann import AckermannControl
+from sdc_sim.physics.ackermann import AckermannControl, AckermannGains
 from sdc_sim.physics.collision import Contact, Rectangle
 from sdc_sim.physics.obstacles import CollisionEvent, Obstacles
 from sdc_sim.physics.traffic_lights import TrafficLightPlan, light_states
@@ -18,6 +18,7 @@ from sdc_sim.sensors.model import Moment
 from sdc_sim.sensors.suite import SensorSuite
 from sdc_sim.simulation.command_mux import AnyCommand, CommandMux
 from sdc_sim.simulation.snapshot import Snapshot
+from sdc_sim.yaml_document import packaged_config
 
 _NANOSECONDS = 1_000_000_000
 # m/s and rad/s
@@ -45,7 +46,7 @@ class Simulation:
         obstacles: the obstacles
         lights: the traffic lights
         noise: noise of the odometry
-        ackermann: control mode by speed and wheel angle
+        ackermann: gains of the control by speed and wheel angle, those of config/sim.yaml if None
         command_latency_s: delay between a command and its execution
         sensor_latency_s: age of an observation
         sensors: further sensors
@@ -63,7 +64,7 @@ class Simulation:
         obstacles: Obstacles | None = None,
         lights: Sequence[TrafficLightPlan] = (),
         noise: OdometryNoise | None = None,
-        ackermann: AckermannControl | None = None,
+        ackermann: AckermannGains | None = None,
         command_latency_s: float = 0.0,
         sensor_latency_s: float = 0.0,
         sensors: SensorSuite | None = None,
@@ -72,8 +73,11 @@ class Simulation:
         self.tick_s = tick_s
         self.obstacles = obstacles or Obstacles()
         self.lights = lights
+        gains = ackermann or AckermannGains(**packaged_config("sim")["ackermann"])
         self.commands = CommandMux(
-            round(command_timeout_s / tick_s), DelayLine(command_latency_s, tick_s), ackermann
+            round(command_timeout_s / tick_s),
+            DelayLine(command_latency_s, tick_s),
+            AckermannControl(vehicle.parameters, gains),
         )
         self._tick_ns = round(tick_s * _NANOSECONDS)
         self._noise = noise or OdometryNoise(0)
