@@ -13,7 +13,7 @@ from sdc_sim.camera.meshes import Mesh, table_mesh, traffic_light_mesh
 from sdc_sim.camera.painting import FIXED_POINT_BITS, SUN, footprint, shadow_hull
 from sdc_sim.camera.rasterizer import PolygonRasterizer, fill
 from sdc_sim.camera.solids import Solid
-from sdc_sim.physics.obstacles import COLOURS, ObstacleState
+from sdc_sim.physics.obstacles import KINDS, ObstacleState
 from sdc_sim.physics.traffic_lights import GREEN, HEIGHT_M, OFF, RED, YELLOW, TrafficLightState
 from sdc_sim.physics.vehicle import VehicleState
 from sdc_sim.simulation.weather import SHADE
@@ -64,7 +64,7 @@ def obstacle_box(obstacle: ObstacleState) -> Box:
         obstacle.length_m,
         obstacle.width_m,
         obstacle.height_m,
-        tuple(round(255 * share) for share in reversed(COLOURS[obstacle.kind])),
+        tuple(round(255 * share) for share in reversed(KINDS[obstacle.kind].colour)),
         obstacle.kind,
     )
 

@@ -8,6 +8,7 @@ from typing import Iterable, NamedTuple
 
 from sdc_common.geometry.polyline import Polyline
 from sdc_sim.physics.collision import Contact, Motion, Rectangle, first_contact, overlap
+from sdc_sim.yaml_document import packaged_config
 
 # First ID of the obstacles in messages; the ego vehicle is 1.
 FIRST_ID = 101
@@ -16,25 +17,17 @@ RELEASE_M = 0.1
 
 
 class ObstacleKind(NamedTuple):
-    """Default properties of a kind of obstacle."""
+    """A kind of obstacle, as config/obstacle_kinds.yaml has it."""
 
     length_m: float
     width_m: float
     height_m: float
     mass_kg: float
+    colour: tuple[float, float, float]
+    blueprint: str
 
 
-KINDS = {
-    "car": ObstacleKind(4.7, 2.0, 1.45, 1800.0),
-    "pedestrian": ObstacleKind(0.5, 0.5, 1.75, 75.0),
-    "obstacle": ObstacleKind(1.0, 1.0, 1.0, 200.0),
-}
-# Red, green, blue of each kind, in the camera and in RViz.
-COLOURS = {
-    "car": (0.63, 0.16, 0.16),
-    "pedestrian": (0.13, 0.31, 0.67),
-    "obstacle": (0.9, 0.55, 0.1),
-}
+KINDS = {name: ObstacleKind(**row) for name, row in packaged_config("obstacle_kinds").items()}
 
 
 class ObstacleState(NamedTuple):

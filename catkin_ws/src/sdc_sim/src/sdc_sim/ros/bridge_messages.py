@@ -18,7 +18,7 @@ from visualization_msgs.msg import Marker
 
 from sdc_common.driving import Command
 from sdc_sim.physics.ackermann import AckermannTarget
-from sdc_sim.physics.obstacles import COLOURS, ObstacleState
+from sdc_sim.physics.obstacles import KINDS, ObstacleState
 from sdc_sim.physics.traffic_lights import LANE_WIDTH_M
 from sdc_sim.ros.message_conversion import MAP_FRAME, map_vector, quaternion_from_yaw
 from sdc_sim.sensors.motion_sensors import TRACK_SHARE, WHEEL_RADIUS_M
@@ -31,12 +31,6 @@ _EGO_HEIGHT_M = 1.5
 _LINE_DEPTH_M = 1.0
 _LINE_HEIGHT_M = 2.0
 _CLASSES = {"car": Object.CLASSIFICATION_CAR, "pedestrian": Object.CLASSIFICATION_PEDESTRIAN}
-# Blueprints of CARLA; a client tells the kinds of actors apart by the first word.
-_BLUEPRINTS = {
-    "car": "vehicle.audi.a2",
-    "pedestrian": "walker.pedestrian.0001",
-    "obstacle": "static.prop.box01",
-}
 _MARKER_SHARE = 0.3  # opacity
 _CERTAIN = 255
 
@@ -197,7 +191,7 @@ def collisions(world: World) -> list[carla.CarlaCollisionEvent]:
 def obstacle_marker(world: World, one: ObstacleState) -> Marker:
     """Return an obstacle as a box for RViz, in the namespace `obstacles`."""
     size = one.length_m, one.width_m, one.height_m
-    marker = _box(world, one.id, _pose(one), size, (*COLOURS[one.kind], 1.0))
+    marker = _box(world, one.id, _pose(one), size, (*KINDS[one.kind].colour, 1.0))
     marker.ns = "obstacles"
     return marker
 
@@ -291,7 +285,7 @@ def actor_list(world: World) -> list[carla.CarlaActorList]:
     observed = world.snapshot
     actors = [carla.CarlaActorInfo(EGO_ID, 0, world.vehicle_type, world.role_name)]
     actors += [
-        carla.CarlaActorInfo(one.id, 0, _BLUEPRINTS[one.kind], "") for one in observed.obstacles
+        carla.CarlaActorInfo(one.id, 0, KINDS[one.kind].blueprint, "") for one in observed.obstacles
     ]
     actors += [
         carla.CarlaActorInfo(light.id, 0, "traffic.traffic_light", "")
