@@ -16,7 +16,7 @@ from sdc_common.routes.waypoint_file import load_waypoints
 from sdc_sim.physics.obstacles import Obstacles
 from sdc_sim.physics.traffic_lights import TrafficLightPlan, light_states
 from sdc_sim.scenario.reader import load_scenario
-from sdc_sim.scenario.traffic import load_lights, load_obstacles
+from sdc_sim.scenario.traffic import load_traffic
 from sdc_sim.yaml_document import DocumentError
 
 HERE = os.path.dirname(os.path.abspath(__file__))
@@ -43,7 +43,7 @@ def write(tmp_path, text):
 )
 def test_points_in_route_frame_are_distances_along_and_left_of_the_route(tmp_path, at, x, y, yaw):
     path = write(tmp_path, f"frame: route\nobstacles: [{{kind: obstacle, at: {at}}}]")
-    (plan,) = load_obstacles(path, ROUTE)
+    (plan,), _ = load_traffic(path, ROUTE)
     assert plan.points_m[0] == pytest.approx((x, y), abs=1e-6)
     assert plan.yaw_rad == pytest.approx(yaw, abs=1e-6)
 
@@ -55,7 +55,8 @@ def test_packaged_obstacle_files_are_valid():
     names = os.listdir(EXAMPLES)
     assert names
     for name in names:
-        assert load_obstacles(os.path.join(EXAMPLES, name), route)
+        obstacles, _ = load_traffic(os.path.join(EXAMPLES, name), route)
+        assert obstacles
 
 
 WHOLE = """
@@ -108,10 +109,8 @@ def test_all_keys_of_a_scenario_are_read(tmp_path):
         "at_least": {"red_light": 1.0},
         "stops": [{"at_m": 27, "within_m": 1}],
     }
-    assert load_obstacles(path, ROUTE) == []
-    assert load_lights(path, ROUTE) == [
-        TrafficLightPlan(30.0, 0.0, 0.0, (("red", 5.0), ("green", 10.5)), 2.0)
-    ]
+    light = TrafficLightPlan(30.0, 0.0, 0.0, (("red", 5.0), ("green", 10.5)), 2.0)
+    assert load_traffic(path, ROUTE) == ([], [light])
 
 
 @pytest.mark.parametrize("mistake", MISTAKES, ids=lambda mistake: mistake["message"])
@@ -119,8 +118,7 @@ def test_error_names_line_and_fix_of_each_mistake(tmp_path, mistake):
     path = write(tmp_path, mistake["text"])
     read = {
         "scenario": load_scenario,
-        "obstacles": lambda path: load_obstacles(path, ROUTE),
-        "lights": lambda path: load_lights(path, ROUTE),
+        "traffic": lambda path: load_traffic(path, ROUTE),
     }[mistake["read"]]
     with pytest.raises(DocumentError) as refusal:
         read(path)
@@ -147,7 +145,7 @@ lights: [{stop_line_m: 50, phases: [red: 8.0, green: 2]}]
 
 def test_points_in_map_frame_are_map_coordinates(tmp_path):
     path = write(tmp_path, TRAFFIC.replace("route", "map"))
-    parked, walker = load_obstacles(path, ROUTE)
+    (parked, walker), _ = load_traffic(path, ROUTE)
     assert (parked.points_m, parked.yaw_rad, parked.size_m) == (((30, 2),), 0.5, (4.7, 2.0, 1.45))
     assert (walker.points_m, walker.size_m) == (((0.0, 1.0), (2.0, 3.0)), (0.6, 0.7, 1.8))
     assert (walker.speed_mps, walker.trigger_m) == (1.4, 12.0)
@@ -192,7 +190,7 @@ def test_any_file_is_a_valid_scenario_or_refused_in_one_line(tmp_path_factory, c
     path.write_bytes(content)
     try:
         scenario = load_scenario(str(path))
-        plans, lights = load_obstacles(str(path), ROUTE), load_lights(str(path), ROUTE)
+        plans, lights = load_traffic(str(path), ROUTE)
     except DocumentError as refusal:
         assert str(refusal).startswith(str(path))
         assert "\n" not in str(refusal)

@@ -46,7 +46,7 @@ from sdc_sim.scenario.packaged import (
     sim_options,
 )
 from sdc_sim.scenario.reader import Scenario, load_scenario
-from sdc_sim.scenario.traffic import load_lights, load_obstacles
+from sdc_sim.scenario.traffic import load_traffic
 from sdc_sim.yaml_document import DocumentError
 
 _SHUTDOWN_TIMEOUT_S = 30.0
@@ -93,8 +93,7 @@ def prepare(scenario: Scenario, report_path: str, given: Mapping[str, str]) -> d
     arguments = {**own, **given, "sim_options": options_text(options)}
     default_path = find_route("", "town")
     route = road_route(load_waypoints(arguments.get("waypoints_path") or default_path))
-    load_obstacles(arguments["obstacles_path"], route)
-    load_lights(arguments["obstacles_path"], route)
+    load_traffic(arguments["obstacles_path"], route)
     along_m = scenario.sim.get("start", {}).get("along_m", 0.0)
     if along_m > route.length_m:
         raise DocumentError(

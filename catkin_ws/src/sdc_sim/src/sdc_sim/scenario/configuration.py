@@ -14,7 +14,7 @@ from sdc_sim.physics.obstacles import Obstacles
 from sdc_sim.physics.vehicle import Vehicle
 from sdc_sim.physics.vehicle_parameters import load_vehicle
 from sdc_sim.road.road import Road
-from sdc_sim.scenario.traffic import load_lights, load_obstacles
+from sdc_sim.scenario.traffic import load_traffic
 from sdc_sim.sensors.errors import OdometryNoise
 from sdc_sim.sensors.model import SENSORS, SensorSettings, sensor_settings
 from sdc_sim.sensors.suite import SensorSuite
@@ -54,7 +54,7 @@ def build_simulation(
         OccupiedError: an obstacle is at the start pose
         ValueError: a place is not on the route
     """
-    obstacles_path = parameter("obstacles_path")
+    obstacles, lights = load_traffic(parameter("obstacles_path"), route)
     vehicle = vehicle_class(
         load_vehicle(os.path.join(parameter("vehicles_folder"), parameter("vehicle") + ".yaml")),
         friction=parameter("friction"),
@@ -72,8 +72,8 @@ def build_simulation(
         tick_s,
         parameter("command_patience_s"),
         start=start_pose(route, **parameter("start")),
-        obstacles=Obstacles(load_obstacles(obstacles_path, route)),
-        lights=load_lights(obstacles_path, route),
+        obstacles=Obstacles(obstacles),
+        lights=lights,
         noise=OdometryNoise(seed, **parameter("odometry_noise")),
         ackermann=AckermannGains(**parameter("ackermann")),
         command_latency_s=parameter("command_latency_s"),

@@ -15,40 +15,29 @@ from sdc_sim.yaml_document import YamlDocument, load_document
 _MIN_SEGMENT_M = 1e-3
 
 
-def load_obstacles(path: str, route: Route) -> list[ObstaclePlan]:
-    """Read the obstacles of a scenario; return an empty list for an empty path.
+def load_traffic(path: str, route: Route) -> tuple[list[ObstaclePlan], list[TrafficLightPlan]]:
+    """Read the obstacles and traffic lights of a scenario; an empty path has none.
 
     A point is [x, y] with `frame: map`, and [distance along the route, distance to its left] with
     `frame: route`.
 
     Raises:
-        DocumentError: the file is not valid, or a point is not on the route.
+        DocumentError: the file is not valid, or a point or a stop line is not on the route.
     """
     if not path:
-        return []
+        return [], []
     document = read_scenario(path)
-    return [
+    obstacles = [
         _obstacle(document, ("obstacles", index), entry, route)
         for index, entry in enumerate(document.values.get("obstacles", ()))
     ]
-
-
-def load_lights(path: str, route: Route) -> list[TrafficLightPlan]:
-    """Read the traffic lights of a scenario; return an empty list for an empty path.
-
-    Raises:
-        DocumentError: the file is not valid, or a stop line is not on the route.
-    """
-    if not path:
-        return []
-    document = read_scenario(path)
-    plans = []
+    lights = []
     for index, entry in enumerate(document.values.get("lights", ())):
         keys = ("lights", index, "stop_line_m")
         x, y, heading = _on_route(document, keys, entry["stop_line_m"], route)
         phases = tuple(item for phase in entry["phases"] for item in phase.items())
-        plans.append(TrafficLightPlan(x, y, heading, phases, entry.get("offset_s", 0.0)))
-    return plans
+        lights.append(TrafficLightPlan(x, y, heading, phases, entry.get("offset_s", 0.0)))
+    return obstacles, lights
 
 
 def read_scenario(path: str) -> YamlDocument:
