@@ -15,6 +15,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Iterator, Sequence
 
+import yaml
+
 from sdc_experiments.sweep.dask_engine import ClusterError
 from sdc_sim.yaml_document import DocumentError
 from sdc_workshop.exam.sandbox import SandboxError, require, user_id
@@ -29,6 +31,7 @@ from sdc_workshop.grading.summary import ranked, write_csv, write_pages
 from sdc_workshop.steps import LABS, WORKSHOP, load_steps
 
 _SETTINGS = "grading.json"
+_TYPES = {"Path": Path, "float": float, "int": int, "str": str}
 # No student's folder has the name of a file of the summary.
 FILES = (_SETTINGS, "grades.csv", "grades.html", "moodle.csv", "canvas.csv", "copies.csv")
 
@@ -42,52 +45,13 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="./workshop/grade", description=DESCRIPTION)
     parser.add_argument("folders", nargs="+", metavar="DIR", type=Path)
     parser.add_argument(
-        "--lab",
-        choices=sorted(LABS),
-        default=WORKSHOP,
-        help="grade a lab instead of the workshop",
+        "--lab", choices=sorted(LABS), default=WORKSHOP, help="grade a lab instead of the workshop"
     )
-    parser.add_argument(
-        "--output",
-        type=Path,
-        default=Path("grades"),
-        metavar="FOLDER",
-        help="folder of the summary (default: grades)",
-    )
-    parser.add_argument(
-        "--limit",
-        type=float,
-        default=600.0,
-        metavar="SECONDS",
-        help="time limit for one student, with build and drive (default: 600)",
-    )
-    parser.add_argument(
-        "--jobs",
-        type=int,
-        default=(os.cpu_count() or 1) + 1,  # a check waits for its nodes about a third of its time
-        metavar="N",
-        help="students that are graded at the same time (default: number of cores + 1)",
-    )
-    parser.add_argument(
-        "--scheduler",
-        default="",
-        metavar="tcp://HOST:PORT",
-        help="grade on this Dask cluster, whose workers see the same folders (default: here)",
-    )
-    parser.add_argument(
-        "--rubric",
-        type=Path,
-        default=PACKAGED,
-        metavar="FILE",
-        help="YAML that replaces lines of grading/rubric.yaml: weights, late days and a cap",
-    )
-    parser.add_argument(
-        "--seed",
-        type=int,
-        metavar="N",
-        help="draw the checks and the unknown route from it (default: that of the first run into "
-        "the folder of the summary, which is drawn by chance)",
-    )
+    rows = yaml.safe_load(Path(__file__).with_name("options.yaml").read_text(encoding="utf-8"))
+    for name, row in rows.items():
+        parser.add_argument(name, **{**row, "type": _TYPES[row["type"]]})
+    # A check waits for its nodes about a third of its time.
+    parser.set_defaults(jobs=(os.cpu_count() or 1) + 1, rubric=PACKAGED)
     parser.add_argument(
         "--no-sandbox",
         action="store_true",
