@@ -25,7 +25,7 @@ from sdc_sim.sensors.model import (
     SensorSettings,
     error_sizes,
 )
-from sdc_sim.sensors.solid_bodies import FAR_M, Bodies, NearBodies, Rays, moving_bodies
+from sdc_sim.sensors.solid_bodies import FAR_M, Bodies, NearBodies, Rays, angles, moving_bodies
 
 _TURN = 2.0 * np.pi
 
@@ -89,7 +89,7 @@ class RayCaster:
         self, nearest: np.ndarray, x_m: float, y_m: float, yaw_rad: float, bodies: Bodies
     ) -> None:
         dx, dy = bodies.position_m[:, 0] - x_m, bodies.position_m[:, 1] - y_m
-        low, high = bodies.angles(x_m, y_m, dx, dy)
+        low, high = angles(bodies, dx, dy)
         first = np.ceil((low - yaw_rad) / self._step_rad).astype(np.int64)
         last = np.floor((high - yaw_rad) / self._step_rad).astype(np.int64)
         count = np.minimum(last - first + 1, self.columns)

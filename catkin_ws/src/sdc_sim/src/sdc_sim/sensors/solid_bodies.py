@@ -29,7 +29,6 @@ from sdc_sim.road.scenery import (
 from sdc_sim.yaml_document import packaged_config
 
 FAR_M = 1e9
-_TURN = 2.0 * np.pi
 # The near bodies are chosen again after the vehicle has moved so far.
 _STRIDE_M = 10.0
 
@@ -82,44 +81,12 @@ class Frusta:
         return np.cos(self.yaw_rad), np.sin(self.yaw_rad)
 
     @cached_property
-    def _widest_m(self) -> np.ndarray:
-        """Largest distances (4, N) to the sides."""
-        at_top_m = self.reach_m.T + self.lean.T * (self.top_m - self.bottom_m)
-        return np.maximum(self.reach_m.T, at_top_m)
-
-    @cached_property
-    def _corners_m(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return x and y (4, N) of the outermost corners in the map."""
-        front, rear, left, right = self._widest_m
-        along = np.stack([front, front, -rear, -rear])
-        across = np.stack([left, -right, left, -right])
-        c, s = self._axis
-        x_m, y_m = self.position_m.T
-        return x_m + c * along - s * across, y_m + s * along + c * across
-
-    def angles(
-        self, x_m: float, y_m: float, dx: np.ndarray, dy: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the least and the largest direction in the map of each body (N,) [rad].
-
-        Args:
-            x_m: place of the lidar
-            y_m: place of the lidar
-            dx: from there to the origins (N,) [m]
-            dy: from there to the origins (N,) [m]
-        """
-        corner_x_m, corner_y_m = self._corners_m
-        corners = np.arctan2(corner_y_m - y_m, corner_x_m - x_m)
-        # Seen from outside, no corner is a half turn away from the first one.
-        from_first = corners - corners[0]
-        from_first -= _TURN * np.rint(from_first / _TURN)
-        low, high = corners[0] + from_first.min(axis=0), corners[0] + from_first.max(axis=0)
-        ahead, left = self._offset(dx, dy)
-        front_m, rear_m, left_m, right_m = self._widest_m
-        inside = (-ahead < front_m) & (ahead < rear_m) & (-left < left_m) & (left < right_m)
-        if inside.any():
-            low[inside], high[inside] = 0.0, _TURN
-        return low, high
+    def radius_m(self) -> np.ndarray:
+        """Distance (N,) from the origin within which the body is."""
+        widest = np.maximum(
+            self.reach_m, self.reach_m + self.lean * (self.top_m - self.bottom_m)[:, None]
+        )
+        return np.hypot(widest[:, :2].max(axis=1), widest[:, 2:].max(axis=1))
 
     def _offset(self, dx: np.ndarray, dy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the origins along and across their own axes, from the lidar."""
@@ -160,17 +127,6 @@ class Frusta:
         return enter, leave
 
 
-def _round_angles(
-    bodies: Any, _x_m: float, _y_m: float, dx: np.ndarray, dy: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the directions of bodies that are circles from above; see Frusta.angles."""
-    share = bodies.radius_m / np.sqrt(dx * dx + dy * dy)
-    half = np.arcsin(np.minimum(share, 1.0))
-    half[share >= 1.0] = np.pi
-    middle = np.arctan2(dy, dx)
-    return middle - half, middle + half
-
-
 @dataclass(frozen=True, eq=False)
 class Cylinders:
     """Upright cylinders: position_m (N, 2), radius_m (N,), bottom_m (N,), top_m (N,)."""
@@ -179,8 +135,6 @@ class Cylinders:
     radius_m: np.ndarray
     bottom_m: np.ndarray
     top_m: np.ndarray
-
-    angles = _round_angles
 
     def inside(self, rays: Rays) -> tuple[np.ndarray, np.ndarray]:
         """Return where beams enter and leave; see Frusta.inside."""
@@ -199,7 +153,6 @@ class Balls:
     radius_m: np.ndarray
 
     bottom_m = top_m = None
-    angles = _round_angles
 
     def inside(self, rays: Rays) -> tuple[np.ndarray, np.ndarray]:
         """Return where beams enter and leave; see Frusta.inside."""
@@ -213,6 +166,21 @@ class Balls:
 
 
 Bodies = Union[Frusta, Cylinders, Balls]
+
+
+def angles(bodies: Bodies, dx: np.ndarray, dy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the directions in the map between which each body is, seen from a lidar (N,) [rad].
+
+    Args:
+        bodies: the bodies
+        dx: from the lidar to their origins (N,) [m]
+        dy: from the lidar to their origins (N,) [m]
+    """
+    share = bodies.radius_m / np.sqrt(dx * dx + dy * dy)
+    half = np.arcsin(np.minimum(share, 1.0))
+    half[share >= 1.0] = np.pi
+    middle = np.arctan2(dy, dx)
+    return middle - half, middle + half
 
 
 def chosen(bodies: Any, rows: np.ndarray) -> Any:
