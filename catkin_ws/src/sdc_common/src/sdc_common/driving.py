@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import struct
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Mapping, Sequence, Tuple
 
 import numpy as np
@@ -133,12 +133,11 @@ class Command:
         for name in ("throttle", "steer", "brake"):
             if not math.isfinite(getattr(self, name)):
                 raise ValueError(f"command refused: {name} is {getattr(self, name)}")
-        limited = Command(
-            min(max(self.throttle, 0.0), 1.0),
-            min(max(self.steer, -1.0), 1.0),
-            min(max(self.brake, 0.0), 1.0),
-            self.hand_brake,
-            self.reverse,
+        limited = replace(
+            self,
+            throttle=min(max(self.throttle, 0.0), 1.0),
+            steer=min(max(self.steer, -1.0), 1.0),
+            brake=min(max(self.brake, 0.0), 1.0),
         )
         return limited, True
 
