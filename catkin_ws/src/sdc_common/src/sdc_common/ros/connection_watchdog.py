@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import threading
 import time
 
@@ -25,9 +24,8 @@ def watch_connections() -> None:
 
 
 def _watch_clock() -> None:
-    with contextlib.suppress(OSError, rosgraph.MasterException):
-        if not rospy.get_param("/use_sim_time", False):
-            return
+    if rospy.rostime.is_wallclock():
+        return
     node = rospy.get_name().lstrip("/")
     last, changed_at_s, stopped = rospy.get_rostime(), time.monotonic(), False
     while not rospy.core.is_shutdown_requested():
