@@ -17,7 +17,6 @@ from pathlib import Path
 
 import rospkg
 
-DEFAULT_STACK = "sdc_package/stack.launch"
 _SETUP_FILES = ("devel/setup.bash", "install/setup.bash", "setup.bash")
 # Set by the setup files of workspaces. They are unset, so that no other workspace is visible.
 PATH_VARIABLES = (
@@ -90,15 +89,12 @@ def stack_launch(
         WorkspaceError: the workspace has no such launch file or node
     """
     packages = rospkg.RosPack(environment["ROS_PACKAGE_PATH"].split(os.pathsep))
-    words = [stack or DEFAULT_STACK]
-    if not words[0].endswith(".launch"):
-        words = stack.split()
-    elif os.path.isfile(absolute_path(words[0])):
-        return (absolute_path(words[0]),), ""
+    if stack.endswith(".launch") and os.path.isfile(absolute_path(stack)):
+        return (absolute_path(stack),), ""
     prefixes = filter(None, environment.get("CMAKE_PREFIX_PATH", "").split(os.pathsep))
     built = [Path(prefix) / "lib" for prefix in prefixes]
     launch = ElementTree.Element("launch")
-    for word in words:
+    for word in stack.split() or ["sdc_package/stack.launch"]:
         package, _, name = word.partition("/")
         is_known = package in packages.list()
         source = [packages.get_path(package)] if is_known else []
