@@ -81,6 +81,15 @@ class Answer:
         return asdict(self)
 
 
+def answered(
+    key: str, /, file: str | None = None, line: int | None = None, **values: object
+) -> Answer:
+    """Return the answer with this name of problems.yaml; without a status there, it is WRONG."""
+    problem = listed(key, line=line, **values)
+    status = _problems()[key].get("status", WRONG)
+    return Answer(status, problem.expected, problem.seen, problem.hint, file, line)
+
+
 def wrong(problem: Problem, file: str | None = None, line: int | None = None) -> Answer:
     """Return the answer to a step that has this problem."""
     return Answer(WRONG, problem.expected, problem.seen, problem.hint, file, line)

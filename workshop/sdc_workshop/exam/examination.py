@@ -9,7 +9,7 @@ from typing import Callable, Sequence
 
 import yaml
 
-from sdc_workshop.exam.answer import PASSED, UNFINISHED, WAITING, WRONG, Answer
+from sdc_workshop.exam.answer import PASSED, WRONG, Answer, answered
 from sdc_workshop.exam.camera_check import CameraCheck
 from sdc_workshop.exam.controller_checks import BasicControlCheck, PathFollowingCheck
 from sdc_workshop.exam.drive_answer import drive_answer
@@ -137,25 +137,14 @@ class Examination:
         unwritten = [step.id for step in steps if not self._is_written(step)]
         if unwritten:
             more = " and more" if len(unwritten) > 3 else ""
-            return Answer(
-                UNFINISHED,
-                "all steps are written",
-                f"nothing is written yet at {', '.join(unwritten[:3])}{more}",
-                "The car drives when all steps are written.",
-            )
+            return answered("unwritten_steps", names=", ".join(unwritten[:3]) + more)
         wrong = [
             step.id
             for step in steps
             if step.id in self.answers and self.answers[step.id].status != PASSED
         ]
         if wrong and not self.drive_anyway:
-            return Answer(
-                WAITING,
-                "all steps are right",
-                f"not right yet: {', '.join(wrong)}",
-                f"Fix these steps first; `./workshop/check {drive.id}` drives without checking "
-                "them.",
-            )
+            return answered("wrong_steps", names=", ".join(wrong), drive=drive.id)
         answer, self.report = drive_answer(self.stage, drive.lab, _tables(drive.lab)["drive"])
         return answer
 

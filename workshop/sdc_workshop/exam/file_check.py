@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Iterator
 
 import yaml
 
-from sdc_workshop.exam.answer import PASSED, UNFINISHED, WRONG, Answer, Problem, listed, wrong
+from sdc_workshop.exam.answer import PASSED, Answer, Problem, answered, listed, wrong
 from sdc_workshop.exam.output import last_line
 from sdc_workshop.exam.region_check import RegionCheck, encoding_problem
 from sdc_workshop.exam.stage import Stage
@@ -78,8 +78,7 @@ class FileCheck(RegionCheck):
             path.write_text(text, encoding="utf-8")
             with stage.start(command, environment) as program:
                 if program.wait() != 0:
-                    hint = "The last line of its output gives the cause."
-                    yield Problem(_READABLE, last_line(program.output), hint, "1")
+                    yield listed("unreadable_launch", seen=last_line(program.output))
                     return
                 found += json.loads(program.output.splitlines()[-1])
         path.unlink()
@@ -87,8 +86,7 @@ class FileCheck(RegionCheck):
         if isinstance(student, str):
             yield listed("launch", error=student.replace(str(path), path.name))
         elif isinstance(solution, str):
-            hint = f"Look at config/{name}.yaml."
-            yield Problem("a configuration that roslaunch can read", solution, hint, "1")
+            yield listed("unreadable_configuration", seen=solution, name=name)
         else:
             for case, got, wanted in zip(cases, student, solution):
                 command_line = " ".join(["roslaunch sdc_package", path.name, *case])
@@ -184,8 +182,7 @@ def _xml_problem(text: str, kind: str) -> Problem | None:
 
 def _node_problems(command: str, nodes: list, node: dict) -> Iterator[Problem]:
     if not nodes:
-        expected = f"{command} starts the node {node['name']}"
-        yield Problem(expected, "it starts nothing", "Write a <node .../> here.", "1")
+        yield listed("no_node", command=command, name=node["name"])
         return
     mine = next((other for other in nodes if other["name"] == node["name"]), nodes[0])
     for key, attribute, why in _ATTRIBUTES:
@@ -316,8 +313,7 @@ def message_answer(name: str, hint: str, student: Student) -> Answer:
     wanted = _fields(_parsed((SOLUTION / file).read_text(encoding="utf-8"), name))
     lines = [line.split("#")[0].strip() for line in text.splitlines()]
     if not any(lines):
-        expected = f"{len(wanted)} fields, one per line"
-        return Answer(UNFINISHED, expected, "it is empty", hint, f"src/{file}")
+        return answered("empty_message", f"src/{file}", count=len(wanted), hint=hint)
     problem = encoding_problem(text, file) or _syntax_problem(text, name)
     if problem is None:
         rows = [number for number, line in enumerate(lines, 1) if line and "=" not in line]
@@ -346,14 +342,8 @@ def _missing_message(name: str, hint: str, student: Student) -> Answer:
     there = os.listdir(folder) if folder.is_dir() else []
     near = difflib.get_close_matches(f"{name}.msg", there, 1, 0.8)
     if near and not (SOLUTION / PACKAGE / "msg" / near[0]).is_file():
-        return Answer(
-            WRONG,
-            f"the file {file}",
-            f"there is {near[0]}",
-            "Is the name misspelt? Rename it: upper and lower case matter.",
-            f"src/{PACKAGE}/msg/{near[0]}",
-        )
-    return Answer(UNFINISHED, f"the file {file}", "it does not exist yet", hint, file)
+        return answered("misspelt_message", f"src/{PACKAGE}/msg/{near[0]}", name=file, near=near[0])
+    return answered("no_file", file, name=file, hint=hint)
 
 
 def _syntax_problem(text: str, name: str) -> Problem | None:
@@ -372,8 +362,7 @@ def _field_problem(mine: list, wanted: list, rows: list) -> Problem | None:
     for index, (kind, field) in enumerate(wanted):
         line = rows[index] if index < len(rows) else (rows[-1] if rows else 1)
         if index >= len(mine):
-            hint = f"The field {field} is missing at the end."
-            return Problem(f"{kind} {field}", "no such field", hint, line=line)
+            return listed("missing_field", line=line, kind=kind, field=field)
         if mine[index] != (kind, field):
             hint = _field_hint((kind, field), mine[index], mine, len(wanted))
             return Problem(f"{kind} {field}", " ".join(mine[index]), hint, line=line)

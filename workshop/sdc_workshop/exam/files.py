@@ -8,10 +8,9 @@ from typing import Sequence
 from sdc_workshop.exam.answer import (
     PASSED,
     UNFINISHED,
-    WAITING,
-    WRONG,
     Answer,
     Problem,
+    answered,
     listed,
     wrong,
 )
@@ -31,23 +30,17 @@ def workspace_answer(student: Student, stage: Stage) -> Answer:
     """Check that the workspace is complete and built."""
     for name in (f"{PACKAGE}/package.xml", f"{PACKAGE}/CMakeLists.txt"):
         if student.text(name) is None:
-            hint = "Create a new workspace with ./workshop/start, or copy the file from one."
-            return Answer(WRONG, f"the file src/{name}", "it is missing", hint, f"src/{name}")
+            return answered("given_file", f"src/{name}", name=name)
     if not (student.devel / "setup.bash").is_file():
         return Answer(UNFINISHED, BUILT, "there is no devel/setup.bash yet", BUILD)
     try:
         student.environment  # noqa: B018  raises NotBuilt
     except NotBuilt as error:
-        hint = (
-            "Delete the folders build and devel, open a new terminal, "
-            f"`source {WORLD_SETUP}`, and run `catkin_make` in the workspace."
-        )
-        return Answer(WRONG, BUILT, str(error), hint)
+        return answered("built_wrongly", seen=error, setup=WORLD_SETUP)
     command = ["/usr/bin/env", "python3", "-c", "import sdc_package; import rospy"]
     with stage.program(command) as program:
         if program.wait() != 0:
-            hint = f"The build did not finish. {BUILD} Its first line with `error` gives the cause."
-            return Answer(WRONG, BUILT, last_line(program.output), hint)
+            return answered("build_unfinished", seen=last_line(program.output), build=BUILD)
     return Answer(PASSED)
 
 
@@ -73,7 +66,7 @@ def hello_answer(student: Student, stage: Stage) -> Answer:
             if status is None:
                 stage.report(NEVER_RETURNED)
     except NotBuilt as error:
-        return Answer(WAITING, "a workspace that is built", str(error), BUILD, file)
+        return answered("not_built", file, seen=error, build=BUILD)
     problem = _output_problem(status, output)
     return Answer(PASSED) if problem is None else wrong(problem, file)
 
@@ -97,22 +90,19 @@ def interpreter_problem(text: str, names: Sequence[str], example: str) -> Proble
         example: a right first line
     """
     first = text.split("\n", 1)[0]
-    expected = f"line 1 is {example}"
+    texts = {"example": example, "first": first or "an empty line"}
     if not first.startswith("#!"):
-        hint = f"It begins with the characters #! in the first column of line 1: {example}"
-        return Problem(expected, first or "an empty line", hint)
+        return listed("no_interpreter", **texts)
     words = first[2:].split()
     program = words[-1].rpartition("/")[2] if words else ""
     if program not in names:
-        hint = f"`{program or 'nothing'}` is not the interpreter of this file: {example}"
-        return Problem(expected, first, hint)
+        return listed("another_interpreter", program=program or "nothing", **texts)
     if words[0] not in (f"/usr/bin/{program}", f"/bin/{program}", "/usr/bin/env") or (
         len(words) == 1 and words[0].endswith("/env")
     ):
-        hint = f"There is no {words[0]}: with {example} the program env finds it."
-        return Problem(expected, first, hint)
+        return listed("missing_interpreter", path=words[0], **texts)
     if len(words) != (2 if words[0] == "/usr/bin/env" else 1):
-        return Problem(expected, first, f"A word is missing, or there is one too many: {example}")
+        return listed("interpreter_words", **texts)
     return None
 
 
@@ -121,7 +111,4 @@ def permission_problem(student: Student, name: str) -> Problem | None:
     path = student.src / name
     if path.read_bytes().partition(b"\n")[0].endswith(b"\r"):
         return listed("windows_lines", name=name)
-    if path.stat().st_mode & stat.S_IXUSR:
-        return None
-    seen = "it has no permission to run (x)"
-    return Problem(f"src/{name} is executable", seen, f"chmod +x src/{name}")
+    return None if path.stat().st_mode & stat.S_IXUSR else listed("executable", name=name)

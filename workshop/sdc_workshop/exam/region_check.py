@@ -8,10 +8,10 @@ from sdc_workshop.exam import typical
 from sdc_workshop.exam.answer import (
     PASSED,
     UNFINISHED,
-    WAITING,
     WRONG,
     Answer,
     Problem,
+    answered,
     listed,
     wrong,
 )
@@ -105,8 +105,7 @@ class RegionCheck:
         path = f"src/{self.file}"
         text = student.text(self.file)
         if text is None:
-            hint = f"{UPDATE} restores it."
-            return self._all(steps, Answer(WRONG, f"the file {path}", "it is missing", hint, path))
+            return self._all(steps, answered("missing_file", path, name=path, update=UPDATE))
         encoding = encoding_problem(text, self.file)
         if encoding is not None:
             return self._all(steps, wrong(encoding, path, 1))
@@ -114,20 +113,12 @@ class RegionCheck:
             regions(text)
         except RegionError as error:
             line = str(error).split()[1].rstrip(":") if str(error).startswith("line ") else None
-            answer = Answer(
-                WRONG,
-                "the TODO lines and the rules below them as they were",
-                str(error),
-                "Your lines go between the two; keep both.",
-                path,
-                int(line) if line else None,
-            )
-            return self._all(steps, answer)
+            place = path, int(line) if line else None
+            return self._all(steps, answered("todo_lines", *place, error=error))
         moved = set(regions(text)) - set(regions(solution(self.file).read_text(encoding="utf-8")))
         if moved:
-            seen = f"TODO {min(moved)} is there, which belongs to another version of the workshop"
-            hint = f"{UPDATE} updates the file, and keeps your TODOs."
-            return self._all(steps, Answer(WRONG, "the TODOs of this version", seen, hint, path))
+            answer = answered("other_version", path, number=min(moved), update=UPDATE)
+            return self._all(steps, answer)
         answers, begun = self._begun(steps, text)
         waits = self._waits(student) if begun else None
         if waits is not None:
@@ -136,7 +127,7 @@ class RegionCheck:
             try:
                 answers.update(self._judge(begun, text, stage))
             except NotBuilt as error:
-                answer = Answer(WAITING, "a workspace that is built", str(error), BUILD)
+                answer = answered("not_built", seen=error, build=BUILD)
                 answers.update({step.id: answer for step in begun})
         return answers
 
@@ -146,13 +137,7 @@ class RegionCheck:
         answers, begun = {}, []
         for step in steps:
             if step.todo not in found:
-                answers[step.id] = Answer(
-                    WRONG,
-                    f"a line that begins with '# TODO {step.todo}:' and a rule below it",
-                    "there is no such line",
-                    f"{UPDATE} restores both lines.",
-                    path,
-                )
+                answers[step.id] = answered("no_todo", path, number=step.todo, update=UPDATE)
             elif not self.written(text, step.todo):
                 region = found[step.todo]
                 seen, hint = "nothing is written there yet", hint_of(step.id).hint
@@ -163,14 +148,7 @@ class RegionCheck:
 
     @staticmethod
     def _all(steps: list, answer: Answer) -> dict:
-        later = Answer(
-            WAITING,
-            "",
-            f"the file must be fixed first, see {steps[0].id}",
-            "",
-            answer.file,
-            answer.line,
-        )
+        later = answered("fix_first", answer.file, answer.line, first=steps[0].id)
         return {step.id: answer if step is steps[0] else later for step in steps}
 
     def _waits(self, student: Student) -> Answer | None:
@@ -183,12 +161,10 @@ class RegionCheck:
                 hint = "`./workshop/check messages` reports what is missing."
                 if (student.src / PACKAGE / "msg" / f"{message}.msg").is_file():
                     hint = f"{BUILD} {hint}"
-                return Answer(
-                    WAITING,
-                    f"the class of the message {message}, built from {PACKAGE}/msg/{message}.msg",
-                    "the message file has changed since the build" if built else "it is not built",
-                    hint,
+                seen = (
+                    "the message file has changed since the build" if built else "it is not built"
                 )
+                return answered("message_class", message=message, seen=seen, hint=hint)
         return None
 
     def _judge(self, steps: list, text: str, stage: Stage) -> dict:
@@ -225,11 +201,8 @@ class RegionCheck:
             )
         if all(answers[step.id].status == PASSED for step in sound):
             step = next((step for step in sound if step.todo == found[0].todo), sound[0])
-            hint = (
-                "Each TODO is right alone, but not together with the others: do they use the same "
-                f"names? {found[0].hint}"
-            )
-            problem = Problem(found[0].expected, found[0].seen, hint, line=found[0].line)
+            texts = {"expected": found[0].expected, "seen": found[0].seen, "hint": found[0].hint}
+            problem = listed("not_together", line=found[0].line, **texts)
             answers[step.id] = self._wrong(together, step.todo, problem)
         return answers
 
