@@ -66,7 +66,7 @@ class Show:
         if not everything:
             right = sum(kept.get(step.id) == PASSED for step in lesson)
             self._line(f"{right} of {len(lesson)} steps of the lesson are right by now.")
-        first = first_open(steps, answers)
+        first = first_open(steps, {step_id: one.status for step_id, one in answers.items()})
         if first is None:
             if everything:
                 written = "" if steps[0].lab else " You have written a self-driving car."
@@ -116,10 +116,15 @@ class Show:
         self._stream.flush()
 
 
-def first_open(steps: list, answers: dict) -> Step | None:
-    """Return the first wrong step; without one, the first that is not passed; else None."""
+def first_open(steps: list, statuses: dict) -> Step | None:
+    """Return the first wrong step; without one, the first that is not passed; else None.
+
+    Args:
+        steps: the steps
+        statuses: by step id
+    """
     for wanted in ((WRONG,), (UNFINISHED, WAITING)):
         for step in steps:
-            if step.id in answers and answers[step.id].status in wanted:
+            if statuses.get(step.id) in wanted:
                 return step
     return None

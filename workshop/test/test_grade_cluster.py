@@ -77,7 +77,7 @@ def test_worker_of_a_cluster_grades_as_this_machine_does(start, scheduler, tmp_p
     assert rows["ada"]["step messages-3"] == "passed"
     assert "is no workspace" in rows["missing"]["note"]
     assert (output / "grades.html").is_file()
-    assert not (output / "grading.token").exists()
+    assert list(output.glob("*.token")) == []
 
 
 def test_missing_scheduler_is_named_in_one_line(tmp_path, capsys):
@@ -98,7 +98,7 @@ def test_scheduler_without_the_project_is_named_in_one_line(scheduler, tmp_path,
 
 def test_worker_without_the_shared_folder_is_refused(tmp_path):
     token = tmp_path / "grading.token"
-    assert "put the workspaces and --output into a folder" in worker_problem(str(token), "a", False)
-    token.write_text("b")
-    assert f"it does not see {tmp_path}" in worker_problem(str(token), "a", False)
-    assert worker_problem(str(token), "b", False) == ""
+    problem = worker_problem(str(token), False)
+    assert problem.startswith(f"it does not see {tmp_path}; put the workspaces and --output into")
+    token.touch()
+    assert worker_problem(str(token), False) == ""

@@ -17,7 +17,7 @@ import tempfile
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Callable, Sequence
+from typing import Any, Callable, Sequence
 
 from sdc_workshop.exam.limits import GROUP, MAX_DISK, entering
 from sdc_workshop.exam.process import Program
@@ -132,17 +132,11 @@ class Sandbox:
     report: Callable[[str, str], None] = lambda text, path: None
 
     def program(
-        self,
-        command: Sequence,
-        environment: dict,
-        folder: Path,
-        building: bool = False,
-        replaced: dict | None = None,
+        self, command: Sequence, environment: dict, folder: Path, **options: Any
     ) -> Program:
         """Start a program; see `command`. It is ended when it meets a limit."""
-        started = Program(
-            self.command(command, environment, folder, building, replaced), dict(os.environ)
-        )
+        inner = self.command(command, environment, folder, **options)
+        started = Program(inner, dict(os.environ))
         started.watch = Watch(started, self.scratch(folder), self.report)
         started.watch.start()
         return started

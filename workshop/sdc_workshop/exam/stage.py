@@ -11,7 +11,6 @@ import shutil
 import tempfile
 from pathlib import Path
 from random import Random
-from types import TracebackType
 from typing import TYPE_CHECKING, Any, Iterator, Sequence
 
 import yaml
@@ -72,12 +71,7 @@ class Stage:
             self.student.run = lambda command, own: sandbox.program(command, own, self.folder)
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         if self._master is not None:
             import rospy
 

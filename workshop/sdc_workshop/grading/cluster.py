@@ -13,8 +13,8 @@ from sdc_workshop.exam.sandbox import SandboxError, require
 from sdc_workshop.grading.grading import Conditions, Grade, grade
 from sdc_workshop.workspace import PROJECT, WORLD_SETUP
 
-# A file that the workers must see. While it exists, the command that grades runs.
-_TOKEN = "grading.token"
+# Name of a file that the workers must see. While it exists, the command that grades runs.
+_TOKEN = "grading_{}.token"
 
 
 def grade_on_cluster(
@@ -32,15 +32,15 @@ def grade_on_cluster(
         ClusterError: the cluster cannot grade; the message is one line with the fix
     """
     folders = {name: folder for name, folder, _ in jobs}
-    path, token = output / _TOKEN, secrets.token_hex()
-    path.write_text(token, encoding="utf-8")
+    token = output / _TOKEN.format(secrets.token_hex())
+    token.touch()
     try:
         with DaskEngine(scheduler) as engine:
-            engine.check(worker_problem, str(path), token, sandboxed)
+            engine.check(worker_problem, str(token), sandboxed)
             if not engine.workers:
                 print("grade: the cluster has no worker yet; the workspaces wait for one")
             tasks = (
-                (name, (name, str(folder), folder.exists(), str(path), token, conditions))
+                (name, (name, str(folder), folder.exists(), str(token), conditions))
                 for name, folder, conditions in jobs
             )
             for outcome in engine.outcomes(grade_as_task, tasks):
@@ -49,21 +49,20 @@ def grade_on_cluster(
     finally:
         # Checks that still run end when they miss it.
         with contextlib.suppress(FileNotFoundError):
-            path.unlink()
+            token.unlink()
 
 
-def worker_problem(token_path: str, token: str, sandboxed: bool) -> str:
+def worker_problem(token: str, sandboxed: bool) -> str:
     """Return why this process cannot grade, or "".
 
     Args:
-        token_path: a file in the folder of the summary
-        token: its content
+        token: a file in the folder of the summary, which no other folder has
         sandboxed: whether the students' programs run in a sandbox
     """
-    path = Path(token_path)
-    if not path.is_file() or path.read_text(encoding="utf-8") != token:
+    output = Path(token).parent
+    if not Path(token).is_file():
         return (
-            f"it does not see {path.parent}; put the workspaces and --output into a folder that "
+            f"it does not see {output}; put the workspaces and --output into a folder that "
             "all workers share, with the same path on each machine"
         )
     if not Path(WORLD_SETUP).is_file():
@@ -77,7 +76,7 @@ def worker_problem(token_path: str, token: str, sandboxed: bool) -> str:
 
 
 def grade_as_task(
-    name: str, folder: str, exists: bool, token_path: str, token: str, conditions: Conditions
+    name: str, folder: str, exists: bool, token: str, conditions: Conditions
 ) -> Grade:
     """Grade one workspace on a worker.
 
@@ -85,14 +84,13 @@ def grade_as_task(
         name: name of the student
         folder: the workspace
         exists: whether the command that grades sees the folder
-        token_path: see `worker_problem`
         token: see `worker_problem`
         conditions: how the student's programs run
     """
-    problem = worker_problem(token_path, token, conditions.user_id is not None)
+    problem = worker_problem(token, conditions.user_id is not None)
     if not problem and exists and not Path(folder).exists():
         problem = f"the worker does not see {folder}; put it into a folder that all workers share"
     if problem:
         return Grade(name, Path(folder), note=problem)
-    conditions = replace(conditions, stopped=lambda: not Path(token_path).exists())
-    return grade(name, Path(folder), Path(token_path).parent / name, conditions)
+    conditions = replace(conditions, stopped=lambda: not Path(token).exists())
+    return grade(name, Path(folder), Path(token).parent / name, conditions)

@@ -13,7 +13,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Callable
 
-from sdc_workshop.exam.answer import PASSED, UNFINISHED, WAITING, WRONG
+from sdc_workshop.exam.answer import PASSED
 from sdc_workshop.exam.limits import GROUP, control_groups, entering
 from sdc_workshop.exam.process import Program, marked
 from sdc_workshop.exam.sandbox import outer_command
@@ -29,6 +29,7 @@ from sdc_workshop.grading.record import (
     read,
     write_json,
 )
+from sdc_workshop.show import first_open
 from sdc_workshop.steps import WORKSHOP, load_steps
 from sdc_workshop.workspace import PROJECT, WORLD, package_of, solved_steps, version
 
@@ -89,11 +90,9 @@ class Grade:
     @property
     def first_open(self) -> str:
         """The step that the student must fix or write next."""
-        for wanted in ((WRONG,), (UNFINISHED, WAITING)):
-            for step in load_steps(self.lab):
-                if self.answers.get(step.id, {}).get("status") in wanted:
-                    return step.id
-        return ""
+        statuses = {step_id: answer["status"] for step_id, answer in self.answers.items()}
+        step = first_open(load_steps(self.lab), statuses)
+        return step.id if step else ""
 
 
 class _Ended(Exception):
