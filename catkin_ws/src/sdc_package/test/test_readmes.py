@@ -85,7 +85,8 @@ def test_every_key_of_the_configuration_reaches_the_node(package, node):
     path = SRC / package / "config" / f"{node}.yaml"
     if not path.exists():
         pytest.skip("the launch file sets all parameters")
-    used = {*parameters_of(package, node), *METHODS, *EvaluationRules._fields}
+    named = re.findall(r'"([a-z_0-9]+)"', code_of(package, node))
+    used = {*named, *METHODS, *EvaluationRules._fields}
     unused = [name for name in yaml.safe_load(path.read_text(encoding="utf-8")) if name not in used]
     assert unused == []
 
@@ -105,7 +106,12 @@ def test_nodes_of_the_car_restart_and_those_of_the_world_end_the_drive():
 @pytest.mark.parametrize("package", NODES)
 def test_every_line_of_the_configuration_has_its_unit(package):
     for path in sorted((SRC / package / "config").glob("*.yaml")):
-        if path.name in ("bridge_versions.yaml", "meshes.yaml", "report_metrics.yaml"):
+        if path.name in (
+            "bridge_versions.yaml",
+            "meshes.yaml",
+            "obstacle_kinds.yaml",
+            "report_metrics.yaml",
+        ):
             continue  # names and types, which have no unit; shapes, whose units are at the top
         lines = path.read_text(encoding="utf-8").splitlines()
         for number, line in enumerate(lines, start=1):
