@@ -123,11 +123,13 @@ def spin_with(loop: Callable[[], object]) -> None:
         try:
             loop()
         except Exception as error:  # noqa: BLE001  raised again in the main thread
-            failures.append(error)
+            # At the shutdown rospy ends waits, and closes topics while the loop still publishes.
+            if not (rospy.core.is_shutdown_requested() and isinstance(error, rospy.ROSException)):
+                failures.append(error)
         rospy.signal_shutdown("the loop has ended")
 
     watch_connections()
     threading.Thread(target=run, daemon=True).start()
     rospy.spin()
-    if failures and not isinstance(failures[0], rospy.ROSInterruptException):
+    if failures:
         raise failures[0]

@@ -123,7 +123,8 @@ class SdcEnvironment(gymnasium.Env):
         braking = pedals < 0.0
         command = Command(0.0 if braking else pedals, steer, -pedals if braking else 0.0)
         simulation = self._simulation
-        observation = simulation.advance(command)
+        simulation.step(command)
+        observation = simulation.snapshot
         state, before_m = observation.state, self._place.s_m
         place = self._place = self._route.project(state.x_m, state.y_m, before_m, _BACK_M, _AHEAD_M)
         limit = self._rows[round(place.s_m)][len(self._rows[0]) // 2]

@@ -130,11 +130,7 @@ class Simulation:
         return self.observation
 
     def step(self, command: AnyCommand | None = None) -> Observation:
-        """Advance by one tick and return the observation after it; see `advance`."""
-        return self.advance(command).observation()
-
-    def advance(self, command: AnyCommand | None = None) -> Snapshot:
-        """Advance by one tick and return the state after it.
+        """Advance by one tick and return the observation after it.
 
         Args:
             command: software command that answers the last observation; it is limited to its
@@ -156,7 +152,7 @@ class Simulation:
         self.snapshot = self._sense_all()
         if collisions:
             self.snapshot = self.snapshot._replace(collisions=tuple(collisions))
-        return self.snapshot
+        return self.observation
 
     def accept(self, command: AnyCommand, manual: bool = False) -> bool:
         """Store a command of the software or of a person for the next tick.
