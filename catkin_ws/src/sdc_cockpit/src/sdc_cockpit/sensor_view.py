@@ -12,14 +12,14 @@ from sensor_msgs.msg import NavSatFix, PointCloud2
 from sdc_cockpit.topic_feeds import Feed, decoded
 from sdc_common.geometry.geodesy import map_from_geodetic
 from sdc_common.ros.refusal import refusing
-from sdc_sim.sensors.model import LIDAR_MOUNT_M, PLANAR_LIDAR_MOUNT_M
+from sdc_sim.sensors.model import MOUNTS_M
 
 EGO = "/carla/ego_vehicle"
 GNSS = EGO + "/gnss/front/gnss"
 # Places of the lidars on the car by their topics.
 LIDARS = {
-    EGO + "/lidar/front/point_cloud": LIDAR_MOUNT_M,
-    EGO + "/lidar/planar/point_cloud": PLANAR_LIDAR_MOUNT_M,
+    EGO + "/lidar/front/point_cloud": MOUNTS_M["lidar"],
+    EGO + "/lidar/planar/point_cloud": MOUNTS_M["planar_lidar"],
 }
 _SHOWN_FIXES = 60
 _SHOWN_POINTS = 400

@@ -35,13 +35,7 @@ from sdc_sim.ros.message_conversion import (
 )
 from sdc_sim.ros.picture_feed import PictureFeed
 from sdc_sim.ros.simulation_setup import SimulationSetup
-from sdc_sim.sensors.model import (
-    GNSS_MOUNT_M,
-    IMU_MOUNT_M,
-    LIDAR_MOUNT_M,
-    PLANAR_LIDAR_MOUNT_M,
-    SensorReadings,
-)
+from sdc_sim.sensors.model import MOUNTS_M, SensorReadings
 from sdc_sim.yaml_document import packaged_config
 
 # Period of the topics for people, in simulated time.
@@ -53,16 +47,16 @@ _QUEUE_SIZE = 100
 # When a topic is published, see config/topics.yaml.
 ONCE, CHANGE, TICK, STATUS = "once", "change", "tick", "status"
 
-# By their names in config/sim.yaml: field of the readings, message class, position on the vehicle,
-# None without a frame, and what returns the message of a reading, the settings and a header. The
-# wheel speeds are last: nodes use a tick's readings then.
-_SENSORS: dict[str, tuple[str, type, tuple[float, float, float] | None, Callable[..., Any]]] = {
-    "imu": ("imu", Imu, IMU_MOUNT_M, imu_message),
-    "gnss": ("gnss", NavSatFix, GNSS_MOUNT_M, gnss_message),
-    "speedometer": ("speed_mps", Float32, None, lambda speed_mps, *_: Float32(speed_mps)),
-    "lidar": ("lidar", PointCloud2, LIDAR_MOUNT_M, point_cloud_message),
-    "planar_lidar": ("planar_lidar", PointCloud2, PLANAR_LIDAR_MOUNT_M, point_cloud_message),
-    "wheel_speeds": ("wheel_speeds_radps", JointState, None, wheel_speeds_message),
+# By their names in config/sim.yaml: field of the readings, message class, and what returns the
+# message of a reading, the settings and a header. The wheel speeds are last: nodes use a tick's
+# readings then.
+_SENSORS: dict[str, tuple[str, type, Callable[..., Any]]] = {
+    "imu": ("imu", Imu, imu_message),
+    "gnss": ("gnss", NavSatFix, gnss_message),
+    "speedometer": ("speed_mps", Float32, lambda speed_mps, *_: Float32(speed_mps)),
+    "lidar": ("lidar", PointCloud2, point_cloud_message),
+    "planar_lidar": ("planar_lidar", PointCloud2, point_cloud_message),
+    "wheel_speeds": ("wheel_speeds_radps", JointState, wheel_speeds_message),
 }
 # Class of the messages, when they are published, and what returns those of the last observation.
 Topic = Tuple[Any, str, Callable[[World], Sequence[Any]]]
@@ -111,15 +105,15 @@ class SimulationTopics:
     def _sensor_rows(self) -> list[tuple[str, Callable[..., Any], Any, str, LoopPublisher]]:
         """Return field, converter, settings, frame and topic of each sensor that is on."""
         rows, transforms = [], []
-        for name, (field, message_class, position_m, convert) in _SENSORS.items():
+        for name, (field, message_class, convert) in _SENSORS.items():
             if name not in self._setup.sensors:
                 continue
             names = self._setup.bridge.sensors[name]
             frame = self._setup.role_name + names.frame
             publisher = LoopPublisher(self._setup.ego + names.topic, message_class, latch=True)
             rows.append((field, convert, self._setup.sensors[name], frame, publisher))
-            if position_m is not None:
-                place = Transform(Vector3(*position_m), Quaternion(0.0, 0.0, 0.0, 1.0))
+            if name in MOUNTS_M:
+                place = Transform(Vector3(*MOUNTS_M[name]), Quaternion(0.0, 0.0, 0.0, 1.0))
                 header = Header(frame_id=self._setup.role_name)
                 transforms.append(TransformStamped(header, frame, place))
         if transforms:
@@ -199,22 +193,17 @@ class SimulationTopics:
         stamp = rospy.Time(0, observation.stamp_ns)
         odometry = odometry_message(shown, stamp, self._setup.role_name)
         self._setup.drive_log.add_observation(observation, odometry)
-        try:
-            if truth:
-                self._publish_readings()
-            if self._odometry:
-                self._odometry.publish(odometry)
-            # The observation is older than the clock by the latency of the sensors.
-            self._clock.publish(rospy.Time(0, self._simulation.stamp_ns))
-            if truth and self._transform.get_num_connections():
-                self._transform.publish([vehicle_transform(odometry)])
-            self._publish(CHANGE, TICK, STATUS)
-            if not truth:
-                self._publish_readings()
-        except rospy.ROSException:
-            # At shutdown rospy closes the topics while this thread still publishes.
-            if not rospy.core.is_shutdown_requested():
-                raise
+        if truth:
+            self._publish_readings()
+        if self._odometry:
+            self._odometry.publish(odometry)
+        # The observation is older than the clock by the latency of the sensors.
+        self._clock.publish(rospy.Time(0, self._simulation.stamp_ns))
+        if truth and self._transform.get_num_connections():
+            self._transform.publish([vehicle_transform(odometry)])
+        self._publish(CHANGE, TICK, STATUS)
+        if not truth:
+            self._publish_readings()
 
     def publish_picture(self, again: bool = False) -> None:
         """Have the camera take and publish the picture of the last observation.

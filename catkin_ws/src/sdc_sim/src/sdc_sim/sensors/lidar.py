@@ -17,8 +17,7 @@ from typing import Sequence
 import numpy as np
 
 from sdc_sim.sensors.model import (
-    LIDAR_MOUNT_M,
-    PLANAR_LIDAR_MOUNT_M,
+    MOUNTS_M,
     Moment,
     SensorContext,
     SensorModel,
@@ -196,6 +195,6 @@ class LidarModel(SensorModel):
 
 
 RINGS_RAD = np.radians(np.arange(-15.0, 16.0, 2.0))
-RoofLidar = partial(LidarModel, 1024, 1024, RINGS_RAD, LIDAR_MOUNT_M)
+RoofLidar = partial(LidarModel, 1024, 1024, RINGS_RAD, MOUNTS_M["lidar"])
 # 270 degrees in steps of a quarter.
-PlanarLidar = partial(LidarModel, 1440, 1080, np.zeros(1), PLANAR_LIDAR_MOUNT_M)
+PlanarLidar = partial(LidarModel, 1440, 1080, np.zeros(1), MOUNTS_M["planar_lidar"])

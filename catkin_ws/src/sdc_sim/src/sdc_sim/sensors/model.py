@@ -24,11 +24,13 @@ from sdc_sim.yaml_document import packaged_config
 SENSORS = ("imu", "gnss", "speedometer", "lidar", "planar_lidar", "wheel_speeds")
 # The settings of a sensor as attributes, `period_s` for instance.
 SensorSettings = SimpleNamespace
-# Places on the vehicle.
-IMU_MOUNT_M = (0.0, 0.0, 0.5)
-GNSS_MOUNT_M = (0.0, 0.0, 1.5)
-LIDAR_MOUNT_M = (0.0, 0.0, 2.4)
-PLANAR_LIDAR_MOUNT_M = (2.35, 0.0, 0.6)
+# Places on the vehicle of the sensors that have a frame.
+MOUNTS_M = {
+    "imu": (0.0, 0.0, 0.5),
+    "gnss": (0.0, 0.0, 1.5),
+    "lidar": (0.0, 0.0, 2.4),
+    "planar_lidar": (2.35, 0.0, 0.6),
+}
 WHEELS = ("front_left", "front_right", "rear_left", "rear_right")
 
 

@@ -13,7 +13,7 @@ from sdc_sim.physics.vehicle_dynamics import GRAVITY_MPS2
 from sdc_sim.physics.vehicle_parameters import VehicleParameters
 from sdc_sim.sensors.errors import ErrorSizes
 from sdc_sim.sensors.model import (
-    GNSS_MOUNT_M,
+    MOUNTS_M,
     GnssReading,
     ImuReading,
     Moment,
@@ -155,7 +155,7 @@ class Gnss(SensorModel):
     def read(self, moment: Moment, tick: int) -> GnssReading:
         """Return the position of the antenna."""
         state = moment.state
-        position = self.errors.apply((state.x_m, state.y_m, GNSS_MOUNT_M[2]), tick)
+        position = self.errors.apply((state.x_m, state.y_m, MOUNTS_M["gnss"][2]), tick)
         offset = self._multipath_offset(moment, tick)
         if any(zone.contains(moment) for zone in self._outages):
             return GnssReading(0.0, 0.0, 0.0, False)
