@@ -12,7 +12,7 @@ import rospy
 from carla_msgs.msg import CarlaTrafficLightInfoList
 from sdc_msgs.msg import ObstacleArray
 
-from sdc_common.driving import Command, DetectedObstacle, Observation, Path
+from sdc_common.driving import Command, DetectedObstacle, Observation
 from sdc_common.planning.stop_line import StopLine
 from sdc_common.ros.odometry import yaw_from_quaternion
 
@@ -96,8 +96,3 @@ def command_message(command: Command, message_class: Any) -> Any:
     )
     message.header.stamp = stamp_of(command)
     return message
-
-
-def path_message(path: Path, message_class: Any, point_class: Any) -> Any:
-    """Return a path as a message of these classes, LocalPath and Waypoint of a package."""
-    return message_class([point_class(*point) for point in path.points])

@@ -21,7 +21,7 @@ from sdc_package.msg import CarlaVehicleControl, LocalPath, Waypoint
 
 from sdc_common.driving import DetectedObstacle
 from sdc_common.geometry.route import Route
-from sdc_common.ros.conversion import command_message, path_message
+from sdc_common.ros.conversion import command_message
 from sdc_common.routes.waypoint_file import load_waypoints
 from sdc_experiments.benchmarks.bare_loop import perspective_warp
 from sdc_experiments.camera_scenes import TRAFFIC, Actor, pose, traffic
@@ -86,7 +86,7 @@ def parts(_options: argparse.Namespace) -> Iterator[dict[str, float]]:
             for message in (
                 Clock(stamp),
                 odometry_message(state, stamp),
-                path_message(path, LocalPath, Waypoint),
+                LocalPath([Waypoint(*point) for point in path.points]),
                 command_message(command, CarlaVehicleControl),
             ):
                 buffer = io.BytesIO()
