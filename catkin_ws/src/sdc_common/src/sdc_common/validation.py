@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-import math
+import sys
 from typing import Any, Callable, Iterable, Mapping
 
 
@@ -41,10 +41,7 @@ def is_number(value: object) -> bool:
     """Return whether a value is a finite int or float; booleans are not numbers."""
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         return False
-    try:
-        return math.isfinite(value)
-    except OverflowError:
-        return False
+    return abs(value) <= sys.float_info.max
 
 
 def suggestion(word: str, known: Iterable[str], otherwise: str) -> str:
