@@ -29,8 +29,6 @@ CHOSEN_VARIABLE = "SDC_MASTER_URI"
 _LOOPBACK = ("localhost", "127.0.0.1")
 _CALLER = "/drive_master"
 _TIMEOUT_S = 3.0
-# Parameters of the master itself.
-_KEPT = ("roslaunch", "rosdistro", "rosversion", "run_id")
 # What a call raises if no master or node responds.
 _NO_ANSWER = (OSError, xmlrpc.client.Error, http.client.HTTPException)
 # Above the default port of ROS and the ports that are usually given to a second master, below those
@@ -162,10 +160,10 @@ def clear_parameters(uri: str) -> None:
     master = _proxy(uri)
     with contextlib.suppress(*_NO_ANSWER):
         state = master.getSystemState(_CALLER)[2]
-        running = {node for kind in state for _, nodes in kind for node in nodes}
+        running = {node.split("/")[1] for kind in state for _, nodes in kind for node in nodes}
         for name, value in master.getParam(_CALLER, "/")[2].items():
-            own = any(node.startswith(f"/{name}/") or node == f"/{name}" for node in running)
-            if isinstance(value, dict) and name not in _KEPT and not own:
+            # Those of the master itself are "roslaunch" and single values.
+            if isinstance(value, dict) and name not in {"roslaunch", *running}:
                 master.deleteParam(_CALLER, f"/{name}")
 
 
