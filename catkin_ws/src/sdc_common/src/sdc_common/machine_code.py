@@ -19,11 +19,8 @@ from typing import Any, Callable
 def numba_module() -> ModuleType | None:
     """Return the module numba, or None with a warning if it cannot be imported."""
     try:
-        with warnings.catch_warnings():
-            # Debian's llvmlite warns about importlib.
-            warnings.simplefilter("ignore", DeprecationWarning)
-            # The import takes half a second.
-            import numba
+        # The import takes half a second.
+        import numba
     except ImportError as error:
         warnings.warn(
             f"simulations run about 40 times slower without Numba ({error}): install Debian's "
