@@ -2,6 +2,7 @@
 
 import functools
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -22,6 +23,9 @@ from sdc_workshop.workspace import make, solve
 pytestmark = [pytest.mark.slow(120), pytest.mark.usefixtures("sandboxed")]
 TABLE = yaml.safe_load(Path(__file__).with_name("attacks.yaml").read_text())
 LIMIT_S = 300.0
+WORKSHOP = Path(__file__).resolve().parents[1]
+# For a process of its own, whose memory is measured.
+OWN = {**os.environ, "PYTHONPATH": f"{WORKSHOP}{os.pathsep}{os.environ['PYTHONPATH']}"}
 # Call the attempts one after the other, and end the launch with the list of those that succeeded.
 ATTEMPTS = """
 import json, os, signal, sys, time
@@ -108,7 +112,7 @@ def test_output_of_a_setup_file_does_not_fill_the_memory(tmp_path):
         (folder / "devel").mkdir(parents=True)
         text = f"head -c {megabytes}M /dev/zero >&2\n"
         (folder / "devel" / "setup.bash").write_text(text)
-        done = subprocess.run([sys.executable, "-c", PEAK, folder], stdout=-1, check=True)
+        done = subprocess.run([sys.executable, "-c", PEAK, folder], stdout=-1, check=True, env=OWN)
         peaks.append(int(done.stdout))
     assert peaks[1] < peaks[0] + 50_000  # kB
 
@@ -135,7 +139,7 @@ print(count, len(said))
 
 @pytest.mark.parametrize(("sent", "refused"), ((50, 0), (100, 1)))
 def test_large_parameters_do_not_fill_the_memory_of_the_check(sent, refused):
-    done = subprocess.run([sys.executable, "-c", FLOOD, str(sent)], stdout=-1, check=True)
+    done = subprocess.run([sys.executable, "-c", FLOOD, str(sent)], stdout=-1, check=True, env=OWN)
     count, said = map(int, done.stdout.split())
     assert (count < sent - 1, said) == (bool(refused), refused)
     assert count < 80

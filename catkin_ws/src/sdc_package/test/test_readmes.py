@@ -17,6 +17,15 @@ NODES = {
     "sdc_package": ["camera", "local_planner", "mission_planner", "simple_controller"],
     "sdc_sim": ["referee", "sim"],
 }
+# Names, types and texts, which have no unit, and tables whose units are at the top.
+WITHOUT_UNITS = {
+    "bridge_versions",
+    "meshes",
+    "obstacle_kinds",
+    "opendrive",
+    "report_metrics",
+    "topics",
+}
 ALL = [(package, node) for package, nodes in NODES.items() for node in nodes]
 
 
@@ -106,13 +115,8 @@ def test_nodes_of_the_car_restart_and_those_of_the_world_end_the_drive():
 @pytest.mark.parametrize("package", NODES)
 def test_every_line_of_the_configuration_has_its_unit(package):
     for path in sorted((SRC / package / "config").glob("*.yaml")):
-        if path.name in (
-            "bridge_versions.yaml",
-            "meshes.yaml",
-            "obstacle_kinds.yaml",
-            "report_metrics.yaml",
-        ):
-            continue  # names and types, which have no unit; shapes, whose units are at the top
+        if path.stem in WITHOUT_UNITS:
+            continue
         lines = path.read_text(encoding="utf-8").splitlines()
         for number, line in enumerate(lines, start=1):
             opens_a_section = line.rstrip().endswith(":")

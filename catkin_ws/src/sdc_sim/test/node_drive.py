@@ -36,7 +36,8 @@ class DriveTest(unittest.TestCase):
             self.fail(str(error))
         for name, (metric, default) in BOUNDS.items():
             if parameters[name] or not scenario:
-                drive.limits.at_most[metric] = float(parameters[name] or default)
+                bounds = drive.limits.setdefault("at_most", {})
+                bounds[metric] = float(parameters[name] or default)
         lines = drive.run(parameters["wall_limit_s"])
         self.assertEqual(
             lines, [], "\n".join([f"limits violated, see {drive.report_path}", *lines])
