@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from sensor_msgs.msg import Image
 
-from sdc_common.ros.image_check import check_image
+from sdc_common.ros.conversion import check_image
 
 BRIDGE = CvBridge()
 ENCODINGS = st.sampled_from(

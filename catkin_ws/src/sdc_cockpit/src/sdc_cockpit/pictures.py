@@ -7,7 +7,7 @@ import numpy as np
 from cv_bridge import CvBridge, CvBridgeError
 from sensor_msgs.msg import Image
 
-from sdc_common.ros.image_check import check_image
+from sdc_common.ros.conversion import check_image
 from sdc_common.validation import check_between, check_positive
 
 # A picture that is early by this share of the period is not too early: pictures arrive unevenly.

@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 import rospy
 from sensor_msgs.msg import Image
 
-from sdc_common.ros.image_check import check_image
+from sdc_common.ros.conversion import check_image
 from sdc_sim.evaluation.drive_evaluation import PICTURE
 
 _SNAPSHOT_PX, _SNAPSHOT_QUALITY = 480, 80
