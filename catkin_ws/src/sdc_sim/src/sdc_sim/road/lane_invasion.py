@@ -47,12 +47,10 @@ class LaneInvasionDetector:
             for x, y in car.corners()
         ]
         right, left = min(lateral), max(lateral)
-        on = {number for number, (at, _) in enumerate(_LINES) if right < at < left}
-        near = {
-            number
-            for number, (at, _) in enumerate(_LINES)
-            if right - _CLEAR_M < at < left + _CLEAR_M
-        }
+        on, near = (
+            {number for number, (at, _) in enumerate(_LINES) if right - far < at < left + far}
+            for far in (0.0, _CLEAR_M)
+        )
         begun = sorted(on - self._crossing)
         self._crossing = on | (self._crossing & near)
         return [] if first else [_LINES[number][1] for number in begun]
