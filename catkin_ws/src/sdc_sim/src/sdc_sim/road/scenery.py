@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -81,12 +83,14 @@ def generate_scenery(
     probes = position[built, None] + aside[..., None] * left
     probes += ahead[..., None] * np.stack([left[..., 1], -left[..., 0]], axis=-1)
     fits[built] = ~on_road(probes.reshape(-1, 2), 2.5).reshape(len(built), -1).any(axis=1)
-    chosen = _rows(every, np.flatnonzero(fits))
-    return _rows(chosen, _without_overlap(chosen))
+    beside = chosen(every, np.flatnonzero(fits))
+    return chosen(beside, _without_overlap(beside))
 
 
-def _rows(scenery: Scenery, rows: np.ndarray) -> Scenery:
-    return Scenery(*[values[rows] for values in vars(scenery).values()])
+def chosen(table: Any, rows: np.ndarray) -> Any:
+    """Return these rows of a dataclass whose fields are arrays."""
+    fields = dataclasses.fields(table)
+    return type(table)(*(getattr(table, field.name)[rows] for field in fields))
 
 
 def _kinds(rng: np.random.RandomState, slots: np.ndarray) -> np.ndarray:

@@ -5,11 +5,10 @@ Each kind of body computes where the beams of a lidar enter and leave its bodies
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import Any, NamedTuple, Sequence, Union
+from typing import NamedTuple, Sequence, Union
 
 import numpy as np
 
@@ -25,6 +24,7 @@ from sdc_sim.road.scenery import (
     TREE,
     TRUNK_RADIUS_SHARE,
     Scenery,
+    chosen,
 )
 from sdc_sim.yaml_document import packaged_config
 
@@ -181,12 +181,6 @@ def angles(bodies: Bodies, dx: np.ndarray, dy: np.ndarray) -> tuple[np.ndarray, 
     half[share >= 1.0] = np.pi
     middle = np.arctan2(dy, dx)
     return middle - half, middle + half
-
-
-def chosen(bodies: Any, rows: np.ndarray) -> Any:
-    """Return these rows of bodies."""
-    fields = dataclasses.fields(bodies)
-    return type(bodies)(*(getattr(bodies, field.name)[rows] for field in fields))
 
 
 def scenery_bodies(scenery: Scenery) -> list[Bodies]:
