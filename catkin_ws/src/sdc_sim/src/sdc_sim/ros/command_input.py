@@ -42,16 +42,16 @@ class CommandInput:
         control_class = setup.bridge.control_class
 
         def subscriber(topic: str, message_class: type, callback: Any) -> rospy.Subscriber:
-            return rospy.Subscriber(topic, message_class, callback, queue_size=10, tcp_nodelay=True)
+            on_message = lock.guarded(callback)
+            return rospy.Subscriber(
+                topic, message_class, on_message, queue_size=10, tcp_nodelay=True
+            )
 
-        self._subscribers = [subscriber(self.topic, control_class, lock.guarded(self._on_control))]
+        self._subscribers = [subscriber(self.topic, control_class, self._on_control)]
         if setup.ackermann_cmd:
-            on_target = lock.guarded(self._on_target)
-            self._subscribers.append(subscriber(self._targets, AckermannDrive, on_target))
-        manual = lock.guarded(self._on_manual_control)
-        subscriber(self.topic + "_manual", control_class, manual)
-        override = lock.guarded(self._on_override)
-        subscriber(setup.ego + "/vehicle_control_manual_override", Bool, override)
+            self._subscribers.append(subscriber(self._targets, AckermannDrive, self._on_target))
+        subscriber(self.topic + "_manual", control_class, self._on_manual_control)
+        subscriber(setup.ego + "/vehicle_control_manual_override", Bool, self._on_override)
 
     @property
     def has_publisher(self) -> bool:

@@ -89,14 +89,11 @@ class SimulationServices:
         offer_reload(lock.guarded(self._reload))
         self._subscribe("/initialpose", PoseWithCovarianceStamped, self._on_pose)
         self._subscribe("/clicked_point", PointStamped, self._on_click)
-        handlers: dict[str, tuple[type, Callable[[Any], None]]] = {
-            "/control/set_transform": (Pose, self._set_pose),
-            "/control/set_target_velocity": (Twist, self._set_velocity),
-            "/twist_cmd": (Twist, self._set_velocity),
-        }
-        for name, (message_class, handle) in handlers.items():
+        if "/control/set_transform" in setup.bridge.topics:
+            self._subscribe(setup.ego + "/control/set_transform", Pose, self._set_pose)
+        for name in ("/control/set_target_velocity", "/twist_cmd"):
             if name in setup.bridge.topics:
-                self._subscribe(setup.ego + name, message_class, handle)
+                self._subscribe(setup.ego + name, Twist, self._set_velocity)
 
     def _service(self, change: Callable[[], None]) -> Callable[[Any], tuple[bool, str]]:
         def execute(_request: Any) -> tuple[bool, str]:
