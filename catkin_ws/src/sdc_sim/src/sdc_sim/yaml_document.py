@@ -61,7 +61,6 @@ def load_yaml(path: str, fix: str) -> YamlDocument:
         DocumentError: the file cannot be read or is not valid YAML.
     """
     from ruamel.yaml import YAML  # Imports take 40 ms: only a drive with a scenario needs them.
-    from ruamel.yaml.error import YAMLError
 
     path = os.path.expanduser(path)
     try:
@@ -69,16 +68,8 @@ def load_yaml(path: str, fix: str) -> YamlDocument:
             return YamlDocument(path, file.read(), YAML(typ="safe", pure=True))
     except OSError as error:
         raise DocumentError(f"{path}: cannot be read ({error.strerror}); {fix}") from None
-    except (
-        ArithmeticError,
-        AttributeError,
-        LookupError,
-        RecursionError,
-        TypeError,
-        ValueError,
-        YAMLError,
-    ) as error:
-        # ruamel.yaml raises other types for a scalar that does not fit its tag: "!!bool maybe".
+    except Exception as error:  # noqa: BLE001
+        # ruamel.yaml raises many types, as for a scalar that does not fit its tag: "!!bool maybe".
         mark = getattr(error, "problem_mark", None)
         place = f"{path}, line {mark.line + 1}" if mark else path
         problem = (getattr(error, "problem", None) or str(error) or repr(error)).splitlines()[0]
