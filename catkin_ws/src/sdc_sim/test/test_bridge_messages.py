@@ -13,7 +13,7 @@ from visualization_msgs.msg import Marker
 
 from sdc_common.driving import Command
 from sdc_common.ros.conversion import stop_lines
-from sdc_sim.physics.ackermann import AckermannGains, AckermannTarget
+from sdc_sim.physics.ackermann import AckermannTarget
 from sdc_sim.physics.obstacles import ObstaclePlan, Obstacles
 from sdc_sim.physics.traffic_lights import TrafficLightPlan
 from sdc_sim.physics.vehicle import Vehicle
@@ -45,7 +45,6 @@ def world():
         1.0,
         obstacles=Obstacles(plans),
         lights=lights,
-        ackermann=AckermannGains(1.5, 0.4, 3.0, 6.0, 60.0, 0.15, 0.3),
     )
     for _ in range(40):
         simulation.step(COMMAND)

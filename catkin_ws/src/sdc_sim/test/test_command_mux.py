@@ -16,6 +16,7 @@ from sdc_sim.physics.vehicle_parameters import load_vehicle
 from sdc_sim.sensors.errors import DelayLine
 from sdc_sim.simulation.command_mux import CommandMux
 from sdc_sim.simulation.simulation import Simulation
+from sdc_sim.yaml_document import packaged_config
 
 pytestmark = pytest.mark.slow(6)
 
@@ -34,7 +35,7 @@ def make_mux(latency_s=0.0, timeout_ticks=20):
     return CommandMux(
         timeout_ticks,
         DelayLine(latency_s, TICK_S),
-        AckermannControl(TESLA, AckermannGains(1.5, 0.4, 3.0, 6.0, 60.0, 0.15, 0.3)),
+        AckermannControl(TESLA, AckermannGains(**packaged_config("sim")["ackermann"])),
     )
 
 

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sdc_common.driving import Command
-from sdc_sim.physics.ackermann import AckermannGains, AckermannTarget
+from sdc_sim.physics.ackermann import AckermannTarget
 from sdc_sim.physics.collision import overlap
 from sdc_sim.physics.obstacles import KINDS, ObstaclePlan, Obstacles
 from sdc_sim.physics.traffic_lights import GREEN, RED, TrafficLightPlan
@@ -201,7 +201,6 @@ def rich_simulation():
         ),
         ObstaclePlan.stationary("obstacle", 10.0, 5.0, 0.3),
     ]
-    gains = AckermannGains(1.5, 0.4, 3.0, 6.0, 60.0, 0.15, 0.3)
     return Simulation(
         vehicle,
         0.05,
@@ -209,7 +208,6 @@ def rich_simulation():
         obstacles=Obstacles(plans),
         lights=[TrafficLightPlan(50.0, 0.0, 0.0, (("red", 2.0), ("green", 1.0)))],
         noise=OdometryNoise(3, 0.05, 0.01, 0.1),
-        ackermann=gains,
         command_latency_s=0.1,
         sensor_latency_s=0.15,
     )

@@ -10,6 +10,7 @@ from __future__ import annotations
 import bisect
 import math
 from dataclasses import dataclass, replace
+from types import SimpleNamespace
 
 from sdc_common.driving import Command
 from sdc_sim.physics.vehicle_dynamics import AIR_DENSITY_KGPM3, GRAVITY_MPS2
@@ -27,17 +28,8 @@ class AckermannTarget:
     jerk_mps3: float = 0.0
 
 
-@dataclass(frozen=True)
-class AckermannGains:
-    """Parameters of the speed loop; all are positive, ki may be zero."""
-
-    kp_per_s: float  # m/s^2 per m/s of speed error
-    ki_per_s2: float
-    acceleration_mps2: float  # upper limit of every demand
-    braking_mps2: float  # upper limit of every demand
-    max_speed_mps: float  # targets are limited to it
-    standstill_mps: float  # below it a target of zero holds the vehicle with the brake
-    hold_brake: float  # 0..1
+# The section `ackermann` of config/sim.yaml, which describes them, as attributes.
+AckermannGains = SimpleNamespace
 
 
 class AckermannControl:
