@@ -23,7 +23,7 @@ import psutil
 import yaml
 
 from sdc_common.driving import points_as_sent
-from sdc_common.ros.conversion import GROUND_TRUTH
+from sdc_common.ros.odometry import GROUND_TRUTH
 from sdc_common.routes.waypoint_file import load_waypoints
 from sdc_sim.evaluation.evaluator import Evaluator
 from sdc_sim.evaluation.rules import EvaluationRules

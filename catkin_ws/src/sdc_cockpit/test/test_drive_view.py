@@ -8,7 +8,7 @@ from nav_msgs.msg import Odometry
 from sdc_msgs.msg import BaseWaypoint, Path, SpeedReason
 
 from sdc_cockpit.drive_view import MISSION, ODOMETRY, SPEED_REASON, DriveView
-from sdc_common.ros.conversion import GROUND_TRUTH
+from sdc_common.ros.odometry import GROUND_TRUTH
 
 
 def encoded(message, stamp_s):

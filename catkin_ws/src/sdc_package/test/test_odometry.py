@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from nav_msgs.msg import Odometry
 
-from sdc_common.ros import conversion as of_the_world
+from sdc_common.ros import odometry as of_the_world
 from sdc_package import odometry as of_the_car
 
 # The student's functions, and those of the world.

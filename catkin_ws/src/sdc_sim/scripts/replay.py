@@ -8,8 +8,8 @@ import sys
 import rosbag
 import rospy
 
-from sdc_common.ros.conversion import GROUND_TRUTH
 from sdc_common.ros.node import parameter, refuse
+from sdc_common.ros.odometry import GROUND_TRUTH
 from sdc_sim.evaluation.evaluator import Evaluator
 from sdc_sim.evaluation.rules import EvaluationRules
 from sdc_sim.report.console_progress import ConsoleProgress, closing_line

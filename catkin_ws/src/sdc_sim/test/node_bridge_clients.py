@@ -24,7 +24,7 @@ from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 
 from sdc_common.processes import wait_until
-from sdc_common.ros.conversion import pose_and_speed
+from sdc_common.ros.odometry import pose_and_speed
 from sdc_testing import MessageListener, wait_for_subscriber
 
 EGO = "/carla/ego_vehicle"

@@ -17,7 +17,7 @@ from std_srvs.srv import Trigger
 from visualization_msgs.msg import Marker, MarkerArray
 
 from sdc_common.processes import wait_until
-from sdc_common.ros.conversion import pose_and_speed
+from sdc_common.ros.odometry import pose_and_speed
 from sdc_testing import MessageListener, wait_for_subscriber
 
 EGO = "/carla/ego_vehicle"

@@ -20,7 +20,7 @@ from std_msgs.msg import Header
 from std_srvs.srv import Trigger
 
 from sdc_common.processes import wait_until
-from sdc_common.ros.conversion import pose_and_speed
+from sdc_common.ros.odometry import pose_and_speed
 from sdc_common.routes.waypoint_file import load_waypoints
 from sdc_sim.camera.renderer import Renderer
 from sdc_sim.road.road import Road

@@ -12,7 +12,7 @@ from nav_msgs.msg import Odometry
 from sdc_msgs.msg import CarlaVehicleControl
 from std_srvs.srv import Trigger
 
-from sdc_common.ros.conversion import pose_and_speed, yaw_from_quaternion
+from sdc_common.ros.odometry import pose_and_speed, yaw_from_quaternion
 from sdc_sim.sensors.errors import OdometryNoise
 from sdc_testing import MessageListener, wait_for_subscriber
 

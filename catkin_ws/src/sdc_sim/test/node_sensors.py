@@ -15,7 +15,7 @@ from std_msgs.msg import Float32
 from tf2_msgs.msg import TFMessage
 
 from sdc_common.geometry.geodesy import map_from_geodetic
-from sdc_common.ros.conversion import GROUND_TRUTH, true_odometry_topic
+from sdc_common.ros.odometry import GROUND_TRUTH, true_odometry_topic
 from sdc_testing import MessageListener, wait_for_subscriber
 
 EGO = "/carla/ego_vehicle"

@@ -20,7 +20,7 @@ from sdc_msgs.msg import (
     Waypoint,
 )
 
-from sdc_common.ros.conversion import GROUND_TRUTH
+from sdc_common.ros.odometry import GROUND_TRUTH
 from sdc_sim.evaluation.evaluator import Evaluator
 from sdc_sim.ros.evaluator_input import EvaluatorInput
 from sdc_testing import load_script

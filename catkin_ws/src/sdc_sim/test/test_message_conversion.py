@@ -8,7 +8,7 @@ import rospy
 from nav_msgs.msg import Odometry
 from sdc_msgs.msg import BaseWaypoint, LocalPath, Path, Waypoint
 
-from sdc_common.ros.conversion import pose_and_speed, vehicle_transform
+from sdc_common.ros.odometry import pose_and_speed, vehicle_transform
 from sdc_sim.physics.vehicle import VehicleState
 from sdc_sim.ros.message_conversion import odometry_message
 

@@ -13,8 +13,9 @@ from tf2_msgs.msg import TFMessage
 
 from sdc_common.geometry.geodesy import map_from_geodetic
 from sdc_common.ros.connection_watchdog import watch_connections
-from sdc_common.ros.conversion import odometry_message, rear_axle_speed, vehicle_transform
+from sdc_common.ros.conversion import rear_axle_speed
 from sdc_common.ros.node import LoopPublisher, parameter, refuse
+from sdc_common.ros.odometry import odometry_message, vehicle_transform
 from sdc_common.ros.refusal import refusing
 from sdc_common.routes.waypoint_file import WaypointError
 from sdc_common.validation import check_non_negative, check_positive

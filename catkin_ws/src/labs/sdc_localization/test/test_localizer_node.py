@@ -9,7 +9,7 @@ import rospy
 from sensor_msgs.msg import Imu, JointState, NavSatFix, PointCloud2, PointField
 
 from sdc_common.geometry.geodesy import geodetic_from_map
-from sdc_common.ros.conversion import pose_and_speed
+from sdc_common.ros.odometry import pose_and_speed
 from sdc_localization.landmarks import LandmarkMap
 from sdc_localization.localizer import Localizer
 from sdc_testing import load_script

@@ -8,8 +8,9 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, JointState
 
 from sdc_common.ros.connection_watchdog import watch_connections
-from sdc_common.ros.conversion import odometry_message, rear_axle_speed
+from sdc_common.ros.conversion import rear_axle_speed
 from sdc_common.ros.node import LoopPublisher, parameter, refuse
+from sdc_common.ros.odometry import odometry_message
 from sdc_common.ros.refusal import refusing
 from sdc_common.validation import check_positive
 from sdc_perception.dead_reckoning import DeadReckoning

@@ -8,8 +8,9 @@ from cv_bridge import CvBridge, CvBridgeError
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import CameraInfo, Image
 
-from sdc_common.ros.conversion import check_image, pose_and_speed
+from sdc_common.ros.conversion import check_image
 from sdc_common.ros.node import parameter, refuse
+from sdc_common.ros.odometry import pose_and_speed
 from sdc_common.ros.refusal import refusing
 from sdc_package.camera_window import CameraWindow
 from sdc_perception.lane_detection import DetectorSettings, LaneDetector

@@ -13,8 +13,9 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import CameraInfo, Image
 
 from sdc_common.ros.connection_watchdog import watch_connections
-from sdc_common.ros.conversion import check_image, pose_and_speed
+from sdc_common.ros.conversion import check_image
 from sdc_common.ros.node import LoopPublisher, parameter, refuse
+from sdc_common.ros.odometry import pose_and_speed
 from sdc_common.ros.refusal import refusing
 from sdc_package.camera_window import CameraWindow
 from sdc_perception.paired_topics import CAMERA, EGO, answer_together

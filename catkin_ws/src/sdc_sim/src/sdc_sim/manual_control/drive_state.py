@@ -11,7 +11,7 @@ import numpy as np
 from cv_bridge import CvBridge, CvBridgeError
 from sensor_msgs.msg import Image
 
-from sdc_common.ros.conversion import pose_and_speed, yaw_from_quaternion
+from sdc_common.ros.odometry import pose_and_speed, yaw_from_quaternion
 from sdc_sim.manual_control import hud
 from sdc_sim.ros.waypoint_messages import waypoint_rows
 

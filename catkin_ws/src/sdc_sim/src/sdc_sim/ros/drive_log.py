@@ -12,7 +12,7 @@ from typing import IO, Any
 
 from nav_msgs.msg import Odometry
 
-from sdc_common.ros.conversion import pose_and_speed
+from sdc_common.ros.odometry import pose_and_speed
 from sdc_sim.simulation.snapshot import Snapshot
 
 

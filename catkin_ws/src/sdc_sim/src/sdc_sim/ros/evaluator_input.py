@@ -17,7 +17,8 @@ from nav_msgs.msg import Odometry
 from rospy import AnyMsg
 from sdc_msgs.msg import CarlaVehicleControl, Obstacle, ObstacleArray, SpeedReason
 
-from sdc_common.ros.conversion import pose_and_speed, stop_lines, yaw_from_quaternion
+from sdc_common.ros.conversion import stop_lines
+from sdc_common.ros.odometry import pose_and_speed, yaw_from_quaternion
 from sdc_common.ros.speed_reason_publisher import TOPIC as REASON_TOPIC
 from sdc_sim.evaluation.drive_evaluation import OBSTACLES, PATH
 from sdc_sim.evaluation.evaluator import Evaluator

@@ -15,8 +15,8 @@ from std_msgs.msg import Header
 
 from sdc_common.driving import Command
 from sdc_common.geometry.geodesy import geodetic_from_map
-from sdc_common.ros import conversion
-from sdc_common.ros.conversion import yaw_from_quaternion
+from sdc_common.ros import odometry
+from sdc_common.ros.odometry import yaw_from_quaternion
 from sdc_sim.physics.ackermann import AckermannTarget
 from sdc_sim.physics.vehicle import VehicleState
 from sdc_sim.sensors.model import WHEELS, GnssReading, ImuReading, SensorSettings
@@ -98,7 +98,7 @@ def odometry_message(
     """Return the pose of the vehicle in the map and its twist in the body frame."""
     pose = state.x_m, state.y_m, state.yaw_rad
     twist = state.speed_mps, state.lateral_speed_mps, state.yaw_rate_radps
-    return conversion.odometry_message(stamp, pose, twist, vehicle_frame)
+    return odometry.odometry_message(stamp, pose, twist, vehicle_frame)
 
 
 def imu_message(reading: ImuReading, settings: SensorSettings, header: Header) -> Imu:

@@ -18,8 +18,8 @@ from std_msgs.msg import Float32, Header, String
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
-from sdc_common.ros.conversion import GROUND_TRUTH, vehicle_transform
 from sdc_common.ros.node import LoopPublisher
+from sdc_common.ros.odometry import GROUND_TRUTH, vehicle_transform
 from sdc_sim.road.lane_invasion import LaneInvasionDetector
 from sdc_sim.road.opendrive import opendrive
 from sdc_sim.ros import bridge_messages

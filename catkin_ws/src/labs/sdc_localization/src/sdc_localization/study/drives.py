@@ -17,7 +17,8 @@ from scipy.stats import chi2
 
 from sdc_common.geometry.angles import wrap_angle
 from sdc_common.geometry.geodesy import map_from_geodetic
-from sdc_common.ros.conversion import pose_and_speed, rear_axle_speed
+from sdc_common.ros.conversion import rear_axle_speed
+from sdc_common.ros.odometry import pose_and_speed
 from sdc_localization.localizer import Localizer, LocalizerSettings
 from sdc_sim.road.random_routes import long_route
 from sdc_sim.runner import isolated_drive, options_text

@@ -8,7 +8,8 @@ import numpy as np
 import rosbag
 from cv_bridge import CvBridge, CvBridgeError
 
-from sdc_common.ros.conversion import check_image, pose_and_speed
+from sdc_common.ros.conversion import check_image
+from sdc_common.ros.odometry import pose_and_speed
 from sdc_perception.imitation.samples import Samples
 from sdc_perception.imitation_samples import DrivenLine, road_view
 
