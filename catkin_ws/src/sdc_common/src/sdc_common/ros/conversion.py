@@ -112,18 +112,3 @@ def command_message(command: Command, message_class: Any) -> Any:
     )
     message.header.stamp = stamp_of(command)
     return message
-
-
-def check_image(message: Image) -> None:
-    """Check the size of an image before its pixels are read.
-
-    Raises:
-        ValueError: the image is empty, or its data are too short for its size
-    """
-    if not (
-        0 < message.width <= message.step and 0 < message.height * message.step <= len(message.data)
-    ):
-        raise ValueError(
-            f"{message.width} x {message.height} pixels in rows of {message.step} bytes "
-            f"do not match {len(message.data)} bytes of data"
-        )
