@@ -1,4 +1,4 @@
-"""A headless Chromium, and the address of a server that a command prints."""
+"""A headless Chromium, and a server with the address that it prints."""
 
 import contextlib
 import os
@@ -12,6 +12,10 @@ from selenium import webdriver
 from selenium.common.exceptions import NoSuchElementException, StaleElementReferenceException
 from selenium.webdriver.chrome.service import Service
 from selenium.webdriver.common.by import By
+
+from sdc_common.processes import isolated_ros_environment
+from sdc_testing.program import Program
+from sdc_workshop.workspace import PROJECT
 
 OPTIONS = (
     "--headless=new",
@@ -59,9 +63,17 @@ def wait_until(condition, what):
         time.sleep(0.3)  # A look at the page may be a screenshot.
 
 
-def printed_url(program, name):
-    """Return the URL that a command prints."""
-    return program.wait_for_match(rf"(?m)^{name}: (http://\S+)\s")
+@contextlib.contextmanager
+def served(name, folder):
+    """Run ./workshop/NAME at home in a folder; yield the program and the URL that it prints."""
+    with isolated_ros_environment(folder / "ros") as environment:
+        environment = {**environment, "HOME": str(folder), "LC_ALL": "C.UTF-8"}
+        environment.pop("DISPLAY", None)
+        service = Program([PROJECT / "workshop" / name], environment, folder, folder / "log")
+        try:
+            yield service, service.wait_for_match(rf"(?m)^{name}: (http://\S+)\s")
+        finally:
+            service.interrupt()
 
 
 def picture_of(browser, selector):

@@ -7,15 +7,13 @@ from headless_browser import (
     CANVAS,
     headless_chromium,
     picture_of,
-    printed_url,
     save_screenshot,
+    served,
     wait_until,
 )
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 
-from sdc_common.processes import isolated_ros_environment
-from sdc_testing.program import Program
 from sdc_workshop.workspace import PROJECT, make
 
 pytestmark = [pytest.mark.slow(60), pytest.mark.nightly]
@@ -74,20 +72,10 @@ def browser(jupyterlab, tmp_path):
     (tmp_path / ".jupyter" / "jupyter_lab_config.json").write_text(
         '{"LabApp": {"expose_app_in_browser": true}}', encoding="utf-8"
     )
-    with isolated_ros_environment(tmp_path / "ros") as environment:
-        environment = {**environment, "HOME": str(tmp_path), "LC_ALL": "C.UTF-8"}
-        environment.pop("DISPLAY", None)
-        service = Program(
-            [PROJECT / "workshop" / "browser"], environment, tmp_path, tmp_path / "log"
-        )
-        try:
-            url = printed_url(service, "browser")
-            with headless_chromium(1600, 1000) as browser:
-                browser.get(url)
-                wait_until(lambda: browser.execute_script(READY), "JupyterLab")
-                yield browser
-        finally:
-            service.interrupt()
+    with served("browser", tmp_path) as (_, url), headless_chromium(1600, 1000) as browser:
+        browser.get(url)
+        wait_until(lambda: browser.execute_script(READY), "JupyterLab")
+        yield browser
 
 
 def test_jupyterlab_has_guide_terminal_editor_and_desktop(browser, tmp_path):

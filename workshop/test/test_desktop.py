@@ -9,13 +9,13 @@ from headless_browser import (
     CANVAS,
     headless_chromium,
     picture_of,
-    printed_url,
     save_screenshot,
+    served,
     wait_until,
 )
 from selenium.webdriver.common.by import By
 
-from sdc_common.processes import isolated_ros_environment, matching, processes_with
+from sdc_common.processes import matching, processes_with
 from sdc_testing.program import Program
 from sdc_testing.virtual_display import VirtualDisplay
 from sdc_workshop.workspace import PROJECT
@@ -30,16 +30,8 @@ DRAWN = 20.0
 
 @pytest.fixture
 def desktop(tmp_path):
-    with isolated_ros_environment(tmp_path / "ros") as environment:
-        environment = {**environment, "HOME": str(tmp_path), "LC_ALL": "C.UTF-8"}
-        environment.pop("DISPLAY", None)
-        service = Program(
-            [PROJECT / "workshop" / "desktop"], environment, tmp_path, tmp_path / "log"
-        )
-        try:
-            yield service, printed_url(service, "desktop")
-        finally:
-            service.interrupt()
+    with served("desktop", tmp_path) as found:
+        yield found
 
 
 class OtherDisplay(VirtualDisplay):

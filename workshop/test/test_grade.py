@@ -243,18 +243,11 @@ def test_students_are_named_by_the_parts_of_their_paths_that_differ(tmp_path):
     assert list(names(found).values()) == ["a_ws", "c", "b_ws", "none"]
 
 
-def test_summary_in_a_students_folder_is_refused(tmp_path):
+def test_summary_in_a_students_folder_is_refused(tmp_path, capsys):
     folder = workspace(tmp_path / "ws")
-    done = subprocess.run(
-        [PROJECT / "workshop" / "grade", folder, "--output", folder / "grades"],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        check=False,
-        timeout=LIMIT_S,
-    )
-    assert (done.returncode, done.stdout.count("\n")) == (2, 1)
-    assert "a student's folder" in done.stdout
+    assert command.main([str(folder), "--output", str(folder / "grades")]) == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1 and "a student's folder" in error
 
 
 def test_only_steps_that_passed_count_as_done(tmp_path):

@@ -109,7 +109,7 @@ def test_lab_is_added_to_a_workspace_with_a_car_of_its_own(tmp_path, lab):
         make(folder, lab)
 
 
-def test_workspace_of_another_version_is_recognised_and_updated(tmp_path):
+def test_workspace_of_another_version_is_recognised_and_updated(tmp_path, monkeypatch, capsys):
     folder = tmp_path / "ws"
     make(folder)
     assert not is_older(folder)
@@ -117,16 +117,10 @@ def test_workspace_of_another_version_is_recognised_and_updated(tmp_path):
         make(folder)
     # As the first version marked its workspaces.
     (folder / ".workshop").write_text(f"{PROJECT}\n\n")
-    done = subprocess.run(
-        [PROJECT / "workshop" / "check", "messages-7"],
-        cwd=folder,
-        env={**os.environ, "PWD": str(folder)},
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=120,
-    )
-    assert "is of another version of the workshop: `./workshop/start --update .`" in done.stdout
+    monkeypatch.setenv("PWD", str(folder))
+    assert check.main(["--solution", "messages-7"]) == 0
+    shown = capsys.readouterr().out
+    assert "is of another version of the workshop: `./workshop/start --update .`" in shown
     update(folder)
     assert not is_older(folder)
 

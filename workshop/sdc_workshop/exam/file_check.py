@@ -18,6 +18,7 @@ import yaml
 
 from sdc_workshop.exam.answer import PASSED, Answer, Problem, answered, listed, wrong
 from sdc_workshop.exam.output import last_line
+from sdc_workshop.exam.probes.library_probe import evaluate
 from sdc_workshop.exam.region_check import RegionCheck, encoding_problem
 from sdc_workshop.exam.stage import Stage
 from sdc_workshop.exam.student import Student
@@ -234,47 +235,30 @@ def _include_problems(
     file: str, include: tuple, got: dict, known: set, todo: str
 ) -> Iterator[Problem]:
     """Yield what is wrong with one <include>; `known` are the arguments of the launch file."""
-    short = Path(file).name
+    texts = {"todo": todo, "file": file, "short": Path(file).name, "names": ", ".join(include[0])}
     if file not in got:
         near = difflib.get_close_matches(file, got, 1, 0.6)
-        yield listed(
-            "not_included",
-            todo=todo,
-            file=file,
-            seen=f'file="{near[0]}"' if near else "it is not included",
-            short=short,
-        )
+        seen = f'file="{near[0]}"' if near else "it is not included"
+        yield listed("not_included", seen=seen, **texts)
         return
     (mine, mine_if), (wanted, condition) = got[file], include
     for name, value in wanted.items():
         if name not in mine:
             near = difflib.get_close_matches(name, mine, 1, 0.7)
-            yield listed(
-                "not_passed_on",
-                todo=todo,
-                name=name,
-                short=short,
-                seen=f"{near[0]} instead" if near else f"passed on: {', '.join(mine) or 'nothing'}",
-            )
+            passed_on = f"passed on: {', '.join(mine) or 'nothing'}"
+            seen = f"{near[0]} instead" if near else passed_on
+            yield listed("not_passed_on", name=name, seen=seen, **texts)
         elif mine[name] != value:
-            yield listed(
-                "another_value", todo=todo, name=name, short=short, value=value, got=mine[name]
-            )
+            yield listed("another_value", name=name, value=value, got=mine[name], **texts)
     for name in mine:
         if name not in wanted and name in known:
-            yield listed(
-                "passed_too_much", todo=todo, short=short, names=", ".join(wanted), name=name
-            )
+            yield listed("passed_too_much", name=name, **texts)
     if mine_if != condition:
-        always = f"{short} is always included"
-        yield listed(
-            "condition",
-            todo=todo,
-            expected=f'if="{condition}" on the include of {short}' if condition else always,
-            seen=f'if="{mine_if}"' if mine_if else always,
-            short=short,
-            condition=condition or "always",
-        )
+        always = f"{texts['short']} is always included"
+        expected = f'if="{condition}" on the include of {texts["short"]}'
+        texts["expected"] = expected if condition else always
+        seen = f'if="{mine_if}"' if mine_if else always
+        yield listed("condition", seen=seen, condition=condition or "always", **texts)
 
 
 def _after(words: list, keyword: str, until: tuple) -> list:
@@ -379,15 +363,10 @@ def _field_problem(mine: list, wanted: list, rows: list) -> Problem | None:
 
 
 def _field_hint(wanted: tuple, seen: tuple, mine: list, count: int) -> str:
-    kind, field = wanted
-    if wanted in mine:
-        return f"{field} is in another place: the order of the fields matters."
-    if seen[1] == field:
-        array = "[]" in kind and "[]" not in seen[0]
-        hint = f"{field} must be of type {kind}, not {seen[0]}."
-        return f"{hint} The brackets [] make an array." if array else hint
-    if (seen[1], seen[0]) == wanted:
-        return f"The type comes first, then the name: {kind} {field}."
-    if seen[0] == kind and field not in [name for _, name in mine] and len(mine) >= count:
-        return f"The name is {field}, letter for letter: other nodes use this name."
-    return f"The field {field} is missing here."
+    """Return the hint of the first row of message_mistakes.yaml whose case holds."""
+    texts = {"kind": wanted[0], "field": wanted[1], "seen": seen[0]}
+    names = {**texts, "wanted": wanted, "mine": mine, "count": count, "name": seen[1]}
+    path = Path(__file__).with_name("message_mistakes.yaml")
+    rows = yaml.safe_load(path.read_text(encoding="utf-8"))
+    hint = next(row["hint"] for row in rows if evaluate(row["case"], dict(names)))
+    return str(hint).format(**texts)

@@ -74,8 +74,7 @@ class NodeCheck(RegionCheck):
         if found is not None or how == "ended":
             return found or self.ended_problem(node, variant)
         for does, topic, kind, todo in filter(lambda row: row[3], self.topics):
-            check = self.publisher_problem if does == "publishes" else self.subscriber_problem
-            found = found or check(node, topic, kind, todo)
+            found = found or self.topic_problem(node, does, topic, kind, todo)
         return found
 
     def crash_problem(self, node: Node, variant: Variant) -> Problem | None:
@@ -108,12 +107,9 @@ class NodeCheck(RegionCheck):
         return None
 
     def _name_problem(self, name: str | None) -> Problem:
-        right = f'rospy.init_node("{self.node_name}")'
-        if name is None:
-            return listed("no_name", todo=self.init_todo, node_name=self.node_name, right=right)
-        return listed(
-            "node_name", todo=self.init_todo, node_name=self.node_name, name=name, right=right
-        )
+        texts = {"node_name": self.node_name, "right": f'rospy.init_node("{self.node_name}")'}
+        key = "no_name" if name is None else "node_name"
+        return listed(key, todo=self.init_todo, name=name, **texts)
 
     def ended_problem(self, node: Node, variant: Variant) -> Problem:
         """Return why a node ended that must keep running."""
@@ -124,36 +120,36 @@ class NodeCheck(RegionCheck):
             last=last_line(node.program.output),
         )
 
-    def subscriber_problem(self, node: Node, topic: str, kind: str, todo: str) -> Problem | None:
-        """Return why the node does not subscribe to a topic with this type, or None."""
-        got = node.subscribes(topic)
-        if got in (kind, "?"):
-            return None
-        if got is not None:
-            return listed("subscriber_type", todo=todo, topic=topic, kind=kind, got=got)
-        published, subscribed = node.topics()
-        others = [other for other in subscribed if other not in self.given_topics]
-        near = difflib.get_close_matches(topic, others, 1, 0.5)
-        if near:
-            return listed("subscriber_misspelt", todo=todo, topic=topic, got=near[0])
-        if topic in published:
-            return listed("no_subscriber_but_publisher", todo=todo, topic=topic)
-        names = ", ".join(others or subscribed) or "nothing"
-        return listed("no_subscriber", todo=todo, topic=topic, names=names)
+    def topic_problem(
+        self, node: Node, does: str, topic: str, kind: str, todo: str
+    ) -> Problem | None:
+        """Return why the node does not publish, or subscribe to, a topic of this type, or None.
 
-    def publisher_problem(self, node: Node, topic: str, kind: str, todo: str) -> Problem | None:
-        """Return why the node does not publish a topic with this type, or None."""
-        got = node.publishes(topic) or node.seen_types.get(topic)
+        Args:
+            node: the node
+            does: "publishes" or "subscribes"
+            topic: the topic
+            kind: its type
+            todo: the region that connects it
+        """
+        got = getattr(node, does)(topic)
+        if does == "publishes":
+            got = got or node.seen_types.get(topic)
         if got in (kind, "?"):
             return None
-        if got is not None:
-            return listed("publisher_type", todo=todo, kind=kind, got=got)
         published, subscribed = node.topics()
-        others = [name for name in published if name not in self.given_topics]
-        if topic in subscribed and topic not in self.given_topics:
-            return listed("no_publisher_but_subscriber", todo=todo, topic=topic)
-        names = ", ".join(others) or "nothing"
-        return listed("no_publisher", todo=todo, topic=topic, names=names)
+        mine, others = (published, subscribed) if does == "publishes" else (subscribed, published)
+        own = [name for name in mine if name not in self.given_topics]
+        near = difflib.get_close_matches(topic, own, 1, 0.5)
+        if got is not None:
+            key = "another_type"
+        elif near:
+            key, got = "misspelt_topic", near[0]
+        elif topic in others and topic not in self.given_topics:
+            key = "other_direction"
+        else:
+            key, got = "no_topic", ", ".join(own or mine) or "nothing"
+        return listed(f"{does}_{key}", todo=todo, topic=topic, kind=kind, got=got)
 
     def silence_problem(self, node: Node, how: str, variant: Variant) -> Problem:
         """Return why a connected node does not answer; `how` is as in Program.wait_until."""

@@ -83,13 +83,13 @@ class MissionPlannerCheck(NodeCheck):
         with stage.node(variant, {"waypoints_path": str(path)}) as node:
             how = _settled(node, node.wait_until(lambda: node.publishes(MISSION)))
             if node.seen_types.get(MISSION, kind) != kind:
-                return self.publisher_problem(node, MISSION, kind, "3")
+                return self.topic_problem(node, "publishes", MISSION, kind, "3")
             if how == "true":
                 return self._mission_problem(node, variant, [(x, -y) for x, y in points])
             found = self.start_problem(node, how, variant)
             if found is None and how == "ended":
                 found = self._ended(node, variant)
-            return found or self.publisher_problem(node, MISSION, kind, "3")
+            return found or self.topic_problem(node, "publishes", MISSION, kind, "3")
 
     def _mission_problem(self, node: Node, variant: Variant, route: list) -> Problem | None:
         """Return what is wrong with the mission that the node publishes, or None."""
