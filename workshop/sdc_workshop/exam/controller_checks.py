@@ -12,7 +12,7 @@ from sdc_workshop.exam.node_check import (
     delay_problem,
     first_of,
 )
-from sdc_workshop.exam.planner_checks import ODOMETRY, PATH, odometry_at
+from sdc_workshop.exam.planner_checks import ODOMETRY, PATH
 from sdc_workshop.exam.probes.library_probe import STEP_NS, TICKS, controller_answer, evaluate
 from sdc_workshop.exam.stage import Stage
 from sdc_workshop.exam.variant import Variant
@@ -53,6 +53,8 @@ class BasicControlCheck(NodeCheck):
         from nav_msgs.msg import Odometry
         from sdc_package.msg import CarlaVehicleControl
 
+        from sdc_common.ros.odometry import odometry_message
+
         received = node.subscriber(COMMANDS, CarlaVehicleControl)
         odometry = node.publisher(ODOMETRY, Odometry)
         # The world's time is not that of the machine.
@@ -61,7 +63,7 @@ class BasicControlCheck(NodeCheck):
 
         def send() -> None:
             stamps.append(rospy.Time.now() - late)
-            odometry.publish(odometry_at(5.0, 2.0, 0.3, 1.5, stamps[-1]))
+            odometry.publish(odometry_message(stamps[-1], (5.0, 2.0, 0.3), (1.5, 0.0, 0.0)))
 
         def answers() -> list:
             return [command for command in list(received.messages) if not _is_stop(command)]
@@ -158,6 +160,8 @@ class Drive:
         import rospy
         from sdc_package.msg import LocalPath, Waypoint
 
+        from sdc_common.ros.odometry import odometry_message
+
         if self._tick is None:
             self._tick = rospy.Time.now()
         wanted = self.wanted(scene)
@@ -166,7 +170,7 @@ class Drive:
         for _ in range(TICKS):
             self._tick += rospy.Duration(nsecs=STEP_NS)
             stamp, before = self._tick, len(self._received.messages)
-            odometry = odometry_at(*scene["pose"], scene["speed_mps"], stamp)
+            odometry = odometry_message(stamp, scene["pose"], (scene["speed_mps"], 0.0, 0.0))
 
             def send(odometry: Any = odometry) -> None:
                 self._odometry.publish(odometry)

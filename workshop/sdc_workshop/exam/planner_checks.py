@@ -8,7 +8,7 @@ import signal
 from functools import lru_cache
 from pathlib import Path
 from random import Random
-from typing import TYPE_CHECKING, Callable, Sequence
+from typing import Callable, Sequence
 
 import psutil
 import yaml
@@ -25,10 +25,6 @@ from sdc_workshop.exam.probes.library_probe import evaluate
 from sdc_workshop.exam.stage import Stage
 from sdc_workshop.exam.variant import Variant
 from sdc_workshop.workspace import PACKAGE
-
-if TYPE_CHECKING:
-    import rospy
-    from nav_msgs.msg import Odometry
 
 MISSION = "/planner/mission_waypoints"
 ODOMETRY = "/carla/ego_vehicle/odometry"
@@ -334,6 +330,8 @@ class Scene:
         from geometry_msgs.msg import Vector3
         from sdc_msgs.msg import Obstacle, ObstacleArray
 
+        from sdc_common.ros.odometry import odometry_message
+
         obstacles = ObstacleArray()
         obstacles.header.stamp = rospy.Time.now()
         if "pedestrian" in self.text:
@@ -343,7 +341,8 @@ class Scene:
         status = CarlaTrafficLightStatus
         state = status.RED if self.lights.traffic_lights else status.GREEN
         obstacles.traffic_lights = [status(1, state)]
-        return [obstacles, odometry_at(*self._car, _SPEED_MPS, obstacles.header.stamp)]
+        stamp = obstacles.header.stamp
+        return [obstacles, odometry_message(stamp, self._car, (_SPEED_MPS, 0.0, 0.0))]
 
     def is_right(self, answers: list) -> bool:
         """Return whether the last of these answers is that of the solution."""
@@ -386,20 +385,6 @@ class Scene:
         lights.set_states(message.traffic_lights, stamped=True)
         rows = planner.plan(first, x, y, yaw, () if blind else detected_obstacles(message))
         return [tuple(row) for row in planner.stop_for(lights, rows, speed).tolist()]
-
-
-def odometry_at(x: float, y: float, yaw: float, speed: float, stamp: rospy.Time) -> Odometry:
-    """Return an odometry message: position [m], yaw [rad], speed [m/s], stamp."""
-    from nav_msgs.msg import Odometry
-
-    message = Odometry()
-    message.header.stamp, message.header.frame_id = stamp, "map"
-    message.child_frame_id = "ego_vehicle"
-    pose = message.pose.pose
-    pose.position.x, pose.position.y = x, y
-    pose.orientation.z, pose.orientation.w = math.sin(yaw / 2), math.cos(yaw / 2)
-    message.twist.twist.linear.x = speed
-    return message
 
 
 def rows_problem(got: list, wanted: list, what: str, columns: str = "x, y") -> Problem | None:
