@@ -8,6 +8,7 @@ import os
 import signal
 import sys
 import time
+from dataclasses import asdict
 from pathlib import Path
 from typing import Sequence
 
@@ -90,7 +91,7 @@ def check(
         show.end(steps, answers, progress.statuses(folder, steps[0].lab))
     if json_path is not None:
         found = {
-            "answers": {step_id: answer.as_dict() for step_id, answer in answers.items()},
+            "answers": {step_id: asdict(answer) for step_id, answer in answers.items()},
             "report": examination.report,
         }
         Path(json_path).write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")

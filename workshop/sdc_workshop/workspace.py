@@ -62,12 +62,9 @@ def files_to_make(lab: str = WORKSHOP) -> set:
 
 def template_of(name: str) -> str | None:
     """Return the solution's file with empty TODOs; None for a file without TODOs."""
-    text = solution(name).read_text(encoding="utf-8") if _is_text(name) else ""
+    is_text = name.endswith((".py", ".launch", ".xml", ".txt", ".sh", ".msg", ".yaml"))
+    text = solution(name).read_text(encoding="utf-8") if is_text else ""
     return template(text) if regions(text) else None
-
-
-def _is_text(name: str) -> bool:
-    return name.endswith((".py", ".launch", ".xml", ".txt", ".sh", ".msg", ".yaml"))
 
 
 def make(folder: Path, lab: str = WORKSHOP) -> None:
@@ -292,13 +289,3 @@ def solve(folder: Path, step: Step) -> None:
     if os.access(solution(step.file), os.X_OK):
         path = folder / "src" / step.file
         path.chmod(path.stat().st_mode | 0o111)
-
-
-def differences(folder: Path, lab: str = WORKSHOP) -> list:
-    """Return the package files of a workspace that are missing or differ from the solution."""
-    return [
-        name
-        for name in package_files(lab)
-        if not (folder / "src" / name).is_file()
-        or (folder / "src" / name).read_bytes() != solution(name).read_bytes()
-    ]

@@ -2,8 +2,18 @@
 
 import subprocess
 
-from sdc_workshop.steps import LABS, all_steps
-from sdc_workshop.workspace import PROJECT, WORLD_SETUP, make, solve
+from sdc_workshop.steps import LABS, WORKSHOP, all_steps
+from sdc_workshop.workspace import PROJECT, WORLD_SETUP, make, package_files, solution, solve
+
+
+def differences(folder, lab=WORKSHOP):
+    """Return the package files of a workspace that are missing or differ from the solution."""
+    return [
+        name
+        for name in package_files(lab)
+        if not (folder / "src" / name).is_file()
+        or (folder / "src" / name).read_bytes() != solution(name).read_bytes()
+    ]
 
 
 def solved(folder):

@@ -3,12 +3,13 @@
 import time
 
 import pytest
+from finished_workspace import differences
 from guide_blocks import read
 from guide_student import GUIDE, Student
 
 from sdc_testing.virtual_display import VirtualDisplay
 from sdc_workshop.steps import load_steps
-from sdc_workshop.workspace import differences, solution_body
+from sdc_workshop.workspace import solution_body
 
 
 @pytest.fixture

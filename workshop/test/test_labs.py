@@ -1,7 +1,7 @@
 """Follow the page of each lab word for word, in an empty home, with real terminals."""
 
 import pytest
-from finished_workspace import solved
+from finished_workspace import differences, solved
 from guide_blocks import read
 from guide_student import Student
 
@@ -10,7 +10,6 @@ from sdc_workshop.grading.grading import Conditions, grade
 from sdc_workshop.steps import LABS, chosen, load_steps
 from sdc_workshop.workspace import (
     PROJECT,
-    differences,
     lab_of,
     make,
     package_files,

@@ -4,6 +4,7 @@ import os
 import subprocess
 
 import pytest
+from finished_workspace import differences
 
 from sdc_workshop import check
 from sdc_workshop.regions import regions
@@ -11,7 +12,6 @@ from sdc_workshop.steps import LABS, StepError, all_steps, find_step, load_steps
 from sdc_workshop.workspace import (
     PROJECT,
     WorkspaceError,
-    differences,
     find,
     is_older,
     lab_of,

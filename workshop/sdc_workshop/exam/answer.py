@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
@@ -75,10 +75,6 @@ class Answer:
     def where(self) -> str:
         """The place, for people and editors: "src/sdc_package/scripts/camera.py:20"."""
         return f"{self.file}:{self.line}" if self.file and self.line else self.file or ""
-
-    def as_dict(self) -> dict:
-        """Return the attributes as a dictionary, for JSON."""
-        return asdict(self)
 
 
 def answered(

@@ -166,6 +166,7 @@ class Sandbox:
         scratch, forbidden = self.scratch(folder), self.workspace.parent / "forbidden.bpf"
         if not forbidden.exists():
             write_filter(forbidden)
+        places = (replaced or {}).items()
         own = {**environment, "HOME": str(scratch), "TMPDIR": str(scratch), "USER": "student"}
         inner = [
             *_system(),
@@ -178,7 +179,7 @@ class Sandbox:
             *_sized(self.workspace),
             *_bound("--ro-bind", self.workspace / "src"),
             *_bound("--bind" if building else "--ro-bind", *_built(self.workspace)),
-            *(word for pair in (replaced or {}).items() for word in ("--ro-bind", *_turned(pair))),
+            *(word for path, by in places for word in ("--ro-bind", str(by), str(path))),
             *("--remount-ro", "/", "--remount-ro", "/dev"),
             *("--chdir", str(self.workspace if building else folder), "--"),
             *_as_user(self.user_id),
@@ -214,11 +215,6 @@ def user_id(number: int) -> int:
 
 def _built(workspace: Path) -> list:
     return [workspace / name for name in ("build", "devel") if (workspace / name).is_dir()]
-
-
-def _turned(pair: tuple) -> tuple:
-    path, by = pair
-    return str(by), str(path)
 
 
 def _system() -> list:

@@ -16,6 +16,7 @@ import os
 import shutil
 import sys
 import tempfile
+from dataclasses import asdict
 from pathlib import Path
 
 from sdc_workshop.exam.answer import Answer
@@ -64,7 +65,7 @@ def main() -> None:
         examination = Examination(stage.student, stage, drive_anyway=True)
 
         def save(step: Step, answer: Answer) -> None:
-            record.answer(step.id, answer.as_dict())
+            record.answer(step.id, asdict(answer))
 
         examination.judge(steps, save, on_begin=lambda step: record.begin(step.id))
         if seed and (examination.report or {}).get("driving_score"):

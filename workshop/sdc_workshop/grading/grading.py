@@ -189,15 +189,12 @@ def _clear(result: Path) -> None:
             path.unlink()
 
 
-def _plain_environment(**more: str) -> dict:
-    kept = {name: os.environ[name] for name in ("HOME", "LANG", "PATH") if name in os.environ}
-    return {**kept, "PYTHONDONTWRITEBYTECODE": "1", **more}
-
-
 def _examine(result: Path, temporary: Path, conditions: Conditions) -> None:
     workspace, home, scratch = (temporary / name for name in ("workspace", "home", "tmp"))
     built = [workspace / name for name in ("build", "devel")]
-    environment = _plain_environment(
+    environment = {name: os.environ[name] for name in ("LANG", "PATH") if name in os.environ}
+    environment.update(
+        PYTHONDONTWRITEBYTECODE="1",
         PYTHONPATH=f"{PROJECT / 'workshop'}:{os.environ.get('PYTHONPATH', '')}",
         HOME=str(home),
         TMPDIR=str(scratch),

@@ -15,23 +15,15 @@ from roslaunch.config import ROSLaunchConfig
 from roslaunch.core import RLException
 from roslaunch.xmlloader import XmlLoader, XmlParseException
 
+_ATTRIBUTES = ("name", "package", "type", "output")
+
 
 def read(path: str, arguments: list) -> dict:
     """Return the nodes and parameters of a launch file with these arguments."""
     config = ROSLaunchConfig()
     XmlLoader().load(path, config, argv=arguments, verbose=False)
-    nodes = [
-        {
-            "name": node.name,
-            "package": node.package,
-            "type": node.type,
-            "output": node.output,
-            "namespace": node.namespace,
-        }
-        for node in config.nodes
-    ]
     return {
-        "nodes": nodes,
+        "nodes": [{name: getattr(node, name) for name in _ATTRIBUTES} for node in config.nodes],
         "parameters": {name: parameter.value for name, parameter in config.params.items()},
     }
 
