@@ -5,13 +5,14 @@ from __future__ import annotations
 from typing import Sequence
 
 import numpy as np
-from geometry_msgs.msg import Point, PoseStamped
+from geometry_msgs.msg import Point, PoseStamped, Vector3
 from nav_msgs.msg import Path
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
 from sdc_sim.road.road_markings import RoadMarkings, speed_colours
 from sdc_sim.ros.message_conversion import MAP_FRAME, VEHICLE_FRAME
+from sdc_sim.yaml_document import packaged_config
 
 # Heights above the ground [m]: one layer must not hide another.
 _GRASS_M, _ASPHALT_M, _LINES_M, _ROUTE_M, _PATH_M = -0.12, -0.04, -0.02, 0.02, 0.1
@@ -24,27 +25,6 @@ _GRASS_MARGIN_M = 150.0
 _FIX_COLOUR = (1.0, 0.25, 0.85)
 _FIX_SIZE_M = 0.35
 
-_BODY, _GLASS, _TYRE, _LAMP, _TAIL = (
-    (0.25, 0.5, 1.0),
-    (0.15, 0.2, 0.3),
-    (0.05, 0.05, 0.05),
-    (1.0, 1.0, 0.85),
-    (0.5, 0.0, 0.0),
-)
-# A car of 4.7 x 2.0 x 1.44 m: rows of shape, centre x, y, z, size x, y, z [m], colour.
-_CAR = (
-    (Marker.CUBE, 0.00, 0.00, 0.55, 4.70, 1.90, 0.55, _BODY),
-    (Marker.CUBE, -0.25, 0.00, 1.05, 2.50, 1.60, 0.50, _GLASS),
-    (Marker.CUBE, -0.35, 0.00, 1.38, 1.80, 1.50, 0.12, _BODY),
-    (Marker.CUBE, 2.33, 0.65, 0.65, 0.06, 0.40, 0.15, _LAMP),
-    (Marker.CUBE, 2.33, -0.65, 0.65, 0.06, 0.40, 0.15, _LAMP),
-    (Marker.CUBE, -2.33, 0.65, 0.70, 0.06, 0.40, 0.15, _TAIL),
-    (Marker.CUBE, -2.33, -0.65, 0.70, 0.06, 0.40, 0.15, _TAIL),
-    (Marker.CYLINDER, 1.435, 0.86, 0.34, 0.68, 0.68, 0.26, _TYRE),
-    (Marker.CYLINDER, 1.435, -0.86, 0.34, 0.68, 0.68, 0.26, _TYRE),
-    (Marker.CYLINDER, -1.435, 0.86, 0.34, 0.68, 0.68, 0.26, _TYRE),
-    (Marker.CYLINDER, -1.435, -0.86, 0.34, 0.68, 0.68, 0.26, _TYRE),
-)
 _QUARTER_TURN = 0.5**0.5
 
 
@@ -110,11 +90,11 @@ def fixes_marker(points_m: Sequence[tuple[float, float]]) -> Marker:
 def car_markers() -> MarkerArray:
     """Return the car in its own frame. RViz moves it with the transform of the frame."""
     markers = []
-    for number, (shape, x, y, z, length, width, height, colour) in enumerate(_CAR):
-        marker = _marker(shape, VEHICLE_FRAME, "car", number, colour)
+    for number, part in enumerate(packaged_config("rviz_car")):
+        shape = getattr(Marker, part["shape"])
+        marker = _marker(shape, VEHICLE_FRAME, "car", number, part["colour"])
         marker.frame_locked = True
-        marker.pose.position = Point(x, y, z)
-        marker.scale.x, marker.scale.y, marker.scale.z = length, width, height
+        marker.pose.position, marker.scale = Point(*part["at"]), Vector3(*part["size"])
         if shape == Marker.CYLINDER:  # its axis is z by default
             marker.pose.orientation.x = marker.pose.orientation.w = _QUARTER_TURN
         markers.append(marker)
