@@ -76,8 +76,8 @@ def test_nearest_point_does_not_depend_on_the_direction_of_the_map(angle, x, y):
     bend = [(0.0, 0.0), (10.0, 0.0), (15.0, 4.0), (15.0, 12.0)]
     c, s = math.cos(angle), math.sin(angle)
     turned = Polyline([(c * px - s * py, s * px + c * py) for px, py in bend])
-    _, _, along, cross_track, heading = Polyline(bend).nearest(x, y)
-    _, _, along_turned, cross_track_turned, heading_turned = turned.nearest(
+    _, along, cross_track, heading = Polyline(bend).nearest(x, y)
+    _, along_turned, cross_track_turned, heading_turned = turned.nearest(
         c * x - s * y, s * x + c * y
     )
     if abs(abs(cross_track) - abs(cross_track_turned)) < 1e-9 and abs(along - along_turned) < 1e-6:

@@ -24,14 +24,12 @@ class Place(NamedTuple):
 
     Attributes:
         segment: index of the line's segment
-        fraction: position on the segment, 0 at its start and 1 at its end
         s_m: arc length of the place [m]
         cross_track_m: distance of the point, positive left of the line [m]
         heading_rad: heading of the line at the place, in [-pi, pi) [rad]
     """
 
     segment: int
-    fraction: float
     s_m: float
     cross_track_m: float
     heading_rad: float
@@ -93,7 +91,7 @@ class Polyline:
         fraction = along / self.lengths[segment]
         fraction = 0.0 if fraction < 0.0 else 1.0 if fraction > 1.0 else fraction
         heading = wrap_angle(self._heading_in(segment, fraction))
-        return Place(segment, fraction, self.s[segment] + along, cross_track, heading)
+        return Place(segment, self.s[segment] + along, cross_track, heading)
 
     def nearest_around(
         self, x_m: float, y_m: float, near_s_m: float, back_m: float, ahead_m: float

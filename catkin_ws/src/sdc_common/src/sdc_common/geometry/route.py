@@ -43,7 +43,7 @@ def checked_points(points_m: np.ndarray) -> np.ndarray:
 
 
 def smoothed_heading_and_curvature(
-    points_m: np.ndarray, s_m: np.ndarray, at_s_m: np.ndarray
+    points_m: np.ndarray, s_m: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return heading and curvature of a polyline that is smoothed by a Gaussian.
 
@@ -52,10 +52,10 @@ def smoothed_heading_and_curvature(
     Args:
         points_m: (N, 2) points [m]
         s_m: (N,) arc length at the points [m]
-        at_s_m: (M,) arc lengths to evaluate at [m]
 
     Returns:
-        (M,) continuous headings, not wrapped [rad], and (M,) curvatures, positive to the left [1/m]
+        (N,) continuous headings at the points, not wrapped [rad], and (N,) curvatures, positive to
+        the left [1/m]
 
     Reference: F. Mokhtarian and A. Mackworth, IEEE Trans. PAMI 8(1), 1986, section III.
     """
@@ -74,7 +74,7 @@ def smoothed_heading_and_curvature(
     heading = np.unwrap(np.arctan2(first[:, 1], first[:, 0]))
     speed = np.maximum(np.hypot(first[:, 0], first[:, 1]), 1e-6)
     curvature = (first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]) / speed**3
-    return np.interp(at_s_m, s, heading), np.interp(at_s_m, s, curvature)
+    return np.interp(s_m, s, heading), np.interp(s_m, s, curvature)
 
 
 def interpolate(at_s_m: np.ndarray, s_m: np.ndarray, values: np.ndarray) -> np.ndarray:
@@ -126,7 +126,7 @@ class Route:
         self.points = checked_points(points_m)
         self.line = Polyline(self.points.tolist(), extend=False)
         self.s = np.array(self.line.s)
-        self.heading, self.curvature = smoothed_heading_and_curvature(self.points, self.s, self.s)
+        self.heading, self.curvature = smoothed_heading_and_curvature(self.points, self.s)
         self.line.set_headings(self.heading.tolist())
         self._tree: cKDTree | None = None
 
