@@ -24,6 +24,8 @@ WITHOUT_UNITS = {
     "obstacle_kinds",
     "opendrive",
     "report_metrics",
+    "report_page",
+    "rviz_car",
     "topics",
 }
 ALL = [(package, node) for package, nodes in NODES.items() for node in nodes]

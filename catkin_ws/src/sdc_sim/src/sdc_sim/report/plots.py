@@ -19,6 +19,7 @@ from matplotlib.patheffects import withStroke
 from sdc_sim.evaluation.drive_evaluation import COLUMNS, DriveResult
 from sdc_sim.evaluation.metrics import accelerations
 from sdc_sim.evaluation.route_progress import COMPLETED
+from sdc_sim.yaml_document import packaged_config
 
 # The colours are dark enough for a wall and differ for people with colour blindness.
 ERROR_COLOURS = LinearSegmentedColormap.from_list(
@@ -26,44 +27,8 @@ ERROR_COLOURS = LinearSegmentedColormap.from_list(
 )
 GREEN, RED, GREY, BLACK = "#2e8b57", "#c0392b", "#5f6368", "#202124"
 DRIVEN, PLANNED, LIMIT, ROAD = "#1f5fa8", "#f5c26b", "#9aa0a6", "#dfe3e8"
-EVENT_NAMES = {
-    "collision_pedestrian": "hit a pedestrian",
-    "collision_vehicle": "hit a vehicle",
-    "collision_static": "hit an object",
-    "red_light": "ran a red light",
-    "stop": "ran a stop sign",
-    "completed": "arrived",
-    "collision": "ended by a collision",
-    "off_route": "off the route",
-    "blocked": "blocked",
-    "timeout": "out of time",
-    "aborted": "aborted",
-}
-_RC_PARAMS: dict = {
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.edgecolor": GREY,
-    "lines.linewidth": 1.8,
-    "axes.labelcolor": BLACK,
-    "xtick.color": GREY,
-    "ytick.color": GREY,
-    "svg.fonttype": "path",
-    "font.family": "sans-serif",
-    "svg.hashsalt": "sdc",
-    "path.simplify_threshold": 0.3,
-}
-
-# Names and values of the most important metrics.
-_HEADLINE = (
-    ("of the route", "route_completion_percent", "{:.0f} %"),
-    ("driving score", "driving_score", "{:.0f}"),
-    ("error, RMS", "cross_track_rms_m", "{:.3f} m"),
-    ("error at worst", "cross_track_max_m", "{:.3f} m"),
-    ("duration", "duration_s", "{:.1f} s"),
-    ("x least duration", "time_ratio", "{:.2f}"),
-    ("mean speed", "speed_mean_mps", "{:.1f} m/s"),
-    ("comfortable", "comfortable", "{}"),
-)
+_PAGE = packaged_config("report_page")
+EVENT_NAMES: dict[str, str] = _PAGE["event_names"]
 # More points are not visible and make the page large.
 _MAX_POINTS = 4000
 _MAX_COLOURED_PIECES = 1200
@@ -259,7 +224,7 @@ def new_figure(width_in: float, height_in: float, font_size_pt: float) -> Figure
         font_size_pt: font size [points]
     """
     matplotlib.rcParams.update(
-        {**_RC_PARAMS, "font.size": font_size_pt, "legend.fontsize": 0.9 * font_size_pt}
+        {**_PAGE["style"], "font.size": font_size_pt, "legend.fontsize": 0.9 * font_size_pt}
     )
     figure = Figure(figsize=(width_in, height_in))
     FigureCanvasAgg(figure)
@@ -274,7 +239,7 @@ def headline(metrics: dict) -> list[tuple[str, str]]:
         values["time_ratio"] = None
     return [
         (name, "-" if values[metric] is None else form.format(values[metric]))
-        for name, metric, form in _HEADLINE
+        for name, metric, form in _PAGE["headline"]
     ]
 
 
