@@ -128,16 +128,13 @@ def check_stack(workspace: str, stack: str) -> None:
 
 def _check_that_nodes_are_found(stack: Path) -> None:
     """Raise WorkspaceError if the package of a launch file is not the one that roslaunch finds."""
-    folder = next((path for path in stack.parents if (path / "package.xml").is_file()), None)
-    if folder is None:
-        return
-    name = ElementTree.parse(folder / "package.xml").findtext("name", "").strip()
+    name = rospkg.get_package_name(str(stack))
     try:
-        found = rospkg.RosPack().get_path(name)
+        found = Path(rospkg.RosPack().get_path(name))
     except rospkg.ResourceNotFound:
         return
-    if os.path.realpath(found) != os.path.realpath(folder):
-        built = (str(path) for path in folder.parents if (path / "devel").is_dir())
+    if found.resolve() not in stack.resolve().parents:
+        built = (str(path) for path in stack.parents if (path / "devel").is_dir())
         raise WorkspaceError(
             f"stack:={stack}: it would start the nodes of {found}, which has the same package name "
             f"{name}; add workspace:={next(built, 'FOLDER')}"
