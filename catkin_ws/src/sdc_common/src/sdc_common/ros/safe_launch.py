@@ -15,8 +15,6 @@ import roslaunch
 import rosparam  # adds the expressions to YAML's safe loader
 import yaml
 
-EXPRESSION_TAGS = ("!radians", "!degrees")
-
 
 def refuse_expression(_loader: yaml.SafeLoader, node: yaml.ScalarNode) -> None:
     """Raise ConstructorError with the line of the expression."""
@@ -48,7 +46,7 @@ def main() -> None:
     # A caller that blocks Ctrl-C for itself, such as a worker of a sweep, interrupts the launch.
     signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
     assert rosparam  # imported first, so that its constructors are replaced
-    for tag in EXPRESSION_TAGS:
+    for tag in ("!radians", "!degrees"):
         yaml.SafeLoader.add_constructor(tag, refuse_expression)
     roslaunch.main(["roslaunch", *map(one_line, sys.argv[1:])])
 
