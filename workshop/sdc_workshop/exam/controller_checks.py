@@ -53,7 +53,7 @@ class BasicControlCheck(NodeCheck):
         from nav_msgs.msg import Odometry
         from sdc_package.msg import CarlaVehicleControl
 
-        from sdc_common.ros.conversion import odometry_message
+        from sdc_common.ros.odometry import odometry_message
 
         received = node.subscriber(COMMANDS, CarlaVehicleControl)
         odometry = node.publisher(ODOMETRY, Odometry)
@@ -160,7 +160,7 @@ class Drive:
         import rospy
         from sdc_package.msg import LocalPath, Waypoint
 
-        from sdc_common.ros.conversion import odometry_message
+        from sdc_common.ros.odometry import odometry_message
 
         if self._tick is None:
             self._tick = rospy.Time.now()

@@ -330,7 +330,7 @@ class Scene:
         from geometry_msgs.msg import Vector3
         from sdc_msgs.msg import Obstacle, ObstacleArray
 
-        from sdc_common.ros.conversion import odometry_message
+        from sdc_common.ros.odometry import odometry_message
 
         obstacles = ObstacleArray()
         obstacles.header.stamp = rospy.Time.now()
