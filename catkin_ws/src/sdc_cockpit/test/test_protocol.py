@@ -126,6 +126,6 @@ def test_text_with_half_of_a_character_is_sent():
 
 
 def test_page_may_hold_the_keys_that_drive():
-    driving = keyboard.THROTTLE_KEYS | keyboard.BRAKE_KEYS | keyboard.LEFT_KEYS
-    driving |= keyboard.RIGHT_KEYS | {keyboard.HAND_BRAKE_KEY}
+    actions = "throttle", "brake", "left", "right", "hand_brake"
+    driving = {key for key, action in keyboard.ACTIONS.items() if action in actions}
     assert set(MESSAGES["keys"]["held"]["items"]["enum"]) == driving

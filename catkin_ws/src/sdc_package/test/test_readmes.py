@@ -20,6 +20,7 @@ NODES = {
 # Names, types and texts, which have no unit, and tables whose units are at the top.
 WITHOUT_UNITS = {
     "bridge_versions",
+    "keys",
     "meshes",
     "obstacle_kinds",
     "opendrive",

@@ -97,22 +97,23 @@ class ManualControl:
         self.map_view.set_route(waypoint_rows(path, "x", "y"))
 
     def on_key(self, key):
-        if key == keyboard.QUIT_KEY:
+        action = keyboard.ACTIONS.get(key)
+        if action == "quit":
             self.window.close()
-        elif key == keyboard.REVERSE_KEY:
+        elif action == "reverse":
             self.control.toggle_reverse()
-        elif key == keyboard.AUTOPILOT_KEY:
+        elif action == "autopilot":
             self.set_manual(not self.is_manual)
             self.state.notify("You drive" if self.is_manual else "The stack drives")
-        elif key == keyboard.VIEW_KEY:
+        elif action == "view":
             self.views = [*self.views[1:], self.views[0]]
-        elif key == keyboard.RESET_KEY:
+        elif action == "reset":
             self.control.reset()
             # The service call blocks while the world is paused.
             threading.Thread(target=self.reset_world, daemon=True).start()
-        elif key == keyboard.HUD_KEY:
+        elif action == "hud":
             self.show_panel = not self.show_panel
-        elif key == keyboard.HELP_KEY:
+        elif action == "help":
             self.show_help = not self.show_help
 
     def reset_world(self):

@@ -8,34 +8,12 @@ from typing import Collection
 
 from sdc_common.driving import Command
 from sdc_common.validation import check_between, check_positive
+from sdc_sim.yaml_document import packaged_config
 
-THROTTLE_KEYS = frozenset({"w", "up"})
-BRAKE_KEYS = frozenset({"s", "down"})
-LEFT_KEYS = frozenset({"a", "left"})
-RIGHT_KEYS = frozenset({"d", "right"})
-HAND_BRAKE_KEY = "space"
-REVERSE_KEY = "q"
-AUTOPILOT_KEY = "p"
-VIEW_KEY = "tab"
-RESET_KEY = "backspace"
-HUD_KEY = "f1"
-HELP_KEY = "h"
-QUIT_KEY = "escape"
-
-HELP = (
-    ("W, Up", "throttle"),
-    ("S, Down", "brake"),
-    ("A, Left", "steer left"),
-    ("D, Right", "steer right"),
-    ("Q", "reverse gear on or off"),
-    ("Space", "hand brake"),
-    ("P", "switch between you and the stack"),
-    ("TAB", "next view: camera, lane mask, map"),
-    ("Backspace", "back to the start of the route"),
-    ("F1", "panel of readings (HUD) on or off"),
-    ("H", "this help"),
-    ("Esc", "quit"),
-)
+_ROWS = packaged_config("keys")
+# What each key does, and the lines of the help.
+ACTIONS: dict[str, str] = {key: action for action, row in _ROWS.items() for key in row["keys"]}
+HELP = [(row["shown"], row["help"]) for row in _ROWS.values()]
 
 
 @dataclass(frozen=True)
@@ -92,18 +70,18 @@ class KeyboardControl:
         """
         if not 0.0 <= step_s < math.inf:
             raise ValueError(f"a time step must not be negative or infinite, got {step_s}")
-        keys = set(held)
+        actions = {ACTIONS.get(key) for key in held}
         last = self.command
-        direction = bool(keys & RIGHT_KEYS) - bool(keys & LEFT_KEYS)
+        direction = ("right" in actions) - ("left" in actions)
         self.command = Command(
             throttle=min(1.0, last.throttle + self.rates.throttle_per_s * step_s)
-            if keys & THROTTLE_KEYS
+            if "throttle" in actions
             else 0.0,
             steer=self._steer(last.steer, direction, step_s),
             brake=min(1.0, last.brake + self.rates.brake_per_s * step_s)
-            if keys & BRAKE_KEYS
+            if "brake" in actions
             else 0.0,
-            hand_brake=HAND_BRAKE_KEY in keys,
+            hand_brake="hand_brake" in actions,
             reverse=last.reverse,
         )
         return self.command
