@@ -64,9 +64,9 @@ def test_search_is_limited_to_the_given_segments():
     there_and_back = Polyline([(0.0, 0.0), (50.0, 0.0), (50.0, 1.0), (0.0, 1.0)])
     assert there_and_back.nearest(10.0, 0.0).s_m == 10.0
     assert there_and_back.nearest(10.0, 0.0, 2, 3).s_m == 91.0
-    assert there_and_back.nearest_around(10.0, 0.0, 90.0, 5.0, 5.0).s_m == 91.0
-    assert there_and_back.nearest_around(10.0, 0.0, 1000.0, 5.0, 5.0).segment == 2
-    assert there_and_back.nearest_around(10.0, 0.0, -1000.0, 5.0, 5.0).segment == 0
+    assert there_and_back.project(10.0, 0.0, 90.0, 5.0, 5.0).s_m == 91.0
+    assert there_and_back.project(10.0, 0.0, 1000.0, 5.0, 5.0).segment == 2
+    assert there_and_back.project(10.0, 0.0, -1000.0, 5.0, 5.0).segment == 0
 
 
 def test_point_that_is_not_finite_has_no_place():

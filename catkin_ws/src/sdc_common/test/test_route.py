@@ -54,8 +54,8 @@ def test_project_searches_only_near_the_given_arc_length():
     there = np.column_stack([np.arange(0.0, 50.0), np.zeros(50)])
     back = np.column_stack([np.arange(49.0, 0.0, -1.0), np.full(49, 0.4)])
     route = Route(np.vstack([there, back]))
-    assert route.project(10.0, 0.4, 10.0, 5.0, 10.0).s_m == pytest.approx(10.0)
-    assert route.project(10.0, 0.0, 88.0, 5.0, 10.0).s_m == pytest.approx(
+    assert route.line.project(10.0, 0.4, 10.0, 5.0, 10.0).s_m == pytest.approx(10.0)
+    assert route.line.project(10.0, 0.0, 88.0, 5.0, 10.0).s_m == pytest.approx(
         49.0 + 0.4 + 39.0, abs=1.1
     )
 
@@ -76,7 +76,7 @@ def test_point_next_to_the_route_is_located(s, offset):
     angle = s / 10.0
     x = (10.0 - offset) * math.sin(angle)
     y = 10.0 - (10.0 - offset) * math.cos(angle)
-    for place in (route.locate(x, y, angle), route.project(x, y, s, 3.0, 3.0)):
+    for place in (route.locate(x, y, angle), route.line.project(x, y, s, 3.0, 3.0)):
         assert place.s_m == pytest.approx(s, abs=0.1 + 0.02 * s)
         assert place.cross_track_m == pytest.approx(offset, abs=0.03)
 

@@ -122,7 +122,7 @@ class DriveRecord:
         """Return the maximum distance of the car's centre from the route since a time."""
         whole = 0.0, 0.0, self.route.length_m
         return max(
-            self.route.project(*pose_and_speed(message)[:2], *whole).distance_m
+            self.route.line.project(*pose_and_speed(message)[:2], *whole).distance_m
             for message in list(self.odometry.messages)
             if message.header.stamp.to_sec() >= since
         )

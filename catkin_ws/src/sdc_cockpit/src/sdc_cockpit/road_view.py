@@ -40,7 +40,7 @@ class RoadView:
         """
         place = None
         if self._last_s_m is not None:
-            place = self._route.project(x_m, y_m, self._last_s_m, _BACK_M, _AHEAD_M)
+            place = self._route.line.project(x_m, y_m, self._last_s_m, _BACK_M, _AHEAD_M)
         if place is None or place.distance_m > _LOST_M:
             place = self._route.locate(x_m, y_m, yaw_rad)
         self._last_s_m = place.s_m

@@ -214,7 +214,7 @@ class LocalPlanner:
         """
         if 0.0 <= s_m <= self.route.length_m:
             self._xy = self.route.line.point_at(s_m)
-            self._place = self.route.project(*self._xy, s_m, _WINDOW_BACK_M, _WINDOW_BACK_M)
+            self._place = self.route.line.project(*self._xy, s_m, _WINDOW_BACK_M, _WINDOW_BACK_M)
             self._window_ahead_m = _RESUME_WITHIN_M
 
     def _capped(self, path: np.ndarray, caps: np.ndarray, reason: str) -> np.ndarray:
@@ -251,7 +251,7 @@ class LocalPlanner:
         """Find the car's place around the last one, or on the whole route if it is not there."""
         join_within_m, place = self.settings.join_within_m, None
         if self._place is not None and math.dist(self._xy, (x_m, y_m)) < self._window_ahead_m:
-            place = self.route.project(
+            place = self.route.line.project(
                 x_m, y_m, self._place.s_m, _WINDOW_BACK_M, self._window_ahead_m
             )
         if place is None or place.distance_m > join_within_m:

@@ -94,7 +94,7 @@ def _blocked_from(
     travel_m = obstacle.speed_mps * time_s
     x = obstacle.x_m + travel_m * math.cos(obstacle.yaw_rad)
     y = obstacle.y_m + travel_m * math.sin(obstacle.yaw_rad)
-    place = route.project(x, y, from_s_m, 0.0, horizon_m)
+    place = route.line.project(x, y, from_s_m, 0.0, horizon_m)
     relative_yaw = obstacle.yaw_rad - place.heading_rad
     cos, sin = abs(math.cos(relative_yaw)), abs(math.sin(relative_yaw))
     half_along = 0.5 * (obstacle.length_m * cos + obstacle.width_m * sin)

@@ -119,7 +119,7 @@ class TrafficFollower:
         ahead = end + _BEYOND_M * (end - before) / math.dist(end, before)
         route = Route(np.vstack([rows[:, :2], ahead]))
         s_m = route.s[:-1]
-        from_s_m = route.project(pose[0], pose[1], 0.0, 0.0, float(s_m[-1])).s_m
+        from_s_m = route.line.project(pose[0], pose[1], 0.0, 0.0, float(s_m[-1])).s_m
         obstacles = [
             DetectedObstacle(
                 body.x_m, body.y_m, body.yaw_rad, body.length_m, body.width_m, body.speed_mps
@@ -149,7 +149,7 @@ class TrafficFollower:
         pole, monitor = self._settings.pole, self._monitor
         monitor.lines, monitor.states = {}, {}
         for light in lights:
-            place = route.project(light.x_m, light.y_m, 0.0, 0.0, route.length_m)
+            place = route.line.project(light.x_m, light.y_m, 0.0, 0.0, route.length_m)
             line_s_m = place.s_m - pole.beyond_line_m - self._settings.spare_m
             if abs(place.cross_track_m + pole.right_m) > pole.tolerance_m or line_s_m < from_s_m:
                 continue

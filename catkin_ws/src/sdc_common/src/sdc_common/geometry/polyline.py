@@ -93,7 +93,7 @@ class Polyline:
         heading = wrap_angle(self._heading_in(segment, fraction))
         return Place(segment, self.s[segment] + along, cross_track, heading)
 
-    def nearest_around(
+    def project(
         self, x_m: float, y_m: float, near_s_m: float, back_m: float, ahead_m: float
     ) -> Place:
         """Return the place nearest to a point on a stretch of the line.

@@ -161,9 +161,3 @@ class Route:
     def last_point_s(self, until_s_m: float) -> float:
         """Return the arc length of the last point up to an arc length, at least 0 [m]."""
         return float(self.s[max(0, int(np.searchsorted(self.s, until_s_m, side="right")) - 1)])
-
-    def project(
-        self, x_m: float, y_m: float, near_s_m: float, back_m: float, ahead_m: float
-    ) -> Place:
-        """Return the nearest place on a stretch of the route, see `Polyline.nearest_around`."""
-        return self.line.nearest_around(x_m, y_m, near_s_m, back_m, ahead_m)

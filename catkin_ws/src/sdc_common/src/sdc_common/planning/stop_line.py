@@ -31,5 +31,5 @@ class StopLine(NamedTuple):
             from_s_m: arc length from which to search [m]
             ahead_m: length of the stretch to search [m]
         """
-        place = route.project(self.x_m, self.y_m, from_s_m, 0.0, ahead_m)
+        place = route.line.project(self.x_m, self.y_m, from_s_m, 0.0, ahead_m)
         return place.s_m if place.distance_m <= self.half_width_m else None

@@ -126,7 +126,9 @@ class SdcEnvironment(gymnasium.Env):
         simulation.step(command)
         observation = simulation.snapshot
         state, before_m = observation.state, self._place.s_m
-        place = self._place = self._route.project(state.x_m, state.y_m, before_m, _BACK_M, _AHEAD_M)
+        place = self._place = self._route.line.project(
+            state.x_m, state.y_m, before_m, _BACK_M, _AHEAD_M
+        )
         limit = self._rows[round(place.s_m)][len(self._rows[0]) // 2]
         speeding = max(state.speed_mps - limit, 0.0)
         reward = (
@@ -165,7 +167,7 @@ class SdcEnvironment(gymnasium.Env):
             return self._picture(observation)
         state, place = observation.measured, self._place
         if state is not observation.state:
-            place = self._route.project(state.x_m, state.y_m, place.s_m, _BACK_M, _AHEAD_M)
+            place = self._route.line.project(state.x_m, state.y_m, place.s_m, _BACK_M, _AHEAD_M)
         values = [
             state.speed_mps,
             place.cross_track_m,
@@ -185,12 +187,12 @@ class SdcEnvironment(gymnasium.Env):
         front_m = 0.5 * self._simulation.vehicle.parameters.length_m
         nearest = NO_OBSTACLE
         for one in observation.obstacles:
-            place = self._route.project(one.x_m, one.y_m, s_m, 0.0, HORIZON_M)
+            place = self._route.line.project(one.x_m, one.y_m, s_m, 0.0, HORIZON_M)
             ahead_m = place.s_m - s_m - front_m - 0.5 * one.length_m
             if place.s_m > s_m and abs(place.cross_track_m) < OFF_ROAD_M and ahead_m < nearest[0]:
                 nearest = ahead_m, place.cross_track_m, one.speed_mps
         for plan, light in zip(self._simulation.lights, observation.traffic_lights):
-            place = self._route.project(plan.x_m, plan.y_m, s_m, 0.0, HORIZON_M)
+            place = self._route.line.project(plan.x_m, plan.y_m, s_m, 0.0, HORIZON_M)
             ahead_m = place.s_m - s_m - front_m
             if light.state in (RED, YELLOW) and place.s_m > s_m and 0.0 < ahead_m < nearest[0]:
                 nearest = ahead_m, 0.0, 0.0

@@ -62,7 +62,7 @@ class Course:
     def place(self, x_m: float, y_m: float, near_s_m: float) -> Place:
         """Return the place nearest to a point (x, y), searched from an arc length on [m]."""
         while True:
-            place = self.line.nearest_around(x_m, y_m, near_s_m, _SEARCH_M, _SEARCH_M)
+            place = self.line.project(x_m, y_m, near_s_m, _SEARCH_M, _SEARCH_M)
             # A place at the edge of the searched stretch is only the nearest of this stretch.
             if abs(place.s_m - near_s_m) < 0.9 * _SEARCH_M:
                 return place

@@ -211,7 +211,7 @@ class RouteProgress:
             return self.route.locate(x_m, y_m, yaw_rad)
         max_speed_mps = max(self.samples[-1].speed_mps, speed_mps) + _SPEED_MARGIN_MPS
         ahead_m = _WINDOW_M + (time_s - self._on_route_at_s) * max_speed_mps
-        return self.route.project(x_m, y_m, self._on_route_at_m, _WINDOW_M, ahead_m)
+        return self.route.line.project(x_m, y_m, self._on_route_at_m, _WINDOW_M, ahead_m)
 
     def _termination(self, sample: DriveSample, place: Place) -> str | None:
         rules = self.rules

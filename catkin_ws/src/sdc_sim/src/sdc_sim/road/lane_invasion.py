@@ -43,7 +43,7 @@ class LaneInvasionDetector:
         place = self._locate(car)
         self._s_m = place.s_m
         lateral = [
-            self._route.project(x, y, place.s_m, _BACK_M, _AHEAD_M).cross_track_m
+            self._route.line.project(x, y, place.s_m, _BACK_M, _AHEAD_M).cross_track_m
             for x, y in car.corners()
         ]
         right, left = min(lateral), max(lateral)
@@ -62,7 +62,7 @@ class LaneInvasionDetector:
 
     def _locate(self, car: Rectangle) -> Place:
         if self._s_m is not None:
-            place = self._route.project(car.x_m, car.y_m, self._s_m, _BACK_M, _AHEAD_M)
+            place = self._route.line.project(car.x_m, car.y_m, self._s_m, _BACK_M, _AHEAD_M)
             if place.distance_m <= _LOST_M:
                 return place
         return self._route.locate(car.x_m, car.y_m, car.yaw_rad)
