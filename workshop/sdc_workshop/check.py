@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
 import os
 import signal
@@ -98,19 +99,17 @@ def check(
     return 0 if all(answer.status == PASSED for answer in answers.values()) else 1
 
 
-def stamp(folder: Path) -> tuple:
-    """Return (path, (time, permissions)) of each file that saving or building changes."""
+def stamps(folder: Path) -> dict:
+    """Return (time, permissions) of each file that saving or building changes, by its path."""
     found = [folder / "devel" / "setup.bash", *sorted((folder / "src").rglob("*"))]
     found += sorted((folder / "devel" / "lib").glob("python3*/dist-packages/*/msg/*.py"))
-    times = []
+    times = {}
     for path in found:
         if path.name not in _NOT_WATCHED and not path.name.endswith(("~", ".pyc")):
-            try:
+            with contextlib.suppress(OSError):
                 entry = path.stat()
-                times.append((str(path), (entry.st_mtime_ns, entry.st_mode)))
-            except OSError:
-                continue
-    return tuple(times)
+                times[str(path)] = entry.st_mtime_ns, entry.st_mode
+    return times
 
 
 def watch(folder: Path, steps: list, show: Show) -> int:
@@ -121,10 +120,9 @@ def watch(folder: Path, steps: list, show: Show) -> int:
     right: dict = {}
     with Stage(Student(folder)) as stage:
         while True:
-            seen = stamp(folder)
+            times = stamps(folder)
             stage.student = Student(folder)
             examination = Examination(stage.student, stage)
-            times = dict(seen)
             unchanged = [
                 step_id for step_id, (path, saved) in right.items() if times.get(path) == saved
             ]
@@ -141,7 +139,7 @@ def watch(folder: Path, steps: list, show: Show) -> int:
                 if step.id in answers and answers[step.id].status == PASSED and path in times:
                     right[step.id] = path, times[path]
             print("\nWaiting for you to save a file; Ctrl-C ends.", flush=True)
-            while stamp(folder) == seen:
+            while stamps(folder) == times:
                 time.sleep(_POLL_S)
             time.sleep(_POLL_S)  # editors write several files
 

@@ -140,6 +140,7 @@ class Drive:
     _TOLERANCES = {"throttle": 0.03, "steer": 0.002, "brake": 0.03}
 
     def __init__(self, node: Node, parameters: dict):
+        import rospy
         from nav_msgs.msg import Odometry
         from sdc_package.msg import CarlaVehicleControl, LocalPath
 
@@ -150,7 +151,7 @@ class Drive:
         self._odometry = node.publisher(ODOMETRY, Odometry)
         self._path = node.publisher(PATH, LocalPath)
         self.delays_s: list = []
-        self._tick: Any = None
+        self._tick = rospy.Time.now()
 
     def play(self, scene: dict) -> str:
         """Send a scene; return "true" when the command is right, "false" when not.
@@ -162,8 +163,6 @@ class Drive:
 
         from sdc_common.ros.odometry import odometry_message
 
-        if self._tick is None:
-            self._tick = rospy.Time.now()
         wanted = self.wanted(scene)
         planned = _planned(scene)
         path = LocalPath([Waypoint(0.9 * i, 0.45 * i + 1.0, planned(i)) for i in range(25)])

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from genmsg import MsgSpec
 
 _PROBES = Path(__file__).with_name("probes")
+_MESSAGE_MISTAKES = Path(__file__).with_name("message_mistakes.yaml")
 _TIMEOUT_S = 60
 _READABLE = "a launch file that roslaunch can read"
 # (key of launch_probe.py, attribute of <node>, what it is)
@@ -366,7 +367,6 @@ def _field_hint(wanted: tuple, seen: tuple, mine: list, count: int) -> str:
     """Return the hint of the first row of message_mistakes.yaml whose case holds."""
     texts = {"kind": wanted[0], "field": wanted[1], "seen": seen[0]}
     names = {**texts, "wanted": wanted, "mine": mine, "count": count, "name": seen[1]}
-    path = Path(__file__).with_name("message_mistakes.yaml")
-    rows = yaml.safe_load(path.read_text(encoding="utf-8"))
+    rows = yaml.safe_load(_MESSAGE_MISTAKES.read_text(encoding="utf-8"))
     hint = next(row["hint"] for row in rows if evaluate(row["case"], dict(names)))
     return str(hint).format(**texts)

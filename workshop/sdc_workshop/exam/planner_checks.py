@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import math
 import signal
-from functools import lru_cache
 from pathlib import Path
 from random import Random
 from typing import Callable, Sequence
@@ -51,6 +50,7 @@ _SCENES = (
     (155.0, "a red light that is too near to stop"),
 )
 _TOLERANCE = 1e-3
+_ROW_MISTAKES = Path(__file__).with_name("row_mistakes.yaml")
 
 
 class MissionPlannerCheck(NodeCheck):
@@ -400,7 +400,8 @@ def rows_problem(got: list, wanted: list, what: str, columns: str = "x, y") -> P
         return None
     first = next((i for i, (a, b) in enumerate(zip(got, wanted)) if not _equal([a], [b])), len(got))
     names = {"got": got, "wanted": wanted, "first": first, "equal": _equal}
-    mistake = next(row for row in _row_mistakes() if evaluate(row["case"], names))
+    rows = yaml.safe_load(_ROW_MISTAKES.read_text(encoding="utf-8"))
+    mistake = next(row for row in rows if evaluate(row["case"], names))
     kind = mistake.get("seen", "place")
     if not got:
         seen = "no rows"
@@ -414,12 +415,6 @@ def rows_problem(got: list, wanted: list, what: str, columns: str = "x, y") -> P
         seen = f"{len(got)} rows, the first {_row(got[0])}"
     expected = f"{what}: {len(wanted)} rows {columns}, the first {_row(wanted[0])}"
     return Problem(expected, seen, mistake["hint"])
-
-
-@lru_cache(maxsize=1)
-def _row_mistakes() -> list:
-    path = Path(__file__).with_name("row_mistakes.yaml")
-    return yaml.safe_load(path.read_text(encoding="utf-8"))
 
 
 def _equal(a: Sequence, b: Sequence) -> bool:

@@ -53,9 +53,8 @@ class Student:
 
     def built_python(self, package: str = PACKAGE) -> Path:
         """Return the folder of a package's generated Python: its messages."""
-        for python in sorted(self.devel.glob("lib/python3*/dist-packages")):
-            return python / package
-        return self.devel / "lib" / "python3" / "dist-packages" / package
+        found = sorted(self.devel.glob("lib/python3*/dist-packages"))
+        return (found or [self.devel / "lib/python3/dist-packages"])[0] / package
 
     def built_md5(self, message: str) -> str | None:
         """Return the md5 sum of a message's generated class, or None without such a class."""

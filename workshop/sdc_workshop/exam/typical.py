@@ -6,17 +6,13 @@ import ast
 import contextlib
 import re
 import textwrap
-from functools import lru_cache
 from pathlib import Path
 
 import yaml
 
 from sdc_workshop.regions import Region
 
-
-@lru_cache(maxsize=1)
-def _table() -> list:
-    return yaml.safe_load(Path(__file__).with_name("typical.yaml").read_text(encoding="utf-8"))
+_TABLE = Path(__file__).with_name("typical.yaml")
 
 
 def mistakes(text: str, region: Region, solution: str) -> list:
@@ -24,7 +20,7 @@ def mistakes(text: str, region: Region, solution: str) -> list:
     lines = [line for line in text.split("\n") if line.strip() and line.strip()[0] != "#"]
     code = re.sub(f"^{region.indent}", "", "\n".join(lines), flags=re.MULTILINE)
     found = []
-    for row in _table():
+    for row in yaml.safe_load(_TABLE.read_text(encoding="utf-8")):
         match = re.search(row["pattern"], f"{region.until_then or ''}\n{code}", re.MULTILINE)
         if match and re.search(row.get("solution", ""), solution):
             found.append(row["text"].format(*match.groups()))

@@ -91,10 +91,8 @@ def write_table(path: Path, columns: Iterable[str], rows: Iterable[dict]) -> Non
 
 def read(result: Path) -> tuple:
     """Return the answers by step id, and the state of a check, as far as they were written."""
-    answers: dict = {}
-    state: dict = {"step": "", "notes": [], "contained": []}
-    with contextlib.suppress(OSError, ValueError):
-        answers = json.loads((result / ANSWERS).read_text(encoding="utf-8"))
-    with contextlib.suppress(OSError, ValueError):
-        state = json.loads((result / STATE).read_text(encoding="utf-8"))
-    return answers, state
+    found: dict = {ANSWERS: {}, STATE: {"step": "", "notes": [], "contained": []}}
+    for name in found:
+        with contextlib.suppress(OSError, ValueError):
+            found[name] = json.loads((result / name).read_text(encoding="utf-8"))
+    return found[ANSWERS], found[STATE]
