@@ -58,12 +58,9 @@ def load_scenario(path: str) -> Scenario:
     sim = {key: values[key] for key in options if key in values}
     if "seed" in sim:
         sim["seed"] = int(sim["seed"])  # JSON schema accepts 7.0 as an integer
-    words = {
-        key: values[key]
-        for key in ("about", "route", "vehicle", "sensors", "stack", "camera", "sync")
-        if key in values
-    }
-    return Scenario(document.path, sim=sim, limits=values.get("limits", {}), **words)
+    names = ("about", "route", "vehicle", "sensors", "stack", "camera", "sync", "limits")
+    own = {key: values[key] for key in names if key in values}
+    return Scenario(document.path, sim=sim, **own)
 
 
 def _check_route(document: YamlDocument, route: Any) -> None:
