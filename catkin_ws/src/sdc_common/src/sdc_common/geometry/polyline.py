@@ -88,9 +88,7 @@ class Polyline:
         segment, along, cross_track = self.numbers.function(nearest_segment)(
             self.numbers.segments, x_m, y_m, first, last
         )
-        fraction = along / self.lengths[segment]
-        fraction = 0.0 if fraction < 0.0 else 1.0 if fraction > 1.0 else fraction
-        heading = wrap_angle(self._heading_in(segment, fraction))
+        heading = wrap_angle(self._heading_in(segment, along / self.lengths[segment]))
         return Place(segment, self.s[segment] + along, cross_track, heading)
 
     def project(
@@ -134,8 +132,7 @@ class Polyline:
 
     def heading_at(self, s_m: float) -> float:
         """Return the heading at an arc length [rad], linear between points, constant outside."""
-        i, fraction = self.segment_at(s_m)
-        return self._heading_in(i, min(max(fraction, 0.0), 1.0))
+        return self._heading_in(*self.segment_at(s_m))
 
     def curvature_at(self, s_m: float) -> float:
         """Return the curvature at an arc length, averaged over 2 m, positive to the left [1/m]."""
@@ -150,5 +147,6 @@ class Polyline:
         return min(max(3, bisect_right(self.s, s_m)), len(self.points))
 
     def _heading_in(self, segment: int, fraction: float) -> float:
+        fraction = 0.0 if fraction < 0.0 else 1.0 if fraction > 1.0 else fraction
         heading = self.headings[segment]
         return heading + fraction * (self.headings[segment + 1] - heading)
