@@ -67,18 +67,11 @@ def hello_answer(student: Student, stage: Stage) -> Answer:
                 stage.report(NEVER_RETURNED)
     except NotBuilt as error:
         return answered("not_built", file, seen=error, build=BUILD)
-    problem = _output_problem(status, output)
-    return Answer(PASSED) if problem is None else wrong(problem, file)
-
-
-def _output_problem(status: int | None, output: str) -> Problem | None:
     if status is None:
-        return listed("still_runs", last=last_line(output))
+        return answered("still_runs", file, last=last_line(output))
     if status != 0:
-        return listed("exit_status", status=status, last=last_line(output))
-    if not output.strip():
-        return listed("no_greeting")
-    return None
+        return answered("exit_status", file, status=status, last=last_line(output))
+    return Answer(PASSED) if output.strip() else answered("no_greeting", file)
 
 
 def interpreter_problem(text: str, names: Sequence[str], example: str) -> Problem | None:

@@ -43,13 +43,13 @@ class Record:
         """Record what is checked from now on."""
         with self._lock:
             self._state["step"] = step
-            self._write(STATE, self._state)
+            write_json(self.result / STATE, self._state)
 
     def note(self, text: str) -> None:
         """Record what went wrong with the check itself."""
         with self._lock:
             self._state["notes"].append(text)
-            self._write(STATE, self._state)
+            write_json(self.result / STATE, self._state)
 
     def contained(self, text: str, path: str = "") -> None:
         """Record what the sandbox has kept a program from.
@@ -62,16 +62,13 @@ class Record:
             event, events = [self._state["step"], text, path], self._state["contained"]
             if event not in events and len(events) < _MAX_EVENTS:
                 events.append(event)
-                self._write(STATE, self._state)
+                write_json(self.result / STATE, self._state)
 
     def answer(self, step_id: str, answer: dict) -> None:
         """Record an answer."""
         with self._lock:
             self._answers[step_id] = answer
-            self._write(ANSWERS, self._answers)
-
-    def _write(self, name: str, content: dict) -> None:
-        write_json(self.result / name, content)
+            write_json(self.result / ANSWERS, self._answers)
 
 
 def write_json(path: Path, content: dict) -> None:
