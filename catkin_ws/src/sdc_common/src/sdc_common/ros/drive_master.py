@@ -139,9 +139,11 @@ def choose_master(
         reservation.close()
     if not is_default or joins_world:
         raise MasterInUse(f"ROS_MASTER_URI={uri} is in use by {user}; end it, or set another port")
-    port = free_master_port()
-    reservation = reserve(f"ros_drive_master_{port}")
-    return ChosenMaster(f"http://{address.hostname}:{port}", user, reservation)
+    while True:
+        port = free_master_port()
+        # Another drive that has chosen this port may not have started its master yet.
+        if reservation := reserve(f"ros_drive_master_{port}"):
+            return ChosenMaster(f"http://{address.hostname}:{port}", user, reservation)
 
 
 def _owner_other_than_this_user(uri: str) -> str:
