@@ -215,9 +215,13 @@ def _fields(command: Any) -> dict:
 
 
 def _basic(stage: Stage) -> dict:
-    """Return the command that the node is configured to answer with."""
+    """Return the command that the node is configured to answer with, by numbers that are not round.
+
+    A node with a constant such as 0.4 must not be right by chance.
+    """
     random = stage.random("basic_control")
-    return {"throttle": random.uniform(0.3, 0.45), "steer": -random.uniform(0.1, 0.3), "brake": 0.0}
+    throttle = random.choice((0.3, 0.35, 0.4)) + random.uniform(0.02, 0.03)
+    return {"throttle": throttle, "steer": -random.uniform(0.11, 0.14), "brake": 0.0}
 
 
 def _text(values: dict) -> str:
