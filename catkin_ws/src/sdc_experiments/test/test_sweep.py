@@ -115,6 +115,14 @@ def cluster(start, tmp_path):
     return address, worker
 
 
+def interrupt_after(count, sweep, folder):
+    """Interrupt a sweep that has so many rows, as Ctrl-C in a terminal does."""
+    wait_for_rows(folder, count, sweep)
+    os.killpg(sweep.process.pid, signal.SIGINT)
+    assert sweep.wait_for_end(LIMIT_S) == 130, sweep.output
+    assert "interrupted; the same command continues" in sweep.output
+
+
 def test_interrupted_sweep_continues_with_the_drives_that_are_missing(study, start, tmp_path):
     study.write_text(STUDY.replace("seeds: 3", "seeds: 2"))
     folder = tmp_path / "sweep"
@@ -122,11 +130,7 @@ def test_interrupted_sweep_continues_with_the_drives_that_are_missing(study, sta
     def sweep():
         return start(sys.executable, SCRIPT, study, "--output", folder, "--workers", "1")
 
-    first = sweep()
-    wait_for_rows(folder, 1, first)
-    os.killpg(first.process.pid, signal.SIGINT)  # as Ctrl-C in a terminal
-    assert first.wait_for_end(LIMIT_S) == 130, first.output
-    assert "interrupted; the same command continues" in first.output
+    interrupt_after(1, sweep(), folder)
     before = rows(folder)
     second = sweep()
     assert second.wait_for_end(LIMIT_S) == 1, second.output
@@ -178,11 +182,8 @@ def check_kills_on_this_machine(study, start, folder, expected):
 
     # Dask prints a traceback of a process that is interrupted while it starts: kill none before.
     first = sweep()
-    wait_for_rows(folder, 4, first)
-    os.killpg(first.process.pid, signal.SIGINT)  # as Ctrl-C in a terminal
-    assert first.wait_for_end(LIMIT_S) == 130, first.output
+    interrupt_after(4, first, folder)
     assert "Traceback" not in first.output
-    assert "interrupted; the same command continues" in first.output
     assert (folder / "study.html").is_file()
     interrupted = rows(folder)
 
