@@ -1,4 +1,4 @@
-"""Find each student's work, in whatever form it was handed in."""
+"""Find each student's work in a folder of any layout, or in a zip."""
 
 from __future__ import annotations
 
