@@ -133,6 +133,13 @@ def test_seeds_choose_the_same_routes_in_both_kinds_of_vector_environment():
             agree(step, own.step(np.full((3, 2), [0.6, 0.0], np.float32)))
         seen.append(step[0])
     assert not np.allclose(*seen)
+    # The second car alone gets another route; the others drive on.
+    mask = np.array([False, True, False])
+    one, other = (two.reset(seed=3, options={"reset_mask": mask}) for two in (cars, own))
+    agree(one, other, mask)
+    for _ in range(40):
+        step = cars.step(np.full((3, 2), [0.6, 0.0]))
+        agree(step, own.step(np.full((3, 2), [0.6, 0.0], np.float32)))
 
 
 def test_stop_at_the_end_of_the_route_is_rewarded():

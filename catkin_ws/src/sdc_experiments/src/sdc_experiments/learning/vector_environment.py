@@ -36,6 +36,7 @@ from sdc_experiments.learning.road_pictures import RoadPictures
 from sdc_experiments.learning.road_table import (
     CROSS_TRACK,
     HEADING,
+    SEGMENT,
     RoadTable,
     S,
     find_places,
@@ -93,8 +94,9 @@ class SdcVectorEnvironment(gymnasium.vector.VectorEnv):
         self._camera = CameraModel(*picture_size)
         self._random_routes = random_routes
         self._route_count = min(routes, num_envs)
+        self._all = np.ones(num_envs, bool)
         if not random_routes:
-            self._set_roads([drive_setup(route=route).waypoints_m])
+            self._set_roads([drive_setup(route=route).waypoints_m], self._all)
         parameters = vehicle_preset(vehicle)
         self._fleet = VehicleFleet(parameters, num_envs, friction, threads or os.cpu_count() or 1)
         self._find_places = compiled(find_places)
@@ -102,14 +104,24 @@ class SdcVectorEnvironment(gymnasium.vector.VectorEnv):
         self._observations[:, -len(NO_OBSTACLE) :] = NO_OBSTACLE
         self._elapsed_s, self._halted_s = np.zeros(num_envs), np.zeros(num_envs)
         self._ended = np.zeros(num_envs, bool)
-        self._all = np.ones(num_envs, bool)
 
-    def _set_roads(self, waypoints_m: list[np.ndarray]) -> None:
-        self._waypoints_m = waypoints_m
+    def _set_roads(self, waypoints_m: list[np.ndarray], cars: np.ndarray) -> None:
+        """Give these routes to some cars (N,) bool; the others stay on theirs."""
+        roads, places = np.arange(self.num_envs) % len(waypoints_m), None
+        if not cars.all():
+            roads = np.where(cars, roads + len(self._waypoints_m), self._roads)
+            waypoints_m = self._waypoints_m + waypoints_m
+            places = self._places
+            places[SEGMENT] -= self._table.ends[self._roads, 0]
+        used, self._roads = np.unique(roads, return_inverse=True)
+        self._waypoints_m = [waypoints_m[road] for road in used]
         self._pictures: dict[int, RoadPictures] = {}
-        self._table = RoadTable([road_route(points_m) for points_m in waypoints_m])
-        self._roads = np.arange(self.num_envs) % len(waypoints_m)
-        self._places = self._table.starts(self._roads)
+        self._table = RoadTable([road_route(points_m) for points_m in self._waypoints_m])
+        if places is None:
+            places = self._table.starts(self._roads)
+        else:
+            places[SEGMENT] += self._table.ends[self._roads, 0]
+        self._places = places
 
     def reset(
         self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None
@@ -119,17 +131,19 @@ class SdcVectorEnvironment(gymnasium.vector.VectorEnv):
         Args:
             seed: chooses the random routes, route i by seed + i or by entry i of a list; None keeps
                 those that there are
-            options: {"reset_mask": (N,) bool} places only these cars
+            options: {"reset_mask": (N,) bool} places only these cars, and only they get new routes
         """
         first = seed[0] if isinstance(seed, list) else seed
         super().reset(seed=first)
+        mask = (options or {}).get("reset_mask", self._all)
+        if not hasattr(self, "_table"):
+            mask = self._all
         if self._random_routes and (first is not None or not hasattr(self, "_table")):
             seeds = seed
             if not isinstance(seeds, list):
                 seeds = [None if first is None else first + i for i in range(self._route_count)]
             generators = [seeding.np_random(one)[0] for one in seeds[: self._route_count]]
-            self._set_roads([random_route(generator) for generator in generators])
-        mask = (options or {}).get("reset_mask", self._all)
+            self._set_roads([random_route(generator) for generator in generators], mask)
         self._start(np.flatnonzero(mask))
         self._ended = self._ended & ~mask
         return self._observe(), self._info(np.zeros(self.num_envs, int))
