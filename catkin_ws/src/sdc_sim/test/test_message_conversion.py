@@ -30,13 +30,26 @@ from sdc_sim.ros.message_conversion import odometry_message
         ("carla_msgs", "CarlaActorList", "a10ababa303f55dd50f485b995641f71"),
         ("carla_msgs", "CarlaMapInfo", "13896e12d449662e7a6dbaeb31ad882a"),
         ("carla_msgs", "CarlaWeatherParameters", "bb273e4588ee8778c1dac74839d4709e"),
+        ("carla_msgs", "CarlaActorInfo", "101ec1019fd4e4a480a106d5c6d5dcac"),
+        ("carla_msgs", "CarlaBoundingBox", "17746d0996c54d9b8b0dfe6f3cd0b588"),
+        ("carla_msgs", "CarlaControl", "30f228b2c28301e4ee4bc6cc67050acb"),
+        ("carla_msgs", "CarlaGnssRoute", "49ad7223bd993f45a26acbd418f45289"),
+        ("carla_msgs", "CarlaRoute", "bc670453c2048b5a51c59f0ca05b007d"),
+        ("carla_msgs", "CarlaSpeedometer", "17b1dfb61067b5181d2fbfcebd547b10"),
+        ("carla_msgs", "CarlaTrafficLightInfo", "c303b00d6ff9db591d60b1662aec9d48"),
+        ("carla_msgs", "CarlaTrafficLightStatus", "efe41b78c4438f29488e7ecfe6631a9b"),
+        ("carla_msgs", "CarlaWalkerControl", "bd3de0306de3de4e7161a29868c1f9a7"),
+        ("carla_msgs", "DestroyObject", "f66e2f1a2389241ede90395037adaed8"),
+        ("carla_msgs", "GetBlueprints", "8c8fca221e4d3a2dbeec92f6b3d2eda4"),
+        ("carla_msgs", "SpawnObject", "e33e3f6271c805c5651cbf682dacbcbd"),
         ("sdc_msgs", "CarlaVehicleControl", "50204ce132bb8c412ae626da2714a5ea"),
         ("carla_ros_bridge", "CarlaVehicleControl", "50204ce132bb8c412ae626da2714a5ea"),
         ("ackermann_msgs", "AckermannDrive", "3512e91b48d69674a0e86fadf1ea8231"),
     ],
 )
 def test_messages_have_the_md5_sums_of_the_originals(package, name, md5):
-    assert getattr(importlib.import_module(package + ".msg"), name)._md5sum == md5
+    kind = "msg" if name.startswith(("Carla", "Ackermann")) else "srv"
+    assert getattr(importlib.import_module(f"{package}.{kind}"), name)._md5sum == md5
 
 
 def test_messages_have_the_fields_of_the_contract():
