@@ -64,6 +64,11 @@ def test_each_missing_connection_is_named(closed, dead, nodes, missing):
     assert missing_connections(graph, ODOMETRY, [OBSTACLES], set(nodes)) == missing
 
 
+def test_odometry_that_the_car_estimates_needs_a_publisher():
+    missing = missing_connections(Graph(), ODOMETRY, [OBSTACLES, "/estimate"], {"/referee"})
+    assert missing == ["a publisher of /estimate"]
+
+
 def test_start_waits_for_connections_until_its_timeout(caplog):
     lock = LoopLock()
     with lock:

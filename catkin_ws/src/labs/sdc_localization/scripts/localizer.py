@@ -47,8 +47,6 @@ class LocalizerNode:
         lidar_period_s = parameter("lidar_period_s") if self.landmarks else 0.0
         self.inputs = SensorPairing(self.answer, [gnss_period_s, lidar_period_s])
 
-        self.tf_publisher = rospy.Publisher("/tf", TFMessage, queue_size=1)
-        self.publisher = LoopPublisher(f"{EGO}/odometry", Odometry, latch=True)
         for number, (topic, message_class) in enumerate(
             (
                 (f"{EGO}/wheel_speeds", JointState),
@@ -59,6 +57,9 @@ class LocalizerNode:
         ):
             add = partial(self.inputs.add, number)
             rospy.Subscriber(topic, message_class, add, queue_size=10, tcp_nodelay=True)
+        # The simulator starts when the odometry has a publisher and its subscribers are connected.
+        self.tf_publisher = rospy.Publisher("/tf", TFMessage, queue_size=1)
+        self.publisher = LoopPublisher(f"{EGO}/odometry", Odometry, latch=True)
         rospy.Subscriber("/planner/mission_waypoints", Path, self.on_mission, queue_size=1)
 
     def read_map(self):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import http.client
 import time
 import xmlrpc.client
-from typing import Any, Callable, Iterable
+from typing import Any, Callable, Sequence
 
 import rosgraph
 import rospy
@@ -75,13 +75,14 @@ class _Transport(xmlrpc.client.Transport):
 
 
 def missing_connections(
-    graph: Connections, odometry: str, tick_topics: Iterable[str], nodes: set[str]
+    graph: Connections, odometry: str, tick_topics: Sequence[str], nodes: set[str]
 ) -> list[str]:
     """Return a description of each connection that is missing for the first tick.
 
     Each of the nodes must subscribe to the odometry, which a node does after its other topics.
     Each of them, and each node that subscribes to another topic of the tick, must be connected to
-    all publishers of all its topics.
+    all publishers of all its topics. Each other topic of the tick needs a publisher: a node of the
+    car publishes the odometry where that is an estimate.
 
     Args:
         graph: the present connections
@@ -91,6 +92,8 @@ def missing_connections(
     """
     absent = nodes - graph.subscribers.get(odometry, set())
     missing = [f"{node} to subscribe to {odometry}" for node in sorted(absent)]
+    unpublished = [topic for topic in tick_topics if not graph.publishers.get(topic)]
+    missing += [f"a publisher of {topic}" for topic in unpublished]
     needed = (graph.subscribers.get(topic, set()) for topic in (odometry, *tick_topics))
     ready = nodes.union(*needed) - absent
     for topic, subscribers in sorted(graph.subscribers.items()):
