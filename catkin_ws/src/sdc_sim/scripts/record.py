@@ -4,7 +4,6 @@
 import contextlib
 import os
 import threading
-from types import SimpleNamespace
 
 import rosbag
 import rospy
@@ -46,11 +45,9 @@ class Record:
             names = ("type", "md5sum", "message_definition")
             header = {name: message._connection_header[name] for name in names}
             header["topic"] = topic
-            message_class = SimpleNamespace(_md5sum=header["md5sum"])
-            raw = (header["type"], message._buff, header["md5sum"], message_class)
             time = rospy.Time(*divmod(self.last_ns, NS_PER_S))
             try:
-                self.bag.write(topic, raw, time, raw=True, connection_header=header)
+                self.bag.write(topic, message, time, connection_header=header)
             except OSError as error:
                 rospy.logerr(
                     "record: %s: %s; the rest of the drive is not recorded",

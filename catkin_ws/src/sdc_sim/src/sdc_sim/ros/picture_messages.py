@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-import os
-import struct
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import rospy
@@ -47,36 +45,21 @@ def camera_transform(
     return transform
 
 
-class MemoryviewImage(Image):
-    """An Image whose `data` is a flat memoryview, which saves the copies to and from bytes."""
-
-    data: Any
-
-    def serialize(self, buff: Any) -> None:
-        """Write the message to a buffer in the format of Image."""
-        pixels, self.data = self.data, b""
-        super().serialize(buff)
-        self.data = pixels
-        buff.seek(-4, os.SEEK_CUR)  # Overwrite the length of the empty data.
-        buff.write(struct.pack("<I", len(pixels)))
-        buff.write(pixels)
-
-
 def image_message(picture: np.ndarray, stamp: rospy.Time, frame: str = "") -> Image:
-    """Return a picture as an Image that shares its memory: publish it before the picture changes.
+    """Return a picture as an Image.
 
     Args:
-        picture: contiguous (H, W, 4) array of BGRA uint8
+        picture: (H, W, 4) array of BGRA uint8
         stamp: time of the picture
         frame: optical frame of the camera
     """
-    message = MemoryviewImage()
+    message = Image()
     message.header.stamp = stamp
     message.header.frame_id = frame
     message.height, message.width = picture.shape[:2]
     message.encoding = "bgra8"
     message.step = picture.shape[1] * 4
-    message.data = picture.data.cast("B")
+    message.data = picture.tobytes()
     return message
 
 

@@ -16,6 +16,7 @@ from typing import Sequence
 
 import numpy as np
 
+from sdc_sim.road.scenery import ROOF_BEYOND_EAVES_M
 from sdc_sim.sensors.model import (
     MOUNTS_M,
     Moment,
@@ -24,7 +25,15 @@ from sdc_sim.sensors.model import (
     SensorSettings,
     error_sizes,
 )
-from sdc_sim.sensors.solid_bodies import FAR_M, Bodies, NearBodies, Rays, angles, moving_bodies
+from sdc_sim.sensors.solid_bodies import (
+    FAR_M,
+    Bodies,
+    Rays,
+    angles,
+    moving_bodies,
+    near,
+    scenery_bodies,
+)
 
 _TURN = 2.0 * np.pi
 
@@ -161,19 +170,20 @@ class LidarModel(SensorModel):
         ).reshape(-1, 3)
         if context.scenery is None:
             raise ValueError("a lidar needs a road with its scenery")
-        level = len(elevations) == 1
-        self._scenery = NearBodies(
-            context.scenery(), settings.range_m, mount_m[2] if level else None
-        )
+        scenery = context.scenery()
+        self._scenery = scenery_bodies(scenery)
+        # No body of the scenery reaches farther from its origin.
+        largest_m = float(np.hypot(*scenery.size_m[:, :2].T).max(initial=0.0))
+        self._reach_m = settings.range_m + 0.5 * largest_m + ROOF_BEYOND_EAVES_M
 
     def ranges(self, moment: Moment) -> np.ndarray:
         """Return the true ranges (rings, columns), infinite where nothing is in range [m]."""
         state, ahead = moment.state, self._mount_m[0]
         x_m = state.x_m + ahead * math.cos(state.yaw_rad)
         y_m = state.y_m + ahead * math.sin(state.yaw_rad)
-        bodies = self._scenery.around(x_m, y_m)
+        bodies = [near(one, x_m, y_m, self._reach_m) for one in self._scenery]
         if moment.obstacles or moment.traffic_lights:
-            bodies = [*bodies, *moving_bodies(moment.obstacles, moment.traffic_lights)]
+            bodies += moving_bodies(moment.obstacles, moment.traffic_lights)
         ranges = self._caster.cast(x_m, y_m, state.yaw_rad, bodies)
         return ranges[:, : self._columns]
 

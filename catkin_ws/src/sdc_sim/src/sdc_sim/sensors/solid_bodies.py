@@ -29,8 +29,6 @@ from sdc_sim.road.scenery import (
 from sdc_sim.yaml_document import packaged_config
 
 FAR_M = 1e9
-# The near bodies are chosen again after the vehicle has moved so far.
-_STRIDE_M = 10.0
 
 
 class Rays(NamedTuple):
@@ -244,39 +242,7 @@ def moving_bodies(
     return [chosen(frusta, rows) for rows in (upright, ~upright)]
 
 
-class NearBodies:
-    """Finds the bodies of the scenery that are in range.
-
-    Args:
-        scenery: trees and buildings
-        range_m: range of the lidar
-        height_m: height of the lidar if all its beams are level, None otherwise
-    """
-
-    def __init__(self, scenery: Scenery, range_m: float, height_m: float | None = None):
-        self._bodies = scenery_bodies(scenery)
-        if height_m is not None:
-            self._bodies = [chosen(one, _at_height(one, height_m)) for one in self._bodies]
-        # No body of the scenery reaches farther from its centre.
-        largest_m = float(np.hypot(*scenery.size_m[:, :2].T).max(initial=0.0))
-        self._limit_m = range_m + _STRIDE_M + 0.5 * largest_m + ROOF_BEYOND_EAVES_M
-        self._place_m: tuple[float, float] | None = None
-        self._near: list[Bodies] = []
-
-    def around(self, x_m: float, y_m: float) -> list[Bodies]:
-        """Return at least the bodies in range of a place in the map."""
-        if self._place_m is None or math.dist(self._place_m, (x_m, y_m)) > _STRIDE_M:
-            self._place_m = x_m, y_m
-            self._near = []
-            for one in self._bodies:
-                offset = one.position_m - self._place_m
-                is_near = (offset * offset).sum(axis=1) < self._limit_m**2
-                self._near.append(chosen(one, is_near))
-        return self._near
-
-
-def _at_height(bodies: Bodies, height_m: float) -> np.ndarray:
-    """Return the mask of the bodies that a level beam can hit."""
-    if isinstance(bodies, Balls):
-        return abs(bodies.height_m - height_m) < bodies.radius_m
-    return (bodies.bottom_m <= height_m) & (height_m <= bodies.top_m)
+def near(bodies: Bodies, x_m: float, y_m: float, reach_m: float) -> Bodies:
+    """Return the bodies whose origins are nearer than this to a place in the map [m]."""
+    offset = bodies.position_m - (x_m, y_m)
+    return chosen(bodies, (offset * offset).sum(axis=1) < reach_m**2)
