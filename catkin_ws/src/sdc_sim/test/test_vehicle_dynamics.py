@@ -9,8 +9,8 @@ import os
 import pytest
 
 from sdc_sim.physics.vehicle_dynamics import (
+    MotionConstants,
     derivatives,
-    dynamics_constants,
     tyre_forces,
 )
 from sdc_sim.physics.vehicle_parameters import load_vehicle
@@ -28,7 +28,7 @@ COASTING = (0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
 @pytest.mark.parametrize("speed_mps", [20.0, 0.5, -0.5, -20.0])
 def test_drag_is_against_the_motion(speed_mps):
-    car = dynamics_constants(CAR, 1.0, 0.0)
+    car = MotionConstants.of(CAR, 1.0, 0.0)
     drag_n = 0.5 * 1.2 * CAR.drag_area_m2 * speed_mps**2
     rate, _, _ = derivatives(car, speed_mps, 0.0, 0.0, 0.0, COASTING)
     assert rate == pytest.approx(-math.copysign(drag_n / 1845.0, speed_mps))
@@ -36,7 +36,7 @@ def test_drag_is_against_the_motion(speed_mps):
 
 @pytest.mark.parametrize("wind_mps", [20.0, 0.5, -0.5, -20.0])
 def test_side_wind_pushes_and_turns_a_vehicle_at_rest(wind_mps):
-    car = dynamics_constants(CAR, 1.0, wind_mps)
+    car = MotionConstants.of(CAR, 1.0, wind_mps)
     force_n = math.copysign(0.5 * 1.2 * CAR.side_drag_area_m2 * wind_mps**2, wind_mps)
     _, left, turn = derivatives(car, 0.0, 0.0, 0.0, 0.0, COASTING)
     assert left == pytest.approx(force_n / 1845.0)

@@ -7,10 +7,8 @@ import os
 import numpy as np
 import pytest
 
-from sdc_sim.physics.vehicle_motion import (
-    MotionConstants,
-    integrate,
-)
+from sdc_sim.physics.vehicle_dynamics import MotionConstants
+from sdc_sim.physics.vehicle_motion import integrate
 from sdc_sim.physics.vehicle_parameters import load_vehicle
 
 HERE = os.path.dirname(os.path.abspath(__file__))

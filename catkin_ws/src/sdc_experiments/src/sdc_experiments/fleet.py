@@ -10,7 +10,8 @@ import numpy as np
 from sdc_common.machine_code import compiled
 from sdc_sim.physics.compiled_vehicle import CALLEES, packed
 from sdc_sim.physics.vehicle import INTERNAL_STEP_S, VehicleState
-from sdc_sim.physics.vehicle_motion import MotionConstants, integrate, step_count
+from sdc_sim.physics.vehicle_dynamics import MotionConstants
+from sdc_sim.physics.vehicle_motion import integrate, step_count
 from sdc_sim.physics.vehicle_parameters import VehicleParameters
 
 FIELDS = tuple(VehicleState.__dataclass_fields__)

@@ -9,10 +9,9 @@ import numpy as np
 from sdc_common.machine_code import compiled, numba_module
 from sdc_common.piecewise_linear import evaluate
 from sdc_sim.physics.vehicle import Vehicle
-from sdc_sim.physics.vehicle_dynamics import derivatives, tyre_forces
+from sdc_sim.physics.vehicle_dynamics import MotionConstants, derivatives, tyre_forces
 from sdc_sim.physics.vehicle_motion import (
     Motion,
-    MotionConstants,
     approach,
     drive_force,
     heun_step,

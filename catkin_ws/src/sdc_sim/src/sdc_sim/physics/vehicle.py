@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from typing import Any, Callable
 
 from sdc_common.driving import Command
-from sdc_sim.physics.vehicle_dynamics import fastest_rate_per_s
-from sdc_sim.physics.vehicle_motion import MotionConstants, integrate, step_count
+from sdc_sim.physics.vehicle_dynamics import MotionConstants, fastest_rate_per_s
+from sdc_sim.physics.vehicle_motion import integrate, step_count
 from sdc_sim.physics.vehicle_parameters import VehicleParameters
 
 # Longest step of the integration (Heun's method); `Vehicle.step` divides its duration.

@@ -9,8 +9,10 @@ single-track model.
 from __future__ import annotations
 
 from math import atan, sin, sqrt
+from types import SimpleNamespace
 from typing import Tuple
 
+from sdc_common.piecewise_linear import linear_segments
 from sdc_sim.physics.vehicle_parameters import VehicleParameters
 
 GRAVITY_MPS2 = 9.81
@@ -29,40 +31,50 @@ Demand = Tuple[float, float, float, float, float, float, float]
 _MIN_LOAD_SHARE = 0.05
 
 
-def dynamics_constants(
-    p: VehicleParameters, friction: float, side_wind_mps: float
-) -> tuple[float, ...]:
-    """Return what `derivatives` needs of one vehicle on one road, in the order of the names there.
+class MotionConstants(SimpleNamespace):
+    """The parameters of a vehicle, and what follows from them on one road, as attributes."""
 
-    Args:
-        p: the vehicle
-        friction: factor of the tyres' grip, 1 is a dry road
-        side_wind_mps: side wind, positive towards the left of the vehicle
-    """
-    weight_n = p.mass_kg * GRAVITY_MPS2
-    load_front_n = weight_n * p.rear_axle_m / p.wheelbase_m
-    load_rear_n = weight_n - load_front_n
-    mu, shape = friction * p.tyre_friction, p.tyre_shape
-    return (
-        p.mass_kg,
-        p.yaw_inertia_kgm2,
-        p.front_axle_m,
-        p.rear_axle_m,
-        load_front_n,
-        p.mass_kg * p.cg_height_m / p.wheelbase_m,
-        _MIN_LOAD_SHARE * load_front_n,
-        weight_n - _MIN_LOAD_SHARE * load_rear_n,
-        mu,
-        mu * weight_n,
-        shape,
-        p.front_cornering_stiffness_n_per_rad / (shape * mu * load_front_n),
-        p.rear_cornering_stiffness_n_per_rad / (shape * mu * load_rear_n),
-        p.pedal_grip_share,
-        0.5 * AIR_DENSITY_KGPM3 * p.drag_area_m2,
-        0.5 * AIR_DENSITY_KGPM3 * p.side_drag_area_m2,
-        p.wind_arm_m,
-        side_wind_mps,
-    )
+    @classmethod
+    def of(cls, p: VehicleParameters, friction: float, side_wind_mps: float) -> MotionConstants:
+        """Return the constants.
+
+        Args:
+            p: the vehicle
+            friction: factor of the tyres' grip, 1 is a dry road
+            side_wind_mps: side wind, positive towards the left of the vehicle
+        """
+        weight_n = p.mass_kg * GRAVITY_MPS2
+        load_front_n = weight_n * p.rear_axle_m / p.wheelbase_m
+        load_rear_n = weight_n - load_front_n
+        mu = friction * p.tyre_friction
+        stiffness_n = p.tyre_shape * mu
+        wind_n = 0.5 * AIR_DENSITY_KGPM3 * p.side_drag_area_m2 * side_wind_mps**2
+        full_rad = p.max_wheel_angle_rad * p.steer_effectiveness
+        rolling_n = p.rolling_resistance * p.mass_kg * GRAVITY_MPS2
+        brake_front_n = p.brake_force_n * p.brake_front_share
+        return cls(
+            **vars(p),
+            load_front_n=load_front_n,
+            load_per_acceleration=p.mass_kg * p.cg_height_m / p.wheelbase_m,
+            min_load_n=_MIN_LOAD_SHARE * load_front_n,
+            max_load_n=weight_n - _MIN_LOAD_SHARE * load_rear_n,
+            friction=mu,
+            grip_n=mu * weight_n,
+            front_stiffness=p.front_cornering_stiffness_n_per_rad / (stiffness_n * load_front_n),
+            rear_stiffness=p.rear_cornering_stiffness_n_per_rad / (stiffness_n * load_rear_n),
+            drag=0.5 * AIR_DENSITY_KGPM3 * p.drag_area_m2,
+            side_drag=0.5 * AIR_DENSITY_KGPM3 * p.side_drag_area_m2,
+            side_wind_mps=side_wind_mps,
+            drive_segments=linear_segments(p.throttle_points, p.drive_forces_n),
+            steer_segments=linear_segments(
+                p.steer_speeds_mps, [full_rad * share for share in p.steer_shares]
+            ),
+            tyres_hold_wind=wind_n < mu * weight_n,
+            rolling_front_n=rolling_n * p.rear_axle_m / p.wheelbase_m,
+            rolling_rear_n=rolling_n * p.front_axle_m / p.wheelbase_m,
+            brake_front_n=brake_front_n,
+            brake_rear_n=p.brake_force_n - brake_front_n,
+        )
 
 
 def tyre_forces(
@@ -107,23 +119,19 @@ def tyre_forces(
 
 
 def derivatives(
-    c: tuple[float, ...], u: float, v: float, r: float, load_transfer: float, demand: Demand
+    c: MotionConstants, u: float, v: float, r: float, load_transfer: float, demand: Demand
 ) -> tuple[float, float, float]:
     """Return the time derivatives of speed u, lateral speed v and yaw rate r.
 
-    c is what `dynamics_constants` returns. The load transfer is the longitudinal acceleration that
-    the pitching body follows.
+    The load transfer is the longitudinal acceleration that the pitching body follows.
     """
-    # fmt: off
-    (mass, inertia, lf, lr, load_at_rest, load_per_acceleration, min_load, max_load,
-     mu, total_grip, shape, stiffness_front, stiffness_rear, front_share,
-     drag, side_drag, wind_arm, side_wind) = c
-    # fmt: on
+    mass, shape = c.mass_kg, c.tyre_shape
+    lf, lr, wind_arm = c.front_axle_m, c.rear_axle_m, c.wind_arm_m
     sin_angle, cos_angle, drive_front, drive_rear, resist_front, resist_rear, rear_share = demand
-    load = load_at_rest - load_per_acceleration * load_transfer
-    load = min_load if load < min_load else max_load if load > max_load else load
-    grip_front = mu * load
-    grip_rear = total_grip - grip_front
+    load = c.load_front_n - c.load_per_acceleration * load_transfer
+    load = c.min_load_n if load < c.min_load_n else c.max_load_n if load > c.max_load_n else load
+    grip_front = c.friction * load
+    grip_rear = c.grip_n - grip_front
     axle = v + lf * r
     rolling = u * cos_angle + axle * sin_angle
     # In a spin the front wheel may roll against the motion of the body: do not accelerate it.
@@ -131,31 +139,31 @@ def derivatives(
         drive_front -= resist_front
     fx_front, fy_front = tyre_forces(
         shape,
-        stiffness_front,
+        c.front_stiffness,
         rolling,
         axle * cos_angle - u * sin_angle,
         drive_front,
         grip_front,
-        front_share * grip_front,
+        c.pedal_grip_share * grip_front,
     )
     fx_rear, fy_rear = tyre_forces(
         shape,
-        stiffness_rear,
+        c.rear_stiffness,
         u,
         v - lr * r,
         drive_rear - resist_rear,
         grip_rear,
         rear_share * grip_rear,
     )
-    air = side_wind - v - wind_arm * r
-    fy_air = side_drag * air * (air if air >= 0.0 else -air)
+    air = c.side_wind_mps - v - wind_arm * r
+    fy_air = c.side_drag * air * (air if air >= 0.0 else -air)
     fx_body = fx_front * cos_angle - fy_front * sin_angle + fx_rear
-    fx_body -= drag * u * (u if u >= 0.0 else -u)
+    fx_body -= c.drag * u * (u if u >= 0.0 else -u)
     fy_body = fx_front * sin_angle + fy_front * cos_angle
     return (
         fx_body / mass + v * r,
         (fy_body + fy_rear + fy_air) / mass - u * r,
-        (lf * fy_body - lr * fy_rear + wind_arm * fy_air) / inertia,
+        (lf * fy_body - lr * fy_rear + wind_arm * fy_air) / c.yaw_inertia_kgm2,
     )
 
 

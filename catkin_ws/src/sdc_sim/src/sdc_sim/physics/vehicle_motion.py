@@ -7,18 +7,10 @@ from __future__ import annotations
 
 import math
 from math import cos, sin
-from types import SimpleNamespace
 from typing import Tuple
 
-from sdc_common.piecewise_linear import evaluate, linear_segments
-from sdc_sim.physics.vehicle_dynamics import (
-    AIR_DENSITY_KGPM3,
-    GRAVITY_MPS2,
-    Demand,
-    derivatives,
-    dynamics_constants,
-)
-from sdc_sim.physics.vehicle_parameters import VehicleParameters
+from sdc_common.piecewise_linear import evaluate
+from sdc_sim.physics.vehicle_dynamics import Demand, MotionConstants, derivatives
 
 # The values of a VehicleState, in its order.
 Motion = Tuple[float, ...]
@@ -26,38 +18,6 @@ Motion = Tuple[float, ...]
 STANDSTILL_SUBSTEPS = 5
 # With locked wheels, a sideways motion below this (m/s and rad/s) is static friction: it ends.
 STICTION = 0.02
-
-
-class MotionConstants(SimpleNamespace):
-    """The parameters of a vehicle, and what follows from them on one road, as attributes."""
-
-    @classmethod
-    def of(cls, p: VehicleParameters, friction: float, side_wind_mps: float) -> MotionConstants:
-        """Return the constants.
-
-        Args:
-            p: the vehicle
-            friction: factor of the tyres' grip, 1 is a dry road
-            side_wind_mps: side wind, positive towards the left of the vehicle
-        """
-        weight_n = p.mass_kg * GRAVITY_MPS2
-        wind_n = 0.5 * AIR_DENSITY_KGPM3 * p.side_drag_area_m2 * side_wind_mps**2
-        full_rad = p.max_wheel_angle_rad * p.steer_effectiveness
-        rolling_n = p.rolling_resistance * p.mass_kg * GRAVITY_MPS2
-        brake_front_n = p.brake_force_n * p.brake_front_share
-        return cls(
-            **vars(p),
-            dynamics=dynamics_constants(p, friction, side_wind_mps),
-            drive_segments=linear_segments(p.throttle_points, p.drive_forces_n),
-            steer_segments=linear_segments(
-                p.steer_speeds_mps, [full_rad * share for share in p.steer_shares]
-            ),
-            tyres_hold_wind=wind_n < friction * p.tyre_friction * weight_n,
-            rolling_front_n=rolling_n * p.rear_axle_m / p.wheelbase_m,
-            rolling_rear_n=rolling_n * p.front_axle_m / p.wheelbase_m,
-            brake_front_n=brake_front_n,
-            brake_rear_n=p.brake_force_n - brake_front_n,
-        )
 
 
 def step_count(speed_mps: float, duration_s: float, internal_step_s: float) -> int:
@@ -195,10 +155,10 @@ def heun_step(
         the same seven, the mean rate of the speed [m/s^2] and the lateral acceleration [m/s^2]
     """
     x, y, yaw, u, v, r, load = start
-    u_dot_0, v_dot_0, r_dot_0 = derivatives(c.dynamics, u, v, r, load, demand)
+    u_dot_0, v_dot_0, r_dot_0 = derivatives(c, u, v, r, load, demand)
     later_load = load + load_gain * (u_dot_0 - v * r - load)
     u_dot_1, v_dot_1, r_dot_1 = derivatives(
-        c.dynamics, u + h * u_dot_0, v + h * v_dot_0, r + h * r_dot_0, later_load, demand
+        c, u + h * u_dot_0, v + h * v_dot_0, r + h * r_dot_0, later_load, demand
     )
     half = 0.5 * h
     u_new = u + half * (u_dot_0 + u_dot_1)
