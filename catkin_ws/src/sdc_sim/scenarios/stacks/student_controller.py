@@ -4,7 +4,6 @@
 It answers each path, or with the parameter `rate_hz` it runs a loop in simulated time.
 """
 
-import contextlib
 import math
 import time
 
@@ -63,14 +62,10 @@ class StudentController:
         self.publisher.publish(command)
 
     def run(self):
-        if not self.rate_hz:
-            rospy.spin()
-        rate = rospy.Rate(self.rate_hz or 1.0)
-        while not rospy.is_shutdown():
-            self.control()
-            rate.sleep()
+        if self.rate_hz:
+            rospy.Timer(rospy.Duration(1.0 / self.rate_hz), lambda _event: self.control())
+        rospy.spin()
 
 
 if __name__ == "__main__":
-    with contextlib.suppress(rospy.ROSInterruptException):
-        StudentController().run()
+    StudentController().run()

@@ -4,7 +4,6 @@
 It answers each odometry, or with the parameter `rate_hz` it runs a loop in simulated time.
 """
 
-import contextlib
 import math
 import time
 
@@ -58,14 +57,10 @@ class StudentPlanner:
         self.publisher.publish(path)
 
     def run(self):
-        if not self.rate_hz:
-            rospy.spin()
-        rate = rospy.Rate(self.rate_hz or 1.0)
-        while not rospy.is_shutdown():
-            self.plan()
-            rate.sleep()
+        if self.rate_hz:
+            rospy.Timer(rospy.Duration(1.0 / self.rate_hz), lambda _event: self.plan())
+        rospy.spin()
 
 
 if __name__ == "__main__":
-    with contextlib.suppress(rospy.ROSInterruptException):
-        StudentPlanner().run()
+    StudentPlanner().run()
