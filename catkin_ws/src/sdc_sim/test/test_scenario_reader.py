@@ -89,7 +89,7 @@ limits:
 def test_all_keys_of_a_scenario_are_read(tmp_path):
     path = write(tmp_path, WHOLE)
     scenario = load_scenario(path)
-    assert (scenario.name, scenario.about) == ("scenario", "a bit of everything")
+    assert (scenario.path, scenario.about) == (path, "a bit of everything")
     assert (scenario.vehicle, scenario.stack) == ("bmw_320i", "student_nodes")
     assert (scenario.camera, scenario.sync) == (True, False)
     assert scenario.route == [

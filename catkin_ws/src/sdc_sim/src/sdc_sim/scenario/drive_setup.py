@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import json
 import os
 from dataclasses import dataclass, field
-from functools import lru_cache
 from typing import Any, Mapping, Sequence, Union
 
 import numpy as np
@@ -123,19 +121,9 @@ def _waypoints(source: Any, scenario_path: str) -> np.ndarray:
             raise ValueError("route: a coordinate is beyond 100 km; write it in a local frame")
         return points_m
     if all(isinstance(element, Mapping) for element in source):
-        return _generated_waypoints(
-            json.dumps([dict(element) for element in source], default=float)
-        )
+        lines = generated_lines([dict(element) for element in source])
+        return parse_waypoints("".join(lines), "the generated route")
     raise DocumentError(
         "route: must be the name or path of a route, an array of (x, y), or a list of straights "
         "and bends"
     )
-
-
-@lru_cache(maxsize=32)
-def _generated_waypoints(elements: str) -> np.ndarray:
-    """Return the waypoints of a list of straights and bends; a sweep needs the same ones often."""
-    lines = generated_lines(json.loads(elements))
-    waypoints_m = parse_waypoints("".join(lines), "the generated route")
-    waypoints_m.setflags(write=False)
-    return waypoints_m

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -38,11 +37,6 @@ class Scenario:
     sync: bool = True
     sim: dict = field(default_factory=dict)
     limits: dict = field(default_factory=dict)
-
-    @property
-    def name(self) -> str:
-        """Return the file name without its extension."""
-        return os.path.splitext(os.path.basename(self.path))[0]
 
 
 def load_scenario(path: str) -> Scenario:
