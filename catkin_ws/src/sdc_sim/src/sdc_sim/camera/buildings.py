@@ -15,17 +15,9 @@ from sdc_sim.road.scenery import (
     ROOF_BEYOND_EAVES_M,
     Scenery,
 )
+from sdc_sim.yaml_document import packaged_config
 
-_WALLS_BGR = (
-    (172, 196, 214),
-    (150, 168, 190),
-    (196, 204, 208),
-    (140, 152, 178),
-    (176, 186, 182),
-    (128, 148, 196),
-)
-_ROOFS_BGR = ((56, 66, 120), (70, 72, 84), (60, 84, 128))
-_GLASS_BGR = (96, 82, 70)
+_COLOURS = packaged_config("building_colours")
 
 
 def building(scenery: Scenery, item: int) -> Solid:
@@ -40,10 +32,11 @@ class _Building:
         # Polygons (k, 4, 3) of a face or of all its panes, its normal, and its colour.
         self._parts: list[tuple[np.ndarray, np.ndarray, np.ndarray, bool]] = []
         variant, height_m = int(scenery.variant[item]), float(scenery.size_m[item, 2])
-        wall = np.array(_WALLS_BGR[variant % 6], float)
+        wall = np.array(_COLOURS["walls"][variant % 6], float)
         corners = footprint(scenery.position_m[item], scenery.yaw_rad[item], scenery.size_m[item])
         if scenery.kind[item] == HOUSE:
-            self._add_house(corners, height_m, wall, np.array(_ROOFS_BGR[variant % 3], float))
+            roof = np.array(_COLOURS["roofs"][variant % 3], float)
+            self._add_house(corners, height_m, wall, roof)
         else:
             self._add_block(corners, height_m, wall)
 
@@ -102,7 +95,7 @@ class _Building:
     def _add_panes(self, panes: np.ndarray) -> None:
         """Add window panes (n, 4, 3) to the face that was added last."""
         normal = self._parts[-1][1]
-        self._parts.append((panes, normal, _shade(normal) * np.array(_GLASS_BGR), True))
+        self._parts.append((panes, normal, _shade(normal) * np.array(_COLOURS["glass"]), True))
 
 
 def _shade(normal: np.ndarray) -> float:

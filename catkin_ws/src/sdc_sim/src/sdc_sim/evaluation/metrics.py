@@ -6,15 +6,11 @@ import math
 
 import numpy as np
 
-# Coefficients of the infractions, CARLA leaderboard 2.1:
-# https://leaderboard.carla.org/#evaluation-and-metrics
-COEFFICIENTS = {
-    "collision_pedestrian": 1.0,
-    "collision_vehicle": 0.7,
-    "collision_static": 0.6,
-    "red_light": 0.4,
-    "stop": 0.25,
-}
+from sdc_sim.yaml_document import packaged_config
+
+_SCORING = packaged_config("scoring")
+# Coefficients of the infractions of CARLA leaderboard 2.1, by their names in the report.
+COEFFICIENTS: dict[str, float] = _SCORING["infractions"]
 
 # Accelerations are slopes over this time and at least this many samples, with the smoothing of
 # nuPlan's comfort metrics (Savitzky-Golay, second order).
@@ -22,14 +18,6 @@ _SMOOTHING_S = 0.4
 _MIN_SAMPLES = 5
 # No slope is computed across a longer gap between two samples.
 _MAX_GAP_S = 1.0
-
-# Comfort thresholds of H. Caesar et al., "NuPlan: A closed-loop ML-based planning benchmark", 2021.
-_COMFORT = {
-    "longitudinal_acceleration_max_mps2": (-math.inf, 2.40),
-    "longitudinal_acceleration_min_mps2": (-4.05, math.inf),
-    "lateral_acceleration_max_mps2": (0.0, 4.89),
-    "jerk_max_mps3": (0.0, 8.37),
-}
 
 
 def drive_metrics(
@@ -104,9 +92,10 @@ def driving_score(completion_percent: float, off_lane: float, infractions: dict)
 
 def comfortable(metrics: dict) -> bool | None:
     """Return whether accelerations and jerk keep nuPlan's thresholds; None if one is unknown."""
-    if any(metrics[name] is None for name in _COMFORT):
+    if any(metrics[name] is None for name in _SCORING["comfort"]):
         return None
-    return all(low <= metrics[name] <= high for name, (low, high) in _COMFORT.items())
+    bounds = _SCORING["comfort"].items()
+    return all(low <= metrics[name] <= high for name, (low, high) in bounds)
 
 
 def peak_accelerations(time_s: np.ndarray, speed_mps: np.ndarray, yaw_rad: np.ndarray) -> dict:

@@ -10,21 +10,13 @@ from typing import Any
 from sdc_common.driving import Command
 from sdc_common.window import pygame
 from sdc_sim.manual_control.keyboard import HELP
+from sdc_sim.yaml_document import packaged_config
 
 _COMPASS_POINTS = ("N", "NE", "E", "SE", "S", "SW", "W", "NW")
 # Values of crossed_lane_markings in carla_msgs/CarlaLaneInvasionEvent.
 _MARKINGS = {0: "other", 1: "broken", 2: "solid"}
 # Labels of the panel, and their texts with the names of the readings.
-_LINES = {
-    "Server": "{server_fps:.0f} FPS",
-    "Client": "{client_fps:.0f} FPS",
-    "Map": "{map_name}",
-    "Time": "{time}",
-    "Speed": "{speed_kmh:.0f} km/h",
-    "Heading": "{heading}",
-    "Location": "{x_m:.1f}, {y_m:.1f}",
-    "Driver": "{driver}",
-}
+_LINES: dict[str, str] = packaged_config("hud")
 _LAST_OF_GROUP = ("Client", "Time", "Location", "Driver", "Brake")
 
 _TEXT, _LABEL, _BAR, _TROUGH = (255, 255, 255), (185, 195, 205), (235, 235, 235), (95, 100, 105)
