@@ -289,11 +289,3 @@ def test_night_scales_the_brightness(curvy):
     day, dusk, night = (curvy.render(*at, light=light) for light in (1.0, 0.5, 0.0))
     assert not night[..., :3].any() and np.all(night[..., 3] == 255)
     assert np.abs(dusk[..., :3] - 0.5 * day[..., :3]).max() <= 1.0
-
-
-@pytest.mark.parametrize("arguments", [(np.nan, 0.0, 0.0), (0.0, np.inf, 0.0), (0.0, 0.0, np.nan)])
-def test_a_pose_that_is_not_finite_is_refused(straight, arguments):
-    with pytest.raises(ValueError):
-        straight.render(*arguments)
-    with pytest.raises(ValueError):
-        straight.render(0.0, 0.0, 0.0, light=1.5)

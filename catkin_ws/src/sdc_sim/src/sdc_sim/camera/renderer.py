@@ -71,16 +71,7 @@ class Renderer:
 
         Returns:
             BGRA picture (height, width, 4) uint8
-
-        Raises:
-            ValueError: the pose is not finite, or the light is outside 0..1
         """
-        if not np.all(np.isfinite([x_m, y_m, yaw_rad])):
-            raise ValueError(
-                f"render: x_m, y_m and yaw_rad must be finite, got {(x_m, y_m, yaw_rad)}"
-            )
-        if not 0.0 <= light <= 1.0:
-            raise ValueError(f"render: light must be in 0..1, got {light}")
         picture = out
         if picture is None:
             picture = np.empty((self.camera.height, self.camera.width, 4), np.uint8)

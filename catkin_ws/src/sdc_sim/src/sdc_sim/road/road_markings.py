@@ -13,7 +13,8 @@ from sdc_sim.road.road import DASH_LENGTH_M, DASH_PERIOD_M, MARGIN_M, SAMPLE_STE
 CHORD_TOLERANCE_M = 0.003
 _EDGE_STEP_M = 1.0
 _SURFACE_TOLERANCE_M = 0.02
-_STOP, _HALF, _FULL = np.array([(0.9, 0.1, 0.1), (1.0, 0.8, 0.1), (0.1, 0.8, 0.2)])
+# Red, green and blue at a stop, at half speed and at full speed.
+_SPEED_COLOURS = ((0.9, 0.1, 0.1), (1.0, 0.8, 0.1), (0.1, 0.8, 0.2))
 
 
 @dataclass(frozen=True)
@@ -129,9 +130,5 @@ def speed_colours(speeds_mps: Sequence[float] | np.ndarray, full_speed_mps: floa
     """
     if not full_speed_mps > 0.0:
         raise ValueError(f"the speed that is shown green must be positive, got {full_speed_mps}")
-    share = np.clip(np.asarray(speeds_mps, dtype=float).reshape(-1, 1) / full_speed_mps, 0.0, 1.0)
-    return np.where(
-        share < 0.5,
-        _STOP + 2.0 * share * (_HALF - _STOP),
-        _HALF + (2.0 * share - 1.0) * (_FULL - _HALF),
-    )
+    share = np.asarray(speeds_mps, dtype=float) / full_speed_mps
+    return np.stack([np.interp(share, (0.0, 0.5, 1.0), one) for one in zip(*_SPEED_COLOURS)], -1)
