@@ -1,0 +1,286 @@
+"""A network of lanes and junctions: what a map of streets contains.
+
+Positions are in the map frame of ROS (x forward, y left, metres), which is that of OpenDRIVE. The y
+axis of CARLA points to the right: its (x, y) is (x, -y) here. `network_file` reads a network.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Iterable, Mapping, NamedTuple
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+# What is painted beside a lane. A kerb is no paint.
+NONE, BROKEN, SOLID, DOUBLE, KERB = "none", "broken", "solid", "solid solid", "curb"
+DRIVING, BICYCLE, WALKING, OTHER = "driving", "bicycle", "walking", "other"
+STOP, YIELD = "stop", "yield"
+
+# Centre lines are searched by points so far apart.
+_SAMPLE_M = 1.0
+# A lane in the opposite direction is as far as one that is so much more distant.
+_AGAINST_M = 8.0
+_CANDIDATES = 24
+# A line that runs so close to another one of the same kind is the same line.
+_SAME_LINE_M = 0.4
+_MITRE = 2.0
+
+
+@dataclass(frozen=True)
+class RoadLane:
+    """One lane, in its direction of travel.
+
+    Attributes:
+        id: its name, that of SUMO
+        points_m: (N, 2) centre line [m]
+        width_m: width [m]
+        speed_limit_mps: speed limit [m/s]
+        left_marking: line on its left: NONE, BROKEN, SOLID, DOUBLE or KERB
+        right_marking: line on its right
+        predecessors: lanes that lead into it
+        successors: lanes into which it leads
+        left: lane of the same direction on its left to which a car may change, "" if none
+        right: the same on its right
+        kind: DRIVING, BICYCLE, WALKING or OTHER
+        junction: the junction in which it lies, "" outside
+        s_m: (N,) arc length at the points [m]
+    """
+
+    id: str
+    points_m: np.ndarray = field(repr=False)
+    width_m: float
+    speed_limit_mps: float
+    left_marking: str = NONE
+    right_marking: str = NONE
+    predecessors: tuple[str, ...] = ()
+    successors: tuple[str, ...] = ()
+    left: str = ""
+    right: str = ""
+    kind: str = DRIVING
+    junction: str = ""
+    s_m: np.ndarray = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "s_m", arc_lengths(self.points_m))
+
+    @property
+    def length_m(self) -> float:
+        """Length of the centre line [m]."""
+        return float(self.s_m[-1])
+
+    def at(self, s_m: np.ndarray) -> np.ndarray:
+        """Return the points (M, 2) of the centre line at arc lengths (M,), clamped to it [m]."""
+        return np.column_stack([np.interp(s_m, self.s_m, axis) for axis in self.points_m.T])
+
+    def heading_at(self, s_m: float) -> float:
+        """Return the direction of the centre line at an arc length [rad]."""
+        return float(_heading(self.points_m, self.s_m, np.array([s_m]))[0])
+
+    def beside(self, offset_m: float) -> np.ndarray:
+        """Return the line (N, 2) parallel to the centre line, positive to the left [m]."""
+        steps = np.diff(self.points_m, axis=0)
+        steps /= np.maximum(np.hypot(*steps.T), 1e-9)[:, None]
+        tangent = np.vstack([steps[:1], steps[:-1] + steps[1:], steps[-1:]])
+        normal = np.column_stack([-tangent[:, 1], tangent[:, 0]])
+        normal /= np.maximum(np.hypot(*normal.T), 1e-9)[:, None]
+        # At a bend the line is farther from the corner than from the segments.
+        mitre = np.ones(len(normal))
+        mitre[:-1] = np.abs(steps[:, 0] * normal[:-1, 1] - steps[:, 1] * normal[:-1, 0])
+        return self.points_m + offset_m / np.maximum(mitre, 1.0 / _MITRE)[:, None] * normal
+
+
+class Connection(NamedTuple):
+    """One way through a junction.
+
+    Attributes:
+        start: lane before the junction
+        through: lanes in the junction, in order
+        end: lane after it
+        direction: "s"traight, "l"eft, "r"ight, "t"urn around, as SUMO abbreviates them
+        gives_way_to: connections of the junction, by index, that have right of way over it
+        signal: index of its state in the phases of the junction, -1 without a light
+        line: STOP or YIELD where the road has such a line before it, else ""
+    """
+
+    start: str
+    through: tuple[str, ...]
+    end: str
+    direction: str
+    gives_way_to: tuple[int, ...] = ()
+    signal: int = -1
+    line: str = ""
+
+
+@dataclass(frozen=True)
+class Junction:
+    """A junction of lanes.
+
+    Attributes:
+        id: its name
+        kind: as SUMO names it: traffic_light, priority, right_before_left, allway_stop, ...
+        polygon_m: (N, 2) outline [m]
+        connections: the ways through it
+        phases: (duration [s], letter G, g, y or r of each signal) of the program of its lights
+    """
+
+    id: str
+    kind: str
+    polygon_m: np.ndarray = field(repr=False)
+    connections: tuple[Connection, ...] = ()
+    phases: tuple[tuple[float, str], ...] = ()
+
+
+class Line(NamedTuple):
+    """A painted line or a kerb: points (N, 2) [m] and BROKEN, SOLID, DOUBLE or KERB."""
+
+    points_m: np.ndarray
+    kind: str
+
+
+class LanePlace(NamedTuple):
+    """The place on a lane that is nearest to a pose.
+
+    Attributes:
+        lane: id of the lane
+        s_m: arc length of the place [m]
+        cross_track_m: distance of the pose, positive to the left of the lane [m]
+        heading_error_rad: heading of the pose minus that of the lane, in -pi..pi [rad]
+    """
+
+    lane: str
+    s_m: float
+    cross_track_m: float
+    heading_error_rad: float
+
+
+class Network:
+    """Lanes and junctions.
+
+    Attributes:
+        name: name of the map
+        lanes: all lanes by id
+        junctions: all junctions by id
+        crosswalks: polygons (N, 2) [m]
+        stop_lines: segments (2, 2) across the ends of lanes, and STOP or YIELD
+        bounds_m: least x, least y, greatest x and greatest y of the lanes [m]
+        is_flat: whether the map has no elevation, which is ignored
+    """
+
+    def __init__(
+        self,
+        name: str,
+        lanes: Iterable[RoadLane],
+        junctions: Iterable[Junction] = (),
+        crosswalks: Iterable[np.ndarray] = (),
+        is_flat: bool = True,
+    ):
+        """Index the lanes.
+
+        Raises:
+            ValueError: there is no lane for cars
+        """
+        self.name = name
+        self.lanes: Mapping[str, RoadLane] = {lane.id: lane for lane in lanes}
+        self.junctions: Mapping[str, Junction] = {one.id: one for one in junctions}
+        self.crosswalks = tuple(crosswalks)
+        self.is_flat = is_flat
+        self.driving = [lane for lane in self.lanes.values() if lane.kind == DRIVING]
+        if not self.driving:
+            raise ValueError(f"the map {name} has no lane for cars")
+        points = np.vstack([lane.points_m for lane in self.driving])
+        self.bounds_m = (*points.min(axis=0).tolist(), *points.max(axis=0).tolist())
+        self.stop_lines = tuple(self._stop_lines())
+        samples = [
+            np.linspace(0.0, lane.length_m, int(lane.length_m / _SAMPLE_M) + 2)
+            for lane in self.driving
+        ]
+        self._s_m = np.concatenate(samples)
+        self._lane = np.repeat(np.arange(len(samples)), [len(one) for one in samples])
+        places = [lane.at(s) for lane, s in zip(self.driving, samples)]
+        headings = [_heading(lane.points_m, lane.s_m, s) for lane, s in zip(self.driving, samples)]
+        self._heading_rad = np.concatenate(headings)
+        self._tree = cKDTree(np.vstack(places))
+
+    def nearest(
+        self, x_m: float, y_m: float, yaw_rad: float | None = None, within_m: float = math.inf
+    ) -> LanePlace | None:
+        """Return the place on the nearest lane for cars, None if there is none so near.
+
+        Args:
+            x_m: position [m]
+            y_m: position [m]
+            yaw_rad: heading; lanes of the opposite direction count as more distant [rad]
+            within_m: greatest distance [m]
+        """
+        distance_m, rows = self._tree.query((x_m, y_m), min(_CANDIDATES, len(self._s_m)))
+        cost = distance_m.copy()
+        if yaw_rad is not None:
+            cost += _AGAINST_M * 0.5 * (1.0 - np.cos(self._heading_rad[rows] - yaw_rad))
+        row = int(rows[np.argmin(cost)])
+        lane, s_m = self.driving[self._lane[row]], float(self._s_m[row])
+        s_m, across_m = _project(lane, s_m, x_m, y_m)
+        if abs(across_m) > within_m:
+            return None
+        error = 0.0 if yaw_rad is None else yaw_rad - lane.heading_at(s_m)
+        return LanePlace(lane.id, s_m, across_m, math.remainder(error, 2.0 * math.pi))
+
+    def lines(self) -> list[Line]:
+        """Return what is painted along the lanes, and the kerbs; a shared line only once."""
+        found: dict[str, list[np.ndarray]] = {}
+        lines = []
+        for lane in self.driving:
+            for side, kind in ((0.5, lane.left_marking), (-0.5, lane.right_marking)):
+                if kind == NONE or len(lane.points_m) < 2:
+                    continue
+                line = Line(lane.beside(side * lane.width_m), kind)
+                middle = _middle(line.points_m)
+                others = found.setdefault(kind, [])
+                if not others or np.hypot(*(np.array(others) - middle).T).min() > _SAME_LINE_M:
+                    others.append(middle)
+                    lines.append(line)
+        return lines
+
+    def _stop_lines(self) -> Iterable[tuple[np.ndarray, str]]:
+        for junction in self.junctions.values():
+            kinds = {one.start: one.line for one in junction.connections if one.line}
+            for name, kind in kinds.items():
+                lane = self.lanes[name]
+                direction = lane.heading_at(lane.length_m)
+                left = 0.5 * lane.width_m * np.array([-math.sin(direction), math.cos(direction)])
+                end = lane.points_m[-1]
+                yield np.array([end - left, end + left]), kind
+
+
+def arc_lengths(points_m: np.ndarray) -> np.ndarray:
+    """Return the arc length (N,) at each of the points (N, 2) of a line [m]."""
+    return np.append(0.0, np.cumsum(np.hypot(*np.diff(points_m, axis=0).T)))
+
+
+def _heading(points: np.ndarray, s: np.ndarray, at: np.ndarray) -> np.ndarray:
+    segment = np.clip(np.searchsorted(s, at, side="right") - 1, 0, len(points) - 2)
+    step = points[segment + 1] - points[segment]
+    return np.arctan2(step[:, 1], step[:, 0])
+
+
+def _middle(points: np.ndarray) -> np.ndarray:
+    s = arc_lengths(points)
+    return np.array([np.interp(0.5 * s[-1], s, axis) for axis in points.T])
+
+
+def _project(lane: RoadLane, near_m: float, x_m: float, y_m: float) -> tuple[float, float]:
+    """Return arc length and signed distance of a point from a lane near an arc length [m]."""
+    first, last = np.searchsorted(lane.s_m, [near_m - 2.0 * _SAMPLE_M, near_m + 2.0 * _SAMPLE_M])
+    first = max(0, int(first) - 1)
+    points, s = lane.points_m[first : int(last) + 1], lane.s_m[first : int(last) + 1]
+    steps = np.diff(points, axis=0)
+    away = np.array([x_m, y_m]) - points[:-1]
+    square = np.maximum(np.sum(steps * steps, axis=1), 1e-12)
+    share = np.clip(np.sum(away * steps, axis=1) / square, 0.0, 1.0)
+    away -= share[:, None] * steps
+    distance = np.hypot(*away.T)
+    best = int(np.argmin(distance))
+    left = steps[best, 0] * away[best, 1] - steps[best, 1] * away[best, 0] >= 0.0
+    at = float(s[best] + share[best] * (s[best + 1] - s[best]))
+    return at, float(distance[best]) * (1.0 if left else -1.0)

@@ -1,0 +1,297 @@
+"""Read a network from OpenDRIVE (.xodr) or from SUMO's network (.net.xml).
+
+SUMO's `netconvert` reads OpenDRIVE, and its Python package `sumolib` reads what it writes;
+docker/prepare maps installs both. What netconvert writes is kept in a cache by the content of the
+map, and `opendrive_lanes` reads what netconvert does not. A map with elevation is read as if it
+were flat.
+
+python3 -m sdc_sim.road.network_file MAP prints a summary.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import xml.etree.ElementTree as ElementTree
+from functools import lru_cache
+from typing import Any, Iterator
+from xml.sax import SAXException
+
+import numpy as np
+
+from sdc_sim.road.network import (
+    BICYCLE,
+    BROKEN,
+    DOUBLE,
+    DRIVING,
+    NONE,
+    OTHER,
+    SOLID,
+    STOP,
+    WALKING,
+    YIELD,
+    Connection,
+    Junction,
+    Network,
+    RoadLane,
+)
+from sdc_sim.road.opendrive_lanes import OpenDriveLanes
+
+VERSION = "1.28.0"
+_INSTALL = "run docker/prepare maps, which installs it and needs a connection"
+# With these, centre lines are within 5 cm of the lanes of OpenDRIVE, in junctions within 20 cm.
+# `--opendrive.lane-shapes` would move lanes beside a median by metres.
+OPTIONS = (
+    *("--opendrive.curve-resolution", "0.5", "--opendrive.advance-stopline", "0"),
+    *("--opendrive.internal-shapes", "--offset.disable-normalization", "--no-turnarounds"),
+    *("--output.original-names", "--precision", "4"),
+)
+# Positions are those of the file, as CARLA uses them, and no projection of the globe.
+_PROJECTION = re.compile(rb"<geoReference>.*?</geoReference>|<offset\b[^>]*/>", re.DOTALL)
+_ELEVATION_M = 0.05
+# By the letter of SUMO's connections: those that must stop or give way.
+_LINES = {"s": STOP, "w": STOP, "m": YIELD}
+
+
+class MapError(ValueError):
+    """A map that cannot be used; the one-line message names file, problem and fix."""
+
+
+def load_network(path: str) -> Network:
+    """Return the network of a map; the same object as long as the file is the same.
+
+    Raises:
+        MapError: the file is no map, or what reads it is not installed
+    """
+    path = os.path.abspath(os.path.expanduser(path))
+    try:
+        return _loaded(path, os.stat(path).st_mtime_ns)
+    except OSError as error:
+        raise MapError(f"{path}: cannot be read ({error.strerror}); name a map") from None
+
+
+@lru_cache(maxsize=2)
+def _loaded(path: str, _: int) -> Network:
+    name, is_opendrive = os.path.basename(path).partition(".")[0], path.endswith(".xodr")
+    if not (is_opendrive or path.endswith((".net.xml", ".net.xml.gz"))):
+        raise MapError(
+            f"{path}: is neither .xodr of OpenDRIVE nor .net.xml of SUMO; see docs/maps.md"
+        )
+    try:
+        own = OpenDriveLanes(path) if is_opendrive else None
+        folder = _converted(path) if is_opendrive else os.path.dirname(path)
+    except (ElementTree.ParseError, KeyError, ValueError) as error:
+        raise MapError(f"{path}: is not valid OpenDRIVE ({error!r})") from None
+    try:
+        from sumolib.net import readNet
+    except ImportError:
+        raise MapError(f"{path}: the Python package sumolib is missing; {_INSTALL}") from None
+    try:
+        file = os.path.join(folder, "map.net.xml") if is_opendrive else path
+        net = readNet(file, withInternal=True, withPrograms=True, withPedestrianConnections=True)
+        crosswalks = list(_polygons(os.path.join(folder, "map.poly.xml"))) if own else []
+        return _network(name, net, own, crosswalks)
+    except (SAXException, ValueError, LookupError, AttributeError) as error:
+        raise MapError(f"{path}: is no complete network of SUMO ({error!r})") from None
+
+
+def _netconvert() -> str:
+    """Return the path of netconvert, which is installed beside sumolib."""
+    sumolib = importlib.util.find_spec("sumolib")
+    folder = os.path.dirname(os.path.dirname((sumolib and sumolib.origin) or ""))
+    path = os.path.join(folder, "sumo", "bin", "netconvert")
+    if not os.access(path, os.X_OK):
+        raise MapError(f"netconvert {VERSION}, which reads OpenDRIVE, is missing; {_INSTALL}")
+    return path
+
+
+def _converted(path: str) -> str:
+    """Return the folder of the cache with what netconvert makes of an OpenDRIVE file."""
+    with open(path, "rb") as file:
+        content = file.read()
+    if b"<OpenDRIVE" not in content:
+        raise MapError(f"{path}: is not OpenDRIVE; it has no element OpenDRIVE")
+    key = hashlib.sha256("\n".join((VERSION, *OPTIONS, "")).encode() + content).hexdigest()[:32]
+    root = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
+    folder = os.path.join(root, "sdc_maps", key)
+    if os.path.isdir(folder):
+        return folder
+    program = _netconvert()
+    os.makedirs(os.path.dirname(folder), exist_ok=True)
+    # A drive that is interrupted, or another one at the same time, leaves no half of a map.
+    with tempfile.TemporaryDirectory(dir=os.path.dirname(folder)) as place:
+        source, made = os.path.join(place, "map.xodr"), os.path.join(place, "made")
+        with open(source, "wb") as file:
+            file.write(_PROJECTION.sub(b"", content))
+        os.mkdir(made)
+        files = [os.path.join(made, name) for name in ("map.net.xml", "map.poly.xml")]
+        command = [program, "--opendrive-files", source, "-o", files[0], "--polygon-output"]
+        done = subprocess.run(
+            [*command, files[1], *OPTIONS], capture_output=True, text=True, check=False
+        )
+        if done.returncode or not os.path.exists(files[0]):
+            lines = [line for line in done.stderr.splitlines() if line.startswith("Error")]
+            raise MapError(f"{path}: netconvert cannot read it: {'; '.join(lines) or done.stderr}")
+        try:
+            os.rename(made, folder)
+        except OSError:
+            if not os.path.isdir(folder):
+                shutil.copytree(made, folder)
+    return folder
+
+
+def _network(name: str, net: Any, own: OpenDriveLanes | None, crosswalks: list) -> Network:
+    edges = [edge for edge in net.getEdges() if edge.getFunction() in ("", "internal")]
+    sources = {lane.getID(): lane for edge in edges for lane in edge.getLanes()}
+    leads: dict[str, list[str]] = {name: [] for name in sources}
+    comes: dict[str, list[str]] = {name: [] for name in sources}
+    for start, lane in sources.items():
+        for connection in lane.getOutgoing():
+            following = connection.getViaLaneID() or connection.getToLane().getID()
+            if following in sources:
+                leads[start].append(following)
+                comes[following].append(start)
+    lanes = [_lane(lane, own, leads[one], comes[one]) for one, lane in sources.items()]
+    for edge in net.getEdges():
+        for lane in edge.getLanes() if edge.getFunction() == "crossing" else ():
+            line = RoadLane("", _points(lane.getShape()), lane.getWidth(), 0.0)
+            sides = line.beside(0.5 * line.width_m), line.beside(-0.5 * line.width_m)[::-1]
+            crosswalks.append(np.vstack(sides))
+    junctions = [_junction(net, node, leads) for node in net.getNodes()]
+    heights = [point[2] for lane in sources.values() for point in lane.getShape3D()]
+    is_flat = not heights or max(heights) - min(heights) < _ELEVATION_M
+    return Network(name, lanes, junctions, crosswalks, is_flat)
+
+
+def _points(shape: Any) -> np.ndarray:
+    """Return the points of a shape, each apart from the one before it, and at least two."""
+    points = np.array(shape, float)[:, :2]
+    apart = np.append(True, np.hypot(*np.diff(points, axis=0).T) > 1e-3)
+    apart[-1] |= apart.sum() < 2
+    return points[apart]
+
+
+def _lane(lane: Any, own: OpenDriveLanes | None, leads: list[str], comes: list[str]) -> RoadLane:
+    edge, index = lane.getEdge(), lane.getIndex()
+    lanes = edge.getLanes()
+    internal = edge.getFunction() == "internal"
+    kinds = [_kind(one) for one in lanes]
+    right = lanes[index - 1].getID() if index > 0 and kinds[index - 1] == kinds[index] else ""
+    is_leftmost = index + 1 >= len(lanes) or kinds[index + 1] != kinds[index]
+    left = "" if is_leftmost else lanes[index + 1].getID()
+    markings, limit_mps = (NONE, NONE), lane.getSpeed()
+    roads = [one.rpartition("_") for one in (lane.getParam("origId") or "").split()]
+    if own is not None and roads:
+        if not internal:
+            markings = own.beside(roads[0][0], roads[0][2])
+        limit_mps = min([limit_mps, *(own.limits_mps.get(road, np.inf) for road, *_ in roads)])
+    elif not internal:
+        twins = [
+            one for one in edge.getToNode().getOutgoing() if one.getToNode() == edge.getFromNode()
+        ]
+        single = len(lanes) == 1 and all(len(one.getLanes()) == 1 for one in twins)
+        middle = SOLID if not twins else BROKEN if single else DOUBLE
+        markings = (middle if is_leftmost else BROKEN, BROKEN if right else SOLID)
+    points = _points(lane.getShape())
+    if own is not None and len(roads) == 1:
+        points = own.exact(roads[0][0], roads[0][2], points)
+    own_junction = edge.getFromNode().getID() if internal else ""
+    return RoadLane(
+        lane.getID(),
+        points,
+        lane.getWidth(),
+        float(limit_mps),
+        *markings,
+        tuple(comes),
+        tuple(leads),
+        "" if internal else left,
+        "" if internal else right,
+        kinds[index],
+        own_junction,
+    )
+
+
+def _kind(lane: Any) -> str:
+    for word, kind in (("passenger", DRIVING), ("bicycle", BICYCLE), ("pedestrian", WALKING)):
+        if lane.allows(word):
+            return kind
+    return OTHER
+
+
+def _junction(net: Any, node: Any, leads: dict[str, list[str]]) -> Junction:
+    found = [
+        connection
+        for edge in node.getIncoming()
+        for lane in edge.getLanes()
+        for connection in lane.getOutgoing()
+        if edge.getFunction() == "" and connection.getToLane().getID() in leads
+    ]
+    connections, has_foes = [], node.hasFoes()
+    for connection in found:
+        through, lane = [], connection.getViaLaneID()
+        while lane and lane[0] == ":":
+            through.append(lane)
+            lane = next(iter(leads[lane]), "")
+        others = [i for i, one in enumerate(found) if has_foes and node.forbids(one, connection)]
+        light = connection.getTLLinkIndex() if connection.getTLSID() else -1
+        line = STOP if light >= 0 else _LINES.get(connection.getState(), "")
+        if len(found) < 2:
+            line = ""
+        connections.append(
+            Connection(
+                connection.getFromLane().getID(),
+                tuple(through),
+                connection.getToLane().getID(),
+                connection.getDirection(),
+                tuple(others),
+                light,
+                line,
+            )
+        )
+    name = node.getTLSID()
+    programs = net.getTLSSecure(name).getPrograms().values() if name else ()
+    phases = [[(float(one.duration), one.state) for one in each.getPhases()] for each in programs]
+    polygon = np.array(node.getShape() or [node.getCoord()], float)[:, :2]
+    return Junction(
+        node.getID(),
+        node.getType(),
+        polygon,
+        tuple(connections),
+        tuple(phases[0] if phases else ()),
+    )
+
+
+def _polygons(path: str) -> Iterator[np.ndarray]:
+    """Read the crosswalks among the objects of an OpenDRIVE file."""
+    if os.path.exists(path):
+        for one in ElementTree.parse(path).getroot().iter("poly"):
+            if (one.get("type") or "").lower() == "crosswalk":
+                points = [point.split(",")[:2] for point in (one.get("shape") or "").split()]
+                yield np.array(points, float)
+
+
+def main() -> None:
+    """Print what a map contains."""
+    if len(sys.argv) != 2:
+        sys.exit("Usage: python3 -m sdc_sim.road.network_file MAP")
+    try:
+        network = load_network(sys.argv[1])
+    except MapError as error:
+        sys.exit(f"network_file: {error}")
+    length_m = sum(lane.length_m for lane in network.driving)
+    kinds = [one.kind for one in network.junctions.values() if len(one.connections) > 2]
+    print(
+        f"{network.name}: {len(network.driving)} lanes for cars, {length_m / 1000:.1f} km, "
+        f"{len(kinds)} junctions, {kinds.count('traffic_light')} with lights, "
+        f"{len(network.crosswalks)} crosswalks" + ("" if network.is_flat else "; driven flat")
+    )
+
+
+if __name__ == "__main__":
+    main()

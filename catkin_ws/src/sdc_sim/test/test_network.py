@@ -1,0 +1,180 @@
+"""Networks of lanes: reading of OpenDRIVE and of SUMO's networks, and nearest lanes."""
+
+import glob
+import math
+import os
+
+import numpy as np
+import pytest
+from opendrive_geometry import lane_centre_lines
+from scipy.spatial import cKDTree
+from street_maps import lane, needs_maps, opendrive, town, write
+
+from sdc_sim.road.network import BROKEN, DOUBLE, SOLID, STOP, WALKING, YIELD
+from sdc_sim.road.network_file import MapError, load_network
+
+pytestmark = needs_maps
+
+_TWO = lane(-1, mark="broken") + lane(-2)
+_SHIFT = (
+    '<laneOffset s="0" a="0" b="0" c="0" d="0"/><laneOffset s="9" a="0" b=".04" c=".001" d="0"/>'
+)
+_PARAM = '<paramPoly3 pRange="{}" aU="0" bU="{}" cU="0" dU="0" aV="0" bV="0" cV="{}" dV="0"/>'
+_MAPS = {
+    "line": opendrive("<line/>", 80, _TWO, lane(1)),
+    "arc": opendrive('<arc curvature="0.05"/>', 30, _TWO, lane(1) + lane(2)),
+    "spiral": opendrive('<spiral curvStart="0" curvEnd="-0.08"/>', 30, _TWO, lane(1)),
+    "poly3": opendrive('<poly3 a="0" b="0" c="0.004" d="5e-5"/>', 40, _TWO, lane(1)),
+    "paramPoly3": opendrive(_PARAM.format("arcLength", 1, 0.002), 40, _TWO, lane(1)),
+    "normalized": opendrive(_PARAM.format("normalized", 40, 3.2), 40, _TWO, lane(1)),
+    "offset": opendrive("<line/>", 80, _TWO, lane(1), _SHIFT),
+    "wider": opendrive('<arc curvature="0.03"/>', 60, lane(-1, (3, 0.02)) + lane(-2), lane(1)),
+    "median": opendrive("<line/>", 50, lane(-1, kind="median") + _TWO.replace("-1", "-3"), lane(1)),
+}
+
+
+@pytest.fixture(autouse=True)
+def own_cache(tmp_path_factory, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.getbasetemp() / "cache"))
+
+
+@pytest.fixture(scope="module", name="streets")
+def _streets(tmp_path_factory):
+    return load_network(town(tmp_path_factory.mktemp("town")))
+
+
+def largest_distances_m(path):
+    """Return the greatest distance of a lane from those of OpenDRIVE, outside junctions and inside.
+
+    And the greatest distance of a lane of OpenDRIVE from those of the network.
+    """
+    lines, network = lane_centre_lines(path), load_network(path)
+    exact = cKDTree(np.vstack([dense(line) for line in lines]))
+    own = cKDTree(np.vstack([dense(one.points_m) for one in network.driving]))
+    outside, inside = [0.0], [0.0]
+    for one in network.driving:
+        distances = exact.query(dense(one.points_m))[0]
+        (inside if one.junction else outside).append(distances.max())
+    return max(outside), max(inside), own.query(np.vstack(lines))[0].max()
+
+
+def dense(points):
+    s = np.append(0.0, np.cumsum(np.hypot(*np.diff(points, axis=0).T)))
+    at = np.linspace(0.0, s[-1], int(s[-1] / 0.02) + 2)
+    return np.column_stack([np.interp(at, s, axis) for axis in points.T])
+
+
+@pytest.mark.parametrize("name", _MAPS)
+def test_centre_lines_are_those_of_an_independent_reader(name, tmp_path):
+    outside_m, _, _ = largest_distances_m(write(tmp_path, _MAPS[name]))
+    assert outside_m <= 0.05
+
+
+def test_junctions_of_opendrive_are_within_20_cm(tmp_path):
+    path = town(tmp_path, "--opendrive-output", "town.xodr")
+    outside_m, inside_m, uncovered_m = largest_distances_m(path)
+    assert (outside_m <= 0.05, inside_m <= 0.2, uncovered_m <= 0.3) == (True, True, True)
+
+
+@pytest.mark.parametrize("path", sorted(glob.glob(os.environ.get("SDC_MAPS", "") + "/*.xodr")))
+def test_maps_of_carla_are_within_5_and_20_cm(path):
+    outside_m, inside_m, uncovered_m = largest_distances_m(path)
+    assert (outside_m <= 0.05, inside_m <= 0.2, uncovered_m <= 0.3) == (True, True, True)
+
+
+def test_positions_ignore_projection_and_offset(tmp_path):
+    header = '<geoReference>+proj=tmerc +lat_0=49</geoReference><offset x="500" y="9"/>'
+    path = write(tmp_path, opendrive("<line/>", 80, lane(-1), header=header))
+    (only,) = load_network(path).driving
+    left = np.array([-math.sin(0.3), math.cos(0.3)])
+    assert only.points_m[0] == pytest.approx(np.array([10.0, -4.0]) - 1.75 * left, abs=1e-3)
+
+
+def test_lines_and_limits_are_those_of_opendrive(tmp_path):
+    network = load_network(write(tmp_path, _MAPS["line"]))
+    inner = next(one for one in network.driving if one.right)
+    outer = network.lanes[inner.right]
+    assert (inner.left_marking, inner.right_marking) == (DOUBLE, BROKEN)
+    assert (outer.left_marking, outer.right_marking, outer.left) == (BROKEN, SOLID, inner.id)
+    assert inner.speed_limit_mps == pytest.approx(30.0 / 3.6)
+    # The line between two lanes is painted once.
+    assert [line.kind for line in network.lines()].count(BROKEN) == 1
+
+
+def test_elevation_is_noticed(tmp_path):
+    assert load_network(write(tmp_path, _MAPS["line"])).is_flat
+    hill = '<elevationProfile><elevation s="0" a="0" b="0.1" c="0" d="0"/></elevationProfile>'
+    text = _MAPS["line"].replace("</planView>", "</planView>" + hill)
+    path = write(tmp_path, text, "hill.xodr")
+    assert not load_network(path).is_flat
+
+
+def test_lanes_of_a_town_are_linked(streets):
+    for one in streets.lanes.values():
+        assert all(one.id in streets.lanes[other].predecessors for other in one.successors)
+        assert all(one.id in streets.lanes[other].successors for other in one.predecessors)
+        for other in one.successors:
+            gap_m = np.hypot(*(streets.lanes[other].points_m[0] - one.points_m[-1]))
+            assert gap_m < 0.05
+    assert streets.lanes["a_1"].left == "a_2" and streets.lanes["a_2"].right == "a_1"
+    assert (streets.lanes["a_0"].kind, streets.lanes["a_1"].right) == (WALKING, "")
+    assert len(streets.crosswalks) > 0
+
+
+def test_right_of_way_and_lines(streets):
+    mid = streets.junctions["mid"]
+    ways = {(one.start, one.end): one for one in mid.connections}
+    from_north, straight = ways["d_1", "e_1"], ways["a_1", "b_1"]
+    assert mid.connections.index(straight) in from_north.gives_way_to
+    assert mid.connections.index(from_north) not in straight.gives_way_to
+    assert (from_north.line, straight.line) == (YIELD, "")
+    assert all(streets.lanes[name].junction == "mid" for name in straight.through)
+
+
+def test_lights_have_phases(streets):
+    light = streets.junctions["light"]
+    assert {one.line for one in light.connections} == {STOP}
+    states = {len(state) for _, state in light.phases}
+    assert states == {len(light.phases[0][1])}
+    assert max(one.signal for one in light.connections) < states.pop()
+
+
+def test_nearest_lane_prefers_the_direction_of_the_car(streets):
+    east = streets.nearest(60.0, 0.3, 0.1)
+    west = streets.nearest(60.0, -0.3, math.pi)
+    assert (east.lane[0], west.lane[0]) == ("b", "-")
+    assert east.heading_error_rad == pytest.approx(0.1, abs=1e-6)
+    x, y = streets.lanes[east.lane].at(np.array([east.s_m]))[0]
+    assert math.hypot(x - 60.0, y - 0.3) == pytest.approx(abs(east.cross_track_m), abs=1e-6)
+    assert streets.nearest(60.0, 80.0, within_m=20.0) is None
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "words"),
+    [
+        ("a.xodr", "<OpenDRIVE>", "not valid OpenDRIVE"),
+        ("a.xodr", "<net/>", "no element OpenDRIVE"),
+        ("a.xodr", "<OpenDRIVE/>", "netconvert cannot read it"),
+        ("a.net.xml", "<net", "no complete network"),
+        ("a.net.xml", '<net version="1.20"/>', "no lane for cars"),
+        ("a.csv", "", "neither .xodr"),
+    ],
+)
+def test_bad_map_is_one_line(tmp_path, name, text, words):
+    path = write(tmp_path, text, name)
+    with pytest.raises(MapError, match=words) as error:
+        load_network(path)
+    assert path in str(error.value) and "\n" not in str(error.value)
+
+
+def test_missing_map_is_one_line(tmp_path):
+    with pytest.raises(MapError, match="cannot be read"):
+        load_network(str(tmp_path / "none.xodr"))
+
+
+def test_map_in_the_cache_needs_no_netconvert(tmp_path, monkeypatch):
+    path = write(tmp_path, _MAPS["arc"])
+    first = load_network(path)
+    monkeypatch.setattr("subprocess.run", None)
+    os.utime(path, (1, 1))
+    assert np.array_equal(load_network(path).driving[0].points_m, first.driving[0].points_m)
