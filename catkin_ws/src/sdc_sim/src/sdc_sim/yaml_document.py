@@ -60,14 +60,21 @@ def load_yaml(path: str, fix: str) -> YamlDocument:
     Raises:
         DocumentError: the file cannot be read or is not valid YAML.
     """
-    from ruamel.yaml import YAML  # Imports take 40 ms: only a drive with a scenario needs them.
-
     path = os.path.expanduser(path)
     try:
-        with open(path, encoding="utf-8") as file:
-            return YamlDocument(path, file.read(), YAML(typ="safe", pure=True))
+        with open(path, "rb") as file:
+            return _parsed(path, file.read())
     except OSError as error:
         raise DocumentError(f"{path}: cannot be read ({error.strerror}); {fix}") from None
+
+
+@lru_cache(maxsize=64)
+def _parsed(path: str, content: bytes) -> YamlDocument:
+    """Parse a file once: it takes longer than a second of a drive."""
+    from ruamel.yaml import YAML  # Imports take 40 ms: only a drive with a scenario needs them.
+
+    try:
+        return YamlDocument(path, content.decode(), YAML(typ="safe", pure=True))
     except Exception as error:  # noqa: BLE001
         # ruamel.yaml raises many types, as for a scalar that does not fit its tag: "!!bool maybe".
         mark = getattr(error, "problem_mark", None)
@@ -82,20 +89,6 @@ def load_document(path: str, schema_name: str, fix: str) -> YamlDocument:
     Raises:
         DocumentError: the file cannot be read or is not valid
     """
-    path = os.path.expanduser(path)
-    try:
-        status = os.stat(path)
-        version = status.st_mtime_ns, status.st_size, status.st_ino
-    except OSError:
-        version = 0, 0, 0
-    return _load_version(path, version, schema_name, fix)
-
-
-@lru_cache(maxsize=64)
-def _load_version(
-    path: str, _version: tuple[int, int, int], schema_name: str, fix: str
-) -> YamlDocument:
-    """Read a file once until it changes: to parse it takes longer than a second of a drive."""
     document = load_yaml(path, fix)
     validate(document, schema(schema_name))
     return document
