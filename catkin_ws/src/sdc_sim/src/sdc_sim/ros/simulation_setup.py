@@ -19,31 +19,23 @@ from sdc_sim.ros.drive_log import DriveLog
 from sdc_sim.ros.picture_feed import PictureSettings
 from sdc_sim.scenario.configuration import build_simulation, checked, sensors_that_are_on
 from sdc_sim.simulation.simulation import OccupiedError
-from sdc_sim.yaml_document import DocumentError
+from sdc_sim.yaml_document import DocumentError, packaged_config
+
+# Parameters of the node besides those of config/sim.yaml.
+_OF_NODE = ("sync", "camera", "picture_feed")
+_PATHS = ("waypoints_path", "obstacles_path", "vehicles_folder")
 
 
-class Parameters:
-    """Reads private parameters by name and refuses those that are set but not read."""
-
-    def __init__(self) -> None:
-        self._read: set[str] = set()
-
-    def __call__(self, name: str) -> Any:
-        """Return a parameter; if it is missing or not valid the node ends with an error."""
-        self._read.add(name)
-        try:
-            return checked(name, parameter(name))
-        except ValueError as error:
-            refuse(f"{error}; fix it in config/sim.yaml")
-
-    def refuse_unread(self) -> None:
-        """End the node with an error if there is a parameter that was not read, as a misspelt one.
-
-        Call it after all parameters have been read.
-        """
-        for name in sorted(set(rospy.get_param("~", {})) - self._read):
-            hint = suggestion(name, self._read, "remove it")
-            refuse(f"unknown parameter {rospy.resolve_name('~' + name)}; {hint}")
+def _parameters() -> dict[str, Any]:
+    """Return all parameters; with one that is missing, unknown or not valid the node ends."""
+    known = [*packaged_config("sim"), *_OF_NODE, *_PATHS]
+    for name in sorted(set(rospy.get_param("~", {})) - set(known)):
+        hint = suggestion(name, known, "remove it")
+        refuse(f"unknown parameter {rospy.resolve_name('~' + name)}; {hint}")
+    try:
+        return {name: checked(name, parameter(name)) for name in known}
+    except ValueError as error:
+        refuse(f"{error}; fix it in config/sim.yaml")
 
 
 class SimulationSetup:
@@ -67,31 +59,31 @@ class SimulationSetup:
     """
 
     def __init__(self) -> None:
-        value = Parameters()
-        self.lockstep = bool(value("sync"))
+        values = _parameters()
+        self.lockstep = bool(values["sync"])
         names = "patience_s", "unstamped_patience_s", "start_patience_s", "first_answer_s"
-        self.timeouts_s: dict[str, float] = {name: value(name) for name in names}
-        self.wait_for_nodes = list(value("wait_for_nodes"))
-        self.services = bool(value("services"))
-        self.clicked_obstacle: str = value("clicked_obstacle")
-        self.role_name: str = value("role_name")
+        self.timeouts_s: dict[str, float] = {name: values[name] for name in names}
+        self.wait_for_nodes = list(values["wait_for_nodes"])
+        self.services = bool(values["services"])
+        self.clicked_obstacle: str = values["clicked_obstacle"]
+        self.role_name: str = values["role_name"]
         self.ego = f"/carla/{self.role_name}"
-        bridge = value("bridge")
-        self.ackermann_cmd: str | bool = value("ackermann_cmd")
-        with_camera = bool(value("camera"))
-        self.picture_feed: str = value("picture_feed")
-        daylight, weather = value("daylight"), value("weather")
-        self.waypoints_path: str = value("waypoints_path")
-        self.preset: str = value("vehicle")
-        self.truth = bool(value("truth"))
-        self.shows_truth = bool(value("ground_truth")) or self.truth
+        bridge = values["bridge"]
+        self.ackermann_cmd: str | bool = values["ackermann_cmd"]
+        with_camera = bool(values["camera"])
+        self.picture_feed: str = values["picture_feed"]
+        daylight, weather = values["daylight"], values["weather"]
+        self.waypoints_path: str = values["waypoints_path"]
+        self.preset: str = values["vehicle"]
+        self.truth = bool(values["truth"])
+        self.shows_truth = bool(values["ground_truth"]) or self.truth
         self.bridge = BRIDGE_VERSIONS[bridge]
         try:
             self.route_m: np.ndarray = load_waypoints(self.waypoints_path)
             self.route = road_route(self.route_m)
-            self.sensors = sensors_that_are_on(value)
-            self.simulation = build_simulation(value, self.route, self.route_m)
-            self.drive_log = DriveLog(value("drive_log"))
+            self.sensors = sensors_that_are_on(values)
+            self.simulation = build_simulation(values, self.route, self.route_m)
+            self.drive_log = DriveLog(values["drive_log"])
         except (WaypointError, DocumentError, OccupiedError) as error:
             refuse(error)
         except ValueError as error:
@@ -105,7 +97,6 @@ class SimulationSetup:
                 self.waypoints_path, self.role_name, bridge, daylight, weather, self.lockstep
             )
         _warn_of_tight_bends(self.route, self.simulation.vehicle.parameters, self.waypoints_path)
-        value.refuse_unread()
 
 
 def _warn_of_tight_bends(route: Route, vehicle: VehicleParameters, path: str) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from typing import Any, Callable
+from typing import Any, Mapping
 
 import numpy as np
 
@@ -35,7 +35,7 @@ def checked(name: str, value: Any) -> Any:
 
 
 def build_simulation(
-    parameter: Callable[[str], Any],
+    values: Mapping[str, Any],
     route: Route,
     waypoints_m: np.ndarray,
     vehicle_class: type[Vehicle] = Vehicle,
@@ -43,8 +43,8 @@ def build_simulation(
     """Return a simulation at its start.
 
     Args:
-        parameter: returns the checked parameter of config/sim.yaml with a given name, and those of
-            sim.launch: vehicles_folder, and obstacles_path, the scenario ("" for none)
+        values: the parameters of config/sim.yaml, checked, and those of sim.launch:
+            vehicles_folder, and obstacles_path, the scenario ("" for none)
         route: the road
         waypoints_m: (N, 2) waypoints along which its scenery is placed [m]
         vehicle_class: Vehicle, or CompiledVehicle
@@ -54,14 +54,14 @@ def build_simulation(
         OccupiedError: an obstacle is at the start pose
         ValueError: a place is not on the route
     """
-    obstacles, lights = load_traffic(parameter("obstacles_path"), route)
+    obstacles, lights = load_traffic(values["obstacles_path"], route)
     vehicle = vehicle_class(
-        load_vehicle(os.path.join(parameter("vehicles_folder"), parameter("vehicle") + ".yaml")),
-        friction=parameter("friction"),
-        side_wind_mps=parameter("side_wind_mps"),
+        load_vehicle(os.path.join(values["vehicles_folder"], values["vehicle"] + ".yaml")),
+        friction=values["friction"],
+        side_wind_mps=values["side_wind_mps"],
     )
-    tick_s, seed = parameter("tick_s"), parameter("seed")
-    sensors = sensors_that_are_on(parameter)
+    tick_s, seed = values["tick_s"], values["seed"]
+    sensors = sensors_that_are_on(values)
     suite = None
     if sensors:
         suite = SensorSuite(
@@ -70,21 +70,21 @@ def build_simulation(
     return Simulation(
         vehicle,
         tick_s,
-        parameter("command_patience_s"),
-        start=start_pose(route, **parameter("start")),
+        values["command_patience_s"],
+        start=start_pose(route, **values["start"]),
         obstacles=Obstacles(obstacles),
         lights=lights,
-        noise=OdometryNoise(seed, **parameter("odometry_noise")),
-        ackermann=AckermannGains(**parameter("ackermann")),
-        command_latency_s=parameter("command_latency_s"),
-        sensor_latency_s=parameter("sensor_latency_s"),
+        noise=OdometryNoise(seed, **values["odometry_noise"]),
+        ackermann=AckermannGains(**values["ackermann"]),
+        command_latency_s=values["command_latency_s"],
+        sensor_latency_s=values["sensor_latency_s"],
         sensors=suite,
     )
 
 
-def sensors_that_are_on(parameter: Callable[[str], Any]) -> dict[str, SensorSettings]:
+def sensors_that_are_on(values: Mapping[str, Any]) -> dict[str, SensorSettings]:
     """Return the settings of the sensors with a period, by name."""
-    settings = {name: sensor_settings(name, parameter(name)) for name in SENSORS}
+    settings = {name: sensor_settings(name, values[name]) for name in SENSORS}
     return {name: one for name, one in settings.items() if one.period_s > 0.0}
 
 

@@ -58,16 +58,12 @@ class DriveSetup:
             ValueError: a parameter is not valid; the message names it
         """
         values = {
-            **self.parameters,
+            **{name: checked(name, value) for name, value in self.parameters.items()},
             "vehicles_folder": folder_of("vehicle"),
             "obstacles_path": self.scenario.path if self.scenario is not None else "",
         }
-
-        def parameter(name: str) -> Any:
-            return checked(name, values[name])
-
         vehicle = CompiledVehicle if compiled else Vehicle
-        return build_simulation(parameter, self.route, self.waypoints_m, vehicle)
+        return build_simulation(values, self.route, self.waypoints_m, vehicle)
 
 
 def drive_setup(
