@@ -42,12 +42,6 @@ class CameraModel:
                 f"camera: picture size {self.width} x {self.height} is not supported; "
                 "use an even width and at least 16 x 16"
             )
-        if not (0.1 < self.fov_rad < 2.4 and self.mount_z_m > 0.1 and abs(self.pitch_rad) < 0.5):
-            raise ValueError(
-                f"camera: fov_rad {self.fov_rad}, mount_z_m {self.mount_z_m}, pitch_rad "
-                f"{self.pitch_rad} is out of range; use fov_rad in 0.1..2.4, mount_z_m above 0.1 "
-                "and pitch_rad in -0.5..0.5"
-            )
 
     @property
     def focal_px(self) -> float:

@@ -64,12 +64,7 @@ class KeyboardControl:
         Args:
             held: names of the held keys
             step_s: time step [s]
-
-        Raises:
-            ValueError: the time step is negative or not finite.
         """
-        if not 0.0 <= step_s < math.inf:
-            raise ValueError(f"a time step must not be negative or infinite, got {step_s}")
         actions = {ACTIONS.get(key) for key in held}
         last = self.command
         direction = ("right" in actions) - ("left" in actions)

@@ -168,8 +168,7 @@ class LidarModel(SensorModel):
             ),
             axis=-1,
         ).reshape(-1, 3)
-        if context.scenery is None:
-            raise ValueError("a lidar needs a road with its scenery")
+        assert context.scenery is not None
         scenery = context.scenery()
         self._scenery = scenery_bodies(scenery)
         # No body of the scenery reaches farther from its origin.

@@ -118,8 +118,7 @@ class _Zone:
             raise ValueError(f"a zone of gnss must end after its start, got {start} to {end}")
         if unit == "s":
             return
-        if route is None:
-            raise ValueError("a zone in metres needs a route; give from_s and to_s")
+        assert route is not None
         if end > route.length_m:
             raise ValueError(
                 f"a zone ends {end:g} m along a route of {route.length_m:.1f} m; "
