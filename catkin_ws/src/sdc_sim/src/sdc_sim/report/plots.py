@@ -9,7 +9,6 @@ from collections.abc import Callable
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
@@ -216,7 +215,7 @@ def _draw_panels(panels: list[Axes], result: DriveResult) -> None:
 
 
 def new_figure(width_in: float, height_in: float, font_size_pt: float) -> Figure:
-    """Return an empty figure with a canvas.
+    """Return an empty figure.
 
     Args:
         width_in: width [inches]
@@ -226,9 +225,7 @@ def new_figure(width_in: float, height_in: float, font_size_pt: float) -> Figure
     matplotlib.rcParams.update(
         {**_PAGE["style"], "font.size": font_size_pt, "legend.fontsize": 0.9 * font_size_pt}
     )
-    figure = Figure(figsize=(width_in, height_in))
-    FigureCanvasAgg(figure)
-    return figure
+    return Figure(figsize=(width_in, height_in))
 
 
 def headline(metrics: dict) -> list[tuple[str, str]]:

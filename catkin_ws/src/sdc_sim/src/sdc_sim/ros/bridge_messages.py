@@ -50,12 +50,7 @@ class World:
         """The true state in the last tick."""
         return self.simulation.snapshot
 
-    @property
-    def header(self) -> Header:
-        """A header in the map with the time of the last tick."""
-        return self.header_in(MAP_FRAME)
-
-    def header_in(self, frame: str) -> Header:
+    def header(self, frame: str = MAP_FRAME) -> Header:
         """Return a header in a frame with the time of the last tick."""
         return Header(stamp=rospy.Time(0, self.snapshot.stamp_ns), frame_id=frame)
 
@@ -111,7 +106,7 @@ def obstacles(world: World) -> list[ObstacleArray]:
         )
         for one in world.snapshot.obstacles
     ]
-    return [ObstacleArray(world.header, states, _colours(world))]
+    return [ObstacleArray(world.header(), states, _colours(world))]
 
 
 def world_status(world: World) -> list[carla.CarlaStatus]:
@@ -129,7 +124,7 @@ def world_status(world: World) -> list[carla.CarlaStatus]:
 def vehicle_status(world: World) -> list[carla.CarlaEgoVehicleStatus]:
     """Return speed, orientation, executed command, and acceleration in the map frame."""
     state, command = world.snapshot.state, world.simulation.commands.executed
-    message = carla.CarlaEgoVehicleStatus(header=world.header)
+    message = carla.CarlaEgoVehicleStatus(header=world.header())
     message.velocity = math.hypot(state.speed_mps, state.lateral_speed_mps)
     message.acceleration.linear = map_vector(
         state.yaw_rad, state.longitudinal_acceleration_mps2, state.lateral_acceleration_mps2
@@ -180,7 +175,7 @@ def collisions(world: World) -> list[carla.CarlaCollisionEvent]:
     """Return the contacts that began in the last tick."""
     return [
         carla.CarlaCollisionEvent(
-            header=world.header_in(world.role_name),
+            header=world.header(world.role_name),
             other_actor_id=event.id,
             normal_impulse=Vector3(event.impulse_x_ns, event.impulse_y_ns, 0.0),
         )
@@ -200,7 +195,7 @@ def _box(world: World, number: int, pose: Pose, size: Sequence[float], colour: A
     """Return a box of this size [m] on the ground, in red, green, blue and opacity."""
     above = Point(pose.position.x, pose.position.y, 0.5 * size[2])
     return Marker(
-        header=world.header,
+        header=world.header(),
         id=number,
         type=Marker.CUBE,
         action=Marker.ADD,
@@ -217,12 +212,12 @@ def _pose(place: Any) -> Pose:
 
 def other_objects(world: World) -> list[ObjectArray]:
     """Return the obstacles as objects."""
-    return [ObjectArray(world.header, _others(world))]
+    return [ObjectArray(world.header(), _others(world))]
 
 
 def all_objects(world: World) -> list[ObjectArray]:
     """Return the vehicle and the obstacles as objects."""
-    return [ObjectArray(world.header, [_own(world), *_others(world)])]
+    return [ObjectArray(world.header(), [_own(world), *_others(world)])]
 
 
 def object_markers(world: World) -> list[Marker]:
@@ -265,7 +260,7 @@ def _object(
     lateral_speed_mps: float = 0.0,
 ) -> Object:
     message = Object(
-        header=world.header,
+        header=world.header(),
         id=number,
         detection_level=Object.OBJECT_TRACKED,
         pose=_pose(state),
@@ -296,7 +291,7 @@ def actor_list(world: World) -> list[carla.CarlaActorList]:
 
 def control_info(world: World) -> list[bridge.EgoVehicleControlInfo]:
     """Return limits, target, motion and executed command as the bridge 0.9.3 publishes them."""
-    commands, state, header = world.simulation.commands, world.snapshot.state, world.header
+    commands, state, header = world.simulation.commands, world.snapshot.state, world.header()
     gains = commands.ackermann.gains
     limits = bridge.EgoVehicleControlMaxima(
         max_steering_angle=world.simulation.vehicle.parameters.max_wheel_angle_rad,

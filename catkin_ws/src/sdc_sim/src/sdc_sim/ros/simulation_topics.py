@@ -125,7 +125,7 @@ class SimulationTopics:
         for field, convert, settings, frame, publisher in self._sensors:
             reading = getattr(self._world.snapshot.readings, field)
             if reading is not None:
-                publisher.publish(convert(reading, settings, self._world.header_in(frame)))
+                publisher.publish(convert(reading, settings, self._world.header(frame)))
 
     def _table(self, left_out: set[str]) -> dict[str, Topic]:
         """Return the topics of config/topics.yaml that are published, by name."""
@@ -249,7 +249,7 @@ class SimulationTopics:
     def _lane_invasion(self, world: World) -> list[carla.CarlaLaneInvasionEvent]:
         crossed = self._lane_invasion_detector.update(world.simulation.outline)
         return (
-            [carla.CarlaLaneInvasionEvent(world.header_in(world.role_name), crossed)]
+            [carla.CarlaLaneInvasionEvent(world.header(world.role_name), crossed)]
             if crossed
             else []
         )
@@ -258,6 +258,6 @@ class SimulationTopics:
         if world.simulation.tick % self._display_ticks:
             return []
         # A person may have removed an obstacle.
-        markers = [Marker(header=world.header, ns="obstacles", action=Marker.DELETEALL)]
+        markers = [Marker(header=world.header(), ns="obstacles", action=Marker.DELETEALL)]
         markers += [bridge_messages.obstacle_marker(world, one) for one in world.snapshot.obstacles]
         return [MarkerArray(markers)]
