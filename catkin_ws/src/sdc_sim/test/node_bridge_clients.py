@@ -11,12 +11,18 @@ import tf2_ros
 from ackermann_msgs.msg import AckermannDrive
 from carla_msgs.msg import (
     CarlaCollisionEvent,
+    CarlaControl,
     CarlaEgoVehicleControl,
     CarlaEgoVehicleInfo,
     CarlaEgoVehicleStatus,
     CarlaLaneInvasionEvent,
+    CarlaRoute,
     CarlaStatus,
+    CarlaWalkerControl,
 )
+from carla_msgs.srv import DestroyObject, GetBlueprints, SpawnObject
+from derived_object_msgs.msg import ObjectArray
+from geometry_msgs.msg import Point, Pose, Quaternion, Vector3
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import Image
@@ -39,6 +45,9 @@ class BridgeClientsTest(unittest.TestCase):
             EGO + "/vehicle_control_cmd", CarlaEgoVehicleControl, queue_size=10
         )
         wait_for_subscriber(cls.control)
+        cls.spawn = rospy.ServiceProxy("/carla/spawn_object", SpawnObject)
+        cls.destroy = rospy.ServiceProxy("/carla/destroy_object", DestroyObject)
+        cls.spawn.wait_for_service(20.0)
         cls.odometry.wait_for()
         cls.status.wait_for()
 
@@ -143,6 +152,77 @@ class BridgeClientsTest(unittest.TestCase):
         subscriber.unregister()
         converting.clear()
         self.wait_for_speed(lambda speed: abs(speed - 4.0) < 0.3)
+
+    def test_panel_pauses_steps_and_plays(self):
+        control = rospy.Publisher("/carla/control", CarlaControl, queue_size=10)
+        wait_for_subscriber(control)
+        status = MessageListener("/carla/status", CarlaStatus)
+        status.wait_for()
+        control.publish(CarlaControl.PAUSE)
+        paused = status.wait_for(lambda one: not one.synchronous_mode_running).frame
+        for step in (1, 2):
+            control.publish(CarlaControl.STEP_ONCE)
+            status.wait_for(lambda one, frame=paused + step: one.frame == frame)
+        control.publish(9)
+        control.publish(CarlaControl.PLAY)
+        status.wait_for(lambda one: one.synchronous_mode_running and one.frame > paused + 10)
+
+    def spawned(self, kind, name, x, y=0.0, carrier=0):
+        pose = Pose(Point(x, y, 0.0), Quaternion(w=1.0))
+        return self.spawn(kind, name, [], pose, carrier, False)
+
+    def test_spawned_car_is_hit_and_destroyed(self):
+        objects = MessageListener("/carla/objects", ObjectArray)
+        collision = MessageListener(EGO + "/collision", CarlaCollisionEvent)
+        collision.wait_for_publisher()
+        car = self.spawned("vehicle.tesla.model3", "leader", 12.0).id
+        for kind, name, x, error in (
+            ("vehicle.tesla.model3", "leader", 40.0, "'leader' is in use"),
+            ("vehicle.tesla.model3", "other", 14.0, f"the car {car} is there"),
+            ("static.prop.box01", "box", 1.0, "the ego vehicle is at"),
+            ("static.prop.box01", "box", float("nan"), "not finite"),
+            ("plane.jumbo", "jumbo", 40.0, "unknown type"),
+            ("sensor.other.imu", "imu", 0.0, "none on /carla/imu"),
+        ):
+            answer = self.spawned(kind, name, x)
+            self.assertEqual(answer.id, -1)
+            self.assertIn(error, answer.error_string)
+        self.timer(0.05, lambda: self.control.publish(CarlaEgoVehicleControl(throttle=0.5)))
+        self.assertEqual(collision.wait_for(seconds=30.0).other_actor_id, car)
+        self.assertTrue(self.destroy(car).success)
+        objects.wait_for(lambda one: len(one.objects) == 1, after=len(objects.messages))
+        self.assertFalse(self.destroy(car).success)
+        # A reset removes what was spawned; its name is free then.
+        self.assertGreater(self.spawned("static.prop.box01", "leader", 60.0).id, car)
+        objects.wait_for(lambda one: len(one.objects) == 2, after=len(objects.messages))
+        rospy.ServiceProxy("/sim/reset", Trigger)()
+        wait_until(lambda: self.spawned("walker.*", "leader", 60.0).id > car, what="a free name")
+
+    def test_pedestrian_walks_where_its_client_wants(self):
+        walker = self.spawned("walker.pedestrian.0001", "alice", 30.0, 8.0).id
+        self.assertGreater(self.spawned("sensor.pseudo.odom", "odometry", 0.0, 0.0, walker).id, 0)
+        seen = MessageListener("/carla/alice/odometry", Odometry)
+        control = rospy.Publisher(
+            "/carla/alice/walker_control_cmd", CarlaWalkerControl, queue_size=1
+        )
+        wait_for_subscriber(control)
+        control.publish(CarlaWalkerControl(Vector3(0.0, -2.0, 0.0), 1.5, False))
+        seen.wait_for(lambda one: one.pose.pose.position.y < 6.0)
+        control.publish(CarlaWalkerControl())
+        halted = seen.wait_for(lambda one: not one.twist.twist.linear.x, after=len(seen.messages))
+        x, _, yaw, _ = pose_and_speed(halted)
+        np.testing.assert_allclose((x, yaw), (30.0, -np.pi / 2), atol=1e-6)
+        self.assertTrue(self.destroy(walker).success)
+
+    def test_blueprints_and_route_are_there(self):
+        blueprints = rospy.ServiceProxy("/carla/get_blueprints", GetBlueprints)
+        names = blueprints("vehicle.*").blueprints
+        own = [name for name in names if ".pseudo." not in name]
+        self.assertEqual((own, names), (["vehicle.audi.a2"], sorted(names)))
+        self.assertIn("sensor.other.gnss", blueprints("").blueprints)
+        route = MessageListener(EGO + "/global_plan", CarlaRoute).wait_for()
+        self.assertEqual(set(route.road_options), {CarlaRoute.LANEFOLLOW})
+        self.assertEqual(route.poses[0], self.odometry.messages[-1].pose.pose)
 
 
 if __name__ == "__main__":

@@ -23,7 +23,11 @@ from sdc_testing import MessageListener, wait_for_subscriber
 
 SIM = os.path.join(rospkg.RosPack().get_path("sdc_sim"), "scripts", "sim.py")
 CAMERA = os.path.join(rospkg.RosPack().get_path("sdc_sim"), "scripts", "front_camera.py")
-CAMERA_TOPICS = ("/carla/weather_control", "/carla/hero/spectator_pose")
+CAMERA_TOPICS = (
+    "/carla/weather_control",
+    "/carla/hero/spectator_pose",
+    "/carla/hero/rgb_view/control/set_transform",
+)
 OBSTACLES = """frame: route
 obstacles:
   - {kind: car, at: [40.0, 0.0]}

@@ -46,6 +46,22 @@ def test_obstacle_moves_along_its_path_and_stops_at_the_end(seconds, x, y, yaw, 
     )
 
 
+def test_added_obstacle_moves_straight_on_until_it_is_changed_or_removed():
+    obstacles = Obstacles([WALKER])
+    number = obstacles.add(box(0.0, 9.0).straight_on(0.0, 2.0), FAR)
+    run(obstacles, 1.0)
+    obstacles.change(number, (math.pi / 2, 1.0))
+    run(obstacles, 2.0)
+    obstacles.change(number, (math.pi, 0.0))
+    run(obstacles, 1.0)
+    body = obstacles.states[1]
+    assert (body.id, *body[2:5], body.speed_mps) == pytest.approx((102, 2.0, 11.0, math.pi, 0.0))
+    obstacles.change(number, None)
+    assert [one.id for one in obstacles.states] == [FIRST_ID]
+    with pytest.raises(ValueError, match="no obstacle 102"):
+        obstacles.change(number, None)
+
+
 def test_obstacle_waits_for_its_start_time():
     obstacles = Obstacles([dataclasses.replace(WALKER, start_s=3.0)])
     run(obstacles, 3.0)

@@ -6,12 +6,14 @@ import math
 import numpy as np
 import pytest
 import rospy
-from geometry_msgs.msg import PoseStamped
+from geometry_msgs.msg import Point, Pose, PoseStamped, Quaternion
+from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import CameraInfo, Image
 
 from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.ros.picture_messages import (
     camera_info_message,
+    camera_mount,
     daylight,
     image_message,
     spectator_mount,
@@ -82,6 +84,10 @@ def test_spectator_looks_where_its_pose_points(yaw, pitch):
     x, y, z, mount_yaw, mount_pitch = spectator_mount(spectator_pose(yaw, pitch), "hero")
     assert (x, y, z) == (-6.0, 0.0, 3.0)
     assert (mount_yaw, mount_pitch) == (pytest.approx(yaw), pytest.approx(pitch))
+    # RViz's panel turns the axes of the camera to those of a body, which the bridge expects.
+    turn = Quaternion(*Rotation.from_euler("ZY", (yaw, pitch)).as_quat())
+    pose = Pose(Point(-6.0, 0.0, 3.0), turn)
+    assert camera_mount(pose) == pytest.approx((x, y, z, yaw, pitch))
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Iterable, NamedTuple
 
 from sdc_common.geometry.polyline import Polyline
@@ -12,6 +12,8 @@ from sdc_sim.yaml_document import packaged_config
 
 # First ID of the obstacles in messages; the ego vehicle is 1.
 FIRST_ID = 101
+# Length of the path of an obstacle that moves straight on.
+_FAR_M = 1e4
 # A contact ends at this distance: a trembling contact is one event.
 RELEASE_M = 0.1
 
@@ -86,6 +88,14 @@ class ObstaclePlan:
     def stationary(kind: str, x_m: float, y_m: float, yaw_rad: float) -> ObstaclePlan:
         """Return a stationary obstacle with the default size of its kind."""
         return ObstaclePlan(kind, ((x_m, y_m),), KINDS[kind][:3], yaw_rad)
+
+    def straight_on(self, yaw_rad: float, speed_mps: float) -> ObstaclePlan:
+        """Return the plan of an obstacle that moves from its first point until it is changed."""
+        x, y = self.points_m[0]
+        if not speed_mps:
+            return replace(self, points_m=((x, y),), yaw_rad=yaw_rad)
+        far = x + _FAR_M * math.cos(yaw_rad), y + _FAR_M * math.sin(yaw_rad)
+        return replace(self, points_m=((x, y), far), speed_mps=speed_mps, start_s=0.0)
 
 
 class SimulatedObstacle:
@@ -167,7 +177,7 @@ class Obstacles:
             a text that describes the change
 
         Raises:
-            ValueError: the ego vehicle is there
+            ValueError: as `add`
         """
         x, y = plan.points_m[0]
         point = Rectangle(x, y, 0.0, 1.0, 1.0)
@@ -175,12 +185,37 @@ class Obstacles:
         if hit:
             self.all = [obstacle for obstacle in self.all if obstacle not in hit]
             return f"removed {len(hit)} at ({x:.1f}, {y:.1f})"
+        self.add(plan, ego)
+        return f"added one {plan.kind} at ({x:.1f}, {y:.1f})"
+
+    def add(self, plan: ObstaclePlan, ego: Rectangle) -> int:
+        """Add an obstacle and return its ID.
+
+        Raises:
+            ValueError: the ego vehicle is there
+        """
         obstacle = SimulatedObstacle(self._next_id, plan)
         if overlap(obstacle.body.rectangle, ego):
+            x, y = plan.points_m[0]
             raise ValueError(f"the ego vehicle is at ({x:.1f}, {y:.1f}); choose another place")
         self._next_id += 1
         self.all.append(obstacle)
-        return f"added one {plan.kind} at ({x:.1f}, {y:.1f})"
+        return obstacle.id
+
+    def change(self, number: int, motion: tuple[float, float] | None) -> None:
+        """Let an obstacle move straight on, heading [rad] and speed [m/s], or with None remove it.
+
+        Raises:
+            ValueError: there is no obstacle with this ID
+        """
+        at = next((at for at, one in enumerate(self.all) if one.id == number), None)
+        if at is None:
+            raise ValueError(f"there is no obstacle {number}")
+        body, plan = self.all[at].body, self.all[at].plan
+        del self.all[at]
+        if motion:
+            plan = replace(plan, points_m=((body.x_m, body.y_m),)).straight_on(*motion)
+            self.all.insert(at, SimulatedObstacle(number, plan))
 
     def advance(self, elapsed_s: float, step_s: float, ego: Rectangle) -> list[CollisionEvent]:
         """Move all obstacles for step_s while the ego vehicle does not move.

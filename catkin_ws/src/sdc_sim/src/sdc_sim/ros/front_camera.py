@@ -13,7 +13,7 @@ import numpy as np
 import rospy
 import tf2_ros
 from carla_msgs.msg import CarlaWeatherParameters
-from geometry_msgs.msg import PoseStamped
+from geometry_msgs.msg import Pose, PoseStamped
 from sensor_msgs.msg import CameraInfo, Image
 
 from sdc_common.ros.node import LoopPublisher
@@ -28,6 +28,7 @@ from sdc_sim.ros.picture_feed import PictureSettings
 from sdc_sim.ros.picture_messages import (
     CameraMount,
     camera_info_message,
+    camera_mount,
     camera_transform,
     daylight,
     image_message,
@@ -44,6 +45,8 @@ _VIEW_FOV_RAD = math.radians(90.0)
 _SPECTATOR_FOV_RAD = math.radians(50.0)
 # Behind the vehicle, as in the sensor files of the bridge.
 _VIEW_MOUNT = CameraMount(-4.5, 0.0, 2.8, 0.0, math.radians(20.0))
+# A pose on the vehicle moves it.
+_SET_VIEW = "/rgb_view/control/set_transform"
 
 
 class CameraTopics:
@@ -142,6 +145,8 @@ class FrontCamera:
             topics = CameraTopics(self._role_name, bridge.view)
             self._others.append(OtherCamera(road, weather, topics, _VIEW_FOV_RAD))
             self._others[0].mount = _VIEW_MOUNT
+        if _SET_VIEW in bridge.topics:
+            self._subscribe(f"/carla/{self._role_name}{_SET_VIEW}", Pose, self._on_view)
         if bridge.spectator:
             topics = CameraTopics(self._role_name, bridge.spectator)
             self._spectator = OtherCamera(road, weather, topics, _SPECTATOR_FOV_RAD)
@@ -200,6 +205,9 @@ class FrontCamera:
         self._daylight = daylight(message.sun_altitude_angle)
         # For this node after a crash.
         rospy.set_param("~daylight", self._daylight)
+
+    def _on_view(self, pose: Pose) -> None:
+        self._others[0].mount = camera_mount(pose)
 
     def _on_spectator(self, message: PoseStamped) -> None:
         self._spectator.mount = spectator_mount(message, self._role_name)

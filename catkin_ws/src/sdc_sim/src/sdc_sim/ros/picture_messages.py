@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import NamedTuple, Sequence
 
 import numpy as np
 import rospy
-from geometry_msgs.msg import PoseStamped, Quaternion, TransformStamped, Vector3
+from geometry_msgs.msg import Pose, PoseStamped, Quaternion, TransformStamped, Vector3
 from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import CameraInfo, Image
 
@@ -92,17 +92,23 @@ def spectator_mount(message: PoseStamped, vehicle_frame: str) -> CameraMount:
     The axes of the pose are those of a camera in RViz: x right, y up, z backward. Roll is ignored.
 
     Raises:
-        ValueError: the pose is in another frame, not a unit quaternion, or beyond the limits
+        ValueError: the pose is in another frame, or as camera_mount
     """
     if message.header.frame_id != vehicle_frame:
         raise ValueError(f"its frame is '{message.header.frame_id}'; use {vehicle_frame}")
-    place, q = message.pose.position, message.pose.orientation
+    return camera_mount(message.pose, (0.0, 0.0, -1.0))
+
+
+def camera_mount(pose: Pose, view: Sequence[float] = (1.0, 0.0, 0.0)) -> CameraMount:
+    """Return where a pose on the vehicle puts a camera that looks along an axis of the pose.
+
+    Raises:
+        ValueError: the orientation is not a unit quaternion, or the pose is beyond the limits
+    """
+    place, q = pose.position, pose.orientation
     if not 0.9 < q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w < 1.1:
         raise ValueError("its orientation is not a unit quaternion")
-    # The direction of view is minus the third column of the rotation matrix.
-    forward = -2.0 * (q.x * q.z + q.w * q.y)
-    left = -2.0 * (q.y * q.z - q.w * q.x)
-    up = -1.0 + 2.0 * (q.x * q.x + q.y * q.y)
+    forward, left, up = Rotation.from_quat([q.x, q.y, q.z, q.w]).apply(view).tolist()
     pitch = -math.asin(min(max(up, -1.0), 1.0))
     if not (
         max(abs(place.x), abs(place.y), abs(place.z)) <= _MAX_SPECTATOR_M

@@ -7,14 +7,19 @@ from typing import Any, Callable
 
 import rospy
 from geometry_msgs.msg import PointStamped, Pose, PoseWithCovarianceStamped, Twist
+from sdc_msgs.srv import SetObstacle
 from std_srvs.srv import Trigger
 
 from sdc_common.ros.node import offer_reload
-from sdc_sim.physics.obstacles import ObstaclePlan
+from sdc_common.validation import check_between
+from sdc_sim.physics.collision import Rectangle
+from sdc_sim.physics.obstacles import KINDS, ObstaclePlan
 from sdc_sim.ros.loop_lock import LoopLock
 from sdc_sim.ros.message_conversion import MAP_FRAME, map_point, map_pose
 from sdc_sim.ros.simulation_setup import SimulationSetup
 from sdc_sim.scenario.configuration import checked
+
+_MAX_OBSTACLE_MPS = 100.0
 
 
 class PauseControl:
@@ -87,6 +92,7 @@ class SimulationServices:
         ):
             rospy.Service("~" + name, Trigger, self._service(change))
         offer_reload(lock.guarded(self._reload))
+        rospy.Service("~set_obstacle", SetObstacle, lock.guarded(self._set_obstacle))
         self._subscribe("/initialpose", PoseWithCovarianceStamped, self._on_pose)
         self._subscribe("/clicked_point", PointStamped, self._on_click)
         if "/control/set_transform" in setup.bridge.topics:
@@ -127,6 +133,30 @@ class SimulationServices:
         self._simulation.set_disturbances(**values)
         text = ", ".join(f"{name} {value}" for name, value in values.items())
         rospy.loginfo("sim: from tick %d on: %s", self._simulation.tick, text)
+
+    def _set_obstacle(self, request: Any) -> tuple[int, str]:
+        one, number = request.obstacle, request.obstacle.id
+        obstacles = self._simulation.obstacles
+        try:
+            check_between(0.0, _MAX_OBSTACLE_MPS, speed=one.speed)
+            if request.remove:
+                obstacles.change(number, None)
+            elif number:
+                obstacles.change(number, (map_pose(MAP_FRAME, one.pose)[2], one.speed))
+            elif one.kind in KINDS:
+                plan = ObstaclePlan.stationary(one.kind, *map_pose(MAP_FRAME, one.pose))
+                taken = obstacles.at(Rectangle(*plan.points_m[0], plan.yaw_rad, *plan.size_m[:2]))
+                if taken:
+                    raise ValueError(f"the {taken.kind} {taken.id} is there; choose another place")
+                plan = plan.straight_on(plan.yaw_rad, one.speed)
+                number = obstacles.add(plan, self._simulation.outline)
+            else:
+                raise ValueError(f"unknown kind '{one.kind}'; use one of {', '.join(KINDS)}")
+        except ValueError as error:
+            return 0, str(error)
+        if self._pause.waiting:
+            self._on_change()
+        return number, ""
 
     def _on_pose(self, message: PoseWithCovarianceStamped) -> None:
         self._simulation.place(*map_pose(message.header.frame_id, message.pose.pose))
