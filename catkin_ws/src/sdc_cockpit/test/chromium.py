@@ -58,10 +58,11 @@ def headless_chromium(
         shutil.rmtree(profile, ignore_errors=True)
 
 
-def resize(browser: webdriver.Chrome, width: int, height: int) -> None:
-    """Set the size of the page, also one smaller than a window can be."""
+def resize(browser: webdriver.Chrome, width: int, height: int, touch: bool = False) -> None:
+    """Set the size of the page, also one smaller than a window can be, and whether it is touched."""
     size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 600}
     browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+    browser.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": touch})
 
 
 def value_of(browser: webdriver.Chrome, expression: str) -> Any:

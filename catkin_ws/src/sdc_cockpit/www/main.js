@@ -10,6 +10,8 @@ import { ahead, Picture } from "./picture.js";
 const NOTICE_MS = 4000;
 const OBSTACLE_AHEAD_M = 30;
 const MODES = { none: "no drive runs", stack: "the stack drives", person: "a viewer drives", braking: "braking", "other program": "another program drives" };
+// Without a simulation these have no effect.
+const NEED_SIMULATION = ["drive", "pause", "step", "reset", "obstacle", "mask"];
 const $ = (id) => document.getElementById(id);
 
 const connection = new Connection();
@@ -62,15 +64,23 @@ function onState(news) {
   if (mine !== controls.driving && !mine && state.mode === "braking") notice("The controls did not arrive: the car brakes", "warn");
   controls.setDriving(mine);
   showDriver(drives.idle ? "none" : state.mode, mine);
-  set($("no-picture"), "textContent", drives.idle ? "No drive runs: press G and start one" : "Waiting for a picture");
-  const clock = drives.idle ? "" : state.t === null ? "no simulation yet" : `${state.t.toFixed(1)} s${state.running ? "" : ", paused"}`;
-  set($("clock"), "textContent", clock);
-  set($("pause"), "textContent", state.running || state.t === null ? "Pause" : "Resume");
+  showRunning();
   showInstruments(state);
   drives.update(state);
   plots?.add(state);
   scene?.update(state);
   if (scene && state.road > 0 && state.road !== road) loadRoad(state.road);
+}
+
+// What is on the page belongs to the drive that runs, or to one that is over.
+function showRunning() {
+  const { idle } = drives, time = state.t === null ? "" : `${state.t.toFixed(1)} s`;
+  set($("no-picture"), "textContent", idle ? "No drive runs: press Start" : "Waiting for a picture");
+  set($("clock"), "textContent", idle ? time && `the last one ended at ${time}` : time ? time + (state.running ? "" : ", paused") : "no simulation yet");
+  document.body.classList.toggle("past", idle && time !== "");
+  set($("pause"), "textContent", idle || state.running || time === "" ? "Pause" : "Resume");
+  set($("start-now"), "hidden", !idle);
+  for (const id of NEED_SIMULATION) set($(id), "disabled", idle || state.t === null);
 }
 
 function obstacle(place) {
@@ -90,6 +100,7 @@ function setView(view) {
 }
 
 const actions = {
+  "start-now": () => $("start-form").requestSubmit(),
   drive: () => (controls.driving ? controls.giveBack() : controls.takeOver()),
   pause: () => connection.send(state?.running === false ? "resume" : "pause"),
   step: () => connection.send("step"),
@@ -117,7 +128,7 @@ addEventListener("keydown", (event) => {
   if (event.ctrlKey || event.metaKey || event.altKey || event.repeat || event.target.matches("select, input")) return;
   if (event.code in SHORTCUTS) {
     event.preventDefault();
-    actions[SHORTCUTS[event.code]]();
+    $(SHORTCUTS[event.code]).click();
   } else if (event.code === "KeyV" && scene) setView(scene.nextView());
   else if (controls.driving && event.code === "KeyQ") connection.send("reverse");
   else if (controls.driving && event.code === "Escape") controls.giveBack();

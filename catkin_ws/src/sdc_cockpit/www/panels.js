@@ -1,8 +1,9 @@
 // Instruments, nodes and log.
 const LARGEST_LOG = 300;
 const $ = (id) => document.getElementById(id);
-const number = (value, digits) => (value === null || value === undefined ? "–" : value.toFixed(digits));
-
+// Offers the browser to break a name after each slash, and nowhere else.
+const breakable = (name) => name.split(/(?<=\/)/).flatMap((part) => [document.createElement("wbr"), part]);
+const number = (value, digits) => (value === null || value === undefined ? "–" : value.toFixed(digits).replace(/^-(?=[0.]+$)/, ""));
 
 // Change a property of an element; an equal value costs no layout.
 export function set(element, property, value) {
@@ -27,7 +28,7 @@ function row(kind, name, rate = "") {
   line.className = kind;
   for (const [text, style] of [[name, ""], [rate, "rate"]]) {
     const cell = line.insertCell();
-    cell.textContent = text;
+    cell.append(...breakable(text));
     cell.className = style;
   }
   return line;

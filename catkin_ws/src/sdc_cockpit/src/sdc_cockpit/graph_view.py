@@ -14,6 +14,10 @@ _MAX_CHARACTERS = 400
 _LEVELS = {Log.DEBUG: "debug", Log.INFO: "info", Log.WARN: "warn", Log.ERROR: "error"}
 
 
+# rospy writes it as information whenever a node that ends closes its connections.
+_CLOSED_CONNECTION = "Inbound TCP/IP connection failed"
+
+
 class LogLines:
     """The last lines of the log. `add` may be called in any thread."""
 
@@ -25,7 +29,7 @@ class LogLines:
     def add(self, message: Any) -> None:
         """Add a rosgraph_msgs/Log."""
         line = {
-            "level": _LEVELS.get(message.level, "fatal"),
+            "level": _level(message),
             "node": message.name.lstrip("/"),
             "text": message.msg[:_MAX_CHARACTERS],
         }
@@ -43,6 +47,12 @@ class LogLines:
         with self._lock:
             new, self._new = self._new, []
             return new
+
+
+def _level(message: Any) -> str:
+    if message.msg.startswith(_CLOSED_CONNECTION):
+        return "debug"
+    return _LEVELS.get(message.level, "fatal")
 
 
 def node_rows(master: rosgraph.Master, rates: dict[str, float]) -> list[dict[str, Any]]:
