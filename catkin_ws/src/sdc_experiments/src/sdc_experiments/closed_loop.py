@@ -6,7 +6,9 @@ examples.
 
 from __future__ import annotations
 
-from typing import Any, Callable, Mapping, Sequence, Union
+from typing import TYPE_CHECKING, Any, Callable, Mapping, Sequence, Union
+
+import numpy as np
 
 from sdc_common.driving import Observation, Path
 from sdc_common.geometry.segments import use_machine_code
@@ -20,10 +22,14 @@ from sdc_package.steering.method import Steering
 from sdc_sim.evaluation.drive_evaluation import DriveResult
 from sdc_sim.evaluation.recorder import DriveRecorder, stop_lines_of
 from sdc_sim.evaluation.rules import EvaluationRules
-from sdc_sim.scenario.drive_setup import RouteSource, drive_setup
+from sdc_sim.scenario.drive_setup import DriveSetup, RouteSource, drive_setup
 from sdc_sim.scenario.packaged import node_config, overridden
 from sdc_sim.simulation import loop
+from sdc_sim.simulation.simulation import Simulation
 from sdc_sim.simulation.snapshot import Snapshot
+
+if TYPE_CHECKING:
+    from sdc_package.global_planner import GlobalPlanner
 
 _NO_OPTIONS: Mapping[str, Any] = {}
 
@@ -42,6 +48,9 @@ def drive_result(
     scenario: str = "",
     *,
     route: RouteSource | None = None,
+    map: str = "",  # noqa: A002  the name of the argument of ./drive
+    start: Sequence[float] | None = None,
+    goal: Sequence | None = None,
     steering: SteeringSource | None = None,
     planner: PlannerFunction | None = None,
     seed: int | None = None,
@@ -59,6 +68,9 @@ def drive_result(
         scenario: name of a packaged scenario or path of a scenario file, "" for the route alone
         route: the route, in place of that of the scenario: the path of a waypoint file, an array of
             (x, y) in the map [m], or a list of straights and bends. Without both it is the town
+        map: path of a map, on which the car finds its route, in place of `route`
+        start: (x, y) on the map [m]; None to draw it from the seed
+        goal: (x, y) on the map, or a list of them [m]; None to draw one from the seed
         steering: name of a steering method, an object with a method `wheel_angle`, or a function
             with its arguments; None for that of config/simple_controller.yaml
         planner: a function of the observation that returns rows (x, y, target speed) of the path
@@ -80,19 +92,45 @@ def drive_result(
     if compiled:
         use_machine_code()
     options = dict(sim_options) if seed is None else {**sim_options, "seed": seed}
+    missions = None
+    if map:
+        missions, route = _on_map(map, start, goal, options.get("seed", 0))
     setup = drive_setup(scenario, route, options)
     world = setup.simulation(compiled)
     limits = overridden(node_parameters("local_planner"), planner_options, "planner_options")
-    own_planner = MissionDriver(
-        setup.waypoints_m, PlannerSettings.read(limits.__getitem__), stop_lines_of(world.lights)
-    )
-    chosen: PathPlanner = own_planner
-    if planner is not None:
-        chosen = FunctionPlanner(planner)
+    own_planner, waypoints_m = _own_planner(setup, world, limits, missions)
+    chosen = own_planner if planner is None else FunctionPlanner(planner)
     car = car_with(chosen, steering, controller_options)
-    evaluation = DriveRecorder(evaluation_rules(limits, referee_options), setup.waypoints_m, world)
+    evaluation = DriveRecorder(evaluation_rules(limits, referee_options), waypoints_m, world)
     loop.drive(world, car, evaluation, longest_s, observe)
     return evaluation.result()
+
+
+def _own_planner(
+    setup: DriveSetup, world: Simulation, limits: dict, missions: GlobalPlanner | None
+) -> tuple[PathPlanner, np.ndarray]:
+    """Return the local planner, and the waypoints of its first mission."""
+    lines, settings = stop_lines_of(world.lights), PlannerSettings.read(limits.__getitem__)
+    if missions is None:
+        return MissionDriver(setup.waypoints_m, settings, lines), setup.waypoints_m
+    seen = world.observation
+    mission = missions.update(seen.x_m, seen.y_m, seen.yaw_rad)
+    assert mission is not None
+    points_m = mission.points_m
+    return MissionDriver(points_m, settings, lines, missions, mission.limits_mps), points_m
+
+
+def _on_map(
+    path: str, start: Sequence[float] | None, goal: Sequence | None, seed: int
+) -> tuple[GlobalPlanner, np.ndarray]:
+    """Return the planner of missions on a map, and the waypoints of the first one."""
+    from sdc_package.global_planner import GlobalPlanner, first_mission
+    from sdc_sim.road.network_file import load_network
+
+    goals = () if goal is None else [goal] if np.ndim(goal) == 1 else goal
+    planner = GlobalPlanner(load_network(path))
+    # As in the waypoint file that ./drive writes.
+    return planner, np.round(first_mission(planner, start, goals, seed).points_m, 6)
 
 
 def car_with(

@@ -6,7 +6,7 @@ and `Controller.command`, with what they receive.
 
 from __future__ import annotations
 
-from typing import Mapping, Protocol
+from typing import TYPE_CHECKING, Mapping, Protocol
 
 import numpy as np
 
@@ -18,6 +18,9 @@ from sdc_package.local_path import ReferencePath
 from sdc_package.local_planner import LocalPlanner, OffRouteError, PlannerSettings
 from sdc_package.traffic_lights import TrafficLightMonitor
 from sdc_package.waypoint_search import WaypointSearch
+
+if TYPE_CHECKING:
+    from sdc_package.global_planner import GlobalPlanner
 
 
 class PathPlanner(Protocol):
@@ -43,6 +46,8 @@ class MissionDriver:
         waypoints_m: (N, 2) waypoints of the mission [m]
         settings: parameters of the local planner
         stop_lines: stop line of each traffic light by its id
+        missions: plans another mission when it is needed, None for this one alone
+        road_mps: (N,) speed limits at the waypoints, None for no limits [m/s]
     """
 
     def __init__(
@@ -50,13 +55,24 @@ class MissionDriver:
         waypoints_m: np.ndarray,
         settings: PlannerSettings,
         stop_lines: Mapping[int, StopLine] | None = None,
+        missions: GlobalPlanner | None = None,
+        road_mps: np.ndarray | None = None,
     ):
-        self._planner = LocalPlanner(points_as_sent(waypoints_m), settings)
-        self._search = WaypointSearch(self._planner.route.points)
+        self._settings, self._missions = settings, missions
+        self._follow(waypoints_m, road_mps)
         self._lights = TrafficLightMonitor(settings.traffic_lights)
         self._lights.lines = dict(stop_lines or {})
         self._rows = np.empty((0, 3))
         self._path = Path(())
+
+    def _follow(
+        self, waypoints_m: np.ndarray, road_mps: np.ndarray | None, start_mps: float = 0.0
+    ) -> None:
+        points = points_as_sent(waypoints_m)
+        if road_mps is not None:
+            road_mps = np.asarray(road_mps, np.float32).astype(float)
+        self._planner = LocalPlanner(points, self._settings, road_mps, start_mps)
+        self._search = WaypointSearch(self._planner.route.points)
 
     @property
     def reason(self) -> str:
@@ -66,6 +82,10 @@ class MissionDriver:
     def plan(self, observation: Observation) -> Path:
         """See PathPlanner; the same object as long as the path is the same."""
         x, y = observation.x_m, observation.y_m
+        if self._missions is not None:
+            mission = self._missions.update(x, y, observation.yaw_rad)
+            if mission is not None:
+                self._follow(mission.points_m, mission.limits_mps, observation.speed_mps)
         self._lights.states = dict(observation.light_states)
         first = self._search.first_ahead(x, y)
         rows = self._planner.plan(first, x, y, observation.yaw_rad, observation.obstacles)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left, bisect_right
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Callable, Sequence
 
 import numpy as np
@@ -98,12 +98,20 @@ class LocalPlanner:
         reason: what limits the speed at the first point of the last plan, see speed_reasons
     """
 
-    def __init__(self, waypoints_m: np.ndarray, settings: PlannerSettings):
+    def __init__(
+        self,
+        waypoints_m: np.ndarray,
+        settings: PlannerSettings,
+        road_mps: np.ndarray | None = None,
+        start_mps: float = 0.0,
+    ):
         """Plan the speed profile of a route.
 
         Args:
             waypoints_m: (N, 2) waypoints of the mission [m]
             settings: parameters
+            road_mps: (N,) speed limit of the road at the waypoints, None for no limit [m/s]
+            start_mps: speed of the car that begins to follow it [m/s]
 
         Raises:
             ValueError: there are fewer than 2 waypoints, one is not finite, or one repeats the one
@@ -112,7 +120,13 @@ class LocalPlanner:
         self.waypoints_m = waypoints_m
         self.settings = settings
         self.route = route = road_route(waypoints_m)
-        self.speed, self._reasons = limited_speeds(route.s, route.curvature, settings.limits)
+        limits = settings.limits
+        limits = replace(limits, start_mps=max(limits.start_mps, start_mps))
+        caps: np.ndarray | float = math.inf
+        if road_mps is not None:
+            share = np.linspace(0.0, 1.0, len(waypoints_m))  # waypoints are evenly spaced on a map
+            caps = np.interp(route.s / route.length_m, share, road_mps)
+        self.speed, self._reasons = limited_speeds(route.s, route.curvature, limits, caps)
         self.reason = self._reasons[0]
         self._path = np.column_stack([self.route.points, self.speed])
         self._ahead = slice(0, 0)

@@ -55,7 +55,10 @@ def speed_profile(route: Route, limits: SpeedLimits) -> np.ndarray:
 
 
 def limited_speeds(
-    s_m: np.ndarray, curvature_1pm: np.ndarray, limits: SpeedLimits
+    s_m: np.ndarray,
+    curvature_1pm: np.ndarray,
+    limits: SpeedLimits,
+    road_mps: np.ndarray | float = math.inf,
 ) -> tuple[np.ndarray, list[str]]:
     """Return the highest speeds that keep every limit and end at rest, and what limits each.
 
@@ -67,6 +70,7 @@ def limited_speeds(
         s_m: (N,) arc lengths of the points of a path [m]
         curvature_1pm: (N,) its curvature there [1/m]
         limits: the limits
+        road_mps: (N,) speed limit of the road there [m/s]
 
     Returns:
         (N,) speeds at the points [m/s], and a name of speed_reasons for each
@@ -79,8 +83,9 @@ def limited_speeds(
     change = np.abs(np.gradient(curvature_1pm, s_m))
     turn = np.cbrt(limits.lateral_jerk_mps3 / np.maximum(change, 1e-9))
     lateral = np.minimum(bend, turn)
-    speed = np.minimum(lateral, limits.cruise_mps).tolist()
-    local_reasons = [BEND if slow else CRUISE for slow in (lateral < limits.cruise_mps).tolist()]
+    straight = np.minimum(limits.cruise_mps, road_mps)
+    speed = np.minimum(lateral, straight).tolist()
+    local_reasons = [BEND if slow else CRUISE for slow in (lateral < straight).tolist()]
     local, reasons = list(speed), list(local_reasons)
     steps = np.diff(s_m).tolist()
     curvatures = curvature.tolist()

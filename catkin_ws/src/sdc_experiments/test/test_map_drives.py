@@ -1,0 +1,76 @@
+"""Drives on maps in one process: to the goal, the same twice, and on when the mission changes."""
+
+import os
+import sys
+
+import numpy as np
+import pytest
+import rospkg
+
+from sdc_experiments.closed_loop import car_with, drive_result
+from sdc_experiments.configuration import node_parameters
+from sdc_package.car import MissionDriver
+from sdc_package.global_planner import GlobalPlanner, first_mission
+from sdc_package.local_planner import PlannerSettings
+from sdc_sim.road.lane_graph import NoRouteError
+from sdc_sim.road.network_file import load_network
+from sdc_sim.scenario.drive_setup import drive_setup
+
+sys.path.append(os.path.join(rospkg.RosPack().get_path("sdc_sim"), "test"))
+from street_maps import needs_maps, town  # noqa: E402
+
+pytestmark = [needs_maps, pytest.mark.slow(6)]
+
+WEST, EAST, SOUTH = (-140.0, -5.0), (250.0, -2.0), (-2.0, -110.0)
+
+
+@pytest.fixture(scope="module", name="path")
+def _path(tmp_path_factory):
+    return town(tmp_path_factory.mktemp("town"))
+
+
+def test_drive_to_a_goal_is_complete_and_repeatable(path):
+    first, second = (drive_result(map=path, start=WEST, goal=[SOUTH]) for _ in range(2))
+    assert first.metrics["status"] == "completed"
+    assert first.metrics["cross_track_rms_m"] < 0.05 and first.metrics["off_lane_percent"] == 0.0
+    assert np.hypot(*(first.rows[-1, [1, 2]] - SOUTH)) < 5.0
+    assert np.array_equal(first.rows, second.rows, equal_nan=True)
+
+
+def test_places_are_drawn_from_the_seed(path):
+    one, same, other = (drive_result(map=path, seed=seed, longest_s=0.2) for seed in (1, 1, 2))
+    assert np.array_equal(one.rows[0], same.rows[0], equal_nan=True)
+    assert not np.array_equal(one.rows[0], other.rows[0], equal_nan=True)
+
+
+def test_speed_limit_of_the_road_is_kept(path):
+    drive = drive_result(map=path, start=(-2.0, 110.0), goal=SOUTH)
+    assert drive.metrics["speed_max_mps"] == pytest.approx(8.0, abs=0.3)
+
+
+def test_goal_that_cannot_be_reached_ends_the_drive_with_one_line(path):
+    with pytest.raises(NoRouteError, match=r"the goal \(500.0, 0.0\) is on no lane"):
+        drive_result(map=path, start=WEST, goal=(500.0, 0.0))
+
+
+@pytest.mark.parametrize("change", ["goal", "closed lane"])
+def test_new_mission_while_driving_needs_no_stop(path, change):
+    missions = GlobalPlanner(load_network(path))
+    route = first_mission(missions, WEST, [EAST], 0).points_m
+    world = drive_setup(route=route).simulation()
+    settings = PlannerSettings.read(node_parameters("local_planner").__getitem__)
+    car = car_with(MissionDriver(route, settings, missions=missions))
+    speeds = []
+    for tick in range(600):
+        if tick == 160 and change == "goal":
+            missions.drive_to([SOUTH])
+        if tick == 160 and change == "closed lane":
+            missions.close(missions.mission.lanes[0])
+        world.step(car.step(world.observation))
+        speeds.append(world.vehicle.state.speed_mps)
+        if tick == 160:
+            lanes = missions.mission.lanes
+    assert min(speeds[150:400]) > 2.0
+    assert lanes[-1].startswith("e_" if change == "goal" else "c_")
+    if change == "goal":
+        assert world.vehicle.state.y_m < -20.0 and abs(world.vehicle.state.x_m + 1.6) < 2.5
