@@ -10,10 +10,11 @@ import rospkg
 from sdc_experiments.closed_loop import car_with, drive_result
 from sdc_experiments.configuration import node_parameters
 from sdc_package.car import MissionDriver
-from sdc_package.global_planner import GlobalPlanner, first_mission
+from sdc_package.global_planner import GlobalPlanner, first_mission, launch_arguments
 from sdc_package.local_planner import PlannerSettings
 from sdc_sim.road.lane_graph import NoRouteError
 from sdc_sim.road.network_file import load_network
+from sdc_sim.runner import isolated_drive
 from sdc_sim.scenario.drive_setup import drive_setup
 
 sys.path.append(os.path.join(rospkg.RosPack().get_path("sdc_sim"), "test"))
@@ -35,6 +36,35 @@ def test_drive_to_a_goal_is_complete_and_repeatable(path):
     assert first.metrics["cross_track_rms_m"] < 0.05 and first.metrics["off_lane_percent"] == 0.0
     assert np.hypot(*(first.rows[-1, [1, 2]] - SOUTH)) < 5.0
     assert np.array_equal(first.rows, second.rows, equal_nan=True)
+
+
+def test_drive_through_ros_has_the_same_trace(path, tmp_path):
+    given = {"map": path, "start": "-140,-5", "goal": "-2,-110", "seed": "4"}
+    arguments = launch_arguments(str(tmp_path / "report.json"), given)
+    assert "seed: 4" in arguments["sim_options"]
+    arguments.update(sync="true", camera="false")
+    with isolated_drive("", arguments) as (drive, lines):
+        assert lines == []
+        with open(drive.report_path.replace(".json", ".csv"), encoding="utf-8") as file:
+            trace = [[float(one) for one in row.split(",")[:8]] for row in file.readlines()[1:]]
+    rows = drive_result(map=path, start=WEST, goal=SOUTH).rows
+    assert np.array_equal(np.array(trace), rows[:, :8])
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"goal": "1,2,3"}, "goal:=1,2,3: must be X,Y"),
+        ({"start": "a,b"}, "start:=a,b: must be X,Y"),
+        ({"seed": "-1"}, "seed:=-1: must be a number of at least 0"),
+        ({"seed": "4", "sim_options": "{seed: 5}"}, "no other than the seed in sim_options"),
+        ({"goal": "900,0"}, "is on no lane"),
+    ],
+)
+def test_bad_argument_is_one_line(path, tmp_path, given, words):
+    with pytest.raises(ValueError, match=words) as error:
+        launch_arguments(str(tmp_path / "report.json"), {"map": path, **given})
+    assert "\n" not in str(error.value)
 
 
 def test_places_are_drawn_from_the_seed(path):

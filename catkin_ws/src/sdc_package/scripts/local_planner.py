@@ -29,6 +29,10 @@ class LocalPlannerNode:
             self.settings = PlannerSettings.read(parameter)
         except (TypeError, ValueError) as error:
             refuse(f"config/local_planner.yaml: {error}")
+        # Rows x, y and limit of the road [m/s]; None: the mission has no limits.
+        self.limits = np.empty((0, 3)) if parameter("speed_limits") else None
+        self.waypoints = np.empty((0, 2))
+        self.speed = 0.0
         self.planner = None
         self.search = None
         self.inputs = inputs = PlannerInputs(self.answer, self.settings.traffic_lights)
@@ -39,6 +43,8 @@ class LocalPlannerNode:
         # TODO 3: subscribe to the mission: on_mission receives it
         rospy.Subscriber("/planner/mission_waypoints", Path, self.on_mission, queue_size=1)
         # ------------------------------------------------------------------------
+        topic = "/planner/mission_speed_limits"
+        rospy.Subscriber(topic, LocalPath, self.on_limits, queue_size=1)
         for topic, message_class, callback in (
             ("/carla/traffic_lights/info", CarlaTrafficLightInfoList, inputs.add_light_info),
             ("/carla/traffic_lights/status", CarlaTrafficLightStatusList, inputs.add_light_status),
@@ -52,13 +58,31 @@ class LocalPlannerNode:
             # TODO 4: the mission as rows x, y of an array (until then: return)
             waypoints = np.array([(point.x, point.y) for point in path.waypoints]).reshape(-1, 2)
             # --------------------------------------------------------------------
-            if self.planner is not None and self.planner.is_for(waypoints):
-                return
-            planner = LocalPlanner(waypoints, self.settings)
-            planner.resume(rospy.get_param("~route_s_m", -1.0))
             with self.inputs.lock:
-                self.planner, self.search = planner, WaypointSearch(planner.route.points)
-                self.inputs.start()
+                self.waypoints = waypoints
+                self.follow_mission()
+
+    def on_limits(self, path):
+        rows = [(point.x, point.y, point.v) for point in path.waypoints]
+        with self.inputs.lock, refusing("/planner/mission_speed_limits"):
+            if self.limits is not None:
+                self.limits = np.array(rows).reshape(-1, 3)
+                self.follow_mission()
+
+    def follow_mission(self):
+        """Plan along the mission, after its limits have arrived if it has some."""
+        waypoints, limits = self.waypoints, None
+        if self.limits is not None:
+            if not (len(waypoints) and np.array_equal(self.limits[:, :2], waypoints)):
+                return
+            limits = self.limits[:, 2]
+        if self.planner is not None and self.planner.is_for(waypoints):
+            return
+        planner = LocalPlanner(waypoints, self.settings, limits, self.speed)
+        if self.planner is None:
+            planner.resume(rospy.get_param("~route_s_m", -1.0))
+        self.planner, self.search = planner, WaypointSearch(planner.route.points)
+        self.inputs.start()
 
     def answer(self, odometry):
         """Plan the path ahead of the car that this odometry describes, and publish it."""
@@ -68,6 +92,7 @@ class LocalPlannerNode:
             first = self.search.first_ahead(x, y)
             rows = self.planner.plan(first, x, y, yaw, self.inputs.obstacles)
             # --------------------------------------------------------------------
+            self.speed = speed
             self.publish(self.planner.stop_for(self.inputs.traffic_lights, rows, speed))
             self.reasons.update(odometry.header.stamp, self.planner.reason)
 

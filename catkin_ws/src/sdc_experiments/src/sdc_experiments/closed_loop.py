@@ -124,13 +124,12 @@ def _on_map(
     path: str, start: Sequence[float] | None, goal: Sequence | None, seed: int
 ) -> tuple[GlobalPlanner, np.ndarray]:
     """Return the planner of missions on a map, and the waypoints of the first one."""
-    from sdc_package.global_planner import GlobalPlanner, first_mission
+    from sdc_package.global_planner import GlobalPlanner, file_points, first_mission
     from sdc_sim.road.network_file import load_network
 
     goals = () if goal is None else [goal] if np.ndim(goal) == 1 else goal
     planner = GlobalPlanner(load_network(path))
-    # As in the waypoint file that ./drive writes.
-    return planner, np.round(first_mission(planner, start, goals, seed).points_m, 6)
+    return planner, file_points(first_mission(planner, start, goals, seed).points_m)
 
 
 def car_with(

@@ -1,16 +1,24 @@
-"""Plan the mission over a network of lanes: from where the car is to its goals."""
+"""Plan the mission over a network of lanes: from where the car is to its goals.
+
+python3 -m sdc_package.global_planner REPORT ARG:=VALUE ... writes the first mission of a drive on a
+map beside the report, and prints the arguments of all.launch, one per line.
+"""
 
 from __future__ import annotations
 
+import os
+import sys
 from dataclasses import dataclass, field
 from typing import Iterator, Sequence
 
 import numpy as np
+import yaml
 
 from sdc_common.geometry.polyline import Polyline
 from sdc_common.geometry.route import interpolate
 from sdc_sim.road.lane_graph import CHANGE_M, LaneGraph, NoRouteError, drawn_places
 from sdc_sim.road.network import Network, RoadLane, arc_lengths
+from sdc_sim.road.network_file import MapError, load_network
 
 Point = Sequence[float]
 
@@ -168,6 +176,11 @@ class GlobalPlanner:
             first = last + 1
 
 
+def file_points(points_m: np.ndarray) -> np.ndarray:
+    """Return points (N, 2) as they are after they were written to the file of ./drive [m]."""
+    return np.array([[float(f"{x:.6f}"), float(f"{y:.6f}")] for x, y in points_m.tolist()])
+
+
 def _stretch(lane: RoadLane, start: float, end: float) -> tuple[np.ndarray, float]:
     """Return the points of a lane between shares of its length, and its speed limit [m, m/s]."""
     start_m, end_m = start * lane.length_m, end * lane.length_m
@@ -209,3 +222,56 @@ def first_mission(
         start, goals = start or begin, goals or [end]
     planner.drive_to(goals)
     return planner.plan(start[0], start[1])
+
+
+def launch_arguments(report: str, given: dict[str, str]) -> dict[str, str]:
+    """Write the first mission beside the report; return the arguments of all.launch.
+
+    Raises:
+        ValueError: an argument is not valid, or a goal cannot be reached
+    """
+    options = yaml.safe_load(given.get("sim_options") or "{}")
+    if given.get("seed"):
+        seed = int(given["seed"]) if given["seed"].isdecimal() else -1
+        if options.setdefault("seed", seed) != seed or seed < 0:
+            text = "must be a number of at least 0, and no other than the seed in sim_options"
+            raise ValueError(f"seed:={given['seed']}: {text}")
+    planner = GlobalPlanner(load_network(given["map"]))
+    start, goals = _points("start", given), _points("goal", given)
+    mission = first_mission(planner, start[0] if start else None, goals, options.get("seed", 0))
+    path = os.path.splitext(os.path.abspath(report))[0] + ".route.csv"
+    os.makedirs(os.path.dirname(path), exist_ok=True)
+    # The y axis of a waypoint file points to the right.
+    np.savetxt(path, mission.points_m * (1.0, -1.0), fmt="%.6f", delimiter=",")
+    return {
+        **given,
+        "waypoints_path": path,
+        "map": os.path.abspath(os.path.expanduser(given["map"])),
+        "goal": str([list(goal) for goal in planner.goals]),
+        "sim_options": yaml.safe_dump(options, default_flow_style=True, width=10**6).strip(),
+    }
+
+
+def _points(name: str, given: dict[str, str]) -> list[Point]:
+    text = given.get(name, "")
+    try:
+        numbers = [[float(one) for one in part.split(",")] for part in text.split(";") if text]
+    except ValueError:
+        numbers = [[]]
+    if any(len(point) != 2 for point in numbers) or not np.isfinite(numbers).all():
+        raise ValueError(f"{name}:={text}: must be X,Y [m]")
+    return list(numbers)
+
+
+def main() -> None:
+    """Run the command line."""
+    given = dict(one.split(":=", 1) for one in sys.argv[2:] if ":=" in one)
+    try:
+        arguments = launch_arguments(sys.argv[1], given)
+    except (MapError, ValueError) as error:
+        sys.exit(f"drive: {error}")
+    print("\n".join([f"{name}:={value}" for name, value in arguments.items()]))
+
+
+if __name__ == "__main__":
+    main()

@@ -5,7 +5,7 @@ docker/prepare maps installs both. What netconvert writes is kept in a cache by 
 map, and `opendrive_lanes` reads what netconvert does not. A map with elevation is read as if it
 were flat.
 
-python3 -m sdc_sim.road.network_file MAP prints a summary.
+python3 -m sdc_sim.road.network_file MAP [--lanes] prints a summary, and the lanes.
 """
 
 from __future__ import annotations
@@ -278,8 +278,8 @@ def _polygons(path: str) -> Iterator[np.ndarray]:
 
 def main() -> None:
     """Print what a map contains."""
-    if len(sys.argv) != 2:
-        sys.exit("Usage: python3 -m sdc_sim.road.network_file MAP")
+    if len(sys.argv) < 2 or sys.argv[2:] not in ([], ["--lanes"]):
+        sys.exit("Usage: python3 -m sdc_sim.road.network_file MAP [--lanes]")
     try:
         network = load_network(sys.argv[1])
     except MapError as error:
@@ -291,6 +291,10 @@ def main() -> None:
         f"{len(kinds)} junctions, {kinds.count('traffic_light')} with lights, "
         f"{len(network.crosswalks)} crosswalks" + ("" if network.is_flat else "; driven flat")
     )
+    for lane in network.driving if sys.argv[2:] else ():
+        if not lane.junction:
+            (x, y), (end_x, end_y) = lane.points_m[[0, -1]]
+            print(f"{lane.id}: ({x:.1f}, {y:.1f}) to ({end_x:.1f}, {end_y:.1f})")
 
 
 if __name__ == "__main__":
