@@ -10,12 +10,13 @@ import rospkg
 from sdc_experiments.closed_loop import car_with, drive_result
 from sdc_experiments.configuration import node_parameters
 from sdc_package.car import MissionDriver
-from sdc_package.global_planner import GlobalPlanner, first_mission, launch_arguments
+from sdc_package.global_planner import GlobalPlanner
 from sdc_package.local_planner import PlannerSettings
 from sdc_sim.road.lane_graph import NoRouteError
 from sdc_sim.road.network_file import load_network
 from sdc_sim.runner import isolated_drive
 from sdc_sim.scenario.drive_setup import drive_setup
+from sdc_sim.scenario.map_drive import first_mission, launch_arguments
 
 sys.path.append(os.path.join(rospkg.RosPack().get_path("sdc_sim"), "test"))
 from street_maps import needs_maps, town  # noqa: E402
@@ -85,8 +86,8 @@ def test_goal_that_cannot_be_reached_ends_the_drive_with_one_line(path):
 
 @pytest.mark.parametrize("change", ["goal", "closed lane"])
 def test_new_mission_while_driving_needs_no_stop(path, change):
-    missions = GlobalPlanner(load_network(path))
-    route = first_mission(missions, WEST, [EAST], 0).points_m
+    missions = GlobalPlanner(load_network(path), [EAST])
+    route = first_mission(missions.graph, WEST, [EAST], 0)[0].points_m
     world = drive_setup(route=route).simulation()
     settings = PlannerSettings.read(node_parameters("local_planner").__getitem__)
     car = car_with(MissionDriver(route, settings, missions=missions))

@@ -5,9 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from sdc_package.global_planner import GlobalPlanner, first_mission
-from sdc_sim.road.lane_graph import NoRouteError
+from sdc_package.global_planner import GlobalPlanner
+from sdc_sim.road.lane_graph import LaneGraph, NoRouteError
 from sdc_sim.road.network import Network, RoadLane
+from sdc_sim.scenario.map_drive import first_mission
 
 
 def lane(name, points, limit_mps=10.0, leads=(), left="", right=""):
@@ -29,7 +30,7 @@ _GOAL_ON, _GOAL_TURN = (350.0, 1.0), (214.0, 150.0)
 
 
 def test_mission_changes_lanes_smoothly_and_has_their_limits():
-    mission = GlobalPlanner(_FORK, [_GOAL_TURN]).plan(20.0, 0.5, 0.0)
+    mission = GlobalPlanner(_FORK, [_GOAL_TURN]).update(20.0, 0.5, 0.0)
     assert mission.lanes == ("right", "left", "turn")
     steps = np.diff(mission.points_m, axis=0)
     assert np.hypot(*steps.T) == pytest.approx(np.ones(len(steps)), abs=0.1)
@@ -86,17 +87,18 @@ def test_wrong_turn_gives_another_mission():
 )
 def test_goal_that_cannot_be_reached_is_one_line(goal, words):
     with pytest.raises(NoRouteError, match=words) as error:
-        GlobalPlanner(_FORK, [goal]).plan(100.0, 0.0, 0.0)
+        GlobalPlanner(_FORK, [goal]).update(100.0, 0.0, 0.0)
     assert "\n" not in str(error.value)
 
 
 def test_car_that_is_on_no_lane_gets_no_mission():
     with pytest.raises(NoRouteError, match="no lane is within 20 m"):
-        GlobalPlanner(_FORK, [_GOAL_ON]).plan(100.0, -50.0, 0.0)
+        GlobalPlanner(_FORK, [_GOAL_ON]).update(100.0, -50.0, 0.0)
 
 
 def test_first_mission_draws_what_is_not_given():
-    one, same = (first_mission(GlobalPlanner(_FORK), None, [], 5) for _ in range(2))
+    graph = LaneGraph(_FORK)
+    one, same = (first_mission(graph, None, [], 5)[0] for _ in range(2))
     assert np.array_equal(one.points_m, same.points_m)
-    mission = first_mission(GlobalPlanner(_FORK), (30.0, 0.0), [_GOAL_ON], 5)
-    assert math.dist(mission.points_m[0], (30.0, 0.0)) < 1e-6
+    mission, goals = first_mission(graph, (30.0, 0.0), [_GOAL_ON], 5)
+    assert math.dist(mission.points_m[0], (30.0, 0.0)) < 1e-6 and goals == [_GOAL_ON]

@@ -24,7 +24,7 @@ from sdc_sim.simulation.snapshot import Snapshot
 
 
 def settings(route="route.csv", daylight=1.0, every_frame=True):
-    return PictureSettings(str(route), "hero", "0.9.3", daylight, {}, every_frame)
+    return PictureSettings(str(route), "", "hero", "0.9.3", daylight, {}, every_frame)
 
 
 @pytest.fixture

@@ -124,12 +124,15 @@ def _on_map(
     path: str, start: Sequence[float] | None, goal: Sequence | None, seed: int
 ) -> tuple[GlobalPlanner, np.ndarray]:
     """Return the planner of missions on a map, and the waypoints of the first one."""
-    from sdc_package.global_planner import GlobalPlanner, file_points, first_mission
+    from sdc_package.global_planner import GlobalPlanner
     from sdc_sim.road.network_file import load_network
+    from sdc_sim.scenario.map_drive import file_points, first_mission
 
     goals = () if goal is None else [goal] if np.ndim(goal) == 1 else goal
     planner = GlobalPlanner(load_network(path))
-    return planner, file_points(first_mission(planner, start, goals, seed).points_m)
+    mission, goals = first_mission(planner.graph, start, goals, seed)
+    planner.drive_to(goals)
+    return planner, file_points(mission.points_m)
 
 
 def car_with(

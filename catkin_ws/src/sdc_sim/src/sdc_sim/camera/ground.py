@@ -17,6 +17,7 @@ import numpy as np
 from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.camera.ground_textures import FINEST_TEXEL_M, GRASS_BGR, LEVELS, TILE_PX
 from sdc_sim.camera.tiles import GroundTiles
+from sdc_sim.road.network import Network
 from sdc_sim.road.road import Road
 from sdc_sim.road.scenery import Scenery
 from sdc_sim.simulation.weather import HAZE_BGR, HAZE_RANGE_M, Weather
@@ -51,7 +52,12 @@ class Ground:
     """Painter of the picture's rows from the horizon down."""
 
     def __init__(
-        self, road: Road, scenery: Scenery, camera: CameraModel, seed: int, weather: Weather
+        self,
+        road: Road | Network,
+        scenery: Scenery,
+        camera: CameraModel,
+        seed: int,
+        weather: Weather,
     ):
         self.tiles = GroundTiles(road, scenery, seed, weather)
         self._camera = camera

@@ -1,4 +1,4 @@
-"""Renderer of the front camera's picture: a road, its scenery, and boxes."""
+"""Renderer of the front camera's picture: a road or a network, its scenery, and boxes."""
 
 from __future__ import annotations
 
@@ -13,6 +13,8 @@ from sdc_sim.camera.ground import Ground
 from sdc_sim.camera.painting import dim
 from sdc_sim.camera.scene_objects import SceneObjects
 from sdc_sim.camera.sky import Sky
+from sdc_sim.road.network import Network
+from sdc_sim.road.network_scenery import network_scenery
 from sdc_sim.road.road import Road
 from sdc_sim.simulation.weather import CLEAR, Weather
 
@@ -30,13 +32,13 @@ class Renderer:
 
     def __init__(
         self,
-        road: Road,
+        road: Road | Network,
         camera: CameraModel | None = None,
         seed: int = 0,
         weather: Weather = CLEAR,
     ):
         self.camera = CameraModel() if camera is None else camera
-        scenery = road.scenery(seed)
+        scenery = network_scenery(road, seed) if isinstance(road, Network) else road.scenery(seed)
         self._sky = Sky(self.camera, seed)
         self._ground = Ground(road, scenery, self.camera, seed, weather)
         self._air = Air(weather, self.camera, seed)

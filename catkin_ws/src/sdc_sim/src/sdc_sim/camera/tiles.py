@@ -10,7 +10,9 @@ import numpy as np
 from sdc_sim.camera.air import worn_paint
 from sdc_sim.camera.ground_shadows import GroundShadows
 from sdc_sim.camera.ground_textures import FINEST_TEXEL_M, LEVELS, TILE_PX, ground_textures
+from sdc_sim.camera.network_rasterizer import NetworkRasterizer
 from sdc_sim.camera.road_rasterizer import ASPHALT, RoadRasterizer
+from sdc_sim.road.network import Network
 from sdc_sim.road.road import Road
 from sdc_sim.road.scenery import Scenery
 from sdc_sim.simulation.weather import Weather
@@ -24,9 +26,13 @@ class GroundTiles:
     A tile depends on its place only, so that a picture does not depend on the pictures before.
     """
 
-    def __init__(self, road: Road, scenery: Scenery, seed: int, weather: Weather):
+    def __init__(self, road: Road | Network, scenery: Scenery, seed: int, weather: Weather):
         self._textures = [ground_textures(level, seed) for level in range(LEVELS)]
-        self._road = RoadRasterizer(road)
+        self._road: NetworkRasterizer | RoadRasterizer
+        if isinstance(road, Network):
+            self._road = NetworkRasterizer(road)
+        else:
+            self._road = RoadRasterizer(road)
         self._shadows = GroundShadows(scenery, seed, weather) if len(scenery) else None
         self._wear = [worn_paint(weather, seed, level, 2 * TILE_PX) for level in range(LEVELS)]
         self.tile = lru_cache(CACHED_TILES)(self._rasterize)

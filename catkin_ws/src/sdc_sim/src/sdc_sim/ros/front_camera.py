@@ -22,6 +22,7 @@ from sdc_sim.camera.boxes import Box, ego_box, obstacle_box, traffic_light_box
 from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.camera.painting import dim
 from sdc_sim.camera.renderer import Renderer
+from sdc_sim.road.network import Network
 from sdc_sim.road.road import Road
 from sdc_sim.ros.bridge_versions import BRIDGE_VERSIONS, Names
 from sdc_sim.ros.picture_feed import PictureSettings
@@ -78,10 +79,21 @@ class CameraTopics:
         self._image.publish(image_message(picture, stamp, self._frame))
 
 
+def road_of(settings: PictureSettings) -> Road | Network:
+    """Return the streets of the map, or the road along the route."""
+    if not settings.map_path:
+        return Road(load_waypoints(settings.waypoints_path))
+    from sdc_sim.road.network_file import load_network  # sumolib takes 0.2 s.
+
+    return load_network(settings.map_path)
+
+
 class OtherCamera:
     """A camera besides the front camera: it renders only while its picture has subscribers."""
 
-    def __init__(self, road: Road, weather: Weather, topics: CameraTopics, fov_rad: float):
+    def __init__(
+        self, road: Road | Network, weather: Weather, topics: CameraTopics, fov_rad: float
+    ):
         self._road, self._weather = road, weather
         self._topics, self._fov_rad = topics, fov_rad
         self.mount: CameraMount | None = None
@@ -127,7 +139,7 @@ class FrontCamera:
         cv2.setNumThreads(1)
         self._connection = connection
         self._daylight = settings.daylight
-        road = Road(load_waypoints(settings.waypoints_path))
+        road = road_of(settings)
         weather = Weather(**settings.weather)
         self._renderer = Renderer(road, weather=weather)
         camera = self._renderer.camera

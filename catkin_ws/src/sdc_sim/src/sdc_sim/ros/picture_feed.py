@@ -34,6 +34,7 @@ class PictureSettings(NamedTuple):
 
     Attributes:
         waypoints_path: CSV file of the route
+        map_path: map of streets, "" for the road along the route
         role_name: name of the vehicle in topics and frames
         bridge: version of the bridge, a key of BRIDGE_VERSIONS
         daylight: brightness, 0..1
@@ -43,6 +44,7 @@ class PictureSettings(NamedTuple):
     """
 
     waypoints_path: str
+    map_path: str
     role_name: str
     bridge: str
     daylight: float

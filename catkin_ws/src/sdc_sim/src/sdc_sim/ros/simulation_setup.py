@@ -93,8 +93,9 @@ class SimulationSetup:
             refuse(f"drive_log: {error.filename}: {error.strerror}; {fix}")
         self.pictures = None
         if with_camera:
+            paths = self.waypoints_path, values["map"]
             self.pictures = PictureSettings(
-                self.waypoints_path, self.role_name, bridge, daylight, weather, self.lockstep
+                *paths, self.role_name, bridge, daylight, weather, self.lockstep
             )
         _warn_of_tight_bends(self.route, self.simulation.vehicle.parameters, self.waypoints_path)
 

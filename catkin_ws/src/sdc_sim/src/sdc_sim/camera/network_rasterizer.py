@@ -1,0 +1,141 @@
+"""Rasterizer of a network of lanes for the tiles of the ground: the areas, lines and crossings."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from sdc_sim.camera.ground_textures import TILE_PX
+from sdc_sim.camera.painting import FIXED_POINT_BITS, halve, touching
+from sdc_sim.camera.road_rasterizer import ASPHALT, fixed_point
+from sdc_sim.road.network import BROKEN, DOUBLE, KERB, STOP, Network, arc_lengths
+from sdc_sim.road.road import DASH_LENGTH_M, DASH_PERIOD_M, LINE_WIDTH_M, MARGIN_M
+
+# Layers from the lowest to the highest: brightness as a share of that of paint, share of grass
+# 0..255, and how far they reach beyond a lane [m].
+_LAYERS = ((0.22, 140, MARGIN_M + 1.1), (0.66, 0, MARGIN_M + 0.25), (ASPHALT, 0, MARGIN_M))
+_PAINT = len(_LAYERS)
+_SUPERSAMPLES = 2
+_SIDE_PX = TILE_PX * _SUPERSAMPLES
+_LONGEST_M = 20.0
+_DOUBLE_M = 0.14  # from the middle of a double line to each of its lines
+_STRIPE_M, _STRIPE_PERIOD_M = 0.5, 1.0
+_STOP_LINE_M, _TOOTH_M, _TOOTH_PERIOD_M = 0.4, 0.5, 0.8
+
+
+class NetworkRasterizer:
+    """Rasterizer of a network, tile by tile; see RoadRasterizer."""
+
+    def __init__(self, network: Network):
+        self._rows: list[np.ndarray] = []
+        for lane in network.driving:
+            half_m = 0.5 * lane.width_m
+            for layer, (_, _, beyond_m) in enumerate(_LAYERS):
+                self._add(lane.points_m, layer, half_m + beyond_m)
+        for line in network.lines():
+            if line.kind != KERB:
+                self._add_line(line.points_m, line.kind)
+        for ends, kind in network.stop_lines:
+            if kind == STOP:
+                self._add(ends, _PAINT, 0.5 * _STOP_LINE_M)
+            else:
+                self._add_dashes(ends, _TOOTH_M, _TOOTH_PERIOD_M, 0.5 * _STOP_LINE_M)
+        for polygon in network.crosswalks:
+            self._add_stripes(polygon)
+        rows = np.vstack(self._rows)
+        rows = rows[np.argsort(rows[:, 0], kind="stable")]
+        self._layer, self._half_m = rows[:, 0].astype(int), rows[:, 1]
+        self._start, self._end, self._left, self._end_left = (
+            rows[:, 2:].reshape(-1, 4, 2).swapaxes(0, 1)
+        )
+        reach_m = self._half_m[:, None] * 1.5 + 1.0
+        self._low = np.minimum(self._start, self._end) - reach_m
+        self._high = np.maximum(self._start, self._end) + reach_m
+        self._areas = [
+            one.polygon_m for one in network.junctions.values() if len(one.polygon_m) > 2
+        ]
+        self._area_low = np.array([area.min(axis=0) for area in self._areas]).reshape(-1, 2) - 1.0
+        self._area_high = np.array([area.max(axis=0) for area in self._areas]).reshape(-1, 2) + 1.0
+
+    def _add(self, points: np.ndarray, layer: int, half_m: float) -> None:
+        """Add a strip along a line; 0 is the width of a painted line."""
+        s = arc_lengths(points)
+        at = np.unique(np.append(s, np.arange(0.0, s[-1], _LONGEST_M)))
+        points = np.column_stack([np.interp(at, s, axis) for axis in points.T])
+        steps = np.diff(points, axis=0)
+        steps /= np.maximum(np.hypot(*steps.T), 1e-9)[:, None]
+        tangent = np.vstack([steps[:1], steps[:-1] + steps[1:], steps[-1:]])
+        tangent /= np.maximum(np.hypot(*tangent.T), 1e-9)[:, None]
+        left = np.column_stack([-tangent[:, 1], tangent[:, 0]])
+        head = np.tile([float(layer), half_m], (len(steps), 1))
+        self._rows.append(np.hstack([head, points[:-1], points[1:], left[:-1], left[1:]]))
+
+    def _add_dashes(
+        self, points: np.ndarray, dash_m: float, period_m: float, half_m: float
+    ) -> None:
+        s = arc_lengths(points)
+        for start in np.arange(0.0, s[-1] - dash_m, period_m):
+            at = np.linspace(start, start + dash_m, 3)
+            self._add(
+                np.column_stack([np.interp(at, s, axis) for axis in points.T]), _PAINT, half_m
+            )
+
+    def _add_line(self, points: np.ndarray, kind: str) -> None:
+        if kind == BROKEN:
+            self._add_dashes(points, DASH_LENGTH_M, DASH_PERIOD_M, 0.0)
+        elif kind == DOUBLE:
+            steps = np.gradient(points, axis=0)
+            normal = np.column_stack([-steps[:, 1], steps[:, 0]])
+            normal /= np.maximum(np.hypot(*normal.T), 1e-9)[:, None]
+            for side in (-_DOUBLE_M, _DOUBLE_M):
+                self._add(points + side * normal, _PAINT, 0.0)
+        else:
+            self._add(points, _PAINT, 0.0)
+
+    def _add_stripes(self, polygon: np.ndarray) -> None:
+        """Add the stripes of a crosswalk: they are parallel to its short sides."""
+        along, across = polygon[1] - polygon[0], polygon[2] - polygon[1]
+        corner = polygon[0]
+        if np.hypot(*along) < np.hypot(*across):
+            corner, along, across = polygon[1], across, -along
+        length = float(np.hypot(*along))
+        for at in np.arange(0.5 * _STRIPE_PERIOD_M, length, _STRIPE_PERIOD_M):
+            start = corner + along * (at / length)
+            self._add(np.array([start, start + across]), _PAINT, 0.5 * _STRIPE_M)
+
+    def weights(
+        self, level: int, origin_m: np.ndarray, size_m: float
+    ) -> tuple[np.ndarray, np.ndarray] | None:
+        """Return brightness of the paved part and share of grass; see RoadRasterizer.weights."""
+        near = touching(self._low, self._high, origin_m, origin_m + size_m)
+        areas = touching(self._area_low, self._area_high, origin_m, origin_m + size_m)
+        if len(near) == 0 and len(areas) == 0:
+            return None
+        texel_m = size_m / _SIDE_PX
+        line_m = max(LINE_WIDTH_M, 2.0 * texel_m)
+        ink = ASPHALT + (1.0 - ASPHALT) * LINE_WIDTH_M / line_m
+        half_m, is_line = self._half_m[near], self._half_m[near] == 0.0
+        # OpenCV paints the boundary too, half a sample beyond the polygon on either side.
+        half_m = np.where(is_line, 0.5 * (line_m - texel_m), half_m)[:, None]
+        start, end = self._start[near], self._end[near]
+        left, end_left = half_m * self._left[near], half_m * self._end_left[near]
+        corners = np.stack([start - left, end - end_left, end + end_left, start + left], axis=1)
+        quads = fixed_point((corners - origin_m) / texel_m)
+        paved = np.zeros((_SIDE_PX, _SIDE_PX), np.uint8)
+        green = np.full((_SIDE_PX, _SIDE_PX), 255, np.uint8)
+        line_type = cv2.LINE_8 if level < 2 else cv2.LINE_AA
+        paint = np.where(is_line, int(255 * ink), 255)
+        for layer in range(_PAINT + 1):
+            rows = np.flatnonzero(self._layer[near] == layer).tolist()
+            if layer == _PAINT:
+                for k in rows:
+                    cv2.fillConvexPoly(paved, quads[k], int(paint[k]), line_type, FIXED_POINT_BITS)
+                break
+            brightness, share, _ = _LAYERS[layer]
+            for plane, value in ((paved, int(255 * brightness)), (green, share)):
+                for k in rows:
+                    cv2.fillConvexPoly(plane, quads[k], value, line_type, FIXED_POINT_BITS)
+                for k in areas.tolist():
+                    area = fixed_point((self._areas[k] - origin_m) / texel_m)
+                    cv2.fillPoly(plane, [area], value, line_type, FIXED_POINT_BITS)
+        return halve(paved), halve(green)

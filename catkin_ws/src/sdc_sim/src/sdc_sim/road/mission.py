@@ -1,0 +1,131 @@
+"""Missions: ways over the lanes of a map as points with speed limits."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import AbstractSet, Iterator, Sequence
+
+import numpy as np
+
+from sdc_common.geometry.route import interpolate
+from sdc_sim.road.lane_graph import CHANGE_M, LaneGraph, NoRouteError
+from sdc_sim.road.network import Network, RoadLane, arc_lengths
+
+Point = Sequence[float]
+
+# A goal or a car that is farther from all lanes is on none.
+NEAR_M = 20.0
+_STEP_M = 1.0
+# A change of lanes takes so long, and at least CHANGE_M.
+_CHANGE_S = 4.0
+
+
+@dataclass(frozen=True)
+class Mission:
+    """A way over lanes.
+
+    Attributes:
+        points_m: (N, 2) points, about 1 m apart [m]
+        limits_mps: (N,) speed limit at each of them [m/s]
+        lanes: ids of the lanes, in order
+        ends_m: distance along the points of each goal [m]
+        time_s: time at the speed limits [s]
+    """
+
+    points_m: np.ndarray = field(repr=False)
+    limits_mps: np.ndarray = field(repr=False)
+    lanes: tuple[str, ...]
+    ends_m: tuple[float, ...]
+    time_s: float
+
+
+def plan_mission(
+    graph: LaneGraph,
+    goals: Sequence[Point],
+    x_m: float,
+    y_m: float,
+    yaw_rad: float | None = None,
+    closed: AbstractSet[str] = frozenset(),
+) -> Mission:
+    """Return the fastest mission from a pose to all goals, in order.
+
+    Raises:
+        NoRouteError: the car is on no lane, or a goal cannot be reached
+    """
+    start = graph.network.nearest(x_m, y_m, yaw_rad, NEAR_M)
+    if start is None:
+        raise NoRouteError(f"no lane is within {NEAR_M:g} m of ({x_m:.1f}, {y_m:.1f})")
+    lanes: list[str] = []
+    pieces, ends_m, time_s = [], [], 0.0
+    for x, y in goals:
+        name = f"the goal ({x:.1f}, {y:.1f})"
+        goal = graph.network.nearest(x, y, within_m=NEAR_M)
+        if goal is None:
+            raise NoRouteError(f"{name} is on no lane; give a point within {NEAR_M:g} m of one")
+        try:
+            way, seconds = graph.route(start, goal, closed)
+        except NoRouteError as error:
+            text = f"{name} cannot be reached from lane {start.lane}: {error}"
+            raise NoRouteError(text) from None
+        time_s += seconds
+        lanes += way
+        pieces += list(_pieces(graph.network, way, start.s_m, goal.s_m))
+        ends_m.append(sum(float(arc_lengths(points)[-1]) for points, _ in pieces))
+        start = goal
+    return Mission(*_resampled(pieces), tuple(lanes), tuple(ends_m), time_s)
+
+
+def _pieces(
+    network: Network, way: Sequence[str], start_m: float, end_m: float
+) -> Iterator[tuple[np.ndarray, float]]:
+    """Return points and speed limit of each stretch of a way [m, m/s].
+
+    A stretch of road with several lanes is shared between them.
+    """
+    lanes = [network.lanes[name] for name in way]
+    first = 0
+    while first < len(lanes):
+        last = first  # of the lanes beside one another
+        while last + 1 < len(lanes) and way[last + 1] in (lanes[last].left, lanes[last].right):
+            last += 1
+        begin = start_m / lanes[first].length_m if first == 0 else 0.0
+        end = end_m / lanes[last].length_m if last == len(lanes) - 1 else 1.0
+        window = (end - begin) / (last - first + 1)
+        for number in range(first, last + 1):
+            at = begin + window * (number - first)
+            if number > first:
+                length_m = max(CHANGE_M, _CHANGE_S * lanes[number].speed_limit_mps)
+                until = at + min(window, length_m / lanes[number].length_m)
+                points = _change(lanes[number - 1], lanes[number], at, until)
+                yield points, lanes[number].speed_limit_mps
+                at = until
+            yield _stretch(lanes[number], at, begin + window * (number - first + 1))
+        first = last + 1
+
+
+def _stretch(lane: RoadLane, start: float, end: float) -> tuple[np.ndarray, float]:
+    """Return the points of a lane between shares of its length, and its speed limit [m, m/s]."""
+    start_m, end_m = start * lane.length_m, end * lane.length_m
+    inside = lane.s_m[(lane.s_m > start_m) & (lane.s_m < end_m)]
+    return lane.at(np.array([start_m, *inside, end_m])), lane.speed_limit_mps
+
+
+def _change(lane: RoadLane, other: RoadLane, start: float, end: float) -> np.ndarray:
+    """Return the points of a smooth change between lanes, between shares of their lengths."""
+    t = np.linspace(0.0, 1.0, int((end - start) * lane.length_m / _STEP_M) + 2)
+    share = start + (end - start) * t
+    weight = (t**3 * (10.0 - 15.0 * t + 6.0 * t * t))[:, None]
+    ways = (one.at(share * one.length_m) for one in (lane, other))
+    return (1.0 - weight) * next(ways) + weight * next(ways)
+
+
+def _resampled(pieces: Sequence[tuple[np.ndarray, float]]) -> tuple[np.ndarray, np.ndarray]:
+    """Return points about 1 m apart along pieces of lines, and the speed limit at each."""
+    points = np.vstack([part for part, _ in pieces])
+    limits = np.repeat([limit for _, limit in pieces], [len(part) for part, _ in pieces])
+    s = arc_lengths(points)
+    kept = np.append(True, np.diff(s) > 1e-3)
+    points, limits, s = points[kept], limits[kept], s[kept]
+    at = np.linspace(0.0, s[-1], max(2, round(s[-1] / _STEP_M) + 1))
+    here = np.minimum(np.searchsorted(s, at, side="right") - 1, len(s) - 1)
+    return interpolate(at, s, points), limits[here]

@@ -1,0 +1,91 @@
+"""Drives on a map: where they begin and end.
+
+python3 -m sdc_sim.scenario.map_drive REPORT ARG:=VALUE ... writes the first mission of a drive
+beside the report, and prints the arguments of all.launch, one per line.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from typing import Sequence
+
+import numpy as np
+import yaml
+
+from sdc_sim.road.lane_graph import LaneGraph, drawn_places
+from sdc_sim.road.mission import Mission, Point, plan_mission
+from sdc_sim.road.network_file import MapError, load_network
+
+
+def first_mission(
+    graph: LaneGraph, start: Point | None, goals: Sequence[Point], seed: int
+) -> tuple[Mission, Sequence[Point]]:
+    """Return the mission from a start to goals, and the goals; what is not given is drawn.
+
+    Raises:
+        NoRouteError: a goal cannot be reached
+    """
+    if not (start and goals):
+        begin, end = drawn_places(graph, seed, start)
+        start, goals = start or begin, goals or [end]
+    return plan_mission(graph, goals, start[0], start[1]), goals
+
+
+def file_points(points_m: np.ndarray) -> np.ndarray:
+    """Return points (N, 2) as they are after they were written to the file of ./drive [m]."""
+    return np.array([[float(f"{x:.6f}"), float(f"{y:.6f}")] for x, y in points_m.tolist()])
+
+
+def launch_arguments(report: str, given: dict[str, str]) -> dict[str, str]:
+    """Write the first mission beside the report; return the arguments of all.launch.
+
+    Raises:
+        ValueError: an argument is not valid, or a goal cannot be reached
+    """
+    options = yaml.safe_load(given.get("sim_options") or "{}")
+    if given.get("seed"):
+        seed = int(given["seed"]) if given["seed"].isdecimal() else -1
+        if options.setdefault("seed", seed) != seed or seed < 0:
+            text = "must be a number of at least 0, and no other than the seed in sim_options"
+            raise ValueError(f"seed:={given['seed']}: {text}")
+    graph = LaneGraph(load_network(given["map"]))
+    start, wanted = _points("start", given), _points("goal", given)
+    begin, seed = start[0] if start else None, options.get("seed", 0)
+    mission, goals = first_mission(graph, begin, wanted, seed)
+    path = os.path.splitext(os.path.abspath(report))[0] + ".route.csv"
+    os.makedirs(os.path.dirname(path), exist_ok=True)
+    # The y axis of a waypoint file points to the right.
+    np.savetxt(path, mission.points_m * (1.0, -1.0), fmt="%.6f", delimiter=",")
+    return {
+        **given,
+        "waypoints_path": path,
+        "map": os.path.abspath(os.path.expanduser(given["map"])),
+        "goal": str([list(map(float, goal)) for goal in goals]),
+        "sim_options": yaml.safe_dump(options, default_flow_style=True, width=10**6).strip(),
+    }
+
+
+def _points(name: str, given: dict[str, str]) -> list[Point]:
+    text = given.get(name, "")
+    try:
+        numbers = [[float(one) for one in part.split(",")] for part in text.split(";") if text]
+    except ValueError:
+        numbers = [[]]
+    if any(len(point) != 2 for point in numbers) or not np.isfinite(numbers).all():
+        raise ValueError(f"{name}:={text}: must be X,Y [m]")
+    return list(numbers)
+
+
+def main() -> None:
+    """Run the command line."""
+    given = dict(one.split(":=", 1) for one in sys.argv[2:] if ":=" in one)
+    try:
+        arguments = launch_arguments(sys.argv[1], given)
+    except (MapError, ValueError) as error:
+        sys.exit(f"drive: {error}")
+    print("\n".join([f"{name}:={value}" for name, value in arguments.items()]))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,104 @@
+"""The camera picture of a network: its areas, lines, crosswalks and scenery."""
+
+import math
+
+import cv2
+import numpy as np
+import pytest
+
+from sdc_sim.camera.camera_model import CameraModel
+from sdc_sim.camera.network_rasterizer import NetworkRasterizer
+from sdc_sim.camera.renderer import Renderer
+from sdc_sim.road.network import BROKEN, KERB, SOLID, STOP, Connection, Junction, Network, RoadLane
+from sdc_sim.road.network_scenery import network_scenery
+
+pytestmark = pytest.mark.slow(3)
+
+
+def lane(name, points, left_line, right_line, **more):
+    return RoadLane(name, np.array(points, float), 3.5, 10.0, left_line, right_line, **more)
+
+
+# Two lanes side by side along x, a junction behind them, and a crosswalk at x = 30.
+_STREET = Network(
+    "street",
+    [
+        lane("a", [(0, 0), (50, 0)], BROKEN, KERB, successors=("x",), left="b"),
+        lane("b", [(0, 3.5), (50, 3.5)], SOLID, BROKEN, right="a"),
+        lane("x", [(50, 0), (70, 0)], "none", "none", junction="j"),
+    ],
+    [
+        Junction(
+            "j",
+            "priority",
+            np.array([(50, -12), (70, -12), (70, 12), (50, 12)], float),
+            (Connection("a", ("x",), "", "s", line=STOP),),
+        )
+    ],
+    [np.array([(30, -2), (30, 6), (33, 6), (33, -2)], float)],
+)
+
+
+@pytest.fixture(scope="module", name="plane")
+def _plane():
+    """Return a function of the brightness at points, 0..255, from tiles of the finest level."""
+    rasterizer = NetworkRasterizer(_STREET)
+
+    def at(x, y, level=0):
+        size = 6.4 * 2**level
+        corner = np.floor(np.array([x, y]) / size) * size
+        weights = rasterizer.weights(level, corner, size)
+        if weights is None:
+            return None
+        column, row = ((np.array([x, y]) - corner) / size * 256).astype(int)
+        return int(weights[0][row, column]), int(weights[1][row, column])
+
+    return at
+
+
+@pytest.mark.parametrize(
+    ("place", "expected"),
+    [
+        ((20.0, 0.0), (102, 0)),  # asphalt
+        ((20.0, 5.25), (255, 0)),  # the solid line on the left
+        ((19.5, 1.75), (255, 0)),  # a dash, which begins at 18 m
+        ((23.5, 1.75), (102, 0)),  # between two dashes
+        ((20.0, -1.75), (102, 0)),  # a kerb is no paint
+        ((20.0, -2.2), (168, 0)),  # the kerb
+        ((20.0, -3.0), (56, 140)),  # the verge
+        ((50.0, 0.5), (255, 0)),  # the stop line
+        ((60.0, 9.0), (102, 0)),  # the area of the junction
+        ((31.5, 0.5), (255, 0)),  # a stripe of the crosswalk
+        ((31.5, 1.1), (102, 0)),  # between two stripes
+    ],
+)
+def test_brightness_and_grass_of_a_place(plane, place, expected):
+    assert plane(*place) == expected
+
+
+def test_grass_has_no_weights(plane):
+    assert plane(20.0, 60.0) is None
+
+
+@pytest.mark.parametrize("level", range(6))
+def test_every_level_shows_the_street(plane, level):
+    brightness, grass = plane(20.0, 0.0, level)
+    assert brightness == pytest.approx(102, abs=12) and grass < 40
+
+
+def test_scenery_is_beside_the_lanes():
+    scenery = network_scenery(_STREET, 0)
+    assert len(scenery) > 3
+    assert np.array_equal(scenery.position_m, network_scenery(_STREET, 0).position_m)
+    for x, y in scenery.position_m:
+        assert math.dist((min(max(x, 0.0), 70.0), 0.0), (x, y)) > 3.0
+
+
+def test_picture_of_a_street_depends_on_the_pose_only():
+    camera = CameraModel()
+    first = Renderer(_STREET, camera).render(5.0, 0.0, 0.0)
+    other = Renderer(_STREET, camera)
+    other.render(40.0, 3.5, 2.0)
+    assert np.array_equal(first, other.render(5.0, 0.0, 0.0))
+    # The road is grey ahead of the car.
+    assert np.ptp(cv2.mean(first[-60:, 280:360])[:3]) < 12
