@@ -81,6 +81,7 @@ class Referee:
 
     def on_route(self, path):
         if self.evaluator.drive is not None:
+            self.input.route(path)
             return
         # The local planner's own limits, where it has them.
         own, rules = rospy.get_param("/local_planner", {}), self.evaluator.rules

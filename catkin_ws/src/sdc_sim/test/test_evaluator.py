@@ -52,6 +52,34 @@ def test_metrics_of_a_complete_drive():
     np.testing.assert_allclose(result.commands[:, 0], 0.001 * np.arange(1, 201))
 
 
+def test_new_mission_continues_the_drive_along_both():
+    """The car drives 50 m of a straight, and then a mission that turns left there."""
+    evaluator = Evaluator(RULES._replace(new_missions=True))
+    evaluator.set_route(POINTS)
+    drive_on(evaluator, 1, 100)
+    turn = [(50.0 + x, 0.0) for x in range(5)] + [(54.0, float(y)) for y in range(1, 31)]
+    for _ in range(2):
+        evaluator.set_route(turn)  # the same one again changes nothing
+    before = evaluator.drive.progress.progress_m
+    assert (before, evaluator.drive.route.length_m) == pytest.approx((50.0, 84.0), abs=0.6)
+    for tick in range(101, 210):
+        along = 0.5 * (tick - 100)
+        x, y, yaw = (50 + along, 0.0, 0.0) if along < 4 else (54.0, along - 4.0, np.pi / 2)
+        speed = 10.0 if y < 30.0 else 0.0
+        evaluator.add("odometry", tick * TICK_NS, x, min(y, 30.0), yaw, speed, 1.0)
+    metrics = evaluator.result().metrics
+    assert metrics["status"] == "completed"
+    assert metrics["route_length_m"] == pytest.approx(84.0, abs=0.6)
+    assert metrics["cross_track_max_m"] < 0.6
+
+
+def test_later_mission_is_ignored_without_the_rule():
+    evaluator = with_route()
+    drive_on(evaluator, 1, 100)
+    evaluator.set_route([(50.0, 0.0), (50.0, 40.0)])
+    assert evaluator.drive.route.length_m == pytest.approx(100.0)
+
+
 def test_least_time_of_a_late_start_is_that_of_the_rest_of_the_route():
     late = with_route()
     drive_on(late, 80, 200)

@@ -15,6 +15,7 @@ PARAMETERS = {
     "lane_width_m": 3.5,
     "car_front_m": 3.8,
     "finish_at_rest": False,
+    "new_missions": True,
     "assumed_planner": {
         "planned_speed_mps": 11.0,
         "lateral_acceleration_mps2": 2.5,
@@ -53,7 +54,9 @@ def test_timeout_is_the_ratio_of_the_ideal_duration_and_a_margin():
     assert read().timeout_s(100.0) == 230.0
 
 
-@pytest.mark.parametrize(("name", "value"), [("blocked_s", 0.0), ("finish_at_rest", "no")])
+@pytest.mark.parametrize(
+    ("name", "value"), [("blocked_s", 0.0), ("finish_at_rest", "no"), ("new_missions", 1)]
+)
 def test_rule_with_a_wrong_value_is_refused_by_name(name, value):
     with pytest.raises(ValueError, match=name):
         read(**{name: value})

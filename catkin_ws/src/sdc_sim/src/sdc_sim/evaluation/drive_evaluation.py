@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from sdc_common.geometry.road_line import road_route
 from sdc_common.geometry.route import Route
 from sdc_common.planning.speed_reasons import REPEAT_NS
 from sdc_sim.evaluation.command_matching import COMMAND_FIELDS, CommandTrace
@@ -30,6 +31,9 @@ _MIN_PACE_S = 5.0
 # A reason applies until the next one, but no longer than this after its stamp.
 _REASON_VALID_NS = 1_000_000_000
 _MAX_REASON_LENGTH = 40
+# Another mission begins so close to the car along the last one, and its first point is so far from
+# the last one that is kept.
+_JOIN_M, _APART_M = 30.0, 0.5
 # Kinds of obstacles and the report's names for them.
 _COLLISION_KINDS = {"car": "vehicle", "pedestrian": "pedestrian", "obstacle": "static"}
 
@@ -86,6 +90,7 @@ class DriveEvaluation:
         self.ideal = IdealDrive(route, rules.speed_limits())
         timeout_s = rules.timeout_s(self.ideal.duration_s)
         self.progress = RouteProgress(route, rules, timeout_s, keep_samples=keep_trace)
+        self._mission_m: list = []
         self._keep_trace = keep_trace
         self._unseen_s = 0.0
         self._wall_s: list = []
@@ -202,6 +207,20 @@ class DriveEvaluation:
         if self._keep_trace:
             self._commands.stamps.append(stamp_ns)
         return True
+
+    def _on_mission(self, points_m: list) -> None:
+        """Continue along another mission; the route keeps what was driven of the last one."""
+        progress, rules = self.progress, self.progress.rules
+        if self.over or not rules.new_missions or points_m == self._mission_m:
+            return
+        self._mission_m = points_m
+        line = road_route(np.array(points_m, float)).points
+        near_m = progress.samples[-1].s_m if progress.samples else 0.0
+        join_m = self.route.line.project(*line[0], near_m, _JOIN_M, _JOIN_M).s_m
+        driven = self.route.points[self.route.s < join_m - _APART_M]
+        self.route = Route(np.vstack([driven, line]))
+        self.ideal = IdealDrive(self.route, rules.speed_limits())
+        progress.follow(self.route, rules.timeout_s(self.ideal.duration_s))
 
     def _on_command(self, stamp_ns: int, throttle: float, brake: float, steer: float) -> None:
         self._last_command_ns = stamp_ns

@@ -50,7 +50,7 @@ class Evaluator:
         return [*missing, self.odometry_topic]
 
     def set_route(self, points_m: np.ndarray | Sequence) -> None:
-        """Set the route.
+        """Set the route; a later one continues the drive if the rules allow it.
 
         Args:
             points_m: (N, 2) waypoints of the mission [m]
@@ -59,6 +59,10 @@ class Evaluator:
             ValueError: the points are not a route
         """
         points = np.asarray(points_m, dtype=float).reshape(-1, 2)
+        if self.drive is not None:
+            if self.rules.new_missions:
+                self.add("mission", points.tolist())
+            return
         self.drive = DriveEvaluation(self.rules, road_route(points), self._event_file is None)
         if self._event_file is not None:
             self._event_file.append(["route", points.tolist(), self.rules._asdict()])

@@ -68,8 +68,8 @@ class RouteProgress:
             timeout_s: simulated time that ends the drive [s]
             keep_samples: False keeps only the last sample, for a drive of many hours
         """
-        self.route = route
-        self.rules, self._timeout_s = rules, timeout_s
+        self.follow(route, timeout_s)
+        self.rules = rules
         self.keep_samples = keep_samples
         self.samples: list[DriveSample] = []
         self.status: str | None = None
@@ -80,6 +80,10 @@ class RouteProgress:
         self._progress_at_s = self._progress_from_m = 0.0
         self._on_route_at_s = self._on_route_at_m = 0.0
         self._collided_at_s: float | None = None
+
+    def follow(self, route: Route, timeout_s: float) -> None:
+        """Measure from here on along a route; the car is as far along it as along the last one."""
+        self.route, self._timeout_s = route, timeout_s
         self._continuation = Polyline(route.points[-2:].tolist())
 
     @property

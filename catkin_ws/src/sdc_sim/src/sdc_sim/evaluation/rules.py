@@ -26,6 +26,7 @@ class EvaluationRules(NamedTuple):
         planner: limits of the local planner by its parameter names
         assumed: names of those limits that /local_planner does not provide
         finish_at_rest: whether the car must stop at the end of the route
+        new_missions: whether the drive continues along a mission that is published later
     """
 
     off_route_m: float
@@ -39,6 +40,7 @@ class EvaluationRules(NamedTuple):
     planner: dict
     assumed: list
     finish_at_rest: bool = True
+    new_missions: bool = False
 
     @classmethod
     def read(cls, parameter: Callable[[str], Any]) -> EvaluationRules:
@@ -48,13 +50,14 @@ class EvaluationRules(NamedTuple):
             parameter: returns the parameter of config/referee.yaml with a given name
 
         Raises:
-            ValueError: a limit is not positive, or `finish_at_rest` is neither true nor false
+            ValueError: a limit is not positive, or `finish_at_rest` or `new_missions` is no boolean
         """
         planner = parameter("assumed_planner")
         own = {name: parameter(name) for name in cls._fields if name not in ("planner", "assumed")}
         check_positive(**{name: own[name] for name in _POSITIVE})
-        if not isinstance(own["finish_at_rest"], bool):
-            raise ValueError(f"finish_at_rest must be true or false, got {own['finish_at_rest']!r}")
+        for name in ("finish_at_rest", "new_missions"):
+            if not isinstance(own[name], bool):
+                raise ValueError(f"{name} must be true or false, got {own[name]!r}")
         return cls(planner=planner, assumed=list(planner), **own)
 
     def speed_limits(self) -> SpeedLimits:

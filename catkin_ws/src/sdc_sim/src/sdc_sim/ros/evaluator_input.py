@@ -78,9 +78,8 @@ class EvaluatorInput:
         }
 
     def route(self, path: Any) -> None:
-        """Set the route; only the first one counts."""
-        if self.evaluator.drive is None:
-            self.evaluator.set_route(waypoint_rows(path, "x", "y"))
+        """Set the route, see `Evaluator.set_route`."""
+        self.evaluator.set_route(waypoint_rows(path, "x", "y"))
 
     def odometry(self, odometry: Odometry) -> bool:
         """Add an odometry; return False if it is ignored."""
