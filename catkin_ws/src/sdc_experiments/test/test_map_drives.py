@@ -9,6 +9,7 @@ import rospkg
 
 from sdc_experiments.closed_loop import car_with, drive_result
 from sdc_experiments.configuration import node_parameters
+from sdc_experiments.map_drives import main
 from sdc_package.car import MissionDriver
 from sdc_package.global_planner import GlobalPlanner
 from sdc_package.local_planner import PlannerSettings
@@ -105,3 +106,12 @@ def test_new_mission_while_driving_needs_no_stop(path, change):
     assert lanes[-1].startswith("e_" if change == "goal" else "c_")
     if change == "goal":
         assert world.vehicle.state.y_m < -20.0 and abs(world.vehicle.state.x_m + 1.6) < 2.5
+
+
+def test_command_drives_between_random_places(path, monkeypatch, capsys):
+    monkeypatch.setattr("sys.argv", ["map_drives", path, "3"])
+    main()
+    assert "3 of 3 drives complete without infraction" in capsys.readouterr().out
+    monkeypatch.setattr("sys.argv", ["map_drives", "grid", "10"])
+    main()
+    assert capsys.readouterr().out.startswith("10096 lanes: median ")

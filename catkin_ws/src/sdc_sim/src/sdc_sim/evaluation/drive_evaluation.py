@@ -216,7 +216,8 @@ class DriveEvaluation:
         self._mission_m = points_m
         line = road_route(np.array(points_m, float)).points
         near_m = progress.samples[-1].s_m if progress.samples else 0.0
-        join_m = self.route.line.project(*line[0], near_m, _JOIN_M, _JOIN_M).s_m
+        x, y = line[0].tolist()
+        join_m = self.route.line.project(x, y, near_m, _JOIN_M, _JOIN_M).s_m
         driven = self.route.points[self.route.s < join_m - _APART_M]
         self.route = Route(np.vstack([driven, line]))
         self.ideal = IdealDrive(self.route, rules.speed_limits())

@@ -1,0 +1,100 @@
+"""Drive between random places of a map: python3 -m sdc_experiments.map_drives MAP [COUNT].
+
+Prints the time to load the map, and of COUNT drives (100) with the seeds 0, 1, ...: how many are
+complete, the greatest errors, and a sum of all traces, which is the same in each run. With the name
+`grid` for MAP it searches COUNT ways over a grid of 10,000 lanes instead, and prints the time.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import os
+import sys
+import time
+from concurrent.futures import ProcessPoolExecutor
+from typing import Any
+
+import numpy as np
+
+from sdc_experiments.closed_loop import drive_result
+from sdc_sim.road.lane_graph import LaneGraph
+from sdc_sim.road.network import LanePlace, Network, RoadLane
+from sdc_sim.road.network_file import MapError, load_network
+
+
+def one_drive(path: str, seed: int) -> tuple[dict[str, Any], str]:
+    """Return the metrics of a drive between places drawn from a seed, and the sum of its trace."""
+    result = drive_result(map=path, seed=seed, compiled=True)
+    return result.metrics, hashlib.sha256(result.rows.tobytes()).hexdigest()
+
+
+def grid(side: int = 26) -> Network:
+    """Return lanes between the crossings of a grid, and from each lane to the next ones."""
+    random = np.random.default_rng(0)
+    places = [(i, j) for i in range(side) for j in range(side)]
+    ways = [
+        (place, (place[0] + x, place[1] + y))
+        for place in places
+        for x, y in ((1, 0), (0, 1), (-1, 0), (0, -1))
+        if 0 <= place[0] + x < side and 0 <= place[1] + y < side
+    ]
+    lanes = []
+    for start, end in ways:
+        onward = [way for way in ways if way[0] == end and way[1] != start]
+        turns = tuple(f"{start} {end} {way[1]}" for way in onward)
+        limit_mps = float(random.choice([8.3, 13.9, 19.4]))
+        line = 100.0 * np.array([start, end])
+        lanes.append(RoadLane(f"{start} {end}", line, 3.5, limit_mps, successors=turns))
+        for turn, way in zip(turns, onward):
+            after = (f"{way[0]} {way[1]}",)
+            line = line[1] + [(0.0, 0.0), (random.uniform(10.0, 20.0), 0.0)]
+            lanes.append(RoadLane(turn, line, 3.5, 8.0, successors=after, junction=str(end)))
+    return Network("grid", lanes)
+
+
+def print_search(network: Network, count: int) -> None:
+    """Print how long the search for the fastest way between random lanes takes."""
+    graph, random, times_ms = LaneGraph(network), np.random.default_rng(1), []
+    for first, last in random.choice(len(network.driving), (count, 2)):
+        start, end = (LanePlace(network.driving[one].id, 5.0, 0.0, 0.0) for one in (first, last))
+        started_s = time.perf_counter()
+        graph.route(start, end)
+        times_ms.append(1000.0 * (time.perf_counter() - started_s))
+    median, most = np.quantile(times_ms, [0.5, 0.99])
+    print(f"{len(network.driving)} lanes: median {median:.3f} ms, 99th percentile {most:.3f} ms")
+
+
+def main() -> None:
+    """Run the command line."""
+    if len(sys.argv) not in (2, 3) or not all(one.isdecimal() for one in sys.argv[2:]):
+        sys.exit("Usage: python3 -m sdc_experiments.map_drives MAP [COUNT]")
+    path, count = sys.argv[1], int((sys.argv[2:] or ["100"])[0])
+    if path == "grid":
+        print_search(grid(), count)
+        return
+    started_s = time.perf_counter()
+    try:
+        network = load_network(path)
+    except MapError as error:
+        sys.exit(f"map_drives: {error}")
+    LaneGraph(network)
+    print(f"{network.name}: loaded in {time.perf_counter() - started_s:.2f} s")
+    with ProcessPoolExecutor(os.cpu_count()) as pool:
+        found = list(pool.map(functools.partial(one_drive, path), range(count), chunksize=4))
+    metrics = [one for one, _ in found]
+    clean = [
+        one for one in metrics if one["status"] == "completed" and one["driving_score"] >= 100.0
+    ]
+    print(
+        f"{len(clean)} of {count} drives complete without infraction, "
+        f"{sum(one['route_length_m'] for one in metrics) / 1000.0:.1f} km; greatest RMS "
+        f"{max(one['cross_track_rms_m'] for one in metrics):.4f} m, greatest error "
+        f"{max(one['cross_track_max_m'] for one in metrics):.3f} m, off the lane "
+        f"{max(one['off_lane_percent'] for one in metrics):.1f} %; traces "
+        f"{hashlib.sha256(''.join(trace for _, trace in found).encode()).hexdigest()[:16]}"
+    )
+
+
+if __name__ == "__main__":
+    main()
