@@ -6,9 +6,8 @@
 import cv2
 import rospy
 from cv_bridge import CvBridge, CvBridgeError
-from sdc_common.ros.connection_watchdog import watch_connections
 from sdc_common.ros.conversion import check_image
-from sdc_common.ros.node import parameter, refuse
+from sdc_common.ros.node import parameter, refuse, watch_connections
 from sdc_common.ros.refusal import refusing
 from sdc_package.camera_window import CameraWindow
 from sdc_package.lane_filter import LaneFilter, LaneFilterThresholds

@@ -3,8 +3,7 @@
 
 import rospy
 from carla_msgs.msg import CarlaEgoVehicleControl
-from sdc_common.ros.connection_watchdog import watch_connections
-from sdc_common.ros.node import LoopPublisher
+from sdc_common.ros.node import LoopPublisher, watch_connections
 from sdc_package.msg import CarlaVehicleControl
 
 

@@ -6,8 +6,7 @@ import threading
 import rospy
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Odometry
-from sdc_common.ros.connection_watchdog import watch_connections
-from sdc_common.ros.node import parameter, refuse
+from sdc_common.ros.node import parameter, refuse, watch_connections
 from sdc_common.ros.refusal import refusing
 from sdc_msgs.srv import CloseLane, CloseLaneResponse
 from sdc_package.global_planner import GlobalPlanner

@@ -5,8 +5,7 @@ import numpy as np
 import rospy
 from carla_msgs.msg import CarlaTrafficLightInfoList, CarlaTrafficLightStatusList
 from nav_msgs.msg import Odometry
-from sdc_common.ros.connection_watchdog import watch_connections
-from sdc_common.ros.node import LoopPublisher, every, leave_parameter, parameter, refuse
+from sdc_common.ros.node import LoopPublisher, every, parameter, refuse, watch_connections
 from sdc_common.ros.refusal import refusing
 from sdc_common.ros.speed_reason_publisher import SpeedReasonPublisher
 from sdc_msgs.msg import ObstacleArray
@@ -102,9 +101,9 @@ class LocalPlannerNode:
         # ------------------------------------------------------------------------
 
     def leave_place(self):
-        """Leave the car's distance along the route to the next process of this node."""
+        """Leave the car's distance along the route to the next process, which roslaunch starts."""
         if self.planner is not None:
-            leave_parameter("route_s_m", self.planner.s_m)
+            rospy.set_param("~route_s_m", self.planner.s_m)
 
     def run(self):
         watch_connections()

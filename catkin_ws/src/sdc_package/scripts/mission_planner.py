@@ -2,8 +2,7 @@
 """Mission planner: load the route from a CSV file and publish it, latched."""
 
 import rospy
-from sdc_common.ros.connection_watchdog import watch_connections
-from sdc_common.ros.node import parameter, refuse
+from sdc_common.ros.node import parameter, refuse, watch_connections
 from sdc_common.routes.waypoint_file import WaypointError, load_waypoints
 
 # TODO 1: the two messages of a mission: a point, and the path of all points

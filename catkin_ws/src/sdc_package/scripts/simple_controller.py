@@ -4,9 +4,8 @@
 import rospy
 from nav_msgs.msg import Odometry
 from sdc_common.driving import Command
-from sdc_common.ros.connection_watchdog import watch_connections
 from sdc_common.ros.conversion import stamp_of
-from sdc_common.ros.node import LoopPublisher, every, parameter, refuse
+from sdc_common.ros.node import LoopPublisher, every, parameter, refuse, watch_connections
 from sdc_common.ros.refusal import refusing
 from sdc_common.ros.speed_reason_publisher import SpeedReasonPublisher
 from sdc_common.validation import check_between

@@ -21,7 +21,7 @@ from std_srvs.srv import Trigger
 
 from sdc_common.geometry.geodesy import geodetic_from_map
 from sdc_common.geometry.road_line import road_route
-from sdc_common.ros.connection_watchdog import watch_connections
+from sdc_common.ros.node import watch_connections
 from sdc_common.routes.waypoint_file import load_waypoints
 from sdc_sim.physics.obstacles import KINDS
 from sdc_sim.ros.message_conversion import MAP_FRAME, quaternion_from_yaw

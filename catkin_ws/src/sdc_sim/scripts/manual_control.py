@@ -18,9 +18,8 @@ from sensor_msgs.msg import Image
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 
-from sdc_common.ros.connection_watchdog import watch_connections
 from sdc_common.ros.conversion import command_message
-from sdc_common.ros.node import LoopPublisher, parameter, refuse
+from sdc_common.ros.node import LoopPublisher, parameter, refuse, watch_connections
 from sdc_common.ros.odometry import true_odometry_topic
 from sdc_common.ros.refusal import refusing
 from sdc_common.window import ImageWindow, NoDisplay

@@ -4,8 +4,7 @@
 import rospy
 from sdc_msgs.msg import BaseWaypoint, Path
 
-from sdc_common.ros.connection_watchdog import watch_connections
-from sdc_common.ros.node import parameter, refuse
+from sdc_common.ros.node import parameter, refuse, watch_connections
 from sdc_common.routes.waypoint_file import WaypointError, load_waypoints
 
 

@@ -13,8 +13,7 @@ import rospy
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
-from sdc_common.ros.connection_watchdog import watch_connections
-from sdc_common.ros.node import parameter, refuse
+from sdc_common.ros.node import parameter, refuse, watch_connections
 from sdc_common.ros.odometry import true_odometry_topic
 from sdc_sim.evaluation.evaluator import Evaluator
 from sdc_sim.evaluation.route_progress import COMPLETED

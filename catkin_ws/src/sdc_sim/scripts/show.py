@@ -11,8 +11,7 @@ from sensor_msgs.msg import NavSatFix
 from visualization_msgs.msg import Marker, MarkerArray
 
 from sdc_common.geometry.geodesy import map_from_geodetic
-from sdc_common.ros.connection_watchdog import watch_connections
-from sdc_common.ros.node import parameter, refuse
+from sdc_common.ros.node import parameter, refuse, watch_connections
 from sdc_common.ros.refusal import refusing
 from sdc_sim.road.road import Road
 from sdc_sim.road.road_markings import road_markings

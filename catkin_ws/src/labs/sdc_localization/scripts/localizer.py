@@ -12,9 +12,8 @@ from sensor_msgs.msg import Imu, JointState, NavSatFix, PointCloud2
 from tf2_msgs.msg import TFMessage
 
 from sdc_common.geometry.geodesy import map_from_geodetic
-from sdc_common.ros.connection_watchdog import watch_connections
 from sdc_common.ros.conversion import rear_axle_speed
-from sdc_common.ros.node import LoopPublisher, parameter, refuse
+from sdc_common.ros.node import LoopPublisher, parameter, refuse, watch_connections
 from sdc_common.ros.odometry import odometry_message, vehicle_transform
 from sdc_common.ros.refusal import refusing
 from sdc_common.routes.waypoint_file import WaypointError

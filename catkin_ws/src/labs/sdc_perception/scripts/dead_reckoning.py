@@ -7,9 +7,8 @@ import rospy
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, JointState
 
-from sdc_common.ros.connection_watchdog import watch_connections
 from sdc_common.ros.conversion import rear_axle_speed
-from sdc_common.ros.node import LoopPublisher, parameter, refuse
+from sdc_common.ros.node import LoopPublisher, parameter, refuse, watch_connections
 from sdc_common.ros.odometry import odometry_message
 from sdc_common.ros.refusal import refusing
 from sdc_common.validation import check_positive

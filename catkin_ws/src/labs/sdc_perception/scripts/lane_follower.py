@@ -6,8 +6,7 @@ from nav_msgs.msg import Odometry
 from sdc_package.msg import LocalPath, Waypoint
 from sdc_perception.msg import Lane
 
-from sdc_common.ros.connection_watchdog import watch_connections
-from sdc_common.ros.node import LoopPublisher, parameter, refuse
+from sdc_common.ros.node import LoopPublisher, parameter, refuse, watch_connections
 from sdc_common.ros.odometry import pose_and_speed
 from sdc_common.ros.refusal import refusing
 from sdc_perception.lane_following import FollowingSettings, lane_path, stopping_path

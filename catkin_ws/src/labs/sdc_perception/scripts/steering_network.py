@@ -11,9 +11,8 @@ from nav_msgs.msg import Odometry
 from sdc_package.msg import LocalPath, Waypoint
 from sensor_msgs.msg import Image
 
-from sdc_common.ros.connection_watchdog import watch_connections
 from sdc_common.ros.conversion import check_image
-from sdc_common.ros.node import LoopPublisher, parameter, refuse
+from sdc_common.ros.node import LoopPublisher, parameter, refuse, watch_connections
 from sdc_common.ros.odometry import pose_and_speed
 from sdc_common.ros.refusal import refusing
 from sdc_perception.imitation_samples import arc_path, road_view

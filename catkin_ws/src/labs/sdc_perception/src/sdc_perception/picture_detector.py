@@ -12,9 +12,8 @@ from cv_bridge import CvBridge, CvBridgeError
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import CameraInfo, Image
 
-from sdc_common.ros.connection_watchdog import watch_connections
 from sdc_common.ros.conversion import check_image
-from sdc_common.ros.node import LoopPublisher, parameter, refuse
+from sdc_common.ros.node import LoopPublisher, parameter, refuse, watch_connections
 from sdc_common.ros.odometry import pose_and_speed
 from sdc_common.ros.refusal import refusing
 from sdc_package.camera_window import CameraWindow

@@ -1,4 +1,4 @@
-"""Parameters, publishers and threads of nodes, in addition to rospy."""
+"""Parameters, publishers, threads and connections of nodes, in addition to rospy."""
 
 from __future__ import annotations
 
@@ -15,9 +15,10 @@ from typing import Any, NoReturn
 
 import rosgraph
 import rospy
+from rospy.impl.registration import get_topic_manager
 from std_srvs.srv import Trigger
 
-from sdc_common.ros.connection_watchdog import watch_connections
+_CHECK_EVERY_S = 5.0
 
 
 def parameter(name: str) -> Any:
@@ -29,15 +30,6 @@ def parameter(name: str) -> Any:
             f"parameter {rospy.resolve_name('~' + name)} is missing; "
             f"start the node with its launch file, which loads config{rospy.get_name()}.yaml"
         )
-
-
-def leave_parameter(name: str, value: Any) -> None:
-    """Set the private parameter `name`, for the next process of this node; without a master, not.
-
-    Roslaunch starts a node with `respawn` again when it dies.
-    """
-    with contextlib.suppress(OSError, rosgraph.MasterException):
-        rospy.set_param("~" + name, value)
 
 
 def refuse(message: object) -> NoReturn:
@@ -82,15 +74,52 @@ class LoopPublisher(rospy.Publisher):
 def every(seconds: float, function: Callable[[], object]) -> None:
     """Call a function periodically, in wall time, in a thread of its own.
 
+    Where it needs the master and no master responds, the call has no effect.
+
     rospy's Timer wakes up for each message on /clock, which is once a tick in lockstep.
     """
 
     def run() -> None:
         while not rospy.is_shutdown():
             time.sleep(seconds)
-            function()
+            with contextlib.suppress(OSError, rosgraph.MasterException):
+                function()
 
     threading.Thread(target=run, daemon=True).start()
+
+
+def watch_connections() -> None:
+    """Log when the simulated clock has stopped or the master is gone, from now on."""
+    master = rosgraph.Master(rospy.get_name())
+    last_time = rospy.get_rostime()
+    logged: set[str] = set()
+
+    def check() -> None:
+        nonlocal last_time, logged
+        problems, now = set(), rospy.get_rostime()
+        if now == last_time:
+            missing = ", ".join(_topics_without_publisher())
+            problems.add(
+                f"waiting for /clock, which has stopped for {_CHECK_EVERY_S:g} s: the simulator "
+                "does not run, is paused, or waits for a command"
+                + (f"; no publisher of {missing}" if missing else "")
+            )
+        try:
+            master.getPid()
+        except (OSError, rosgraph.MasterException):
+            problems.add(f"no roscore responds at {master.master_uri}; existing connections stay")
+        for problem in problems - logged:
+            rospy.logwarn("%s: %s", rospy.get_name().lstrip("/"), problem)
+        last_time, logged = now, problems
+
+    every(_CHECK_EVERY_S, check)
+
+
+def _topics_without_publisher() -> list[str]:
+    """Return the topics that this node subscribes to and that have no connected publisher."""
+    connections = get_topic_manager().get_pub_sub_info()
+    connected = {topic for _, _, way, _, topic, is_up, *_ in connections if way != "o" and is_up}
+    return sorted({topic for topic, _ in get_topic_manager().get_subscriptions()} - connected)
 
 
 def offer_reload(load: Callable[[], object]) -> None:
