@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Mapping, Protocol
 import numpy as np
 
 from sdc_common.driving import Command, Observation, Path, points_as_sent
-from sdc_common.planning.speed_reasons import PATH_TIMEOUT
 from sdc_common.planning.stop_line import StopLine
 from sdc_package.controller import Controller
 from sdc_package.local_path import ReferencePath
@@ -129,7 +128,7 @@ class Car:
             last = self._controller.last_answered
             if last is None or observation.stamp_s - last.stamp_s <= self._path_timeout_s:
                 return None
-            self.reason = PATH_TIMEOUT
+            self.reason = "path_timeout"
             return self._controller.stop(observation, self._reference)
         self.reason = self._planner.reason
         self._reference.update(self.path.points)

@@ -12,13 +12,6 @@ import numpy as np
 from sdc_common.geometry.polyline import Place
 from sdc_common.geometry.road_line import LONGEST_STEP_M, road_route
 from sdc_common.planning.speed_profile import SpeedLimits, limited_speeds
-from sdc_common.planning.speed_reasons import (
-    ACCELERATING,
-    BEND,
-    CRUISE,
-    OBSTACLE,
-    TRAFFIC_LIGHT,
-)
 from sdc_common.validation import check_positive
 from sdc_package.obstacles import DetectedObstacle, ObstacleMargins, speed_caps
 from sdc_package.traffic_lights import TrafficLightMargins, TrafficLightMonitor
@@ -195,7 +188,7 @@ class LocalPlanner:
             self.settings.limits.braking_mps2,
             self._horizon_m,
         )
-        return self._capped(self._rows, caps, OBSTACLE)
+        return self._capped(self._rows, caps, "obstacle")
 
     def stop_for(
         self, lights: TrafficLightMonitor, rows: np.ndarray, speed_mps: float
@@ -207,14 +200,14 @@ class LocalPlanner:
             rows: the last result of `plan`
             speed_mps: speed of the car [m/s]
         """
-        if self.reason in (CRUISE, BEND) and speed_mps < _REACHED * rows[0, 2]:
-            self.reason = ACCELERATING  # after a stop; the profile does not know of it
+        if self.reason in ("cruise", "bend") and speed_mps < _REACHED * rows[0, 2]:
+            self.reason = "accelerating"  # after a stop; the profile does not know of it
         braking_mps2 = self.settings.limits.braking_mps2
         stop_s = lights.stop_s(self.route, self.place.s_m, speed_mps, braking_mps2, self._horizon_m)
         if stop_s is None:
             return rows
         room_m = np.maximum(self.route.last_point_s(stop_s) - self.route.s[self._ahead], 0.0)
-        return self._capped(rows, np.sqrt(2.0 * braking_mps2 * room_m), TRAFFIC_LIGHT)
+        return self._capped(rows, np.sqrt(2.0 * braking_mps2 * room_m), "traffic_light")
 
     def is_for(self, waypoints_m: np.ndarray) -> bool:
         """Return whether this planner plans along exactly these waypoints."""

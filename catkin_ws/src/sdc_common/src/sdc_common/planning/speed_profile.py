@@ -8,13 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from sdc_common.geometry.route import Route
-from sdc_common.planning.speed_reasons import (
-    ACCELERATING,
-    BEND,
-    BRAKING_AHEAD,
-    CRUISE,
-    END_OF_ROUTE,
-)
 from sdc_common.validation import check_positive
 
 # In a bend the curvature varies a little, and with it the speed. Above this share of the speed that
@@ -85,26 +78,26 @@ def limited_speeds(
     lateral = np.minimum(bend, turn)
     straight = np.minimum(limits.cruise_mps, road_mps)
     speed = np.minimum(lateral, straight).tolist()
-    local_reasons = [BEND if slow else CRUISE for slow in (lateral < straight).tolist()]
+    local_reasons = np.where(lateral < straight, "bend", "cruise").tolist()
     local, reasons = list(speed), list(local_reasons)
     steps = np.diff(s_m).tolist()
     curvatures = curvature.tolist()
-    speed[-1], reasons[-1] = 0.0, END_OF_ROUTE
+    speed[-1], reasons[-1] = 0.0, "end_of_route"
     if limits.start_mps < speed[0]:
-        speed[0], reasons[0] = limits.start_mps, ACCELERATING
+        speed[0], reasons[0] = limits.start_mps, "accelerating"
     for i in range(len(steps) - 1, -1, -1):
         before = _reachable(
             speed[i + 1], curvatures[i + 1], steps[i], limits.braking_mps2, limits.lateral_mps2
         )
         if before < speed[i]:
-            at_end = reasons[i + 1] == END_OF_ROUTE
-            speed[i], reasons[i] = before, END_OF_ROUTE if at_end else BRAKING_AHEAD
+            at_end = reasons[i + 1] == "end_of_route"
+            speed[i], reasons[i] = before, "end_of_route" if at_end else "braking_ahead"
     for i, step in enumerate(steps):
         after = _reachable(
             speed[i], curvatures[i], step, limits.acceleration_mps2, limits.lateral_mps2
         )
         if after < speed[i + 1]:
-            speed[i + 1], reasons[i + 1] = after, ACCELERATING
+            speed[i + 1], reasons[i + 1] = after, "accelerating"
     for i, limit in enumerate(local):
         if speed[i] > _NEARLY * limit:
             reasons[i] = local_reasons[i]
@@ -116,17 +109,3 @@ def _reachable(
 ) -> float:
     used = min(1.0, speed * speed * curvature / lateral)
     return math.sqrt(speed * speed + 2.0 * longitudinal * math.sqrt(1.0 - used * used) * step)
-
-
-def ideal_duration(route: Route, speed_mps: np.ndarray) -> float:
-    """Return the duration of a drive with constant acceleration between the points.
-
-    Args:
-        route: the route
-        speed_mps: (N,) speeds at its points [m/s]
-
-    Returns:
-        duration [s]
-    """
-    mean = 0.5 * (speed_mps[:-1] + speed_mps[1:])
-    return float(np.sum(np.diff(route.s) / np.maximum(mean, 1e-3)))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from sdc_common.geometry.route import Route
-from sdc_common.planning.speed_profile import SpeedLimits, ideal_duration, speed_profile
+from sdc_common.planning.speed_profile import SpeedLimits, speed_profile
 
 _MIN_SPEED_MPS = 1e-3
 _MAX_SHORTCUT = 0.9
@@ -16,9 +16,9 @@ class IdealDrive:
 
     def __init__(self, route: Route, limits: SpeedLimits):
         self.speed_mps = speed_profile(route, limits)
-        self.duration_s = ideal_duration(route, self.speed_mps)
         mean_mps = 0.5 * (self.speed_mps[:-1] + self.speed_mps[1:])
         steps_s = np.diff(route.s) / np.maximum(mean_mps, _MIN_SPEED_MPS)
+        self.duration_s = float(np.sum(steps_s))
         self._route = route
         self._time_s = np.append(0.0, np.cumsum(steps_s))
 
