@@ -56,6 +56,11 @@ def lesson_folder(lab: str) -> Path:
 
 def load_steps(lab: str = WORKSHOP) -> list:
     """Return the steps of a lab, or of the workshop, in order."""
+    return list(_load_steps(lab))
+
+
+@lru_cache
+def _load_steps(lab: str) -> list:
     rows = yaml.safe_load((lesson_folder(lab) / "steps.yaml").read_text(encoding="utf-8"))
     return [
         Step(**{**row, "todo": str(row["todo"]) if row.get("todo") is not None else None}, lab=lab)

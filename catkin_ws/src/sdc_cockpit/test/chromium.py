@@ -59,7 +59,7 @@ def headless_chromium(
 
 
 def resize(browser: webdriver.Chrome, width: int, height: int, touch: bool = False) -> None:
-    """Set the size of the page, also one smaller than a window can be, and whether it is touched."""
+    """Set the size of the page, also one smaller than a window can be, and its kind of pointer."""
     size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 600}
     browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
     browser.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": touch})

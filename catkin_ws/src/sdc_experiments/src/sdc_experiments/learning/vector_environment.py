@@ -95,6 +95,10 @@ class SdcVectorEnvironment(gymnasium.vector.VectorEnv):
         self._random_routes = random_routes
         self._route_count = min(routes, num_envs)
         self._all = np.ones(num_envs, bool)
+        self._waypoints_m: list[np.ndarray] = []
+        self._roads: np.ndarray
+        self._places: np.ndarray
+        self._table: RoadTable
         if not random_routes:
             self._set_roads([drive_setup(route=route).waypoints_m], self._all)
         parameters = vehicle_preset(vehicle)
