@@ -13,7 +13,7 @@ from sdc_sim.physics.traffic_lights import TrafficLightState
 from sdc_sim.physics.vehicle import VehicleState
 from sdc_sim.physics.vehicle_parameters import load_vehicle
 from sdc_sim.road.scenery import BLOCK, HOUSE, TREE, Scenery
-from sdc_sim.sensors.lidar import PlanarLidar, RayCaster, RoofLidar
+from sdc_sim.sensors.lidar import PlanarLidar, RoofLidar
 from sdc_sim.sensors.model import Moment, SensorContext, sensor_settings
 from sdc_sim.sensors.solid_bodies import Frusta
 
@@ -61,9 +61,9 @@ def lidar(model, scenery=NOTHING, **settings):
 
 
 def test_level_beams_measure_a_wall():
-    caster = RayCaster(1440, 0.0, np.zeros(1), 0.6, 60.0)
-    ranges = caster.cast(1.0, 2.0, 0.3, [box(21.0, 2.0, 0.0, 20.0, 400.0, 5.0)])
-    angles = np.arange(1440) * 2.0 * np.pi / 1440 + 0.3
+    model = lidar(PlanarLidar, range_m=60.0)
+    ranges = model.cast(1.0, 2.0, 0.3, [box(21.0, 2.0, 0.0, 20.0, 400.0, 5.0)])
+    angles = np.arange(-540, 540) * 2.0 * np.pi / 1440 + 0.3
     with np.errstate(divide="ignore"):
         wall = 10.0 / np.cos(angles)
     wall[(np.cos(angles) <= 0.0) | (wall > 60.0)] = np.inf
@@ -71,9 +71,9 @@ def test_level_beams_measure_a_wall():
 
 
 def test_rings_measure_ground_side_and_top_of_a_box():
-    caster = RayCaster(1024, 0.0, ELEVATIONS, 2.4, 100.0)
-    ranges = caster.cast(0.0, 0.0, 0.0, [box(12.0, 0.0, 0.0, 4.0, 2.0, 1.5)])
-    ahead, back = ranges[:, 0], ranges[:, 512]
+    model = lidar(RoofLidar, range_m=100.0)
+    ranges = model.cast(0.0, 0.0, 0.0, [box(12.0, 0.0, 0.0, 4.0, 2.0, 1.5)])
+    ahead, back = ranges[:, 512], ranges[:, 0]
     ground = np.where(ELEVATIONS < 0.0, 2.4 / np.sin(np.maximum(-ELEVATIONS, 1e-9)), np.inf)
     ground[ground > 100.0] = np.inf
     np.testing.assert_allclose(back, ground, atol=MILLIMETRE)

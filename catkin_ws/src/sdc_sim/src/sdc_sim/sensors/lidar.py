@@ -38,95 +38,6 @@ from sdc_sim.sensors.solid_bodies import (
 _TURN = 2.0 * np.pi
 
 
-class RayCaster:
-    """Computes the scans of one lidar.
-
-    Args:
-        columns: number of columns in a full turn; each is to the left of the one before
-        first_rad: direction of column 0, positive to the left of straight ahead
-        elevations_rad: angle of each ring above the horizon
-        height_m: height of the lidar above the ground
-        range_m: largest range
-    """
-
-    def __init__(
-        self,
-        columns: int,
-        first_rad: float,
-        elevations_rad: np.ndarray,
-        height_m: float,
-        range_m: float,
-    ):
-        self.columns = columns
-        self._first_rad = first_rad
-        self.slopes = np.tan(np.asarray(elevations_rad, float))
-        self.height_m = height_m
-        self.range_m = range_m
-        # Length of a beam for each metre on the ground.
-        self._stretch = np.hypot(1.0, self.slopes)[:, None]
-        self._step_rad = _TURN / columns
-        # Two turns: the columns of a body need no wrapping.
-        angles = np.arange(2 * columns) * self._step_rad
-        self._cosines, self._sines = np.cos(angles), np.sin(angles)
-        with np.errstate(divide="ignore"):
-            ground = np.where(self.slopes < 0.0, -height_m / self.slopes, FAR_M)
-        self._ground = np.repeat(ground[:, None], 2 * columns, axis=1)
-
-    def cast(self, x_m: float, y_m: float, yaw_rad: float, bodies: Sequence[Bodies]) -> np.ndarray:
-        """Return the ranges (rings, columns) from a pose in the map, infinite beyond `range_m` [m].
-
-        Args:
-            x_m: position of the lidar
-            y_m: position of the lidar
-            yaw_rad: its direction
-            bodies: the bodies
-        """
-        nearest = self._ground.copy()
-        yaw_rad += self._first_rad
-        with np.errstate(divide="ignore", invalid="ignore"):
-            for one in bodies:
-                if len(one.position_m):
-                    self._cast_bodies(nearest, x_m, y_m, yaw_rad, one)
-        count = self.columns
-        ranges = np.minimum(nearest[:, :count], nearest[:, count:])
-        ranges *= self._stretch
-        ranges[ranges > self.range_m] = np.inf
-        return ranges
-
-    def _cast_bodies(
-        self, nearest: np.ndarray, x_m: float, y_m: float, yaw_rad: float, bodies: Bodies
-    ) -> None:
-        dx, dy = bodies.position_m[:, 0] - x_m, bodies.position_m[:, 1] - y_m
-        low, high = angles(bodies, dx, dy)
-        first = np.ceil((low - yaw_rad) / self._step_rad).astype(np.int64)
-        last = np.floor((high - yaw_rad) / self._step_rad).astype(np.int64)
-        count = np.minimum(last - first + 1, self.columns)
-        first %= self.columns
-        # Of each beam that may hit: its body and its column.
-        owner = np.repeat(np.arange(len(first)), count)
-        if not len(owner):
-            return
-        column = np.arange(len(owner)) + (first - np.cumsum(count) + count)[owner]
-        c, s = math.cos(yaw_rad), math.sin(yaw_rad)
-        cosine, sine = self._cosines[column], self._sines[column]
-        east, north = c * cosine - s * sine, s * cosine + c * sine
-        rings = self.slopes[:, None]
-        enter, leave = bodies.inside(Rays(owner, dx, dy, east, north, rings, self.height_m))
-        if bodies.bottom_m is not None and bodies.top_m is not None:
-            bottom, top = bodies.bottom_m - self.height_m, bodies.top_m - self.height_m
-            at_bottom, at_top = bottom[owner] / rings, top[owner] / rings
-            enter = np.maximum(enter, np.minimum(at_bottom, at_top))
-            leave = np.minimum(leave, np.maximum(at_bottom, at_top))
-        # From inside, a body is not visible.
-        hits = np.where((enter <= leave) & (enter > 0.0), enter, FAR_M)
-        hits = hits.reshape(-1, len(owner))
-        start = 0
-        for from_column, length in zip(first.tolist(), count.tolist()):
-            part = nearest[:, from_column : from_column + length]
-            np.minimum(part, hits[:, start : start + length], out=part)
-            start += length
-
-
 # Share of the light that is lost for each metre, as CARLA's default.
 _LOSS_PER_M = 0.004
 # Added to the number of the sensor for the noise of the beams.
@@ -155,10 +66,19 @@ class LidarModel(SensorModel):
         super().__init__(context.errors([error_sizes(settings, unit="_m")._replace(noise=0.0)]))
         self._noise_m = settings.noise_m
         self._beam_errors = context._replace(number=context.number + _BEAM_STREAM).errors([])
-        self._mount_m = mount_m
-        angles = (np.arange(columns) - columns // 2) * (_TURN / turn)
-        self._caster = RayCaster(turn, angles[0], elevations_rad, mount_m[2], settings.range_m)
-        self._columns = columns
+        self._turn, self._columns, self._step_rad = turn, columns, _TURN / turn
+        self._mount_m, self._range_m = mount_m, settings.range_m
+        angles = (np.arange(columns) - columns // 2) * self._step_rad
+        self._first_rad = angles[0]
+        self._slopes = np.tan(elevations_rad)[:, None]
+        # Length of a beam for each metre on the ground.
+        self._stretch = np.hypot(1.0, self._slopes)
+        # Two turns: the columns of a body need no wrapping.
+        turns = np.arange(2 * turn) * self._step_rad
+        self._cosines, self._sines = np.cos(turns), np.sin(turns)
+        with np.errstate(divide="ignore"):
+            ground = np.where(self._slopes < 0.0, -mount_m[2] / self._slopes, FAR_M)
+        self._ground = np.repeat(ground, 2 * turn, axis=1)
         elevations = elevations_rad[:, None]
         self._directions = np.stack(
             np.broadcast_arrays(
@@ -175,6 +95,59 @@ class LidarModel(SensorModel):
         largest_m = float(np.hypot(*scenery.size_m[:, :2].T).max(initial=0.0))
         self._reach_m = settings.range_m + 0.5 * largest_m + ROOF_BEYOND_EAVES_M
 
+    def cast(self, x_m: float, y_m: float, yaw_rad: float, bodies: Sequence[Bodies]) -> np.ndarray:
+        """Return the ranges (rings, columns) from a pose in the map, infinite beyond the range [m].
+
+        Args:
+            x_m: position of the lidar
+            y_m: position of the lidar
+            yaw_rad: its direction
+            bodies: the bodies
+        """
+        nearest = self._ground.copy()
+        yaw_rad += self._first_rad
+        with np.errstate(divide="ignore", invalid="ignore"):
+            for one in bodies:
+                if len(one.position_m):
+                    self._cast_bodies(nearest, x_m, y_m, yaw_rad, one)
+        ranges = np.minimum(nearest[:, : self._turn], nearest[:, self._turn :])
+        ranges *= self._stretch
+        ranges[ranges > self._range_m] = np.inf
+        return ranges[:, : self._columns]
+
+    def _cast_bodies(
+        self, nearest: np.ndarray, x_m: float, y_m: float, yaw_rad: float, bodies: Bodies
+    ) -> None:
+        dx, dy = bodies.position_m[:, 0] - x_m, bodies.position_m[:, 1] - y_m
+        low, high = angles(bodies, dx, dy)
+        first = np.ceil((low - yaw_rad) / self._step_rad).astype(np.int64)
+        last = np.floor((high - yaw_rad) / self._step_rad).astype(np.int64)
+        count = np.minimum(last - first + 1, self._turn)
+        first %= self._turn
+        # Of each beam that may hit: its body and its column.
+        owner = np.repeat(np.arange(len(first)), count)
+        if not len(owner):
+            return
+        column = np.arange(len(owner)) + (first - np.cumsum(count) + count)[owner]
+        c, s = math.cos(yaw_rad), math.sin(yaw_rad)
+        cosine, sine = self._cosines[column], self._sines[column]
+        east, north = c * cosine - s * sine, s * cosine + c * sine
+        rings, height_m = self._slopes, self._mount_m[2]
+        enter, leave = bodies.inside(Rays(owner, dx, dy, east, north, rings, height_m))
+        if bodies.bottom_m is not None and bodies.top_m is not None:
+            bottom, top = bodies.bottom_m - height_m, bodies.top_m - height_m
+            at_bottom, at_top = bottom[owner] / rings, top[owner] / rings
+            enter = np.maximum(enter, np.minimum(at_bottom, at_top))
+            leave = np.minimum(leave, np.maximum(at_bottom, at_top))
+        # From inside, a body is not visible.
+        hits = np.where((enter <= leave) & (enter > 0.0), enter, FAR_M)
+        hits = hits.reshape(-1, len(owner))
+        start = 0
+        for from_column, length in zip(first.tolist(), count.tolist()):
+            part = nearest[:, from_column : from_column + length]
+            np.minimum(part, hits[:, start : start + length], out=part)
+            start += length
+
     def ranges(self, moment: Moment) -> np.ndarray:
         """Return the true ranges (rings, columns), infinite where nothing is in range [m]."""
         state, ahead = moment.state, self._mount_m[0]
@@ -183,8 +156,7 @@ class LidarModel(SensorModel):
         bodies = [near(one, x_m, y_m, self._reach_m) for one in self._scenery]
         if moment.obstacles or moment.traffic_lights:
             bodies += moving_bodies(moment.obstacles, moment.traffic_lights)
-        ranges = self._caster.cast(x_m, y_m, state.yaw_rad, bodies)
-        return ranges[:, : self._columns]
+        return self.cast(x_m, y_m, state.yaw_rad, bodies)
 
     def read(self, moment: Moment, tick: int) -> np.ndarray:
         """Return the points (N, 4) of all beams that hit: x, y, z [m] and intensity, float32."""
