@@ -13,6 +13,7 @@ from sdc_msgs.msg import CarlaVehicleControl
 from std_srvs.srv import Trigger
 
 from sdc_common.ros.odometry import pose_and_speed, yaw_from_quaternion
+from sdc_sim.physics.vehicle import VehicleState
 from sdc_sim.sensors.errors import OdometryNoise
 from sdc_testing import MessageListener, wait_for_subscriber
 
@@ -32,10 +33,9 @@ class OptionsTest(unittest.TestCase):
         # Noise: one draw a tick from the first on, with this seed and size. No node drives yet.
         last = odometry.wait_for(lambda message: message.header.stamp.to_nsec() > 60 * TICK_NS)
         noise = OdometryNoise(5, 0.4)
-        drawn = [
-            noise.apply(0.0, 0.0, 0.0, 0.0) for _ in range(last.header.stamp.to_nsec() // TICK_NS)
-        ]
-        np.testing.assert_allclose(pose_and_speed(last)[:2], drawn[-1][:2], atol=1e-9)
+        for _ in range(last.header.stamp.to_nsec() // TICK_NS):
+            drawn = noise.apply(VehicleState())
+        np.testing.assert_allclose(pose_and_speed(last)[:2], (drawn.x_m, drawn.y_m), atol=1e-9)
 
         # Commands are 5 ticks late, the status 4: full throttle, then full brake.
         def drive(condition, **pedals):

@@ -2,35 +2,39 @@
 
 from __future__ import annotations
 
+from dataclasses import astuple
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from sdc_sim.physics.vehicle import VehicleState
 from sdc_sim.sensors.errors import DelayLine, OdometryNoise
 
-TRUE = (10.0, -5.0, 0.3, 8.0)
+TRUE = VehicleState(10.0, -5.0, 0.3, 8.0)
 
 
 def test_odometry_without_noise_is_unchanged():
     noise = OdometryNoise(seed=1)
     for _ in range(3):
-        assert noise.apply(*TRUE) == TRUE
+        assert noise.apply(TRUE) == TRUE
 
 
 @pytest.mark.parametrize("seed", [0, 7, 2**32 - 1])
 def test_seed_determines_the_noise(seed):
     first, second = OdometryNoise(seed, 0.1, 0.01, 0.2), OdometryNoise(seed, 0.1, 0.01, 0.2)
     other = OdometryNoise(seed - 1 if seed else 1, 0.1, 0.01, 0.2)
-    rows = [first.apply(*TRUE) for _ in range(5)]
-    assert rows == [second.apply(*TRUE) for _ in range(5)]
-    assert rows != [other.apply(*TRUE) for _ in range(5)]
+    rows = [first.apply(TRUE) for _ in range(5)]
+    assert rows == [second.apply(TRUE) for _ in range(5)]
+    assert rows != [other.apply(TRUE) for _ in range(5)]
     assert rows[0] != rows[1]
 
 
 def test_noise_has_its_sigmas_no_bias_and_no_correlation():
     noise = OdometryNoise(11, position_m=0.2, heading_rad=0.02, speed_mps=0.5)
-    errors = np.array([noise.apply(*TRUE) for _ in range(20000)]) - TRUE
+    states = (noise.apply(TRUE) for _ in range(20000))
+    errors = np.array([astuple(state)[:4] for state in states]) - astuple(TRUE)[:4]
     assert errors.std(axis=0) == pytest.approx([0.2, 0.2, 0.02, 0.5], rel=0.03)
     assert np.abs(errors.mean(axis=0) / [0.2, 0.2, 0.02, 0.5]).max() < 0.03
     assert np.abs(np.corrcoef(errors.T) - np.eye(4)).max() < 0.03

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from dataclasses import replace
 from typing import Any, NamedTuple, Sequence
 
 import numpy as np
+
+from sdc_sim.physics.vehicle import VehicleState
 
 # Number of the random stream of what is drawn once for each drive.
 _ONCE = 2**40
@@ -91,9 +94,6 @@ class OdometryNoise:
         position_m: standard deviation of x and of y
         heading_rad: standard deviation of the heading
         speed_mps: standard deviation of the speed
-
-    Attributes:
-        is_on: whether there is any noise
     """
 
     def __init__(
@@ -105,22 +105,17 @@ class OdometryNoise:
 
     def set_deviations(self, position_m: float, heading_rad: float, speed_mps: float) -> None:
         """Set the standard deviations from now on; the random numbers continue."""
-        self._sigmas = position_m, position_m, heading_rad, speed_mps
-        self.is_on = any(self._sigmas)
+        sigmas = position_m, position_m, heading_rad, speed_mps
+        self._sigmas = dict(zip(("x_m", "y_m", "yaw_rad", "speed_mps"), sigmas))
 
-    def apply(
-        self, x_m: float, y_m: float, yaw_rad: float, speed_mps: float
-    ) -> tuple[float, float, float, float]:
-        """Return measured (x, y, yaw, speed) for these true values."""
-        true = (x_m, y_m, yaw_rad, speed_mps)
-        if not self.is_on:
+    def apply(self, true: VehicleState) -> VehicleState:
+        """Return the measured state for the true one."""
+        if not any(self._sigmas.values()):
             return true
         draws = self._random.standard_normal(4).tolist()
-        x, y, yaw, speed = [
-            value + sigma * draw if sigma else value
-            for value, sigma, draw in zip(true, self._sigmas, draws)
-        ]
-        return x, y, yaw, speed
+        noise = zip(self._sigmas.items(), draws)
+        errors = {name: sigma * draw for (name, sigma), draw in noise if sigma}
+        return replace(true, **{name: getattr(true, name) + errors[name] for name in errors})
 
     def reset(self) -> None:
         """Begin the random numbers again."""

@@ -252,17 +252,12 @@ class Simulation:
 
     def _sense(self, tick: int) -> Any:
         """Observe the present state; return the snapshot of sensor_latency_s ago."""
-        state = measured = self.vehicle.state
-        if self._noise.is_on:
-            x, y, yaw, speed = self._noise.apply(
-                state.x_m, state.y_m, state.yaw_rad, state.speed_mps
-            )
-            measured = replace(state, x_m=x, y_m=y, yaw_rad=yaw, speed_mps=speed)
+        state = self.vehicle.state
         return self._sensor_line.put(
             Snapshot(
                 tick * self._tick_ns,
                 state,
-                measured,
+                self._noise.apply(state),
                 self.obstacles.states,
                 light_states(self.lights, self._elapsed_at(tick)),
             )
