@@ -59,7 +59,9 @@ def test_offset_is_the_position_in_the_phases_at_the_start(offset_s, state):
 )
 def test_pole_is_beyond_the_stop_line_and_to_the_right(heading_deg, x_m, y_m):
     plan = TrafficLightPlan(10.0, 20.0, math.radians(heading_deg), PHASES)
-    assert plan.pole_m == pytest.approx((x_m, y_m), abs=1e-9)
+    (light,) = light_states([plan], 0.0)
+    assert (light.x_m, light.y_m) == pytest.approx((x_m, y_m), abs=1e-9)
+    assert plan.line_m(light) == pytest.approx((4.0, -2.7), abs=1e-9), "seen by who stops there"
 
 
 def test_every_light_has_its_own_id_place_and_phases():
@@ -69,4 +71,5 @@ def test_every_light_has_its_own_id_place_and_phases():
     ]
     first, second = light_states(plans, 1.5)
     assert first == (FIRST_ID, 54.0, -2.7, 0.0, RED)
-    assert second == (FIRST_ID + 1, *plans[1].pole_m, math.pi, GREEN)
+    assert second[:4] == pytest.approx((FIRST_ID + 1, -4.0, 32.7, math.pi), abs=1e-9)
+    assert second.state == GREEN

@@ -69,11 +69,8 @@ def stop_lines_of(plans: Sequence[TrafficLightPlan]) -> dict[int, StopLine]:
     """Return the stop line of each traffic light by its id, rounded as in the messages."""
     lines = {}
     for plan, light in zip(plans, light_states(plans, 0.0)):
-        yaw = light.heading_rad + math.pi
+        (ahead, left), yaw = plan.line_m(light), yaw_as_sent(light.heading_rad + math.pi)
         c, s = math.cos(yaw), math.sin(yaw)
-        east, north = plan.x_m - light.x_m, plan.y_m - light.y_m
-        ahead, left = c * east + s * north, c * north - s * east
-        c, s = math.cos(yaw_as_sent(yaw)), math.sin(yaw_as_sent(yaw))
         lines[light.id] = StopLine(
             light.x_m + c * ahead - s * left, light.y_m + s * ahead + c * left, 0.5 * LANE_WIDTH_M
         )

@@ -11,8 +11,9 @@ import numpy as np
 from cv_bridge import CvBridge, CvBridgeError
 from sensor_msgs.msg import Image
 
-from sdc_common.ros.odometry import pose_and_speed, yaw_from_quaternion
+from sdc_common.ros.odometry import pose_and_speed
 from sdc_sim.manual_control import hud
+from sdc_sim.ros.evaluator_input import obstacle_box
 from sdc_sim.ros.waypoint_messages import waypoint_rows
 
 _MAX_NOTICES = 4
@@ -78,14 +79,7 @@ class DriveState:
     def on_obstacles(self, message: Any) -> None:
         """Store the obstacles of an ObstacleArray."""
         self._obstacle_kinds = {one.id: one.kind for one in message.obstacles}
-        self.obstacles = [
-            (
-                *(one.pose.position.x, one.pose.position.y),
-                yaw_from_quaternion(one.pose.orientation),
-                *(one.size.x, one.size.y),
-            )
-            for one in message.obstacles
-        ]
+        self.obstacles = [obstacle_box(one)[1:] for one in message.obstacles]
 
     def on_path(self, path: Any) -> None:
         """Store a LocalPath.

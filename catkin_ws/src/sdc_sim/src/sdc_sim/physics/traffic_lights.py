@@ -57,25 +57,23 @@ class TrafficLightPlan:
             left -= seconds
         return COLOURS.index(self.phases[-1][0])
 
-    @property
-    def pole_m(self) -> tuple[float, float]:
-        """Position of the pole (x, y) in the map."""
-        c, s = math.cos(self.heading_rad), math.sin(self.heading_rad)
-        return (
-            self.x_m + _POLE_AHEAD_M * c + _POLE_RIGHT_M * s,
-            self.y_m + _POLE_AHEAD_M * s - _POLE_RIGHT_M * c,
-        )
+    def line_m(self, light: TrafficLightState) -> tuple[float, float]:
+        """Return the middle of the stop line ahead and to the left of the lamps."""
+        yaw = light.heading_rad + math.pi
+        c, s = math.cos(yaw), math.sin(yaw)
+        east, north = self.x_m - light.x_m, self.y_m - light.y_m
+        return c * east + s * north, c * north - s * east
 
 
 def light_states(
     plans: Sequence[TrafficLightPlan], elapsed_s: float
 ) -> tuple[TrafficLightState, ...]:
     """Return all lights at this time after the start, or the reset, of the simulation."""
-    return tuple(
-        [
-            TrafficLightState(
-                FIRST_ID + number, *light.pole_m, light.heading_rad, light.state(elapsed_s)
-            )
-            for number, light in enumerate(plans)
-        ]
-    )
+    lights = []
+    for number, plan in enumerate(plans, FIRST_ID):
+        c, s = math.cos(plan.heading_rad), math.sin(plan.heading_rad)
+        x_m = plan.x_m + _POLE_AHEAD_M * c + _POLE_RIGHT_M * s
+        y_m = plan.y_m + _POLE_AHEAD_M * s - _POLE_RIGHT_M * c
+        state = plan.state(elapsed_s)
+        lights.append(TrafficLightState(number, x_m, y_m, plan.heading_rad, state))
+    return tuple(lights)

@@ -67,19 +67,11 @@ def light_info(world: World) -> list[carla.CarlaTrafficLightInfoList]:
     """
     infos = []
     for plan, light in zip(world.simulation.lights, world.snapshot.traffic_lights):
-        yaw = light.heading_rad + math.pi
-        c, s = math.cos(yaw), math.sin(yaw)
-        east, north = plan.x_m - light.x_m, plan.y_m - light.y_m
-        centre = Vector3(c * east + s * north, c * north - s * east, 0.0)
-        infos.append(
-            carla.CarlaTrafficLightInfo(
-                light.id,
-                Pose(Point(light.x_m, light.y_m, 0.0), quaternion_from_yaw(yaw)),
-                carla.CarlaBoundingBox(
-                    centre, Vector3(_LINE_DEPTH_M, LANE_WIDTH_M, _LINE_HEIGHT_M)
-                ),
-            )
-        )
+        orientation = quaternion_from_yaw(light.heading_rad + math.pi)
+        pose = Pose(Point(light.x_m, light.y_m, 0.0), orientation)
+        size = Vector3(_LINE_DEPTH_M, LANE_WIDTH_M, _LINE_HEIGHT_M)
+        volume = carla.CarlaBoundingBox(Vector3(*plan.line_m(light), 0.0), size)
+        infos.append(carla.CarlaTrafficLightInfo(light.id, pose, volume))
     return [carla.CarlaTrafficLightInfoList(infos)]
 
 

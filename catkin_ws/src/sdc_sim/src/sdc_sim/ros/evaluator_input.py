@@ -123,7 +123,7 @@ class EvaluatorInput:
         for obstacle in array.obstacles:
             self.evaluator.add("obstacle", obstacle.id, obstacle.kind)
         if self._is_scene_due(OBSTACLES):
-            boxes = map(_box, array.obstacles)
+            boxes = map(obstacle_box, array.obstacles)
             shown = [box for box in boxes if all(map(math.isfinite, box))]
             self.evaluator.add("scene", OBSTACLES, array.header.stamp.to_sec(), shown)
         if array.traffic_lights:
@@ -145,7 +145,7 @@ class EvaluatorInput:
         return self.evaluator.drive is not None and self.evaluator.drive.is_scene_due(kind)
 
 
-def _box(obstacle: Obstacle) -> tuple[float, ...]:
+def obstacle_box(obstacle: Obstacle) -> tuple[float, ...]:
     """Return id, x, y [m], yaw [rad], length and width [m] of an obstacle."""
     pose, size = obstacle.pose, obstacle.size
     yaw_rad = yaw_from_quaternion(pose.orientation)
