@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Iterator, Sequence
 
 import yaml
 
-from sdc_common.ros.catkin_workspace import workspace_environment
+from sdc_sim.catkin_workspace import workspace_environment
 from sdc_workshop.exam.limits import limit_requests
 from sdc_workshop.exam.node import Node
 from sdc_workshop.exam.process import Program

@@ -7,7 +7,7 @@ Usage: workspace_stack.py WORKSPACE STACK [ARG:=VALUE ...]
 import os
 import sys
 
-from sdc_common.ros.catkin_workspace import (
+from sdc_sim.catkin_workspace import (
     WorkspaceError,
     absolute_path,
     stack_launch,

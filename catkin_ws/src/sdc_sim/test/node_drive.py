@@ -7,7 +7,7 @@ import unittest
 import rospy
 import rostest
 
-from sdc_common.ros.catkin_workspace import WorkspaceError
+from sdc_sim.catkin_workspace import WorkspaceError
 from sdc_sim.runner import CheckedDrive
 
 GIVEN = ("stack", "workspace", "waypoints_path", "sync", "camera", "referee_options")

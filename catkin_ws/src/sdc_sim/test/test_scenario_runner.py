@@ -7,8 +7,8 @@ import sys
 import pytest
 import yaml
 
-from sdc_common.ros.catkin_workspace import WorkspaceError
 from sdc_common.routes.waypoint_file import load_waypoints
+from sdc_sim.catkin_workspace import WorkspaceError
 from sdc_sim.runner import (
     CheckedDrive,
     main,

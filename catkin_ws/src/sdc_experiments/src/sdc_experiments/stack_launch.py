@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, Iterator, Mapping, NamedTuple, Sequence
 
 from sdc_common.processes import isolated_ros_environment
-from sdc_common.ros.catkin_workspace import PATH_VARIABLES
+from sdc_sim.catkin_workspace import PATH_VARIABLES
 
 _REPORT = "report.json"
 _SHOWN_CHARACTERS = 3000

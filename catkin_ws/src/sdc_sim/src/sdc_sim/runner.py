@@ -30,12 +30,8 @@ import yaml
 
 from sdc_common.geometry.road_line import road_route
 from sdc_common.processes import isolated_ros_environment
-from sdc_common.ros.catkin_workspace import (
-    WorkspaceError,
-    check_stack,
-    workspace_environment,
-)
 from sdc_common.routes.waypoint_file import WaypointError, load_waypoints
+from sdc_sim.catkin_workspace import WorkspaceError, check_stack, workspace_environment
 from sdc_sim.report.writer import EVENTS, companion, complete_report, is_complete
 from sdc_sim.scenario.acceptance_limits import read_report, violations
 from sdc_sim.scenario.packaged import (
@@ -134,8 +130,6 @@ class CheckedDrive:
         self.environment: Mapping[str, str] = os.environ
         if given.get("workspace"):
             self.environment = _world_environment() or os.environ
-        else:
-            _check_all_launch()
         self.limits, camera, sync = {}, True, True
         if scenario:
             loaded = load_scenario(find_scenario(scenario))
@@ -250,24 +244,6 @@ def _world_environment() -> dict[str, str] | None:
         return workspace_environment(os.path.dirname(os.path.dirname(source)))
     except WorkspaceError:
         return None  # Installed outside a workspace.
-
-
-def _check_all_launch() -> None:
-    """Raise WorkspaceError if an overlay's package of the same name hides sdc_package."""
-    try:
-        folder = rospkg.RosPack().get_path("sdc_package")
-    except rospkg.ResourceNotFound:
-        return  # roslaunch names the missing package.
-    path = os.path.join(folder, "launch", "all.launch")
-    text = ""
-    if os.path.exists(path):
-        with open(path, encoding="utf-8") as file:
-            text = file.read()
-    if "sdc_sim" not in text:
-        raise WorkspaceError(
-            f"{folder}: this sdc_package hides the one whose all.launch starts the world; "
-            "add workspace:=FOLDER, the workspace that it belongs to"
-        )
 
 
 def _terminate(launch: subprocess.Popen) -> None:

@@ -1,6 +1,6 @@
 """Launch the stack of another catkin workspace in the environment of that workspace.
 
-    python3 -m sdc_common.ros.catkin_workspace WORKSPACE STACK
+    python3 -m sdc_sim.catkin_workspace WORKSPACE STACK
 
 checks the arguments `workspace` and `stack` of a drive. It prints one line and exits with 1 if they
 cannot be driven.
@@ -122,8 +122,24 @@ def check_stack(workspace: str, stack: str) -> None:
     """
     if workspace:
         stack_launch(workspace, stack, workspace_environment(workspace))
-    elif stack:
+        return
+    if stack:
         _check_that_nodes_are_found(Path(absolute_path(stack)))
+    _check_all_launch()
+
+
+def _check_all_launch() -> None:
+    """Raise WorkspaceError if an overlay's package of the same name hides sdc_package."""
+    try:
+        folder = Path(rospkg.RosPack().get_path("sdc_package"))
+    except rospkg.ResourceNotFound:
+        return  # roslaunch names the missing package.
+    launch = folder / "launch" / "all.launch"
+    if not launch.exists() or "sdc_sim" not in launch.read_text(encoding="utf-8"):
+        raise WorkspaceError(
+            f"{folder}: this sdc_package hides the one whose all.launch starts the world; "
+            "add workspace:=FOLDER, the workspace that it belongs to"
+        )
 
 
 def _check_that_nodes_are_found(stack: Path) -> None:

@@ -5,7 +5,7 @@ import xml.etree.ElementTree as ElementTree
 
 import pytest
 
-from sdc_common.ros.catkin_workspace import (
+from sdc_sim.catkin_workspace import (
     WorkspaceError,
     check_stack,
     stack_launch,
@@ -134,4 +134,6 @@ def test_stack_that_would_start_nodes_of_another_workspace_is_refused(workspace,
     with pytest.raises(WorkspaceError, match="add workspace:=FOLDER$"):
         check_stack("", stack)
     monkeypatch.setenv("ROS_PACKAGE_PATH", f"{workspace}/src")
+    with open(stack, "w", encoding="utf-8") as file:
+        file.write("<launch><!-- starts sdc_sim --></launch>")
     check_stack("", stack)
