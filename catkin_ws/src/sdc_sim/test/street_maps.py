@@ -6,9 +6,8 @@ import subprocess
 
 import pytest
 
-needs_maps = pytest.mark.skipif(
-    importlib.util.find_spec("sumolib") is None, reason="docker/prepare maps has not been run"
-)
+is_installed = importlib.util.find_spec("sumolib") is not None
+needs_maps = pytest.mark.skipif(not is_installed, reason="docker/prepare maps has not been run")
 
 _WIDTH = '<width sOffset="0" a="{}" b="{}" c="0" d="0"/>'
 _LANE = '<lane id="{}" type="{}">{}<roadMark sOffset="0" type="{}"/></lane>'

@@ -85,9 +85,9 @@ def _loaded(path: str, _: int) -> Network:
         )
     try:
         own = OpenDriveLanes(path) if is_opendrive else None
-        folder = _converted(path) if is_opendrive else os.path.dirname(path)
     except (ElementTree.ParseError, KeyError, ValueError) as error:
         raise MapError(f"{path}: is not valid OpenDRIVE ({error!r})") from None
+    folder = _converted(path) if is_opendrive else os.path.dirname(path)
     try:
         from sumolib.net import readNet
     except ImportError:
