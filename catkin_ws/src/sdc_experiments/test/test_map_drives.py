@@ -15,9 +15,10 @@ from sdc_package.global_planner import GlobalPlanner
 from sdc_package.local_planner import PlannerSettings
 from sdc_sim.road.lane_graph import NoRouteError
 from sdc_sim.road.network_file import load_network
-from sdc_sim.runner import isolated_drive
+from sdc_sim.runner import isolated_drive, prepare
 from sdc_sim.scenario.drive_setup import drive_setup
 from sdc_sim.scenario.map_drive import first_mission, launch_arguments
+from sdc_sim.scenario.reader import load_scenario
 
 sys.path.append(os.path.join(rospkg.RosPack().get_path("sdc_sim"), "test"))
 from street_maps import needs_maps, town  # noqa: E402
@@ -73,6 +74,27 @@ def test_places_are_drawn_from_the_seed(path):
     one, same, other = (drive_result(map=path, seed=seed, longest_s=0.2) for seed in (1, 1, 2))
     assert np.array_equal(one.rows[0], same.rows[0], equal_nan=True)
     assert not np.array_equal(one.rows[0], other.rows[0], equal_nan=True)
+
+
+def test_scenario_on_a_map(path, tmp_path):
+    scenario = tmp_path / "to_the_south.yaml"
+    scenario.write_text(f"map: {path}\ngoals: [[-2.0, -110.0]]\nseed: 7\n")
+    rows = drive_result(str(scenario)).rows
+    assert np.hypot(*(rows[-1, [1, 2]] - SOUTH)) < 5.0
+    arguments = prepare(load_scenario(str(scenario)), str(tmp_path / "report.json"), {})
+    assert (arguments["map"], arguments["goal"]) == (path, "[[-2.0, -110.0]]")
+    start = np.loadtxt(arguments["waypoints_path"], delimiter=",")[0]
+    assert start * (1.0, -1.0) == pytest.approx(rows[0, [1, 2]], abs=1e-6)
+    scenario.write_text("goals: [[-2.0, -110.0]]\n")
+    with pytest.raises(ValueError, match="map"):
+        drive_result(str(scenario))
+
+
+def test_seed_without_a_map_is_that_of_the_noise(tmp_path):
+    assert launch_arguments("", {"seed": "3", "sim_options": "{friction: 0.5}"}) == {
+        "seed": "3",
+        "sim_options": "{friction: 0.5, seed: 3}",
+    }
 
 
 def test_speed_limit_of_the_road_is_kept(path):

@@ -24,6 +24,7 @@ from sdc_sim.evaluation.recorder import DriveRecorder, stop_lines_of
 from sdc_sim.evaluation.rules import EvaluationRules
 from sdc_sim.scenario.drive_setup import DriveSetup, RouteSource, drive_setup
 from sdc_sim.scenario.packaged import node_config, overridden
+from sdc_sim.scenario.reader import map_path
 from sdc_sim.simulation import loop
 from sdc_sim.simulation.simulation import Simulation
 from sdc_sim.simulation.snapshot import Snapshot
@@ -92,10 +93,7 @@ def drive_result(
     if compiled:
         use_machine_code()
     options = dict(sim_options) if seed is None else {**sim_options, "seed": seed}
-    missions = None
-    if map:
-        missions, route = _on_map(map, start, goal, options.get("seed", 0))
-    setup = drive_setup(scenario, route, options)
+    setup, missions = _conditions(scenario, route, options, map, start, goal)
     world = setup.simulation(compiled)
     limits = overridden(node_parameters("local_planner"), planner_options, "planner_options")
     own_planner, waypoints_m = _own_planner(setup, world, limits, missions)
@@ -104,6 +102,24 @@ def drive_result(
     evaluation = DriveRecorder(evaluation_rules(limits, referee_options), waypoints_m, world)
     loop.drive(world, car, evaluation, longest_s, observe)
     return evaluation.result()
+
+
+def _conditions(
+    scenario: str,
+    route: RouteSource | None,
+    options: Mapping[str, Any],
+    map_file: str,
+    start: Sequence[float] | None,
+    goal: Sequence | None,
+) -> tuple[DriveSetup, GlobalPlanner | None]:
+    """Return the conditions of a drive, and what plans its missions on a map."""
+    setup = drive_setup(scenario, route, options)
+    if setup.scenario is not None and setup.scenario.map is not None and route is None:
+        map_file, goal = map_file or map_path(setup.scenario), goal or setup.scenario.goals or None
+    if not map_file:
+        return setup, None
+    missions, waypoints_m = _on_map(map_file, start, goal, setup.parameters["seed"])
+    return drive_setup(scenario, waypoints_m, options), missions
 
 
 def _own_planner(

@@ -34,6 +34,7 @@ from sdc_common.routes.waypoint_file import WaypointError, load_waypoints
 from sdc_sim.catkin_workspace import WorkspaceError, check_stack, workspace_environment
 from sdc_sim.report.writer import EVENTS, companion, complete_report, is_complete
 from sdc_sim.scenario.acceptance_limits import read_report, violations
+from sdc_sim.scenario.map_drive import launch_arguments
 from sdc_sim.scenario.packaged import (
     find_packaged,
     find_route,
@@ -41,7 +42,7 @@ from sdc_sim.scenario.packaged import (
     generated_lines,
     sim_options,
 )
-from sdc_sim.scenario.reader import Scenario, load_scenario
+from sdc_sim.scenario.reader import Scenario, load_scenario, map_path
 from sdc_sim.scenario.traffic import load_traffic
 from sdc_sim.yaml_document import DocumentError
 
@@ -72,6 +73,7 @@ def prepare(scenario: Scenario, report_path: str, given: Mapping[str, str]) -> d
         DocumentError, WaypointError, OSError: the scenario cannot be driven.
     """
     own = {"obstacles_path": os.path.abspath(scenario.path)}
+    options = sim_options(scenario, _parse_options(given.get("sim_options", "{}")))
     if isinstance(scenario.route, list):
         own["waypoints_path"] = os.path.splitext(os.path.abspath(report_path))[0] + ".route.csv"
         if "waypoints_path" not in given:
@@ -80,12 +82,16 @@ def prepare(scenario: Scenario, report_path: str, given: Mapping[str, str]) -> d
                 file.writelines(generated_lines(scenario.route))
     elif scenario.route is not None:
         own["waypoints_path"] = find_route(scenario.path, scenario.route)
+    if scenario.map is not None and "map" not in given:
+        goal = ";".join(f"{x},{y}" for x, y in scenario.goals)
+        on_map = {"map": map_path(scenario), "goal": goal, **given}
+        on_map["sim_options"] = options_text(options)
+        own.update(launch_arguments(report_path, on_map))
     if scenario.stack is not None and not given.get("workspace"):
         own["stack"] = find_packaged("stack", scenario.stack, scenario.path)
     if scenario.sensors is not None:
         find_packaged("sensors", scenario.sensors, scenario.path)
         own["sensors"] = scenario.sensors
-    options = sim_options(scenario, _parse_options(given.get("sim_options", "{}")))
     arguments = {**own, **given, "sim_options": options_text(options)}
     default_path = find_route("", "town")
     route = road_route(load_waypoints(arguments.get("waypoints_path") or default_path))

@@ -93,7 +93,7 @@ class SimulationSetup:
             refuse(f"drive_log: {error.filename}: {error.strerror}; {fix}")
         self.pictures = None
         if with_camera:
-            paths = self.waypoints_path, values["map"]
+            paths = self.waypoints_path, values["map_path"]
             self.pictures = PictureSettings(
                 *paths, self.role_name, bridge, daylight, weather, self.lockstep
             )

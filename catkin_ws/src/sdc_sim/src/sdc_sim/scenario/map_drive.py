@@ -38,7 +38,7 @@ def file_points(points_m: np.ndarray) -> np.ndarray:
 
 
 def launch_arguments(report: str, given: dict[str, str]) -> dict[str, str]:
-    """Write the first mission beside the report; return the arguments of all.launch.
+    """Write the first mission on a map beside the report; return the arguments of all.launch.
 
     Raises:
         ValueError: an argument is not valid, or a goal cannot be reached
@@ -49,6 +49,10 @@ def launch_arguments(report: str, given: dict[str, str]) -> dict[str, str]:
         if options.setdefault("seed", seed) != seed or seed < 0:
             text = "must be a number of at least 0, and no other than the seed in sim_options"
             raise ValueError(f"seed:={given['seed']}: {text}")
+    text = yaml.safe_dump(options, default_flow_style=True, width=10**6).strip()
+    given = {**given, "sim_options": text}
+    if not given.get("map"):
+        return given
     graph = LaneGraph(load_network(given["map"]))
     start, wanted = _points("start", given), _points("goal", given)
     begin, seed = start[0] if start else None, options.get("seed", 0)
@@ -62,7 +66,6 @@ def launch_arguments(report: str, given: dict[str, str]) -> dict[str, str]:
         "waypoints_path": path,
         "map": os.path.abspath(os.path.expanduser(given["map"])),
         "goal": str([list(map(float, goal)) for goal in goals]),
-        "sim_options": yaml.safe_dump(options, default_flow_style=True, width=10**6).strip(),
     }
 
 

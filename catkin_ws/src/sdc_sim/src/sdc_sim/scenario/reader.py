@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -18,6 +19,8 @@ class Scenario:
         path: the file
         about: one line for people
         route: elements of a generated route, or the name or path of a route; None if not given
+        map: path of a map, relative to the file; None if not given
+        goals: points (x, y) on the map, drawn from the seed if there is none [m]
         vehicle: name of a vehicle preset; None if not given
         sensors: name of a file of config/sensors; None if not given
         stack: name of the software that drives; None if not given
@@ -30,6 +33,8 @@ class Scenario:
     path: str
     about: str = ""
     route: str | list | None = None
+    map: str | None = None
+    goals: list = field(default_factory=list)
     vehicle: str | None = None
     sensors: str | None = None
     stack: str | None = None
@@ -48,13 +53,21 @@ def load_scenario(path: str) -> Scenario:
     document = read_scenario(path)
     values = document.values
     _check_route(document, values.get("route"))
+    if "goals" in values and "map" not in values:
+        raise document.error(("goals",), "goals are places on a map; add the key map")
     options = schema("scenario")["definitions"]["sim"]
     sim = {key: values[key] for key in options if key in values}
     if "seed" in sim:
         sim["seed"] = int(sim["seed"])  # JSON schema accepts 7.0 as an integer
-    names = ("about", "route", "vehicle", "sensors", "stack", "camera", "sync", "limits")
+    names = {*Scenario.__dataclass_fields__} - {"path", "sim"}
     own = {key: values[key] for key in names if key in values}
     return Scenario(document.path, sim=sim, **own)
+
+
+def map_path(scenario: Scenario) -> str:
+    """Return the path of the map of a scenario."""
+    folder = os.path.dirname(os.path.abspath(scenario.path))
+    return os.path.join(folder, os.path.expanduser(scenario.map or ""))
 
 
 def _check_route(document: YamlDocument, route: Any) -> None:
