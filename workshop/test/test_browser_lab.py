@@ -22,6 +22,9 @@ pytestmark = [pytest.mark.slow(60), pytest.mark.nightly]
 DRAWN = 20.0
 READY = "return window.jupyterapp ? jupyterapp.restored.then(() => true) : false"
 GUIDE = "return document.querySelector('.jp-RenderedMarkdown')?.innerText ?? ''"
+FIRST_TERMINAL = (
+    "return document.querySelector('.jp-Terminal')?.getBoundingClientRect().width > 300"
+)
 OPEN_TERMINAL = """
 const widget = await jupyterapp.commands.execute("terminal:create-new");
 window.terminal = widget.content;
@@ -68,6 +71,7 @@ def jupyterlab():
 @pytest.fixture
 def browser(jupyterlab, tmp_path):
     make(tmp_path / "sdc_ws")
+    (tmp_path / "sdc_ws" / "devel").mkdir()
     (tmp_path / ".jupyter").mkdir()
     (tmp_path / ".jupyter" / "jupyter_lab_config.json").write_text(
         '{"LabApp": {"expose_app_in_browser": true}}', encoding="utf-8"
@@ -82,6 +86,11 @@ def test_jupyterlab_has_guide_terminal_editor_and_desktop(browser, tmp_path):
     wait_until(
         lambda: "Write a self-driving car" in browser.execute_script(GUIDE), "the rendered guide"
     )
+    guide = browser.execute_script(GUIDE)
+    assert "~/workshop" not in guide and f"cd {PROJECT}\n" in guide
+    wait_until(lambda: browser.execute_script(FIRST_TERMINAL), "the terminal beside the guide")
+    files = browser.find_element(By.CSS_SELECTOR, ".jp-DirListing-content").text.split("\n")
+    assert "src" in files and not {"build", "devel"} & set(files)
     run(browser, OPEN_TERMINAL)
     command = (
         "which python3; echo ${VIRTUAL_ENV-none}; (xterm -title mine &); echo display $DISPLAY"

@@ -11,6 +11,9 @@ import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+import cv2
+import numpy as np
+
 from sdc_workshop.browser.service import (
     Programs,
     announce,
@@ -34,6 +37,42 @@ MENU = {
     "First steps": "roslaunch demo_launcher demo.launch; exec bash",
     "RViz for a running drive": "roslaunch sdc_sim rviz.launch; exec bash",
 }
+# On the desktop, below the first window: entry of the menu, caption and picture of each icon.
+ICONS = {
+    "RViz for a running drive": ("RViz", "/usr/share/rviz/icons/classes/Odometry.png"),
+    "Drive by hand": ("Drive by hand", "/usr/share/rviz/icons/classes/Interact.png"),
+    "Terminal": ("Terminal", "/usr/share/pixmaps/xterm-color_48x48.xpm"),
+}
+_HINT = "Double-click an icon, or click with the right button for the menu."
+_ICON_SETTINGS = """table Config
+  FontName: sans
+  FontSize: 11
+  FontColor: #ffffff
+  ToolTip.FontSize: 11
+  ToolTip.FontName: sans
+  Locked: true
+  Background.File: {background}
+  Background.Mode: Center
+  CursorOver: hand2
+end
+table Actions
+  Lock: control right doubleClk
+  Reload: middle doubleClk
+  Drag: left hold
+  EndDrag: left singleClk
+  Execute[0]: left doubleClk
+end
+"""
+_ICON = """table Icon
+  Caption: {caption}
+  Command: env HOME={home} {command}
+  Icon: {picture}
+  Width: 48
+  Height: 48
+  X: {x}
+  Y: 510
+end
+"""
 
 
 class Desktop:
@@ -116,6 +155,22 @@ class Desktop:
             {**environment, "ICEWM_PRIVCFG": str(settings)},
             cwd=environment.get("HOME", "/"),
         )
+        self._start_icons(environment)
+
+    def _start_icons(self, environment: Mapping[str, str]) -> None:
+        """Start idesk, which reads its files from the home folder, and write how to use it."""
+        home, own = environment.get("HOME", "/"), self._folder / "idesk"
+        (own / ".idesktop").mkdir(parents=True)
+        width, height = map(int, _SIZE.split("x"))
+        background = np.full((height, width, 3), (72, 60, 48), np.uint8)
+        cv2.putText(background, _HINT, (60, 490), cv2.FONT_HERSHEY_SIMPLEX, 0.6, (255,) * 3, 1, 16)
+        cv2.imwrite(str(own / "background.png"), background)
+        (own / ".ideskrc").write_text(_ICON_SETTINGS.format(background=own / "background.png"))
+        for i, (title, (caption, picture)) in enumerate(ICONS.items()):
+            program = {"home": home, "command": terminal(title, MENU[title]), "picture": picture}
+            text = _ICON.format(caption=caption, x=60 + 150 * i, **program)
+            (own / ".idesktop" / f"{i}.lnk").write_text(text)
+        self._programs.start(["idesk"], {**environment, "HOME": str(own)})
 
     def _start_web_server(
         self, environment: Mapping[str, str], address: str, port: int, given_token: str
@@ -139,7 +194,9 @@ class Desktop:
 def terminal(title: str, command: str) -> str:
     """Return the command line of a terminal window that runs a command in the project."""
     script = f"cd {PROJECT}; {f'source {_SETUP}; {command}' if command else 'exec bash'}"
-    return f"xterm -fa Monospace -fs 11 -title '{title}' -e bash -c '{script}'"
+    return (
+        f"xterm -fa Monospace -fs 11 -title '{title}' -e bash -c '{script}'"
+    )
 
 
 def main(arguments: Sequence[str]) -> None:

@@ -5,11 +5,11 @@ from __future__ import annotations
 import json
 import os
 import shutil
+import subprocess
 import sys
 import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from urllib.parse import quote
 
 import yaml
 
@@ -30,22 +30,51 @@ from sdc_workshop.workspace import PROJECT
 PORT = 8888
 COCKPIT_PORT = 8080
 GUIDE = PROJECT / "workshop" / "guide.md"
+# The guide with the real path of the project, beside the guide, whose links are relative.
+_LOCAL_GUIDE = GUIDE.with_name("guide.local.md")
+_PATH_IN_GUIDE = "~/workshop"
 _PYTHON = PROJECT / ".browser" / "bin" / "python"
 # Programs in the terminals print their pages below this address, with the same token.
 URL_VARIABLE = "WORKSHOP_URL"
 _CONFIGURATION = Path(__file__).with_name("lab.yaml")
 
 
-def pages(workspace: Path) -> tuple[Path, str]:
-    """Return the folder that JupyterLab shows, and the path of its first page.
+def local_guide() -> Path:
+    """Return the path of a guide whose commands have the real path of the project."""
+    home = Path(os.path.expanduser(_PATH_IN_GUIDE))
+    if home.exists() and home.samefile(PROJECT):
+        return GUIDE
+    text = GUIDE.read_text(encoding="utf-8").replace(_PATH_IN_GUIDE, str(PROJECT))
+    try:
+        _LOCAL_GUIDE.write_text(text, encoding="utf-8")
+    except OSError:
+        return GUIDE  # The project of another user; the guide says how to read its commands.
+    return _LOCAL_GUIDE
 
-    The folder contains workspace and project. The page is the guide, beside the files of the
-    workspace, or of the folder in which the guide will create it.
+
+def layout(root: Path, workspace: Path) -> dict:
+    """Return JupyterLab's first layout: files, guide and terminal side by side.
+
+    Args:
+        root: folder that JupyterLab shows; it contains workspace and project
+        workspace: the workspace, or where the guide will create it
     """
-    root = Path(os.path.commonpath([workspace.parent, PROJECT]))
+    values = yaml.safe_load(_CONFIGURATION.read_text(encoding="utf-8"))["layout"]
+    guide = str(local_guide().relative_to(root))
     files = workspace if workspace.is_dir() else workspace.parent
-    guide = quote(str(GUIDE.relative_to(root)))
-    return root, f"lab/tree/{guide}?file-browser-path=/{quote(str(files.relative_to(root)))}"
+    page, shell = f"markdownviewer-widget:{guide}", "terminal:1"
+    areas = [{"type": "tab-area", "currentIndex": 0, "widgets": [one]} for one in (page, shell)]
+    dock = {"type": "split-area", "orientation": "horizontal", "sizes": [0.55, 0.45]}
+    main = {"dock": {**dock, "children": areas}, "current": shell}
+    return {
+        "data": {
+            "layout-restorer:data": {"main": main, **values},
+            page: {"data": {"path": guide, "factory": "Markdown Preview"}},
+            shell: {"data": {"name": "1"}},
+            "file-browser-filebrowser:cwd": {"path": str(files.relative_to(root))},
+        },
+        "metadata": {"id": "default"},
+    }
 
 
 def write_configuration(
@@ -125,8 +154,7 @@ def main(arguments: Sequence[str]) -> None:
             workspace = _workspace(options.workspace)
             port = free_port(options.ip, options.port)
             given_token = token()
-            root, page = pages(workspace)
-            page = f"{page}&token={given_token}"
+            root = Path(os.path.commonpath([workspace.parent, PROJECT]))
             proxied = {"cockpit": proxy("Cockpit", COCKPIT_PORT, given_token)}
             environment = {
                 **os.environ,
@@ -144,13 +172,19 @@ def main(arguments: Sequence[str]) -> None:
             (folder / "jupyter").mkdir()
             listen = {"ip": options.ip, "port": port}
             write_configuration(folder / "jupyter", root, listen, given_token, proxied)
-            process = programs.start(
-                [str(_PYTHON), "-m", "jupyterlab"],
-                {**environment, "TMPDIR": name},
-                cwd=workspace.parent,
+            environment.update(TMPDIR=name, JUPYTERLAB_WORKSPACES_DIR=str(folder / "layouts"))
+            (folder / "layout.json").write_text(json.dumps(layout(root, workspace)))
+            command = [str(_PYTHON), "-m", "jupyterlab"]
+            subprocess.run(
+                [*command, "workspaces", "import", folder / "layout.json"],
+                env=environment,
+                check=True,
+                capture_output=True,
             )
+            process = programs.start(command, environment, cwd=workspace.parent)
             programs.wait_for_port(process, options.ip, port)
-            announce("browser", url(options.ip, port, page), options.ip)
+            page = url(options.ip, port, f"lab?token={given_token}")
+            announce("browser", page, options.ip)
             programs.wait()
 
 
