@@ -1,6 +1,7 @@
 """The stack of another workspace, whose package has the name of ours, drives in that workspace."""
 
 import json
+import math
 import os
 import subprocess
 from pathlib import Path
@@ -11,7 +12,7 @@ import rosbag
 pytestmark = pytest.mark.slow(25)
 
 ROOT = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", "..", "..", ".."))
-ORIGINAL = Path(__file__).with_name("original_shape")
+SHAPES = Path(__file__).parent.glob("*_shape/*.py")
 LIMIT_S = 200
 DEPENDENCIES = ("message_generation", "message_runtime", "nav_msgs", "rospy", "std_msgs", "tf")
 PACKAGE = {
@@ -105,8 +106,8 @@ rospy.spin()
 def workspace(tmp_path_factory):
     """Build their workspace on top of ours; its sdc_package hides ours."""
     folder = tmp_path_factory.mktemp("their") / "ws"
-    original = {f"scripts/{path.name}": path.read_text() for path in ORIGINAL.glob("*.py")}
-    for name, text in {**PACKAGE, **original}.items():
+    shapes = {f"scripts/{path.name}": path.read_text() for path in SHAPES}
+    for name, text in {**PACKAGE, **shapes}.items():
         path = folder / "src" / "sdc_package" / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text)
@@ -182,6 +183,26 @@ def test_nodes_of_the_original_workshop_drive_by_the_commands_of_the_page(
     report = report_of(tmp_path)
     assert report["status"] == "completed"
     assert report["cross_track_max_m"] < 5.0
+
+
+def test_follower_of_autoware_minis_shape_drives_by_ackermann_targets(
+    workspace, environment, tmp_path
+):
+    bends = tmp_path / "bends.csv"
+    bends.write_text("".join(f"{x},{8.0 * math.sin(x / 25.0):.4f}\n" for x in range(151)))
+    arguments = [
+        f"workspace:={workspace}",
+        "stack:=sdc_package/mission_planner.py sdc_package/follower.py",
+        f"waypoints_path:={bends}",
+    ]
+    options = ["headless:=true", "sync:=true", "camera:=false"]
+    options += ["referee_options:={pictures: false}"]
+    done = run([os.path.join(ROOT, "drive"), *arguments, *options], tmp_path, environment)
+    assert done.returncode == 0, done.stdout
+    report = report_of(tmp_path)
+    assert report["status"] == "completed"
+    assert report["ticks_by_order"] > 0.9 * report["ticks"]
+    assert report["cross_track_max_m"] < 0.5
 
 
 @pytest.mark.nightly
