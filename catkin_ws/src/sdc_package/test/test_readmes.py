@@ -21,6 +21,8 @@ NODES = {
 WITHOUT_UNITS = {
     "blueprints",
     "bridge_versions",
+    "building_colours",
+    "hud",
     "keys",
     "meshes",
     "obstacle_kinds",
@@ -28,6 +30,7 @@ WITHOUT_UNITS = {
     "report_metrics",
     "report_page",
     "rviz_car",
+    "scoring",
     "topics",
 }
 ALL = [(package, node) for package, nodes in NODES.items() for node in nodes]
@@ -52,7 +55,11 @@ def code_of(package, node):
 
 
 def parameters_of(package, node):
-    return set(re.findall(r'\b(?:parameter|value)\("([a-z_0-9]+)"\)', code_of(package, node)))
+    """Return the names that the code reads, and those that a schema checks."""
+    schema = SRC / package / "config" / "schemas" / f"{node}.yaml"
+    checked = yaml.safe_load(schema.read_text(encoding="utf-8")) if schema.exists() else {}
+    named = re.findall(r'\bparameter\("([a-z_0-9]+)"\)', code_of(package, node))
+    return {*named, *checked} - {"definitions"}
 
 
 def documentation(package):
