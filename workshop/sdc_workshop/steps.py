@@ -54,13 +54,9 @@ def lesson_folder(lab: str) -> Path:
     return FOLDER / "labs" / lab if lab else FOLDER
 
 
+@lru_cache
 def load_steps(lab: str = WORKSHOP) -> list:
     """Return the steps of a lab, or of the workshop, in order."""
-    return list(_load_steps(lab))
-
-
-@lru_cache
-def _load_steps(lab: str) -> list:
     rows = yaml.safe_load((lesson_folder(lab) / "steps.yaml").read_text(encoding="utf-8"))
     return [
         Step(**{**row, "todo": str(row["todo"]) if row.get("todo") is not None else None}, lab=lab)

@@ -25,6 +25,9 @@ GUIDE = "return document.querySelector('.jp-RenderedMarkdown')?.innerText ?? ''"
 FIRST_TERMINAL = (
     "return document.querySelector('.jp-Terminal')?.getBoundingClientRect().width > 300"
 )
+FILES = (
+    "return [...document.querySelectorAll('.jp-DirListing-itemText')].map((one) => one.innerText)"
+)
 OPEN_TERMINAL = """
 const widget = await jupyterapp.commands.execute("terminal:create-new");
 window.terminal = widget.content;
@@ -89,8 +92,8 @@ def test_jupyterlab_has_guide_terminal_editor_and_desktop(browser, tmp_path):
     guide = browser.execute_script(GUIDE)
     assert "~/workshop" not in guide and f"cd {PROJECT}\n" in guide
     wait_until(lambda: browser.execute_script(FIRST_TERMINAL), "the terminal beside the guide")
-    files = browser.find_element(By.CSS_SELECTOR, ".jp-DirListing-content").text.split("\n")
-    assert "src" in files and not {"build", "devel"} & set(files)
+    wait_until(lambda: "src" in browser.execute_script(FILES), "the files of the workspace")
+    assert not {"build", "devel"} & set(browser.execute_script(FILES))
     run(browser, OPEN_TERMINAL)
     command = (
         "which python3; echo ${VIRTUAL_ENV-none}; (xterm -title mine &); echo display $DISPLAY"

@@ -97,7 +97,7 @@ def test_desktop_in_the_browser_shows_the_window_of_rviz(desktop, monkeypatch):
 def test_menu_starts_programs_that_exist():
     from sdc_workshop.browser import desktop
 
-    for command in filter(None, desktop.MENU.values()):
+    for command in filter(None, desktop.CONTENT["menu"].values()):
         words = command.partition(";")[0].split()
         if words[0] == "roslaunch":
             arguments = [word.partition(":=")[0] for word in words[3:]]

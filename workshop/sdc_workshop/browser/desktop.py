@@ -13,66 +13,17 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+import yaml
 
-from sdc_workshop.browser.service import (
-    Programs,
-    announce,
-    errors_in_one_line,
-    free_port,
-    parser,
-    token,
-    url,
-)
+from sdc_workshop.browser import service
 from sdc_workshop.workspace import PROJECT
 
 PORT = 6080
 NOVNC = Path("/usr/share/novnc")
 _SIZE = "1280x800"
-_COOKIE_BYTES = 16
 _SETUP = PROJECT / "catkin_ws" / "devel" / "setup.bash"
-MENU = {
-    "Terminal": "",
-    "Drive, with camera window and RViz": "./drive rviz:=true; exec bash",
-    "Drive by hand": "roslaunch sdc_sim manual_control.launch sim:=true; exec bash",
-    "First steps": "roslaunch demo_launcher demo.launch; exec bash",
-    "RViz for a running drive": "roslaunch sdc_sim rviz.launch; exec bash",
-}
-# On the desktop, below the first window: entry of the menu, caption and picture of each icon.
-ICONS = {
-    "RViz for a running drive": ("RViz", "/usr/share/rviz/icons/classes/Odometry.png"),
-    "Drive by hand": ("Drive by hand", "/usr/share/rviz/icons/classes/Interact.png"),
-    "Terminal": ("Terminal", "/usr/share/pixmaps/xterm-color_48x48.xpm"),
-}
-_HINT = "Double-click an icon, or click with the right button for the menu."
-_ICON_SETTINGS = """table Config
-  FontName: sans
-  FontSize: 11
-  FontColor: #ffffff
-  ToolTip.FontSize: 11
-  ToolTip.FontName: sans
-  Locked: true
-  Background.File: {background}
-  Background.Mode: Center
-  CursorOver: hand2
-end
-table Actions
-  Lock: control right doubleClk
-  Reload: middle doubleClk
-  Drag: left hold
-  EndDrag: left singleClk
-  Execute[0]: left doubleClk
-end
-"""
-_ICON = """table Icon
-  Caption: {caption}
-  Command: env HOME={home} {command}
-  Icon: {picture}
-  Width: 48
-  Height: 48
-  X: {x}
-  Y: 510
-end
-"""
+# The menu, the icons below the first window, and the line of text above them.
+CONTENT = yaml.safe_load(Path(__file__).with_name("desktop.yaml").read_text(encoding="utf-8"))
 
 
 class Desktop:
@@ -86,7 +37,7 @@ class Desktop:
         folder: an empty private folder
     """
 
-    def __init__(self, programs: Programs, folder: Path):
+    def __init__(self, programs: service.Programs, folder: Path):
         self._programs = programs
         self._folder = folder
 
@@ -105,7 +56,7 @@ class Desktop:
 
     def _start_server(self, environment: Mapping[str, str]) -> dict[str, str]:
         cookies = self._folder / "Xauthority"
-        cookie = secrets.token_hex(_COOKIE_BYTES)
+        cookie = secrets.token_hex(16)
         # The server reads the cookie before it chooses its number; it accepts that of any number.
         self._add_cookie(cookies, ":0", cookie)
         read, write = os.pipe()
@@ -144,7 +95,7 @@ class Desktop:
         (settings / "menu").write_text(
             "".join(
                 f'prog "{title}" utilities-terminal {terminal(title, command)}\n'
-                for title, command in MENU.items()
+                for title, command in CONTENT["menu"].items()
             ),
             encoding="utf-8",
         )
@@ -161,16 +112,16 @@ class Desktop:
         """Start idesk, which reads its files from the home folder, and write how to use it."""
         home, own = environment.get("HOME", "/"), self._folder / "idesk"
         (own / ".idesktop").mkdir(parents=True)
-        width, height = map(int, _SIZE.split("x"))
-        background = np.full((height, width, 3), (72, 60, 48), np.uint8)
-        cv2.putText(background, _HINT, (60, 490), cv2.FONT_HERSHEY_SIMPLEX, 0.6, (255,) * 3, 1, 16)
+        background = np.full((800, 1280, 3), (72, 60, 48), np.uint8)
+        cv2.putText(background, CONTENT["hint"], (60, 490), 0, 0.6, (255, 255, 255))
         cv2.imwrite(str(own / "background.png"), background)
-        (own / ".ideskrc").write_text(_ICON_SETTINGS.format(background=own / "background.png"))
-        for i, (title, (caption, picture)) in enumerate(ICONS.items()):
-            program = {"home": home, "command": terminal(title, MENU[title]), "picture": picture}
-            text = _ICON.format(caption=caption, x=60 + 150 * i, **program)
+        shutil.copy(Path(__file__).with_name("idesk_settings"), own / ".ideskrc")
+        icon = Path(__file__).with_name("idesk_icon").read_text(encoding="utf-8")
+        for i, (title, picture) in enumerate(CONTENT["icons"].items()):
+            values = {"home": home, "command": terminal(title, CONTENT["menu"][title])}
+            text = icon.format(title=title, picture=picture, x=60 + 150 * i, **values)
             (own / ".idesktop" / f"{i}.lnk").write_text(text)
-        self._programs.start(["idesk"], {**environment, "HOME": str(own)})
+        self._programs.start(["idesk"], {**environment, "HOME": str(own)}, cwd=own)
 
     def _start_web_server(
         self, environment: Mapping[str, str], address: str, port: int, given_token: str
@@ -194,22 +145,24 @@ class Desktop:
 def terminal(title: str, command: str) -> str:
     """Return the command line of a terminal window that runs a command in the project."""
     script = f"cd {PROJECT}; {f'source {_SETUP}; {command}' if command else 'exec bash'}"
-    return (
-        f"xterm -fa Monospace -fs 11 -title '{title}' -e bash -c '{script}'"
-    )
+    return f"xterm -fa Monospace -fs 11 -title '{title}' -e bash -c '{script}'"
 
 
 def main(arguments: Sequence[str]) -> None:
     """Serve the desktop until Ctrl-C."""
-    options = parser("desktop", "Serve a small desktop in the browser.", PORT).parse_args(arguments)
-    with errors_in_one_line("desktop"), tempfile.TemporaryDirectory() as name:
+    options = service.parser("desktop", "Serve a small desktop in the browser.", PORT).parse_args(
+        arguments
+    )
+    with service.errors_in_one_line("desktop"), tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        with Programs(folder / "log") as programs:
-            port = free_port(options.ip, options.port)
-            given_token = token()
+        with service.Programs(folder / "log") as programs:
+            port = service.free_port(options.ip, options.port)
+            given_token = service.token()
             inside = Desktop(programs, folder).start(os.environ, options.ip, port, given_token)
             subprocess.Popen(["bash", "-c", terminal("Terminal", "")], env=inside)
-            announce("desktop", url(options.ip, port, f"?token={given_token}"), options.ip)
+            service.announce(
+                "desktop", service.url(options.ip, port, f"?token={given_token}"), options.ip
+            )
             programs.wait()
 
 

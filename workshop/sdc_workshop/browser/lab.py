@@ -13,18 +13,7 @@ from pathlib import Path
 
 import yaml
 
-from sdc_workshop.browser import desktop
-from sdc_workshop.browser.service import (
-    TOKEN_VARIABLE,
-    Programs,
-    ServiceError,
-    announce,
-    errors_in_one_line,
-    free_port,
-    parser,
-    token,
-    url,
-)
+from sdc_workshop.browser import desktop, service
 from sdc_workshop.workspace import PROJECT
 
 PORT = 8888
@@ -41,9 +30,6 @@ _CONFIGURATION = Path(__file__).with_name("lab.yaml")
 
 def local_guide() -> Path:
     """Return the path of a guide whose commands have the real path of the project."""
-    home = Path(os.path.expanduser(_PATH_IN_GUIDE))
-    if home.exists() and home.samefile(PROJECT):
-        return GUIDE
     text = GUIDE.read_text(encoding="utf-8").replace(_PATH_IN_GUIDE, str(PROJECT))
     try:
         _LOCAL_GUIDE.write_text(text, encoding="utf-8")
@@ -52,29 +38,18 @@ def local_guide() -> Path:
     return _LOCAL_GUIDE
 
 
-def layout(root: Path, workspace: Path) -> dict:
-    """Return JupyterLab's first layout: files, guide and terminal side by side.
+def layout(root: Path, workspace: Path) -> str:
+    """Return JupyterLab's first layout, as JSON.
 
     Args:
         root: folder that JupyterLab shows; it contains workspace and project
         workspace: the workspace, or where the guide will create it
     """
-    values = yaml.safe_load(_CONFIGURATION.read_text(encoding="utf-8"))["layout"]
-    guide = str(local_guide().relative_to(root))
+    text = json.dumps(yaml.safe_load(_CONFIGURATION.read_text(encoding="utf-8"))["layout"])
     files = workspace if workspace.is_dir() else workspace.parent
-    page, shell = f"markdownviewer-widget:{guide}", "terminal:1"
-    areas = [{"type": "tab-area", "currentIndex": 0, "widgets": [one]} for one in (page, shell)]
-    dock = {"type": "split-area", "orientation": "horizontal", "sizes": [0.55, 0.45]}
-    main = {"dock": {**dock, "children": areas}, "current": shell}
-    return {
-        "data": {
-            "layout-restorer:data": {"main": main, **values},
-            page: {"data": {"path": guide, "factory": "Markdown Preview"}},
-            shell: {"data": {"name": "1"}},
-            "file-browser-filebrowser:cwd": {"path": str(files.relative_to(root))},
-        },
-        "metadata": {"id": "default"},
-    }
+    for name, path in (("<guide>", local_guide()), ("<files>", files)):
+        text = text.replace(name, json.dumps(str(path.relative_to(root)))[1:-1])
+    return text
 
 
 def write_configuration(
@@ -132,15 +107,17 @@ def proxy(title: str, port: int, given_token: str) -> dict:
 def _workspace(text: str) -> Path:
     folder = Path(text).absolute()
     if folder.exists() and not folder.is_dir():
-        raise ServiceError(f"{folder} is a file; name the folder of your workspace")
+        raise service.ServiceError(f"{folder} is a file; name the folder of your workspace")
     if not folder.parent.is_dir():
-        raise ServiceError(f"{folder.parent} does not exist; create it, or name another workspace")
+        raise service.ServiceError(
+            f"{folder.parent} does not exist; create it, or name another workspace"
+        )
     return folder
 
 
 def main(arguments: Sequence[str]) -> None:
     """Serve JupyterLab until Ctrl-C."""
-    reader = parser("browser", "Serve the workshop at one URL.", PORT)
+    reader = service.parser("browser", "Serve the workshop at one URL.", PORT)
     reader.add_argument(
         "workspace",
         nargs="?",
@@ -148,23 +125,23 @@ def main(arguments: Sequence[str]) -> None:
         help="the workspace, which the guide creates (default: %(default)s)",
     )
     options = reader.parse_args(arguments)
-    with errors_in_one_line("browser"), tempfile.TemporaryDirectory() as name:
+    with service.errors_in_one_line("browser"), tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        with Programs(folder / "log") as programs:
+        with service.Programs(folder / "log") as programs:
             workspace = _workspace(options.workspace)
-            port = free_port(options.ip, options.port)
-            given_token = token()
+            port = service.free_port(options.ip, options.port)
+            given_token = service.token()
             root = Path(os.path.commonpath([workspace.parent, PROJECT]))
             proxied = {"cockpit": proxy("Cockpit", COCKPIT_PORT, given_token)}
             environment = {
                 **os.environ,
                 "JUPYTER_CONFIG_PATH": str(folder / "jupyter"),
-                URL_VARIABLE: url(options.ip, port, ""),
-                TOKEN_VARIABLE: given_token,
+                URL_VARIABLE: service.url(options.ip, port, ""),
+                service.TOKEN_VARIABLE: given_token,
             }
             if "DISPLAY" not in environment and shutil.which("Xtigervnc"):
                 (folder / "desktop").mkdir()
-                desktop_port = free_port("127.0.0.1", desktop.PORT)
+                desktop_port = service.free_port("127.0.0.1", desktop.PORT)
                 environment = desktop.Desktop(programs, folder / "desktop").start(
                     environment, "127.0.0.1", desktop_port, given_token
                 )
@@ -173,7 +150,7 @@ def main(arguments: Sequence[str]) -> None:
             listen = {"ip": options.ip, "port": port}
             write_configuration(folder / "jupyter", root, listen, given_token, proxied)
             environment.update(TMPDIR=name, JUPYTERLAB_WORKSPACES_DIR=str(folder / "layouts"))
-            (folder / "layout.json").write_text(json.dumps(layout(root, workspace)))
+            (folder / "layout.json").write_text(layout(root, workspace))
             command = [str(_PYTHON), "-m", "jupyterlab"]
             subprocess.run(
                 [*command, "workspaces", "import", folder / "layout.json"],
@@ -183,8 +160,8 @@ def main(arguments: Sequence[str]) -> None:
             )
             process = programs.start(command, environment, cwd=workspace.parent)
             programs.wait_for_port(process, options.ip, port)
-            page = url(options.ip, port, f"lab?token={given_token}")
-            announce("browser", page, options.ip)
+            page = service.url(options.ip, port, f"lab?token={given_token}")
+            service.announce("browser", page, options.ip)
             programs.wait()
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import ctypes
 import ipaddress
 import os
 import secrets
@@ -18,7 +17,6 @@ from pathlib import Path
 
 PORTS_TO_TRY = 50
 TOKEN_VARIABLE = "JUPYTER_TOKEN"
-_PR_SET_PDEATHSIG = 1
 _START_S = 120.0
 _END_S = 10.0
 
@@ -92,7 +90,6 @@ class Programs:
     def __init__(self, log: Path) -> None:
         self._log = log
         self._processes: list[subprocess.Popen] = []
-        self._libc = ctypes.CDLL(None)
 
     def __enter__(self) -> Programs:
         """Turn the signals that end a program into the end of the block."""
@@ -116,13 +113,12 @@ class Programs:
         """Start a program in a session of its own, so that Ctrl-C ends it only through this one."""
         with open(self._log, "ab") as output:
             process = subprocess.Popen(
-                command,
+                ["setpriv", "--pdeathsig", "TERM", *command],
                 env=dict(environment),
                 stdin=subprocess.DEVNULL,
                 stdout=output,
                 stderr=output,
                 start_new_session=True,
-                preexec_fn=lambda: self._libc.prctl(_PR_SET_PDEATHSIG, signal.SIGTERM),
                 **options,  # type: ignore[call-overload]
             )
         self._processes.append(process)
@@ -150,7 +146,7 @@ class Programs:
         """Return an error with the last line of the log."""
         lines = self._log.read_text(encoding="utf-8", errors="replace").split("\n")
         last = next(filter(str.strip, reversed(lines)), "no output")
-        return ServiceError(f"{os.path.basename(process.args[0])} {what}: {last.strip()}")
+        return ServiceError(f"{os.path.basename(process.args[3])} {what}: {last.strip()}")
 
 
 @contextlib.contextmanager
