@@ -21,7 +21,6 @@ COCKPIT_PORT = 8080
 GUIDE = PROJECT / "workshop" / "guide.md"
 # The guide with the real path of the project, beside the guide, whose links are relative.
 _LOCAL_GUIDE = GUIDE.with_name("guide.local.md")
-_PATH_IN_GUIDE = "~/workshop"
 _PYTHON = PROJECT / ".browser" / "bin" / "python"
 # Programs in the terminals print their pages below this address, with the same token.
 URL_VARIABLE = "WORKSHOP_URL"
@@ -30,7 +29,7 @@ _CONFIGURATION = Path(__file__).with_name("lab.yaml")
 
 def local_guide() -> Path:
     """Return the path of a guide whose commands have the real path of the project."""
-    text = GUIDE.read_text(encoding="utf-8").replace(_PATH_IN_GUIDE, str(PROJECT))
+    text = GUIDE.read_text(encoding="utf-8").replace("~/workshop", str(PROJECT))
     try:
         _LOCAL_GUIDE.write_text(text, encoding="utf-8")
     except OSError:
