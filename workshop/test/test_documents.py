@@ -14,6 +14,9 @@ GENERATED = {
     ".browser",
     ".learning",
     ".highway",
+    ".maps",
+    ".sb3",
+    ".site",
     "build",
     "devel",
     "world_ws",
@@ -24,10 +27,13 @@ FILES = [path for path in PROJECT.rglob("*") if not GENERATED & set(path.parts)]
 ALL_PAGES = sorted(path for path in FILES if path.suffix == ".md")
 # Files that a drive, a command or the reader writes.
 WRITTEN = re.compile(
-    r"(report|replay|grades|moodle|canvas|copies|results|mine|my_\w+|\w+_LAB|NAME|FILE|STUDY)\.\w+"
+    r"(report|replay|grades|moodle|canvas|copies|results|mine|my_\w+|\w+_LAB|NAME|FILE|STUDY|road)\.\w+"
 )
-# Files of CARLA's own bridge.
-FOREIGN = re.compile(r"carla_\w+\.launch|ros_sensors\.md")
+# Files of CARLA's own bridge and of autoware_mini.
+FOREIGN = re.compile(
+    r"carla_\w+\.launch|ros_sensors\.md|(carla|control|planning)\.yaml|waypoints_\w+_1m\.csv"
+    r"|(path_smoothing|\w*_follower|carla_\w+|waypoint_loader)\.py"
+)
 
 
 def headings(page):
