@@ -13,6 +13,7 @@ gymnasium = pytest.importorskip(
 from gymnasium.utils.env_checker import check_env
 
 import sdc_experiments.learning  # noqa: F401
+from sdc_common.machine_code import numba_module
 from sdc_experiments.learning.observation import ENTRIES, NAMES
 from sdc_experiments.learning.train import drive, train
 
@@ -44,6 +45,7 @@ def pedals_for(observation):
 def test_environment_passes_the_check_without_a_warning(name, arguments):
     arguments = {"picture_size": (64, 48), **arguments}
     environment = gymnasium.make(name, render_mode="rgb_array", **arguments)
+    numba_module()  # Its own import warns.
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         check_env(environment.unwrapped)
