@@ -72,7 +72,7 @@ def road_line(waypoints_m: np.ndarray) -> np.ndarray:
     points = waypoints_m[np.append(True, np.any(np.diff(waypoints_m, axis=0), axis=1))]
     if len(points) < 2:
         return points
-    s = _arc_length(points)
+    s = arc_lengths(points)
     spacing_m = float(np.median(np.diff(s)))
     noise_m = noise_of(points, s)
     if math.sqrt(6.0) * noise_m / spacing_m**2 > _NOISE_CURVATURE:
@@ -91,7 +91,7 @@ def sharpest_turn(points_m: np.ndarray) -> tuple[float, int]:
     Returns:
         angle [rad] and row; 0 and 0 for a line of two points
     """
-    s = _arc_length(points_m)
+    s = arc_lengths(points_m)
     before = points_m - interpolate(s - _TURN_CHORD_M, s, points_m)
     after = interpolate(s + _TURN_CHORD_M, s, points_m) - points_m
     cross = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
@@ -215,7 +215,8 @@ def _turns(points: np.ndarray) -> np.ndarray:
     return turns
 
 
-def _arc_length(points: np.ndarray) -> np.ndarray:
+def arc_lengths(points: np.ndarray) -> np.ndarray:
+    """Return the arc length (N,) at each of the points (N, 2) of a line [m]."""
     return np.append(0.0, np.cumsum(np.hypot(*np.diff(points, axis=0).T)))
 
 

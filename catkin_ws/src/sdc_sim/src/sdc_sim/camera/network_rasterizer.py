@@ -5,10 +5,12 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
+from sdc_common.geometry.road_line import arc_lengths
+from sdc_common.geometry.route import interpolate
 from sdc_sim.camera.ground_textures import TILE_PX
 from sdc_sim.camera.painting import FIXED_POINT_BITS, halve, touching
 from sdc_sim.camera.road_rasterizer import ASPHALT, fixed_point
-from sdc_sim.road.network import BROKEN, DOUBLE, KERB, STOP, Network, arc_lengths
+from sdc_sim.road.network import BROKEN, DOUBLE, KERB, STOP, Network, left_normals
 from sdc_sim.road.road import DASH_LENGTH_M, DASH_PERIOD_M, LINE_WIDTH_M, MARGIN_M
 
 # Layers from the lowest to the highest: brightness as a share of that of paint, share of grass
@@ -61,13 +63,9 @@ class NetworkRasterizer:
         """Add a strip along a line; 0 is the width of a painted line."""
         s = arc_lengths(points)
         at = np.unique(np.append(s, np.arange(0.0, s[-1], _LONGEST_M)))
-        points = np.column_stack([np.interp(at, s, axis) for axis in points.T])
-        steps = np.diff(points, axis=0)
-        steps /= np.maximum(np.hypot(*steps.T), 1e-9)[:, None]
-        tangent = np.vstack([steps[:1], steps[:-1] + steps[1:], steps[-1:]])
-        tangent /= np.maximum(np.hypot(*tangent.T), 1e-9)[:, None]
-        left = np.column_stack([-tangent[:, 1], tangent[:, 0]])
-        head = np.tile([float(layer), half_m], (len(steps), 1))
+        points = interpolate(at, s, points)
+        left = left_normals(points)
+        head = np.tile([float(layer), half_m], (len(points) - 1, 1))
         self._rows.append(np.hstack([head, points[:-1], points[1:], left[:-1], left[1:]]))
 
     def _add_dashes(
@@ -76,9 +74,7 @@ class NetworkRasterizer:
         s = arc_lengths(points)
         for start in np.arange(0.0, s[-1] - dash_m, period_m):
             at = np.linspace(start, start + dash_m, 3)
-            self._add(
-                np.column_stack([np.interp(at, s, axis) for axis in points.T]), _PAINT, half_m
-            )
+            self._add(interpolate(at, s, points), _PAINT, half_m)
 
     def _add_line(self, points: np.ndarray, kind: str) -> None:
         if kind == BROKEN:

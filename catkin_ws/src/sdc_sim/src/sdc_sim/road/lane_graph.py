@@ -11,7 +11,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from sdc_sim.road.network import LanePlace, Network, RoadLane
 
-# A change of lanes counts as so much time, and takes so much of a lane.
+# A change of lanes takes so long, and at least so much of a lane.
 CHANGE_S = 4.0
 CHANGE_M = 25.0
 _LANDMARKS = 24

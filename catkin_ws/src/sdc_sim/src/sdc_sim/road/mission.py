@@ -7,17 +7,16 @@ from typing import AbstractSet, Iterator, Sequence
 
 import numpy as np
 
+from sdc_common.geometry.road_line import arc_lengths
 from sdc_common.geometry.route import interpolate
-from sdc_sim.road.lane_graph import CHANGE_M, LaneGraph, NoRouteError
-from sdc_sim.road.network import Network, RoadLane, arc_lengths
+from sdc_sim.road.lane_graph import CHANGE_M, CHANGE_S, LaneGraph, NoRouteError
+from sdc_sim.road.network import Network, RoadLane
 
 Point = Sequence[float]
 
 # A goal or a car that is farther from all lanes is on none.
 NEAR_M = 20.0
 _STEP_M = 1.0
-# A change of lanes takes so long, and at least CHANGE_M.
-_CHANGE_S = 4.0
 
 
 @dataclass(frozen=True)
@@ -94,7 +93,7 @@ def _pieces(
         for number in range(first, last + 1):
             at = begin + window * (number - first)
             if number > first:
-                length_m = max(CHANGE_M, _CHANGE_S * lanes[number].speed_limit_mps)
+                length_m = max(CHANGE_M, CHANGE_S * lanes[number].speed_limit_mps)
                 until = at + min(window, length_m / lanes[number].length_m)
                 points = _change(lanes[number - 1], lanes[number], at, until)
                 yield points, lanes[number].speed_limit_mps

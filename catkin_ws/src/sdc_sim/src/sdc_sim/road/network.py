@@ -8,10 +8,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Iterable, Mapping, NamedTuple
 
 import numpy as np
 from scipy.spatial import cKDTree
+
+from sdc_common.geometry.polyline import Polyline
+from sdc_common.geometry.road_line import arc_lengths
+from sdc_common.geometry.route import interpolate
 
 # What is painted beside a lane. A kerb is no paint.
 NONE, BROKEN, SOLID, DOUBLE, KERB = "none", "broken", "solid", "solid solid", "curb"
@@ -65,6 +70,11 @@ class RoadLane:
     def __post_init__(self) -> None:
         object.__setattr__(self, "s_m", arc_lengths(self.points_m))
 
+    @cached_property
+    def line(self) -> Polyline:
+        """The centre line, for searches."""
+        return Polyline(self.points_m.tolist(), extend=False)
+
     @property
     def length_m(self) -> float:
         """Length of the centre line [m]."""
@@ -72,7 +82,7 @@ class RoadLane:
 
     def at(self, s_m: np.ndarray) -> np.ndarray:
         """Return the points (M, 2) of the centre line at arc lengths (M,), clamped to it [m]."""
-        return np.column_stack([np.interp(s_m, self.s_m, axis) for axis in self.points_m.T])
+        return interpolate(s_m, self.s_m, self.points_m)
 
     def heading_at(self, s_m: float) -> float:
         """Return the direction of the centre line at an arc length [rad]."""
@@ -80,11 +90,9 @@ class RoadLane:
 
     def beside(self, offset_m: float) -> np.ndarray:
         """Return the line (N, 2) parallel to the centre line, positive to the left [m]."""
+        normal = left_normals(self.points_m)
         steps = np.diff(self.points_m, axis=0)
         steps /= np.maximum(np.hypot(*steps.T), 1e-9)[:, None]
-        tangent = np.vstack([steps[:1], steps[:-1] + steps[1:], steps[-1:]])
-        normal = np.column_stack([-tangent[:, 1], tangent[:, 0]])
-        normal /= np.maximum(np.hypot(*normal.T), 1e-9)[:, None]
         # At a bend the line is farther from the corner than from the segments.
         mitre = np.ones(len(normal))
         mitre[:-1] = np.abs(steps[:, 0] * normal[:-1, 1] - steps[:, 1] * normal[:-1, 0])
@@ -220,11 +228,12 @@ class Network:
             cost += _AGAINST_M * 0.5 * (1.0 - np.cos(self._heading_rad[rows] - yaw_rad))
         row = int(rows[np.argmin(cost)])
         lane, s_m = self.driving[self._lane[row]], float(self._s_m[row])
-        s_m, across_m = _project(lane, s_m, x_m, y_m)
-        if abs(across_m) > within_m:
+        place = lane.line.project(x_m, y_m, s_m, 2.0 * _SAMPLE_M, 2.0 * _SAMPLE_M)
+        if place.distance_m > within_m:
             return None
-        error = 0.0 if yaw_rad is None else yaw_rad - lane.heading_at(s_m)
-        return LanePlace(lane.id, s_m, across_m, math.remainder(error, 2.0 * math.pi))
+        error = 0.0 if yaw_rad is None else yaw_rad - lane.heading_at(place.s_m)
+        error = math.remainder(error, 2.0 * math.pi)
+        return LanePlace(lane.id, place.s_m, place.cross_track_m, error)
 
     def lines(self) -> list[Line]:
         """Return what is painted along the lanes, and the kerbs; a shared line only once."""
@@ -253,9 +262,13 @@ class Network:
                 yield np.array([end - left, end + left]), kind
 
 
-def arc_lengths(points_m: np.ndarray) -> np.ndarray:
-    """Return the arc length (N,) at each of the points (N, 2) of a line [m]."""
-    return np.append(0.0, np.cumsum(np.hypot(*np.diff(points_m, axis=0).T)))
+def left_normals(points_m: np.ndarray) -> np.ndarray:
+    """Return unit vectors (N, 2) to the left of a line at its points (N, 2)."""
+    steps = np.diff(points_m, axis=0)
+    steps /= np.maximum(np.hypot(*steps.T), 1e-9)[:, None]
+    tangent = np.vstack([steps[:1], steps[:-1] + steps[1:], steps[-1:]])
+    normal = np.column_stack([-tangent[:, 1], tangent[:, 0]])
+    return normal / np.maximum(np.hypot(*normal.T), 1e-9)[:, None]
 
 
 def _heading(points: np.ndarray, s: np.ndarray, at: np.ndarray) -> np.ndarray:
@@ -266,21 +279,4 @@ def _heading(points: np.ndarray, s: np.ndarray, at: np.ndarray) -> np.ndarray:
 
 def _middle(points: np.ndarray) -> np.ndarray:
     s = arc_lengths(points)
-    return np.array([np.interp(0.5 * s[-1], s, axis) for axis in points.T])
-
-
-def _project(lane: RoadLane, near_m: float, x_m: float, y_m: float) -> tuple[float, float]:
-    """Return arc length and signed distance of a point from a lane near an arc length [m]."""
-    first, last = np.searchsorted(lane.s_m, [near_m - 2.0 * _SAMPLE_M, near_m + 2.0 * _SAMPLE_M])
-    first = max(0, int(first) - 1)
-    points, s = lane.points_m[first : int(last) + 1], lane.s_m[first : int(last) + 1]
-    steps = np.diff(points, axis=0)
-    away = np.array([x_m, y_m]) - points[:-1]
-    square = np.maximum(np.sum(steps * steps, axis=1), 1e-12)
-    share = np.clip(np.sum(away * steps, axis=1) / square, 0.0, 1.0)
-    away -= share[:, None] * steps
-    distance = np.hypot(*away.T)
-    best = int(np.argmin(distance))
-    left = steps[best, 0] * away[best, 1] - steps[best, 1] * away[best, 0] >= 0.0
-    at = float(s[best] + share[best] * (s[best + 1] - s[best]))
-    return at, float(distance[best]) * (1.0 if left else -1.0)
+    return interpolate(0.5 * s[-1:], s, points)[0]

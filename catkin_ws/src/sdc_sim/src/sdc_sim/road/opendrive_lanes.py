@@ -15,6 +15,8 @@ from scipy.interpolate import interp1d
 from scipy.spatial import cKDTree
 from scipy.special import fresnel
 
+from sdc_common.geometry.road_line import arc_lengths
+from sdc_common.geometry.route import interpolate
 from sdc_sim.road.network import BROKEN, DOUBLE, KERB, NONE, SOLID
 
 _STEP_M = 0.25
@@ -65,9 +67,9 @@ class OpenDriveLanes:
         if not lines or len(points_m) < 2:
             return points_m
         line = np.vstack(lines)
-        s = np.append(0.0, np.cumsum(np.hypot(*np.diff(points_m, axis=0).T)))
+        s = arc_lengths(points_m)
         at = np.linspace(0.0, s[-1], int(s[-1] / (2.0 * _STEP_M)) + 2)
-        dense = np.column_stack([np.interp(at, s, axis) for axis in points_m.T])
+        dense = interpolate(at, s, points_m)
         if (road, lane) not in self._trees:
             self._trees[road, lane] = cKDTree(line)
         _, nearest = self._trees[road, lane].query(dense)
@@ -153,8 +155,7 @@ def _shape(shape: ElementTree.Element, t: np.ndarray, length_m: float) -> tuple:
         return np.exp(-0.5j * first * first / change) * (spiral[1:] - spiral[0]), angle
     if shape.tag == "poly3":
         u = np.linspace(0.0, length_m, int(length_m / 0.1) + 2)
-        axes = [u, _polynomial(number, "", u)]
-        at = np.append(0.0, np.cumsum(np.hypot(*np.diff(axes))))
+        at = arc_lengths(np.column_stack([u, _polynomial(number, "", u)]))
         p = interp1d(at, u, fill_value="extrapolate")(t)
         return p + 1j * _polynomial(number, "", p), np.arctan(_slope(number, "", p))
     if shape.tag != "paramPoly3":
