@@ -7,18 +7,21 @@ import numpy as np
 
 from sdc_common.geometry.road_line import arc_lengths
 from sdc_common.geometry.route import interpolate
-from sdc_sim.camera.ground_textures import TILE_PX
 from sdc_sim.camera.painting import FIXED_POINT_BITS, halve, touching
-from sdc_sim.camera.road_rasterizer import ASPHALT, fixed_point
+from sdc_sim.camera.road_rasterizer import (
+    ASPHALT,
+    SIDE_PX,
+    fixed_point,
+    line_type,
+    painted_line,
+)
 from sdc_sim.road.network import BROKEN, DOUBLE, KERB, STOP, Network, left_normals
-from sdc_sim.road.road import DASH_LENGTH_M, DASH_PERIOD_M, LINE_WIDTH_M, MARGIN_M
+from sdc_sim.road.road import DASH_LENGTH_M, DASH_PERIOD_M, MARGIN_M
 
 # Layers from the lowest to the highest: brightness as a share of that of paint, share of grass
 # 0..255, and how far they reach beyond a lane [m].
 _LAYERS = ((0.22, 140, MARGIN_M + 1.1), (0.66, 0, MARGIN_M + 0.25), (ASPHALT, 0, MARGIN_M))
 _PAINT = len(_LAYERS)
-_SUPERSAMPLES = 2
-_SIDE_PX = TILE_PX * _SUPERSAMPLES
 _LONGEST_M = 20.0
 _DOUBLE_M = 0.14  # from the middle of a double line to each of its lines
 _STRIPE_M, _STRIPE_PERIOD_M = 0.5, 1.0
@@ -107,31 +110,29 @@ class NetworkRasterizer:
         areas = touching(self._area_low, self._area_high, origin_m, origin_m + size_m)
         if len(near) == 0 and len(areas) == 0:
             return None
-        texel_m = size_m / _SIDE_PX
-        line_m = max(LINE_WIDTH_M, 2.0 * texel_m)
-        ink = ASPHALT + (1.0 - ASPHALT) * LINE_WIDTH_M / line_m
+        texel_m = size_m / SIDE_PX
+        line_half_m, ink = painted_line(texel_m)
         half_m, is_line = self._half_m[near], self._half_m[near] == 0.0
-        # OpenCV paints the boundary too, half a sample beyond the polygon on either side.
-        half_m = np.where(is_line, 0.5 * (line_m - texel_m), half_m)[:, None]
+        half_m = np.where(is_line, line_half_m, half_m)[:, None]
         start, end = self._start[near], self._end[near]
         left, end_left = half_m * self._left[near], half_m * self._end_left[near]
         corners = np.stack([start - left, end - end_left, end + end_left, start + left], axis=1)
         quads = fixed_point((corners - origin_m) / texel_m)
-        paved = np.zeros((_SIDE_PX, _SIDE_PX), np.uint8)
-        green = np.full((_SIDE_PX, _SIDE_PX), 255, np.uint8)
-        line_type = cv2.LINE_8 if level < 2 else cv2.LINE_AA
+        paved = np.zeros((SIDE_PX, SIDE_PX), np.uint8)
+        green = np.full((SIDE_PX, SIDE_PX), 255, np.uint8)
+        edges = line_type(level)
         paint = np.where(is_line, int(255 * ink), 255)
         for layer in range(_PAINT + 1):
             rows = np.flatnonzero(self._layer[near] == layer).tolist()
             if layer == _PAINT:
                 for k in rows:
-                    cv2.fillConvexPoly(paved, quads[k], int(paint[k]), line_type, FIXED_POINT_BITS)
+                    cv2.fillConvexPoly(paved, quads[k], int(paint[k]), edges, FIXED_POINT_BITS)
                 break
             brightness, share, _ = _LAYERS[layer]
             for plane, value in ((paved, int(255 * brightness)), (green, share)):
                 for k in rows:
-                    cv2.fillConvexPoly(plane, quads[k], value, line_type, FIXED_POINT_BITS)
+                    cv2.fillConvexPoly(plane, quads[k], value, edges, FIXED_POINT_BITS)
                 for k in areas.tolist():
                     area = fixed_point((self._areas[k] - origin_m) / texel_m)
-                    cv2.fillPoly(plane, [area], value, line_type, FIXED_POINT_BITS)
+                    cv2.fillPoly(plane, [area], value, edges, FIXED_POINT_BITS)
         return halve(paved), halve(green)

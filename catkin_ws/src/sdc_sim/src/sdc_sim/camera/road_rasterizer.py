@@ -20,7 +20,7 @@ _VERGE_BRIGHTNESS = int(255 * 0.22)
 _GRASS_SHARES = (140, 0)
 # Samples of a texel, either way.
 _SUPERSAMPLES = 2
-_SIDE_PX = TILE_PX * _SUPERSAMPLES
+SIDE_PX = TILE_PX * _SUPERSAMPLES
 # The bands before this one are painted for the whole tile, the others stretch by stretch.
 _ROADWAY = 5
 _STRETCH_M = 2.0 * DASH_PERIOD_M
@@ -38,6 +38,22 @@ def fixed_point(points_px: np.ndarray) -> np.ndarray:
     return np.rint((points_px - 0.5) * 2**FIXED_POINT_BITS).astype(np.int32)
 
 
+def painted_line(texel_m: float) -> tuple[float, float]:
+    """Return half the width of a line as it is painted [m], and its brightness as a share of paint.
+
+    A line that is narrower than two samples is painted wider and darker.
+    """
+    # OpenCV paints the boundary too, half a sample beyond the polygon on either side.
+    line_m = max(LINE_WIDTH_M, 2.0 * texel_m)
+    ink = ASPHALT + (_PAINT - ASPHALT) * LINE_WIDTH_M / line_m
+    return 0.5 * (line_m - texel_m), ink
+
+
+def line_type(level: int) -> int:
+    """Return OpenCV's line type for the edges of polygons on a tile of this resolution."""
+    return cv2.LINE_8 if level < 2 else cv2.LINE_AA
+
+
 class _Canvas(NamedTuple):
     """Place and resolution of the canvas of one tile."""
 
@@ -47,8 +63,8 @@ class _Canvas(NamedTuple):
 
     @property
     def line_type(self) -> int:
-        """Return OpenCV's line type for the edges of polygons."""
-        return cv2.LINE_8 if self.level < 2 else cv2.LINE_AA
+        """OpenCV's line type for the edges of polygons."""
+        return line_type(self.level)
 
     def pixels(self, points_m: np.ndarray) -> np.ndarray:
         """Return the pixels of points of the map."""
@@ -129,18 +145,18 @@ class RoadRasterizer:
         near = touching(store.low, store.high, origin_m, origin_m + size_m)
         if len(near) == 0:
             return None
-        canvas = _Canvas(origin_m, size_m / _SIDE_PX, level)
+        canvas = _Canvas(origin_m, size_m / SIDE_PX, level)
         edges_m, brightness, half_line_m, paint = self._bands(canvas)
         quads = store.quads(near, canvas, edges_m)
-        seen = (quads.max(axis=2) >= 0) & (quads.min(axis=2) <= _SIDE_PX << FIXED_POINT_BITS)
+        seen = (quads.max(axis=2) >= 0) & (quads.min(axis=2) <= SIDE_PX << FIXED_POINT_BITS)
         # The first band contains all others.
         (on_tile,) = np.nonzero(seen[0].all(axis=1))
         if len(on_tile) == 0:
             return None
         pieces, quads, seen = near[on_tile], quads[:, on_tile], seen[:, on_tile].all(axis=2)
         folded = store.folds(pieces, edges_m)
-        paved = np.zeros((_SIDE_PX, _SIDE_PX), np.uint8)
-        green = np.full((_SIDE_PX, _SIDE_PX), 255, np.uint8)
+        paved = np.zeros((SIDE_PX, SIDE_PX), np.uint8)
+        green = np.full((SIDE_PX, SIDE_PX), 255, np.uint8)
 
         def fill(band: int, rows: np.ndarray, plane: np.ndarray, value: int) -> None:
             own, folds = quads[band], folded[band]
@@ -178,11 +194,8 @@ class RoadRasterizer:
         """
         road, texel_m = self._road, canvas.texel_m
         right, left = road.right_edge_m, road.left_edge_m
-        # OpenCV paints the boundary too, half a sample beyond the polygon on either side.
-        line_m = max(LINE_WIDTH_M, 2.0 * texel_m)
-        half_m = 0.5 * (line_m - texel_m)
+        half_m, ink = painted_line(texel_m)
         inset_m = half_m + 1.5 * texel_m
-        ink = ASPHALT + (_PAINT - ASPHALT) * LINE_WIDTH_M / line_m
         paint, asphalt, track = (int(255 * brightness) for brightness in (ink, ASPHALT, _TRACK))
         bands = [
             (right - MARGIN_M - 1.1, left + MARGIN_M + 1.1, _VERGE_BRIGHTNESS),
