@@ -22,11 +22,10 @@ import subprocess
 import sys
 import tempfile
 import xml.etree.ElementTree as ElementTree
-from typing import Any, Iterator, Mapping
+from typing import Iterator, Mapping
 
 import numpy as np
 import rospkg
-import yaml
 
 from sdc_common.geometry.road_line import road_route
 from sdc_common.processes import isolated_ros_environment
@@ -40,6 +39,8 @@ from sdc_sim.scenario.packaged import (
     find_route,
     find_scenario,
     generated_lines,
+    options_text,
+    parse_options,
     sim_options,
 )
 from sdc_sim.scenario.reader import Scenario, load_scenario, map_path
@@ -52,11 +53,6 @@ _LOG_TAIL_LINES = 25
 _LEFT_BEHIND_S = 10.0
 # Environment variables of the ROS master of a drive.
 _NETWORK = ("ROS_MASTER_URI", "ROS_IP", "ROS_HOME")
-
-
-def options_text(options: Mapping[str, Any]) -> str:
-    """Return parameters as an argument of roslaunch: a mapping in one line of YAML."""
-    return yaml.safe_dump(dict(options), default_flow_style=True, width=sys.maxsize).strip()
 
 
 def prepare(scenario: Scenario, report_path: str, given: Mapping[str, str]) -> dict[str, str]:
@@ -73,7 +69,7 @@ def prepare(scenario: Scenario, report_path: str, given: Mapping[str, str]) -> d
         DocumentError, WaypointError, OSError: the scenario cannot be driven.
     """
     own = {"obstacles_path": os.path.abspath(scenario.path)}
-    options = sim_options(scenario, _parse_options(given.get("sim_options", "{}")))
+    options = sim_options(scenario, parse_options(given.get("sim_options", "{}")))
     if isinstance(scenario.route, list):
         own["waypoints_path"] = os.path.splitext(os.path.abspath(report_path))[0] + ".route.csv"
         if "waypoints_path" not in given:
@@ -262,19 +258,6 @@ def _terminate(launch: subprocess.Popen) -> None:
             launch.wait(_SHUTDOWN_TIMEOUT_S)
         except subprocess.TimeoutExpired:
             continue
-
-
-def _parse_options(text: str) -> dict:
-    try:
-        options = yaml.safe_load(text)
-    except yaml.YAMLError:
-        options = None
-    if not isinstance(options, dict):
-        raise DocumentError(
-            f"sim_options:={text}: must be a mapping, such as "
-            "sim_options:='{friction: 0.6, seed: 7}'"
-        )
-    return options
 
 
 def _print_check(name: str, scenario: Scenario, report_path: str) -> int:

@@ -211,7 +211,7 @@ class DriveEvaluation:
     def _on_mission(self, points_m: list) -> None:
         """Continue along another mission; the route keeps what was driven of the last one."""
         progress, rules = self.progress, self.progress.rules
-        if self.over or not rules.new_missions or points_m == self._mission_m:
+        if self.over or points_m == self._mission_m:
             return
         self._mission_m = points_m
         line = road_route(np.array(points_m, float)).points

@@ -11,11 +11,11 @@ import sys
 from typing import Sequence
 
 import numpy as np
-import yaml
 
 from sdc_sim.road.lane_graph import LaneGraph, drawn_places
 from sdc_sim.road.mission import Mission, Point, plan_mission
 from sdc_sim.road.network_file import MapError, load_network
+from sdc_sim.scenario.packaged import options_text, parse_options
 
 
 def first_mission(
@@ -43,14 +43,13 @@ def launch_arguments(report: str, given: dict[str, str]) -> dict[str, str]:
     Raises:
         ValueError: an argument is not valid, or a goal cannot be reached
     """
-    options = yaml.safe_load(given.get("sim_options") or "{}")
+    options = parse_options(given.get("sim_options") or "{}")
     if given.get("seed"):
         seed = int(given["seed"]) if given["seed"].isdecimal() else -1
         if options.setdefault("seed", seed) != seed or seed < 0:
             text = "must be a number of at least 0, and no other than the seed in sim_options"
             raise ValueError(f"seed:={given['seed']}: {text}")
-    text = yaml.safe_dump(options, default_flow_style=True, width=10**6).strip()
-    given = {**given, "sim_options": text}
+    given = {**given, "sim_options": options_text(options)}
     if not given.get("map"):
         return given
     graph = LaneGraph(load_network(given["map"]))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import os
+import sys
 from functools import lru_cache
 from typing import Any, Mapping, Sequence
 
@@ -101,6 +102,29 @@ def sensor_options(scenario: Scenario) -> dict[str, Any]:
         return {}
     path = find_packaged("sensors", scenario.sensors, scenario.path)
     return copy.deepcopy(_read_config(path))
+
+
+def options_text(options: Mapping[str, Any]) -> str:
+    """Return parameters as an argument of roslaunch: a mapping in one line of YAML."""
+    return yaml.safe_dump(dict(options), default_flow_style=True, width=sys.maxsize).strip()
+
+
+def parse_options(text: str) -> dict:
+    """Return the mapping of the argument sim_options.
+
+    Raises:
+        DocumentError: it is no mapping
+    """
+    try:
+        options = yaml.safe_load(text)
+    except yaml.YAMLError:
+        options = None
+    if not isinstance(options, dict):
+        raise DocumentError(
+            f"sim_options:={text}: must be a mapping, such as "
+            "sim_options:='{friction: 0.6, seed: 7}'"
+        )
+    return options
 
 
 def sim_options(scenario: Scenario, given: Mapping[str, Any]) -> dict[str, Any]:

@@ -21,9 +21,9 @@ from sdc_common.ros.conversion import rear_axle_speed
 from sdc_common.ros.odometry import pose_and_speed
 from sdc_localization.localizer import Localizer, LocalizerSettings
 from sdc_sim.road.random_routes import long_route
-from sdc_sim.runner import isolated_drive, options_text
+from sdc_sim.runner import isolated_drive
 from sdc_sim.scenario.acceptance_limits import read_report
-from sdc_sim.scenario.packaged import node_config
+from sdc_sim.scenario.packaged import node_config, options_text
 
 ROUTES = 20
 OUTAGE_S = 5.0
