@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from sdc_common.geometry.road_line import noise_of, road_line, road_route
+from sdc_common.geometry.road_line import arc_lengths, noise_of, road_line, road_route
 from sdc_common.geometry.route import Route
 from sdc_common.planning.speed_profile import SpeedLimits, speed_profile
 
@@ -123,10 +123,6 @@ def distances(points_m, line_m):
     """Return the distances of points from a line of any points [m]."""
     line = Route(line_m).line
     return np.array([line.nearest(x, y).distance_m for x, y in points_m.tolist()])
-
-
-def arc_lengths(points_m):
-    return np.append(0.0, np.cumsum(np.hypot(*np.diff(points_m, axis=0).T)))
 
 
 def test_rounding_is_recognized_in_32_bit_coordinates_of_a_large_map():

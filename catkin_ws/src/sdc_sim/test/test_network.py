@@ -10,6 +10,8 @@ from opendrive_geometry import lane_centre_lines
 from scipy.spatial import cKDTree
 from street_maps import lane, needs_maps, opendrive, town, write
 
+from sdc_common.geometry.road_line import arc_lengths
+from sdc_common.geometry.route import interpolate
 from sdc_sim.road.network import BROKEN, DOUBLE, SOLID, STOP, WALKING, YIELD
 from sdc_sim.road.network_file import MapError, load_network
 
@@ -59,9 +61,8 @@ def largest_distances_m(path):
 
 
 def dense(points):
-    s = np.append(0.0, np.cumsum(np.hypot(*np.diff(points, axis=0).T)))
-    at = np.linspace(0.0, s[-1], int(s[-1] / 0.02) + 2)
-    return np.column_stack([np.interp(at, s, axis) for axis in points.T])
+    s = arc_lengths(points)
+    return interpolate(np.linspace(0.0, s[-1], int(s[-1] / 0.02) + 2), s, points)
 
 
 @pytest.mark.parametrize("name", _MAPS)

@@ -139,10 +139,9 @@ class SdcVectorEnvironment(gymnasium.vector.VectorEnv):
         """
         first = seed[0] if isinstance(seed, list) else seed
         super().reset(seed=first)
-        mask = (options or {}).get("reset_mask", self._all)
-        if not hasattr(self, "_table"):
-            mask = self._all
-        if self._random_routes and (first is not None or not hasattr(self, "_table")):
+        has_roads = hasattr(self, "_table")
+        mask = (options or {}).get("reset_mask", self._all) if has_roads else self._all
+        if self._random_routes and (first is not None or not has_roads):
             seeds = seed
             if not isinstance(seeds, list):
                 seeds = [None if first is None else first + i for i in range(self._route_count)]
