@@ -68,8 +68,8 @@ def test_messages_become_a_drive():
     evaluator_input.command(CarlaVehicleControl(throttle=0.5, steer=-0.25, header=odometry.header))
     result = evaluator_input.evaluator.result()
     assert result.progress.samples[0].speed_mps == 3.0
-    np.testing.assert_allclose(result.planned[:, :2], [(0.0, 4.0)])
-    np.testing.assert_allclose(result.commands, [(0.5, 0.0, -0.25)])
+    np.testing.assert_allclose([row[:2] for row in result.planned], [(0.0, 4.0)])
+    np.testing.assert_allclose(result.rows[:, -3:], [(0.5, 0.0, -0.25)])
 
 
 @pytest.mark.parametrize("converted", [False, True])
@@ -84,8 +84,8 @@ def test_ackermann_targets_answer_ticks_unless_a_node_turns_them_into_commands(c
     result = evaluator_input.evaluator.result()
     assert result.metrics["ticks_by_order"] == (0 if converted else 4)
     assert result.metrics["ticks_by_stamp"] == (4 if converted else 0)
-    assert np.isnan(result.commands).all() == (not converted)
-    assert np.isnan(result.commands).any() == (not converted)
+    assert np.isnan(result.rows[:, -3:]).all() == (not converted)
+    assert np.isnan(result.rows[:, -3:]).any() == (not converted)
 
 
 @pytest.mark.parametrize("message_class", [CarlaVehicleControl, CarlaEgoVehicleControl])
@@ -98,7 +98,7 @@ def test_commands_of_every_bridge_are_read_as_their_publisher_defines_them(messa
     raw = rospy.AnyMsg().deserialize(buffer.getvalue())
     raw._connection_header = {"md5sum": message_class._md5sum, "type": message_class._type}
     evaluator_input.command(raw)
-    np.testing.assert_allclose(evaluator_input.evaluator.result().commands, [(0.5, 0.0, -0.25)])
+    np.testing.assert_allclose(evaluator_input.evaluator.result().rows[:, -3:], [(0.5, 0.0, -0.25)])
 
 
 def test_command_of_an_unknown_type_is_refused():

@@ -38,8 +38,8 @@ def test_result_holds_what_was_planned_photographed_and_seen():
     assert result.snapshots == [(0.1, 1.0, "YSBwaWN0dXJl")]
     assert result.scene["lights"] == [(0.1, {7: RED}), (0.1, {7: GREEN})]
     assert list(result.stop_lines) == [7]
-    assert result.limit_mps.shape == (len(evaluator.drive.route.points),)
-    assert result.limit_mps.max() == pytest.approx(RULES.speed_limits().cruise_mps, rel=0.5)
+    assert result.ideal.speed_mps.shape == (len(evaluator.drive.route.points),)
+    assert result.ideal.speed_mps.max() == pytest.approx(RULES.speed_limits().cruise_mps, rel=0.5)
 
 
 def test_result_counts_the_answers_by_stamp_and_by_order():

@@ -83,7 +83,8 @@ def test_page_needs_no_other_file(tmp_path):
 
 def test_page_escapes_text_from_the_metrics(tmp_path):
     result = driven(20).result()
-    result.metrics["assumed_limits"] = ["<script>alert('x')</script> & more"]
+    text = "<script>alert('x')</script> & more"
+    result.progress.rules = result.progress.rules._replace(assumed=[text])
     text = page_of(result, tmp_path)
     assert "<script>" not in text
     assert "&lt;script&gt;alert(&#39;x&#39;)&lt;/script&gt; &amp; more" in text

@@ -19,7 +19,7 @@ from sdc_package.local_planner import PlannerSettings
 from sdc_package.steering.axles import Axles
 from sdc_package.steering.loader import load_steering, section_of
 from sdc_package.steering.method import Steering
-from sdc_sim.evaluation.drive_evaluation import DriveResult
+from sdc_sim.evaluation.drive_evaluation import DriveEvaluation
 from sdc_sim.evaluation.recorder import DriveRecorder, stop_lines_of
 from sdc_sim.evaluation.rules import EvaluationRules
 from sdc_sim.scenario.drive_setup import DriveSetup, RouteSource, drive_setup
@@ -62,7 +62,7 @@ def drive_result(
     longest_s: float | None = None,
     observe: Callable[[Snapshot], Any] | None = None,
     compiled: bool = False,
-) -> DriveResult:
+) -> DriveEvaluation:
     """Drive until the drive ends, and return its evaluation.
 
     Args:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -38,44 +37,19 @@ _JOIN_M, _APART_M = 30.0, 0.5
 _COLLISION_KINDS = {"car": "vehicle", "pedestrian": "pedestrian", "obstacle": "static"}
 
 
-@dataclass
-class DriveResult:
-    """An evaluated drive.
-
-    Attributes:
-        metrics: the content of report.json
-        progress: the samples and events of the drive
-        commands: (n, 3) throttle, brake and steer of each of these samples, NaN if unknown
-        reasons: what limited the speed in each of these samples, "" if unknown
-        planned: (m, 3) arc length [m], planned speed [m/s] and time [s]
-        limit_mps: (N,) greatest speed at each point of the route [m/s]
-        snapshots: time [s], completed share of the route [%] and JPEG in base64 of each snapshot
-        scene: entries (time [s], content) of what was around the car, by kind
-        stop_lines: StopLine of each traffic light by id
-    """
-
-    metrics: dict
-    progress: RouteProgress
-    commands: np.ndarray
-    reasons: list[str]
-    planned: np.ndarray
-    limit_mps: np.ndarray
-    snapshots: list
-    scene: dict[str, list]
-    stop_lines: dict
-
-    @property
-    def rows(self) -> np.ndarray:
-        """Return the rows of the trace of these samples: (n, 11)."""
-        return np.hstack([self.progress.rows, self.commands])
-
-
 class DriveEvaluation:
     """The state of a drive after the events so far.
 
     An event is a list: its name and its arguments. For each name there is a method `_on_NAME`,
     whose parameters are the arguments. Stamps are integers [ns]; of lights and collisions, 0 means
     now.
+
+    Attributes:
+        progress: the samples and events of the drive
+        ideal: the fastest drive, with the greatest speed at each point of the route
+        planned: rows of arc length [m], planned speed [m/s] and time [s]
+        snapshots: time [s], completed share of the route [%] and JPEG in base64 of each snapshot
+        scene: entries (time [s], content) of what was around the car, by kind
     """
 
     def __init__(self, rules: EvaluationRules, route: Route, keep_trace: bool):
@@ -84,7 +58,7 @@ class DriveEvaluation:
         Args:
             rules: what the drive is evaluated by
             route: the route of the mission
-            keep_trace: keep all samples, commands and reasons, which `result` needs
+            keep_trace: keep all samples, commands and reasons, which a report needs
         """
         self.route = route
         self.ideal = IdealDrive(route, rules.speed_limits())
@@ -94,14 +68,14 @@ class DriveEvaluation:
         self._keep_trace = keep_trace
         self._unseen_s = 0.0
         self._wall_s: list = []
-        self._scene: dict[str, list] = defaultdict(list)
-        self._snapshots: list = []
+        self.scene: dict[str, list] = defaultdict(list)
+        self.snapshots: list = []
         self._red_lights = RedLightDetector(rules.car_front_m)
         self._obstacle_kinds: dict = {}
         self._last_ns = self._last_command_ns = self._last_reason_ns = 0
         self._commands = CommandTrace()
         self._reasons: list = []
-        self._planned: list = []
+        self.planned: list = []
 
     @property
     def over(self) -> bool:
@@ -134,7 +108,7 @@ class DriveEvaluation:
         """Return whether the page of the report needs the present content of this kind."""
         if not self.progress.samples:
             return False
-        entries, now_s = self._scene[kind], self.progress.samples[-1].time_s
+        entries, now_s = self.scene[kind], self.progress.samples[-1].time_s
         return not entries or not 0.0 <= now_s - entries[-1][0] < _SCENE_INTERVAL_S
 
     def time_left_s(self) -> float:
@@ -143,9 +117,9 @@ class DriveEvaluation:
         pace = max(1.0, self.progress.duration_s / ideal_s) if ideal_s > _MIN_PACE_S else 1.0
         return pace * (self.ideal.duration_s - ideal_s)
 
-    def result(self) -> DriveResult:
-        """Return the evaluated drive."""
-        ticks = len(self.progress.samples)
+    @property
+    def metrics(self) -> dict:
+        """Return the content of report.json."""
         least_s = self.ideal.duration_s
         if self.progress.status == COMPLETED:
             least_s = self.ideal.least_time_s(
@@ -156,32 +130,38 @@ class DriveEvaluation:
         metrics.update(
             wall_duration_s=wall_s,
             real_time_factor=None if wall_s is None else metrics["duration_s"] / max(wall_s, 1e-3),
-            ticks=ticks,
+            ticks=len(self.progress.samples),
             **self._commands.counts(),
             unseen_s=self._unseen_s,
             referee_restarts=0,
             world_restarts=0,
             assumed_limits=list(self.progress.rules.assumed),
         )
-        return DriveResult(
-            metrics,
-            self.progress,
-            self._commands.as_array(ticks),
-            self._reasons_at(self._commands.stamps[:ticks]),
-            np.array(self._planned, dtype=float).reshape(-1, 3),
-            self.ideal.speed_mps,
-            self._snapshots,
-            self._scene,
-            self._red_lights.lines,
-        )
+        return metrics
 
-    def _reasons_at(self, stamps: list[int]) -> list[str]:
-        """Return the reason at each stamp, "" if it is unknown; of two of one stamp, the later."""
+    @property
+    def rows(self) -> np.ndarray:
+        """Return the rows of the trace, NaN for an unknown command: (n, len(COLUMNS))."""
+        commands = self._commands.as_array(len(self.progress.samples))
+        return np.hstack([self.progress.rows, commands])
+
+    @property
+    def reasons(self) -> list[str]:
+        """Return what limited the speed in each sample, "" if unknown.
+
+        Of two reasons with the same stamp, the later one applies.
+        """
+        stamps = self._commands.stamps[: len(self.progress.samples)]
         reasons = [(-_REASON_VALID_NS, ""), *sorted(self._reasons, key=lambda reason: reason[0])]
         since = np.array([stamp for stamp, _ in reasons])
         places = np.searchsorted(since, stamps, side="right") - 1
         valid = np.subtract(stamps, since[places]) <= _REASON_VALID_NS
         return [reasons[place][1] if is_valid else "" for place, is_valid in zip(places, valid)]
+
+    @property
+    def stop_lines(self) -> dict:
+        """Return the StopLine of each traffic light by its id."""
+        return self._red_lights.lines
 
     def _on_odometry(
         self,
@@ -231,7 +211,7 @@ class DriveEvaluation:
     def _on_planned(self, speed_mps: float) -> None:
         if self._keep_trace and self.progress.samples and not self.over:
             last = self.progress.samples[-1]
-            self._planned.append((last.s_m, speed_mps, last.time_s))
+            self.planned.append((last.s_m, speed_mps, last.time_s))
 
     def _on_reason(self, stamp_ns: int, name: str) -> None:
         self._last_reason_ns = max(stamp_ns, self._last_reason_ns)
@@ -244,8 +224,8 @@ class DriveEvaluation:
             time_s = self.progress.samples[-1].time_s
         if time_s is not None:
             if not self._keep_trace:
-                self._scene[kind].clear()
-            self._scene[kind].append((time_s, content))
+                self.scene[kind].clear()
+            self.scene[kind].append((time_s, content))
 
     def _on_obstacle(self, obstacle_id: int, kind: str) -> None:
         self._obstacle_kinds[obstacle_id] = kind
@@ -273,4 +253,4 @@ class DriveEvaluation:
 
     def _on_snapshot(self, time_s: float, percent: float, jpeg: str) -> None:
         if self._keep_trace:
-            self._snapshots.append((time_s, percent, jpeg))
+            self.snapshots.append((time_s, percent, jpeg))

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from sdc_common.geometry.road_line import road_route
-from sdc_sim.evaluation.drive_evaluation import DriveEvaluation, DriveResult
+from sdc_sim.evaluation.drive_evaluation import DriveEvaluation
 from sdc_sim.evaluation.event_file import EventFile
 from sdc_sim.evaluation.rules import EvaluationRules
 
@@ -90,15 +90,15 @@ class Evaluator:
             self._event_file.append(event)
         return self.drive.apply(event)
 
-    def result(self) -> DriveResult:
-        """Return the evaluated drive; the route must be set."""
+    def result(self) -> DriveEvaluation:
+        """Return the drive with its whole trace; the route must be set."""
         assert self.drive is not None
         if self._event_file is None:
-            return self.drive.result()
+            return self.drive
         return evaluate_events(self._event_file.events())
 
 
-def evaluate_events(events: Iterable[list]) -> DriveResult:
+def evaluate_events(events: Iterable[list]) -> DriveEvaluation:
     """Return the evaluated drive, with its whole trace.
 
     Args:
@@ -117,4 +117,4 @@ def evaluate_events(events: Iterable[list]) -> DriveResult:
     )
     for event in events:
         drive.apply(event)
-    return drive.result()
+    return drive

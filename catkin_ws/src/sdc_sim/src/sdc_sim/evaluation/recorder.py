@@ -9,7 +9,7 @@ import numpy as np
 
 from sdc_common.driving import Command, points_as_sent, yaw_as_sent
 from sdc_common.planning.stop_line import StopLine
-from sdc_sim.evaluation.drive_evaluation import DriveResult
+from sdc_sim.evaluation.drive_evaluation import DriveEvaluation
 from sdc_sim.evaluation.evaluator import Evaluator
 from sdc_sim.evaluation.rules import EvaluationRules
 from sdc_sim.physics.traffic_lights import LANE_WIDTH_M, TrafficLightPlan, light_states
@@ -60,7 +60,7 @@ class DriveRecorder:
         if car.reason:
             evaluator.add("reason", snapshot.stamp_ns, car.reason)
 
-    def result(self) -> DriveResult:
+    def result(self) -> DriveEvaluation:
         """Return the evaluated drive."""
         return self.evaluator.result()
 

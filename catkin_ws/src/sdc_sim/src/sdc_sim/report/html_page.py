@@ -8,7 +8,7 @@ from typing import Any
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
-from sdc_sim.evaluation.drive_evaluation import DriveResult
+from sdc_sim.evaluation.drive_evaluation import DriveEvaluation
 from sdc_sim.evaluation.route_progress import COMPLETED, DriveEvent
 from sdc_sim.report.plots import EVENT_NAMES, headline, svg_map, svg_panels
 from sdc_sim.report.time_slider import slider_data
@@ -18,7 +18,7 @@ from sdc_sim.yaml_document import packaged_config
 MEANINGS = packaged_config("report_metrics")
 
 
-def write_html(path: str, result: DriveResult) -> None:
+def write_html(path: str, result: DriveEvaluation) -> None:
     """Write the page of a drive.
 
     Args:
@@ -54,8 +54,8 @@ def write_html(path: str, result: DriveResult) -> None:
         file.write(text)
 
 
-def _notable_events(result: DriveResult) -> list[DriveEvent]:
-    status, infractions = result.metrics["status"], result.progress.infractions
+def _notable_events(result: DriveEvaluation) -> list[DriveEvent]:
+    status, infractions = result.progress.status, result.progress.infractions
     events = [
         event
         for event in result.progress.events

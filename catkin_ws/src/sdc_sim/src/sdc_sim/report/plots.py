@@ -15,7 +15,8 @@ from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
 from matplotlib.patheffects import withStroke
 
-from sdc_sim.evaluation.drive_evaluation import COLUMNS, DriveResult
+from sdc_sim.evaluation.command_matching import COMMAND_FIELDS
+from sdc_sim.evaluation.drive_evaluation import COLUMNS, DriveEvaluation
 from sdc_sim.evaluation.metrics import accelerations
 from sdc_sim.evaluation.route_progress import COMPLETED
 from sdc_sim.yaml_document import packaged_config
@@ -79,12 +80,12 @@ def _panel_axes(cell: SubplotSpec, panels: dict) -> list[Axes]:
     return every
 
 
-def _infractions(result: DriveResult) -> list:
+def _infractions(result: DriveEvaluation) -> list:
     progress = result.progress
     return [event for event in progress.events if event.name in progress.infractions]
 
 
-def draw_map(axes: Axes, result: DriveResult) -> None:
+def draw_map(axes: Axes, result: DriveEvaluation) -> None:
     """Draw the route, the driven line coloured by its cross-track error, and the infractions."""
     route, progress = result.progress.route.points, result.progress
     road = np.vstack([route[:: len(route) // _MAX_ROAD_POINTS + 1], route[-1]]).T
@@ -137,18 +138,19 @@ def _driven_line(rows: np.ndarray) -> LineCollection:
     return line
 
 
-def _draw_speed(axes: Axes, result: DriveResult, columns: dict) -> None:
+def _draw_speed(axes: Axes, result: DriveEvaluation, columns: dict) -> None:
     """Draw the driven and the planned speed, and the greatest that the planner's limits allow."""
-    limit = thinned(result.progress.route.s, result.limit_mps)
+    limit = thinned(result.progress.route.s, result.ideal.speed_mps)
     axes.plot(*limit, color=LIMIT, linewidth=1.5, dashes=(3, 2), label="limit", zorder=2.5)
-    if len(result.planned):
-        axes.plot(*thinned(*result.planned[:, :2].T), color=PLANNED, linewidth=6, label="planned")
+    if result.planned:
+        s_m, speed_mps, _ = np.array(result.planned).T
+        axes.plot(*thinned(s_m, speed_mps), color=PLANNED, linewidth=6, label="planned")
     axes.plot(*thinned(columns["s_m"], columns["speed_mps"]), color=DRIVEN, label="driven")
     axes.set_ylim(bottom=0.0)
     _add_legend(axes)
 
 
-def _draw_pedals(axes: Axes, _result: DriveResult, columns: dict) -> None:
+def _draw_pedals(axes: Axes, _result: DriveEvaluation, columns: dict) -> None:
     """Draw the throttle upwards and the brake downwards."""
     for name, sign, colour in (("throttle", 1.0, GREEN), ("brake", -1.0, RED)):
         x, y = thinned(columns["s_m"], sign * columns[name])
@@ -159,7 +161,7 @@ def _draw_pedals(axes: Axes, _result: DriveResult, columns: dict) -> None:
     _add_legend(axes)
 
 
-def _draw_lateral(axes: Axes, _result: DriveResult, columns: dict) -> None:
+def _draw_lateral(axes: Axes, _result: DriveEvaluation, columns: dict) -> None:
     time_s, s_m = columns["time_s"], columns["s_m"]
     for part_s, _, lateral, _ in accelerations(time_s, columns["speed_mps"], columns["yaw_rad"]):
         axes.plot(*thinned(np.interp(part_s, time_s, s_m), lateral), color=DRIVEN)
@@ -169,7 +171,7 @@ def _draw_lateral(axes: Axes, _result: DriveResult, columns: dict) -> None:
 def _around_zero(name: str, least_range: float, scale: float = 1.0) -> Callable:
     """Return the function that draws a column around zero."""
 
-    def draw(axes: Axes, _result: DriveResult, columns: dict) -> None:
+    def draw(axes: Axes, _result: DriveEvaluation, columns: dict) -> None:
         values = scale * columns[name]
         axes.axhline(0.0, color="0.6", linewidth=1, zorder=0)
         axes.plot(*thinned(columns["s_m"], values), color=DRIVEN)
@@ -199,13 +201,13 @@ PANELS = {
 _OF_COMMANDS = ("steer, right is positive", "pedals")
 
 
-def _shown_panels(result: DriveResult) -> dict:
+def _shown_panels(result: DriveEvaluation) -> dict:
     """Return the rows of PANELS for which a drive has data."""
-    left_out = _OF_COMMANDS if np.isnan(result.commands).all() else ()
+    left_out = _OF_COMMANDS if np.isnan(result.rows[:, -len(COMMAND_FIELDS) :]).all() else ()
     return {title: panel for title, panel in PANELS.items() if title not in left_out}
 
 
-def _draw_panels(panels: list[Axes], result: DriveResult) -> None:
+def _draw_panels(panels: list[Axes], result: DriveEvaluation) -> None:
     columns = dict(zip(COLUMNS, result.rows.T))
     for axes, (_, draw) in zip(panels, _shown_panels(result).values()):
         draw(axes, result, columns)
@@ -240,7 +242,7 @@ def headline(metrics: dict) -> list[tuple[str, str]]:
     ]
 
 
-def write_png(path: str, result: DriveResult) -> None:
+def write_png(path: str, result: DriveEvaluation) -> None:
     """Write report.png: headline, map and panels on one wide page.
 
     Args:
@@ -250,7 +252,8 @@ def write_png(path: str, result: DriveResult) -> None:
     Raises:
         OSError: the file cannot be written
     """
-    status, shown = result.metrics["status"], headline(result.metrics)
+    metrics = result.metrics
+    status, shown = metrics["status"], headline(metrics)
     figure = new_figure(16.0, 9.0, 12.0)
     bold = {"weight": "bold", "va": "center"}
     colour = GREEN if status == COMPLETED else RED
@@ -265,7 +268,7 @@ def write_png(path: str, result: DriveResult) -> None:
     figure.savefig(path, format="png", dpi=100, facecolor="white")
 
 
-def svg_map(result: DriveResult) -> str:
+def svg_map(result: DriveEvaluation) -> str:
     """Return the map as SVG."""
     span = np.ptp(result.progress.route.points, axis=0) + 20.0
     width = 15.0
@@ -276,7 +279,7 @@ def svg_map(result: DriveResult) -> str:
     return _svg(figure, "map")
 
 
-def svg_panels(result: DriveResult) -> str:
+def svg_panels(result: DriveEvaluation) -> str:
     """Return all panels over the distance as SVG."""
     shown = _shown_panels(result)
     height = 1.2 + 2.2 * sum(height for height, _ in shown.values())

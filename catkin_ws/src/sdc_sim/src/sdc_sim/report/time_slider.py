@@ -15,7 +15,7 @@ from sdc_sim.evaluation.drive_evaluation import (
     OBSTACLES,
     PATH,
     PICTURE,
-    DriveResult,
+    DriveEvaluation,
 )
 
 # The page of a drive of ten minutes is smaller than 10 MB with these.
@@ -25,7 +25,7 @@ _MAX_ROUTE_POINTS = 10_000
 _MAX_PICTURE_CHARACTERS = 6_000_000
 
 
-def slider_data(result: DriveResult) -> str:
+def slider_data(result: DriveEvaluation) -> str:
     """Return the data as JSON that is safe in a script element.
 
     A drive with more ticks, entries or pictures than the page can hold is thinned evenly.
@@ -36,7 +36,7 @@ def slider_data(result: DriveResult) -> str:
     time_s = ticks.pop("time_s")
     start_s = float(time_s[0])
     ticks["time_s"] = time_s - start_s
-    ticks["target_mps"] = _last_before(result.planned[:, 2], result.planned[:, 1], time_s)
+    ticks["target_mps"] = _last_before(result.planned, time_s)
     reasons = result.reasons[::step]
     names = sorted(set(reasons) - {""}, key=reasons.index)
     numbers = {name: number for number, name in enumerate(names)}
@@ -67,12 +67,10 @@ def slider_data(result: DriveResult) -> str:
     return json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
 
 
-def _last_before(times_s: np.ndarray, values: np.ndarray, at_s: np.ndarray) -> np.ndarray:
-    """Return the last value at or before each time, NaN where there is none."""
-    if not len(times_s):
-        return np.full(len(at_s), np.nan)
-    place = np.searchsorted(times_s, at_s, side="right") - 1
-    return np.where(place < 0, np.nan, values[np.maximum(place, 0)])
+def _last_before(planned: list, at_s: np.ndarray) -> np.ndarray:
+    """Return the last planned speed at or before each time, NaN where there is none."""
+    _, speed_mps, times_s = np.array([(0.0, np.nan, -np.inf), *planned]).T
+    return speed_mps[np.searchsorted(times_s, at_s, side="right") - 1]
 
 
 def _affordable(pictures: list) -> list:

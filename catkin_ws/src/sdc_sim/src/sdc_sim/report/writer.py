@@ -9,7 +9,7 @@ import math
 import os
 from collections.abc import Callable, Iterator
 
-from sdc_sim.evaluation.drive_evaluation import COLUMNS, DriveResult
+from sdc_sim.evaluation.drive_evaluation import COLUMNS, DriveEvaluation
 from sdc_sim.evaluation.evaluator import evaluate_events
 from sdc_sim.evaluation.event_file import EventFile, read_events
 
@@ -81,7 +81,7 @@ def complete_report(report_path: str) -> None:
     os.remove(path)
 
 
-def write_report(report_path: str, result: DriveResult) -> None:
+def write_report(report_path: str, result: DriveEvaluation) -> None:
     """Write the trace and then, atomically, the metrics.
 
     Args:
@@ -99,7 +99,7 @@ def write_report(report_path: str, result: DriveResult) -> None:
             file.write("\n")
 
 
-def write_trace(path: str, result: DriveResult) -> None:
+def write_trace(path: str, result: DriveEvaluation) -> None:
     """Write one row for each odometry, with all digits, and the command that answered it.
 
     An unknown command or reason is empty.
@@ -123,7 +123,7 @@ def _complete(path: str) -> Iterator[str]:
             os.remove(part)
 
 
-def write_pages(report_path: str, result: DriveResult) -> None:
+def write_pages(report_path: str, result: DriveEvaluation) -> None:
     """Write report.png and report.html, each atomically.
 
     Args:
