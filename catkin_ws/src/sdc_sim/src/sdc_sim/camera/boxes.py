@@ -27,27 +27,17 @@ _LIT_BGR = {RED: (40, 40, 255), YELLOW: (40, 200, 255), GREEN: (90, 255, 60), OF
 
 @dataclass(frozen=True)
 class Box:
-    """A body on the ground.
+    """A body on the ground."""
 
-    Attributes:
-        x_m: centre in the map [m]
-        y_m: centre in the map [m]
-        yaw_rad: heading in the map [rad]; the lamps of a traffic light face along it
-        length_m: length [m]
-        width_m: width [m]
-        height_m: height [m]; the picture of a traffic light has a fixed one
-        colour_bgr: blue, green, red, 0..255; of a traffic light that of the lamp that is lit
-        kind: 'car', 'pedestrian', 'obstacle' (a plain box) or 'light' (a traffic light)
-    """
-
-    x_m: float
-    y_m: float
-    yaw_rad: float
+    x_m: float  # centre in the map [m]
+    y_m: float  # centre in the map [m]
+    yaw_rad: float  # heading in the map [rad]; the lamps of a traffic light face along it
     length_m: float = 4.7
     width_m: float = 2.0
-    height_m: float = 1.45
+    height_m: float = 1.45  # the picture of a traffic light has a fixed one
+    # Blue, green, red, 0..255; of a traffic light that of the lamp that is lit.
     colour_bgr: tuple[int, ...] = (40, 40, 160)
-    kind: str = "car"
+    kind: str = "car"  # 'car', 'pedestrian', 'obstacle' (a plain box) or 'light' (a traffic light)
 
 
 def ego_box(state: VehicleState) -> Box:

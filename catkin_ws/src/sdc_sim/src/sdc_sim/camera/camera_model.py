@@ -18,23 +18,14 @@ _LEAST_DEPTH_M = 0.01
 
 @dataclass(frozen=True)
 class CameraModel:
-    """Pinhole camera on a car whose body stays level on the ground plane z = 0.
+    """Pinhole camera on a car whose body stays level on the ground plane z = 0."""
 
-    Attributes:
-        width: width of the picture [px]
-        height: height of the picture [px]
-        fov_rad: horizontal field of view [rad]
-        mount_x_m: position ahead of the vehicle's centre [m]
-        mount_z_m: height above the ground [m]
-        pitch_rad: downward tilt of the view [rad]
-    """
-
-    width: int = 640
-    height: int = 480
-    fov_rad: float = np.pi / 2.0
-    mount_x_m: float = 0.7
-    mount_z_m: float = 1.7
-    pitch_rad: float = np.pi / 360.0
+    width: int = 640  # width of the picture [px]
+    height: int = 480  # height of the picture [px]
+    fov_rad: float = np.pi / 2.0  # horizontal field of view [rad]
+    mount_x_m: float = 0.7  # position ahead of the vehicle's centre [m]
+    mount_z_m: float = 1.7  # height above the ground [m]
+    pitch_rad: float = np.pi / 360.0  # downward tilt of the view [rad]
 
     def __post_init__(self):
         if not (self.width >= 16 and self.height >= 16 and self.width % 2 == 0):

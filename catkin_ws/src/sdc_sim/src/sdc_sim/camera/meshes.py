@@ -28,20 +28,13 @@ class Mesh:
 
     The meshes of cars, pedestrians and obstacles fill the unit cube (x and y in -0.5..0.5, z in
     0..1); that of a traffic light is in metres.
-
-    Attributes:
-        corners: corners of the faces (F, 8, 3), counter-clockwise seen from outside
-        colours: blue, green, red of the faces (F, 3), 0..255
-        tinted: whether a face has the colour of the body instead (F,)
-        normals: vectors out of the faces (F, 3), not normalised
-        glow: least brightness of a face (F,), 1 for a lamp that is lit
     """
 
-    corners: np.ndarray
-    colours: np.ndarray
-    tinted: np.ndarray
-    normals: np.ndarray
-    glow: np.ndarray
+    corners: np.ndarray  # corners of the faces (F, 8, 3), counter-clockwise seen from outside
+    colours: np.ndarray  # blue, green, red of the faces (F, 3), 0..255
+    tinted: np.ndarray  # whether a face has the colour of the body instead (F,)
+    normals: np.ndarray  # vectors out of the faces (F, 3), not normalised
+    glow: np.ndarray  # least brightness of a face (F,), 1 for a lamp that is lit
 
 
 def table_mesh(kind: str) -> Mesh:

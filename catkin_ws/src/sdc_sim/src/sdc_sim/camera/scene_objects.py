@@ -27,23 +27,14 @@ _CACHED_BUILDINGS = 256
 
 
 class _Bodies(NamedTuple):
-    """What decides whether bodies are visible, one row each.
+    """What decides whether bodies are visible, one row each."""
 
-    Attributes:
-        kind: TREE, HOUSE, BLOCK or _BOX (N,)
-        position_m: centre in the map (N, 2)
-        corners_m: footprint in the map (N, 4, 2), counter-clockwise
-        least_ahead_m: nearest centre along the heading at which a body is drawn (N,)
-        most_ahead_m: farthest one (N,)
-        reach_aside_m: how far the centre may be beyond the side of the view (N,)
-    """
-
-    kind: np.ndarray
-    position_m: np.ndarray
-    corners_m: np.ndarray
-    least_ahead_m: np.ndarray
-    most_ahead_m: np.ndarray
-    reach_aside_m: np.ndarray
+    kind: np.ndarray  # TREE, HOUSE, BLOCK or _BOX (N,)
+    position_m: np.ndarray  # centre in the map (N, 2)
+    corners_m: np.ndarray  # footprint in the map (N, 4, 2), counter-clockwise
+    least_ahead_m: np.ndarray  # nearest centre along the heading at which a body is drawn (N,)
+    most_ahead_m: np.ndarray  # farthest one (N,)
+    reach_aside_m: np.ndarray  # how far the centre may be beyond the side of the view (N,)
 
 
 class SceneObjects:

@@ -13,19 +13,12 @@ _PANES_RANGE_M = 85.0
 
 
 class Solid(NamedTuple):
-    """The faces of a body in the map, in the order in which they are painted.
+    """The faces of a body in the map, in the order in which they are painted."""
 
-    Attributes:
-        polygons: corners (P, n, 3), counter-clockwise seen from outside [m]
-        normals: vectors out of the faces (P, 3)
-        bgr: colours in the light of the sun (P, 3)
-        is_pane: whether a polygon is a window pane in the face before it (P,)
-    """
-
-    polygons: np.ndarray
-    normals: np.ndarray
-    bgr: np.ndarray
-    is_pane: np.ndarray
+    polygons: np.ndarray  # corners (P, n, 3), counter-clockwise seen from outside [m]
+    normals: np.ndarray  # vectors out of the faces (P, 3)
+    bgr: np.ndarray  # colours in the light of the sun (P, 3)
+    is_pane: np.ndarray  # whether a polygon is a window pane in the face before it (P,)
 
 
 def project(

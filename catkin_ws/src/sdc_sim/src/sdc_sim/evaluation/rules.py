@@ -20,14 +20,7 @@ _POSITIVE = ("off_route_m", "off_route_s", "blocked_s", "finish_within_m", "lane
 
 
 class EvaluationRules(NamedTuple):
-    """The parameters of config/referee.yaml that decide about a drive.
-
-    Attributes:
-        planner: limits of the local planner by its parameter names
-        assumed: names of those limits that /local_planner does not provide
-        finish_at_rest: whether the car must stop at the end of the route
-        new_missions: whether the drive continues along a mission that is published later
-    """
+    """The parameters of config/referee.yaml that decide about a drive."""
 
     off_route_m: float
     off_route_s: float
@@ -37,9 +30,10 @@ class EvaluationRules(NamedTuple):
     timeout_margin_s: float
     lane_width_m: float
     car_front_m: float
-    planner: dict
-    assumed: list
-    finish_at_rest: bool = True
+    planner: dict  # limits of the local planner by its parameter names
+    assumed: list  # names of those limits that /local_planner does not provide
+    finish_at_rest: bool = True  # whether the car must stop at the end of the route
+    # Whether the drive continues along a mission that is published later.
     new_missions: bool = False
 
     @classmethod

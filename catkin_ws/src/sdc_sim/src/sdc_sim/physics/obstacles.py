@@ -65,23 +65,17 @@ class ObstaclePlan:
 
     A moving obstacle waits at its first point, moves along straight lines, and stops at the last
     point.
-
-    Args:
-        kind: a key of KINDS
-        points_m: points (x, y) in the map; one for a stationary obstacle, more for a moving one
-        size_m: length, width and height
-        yaw_rad: heading of a stationary obstacle
-        speed_mps: speed of a moving obstacle
-        start_s: time after the start, or the reset, of the simulation at which it starts to move
-        trigger_m: it starts when the ego vehicle is this near, in place of start_s
     """
 
-    kind: str
+    kind: str  # a key of KINDS
+    # Points (x, y) in the map; one for a stationary obstacle, more for a moving one.
     points_m: tuple[tuple[float, float], ...]
-    size_m: tuple[float, float, float]
-    yaw_rad: float = 0.0
-    speed_mps: float = 0.0
+    size_m: tuple[float, float, float]  # length, width and height
+    yaw_rad: float = 0.0  # heading of a stationary obstacle
+    speed_mps: float = 0.0  # speed of a moving obstacle
+    # Time after the start, or the reset, of the simulation at which it starts to move.
     start_s: float = 0.0
+    # It starts when the ego vehicle is this near, in place of start_s.
     trigger_m: float | None = None
 
     @staticmethod

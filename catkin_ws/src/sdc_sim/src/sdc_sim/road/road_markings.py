@@ -19,17 +19,11 @@ _SPEED_COLOURS = ((0.9, 0.1, 0.1), (1.0, 0.8, 0.1), (0.1, 0.8, 0.2))
 
 @dataclass(frozen=True)
 class RoadMarkings:
-    """Shapes of a road in the map frame.
+    """Shapes of a road in the map frame."""
 
-    Attributes:
-        edges: (N, 2, 2) segments of the solid lines [m]
-        dashes: (N, 2, 2) segments of the dashed line [m]
-        surface: (N, 4, 2) quadrilaterals of asphalt, corners in order [m]
-    """
-
-    edges: np.ndarray
-    dashes: np.ndarray
-    surface: np.ndarray
+    edges: np.ndarray  # (N, 2, 2) segments of the solid lines [m]
+    dashes: np.ndarray  # (N, 2, 2) segments of the dashed line [m]
+    surface: np.ndarray  # (N, 4, 2) quadrilaterals of asphalt, corners in order [m]
 
 
 def road_markings(road: Road) -> RoadMarkings:

@@ -24,21 +24,13 @@ _GAP_M = 0.5
 
 @dataclass(frozen=True)
 class Scenery:
-    """Trees and buildings, one row each.
+    """Trees and buildings, one row each."""
 
-    Attributes:
-        kind: (N,) TREE, HOUSE or BLOCK (of flats)
-        position_m: (N, 2) centre on the ground [m]
-        yaw_rad: (N,) direction of the length [rad]
-        size_m: (N, 3) length, width, height [m]
-        variant: (N,) a number in 0..255 that selects colours and shapes
-    """
-
-    kind: np.ndarray
-    position_m: np.ndarray
-    yaw_rad: np.ndarray
-    size_m: np.ndarray
-    variant: np.ndarray
+    kind: np.ndarray  # (N,) TREE, HOUSE or BLOCK (of flats)
+    position_m: np.ndarray  # (N, 2) centre on the ground [m]
+    yaw_rad: np.ndarray  # (N,) direction of the length [rad]
+    size_m: np.ndarray  # (N, 3) length, width, height [m]
+    variant: np.ndarray  # (N,) a number in 0..255 that selects colours and shapes
 
     def __len__(self) -> int:
         return len(self.kind)

@@ -34,19 +34,12 @@ RouteSource = Union[str, np.ndarray, Sequence[Mapping]]
 
 @dataclass(frozen=True)
 class DriveSetup:
-    """The conditions of a drive.
+    """The conditions of a drive."""
 
-    Attributes:
-        scenario: the scenario, None for the route alone
-        waypoints_m: (N, 2) waypoints of the mission in the map [m]
-        route: the road along them
-        parameters: parameters of config/sim.yaml for this drive
-    """
-
-    scenario: Scenario | None
-    waypoints_m: np.ndarray
-    route: Route = field(repr=False)
-    parameters: dict[str, Any]
+    scenario: Scenario | None  # the scenario, None for the route alone
+    waypoints_m: np.ndarray  # (N, 2) waypoints of the mission in the map [m]
+    route: Route = field(repr=False)  # the road along them
+    parameters: dict[str, Any]  # parameters of config/sim.yaml for this drive
 
     def simulation(self, compiled: bool = False) -> Simulation:
         """Return the simulation at its start, as the sim node builds it.

@@ -13,34 +13,22 @@ from sdc_sim.yaml_document import YamlDocument, schema
 
 @dataclass(frozen=True)
 class Scenario:
-    """A drive as its file describes it; the module `traffic` reads what needs a route.
+    """A drive as its file describes it; the module `traffic` reads what needs a route."""
 
-    Attributes:
-        path: the file
-        about: one line for people
-        route: elements of a generated route, or the name or path of a route; None if not given
-        map: path of a map, relative to the file; None if not given
-        goals: points (x, y) on the map, drawn from the seed if there is none [m]
-        vehicle: name of a vehicle preset; None if not given
-        sensors: name of a file of config/sensors; None if not given
-        stack: name of the software that drives; None if not given
-        camera: whether tests render the camera
-        sync: whether tests drive in lockstep
-        sim: options of config/sim.yaml
-        limits: what the drive must keep, see acceptance_limits.violations
-    """
-
-    path: str
-    about: str = ""
+    path: str  # the file
+    about: str = ""  # one line for people
+    # Elements of a generated route, or the name or path of a route; None if not given.
     route: str | list | None = None
-    map: str | None = None
+    map: str | None = None  # path of a map, relative to the file; None if not given
+    # Points (x, y) on the map, drawn from the seed if there is none [m]
     goals: list = field(default_factory=list)
-    vehicle: str | None = None
-    sensors: str | None = None
-    stack: str | None = None
-    camera: bool = False
-    sync: bool = True
-    sim: dict = field(default_factory=dict)
+    vehicle: str | None = None  # name of a vehicle preset; None if not given
+    sensors: str | None = None  # name of a file of config/sensors; None if not given
+    stack: str | None = None  # name of the software that drives; None if not given
+    camera: bool = False  # whether tests render the camera
+    sync: bool = True  # whether tests drive in lockstep
+    sim: dict = field(default_factory=dict)  # options of config/sim.yaml
+    # What the drive must keep, see acceptance_limits.violations.
     limits: dict = field(default_factory=dict)
 
 

@@ -16,19 +16,12 @@ _ONCE = 2**40
 
 
 class ErrorSizes(NamedTuple):
-    """Standard deviations of the errors of one quantity.
+    """Standard deviations of the errors of one quantity."""
 
-    Attributes:
-        noise: of the white noise of each reading
-        bias: of the bias at the start
-        walk: of the change of the bias in one second
-        scale: of the share by which readings are too large
-    """
-
-    noise: float = 0.0
-    bias: float = 0.0
-    walk: float = 0.0
-    scale: float = 0.0
+    noise: float = 0.0  # of the white noise of each reading
+    bias: float = 0.0  # of the bias at the start
+    walk: float = 0.0  # of the change of the bias in one second
+    scale: float = 0.0  # of the share by which readings are too large
 
 
 class SensorErrors:

@@ -51,59 +51,35 @@ class GnssReading(NamedTuple):
 
 
 class SensorReadings(NamedTuple):
-    """Readings of one tick, None for a sensor that is off or not due.
+    """Readings of one tick, None for a sensor that is off or not due."""
 
-    Attributes:
-        imu: acceleration and rotation
-        gnss: position
-        speed_mps: speedometer, the speed in the direction of the vehicle
-        wheel_speeds_radps: angular velocities in the order of WHEELS
-        lidar: points of the lidar with 16 rings (N, 4): x, y, z [m] in its frame, intensity 0..1
-        planar_lidar: points of the planar lidar, in the same form
-    """
-
-    imu: ImuReading | None = None
-    gnss: GnssReading | None = None
-    speed_mps: float | None = None
-    wheel_speeds_radps: Sequence[float] | None = None
+    imu: ImuReading | None = None  # acceleration and rotation
+    gnss: GnssReading | None = None  # position
+    speed_mps: float | None = None  # speedometer, the speed in the direction of the vehicle
+    wheel_speeds_radps: Sequence[float] | None = None  # angular velocities in the order of WHEELS
+    # Points of the lidar with 16 rings (N, 4): x, y, z [m] in its frame, intensity 0..1.
     lidar: np.ndarray | None = None
-    planar_lidar: np.ndarray | None = None
+    planar_lidar: np.ndarray | None = None  # points of the planar lidar, in the same form
 
 
 class Moment(NamedTuple):
-    """What there is to measure in a tick.
+    """What there is to measure in a tick."""
 
-    Attributes:
-        elapsed_s: time since the start
-        state: true state of the vehicle
-        obstacles: all obstacles
-        traffic_lights: all traffic lights
-    """
-
-    elapsed_s: float
-    state: VehicleState
-    obstacles: Sequence[ObstacleState] = ()
-    traffic_lights: Sequence[TrafficLightState] = ()
+    elapsed_s: float  # time since the start
+    state: VehicleState  # true state of the vehicle
+    obstacles: Sequence[ObstacleState] = ()  # all obstacles
+    traffic_lights: Sequence[TrafficLightState] = ()  # all traffic lights
 
 
 class SensorContext(NamedTuple):
-    """What the model of a sensor is built with.
+    """What the model of a sensor is built with."""
 
-    Attributes:
-        seed: seed of the drive
-        number: number of the sensor
-        period_s: time between two readings
-        parameters: the vehicle
-        route: the route, for zones along it
-        scenery: returns trees and buildings, for the lidars
-    """
-
-    seed: int
-    number: int
-    period_s: float
-    parameters: VehicleParameters
-    route: Route | None
-    scenery: Callable[[], Scenery] | None = None
+    seed: int  # seed of the drive
+    number: int  # number of the sensor
+    period_s: float  # time between two readings
+    parameters: VehicleParameters  # the vehicle
+    route: Route | None  # the route, for zones along it
+    scenery: Callable[[], Scenery] | None = None  # returns trees and buildings, for the lidars
 
     def errors(self, sizes: Sequence[ErrorSizes]) -> SensorErrors:
         """Return errors of these sizes, one for each quantity."""

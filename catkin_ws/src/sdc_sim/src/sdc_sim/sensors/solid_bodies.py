@@ -32,47 +32,28 @@ FAR_M = 1e9
 
 
 class Rays(NamedTuple):
-    """The beams that may hit bodies.
+    """The beams that may hit bodies."""
 
-    Attributes:
-        owner: number of the body of each beam (B,)
-        dx: from the lidar to the origins of the bodies (N,) [m]
-        dy: from the lidar to the origins of the bodies (N,) [m]
-        east: direction of each beam (B,)
-        north: direction of each beam (B,)
-        slopes: slope of each ring (R, 1)
-        height_m: height of the lidar
-    """
-
-    owner: np.ndarray
-    dx: np.ndarray
-    dy: np.ndarray
-    east: np.ndarray
-    north: np.ndarray
-    slopes: np.ndarray
-    height_m: float
+    owner: np.ndarray  # number of the body of each beam (B,)
+    dx: np.ndarray  # from the lidar to the origins of the bodies (N,) [m]
+    dy: np.ndarray  # from the lidar to the origins of the bodies (N,) [m]
+    east: np.ndarray  # direction of each beam (B,)
+    north: np.ndarray  # direction of each beam (B,)
+    slopes: np.ndarray  # slope of each ring (R, 1)
+    height_m: float  # height of the lidar
 
 
 @dataclass(frozen=True, eq=False)
 class Frusta:
-    """Bodies with four sides, a horizontal top and a horizontal bottom, one row each.
+    """Bodies with four sides, a horizontal top and a horizontal bottom, one row each."""
 
-    Attributes:
-        position_m: origin in the map (N, 2)
-        yaw_rad: direction of the body's x axis in the map (N,)
-        reach_m: distances from the origin to the front, rear, left and right side at the bottom
-            (N, 4)
-        lean: by how much these distances grow for each metre upwards (N, 4)
-        bottom_m: height of the bottom (N,)
-        top_m: height of the top (N,)
-    """
-
-    position_m: np.ndarray
-    yaw_rad: np.ndarray
+    position_m: np.ndarray  # origin in the map (N, 2)
+    yaw_rad: np.ndarray  # direction of the body's x axis in the map (N,)
+    # Distances from the origin to the front, rear, left and right side at the bottom (N, 4).
     reach_m: np.ndarray
-    lean: np.ndarray
-    bottom_m: np.ndarray
-    top_m: np.ndarray
+    lean: np.ndarray  # by how much these distances grow for each metre upwards (N, 4)
+    bottom_m: np.ndarray  # height of the bottom (N,)
+    top_m: np.ndarray  # height of the top (N,)
 
     @cached_property
     def _axis(self) -> tuple[np.ndarray, np.ndarray]:

@@ -17,25 +17,16 @@ _NS_PER_S = 1_000_000_000
 
 
 class Snapshot(NamedTuple):
-    """What is true at one tick, at most sensor_latency_s late, and what the sensors measure.
+    """What is true at one tick, at most sensor_latency_s late, and what the sensors measure."""
 
-    Attributes:
-        stamp_ns: simulated time [ns]
-        state: true state of the vehicle
-        measured: state of the vehicle with the noise of its odometry
-        obstacles: all obstacles
-        traffic_lights: all traffic lights
-        collisions: contacts that began in the last tick; they have no latency
-        readings: what the sensors measure in this tick
-    """
-
-    stamp_ns: int
-    state: VehicleState
-    measured: VehicleState
-    obstacles: tuple[ObstacleState, ...] = ()
-    traffic_lights: tuple[TrafficLightState, ...] = ()
+    stamp_ns: int  # simulated time [ns]
+    state: VehicleState  # true state of the vehicle
+    measured: VehicleState  # state of the vehicle with the noise of its odometry
+    obstacles: tuple[ObstacleState, ...] = ()  # all obstacles
+    traffic_lights: tuple[TrafficLightState, ...] = ()  # all traffic lights
+    # Contacts that began in the last tick; they have no latency.
     collisions: tuple[CollisionEvent, ...] = ()
-    readings: SensorReadings = SensorReadings()
+    readings: SensorReadings = SensorReadings()  # what the sensors measure in this tick
 
     @property
     def time_s(self) -> float:

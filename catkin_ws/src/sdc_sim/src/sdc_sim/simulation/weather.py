@@ -29,19 +29,12 @@ _DIFFUSE_SHADE = 0.88
 
 @dataclass(frozen=True)
 class Weather:
-    """Weather of the pictures.
+    """Weather of the pictures."""
 
-    Attributes:
-        fog_m: distance of sight [m]; 0: clear
-        rain: strength of the rain, 0..1
-        low_sun: whether the sun is low, with long hard shadows
-        worn_lines: share of the paint that is worn off, 0..1
-    """
-
-    fog_m: float = 0.0
-    rain: float = 0.0
-    low_sun: bool = False
-    worn_lines: float = 0.0
+    fog_m: float = 0.0  # distance of sight [m]; 0: clear
+    rain: float = 0.0  # strength of the rain, 0..1
+    low_sun: bool = False  # whether the sun is low, with long hard shadows
+    worn_lines: float = 0.0  # share of the paint that is worn off, 0..1
 
     @property
     def shadow_m_per_m(self) -> np.ndarray:
