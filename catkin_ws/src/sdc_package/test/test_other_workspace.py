@@ -156,7 +156,7 @@ def test_list_of_nodes_drives_and_its_path_is_read_and_recorded(
     options += ["sim_options:={unstamped_patience_s: 0.01}", "referee_options:={pictures: false}"]
     done = run([os.path.join(ROOT, "drive"), *arguments, *options], tmp_path, environment)
     assert done.returncode == 0, done.stdout
-    for part in ("Traceback", "ignored a message", "md5sum"):
+    for part in ("Traceback", "refused a message", "md5sum"):
         assert part not in done.stdout
     assert report_of(tmp_path)["status"] == "completed"
     with rosbag.Bag(str(tmp_path / "report" / "report.bag")) as bag:

@@ -15,6 +15,7 @@ from std_srvs.srv import Trigger
 
 from sdc_common.ros.node import parameter, refuse, watch_connections
 from sdc_common.ros.odometry import true_odometry_topic
+from sdc_common.ros.refusal import refusing
 from sdc_sim.evaluation.evaluator import Evaluator
 from sdc_sim.evaluation.route_progress import COMPLETED
 from sdc_sim.evaluation.rules import EvaluationRules
@@ -70,11 +71,8 @@ class Referee:
 
     def on_message(self, message, handle):
         with self.lock:
-            try:
+            with refusing(message._connection_header["topic"], TypeError):
                 handle(message)
-            except (TypeError, ValueError) as error:
-                topic = message._connection_header["topic"]
-                rospy.logwarn_throttle(1.0, f"referee: ignored a message on {topic}: {error}")
             if self.evaluator.over:
                 self.ended.set()
 

@@ -10,6 +10,7 @@ import rospy
 
 from sdc_common.ros.node import parameter, refuse
 from sdc_common.ros.odometry import GROUND_TRUTH
+from sdc_common.ros.refusal import refusing
 from sdc_sim.evaluation.evaluator import Evaluator
 from sdc_sim.evaluation.rules import EvaluationRules
 from sdc_sim.report.console_progress import ConsoleProgress, closing_line
@@ -38,10 +39,8 @@ class Replay:
         topics = EvaluatorInput(evaluator, odometry_topic=odometry_topic).topics
         for topic, message, _ in bag.read_messages(list(topics)):
             _, handle = topics[topic]
-            try:
+            with refusing(topic, TypeError):
                 handle(message)
-            except (TypeError, ValueError) as error:
-                rospy.logwarn_throttle(1.0, f"replay: ignored a message on {topic}: {error}")
         return evaluator
 
     def run(self):

@@ -101,7 +101,7 @@ def drive_result(
     car = car_with(chosen, steering, controller_options)
     evaluation = DriveRecorder(evaluation_rules(limits, referee_options), waypoints_m, world)
     loop.drive(world, car, evaluation, longest_s, observe)
-    return evaluation.result()
+    return evaluation.evaluator.result()
 
 
 def _conditions(

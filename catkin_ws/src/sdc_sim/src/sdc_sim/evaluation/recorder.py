@@ -9,7 +9,6 @@ import numpy as np
 
 from sdc_common.driving import Command, points_as_sent, yaw_as_sent
 from sdc_common.planning.stop_line import StopLine
-from sdc_sim.evaluation.drive_evaluation import DriveEvaluation
 from sdc_sim.evaluation.evaluator import Evaluator
 from sdc_sim.evaluation.rules import EvaluationRules
 from sdc_sim.physics.traffic_lights import LANE_WIDTH_M, TrafficLightPlan, light_states
@@ -36,8 +35,8 @@ class DriveRecorder:
         for obstacle in world.snapshot.obstacles:
             self.evaluator.add("obstacle", obstacle.id, obstacle.kind)
 
-    def add(self, snapshot: Snapshot) -> bool:
-        """Add a tick of the world; return whether the drive is over."""
+    def add(self, snapshot: Snapshot, command: Command | None, car: Driver) -> bool:
+        """Add a tick of the world and the car's answer; return whether the drive is over."""
         evaluator, stamp_ns, measured = self.evaluator, snapshot.stamp_ns, snapshot.measured
         yaw = yaw_as_sent(measured.yaw_rad)
         speed = math.hypot(measured.speed_mps, measured.lateral_speed_mps)
@@ -47,22 +46,14 @@ class DriveRecorder:
             evaluator.add("lights", stamp_ns, states)
         for collision in snapshot.collisions:
             evaluator.add("collision", stamp_ns, collision.id)
-        return evaluator.over
-
-    def add_answer(self, snapshot: Snapshot, command: Command | None, car: Driver) -> None:
-        """Add the command with which the car answered this tick."""
-        evaluator = self.evaluator
         if command is not None:
             pedals = command.throttle, command.brake
             evaluator.add("command", command.stamp_ns, *pedals, command.steer)
         if car.path is not None:
             evaluator.add("planned", car.path.points[0][2])
         if car.reason:
-            evaluator.add("reason", snapshot.stamp_ns, car.reason)
-
-    def result(self) -> DriveEvaluation:
-        """Return the evaluated drive."""
-        return self.evaluator.result()
+            evaluator.add("reason", stamp_ns, car.reason)
+        return evaluator.over
 
 
 def stop_lines_of(plans: Sequence[TrafficLightPlan]) -> dict[int, StopLine]:

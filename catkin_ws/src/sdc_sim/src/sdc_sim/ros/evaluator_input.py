@@ -64,16 +64,24 @@ class EvaluatorInput:
         self.topics = {
             ROUTE_TOPIC: (AnyMsg, self.route),
             PATH_TOPIC: (AnyMsg, self.local_path),
-            REASON_TOPIC: (SpeedReason, self.reason),
+            REASON_TOPIC: (
+                SpeedReason,
+                lambda one: evaluator.add("reason", one.header.stamp.to_nsec(), one.reason),
+            ),
             ego + "/vehicle_control_cmd": (AnyMsg, self.command),
             ego + "/ackermann_cmd": (AckermannDrive, self.target),
-            ego + "/collision": (CarlaCollisionEvent, self.collision),
+            ego + "/collision": (
+                CarlaCollisionEvent,
+                lambda one: evaluator.add(
+                    "collision", one.header.stamp.to_nsec(), one.other_actor_id
+                ),
+            ),
             ego + "/obstacles": (ObstacleArray, self.obstacles),
             "/carla/traffic_lights/info": (CarlaTrafficLightInfoList, self.light_info),
-            "/carla/traffic_lights/status": (CarlaTrafficLightStatusList, self.light_status),
+            "/carla/traffic_lights/status": (CarlaTrafficLightStatusList, self._add_lights),
             # The names of the bridges 0.9.8 to 0.9.10.
             "/carla/traffic_lights_info": (CarlaTrafficLightInfoList, self.light_info),
-            "/carla/traffic_lights": (CarlaTrafficLightStatusList, self.light_status),
+            "/carla/traffic_lights": (CarlaTrafficLightStatusList, self._add_lights),
             evaluator.odometry_topic: (Odometry, self.odometry),
         }
 
@@ -110,14 +118,6 @@ class EvaluatorInput:
             finite = [row for row in shown if all(map(math.isfinite, row))]
             self.evaluator.add("scene", PATH, None, finite)
 
-    def reason(self, message: SpeedReason) -> None:
-        """Add what limits the planned speed."""
-        self.evaluator.add("reason", message.header.stamp.to_nsec(), message.reason)
-
-    def collision(self, event: CarlaCollisionEvent) -> None:
-        """Add a collision."""
-        self.evaluator.add("collision", event.header.stamp.to_nsec(), event.other_actor_id)
-
     def obstacles(self, array: ObstacleArray) -> None:
         """Add the kinds of the obstacles, and the states of the traffic lights if there are any."""
         for obstacle in array.obstacles:
@@ -127,19 +127,17 @@ class EvaluatorInput:
             shown = [box for box in boxes if all(map(math.isfinite, box))]
             self.evaluator.add("scene", OBSTACLES, array.header.stamp.to_sec(), shown)
         if array.traffic_lights:
-            self._add_lights(array.header.stamp.to_nsec(), array.traffic_lights)
+            self._add_lights(array, array.header.stamp.to_nsec())
 
     def light_info(self, info: CarlaTrafficLightInfoList) -> None:
         """Set the stop lines."""
         lines = [(light_id, *line) for light_id, line in stop_lines(info).items()]
         self.evaluator.add("stop_lines", lines)
 
-    def light_status(self, status: CarlaTrafficLightStatusList) -> None:
-        """Set the states of the traffic lights; this message has no stamp."""
-        self._add_lights(0, status.traffic_lights)
-
-    def _add_lights(self, stamp_ns: int, lights: Any) -> None:
-        self.evaluator.add("lights", stamp_ns, [(light.id, light.state) for light in lights])
+    def _add_lights(self, message: Any, stamp_ns: int = 0) -> None:
+        """Set the states of the traffic lights; the message of the bridge has no stamp."""
+        states = [(light.id, light.state) for light in message.traffic_lights]
+        self.evaluator.add("lights", stamp_ns, states)
 
     def _is_scene_due(self, kind: str) -> bool:
         return self.evaluator.drive is not None and self.evaluator.drive.is_scene_due(kind)

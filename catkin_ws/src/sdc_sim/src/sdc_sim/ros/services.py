@@ -11,6 +11,7 @@ from sdc_msgs.srv import SetObstacle
 from std_srvs.srv import Trigger
 
 from sdc_common.ros.node import offer_reload
+from sdc_common.ros.refusal import refusing
 from sdc_common.validation import check_between
 from sdc_sim.physics.collision import Rectangle
 from sdc_sim.physics.obstacles import KINDS, ObstaclePlan
@@ -114,12 +115,9 @@ class SimulationServices:
         """Have messages change the simulation; one that raises ValueError is refused."""
 
         def execute(message: Any) -> None:
-            try:
+            with refusing(topic):
                 handle(message)
-            except ValueError as error:
-                rospy.logwarn_throttle(1.0, f"sim: refused a message on {topic}: {error}")
-                return
-            self._on_change()
+                self._on_change()
 
         rospy.Subscriber(topic, message_class, self._lock.guarded(execute), queue_size=10)
 

@@ -28,12 +28,8 @@ class Driver(Protocol):
 class Evaluation(Protocol):
     """Watches a drive, and ends it."""
 
-    def add(self, snapshot: Snapshot) -> bool:
-        """Add a tick of the world; return whether the drive is over."""
-        raise NotImplementedError
-
-    def add_answer(self, snapshot: Snapshot, command: Command | None, car: Driver) -> None:
-        """Add the command with which the car answered this tick."""
+    def add(self, snapshot: Snapshot, command: Command | None, car: Driver) -> bool:
+        """Add a tick of the world and the car's answer; return whether the drive is over."""
         raise NotImplementedError
 
 
@@ -58,10 +54,8 @@ def drive(
         snapshot = world.snapshot
         if observe is not None:
             observe(snapshot)
-        over = evaluation.add(snapshot)
-        over = over or (longest_s is not None and world.elapsed_s >= longest_s)
         command = car.step(observation)
-        evaluation.add_answer(snapshot, command, car)
-        if over:
+        over = evaluation.add(snapshot, command, car)
+        if over or (longest_s is not None and world.elapsed_s >= longest_s):
             return
         observation = world.step(command)
