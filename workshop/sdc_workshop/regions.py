@@ -30,23 +30,14 @@ class RegionError(ValueError):
 
 @dataclass(frozen=True)
 class Region:
-    """One region of a file; lines[first:end] is its body.
+    """One region of a file; lines[first:end] is its body."""
 
-    Attributes:
-        number: number of the TODO
-        title: what to do
-        first: index of the first line of the body, from 0
-        end: index of the line after the body
-        indent: spaces before the TODO line
-        until_then: the line that the template has in the region, or None
-    """
-
-    number: str
-    title: str
-    first: int
-    end: int
-    indent: str
-    until_then: str | None
+    number: str  # number of the TODO
+    title: str  # what to do
+    first: int  # index of the first line of the body, from 0
+    end: int  # index of the line after the body
+    indent: str  # spaces before the TODO line
+    until_then: str | None  # the line that the template has in the region, or None
 
     @property
     def line(self) -> int:

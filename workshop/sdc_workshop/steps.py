@@ -25,23 +25,15 @@ class StepError(ValueError):
 
 @dataclass(frozen=True)
 class Step:
-    """One step of the workshop or of a lab.
+    """One step of the workshop or of a lab."""
 
-    Attributes:
-        id: name of the step on the command line
-        title: what the student does
-        phase: phase of the guide, 1 to 4
-        file: relative to the src folder of a workspace; None: nothing is written in this step
-        todo: number of the region in the file; None: the whole file is written
-        lab: name of the lab, or WORKSHOP
-    """
-
-    id: str
-    title: str
-    phase: int
+    id: str  # name of the step on the command line
+    title: str  # what the student does
+    phase: int  # phase of the guide, 1 to 4
+    # Relative to the src folder of a workspace; None: nothing is written in this step
     file: str | None = None
-    todo: str | None = None
-    lab: str = WORKSHOP
+    todo: str | None = None  # number of the region in the file; None: the whole file is written
+    lab: str = WORKSHOP  # name of the lab, or WORKSHOP
 
     @property
     def place(self) -> str:

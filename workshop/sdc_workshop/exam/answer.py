@@ -16,22 +16,15 @@ WAITING = "waiting"  # an earlier step must be fixed before this one can be chec
 
 @dataclass(frozen=True)
 class Problem:
-    """One thing that is wrong.
+    """One thing that is wrong."""
 
-    Attributes:
-        expected: what was expected
-        seen: what was seen instead
-        hint: how to fix it
-        todo: number of the region that it is about, or None
-        line: line in the file that was checked, from 1; it may differ from the student's line
-        is_error: whether `seen` is an error of Python, which needs the hint of the step, too
-    """
-
-    expected: str
-    seen: str
-    hint: str
-    todo: str | None = None
+    expected: str  # what was expected
+    seen: str  # what was seen instead
+    hint: str  # how to fix it
+    todo: str | None = None  # number of the region that it is about, or None
+    # Line in the file that was checked, from 1; it may differ from the student's line
     line: int | None = None
+    # Whether `seen` is an error of Python, which needs the hint of the step, too
     is_error: bool = False
 
 
@@ -51,25 +44,15 @@ def listed(
 
 @dataclass(frozen=True)
 class Answer:
-    """The answer about a step: its status, and as in Problem what is wrong.
+    """The answer about a step: its status, and as in Problem what is wrong."""
 
-    Attributes:
-        status: PASSED, WRONG, UNFINISHED or WAITING
-        expected: what was expected
-        seen: what was seen instead
-        hint: how to fix it
-        file: path relative to the workspace, or None
-        line: line in the file, from 1, or None
-        seed: with this seed of the stage, the check draws the same arguments again
-    """
-
-    status: str
-    expected: str = ""
-    seen: str = ""
-    hint: str = ""
-    file: str | None = None
-    line: int | None = None
-    seed: str = ""
+    status: str  # PASSED, WRONG, UNFINISHED or WAITING
+    expected: str = ""  # what was expected
+    seen: str = ""  # what was seen instead
+    hint: str = ""  # how to fix it
+    file: str | None = None  # path relative to the workspace, or None
+    line: int | None = None  # line in the file, from 1, or None
+    seed: str = ""  # with this seed of the stage, the check draws the same arguments again
 
     @property
     def where(self) -> str:

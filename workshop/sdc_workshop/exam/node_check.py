@@ -27,22 +27,17 @@ _PROMPT_S, _PROMPT_ANSWERS = 0.1, 3
 class NodeCheck(RegionCheck):
     """Checks a script that is a node.
 
-    Attributes:
-        init_todo: the region that names the node
-        given_topics: topics that the given lines of the file use
-        topics: (publishes or subscribes, topic, type, region that connects it or None) of each
-            topic that the node must connect to before it gets messages
-        answer: what the node publishes, for people
-
     Args:
         table: its entry of checks.yaml: `refused` and `silent` are rows about a node that logs a
             warning or publishes nothing; the first row about a judged region counts
     """
 
-    init_todo: str
-    given_topics: tuple = ()
+    init_todo: str  # the region that names the node
+    given_topics: tuple = ()  # topics that the given lines of the file use
+    # (publishes or subscribes, topic, type, region that connects it or None) of each topic that the
+    # node must connect to before it gets messages
     topics: tuple = ()
-    answer: str
+    answer: str  # what the node publishes, for people
 
     def __init__(self, table: dict):
         self._table = table

@@ -26,19 +26,12 @@ _LOGGED = re.compile(r"^\[(?:FATAL|ERROR|WARN)\] \[[^\]]*\]:? ?(?P<text>.*)", re
 
 @dataclass(frozen=True)
 class Crash:
-    """An exception that a program did not catch.
+    """An exception that a program did not catch."""
 
-    Attributes:
-        error: its type and text
-        line: the last line of the program's own file in the traceback, from 1, or None
-        library_line: file and line that raised it, where that is another file
-        file: the program's own file, or None
-    """
-
-    error: str
-    line: int | None
-    library_line: str | None = None
-    file: str | None = None
+    error: str  # its type and text
+    line: int | None  # the last line of the program's own file in the traceback, from 1, or None
+    library_line: str | None = None  # file and line that raised it, where that is another file
+    file: str | None = None  # the program's own file, or None
 
     @property
     def kind(self) -> str:

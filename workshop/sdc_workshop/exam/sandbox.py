@@ -119,17 +119,11 @@ def _without(reason: str) -> str:
 
 @dataclass(frozen=True)
 class Sandbox:
-    """Starts a student's programs, in the outer sandbox.
+    """Starts a student's programs, in the outer sandbox."""
 
-    Attributes:
-        workspace: the copy of the student's workspace
-        user_id: the user of the programs where the check runs as root
-        report: see Watch
-    """
-
-    workspace: Path
-    user_id: int
-    report: Callable[[str, str], None] = lambda text, path: None
+    workspace: Path  # the copy of the student's workspace
+    user_id: int  # the user of the programs where the check runs as root
+    report: Callable[[str, str], None] = lambda text, path: None  # see Watch
 
     def program(
         self, command: Sequence, environment: dict, folder: Path, **options: Any

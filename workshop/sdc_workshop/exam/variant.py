@@ -15,19 +15,12 @@ from sdc_workshop.workspace import solution as solution_of
 
 @dataclass(frozen=True)
 class Variant:
-    """One variant of a file.
+    """One variant of a file."""
 
-    Attributes:
-        name: path relative to the src folder of the workspace
-        text: its text
-        judged: numbers of the regions that are the student's
-        student_regions: the regions of the student's own file, by number
-    """
-
-    name: str
-    text: str
-    judged: tuple
-    student_regions: dict
+    name: str  # path relative to the src folder of the workspace
+    text: str  # its text
+    judged: tuple  # numbers of the regions that are the student's
+    student_regions: dict  # the regions of the student's own file, by number
 
     def region_of(self, line: int) -> str | None:
         """Return the number of the region that contains a line of this text, from 1."""

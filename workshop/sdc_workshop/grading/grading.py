@@ -46,30 +46,21 @@ _BUILD_LIMIT_S = 120.0
 
 @dataclass
 class Grade:
-    """The result of a student.
+    """The result of a student."""
 
-    Attributes:
-        name: name in the summary
-        folder: the workspace
-        answers: the answers by step id, as dictionaries
-        report: the referee's report
-        note: what went wrong with the grading itself, or empty
-        contained: what the sandbox has kept the student's programs from
-        lab: the lab, or WORKSHOP
-        unknown: the referee's report of the drive on the unknown route
-        solved: ids of the steps that `./workshop/check --solution` wrote
-        tokens: what the student has written, for the search for copies
-    """
-
-    name: str
-    folder: Path
-    answers: dict = field(default_factory=dict)
-    report: dict = field(default_factory=dict)
-    note: str = ""
+    name: str  # name in the summary
+    folder: Path  # the workspace
+    answers: dict = field(default_factory=dict)  # the answers by step id, as dictionaries
+    report: dict = field(default_factory=dict)  # the referee's report
+    note: str = ""  # what went wrong with the grading itself, or empty
+    # What the sandbox has kept the student's programs from
     contained: list = field(default_factory=list)
-    lab: str = WORKSHOP
+    lab: str = WORKSHOP  # the lab, or WORKSHOP
+    # The referee's report of the drive on the unknown route
     unknown: dict = field(default_factory=dict)
+    # IDs of the steps that `./workshop/check --solution` wrote
     solved: list = field(default_factory=list)
+    # What the student has written, for the search for copies
     tokens: list = field(default_factory=list)
 
     @property
@@ -101,23 +92,15 @@ class _Ended(Exception):
 
 @dataclass(frozen=True)
 class Conditions:
-    """How a student's programs run.
+    """How a student's programs run."""
 
-    Attributes:
-        limit_s: time limit of the student [s]
-        user_id: the user of the programs in their sandbox, if the teacher is root; None: no sandbox
-        stopped: once it returns True, all programs are ended
-        steps: ids of the steps that are checked; empty: all
-        lab: the lab, or WORKSHOP
-        seed: what the unknown route is drawn from; None: no such drive
-    """
-
-    limit_s: float
+    limit_s: float  # time limit of the student [s]
+    # The user of the programs in their sandbox, if the teacher is root; None: no sandbox
     user_id: int | None = None
-    stopped: Callable[[], bool] = lambda: False
-    steps: tuple = ()
-    lab: str = WORKSHOP
-    seed: int | None = None
+    stopped: Callable[[], bool] = lambda: False  # once it returns True, all programs are ended
+    steps: tuple = ()  # ids of the steps that are checked; empty: all
+    lab: str = WORKSHOP  # the lab, or WORKSHOP
+    seed: int | None = None  # what the unknown route is drawn from; None: no such drive
 
 
 def grade(name: str, folder: Path, result: Path, conditions: Conditions) -> Grade:

@@ -27,15 +27,10 @@ CAMERA, LANE_MASK, LANE_OVERLAY = 1, 2, 3
 
 
 class Message(NamedTuple):
-    """A message of a page.
+    """A message of a page."""
 
-    Attributes:
-        kind: a key of `messages` in config/page.yaml
-        values: the checked values of its fields
-    """
-
-    kind: str
-    values: dict[str, Any] = {}
+    kind: str  # a key of `messages` in config/page.yaml
+    values: dict[str, Any] = {}  # the checked values of its fields
 
 
 @functools.lru_cache(maxsize=None)

@@ -20,25 +20,19 @@ _HEADER = struct.Struct("<III")
 
 @dataclass
 class Feed:
-    """A topic, and what arrived last. Messages stay encoded until their values are needed.
+    """A topic, and what arrived last. Messages stay encoded until their values are needed."""
 
-    Attributes:
-        topic: name of the topic
-        picture: whether it carries pictures: then only the newest of a burst is received
-        rests: whether only the newest message of each _REST_S is received: in lockstep, to wake up
-            for each message costs the drive more than the page can show. It needs a header, whose
-            sequence number counts the messages
-        callback: called with each message, in the thread of the subscriber
-        newest: the newest message, None before the first one
-        count: number of messages that were published
-    """
-
-    topic: str
+    topic: str  # name of the topic
+    # Whether it carries pictures: then only the newest of a burst is received
     picture: bool = False
+    # Whether only the newest message of each _REST_S is received: in lockstep, to wake up for each
+    # message costs the drive more than the page can show. It needs a header, whose sequence number
+    # counts the messages
     rests: bool = False
+    # Called with each message, in the thread of the subscriber
     callback: Callable[[Any], None] | None = None
-    newest: Any = None
-    count: int = 0
+    newest: Any = None  # the newest message, None before the first one
+    count: int = 0  # number of messages that were published
 
     def receive(self, message: Any) -> None:
         """Store a message."""

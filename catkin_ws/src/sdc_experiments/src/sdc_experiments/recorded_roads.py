@@ -24,19 +24,12 @@ SPEEDS_MPS = (10.0, 15.0, 25.0)
 
 
 class Recording(NamedTuple):
-    """How waypoints were taken from a road.
+    """How waypoints were taken from a road."""
 
-    Attributes:
-        spacing_m: distance between them [m]
-        rounding_m: their coordinates are multiples of it, 0 for exact ones [m]
-        noise_m: standard deviation of each coordinate [m]
-        worst_m: distance from the road that a drive may reach [m]
-    """
-
-    spacing_m: float
-    rounding_m: float = 0.0
-    noise_m: float = 0.0
-    worst_m: float = 0.15
+    spacing_m: float  # distance between them [m]
+    rounding_m: float = 0.0  # their coordinates are multiples of it, 0 for exact ones [m]
+    noise_m: float = 0.0  # standard deviation of each coordinate [m]
+    worst_m: float = 0.15  # distance from the road that a drive may reach [m]
 
     def waypoints(self, road_m: np.ndarray) -> np.ndarray:
         """Return waypoints (N, 2) of a road (M, 2), whose points are 0.05 m apart [m]."""

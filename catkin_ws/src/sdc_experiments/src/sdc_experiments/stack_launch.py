@@ -21,17 +21,11 @@ _DRIVE_TIMEOUT_S = 200.0
 
 
 class Program(NamedTuple):
-    """A running program.
+    """A running program."""
 
-    Attributes:
-        process: the process
-        environment: all its environment variables
-        log: the file that receives its output
-    """
-
-    process: subprocess.Popen
-    environment: Mapping[str, str]
-    log: Path
+    process: subprocess.Popen  # the process
+    environment: Mapping[str, str]  # all its environment variables
+    log: Path  # the file that receives its output
 
     @property
     def output(self) -> str:

@@ -13,16 +13,12 @@ from sdc_common.validation import check_between, check_non_negative, check_posit
 
 @dataclass(frozen=True)
 class SteeringMap:
-    """The front wheel angle that a steer command causes.
+    """The front wheel angle that a steer command causes."""
 
-    Attributes:
-        max_wheel_angle_rad: wheel angle of the bicycle model at full steer and standstill [rad]
-        speeds_mps: speeds at which the shares are given, rising [m/s]
-        shares: share of the maximum angle at these speeds; linear in between, constant beyond
-    """
-
+    # Wheel angle of the bicycle model at full steer and standstill [rad]
     max_wheel_angle_rad: float
-    speeds_mps: Sequence[float]
+    speeds_mps: Sequence[float]  # speeds at which the shares are given, rising [m/s]
+    # Share of the maximum angle at these speeds; linear in between, constant beyond
     shares: Sequence[float]
 
     def __post_init__(self):
@@ -63,19 +59,13 @@ class SteeringMap:
 
 @dataclass(frozen=True)
 class PedalMap:
-    """The acceleration that the pedals cause, as straight lines through the car's own curves.
+    """The acceleration that the pedals cause, as straight lines through the car's own curves."""
 
-    Attributes:
-        throttle_deadband: throttle below which the car only creeps, 0..1
-        throttle_gain_mps2: acceleration per unit of throttle beyond the deadband [m/s^2]
-        brake_gain_mps2: deceleration per unit of brake [m/s^2]
-        coast_mps2: deceleration without any pedal; down to it, the car coasts instead of
-            alternating between throttle and brake [m/s^2]
-    """
-
-    throttle_deadband: float
-    throttle_gain_mps2: float
-    brake_gain_mps2: float
+    throttle_deadband: float  # throttle below which the car only creeps, 0..1
+    throttle_gain_mps2: float  # acceleration per unit of throttle beyond the deadband [m/s^2]
+    brake_gain_mps2: float  # deceleration per unit of brake [m/s^2]
+    # Deceleration without any pedal; down to it, the car coasts instead of alternating between
+    # throttle and brake [m/s^2]
     coast_mps2: float
 
     def __post_init__(self):

@@ -12,18 +12,12 @@ from sdc_common.validation import check_between
 
 @dataclass(frozen=True)
 class LaneFilterThresholds:
-    """Thresholds of a lane marking.
+    """Thresholds of a lane marking."""
 
-    Attributes:
-        gradient: minimum horizontal gradient, 255 is the strongest in the picture
-        saturation: minimum HLS saturation of a coloured marking, 0..255
-        lightness: minimum HLS lightness of a coloured marking, 0..255
-        horizon_fraction: share of the picture's height, from the top, that contains no markings
-    """
-
-    gradient: int
-    saturation: int
-    lightness: int
+    gradient: int  # minimum horizontal gradient, 255 is the strongest in the picture
+    saturation: int  # minimum HLS saturation of a coloured marking, 0..255
+    lightness: int  # minimum HLS lightness of a coloured marking, 0..255
+    # Share of the picture's height, from the top, that contains no markings
     horizon_fraction: float
 
     def __post_init__(self):

@@ -21,21 +21,13 @@ _BEYOND_END_M = 1.0
 
 
 class PathPoint(NamedTuple):
-    """The point of a path nearest to the car.
+    """The point of a path nearest to the car."""
 
-    Attributes:
-        s_m: arc length [m]
-        cross_track_m: distance of the car, positive left of the path [m]
-        heading_rad: heading of the path [rad]
-        speed_mps: planned speed a little ahead of the car [m/s]
-        acceleration_mps2: planned acceleration, averaged over the preview [m/s^2]
-    """
-
-    s_m: float
-    cross_track_m: float
-    heading_rad: float
-    speed_mps: float
-    acceleration_mps2: float
+    s_m: float  # arc length [m]
+    cross_track_m: float  # distance of the car, positive left of the path [m]
+    heading_rad: float  # heading of the path [rad]
+    speed_mps: float  # planned speed a little ahead of the car [m/s]
+    acceleration_mps2: float  # planned acceleration, averaged over the preview [m/s^2]
 
 
 class ReferencePath:

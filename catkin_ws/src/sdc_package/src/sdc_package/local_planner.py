@@ -31,21 +31,13 @@ class OffRouteError(ValueError):
 
 @dataclass(frozen=True)
 class PlannerSettings:
-    """Parameters of the local planner.
+    """Parameters of the local planner."""
 
-    Attributes:
-        limits: limits of the speed profile
-        lookahead_m: length of the planned path [m]
-        join_within_m: maximum distance from the route at which the car joins it [m]
-        obstacles: margins to obstacles
-        traffic_lights: margins at traffic lights
-    """
-
-    limits: SpeedLimits
-    lookahead_m: float
-    join_within_m: float
-    obstacles: ObstacleMargins
-    traffic_lights: TrafficLightMargins
+    limits: SpeedLimits  # limits of the speed profile
+    lookahead_m: float  # length of the planned path [m]
+    join_within_m: float  # maximum distance from the route at which the car joins it [m]
+    obstacles: ObstacleMargins  # margins to obstacles
+    traffic_lights: TrafficLightMargins  # margins at traffic lights
 
     def __post_init__(self):
         check_positive(lookahead_m=self.lookahead_m, join_within_m=self.join_within_m)

@@ -21,19 +21,12 @@ _MIN_FOLLOW_SPEED_MPS = 0.5
 
 @dataclass(frozen=True)
 class ObstacleMargins:
-    """Distances that the car keeps from obstacles, and its own size.
+    """Distances that the car keeps from obstacles, and its own size."""
 
-    Attributes:
-        side_m: free strip next to the car [m]
-        gap_m: distance between the car's front and an obstacle at which it stops [m]
-        car_front_m: distance from the car's centre to its front [m]
-        car_width_m: width of the car [m]
-    """
-
-    side_m: float
-    gap_m: float
-    car_front_m: float
-    car_width_m: float
+    side_m: float  # free strip next to the car [m]
+    gap_m: float  # distance between the car's front and an obstacle at which it stops [m]
+    car_front_m: float  # distance from the car's centre to its front [m]
+    car_width_m: float  # width of the car [m]
 
     def __post_init__(self):
         check_non_negative(**vars(self))

@@ -13,17 +13,11 @@ _MIN_STEP_S = 1e-6
 
 @dataclass(frozen=True)
 class PidGains:
-    """Gains of a PID controller.
+    """Gains of a PID controller."""
 
-    Attributes:
-        kp: output per unit of error
-        ki: output per unit of error and second [1/s]
-        kd: output per unit of error and 1/second [s]
-    """
-
-    kp: float
-    ki: float = 0.0
-    kd: float = 0.0
+    kp: float  # output per unit of error
+    ki: float = 0.0  # output per unit of error and second [1/s]
+    kd: float = 0.0  # output per unit of error and 1/second [s]
 
     def __post_init__(self):
         check_finite(**vars(self))

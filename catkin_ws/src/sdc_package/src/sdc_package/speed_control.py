@@ -10,26 +10,17 @@ from sdc_package.pid import Pid, PidGains
 
 @dataclass(frozen=True)
 class SpeedControlLimits:
-    """Limits of the speed control, all positive.
+    """Limits of the speed control, all positive."""
 
-    Attributes:
-        acceleration_mps2: maximum acceleration [m/s^2]
-        braking_mps2: maximum deceleration [m/s^2]
-        jerk_mps3: maximum change of the acceleration [m/s^3]
-        standstill_mps: below this speed, with a target below it, the brake holds the car [m/s]
-        hold_mps2: deceleration that holds the car [m/s^2]
-        preview_s: time ahead over which the planned acceleration is averaged, so that the pedals
-            move before a bend and not in it [s]
-        preview_min_m: minimum length of that preview [m]
-    """
-
-    acceleration_mps2: float
-    braking_mps2: float
-    jerk_mps3: float
-    standstill_mps: float
-    hold_mps2: float
+    acceleration_mps2: float  # maximum acceleration [m/s^2]
+    braking_mps2: float  # maximum deceleration [m/s^2]
+    jerk_mps3: float  # maximum change of the acceleration [m/s^3]
+    standstill_mps: float  # below this speed, with a target below it, the brake holds the car [m/s]
+    hold_mps2: float  # deceleration that holds the car [m/s^2]
+    # Time ahead over which the planned acceleration is averaged, so that the pedals move before a
+    # bend and not in it [s]
     preview_s: float
-    preview_min_m: float
+    preview_min_m: float  # minimum length of that preview [m]
 
     def __post_init__(self):
         check_positive(**vars(self))

@@ -65,25 +65,15 @@ class LocalizerSettings:
 
 
 class Estimate(NamedTuple):
-    """Where the localizer believes that the car is, and how sure it is.
+    """Where the localizer believes that the car is, and how sure it is."""
 
-    Attributes:
-        x_m: position in the map frame [m]
-        y_m: position in the map frame [m]
-        yaw_rad: heading, counter-clockwise from the x axis [rad]
-        speed_mps: speed along the car [m/s]
-        sideways_mps: speed of the car's centre to its left [m/s]
-        yaw_rate_radps: yaw rate [rad/s]
-        covariance: (3, 3) covariance of x, y and yaw
-    """
-
-    x_m: float
-    y_m: float
-    yaw_rad: float
-    speed_mps: float
-    sideways_mps: float
-    yaw_rate_radps: float
-    covariance: np.ndarray
+    x_m: float  # position in the map frame [m]
+    y_m: float  # position in the map frame [m]
+    yaw_rad: float  # heading, counter-clockwise from the x axis [rad]
+    speed_mps: float  # speed along the car [m/s]
+    sideways_mps: float  # speed of the car's centre to its left [m/s]
+    yaw_rate_radps: float  # yaw rate [rad/s]
+    covariance: np.ndarray  # (3, 3) covariance of x, y and yaw
 
 
 def initial_heading(waypoint_m: Sequence[float], next_waypoint_m: Sequence[float]) -> float:

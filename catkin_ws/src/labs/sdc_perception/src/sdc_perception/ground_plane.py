@@ -12,17 +12,11 @@ _LEAST_DEPTH_M = np.float32(1e-3)
 
 @dataclass(frozen=True)
 class MountingPose:
-    """Pose of the camera on the vehicle.
+    """Pose of the camera on the vehicle."""
 
-    Attributes:
-        x_m: position ahead of the vehicle's centre [m]
-        z_m: height above the ground [m]
-        pitch_rad: downward tilt of the view [rad]
-    """
-
-    x_m: float
-    z_m: float
-    pitch_rad: float
+    x_m: float  # position ahead of the vehicle's centre [m]
+    z_m: float  # height above the ground [m]
+    pitch_rad: float  # downward tilt of the view [rad]
 
 
 class GroundPlane:

@@ -23,22 +23,14 @@ _BEARING_RAD = 0.003
 
 @dataclass(frozen=True)
 class TrackSettings:
-    """How tracks begin, move and end.
+    """How tracks begin, move and end."""
 
-    Attributes:
-        confirm: sightings until a track counts
-        lost_s: time without a sighting after which a track ends [s]
-        drift_m: uncertainty of a position that is added in each picture [m]
-        acceleration_mps2: standard deviation of the acceleration; 0 for things that do not move
-            [m/s^2]
-        start_mps: standard deviation of the speed of a new track [m/s]
-    """
-
-    confirm: int
-    lost_s: float
-    drift_m: float
+    confirm: int  # sightings until a track counts
+    lost_s: float  # time without a sighting after which a track ends [s]
+    drift_m: float  # uncertainty of a position that is added in each picture [m]
+    # Standard deviation of the acceleration; 0 for things that do not move [m/s^2]
     acceleration_mps2: float
-    start_mps: float
+    start_mps: float  # standard deviation of the speed of a new track [m/s]
 
     def __post_init__(self):
         check_positive(confirm=self.confirm, lost_s=self.lost_s)
@@ -51,43 +43,26 @@ class TrackSettings:
 
 @dataclass(frozen=True)
 class Sighting(Generic[Seen]):
-    """What one picture shows.
+    """What one picture shows."""
 
-    Attributes:
-        x_m: position ahead of the car's centre [m]
-        y_m: position to the left of it [m]
-        deviation_m: standard deviation along the line of sight [m]
-        seen: anything that belongs to it
-    """
-
-    x_m: float
-    y_m: float
-    deviation_m: float
-    seen: Seen
+    x_m: float  # position ahead of the car's centre [m]
+    y_m: float  # position to the left of it [m]
+    deviation_m: float  # standard deviation along the line of sight [m]
+    seen: Seen  # anything that belongs to it
 
 
 @dataclass
 class GroundTrack(Generic[Seen]):
-    """Something on the ground.
+    """Something on the ground."""
 
-    Attributes:
-        id: number of the track
-        state: x [m], y [m], and their rates [m/s]
-        covariance: covariance of the state (4, 4)
-        seen: what belongs to the last sighting
-        sightings: number of sightings
-        last_s: time of the last sighting [s]
-        fresh: whether the last picture shows it
-        memory: what the owner of the tracks remembers of it
-    """
-
-    id: int
-    state: np.ndarray
-    covariance: np.ndarray
-    seen: Seen
-    last_s: float
-    sightings: int = 1
-    fresh: bool = True
+    id: int  # number of the track
+    state: np.ndarray  # x [m], y [m], and their rates [m/s]
+    covariance: np.ndarray  # covariance of the state (4, 4)
+    seen: Seen  # what belongs to the last sighting
+    last_s: float  # time of the last sighting [s]
+    sightings: int = 1  # number of sightings
+    fresh: bool = True  # whether the last picture shows it
+    # What the owner of the tracks remembers of it
     memory: dict[str, Any] = field(default_factory=dict)
 
     @property

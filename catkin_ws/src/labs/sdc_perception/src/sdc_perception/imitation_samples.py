@@ -22,15 +22,10 @@ REAR_M = 1.435
 
 
 class Answer(NamedTuple):
-    """What a driver does at a picture.
+    """What a driver does at a picture."""
 
-    Attributes:
-        curvature_1pm: curvature of the arc of the rear axle, positive left [1/m]
-        speed_mps: target speed [m/s]
-    """
-
-    curvature_1pm: float
-    speed_mps: float
+    curvature_1pm: float  # curvature of the arc of the rear axle, positive left [1/m]
+    speed_mps: float  # target speed [m/s]
 
 
 def road_view(picture: np.ndarray) -> np.ndarray:

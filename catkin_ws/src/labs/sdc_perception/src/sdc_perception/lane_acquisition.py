@@ -20,19 +20,12 @@ _MAX_OFFSET_M, _MAX_HEADING_RAD, _MAX_CURVATURE_1PM = 1.5, 0.4, 0.12
 
 
 class LaneGuess(NamedTuple):
-    """A lane next to the car: its centre is at y = -offset + heading x + curvature x^2 / 2.
+    """A lane next to the car: its centre is at y = -offset + heading x + curvature x^2 / 2."""
 
-    Attributes:
-        offset_m: distance of the car to the left of the lane's centre [m]
-        heading_error_rad: direction of the lane minus heading of the car [rad]
-        curvature_1pm: curvature of the lane [1/m]
-        inliers: number of points on its lines
-    """
-
-    offset_m: float
-    heading_error_rad: float
-    curvature_1pm: float
-    inliers: int
+    offset_m: float  # distance of the car to the left of the lane's centre [m]
+    heading_error_rad: float  # direction of the lane minus heading of the car [rad]
+    curvature_1pm: float  # curvature of the lane [1/m]
+    inliers: int  # number of points on its lines
 
 
 def marking_points(

@@ -13,17 +13,11 @@ POINTS_PER_KNOT = round(KNOT_M / STEP_M)
 
 
 class CurvePlace(NamedTuple):
-    """The place on a curve next to a point.
+    """The place on a curve next to a point."""
 
-    Attributes:
-        s_m: arc length from the anchor [m]
-        offset_m: distance of the point to the left of the curve [m]
-        heading_rad: direction of the curve [rad]
-    """
-
-    s_m: float
-    offset_m: float
-    heading_rad: float
+    s_m: float  # arc length from the anchor [m]
+    offset_m: float  # distance of the point to the left of the curve [m]
+    heading_rad: float  # direction of the curve [rad]
 
 
 class LaneCurve:

@@ -36,21 +36,14 @@ _DIRECTION_KEYS = {"from_m", "to_m", "keep"}
 
 @dataclass(frozen=True)
 class DetectorSettings:
-    """Parameters of the lane detector.
+    """Parameters of the lane detector."""
 
-    Attributes:
-        camera: pose of the camera
-        lane_filter: thresholds of the lane filter
-        search: what counts as a marking
-        lane: dimensions of the road and noise
-        directions: where the road divides: `from_m` and `to_m`, measured from the start of the
-            drive, and `keep`, left or right
-    """
-
-    camera: MountingPose
-    lane_filter: LaneFilterThresholds
-    search: SearchSettings
-    lane: LaneSettings
+    camera: MountingPose  # pose of the camera
+    lane_filter: LaneFilterThresholds  # thresholds of the lane filter
+    search: SearchSettings  # what counts as a marking
+    lane: LaneSettings  # dimensions of the road and noise
+    # Where the road divides: `from_m` and `to_m`, measured from the start of the drive, and `keep`,
+    # left or right
     directions: Sequence[Mapping[str, Any]]
 
     @classmethod

@@ -19,21 +19,13 @@ _SHORTEST_M = 2.0
 
 @dataclass(frozen=True)
 class FollowingSettings:
-    """Limits of the path.
+    """Limits of the path."""
 
-    Attributes:
-        limits: limits of the speed
-        behind_m: length of the path behind the car [m]
-        lookahead_m: longest path ahead [m]
-        confident: confidence from which the speed is not reduced, 0..1
-        unsure: confidence at which the car stops, 0..1
-    """
-
-    limits: SpeedLimits
-    behind_m: float
-    lookahead_m: float
-    confident: float
-    unsure: float
+    limits: SpeedLimits  # limits of the speed
+    behind_m: float  # length of the path behind the car [m]
+    lookahead_m: float  # longest path ahead [m]
+    confident: float  # confidence from which the speed is not reduced, 0..1
+    unsure: float  # confidence at which the car stops, 0..1
 
     @classmethod
     def read(cls, parameter: Callable[[str], Any]) -> FollowingSettings:

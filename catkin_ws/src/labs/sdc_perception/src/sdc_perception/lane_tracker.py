@@ -44,27 +44,16 @@ _SAME_BEND_M = 4.0
 
 
 class TrackedLane(NamedTuple):
-    """The lane as the tracker knows it.
+    """The lane as the tracker knows it."""
 
-    Attributes:
-        offset_m: distance of the car to the left of the lane's centre [m]
-        heading_error_rad: direction of the lane minus heading of the car [rad]
-        curvature_1pm: curvature of the lane next to the car, positive left [1/m]
-        confidence: 0..1
-        visible_m: distance ahead up to which the lane is known [m]
-        first_m: arc length of the first point, measured from the car [m]
-        points_m: centre of the lane (N, 2) in the frame of the odometry, STEP_M apart [m]
-        curvatures_1pm: curvatures (N,) of the points [1/m]
-    """
-
-    offset_m: float
-    heading_error_rad: float
-    curvature_1pm: float
-    confidence: float
-    visible_m: float
-    first_m: float
-    points_m: np.ndarray
-    curvatures_1pm: np.ndarray
+    offset_m: float  # distance of the car to the left of the lane's centre [m]
+    heading_error_rad: float  # direction of the lane minus heading of the car [rad]
+    curvature_1pm: float  # curvature of the lane next to the car, positive left [1/m]
+    confidence: float  # 0..1
+    visible_m: float  # distance ahead up to which the lane is known [m]
+    first_m: float  # arc length of the first point, measured from the car [m]
+    points_m: np.ndarray  # centre of the lane (N, 2) in the frame of the odometry, STEP_M apart [m]
+    curvatures_1pm: np.ndarray  # curvatures (N,) of the points [1/m]
 
 
 class FoundMarkings(NamedTuple):

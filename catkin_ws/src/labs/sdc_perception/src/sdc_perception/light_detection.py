@@ -34,24 +34,16 @@ _EDGE_PX = 0.5
 
 @dataclass(frozen=True)
 class LampSettings:
-    """What counts as a lit lamp.
+    """What counts as a lit lamp."""
 
-    Attributes:
-        red: hues, from and to, in OpenCV's range 0..180; the range may pass 180
-        yellow: the same
-        green: the same
-        saturation: least saturation, 0..255
-        excess: least excess of the lamp's colour over the others, as a share of the brightness
-            of the bright parts of the picture, 0..1
-        dark: greatest brightness of an unlit lamp as a share of that of the lit one, 0..1
-    """
-
-    red: tuple[int, int]
-    yellow: tuple[int, int]
-    green: tuple[int, int]
-    saturation: int
+    red: tuple[int, int]  # hues, from and to, in OpenCV's range 0..180; the range may pass 180
+    yellow: tuple[int, int]  # the same
+    green: tuple[int, int]  # the same
+    saturation: int  # least saturation, 0..255
+    # Least excess of the lamp's colour over the others, as a share of the brightness of the bright
+    # parts of the picture, 0..1
     excess: float
-    dark: float
+    dark: float  # greatest brightness of an unlit lamp as a share of that of the lit one, 0..1
 
     def __post_init__(self):
         for name in NAMES:
@@ -64,45 +56,28 @@ class LampSettings:
 
 @dataclass(frozen=True)
 class HousingSettings:
-    """Dimensions of a traffic light.
+    """Dimensions of a traffic light."""
 
-    Attributes:
-        height_m: height of the housing [m]
-        width_m: width of the housing [m]
-        lamp_radius_m: radius of a lamp [m]
-        spacing_m: distance between the centres of two lamps [m]
-        first_m: distance of the centre of the red lamp from the top [m]
-        farthest_m: greatest distance at which a light counts [m]
-    """
-
-    height_m: float
-    width_m: float
-    lamp_radius_m: float
-    spacing_m: float
-    first_m: float
-    farthest_m: float
+    height_m: float  # height of the housing [m]
+    width_m: float  # width of the housing [m]
+    lamp_radius_m: float  # radius of a lamp [m]
+    spacing_m: float  # distance between the centres of two lamps [m]
+    first_m: float  # distance of the centre of the red lamp from the top [m]
+    farthest_m: float  # greatest distance at which a light counts [m]
 
     def __post_init__(self):
         check_positive(**vars(self))
 
 
 class SeenLight(NamedTuple):
-    """A traffic light in one picture.
+    """A traffic light in one picture."""
 
-    Attributes:
-        state: RED, YELLOW or GREEN
-        x_m: position of the pole ahead of the car's centre [m]
-        y_m: position to the left of it [m]
-        distance_deviation_m: standard deviation along the line of sight [m]
-        box: left, top, right, bottom of the housing [px]
-        foot: pixel where the pole meets the ground, None if it is not seen
-    """
-
-    state: int
-    x_m: float
-    y_m: float
-    distance_deviation_m: float
-    box: tuple[float, float, float, float]
+    state: int  # RED, YELLOW or GREEN
+    x_m: float  # position of the pole ahead of the car's centre [m]
+    y_m: float  # position to the left of it [m]
+    distance_deviation_m: float  # standard deviation along the line of sight [m]
+    box: tuple[float, float, float, float]  # left, top, right, bottom of the housing [px]
+    # Pixel where the pole meets the ground, None if it is not seen
     foot: tuple[float, float] | None
 
 
@@ -286,21 +261,13 @@ class LightFinder:
 
 
 class _LampDisc(NamedTuple):
-    """A lit lamp in the picture.
+    """A lit lamp in the picture."""
 
-    Attributes:
-        u: column of its centre [px]
-        v: row of its centre [px]
-        area_px: area of its light [px^2]
-        peak: greatest excess of its colour over the others, 0..255
-        brightness: its brightness, 0..255
-    """
-
-    u: float
-    v: float
-    area_px: float
-    peak: float
-    brightness: float
+    u: float  # column of its centre [px]
+    v: float  # row of its centre [px]
+    area_px: float  # area of its light [px^2]
+    peak: float  # greatest excess of its colour over the others, 0..255
+    brightness: float  # its brightness, 0..255
 
     @classmethod
     def measure(cls, picture: np.ndarray, state: int, box: list[int]) -> _LampDisc | None:

@@ -19,19 +19,12 @@ _SAME_COLOUR = 2
 
 @dataclass(frozen=True)
 class LightSettings:
-    """Parameters of the traffic light detector.
+    """Parameters of the traffic light detector."""
 
-    Attributes:
-        camera: pose of the camera
-        lamps: what counts as a lit lamp
-        housing: dimensions of a traffic light
-        tracks: how tracks begin, move and end
-    """
-
-    camera: MountingPose
-    lamps: LampSettings
-    housing: HousingSettings
-    tracks: TrackSettings
+    camera: MountingPose  # pose of the camera
+    lamps: LampSettings  # what counts as a lit lamp
+    housing: HousingSettings  # dimensions of a traffic light
+    tracks: TrackSettings  # how tracks begin, move and end
 
     @classmethod
     def read(cls, parameter: Callable[[str], Any]) -> LightSettings:
@@ -55,19 +48,12 @@ class LightSettings:
 
 
 class TrackedLight(NamedTuple):
-    """A traffic light.
+    """A traffic light."""
 
-    Attributes:
-        id: number of the light since the start
-        state: RED, YELLOW or GREEN
-        x_m: position of the pole in the frame of the odometry [m]
-        y_m: the same [m]
-    """
-
-    id: int
-    state: int
-    x_m: float
-    y_m: float
+    id: int  # number of the light since the start
+    state: int  # RED, YELLOW or GREEN
+    x_m: float  # position of the pole in the frame of the odometry [m]
+    y_m: float  # the same [m]
 
 
 class LightTracker:

@@ -30,17 +30,13 @@ _BESIDE_PAINT_M = 0.065
 
 
 class View(NamedTuple):
-    """A picture, and where it was taken.
+    """A picture, and where it was taken."""
 
-    Attributes:
-        image: (H, W, 4) uint8: blue, green, red, and 0 where a body hides the road, else 255
-        pose: x [m], y [m] and yaw [rad] of the car in the frame of the odometry
-        covered: left, top, right, bottom of what hides the road [px]
-    """
-
+    # (H, W, 4) uint8: blue, green, red, and 0 where a body hides the road, else 255
     image: np.ndarray
+    # x [m], y [m] and yaw [rad] of the car in the frame of the odometry
     pose: tuple[float, float, float]
-    covered: Sequence[Box] = ()
+    covered: Sequence[Box] = ()  # left, top, right, bottom of what hides the road [px]
 
     @classmethod
     def of(
@@ -71,37 +67,22 @@ class View(NamedTuple):
 
 @dataclass(frozen=True)
 class SearchSettings:
-    """What counts as a marking.
+    """What counts as a marking."""
 
-    Attributes:
-        contrast: least difference to both sides, as a share of the brightness
-        contrast_levels: least difference to both sides, 0..255
-        whiteness: least share of the darkest colour in the brightness
-        coarsest_m: a picture whose pixels are longer on the ground is not searched [m]
-        widest_gate_m: greatest distance from the predicted line [m]
-    """
-
-    contrast: float
-    contrast_levels: float
-    whiteness: float
-    coarsest_m: float
-    widest_gate_m: float
+    contrast: float  # least difference to both sides, as a share of the brightness
+    contrast_levels: float  # least difference to both sides, 0..255
+    whiteness: float  # least share of the darkest colour in the brightness
+    coarsest_m: float  # a picture whose pixels are longer on the ground is not searched [m]
+    widest_gate_m: float  # greatest distance from the predicted line [m]
 
 
 class Markings(NamedTuple):
-    """Markings that were found.
+    """Markings that were found."""
 
-    Attributes:
-        row: index (M,) of the profile
-        offset_m: distances (M,) to the left of the predicted line [m]
-        deviation_m: standard deviations (M,) [m]
-        strength: difference (M,) to the sides, as a share of the brightness
-    """
-
-    row: np.ndarray
-    offset_m: np.ndarray
-    deviation_m: np.ndarray
-    strength: np.ndarray
+    row: np.ndarray  # index (M,) of the profile
+    offset_m: np.ndarray  # distances (M,) to the left of the predicted line [m]
+    deviation_m: np.ndarray  # standard deviations (M,) [m]
+    strength: np.ndarray  # difference (M,) to the sides, as a share of the brightness
 
 
 class MarkingSearch:

@@ -32,23 +32,14 @@ _COVERED_ASIDE, _COVERED_BELOW = 0.08, 0.35
 
 @dataclass(frozen=True)
 class BodySettings:
-    """What a kind of body looks like.
+    """What a kind of body looks like."""
 
-    Attributes:
-        hue: hues, from and to, 0..180; the range may pass 180
-        saturation: least saturation, 0..255
-        bottom_m: height of the lower edge of what has this colour [m]
-        top_m: height of its upper edge [m]
-        width_m: width, across the line of sight, from and to [m]
-        size_m: length and width of the body; it shows its length if it looks wider than its width
-            [m]
-    """
-
-    hue: tuple[int, int]
-    saturation: int
-    bottom_m: float
-    top_m: float
-    width_m: tuple[float, float]
+    hue: tuple[int, int]  # hues, from and to, 0..180; the range may pass 180
+    saturation: int  # least saturation, 0..255
+    bottom_m: float  # height of the lower edge of what has this colour [m]
+    top_m: float  # height of its upper edge [m]
+    width_m: tuple[float, float]  # width, across the line of sight, from and to [m]
+    # Length and width of the body; it shows its length if it looks wider than its width [m]
     size_m: tuple[float, float]
 
     def __post_init__(self):
@@ -61,27 +52,16 @@ class BodySettings:
 
 
 class SeenBody(NamedTuple):
-    """A body in one picture.
+    """A body in one picture."""
 
-    Attributes:
-        kind: name of the kind
-        x_m: middle of the side that faces the car, ahead of the car's centre [m]
-        y_m: the same, to the left [m]
-        distance_deviation_m: standard deviation along the line of sight [m]
-        width_m: width across the line of sight [m]
-        depth_m: size along the line of sight that a body of this kind and width has [m]
-        whole: whether both sides are in the picture and not hidden
-        box: left, top, right, bottom [px]
-    """
-
-    kind: str
-    x_m: float
-    y_m: float
-    distance_deviation_m: float
-    width_m: float
-    depth_m: float
-    whole: bool
-    box: tuple[float, float, float, float]
+    kind: str  # name of the kind
+    x_m: float  # middle of the side that faces the car, ahead of the car's centre [m]
+    y_m: float  # the same, to the left [m]
+    distance_deviation_m: float  # standard deviation along the line of sight [m]
+    width_m: float  # width across the line of sight [m]
+    depth_m: float  # size along the line of sight that a body of this kind and width has [m]
+    whole: bool  # whether both sides are in the picture and not hidden
+    box: tuple[float, float, float, float]  # left, top, right, bottom [px]
 
 
 class BodyFinder:

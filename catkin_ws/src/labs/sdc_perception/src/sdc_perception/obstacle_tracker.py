@@ -20,19 +20,12 @@ _SIZE_GAIN = 0.2
 
 @dataclass(frozen=True)
 class ObstacleSettings:
-    """Parameters of the obstacle detector.
+    """Parameters of the obstacle detector."""
 
-    Attributes:
-        camera: pose of the camera
-        kinds: what the kinds of bodies look like
-        farthest_m: greatest distance at which a body counts [m]
-        tracks: how tracks begin, move and end
-    """
-
-    camera: MountingPose
-    kinds: dict[str, BodySettings]
-    farthest_m: float
-    tracks: TrackSettings
+    camera: MountingPose  # pose of the camera
+    kinds: dict[str, BodySettings]  # what the kinds of bodies look like
+    farthest_m: float  # greatest distance at which a body counts [m]
+    tracks: TrackSettings  # how tracks begin, move and end
 
     @classmethod
     def read(cls, parameter: Callable[[str], Any]) -> ObstacleSettings:
@@ -62,27 +55,16 @@ def body_finder(settings: ObstacleSettings, intrinsic: np.ndarray) -> BodyFinder
 
 
 class TrackedBody(NamedTuple):
-    """A body on the ground, in the frame of the odometry.
+    """A body on the ground, in the frame of the odometry."""
 
-    Attributes:
-        id: number of the body since the start
-        kind: name of the kind
-        x_m: centre [m]
-        y_m: centre [m]
-        yaw_rad: heading if it moves, else the line of sight [rad]
-        length_m: size along the heading [m]
-        width_m: size across the heading [m]
-        speed_mps: speed along the heading [m/s]
-    """
-
-    id: int
-    kind: str
-    x_m: float
-    y_m: float
-    yaw_rad: float
-    length_m: float
-    width_m: float
-    speed_mps: float
+    id: int  # number of the body since the start
+    kind: str  # name of the kind
+    x_m: float  # centre [m]
+    y_m: float  # centre [m]
+    yaw_rad: float  # heading if it moves, else the line of sight [rad]
+    length_m: float  # size along the heading [m]
+    width_m: float  # size across the heading [m]
+    speed_mps: float  # speed along the heading [m/s]
 
 
 class ObstacleTracker:

@@ -24,19 +24,12 @@ _BEYOND_M = 50.0
 
 @dataclass(frozen=True)
 class PolePlace:
-    """Where the pole of a traffic light is.
+    """Where the pole of a traffic light is."""
 
-    Attributes:
-        beyond_line_m: distance beyond the stop line [m]
-        right_m: distance to the right of the lane's centre [m]
-        tolerance_m: greatest deviation from it of a light for this lane [m]
-        half_width_m: half of the width of the stop line [m]
-    """
-
-    beyond_line_m: float
-    right_m: float
-    tolerance_m: float
-    half_width_m: float
+    beyond_line_m: float  # distance beyond the stop line [m]
+    right_m: float  # distance to the right of the lane's centre [m]
+    tolerance_m: float  # greatest deviation from it of a light for this lane [m]
+    half_width_m: float  # half of the width of the stop line [m]
 
     def __post_init__(self):
         check_finite(beyond_line_m=self.beyond_line_m, right_m=self.right_m)
@@ -45,23 +38,14 @@ class PolePlace:
 
 @dataclass(frozen=True)
 class TrafficSettings:
-    """Parameters of stopping and following.
+    """Parameters of stopping and following."""
 
-    Attributes:
-        braking_mps2: maximum deceleration [m/s^2]
-        horizon_m: length of the lane ahead that is searched [m]
-        spare_m: distance by which the car stops earlier, because distances have an error [m]
-        obstacles: margins to obstacles, with the spare distance
-        lights: margins at traffic lights
-        pole: where the pole of a traffic light is
-    """
-
-    braking_mps2: float
-    horizon_m: float
-    spare_m: float
-    obstacles: ObstacleMargins
-    lights: TrafficLightMargins
-    pole: PolePlace
+    braking_mps2: float  # maximum deceleration [m/s^2]
+    horizon_m: float  # length of the lane ahead that is searched [m]
+    spare_m: float  # distance by which the car stops earlier, because distances have an error [m]
+    obstacles: ObstacleMargins  # margins to obstacles, with the spare distance
+    lights: TrafficLightMargins  # margins at traffic lights
+    pole: PolePlace  # where the pole of a traffic light is
 
     @classmethod
     def read(cls, parameter: Callable[[str], Any]) -> TrafficSettings:

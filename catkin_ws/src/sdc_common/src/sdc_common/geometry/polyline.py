@@ -20,19 +20,12 @@ _CURVATURE_HALF_SPAN_M = 1.0
 
 
 class Place(NamedTuple):
-    """The place on a line that is nearest to a point.
+    """The place on a line that is nearest to a point."""
 
-    Attributes:
-        segment: index of the line's segment
-        s_m: arc length of the place [m]
-        cross_track_m: distance of the point, positive left of the line [m]
-        heading_rad: heading of the line at the place, in [-pi, pi) [rad]
-    """
-
-    segment: int
-    s_m: float
-    cross_track_m: float
-    heading_rad: float
+    segment: int  # index of the line's segment
+    s_m: float  # arc length of the place [m]
+    cross_track_m: float  # distance of the point, positive left of the line [m]
+    heading_rad: float  # heading of the line at the place, in [-pi, pi) [rad]
 
     @property
     def distance_m(self) -> float:

@@ -18,20 +18,14 @@ _in_machine_code = False
 
 
 class LineNumbers(NamedTuple):
-    """The numbers of a line of n points: lists for plain functions, arrays for compiled ones.
+    """The numbers of a line of n points: lists for plain functions, arrays for compiled ones."""
 
-    Attributes:
-        points: x and y of each point, n rows [m]
-        segments: x and y of the start, x and y of the unit direction, and the positions along the
-            direction at which the segment starts and ends, n - 1 rows [m]
-        lengths: length of each segment, n - 1 numbers [m]
-        headings: heading at each point, n numbers [rad]
-    """
-
-    points: Any
+    points: Any  # x and y of each point, n rows [m]
+    # x and y of the start, x and y of the unit direction, and the positions along the direction at
+    # which the segment starts and ends, n - 1 rows [m]
     segments: Any
-    lengths: Any
-    headings: Any
+    lengths: Any  # length of each segment, n - 1 numbers [m]
+    headings: Any  # heading at each point, n numbers [rad]
 
     @property
     def are_arrays(self) -> bool:

@@ -17,22 +17,15 @@ _NEARLY = 0.98
 
 @dataclass(frozen=True)
 class SpeedLimits:
-    """Limits of a speed profile, all positive.
+    """Limits of a speed profile, all positive."""
 
-    Attributes:
-        cruise_mps: maximum speed [m/s]
-        lateral_mps2: maximum lateral acceleration [m/s^2]
-        acceleration_mps2: maximum acceleration [m/s^2]
-        braking_mps2: maximum deceleration [m/s^2]
-        lateral_jerk_mps3: maximum rate of lateral acceleration, may be infinite [m/s^3]
-        start_mps: target speed on the first point, which a car at rest needs to set off [m/s]
-    """
-
-    cruise_mps: float
-    lateral_mps2: float
-    acceleration_mps2: float
-    braking_mps2: float
+    cruise_mps: float  # maximum speed [m/s]
+    lateral_mps2: float  # maximum lateral acceleration [m/s^2]
+    acceleration_mps2: float  # maximum acceleration [m/s^2]
+    braking_mps2: float  # maximum deceleration [m/s^2]
+    # Maximum rate of lateral acceleration, may be infinite [m/s^3]
     lateral_jerk_mps3: float = math.inf
+    # Target speed on the first point, which a car at rest needs to set off [m/s]
     start_mps: float = 0.5
 
     def __post_init__(self):

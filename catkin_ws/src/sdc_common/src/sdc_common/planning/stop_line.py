@@ -11,17 +11,11 @@ RED, YELLOW, GREEN = 0, 1, 2
 
 
 class StopLine(NamedTuple):
-    """A stop line in the map frame.
+    """A stop line in the map frame."""
 
-    Attributes:
-        x_m: x of the middle [m]
-        y_m: y of the middle [m]
-        half_width_m: half of the line's width [m]
-    """
-
-    x_m: float
-    y_m: float
-    half_width_m: float
+    x_m: float  # x of the middle [m]
+    y_m: float  # y of the middle [m]
+    half_width_m: float  # half of the line's width [m]
 
     def along(self, route: Route, from_s_m: float, ahead_m: float) -> float | None:
         """Return the arc length at which a route crosses the line, or None if it does not.

@@ -74,16 +74,11 @@ class MasterInUse(ValueError):
 
 
 class ChosenMaster(NamedTuple):
-    """A master for a drive.
+    """A master for a drive."""
 
-    Attributes:
-        uri: its ROS_MASTER_URI
-        default_user: who uses the default master, if another one was chosen
-        reservation: reserves the master until it is closed; None where the caller has reserved it
-    """
-
-    uri: str
-    default_user: str = ""
+    uri: str  # its ROS_MASTER_URI
+    default_user: str = ""  # who uses the default master, if another one was chosen
+    # Reserves the master until it is closed; None where the caller has reserved it
     reservation: socket.socket | None = None
 
 

@@ -18,19 +18,12 @@ import rospkg
 
 
 class Benchmark(NamedTuple):
-    """A row of the table of benchmarks.
+    """A row of the table of benchmarks."""
 
-    Attributes:
-        measures: what it measures
-        function: module and name of the generator of rounds
-        unit: unit of its values
-        arguments: arguments of the generator
-    """
-
-    measures: str
-    function: str
-    unit: str
-    arguments: dict[str, Any] = {}
+    measures: str  # what it measures
+    function: str  # module and name of the generator of rounds
+    unit: str  # unit of its values
+    arguments: dict[str, Any] = {}  # arguments of the generator
 
 
 _CAMERA = ({"camera": False}, {"camera": True})

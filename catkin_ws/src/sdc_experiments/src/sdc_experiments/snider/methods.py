@@ -46,18 +46,13 @@ SteeringFunction = Callable[[Course, VehicleState, float], float]
 
 @dataclass(frozen=True)
 class Method:
-    """A way of steering.
+    """A way of steering."""
 
-    Attributes:
-        name: name in the tables
-        point_m: distance of the controlled and measured point ahead of the centre of gravity [m]
-        tick_s: time between two commands [s]
-        build: returns a steering function without state of an earlier drive
-    """
-
-    name: str
+    name: str  # name in the tables
+    # Distance of the controlled and measured point ahead of the centre of gravity [m]
     point_m: float
-    tick_s: float
+    tick_s: float  # time between two commands [s]
+    # Returns a steering function without state of an earlier drive
     build: Callable[[], SteeringFunction]
 
 

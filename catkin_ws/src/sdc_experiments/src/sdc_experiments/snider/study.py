@@ -58,25 +58,15 @@ _SPEED_KI = 0.2
 
 @dataclass(frozen=True)
 class Trace:
-    """A drive on a course.
+    """A drive on a course."""
 
-    Attributes:
-        s_m: (N,) arc length of the method's point [m]
-        error_m: (N,) cross-track error of the method's point [m]
-        centre_error_m: (N,) cross-track error of the car's centre [m]
-        xy_m: (N, 2) position of the car's centre [m]
-        finished: whether the car stayed within 10 m of the road until its end
-        peak_m: largest measured error of the method's point, infinite unless finished [m]
-        centre_peak_m: largest measured error of the car's centre, infinite unless finished [m]
-    """
-
-    s_m: np.ndarray
-    error_m: np.ndarray
-    centre_error_m: np.ndarray
-    xy_m: np.ndarray
-    finished: bool
-    peak_m: float
-    centre_peak_m: float
+    s_m: np.ndarray  # (N,) arc length of the method's point [m]
+    error_m: np.ndarray  # (N,) cross-track error of the method's point [m]
+    centre_error_m: np.ndarray  # (N,) cross-track error of the car's centre [m]
+    xy_m: np.ndarray  # (N, 2) position of the car's centre [m]
+    finished: bool  # whether the car stayed within 10 m of the road until its end
+    peak_m: float  # largest measured error of the method's point, infinite unless finished [m]
+    centre_peak_m: float  # largest measured error of the car's centre, infinite unless finished [m]
 
 
 Traces = Mapping[tuple, Trace]

@@ -40,17 +40,11 @@ class ClusterError(RuntimeError):
 
 
 class Outcome(NamedTuple):
-    """The end of a task.
+    """The end of a task."""
 
-    Attributes:
-        key: key of the task
-        result: what its function returned, or None
-        error: why it returned nothing, or ""
-    """
-
-    key: str
-    result: Any
-    error: str
+    key: str  # key of the task
+    result: Any  # what its function returned, or None
+    error: str  # why it returned nothing, or ""
 
 
 class DaskEngine:

@@ -21,35 +21,21 @@ _MORE_IS_BETTER = ("driving_score", "route_completion_percent", "speed_mean_mps"
 
 
 class Panel(NamedTuple):
-    """A heat map.
+    """A heat map."""
 
-    Attributes:
-        title: the values of the other factors
-        means: (rows, columns) mean of the metric, NaN without a value
-        labels: text of each cell
-    """
-
-    title: str
-    means: np.ndarray
-    labels: list[list[str]]
+    title: str  # the values of the other factors
+    means: np.ndarray  # (rows, columns) mean of the metric, NaN without a value
+    labels: list[list[str]]  # text of each cell
 
 
 class HeatMaps(NamedTuple):
-    """The heat maps of one metric, of which all have the same axes.
+    """The heat maps of one metric, of which all have the same axes."""
 
-    Attributes:
-        metric: the metric
-        x: name and values of the factor along the columns
-        y: the same along the rows
-        panels: one heat map for each combination of the other factors
-        left_out: number of panels that are too many for a page
-    """
-
-    metric: str
-    x: tuple[str, list]
-    y: tuple[str, list]
-    panels: list[Panel]
-    left_out: int
+    metric: str  # the metric
+    x: tuple[str, list]  # name and values of the factor along the columns
+    y: tuple[str, list]  # the same along the rows
+    panels: list[Panel]  # one heat map for each combination of the other factors
+    left_out: int  # number of panels that are too many for a page
 
 
 def short_names(names: Sequence[str]) -> dict[str, str]:

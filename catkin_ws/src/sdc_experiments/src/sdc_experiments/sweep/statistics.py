@@ -18,35 +18,21 @@ _OF_EACH_DRIVE = ("route_completion_percent", "driving_score")
 
 
 class MeanEstimate(NamedTuple):
-    """A mean over seeds, and half of the width of its confidence interval.
+    """A mean over seeds, and half of the width of its confidence interval."""
 
-    Attributes:
-        mean: the mean, NaN without a value
-        half_width: NaN with fewer than two values
-    """
-
-    mean: float
-    half_width: float
+    mean: float  # the mean, NaN without a value
+    half_width: float  # NaN with fewer than two values
 
 
 class Combination(NamedTuple):
-    """The drives that differ only in their seeds.
+    """The drives that differ only in their seeds."""
 
-    Attributes:
-        scenario: the scenario
-        values: value of each factor
-        drives: number of drives
-        completed: number of drives that were completed
-        failed: number of cells that failed
-        metrics: estimate of each metric
-    """
-
-    scenario: str
-    values: dict[str, Any]
-    drives: int
-    completed: int
-    failed: int
-    metrics: dict[str, MeanEstimate]
+    scenario: str  # the scenario
+    values: dict[str, Any]  # value of each factor
+    drives: int  # number of drives
+    completed: int  # number of drives that were completed
+    failed: int  # number of cells that failed
+    metrics: dict[str, MeanEstimate]  # estimate of each metric
 
 
 def estimate(values: Sequence[float]) -> MeanEstimate:

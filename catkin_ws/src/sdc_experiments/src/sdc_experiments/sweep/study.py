@@ -31,17 +31,11 @@ _DEFAULT_TIMEOUT_S = 300.0
 
 
 class Cell(NamedTuple):
-    """One drive of a study.
+    """One drive of a study."""
 
-    Attributes:
-        scenario: name of the scenario, or its absolute path
-        settings: value of each setting
-        seed: seed of the noise
-    """
-
-    scenario: str
-    settings: dict
-    seed: int
+    scenario: str  # name of the scenario, or its absolute path
+    settings: dict  # value of each setting
+    seed: int  # seed of the noise
 
     @property
     def key(self) -> str:
@@ -51,29 +45,17 @@ class Cell(NamedTuple):
 
 @dataclass(frozen=True)
 class Study:
-    """The drives of a sweep: each combination of the factors' values with each seed.
+    """The drives of a sweep: each combination of the factors' values with each seed."""
 
-    Attributes:
-        path: the file
-        about: one line for people
-        stack: "in_process", or "ros" for real nodes
-        scenarios: names or absolute paths
-        settings: settings with the same value in each drive
-        factors: values of the other settings, by name
-        seeds: seeds of the noise
-        metrics: metrics of the tables and heat maps
-        timeout_s: wall time after which a drive with real nodes is ended [s]
-    """
-
-    path: str
-    about: str
-    stack: str
-    scenarios: tuple[str, ...]
-    settings: dict[str, Any]
-    factors: dict[str, tuple]
-    seeds: tuple[int, ...]
-    metrics: tuple[str, ...]
-    timeout_s: float
+    path: str  # the file
+    about: str  # one line for people
+    stack: str  # "in_process", or "ros" for real nodes
+    scenarios: tuple[str, ...]  # names or absolute paths
+    settings: dict[str, Any]  # settings with the same value in each drive
+    factors: dict[str, tuple]  # values of the other settings, by name
+    seeds: tuple[int, ...]  # seeds of the noise
+    metrics: tuple[str, ...]  # metrics of the tables and heat maps
+    timeout_s: float  # wall time after which a drive with real nodes is ended [s]
 
     def cells(self) -> list[Cell]:
         """Return all cells; the seeds change fastest."""

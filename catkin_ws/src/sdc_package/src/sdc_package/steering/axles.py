@@ -16,19 +16,13 @@ MAX_SLIP_SINE = 0.95
 
 @dataclass(frozen=True)
 class Axles:
-    """Positions of the axles and stiffness of the tyres.
+    """Positions of the axles and stiffness of the tyres."""
 
-    Attributes:
-        front_m: distance from the car's centre, which follows the path, to the front axle [m]
-        rear_m: distance from the car's centre to the rear axle [m]
-        front_compliance: slip angle of the front tyres per unit of lateral acceleration
-            [rad/(m/s^2)]
-        rear_compliance: slip angle of the rear tyres per unit of lateral acceleration [rad/(m/s^2)]
-    """
-
-    front_m: float
-    rear_m: float
+    front_m: float  # distance from the car's centre, which follows the path, to the front axle [m]
+    rear_m: float  # distance from the car's centre to the rear axle [m]
+    # Slip angle of the front tyres per unit of lateral acceleration [rad/(m/s^2)]
     front_compliance: float
+    # Slip angle of the rear tyres per unit of lateral acceleration [rad/(m/s^2)]
     rear_compliance: float
 
     def __post_init__(self):

@@ -46,25 +46,15 @@ def localizer_configuration() -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class LocalizedDrive:
-    """The record of a drive on the estimate; a row for each tick.
+    """The record of a drive on the estimate; a row for each tick."""
 
-    Attributes:
-        metrics: the report of the referee
-        times_s: (N,) simulated time [s]
-        truth: (N, 3) x, y, yaw [m, m, rad]
-        estimates: (N, 3) what the localizer published [m, m, rad]
-        covariances: (N, 3, 3) how sure it was
-        dead_reckoned: (N, 2) x and y by the wheels and the gyroscope alone [m]
-        fixes: (N, 2) x and y of the GNSS, NaN without a fix [m]
-    """
-
-    metrics: dict[str, Any]
-    times_s: np.ndarray
-    truth: np.ndarray
-    estimates: np.ndarray
-    covariances: np.ndarray
-    dead_reckoned: np.ndarray
-    fixes: np.ndarray
+    metrics: dict[str, Any]  # the report of the referee
+    times_s: np.ndarray  # (N,) simulated time [s]
+    truth: np.ndarray  # (N, 3) x, y, yaw [m, m, rad]
+    estimates: np.ndarray  # (N, 3) what the localizer published [m, m, rad]
+    covariances: np.ndarray  # (N, 3, 3) how sure it was
+    dead_reckoned: np.ndarray  # (N, 2) x and y by the wheels and the gyroscope alone [m]
+    fixes: np.ndarray  # (N, 2) x and y of the GNSS, NaN without a fix [m]
 
     @property
     def errors(self) -> np.ndarray:
@@ -176,19 +166,12 @@ def random_drive(
 
 
 class Consistency(NamedTuple):
-    """Whether the errors of some drives are as large as their covariances say.
+    """Whether the errors of some drives are as large as their covariances say."""
 
-    Attributes:
-        mean: mean of the normalized errors squared over all drives and ticks; 3 is ideal
-        low: lower end of the 95 % band of the mean over the drives at one time
-        high: upper end of this band
-        inside: share of the ticks whose mean over the drives is in the band
-    """
-
-    mean: float
-    low: float
-    high: float
-    inside: float
+    mean: float  # mean of the normalized errors squared over all drives and ticks; 3 is ideal
+    low: float  # lower end of the 95 % band of the mean over the drives at one time
+    high: float  # upper end of this band
+    inside: float  # share of the ticks whose mean over the drives is in the band
 
 
 def consistency(drives: Sequence[LocalizedDrive]) -> Consistency:

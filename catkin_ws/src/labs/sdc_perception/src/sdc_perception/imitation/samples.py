@@ -12,17 +12,11 @@ from sdc_perception.imitation_samples import VIEW_SHAPE
 
 @dataclass(frozen=True)
 class Samples:
-    """Views and answers, a row for each picture.
+    """Views and answers, a row for each picture."""
 
-    Attributes:
-        views: (N, 40, 128, 3) views of the road, uint8
-        answers: (N, 2) curvature [1/m] and speed [m/s]
-        off_line: (N,) whether the car was off the line of the expert
-    """
-
-    views: np.ndarray
-    answers: np.ndarray
-    off_line: np.ndarray
+    views: np.ndarray  # (N, 40, 128, 3) views of the road, uint8
+    answers: np.ndarray  # (N, 2) curvature [1/m] and speed [m/s]
+    off_line: np.ndarray  # (N,) whether the car was off the line of the expert
 
     def __post_init__(self):
         count = len(self.views)

@@ -45,19 +45,12 @@ def lab_parameters(node: str) -> dict[str, Any]:
 
 
 class NodesDrive(NamedTuple):
-    """A drive of the nodes in lockstep.
+    """A drive of the nodes in lockstep."""
 
-    Attributes:
-        metrics: the report of the referee
-        trace: columns of report.csv by name, such as `cross_track_m`
-        problems: one line for each limit of the scenario that is violated
-        offset_errors_m: (N,) offset of the car in each found lane minus the true one [m]
-    """
-
-    metrics: dict[str, Any]
-    trace: np.ndarray
-    problems: list[str]
-    offset_errors_m: np.ndarray
+    metrics: dict[str, Any]  # the report of the referee
+    trace: np.ndarray  # columns of report.csv by name, such as `cross_track_m`
+    problems: list[str]  # one line for each limit of the scenario that is violated
+    offset_errors_m: np.ndarray  # (N,) offset of the car in each found lane minus the true one [m]
 
 
 def drive_nodes(

@@ -41,25 +41,17 @@ HEAD = (
 
 @dataclass
 class FrameScore:
-    """Counts and errors over pictures.
+    """Counts and errors over pictures."""
 
-    Attributes:
-        frames: number of pictures
-        right_frames: pictures in which all lights are right, and none is false
-        light_errors: relative error of the distance of each visible light in range, NaN where it is
-            not found, or with another colour
-        false_lights: detections without a light
-        body_errors: the same of each visible body in range
-        false_bodies: detections without a body
-        times_s: CPU time of lights and obstacles in each picture
-    """
-
-    frames: int = 0
-    right_frames: int = 0
+    frames: int = 0  # number of pictures
+    right_frames: int = 0  # pictures in which all lights are right, and none is false
+    # Relative error of the distance of each visible light in range, NaN where it is not found, or
+    # with another colour
     light_errors: list[float] = field(default_factory=list)
-    false_lights: int = 0
-    body_errors: list[float] = field(default_factory=list)
-    false_bodies: int = 0
+    false_lights: int = 0  # detections without a light
+    body_errors: list[float] = field(default_factory=list)  # the same of each visible body in range
+    false_bodies: int = 0  # detections without a body
+    # CPU time of lights and obstacles in each picture
     times_s: list[tuple[float, float]] = field(default_factory=list)
 
     def add(self, scene: Scene, lights: list[SeenLight], bodies: list[SeenBody]) -> bool:

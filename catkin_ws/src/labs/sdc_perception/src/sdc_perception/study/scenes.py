@@ -39,37 +39,22 @@ _NO_SCENERY = Scenery(
 
 
 class TrueObject(NamedTuple):
-    """A light or a body in the picture.
+    """A light or a body in the picture."""
 
-    Attributes:
-        kind: LIGHT, or the kind of the body
-        depth_m: distance ahead of the camera, of a pole or of a body's nearest corner [m]
-        left: leftmost column [px]
-        right: rightmost column [px]
-        visible: whether a driver sees it; otherwise it is hidden in part, or turned away
-        state: RED, YELLOW or GREEN of a light
-        pixel: the lit lamp of a light
-    """
-
-    kind: str
-    depth_m: float
-    left: float
-    right: float
-    visible: bool
-    state: int = OFF
-    pixel: Sequence[float] = ()
+    kind: str  # LIGHT, or the kind of the body
+    depth_m: float  # distance ahead of the camera, of a pole or of a body's nearest corner [m]
+    left: float  # leftmost column [px]
+    right: float  # rightmost column [px]
+    visible: bool  # whether a driver sees it; otherwise it is hidden in part, or turned away
+    state: int = OFF  # RED, YELLOW or GREEN of a light
+    pixel: Sequence[float] = ()  # the lit lamp of a light
 
 
 class Scene(NamedTuple):
-    """A picture and the truth.
+    """A picture and the truth."""
 
-    Attributes:
-        picture: BGRA (480, 640, 4)
-        objects: the lights and bodies in view
-    """
-
-    picture: np.ndarray
-    objects: list[TrueObject]
+    picture: np.ndarray  # BGRA (480, 640, 4)
+    objects: list[TrueObject]  # the lights and bodies in view
 
     def visible(self, lights: bool) -> list[TrueObject]:
         """Return the visible lights, or the visible bodies."""
