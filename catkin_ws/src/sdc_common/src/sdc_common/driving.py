@@ -24,16 +24,24 @@ PathPoint = Tuple[float, float, float]
 class DetectedObstacle:
     """A box on the ground, in the map frame.
 
+    Attributes:
+        x_m: position of its centre [m]
+        y_m: position of its centre [m]
+        yaw_rad: heading, counter-clockwise from the x axis [rad]
+        length_m: size along the heading [m]
+        width_m: size across the heading [m]
+        speed_mps: speed along the heading [m/s]
+
     Raises:
         ValueError: a number is not finite
     """
 
-    x_m: float  # position of its centre [m]
-    y_m: float  # position of its centre [m]
-    yaw_rad: float  # heading, counter-clockwise from the x axis [rad]
-    length_m: float  # size along the heading [m]
-    width_m: float  # size across the heading [m]
-    speed_mps: float  # speed along the heading [m/s]
+    x_m: float
+    y_m: float
+    yaw_rad: float
+    length_m: float
+    width_m: float
+    speed_mps: float
 
     def __post_init__(self):
         if not all(map(math.isfinite, vars(self).values())):
@@ -42,17 +50,27 @@ class DetectedObstacle:
 
 @dataclass
 class Observation:
-    """What the software of the car receives in a tick. It has no true state."""
+    """What the software of the car receives in a tick. It has no true state.
 
-    stamp_ns: int  # simulated time [ns]
-    x_m: float  # measured position in the map [m]
-    y_m: float  # measured position in the map [m]
-    yaw_rad: float  # measured heading, counter-clockwise from the x axis [rad]
-    speed_mps: float  # measured speed over the ground [m/s]
-    obstacles: Sequence[DetectedObstacle] = ()  # the detected obstacles
-    # State of each traffic light by its id
+    Attributes:
+        stamp_ns: simulated time [ns]
+        x_m: measured position in the map [m]
+        y_m: measured position in the map [m]
+        yaw_rad: measured heading, counter-clockwise from the x axis [rad]
+        speed_mps: measured speed over the ground [m/s]
+        obstacles: the detected obstacles
+        light_states: state of each traffic light by its id
+        readings: what further sensors measure in this tick, None if there are none
+    """
+
+    stamp_ns: int
+    x_m: float
+    y_m: float
+    yaw_rad: float
+    speed_mps: float
+    obstacles: Sequence[DetectedObstacle] = ()
     light_states: Mapping[int, int] = field(default_factory=dict)
-    readings: Any = None  # what further sensors measure in this tick, None if there are none
+    readings: Any = None
 
     @property
     def stamp_s(self) -> float:
@@ -80,14 +98,22 @@ class Path:
 
 @dataclass
 class Command:
-    """What a driver demands until the next command."""
+    """What a driver demands until the next command.
 
-    throttle: float = 0.0  # 0..1
-    steer: float = 0.0  # -1..1, positive to the RIGHT
-    brake: float = 0.0  # 0..1
-    hand_brake: bool = False  # whether the hand brake is pulled
-    reverse: bool = False  # whether the reverse gear is in
-    # Stamp of the observation that it answers, 0 if it answers none [ns]
+    Attributes:
+        throttle: 0..1
+        steer: -1..1, positive to the RIGHT
+        brake: 0..1
+        hand_brake: whether the hand brake is pulled
+        reverse: whether the reverse gear is in
+        stamp_ns: stamp of the observation that it answers, 0 if it answers none [ns]
+    """
+
+    throttle: float = 0.0
+    steer: float = 0.0
+    brake: float = 0.0
+    hand_brake: bool = False
+    reverse: bool = False
     stamp_ns: int = field(default=0, compare=False)
 
     @classmethod
