@@ -13,6 +13,7 @@ import numpy as np
 from sdc_common.driving import Observation, Path
 from sdc_common.geometry.segments import use_machine_code
 from sdc_experiments.configuration import node_parameters
+from sdc_experiments.recorder import DriveRecorder, stop_lines_of
 from sdc_package.car import Car, MissionDriver, PathPlanner
 from sdc_package.controller import Controller
 from sdc_package.local_planner import PlannerSettings
@@ -20,7 +21,6 @@ from sdc_package.steering.axles import Axles
 from sdc_package.steering.loader import load_steering, section_of
 from sdc_package.steering.method import Steering
 from sdc_sim.evaluation.drive_evaluation import DriveEvaluation
-from sdc_sim.evaluation.recorder import DriveRecorder, stop_lines_of
 from sdc_sim.evaluation.rules import EvaluationRules
 from sdc_sim.scenario.drive_setup import DriveSetup, RouteSource, drive_setup
 from sdc_sim.scenario.packaged import node_config, overridden
