@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import lru_cache
 
 import cv2
 import numpy as np
 
-from sdc_sim.camera.meshes import Mesh, table_mesh, traffic_light_mesh
+from sdc_sim.camera.meshes import table_mesh, traffic_light_mesh
 from sdc_sim.camera.painting import FIXED_POINT_BITS, SUN, footprint, shadow_hull
 from sdc_sim.camera.rasterizer import PolygonRasterizer, fill
 from sdc_sim.camera.solids import Solid
@@ -73,23 +72,13 @@ def traffic_light_box(light: TrafficLightState) -> Box:
     )
 
 
-_table_mesh = lru_cache(None)(table_mesh)
-_light_mesh = lru_cache(None)(traffic_light_mesh)
-
-
-def _mesh(box: Box) -> Mesh:
-    if box.kind == "light":
-        return _light_mesh(tuple(box.colour_bgr))
-    return _table_mesh(box.kind)
-
-
 def box_solid(box: Box, eye: np.ndarray) -> Solid:
     """Return the faces of a box as an eye at x, y, z [m] sees them."""
-    mesh = _mesh(box)
+    light = box.kind == "light"
+    mesh = traffic_light_mesh(tuple(box.colour_bgr)) if light else table_mesh(box.kind)
     c, s = np.cos(box.yaw_rad), np.sin(box.yaw_rad)
     turn = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
     # The mesh of a traffic light is in metres already.
-    light = box.kind == "light"
     size = np.array((1.0,) * 3 if light else (box.length_m, box.width_m, box.height_m))
     polygons = (mesh.corners * size) @ turn + (box.x_m, box.y_m, 0.0)
     normals = (mesh.normals / size) @ turn

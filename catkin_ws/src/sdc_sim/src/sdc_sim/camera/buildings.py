@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Sequence
+from typing import Iterator, Sequence, Tuple
 
 import numpy as np
 
@@ -20,82 +20,71 @@ from sdc_sim.yaml_document import packaged_config
 _COLOURS = packaged_config("building_colours")
 
 
+# Polygons (k, 4, 3) of a face or of all its panes, its normal, its colour, and whether it is panes.
+_Part = Tuple[np.ndarray, np.ndarray, np.ndarray, bool]
+
+
 def building(scenery: Scenery, item: int) -> Solid:
     """Return the faces of a building of the scenery, and the panes of its windows."""
-    return _Building(scenery, item).solid()
+    variant, height_m = int(scenery.variant[item]), float(scenery.size_m[item, 2])
+    wall = np.array(_COLOURS["walls"][variant % 6], float)
+    corners = footprint(scenery.position_m[item], scenery.yaw_rad[item], scenery.size_m[item])
+    if scenery.kind[item] == HOUSE:
+        parts = _house(corners, height_m, wall, np.array(_COLOURS["roofs"][variant % 3], float))
+    else:
+        parts = _block(corners, height_m, wall)
+    polygons, normals, bgr, is_pane = zip(*parts)
+    counts = [len(part) for part in polygons]
+    repeated = (np.repeat(np.array(one), counts, axis=0) for one in (normals, bgr, is_pane))
+    return Solid(np.concatenate(polygons), *repeated)
 
 
-class _Building:
-    """A building while its faces are added, in the order in which they are painted."""
+def _house(
+    corners: np.ndarray, height_m: float, wall: np.ndarray, roof: np.ndarray
+) -> Iterator[_Part]:
+    """Yield the faces in the order in which they are painted."""
+    eaves_m = EAVES_SHARE * height_m
+    # The gables are the two shorter walls.
+    if np.hypot(*(corners[0] - corners[1])) < np.hypot(*(corners[1] - corners[2])):
+        gables = corners
+    else:
+        gables = np.roll(corners, -1, axis=0)
+    slopes = _roof_slopes(gables, eaves_m, height_m)
+    for slope in slopes:
+        yield _face(slope[::-1], roof, 0.55)
+    for a, b in zip(corners, np.roll(corners, -1, axis=0)):
+        yield from _wall(a, b, eaves_m, wall)
+        yield _panes(a, b, eaves_m)
+    for a, b in (gables[:2], gables[2:]):
+        peak = (*(0.5 * (a + b)), height_m)
+        yield _face([(*a, eaves_m), (*b, eaves_m), peak, peak], wall)
+    for slope in slopes:
+        yield _face(slope, roof)
 
-    def __init__(self, scenery: Scenery, item: int):
-        # Polygons (k, 4, 3) of a face or of all its panes, its normal, and its colour.
-        self._parts: list[tuple[np.ndarray, np.ndarray, np.ndarray, bool]] = []
-        variant, height_m = int(scenery.variant[item]), float(scenery.size_m[item, 2])
-        wall = np.array(_COLOURS["walls"][variant % 6], float)
-        corners = footprint(scenery.position_m[item], scenery.yaw_rad[item], scenery.size_m[item])
-        if scenery.kind[item] == HOUSE:
-            roof = np.array(_COLOURS["roofs"][variant % 3], float)
-            self._add_house(corners, height_m, wall, roof)
-        else:
-            self._add_block(corners, height_m, wall)
 
-    def solid(self) -> Solid:
-        """Return the faces."""
-        polygons, normals, bgr, is_pane = zip(*self._parts)
-        counts = [len(part) for part in polygons]
-        repeated = (np.repeat(np.array(one), counts, axis=0) for one in (normals, bgr, is_pane))
-        return Solid(np.concatenate(polygons), *repeated)
+def _block(corners: np.ndarray, height_m: float, wall: np.ndarray) -> Iterator[_Part]:
+    for a, b in zip(corners, np.roll(corners, -1, axis=0)):
+        yield from _wall(a, b, height_m, wall)
+        yield _upright(a, b, height_m - 0.5, height_m, 0.72 * wall)
+        yield _panes(a, b, height_m)
 
-    def _add_house(
-        self, corners: np.ndarray, height_m: float, wall: np.ndarray, roof: np.ndarray
-    ) -> None:
-        eaves_m = EAVES_SHARE * height_m
-        # The gables are the two shorter walls.
-        if np.hypot(*(corners[0] - corners[1])) < np.hypot(*(corners[1] - corners[2])):
-            gables = corners
-        else:
-            gables = np.roll(corners, -1, axis=0)
-        slopes = _roof_slopes(gables, eaves_m, height_m)
-        for slope in slopes:
-            self._add(slope[::-1], roof, 0.55)
-        for a, b in zip(corners, np.roll(corners, -1, axis=0)):
-            self._add_wall(a, b, eaves_m, wall)
-            self._add_panes(_windows(a, b, eaves_m))
-        for a, b in (gables[:2], gables[2:]):
-            peak = (*(0.5 * (a + b)), height_m)
-            self._add([(*a, eaves_m), (*b, eaves_m), peak, peak], wall)
-        for slope in slopes:
-            self._add(slope, roof)
 
-    def _add_block(self, corners: np.ndarray, height_m: float, wall: np.ndarray) -> None:
-        for a, b in zip(corners, np.roll(corners, -1, axis=0)):
-            self._add_wall(a, b, height_m, wall)
-            self._add(
-                [(*a, height_m - 0.5), (*b, height_m - 0.5), (*b, height_m), (*a, height_m)],
-                0.72 * wall,
-            )
-            self._add_panes(_windows(a, b, height_m))
+def _wall(a: np.ndarray, b: np.ndarray, height_m: float, colour: np.ndarray) -> Iterator[_Part]:
+    """Yield a wall from `a` to `b` (2,) and its darker base."""
+    yield _upright(a, b, 0.0, height_m, colour)
+    yield _upright(a, b, 0.0, 0.4, 0.6 * colour)
 
-    def _add_wall(self, a: np.ndarray, b: np.ndarray, height_m: float, colour: np.ndarray) -> None:
-        """Add a wall from `a` to `b` (2,) and its darker base."""
-        self._add([(*a, 0.0), (*b, 0.0), (*b, height_m), (*a, height_m)], colour)
-        self._add([(*a, 0.0), (*b, 0.0), (*b, 0.4), (*a, 0.4)], 0.6 * colour)
 
-    def _add(
-        self, corners: Sequence[Sequence[float]], colour: np.ndarray, dim: float = 1.0
-    ) -> None:
-        """Add a face, its colour shaded by the sun."""
-        quad = np.array(corners, float)
-        normal = np.cross(quad[1] - quad[0], quad[2] - quad[0])
-        normal /= np.linalg.norm(normal)
-        bgr = np.minimum(colour * (dim * _shade(normal)), 255.0)
-        self._parts.append((quad[None], normal, bgr, False))
+def _upright(a: np.ndarray, b: np.ndarray, low_m: float, high_m: float, bgr: np.ndarray) -> _Part:
+    return _face([(*a, low_m), (*b, low_m), (*b, high_m), (*a, high_m)], bgr)
 
-    def _add_panes(self, panes: np.ndarray) -> None:
-        """Add window panes (n, 4, 3) to the face that was added last."""
-        normal = self._parts[-1][1]
-        self._parts.append((panes, normal, _shade(normal) * np.array(_COLOURS["glass"]), True))
+
+def _face(corners: Sequence[Sequence[float]], colour: np.ndarray, dim: float = 1.0) -> _Part:
+    """Return a face, its colour shaded by the sun."""
+    quad = np.array(corners, float)
+    normal = np.cross(quad[1] - quad[0], quad[2] - quad[0])
+    normal /= np.linalg.norm(normal)
+    return quad[None], normal, np.minimum(colour * (dim * _shade(normal)), 255.0), False
 
 
 def _shade(normal: np.ndarray) -> float:
@@ -131,11 +120,13 @@ def _roof_slopes(
     ]
 
 
-def _windows(a: np.ndarray, b: np.ndarray, height_m: float) -> np.ndarray:
-    """Return the corners (n, 4, 3) of the windows in the wall from `a` to `b` (2,) [m]."""
+def _panes(a: np.ndarray, b: np.ndarray, height_m: float) -> _Part:
+    """Return the windows in the wall from `a` to `b` (2,) [m]."""
     length_m = float(np.hypot(*(b - a)))
     columns, floors = max(1, int(length_m / 2.6)), max(1, int(height_m / 2.9))
     u = (np.arange(columns) + 0.5) * length_m / columns - 0.6
     u, z = (grid.ravel()[:, None] for grid in np.meshgrid(u, 3.0 * np.arange(floors) + 1.0))
     u, z = u + [0.0, 1.2, 1.2, 0.0], z + [0.0, 0.0, 1.3, 1.3]
-    return np.concatenate([a + (u / length_m)[..., None] * (b - a), z[..., None]], axis=2)
+    panes = np.concatenate([a + (u / length_m)[..., None] * (b - a), z[..., None]], axis=2)
+    _, normal, bgr, _ = _face(panes[0], np.array(_COLOURS["glass"]))
+    return panes, normal, bgr, True

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, Mapping, Optional, Sequence, Tuple
 
 import numpy as np
@@ -37,11 +38,13 @@ class Mesh:
     glow: np.ndarray  # least brightness of a face (F,), 1 for a lamp that is lit
 
 
+@lru_cache(None)
 def table_mesh(kind: str) -> Mesh:
     """Return the mesh of a 'car' that points along x, a 'pedestrian' or an 'obstacle'."""
     return _mesh(_table_faces(kind))
 
 
+@lru_cache(None)
 def traffic_light_mesh(lit_bgr: _Bgr) -> Mesh:
     """Return a traffic light in metres: a pole and a head with three lamps that face along x.
 
