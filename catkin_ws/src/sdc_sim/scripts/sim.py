@@ -23,9 +23,8 @@ class Sim:
         rospy.init_node("sim", disable_rostime=True)  # This node publishes the time.
         setup = SimulationSetup()
         self.simulation = setup.simulation
-        self.lockstep = setup.lockstep
-        self.timeouts_s = setup.timeouts_s
-        self.wait_for_nodes = set(setup.wait_for_nodes)
+        self.values = setup.values
+        self.lockstep = setup.values.sync
         self.pause = PauseControl()
         self.lock = LoopLock()
         self.commands = CommandInput(setup, self.lock)
@@ -33,7 +32,7 @@ class Sim:
         self.topics = SimulationTopics(setup)
         self.starting = True
         self.picture_due = False
-        if setup.services:
+        if setup.values.services:
             SimulationServices(self.lock, setup, self.pause, self.on_pause, self.on_change)
 
     def loop(self):
@@ -55,11 +54,11 @@ class Sim:
                     self.publish()
 
     def wait_for_connections(self):
-        limit_s, started_s = self.timeouts_s["start_patience_s"], time.monotonic()
+        limit_s, started_s = self.values.start_patience_s, time.monotonic()
         wait_for_connections(self.lock, self.missing_connections, limit_s)
         # A machine on which the connections took long also computes the first answer slowly.
         waited_s = time.monotonic() - started_s
-        timeout_s = waited_s + max(self.timeouts_s["first_answer_s"], waited_s)
+        timeout_s = waited_s + max(self.values.first_answer_s, waited_s)
         self.start_deadline_s = started_s + min(limit_s, timeout_s)
 
     def missing_connections(self):
@@ -67,7 +66,8 @@ class Sim:
         if not self.topics.has_camera:
             missing.append("front_camera, which takes the pictures")
         odometry, topics = self.topics.odometry_topic, self.topics.tick_topics
-        return missing + missing_connections(Connections(), odometry, topics, self.wait_for_nodes)
+        nodes = set(self.values.wait_for_nodes)
+        return missing + missing_connections(Connections(), odometry, topics, nodes)
 
     def wait_for_answer(self):
         """Wait until a command answers the last observation, or until the timeout."""
@@ -87,7 +87,8 @@ class Sim:
     def timeout_s(self):
         if self.starting:
             return REPEAT_AFTER_S
-        return self.timeouts_s["patience_s" if self.answers.by_stamp else "unstamped_patience_s"]
+        values = self.values
+        return values.patience_s if self.answers.by_stamp else values.unstamped_patience_s
 
     def is_answered(self):
         return self.answers.answered and not self.pause.waiting

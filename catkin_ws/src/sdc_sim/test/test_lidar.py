@@ -122,7 +122,7 @@ def test_buildings_are_those_of_the_camera(kind, size, least):
 
 
 def test_car_and_pole_are_those_of_the_camera():
-    obstacle = ObstacleState(101, "car", 9.0, 3.0, 0.8, *KINDS["car"][:3], 0.0)
+    obstacle = ObstacleState(101, "car", 9.0, 3.0, 0.8, *KINDS["car"].size_m, 0.0)
     light = TrafficLightState(1001, 6.0, -5.0, 0.3, 2)
     points = points_above_ground(
         lidar(RoofLidar), Moment(0.0, VehicleState(), (obstacle,), (light,))
@@ -130,7 +130,7 @@ def test_car_and_pole_are_those_of_the_camera():
     car = points[points[:, 1] > 0.0]
     c, s = math.cos(0.8), math.sin(0.8)
     turn = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
-    polygons = (table_mesh("car").corners * KINDS["car"][:3]) @ turn + (9.0, 3.0, 0.0)
+    polygons = (table_mesh("car").corners * KINDS["car"].size_m) @ turn + (9.0, 3.0, 0.0)
     assert len(car) > 200
     assert distance_to_faces(car, polygons).max() < MILLIMETRE
     pole = points[points[:, 1] < 0.0]

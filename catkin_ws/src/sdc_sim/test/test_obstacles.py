@@ -12,7 +12,7 @@ from sdc_sim.physics.obstacles import FIRST_ID, KINDS, ObstaclePlan, Obstacles
 
 FAR = Rectangle(1000.0, 0.0, 0.0, 4.7, 2.0)
 WALKER = ObstaclePlan(
-    "pedestrian", ((0.0, -5.0), (0.0, 5.0), (4.0, 5.0)), KINDS["pedestrian"][:3], speed_mps=2.0
+    "pedestrian", ((0.0, -5.0), (0.0, 5.0), (4.0, 5.0)), KINDS["pedestrian"].size_m, speed_mps=2.0
 )
 EGO = Rectangle(0.0, 0.0, 0.0, 4.7, 2.0)
 

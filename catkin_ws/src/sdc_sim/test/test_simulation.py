@@ -81,7 +81,7 @@ def test_obstacle_without_contact_does_not_change_a_bit_of_the_drive():
 
 def test_pedestrian_that_walks_into_the_vehicle_stops_and_is_reported():
     walker = ObstaclePlan(
-        "pedestrian", ((0.0, -5.0), (0.0, 5.0)), KINDS["pedestrian"][:3], speed_mps=1.5
+        "pedestrian", ((0.0, -5.0), (0.0, 5.0)), KINDS["pedestrian"].size_m, speed_mps=1.5
     )
     simulation = make_simulation(obstacles=Obstacles([walker]))
     (collision,) = drive(simulation, 8.0, brake=1.0)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Iterable, NamedTuple
+from types import SimpleNamespace
+from typing import Any, Iterable, NamedTuple
 
 from sdc_common.geometry.polyline import Polyline
 from sdc_sim.physics.collision import Contact, Motion, Rectangle, first_contact, overlap
@@ -18,18 +19,10 @@ _FAR_M = 1e4
 RELEASE_M = 0.1
 
 
-class ObstacleKind(NamedTuple):
-    """A kind of obstacle, as config/obstacle_kinds.yaml has it."""
-
-    length_m: float
-    width_m: float
-    height_m: float
-    mass_kg: float
-    colour: tuple[float, float, float]
-    blueprint: str
-
-
-KINDS = {name: ObstacleKind(**row) for name, row in packaged_config("obstacle_kinds").items()}
+# The kinds of obstacles as attributes; config/obstacle_kinds.yaml describes them.
+KINDS: dict[str, Any] = {
+    name: SimpleNamespace(**row) for name, row in packaged_config("obstacle_kinds").items()
+}
 
 
 class ObstacleState(NamedTuple):
@@ -81,7 +74,7 @@ class ObstaclePlan:
     @staticmethod
     def stationary(kind: str, x_m: float, y_m: float, yaw_rad: float) -> ObstaclePlan:
         """Return a stationary obstacle with the default size of its kind."""
-        return ObstaclePlan(kind, ((x_m, y_m),), KINDS[kind][:3], yaw_rad)
+        return ObstaclePlan(kind, ((x_m, y_m),), KINDS[kind].size_m, yaw_rad)
 
     def straight_on(self, yaw_rad: float, speed_mps: float) -> ObstaclePlan:
         """Return the plan of an obstacle that moves from its first point until it is changed."""

@@ -34,11 +34,11 @@ class CommandInput:
         self.topic = setup.ego + "/vehicle_control_cmd"
         self.answers = AnswerTracker()
         self._simulation = setup.simulation
-        self._lockstep = setup.lockstep
+        self._lockstep = setup.values.sync
         self._drive_log = setup.drive_log
         self._arbiter = CommandArbiter(round(_HANDOVER_S / setup.simulation.tick_s))
         self._targets = setup.ego + "/ackermann_cmd"
-        self._leaves_targets = setup.ackermann_cmd == "auto"
+        self._leaves_targets = setup.values.ackermann_cmd == "auto"
         control_class = setup.bridge.control_class
 
         def subscriber(topic: str, message_class: type, callback: Any) -> rospy.Subscriber:
@@ -48,7 +48,7 @@ class CommandInput:
             )
 
         self._subscribers = [subscriber(self.topic, control_class, self._on_control)]
-        if setup.ackermann_cmd:
+        if setup.values.ackermann_cmd:
             self._subscribers.append(subscriber(self._targets, AckermannDrive, self._on_target))
         subscriber(self.topic + "_manual", control_class, self._on_manual_control)
         subscriber(setup.ego + "/vehicle_control_manual_override", Bool, self._on_override)

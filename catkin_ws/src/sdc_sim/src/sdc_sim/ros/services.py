@@ -82,7 +82,7 @@ class SimulationServices:
         self._simulation = setup.simulation
         self._pause = pause
         self._route = setup.route
-        self._clicked_obstacle = setup.clicked_obstacle
+        self._clicked_obstacle = setup.values.clicked_obstacle
         self._on_pause = on_pause
         self._on_change = on_change
         for name, change in (

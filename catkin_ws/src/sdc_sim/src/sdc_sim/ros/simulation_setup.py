@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -42,48 +43,29 @@ class SimulationSetup:
     """Reads and checks all parameters; with an invalid one the node ends with one line.
 
     Attributes:
+        values: the parameters by their names in config/sim.yaml
         simulation: the simulation at its start
         route: the route
-        lockstep: whether a tick waits for the answer to the last observation
-        timeouts_s: limits of this wait and of the start, by the names of their parameters [s]
         ego: prefix of the topics of the vehicle
         bridge: version of the bridge
-        ackermann_cmd: whether to serve ackermann_cmd; "auto": while no node sends control commands
-        services: whether people can pause the simulation and place the vehicle
         drive_log: records the drive
         pictures: what the pictures have in common; None without a camera
-        picture_feed: socket of the node that takes the pictures
-        truth: whether the odometry of the vehicle is that of the simulation
         shows_truth: whether any topic has the true state of the vehicle, or the map
         sensors: settings of the sensors that are on, by name
     """
 
     def __init__(self) -> None:
-        values = _parameters()
-        self.lockstep = bool(values["sync"])
-        names = "patience_s", "unstamped_patience_s", "start_patience_s", "first_answer_s"
-        self.timeouts_s: dict[str, float] = {name: values[name] for name in names}
-        self.wait_for_nodes = list(values["wait_for_nodes"])
-        self.services = bool(values["services"])
-        self.clicked_obstacle: str = values["clicked_obstacle"]
-        self.role_name: str = values["role_name"]
-        self.ego = f"/carla/{self.role_name}"
-        bridge = values["bridge"]
-        self.ackermann_cmd: str | bool = values["ackermann_cmd"]
-        with_camera = bool(values["camera"])
-        self.picture_feed: str = values["picture_feed"]
-        daylight, weather = values["daylight"], values["weather"]
-        self.waypoints_path: str = values["waypoints_path"]
-        self.preset: str = values["vehicle"]
-        self.truth = bool(values["truth"])
-        self.shows_truth = bool(values["ground_truth"]) or self.truth
-        self.bridge = BRIDGE_VERSIONS[bridge]
+        parameters = _parameters()
+        self.values = values = SimpleNamespace(**parameters)
+        self.ego = f"/carla/{values.role_name}"
+        self.shows_truth = values.ground_truth or values.truth
+        self.bridge = BRIDGE_VERSIONS[values.bridge]
         try:
-            self.route_m: np.ndarray = load_waypoints(self.waypoints_path)
+            self.route_m: np.ndarray = load_waypoints(values.waypoints_path)
             self.route = road_route(self.route_m)
-            self.sensors = sensors_that_are_on(values)
-            self.simulation = build_simulation(values, self.route, self.route_m)
-            self.drive_log = DriveLog(values["drive_log"])
+            self.sensors = sensors_that_are_on(parameters)
+            self.simulation = build_simulation(parameters, self.route, self.route_m)
+            self.drive_log = DriveLog(values.drive_log)
         except (WaypointError, DocumentError, OccupiedError) as error:
             refuse(error)
         except ValueError as error:
@@ -92,12 +74,17 @@ class SimulationSetup:
             fix = "name a file in a folder that can be written"
             refuse(f"drive_log: {error.filename}: {error.strerror}; {fix}")
         self.pictures = None
-        if with_camera:
-            paths = self.waypoints_path, values["map_path"]
+        if values.camera:
             self.pictures = PictureSettings(
-                *paths, self.role_name, bridge, daylight, weather, self.lockstep
+                values.waypoints_path,
+                values.map_path,
+                values.role_name,
+                values.bridge,
+                values.daylight,
+                values.weather,
+                values.sync,
             )
-        _warn_of_tight_bends(self.route, self.simulation.vehicle.parameters, self.waypoints_path)
+        _warn_of_tight_bends(self.route, self.simulation.vehicle.parameters, values.waypoints_path)
 
 
 def _warn_of_tight_bends(route: Route, vehicle: VehicleParameters, path: str) -> None:

@@ -73,7 +73,9 @@ class SimulationTopics:
     def __init__(self, setup: SimulationSetup):
         self._setup = setup
         self._simulation = setup.simulation
-        self._world = World(setup.simulation, setup.role_name, setup.preset, setup.lockstep)
+        self._world = World(
+            setup.simulation, setup.values.role_name, setup.values.vehicle, setup.values.sync
+        )
         tick_s = setup.simulation.tick_s
         self._display_ticks = max(1, round(_DISPLAY_PERIOD_S / tick_s))
         self._no_obstacle_ticks = max(1, round(_NO_OBSTACLE_PERIOD_S / tick_s))
@@ -81,7 +83,7 @@ class SimulationTopics:
         self._obstacle_ids: set[int] = set()
         self._last: dict[str, Any] = {}  # messages of the topics that are published on a change
         self._sensors = self._sensor_rows()
-        self.odometry_topic = setup.ego + "/odometry" if setup.truth else GROUND_TRUTH
+        self.odometry_topic = setup.ego + "/odometry" if setup.values.truth else GROUND_TRUTH
         self._odometry = None
         if setup.shows_truth:
             self._odometry = LoopPublisher(self.odometry_topic, Odometry, latch=True)
@@ -100,7 +102,7 @@ class SimulationTopics:
         self._publish(ONCE, CHANGE)
         self._pictures = None
         if setup.pictures:
-            self._pictures = PictureFeed(setup.picture_feed, setup.pictures)
+            self._pictures = PictureFeed(setup.values.picture_feed, setup.pictures)
 
     def _sensor_rows(self) -> list[tuple[str, Callable[..., Any], Any, str, LoopPublisher]]:
         """Return field, converter, settings, frame and topic of each sensor that is on."""
@@ -109,12 +111,12 @@ class SimulationTopics:
             if name not in self._setup.sensors:
                 continue
             names = self._setup.bridge.sensors[name]
-            frame = self._setup.role_name + names.frame
+            frame = self._setup.values.role_name + names.frame
             publisher = LoopPublisher(self._setup.ego + names.topic, message_class, latch=True)
             rows.append((field, convert, self._setup.sensors[name], frame, publisher))
             if name in MOUNTS_M:
                 place = Transform(Vector3(*MOUNTS_M[name]), Quaternion(0.0, 0.0, 0.0, 1.0))
-                header = Header(frame_id=self._setup.role_name)
+                header = Header(frame_id=self._setup.values.role_name)
                 transforms.append(TransformStamped(header, frame, place))
         if transforms:
             self._static_tf = tf2_ros.StaticTransformBroadcaster()
@@ -134,7 +136,7 @@ class SimulationTopics:
         objects = bridge_messages.other_objects
         if "/objects" in bridge.topics:
             objects = bridge_messages.all_objects
-        map_name = os.path.splitext(os.path.basename(self._setup.waypoints_path))[0]
+        map_name = os.path.splitext(os.path.basename(self._setup.values.waypoints_path))[0]
         map_text = opendrive(map_name, self._setup.route_m)
         if bridge.map_class is String:
             road = String(map_text)
@@ -173,7 +175,7 @@ class SimulationTopics:
         publishers += [
             self._publishers[name] for name, (_, when, _) in self._topics.items() if when == CHANGE
         ]
-        own = [] if self._setup.truth else [self._setup.ego + "/odometry"]
+        own = [] if self._setup.values.truth else [self._setup.ego + "/odometry"]
         return [*(publisher.resolved_name for publisher in publishers), *own]
 
     @property
@@ -187,11 +189,11 @@ class SimulationTopics:
 
     def publish(self) -> None:
         """Publish all but the picture."""
-        observation, truth = self._simulation.snapshot, self._setup.truth
+        observation, truth = self._simulation.snapshot, self._setup.values.truth
         # The ground truth has no noise.
         shown = observation.measured if truth else observation.state
         stamp = rospy.Time(0, observation.stamp_ns)
-        odometry = odometry_message(shown, stamp, self._setup.role_name)
+        odometry = odometry_message(shown, stamp, self._setup.values.role_name)
         self._setup.drive_log.add_observation(observation, odometry)
         if truth:
             self._publish_readings()

@@ -51,7 +51,7 @@ def read_scenario(path: str) -> YamlDocument:
 
 
 def _obstacle(document: YamlDocument, keys: tuple, entry: dict, route: Route) -> ObstaclePlan:
-    length, width, height = entry.get("size_m", KINDS[entry["kind"]][:3])
+    length, width, height = entry.get("size_m", KINDS[entry["kind"]].size_m)
     size = (length, width, height)
     if "at" in entry:
         point, heading = _place(document, (*keys, "at"), entry["at"], route)
