@@ -105,7 +105,8 @@ def test_every_key_of_the_configuration_reaches_the_node(package, node):
     path = SRC / package / "config" / f"{node}.yaml"
     if not path.exists():
         pytest.skip("the launch file sets all parameters")
-    named = re.findall(r'"([a-z_0-9]+)"', code_of(package, node))
+    pattern = r'(?<=values\.)[a-z_0-9]+|(?<=")[a-z_0-9]+(?=")'
+    named = re.findall(pattern, code_of(package, node))
     used = {*named, *METHODS, *EvaluationRules._fields}
     unused = [name for name in yaml.safe_load(path.read_text(encoding="utf-8")) if name not in used]
     assert unused == []

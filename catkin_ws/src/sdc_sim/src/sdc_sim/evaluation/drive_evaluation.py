@@ -140,10 +140,14 @@ class DriveEvaluation:
         return metrics
 
     @property
+    def commands(self) -> np.ndarray:
+        """Return throttle, brake and steer of each sample, NaN if unknown: (n, 3)."""
+        return self._commands.as_array(len(self.progress.samples))
+
+    @property
     def rows(self) -> np.ndarray:
-        """Return the rows of the trace, NaN for an unknown command: (n, len(COLUMNS))."""
-        commands = self._commands.as_array(len(self.progress.samples))
-        return np.hstack([self.progress.rows, commands])
+        """Return the rows of the trace: (n, len(COLUMNS))."""
+        return np.hstack([self.progress.rows, self.commands])
 
     @property
     def reasons(self) -> list[str]:

@@ -15,7 +15,6 @@ from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
 from matplotlib.patheffects import withStroke
 
-from sdc_sim.evaluation.command_matching import COMMAND_FIELDS
 from sdc_sim.evaluation.drive_evaluation import COLUMNS, DriveEvaluation
 from sdc_sim.evaluation.metrics import accelerations
 from sdc_sim.evaluation.route_progress import COMPLETED
@@ -203,7 +202,7 @@ _OF_COMMANDS = ("steer, right is positive", "pedals")
 
 def _shown_panels(result: DriveEvaluation) -> dict:
     """Return the rows of PANELS for which a drive has data."""
-    left_out = _OF_COMMANDS if np.isnan(result.rows[:, -len(COMMAND_FIELDS) :]).all() else ()
+    left_out = _OF_COMMANDS if np.isnan(result.commands).all() else ()
     return {title: panel for title, panel in PANELS.items() if title not in left_out}
 
 
