@@ -15,6 +15,7 @@ GENERATED = {
     ".learning",
     ".highway",
     ".maps",
+    ".traffic",
     ".sb3",
     ".site",
     "build",
