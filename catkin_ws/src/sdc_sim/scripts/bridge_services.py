@@ -33,7 +33,7 @@ CONTROL = {
     carla.CarlaControl.STEP_ONCE: "step",
 }
 # The kinds of obstacles, by the first word of their blueprint.
-FAMILIES = {one.blueprint.split(".")[0]: kind for kind, one in KINDS.items()}
+FAMILIES = {KINDS[kind].blueprint.split(".")[0]: kind for kind in reversed([*KINDS])}
 SENSORS = packaged_config("blueprints")
 ODOMETRY = "sensor.pseudo.odom"
 EGO_ID = 1

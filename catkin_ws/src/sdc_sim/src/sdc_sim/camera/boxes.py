@@ -87,7 +87,7 @@ def box_solid(box: Box, eye: np.ndarray) -> Solid:
     colours = np.where(mesh.tinted[:, None], np.array(box.colour_bgr, float), mesh.colours)
     bgr = np.minimum(colours * shade[:, None], 255.0)
     solid = Solid(polygons, normals, bgr, np.zeros(len(bgr), bool))
-    if box.kind == "pedestrian":  # some faces hide others
+    if box.kind in ("pedestrian", "bicycle", "lorry"):  # some faces hide others
         far = ((polygons - eye).mean(axis=1) ** 2).sum(axis=1)
         solid = Solid(*(column[np.argsort(-far, kind="stable")] for column in solid))
     return solid

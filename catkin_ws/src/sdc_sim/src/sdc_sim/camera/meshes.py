@@ -40,7 +40,7 @@ class Mesh:
 
 @lru_cache(None)
 def table_mesh(kind: str) -> Mesh:
-    """Return the mesh of a 'car' that points along x, a 'pedestrian' or an 'obstacle'."""
+    """Return the mesh of a kind of obstacle that points along x."""
     return _mesh(_table_faces(kind))
 
 

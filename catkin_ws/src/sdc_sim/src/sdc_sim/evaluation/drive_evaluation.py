@@ -34,7 +34,7 @@ _MAX_REASON_LENGTH = 40
 # the last one that is kept.
 _JOIN_M, _APART_M = 30.0, 0.5
 # Kinds of obstacles and the report's names for them.
-_COLLISION_KINDS = {"car": "vehicle", "pedestrian": "pedestrian", "obstacle": "static"}
+_COLLISION_KINDS = {"pedestrian": "pedestrian", "obstacle": "static"}
 
 
 class DriveEvaluation:

@@ -30,7 +30,13 @@ _EGO_HEIGHT_M = 1.5
 # Length along the lane and height of a traffic light's trigger volume.
 _LINE_DEPTH_M = 1.0
 _LINE_HEIGHT_M = 2.0
-_CLASSES = {"car": Object.CLASSIFICATION_CAR, "pedestrian": Object.CLASSIFICATION_PEDESTRIAN}
+_CLASSES = {
+    "car": Object.CLASSIFICATION_CAR,
+    "van": Object.CLASSIFICATION_CAR,
+    "lorry": Object.CLASSIFICATION_TRUCK,
+    "bicycle": Object.CLASSIFICATION_BIKE,
+    "pedestrian": Object.CLASSIFICATION_PEDESTRIAN,
+}
 _MARKER_SHARE = 0.3  # opacity
 _CERTAIN = 255
 
