@@ -21,7 +21,7 @@ from sdc_sim.scenario.map_drive import first_mission, launch_arguments
 from sdc_sim.scenario.reader import load_scenario
 
 sys.path.append(os.path.join(rospkg.RosPack().get_path("sdc_sim"), "test"))
-from street_maps import needs_maps, town  # noqa: E402
+from street_maps import needs_maps, needs_traffic, town  # noqa: E402
 
 pytestmark = [needs_maps, pytest.mark.slow(6)]
 
@@ -41,8 +41,9 @@ def test_drive_to_a_goal_is_complete_and_repeatable(path):
     assert np.array_equal(first.rows, second.rows, equal_nan=True)
 
 
-def test_drive_through_ros_has_the_same_trace(path, tmp_path):
-    given = {"map": path, "start": "-140,-5", "goal": "-2,-110", "seed": "4"}
+@pytest.mark.parametrize("count", [0, pytest.param(12, marks=needs_traffic)])
+def test_drive_through_ros_has_the_same_trace(path, tmp_path, count):
+    given = {"map": path, "start": "-140,-5", "goal": "-2,-110", "seed": "4", "traffic": str(count)}
     arguments = launch_arguments(str(tmp_path / "report.json"), given)
     assert "seed: 4" in arguments["sim_options"]
     arguments.update(sync="true", camera="false")
@@ -50,8 +51,17 @@ def test_drive_through_ros_has_the_same_trace(path, tmp_path):
         assert lines == []
         with open(drive.report_path.replace(".json", ".csv"), encoding="utf-8") as file:
             trace = [[float(one) for one in row.split(",")[:8]] for row in file.readlines()[1:]]
-    rows = drive_result(map=path, start=WEST, goal=SOUTH).rows
-    assert np.array_equal(np.array(trace), rows[:, :8])
+    seen = []
+    drive = drive_result(
+        map=path,
+        start=WEST,
+        goal=SOUTH,
+        seed=4,
+        traffic=count,
+        observe=lambda one: seen.append(one),
+    )
+    assert np.array_equal(np.array(trace), drive.rows[:, :8])
+    assert max(len(one.obstacles) for one in seen) == count
 
 
 @pytest.mark.parametrize(
@@ -59,6 +69,7 @@ def test_drive_through_ros_has_the_same_trace(path, tmp_path):
     [
         ({"goal": "1,2,3"}, "goal:=1,2,3: must be X,Y"),
         ({"start": "a,b"}, "start:=a,b: must be X,Y"),
+        ({"traffic": "many"}, "traffic:=many: must be a number of at least 0"),
         ({"seed": "-1"}, "seed:=-1: must be a number of at least 0"),
         ({"seed": "4", "sim_options": "{seed: 5}"}, "no other than the seed in sim_options"),
         ({"goal": "900,0"}, "is on no lane"),

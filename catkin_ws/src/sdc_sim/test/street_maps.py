@@ -8,6 +8,8 @@ import pytest
 
 is_installed = importlib.util.find_spec("sumolib") is not None
 needs_maps = pytest.mark.skipif(not is_installed, reason="docker/prepare maps has not been run")
+has_libsumo = is_installed and importlib.util.find_spec("libsumo") is not None
+needs_traffic = pytest.mark.skipif(not has_libsumo, reason="docker/prepare traffic: not run")
 
 _WIDTH = '<width sOffset="0" a="{}" b="{}" c="0" d="0"/>'
 _LANE = '<lane id="{}" type="{}">{}<roadMark sOffset="0" type="{}"/></lane>'

@@ -55,6 +55,7 @@ def drive_result(
     steering: SteeringSource | None = None,
     planner: PlannerFunction | None = None,
     seed: int | None = None,
+    traffic: int | None = None,
     sim_options: Mapping[str, Any] = _NO_OPTIONS,
     planner_options: Mapping[str, Any] = _NO_OPTIONS,
     controller_options: Mapping[str, Any] = _NO_OPTIONS,
@@ -76,7 +77,8 @@ def drive_result(
             with its arguments; None for that of config/simple_controller.yaml
         planner: a function of the observation that returns rows (x, y, target speed) of the path
             ahead; None for the local planner
-        seed: seed of the noise, in place of that of the scenario
+        seed: seed of noise and traffic, in place of that of the scenario
+        traffic: number of other road users on the map, in place of that of the scenario
         sim_options: parameters that replace those of sdc_sim/config/sim.yaml
         planner_options: the same for sdc_package/config/local_planner.yaml
         controller_options: the same for sdc_package/config/simple_controller.yaml
@@ -92,7 +94,8 @@ def drive_result(
     """
     if compiled:
         use_machine_code()
-    options = dict(sim_options) if seed is None else {**sim_options, "seed": seed}
+    own = {"seed": seed, "traffic": traffic}
+    options = {**sim_options, **{name: one for name, one in own.items() if one is not None}}
     setup, missions = _conditions(scenario, route, options, map, start, goal)
     world = setup.simulation(compiled)
     limits = overridden(node_parameters("local_planner"), planner_options, "planner_options")
@@ -119,7 +122,7 @@ def _conditions(
     if not map_file:
         return setup, None
     missions, waypoints_m = _on_map(map_file, start, goal, setup.parameters["seed"])
-    return drive_setup(scenario, waypoints_m, options), missions
+    return drive_setup(scenario, waypoints_m, {**options, "map_path": map_file}), missions
 
 
 def _own_planner(

@@ -9,6 +9,7 @@ from typing import Sequence
 import numpy as np
 
 from sdc_common.driving import DetectedObstacle
+from sdc_common.geometry.road_line import LONGEST_STEP_M
 from sdc_common.geometry.route import Route
 from sdc_common.validation import check_non_negative
 
@@ -60,7 +61,7 @@ def speed_caps(
         (n,) speeds, infinite where no obstacle limits them [m/s]
     """
     square = np.full(len(s_m), np.inf)
-    for obstacle in obstacles:
+    for obstacle in _near_stretch(route, from_s_m, obstacles, margins, horizon_m):
         for time_s in _PREDICTION_TIMES_S if obstacle.speed_mps else _PREDICTION_TIMES_S[:1]:
             blocked = _blocked_from(route, from_s_m, obstacle, time_s, margins, horizon_m)
             if blocked is None:
@@ -73,6 +74,34 @@ def speed_caps(
             np.minimum(square, along_mps**2 + 2.0 * braking_mps2 * room_m, out=square)
             break
     return np.sqrt(square)
+
+
+def _near_stretch(
+    route: Route,
+    from_s_m: float,
+    obstacles: Sequence[DetectedObstacle],
+    margins: ObstacleMargins,
+    horizon_m: float,
+) -> list[DetectedObstacle]:
+    """Return the obstacles without those that are certainly off the stretch ahead.
+
+    In traffic, these are most of them. A point of the route stands for the metres around it.
+    """
+    x_m, y_m = route.line.point_at(from_s_m)
+    beside_m = margins.car_width_m + margins.side_m + LONGEST_STEP_M
+    rows = [
+        (one.x_m, one.y_m, one.yaw_rad, one.speed_mps, one.length_m + one.width_m + beside_m)
+        for one in obstacles
+    ]
+    x, y, yaw, speed, free_m = np.array(rows).T[:, :, None]
+    travel_m = speed * _PREDICTION_TIMES_S
+    near = (np.hypot(x - x_m, y - y_m) < horizon_m + travel_m[:, -1:] + free_m)[:, 0]
+    first, last = np.searchsorted(route.s, (from_s_m - LONGEST_STEP_M, from_s_m + horizon_m))
+    line_x, line_y = route.points[first : last + 1].T
+    x = (x + travel_m * np.cos(yaw))[near][..., None] - line_x
+    y = (y + travel_m * np.sin(yaw))[near][..., None] - line_y
+    away_m = np.sqrt((x * x + y * y).min(axis=(1, 2), initial=math.inf))
+    return [obstacles[row] for row in np.flatnonzero(near)[away_m < free_m[near, 0]]]
 
 
 def _blocked_from(

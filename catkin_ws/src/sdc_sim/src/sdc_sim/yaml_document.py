@@ -97,12 +97,17 @@ def load_document(path: str, schema_name: str, fix: str) -> YamlDocument:
 @lru_cache(maxsize=None)
 def packaged_config(name: str) -> Any:
     """Return the values of a YAML file of config/, named without its ending."""
+    with open(config_path(name + ".yaml"), encoding="utf-8") as file:
+        return yaml.safe_load(file)
+
+
+def config_path(name: str) -> str:
+    """Return the path of a file of config/."""
     # The grader of the workshop has this source folder on its path, and no ROS workspace.
     folder = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "config")
     if not os.path.isdir(folder):
         folder = os.path.join(rospkg.RosPack().get_path("sdc_sim"), "config")
-    with open(os.path.join(folder, name + ".yaml"), encoding="utf-8") as file:
-        return yaml.safe_load(file)
+    return os.path.join(folder, name)
 
 
 def schema(name: str) -> dict:

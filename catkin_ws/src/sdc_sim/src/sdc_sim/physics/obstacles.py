@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from types import SimpleNamespace
-from typing import Any, Iterable, NamedTuple
+from typing import Any, Iterable, NamedTuple, Sequence
 
 from sdc_common.geometry.polyline import Polyline
 from sdc_sim.physics.collision import Contact, Motion, Rectangle, first_contact, overlap
@@ -136,7 +136,13 @@ class SimulatedObstacle:
 
 
 class Obstacles:
-    """All obstacles of a simulation: they move, stop the ego vehicle, and are added and removed."""
+    """All obstacles of a simulation: they move, stop the ego vehicle, and are added and removed.
+
+    Attributes:
+        all: those that move by a plan
+        others: bodies that something else moves
+        blocked: ids of those that the ego vehicle has stopped
+    """
 
     def __init__(self, plans: Iterable[ObstaclePlan] = ()):
         self._plans = tuple(plans)
@@ -146,7 +152,7 @@ class Obstacles:
     @property
     def states(self) -> tuple[ObstacleState, ...]:
         """All obstacles at the present time."""
-        return tuple([obstacle.body for obstacle in self.all])
+        return (*[obstacle.body for obstacle in self.all], *self.others)
 
     def at(self, place: Rectangle) -> ObstacleState | None:
         """Return an obstacle that overlaps this place, None if it is free."""
@@ -156,6 +162,8 @@ class Obstacles:
         """Restore the obstacles of the scenario: added ones go, removed ones return."""
         self.all = [SimulatedObstacle(FIRST_ID + n, plan) for n, plan in enumerate(self._plans)]
         self._touching: set[int] = set()
+        self.others: tuple[ObstacleState, ...] = ()
+        self.blocked: frozenset[int] = frozenset()
 
     def toggle(self, plan: ObstaclePlan, ego: Rectangle) -> str:
         """Remove the obstacles within 0.5 m of the plan's point, or add the plan if there is none.
@@ -214,19 +222,38 @@ class Obstacles:
         for obstacle in self.all:
             contact = obstacle.advance(elapsed_s, step_s, ego)
             if contact and self.begin_contact(obstacle.id):
-                yaw, speed, (_, x, y) = obstacle.body.yaw_rad, obstacle.plan.speed_mps, contact
-                approach = -speed * (math.cos(yaw) * x + math.sin(yaw) * y)
-                impulse = -KINDS[obstacle.plan.kind].mass_kg * max(approach, 0.0)
-                events.append(CollisionEvent(obstacle.id, impulse * x, impulse * y))
+                moving = obstacle.body._replace(speed_mps=obstacle.plan.speed_mps)
+                events.append(_push(moving, contact.normal_x, contact.normal_y))
         return events
 
-    def first_contact(self, motion: Motion) -> tuple[SimulatedObstacle, Contact] | None:
+    def move_others(self, states: Sequence[ObstacleState], ego: Rectangle) -> list[CollisionEvent]:
+        """Set the bodies that something else moves; none of them moves into the ego vehicle.
+
+        Returns:
+            the contacts that began
+        """
+        before, events, moved, blocked = {one.id: one for one in self.others}, [], [], set()
+        for one in states:
+            met = overlap(one.rectangle, ego) if _is_within(0.0, one, ego) else None
+            if not met:
+                moved.append(one)
+            elif one.id in before:  # one that begins there is not on the road yet
+                blocked.add(one.id)
+                moved.append(before[one.id]._replace(speed_mps=0.0))
+                if self.begin_contact(one.id):
+                    events.append(_push(one, met[1], met[2]))
+        self.others, self.blocked = tuple(moved), frozenset(blocked)
+        return events
+
+    def first_contact(self, motion: Motion) -> tuple[ObstacleState, Contact] | None:
         """Return the obstacle and the contact that first stop this motion, None if it is free."""
-        first = None
-        for obstacle in self.all:
-            contact = first_contact(motion, obstacle.body.rectangle)
+        first, start, end = None, motion(0.0), motion(1.0)
+        way_m = math.hypot(end.x_m - start.x_m, end.y_m - start.y_m)
+        near = [one for one in self.states if _is_within(way_m, one, start)]
+        for body in near:
+            contact = first_contact(motion, body.rectangle)
             if contact and (first is None or contact.share < first[1].share):
-                first = obstacle, contact
+                first = body, contact
         return first
 
     def begin_contact(self, number: int) -> bool:
@@ -241,7 +268,20 @@ class Obstacles:
         if self._touching:
             near = ego.grown(RELEASE_M)
             self._touching = {
-                obstacle.id
-                for obstacle in self.all
-                if obstacle.id in self._touching and overlap(near, obstacle.body.rectangle)
+                body.id
+                for body in self.states
+                if body.id in self._touching and overlap(near, body.rectangle)
             }
+
+
+def _is_within(way_m: float, body: ObstacleState, ego: Rectangle) -> bool:
+    """Return False only for a body that the ego vehicle cannot meet on a way of this length."""
+    reach_m = way_m + body.length_m + body.width_m + ego.length_m + ego.width_m
+    return abs(body.x_m - ego.x_m) < reach_m and abs(body.y_m - ego.y_m) < reach_m
+
+
+def _push(body: ObstacleState, x: float, y: float) -> CollisionEvent:
+    """Return the contact of a moving body that pushes the ego vehicle along a normal."""
+    approach = -body.speed_mps * (math.cos(body.yaw_rad) * x + math.sin(body.yaw_rad) * y)
+    impulse = -KINDS[body.kind].mass_kg * max(approach, 0.0)
+    return CollisionEvent(body.id, impulse * x, impulse * y)

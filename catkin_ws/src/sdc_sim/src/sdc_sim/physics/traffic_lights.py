@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple, Sequence
 
 # In the order of the states of the bridge's messages.
@@ -39,6 +40,8 @@ class TrafficLightPlan:
         heading_rad: heading of the lane there
         phases: (colour, seconds) of each phase; they repeat
         offset_s: position in the phases at the start of the simulation
+        pole_ahead_m: distance of the pole beyond the stop line
+        pole_right_m: distance of the pole to the right of the middle of the lane
     """
 
     x_m: float
@@ -46,6 +49,15 @@ class TrafficLightPlan:
     heading_rad: float
     phases: tuple[tuple[str, float], ...]
     offset_s: float = 0.0
+    pole_ahead_m: float = _POLE_AHEAD_M
+    pole_right_m: float = _POLE_RIGHT_M
+
+    @cached_property
+    def pole_m(self) -> tuple[float, float]:
+        """Position of the pole in the map."""
+        c, s = math.cos(self.heading_rad), math.sin(self.heading_rad)
+        x_m = self.x_m + self.pole_ahead_m * c + self.pole_right_m * s
+        return x_m, self.y_m + self.pole_ahead_m * s - self.pole_right_m * c
 
     def state(self, elapsed_s: float) -> int:
         """Return the colour at this time after the start of the simulation."""
@@ -69,11 +81,9 @@ def light_states(
     plans: Sequence[TrafficLightPlan], elapsed_s: float
 ) -> tuple[TrafficLightState, ...]:
     """Return all lights at this time after the start, or the reset, of the simulation."""
-    lights = []
-    for number, plan in enumerate(plans, FIRST_ID):
-        c, s = math.cos(plan.heading_rad), math.sin(plan.heading_rad)
-        x_m = plan.x_m + _POLE_AHEAD_M * c + _POLE_RIGHT_M * s
-        y_m = plan.y_m + _POLE_AHEAD_M * s - _POLE_RIGHT_M * c
-        state = plan.state(elapsed_s)
-        lights.append(TrafficLightState(number, x_m, y_m, plan.heading_rad, state))
-    return tuple(lights)
+    return tuple(
+        [
+            TrafficLightState(number, *plan.pole_m, plan.heading_rad, plan.state(elapsed_s))
+            for number, plan in enumerate(plans, FIRST_ID)
+        ]
+    )

@@ -131,6 +131,7 @@ class Junction:
         polygon_m: (N, 2) outline [m]
         connections: the ways through it
         phases: (duration [s], letter G, g, y or r of each signal) of the program of its lights
+        offset_s: time at which the first phase begins for the first time [s]
     """
 
     id: str
@@ -138,6 +139,7 @@ class Junction:
     polygon_m: np.ndarray = field(repr=False)
     connections: tuple[Connection, ...] = ()
     phases: tuple[tuple[float, str], ...] = ()
+    offset_s: float = 0.0
 
 
 class Line(NamedTuple):

@@ -42,6 +42,7 @@ from sdc_sim.road.network import (
     RoadLane,
 )
 from sdc_sim.road.opendrive_lanes import OpenDriveLanes
+from sdc_sim.yaml_document import DocumentError
 
 VERSION = "1.28.0"
 _INSTALL = "run docker/prepare maps, which installs it and needs a connection"
@@ -59,7 +60,7 @@ _ELEVATION_M = 0.05
 _LINES = {"s": STOP, "w": STOP, "m": YIELD}
 
 
-class MapError(ValueError):
+class MapError(DocumentError):
     """A map that cannot be used; the one-line message names file, problem and fix."""
 
 
@@ -76,6 +77,15 @@ def load_network(path: str) -> Network:
         raise MapError(f"{path}: cannot be read ({error.strerror}); name a map") from None
 
 
+def network_path(path: str) -> str:
+    """Return the path of SUMO's network of a map.
+
+    Raises:
+        MapError: netconvert cannot make it
+    """
+    return os.path.join(_converted(path), "map.net.xml") if path.endswith(".xodr") else path
+
+
 @lru_cache(maxsize=2)
 def _loaded(path: str, _: int) -> Network:
     name, is_opendrive = os.path.basename(path).partition(".")[0], path.endswith(".xodr")
@@ -87,15 +97,15 @@ def _loaded(path: str, _: int) -> Network:
         own = OpenDriveLanes(path) if is_opendrive else None
     except (ElementTree.ParseError, KeyError, ValueError) as error:
         raise MapError(f"{path}: is not valid OpenDRIVE ({error!r})") from None
-    folder = _converted(path) if is_opendrive else os.path.dirname(path)
+    file = network_path(path)
     try:
         from sumolib.net import readNet
     except ImportError:
         raise MapError(f"{path}: the Python package sumolib is missing; {_INSTALL}") from None
     try:
-        file = os.path.join(folder, "map.net.xml") if is_opendrive else path
         net = readNet(file, withInternal=True, withPrograms=True, withPedestrianConnections=True)
-        crosswalks = list(_polygons(os.path.join(folder, "map.poly.xml"))) if own else []
+        polygons = os.path.join(os.path.dirname(file), "map.poly.xml")
+        crosswalks = list(_polygons(polygons)) if own else []
         return _network(name, net, own, crosswalks)
     except (SAXException, ValueError, LookupError, AttributeError) as error:
         raise MapError(f"{path}: is no complete network of SUMO ({error!r})") from None
@@ -255,15 +265,17 @@ def _junction(net: Any, node: Any, leads: dict[str, list[str]]) -> Junction:
             )
         )
     name = node.getTLSID()
-    programs = net.getTLSSecure(name).getPrograms().values() if name else ()
-    phases = [[(float(one.duration), one.state) for one in each.getPhases()] for each in programs]
+    programs = list(net.getTLSSecure(name).getPrograms().values()) if name else []
+    phases = [(float(one.duration), one.state) for each in programs[:1] for one in each.getPhases()]
     polygon = np.array(node.getShape() or [node.getCoord()], float)[:, :2]
     return Junction(
         node.getID(),
         node.getType(),
         polygon,
         tuple(connections),
-        tuple(phases[0] if phases else ()),
+        tuple(phases),
+        # What follows the traffic in SUMO begins with its first phase.
+        float(programs[0]._offset) if programs and programs[0]._type == "static" else 0.0,
     )
 
 

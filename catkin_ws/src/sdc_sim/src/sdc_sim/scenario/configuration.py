@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import math
 import os
 from typing import Any, Mapping
@@ -19,7 +20,7 @@ from sdc_sim.sensors.errors import OdometryNoise
 from sdc_sim.sensors.model import SENSORS, SensorSettings, sensor_settings
 from sdc_sim.sensors.suite import SensorSuite
 from sdc_sim.simulation.simulation import Simulation
-from sdc_sim.yaml_document import check_parameter, schema
+from sdc_sim.yaml_document import DocumentError, check_parameter, schema
 
 
 def checked(name: str, value: Any) -> Any:
@@ -61,6 +62,12 @@ def build_simulation(
         side_wind_mps=values["side_wind_mps"],
     )
     tick_s, seed = values["tick_s"], values["seed"]
+    lights, traffic = [*lights, *_part("lights", values["map_path"])], None
+    if values["traffic"]:
+        if not values["map_path"]:
+            raise DocumentError("traffic: other road users need streets; name a map (map:=FILE)")
+        arguments = values["map_path"], values["traffic"], seed, tick_s, waypoints_m
+        traffic = _part("sumo_traffic", *arguments)
     sensors = sensors_that_are_on(values)
     suite = None
     if sensors:
@@ -79,7 +86,15 @@ def build_simulation(
         command_latency_s=values["command_latency_s"],
         sensor_latency_s=values["sensor_latency_s"],
         sensors=suite,
+        traffic=traffic,
     )
+
+
+def _part(module: str, map_path: str, *arguments: Any) -> Any:
+    """Return what a module of sdc_sim.traffic makes of a map; without a map it is not imported."""
+    if not map_path:
+        return ()
+    return importlib.import_module("sdc_sim.traffic." + module).of_map(map_path, *arguments)
 
 
 def sensors_that_are_on(values: Mapping[str, Any]) -> dict[str, SensorSettings]:

@@ -44,11 +44,13 @@ def launch_arguments(report: str, given: dict[str, str]) -> dict[str, str]:
         ValueError: an argument is not valid, or a goal cannot be reached
     """
     options = parse_options(given.get("sim_options") or "{}")
-    if given.get("seed"):
-        seed = int(given["seed"]) if given["seed"].isdecimal() else -1
-        if options.setdefault("seed", seed) != seed or seed < 0:
-            text = "must be a number of at least 0, and no other than the seed in sim_options"
-            raise ValueError(f"seed:={given['seed']}: {text}")
+    for name in ("seed", "traffic"):
+        if not given.get(name):
+            continue
+        number = int(given[name]) if given[name].isdecimal() else -1
+        if options.setdefault(name, number) != number or number < 0:
+            text = f"must be a number of at least 0, and no other than the {name} in sim_options"
+            raise ValueError(f"{name}:={given[name]}: {text}")
     given = {**given, "sim_options": options_text(options)}
     if not given.get("map"):
         return given

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Any, Mapping, Sequence, Tuple
+from typing import AbstractSet, Any, Mapping, Protocol, Sequence, Tuple
 
 from sdc_common.driving import Observation
 from sdc_common.validation import check_between
 from sdc_sim.physics.ackermann import AckermannControl, AckermannGains
 from sdc_sim.physics.collision import Contact, Rectangle
-from sdc_sim.physics.obstacles import CollisionEvent, Obstacles
+from sdc_sim.physics.obstacles import CollisionEvent, Obstacles, ObstacleState
 from sdc_sim.physics.traffic_lights import TrafficLightPlan, light_states
 from sdc_sim.physics.vehicle import Vehicle, VehicleState
 from sdc_sim.sensors.errors import DelayLine, OdometryNoise
@@ -32,6 +32,20 @@ class OccupiedError(ValueError):
     """An obstacle is at the place of the vehicle; the message names it."""
 
 
+class Traffic(Protocol):
+    """Moves other road users, see sdc_sim/traffic."""
+
+    def reset(self, ego: Rectangle) -> Sequence[ObstacleState]:
+        """Start again with the vehicle at this place, and return the road users."""
+        raise NotImplementedError
+
+    def advance(
+        self, ego: Rectangle, speed_mps: float, braking: bool, blocked: AbstractSet[int]
+    ) -> Sequence[ObstacleState]:
+        """Move the road users for a tick, and return them; those that it blocks stop."""
+        raise NotImplementedError
+
+
 class Simulation:
     """A vehicle that executes commands among obstacles and traffic lights.
 
@@ -50,6 +64,7 @@ class Simulation:
         command_latency_s: delay between a command and its execution
         sensor_latency_s: age of an observation
         sensors: further sensors
+        traffic: moves other road users
 
     Raises:
         OccupiedError: an obstacle is at the start pose
@@ -68,6 +83,7 @@ class Simulation:
         command_latency_s: float = 0.0,
         sensor_latency_s: float = 0.0,
         sensors: SensorSuite | None = None,
+        traffic: Traffic | None = None,
     ):
         self.vehicle = vehicle
         self.tick_s = tick_s
@@ -82,6 +98,7 @@ class Simulation:
         self._tick_ns = round(tick_s * _NANOSECONDS)
         self._noise = noise or OdometryNoise(0)
         self._sensors = sensors
+        self._traffic = traffic
         self._sensor_line = DelayLine(sensor_latency_s, tick_s)
         self._start = start
         # From the centre of gravity, the point of the state, forward to the centre of the body.
@@ -118,6 +135,8 @@ class Simulation:
         """
         self.obstacles.reset()
         self.place(*self._start)
+        if self._traffic is not None:
+            self.obstacles.move_others(self._traffic.reset(self.outline), self.outline)
         self._noise.reset()
         # The vehicle has been at its start for the time that the sensors are late.
         self._sensor_line.clear()
@@ -145,8 +164,12 @@ class Simulation:
         if self.obstacles.all:
             collisions = self.obstacles.advance(self.elapsed_s, self.tick_s, self.outline)
         before = self.vehicle.state
+        if self._traffic is not None:
+            braking, blocked = self.commands.executed.brake > 0.0, self.obstacles.blocked
+            moved = self._traffic.advance(self.outline, before.speed_mps, braking, blocked)
+            collisions += self.obstacles.move_others(moved, self.outline)
         self.vehicle.step(self.commands.select(self.tick, before, self.tick_s), self.tick_s)
-        if self.obstacles.all:
+        if self.obstacles.all or self.obstacles.others:
             collisions += self._collide(before)
         self.tick += 1
         self.snapshot = self._sense_all()

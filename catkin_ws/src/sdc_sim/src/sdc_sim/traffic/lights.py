@@ -1,0 +1,72 @@
+"""The traffic lights of a map, as those of a scenario."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Callable, Iterator
+
+from sdc_sim.physics.traffic_lights import TrafficLightPlan
+from sdc_sim.road.network import Junction, Network, RoadLane
+from sdc_sim.road.network_file import load_network
+
+# By the letters of SUMO; the first of the colours is the most restrictive one.
+_COLOURS = {"G": "green", "g": "green", "y": "yellow", "u": "red", "r": "red", "s": "red"}
+_ORDER = ("red", "yellow", "off", "green")
+# Places of a pole beyond the stop line, and to the right of the road.
+_AHEAD_M, _BESIDE_M, _APART_M = (4.0, 2.5, 1.0, 0.0), 0.8, 0.5
+
+
+def of_map(path: str) -> list[TrafficLightPlan]:
+    """Return a light for each lane that ends at one.
+
+    It shows the colour of the most restricted way on: a lane has one row of lamps, also where SUMO
+    has an arrow for some of its ways.
+
+    Raises:
+        MapError: the map cannot be read
+    """
+    network = load_network(path)
+    junctions = [one for one in network.junctions.values() if one.phases]
+    return [light for one in junctions for light in _lights(network, one)]
+
+
+def _lights(network: Network, junction: Junction) -> Iterator[TrafficLightPlan]:
+    signals: dict[str, list[int]] = {}
+    for connection in junction.connections:
+        if connection.signal >= 0:
+            signals.setdefault(connection.start, []).append(connection.signal)
+    for name, of_lane in signals.items():
+        lane = network.lanes[name]
+        phases = _phases(junction, of_lane, min)
+        if "green" not in [colour for colour, _ in phases]:  # its ways are open one after another
+            phases = _phases(junction, of_lane, max)
+        (x_m, y_m), heading = lane.points_m[-1].tolist(), lane.heading_at(lane.length_m)
+        pole = _pole(network, lane, x_m, y_m, heading)
+        yield TrafficLightPlan(x_m, y_m, heading, phases, -junction.offset_s, *pole)
+
+
+def _phases(junction: Junction, signals: list[int], choose: Callable) -> Any:
+    return tuple(
+        (
+            choose((_COLOURS.get(letters[one], "off") for one in signals), key=_ORDER.index),
+            seconds,
+        )
+        for seconds, letters in junction.phases
+    )
+
+
+def _pole(
+    network: Network, lane: RoadLane, x_m: float, y_m: float, heading: float
+) -> tuple[float, float]:
+    """Return where the pole is, on no lane if possible: ahead of the line and to its right [m]."""
+    right_m = 0.5 * lane.width_m + _BESIDE_M
+    while lane.right:
+        lane = network.lanes[lane.right]
+        right_m += lane.width_m + _APART_M
+    c, s = math.cos(heading), math.sin(heading)
+    for ahead_m in _AHEAD_M:
+        at = x_m + ahead_m * c + right_m * s, y_m + ahead_m * s - right_m * c
+        place = network.nearest(*at)
+        if place is None or abs(place.cross_track_m) > 0.5 * network.lanes[place.lane].width_m:
+            break
+    return ahead_m, right_m

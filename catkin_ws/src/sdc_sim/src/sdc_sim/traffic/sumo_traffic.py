@@ -1,0 +1,332 @@
+"""Other road users, which SUMO moves in this process (libsumo): docs/traffic.md.
+
+The world steps SUMO with its own tick and moves its car among SUMO's vehicles. SUMO's position of a
+vehicle is the middle of its front, and its angle is clockwise from north in degrees.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import math
+import os
+import random
+from typing import AbstractSet, Any, Iterator, NamedTuple
+
+import numpy as np
+
+from sdc_sim.physics.collision import Rectangle
+from sdc_sim.physics.obstacles import ObstacleState
+from sdc_sim.road.network_file import network_path
+from sdc_sim.yaml_document import DocumentError, config_path
+
+# First ID in messages; obstacles start at 101, traffic lights at 1001.
+FIRST_ID = 10001
+_EGO = "ego"
+_PEDESTRIAN = "pedestrian"
+# Road users begin within the first distance of the car, and are replaced beyond the second one.
+# At the start none is close to the car, and later they begin out of its sight where the streets
+# allow it.
+_NEAR_M, _FAR_M, _CLEAR_M, _SIGHT_M = 300.0, 500.0, 40.0, 100.0
+# A route ends at a dead end, or after so many edges; a pedestrian walks to so many places.
+_ROUTE_EDGES, _PLACES, _TRIES = 80, 4, 8
+_SHORTEST_EDGE_M = 15.0
+_MISSION_STEP_M = 4.0
+# Our car is on its route within this distance; off it, others expect it on so many edges.
+_ON_ROUTE_M, _EXPECTED_EDGES = 2.0, 3
+_BRAKE_LIGHT = 8
+_NOWHERE_M = -1e8
+_OPTIONS = (
+    *("--no-step-log", "--no-warnings", "--xml-validation", "never", "--duration-log.disable"),
+    # Road users neither vanish in a jam, nor stop where SUMO's own model sees a collision.
+    *("--time-to-teleport", "-1", "--collision.action", "none"),
+)
+
+
+class Kind(NamedTuple):
+    """A vehicle type of SUMO: kind of obstacle, class of SUMO, share, length, width, height [m]."""
+
+    kind: str
+    vehicle_class: str
+    share: float
+    size_m: tuple[float, float, float]
+
+
+class Streets(NamedTuple):
+    """The edges for a class of SUMO: middles (N, 2) [m], lengths (N,) [m], what follows each."""
+
+    edges: list[str]
+    middles_m: np.ndarray
+    lengths_m: np.ndarray
+    following: dict[str, list[str]]
+
+
+class SumoTraffic:
+    """Keeps a number of road users on the streets around the car.
+
+    libsumo has one simulation per process: a world that is started later in the same program ends
+    the traffic of this one.
+
+    Args:
+        net_path: SUMO's network of the map
+        count: number of road users
+        seed: seed of routes and behaviour
+        tick_s: duration of a tick [s]
+        mission_m: (N, 2) way that the car begins to drive, by which the others know where it turns
+
+    Raises:
+        DocumentError: libsumo is not installed, or SUMO refuses the network
+    """
+
+    _current: SumoTraffic | None = None
+
+    def __init__(
+        self, net_path: str, count: int, seed: int, tick_s: float, mission_m: np.ndarray
+    ) -> None:
+        self._sumo = sumo = _libsumo()
+        self._count, self._seed = count, seed
+        self._options = ["-n", net_path, "--additional-files", config_path("traffic.add.xml")]
+        self._options += ["--step-length", repr(tick_s), "--seed", str(seed % 2**31), *_OPTIONS]
+        self._start()
+        kinds = {name: self._kind(name) for name in sumo.vehicletype.getIDList()}
+        self._kinds = {name: kind for name, kind in kinds.items() if kind.share}
+        classes = {kind.vehicle_class for kind in self._kinds.values()}
+        self._streets = {name: self._streets_for(name) for name in sorted(classes)}
+        if not any(name[0] == ":" and "_w" in name for name in sumo.edge.getIDList()):
+            del self._streets[_PEDESTRIAN]  # no way for them across the junctions
+        self._kinds = {
+            name: kind for name, kind in self._kinds.items() if kind.vehicle_class in self._streets
+        }
+        self._mission = list(self._edges_along(mission_m))
+        read = importlib.import_module("traci.constants")
+        self._read = read.VAR_POSITION, read.VAR_ANGLE, read.VAR_SPEED
+
+    def reset(self, ego: Rectangle) -> list[ObstacleState]:
+        """Start again with the car at this place, and return the road users."""
+        self._start()
+        self._random = random.Random(self._seed)
+        self._users: dict[str, Kind] = {}
+        self._next_id = FIRST_ID
+        self._held: AbstractSet[int] = frozenset()
+        self._sumo.route.add(_EGO, self._mission)
+        self._add_ego(ego)
+        return self._step(ego, 0.0, False, _CLEAR_M)
+
+    def advance(
+        self, ego: Rectangle, speed_mps: float, braking: bool, blocked: AbstractSet[int]
+    ) -> list[ObstacleState]:
+        """Move the road users for a tick, and return them.
+
+        Args:
+            ego: outline of the car
+            speed_mps: its speed [m/s]
+            braking: whether its brake lights are on
+            blocked: ids of road users that are held because they met the car
+
+        Raises:
+            RuntimeError: another world in traffic has been started in this program
+        """
+        if SumoTraffic._current is not self:
+            raise RuntimeError(
+                "the traffic of this world has ended, because another world in traffic was started "
+                "in the same program; run each in a process of its own"
+            )
+        for number in sorted(blocked ^ self._held):
+            if str(number) in self._users:
+                self._domain(str(number)).setSpeed(str(number), 0.0 if number in blocked else -1.0)
+        self._held = blocked
+        return self._step(ego, speed_mps, braking)
+
+    def light_letters(self, name: str) -> str:
+        """Return the states of the lights of a junction, a letter each."""
+        letters: str = self._sumo.trafficlight.getRedYellowGreenState(name)
+        return letters
+
+    def _start(self) -> None:
+        SumoTraffic._current = self
+        try:
+            if self._sumo.isLoaded():
+                self._sumo.load(self._options)
+            else:
+                self._sumo.start(["sumo", *self._options])
+        except self._sumo.TraCIException as error:
+            raise DocumentError(f"{self._options[1]}: SUMO refuses the network: {error}") from None
+        lights = self._sumo.trafficlight
+        for name in lights.getIDList():
+            program = lights.getAllProgramLogics(name)[0]
+            if program.type:  # It would follow the traffic, and not the phases of the map.
+                program.type = 0
+                lights.setProgramLogic(name, program)
+                lights.setPhase(name, 0)
+                lights.setPhaseDuration(name, program.phases[0].duration)
+
+    def _kind(self, name: str) -> Kind:
+        types = self._sumo.vehicletype
+        size = types.getLength(name), types.getWidth(name), types.getHeight(name)
+        share = float(types.getParameter(name, "share") or 0.0)
+        return Kind(name.partition(".")[0], types.getVehicleClass(name), share, size)
+
+    def _streets_for(self, vehicle_class: str) -> Streets:
+        lanes = self._sumo.lane
+        names = [name for name in lanes.getIDList() if name[0] != ":"]
+        usable = {name for name in names if self._may_use(name, vehicle_class)}
+        following: dict[str, dict[str, str]] = {}
+        place = {}
+        for name in names:
+            if name in usable:
+                edge, shape = name.rpartition("_")[0], lanes.getShape(name)
+                place[edge] = (*shape[len(shape) // 2], lanes.getLength(name))
+                ways = [link for link in lanes.getLinks(name) if link[0] in usable]
+                after = {link[0].rpartition("_")[0]: link[6] for link in ways}
+                following.setdefault(edge, {}).update(after)
+        edges = [edge for edge, (_, _, length_m) in place.items() if length_m > _SHORTEST_EDGE_M]
+        places = np.array([place[edge] for edge in edges]).reshape(-1, 3)
+        # Straight on comes first.
+        ordered = {
+            edge: sorted(after, key=lambda one: (after[one] != "s", one))  # noqa: B023
+            for edge, after in following.items()
+        }
+        return Streets(edges, places[:, :2], places[:, 2], ordered)
+
+    def _may_use(self, lane: str, vehicle_class: str) -> bool:
+        allowed = self._sumo.lane.getAllowed(lane)
+        if allowed:
+            return vehicle_class in allowed
+        return vehicle_class not in self._sumo.lane.getDisallowed(lane)
+
+    def _edges_along(self, points_m: np.ndarray) -> Iterator[str]:
+        """Return the edges along a way, in order."""
+        s_m = np.append(0.0, np.cumsum(np.hypot(*np.diff(points_m, axis=0).T)))
+        last = ""
+        for row in np.unique(s_m // _MISSION_STEP_M, return_index=True)[1]:
+            x, y = points_m[row].tolist()
+            edge = self._sumo.simulation.convertRoad(x, y, False, "passenger")[0]
+            if edge and edge[0] != ":" and edge != last:
+                yield edge
+                last = edge
+
+    def _step(
+        self, ego: Rectangle, speed_mps: float, braking: bool, clear_m: float = 0.0
+    ) -> list[ObstacleState]:
+        self._move_ego(ego, speed_mps, braking)
+        for _ in range(self._count - len(self._users)):
+            self._add(ego, clear_m or _SIGHT_M)
+        self._sumo.simulationStep()
+        simulation, states = self._sumo.simulation, []
+        for name in (*simulation.getArrivedIDList(), *simulation.getArrivedPersonIDList()):
+            if name == _EGO:
+                self._add_ego(ego)  # at the end of its route
+            self._users.pop(name, None)
+        for domain in (self._sumo.vehicle, self._sumo.person):
+            for name, row in domain.getAllSubscriptionResults().items():
+                state = self._state(int(name), self._users[name], *map(row.get, self._read))
+                if state.x_m < _NOWHERE_M:
+                    continue  # It waits for room on its street.
+                distance_m = math.hypot(state.x_m - ego.x_m, state.y_m - ego.y_m)
+                if distance_m > _FAR_M or clear_m > distance_m:
+                    domain.unsubscribe(name)
+                    domain.remove(name)
+                    del self._users[name]
+                else:
+                    states.append(state)
+        return states
+
+    def _add_ego(self, ego: Rectangle) -> None:
+        vehicle = self._sumo.vehicle
+        vehicle.add(_EGO, _EGO)
+        vehicle.setLength(_EGO, ego.length_m)
+        vehicle.setWidth(_EGO, ego.width_m)
+        vehicle.setSpeedMode(_EGO, 0)
+        vehicle.setLaneChangeMode(_EGO, 0)
+        self._off_route = False
+
+    def _move_ego(self, ego: Rectangle, speed_mps: float, braking: bool) -> None:
+        """Move our car among the vehicles, on its route if it is there: they know where it turns.
+
+        Elsewhere they expect that it drives straight on.
+        """
+        vehicle, front_m = self._sumo.vehicle, 0.5 * ego.length_m
+        x_m = ego.x_m + front_m * math.cos(ego.yaw_rad)
+        y_m = ego.y_m + front_m * math.sin(ego.yaw_rad)
+        if self._off_route:
+            route = [self._sumo.simulation.convertRoad(x_m, y_m, False, "passenger")[0]]
+            following = self._streets["passenger"].following
+            while len(route) < _EXPECTED_EDGES and following.get(route[-1]):
+                route.append(following[route[-1]][0])
+            with contextlib.suppress(self._sumo.TraCIException):  # between two edges
+                vehicle.setRoute(_EGO, route)
+        place = "", -1, x_m, y_m, 90.0 - math.degrees(ego.yaw_rad)
+        try:
+            vehicle.moveToXY(_EGO, *place, 1, _ON_ROUTE_M)
+            self._off_route = False
+        except self._sumo.TraCIException:
+            vehicle.moveToXY(_EGO, *place, 2)
+            self._off_route = True
+        vehicle.setPreviousSpeed(_EGO, max(speed_mps, 0.0))
+        vehicle.setSignals(_EGO, _BRAKE_LIGHT if braking else 0)
+
+    def _state(self, number: int, kind: Kind, front: Any, angle: float, mps: float) -> Any:
+        yaw_rad = math.radians(90.0 - angle)
+        back_m = 0.5 * kind.size_m[0]
+        x_m = front[0] - back_m * math.cos(yaw_rad)
+        y_m = front[1] - back_m * math.sin(yaw_rad)
+        return ObstacleState(number, kind.kind, x_m, y_m, yaw_rad, *kind.size_m, max(mps, 0.0))
+
+    def _domain(self, name: str) -> Any:
+        is_person = self._users[name].vehicle_class == _PEDESTRIAN
+        return self._sumo.person if is_person else self._sumo.vehicle
+
+    def _add(self, ego: Rectangle, sight_m: float) -> None:
+        """Add a road user of a drawn kind on a drawn street."""
+        shares = [kind.share for kind in self._kinds.values()]
+        drawn = self._random.choices(list(self._kinds), shares)[0]
+        kind = self._kinds[drawn]
+        streets = self._streets[kind.vehicle_class]
+        name, edge = str(self._next_id), self._drawn_edge(streets, ego, sight_m)
+        if kind.vehicle_class == _PEDESTRIAN:
+            walks = list(self._walks(streets, ego, edge))
+            if not walks:
+                return
+            self._sumo.person.add(name, edge, 0.0, typeID=drawn)
+            for walk in walks:
+                self._sumo.person.appendStage(name, walk)
+        else:
+            route = [edge]
+            while len(route) < _ROUTE_EDGES and streets.following[route[-1]]:
+                route.append(self._random.choice(streets.following[route[-1]]))
+            self._sumo.route.add(name, route)
+            place = {"departLane": "free", "departPos": "random_free", "departSpeed": "max"}
+            self._sumo.vehicle.add(name, name, drawn, **place)
+        self._users[name] = kind
+        self._next_id += 1
+        self._domain(name).subscribe(name, self._read)
+
+    def _drawn_edge(self, streets: Streets, ego: Rectangle, sight_m: float) -> str:
+        distance_m = np.hypot(*(streets.middles_m - (ego.x_m, ego.y_m)).T)
+        weights = streets.lengths_m * ((distance_m > sight_m) & (distance_m < _NEAR_M))
+        if not weights.any():
+            weights = streets.lengths_m
+        return self._random.choices(streets.edges, weights.tolist())[0]
+
+    def _walks(self, streets: Streets, ego: Rectangle, edge: str) -> Iterator[Any]:
+        for _ in range(_PLACES):
+            end = self._drawn_edge(streets, ego, 0.0)
+            walks = self._sumo.simulation.findIntermodalRoute(edge, end) if end != edge else ()
+            for walk in walks:
+                yield walk
+                edge = end
+
+
+def of_map(path: str, count: int, seed: int, tick_s: float, mission_m: np.ndarray) -> SumoTraffic:
+    """Return the traffic on a map; see SumoTraffic."""
+    return SumoTraffic(network_path(path), count, seed, tick_s, mission_m)
+
+
+def _libsumo() -> Any:
+    # Without it, libsumo warns of data that it does not need.
+    os.environ.setdefault("SUMO_HOME", config_path(""))
+    try:
+        return importlib.import_module("libsumo")
+    except ImportError as error:
+        fix = "run docker/prepare traffic, which installs it and needs a connection"
+        raise DocumentError(f"traffic: libsumo cannot be imported ({error}); {fix}") from None
