@@ -20,7 +20,6 @@ from sdc_common.ros.node import LoopPublisher
 from sdc_common.routes.waypoint_file import load_waypoints
 from sdc_sim.camera.boxes import Box, ego_box, obstacle_box, traffic_light_box
 from sdc_sim.camera.camera_model import CameraModel
-from sdc_sim.camera.painting import dim
 from sdc_sim.camera.renderer import Renderer
 from sdc_sim.road.network import Network
 from sdc_sim.road.road import Road
@@ -38,8 +37,6 @@ from sdc_sim.ros.picture_messages import (
 from sdc_sim.simulation.snapshot import Snapshot
 from sdc_sim.simulation.weather import Weather
 
-# In lockstep one is painted, one waits, and one gets its objects.
-_PICTURES = 3
 # As in the sensor file of the bridge 0.9.11, and in carla_spectator_camera.
 _OTHER_SIZE_PX = (800, 600)
 _VIEW_FOV_RAD = math.radians(90.0)
@@ -72,11 +69,15 @@ class CameraTopics:
             camera_transform(camera, mount, self._vehicle_frame, self._frame)
         )
 
-    def publish(self, picture: np.ndarray, stamp: rospy.Time) -> None:
+    def message(self, picture: np.ndarray, stamp: rospy.Time) -> Image:
+        """Return the message of a picture, which is copied."""
+        return image_message(picture, stamp, self._frame)
+
+    def publish(self, image: Image) -> None:
         """Publish a picture and the description of its camera."""
-        self._info.header.stamp = stamp
+        self._info.header.stamp = image.header.stamp
         self._camera_info.publish(self._info)
-        self._image.publish(image_message(picture, stamp, self._frame))
+        self._image.publish(image)
 
 
 def road_of(settings: PictureSettings) -> Road | Network:
@@ -121,14 +122,14 @@ class OtherCamera:
             light,
             time_s=observation.time_s,
         )
-        self._topics.publish(picture, rospy.Time(0, observation.stamp_ns))
+        self._topics.publish(self._topics.message(picture, rospy.Time(0, observation.stamp_ns)))
 
 
 class FrontCamera:
     """The front camera of the simulated car, and the cameras behind it and of a spectator.
 
-    One thread paints sky and ground, and one draws the objects and publishes: OpenCV does most of
-    the work and does not hold Python's lock meanwhile.
+    One thread renders the pictures of the front camera, and one sends them: a subscriber that still
+    works on a picture delays the next one by less.
 
     Args:
         connection: sends an observation for each request until the simulator ends
@@ -143,10 +144,8 @@ class FrontCamera:
         weather = Weather(**settings.weather)
         self._renderer = Renderer(road, weather=weather)
         camera = self._renderer.camera
-        self._free: queue.Queue[np.ndarray] = queue.Queue()
-        for _ in range(_PICTURES if settings.every_frame else 1):
-            self._free.put(np.empty((camera.height, camera.width, 4), np.uint8))
-        self._painted: queue.Queue[tuple[Snapshot, np.ndarray] | None] = queue.Queue()
+        self._picture = np.empty((camera.height, camera.width, 4), np.uint8)
+        self._rendered: queue.Queue[Image | None] = queue.Queue(1)
 
         bridge, self._role_name = BRIDGE_VERSIONS[settings.bridge], settings.role_name
         self._topics = CameraTopics(self._role_name, bridge.front)
@@ -170,35 +169,28 @@ class FrontCamera:
 
     def loop(self) -> None:
         """Publish a picture of each observation until the simulator ends."""
-        threading.Thread(target=self._paint_backgrounds, daemon=True).start()
-        while (item := self._painted.get()) is not None:
-            self._publish(*item)
-            self._free.put(item[1])
+        threading.Thread(target=self._render, daemon=True).start()
+        while (image := self._rendered.get()) is not None:
+            self._topics.publish(image)
 
-    def _paint_backgrounds(self) -> None:
+    def _render(self) -> None:
         try:
             while True:
-                picture = self._free.get()
                 self._connection.send_bytes(b"")  # the request of an observation
-                observation: Snapshot = self._connection.recv()
-                state = observation.state
-                self._renderer.draw_background(picture, state.x_m, state.y_m, state.yaw_rad)
-                self._painted.put((observation, picture))
+                self._take_pictures(self._connection.recv())
         except (EOFError, OSError):
             rospy.loginfo("front_camera: the simulator has ended")
         finally:
-            self._painted.put(None)
+            self._rendered.put(None)
 
-    def _publish(self, observation: Snapshot, picture: np.ndarray) -> None:
-        """Draw the objects on a background, and publish this picture and those of other cameras."""
+    def _take_pictures(self, observation: Snapshot) -> None:
+        """Render the picture of an observation, and render and publish those of other cameras."""
         state, light = observation.state, self._daylight
         boxes = [obstacle_box(obstacle) for obstacle in observation.obstacles]
         boxes += [traffic_light_box(one) for one in observation.traffic_lights]
-        self._renderer.objects.draw(
-            picture, state.x_m, state.y_m, state.yaw_rad, boxes, observation.time_s
-        )
-        dim(picture, light)
-        self._topics.publish(picture, rospy.Time(0, observation.stamp_ns))
+        place = state.x_m, state.y_m, state.yaw_rad
+        picture = self._renderer.render(*place, boxes, light, self._picture, observation.time_s)
+        self._rendered.put(self._topics.message(picture, rospy.Time(0, observation.stamp_ns)))
         for camera in self._others:
             camera.publish(observation, boxes, light)
 
