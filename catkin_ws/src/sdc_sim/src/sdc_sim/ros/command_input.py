@@ -76,7 +76,8 @@ class CommandInput:
                 "has control; stop one of the two nodes",
             )
             return
-        self._drive_log.add_command(message)
+        if self._drive_log:
+            self._drive_log.add_command(message)
         stamp_ns, observed_ns = message.header.stamp.to_nsec(), self._simulation.snapshot.stamp_ns
         if self._lockstep and self.answers.is_repeated(stamp_ns, observed_ns):
             return

@@ -8,7 +8,6 @@ brake, steer] or ["collision", stamp, obstacle].
 from __future__ import annotations
 
 import json
-import os
 from typing import Any
 
 from nav_msgs.msg import Odometry
@@ -18,7 +17,7 @@ from sdc_sim.simulation.snapshot import Snapshot
 
 
 class DriveLog:
-    """Appends events to a file; without a path, to none."""
+    """Appends events to a file."""
 
     def __init__(self, path: str):
         """Open the file.
@@ -27,7 +26,7 @@ class DriveLog:
             OSError: the file cannot be written
         """
         # Each line is written at once. The file is open until the end.
-        self._file = open(path or os.devnull, "a", buffering=1, encoding="ascii")  # noqa: SIM115
+        self._file = open(path, "a", buffering=1, encoding="ascii")  # noqa: SIM115
 
     def add_observation(self, observation: Snapshot, odometry: Odometry) -> None:
         """Add the pose and speed that the odometry holds, and the collisions of this tick."""

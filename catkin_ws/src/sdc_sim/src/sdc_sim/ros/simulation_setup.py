@@ -48,7 +48,7 @@ class SimulationSetup:
         route: the route
         ego: prefix of the topics of the vehicle
         bridge: version of the bridge
-        drive_log: records the drive
+        drive_log: records the drive; None without a file for it
         pictures: what the pictures have in common; None without a camera
         shows_truth: whether any topic has the true state of the vehicle, or the map
         sensors: settings of the sensors that are on, by name
@@ -65,7 +65,7 @@ class SimulationSetup:
             self.route = road_route(self.route_m)
             self.sensors = sensors_that_are_on(parameters)
             self.simulation = build_simulation(parameters, self.route, self.route_m)
-            self.drive_log = DriveLog(values.drive_log)
+            self.drive_log = DriveLog(values.drive_log) if values.drive_log else None
         except (WaypointError, DocumentError, OccupiedError) as error:
             refuse(error)
         except ValueError as error:

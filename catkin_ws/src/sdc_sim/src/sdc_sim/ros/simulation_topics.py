@@ -194,7 +194,8 @@ class SimulationTopics:
         shown = observation.measured if truth else observation.state
         stamp = rospy.Time(0, observation.stamp_ns)
         odometry = odometry_message(shown, stamp, self._setup.values.role_name)
-        self._setup.drive_log.add_observation(observation, odometry)
+        if self._setup.drive_log:
+            self._setup.drive_log.add_observation(observation, odometry)
         if truth:
             self._publish_readings()
         if self._odometry:
