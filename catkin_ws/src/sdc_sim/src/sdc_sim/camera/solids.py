@@ -8,8 +8,8 @@ import numpy as np
 
 from sdc_sim.camera.rasterizer import Face, PolygonRasterizer
 
-# Window panes farther away are smaller than a pixel.
-_PANES_RANGE_M = 85.0
+# Window panes are smaller than a pixel beyond so many metres for each pixel of the focal length.
+_PANES_RANGE_M_PER_PX = 0.266
 
 
 class Solid(NamedTuple):
@@ -46,7 +46,7 @@ def project(
     every = Solid(*map(np.concatenate, zip(*solids)))
     owners = np.repeat(np.arange(len(solids)), [len(solid.bgr) for solid in solids])
     shown = ((rasterizer.eye - every.polygons[:, 0]) * every.normals).sum(axis=1) > 0.0
-    shown &= ~every.is_pane | (ahead_m[owners] < _PANES_RANGE_M)
+    shown &= ~every.is_pane | (ahead_m[owners] < _PANES_RANGE_M_PER_PX * rasterizer.focal_px)
     rows = np.flatnonzero(shown)
     outlines, beyond = rasterizer.outlines(every.polygons[rows])
     # The near plane does not cut panes: those that it touches are left out.
