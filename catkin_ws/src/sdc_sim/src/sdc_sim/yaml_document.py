@@ -110,6 +110,14 @@ def config_path(name: str) -> str:
     return os.path.join(folder, name)
 
 
+def map_file(name: str, folder: str = "") -> str:
+    """Return the path of a map: of a packaged one, or of a file relative to a folder."""
+    packaged = config_path(os.path.join("..", "maps", name + ".net.xml"))
+    if name.isidentifier() and os.path.exists(packaged):
+        return os.path.abspath(packaged)
+    return os.path.abspath(os.path.join(folder, os.path.expanduser(name)))
+
+
 def schema(name: str) -> dict:
     """Return a JSON schema (draft 7) of config/schemas."""
     return packaged_config("schemas/" + name)

@@ -42,7 +42,7 @@ from sdc_sim.road.network import (
     RoadLane,
 )
 from sdc_sim.road.opendrive_lanes import OpenDriveLanes
-from sdc_sim.yaml_document import DocumentError
+from sdc_sim.yaml_document import DocumentError, map_file
 
 VERSION = "1.28.0"
 _INSTALL = "run docker/prepare maps, which installs it and needs a connection"
@@ -65,12 +65,12 @@ class MapError(DocumentError):
 
 
 def load_network(path: str) -> Network:
-    """Return the network of a map; the same object as long as the file is the same.
+    """Return the network of a map, a file or a packaged name; read again when the file changes.
 
     Raises:
         MapError: the file is no map, or what reads it is not installed
     """
-    path = os.path.abspath(os.path.expanduser(path))
+    path = map_file(path)
     try:
         return _loaded(path, os.stat(path).st_mtime_ns)
     except OSError as error:
@@ -83,6 +83,7 @@ def network_path(path: str) -> str:
     Raises:
         MapError: netconvert cannot make it
     """
+    path = map_file(path)
     return os.path.join(_converted(path), "map.net.xml") if path.endswith(".xodr") else path
 
 

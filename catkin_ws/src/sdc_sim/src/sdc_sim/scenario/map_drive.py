@@ -16,6 +16,7 @@ from sdc_sim.road.lane_graph import LaneGraph, drawn_places
 from sdc_sim.road.mission import Mission, Point, plan_mission
 from sdc_sim.road.network_file import MapError, load_network
 from sdc_sim.scenario.packaged import options_text, parse_options
+from sdc_sim.yaml_document import map_file
 
 
 def first_mission(
@@ -65,7 +66,7 @@ def launch_arguments(report: str, given: dict[str, str]) -> dict[str, str]:
     return {
         **given,
         "waypoints_path": path,
-        "map": os.path.abspath(os.path.expanduser(given["map"])),
+        "map": map_file(given["map"]),
         "goal": str([list(map(float, goal)) for goal in goals]),
     }
 

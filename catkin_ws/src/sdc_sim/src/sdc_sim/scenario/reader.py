@@ -8,7 +8,7 @@ from typing import Any
 
 from sdc_sim.road.route_generator import RouteSpecError, curvature_profile
 from sdc_sim.scenario.traffic import read_scenario
-from sdc_sim.yaml_document import YamlDocument, schema
+from sdc_sim.yaml_document import YamlDocument, map_file, schema
 
 
 @dataclass(frozen=True)
@@ -54,8 +54,7 @@ def load_scenario(path: str) -> Scenario:
 
 def map_path(scenario: Scenario) -> str:
     """Return the path of the map of a scenario."""
-    folder = os.path.dirname(os.path.abspath(scenario.path))
-    return os.path.join(folder, os.path.expanduser(scenario.map or ""))
+    return map_file(scenario.map or "", os.path.dirname(os.path.abspath(scenario.path)))
 
 
 def _check_route(document: YamlDocument, route: Any) -> None:

@@ -1,0 +1,69 @@
+"""The packaged town: its network, its OpenDRIVE, and the packaged route through it."""
+
+import filecmp
+import os
+import subprocess
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+from street_maps import needs_maps
+from test_network import dense, largest_distances_m
+
+from sdc_common.geometry.road_line import road_line
+from sdc_common.routes.waypoint_file import load_waypoints
+from sdc_sim.road.lane_graph import LaneGraph
+from sdc_sim.road.mission import plan_mission
+from sdc_sim.road.network_file import load_network
+from sdc_sim.scenario.packaged import find_route
+from sdc_sim.yaml_document import map_file
+
+pytestmark = needs_maps
+_ROUTE_M = road_line(load_waypoints(find_route("", "town")))
+
+
+@pytest.fixture(scope="module", name="town")
+def _town():
+    return load_network("town")
+
+
+def test_packaged_route_is_on_lanes_of_the_town(town):
+    lanes = cKDTree(np.vstack([dense(one.points_m) for one in town.driving]))
+    assert lanes.query(dense(_ROUTE_M))[0].max() < 0.05
+
+
+def test_packaged_route_is_a_way_through_the_town(town):
+    goals = _ROUTE_M[[100, 250, 335, 500, 650, 850, -1]]
+    mission = plan_mission(LaneGraph(town), goals, *_ROUTE_M[0], 0.0)
+    length_m = np.hypot(*np.diff(_ROUTE_M, axis=0).T).sum()
+    assert mission.ends_m[-1] == pytest.approx(length_m, abs=0.5)
+    assert cKDTree(dense(mission.points_m)).query(_ROUTE_M)[0].max() < 0.05
+
+
+def test_town_has_all_kinds_of_junctions_and_streets(town):
+    junctions = [one for one in town.junctions.values() if len(one.connections) > 2]
+    kinds = {one.kind for one in junctions}
+    assert len(junctions) >= 12 and len(town.crosswalks) >= 8
+    assert kinds >= {"traffic_light", "priority", "right_before_left", "priority_stop"}
+    limits_kmh = {round(3.6 * lane.speed_limit_mps) for lane in town.driving if not lane.junction}
+    assert limits_kmh >= {20, 30, 50, 60, 100, 130}
+    assert town.lanes["avenue_n_1"].left == "avenue_n_2"
+
+
+def test_opendrive_of_the_town_has_the_same_lanes_outside_junctions(town):
+    path = map_file("town").replace(".net.xml", ".xodr")
+    outside_m, inside_m, _ = largest_distances_m(path)
+    assert (outside_m <= 0.05, inside_m <= 0.2) == (True, True)
+    lines = [dense(one.points_m) for one in load_network(path).driving]
+    streets = [dense(one.points_m) for one in town.driving if not one.junction]
+    distances = cKDTree(np.vstack(lines)).query(np.vstack(streets))[0]
+    assert np.mean(distances < 0.05) > 0.995
+
+
+def test_network_and_opendrive_are_made_of_the_files_that_people_edit(tmp_path):
+    folder = os.path.dirname(map_file("town"))
+    done = subprocess.run([folder + "/make_town", tmp_path], capture_output=True, check=False)
+    if done.returncode == 127:
+        pytest.skip("netconvert is not installed")
+    for name in ("town.net.xml", "town.xodr"):
+        assert filecmp.cmp(tmp_path / name, os.path.join(folder, name), shallow=False)
