@@ -113,6 +113,16 @@ def test_speed_limit_of_the_road_is_kept(path):
     assert drive.metrics["speed_max_mps"] == pytest.approx(8.0, abs=0.3)
 
 
+def test_car_waits_at_the_lights_of_its_mission_and_at_no_others(path):
+    seen, north = [], (118.4, 110.0)
+    one = drive_result(map=path, start=north, goal=EAST, observe=seen.append).metrics
+    assert one["status"] == "completed" and one["infractions"]["red_light"] == 0
+    waits = [tick.state.y_m for tick in seen[100:-100] if tick.state.speed_mps < 0.01]
+    assert len(waits) > 500 and min(waits) > 12.0 and max(waits) < 16.0  # its line is at 10.4 m
+    other = drive_result(map=path, start=(118.4, 20.0), goal=(118.4, 14.0)).metrics
+    assert other["status"] == "completed" and other["duration_s"] < 20.0
+
+
 def test_goal_that_cannot_be_reached_ends_the_drive_with_one_line(path):
     with pytest.raises(NoRouteError, match=r"the goal \(500.0, 0.0\) is on no lane"):
         drive_result(map=path, start=WEST, goal=(500.0, 0.0))

@@ -48,3 +48,10 @@ def test_brake_holds_a_waiting_car_and_the_start_is_smooth():
     speed = control()
     assert {speed.acceleration(0.0, 0.0, v, 0.05) for v in (0.1, 0.0, 0.05, 0.0)} == {-2.0}
     assert speed.acceleration(1.0, 1.8, 0.0, 0.05) == pytest.approx(0.25)
+
+
+def test_car_that_stands_just_before_its_stop_does_not_start_again():
+    control_ = control()
+    # 0.1 m before a stop, the planned speed is still 0.3 m/s.
+    assert max(control_.acceleration(0.3, -0.45, 0.0, 0.05) for _ in range(200)) < 0.0
+    assert max(control_.acceleration(1.0, -0.45, 0.0, 0.05) for _ in range(200)) > 0.5

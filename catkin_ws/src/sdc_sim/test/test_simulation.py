@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from sdc_common.driving import Command
 from sdc_sim.physics.ackermann import AckermannTarget
 from sdc_sim.physics.collision import overlap
-from sdc_sim.physics.obstacles import KINDS, ObstaclePlan, Obstacles
+from sdc_sim.physics.obstacles import KINDS, ObstaclePlan, Obstacles, ObstacleState
 from sdc_sim.physics.traffic_lights import GREEN, RED, TrafficLightPlan
 from sdc_sim.physics.vehicle import Vehicle
 from sdc_sim.physics.vehicle_parameters import load_vehicle
@@ -42,6 +42,42 @@ def drive(simulation, seconds, **command):
     for _ in range(round(seconds / simulation.tick_s)):
         collisions += stepped(simulation, Command(**command)).collisions
     return collisions
+
+
+class Approaching:
+    """A car of the traffic that drives towards the origin, and a pedestrian beside the road."""
+
+    def reset(self, ego):
+        self.x_m, self.blocked = -20.0, []
+        return self.states()
+
+    def advance(self, ego, speed_mps, braking, blocked):
+        self.blocked.append(set(blocked))
+        self.x_m += 0.0 if blocked else 0.5
+        return self.states()
+
+    def states(self):
+        walker = ObstacleState(10002, "pedestrian", 0.0, 9.0, 0.0, *KINDS["pedestrian"].size_m, 1.0)
+        car = ObstacleState(10001, "car", self.x_m, 0.0, 0.0, *KINDS["car"].size_m, 10.0)
+        return [car, walker]
+
+
+def test_road_user_that_hits_the_vehicle_stops_there_and_is_one_collision():
+    traffic = Approaching()
+    simulation = make_simulation(traffic=traffic)
+    collisions = drive(simulation, 3.0, brake=1.0)
+    assert [one.id for one in collisions] == [10001]
+    # It pushes the vehicle forward with its momentum.
+    assert collisions[0].impulse_x_ns == pytest.approx(18_000.0)
+    car = simulation.snapshot.obstacles[0]
+    assert not overlap(car.rectangle, simulation.outline) and car.speed_mps == 0.0
+    assert simulation.outline.x_m - car.x_m < 4.7 + 0.5
+    assert traffic.blocked[-1] == {10001} and traffic.blocked[0] == set()
+    assert len(simulation.observation.obstacles) == 2
+    with pytest.raises(OccupiedError, match="the pedestrian at"):
+        simulation.place(0.0, 9.0, 0.0)
+    simulation.reset()
+    assert simulation.snapshot.obstacles[0].x_m == -20.0
 
 
 def test_default_timeout_allows_for_a_lost_command_at_10_hz_and_ends_within_half_a_second():

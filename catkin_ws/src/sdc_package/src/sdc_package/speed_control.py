@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from sdc_common.validation import check_positive
 from sdc_package.pid import Pid, PidGains
 
+_STOP_WITHIN_M = 0.12
+
 
 @dataclass(frozen=True)
 class SpeedControlLimits:
@@ -59,8 +61,10 @@ class SpeedControl:
             dt_s: time since the last call [s]
         """
         limits = self.limits
-        standing = max(target_mps, speed_mps) < limits.standstill_mps
-        if standing and planned_mps2 <= 0.0:
+        # A car that stands this close to its stop stays: it would start too hard and pass it.
+        is_at_stop = target_mps * target_mps < -2.0 * planned_mps2 * _STOP_WITHIN_M
+        stays = target_mps < limits.standstill_mps or (is_at_stop and self.acceleration_mps2 >= 0.0)
+        if speed_mps < limits.standstill_mps and stays and planned_mps2 <= 0.0:
             self.reset()
             return -limits.hold_mps2
         change = limits.jerk_mps3 * dt_s

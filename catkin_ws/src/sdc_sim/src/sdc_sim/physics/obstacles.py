@@ -270,7 +270,8 @@ class Obstacles:
             self._touching = {
                 body.id
                 for body in self.states
-                if body.id in self._touching and overlap(near, body.rectangle)
+                if body.id in self._touching
+                and (body.id in self.blocked or overlap(near, body.rectangle))
             }
 
 
