@@ -12,7 +12,7 @@ from sdc_sim.camera.meshes import table_mesh, traffic_light_mesh
 from sdc_sim.camera.painting import FIXED_POINT_BITS, SUN, footprint, shadow_hull
 from sdc_sim.camera.rasterizer import PolygonRasterizer, fill
 from sdc_sim.camera.solids import Solid
-from sdc_sim.physics.obstacles import KINDS, ObstacleState
+from sdc_sim.physics.obstacles import FIRST_TRAFFIC_ID, KINDS, ObstacleState
 from sdc_sim.physics.traffic_lights import GREEN, HEIGHT_M, OFF, RED, YELLOW, TrafficLightState
 from sdc_sim.physics.vehicle import VehicleState
 from sdc_sim.simulation.weather import SHADE
@@ -20,6 +20,11 @@ from sdc_sim.simulation.weather import SHADE
 _LIGHT_SIZE_M = 0.4
 _EGO_SIZE_M = (4.7, 2.0, 1.5)
 _EGO_BGR = (120, 60, 25)
+# Red, green, blue of the cars of the traffic.
+_CAR_COLOURS = (
+    *((0.75, 0.76, 0.78), (0.12, 0.12, 0.13), (0.63, 0.16, 0.16), (0.15, 0.25, 0.5)),
+    *((0.9, 0.9, 0.88), (0.4, 0.42, 0.44), (0.2, 0.38, 0.25)),
+)
 # Blue, green, red of the lamp that is lit; of a light that is off, the glass of the red lamp.
 _LIT_BGR = {RED: (40, 40, 255), YELLOW: (40, 200, 255), GREEN: (90, 255, 60), OFF: (20, 20, 62)}
 
@@ -46,6 +51,9 @@ def ego_box(state: VehicleState) -> Box:
 
 def obstacle_box(obstacle: ObstacleState) -> Box:
     """Return an obstacle as the camera draws it."""
+    colour = KINDS[obstacle.kind].colour
+    if obstacle.kind == "car" and obstacle.id >= FIRST_TRAFFIC_ID:
+        colour = _CAR_COLOURS[obstacle.id % len(_CAR_COLOURS)]
     return Box(
         obstacle.x_m,
         obstacle.y_m,
@@ -53,7 +61,7 @@ def obstacle_box(obstacle: ObstacleState) -> Box:
         obstacle.length_m,
         obstacle.width_m,
         obstacle.height_m,
-        tuple(round(255 * share) for share in reversed(KINDS[obstacle.kind].colour)),
+        tuple(round(255 * share) for share in reversed(colour)),
         obstacle.kind,
     )
 

@@ -11,8 +11,8 @@ from sdc_common.geometry.polyline import Polyline
 from sdc_sim.physics.collision import Contact, Motion, Rectangle, first_contact, overlap
 from sdc_sim.yaml_document import packaged_config
 
-# First ID of the obstacles in messages; the ego vehicle is 1.
-FIRST_ID = 101
+# First IDs in messages of the obstacles and of the traffic; the ego vehicle is 1.
+FIRST_ID, FIRST_TRAFFIC_ID = 101, 10001
 # Length of the path of an obstacle that moves straight on.
 _FAR_M = 1e4
 # A contact ends at this distance: a trembling contact is one event.

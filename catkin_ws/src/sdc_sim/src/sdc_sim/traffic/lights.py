@@ -35,13 +35,18 @@ def _lights(network: Network, junction: Junction) -> Iterator[TrafficLightPlan]:
     for connection in junction.connections:
         if connection.signal >= 0:
             signals.setdefault(connection.start, []).append(connection.signal)
+    rows: dict[str, list] = {}  # the rows of lamps beside each road
     for name, of_lane in signals.items():
         lane = network.lanes[name]
         phases = _phases(junction, of_lane, min)
         if "green" not in [colour for colour, _ in phases]:  # its ways are open one after another
             phases = _phases(junction, of_lane, max)
         (x_m, y_m), heading = lane.points_m[-1].tolist(), lane.heading_at(lane.length_m)
-        pole = _pole(network, lane, x_m, y_m, heading)
+        beside = rows.setdefault(name.rpartition("_")[0], [])
+        if phases not in beside:
+            beside.append(phases)
+        apart_m = _APART_M * beside.index(phases)
+        pole = _pole(network, lane, x_m, y_m, heading, apart_m)
         yield TrafficLightPlan(x_m, y_m, heading, phases, -junction.offset_s, *pole)
 
 
@@ -56,13 +61,13 @@ def _phases(junction: Junction, signals: list[int], choose: Callable) -> Any:
 
 
 def _pole(
-    network: Network, lane: RoadLane, x_m: float, y_m: float, heading: float
+    network: Network, lane: RoadLane, x_m: float, y_m: float, heading: float, apart_m: float
 ) -> tuple[float, float]:
     """Return where the pole is, on no lane if possible: ahead of the line and to its right [m]."""
-    right_m = 0.5 * lane.width_m + _BESIDE_M
+    right_m = 0.5 * lane.width_m + _BESIDE_M + apart_m
     while lane.right:
         lane = network.lanes[lane.right]
-        right_m += lane.width_m + _APART_M
+        right_m += lane.width_m
     c, s = math.cos(heading), math.sin(heading)
     for ahead_m in _AHEAD_M:
         at = x_m + ahead_m * c + right_m * s, y_m + ahead_m * s - right_m * c

@@ -16,12 +16,10 @@ from typing import AbstractSet, Any, Iterator, NamedTuple
 import numpy as np
 
 from sdc_sim.physics.collision import Rectangle
-from sdc_sim.physics.obstacles import ObstacleState
+from sdc_sim.physics.obstacles import FIRST_TRAFFIC_ID, ObstacleState
 from sdc_sim.road.network_file import network_path
 from sdc_sim.yaml_document import DocumentError, config_path
 
-# First ID in messages; obstacles start at 101, traffic lights at 1001.
-FIRST_ID = 10001
 _EGO = "ego"
 _PEDESTRIAN = "pedestrian"
 # Road users begin within the first distance of the car, and are replaced beyond the second one.
@@ -106,7 +104,7 @@ class SumoTraffic:
         self._start()
         self._random = random.Random(self._seed)
         self._users: dict[str, Kind] = {}
-        self._next_id = FIRST_ID
+        self._next_id = FIRST_TRAFFIC_ID
         self._held: AbstractSet[int] = frozenset()
         self._sumo.route.add(_EGO, self._mission)
         self._add_ego(ego)
