@@ -9,8 +9,10 @@ import pytest
 from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.camera.network_rasterizer import NetworkRasterizer
 from sdc_sim.camera.renderer import Renderer
+from sdc_sim.camera.signs import sign
 from sdc_sim.road.network import BROKEN, KERB, SOLID, STOP, Connection, Junction, Network, RoadLane
 from sdc_sim.road.network_scenery import network_scenery
+from sdc_sim.road.scenery import SIGN, STOP_SIGN
 
 pytestmark = pytest.mark.slow(3)
 
@@ -32,10 +34,16 @@ _STREET = Network(
             "j",
             "priority",
             np.array([(50, -12), (70, -12), (70, 12), (50, 12)], float),
-            (Connection("a", ("x",), "", "s", line=STOP),),
+            (
+                Connection("a", ("x",), "c", "s", line=STOP),
+                Connection("b", (), "c", "r"),
+                Connection("b", (), "d", "l"),
+            ),
         )
     ],
     [np.array([(30, -2), (30, 6), (33, 6), (33, -2)], float)],
+    bays=[np.array([(5, -1.75), (10, -1.75), (10, -4.25), (5, -4.25)], float)],
+    bus_stops=[np.array([(20, -1.75), (28, -1.75), (28, 0), (20, 0)], float)],
 )
 
 
@@ -70,6 +78,12 @@ def _plane():
         ((60.0, 9.0), (102, 0)),  # the area of the junction
         ((31.5, 0.5), (255, 0)),  # a stripe of the crosswalk
         ((31.5, 1.1), (102, 0)),  # between two stripes
+        ((7.5, -3.0), (102, 0)),  # a parking bay
+        ((10.0, -3.0), (255, 0)),  # its line
+        ((22.0, -0.26), (255, 0)),  # the zigzag line of a bus stop
+        ((42.0, 0.0), (255, 0)),  # the arrow of lane a
+        ((44.0, 0.12), (255, 0)),  # its point
+        ((44.0, 0.8), (102, 0)),  # beside it
     ],
 )
 def test_brightness_and_grass_of_a_place(plane, place, expected):
@@ -90,8 +104,24 @@ def test_scenery_is_beside_the_lanes():
     scenery = network_scenery(_STREET, 0)
     assert len(scenery) > 3
     assert np.array_equal(scenery.position_m, network_scenery(_STREET, 0).position_m)
-    for x, y in scenery.position_m:
+    for x, y in scenery.position_m[scenery.kind != SIGN]:
         assert math.dist((min(max(x, 0.0), 70.0), 0.0), (x, y)) > 3.0
+
+
+def test_signs_are_right_of_lanes_where_right_of_way_and_limits_change():
+    fast = RoadLane("f", np.array([(70.0, 0), (120, 0)]), 3.5, 30.0, predecessors=("x",))
+    lanes = [*_STREET.lanes.values(), fast]
+    lanes[2] = lane("x", [(50, 0), (70, 0)], "none", "none", junction="j", predecessors=("a",))
+    scenery = network_scenery(Network("town", lanes, _STREET.junctions.values()), 0)
+    rows = scenery.kind == SIGN
+    assert sorted(scenery.variant[rows].tolist()) == [STOP_SIGN, 108]
+    assert scenery.position_m[rows].tolist() == [[49.0, -2.5], [74.0, -2.5]]
+    # The plate faces the cars: it is red from there, and grey from behind.
+    stop = int(np.flatnonzero(rows)[0])
+    faces = sign(scenery, stop)
+    assert faces.normals[2:4] @ (-1, 0, 0) == pytest.approx(1.0)
+    reds = faces.bgr[(faces.bgr[:, 2] > 150) & (faces.bgr[:, 0] < 100)]
+    assert len(reds) >= 3
 
 
 def test_picture_of_a_street_depends_on_the_pose_only():

@@ -50,6 +50,16 @@ def test_town_has_all_kinds_of_junctions_and_streets(town):
     assert town.lanes["avenue_n_1"].left == "avenue_n_2"
 
 
+def test_bays_are_beside_lanes_and_bus_stops_on_them(town):
+    assert len(town.bays) == 38 and len(town.bus_stops) == 2
+    for area in town.bays:
+        place = town.nearest(*area.mean(axis=0))
+        assert -5.0 < place.cross_track_m < -0.5 * town.lanes[place.lane].width_m
+    for area in town.bus_stops:
+        place = town.nearest(*area.mean(axis=0))
+        assert place.lane.endswith("high_b_1") and -1.75 < place.cross_track_m < 0.0
+
+
 def test_opendrive_of_the_town_has_the_same_lanes_outside_junctions(town):
     path = map_file("town").replace(".net.xml", ".xodr")
     outside_m, inside_m, _ = largest_distances_m(path)

@@ -15,16 +15,28 @@ from sdc_sim.camera.road_rasterizer import (
     line_type,
     painted_line,
 )
-from sdc_sim.road.network import BROKEN, DOUBLE, KERB, STOP, Network, left_normals
+from sdc_sim.road.network import BROKEN, DOUBLE, KERB, STOP, Junction, Network, left_normals
 from sdc_sim.road.road import DASH_LENGTH_M, DASH_PERIOD_M, MARGIN_M
 
 # Layers from the lowest to the highest: brightness as a share of that of paint, share of grass
 # 0..255, and how far they reach beyond a lane [m].
 _LAYERS = ((0.22, 140, MARGIN_M + 1.1), (0.66, 0, MARGIN_M + 0.25), (ASPHALT, 0, MARGIN_M))
 _PAINT = len(_LAYERS)
+# Strips are straight pieces, at most so long and so far beside the line.
 _LONGEST_M = 20.0
+_TOLERANCE_M = 0.004
 _DOUBLE_M = 0.14  # from the middle of a double line to each of its lines
 _STRIPE_M, _STRIPE_PERIOD_M = 0.5, 1.0
+# Arrows by SUMO's direction: strips along x with half their width, and whether one is a point.
+_SIDE = (((0.0, 0.0), (1.5, 0.0), 0.07, False), ((1.45, 0.0), (2.2, 0.55), 0.07, False))
+_LEFT = (*_SIDE, ((2.1, 0.47), (2.75, 0.95), 0.32, True))
+_ARROWS = {
+    "s": (((0.0, 0.0), (2.6, 0.0), 0.07, False), ((2.5, 0.0), (3.8, 0.0), 0.3, True)),
+    "l": _LEFT,
+    "r": tuple(((*a[:1], -a[1]), (*b[:1], -b[1]), half, head) for a, b, half, head in _LEFT),
+}
+_ARROW_END_M = 9.0
+_ZIGZAG_M = 2.0
 _STOP_LINE_M, _TOOTH_M, _TOOTH_PERIOD_M = 0.4, 0.5, 0.8
 
 
@@ -47,6 +59,10 @@ class NetworkRasterizer:
                 self._add_dashes(ends, _TOOTH_M, _TOOTH_PERIOD_M, 0.5 * _STOP_LINE_M)
         for polygon in network.crosswalks:
             self._add_stripes(polygon)
+        self._add_places(network)
+        for junction in network.junctions.values():
+            if junction.kind != "right_before_left" and len(junction.connections) > 2:
+                self._add_arrows(network, junction)
         rows = np.vstack(self._rows)
         rows = rows[np.argsort(rows[:, 0], kind="stable")]
         self._layer, self._half_m = rows[:, 0].astype(int), rows[:, 1]
@@ -64,6 +80,8 @@ class NetworkRasterizer:
 
     def _add(self, points: np.ndarray, layer: int, half_m: float) -> None:
         """Add a strip along a line; 0 is the width of a painted line."""
+        line = np.asarray(points, np.float32)[:, None]
+        points = cv2.approxPolyDP(line, _TOLERANCE_M, False)[:, 0].astype(float)
         s = arc_lengths(points)
         at = np.unique(np.append(s, np.arange(0.0, s[-1], _LONGEST_M)))
         points = interpolate(at, s, points)
@@ -102,6 +120,41 @@ class NetworkRasterizer:
             start = corner + along * (at / length)
             self._add(np.array([start, start + across]), _PAINT, 0.5 * _STRIPE_M)
 
+    def _add_places(self, network: Network) -> None:
+        """Add parking bays, and the zigzag lines of bus stops."""
+        for start, end, far, near in network.bays:
+            middle = 0.5 * np.array([start + near, end + far])
+            half_m = 0.5 * float(np.hypot(*(near - start)))
+            for layer, (_, _, beyond_m) in enumerate(_LAYERS):
+                self._add(middle, layer, half_m + beyond_m)
+            for line in ([start, near], [end, far], [near, far]):
+                self._add(np.array(line), _PAINT, 0.0)
+        for start, end, far, near in network.bus_stops:
+            count = max(2, int(np.hypot(*(end - start)) / _ZIGZAG_M)) + 1
+            share = np.linspace(0.0, 1.0, count)[:, None]
+            inner, outer = start + share * (end - start), near + share * (far - near)
+            side = (np.arange(count) % 2)[:, None]
+            self._add(inner + (0.15 + 0.7 * side) * (outer - inner), _PAINT, 0.0)
+
+    def _add_arrows(self, network: Network, junction: Junction) -> None:
+        """Add the arrows of the ways from each lane before a junction."""
+        ways: dict[str, set[str]] = {}
+        for one in junction.connections:
+            ways.setdefault(one.start, set()).add(one.direction.lower())
+        for name, directions in ways.items():
+            lane = network.lanes[name]
+            begin_m = lane.length_m - _ARROW_END_M
+            if begin_m < _ARROW_END_M:
+                continue
+            (x, y), heading = lane.at(np.array([begin_m]))[0], lane.heading_at(begin_m)
+            c, s = np.cos(heading), np.sin(heading)
+            turn = np.array([[c, s], [-s, c]])
+            for direction in sorted(directions & _ARROWS.keys()):
+                for first, last, half_m, is_head in _ARROWS[direction]:
+                    self._add(np.array([first, last]) @ turn + (x, y), _PAINT, half_m)
+                    if is_head:
+                        self._rows[-1][:, -2:] = 0.0
+
     def weights(
         self, level: int, origin_m: np.ndarray, size_m: float
     ) -> tuple[np.ndarray, np.ndarray] | None:
@@ -118,21 +171,22 @@ class NetworkRasterizer:
         left, end_left = half_m * self._left[near], half_m * self._end_left[near]
         corners = np.stack([start - left, end - end_left, end + end_left, start + left], axis=1)
         quads = fixed_point((corners - origin_m) / texel_m)
-        paved = np.zeros((SIDE_PX, SIDE_PX), np.uint8)
-        green = np.full((SIDE_PX, SIDE_PX), 255, np.uint8)
+        # Brightness and share of grass are painted at once, in two of three channels.
+        canvas = np.zeros((SIDE_PX, SIDE_PX, 3), np.uint8)
+        canvas[..., 1] = 255
         edges = line_type(level)
-        paint = np.where(is_line, int(255 * ink), 255)
+        layers, ends = self._layer[near], np.arange(_PAINT + 1)
+        # The rows are in the order of the layers.
+        bounds = [0, *np.searchsorted(layers, ends, side="right").tolist()]
+        colours = [(int(255 * brightness), share, 0) for brightness, share, _ in _LAYERS]
+        paint = [(255, 0, 0), (int(255 * ink), 0, 0)]
+        kinds = is_line.tolist()
         for layer in range(_PAINT + 1):
-            rows = np.flatnonzero(self._layer[near] == layer).tolist()
-            if layer == _PAINT:
-                for k in rows:
-                    cv2.fillConvexPoly(paved, quads[k], int(paint[k]), edges, FIXED_POINT_BITS)
-                break
-            brightness, share, _ = _LAYERS[layer]
-            for plane, value in ((paved, int(255 * brightness)), (green, share)):
-                for k in rows:
-                    cv2.fillConvexPoly(plane, quads[k], value, edges, FIXED_POINT_BITS)
-                for k in areas.tolist():
-                    area = fixed_point((self._areas[k] - origin_m) / texel_m)
-                    cv2.fillPoly(plane, [area], value, edges, FIXED_POINT_BITS)
-        return halve(paved), halve(green)
+            for k in range(bounds[layer], bounds[layer + 1]):
+                colour = paint[kinds[k]] if layer == _PAINT else colours[layer]
+                cv2.fillConvexPoly(canvas, quads[k], colour, edges, FIXED_POINT_BITS)
+            for k in areas.tolist() if layer < _PAINT else ():
+                area = fixed_point((self._areas[k] - origin_m) / texel_m)
+                cv2.fillPoly(canvas, [area], colours[layer], edges, FIXED_POINT_BITS)
+        paved, green, _ = cv2.split(halve(canvas))
+        return paved, green

@@ -14,22 +14,27 @@ from sdc_sim.camera.buildings import building
 from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.camera.paint_order import paint_order
 from sdc_sim.camera.rasterizer import NEAR_M, PolygonRasterizer, paint
-from sdc_sim.camera.solids import project
+from sdc_sim.camera.signs import sign
+from sdc_sim.camera.solids import Solid, project
 from sdc_sim.camera.trees import TREE_RANGE_M, TreePainter
-from sdc_sim.road.scenery import BLOCK, TREE, Scenery
+from sdc_sim.road.scenery import SIGN, TREE, Scenery
 
 # One more kind next to those of Scenery.
-_BOX = BLOCK + 1
+_BOX = SIGN + 1
 _BOX_RANGE_M = 400.0
 _BUILDING_RANGE_M = 190.0
 _SHADOW_RANGE_M = 55.0
 _CACHED_BUILDINGS = 256
 
 
+def _solid(scenery: Scenery, item: int) -> Solid:
+    return sign(scenery, item) if scenery.kind[item] == SIGN else building(scenery, item)
+
+
 class _Bodies(NamedTuple):
     """What decides whether bodies are visible, one row each."""
 
-    kind: np.ndarray  # TREE, HOUSE, BLOCK or _BOX (N,)
+    kind: np.ndarray  # TREE, HOUSE, BLOCK, SIGN or _BOX (N,)
     position_m: np.ndarray  # centre in the map (N, 2)
     corners_m: np.ndarray  # footprint in the map (N, 4, 2), counter-clockwise
     least_ahead_m: np.ndarray  # nearest centre along the heading at which a body is drawn (N,)
@@ -43,7 +48,7 @@ class SceneObjects:
     def __init__(self, scenery: Scenery, camera: CameraModel, air: Air, seed: int = 0):
         self.scenery = scenery
         self._trees = TreePainter(scenery, camera, seed, air.weather)
-        self._building = lru_cache(_CACHED_BUILDINGS)(partial(building, scenery))
+        self._building = lru_cache(_CACHED_BUILDINGS)(partial(_solid, scenery))
         self._camera = camera
         self._air = air
         self._side = np.tan(camera.fov_rad / 2.0) * (1.0 + 1.0 / camera.width)
@@ -58,7 +63,9 @@ class SceneObjects:
         tree = kind == TREE
         least = np.where(tree, 1.0, NEAR_M - radius)
         largest = np.where(
-            tree, TREE_RANGE_M, np.where(kind == _BOX, _BOX_RANGE_M, _BUILDING_RANGE_M)
+            tree | (kind == SIGN),
+            TREE_RANGE_M,
+            np.where(kind == _BOX, _BOX_RANGE_M, _BUILDING_RANGE_M),
         )
         forward = np.column_stack([np.cos(yaw), np.sin(yaw)])
         trim = np.where(tree, 0.35, 0.5)[:, None]

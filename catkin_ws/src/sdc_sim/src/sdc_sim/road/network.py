@@ -173,6 +173,8 @@ class Network:
         lanes: all lanes by id
         junctions: all junctions by id
         crosswalks: polygons (N, 2) [m]
+        bays: parking bays (4, 2), the first two corners at the lane [m]
+        bus_stops: areas (4, 2) of a lane, the first two corners at its right edge [m]
         stop_lines: segments (2, 2) across the ends of lanes, and STOP or YIELD
         bounds_m: least x, least y, greatest x and greatest y of the lanes [m]
         is_flat: whether the map has no elevation, which is ignored
@@ -185,6 +187,8 @@ class Network:
         junctions: Iterable[Junction] = (),
         crosswalks: Iterable[np.ndarray] = (),
         is_flat: bool = True,
+        bays: Iterable[np.ndarray] = (),
+        bus_stops: Iterable[np.ndarray] = (),
     ):
         """Index the lanes.
 
@@ -195,6 +199,7 @@ class Network:
         self.lanes: Mapping[str, RoadLane] = {lane.id: lane for lane in lanes}
         self.junctions: Mapping[str, Junction] = {one.id: one for one in junctions}
         self.crosswalks = tuple(crosswalks)
+        self.bays, self.bus_stops = tuple(bays), tuple(bus_stops)
         self.is_flat = is_flat
         self.driving = [lane for lane in self.lanes.values() if lane.kind == DRIVING]
         if not self.driving:

@@ -40,6 +40,7 @@ from sdc_sim.road.network import (
     Junction,
     Network,
     RoadLane,
+    left_normals,
 )
 from sdc_sim.road.opendrive_lanes import OpenDriveLanes
 from sdc_sim.yaml_document import DocumentError, map_file
@@ -107,7 +108,8 @@ def _loaded(path: str, _: int) -> Network:
         net = readNet(file, withInternal=True, withPrograms=True, withPedestrianConnections=True)
         polygons = os.path.join(os.path.dirname(file), "map.poly.xml")
         crosswalks = list(_polygons(polygons)) if own else []
-        return _network(name, net, own, crosswalks)
+        places = re.sub(r"\.net\.xml(\.gz)?$", ".add.xml", path)
+        return _network(name, net, own, crosswalks, "" if own else places)
     except (SAXException, ValueError, LookupError, AttributeError) as error:
         raise MapError(f"{path}: is no complete network of SUMO ({error!r})") from None
 
@@ -157,7 +159,9 @@ def _converted(path: str) -> str:
     return folder
 
 
-def _network(name: str, net: Any, own: OpenDriveLanes | None, crosswalks: list) -> Network:
+def _network(
+    name: str, net: Any, own: OpenDriveLanes | None, crosswalks: list, places: str
+) -> Network:
     edges = [edge for edge in net.getEdges() if edge.getFunction() in ("", "internal")]
     sources = {lane.getID(): lane for edge in edges for lane in edge.getLanes()}
     leads: dict[str, list[str]] = {name: [] for name in sources}
@@ -177,7 +181,30 @@ def _network(name: str, net: Any, own: OpenDriveLanes | None, crosswalks: list) 
     junctions = [_junction(net, node, leads) for node in net.getNodes()]
     heights = [point[2] for lane in sources.values() for point in lane.getShape3D()]
     is_flat = not heights or max(heights) - min(heights) < _ELEVATION_M
-    return Network(name, lanes, junctions, crosswalks, is_flat)
+    bays, stops = _places(places, {lane.id: lane for lane in lanes})
+    return Network(name, lanes, junctions, crosswalks, is_flat, bays, stops)
+
+
+def _places(path: str, lanes: dict[str, RoadLane]) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    """Return parking bays and bus stops of SUMO's additional file beside a network, if any."""
+    bays, stops = [], []
+    for one in ElementTree.parse(path).getroot() if os.path.exists(path) else ():
+        lane = lanes.get(one.get("lane", ""))
+        if lane is None or one.tag not in ("parkingArea", "busStop"):
+            continue
+        is_stop = one.tag == "busStop"
+        count = 1 if is_stop else int(one.get("roadsideCapacity", 0))
+        ends = np.linspace(float(one.get("startPos", 0)), float(one.get("endPos", 0)), count + 1)
+        across = float(one.get("angle", 0)) > 45.0
+        depth_m = float(one.get("length" if across else "width", 5.0 if across else 2.5))
+        edge_m = -0.5 * lane.width_m
+        for start, end in zip(ends, ends[1:]):
+            at = np.array([start, end])
+            points, left = lane.at(at), left_normals(lane.at(at))
+            inner, outer = edge_m, 0.0 if is_stop else edge_m - depth_m
+            area = np.vstack([points + inner * left, (points + outer * left)[::-1]])
+            (stops if is_stop else bays).append(area)
+    return bays, stops
 
 
 def _points(shape: Any) -> np.ndarray:
@@ -206,7 +233,8 @@ def _lane(lane: Any, own: OpenDriveLanes | None, leads: list[str], comes: list[s
         twins = [
             one for one in edge.getToNode().getOutgoing() if one.getToNode() == edge.getFromNode()
         ]
-        single = len(lanes) == 1 and all(len(one.getLanes()) == 1 for one in twins)
+        both = [_kind(each) for one in (edge, *twins) for each in one.getLanes()]
+        single = both.count(DRIVING) == len(twins) + 1
         middle = SOLID if not twins else BROKEN if single else DOUBLE
         markings = (middle if is_leftmost else BROKEN, BROKEN if right else SOLID)
     points = _points(lane.getShape())

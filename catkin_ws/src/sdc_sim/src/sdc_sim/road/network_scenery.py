@@ -1,16 +1,26 @@
-"""Trees and buildings beside the streets of a network."""
+"""Trees, buildings and signs beside the streets of a network."""
 
 from __future__ import annotations
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from sdc_sim.road.network import Network
+from sdc_sim.road.network import STOP, YIELD, Network, RoadLane
 from sdc_sim.road.road import MARGIN_M
-from sdc_sim.road.scenery import Scenery, generate_scenery
+from sdc_sim.road.scenery import (
+    NO_LIMIT,
+    PRIORITY_SIGN,
+    SIGN,
+    STOP_SIGN,
+    YIELD_SIGN,
+    Scenery,
+    generate_scenery,
+)
 
 _SLOT_M = 11.0
 _STEP_M = 1.0
+_SIGN_M = (0.08, 0.65, 2.6)  # length, width and height
+_BESIDE_M = 0.75  # from the edge of a lane to the middle of a sign
 
 
 def network_scenery(network: Network, seed: int) -> Scenery:
@@ -40,4 +50,45 @@ def network_scenery(network: Network, seed: int) -> Scenery:
 
     edge_m = half_m + MARGIN_M
     slots = np.arange(0.0, ends_m[-1], _SLOT_M)
-    return generate_scenery(at, slots, (-edge_m, edge_m), on_road, seed)
+    beside = generate_scenery(at, slots, (-edge_m, edge_m), on_road, seed)
+    return Scenery(*(np.concatenate(pair) for pair in zip(_columns(beside), _signs(network))))
+
+
+def _columns(scenery: Scenery) -> tuple[np.ndarray, ...]:
+    own = scenery
+    return own.kind, own.position_m, own.yaw_rad, own.size_m, own.variant
+
+
+def _signs(network: Network) -> tuple[np.ndarray, ...]:
+    """Return the columns of the signs: right of way before junctions, and limits that change."""
+    placed: list[tuple[float, float, float, int]] = []
+
+    def place(lane: RoadLane, s_m: float, number: int) -> None:
+        s_m = min(max(s_m, 0.0), lane.length_m)
+        (x, y), heading = lane.at(np.array([s_m]))[0], lane.heading_at(s_m)
+        right_m = 0.5 * lane.width_m + _BESIDE_M
+        x, y = x + right_m * np.sin(heading), y - right_m * np.cos(heading)
+        placed.append((x, y, heading + np.pi, number))
+
+    for junction in network.junctions.values():
+        ways = [one for one in junction.connections if one.signal < 0]
+        lines = {one.start: one.line for one in ways if one.line}
+        # Where ways neither part nor meet there is a crosswalk, or one lane more or less.
+        meet = len(ways) > min(len({one[end] for one in ways}) for end in (0, 2)) if ways else False
+        for name in {one.start for one in ways} if lines and meet else ():
+            lane = network.lanes[name]
+            if not lane.right and lane.length_m > 20.0:
+                by_line = {STOP: STOP_SIGN, YIELD: YIELD_SIGN}
+                place(lane, lane.length_m - 1.0, by_line.get(lines.get(name, ""), PRIORITY_SIGN))
+    for lane in network.driving:
+        if lane.junction or lane.right or lane.length_m < 20.0:
+            continue
+        before = [network.lanes[one] for one in lane.predecessors]
+        before = [network.lanes[one] for each in before for one in each.predecessors]
+        if any(abs(one.speed_limit_mps - lane.speed_limit_mps) > 0.5 for one in before):
+            limit = round(3.6 * lane.speed_limit_mps)
+            place(lane, 4.0, limit if 3 <= limit < NO_LIMIT else NO_LIMIT)
+    rows = np.array(sorted(placed), float).reshape(-1, 4)
+    kind = np.full(len(rows), SIGN)
+    size = np.tile(_SIGN_M, (len(rows), 1))
+    return kind, rows[:, :2], rows[:, 2], size, rows[:, 3].astype(int)

@@ -10,7 +10,9 @@ from typing import Any
 import numpy as np
 from scipy.spatial import cKDTree
 
-TREE, HOUSE, BLOCK = 0, 1, 2
+TREE, HOUSE, BLOCK, SIGN = 0, 1, 2, 3
+# Variants of a sign; the others are speed limits [km/h].
+STOP_SIGN, YIELD_SIGN, PRIORITY_SIGN, NO_LIMIT = 0, 1, 2, 255
 # Shapes, for the camera and the lidars. Trees, as shares of their height:
 TRUNK_RADIUS_SHARE = 12.0 / 512.0
 CROWN_CENTRE_SHARE = 342.0 / 512.0
@@ -24,13 +26,15 @@ _GAP_M = 0.5
 
 @dataclass(frozen=True)
 class Scenery:
-    """Trees and buildings, one row each."""
+    """Trees, buildings and signs, one row each."""
 
-    kind: np.ndarray  # (N,) TREE, HOUSE or BLOCK (of flats)
+    kind: np.ndarray  # (N,) TREE, HOUSE, BLOCK (of flats) or SIGN
     position_m: np.ndarray  # (N, 2) centre on the ground [m]
     yaw_rad: np.ndarray  # (N,) direction of the length [rad]
     size_m: np.ndarray  # (N, 3) length, width, height [m]
-    variant: np.ndarray  # (N,) a number in 0..255 that selects colours and shapes
+    variant: (
+        np.ndarray
+    )  # (N,) a number in 0..255 that selects colours and shapes; of a sign which one it is
 
     def __len__(self) -> int:
         return len(self.kind)
