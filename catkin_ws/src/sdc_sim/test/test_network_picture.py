@@ -12,7 +12,7 @@ from sdc_sim.camera.renderer import Renderer
 from sdc_sim.camera.signs import sign
 from sdc_sim.road.network import BROKEN, KERB, SOLID, STOP, Connection, Junction, Network, RoadLane
 from sdc_sim.road.network_scenery import network_scenery
-from sdc_sim.road.scenery import SIGN, STOP_SIGN
+from sdc_sim.road.scenery import NO_LIMIT, SIGN, STOP_SIGN, Scenery
 
 pytestmark = pytest.mark.slow(3)
 
@@ -122,6 +122,13 @@ def test_signs_are_right_of_lanes_where_right_of_way_and_limits_change():
     assert faces.normals[2:4] @ (-1, 0, 0) == pytest.approx(1.0)
     reds = faces.bgr[(faces.bgr[:, 2] > 150) & (faces.bgr[:, 0] < 100)]
     assert len(reds) >= 3
+
+
+@pytest.mark.parametrize("number", [*range(3), 30, 47, 85, 96, 120, NO_LIMIT])
+def test_every_sign_has_faces_on_its_plate(number):
+    one = Scenery(*map(np.array, ([SIGN], [(0.0, 0.0)], [0.0], [(0.08, 0.65, 2.6)], [number])))
+    faces = sign(one, 0)
+    assert np.abs(faces.polygons[2:, :, 1]).max() <= 0.33 and faces.polygons[..., 2].max() <= 2.6
 
 
 def test_picture_of_a_street_depends_on_the_pose_only():

@@ -187,7 +187,8 @@ def _network(
 
 def _places(path: str, lanes: dict[str, RoadLane]) -> tuple[list[np.ndarray], list[np.ndarray]]:
     """Return parking bays and bus stops of SUMO's additional file beside a network, if any."""
-    bays, stops = [], []
+    bays: list[np.ndarray] = []
+    stops: list[np.ndarray] = []
     for one in ElementTree.parse(path).getroot() if os.path.exists(path) else ():
         lane = lanes.get(one.get("lane", ""))
         if lane is None or one.tag not in ("parkingArea", "busStop"):
