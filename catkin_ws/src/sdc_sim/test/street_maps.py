@@ -60,12 +60,15 @@ _STREETS = (
 )
 
 
-def town(folder, output="-o", name="town.net.xml"):
+def town(folder, output="-o", name="town.net.xml", mid="priority"):
     """Make a small town of two junctions with netconvert; return the path of its map.
 
-    The street a-b-c from west to east has priority at `mid` and a light at `light`.
+    The street a-b-c from west to east has priority at `mid`, of this type, and a light at `light`.
     """
-    nodes = "".join(f'<node id="{i}" x="{x}" y="{y}" type="{t}"/>' for i, x, y, t in _NODES)
+    nodes = "".join(
+        f'<node id="{i}" x="{x}" y="{y}" type="{mid if i == "mid" else kind}"/>'
+        for i, x, y, kind in _NODES
+    )
     edges = "".join(
         f'<edge id="{sign}{i}" from="{start}" to="{end}" numLanes="{lanes}" speed="{speed}" '
         f'priority="{3 if i in "abc" else 1}"/>'

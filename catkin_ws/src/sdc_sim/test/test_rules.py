@@ -16,6 +16,7 @@ PARAMETERS = {
     "car_front_m": 3.8,
     "finish_at_rest": False,
     "new_missions": True,
+    "map": "town.net.xml",
     "assumed_planner": {
         "planned_speed_mps": 11.0,
         "lateral_acceleration_mps2": 2.5,

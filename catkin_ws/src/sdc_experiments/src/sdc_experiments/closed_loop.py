@@ -89,8 +89,7 @@ def drive_result(
             gives the same numbers; it pays after half an hour of simulated drives
 
     Raises:
-        ValueError: an argument, a name, a file or an option is not valid; the message is one line
-            that names it
+        ValueError: an argument or a file is not valid; the message is one line that names it
     """
     if compiled:
         use_machine_code()
@@ -102,7 +101,8 @@ def drive_result(
     own_planner, waypoints_m = _own_planner(setup, world, limits, missions)
     chosen = own_planner if planner is None else FunctionPlanner(planner)
     car = car_with(chosen, steering, controller_options)
-    evaluation = DriveRecorder(evaluation_rules(limits, referee_options), waypoints_m, world)
+    rules = evaluation_rules(limits, {"map": setup.parameters["map_path"], **referee_options})
+    evaluation = DriveRecorder(rules, waypoints_m, world)
     loop.drive(world, car, evaluation, longest_s, observe)
     return evaluation.evaluator.result()
 

@@ -44,6 +44,13 @@ class DriveRecorder:
         if snapshot.traffic_lights:
             states = [(light.id, light.state) for light in snapshot.traffic_lights]
             evaluator.add("lights", stamp_ns, states)
+        if evaluator.rules.map:
+            rows = [
+                (one.id, one.x_m, one.y_m, yaw_as_sent(one.yaw_rad), one.length_m, one.width_m)
+                + (float(np.float32(one.speed_mps)),)
+                for one in snapshot.obstacles
+            ]
+            evaluator.add("others", stamp_ns, rows)
         for collision in snapshot.collisions:
             evaluator.add("collision", stamp_ns, collision.id)
         if command is not None:

@@ -15,6 +15,8 @@ from sdc_sim.evaluation.ideal_drive import IdealDrive
 from sdc_sim.evaluation.infractions import RedLightDetector
 from sdc_sim.evaluation.route_progress import COMPLETED, DriveSample, RouteProgress
 from sdc_sim.evaluation.rules import EvaluationRules
+from sdc_sim.evaluation.street_rules import StreetRules
+from sdc_sim.road.network_file import load_network
 
 # The numbers in a row of the trace.
 COLUMNS = (*DriveSample._fields, *COMMAND_FIELDS)
@@ -71,6 +73,9 @@ class DriveEvaluation:
         self.scene: dict[str, list] = defaultdict(list)
         self.snapshots: list = []
         self._red_lights = RedLightDetector(rules.car_front_m)
+        self._streets = None
+        if rules.map:
+            self._streets = StreetRules(load_network(rules.map), rules.car_front_m)
         self._obstacle_kinds: dict = {}
         self._last_ns = self._last_command_ns = self._last_reason_ns = 0
         self._commands = CommandTrace()
@@ -188,6 +193,8 @@ class DriveEvaluation:
             self._wall_s[1:] = [wall_s]  # the first and the last
         sample = self.progress.update(time_s, x_m, y_m, yaw_rad, speed_mps)
         self._count_red(self._red_lights.update_car(stamp_ns, self.route, sample.s_m))
+        if self._streets:
+            self._count(self._streets.add_car(stamp_ns, sample))
         if self._keep_trace:
             self._commands.stamps.append(stamp_ns)
         return True
@@ -234,6 +241,11 @@ class DriveEvaluation:
     def _on_obstacle(self, obstacle_id: int, kind: str) -> None:
         self._obstacle_kinds[obstacle_id] = kind
 
+    def _on_others(self, stamp_ns: int, rows: list) -> None:
+        """Add all other road users of a map at the time of an odometry, see StreetRules."""
+        if self._streets:
+            self._count(self._streets.add_others(stamp_ns, rows))
+
     def _on_stop_lines(self, lines: list) -> None:
         self._red_lights.set_lines({light_id: line for light_id, *line in lines})
 
@@ -243,8 +255,11 @@ class DriveEvaluation:
         self._count_red(self._red_lights.update_lights(stamp_ns, states))
 
     def _count_red(self, count: int) -> None:
-        for _ in range(0 if self.over else count):
-            self.progress.add_infraction("red_light")
+        self._count([("red_light", None)] * count)
+
+    def _count(self, infractions: list) -> None:
+        for name, sample in [] if self.over else infractions:
+            self.progress.add_infraction(name, sample)
 
     def _on_collision(self, stamp_ns: int, obstacle_id: int) -> None:
         if self.over:

@@ -10,7 +10,8 @@ from sdc_sim.yaml_document import packaged_config
 
 _SCORING = packaged_config("scoring")
 # Coefficients of the infractions of CARLA leaderboard 2.1, by their names in the report.
-COEFFICIENTS: dict[str, float] = _SCORING["infractions"]
+WITHOUT_STREETS: dict[str, float] = _SCORING["infractions"]
+COEFFICIENTS: dict[str, float] = {**WITHOUT_STREETS, **_SCORING["infractions_on_a_map"]}
 
 # Accelerations are slopes over this time and at least this many samples, with the smoothing of
 # nuPlan's comfort metrics (Savitzky-Golay, second order).

@@ -10,7 +10,7 @@ import numpy as np
 from sdc_common.geometry.angles import wrap_angle
 from sdc_common.geometry.polyline import Polyline
 from sdc_common.geometry.route import Place, Route
-from sdc_sim.evaluation.metrics import COEFFICIENTS, drive_metrics
+from sdc_sim.evaluation.metrics import COEFFICIENTS, WITHOUT_STREETS, drive_metrics
 from sdc_sim.evaluation.rules import EvaluationRules
 
 COMPLETED, COLLISION, OFF_ROUTE = "completed", "collision", "off_route"
@@ -74,7 +74,8 @@ class RouteProgress:
         self.samples: list[DriveSample] = []
         self.status: str | None = None
         self.progress_m = 0.0
-        self.infractions = dict.fromkeys(COEFFICIENTS, 0)
+        counted = COEFFICIENTS if rules.map else WITHOUT_STREETS
+        self.infractions = dict.fromkeys(counted, 0)
         self.events: list[DriveEvent] = []
         self._started_at_s = 0.0
         self._progress_at_s = self._progress_from_m = 0.0
@@ -132,14 +133,15 @@ class RouteProgress:
             self._end(status)
         return sample
 
-    def add_infraction(self, name: str) -> None:
+    def add_infraction(self, name: str, sample: DriveSample | None = None) -> None:
         """Count an infraction.
 
         Args:
             name: a key of COEFFICIENTS
+            sample: where it happened; None: at the last sample
         """
         self.infractions[name] += 1
-        self._add_event(name)
+        self._add_event(name, sample)
 
     def add_collision(self, kind: str, time_s: float | None = None) -> None:
         """End the drive with the odometry at the time of a collision.
@@ -203,9 +205,9 @@ class RouteProgress:
         self.status = status
         self._add_event(status)
 
-    def _add_event(self, name: str) -> None:
+    def _add_event(self, name: str, sample: DriveSample | None = None) -> None:
         if self.samples:
-            last = self.samples[-1]
+            last = sample or self.samples[-1]
             self.events.append(DriveEvent(name, last.time_s, last.s_m, last.x_m, last.y_m))
 
     def _locate(

@@ -35,6 +35,7 @@ class EvaluationRules(NamedTuple):
     finish_at_rest: bool = True  # whether the car must stop at the end of the route
     # Whether the drive continues along a mission that is published later.
     new_missions: bool = False
+    map: str = ""  # map of streets, whose rules apply; "" without one
 
     @classmethod
     def read(cls, parameter: Callable[[str], Any]) -> EvaluationRules:

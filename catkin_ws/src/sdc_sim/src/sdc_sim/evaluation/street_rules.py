@@ -1,0 +1,235 @@
+"""What the referee counts on the streets of a map, besides collisions and red lights.
+
+Near misses follow the surrogate measures of traffic safety: time to collision (J. C. Hayward,
+"Near-miss determination through use of a scale of danger", 1972) with constant turn rates, and
+post-encroachment time (B. L. Allen et al., "Analysis of traffic conflicts and collisions", 1978)
+of paths that cross.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from typing import Iterator, NamedTuple, Sequence
+
+from sdc_sim.evaluation.route_progress import DriveSample
+from sdc_sim.physics.collision import Rectangle, overlap
+from sdc_sim.road.network import STOP, Connection, LanePlace, Network
+
+NEAR_MISS, RIGHT_OF_WAY, STOP_SIGN = "near_miss", "right_of_way", "stop"
+WRONG_LANE, SPEEDING, BLOCKING = "wrong_lane", "speeding", "blocking"
+
+# Least time to collision, and between two bodies on the same place [s].
+_NEAR_S, _STEP_S = 1.0, 0.1
+# A near miss with the same road user counts again after this time [s].
+_AGAIN_S = 2.0
+# Paths with a smaller angle follow each other, and do not cross [rad].
+_CROSSING_RAD = math.radians(30.0)
+# Of a road user that reaches the junction within this time, the right of way is taken [s].
+_ARRIVES_S, _MOVING_MPS = 2.0, 1.0
+# A car has stopped at a sign if it was so slow, so close before its line.
+_STOPPED_MPS, _AT_LINE_M = 0.3, 4.0
+_AGAINST_RAD = math.radians(120.0)
+# Above the speed limit by more than this [m/s].
+_TOLERANCE_MPS = 1.0
+# So long lasts what counts as wrong lane, speeding, and standing in a junction [s].
+_LASTS_S = {WRONG_LANE: 1.0, SPEEDING: 1.0, BLOCKING: 5.0}
+_CAR_WIDTH_M = 1.9
+_LANE_M = 2.5
+# An odometry without road users at its time waits for so many later ones: where there are none,
+# the world says so once a second.
+_MOST_WAITING = 40
+
+
+class RoadUser(NamedTuple):
+    """The car, whose id is 0, or another road user; its place is its centre."""
+
+    id: int
+    x_m: float
+    y_m: float
+    yaw_rad: float
+    length_m: float
+    width_m: float
+    speed_mps: float
+
+    @property
+    def rectangle(self) -> Rectangle:
+        """Its outline on the ground."""
+        return Rectangle(self.x_m, self.y_m, self.yaw_rad, self.length_m, self.width_m)
+
+
+class StreetRules:
+    """Watches a car on a network of streets.
+
+    Args:
+        network: the streets
+        car_front_m: distance from the centre of the car to its front
+    """
+
+    def __init__(self, network: Network, car_front_m: float):
+        self._network, self._front_m = network, car_front_m
+        # The ways from each lane before a junction, and those that have right of way over each.
+        self._ways: dict[str, list[tuple[Connection, list[Connection]]]] = {}
+        for junction in network.junctions.values():
+            for way in junction.connections:
+                first = [junction.connections[index] for index in way.gives_way_to]
+                self._ways.setdefault(way.start, []).append((way, first))
+        self._place: LanePlace | None = None
+        self._slowest_mps = math.inf
+        # The lane from which the car has entered a junction, and the edges to which it has taken
+        # the right of way there.
+        self._entered = ""
+        self._taken: set[str] = set()
+        self._since_s: dict[str, float] = {}
+        self._seen_s: dict[int, float] = {}
+        # Outlines of the last second by id of the road user, 0 is the car: (time, rectangle).
+        self._trails: dict[int, deque[tuple[float, Rectangle]]] = {}
+        self._cars: deque[tuple[int, DriveSample]] = deque()
+        self._others: dict[int, Sequence] = {}
+        self._others_ns = 0
+
+    def add_car(self, stamp_ns: int, sample: DriveSample) -> list[tuple[str, DriveSample]]:
+        """Add an odometry; return the infractions that are complete, each with its sample."""
+        self._cars.append((stamp_ns, sample))
+        return self._judge()
+
+    def add_others(self, stamp_ns: int, rows: Sequence) -> list[tuple[str, DriveSample]]:
+        """Add the other road users at the time of an odometry, rows of the fields of RoadUser."""
+        self._others[stamp_ns] = rows
+        self._others_ns = max(stamp_ns, self._others_ns)
+        return self._judge()
+
+    def _judge(self) -> list[tuple[str, DriveSample]]:
+        """Judge the odometries for which the others are known, or which have waited too long."""
+        found = []
+        cars, others = self._cars, self._others
+        while cars and (cars[0][0] <= self._others_ns or len(cars) > _MOST_WAITING):
+            stamp_ns, sample = cars.popleft()
+            around = [RoadUser(*row) for row in others.get(stamp_ns, ())]
+            found += [(name, sample) for name in self._update(sample, around)]
+            for old_ns in [one for one in others if one <= stamp_ns]:
+                del others[old_ns]
+        return found
+
+    def _update(self, sample: DriveSample, others: Sequence[RoadUser]) -> list[str]:
+        time_s, x_m, y_m, yaw_rad, speed_mps, *_ = sample
+        car = RoadUser(0, x_m, y_m, yaw_rad, 2.0 * self._front_m, _CAR_WIDTH_M, speed_mps)
+        found = [NEAR_MISS for one in others if self._is_near_miss(time_s, car, one)]
+        self._remember(time_s, [car, *others])
+        c, s = math.cos(yaw_rad), math.sin(yaw_rad)
+        front_m = x_m + self._front_m * c, y_m + self._front_m * s
+        place = self._network.nearest(*front_m, yaw_rad, _LANE_M)
+        found += self._at_junctions(car, place, others)
+        self._place = place
+        for name, holds in self._conditions(car, place):
+            since_s = self._since_s.setdefault(name, time_s) if holds else None
+            if since_s is None:
+                self._since_s.pop(name, None)
+            elif time_s - since_s >= _LASTS_S[name]:
+                self._since_s[name] = math.inf  # until the condition ends
+                found.append(name)
+        return found
+
+    def _conditions(self, car: RoadUser, place: LanePlace | None) -> Iterator[tuple[str, bool]]:
+        """Yield what counts if it lasts."""
+        lane = self._network.lanes[place.lane] if place else None
+        limit_mps = lane.speed_limit_mps if lane else math.inf
+        yield SPEEDING, car.speed_mps > limit_mps + _TOLERANCE_MPS
+        in_junction = bool(lane and lane.junction)
+        yield BLOCKING, in_junction and car.speed_mps < _STOPPED_MPS
+        nearest = self._network.nearest(car.x_m, car.y_m, within_m=_LANE_M)
+        against = False
+        if nearest and not self._network.lanes[nearest.lane].junction:
+            along = self._network.lanes[nearest.lane].heading_at(nearest.s_m)
+            against = abs(math.remainder(car.yaw_rad - along, 2.0 * math.pi)) > _AGAINST_RAD
+        yield WRONG_LANE, against and car.speed_mps > _MOVING_MPS
+
+    def _at_junctions(
+        self, car: RoadUser, place: LanePlace | None, others: Sequence[RoadUser]
+    ) -> list[str]:
+        """Return what the car has done wrong where its front enters or leaves a junction."""
+        last, found = self._place, []
+        if place is None or last is None or place.lane == self._entered:
+            return found  # at the end of the lane, the nearest one may change to and fro
+        lanes = self._network.lanes
+        in_junction = bool(lanes[place.lane].junction)
+        if in_junction and last.lane in self._ways and last.lane != self._entered:
+            self._entered, ways = last.lane, self._ways[last.lane]
+            signs = [way.line == STOP and way.signal < 0 for way, _ in ways]
+            if any(signs) and self._slowest_mps > _STOPPED_MPS:
+                found.append(STOP_SIGN)
+            near = [one for one in others if one.speed_mps > _MOVING_MPS]
+            places = [self._network.nearest(one.x_m, one.y_m, one.yaw_rad, _LANE_M) for one in near]
+            arriving = [(one, at) for one, at in zip(near, places) if at]
+            self._taken = {
+                _edge(way.end)
+                for way, first in ways
+                if any(self._arrives(*one, way) for one in arriving for way in first)
+            }
+        elif not in_junction:
+            if lanes[last.lane].junction and _edge(place.lane) in self._taken:
+                found.append(RIGHT_OF_WAY)
+            self._entered, self._taken = "", set()
+        if place.lane != last.lane:
+            self._slowest_mps = math.inf
+        if lanes[place.lane].length_m - place.s_m < _AT_LINE_M:
+            self._slowest_mps = min(self._slowest_mps, car.speed_mps)
+        return found
+
+    def _arrives(self, one: RoadUser, at: LanePlace, way: Connection) -> bool:
+        """Return whether a road user is on a way through the junction, or soon will be."""
+        if at.lane != way.start:
+            return at.lane in way.through
+        left_m = self._network.lanes[at.lane].length_m - at.s_m - 0.5 * one.length_m
+        return left_m < _ARRIVES_S * one.speed_mps
+
+    def _is_near_miss(self, time_s: float, car: RoadUser, one: RoadUser) -> bool:
+        distance_m = math.hypot(one.x_m - car.x_m, one.y_m - car.y_m)
+        reach_m = car.length_m + one.length_m + _NEAR_S * (car.speed_mps + one.speed_mps)
+        if distance_m > reach_m or not (self._will_meet(car, one) or self._have_crossed(car, one)):
+            return False
+        seen_s = self._seen_s.get(one.id, -math.inf)
+        self._seen_s[one.id] = time_s
+        return time_s - seen_s > _AGAIN_S
+
+    def _will_meet(self, car: RoadUser, one: RoadUser) -> bool:
+        ways = zip(self._way_ahead(car), self._way_ahead(one))
+        return any(overlap(mine, other) for mine, other in ways)
+
+    def _way_ahead(self, one: RoadUser) -> Iterator[Rectangle]:
+        """Yield the outlines of the next second at constant speed and turn rate."""
+        trail, rate = self._trails.get(one.id), 0.0
+        if trail and len(trail) > 1:
+            (before_s, before), (last_s, last) = trail[-2], trail[-1]
+            turned = math.remainder(last.yaw_rad - before.yaw_rad, 2.0 * math.pi)
+            rate = turned / max(last_s - before_s, 1e-3)
+        x, y, yaw = one.x_m, one.y_m, one.yaw_rad
+        for _ in range(round(_NEAR_S / _STEP_S)):
+            middle = yaw + 0.5 * _STEP_S * rate
+            x += _STEP_S * one.speed_mps * math.cos(middle)
+            y += _STEP_S * one.speed_mps * math.sin(middle)
+            yaw += _STEP_S * rate
+            yield Rectangle(x, y, yaw, one.length_m, one.width_m)
+
+    def _have_crossed(self, car: RoadUser, one: RoadUser) -> bool:
+        """Return whether one of them is where the other one was in the last second."""
+        angle = abs(math.remainder(car.yaw_rad - one.yaw_rad, 2.0 * math.pi))
+        if not _CROSSING_RAD < angle < math.pi - _CROSSING_RAD:
+            return False
+        mine, other = car.rectangle, one.rectangle
+        return any(overlap(other, past) for _, past in self._trails.get(0, ())) or any(
+            overlap(mine, past) for _, past in self._trails.get(one.id, ())
+        )
+
+    def _remember(self, time_s: float, everyone: Sequence[RoadUser]) -> None:
+        trails = {}
+        for one in everyone:
+            trail = trails[one.id] = self._trails.get(one.id) or deque()
+            trail.append((time_s, one.rectangle))
+            while time_s - trail[0][0] > _NEAR_S:
+                trail.popleft()
+        self._trails = trails
+
+
+def _edge(lane: str) -> str:
+    return lane.rpartition("_")[0]
