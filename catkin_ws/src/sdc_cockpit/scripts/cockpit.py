@@ -15,7 +15,7 @@ import rospkg
 import rospy
 import tornado.httpserver
 import tornado.ioloop
-from geometry_msgs.msg import Point, PointStamped
+from geometry_msgs.msg import Point, PointStamped, PoseStamped
 from rosgraph_msgs.msg import Log
 from sdc_msgs.msg import CarlaVehicleControl
 from sensor_msgs.msg import Image
@@ -99,6 +99,7 @@ class Cockpit:
         self.override_publisher = LoopPublisher(
             EGO + "/vehicle_control_manual_override", Bool, latch=True
         )
+        self.goal_publisher = rospy.Publisher("/move_base_simple/goal", PoseStamped, queue_size=10)
         self.click_publisher = rospy.Publisher("/clicked_point", PointStamped, queue_size=10)
 
         self.view = DriveView(time.time, self.on_odometry)
@@ -208,6 +209,10 @@ class Cockpit:
         elif kind == "obstacle":
             header = Header(stamp=rospy.Time(0), frame_id="map")
             self.click_publisher.publish(header, Point(values["x"], values["y"], 0.0))
+        elif kind == "goal":
+            goal = PoseStamped(header=Header(stamp=rospy.Time(0), frame_id="map"))
+            goal.pose.position.x, goal.pose.position.y = values["x"], values["y"]
+            self.goal_publisher.publish(goal)
         elif kind == "set":
             self.executor.submit(self.reported, change_parameter, values["name"], values["value"])
         elif kind == "start":

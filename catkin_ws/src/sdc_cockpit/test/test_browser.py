@@ -1,6 +1,7 @@
 """The page in a real browser, on a real drive."""
 
 import math
+import subprocess
 import sys
 import time
 from pathlib import Path
@@ -29,8 +30,8 @@ BUTTONS = """[...document.querySelectorAll("nav button")]
 FOCAL_PX, MOUNT_X_M, MOUNT_Z_M, PITCH_RAD = 320.0, 0.7, 1.7, math.radians(0.5)
 
 
-def click_on_path(browser, ahead_m):
-    """Click on the picture where it shows the planned path at a distance."""
+def click_on_path(browser, ahead_m, held=Keys.NULL):
+    """Click on the picture where it shows the planned path at a distance, with a held key."""
     state = value_of(browser, "cockpit.state")
     x, y, yaw = state["pose"]
     c, s = math.cos(yaw), math.sin(yaw)
@@ -44,9 +45,9 @@ def click_on_path(browser, ahead_m):
     scale = canvas.size["width"] / (2.0 * FOCAL_PX)
     right = -FOCAL_PX * left / depth
     # Offsets count from the middle of the element.
-    ActionChains(browser).move_to_element_with_offset(
+    ActionChains(browser).key_down(held).move_to_element_with_offset(
         canvas, round(scale * right), round(scale * down)
-    ).click().perform()
+    ).click().key_up(held).perform()
 
 
 def drive_until(browser, key, condition):
@@ -90,7 +91,7 @@ def test_page_shows_moving_pictures_and_drives_and_a_click_stops_the_car(start, 
     options = ["headless:=true", "cockpit:=true", "planned_speed_mps:=2"]
     options += [f"waypoints_path:={route}", f"report:={tmp_path}/report.json"]
     options += ["referee_options:={pictures: false, blocked_s: 1000}"]
-    _, address = start(*launch, late_page, *options)
+    drive, address = start(*launch, late_page, *options)
     # The processor draws each pixel of the page.
     with headless_chromium(640, 480) as browser:
         browser.get(address)
@@ -105,6 +106,14 @@ def test_page_shows_moving_pictures_and_drives_and_a_click_stops_the_car(start, 
         drive_until(browser, "s", "cockpit.state.speed < 0.05")
         drive_until(browser, "w", "cockpit.state.command.throttle > 0.5 && cockpit.state.speed > 1")
         drive_until(browser, "s", "cockpit.state.speed < 0.05")
+
+        goal = ["rostopic", "echo", "-n", "1", "-p", "/move_base_simple/goal/pose/position"]
+        with subprocess.Popen(goal, env=drive.environment, stdout=subprocess.PIPE) as echo:
+            while echo.poll() is None:
+                click_on_path(browser, 25.0, Keys.SHIFT)
+                time.sleep(0.5)
+            assert b"field.x,field.y" in echo.stdout.read()
+        assert value_of(browser, "cockpit.state.obstacles") == []
 
         click_on_path(browser, 25.0)
         obstacle = wait_for(browser, "cockpit.state.obstacles[0]")["box"]

@@ -20,6 +20,7 @@ VALID = [
     '{"type":"keys","held":["w","space","left"]}',
     '{"type":"pedals","throttle":0.5,"steer":-1,"brake":0}',
     '{"type":"obstacle","x":3,"y":-2.5}',
+    '{"type":"goal","x":3,"y":-2.5}',
     '{"type":"drawn","picture":7}',
     '{"type":"show","mask":true}',
     '{"type":"set","name":"/sim/friction","value":0.5}',

@@ -87,6 +87,10 @@ function obstacle(place) {
   if (place) connection.send("obstacle", place);
 }
 
+function clicked(event, place) {
+  if (place) connection.send(event.shiftKey ? "goal" : "obstacle", place);
+}
+
 function setMask(shown) {
   maskShown = shown;
   $("mask").setAttribute("aria-pressed", shown);
@@ -120,8 +124,8 @@ const SHORTCUTS = { KeyP: "drive", KeyK: "pause", Period: "step", Backspace: "re
 
 for (const [id, action] of Object.entries(actions)) $(id).addEventListener("click", action);
 for (const button of $("views").children) button.addEventListener("click", () => setView(button.dataset.view));
-$("picture").addEventListener("click", (event) => obstacle(picture.place(event, state?.pose)));
-$("scene").addEventListener("click", (event) => obstacle(scene?.place(event)));
+$("picture").addEventListener("click", (event) => clicked(event, picture.place(event, state?.pose)));
+$("scene").addEventListener("click", (event) => clicked(event, scene?.place(event)));
 $("level").addEventListener("change", () => { $("log").className = `scroll ${$("level").value}`; });
 $("log").classList.add("info");
 addEventListener("keydown", (event) => {
