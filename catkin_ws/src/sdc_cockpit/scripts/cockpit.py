@@ -52,6 +52,11 @@ IDLE_STATE_EVERY_S = 0.5
 LAST_MESSAGE_S = 0.2
 
 
+def shown_map():
+    """Return the path of the map of streets of the drive, "" without one."""
+    return rospy.get_param("/sim/map_path", "")
+
+
 class Cockpit:
     def __init__(self):
         rospy.init_node("cockpit")
@@ -102,7 +107,7 @@ class Cockpit:
         self.goal_publisher = rospy.Publisher("/move_base_simple/goal", PoseStamped, queue_size=10)
         self.click_publisher = rospy.Publisher("/clicked_point", PointStamped, queue_size=10)
 
-        self.view = DriveView(time.time, self.on_odometry)
+        self.view = DriveView(time.time, self.on_odometry, shown_map)
         self.feeds = TopicFeeds(
             [
                 Feed(CAMERA, picture=True, callback=self.on_camera),

@@ -93,7 +93,8 @@ class ManualControl:
             handle(message)
 
     def on_mission(self, path):
-        self.map_view.set_route(waypoint_rows(path, "x", "y"))
+        map_path = rospy.get_param("/sim/map_path", "")
+        self.map_view.set_route(waypoint_rows(path, "x", "y"), map_path)
 
     def on_key(self, key):
         action = keyboard.ACTIONS.get(key)

@@ -13,8 +13,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 from sdc_common.geometry.geodesy import map_from_geodetic
 from sdc_common.ros.node import parameter, refuse, watch_connections
 from sdc_common.ros.refusal import refusing
-from sdc_sim.road.road import Road
-from sdc_sim.road.road_markings import road_markings
+from sdc_sim.road.network_markings import world_markings
 from sdc_sim.ros.bridge_versions import BRIDGE_VERSIONS
 from sdc_sim.ros.rviz_markers import (
     car_markers,
@@ -56,7 +55,7 @@ class Show:
     def on_mission(self, path):
         with refusing("/planner/mission_waypoints"):
             route = np.array(waypoint_rows(path, "x", "y")).reshape(-1, 2)
-            markers = road_markers(road_markings(Road(route)))
+            markers = road_markers(world_markings(route, rospy.get_param("/sim/map_path", "")))
             self.route_publisher.publish(route_path(route))
             self.road_publisher.publish(markers)
 

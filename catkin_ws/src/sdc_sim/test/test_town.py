@@ -12,9 +12,15 @@ from test_network import dense, largest_distances_m
 
 from sdc_common.geometry.road_line import road_line
 from sdc_common.routes.waypoint_file import load_waypoints
+from sdc_sim.physics.collision import Rectangle
+from sdc_sim.road import lane_invasion
 from sdc_sim.road.lane_graph import LaneGraph
 from sdc_sim.road.mission import plan_mission
 from sdc_sim.road.network_file import load_network
+from sdc_sim.road.network_markings import NetworkInvasionDetector, world_markings
+from sdc_sim.road.opendrive import opendrive_file
+from sdc_sim.road.scenery import SIGN
+from sdc_sim.scenario.configuration import part_of_map
 from sdc_sim.scenario.packaged import find_route
 from sdc_sim.yaml_document import map_file
 
@@ -77,3 +83,39 @@ def test_network_and_opendrive_are_made_of_the_files_that_people_edit(tmp_path):
         pytest.skip("netconvert is not installed")
     for name in ("town.net.xml", "town.xodr"):
         assert filecmp.cmp(tmp_path / name, os.path.join(folder, name), shallow=False)
+
+
+def test_car_that_changes_lanes_in_the_town_crosses_lines_by_their_kinds(town):
+    """The avenue has two lanes each way: broken between them, solid in the middle of the road."""
+    right, left = town.lanes["avenue_n_1"], town.lanes["avenue_n_2"]
+    detector = NetworkInvasionDetector(town)
+    crossed = []
+    for share in np.linspace(0.0, 1.0, 60):
+        across = left.at(np.array([40.0]))[0] - right.at(np.array([40.0]))[0]
+        place = right.at(np.array([10.0 + 50.0 * share]))[0] + 2.0 * share * across
+        yaw = right.heading_at(20.0) + 0.1
+        crossed += detector.update(Rectangle(*place, yaw, 4.7, 2.0))
+    assert crossed == [lane_invasion.BROKEN, lane_invasion.SOLID]
+
+
+def test_views_show_lines_and_asphalt_of_the_whole_town(town):
+    markings = world_markings(_ROUTE_M, "town")
+    for shapes in (markings.edges, markings.dashes, markings.surface):
+        low, high = shapes.min(axis=(0, 1)), shapes.max(axis=(0, 1))
+        assert (low < (-150.0, -295.0)).all() and (high > (750.0, 330.0)).all()
+    alone = world_markings(_ROUTE_M, "")
+    assert alone.surface.max(axis=(0, 1))[0] < 500.0
+
+
+def test_clients_of_the_bridge_get_the_opendrive_of_the_map():
+    path = map_file("town")
+    text = opendrive_file(path)
+    assert text.startswith("<?xml") and "<OpenDRIVE>" in text
+    assert text == opendrive_file(path.replace(".net.xml", ".xodr"))
+    assert opendrive_file("/none/area.net.xml") == opendrive_file("route.csv") == ""
+
+
+def test_lidars_see_the_scenery_of_the_map():
+    suite_scenery = part_of_map("road.network_scenery", "town")
+    assert (suite_scenery.kind == SIGN).any()
+    assert part_of_map("road.network_scenery", "") == ()

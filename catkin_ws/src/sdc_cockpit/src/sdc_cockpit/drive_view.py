@@ -56,8 +56,13 @@ class DriveView:
         stamp: seconds and nanoseconds of the newest odometry, None before the first one
     """
 
-    def __init__(self, wall_clock: Callable[[], float], on_odometry: Callable[[], None]):
-        self._wall_clock = wall_clock
+    def __init__(
+        self,
+        wall_clock: Callable[[], float],
+        on_odometry: Callable[[], None],
+        map_path: Callable[[], str] = str,
+    ):
+        self._wall_clock, self._map_path = wall_clock, map_path
         self._on_odometry = on_odometry
         self._wall_times: OrderedDict[tuple[int, int], float] = OrderedDict()
         self._cache: dict[str, tuple[Any, Any]] = {}
@@ -118,7 +123,7 @@ class DriveView:
     def _receive_mission(self, message: Any) -> None:
         with refusing(MISSION):
             points = np.array(waypoint_rows(message, "x", "y"), dtype=float).reshape(-1, 2)
-            self.road = RoadView(points)
+            self.road = RoadView(points, self._map_path())
             self.road_number += 1
 
     def _value(self, topic: str, read: Callable[[Any], Any]) -> Any:

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from sdc_common.geometry.route import Route
-from sdc_sim.road.road import Road
-from sdc_sim.road.road_markings import road_markings
+from sdc_sim.road.network_markings import world_markings
 
 _DECIMALS = 2
 # The stretch of the route around the last place in which the car is expected [m].
@@ -23,12 +22,14 @@ class RoadView:
 
     Args:
         route_m: (N, 2) points of the route [m]
+        map_path: the map of streets to show, "" for the road along the route
 
     Raises:
         ValueError: the points are no route
     """
 
-    def __init__(self, route_m: np.ndarray):
+    def __init__(self, route_m: np.ndarray, map_path: str = ""):
+        self._map_path = map_path
         self._route = Route(route_m)
         self._last_s_m: float | None = None
         self._json: bytes | None = None
@@ -54,7 +55,7 @@ class RoadView:
     def to_json(self) -> bytes:
         """Return route and road as JSON; the first call computes it."""
         if self._json is None:
-            markings = road_markings(Road(self._route.points))
+            markings = world_markings(self._route.points, self._map_path)
             self._json = json.dumps(
                 {
                     "route": _rounded(self._route.points),

@@ -10,7 +10,7 @@ from sdc_sim.road.scenery import NO_LIMIT, PRIORITY_SIGN, STOP_SIGN, YIELD_SIGN,
 _RED, _WHITE, _BLACK, _YELLOW = (30, 20, 190), (235, 235, 235), (25, 25, 25), (20, 190, 245)
 _GREY, _BACK = (120, 120, 120), (105, 105, 105)
 _PLATE_M, _POLE_M = 0.65, 0.08  # width of a plate and of its pole
-# Strokes of a digit like those of a calculator, from the top clockwise, then the middle one, and an upright one.
+# Strokes of a digit like those of a calculator: clockwise from the top, middle, and upright.
 _DIGITS = ("abcdef", "h", "abged", "abgcd", "fgbc", "afgcd", "afgedc", "abc", "abcdefg", "abcdfg")
 _STROKES = {
     "a": (-1, 2, 1, 2),

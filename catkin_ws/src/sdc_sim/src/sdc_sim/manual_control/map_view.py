@@ -10,8 +10,8 @@ import numpy as np
 
 from sdc_sim.camera.painting import FIXED_POINT_BITS, footprint
 from sdc_sim.camera.rasterizer import fill
-from sdc_sim.road.road import Road
-from sdc_sim.road.road_markings import RoadMarkings, road_markings, speed_colours
+from sdc_sim.road.network_markings import world_markings
+from sdc_sim.road.road_markings import RoadMarkings, speed_colours
 
 # Blue, green, red.
 _GRASS = (70, 105, 80)
@@ -46,13 +46,13 @@ class MapView:
         self._reach_m = m_per_pixel * math.hypot(*size) + 10.0
         self._markings: RoadMarkings | None = None
 
-    def set_route(self, route_m: np.ndarray) -> None:
-        """Build the road along an (N, 2) route [m].
+    def set_route(self, route_m: np.ndarray, map_path: str = "") -> None:
+        """Build the road along an (N, 2) route [m], or the streets of a map.
 
         Raises:
             ValueError: the route is not valid; the previous road stays.
         """
-        self._markings = road_markings(Road(route_m))
+        self._markings = world_markings(route_m, map_path)
 
     def to_pixels(self, points_m: np.ndarray, x_m: float, y_m: float, yaw_rad: float) -> np.ndarray:
         """Return the pixels of points in the map frame, in a picture around the car.

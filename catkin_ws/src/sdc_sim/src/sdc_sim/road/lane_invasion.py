@@ -18,7 +18,7 @@ _LINES = (
 )
 _LOST_M = 2.5 * LANE_WIDTH_M
 # A crossed line counts again after the whole car was this far off it.
-_CLEAR_M = 0.1
+CLEAR_M = 0.1
 _BACK_M, _AHEAD_M = 10.0, 15.0
 
 
@@ -49,7 +49,7 @@ class LaneInvasionDetector:
         right, left = min(lateral), max(lateral)
         on, near = (
             {number for number, (at, _) in enumerate(_LINES) if right - far < at < left + far}
-            for far in (0.0, _CLEAR_M)
+            for far in (0.0, CLEAR_M)
         )
         begun = sorted(on - self._crossing)
         self._crossing = on | (self._crossing & near)

@@ -6,6 +6,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from sdc_sim.road.network import STOP, YIELD, Network, RoadLane
+from sdc_sim.road.network_file import load_network
 from sdc_sim.road.road import MARGIN_M
 from sdc_sim.road.scenery import (
     NO_LIMIT,
@@ -21,6 +22,11 @@ _SLOT_M = 11.0
 _STEP_M = 1.0
 _SIGN_M = (0.08, 0.65, 2.6)  # length, width and height
 _BESIDE_M = 0.75  # from the edge of a lane to the middle of a sign
+
+
+def of_map(path: str) -> Scenery:
+    """Return the scenery of a map, as the camera shows it."""
+    return network_scenery(load_network(path), 0)
 
 
 def network_scenery(network: Network, seed: int) -> Scenery:

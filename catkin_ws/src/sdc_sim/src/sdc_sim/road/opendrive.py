@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from xml.sax.saxutils import escape
 
 import numpy as np
@@ -40,3 +41,12 @@ def opendrive(name: str, route_m: np.ndarray) -> str:
         right=right,
     )
     return f'<?xml version="1.0" encoding="UTF-8"?>\n{road}\n'
+
+
+def opendrive_file(path: str) -> str:
+    """Return the content of an OpenDRIVE file, or of that beside SUMO's network; "" if none."""
+    path = path.replace(".net.xml", ".xodr")
+    if not path.endswith(".xodr") or not os.path.exists(path):
+        return ""
+    with open(path, encoding="utf-8") as file:
+        return file.read()

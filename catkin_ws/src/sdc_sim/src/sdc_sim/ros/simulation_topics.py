@@ -21,7 +21,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 from sdc_common.ros.node import LoopPublisher
 from sdc_common.ros.odometry import GROUND_TRUTH, vehicle_transform
 from sdc_sim.road.lane_invasion import LaneInvasionDetector
-from sdc_sim.road.opendrive import opendrive
+from sdc_sim.road.opendrive import opendrive, opendrive_file
 from sdc_sim.ros import bridge_messages
 from sdc_sim.ros.bridge_messages import World
 from sdc_sim.ros.bridge_versions import BRIDGE_VERSIONS
@@ -35,6 +35,7 @@ from sdc_sim.ros.message_conversion import (
 )
 from sdc_sim.ros.picture_feed import PictureFeed
 from sdc_sim.ros.simulation_setup import SimulationSetup
+from sdc_sim.scenario.configuration import part_of_map
 from sdc_sim.sensors.model import MOUNTS_M, SensorReadings
 from sdc_sim.yaml_document import packaged_config
 
@@ -79,7 +80,9 @@ class SimulationTopics:
         tick_s = setup.simulation.tick_s
         self._display_ticks = max(1, round(_DISPLAY_PERIOD_S / tick_s))
         self._no_obstacle_ticks = max(1, round(_NO_OBSTACLE_PERIOD_S / tick_s))
-        self._lane_invasion_detector = LaneInvasionDetector(setup.route)
+        self._lane_invasion_detector = part_of_map(
+            "road.network_markings", setup.values.map_path
+        ) or LaneInvasionDetector(setup.route)
         self._obstacle_ids: set[int] = set()
         self._last: dict[str, Any] = {}  # messages of the topics that are published on a change
         self._sensors = self._sensor_rows()
@@ -136,8 +139,9 @@ class SimulationTopics:
         objects = bridge_messages.other_objects
         if "/objects" in bridge.topics:
             objects = bridge_messages.all_objects
-        map_name = os.path.splitext(os.path.basename(self._setup.values.waypoints_path))[0]
-        map_text = opendrive(map_name, self._setup.route_m)
+        path = self._setup.values.map_path or self._setup.values.waypoints_path
+        map_name = os.path.basename(path).partition(".")[0]
+        map_text = opendrive_file(path) or opendrive(map_name, self._setup.route_m)
         if bridge.map_class is String:
             road = String(map_text)
         elif bridge.map_class:

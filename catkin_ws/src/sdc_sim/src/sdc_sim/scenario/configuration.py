@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import math
 import os
+from functools import partial
 from typing import Any, Mapping
 
 import numpy as np
@@ -15,6 +16,7 @@ from sdc_sim.physics.obstacles import Obstacles
 from sdc_sim.physics.vehicle import Vehicle
 from sdc_sim.physics.vehicle_parameters import load_vehicle
 from sdc_sim.road.road import Road
+from sdc_sim.road.scenery import Scenery
 from sdc_sim.scenario.traffic import load_traffic
 from sdc_sim.sensors.errors import OdometryNoise
 from sdc_sim.sensors.model import SENSORS, SensorSettings, sensor_settings
@@ -62,18 +64,17 @@ def build_simulation(
         side_wind_mps=values["side_wind_mps"],
     )
     tick_s, seed = values["tick_s"], values["seed"]
-    lights, traffic = [*lights, *_part("lights", values["map_path"])], None
+    lights, traffic = [*lights, *part_of_map("traffic.lights", values["map_path"])], None
     if values["traffic"]:
         if not values["map_path"]:
             raise DocumentError("traffic: other road users need streets; name a map (map:=FILE)")
         arguments = values["map_path"], values["traffic"], seed, tick_s, waypoints_m
-        traffic = _part("sumo_traffic", *arguments)
+        traffic = part_of_map("traffic.sumo_traffic", *arguments)
     sensors = sensors_that_are_on(values)
     suite = None
     if sensors:
-        suite = SensorSuite(
-            sensors, vehicle.parameters, tick_s, seed, route, lambda: Road(waypoints_m).scenery()
-        )
+        scenery = partial(_scenery, values["map_path"], waypoints_m)
+        suite = SensorSuite(sensors, vehicle.parameters, tick_s, seed, route, scenery)
     return Simulation(
         vehicle,
         tick_s,
@@ -90,11 +91,15 @@ def build_simulation(
     )
 
 
-def _part(module: str, map_path: str, *arguments: Any) -> Any:
-    """Return what a module of sdc_sim.traffic makes of a map; without a map it is not imported."""
+def _scenery(map_path: str, waypoints_m: np.ndarray) -> Scenery:
+    return part_of_map("road.network_scenery", map_path) or Road(waypoints_m).scenery()
+
+
+def part_of_map(module: str, map_path: str, *arguments: Any) -> Any:
+    """Return what a module of sdc_sim makes of a map; without a map it is not imported."""
     if not map_path:
         return ()
-    return importlib.import_module("sdc_sim.traffic." + module).of_map(map_path, *arguments)
+    return importlib.import_module("sdc_sim." + module).of_map(map_path, *arguments)
 
 
 def sensors_that_are_on(values: Mapping[str, Any]) -> dict[str, SensorSettings]:
