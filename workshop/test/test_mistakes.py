@@ -13,7 +13,7 @@ from judge_mistakes import table
 from sdc_workshop.steps import all_steps, hint_of
 from sdc_workshop.workspace import PROJECT
 
-PARTS = 3
+PARTS = 6
 LIMIT_S = 3000
 
 

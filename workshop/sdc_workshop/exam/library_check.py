@@ -20,6 +20,8 @@ from sdc_workshop.exam.stage import NEVER_RETURNED, Stage
 from sdc_workshop.exam.variant import Variant
 
 _TIMEOUT_S = 60.0
+# CPU time for all calls of a module; those of the solution take less than a second.
+_MOST_CPU_S = 10.0
 _TOLERANCE = 1e-6
 # What an expression may raise about a result of a student, which has any type and shape.
 _ERRORS = (
@@ -85,7 +87,7 @@ class LibraryCheck(RegionCheck):
         arguments = [self._module, json.dumps(self._given), json.dumps(self._calls), stage.seed]
         command = ["/usr/bin/env", "python3", library_probe.__file__, *arguments]
         with stage.program(command, PYTHONPATH=python_path) as program:
-            if program.wait(_TIMEOUT_S) is None:
+            if program.wait(_TIMEOUT_S, _MOST_CPU_S) is None:
                 stage.report(NEVER_RETURNED)
                 return Problem("a result", "it never returns", "Is there a loop that never ends?")
             output = program.output

@@ -6,6 +6,7 @@ Such a program may crash, loop for ever, start other programs, or wait for ever;
 from __future__ import annotations
 
 import contextlib
+import math
 import os
 import signal
 import subprocess
@@ -122,10 +123,14 @@ class Program:
             if now > limit:
                 return "late"
 
-    def wait(self, timeout_s: float = TIMEOUT_S) -> int | None:
-        """Return its exit status if it ends in time, else None."""
-        with contextlib.suppress(subprocess.TimeoutExpired):
-            self._process.wait(timeout_s)
+    def wait(self, timeout_s: float = TIMEOUT_S, most_cpu_s: float = math.inf) -> int | None:
+        """Return its exit status if it ends in time, else None; it may use so much CPU time [s]."""
+        limit = time.monotonic() + timeout_s
+        while self.status is None and time.monotonic() < limit:
+            if self._activity()[0] > most_cpu_s:
+                return None
+            time.sleep(_POLL_S)
+        if self.status is not None:
             self._reader.join(timeout=2.0)
         return self.status
 
