@@ -187,7 +187,8 @@ def test_help_lists_every_argument():
 
 @pytest.mark.skipif(not shutil.which("xdg-open"), reason="xdg-utils is not installed")
 @pytest.mark.parametrize("headless", ["true", "false"])
-def test_page_of_a_drive_on_a_screen_is_opened(environment, bend, tmp_path, headless):
+def test_page_of_a_drive_on_a_screen_is_opened(environment, tmp_path, headless):
+    (tmp_path / "route.csv").write_text("".join(f"{x},0\n" for x in range(16)))
     browser = tmp_path / "browser"
     browser.write_text('#!/bin/sh\necho "$1" > "$(dirname "$0")/opened"\n')
     browser.chmod(0o755)
@@ -195,7 +196,7 @@ def test_page_of_a_drive_on_a_screen_is_opened(environment, bend, tmp_path, head
     entry.parent.mkdir()
     entry.write_text(f"[Desktop Entry]\nType=Application\nName=Browser\nExec={browser} %f\n")
     (tmp_path / "mimeapps.list").write_text("[Default Applications]\ntext/html=browser.desktop\n")
-    command = f"{DRIVE} headless:={headless} camera:=false waypoints_path:={bend} cockpit:=false"
+    command = f"{DRIVE} headless:={headless} camera:=false waypoints_path:=route.csv cockpit:=false"
     screen = {**environment, "DISPLAY": ":99", "WORKSHOP_URL": ""}
     screen.update(XDG_DATA_HOME=str(tmp_path), XDG_CONFIG_HOME=str(tmp_path))
     done = subprocess.run(
