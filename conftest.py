@@ -82,12 +82,7 @@ class RosTestItem(pytest.Item):
         results = os.path.join(
             str(self.config.rootpath), "catkin_ws", "build", "test_results", "pytest"
         )
-        command = [
-            "rostest",
-            "--results-base-dir",
-            results,
-            str(self.path),
-        ]
+        command = ["rostest", "--results-base-dir", results, str(self.path)]
         try:
             # Drives that run at the same time must not write files in the same folder.
             with tempfile.TemporaryDirectory() as folder:

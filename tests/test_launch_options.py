@@ -11,12 +11,7 @@ SOURCES = pathlib.Path(__file__).resolve().parents[1] / "catkin_ws" / "src"
 # Argument, node, file of its parameters, and other arguments that set some of them.
 OPTIONS = [
     ("referee_options", "/referee", "sdc_sim/config/referee.yaml", []),
-    (
-        "sim_options",
-        "/sim",
-        "sdc_sim/config/sim.yaml",
-        ["truth:=true", "record:=true"],
-    ),
+    ("sim_options", "/sim", "sdc_sim/config/sim.yaml", ["truth:=true", "record:=true"]),
     ("planner_options", "/local_planner", "sdc_package/config/local_planner.yaml", []),
     (
         "perception_options",

@@ -281,7 +281,7 @@ def test_equal_results_share_a_rank_and_page_and_table_have_the_same_texts(tmp_p
     never = graded("<b>never</b>", "wrong")
     rows = ranked([never, slow, same, lost, quick], load_rubric())
     assert [(row.rank, row.grade) for row in rows] == [
-        *[(1, quick), (1, same), (3, slow), (4, lost), (5, never)],
+        *[(1, quick), (1, same), (3, slow), (4, lost), (5, never)]
     ]
     write_csv(tmp_path / "grades.csv", rows)
     table = list(csv.DictReader((tmp_path / "grades.csv").open(encoding="utf-8")))

@@ -8,13 +8,7 @@ from guide_student import Student
 from sdc_workshop.grading.copying import copy_workspace
 from sdc_workshop.grading.grading import Conditions, grade
 from sdc_workshop.steps import LABS, chosen, load_steps
-from sdc_workshop.workspace import (
-    PROJECT,
-    lab_of,
-    make,
-    package_files,
-    solution_body,
-)
+from sdc_workshop.workspace import PROJECT, lab_of, make, package_files, solution_body
 
 pytestmark = pytest.mark.slow(60)
 

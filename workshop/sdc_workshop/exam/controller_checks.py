@@ -6,12 +6,7 @@ from typing import Any, Callable
 
 from sdc_workshop.exam.answer import Problem, listed
 from sdc_workshop.exam.node import Node
-from sdc_workshop.exam.node_check import (
-    NodeCheck,
-    configuration_problem,
-    delay_problem,
-    first_of,
-)
+from sdc_workshop.exam.node_check import NodeCheck, configuration_problem, delay_problem, first_of
 from sdc_workshop.exam.planner_checks import ODOMETRY, PATH
 from sdc_workshop.exam.probes.library_probe import STEP_NS, TICKS, controller_answer, evaluate
 from sdc_workshop.exam.stage import Stage

@@ -5,15 +5,7 @@ from __future__ import annotations
 import stat
 from typing import Sequence
 
-from sdc_workshop.exam.answer import (
-    PASSED,
-    UNFINISHED,
-    Answer,
-    Problem,
-    answered,
-    listed,
-    wrong,
-)
+from sdc_workshop.exam.answer import PASSED, UNFINISHED, Answer, Problem, answered, listed, wrong
 from sdc_workshop.exam.output import last_line
 from sdc_workshop.exam.region_check import BUILD, encoding_problem
 from sdc_workshop.exam.stage import NEVER_RETURNED, Stage

@@ -14,12 +14,7 @@ import yaml
 
 from sdc_workshop.exam.answer import Problem, listed
 from sdc_workshop.exam.node import Node
-from sdc_workshop.exam.node_check import (
-    NodeCheck,
-    configuration_problem,
-    delay_problem,
-    first_of,
-)
+from sdc_workshop.exam.node_check import NodeCheck, configuration_problem, delay_problem, first_of
 from sdc_workshop.exam.probes.library_probe import evaluate
 from sdc_workshop.exam.stage import Stage
 from sdc_workshop.exam.variant import Variant

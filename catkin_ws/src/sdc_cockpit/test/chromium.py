@@ -71,9 +71,7 @@ def value_of(browser: webdriver.Chrome, expression: str) -> Any:
 
 
 def wait_for(
-    browser: webdriver.Chrome,
-    expression: str,
-    accepts: Callable[[Any], object] = bool,
+    browser: webdriver.Chrome, expression: str, accepts: Callable[[Any], object] = bool
 ) -> Any:
     """Return the value of an expression when it is accepted.
 

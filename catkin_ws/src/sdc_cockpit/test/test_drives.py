@@ -60,9 +60,7 @@ async def drive_and_vanish(address):
     await watcher.next("state", lambda state: state["speed"] and state["speed"] > 1.0)
     await person.send("drive")
     await watcher.next(
-        "state",
-        lambda state: state["mode"] == "person" and throttle_of(state) == 1.0,
-        throttle,
+        "state", lambda state: state["mode"] == "person" and throttle_of(state) == 1.0, throttle
     )
     # The connection stays open without controls, as that of a laptop that sleeps.
     vanished = await watcher.next("state")
@@ -159,11 +157,7 @@ def test_page_starts_stops_lists_and_compares_drives(standing_cockpit):
 @pytest.mark.slow(8)
 @pytest.mark.parametrize(
     ("display", "arguments", "served"),
-    [
-        ("", [], True),
-        ("", ["sync:=true"], False),
-        (":0", [], False),
-    ],
+    [("", [], True), ("", ["sync:=true"], False), (":0", [], False)],
 )
 def test_cockpit_is_the_default_in_real_time_without_a_display(
     display, arguments, served, tmp_path

@@ -87,10 +87,7 @@ def test_messages_are_read(text):
         ('{"type":"obstacle","x":1}', "key 'y' is missing"),
         ('{"type":"obstacle","x":1,"y":1e300}', "'y' must be a number from"),
         ('{"type":"obstacle","x":NaN,"y":1}', "'x' must be a number from"),
-        (
-            '{"type":"keys","held":["__import__"]}',
-            "entry 1 of 'held' is '__import__'; use one of",
-        ),
+        ('{"type":"keys","held":["__import__"]}', "entry 1 of 'held' is '__import__'; use one of"),
         (
             '{"type":"pedals","throttle":2,"steer":0,"brake":0}',
             "'throttle' must be a number from 0 to 1",

@@ -7,12 +7,7 @@ import sys
 import psutil
 import pytest
 
-from sdc_experiments.process_metrics import (
-    cpu_ms,
-    memory_mb,
-    private_memory_mb,
-    stack_processes,
-)
+from sdc_experiments.process_metrics import cpu_ms, memory_mb, private_memory_mb, stack_processes
 
 MASTER_URI = f"http://127.0.0.1:1/test_{os.getpid()}"
 BLOCK_MB = 40

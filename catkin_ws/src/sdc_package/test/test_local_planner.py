@@ -7,9 +7,7 @@ from hypothesis import strategies as st
 from planned_roads import LIMITS, OBSTACLES, TRAFFIC_LIGHTS, straight
 
 from sdc_common.geometry.route import Route
-from sdc_common.planning.speed_profile import (
-    speed_profile,
-)
+from sdc_common.planning.speed_profile import speed_profile
 from sdc_package.local_planner import LocalPlanner, OffRouteError, PlannerSettings
 from sdc_package.waypoint_search import WaypointSearch
 

@@ -40,13 +40,7 @@ def listening(pids):
     for protocol in ("tcp", "tcp6", "udp", "udp6"):
         with open(f"/proc/net/{protocol}", encoding="ascii") as file:
             for line in file.read().splitlines()[1:]:
-                (
-                    _,
-                    local,
-                    _,
-                    state,
-                    *_,
-                ) = line.split()
+                (_, local, _, state, *_) = line.split()
                 if line.split()[9] in numbers and (state == LISTENS or protocol.startswith("udp")):
                     found.add((protocol, local.split(":")[0]))
     return found

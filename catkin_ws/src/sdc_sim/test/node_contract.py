@@ -102,9 +102,7 @@ class ContractTest(unittest.TestCase):
         self.drive_until(lambda x, y, yaw, speed: x < 9.0, throttle=0.6, reverse=True)
         self.click_at(15.2, 0.3)
         self.next(self.obstacles, lambda message: not message.obstacles)
-        markers.wait_for(
-            lambda message: [m.action for m in message.markers] == [Marker.DELETEALL],
-        )
+        markers.wait_for(lambda message: [m.action for m in message.markers] == [Marker.DELETEALL])
 
     @staticmethod
     def pixels(image):

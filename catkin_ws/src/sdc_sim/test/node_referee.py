@@ -16,13 +16,7 @@ import rospy
 import rostest
 from carla_msgs.msg import CarlaCollisionEvent
 from nav_msgs.msg import Odometry
-from sdc_msgs.msg import (
-    BaseWaypoint,
-    CarlaVehicleControl,
-    Obstacle,
-    ObstacleArray,
-    Path,
-)
+from sdc_msgs.msg import BaseWaypoint, CarlaVehicleControl, Obstacle, ObstacleArray, Path
 from sensor_msgs.msg import Image
 from std_srvs.srv import Trigger
 

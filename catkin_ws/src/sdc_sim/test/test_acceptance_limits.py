@@ -12,10 +12,7 @@ from sdc_sim.evaluation.route_progress import (
     TIMEOUT,
 )
 from sdc_sim.report.html_page import MEANINGS
-from sdc_sim.scenario.acceptance_limits import (
-    read_report,
-    violations,
-)
+from sdc_sim.scenario.acceptance_limits import read_report, violations
 from sdc_sim.yaml_document import schema
 
 STOP = {"at_m": 50.0, "within_m": 1.0}
@@ -32,22 +29,14 @@ REPORT = {
     ("limits", "stops_m", "lines"),
     [
         (dict(), (), []),
-        (
-            dict(at_most={"cross_track_max_m": 0.62}, at_least={"missed_ticks": 3}),
-            (),
-            [],
-        ),
+        (dict(at_most={"cross_track_max_m": 0.62}, at_least={"missed_ticks": 3}), (), []),
         (dict(status="collision"), (), ["status is completed, must be collision"]),
         (
             dict(at_most={"cross_track_max_m": 0.5}),
             (),
             ["cross_track_max_m is 0.62, at most 0.5 is allowed"],
         ),
-        (
-            dict(at_least={"missed_ticks": 4}),
-            (),
-            ["missed_ticks is 3, at least 4 is allowed"],
-        ),
+        (dict(at_least={"missed_ticks": 4}), (), ["missed_ticks is 3, at least 4 is allowed"]),
         (
             dict(at_most={"infractions": 2, "red_light": 0, "collision_static": 2}),
             (),

@@ -39,13 +39,7 @@ def world():
         TrafficLightPlan(50.0, 2.0, 0.5, (("red", 60.0),)),
         TrafficLightPlan(10.0, 0.0, 0.0, (("green", 60.0),)),
     ]
-    simulation = Simulation(
-        Vehicle(TESLA),
-        0.05,
-        1.0,
-        obstacles=Obstacles(plans),
-        lights=lights,
-    )
+    simulation = Simulation(Vehicle(TESLA), 0.05, 1.0, obstacles=Obstacles(plans), lights=lights)
     for _ in range(40):
         simulation.step(COMMAND)
     return World(simulation, "hero", "tesla_model3")

@@ -112,12 +112,7 @@ def _line_errors(renderer, at, points, rows):
 
 @pytest.mark.parametrize("offset", ["right_edge_m", "left_edge_m"])
 @pytest.mark.parametrize(
-    "s_m, aside_m, turn_rad",
-    [
-        (20.0, 0.4, 0.06),
-        (90.0, 0.3, 0.05),
-        (165.0, 0.0, 0.1),
-    ],
+    "s_m, aside_m, turn_rad", [(20.0, 0.4, 0.06), (90.0, 0.3, 0.05), (165.0, 0.0, 0.1)]
 )
 def test_solid_lines_are_where_the_geometry_puts_them(offset, s_m, aside_m, turn_rad):
     road = _Bare(route(60, (40, 1.2), 30, (25, -1.6), 60, step_m=0.5))

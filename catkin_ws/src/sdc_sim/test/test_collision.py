@@ -61,8 +61,7 @@ def test_no_motion_is_too_fast_and_no_body_too_thin_for_a_contact(
 
 
 @pytest.mark.parametrize(
-    ("way_m", "contact"),
-    [(0.5, (0.0, -1.0, 0.0)), (-0.5, None), (-0.1, None), (3.5, None)],
+    ("way_m", "contact"), [(0.5, (0.0, -1.0, 0.0)), (-0.5, None), (-0.1, None), (3.5, None)]
 )
 def test_body_that_overlaps_another_may_only_move_out(way_m, contact):
     def motion(share):

@@ -40,10 +40,7 @@ def test_options_replace_parameters_and_sections_are_merged():
         ({"frictoin": 1}, "options: unknown parameter 'frictoin'; did you mean 'friction'?"),
         ({"xyz": 1}, "options: unknown parameter 'xyz'; remove it"),
         ({7: 1}, "options: unknown parameter '7'; remove it"),
-        (
-            {"gnss": 1},
-            "options: 'gnss' is a section with the parameters noise_m, period_s, got 1",
-        ),
+        ({"gnss": 1}, "options: 'gnss' is a section with the parameters noise_m, period_s, got 1"),
         (
             {"gnss": {"noise": 1}},
             "options, section 'gnss': unknown parameter 'noise'; did you mean 'noise_m'?",

@@ -8,11 +8,7 @@ import os
 
 import pytest
 
-from sdc_sim.physics.vehicle_dynamics import (
-    MotionConstants,
-    derivatives,
-    tyre_forces,
-)
+from sdc_sim.physics.vehicle_dynamics import MotionConstants, derivatives, tyre_forces
 from sdc_sim.physics.vehicle_parameters import load_vehicle
 
 HERE = os.path.dirname(os.path.abspath(__file__))

@@ -65,10 +65,7 @@ def test_path_may_start_with_the_home_folder(tmp_path, monkeypatch):
             ", line 2: is not valid YAML (expected ',' or ']', but got '<stream end>')",
         ),
         ("a: !!int seven", ": is not valid YAML (invalid literal for int() with base 10: 'seven')"),
-        (
-            "[" * 1000,
-            ": is not valid YAML (maximum recursion depth exceeded)",
-        ),
+        ("[" * 1000, ": is not valid YAML (maximum recursion depth exceeded)"),
     ],
     ids=["picture", "two colons", "open list", "tag", "nested"],
 )

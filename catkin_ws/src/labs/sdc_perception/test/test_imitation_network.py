@@ -50,10 +50,7 @@ def changed(path, **changes):
         (lambda path: changed(path, format=np.array([Boom()])), "is not a steering network"),
         (lambda path: changed(path, **{"0.bias": None}), "the weights '0.bias' are missing"),
         (lambda path: changed(path, **{"0.bias": np.zeros(3, np.float32)}), "of another size"),
-        (
-            lambda path: changed(path, **{"0.bias": np.full(16, np.nan, np.float32)}),
-            "not finite",
-        ),
+        (lambda path: changed(path, **{"0.bias": np.full(16, np.nan, np.float32)}), "not finite"),
     ],
 )
 def test_bad_file_is_refused_in_one_line(saved, damage, problem):

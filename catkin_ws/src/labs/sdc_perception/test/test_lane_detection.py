@@ -89,11 +89,7 @@ def test_lane_is_tracked_in_bad_weather(road, detector, weather):
 
 @pytest.mark.parametrize(
     ("from_m", "to_m", "weather"),
-    [
-        (30.0, 116.0, Weather()),
-        (335.0, 366.0, Weather()),
-        (285.0, 318.0, Weather(worn_lines=0.6)),
-    ],
+    [(30.0, 116.0, Weather()), (335.0, 366.0, Weather()), (285.0, 318.0, Weather(worn_lines=0.6))],
     ids=["past the exit", "bend of 4 m radius", "bend with worn lines"],
 )
 def test_lane_of_the_town_is_tracked(parameters, rospkg_path, from_m, to_m, weather):

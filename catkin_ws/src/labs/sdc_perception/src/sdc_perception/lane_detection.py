@@ -15,13 +15,7 @@ from sdc_package.lane_filter import LaneFilter, LaneFilterThresholds
 from sdc_perception.ground_plane import GroundPlane, MountingPose
 from sdc_perception.lane_acquisition import LaneGuess, acquire_lane, marking_points
 from sdc_perception.lane_settings import LaneSettings
-from sdc_perception.lane_tracker import (
-    LEFT,
-    RIGHT,
-    FoundMarkings,
-    LaneTracker,
-    TrackedLane,
-)
+from sdc_perception.lane_tracker import LEFT, RIGHT, FoundMarkings, LaneTracker, TrackedLane
 from sdc_perception.marking_search import Box, MarkingSearch, SearchSettings, View
 
 Pose = Tuple[float, float, float]  # x [m], y [m], yaw [rad]

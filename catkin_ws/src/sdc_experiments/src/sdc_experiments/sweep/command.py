@@ -12,13 +12,7 @@ from typing import Sequence
 from sdc_experiments.sweep.cell_drive import code_version, drive_cell, worker_problem
 from sdc_experiments.sweep.dask_engine import ClusterError, DaskEngine, Outcome
 from sdc_experiments.sweep.progress import SweepProgress
-from sdc_experiments.sweep.results import (
-    FAILED,
-    Results,
-    ResultsError,
-    table,
-    write_csv,
-)
+from sdc_experiments.sweep.results import FAILED, Results, ResultsError, table, write_csv
 from sdc_experiments.sweep.settings import ROS
 from sdc_experiments.sweep.study import Cell, Study, load_study
 

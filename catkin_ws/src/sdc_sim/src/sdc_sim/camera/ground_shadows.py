@@ -6,12 +6,7 @@ import cv2
 import numpy as np
 
 from sdc_sim.camera.ground_textures import TILE_PX
-from sdc_sim.camera.painting import (
-    FIXED_POINT_BITS,
-    footprint,
-    shadow_hull,
-    touching,
-)
+from sdc_sim.camera.painting import FIXED_POINT_BITS, footprint, shadow_hull, touching
 from sdc_sim.camera.road_rasterizer import fixed_point
 from sdc_sim.road.scenery import TREE, Scenery
 from sdc_sim.simulation.weather import Weather

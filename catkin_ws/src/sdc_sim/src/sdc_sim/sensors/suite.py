@@ -10,13 +10,7 @@ from sdc_sim.physics.vehicle_parameters import VehicleParameters
 from sdc_sim.road.scenery import Scenery
 from sdc_sim.sensors.errors import DelayLine
 from sdc_sim.sensors.lidar import PlanarLidar, RoofLidar
-from sdc_sim.sensors.model import (
-    SENSORS,
-    Moment,
-    SensorContext,
-    SensorReadings,
-    SensorSettings,
-)
+from sdc_sim.sensors.model import SENSORS, Moment, SensorContext, SensorReadings, SensorSettings
 from sdc_sim.sensors.motion_sensors import Gnss, InertialUnit, Speedometer, WheelSpeedSensor
 
 # Class and field of the readings of each sensor.
