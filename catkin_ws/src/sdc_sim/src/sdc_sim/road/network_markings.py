@@ -56,6 +56,8 @@ class NetworkInvasionDetector:
         lines = network.lines()
         self._start = np.vstack([one.points_m[:-1] for one in lines])
         self._end = np.vstack([one.points_m[1:] for one in lines])
+        self._low = np.minimum(self._start, self._end)
+        self._high = np.maximum(self._start, self._end)
         counts = [len(one.points_m) - 1 for one in lines]
         self._line = np.repeat(np.arange(len(lines)), counts)
         self._kinds = [_KINDS.get(one.kind, lane_invasion.SOLID) for one in lines]
@@ -77,8 +79,8 @@ class NetworkInvasionDetector:
         """Return the lines on the outline of the car, widened to all sides."""
         centre, half = np.array([car.x_m, car.y_m]), np.array([car.length_m, car.width_m]) / 2
         reach = np.hypot(*half) + beyond_m
-        low, high = np.minimum(self._start, self._end), np.maximum(self._start, self._end)
-        rows = np.flatnonzero(((low < centre + reach) & (high > centre - reach)).all(axis=1))
+        near = (self._low < centre + reach) & (self._high > centre - reach)
+        rows = np.flatnonzero(near.all(axis=1))
         c, s = np.cos(car.yaw_rad), np.sin(car.yaw_rad)
         start, end = (
             (points[rows] - centre) @ np.array([[c, -s], [s, c]])
