@@ -12,7 +12,7 @@ from sdc_sim.camera.renderer import Renderer
 from sdc_sim.camera.signs import sign
 from sdc_sim.road.network import BROKEN, KERB, SOLID, STOP, Connection, Junction, Network, RoadLane
 from sdc_sim.road.network_scenery import network_scenery
-from sdc_sim.road.scenery import NO_LIMIT, SIGN, STOP_SIGN, Scenery
+from sdc_sim.road.scenery import SIGN, STOP_SIGN, Scenery
 
 pytestmark = pytest.mark.slow(3)
 
@@ -124,7 +124,7 @@ def test_signs_are_right_of_lanes_where_right_of_way_and_limits_change():
     assert len(reds) >= 3
 
 
-@pytest.mark.parametrize("number", [*range(3), 30, 47, 85, 96, 120, NO_LIMIT])
+@pytest.mark.parametrize("number", [*range(3), 30, 47, 85, 96, 120])
 def test_every_sign_has_faces_on_its_plate(number):
     one = Scenery(*map(np.array, ([SIGN], [(0.0, 0.0)], [0.0], [(0.08, 0.65, 2.6)], [number])))
     faces = sign(one, 0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from sdc_sim.camera.solids import Solid
-from sdc_sim.road.scenery import NO_LIMIT, PRIORITY_SIGN, STOP_SIGN, YIELD_SIGN, Scenery
+from sdc_sim.road.scenery import PRIORITY_SIGN, STOP_SIGN, YIELD_SIGN, Scenery
 
 _RED, _WHITE, _BLACK, _YELLOW = (30, 20, 190), (235, 235, 235), (25, 25, 25), (20, 190, 245)
 _GREY, _BACK = (120, 120, 120), (105, 105, 105)
@@ -59,7 +59,7 @@ def _plate(number: int) -> list[tuple]:
     if number == PRIORITY_SIGN:
         diamond = np.array([(0.0, -1.0), (1.0, 0.0), (0.0, 1.0), (-1.0, 0.0)])
         return [(diamond, _BLACK), (0.95 * diamond, _WHITE), (0.7 * diamond, _YELLOW)]
-    digits = [] if number == NO_LIMIT else [_DIGITS[int(one)] for one in str(number)]
+    digits = [_DIGITS[int(one)] for one in str(number)]
     text = _text(digits, 0.3 if len(digits) > 2 else 0.42, 0.22)
     return [(_ring(16, 1.0), _RED), (_ring(16, 0.78), _WHITE), *((one, _BLACK) for one in text)]
 

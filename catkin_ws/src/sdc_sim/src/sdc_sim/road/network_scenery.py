@@ -9,7 +9,6 @@ from sdc_sim.road.network import STOP, YIELD, Network, RoadLane
 from sdc_sim.road.network_file import load_network
 from sdc_sim.road.road import MARGIN_M
 from sdc_sim.road.scenery import (
-    NO_LIMIT,
     PRIORITY_SIGN,
     SIGN,
     STOP_SIGN,
@@ -57,12 +56,8 @@ def network_scenery(network: Network, seed: int) -> Scenery:
     edge_m = half_m + MARGIN_M
     slots = np.arange(0.0, ends_m[-1], _SLOT_M)
     beside = generate_scenery(at, slots, (-edge_m, edge_m), on_road, seed)
-    return Scenery(*(np.concatenate(pair) for pair in zip(_columns(beside), _signs(network))))
-
-
-def _columns(scenery: Scenery) -> tuple[np.ndarray, ...]:
-    own = scenery
-    return own.kind, own.position_m, own.yaw_rad, own.size_m, own.variant
+    columns = zip(vars(beside).values(), _signs(network))
+    return Scenery(*(np.concatenate(pair) for pair in columns))
 
 
 def _signs(network: Network) -> tuple[np.ndarray, ...]:
@@ -92,8 +87,7 @@ def _signs(network: Network) -> tuple[np.ndarray, ...]:
         before = [network.lanes[one] for one in lane.predecessors]
         before = [network.lanes[one] for each in before for one in each.predecessors]
         if any(abs(one.speed_limit_mps - lane.speed_limit_mps) > 0.5 for one in before):
-            limit = round(3.6 * lane.speed_limit_mps)
-            place(lane, 4.0, limit if 3 <= limit < NO_LIMIT else NO_LIMIT)
+            place(lane, 4.0, round(3.6 * lane.speed_limit_mps))
     rows = np.array(sorted(placed), float).reshape(-1, 4)
     kind = np.full(len(rows), SIGN)
     size = np.tile(_SIGN_M, (len(rows), 1))

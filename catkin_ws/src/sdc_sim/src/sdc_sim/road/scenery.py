@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 
 TREE, HOUSE, BLOCK, SIGN = 0, 1, 2, 3
 # Variants of a sign; the others are speed limits [km/h].
-STOP_SIGN, YIELD_SIGN, PRIORITY_SIGN, NO_LIMIT = 0, 1, 2, 255
+STOP_SIGN, YIELD_SIGN, PRIORITY_SIGN = 0, 1, 2
 # Shapes, for the camera and the lidars. Trees, as shares of their height:
 TRUNK_RADIUS_SHARE = 12.0 / 512.0
 CROWN_CENTRE_SHARE = 342.0 / 512.0
