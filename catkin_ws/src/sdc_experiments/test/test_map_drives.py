@@ -21,7 +21,7 @@ from sdc_sim.scenario.map_drive import first_mission, launch_arguments
 from sdc_sim.scenario.reader import load_scenario
 
 sys.path.append(os.path.join(rospkg.RosPack().get_path("sdc_sim"), "test"))
-from street_maps import needs_maps, needs_traffic, town  # noqa: E402
+from street_maps import has_libsumo, needs_maps, needs_traffic, town  # noqa: E402
 
 pytestmark = [needs_maps, pytest.mark.slow(6)]
 
@@ -155,6 +155,10 @@ def test_command_drives_between_random_places(path, monkeypatch, capsys):
     monkeypatch.setattr("sys.argv", ["map_drives", path, "3"])
     main()
     assert "3 of 3 drives complete without infraction" in capsys.readouterr().out
+    if has_libsumo:
+        monkeypatch.setattr("sys.argv", ["map_drives", path, "2", "10"])
+        main()
+        assert "2 completed" in capsys.readouterr().out
     monkeypatch.setattr("sys.argv", ["map_drives", "grid", "10"])
     main()
     assert capsys.readouterr().out.startswith("10096 lanes: median ")

@@ -1,7 +1,8 @@
-"""Drive between random places of a map: python3 -m sdc_experiments.map_drives MAP [COUNT].
+"""Drive between random places of a map: python3 -m sdc_experiments.map_drives MAP [COUNT [OTHERS]].
 
 Prints the time to load the map, and of COUNT drives (100) with the seeds 0, 1, ...: how many are
-complete, the greatest errors, and a sum of all traces, which is the same in each run. With the name
+complete, the greatest errors, and a sum of all traces, which is the same in each run; among OTHERS
+road users also how the drives ended, and the processor time of a tick. With the name
 `grid` for MAP it searches COUNT ways over a grid of 10,000 lanes instead, and prints the time.
 """
 
@@ -12,6 +13,7 @@ import hashlib
 import os
 import sys
 import time
+from collections import Counter
 from concurrent.futures import ProcessPoolExecutor
 from typing import Any
 
@@ -23,10 +25,13 @@ from sdc_sim.road.network import LanePlace, Network, RoadLane
 from sdc_sim.road.network_file import MapError, load_network
 
 
-def one_drive(path: str, seed: int) -> tuple[dict[str, Any], str]:
+def one_drive(path: str, traffic: int, seed: int) -> tuple[dict[str, Any], str]:
     """Return the metrics of a drive between places drawn from a seed, and the sum of its trace."""
-    result = drive_result(map=path, seed=seed, compiled=True)
-    return result.metrics, hashlib.sha256(result.rows.tobytes()).hexdigest()
+    started_s = time.process_time()
+    result = drive_result(map=path, seed=seed, traffic=traffic, compiled=True)
+    tick_ms = 1000.0 * (time.process_time() - started_s) / len(result.rows)
+    trace = hashlib.sha256(result.rows.tobytes()).hexdigest()
+    return {**result.metrics, "tick_ms": tick_ms}, trace
 
 
 def grid(side: int = 26) -> Network:
@@ -67,9 +72,10 @@ def print_search(network: Network, count: int) -> None:
 
 def main() -> None:
     """Run the command line."""
-    if len(sys.argv) not in (2, 3) or not all(one.isdecimal() for one in sys.argv[2:]):
-        sys.exit("Usage: python3 -m sdc_experiments.map_drives MAP [COUNT]")
-    path, count = sys.argv[1], int((sys.argv[2:] or ["100"])[0])
+    if len(sys.argv) not in (2, 3, 4) or not all(one.isdecimal() for one in sys.argv[2:]):
+        sys.exit("Usage: python3 -m sdc_experiments.map_drives MAP [COUNT [OTHERS]]")
+    path, given = sys.argv[1], [int(one) for one in sys.argv[2:]]
+    count, traffic = given[0] if given else 100, given[1] if len(given) > 1 else 0
     if path == "grid":
         print_search(grid(), count)
         return
@@ -81,7 +87,9 @@ def main() -> None:
     LaneGraph(network)
     print(f"{network.name}: loaded in {time.perf_counter() - started_s:.2f} s")
     with ProcessPoolExecutor(os.cpu_count()) as pool:
-        found = list(pool.map(functools.partial(one_drive, path), range(count), chunksize=4))
+        found = list(
+            pool.map(functools.partial(one_drive, path, traffic), range(count), chunksize=4)
+        )
     metrics = [one for one, _ in found]
     clean = [
         one for one in metrics if one["status"] == "completed" and one["driving_score"] >= 100.0
@@ -94,6 +102,12 @@ def main() -> None:
         f"{max(one['off_lane_percent'] for one in metrics):.1f} %; traces "
         f"{hashlib.sha256(''.join(trace for _, trace in found).encode()).hexdigest()[:16]}"
     )
+    if traffic:
+        ends = Counter(one["status"] for one in metrics)
+        for one in metrics:
+            ends.update(one["infractions"])
+        print(", ".join(f"{count} {end}" for end, count in ends.items() if count))
+        print(f"a tick takes {np.median([one['tick_ms'] for one in metrics]):.2f} ms (median)")
 
 
 if __name__ == "__main__":

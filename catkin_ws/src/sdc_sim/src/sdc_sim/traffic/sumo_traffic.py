@@ -11,7 +11,7 @@ import importlib
 import math
 import os
 import random
-from typing import AbstractSet, Any, Iterator, NamedTuple
+from typing import AbstractSet, Any, Iterable, Iterator, NamedTuple
 
 import numpy as np
 
@@ -31,13 +31,13 @@ _ROUTE_EDGES, _PLACES, _TRIES = 80, 4, 8
 _SHORTEST_EDGE_M = 15.0
 _MISSION_STEP_M = 4.0
 # Our car is on its route within this distance; off it, others expect it on so many edges.
-_ON_ROUTE_M, _EXPECTED_EDGES = 2.0, 3
+_ON_ROUTE_M, _EXPECTED_EDGES, _MOST_BETWEEN = 2.0, 3, 4
 _BRAKE_LIGHT = 8
 _NOWHERE_M = -1e8
 _OPTIONS = (
     *("--no-step-log", "--no-warnings", "--xml-validation", "never", "--duration-log.disable"),
     # Road users neither vanish in a jam, nor stop where SUMO's own model sees a collision.
-    *("--time-to-teleport", "-1", "--collision.action", "none"),
+    *("--time-to-teleport", "-1", "--collision.action", "none", "--ignore-route-errors"),
 )
 
 
@@ -95,7 +95,7 @@ class SumoTraffic:
         self._kinds = {
             name: kind for name, kind in self._kinds.items() if kind.vehicle_class in self._streets
         }
-        self._mission = list(self._edges_along(mission_m))
+        self._mission = self._connected(self._edges_along(mission_m))
         read = importlib.import_module("traci.constants")
         self._read = read.VAR_POSITION, read.VAR_ANGLE, read.VAR_SPEED
 
@@ -202,6 +202,19 @@ class SumoTraffic:
             if edge and edge[0] != ":" and edge != last:
                 yield edge
                 last = edge
+
+    def _connected(self, edges: Iterable[str]) -> list[str]:
+        """Return a route over edges, with the short ones between that no point of the way is on."""
+        route: list[str] = []
+        for edge in edges:
+            if route:
+                between = self._sumo.simulation.findRoute(route[-1], edge).edges
+                if not 0 < len(between) <= _MOST_BETWEEN:
+                    break
+                route += between[1:]
+            else:
+                route = [edge]
+        return route or self._streets["passenger"].edges[:1]
 
     def _step(
         self, ego: Rectangle, speed_mps: float, braking: bool, clear_m: float = 0.0
