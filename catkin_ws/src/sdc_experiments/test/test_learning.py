@@ -1,10 +1,13 @@
 """The Gymnasium environments: one car, many cars, pictures, seeds, rewards and ends."""
 
+import os
+import sys
 import warnings
 from pathlib import Path
 
 import numpy as np
 import pytest
+import rospkg
 
 gymnasium = pytest.importorskip(
     "gymnasium", reason="gymnasium is not installed (docker/prepare learning)"
@@ -16,6 +19,10 @@ import sdc_experiments.learning  # noqa: F401
 from sdc_common.machine_code import numba_module
 from sdc_experiments.learning.observation import ENTRIES, NAMES
 from sdc_experiments.learning.train import drive, train
+from sdc_sim.road.network_file import load_network
+
+sys.path.append(os.path.join(rospkg.RosPack().get_path("sdc_sim"), "test"))
+from street_maps import needs_traffic, town  # noqa: E402
 
 pytestmark = pytest.mark.slow(12)
 
@@ -171,6 +178,21 @@ def test_nearest_obstacle_or_red_light_is_observed(scenario, at_m, ahead_m):
     environment = gymnasium.make("SdcScenario-v0", scenario=scenario, sim_options=options)
     seen, _ = environment.reset(seed=0)
     assert entry(seen, "obstacle_ahead_m") == pytest.approx(ahead_m, abs=0.01)
+
+
+@needs_traffic
+def test_road_users_and_lights_of_a_map_are_observed(tmp_path):
+    path = town(tmp_path)
+    options = {"map_path": path, "traffic": 25, "start": {"along_m": 10.0}}
+    route = load_network(path).lanes["a_0"].points_m
+    environment = gymnasium.make("SdcScenario-v0", route=route, sim_options=options)
+    drives = []
+    for _ in range(2):
+        environment.reset(seed=3)
+        drives.append([environment.step(np.array([0.4, 0.0]))[0] for _ in range(150)])
+    assert np.array_equal(*drives)
+    ahead_m = [entry(seen, "obstacle_ahead_m") for seen in drives[0]]
+    assert min(ahead_m) < 50.0 and len(set(ahead_m)) > 10
 
 
 @pytest.mark.parametrize(
