@@ -191,7 +191,7 @@ def test_road_users_and_lights_of_a_map_are_observed(tmp_path):
         environment.reset(seed=3)
         drives.append([environment.step(np.array([0.4, 0.0]))[0] for _ in range(150)])
     assert np.array_equal(*drives)
-    ahead_m = [entry(seen, "obstacle_ahead_m") for seen in drives[0]]
+    ahead_m = [float(entry(seen, "obstacle_ahead_m")) for seen in drives[0]]
     assert min(ahead_m) < 50.0 and len(set(ahead_m)) > 10
 
 
