@@ -3,13 +3,19 @@
 test_scenarios.py compares them with the drives of real nodes.
 """
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from sdc_common.geometry import road_line, segments
-from sdc_experiments.closed_loop import drive, drive_result
+from sdc_experiments.closed_loop import drive, drive_result, evaluation_rules
+from sdc_experiments.configuration import node_parameters
+from sdc_experiments.recorder import DriveRecorder
 from sdc_package.local_planner import OffRouteError
 from sdc_package.steering.stanley import StanleySteering
+from sdc_sim.physics.obstacles import CollisionEvent, ObstacleState
+from sdc_sim.scenario.drive_setup import drive_setup
 
 pytestmark = pytest.mark.slow(7)
 
@@ -129,3 +135,17 @@ def test_invalid_argument_is_named_in_one_line(arguments, message):
         drive(**arguments)
     assert message in str(error.value)
     assert "\n" not in str(error.value)
+
+
+def test_collision_with_a_pedestrian_that_came_during_the_drive_is_one_with_a_pedestrian():
+    setup = drive_setup()
+    world = setup.simulation()
+    recorder = DriveRecorder(
+        evaluation_rules(node_parameters("local_planner")), setup.waypoints_m, world
+    )
+    walker = ObstacleState(10001, "pedestrian", 5.0, 0.0, 0.0, 0.5, 0.5, 1.75, 1.0)
+    hit = CollisionEvent(10001, 0.0, 0.0)
+    snapshot = world.snapshot._replace(obstacles=(walker,), collisions=(hit,))
+    recorder.add(snapshot, None, SimpleNamespace(path=None, reason=""))
+    infractions = recorder.evaluator.result().metrics["infractions"]
+    assert infractions["collision_pedestrian"] == 1 and infractions["collision_vehicle"] == 0

@@ -32,8 +32,6 @@ class DriveRecorder:
         if world.lights:
             lines = stop_lines_of(world.lights)
             self.evaluator.add("stop_lines", [(number, *line) for number, line in lines.items()])
-        for obstacle in world.snapshot.obstacles:
-            self.evaluator.add("obstacle", obstacle.id, obstacle.kind)
 
     def add(self, snapshot: Snapshot, command: Command | None, car: Driver) -> bool:
         """Add a tick of the world and the car's answer; return whether the drive is over."""
@@ -51,7 +49,10 @@ class DriveRecorder:
                 for one in snapshot.obstacles
             ]
             evaluator.add("others", stamp_ns, rows)
+        kinds = {one.id: one.kind for one in snapshot.obstacles} if snapshot.collisions else {}
         for collision in snapshot.collisions:
+            if collision.id in kinds:  # road users come and go during a drive
+                evaluator.add("obstacle", collision.id, kinds[collision.id])
             evaluator.add("collision", stamp_ns, collision.id)
         if command is not None:
             pedals = command.throttle, command.brake
