@@ -7,7 +7,6 @@ import pytest
 
 from sdc_common.driving import Command
 from sdc_experiments.fleet import FIELDS, VehicleFleet
-from sdc_sim.physics.compiled_vehicle import CompiledVehicle
 from sdc_sim.physics.vehicle import Vehicle
 from sdc_sim.physics.vehicle_parameters import load_vehicle
 
@@ -48,26 +47,6 @@ def test_fleet_equals_single_vehicles(preset, friction, threads):
     for name in FIELDS:
         expected = [getattr(vehicle.state, name) for vehicle in vehicles]
         np.testing.assert_array_equal(fleet.state[name], expected)
-
-
-@pytest.mark.parametrize(("preset", "wind_mps"), [("tesla_model3", 0.0), ("ford_escort", -30.0)])
-def test_compiled_vehicle_equals_a_plain_one_bit_for_bit(preset, wind_mps):
-    pytest.importorskip("numba")
-    parameters = load_vehicle(os.path.join(FOLDER, preset + ".yaml"))
-    plain = Vehicle(parameters, 0.8, wind_mps)
-    compiled = CompiledVehicle(parameters, 0.8, wind_mps)
-    random = np.random.default_rng(3)
-    for speed_mps in (0.0, -4.0, 30.0):
-        for vehicle in (plain, compiled):
-            vehicle.reset(1.0, -2.0, 0.7, speed_mps)
-        for tick in range(300):
-            if tick % 20 == 0:
-                pedals, steer = random.random(2) * (random.random(2) < 0.6), random.uniform(-1, 1)
-                flags = (random.random(2) < 0.2).tolist()
-                command = Command(float(pedals[0]), steer, float(pedals[1]), *flags)
-            for vehicle in (plain, compiled):
-                vehicle.step(command, TICK_S)
-            assert compiled.state == plain.state
 
 
 def test_reset_moves_only_the_named_vehicles():

@@ -4,21 +4,12 @@ import math
 
 import pytest
 
-from sdc_common.geometry import segments
 from sdc_common.geometry.polyline import Polyline
 from sdc_package.steering.axles import Axles, front_axle_path, rear_axle_path
 
 BEND = [(0, 0), (1, 0.1), (1.7, 0.22), (3, 0.54), (3.6, 0.72), (4.5, 1.06), (5, 1.3), (5.8, 1.74)]
 RIGID = Axles(front_m=1.435, rear_m=1.435, front_compliance=0.0, rear_compliance=0.0)
 SOFT = Axles(front_m=1.2, rear_m=1.6, front_compliance=0.008, rear_compliance=0.006)
-
-
-def arc(radius, side=1.0, count=40):
-    """Return points 1 m apart on a circle, from the origin along x, to the left for side 1."""
-    return [
-        (radius * math.sin(i / radius), side * radius * (1.0 - math.cos(i / radius)))
-        for i in range(count)
-    ]
 
 
 def slips(line, count, rear_m):
@@ -53,22 +44,6 @@ def test_axle_follows_the_kinematic_bicycle_and_the_slip_of_its_tyres(path, ahea
     assert len(got) == count
     for point, wanted_point in zip(got, wanted):
         assert point == pytest.approx(wanted_point, abs=1e-3)
-
-
-@pytest.mark.slow(1)
-def test_compiled_axle_path_equals_a_plain_one_bit_for_bit(monkeypatch):
-    pytest.importorskip("numba")
-    monkeypatch.setattr(segments, "_in_machine_code", False)
-    points = [point for side in (1.0, -1.0) for point in arc(7.3, side, 30)]
-    plain = Polyline(points)
-    segments.use_machine_code()
-    compiled = Polyline(points)
-    for count in (2, 3, 25, 60):
-        for path in (front_axle_path, rear_axle_path):
-            wanted = path(plain, count, 9.7, SOFT)
-            got = path(compiled, count, 9.7, SOFT)
-            assert got.points.tolist() == [[*point] for point in wanted.points]
-            assert got.headings == wanted.headings
 
 
 @pytest.mark.parametrize(

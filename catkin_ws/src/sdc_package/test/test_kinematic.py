@@ -40,17 +40,6 @@ def beside(along_m, left_m, heading_error=0.0):
     )
 
 
-def on_circle(along_m, side=1.0, radius=20.0):
-    """Return the pose of a car that drives its centre along a circle with the slip of its tyres."""
-    angle = along_m / radius
-    yaw = angle - math.asin(1.6 / radius) + 0.006 * SPEED**2 / radius
-    return radius * math.sin(angle), side * radius * (1.0 - math.cos(angle)), side * yaw
-
-
-def circle(side=1.0, radius=20.0):
-    return path_of([on_circle(0.25 * i, side, radius)[:2] for i in range(160)])
-
-
 def test_wheel_angle_on_the_path_matches_its_curvature():
     assert ChainedForm(2.5).wheel_angle(0.0, 0.0, 0.0, 0.1, 0.0, 0.3) == pytest.approx(
         math.atan(0.25)
@@ -96,12 +85,3 @@ def test_wheels_turn_over_the_distance_that_the_car_drives(left_m, heading_error
     assert car.wheel_angle(STRAIGHT, *beside(1.5, left_m, heading_error), SPEED) == pytest.approx(
         wheel, abs=1e-4
     )
-
-
-@pytest.mark.parametrize("side", [1.0, -1.0])
-def test_car_on_a_circle_keeps_the_wheel_angle_of_bicycle_and_tyres(side):
-    car = steering()
-    wanted = math.atan(2.8 / 1.6 * math.tan(math.asin(1.6 / 20.0))) + 0.002 * SPEED**2 / 20.0
-    for along_m in (14.0, 15.0, 17.0):
-        wheel = car.wheel_angle(circle(side), *on_circle(along_m, side), SPEED)
-        assert wheel == pytest.approx(side * wanted, abs=2e-4)

@@ -15,7 +15,6 @@ from nav_msgs.msg import Odometry
 from sdc_package.msg import BaseWaypoint, LocalPath, Path, Waypoint
 
 from sdc_common.planning.stop_line import GREEN, RED
-from sdc_package.steering.loader import METHODS
 
 MISSION, PATH = "/planner/mission_waypoints", "/planner/local_waypoints"
 ODOMETRY = "/carla/ego_vehicle/odometry"
@@ -129,15 +128,6 @@ def test_basic_control_answers_each_odometry_with_the_constant_command(offline_n
     assert answer.header.stamp == rospy.Time(0, 350_000_000)
     wanted = node.config["basic_throttle"], node.config["basic_steer"], 0.0
     assert (answer.throttle, answer.steer, answer.brake) == wanted
-
-
-@pytest.mark.parametrize("method", METHODS)
-def test_controller_steers_back_to_the_path_with_every_method(offline_node, method):
-    node = offline_node("simple_controller", "SimpleController", steering_method=method)
-    for tick in (1, 2):
-        node.receive[ODOMETRY](odometry(tick, 4.0 + 0.5 * tick, 0.3, 0.0))
-        node.receive[PATH](LocalPath([Waypoint(float(x), 0.0, 5.0) for x in range(30)]))
-    assert node.published[-1].steer > 0.01
 
 
 @pytest.mark.parametrize(

@@ -64,11 +64,6 @@ def path_of(points):
     return path
 
 
-def circle(side=1.0, radius=20.0):
-    angles = [0.25 * i / radius for i in range(240)]
-    return path_of([(radius * math.sin(a), side * radius * (1.0 - math.cos(a))) for a in angles])
-
-
 @pytest.mark.parametrize(
     ("speed", "look_ahead"), [(0.0, 3.0), (3.0, 3.0), (5.0, 4.0), (10.0, 8.0), (30.0, 12.0)]
 )
@@ -83,18 +78,6 @@ def test_look_ahead_distance_grows_with_the_speed_between_its_limits(speed, look
     assert steering().wheel_angle(path, x, y, yaw, speed) == pytest.approx(
         math.atan(2.0 * 2.8 * math.sin(alpha) / look_ahead)
     )
-
-
-@pytest.mark.parametrize("side", [1.0, -1.0])
-@pytest.mark.parametrize("speed", [4.0, 12.0])
-@pytest.mark.parametrize("along_m", [12.0, 35.0])
-def test_car_on_a_circle_keeps_the_wheel_angle_of_bicycle_and_tyres(side, speed, along_m):
-    slip, acceleration, angle = math.asin(1.6 / 20.0), speed**2 / 20.0, along_m / 20.0
-    yaw = side * (angle - slip + 0.006 * acceleration)
-    x, y = 20.0 * math.sin(angle), side * 20.0 * (1.0 - math.cos(angle))
-    wheel = steering().wheel_angle(circle(side), x, y, yaw, speed)
-    wanted = math.atan(2.8 / 1.6 * math.tan(slip)) + 0.002 * acceleration
-    assert wheel == pytest.approx(side * wanted, abs=1e-3)
 
 
 def test_limits_of_the_look_ahead_distance_must_be_in_order():

@@ -58,22 +58,6 @@ def test_car_without_an_error_on_a_straight_line_does_not_steer(method):
     )
 
 
-@pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize(("y", "yaw"), [(1.0, 0.0), (0.0, 0.3), (0.3, 0.2)])
-def test_car_steers_back_to_the_path(method, y, yaw):
-    steering = build(method)
-    first = steering.wheel_angle(path_of(bend(0.0)), 0.0, y, yaw, 5.0)
-    # The kinematic controller turns the wheels over the distance that it drives.
-    later = steering.wheel_angle(path_of(bend(0.0)), 1.0, y, yaw, 5.0)
-    assert later < -0.02
-    assert first <= 0.0
-    mirrored = build(method)
-    mirrored.wheel_angle(path_of(bend(0.0)), 0.0, -y, -yaw, 5.0)
-    assert mirrored.wheel_angle(path_of(bend(0.0)), 1.0, -y, -yaw, 5.0) == pytest.approx(
-        -later, abs=1e-9
-    )
-
-
 @pytest.mark.parametrize("method", [name for name in METHODS if "preview_s" in CONFIG[name]])
 def test_pose_is_predicted_over_the_preview(method):
     pose, speed, rate = (2.0, 0.7, 0.2), 5.0, 0.5
@@ -155,36 +139,3 @@ def test_car_on_a_circle_keeps_the_wheel_angle_of_the_bicycle(method, radius, si
         path_of(points), 0.0, 0.0, -side * slip, speed, side * speed / radius
     )
     assert wheel == pytest.approx(side * math.atan(2.0 * math.tan(slip)), abs=0.02)
-
-
-def rolling_car(method, y, yaw, speed, length_m):
-    """Return (y, yaw) of a kinematic bicycle after `length_m` along the x axis."""
-    steering = build(method)
-    path = ReferencePath()
-    x, rate = 0.0, 0.0
-    for _ in range(int(length_m / speed / 0.05)):
-        start = int(x) - 6
-        path.update([(float(s), 0.0, speed) for s in range(start, start + 31)])
-        wheel = min(max(steering.wheel_angle(path, x, y, yaw, speed, rate), -0.7), 0.7)
-        slip = math.atan(0.5 * math.tan(wheel))
-        rate = speed * math.sin(slip) / STIFF.rear_m
-        middle = yaw + 0.025 * rate + slip
-        x, y, yaw = (
-            x + 0.05 * speed * math.cos(middle),
-            y + 0.05 * speed * math.sin(middle),
-            yaw + 0.05 * rate,
-        )
-    return y, yaw
-
-
-@pytest.mark.parametrize("method", METHODS)
-@settings(QUIET, max_examples=15)
-@given(
-    y=st.floats(-2.0, 2.0),
-    yaw=st.floats(-math.radians(30.0), math.radians(30.0)),
-    speed=st.floats(2.0, 12.0),
-)
-def test_car_returns_from_two_metres_and_thirty_degrees(method, y, yaw, speed):
-    end_y, end_yaw = rolling_car(method, y, yaw, speed, 60.0)
-    assert abs(end_y) < 0.05
-    assert abs(end_yaw) < 0.02

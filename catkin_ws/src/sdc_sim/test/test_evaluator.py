@@ -135,16 +135,6 @@ def test_collision_ends_the_drive_at_its_stamp_in_any_order_of_arrival(order):
     assert evaluator.result().progress.samples[-1].s_m == pytest.approx(15.0)
 
 
-def test_command_without_a_stamp_belongs_to_the_last_odometry():
-    evaluator = with_route()
-    for tick in range(1, 20):
-        drive_on(evaluator, tick, 1, answer=False)
-        evaluator.add("command", 0, 0.5, 0.0, 0.01 * tick)
-    result = evaluator.result()
-    assert result.metrics["missed_ticks"] == 18
-    np.testing.assert_allclose(result.rows[:, -1], 0.01 * np.arange(1, 20))
-
-
 @pytest.mark.parametrize("max_bytes", [resource.RLIM_INFINITY, 9999])
 def test_drive_in_a_file_of_events_is_that_in_memory(tmp_path, request, max_bytes):
     before = resource.getrlimit(resource.RLIMIT_FSIZE)

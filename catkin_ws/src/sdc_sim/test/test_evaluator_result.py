@@ -85,14 +85,3 @@ def test_nothing_counts_after_the_end():
     assert evaluator.result().metrics == before
     assert len(evaluator.result().planned) == 0
     assert not evaluator.add("odometry", 111 * TICK_NS, 50.0, 0.0, 0.0, 1.0)
-
-
-@pytest.mark.parametrize(("number", "kind"), [(5, "vehicle"), (0, "static")])
-def test_collision_without_a_stamp_is_now(number, kind):
-    evaluator = with_route()
-    drive_on(evaluator, 1, 50)
-    evaluator.add("collision", 0, number)
-    result = evaluator.result()
-    assert result.metrics["infractions"]["collision_" + kind] == 1
-    assert result.metrics["ticks"] == 50
-    assert result.progress.events[-1].time_s == pytest.approx(2.5)

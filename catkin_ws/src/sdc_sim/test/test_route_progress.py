@@ -72,42 +72,6 @@ def test_single_odometry_far_away_does_not_end_the_drive():
     assert drive.metrics(10.0)["cross_track_max_m"] > 30.0, "the metrics contain it"
 
 
-def drive_at(speed, ticks, drive=None, first=0):
-    drive = drive or started()
-    for tick in range(first, first + ticks):
-        drive.update(0.05 * tick, speed * 0.05 * tick, 0.0, 0.0, speed)
-    return drive
-
-
-@pytest.mark.parametrize(
-    ("kind", "score"), [("pedestrian", 50.0), ("vehicle", 100.0 / 1.7), ("static", 62.5)]
-)
-def test_collision_ends_the_drive_and_counts_by_its_kind(kind, score):
-    drive = drive_at(10.0, 11)
-    drive.add_collision(kind)
-    metrics = drive.metrics(10.0)
-    assert metrics["status"] == COLLISION
-    assert metrics["infractions"] == {
-        **dict.fromkeys(metrics["infractions"], 0),
-        "collision_" + kind: 1,
-    }
-    assert metrics["driving_score"] == pytest.approx(0.01 * score * 5.0), "5 m of 100 m"
-    assert [event.name for event in drive.events] == ["collision_" + kind, COLLISION]
-    drive.add_collision(kind)
-    assert drive.infractions["collision_" + kind] == 1
-
-
-def test_other_infractions_count_and_the_drive_continues():
-    drive = drive_at(10.0, 11)
-    drive.add_infraction("red_light")
-    drive.add_infraction("red_light")
-    drive.add_infraction("stop")
-    assert drive.status is None
-    metrics = drive.metrics(10.0)
-    assert (metrics["infractions"]["red_light"], metrics["infractions"]["stop"]) == (2, 1)
-    assert metrics["driving_score"] == pytest.approx(5.0 / (1.0 + 2 * 0.4 + 0.25))
-
-
 def test_drive_that_need_not_stop_is_completed_where_it_passes_the_end():
     limits = LIMITS._replace(finish_at_rest=False)
     drive = drive_straight(stop_at=200.0, limits=limits)

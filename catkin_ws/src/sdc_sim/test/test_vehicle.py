@@ -480,15 +480,6 @@ def test_hand_brake_locks_the_rear_and_turns_the_vehicle():
     assert turns[1] > 1.3 * turns[0]
 
 
-@pytest.mark.parametrize("wind_mps", [8.0, -8.0])
-def test_measured_side_wind_pushes(wind_mps):
-    vehicle = rolling_car(preset(), 25.0, side_wind_mps=wind_mps)
-    vehicle.step(Command(throttle=0.35), 3.0)
-    print(f"side wind {wind_mps} m/s at 25 m/s: {vehicle.state.y_m:.2f} m sideways in 3 s")
-    assert vehicle.state.y_m * wind_mps > 0.0
-    assert 0.05 < abs(vehicle.state.y_m) < 3.0
-
-
 # Bad input
 
 
