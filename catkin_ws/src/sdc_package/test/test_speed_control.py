@@ -55,3 +55,11 @@ def test_car_that_stands_just_before_its_stop_does_not_start_again():
     # 0.1 m before a stop, the planned speed is still 0.3 m/s.
     assert max(control_.acceleration(0.3, -0.45, 0.0, 0.05) for _ in range(200)) < 0.0
     assert max(control_.acceleration(1.0, -0.45, 0.0, 0.05) for _ in range(200)) > 0.5
+
+
+def test_slow_car_that_was_pushed_brakes_at_a_stop():
+    control_ = control()
+    for _ in range(200):  # uphill at walking speed: the integral grows
+        control_.acceleration(1.0, 0.0, 0.7, 0.05)
+    results = [control_.acceleration(0.0, 0.0, 0.6, 0.05) for _ in range(60)]
+    assert results[-1] == pytest.approx(-0.6 - 0.3 * 0.6 * 3.0, abs=0.3)

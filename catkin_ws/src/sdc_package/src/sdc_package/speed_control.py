@@ -8,6 +8,7 @@ from sdc_common.validation import check_positive
 from sdc_package.pid import Pid, PidGains
 
 _STOP_WITHIN_M = 0.12
+_COASTING_MPS2 = 0.4
 
 
 @dataclass(frozen=True)
@@ -67,6 +68,9 @@ class SpeedControl:
         if speed_mps < limits.standstill_mps and stays and planned_mps2 <= 0.0:
             self.reset()
             return -limits.hold_mps2
+        if target_mps == 0.0 and self.acceleration_mps2 > -_COASTING_MPS2:
+            # What a slow start has gathered must not push the car past a stop.
+            self.pid.integral = min(self.pid.integral, 0.0)
         change = limits.jerk_mps3 * dt_s
         lower = max(-limits.braking_mps2, self.acceleration_mps2 - change)
         upper = min(limits.acceleration_mps2, self.acceleration_mps2 + change)
