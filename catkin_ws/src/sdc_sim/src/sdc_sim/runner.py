@@ -110,9 +110,6 @@ class CheckedDrive:
         given: arguments of all.launch that override those of the scenario
         parameters: parameters by the name of their node, which override its configuration
 
-    Attributes:
-        environment: environment variables of the launch
-
     Raises:
         DocumentError, WaypointError, WorkspaceError, OSError: the scenario cannot be driven.
     """
@@ -129,7 +126,7 @@ class CheckedDrive:
         self.log_path = os.path.splitext(report_path)[0] + ".log"
         os.makedirs(os.path.dirname(report_path), exist_ok=True)
         check_stack(given.get("workspace", ""), given.get("stack", ""))
-        self.environment: Mapping[str, str] = os.environ
+        self.environment: Mapping[str, str] = os.environ  # environment variables of the launch
         if given.get("workspace"):
             self.environment = _world_environment() or os.environ
         self.limits, camera, sync = {}, True, True

@@ -31,21 +31,13 @@ _MOST_HAZE = 0.55
 
 
 class _Band(NamedTuple):
-    """Rows of the picture that sample one level.
+    """Rows of the picture that sample one level."""
 
-    Attributes:
-        level: resolution of the tiles
-        first: first row
-        rows: number of rows
-        subrows: samples per row
-        start: first row of the samples of the band among those of all bands
-    """
-
-    level: int
-    first: int
-    rows: int
-    subrows: int
-    start: int
+    level: int  # resolution of the tiles
+    first: int  # first row
+    rows: int  # number of rows
+    subrows: int  # samples per row
+    start: int  # first row of the samples of the band among those of all bands
 
 
 class Ground:

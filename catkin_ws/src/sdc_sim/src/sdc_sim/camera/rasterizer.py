@@ -19,15 +19,11 @@ _TINY_PX = 1.25
 
 
 class Face(NamedTuple):
-    """A visible face of a body, or the window panes of one.
+    """A visible face of a body, or the window panes of one."""
 
-    Attributes:
-        outlines: an outline (n, 2) in the picture, or a list of those of all panes
-        colour: BGRA
-    """
-
+    # An outline (n, 2) in the picture, or a list of those of all panes.
     outlines: np.ndarray | list[np.ndarray]
-    colour: tuple[float, ...]
+    colour: tuple[float, ...]  # BGRA
 
 
 class PolygonRasterizer:

@@ -17,13 +17,10 @@ class CommandTrace:
     A command answers the odometry with its stamp. Another one, as of a stack without stamps,
     answers by order: the last odometry or, because messages arrive on several connections in any
     order, the one before it, if that has no command yet.
-
-    Attributes:
-        stamps: the stamps of the ticks [ns]
     """
 
     def __init__(self):
-        self.stamps: list[int] = []
+        self.stamps: list[int] = []  # the stamps of the ticks [ns]
         self._commands: list = []
         self._command_stamps: list[int] = []
         self._ticks_before: list[int] = []

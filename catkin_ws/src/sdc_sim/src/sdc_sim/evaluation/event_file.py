@@ -14,9 +14,6 @@ class EventFile:
 
     Each event is one system call, so that a killed process loses at most the one that it writes.
     An event that cannot be written, as on a full disk, is kept in memory.
-
-    Attributes:
-        path: the file
     """
 
     def __init__(self, path: str, on_failure: Callable[[OSError], None] = lambda error: None):

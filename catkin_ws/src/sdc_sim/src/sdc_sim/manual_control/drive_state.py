@@ -28,13 +28,6 @@ class DriveState:
         notice_s: time for which a notice is visible [s]
         clock: returns the current wall time [s]
 
-    Attributes:
-        stamp: stamp of the newest odometry; None if there is none
-        pose: x, y [m], yaw [rad]; None if unknown
-        path: rows of x, y [m], target speed [m/s]
-        obstacles: rows of x, y [m], yaw [rad], length, width [m]
-        command: the active command of the vehicle; None if unknown
-
     Raises:
         ValueError: notice_s is not positive.
     """
@@ -42,11 +35,11 @@ class DriveState:
     def __init__(self, notice_s: float, clock: Callable[[], float] = time.monotonic):
         if not notice_s > 0.0:
             raise ValueError(f"notice_s must be positive, got {notice_s}")
-        self.stamp: Any = None
-        self.pose: tuple[float, float, float] | None = None
-        self.path: list[tuple] = []
-        self.obstacles: list[tuple] = []
-        self.command: Any = None
+        self.stamp: Any = None  # stamp of the newest odometry; None if there is none
+        self.pose: tuple[float, float, float] | None = None  # x, y [m], yaw [rad]; None if unknown
+        self.path: list[tuple] = []  # rows of x, y [m], target speed [m/s]
+        self.obstacles: list[tuple] = []  # rows of x, y [m], yaw [rad], length, width [m]
+        self.command: Any = None  # the active command of the vehicle; None if unknown
         self._clock, self._notice_s = clock, notice_s
         self._notices: dict[str, float] = {}
         self._received_s: deque[float] = deque(maxlen=_COUNTED)

@@ -32,24 +32,15 @@ class TrafficLightState(NamedTuple):
 
 @dataclass(frozen=True)
 class TrafficLightPlan:
-    """A light in a scenario.
+    """A light in a scenario."""
 
-    Args:
-        x_m: middle of the stop line in the map
-        y_m: middle of the stop line in the map
-        heading_rad: heading of the lane there
-        phases: (colour, seconds) of each phase; they repeat
-        offset_s: position in the phases at the start of the simulation
-        pole_ahead_m: distance of the pole beyond the stop line
-        pole_right_m: distance of the pole to the right of the middle of the lane
-    """
-
-    x_m: float
-    y_m: float
-    heading_rad: float
-    phases: tuple[tuple[str, float], ...]
-    offset_s: float = 0.0
-    pole_ahead_m: float = _POLE_AHEAD_M
+    x_m: float  # middle of the stop line in the map
+    y_m: float  # middle of the stop line in the map
+    heading_rad: float  # heading of the lane there
+    phases: tuple[tuple[str, float], ...]  # (colour, seconds) of each phase; they repeat
+    offset_s: float = 0.0  # position in the phases at the start of the simulation
+    pole_ahead_m: float = _POLE_AHEAD_M  # distance of the pole beyond the stop line
+    # Distance of the pole to the right of the middle of the lane.
     pole_right_m: float = _POLE_RIGHT_M
 
     @cached_property

@@ -21,21 +21,13 @@ _STEP_M = 1.0
 
 @dataclass(frozen=True)
 class Mission:
-    """A way over lanes.
+    """A way over lanes."""
 
-    Attributes:
-        points_m: (N, 2) points, about 1 m apart [m]
-        limits_mps: (N,) speed limit at each of them [m/s]
-        lanes: ids of the lanes, in order
-        ends_m: distance along the points of each goal [m]
-        time_s: time at the speed limits [s]
-    """
-
-    points_m: np.ndarray = field(repr=False)
-    limits_mps: np.ndarray = field(repr=False)
-    lanes: tuple[str, ...]
-    ends_m: tuple[float, ...]
-    time_s: float
+    points_m: np.ndarray = field(repr=False)  # (N, 2) points, about 1 m apart [m]
+    limits_mps: np.ndarray = field(repr=False)  # (N,) speed limit at each of them [m/s]
+    lanes: tuple[str, ...]  # ids of the lanes, in order
+    ends_m: tuple[float, ...]  # distance along the points of each goal [m]
+    time_s: float  # time at the speed limits [s]
 
 
 def plan_mission(

@@ -35,37 +35,21 @@ _MITRE = 2.0
 
 @dataclass(frozen=True)
 class RoadLane:
-    """One lane, in its direction of travel.
+    """One lane, in its direction of travel."""
 
-    Attributes:
-        id: its name, that of SUMO
-        points_m: (N, 2) centre line [m]
-        width_m: width [m]
-        speed_limit_mps: speed limit [m/s]
-        left_marking: line on its left: NONE, BROKEN, SOLID, DOUBLE or KERB
-        right_marking: line on its right
-        predecessors: lanes that lead into it
-        successors: lanes into which it leads
-        left: lane of the same direction on its left to which a car may change, "" if none
-        right: the same on its right
-        kind: DRIVING, BICYCLE, WALKING or OTHER
-        junction: the junction in which it lies, "" outside
-        s_m: (N,) arc length at the points [m]
-    """
-
-    id: str
-    points_m: np.ndarray = field(repr=False)
+    id: str  # its name, that of SUMO
+    points_m: np.ndarray = field(repr=False)  # (N, 2) centre line [m]
     width_m: float
     speed_limit_mps: float
-    left_marking: str = NONE
-    right_marking: str = NONE
-    predecessors: tuple[str, ...] = ()
-    successors: tuple[str, ...] = ()
-    left: str = ""
-    right: str = ""
-    kind: str = DRIVING
-    junction: str = ""
-    s_m: np.ndarray = field(init=False, repr=False)
+    left_marking: str = NONE  # line on its left: NONE, BROKEN, SOLID, DOUBLE or KERB
+    right_marking: str = NONE  # line on its right
+    predecessors: tuple[str, ...] = ()  # lanes that lead into it
+    successors: tuple[str, ...] = ()  # lanes into which it leads
+    left: str = ""  # lane of the same direction on its left to which a car may change, "" if none
+    right: str = ""  # the same on its right
+    kind: str = DRIVING  # DRIVING, BICYCLE, WALKING or OTHER
+    junction: str = ""  # the junction in which it lies, "" outside
+    s_m: np.ndarray = field(init=False, repr=False)  # (N,) arc length at the points [m]
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "s_m", arc_lengths(self.points_m))
@@ -100,46 +84,29 @@ class RoadLane:
 
 
 class Connection(NamedTuple):
-    """One way through a junction.
+    """One way through a junction."""
 
-    Attributes:
-        start: lane before the junction
-        through: lanes in the junction, in order
-        end: lane after it
-        direction: "s"traight, "l"eft, "r"ight, "t"urn around, as SUMO abbreviates them
-        gives_way_to: connections of the junction, by index, that have right of way over it
-        signal: index of its state in the phases of the junction, -1 without a light
-        line: STOP or YIELD where the road has such a line before it, else ""
-    """
-
-    start: str
-    through: tuple[str, ...]
-    end: str
-    direction: str
+    start: str  # lane before the junction
+    through: tuple[str, ...]  # lanes in the junction, in order
+    end: str  # lane after it
+    direction: str  # "s"traight, "l"eft, "r"ight, "t"urn around, as SUMO abbreviates them
+    # Connections of the junction, by index, that have right of way over it.
     gives_way_to: tuple[int, ...] = ()
-    signal: int = -1
-    line: str = ""
+    signal: int = -1  # index of its state in the phases of the junction, -1 without a light
+    line: str = ""  # STOP or YIELD where the road has such a line before it, else ""
 
 
 @dataclass(frozen=True)
 class Junction:
-    """A junction of lanes.
+    """A junction of lanes."""
 
-    Attributes:
-        id: its name
-        kind: as SUMO names it: traffic_light, priority, right_before_left, allway_stop, ...
-        polygon_m: (N, 2) outline [m]
-        connections: the ways through it
-        phases: (duration [s], letter G, g, y or r of each signal) of the program of its lights
-        offset_s: time at which the first phase begins for the first time [s]
-    """
-
-    id: str
-    kind: str
-    polygon_m: np.ndarray = field(repr=False)
-    connections: tuple[Connection, ...] = ()
+    id: str  # its name
+    kind: str  # as SUMO names it: traffic_light, priority, right_before_left, allway_stop, ...
+    polygon_m: np.ndarray = field(repr=False)  # (N, 2) outline [m]
+    connections: tuple[Connection, ...] = ()  # the ways through it
+    # (duration [s], letter G, g, y or r of each signal) of the program of its lights.
     phases: tuple[tuple[float, str], ...] = ()
-    offset_s: float = 0.0
+    offset_s: float = 0.0  # time at which the first phase begins for the first time [s]
 
 
 class Line(NamedTuple):
@@ -150,19 +117,12 @@ class Line(NamedTuple):
 
 
 class LanePlace(NamedTuple):
-    """The place on a lane that is nearest to a pose.
+    """The place on a lane that is nearest to a pose."""
 
-    Attributes:
-        lane: id of the lane
-        s_m: arc length of the place [m]
-        cross_track_m: distance of the pose, positive to the left of the lane [m]
-        heading_error_rad: heading of the pose minus that of the lane, in -pi..pi [rad]
-    """
-
-    lane: str
-    s_m: float
-    cross_track_m: float
-    heading_error_rad: float
+    lane: str  # id of the lane
+    s_m: float  # arc length of the place [m]
+    cross_track_m: float  # distance of the pose, positive to the left of the lane [m]
+    heading_error_rad: float  # heading of the pose minus that of the lane, in -pi..pi [rad]
 
 
 class Network:

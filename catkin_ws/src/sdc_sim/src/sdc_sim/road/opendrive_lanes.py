@@ -26,11 +26,7 @@ _UNITS_MPS = {"mph": 0.44704, "km/h": 1.0 / 3.6, "m/s": 1.0}
 
 
 class OpenDriveLanes:
-    """Lanes of an OpenDRIVE file by road and lane id.
-
-    Attributes:
-        limits_mps: speed limit of a road by its id [m/s]
-    """
+    """Lanes of an OpenDRIVE file by road and lane id."""
 
     def __init__(self, path: str):
         """Read a file.
@@ -38,7 +34,7 @@ class OpenDriveLanes:
         Raises:
             ElementTree.ParseError, KeyError, ValueError: it is not valid OpenDRIVE
         """
-        self.limits_mps: dict[str, float] = {}
+        self.limits_mps: dict[str, float] = {}  # speed limit of a road by its id [m/s]
         self._lines: dict[tuple[str, str], list[np.ndarray]] = defaultdict(list)
         marked: dict = defaultdict(lambda: defaultdict(float))  # length of each marking
         for road in ElementTree.parse(path).getroot().iter("road"):

@@ -24,15 +24,11 @@ class CommandInput:
     Args:
         setup: the simulation, its topics, and who serves ackermann_cmd
         lock: the lock of the loop
-
-    Attributes:
-        topic: name of the topic of control commands
-        answers: which observation the commands have answered
     """
 
     def __init__(self, setup: SimulationSetup, lock: LoopLock):
-        self.topic = setup.ego + "/vehicle_control_cmd"
-        self.answers = AnswerTracker()
+        self.topic = setup.ego + "/vehicle_control_cmd"  # name of the topic of control commands
+        self.answers = AnswerTracker()  # which observation the commands have answered
         self._simulation = setup.simulation
         self._lockstep = setup.values.sync
         self._drive_log = setup.drive_log

@@ -30,25 +30,16 @@ _POLL_S = 0.1
 
 
 class PictureSettings(NamedTuple):
-    """What the pictures of a drive have in common.
+    """What the pictures of a drive have in common."""
 
-    Attributes:
-        waypoints_path: CSV file of the route
-        map_path: map of streets, "" for the road along the route
-        role_name: name of the vehicle in topics and frames
-        bridge: version of the bridge, a key of BRIDGE_VERSIONS
-        daylight: brightness, 0..1
-        weather: fields of Weather
-        every_frame: whether each observation is published (lockstep); else one that arrives while
-            a picture is painted is dropped
-    """
-
-    waypoints_path: str
-    map_path: str
-    role_name: str
-    bridge: str
-    daylight: float
-    weather: dict[str, Any]
+    waypoints_path: str  # CSV file of the route
+    map_path: str  # map of streets, "" for the road along the route
+    role_name: str  # name of the vehicle in topics and frames
+    bridge: str  # version of the bridge, a key of BRIDGE_VERSIONS
+    daylight: float  # brightness, 0..1
+    weather: dict[str, Any]  # fields of Weather
+    # Whether each observation is published (lockstep); else one that arrives while a picture is
+    # painted is dropped.
     every_frame: bool
 
 

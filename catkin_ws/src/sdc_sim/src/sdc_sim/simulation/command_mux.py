@@ -131,15 +131,11 @@ class AnswerTracker:
     stamp is 0, answers the last observation. When a tick has ended without an answer although a
     command with another stamp has arrived, as one of the wall clock, stamps are ignored from then
     on.
-
-    Attributes:
-        answered: whether a command has answered the last observation
-        by_stamp: whether the last command had a stamp that is not ignored
     """
 
     def __init__(self) -> None:
-        self.answered = False
-        self.by_stamp = False
+        self.answered = False  # whether a command has answered the last observation
+        self.by_stamp = False  # whether the last command had a stamp that is not ignored
         self._ignores_stamps = False
         self._other_stamp = False
         self._last_answered_ns = 0
