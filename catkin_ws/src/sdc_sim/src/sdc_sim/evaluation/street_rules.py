@@ -42,20 +42,11 @@ _MOST_WAITING = 40
 
 
 class RoadUser(NamedTuple):
-    """The car, whose id is 0, or another road user; its place is its centre."""
+    """The car, whose id is 0, or another road user: its outline on the ground and its speed."""
 
     id: int
-    x_m: float
-    y_m: float
-    yaw_rad: float
-    length_m: float
-    width_m: float
+    body: Rectangle
     speed_mps: float
-
-    @property
-    def rectangle(self) -> Rectangle:
-        """Its outline on the ground."""
-        return Rectangle(self.x_m, self.y_m, self.yaw_rad, self.length_m, self.width_m)
 
 
 class StreetRules:
@@ -94,7 +85,12 @@ class StreetRules:
         return self._judge()
 
     def add_others(self, stamp_ns: int, rows: Sequence) -> list[tuple[str, DriveSample]]:
-        """Add the other road users at the time of an odometry, rows of the fields of RoadUser."""
+        """Add the other road users at the time of an odometry.
+
+        Args:
+            stamp_ns: stamp of the odometry
+            rows: of each one its id, the fields of its outline, and its speed
+        """
         self._others[stamp_ns] = rows
         self._others_ns = max(stamp_ns, self._others_ns)
         return self._judge()
@@ -105,7 +101,10 @@ class StreetRules:
         cars, others = self._cars, self._others
         while cars and (cars[0][0] <= self._others_ns or len(cars) > _MOST_WAITING):
             stamp_ns, sample = cars.popleft()
-            around = [RoadUser(*row) for row in others.get(stamp_ns, ())]
+            around = [
+                RoadUser(number, Rectangle(*body), speed_mps)
+                for number, *body, speed_mps in others.get(stamp_ns, ())
+            ]
             found += [(name, sample) for name in self._update(sample, around)]
             for old_ns in [one for one in others if one <= stamp_ns]:
                 del others[old_ns]
@@ -113,7 +112,8 @@ class StreetRules:
 
     def _update(self, sample: DriveSample, others: Sequence[RoadUser]) -> list[str]:
         time_s, x_m, y_m, yaw_rad, speed_mps, *_ = sample
-        car = RoadUser(0, x_m, y_m, yaw_rad, 2.0 * self._front_m, _CAR_WIDTH_M, speed_mps)
+        body = Rectangle(x_m, y_m, yaw_rad, 2.0 * self._front_m, _CAR_WIDTH_M)
+        car = RoadUser(0, body, speed_mps)
         found = [NEAR_MISS for one in others if self._is_near_miss(time_s, car, one)]
         self._remember(time_s, [car, *others])
         c, s = math.cos(yaw_rad), math.sin(yaw_rad)
@@ -137,11 +137,11 @@ class StreetRules:
         yield SPEEDING, car.speed_mps > limit_mps + _TOLERANCE_MPS
         in_junction = bool(lane and lane.junction)
         yield BLOCKING, in_junction and car.speed_mps < _STOPPED_MPS
-        nearest = self._network.nearest(car.x_m, car.y_m, within_m=_LANE_M)
+        nearest = self._network.nearest(*car.body[:2], within_m=_LANE_M)
         against = False
         if nearest and not self._network.lanes[nearest.lane].junction:
             along = self._network.lanes[nearest.lane].heading_at(nearest.s_m)
-            against = abs(math.remainder(car.yaw_rad - along, 2.0 * math.pi)) > _AGAINST_RAD
+            against = abs(math.remainder(car.body.yaw_rad - along, 2.0 * math.pi)) > _AGAINST_RAD
         yield WRONG_LANE, against and car.speed_mps > _MOVING_MPS
 
     def _at_junctions(
@@ -159,7 +159,7 @@ class StreetRules:
             if any(signs) and self._slowest_mps > _STOPPED_MPS:
                 found.append(STOP_SIGN)
             near = [one for one in others if one.speed_mps > _MOVING_MPS]
-            places = [self._network.nearest(one.x_m, one.y_m, one.yaw_rad, _LANE_M) for one in near]
+            places = [self._network.nearest(*one.body[:3], _LANE_M) for one in near]
             arriving = [(one, at) for one, at in zip(near, places) if at]
             self._taken = {
                 _edge(way.end)
@@ -180,12 +180,13 @@ class StreetRules:
         """Return whether a road user is on a way through the junction, or soon will be."""
         if at.lane != way.start:
             return at.lane in way.through
-        left_m = self._network.lanes[at.lane].length_m - at.s_m - 0.5 * one.length_m
+        left_m = self._network.lanes[at.lane].length_m - at.s_m - 0.5 * one.body.length_m
         return left_m < _ARRIVES_S * one.speed_mps
 
     def _is_near_miss(self, time_s: float, car: RoadUser, one: RoadUser) -> bool:
-        distance_m = math.hypot(one.x_m - car.x_m, one.y_m - car.y_m)
-        reach_m = car.length_m + one.length_m + _NEAR_S * (car.speed_mps + one.speed_mps)
+        mine, other = car.body, one.body
+        distance_m = math.hypot(other.x_m - mine.x_m, other.y_m - mine.y_m)
+        reach_m = mine.length_m + other.length_m + _NEAR_S * (car.speed_mps + one.speed_mps)
         if distance_m > reach_m or not (self._will_meet(car, one) or self._have_crossed(car, one)):
             return False
         seen_s = self._seen_s.get(one.id, -math.inf)
@@ -203,20 +204,20 @@ class StreetRules:
             (before_s, before), (last_s, last) = trail[-2], trail[-1]
             turned = math.remainder(last.yaw_rad - before.yaw_rad, 2.0 * math.pi)
             rate = turned / max(last_s - before_s, 1e-3)
-        x, y, yaw = one.x_m, one.y_m, one.yaw_rad
+        x, y, yaw, *size = one.body
         for _ in range(round(_NEAR_S / _STEP_S)):
             middle = yaw + 0.5 * _STEP_S * rate
             x += _STEP_S * one.speed_mps * math.cos(middle)
             y += _STEP_S * one.speed_mps * math.sin(middle)
             yaw += _STEP_S * rate
-            yield Rectangle(x, y, yaw, one.length_m, one.width_m)
+            yield Rectangle(x, y, yaw, *size)
 
     def _have_crossed(self, car: RoadUser, one: RoadUser) -> bool:
         """Return whether one of them is where the other one was in the last second."""
-        angle = abs(math.remainder(car.yaw_rad - one.yaw_rad, 2.0 * math.pi))
+        mine, other = car.body, one.body
+        angle = abs(math.remainder(mine.yaw_rad - other.yaw_rad, 2.0 * math.pi))
         if not _CROSSING_RAD < angle < math.pi - _CROSSING_RAD:
             return False
-        mine, other = car.rectangle, one.rectangle
         return any(overlap(other, past) for _, past in self._trails.get(0, ())) or any(
             overlap(mine, past) for _, past in self._trails.get(one.id, ())
         )
@@ -225,7 +226,7 @@ class StreetRules:
         trails = {}
         for one in everyone:
             trail = trails[one.id] = self._trails.get(one.id) or deque()
-            trail.append((time_s, one.rectangle))
+            trail.append((time_s, one.body))
             while time_s - trail[0][0] > _NEAR_S:
                 trail.popleft()
         self._trails = trails

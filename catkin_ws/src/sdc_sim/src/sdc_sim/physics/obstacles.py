@@ -39,6 +39,11 @@ class ObstacleState(NamedTuple):
     speed_mps: float
 
     @property
+    def size_m(self) -> tuple[float, float, float]:
+        """Length, width and height."""
+        return self.length_m, self.width_m, self.height_m
+
+    @property
     def rectangle(self) -> Rectangle:
         """Outline on the ground."""
         return Rectangle(self.x_m, self.y_m, self.yaw_rad, self.length_m, self.width_m)

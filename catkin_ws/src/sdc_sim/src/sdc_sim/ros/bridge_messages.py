@@ -95,13 +95,7 @@ def _colours(world: World) -> list[carla.CarlaTrafficLightStatus]:
 def obstacles(world: World) -> list[ObstacleArray]:
     """Return the true states of obstacles and traffic lights."""
     states = [
-        Obstacle(
-            one.id,
-            one.kind,
-            _pose(one),
-            Vector3(one.length_m, one.width_m, one.height_m),
-            one.speed_mps,
-        )
+        Obstacle(one.id, one.kind, _pose(one), Vector3(*one.size_m), one.speed_mps)
         for one in world.snapshot.obstacles
     ]
     return [ObstacleArray(world.header(), states, _colours(world))]
@@ -183,8 +177,8 @@ def collisions(world: World) -> list[carla.CarlaCollisionEvent]:
 
 def obstacle_marker(world: World, one: ObstacleState) -> Marker:
     """Return an obstacle as a box for RViz, in the namespace `obstacles`."""
-    size = one.length_m, one.width_m, one.height_m
-    marker = _box(world, one.id, _pose(one), size, (*KINDS[one.kind].colour, 1.0))
+    colour = (*KINDS[one.kind].colour, 1.0)
+    marker = _box(world, one.id, _pose(one), one.size_m, colour)
     marker.ns = "obstacles"
     return marker
 
@@ -232,8 +226,10 @@ def object_markers(world: World) -> list[Marker]:
 def _own(world: World) -> Object:
     """Return the vehicle as an object; twist and acceleration are in the map frame."""
     state, parameters = world.snapshot.state, world.simulation.vehicle.parameters
+    place = state.x_m, state.y_m, state.yaw_rad
     size = parameters.length_m, parameters.width_m, _EGO_HEIGHT_M
-    message = _object(world, EGO_ID, "car", state, size, state.lateral_speed_mps)
+    message = _object(world, ObstacleState(EGO_ID, "car", *place, *size, state.speed_mps))
+    message.twist.linear = map_vector(state.yaw_rad, state.speed_mps, state.lateral_speed_mps)
     message.twist.angular.z = state.yaw_rate_radps
     message.accel.linear = map_vector(
         state.yaw_rad, state.longitudinal_acceleration_mps2, state.lateral_acceleration_mps2
@@ -242,32 +238,22 @@ def _own(world: World) -> Object:
 
 
 def _others(world: World) -> list[Object]:
-    """Return the obstacles as objects; their twist is in the map frame."""
-    return [
-        _object(world, one.id, one.kind, one, (one.length_m, one.width_m, one.height_m))
-        for one in world.snapshot.obstacles
-    ]
+    return [_object(world, one) for one in world.snapshot.obstacles]
 
 
-def _object(
-    world: World,
-    number: int,
-    kind: str,
-    state: Any,
-    size: Sequence[float],
-    lateral_speed_mps: float = 0.0,
-) -> Object:
+def _object(world: World, one: ObstacleState) -> Object:
+    """Return an obstacle as an object; its twist is in the map frame."""
     message = Object(
         header=world.header(),
-        id=number,
+        id=one.id,
         detection_level=Object.OBJECT_TRACKED,
-        pose=_pose(state),
-        shape=SolidPrimitive(SolidPrimitive.BOX, size),
+        pose=_pose(one),
+        shape=SolidPrimitive(SolidPrimitive.BOX, one.size_m),
     )
-    message.twist.linear = map_vector(state.yaw_rad, state.speed_mps, lateral_speed_mps)
-    if kind in _CLASSES:
+    message.twist.linear = map_vector(one.yaw_rad, one.speed_mps, 0.0)
+    if one.kind in _CLASSES:
         message.object_classified = True
-        message.classification = _CLASSES[kind]
+        message.classification = _CLASSES[one.kind]
         message.classification_certainty = _CERTAIN
         message.classification_age = world.simulation.tick
     return message

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import AbstractSet, Any, Mapping, Protocol, Sequence, Tuple
+from typing import Any, Mapping, Sequence, Tuple
 
 from sdc_common.driving import Observation
 from sdc_common.validation import check_between
 from sdc_sim.physics.ackermann import AckermannControl, AckermannGains
 from sdc_sim.physics.collision import Contact, Rectangle
-from sdc_sim.physics.obstacles import CollisionEvent, Obstacles, ObstacleState
+from sdc_sim.physics.obstacles import CollisionEvent, Obstacles
 from sdc_sim.physics.traffic_lights import TrafficLightPlan, light_states
 from sdc_sim.physics.vehicle import Vehicle, VehicleState
 from sdc_sim.sensors.errors import DelayLine, OdometryNoise
@@ -32,20 +32,6 @@ class OccupiedError(ValueError):
     """An obstacle is at the place of the vehicle; the message names it."""
 
 
-class Traffic(Protocol):
-    """Moves other road users, see sdc_sim/traffic."""
-
-    def reset(self, ego: Rectangle) -> Sequence[ObstacleState]:
-        """Start again with the vehicle at this place, and return the road users."""
-        raise NotImplementedError
-
-    def advance(
-        self, ego: Rectangle, speed_mps: float, braking: bool, blocked: AbstractSet[int]
-    ) -> Sequence[ObstacleState]:
-        """Move the road users for a tick, and return them; those that it blocks stop."""
-        raise NotImplementedError
-
-
 class Simulation:
     """A vehicle that executes commands among obstacles and traffic lights.
 
@@ -64,7 +50,7 @@ class Simulation:
         command_latency_s: delay between a command and its execution
         sensor_latency_s: age of an observation
         sensors: further sensors
-        traffic: moves other road users
+        traffic: moves other road users, such as SumoTraffic; None without them
 
     Raises:
         OccupiedError: an obstacle is at the start pose
@@ -83,7 +69,7 @@ class Simulation:
         command_latency_s: float = 0.0,
         sensor_latency_s: float = 0.0,
         sensors: SensorSuite | None = None,
-        traffic: Traffic | None = None,
+        traffic: Any = None,
     ):
         self.vehicle = vehicle
         self.tick_s = tick_s
