@@ -8,13 +8,7 @@ import numpy as np
 from sdc_common.geometry.road_line import arc_lengths
 from sdc_common.geometry.route import interpolate
 from sdc_sim.camera.painting import FIXED_POINT_BITS, halve, touching
-from sdc_sim.camera.road_rasterizer import (
-    ASPHALT,
-    SIDE_PX,
-    fixed_point,
-    line_type,
-    painted_line,
-)
+from sdc_sim.camera.road_rasterizer import ASPHALT, SIDE_PX, Canvas, fixed_point
 from sdc_sim.road.network import BROKEN, DOUBLE, KERB, STOP, Junction, Network, left_normals
 from sdc_sim.road.road import DASH_LENGTH_M, DASH_PERIOD_M, MARGIN_M
 
@@ -163,18 +157,17 @@ class NetworkRasterizer:
         areas = touching(self._area_low, self._area_high, origin_m, origin_m + size_m)
         if len(near) == 0 and len(areas) == 0:
             return None
-        texel_m = size_m / SIDE_PX
-        line_half_m, ink = painted_line(texel_m)
+        place = Canvas(origin_m, size_m / SIDE_PX, level)
+        line_half_m, ink = place.painted_line()
         half_m, is_line = self._half_m[near], self._half_m[near] == 0.0
         half_m = np.where(is_line, line_half_m, half_m)[:, None]
         start, end = self._start[near], self._end[near]
         left, end_left = half_m * self._left[near], half_m * self._end_left[near]
         corners = np.stack([start - left, end - end_left, end + end_left, start + left], axis=1)
-        quads = fixed_point((corners - origin_m) / texel_m)
+        quads = fixed_point(place.pixels(corners))
         # Brightness and share of grass are painted at once, in two of three channels.
         canvas = np.zeros((SIDE_PX, SIDE_PX, 3), np.uint8)
         canvas[..., 1] = 255
-        edges = line_type(level)
         layers, ends = self._layer[near], np.arange(_PAINT + 1)
         # The rows are in the order of the layers.
         bounds = [0, *np.searchsorted(layers, ends, side="right").tolist()]
@@ -184,9 +177,9 @@ class NetworkRasterizer:
         for layer in range(_PAINT + 1):
             for k in range(bounds[layer], bounds[layer + 1]):
                 colour = paint[kinds[k]] if layer == _PAINT else colours[layer]
-                cv2.fillConvexPoly(canvas, quads[k], colour, edges, FIXED_POINT_BITS)
+                cv2.fillConvexPoly(canvas, quads[k], colour, place.line_type, FIXED_POINT_BITS)
             for k in areas.tolist() if layer < _PAINT else ():
-                area = fixed_point((self._areas[k] - origin_m) / texel_m)
-                cv2.fillPoly(canvas, [area], colours[layer], edges, FIXED_POINT_BITS)
+                area = fixed_point(place.pixels(self._areas[k]))
+                cv2.fillPoly(canvas, [area], colours[layer], place.line_type, FIXED_POINT_BITS)
         paved, green, _ = cv2.split(halve(canvas))
         return paved, green

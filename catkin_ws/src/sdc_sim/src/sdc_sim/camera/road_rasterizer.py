@@ -38,23 +38,7 @@ def fixed_point(points_px: np.ndarray) -> np.ndarray:
     return np.rint((points_px - 0.5) * 2**FIXED_POINT_BITS).astype(np.int32)
 
 
-def painted_line(texel_m: float) -> tuple[float, float]:
-    """Return half the width of a line as it is painted [m], and its brightness as a share of paint.
-
-    A line that is narrower than two samples is painted wider and darker.
-    """
-    # OpenCV paints the boundary too, half a sample beyond the polygon on either side.
-    line_m = max(LINE_WIDTH_M, 2.0 * texel_m)
-    ink = ASPHALT + (_PAINT - ASPHALT) * LINE_WIDTH_M / line_m
-    return 0.5 * (line_m - texel_m), ink
-
-
-def line_type(level: int) -> int:
-    """Return OpenCV's line type for the edges of polygons on a tile of this resolution."""
-    return cv2.LINE_8 if level < 2 else cv2.LINE_AA
-
-
-class _Canvas(NamedTuple):
+class Canvas(NamedTuple):
     """Place and resolution of the canvas of one tile."""
 
     origin_m: np.ndarray
@@ -64,11 +48,21 @@ class _Canvas(NamedTuple):
     @property
     def line_type(self) -> int:
         """OpenCV's line type for the edges of polygons."""
-        return line_type(self.level)
+        return cv2.LINE_8 if self.level < 2 else cv2.LINE_AA
 
     def pixels(self, points_m: np.ndarray) -> np.ndarray:
         """Return the pixels of points of the map."""
         return (points_m - self.origin_m) / self.texel_m
+
+    def painted_line(self) -> tuple[float, float]:
+        """Return half the width of a line as painted [m], and its brightness as a share of paint.
+
+        A line that is narrower than two samples is painted wider and darker.
+        """
+        # OpenCV paints the boundary too, half a sample beyond the polygon on either side.
+        line_m = max(LINE_WIDTH_M, 2.0 * self.texel_m)
+        ink = ASPHALT + (_PAINT - ASPHALT) * LINE_WIDTH_M / line_m
+        return 0.5 * (line_m - self.texel_m), ink
 
 
 class _Pieces:
@@ -103,7 +97,7 @@ class _Pieces:
         along = self._length2[pieces] + edges_m[..., None] * self._twist[pieces]
         return along.min(axis=0) < 0.0
 
-    def quads(self, pieces: np.ndarray, canvas: _Canvas, edges_m: np.ndarray) -> np.ndarray:
+    def quads(self, pieces: np.ndarray, canvas: Canvas, edges_m: np.ndarray) -> np.ndarray:
         """Return the outlines (B, P, 4, 2), fixed point, of bands of pieces on the canvas.
 
         Args:
@@ -145,7 +139,7 @@ class RoadRasterizer:
         near = touching(store.low, store.high, origin_m, origin_m + size_m)
         if len(near) == 0:
             return None
-        canvas = _Canvas(origin_m, size_m / SIDE_PX, level)
+        canvas = Canvas(origin_m, size_m / SIDE_PX, level)
         edges_m, brightness, half_line_m, paint = self._bands(canvas)
         quads = store.quads(near, canvas, edges_m)
         seen = (quads.max(axis=2) >= 0) & (quads.min(axis=2) <= SIDE_PX << FIXED_POINT_BITS)
@@ -185,7 +179,7 @@ class RoadRasterizer:
                 cv2.fillConvexPoly(paved, quad, paint, canvas.line_type, FIXED_POINT_BITS)
         return halve(paved), halve(green)
 
-    def _bands(self, canvas: _Canvas) -> tuple[np.ndarray, list[int], float, int]:
+    def _bands(self, canvas: Canvas) -> tuple[np.ndarray, list[int], float, int]:
         """Return the strips along the road, in the order in which they are painted.
 
         Returns:
@@ -194,7 +188,7 @@ class RoadRasterizer:
         """
         road, texel_m = self._road, canvas.texel_m
         right, left = road.right_edge_m, road.left_edge_m
-        half_m, ink = painted_line(texel_m)
+        half_m, ink = canvas.painted_line()
         inset_m = half_m + 1.5 * texel_m
         paint, asphalt, track = (int(255 * brightness) for brightness in (ink, ASPHALT, _TRACK))
         bands = [
@@ -213,7 +207,7 @@ class RoadRasterizer:
         right_m, left_m, brightness = zip(*bands)
         return np.array([right_m, left_m]), list(brightness), half_m, paint
 
-    def _dashes(self, numbers: np.ndarray, canvas: _Canvas, half_line_m: float) -> list[np.ndarray]:
+    def _dashes(self, numbers: np.ndarray, canvas: Canvas, half_line_m: float) -> list[np.ndarray]:
         """Return the outlines (n, 4, 2), fixed point, of the dashes of each stretch."""
         road = self._road
         s = (

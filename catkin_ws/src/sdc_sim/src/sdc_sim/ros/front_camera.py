@@ -17,6 +17,7 @@ from geometry_msgs.msg import Pose, PoseStamped
 from sensor_msgs.msg import CameraInfo, Image
 
 from sdc_common.ros.node import LoopPublisher
+from sdc_common.ros.refusal import refusing
 from sdc_common.routes.waypoint_file import load_waypoints
 from sdc_sim.camera.boxes import Box, ego_box, obstacle_box, traffic_light_box
 from sdc_sim.camera.camera_model import CameraModel
@@ -198,10 +199,8 @@ class FrontCamera:
         """Subscribe with a callback that raises ValueError to refuse a message."""
 
         def on_message(message: object) -> None:
-            try:
+            with refusing(topic):
                 callback(message)
-            except ValueError as error:
-                rospy.logwarn_throttle(1.0, f"front_camera: refused a message on {topic}: {error}")
 
         rospy.Subscriber(topic, message_class, on_message, queue_size=1)
 
