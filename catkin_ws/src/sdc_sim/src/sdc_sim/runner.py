@@ -3,7 +3,8 @@
     python3 -m sdc_sim.runner arguments NAME REPORT [ARG:=VALUE ...]
 
 prints the arguments of all.launch, one per line. Given arguments override those of the scenario,
-given `sim_options` are merged with its options.
+given `sim_options` are merged with its options. On a map, the first mission is written beside the
+report. Without a scenario NAME is empty.
 
     python3 -m sdc_sim.runner check NAME REPORT
 
@@ -29,7 +30,7 @@ import rospkg
 
 from sdc_common.geometry.road_line import road_route
 from sdc_common.processes import isolated_ros_environment
-from sdc_common.routes.waypoint_file import WaypointError, load_waypoints
+from sdc_common.routes.waypoint_file import load_waypoints
 from sdc_sim.catkin_workspace import WorkspaceError, check_stack, workspace_environment
 from sdc_sim.report.writer import EVENTS, companion, complete_report, is_complete
 from sdc_sim.scenario.acceptance_limits import read_report, violations
@@ -271,11 +272,12 @@ def main() -> int:
     given = dict(argument.split(":=", 1) for argument in rest if ":=" in argument)
     options = [argument for argument in rest if ":=" not in argument]
     try:
-        scenario = load_scenario(find_scenario(name))
         if task == "check":
-            return _print_check(name, scenario, report_path)
-        arguments = prepare(scenario, report_path, given)
-    except (DocumentError, WaypointError, OSError) as error:
+            return _print_check(name, load_scenario(find_scenario(name)), report_path)
+        arguments = launch_arguments(report_path, given)
+        if name:
+            arguments = prepare(load_scenario(find_scenario(name)), report_path, arguments)
+    except (OSError, ValueError) as error:
         print(error, file=sys.stderr)
         return 1
     print("\n".join([*(f"{key}:={value}" for key, value in arguments.items()), *options]))

@@ -1,20 +1,15 @@
-"""Drives on a map: where they begin and end.
-
-python3 -m sdc_sim.scenario.map_drive REPORT ARG:=VALUE ... writes the first mission of a drive
-beside the report, and prints the arguments of all.launch, one per line.
-"""
+"""Drives on a map: where they begin and end."""
 
 from __future__ import annotations
 
 import os
-import sys
 from typing import Sequence
 
 import numpy as np
 
 from sdc_sim.road.lane_graph import LaneGraph, drawn_places
 from sdc_sim.road.mission import Mission, Point, plan_mission
-from sdc_sim.road.network_file import MapError, load_network
+from sdc_sim.road.network_file import load_network
 from sdc_sim.scenario.packaged import options_text, parse_options
 from sdc_sim.yaml_document import map_file
 
@@ -80,17 +75,3 @@ def _points(name: str, given: dict[str, str]) -> list[Point]:
     if any(len(point) != 2 for point in numbers) or not np.isfinite(numbers).all():
         raise ValueError(f"{name}:={text}: must be X,Y [m]")
     return list(numbers)
-
-
-def main() -> None:
-    """Run the command line."""
-    given = dict(one.split(":=", 1) for one in sys.argv[2:] if ":=" in one)
-    try:
-        arguments = launch_arguments(sys.argv[1], given)
-    except (MapError, ValueError) as error:
-        sys.exit(f"drive: {error}")
-    print("\n".join([f"{name}:={value}" for name, value in arguments.items()]))
-
-
-if __name__ == "__main__":
-    main()
