@@ -41,6 +41,13 @@ def test_mission_changes_lanes_smoothly_and_has_their_limits():
     assert set(mission.limits_mps) == {12.0, 6.0}
 
 
+def test_limit_of_a_straight_lane_begins_where_the_lane_begins():
+    mission = GlobalPlanner(_FORK, [_GOAL_ON]).update(20.0, 0.0, 0.0)
+    east = mission.points_m[:, 0]
+    assert mission.limits_mps[east < 199.0] == pytest.approx(12.0)
+    assert mission.limits_mps[east > 201.0] == pytest.approx(8.0)
+
+
 def test_mission_leads_over_all_goals():
     planner = GlobalPlanner(_FORK, [(50.0, 0.0), _GOAL_ON])
     mission = planner.update(10.0, 0.0, 0.0)

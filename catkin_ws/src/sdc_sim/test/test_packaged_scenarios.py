@@ -31,6 +31,13 @@ EXPECTED = {
     "town_motorway",
     "town_right_before_left",
     "town_roundabout",
+    "town_lights",
+    "town_car_park",
+    "town_country_road",
+    "town_slow_van",
+    "town_traffic",
+    "town_pedestrians",
+    "town_motorway_traffic",
 }
 
 

@@ -10,6 +10,7 @@ import pytest
 import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from street_maps import needs_maps, town
 
 from sdc_common.geometry.route import Route
 from sdc_common.routes.waypoint_file import load_waypoints
@@ -200,3 +201,30 @@ def test_any_file_is_a_valid_scenario_or_refused_in_one_line(tmp_path_factory, c
             assert all(map(math.isfinite, obstacle[2:]))
         for light in light_states(lights, 12.3):
             assert all(map(math.isfinite, light[1:4]))
+
+
+@needs_maps
+def test_obstacle_on_a_lane_drives_straight_on_and_names_what_is_wrong(tmp_path):
+    street = town(tmp_path)
+
+    def load(entry, map_path=street):
+        path = tmp_path / "scenario.yaml"
+        path.write_text(f"frame: map\nobstacles:\n  - {{kind: van, {entry}}}\n")
+        return load_traffic(str(path), ROUTE, map_path)[0][0]
+
+    moving = load("lane: a_1, at_m: 100, speed_mps: 6, trigger_m: 30")
+    assert moving.points_m[0] == pytest.approx((-50.0, -4.8))
+    # Over both junctions to the end of the street in the east.
+    assert max(x for x, _ in moving.points_m) == pytest.approx(260.0)
+    assert all(abs(y) < 6.0 for _, y in moving.points_m)
+    standing = load("lane: a_1, at_m: 100")
+    assert standing.points_m == (moving.points_m[0],) and standing.yaw_rad == pytest.approx(0.0)
+    for entry, where, text in (
+        ("lane: a_9, at_m: 1", street, "a_9 is no lane of the map"),
+        ("lane: a_1, at_m: 999", street, "the lane ends at 142.8 m"),
+        ("lane: a_1, at_m: 1", "", "add 'map'"),
+        ("lane: a_1", street, "at_m"),
+        ("at: [1, 1], speed_mps: 3", street, "without 'speed_mps' at 'at'"),
+    ):
+        with pytest.raises(DocumentError, match=text):
+            load(entry, where)

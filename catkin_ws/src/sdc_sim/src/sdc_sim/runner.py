@@ -92,7 +92,7 @@ def prepare(scenario: Scenario, report_path: str, given: Mapping[str, str]) -> d
     arguments = {**own, **given, "sim_options": options_text(options)}
     default_path = find_route("", "town")
     route = road_route(load_waypoints(arguments.get("waypoints_path") or default_path))
-    load_traffic(arguments["obstacles_path"], route)
+    load_traffic(arguments["obstacles_path"], route, arguments.get("map", ""))
     along_m = scenario.sim.get("start", {}).get("along_m", 0.0)
     if along_m > route.length_m:
         raise DocumentError(

@@ -148,7 +148,8 @@ class StreetRules:
         self, car: RoadUser, place: LanePlace | None, others: Sequence[RoadUser]
     ) -> list[str]:
         """Return what the car has done wrong where its front enters or leaves a junction."""
-        last, found = self._place, []
+        found: list[str] = []
+        last = self._place
         if place is None or last is None or place.lane == self._entered:
             return found  # at the end of the lane, the nearest one may change to and fro
         lanes = self._network.lanes

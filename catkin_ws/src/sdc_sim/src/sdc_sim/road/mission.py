@@ -115,7 +115,8 @@ def _resampled(pieces: Sequence[tuple[np.ndarray, float]]) -> tuple[np.ndarray, 
     points = np.vstack([part for part, _ in pieces])
     limits = np.repeat([limit for _, limit in pieces], [len(part) for part, _ in pieces])
     s = arc_lengths(points)
-    kept = np.append(True, np.diff(s) > 1e-3)
+    # Of two points at one place the second one has the limit from there on.
+    kept = np.append(np.diff(s) > 1e-3, True)
     points, limits, s = points[kept], limits[kept], s[kept]
     at = np.linspace(0.0, s[-1], max(2, round(s[-1] / _STEP_M) + 1))
     here = np.minimum(np.searchsorted(s, at, side="right") - 1, len(s) - 1)

@@ -57,7 +57,7 @@ def build_simulation(
         OccupiedError: an obstacle is at the start pose
         ValueError: a place is not on the route
     """
-    obstacles, lights = load_traffic(values["obstacles_path"], route)
+    obstacles, lights = load_traffic(values["obstacles_path"], route, values["map_path"])
     vehicle = vehicle_class(
         load_vehicle(os.path.join(values["vehicles_folder"], values["vehicle"] + ".yaml")),
         friction=values["friction"],
