@@ -80,6 +80,7 @@ def test_worker_of_a_cluster_grades_as_this_machine_does(start, scheduler, tmp_p
     assert list(output.glob("*.token")) == []
 
 
+@pytest.mark.nightly
 def test_missing_scheduler_is_named_in_one_line(tmp_path, capsys):
     arguments = [str(tmp_path / "ada"), "--output", str(tmp_path / "grades"), "--no-sandbox"]
     assert main([*arguments, "--scheduler", "tcp://127.0.0.1:1"]) == 2

@@ -144,6 +144,7 @@ def test_page_shows_moving_pictures_and_drives_and_a_click_stops_the_car(start, 
             assert ("Keys" in buttons(browser)) is not touch
 
 
+@pytest.mark.nightly
 def test_start_comes_first_and_a_stopped_drive_is_shown_as_past(standing_cockpit):
     without_effect = {"Take over", "Pause", "Step", "Reset", "Obstacle ahead"}
     with headless_chromium(1280, 800) as browser:

@@ -14,6 +14,7 @@ gymnasium = pytest.importorskip(
 )
 
 from gymnasium.utils.env_checker import check_env
+from gymnasium.vector import AutoresetMode
 
 import sdc_experiments.learning  # noqa: F401
 from sdc_common.machine_code import numba_module
@@ -77,7 +78,18 @@ def test_seed_chooses_route_and_noise():
     assert not np.array_equal(route, other_route)
 
 
-@pytest.mark.parametrize("mode", list(gymnasium.vector.AutoresetMode), ids=lambda mode: mode.value)
+@pytest.mark.parametrize(
+    "mode",
+    [
+        AutoresetMode.NEXT_STEP,
+        *(
+            pytest.param(mode, marks=pytest.mark.nightly)
+            for mode in AutoresetMode
+            if mode != AutoresetMode.NEXT_STEP
+        ),
+    ],
+    ids=lambda mode: mode.value,
+)
 def test_vector_environment_behaves_as_gymnasiums_own(mode):
     """Four cars drive off the road, come to its end, stand still and drive on."""
     arguments = {"route": [{"straight_m": 60.0}], "render_mode": "rgb_array"}
@@ -101,7 +113,7 @@ def test_vector_environment_behaves_as_gymnasiums_own(mode):
         ended = step[2] | step[3]
         infos = step[4].get("final_info", step[4])
         statuses |= set(infos["status"][ended & infos["_status"]])
-        if mode is gymnasium.vector.AutoresetMode.DISABLED and ended.any():
+        if mode is AutoresetMode.DISABLED and ended.any():
             with pytest.raises(gymnasium.error.ResetNeeded):
                 cars.step(actions)
             agree(

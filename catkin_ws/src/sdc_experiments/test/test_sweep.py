@@ -210,14 +210,6 @@ def check_kills_on_this_machine(study, start, folder, expected):
 
 
 @pytest.mark.nightly
-def test_missing_scheduler_is_named_in_one_line(study, start, tmp_path):
-    sweep = start(sys.executable, SCRIPT, study, "--scheduler", "tcp://127.0.0.1:1")
-    assert sweep.wait_for_end(LIMIT_S) == 2
-    assert "sweep: no Dask scheduler at tcp://127.0.0.1:1" in sweep.output
-    assert "Traceback" not in sweep.output
-
-
-@pytest.mark.nightly
 def test_real_nodes_drive_as_the_process_does(study, start, tmp_path):
     text = STUDY.replace("[1.0, 2.5, -1.0, 4.0]", "[1.3]").replace("[0.0, 0.02, 0.1]", "[0.05]")
     found = []

@@ -8,7 +8,6 @@ from sdc_common.geometry.polyline import Polyline
 from sdc_package.steering.axles import Axles, front_axle_path, rear_axle_path
 
 BEND = [(0, 0), (1, 0.1), (1.7, 0.22), (3, 0.54), (3.6, 0.72), (4.5, 1.06), (5, 1.3), (5.8, 1.74)]
-RIGID = Axles(front_m=1.435, rear_m=1.435, front_compliance=0.0, rear_compliance=0.0)
 SOFT = Axles(front_m=1.2, rear_m=1.6, front_compliance=0.008, rear_compliance=0.006)
 
 

@@ -33,12 +33,6 @@ def test_mask_is_empty_above_the_horizon():
     assert not LaneFilter(THRESHOLDS).mask(picture)[:240].any()
 
 
-@pytest.mark.parametrize("level", [0, 1, 128, 255])
-@pytest.mark.parametrize("channels", [3, 4])
-def test_mask_of_a_uniform_picture_is_empty(level, channels):
-    assert not LaneFilter(THRESHOLDS).mask(np.full((480, 640, channels), level, np.uint8)).any()
-
-
 def test_brightness_does_not_change_the_mask():
     noon = road(lines=((200, (255, 255, 255)),))
     dusk = (noon // 3).astype(np.uint8)

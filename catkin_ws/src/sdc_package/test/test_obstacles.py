@@ -6,10 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sdc_common.geometry.route import Route
-from sdc_common.planning.speed_profile import SpeedLimits
-from sdc_package.local_planner import LocalPlanner, PlannerSettings
 from sdc_package.obstacles import DetectedObstacle, ObstacleMargins, speed_caps
-from sdc_package.traffic_lights import TrafficLightMargins
 
 MARGINS = ObstacleMargins(side_m=0.4, gap_m=5.0, car_front_m=2.35, car_width_m=2.0)
 STRAIGHT = Route(np.column_stack([np.arange(201.0), np.zeros(201)]))
@@ -100,13 +97,3 @@ def test_speed_never_rises_towards_an_obstacle(x, y, yaw, speed, from_s):
     finite = found[np.isfinite(found)]
     assert (np.diff(finite) <= 1e-9).all()
     assert (finite >= 0.0).all()
-
-
-def test_plan_stops_for_an_obstacle_and_continues_without_it():
-    limits = SpeedLimits(10.0, 3.0, 1.8, BRAKING)
-    lights = TrafficLightMargins(1.0, 0.5, 6.0, 2.35)
-    planner = LocalPlanner(STRAIGHT.points, PlannerSettings(limits, 25.0, 20.0, MARGINS, lights))
-    blocked, free = (planner.plan(30, 30.0, 0.0, 0.0, obstacles) for obstacles in ([car()], []))
-    assert blocked[-1, 2] == 0.0
-    assert free[-1, 2] == 10.0
-    np.testing.assert_array_equal(blocked[:, :2], free[:, :2])

@@ -6,11 +6,8 @@ import numpy as np
 import pytest
 
 from sdc_common.geometry.route import Route
-from sdc_common.planning.speed_profile import SpeedLimits
 from sdc_common.planning.stop_line import GREEN, RED, YELLOW, StopLine
 from sdc_common.ros.conversion import stop_lines
-from sdc_package.local_planner import LocalPlanner, PlannerSettings
-from sdc_package.obstacles import ObstacleMargins
 from sdc_package.traffic_lights import TrafficLightMargins, TrafficLightMonitor
 
 OFF, UNKNOWN = 3, 4
@@ -110,22 +107,6 @@ def info(yaw, centre, size=(1.0, 3.5)):
             )
         ]
     )
-
-
-def test_planner_adds_the_stop_to_its_path():
-    limits = SpeedLimits(10.0, 3.0, 1.8, BRAKING)
-    obstacles = ObstacleMargins(side_m=0.4, gap_m=5.0, car_front_m=2.35, car_width_m=2.0)
-    planner = LocalPlanner(STRAIGHT.points, PlannerSettings(limits, 25.0, 20.0, obstacles, MARGINS))
-    free = planner.plan(80, 80.0, 0.0, 0.0)
-    path = planner.stop_for(lights(RED), free, 5.0)
-    point = 96.0  # the last point of the route before the stop
-    assert (path[path[:, 0] >= point][:, 2] == 0.0).all()
-    before = path[:, 0] < point
-    np.testing.assert_allclose(
-        path[before, 2],
-        np.minimum(free[before, 2], np.sqrt(2.0 * BRAKING * (point - path[before, 0]))),
-    )
-    np.testing.assert_array_equal(planner.stop_for(lights(GREEN), free, 5.0), free)
 
 
 @pytest.mark.parametrize(

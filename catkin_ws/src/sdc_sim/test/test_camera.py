@@ -15,7 +15,6 @@ pytestmark = pytest.mark.slow(12)
 
 STRAIGHT = Road([[0.0, 0.0], [400.0, 0.0]])
 CURVY = Road(route(60, (40, 1.2), 30, (25, -1.6), 60, step_m=0.5))
-CROSSING = Road(route(60, (15, 1.5 * np.pi), 60))
 
 
 def pose(road, s_m, left_m=0.0):
@@ -23,15 +22,6 @@ def pose(road, s_m, left_m=0.0):
     points, left = road.at(np.array([s_m]))
     x, y = points[0] + left_m * left[0]
     return float(x), float(y), float(np.arctan2(-left[0, 0], left[0, 1]))
-
-
-def traffic(road, s_m):
-    """Return a car, a pedestrian and a traffic light ahead of a position."""
-    return [
-        Box(*pose(road, s_m + 14.0)),
-        Box(*pose(road, s_m + 11.0, -3.4), 0.45, 0.6, 1.78, kind="pedestrian"),
-        Box(*pose(road, s_m + 24.0, -3.0), 0.4, 0.4, 3.4, (40, 40, 255), "light"),
-    ]
 
 
 class _Bare(Road):
@@ -266,17 +256,6 @@ def test_the_lit_lamp_of_a_traffic_light_is_visible_from_its_front_only(straight
 
 
 # ------------------------------------------------------------------ the picture as a whole
-
-
-def test_the_picture_does_not_depend_on_the_pictures_before():
-    road = CURVY
-    stations = (5.0, 60.0, 61.5, 140.0, 8.0)
-    used = Renderer(road)
-    for s in np.arange(0.0, road.length_m, 8.0):
-        used.render(*pose(road, s), boxes=traffic(road, s))
-    for s in stations:
-        fresh = Renderer(road).render(*pose(road, s), boxes=traffic(road, s))
-        assert np.array_equal(fresh, used.render(*pose(road, s), boxes=traffic(road, s)))
 
 
 def test_night_scales_the_brightness(curvy):

@@ -50,12 +50,6 @@ def test_record_yaml_names_the_topics_of_the_referee_and_its_rules():
     assert sorted(recorded) == sorted([*topics, "/referee/rules", GROUND_TRUTH])
 
 
-def test_odometry_is_the_last_topic_so_that_the_sim_starts_after_all_subscriptions():
-    topics = list(EvaluatorInput(Evaluator(RULES)).topics)
-    assert topics[-1] == "/carla/ego_vehicle/odometry"
-    assert "/carla/ego_vehicle/vehicle_control_cmd" in topics[:-1]
-
-
 def test_messages_become_a_drive():
     evaluator_input = with_route()
     evaluator_input.route(Path())
@@ -112,30 +106,6 @@ def test_topics_have_the_role_name_of_the_vehicle():
     topics = EvaluatorInput(Evaluator(RULES), role_name="hero").topics
     assert "/carla/hero/odometry" in topics
     assert not [topic for topic in topics if "ego_vehicle" in topic]
-
-
-def test_true_odometry_of_the_world_takes_the_place_of_that_of_the_vehicle():
-    evaluator = Evaluator(RULES)
-    topics = list(EvaluatorInput(evaluator, odometry_topic=GROUND_TRUTH).topics)
-    assert topics[-1] == GROUND_TRUTH
-    assert "/carla/ego_vehicle/odometry" not in topics
-    assert evaluator.missing_topics[-1] == GROUND_TRUTH
-
-
-def test_wall_duration_comes_from_the_wall_clock():
-    times = iter((7.0, 7.5, 8.5))
-    evaluator_input = with_route(wall_clock=lambda: next(times))
-    for tick in (1, 2, 3):
-        evaluator_input.odometry(odometry_message(tick))
-    assert evaluator_input.evaluator.result().metrics["wall_duration_s"] == 1.5
-
-
-def test_odometry_that_is_not_finite_is_refused():
-    evaluator_input = with_route()
-    odometry = odometry_message(1)
-    odometry.pose.pose.position.x = float("nan")
-    with pytest.raises(ValueError, match="finite"):
-        evaluator_input.odometry(odometry)
 
 
 def test_path_and_obstacles_are_recorded_twice_a_second_without_numbers_that_are_not_finite():

@@ -7,15 +7,11 @@ import pytest
 import rospy
 from carla_msgs.msg import (
     CarlaCollisionEvent,
-    CarlaEgoVehicleStatus,
     CarlaLaneInvasionEvent,
     CarlaWorldInfo,
 )
-from hypothesis import given
-from hypothesis import strategies as st
 from nav_msgs.msg import Odometry
 from sdc_msgs.msg import Obstacle, ObstacleArray
-from sensor_msgs.msg import Image
 
 from sdc_common.driving import Command
 from sdc_sim.manual_control import hud
@@ -23,12 +19,10 @@ from sdc_sim.manual_control.drive_state import DriveState
 from sdc_sim.manual_control.keyboard import KeyboardControl, KeyboardControlRates
 from sdc_sim.manual_control.map_view import MapView
 from sdc_sim.ros.message_conversion import quaternion_from_yaw
-from sdc_sim.ros.picture_messages import image_message
 
 RATES = KeyboardControlRates(
     throttle_per_s=2.0, brake_per_s=4.0, steer_per_s=0.5, steer_return_per_s=2.0, steer_limit=0.7
 )
-KEYS = ("w", "up", "s", "down", "a", "left", "d", "right", "space", "q", "x")
 GRASS = (70, 105, 80)
 
 
@@ -83,18 +77,6 @@ def test_reverse_stays_until_toggled_and_reset_clears_the_command():
     assert control.command == control.step([], 0.0) == Command()
 
 
-@given(st.lists(st.tuples(st.sets(st.sampled_from(KEYS)), st.floats(0.0, 3.0)), max_size=20))
-def test_command_is_in_range_and_symmetric_and_ends_at_zero(history):
-    swap = {"a": "d", "d": "a", "left": "right", "right": "left"}
-    control, mirrored = KeyboardControl(RATES), KeyboardControl(RATES)
-    for keys, step_s in history:
-        command = control.step(keys, step_s)
-        assert command.clamped() == (command, False)
-        assert abs(command.steer) <= RATES.steer_limit
-        assert mirrored.step({swap.get(key, key) for key in keys}, step_s).steer == -command.steer
-    assert held_for(0.4, control=control) == Command()
-
-
 @pytest.mark.parametrize(
     "name, value",
     [
@@ -117,10 +99,6 @@ def test_invalid_rate_is_refused_by_name(name, value):
 )
 def test_compass_is_clockwise_from_north(yaw_deg, expected):
     assert hud.compass(math.radians(yaw_deg)) == expected
-
-
-def test_time_is_shown_with_tenths():
-    assert (hud.clock(0.0), hud.clock(36061.35)) == ("0:00:00.0", "10:01:01.3")
 
 
 def test_repeated_notice_starts_again_fades_and_the_oldest_is_dropped():
@@ -184,15 +162,6 @@ def test_panel_shows_the_newest_values_and_a_dash_for_unknown_ones():
     assert state.readings(is_manual=True, client_fps=30.0)["server_fps"] < 0.1
 
 
-def test_command_of_the_vehicle_is_known_from_its_status():
-    state = DriveState(3.0)
-    assert state.command is None
-    status = CarlaEgoVehicleStatus()
-    status.control.brake = 1.0
-    state.on_status(status)
-    assert state.command.brake == 1.0
-
-
 def test_events_become_notices():
     state = DriveState(3.0, Clock())
     state.on_obstacles(ObstacleArray(obstacles=[Obstacle(id=9, kind="pedestrian")]))
@@ -204,32 +173,6 @@ def test_events_become_notices():
         "Collision with actor 8",
         "Crossed line: broken and other and solid",
     ]
-
-
-def test_newest_picture_of_each_topic_is_shown():
-    state = DriveState(3.0)
-    assert state.picture("front") is None
-    picture = np.random.default_rng(1).integers(0, 255, (48, 64, 4), dtype=np.uint8)
-    state.on_picture(image_message(picture, rospy.Time(1)), "front")
-    np.testing.assert_array_equal(state.picture("front"), picture[:, :, :3])
-    mask = Image(height=2, width=3, step=3, encoding="mono8", data=bytes(range(6)))
-    state.on_picture(mask, "mask")
-    np.testing.assert_array_equal(state.picture("mask")[:, :, 1], [[0, 1, 2], [3, 4, 5]])
-
-
-@pytest.mark.parametrize(
-    "message",
-    [
-        Image(),
-        Image(height=480, width=640, step=2560, encoding="bgra8", data=b"short"),
-        Image(height=1, width=1, step=4, encoding="nonsense", data=b"1234"),
-    ],
-)
-def test_invalid_picture_is_refused(message):
-    state = DriveState(3.0)
-    state.on_picture(message, "front")
-    with pytest.raises(ValueError, match="the picture is"):
-        state.picture("front")
 
 
 def colour_at(view, picture, point, pose):

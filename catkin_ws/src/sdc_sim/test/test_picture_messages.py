@@ -5,34 +5,17 @@ import math
 
 import numpy as np
 import pytest
-import rospy
 from geometry_msgs.msg import Point, Pose, PoseStamped, Quaternion
 from scipy.spatial.transform import Rotation
-from sensor_msgs.msg import CameraInfo, Image
+from sensor_msgs.msg import CameraInfo
 
 from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.ros.picture_messages import (
     camera_info_message,
     camera_mount,
     daylight,
-    image_message,
     spectator_mount,
 )
-
-
-def test_image_keeps_every_pixel():
-    picture = np.random.default_rng(0).integers(0, 255, (480, 640, 4), dtype=np.uint8)
-    message = image_message(picture, rospy.Time(7))
-    assert (message.step, len(message.data)) == (2560, 480 * 2560)
-    np.testing.assert_array_equal(
-        np.frombuffer(message.data, np.uint8).reshape(picture.shape), picture
-    )
-    buffer = io.BytesIO(b"before")
-    buffer.seek(6)
-    message.serialize(buffer)
-    received = Image().deserialize(buffer.getvalue()[6:])
-    assert (received.header, received.encoding, received.step) == (message.header, "bgra8", 2560)
-    assert received.data == picture.tobytes()
 
 
 def test_camera_info_describes_the_pinhole_with_a_field_of_view_of_90_degrees():

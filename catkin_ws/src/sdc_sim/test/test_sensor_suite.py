@@ -113,17 +113,6 @@ def test_gnss_agrees_with_the_trajectory(drive):
     assert_white(fixes[:, 1] - y, GNSS_NOISE)
 
 
-def test_readings_without_errors_are_the_true_values():
-    everything = {name: {"period_s": TICK_S} for name in ("imu", "gnss", "speedometer")}
-    observation = weave(simulation_with(**everything), 100)[-1]
-    state, readings = observation.state, observation.readings
-    assert readings.imu.acceleration_mps2[0] == state.longitudinal_acceleration_mps2
-    assert readings.imu.rate_radps == [0.0, 0.0, state.yaw_rate_radps]
-    assert readings.gnss[:2] == (state.x_m, state.y_m)
-    assert readings.speed_mps == state.speed_mps
-    assert readings.wheel_speeds_radps is None
-
-
 def test_wheels_roll_about_one_centre():
     # On a circle each wheel covers its own radius; the front wheels follow the mean angle.
     yaw_rate, speed = 0.4, 5.0
@@ -162,14 +151,6 @@ def test_seed_decides_the_errors_and_sensors_do_not_change_those_of_others():
     assert each(weave(simulation_with(gnss=gnss, wheel_speeds=wheels), 60), "gnss") == alone
     assert each(weave(simulation_with(seed=4, gnss=gnss), 60), "gnss") != alone
     assert len(alone) == 15
-
-
-def test_reading_is_due_in_the_ticks_that_are_multiples_of_its_period():
-    simulation = simulation_with(gnss={"period_s": 0.2}, imu={"period_s": 0.05})
-    for observation in weave(simulation, 30):
-        tick = round(1e-9 * observation.stamp_ns / TICK_S)
-        assert (observation.readings.gnss is not None) == (tick % 4 == 0)
-        assert observation.readings.imu is not None
 
 
 def test_late_reading_shows_the_state_of_that_many_ticks_ago():
