@@ -1,55 +1,21 @@
-"""A headless Chromium, and a server with the address that it prints."""
+"""A server with the address that it prints, and what a browser shows of its page."""
 
 import contextlib
 import os
-import shutil
-import tempfile
 import time
 
 import cv2
 import numpy as np
-from selenium import webdriver
 from selenium.common.exceptions import NoSuchElementException, StaleElementReferenceException
-from selenium.webdriver.chrome.service import Service
 from selenium.webdriver.common.by import By
 
 from sdc_common.processes import isolated_ros_environment
 from sdc_testing.program import Program
 from sdc_workshop.workspace import PROJECT
 
-OPTIONS = (
-    "--headless=new",
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-dev-shm-usage",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-    "--no-first-run",
-)
 LIMIT_S = 180.0
 # What noVNC draws on.
 CANVAS = "#noVNC_container canvas"
-
-
-@contextlib.contextmanager
-def headless_chromium(width=1280, height=900):
-    profile = tempfile.mkdtemp(prefix="workshop-browser-")
-    try:
-        options = webdriver.ChromeOptions()
-        options.binary_location = "/usr/bin/chromium"
-        for option in (*OPTIONS, f"--window-size={width},{height}", f"--user-data-dir={profile}"):
-            options.add_argument(option)
-        browser = webdriver.Chrome(service=Service("/usr/bin/chromedriver"), options=options)
-        browser.set_page_load_timeout(LIMIT_S)
-        browser.set_script_timeout(LIMIT_S)
-        try:
-            yield browser
-        finally:
-            browser.quit()
-    finally:
-        # Its processes may still write while they end.
-        shutil.rmtree(profile, ignore_errors=True)
 
 
 def wait_until(condition, what):

@@ -72,7 +72,14 @@ def attempts(found):
     return json.loads(answer["seen"].partition("Attempts: ")[2])
 
 
-@pytest.mark.parametrize("row", TABLE["drive"], ids=lambda row: row["name"])
+@pytest.mark.parametrize(
+    "row",
+    [
+        pytest.param(row, marks=pytest.mark.nightly if row["lesson"] == "perception" else ())
+        for row in TABLE["drive"]
+    ],
+    ids=lambda row: row["name"],
+)
 def test_program_sees_nothing_of_the_referee(succeeded, row):
     assert (row["name"] in succeeded(row["lesson"])) == bool(row.get("control"))
 

@@ -5,7 +5,6 @@ import subprocess
 import pytest
 from headless_browser import (
     CANVAS,
-    headless_chromium,
     picture_of,
     save_screenshot,
     served,
@@ -14,6 +13,7 @@ from headless_browser import (
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 
+from sdc_testing.chromium import headless_chromium
 from sdc_workshop.workspace import PROJECT, make
 
 pytestmark = [pytest.mark.slow(60), pytest.mark.nightly]

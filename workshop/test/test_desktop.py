@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from headless_browser import (
     CANVAS,
-    headless_chromium,
     picture_of,
     save_screenshot,
     served,
@@ -16,6 +15,7 @@ from headless_browser import (
 from selenium.webdriver.common.by import By
 
 from sdc_common.processes import matching, processes_with
+from sdc_testing.chromium import headless_chromium
 from sdc_testing.program import Program
 from sdc_testing.virtual_display import VirtualDisplay
 from sdc_workshop.workspace import PROJECT

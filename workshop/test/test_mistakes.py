@@ -13,7 +13,7 @@ from judge_mistakes import table
 from sdc_workshop.steps import all_steps, hint_of
 from sdc_workshop.workspace import PROJECT
 
-PARTS = 12
+PARTS = 20
 LIMIT_S = 3000
 
 
@@ -28,7 +28,7 @@ def test_each_step_has_wrong_and_right_solutions_and_a_hint():
 
 
 @pytest.mark.mistakes
-@pytest.mark.slow(60)
+@pytest.mark.slow(40)
 @pytest.mark.parametrize(
     "part", [0, *(pytest.param(part, marks=pytest.mark.nightly) for part in range(1, PARTS))]
 )

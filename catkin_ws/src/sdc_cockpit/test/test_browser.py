@@ -7,9 +7,10 @@ import time
 from pathlib import Path
 
 import pytest
-from chromium import LIMIT_S, headless_chromium, resize, value_of, wait_for
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
+
+from sdc_testing.chromium import LIMIT_S, headless_chromium, resize, value_of, wait_for
 
 pytestmark = pytest.mark.slow(40)
 

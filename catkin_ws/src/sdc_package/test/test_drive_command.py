@@ -186,7 +186,8 @@ def test_help_lists_every_argument():
 
 
 @pytest.mark.skipif(not shutil.which("xdg-open"), reason="xdg-utils is not installed")
-@pytest.mark.parametrize("headless", [pytest.param("true", marks=pytest.mark.nightly), "false"])
+@pytest.mark.nightly
+@pytest.mark.parametrize("headless", ["true", "false"])
 def test_page_of_a_drive_on_a_screen_is_opened(environment, tmp_path, headless):
     (tmp_path / "route.csv").write_text("".join(f"{x},0\n" for x in range(16)))
     browser = tmp_path / "browser"

@@ -1,4 +1,4 @@
-"""Odometry noise has its sigma and its seed; a delay line returns items after its delay."""
+"""Odometry noise has its sigma and its seed."""
 
 from __future__ import annotations
 
@@ -6,19 +6,11 @@ from dataclasses import astuple
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from sdc_sim.physics.vehicle import VehicleState
-from sdc_sim.sensors.errors import DelayLine, OdometryNoise
+from sdc_sim.sensors.errors import OdometryNoise
 
 TRUE = VehicleState(10.0, -5.0, 0.3, 8.0)
-
-
-def test_odometry_without_noise_is_unchanged():
-    noise = OdometryNoise(seed=1)
-    for _ in range(3):
-        assert noise.apply(TRUE) == TRUE
 
 
 @pytest.mark.parametrize("seed", [0, 7, 2**32 - 1])
@@ -38,28 +30,3 @@ def test_noise_has_its_sigmas_no_bias_and_no_correlation():
     assert errors.std(axis=0) == pytest.approx([0.2, 0.2, 0.02, 0.5], rel=0.03)
     assert np.abs(errors.mean(axis=0) / [0.2, 0.2, 0.02, 0.5]).max() < 0.03
     assert np.abs(np.corrcoef(errors.T) - np.eye(4)).max() < 0.03
-
-
-@given(st.integers(0, 40), st.lists(st.integers(), max_size=80))
-def test_delay_line_returns_the_item_of_that_many_ticks_ago(ticks, items):
-    delay = DelayLine(ticks * 0.05, 0.05)
-    returned = [delay.put(item) for item in items]
-    assert delay.ticks == ticks
-    assert returned == ([None] * ticks + items)[: len(items)]
-
-
-@pytest.mark.parametrize(
-    "delay_s,tick_s,ticks",
-    [
-        (0.0, 0.05, 0),
-        (0.02, 0.05, 0),
-        (0.025, 0.05, 1),
-        (0.05, 0.05, 1),
-        (0.12, 0.05, 2),
-        (0.15, 0.1, 2),
-        (0.3, 0.1, 3),
-        (1.0, 0.001, 1000),
-    ],
-)
-def test_delay_is_rounded_to_whole_ticks(delay_s, tick_s, ticks):
-    assert DelayLine(delay_s, tick_s).ticks == ticks

@@ -163,19 +163,6 @@ def test_place_forgets_the_command():
     assert (state.x_m, state.y_m, state.speed_mps) == (50.0, 60.0, 0.0)
 
 
-def test_sensors_are_late_by_whole_ticks_with_the_stamp_of_what_they_show():
-    now, late = make_simulation(), make_simulation(sensor_latency_s=0.15)
-    assert late.snapshot.stamp_ns == 50_000_000
-    assert late.stamp_ns == 200_000_000
-    states = []
-    for _ in range(60):
-        drive(now, 0.05, throttle=0.7)
-        drive(late, 0.05, throttle=0.7)
-        states.append(now.snapshot.state)
-    assert late.snapshot.state == states[-4]
-    assert (late.tick - 3) * 50_000_000 == late.snapshot.stamp_ns
-
-
 def test_disturbances_change_from_a_tick_on():
     noise = {"position_m": 0.1, "heading_rad": 0.0, "speed_mps": 0.0}
     simulation = make_simulation(noise=OdometryNoise(7))

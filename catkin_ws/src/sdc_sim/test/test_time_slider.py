@@ -8,8 +8,6 @@ import numpy as np
 import pytest
 from PIL import Image as Picture
 from referee_rules import RULES
-from selenium import webdriver
-from selenium.webdriver.chrome.service import Service
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 
@@ -18,9 +16,9 @@ from sdc_sim.evaluation.drive_evaluation import OBSTACLES, PATH, PICTURE
 from sdc_sim.evaluation.evaluator import Evaluator
 from sdc_sim.report.html_page import write_html
 from sdc_sim.report.time_slider import slider_data
+from sdc_testing.chromium import headless_chromium, resize
 
 TICK_NS = 50_000_000
-OPTIONS = ("--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage")
 
 
 def jpeg(level):
@@ -91,14 +89,9 @@ def test_names_of_another_stack_cannot_end_the_script_element():
 
 
 @pytest.fixture(scope="module")
-def browser(tmp_path_factory):
-    options = webdriver.ChromeOptions()
-    options.binary_location = "/usr/bin/chromium"
-    for option in (*OPTIONS, f"--user-data-dir={tmp_path_factory.mktemp('profile')}"):
-        options.add_argument(option)
-    driver = webdriver.Chrome(service=Service("/usr/bin/chromedriver"), options=options)
-    yield driver
-    driver.quit()
+def browser():
+    with headless_chromium() as browser:
+        yield browser
 
 
 @pytest.mark.slow(15)
@@ -108,8 +101,7 @@ def test_person_scrubs_to_a_tick_and_sees_the_reason(browser, tmp_path):
     evaluator.add("lights", 0, [(7, GREEN)])
     write_html(str(page), evaluator.result())
     for width in (1280, 390):
-        size = {"width": width, "height": 844, "deviceScaleFactor": 1, "mobile": width < 600}
-        browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+        resize(browser, width, 844)
         browser.get(page.as_uri())
         slider = browser.find_element(By.ID, "tick")
 

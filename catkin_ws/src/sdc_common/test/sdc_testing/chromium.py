@@ -1,4 +1,4 @@
-"""A headless Chromium that opens the cockpit, for tests."""
+"""A headless Chromium, for tests of pages."""
 
 from __future__ import annotations
 
@@ -25,29 +25,25 @@ _OPTIONS = (
 )
 # On a busy machine, each command to the browser takes seconds.
 LIMIT_S = 300.0
-# WebGL on the processor; Chromium calls it unsafe for pages that are not trusted.
-_SOFTWARE_WEBGL = ("--enable-unsafe-swiftshader",)
 
 
 @contextlib.contextmanager
-def headless_chromium(
-    width: int = 1280, height: int = 900, webgl: bool = False
-) -> Iterator[webdriver.Chrome]:
+def headless_chromium(width: int = 1280, height: int = 900) -> Iterator[webdriver.Chrome]:
     """Run a browser during a block.
 
     Args:
         width: width of the page [pixels]
         height: height of the page [pixels]
-        webgl: whether to draw 3D on the processor, which takes about one core
     """
-    profile = tempfile.mkdtemp(prefix="cockpit-browser-")
+    profile = tempfile.mkdtemp(prefix="test-browser-")
     try:
         options = webdriver.ChromeOptions()
         options.binary_location = _CHROMIUM
-        for option in (*_OPTIONS, *(_SOFTWARE_WEBGL if webgl else ())):
+        for option in _OPTIONS:
             options.add_argument(option)
         options.add_argument(f"--user-data-dir={profile}")
         browser = webdriver.Chrome(service=Service(_DRIVER), options=options)
+        browser.set_script_timeout(LIMIT_S)
         try:
             resize(browser, width, height)
             yield browser
