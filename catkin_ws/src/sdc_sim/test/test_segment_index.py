@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sdc_common.geometry.polyline import Polyline
-from sdc_sim.road.spatial_index import SegmentIndex
+from sdc_sim.road.road import SegmentIndex
 
 COORDINATES = st.floats(-20.0, 20.0).map(lambda value: round(value, 2))
 POINT = st.tuples(COORDINATES, COORDINATES)

@@ -19,18 +19,13 @@ class DocumentError(ValueError):
 
 
 class YamlDocument:
-    """The values of a YAML file, as plain Python types, and their lines.
-
-    Attributes:
-        path: path of the file
-        values: mapping, list or scalar at the top of the file; None for an empty file
-    """
+    """The values of a YAML file, as plain Python types, and their lines."""
 
     def __init__(self, path: str, text: str, yaml_reader: Any):
         self.path = path
         self._text = text
         self._reader = yaml_reader
-        self.values = yaml_reader.load(text)
+        self.values = yaml_reader.load(text)  # None for an empty file
 
     def line(self, keys: Iterable) -> int:
         """Return the line, counted from 1, of the value at a path of keys and list indices."""
@@ -95,9 +90,10 @@ def load_document(path: str, schema_name: str, fix: str) -> YamlDocument:
 
 
 @lru_cache(maxsize=None)
-def packaged_config(name: str) -> Any:
-    """Return the values of a YAML file of config/, named without its ending."""
-    with open(config_path(name + ".yaml"), encoding="utf-8") as file:
+def packaged_config(name: str, folder: str = "") -> Any:
+    """Return the values of a YAML file of config/ or another folder, named without its ending."""
+    path = os.path.join(folder, name + ".yaml") if folder else config_path(name + ".yaml")
+    with open(path, encoding="utf-8") as file:
         return yaml.safe_load(file)
 
 

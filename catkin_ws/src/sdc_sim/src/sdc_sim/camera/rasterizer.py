@@ -30,16 +30,11 @@ class PolygonRasterizer:
     """Rasterizer of polygons of the map.
 
     Outlines are int32 pixels with FIXED_POINT_BITS fractional bits.
-
-    Attributes:
-        eye: position (3,) of the camera in the map [m]
-        rotation: rotation (3, 3) from the optical frame to the map
-        focal_px: focal length of the camera [px]
     """
 
     def __init__(self, camera: CameraModel, x_m: float, y_m: float, yaw_rad: float):
-        self.eye = camera.position_in_map(x_m, y_m, yaw_rad)
-        self.rotation = camera.map_from_optical(yaw_rad)
+        self.eye = camera.position_in_map(x_m, y_m, yaw_rad)  # of the camera (3,) [m]
+        self.rotation = camera.map_from_optical(yaw_rad)  # from the optical frame to the map
         self.focal_px = camera.focal_px
         self._focal = self.focal_px * (1 << FIXED_POINT_BITS)
         self._middle = np.array([camera.width / 2.0, camera.height / 2.0]) * (1 << FIXED_POINT_BITS)

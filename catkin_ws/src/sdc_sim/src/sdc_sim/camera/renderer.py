@@ -24,10 +24,6 @@ class Renderer:
 
     The picture depends on the arguments of `render` only. Memory does not grow with the length of
     the route: the renderer keeps fixed textures and a bounded number of tiles and buildings.
-
-    Attributes:
-        camera: geometry of the camera
-        objects: painter of scenery and boxes
     """
 
     def __init__(

@@ -66,28 +66,21 @@ class Canvas(NamedTuple):
 
 
 class _Pieces:
-    """The road in straight pieces, without those of repeated laps.
-
-    Attributes:
-        start: where a piece begins (P, 2) [m]
-        end: where it ends (P, 2) [m]
-        start_left: unit vector to the left at its begin (P, 2)
-        end_left: unit vector to the left at its end (P, 2)
-        stretch: number of the stretch of _STRETCH_M that it belongs to (P,); stretches end between
-            two dashes, so that no piece cuts a dash
-        low: lower corner of a rectangle around all bands of a piece (P, 2) [m]
-        high: its upper corner (P, 2) [m]
-    """
+    """The road in straight pieces, without those of repeated laps."""
 
     def __init__(self, road: Road, samples: np.ndarray):
         ends = np.column_stack([samples[:-1], samples[1:]])
         first, last = ends[~road.repeats[ends].all(axis=1)].T
+        # Begins and ends (P, 2) [m], and unit vectors to the left there.
         self.start, self.end = road.points_m[first], road.points_m[last]
         self.start_left, self.end_left = road.left[first], road.left[last]
+        # Number of the stretch of _STRETCH_M that it belongs to (P,). Stretches end between two
+        # dashes, so that no piece cuts a dash.
         self.stretch = np.floor((road.s_m[first] + DASH_LENGTH_M) / _STRETCH_M).astype(np.int64)
         along = self.end - self.start
         self._length2 = np.sum(along * along, axis=1)
         self._twist = np.sum(along * (self.end_left - self.start_left), axis=1)
+        # Corners (P, 2) of rectangles around all bands of a piece [m].
         reach = road.left_edge_m + 2.0
         self.low = np.minimum(self.start, self.end) - reach
         self.high = np.maximum(self.start, self.end) + reach

@@ -49,11 +49,7 @@ class _Layer(NamedTuple):
 
 
 class Sky:
-    """Painter of the picture's rows above the horizon.
-
-    Attributes:
-        horizon: the lowest painted row (1, width, 4), which the ground blends into
-    """
+    """Painter of the picture's rows above the horizon."""
 
     def __init__(self, camera: CameraModel, seed: int):
         self._camera = camera
@@ -74,6 +70,7 @@ class Sky:
         )
         row = (1.0 - elevation / _SKYLINE_RAD) * _SKYLINE_ROWS - 0.5
         self._skyline = _Layer.of(_skyline(seed, panorama), azimuth, row)
+        # The lowest painted row, which the ground blends into.
         self.horizon = np.zeros((1, camera.width, 4), np.uint8)
 
     def _directions(self, u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

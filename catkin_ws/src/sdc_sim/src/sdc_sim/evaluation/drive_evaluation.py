@@ -45,13 +45,6 @@ class DriveEvaluation:
     An event is a list: its name and its arguments. For each name there is a method `_on_NAME`,
     whose parameters are the arguments. Stamps are integers [ns]; of lights and collisions, 0 means
     now.
-
-    Attributes:
-        progress: the samples and events of the drive
-        ideal: the fastest drive, with the greatest speed at each point of the route
-        planned: rows of arc length [m], planned speed [m/s] and time [s]
-        snapshots: time [s], completed share of the route [%] and JPEG in base64 of each snapshot
-        scene: entries (time [s], content) of what was around the car, by kind
     """
 
     def __init__(self, rules: EvaluationRules, route: Route, keep_trace: bool):
@@ -63,6 +56,7 @@ class DriveEvaluation:
             keep_trace: keep all samples, commands and reasons, which a report needs
         """
         self.route = route
+        # The fastest drive, with the greatest speed at each point of the route.
         self.ideal = IdealDrive(route, rules.speed_limits())
         timeout_s = rules.timeout_s(self.ideal.duration_s)
         self.progress = RouteProgress(route, rules, timeout_s, keep_samples=keep_trace)
@@ -70,7 +64,9 @@ class DriveEvaluation:
         self._keep_trace = keep_trace
         self._unseen_s = 0.0
         self._wall_s: list = []
+        # Entries (time [s], content) of what was around the car, by kind.
         self.scene: dict[str, list] = defaultdict(list)
+        # Time [s], completed share of the route [%] and JPEG in base64 of each snapshot.
         self.snapshots: list = []
         self._red_lights = RedLightDetector(rules.car_front_m)
         self._streets = None
@@ -80,7 +76,7 @@ class DriveEvaluation:
         self._last_ns = self._last_command_ns = self._last_reason_ns = 0
         self._commands = CommandTrace()
         self._reasons: list = []
-        self.planned: list = []
+        self.planned: list = []  # rows of arc length [m], planned speed [m/s] and time [s]
 
     @property
     def over(self) -> bool:

@@ -141,13 +141,7 @@ class SimulatedObstacle:
 
 
 class Obstacles:
-    """All obstacles of a simulation: they move, stop the ego vehicle, and are added and removed.
-
-    Attributes:
-        all: those that move by a plan
-        others: bodies that something else moves
-        blocked: ids of those that the ego vehicle has stopped
-    """
+    """All obstacles of a simulation: they move, stop the ego vehicle, and are added and removed."""
 
     def __init__(self, plans: Iterable[ObstaclePlan] = ()):
         self._plans = tuple(plans)
@@ -165,10 +159,11 @@ class Obstacles:
 
     def reset(self) -> None:
         """Restore the obstacles of the scenario: added ones go, removed ones return."""
+        # Those that move by a plan, and bodies that something else moves.
         self.all = [SimulatedObstacle(FIRST_ID + n, plan) for n, plan in enumerate(self._plans)]
         self._touching: set[int] = set()
         self.others: tuple[ObstacleState, ...] = ()
-        self.blocked: frozenset[int] = frozenset()
+        self.blocked: frozenset[int] = frozenset()  # ids that the ego vehicle has stopped
 
     def toggle(self, plan: ObstaclePlan, ego: Rectangle) -> str:
         """Remove the obstacles within 0.5 m of the plan's point, or add the plan if there is none.

@@ -126,19 +126,7 @@ class LanePlace(NamedTuple):
 
 
 class Network:
-    """Lanes and junctions.
-
-    Attributes:
-        name: name of the map
-        lanes: all lanes by id
-        junctions: all junctions by id
-        crosswalks: polygons (N, 2) [m]
-        bays: parking bays (4, 2), the first two corners at the lane [m]
-        bus_stops: areas (4, 2) of a lane, the first two corners at its right edge [m]
-        stop_lines: segments (2, 2) across the ends of lanes, and STOP or YIELD
-        bounds_m: least x, least y, greatest x and greatest y of the lanes [m]
-        is_flat: whether the map has no elevation, which is ignored
-    """
+    """Lanes and junctions."""
 
     def __init__(
         self,
@@ -158,14 +146,18 @@ class Network:
         self.name = name
         self.lanes: Mapping[str, RoadLane] = {lane.id: lane for lane in lanes}
         self.junctions: Mapping[str, Junction] = {one.id: one for one in junctions}
-        self.crosswalks = tuple(crosswalks)
+        self.crosswalks = tuple(crosswalks)  # polygons (N, 2) [m]
+        # Parking bays (4, 2), the first two corners at the lane, and areas of bus stops (4, 2), the
+        # first two corners at the right edge of a lane [m].
         self.bays, self.bus_stops = tuple(bays), tuple(bus_stops)
-        self.is_flat = is_flat
+        self.is_flat = is_flat  # whether the map has no elevation, which is ignored
         self.driving = [lane for lane in self.lanes.values() if lane.kind == DRIVING]
         if not self.driving:
             raise ValueError(f"the map {name} has no lane for cars")
         points = np.vstack([lane.points_m for lane in self.driving])
+        # Least x, least y, greatest x and greatest y of the lanes.
         self.bounds_m = (*points.min(axis=0).tolist(), *points.max(axis=0).tolist())
+        # Segments (2, 2) across the ends of lanes [m], and STOP or YIELD.
         self.stop_lines = tuple(self._stop_lines())
         samples = [
             np.linspace(0.0, lane.length_m, int(lane.length_m / _SAMPLE_M) + 2)

@@ -9,13 +9,13 @@ right-hand lane. With lane width `w` and lateral offsets positive to the left of
 from __future__ import annotations
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from sdc_common.geometry.polyline import Polyline
 from sdc_common.geometry.road_line import road_line
 from sdc_common.geometry.route import checked_points, chord_directions, interpolate
 from sdc_sim.physics.traffic_lights import LANE_WIDTH_M
 from sdc_sim.road.scenery import Scenery, generate_scenery
-from sdc_sim.road.spatial_index import SegmentIndex
 
 LINE_WIDTH_M = 0.15
 DASH_LENGTH_M = 3.0
@@ -23,6 +23,8 @@ DASH_PERIOD_M = 9.0
 MARGIN_M = 0.35  # asphalt outside the solid lines
 # Points farther from the route than this count as off the road.
 _REACH_M = 10.0
+# So many points are compared with the segments at once, to bound the memory.
+_POINTS_AT_ONCE = 4_000
 SAMPLE_STEP_M = 0.5
 _MAX_SAMPLES = 600_000
 _LEAD_IN_M = 30.0
@@ -46,21 +48,10 @@ class Road:
     The route can have any spacing and can cross or overlap itself. The direction is taken over a
     chord of 3 m, so that noise does not turn the road. The line continues straight 30 m before the
     start and 80 m after the end, or less where it would meet itself.
-
-    Attributes:
-        lane_width_m: width of a lane [m]
-        right_edge_m: lateral offset of the right solid line [m]
-        centre_line_m: lateral offset of the dashed line [m]
-        left_edge_m: lateral offset of the left solid line [m]
-        points_m: (M, 2) samples, every 0.5 m, in the map frame [m]
-        s_m: (M,) arc length: 0 at the first waypoint, negative before it [m]
-        heading_rad: (M,) direction of the road, in (-pi, pi] [rad]
-        left: (M, 2) unit vectors to the left
-        length_m: arc length of the last waypoint [m]
-        repeats: (M,) mask of the samples that lie, in the same direction, on an earlier lap
     """
 
     lane_width_m = LANE_WIDTH_M
+    # Lateral offsets of the right solid line, the dashed line and the left solid line.
     right_edge_m = -0.5 * LANE_WIDTH_M
     centre_line_m = 0.5 * LANE_WIDTH_M
     left_edge_m = 1.5 * LANE_WIDTH_M
@@ -75,13 +66,14 @@ class Road:
             ValueError: `checked_points` refuses the waypoints
         """
         self._sample(road_line(checked_points(route_m)))
+        # Mask (M,) of the samples that lie, in the same direction, on an earlier lap.
         self.repeats = self._find_repeats()
         own = np.flatnonzero(~(self.repeats[:-1] & self.repeats[1:]))
         self._segments = SegmentIndex(self.points_m[own], self.points_m[own + 1], _REACH_M)
 
     def _sample(self, route: np.ndarray) -> None:
         s_route = np.array(Polyline(route.tolist()).s)
-        self.length_m = float(s_route[-1])
+        self.length_m = float(s_route[-1])  # arc length of the last waypoint
         step = max(SAMPLE_STEP_M, self.length_m / _MAX_SAMPLES)
         s = np.linspace(0.0, self.length_m, max(2, int(round(self.length_m / step)) + 1))
         points = interpolate(s, s_route, route)
@@ -89,11 +81,13 @@ class Road:
 
         lead_in = _straight(points, points[0], -direction[0], _LEAD_IN_M)
         lead_out = _straight(points, points[-1], direction[-1], _LEAD_OUT_M)
+        # Samples (M, 2) in the map, with their arc length (M,): 0 at the first waypoint.
         self.points_m = np.concatenate([lead_in[::-1], points, lead_out])
         before = -SAMPLE_STEP_M * np.arange(len(lead_in), 0, -1)
         after = self.length_m + SAMPLE_STEP_M * np.arange(1, len(lead_out) + 1)
         self.s_m = np.concatenate([before, s, after])
         direction = np.pad(direction, ((len(lead_in), len(lead_out)), (0, 0)), mode="edge")
+        # Direction (M,) of the road in (-pi, pi], and unit vectors (M, 2) to its left.
         self.heading_rad = np.arctan2(direction[:, 1], direction[:, 0])
         self.left = np.column_stack([-direction[:, 1], direction[:, 0]])
 
@@ -156,6 +150,52 @@ class Road:
             upper_m: largest offset [m]
         """
         return self._segments.between(np.asarray(points_m, float).reshape(-1, 2), lower_m, upper_m)
+
+
+class SegmentIndex:
+    """Finds all segments near points, with a KD-tree of the segments' middles.
+
+    `Polyline.nearest` is faster for one point and a few segments.
+    """
+
+    def __init__(self, starts_m: np.ndarray, ends_m: np.ndarray, reach_m: float):
+        """Build the tree.
+
+        Args:
+            starts_m: (N, 2) start points of the segments [m]
+            ends_m: (N, 2) end points of the segments [m]
+            reach_m: segments farther from a point than this are ignored [m]
+        """
+        self._starts = starts_m
+        self._steps = ends_m - starts_m
+        self._middles = cKDTree(starts_m + 0.5 * self._steps)
+        longest_m = float(np.linalg.norm(self._steps, axis=1).max())
+        self._radius_m = reach_m + 0.5 * longest_m
+
+    def between(self, points_m: np.ndarray, lower_m: float, upper_m: float) -> np.ndarray:
+        """Return which points (N, 2) have a signed distance in this range from any segment (N,).
+
+        Args:
+            points_m: (N, 2) points [m]
+            lower_m: least distance, positive to the left of the segment, within reach [m]
+            upper_m: largest distance [m]
+        """
+        inside = np.zeros(len(points_m), bool)
+        for first in range(0, len(points_m), _POINTS_AT_ONCE):
+            part = points_m[first : first + _POINTS_AT_ONCE]
+            pairs = cKDTree(part).sparse_distance_matrix(
+                self._middles, self._radius_m, output_type="ndarray"
+            )
+            rows, segments = pairs["i"], pairs["j"]
+            step = self._steps[segments]
+            offset = part[rows] - self._starts[segments]
+            square = np.maximum(np.sum(step * step, axis=1), 1e-12)
+            fraction = np.clip(np.sum(offset * step, axis=1) / square, 0.0, 1.0)
+            away = offset - fraction[:, None] * step
+            side = np.where(step[:, 0] * away[:, 1] - step[:, 1] * away[:, 0] >= 0.0, 1.0, -1.0)
+            offsets = np.hypot(away[:, 0], away[:, 1]) * side
+            inside[first + rows[(offsets >= lower_m) & (offsets <= upper_m)]] = True
+        return inside
 
 
 def _straight(

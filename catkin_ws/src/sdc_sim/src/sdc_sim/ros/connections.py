@@ -22,10 +22,6 @@ _OUTWARD = ("o", "b")
 class Connections:
     """The topics and the connections of all nodes at one time.
 
-    Attributes:
-        publishers: names of the nodes that publish each topic
-        subscribers: names of the nodes that subscribe to each topic
-
     Raises:
         OSError, rosgraph.MasterException: there is no ROS master
     """
@@ -33,6 +29,7 @@ class Connections:
     def __init__(self) -> None:
         self._master = rosgraph.Master(rospy.get_name())
         self._open: dict[str, set[tuple[str, str]]] = {}
+        # Names of the nodes that publish, and that subscribe to, each topic.
         publishers, subscribers, _ = self._master.getSystemState()
         self.publishers = {topic: set(nodes) for topic, nodes in publishers}
         self.subscribers = {topic: set(nodes) for topic, nodes in subscribers}

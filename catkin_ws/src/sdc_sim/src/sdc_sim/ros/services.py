@@ -94,10 +94,16 @@ class SimulationServices:
             rospy.Service("~" + name, Trigger, self._service(change))
         offer_reload(lock.guarded(self._reload))
         rospy.Service("~set_obstacle", SetObstacle, lock.guarded(self._set_obstacle))
-        self._subscribe("/initialpose", PoseWithCovarianceStamped, self._on_pose)
+        place = self._simulation.place
+        self._subscribe(
+            "/initialpose",
+            PoseWithCovarianceStamped,
+            lambda one: place(*map_pose(one.header.frame_id, one.pose.pose)),
+        )
         self._subscribe("/clicked_point", PointStamped, self._on_click)
         if "/control/set_transform" in setup.bridge.topics:
-            self._subscribe(setup.ego + "/control/set_transform", Pose, self._set_pose)
+            topic = setup.ego + "/control/set_transform"
+            self._subscribe(topic, Pose, lambda pose: place(*map_pose(MAP_FRAME, pose)))
         for name in ("/control/set_target_velocity", "/twist_cmd"):
             if name in setup.bridge.topics:
                 self._subscribe(setup.ego + name, Twist, self._set_velocity)
@@ -156,18 +162,12 @@ class SimulationServices:
             self._on_change()
         return number, ""
 
-    def _on_pose(self, message: PoseWithCovarianceStamped) -> None:
-        self._simulation.place(*map_pose(message.header.frame_id, message.pose.pose))
-
     def _on_click(self, message: PointStamped) -> None:
         x, y = map_point(message.header.frame_id, message.point)
         heading = self._route.locate(x, y).heading_rad
         plan = ObstaclePlan.stationary(self._clicked_obstacle, x, y, heading)
         change = self._simulation.obstacles.toggle(plan, self._simulation.outline)
         rospy.loginfo("sim: obstacles: %s", change)
-
-    def _set_pose(self, pose: Pose) -> None:
-        self._simulation.place(*map_pose(MAP_FRAME, pose))
 
     def _set_velocity(self, twist: Twist) -> None:
         # As in the bridge, a person at the wheel has precedence.

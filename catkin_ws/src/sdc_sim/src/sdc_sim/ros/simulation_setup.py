@@ -44,24 +44,14 @@ def _parameters() -> dict[str, Any]:
 
 
 class SimulationSetup:
-    """Reads and checks all parameters; with an invalid one the node ends with one line.
-
-    Attributes:
-        values: the parameters by their names in config/sim.yaml
-        simulation: the simulation at its start
-        route: the route
-        ego: prefix of the topics of the vehicle
-        bridge: version of the bridge
-        drive_log: records the drive; None without a file for it
-        pictures: what the pictures have in common; None without a camera
-        shows_truth: whether any topic has the true state of the vehicle, or the map
-        sensors: settings of the sensors that are on, by name
-    """
+    """Reads and checks all parameters; with an invalid one the node ends with one line."""
 
     def __init__(self) -> None:
         parameters = _parameters()
+        # The parameters by their names in config/sim.yaml.
         self.values = values = SimpleNamespace(**parameters)
-        self.ego = f"/carla/{values.role_name}"
+        self.ego = f"/carla/{values.role_name}"  # prefix of the topics of the vehicle
+        # Whether any topic has the true state of the vehicle, or the map.
         self.shows_truth = values.ground_truth or values.truth
         self.bridge = BRIDGE_VERSIONS[values.bridge]
         try:
@@ -77,7 +67,7 @@ class SimulationSetup:
         except OSError as error:
             fix = "name a file in a folder that can be written"
             refuse(f"drive_log: {error.filename}: {error.strerror}; {fix}")
-        self.pictures = None
+        self.pictures = None  # what the pictures have in common; None without a camera
         if values.camera:
             self.pictures = PictureSettings(
                 values.waypoints_path,

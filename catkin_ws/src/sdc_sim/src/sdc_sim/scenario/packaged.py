@@ -15,7 +15,7 @@ from sdc_common.validation import suggestion
 from sdc_sim.road.route_generator import csv_lines, generate_route
 from sdc_sim.scenario.reader import Scenario
 from sdc_sim.sensors.model import SENSORS
-from sdc_sim.yaml_document import DocumentError
+from sdc_sim.yaml_document import DocumentError, packaged_config
 
 # Package, folder and file ending of what a scenario names.
 _FOLDERS = {
@@ -43,14 +43,8 @@ def package_folder(package: str) -> str:
 
 def node_config(package: str, node: str) -> dict[str, Any]:
     """Return the parameters of a node, from its file in config/ of its package."""
-    path = os.path.join(package_folder(package), "config", node + ".yaml")
-    return copy.deepcopy(_read_config(path))
-
-
-@lru_cache(maxsize=None)
-def _read_config(path: str) -> dict[str, Any]:
-    with open(path, encoding="utf-8") as file:
-        return yaml.safe_load(file)
+    folder = os.path.join(package_folder(package), "config")
+    return copy.deepcopy(packaged_config(node, folder))
 
 
 def overridden(
@@ -100,8 +94,8 @@ def sensor_options(scenario: Scenario) -> dict[str, Any]:
     """
     if scenario.sensors is None:
         return {}
-    path = find_packaged("sensors", scenario.sensors, scenario.path)
-    return copy.deepcopy(_read_config(path))
+    find_packaged("sensors", scenario.sensors, scenario.path)
+    return copy.deepcopy(packaged_config("sensors/" + scenario.sensors))
 
 
 def options_text(options: Mapping[str, Any]) -> str:

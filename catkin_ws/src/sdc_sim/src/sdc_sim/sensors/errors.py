@@ -36,10 +36,6 @@ class SensorErrors:
         sensor: number of the sensor
         sizes: the errors of each quantity
         period_s: time between two readings
-
-    Attributes:
-        bias: present bias of each quantity
-        factors: true values are measured as so many times themselves
     """
 
     def __init__(self, seed: int, sensor: int, sizes: Sequence[ErrorSizes], period_s: float):
@@ -52,8 +48,8 @@ class SensorErrors:
     def reset(self) -> None:
         """Return to the start of the drive."""
         first, second = self.random(_ONCE).standard_normal(2 * len(self._start)).reshape(2, -1)
-        self.bias = self._start * first
-        self.factors = 1.0 + self._scale * second
+        self.bias = self._start * first  # present bias of each quantity
+        self.factors = 1.0 + self._scale * second  # true values are measured times these
 
     def random(self, tick: int) -> np.random.RandomState:
         """Return the random numbers of a tick; those of `apply` are drawn from the same stream."""
