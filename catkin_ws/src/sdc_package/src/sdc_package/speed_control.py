@@ -8,6 +8,8 @@ from sdc_common.validation import check_positive
 from sdc_package.pid import Pid, PidGains
 
 _STOP_WITHIN_M = 0.12
+# A car that is faster at a stop would pass it by more than the gap before a line.
+_TOO_FAST_MPS = 1.0
 _COASTING_MPS2 = 0.4
 
 
@@ -68,7 +70,8 @@ class SpeedControl:
         if speed_mps < limits.standstill_mps and stays and planned_mps2 <= 0.0:
             self.reset()
             return -limits.hold_mps2
-        if target_mps == 0.0 and self.acceleration_mps2 > -_COASTING_MPS2:
+        coasts = self.acceleration_mps2 > -_COASTING_MPS2
+        if target_mps == 0.0 and (coasts or speed_mps > _TOO_FAST_MPS):
             # What a slow start has gathered must not push the car past a stop.
             self.pid.integral = min(self.pid.integral, 0.0)
         change = limits.jerk_mps3 * dt_s
