@@ -57,9 +57,12 @@ def test_car_that_stands_just_before_its_stop_does_not_start_again():
     assert max(control_.acceleration(1.0, -0.45, 0.0, 0.05) for _ in range(200)) > 0.5
 
 
-def test_slow_car_that_was_pushed_brakes_at_a_stop():
+@pytest.mark.parametrize(("speed_mps", "planned_mps2"), [(0.6, 0.0), (1.3, -2.5)])
+def test_car_that_was_pushed_brakes_at_a_stop(speed_mps, planned_mps2):
     control_ = control()
-    for _ in range(200):  # uphill at walking speed: the integral grows
-        control_.acceleration(1.0, 0.0, 0.7, 0.05)
-    results = [control_.acceleration(0.0, 0.0, 0.6, 0.05) for _ in range(60)]
-    assert results[-1] == pytest.approx(-0.6 - 0.3 * 0.6 * 3.0, abs=0.3)
+    for _ in range(200):  # uphill: the integral grows
+        control_.acceleration(speed_mps + 0.3, 0.0, speed_mps, 0.05)
+    for _ in range(20):
+        control_.acceleration(speed_mps, planned_mps2, speed_mps, 0.05)
+    results = [control_.acceleration(0.0, 0.0, speed_mps, 0.05) for _ in range(20)]
+    assert results[-1] == pytest.approx(-speed_mps - 0.3 * speed_mps, abs=0.3)
