@@ -20,7 +20,7 @@ from sdc_workshop.grading.summary import ranked, write_csv
 from sdc_workshop.steps import load_steps
 from sdc_workshop.workspace import make, solve
 
-pytestmark = [pytest.mark.slow(120), pytest.mark.usefixtures("sandboxed")]
+pytestmark = [pytest.mark.slow(60), pytest.mark.usefixtures("sandboxed")]
 TABLE = yaml.safe_load(Path(__file__).with_name("attacks.yaml").read_text())
 LIMIT_S = 300.0
 WORKSHOP = Path(__file__).resolve().parents[1]

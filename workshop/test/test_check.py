@@ -71,15 +71,6 @@ def test_each_step_of_a_new_workspace_is_unfinished_and_has_a_hint(folder):
     ] == []
 
 
-def test_region_with_only_a_comment_is_unfinished(folder):
-    edit(
-        folder / CAMERA,
-        "on_image receives every picture\n",
-        "on_image receives every picture\n        # hm\n",
-    )
-    assert answers(folder, "camera-3")["camera-3"].status == UNFINISHED
-
-
 def test_written_step_waits_for_the_build(folder):
     solve(folder, find_step("camera-2"))
     solve(folder, find_step("controller-1.1"))

@@ -27,7 +27,7 @@ from sdc_workshop.grading.summary import ranked, write_csv, write_pages
 from sdc_workshop.steps import find_step, load_steps
 from sdc_workshop.workspace import PROJECT, make, solve, write
 
-pytestmark = pytest.mark.slow(80)
+pytestmark = pytest.mark.slow(100)
 
 LIMIT_S = 900
 # Columns of grades.csv that grades.html shows after the name.

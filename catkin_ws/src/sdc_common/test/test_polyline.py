@@ -113,9 +113,3 @@ def test_line_whose_points_coincide_has_a_place():
     assert point.segment_at(0.0) == (0, 0.0)
     assert point.curvature_at(0.0) == 0.0
     assert Polyline([(0.0, 0.0), (5.0, 0.0), (5.0, 0.0)]).segment_at(5.0) == (0, 1.0)
-
-
-def test_count_until_is_at_least_three():
-    line = Polyline([(float(x), 0.0) for x in range(10)])
-    assert [line.count_until(s) for s in (0.0, 4.5, 100.0)] == [3, 5, 10]
-    assert Polyline([(0.0, 0.0), (1.0, 0.0)]).count_until(0.0) == 2

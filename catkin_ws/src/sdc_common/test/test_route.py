@@ -50,16 +50,6 @@ def test_points_that_are_no_route_are_refused(points, part):
         Route(points)
 
 
-def test_project_searches_only_near_the_given_arc_length():
-    there = np.column_stack([np.arange(0.0, 50.0), np.zeros(50)])
-    back = np.column_stack([np.arange(49.0, 0.0, -1.0), np.full(49, 0.4)])
-    route = Route(np.vstack([there, back]))
-    assert route.line.project(10.0, 0.4, 10.0, 5.0, 10.0).s_m == pytest.approx(10.0)
-    assert route.line.project(10.0, 0.0, 88.0, 5.0, 10.0).s_m == pytest.approx(
-        49.0 + 0.4 + 39.0, abs=1.1
-    )
-
-
 def test_locate_prefers_the_pass_in_the_cars_direction_then_the_earlier_one():
     there = np.column_stack([np.arange(0.0, 50.0), np.zeros(50)])
     back = np.column_stack([np.arange(49.0, 0.0, -1.0), np.full(49, 0.4)])
