@@ -54,30 +54,15 @@ def obstacle_box(obstacle: ObstacleState) -> Box:
     colour = KINDS[obstacle.kind].colour
     if obstacle.kind == "car" and obstacle.id >= FIRST_TRAFFIC_ID:
         colour = _CAR_COLOURS[obstacle.id % len(_CAR_COLOURS)]
-    return Box(
-        obstacle.x_m,
-        obstacle.y_m,
-        obstacle.yaw_rad,
-        obstacle.length_m,
-        obstacle.width_m,
-        obstacle.height_m,
-        tuple(round(255 * share) for share in reversed(colour)),
-        obstacle.kind,
-    )
+    bgr = tuple(round(255 * share) for share in reversed(colour))
+    return Box(*obstacle.rectangle, obstacle.height_m, bgr, obstacle.kind)
 
 
 def traffic_light_box(light: TrafficLightState) -> Box:
     """Return a traffic light as the camera draws it: it faces the cars that it applies to."""
-    return Box(
-        light.x_m,
-        light.y_m,
-        light.heading_rad + math.pi,
-        _LIGHT_SIZE_M,
-        _LIGHT_SIZE_M,
-        HEIGHT_M,
-        _LIT_BGR[light.state],
-        "light",
-    )
+    size = _LIGHT_SIZE_M, _LIGHT_SIZE_M, HEIGHT_M
+    yaw_rad = light.heading_rad + math.pi
+    return Box(light.x_m, light.y_m, yaw_rad, *size, _LIT_BGR[light.state], "light")
 
 
 def box_solid(box: Box, eye: np.ndarray) -> Solid:

@@ -135,35 +135,27 @@ class RoadRasterizer:
         canvas = Canvas(origin_m, size_m / SIDE_PX, level)
         edges_m, brightness, half_line_m, paint = self._bands(canvas)
         quads = store.quads(near, canvas, edges_m)
-        seen = (quads.max(axis=2) >= 0) & (quads.min(axis=2) <= SIDE_PX << FIXED_POINT_BITS)
-        # The first band contains all others.
-        (on_tile,) = np.nonzero(seen[0].all(axis=1))
-        if len(on_tile) == 0:
-            return None
-        pieces, quads, seen = near[on_tile], quads[:, on_tile], seen[:, on_tile].all(axis=2)
-        folded = store.folds(pieces, edges_m)
+        folded = store.folds(near, edges_m)
         paved = np.zeros((SIDE_PX, SIDE_PX), np.uint8)
         green = np.full((SIDE_PX, SIDE_PX), 255, np.uint8)
 
         def fill(band: int, rows: np.ndarray, plane: np.ndarray, value: int) -> None:
             own, folds = quads[band], folded[band]
-            for k in rows[seen[band, rows]].tolist():
+            for k in rows.tolist():
                 if folds[k]:
                     cv2.fillPoly(plane, own[k : k + 1], value, canvas.line_type, FIXED_POINT_BITS)
                 else:
                     cv2.fillConvexPoly(plane, own[k], value, canvas.line_type, FIXED_POINT_BITS)
 
-        every = np.arange(len(pieces))
+        every = np.arange(len(near))
         for band in range(_ROADWAY):
             fill(band, every, paved, brightness[band])
         for band, share in enumerate(_GRASS_SHARES):
             fill(band, every, green, share)
         # The roadway of one pass covers the edge lines of every other, and the dashes of earlier
         # ones. The last piece of a stretch may reach into the dashes of the next stretch.
-        stretch = store.stretch[pieces]
-        numbers = np.unique(
-            np.concatenate([stretch, np.intersect1d(stretch + 1, store.stretch[near])])
-        )
+        stretch = store.stretch[near]
+        numbers = np.unique(stretch)
         for number, dashes in zip(numbers, self._dashes(numbers, canvas, half_line_m)):
             rows = np.flatnonzero(stretch == number)
             for band in range(_ROADWAY, len(brightness)):

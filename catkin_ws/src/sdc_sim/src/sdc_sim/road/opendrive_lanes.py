@@ -55,7 +55,6 @@ class OpenDriveLanes:
                 for number, line in _centre_lines(road, section, start, end):
                     self._lines[name, number].append(line)
         self._markings = {key: max(own, key=own.__getitem__) for key, own in marked.items()}
-        self._trees: dict[tuple[str, str], cKDTree] = {}
 
     def exact(self, road: str, lane: str, points_m: np.ndarray) -> np.ndarray:
         """Return a centre line (N, 2), moved to the exact one if it is beside it [m]."""
@@ -66,9 +65,7 @@ class OpenDriveLanes:
         s = arc_lengths(points_m)
         at = np.linspace(0.0, s[-1], int(s[-1] / (2.0 * _STEP_M)) + 2)
         dense = interpolate(at, s, points_m)
-        if (road, lane) not in self._trees:
-            self._trees[road, lane] = cKDTree(line)
-        _, nearest = self._trees[road, lane].query(dense)
+        _, nearest = cKDTree(line).query(dense)
         best, distance = dense, np.full(len(dense), np.inf)
         for first in (np.maximum(nearest - 1, 0), np.minimum(nearest, len(line) - 2)):
             step = line[first + 1] - line[first]

@@ -13,8 +13,10 @@ import numpy as np
 import rospy
 import tf2_ros
 from carla_msgs.msg import CarlaWeatherParameters
-from geometry_msgs.msg import Pose, PoseStamped
+from geometry_msgs.msg import Pose, PoseStamped, Quaternion, Transform, TransformStamped, Vector3
+from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import CameraInfo, Image
+from std_msgs.msg import Header
 
 from sdc_common.ros.node import LoopPublisher
 from sdc_common.ros.refusal import refusing
@@ -30,7 +32,6 @@ from sdc_sim.ros.picture_messages import (
     CameraMount,
     camera_info_message,
     camera_mount,
-    camera_transform,
     daylight,
     image_message,
     spectator_mount,
@@ -64,11 +65,12 @@ class CameraTopics:
         return bool(self._image.get_num_connections() or self._camera_info.get_num_connections())
 
     def mount(self, camera: CameraModel, mount: CameraMount) -> None:
-        """Publish where the camera is on the vehicle."""
+        """Publish where the camera is on the vehicle: its optical frame is that of REP 103."""
         self._info = camera_info_message(camera, self._frame)
-        self._static_tf.sendTransform(
-            camera_transform(camera, mount, self._vehicle_frame, self._frame)
-        )
+        rotation = Rotation.from_matrix(camera.map_from_optical(mount.yaw_rad))
+        place = Vector3(mount.x_m, mount.y_m, mount.z_m), Quaternion(*rotation.as_quat())
+        header = Header(frame_id=self._vehicle_frame)
+        self._static_tf.sendTransform(TransformStamped(header, self._frame, Transform(*place)))
 
     def message(self, picture: np.ndarray, stamp: rospy.Time) -> Image:
         """Return the message of a picture, which is copied."""

@@ -7,7 +7,7 @@ from typing import NamedTuple, Sequence
 
 import numpy as np
 import rospy
-from geometry_msgs.msg import Pose, PoseStamped, Quaternion, TransformStamped, Vector3
+from geometry_msgs.msg import Pose, PoseStamped
 from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import CameraInfo, Image
 
@@ -27,22 +27,6 @@ class CameraMount(NamedTuple):
     z_m: float
     yaw_rad: float
     pitch_rad: float
-
-
-def camera_transform(
-    camera: CameraModel, mount: CameraMount, vehicle_frame: str, camera_frame: str
-) -> TransformStamped:
-    """Return the fixed transform from the vehicle to the camera's optical frame.
-
-    The optical frame has z forward, x right, y down (REP 103).
-    """
-    transform = TransformStamped()
-    transform.header.frame_id = vehicle_frame
-    transform.child_frame_id = camera_frame
-    transform.transform.translation = Vector3(mount.x_m, mount.y_m, mount.z_m)
-    rotation = Rotation.from_matrix(camera.map_from_optical(mount.yaw_rad))
-    transform.transform.rotation = Quaternion(*rotation.as_quat())
-    return transform
 
 
 def image_message(picture: np.ndarray, stamp: rospy.Time, frame: str = "") -> Image:

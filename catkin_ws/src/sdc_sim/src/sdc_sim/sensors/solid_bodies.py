@@ -202,10 +202,7 @@ def moving_bodies(
     obstacles: Sequence[ObstacleState], lights: Sequence[TrafficLightState]
 ) -> list[Frusta]:
     """Return the solid parts of obstacles and traffic lights."""
-    places = [
-        (one.kind, one.x_m, one.y_m, one.yaw_rad, one.length_m, one.width_m, one.height_m)
-        for one in obstacles
-    ]
+    places = [(one.kind, *one.rectangle, one.height_m) for one in obstacles]
     # The lamps face the cars, against the heading of the lane.
     places += [
         ("light", one.x_m, one.y_m, one.heading_rad + math.pi, 1.0, 1.0, 1.0) for one in lights

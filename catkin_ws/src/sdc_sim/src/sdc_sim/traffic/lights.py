@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any, Callable, Iterator
 
 from sdc_sim.physics.traffic_lights import TrafficLightPlan
-from sdc_sim.road.network import Junction, Network, RoadLane
+from sdc_sim.road.network import Junction, Network
 from sdc_sim.road.network_file import load_network
 
 # By the letters of SUMO; the first of the colours is the most restrictive one.
@@ -45,9 +44,17 @@ def _lights(network: Network, junction: Junction) -> Iterator[TrafficLightPlan]:
         beside = rows.setdefault(name.rpartition("_")[0], [])
         if phases not in beside:
             beside.append(phases)
-        apart_m = _APART_M * beside.index(phases)
-        pole = _pole(network, lane, x_m, y_m, heading, apart_m)
-        yield TrafficLightPlan(x_m, y_m, heading, phases, -junction.offset_s, *pole)
+        right_m = 0.5 * lane.width_m + _BESIDE_M + _APART_M * beside.index(phases)
+        while lane.right:
+            lane = network.lanes[lane.right]
+            right_m += lane.width_m
+        for ahead_m in _AHEAD_M:
+            row = x_m, y_m, heading, phases, -junction.offset_s, ahead_m, right_m
+            light = TrafficLightPlan(*row)
+            place = network.nearest(*light.pole_m)
+            if place is None or abs(place.cross_track_m) > 0.5 * network.lanes[place.lane].width_m:
+                break  # The pole is on no lane.
+        yield light
 
 
 def _phases(junction: Junction, signals: list[int], choose: Callable) -> Any:
@@ -58,20 +65,3 @@ def _phases(junction: Junction, signals: list[int], choose: Callable) -> Any:
         )
         for seconds, letters in junction.phases
     )
-
-
-def _pole(
-    network: Network, lane: RoadLane, x_m: float, y_m: float, heading: float, apart_m: float
-) -> tuple[float, float]:
-    """Return where the pole is, on no lane if possible: ahead of the line and to its right [m]."""
-    right_m = 0.5 * lane.width_m + _BESIDE_M + apart_m
-    while lane.right:
-        lane = network.lanes[lane.right]
-        right_m += lane.width_m
-    c, s = math.cos(heading), math.sin(heading)
-    for ahead_m in _AHEAD_M:
-        at = x_m + ahead_m * c + right_m * s, y_m + ahead_m * s - right_m * c
-        place = network.nearest(*at)
-        if place is None or abs(place.cross_track_m) > 0.5 * network.lanes[place.lane].width_m:
-            break
-    return ahead_m, right_m
