@@ -14,8 +14,7 @@ from selenium.webdriver.common.keys import Keys
 from sdc_common.planning.stop_line import GREEN, RED
 from sdc_sim.evaluation.drive_evaluation import OBSTACLES, PATH, PICTURE
 from sdc_sim.evaluation.evaluator import Evaluator
-from sdc_sim.report.html_page import write_html
-from sdc_sim.report.time_slider import slider_data
+from sdc_sim.report.html_page import slider_data, write_html
 from sdc_testing.chromium import headless_chromium, resize
 
 TICK_NS = 50_000_000

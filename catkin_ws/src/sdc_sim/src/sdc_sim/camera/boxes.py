@@ -10,8 +10,7 @@ import numpy as np
 
 from sdc_sim.camera.meshes import table_mesh, traffic_light_mesh
 from sdc_sim.camera.painting import FIXED_POINT_BITS, SUN, footprint, shadow_hull
-from sdc_sim.camera.rasterizer import PolygonRasterizer, fill
-from sdc_sim.camera.solids import Solid
+from sdc_sim.camera.rasterizer import PolygonRasterizer, Solid, fill
 from sdc_sim.physics.obstacles import FIRST_TRAFFIC_ID, KINDS, ObstacleState
 from sdc_sim.physics.traffic_lights import GREEN, HEIGHT_M, OFF, RED, YELLOW, TrafficLightState
 from sdc_sim.physics.vehicle import VehicleState

@@ -7,7 +7,7 @@ from typing import Iterator, Sequence, Tuple
 import numpy as np
 
 from sdc_sim.camera.painting import SUN, footprint
-from sdc_sim.camera.solids import Solid
+from sdc_sim.camera.rasterizer import Solid
 from sdc_sim.road.scenery import (
     EAVES_SHARE,
     HOUSE,

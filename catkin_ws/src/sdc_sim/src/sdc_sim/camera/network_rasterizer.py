@@ -95,11 +95,8 @@ class NetworkRasterizer:
         if kind == BROKEN:
             self._add_dashes(points, DASH_LENGTH_M, DASH_PERIOD_M, 0.0)
         elif kind == DOUBLE:
-            steps = np.gradient(points, axis=0)
-            normal = np.column_stack([-steps[:, 1], steps[:, 0]])
-            normal /= np.maximum(np.hypot(*normal.T), 1e-9)[:, None]
             for side in (-_DOUBLE_M, _DOUBLE_M):
-                self._add(points + side * normal, _PAINT, 0.0)
+                self._add(points + side * left_normals(points), _PAINT, 0.0)
         else:
             self._add(points, _PAINT, 0.0)
 

@@ -12,10 +12,8 @@ from sdc_sim.camera.air import Air
 from sdc_sim.camera.boxes import Box, box_solid, draw_box_shadow
 from sdc_sim.camera.buildings import building
 from sdc_sim.camera.camera_model import CameraModel
-from sdc_sim.camera.paint_order import paint_order
-from sdc_sim.camera.rasterizer import NEAR_M, PolygonRasterizer, paint
+from sdc_sim.camera.rasterizer import NEAR_M, PolygonRasterizer, Solid, paint, project
 from sdc_sim.camera.signs import sign
-from sdc_sim.camera.solids import Solid, project
 from sdc_sim.camera.trees import TREE_RANGE_M, TreePainter
 from sdc_sim.road.scenery import SIGN, TREE, Scenery
 
@@ -25,6 +23,9 @@ _BOX_RANGE_M = 400.0
 _BUILDING_RANGE_M = 190.0
 _SHADOW_RANGE_M = 55.0
 _CACHED_BUILDINGS = 256
+# Of the order in which bodies are painted.
+_TOLERANCE = 1e-6
+_LEAST_AHEAD_M = 0.3
 
 
 def _solid(scenery: Scenery, item: int) -> Solid:
@@ -129,9 +130,72 @@ class SceneObjects:
         for row, box in zip(box_rows.tolist(), visible):
             if ahead[row] < _SHADOW_RANGE_M:
                 draw_box_shadow(picture, rasterizer, box)
-        for row in rows[paint_order(bodies.corners_m[rows], eye[:2], heading)].tolist():
+        for row in rows[_paint_order(bodies.corners_m[rows], eye[:2], heading)].tolist():
             if row in faces:
                 paint(picture, faces[row])
             else:
                 self._trees.draw(picture, row, float(ahead[row]), float(aside[row]))
         self._air.finish(picture, x_m, y_m, time_s)
+
+
+def _paint_order(corners: np.ndarray, eye: np.ndarray, heading: np.ndarray) -> list[int]:
+    """Return the order in which to paint bodies.
+
+    A body cannot hide another one if a side of the other has the eye in front of it and the whole
+    body behind it: then the body behind is painted first.
+
+    Args:
+        corners: footprints (N, 4, 2), counter-clockwise, sorted from far to near [m]
+        eye: position (2,) of the camera [m]
+        heading: unit vector (2,) of the view
+
+    Returns:
+        the numbers of the bodies
+
+    Reference: Newell, Newell and Sancha, "A Solution to the Hidden Surface Problem", ACM 1972,
+    plane tests.
+    """
+    n = len(corners)
+    if n < 2:
+        return list(range(n))
+    hides = _may_hide(corners, eye)
+    first = hides.T & ~hides & _overlap(corners, eye, heading)
+    if not np.any(np.tril(first, -1)):
+        return list(range(n))
+    return _topological_order(first)
+
+
+def _may_hide(corners: np.ndarray, eye: np.ndarray) -> np.ndarray:
+    """Return [i, j]: whether the plane of a side shows that j cannot hide i (N, N)."""
+    n = len(corners)
+    edge = corners[:, [1, 2, 3, 0]] - corners
+    normal = np.stack([edge[..., 1], -edge[..., 0]], axis=2)
+    level = np.sum(normal * corners, axis=2)
+    front = np.sum(normal * eye, axis=2) > level
+    # One row for each side, one column for each corner: those of all bodies one after the other.
+    height = normal.reshape(-1, 2) @ corners.transpose(2, 1, 0).reshape(2, -1)
+    most = height.reshape(4 * n, 4, n).max(axis=1).reshape(n, 4, n)
+    behind = (most <= level[..., None] + _TOLERANCE) & front[..., None]
+    return behind.any(axis=1)
+
+
+def _overlap(corners: np.ndarray, eye: np.ndarray, heading: np.ndarray) -> np.ndarray:
+    """Return whether two bodies share columns of the picture (N, N)."""
+    offset = corners - eye
+    ahead = np.maximum(offset @ heading, _LEAST_AHEAD_M)
+    slope = (heading[0] * offset[..., 1] - heading[1] * offset[..., 0]) / ahead
+    low, high = slope.min(axis=1), slope.max(axis=1)
+    return (low[:, None] < high[None, :]) & (low[None, :] < high[:, None])
+
+
+def _topological_order(first: np.ndarray) -> list[int]:
+    """Return an order with j before i for each first[j, i]; cycles are broken at the first body."""
+    order, left = [], np.ones(len(first), bool)
+    waiting = first.sum(axis=0)
+    for _ in range(len(first)):
+        free = np.flatnonzero(left & (waiting == 0))
+        pick = int(free[0]) if len(free) else int(np.flatnonzero(left)[0])
+        order.append(pick)
+        left[pick] = False
+        waiting -= first[pick]
+    return order

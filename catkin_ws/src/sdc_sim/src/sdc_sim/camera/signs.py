@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sdc_sim.camera.solids import Solid
+from sdc_sim.camera.rasterizer import Solid
 from sdc_sim.road.scenery import PRIORITY_SIGN, STOP_SIGN, YIELD_SIGN, Scenery
 
 _RED, _WHITE, _BLACK, _YELLOW = (30, 20, 190), (235, 235, 235), (25, 25, 25), (20, 190, 245)

@@ -2,20 +2,35 @@
 
 from __future__ import annotations
 
+import base64
+import json
 import os
 from typing import Any
 
+import numpy as np
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
-from sdc_sim.evaluation.drive_evaluation import DriveEvaluation
+from sdc_common.planning.speed_reasons import MEANINGS as REASONS
+from sdc_sim.evaluation.drive_evaluation import (
+    COLUMNS,
+    LIGHTS,
+    OBSTACLES,
+    PATH,
+    PICTURE,
+    DriveEvaluation,
+)
 from sdc_sim.evaluation.route_progress import COMPLETED, DriveEvent
 from sdc_sim.report.plots import EVENT_NAMES, headline, svg_map, svg_panels
-from sdc_sim.report.time_slider import slider_data
 from sdc_sim.yaml_document import packaged_config
 
 # The meaning of each metric, in the order of the table.
 MEANINGS = packaged_config("report_metrics")
+# The page of a drive of ten minutes is smaller than 10 MB with these.
+_MAX_TICKS = 30_000
+_MAX_ENTRIES = 4000
+_MAX_ROUTE_POINTS = 10_000
+_MAX_PICTURE_CHARACTERS = 6_000_000
 
 
 def write_html(path: str, result: DriveEvaluation) -> None:
@@ -76,3 +91,68 @@ def _shown(value: Any) -> str:
     if isinstance(value, list):
         return ", ".join(value) or "none"
     return str(value)
+
+
+def slider_data(result: DriveEvaluation) -> str:
+    """Return the data as JSON that is safe in a script element.
+
+    A drive with more ticks, entries or pictures than the page can hold is thinned evenly.
+    """
+    rows = result.rows
+    step = len(rows) // _MAX_TICKS + 1
+    ticks = {name: column[::step] for name, column in zip(COLUMNS, rows.T)}
+    time_s = ticks.pop("time_s")
+    start_s = float(time_s[0])
+    ticks["time_s"] = time_s - start_s
+    ticks["target_mps"] = _last_before(result.planned, time_s)
+    reasons = result.reasons[::step]
+    names = sorted(set(reasons) - {""}, key=reasons.index)
+    numbers = {name: number for number, name in enumerate(names)}
+    ticks["reason"] = np.array([numbers.get(reason, -1) for reason in reasons])
+
+    def entries(kind: str, convert: Any) -> list:
+        found = result.scene.get(kind, [])
+        return [
+            [round(entry_s - start_s, 3), convert(content)]
+            for entry_s, content in found[:: len(found) // _MAX_ENTRIES + 1]
+        ]
+
+    route = result.progress.route.points
+    data = {
+        "start_s": start_s,
+        "ticks": {name: _packed(column) for name, column in ticks.items()},
+        "reasons": [[name, REASONS.get(name, "")] for name in names],
+        "route": _rounded(route[:: len(route) // _MAX_ROUTE_POINTS + 1]),
+        "paths": entries(PATH, _rounded),
+        "obstacles": entries(OBSTACLES, _rounded),
+        "lights": entries(LIGHTS, lambda states: states),
+        "lines": {number: _rounded([line])[0] for number, line in result.stop_lines.items()},
+        "pictures": [
+            [round(taken_s - start_s, 3), jpeg]
+            for taken_s, jpeg in _affordable(result.scene.get(PICTURE, []))
+        ],
+    }
+    return json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
+
+
+def _last_before(planned: list, at_s: np.ndarray) -> np.ndarray:
+    """Return the last planned speed at or before each time, NaN where there is none."""
+    _, speed_mps, times_s = np.array([(0.0, np.nan, -np.inf), *planned]).T
+    return speed_mps[np.searchsorted(times_s, at_s, side="right") - 1]
+
+
+def _affordable(pictures: list) -> list:
+    """Return as many of the pictures, evenly thinned, as the page can hold."""
+    while sum(len(jpeg) for _, jpeg in pictures) > _MAX_PICTURE_CHARACTERS:
+        pictures = pictures[::2] if len(pictures) > 1 else []
+    return pictures
+
+
+def _packed(column: np.ndarray) -> str:
+    """Return numbers as base64 of little-endian 32-bit floats."""
+    return base64.b64encode(column.astype("<f4").tobytes()).decode()
+
+
+def _rounded(rows: Any) -> list:
+    """Return rows of finite numbers with three decimals."""
+    return np.asarray(rows, dtype=float).round(3).tolist()
