@@ -145,7 +145,7 @@ class ManualControl:
         """Return the picture of the selected view, or None if there is none."""
         view, state = self.views[0], self.state
         if view == MAP:
-            return state.pose and self.map_view.picture(*state.pose, state.path, state.obstacles)
+            return state.pose and self.map_view.picture(state.pose, state.path, state.obstacles)
         with refusing(view):
             return state.picture(view)
         return None

@@ -107,7 +107,7 @@ def _line_errors(renderer, at, points, rows):
 def test_solid_lines_are_where_the_geometry_puts_them(offset, s_m, aside_m, turn_rad):
     road = _Bare(route(60, (40, 1.2), 30, (25, -1.6), 60, step_m=0.5))
     x, y, yaw = pose(road, s_m, aside_m)
-    points, seen = lane_points(road, getattr(road, offset), s_m + 2.5, s_m + 24.0, step_m=0.1)
+    points, seen = lane_points(road, getattr(road, offset), s_m + np.arange(2.5, 24.0, 0.1))
     errors = _line_errors(Renderer(road), (x, y, yaw + turn_rad), points[seen], range(262, 470, 4))
     assert len(errors) >= 10
     assert np.abs(errors).max() < 1.0
@@ -120,9 +120,8 @@ def test_dashes_are_where_the_geometry_puts_them():
     at = (100.0, 0.3, 0.03)
     first = DASH_PERIOD_M * np.ceil(103.0 / DASH_PERIOD_M)
     for start in (first, first + DASH_PERIOD_M):
-        points, _ = lane_points(
-            road, road.centre_line_m, start + 0.2, start + DASH_LENGTH_M - 0.2, step_m=0.05
-        )
+        s_m = start + np.arange(0.2, DASH_LENGTH_M - 0.2, 0.05)
+        points, _ = lane_points(road, road.centre_line_m, s_m)
         errors = _line_errors(renderer, at, points, range(255, 470))
         assert len(errors) >= 3
         assert np.abs(errors).max() < 1.0

@@ -176,7 +176,7 @@ def test_events_become_notices():
 
 
 def colour_at(view, picture, point, pose):
-    column, row = np.round(view.to_pixels(point, *pose)).astype(int)
+    column, row = np.round(view.to_pixels(point, pose)).astype(int)
     return tuple(int(value) for value in picture[row, column])
 
 
@@ -189,14 +189,14 @@ def test_road_path_and_obstacles_are_drawn_at_their_positions(pose):
     forward_m = math.cos(yaw) * (ahead - x) - math.sin(yaw) * y
     left_m = -math.sin(yaw) * (ahead - x) - math.cos(yaw) * y
     np.testing.assert_allclose(
-        view.to_pixels((ahead, 0.0), *pose), (320.0 - left_m / 0.1, 336.0 - forward_m / 0.1)
+        view.to_pixels((ahead, 0.0), pose), (320.0 - left_m / 0.1, 336.0 - forward_m / 0.1)
     )
-    plain = view.picture(*pose)
+    plain = view.picture(pose)
     assert colour_at(view, plain, (ahead, 0.0), pose) == (78, 76, 74)
     assert min(colour_at(view, plain, (ahead, -1.75), pose)) > 120
     assert colour_at(view, plain, (ahead, -4.0), pose) == GRASS
     full = view.picture(
-        *pose,
+        pose,
         path=[(x, 0.0, 10.0), (math.nan,) * 3, (ahead + 1.0, 0.0, 10.0), (ahead - 1.0, 0.0, 10.0)],
         obstacles=[(ahead, -4.0, 0.3, 2.0, 1.0), (math.nan,) * 5],
     )

@@ -13,6 +13,10 @@ CROSSING = route(60, (15, 1.5 * np.pi), 60)
 ROUNDABOUT = np.vstack([route(50, (20, 2 * np.pi)), route(50, (20.3, 2 * np.pi))[51:]])
 
 
+def along(road):
+    return np.linspace(0.0, road.length_m, int(2.0 * road.length_m) + 1)
+
+
 def test_lines_of_a_straight_road_lie_at_their_offsets():
     road = Road([[0.0, 0.0], [0.0, 100.0]])
     for offset, x in (
@@ -20,7 +24,7 @@ def test_lines_of_a_straight_road_lie_at_their_offsets():
         (road.centre_line_m, -1.75),
         (road.left_edge_m, -5.25),
     ):
-        points, seen = lane_points(road, offset)
+        points, seen = lane_points(road, offset, along(road))
         assert seen.all()
         assert np.allclose(points[:, 0], x, atol=1e-9)
         assert np.allclose(points[[0, -1], 1], [0.0, 100.0], atol=1e-9)
@@ -37,7 +41,7 @@ def test_road_is_drawn_along_the_line_that_is_driven():
 
 def test_left_edge_hides_its_fold_in_a_turn_tighter_than_its_offset():
     road = Road(LEFT_TURN)
-    points, seen = lane_points(road, road.left_edge_m)
+    points, seen = lane_points(road, road.left_edge_m, along(road))
     assert not seen.all()
     shown = points[seen]
     incoming = np.abs(shown[:, 1] - 5.25) < 0.1
@@ -59,7 +63,7 @@ def test_second_lap_is_the_same_road():
 def test_edges_are_hidden_on_the_other_pass_of_a_crossing():
     road = Road(CROSSING)
     for offset in (road.right_edge_m, road.left_edge_m):
-        points, seen = lane_points(road, offset)
+        points, seen = lane_points(road, offset, along(road))
         others = [np.abs(road.points_m - p).sum(axis=1).min() for p in points[seen][::10]]
         assert min(others) > 1.5
         assert 0.02 < 1.0 - seen.mean() < 0.3
@@ -83,7 +87,7 @@ def test_noise_does_not_turn_the_road():
     back_and_forth[1::2, 0] -= 0.08
     road = Road(back_and_forth)
     assert np.abs(road.heading_rad).max() < 0.12
-    assert np.ptp(lane_points(road, road.left_edge_m)[0][:, 1]) < 1.2
+    assert np.ptp(lane_points(road, road.left_edge_m, along(road))[0][:, 1]) < 1.2
 
 
 ROUTES = {

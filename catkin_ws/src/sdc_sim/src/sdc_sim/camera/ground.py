@@ -9,7 +9,7 @@ than 1.5 pixels of the picture, so only every second column is sampled; the othe
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import NamedTuple, Sequence
 
 import cv2
 import numpy as np
@@ -119,21 +119,17 @@ class Ground:
         self._veil = np.round(veil).astype(np.uint8)
         self._grass = np.array((*GRASS_BGR, 255.0)).astype(np.uint8)
 
-    def draw(
-        self, picture: np.ndarray, x_m: float, y_m: float, yaw_rad: float, horizon: np.ndarray
-    ) -> None:
+    def draw(self, picture: np.ndarray, pose: Sequence[float], horizon: np.ndarray) -> None:
         """Paint all rows below the horizon.
 
         Args:
             picture: BGRA picture (height, width, 4)
-            x_m: position of the vehicle [m]
-            y_m: position of the vehicle [m]
-            yaw_rad: heading of the vehicle [rad]
+            pose: x [m], y [m] and heading [rad] of the vehicle in the map
             horizon: the sky's row (1, width, 4) above the horizon
         """
         camera, first = self._camera, self._first_tiled_row
-        eye = camera.position_in_map(x_m, y_m, yaw_rad)[:2]
-        heading = np.array([np.cos(yaw_rad), np.sin(yaw_rad)])
+        eye = camera.position_in_map(*pose)[:2]
+        heading = np.array([np.cos(pose[2]), np.sin(pose[2])])
         reach = 0.5 * (self._near_m + self._far_m)
         tiles = (eye + reach[:, None] * heading) / self._tile_m[:, None]
         corner = np.floor(tiles).astype(np.int64) - _WINDOW_TILES // 2

@@ -50,20 +50,22 @@ def halve(image: np.ndarray) -> np.ndarray:
 
 
 def footprint(
-    position_m: np.ndarray | Sequence[float], yaw_rad: float, size_m: np.ndarray | Sequence[float]
+    position_m: np.ndarray | Sequence[float],
+    yaw_rad: float | np.ndarray,
+    size_m: np.ndarray | Sequence[float],
 ) -> np.ndarray:
-    """Return the corners (4, 2) of a rectangle, counter-clockwise [m].
+    """Return the corners (..., 4, 2) of one rectangle or of many, counter-clockwise [m].
 
     Args:
         position_m: x, y of its centre [m]
         yaw_rad: direction of its length [rad]
         size_m: length, width and possibly more, which is ignored [m]
     """
-    forward = 0.5 * size_m[0] * np.array([np.cos(yaw_rad), np.sin(yaw_rad)])
-    left = 0.5 * size_m[1] * np.array([-np.sin(yaw_rad), np.cos(yaw_rad)])
-    return np.asarray(position_m) + np.stack(
-        [forward + left, left - forward, -forward - left, forward - left]
-    )
+    size, c, s = np.asarray(size_m), np.cos(yaw_rad), np.sin(yaw_rad)
+    forward = 0.5 * size[..., :1] * np.stack([c, s], axis=-1)
+    left = 0.5 * size[..., 1:2] * np.stack([-s, c], axis=-1)
+    sides = [forward + left, left - forward, -forward - left, forward - left]
+    return np.asarray(position_m)[..., None, :] + np.stack(sides, axis=-2)
 
 
 def shadow_hull(

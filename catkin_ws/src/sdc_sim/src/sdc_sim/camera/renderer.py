@@ -43,7 +43,7 @@ class Renderer:
     def draw_background(self, picture: np.ndarray, x_m: float, y_m: float, yaw_rad: float) -> None:
         """Paint every pixel of a picture: the sky, then the ground below the horizon."""
         self._sky.draw(picture, yaw_rad)
-        self._ground.draw(picture, x_m, y_m, yaw_rad, self._sky.horizon)
+        self._ground.draw(picture, (x_m, y_m, yaw_rad), self._sky.horizon)
         self._air.veil_background(picture)
 
     def render(
@@ -74,6 +74,6 @@ class Renderer:
         if picture is None:
             picture = np.empty((self.camera.height, self.camera.width, 4), np.uint8)
         self.draw_background(picture, x_m, y_m, yaw_rad)
-        self.objects.draw(picture, x_m, y_m, yaw_rad, boxes, time_s)
+        self.objects.draw(picture, (x_m, y_m, yaw_rad), boxes, time_s)
         dim(picture, light)
         return picture

@@ -12,6 +12,7 @@ from sdc_sim.camera.air import Air
 from sdc_sim.camera.boxes import Box, box_solid, draw_box_shadow
 from sdc_sim.camera.buildings import building
 from sdc_sim.camera.camera_model import CameraModel
+from sdc_sim.camera.painting import footprint
 from sdc_sim.camera.rasterizer import NEAR_M, PolygonRasterizer, Solid, paint, project
 from sdc_sim.camera.signs import sign
 from sdc_sim.camera.trees import TREE_RANGE_M, TreePainter
@@ -68,20 +69,13 @@ class SceneObjects:
             TREE_RANGE_M,
             np.where(kind == _BOX, _BOX_RANGE_M, _BUILDING_RANGE_M),
         )
-        forward = np.column_stack([np.cos(yaw), np.sin(yaw)])
-        trim = np.where(tree, 0.35, 0.5)[:, None]
-        along = trim * size[:, :1] * forward
-        across = trim * size[:, 1:2] * np.column_stack([-forward[:, 1], forward[:, 0]])
-        sides = [along - across, along + across, across - along, -along - across]
-        corners = np.stack([position + side for side in sides], axis=1)
+        corners = footprint(position, yaw, np.where(tree, 0.7, 1.0)[:, None] * size)
         return _Bodies(kind, position, corners, least, largest, radius * np.hypot(1.0, self._side))
 
     def draw(
         self,
         picture: np.ndarray,
-        x_m: float,
-        y_m: float,
-        yaw_rad: float,
+        pose: Sequence[float],
         boxes: Sequence[Box] = (),
         time_s: float = 0.0,
     ) -> None:
@@ -89,14 +83,12 @@ class SceneObjects:
 
         Args:
             picture: BGRA picture (height, width, 4)
-            x_m: position of the vehicle [m]
-            y_m: position of the vehicle [m]
-            yaw_rad: heading of the vehicle [rad]
+            pose: x [m], y [m] and heading [rad] of the vehicle in the map
             boxes: the boxes, in any order
             time_s: time of the picture, in which the rain falls [s]
         """
-        eye = self._camera.position_in_map(x_m, y_m, yaw_rad)
-        heading = np.array([math.cos(yaw_rad), math.sin(yaw_rad)])
+        eye = self._camera.position_in_map(*pose)
+        heading = np.array([math.cos(pose[2]), math.sin(pose[2])])
         weather, bodies, first_box = self._air.weather, self._fixed, len(self.scenery)
         if len(boxes):
             moving = self._bodies(
@@ -115,7 +107,7 @@ class SceneObjects:
         )
         rows = rows[np.argsort(-np.hypot(ahead[rows], aside[rows]), kind="stable")]
         kinds = bodies.kind[rows]
-        rasterizer = PolygonRasterizer(self._camera, x_m, y_m, yaw_rad)
+        rasterizer = PolygonRasterizer(self._camera, *pose)
         is_box = kinds == _BOX
         built, box_rows = rows[~is_box & (kinds != TREE)], rows[is_box]
         haze = 1.0 - np.exp(-np.maximum(ahead[built], 0.0) / weather.haze_range_m)
@@ -135,7 +127,7 @@ class SceneObjects:
                 paint(picture, faces[row])
             else:
                 self._trees.draw(picture, row, float(ahead[row]), float(aside[row]))
-        self._air.finish(picture, x_m, y_m, time_s)
+        self._air.finish(picture, pose[0], pose[1], time_s)
 
 
 def _paint_order(corners: np.ndarray, eye: np.ndarray, heading: np.ndarray) -> list[int]:

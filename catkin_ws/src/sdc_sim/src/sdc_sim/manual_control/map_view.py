@@ -54,45 +54,35 @@ class MapView:
         """
         self._markings = world_markings(route_m, map_path)
 
-    def to_pixels(self, points_m: np.ndarray, x_m: float, y_m: float, yaw_rad: float) -> np.ndarray:
+    def to_pixels(self, points_m: np.ndarray, pose: Sequence[float]) -> np.ndarray:
         """Return the pixels of points in the map frame, in a picture around the car.
 
         Args:
             points_m: points, shape (..., 2) [m]
-            x_m: position of the car [m]
-            y_m: position of the car [m]
-            yaw_rad: heading of the car [rad]
+            pose: x [m], y [m] and heading [rad] of the car in the map
 
         Returns:
             pixels to the right and down, shape (..., 2)
         """
-        c, s = math.cos(yaw_rad), math.sin(yaw_rad)
-        offset = (np.asarray(points_m, dtype=float) - (x_m, y_m)) / self._m_per_pixel
+        c, s = math.cos(pose[2]), math.sin(pose[2])
+        offset = (np.asarray(points_m, dtype=float) - pose[:2]) / self._m_per_pixel
         width, height = self._size
         return (0.5 * width, 0.7 * height) - offset @ [[-s, c], [c, s]]
 
     def picture(
-        self,
-        x_m: float,
-        y_m: float,
-        yaw_rad: float,
-        path: Sequence = (),
-        obstacles: Sequence = (),
+        self, pose: Sequence[float], path: Sequence = (), obstacles: Sequence = ()
     ) -> np.ndarray:
         """Return the picture around the car as (H, W, 3) BGR uint8.
 
         Args:
-            x_m: position of the car [m]
-            y_m: position of the car [m]
-            yaw_rad: heading of the car [rad]
+            pose: x [m], y [m] and heading [rad] of the car in the map
             path: rows of x, y [m], target speed [m/s]
             obstacles: rows of x, y [m], yaw [rad], length, width [m]
         """
-        pose = (x_m, y_m, yaw_rad)
         canvas = np.full((self._size[1], self._size[0], 3), _GRASS, np.uint8)
 
         def fixed_point(points_m: np.ndarray) -> np.ndarray:
-            pixels = np.clip(self.to_pixels(points_m, *pose), -1e4, 1e4)
+            pixels = np.clip(self.to_pixels(points_m, pose), -1e4, 1e4)
             return np.round(pixels * 2**FIXED_POINT_BITS).astype(np.int32)
 
         def near(shapes_m: np.ndarray) -> np.ndarray:
@@ -112,10 +102,11 @@ class MapView:
         for segment, colour in zip(segments, colours.tolist()):
             draw_lines([segment], colour, 3)
         bodies = [(*row, _OBSTACLE) for row in _finite_rows(obstacles, 5).tolist()]
-        c, s = _WINDSCREEN_AHEAD_M * math.cos(yaw_rad), _WINDSCREEN_AHEAD_M * math.sin(yaw_rad)
+        x, y, yaw = pose
+        c, s = _WINDSCREEN_AHEAD_M * math.cos(yaw), _WINDSCREEN_AHEAD_M * math.sin(yaw)
         bodies += [
             (*pose, *_CAR_SIZE_M, _CAR),
-            (x_m + c, y_m + s, yaw_rad, *_WINDSCREEN_SIZE_M, _GLASS),
+            (x + c, y + s, yaw, *_WINDSCREEN_SIZE_M, _GLASS),
         ]
         for x, y, yaw, length, width, colour in bodies:
             fill(canvas, fixed_point(footprint((x, y), yaw, (length, width))), colour)

@@ -7,10 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sdc_sim.road.road import DASH_LENGTH_M, DASH_PERIOD_M, MARGIN_M, SAMPLE_STEP_M, Road
+from sdc_sim.road.road import DASH_LENGTH_M, DASH_PERIOD_M, MARGIN_M, Road
 
-# Between the straight pieces that are drawn and the computed road, at the outer edge.
-CHORD_TOLERANCE_M = 0.003
 _EDGE_STEP_M = 1.0
 _SURFACE_TOLERANCE_M = 0.02
 # Red, green and blue at a stop, at half speed and at full speed.
@@ -29,8 +27,9 @@ class RoadMarkings:
 def road_markings(road: Road) -> RoadMarkings:
     """Return the visible lines and the asphalt of a road, with its ends outside the route."""
     start_m, end_m = float(road.s_m[0]), float(road.s_m[-1])
+    s = start_m + _EDGE_STEP_M * np.arange(int((end_m - start_m) / _EDGE_STEP_M + 1e-9) + 1)
     edges = [
-        _visible_segments(*lane_points(road, offset_m, start_m, end_m, _EDGE_STEP_M))
+        _visible_segments(*lane_points(road, offset_m, s))
         for offset_m in (road.right_edge_m, road.left_edge_m)
     ]
 
@@ -46,9 +45,7 @@ def road_markings(road: Road) -> RoadMarkings:
     return RoadMarkings(np.concatenate(edges), dashes, surface)
 
 
-def stations(
-    road: Road, tolerance_m: float = CHORD_TOLERANCE_M, longest_m: float = 8.0
-) -> np.ndarray:
+def stations(road: Road, tolerance_m: float, longest_m: float = 8.0) -> np.ndarray:
     """Return the indices of samples between which the road, edges included, is straight.
 
     Args:
@@ -71,13 +68,7 @@ def stations(
     return np.array(kept)
 
 
-def lane_points(
-    road: Road,
-    offset_m: float,
-    start_m: float = 0.0,
-    end_m: float | None = None,
-    step_m: float = SAMPLE_STEP_M,
-) -> tuple[np.ndarray, np.ndarray]:
+def lane_points(road: Road, offset_m: float, s_m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return points on a line parallel to the route, and which of them are visible.
 
     A point is hidden where the line folds over itself inside a tight turn, or where another
@@ -86,16 +77,12 @@ def lane_points(
     Args:
         road: the road
         offset_m: lateral offset of the line, positive to the left [m]
-        start_m: arc length of the first point [m]
-        end_m: arc length of the end of the line, None for the end of the route [m]
-        step_m: distance between the points along the route [m]
+        s_m: (N,) arc lengths of the points [m]
 
     Returns:
         points (N, 2) [m] and the mask (N,) of the visible ones
     """
-    end_m = road.length_m if end_m is None else end_m
-    s = start_m + step_m * np.arange(max(1, int((end_m - start_m) / step_m + 1e-9) + 1))
-    points, left = road.at(s)
+    points, left = road.at(s_m)
     points = points + offset_m * left
     reach_m = abs(offset_m) - 0.05
     visible = ~road.between(points, -reach_m, reach_m)

@@ -194,7 +194,7 @@ def _drawn(
     objects: SceneObjects, ground: np.ndarray, view: tuple[float, float, float], boxes: list[Box]
 ) -> np.ndarray:
     picture = ground.copy()
-    objects.draw(picture, *view, boxes)
+    objects.draw(picture, view, boxes)
     return picture
 
 
