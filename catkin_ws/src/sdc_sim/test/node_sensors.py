@@ -32,6 +32,8 @@ class SensorsTest(unittest.TestCase):
         cls.command = rospy.Publisher(
             EGO + "/vehicle_control_cmd", CarlaVehicleControl, queue_size=100
         )
+        # The simulation waits for a node that estimates the odometry.
+        cls.estimate = rospy.Publisher(EGO + "/odometry", Odometry, queue_size=1)
         cls.imu = MessageListener(EGO + "/imu", Imu)
         cls.gnss = MessageListener(EGO + "/gnss/front/gnss", NavSatFix)
         cls.speed = MessageListener(EGO + "/speedometer", Float32)
