@@ -13,9 +13,8 @@ from sdc_sim.physics.traffic_lights import TrafficLightState
 from sdc_sim.physics.vehicle import VehicleState
 from sdc_sim.physics.vehicle_parameters import load_vehicle
 from sdc_sim.road.scenery import BLOCK, HOUSE, TREE, Scenery
-from sdc_sim.sensors.lidar import PlanarLidar, RoofLidar
+from sdc_sim.sensors.lidar import Frusta, PlanarLidar, RoofLidar
 from sdc_sim.sensors.model import Moment, SensorContext, sensor_settings
-from sdc_sim.sensors.solid_bodies import Frusta
 
 pytestmark = pytest.mark.slow(3)
 

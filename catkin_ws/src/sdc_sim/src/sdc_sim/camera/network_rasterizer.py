@@ -11,6 +11,7 @@ from sdc_sim.camera.painting import FIXED_POINT_BITS, halve, touching
 from sdc_sim.camera.road_rasterizer import ASPHALT, SIDE_PX, Canvas, fixed_point
 from sdc_sim.road.network import BROKEN, DOUBLE, KERB, STOP, Junction, Network, left_normals
 from sdc_sim.road.road import DASH_LENGTH_M, DASH_PERIOD_M, MARGIN_M
+from sdc_sim.yaml_document import packaged_config
 
 # Layers from the lowest to the highest: brightness as a share of that of paint, share of grass
 # 0..255, and how far they reach beyond a lane [m].
@@ -21,14 +22,9 @@ _LONGEST_M = 20.0
 _TOLERANCE_M = 0.004
 _DOUBLE_M = 0.14  # from the middle of a double line to each of its lines
 _STRIPE_M, _STRIPE_PERIOD_M = 0.5, 1.0
-# Arrows by SUMO's direction: strips along x with half their width, and whether one is a point.
-_SIDE = (((0.0, 0.0), (1.5, 0.0), 0.07, False), ((1.45, 0.0), (2.2, 0.55), 0.07, False))
-_LEFT = (*_SIDE, ((2.1, 0.47), (2.75, 0.95), 0.32, True))
-_ARROWS = {
-    "s": (((0.0, 0.0), (2.6, 0.0), 0.07, False), ((2.5, 0.0), (3.8, 0.0), 0.3, True)),
-    "l": _LEFT,
-    "r": tuple(((*a[:1], -a[1]), (*b[:1], -b[1]), half, head) for a, b, half, head in _LEFT),
-}
+# Strips along x by SUMO's direction.
+_ARROWS = dict(packaged_config("signs")["arrows"])
+_ARROWS["r"] = [((a, -b), (c, -d), *rest) for (a, b), (c, d), *rest in _ARROWS["l"]]
 _ARROW_END_M = 9.0
 _ZIGZAG_M = 2.0
 _STOP_LINE_M, _TOOTH_M, _TOOTH_PERIOD_M = 0.4, 0.5, 0.8

@@ -6,23 +6,12 @@ import numpy as np
 
 from sdc_sim.camera.rasterizer import Solid
 from sdc_sim.road.scenery import PRIORITY_SIGN, STOP_SIGN, YIELD_SIGN, Scenery
+from sdc_sim.yaml_document import packaged_config
 
 _RED, _WHITE, _BLACK, _YELLOW = (30, 20, 190), (235, 235, 235), (25, 25, 25), (20, 190, 245)
 _GREY, _BACK = (120, 120, 120), (105, 105, 105)
 _PLATE_M, _POLE_M = 0.65, 0.08  # width of a plate and of its pole
-# Strokes of a digit like those of a calculator: clockwise from the top, middle, and upright.
-_DIGITS = ("abcdef", "h", "abged", "abgcd", "fgbc", "afgcd", "afgedc", "abc", "abcdefg", "abcdfg")
-_STROKES = {
-    "a": (-1, 2, 1, 2),
-    "b": (1, 2, 1, 0),
-    "c": (1, 0, 1, -2),
-    "d": (-1, -2, 1, -2),
-    "e": (-1, -2, -1, 0),
-    "f": (-1, 0, -1, 2),
-    "g": (-1, 0, 1, 0),
-    "h": (0, -2, 0, 2),
-}
-_STOP_STROKES = ("afgcd", "ah", "abcdef", "efabg")
+_PAINT = packaged_config("signs")
 
 
 def sign(scenery: Scenery, item: int) -> Solid:
@@ -51,7 +40,7 @@ def sign(scenery: Scenery, item: int) -> Solid:
 def _plate(number: int) -> list[tuple]:
     """Return outlines on a plate of -1..1, counter-clockwise, and their colours, back to front."""
     if number == STOP_SIGN:
-        text = _text(_STOP_STROKES, 0.3, 0.15)
+        text = _text(_PAINT["stop"], 0.3, 0.15)
         return [(_ring(8, 1.0), _WHITE), (_ring(8, 0.92), _RED), *((one, _WHITE) for one in text)]
     if number == YIELD_SIGN:
         triangle = np.array([(0.0, -1.0), (1.0, 0.75), (-1.0, 0.75)])
@@ -59,7 +48,7 @@ def _plate(number: int) -> list[tuple]:
     if number == PRIORITY_SIGN:
         diamond = np.array([(0.0, -1.0), (1.0, 0.0), (0.0, 1.0), (-1.0, 0.0)])
         return [(diamond, _BLACK), (0.95 * diamond, _WHITE), (0.7 * diamond, _YELLOW)]
-    digits = [_DIGITS[int(one)] for one in str(number)]
+    digits = [_PAINT["digits"][int(one)] for one in str(number)]
     text = _text(digits, 0.3 if len(digits) > 2 else 0.42, 0.22)
     return [(_ring(16, 1.0), _RED), (_ring(16, 0.78), _WHITE), *((one, _BLACK) for one in text)]
 
@@ -75,7 +64,7 @@ def _text(characters: list | tuple, width: float, height: float) -> list[np.ndar
     for place, strokes in enumerate(characters):
         middle = 1.35 * width * (place - 0.5 * (len(characters) - 1))
         for stroke in strokes:
-            x0, y0, x1, y1 = _STROKES[stroke] * np.array([0.45 * width, height] * 2)
+            x0, y0, x1, y1 = _PAINT["strokes"][stroke] * np.array([0.45 * width, height] * 2)
             thick = 0.06 * width + 0.02
             low = np.minimum((x0, y0), (x1, y1)) - thick
             high = np.maximum((x0, y0), (x1, y1)) + thick
