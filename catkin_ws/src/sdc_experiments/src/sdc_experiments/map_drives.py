@@ -1,8 +1,8 @@
 """Drive between random places of a map: python3 -m sdc_experiments.map_drives MAP [COUNT [OTHERS]].
 
 Prints the time to load the map, and of COUNT drives (100) with the seeds 0, 1, ...: how many are
-complete, the greatest errors, and a sum of all traces, which is the same in each run; among OTHERS
-road users also how the drives ended, and the processor time of a tick. With the name
+complete, the greatest errors, a sum of all traces, which is the same in each run, and how the
+drives ended with which infractions; among OTHERS road users also the time of a tick. With the name
 `grid` for MAP it searches COUNT ways over a grid of 10,000 lanes instead, and prints the time.
 """
 
@@ -102,11 +102,11 @@ def main() -> None:
         f"{max(one['off_lane_percent'] for one in metrics):.1f} %; traces "
         f"{hashlib.sha256(''.join(trace for _, trace in found).encode()).hexdigest()[:16]}"
     )
+    ends = Counter(one["status"] for one in metrics)
+    for one in metrics:
+        ends.update(one["infractions"])
+    print(", ".join(f"{count} {end}" for end, count in ends.items() if count))
     if traffic:
-        ends = Counter(one["status"] for one in metrics)
-        for one in metrics:
-            ends.update(one["infractions"])
-        print(", ".join(f"{count} {end}" for end, count in ends.items() if count))
         print(f"a tick takes {np.median([one['tick_ms'] for one in metrics]):.2f} ms (median)")
 
 
