@@ -31,6 +31,7 @@ WITHOUT_UNITS = {
     "report_page",
     "rviz_car",
     "scoring",
+    "signs",
     "topics",
 }
 ALL = [(package, node) for package, nodes in NODES.items() for node in nodes]

@@ -93,7 +93,7 @@ def _near_stretch(
         (one.x_m, one.y_m, one.yaw_rad, one.speed_mps, one.length_m + one.width_m + beside_m)
         for one in obstacles
     ]
-    x, y, yaw, speed, free_m = np.array(rows).T[:, :, None]
+    x, y, yaw, speed, free_m = np.array(rows).reshape(-1, 5).T[:, :, None]
     travel_m = speed * _PREDICTION_TIMES_S
     near = (np.hypot(x - x_m, y - y_m) < horizon_m + travel_m[:, -1:] + free_m)[:, 0]
     first, last = np.searchsorted(route.s, (from_s_m - LONGEST_STEP_M, from_s_m + horizon_m))

@@ -145,9 +145,10 @@ def _converted(path: str) -> str:
         os.mkdir(made)
         files = [os.path.join(made, name) for name in ("map.net.xml", "map.poly.xml")]
         command = [program, "--opendrive-files", source, "-o", files[0], "--polygon-output"]
-        done = subprocess.run(
-            [*command, files[1], *OPTIONS], capture_output=True, text=True, check=False
-        )
+        command += [files[1], *OPTIONS]
+        # The data of another version of SUMO, or of libsumo in this process, are not its own.
+        own = {name: value for name, value in os.environ.items() if name != "SUMO_HOME"}
+        done = subprocess.run(command, capture_output=True, text=True, check=False, env=own)
         if done.returncode or not os.path.exists(files[0]):
             lines = [line for line in done.stderr.splitlines() if line.startswith("Error")]
             raise MapError(f"{path}: netconvert cannot read it: {'; '.join(lines) or done.stderr}")
