@@ -6,17 +6,19 @@ import pytest
 from matplotlib.figure import Figure
 from matplotlib.image import imread
 from referee_rules import RULES
+from street_maps import needs_maps, town
 
 from sdc_sim.evaluation.drive_evaluation import COLUMNS
 from sdc_sim.evaluation.evaluator import Evaluator
+from sdc_sim.evaluation.metrics import COEFFICIENTS
 from sdc_sim.report.html_page import MEANINGS, write_html
 from sdc_sim.report.plots import PANELS, write_png
 
 pytestmark = pytest.mark.slow(12)
 
 
-def driven(ticks, commands=True):
-    evaluator = Evaluator(RULES)
+def driven(ticks, commands=True, rules=RULES):
+    evaluator = Evaluator(rules)
     angle = np.linspace(0.0, 1.5, 80)
     evaluator.set_route(np.column_stack([60.0 * np.sin(angle), 60.0 - 60.0 * np.cos(angle)]))
     for tick in range(ticks):
@@ -123,3 +125,15 @@ def test_panels_show_the_drive_with_its_signs(title, line, value):
     axes = Figure().add_subplot()
     PANELS[title][1](axes, result, dict(zip(COLUMNS, result.rows.T)))
     np.testing.assert_allclose(axes.lines[line].get_ydata(), value, rtol=0.2)
+
+
+@needs_maps
+def test_drive_on_a_map_shows_its_lanes_and_names_every_infraction(tmp_path):
+    plain = page_of(driven(40).result(), tmp_path)
+    evaluator = driven(40, rules=RULES._replace(map=town(tmp_path)))
+    for name in COEFFICIENTS:
+        evaluator.drive.progress.add_infraction(name)
+    page = page_of(evaluator.result(), tmp_path)
+    assert page.count("<path") > plain.count("<path") + 30
+    for text in ("near miss", "speeding", "took the right of way", "blocked a junction"):
+        assert text in page

@@ -18,6 +18,7 @@ from matplotlib.patheffects import withStroke
 from sdc_sim.evaluation.drive_evaluation import COLUMNS, DriveEvaluation
 from sdc_sim.evaluation.metrics import accelerations
 from sdc_sim.evaluation.route_progress import COMPLETED
+from sdc_sim.road.network_file import load_network
 from sdc_sim.yaml_document import packaged_config
 
 # The colours are dark enough for a wall and differ for people with colour blindness.
@@ -88,6 +89,9 @@ def draw_map(axes: Axes, result: DriveEvaluation) -> None:
     """Draw the route, the driven line coloured by its cross-track error, and the infractions."""
     route, progress = result.progress.route.points, result.progress
     road = np.vstack([route[:: len(route) // _MAX_ROAD_POINTS + 1], route[-1]]).T
+    if progress.rules.map:
+        lanes = [lane.points_m for lane in load_network(progress.rules.map).driving]
+        axes.add_collection(LineCollection(lanes, color=ROAD, linewidth=2), autolim=False)
     round_ends = {"solid_capstyle": "round", "solid_joinstyle": "round"}
     axes.plot(*road, color=ROAD, linewidth=12, zorder=1, **round_ends)
     axes.plot(*road, color="white", linewidth=1, dashes=(4, 4), zorder=2)
