@@ -14,7 +14,7 @@ from sdc_sim.evaluation.rules import EvaluationRules
 from sdc_sim.physics.traffic_lights import LANE_WIDTH_M, TrafficLightPlan, light_states
 from sdc_sim.simulation.loop import Driver
 from sdc_sim.simulation.simulation import Simulation
-from sdc_sim.simulation.snapshot import Snapshot
+from sdc_sim.simulation.snapshot import Snapshot, detected
 
 
 class DriveRecorder:
@@ -43,11 +43,7 @@ class DriveRecorder:
             states = [(light.id, light.state) for light in snapshot.traffic_lights]
             evaluator.add("lights", stamp_ns, states)
         if evaluator.rules.map:
-            rows = [
-                (one.id, one.x_m, one.y_m, yaw_as_sent(one.yaw_rad), one.length_m, one.width_m)
-                + (float(np.float32(one.speed_mps)),)
-                for one in snapshot.obstacles
-            ]
+            rows = [(one.id, *vars(detected(one)).values()) for one in snapshot.obstacles]
             evaluator.add("others", stamp_ns, rows)
         kinds = {one.id: one.kind for one in snapshot.obstacles} if snapshot.collisions else {}
         for collision in snapshot.collisions:

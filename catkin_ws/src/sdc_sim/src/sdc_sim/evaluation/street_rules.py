@@ -14,7 +14,7 @@ from typing import Iterator, NamedTuple, Sequence
 
 from sdc_sim.evaluation.route_progress import DriveSample
 from sdc_sim.physics.collision import Rectangle, overlap
-from sdc_sim.road.network import STOP, Connection, LanePlace, Network
+from sdc_sim.road.network import STOP, Connection, LanePlace, Network, edge_of
 
 NEAR_MISS, RIGHT_OF_WAY, STOP_SIGN = "near_miss", "right_of_way", "stop"
 WRONG_LANE, SPEEDING, BLOCKING = "wrong_lane", "speeding", "blocking"
@@ -114,7 +114,7 @@ class StreetRules:
         time_s, x_m, y_m, yaw_rad, speed_mps, *_ = sample
         body = Rectangle(x_m, y_m, yaw_rad, 2.0 * self._front_m, _CAR_WIDTH_M)
         car = RoadUser(0, body, speed_mps)
-        found = [NEAR_MISS for one in others if self._is_near_miss(time_s, car, one)]
+        found = [NEAR_MISS] * self._near_misses(time_s, car, others)
         self._remember(time_s, [car, *others])
         c, s = math.cos(yaw_rad), math.sin(yaw_rad)
         front_m = x_m + self._front_m * c, y_m + self._front_m * s
@@ -137,12 +137,15 @@ class StreetRules:
         yield SPEEDING, car.speed_mps > limit_mps + _TOLERANCE_MPS
         in_junction = bool(lane and lane.junction)
         yield BLOCKING, in_junction and car.speed_mps < _STOPPED_MPS
-        nearest = self._network.nearest(*car.body[:2], within_m=_LANE_M)
-        against = False
-        if nearest and not self._network.lanes[nearest.lane].junction:
-            along = self._network.lanes[nearest.lane].heading_at(nearest.s_m)
-            against = abs(math.remainder(car.body.yaw_rad - along, 2.0 * math.pi)) > _AGAINST_RAD
-        yield WRONG_LANE, against and car.speed_mps > _MOVING_MPS
+        yield WRONG_LANE, car.speed_mps > _MOVING_MPS and self._is_against_its_lane(car.body)
+
+    def _is_against_its_lane(self, body: Rectangle) -> bool:
+        place = self._network.nearest(body.x_m, body.y_m, within_m=_LANE_M)
+        if place is None or self._network.lanes[place.lane].junction:
+            return False
+        lane = self._network.lanes[place.lane]
+        turned = math.remainder(body.yaw_rad - lane.heading_at(place.s_m), 2.0 * math.pi)
+        return abs(turned) > _AGAINST_RAD
 
     def _at_junctions(
         self, car: RoadUser, place: LanePlace | None, others: Sequence[RoadUser]
@@ -163,12 +166,12 @@ class StreetRules:
             places = [self._network.nearest(*one.body[:3], _LANE_M) for one in near]
             arriving = [(one, at) for one, at in zip(near, places) if at]
             self._taken = {
-                _edge(way.end)
+                edge_of(way.end)
                 for way, first in ways
                 if any(self._arrives(*one, way) for one in arriving for way in first)
             }
         elif not in_junction:
-            if lanes[last.lane].junction and _edge(place.lane) in self._taken:
+            if lanes[last.lane].junction and edge_of(place.lane) in self._taken:
                 found.append(RIGHT_OF_WAY)
             self._entered, self._taken = "", set()
         if place.lane != last.lane:
@@ -184,19 +187,22 @@ class StreetRules:
         left_m = self._network.lanes[at.lane].length_m - at.s_m - 0.5 * one.body.length_m
         return left_m < _ARRIVES_S * one.speed_mps
 
-    def _is_near_miss(self, time_s: float, car: RoadUser, one: RoadUser) -> bool:
+    def _near_misses(self, time_s: float, car: RoadUser, others: Sequence[RoadUser]) -> int:
+        """Return with how many road users a near miss begins."""
+        near = [one for one in others if self._is_within_reach(car, one)]
+        ahead, begun = list(self._way_ahead(car)) if near else [], 0
+        for one in near:
+            meet = any(map(overlap, ahead, self._way_ahead(one)))
+            if meet or self._have_crossed(car, one):
+                begun += time_s - self._seen_s.get(one.id, -math.inf) > _AGAIN_S
+                self._seen_s[one.id] = time_s
+        return begun
+
+    def _is_within_reach(self, car: RoadUser, one: RoadUser) -> bool:
         mine, other = car.body, one.body
         distance_m = math.hypot(other.x_m - mine.x_m, other.y_m - mine.y_m)
         reach_m = mine.length_m + other.length_m + _NEAR_S * (car.speed_mps + one.speed_mps)
-        if distance_m > reach_m or not (self._will_meet(car, one) or self._have_crossed(car, one)):
-            return False
-        seen_s = self._seen_s.get(one.id, -math.inf)
-        self._seen_s[one.id] = time_s
-        return time_s - seen_s > _AGAIN_S
-
-    def _will_meet(self, car: RoadUser, one: RoadUser) -> bool:
-        ways = zip(self._way_ahead(car), self._way_ahead(one))
-        return any(overlap(mine, other) for mine, other in ways)
+        return distance_m <= reach_m
 
     def _way_ahead(self, one: RoadUser) -> Iterator[Rectangle]:
         """Yield the outlines of the next second at constant speed and turn rate."""
@@ -231,7 +237,3 @@ class StreetRules:
             while time_s - trail[0][0] > _NEAR_S:
                 trail.popleft()
         self._trails = trails
-
-
-def _edge(lane: str) -> str:
-    return lane.rpartition("_")[0]

@@ -221,6 +221,11 @@ class Network:
                 yield np.array([end - left, end + left]), kind
 
 
+def edge_of(lane: str) -> str:
+    """Return the edge, as SUMO calls the lanes beside one another, of the lane with this id."""
+    return lane.rpartition("_")[0]
+
+
 def left_normals(points_m: np.ndarray) -> np.ndarray:
     """Return unit vectors (N, 2) to the left of a line at its points (N, 2)."""
     steps = np.diff(points_m, axis=0)

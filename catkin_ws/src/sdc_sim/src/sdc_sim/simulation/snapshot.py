@@ -43,12 +43,13 @@ class Snapshot(NamedTuple):
             measured.y_m,
             yaw_as_sent(measured.yaw_rad),
             math.hypot(measured.speed_mps, measured.lateral_speed_mps),
-            tuple(map(_detected, self.obstacles)),
+            tuple(map(detected, self.obstacles)),
             {light.id: light.state for light in self.traffic_lights},
             self.readings,
         )
 
 
-def _detected(one: ObstacleState) -> DetectedObstacle:
+def detected(one: ObstacleState) -> DetectedObstacle:
+    """Return what the software of the car receives of an obstacle, rounded as in the messages."""
     yaw, speed = yaw_as_sent(one.yaw_rad), float(np.float32(one.speed_mps))
     return DetectedObstacle(one.x_m, one.y_m, yaw, one.length_m, one.width_m, speed)

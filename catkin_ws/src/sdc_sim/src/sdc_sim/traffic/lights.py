@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, Callable, Iterator
 
 from sdc_sim.physics.traffic_lights import TrafficLightPlan
-from sdc_sim.road.network import Junction, Network
+from sdc_sim.road.network import Junction, Network, edge_of
 from sdc_sim.road.network_file import load_network
 
 # By the letters of SUMO; the first of the colours is the most restrictive one.
@@ -41,7 +41,7 @@ def _lights(network: Network, junction: Junction) -> Iterator[TrafficLightPlan]:
         if "green" not in [colour for colour, _ in phases]:  # its ways are open one after another
             phases = _phases(junction, of_lane, max)
         (x_m, y_m), heading = lane.points_m[-1].tolist(), lane.heading_at(lane.length_m)
-        beside = rows.setdefault(name.rpartition("_")[0], [])
+        beside = rows.setdefault(edge_of(name), [])
         if phases not in beside:
             beside.append(phases)
         right_m = 0.5 * lane.width_m + _BESIDE_M + _APART_M * beside.index(phases)

@@ -15,8 +15,10 @@ from typing import AbstractSet, Any, Iterable, Iterator, NamedTuple
 
 import numpy as np
 
+from sdc_common.geometry.road_line import arc_lengths
 from sdc_sim.physics.collision import Rectangle
 from sdc_sim.physics.obstacles import FIRST_TRAFFIC_ID, ObstacleState
+from sdc_sim.road.network import edge_of
 from sdc_sim.road.network_file import network_path
 from sdc_sim.yaml_document import DocumentError, config_path
 
@@ -27,7 +29,7 @@ _PEDESTRIAN = "pedestrian"
 # allow it.
 _NEAR_M, _FAR_M, _CLEAR_M, _SIGHT_M = 300.0, 500.0, 40.0, 100.0
 # A route ends at a dead end, or after so many edges; a pedestrian walks to so many places.
-_ROUTE_EDGES, _PLACES, _TRIES = 80, 4, 8
+_ROUTE_EDGES, _PLACES = 80, 4
 _SHORTEST_EDGE_M = 15.0
 _MISSION_STEP_M = 4.0
 # Our car is on its route within this distance; off it, others expect it on so many edges.
@@ -135,11 +137,6 @@ class SumoTraffic:
         self._held = blocked
         return self._step(ego, speed_mps, braking)
 
-    def light_letters(self, name: str) -> str:
-        """Return the states of the lights of a junction, a letter each."""
-        letters: str = self._sumo.trafficlight.getRedYellowGreenState(name)
-        return letters
-
     def _start(self) -> None:
         SumoTraffic._current = self
         try:
@@ -172,10 +169,10 @@ class SumoTraffic:
         place = {}
         for name in names:
             if name in usable:
-                edge, shape = name.rpartition("_")[0], lanes.getShape(name)
+                edge, shape = edge_of(name), lanes.getShape(name)
                 place[edge] = (*shape[len(shape) // 2], lanes.getLength(name))
                 ways = [link for link in lanes.getLinks(name) if link[0] in usable]
-                after = {link[0].rpartition("_")[0]: link[6] for link in ways}
+                after = {edge_of(link[0]): link[6] for link in ways}
                 following.setdefault(edge, {}).update(after)
         edges = [edge for edge, (_, _, length_m) in place.items() if length_m > _SHORTEST_EDGE_M]
         places = np.array([place[edge] for edge in edges]).reshape(-1, 3)
@@ -194,7 +191,7 @@ class SumoTraffic:
 
     def _edges_along(self, points_m: np.ndarray) -> Iterator[str]:
         """Return the edges along a way, in order."""
-        s_m = np.append(0.0, np.cumsum(np.hypot(*np.diff(points_m, axis=0).T)))
+        s_m = arc_lengths(points_m)
         last = ""
         for row in np.unique(s_m // _MISSION_STEP_M, return_index=True)[1]:
             x, y = points_m[row].tolist()
