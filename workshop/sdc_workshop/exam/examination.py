@@ -129,11 +129,9 @@ class Examination:
             return {other.id: answer for other in together}
 
     def _drive(self, drive: Step) -> Answer:
-        steps = [
-            step
-            for step in load_steps(drive.lab)
-            if step.id != drive.id and not step.id.startswith(_NOT_FOR_THE_DRIVE)
-        ]
+        lesson = load_steps(drive.lab)
+        before = lesson[: lesson.index(drive)]
+        steps = [step for step in before if not step.id.startswith(_NOT_FOR_THE_DRIVE)]
         unwritten = [step.id for step in steps if not self._is_written(step)]
         if unwritten:
             more = " and more" if len(unwritten) > 3 else ""
