@@ -31,6 +31,8 @@ class Sim:
         self.answers = self.commands.answers
         self.topics = SimulationTopics(setup)
         self.starting = True
+        self.failure = None
+        self.observed_s = 0.0  # wall time of the last observation
         self.picture_due = False
         if setup.values.services:
             SimulationServices(self.lock, setup, self.pause, self.on_pause, self.on_change)
@@ -43,15 +45,32 @@ class Sim:
             self.next_tick_s = time.monotonic()
             self.answers.expect()  # An earlier command answers nothing.
             self.publish()
+            if self.lockstep:
+                self.lock.proceed = self.proceed
             while not rospy.is_shutdown():
                 if self.lockstep:
                     self.wait_for_answer()
                 else:
                     self.wait_for_clock()
-                if self.pause.take():
-                    self.simulation.step()
-                    self.answers.expect()
-                    self.publish()
+                if self.failure:
+                    raise self.failure
+                self.advance()
+
+    def advance(self):
+        if self.pause.take():
+            self.simulation.step()
+            self.answers.expect()
+            self.publish()
+
+    def proceed(self):
+        """Take the next tick, in the thread of the callback that received the answer."""
+        if self.starting or self.failure or not self.is_answered():
+            return False
+        try:
+            self.advance()
+        except Exception as error:  # noqa: BLE001  The loop raises it, which ends the node.
+            self.failure = error
+        return not self.failure
 
     def wait_for_connections(self):
         limit_s, started_s = self.values.start_patience_s, time.monotonic()
@@ -72,9 +91,11 @@ class Sim:
     def wait_for_answer(self):
         """Wait until a command answers the last observation, or until the timeout."""
         while not rospy.is_shutdown():
-            if self.lock.wait_until(self.timeout_s(), self.is_answered):
+            if self.lock.wait_until(self.time_left_s(), self.is_answered) or self.failure:
                 break
             if self.pause.waiting:
+                self.observed_s = time.monotonic()
+            if self.time_left_s() > 0.0:
                 continue
             if not self.starting or time.monotonic() > self.start_deadline_s:
                 self.commands.give_up()
@@ -82,13 +103,14 @@ class Sim:
             rospy.loginfo_once(f"sim: waiting for a command on {self.commands.topic}")
             self.topics.publish()  # for a node that could not use the first odometry yet
             self.topics.publish_picture(again=True)
+            self.observed_s = time.monotonic()
         self.starting = False
 
-    def timeout_s(self):
-        if self.starting:
-            return REPEAT_AFTER_S
-        values = self.values
-        return values.patience_s if self.answers.by_stamp else values.unstamped_patience_s
+    def time_left_s(self):
+        values, limit_s = self.values, REPEAT_AFTER_S
+        if not self.starting:
+            limit_s = values.patience_s if self.answers.by_stamp else values.unstamped_patience_s
+        return self.observed_s + limit_s - time.monotonic()
 
     def is_answered(self):
         return self.answers.answered and not self.pause.waiting
@@ -104,6 +126,7 @@ class Sim:
         self.lock.wait_until(self.next_tick_s - time.monotonic())
 
     def publish(self):
+        self.observed_s = time.monotonic()
         self.topics.publish()
         if self.lockstep:
             self.topics.publish_picture()

@@ -15,15 +15,22 @@ class LoopLock(threading.Condition):
     The loop holds the lock (`with`) except in `wait_until`.
     """
 
+    def __init__(self) -> None:
+        super().__init__()
+        # Does the work of the loop in the callback's thread, and returns whether it did. To wake
+        # the loop's thread takes a tenth of a tick.
+        self.proceed: Callable[[], bool] = lambda: False
+
     def guarded(self, function: Callable) -> Callable:
-        """Return a callback that calls this function while the loop waits, and wakes it up."""
+        """Return a callback that calls this function while the loop waits, and continues it."""
 
         def call(*arguments: Any) -> Any:
             with self:
                 try:
                     return function(*arguments)
                 finally:
-                    self.notify_all()
+                    if not self.proceed():
+                        self.notify_all()
 
         return call
 
