@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -34,17 +35,17 @@ class CameraModel:
                 "use an even width and at least 16 x 16"
             )
 
-    @property
+    @cached_property
     def focal_px(self) -> float:
         """Return the focal length fx = fy [px]."""
         return float(self.width / (2.0 * np.tan(self.fov_rad / 2.0)))
 
-    @property
+    @cached_property
     def horizon_px(self) -> float:
         """Return the row of the horizon, with its fraction [px]."""
         return self.height / 2.0 - self.focal_px * np.tan(self.pitch_rad)
 
-    @property
+    @cached_property
     def first_ground_row(self) -> int:
         """Return the first row that shows more ground than sky."""
         return min(max(0, math.floor(self.horizon_px + 0.5)), self.height - 1)
