@@ -1,0 +1,174 @@
+"""Scans of the roof's lidar in random places, and how well a function finds what is there.
+
+python3 -m sdc_perception.lidar_scenes [SEED ...] prints it for your find_clusters.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from types import SimpleNamespace
+from typing import Any, Callable, NamedTuple
+
+import numpy as np
+
+from sdc_perception.lidar_clusters import CAR, OTHER, PEDESTRIAN, REACH_M, find_clusters
+from sdc_sim.physics.obstacles import ObstaclePlan, ObstacleState, SimulatedObstacle
+from sdc_sim.road.random_routes import random_route
+from sdc_sim.road.road import Road
+from sdc_sim.road.scenery import Scenery
+from sdc_sim.sensors.lidar import RoofLidar
+from sdc_sim.sensors.model import Moment, SensorContext, sensor_settings
+
+SCANS = 8
+# A body counts as visible with so many points.
+_VISIBLE = 8
+# A cluster is that of a body when its centre is in the body's outline, or so far from it.
+_NEAR_M = 0.5
+# A body near the end of the reach may be found or not.
+_MARGIN_M = 3.0
+_NOTHING = Scenery(
+    np.zeros(0, int), np.zeros((0, 2)), np.zeros(0), np.zeros((0, 3)), np.zeros(0, int)
+)
+
+
+class Scan(NamedTuple):
+    """A scan and the truth."""
+
+    points_m: np.ndarray  # (N, 3) in the frame of the lidar
+    bodies: list  # ObstacleState of each car and pedestrian near the lidar, in its frame
+
+
+def scans(seed: int, count: int = SCANS) -> list[Scan]:
+    """Return random scans on a random road between trees and houses, of a car that pitches."""
+    random = np.random.default_rng(seed)
+    road = Road(random_route(seed % 1000)[0])
+    lidar = _lidar(road.scenery())
+    return [_random_scan(road, lidar, random, tick) for tick in range(count)]
+
+
+def empty_road(*bodies: tuple, pitch_rad: float = 0.0, rain: int = 0) -> np.ndarray:
+    """Return a scan (N, 3) of bodies, (kind, x, y, yaw) each, on a road without scenery."""
+    table = [_body(*one) for one in bodies]
+    points = _points(_lidar(_NOTHING), (0.0, 0.0, 0.0), table, 1)
+    return _weathered(points, pitch_rad, rain, np.random.default_rng(1))
+
+
+def _lidar(scenery: Scenery) -> Any:
+    settings = sensor_settings("lidar", {"period_s": 0.1, "range_m": 60.0, "noise_m": 0.02})
+    parameters: Any = None
+    return RoofLidar(settings, SensorContext(1, 3, 0.1, parameters, None, lambda: scenery))
+
+
+def _body(kind: str, x_m: float, y_m: float, yaw_rad: float) -> ObstacleState:
+    return SimulatedObstacle(1, ObstaclePlan.stationary(kind, x_m, y_m, yaw_rad)).body
+
+
+def _points(lidar: Any, pose: tuple, bodies: list, tick: int) -> np.ndarray:
+    state: Any = SimpleNamespace(**dict(zip(("x_m", "y_m", "yaw_rad"), pose)))
+    return lidar.read(Moment(0.0, state, bodies), tick)[:, :3].astype(float)
+
+
+def _weathered(
+    points_m: np.ndarray, pitch_rad: float, rain: int, random: np.random.Generator
+) -> np.ndarray:
+    """Return a scan with drops of rain, of a car that pitches."""
+    drops = random.uniform((-20.0, -20.0, -1.5), (20.0, 20.0, 1.0), (rain, 3))
+    c, s = math.cos(pitch_rad), math.sin(pitch_rad)
+    turn = np.array([[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]])
+    return np.vstack([points_m, drops]) @ turn
+
+
+def _random_scan(road: Road, lidar: Any, random: np.random.Generator, tick: int) -> Scan:
+    s_m = random.uniform(5.0, road.length_m - 30.0)
+    pose = _place(road, s_m, 0.0)
+    bodies: list[ObstacleState] = []
+    for kind in (CAR, CAR, CAR, PEDESTRIAN, PEDESTRIAN, PEDESTRIAN):
+        left = random.choice((0.0, 3.5)) if kind == CAR else random.uniform(-3.0, 6.5)
+        ahead = random.uniform(6.0, 22.0)
+        x, y, yaw = _place(road, s_m + ahead, left + random.normal(0.0, 0.2))
+        apart = (math.dist((x, y), (one.x_m, one.y_m)) for one in bodies)
+        if min(apart, default=9.0) > (5.5 if kind == CAR else 3.8):
+            bodies.append(_body(kind, x, y, yaw + random.normal(0.0, 0.15)))
+    points = _points(lidar, pose, bodies, tick)
+    seen = [_in_frame(one, *pose) for one in bodies]
+    visible = [
+        one
+        for one in seen
+        if math.hypot(one.x_m, one.y_m) < REACH_M - _MARGIN_M
+        and np.sum(_inside(one, points, 0.1)) >= _VISIBLE
+    ]
+    pitch_rad = math.radians(random.uniform(-2.0, 2.0))
+    return Scan(_weathered(points, pitch_rad, 15, random), visible)
+
+
+def _place(road: Road, s_m: float, left_m: float) -> tuple[float, float, float]:
+    points, left = road.at(np.array([s_m]))
+    x, y = points[0] + left_m * left[0]
+    return float(x), float(y), math.atan2(-left[0, 0], left[0, 1])
+
+
+def _in_frame(body: ObstacleState, x: float, y: float, yaw: float) -> ObstacleState:
+    c, s = math.cos(yaw), math.sin(yaw)
+    dx, dy = body.x_m - x, body.y_m - y
+    return body._replace(x_m=c * dx + s * dy, y_m=c * dy - s * dx, yaw_rad=body.yaw_rad - yaw)
+
+
+def _inside(body: ObstacleState, points_m: np.ndarray, more_m: float) -> np.ndarray:
+    """Return which points (N,) are in the outline of a body and above the ground."""
+    c, s = math.cos(body.yaw_rad), math.sin(body.yaw_rad)
+    dx, dy = points_m[:, 0] - body.x_m, points_m[:, 1] - body.y_m
+    ahead, left = np.abs(c * dx + s * dy), np.abs(c * dy - s * dx)
+    return (
+        (ahead < 0.5 * body.length_m + more_m)
+        & (left < 0.5 * body.width_m + more_m)
+        & (points_m[:, 2] > -2.2)
+    )
+
+
+class Score(NamedTuple):
+    """How well cars and pedestrians were found in some scans."""
+
+    found: int  # bodies with a cluster of their label
+    bodies: int  # visible bodies
+    clusters: int  # clusters with the label of a car or a pedestrian that are right, or near
+    right: int  # of these, those that belong to a body of their kind
+
+    @property
+    def recall(self) -> float:
+        """Share of the bodies that were found."""
+        return self.found / max(self.bodies, 1)
+
+    @property
+    def precision(self) -> float:
+        """Share of the clusters that are right."""
+        return self.right / max(self.clusters, 1)
+
+
+def score(find: Callable[[np.ndarray], list], examples: list[Scan]) -> Score:
+    """Return how well a function finds the bodies of some scans."""
+    total = np.zeros(4, int)
+    for points, bodies in examples:
+        clusters = [one for one in find(points.copy()) if one.label != OTHER]
+        at = np.array([[one.x_m, one.y_m, 0.0] for one in clusters]).reshape(-1, 3)
+        labels = np.array([one.label for one in clusters], str)
+        hits = [_inside(body, at, _NEAR_M) & (labels == body.kind) for body in bodies]
+        right = np.any(hits, axis=0) if hits else np.zeros(len(at), bool)
+        near = np.hypot(at[:, 0], at[:, 1]) < REACH_M - 2.0 * _MARGIN_M
+        found = sum(bool(one.any()) for one in hits)
+        total += (found, len(bodies), int(np.sum(right | near)), int(right.sum()))
+    return Score(*total.tolist())
+
+
+def main() -> None:
+    """Print a line for each seed."""
+    for seed in map(int, sys.argv[1:] or ("1", "2", "3")):
+        one = score(find_clusters, scans(seed))
+        print(
+            f"road {seed}: {one.found} of {one.bodies} found, recall {one.recall:.2f}; "
+            f"{one.right} of {one.clusters} clusters right, precision {one.precision:.2f}"
+        )
+
+
+if __name__ == "__main__":
+    main()
