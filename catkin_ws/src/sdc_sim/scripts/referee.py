@@ -21,7 +21,14 @@ from sdc_sim.evaluation.route_progress import COMPLETED
 from sdc_sim.evaluation.rules import EvaluationRules
 from sdc_sim.report.camera_snapshots import CameraSnapshots
 from sdc_sim.report.console_progress import ConsoleProgress, closing_line
-from sdc_sim.report.writer import ReportError, open_report, write_pages, write_report
+from sdc_sim.report.writer import (
+    PARAMETERS,
+    ReportError,
+    companion,
+    open_report,
+    write_pages,
+    write_report,
+)
 from sdc_sim.ros.bridge_versions import BRIDGE_VERSIONS
 from sdc_sim.ros.connections import Connections
 from sdc_sim.ros.evaluator_input import PATH_TOPIC, ROUTE_TOPIC, EvaluatorInput
@@ -94,6 +101,10 @@ class Referee:
                 ", ".join(assumed),
             )
         self.rules_publisher.publish(json.dumps(rules._asdict()))
+        path = companion(self.report_path, PARAMETERS)
+        # A full disk must not end the drive.
+        with contextlib.suppress(OSError), open(path, "w", encoding="utf-8") as file:
+            json.dump(rospy.get_param("/"), file, indent=1, default=str)
 
     def on_write_failure(self, error):
         self.progress.print_line(

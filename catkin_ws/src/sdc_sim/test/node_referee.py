@@ -163,7 +163,8 @@ class RefereeTest(unittest.TestCase):
         self.assertAlmostEqual(report["heading_rms_rad"], 0.5, places=6)
         self.assertIn("planned_speed_mps", report["assumed_limits"])
         self.assertIn("/local_planner has no parameter planned_speed_mps", self.log())
-        self.assertEqual(sorted(os.listdir(self.folder)), ["report.csv", "report.json"])
+        names = ["report.csv", "report.json", "report.parameters.json"]
+        self.assertEqual(sorted(os.listdir(self.folder)), names)
 
     def test_removed_folder_does_not_end_the_drive(self):
         process = self.start()
@@ -199,7 +200,7 @@ class RefereeTest(unittest.TestCase):
         self.assertAlmostEqual(report["driving_score"], 0.5 * report["route_completion_percent"])
         self.assertEqual(
             sorted(os.listdir(self.folder)),
-            ["report.csv", "report.html", "report.json", "report.png"],
+            ["report.csv", "report.html", "report.json", "report.parameters.json", "report.png"],
         )
         with open(os.path.join(self.folder, "report.html"), encoding="utf-8") as file:
             self.assertIn("data:image/jpeg", file.read())

@@ -14,6 +14,7 @@ from sdc_sim.evaluation.evaluator import evaluate_events
 from sdc_sim.evaluation.event_file import EventFile, read_events
 
 EVENTS = ".events.jsonl"
+PARAMETERS = ".parameters.json"
 _PAGES = (".png", ".html")
 
 
@@ -53,7 +54,8 @@ def open_report(
     """
     with _failing_with(report_path, "name a file in a writable folder with report:=FILE"):
         os.makedirs(os.path.dirname(report_path) or ".", exist_ok=True)
-        for path in (report_path, *(companion(report_path, one) for one in (".csv", *_PAGES))):
+        others = (companion(report_path, one) for one in (".csv", PARAMETERS, *_PAGES))
+        for path in (report_path, *others):
             with contextlib.suppress(FileNotFoundError):
                 os.remove(path)
         return EventFile(companion(report_path, EVENTS), on_failure)
