@@ -48,6 +48,11 @@ class Show:
             sign = _PLAIN_SIGNS[answer.status]
         note = {WAITING: "   (waits)", UNFINISHED: "   (to be written)"}.get(answer.status, "")
         self._line(f" {self._coloured(sign, colour)} {step.id:22} {step.title}{note}")
+        if answer.status == PASSED:
+            # An experiment has a result that is worth reading.
+            self._field("predicted", answer.expected)
+            self._field("measured", answer.seen)
+            self._field("why", answer.hint)
 
     def end(self, steps: list, answers: dict, kept: dict) -> None:
         """Print the progress bar, and details of the step to work on next.
@@ -71,6 +76,8 @@ class Show:
             if everything:
                 written = "" if steps[0].lab else " You have written a self-driving car."
                 self._line(f"\nAll steps are right.{written}")
+                if load_steps(steps[0].lab, optional=True) != lesson:
+                    self._line("Next, if you like: the experiments of phase 4 of the guide.")
             return
         answer = answers[first.id]
         self._line(f"\n{self._coloured(first.id, '1')}: {first.title}: {_WORDS[answer.status]}.")

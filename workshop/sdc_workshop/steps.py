@@ -34,6 +34,7 @@ class Step:
     file: str | None = None
     todo: str | None = None  # number of the region in the file; None: the whole file is written
     lab: str = WORKSHOP  # name of the lab, or WORKSHOP
+    optional: bool = False  # whether a check or a grade of all steps leaves it out
 
     @property
     def place(self) -> str:
@@ -47,18 +48,19 @@ def lesson_folder(lab: str) -> Path:
 
 
 @lru_cache
-def load_steps(lab: str = WORKSHOP) -> list:
-    """Return the steps of a lab, or of the workshop, in order."""
+def load_steps(lab: str = WORKSHOP, optional: bool = False) -> list:
+    """Return the steps of a lab, or of the workshop, in order; with the optional ones if wanted."""
     rows = yaml.safe_load((lesson_folder(lab) / "steps.yaml").read_text(encoding="utf-8"))
     return [
         Step(**{**row, "todo": str(row["todo"]) if row.get("todo") is not None else None}, lab=lab)
         for row in rows
+        if optional or not row.get("optional")
     ]
 
 
 def all_steps() -> list:
-    """Return the steps of the workshop and of all labs."""
-    return [step for lab in (WORKSHOP, *LABS) for step in load_steps(lab)]
+    """Return the steps of the workshop and of all labs, with the optional ones."""
+    return [step for lab in (WORKSHOP, *LABS) for step in load_steps(lab, optional=True)]
 
 
 def find_step(step_id: str) -> Step:

@@ -13,6 +13,7 @@ The word after the three marks is the language; the words that follow give the a
     keys window="TITLE"             "hold KEY" or "press KEY" in that window
     LANGUAGE FILE TODO n            the body of a region of a file below src
     LANGUAGE FILE                   a whole file: below src in sdc_package, else in the workspace
+    yaml FILE line                  a section of a file below src, and its line with the new value
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ class GuideError(ValueError):
 class Block(NamedTuple):
     """A fenced block: `line` of its first mark, what it `does`, its `text`, and its action's words.
 
-    `does` is run, skip, see, window, keys or write.
+    `does` is run, skip, see, window, keys, write or change.
     """
 
     line: int
@@ -71,6 +72,8 @@ def _block(line: int, language: str, words: list, text: str) -> Block:
             return Block(line, "write", text, file=plain[0])
         if len(plain) == 3 and plain[1] == "TODO":
             return Block(line, "write", text, file=plain[0], todo=plain[2])
+        if plain[1:] == ["line"]:
+            return Block(line, "change", text, file=plain[0])
     raise GuideError(
         f"line {line}: unknown block '{language} {' '.join(words)}'; "
         "guide_blocks.py lists the known ones"

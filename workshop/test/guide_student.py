@@ -185,6 +185,17 @@ class Student:
             assert block.todo is None, f"there is no step for {block.file}, TODO {block.todo}"
             self.save(Step("own", "", 4, f"../{block.file}"), block.text)
 
+    def change(self, block):
+        section, line = block.text.splitlines()
+        key, value = line.split(": ")
+        path = self.workspace / "src" / block.file
+        text = path.read_text(encoding="utf-8")
+        # The comment of the line stays.
+        found = rf"(^{section}.*?^{key}: )\S+"
+        assert re.search(found, text, re.MULTILINE | re.DOTALL), f"no {key} below {section}"
+        changed = re.sub(found, rf"\g<1>{value}", text, count=1, flags=re.MULTILINE | re.DOTALL)
+        path.write_text(changed, encoding="utf-8")
+
     def save(self, step, text):
         write(self.workspace, step, text)
 

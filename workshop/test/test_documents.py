@@ -28,7 +28,7 @@ FILES = [path for path in PROJECT.rglob("*") if not GENERATED & set(path.parts)]
 ALL_PAGES = sorted(path for path in FILES if path.suffix == ".md")
 # Files that a drive, a command or the reader writes.
 WRITTEN = re.compile(
-    r"(report|replay|grades|moodle|canvas|copies|results|mine|my_\w+|\w+_LAB|NAME|FILE|STUDY|road)\.\w+"
+    r"(report|replay|grades|moodle|canvas|copies|results|mine|my_\w+|tight_route|predictions|\w+_LAB|NAME|FILE|STUDY|road)\.\w+"
 )
 # Files of CARLA, of its own bridge and of autoware_mini.
 FOREIGN = re.compile(

@@ -13,6 +13,7 @@ from sdc_workshop.exam.answer import PASSED, WRONG, Answer, answered
 from sdc_workshop.exam.camera_check import CameraCheck
 from sdc_workshop.exam.controller_checks import BasicControlCheck, PathFollowingCheck
 from sdc_workshop.exam.drive_answer import drive_answer
+from sdc_workshop.exam.experiment import Experiment
 from sdc_workshop.exam.file_check import FileCheck, message_answer
 from sdc_workshop.exam.files import hello_answer, workspace_answer
 from sdc_workshop.exam.library_check import LibraryCheck
@@ -169,5 +170,7 @@ class Examination:
             return hello_answer(self.student, self.stage)
         if step.id.endswith("drive"):
             return self._drive(step)
+        if step.id.startswith("experiment-"):
+            return Experiment.named(step.id, self.student.folder).answer()
         name = str(step.file).rpartition("/")[2].partition(".")[0]
         return message_answer(name, hint_of(step.id).hint, self.student)

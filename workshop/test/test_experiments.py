@@ -1,0 +1,106 @@
+"""The experiments of phase 4: what a check answers, and that each shows what it explains."""
+
+import json
+import math
+
+import pytest
+from guide_student import GUIDE
+
+from sdc_experiments.closed_loop import drive
+from sdc_package.steering import stanley_compensated
+from sdc_workshop.exam.experiment import Experiment, table
+from sdc_workshop.steps import all_steps, chosen
+
+MY_ROUTE = [
+    {"straight_m": 40},
+    {"left_deg": 90, "radius_m": 15, "transition_m": 8},
+    {"straight_m": 20},
+    {"right_deg": 120, "radius_m": 12, "transition_m": 8},
+    {"straight_m": 30},
+]
+TIGHT = {"radius_m": 6, "transition_m": 3}
+TIGHT_ROUTE = [
+    {"straight_m": 20},
+    {"left_deg": 180, **TIGHT},
+    {"straight_m": 10},
+    {"right_deg": 180, **TIGHT},
+    {"straight_m": 20},
+]
+NOISE = {"position_m": 0.1, "heading_rad": 0.0, "speed_mps": 0.0}
+# Of each experiment: how the drive differs, its parameters, and the choice that is right.
+DRIVES = {
+    "experiment-1": ({"controller_options": {"stanley_compensated": {"k": 60.0}}}, "c"),
+    "experiment-2": ({"sim_options": {"command_latency_s": 0.3}}, "a"),
+    "experiment-3": ({"sim_options": {"odometry_noise": NOISE}}, "b"),
+    "experiment-4": ({"sim_options": {"friction": 0.6}}, "a"),
+    "experiment-5": ({}, "c"),
+    "experiment-6": ({"route": TIGHT_ROUTE}, "b"),
+    "experiment-7": ({"sim_options": {"vehicle": "vw_vanagon"}}, "a"),
+}
+
+
+@pytest.fixture(scope="module")
+def my_route():
+    return drive(route=MY_ROUTE)
+
+
+def keep(folder, name, report, options):
+    """Write the report and the parameters of a drive, as the referee does."""
+    route = "/ws/tight_route.csv" if "route" in options else "/ws/my_route.csv"
+    parameters = {
+        "sim": {**options.get("sim_options", {}), "waypoints_path": route},
+        "simple_controller": options.get("controller_options", {}),
+    }
+    (folder / "report").mkdir(exist_ok=True)
+    (folder / "report" / f"{name}.json").write_text(json.dumps(report))
+    (folder / "report" / f"{name}.parameters.json").write_text(json.dumps(parameters))
+
+
+def predict(folder, name, letter):
+    with (folder / "predictions.yaml").open("a") as file:
+        file.write(f"{name}: {letter}\n")
+
+
+@pytest.mark.parametrize("name", DRIVES)
+def test_result_is_what_the_experiment_explains(name, my_route, tmp_path, monkeypatch):
+    options, right = DRIVES[name]
+    if name == "experiment-5":
+        wrong = lambda heading, error, speed, k, softening=0.0: (  # noqa: E731
+            heading + math.atan2(k * error, softening + abs(speed))
+        )
+        monkeypatch.setattr(stanley_compensated, "stanley_angle", wrong)
+    keep(tmp_path, "my_route", my_route, {})
+    keep(tmp_path, name, drive(**{"route": MY_ROUTE, **options}), options)
+    for prediction in "abc":
+        predict(tmp_path, name, prediction)
+        answer = Experiment.named(name, tmp_path).answer()
+        assert answer.status == "passed", "a wrong prediction passes, too"
+        assert answer.expected.startswith(f"{prediction}: ")
+        assert answer.seen.startswith(f"{right}: ")
+        assert answer.hint.startswith("As" if prediction == right else "Not as")
+
+
+@pytest.mark.parametrize("name", DRIVES)
+def test_drive_without_the_setting_is_no_experiment(name, my_route, tmp_path):
+    experiment = Experiment.named(name, tmp_path)
+    assert (experiment.answer().status, experiment.answer().seen) == ("unfinished", "none")
+    predict(tmp_path, name, "b")
+    assert "report/my_route.json" in experiment.answer().expected
+    keep(tmp_path, "my_route", my_route, {})
+    assert f"report/{name}.json" in experiment.answer().expected
+    keep(tmp_path, name, my_route, {})
+    assert experiment.answer().status == "wrong"
+    assert table()[name]["setting"] in experiment.answer().expected
+
+
+def test_guide_asks_what_the_check_asks():
+    guide = " ".join(GUIDE.read_text(encoding="utf-8").split())
+    for row in table().values():
+        for text in (row["question"], *(f"- {key}: {one}" for key, one in row["choices"].items())):
+            assert text in guide
+
+
+def test_experiments_are_optional():
+    assert [step.id for step in all_steps() if step.optional] == list(table()) == list(DRIVES)
+    assert not [step for step in chosen([]) if step.optional]
+    assert [step.id for step in chosen(["experiment"])] == list(DRIVES)
