@@ -33,7 +33,7 @@ _VISIBLE = 0.6
 _KINDS = ("car", "car", "pedestrian", "pedestrian", "obstacle")
 # A lamp's centre below the top, and ahead of the pole, as in sdc_sim.camera.meshes.
 _LAMP_BELOW_M, _LAMP_SPACING_M, _LAMP_AHEAD_M = 0.2, 0.32, 0.145
-_NO_SCENERY = Scenery(
+NO_SCENERY = Scenery(
     np.zeros(0, int), np.zeros((0, 2)), np.zeros(0), np.zeros((0, 3)), np.zeros(0, int)
 )
 
@@ -85,7 +85,7 @@ class SceneMaker:
                 renderer = Renderer(road, seed=seed, weather=self._weather)
                 # Draws a box as it looks where nothing hides it.
                 air = Air(self._weather, self._camera, seed)
-                alone = SceneObjects(_NO_SCENERY, self._camera, air, seed)
+                alone = SceneObjects(NO_SCENERY, self._camera, air, seed)
                 random = np.random.RandomState(seed)
             yield self._scene(road, renderer, alone, random)
 
@@ -93,12 +93,12 @@ class SceneMaker:
         self, road: Road, renderer: Renderer, alone: SceneObjects, random: np.random.RandomState
     ) -> Scene:
         s_m = random.uniform(0.0, max(road.length_m - 60.0, 1.0))
-        x, y, heading = _place(road, s_m, random.uniform(-0.4, 0.4))
+        x, y, heading = place(road, s_m, random.uniform(-0.4, 0.4))
         view = x, y, heading + random.uniform(-0.06, 0.06)
         lights, ahead_m = [], 0.0
         for _ in range(random.choice(3, p=(0.3, 0.5, 0.2))):
             ahead_m = random.uniform(ahead_m + 2.0, ahead_m + 45.0)
-            at = _place(road, s_m + ahead_m, 0.0)
+            at = place(road, s_m + ahead_m, 0.0)
             ahead_m += _CROSSING_M
             phases = ((COLOURS[random.randint(3)], 1.0),)
             lights.append(light_states([TrafficLightPlan(*at, phases)], 0.0)[0])
@@ -106,7 +106,7 @@ class SceneMaker:
         for _ in range(random.randint(4)):
             kind = _KINDS[random.randint(len(_KINDS))]
             left = random.choice((0.0, 3.5)) if kind == "car" else random.uniform(-4.0, 7.0)
-            at = _place(road, s_m + random.uniform(6.0, 45.0), left + random.normal(0.0, 0.3))
+            at = place(road, s_m + random.uniform(6.0, 45.0), left + random.normal(0.0, 0.3))
             turn = random.choice((0.0, math.pi, random.uniform(-math.pi, math.pi)))
             plan = ObstaclePlan.stationary(kind, at[0], at[1], at[2] + turn)
             body = SimulatedObstacle(1, plan).body
@@ -176,7 +176,8 @@ class SceneMaker:
         return TrueObject(box.kind, min(depths), left, right, visible)
 
 
-def _place(road: Road, s_m: float, left_m: float) -> tuple[float, float, float]:
+def place(road: Road, s_m: float, left_m: float) -> tuple[float, float, float]:
+    """Return x, y and heading at a distance along a road and to the left of its lane's centre."""
     points, left = road.at(np.array([s_m]))
     x, y = points[0] + left_m * left[0]
     return float(x), float(y), math.atan2(-left[0, 0], left[0, 1])
