@@ -88,8 +88,7 @@ def check(
         examination = Examination(student, stage)
         show.begin(folder, steps)
         answers = examination.judge(steps, show.step)
-        progress.keep(folder, answers)
-        show.end(steps, answers, progress.statuses(folder, steps[0].lab))
+        end(folder, steps, answers, show)
     if json_path is not None:
         found = {
             "answers": {step_id: asdict(answer) for step_id, answer in answers.items()},
@@ -97,6 +96,13 @@ def check(
         }
         Path(json_path).write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
     return 0 if all(answer.status == PASSED for answer in answers.values()) else 1
+
+
+def end(folder: Path, steps: list, answers: dict, show: Show) -> None:
+    """Keep the answers of a check, and show the end of it."""
+    lab = steps[0].lab
+    progress.keep(folder, answers)
+    show.end(steps, answers, progress.statuses(folder, lab), progress.attempts(folder, lab))
 
 
 def stamps(folder: Path) -> dict:
@@ -130,8 +136,7 @@ def watch(folder: Path, steps: list, show: Show) -> int:
             show.clear()
             show.begin(folder, steps)
             answers = examination.judge(steps, show.step, stop_at_first=True)
-            progress.keep(folder, answers)
-            show.end(steps, answers, progress.statuses(folder, steps[0].lab))
+            end(folder, steps, answers, show)
             if all(answer.status == PASSED for answer in answers.values()):
                 return 0
             for step in steps:

@@ -7,10 +7,12 @@ import textwrap
 from pathlib import Path
 from typing import TextIO
 
-from sdc_workshop.exam.answer import PASSED, UNFINISHED, WAITING, WRONG, Answer
+from sdc_workshop.exam.answer import IN_FULL, PASSED, UNFINISHED, WAITING, WRONG, Answer
 from sdc_workshop.steps import Step, load_steps
 
 _BAR = 40
+# With this attempt, a hint also gives the line or the formula.
+_FULL_ATTEMPT = 3
 _SIGNS = {PASSED: ("✓", "32"), WRONG: ("✗", "31"), UNFINISHED: ("·", "33"), WAITING: ("○", "33")}
 _PLAIN_SIGNS = {PASSED: "+", WRONG: "x", UNFINISHED: ".", WAITING: "o"}
 _WORDS = {
@@ -54,13 +56,14 @@ class Show:
             self._field("measured", answer.seen)
             self._field("why", answer.hint)
 
-    def end(self, steps: list, answers: dict, kept: dict) -> None:
+    def end(self, steps: list, answers: dict, kept: dict, attempts: dict) -> None:
         """Print the progress bar, and details of the step to work on next.
 
         Args:
             steps: the steps that were checked
             answers: answer of each step by its id
             kept: last status of each step of the lesson by its id, also of those not checked now
+            attempts: number of attempts by step id, as progress.attempts returns them
         """
         lesson = load_steps(steps[0].lab)
         everything = steps == lesson
@@ -84,7 +87,7 @@ class Show:
         self._field("expected", answer.expected)
         self._field("seen", answer.seen)
         self._field("where", answer.where)
-        self._field("hint", answer.hint)
+        self._field("hint", self._hint(answer, attempts.get(first.id, 0), first.id))
         if answer.seed:
             self._field("repeat", f"./workshop/check --seed {answer.seed} {first.id}")
         self._line(
@@ -92,6 +95,18 @@ class Show:
             f"Only this one: ./workshop/check {first.id}    "
             f"Write it for me: ./workshop/check --solution {first.id}"
         )
+
+    @staticmethod
+    def _hint(answer: Answer, attempt: int, step_id: str) -> str:
+        """Return the hint; before the third attempt, without what gives the line away."""
+        hint, full, _ = answer.hint.partition(IN_FULL)
+        if not full or (answer.status == WRONG and attempt >= _FULL_ATTEMPT):
+            return answer.hint
+        more = f"`./workshop/check --hint {step_id}` says more."
+        if answer.status != WRONG:
+            return f"{hint}The page says what must come out; {more}"
+        count = f"attempt {attempt}; attempt {_FULL_ATTEMPT} shows the line or the formula"
+        return f"{hint}(This is {count}, and {more})"
 
     def _bar(self, steps: list, answers: dict, name: str) -> None:
         done = sum(step.id in answers and answers[step.id].status == PASSED for step in steps)

@@ -11,6 +11,7 @@ The word after the three marks is the language; the words that follow give the a
     text window                     titles of windows that open
     keys terminal=world             Ctrl-C in that terminal
     keys window="TITLE"             "hold KEY" or "press KEY" in that window
+    diff FILE                       an edit of a file below src: lines with - become those with +
     LANGUAGE FILE TODO n            the body of a region of a file below src
     LANGUAGE FILE                   a whole file: below src in sdc_package, else in the workspace
     yaml FILE line                  a section of a file below src, and its line with the new value
@@ -32,7 +33,7 @@ class GuideError(ValueError):
 class Block(NamedTuple):
     """A fenced block: `line` of its first mark, what it `does`, its `text`, and its action's words.
 
-    `does` is run, skip, see, window, keys, write or change.
+    `does` is run, skip, see, window, keys, edit, write or change.
     """
 
     line: int
@@ -67,6 +68,8 @@ def _block(line: int, language: str, words: list, text: str) -> Block:
         return Block(line, "window", text)
     if language == "keys" and not plain and len(named) == 1:
         return Block(line, "keys", text, named.get("terminal"), window=named.get("window"))
+    if language == "diff" and not named and len(plain) == 1:
+        return Block(line, "edit", text, file=plain[0])
     if not named and plain and "." in plain[0]:
         if len(plain) == 1:
             return Block(line, "write", text, file=plain[0])
@@ -78,6 +81,17 @@ def _block(line: int, language: str, words: list, text: str) -> Block:
         f"line {line}: unknown block '{language} {' '.join(words)}'; "
         "guide_blocks.py lists the known ones"
     )
+
+
+def edited(text: str, block: Block) -> str:
+    """Return a text after the edit of a block. Raises GuideError."""
+    old, new = (
+        "".join(line[1:] + "\n" for line in block.text.splitlines() if line[0] == sign)
+        for sign in "-+"
+    )
+    if not old or text.count(old) != 1:
+        raise GuideError(f"line {block.line}: {block.file} has {text.count(old)} times\n{old}")
+    return text.replace(old, new)
 
 
 def missing_line(wanted: str, output: str) -> str | None:

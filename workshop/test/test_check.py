@@ -10,6 +10,7 @@ import time
 import pytest
 
 from sdc_workshop import progress
+from sdc_workshop.check import end
 from sdc_workshop.exam import process
 from sdc_workshop.exam.answer import PASSED, UNFINISHED, WAITING, WRONG, Answer
 from sdc_workshop.exam.examination import Examination
@@ -190,6 +191,21 @@ def test_several_solutions_are_written_and_kept_with_all_answers(folder):
     assert len(progress.statuses(folder)) == 58
 
 
+def test_hint_gives_the_line_away_with_the_third_attempt(folder):
+    status, output = run(folder, "controller-2.7")
+    assert "nothing is written" in output and "atan2" not in output and "--hint" in output
+    step = find_step("controller-2.7")
+    path = folder / "src" / step.file
+    answer = Answer(WRONG, "0.1", "-0.1", "The sign is wrong. In full: e - atan2(k, v)")
+    for change, full in ((" ", False), ("", False), (" ", False), ("", False), (" ", True)):
+        path.write_text(path.read_text() + change)
+        stream = io.StringIO()
+        end(folder, [step], {step.id: answer}, Show(stream))
+        assert "The sign is wrong." in stream.getvalue() and "expected  0.1" in stream.getvalue()
+        assert ("e - atan2(k, v)" in stream.getvalue()) == full
+    assert progress.statuses(folder) == {step.id: WRONG}
+
+
 def test_same_seed_draws_the_same_arguments(folder):
     call = "stanley_angle(0.2, 0.0, 5.0, 2)"
     one, again, other = (library_probe.varied(call, seed) for seed in ("a", "a", "b"))
@@ -237,7 +253,7 @@ def test_wrong_step_is_explained_before_an_unfinished_one():
         show = Show(stream)
         for step in steps:
             show.step(step, found[step.id])
-        show.end(steps, found, {"messages-7": PASSED})
+        show.end(steps, found, {"messages-7": PASSED}, {})
         text = written.getvalue().decode(encoding)
         assert f" {tick} camera-1" in text
         assert f" {cross} camera-3" in text

@@ -4,12 +4,12 @@ import time
 
 import pytest
 from finished_workspace import differences
-from guide_blocks import read
+from guide_blocks import edited, read
 from guide_student import GUIDE, Student
 
 from sdc_testing.virtual_display import VirtualDisplay
 from sdc_workshop.steps import load_steps
-from sdc_workshop.workspace import solution_body
+from sdc_workshop.workspace import solution, solution_body
 
 
 @pytest.fixture
@@ -56,3 +56,13 @@ def test_each_snippet_equals_the_solution():
         assert block.text == solution_body(step), (
             f"{GUIDE}, line {block.line}: differs from the solution of {step.place}"
         )
+
+
+def test_each_edit_of_an_experiment_fits_and_is_taken_back():
+    texts = {}
+    for block in read(GUIDE.read_text(encoding="utf-8")):
+        if block.does == "edit":
+            own = solution(block.file).read_text(encoding="utf-8")
+            texts[block.file] = edited(texts.get(block.file, own), block)
+    for file, text in texts.items():
+        assert text == solution(file).read_text(encoding="utf-8"), f"{file} stays changed"

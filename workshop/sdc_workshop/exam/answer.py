@@ -13,6 +13,15 @@ WRONG = "wrong"
 UNFINISHED = "unfinished"  # the student has not written anything there yet
 WAITING = "waiting"  # an earlier step must be fixed before this one can be checked
 
+# In a hint: what follows gives the line or the formula away. Show keeps it for the third attempt.
+IN_FULL = "In full: "
+
+
+def in_full(law: str | None) -> str:
+    """Return a text that gives a line away as the end of a hint; some texts mark it themselves."""
+    law = law or ""
+    return law if IN_FULL in law or not law else IN_FULL + law
+
 
 @dataclass(frozen=True)
 class Problem:

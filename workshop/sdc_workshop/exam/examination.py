@@ -9,7 +9,7 @@ from typing import Callable, Sequence
 
 import yaml
 
-from sdc_workshop.exam.answer import PASSED, WRONG, Answer, answered
+from sdc_workshop.exam.answer import PASSED, WRONG, Answer, answered, in_full
 from sdc_workshop.exam.camera_check import CameraCheck
 from sdc_workshop.exam.controller_checks import BasicControlCheck, PathFollowingCheck
 from sdc_workshop.exam.drive_answer import drive_answer
@@ -173,4 +173,4 @@ class Examination:
         if step.id.startswith("experiment-"):
             return Experiment.named(step.id, self.student.folder).answer()
         name = str(step.file).rpartition("/")[2].partition(".")[0]
-        return message_answer(name, hint_of(step.id).hint, self.student)
+        return message_answer(name, in_full(hint_of(step.id).hint), self.student)

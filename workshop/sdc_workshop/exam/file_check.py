@@ -99,11 +99,7 @@ class FileCheck(RegionCheck):
 
     def _includes_problems(self, variant: Variant, stage: Stage) -> Iterator[Problem]:
         """Compare the included files, their arguments and conditions."""
-        known = {
-            argument.get("name")
-            for argument in ElementTree.fromstring(variant.text).iter("arg")
-            if argument.get("doc")
-        }
+        known = _documented(ElementTree.fromstring(variant.text))
         for todo in variant.judged:
             got, wanted = _includes(variant.text, todo), _includes(self._solution, todo)
             for file, include in wanted.items():
@@ -220,16 +216,24 @@ def _parameter_problems(command: str, node: str, got: dict, wanted: dict) -> Ite
 def _includes(text: str, todo: str) -> dict:
     """Return the <include> tags of a region by file: their arguments, and their condition."""
     root = ElementTree.fromstring(f"<launch>{body(text, todo)}</launch>")
-    return {
-        include.get("file", ""): (
-            {
-                argument.get("name"): argument.get("value", argument.get("default"))
-                for argument in include.iter("arg")
-            },
-            include.get("if"),
-        )
-        for include in root.iter("include")
-    }
+    known = _documented(ElementTree.fromstring(text))
+    found = {}
+    for include in root.iter("include"):
+        arguments = {}
+        path = SOLUTION / PACKAGE / "launch" / Path(include.get("file", "")).name
+        if include.get("pass_all_args") == "true" and path.is_file():
+            # It passes on each argument that the included file has.
+            names = known & _documented(ElementTree.parse(path).getroot())
+            arguments = {name: f"$(arg {name})" for name in sorted(names)}
+        for argument in include.iter("arg"):
+            arguments[argument.get("name")] = argument.get("value", argument.get("default"))
+        found[include.get("file", "")] = arguments, include.get("if")
+    return found
+
+
+def _documented(root: ElementTree.Element) -> set:
+    """Return the arguments of a launch file, which are those with a doc."""
+    return {argument.get("name") for argument in root.iter("arg") if argument.get("doc")}
 
 
 def _include_problems(

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from sdc_workshop.exam.answer import Problem, listed
+from sdc_workshop.exam.answer import Problem, in_full, listed
 from sdc_workshop.exam.output import last_line
 from sdc_workshop.exam.probes import library_probe
 from sdc_workshop.exam.region_check import RegionCheck
@@ -75,7 +75,7 @@ class LibraryCheck(RegionCheck):
             if not same(one, wanted):
                 call = library_probe.varied(row["call"], stage.seed)
                 texts = {"got": _shown("value", one), "right": _shown("value", wanted)}
-                texts["law"] = self._laws.get(row["todo"], "")
+                texts["law"] = in_full(self._laws.get(row["todo"]))
                 found = listed("usual_arguments", row["todo"], call=call, **texts)
                 stage.report(f"{variant.name}: {found.seen}, as if they were written into it")
                 return [found]
@@ -106,7 +106,7 @@ class LibraryCheck(RegionCheck):
 
     def _problem(self, row: dict, got: Any, right: Any, names: dict) -> Problem | None:
         """Return the problem of a wrong result; None where it is that of another row."""
-        law = row.get("law", self._laws.get(row["todo"]))
+        law = in_full(row.get("law", self._laws.get(row["todo"])))
         names = {**names, "got": got, "right": _array(right)}
         hint = next((hint for case, hint in row.get("wrong", ()) if _is_case(case, names)), law)
         if not hint:
@@ -123,7 +123,7 @@ class LibraryCheck(RegionCheck):
         right_text, got_text = next((pair for pair in texts if pair[0] != pair[1]), texts[1])
         expected = row["expected"].replace("{right}", right_text)
         seen = row.get("seen", "{got}").replace("{got}", got_text or "nothing")
-        return Problem(expected, seen, hint.replace("{law}", law or ""), row["todo"])
+        return Problem(expected, seen, hint.replace("{law}", law), row["todo"])
 
 
 def _array(value: Any) -> Any:

@@ -12,6 +12,7 @@ from sdc_workshop.exam.answer import (
     Answer,
     Problem,
     answered,
+    in_full,
     listed,
     wrong,
 )
@@ -140,7 +141,7 @@ class RegionCheck:
                 answers[step.id] = answered("no_todo", path, number=step.todo, update=UPDATE)
             elif not self.written(text, step.todo):
                 region = found[step.todo]
-                seen, hint = "nothing is written there yet", hint_of(step.id).hint
+                seen, hint = "nothing is written there yet", in_full(hint_of(step.id).hint)
                 answers[step.id] = Answer(UNFINISHED, region.title, seen, hint, path, region.line)
             else:
                 begun.append(step)
@@ -223,7 +224,7 @@ class RegionCheck:
         hint = problem.hint
         region = regions(variant.text)[todo]
         if problem.is_error:
-            hint = f"{hint} {hint_of(self._step(todo)).hint}"
+            hint = f"{hint} {in_full(hint_of(self._step(todo)).hint)}"
         if self.file.endswith(".py"):
             right = body(solution(self.file).read_text(encoding="utf-8"), todo)
             found = typical.mistakes(body(variant.text, todo), region, right)
