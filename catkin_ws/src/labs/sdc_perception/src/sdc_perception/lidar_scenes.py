@@ -12,7 +12,7 @@ from typing import Any, Callable, NamedTuple
 
 import numpy as np
 
-from sdc_perception.lidar_clusters import CAR, OTHER, PEDESTRIAN, REACH_M, find_clusters
+from sdc_perception.lidar_clusters import CAR, OTHER, PEDESTRIAN, find_clusters
 from sdc_perception.study.scenes import NO_SCENERY, place
 from sdc_sim.physics.obstacles import ObstaclePlan, ObstacleState, SimulatedObstacle
 from sdc_sim.road.random_routes import random_route
@@ -21,13 +21,12 @@ from sdc_sim.road.scenery import Scenery
 from sdc_sim.sensors.lidar import RoofLidar
 from sdc_sim.sensors.model import Moment, SensorContext, sensor_settings
 
-SCANS = 8
 # A body counts as visible with so many points.
 _VISIBLE = 8
 # A cluster is that of a body when its centre is in the body's outline, or so far from it.
 _NEAR_M = 0.5
-# A body near the end of the reach may be found or not.
-_MARGIN_M = 3.0
+# A wrong cluster that is farther away does not count: it may be a body with few points.
+_FAR_M = 19.0
 
 
 class Scan(NamedTuple):
@@ -37,7 +36,7 @@ class Scan(NamedTuple):
     bodies: list  # ObstacleState of each car and pedestrian near the lidar, in its frame
 
 
-def scans(seed: int, count: int = SCANS) -> list[Scan]:
+def scans(seed: int, count: int = 8) -> list[Scan]:
     """Return random scans on a random road between trees and houses, of a car that pitches."""
     random = np.random.default_rng(seed)
     road = Road(random_route(seed % 1000)[0])
@@ -83,19 +82,13 @@ def _random_scan(road: Road, lidar: Any, random: np.random.Generator, tick: int)
     bodies: list[ObstacleState] = []
     for kind in (CAR, CAR, CAR, PEDESTRIAN, PEDESTRIAN, PEDESTRIAN):
         left = random.choice((0.0, 3.5)) if kind == CAR else random.uniform(-3.0, 6.5)
-        ahead = random.uniform(6.0, 22.0)
-        x, y, yaw = place(road, s_m + ahead, left + random.normal(0.0, 0.2))
+        x, y, yaw = place(road, s_m + random.uniform(6.0, 20.0), left + random.normal(0.0, 0.2))
         apart = (math.dist((x, y), (one.x_m, one.y_m)) for one in bodies)
         if min(apart, default=9.0) > (5.5 if kind == CAR else 3.8):
             bodies.append(_body(kind, x, y, yaw + random.normal(0.0, 0.15)))
     points = _points(lidar, pose, bodies, tick)
     seen = [_in_frame(one, *pose) for one in bodies]
-    visible = [
-        one
-        for one in seen
-        if math.hypot(one.x_m, one.y_m) < REACH_M - _MARGIN_M
-        and np.sum(_inside(one, points, 0.1)) >= _VISIBLE
-    ]
+    visible = [one for one in seen if np.sum(_inside(one, points, 0.1)) >= _VISIBLE]
     pitch_rad = math.radians(random.uniform(-2.0, 2.0))
     return Scan(_weathered(points, pitch_rad, 15, random), visible)
 
@@ -134,7 +127,7 @@ def score(find: Callable[[np.ndarray], list], examples: list[Scan]) -> Score:
         labels = np.array([one.label for one in clusters], str)
         hits = [_inside(body, at, _NEAR_M) & (labels == body.kind) for body in bodies]
         right = np.any(hits, axis=0) if hits else np.zeros(len(at), bool)
-        near = np.hypot(at[:, 0], at[:, 1]) < REACH_M - 2.0 * _MARGIN_M
+        near = np.hypot(at[:, 0], at[:, 1]) < _FAR_M
         found = sum(bool(one.any()) for one in hits)
         total += (found, len(bodies), int(np.sum(right | near)), int(right.sum()))
     return Score(total[0] / max(total[1], 1), total[3] / max(total[2], 1))

@@ -1,13 +1,15 @@
 """Train the steering network.
 
-python3 -m sdc_perception.imitation.train SAMPLES NETWORK [--on-line-only]
+python3 -m sdc_perception.imitation.train SAMPLES NETWORK [--on-line-only] [--lesson FILE]
 """
 
 from __future__ import annotations
 
 import argparse
+import runpy
 import sys
 import time
+from typing import Any
 
 import numpy as np
 
@@ -26,17 +28,22 @@ from sdc_perception.imitation_network import (
 EPOCHS = 10
 _BATCH = 64
 _RATE = 1e-3
+# Edges of the bins that a student balances [1/m].
+CURVATURES_1PM = np.array([-0.08, -0.04, -0.01, 0.01, 0.04, 0.08])
 # One picture in so many is not trained on and measures the error.
 _VALIDATION_EVERY = 10
 
 
-def train(samples: Samples, updates: int, seed: int = 0) -> tuple[SteeringNetwork, list]:
+def train(
+    samples: Samples, updates: int, seed: int = 0, lesson: dict[str, Any] | None = None
+) -> tuple[SteeringNetwork, list]:
     """Train a network.
 
     Args:
         samples: the samples
         updates: number of updates of the weights, each with 64 samples
         seed: seed of the first weights and of the order of the samples
+        lesson: a student's `balance` and `loss` by name; None: all samples alike, and PyTorch's
 
     Returns:
         the network, and a row for each tenth of the training: updates so far, mean loss, and root
@@ -53,13 +60,15 @@ def train(samples: Samples, updates: int, seed: int = 0) -> tuple[SteeringNetwor
     layers = build_network()
     optimizer = torch.optim.Adam(layers.parameters(), _RATE)
     schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimizer, updates)
+    loss_of = lesson["loss"] if lesson else nn.functional.smooth_l1_loss
+    shown = lesson["balance"](samples.answers[trained, 0], CURVATURES_1PM) if lesson else None
     curve, losses = [], []
     for update in range(1, updates + 1):
-        batch = random.choice(trained, _BATCH)
+        batch = random.choice(trained, _BATCH, p=shown)
         views = network_input(samples.views[batch])
         # Brighter and darker pictures: the light of another hour.
         views *= torch.from_numpy(random.uniform(0.5, 1.3, (_BATCH, 1, 1, 1)).astype(np.float32))
-        loss = nn.functional.smooth_l1_loss(layers(views), targets[batch])
+        loss = loss_of(layers(views), targets[batch])
         optimizer.zero_grad()
         loss.backward()
         optimizer.step()
@@ -95,6 +104,7 @@ def main() -> None:
     parser.add_argument(
         "--on-line-only", action="store_true", help="leave out all pictures off the line"
     )
+    parser.add_argument("--lesson", help="file with your balance and loss, see imitation.check")
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args()
     started_s, cpu_s = time.monotonic(), time.process_time()
@@ -103,7 +113,8 @@ def main() -> None:
         updates = options.epochs * len(samples) // _BATCH
         if options.on_line_only:
             samples = samples.only(~samples.off_line)
-        network, _ = train(samples, updates, options.seed)
+        lesson = runpy.run_path(options.lesson) if options.lesson else None
+        network, _ = train(samples, updates, options.seed, lesson)
         network.save(options.network)
     except (OSError, ValueError) as error:
         sys.exit(f"train: {error}")
