@@ -1,24 +1,30 @@
-"""The last answer about each step, and the attempts, in the package that the student writes."""
+"""What a student's package keeps: answers, attempts and times of the steps, and the quizzes."""
 
 from __future__ import annotations
 
 import contextlib
 import json
+import time
 import zlib
 from pathlib import Path
 
-from sdc_workshop.exam.answer import WRONG
+from sdc_workshop.exam.answer import PASSED, WRONG
 from sdc_workshop.steps import LABS, WORKSHOP, load_steps
 from sdc_workshop.workspace import package_of
 
 NAME = ".progress.json"
 # Key of the attempts: by step id, their number, and the checksum of the file at the last of them.
 _ATTEMPTS = "attempts"
+# Key of the times: by step id, when it was first wrong or right, and first right [s since 1970].
+_TIMES = "times"
+# Key of the quizzes: by lesson, the number of right answers in the last one.
+_QUIZ = "quiz"
 
 
 def statuses(folder: Path, lab: str = WORKSHOP) -> dict:
     """Return the status of each step of a lab when it was last checked, by step id."""
-    return {key: value for key, value in _kept(folder, lab).items() if key != _ATTEMPTS}
+    other = (_ATTEMPTS, _TIMES, _QUIZ)
+    return {key: value for key, value in _kept(folder, lab).items() if key not in other}
 
 
 def attempts(folder: Path, lab: str = WORKSHOP) -> dict:
@@ -26,12 +32,28 @@ def attempts(folder: Path, lab: str = WORKSHOP) -> dict:
     return {step_id: row[0] for step_id, row in _kept(folder, lab).get(_ATTEMPTS, {}).items()}
 
 
+def times(folder: Path, lab: str = WORKSHOP) -> dict:
+    """Return {"first": s, "passed": s} of each step that was tried, by step id."""
+    return dict(_kept(folder, lab).get(_TIMES, {}))
+
+
+def quizzes(folder: Path) -> dict:
+    """Return the number of right answers in the last quiz about each lesson."""
+    return dict(_kept(folder, WORKSHOP).get(_QUIZ, {}))
+
+
+def keep_quiz(folder: Path, lesson: str, right: int) -> None:
+    """Keep the result of a quiz."""
+    kept = _kept(folder, WORKSHOP)
+    _write(folder, WORKSHOP, {**kept, _QUIZ: {**kept.get(_QUIZ, {}), lesson: right}})
+
+
 def keep(folder: Path, answers: dict) -> None:
-    """Keep the answers of a check, by step id, and count the attempts."""
+    """Keep the answers of a check, by step id, count the attempts, and note the times."""
     for lab in (WORKSHOP, *LABS):
         steps = [step for step in load_steps(lab, optional=True) if step.id in answers]
         old = _kept(folder, lab)
-        tries = old.get(_ATTEMPTS, {})
+        tries, stamps, now_s = old.get(_ATTEMPTS, {}), old.get(_TIMES, {}), round(time.time())
         for step in (one for one in steps if one.file and answers[one.id].status == WRONG):
             count, last = tries.get(step.id, (0, None))
             # A package that is not there, or cannot be written, is checked all the same.
@@ -39,10 +61,18 @@ def keep(folder: Path, answers: dict) -> None:
                 now = zlib.crc32((folder / "src" / str(step.file)).read_bytes())
                 tries[step.id] = (count + (now != last), now)
         new = {step.id: answers[step.id].status for step in steps}
-        with contextlib.suppress(OSError):
-            if new:
-                text = json.dumps({**old, **new, _ATTEMPTS: tries}, indent=1)
-                (folder / "src" / package_of(lab) / NAME).write_text(text, encoding="utf-8")
+        for step_id in (key for key, status in new.items() if status in (PASSED, WRONG)):
+            stamps.setdefault(step_id, {}).setdefault("first", now_s)
+            if new[step_id] == PASSED:
+                stamps[step_id].setdefault("passed", now_s)
+        if new:
+            _write(folder, lab, {**old, **new, _ATTEMPTS: tries, _TIMES: stamps})
+
+
+def _write(folder: Path, lab: str, kept: dict) -> None:
+    with contextlib.suppress(OSError):
+        text = json.dumps(kept, indent=1)
+        (folder / "src" / package_of(lab) / NAME).write_text(text, encoding="utf-8")
 
 
 def _kept(folder: Path, lab: str) -> dict:
