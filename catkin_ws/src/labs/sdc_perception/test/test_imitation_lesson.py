@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 
 pytest.importorskip("torch", reason="torch is not installed (docker/prepare imitation)")
 
@@ -15,23 +16,7 @@ from sdc_perception.imitation.train import train
 
 PAGE = Path(__file__).resolve().parents[5] / "docs" / "labs" / "imitation.md"
 NAMES = ("balance", "loss", "layer", "closed_loop")
-MISTAKES = [
-    ("balance", "rare / rare.sum()", "rare", "their sum is 2"),
-    ("balance", "1.0 / np.bincount(bins)[bins]", "1.0 * np.bincount(bins)[bins]", "frequent bin"),
-    (
-        "balance",
-        "np.digitize(curvatures_1pm",
-        "np.digitize(abs(curvatures_1pm)",
-        "sign of the curv",
-    ),
-    ("loss", "0.5 * error**2", "error**2", "half is missing"),
-    ("loss", "error < 1.0", "error < 9.0", "squared"),
-    ("layer", "np.maximum(out, 0.0)", "out", "ReLU"),
-    ("layer", "kernel * view", "kernel[::-1, ::-1] * view", "turned around"),
-    ("closed_loop", "STEP_M * steer", "steer", "multiply it by STEP_M"),
-    ("closed_loop", "steer(offset_m, ", "steer(offsets[0], ", "where the car is then"),
-    ("closed_loop", "offsets = [offset_m]", "offsets = []", "at the start is missing"),
-]
+MISTAKES = yaml.safe_load(Path(__file__).with_name("imitation_mistakes.yaml").read_text())
 
 
 def lesson(tmp_path, old="", new=""):
@@ -46,10 +31,10 @@ def test_functions_of_the_page_are_right(tmp_path):
     assert set(problems({}).values()) == {"is not written yet"}
 
 
-@pytest.mark.parametrize(("name", "old", "new", "says"), MISTAKES)
-def test_typical_mistake_is_named(tmp_path, name, old, new, says):
-    found = problems(lesson(tmp_path, old, new))
-    assert says in found.pop(name)
+@pytest.mark.parametrize("row", MISTAKES, ids=lambda row: row["says"])
+def test_typical_mistake_is_named(tmp_path, row):
+    found = problems(lesson(tmp_path, row["old"], row["new"]))
+    assert row["says"] in found.pop(row["name"])
     assert set(found.values()) == {""}
 
 
