@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 from typing import TYPE_CHECKING
 
+from sdc_sim.scenario.packaged import node_config
 from sdc_workshop.exam.answer import Problem, listed
 from sdc_workshop.exam.files import interpreter_problem, permission_problem
 from sdc_workshop.exam.node import Node
@@ -58,7 +59,8 @@ class CameraCheck(NodeCheck):
 
     def parameters(self, stage: Stage) -> dict:
         """See NodeCheck.parameters."""
-        return {"show_window": False, "lane_filter": _THRESHOLDS}
+        offset = node_config("sdc_package", "camera")["lane_offset"]
+        return {"show_window": False, "lane_filter": _THRESHOLDS, "lane_offset": offset}
 
     def answer_problem(self, node: Node, variant: Variant, stage: Stage) -> Problem | None:
         """See NodeCheck.answer_problem."""

@@ -5,9 +5,9 @@ import io
 import pytest
 import rospy
 from nav_msgs.msg import Odometry
-from sdc_msgs.msg import BaseWaypoint, Path, SpeedReason
+from sdc_msgs.msg import BaseWaypoint, LaneOffset, Path, SpeedReason
 
-from sdc_cockpit.drive_view import MISSION, ODOMETRY, SPEED_REASON, DriveView
+from sdc_cockpit.drive_view import LANE_OFFSET, MISSION, ODOMETRY, SPEED_REASON, DriveView
 from sdc_common.ros.odometry import GROUND_TRUTH
 
 
@@ -70,3 +70,12 @@ def test_distance_from_the_route_is_the_true_one_where_the_car_estimates_its_pos
     receive(view, GROUND_TRUTH, odometry(0.5), 5.0)
     assert view.state()["cross_track"] == pytest.approx(0.5)
     assert view.state()["pose"][1] == pytest.approx(2.0)
+
+
+def test_offset_that_the_camera_measures_is_shown_while_it_sees_a_lane(view):
+    receive(view, ODOMETRY, odometry(), 5.0)
+    assert view.state()["lane_offset"] is None
+    receive(view, LANE_OFFSET, LaneOffset(offset_m=-0.25), 4.9)
+    assert view.state()["lane_offset"] == -0.25
+    receive(view, ODOMETRY, odometry(), 6.0)
+    assert view.state()["lane_offset"] is None

@@ -10,9 +10,10 @@ export function set(element, property, value) {
   if (element[property] !== value) element[property] = value;
 }
 
-export function showInstruments({ speed, cross_track: error, command, reason }) {
+export function showInstruments({ speed, cross_track: error, lane_offset: offset, command, reason }) {
   set($("speed"), "textContent", number(speed, 1));
   set($("cross-track"), "textContent", number(error, 2));
+  set($("lane-offset"), "textContent", number(offset, 2));
   set($("gear"), "textContent", command?.hand_brake ? "P" : command?.gear ?? "–");
   for (const name of ["throttle", "brake"]) {
     set($(name), "value", command?.[name] ?? 0);

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # TODO 1 (line 1): the interpreter that runs this file
 # --------------------------------------------------------------------------------
-"""Camera: find the lane markings in the camera picture, publish them and show both."""
+"""Camera: find the lane markings in the picture and the car's place in its lane; show both."""
 
 import cv2
 import rospy
@@ -11,6 +11,8 @@ from sdc_common.ros.node import parameter, refuse, watch_connections
 from sdc_common.ros.refusal import refusing
 from sdc_package.camera_window import CameraWindow
 from sdc_package.lane_filter import LaneFilter, LaneFilterThresholds
+from sdc_package.lane_offset import LaneOffset
+from sdc_msgs.msg import LaneOffset as LaneOffsetMessage
 from sensor_msgs.msg import Image
 
 
@@ -22,12 +24,14 @@ class Camera:
         cv2.setNumThreads(1)
         try:
             self.lane_filter = LaneFilter(LaneFilterThresholds(**parameter("lane_filter")))
+            self.lane_offset = LaneOffset(**parameter("lane_offset"))
         except (TypeError, ValueError) as error:
             refuse(f"config/camera.yaml: {error}")
         self.bridge = CvBridge()
         self.window = CameraWindow(parameter("show_window"), parameter("show_filter"))
 
         self.publisher = rospy.Publisher("/camera/lane_mask", Image, queue_size=1)
+        self.offsets = rospy.Publisher("/camera/lane_offset", LaneOffsetMessage, queue_size=10)
         # TODO 3: subscribe to the front camera: on_image receives every picture
         topic = "/carla/ego_vehicle/camera/rgb/front/image_color"
         rospy.Subscriber(topic, Image, self.on_image, queue_size=1, buff_size=4 * 1024 * 1024)
@@ -46,6 +50,9 @@ class Camera:
     def publish(self, mask, header):
         if self.publisher.get_num_connections():
             self.publisher.publish(self.bridge.cv2_to_imgmsg(mask, "mono8", header))
+        offset = self.lane_offset.measure(mask) if self.offsets.get_num_connections() else None
+        if offset is not None:
+            self.offsets.publish(header, offset)
 
     def run(self):
         watch_connections()

@@ -8,7 +8,8 @@ from nav_msgs.msg import Odometry
 from sdc_common.ros.node import LoopPublisher, every, parameter, refuse, watch_connections
 from sdc_common.ros.refusal import refusing
 from sdc_common.ros.speed_reason_publisher import SpeedReasonPublisher
-from sdc_msgs.msg import ObstacleArray
+from sdc_msgs.msg import LaneOffset, ObstacleArray
+from sdc_package.lane_offset import LaneHold
 from sdc_package.local_planner import LocalPlanner, PlannerSettings
 from sdc_package.odometry import pose_and_speed
 from sdc_package.planner_inputs import PlannerInputs
@@ -30,6 +31,7 @@ class LocalPlannerNode:
             refuse(f"config/local_planner.yaml: {error}")
         # Rows x, y and limit of the road [m/s]; None: the mission has no limits.
         self.limits = np.empty((0, 3)) if parameter("speed_limits") else None
+        self.lane = LaneHold() if parameter("hold_lane") else None
         self.waypoints = np.empty((0, 2))
         self.speed = 0.0
         self.planner = None
@@ -44,6 +46,8 @@ class LocalPlannerNode:
         # ------------------------------------------------------------------------
         topic = "/planner/mission_speed_limits"
         rospy.Subscriber(topic, LocalPath, self.on_limits, queue_size=1)
+        if self.lane is not None:
+            rospy.Subscriber("/camera/lane_offset", LaneOffset, self.on_lane_offset, queue_size=1)
         for topic, message_class, callback in (
             ("/carla/traffic_lights/info", CarlaTrafficLightInfoList, inputs.add_light_info),
             ("/carla/traffic_lights/status", CarlaTrafficLightStatusList, inputs.add_light_status),
@@ -60,6 +64,10 @@ class LocalPlannerNode:
             with self.inputs.lock:
                 self.waypoints = waypoints
                 self.follow_mission()
+
+    def on_lane_offset(self, message):
+        with self.inputs.lock:
+            self.lane.see(message.header.stamp, message.offset_m)
 
     def on_limits(self, path):
         rows = [(point.x, point.y, point.v) for point in path.waypoints]
@@ -92,6 +100,8 @@ class LocalPlannerNode:
             rows = self.planner.plan(first, x, y, yaw, self.inputs.obstacles)
             # --------------------------------------------------------------------
             self.speed = speed
+            if self.lane is not None:
+                rows = self.lane.moved(rows, odometry.header.stamp, self.planner.place)
             self.publish(self.planner.stop_for(self.inputs.traffic_lights, rows, speed))
             self.reasons.update(odometry.header.stamp, self.planner.reason)
 

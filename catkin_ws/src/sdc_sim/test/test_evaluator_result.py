@@ -1,5 +1,7 @@
 """What the evaluated drive contains, apart from its metrics."""
 
+import math
+
 import numpy as np
 import pytest
 from referee_rules import RULES
@@ -50,6 +52,16 @@ def test_result_counts_the_answers_by_stamp_and_by_order():
     metrics = evaluator.result().metrics
     assert (metrics["ticks_by_stamp"], metrics["ticks_by_order"]) == (3, 1)
     assert metrics["assumed_limits"] == list(RULES.assumed)
+
+
+def test_error_of_the_camera_is_that_at_the_stamps_of_its_pictures():
+    evaluator = with_route()
+    drive_on(evaluator, 1, 40)
+    assert "lane_offset_rms_error_m" not in evaluator.result().metrics
+    for tick, offset_m in ((2, 0.3), (3, 0.1), (4, math.nan), (39, 9.0), (50, 9.0)):
+        evaluator.add("lane_offset", tick * TICK_NS, offset_m)
+    metrics = evaluator.result().metrics
+    assert metrics["lane_offset_rms_error_m"] == pytest.approx(0.1), "the car is at 0.2 m"
 
 
 def test_each_time_without_odometry_is_added():

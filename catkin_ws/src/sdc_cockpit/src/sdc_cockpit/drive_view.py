@@ -13,7 +13,7 @@ from carla_msgs.msg import (
     CarlaTrafficLightStatusList,
 )
 from nav_msgs.msg import Odometry
-from sdc_msgs.msg import ObstacleArray, SpeedReason
+from sdc_msgs.msg import LaneOffset, ObstacleArray, SpeedReason
 
 from sdc_cockpit.road_view import RoadView
 from sdc_cockpit.sensor_view import SensorView
@@ -31,14 +31,15 @@ STATUS = EGO + "/vehicle_status"
 OBSTACLES = EGO + "/obstacles"
 MISSION = "/planner/mission_waypoints"
 LOCAL_PATH = "/planner/local_waypoints"
+LANE_OFFSET = "/camera/lane_offset"
 LIGHT_INFO = "/carla/traffic_lights/info"
 LIGHT_STATUS = "/carla/traffic_lights/status"
 _REMEMBERED_STAMPS = 200
 _MAX_PATH_POINTS = 300
 # Without new odometry for so long, the simulated time stands still [s].
 _STOPPED_AFTER_S = 0.5
-# The planner repeats its reason more often than this [s].
-_REASON_LASTS_S = 1.0
+# The planner repeats its reason, and the camera its offset in a lane, more often than this [s].
+_VALUE_LASTS_S = 1.0
 _LONGEST_REASON = 80
 
 
@@ -80,6 +81,7 @@ class DriveView:
             Feed(LIGHT_INFO),
             Feed(LIGHT_STATUS),
             Feed(SPEED_REASON),
+            Feed(LANE_OFFSET),
         ]
         self._sensors = SensorView()
         self.feeds += self._sensors.feeds
@@ -149,11 +151,12 @@ class DriveView:
             "speed": None,
             "plan": path[0][2] if path else None,
             "cross_track": None,
+            "lane_offset": self._recent(LANE_OFFSET, _lane_offset),
             "path": path,
             "command": self._value(STATUS, _command),
             "obstacles": self._value(OBSTACLES, _obstacles) or [],
             "lights": self._lights(),
-            "reason": self._reason(),
+            "reason": self._recent(SPEED_REASON, _speed_reason),
             "road": self.road_number,
             "progress": None,
         }
@@ -168,13 +171,13 @@ class DriveView:
                 state["progress"] = round(self.road.progress, 3)
         return {**state, **self._sensors.state(pose[:3] if pose else None)}
 
-    def _reason(self) -> str | None:
-        """Return what limits the speed now, None if the stack does not say it."""
-        said = self._value(SPEED_REASON, _speed_reason)
+    def _recent(self, topic: str, read: Callable[[Any], Any]) -> Any:
+        """Return the newest value with a stamp, None if the stack has not sent it for a while."""
+        said = self._value(topic, read)
         if said is None or self.stamp is None:
             return None
-        said_at_s, reason = said
-        return reason if abs(seconds_of(self.stamp) - said_at_s) < _REASON_LASTS_S else None
+        said_at_s, value = said
+        return value if abs(seconds_of(self.stamp) - said_at_s) < _VALUE_LASTS_S else None
 
     def _lights(self) -> list[list]:
         places = self._value(LIGHT_INFO, _light_places) or {}
@@ -185,6 +188,12 @@ class DriveView:
 def _speed_reason(message: Any) -> tuple[float, str]:
     reason = decoded(message, SpeedReason).reason
     return seconds_of(stamp_of(message)), MEANINGS.get(reason, reason[:_LONGEST_REASON])
+
+
+def _lane_offset(message: Any) -> tuple[float, float | None]:
+    offset_m = decoded(message, LaneOffset).offset_m
+    value = round(offset_m, 3) if math.isfinite(offset_m) else None
+    return seconds_of(stamp_of(message)), value
 
 
 def _pose(message: Any) -> tuple[float, float, float, float]:

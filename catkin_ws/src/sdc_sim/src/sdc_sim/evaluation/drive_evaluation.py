@@ -76,6 +76,7 @@ class DriveEvaluation:
         self._last_ns = self._last_command_ns = self._last_reason_ns = 0
         self._commands = CommandTrace()
         self._reasons: list = []
+        self._lane_offsets: dict = {}  # offset in the lane that the camera measured [m] by stamp
         self.planned: list = []  # rows of arc length [m], planned speed [m/s] and time [s]
 
     @property
@@ -138,7 +139,19 @@ class DriveEvaluation:
             world_restarts=0,
             assumed_limits=list(self.progress.rules.assumed),
         )
+        if self._lane_offsets:
+            metrics["lane_offset_rms_error_m"] = self._lane_offset_rms_error_m()
         return metrics
+
+    def _lane_offset_rms_error_m(self) -> float | None:
+        """Return how well the camera measures; pictures of the last second may be on their way."""
+        places = zip(self._commands.stamps, self.progress.column("cross_track_m"))
+        errors = [
+            self._lane_offsets[stamp] - cross_track_m
+            for stamp, cross_track_m in places
+            if stamp in self._lane_offsets and stamp < self._last_ns - _NS_PER_S
+        ]
+        return float(np.sqrt(np.mean(np.square(errors)))) if errors else None
 
     @property
     def commands(self) -> np.ndarray:
@@ -224,6 +237,10 @@ class DriveEvaluation:
         self._last_reason_ns = max(stamp_ns, self._last_reason_ns)
         if self._keep_trace:
             self._reasons.append((stamp_ns, name[:_MAX_REASON_LENGTH]))
+
+    def _on_lane_offset(self, stamp_ns: int, offset_m: float) -> None:
+        if self._keep_trace and np.isfinite(offset_m):
+            self._lane_offsets[stamp_ns] = offset_m
 
     def _on_scene(self, kind: str, time_s: float | None, content: Any) -> None:
         """Add what is around the car; without a time [s], that of the last odometry."""

@@ -15,7 +15,7 @@ from carla_msgs.msg import (
 )
 from nav_msgs.msg import Odometry
 from rospy import AnyMsg
-from sdc_msgs.msg import CarlaVehicleControl, Obstacle, ObstacleArray, SpeedReason
+from sdc_msgs.msg import CarlaVehicleControl, LaneOffset, Obstacle, ObstacleArray, SpeedReason
 
 from sdc_common.ros.conversion import stop_lines
 from sdc_common.ros.odometry import pose_and_speed, yaw_from_quaternion
@@ -67,6 +67,10 @@ class EvaluatorInput:
             REASON_TOPIC: (
                 SpeedReason,
                 lambda one: evaluator.add("reason", one.header.stamp.to_nsec(), one.reason),
+            ),
+            "/camera/lane_offset": (
+                LaneOffset,
+                lambda one: evaluator.add("lane_offset", one.header.stamp.to_nsec(), one.offset_m),
             ),
             ego + "/vehicle_control_cmd": (AnyMsg, self.command),
             ego + "/ackermann_cmd": (AckermannDrive, self.target),

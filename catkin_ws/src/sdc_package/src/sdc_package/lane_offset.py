@@ -1,0 +1,96 @@
+"""Measure where the car is in its lane, from the mask of the lane filter, and hold the lane."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from sdc_common.geometry.polyline import Place
+from sdc_common.validation import check_positive
+
+# With fewer marked pixels that agree there is no lane.
+_LEAST_PIXELS, _MOST_PIXELS = 50, 2000  # the most that are looked at in a picture
+_TOLERANCE_M = 0.12
+_OFFSETS_M = np.arange(-1.6, 1.6, 0.1)
+# Share by which one picture moves the path, and ticks whose places wait for their pictures.
+_GAIN, _KEPT_TICKS = 0.3, 60
+
+
+@dataclass(frozen=True)
+class LaneOffset:
+    """Projects marked pixels onto the flat road, and fits a parabola to both lines of the lane.
+
+    The fields are those of config/camera.yaml. The picture is 90 degrees wide.
+    """
+
+    camera_x_m: float
+    camera_z_m: float
+    camera_pitch_rad: float
+    near_m: float
+    far_m: float
+    lane_width_m: float
+    steepest: float
+
+    def __post_init__(self):
+        check_positive(camera_z_m=self.camera_z_m, lane_width_m=self.lane_width_m)
+        check_positive(steepest=self.steepest, length_m=self.far_m - self.near_m)
+
+    def measure(self, mask: np.ndarray) -> float | None:
+        """Return how far the car is left of the middle of its lane [m], None if it sees no lane."""
+        x, y = self._ground_points(mask)
+        # A pixel is on the right or on the left line, from which the car's offset follows.
+        half_m = self.lane_width_m / 2.0
+        x, offset = np.hstack([x, x]), np.hstack([-half_m - y, half_m - y])
+        # Pixels of the lines agree about the offset: the fit begins with the fullest bin.
+        best = 0, 0.0, 0.0
+        for slope in np.linspace(-0.2, 0.2, 21):
+            counts, _ = np.histogram(offset - slope * x, _OFFSETS_M)
+            place = int(counts.argmax())
+            best = max(best, (int(counts[place]), _OFFSETS_M[place] + 0.05, slope))
+        agree = np.abs(offset - best[1] - best[2] * x) < 2.0 * _TOLERANCE_M
+        curve = np.zeros(3)
+        for _ in range(5):
+            if np.count_nonzero(agree) < _LEAST_PIXELS:
+                return None
+            curve = np.polyfit(x[agree], offset[agree], 2)
+            agree = np.abs(offset - np.polyval(curve, x)) < _TOLERANCE_M
+        return float(curve[2]) if abs(curve[1]) < self.steepest else None
+
+    def _ground_points(self, mask: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return x (ahead) and y (left) of marked pixels on the road [m]."""
+        found = np.argwhere(mask)
+        every = np.linspace(0, len(found) - 1, min(len(found), _MOST_PIXELS)).astype(int)
+        rows, columns = found[every].T
+        height, width = mask.shape
+        c, s = math.cos(self.camera_pitch_rad), math.sin(self.camera_pitch_rad)
+        below = (rows - height / 2.0) * 2.0 / width
+        down, ahead = np.maximum(c * below + s, 1e-6), c - s * below
+        x = self.camera_x_m + self.camera_z_m * ahead / down
+        y = self.camera_z_m * (1.0 - columns * 2.0 / width) / down
+        seen = (self.near_m < x) & (x < self.far_m)
+        return x[seen], y[seen]
+
+
+class LaneHold:
+    """Moves the path to where the camera sees the lane: the position of the car may be wrong."""
+
+    def __init__(self):
+        self._cross_track_m: dict = {}
+        self._shift_m = 0.0
+
+    def see(self, stamp: Any, offset_m: float) -> None:
+        """Take the offset in the lane that the camera has measured at a stamp [m]."""
+        if stamp in self._cross_track_m and math.isfinite(offset_m):
+            self._shift_m += _GAIN * (self._cross_track_m[stamp] - offset_m - self._shift_m)
+
+    def moved(self, rows: np.ndarray, stamp: Any, place: Place) -> np.ndarray:
+        """Return the rows x, y, v of a path, moved; the car seems to be at `place`."""
+        self._cross_track_m[stamp] = place.cross_track_m
+        if len(self._cross_track_m) > _KEPT_TICKS:
+            del self._cross_track_m[next(iter(self._cross_track_m))]
+        along = np.gradient(rows[:, :2], axis=0)
+        left = np.column_stack([-along[:, 1], along[:, 0]]) / np.hypot(*along.T)[:, None]
+        return np.column_stack([rows[:, :2] + self._shift_m * left, rows[:, 2]])
