@@ -22,6 +22,8 @@ pytestmark = [pytest.mark.slow(60), pytest.mark.nightly]
 DRAWN = 20.0
 READY = "return window.jupyterapp ? jupyterapp.restored.then(() => true) : false"
 GUIDE = "return document.querySelector('.jp-RenderedMarkdown')?.innerText ?? ''"
+# Solutions behind a fold.
+FOLDED = "return document.querySelectorAll('.jp-RenderedMarkdown details:not([open]) pre').length"
 FIRST_TERMINAL = (
     "return document.querySelector('.jp-Terminal')?.getBoundingClientRect().width > 300"
 )
@@ -91,6 +93,7 @@ def test_jupyterlab_has_guide_terminal_editor_and_desktop(browser, tmp_path):
     )
     guide = browser.execute_script(GUIDE)
     assert "~/workshop" not in guide and f"cd {PROJECT}\n" in guide
+    assert browser.execute_script(FOLDED) > 20
     wait_until(lambda: browser.execute_script(FIRST_TERMINAL), "the terminal beside the guide")
     wait_until(lambda: "src" in browser.execute_script(FILES), "the files of the workspace")
     assert not {"build", "devel"} & set(browser.execute_script(FILES))

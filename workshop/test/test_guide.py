@@ -1,5 +1,6 @@
 """Follow guide.md word for word, in an empty home, with real terminals and a virtual display."""
 
+import re
 import time
 
 import pytest
@@ -56,6 +57,15 @@ def test_each_snippet_equals_the_solution():
         assert block.text == solution_body(step), (
             f"{GUIDE}, line {block.line}: differs from the solution of {step.place}"
         )
+
+
+def test_at_least_a_third_of_the_regions_is_written_alone():
+    """Their lines are behind a fold."""
+    folds = re.findall(r"^<details.*?^</details>", GUIDE.read_text(encoding="utf-8"), re.M | re.S)
+    alone = {(block.file, block.todo) for block in read("\n".join(folds)) if block.does == "write"}
+    steps = [(step.file, step.todo) for step in load_steps() if step.file]
+    assert alone <= set(steps)
+    assert 3 * len(alone) >= len(steps), f"{len(alone)} of {len(steps)}"
 
 
 def test_each_edit_of_an_experiment_fits_and_is_taken_back():
