@@ -13,7 +13,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Sequence
 
-from sdc_workshop import progress
+from sdc_workshop import progress, quiz
 from sdc_workshop.exam.answer import PASSED, Answer
 from sdc_workshop.exam.examination import Examination
 from sdc_workshop.exam.stage import Stage
@@ -39,7 +39,8 @@ _NOT_WATCHED = (progress.NAME, "__pycache__")
 DESCRIPTION = """Check your workspace, from any folder in it. Without a STEP, all steps of the
 workshop, or of the lab for which the workspace was made, are checked in their order and the first
 wrong one is explained; with STEPs, only those. A STEP is an id such as camera-3, the beginning of
-several, such as camera or controller-2, or a range: messages-7..messages-10."""
+several, such as camera or controller-2, or a range: messages-7..messages-10. `quiz [LESSON]` asks
+five questions about a lesson instead; without a LESSON, about the one at which you are."""
 
 
 def parse(arguments: Sequence[str]) -> argparse.Namespace:
@@ -183,6 +184,8 @@ def main(arguments: Sequence[str]) -> int:
     options = parse(arguments)
     try:
         place = Path(os.environ.get("PWD") or os.getcwd())
+        if options.steps[:1] == ["quiz"]:
+            return quiz.run(options.steps[1:], options.seed, place)
         if options.hint or options.list:
             lab = lab_near(place)
             steps = chosen(options.hint or options.steps, lab)
