@@ -4,6 +4,8 @@ import json
 import math
 
 import pytest
+import yaml
+from guide_blocks import read
 from guide_student import GUIDE
 
 from sdc_experiments.closed_loop import drive
@@ -11,21 +13,12 @@ from sdc_package.steering import stanley_compensated
 from sdc_workshop.exam.experiment import Experiment, table
 from sdc_workshop.steps import all_steps, chosen
 
-MY_ROUTE = [
-    {"straight_m": 40},
-    {"left_deg": 90, "radius_m": 15, "transition_m": 8},
-    {"straight_m": 20},
-    {"right_deg": 120, "radius_m": 12, "transition_m": 8},
-    {"straight_m": 30},
-]
-TIGHT = {"radius_m": 6, "transition_m": 3}
-TIGHT_ROUTE = [
-    {"straight_m": 20},
-    {"left_deg": 180, **TIGHT},
-    {"straight_m": 10},
-    {"right_deg": 180, **TIGHT},
-    {"straight_m": 20},
-]
+ROUTES = {
+    block.file: yaml.safe_load(block.text)["elements"]
+    for block in read(GUIDE.read_text(encoding="utf-8"))
+    if block.does == "write" and (block.file or "").endswith("_route.yaml")
+}
+MY_ROUTE, TIGHT_ROUTE = ROUTES["my_route.yaml"], ROUTES["tight_route.yaml"]
 NOISE = {"position_m": 0.1, "heading_rad": 0.0, "speed_mps": 0.0}
 # Of each experiment: how the drive differs, its parameters, and the choice that is right.
 DRIVES = {
