@@ -34,7 +34,7 @@ SYSTEM_VARIABLES = (
 
 pytestmark = [
     pytest.mark.nightly,
-    pytest.mark.slow(60),
+    pytest.mark.slow(100),
     pytest.mark.skipif(not LESSON.exists(), reason="the lesson is not in this tree"),
 ]
 
@@ -97,6 +97,9 @@ class Reader:
         )
         assert result.returncode == 0, f"{command}\n{result.stdout}"
         return result.stdout
+
+    def check(self, chapter):
+        return self.run(f"{FIRST_STEPS}/check.py {chapter}")
 
     def start(self, command):
         """Start the command in another terminal."""
@@ -181,7 +184,10 @@ def test_lesson_leads_to_the_results_that_it_describes(reader):
     reader.follow(steps[1])
     assert {"build", "devel", "src"} <= {path.name for path in reader.workspace.iterdir()}
 
+    reader.check(1)
+
     reader.follow(steps[2])
+    reader.check(2)
     expected = [block for language, _, block in blocks(steps[2]) if language == "text"][-1]
     assert expected in reader.run("rosmsg show um_msgs/Waypoints")
 
@@ -192,11 +198,13 @@ def test_lesson_leads_to_the_results_that_it_describes(reader):
     expected = [block for language, _, block in blocks(steps[3]) if language == "text"][-1]
     output = re.sub(r" +$", "", reader.echo("/world_waypoints"), flags=re.MULTILINE)
     assert expected in output and output.count("idx:") == POINTS
+    reader.check(3)
     reader.stop(node)
 
     reader.follow(steps[4])
     assert (reader.workspace / "src" / "qt_interface" / "package.xml").exists()
     reader.run("roslaunch --files qt_interface qt_interface.launch")
+    reader.check(4)
 
     reader.follow(steps[5])
     node = reader.start("rosrun world world_node.py")
@@ -206,6 +214,7 @@ def test_lesson_leads_to_the_results_that_it_describes(reader):
         lambda: abs(reader.number("/car_position", "direction") - 0.6) > 0.1, "a bounce"
     )
     assert reader.run("rosparam get /world/field_width").strip() == "800"
+    reader.check(5)
     reader.stop(node)
 
     publisher, tick = [block for language, _, block in blocks(steps[6]) if language == "python"]
@@ -232,6 +241,7 @@ def test_lesson_leads_to_the_results_that_it_describes(reader):
     edit(world, "    def move(self):\n", callback + "\n    def move(self):\n")
     node = reader.start("rosrun world world_node.py")
     reader.wait_for(lambda: "idx" in reader.echo("/sensed_waypoints"), "a sensed point")
+    reader.check("6 7")
     before = reader.number("/car_position", "direction")
     reader.run("rostopic pub -1 /cmd um_msgs/SteeringCommand 1.5708")
     turned = reader.number("/car_position", "direction") - before
@@ -243,9 +253,14 @@ def test_lesson_leads_to_the_results_that_it_describes(reader):
     reader.follow(steps[8])
     (wrap,) = [block for language, _, block in blocks(steps[9]) if language == "python"]
     edit(driver, wrap.splitlines(keepends=True)[0], wrap)
+    driving = reader.start("rosrun driverless driverless_node.py")
+    reader.wait_for(lambda: "/driverless" in reader.run("rosnode list"), "the driver")
+    reader.check("8 9")
+    reader.stop(driving)
     reader.stop(node)
 
     reader.follow(steps[10])
+    reader.check(10)
     reader.stop_all()
     reader.start("roslaunch demo_launcher demo.launch headless:=true")
     reader.wait_for(
