@@ -64,6 +64,9 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
         "--json", metavar="FILE", help="also write all answers to a file, for programs"
     )
     parser.add_argument(
+        "--language", metavar="CODE", help="language of the hints, such as de (default: LANG's)"
+    )
+    parser.add_argument(
         "--seed", default="", help="draw the same arguments as the check that showed this seed"
     )
     return parser.parse_args(arguments)
@@ -182,6 +185,8 @@ def main(arguments: Sequence[str]) -> int:
         the exit status: 0 all checked steps are right, 1 some are not, 2 bad command line
     """
     options = parse(arguments)
+    if options.language:
+        os.environ["LANGUAGE"] = options.language
     try:
         place = Path(os.environ.get("PWD") or os.getcwd())
         if options.steps[:1] == ["quiz"]:

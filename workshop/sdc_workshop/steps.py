@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import difflib
+import os
+import re
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -119,15 +121,25 @@ class Hint(NamedTuple):
     more: str
 
 
-@lru_cache(maxsize=1)
-def _hints() -> dict:
+def language() -> str:
+    """Return the language of the environment, as gettext finds it, if hints are in it; else ""."""
+    variables = ("LANGUAGE", "LC_ALL", "LC_MESSAGES", "LANG")
+    wanted = next(filter(None, map(os.environ.get, variables)), "")
+    code = re.split(r"[_.:@]", wanted)[0]
+    return code if code.isalpha() and (FOLDER / code / "hints.yaml").is_file() else ""
+
+
+@lru_cache
+def hints(code: str = "") -> dict:
+    """Return the hints of all lessons in a language, by the id of the step; "": in English."""
+    folders = [FOLDER / code] if code else [lesson_folder(lab) for lab in (WORKSHOP, *LABS)]
     found: dict = {}
-    for lab in (WORKSHOP, *LABS):
-        text = (lesson_folder(lab) / "hints.yaml").read_text(encoding="utf-8")
-        found.update(yaml.safe_load(text))
+    for folder in folders:
+        found.update(yaml.safe_load((folder / "hints.yaml").read_text(encoding="utf-8")))
     return found
 
 
 def hint_of(step_id: str) -> Hint:
-    """Return the hint of a step."""
-    return Hint(**_hints()[step_id])
+    """Return the hint of a step in the language of the environment, or in English."""
+    row = hints(language()).get(step_id) or hints()[step_id]
+    return Hint(row["hint"], row["more"])

@@ -1,5 +1,6 @@
 """Put the helper modules of these tests on their path, and build the world's workspace."""
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -9,6 +10,7 @@ import pytest
 from sdc_workshop.exam.sandbox import SandboxError, require
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
+os.environ["LANGUAGE"] = "en"  # The tests read English hints, whatever the developer's language is.
 
 
 @pytest.fixture(scope="session")

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import yaml
 
+from sdc_workshop import languages
 from sdc_workshop.browser import desktop, service
 from sdc_workshop.workspace import PROJECT
 
@@ -28,8 +29,8 @@ _CONFIGURATION = Path(__file__).with_name("lab.yaml")
 
 
 def local_guide() -> Path:
-    """Return the path of a guide whose commands have the real path of the project."""
-    text = GUIDE.read_text(encoding="utf-8").replace("~/workshop", str(PROJECT))
+    """Return the path of a guide, in the reader's language, with the real path of the project."""
+    text = languages.page("guide.md").replace("~/workshop", str(PROJECT))
     try:
         _LOCAL_GUIDE.write_text(text, encoding="utf-8")
     except OSError:
