@@ -5,14 +5,14 @@ from __future__ import annotations
 import contextlib
 from typing import TYPE_CHECKING
 
-from sdc_sim.scenario.packaged import node_config
+from sdc_sim.yaml_document import packaged_config
 from sdc_workshop.exam.answer import Problem, listed
 from sdc_workshop.exam.files import interpreter_problem, permission_problem
 from sdc_workshop.exam.node import Node
 from sdc_workshop.exam.node_check import NodeCheck
 from sdc_workshop.exam.stage import Stage
 from sdc_workshop.exam.variant import Variant
-from sdc_workshop.workspace import PACKAGE
+from sdc_workshop.workspace import PACKAGE, SOLUTION
 
 if TYPE_CHECKING:
     import numpy as np
@@ -59,7 +59,8 @@ class CameraCheck(NodeCheck):
 
     def parameters(self, stage: Stage) -> dict:
         """See NodeCheck.parameters."""
-        offset = node_config("sdc_package", "camera")["lane_offset"]
+        # The packages of ROS are those of the terminal, which may lack the car.
+        offset = packaged_config("camera", str(SOLUTION / PACKAGE / "config"))["lane_offset"]
         return {"show_window": False, "lane_filter": _THRESHOLDS, "lane_offset": offset}
 
     def answer_problem(self, node: Node, variant: Variant, stage: Stage) -> Problem | None:
