@@ -68,7 +68,8 @@ def entries(path: Path) -> list:
 
 
 def _hash(text: object) -> str:
-    return hashlib.sha256(str(text).encode()).hexdigest()[:8]
+    """Return the hash of a text; lines that are only wrapped in another way do not change it."""
+    return hashlib.sha256(" ".join(str(text).split()).encode()).hexdigest()[:8]
 
 
 def stale() -> list:
