@@ -62,28 +62,22 @@ def test_result_is_what_the_experiment_explains(name, my_route, tmp_path, monkey
             heading + math.atan2(k * error, softening + abs(speed))
         )
         monkeypatch.setattr(stanley_compensated, "stanley_angle", wrong)
+    experiment = Experiment.named(name, tmp_path)
     keep(tmp_path, "my_route", my_route, {})
+    assert experiment.answer().status == "unfinished", "there is no prediction"
+    predict(tmp_path, name, "a")
+    assert f"report/{name}.json" in experiment.answer().expected
+    keep(tmp_path, name, my_route, {})
+    assert experiment.answer().status == "wrong", "a drive without the setting is no experiment"
+    assert experiment.setting in experiment.answer().expected
     keep(tmp_path, name, drive(**{"route": MY_ROUTE, **options}), options)
     for prediction in "abc":
         predict(tmp_path, name, prediction)
-        answer = Experiment.named(name, tmp_path).answer()
+        answer = experiment.answer()
         assert answer.status == "passed", "a wrong prediction passes, too"
         assert answer.expected.startswith(f"{prediction}: ")
         assert answer.seen.startswith(f"{right}: ")
         assert answer.hint.startswith("As" if prediction == right else "Not as")
-
-
-@pytest.mark.parametrize("name", DRIVES)
-def test_drive_without_the_setting_is_no_experiment(name, my_route, tmp_path):
-    experiment = Experiment.named(name, tmp_path)
-    assert (experiment.answer().status, experiment.answer().seen) == ("unfinished", "none")
-    predict(tmp_path, name, "b")
-    assert "report/my_route.json" in experiment.answer().expected
-    keep(tmp_path, "my_route", my_route, {})
-    assert f"report/{name}.json" in experiment.answer().expected
-    keep(tmp_path, name, my_route, {})
-    assert experiment.answer().status == "wrong"
-    assert table()[name]["setting"] in experiment.answer().expected
 
 
 def test_guide_asks_what_the_check_asks():
