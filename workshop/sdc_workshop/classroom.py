@@ -8,6 +8,7 @@ import os
 import random
 import sys
 import time
+from functools import lru_cache
 from pathlib import Path
 from statistics import median
 from typing import Sequence
@@ -26,6 +27,7 @@ workspaces, such as /home. The page has pseudonyms. It is written again every fe
 Ctrl-C, and reloads itself in the browser."""
 # A student who was away for longer was not at a step all the time.
 _LONGEST_MIN = 60.0
+_PERIOD_S = 5
 _MOST_BYTES = 1_000_000
 
 
@@ -37,17 +39,23 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     parser.add_argument("--output", type=Path, default=Path("class.html"), help="the page")
     parser.add_argument("--names", action="store_true", help="show names: ask the students first")
     parser.add_argument("--once", action="store_true", help="write the page once, and exit")
-    parser.add_argument("--every", type=float, default=5.0, metavar="SECONDS", help="period")
-    options = parser.parse_args(arguments)
-    if options.every < 1.0:
-        parser.error("--every must be at least 1")
-    return options
+    return parser.parse_args(arguments)
 
 
 def workspace_in(folder: Path, lab: str) -> Path | None:
     """Return the workspace in a student's folder, or None."""
     package = f"src/{package_of(lab)}"
-    return next((one for one in (folder, folder / "sdc_ws") if (one / package).is_dir()), None)
+    try:
+        return next((one for one in (folder, folder / "sdc_ws") if (one / package).is_dir()), None)
+    except PermissionError:
+        tell(f"{folder} cannot be read: let the student permit it, or start this command as root")
+        return None
+
+
+@lru_cache
+def tell(text: str) -> None:
+    """Print a line once, however often the page is written."""
+    print(f"class: {text}", file=sys.stderr)
 
 
 def minutes(stamps: dict) -> dict:
@@ -73,7 +81,8 @@ def student(workspace: Path, lab: str, now_s: float) -> dict:
     """Return a student's row of the page; raises ValueError where the kept file is damaged."""
     kept = workspace / "src" / package_of(lab) / progress.NAME
     # Students write this file: what is not a plain small one is not read.
-    if kept.is_symlink() or (kept.is_file() and kept.stat().st_size > _MOST_BYTES):
+    is_plain = kept.is_file() and kept.stat().st_size <= _MOST_BYTES
+    if kept.is_symlink() or (kept.exists() and not is_plain):
         raise ValueError("it is not a file of ./workshop/check")
     try:
         statuses, stamps = progress.statuses(workspace, lab), progress.times(workspace, lab)
@@ -89,7 +98,7 @@ def student(workspace: Path, lab: str, now_s: float) -> dict:
             "waits": None if last_s is None else max(0, round((now_s - last_s) / 60.0)),
             "quizzes": {str(key): int(right) for key, right in progress.quizzes(workspace).items()},
         }
-    except (TypeError, KeyError, AttributeError, IndexError) as error:
+    except (TypeError, LookupError, AttributeError, ArithmeticError, RecursionError) as error:
         raise ValueError(f"it is damaged ({error!r})") from None
 
 
@@ -117,7 +126,7 @@ def write_page(options: argparse.Namespace, now_s: float) -> int:
         try:
             rows.append({"name": shown[name], **student(found[name], options.lab, now_s)})
         except (ValueError, OSError) as error:
-            print(f"class: {shown[name]}: {progress.NAME} is left out: {error}", file=sys.stderr)
+            tell(f"{shown[name]}: {progress.NAME} is left out: {error}")
     steps = []
     for step in load_steps(options.lab):
         taken = [row["taken"][step.id] for row in rows if step.id in row["taken"]]
@@ -138,7 +147,7 @@ def write_page(options: argparse.Namespace, now_s: float) -> int:
         rows=sorted(rows, key=lambda row: (len(row["done"]), row["name"])),
         steps=steps,
         slow=slow,
-        every=0 if options.once else round(options.every),
+        every=0 if options.once else _PERIOD_S,
         time=time.strftime("%H:%M:%S", time.localtime(now_s)),
     )
     temporary = output.with_suffix(".part")
@@ -154,7 +163,7 @@ def main(arguments: Sequence[str]) -> int:
         count = write_page(options, time.time())
         print(f"class: {count} students, see {options.output.absolute().as_uri()}", flush=True)
         while not options.once:
-            time.sleep(options.every)
+            time.sleep(_PERIOD_S)
             write_page(options, time.time())
     except KeyboardInterrupt:
         print()

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import random
 import secrets
-import sys
 from pathlib import Path
 from typing import NamedTuple
 
@@ -123,5 +122,4 @@ def run(names: list, seed: str, place: Path) -> int:
     if folder is not None and (folder / "src" / "sdc_package").is_dir():
         progress.keep_quiz(folder, lesson, right)
     print(f"\n{right} of {len(asked)} right.   Again: ./workshop/check --seed {seed} quiz {lesson}")
-    sys.stdout.flush()
     return 0 if right == len(asked) else 1

@@ -1,7 +1,6 @@
 """./workshop/check quiz: questions drawn from a seed, asked on standard input and graded."""
 
 import io
-import json
 
 import pytest
 
@@ -19,25 +18,18 @@ def test_lesson_has_five_questions_whose_answers_vary_with_the_seed(lesson):
         assert all(len(set(question.choices)) == len(question.choices) for question in same)
 
 
-def ask(monkeypatch, folder, answers):
-    monkeypatch.setenv("PWD", str(folder))
-    monkeypatch.setattr("sys.stdin", io.StringIO("".join(f"{answer}\n" for answer in answers)))
-    return main(["--seed", "7", "quiz", "phase-3"])
-
-
 def test_quiz_grades_answers_and_keeps_the_last_result(tmp_path, monkeypatch, capsys):
+    def ask(*answers):
+        monkeypatch.setattr("sys.stdin", io.StringIO("".join(f"{one}\n" for one in answers)))
+        return main(["--seed", "7", "quiz", "phase-3"]), progress.quizzes(tmp_path)
+
     (tmp_path / "src/sdc_package").mkdir(parents=True)
     link(tmp_path)
-    right = [
-        "abcdefgh"[question.answer] if question.choices else question.answer
-        for question in quiz.questions("phase-3", "7")
-    ]
-    assert ask(monkeypatch, tmp_path, right) == 0
-    assert progress.quizzes(tmp_path) == {"phase-3": 5}
-    assert ask(monkeypatch, tmp_path, ["no number", 99.0, *right[1:]]) == 1
+    monkeypatch.setenv("PWD", str(tmp_path))
+    drawn = quiz.questions("phase-3", "7")
+    right = ["abcdefgh"[one.answer] if one.choices else one.answer for one in drawn]
+    assert ask(*right) == (0, {"phase-3": 5})
+    assert ask("no number", 99.0, *right[1:]) == (1, {"phase-3": 4})
     assert f"No, {right[0]:g} dot product" in capsys.readouterr().out
-    assert progress.quizzes(tmp_path) == {"phase-3": 4} and progress.statuses(tmp_path) == {}
-    assert ask(monkeypatch, tmp_path, right[:2]) == 1
+    assert ask(*right[:2]) == (1, {"phase-3": 4})
     assert capsys.readouterr().out.endswith("ended at question 3 of 5; no result is kept.\n")
-    kept = (tmp_path / "src/sdc_package" / progress.NAME).read_text()
-    assert json.loads(kept)["quiz"] == {"phase-3": 4}
