@@ -34,7 +34,8 @@ def local_guide() -> Path:
     try:
         _LOCAL_GUIDE.write_text(text, encoding="utf-8")
     except OSError:
-        return GUIDE  # The project of another user; the guide says how to read its commands.
+        # The project of another user; the guide says how to read its commands.
+        return languages.FOLDER / languages.language() / GUIDE.name
     return _LOCAL_GUIDE
 
 
