@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import os
 import time
 import zlib
 from pathlib import Path
@@ -70,9 +71,11 @@ def keep(folder: Path, answers: dict) -> None:
 
 
 def _write(folder: Path, lab: str, kept: dict) -> None:
+    path = folder / "src" / package_of(lab) / NAME
+    temporary = path.with_name(f"{NAME}~")
     with contextlib.suppress(OSError):
-        text = json.dumps(kept, indent=1)
-        (folder / "src" / package_of(lab) / NAME).write_text(text, encoding="utf-8")
+        temporary.write_text(json.dumps(kept, indent=1), encoding="utf-8")
+        os.replace(temporary, path)  # The page of a class never reads half a file.
 
 
 def _kept(folder: Path, lab: str) -> dict:
