@@ -193,7 +193,7 @@ def main(arguments: Sequence[str]) -> int:
             return quiz.run(options.steps[1:], options.seed, place)
         if options.hint or options.list:
             lab = lab_near(place)
-            steps = chosen(options.hint or options.steps, lab)
+            steps = chosen(options.hint or options.steps, lab, optional=True)
             print_hints(steps if options.hint else [])
             for step in [] if options.hint else steps:
                 print(f"{step.id:22} {step.title}")

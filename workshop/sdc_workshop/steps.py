@@ -88,18 +88,19 @@ def find_steps(name: str, lab: str = WORKSHOP) -> list:
     return found
 
 
-def chosen(names: Sequence[str], lab: str = WORKSHOP) -> list:
+def chosen(names: Sequence[str], lab: str = WORKSHOP, optional: bool = False) -> list:
     """Return the steps that names mean, in order; without names, those of a lab.
 
     Args:
         names: ids, beginnings of ids, or ranges of them: "messages-7..messages-10"
         lab: the lab of the workspace
+        optional: whether the optional steps are among those of the lab
 
     Raises:
         StepError: there is no such step
     """
     if not names:
-        return load_steps(lab)
+        return load_steps(lab, optional)
     steps = all_steps()
     meant: set = set()
     for name in names:
