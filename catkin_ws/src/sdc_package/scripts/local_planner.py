@@ -9,6 +9,7 @@ from sdc_common.ros.node import LoopPublisher, every, parameter, refuse, watch_c
 from sdc_common.ros.refusal import refusing
 from sdc_common.ros.speed_reason_publisher import SpeedReasonPublisher
 from sdc_msgs.msg import LaneOffset, ObstacleArray
+from sdc_package.behaviour.streets import streets_of
 from sdc_package.lane_offset import LaneHold
 from sdc_package.local_planner import LocalPlanner, PlannerSettings
 from sdc_package.odometry import pose_and_speed
@@ -27,6 +28,7 @@ class LocalPlannerNode:
         # ------------------------------------------------------------------------
         try:
             self.settings = PlannerSettings.read(parameter)
+            self.streets = streets_of(parameter)
         except (TypeError, ValueError) as error:
             refuse(f"config/local_planner.yaml: {error}")
         # Rows x, y and limit of the road [m/s]; None: the mission has no limits.
@@ -85,7 +87,7 @@ class LocalPlannerNode:
             limits = self.limits[:, 2]
         if self.planner is not None and self.planner.is_for(waypoints):
             return
-        planner = LocalPlanner(waypoints, self.settings, limits, self.speed)
+        planner = LocalPlanner(waypoints, self.settings, limits, self.speed, self.streets)
         if self.planner is None:
             planner.resume(rospy.get_param("~route_s_m", -1.0))
         self.planner, self.search = planner, WaypointSearch(planner.route.points)

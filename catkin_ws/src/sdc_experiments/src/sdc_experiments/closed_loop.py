@@ -14,6 +14,7 @@ from sdc_common.driving import Observation, Path
 from sdc_common.geometry.segments import use_machine_code
 from sdc_experiments.configuration import node_parameters
 from sdc_experiments.recorder import DriveRecorder, stop_lines_of
+from sdc_package.behaviour.streets import streets_of
 from sdc_package.car import Car, MissionDriver, PathPlanner
 from sdc_package.controller import Controller
 from sdc_package.local_planner import PlannerSettings
@@ -136,7 +137,9 @@ def _own_planner(
     mission = missions.update(seen.x_m, seen.y_m, seen.yaw_rad)
     assert mission is not None
     points_m = mission.points_m
-    return MissionDriver(points_m, settings, lines, missions, mission.limits_mps), points_m
+    streets = streets_of(limits.__getitem__, missions.network)
+    road_mps = mission.limits_mps
+    return MissionDriver(points_m, settings, lines, missions, road_mps, streets), points_m
 
 
 def _on_map(

@@ -19,6 +19,7 @@ from sdc_package.traffic_lights import TrafficLightMonitor
 from sdc_package.waypoint_search import WaypointSearch
 
 if TYPE_CHECKING:
+    from sdc_package.behaviour.streets import StreetBehaviour
     from sdc_package.global_planner import GlobalPlanner
 
 
@@ -47,6 +48,7 @@ class MissionDriver:
         stop_lines: stop line of each traffic light by its id
         missions: plans another mission when it is needed, None for this one alone
         road_mps: (N,) speed limits at the waypoints, None for no limits [m/s]
+        streets: what the car decides on a map, None elsewhere
     """
 
     def __init__(
@@ -56,8 +58,10 @@ class MissionDriver:
         stop_lines: Mapping[int, StopLine] | None = None,
         missions: GlobalPlanner | None = None,
         road_mps: np.ndarray | None = None,
+        streets: StreetBehaviour | None = None,
     ):
         self._settings, self._missions = settings, missions
+        self._streets = streets
         self._follow(waypoints_m, road_mps)
         self._lights = TrafficLightMonitor(settings.traffic_lights)
         self._lights.lines = dict(stop_lines or {})
@@ -70,7 +74,7 @@ class MissionDriver:
         points = points_as_sent(waypoints_m)
         if road_mps is not None:
             road_mps = np.asarray(road_mps, np.float32).astype(float)
-        self._planner = LocalPlanner(points, self._settings, road_mps, start_mps)
+        self._planner = LocalPlanner(points, self._settings, road_mps, start_mps, self._streets)
         self._search = WaypointSearch(self._planner.route.points)
 
     @property

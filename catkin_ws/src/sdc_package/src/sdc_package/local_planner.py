@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_left, bisect_right
 from dataclasses import dataclass, replace
-from typing import Any, Callable, Sequence
+from typing import TYPE_CHECKING, Any, Callable, Sequence
 
 import numpy as np
 
@@ -15,6 +15,9 @@ from sdc_common.planning.speed_profile import SpeedLimits, limited_speeds
 from sdc_common.validation import check_positive
 from sdc_package.obstacles import DetectedObstacle, ObstacleMargins, speed_caps
 from sdc_package.traffic_lights import TrafficLightMargins, TrafficLightMonitor
+
+if TYPE_CHECKING:
+    from sdc_package.behaviour.streets import StreetBehaviour
 
 # The car moves less than this between two odometry messages, unless it is moved to another place.
 _WINDOW_BACK_M = 3.0
@@ -89,6 +92,7 @@ class LocalPlanner:
         settings: PlannerSettings,
         road_mps: np.ndarray | None = None,
         start_mps: float = 0.0,
+        streets: StreetBehaviour | None = None,
     ):
         """Plan the speed profile of a route.
 
@@ -97,6 +101,7 @@ class LocalPlanner:
             settings: parameters
             road_mps: (N,) speed limit of the road at the waypoints, None for no limit [m/s]
             start_mps: speed of the car that begins to follow it [m/s]
+            streets: what the car decides on a map, None elsewhere
 
         Raises:
             ValueError: there are fewer than 2 waypoints, one is not finite, or one repeats the one
@@ -122,6 +127,10 @@ class LocalPlanner:
         self._horizon_m = settings.lookahead_m + stopping_m + margins.gap_m + margins.car_front_m
         self._place: Place | None = None
         self._xy = math.nan, math.nan
+        self._obstacles: Sequence[DetectedObstacle] = ()
+        self._streets = streets
+        if streets is not None:
+            streets.follow(route)
         self._window_ahead_m = _WINDOW_AHEAD_M
 
     @property
@@ -169,6 +178,9 @@ class LocalPlanner:
         if ahead != self._ahead:
             self._ahead, self._rows = ahead, self._path[ahead]
         self.reason = self._reasons[ahead.start]
+        self._obstacles = obstacles
+        if self._streets is not None:
+            obstacles = self._streets.relevant(self.place.s_m, obstacles)
         if not obstacles:
             return self._rows
         caps = speed_caps(
@@ -185,7 +197,7 @@ class LocalPlanner:
     def stop_for(
         self, lights: TrafficLightMonitor, rows: np.ndarray, speed_mps: float
     ) -> np.ndarray:
-        """Return the rows of the last plan with the stop that the traffic lights demand, if any.
+        """Return the rows of the last plan with the stops that lights and streets demand, if any.
 
         Args:
             lights: the known traffic lights
@@ -196,10 +208,11 @@ class LocalPlanner:
             self.reason = "accelerating"  # after a stop; the profile does not know of it
         braking_mps2 = self.settings.limits.braking_mps2
         stop_s = lights.stop_s(self.route, self.place.s_m, speed_mps, braking_mps2, self._horizon_m)
-        if stop_s is None:
-            return rows
-        room_m = np.maximum(self.route.last_point_s(stop_s) - self.route.s[self._ahead], 0.0)
-        return self._capped(rows, np.sqrt(2.0 * braking_mps2 * room_m), "traffic_light")
+        if stop_s is not None:
+            rows = self._stopped_at(rows, stop_s, "traffic_light")
+        if self._streets is not None:
+            rows = self._on_streets(self._streets, rows, speed_mps, stop_s is not None)
+        return rows
 
     def is_for(self, waypoints_m: np.ndarray) -> bool:
         """Return whether this planner plans along exactly these waypoints."""
@@ -215,6 +228,23 @@ class LocalPlanner:
             self._xy = self.route.line.point_at(s_m)
             self._place = self.route.line.project(*self._xy, s_m, _WINDOW_BACK_M, _WINDOW_BACK_M)
             self._window_ahead_m = _RESUME_WITHIN_M
+
+    def _on_streets(
+        self, streets: StreetBehaviour, rows: np.ndarray, speed_mps: float, is_red: bool
+    ) -> np.ndarray:
+        """Return rows that keep the distance to the one ahead, and stop at the next junction."""
+        seen, s_m = self._obstacles, self.place.s_m
+        following_mps = streets.following_mps(s_m, seen, self._horizon_m)
+        if following_mps < rows[0, 2]:
+            rows = self._capped(rows, np.full(len(rows), following_mps), "obstacle")
+        stop = streets.stop(s_m, speed_mps, seen, self._horizon_m, is_red)
+        return rows if stop is None else self._stopped_at(rows, *stop)
+
+    def _stopped_at(self, rows: np.ndarray, stop_s: float, reason: str) -> np.ndarray:
+        """Return rows with which the car's centre stops at an arc length, for this reason."""
+        room_m = np.maximum(self.route.last_point_s(stop_s) - self.route.s[self._ahead], 0.0)
+        caps = np.sqrt(2.0 * self.settings.limits.braking_mps2 * room_m)
+        return self._capped(rows, caps, reason)
 
     def _capped(self, path: np.ndarray, caps: np.ndarray, reason: str) -> np.ndarray:
         """Return (n, 3) rows of x, y, v with v limited to (n,) speeds, for this reason."""

@@ -12,6 +12,9 @@ MEANINGS = {
     "accelerating": "accelerates, at the start or after a bend",
     "obstacle": "stops behind an obstacle, or follows it",
     "traffic_light": "stops at a traffic light",
+    "stop_sign": "stops at a stop sign",
+    "right_of_way": "gives way at a junction",
+    "junction_blocked": "waits until the way out of a junction is free",
     "path_timeout": "the controller brakes: no path arrives",
     "odometry_timeout": "the controller brakes: no odometry arrives",
 }

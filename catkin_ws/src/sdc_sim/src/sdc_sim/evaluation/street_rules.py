@@ -29,7 +29,7 @@ _CROSSING_RAD = math.radians(30.0)
 _ARRIVES_S, _MOVING_MPS = 2.0, 1.0
 # A car has stopped at a sign if it was so slow, so close before its line.
 _STOPPED_MPS, _AT_LINE_M = 0.3, 4.0
-_AGAINST_RAD = math.radians(120.0)
+_AGAINST_RAD, _ALONG_RAD = math.radians(120.0), math.radians(60.0)
 # Above the speed limit by more than this [m/s].
 _TOLERANCE_MPS = 1.0
 # So long lasts what counts as wrong lane, speeding, and standing in a junction [s].
@@ -164,7 +164,11 @@ class StreetRules:
                 found.append(STOP_SIGN)
             near = [one for one in others if one.speed_mps > _MOVING_MPS]
             places = [self._network.nearest(*one.body[:3], _LANE_M) for one in near]
-            arriving = [(one, at) for one, at in zip(near, places) if at]
+            arriving = [
+                (one, at)
+                for one, at in zip(near, places)
+                if at and abs(at.heading_error_rad) < _ALONG_RAD  # no pedestrian on a crosswalk
+            ]
             self._taken = {
                 edge_of(way.end)
                 for way, first in ways

@@ -1,0 +1,1 @@
+"""What the car decides on streets: where it stops, and for whom."""

@@ -1,0 +1,114 @@
+"""The junctions that a route crosses, and who has right of way there."""
+
+from __future__ import annotations
+
+from typing import Iterator, NamedTuple
+
+import numpy as np
+
+from sdc_common.geometry.route import Route
+from sdc_sim.road.network import STOP, Connection, LanePlace, Network, edge_of
+
+# Places on the route at which the lane is looked up are so far apart, and so near to it [m].
+_STEP_M, _LANE_M = 2.0, 2.5
+# Lanes from which a road user may come are followed so far back.
+_UPSTREAM_M = 200.0
+# Points on two ways that are nearer than this are in the space that both need.
+_BODY_M, _SAMPLE_M = 3.0, 1.0
+
+
+class Conflict(NamedTuple):
+    """A way through a junction with right of way over that of the car."""
+
+    # Of each lane that leads to the way or is a part of it: the distance from the end of the lane
+    # to the junction, negative inside [m].
+    lanes: dict[str, float]
+    length_m: float  # of the way in the junction
+    own_m: tuple[float, float]  # the space that both need, along the car's route
+    its_m: tuple[float, float]  # the same along the other way, from where the junction begins
+
+
+class Crossing(NamedTuple):
+    """A way of the route through a junction; arc lengths are those along the route [m]."""
+
+    line_m: float  # where the junction begins, with the stop line
+    end_m: float  # where it ends
+    has_stop_sign: bool
+    conflicts: list[Conflict]
+
+
+def crossings(network: Network, route: Route) -> list[Crossing]:
+    """Return the crossings of a route, in order."""
+    found: list[Crossing] = []
+    last: tuple[LanePlace, float] | None = None  # on the lane before the junction
+    is_inside = False
+    for s_m, place in _places(network, route):
+        if network.lanes[place.lane].junction:
+            is_inside = True
+            continue
+        if last is not None and is_inside:
+            found += _crossing(network, route, last, place, s_m)
+        last, is_inside = (place, s_m), False
+    return found
+
+
+def _places(network: Network, route: Route) -> Iterator[tuple[float, LanePlace]]:
+    """Yield arc lengths of a route and the places on the lanes there."""
+    for s_m in np.append(np.arange(0.0, route.length_m, _STEP_M), route.length_m).tolist():
+        x, y = route.line.point_at(s_m)
+        place = network.nearest(x, y, route.line.heading_at(s_m), _LANE_M)
+        if place is not None:
+            yield s_m, place
+
+
+def _crossing(
+    network: Network, route: Route, last: tuple[LanePlace, float], after: LanePlace, after_m: float
+) -> Iterator[Crossing]:
+    """Yield the way from the place before a junction to that after it, if there is one."""
+    before, before_m = last
+    ways = ((one, way) for one in network.junctions.values() for way in one.connections)
+    for junction, way in ways:
+        if way.start != before.lane or edge_of(way.end) != edge_of(after.lane):
+            continue
+        reach = before_m, 1.0, after_m - before_m + 1.0
+        start, end = network.lanes[way.start], network.lanes[way.end]
+        line_m = route.line.project(*start.points_m[-1], *reach).s_m
+        end_m = route.line.project(*end.points_m[0], *reach).s_m
+        first = [junction.connections[index] for index in way.gives_way_to]
+        own_s = np.arange(line_m, end_m + _SAMPLE_M, _SAMPLE_M)
+        own = np.array([route.line.point_at(s) for s in own_s.tolist()])
+        conflicts = [_conflict(network, one, way, own_s, own) for one in first]
+        has_stop_sign = way.line == STOP and way.signal < 0
+        yield Crossing(line_m, end_m, has_stop_sign, [one for one in conflicts if one])
+        return
+
+
+def _conflict(
+    network: Network, way: Connection, own: Connection, own_s: np.ndarray, own_points: np.ndarray
+) -> Conflict | None:
+    """Return where a way meets the car's own, None if it has no lane in the junction."""
+    lanes, inside_m, points, s = {}, 0.0, [], []
+    for name in way.through:
+        lane = network.lanes[name]
+        at = np.arange(0.0, lane.length_m, _SAMPLE_M)
+        points.append(lane.at(at))
+        s.append(inside_m + at)
+        inside_m += lane.length_m
+        lanes[name] = -inside_m
+    if not points:
+        return None
+    its_s = np.concatenate(s)
+    near = np.hypot(*(own_points[:, None] - np.concatenate(points)).transpose(2, 0, 1)) < _BODY_M
+    if not near.any():  # They end on lanes beside one another.
+        near[:] = True
+    mine, its = np.flatnonzero(near.any(axis=1)), np.flatnonzero(near.any(axis=0))
+    queue = [(way.start, 0.0)]
+    while queue:
+        name, distance_m = queue.pop()
+        if name == own.start or distance_m >= lanes.get(name, _UPSTREAM_M):
+            continue
+        lanes[name] = distance_m
+        lane = network.lanes[name]
+        queue += [(one, distance_m + lane.length_m) for one in lane.predecessors]
+    own_m = float(own_s[mine[0]]), float(own_s[mine[-1]])
+    return Conflict(lanes, inside_m, own_m, (float(its_s[its[0]]), float(its_s[its[-1]])))

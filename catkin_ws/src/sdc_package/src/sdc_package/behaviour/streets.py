@@ -1,0 +1,332 @@
+"""Where the car stops on streets: at stop signs, for others with right of way, before a jam."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, Callable, Iterator, Sequence
+
+from sdc_common.driving import DetectedObstacle
+from sdc_common.geometry.angles import wrap_angle
+from sdc_common.geometry.route import Route
+from sdc_common.validation import check_non_negative
+from sdc_package.behaviour.crossings import Conflict, Crossing, crossings
+from sdc_sim.road.network import LanePlace, Network
+
+STOP_SIGN, RIGHT_OF_WAY, JUNCTION_BLOCKED = "stop_sign", "right_of_way", "junction_blocked"
+# The car has stopped if it was so slow, so close to the place at which it should stop.
+_STOPPED_MPS, _STOPPED_WITHIN_M = 0.2, 1.5
+# A road user so slow is in a jam; at a junction, one so slow waits for the car.
+_STANDS_MPS, _WAITS_MPS = 0.5, 0.1
+_LANE_M = 2.5
+# Road users so far from the stop line, or so much time from it, matter. The third one is the time
+# within which one that arrives at the junction has right of way there.
+_NEAR_M, _SOON_S, _ARRIVES_S = 40.0, 8.0, 3.5
+# A slow one is expected to be so fast when it enters the junction.
+_STARTS_MPS = 3.0
+_CAR_WIDTH_M = 2.0
+# Shorter road users are pedestrians; one that is more oblique than this changes lanes or turns.
+_VEHICLE_M, _ALONG_RAD = 1.2, math.radians(20.0)
+_BESIDE_M = 0.3
+# A pedestrian on a crosswalk is not on the lane.
+_ACROSS_RAD = math.radians(60.0)
+# A car that may start gives way to those that wait, too, for so many plans (20 a second).
+_WAITS, _AT_LINE_M = 30, 5.0
+# Time in which a distance that is too short or too long is corrected.
+_FOLLOW_S = 2.0
+
+
+@dataclass(frozen=True)
+class StreetMargins:
+    """Margins of the car at junctions.
+
+    Attributes:
+        gap_m: distance between the car's front and the line at which it stops [m]
+        follow_gap_m: distance to the one ahead at standstill [m]
+        time_gap_s: additional time to the one ahead [s]
+        clear_s: time between the car and a road user with right of way at the junction [s]
+        hardest_mps2: greatest deceleration for a junction; a car that cannot stop drives on
+        acceleration_mps2: acceleration with which the car is expected to cross [m/s^2]
+        crossing_mps: greatest speed with which it is expected to cross [m/s]
+        car_front_m: distance from the car's centre to its front [m]
+    """
+
+    gap_m: float
+    follow_gap_m: float
+    time_gap_s: float
+    clear_s: float
+    hardest_mps2: float
+    acceleration_mps2: float
+    crossing_mps: float
+    car_front_m: float
+
+    def __post_init__(self):
+        check_non_negative(**{f"streets/{name}": value for name, value in vars(self).items()})
+
+
+class StreetBehaviour:
+    """Decides where the car stops on its route through a network of streets.
+
+    Rules, with the articles of the Vienna Convention on Road Traffic (1968): stop sign (10.3),
+    right of way (18), no stop in a junction (18.3).
+    """
+
+    def __init__(self, network: Network, margins: StreetMargins):
+        self._network, self._margins = network, margins
+        self._crossings: list[Crossing] = []
+        self._has_stopped = False
+        self._plans_at_line = 0
+
+    def follow(self, route: Route) -> None:
+        """Follow another route."""
+        self._route = route
+        self._crossings = crossings(self._network, route)
+        self._has_stopped = False
+
+    def stop(
+        self,
+        s_m: float,
+        speed_mps: float,
+        obstacles: Sequence[DetectedObstacle],
+        horizon_m: float,
+        is_red: bool = False,
+    ) -> tuple[float, str] | None:
+        """Return where the car's centre must stop, and why; None if it may drive on.
+
+        Args:
+            s_m: arc length of the car's centre along the route [m]
+            speed_mps: its speed [m/s]
+            obstacles: the detected road users
+            horizon_m: junctions that begin farther ahead are not looked at [m]
+            is_red: whether the car already stops for a traffic light
+        """
+        margins = self._margins
+        while self._crossings and s_m > self._last_stop_m(self._crossings[0]):
+            del self._crossings[0]
+            self._has_stopped, self._plans_at_line = False, 0
+        if not self._crossings or self._crossings[0].line_m > s_m + horizon_m:
+            return None
+        crossing = self._crossings[0]
+        if is_red:
+            self._plans_at_line = 0
+            return None
+        stop_m = crossing.line_m - margins.car_front_m - margins.gap_m
+        self._has_stopped |= speed_mps < _STOPPED_MPS and stop_m - s_m < _STOPPED_WITHIN_M
+        soonest_m = s_m + speed_mps**2 / (2.0 * margins.hardest_mps2)
+        if soonest_m <= stop_m + margins.gap_m:
+            if crossing.has_stop_sign and not self._has_stopped:
+                return stop_m, STOP_SIGN
+            if self._is_blocked(crossing, s_m, obstacles):
+                return stop_m, JUNCTION_BLOCKED
+        if soonest_m <= self._last_stop_m(crossing) and self._must_give_way(
+            crossing, s_m, speed_mps, obstacles
+        ):
+            return max(stop_m, soonest_m), RIGHT_OF_WAY
+        return None
+
+    def _last_stop_m(self, crossing: Crossing) -> float:
+        """Return where the car's centre is when it can stop no more without being in the way."""
+        spaces_m = [one.own_m[0] - _BESIDE_M for one in crossing.conflicts]
+        return max(crossing.line_m, min(spaces_m, default=0.0)) - self._margins.car_front_m
+
+    def relevant(self, s_m: float, obstacles: Sequence[DetectedObstacle]) -> list[DetectedObstacle]:
+        """Return the obstacles without vehicles that stay on lanes beside the car's route.
+
+        On a bend or in a junction, the lane of a vehicle tells more than its heading where it will
+        be. Those with right of way in a junction are the matter of `stop`.
+
+        Args:
+            s_m: arc length of the car's centre along the route [m]
+            obstacles: the detected road users
+        """
+        line = self._route.line
+        x, y = line.point_at(s_m)
+        kept = []
+        for one in obstacles:
+            near_m = _NEAR_M + 2.0 * one.speed_mps
+            is_near = math.dist((one.x_m, one.y_m), (x, y)) < near_m
+            if one.speed_mps < _STANDS_MPS or one.length_m < _VEHICLE_M or not is_near:
+                kept.append(one)
+                continue
+            place = self._network.nearest(one.x_m, one.y_m, one.yaw_rad, _LANE_M)
+            if place is None or abs(place.heading_error_rad) > _ALONG_RAD:
+                kept.append(one)
+                continue
+            beside_m = 0.5 * (one.width_m + _CAR_WIDTH_M) + _BESIDE_M
+            points = [(one.x_m, one.y_m), *self._ahead(place, one.speed_mps)]
+            if any(line.project(*at, s_m, 0.0, near_m).distance_m < beside_m for at in points):
+                kept.append(one)
+        return kept
+
+    def _ahead(self, place: LanePlace, speed_mps: float) -> Iterator[tuple[float, float]]:
+        """Yield where a vehicle will be, straight on along the lanes, in the next two seconds."""
+        lane, s_m = self._network.lanes[place.lane], place.s_m
+        for _ in range(4):
+            s_m += 0.5 * speed_mps
+            while s_m > lane.length_m and lane.successors:
+                s_m -= lane.length_m
+                end_rad = lane.heading_at(lane.length_m)
+                following = [self._network.lanes[name] for name in lane.successors]
+                lane = min(following, key=lambda one: abs(wrap_angle(one.heading_at(0) - end_rad)))
+            x, y = lane.line.point_at(s_m)
+            heading = lane.heading_at(s_m)
+            yield (
+                x - place.cross_track_m * math.sin(heading),
+                y + place.cross_track_m * math.cos(heading),
+            )
+
+    def following_mps(
+        self, s_m: float, obstacles: Sequence[DetectedObstacle], horizon_m: float
+    ) -> float:
+        """Return the speed with which the car keeps its distance to the one ahead, inf if none.
+
+        A linear time-gap law: the speed of the one ahead, and the difference of the distance from
+        gap_m + time_gap_s times this speed, divided by a time.
+
+        Args:
+            s_m: arc length of the car's centre along the route [m]
+            obstacles: the detected road users
+            horizon_m: those farther ahead are not looked at [m]
+        """
+        line, margins, least_mps = self._route.line, self._margins, math.inf
+        x, y = line.point_at(s_m)
+        for one in obstacles:
+            if math.dist((one.x_m, one.y_m), (x, y)) > horizon_m:
+                continue
+            place = line.project(one.x_m, one.y_m, s_m, 0.0, horizon_m)
+            along_mps = one.speed_mps * math.cos(one.yaw_rad - place.heading_rad)
+            gap_m = place.s_m - 0.5 * one.length_m - s_m - margins.car_front_m
+            beside_m = 0.5 * (one.width_m + _CAR_WIDTH_M)
+            if place.distance_m < beside_m and along_mps >= _STANDS_MPS and place.s_m > s_m:
+                wanted_m = margins.follow_gap_m + margins.time_gap_s * along_mps
+                least_mps = min(least_mps, along_mps + (gap_m - wanted_m) / _FOLLOW_S)
+        return max(least_mps, 0.0)
+
+    def _is_blocked(
+        self, crossing: Crossing, s_m: float, obstacles: Sequence[DetectedObstacle]
+    ) -> bool:
+        """Return whether a road user stands where the car would leave the junction."""
+        space_m = 2.0 * self._margins.car_front_m + self._margins.gap_m
+        until_m = crossing.end_m + space_m
+        x, y = self._route.line.point_at(crossing.end_m)
+        for one in obstacles:
+            reach_m = until_m - crossing.line_m + 0.5 * one.length_m
+            if one.speed_mps > _STANDS_MPS or math.dist((one.x_m, one.y_m), (x, y)) > reach_m:
+                continue
+            place = self._route.line.project(one.x_m, one.y_m, s_m, 0.0, until_m - s_m + 10.0)
+            rear_m = place.s_m - 0.5 * one.length_m
+            if place.distance_m < 0.5 * _LANE_M and crossing.line_m < rear_m < until_m:
+                return True
+        return False
+
+    def _must_give_way(
+        self,
+        crossing: Crossing,
+        s_m: float,
+        speed_mps: float,
+        obstacles: Sequence[DetectedObstacle],
+    ) -> bool:
+        """Return whether the car would meet a road user with right of way in the junction."""
+        front_m, line_m = self._margins.car_front_m, crossing.line_m
+
+        def time_s(at_m: float) -> float:
+            return self._time_s(at_m - s_m, speed_mps)
+
+        begin_s = time_s(line_m - front_m)
+        spaces = [
+            (one, time_s(one.own_m[0] - front_m), time_s(one.own_m[1] + front_m))
+            for one in crossing.conflicts
+        ]
+        x, y = self._route.line.point_at(line_m)
+        self._plans_at_line += speed_mps < _STANDS_MPS
+        starts = 0 < self._plans_at_line <= _WAITS
+        for one in obstacles:
+            near = math.dist((one.x_m, one.y_m), (x, y)) < _NEAR_M + _SOON_S * one.speed_mps
+            waits = one.speed_mps < _WAITS_MPS
+            if not near or (waits and not starts):
+                continue
+            place = self._network.nearest(one.x_m, one.y_m, one.yaw_rad, _LANE_M)
+            if place is None or abs(place.heading_error_rad) > _ACROSS_RAD:
+                continue
+            for conflict, first_s, last_s in spaces:
+                away_m = self._away_m(place, conflict)
+                if away_m is not None:
+                    if waits and not 0.0 <= away_m - 0.5 * one.length_m < _AT_LINE_M:
+                        continue
+                    if self._meet(one, away_m, conflict, begin_s, first_s, last_s):
+                        return True
+        return False
+
+    def _away_m(self, place: LanePlace, conflict: Conflict) -> float | None:
+        """Return the distance of a place to the junction on a way with right of way, if on it."""
+        lane = self._network.lanes[place.lane]
+        if lane.id in conflict.lanes:
+            return conflict.lanes[lane.id] + lane.length_m - place.s_m
+        # In another junction before this one, the nearest lane may lead elsewhere.
+        for name in lane.predecessors if lane.junction else ():
+            if conflict.lanes.get(name, 0.0) > 0.0:
+                return conflict.lanes[name] - place.s_m
+        return None
+
+    def _meet(
+        self,
+        one: DetectedObstacle,
+        away_m: float,
+        conflict: Conflict,
+        begin_s: float,
+        first_s: float,
+        last_s: float,
+    ) -> bool:
+        """Return whether a road user is too near to the car in time.
+
+        Args:
+            one: the road user
+            away_m: its distance from the junction, negative inside [m]
+            conflict: its way through the junction
+            begin_s: time until the car enters the junction [s]
+            first_s: time until the car enters the space that both need [s]
+            last_s: time until it leaves this space [s]
+        """
+        half_m, clear_s = 0.5 * one.length_m, self._margins.clear_s
+        soon_mps, late_mps = max(one.speed_mps, _STARTS_MPS), max(one.speed_mps, 1.0)
+
+        def passes(from_m: float, to_m: float, begin_s: float, end_s: float) -> bool:
+            """Return whether it is between two places of its way at a time."""
+            enters_s = (from_m + away_m - half_m) / soon_mps
+            leaves_s = (to_m + away_m + half_m) / late_mps
+            return enters_s < end_s and leaves_s > max(begin_s, 0.0)
+
+        its_from_m, its_to_m = conflict.its_m
+        return passes(its_from_m, its_to_m, first_s - clear_s, last_s + clear_s) or passes(
+            0.0, conflict.length_m, begin_s, begin_s + _ARRIVES_S
+        )
+
+    def _time_s(self, distance_m: float, speed_mps: float) -> float:
+        """Return the time in which the car drives a distance, accelerating up to a speed."""
+        distance_m = max(distance_m, 0.0)
+        a, most_mps = self._margins.acceleration_mps2, max(self._margins.crossing_mps, speed_mps)
+        until_m = (most_mps**2 - speed_mps**2) / (2.0 * a)
+        if distance_m <= until_m:
+            return (math.sqrt(speed_mps**2 + 2.0 * a * distance_m) - speed_mps) / a
+        return (most_mps - speed_mps) / a + (distance_m - until_m) / most_mps
+
+
+def streets_of(
+    parameter: Callable[[str], Any], network: Network | None = None
+) -> StreetBehaviour | None:
+    """Return what the car decides on the streets of a map, None without one.
+
+    Args:
+        parameter: function that returns the value of a parameter of config/local_planner.yaml
+        network: the streets, None to read those of the parameter `map`
+
+    Raises:
+        TypeError: the section `streets` lacks a parameter or has an unknown one
+        ValueError: a value is out of range, or the map cannot be read
+    """
+    margins = StreetMargins(**parameter("streets"))
+    if network is None and parameter("map"):
+        from sdc_sim.road.network_file import load_network  # sumolib takes 0.2 s.
+
+        network = load_network(parameter("map"))
+    return None if network is None else StreetBehaviour(network, margins)
