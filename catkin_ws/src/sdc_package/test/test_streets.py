@@ -1,0 +1,133 @@
+"""What the car decides on streets: where it stops, for whom, and how it follows."""
+
+import dataclasses
+import os
+import sys
+
+import numpy as np
+import pytest
+import rospkg
+
+from sdc_common.driving import DetectedObstacle
+from sdc_common.geometry.road_line import road_route
+from sdc_package.behaviour.crossings import crossings
+from sdc_package.behaviour.streets import StreetBehaviour, StreetMargins
+from sdc_sim.road.lane_graph import LaneGraph, drawn_places
+from sdc_sim.road.mission import plan_mission
+from sdc_sim.road.network_file import load_network
+from sdc_sim.yaml_document import map_file
+
+sys.path.append(os.path.join(rospkg.RosPack().get_path("sdc_sim"), "test"))
+from street_maps import needs_maps  # noqa: E402
+
+pytestmark = needs_maps
+FRONT_M = 2.35
+MARGINS = StreetMargins(1.0, 3.0, 1.5, 1.0, 4.0, 1.6, 7.0, FRONT_M)
+HORIZON_M = 60.0
+
+
+@pytest.fixture(scope="module", name="town")
+def _town():
+    network = load_network(map_file("town"))
+    return network, LaneGraph(network)
+
+
+@pytest.fixture(name="crossing", params=["sign", "way"])
+def _crossing(request, town):
+    """A drive to the first junction with a stop sign, or where another way has right of way."""
+    network, graph = town
+    for seed in range(40):
+        start, goal = drawn_places(graph, seed)
+        route = road_route(plan_mission(graph, [goal], *start).points_m)
+        for one in crossings(network, route):
+            if one.line_m < 30.0 or not one.conflicts:
+                continue
+            if one.has_stop_sign == (request.param == "sign"):
+                streets = StreetBehaviour(network, MARGINS)
+                streets.follow(route)
+                return network, streets, route, one
+    raise AssertionError("the town has no such junction")
+
+
+def at_line(streets, crossing, speed_mps, obstacles=(), before_m=0.0, **kwds):
+    """Return the decision with the car's front so far before the place at which it stops."""
+    s_m = crossing.line_m - FRONT_M - MARGINS.gap_m - before_m
+    # Junctions before this one are passed.
+    streets.stop(s_m - 0.01, 0.5, (), HORIZON_M)
+    return streets.stop(s_m, speed_mps, obstacles, HORIZON_M, **kwds)
+
+
+def coming(network, crossing, away_m, speed_mps, **changes):
+    """Return a car on the lane before the way with right of way, so far from the junction."""
+    name = next(name for name, distance in crossing.conflicts[0].lanes.items() if distance == 0.0)
+    lane = network.lanes[name]
+    s_m = lane.length_m - away_m
+    x, y = lane.line.point_at(s_m)
+    car = DetectedObstacle(x, y, lane.heading_at(s_m), 4.5, 1.8, speed_mps)
+    return dataclasses.replace(car, **changes)
+
+
+def test_car_stops_once_at_a_stop_sign(crossing):
+    _, streets, _, one = crossing
+    reason = "stop_sign" if one.has_stop_sign else None
+    decision = at_line(streets, one, 3.0, before_m=10.0)
+    assert (decision and decision[1]) == reason
+    if decision:
+        assert decision[0] == pytest.approx(one.line_m - FRONT_M - MARGINS.gap_m)
+    assert at_line(streets, one, 0.0) is None
+
+
+@pytest.mark.parametrize(
+    ("away_m", "speed_mps", "changes", "gives_way"),
+    [
+        (12.0, 8.0, {}, True),
+        (190.0, 8.0, {}, False),  # far away
+        (12.0, 0.0, {}, False),  # in a queue
+        (6.0, 0.0, {}, True),  # waits at the line and may start at any time
+        (12.0, 1.2, {"length_m": 0.5, "yaw_rad": 1e9}, False),  # a pedestrian who crosses its lane
+    ],
+)
+def test_car_gives_way_to_those_that_it_would_meet(crossing, away_m, speed_mps, changes, gives_way):
+    network, streets, _, one = crossing
+    other = coming(network, one, away_m, speed_mps)
+    if "yaw_rad" in changes:
+        changes = {**changes, "yaw_rad": other.yaw_rad + np.pi / 2.0}
+    other = dataclasses.replace(other, **changes)
+    at_line(streets, one, 0.0)  # has stopped at the sign
+    decision = at_line(streets, one, 0.0, [other])
+    assert (decision is not None and decision[1] == "right_of_way") == gives_way
+
+
+def test_car_that_waits_long_enough_starts_before_one_that_does_not_move(crossing):
+    network, streets, _, one = crossing
+    waiting = [coming(network, one, 6.0, 0.0)]
+    decisions = [at_line(streets, one, 0.0, waiting) for _ in range(60)]
+    assert decisions[1][1] == "right_of_way" and decisions[-1] is None
+
+
+def test_car_enters_no_junction_that_it_could_not_leave(crossing):
+    _, streets, route, one = crossing
+    at_line(streets, one, 0.0)
+    place = route.line.point_at(one.end_m + 3.0)
+    heading = route.line.heading_at(one.end_m + 3.0)
+    jam = DetectedObstacle(*place, heading, 4.5, 1.8, 0.0)
+    assert at_line(streets, one, 0.0, [jam])[1] == "junction_blocked"
+    moving = dataclasses.replace(jam, speed_mps=5.0)
+    assert at_line(streets, one, 0.0, [moving]) is None
+
+
+def test_car_keeps_its_distance_to_the_one_ahead(crossing):
+    _, streets, route, one = crossing
+    s_m = one.line_m - 25.0
+
+    def following(gap_m, speed_mps):
+        at_m = s_m + FRONT_M + gap_m + 2.25
+        car = DetectedObstacle(
+            *route.line.point_at(at_m), route.line.heading_at(at_m), 4.5, 1.8, speed_mps
+        )
+        return streets.following_mps(s_m, [car], HORIZON_M)
+
+    assert following(3.0 + 1.5 * 5.0, 5.0) == pytest.approx(5.0, abs=0.2)
+    assert following(4.0, 5.0) < 4.0  # falls back
+    assert following(15.0, 5.0) > 6.0
+    assert streets.following_mps(s_m, [], HORIZON_M) == np.inf
