@@ -11,8 +11,8 @@ from sdc_common.ros.node import parameter, refuse, watch_connections
 from sdc_common.ros.refusal import refusing
 from sdc_package.camera_window import CameraWindow
 from sdc_package.lane_filter import LaneFilter, LaneFilterThresholds
-from sdc_package.lane_offset import LaneOffset
-from sdc_msgs.msg import LaneOffset as LaneOffsetMessage
+from sdc_package.lane_offset import LaneFit
+from sdc_msgs.msg import LaneOffset
 from sensor_msgs.msg import Image
 
 
@@ -24,14 +24,14 @@ class Camera:
         cv2.setNumThreads(1)
         try:
             self.lane_filter = LaneFilter(LaneFilterThresholds(**parameter("lane_filter")))
-            self.lane_offset = LaneOffset(**parameter("lane_offset"))
+            self.lane_offset = LaneFit(**parameter("lane_offset"))
         except (TypeError, ValueError) as error:
             refuse(f"config/camera.yaml: {error}")
         self.bridge = CvBridge()
         self.window = CameraWindow(parameter("show_window"), parameter("show_filter"))
 
         self.publisher = rospy.Publisher("/camera/lane_mask", Image, queue_size=1)
-        self.offsets = rospy.Publisher("/camera/lane_offset", LaneOffsetMessage, queue_size=10)
+        self.offsets = rospy.Publisher("/camera/lane_offset", LaneOffset, queue_size=10)
         # TODO 3: subscribe to the front camera: on_image receives every picture
         topic = "/carla/ego_vehicle/camera/rgb/front/image_color"
         rospy.Subscriber(topic, Image, self.on_image, queue_size=1, buff_size=4 * 1024 * 1024)

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from sdc_common.geometry.polyline import Place
-from sdc_package.lane_offset import LaneHold, LaneOffset
+from sdc_package.lane_offset import LaneFit, LaneHold
 from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.scenario.packaged import node_config
 
-LANE = LaneOffset(**node_config("sdc_package", "camera")["lane_offset"])
+LANE = LaneFit(**node_config("sdc_package", "camera")["lane_offset"])
 
 
 def mask_of_lane(offset_m, heading_rad=0.0, lines_m=(-1.75, 1.75)):

@@ -20,7 +20,7 @@ _GAIN, _KEPT_TICKS = 0.3, 60
 
 
 @dataclass(frozen=True)
-class LaneOffset:
+class LaneFit:
     """Projects marked pixels onto the flat road, and fits a parabola to both lines of the lane.
 
     The fields are those of config/camera.yaml. The picture is 90 degrees wide.
