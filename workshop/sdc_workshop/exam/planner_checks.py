@@ -152,6 +152,8 @@ class MissionPlannerCheck(NodeCheck):
             seen = f"it continues, although row 3 of the file is '{_BAD_FILE.splitlines()[2]}'"
             if how == "ended":
                 seen = f"it ends with status {node.program.status}"
+                if node.program.status == 1:
+                    seen = "its output does not say that row 3 of the file is bad"
             return listed("bad_file", seen=seen)
 
 
