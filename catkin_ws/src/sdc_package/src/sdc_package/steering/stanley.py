@@ -35,7 +35,7 @@ def stanley_angle(
     Returns:
         wheel angle, positive left [rad]
     """
-    # TODO 2.7: heading error minus an angle that grows with the offset (until then: return 0.0)
+    # TODO 2.7: the heading error, and an angle that grows with the offset (until then: return 0.0)
     return heading_error_rad - math.atan2(k * cross_track_m, softening_mps + abs(speed_mps))
     # ----------------------------------------------------------------------------
 
