@@ -55,7 +55,7 @@ class Experiment:
         A wrong prediction passes: the answer explains it.
         """
         report_name = f"report/{self.id}.json"
-        prediction = str(_read(self.folder / PREDICTIONS).get(self.id, ""))
+        prediction = str(_read(self.folder / PREDICTIONS).get(self.id, "")).lower()
         if prediction not in self.choices:
             choices = "  ".join(f"{key}: {text}." for key, text in self.choices.items())
             return answered(
