@@ -49,7 +49,7 @@ class Question(NamedTuple):
         if self.choices:
             place = int(self.answer)
             return f"No, {'abcdefgh'[place]}: {self.choices[place]}."
-        return f"No, {round(self.answer, 3):.10g} {self.unit}."
+        return f"No, it is {round(self.answer, 3):.10g} ({self.unit})."
 
 
 def lessons() -> list:
@@ -109,10 +109,10 @@ def run(names: list, seed: str, place: Path) -> int:
         print(f"\n{number}. {question.text}")
         for letter, text in zip("abcdefgh", question.choices):
             print(f"   {letter}: {text}")
-        value = None
+        value, wanted = None, f"number ({question.unit})" if question.unit else "letter"
         while value is None:
             try:
-                value = question.value(input(f"   {question.unit or 'letter'}: "))
+                value = question.value(input(f"   {wanted}: "))
             except (EOFError, KeyboardInterrupt):
                 print(f"\nThe quiz ended at question {number} of {len(asked)}; no result is kept.")
                 return 1
