@@ -73,12 +73,6 @@ class LocalPlannerTest(unittest.TestCase):
         self.assertEqual(len(self.path.messages), before + 1)
         self.assertEqual(path.waypoints[0].x, 30.0)
 
-    def test_path_at_the_end_of_the_route_is_a_stop(self):
-        for x in (LENGTH - 1.5, LENGTH - 0.5, LENGTH, LENGTH + 0.5):
-            path = self.answer(x)
-        self.assertEqual(len(path.waypoints), 2)
-        self.assertEqual((path.waypoints[-1].x, path.waypoints[-1].v), (LENGTH, 0.0))
-
     def test_bad_mission_is_refused_and_the_last_one_is_kept(self):
         self.mission.publish([BaseWaypoint(0.0, 0.0)])
         self.mission.publish([BaseWaypoint(math.nan, 0.0), BaseWaypoint(1.0, 0.0)])

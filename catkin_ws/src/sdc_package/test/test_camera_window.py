@@ -32,14 +32,6 @@ def test_key_f_switches_between_picture_and_mask():
         assert shown(window) == colour
 
 
-def test_key_q_closes_the_window_and_other_keys_change_nothing():
-    window = CameraWindow(True, False)
-    assert not window.press("q")
-    assert window.press("x")
-    window.update(IMAGE, MASK)
-    assert shown(window) == (10, 20, 30)
-
-
 def test_disabled_window_keeps_no_picture_and_returns_at_once():
     window = CameraWindow(False, False)
     window.update(IMAGE, MASK)

@@ -54,12 +54,6 @@ def test_error_names_the_file_that_cannot_be_written(tmp_path):
     assert str(tmp_path / "file") in str(caught.value)
 
 
-def test_missing_folder_is_created_for_the_report(tmp_path, result):
-    path = tmp_path / "gone" / "report.json"
-    write_report(str(path), result)
-    assert path.exists()
-
-
 def test_failed_write_leaves_no_report(tmp_path, result):
     (tmp_path / "report.json.part").mkdir()
     with pytest.raises(ReportError, match="not reported"):

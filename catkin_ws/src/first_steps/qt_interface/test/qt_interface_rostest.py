@@ -127,14 +127,6 @@ class QtInterfaceTest(unittest.TestCase):
         self.assertEqual(self.count(), 30, "carrying adds no waypoint")
         self.press_until(lambda: not self.latest["/paused"].data, "space", "the end of the pause")
 
-    def test_node_exits_with_one_error_line_for_an_invalid_parameter(self):
-        node = run_window(self.display.environment, "__name:=bad_window", "_trail_points:=-5")
-        output, _ = node.communicate(timeout=LIMIT_SECONDS)
-        lines = [line for line in output.splitlines() if "FATAL" in line]
-        self.assertEqual((node.returncode, len(lines)), (1, 1), output)
-        self.assertIn("parameter ~trail_points is -5: give a whole number above 0", lines[0])
-        self.assertNotIn("Traceback", output)
-
     def test_node_exits_with_one_error_line_without_a_screen(self):
         screens = ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM")
         environment = {name: text for name, text in os.environ.items() if name not in screens}
