@@ -27,7 +27,7 @@ class Record:
                 "name another folder with report:=FILE"
             )
 
-        self.lock = threading.Lock()
+        self.lock = threading.RLock()
         self.last_ns = 0
         rospy.on_shutdown(self.close)
         for topic in parameter("topics"):
@@ -54,17 +54,14 @@ class Record:
                     self.bag_path,
                     error.strerror,
                 )
-                self.close_bag()
+                self.close()
 
     def close(self):
         with self.lock:
-            self.close_bag()
-
-    def close_bag(self):
-        bag, self.bag = self.bag, None
-        if bag is not None:
-            with contextlib.suppress(OSError):
-                bag.close()
+            bag, self.bag = self.bag, None
+            if bag is not None:
+                with contextlib.suppress(OSError):
+                    bag.close()
 
     def run(self):
         rospy.spin()

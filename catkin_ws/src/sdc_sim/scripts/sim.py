@@ -139,7 +139,7 @@ class Sim:
         self.topics.publish_running(not self.pause.paused)
 
     def on_change(self):
-        self.topics.reset_lane_invasion()
+        self.topics.lane_invasions.reset()  # a vehicle that was placed crossed no line
         if self.pause.waiting:
             self.simulation.observe_again()
             self.publish()

@@ -84,12 +84,8 @@ def _face(corners: Sequence[Sequence[float]], colour: np.ndarray, dim: float = 1
     quad = np.array(corners, float)
     normal = np.cross(quad[1] - quad[0], quad[2] - quad[0])
     normal /= np.linalg.norm(normal)
-    return quad[None], normal, np.minimum(colour * (dim * _shade(normal)), 255.0), False
-
-
-def _shade(normal: np.ndarray) -> float:
-    """Return the brightness of a face in the light of the sun."""
-    return 0.66 + 0.38 * max(0.0, float(normal @ SUN))
+    shade = 0.66 + 0.38 * max(0.0, float(normal @ SUN))
+    return quad[None], normal, np.minimum(colour * (dim * shade), 255.0), False
 
 
 def _roof_slopes(

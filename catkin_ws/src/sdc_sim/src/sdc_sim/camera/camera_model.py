@@ -55,11 +55,6 @@ class CameraModel:
         f = self.focal_px
         return np.array([[f, 0.0, self.width / 2.0], [0.0, f, self.height / 2.0], [0.0, 0.0, 1.0]])
 
-    def vehicle_from_optical(self) -> np.ndarray:
-        """Return the rotation (3, 3) from the optical frame to the vehicle frame (x forward)."""
-        c, s = np.cos(self.pitch_rad), np.sin(self.pitch_rad)
-        return np.array([[0.0, -s, c], [-1.0, 0.0, 0.0], [0.0, -c, -s]])
-
     def position_in_map(self, x_m: float, y_m: float, yaw_rad: float) -> np.ndarray:
         """Return the position (3,) of the camera in the map.
 
@@ -83,7 +78,8 @@ class CameraModel:
         """Return the rotation (3, 3) from the optical frame to the map for a heading [rad]."""
         c, s = np.cos(yaw_rad), np.sin(yaw_rad)
         map_from_vehicle = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-        return map_from_vehicle @ self.vehicle_from_optical()
+        c, s = np.cos(self.pitch_rad), np.sin(self.pitch_rad)
+        return map_from_vehicle @ np.array([[0.0, -s, c], [-1.0, 0.0, 0.0], [0.0, -c, -s]])
 
     def project(
         self, points_m: np.ndarray, x_m: float, y_m: float, yaw_rad: float

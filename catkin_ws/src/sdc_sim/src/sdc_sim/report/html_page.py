@@ -104,7 +104,9 @@ def slider_data(result: DriveEvaluation) -> str:
     time_s = ticks.pop("time_s")
     start_s = float(time_s[0])
     ticks["time_s"] = time_s - start_s
-    ticks["target_mps"] = _last_before(result.planned, time_s)
+    # The last planned speed at or before each tick, NaN where there is none.
+    _, planned_mps, planned_s = np.array([(0.0, np.nan, -np.inf), *result.planned]).T
+    ticks["target_mps"] = planned_mps[np.searchsorted(planned_s, time_s, side="right") - 1]
     reasons = result.reasons[::step]
     names = sorted(set(reasons) - {""}, key=reasons.index)
     numbers = {name: number for number, name in enumerate(names)}
@@ -117,6 +119,9 @@ def slider_data(result: DriveEvaluation) -> str:
             for entry_s, content in found[:: len(found) // _MAX_ENTRIES + 1]
         ]
 
+    pictures = result.scene.get(PICTURE, [])
+    while sum(len(jpeg) for _, jpeg in pictures) > _MAX_PICTURE_CHARACTERS:
+        pictures = pictures[::2] if len(pictures) > 1 else []
     route = result.progress.route.points
     data = {
         "start_s": start_s,
@@ -127,25 +132,9 @@ def slider_data(result: DriveEvaluation) -> str:
         "obstacles": entries(OBSTACLES, _rounded),
         "lights": entries(LIGHTS, lambda states: states),
         "lines": {number: _rounded([line])[0] for number, line in result.stop_lines.items()},
-        "pictures": [
-            [round(taken_s - start_s, 3), jpeg]
-            for taken_s, jpeg in _affordable(result.scene.get(PICTURE, []))
-        ],
+        "pictures": [[round(taken_s - start_s, 3), jpeg] for taken_s, jpeg in pictures],
     }
     return json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
-
-
-def _last_before(planned: list, at_s: np.ndarray) -> np.ndarray:
-    """Return the last planned speed at or before each time, NaN where there is none."""
-    _, speed_mps, times_s = np.array([(0.0, np.nan, -np.inf), *planned]).T
-    return speed_mps[np.searchsorted(times_s, at_s, side="right") - 1]
-
-
-def _affordable(pictures: list) -> list:
-    """Return as many of the pictures, evenly thinned, as the page can hold."""
-    while sum(len(jpeg) for _, jpeg in pictures) > _MAX_PICTURE_CHARACTERS:
-        pictures = pictures[::2] if len(pictures) > 1 else []
-    return pictures
 
 
 def _packed(column: np.ndarray) -> str:

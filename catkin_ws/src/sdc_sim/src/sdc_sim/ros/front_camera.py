@@ -83,15 +83,6 @@ class CameraTopics:
         self._image.publish(image)
 
 
-def road_of(settings: PictureSettings) -> Road | Network:
-    """Return the streets of the map, or the road along the route."""
-    if not settings.map_path:
-        return Road(load_waypoints(settings.waypoints_path))
-    from sdc_sim.road.network_file import load_network  # sumolib takes 0.2 s.
-
-    return load_network(settings.map_path)
-
-
 class OtherCamera:
     """A camera besides the front camera: it renders only while its picture has subscribers."""
 
@@ -143,7 +134,13 @@ class FrontCamera:
         cv2.setNumThreads(1)
         self._connection = connection
         self._daylight = settings.daylight
-        road = road_of(settings)
+        road: Road | Network
+        if settings.map_path:
+            from sdc_sim.road.network_file import load_network  # sumolib takes 0.2 s.
+
+            road = load_network(settings.map_path)
+        else:
+            road = Road(load_waypoints(settings.waypoints_path))
         weather = Weather(**settings.weather)
         self._renderer = Renderer(road, weather=weather)
         camera = self._renderer.camera

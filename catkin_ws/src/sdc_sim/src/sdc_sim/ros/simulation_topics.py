@@ -80,7 +80,7 @@ class SimulationTopics:
         tick_s = setup.simulation.tick_s
         self._display_ticks = max(1, round(_DISPLAY_PERIOD_S / tick_s))
         self._no_obstacle_ticks = max(1, round(_NO_OBSTACLE_PERIOD_S / tick_s))
-        self._lane_invasion_detector = part_of_map(
+        self.lane_invasions = part_of_map(
             "road.network_markings", setup.values.map_path
         ) or LaneInvasionDetector(setup.route)
         self._obstacle_ids: set[int] = set()
@@ -228,10 +228,6 @@ class SimulationTopics:
         self._world.running = running
         self._publishers["/carla/status"].publish(*bridge_messages.world_status(self._world))
 
-    def reset_lane_invasion(self) -> None:
-        """Forget the last position: a vehicle that was placed has crossed no line."""
-        self._lane_invasion_detector.reset()
-
     def _publish(self, *selected: str) -> None:
         for name, (_, when, make) in self._topics.items():
             publisher = self._publishers[name]
@@ -254,7 +250,7 @@ class SimulationTopics:
         return bridge_messages.obstacles(world) if obstacles or lights or removed or is_due else []
 
     def _lane_invasion(self, world: World) -> list[carla.CarlaLaneInvasionEvent]:
-        crossed = self._lane_invasion_detector.update(world.simulation.outline)
+        crossed = self.lane_invasions.update(world.simulation.outline)
         return (
             [carla.CarlaLaneInvasionEvent(world.header(world.role_name), crossed)]
             if crossed
