@@ -36,12 +36,6 @@ WANTED = {
 FILES = [name for lab in ("", *LABS) for name in package_files(lab) if template_of(name)]
 
 
-def test_templates_are_valid_python():
-    for name in FILES:
-        if name.endswith(".py"):
-            compile(template_of(name), name, "exec")
-
-
 @pytest.mark.slow(2)
 def test_each_region_has_one_step_and_each_step_its_region():
     steps = all_steps()

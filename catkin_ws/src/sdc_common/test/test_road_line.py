@@ -40,15 +40,6 @@ def cases():
 
 
 @pytest.mark.parametrize(("radius_m", "spacing_m"), cases())
-def test_circle_has_its_curvature_at_any_spacing(radius_m, spacing_m):
-    length_m = min(1.5 * math.pi * radius_m, 600.0)
-    _, points, _ = line_of([0.0, length_m], [1.0 / radius_m] * 2)
-    route = road_route(every(points, spacing_m))
-    inner = (route.s > 5.0) & (route.s < route.length_m - 5.0)
-    np.testing.assert_allclose(route.curvature[inner], 1.0 / radius_m, rtol=0.05)
-
-
-@pytest.mark.parametrize(("radius_m", "spacing_m"), cases())
 def test_clothoid_has_its_curvature_at_any_spacing(radius_m, spacing_m):
     s, points, curvature = line_of([0.0, 2.0 * radius_m], [0.0, 1.0 / radius_m])
     route = road_route(every(points, spacing_m))

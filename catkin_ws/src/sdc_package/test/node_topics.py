@@ -40,9 +40,7 @@ class TopicsTest(unittest.TestCase):
 
     def test_invalid_messages_have_no_effect_on_the_ride(self):
         for name, inject in (
-            ("odometry that is not finite", self.odometry_not_finite),
             ("odometry that jumps", self.jumps),
-            ("invalid paths", self.bad_paths),
             ("a path behind the car", self.path_behind),
             ("paths at 1 kHz", self.thousand_paths),
             ("a second controller", self.second_controller),
@@ -84,22 +82,6 @@ class TopicsTest(unittest.TestCase):
         odometry.child_frame_id = INJECTED
         return odometry
 
-    def odometry_not_finite(self):
-        for value in (math.nan, math.inf, -math.inf):
-            for parts in (
-                ("pose", "position", "x"),
-                ("pose", "orientation", "z"),
-                ("twist", "linear", "x"),
-            ):
-                odometry = self.copy_of_the_last()
-                setattr(
-                    getattr(getattr(getattr(odometry, parts[0]), parts[0]), parts[1]),
-                    parts[2],
-                    value,
-                )
-                self.odometry.publish(odometry)
-                time.sleep(0.02)
-
     def jumps(self):
         for forward_m, left_m in (
             (50.0, 0.0),
@@ -115,16 +97,6 @@ class TopicsTest(unittest.TestCase):
             odometry.pose.pose.position.y += forward_m * math.sin(yaw) + left_m * math.cos(yaw)
             self.odometry.publish(odometry)
             time.sleep(0.12)
-
-    def bad_paths(self):
-        for points in (
-            [],
-            [Waypoint(0.0, 0.0, 5.0)],
-            [Waypoint(math.nan, 0.0, 5.0)] * 2,
-            [Waypoint(1.0, 1.0, 5.0)] * 5,
-        ):
-            self.path.publish(LocalPath(points))
-            time.sleep(0.02)
 
     def path_behind(self):
         for _ in range(5):

@@ -40,12 +40,6 @@ def beside(along_m, left_m, heading_error=0.0):
     )
 
 
-def test_wheel_angle_on_the_path_matches_its_curvature():
-    assert ChainedForm(2.5).wheel_angle(0.0, 0.0, 0.0, 0.1, 0.0, 0.3) == pytest.approx(
-        math.atan(0.25)
-    )
-
-
 @given(
     st.floats(-1.0, 1.0),
     st.floats(-0.4, 0.4),

@@ -23,11 +23,6 @@ PARAMETERS = {
 LINE = Polyline([(float(x), 0.0) for x in range(10)] + [(9.0, float(y)) for y in range(1, 10)])
 
 
-def test_angle_by_hand():
-    assert pure_pursuit_angle(math.radians(30.0), 5.0, 2.5) == pytest.approx(math.atan(0.5))
-    assert pure_pursuit_angle(0.0, 5.0, 2.5) == 0.0
-
-
 @given(st.floats(5.0, 100.0), st.floats(0.1, 1.5))
 def test_arc_ends_at_the_look_ahead_point(radius, alpha):
     """The chord of a circle at the angle alpha has the length 2 R sin(alpha)."""
