@@ -12,12 +12,6 @@ COORDINATES = st.floats(-50.0, 50.0).map(lambda value: round(value, 3))
 POINTS = st.lists(st.tuples(COORDINATES, COORDINATES), min_size=2, max_size=30)
 
 
-def test_arc_length_sums_the_segments():
-    line = Polyline([(0.0, 0.0), (3.0, 4.0), (3.0, 10.0)])
-    assert line.lengths == [5.0, 6.0]
-    assert line.s == [0.0, 5.0, 11.0]
-
-
 def test_heading_at_a_corner_is_the_mean_of_both_segments():
     assert Polyline(BENT).headings == pytest.approx([0.0, math.pi / 4, math.pi / 2])
 
