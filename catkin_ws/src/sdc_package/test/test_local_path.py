@@ -1,10 +1,7 @@
 import math
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
-from sdc_common.geometry.polyline import Polyline
 from sdc_package.local_path import ReferencePath
 
 
@@ -69,20 +66,6 @@ def test_invalid_path_is_refused_and_the_last_one_is_kept(rows, message):
     with pytest.raises(ValueError, match=f"^{message}$"):
         path.update(rows)
     assert path.rows == before
-
-
-@given(st.floats(-math.pi, math.pi), st.floats(-50.0, 50.0), st.floats(-20.0, 20.0))
-def test_nearest_point_does_not_depend_on_the_direction_of_the_map(angle, x, y):
-    bend = [(0.0, 0.0), (10.0, 0.0), (15.0, 4.0), (15.0, 12.0)]
-    c, s = math.cos(angle), math.sin(angle)
-    turned = Polyline([(c * px - s * py, s * px + c * py) for px, py in bend])
-    _, along, cross_track, heading = Polyline(bend).nearest(x, y)
-    _, along_turned, cross_track_turned, heading_turned = turned.nearest(
-        c * x - s * y, s * x + c * y
-    )
-    if abs(abs(cross_track) - abs(cross_track_turned)) < 1e-9 and abs(along - along_turned) < 1e-6:
-        assert math.cos(heading_turned - heading - angle) == pytest.approx(1.0, abs=1e-6)
-    assert abs(cross_track_turned) == pytest.approx(abs(cross_track), abs=1e-6)
 
 
 def test_path_more_than_a_metre_behind_the_car_plans_a_stop():
