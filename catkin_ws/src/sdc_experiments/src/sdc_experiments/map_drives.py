@@ -108,7 +108,7 @@ def main() -> None:
         ends.update(one["infractions"])
     print(", ".join(f"{count} {end}" for end, count in ends.items() if count))
     others = [seed for seed, one in enumerate(metrics) if one not in clean]
-    print("seeds of the others:", *others[:20] or ["none"])
+    print("seeds of the others:", ", ".join(map(str, others[:20])) or "none")
     if traffic:
         print(f"a tick takes {np.median([one['tick_ms'] for one in metrics]):.2f} ms (median)")
 

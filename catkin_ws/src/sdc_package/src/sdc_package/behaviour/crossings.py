@@ -72,8 +72,9 @@ def _crossing(
             continue
         reach = before_m, 1.0, after_m - before_m + 1.0
         start, end = network.lanes[way.start], network.lanes[way.end]
-        line_m = route.line.project(*start.points_m[-1], *reach).s_m
-        end_m = route.line.project(*end.points_m[0], *reach).s_m
+        (start_x, start_y), (end_x, end_y) = start.points_m[-1].tolist(), end.points_m[0].tolist()
+        line_m = route.line.project(start_x, start_y, *reach).s_m
+        end_m = route.line.project(end_x, end_y, *reach).s_m
         first = [junction.connections[index] for index in way.gives_way_to]
         own_s = np.arange(line_m, end_m + _SAMPLE_M, _SAMPLE_M)
         own = np.array([route.line.point_at(s) for s in own_s.tolist()])
