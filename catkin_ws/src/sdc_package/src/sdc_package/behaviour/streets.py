@@ -118,8 +118,10 @@ class StreetBehaviour:
                 return stop_m, STOP_SIGN
             if self._is_blocked(crossing, s_m, obstacles):
                 return stop_m, JUNCTION_BLOCKED
-        if soonest_m <= self._last_stop_m(crossing) and self._must_give_way(
-            crossing, s_m, speed_mps, obstacles
+        if (
+            obstacles
+            and soonest_m <= self._last_stop_m(crossing)
+            and self._must_give_way(crossing, s_m, speed_mps, obstacles)
         ):
             return max(stop_m, soonest_m), RIGHT_OF_WAY
         return None
