@@ -15,7 +15,7 @@ from sdc_sim.road.network import LanePlace, Network
 
 STOP_SIGN, RIGHT_OF_WAY, JUNCTION_BLOCKED = "stop_sign", "right_of_way", "junction_blocked"
 # The car has stopped if it was so slow, so close to the place at which it should stop.
-_STOPPED_MPS, _STOPPED_WITHIN_M = 0.2, 1.5
+_STOPPED_MPS, _STOPPED_WITHIN_M = 0.2, 2.5
 # A road user so slow is in a jam; at a junction, one so slow waits for the car.
 _STANDS_MPS, _WAITS_MPS = 0.5, 0.1
 _LANE_M = 2.5

@@ -61,10 +61,12 @@ class StreetRules:
         self._network, self._front_m = network, car_front_m
         # The ways from each lane before a junction, and those that have right of way over each.
         self._ways: dict[str, list[tuple[Connection, list[Connection]]]] = {}
+        self._leads_to: dict[str, str] = {}  # the junction after each of these lanes
         for junction in network.junctions.values():
             for way in junction.connections:
                 first = [junction.connections[index] for index in way.gives_way_to]
                 self._ways.setdefault(way.start, []).append((way, first))
+                self._leads_to[way.start] = junction.id
         self._place: LanePlace | None = None
         self._slowest_mps = math.inf
         # The lane from which the car has entered a junction, and the edges to which it has taken
@@ -157,7 +159,8 @@ class StreetRules:
             return found  # at the end of the lane, the nearest one may change to and fro
         lanes = self._network.lanes
         in_junction = bool(lanes[place.lane].junction)
-        if in_junction and last.lane in self._ways and last.lane != self._entered:
+        enters = in_junction and lanes[place.lane].junction == self._leads_to.get(last.lane)
+        if enters and last.lane != self._entered:
             self._entered, ways = last.lane, self._ways[last.lane]
             signs = [way.line == STOP and way.signal < 0 for way, _ in ways]
             if any(signs) and self._slowest_mps > _STOPPED_MPS:
