@@ -7,7 +7,7 @@ from typing import Iterator, NamedTuple
 import numpy as np
 
 from sdc_common.geometry.route import Route
-from sdc_sim.road.network import STOP, Connection, LanePlace, Network, edge_of
+from sdc_sim.road.network import STOP, Connection, LanePlace, Network, Way, edge_of
 
 # Places on the route at which the lane is looked up are so far apart, and so near to it [m].
 _STEP_M, _LANE_M = 2.0, 2.5
@@ -47,7 +47,18 @@ def crossings(network: Network, route: Route) -> list[Crossing]:
             is_inside = True
             continue
         if last is not None and is_inside:
-            found += _crossing(network, route, last, place, s_m)
+            before, before_m = last
+            # Of some ways to the same road, which differ in the lane there, the first one.
+            way = next(
+                (
+                    one
+                    for one in network.ways.get(before.lane, ())
+                    if edge_of(one.connection.end) == edge_of(place.lane)
+                ),
+                None,
+            )
+            if way is not None:
+                found.append(_crossing(network, route, way, before_m, s_m))
         last, is_inside = (place, s_m), False
     return found
 
@@ -62,26 +73,19 @@ def _places(network: Network, route: Route) -> Iterator[tuple[float, LanePlace]]
 
 
 def _crossing(
-    network: Network, route: Route, last: tuple[LanePlace, float], after: LanePlace, after_m: float
-) -> Iterator[Crossing]:
-    """Yield the way from the place before a junction to that after it, if there is one."""
-    before, before_m = last
-    ways = ((one, way) for one in network.junctions.values() for way in one.connections)
-    for junction, way in ways:
-        if way.start != before.lane or edge_of(way.end) != edge_of(after.lane):
-            continue
-        reach = before_m, 1.0, after_m - before_m + 1.0
-        start, end = network.lanes[way.start], network.lanes[way.end]
-        (start_x, start_y), (end_x, end_y) = start.points_m[-1].tolist(), end.points_m[0].tolist()
-        line_m = route.line.project(start_x, start_y, *reach).s_m
-        end_m = route.line.project(end_x, end_y, *reach).s_m
-        first = [junction.connections[index] for index in way.gives_way_to]
-        own_s = np.arange(line_m, end_m + _SAMPLE_M, _SAMPLE_M)
-        own = np.array([route.line.point_at(s) for s in own_s.tolist()])
-        conflicts = [_conflict(network, one, way, own_s, own) for one in first]
-        has_stop_sign = way.line == STOP and way.signal < 0
-        yield Crossing(line_m, end_m, has_stop_sign, [one for one in conflicts if one])
-        return
+    network: Network, route: Route, way: Way, before_m: float, after_m: float
+) -> Crossing:
+    """Return a way between two places on the route, before its junction and after it [m]."""
+    own, reach = way.connection, (before_m, 1.0, after_m - before_m + 1.0)
+    start, end = network.lanes[own.start], network.lanes[own.end]
+    (start_x, start_y), (end_x, end_y) = start.points_m[-1].tolist(), end.points_m[0].tolist()
+    line_m = route.line.project(start_x, start_y, *reach).s_m
+    end_m = route.line.project(end_x, end_y, *reach).s_m
+    own_s = np.arange(line_m, end_m + _SAMPLE_M, _SAMPLE_M)
+    points = np.array([route.line.point_at(s) for s in own_s.tolist()])
+    conflicts = [_conflict(network, one, own, own_s, points) for one in way.first]
+    has_stop_sign = own.line == STOP and own.signal < 0
+    return Crossing(line_m, end_m, has_stop_sign, [one for one in conflicts if one])
 
 
 def _conflict(

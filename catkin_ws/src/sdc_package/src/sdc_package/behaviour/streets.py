@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, Callable, Iterator, Sequence
 
 from sdc_common.driving import DetectedObstacle
-from sdc_common.geometry.angles import wrap_angle
 from sdc_common.geometry.route import Route
 from sdc_common.validation import check_non_negative
 from sdc_package.behaviour.crossings import Conflict, Crossing, crossings
@@ -19,6 +19,7 @@ _STOPPED_MPS, _STOPPED_WITHIN_M = 0.2, 2.5
 # A road user so slow is in a jam; at a junction, one so slow waits for the car.
 _STANDS_MPS, _WAITS_MPS = 0.5, 0.1
 _LANE_M = 2.5
+_KEPT_PLACES = 256
 # Road users so far from the stop line, or so much time from it, matter. The third one is the time
 # within which one that arrives at the junction has right of way there.
 _NEAR_M, _SOON_S, _ARRIVES_S = 40.0, 8.0, 3.5
@@ -73,6 +74,10 @@ class StreetBehaviour:
 
     def __init__(self, network: Network, margins: StreetMargins):
         self._network, self._margins = network, margins
+        # Two decisions of a tick need the place of a road user, and many are at rest.
+        self._place_of = lru_cache(_KEPT_PLACES)(
+            lambda one: network.nearest(one.x_m, one.y_m, one.yaw_rad, _LANE_M)
+        )
         self._crossings: list[Crossing] = []
         self._has_stopped = False
         self._plans_at_line = 0
@@ -150,7 +155,7 @@ class StreetBehaviour:
             if one.speed_mps < _STANDS_MPS or one.length_m < _VEHICLE_M or not is_near:
                 kept.append(one)
                 continue
-            place = self._network.nearest(one.x_m, one.y_m, one.yaw_rad, _LANE_M)
+            place = self._place_of(one)
             if place is None or abs(place.heading_error_rad) > _ALONG_RAD:
                 kept.append(one)
                 continue
@@ -165,11 +170,8 @@ class StreetBehaviour:
         lane, s_m = self._network.lanes[place.lane], place.s_m
         for _ in range(4):
             s_m += 0.5 * speed_mps
-            while s_m > lane.length_m and lane.successors:
-                s_m -= lane.length_m
-                end_rad = lane.heading_at(lane.length_m)
-                following = [self._network.lanes[name] for name in lane.successors]
-                lane = min(following, key=lambda one: abs(wrap_angle(one.heading_at(0) - end_rad)))
+            while s_m > lane.length_m and (following := self._network.straight_on(lane)):
+                s_m, lane = s_m - lane.length_m, following
             x, y = lane.line.point_at(s_m)
             heading = lane.heading_at(s_m)
             yield (
@@ -247,7 +249,7 @@ class StreetBehaviour:
             waits = one.speed_mps < _WAITS_MPS
             if not near or (waits and not starts):
                 continue
-            place = self._network.nearest(one.x_m, one.y_m, one.yaw_rad, _LANE_M)
+            place = self._place_of(one)
             if place is None or abs(place.heading_error_rad) > _ACROSS_RAD:
                 continue
             for conflict, first_s, last_s in spaces:

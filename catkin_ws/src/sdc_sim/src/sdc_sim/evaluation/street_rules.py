@@ -59,14 +59,6 @@ class StreetRules:
 
     def __init__(self, network: Network, car_front_m: float):
         self._network, self._front_m = network, car_front_m
-        # The ways from each lane before a junction, and those that have right of way over each.
-        self._ways: dict[str, list[tuple[Connection, list[Connection]]]] = {}
-        self._leads_to: dict[str, str] = {}  # the junction after each of these lanes
-        for junction in network.junctions.values():
-            for way in junction.connections:
-                first = [junction.connections[index] for index in way.gives_way_to]
-                self._ways.setdefault(way.start, []).append((way, first))
-                self._leads_to[way.start] = junction.id
         self._place: LanePlace | None = None
         self._slowest_mps = math.inf
         # The lane from which the car has entered a junction, and the edges to which it has taken
@@ -158,11 +150,10 @@ class StreetRules:
         if place is None or last is None or place.lane == self._entered:
             return found  # at the end of the lane, the nearest one may change to and fro
         lanes = self._network.lanes
-        in_junction = bool(lanes[place.lane].junction)
-        enters = in_junction and lanes[place.lane].junction == self._leads_to.get(last.lane)
-        if enters and last.lane != self._entered:
-            self._entered, ways = last.lane, self._ways[last.lane]
-            signs = [way.line == STOP and way.signal < 0 for way, _ in ways]
+        junction, ways = lanes[place.lane].junction, self._network.ways.get(last.lane, [])
+        if ways and ways[0].junction == junction and last.lane != self._entered:
+            self._entered = last.lane
+            signs = [way.line == STOP and way.signal < 0 for way, _, _ in ways]
             if any(signs) and self._slowest_mps > _STOPPED_MPS:
                 found.append(STOP_SIGN)
             near = [one for one in others if one.speed_mps > _MOVING_MPS]
@@ -174,10 +165,10 @@ class StreetRules:
             ]
             self._taken = {
                 edge_of(way.end)
-                for way, first in ways
+                for way, first, _ in ways
                 if any(self._arrives(*one, way) for one in arriving for way in first)
             }
-        elif not in_junction:
+        elif not junction:
             if lanes[last.lane].junction and edge_of(place.lane) in self._taken:
                 found.append(RIGHT_OF_WAY)
             self._entered, self._taken = "", set()

@@ -14,6 +14,7 @@ from typing import Iterable, Mapping, NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
+from sdc_common.geometry.angles import wrap_angle
 from sdc_common.geometry.polyline import Polyline
 from sdc_common.geometry.road_line import arc_lengths
 from sdc_common.geometry.route import interpolate
@@ -109,6 +110,14 @@ class Junction:
     offset_s: float = 0.0  # time at which the first phase begins for the first time [s]
 
 
+class Way(NamedTuple):
+    """A way on from the lane before a junction."""
+
+    connection: Connection
+    first: tuple[Connection, ...]  # those that have right of way over it
+    junction: str  # id of the junction
+
+
 class Line(NamedTuple):
     """A painted line or a kerb: points (N, 2) [m] and BROKEN, SOLID, DOUBLE or KERB."""
 
@@ -146,6 +155,11 @@ class Network:
         self.name = name
         self.lanes: Mapping[str, RoadLane] = {lane.id: lane for lane in lanes}
         self.junctions: Mapping[str, Junction] = {one.id: one for one in junctions}
+        self.ways: dict[str, list[Way]] = {}  # by the lane before a junction
+        for junction in self.junctions.values():
+            for one in junction.connections:
+                first = tuple(junction.connections[index] for index in one.gives_way_to)
+                self.ways.setdefault(one.start, []).append(Way(one, first, junction.id))
         self.crosswalks = tuple(crosswalks)  # polygons (N, 2) [m]
         # Parking bays (4, 2), the first two corners at the lane, and areas of bus stops (4, 2), the
         # first two corners at the right edge of a lane [m].
@@ -169,6 +183,13 @@ class Network:
         headings = [_heading(lane.points_m, lane.s_m, s) for lane, s in zip(self.driving, samples)]
         self._heading_rad = np.concatenate(headings)
         self._tree = cKDTree(np.vstack(places))
+
+    def straight_on(self, lane: RoadLane) -> RoadLane | None:
+        """Return the lane after this one that turns least, None at a dead end."""
+        end_rad = lane.heading_at(lane.length_m)
+        following = [self.lanes[name] for name in lane.successors]
+        turns = [abs(wrap_angle(one.heading_at(0.0) - end_rad)) for one in following]
+        return following[turns.index(min(turns))] if following else None
 
     def nearest(
         self, x_m: float, y_m: float, yaw_rad: float | None = None, within_m: float = math.inf

@@ -18,7 +18,7 @@ class LoopLock(threading.Condition):
     def __init__(self) -> None:
         super().__init__()
         # Does the work of the loop in the callback's thread, and returns whether it did. To wake
-        # the loop's thread takes a tenth of a tick.
+        # the loop's thread takes some percent of a tick.
         self.proceed: Callable[[], bool] = lambda: False
 
     def guarded(self, function: Callable) -> Callable:

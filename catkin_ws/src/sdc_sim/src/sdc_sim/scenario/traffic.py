@@ -7,7 +7,6 @@ import math
 
 import numpy as np
 
-from sdc_common.geometry.angles import wrap_angle
 from sdc_common.geometry.route import Route
 from sdc_sim.physics.obstacles import KINDS, ObstaclePlan
 from sdc_sim.physics.traffic_lights import TrafficLightPlan
@@ -98,10 +97,7 @@ def _along_lanes(
     heading = lane.heading_at(at_m)
     points = [*lane.at(np.array([at_m])), *lane.points_m[lane.s_m > at_m]]
     length_m = 0.0
-    while lane.successors and length_m < _WAY_M:
-        end = lane.heading_at(lane.length_m)
-        following = [network.lanes[one] for one in lane.successors]
-        lane = min(following, key=lambda one: abs(wrap_angle(one.heading_at(0.0) - end)))
+    while (lane := network.straight_on(lane)) and length_m < _WAY_M:
         length_m += lane.length_m
         points += list(lane.points_m[1:])
     return [(float(x), float(y)) for x, y in points], heading
