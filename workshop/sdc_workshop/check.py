@@ -34,7 +34,7 @@ from sdc_workshop.workspace import (
 )
 
 _POLL_S = 0.3
-_NOT_WATCHED = (progress.NAME, "__pycache__")
+_NOT_WATCHED = (progress.NAME, f"{progress.NAME}.part", "__pycache__")
 
 DESCRIPTION = """Check your workspace, from any folder in it. Without a STEP, all steps of the
 workshop, or of the lab for which the workspace was made, are checked in their order and the first

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import contextlib
 import json
-import os
 import time
 import zlib
 from pathlib import Path
 
 from sdc_workshop.exam.answer import PASSED, WRONG
+from sdc_workshop.grading.record import write_json
 from sdc_workshop.steps import LABS, WORKSHOP, load_steps
 from sdc_workshop.workspace import package_of
 
@@ -71,11 +71,8 @@ def keep(folder: Path, answers: dict) -> None:
 
 
 def _write(folder: Path, lab: str, kept: dict) -> None:
-    path = folder / "src" / package_of(lab) / NAME
-    temporary = path.with_name(f"{NAME}~")
-    with contextlib.suppress(OSError):
-        temporary.write_text(json.dumps(kept, indent=1), encoding="utf-8")
-        os.replace(temporary, path)  # The page of a class never reads half a file.
+    with contextlib.suppress(OSError):  # The page of a class never reads half a file.
+        write_json(folder / "src" / package_of(lab) / NAME, kept)
 
 
 def _kept(folder: Path, lab: str) -> dict:

@@ -10,7 +10,7 @@ import pytest
 from sdc_workshop.exam.sandbox import SandboxError, require
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-os.environ["LANGUAGE"] = "en"  # The tests read English hints, whatever the developer's language is.
+os.environ["LANGUAGE"] = "en"  # The tests read English hints on every machine.
 
 
 @pytest.fixture(scope="session")
