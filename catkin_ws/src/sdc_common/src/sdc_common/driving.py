@@ -31,6 +31,8 @@ class DetectedObstacle:
         length_m: size along the heading [m]
         width_m: size across the heading [m]
         speed_mps: speed along the heading [m/s]
+        id: as in the collision events, 0 if it is not known
+        kind: car, pedestrian, ..., as config/obstacle_kinds.yaml names them; "" if it is not known
 
     Raises:
         ValueError: a number is not finite
@@ -42,9 +44,12 @@ class DetectedObstacle:
     length_m: float
     width_m: float
     speed_mps: float
+    id: int = 0
+    kind: str = ""
 
     def __post_init__(self):
-        if not all(map(math.isfinite, vars(self).values())):
+        numbers = self.x_m, self.y_m, self.yaw_rad, self.length_m, self.width_m, self.speed_mps
+        if not all(map(math.isfinite, numbers)):
             raise ValueError(f"a number of an obstacle is not finite: {self}")
 
 

@@ -68,7 +68,8 @@ def detected_obstacles(array: ObstacleArray) -> list[DetectedObstacle]:
     for one in array.obstacles:
         position, size = one.pose.position, one.size
         yaw = yaw_from_quaternion(one.pose.orientation)
-        obstacles.append(DetectedObstacle(position.x, position.y, yaw, size.x, size.y, one.speed))
+        box = position.x, position.y, yaw, size.x, size.y
+        obstacles.append(DetectedObstacle(*box, one.speed, one.id, one.kind))
     return obstacles
 
 

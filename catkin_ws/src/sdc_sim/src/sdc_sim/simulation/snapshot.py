@@ -52,4 +52,5 @@ class Snapshot(NamedTuple):
 def detected(one: ObstacleState) -> DetectedObstacle:
     """Return what the software of the car receives of an obstacle, rounded as in the messages."""
     yaw, speed = yaw_as_sent(one.yaw_rad), float(np.float32(one.speed_mps))
-    return DetectedObstacle(one.x_m, one.y_m, yaw, one.length_m, one.width_m, speed)
+    box = one.x_m, one.y_m, yaw, one.length_m, one.width_m
+    return DetectedObstacle(*box, speed, one.id, one.kind)
