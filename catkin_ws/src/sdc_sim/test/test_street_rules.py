@@ -49,7 +49,7 @@ def counted(network, car, duration_s, other=None, late=0):
         t = tick * TICK_S
         found += rules.add_car(tick, DriveSample(t, *car(t), 0.0, 0.0, 0.0))
         x, y, yaw, speed = other(t) if other else (0.0, 900.0, 0.0, 0.0)
-        waiting.append((tick, [(7, x, y, yaw, 4.7, 1.9, speed)]))
+        waiting.append((tick, [(7, x, y, yaw, 4.7, 1.9, speed, "car")]))
         if len(waiting) > late:
             found += rules.add_others(*waiting.pop(0))
     for one in waiting:

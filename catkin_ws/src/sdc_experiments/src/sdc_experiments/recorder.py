@@ -43,7 +43,8 @@ class DriveRecorder:
             states = [(light.id, light.state) for light in snapshot.traffic_lights]
             evaluator.add("lights", stamp_ns, states)
         if evaluator.rules.map:
-            rows = [(one.id, *vars(detected(one)).values()) for one in snapshot.obstacles]
+            seen = [list(vars(detected(one)).values()) for one in snapshot.obstacles]
+            rows = [(number, *body, kind) for *body, number, kind in seen]
             evaluator.add("others", stamp_ns, rows)
         kinds = {one.id: one.kind for one in snapshot.obstacles} if snapshot.collisions else {}
         for collision in snapshot.collisions:

@@ -42,11 +42,12 @@ _MOST_WAITING = 40
 
 
 class RoadUser(NamedTuple):
-    """The car, whose id is 0, or another road user: its outline on the ground and its speed."""
+    """The car, whose id is 0, or another road user: outline on the ground, speed, and kind."""
 
     id: int
     body: Rectangle
     speed_mps: float
+    kind: str = ""
 
 
 class StreetRules:
@@ -83,7 +84,7 @@ class StreetRules:
 
         Args:
             stamp_ns: stamp of the odometry
-            rows: of each one its id, the fields of its outline, and its speed
+            rows: of each one its id, the fields of its outline, its speed, and its kind
         """
         self._others[stamp_ns] = rows
         self._others_ns = max(stamp_ns, self._others_ns)
@@ -96,8 +97,8 @@ class StreetRules:
         while cars and (cars[0][0] <= self._others_ns or len(cars) > _MOST_WAITING):
             stamp_ns, sample = cars.popleft()
             around = [
-                RoadUser(number, Rectangle(*body), speed_mps)
-                for number, *body, speed_mps in others.get(stamp_ns, ())
+                RoadUser(number, Rectangle(*body), speed_mps, kind)
+                for number, *body, speed_mps, kind in others.get(stamp_ns, ())
             ]
             found += [(name, sample) for name in self._update(sample, around)]
             for old_ns in [one for one in others if one <= stamp_ns]:

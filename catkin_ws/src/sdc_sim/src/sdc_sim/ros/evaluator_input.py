@@ -131,7 +131,7 @@ class EvaluatorInput:
             shown = [box for box in boxes if all(map(math.isfinite, box))]
             self.evaluator.add("scene", OBSTACLES, array.header.stamp.to_sec(), shown)
         if self.evaluator.rules.map:
-            rows = [(*obstacle_box(one), one.speed) for one in array.obstacles]
+            rows = [(*obstacle_box(one), one.speed, one.kind) for one in array.obstacles]
             self.evaluator.add("others", array.header.stamp.to_nsec(), rows)
         if array.traffic_lights:
             self._add_lights(array, array.header.stamp.to_nsec())
