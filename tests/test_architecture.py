@@ -29,6 +29,7 @@ SIM_LAYERS = {
     "physics": 1,
     "road": 2,
     "sensors": 3,
+    "traffic": 3,
     "simulation": 4,
     "evaluation": 5,
     "scenario": 5,

@@ -122,7 +122,8 @@ def _conditions(
         map_file, goal = map_file or map_path(setup.scenario), goal or setup.scenario.goals or None
     if not map_file:
         return setup, None
-    missions, waypoints_m = _on_map(map_file, start, goal, setup.parameters["seed"])
+    drawn = setup.parameters["seed"], setup.parameters["street_scenario"]
+    missions, waypoints_m = _on_map(map_file, start, goal, *drawn)
     return drive_setup(scenario, waypoints_m, {**options, "map_path": map_file}), missions
 
 
@@ -143,7 +144,11 @@ def _own_planner(
 
 
 def _on_map(
-    path: str, start: Sequence[float] | None, goal: Sequence | None, seed: int
+    path: str,
+    start: Sequence[float] | None,
+    goal: Sequence | None,
+    seed: int,
+    street_scenario: str,
 ) -> tuple[GlobalPlanner, np.ndarray]:
     """Return the planner of missions on a map, and the waypoints of the first one."""
     from sdc_package.global_planner import GlobalPlanner
@@ -152,7 +157,7 @@ def _on_map(
 
     goals = () if goal is None else [goal] if np.ndim(goal) == 1 else goal
     planner = GlobalPlanner(load_network(path))
-    mission, goals = first_mission(planner.graph, start, goals, seed)
+    mission, goals = first_mission(planner.graph, start, goals, seed, street_scenario)
     planner.drive_to(goals)
     return planner, file_points(mission.points_m)
 

@@ -58,16 +58,22 @@ def build_simulation(
         ValueError: a place is not on the route
     """
     obstacles, lights = load_traffic(values["obstacles_path"], route, values["map_path"])
+    tick_s, seed, type_name = values["tick_s"], values["seed"], values["street_scenario"]
+    lights, traffic = [*lights, *part_of_map("traffic.lights", values["map_path"])], None
+    for name in ("traffic", "street_scenario"):
+        if values[name] and not values["map_path"]:
+            raise DocumentError(f"{name}: other road users need streets; name a map (map:=FILE)")
+    if type_name:
+        placed = part_of_map("scenario.street_scenarios", values["map_path"], type_name, seed)
+        values, lights = placed.conditions(values, lights)
     vehicle = vehicle_class(
         load_vehicle(os.path.join(values["vehicles_folder"], values["vehicle"] + ".yaml")),
         friction=values["friction"],
         side_wind_mps=values["side_wind_mps"],
     )
-    tick_s, seed = values["tick_s"], values["seed"]
-    lights, traffic = [*lights, *part_of_map("traffic.lights", values["map_path"])], None
-    if values["traffic"]:
-        if not values["map_path"]:
-            raise DocumentError("traffic: other road users need streets; name a map (map:=FILE)")
+    if type_name:
+        traffic = placed.traffic(seed, tick_s, lights, vehicle)
+    elif values["traffic"]:
         arguments = values["map_path"], values["traffic"], seed, tick_s, waypoints_m
         traffic = part_of_map("traffic.sumo_traffic", *arguments)
     sensors = sensors_that_are_on(values)

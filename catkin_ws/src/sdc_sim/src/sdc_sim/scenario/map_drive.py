@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import os
 from typing import Sequence
 
@@ -15,13 +16,25 @@ from sdc_sim.yaml_document import map_file
 
 
 def first_mission(
-    graph: LaneGraph, start: Point | None, goals: Sequence[Point], seed: int
+    graph: LaneGraph,
+    start: Point | None,
+    goals: Sequence[Point],
+    seed: int,
+    street_scenario: str = "",
 ) -> tuple[Mission, Sequence[Point]]:
     """Return the mission from a start to goals, and the goals; what is not given is drawn.
 
     Raises:
         NoRouteError: a goal cannot be reached
+        ValueError: the scenario type has its own start and goal, is unknown, or has no place
     """
+    if street_scenario:
+        if start or goals:
+            text = "has its own start and goal; remove start and goal"
+            raise ValueError(f"street_scenario: {street_scenario} {text}")
+        types = importlib.import_module("sdc_sim.scenario.street_scenarios")
+        placed = types.place(street_scenario, graph.network, seed)
+        start, goals = placed.start, placed.goals
     if not (start and goals):
         begin, end = drawn_places(graph, seed, start)
         start, goals = start or begin, goals or [end]
@@ -52,8 +65,11 @@ def launch_arguments(report: str, given: dict[str, str]) -> dict[str, str]:
         return given
     graph = LaneGraph(load_network(given["map"]))
     start, wanted = _points("start", given), _points("goal", given)
-    begin, seed = start[0] if start else None, options.get("seed", 0)
-    mission, goals = first_mission(graph, begin, wanted, seed)
+    begin, drawn = (
+        start[0] if start else None,
+        (options.get("seed", 0), options.get("street_scenario", "")),
+    )
+    mission, goals = first_mission(graph, begin, wanted, *drawn)
     path = os.path.splitext(os.path.abspath(report))[0] + ".route.csv"
     os.makedirs(os.path.dirname(path), exist_ok=True)
     # The y axis of a waypoint file points to the right.

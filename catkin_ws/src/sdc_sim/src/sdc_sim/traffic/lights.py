@@ -24,7 +24,11 @@ def of_map(path: str) -> list[TrafficLightPlan]:
     Raises:
         MapError: the map cannot be read
     """
-    network = load_network(path)
+    return lights_of(load_network(path))
+
+
+def lights_of(network: Network) -> list[TrafficLightPlan]:
+    """Return the lights of a network; see `of_map`."""
     junctions = [one for one in network.junctions.values() if one.phases]
     return [light for one in junctions for light in _lights(network, one)]
 
