@@ -18,7 +18,9 @@ from gymnasium.vector import AutoresetMode
 
 import sdc_experiments.learning  # noqa: F401
 from sdc_common.machine_code import numba_module
-from sdc_experiments.learning.observation import ENTRIES, NAMES
+from sdc_experiments.learning import merge, traffic_world
+from sdc_experiments.learning.observation import NAMES
+from sdc_experiments.learning.traffic_environment import TRAFFIC_NAMES
 from sdc_experiments.learning.train import drive, train
 from sdc_sim.road.network_file import load_network
 
@@ -48,10 +50,12 @@ def pedals_for(observation):
         ("SdcRandomRoutes-v0", {}),
         ("SdcScenario-v0", {"scenario": "traffic_lights"}),
         ("SdcTown-v0", {"route": SHORT, "observation": "camera"}),
+        ("SdcTraffic-v0", {"others": 10}),
     ],
 )
 def test_environment_passes_the_check_without_a_warning(name, arguments):
-    arguments = {"picture_size": (64, 48), **arguments}
+    if name != "SdcTraffic-v0":
+        arguments = {"picture_size": (64, 48), **arguments}
     environment = gymnasium.make(name, render_mode="rgb_array", **arguments)
     numba_module()  # Its own import warns.
     with warnings.catch_warnings():
@@ -124,6 +128,62 @@ def test_vector_environment_behaves_as_gymnasiums_own(mode):
     assert statuses == {"off_road", "completed", ""}
     for picture, expected in zip(cars.render(), own.render()):
         np.testing.assert_allclose(picture, expected, atol=2)
+
+
+def test_worlds_in_traffic_are_those_of_single_environments():
+    """One car merges, one stays on the ramp, one leaves the road, one hits another one."""
+    cars, own = (
+        gymnasium.make_vec("SdcTraffic-v0", 4, render_mode="rgb_array", **more)
+        for more in ({}, {"vectorization_mode": "sync"})
+    )
+    weights = np.tile(merge.FIRST, (4, 1))
+    weights[1, 0] = -1.0
+    step = cars.reset(seed=[5, 6, 7, 3])
+    agree(step, own.reset(seed=[5, 6, 7, 3]))
+    ends = set()
+    for _ in range(450):
+        actions = merge.act(weights, step[0])
+        actions[2] = 0.4, 0.02
+        step = cars.step(actions)
+        agree(step, own.step(actions))
+        ends |= {*zip(step[4]["status"], [0, 1, 2, 3])}
+    assert {("completed", 0), ("off_road", 1), ("off_road", 2), ("collision", 3)} <= ends
+    assert all(np.array_equal(*pictures) for pictures in zip(cars.render(), own.render()))
+
+
+def test_other_cars_follow_change_lanes_and_make_way():
+    """A slow car of ours in the right lane is overtaken and not touched."""
+    cars, number = np.zeros((1, 6, 40)), np.arange(40)
+    cars[0, traffic_world.S] = 30.0 * number
+    cars[0, traffic_world.LANE] = 1 + number % 2
+    cars[0, traffic_world.Y] = 3.5 * (number % 2)
+    cars[0, traffic_world.SPEED] = 15.0
+    cars[0, traffic_world.WISH], cars[0, traffic_world.TIME_GAP] = 28.0, 1.2
+    order, near, hits = number[None].copy(), np.zeros((1, 3, 4)), np.zeros(1, bool)
+    lanes, least_m = [], 100.0
+    cars[0, traffic_world.LANE, -1], cars[0, traffic_world.Y, -1] = 1.0, 0.0
+    for tick in range(1200):
+        cars[0, traffic_world.S, -1] = (cars[0, traffic_world.S, -1] + 0.05 * 12.0) % 1200.0
+        cars[0, traffic_world.SPEED, -1] = 12.0
+        traffic_world.move_others(cars, order, 3, [tick], 0.05, 0, 1)
+        traffic_world.look_around(cars, near, hits, 0, 1)
+        least_m = min(least_m, near[0, 1, 2])
+        assert not hits[0]
+        lanes.append(cars[0, traffic_world.LANE].copy())
+        for lane in (1, 2):
+            along = np.sort(cars[0, traffic_world.S][lanes[-1] == lane])
+            assert np.diff(along, append=along[0] + 1200.0).min() > 4.7
+    assert 2.0 < least_m < 40.0
+    assert np.any(np.diff(lanes, axis=0) > 0.0) and np.any(np.diff(lanes, axis=0) < 0.0)
+    assert 12.0 < cars[0, traffic_world.SPEED, :-1].mean() < 28.0
+
+
+def test_training_teaches_to_merge():
+    policy = merge.train(generations=2, policies=12, worlds=16)
+    rates = [
+        np.mean(merge.drive(one[None], 60, 9000)[1] == "completed") for one in (merge.FIRST, policy)
+    ]
+    assert rates[0] < 0.6 and rates[1] > rates[0] + 0.2
 
 
 def agree(first, second, cars=slice(None)):
@@ -213,17 +273,18 @@ def test_road_users_and_lights_of_a_map_are_observed(tmp_path):
         ({"observation": "lidar"}, "observation must be one of vector, camera, got 'lidar'"),
         ({"sim_options": {"frction": 1.0}}, "did you mean 'friction'"),
         ({"picture_size": (7, 7)}, "picture size 7 x 7 is not supported"),
+        ({"id": "SdcTraffic-v0", "others": 200}, "others must be 0 to 127 on 2 lanes, got 200"),
     ],
 )
 def test_invalid_argument_is_named(arguments, message):
     with pytest.raises(ValueError, match="") as error:
-        gymnasium.make("SdcTown-v0", **arguments)
+        gymnasium.make(**{"id": "SdcTown-v0", **arguments})
     assert message in str(error.value)
 
 
 def test_page_lists_every_entry_of_an_observation_and_the_example():
     page = LEARNING.read_text(encoding="utf-8")
-    for name, _, _ in ENTRIES:
+    for name in (*NAMES, *TRAFFIC_NAMES):
         assert f"`{name}`" in page or f"`{name.split('_')[0]}_" in page, name
     source = Path(sdc_experiments.learning.__file__).with_name("train.py").read_text("utf-8")
     assert f"```python\n{source}```" in page

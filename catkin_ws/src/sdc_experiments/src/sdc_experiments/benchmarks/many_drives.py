@@ -20,7 +20,7 @@ from sdc_experiments.sweep.dask_engine import DaskEngine
 from sdc_experiments.sweep.settings import IN_PROCESS
 from sdc_experiments.sweep.study import Cell, load_study
 
-_CARS, _TICKS = 16384, 400
+_CARS, _WORLDS, _TICKS = 16384, 4096, 400
 _HIGHWAY = """
 import time, gymnasium, highway_env
 gymnasium.register_envs(highway_env)
@@ -60,6 +60,11 @@ def learning(_options: argparse.Namespace) -> Iterator[dict[str, float]]:
     single = {"SdcTown-v0, one car": (one, 10 * _TICKS), "the same with pictures": (pictures, 400)}
     vectors = {
         f"SdcRandomRoutes-v0, {_CARS:,} cars": (many(_CARS, id="SdcRandomRoutes-v0"), 20, _CARS),
+        f"SdcTraffic-v0, {_WORLDS:,} worlds, one thread": (
+            many(_WORLDS, id="SdcTraffic-v0", threads=1),
+            40,
+            _WORLDS,
+        ),
         "pictures from two processes": (
             many(2, id="SdcTown-v0", vectorization_mode="async", observation="camera"),
             _TICKS,

@@ -1,4 +1,4 @@
-"""Gymnasium environments: SdcTown-v0, SdcRandomRoutes-v0 and SdcScenario-v0.
+"""Gymnasium environments: SdcTown-v0, SdcRandomRoutes-v0, SdcScenario-v0, SdcTraffic-v0.
 
 `import sdc_experiments.learning` registers them. They need the PyPI package gymnasium, which
 `docker/prepare learning` installs; docs/learning.md describes them.
@@ -17,12 +17,15 @@ except ImportError as error:
 _ENVIRONMENT = "sdc_experiments.learning.environment:SdcEnvironment"
 _VECTOR = "sdc_experiments.learning.vector_environment:SdcVectorEnvironment"
 
-for _name, _arguments, _vector in (
-    ("SdcTown-v0", {}, _VECTOR),
-    ("SdcRandomRoutes-v0", {"random_routes": True}, _VECTOR),
-    ("SdcScenario-v0", {"scenario": "slalom"}, None),
+_TRAFFIC = "sdc_experiments.learning.traffic_environment:Traffic"
+
+for _name, _entry_point, _vector, _arguments in (
+    ("SdcTown-v0", _ENVIRONMENT, _VECTOR, {}),
+    ("SdcRandomRoutes-v0", _ENVIRONMENT, _VECTOR, {"random_routes": True}),
+    ("SdcScenario-v0", _ENVIRONMENT, None, {"scenario": "slalom"}),
+    ("SdcTraffic-v0", _TRAFFIC + "Environment", _TRAFFIC + "VectorEnvironment", {}),
 ):
     if _name not in gymnasium.registry:
         gymnasium.register(
-            _name, entry_point=_ENVIRONMENT, vector_entry_point=_vector, kwargs=_arguments
+            _name, entry_point=_entry_point, vector_entry_point=_vector, kwargs=_arguments
         )

@@ -44,8 +44,6 @@ from sdc_experiments.learning.road_table import (
 from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.scenario.drive_setup import RouteSource, drive_setup
 
-_STATUSES = np.array(["", "completed", "off_road"], object)
-
 
 class SdcVectorEnvironment(gymnasium.vector.VectorEnv):
     """N cars; a step takes and returns arrays with a row for each.
@@ -70,6 +68,9 @@ class SdcVectorEnvironment(gymnasium.vector.VectorEnv):
     Raises:
         ValueError: an argument is not valid
     """
+
+    # How a drive has ended, in the order of the indices of `_ends`.
+    STATUSES: tuple[str, ...] = ("", "completed", "off_road")
 
     def __init__(
         self,
@@ -179,17 +180,14 @@ class SdcVectorEnvironment(gymnasium.vector.VectorEnv):
         self._elapsed_s += TICK_S
         speed = state["speed_mps"]
         self._halted_s = np.where(speed > STANDSTILL_MPS, 0.0, self._halted_s + TICK_S)
-        off_road = np.abs(places[CROSS_TRACK]) > OFF_ROAD_M
-        to_end_m = self._table.length_m[self._roads] - places[S]
-        completed = (to_end_m < FINISH_WITHIN_M) & (speed < STANDSTILL_MPS) & ~off_road
-        terminated = off_road | completed
+        status = self._ends()
+        terminated = status > 0
         tolerance = 0.5 * TICK_S
         truncated = self._elapsed_s > self._table.longest_s[self._roads] - tolerance
         truncated |= self._halted_s > MAX_STANDSTILL_S - tolerance
         truncated &= ~terminated
         rewards = self._rewards(before[S], speed)
-        rewards += COMPLETED_REWARD * completed + FAILED_REWARD * off_road
-        status = completed + 2 * off_road
+        rewards += COMPLETED_REWARD * (status == 1) + FAILED_REWARD * (status > 1)
         info: dict[str, Any] = {}
         if self._autoreset is AutoresetMode.NEXT_STEP and self._ended.any():
             again = self._ended
@@ -209,10 +207,17 @@ class SdcVectorEnvironment(gymnasium.vector.VectorEnv):
             status = np.where(ended, 0, status)
         return self._observe(), rewards, terminated, truncated, {**info, **self._info(status)}
 
+    def _ends(self) -> np.ndarray:
+        """Return how the drives have ended (N,): indices of STATUSES."""
+        off_road = np.abs(self._places[CROSS_TRACK]) > OFF_ROAD_M
+        to_end_m = self._table.length_m[self._roads] - self._places[S]
+        at_rest = self._fleet.state["speed_mps"] < STANDSTILL_MPS
+        return np.where(off_road, 2, (to_end_m < FINISH_WITHIN_M) & at_rest)
+
     def _info(self, status: np.ndarray, cars: np.ndarray | None = None) -> dict[str, Any]:
         """Return the entries of info, and the same names after "_" for the cars that have them."""
         places = self._places
-        info = {"status": _STATUSES[status], "completed": status == 1}
+        info = {"status": np.array(self.STATUSES, object)[status], "completed": status == 1}
         info |= {"s_m": places[S].copy(), "cross_track_m": places[CROSS_TRACK].copy()}
         return {**info, **{"_" + name: self._all if cars is None else cars for name in info}}
 
