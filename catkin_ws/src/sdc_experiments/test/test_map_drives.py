@@ -159,6 +159,3 @@ def test_command_drives_between_random_places(path, monkeypatch, capsys):
         monkeypatch.setattr("sys.argv", ["map_drives", path, "2", "10"])
         main()
         assert "2 completed" in capsys.readouterr().out
-    monkeypatch.setattr("sys.argv", ["map_drives", "grid", "10"])
-    main()
-    assert capsys.readouterr().out.startswith("10096 lanes: median ")

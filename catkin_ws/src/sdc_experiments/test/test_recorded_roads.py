@@ -2,12 +2,14 @@
 
 import functools
 import math
+from typing import NamedTuple
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
-from sdc_experiments.closed_loop import drive
-from sdc_experiments.recorded_roads import Recording, failures, measure, road
+from sdc_experiments.closed_loop import drive, drive_result
+from sdc_experiments.configuration import packaged_config
 from sdc_package.steering.loader import METHODS
 from sdc_sim.evaluation.route_progress import COMPLETED
 from sdc_sim.road.route_generator import generate_route
@@ -15,6 +17,70 @@ from sdc_sim.road.route_generator import generate_route
 pytestmark = pytest.mark.slow(15)
 
 DEFAULT = "stanley_compensated"
+FINE_M = 0.05
+# A method that is too far from the exact road may be so much farther from the recorded one.
+NOISE_ADDS_M = 0.1
+
+
+class Recording(NamedTuple):
+    """How waypoints were taken from a road."""
+
+    spacing_m: float  # distance between them [m]
+    rounding_m: float = 0.0  # their coordinates are multiples of it, 0 for exact ones [m]
+    noise_m: float = 0.0  # standard deviation of each coordinate [m]
+    worst_m: float = 0.15  # distance from the road that a drive may reach [m]
+
+    def waypoints(self, road_m):
+        """Return waypoints (N, 2) of a road (M, 2), whose points are 0.05 m apart [m]."""
+        points = road_m[:: round(self.spacing_m / FINE_M)]
+        points = points + np.random.default_rng(7).normal(0.0, self.noise_m, points.shape)
+        if self.rounding_m:
+            points = self.rounding_m * np.round(points / self.rounding_m)
+        return points
+
+
+def road(course):
+    """Return the points (M, 2) of a course, 0.05 m apart [m]."""
+    start = {"x_m": 0.0, "y_m": 0.0, "heading_deg": 17.0}
+    spec = {"elements": packaged_config("recorded_roads")[course], "start": start}
+    spec["spacing_m"] = FINE_M
+    return generate_route(spec)[:, :2]
+
+
+def measure(road_m, recording, method, speed_mps):
+    """Drive along the waypoints of a recording.
+
+    Returns:
+        the report of the drive, and as `from_road_m` the greatest distance from the road [m]
+    """
+    drive = drive_result(
+        route=recording.waypoints(road_m),
+        steering=method,
+        planner_options={"planned_speed_mps": speed_mps},
+    )
+    places = drive.rows[:, 1:3]
+    distance_m, nearest = cKDTree(road_m).query(places)
+    # Noise along the road moves its ends, which no drive can know.
+    inside = (nearest > 0) & (nearest < len(road_m) - 1)
+    return {**drive.metrics, "from_road_m": float(distance_m[inside].max())}
+
+
+def failures(exact, recorded, recording):
+    """Return what is worse than in a drive along the exact road by more than allowed."""
+    found = []
+    if recorded["status"] != "completed":
+        found.append(recorded["status"])
+    # The textbook law of Stanley deviates by 0.21 m on the exact road at 25 m/s.
+    if recorded["from_road_m"] > max(recording.worst_m, exact["from_road_m"] + NOISE_ADDS_M):
+        found.append("distance")
+    for key, factor in (("lateral_acceleration_max_mps2", 1.3), ("duration_s", 1.05)):
+        if recorded[key] > factor * exact[key]:
+            found.append(key)
+    if recorded["time_ratio"] < 1.0:
+        found.append("time_ratio")
+    if exact["comfortable"] and not recorded["comfortable"]:
+        found.append("comfort")
+    return found
 
 
 @functools.lru_cache(maxsize=None)

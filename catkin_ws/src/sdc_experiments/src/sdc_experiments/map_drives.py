@@ -3,8 +3,7 @@
 Prints the time to load the map, and of COUNT drives (100) with the seeds 0, 1, ...: how many are
 complete, the greatest errors, a sum of all traces, which is the same in each run, how the drives
 ended with which infractions, and the seeds of the first 20 that were not clean; among OTHERS road
-users also the time of a tick. With the name `grid` for MAP it searches COUNT ways over a grid of
-10,000 lanes instead, and prints the time.
+users also the time of a tick.
 """
 
 from __future__ import annotations
@@ -22,7 +21,6 @@ import numpy as np
 
 from sdc_experiments.closed_loop import drive_result
 from sdc_sim.road.lane_graph import LaneGraph
-from sdc_sim.road.network import LanePlace, Network, RoadLane
 from sdc_sim.road.network_file import MapError, load_network
 
 
@@ -35,51 +33,12 @@ def one_drive(path: str, traffic: int, seed: int) -> tuple[dict[str, Any], str]:
     return {**result.metrics, "tick_ms": tick_ms}, trace
 
 
-def grid(side: int = 26) -> Network:
-    """Return lanes between the crossings of a grid, and from each lane to the next ones."""
-    random = np.random.default_rng(0)
-    places = [(i, j) for i in range(side) for j in range(side)]
-    ways = [
-        (place, (place[0] + x, place[1] + y))
-        for place in places
-        for x, y in ((1, 0), (0, 1), (-1, 0), (0, -1))
-        if 0 <= place[0] + x < side and 0 <= place[1] + y < side
-    ]
-    lanes = []
-    for start, end in ways:
-        onward = [way for way in ways if way[0] == end and way[1] != start]
-        turns = tuple(f"{start} {end} {way[1]}" for way in onward)
-        limit_mps = float(random.choice([8.3, 13.9, 19.4]))
-        line = 100.0 * np.array([start, end])
-        lanes.append(RoadLane(f"{start} {end}", line, 3.5, limit_mps, successors=turns))
-        for turn, way in zip(turns, onward):
-            after = (f"{way[0]} {way[1]}",)
-            line = line[1] + [(0.0, 0.0), (random.uniform(10.0, 20.0), 0.0)]
-            lanes.append(RoadLane(turn, line, 3.5, 8.0, successors=after, junction=str(end)))
-    return Network("grid", lanes)
-
-
-def print_search(network: Network, count: int) -> None:
-    """Print how long the search for the fastest way between random lanes takes."""
-    graph, random, times_ms = LaneGraph(network), np.random.default_rng(1), []
-    for first, last in random.choice(len(network.driving), (count, 2)):
-        start, end = (LanePlace(network.driving[one].id, 5.0, 0.0, 0.0) for one in (first, last))
-        started_s = time.perf_counter()
-        graph.route(start, end)
-        times_ms.append(1000.0 * (time.perf_counter() - started_s))
-    median, most = np.quantile(times_ms, [0.5, 0.99])
-    print(f"{len(network.driving)} lanes: median {median:.3f} ms, 99th percentile {most:.3f} ms")
-
-
 def main() -> None:
     """Run the command line."""
     if len(sys.argv) not in (2, 3, 4) or not all(one.isdecimal() for one in sys.argv[2:]):
         sys.exit("Usage: python3 -m sdc_experiments.map_drives MAP [COUNT [OTHERS]]")
     path, given = sys.argv[1], [int(one) for one in sys.argv[2:]]
     count, traffic = given[0] if given else 100, given[1] if len(given) > 1 else 0
-    if path == "grid":
-        print_search(grid(), count)
-        return
     started_s = time.perf_counter()
     try:
         network = load_network(path)

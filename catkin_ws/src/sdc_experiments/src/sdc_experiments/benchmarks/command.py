@@ -36,7 +36,6 @@ BENCHMARKS = {
     "memory": Benchmark("memory of all processes in real time", "stack.memory", "MB"),
     "parts": Benchmark("each part of a tick alone", "parts.parts", "ms"),
     "camera": Benchmark("pictures of the camera", "parts.camera", "pictures/s"),
-    "lane_filter": Benchmark("a picture of the lane filter", "parts.lane_filter", "ms"),
     "lidar": Benchmark("a scan of each lidar", "parts.lidar", "ms"),
     "planner": Benchmark("a tick of the local planner", "parts.planner", "us", {"shown": "tick"}),
     "planner_load": Benchmark("start of the planner", "parts.planner", "s", {"shown": "load"}),

@@ -12,7 +12,6 @@ import tracemalloc
 from collections.abc import Callable, Iterator
 from typing import Any
 
-import cv2
 import numpy as np
 import rospkg
 import rospy
@@ -24,18 +23,17 @@ from sdc_common.geometry.route import Route
 from sdc_common.ros.conversion import command_message
 from sdc_common.routes.waypoint_file import load_waypoints
 from sdc_experiments.benchmarks.bare_loop import perspective_warp
-from sdc_experiments.camera_scenes import TRAFFIC, Actor, pose, traffic
-from sdc_experiments.camera_scenes import road as arcs
 from sdc_experiments.closed_loop import controller_with
 from sdc_experiments.configuration import node_parameters, vehicle_preset
 from sdc_package.car import MissionDriver
-from sdc_package.lane_filter import LaneFilter, LaneFilterThresholds
 from sdc_package.local_path import ReferencePath
 from sdc_package.local_planner import LocalPlanner, PlannerSettings
 from sdc_package.waypoint_search import WaypointSearch
+from sdc_sim.camera.boxes import Box
 from sdc_sim.camera.renderer import Renderer
 from sdc_sim.physics.vehicle import Vehicle, VehicleState
 from sdc_sim.road.road import Road
+from sdc_sim.road.route_generator import generate_route
 from sdc_sim.ros.message_conversion import odometry_message
 from sdc_sim.ros.picture_messages import image_message
 from sdc_sim.sensors.lidar import PlanarLidar, RoofLidar
@@ -45,6 +43,23 @@ from sdc_sim.simulation.snapshot import Snapshot
 TICK_S, STEP_M = 0.05, 0.5  # 10 m/s at 20 Hz
 _TICKS, _WARPS, _FRAMES, _PLACES = 400, 300, 600, 300
 _WAYPOINTS = (1_000, 10_000, 100_000, 1_000_000)
+_BENDS = [
+    {"straight_m": 80},
+    {"left_deg": 69, "radius_m": 40, "transition_m": 0.01},
+    {"straight_m": 60},
+    {"right_deg": 92, "radius_m": 25, "transition_m": 0.01},
+    {"straight_m": 120},
+]
+# Distance ahead of the car and to the left of its route [m], and kind of each body; sizes [m].
+_BODIES = (
+    *((14.0, 0.0, "car"), (27.0, 0.2, "car"), (18.0, 3.5, "car"), (40.0, 3.5, "car")),
+    *((60.0, 0.0, "car"), (11.0, -3.4, "pedestrian"), (22.0, 7.0, "pedestrian")),
+    *((32.0, -3.2, "pedestrian"), (35.0, 1.8, "obstacle"), (24.0, -3.0, "light")),
+)
+_SIZES = {
+    "car": (4.7, 2.0, 1.45), "pedestrian": (0.45, 0.6, 1.78),
+    "obstacle": (1.0, 1.0, 1.0), "light": (0.5, 0.5, 4.2),
+}
 
 
 def packaged_route() -> np.ndarray:
@@ -104,47 +119,31 @@ def parts(_options: argparse.Namespace) -> Iterator[dict[str, float]]:
 
 def camera(_options: argparse.Namespace) -> Iterator[dict[str, float]]:
     """Yield the pictures of 640 x 480 per second, with the rasterization of the ground."""
-    road = arcs(80, (40, 69), 60, (25, -92), 120)
-    warp = perspective_warp()
+    start = {"x_m": 0.0, "y_m": 0.0, "heading_deg": 0.0}
+    points = generate_route({"elements": _BENDS, "start": start, "spacing_m": 1.0})[:, :2]
+    road, warp = Road(points * (1.0, -1.0)), perspective_warp()
 
-    def rate(actors: tuple[Actor, ...]) -> float:
+    def pose(s_m: float, left_m: float = 0.0) -> tuple[float, float, float]:
+        (point,), (left,) = road.at(np.array([s_m]))
+        return (*(point + left_m * left).tolist(), math.atan2(-left[0], left[1]))
+
+    def rate(bodies: tuple) -> float:
         renderer, spent_ms = Renderer(road), 0.0
-        renderer.render(*pose(road, 0.0))
+        renderer.render(*pose(0.0))
         for s_m in np.arange(_FRAMES) * STEP_M:
-            boxes = traffic(road, s_m, actors)
-            spent_ms += duration_ms(renderer.render, *pose(road, s_m), boxes)
+            boxes = [
+                Box(*pose(s_m + ahead_m, left_m), *_SIZES[kind], kind=kind)
+                for ahead_m, left_m, kind in bodies
+            ]
+            spent_ms += duration_ms(renderer.render, *pose(s_m), boxes)
         return 1e3 * _FRAMES / spent_ms
 
     while True:
         yield {
             "one perspective warp": 1e3 / np.mean([duration_ms(warp) for _ in range(_WARPS)]),
             "road and scenery": rate(()),
-            "and 10 boxes": rate(TRAFFIC),
+            "and 10 boxes": rate(_BODIES),
         }
-
-
-def lane_filter(_options: argparse.Namespace) -> Iterator[dict[str, float]]:
-    """Yield the time of a lane mask, and that of a plain OpenCV version [ms]."""
-    image = np.random.default_rng(0).integers(0, 255, (480, 640, 4), dtype=np.uint8)
-    own = LaneFilter(LaneFilterThresholds(70, 90, 110, 0.52)).mask
-    while True:
-        times = [(duration_ms(_plain_mask, image), duration_ms(own, image)) for _ in range(_FRAMES)]
-        plain_ms, own_ms = np.median(times, axis=0)
-        yield {"plain OpenCV": plain_ms, "the lane filter": own_ms}
-
-
-def _plain_mask(image: np.ndarray) -> np.ndarray:
-    """Return the lane mask of a BGRA picture as a textbook computes it.
-
-    It uses a floating-point gradient, the whole picture, and masks that NumPy combines.
-    """
-    bgr = image[:, :, :3]
-    gradient = np.absolute(cv2.Sobel(cv2.cvtColor(bgr, cv2.COLOR_BGR2GRAY), cv2.CV_64F, 1, 0))
-    scaled = np.asarray(255 * gradient / max(gradient.max(), 1.0), dtype=np.uint8)
-    saturation = cv2.cvtColor(bgr, cv2.COLOR_BGR2HLS)[:, :, 2]
-    mask = np.zeros_like(saturation)
-    mask[((scaled >= 70) & (scaled <= 255)) | ((saturation >= 90) & (saturation <= 255))] = 255
-    return mask
 
 
 def lidar(_options: argparse.Namespace) -> Iterator[dict[str, float]]:
