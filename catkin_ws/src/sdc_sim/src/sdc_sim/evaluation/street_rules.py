@@ -12,6 +12,7 @@ import math
 from collections import deque
 from typing import Iterator, NamedTuple, Sequence
 
+from sdc_sim.evaluation.emergency import EMERGENCY_LASTS_S, YIELD_EMERGENCY, holds_up
 from sdc_sim.evaluation.route_progress import DriveSample
 from sdc_sim.physics.collision import Rectangle, overlap
 from sdc_sim.road.network import STOP, Connection, LanePlace, Network, edge_of
@@ -33,7 +34,7 @@ _AGAINST_RAD, _ALONG_RAD = math.radians(120.0), math.radians(60.0)
 # Above the speed limit by more than this [m/s].
 _TOLERANCE_MPS = 1.0
 # So long lasts what counts as wrong lane, speeding, and standing in a junction [s].
-_LASTS_S = {WRONG_LANE: 1.0, SPEEDING: 1.0, BLOCKING: 5.0}
+_LASTS_S = {WRONG_LANE: 1.0, SPEEDING: 1.0, BLOCKING: 5.0, YIELD_EMERGENCY: EMERGENCY_LASTS_S}
 _CAR_WIDTH_M = 1.9
 _LANE_M = 2.5
 # An odometry without road users at its time waits for so many later ones: where there are none,
@@ -116,7 +117,8 @@ class StreetRules:
         place = self._network.nearest(*front_m, yaw_rad, _LANE_M)
         found += self._at_junctions(car, place, others)
         self._place = place
-        for name, holds in self._conditions(car, place):
+        emergency = YIELD_EMERGENCY, holds_up(car, others)
+        for name, holds in [*self._conditions(car, place), emergency]:
             since_s = self._since_s.setdefault(name, time_s) if holds else None
             if since_s is None:
                 self._since_s.pop(name, None)

@@ -33,6 +33,7 @@ _LINE_HEIGHT_M = 2.0
 _CLASSES = {
     "car": Object.CLASSIFICATION_CAR,
     "van": Object.CLASSIFICATION_CAR,
+    "ambulance": Object.CLASSIFICATION_CAR,
     "lorry": Object.CLASSIFICATION_TRUCK,
     "bicycle": Object.CLASSIFICATION_BIKE,
     "pedestrian": Object.CLASSIFICATION_PEDESTRIAN,

@@ -16,7 +16,7 @@ from sdc_sim.road.network import STOP, YIELD, Connection, Network, RoadLane
 _BACK_M, _ON_M = 160.0, 220.0
 # Least way before and after the event that does not lead through a further junction, and what
 # remains to the end of a lane.
-_LEAST_M, _MARGIN_M = 42.0, 5.0
+LEAST_M, _MARGIN_M = 42.0, 5.0
 _STEP_M = 1.0
 _TRIES = 6  # places on each stretch
 # The street is looked at so far before and after the event for bends.
@@ -66,7 +66,7 @@ def sites(network: Network, where: Mapping[str, Any], draw: random.Random) -> It
         else:
             for _ in range(_TRIES):
                 last_m = lane.length_m - where.get("end_m", 20.0)
-                s_m = draw.uniform(_LEAST_M + _MARGIN_M, max(last_m, _LEAST_M))
+                s_m = draw.uniform(LEAST_M + _MARGIN_M, max(last_m, LEAST_M))
                 if s_m < last_m and _is_street(network, lane, s_m, where):
                     yield Site(lane, s_m, (lane, s_m))
 
@@ -75,8 +75,10 @@ def _is_street(network: Network, lane: RoadLane, s_m: float, where: Mapping[str,
     """Return whether a stretch has the neighbours and bends of a place."""
     if "left" in where:
         left = "same" if lane.left else "oncoming" if oncoming_lane(network, lane, s_m) else "none"
-        if left != where["left"] or ("right" in where and bool(lane.right) != where["right"]):
+        if left != where["left"]:
             return False
+    if bool(lane.right) != where.get("right", False):
+        return False
     at = np.arange(s_m - _LOOK_BACK_M, min(s_m + _LOOK_ON_M, lane.length_m), 2.0)
     headings = np.unwrap([lane.heading_at(s) for s in at])
     bend_deg = math.degrees(np.ptp(headings))
@@ -110,11 +112,16 @@ def _next(network: Network, lane: RoadLane, ahead: bool) -> RoadLane | None:
 
 
 def walk(
-    network: Network, lane: RoadLane, s_m: float, far_m: float, ahead: bool
+    network: Network,
+    lane: RoadLane,
+    s_m: float,
+    far_m: float,
+    ahead: bool,
+    least_m: float = LEAST_M,
 ) -> tuple[float, float]:
     """Return the point so far ahead or back, before the next junction if it is far enough."""
     room_m = lane.length_m - s_m if ahead else s_m
-    while lane.junction or (room_m < far_m and room_m < _LEAST_M + _MARGIN_M):
+    while lane.junction or (room_m < far_m and room_m < least_m + _MARGIN_M):
         following = _next(network, lane, ahead)
         if following is None:
             raise DoesNotFit

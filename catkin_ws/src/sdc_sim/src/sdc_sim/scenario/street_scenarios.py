@@ -24,7 +24,16 @@ from sdc_sim.road.lane_graph import LaneGraph, NoRouteError
 from sdc_sim.road.mission import plan_mission
 from sdc_sim.road.network import Network, RoadLane, left_normals
 from sdc_sim.road.network_file import load_network
-from sdc_sim.scenario.street_places import DoesNotFit, Site, chain, even, oncoming_lane, sites, walk
+from sdc_sim.scenario.street_places import (
+    LEAST_M,
+    DoesNotFit,
+    Site,
+    chain,
+    even,
+    oncoming_lane,
+    sites,
+    walk,
+)
 from sdc_sim.traffic.actors import Actor, ScriptedTraffic, Step, Zone
 from sdc_sim.traffic.lights import lights_of
 from sdc_sim.yaml_document import packaged_config
@@ -32,12 +41,12 @@ from sdc_sim.yaml_document import packaged_config
 # Two ways meet where they are so near.
 _MEET_M = 1.5
 # With these the car is expected to reach the event: a street's limit and an acceleration.
-_CAR_MPS, _CAR_MPS2 = 13.9, 1.8
+_CAR_MPS, _CAR_MPS2 = 12.0, 1.8
 _CAR_M = (4.7, 2.0)
 _ACCELERATION_MPS2 = 2.0
 # How long a light must have its colour before the car comes, and after it [s].
 _LIGHT_S = {"green": (8.0, 9.0), "red": (8.0, 3.0)}
-_SIDES = {"opposite": math.pi, "left": -0.5 * math.pi, "right": 0.5 * math.pi}
+_SIDES = {"opposite": math.pi, "left": -0.5 * math.pi, "right": 0.5 * math.pi, "along": 0.0}
 # Time limit: so many times the time at the speed limits, and so much more.
 _LIMIT_RATIO, _LIMIT_S = 3.0, 40.0
 
@@ -141,7 +150,8 @@ class _Placer:
         where = row["place"]
         before_m = _drawn(where.get("before_m", [80.0, 115.0]), draw)
         after_m = _drawn(where.get("after_m", [70.0, 110.0]), draw)
-        self._start = walk(network, site.start or site.lane, site.s_m, before_m, False)
+        begin, least_m = site.start or site.lane, where.get("least_m", LEAST_M)
+        self._start = walk(network, begin, site.s_m, before_m, False, least_m)
         self._goal = walk(network, *site.goal, after_m, True)
         mission = plan_mission(_graph(network), [self._goal], *self._start)
         core = site.way.through[:1] if site.way else (site.lane.id, site.goal[0].id)
@@ -301,6 +311,8 @@ class _Placer:
             at_m = row.get("at_m", 0.0)
         limit = self._site.lane.speed_limit_mps if row.get("of_limit") else 1.0
         speed = row.get("mps", 0.0) * limit
+        if "comes_s" in row:
+            at_m = -speed * (_reach_s(meets_m, _CAR_MPS, _CAR_MPS2) + row["comes_s"])
         drawn = ([_drawn(one, draw) for one in step] for step in row.get("steps", ()))
         steps = [Step(after_s, mps * limit, rate) for after_s, mps, rate in drawn]
         within_m, within_s = row.get("within_m", 0.0), row.get("within_s", 0.0)

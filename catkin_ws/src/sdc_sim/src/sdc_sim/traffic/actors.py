@@ -22,7 +22,7 @@ from sdc_sim.physics.traffic_lights import RED, YELLOW, TrafficLightPlan
 # The driver model: time gap, distance at rest (less for pedestrians), braking.
 _TIME_GAP_S, _REST_M, _WALKER_REST_M, _BRAKING_MPS2 = 1.2, 2.0, 0.6, 2.5
 _WALKER_M = 1.0
-_HARDEST_MPS2 = 8.0
+_HARDEST_MPS2 = 4.5
 # What is farther beside the way than this is not on it, and what is slower is at rest.
 _BESIDE_M, _AT_REST_MPS = 0.3, 0.5
 # A light is at a way if its stop line is so near and turned so little from it.
