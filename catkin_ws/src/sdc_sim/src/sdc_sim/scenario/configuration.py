@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import math
 import os
+from dataclasses import replace
 from functools import partial
 from typing import Any, Mapping
 
@@ -65,14 +66,16 @@ def build_simulation(
             raise DocumentError(f"{name}: other road users need streets; name a map (map:=FILE)")
     if type_name:
         placed = part_of_map("scenario.street_scenarios", values["map_path"], type_name, seed)
-        values, lights = placed.conditions(values, lights)
+        lights = [replace(one, offset_s=one.offset_s + placed.lights_s) for one in lights]
+        start = {**values["start"], **placed.parameters.get("start", {})}
+        values = {**values, **placed.parameters, "start": start}
     vehicle = vehicle_class(
         load_vehicle(os.path.join(values["vehicles_folder"], values["vehicle"] + ".yaml")),
         friction=values["friction"],
         side_wind_mps=values["side_wind_mps"],
     )
     if type_name:
-        traffic = placed.traffic(seed, tick_s, lights, vehicle)
+        traffic = placed.traffic(seed, tick_s, lights)
     elif values["traffic"]:
         arguments = values["map_path"], values["traffic"], seed, tick_s, waypoints_m
         traffic = part_of_map("traffic.sumo_traffic", *arguments)

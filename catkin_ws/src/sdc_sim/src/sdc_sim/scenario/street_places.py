@@ -46,29 +46,27 @@ def sites(network: Network, where: Mapping[str, Any], draw: random.Random) -> It
             continue
         if where["at"] == "junction":
             for way, _, name in network.ways.get(lane.id, ()):
-                junction = network.junctions[name]
-                control = junction.kind
-                if way.signal < 0 and way.line in (STOP, YIELD):
-                    control = way.line
+                has_sign = way.signal < 0 and way.line in (STOP, YIELD)
+                control = way.line if has_sign else network.junctions[name].kind
+                count = len(network.junctions[name].connections)
                 fits = control in where["control"] and way.direction.lower() in where["turn"]
-                if fits and len(junction.connections) >= where.get("ways", 3):
+                if fits and count >= where.get("ways", 3):
                     yield Site(lane, lane.length_m, (network.lanes[way.end], 0.0), way)
-        elif where["at"] in ("merge", "exit"):
-            beside = network.lanes.get(lane.left)
-            further = network.lanes.get(beside.left) if beside else None
-            far = further if where.get("changes", 1) == 2 else beside
-            if not far:
-                continue
-            if where["at"] == "merge" and lane.predecessors and not lane.successors:
-                yield Site(lane, 0.0, (far, far.length_m))
-            if where["at"] == "exit" and lane.successors and not lane.predecessors:
-                yield Site(lane, 0.0, (lane, lane.length_m), start=further or far)
-        else:
+        elif where["at"] == "stretch":
+            last_m = lane.length_m - where.get("end_m", 20.0)
             for _ in range(_TRIES):
-                last_m = lane.length_m - where.get("end_m", 20.0)
                 s_m = draw.uniform(LEAST_M + _MARGIN_M, max(last_m, LEAST_M))
                 if s_m < last_m and _is_street(network, lane, s_m, where):
                     yield Site(lane, s_m, (lane, s_m))
+        elif bool(lane.predecessors) != bool(lane.successors) and lane.left:
+            # A lane that ends, or one that begins: from it the car changes, or to it.
+            far = network.lanes[lane.left]
+            if where.get("changes", 1) == 2:
+                far = network.lanes.get(far.left, far)
+            if where["at"] == "merge" and lane.predecessors:
+                yield Site(lane, 0.0, (far, far.length_m))
+            elif where["at"] == "exit" and lane.successors:
+                yield Site(lane, 0.0, (lane, lane.length_m), start=far)
 
 
 def _is_street(network: Network, lane: RoadLane, s_m: float, where: Mapping[str, Any]) -> bool:
@@ -80,10 +78,8 @@ def _is_street(network: Network, lane: RoadLane, s_m: float, where: Mapping[str,
     if bool(lane.right) != where.get("right", False):
         return False
     at = np.arange(s_m - _LOOK_BACK_M, min(s_m + _LOOK_ON_M, lane.length_m), 2.0)
-    headings = np.unwrap([lane.heading_at(s) for s in at])
-    bend_deg = math.degrees(np.ptp(headings))
     least, most = where.get("bend_deg", (0.0, 8.0))
-    return least <= bend_deg <= most
+    return least <= np.degrees(np.ptp(np.unwrap([lane.heading_at(s) for s in at]))) <= most
 
 
 def oncoming_lane(network: Network, lane: RoadLane, s_m: float) -> RoadLane | None:
@@ -91,24 +87,19 @@ def oncoming_lane(network: Network, lane: RoadLane, s_m: float) -> RoadLane | No
     (x, y), yaw = lane.at(np.array([s_m]))[0].tolist(), lane.heading_at(s_m)
     x, y = x - lane.width_m * math.sin(yaw), y + lane.width_m * math.cos(yaw)
     found = network.nearest(x, y, yaw + math.pi, _ONCOMING_M)
-    if found is None or abs(found.heading_error_rad) > _ONCOMING_RAD:
-        return None
-    return None if network.lanes[found.lane].junction else network.lanes[found.lane]
-
-
-def _straight_back(network: Network, lane: RoadLane) -> RoadLane | None:
-    """Return the lane before this one that turns least, None at the end of the map."""
-    heading = lane.heading_at(0.0)
-    before = [network.lanes[name] for name in lane.predecessors]
-
-    def turn(one: RoadLane) -> float:
-        return abs(math.remainder(one.heading_at(one.length_m) - heading, 2.0 * math.pi))
-
-    return min(before, key=turn) if before else None
+    is_along = found is not None and abs(found.heading_error_rad) < _ONCOMING_RAD
+    beside = network.lanes[found.lane] if found is not None and is_along else None
+    return None if beside is None or beside.junction else beside
 
 
 def _next(network: Network, lane: RoadLane, ahead: bool) -> RoadLane | None:
-    return network.straight_on(lane) if ahead else _straight_back(network, lane)
+    """Return the lane after or before this one that turns least, None at the end of the map."""
+    if ahead:
+        return network.straight_on(lane)
+    before = [network.lanes[name] for name in lane.predecessors]
+    turns = [one.heading_at(one.length_m) - lane.heading_at(0.0) for one in before]
+    turns = [abs(math.remainder(one, 2.0 * math.pi)) for one in turns]
+    return before[turns.index(min(turns))] if before else None
 
 
 def walk(

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import random
 from dataclasses import dataclass, field
-from typing import AbstractSet, Callable, Iterator, NamedTuple, Sequence
+from typing import AbstractSet, Iterator, NamedTuple, Sequence
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from sdc_sim.physics.obstacles import FIRST_TRAFFIC_ID, ObstacleState
 from sdc_sim.physics.traffic_lights import RED, YELLOW, TrafficLightPlan
 
 # The driver model: time gap, distance at rest (less for pedestrians), braking.
-_TIME_GAP_S, _REST_M, _WALKER_REST_M, _BRAKING_MPS2 = 1.2, 2.0, 0.6, 2.5
+_TIME_GAP_S, _REST_M, _WALKER_REST_M, _BRAKING_MPS2 = 0.9, 2.0, 0.6, 2.5
 _WALKER_M = 1.0
 _HARDEST_MPS2 = 4.5
 # What is farther beside the way than this is not on it, and what is slower is at rest.
@@ -29,8 +29,6 @@ _BESIDE_M, _AT_REST_MPS = 0.3, 0.5
 _LINE_M, _LINE_RAD, _BEFORE_LINE_M = 1.0, math.radians(30.0), 1.0
 # A driver brakes for a light if this is enough.
 _FOR_RED_MPS2 = 5.0
-# Nothing begins at the start of a way while the car is so near to it.
-_FREE_M = 15.0
 # The car moves less than this in a tick.
 _WINDOW_M = 10.0
 
@@ -62,16 +60,7 @@ class Actor:
     stays: bool = False  # whether it stays at the end of its line
     # A vehicle of a flow begins again behind the last one of its line, after gaps of these (least,
     # greatest) times, in turn.
-    gaps_s: tuple[tuple[float, float], ...] = ()
-
-
-class Zone(NamedTuple):
-    """A stretch of the mission with its own grip and side wind."""
-
-    from_m: float
-    to_m: float
-    friction: float
-    side_wind_mps: float
+    gaps_s: Sequence[Sequence[float]] = ()
 
 
 class _Body:
@@ -92,9 +81,8 @@ class _Body:
         if self.is_gone or s < 0.0:
             return
         (x, y), yaw = self.line.point_at(s), self.line.heading_at(s) + actor.turned_rad
-        self.state = ObstacleState(
-            self.id, actor.kind, x, y, yaw, *actor.size_m, abs(self.speed_mps)
-        )
+        pose, size_m = (x, y, yaw), actor.size_m
+        self.state = ObstacleState(self.id, actor.kind, *pose, *size_m, self.speed_mps)
 
     def wanted(self, time_s: float) -> tuple[float, float]:
         """Return the speed that it wants, and how fast it changes its own [m/s, m/s^2]."""
@@ -114,9 +102,6 @@ class ScriptedTraffic:
         seed: seed of the gaps in flows
         tick_s: duration of a tick [s]
         lights: the traffic lights, at which those who look stop
-        zones: stretches of the mission with other conditions
-        conditions: grip and side wind elsewhere [-, m/s]
-        set_conditions: sets grip and side wind
     """
 
     def __init__(
@@ -126,47 +111,31 @@ class ScriptedTraffic:
         seed: int,
         tick_s: float,
         lights: Sequence[TrafficLightPlan] = (),
-        zones: Sequence[Zone] = (),
-        conditions: tuple[float, float] = (1.0, 0.0),
-        set_conditions: Callable[[float, float], None] | None = None,
     ) -> None:
         self._actors, self._seed, self._tick_s = actors, seed, tick_s
         self._mission = Polyline(mission_m.tolist())
-        self._zones, self._conditions, self._set = zones, conditions, set_conditions
-        self._lines: dict[int, Polyline] = {}
-        for one in actors:
-            self._lines.setdefault(id(one.path_m), Polyline(one.path_m.tolist()))
-        self._stops = {
-            id(line): list(_stops_on(line, lights)) for line in self._lines.values() if lights
-        }
+        paths = {id(one.path_m): one.path_m.tolist() for one in actors}
+        self._lines = {key: Polyline(points) for key, points in paths.items()}
+        self._stops = {id(one): list(_stops_on(one, lights)) for one in self._lines.values()}
 
     def reset(self, ego: Rectangle) -> list[ObstacleState]:
         """Start again with the car at this place, and return the road users."""
         self._random, self._ticks, self._along_m = random.Random(self._seed), 0, 0.0
-        self._gaps: dict[int, int] = {}
-        lines = [self._lines[id(one.path_m)] for one in self._actors]
-        numbered = enumerate(zip(self._actors, lines), FIRST_TRAFFIC_ID)
-        self._bodies = [_Body(number, *one) for number, one in numbered]
+        self._bodies = [
+            _Body(number, one, self._lines[id(one.path_m)])
+            for number, one in enumerate(self._actors, FIRST_TRAFFIC_ID)
+        ]
         self._next_id = FIRST_TRAFFIC_ID + len(self._bodies)
-        self._change_conditions()
         return self._states()
 
     def advance(
         self, ego: Rectangle, speed_mps: float, braking: bool, blocked: AbstractSet[int]
     ) -> list[ObstacleState]:
-        """Move the road users for a tick, and return them; the arguments are those of SumoTraffic.
-
-        Args:
-            ego: outline of the car
-            speed_mps: its speed [m/s]
-            braking: whether its brake lights are on
-            blocked: ids of road users that are held because they met the car
-        """
+        """Move the road users for a tick, and return them; see SumoTraffic.advance."""
         time_s = self._ticks * self._tick_s
         self._ticks += 1
         place = self._mission.project(ego.x_m, ego.y_m, self._along_m, _WINDOW_M, _WINDOW_M)
         self._along_m = place.s_m
-        self._change_conditions()
         car = ObstacleState(1, "car", *ego, 0.0, speed_mps)
         bodies = [one for one in self._bodies if not one.is_gone]
         for one in bodies:
@@ -179,16 +148,11 @@ class ScriptedTraffic:
                 one.triggered_s = time_s
         changes = [self._acceleration_mps2(one, bodies, car, time_s) for one in bodies]
         for one, change in zip(bodies, changes):
-            self._move(one, change, bodies, ego)
+            self._move(one, change)
         return self._states()
 
     def _states(self) -> list[ObstacleState]:
         return [one.state for one in self._bodies if one.state is not None]
-
-    def _change_conditions(self) -> None:
-        if self._set is not None and self._zones:
-            inside = [one for one in self._zones if one.from_m <= self._along_m < one.to_m]
-            self._set(*(inside[0][2:] if inside else self._conditions))
 
     def _acceleration_mps2(
         self, body: _Body, bodies: Sequence[_Body], car: ObstacleState, time_s: float
@@ -200,9 +164,8 @@ class ScriptedTraffic:
         free = rate * (1.0 - (speed / wanted) ** 4) if speed <= wanted else -rate
         rest_m = _WALKER_REST_M if body.actor.size_m[0] < _WALKER_M else _REST_M
         for gap_m, ahead_mps in self._ahead(body, bodies, car, time_s):
-            dynamic = speed * _TIME_GAP_S
-            dynamic += speed * (speed - ahead_mps) / (2.0 * math.sqrt(rate * _BRAKING_MPS2))
-            wish_m = rest_m + max(dynamic, 0.0)
+            approach_s = (speed - ahead_mps) / (2.0 * math.sqrt(rate * _BRAKING_MPS2))
+            wish_m = rest_m + speed * max(_TIME_GAP_S + approach_s, 0.0)
             free = min(free, rate * (1.0 - (wish_m / max(gap_m, 0.1)) ** 2))
         return max(free, -max(_HARDEST_MPS2, rate))
 
@@ -234,44 +197,37 @@ class ScriptedTraffic:
             if place.distance_m < across_m + _BESIDE_M and place.s_m > s:
                 along_m = 0.5 * (other.length_m * abs(cos) + other.width_m * sin)
                 yield place.s_m - s - along_m - half_m, other.speed_mps * cos
-        for line_m, light in self._stops.get(id(body.line), ()) if actor.looks else ():
+        for line_m, light in self._stops[id(body.line)] if actor.looks else ():
             gap_m = line_m - s - half_m - _BEFORE_LINE_M
             can_stop = gap_m > body.speed_mps**2 / (2.0 * _FOR_RED_MPS2) - _BEFORE_LINE_M
             is_near = can_stop and 0.0 < gap_m + _BEFORE_LINE_M < reach_m
             if is_near and light.state(time_s) in (RED, YELLOW):
                 yield max(gap_m, 0.1), 0.0
 
-    def _move(
-        self, body: _Body, change_mps2: float, bodies: Sequence[_Body], ego: Rectangle
-    ) -> None:
+    def _move(self, body: _Body, change_mps2: float) -> None:
         """Move a body for a tick."""
         before_mps, body.before_m = body.speed_mps, body.s_m
         if before_mps == change_mps2 == 0.0:
             return
         body.speed_mps = max(before_mps + change_mps2 * self._tick_s, 0.0)
         body.s_m += 0.5 * (before_mps + body.speed_mps) * self._tick_s
-        if body.before_m < 0.0 <= body.s_m:
-            near_m = math.dist(body.line.points[0], (ego.x_m, ego.y_m))
-            if body.actor.gaps_s and near_m < _FREE_M:
-                body.s_m, body.speed_mps = body.before_m, 0.0
         if body.s_m >= body.line.s[-1]:
             if body.actor.gaps_s:
-                self._begin_again(body, bodies)
+                self._begin_again(body)
             elif body.actor.stays:
                 body.s_m, body.speed_mps = body.line.s[-1], 0.0
             else:
                 body.is_gone = True
         body.update()
 
-    def _begin_again(self, body: _Body, bodies: Sequence[_Body]) -> None:
+    def _begin_again(self, body: _Body) -> None:
         """Place a vehicle of a flow behind the last one, as another road user."""
-        key, gaps_s = id(body.line), body.actor.gaps_s
-        turn = self._gaps[key] = self._gaps.get(key, -1) + 1
-        gap_s = self._random.uniform(*gaps_s[turn % len(gaps_s)])
-        last_m = min(one.s_m for one in bodies if one.line is body.line)
-        body.s_m = min(last_m, 0.0) - body.actor.size_m[0] - gap_s * body.actor.speed_mps
-        body.before_m, body.speed_mps = body.s_m, body.actor.speed_mps
-        body.id, self._next_id = self._next_id, self._next_id + 1
+        gaps_s, speed_mps = body.actor.gaps_s, body.actor.speed_mps
+        gap_s = self._random.uniform(*gaps_s[self._next_id % len(gaps_s)])
+        last_m = min(0.0, *(one.s_m for one in self._bodies if one.line is body.line))
+        body.s_m = body.before_m = last_m - body.actor.size_m[0] - gap_s * speed_mps
+        body.speed_mps, body.id = speed_mps, self._next_id
+        self._next_id += 1
 
 
 def _stops_on(
