@@ -10,7 +10,7 @@ import rospkg
 
 from sdc_common.driving import DetectedObstacle
 from sdc_common.geometry.road_line import road_route
-from sdc_package.behaviour.crossings import crossings
+from sdc_package.behaviour.crossings import crossings, places_along
 from sdc_package.behaviour.streets import StreetBehaviour, StreetMargins
 from sdc_sim.road.lane_graph import LaneGraph, drawn_places
 from sdc_sim.road.mission import plan_mission
@@ -39,12 +39,12 @@ def _crossing(request, town):
     for seed in range(40):
         start, goal = drawn_places(graph, seed)
         route = road_route(plan_mission(graph, [goal], *start).points_m)
-        for one in crossings(network, route):
+        for one in crossings(network, route, list(places_along(network, route))):
             if one.line_m < 30.0 or not one.conflicts:
                 continue
             if one.has_stop_sign == (request.param == "sign"):
                 streets = StreetBehaviour(network, MARGINS)
-                streets.follow(route)
+                streets.follow(route, np.full(len(route.s), 10.0), 2.5)
                 return network, streets, route, one
     raise AssertionError("the town has no such junction")
 

@@ -77,6 +77,14 @@ def test_alone_on_the_streets(networks, car, duration_s, expected):
     assert counted(networks["priority"], car, duration_s) == expected
 
 
+@pytest.mark.parametrize(("speed_mps", "expected"), [(0.0, []), (4.0, []), (14.0, ["wrong_lane"])])
+def test_car_that_passes_a_slower_one_may_use_the_other_lane(networks, speed_mps, expected):
+    car = straight(-30.0, -1.6, WEST, 8.0)
+    assert (
+        counted(networks["priority"], car, 4.0, straight(-50.0, 1.6, WEST, speed_mps)) == expected
+    )
+
+
 @pytest.mark.parametrize("kind", ["priority", "priority_stop"])
 @pytest.mark.parametrize("gap_m", [None, 0.5, 5.0])
 def test_stop_sign_needs_a_stop_before_its_line(networks, kind, gap_m):

@@ -83,4 +83,9 @@ class GlobalPlanner:
         if place.distance_m < _LOST_M:
             return False
         lane = self.network.nearest(x_m, y_m, yaw_rad)
-        return lane is not None and place.distance_m - abs(lane.cross_track_m) > _NEARER_M
+        if lane is None or place.distance_m - abs(lane.cross_track_m) <= _NEARER_M:
+            return False
+        # Beside a lane of the mission, the local planner passes another road user.
+        assert self.mission is not None
+        lanes = [self.network.lanes[name] for name in self.mission.lanes]
+        return lane.lane not in {name for one in lanes for name in (one.left, one.right)}

@@ -130,7 +130,7 @@ class LocalPlanner:
         self._obstacles: Sequence[DetectedObstacle] = ()
         self._streets = streets
         if streets is not None:
-            streets.follow(route)
+            streets.follow(route, self.speed, limits.braking_mps2)
         self._window_ahead_m = _WINDOW_AHEAD_M
 
     @property
@@ -179,10 +179,13 @@ class LocalPlanner:
             self._ahead, self._rows = ahead, self._path[ahead]
         self.reason = self._reasons[ahead.start]
         self._obstacles = obstacles
-        if self._streets is not None:
-            obstacles = self._streets.relevant(self.place.s_m, obstacles)
+        streets, rows = self._streets, self._rows
+        if streets is not None:
+            obstacles = streets.relevant(self.place.s_m, obstacles)
+            if streets.manoeuvres is not None:
+                rows = streets.manoeuvres.moved(rows, ahead)
         if not obstacles:
-            return self._rows
+            return rows
         caps = speed_caps(
             self.route,
             self.route.s[self._ahead],
@@ -191,8 +194,9 @@ class LocalPlanner:
             self.settings.obstacles,
             self.settings.limits.braking_mps2,
             self._horizon_m,
+            streets.offset_at if streets else None,
         )
-        return self._capped(self._rows, caps, "obstacle")
+        return self._capped(rows, caps, "obstacle")
 
     def stop_for(
         self, lights: TrafficLightMonitor, rows: np.ndarray, speed_mps: float
@@ -211,7 +215,7 @@ class LocalPlanner:
         if stop_s is not None:
             rows = self._stopped_at(rows, stop_s, "traffic_light")
         if self._streets is not None:
-            rows = self._on_streets(self._streets, rows, speed_mps, stop_s is not None)
+            rows = self._on_streets(self._streets, rows, speed_mps, stop_s)
         return rows
 
     def is_for(self, waypoints_m: np.ndarray) -> bool:
@@ -230,15 +234,27 @@ class LocalPlanner:
             self._window_ahead_m = _RESUME_WITHIN_M
 
     def _on_streets(
-        self, streets: StreetBehaviour, rows: np.ndarray, speed_mps: float, is_red: bool
+        self, streets: StreetBehaviour, rows: np.ndarray, speed_mps: float, stop_s: float | None
     ) -> np.ndarray:
         """Return rows that keep the distance to the one ahead, and stop at the next junction."""
         seen, s_m = self._obstacles, self.place.s_m
         following_mps = streets.following_mps(s_m, seen, self._horizon_m)
         if following_mps < rows[0, 2]:
             rows = self._capped(rows, np.full(len(rows), following_mps), "obstacle")
-        stop = streets.stop(s_m, speed_mps, seen, self._horizon_m, is_red)
-        return rows if stop is None else self._stopped_at(rows, *stop)
+        stop = streets.stop(s_m, speed_mps, seen, self._horizon_m, stop_s is not None)
+        rows = rows if stop is None else self._stopped_at(rows, *stop)
+        plan = streets.manoeuvres
+        if plan is None:
+            return rows
+        stops_m = [math.inf if one is None else one for one in (stop_s, stop and stop[0])]
+        plan.decide(s_m, self.place.cross_track_m, speed_mps, seen, min(stops_m))
+        if plan.most_mps < rows[0, 2]:
+            rows = self._capped(rows, np.full(len(rows), plan.most_mps), plan.reason)
+        if math.isfinite(plan.stop_m):
+            rows = self._stopped_at(rows, plan.stop_m, "obstacle")
+        elif plan.reason and self.reason in ("cruise", "bend", "accelerating"):
+            self.reason = plan.reason
+        return rows
 
     def _stopped_at(self, rows: np.ndarray, stop_s: float, reason: str) -> np.ndarray:
         """Return rows with which the car's centre stops at an arc length, for this reason."""

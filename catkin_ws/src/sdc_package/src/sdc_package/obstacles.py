@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Sequence
+from typing import Callable, Sequence
 
 import numpy as np
 
@@ -41,6 +41,7 @@ def speed_caps(
     margins: ObstacleMargins,
     braking_mps2: float,
     horizon_m: float,
+    offset_at: Callable[[float], float] | None = None,
 ) -> np.ndarray:
     """Return the maximum speeds with which the car stays behind every obstacle on its lane.
 
@@ -56,6 +57,8 @@ def speed_caps(
         margins: distances to keep
         braking_mps2: deceleration with which the car stops [m/s^2]
         horizon_m: length of the route ahead of the car that is searched for obstacles [m]
+        offset_at: how far the way of the car is from the route at an arc length, positive to the
+            left; None: it is the route [m]
 
     Returns:
         (n,) speeds, infinite where no obstacle limits them [m/s]
@@ -63,7 +66,9 @@ def speed_caps(
     square = np.full(len(s_m), np.inf)
     for obstacle in _near_stretch(route, from_s_m, obstacles, margins, horizon_m):
         for time_s in _PREDICTION_TIMES_S if obstacle.speed_mps else _PREDICTION_TIMES_S[:1]:
-            blocked = _blocked_from(route, from_s_m, obstacle, time_s, margins, horizon_m)
+            blocked = _blocked_from(
+                route, from_s_m, obstacle, time_s, margins, horizon_m, offset_at
+            )
             if blocked is None:
                 continue
             rear_s_m, along_mps = blocked
@@ -111,6 +116,7 @@ def _blocked_from(
     time_s: float,
     margins: ObstacleMargins,
     horizon_m: float,
+    offset_at: Callable[[float], float] | None,
 ) -> tuple[float, float] | None:
     """Return (arc length of an obstacle's rear, its speed along the route), None off the lane."""
     travel_m = obstacle.speed_mps * time_s
@@ -122,7 +128,8 @@ def _blocked_from(
     half_along = 0.5 * (obstacle.length_m * cos + obstacle.width_m * sin)
     half_across = 0.5 * (obstacle.length_m * sin + obstacle.width_m * cos)
     free_m = half_across + 0.5 * margins.car_width_m + margins.side_m
-    if place.distance_m > free_m or place.s_m <= from_s_m:
+    offset_m = offset_at(place.s_m) if offset_at else 0.0
+    if abs(place.cross_track_m - offset_m) > free_m or place.s_m <= from_s_m:
         return None
     along_mps = obstacle.speed_mps * math.cos(relative_yaw)
     return place.s_m - half_along, along_mps if along_mps > _MIN_FOLLOW_SPEED_MPS else 0.0

@@ -15,6 +15,9 @@ MEANINGS = {
     "stop_sign": "stops at a stop sign",
     "right_of_way": "gives way at a junction",
     "junction_blocked": "waits until the way out of a junction is free",
+    "crosswalk": "stops for a pedestrian at a crosswalk",
+    "passing": "drives beside its lane, around another road user",
+    "merging": "lets another one go first, where lanes change",
     "path_timeout": "the controller brakes: no path arrives",
     "odometry_timeout": "the controller brakes: no odometry arrives",
 }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Iterator, NamedTuple
+from typing import Iterator, NamedTuple, Sequence, Tuple
 
 import numpy as np
 
@@ -37,12 +37,15 @@ class Crossing(NamedTuple):
     conflicts: list[Conflict]
 
 
-def crossings(network: Network, route: Route) -> list[Crossing]:
-    """Return the crossings of a route, in order."""
+Places = Sequence[Tuple[float, LanePlace]]
+
+
+def crossings(network: Network, route: Route, places: Places) -> list[Crossing]:
+    """Return the crossings of a route with these places on the lanes, in order."""
     found: list[Crossing] = []
     last: tuple[LanePlace, float] | None = None  # on the lane before the junction
     is_inside = False
-    for s_m, place in _places(network, route):
+    for s_m, place in places:
         if network.lanes[place.lane].junction:
             is_inside = True
             continue
@@ -63,7 +66,7 @@ def crossings(network: Network, route: Route) -> list[Crossing]:
     return found
 
 
-def _places(network: Network, route: Route) -> Iterator[tuple[float, LanePlace]]:
+def places_along(network: Network, route: Route) -> Iterator[tuple[float, LanePlace]]:
     """Yield arc lengths of a route and the places on the lanes there."""
     for s_m in np.append(np.arange(0.0, route.length_m, _STEP_M), route.length_m).tolist():
         x, y = route.line.point_at(s_m)

@@ -7,13 +7,21 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, Callable, Iterator, Sequence
 
+import numpy as np
+
 from sdc_common.driving import DetectedObstacle
+from sdc_common.geometry.polyline import Place
 from sdc_common.geometry.route import Route
 from sdc_common.validation import check_non_negative
-from sdc_package.behaviour.crossings import Conflict, Crossing, crossings
+from sdc_package.behaviour.crossings import Conflict, Crossing, crossings, places_along
+from sdc_package.behaviour.crosswalks import crosswalks_on
+from sdc_package.behaviour.forecast import Body
+from sdc_package.behaviour.manoeuvres import Manoeuvres
+from sdc_package.behaviour.road import road_along
 from sdc_sim.road.network import LanePlace, Network
 
 STOP_SIGN, RIGHT_OF_WAY, JUNCTION_BLOCKED = "stop_sign", "right_of_way", "junction_blocked"
+CROSSWALK = "crosswalk"
 # The car has stopped if it was so slow, so close to the place at which it should stop.
 _STOPPED_MPS, _STOPPED_WITHIN_M = 0.2, 2.5
 # A road user so slow is in a jam; at a junction, one so slow waits for the car.
@@ -69,7 +77,7 @@ class StreetBehaviour:
     """Decides where the car stops on its route through a network of streets.
 
     Rules, with the articles of the Vienna Convention on Road Traffic (1968): stop sign (10.3),
-    right of way (18), no stop in a junction (18.3).
+    right of way (18), no stop in a junction (18.3), pedestrians on a crosswalk (21.2).
     """
 
     def __init__(self, network: Network, margins: StreetMargins):
@@ -82,11 +90,34 @@ class StreetBehaviour:
         self._has_stopped = False
         self._plans_at_line = 0
 
-    def follow(self, route: Route) -> None:
-        """Follow another route."""
+    def follow(self, route: Route, speed_mps: np.ndarray, braking_mps2: float) -> None:
+        """Follow another route.
+
+        Args:
+            route: the route
+            speed_mps: (N,) planned speed at its points [m/s]
+            braking_mps2: usual deceleration of the car [m/s^2]
+        """
         self._route = route
-        self._crossings = crossings(self._network, route)
+        places = list(places_along(self._network, route))
+        self._crossings = crossings(self._network, route, places)
+        self._crosswalks = crosswalks_on(route, self._network.crosswalks)
         self._has_stopped = False
+        self.manoeuvres: Manoeuvres | None = None
+        road, margins = road_along(self._network, route, places), self._margins
+        if road is not None:
+            lines_m = np.array([one.line_m for one in self._crossings])
+            size = margins.car_front_m, _CAR_WIDTH_M
+            car = Body(*size, margins.acceleration_mps2, braking_mps2)
+            self.manoeuvres = Manoeuvres(road, route, speed_mps, lines_m, car)
+
+    def offset_at(self, s_m: float) -> float:
+        """Return how far the car's way is from the route at an arc length, positive left [m]."""
+        return 0.0 if self.manoeuvres is None else self.manoeuvres.offset_at(s_m)
+
+    def _beside_m(self, place: Place) -> float:
+        """Return the distance from the car's way of what is at a place on the route [m]."""
+        return abs(place.cross_track_m - self.offset_at(place.s_m))
 
     def stop(
         self,
@@ -106,6 +137,13 @@ class StreetBehaviour:
             is_red: whether the car already stops for a traffic light
         """
         margins = self._margins
+        soonest_m = s_m + speed_mps**2 / (2.0 * margins.hardest_mps2)
+        for one in self._crosswalks:
+            stop_m = one.begin_m - margins.car_front_m - margins.gap_m
+            if soonest_m <= stop_m + margins.gap_m <= s_m + horizon_m and one.is_used(
+                self._route, obstacles
+            ):
+                return stop_m, CROSSWALK
         while self._crossings and s_m > self._last_stop_m(self._crossings[0]):
             del self._crossings[0]
             self._has_stopped, self._plans_at_line = False, 0
@@ -117,7 +155,6 @@ class StreetBehaviour:
             return None
         stop_m = crossing.line_m - margins.car_front_m - margins.gap_m
         self._has_stopped |= speed_mps < _STOPPED_MPS and stop_m - s_m < _STOPPED_WITHIN_M
-        soonest_m = s_m + speed_mps**2 / (2.0 * margins.hardest_mps2)
         if soonest_m <= stop_m + margins.gap_m:
             if crossing.has_stop_sign and not self._has_stopped:
                 return stop_m, STOP_SIGN
@@ -161,7 +198,7 @@ class StreetBehaviour:
                 continue
             beside_m = 0.5 * (one.width_m + _CAR_WIDTH_M) + _BESIDE_M
             points = [(one.x_m, one.y_m), *self._ahead(place, one.speed_mps)]
-            if any(line.project(*at, s_m, 0.0, near_m).distance_m < beside_m for at in points):
+            if any(self._beside_m(line.project(*at, s_m, 0.0, near_m)) < beside_m for at in points):
                 kept.append(one)
         return kept
 
@@ -201,7 +238,8 @@ class StreetBehaviour:
             along_mps = one.speed_mps * math.cos(one.yaw_rad - place.heading_rad)
             gap_m = place.s_m - 0.5 * one.length_m - s_m - margins.car_front_m
             beside_m = 0.5 * (one.width_m + _CAR_WIDTH_M)
-            if place.distance_m < beside_m and along_mps >= _STANDS_MPS and place.s_m > s_m:
+            is_in_way = self._beside_m(place) < beside_m
+            if is_in_way and along_mps >= _STANDS_MPS and place.s_m > s_m:
                 wanted_m = margins.follow_gap_m + margins.time_gap_s * along_mps
                 least_mps = min(least_mps, along_mps + (gap_m - wanted_m) / _FOLLOW_S)
         return max(least_mps, 0.0)

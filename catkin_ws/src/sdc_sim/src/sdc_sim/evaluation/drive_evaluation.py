@@ -72,6 +72,7 @@ class DriveEvaluation:
         self._streets = None
         if rules.map:
             self._streets = StreetRules(load_network(rules.map), rules.car_front_m)
+            self.progress.on_lane_s = self._streets.on_lane_s
         self._obstacle_kinds: dict = {}
         self._last_ns = self._last_command_ns = self._last_reason_ns = 0
         self._commands = CommandTrace()

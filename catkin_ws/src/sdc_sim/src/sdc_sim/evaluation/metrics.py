@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Collection
 
 import numpy as np
 
@@ -22,7 +23,11 @@ _MAX_GAP_S = 1.0
 
 
 def drive_metrics(
-    columns: dict, completion_percent: float, infractions: dict, lane_width_m: float
+    columns: dict,
+    completion_percent: float,
+    infractions: dict,
+    lane_width_m: float,
+    on_lane_s: Collection[float] = (),
 ) -> dict:
     """Return the metrics of the report that follow from the samples of a drive.
 
@@ -31,6 +36,7 @@ def drive_metrics(
         completion_percent: completed share of the route [%]
         infractions: counts by the keys of COEFFICIENTS
         lane_width_m: width of the lane around the route [m]
+        on_lane_s: times at which the car is on another lane that it may use [s]
     """
     time_s, speed, error = columns["time_s"], columns["speed_mps"], columns["cross_track_m"]
     metrics: dict = {}
@@ -45,7 +51,8 @@ def drive_metrics(
             speed_max_mps=float(speed.max()),
         )
     metrics.update(peak_accelerations(time_s, speed, columns["yaw_rad"]))
-    off_lane = off_lane_percent(time_s, speed, error, lane_width_m)
+    beside = np.where(np.isin(time_s, list(on_lane_s)), 0.0, error)
+    off_lane = off_lane_percent(time_s, speed, beside, lane_width_m)
     metrics.update(
         off_lane_percent=off_lane,
         infractions=dict(infractions),

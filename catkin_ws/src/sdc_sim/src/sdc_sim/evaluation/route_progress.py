@@ -76,6 +76,8 @@ class RouteProgress:
         self.progress_m = 0.0
         counted = COEFFICIENTS if rules.map else WITHOUT_STREETS
         self.infractions = dict.fromkeys(counted, 0)
+        # Times at which the car is off its route, but on another lane that it may use [s].
+        self.on_lane_s: set[float] = set()
         self.events: list[DriveEvent] = []
         self._started_at_s = 0.0
         self._progress_at_s = self._progress_from_m = 0.0
@@ -191,6 +193,7 @@ class RouteProgress:
                 self.completion_percent,
                 self.infractions,
                 self.rules.lane_width_m,
+                self.on_lane_s,
             ),
         }
 

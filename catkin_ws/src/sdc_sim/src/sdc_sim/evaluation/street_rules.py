@@ -36,6 +36,8 @@ _TOLERANCE_MPS = 1.0
 # So long lasts what counts as wrong lane, speeding, and standing in a junction [s].
 _LASTS_S = {WRONG_LANE: 1.0, SPEEDING: 1.0, BLOCKING: 5.0, YIELD_EMERGENCY: EMERGENCY_LASTS_S}
 _CAR_WIDTH_M = 1.9
+# One that the car passes is so far behind to so far ahead of it, and so far on its right [m].
+_PASSED_M, _RIGHT_M = (-40.0, 60.0), 6.0
 _LANE_M = 2.5
 # An odometry without road users at its time waits for so many later ones: where there are none,
 # the world says so once a second.
@@ -68,6 +70,8 @@ class StreetRules:
         self._entered = ""
         self._taken: set[str] = set()
         self._since_s: dict[str, float] = {}
+        # Times at which the car was on a lane, in its direction or around another road user [s].
+        self.on_lane_s: set[float] = set()
         self._seen_s: dict[int, float] = {}
         # Outlines of the last second by id of the road user, 0 is the car: (time, rectangle).
         self._trails: dict[int, deque[tuple[float, Rectangle]]] = {}
@@ -117,8 +121,12 @@ class StreetRules:
         place = self._network.nearest(*front_m, yaw_rad, _LANE_M)
         found += self._at_junctions(car, place, others)
         self._place = place
+        nearest = self._network.nearest(x_m, y_m, within_m=_LANE_M)
+        is_against = self._is_against(body, nearest) and not self._passes(car, others)
+        if nearest is not None and not is_against:
+            self.on_lane_s.add(time_s)
         emergency = YIELD_EMERGENCY, holds_up(car, others)
-        for name, holds in [*self._conditions(car, place), emergency]:
+        for name, holds in [*self._conditions(car, place, is_against), emergency]:
             since_s = self._since_s.setdefault(name, time_s) if holds else None
             if since_s is None:
                 self._since_s.pop(name, None)
@@ -127,22 +135,37 @@ class StreetRules:
                 found.append(name)
         return found
 
-    def _conditions(self, car: RoadUser, place: LanePlace | None) -> Iterator[tuple[str, bool]]:
+    def _conditions(
+        self, car: RoadUser, place: LanePlace | None, is_against: bool
+    ) -> Iterator[tuple[str, bool]]:
         """Yield what counts if it lasts."""
         lane = self._network.lanes[place.lane] if place else None
         limit_mps = lane.speed_limit_mps if lane else math.inf
         yield SPEEDING, car.speed_mps > limit_mps + _TOLERANCE_MPS
         in_junction = bool(lane and lane.junction)
         yield BLOCKING, in_junction and car.speed_mps < _STOPPED_MPS
-        yield WRONG_LANE, car.speed_mps > _MOVING_MPS and self._is_against_its_lane(car.body)
+        yield WRONG_LANE, car.speed_mps > _MOVING_MPS and is_against
 
-    def _is_against_its_lane(self, body: Rectangle) -> bool:
-        place = self._network.nearest(body.x_m, body.y_m, within_m=_LANE_M)
+    def _is_against(self, body: Rectangle, place: LanePlace | None) -> bool:
+        """Return whether a body on this lane drives against its direction."""
         if place is None or self._network.lanes[place.lane].junction:
             return False
         lane = self._network.lanes[place.lane]
         turned = math.remainder(body.yaw_rad - lane.heading_at(place.s_m), 2.0 * math.pi)
         return abs(turned) > _AGAINST_RAD
+
+    def _passes(self, car: RoadUser, others: Sequence[RoadUser]) -> bool:
+        """Return whether the car is around one that is slower, on the right of it."""
+        x_m, y_m, yaw_rad = car.body[:3]
+        c, s = math.cos(yaw_rad), math.sin(yaw_rad)
+        for one in others:
+            dx, dy = one.body.x_m - x_m, one.body.y_m - y_m
+            along_m, right_m = c * dx + s * dy, s * dx - c * dy
+            beside = _PASSED_M[0] < along_m < _PASSED_M[1] and 0.0 < right_m < _RIGHT_M
+            along_mps = one.speed_mps * math.cos(one.body.yaw_rad - yaw_rad)
+            if beside and -_MOVING_MPS < along_mps < car.speed_mps + _MOVING_MPS:
+                return True
+        return False
 
     def _at_junctions(
         self, car: RoadUser, place: LanePlace | None, others: Sequence[RoadUser]

@@ -1,0 +1,58 @@
+"""The crosswalks of a route, and who is about to walk over the lane there."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple, Sequence
+
+import cv2
+import numpy as np
+
+from sdc_common.driving import DetectedObstacle
+from sdc_common.geometry.route import Route
+
+# A pedestrian so near to a crosswalk, who walks so fast at least towards the lane, will use it.
+_NEAR_M, _WALKS_MPS = 2.0, 0.3
+# One who has left the strip of the car's lane by so much does not come back [m].
+_STRIP_M = 2.2
+
+
+class Crosswalk(NamedTuple):
+    """A crosswalk on a route."""
+
+    begin_m: float  # arc lengths along the route at which it begins and ends [m]
+    end_m: float
+    polygon_m: np.ndarray  # (N, 2) corners, 32-bit floats [m]
+
+    def is_used(self, route: Route, obstacles: Sequence[DetectedObstacle]) -> bool:
+        """Return whether a pedestrian on it, or just before it, has yet to cross the lane."""
+        middle_m = 0.5 * (self.begin_m + self.end_m)
+        x, y = route.line.point_at(middle_m)
+        heading = route.line.heading_at(middle_m)
+        for one in obstacles:
+            if one.kind != "pedestrian" or math.dist((one.x_m, one.y_m), (x, y)) > 15.0:
+                continue
+            inside_m = cv2.pointPolygonTest(self.polygon_m, (one.x_m, one.y_m), True)
+            left_m = (one.y_m - y) * math.cos(heading) - (one.x_m - x) * math.sin(heading)
+            left_mps = one.speed_mps * math.sin(one.yaw_rad - heading)
+            is_in_strip = abs(left_m) < _STRIP_M
+            comes = left_m * left_mps < 0.0 and abs(left_mps) > _WALKS_MPS
+            if inside_m > -_NEAR_M and (comes or (is_in_strip and inside_m > 0.0)):
+                return True
+        return False
+
+
+def crosswalks_on(route: Route, polygons_m: Sequence[np.ndarray]) -> list[Crosswalk]:
+    """Return the crosswalks that a route leads over, in order."""
+    found = []
+    for polygon in polygons_m:
+        corners = np.asarray(polygon, np.float32)
+        middle, reach_m = corners.mean(axis=0), np.ptp(corners, axis=0).max()
+        near = np.flatnonzero(np.hypot(*(route.points - middle).T) < reach_m)
+        on = [
+            n for n in near if cv2.pointPolygonTest(corners, route.points[n].tolist(), True) > -0.3
+        ]
+        # A route may pass it more than once.
+        for run in np.split(on, np.flatnonzero(np.diff(on) > 1) + 1) if on else ():
+            found.append(Crosswalk(float(route.s[run[0]]), float(route.s[run[-1]]), corners))
+    return sorted(found, key=lambda one: one.begin_m)

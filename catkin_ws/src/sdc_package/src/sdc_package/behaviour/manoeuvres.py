@@ -1,0 +1,479 @@
+"""How the car passes, changes lanes, merges, pulls out and makes room.
+
+Every quarter of a second, when something is in the way, ways beside the route are proposed,
+simulated and scored, and the best one is taken: the recipe of PDM-Closed (D. Dauner et al.,
+"Parting with Misconceptions about Learning-based Vehicle Motion Planning", CoRL 2023, arXiv
+2306.07962).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Iterator, NamedTuple, Sequence
+
+import numpy as np
+
+from sdc_common.driving import DetectedObstacle
+from sdc_common.geometry.route import Route
+from sdc_package.behaviour.forecast import GRID_M, Body, forecast
+from sdc_package.behaviour.road import (
+    BEHIND_LINE,
+    NOTHING,
+    SAME,
+    Around,
+    RoadAlong,
+    around,
+)
+
+PASSING, GIVING_WAY, MERGING = "passing", "emergency_vehicle", "merging"
+AMBULANCE = "ambulance"
+# A decision in so many plans (20 a second).
+_PLANS = 5
+# The stretch of the route that is looked at [m].
+_BACK_M, _AHEAD_M, _SIDE_M = 70.0, 190.0, 8.0
+# A road user in the way ahead of the car so near may be passed [m].
+_LOOK_M = 70.0
+# It is slow below this share of the speed without it, for so many decisions.
+_SLOW, _SLOW_DECISIONS = 0.7, 4
+# One that is slow for so many decisions although no light is red does not wait.
+_BROKEN_DOWN = 80
+# On the oncoming lane the car overtakes who is so slow, in so short a time, if the gap behind it
+# stays open [m].
+_OVERTAKEN, _OVERTAKES_S, _FREE_BEHIND_M = 0.6, 8.0, 18.0
+# One at rest so near before a junction, or behind another one that waits, waits itself [m].
+_QUEUE_M, _BEHIND_M = 30.0, 9.0
+_AT_REST_MPS, _CRAWLS_MPS = 0.5, 2.0
+# Free distance before and after one that is passed [m], and to its side; where the car waits for
+# the oncoming lane to be free, it keeps a distance from which it can get out.
+_BEFORE_M, _AFTER_M, _WAIT_M = 3.0, 3.0, 9.0
+_BESIDE_M, _SIDE_FREE_M = 0.5, 0.3
+# A shift across the road takes this distance [m], and as much as keeps the lateral acceleration.
+_LEAST_SHIFT_M, _LATERAL_MPS2 = 10.0, 1.5
+# Peak of the second derivative of the smooth step t^3 (10 - 15 t + 6 t^2).
+_PEAK = 5.7735
+# Within its lane the car moves to the side by so much [m].
+_NUDGE_M = 0.7
+_SPEEDS = (1.0, 0.5, 0.0)
+# Values of a proposal, in metres of progress: another way than before, the oncoming lane, a solid
+# line, each m/s^2 of braking beyond 2.5, the speed at the end per m/s, an ambulance behind.
+_NEW_M, _ONCOMING_M, _SOLID_M, _BRAKING_M, _END_SPEED_S, _HINDERS_M = 4.0, 3.0, 6.0, 4.0, 1.0, 40.0
+_CONTACT_M, _SLOWER_M = 1000.0, 1.0
+
+
+class Proposal(NamedTuple):
+    """A way of the car: its distance from the route (N,), and what it costs."""
+
+    name: str
+    offset_m: np.ndarray  # at the points of the route, positive to the left [m]
+    cost_m: float
+    stop_m: float = math.inf  # where the centre of the car must stop [m]
+
+
+@dataclass
+class Manoeuvres:
+    """Decides how far beside its route the car drives, and how fast.
+
+    Attributes:
+        offset_m: (N,) distance from the route at its points, positive to the left [m]
+        reason: why the car does not just follow its route, "" if it does
+        most_mps: greatest speed that the last decision allows [m/s]
+        stop_m: where the centre of the car must stop, inf: nowhere [m]
+    """
+
+    road: RoadAlong
+    route: Route
+    speed_mps: np.ndarray  # (N,) planned speed at the points of the route [m/s]
+    lines_m: np.ndarray  # (M,) arc lengths at which junctions begin, and places behind them
+    car: Body
+
+    def __post_init__(self) -> None:
+        self.offset_m = np.zeros(len(self.route.s))
+        self.reason, self.most_mps, self.stop_m = "", math.inf, math.inf
+        self._plans = 0
+        self._slow: dict[int, int] = {}
+        self._has_begun = False
+        self._until_m = 0.0  # where the manoeuvre ends
+
+    @property
+    def is_active(self) -> bool:
+        """Return whether the way differs from the route."""
+        return self._until_m > 0.0
+
+    def offset_at(self, s_m: float) -> float:
+        """Return the distance of the way from the route at an arc length, positive to the left."""
+        if not self.is_active:
+            return 0.0
+        return float(np.interp(s_m, self.route.s, self.offset_m))
+
+    def moved(self, rows: np.ndarray, ahead: slice) -> np.ndarray:
+        """Return the rows x, y, v of the route at these points, moved to the way."""
+        offset, heading = self.offset_m[ahead], self.route.heading[ahead]
+        if not (self.is_active and offset.any()):
+            return rows
+        x, y = rows[:, 0] - offset * np.sin(heading), rows[:, 1] + offset * np.cos(heading)
+        # The bends of a shift limit the speed, too.
+        bend = np.abs(np.gradient(np.gradient(offset, self.route.s[ahead]), self.route.s[ahead]))
+        most = np.sqrt(2.0 * _LATERAL_MPS2 / np.maximum(bend, 1e-3))
+        return np.column_stack([x, y, np.minimum(rows[:, 2], most)])
+
+    def decide(
+        self,
+        s_m: float,
+        cross_track_m: float,
+        speed_mps: float,
+        obstacles: Sequence[DetectedObstacle],
+        stop_m: float,
+    ) -> None:
+        """Choose the way; call it in each plan.
+
+        Args:
+            s_m: arc length of the car's centre along the route [m]
+            cross_track_m: its distance from the route, positive to the left [m]
+            speed_mps: its speed [m/s]
+            obstacles: the detected road users
+            stop_m: where the centre of the car must stop for lights and signs, inf: nowhere [m]
+        """
+        if not self._has_begun:
+            self._has_begun = True
+            self._begin_beside(s_m, cross_track_m)
+        if self._until_m and s_m > self._until_m:
+            self._until_m = 0.0
+            self.offset_m = np.zeros_like(self.offset_m)
+        self._plans += 1
+        if self._plans % _PLANS != 1:
+            return
+        self.reason, self.most_mps, self.stop_m = "", math.inf, math.inf
+        others = around(self.road, self.route, s_m, obstacles, _BACK_M, _AHEAD_M, _SIDE_M)
+        if not len(others.s_m):
+            if self.is_active and self._until_m > s_m + _AHEAD_M:
+                self._follow(self._shifted(s_m, speed_mps, 0.0, s_m), s_m)
+            return
+        situation = _Situation(self, s_m, speed_mps, others, obstacles, stop_m)
+        if situation.is_quiet:
+            return
+        proposals = list(situation.proposals())
+        ways = situation.ways([one.offset_m for one in proposals])
+        names = [(one, share) for one in proposals for share in _SPEEDS]
+        pick = np.repeat(np.arange(len(proposals)), len(_SPEEDS))
+        shares = np.tile(_SPEEDS, len(proposals))[:, None]
+        stops = np.minimum([one.stop_m for one, _ in names], stop_m)
+        most = np.maximum(situation.most_mps * shares, 0.0)
+        result = forecast(
+            ways[pick], most, situation.from_m, s_m, speed_mps, others, stops, self.car
+        )
+        value = result.progress_m + _END_SPEED_S * result.end_mps
+        value -= np.array([one.cost_m + _SLOWER_M * (share < 1.0) for one, share in names])
+        value -= _BRAKING_M * np.maximum(result.braking_mps2 - self.car.braking_mps2, 0.0)
+        contact = np.isfinite(result.contact_s)
+        value[contact] = 10.0 * result.contact_s[contact] - _CONTACT_M
+        best = int(np.argmax(value))
+        chosen, share = names[best]
+        self.last = [(n.name, float(sh), round(float(x), 1)) for (n, sh), x in zip(names, value)]
+        if chosen.name != "keep":
+            self._follow(chosen.offset_m, s_m)
+        if share < 1.0:
+            self.most_mps = share * float(situation.most_mps[situation.here])
+            self.reason = MERGING
+        self.stop_m = chosen.stop_m
+        if self.is_active and not self.reason:
+            self.reason = PASSING
+
+    def _begin_beside(self, s_m: float, cross_track_m: float) -> None:
+        """Begin on a way from where the car is, if it is not in its lane, such as a parking bay."""
+        if abs(cross_track_m) > 1.0:
+            self._follow(cross_track_m * (1.0 - _step(self.route.s, s_m + 2.0, 14.0)), s_m)
+
+    def _follow(self, offset_m: np.ndarray, s_m: float) -> None:
+        self.offset_m = offset_m
+        beside = np.flatnonzero((np.abs(offset_m) > 0.01) & (self.route.s > s_m))
+        self._until_m = float(self.route.s[beside[-1]]) + 1.0 if len(beside) else 0.0
+
+    def _shifted(self, s_m: float, speed_mps: float, to_m: float, begin_m: float) -> np.ndarray:
+        """Return the way that goes over to a distance from the route at an arc length."""
+        s, now_m = self.route.s, self.offset_at(begin_m)
+        length_m = shift_length_m(to_m - now_m, speed_mps)
+        step = _step(s, begin_m, length_m)
+        before = np.where(s < begin_m, self.offset_m, now_m)
+        return before * (1.0 - step) + to_m * step
+
+
+class _Situation:
+    """What one decision knows."""
+
+    def __init__(
+        self,
+        plan: Manoeuvres,
+        s_m: float,
+        speed_mps: float,
+        others: Around,
+        obstacles: Sequence[DetectedObstacle],
+        stop_m: float,
+    ):
+        self._plan, self._s_m, self._speed_mps, self._others = plan, s_m, speed_mps, others
+        self._kinds = [obstacles[row].kind for row in others.rows.tolist()]
+        self._ids = [obstacles[row].id for row in others.rows.tolist()]
+        self._stop_m = stop_m
+        road, route = plan.road, plan.route
+        self.from_m = s_m - _BACK_M
+        self.grid_m = self.from_m + GRID_M * np.arange(int((_BACK_M + _AHEAD_M + 80.0) / GRID_M))
+        self.here = int(_BACK_M / GRID_M)
+        self._route_y = np.interp(self.grid_m, road.s_m, road.route_y_m)
+        self.most_mps = np.interp(self.grid_m, route.s, plan.speed_mps)
+        self._top_mps = float(self.most_mps[self.here : self.here + 60].max())
+        self._way_y = self.ways([plan.offset_m])[0]
+        self._at = road.at(s_m)
+        half_m = others.half_width_m + 0.5 * plan.car.width_m
+        beside_m = np.abs(others.y_m - np.interp(others.s_m, self.grid_m, self._way_y))
+        distance_m = others.s_m - s_m
+        self._in_way = beside_m < half_m + _SIDE_FREE_M
+        ahead = (distance_m > 0.0) & (distance_m < _LOOK_M)
+        top = np.interp(others.s_m, self.grid_m, self.most_mps)
+        slow = self._in_way & ahead & (others.along_mps < _SLOW * top)
+        self._count_slow(slow)
+        self._queue = self._waiting(half_m)
+        self._passable = [
+            n
+            for n in np.flatnonzero(self._on_route(half_m) & ahead & ~self._queue)
+            if self._kinds[n] != "pedestrian"
+            and others.along_mps[n] > -_AT_REST_MPS
+            and (plan._slow.get(self._ids[n], 0) >= self._needed(n))
+        ]
+        self._behind = [
+            n
+            for n in range(len(self._ids))
+            if self._kinds[n] == AMBULANCE
+            and -_BACK_M < distance_m[n] < 0.0
+            and others.along_mps[n] > speed_mps - 1.0
+        ]
+
+    def _needed(self, n: int) -> int:
+        return 1 if self._kinds[n] == "obstacle" else _SLOW_DECISIONS
+
+    def _on_route(self, half_m: np.ndarray) -> np.ndarray:
+        """Return which road users are on the lane of the route."""
+        y = np.interp(self._others.s_m, self.grid_m, self._route_y)
+        return np.abs(self._others.y_m - y) < half_m + _SIDE_FREE_M
+
+    def _count_slow(self, slow: np.ndarray) -> None:
+        counts = self._plan._slow
+        now = {self._ids[n] for n in np.flatnonzero(slow)}
+        for one in [one for one in counts if one not in now and not self._plan.is_active]:
+            del counts[one]
+        for one in now:
+            counts[one] = counts.get(one, 0) + 1
+
+    def _waiting(self, half_m: np.ndarray) -> np.ndarray:
+        """Return which road users wait in a queue before a junction."""
+        others, lines = self._others, self._plan.lines_m
+        waits = np.zeros(len(self._ids), bool)
+        on_route = self._on_route(half_m)
+        front = others.s_m + others.half_length_m
+        end_m = math.inf
+        for n in np.argsort(-others.s_m):
+            if not on_route[n] or self._kinds[n] == "obstacle" or others.along_mps[n] < -0.5:
+                continue
+            to_line = lines - front[n]
+            before = to_line[to_line > -2.0]
+            slow = others.along_mps[n] < 3.0
+            broken = self._plan._slow.get(self._ids[n], 0) > _BROKEN_DOWN
+            waits[n] = (
+                slow
+                and not (broken and self._stop_m > front[n])
+                and ((len(before) and before[0] < _QUEUE_M) or end_m - front[n] < _BEHIND_M)
+            )
+            if waits[n]:
+                end_m = float(others.s_m[n] - others.half_length_m[n])
+        return waits
+
+    @property
+    def is_quiet(self) -> bool:
+        """Return whether nothing asks for another way."""
+        return not (
+            self._plan.is_active
+            or self._passable
+            or self._behind
+            or self._changes_lane()
+            or self._intruders()
+        )
+
+    def _changes_lane(self) -> bool:
+        """Return whether the route changes lanes soon."""
+        ahead = slice(self.here, self.here + 60)
+        return float(np.ptp(self._route_y[ahead])) > 1.0
+
+    def _intruders(self) -> bool:
+        """Return whether an oncoming one reaches into the way of the car."""
+        others, road = self._others, self._plan.road
+        ahead = (others.s_m > self._s_m) & (others.along_mps < -_AT_REST_MPS)
+        y = others.y_m - np.interp(others.s_m, self.grid_m, self._route_y)
+        width_m = float(road.width_m[self._at])
+        invades = (np.abs(y) - others.half_width_m < 0.5 * width_m - _SIDE_FREE_M) & ahead
+        return bool(invades.any()) and not road.in_junction[self._at : self._at + 20].any()
+
+    def ways(self, offsets_m: Sequence[np.ndarray]) -> np.ndarray:
+        """Return (P, G) places across the road on the grid."""
+        s = self._plan.route.s
+        return np.array([self._route_y + np.interp(self.grid_m, s, one) for one in offsets_m])
+
+    def proposals(self) -> Iterator[Proposal]:
+        """Yield the ways that the car could take."""
+        plan, s_m, speed_mps = self._plan, self._s_m, self._speed_mps
+        yield Proposal("keep", plan.offset_m, self._cost(plan.offset_m), self._wait_m())
+        road, at = plan.road, self._at
+        width_m = float(road.width_m[at])
+        if plan.is_active:
+            back = plan._shifted(s_m, speed_mps, 0.0, s_m + 0.5)
+            yield Proposal("back", back, self._cost(back) + 1.0, self._wait_m())
+        if self._passable:
+            yield from self._passes(width_m)
+        if self._behind and not plan.is_active:
+            for side, free in ((-1.0, road.right[at]), (1.0, road.left[at])):
+                if free == SAME:
+                    aside = self._there_and_back(side * width_m, s_m, s_m + 80.0)
+                    yield Proposal("aside", aside, self._cost(aside) + _NEW_M)
+            edge = self._there_and_back(-_NUDGE_M, s_m, s_m + 80.0)
+            yield Proposal("edge", edge, self._cost(edge) + _NEW_M)
+        if self._intruders() or self._passable:
+            for nudge_m in (-_NUDGE_M, _NUDGE_M):
+                aside = self._there_and_back(nudge_m, s_m, s_m + 40.0)
+                yield Proposal("nudge", aside, self._cost(aside) + _NEW_M, self._wait_m())
+        if self._changes_lane():
+            y = self._way_y[self.here]
+            late_m = float(road.edge_end_m[at]) - 8.0
+            length_m = shift_length_m(width_m, speed_mps)
+            begin_m = min(s_m + 60.0, late_m - length_m)
+            if begin_m > s_m:
+                s = plan.route.s
+                stay = y - np.interp(s, road.s_m, road.route_y_m)
+                step = _step(s, begin_m, length_m)
+                stay = np.where(s < s_m - 1.0, plan.offset_m, stay * (1.0 - step))
+                yield Proposal("stay", stay, self._cost(stay) + 1.0)
+
+    def _passes(self, width_m: float) -> Iterator[Proposal]:
+        """Yield the ways around those that are passable, to the left and to the right."""
+        plan, s_m, speed_mps, others = self._plan, self._s_m, self._speed_mps, self._others
+        road, at = plan.road, self._at
+        first = min(self._passable, key=lambda n: others.s_m[n])
+        top = self._top_mps
+        until_m = -math.inf
+        begin_m = max(s_m + 0.5, 0.0)
+        # The group of road users that are passed together.
+        for n in sorted(self._passable, key=lambda n: others.s_m[n]):
+            speed = max(float(others.along_mps[n]), 0.0)
+            rear_m = float(others.s_m[n] - others.half_length_m[n])
+            if until_m > -math.inf and rear_m - until_m > 25.0 + 2.0 * speed:
+                break
+            ways_m = others.half_length_m[n] * 2.0 + plan.car.front_m * 2.0 + _BEFORE_M + _AFTER_M
+            gap_m = max(rear_m - s_m - plan.car.front_m, 0.0)
+            mean_mps = max(0.5 * (max(speed_mps, speed) + top), speed + 1.0)
+            time_s = (gap_m + ways_m) / max(mean_mps - speed, 0.5)
+            end_m = float(others.s_m[n] + others.half_length_m[n]) + plan.car.front_m + _AFTER_M
+            until_m = max(until_m, end_m + speed * time_s * (1.0 if speed > 0.5 else 0.0))
+        rear_m = float(others.s_m[first] - others.half_length_m[first])
+        for side, beside in ((1.0, road.left), (-1.0, road.right)):
+            kind = int(beside[at])
+            if kind == NOTHING:
+                continue
+            stretch = beside[at : road.at(until_m) + 1]
+            moving = others.along_mps[first] > _AT_REST_MPS
+            if (stretch == NOTHING).any() or (moving and (stretch == BEHIND_LINE).any()):
+                continue
+            needed_m = self._needed_offset_m(first, side)
+            # From rest close behind it, only a way to the middle of the next lane is around it.
+            full = moving or kind == SAME or speed_mps < _CRAWLS_MPS
+            to_m = side * (width_m if full else min(needed_m, width_m))
+            offset = self._there_and_back(to_m, begin_m, until_m)
+            end_m = until_m + shift_length_m(to_m, top)
+            lines = plan.lines_m[plan.lines_m > s_m]
+            if kind != SAME and moving and not (
+                time_s < _OVERTAKES_S
+                and end_m < min(lines, default=math.inf) - 10.0
+                and speed < _OVERTAKEN * top
+                and self._is_free_behind()
+            ):
+                continue
+            yield Proposal("pass", offset, self._cost(offset) + _NEW_M)
+            # As late as possible, for those at rest.
+            if not moving:
+                length_m = shift_length_m(to_m, speed_mps)
+                late_m = rear_m - plan.car.front_m - max(_BEFORE_M, speed_mps) - length_m
+                if late_m > begin_m + 3.0:
+                    offset = self._there_and_back(to_m, late_m, until_m)
+                    yield Proposal("pass", offset, self._cost(offset) + _NEW_M)
+
+    def _is_free_behind(self) -> bool:
+        """Return whether no one would close the gap from which the car overtakes."""
+        others = self._others
+        distance_m = self._s_m - others.s_m
+        on_route = self._on_route(others.half_width_m + 0.5 * self._plan.car.width_m)
+        return not (on_route & (distance_m > 0.0) & (distance_m < _FREE_BEHIND_M)).any()
+
+    def _needed_offset_m(self, n: int, side: float) -> float:
+        """Return how far beside the route the car passes a road user on one side."""
+        others = self._others
+        y = others.y_m[n] - np.interp(others.s_m[n], self.grid_m, self._route_y)
+        free_m = others.half_width_m[n] + 0.5 * self._plan.car.width_m + _BESIDE_M
+        return float(max(side * y + free_m, 0.0))
+
+    def _there_and_back(self, to_m: float, begin_m: float, until_m: float) -> np.ndarray:
+        """Return the way that is beside the route up to an arc length, and returns after it."""
+        plan, s = self._plan, self._plan.route.s
+        out = plan._shifted(self._s_m, self._speed_mps, to_m, begin_m)
+        ahead = s > self._s_m
+        if plan.is_active and ahead.any():
+            # On the way out already: only the way back is another one.
+            peak = int(np.argmax(np.where(ahead, plan.offset_m * math.copysign(1.0, to_m), -1.0)))
+            if plan.offset_m[peak] * to_m > 0.7 * to_m**2:
+                out = np.where(s < s[peak], plan.offset_m, plan.offset_m[peak])
+        length_m = shift_length_m(to_m, max(self._speed_mps, self._top_mps))
+        return out * (1.0 - _step(plan.route.s, until_m, length_m))
+
+    def _cost(self, offset_m: np.ndarray) -> float:
+        """Return what the lanes cost that a way uses [m]."""
+        plan = self._plan
+        if not offset_m.any():
+            return self._hindered(offset_m)
+        road, grid = plan.road, self.grid_m[self.here : self.here + 100 : 4]
+        offset = np.interp(grid, plan.route.s, offset_m)
+        left = road.left[np.minimum(np.searchsorted(road.s_m, grid), len(road.s_m) - 1)]
+        half_m = 0.5 * (road.width_m[self._at] - plan.car.width_m)
+        over = offset > half_m
+        cost = 0.5 * float((over & (left != SAME)).mean() * _ONCOMING_M * 4.0)
+        cost += _SOLID_M * float((over & (left == BEHIND_LINE)).any())
+        cost += 1.0 * float((np.abs(offset) > 0.1).mean())
+        return cost + self._hindered(offset_m)
+
+    def _hindered(self, offset_m: np.ndarray) -> float:
+        """Return the cost of staying before an emergency vehicle."""
+        if not self._behind:
+            return 0.0
+        later_m = self._s_m + 40.0
+        y = np.interp(later_m, self._plan.route.s, offset_m) + np.interp(
+            later_m, self.grid_m, self._route_y
+        )
+        n = self._behind[0]
+        free_m = self._others.half_width_m[n] + 0.5 * self._plan.car.width_m
+        return _HINDERS_M * max(0.0, 1.0 - abs(y - self._others.y_m[n]) / free_m)
+
+    def _wait_m(self) -> float:
+        """Return where the car waits before one that it could pass on the oncoming lane."""
+        others, stop_m = self._others, math.inf
+        if self._plan.is_active:
+            return stop_m
+        for n in self._passable:
+            if others.along_mps[n] < _AT_REST_MPS:
+                rear_m = float(others.s_m[n] - others.half_length_m[n])
+                stop_m = min(stop_m, rear_m - self._plan.car.front_m - _WAIT_M)
+        return stop_m if stop_m > self._s_m else math.inf
+
+
+def shift_length_m(shift_m: float, speed_mps: float) -> float:
+    """Return the distance over which the car shifts across the road [m]."""
+    return max(_LEAST_SHIFT_M, speed_mps * math.sqrt(_PEAK * abs(shift_m) / _LATERAL_MPS2))
+
+
+def _step(s_m: np.ndarray, begin_m: float, length_m: float) -> np.ndarray:
+    """Return the smooth step from 0 to 1 over a stretch."""
+    t = np.clip((s_m - begin_m) / length_m, 0.0, 1.0)
+    return t**3 * (10.0 - 15.0 * t + 6.0 * t * t)

@@ -1,0 +1,162 @@
+"""The road along a route: lanes beside that of the car, and road users in its coordinates."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple, Sequence
+
+import numpy as np
+
+from sdc_common.driving import DetectedObstacle
+from sdc_common.geometry.route import Route
+from sdc_sim.road.network import SOLID, LanePlace, Network, RoadLane, edge_of
+
+# What is beside a lane: nothing, a lane of the same direction, an oncoming lane, and one behind a
+# solid line.
+NOTHING, SAME, ONCOMING, BEHIND_LINE = range(4)
+# Oncoming lanes are looked up so near to where they are expected [m].
+_BESIDE_M, _OPPOSITE_RAD = 1.5, math.radians(30.0)
+
+
+class Around(NamedTuple):
+    """Road users near the car, in the order of `rows`; arrays (A,)."""
+
+    rows: np.ndarray  # index of each in the observation
+    s_m: np.ndarray  # arc length along the route [m]
+    y_m: np.ndarray  # place across the road, see RoadAlong [m]
+    along_mps: np.ndarray  # speed along the route, negative: oncoming [m/s]
+    left_mps: np.ndarray  # speed across the road [m/s]
+    half_length_m: np.ndarray  # half of the size along the route [m]
+    half_width_m: np.ndarray  # half of the size across it [m]
+
+
+@dataclass(frozen=True)
+class RoadAlong:
+    """The road along a route, at places (N,) about 2 m apart.
+
+    Places across the road are measured from the lane in which the route begins, positive to the
+    left: a road user that keeps its lane keeps this number, where the route changes lanes, too.
+
+    Attributes:
+        s_m: arc length along the route [m]
+        route_y_m: place of the route across the road [m]
+        width_m: width of the lane [m]
+        left: what is to the left of the lane
+        right: what is to its right
+        edge_end_m: where the lanes end, at a junction or before other ones [m]
+        in_junction: whether the place is in a junction
+    """
+
+    s_m: np.ndarray
+    route_y_m: np.ndarray
+    width_m: np.ndarray
+    left: np.ndarray
+    right: np.ndarray
+    edge_end_m: np.ndarray
+    in_junction: np.ndarray
+
+    def at(self, s_m: float) -> int:
+        """Return the index of the place at an arc length."""
+        return min(int(np.searchsorted(self.s_m, s_m)), len(self.s_m) - 1)
+
+
+def road_along(
+    network: Network, route: Route, places: Sequence[tuple[float, LanePlace]]
+) -> RoadAlong | None:
+    """Return the road along a route, None if the route is on no lane.
+
+    Args:
+        network: the lanes
+        route: the route
+        places: arc lengths along the route, and the places on the lanes there
+    """
+    if not places:
+        return None
+    rows: list[tuple] = []
+    ends_m: list[tuple[int, float]] = []
+    jump_m, y_m, last = 0.0, 0.0, ""
+    for s_m, place in places:
+        lane = network.lanes[place.lane]
+        if last and edge_of(last) == edge_of(lane.id) and last != lane.id:
+            step_m = 0.5 * (network.lanes[last].width_m + lane.width_m)
+            jump_m += step_m if _index(lane.id) > _index(last) else -step_m
+        if not last or edge_of(last) != edge_of(lane.id):
+            ends_m.append((len(rows), s_m))
+        last = lane.id
+        left = SAME if lane.left else _oncoming(network, route, s_m, lane)
+        right = SAME if lane.right else NOTHING
+        if not lane.junction:  # in one, the nearest lane may be another way
+            y_m = jump_m + place.cross_track_m
+        rows.append((s_m, y_m, lane.width_m, left, right, bool(lane.junction)))
+    s, y, width, left_of, right_of, junction = (np.array(one) for one in zip(*rows))
+    end_m = np.full(len(s), s[-1])
+    for (first, _), (after, at_m) in zip(ends_m, ends_m[1:]):
+        end_m[first:after] = at_m
+    return RoadAlong(s, y, width, left_of, right_of, end_m, junction)
+
+
+def _index(lane: str) -> int:
+    """Return the number of a lane on its edge, counted from the right as SUMO does."""
+    return int(lane.rpartition("_")[2])
+
+
+def _oncoming(network: Network, route: Route, s_m: float, lane: RoadLane) -> int:
+    """Return whether an oncoming lane is to the left of a lane."""
+    if lane.junction:
+        return NOTHING
+    (x, y), heading = route.line.point_at(s_m), route.line.heading_at(s_m)
+    x, y = x - lane.width_m * math.sin(heading), y + lane.width_m * math.cos(heading)
+    other = network.nearest(x, y, heading + math.pi, _BESIDE_M)
+    if other is None or network.lanes[other.lane].junction:
+        return NOTHING
+    if abs(other.heading_error_rad) > _OPPOSITE_RAD:
+        return NOTHING
+    return BEHIND_LINE if SOLID in lane.left_marking else ONCOMING
+
+
+def around(
+    road: RoadAlong,
+    route: Route,
+    s_m: float,
+    obstacles: Sequence[DetectedObstacle],
+    back_m: float,
+    ahead_m: float,
+    beside_m: float,
+) -> Around:
+    """Return the road users near a stretch of the route.
+
+    Args:
+        road: the road along the route
+        route: the route
+        s_m: arc length of the car's centre [m]
+        obstacles: the detected road users
+        back_m: length of the stretch behind the car [m]
+        ahead_m: length of the stretch ahead of it [m]
+        beside_m: greatest distance from the route [m]
+    """
+    first, last = np.searchsorted(route.s, (s_m - back_m, s_m + ahead_m))
+    first, last = min(int(first), len(route.s) - 2), max(int(last), int(first) + 2)
+    line = route.points[first:last]
+    table = np.array(
+        [(o.x_m, o.y_m, o.yaw_rad, o.speed_mps, o.length_m, o.width_m) for o in obstacles]
+    ).reshape(-1, 6)
+    middle = 0.5 * (line.min(axis=0) + line.max(axis=0))
+    reach = 0.5 * np.ptp(line, axis=0) + beside_m
+    rows = np.flatnonzero((np.abs(table[:, :2] - middle) < reach).all(axis=1))
+    x, y, yaw, speed, length, width = table[rows].T
+    points = np.argmin((x[:, None] - line[:, 0]) ** 2 + (y[:, None] - line[:, 1]) ** 2, axis=1)
+    at = points + first
+    heading = route.heading[at]
+    c, s = np.cos(heading), np.sin(heading)
+    dx, dy = x - route.points[at, 0], y - route.points[at, 1]
+    along, left = c * dx + s * dy, c * dy - s * dx
+    its_s = route.s[at] + along
+    turned = yaw - heading
+    cos, sin = np.cos(turned), np.sin(turned)
+    near = (np.abs(left) < beside_m) & (its_s > s_m - back_m) & (its_s < s_m + ahead_m)
+    half = 0.5 * (length * np.abs(cos) + width * np.abs(sin))
+    across = 0.5 * (length * np.abs(sin) + width * np.abs(cos))
+    its_y = left + np.interp(its_s, road.s_m, road.route_y_m)
+    every = rows, its_s, its_y, speed * cos, speed * sin, half, across
+    return Around(*(one[near] for one in every))

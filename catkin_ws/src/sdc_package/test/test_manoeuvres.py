@@ -1,0 +1,160 @@
+"""How the car passes, merges, pulls out and makes room, among others that keep their motion."""
+
+import math
+
+import numpy as np
+import pytest
+
+from sdc_common.driving import DetectedObstacle
+from sdc_common.geometry.road_line import road_route
+from sdc_package.behaviour.crossings import places_along
+from sdc_package.behaviour.forecast import Body
+from sdc_package.behaviour.manoeuvres import Manoeuvres
+from sdc_package.behaviour.road import road_along
+from sdc_sim.road.network import BROKEN, SOLID, Network, RoadLane
+
+WIDTH_M, LENGTH_M, TICK_S, MOST_MPS = 3.5, 700.0, 0.05, 12.0
+CAR = Body(2.35, 2.0, 1.8, 2.5)
+
+
+def lane(name, y_m, back=False, **changes):
+    points = np.array([[-100.0, y_m], [LENGTH_M, y_m]])
+    return RoadLane(name, points[::-1] if back else points, WIDTH_M, 14.0, **changes)
+
+
+def two_way(marking=BROKEN):
+    """Return a street with a lane in each direction."""
+    own = lane("e_0", 0.0, left_marking=marking)
+    return Network("street", [own, lane("w_0", WIDTH_M, back=True, left_marking=marking)])
+
+
+def two_lanes():
+    """Return a road with two lanes of one direction."""
+    right = lane("e_0", 0.0, left="e_1", left_marking=BROKEN)
+    return Network("road", [right, lane("e_1", WIDTH_M, right="e_0", right_marking=BROKEN)])
+
+
+class Other:
+    """One that keeps its speed and its way, from a place at time 0."""
+
+    def __init__(self, x_m, y_m=0.0, speed_mps=0.0, number=7, kind="car", size=(4.7, 1.9)):
+        self.x_m, self.y_m, self.speed_mps, self.number = x_m, y_m, speed_mps, number
+        self.kind, self.size = kind, size
+
+    def at(self, time_s):
+        yaw = 0.0 if self.speed_mps >= 0.0 else math.pi
+        place = self.x_m + time_s * self.speed_mps, self.y_m, yaw, *self.size
+        return DetectedObstacle(*place, abs(self.speed_mps), self.number, self.kind)
+
+
+def drive(network, others, duration_s, points=None, start=(0.0, 0.0, 8.0), lines_m=()):
+    """Let a point drive as the manoeuvres demand; return rows of time, x, y and speed.
+
+    It brakes for those in its way, as the planner does, and meets none of them.
+    """
+    points = [(x, 0.0) for x in range(int(LENGTH_M))] if points is None else points
+    route = road_route(np.array(points, float))
+    road = road_along(network, route, list(places_along(network, route)))
+    speeds = np.full(len(route.s), MOST_MPS)
+    plan = Manoeuvres(road, route, speeds, np.array(lines_m, float), CAR)
+    s, y, v = start
+    rows, until_m = [], min(lines_m, default=math.inf) - CAR.front_m
+    for tick in range(round(duration_s / TICK_S)):
+        seen = [one.at(tick * TICK_S) for one in others]
+        plan.decide(s, y, v, seen, math.inf)
+        stop_m = min(plan.stop_m, until_m)
+        for one in seen:
+            beside_m = abs(one.y_m - route_y(route, one.x_m) - plan.offset_at(one.x_m))
+            if beside_m < 0.5 * one.width_m + 1.2 and one.x_m > s:
+                ahead_mps = one.speed_mps * math.cos(one.yaw_rad)
+                gap_m = one.x_m - 0.5 * one.length_m - s - CAR.front_m - 4.0
+                stop_m = min(stop_m, s + gap_m + max(ahead_mps, 0.0) ** 2 / 5.0)
+        wanted = min(MOST_MPS, plan.most_mps, math.sqrt(5.0 * max(stop_m - s, 0.0)))
+        v += min(max(wanted - v, -6.0 * TICK_S), 1.8 * TICK_S)
+        s, y = s + v * TICK_S, plan.offset_at(s)
+        rows.append((tick * TICK_S, s, route_y(route, s) + y, v))
+        for one in seen:
+            is_beside = abs(one.y_m - rows[-1][2]) > 0.5 * (one.width_m + CAR.width_m)
+            away_m = abs(one.x_m - s) - 0.5 * one.length_m - CAR.front_m
+            assert is_beside or away_m > 0.0, f"meets {one} at {rows[-1]}"
+    return np.array(rows)
+
+
+def route_y(route, x_m):
+    return float(np.interp(x_m, *route.points.T))
+
+
+def y_at(rows, x_m):
+    return float(np.interp(x_m, rows[:, 1], rows[:, 2]))
+
+
+def test_car_passes_one_at_rest_and_returns():
+    rows = drive(two_way(), [Other(100.0)], 25.0)
+    assert y_at(rows, 100.0) > 2.4
+    assert y_at(rows, 50.0) == pytest.approx(0.0, abs=0.1)
+    assert y_at(rows, 150.0) == pytest.approx(0.0, abs=0.01)
+    assert rows[:, 3].min() > 7.0  # need not slow down
+
+
+def test_car_waits_for_the_oncoming_one():
+    others = [Other(100.0), *(Other(x, WIDTH_M, -8.0, 8 + x) for x in (150.0, 180.0, 230.0))]
+    rows = drive(two_way(), others, 50.0)
+    assert rows[-1, 1] > 150.0 and y_at(rows, 100.0) > 2.3
+    assert rows[:, 3].min() < 4.0
+
+
+def test_car_waits_in_a_queue_before_a_junction():
+    queue = [Other(180.0), Other(172.0, number=8)]
+    rows = drive(two_way(), queue, 40.0, lines_m=[185.0])
+    assert rows[:, 2].max() < 0.1 and rows[-1, 1] < 166.0
+
+
+@pytest.mark.parametrize(("marking", "passes"), [(BROKEN, True), (SOLID, False)])
+def test_car_overtakes_a_slow_one_if_the_line_allows(marking, passes):
+    lorry = Other(40.0, speed_mps=4.0, kind="lorry", size=(9.0, 2.5))
+    rows = drive(two_way(marking), [lorry], 35.0)
+    assert (rows[-1, 1] > 40.0 + 35.0 * 4.0 + 10.0) == passes
+    assert rows[-1, 2] == pytest.approx(0.0, abs=0.1)
+
+
+def test_car_overtakes_on_the_next_lane_after_a_faster_one():
+    slow, fast = Other(50.0, speed_mps=4.0), Other(-30.0, WIDTH_M, 13.0, 8)
+    rows = drive(two_lanes(), [slow, fast], 30.0)
+    overtaken = rows[np.searchsorted(rows[:, 1], 50.0 + 4.0 * rows[:, 0] + 0.0).argmax()]
+    assert rows[-1, 1] > 50.0 + 4.0 * 30.0 and len(overtaken) == 4
+
+
+def test_car_makes_room_for_an_ambulance():
+    ambulance = Other(-60.0, 0.0, 14.0, kind="ambulance", size=(5.9, 2.0))
+    rows = drive(two_lanes(), [ambulance], 20.0)
+    beside = rows[np.argmin(np.abs(rows[:, 1] - (-60.0 + 14.0 * rows[:, 0])))]
+    assert beside[2] > 2.5
+
+
+def changing(at_m):
+    """Return points of a route that changes from the right lane to the left one."""
+    t = np.clip((np.arange(LENGTH_M) - at_m) / 40.0, 0.0, 1.0)
+    return np.column_stack([np.arange(LENGTH_M), WIDTH_M * t**3 * (10.0 - 15.0 * t + 6.0 * t * t)])
+
+
+@pytest.mark.parametrize("speed_mps", [8.0, 11.0])
+def test_car_lets_those_beside_it_go_first_where_its_route_changes_lanes(speed_mps):
+    flow = [Other(x, WIDTH_M, speed_mps, 8 - x) for x in (-14, 4, 22)]
+    rows = drive(two_lanes(), flow, 40.0, changing(120.0))
+    assert rows[-1, 1] > 250.0 and rows[-1, 2] == pytest.approx(WIDTH_M, abs=0.1)
+
+
+def test_car_pulls_out_after_the_one_that_comes():
+    coming = [Other(-25.0, 0.0, 8.0), Other(-40.0, 0.0, 8.0, 8)]
+    rows = drive(two_way(), coming, 30.0, start=(5.0, -2.8, 0.0))
+    assert rows[-1, 2] == pytest.approx(0.0, abs=0.1) and rows[-1, 1] > 60.0
+
+
+def test_way_is_the_route_when_the_road_is_free():
+    network = two_way()
+    route = road_route(np.column_stack([np.arange(300.0), np.zeros(300)]))
+    road = road_along(network, route, list(places_along(network, route)))
+    plan = Manoeuvres(road, route, np.full(300, MOST_MPS), np.array([]), CAR)
+    rows = np.column_stack([route.points, np.full(300, MOST_MPS)])
+    plan.decide(10.0, 0.0, 8.0, [Other(60.0, WIDTH_M, -8.0).at(0.0)], math.inf)
+    assert plan.moved(rows, slice(0, 300)) is rows and plan.most_mps == math.inf
