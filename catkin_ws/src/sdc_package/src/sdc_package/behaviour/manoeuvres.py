@@ -386,11 +386,15 @@ class _Situation:
             offset = self._there_and_back(to_m, begin_m, until_m)
             end_m = until_m + shift_length_m(to_m, top)
             lines = plan.lines_m[plan.lines_m > s_m]
-            if kind != SAME and moving and not (
-                time_s < _OVERTAKES_S
-                and end_m < min(lines, default=math.inf) - 10.0
-                and speed < _OVERTAKEN * top
-                and self._is_free_behind()
+            if (
+                kind != SAME
+                and moving
+                and not (
+                    time_s < _OVERTAKES_S
+                    and end_m < min(lines, default=math.inf) - 10.0
+                    and speed < _OVERTAKEN * top
+                    and self._is_free_behind()
+                )
             ):
                 continue
             yield Proposal("pass", offset, self._cost(offset) + _NEW_M)
