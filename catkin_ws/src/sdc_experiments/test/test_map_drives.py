@@ -41,9 +41,26 @@ def test_drive_to_a_goal_is_complete_and_repeatable(path):
     assert np.array_equal(first.rows, second.rows, equal_nan=True)
 
 
-@pytest.mark.parametrize("count", [0, pytest.param(12, marks=needs_traffic)])
-def test_drive_through_ros_has_the_same_trace(path, tmp_path, count):
-    given = {"map": path, "start": "-140,-5", "goal": "-2,-110", "seed": "4", "traffic": str(count)}
+@pytest.mark.parametrize(
+    ("given", "same", "count"),
+    [
+        ({"start": "-140,-5", "goal": "-2,-110"}, {"start": WEST, "goal": SOUTH}, 0),
+        pytest.param(
+            {"start": "-140,-5", "goal": "-2,-110", "traffic": "12"},
+            {"start": WEST, "goal": SOUTH, "traffic": 12},
+            12,
+            marks=needs_traffic,
+        ),
+        (
+            {"map": "town", "sim_options": "{street_scenario: DynamicObjectCrossing}"},
+            {"map": "town", "sim_options": {"street_scenario": "DynamicObjectCrossing"}},
+            2,
+        ),
+    ],
+    ids=["alone", "in traffic", "scenario type"],
+)
+def test_drive_through_ros_has_the_same_trace(path, tmp_path, given, same, count):
+    given = {"map": path, "seed": "4", **given}
     arguments = launch_arguments(str(tmp_path / "report.json"), given)
     assert "seed: 4" in arguments["sim_options"]
     arguments.update(sync="true", camera="false")
@@ -52,14 +69,7 @@ def test_drive_through_ros_has_the_same_trace(path, tmp_path, count):
         with open(drive.report_path.replace(".json", ".csv"), encoding="utf-8") as file:
             trace = [[float(one) for one in row.split(",")[:8]] for row in file.readlines()[1:]]
     seen = []
-    drive = drive_result(
-        map=path,
-        start=WEST,
-        goal=SOUTH,
-        seed=4,
-        traffic=count,
-        observe=lambda one: seen.append(one),
-    )
+    drive = drive_result(**{"map": path, **same}, seed=4, observe=lambda one: seen.append(one))
     assert np.array_equal(np.array(trace), drive.rows[:, :8])
     assert max(len(one.obstacles) for one in seen) == count
 

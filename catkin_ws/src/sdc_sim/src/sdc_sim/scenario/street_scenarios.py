@@ -275,8 +275,7 @@ class _Placer:
         same["turned_rad"] = math.radians(row.get("turned_deg", 0.0))
         same["gaps_s"] = gaps_s = row.get("gaps_s", ())
         same["stays"] = way == "across" and not gaps_s
-        start_m = s_m + at_m
-        points = _shifted(points, start_m, row)
+        points, start_m = _shifted(points, s_m + at_m, row)
         for number in range(row.get("count", 1)):
             kind = _drawn(row["kind"], draw)
             size_m: Any = row.get("size_m", KINDS[kind].size_m)
@@ -285,9 +284,13 @@ class _Placer:
             start_m -= size_m[0] + gap_s * speed + row.get("gap_m", 0.0)
 
 
-def _shifted(points: np.ndarray, start_m: float, row: Mapping[str, Any]) -> np.ndarray:
-    """Return a way beside a way; it changes to another distance beside it after the start."""
-    left_m = row.get("left_m", 0.0)
-    t = np.clip((arc_lengths(points) - start_m) / row.get("over_m", 1.0), 0.0, 1.0)
+def _shifted(
+    points: np.ndarray, start_m: float, row: Mapping[str, Any]
+) -> tuple[np.ndarray, float]:
+    """Return a way beside a way, and a start on it; behind it, the distance beside may change."""
+    left_m, s = row.get("left_m", 0.0), arc_lengths(points)
+    t = np.clip((s - start_m) / row.get("over_m", 1.0), 0.0, 1.0)
     change = (row.get("to_left_m", left_m) - left_m) * t**3 * (10.0 - 15.0 * t + 6.0 * t * t)
-    return points + (left_m + change)[:, None] * left_normals(points)
+    beside = points + (left_m + change)[:, None] * left_normals(points)
+    longer_m = np.interp(start_m, s, arc_lengths(beside) - s)
+    return beside, start_m + float(longer_m)

@@ -1,0 +1,148 @@
+"""Scenario types: their table, their places in the town, and what the world makes of them."""
+
+import math
+
+import numpy as np
+import pytest
+from street_maps import needs_maps
+
+from sdc_common.geometry.polyline import Polyline
+from sdc_sim.evaluation.emergency import holds_up
+from sdc_sim.evaluation.street_rules import RoadUser
+from sdc_sim.physics.collision import Rectangle, overlap
+from sdc_sim.physics.obstacles import KINDS
+from sdc_sim.road.network_file import load_network
+from sdc_sim.scenario.drive_setup import drive_setup
+from sdc_sim.scenario.map_drive import first_mission
+from sdc_sim.scenario.street_scenarios import place, types
+from sdc_sim.yaml_document import DocumentError
+
+pytestmark = needs_maps
+SEEDS = (0, 1)
+ABILITIES = {"Merging", "Overtaking", "Emergency_Brake", "Give_Way", "Traffic_Signs"}
+NAIVE = {"obstacles", "lights", "signs", "behaviour", "speed"}
+OWN_KEYS = {"about", "abilities", "naive", "place"}
+KEYS = OWN_KEYS | {"light", "parameters", "extra_s", "actors"}
+ACTOR_KEYS = {
+    *("kind", "way", "at_m", "along_m", "from_start_m", "from_line_m", "comes_s", "left_m"),
+    *("to_left_m", "over_m", "mps", "of_limit", "steps", "within_m", "within_s", "meets_s"),
+    *("count", "gaps_s", "gap_m", "turned_deg", "size_m", "looks", "from_m", "to_m"),
+}
+
+
+@pytest.fixture(scope="module", name="town")
+def _town():
+    return load_network("town")
+
+
+def bodies_of(placement):
+    for one in placement.actors:
+        if one.start_m >= 0.0:
+            line = Polyline(one.path_m.tolist())
+            yaw = line.heading_at(one.start_m) + one.turned_rad
+            yield Rectangle(*line.point_at(one.start_m), yaw, *one.size_m[:2])
+
+
+def test_table_has_the_types_of_carla_and_bench2drive_and_no_unknown_key():
+    table = types()
+    assert len(table) == 46
+    for name, row in table.items():
+        assert {*row} <= KEYS and KEYS - {"light", "parameters", "extra_s", "actors"} <= {*row}, (
+            name
+        )
+        assert {*row["abilities"]} <= ABILITIES and row["naive"] in NAIVE, name
+        assert (
+            row["about"].endswith(".") and row["light"] in ("green", "red") if "light" in row else 1
+        )
+        for group in row.get("actors", ()):
+            for actor in group if isinstance(group, list) else [group]:
+                assert {*actor} <= ACTOR_KEYS, name
+                kinds = actor["kind"] if isinstance(actor["kind"], list) else [actor["kind"]]
+                assert {*kinds} <= {*KINDS}, name
+
+
+@pytest.mark.parametrize("name", types())
+def test_type_is_placed_in_the_town_the_same_each_time(town, name):
+    drawn = set()
+    for seed in SEEDS:
+        placed, again = place(name, town, seed), place(name, town, seed)
+        assert (placed.start, placed.goals, placed.lights_s) == (
+            again.start,
+            again.goals,
+            again.lights_s,
+        )
+        for one, same in zip(placed.actors, again.actors):
+            assert (one.kind, one.start_m, one.steps) == (same.kind, same.start_m, same.steps)
+            assert np.array_equal(one.path_m, same.path_m)
+        length_m = len(placed.mission_m)
+        assert 90.0 < length_m < 420.0 and 30.0 < placed.event_at_m < length_m - 40.0
+        assert math.dist(placed.mission_m[0], placed.start) < 0.1
+        assert math.dist(placed.mission_m[-1], placed.goals[0]) < 1.0
+        drawn.add((placed.start, placed.event_at_m, *[one.start_m for one in placed.actors]))
+        options = {"map_path": "town", "street_scenario": name, "seed": seed}
+        world = drive_setup(route=placed.mission_m, options=options).simulation()
+        bodies = [world.outline.grown(0.2), *bodies_of(placed)]
+        for number, body in enumerate(bodies):
+            assert not any(overlap(body, other) for other in bodies[:number]), (seed, number)
+    assert len(drawn) > 1 or not placed.actors
+
+
+def test_world_has_road_users_conditions_and_lights_of_the_type(town):
+    placed = place("SignalizedJunctionLeftTurn", town, 2)
+    options = {"map_path": "town", "street_scenario": "SignalizedJunctionLeftTurn", "seed": 2}
+    world = drive_setup(route=placed.mission_m, options=options).simulation()
+    plain = drive_setup(route=placed.mission_m, options={"map_path": "town"}).simulation()
+    assert len(world.snapshot.obstacles) == sum(one.start_m >= 0.0 for one in placed.actors)
+    shift_s = {a.offset_s - b.offset_s for a, b in zip(world.lights, plain.lights)}
+    assert shift_s == {placed.lights_s}
+    before = world.snapshot.obstacles
+    for _ in range(100):
+        world.step()
+    assert world.snapshot.obstacles != before
+    world.reset()
+    assert world.snapshot.obstacles == before
+    slippery = place("ControlLoss", town, 1)
+    options.update(street_scenario="ControlLoss", seed=1)
+    world = drive_setup(route=slippery.mission_m, options=options).simulation()
+    assert world.vehicle.friction == slippery.parameters["friction"] < 0.5
+
+
+def test_mistakes_are_one_line_that_names_the_fix(town):
+    with pytest.raises(
+        ValueError, match="unknown type 'Acident'; did you mean 'Accident'"
+    ) as error:
+        place("Acident", town, 0)
+    assert "\n" not in str(error.value)
+    with pytest.raises(ValueError, match="Accident has its own start and goal; remove"):
+        first_mission(None, (0.0, 0.0), [], 0, "Accident")
+    with pytest.raises(DocumentError, match=r"street_scenario: .* name a map \(map:=FILE\)"):
+        drive_setup(options={"street_scenario": "Accident"}).simulation()
+
+
+def test_map_without_such_a_place_is_named(small_map):
+    with pytest.raises(ValueError, match="the map small has no place for HighwayExit; choose"):
+        place("HighwayExit", small_map, 0)
+
+
+@pytest.fixture(name="small_map")
+def _small_map(town):
+    from sdc_sim.road.network import Network
+
+    return Network("small", [one for one in town.driving if one.id.startswith("quarter_ab")])
+
+
+@pytest.mark.parametrize(
+    ("kind", "x_m", "y_m", "held"),
+    [
+        ("ambulance", -15.0, 0.0, True),
+        ("ambulance", -15.0, 1.5, True),
+        ("ambulance", -15.0, 3.0, False),  # room to pass
+        ("ambulance", -50.0, 0.0, False),  # still far
+        ("ambulance", 15.0, 0.0, False),  # it has passed
+        ("van", -15.0, 0.0, False),
+    ],
+)
+def test_ambulance_is_held_up_by_a_car_close_ahead_on_its_way(kind, x_m, y_m, held):
+    car = RoadUser(0, Rectangle(0.0, 0.0, 0.0, 4.7, 1.9), 8.0)
+    other = RoadUser(7, Rectangle(x_m, y_m, 0.0, 5.9, 2.0), 12.0, kind)
+    assert holds_up(car, [other]) == held
