@@ -11,7 +11,7 @@ GENERATED = {
     *(".git", ".tools", ".browser", ".learning", ".maps", ".traffic", ".highway", ".sb3", ".site"),
     *("build", "devel", "world_ws", "report", "grades"),
 }
-SCRIPTS = ("drive", "test", "cockpit", "docker/prepare", "docker/environment")
+SCRIPTS = ("drive", "test", "cockpit", "scenarios", "docker/prepare", "docker/environment")
 # Words that readers with English as a second language have to decode: what to write in their place.
 WORDS = {
     r"anew|once more": "again",

@@ -25,11 +25,12 @@ from sdc_experiments.learning.train import drive, train
 from sdc_sim.road.network_file import load_network
 
 sys.path.append(os.path.join(rospkg.RosPack().get_path("sdc_sim"), "test"))
-from street_maps import needs_traffic, town  # noqa: E402
+from street_maps import needs_maps, needs_traffic, town  # noqa: E402
 
 pytestmark = pytest.mark.slow(12)
 
 SHORT = [{"straight_m": 30.0}]
+ON_STREETS = {"map": "town", "sim_options": {"street_scenario": "ParkingCutIn"}}
 LEARNING = Path(__file__).resolve().parents[4] / "docs" / "learning.md"
 
 
@@ -51,6 +52,7 @@ def pedals_for(observation):
         ("SdcScenario-v0", {"scenario": "traffic_lights"}),
         ("SdcTown-v0", {"route": SHORT, "observation": "camera"}),
         ("SdcTraffic-v0", {"others": 10}),
+        pytest.param("SdcScenario-v0", ON_STREETS, marks=needs_maps),
     ],
 )
 def test_environment_passes_the_check_without_a_warning(name, arguments):
@@ -265,6 +267,18 @@ def test_road_users_and_lights_of_a_map_are_observed(tmp_path):
     assert np.array_equal(*drives)
     ahead_m = [float(entry(seen, "obstacle_ahead_m")) for seen in drives[0]]
     assert min(ahead_m) < 50.0 and len(set(ahead_m)) > 10
+
+
+@needs_maps
+def test_each_reset_draws_another_place_of_a_scenario_type():
+    environment = gymnasium.make("SdcScenario-v0", **ON_STREETS)
+
+    def drive_from(**seed):
+        environment.reset(**seed)
+        return [environment.step(np.array([0.5, 0.0]))[0][:21] for _ in range(60)]
+
+    first, another, again = drive_from(seed=1), drive_from(), drive_from(seed=1)
+    assert np.array_equal(first, again) and not np.array_equal(first, another)
 
 
 @pytest.mark.parametrize(

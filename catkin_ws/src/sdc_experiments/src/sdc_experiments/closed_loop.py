@@ -6,6 +6,7 @@ examples.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Callable, Mapping, Sequence, Union
 
 import numpy as np
@@ -39,6 +40,11 @@ _NO_OPTIONS: Mapping[str, Any] = {}
 PlannerFunction = Callable[[Observation], Union[Path, Sequence[Sequence[float]]]]
 # A name of config/simple_controller.yaml, a method, or a function like Steering.wheel_angle.
 SteeringSource = Union[str, Steering, Callable[..., float]]
+# What a car can lack, and what its planner sees in place of fields of the observation: road users
+# or lights; decisions on streets (signs) or those to leave its lane (behaviour); limits of speed.
+LACKS: dict[str, dict] = {"obstacles": {"obstacles": ()}, "lights": {"light_states": {}}}
+LACKS.update({name: {} for name in ("signs", "behaviour", "speed", "")})
+_FAST = {"lateral_acceleration_mps2": 30.0, "planned_speed_mps": 20.0}
 
 
 def drive(scenario: str = "", **arguments: Any) -> dict[str, Any]:
@@ -64,6 +70,7 @@ def drive_result(
     longest_s: float | None = None,
     observe: Callable[[Snapshot], Any] | None = None,
     compiled: bool = False,
+    lacking: str = "",
 ) -> DriveEvaluation:
     """Drive until the drive ends, and return its evaluation.
 
@@ -76,8 +83,7 @@ def drive_result(
         goal: (x, y) on the map, or a list of them [m]; None to draw one from the seed
         steering: name of a steering method, an object with a method `wheel_angle`, or a function
             with its arguments; None for that of config/simple_controller.yaml
-        planner: a function of the observation that returns rows (x, y, target speed) of the path
-            ahead; None for the local planner
+        planner: returns rows (x, y, target speed) for an observation; None for the local planner
         seed: seed of noise and traffic, in place of that of the scenario
         traffic: number of other road users on the map, in place of that of the scenario
         sim_options: parameters that replace those of sdc_sim/config/sim.yaml
@@ -86,8 +92,8 @@ def drive_result(
         referee_options: the same for sdc_sim/config/referee.yaml
         longest_s: simulated time after which to stop, None for no limit but the referee's [s]
         observe: called with the true state of the world in each tick
-        compiled: compute the vehicle and the lines in machine code where Numba is installed, which
-            gives the same numbers; it pays after half an hour of simulated drives
+        compiled: compute in machine code where Numba is installed; it pays after half an hour
+        lacking: what the car lacks, see LACKS
 
     Raises:
         ValueError: an argument or a file is not valid; the message is one line that names it
@@ -96,11 +102,11 @@ def drive_result(
         use_machine_code()
     own = {"seed": seed, "traffic": traffic}
     options = {**sim_options, **{name: one for name, one in own.items() if one is not None}}
-    setup, missions = _conditions(scenario, route, options, map, start, goal)
+    setup, missions = conditions(scenario, route, options, map, start, goal)
     world = setup.simulation(compiled)
-    limits = overridden(node_parameters("local_planner"), planner_options, "planner_options")
-    own_planner, waypoints_m = _own_planner(setup, world, limits, missions)
-    chosen = own_planner if planner is None else FunctionPlanner(planner)
+    limits = _limits(planner_options, lacking)
+    chosen, waypoints_m = _own_planner(setup, world, limits, missions, lacking)
+    chosen = chosen if planner is None else FunctionPlanner(planner)
     car = car_with(chosen, steering, controller_options)
     rules = evaluation_rules(limits, {"map": setup.parameters["map_path"], **referee_options})
     evaluation = DriveRecorder(rules, waypoints_m, world)
@@ -108,7 +114,15 @@ def drive_result(
     return evaluation.evaluator.result()
 
 
-def _conditions(
+def _limits(options: Mapping[str, Any], lacking: str) -> dict[str, Any]:
+    """Return the parameters of the local planner."""
+    if lacking not in LACKS:
+        raise ValueError(f"lacking: must be one of {', '.join(LACKS)[:-2]}, got '{lacking}'")
+    options = {**options, **(_FAST if lacking == "speed" else {})}
+    return overridden(node_parameters("local_planner"), options, "planner_options")
+
+
+def conditions(
     scenario: str,
     route: RouteSource | None,
     options: Mapping[str, Any],
@@ -116,7 +130,7 @@ def _conditions(
     start: Sequence[float] | None,
     goal: Sequence | None,
 ) -> tuple[DriveSetup, GlobalPlanner | None]:
-    """Return the conditions of a drive, and what plans its missions on a map."""
+    """Return the conditions of a drive, and what plans its missions on a map; see drive_result."""
     setup = drive_setup(scenario, route, options)
     if setup.scenario is not None and setup.scenario.map is not None and route is None:
         map_file, goal = map_file or map_path(setup.scenario), goal or setup.scenario.goals or None
@@ -128,7 +142,11 @@ def _conditions(
 
 
 def _own_planner(
-    setup: DriveSetup, world: Simulation, limits: dict, missions: GlobalPlanner | None
+    setup: DriveSetup,
+    world: Simulation,
+    limits: dict,
+    missions: GlobalPlanner | None,
+    lacking: str,
 ) -> tuple[PathPlanner, np.ndarray]:
     """Return the local planner, and the waypoints of its first mission."""
     lines, settings = stop_lines_of(world.lights), PlannerSettings.read(limits.__getitem__)
@@ -139,8 +157,14 @@ def _own_planner(
     assert mission is not None
     points_m = mission.points_m
     streets = streets_of(limits.__getitem__, missions.network)
-    road_mps = mission.limits_mps
-    return MissionDriver(points_m, settings, lines, missions, road_mps, streets), points_m
+    if streets is not None and lacking == "behaviour":
+        streets.manoeuvres = None  # type: ignore[attr-defined]
+    streets = None if lacking == "signs" else streets
+    road_mps = None if lacking == "speed" else mission.limits_mps
+    driver = MissionDriver(points_m, settings, lines, missions, road_mps, streets)
+    if not LACKS[lacking]:
+        return driver, points_m
+    return FunctionPlanner(lambda one: driver.plan(replace(one, **LACKS[lacking]))), points_m
 
 
 def _on_map(

@@ -39,7 +39,6 @@ BENCHMARKS = {
     "lidar": Benchmark("a scan of each lidar", "parts.lidar", "ms"),
     "planner": Benchmark("a tick of the local planner", "parts.planner", "us", {"shown": "tick"}),
     "planner_load": Benchmark("start of the planner", "parts.planner", "s", {"shown": "load"}),
-    "planner_memory": Benchmark("its memory", "parts.planner", "MB", {"shown": "memory"}),
     "learning": Benchmark("the Gymnasium environments", "many_drives.learning", "steps/s"),
     "sweep": Benchmark("drives of a sweep", "many_drives.sweep", "drives/s"),
 }

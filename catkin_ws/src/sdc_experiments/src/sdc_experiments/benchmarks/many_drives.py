@@ -60,11 +60,7 @@ def learning(_options: argparse.Namespace) -> Iterator[dict[str, float]]:
     single = {"SdcTown-v0, one car": (one, 10 * _TICKS), "the same with pictures": (pictures, 400)}
     vectors = {
         f"SdcRandomRoutes-v0, {_CARS:,} cars": (many(_CARS, id="SdcRandomRoutes-v0"), 20, _CARS),
-        f"SdcTraffic-v0, {_WORLDS:,} worlds, one thread": (
-            many(_WORLDS, id="SdcTraffic-v0", threads=1),
-            40,
-            _WORLDS,
-        ),
+        "SdcTraffic-v0, one thread": (many(_WORLDS, id="SdcTraffic-v0", threads=1), 40, _WORLDS),
         "pictures from two processes": (
             many(2, id="SdcTown-v0", vectorization_mode="async", observation="camera"),
             _TICKS,

@@ -8,7 +8,6 @@ import itertools
 import math
 import os
 import time
-import tracemalloc
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -127,7 +126,8 @@ def camera(_options: argparse.Namespace) -> Iterator[dict[str, float]]:
 
     def pose(s_m: float, left_m: float = 0.0) -> tuple[float, float, float]:
         (point,), (left,) = road.at(np.array([s_m]))
-        return (*(point + left_m * left).tolist(), math.atan2(-left[0], left[1]))
+        x_m, y_m = (point + left_m * left).tolist()
+        return x_m, y_m, math.atan2(-left[0], left[1])
 
     def rate(bodies: tuple) -> float:
         renderer, spent_ms = Renderer(road), 0.0
@@ -173,7 +173,7 @@ def planner(_options: argparse.Namespace, shown: str) -> Iterator[dict[str, floa
     """Yield what the local planner costs in the middle of routes of some lengths.
 
     Args:
-        shown: "tick" [us], "load" [s] or "memory" [MB]
+        shown: "tick" [us] or "load" [s]
     """
     settings = PlannerSettings.read(node_parameters("local_planner").__getitem__)
     while True:
@@ -182,17 +182,15 @@ def planner(_options: argparse.Namespace, shown: str) -> Iterator[dict[str, floa
             # Points 1 m apart on a winding road that does not cross itself.
             heading = 0.9 * np.sin(np.arange(count) / 60.0)
             points = np.column_stack([np.cumsum(np.cos(heading)), np.cumsum(np.sin(heading))])
-            tracemalloc.start()
             start_s = time.perf_counter()
             planner = LocalPlanner(points, settings)
             search = WaypointSearch(planner.route.points)
             x, y = points[count // 2].tolist()
             planner.plan(search.first_ahead(x, y), x, y, 0.0)
-            load_s, memory = time.perf_counter() - start_s, tracemalloc.get_traced_memory()[0]
-            tracemalloc.stop()
+            load_s = time.perf_counter() - start_s
             name = f"{count:,} waypoints"
             if shown != "tick":
-                found[name] = load_s if shown == "load" else memory / 1e6
+                found[name] = load_s
                 continue
             for obstacles in (False, True):
                 times = []

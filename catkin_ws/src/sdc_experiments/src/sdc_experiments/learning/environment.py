@@ -10,6 +10,7 @@ import numpy as np
 from sdc_common.driving import Command
 from sdc_common.geometry.angles import wrap_angle
 from sdc_common.geometry.polyline import Place
+from sdc_experiments.closed_loop import conditions
 from sdc_experiments.learning.observation import (
     COMPLETED_REWARD,
     ENTRIES,
@@ -32,6 +33,7 @@ from sdc_sim.camera.camera_model import CameraModel
 from sdc_sim.physics.traffic_lights import RED, YELLOW
 from sdc_sim.scenario.drive_setup import DriveSetup, RouteSource, drive_setup
 from sdc_sim.simulation.snapshot import Snapshot
+from sdc_sim.yaml_document import map_file
 
 OBSERVATIONS = ("vector", "camera")
 _BACK_M, _AHEAD_M = 2.0, 4.0
@@ -53,6 +55,7 @@ class SdcEnvironment(gymnasium.Env):
         scenario: name or path of a scenario, "" for the route alone
         route: the route, in place of that of the scenario; see drive_setup
         random_routes: drive another random route after each reset
+        map: a map on which each reset draws the route, or the place of a `street_scenario`
         observation: "vector", or "camera" for an RGB picture
         picture_size: width and height of the pictures [px]
         sim_options: parameters that replace those of sdc_sim/config/sim.yaml
@@ -69,6 +72,7 @@ class SdcEnvironment(gymnasium.Env):
         scenario: str = "",
         route: RouteSource | None = None,
         random_routes: bool = False,
+        map: str = "",  # noqa: A002  the name of the argument of ./drive
         observation: str = "vector",
         picture_size: tuple[int, int] = (640, 480),
         sim_options: Mapping[str, Any] = _NO_OPTIONS,
@@ -85,9 +89,10 @@ class SdcEnvironment(gymnasium.Env):
         pictures = gymnasium.spaces.Box(0, 255, (picture_size[1], picture_size[0], 3), np.uint8)
         self.observation_space = pictures if self._shows_picture else VECTORS
         self._random_routes = random_routes
+        self._map = map and map_file(map)
         self._options = dict(sim_options)
         self._seed = self._options.pop("seed", None)
-        if not random_routes:
+        if not random_routes and not map:
             self._use(drive_setup(scenario, route, sim_options))
 
     def _use(self, setup: DriveSetup) -> None:
@@ -105,8 +110,11 @@ class SdcEnvironment(gymnasium.Env):
         super().reset(seed=seed)
         if self._random_routes:
             self._use(drive_setup(route=random_route(self.np_random), options=self._options))
-        if self._seed is None:
-            self._setup.parameters["seed"] = int(self.np_random.integers(2**32))
+        drawn = int(self.np_random.integers(2**32)) if self._seed is None else self._seed
+        if self._map:
+            options = {**self._options, "seed": drawn}
+            self._use(conditions("", None, options, self._map, None, None)[0])
+        self._setup.parameters["seed"] = drawn
         self._simulation = self._setup.simulation(compiled=True)
         observation = self._simulation.snapshot
         measured = observation.measured

@@ -38,14 +38,9 @@ TRAFFIC_ENTRIES = (
     *((f"{lane}_{name}", low, high) for lane in _LANES for name, low, high in _AROUND),
 )
 TRAFFIC_NAMES = tuple(name for name, _, _ in TRAFFIC_ENTRIES)
-_PIXELS, _GREY, _WHITE, _GREEN, _BLUE, _RED = (
-    4,
-    90,
-    230,
-    (60, 110, 60),
-    (90, 160, 240),
-    (230, 80, 60),
-)
+# Of the plan: pixels per metre, and red, green, blue.
+_PIXELS, _GREY, _WHITE, _GREEN = 4, 90, 230, (60, 110, 60)
+_OWN, _OTHER = (230, 80, 60), (90, 160, 240)
 
 
 class TrafficVectorEnvironment(SdcVectorEnvironment):
@@ -119,12 +114,9 @@ class TrafficVectorEnvironment(SdcVectorEnvironment):
         between_m = RING_M / np.bincount(number % lanes, minlength=lanes)[number % lanes]
         self._ticks[cars] = 0
         for i in cars:
-            car, random = self._cars[i, :, :-1], self._randoms[i]
-            random = random.uniform(
-                [[0.0], [22.0], [0.8]], [[0.6], [32.0], [1.8]], (3, len(number))
-            )
-            car[world.S] = (number // lanes + random[0]) * between_m
-            car[world.WISH], car[world.TIME_GAP] = random[1:]
+            car, drawn = self._cars[i, :, :-1], self._randoms[i].random((3, len(number)))
+            car[world.S] = (number // lanes + 0.6 * drawn[0]) * between_m
+            car[world.WISH], car[world.TIME_GAP] = 22.0 + 10.0 * drawn[1], 0.8 + drawn[2]
             car[world.SPEED] = 0.9 * car[world.WISH]
             car[world.LANE] = 1 + number % lanes
             car[world.Y] = LANE_M * (car[world.LANE] - 1)
@@ -185,7 +177,7 @@ class TrafficVectorEnvironment(SdcVectorEnvironment):
             ahead_m = (car[world.S, k] - own_m + 0.5 * RING_M) % RING_M - 0.5 * RING_M
             x = max(round(_PIXELS * (ahead_m + HORIZON_M - 0.5 * LENGTH_M)), 0)
             y = round(_PIXELS * (LANE_M * (self._lanes - 1.5) - car[world.Y, k] - 1.0))
-            colour = _RED if k == car.shape[1] - 1 else _BLUE
+            colour = _OWN if k == car.shape[1] - 1 else _OTHER
             picture[max(y, 0) : y + 8, x : max(x + 19, 0)] = colour
         return picture
 

@@ -18,14 +18,16 @@ class SweepProgress:
         stream: where to print
         total: number of all cells
         done: number of the cells that an earlier sweep has driven
+        name: of the command, before the bar
     """
 
-    def __init__(self, stream: TextIO, total: int, done: int):
+    def __init__(self, stream: TextIO, total: int, done: int, name: str = "sweep"):
         self._stream = stream
         self._in_place = stream.isatty()
         self._total = total
         self._first = self._done = done
         self._failed = 0
+        self._name = name
         self._start_s = time.monotonic()
         self._next_s = 0.0
 
@@ -49,7 +51,7 @@ class SweepProgress:
         left_s = round((self._total - self._done) / rate)
         failed = f", {self._failed} failed" if self._failed else ""
         line = (
-            f"sweep: [{'#' * filled}{'.' * (_BAR - filled)}] "
+            f"{self._name}: [{'#' * filled}{'.' * (_BAR - filled)}] "
             f"{self._done} of {self._total}{failed}, "
             f"{rate:.1f} drives/s, {left_s // 60}:{left_s % 60:02d} left"
         )

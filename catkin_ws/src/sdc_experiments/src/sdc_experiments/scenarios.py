@@ -1,0 +1,313 @@
+"""./scenarios: drive the scenario types on streets, and write their scores to one page.
+
+docs/scenarios.md describes its arguments, the scores, the page and the exit status.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from functools import partial
+from pathlib import Path
+from typing import Any, Callable, Iterable, Mapping, Sequence
+
+import numpy as np
+import rospkg
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from scipy import stats
+
+from sdc_common.validation import suggestion
+from sdc_experiments.closed_loop import drive_result
+from sdc_experiments.sweep.cell_drive import code_version, worker_problem
+from sdc_experiments.sweep.dask_engine import ClusterError, DaskEngine
+from sdc_experiments.sweep.progress import SweepProgress
+from sdc_experiments.sweep.results import write_csv
+from sdc_experiments.sweep.statistics import estimate
+from sdc_sim.evaluation.drive_evaluation import OBSTACLES, DriveEvaluation
+from sdc_sim.road.network_file import load_network
+from sdc_sim.scenario.street_scenarios import Placement, of_map, types
+from sdc_sim.yaml_document import map_file
+
+OPTIONS = {
+    "seeds": "20",  # 1 to 20, or the first and the last one
+    "naive": "3",  # seeds of the naive drivers
+    "map": "town",
+    "behaviour": "true",  # false: our car decides nothing on streets
+    "stack": "",  # package of the nodes to drive through ROS, in place of our car in the library
+    "report": "report/scenarios.html",
+    "--scheduler": "",
+}
+OWN, NAIVE = "own", "naive"
+# A driver passes a type if more of its drives succeed.
+_PASSES_PERCENT = 50.0
+_WORST, _SCENE_TICKS = 10, 10
+# The picture of a type has what is so near to the event [m].
+_NEAR_M = 80.0
+
+
+def options_of(arguments: Sequence[str]) -> tuple[dict[str, str], list[str]]:
+    """Return the options and the types of a command line.
+
+    Raises:
+        ValueError: an argument is not valid; the message is one line
+    """
+    options, names, words = dict(OPTIONS), [], iter(arguments)
+    for word in words:
+        word = f"{word}:={next(words, '')}" if word == "--scheduler" else word
+        name, is_option, value = word.partition(":=")
+        if is_option and name in OPTIONS:
+            options[name] = value
+        elif word in types():
+            names.append(word)
+        else:
+            fix = suggestion(word, types(), "./scenarios --list prints the types")
+            raise ValueError(f"unknown type or argument '{word}'; {fix}")
+    for name in ("seeds", "naive"):
+        if not all(one.isdecimal() for one in options[name].split("-")[:2]):
+            raise ValueError(f"{name}:={options[name]}: must be a number, or FIRST-LAST")
+    if options["behaviour"] not in ("true", "false"):
+        raise ValueError(f"behaviour:={options['behaviour']}: must be true or false")
+    return options, names or list(types())
+
+
+def _seeds(text: str) -> range:
+    first, _, last = text.rpartition("-")
+    return range(int(first or 1), int(last) + 1)
+
+
+def drive(name: str, path: str, seed: int, lacking: str) -> tuple[Placement, DriveEvaluation]:
+    """Drive a type on a map; the evaluation has the road users of each half second."""
+    placed, scene = of_map(path, name, seed), []
+    result = drive_result(
+        map=path,
+        sim_options={"street_scenario": name},
+        seed=seed,
+        longest_s=placed.limit_s,
+        observe=lambda one: scene.append((1e-9 * one.stamp_ns, one.obstacles)),
+        compiled=True,
+        lacking=lacking,
+    )
+    result.scene[OBSTACLES] = [
+        (time_s, [[one.id, *one.rectangle] for one in obstacles])
+        for time_s, obstacles in scene[::_SCENE_TICKS]
+    ]
+    return placed, result
+
+
+def drive_row(name: str, path: str, seed: int, lacking: str, driver: str) -> dict[str, Any]:
+    """Drive a type in this process, and return its row of the results."""
+    placed, result = drive(name, path, seed, lacking)
+    trace = np.ascontiguousarray(result.rows, dtype="<f8").tobytes()
+    return row_of(name, seed, driver, placed.limit_s, result.metrics, trace)
+
+
+def drive_nodes(name: str, path: str, seed: int, options: Mapping[str, str]) -> dict[str, Any]:
+    """Drive a type with the nodes of a package through ROS, and return its row of the results."""
+    report = Path(options["report"]).absolute().with_name(f"{name}_{seed}.json")
+    command = [str(Path(rospkg.RosPack().get_path("sdc_experiments")).parents[2] / "drive")]
+    command += [f"map:={options['map']}", f"stack:={options['stack']}", f"seed:={seed}"]
+    command += [f"sim_options:={{street_scenario: {name}}}", f"report:={report}"]
+    command += ["sync:=true", "headless:=true", "camera:=false"]
+    with open(report.with_suffix(".log"), "w", encoding="utf-8") as log:
+        subprocess.run(command, stdout=log, stderr=log, check=False)
+    if not report.exists():
+        raise ValueError(f"{name}, seed {seed}: the drive wrote no report; see {log.name}")
+    metrics, trace = json.loads(report.read_text()), report.with_suffix(".csv").read_bytes()
+    return row_of(name, seed, options["stack"], of_map(path, name, seed).limit_s, metrics, trace)
+
+
+def row_of(
+    name: str, seed: int, driver: str, limit_s: float, metrics: Mapping[str, Any], trace: bytes
+) -> dict[str, Any]:
+    """Return a row of the results, with the success of Bench2Drive."""
+    is_late = metrics["status"] == "aborted" or metrics["duration_s"] > limit_s
+    status = "too_late" if is_late else metrics["status"]
+    names = [one for one, count in metrics["infractions"].items() if count]
+    names += ["off_lane"] if metrics["off_lane_percent"] > 0.0 else []
+    kept = ("driving_score", "route_completion_percent", "duration_s")
+    return {
+        "type": name,
+        "seed": seed,
+        "driver": driver,
+        "status": status,
+        "success": status == "completed" and metrics["driving_score"] >= 100.0,
+        **{one: metrics[one] for one in kept},
+        "infractions": " ".join(names),
+        "trace_sha256": hashlib.sha256(trace).hexdigest(),
+    }
+
+
+def page_of(name: str, path: str, seed: int, lacking: str) -> str:
+    """Drive a type, and return the page of the drive."""
+    from sdc_sim.report.html_page import write_html  # Matplotlib is slow to import
+
+    with tempfile.TemporaryDirectory() as folder:
+        page = Path(folder) / "drive.html"
+        write_html(str(page), drive(name, path, seed, lacking)[1])
+        return page.read_text(encoding="utf-8")
+
+
+def picture_of(name: str, path: str, seed: int, lacking: str) -> dict[str, Any]:
+    """Drive a type, and return its plan: lines and boxes in metres, with the event at (0, 0)."""
+    placed, result = drive(name, path, seed, lacking)
+    event_m, way_m = np.array(placed.event_m), placed.mission_m
+    at = int(np.argmin(np.hypot(*(way_m - event_m).T)))
+    yaw_rad = math.atan2(*(way_m[at:][:3][-1] - way_m[: at + 1][-3:][0])[::-1])
+    c, s = math.cos(yaw_rad), math.sin(yaw_rad)
+
+    def line(points_m: Any) -> list:
+        there = (np.asarray(points_m)[:, :2] - event_m) @ [[c, s], [s, -c]]
+        return there[np.abs(there).max(axis=1) < _NEAR_M].round(1).tolist()
+
+    rows, scene = result.rows[::_SCENE_TICKS], result.scene[OBSTACLES]
+    nearest = int(np.argmin(np.hypot(*(rows[:, 1:3] - event_m).T)))
+    tracks: dict[int, list] = {}
+    for _, bodies in scene:
+        for number, *place_m in bodies:
+            tracks.setdefault(number, []).append(place_m)
+    bodies = [body for _, *body in scene[nearest][1]] + [[*rows[nearest, 1:4], 4.7, 2.0]]
+    return {
+        "lanes": [(line(one.points_m), one.width_m) for one in load_network(path).driving],
+        "route": line(way_m),
+        "trace": line(rows[:, 1:3]),
+        "tracks": list(map(line, tracks.values())),
+        # The last one is our car.
+        "boxes": [(line([body]), math.degrees(yaw_rad - body[2]), *body[3:]) for body in bodies],
+    }
+
+
+def scores(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Return success [%] with Wilson's interval, and mean driving score of some drives."""
+    good, mean = (
+        sum(row["success"] for row in rows),
+        estimate([row["driving_score"] for row in rows]),
+    )
+    low, high = stats.binomtest(good, len(rows)).proportion_ci(method="wilson")
+    return {
+        "drives": len(rows),
+        "successes": good,
+        "success_percent": 100.0 * good / len(rows),
+        "success_interval_percent": [100.0 * low, 100.0 * high],
+        "driving_score": mean.mean,
+        "driving_score_half_width": None if math.isnan(mean.half_width) else mean.half_width,
+    }
+
+
+def summary(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Return the scores of all drives, each type and each ability, and the broken types."""
+    found: dict[str, Any] = {}
+    abilities: dict[str, list] = {}
+    broken = {}
+    for name in dict.fromkeys(row["type"] for row in rows if row["driver"] != NAIVE):
+        both = [row for row in rows if row["type"] == name]
+        own, naive = ([row for row in both if (row["driver"] == NAIVE) == one] for one in (0, 1))
+        found[name] = {**scores(own), "naive": scores(naive) if naive else None}
+        found[name]["naive_ends"] = sorted({one["infractions"] or one["status"] for one in naive})
+        passes = {scores(one)["success_percent"] > _PASSES_PERCENT for one in (own, naive) if one}
+        if naive and len(passes) == 1:
+            broken[name] = "pass" if passes.pop() else "fail"
+        for ability in types()[name]["abilities"]:
+            abilities.setdefault(ability, []).extend(own)
+    every = scores([row for row in rows if row["driver"] != NAIVE])
+    by_ability = {name: scores(abilities[name]) for name in sorted(abilities)}
+    return {**every, "abilities": by_ability, "types": found, "broken": broken}
+
+
+def write(page: Path, rows: Sequence[Mapping], result: Mapping, **shown: Any) -> None:
+    """Write results as JSON, drives as CSV, and the page."""
+    text = json.dumps({**result, "rows": rows}, indent=1)
+    page.with_suffix(".json").write_text(text + "\n", encoding="utf-8")
+    write_csv(page.with_suffix(".csv"), rows)
+    loader = FileSystemLoader(Path(__file__).with_name("templates"))
+    environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined)
+    template = environment.get_template("scenarios.html.jinja")
+    page.write_text(template.render(result=result, table=types(), **shown), encoding="utf-8")
+
+
+def _results(
+    engine: DaskEngine, problems: list[str], function: Callable, drives: Iterable[tuple]
+) -> list:
+    """Return what a function returns for each drive, and add what it raises to the problems."""
+    tasks, found = {" ".join(map(str, one)): one for one in drives}, {}
+    progress = SweepProgress(sys.stdout, len(tasks), 0, "scenarios")
+    for outcome in engine.outcomes(function, tasks.items()):
+        progress.add(bool(outcome.error))
+        found[outcome.key] = outcome.result
+        if outcome.error:
+            problems.append(f"{outcome.key.split()[0]}: {outcome.error}")
+    progress.close()
+    return [found[key] for key in tasks if found.get(key)]
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Drive, write the results, and return the exit status.
+
+    Raises:
+        ValueError, ClusterError, OSError: the drives cannot start; the message is one line
+    """
+    options, names = options_of(arguments)
+    path, page, table = map_file(options["map"]), Path(options["report"]).absolute(), types()
+    load_network(path)
+    page.parent.mkdir(parents=True, exist_ok=True)
+    is_stack, lacking = options["stack"], "" if options["behaviour"] == "true" else "signs"
+    seeds, cores = _seeds(options["seeds"]), len(os.sched_getaffinity(0))
+    places = [(name, path, seed) for name in names for seed in seeds]
+    others = [(name, path, seed) for name in names for seed in _seeds(options["naive"])]
+    problems: list[str] = []
+    with DaskEngine(options["--scheduler"], cores) as engine:
+        engine.check(worker_problem, code_version(), [path])
+        results = partial(_results, engine, problems)
+        began_s = time.monotonic()
+        own = () if is_stack else [(*one, lacking, OWN) for one in places]
+        rows = [drive_nodes(*one, options) for one in places if is_stack] or results(drive_row, own)
+        if not rows:
+            raise ValueError(problems[0])
+        driven = sorted(rows, key=lambda row: (row["success"], row["driving_score"]))[:_WORST]
+        if not lacking:
+            rows += results(drive_row, [(*one, table[one[0]]["naive"], NAIVE) for one in others])
+        took_s, result = time.monotonic() - began_s, summary(rows)
+        files = [page.with_name(f"{row['type']}_{row['seed']}.html") for row in driven if is_stack]
+        worst = () if is_stack else [(row["type"], path, row["seed"], lacking) for row in driven]
+        pages = [one.read_text(encoding="utf-8") for one in files] or results(page_of, worst)
+        seed_of = {row["type"]: row["seed"] for row in rows[::-1] if row["driver"] != NAIVE}
+        first = [(name, path, seed_of[name], lacking) for name in result["types"]]
+        pictures = dict(zip(result["types"], results(picture_of, first)))
+    write(page, rows, result, options=options, worst=list(zip(driven, pages)), pictures=pictures)
+    for name, one in result["types"].items():
+        count, score = f"{one['successes']} of {one['drives']}", one["driving_score"]
+        naive = one["naive"] and "; naive {successes} of {drives}".format(**one["naive"])
+        print(f"{name}: {count}, driving score {score:.1f}{naive or ''}")
+    for problem in dict.fromkeys(problems):
+        print(f"scenarios: {problem}")
+    for name, word in result["broken"].items():
+        print(f"scenarios: {name} is broken: our driver and its naive one both {word}")
+    driven_s = sum(row["duration_s"] for row in rows)
+    print(f"scenarios: {driven_s:.0f} s of driving in {took_s:.0f} s on {cores} cores; see {page}")
+    last = "driving score {driving_score:.1f}, success {success_percent:.1f} %".format(**result)
+    print(f"scenarios: {result['drives']} drives of {len(result['types'])} types, {last}")
+    return 1 if problems or result["broken"] else 0
+
+
+def main() -> None:
+    """Run the command and exit."""
+    if "--list" in sys.argv:
+        for name, row in types().items():
+            print(f"{name}: {row['about']} ({', '.join(row['abilities']) or '-'})")
+        return
+    try:
+        sys.exit(run(sys.argv[1:]))
+    except KeyboardInterrupt:
+        sys.exit(130)
+    except (ValueError, ClusterError, OSError) as error:
+        print(f"scenarios: {error}", file=sys.stderr)
+        sys.exit(2)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,133 @@
+"""./scenarios: drives of scenario types, their scores, and the page."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import rospkg
+
+from sdc_experiments.closed_loop import drive
+from sdc_experiments.scenarios import NAIVE, OWN, main, picture_of, row_of, run, summary
+from sdc_sim.scenario.street_scenarios import types
+from sdc_sim.yaml_document import map_file
+
+sys.path.append(os.path.join(rospkg.RosPack().get_path("sdc_sim"), "test"))
+from street_maps import needs_maps  # noqa: E402
+
+ROOT = Path(__file__).resolve().parents[4]
+NAMES = ["DynamicObjectCrossing", "ControlLoss"]
+
+
+@needs_maps
+@pytest.mark.slow(20)
+def test_types_are_driven_scored_and_shown_equally_each_time(tmp_path, capsys):
+    results = []
+    for name in ("one", "two"):
+        page = tmp_path / f"{name}.html"
+        status = run([*NAMES, "seeds:=7-7", "naive:=1", f"report:={page}"])
+        results.append(json.loads(page.with_suffix(".json").read_text()))
+        printed = capsys.readouterr().out.splitlines()
+        assert status == (1 if results[-1]["broken"] else 0)
+        assert printed[-1].startswith("scenarios: 2 drives of 2 types, driving score ")
+        assert page.with_suffix(".csv").read_text().count("\n") == 5
+    assert results[0] == results[1]
+    rows = {(row["type"], row["driver"]): row for row in results[0]["rows"]}
+    crossing = rows["DynamicObjectCrossing", NAIVE]
+    assert crossing["infractions"].startswith("collision_pedestrian") and not crossing["success"]
+    assert rows["ControlLoss", OWN]["trace_sha256"] != rows["ControlLoss", NAIVE]["trace_sha256"]
+    text = page.read_text(encoding="utf-8")
+    for name in NAMES:
+        assert f"plan of {name}" in text and types()[name]["about"].split(",")[0] in text
+    assert text.count("<iframe") == 2 and text.count("slider-data") >= 2
+
+
+def row(name, seed, driver, success):
+    infractions = {"collision_vehicle": not success, "near_miss": 0}
+    metrics = {"status": "completed", "driving_score": 100.0 if success else 60.0}
+    metrics.update(infractions=infractions, route_completion_percent=100.0, duration_s=30.0)
+    return row_of(name, seed, driver, 40.0, {**metrics, "off_lane_percent": 0.0}, b"")
+
+
+@pytest.mark.parametrize(
+    ("own", "naive", "broken"),
+    [
+        ((1, 1, 1, 0), (0, 0), {}),
+        ((1, 1), (1, 1, 0), {"Accident": "pass"}),
+        ((0, 0), (0,), {"Accident": "fail"}),
+    ],
+)
+def test_type_that_both_drivers_pass_or_fail_is_broken(own, naive, broken):
+    rows = [row("Accident", seed, OWN, one) for seed, one in enumerate(own)]
+    rows += [row("Accident", seed, NAIVE, one) for seed, one in enumerate(naive)]
+    result = summary(rows)
+    assert result["broken"] == broken
+    assert result["success_percent"] == 100.0 * sum(own) / len(own)
+    low, high = result["success_interval_percent"]
+    assert 0.0 <= low <= result["success_percent"] <= high <= 100.0 and high - low > 20.0
+    assert result["abilities"]["Overtaking"]["drives"] == len(own)
+    assert result["types"]["Accident"]["naive"]["drives"] == len(naive)
+
+
+@pytest.mark.parametrize(
+    ("changed", "status"),
+    [
+        ({}, "completed"),
+        ({"duration_s": 40.1}, "too_late"),
+        ({"status": "aborted"}, "too_late"),
+        ({"driving_score": 99.0, "off_lane_percent": 1.0}, "completed"),
+        ({"status": "blocked", "driving_score": 100.0}, "blocked"),
+    ],
+)
+def test_success_is_a_route_completed_in_time_with_the_full_score(changed, status):
+    metrics = {"status": "completed", "driving_score": 100.0, "duration_s": 40.0}
+    metrics.update(
+        infractions={"near_miss": 1}, route_completion_percent=100.0, off_lane_percent=0.0
+    )
+    found = row_of("Accident", 1, OWN, 40.0, {**metrics, **changed}, b"")
+    assert found["status"] == status and found["success"] == (not changed)
+    assert found["infractions"] == "near_miss" + " off_lane" * (
+        "driving_score" in changed and status == "completed"
+    )
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["Acident"], "unknown type or argument 'Acident'; did you mean 'Accident'?"),
+        (["seed:=3"], "unknown type or argument 'seed:=3'"),
+        (["seeds:=x"], "seeds:=x: must be a number, or FIRST-LAST"),
+        (["behaviour:=no"], "behaviour:=no: must be true or false"),
+        pytest.param(["map:=nowhere.xodr"], "nowhere.xodr: cannot be read", marks=needs_maps),
+    ],
+)
+def test_invalid_argument_is_one_line(arguments, message, monkeypatch, capsys):
+    monkeypatch.setattr("sys.argv", ["scenarios", *arguments])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    errors = capsys.readouterr().err
+    assert ended.value.code == 2 and message in errors and errors.count("\n") == 1
+
+
+def test_command_lists_the_types():
+    listed = subprocess.run([ROOT / "scenarios", "--list"], capture_output=True, text=True)
+    assert [line.split(":")[0] for line in listed.stdout.splitlines()[-len(types()) :]] == [
+        *types()
+    ]
+
+
+def test_unknown_lack_is_refused():
+    with pytest.raises(ValueError, match="lacking: must be one of .*obstacles.*, got 'brakes'"):
+        drive(lacking="brakes")
+
+
+@needs_maps
+def test_plan_of_a_type_has_the_car_on_its_route_towards_the_right():
+    plan = picture_of("ParkingCutIn", map_file("town"), 1, "")
+    (place,), degrees, length_m, width_m = plan["boxes"][-1]
+    assert max(map(abs, place)) < 20.0 and abs(degrees) < 20.0 and (length_m, width_m) == (4.7, 2.0)
+    route = plan["route"]
+    assert min(x * x + y * y for x, y in route) < 4.0 and route[0][0] < 0.0 < route[-1][0]
+    assert plan["tracks"] and any(line for line, _ in plan["lanes"])
