@@ -1,6 +1,8 @@
 """Scenario types: their table, their places in the town, and what the world makes of them."""
 
 import math
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -59,6 +61,22 @@ def test_table_has_the_types_of_carla_and_bench2drive_and_no_unknown_key():
                 assert {*actor} <= ACTOR_KEYS, name
                 kinds = actor["kind"] if isinstance(actor["kind"], list) else [actor["kind"]]
                 assert {*kinds} <= {*KINDS}, name
+
+
+def test_page_has_the_table():
+    page = Path(__file__).resolve().parents[4] / "docs" / "scenarios.md"
+    if not page.exists():
+        pytest.skip("outside the repository")
+    shown = re.findall(r"\| `(\w+)` \| (.*?) \| (.*?) \| (\w+) \|", page.read_text("utf-8"))
+    assert shown == [
+        (
+            name,
+            row["about"],
+            ", ".join(row["abilities"]).replace("_", " ").lower() or "-",
+            row["naive"],
+        )
+        for name, row in types().items()
+    ]
 
 
 @pytest.mark.parametrize("name", types())
