@@ -18,7 +18,7 @@ sys.path.append(os.path.join(rospkg.RosPack().get_path("sdc_sim"), "test"))
 from street_maps import needs_maps  # noqa: E402
 
 ROOT = Path(__file__).resolve().parents[4]
-NAMES = ["DynamicObjectCrossing", "ControlLoss"]
+NAMES = ["DynamicObjectCrossing", "ParkedObstacle"]
 
 
 @needs_maps
@@ -37,7 +37,9 @@ def test_types_are_driven_scored_and_shown_equally_each_time(tmp_path, capsys):
     rows = {(row["type"], row["driver"]): row for row in results[0]["rows"]}
     crossing = rows["DynamicObjectCrossing", NAIVE]
     assert crossing["infractions"].startswith("collision_pedestrian") and not crossing["success"]
-    assert rows["ControlLoss", OWN]["trace_sha256"] != rows["ControlLoss", NAIVE]["trace_sha256"]
+    parked = rows["ParkedObstacle", NAIVE]
+    assert parked["status"] in ("blocked", "too_late") and not parked["infractions"]
+    assert rows["ParkedObstacle", OWN]["trace_sha256"] != parked["trace_sha256"]
     text = page.read_text(encoding="utf-8")
     for name in NAMES:
         assert f"plan of {name}" in text and types()[name]["about"].split(",")[0] in text

@@ -157,11 +157,11 @@ def _own_planner(
     assert mission is not None
     points_m = mission.points_m
     streets = streets_of(limits.__getitem__, missions.network)
-    if streets is not None and lacking == "behaviour":
-        streets.manoeuvres = None  # type: ignore[attr-defined]
     streets = None if lacking == "signs" else streets
     road_mps = None if lacking == "speed" else mission.limits_mps
     driver = MissionDriver(points_m, settings, lines, missions, road_mps, streets)
+    if streets is not None and lacking == "behaviour":
+        streets.manoeuvres = None
     if not LACKS[lacking]:
         return driver, points_m
     return FunctionPlanner(lambda one: driver.plan(replace(one, **LACKS[lacking]))), points_m
