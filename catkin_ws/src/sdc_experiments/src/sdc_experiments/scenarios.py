@@ -39,7 +39,8 @@ OPTIONS = {
     "naive": "3",  # seeds of the naive drivers
     "map": "town",
     "behaviour": "true",  # false: our car decides nothing on streets
-    "stack": "",  # package of the nodes to drive through ROS, in place of our car in the library
+    "stack": "",  # the nodes that drive through ROS, in place of our car in the library
+    "workspace": "",  # that of the stack
     "report": "report/scenarios.html",
     "--scheduler": "",
 }
@@ -111,8 +112,8 @@ def drive_nodes(name: str, path: str, seed: int, options: Mapping[str, str]) -> 
     """Drive a type with the nodes of a package through ROS, and return its row of the results."""
     report = Path(options["report"]).absolute().with_name(f"{name}_{seed}.json")
     command = [str(Path(rospkg.RosPack().get_path("sdc_experiments")).parents[2] / "drive")]
-    command += [f"map:={options['map']}", f"stack:={options['stack']}", f"seed:={seed}"]
-    command += [f"sim_options:={{street_scenario: {name}}}", f"report:={report}"]
+    command += [f"{one}:={options[one]}" for one in ("map", "stack", "workspace")]
+    command += [f"sim_options:={{street_scenario: {name}}}", f"report:={report}", f"seed:={seed}"]
     command += ["sync:=true", "headless:=true", "camera:=false"]
     with open(report.with_suffix(".log"), "w", encoding="utf-8") as log:
         subprocess.run(command, stdout=log, stderr=log, check=False)

@@ -188,8 +188,7 @@ class TrafficEnvironment(gymnasium.Env):
     metadata = SdcEnvironment.metadata
 
     def __init__(self, others: int = 49, lanes: int = 2, render_mode: str | None = None):
-        mode = AutoresetMode.DISABLED
-        self._world = TrafficVectorEnvironment(1, others, lanes, 1, mode, render_mode)
+        self._world = TrafficVectorEnvironment(1, others, lanes, 1, "Disabled", render_mode)
         self.action_space, self.render_mode = ACTIONS, render_mode
         self.observation_space = self._world.single_observation_space
 
