@@ -4,6 +4,7 @@ import json
 import os
 import subprocess
 import sys
+from html import escape
 from pathlib import Path
 
 import pytest
@@ -42,7 +43,9 @@ def test_types_are_driven_scored_and_shown_equally_each_time(tmp_path, capsys):
     assert rows["ParkedObstacle", OWN]["trace_sha256"] != parked["trace_sha256"]
     text = page.read_text(encoding="utf-8")
     for name in NAMES:
-        assert f"plan of {name}" in text and types()[name]["about"].split(",")[0] in text
+        assert f"plan of {name}" in text and escape(types()[name]["about"]) in text.replace(
+            "&#39;", "&#x27;"
+        )
     assert text.count("<iframe") == 2 and text.count("slider-data") >= 2
 
 
