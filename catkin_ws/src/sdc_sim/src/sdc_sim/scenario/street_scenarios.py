@@ -169,6 +169,7 @@ class _Placer:
         parameters = {
             key: _drawn(one, self._draw) for key, one in row.get("parameters", {}).items()
         }
+        has_light = "light" in row and self._site.way is not None and self._site.way.signal >= 0
         return Placement(
             self._name,
             self._start,
@@ -177,7 +178,7 @@ class _Placer:
             self._line.point_at(self._event_at_m),
             self._event_at_m,
             tuple(one for group in groups for each in group for one in self._actors(each)),
-            self._lights_s(row["light"]) if "light" in row else 0.0,
+            self._lights_s(row["light"]) if has_light else 0.0,
             parameters,
             _LIMIT_S + _LIMIT_RATIO * self._mission.time_s + row.get("extra_s", 0.0),
         )
