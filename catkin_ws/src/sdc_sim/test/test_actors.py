@@ -6,7 +6,7 @@ import pytest
 from sdc_sim.physics.collision import Rectangle
 from sdc_sim.physics.obstacles import FIRST_TRAFFIC_ID
 from sdc_sim.physics.traffic_lights import TrafficLightPlan
-from sdc_sim.traffic.actors import Actor, ScriptedTraffic, Step
+from sdc_sim.traffic.actors import Actor, ScriptedTraffic
 
 TICK_S = 0.05
 EAST_M = np.column_stack([np.arange(0.0, 301.0), np.zeros(301)])
@@ -31,7 +31,7 @@ def drive(actors, seconds, ego=lambda time_s: (AWAY, 0.0), lights=(), seed=1):
 
 
 def test_followers_keep_their_distance_also_when_the_first_one_brakes_hard():
-    first = Actor("car", EAST_M, 80.0, CAR, 12.0, (Step(4.0, 0.0, 7.0),), at_m=0.0, within_m=1.0)
+    first = Actor("car", EAST_M, 80.0, CAR, 12.0, ((4.0, 0.0, 7.0),), at_m=0.0, within_m=1.0)
     others = [Actor("car", EAST_M, 80.0 - 18.0 * n, CAR, 12.0) for n in (1, 2, 3)]
     seen = drive([first, *others], 12.0)
     x = np.array([[tick[FIRST_TRAFFIC_ID + n].x_m for n in range(4)] for tick in seen])
@@ -60,9 +60,9 @@ def test_car_beside_the_way_stops_no_one():
 
 
 def test_actor_waits_for_its_trigger_in_distance_and_time():
-    steps = (Step(0.0, 1.5, 4.0),)
+    steps = ((0.0, 1.5, 4.0),)
     for speed_mps, within_m, within_s, at_s in ((10.0, 20.0, 0.0, 8.0), (10.0, 5.0, 2.0, 7.5)):
-        trigger = {"at_m": 100.0, "within_m": within_m, "within_s": within_s, "stays": True}
+        trigger = {"at_m": 100.0, "within_m": within_m, "within_s": within_s}
         actor = Actor("pedestrian", EAST_M[:8], 0.0, WALKER, 0.0, steps, **trigger)
         seen = drive([actor], 20.0, lambda t, v=speed_mps: (car_at(v * t, -50.0), v))
         moved = [tick[FIRST_TRAFFIC_ID].x_m > 0.0 for tick in seen]
@@ -70,16 +70,13 @@ def test_actor_waits_for_its_trigger_in_distance_and_time():
         assert seen[-1][FIRST_TRAFFIC_ID].x_m == 7.0  # it stays at the end of its way
 
 
-def test_vehicles_vanish_at_the_end_of_their_way_and_those_of_a_flow_come_again():
+def test_vehicles_of_a_flow_come_again_with_their_gaps_in_turn():
     flow = [Actor("car", EAST_M, 290.0 - 20.0 * n, CAR, 10.0, **FLOW) for n in range(12)]
     seen = drive(flow, 120.0)
     assert not {*seen[0]} & {*seen[-1]} and max(seen[-1]) > FIRST_TRAFFIC_ID + 12
     passes = [t for t in range(len(seen) - 1) if crossed(seen[t], seen[t + 1], 100.0)]
     gaps_s = np.diff(passes)[11:] * TICK_S
     assert gaps_s.min() > 1.0 and 0.2 < np.mean(gaps_s > 7.0) < 0.45
-    (single,) = drive([Actor("car", EAST_M, 200.0, CAR, 10.0)], 5.0)[-1].values()
-    assert single.id == FIRST_TRAFFIC_ID
-    assert drive([Actor("car", EAST_M, 200.0, CAR, 10.0)], 15.0)[-1] == {}
 
 
 def crossed(before, after, x_m):
@@ -103,7 +100,7 @@ def test_red_light_stops_those_who_look(looks):
     seen = drive([Actor("car", EAST_M, 10.0, CAR, 12.0, looks=looks)], 80.0, lights=[light])
     at_red = seen[round(20.0 / TICK_S)].get(FIRST_TRAFFIC_ID)
     assert (at_red.speed_mps < 0.2 and at_red.x_m + 2.35 < 100.0) == looks
-    assert looks == any(tick[FIRST_TRAFFIC_ID].x_m > 110.0 for tick in seen[1250:] if tick)
+    assert seen[-1][FIRST_TRAFFIC_ID].x_m > 110.0  # it is green
 
 
 def test_one_that_has_met_the_car_is_held():

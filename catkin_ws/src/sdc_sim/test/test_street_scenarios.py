@@ -93,10 +93,11 @@ def test_type_is_placed_in_the_town_the_same_each_time(town, name):
             assert (one.kind, one.start_m, one.steps) == (same.kind, same.start_m, same.steps)
             assert np.array_equal(one.path_m, same.path_m)
         length_m = len(placed.mission_m)
-        assert 90.0 < length_m < 420.0 and 30.0 < placed.event_at_m < length_m - 40.0
+        event_at_m = Polyline(placed.mission_m.tolist()).nearest(*placed.event_m).s_m
+        assert 90.0 < length_m < 420.0 and 30.0 < event_at_m < length_m - 40.0
         assert math.dist(placed.mission_m[0], placed.start) < 0.1
         assert math.dist(placed.mission_m[-1], placed.goals[0]) < 1.0
-        drawn.add((placed.start, placed.event_at_m, *[one.start_m for one in placed.actors]))
+        drawn.add((placed.start, event_at_m, *[one.start_m for one in placed.actors]))
         options = {"map_path": "town", "street_scenario": name, "seed": seed}
         world = drive_setup(route=placed.mission_m, options=options).simulation()
         bodies = [world.outline.grown(0.2), *bodies_of(placed)]

@@ -75,7 +75,9 @@ def build_simulation(
         side_wind_mps=values["side_wind_mps"],
     )
     if type_name:
-        traffic = placed.traffic(seed, tick_s, lights)
+        actors = importlib.import_module("sdc_sim.traffic.actors")
+        arguments = placed.actors, placed.mission_m, seed, tick_s, lights
+        traffic = actors.ScriptedTraffic(*arguments)
     elif values["traffic"]:
         arguments = values["map_path"], values["traffic"], seed, tick_s, waypoints_m
         traffic = part_of_map("traffic.sumo_traffic", *arguments)

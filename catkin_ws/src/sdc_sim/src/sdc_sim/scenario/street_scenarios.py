@@ -10,33 +10,34 @@ import math
 import random
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import Any, Iterator, Mapping, Sequence
+from typing import Any, Iterator, Mapping, NamedTuple
 
 import numpy as np
 
 from sdc_common.geometry.polyline import Polyline
 from sdc_common.geometry.road_line import arc_lengths
+from sdc_common.geometry.route import interpolate
 from sdc_common.validation import suggestion
 from sdc_sim.physics.obstacles import KINDS
-from sdc_sim.physics.traffic_lights import COLOURS, TrafficLightPlan
+from sdc_sim.physics.traffic_lights import COLOURS
 from sdc_sim.road.lane_graph import LaneGraph, NoRouteError
 from sdc_sim.road.mission import plan_mission
-from sdc_sim.road.network import Network, left_normals
+from sdc_sim.road.network import STOP, YIELD, Connection, Network, RoadLane, left_normals
 from sdc_sim.road.network_file import load_network
-from sdc_sim.scenario.street_places import (
-    LEAST_M,
-    DoesNotFit,
-    Site,
-    chain,
-    even,
-    oncoming_lane,
-    sites,
-    walk,
-)
-from sdc_sim.traffic.actors import Actor, ScriptedTraffic, Step
+from sdc_sim.traffic.actors import Actor
 from sdc_sim.traffic.lights import lights_of
 from sdc_sim.yaml_document import packaged_config
 
+# A way of a road user begins so far before the event, and ends so far after it.
+_BACK_M, _ON_M = 160.0, 220.0
+# Least way before and after the event that does not lead through a further junction, and what
+# remains to the end of a lane.
+_LEAST_M, _MARGIN_M = 42.0, 5.0
+_STEP_M = 1.0
+_TRIES = 6  # places on each stretch
+# The street is looked at so far before and after the event for bends.
+_LOOK_BACK_M, _LOOK_ON_M = 35.0, 25.0
+_ONCOMING_M, _ONCOMING_RAD = 2.0, math.radians(25.0)
 # Two ways meet where they are so near.
 _MEET_M = 1.5
 # With these the car is expected to reach the event: a street's limit and an acceleration.
@@ -45,34 +46,36 @@ _CAR_MPS, _CAR_MPS2 = 12.0, 1.8
 _LIGHT_S = {"green": (-6.0, 8.0), "red": (-8.0, 3.0)}
 # Crosswalks so near to the way and to the line before the junction are on it.
 _CROSSWALK_M, _BEHIND_LINE_M = 5.0, 30.0
-# Keys of a road user whose lists are no numbers to draw.
-_AS_IT_IS = ("steps", "gaps_s", "kind", "size_m", "way")
 _SIDE_RAD = math.radians(50.0)
 _SIDES = {"opposite": math.pi, "left": -0.5 * math.pi, "right": 0.5 * math.pi, "along": 0.0}
+_NO_WAY = "a road user has no way here"
+_graph = lru_cache(maxsize=2)(LaneGraph)
 # Time limit: so many times the time at the speed limits, and so much more.
 _LIMIT_RATIO, _LIMIT_S = 3.0, 40.0
+
+
+class _Site(NamedTuple):
+    """A place at which a type may happen."""
+
+    lane: RoadLane  # the lane of the event
+    s_m: float  # the event on it [m]
+    goal: tuple[RoadLane, float]  # place from which the way leads on to the goal
+    way: Connection | None = None  # the way through the junction at the end of the lane
+    start: RoadLane | None = None  # the lane of the start, None for that of the event
 
 
 @dataclass(frozen=True)
 class Placement:
     """A scenario type at a place."""
 
-    name: str
     start: tuple[float, float]  # where the car begins [m]
     goals: list[tuple[float, float]]  # where it drives to [m]
     mission_m: np.ndarray = field(repr=False)  # (N, 2) its way [m]
     event_m: tuple[float, float]  # where it happens [m]
-    event_at_m: float  # distance of this place along the way [m]
     actors: tuple[Actor, ...] = field(repr=False)
     lights_s: float  # time by which the programs of all lights are ahead [s]
     parameters: dict[str, Any]  # of config/sim.yaml that the type sets
     limit_s: float  # the drive should be over by then [s]
-
-    def traffic(
-        self, seed: int, tick_s: float, lights: Sequence[TrafficLightPlan]
-    ) -> ScriptedTraffic:
-        """Return the road users."""
-        return ScriptedTraffic(self.actors, self.mission_m, seed, tick_s, lights)
 
 
 def types() -> dict[str, dict[str, Any]]:
@@ -91,12 +94,12 @@ def place(name: str, network: Network, seed: int) -> Placement:
         fix = suggestion(name, table, f"the types are {', '.join(sorted(table))}")
         raise ValueError(f"street_scenario: unknown type '{name}'; {fix}")
     row, draw = table[name], random.Random(f"{name} {seed}")
-    found = list(sites(network, row["place"], draw))
+    found = list(_sites(network, row["place"], draw))
     draw.shuffle(found)
     for site in found:
         try:
-            return _Placer(name, row, network, site, draw).placement()
-        except (DoesNotFit, NoRouteError):
+            return _Placer(row, network, site, draw).placement()
+        except NoRouteError:
             continue
     raise ValueError(
         f"street_scenario: the map {network.name} has no place for {name}; "
@@ -109,16 +112,12 @@ def of_map(path: str, name: str, seed: int) -> Placement:
     return place(name, load_network(path), seed)
 
 
-@lru_cache(maxsize=2)
-def _graph(network: Network) -> LaneGraph:
-    return LaneGraph(network)
-
-
 def _drawn(value: Any, draw: random.Random) -> Any:
     """Return a number between a pair of numbers, one of a list of words, or the value itself."""
-    if isinstance(value, list) and value and isinstance(value[0], str):
+    is_list = isinstance(value, list) and bool(value)
+    if is_list and isinstance(value[0], str):
         return draw.choice(value)
-    is_pair = isinstance(value, list) and len(value) == 2
+    is_pair = is_list and len(value) == 2 and not isinstance(value[0], list)
     return draw.uniform(*value) if is_pair else value
 
 
@@ -131,23 +130,20 @@ def _reach_s(distance_m: float, speed_mps: float, acceleration_mps2: float) -> f
 
 
 class _Placer:
-    """Places one type at one site; a road user that has no way here raises DoesNotFit."""
+    """Places one type at one site; a road user that has no way here raises NoRouteError."""
 
-    def __init__(
-        self, name: str, row: Mapping[str, Any], network: Network, site: Site, draw: random.Random
-    ):
-        self._name, self._row, self._network = name, row, network
-        self._site, self._draw = site, draw
+    def __init__(self, row: Mapping[str, Any], network: Network, site: _Site, draw: random.Random):
+        self._row, self._network, self._site, self._draw = row, network, site, draw
         where = row["place"]
         before_m = _drawn(where.get("before_m", [80.0, 115.0]), draw)
         after_m = _drawn(where.get("after_m", [70.0, 110.0]), draw)
-        begin, least_m = site.start or site.lane, where.get("least_m", LEAST_M)
-        self._start = walk(network, begin, site.s_m, before_m, False, least_m)
-        self._goal = walk(network, *site.goal, after_m, True)
+        begin, least_m = site.start or site.lane, where.get("least_m", _LEAST_M)
+        self._start = _walk(network, begin, site.s_m, before_m, False, least_m)
+        self._goal = _walk(network, *site.goal, after_m, True)
         self._mission = plan_mission(_graph(network), [self._goal], *self._start)
         core = site.way.through[:1] if site.way else (site.lane.id, site.goal[0].id)
         if not {*core} <= {*self._mission.lanes}:
-            raise DoesNotFit
+            raise NoRouteError(_NO_WAY)
         self._mission_m = self._mission.points_m
         self._line = Polyline(self._mission_m.tolist())
         event_m = site.lane.at(np.array([site.s_m]))[0]
@@ -159,7 +155,7 @@ class _Placer:
             near = [one.s_m for one in places if one.distance_m < _CROSSWALK_M]
             near = [s for s in near if abs(s - self._event_at_m) < _BEHIND_LINE_M]
             if not near:
-                raise DoesNotFit
+                raise NoRouteError(_NO_WAY)
             self._event_at_m = min(near)
 
     def placement(self) -> Placement:
@@ -169,14 +165,12 @@ class _Placer:
         parameters = {
             key: _drawn(one, self._draw) for key, one in row.get("parameters", {}).items()
         }
-        has_light = "light" in row and self._site.way is not None and self._site.way.signal >= 0
+        has_light = "light" in row and self._site.way and self._site.way.signal >= 0
         return Placement(
-            self._name,
             self._start,
             [self._goal],
             self._mission_m,
             self._line.point_at(self._event_at_m),
-            self._event_at_m,
             tuple(one for group in groups for each in group for one in self._actors(each)),
             self._lights_s(row["light"]) if has_light else 0.0,
             parameters,
@@ -195,7 +189,7 @@ class _Placer:
                     states = {light.state(one) for one in (times_s + ahead_s).tolist()}
                     if states == {COLOURS.index(colour)}:
                         return float(ahead_s)
-        raise DoesNotFit
+        raise NoRouteError(_NO_WAY)
 
     def _way(self, way: Any) -> tuple[np.ndarray, float, float, float]:
         """Return a way, where on it and on the mission they meet, and where its line is [m]."""
@@ -204,24 +198,24 @@ class _Placer:
             points, line_m = self._through(way)
         elif way == "ahead":
             first, last = (network.lanes[self._mission.lanes[end]] for end in (0, -1))
-            parts = chain(network, first, on_m=0.0), chain(network, last, back_m=0.0)
+            parts = _chain(network, first, on_m=0.0), _chain(network, last, back_m=0.0)
             ends = self._mission_m[0], self._mission_m[-1]
             back, on = (np.argmin(np.hypot(*(one - end).T)) for one, end in zip(parts, ends))
             points = np.vstack([parts[0][: max(back - 1, 0)], self._mission_m, parts[1][on + 2 :]])
-            points = even(points)
+            points = _even(points)
         else:
             at_m = min(site.s_m, site.lane.length_m - 1.0)
-            beside = oncoming_lane(network, site.lane, at_m) if way == "oncoming" else None
+            beside = _oncoming_lane(network, site.lane, at_m) if way == "oncoming" else None
             beside = beside or network.lanes.get(getattr(site.lane, way, ""))
             if beside is None:
-                raise DoesNotFit
-            points = chain(network, beside)
+                raise NoRouteError(_NO_WAY)
+            points = _chain(network, beside)
         line, at_m = Polyline(points.tolist()), self._event_at_m
         if isinstance(way, dict):
             after = self._mission_m[arc_lengths(self._mission_m) > at_m - 3.0][:60]
             apart = np.hypot(*(after[:, None] - points).transpose(2, 0, 1)).min(axis=1)
             if apart.min() > _MEET_M:
-                raise DoesNotFit
+                raise NoRouteError(_NO_WAY)
             at_m = self._line.nearest(*after[np.argmax(apart < _MEET_M)].tolist()).s_m
         return points, line.nearest(*self._line.point_at(at_m)).s_m, at_m, line_m
 
@@ -236,11 +230,11 @@ class _Placer:
             fits = one.direction.lower() in way["turn"] and start is not self._site.lane
             fits = fits and way.get("first", one in mine.first) == (one in mine.first)
             if fits and abs(turned) < _SIDE_RAD:
-                before = chain(network, start, on_m=0.0)
-                after = chain(network, network.lanes[one.end], back_m=0.0)
+                before = _chain(network, start, on_m=0.0)
+                after = _chain(network, network.lanes[one.end], back_m=0.0)
                 inside = [network.lanes[name].points_m for name in one.through]
-                return even(np.vstack([before, *inside, after])), float(arc_lengths(before)[-1])
-        raise DoesNotFit
+                return _even(np.vstack([before, *inside, after])), float(arc_lengths(before)[-1])
+        raise NoRouteError(_NO_WAY)
 
     def _across(self, row: Mapping[str, Any]) -> tuple[np.ndarray, float, float, float]:
         """Return a line across the mission; see `_way`."""
@@ -254,7 +248,7 @@ class _Placer:
     def _actors(self, row: Mapping[str, Any]) -> Iterator[Actor]:
         """Yield the road users of a row of the table."""
         draw = self._draw
-        row = {key: one if key in _AS_IT_IS else _drawn(one, draw) for key, one in row.items()}
+        row = {key: one if key == "kind" else _drawn(one, draw) for key, one in row.items()}
         way = row["way"]
         if isinstance(way, dict):
             way = {key: _drawn(one, draw) for key, one in way.items()}
@@ -268,14 +262,13 @@ class _Placer:
         elif "comes_s" in row:
             at_m = -speed * (_reach_s(meets_m, _CAR_MPS, _CAR_MPS2) + row["comes_s"])
         drawn = ([_drawn(one, draw) for one in step] for step in row.get("steps", ()))
-        steps = tuple(Step(after_s, mps * limit_mps, rate) for after_s, mps, rate in drawn)
+        steps = tuple((after_s, mps * limit_mps, rate) for after_s, mps, rate in drawn)
         same = {key: row[key] for key in ("within_m", "within_s", "looks") if key in row}
         if "meets_s" in row:
             same["within_s"] = row["meets_s"] + _reach_s(-at_m, *steps[0][1:])
         same["at_m"] = meets_m if {"within_m", "within_s"} & {*same} else math.inf
         same["turned_rad"] = math.radians(row.get("turned_deg", 0.0))
         same["gaps_s"] = gaps_s = row.get("gaps_s", ())
-        same["stays"] = way == "across" and not gaps_s
         points, start_m = _shifted(points, s_m + at_m, row)
         for number in range(row.get("count", 1)):
             kind = _drawn(row["kind"], draw)
@@ -295,3 +288,107 @@ def _shifted(
     beside = points + (left_m + change)[:, None] * left_normals(points)
     longer_m = np.interp(start_m, s, arc_lengths(beside) - s)
     return beside, start_m + float(longer_m)
+
+
+def _sites(network: Network, where: Mapping[str, Any], draw: random.Random) -> Iterator[_Site]:
+    """Yield the places of a kind, see config/street_scenarios.yaml."""
+    least, most = (kmh / 3.6 for kmh in where.get("limit_kmh", (20, 70)))
+    for lane in network.driving:
+        if lane.junction or not least <= lane.speed_limit_mps + 0.1 <= most + 0.2:
+            continue
+        if where["at"] == "junction":
+            for way, _, name in network.ways.get(lane.id, ()):
+                has_sign = way.signal < 0 and way.line in (STOP, YIELD)
+                control = way.line if has_sign else network.junctions[name].kind
+                count = len(network.junctions[name].connections)
+                fits = control in where["control"] and way.direction.lower() in where["turn"]
+                if fits and count >= where.get("ways", 3):
+                    yield _Site(lane, lane.length_m, (network.lanes[way.end], 0.0), way)
+        elif where["at"] == "stretch":
+            last_m = lane.length_m - where.get("end_m", 20.0)
+            for _ in range(_TRIES):
+                s_m = draw.uniform(_LEAST_M + _MARGIN_M, max(last_m, _LEAST_M))
+                if s_m < last_m and _is_street(network, lane, s_m, where):
+                    yield _Site(lane, s_m, (lane, s_m))
+        elif bool(lane.predecessors) != bool(lane.successors) and lane.left:
+            # A lane that ends, or one that begins: from it the car changes, or to it.
+            far = network.lanes[lane.left]
+            if where.get("changes", 1) == 2:
+                far = network.lanes.get(far.left, far)
+            if where["at"] == "merge" and lane.predecessors:
+                yield _Site(lane, 0.0, (far, far.length_m))
+            elif where["at"] == "exit" and lane.successors:
+                yield _Site(lane, 0.0, (lane, lane.length_m), start=far)
+
+
+def _is_street(network: Network, lane: RoadLane, s_m: float, where: Mapping[str, Any]) -> bool:
+    """Return whether a stretch has the neighbours and bends of a place."""
+    left = "same" if lane.left else "oncoming" if _oncoming_lane(network, lane, s_m) else "none"
+    if where.get("left", left) != left or where.get("right", False) != bool(lane.right):
+        return False
+    at = np.arange(s_m - _LOOK_BACK_M, min(s_m + _LOOK_ON_M, lane.length_m), 2.0)
+    least, most = where.get("bend_deg", (0.0, 8.0))
+    return least <= np.degrees(np.ptp(np.unwrap([lane.heading_at(s) for s in at]))) <= most
+
+
+def _oncoming_lane(network: Network, lane: RoadLane, s_m: float) -> RoadLane | None:
+    """Return the lane of the other direction beside a place on a lane."""
+    (x, y), yaw = lane.at(np.array([s_m]))[0].tolist(), lane.heading_at(s_m)
+    x, y = x - lane.width_m * math.sin(yaw), y + lane.width_m * math.cos(yaw)
+    found = network.nearest(x, y, yaw + math.pi, _ONCOMING_M)
+    is_along = found is not None and abs(found.heading_error_rad) < _ONCOMING_RAD
+    beside = network.lanes[found.lane] if found is not None and is_along else None
+    return None if beside is None or beside.junction else beside
+
+
+def _next(network: Network, lane: RoadLane, ahead: bool) -> RoadLane | None:
+    """Return the lane after or before this one that turns least, None at the end of the map."""
+    if ahead:
+        return network.straight_on(lane)
+    before = [network.lanes[name] for name in lane.predecessors]
+    turns = [one.heading_at(one.length_m) - lane.heading_at(0.0) for one in before]
+    turns = [abs(math.remainder(one, 2.0 * math.pi)) for one in turns]
+    return before[turns.index(min(turns))] if before else None
+
+
+def _walk(
+    network: Network,
+    lane: RoadLane,
+    s_m: float,
+    far_m: float,
+    ahead: bool,
+    least_m: float = _LEAST_M,
+) -> tuple[float, float]:
+    """Return the point so far ahead or back, before the next junction if it is far enough."""
+    room_m = lane.length_m - s_m if ahead else s_m
+    while lane.junction or (room_m < far_m and room_m < least_m + _MARGIN_M):
+        following = _next(network, lane, ahead)
+        if following is None:
+            raise NoRouteError(_NO_WAY)
+        lane, room_m = following, room_m + following.length_m
+    rest_m = max(room_m - far_m, _MARGIN_M)
+    at = np.array([lane.length_m - rest_m if ahead else rest_m])
+    x, y = np.round(lane.at(at)[0], 3).tolist()
+    return x, y
+
+
+def _chain(
+    network: Network, lane: RoadLane, back_m: float = _BACK_M, on_m: float = _ON_M
+) -> np.ndarray:
+    """Return the points of the way straight on over a lane, from before it to after it."""
+    lanes = [lane]
+    for ahead, far_m in ((False, back_m), (True, on_m)):
+        while far_m > 0.0:
+            one = _next(network, lanes[-1 if ahead else 0], ahead)
+            if one is None:
+                break
+            lanes.insert(len(lanes) if ahead else 0, one)
+            far_m -= one.length_m
+    return _even(np.vstack([one.points_m for one in lanes]))
+
+
+def _even(points: np.ndarray) -> np.ndarray:
+    """Return points about 1 m apart along a line."""
+    points = points[np.append(True, np.hypot(*np.diff(points, axis=0).T) > 1e-3)]
+    s = arc_lengths(points)
+    return interpolate(np.linspace(0.0, s[-1], max(2, round(s[-1] / _STEP_M) + 1)), s, points)

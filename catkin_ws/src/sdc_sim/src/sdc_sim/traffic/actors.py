@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import random
 from dataclasses import dataclass, field
-from typing import AbstractSet, Iterator, NamedTuple, Sequence
+from typing import AbstractSet, Iterator, Sequence
 
 import numpy as np
 
@@ -19,26 +19,16 @@ from sdc_sim.physics.collision import Rectangle
 from sdc_sim.physics.obstacles import FIRST_TRAFFIC_ID, ObstacleState
 from sdc_sim.physics.traffic_lights import RED, YELLOW, TrafficLightPlan
 
-# The driver model: time gap, distance at rest (less for pedestrians), braking.
-_TIME_GAP_S, _REST_M, _WALKER_REST_M, _BRAKING_MPS2 = 0.9, 2.0, 0.6, 2.5
-_WALKER_M = 1.0
-_HARDEST_MPS2 = 4.5
+# The driver model: time gap, distance at rest, braking, and the hardest braking.
+_TIME_GAP_S, _REST_M, _BRAKING_MPS2, _HARDEST_MPS2 = 0.9, 2.0, 2.5, 4.5
 # What is farther beside the way than this is not on it, and what is slower is at rest.
 _BESIDE_M, _AT_REST_MPS = 0.3, 0.5
 # A light is at a way if its stop line is so near and turned so little from it.
-_LINE_M, _LINE_RAD, _BEFORE_LINE_M = 1.0, math.radians(30.0), 1.0
+_LINE_M, _ALONG, _BEFORE_LINE_M = 1.0, math.cos(math.radians(30.0)), 1.0
 # A driver brakes for a light if this is enough.
 _FOR_RED_MPS2 = 5.0
 # The car moves less than this in a tick.
 _WINDOW_M = 10.0
-
-
-class Step(NamedTuple):
-    """From this time after the trigger on, the actor wants another speed."""
-
-    after_s: float
-    speed_mps: float
-    acceleration_mps2: float  # with which it changes its speed
 
 
 @dataclass(frozen=True)
@@ -50,14 +40,15 @@ class Actor:
     start_m: float  # arc length of its start; below 0 it waits before the line, unseen
     size_m: tuple[float, float, float]  # length, width and height
     speed_mps: float = 0.0  # speed at the start, which it wants to keep
-    steps: tuple[Step, ...] = ()  # what it does after the trigger, in order
+    # What it does after the trigger, in order: seconds after it, the speed that it wants then, and
+    # the acceleration with which it changes its own.
+    steps: tuple[tuple[float, float, float], ...] = ()
     # The trigger: the car is before this place of its mission by at most a distance and a time.
     at_m: float = math.inf
     within_m: float = 0.0
     within_s: float = 0.0
     turned_rad: float = 0.0  # heading, from that of the line
     looks: bool = True  # False: it brakes for nothing but a car at rest
-    stays: bool = False  # whether it stays at the end of its line
     # A vehicle of a flow begins again behind the last one of its line, after gaps of these (least,
     # greatest) times, in turn.
     gaps_s: Sequence[Sequence[float]] = ()
@@ -71,14 +62,13 @@ class _Body:
         self.s_m = self.before_m = actor.start_m
         self.speed_mps = actor.speed_mps
         self.triggered_s: float | None = None
-        self.is_gone = False
         self.update()
 
     def update(self) -> None:
         """Compute the state at the present place, None if it is not on the line."""
         self.state: ObstacleState | None = None
         s, actor = self.s_m, self.actor
-        if self.is_gone or s < 0.0:
+        if s < 0.0:
             return
         (x, y), yaw = self.line.point_at(s), self.line.heading_at(s) + actor.turned_rad
         pose, size_m = (x, y, yaw), actor.size_m
@@ -87,9 +77,10 @@ class _Body:
     def wanted(self, time_s: float) -> tuple[float, float]:
         """Return the speed that it wants, and how fast it changes its own [m/s, m/s^2]."""
         wanted = self.actor.speed_mps, 2.0
-        for step in self.actor.steps if self.triggered_s is not None else ():
-            if time_s - self.triggered_s >= step.after_s:  # type: ignore[operator]
-                wanted = step.speed_mps, step.acceleration_mps2
+        if self.triggered_s is not None:
+            for after_s, *step in self.actor.steps:
+                if time_s - self.triggered_s >= after_s:
+                    wanted = step[0], step[1]
         return wanted
 
 
@@ -116,7 +107,15 @@ class ScriptedTraffic:
         self._mission = Polyline(mission_m.tolist())
         paths = {id(one.path_m): one.path_m.tolist() for one in actors}
         self._lines = {key: Polyline(points) for key, points in paths.items()}
-        self._stops = {id(one): list(_stops_on(one, lights)) for one in self._lines.values()}
+        self._stops: dict[int, list[tuple[float, TrafficLightPlan]]] = {}
+        for line in self._lines.values():
+            places = [(line.nearest(one.x_m, one.y_m), one) for one in lights]
+            self._stops[id(line)] = [
+                (place.s_m, one)
+                for place, one in places
+                if place.distance_m < _LINE_M
+                and math.cos(place.heading_rad - one.heading_rad) > _ALONG
+            ]
 
     def reset(self, ego: Rectangle) -> list[ObstacleState]:
         """Start again with the car at this place, and return the road users."""
@@ -137,8 +136,7 @@ class ScriptedTraffic:
         place = self._mission.project(ego.x_m, ego.y_m, self._along_m, _WINDOW_M, _WINDOW_M)
         self._along_m = place.s_m
         car = ObstacleState(1, "car", *ego, 0.0, speed_mps)
-        bodies = [one for one in self._bodies if not one.is_gone]
-        for one in bodies:
+        for one in self._bodies:
             if one.id in blocked:
                 one.s_m, one.speed_mps = one.before_m, 0.0
                 one.update()
@@ -146,37 +144,34 @@ class ScriptedTraffic:
             near_m = actor.within_m + actor.within_s * max(speed_mps, 1.0)
             if one.triggered_s is None and actor.at_m - self._along_m <= near_m:
                 one.triggered_s = time_s
-        changes = [self._acceleration_mps2(one, bodies, car, time_s) for one in bodies]
-        for one, change in zip(bodies, changes):
+        changes = [self._acceleration_mps2(one, car, time_s) for one in self._bodies]
+        for one, change in zip(self._bodies, changes):
             self._move(one, change)
         return self._states()
 
     def _states(self) -> list[ObstacleState]:
         return [one.state for one in self._bodies if one.state is not None]
 
-    def _acceleration_mps2(
-        self, body: _Body, bodies: Sequence[_Body], car: ObstacleState, time_s: float
-    ) -> float:
+    def _acceleration_mps2(self, body: _Body, car: ObstacleState, time_s: float) -> float:
         """Return what the driver model wants; a body at rest that wants nothing stays there."""
         speed, (wanted, rate) = body.speed_mps, body.wanted(time_s)
-        if wanted == speed == 0.0:
+        if wanted == speed == 0.0 or body.s_m >= body.line.s[-1]:
             return 0.0
         free = rate * (1.0 - (speed / wanted) ** 4) if speed <= wanted else -rate
-        rest_m = _WALKER_REST_M if body.actor.size_m[0] < _WALKER_M else _REST_M
-        for gap_m, ahead_mps in self._ahead(body, bodies, car, time_s):
+        for gap_m, ahead_mps in self._ahead(body, car, time_s):
             approach_s = (speed - ahead_mps) / (2.0 * math.sqrt(rate * _BRAKING_MPS2))
-            wish_m = rest_m + speed * max(_TIME_GAP_S + approach_s, 0.0)
+            wish_m = _REST_M + speed * max(_TIME_GAP_S + approach_s, 0.0)
             free = min(free, rate * (1.0 - (wish_m / max(gap_m, 0.1)) ** 2))
         return max(free, -max(_HARDEST_MPS2, rate))
 
     def _ahead(
-        self, body: _Body, bodies: Sequence[_Body], car: ObstacleState, time_s: float
+        self, body: _Body, car: ObstacleState, time_s: float
     ) -> Iterator[tuple[float, float]]:
         """Yield distance and speed of what is ahead on the way: others, the car, a red light."""
         actor, s, half_m = body.actor, body.s_m, 0.5 * body.actor.size_m[0]
         reach_m = 15.0 + 2.0 * body.speed_mps + body.speed_mps**2 / _BRAKING_MPS2
         others = []
-        for one in bodies if actor.looks else ():
+        for one in self._bodies if actor.looks else ():
             if one.line is body.line:
                 if 0.0 < one.s_m - s < reach_m:
                     yield one.s_m - s - half_m - 0.5 * one.actor.size_m[0], one.speed_mps
@@ -214,10 +209,8 @@ class ScriptedTraffic:
         if body.s_m >= body.line.s[-1]:
             if body.actor.gaps_s:
                 self._begin_again(body)
-            elif body.actor.stays:
-                body.s_m, body.speed_mps = body.line.s[-1], 0.0
             else:
-                body.is_gone = True
+                body.s_m, body.speed_mps = body.line.s[-1], 0.0
         body.update()
 
     def _begin_again(self, body: _Body) -> None:
@@ -228,14 +221,3 @@ class ScriptedTraffic:
         body.s_m = body.before_m = last_m - body.actor.size_m[0] - gap_s * speed_mps
         body.speed_mps, body.id = speed_mps, self._next_id
         self._next_id += 1
-
-
-def _stops_on(
-    line: Polyline, lights: Sequence[TrafficLightPlan]
-) -> Iterator[tuple[float, TrafficLightPlan]]:
-    """Yield the arc length of each stop line on a way, and its light."""
-    for light in lights:
-        place = line.nearest(light.x_m, light.y_m)
-        turned = math.remainder(light.heading_rad - place.heading_rad, 2.0 * math.pi)
-        if place.distance_m < _LINE_M and abs(turned) < _LINE_RAD:
-            yield place.s_m, light
