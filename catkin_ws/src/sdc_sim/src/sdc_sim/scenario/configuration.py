@@ -67,17 +67,15 @@ def build_simulation(
     if type_name:
         placed = part_of_map("scenario.street_scenarios", values["map_path"], type_name, seed)
         lights = [replace(one, offset_s=one.offset_s + placed.lights_s) for one in lights]
-        start = {**values["start"], **placed.parameters.get("start", {})}
-        values = {**values, **placed.parameters, "start": start}
+        values = {**values, **placed.parameters}
     vehicle = vehicle_class(
         load_vehicle(os.path.join(values["vehicles_folder"], values["vehicle"] + ".yaml")),
         friction=values["friction"],
         side_wind_mps=values["side_wind_mps"],
     )
     if type_name:
-        actors = importlib.import_module("sdc_sim.traffic.actors")
         arguments = placed.actors, placed.mission_m, seed, tick_s, lights
-        traffic = actors.ScriptedTraffic(*arguments)
+        traffic = importlib.import_module("sdc_sim.traffic.actors").ScriptedTraffic(*arguments)
     elif values["traffic"]:
         arguments = values["map_path"], values["traffic"], seed, tick_s, waypoints_m
         traffic = part_of_map("traffic.sumo_traffic", *arguments)
