@@ -18,6 +18,7 @@ LAYERS = {
     "sdc_common": 1,
     "sdc_sim": 2,
     "sdc_package": 3,
+    "sdc_behaviour": 4,
     "sdc_localization": 4,
     "sdc_perception": 4,
     "sdc_experiments": 5,

@@ -70,7 +70,7 @@ def test_grading_a_lab_takes_the_finished_car(tmp_path, lab):
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize("lab", LABS)
+@pytest.mark.parametrize("lab", ("localization", "perception"))  # the others have no drive
 @pytest.mark.usefixtures("sandboxed")
 def test_graded_car_of_a_lab_drives_a_road_of_the_seed_too(tmp_path, lab):
     steps = (f"{lab}-drive",)

@@ -1,0 +1,1 @@
+"""The lab "what do I do?": what students write to decide in traffic."""

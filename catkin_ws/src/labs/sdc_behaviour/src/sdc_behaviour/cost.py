@@ -1,0 +1,49 @@
+"""What does a proposal cost? Safety and rules first, then progress and comfort.
+
+As in PDM-Closed (Dauner, Hallgarten, Geiger, Chitta, 2023), https://arxiv.org/abs/2306.07962: what
+must not be multiplies the score by 0, and what is wanted is a weighted mean.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+# Weights of progress, of the time to collision and of comfort.
+PROGRESS, DISTANCE, COMFORT = 5.0, 5.0, 2.0
+LEAST_TTC_S = 1.0
+# Limits of comfort of nuPlan for the acceleration along the road [m/s^2].
+HARDEST_MPS2, STRONGEST_MPS2 = -4.05, 2.40
+
+
+@dataclass(frozen=True)
+class LaneOutcome:
+    """What happens in the next seconds if the car follows a proposal.
+
+    Attributes:
+        collides: whether it touches another road user
+        breaks_rule: whether it takes the right of way, or passes a line that it must not
+        progress: way of the car as a share of what the limit allows, from 0 to 1
+        least_ttc_s: least time to collision with the one ahead and the one behind [s]
+        accelerations_mps2: (T,) acceleration at each time [m/s^2]
+    """
+
+    collides: bool
+    breaks_rule: bool
+    progress: float
+    least_ttc_s: float
+    accelerations_mps2: np.ndarray
+
+
+def cost(outcome: LaneOutcome) -> float:
+    """Return the cost, from 0 for the best to 1 for what must not be."""
+    a = outcome.accelerations_mps2
+    keeps_distance = outcome.least_ttc_s >= LEAST_TTC_S
+    # TODO 7: 1 minus the score: 0, or the weighted mean (until then: return 0.0)
+    if outcome.collides or outcome.breaks_rule:
+        return 1.0
+    comfortable = bool(np.all((a >= HARDEST_MPS2) & (a <= STRONGEST_MPS2)))
+    wanted = PROGRESS * outcome.progress + DISTANCE * keeps_distance + COMFORT * comfortable
+    return 1.0 - wanted / (PROGRESS + DISTANCE + COMFORT)
+    # ----------------------------------------------------------------------------

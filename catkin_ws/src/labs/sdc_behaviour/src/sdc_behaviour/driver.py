@@ -1,0 +1,199 @@
+"""The driver of the lab: what you have written decides on each path of the car."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Callable, Iterator, NamedTuple, Sequence
+
+import numpy as np
+
+from sdc_behaviour.gaps import OnLane
+from sdc_behaviour.junction import may_enter, time_in_space
+from sdc_behaviour.lanes import predicted
+from sdc_behaviour.manoeuvre import LaneProposal, LaneScene, acceleration_mps2, choose
+from sdc_behaviour.rss import Rss
+from sdc_common.driving import DetectedObstacle, Observation, Path
+from sdc_common.geometry.polyline import Polyline
+from sdc_sim.road.network import Network
+
+CAR_M = 4.7
+# The space of a junction that two need: their centres are nearer than this to the crossing point.
+SPACE_M = 5.0
+_TIMES_S = np.arange(0.0, 9.01, 0.25)
+# Ticks between two decisions, and between two looks; sideways speed of a lane change [m/s].
+_DECIDE_TICKS, _LOOK_TICKS, _ASIDE_MPS = 10, 3, 1.3
+# The car follows a change of its speed so late.
+_LATE_S = 0.3
+_PATH_M, _NEAR_M, _ALONG_RAD, _ASIDE_M = 24, 150.0, 0.6, 1.3
+# A car that had to brake harder than this to stop at the line drives on.
+_LATE_MPS2 = 5.0
+# A car that enters from the line accelerates with at least this share; so near it has decided.
+_LATEST, _AT_LINE_M = 0.6, 3.0
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How the driver decides."""
+
+    limit_mps: float = 14.0
+    margin_s: float = 1.5  # between the car and one with right of way in a junction
+    politeness: float = 1.5
+    rss: Rss = field(default_factory=Rss)
+
+
+class GiveWayLine(NamedTuple):
+    """A line at which the car gives way: its place on the road, and where it meets another way."""
+
+    line_m: float
+    meets_m: float
+    space_m: np.ndarray
+
+
+class LaneRoad:
+    """The lanes of the car's road, which run beside one another, from right to left.
+
+    Args:
+        network: the streets
+        lanes: ids of the parts of each lane, in order
+    """
+
+    def __init__(self, network: Network, lanes: Sequence[Sequence[str]]):
+        self.network, self.names = network, [set(one) for one in lanes]
+        parts = [network.lanes[name].points_m for name in lanes[0]]
+        points = np.vstack([parts[0], *(one[1:] for one in parts[1:])])
+        self.line = Polyline(points.tolist())
+        self.width_m = network.lanes[lanes[0][0]].width_m
+        self.lines = sorted({one.line_m: one for one in self._lines(lanes[0])}.values())
+
+    def _lines(self, lanes: Sequence[str]) -> Iterator[GiveWayLine]:
+        s_m = 0.0
+        for name in lanes:
+            s_m += self.network.lanes[name].length_m
+            for way in self.network.ways.get(name, ()):
+                if way.connection.end not in lanes:
+                    continue
+                own = self.points(way.connection.through)
+                for first in way.first:
+                    its = self.points(first.through)
+                    apart = np.hypot(*(own[:, None] - its).transpose(2, 0, 1))
+                    at = own[np.unravel_index(apart.argmin(), apart.shape)[0]]
+                    yield GiveWayLine(s_m, self.line.nearest(*at.tolist()).s_m, at)
+
+    def points(self, lanes: Sequence[str]) -> np.ndarray:
+        """Return points (N, 2), 0.5 m apart, of lanes [m]."""
+        found = [self.network.lanes[name] for name in lanes]
+        return np.vstack([one.at(np.arange(0.0, one.length_m, 0.5)) for one in found])
+
+    def on_lane(self, user: DetectedObstacle, near_m: float) -> OnLane | None:
+        """Return a road user as one on a lane of this road, None if it is on none."""
+        place = self.line.project(user.x_m, user.y_m, near_m, _NEAR_M, _NEAR_M)
+        number = round(place.cross_track_m / self.width_m)
+        heading = math.remainder(user.yaw_rad - place.heading_rad, 2.0 * math.pi)
+        aside = abs(place.cross_track_m - number * self.width_m)
+        if not 0 <= number < len(self.names) or aside > _ASIDE_M or abs(heading) > _ALONG_RAD:
+            return None
+        return OnLane(place.s_m, user.speed_mps, user.length_m, number)
+
+
+class BehaviourDriver:
+    """Plans the path of the car; it is the planner of sdc_package.car.Car.
+
+    Args:
+        road: the road along which it drives
+        settings: how it decides
+        chooses: what chooses the manoeuvre
+    """
+
+    def __init__(
+        self,
+        road: LaneRoad,
+        settings: Settings,
+        chooses: Callable[[LaneScene], LaneProposal] = choose,
+    ):
+        self._road, self._settings, self._choose = road, settings, chooses
+        self._offset_m, self._ticks = 0.0, 0
+        self._stop_m, self._entered_m = math.inf, -math.inf
+        self._proposal = LaneProposal(0, settings.limit_mps)
+        self.reason, self.acceleration_mps2 = "", 0.0
+        self.scene: LaneScene | None = None
+
+    def plan(self, observation: Observation) -> Path:
+        """Return the path ahead, with the speed at each of its points."""
+        line, seen = self._road.line, observation
+        place = line.project(seen.x_m, seen.y_m, self._s_m(seen), 3.0, 10.0)
+        self.scene = scene = self._scene(place.s_m, seen)
+        if self._ticks % _DECIDE_TICKS == 0:
+            self._proposal = self._choose(scene)
+        self._ticks += 1
+        target_m = self._proposal.lane * self._road.width_m
+        lanes = {self._proposal.lane}
+        if abs(self._offset_m - target_m) > 0.5 * self._road.width_m - 0.8:
+            lanes.add(round(self._offset_m / self._road.width_m))
+        self.acceleration_mps2 = a = acceleration_mps2(scene, self._proposal.speed_mps, lanes)
+        rows = []
+        for ahead_m in range(0, _PATH_M, 2):
+            s_m = place.s_m + ahead_m
+            x, y = line.point_at(s_m)
+            heading = line.heading_at(s_m)
+            left_m = self._moved(target_m, ahead_m / max(seen.speed_mps, 3.0))
+            x, y = x - left_m * math.sin(heading), y + left_m * math.cos(heading)
+            # The car answers late: it gets the speed that it will have then.
+            way_m = ahead_m + _LATE_S * seen.speed_mps
+            rows.append((x, y, math.sqrt(max(seen.speed_mps**2 + 2.0 * a * way_m, 0.0))))
+        self._offset_m = self._moved(target_m, 0.05 if seen.speed_mps > 1.0 else 0.0)
+        return Path.from_rows(np.array(rows))
+
+    def _s_m(self, seen: Observation) -> float:
+        if self.scene is not None:
+            return self.scene.own.s_m
+        return self._road.line.nearest(seen.x_m, seen.y_m).s_m
+
+    def _moved(self, target_m: float, time_s: float) -> float:
+        """Return the distance from the right lane after so much time of a lane change [m]."""
+        step_m = _ASIDE_MPS * time_s
+        return self._offset_m + min(max(target_m - self._offset_m, -step_m), step_m)
+
+    def _scene(self, s_m: float, seen: Observation) -> LaneScene:
+        own = OnLane(s_m, seen.speed_mps, CAR_M, self._proposal.lane)
+        found = [(one, self._road.on_lane(one, s_m)) for one in seen.obstacles]
+        others = tuple(place for _, place in found if place is not None)
+        elsewhere = [one for one, place in found if place is None]
+        settings = self._settings
+        if self._ticks % _LOOK_TICKS == 0:
+            self._stop_m = self._line_m(own, elsewhere)
+        self.reason = "" if math.isinf(self._stop_m) else "right_of_way"
+        limits = len(self._road.names), settings.limit_mps, self._stop_m
+        return LaneScene(own, others, *limits, settings.rss, settings.politeness)
+
+    def _line_m(self, own: OnLane, users: Sequence[DetectedObstacle]) -> float:
+        """Return the place of the next line if the car must not enter the junction, else inf."""
+        front_m = own.s_m + 0.5 * CAR_M
+        for line in self._road.lines:
+            to_line_m = line.line_m - front_m
+            too_late = own.speed_mps**2 > 2.0 * _LATE_MPS2 * to_line_m
+            if not 0.0 < to_line_m < 60.0 or too_late or line.line_m == self._entered_m:
+                continue
+            # At the earliest, and at the latest.
+            enters_s = self._time_s(own, line.meets_m - SPACE_M - 1.0, 1.0)
+            leaves_s = self._time_s(own, line.meets_m + SPACE_M + 1.0, _LATEST)
+            others = [
+                time_in_space(
+                    predicted(self._road.network, one, _TIMES_S), _TIMES_S, line.space_m, SPACE_M
+                )
+                for one in users
+            ]
+            if not may_enter((enters_s, leaves_s), others, self._settings.margin_s):
+                return line.line_m
+            if to_line_m < _AT_LINE_M:
+                self._entered_m = line.line_m  # it does not change its mind on the line
+        return math.inf
+
+    def _time_s(self, own: OnLane, at_m: float, share: float) -> float:
+        """Return the time until the car is at a place, with a share of its acceleration [s]."""
+        a, way_m = share * self._settings.rss.accelerating_mps2, max(at_m - own.s_m, 0.0)
+        limit_mps = max(self._settings.limit_mps, own.speed_mps)
+        until_m = (limit_mps**2 - own.speed_mps**2) / (2.0 * a)
+        if way_m <= until_m:
+            return (math.sqrt(own.speed_mps**2 + 2.0 * a * way_m) - own.speed_mps) / a
+        return (limit_mps - own.speed_mps) / a + (way_m - until_m) / limit_mps

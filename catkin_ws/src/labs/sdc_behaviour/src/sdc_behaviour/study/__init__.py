@@ -1,0 +1,1 @@
+"""Figures and experiments of the lab."""
