@@ -104,6 +104,8 @@ def test_success_is_a_route_completed_in_time_with_the_full_score(changed, statu
         (["Acident"], "unknown type or argument 'Acident'; did you mean 'Accident'?"),
         (["seed:=3"], "unknown type or argument 'seed:=3'"),
         (["seeds:=x"], "seeds:=x: must be a number, or FIRST-LAST"),
+        (["seeds:=5-4"], "seeds:=5-4: must be a number, or FIRST-LAST"),
+        (["naive:=1-2"], "naive:=1-2: must be a number"),
         (["behaviour:=no"], "behaviour:=no: must be true or false"),
         pytest.param(["map:=nowhere.xodr"], "nowhere.xodr: cannot be read", marks=needs_maps),
     ],

@@ -9,6 +9,7 @@ import hashlib
 import json
 import math
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -36,7 +37,7 @@ from sdc_sim.yaml_document import map_file
 
 OPTIONS = {
     "seeds": "20",  # 1 to 20, or the first and the last one
-    "naive": "3",  # seeds of the naive drivers
+    "naive": "3",  # of these, so many first ones for the naive drivers
     "map": "town",
     "behaviour": "true",  # false: our car decides nothing on streets
     "stack": "",  # the nodes that drive through ROS, in place of our car in the library
@@ -48,8 +49,8 @@ OWN, NAIVE = "own", "naive"
 # A driver passes a type if more of its drives succeed.
 _PASSES_PERCENT = 50.0
 _WORST, _SCENE_TICKS = 10, 10
-# The picture of a type has what is so near to the event [m].
-_NEAR_M = 80.0
+# The picture of a type has what is so near to the event, lanes with a point at each of these [m].
+_NEAR_M, _S_M = 80.0, np.arange(0.0, 5000.0, 5.0)
 
 
 def options_of(arguments: Sequence[str]) -> tuple[dict[str, str], list[str]]:
@@ -69,9 +70,10 @@ def options_of(arguments: Sequence[str]) -> tuple[dict[str, str], list[str]]:
         else:
             fix = suggestion(word, types(), "./scenarios --list prints the types")
             raise ValueError(f"unknown type or argument '{word}'; {fix}")
-    for name in ("seeds", "naive"):
-        if not all(one.isdecimal() for one in options[name].split("-")[:2]):
-            raise ValueError(f"{name}:={options[name]}: must be a number, or FIRST-LAST")
+    if not re.fullmatch(r"(\d+-)?\d+", options["seeds"]) or not _seeds(options["seeds"]):
+        raise ValueError(f"seeds:={options['seeds']}: must be a number, or FIRST-LAST")
+    if not options["naive"].isdecimal():
+        raise ValueError(f"naive:={options['naive']}: must be a number")
     if options["behaviour"] not in ("true", "false"):
         raise ValueError(f"behaviour:={options['behaviour']}: must be true or false")
     return options, names or list(types())
@@ -123,9 +125,7 @@ def drive_nodes(name: str, path: str, seed: int, options: Mapping[str, str]) -> 
     return row_of(name, seed, options["stack"], of_map(path, name, seed).limit_s, metrics, trace)
 
 
-def row_of(
-    name: str, seed: int, driver: str, limit_s: float, metrics: Mapping[str, Any], trace: bytes
-) -> dict[str, Any]:
+def row_of(name: str, seed: int, driver: str, limit_s: float, metrics: dict, trace: bytes) -> dict:
     """Return a row of the results, with the success of Bench2Drive."""
     is_late = metrics["status"] == "aborted" or metrics["duration_s"] > limit_s
     status = "too_late" if is_late else metrics["status"]
@@ -172,9 +172,10 @@ def picture_of(name: str, path: str, seed: int, lacking: str) -> dict[str, Any]:
     for _, bodies in scene:
         for number, *place_m in bodies:
             tracks.setdefault(number, []).append(place_m)
+    lanes = load_network(path).driving
     bodies = [body for _, *body in scene[nearest][1]] + [[*rows[nearest, 1:4], 4.7, 2.0]]
     return {
-        "lanes": [(line(one.points_m), one.width_m) for one in load_network(path).driving],
+        "lanes": [(line(one.at(_S_M[one.length_m + 5.0 > _S_M])), one.width_m) for one in lanes],
         "route": line(way_m),
         "trace": line(rows[:, 1:3]),
         "tracks": list(map(line, tracks.values())),
@@ -231,9 +232,7 @@ def write(page: Path, rows: Sequence[Mapping], result: Mapping, **shown: Any) ->
     page.write_text(template.render(result=result, table=types(), **shown), encoding="utf-8")
 
 
-def _results(
-    engine: DaskEngine, problems: list[str], function: Callable, drives: Iterable[tuple]
-) -> list:
+def _results(engine: DaskEngine, problems: list, function: Callable, drives: Iterable) -> list:
     """Return what a function returns for each drive, and add what it raises to the problems."""
     tasks, found = {" ".join(map(str, one)): one for one in drives}, {}
     progress = SweepProgress(sys.stdout, len(tasks), 0, "scenarios")
@@ -259,7 +258,7 @@ def run(arguments: Sequence[str]) -> int:
     is_stack, lacking = options["stack"], "" if options["behaviour"] == "true" else "signs"
     seeds, cores = _seeds(options["seeds"]), len(os.sched_getaffinity(0))
     places = [(name, path, seed) for name in names for seed in seeds]
-    others = [(name, path, seed) for name in names for seed in _seeds(options["naive"])]
+    others = [(name, path, seed) for name in names for seed in seeds[: int(options["naive"])]]
     problems: list[str] = []
     with DaskEngine(options["--scheduler"], cores) as engine:
         engine.check(worker_problem, code_version(), [path])
