@@ -10,7 +10,7 @@ import math
 import random
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import Any, Iterator, Mapping, NamedTuple
+from typing import Any, Container, Iterator, Mapping, NamedTuple
 
 import numpy as np
 
@@ -33,7 +33,6 @@ _BACK_M, _ON_M = 160.0, 220.0
 # Least way before and after the event that does not lead through a further junction, and what
 # remains to the end of a lane.
 _LEAST_M, _MARGIN_M = 42.0, 5.0
-_STEP_M = 1.0
 _TRIES = 6  # places on each stretch
 # The street is looked at so far before and after the event for bends.
 _LOOK_BACK_M, _LOOK_ON_M = 35.0, 25.0
@@ -46,9 +45,8 @@ _CAR_MPS, _CAR_MPS2 = 12.0, 1.8
 _LIGHT_S = {"green": (-6.0, 8.0), "red": (-8.0, 3.0)}
 # Crosswalks so near to the way and to the line before the junction are on it.
 _CROSSWALK_M, _BEHIND_LINE_M = 5.0, 30.0
-_SIDE_RAD = math.radians(50.0)
+_SIDE_RAD, _NO_WAY = math.radians(50.0), "a road user has no way here"
 _SIDES = {"opposite": math.pi, "left": -0.5 * math.pi, "right": 0.5 * math.pi, "along": 0.0}
-_NO_WAY = "a road user has no way here"
 _graph = lru_cache(maxsize=2)(LaneGraph)
 # Time limit: so many times the time at the speed limits, and so much more.
 _LIMIT_RATIO, _LIMIT_S = 3.0, 40.0
@@ -144,6 +142,8 @@ class _Placer:
         core = site.way.through[:1] if site.way else (site.lane.id, site.goal[0].id)
         if not {*core} <= {*self._mission.lanes}:
             raise NoRouteError(_NO_WAY)
+        lanes = self._mission.lanes  # those until the event are the car's own
+        self._own = lanes[: lanes.index(site.lane.id) + 1] if site.lane.id in lanes else lanes[:1]
         self._mission_m = self._mission.points_m
         self._line = Polyline(self._mission_m.tolist())
         event_m = site.lane.at(np.array([site.s_m]))[0]
@@ -156,15 +156,13 @@ class _Placer:
             near = [s for s in near if abs(s - self._event_at_m) < _BEHIND_LINE_M]
             if not near:
                 raise NoRouteError(_NO_WAY)
-            self._event_at_m = min(near)
+            self._event_at_m = near[0]
 
     def placement(self) -> Placement:
         """Return the placement."""
         row = self._row
         groups = (one if isinstance(one, list) else [one] for one in row.get("actors", ()))
-        parameters = {
-            key: _drawn(one, self._draw) for key, one in row.get("parameters", {}).items()
-        }
+        values = row.get("parameters", {}).items()
         has_light = "light" in row and self._site.way and self._site.way.signal >= 0
         return Placement(
             self._start,
@@ -173,7 +171,7 @@ class _Placer:
             self._line.point_at(self._event_at_m),
             tuple(one for group in groups for each in group for one in self._actors(each)),
             self._lights_s(row["light"]) if has_light else 0.0,
-            parameters,
+            {key: _drawn(one, self._draw) for key, one in values},
             _LIMIT_S + _LIMIT_RATIO * self._mission.time_s + row.get("extra_s", 0.0),
         )
 
@@ -209,7 +207,7 @@ class _Placer:
             beside = beside or network.lanes.get(getattr(site.lane, way, ""))
             if beside is None:
                 raise NoRouteError(_NO_WAY)
-            points = _chain(network, beside)
+            points = _chain(network, beside, own=self._own)
         line, at_m = Polyline(points.tolist()), self._event_at_m
         if isinstance(way, dict):
             after = self._mission_m[arc_lengths(self._mission_m) > at_m - 3.0][:60]
@@ -230,8 +228,8 @@ class _Placer:
             fits = one.direction.lower() in way["turn"] and start is not self._site.lane
             fits = fits and way.get("first", one in mine.first) == (one in mine.first)
             if fits and abs(turned) < _SIDE_RAD:
-                before = _chain(network, start, on_m=0.0)
-                after = _chain(network, network.lanes[one.end], back_m=0.0)
+                before = _chain(network, start, on_m=0.0, own=self._own)
+                after = _chain(network, network.lanes[one.end], back_m=0.0, own=self._own)
                 inside = [network.lanes[name].points_m for name in one.through]
                 return _even(np.vstack([before, *inside, after])), float(arc_lengths(before)[-1])
         raise NoRouteError(_NO_WAY)
@@ -323,12 +321,15 @@ def _sites(network: Network, where: Mapping[str, Any], draw: random.Random) -> I
 
 def _is_street(network: Network, lane: RoadLane, s_m: float, where: Mapping[str, Any]) -> bool:
     """Return whether a stretch has the neighbours and bends of a place."""
-    left = "same" if lane.left else "oncoming" if _oncoming_lane(network, lane, s_m) else "none"
-    if where.get("left", left) != left or where.get("right", False) != bool(lane.right):
+    if where.get("right", False) != bool(lane.right):
         return False
-    at = np.arange(s_m - _LOOK_BACK_M, min(s_m + _LOOK_ON_M, lane.length_m), 2.0)
+    ends = s_m - _LOOK_BACK_M, min(s_m + _LOOK_ON_M, lane.length_m)
+    bend = np.unwrap([lane.line.direction_at(s) for s in np.arange(*ends, 2.0).tolist()])
     least, most = where.get("bend_deg", (0.0, 8.0))
-    return least <= np.degrees(np.ptp(np.unwrap([lane.heading_at(s) for s in at]))) <= most
+    if not least <= np.degrees(np.ptp(bend)) <= most:
+        return False
+    left = "same" if lane.left else "oncoming" if _oncoming_lane(network, lane, s_m) else "none"
+    return bool(where.get("left", left) == left)
 
 
 def _oncoming_lane(network: Network, lane: RoadLane, s_m: float) -> RoadLane | None:
@@ -373,14 +374,18 @@ def _walk(
 
 
 def _chain(
-    network: Network, lane: RoadLane, back_m: float = _BACK_M, on_m: float = _ON_M
+    network: Network,
+    lane: RoadLane,
+    back_m: float = _BACK_M,
+    on_m: float = _ON_M,
+    own: Container[str] = (),
 ) -> np.ndarray:
-    """Return the points of the way straight on over a lane, from before it to after it."""
+    """Return the points of the way straight on over a lane, until it comes to lanes of the car."""
     lanes = [lane]
     for ahead, far_m in ((False, back_m), (True, on_m)):
         while far_m > 0.0:
             one = _next(network, lanes[-1 if ahead else 0], ahead)
-            if one is None:
+            if one is None or one.id in own:
                 break
             lanes.insert(len(lanes) if ahead else 0, one)
             far_m -= one.length_m
@@ -391,4 +396,4 @@ def _even(points: np.ndarray) -> np.ndarray:
     """Return points about 1 m apart along a line."""
     points = points[np.append(True, np.hypot(*np.diff(points, axis=0).T) > 1e-3)]
     s = arc_lengths(points)
-    return interpolate(np.linspace(0.0, s[-1], max(2, round(s[-1] / _STEP_M) + 1)), s, points)
+    return interpolate(np.linspace(0.0, s[-1], max(2, round(s[-1]) + 1)), s, points)
