@@ -153,8 +153,9 @@ def test_worlds_in_traffic_are_those_of_single_environments():
     assert all(np.array_equal(*pictures) for pictures in zip(cars.render(), own.render()))
 
 
-def test_other_cars_follow_change_lanes_and_make_way():
-    """A slow car of ours in the right lane is overtaken and not touched."""
+@pytest.mark.parametrize("left_m", [0.0, 1.6])
+def test_other_cars_follow_change_lanes_and_make_way(left_m):
+    """A slow car of ours is not touched; one that is in both lanes is not overtaken."""
     cars, number = np.zeros((1, 6, 40)), np.arange(40)
     cars[0, traffic_world.S] = 30.0 * number
     cars[0, traffic_world.LANE] = 1 + number % 2
@@ -163,7 +164,7 @@ def test_other_cars_follow_change_lanes_and_make_way():
     cars[0, traffic_world.WISH], cars[0, traffic_world.TIME_GAP] = 28.0, 1.2
     order, near, hits = number[None].copy(), np.zeros((1, 3, 4)), np.zeros(1, bool)
     lanes, least_m = [], 100.0
-    cars[0, traffic_world.LANE, -1], cars[0, traffic_world.Y, -1] = 1.0, 0.0
+    cars[0, traffic_world.LANE, -1], cars[0, traffic_world.Y, -1] = 1.0, left_m
     for tick in range(1200):
         cars[0, traffic_world.S, -1] = (cars[0, traffic_world.S, -1] + 0.05 * 12.0) % 1200.0
         cars[0, traffic_world.SPEED, -1] = 12.0
@@ -176,8 +177,9 @@ def test_other_cars_follow_change_lanes_and_make_way():
             along = np.sort(cars[0, traffic_world.S][lanes[-1] == lane])
             assert np.diff(along, append=along[0] + 1200.0).min() > 4.7
     assert 2.0 < least_m < 40.0
-    assert np.any(np.diff(lanes, axis=0) > 0.0) and np.any(np.diff(lanes, axis=0) < 0.0)
-    assert 12.0 < cars[0, traffic_world.SPEED, :-1].mean() < 28.0
+    changes = np.diff(lanes, axis=0)
+    assert left_m or (np.any(changes > 0.0) and np.any(changes < 0.0))
+    assert 11.0 < cars[0, traffic_world.SPEED, :-1].mean() < 28.0
 
 
 def test_training_teaches_to_merge():
