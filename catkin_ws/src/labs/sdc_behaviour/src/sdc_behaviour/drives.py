@@ -29,7 +29,7 @@ from sdc_sim.yaml_document import config_path
 
 TICK_S = 0.05
 _WHEELBASE_M = 2.87
-# LaneRoad users come from so far behind the start of the road.
+# Road users come from so far behind the start of the road.
 BEFORE_M = 200.0
 WAYS_M = (
     np.array([(-BEFORE_M, 0.0), (END_M, 0.0)]),
