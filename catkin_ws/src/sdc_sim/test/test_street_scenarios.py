@@ -28,7 +28,7 @@ KEYS = OWN_KEYS | {"light", "parameters", "extra_s", "actors"}
 ACTOR_KEYS = {
     *("kind", "way", "at_m", "along_m", "from_start_m", "from_line_m", "comes_s", "left_m"),
     *("to_left_m", "over_m", "mps", "of_limit", "steps", "within_m", "within_s", "meets_s"),
-    *("count", "gaps_s", "gap_m", "turned_deg", "size_m", "looks", "from_m", "to_m"),
+    *("count", "gaps_s", "gap_m", "turned_deg", "size_m", "looks", "from_m", "to_m", "meets_mps"),
 }
 
 

@@ -10,7 +10,7 @@ import math
 import random
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import Any, Container, Iterator, Mapping, NamedTuple
+from typing import Any, Iterator, Mapping, NamedTuple
 
 import numpy as np
 
@@ -112,10 +112,9 @@ def of_map(path: str, name: str, seed: int) -> Placement:
 
 def _drawn(value: Any, draw: random.Random) -> Any:
     """Return a number between a pair of numbers, one of a list of words, or the value itself."""
-    is_list = isinstance(value, list) and bool(value)
-    if is_list and isinstance(value[0], str):
+    if isinstance(value, list) and value and isinstance(value[0], str):
         return draw.choice(value)
-    is_pair = is_list and len(value) == 2 and not isinstance(value[0], list)
+    is_pair = isinstance(value, list) and len(value) == 2 and not isinstance(value[0], list)
     return draw.uniform(*value) if is_pair else value
 
 
@@ -210,7 +209,7 @@ class _Placer:
             points = _chain(network, beside, own=self._own)
         line, at_m = Polyline(points.tolist()), self._event_at_m
         if isinstance(way, dict):
-            after = self._mission_m[arc_lengths(self._mission_m) > at_m - 3.0][:60]
+            after = self._mission_m[max(round(at_m) - 3, 0) :][:60]
             apart = np.hypot(*(after[:, None] - points).transpose(2, 0, 1)).min(axis=1)
             if apart.min() > _MEET_M:
                 raise NoRouteError(_NO_WAY)
@@ -239,7 +238,7 @@ class _Placer:
         at_m = self._event_at_m + row.get("along_m", 0.0)
         (x, y), yaw = self._line.point_at(at_m), self._line.direction_at(at_m)
         left = np.array([-math.sin(yaw), math.cos(yaw)])
-        from_m = row.get("from_m", row["at_m"])
+        from_m = row.get("from_m", row.get("at_m", 0.0))
         points = np.array([[x, y] + side_m * left for side_m in (from_m, row.get("to_m", 7.0))])
         return points, -from_m, at_m, 0.0
 
@@ -263,7 +262,9 @@ class _Placer:
         steps = tuple((after_s, mps * limit_mps, rate) for after_s, mps, rate in drawn)
         same = {key: row[key] for key in ("within_m", "within_s", "looks") if key in row}
         if "meets_s" in row:
-            same["within_s"] = row["meets_s"] + _reach_s(-at_m, *steps[0][1:])
+            meets_s = row["meets_s"] + _reach_s(-at_m, *steps[0][1:])
+            near_m = row.get("meets_mps", 0.0) * meets_s
+            same.update({"within_m": near_m} if near_m else {"within_s": meets_s})
         same["at_m"] = meets_m if {"within_m", "within_s"} & {*same} else math.inf
         same["turned_rad"] = math.radians(row.get("turned_deg", 0.0))
         same["gaps_s"] = gaps_s = row.get("gaps_s", ())
@@ -343,12 +344,14 @@ def _oncoming_lane(network: Network, lane: RoadLane, s_m: float) -> RoadLane | N
 
 
 def _next(network: Network, lane: RoadLane, ahead: bool) -> RoadLane | None:
-    """Return the lane after or before this one that turns least, None at the end of the map."""
+    """Return the lane after this one, or before it up to the last light, that turns least."""
     if ahead:
         return network.straight_on(lane)
+    lit = {name for name, one in network.junctions.items() if one.phases}
     before = [network.lanes[name] for name in lane.predecessors]
+    before = [one for one in before if one.junction not in lit]
     turns = [one.heading_at(one.length_m) - lane.heading_at(0.0) for one in before]
-    turns = [abs(math.remainder(one, 2.0 * math.pi)) for one in turns]
+    turns = [abs(math.remainder(turn, 2.0 * math.pi)) for turn in turns]
     return before[turns.index(min(turns))] if before else None
 
 
@@ -374,11 +377,7 @@ def _walk(
 
 
 def _chain(
-    network: Network,
-    lane: RoadLane,
-    back_m: float = _BACK_M,
-    on_m: float = _ON_M,
-    own: Container[str] = (),
+    network: Network, lane: RoadLane, own: Any = (), back_m: float = _BACK_M, on_m: float = _ON_M
 ) -> np.ndarray:
     """Return the points of the way straight on over a lane, until it comes to lanes of the car."""
     lanes = [lane]
