@@ -39,8 +39,10 @@ def _crossing(request, town):
     for seed in range(40):
         start, goal = drawn_places(graph, seed)
         route = road_route(plan_mission(graph, [goal], *start).points_m)
-        for one in crossings(network, route, list(places_along(network, route))):
-            if one.line_m < 30.0 or not one.conflicts:
+        for one in crossings(
+            network, route, list(places_along(network, route)), np.full(len(route.s), 9.0)
+        ):
+            if one.line_m < 30.0 or not any(way.is_first for way in one.conflicts):
                 continue
             if one.has_stop_sign == (request.param == "sign"):
                 streets = StreetBehaviour(network, MARGINS)
@@ -59,7 +61,8 @@ def at_line(streets, crossing, speed_mps, obstacles=(), before_m=0.0, **kwds):
 
 def coming(network, crossing, away_m, speed_mps, **changes):
     """Return a car on the lane before the way with right of way, so far from the junction."""
-    name = next(name for name, distance in crossing.conflicts[0].lanes.items() if distance == 0.0)
+    first = next(way for way in crossing.conflicts if way.is_first)
+    name = next(name for name, distance in first.lanes.items() if distance == 0.0)
     lane = network.lanes[name]
     s_m = lane.length_m - away_m
     x, y = lane.line.point_at(s_m)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Iterator, NamedTuple, Sequence, Tuple
 
 import numpy as np
@@ -18,7 +19,7 @@ _BODY_M, _SAMPLE_M = 3.0, 1.0
 
 
 class Conflict(NamedTuple):
-    """A way through a junction with right of way over that of the car."""
+    """A way through a junction that meets that of the car."""
 
     # Of each lane that leads to the way or is a part of it: the distance from the end of the lane
     # to the junction, negative inside [m].
@@ -26,6 +27,7 @@ class Conflict(NamedTuple):
     length_m: float  # of the way in the junction
     own_m: tuple[float, float]  # the space that both need, along the car's route
     its_m: tuple[float, float]  # the same along the other way, from where the junction begins
+    is_first: bool  # whether it has right of way over that of the car
 
 
 class Crossing(NamedTuple):
@@ -34,14 +36,24 @@ class Crossing(NamedTuple):
     line_m: float  # where the junction begins, with the stop line
     end_m: float  # where it ends
     has_stop_sign: bool
+    mean_mps: float  # planned speed in the junction, without others [m/s]
     conflicts: list[Conflict]
 
 
 Places = Sequence[Tuple[float, LanePlace]]
 
 
-def crossings(network: Network, route: Route, places: Places) -> list[Crossing]:
-    """Return the crossings of a route with these places on the lanes, in order."""
+def crossings(
+    network: Network, route: Route, places: Places, speed_mps: np.ndarray
+) -> list[Crossing]:
+    """Return the crossings of a route, in order.
+
+    Args:
+        network: the lanes
+        route: the route
+        places: places on the lanes along it
+        speed_mps: (N,) planned speed at its points [m/s]
+    """
     found: list[Crossing] = []
     last: tuple[LanePlace, float] | None = None  # on the lane before the junction
     is_inside = False
@@ -61,7 +73,7 @@ def crossings(network: Network, route: Route, places: Places) -> list[Crossing]:
                 None,
             )
             if way is not None:
-                found.append(_crossing(network, route, way, before_m, s_m))
+                found.append(_crossing(network, route, way, before_m, s_m, speed_mps))
         last, is_inside = (place, s_m), False
     return found
 
@@ -76,7 +88,12 @@ def places_along(network: Network, route: Route) -> Iterator[tuple[float, LanePl
 
 
 def _crossing(
-    network: Network, route: Route, way: Way, before_m: float, after_m: float
+    network: Network,
+    route: Route,
+    way: Way,
+    before_m: float,
+    after_m: float,
+    speed_mps: np.ndarray,
 ) -> Crossing:
     """Return a way between two places on the route, before its junction and after it [m]."""
     own, reach = way.connection, (before_m, 1.0, after_m - before_m + 1.0)
@@ -86,15 +103,26 @@ def _crossing(
     end_m = route.line.project(end_x, end_y, *reach).s_m
     own_s = np.arange(line_m, end_m + _SAMPLE_M, _SAMPLE_M)
     points = np.array([route.line.point_at(s) for s in own_s.tolist()])
-    conflicts = [_conflict(network, one, own, own_s, points) for one in way.first]
+    conflicts = [
+        _conflict(network, one, own, own_s, points, one in way.first)
+        for one in network.junctions[way.junction].connections
+        if one.start != own.start
+    ]
     has_stop_sign = own.line == STOP and own.signal < 0
-    return Crossing(line_m, end_m, has_stop_sign, [one for one in conflicts if one])
+    inside = speed_mps[(route.s >= line_m) & (route.s <= end_m)]
+    mean_mps = float(inside.mean()) if len(inside) else math.inf
+    return Crossing(line_m, end_m, has_stop_sign, mean_mps, [one for one in conflicts if one])
 
 
 def _conflict(
-    network: Network, way: Connection, own: Connection, own_s: np.ndarray, own_points: np.ndarray
+    network: Network,
+    way: Connection,
+    own: Connection,
+    own_s: np.ndarray,
+    own_points: np.ndarray,
+    is_first: bool,
 ) -> Conflict | None:
-    """Return where a way meets the car's own, None if it has no lane in the junction."""
+    """Return where a way meets the car's own, None if it does not."""
     lanes, inside_m, points, s = {}, 0.0, [], []
     for name in way.through:
         lane = network.lanes[name]
@@ -107,8 +135,10 @@ def _conflict(
         return None
     its_s = np.concatenate(s)
     near = np.hypot(*(own_points[:, None] - np.concatenate(points)).transpose(2, 0, 1)) < _BODY_M
-    if not near.any():  # They end on lanes beside one another.
-        near[:] = True
+    if not near.any():
+        if not is_first:
+            return None
+        near[:] = True  # they end on lanes beside one another
     mine, its = np.flatnonzero(near.any(axis=1)), np.flatnonzero(near.any(axis=0))
     queue = [(way.start, 0.0)]
     while queue:
@@ -119,4 +149,5 @@ def _conflict(
         lane = network.lanes[name]
         queue += [(one, distance_m + lane.length_m) for one in lane.predecessors]
     own_m = float(own_s[mine[0]]), float(own_s[mine[-1]])
-    return Conflict(lanes, inside_m, own_m, (float(its_s[its[0]]), float(its_s[its[-1]])))
+    its_m = float(its_s[its[0]]), float(its_s[its[-1]])
+    return Conflict(lanes, inside_m, own_m, its_m, is_first)

@@ -21,7 +21,8 @@ _GAP_M, _GAP_S = 3.0, 1.0
 _HARDEST_MPS2 = 6.0
 # Distances to the side and along the road within which two bodies count as in contact [m], and the
 # time that an oncoming one must be away [s].
-_SIDE_M, _ALONG_M, _ONCOMING_S = 0.3, 0.5, 1.5
+_SIDE_M, _ALONG_M, _ONCOMING_S = 0.3, 0.5, 1.2
+_SIDE_AT_REST_M = 0.1
 # One behind the car in the lane that it takes brakes no harder than this [m/s^2].
 _REAR_MPS2 = 1.5
 # A car at rest is only met by those that come towards it [m/s].
@@ -65,6 +66,7 @@ def forecast(
     speed_mps: float,
     others: Around,
     stop_m: np.ndarray,
+    margin: np.ndarray,
     car: Body,
 ) -> Forecast:
     """Simulate proposals.
@@ -77,6 +79,7 @@ def forecast(
         speed_mps: its speed [m/s]
         others: the road users
         stop_m: (P,) where the centre of the car must stop, inf: nowhere [m]
+        margin: (P, 1) factor of the distances to oncoming ones, and to those behind
         car: the car
     """
     count, last = len(ways_m), ways_m.shape[1] - 1
@@ -86,13 +89,15 @@ def forecast(
         return np.clip(((s - from_m) / GRID_M).astype(int), 0, last)
 
     s, v = np.full(count, s_m), np.full(count, speed_mps)
-    half_width_m = others.half_width_m + 0.5 * car.width_m + _SIDE_M
+    moves = np.abs(others.along_mps) > _AT_REST_MPS
+    side_m = np.where(moves, _SIDE_M, _SIDE_AT_REST_M)
+    half_width_m = others.half_width_m + 0.5 * car.width_m + side_m
     half_length_m = others.half_length_m + car.front_m
     least_mps = np.maximum(_ACROSS_MPS, _ACROSS_SHARE * np.abs(others.along_mps))
     across_mps = np.where(np.abs(others.left_mps) > least_mps, others.left_mps, 0.0)
     aligned = others.along_mps > np.abs(others.left_mps)
     oncoming = others.along_mps < -np.abs(others.left_mps)
-    near_m = half_length_m + np.where(oncoming, -_ONCOMING_S * others.along_mps, _ALONG_M)
+    near_m = half_length_m + np.where(oncoming, -_ONCOMING_S * margin * others.along_mps, _ALONG_M)
     here = np.abs(others.y_m - ways_m[:, at(s)[0]][:, None]) < half_width_m
     # One behind in the car's lane is responsible for its distance.
     settled = here & aligned & (others.s_m < s_m)
@@ -118,13 +123,13 @@ def forecast(
         hardest = np.maximum(hardest, -a * (v > 0.5))
         # Whom the car meets, or cuts in before.
         # Its front is where its centre will be; towards those behind it is the rear that matters.
-        front_y, mine_y = (ways_m[every, at(s + far)][:, None] for far in (0.7 * car.front_m, 0.0))
+        front_y, mine_y = (ways_m[every, at(s + far)][:, None] for far in (car.front_m, 0.0))
         overlap = np.abs(its_y - np.where(distance_m > 0.0, front_y, mine_y)) < half_width_m
         behind = aligned & (distance_m < 0.0)
         gap_m = -distance_m - half_length_m
         closing_mps = np.maximum(others.along_mps - v_row, 0.0)
         safe_m = 1.0 + 0.2 * others.along_mps + closing_mps**2 / (2.0 * _REAR_MPS2)
-        cut_in = overlap & behind & ~settled & (gap_m < safe_m)
+        cut_in = overlap & behind & ~settled & (gap_m < margin * safe_m)
         settled |= overlap & behind
         met = overlap & (np.abs(distance_m) < near_m) & ~settled
         met &= oncoming | (

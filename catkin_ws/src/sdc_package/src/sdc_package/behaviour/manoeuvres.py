@@ -28,6 +28,8 @@ from sdc_package.behaviour.road import (
 
 PASSING, GIVING_WAY, MERGING = "passing", "emergency_vehicle", "merging"
 AMBULANCE = "ambulance"
+# Whether the way leads back already is looked up so far ahead [m].
+_SOON_M = 12.0
 # A decision in so many plans (20 a second).
 _PLANS = 5
 # The stretch of the route that is looked at [m].
@@ -36,20 +38,25 @@ _BACK_M, _AHEAD_M, _SIDE_M = 70.0, 190.0, 8.0
 _LOOK_M = 70.0
 # It is slow below this share of the speed without it, for so many decisions.
 _SLOW, _SLOW_DECISIONS = 0.7, 4
-# One that is slow for so many decisions although no light is red does not wait.
-_BROKEN_DOWN = 80
 # On the oncoming lane the car overtakes who is so slow, in so short a time, if the gap behind it
 # stays open [m].
 _OVERTAKEN, _OVERTAKES_S, _FREE_BEHIND_M = 0.6, 8.0, 18.0
-# One at rest so near before a junction, or behind another one that waits, waits itself [m].
-_QUEUE_M, _BEHIND_M = 30.0, 9.0
+# One at rest or slow so near before a junction, or behind another one that waits, waits, too [m].
+_QUEUE_M, _BEHIND_M = (8.0, 30.0), 9.0
 _AT_REST_MPS, _CRAWLS_MPS = 0.5, 2.0
 # Free distance before and after one that is passed [m], and to its side; where the car waits for
 # the oncoming lane to be free, it keeps a distance from which it can get out.
 _BEFORE_M, _AFTER_M, _WAIT_M = 3.0, 3.0, 9.0
 _BESIDE_M, _SIDE_FREE_M = 0.5, 0.3
+# So far over the middle of its side the car may be on the next lane [m].
+_OVER_M = 0.15
+# Distances from the route that differ by less are the same [m].
+_SAME_M = 0.15
 # A shift across the road takes this distance [m], and as much as keeps the lateral acceleration.
 _LEAST_SHIFT_M, _LATERAL_MPS2 = 10.0, 1.5
+# From a parking bay, close behind another car, it begins after and takes [m].
+_PULLS_OUT_M = 0.5, 8.0
+_TIGHT_SHIFT_M = 8.0
 # Peak of the second derivative of the smooth step t^3 (10 - 15 t + 6 t^2).
 _PEAK = 5.7735
 # Within its lane the car moves to the side by so much [m].
@@ -61,13 +68,18 @@ _NEW_M, _ONCOMING_M, _SOLID_M, _BRAKING_M, _END_SPEED_S, _HINDERS_M = 4.0, 3.0, 
 _CONTACT_M, _SLOWER_M = 1000.0, 1.0
 
 
+# Distances to others are greater by this factor for what has not begun.
+_NEW_MARGIN, _NUDGE_MARGIN = 1.6, 0.4
+
+
 class Proposal(NamedTuple):
-    """A way of the car: its distance from the route (N,), and what it costs."""
+    """A way of the car."""
 
     name: str
     offset_m: np.ndarray  # at the points of the route, positive to the left [m]
     cost_m: float
     stop_m: float = math.inf  # where the centre of the car must stop [m]
+    margin: float = _NEW_MARGIN  # factor of the distances to others
 
 
 @dataclass
@@ -159,8 +171,9 @@ class Manoeuvres:
         shares = np.tile(_SPEEDS, len(proposals))[:, None]
         stops = np.minimum([one.stop_m for one, _ in names], stop_m)
         most = np.maximum(situation.most_mps * shares, 0.0)
+        margins = np.array([one.margin for one, _ in names])[:, None]
         result = forecast(
-            ways[pick], most, situation.from_m, s_m, speed_mps, others, stops, self.car
+            ways[pick], most, situation.from_m, s_m, speed_mps, others, stops, margins, self.car
         )
         value = result.progress_m + _END_SPEED_S * result.end_mps
         value -= np.array([one.cost_m + _SLOWER_M * (share < 1.0) for one, share in names])
@@ -182,7 +195,8 @@ class Manoeuvres:
     def _begin_beside(self, s_m: float, cross_track_m: float) -> None:
         """Begin on a way from where the car is, if it is not in its lane, such as a parking bay."""
         if abs(cross_track_m) > 1.0:
-            self._follow(cross_track_m * (1.0 - _step(self.route.s, s_m + 2.0, 14.0)), s_m)
+            begin_m, length_m = s_m + _PULLS_OUT_M[0], _PULLS_OUT_M[1]
+            self._follow(cross_track_m * (1.0 - _step(self.route.s, begin_m, length_m)), s_m)
 
     def _follow(self, offset_m: np.ndarray, s_m: float) -> None:
         self.offset_m = offset_m
@@ -213,7 +227,6 @@ class _Situation:
         self._plan, self._s_m, self._speed_mps, self._others = plan, s_m, speed_mps, others
         self._kinds = [obstacles[row].kind for row in others.rows.tolist()]
         self._ids = [obstacles[row].id for row in others.rows.tolist()]
-        self._stop_m = stop_m
         road, route = plan.road, plan.route
         self.from_m = s_m - _BACK_M
         self.grid_m = self.from_m + GRID_M * np.arange(int((_BACK_M + _AHEAD_M + 80.0) / GRID_M))
@@ -221,6 +234,8 @@ class _Situation:
         self._route_y = np.interp(self.grid_m, road.s_m, road.route_y_m)
         self.most_mps = np.interp(self.grid_m, route.s, plan.speed_mps)
         self._top_mps = float(self.most_mps[self.here : self.here + 60].max())
+        lines_m = plan.lines_m[plan.lines_m > s_m]
+        self._next_line_m = float(min(lines_m, default=math.inf))
         self._way_y = self.ways([plan.offset_m])[0]
         self._at = road.at(s_m)
         half_m = others.half_width_m + 0.5 * plan.car.width_m
@@ -275,12 +290,12 @@ class _Situation:
                 continue
             to_line = lines - front[n]
             before = to_line[to_line > -2.0]
-            slow = others.along_mps[n] < 3.0
-            broken = self._plan._slow.get(self._ids[n], 0) > _BROKEN_DOWN
-            waits[n] = (
-                slow
-                and not (broken and self._stop_m > front[n])
-                and ((len(before) and before[0] < _QUEUE_M) or end_m - front[n] < _BEHIND_M)
+            slow, queue_m = (
+                others.along_mps[n] < 3.0,
+                _QUEUE_M[int(others.along_mps[n] > _AT_REST_MPS)],
+            )
+            waits[n] = slow and (
+                (len(before) and before[0] < queue_m) or end_m - front[n] < _BEHIND_M
             )
             if waits[n]:
                 end_m = float(others.s_m[n] - others.half_length_m[n])
@@ -319,10 +334,12 @@ class _Situation:
     def proposals(self) -> Iterator[Proposal]:
         """Yield the ways that the car could take."""
         plan, s_m, speed_mps = self._plan, self._s_m, self._speed_mps
-        yield Proposal("keep", plan.offset_m, self._cost(plan.offset_m), self._wait_m())
+        # What has begun goes on with smaller distances, so that the car is not of two minds.
+        margin = _NEW_MARGIN if speed_mps < _AT_REST_MPS else 1.0
+        yield Proposal("keep", plan.offset_m, self._cost(plan.offset_m), self._wait_m(), margin)
         road, at = plan.road, self._at
         width_m = float(road.width_m[at])
-        if plan.is_active:
+        if abs(plan.offset_at(s_m + _SOON_M)) > _SAME_M:
             back = plan._shifted(s_m, speed_mps, 0.0, s_m + 0.5)
             yield Proposal("back", back, self._cost(back) + 1.0, self._wait_m())
         if self._passable:
@@ -330,14 +347,19 @@ class _Situation:
         if self._behind and not plan.is_active:
             for side, free in ((-1.0, road.right[at]), (1.0, road.left[at])):
                 if free == SAME:
-                    aside = self._there_and_back(side * width_m, s_m, s_m + 80.0)
+                    length_m = shift_length_m(width_m, speed_mps)
+                    until_m = min(s_m + 80.0, self._next_line_m - 1.5 * length_m)
+                    if until_m < s_m + length_m:
+                        continue
+                    aside = self._there_and_back(side * width_m, s_m, until_m)
                     yield Proposal("aside", aside, self._cost(aside) + _NEW_M)
             edge = self._there_and_back(-_NUDGE_M, s_m, s_m + 80.0)
             yield Proposal("edge", edge, self._cost(edge) + _NEW_M)
-        if self._intruders() or self._passable:
+        if (self._intruders() or self._passable) and not plan.is_active:
             for nudge_m in (-_NUDGE_M, _NUDGE_M):
                 aside = self._there_and_back(nudge_m, s_m, s_m + 40.0)
-                yield Proposal("nudge", aside, self._cost(aside) + _NEW_M, self._wait_m())
+                cost_m = self._cost(aside) + _NEW_M
+                yield Proposal("nudge", aside, cost_m, self._wait_m(), _NUDGE_MARGIN)
         if self._changes_lane():
             y = self._way_y[self.here]
             late_m = float(road.edge_end_m[at]) - 8.0
@@ -354,57 +376,74 @@ class _Situation:
         """Yield the ways around those that are passable, to the left and to the right."""
         plan, s_m, speed_mps, others = self._plan, self._s_m, self._speed_mps, self._others
         road, at = plan.road, self._at
-        first = min(self._passable, key=lambda n: others.s_m[n])
-        top = self._top_mps
-        until_m = -math.inf
-        begin_m = max(s_m + 0.5, 0.0)
-        # The group of road users that are passed together.
+        until_m, time_s = -math.inf, 0.0
+        group: list[int] = []
+        # The road users that are passed together.
         for n in sorted(self._passable, key=lambda n: others.s_m[n]):
             speed = max(float(others.along_mps[n]), 0.0)
             rear_m = float(others.s_m[n] - others.half_length_m[n])
-            if until_m > -math.inf and rear_m - until_m > 25.0 + 2.0 * speed:
+            if group and rear_m - until_m > 25.0 + 2.0 * speed:
                 break
             ways_m = others.half_length_m[n] * 2.0 + plan.car.front_m * 2.0 + _BEFORE_M + _AFTER_M
             gap_m = max(rear_m - s_m - plan.car.front_m, 0.0)
-            mean_mps = max(0.5 * (max(speed_mps, speed) + top), speed + 1.0)
+            mean_mps = max(0.5 * (max(speed_mps, speed) + self._top_mps), speed + 1.0)
             time_s = (gap_m + ways_m) / max(mean_mps - speed, 0.5)
             end_m = float(others.s_m[n] + others.half_length_m[n]) + plan.car.front_m + _AFTER_M
-            until_m = max(until_m, end_m + speed * time_s * (1.0 if speed > 0.5 else 0.0))
+            until_m = max(until_m, end_m + (speed > _AT_REST_MPS) * speed * time_s)
+            group.append(n)
+        first, begin_m = group[0], s_m + 0.5
         rear_m = float(others.s_m[first] - others.half_length_m[first])
+        moving = max(float(others.along_mps[n]) for n in group) > _AT_REST_MPS
+        inside_m = 0.5 * (width_m - plan.car.width_m)
         for side, beside in ((1.0, road.left), (-1.0, road.right)):
-            kind = int(beside[at])
-            if kind == NOTHING:
-                continue
+            needed_m = max(self._needed_offset_m(n, side) for n in group)
             stretch = beside[at : road.at(until_m) + 1]
-            moving = others.along_mps[first] > _AT_REST_MPS
-            if (stretch == NOTHING).any() or (moving and (stretch == BEHIND_LINE).any()):
-                continue
-            needed_m = self._needed_offset_m(first, side)
-            # From rest close behind it, only a way to the middle of the next lane is around it.
-            full = moving or kind == SAME or speed_mps < _CRAWLS_MPS
-            to_m = side * (width_m if full else min(needed_m, width_m))
-            offset = self._there_and_back(to_m, begin_m, until_m)
-            end_m = until_m + shift_length_m(to_m, top)
-            lines = plan.lines_m[plan.lines_m > s_m]
-            if (
-                kind != SAME
-                and moving
-                and not (
-                    time_s < _OVERTAKES_S
-                    and end_m < min(lines, default=math.inf) - 10.0
-                    and speed < _OVERTAKEN * top
-                    and self._is_free_behind()
+            if needed_m <= inside_m:
+                to_m = side * needed_m
+            elif (stretch == NOTHING).any() or (
+                moving
+                and (
+                    side < 0.0
+                    or not self._may_overtake(
+                        stretch, until_m, time_s, max(float(others.along_mps[n]) for n in group)
+                    )
                 )
             ):
                 continue
+            else:
+                # From rest close behind it, only the middle of the next lane is far enough.
+                full = (stretch == SAME).all() or speed_mps < _CRAWLS_MPS
+                to_m = side * min(max(needed_m, full * width_m), width_m + inside_m + _OVER_M)
+            offset = self._there_and_back(to_m, begin_m, until_m)
             yield Proposal("pass", offset, self._cost(offset) + _NEW_M)
             # As late as possible, for those at rest.
-            if not moving:
-                length_m = shift_length_m(to_m, speed_mps)
-                late_m = rear_m - plan.car.front_m - max(_BEFORE_M, speed_mps) - length_m
-                if late_m > begin_m + 3.0:
-                    offset = self._there_and_back(to_m, late_m, until_m)
-                    yield Proposal("pass", offset, self._cost(offset) + _NEW_M)
+            late_m = rear_m - plan.car.front_m - max(_BEFORE_M, speed_mps)
+            late_m -= shift_length_m(to_m, speed_mps)
+            if not moving and late_m > begin_m + 3.0:
+                offset = self._there_and_back(to_m, late_m, until_m)
+                yield Proposal("pass", offset, self._cost(offset) + _NEW_M)
+
+    def _may_overtake(
+        self, stretch: np.ndarray, until_m: float, time_s: float, speed_mps: float
+    ) -> bool:
+        """Return whether the car may overtake moving ones on the lanes of this stretch.
+
+        Args:
+            stretch: what is beside the lane
+            until_m: where the overtaking ends [m]
+            time_s: how long it takes [s]
+            speed_mps: speed of the fastest one [m/s]
+        """
+        end_m = until_m + shift_length_m(float(self._plan.road.width_m[self._at]), self._top_mps)
+        if (stretch == SAME).all():
+            return end_m < self._next_line_m
+        return bool(
+            (stretch != BEHIND_LINE).all()
+            and time_s < _OVERTAKES_S
+            and end_m < self._next_line_m - 10.0
+            and speed_mps < _OVERTAKEN * self._top_mps
+            and self._is_free_behind()
+        )
 
     def _is_free_behind(self) -> bool:
         """Return whether no one would close the gap from which the car overtakes."""
@@ -425,10 +464,10 @@ class _Situation:
         plan, s = self._plan, self._plan.route.s
         out = plan._shifted(self._s_m, self._speed_mps, to_m, begin_m)
         ahead = s > self._s_m
-        if plan.is_active and ahead.any():
+        if plan.is_active and ahead.any() and to_m:
             # On the way out already: only the way back is another one.
-            peak = int(np.argmax(np.where(ahead, plan.offset_m * math.copysign(1.0, to_m), -1.0)))
-            if plan.offset_m[peak] * to_m > 0.7 * to_m**2:
+            peak = int(np.argmax(np.where(ahead, plan.offset_m * math.copysign(1.0, to_m), -9.0)))
+            if abs(to_m - plan.offset_m[peak]) < _SAME_M or abs(plan.offset_m[peak]) > abs(to_m):
                 out = np.where(s < s[peak], plan.offset_m, plan.offset_m[peak])
         length_m = shift_length_m(to_m, max(self._speed_mps, self._top_mps))
         return out * (1.0 - _step(plan.route.s, until_m, length_m))
@@ -474,7 +513,8 @@ class _Situation:
 
 def shift_length_m(shift_m: float, speed_mps: float) -> float:
     """Return the distance over which the car shifts across the road [m]."""
-    return max(_LEAST_SHIFT_M, speed_mps * math.sqrt(_PEAK * abs(shift_m) / _LATERAL_MPS2))
+    least_m = _LEAST_SHIFT_M if speed_mps > 1.0 else _TIGHT_SHIFT_M
+    return max(least_m, speed_mps * math.sqrt(_PEAK * abs(shift_m) / _LATERAL_MPS2))
 
 
 def _step(s_m: np.ndarray, begin_m: float, length_m: float) -> np.ndarray:

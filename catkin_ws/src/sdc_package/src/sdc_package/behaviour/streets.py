@@ -33,8 +33,12 @@ _KEPT_PLACES = 256
 _NEAR_M, _SOON_S, _ARRIVES_S = 40.0, 8.0, 3.5
 # A slow one is expected to be so fast when it enters the junction.
 _STARTS_MPS = 3.0
+# One without right of way that would have to brake harder than this does not give way.
+_RUNS_MPS, _RUNS_MPS2, _EMERGENCY_MPS2 = 2.0, 4.0, 6.5
 _CAR_WIDTH_M = 2.0
 # Shorter road users are pedestrians; one that is more oblique than this changes lanes or turns.
+# One that drives off beside the lanes will be in the next one [m].
+_BAY_M = 1.5
 _VEHICLE_M, _ALONG_RAD = 1.2, math.radians(20.0)
 _BESIDE_M = 0.3
 # A pedestrian on a crosswalk is not on the lane.
@@ -100,7 +104,7 @@ class StreetBehaviour:
         """
         self._route = route
         places = list(places_along(self._network, route))
-        self._crossings = crossings(self._network, route, places)
+        self._crossings = crossings(self._network, route, places, speed_mps)
         self._crosswalks = crosswalks_on(route, self._network.crosswalks)
         self._has_stopped = False
         self.manoeuvres: Manoeuvres | None = None
@@ -160,18 +164,13 @@ class StreetBehaviour:
                 return stop_m, STOP_SIGN
             if self._is_blocked(crossing, s_m, obstacles):
                 return stop_m, JUNCTION_BLOCKED
-        if (
-            obstacles
-            and soonest_m <= self._last_stop_m(crossing)
-            and self._must_give_way(crossing, s_m, speed_mps, obstacles)
-        ):
-            return max(stop_m, soonest_m), RIGHT_OF_WAY
-        return None
+        give_way_m = self._gives_way(crossing, s_m, speed_mps, obstacles) if obstacles else None
+        return None if give_way_m is None else (max(stop_m, give_way_m), RIGHT_OF_WAY)
 
     def _last_stop_m(self, crossing: Crossing) -> float:
         """Return where the car's centre is when it can stop no more without being in the way."""
         spaces_m = [one.own_m[0] - _BESIDE_M for one in crossing.conflicts]
-        return max(crossing.line_m, min(spaces_m, default=0.0)) - self._margins.car_front_m
+        return max(crossing.line_m, *spaces_m, 0.0) - self._margins.car_front_m
 
     def relevant(self, s_m: float, obstacles: Sequence[DetectedObstacle]) -> list[DetectedObstacle]:
         """Return the obstacles without vehicles that stay on lanes beside the car's route.
@@ -238,11 +237,17 @@ class StreetBehaviour:
             along_mps = one.speed_mps * math.cos(one.yaw_rad - place.heading_rad)
             gap_m = place.s_m - 0.5 * one.length_m - s_m - margins.car_front_m
             beside_m = 0.5 * (one.width_m + _CAR_WIDTH_M)
-            is_in_way = self._beside_m(place) < beside_m
+            is_in_way = self._beside_m(place) < beside_m + self._pulls_out_m(one, along_mps)
             if is_in_way and along_mps >= _STANDS_MPS and place.s_m > s_m:
                 wanted_m = margins.follow_gap_m + margins.time_gap_s * along_mps
                 least_mps = min(least_mps, along_mps + (gap_m - wanted_m) / _FOLLOW_S)
         return max(least_mps, 0.0)
+
+    def _pulls_out_m(self, one: DetectedObstacle, along_mps: float) -> float:
+        """Return how far beside the car's way is one that leaves a parking bay into it [m]."""
+        if along_mps < _STANDS_MPS or one.length_m < _VEHICLE_M:
+            return 0.0
+        return 0.0 if self._place_of(one) else _BAY_M
 
     def _is_blocked(
         self, crossing: Crossing, s_m: float, obstacles: Sequence[DetectedObstacle]
@@ -261,24 +266,27 @@ class StreetBehaviour:
                 return True
         return False
 
-    def _must_give_way(
+    def _gives_way(
         self,
         crossing: Crossing,
         s_m: float,
         speed_mps: float,
         obstacles: Sequence[DetectedObstacle],
-    ) -> bool:
-        """Return whether the car would meet a road user with right of way in the junction."""
+    ) -> float | None:
+        """Return where the car could stop for one that it would meet in the junction, if any."""
         front_m, line_m = self._margins.car_front_m, crossing.line_m
 
         def time_s(at_m: float) -> float:
-            return self._time_s(at_m - s_m, speed_mps)
+            return self._time_s(at_m - s_m, speed_mps, crossing.mean_mps)
 
         begin_s = time_s(line_m - front_m)
-        spaces = [
-            (one, time_s(one.own_m[0] - front_m), time_s(one.own_m[1] + front_m))
-            for one in crossing.conflicts
-        ]
+        spaces = []
+        for conflict in crossing.conflicts:
+            hardest_mps2 = self._margins.hardest_mps2 if conflict.is_first else _EMERGENCY_MPS2
+            soonest_m = s_m + speed_mps**2 / (2.0 * hardest_mps2)
+            if soonest_m <= max(line_m, conflict.own_m[0] - _BESIDE_M) - front_m:
+                times_s = time_s(conflict.own_m[0] - front_m), time_s(conflict.own_m[1] + front_m)
+                spaces.append((conflict, *times_s, soonest_m))
         x, y = self._route.line.point_at(line_m)
         self._plans_at_line += speed_mps < _STANDS_MPS
         starts = 0 < self._plans_at_line <= _WAITS
@@ -290,14 +298,16 @@ class StreetBehaviour:
             place = self._place_of(one)
             if place is None or abs(place.heading_error_rad) > _ACROSS_RAD:
                 continue
-            for conflict, first_s, last_s in spaces:
+            for conflict, first_s, last_s, soonest_m in spaces:
                 away_m = self._away_m(place, conflict)
-                if away_m is not None:
-                    if waits and not 0.0 <= away_m - 0.5 * one.length_m < _AT_LINE_M:
-                        continue
-                    if self._meet(one, away_m, conflict, begin_s, first_s, last_s):
-                        return True
-        return False
+                if away_m is None or not (conflict.is_first or _runs(one, away_m)):
+                    continue
+                if waits and not 0.0 <= away_m - 0.5 * one.length_m < _AT_LINE_M:
+                    continue
+                enters_s = begin_s if conflict.is_first and soonest_m <= line_m - front_m else None
+                if self._meet(one, away_m, conflict, enters_s, first_s, last_s):
+                    return soonest_m
+        return None
 
     def _away_m(self, place: LanePlace, conflict: Conflict) -> float | None:
         """Return the distance of a place to the junction on a way with right of way, if on it."""
@@ -315,7 +325,7 @@ class StreetBehaviour:
         one: DetectedObstacle,
         away_m: float,
         conflict: Conflict,
-        begin_s: float,
+        begin_s: float | None,
         first_s: float,
         last_s: float,
     ) -> bool:
@@ -325,7 +335,7 @@ class StreetBehaviour:
             one: the road user
             away_m: its distance from the junction, negative inside [m]
             conflict: its way through the junction
-            begin_s: time until the car enters the junction [s]
+            begin_s: time until the car enters the junction, None if that does not matter [s]
             first_s: time until the car enters the space that both need [s]
             last_s: time until it leaves this space [s]
         """
@@ -339,18 +349,28 @@ class StreetBehaviour:
             return enters_s < end_s and leaves_s > max(begin_s, 0.0)
 
         its_from_m, its_to_m = conflict.its_m
-        return passes(its_from_m, its_to_m, first_s - clear_s, last_s + clear_s) or passes(
-            0.0, conflict.length_m, begin_s, begin_s + _ARRIVES_S
-        )
+        if passes(its_from_m, its_to_m, first_s - clear_s, last_s + clear_s):
+            return True
+        if begin_s is None:
+            return False
+        return passes(0.0, conflict.length_m, begin_s, begin_s + _ARRIVES_S)
 
-    def _time_s(self, distance_m: float, speed_mps: float) -> float:
+    def _time_s(self, distance_m: float, speed_mps: float, planned_mps: float) -> float:
         """Return the time in which the car drives a distance, accelerating up to a speed."""
         distance_m = max(distance_m, 0.0)
-        a, most_mps = self._margins.acceleration_mps2, max(self._margins.crossing_mps, speed_mps)
+        a, most_mps = self._margins.acceleration_mps2, min(self._margins.crossing_mps, planned_mps)
+        if speed_mps >= most_mps:
+            return distance_m / min(speed_mps, planned_mps)
         until_m = (most_mps**2 - speed_mps**2) / (2.0 * a)
         if distance_m <= until_m:
             return (math.sqrt(speed_mps**2 + 2.0 * a * distance_m) - speed_mps) / a
         return (most_mps - speed_mps) / a + (distance_m - until_m) / most_mps
+
+
+def _runs(one: DetectedObstacle, away_m: float) -> bool:
+    """Return whether a road user without right of way will not stop before the junction."""
+    to_line_m = away_m - 0.5 * one.length_m
+    return one.speed_mps > _RUNS_MPS and to_line_m < one.speed_mps**2 / (2.0 * _RUNS_MPS2)
 
 
 def streets_of(

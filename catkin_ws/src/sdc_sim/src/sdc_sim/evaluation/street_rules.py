@@ -36,8 +36,8 @@ _TOLERANCE_MPS = 1.0
 # So long lasts what counts as wrong lane, speeding, and standing in a junction [s].
 _LASTS_S = {WRONG_LANE: 1.0, SPEEDING: 1.0, BLOCKING: 5.0, YIELD_EMERGENCY: EMERGENCY_LASTS_S}
 _CAR_WIDTH_M = 1.9
-# One that the car passes is so far behind to so far ahead of it, and so far on its right [m].
-_PASSED_M, _RIGHT_M = (-40.0, 60.0), 6.0
+# One that the car passes is so far ahead of it, and so far on its right [m].
+_PASSED_M, _RIGHT_M = (-40.0, 60.0), (-2.0, 12.0)
 _LANE_M = 2.5
 # An odometry without road users at its time waits for so many later ones: where there are none,
 # the world says so once a second.
@@ -161,7 +161,7 @@ class StreetRules:
         for one in others:
             dx, dy = one.body.x_m - x_m, one.body.y_m - y_m
             along_m, right_m = c * dx + s * dy, s * dx - c * dy
-            beside = _PASSED_M[0] < along_m < _PASSED_M[1] and 0.0 < right_m < _RIGHT_M
+            beside = _PASSED_M[0] < along_m < _PASSED_M[1] and _RIGHT_M[0] < right_m < _RIGHT_M[1]
             along_mps = one.speed_mps * math.cos(one.body.yaw_rad - yaw_rad)
             if beside and -_MOVING_MPS < along_mps < car.speed_mps + _MOVING_MPS:
                 return True
