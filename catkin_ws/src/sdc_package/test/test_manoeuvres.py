@@ -125,9 +125,9 @@ def test_car_overtakes_on_the_next_lane_after_a_faster_one():
 
 
 def test_car_makes_room_for_an_ambulance():
-    ambulance = Other(-60.0, 0.0, 14.0, kind="ambulance", size=(5.9, 2.0))
+    ambulance = Other(-60.0, 0.0, 18.0, kind="ambulance", size=(5.9, 2.0))
     rows = drive(two_lanes(), [ambulance], 20.0)
-    beside = rows[np.argmin(np.abs(rows[:, 1] - (-60.0 + 14.0 * rows[:, 0])))]
+    beside = rows[np.argmin(np.abs(rows[:, 1] - (-60.0 + 18.0 * rows[:, 0])))]
     assert beside[2] > 2.5
 
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from sdc_package.behaviour.road import Around
 
-STEP_S, STEPS = 0.4, 26
+STEP_S, STEPS, _SOON_STEP = 0.4, 26, 1
 # Spacing of the places at which ways and speeds are given [m].
 GRID_M = 1.0
 # Distance to the one ahead at standstill [m], and time to it [s].
@@ -55,6 +55,8 @@ class Forecast(NamedTuple):
     progress_m: np.ndarray  # distance in the simulated time [m]
     contact_s: np.ndarray  # time of the first contact that the car would cause, inf: none [s]
     braking_mps2: np.ndarray  # greatest deceleration [m/s^2]
+    oncoming_s: np.ndarray  # time on the oncoming lane [s]
+    soon_mps: np.ndarray  # speed after the first steps [m/s]
     end_mps: np.ndarray  # speed at the end of the simulated time [m/s]
 
 
@@ -68,6 +70,7 @@ def forecast(
     stop_m: np.ndarray,
     margin: np.ndarray,
     car: Body,
+    line_m: np.ndarray,
 ) -> Forecast:
     """Simulate proposals.
 
@@ -81,6 +84,7 @@ def forecast(
         stop_m: (P,) where the centre of the car must stop, inf: nowhere [m]
         margin: (P, 1) factor of the distances to oncoming ones, and to those behind
         car: the car
+        line_m: (G,) place across the road beyond which the oncoming lane is, inf: none [m]
     """
     count, last = len(ways_m), ways_m.shape[1] - 1
     every = np.arange(count)
@@ -89,9 +93,9 @@ def forecast(
         return np.clip(((s - from_m) / GRID_M).astype(int), 0, last)
 
     s, v = np.full(count, s_m), np.full(count, speed_mps)
-    moves = np.abs(others.along_mps) > _AT_REST_MPS
-    side_m = np.where(moves, _SIDE_M, _SIDE_AT_REST_M)
-    half_width_m = others.half_width_m + 0.5 * car.width_m + side_m
+    side_m = np.where(np.abs(others.along_mps) > _AT_REST_MPS, _SIDE_M, _SIDE_AT_REST_M)
+    body_m = others.half_width_m + 0.5 * car.width_m
+    half_width_m = body_m + side_m
     half_length_m = others.half_length_m + car.front_m
     least_mps = np.maximum(_ACROSS_MPS, _ACROSS_SHARE * np.abs(others.along_mps))
     across_mps = np.where(np.abs(others.left_mps) > least_mps, others.left_mps, 0.0)
@@ -101,7 +105,8 @@ def forecast(
     here = np.abs(others.y_m - ways_m[:, at(s)[0]][:, None]) < half_width_m
     # One behind in the car's lane is responsible for its distance.
     settled = here & aligned & (others.s_m < s_m)
-    contact_s, hardest = np.full(count, np.inf), np.zeros(count)
+    soon_mps = v
+    contact_s, hardest, oncoming_s = np.full(count, np.inf), np.zeros(count), np.zeros(count)
     for step in range(STEPS):
         time_s = step * STEP_S
         its_s = others.s_m + time_s * others.along_mps
@@ -124,7 +129,8 @@ def forecast(
         # Whom the car meets, or cuts in before.
         # Its front is where its centre will be; towards those behind it is the rear that matters.
         front_y, mine_y = (ways_m[every, at(s + far)][:, None] for far in (car.front_m, 0.0))
-        overlap = np.abs(its_y - np.where(distance_m > 0.0, front_y, mine_y)) < half_width_m
+        away_m = np.abs(its_y - np.where(distance_m > 0.0, front_y, mine_y))
+        overlap = away_m < body_m + np.minimum(side_m, _SIDE_AT_REST_M + time_s * _SIDE_M)
         behind = aligned & (distance_m < 0.0)
         gap_m = -distance_m - half_length_m
         closing_mps = np.maximum(others.along_mps - v_row, 0.0)
@@ -135,9 +141,12 @@ def forecast(
         met &= oncoming | (
             v_row > 0.3
         )  # at rest, the car is hit by those that come towards it only
+        oncoming_s += STEP_S * (mine_y[:, 0] > line_m[at(s)])
         bad = (cut_in | met).any(axis=1)
         contact_s = np.where(bad & np.isinf(contact_s), time_s, contact_s)
         v_next = np.minimum(np.maximum(v + STEP_S * a, 0.0), np.maximum(top, v - 2.0))
         s = s + 0.5 * STEP_S * (v + v_next)
         v = v_next
-    return Forecast(s - s_m, contact_s, hardest, v)
+        if step == _SOON_STEP:
+            soon_mps = v
+    return Forecast(s - s_m, contact_s, hardest, oncoming_s, soon_mps, v)

@@ -62,6 +62,8 @@ _PEAK = 5.7735
 # Within its lane the car moves to the side by so much [m].
 _NUDGE_M = 0.7
 _SPEEDS = (1.0, 0.5, 0.0)
+# The car brakes with the forecast if that is slower by this after 0.8 s [m/s].
+_BRAKES_MPS = 0.3
 # Values of a proposal, in metres of progress: another way than before, the oncoming lane, a solid
 # line, each m/s^2 of braking beyond 2.5, the speed at the end per m/s, an ambulance behind.
 _NEW_M, _ONCOMING_M, _SOLID_M, _BRAKING_M, _END_SPEED_S, _HINDERS_M = 4.0, 3.0, 6.0, 4.0, 1.0, 40.0
@@ -103,6 +105,7 @@ class Manoeuvres:
         self.offset_m = np.zeros(len(self.route.s))
         self.reason, self.most_mps, self.stop_m = "", math.inf, math.inf
         self._plans = 0
+        self.top_mps = float(self.speed_mps.max())
         self._slow: dict[int, int] = {}
         self._has_begun = False
         self._until_m = 0.0  # where the manoeuvre ends
@@ -124,9 +127,7 @@ class Manoeuvres:
         if not (self.is_active and offset.any()):
             return rows
         x, y = rows[:, 0] - offset * np.sin(heading), rows[:, 1] + offset * np.cos(heading)
-        # The bends of a shift limit the speed, too.
-        bend = np.abs(np.gradient(np.gradient(offset, self.route.s[ahead]), self.route.s[ahead]))
-        most = np.sqrt(2.0 * _LATERAL_MPS2 / np.maximum(bend, 1e-3))
+        most = _most_mps(offset, self.route.s[ahead])
         return np.column_stack([x, y, np.minimum(rows[:, 2], most)])
 
     def decide(
@@ -159,7 +160,7 @@ class Manoeuvres:
         others = around(self.road, self.route, s_m, obstacles, _BACK_M, _AHEAD_M, _SIDE_M)
         if not len(others.s_m):
             if self.is_active and self._until_m > s_m + _AHEAD_M:
-                self._follow(self._shifted(s_m, speed_mps, 0.0, s_m), s_m)
+                self._follow(self.shifted(0.0, s_m, speed_mps, math.inf), s_m)
             return
         situation = _Situation(self, s_m, speed_mps, others, obstacles, stop_m)
         if situation.is_quiet:
@@ -170,16 +171,31 @@ class Manoeuvres:
         pick = np.repeat(np.arange(len(proposals)), len(_SPEEDS))
         shares = np.tile(_SPEEDS, len(proposals))[:, None]
         stops = np.minimum([one.stop_m for one, _ in names], stop_m)
-        most = np.maximum(situation.most_mps * shares, 0.0)
+        most = situation.most_mps * shares
+        for row in range(len(proposals)):
+            bends = _most_mps(ways[row] - situation.route_y, situation.grid_m)
+            rows = slice(row * len(_SPEEDS), (row + 1) * len(_SPEEDS))
+            most[rows] = np.minimum(most[rows], bends)
         margins = np.array([one.margin for one, _ in names])[:, None]
         result = forecast(
-            ways[pick], most, situation.from_m, s_m, speed_mps, others, stops, margins, self.car
+            ways[pick],
+            most,
+            situation.from_m,
+            s_m,
+            speed_mps,
+            others,
+            stops,
+            margins,
+            self.car,
+            situation.line_y,
         )
         value = result.progress_m + _END_SPEED_S * result.end_mps
         value -= np.array([one.cost_m + _SLOWER_M * (share < 1.0) for one, share in names])
+        value -= _ONCOMING_M * result.oncoming_s
         value -= _BRAKING_M * np.maximum(result.braking_mps2 - self.car.braking_mps2, 0.0)
         contact = np.isfinite(result.contact_s)
         value[contact] = 10.0 * result.contact_s[contact] - _CONTACT_M
+        value[contact] -= 0.1 * result.progress_m[contact]
         best = int(np.argmax(value))
         chosen, share = names[best]
         self.last = [(n.name, float(sh), round(float(x), 1)) for (n, sh), x in zip(names, value)]
@@ -187,6 +203,9 @@ class Manoeuvres:
             self._follow(chosen.offset_m, s_m)
         if share < 1.0:
             self.most_mps = share * float(situation.most_mps[situation.here])
+            self.reason = MERGING
+        if result.soon_mps[best] < speed_mps - _BRAKES_MPS:
+            self.most_mps = min(self.most_mps, float(result.soon_mps[best]))
             self.reason = MERGING
         self.stop_m = chosen.stop_m
         if self.is_active and not self.reason:
@@ -203,10 +222,18 @@ class Manoeuvres:
         beside = np.flatnonzero((np.abs(offset_m) > 0.01) & (self.route.s > s_m))
         self._until_m = float(self.route.s[beside[-1]]) + 1.0 if len(beside) else 0.0
 
-    def _shifted(self, s_m: float, speed_mps: float, to_m: float, begin_m: float) -> np.ndarray:
-        """Return the way that goes over to a distance from the route at an arc length."""
+    def shifted(self, to_m: float, begin_m: float, speed_mps: float, room_m: float) -> np.ndarray:
+        """Return the way that goes over to a distance from the route.
+
+        Args:
+            to_m: the distance, positive to the left [m]
+            begin_m: arc length at which it begins [m]
+            speed_mps: speed of the car [m/s]
+            room_m: distance within which it would be over, if the speed allows [m]
+        """
         s, now_m = self.route.s, self.offset_at(begin_m)
-        length_m = shift_length_m(to_m - now_m, speed_mps)
+        least_m, most_m = (shift_length_m(to_m - now_m, v) for v in (speed_mps, self.top_mps))
+        length_m = max(least_m, min(room_m, most_m))
         step = _step(s, begin_m, length_m)
         before = np.where(s < begin_m, self.offset_m, now_m)
         return before * (1.0 - step) + to_m * step
@@ -231,13 +258,17 @@ class _Situation:
         self.from_m = s_m - _BACK_M
         self.grid_m = self.from_m + GRID_M * np.arange(int((_BACK_M + _AHEAD_M + 80.0) / GRID_M))
         self.here = int(_BACK_M / GRID_M)
-        self._route_y = np.interp(self.grid_m, road.s_m, road.route_y_m)
+        self.route_y = np.interp(self.grid_m, road.s_m, road.route_y_m)
         self.most_mps = np.interp(self.grid_m, route.s, plan.speed_mps)
         self._top_mps = float(self.most_mps[self.here : self.here + 60].max())
         lines_m = plan.lines_m[plan.lines_m > s_m]
-        self._next_line_m = float(min(lines_m, default=math.inf))
+        self._next_line_m = float(min(lines_m, default=route.length_m))
         self._way_y = self.ways([plan.offset_m])[0]
         self._at = road.at(s_m)
+        # Beyond this the car is on the oncoming lane.
+        left = road.left[np.minimum(np.searchsorted(road.s_m, self.grid_m), len(road.s_m) - 1)]
+        half_m = 0.5 * float(road.width_m[self._at] - plan.car.width_m)
+        self.line_y = np.where(left == SAME, math.inf, self.route_y + half_m + _SAME_M)
         half_m = others.half_width_m + 0.5 * plan.car.width_m
         beside_m = np.abs(others.y_m - np.interp(others.s_m, self.grid_m, self._way_y))
         distance_m = others.s_m - s_m
@@ -267,7 +298,7 @@ class _Situation:
 
     def _on_route(self, half_m: np.ndarray) -> np.ndarray:
         """Return which road users are on the lane of the route."""
-        y = np.interp(self._others.s_m, self.grid_m, self._route_y)
+        y = np.interp(self._others.s_m, self.grid_m, self.route_y)
         return np.abs(self._others.y_m - y) < half_m + _SIDE_FREE_M
 
     def _count_slow(self, slow: np.ndarray) -> None:
@@ -315,13 +346,13 @@ class _Situation:
     def _changes_lane(self) -> bool:
         """Return whether the route changes lanes soon."""
         ahead = slice(self.here, self.here + 60)
-        return float(np.ptp(self._route_y[ahead])) > 1.0
+        return float(np.ptp(self.route_y[ahead])) > 1.0
 
     def _intruders(self) -> bool:
         """Return whether an oncoming one reaches into the way of the car."""
         others, road = self._others, self._plan.road
         ahead = (others.s_m > self._s_m) & (others.along_mps < -_AT_REST_MPS)
-        y = others.y_m - np.interp(others.s_m, self.grid_m, self._route_y)
+        y = others.y_m - np.interp(others.s_m, self.grid_m, self.route_y)
         width_m = float(road.width_m[self._at])
         invades = (np.abs(y) - others.half_width_m < 0.5 * width_m - _SIDE_FREE_M) & ahead
         return bool(invades.any()) and not road.in_junction[self._at : self._at + 20].any()
@@ -329,7 +360,7 @@ class _Situation:
     def ways(self, offsets_m: Sequence[np.ndarray]) -> np.ndarray:
         """Return (P, G) places across the road on the grid."""
         s = self._plan.route.s
-        return np.array([self._route_y + np.interp(self.grid_m, s, one) for one in offsets_m])
+        return np.array([self.route_y + np.interp(self.grid_m, s, one) for one in offsets_m])
 
     def proposals(self) -> Iterator[Proposal]:
         """Yield the ways that the car could take."""
@@ -340,11 +371,11 @@ class _Situation:
         road, at = plan.road, self._at
         width_m = float(road.width_m[at])
         if abs(plan.offset_at(s_m + _SOON_M)) > _SAME_M:
-            back = plan._shifted(s_m, speed_mps, 0.0, s_m + 0.5)
+            back = plan.shifted(0.0, s_m + 0.5, speed_mps, 0.0)
             yield Proposal("back", back, self._cost(back) + 1.0, self._wait_m())
         if self._passable:
             yield from self._passes(width_m)
-        if self._behind and not plan.is_active:
+        if self._behind:
             for side, free in ((-1.0, road.right[at]), (1.0, road.left[at])):
                 if free == SAME:
                     length_m = shift_length_m(width_m, speed_mps)
@@ -353,8 +384,9 @@ class _Situation:
                         continue
                     aside = self._there_and_back(side * width_m, s_m, until_m)
                     yield Proposal("aside", aside, self._cost(aside) + _NEW_M)
-            edge = self._there_and_back(-_NUDGE_M, s_m, s_m + 80.0)
-            yield Proposal("edge", edge, self._cost(edge) + _NEW_M)
+            if not plan.is_active:
+                edge = self._there_and_back(-_NUDGE_M, s_m, s_m + 80.0)
+                yield Proposal("edge", edge, self._cost(edge) + _NEW_M)
         if (self._intruders() or self._passable) and not plan.is_active:
             for nudge_m in (-_NUDGE_M, _NUDGE_M):
                 aside = self._there_and_back(nudge_m, s_m, s_m + 40.0)
@@ -414,7 +446,8 @@ class _Situation:
                 # From rest close behind it, only the middle of the next lane is far enough.
                 full = (stretch == SAME).all() or speed_mps < _CRAWLS_MPS
                 to_m = side * min(max(needed_m, full * width_m), width_m + inside_m + _OVER_M)
-            offset = self._there_and_back(to_m, begin_m, until_m)
+            room_m = rear_m - plan.car.front_m - max(_BEFORE_M, speed_mps) - begin_m
+            offset = self._there_and_back(to_m, begin_m, until_m, room_m)
             yield Proposal("pass", offset, self._cost(offset) + _NEW_M)
             # As late as possible, for those at rest.
             late_m = rear_m - plan.car.front_m - max(_BEFORE_M, speed_mps)
@@ -455,14 +488,16 @@ class _Situation:
     def _needed_offset_m(self, n: int, side: float) -> float:
         """Return how far beside the route the car passes a road user on one side."""
         others = self._others
-        y = others.y_m[n] - np.interp(others.s_m[n], self.grid_m, self._route_y)
+        y = others.y_m[n] - np.interp(others.s_m[n], self.grid_m, self.route_y)
         free_m = others.half_width_m[n] + 0.5 * self._plan.car.width_m + _BESIDE_M
         return float(max(side * y + free_m, 0.0))
 
-    def _there_and_back(self, to_m: float, begin_m: float, until_m: float) -> np.ndarray:
+    def _there_and_back(
+        self, to_m: float, begin_m: float, until_m: float, room_m: float = 0.0
+    ) -> np.ndarray:
         """Return the way that is beside the route up to an arc length, and returns after it."""
         plan, s = self._plan, self._plan.route.s
-        out = plan._shifted(self._s_m, self._speed_mps, to_m, begin_m)
+        out = plan.shifted(to_m, begin_m, self._speed_mps, room_m)
         ahead = s > self._s_m
         if plan.is_active and ahead.any() and to_m:
             # On the way out already: only the way back is another one.
@@ -482,8 +517,7 @@ class _Situation:
         left = road.left[np.minimum(np.searchsorted(road.s_m, grid), len(road.s_m) - 1)]
         half_m = 0.5 * (road.width_m[self._at] - plan.car.width_m)
         over = offset > half_m
-        cost = 0.5 * float((over & (left != SAME)).mean() * _ONCOMING_M * 4.0)
-        cost += _SOLID_M * float((over & (left == BEHIND_LINE)).any())
+        cost = _SOLID_M * float((over & (left == BEHIND_LINE)).any())
         cost += 1.0 * float((np.abs(offset) > 0.1).mean())
         return cost + self._hindered(offset_m)
 
@@ -493,7 +527,7 @@ class _Situation:
             return 0.0
         later_m = self._s_m + 40.0
         y = np.interp(later_m, self._plan.route.s, offset_m) + np.interp(
-            later_m, self.grid_m, self._route_y
+            later_m, self.grid_m, self.route_y
         )
         n = self._behind[0]
         free_m = self._others.half_width_m[n] + 0.5 * self._plan.car.width_m
@@ -515,6 +549,12 @@ def shift_length_m(shift_m: float, speed_mps: float) -> float:
     """Return the distance over which the car shifts across the road [m]."""
     least_m = _LEAST_SHIFT_M if speed_mps > 1.0 else _TIGHT_SHIFT_M
     return max(least_m, speed_mps * math.sqrt(_PEAK * abs(shift_m) / _LATERAL_MPS2))
+
+
+def _most_mps(offset_m: np.ndarray, s_m: np.ndarray) -> np.ndarray:
+    """Return the speeds (N,) with which the car follows the bends of a way beside the route."""
+    bend = np.abs(np.gradient(np.gradient(offset_m, s_m), s_m))
+    return np.sqrt(2.0 * _LATERAL_MPS2 / np.maximum(bend, 1e-3))
 
 
 def _step(s_m: np.ndarray, begin_m: float, length_m: float) -> np.ndarray:

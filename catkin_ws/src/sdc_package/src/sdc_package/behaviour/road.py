@@ -142,7 +142,8 @@ def around(
         [(o.x_m, o.y_m, o.yaw_rad, o.speed_mps, o.length_m, o.width_m) for o in obstacles]
     ).reshape(-1, 6)
     middle = 0.5 * (line.min(axis=0) + line.max(axis=0))
-    reach = 0.5 * np.ptp(line, axis=0) + beside_m
+    # Before the route begins, the road is taken as straight.
+    reach = 0.5 * np.ptp(line, axis=0) + beside_m + max(back_m - s_m, 0.0)
     rows = np.flatnonzero((np.abs(table[:, :2] - middle) < reach).all(axis=1))
     x, y, yaw, speed, length, width = table[rows].T
     points = np.argmin((x[:, None] - line[:, 0]) ** 2 + (y[:, None] - line[:, 1]) ** 2, axis=1)

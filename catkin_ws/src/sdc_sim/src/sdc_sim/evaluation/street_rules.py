@@ -72,6 +72,7 @@ class StreetRules:
         self._since_s: dict[str, float] = {}
         # Times at which the car was on a lane, in its direction or around another road user [s].
         self.on_lane_s: set[float] = set()
+        self._has_joined = False  # a drive may begin beside the lanes, such as in a parking bay
         self._seen_s: dict[int, float] = {}
         # Outlines of the last second by id of the road user, 0 is the car: (time, rectangle).
         self._trails: dict[int, deque[tuple[float, Rectangle]]] = {}
@@ -123,7 +124,8 @@ class StreetRules:
         self._place = place
         nearest = self._network.nearest(x_m, y_m, within_m=_LANE_M)
         is_against = self._is_against(body, nearest) and not self._passes(car, others)
-        if nearest is not None and not is_against:
+        self._has_joined |= nearest is not None
+        if not (self._has_joined and (nearest is None or is_against)):
             self.on_lane_s.add(time_s)
         emergency = YIELD_EMERGENCY, holds_up(car, others)
         for name, holds in [*self._conditions(car, place, is_against), emergency]:
