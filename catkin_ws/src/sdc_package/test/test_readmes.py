@@ -19,6 +19,7 @@ NODES = {
 }
 # Names, types and texts, which have no unit, and tables whose units are at the top.
 WITHOUT_UNITS = {
+    "street_scenarios",
     "blueprints",
     "bridge_versions",
     "building_colours",

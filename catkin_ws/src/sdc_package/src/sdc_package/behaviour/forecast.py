@@ -54,7 +54,7 @@ class Forecast(NamedTuple):
 
     progress_m: np.ndarray  # distance in the simulated time [m]
     contact_s: np.ndarray  # time of the first contact that the car would cause, inf: none [s]
-    braking_mps2: np.ndarray  # greatest deceleration [m/s^2]
+    braking_mps2: np.ndarray  # greatest deceleration for others and stops [m/s^2]
     oncoming_s: np.ndarray  # time on the oncoming lane [s]
     soon_mps: np.ndarray  # speed after the first steps [m/s]
     end_mps: np.ndarray  # speed at the end of the simulated time [m/s]
@@ -125,7 +125,7 @@ def forecast(
         top = most_mps[every, at(s)]
         free = (v / np.maximum(top, 0.1)) ** 4
         a = np.clip(car.acceleration_mps2 * (1.0 - free - push), -_HARDEST_MPS2, None)
-        hardest = np.maximum(hardest, -a * (v > 0.5))
+        hardest = np.maximum(hardest, car.acceleration_mps2 * (push - 1.0) * (v > 0.5))
         # Whom the car meets, or cuts in before.
         # Its front is where its centre will be; towards those behind it is the rear that matters.
         front_y, mine_y = (ways_m[every, at(s + far)][:, None] for far in (car.front_m, 0.0))

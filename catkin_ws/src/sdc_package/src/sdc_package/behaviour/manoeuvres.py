@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import Iterator, NamedTuple, Sequence
 
 import numpy as np
+from scipy.ndimage import maximum_filter1d
 
 from sdc_common.driving import DetectedObstacle
 from sdc_common.geometry.route import Route
@@ -38,6 +39,10 @@ _BACK_M, _AHEAD_M, _SIDE_M = 70.0, 190.0, 8.0
 _LOOK_M = 70.0
 # It is slow below this share of the speed without it, for so many decisions.
 _SLOW, _SLOW_DECISIONS = 0.7, 4
+# One that the car has seen moving may drive on, so it waits longer behind it.
+_STOPPED_DECISIONS = 32
+# Share of the speed without others at which it shifts to the side and back.
+_RETURNS, _QUICK = 0.65, 0.6
 # On the oncoming lane the car overtakes who is so slow, in so short a time, if the gap behind it
 # stays open [m].
 _OVERTAKEN, _OVERTAKES_S, _FREE_BEHIND_M = 0.6, 8.0, 18.0
@@ -59,6 +64,8 @@ _PULLS_OUT_M = 0.5, 8.0
 _TIGHT_SHIFT_M = 8.0
 # Peak of the second derivative of the smooth step t^3 (10 - 15 t + 6 t^2).
 _PEAK = 5.7735
+# Points, 1 m apart, over which a bend of a shift limits the speed.
+_BEND_POINTS = 13
 # Within its lane the car moves to the side by so much [m].
 _NUDGE_M = 0.7
 _SPEEDS = (1.0, 0.5, 0.0)
@@ -66,8 +73,10 @@ _SPEEDS = (1.0, 0.5, 0.0)
 _BRAKES_MPS = 0.3
 # Values of a proposal, in metres of progress: another way than before, the oncoming lane, a solid
 # line, each m/s^2 of braking beyond 2.5, the speed at the end per m/s, an ambulance behind.
-_NEW_M, _ONCOMING_M, _SOLID_M, _BRAKING_M, _END_SPEED_S, _HINDERS_M = 4.0, 3.0, 6.0, 4.0, 1.0, 40.0
+_NEW_M, _ONCOMING_M, _SOLID_M, _BRAKING_M, _END_SPEED_S, _HINDERS_M = 4.0, 5.0, 6.0, 4.0, 1.0, 40.0
 _CONTACT_M, _SLOWER_M = 1000.0, 1.0
+# A contact after this time, and what it costs times this time.
+_LATER_S, _LATER_M = 2.5, 300.0
 
 
 # Distances to others are greater by this factor for what has not begun.
@@ -104,9 +113,10 @@ class Manoeuvres:
     def __post_init__(self) -> None:
         self.offset_m = np.zeros(len(self.route.s))
         self.reason, self.most_mps, self.stop_m = "", math.inf, math.inf
-        self._plans = 0
+        self._plans, self.waits = 0, True
         self.top_mps = float(self.speed_mps.max())
         self._slow: dict[int, int] = {}
+        self.moved_ids: set[int] = set()  # road users that have moved
         self._has_begun = False
         self._until_m = 0.0  # where the manoeuvre ends
 
@@ -194,6 +204,10 @@ class Manoeuvres:
         value -= _ONCOMING_M * result.oncoming_s
         value -= _BRAKING_M * np.maximum(result.braking_mps2 - self.car.braking_mps2, 0.0)
         contact = np.isfinite(result.contact_s)
+        # On the oncoming lane, to stop is worse than a contact that is far away.
+        later = contact & (result.contact_s > _LATER_S) & situation.is_on_oncoming_lane
+        value[later] -= _LATER_M / result.contact_s[later]
+        contact &= ~later
         value[contact] = 10.0 * result.contact_s[contact] - _CONTACT_M
         value[contact] -= 0.1 * result.progress_m[contact]
         best = int(np.argmax(value))
@@ -201,6 +215,7 @@ class Manoeuvres:
         self.last = [(n.name, float(sh), round(float(x), 1)) for (n, sh), x in zip(names, value)]
         if chosen.name != "keep":
             self._follow(chosen.offset_m, s_m)
+        self.waits = share == 0.0 or math.isfinite(chosen.stop_m)
         if share < 1.0:
             self.most_mps = share * float(situation.most_mps[situation.here])
             self.reason = MERGING
@@ -261,6 +276,7 @@ class _Situation:
         self.route_y = np.interp(self.grid_m, road.s_m, road.route_y_m)
         self.most_mps = np.interp(self.grid_m, route.s, plan.speed_mps)
         self._top_mps = float(self.most_mps[self.here : self.here + 60].max())
+        self._returns_mps = max(speed_mps, _RETURNS * self._top_mps)
         lines_m = plan.lines_m[plan.lines_m > s_m]
         self._next_line_m = float(min(lines_m, default=route.length_m))
         self._way_y = self.ways([plan.offset_m])[0]
@@ -269,6 +285,7 @@ class _Situation:
         left = road.left[np.minimum(np.searchsorted(road.s_m, self.grid_m), len(road.s_m) - 1)]
         half_m = 0.5 * float(road.width_m[self._at] - plan.car.width_m)
         self.line_y = np.where(left == SAME, math.inf, self.route_y + half_m + _SAME_M)
+        self.is_on_oncoming_lane = bool(self._way_y[self.here] > self.line_y[self.here])
         half_m = others.half_width_m + 0.5 * plan.car.width_m
         beside_m = np.abs(others.y_m - np.interp(others.s_m, self.grid_m, self._way_y))
         distance_m = others.s_m - s_m
@@ -294,7 +311,12 @@ class _Situation:
         ]
 
     def _needed(self, n: int) -> int:
-        return 1 if self._kinds[n] == "obstacle" else _SLOW_DECISIONS
+        if self._kinds[n] == "obstacle":
+            return 1
+        has_stopped = (
+            self._others.along_mps[n] < _AT_REST_MPS and self._ids[n] in self._plan.moved_ids
+        )
+        return _STOPPED_DECISIONS if has_stopped else _SLOW_DECISIONS
 
     def _on_route(self, half_m: np.ndarray) -> np.ndarray:
         """Return which road users are on the lane of the route."""
@@ -304,6 +326,7 @@ class _Situation:
     def _count_slow(self, slow: np.ndarray) -> None:
         counts = self._plan._slow
         now = {self._ids[n] for n in np.flatnonzero(slow)}
+        self._plan.moved_ids |= {self._ids[n] for n in np.flatnonzero(self._others.along_mps > 1.0)}
         for one in [one for one in counts if one not in now and not self._plan.is_active]:
             del counts[one]
         for one in now:
@@ -366,7 +389,7 @@ class _Situation:
         """Yield the ways that the car could take."""
         plan, s_m, speed_mps = self._plan, self._s_m, self._speed_mps
         # What has begun goes on with smaller distances, so that the car is not of two minds.
-        margin = _NEW_MARGIN if speed_mps < _AT_REST_MPS else 1.0
+        margin = _NEW_MARGIN if speed_mps < _AT_REST_MPS and plan.waits else 1.0
         yield Proposal("keep", plan.offset_m, self._cost(plan.offset_m), self._wait_m(), margin)
         road, at = plan.road, self._at
         width_m = float(road.width_m[at])
@@ -449,11 +472,14 @@ class _Situation:
             room_m = rear_m - plan.car.front_m - max(_BEFORE_M, speed_mps) - begin_m
             offset = self._there_and_back(to_m, begin_m, until_m, room_m)
             yield Proposal("pass", offset, self._cost(offset) + _NEW_M)
+            quick = self._there_and_back(to_m, begin_m, until_m, room_m, _QUICK)
+            yield Proposal("pass", quick, self._cost(quick) + _NEW_M)
             # As late as possible, for those at rest.
             late_m = rear_m - plan.car.front_m - max(_BEFORE_M, speed_mps)
-            late_m -= shift_length_m(to_m, speed_mps)
+            late_m -= shift_length_m(to_m, self._returns_mps)
             if not moving and late_m > begin_m + 3.0:
-                offset = self._there_and_back(to_m, late_m, until_m)
+                length_m = shift_length_m(to_m, self._returns_mps)
+                offset = self._there_and_back(to_m, late_m, until_m, length_m)
                 yield Proposal("pass", offset, self._cost(offset) + _NEW_M)
 
     def _may_overtake(
@@ -493,7 +519,7 @@ class _Situation:
         return float(max(side * y + free_m, 0.0))
 
     def _there_and_back(
-        self, to_m: float, begin_m: float, until_m: float, room_m: float = 0.0
+        self, to_m: float, begin_m: float, until_m: float, room_m: float = 0.0, share: float = 1.0
     ) -> np.ndarray:
         """Return the way that is beside the route up to an arc length, and returns after it."""
         plan, s = self._plan, self._plan.route.s
@@ -504,7 +530,7 @@ class _Situation:
             peak = int(np.argmax(np.where(ahead, plan.offset_m * math.copysign(1.0, to_m), -9.0)))
             if abs(to_m - plan.offset_m[peak]) < _SAME_M or abs(plan.offset_m[peak]) > abs(to_m):
                 out = np.where(s < s[peak], plan.offset_m, plan.offset_m[peak])
-        length_m = shift_length_m(to_m, max(self._speed_mps, self._top_mps))
+        length_m = shift_length_m(to_m, share * self._returns_mps)
         return out * (1.0 - _step(plan.route.s, until_m, length_m))
 
     def _cost(self, offset_m: np.ndarray) -> float:
@@ -553,8 +579,11 @@ def shift_length_m(shift_m: float, speed_mps: float) -> float:
 
 def _most_mps(offset_m: np.ndarray, s_m: np.ndarray) -> np.ndarray:
     """Return the speeds (N,) with which the car follows the bends of a way beside the route."""
-    bend = np.abs(np.gradient(np.gradient(offset_m, s_m), s_m))
-    return np.sqrt(2.0 * _LATERAL_MPS2 / np.maximum(bend, 1e-3))
+    bend = maximum_filter1d(np.abs(np.gradient(np.gradient(offset_m, s_m), s_m)), _BEND_POINTS)
+    square = 2.0 * _LATERAL_MPS2 / np.maximum(bend, 1e-3)
+    # It brakes in time.
+    before = 2.0 * _LATERAL_MPS2 * s_m
+    return np.sqrt(np.minimum.accumulate((square + before)[::-1])[::-1] - before)
 
 
 def _step(s_m: np.ndarray, begin_m: float, length_m: float) -> np.ndarray:
