@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sdc_behaviour import driver
-from sdc_behaviour.driver import BehaviourDriver, LaneRoad, Settings
+from sdc_behaviour.driver import BehaviourDriver, LaneRoad
 from sdc_behaviour.drives import SCENES, drive_scene
 from sdc_behaviour.manoeuvre import LaneProposal
 from sdc_behaviour.roads import ROAD, crossing_road
@@ -40,8 +40,8 @@ def test_driver_who_never_overtakes_is_slow():
 
 
 def test_driver_who_sees_no_one_ahead_collides():
-    blind = Settings(rss=Rss(0.0, 1.8, 1e6, 1e-6))
-    assert drive_scene("brake", 1, lambda scene: LaneProposal(0, 30.0), blind).collisions == 1
+    blind = Rss(0.0, 1.8, 1e6, 1e-6)
+    assert drive_scene("brake", 1, lambda scene: LaneProposal(0, 30.0), rss=blind).collisions == 1
 
 
 def test_rude_lane_changes_make_others_brake():
@@ -58,7 +58,7 @@ def test_late_drivers_crash_at_a_distance_that_is_safe_for_others():
 
 
 def test_driver_is_a_planner_of_the_library():
-    planner = BehaviourDriver(LaneRoad(crossing_road(), ROAD), Settings(limit_mps=10.0))
+    planner = BehaviourDriver(LaneRoad(crossing_road(), ROAD), limit_mps=10.0)
     points = np.column_stack([np.arange(0.0, 200.0), np.zeros(200)])
     result = drive_result(route=points, planner=planner.plan, longest_s=25.0)
     assert result.metrics["cross_track_max_m"] < 0.2

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
-from typing import Callable, Iterator, NamedTuple, Sequence
+from dataclasses import replace
+from typing import Any, Callable, Iterator, NamedTuple, Sequence
 
 import numpy as np
 
@@ -12,7 +12,6 @@ from sdc_behaviour.gaps import OnLane
 from sdc_behaviour.junction import may_enter, time_in_space
 from sdc_behaviour.lanes import predicted
 from sdc_behaviour.manoeuvre import LaneProposal, LaneScene, acceleration_mps2, choose
-from sdc_behaviour.rss import Rss
 from sdc_common.driving import DetectedObstacle, Observation, Path
 from sdc_common.geometry.polyline import Polyline
 from sdc_sim.road.network import Network
@@ -20,6 +19,8 @@ from sdc_sim.road.network import Network
 CAR_M = 4.7
 # The space of a junction that two need: their centres are nearer than this to the crossing point.
 SPACE_M = 5.0
+# Time between the car and one with right of way in a junction.
+_MARGIN_S = 1.5
 _TIMES_S = np.arange(0.0, 9.01, 0.25)
 # Ticks between two decisions, and between two looks; sideways speed of a lane change [m/s].
 _DECIDE_TICKS, _LOOK_TICKS, _ASIDE_MPS = 10, 3, 1.3
@@ -30,16 +31,6 @@ _PATH_M, _NEAR_M, _ALONG_RAD, _ASIDE_M = 24, 150.0, 0.6, 1.3
 _LATE_MPS2 = 5.0
 # A car that enters from the line accelerates with at least this share; so near it has decided.
 _LATEST, _AT_LINE_M = 0.6, 3.0
-
-
-@dataclass(frozen=True)
-class Settings:
-    """How the driver decides."""
-
-    limit_mps: float = 14.0
-    margin_s: float = 1.5  # between the car and one with right of way in a junction
-    politeness: float = 1.5
-    rss: Rss = field(default_factory=Rss)
 
 
 class GiveWayLine(NamedTuple):
@@ -97,31 +88,38 @@ class LaneRoad:
 
 
 class BehaviourDriver:
-    """Plans the path of the car; it is the planner of sdc_package.car.Car.
+    """Plans the path of the car; its `plan` is a planner of the library.
 
     Args:
         road: the road along which it drives
-        settings: how it decides
         chooses: what chooses the manoeuvre
+        more: how it decides, fields of its scenes: limit_mps, rss, politeness
+
+    Attributes:
+        scene: what it decided about in the last step
+        acceleration_mps2: what it wants [m/s^2]
+        reason: what limits its speed
     """
 
     def __init__(
         self,
         road: LaneRoad,
-        settings: Settings,
         chooses: Callable[[LaneScene], LaneProposal] = choose,
+        **more: Any,
     ):
-        self._road, self._settings, self._choose = road, settings, chooses
-        self._offset_m, self._ticks = 0.0, 0
-        self._stop_m, self._entered_m = math.inf, -math.inf
-        self._proposal = LaneProposal(0, settings.limit_mps)
+        self._road, self._choose = road, chooses
+        self._offset_m, self._ticks, self._entered_m = 0.0, 0, -math.inf
+        self.scene = LaneScene(OnLane(0.0, 0.0, CAR_M), lanes=len(road.names), **more)
+        self._proposal = LaneProposal(0, self.scene.limit_mps)
         self.reason, self.acceleration_mps2 = "", 0.0
-        self.scene: LaneScene | None = None
 
     def plan(self, observation: Observation) -> Path:
         """Return the path ahead, with the speed at each of its points."""
         line, seen = self._road.line, observation
-        place = line.project(seen.x_m, seen.y_m, self._s_m(seen), 3.0, 10.0)
+        if self._ticks:
+            place = line.project(seen.x_m, seen.y_m, self.scene.own.s_m, 3.0, 10.0)
+        else:
+            place = line.nearest(seen.x_m, seen.y_m)
         self.scene = scene = self._scene(place.s_m, seen)
         if self._ticks % _DECIDE_TICKS == 0:
             self._proposal = self._choose(scene)
@@ -144,11 +142,6 @@ class BehaviourDriver:
         self._offset_m = self._moved(target_m, 0.05 if seen.speed_mps > 1.0 else 0.0)
         return Path.from_rows(np.array(rows))
 
-    def _s_m(self, seen: Observation) -> float:
-        if self.scene is not None:
-            return self.scene.own.s_m
-        return self._road.line.nearest(seen.x_m, seen.y_m).s_m
-
     def _moved(self, target_m: float, time_s: float) -> float:
         """Return the distance from the right lane after so much time of a lane change [m]."""
         step_m = _ASIDE_MPS * time_s
@@ -159,12 +152,11 @@ class BehaviourDriver:
         found = [(one, self._road.on_lane(one, s_m)) for one in seen.obstacles]
         others = tuple(place for _, place in found if place is not None)
         elsewhere = [one for one, place in found if place is None]
-        settings = self._settings
+        stop_m = self.scene.stop_m
         if self._ticks % _LOOK_TICKS == 0:
-            self._stop_m = self._line_m(own, elsewhere)
-        self.reason = "" if math.isinf(self._stop_m) else "right_of_way"
-        limits = len(self._road.names), settings.limit_mps, self._stop_m
-        return LaneScene(own, others, *limits, settings.rss, settings.politeness)
+            stop_m = self._line_m(own, elsewhere)
+        self.reason = "" if math.isinf(stop_m) else "right_of_way"
+        return replace(self.scene, own=own, others=others, stop_m=stop_m)
 
     def _line_m(self, own: OnLane, users: Sequence[DetectedObstacle]) -> float:
         """Return the place of the next line if the car must not enter the junction, else inf."""
@@ -183,7 +175,7 @@ class BehaviourDriver:
                 )
                 for one in users
             ]
-            if not may_enter((enters_s, leaves_s), others, self._settings.margin_s):
+            if not may_enter((enters_s, leaves_s), others, _MARGIN_S):
                 return line.line_m
             if to_line_m < _AT_LINE_M:
                 self._entered_m = line.line_m  # it does not change its mind on the line
@@ -191,8 +183,8 @@ class BehaviourDriver:
 
     def _time_s(self, own: OnLane, at_m: float, share: float) -> float:
         """Return the time until the car is at a place, with a share of its acceleration [s]."""
-        a, way_m = share * self._settings.rss.accelerating_mps2, max(at_m - own.s_m, 0.0)
-        limit_mps = max(self._settings.limit_mps, own.speed_mps)
+        a, way_m = share * self.scene.rss.accelerating_mps2, max(at_m - own.s_m, 0.0)
+        limit_mps = max(self.scene.limit_mps, own.speed_mps)
         until_m = (limit_mps**2 - own.speed_mps**2) / (2.0 * a)
         if way_m <= until_m:
             return (math.sqrt(own.speed_mps**2 + 2.0 * a * way_m) - own.speed_mps) / a

@@ -12,7 +12,7 @@ from typing import Any, Callable
 
 import numpy as np
 
-from sdc_behaviour.driver import SPACE_M, BehaviourDriver, LaneRoad, Settings
+from sdc_behaviour.driver import SPACE_M, BehaviourDriver, LaneRoad
 from sdc_behaviour.junction import NEVER
 from sdc_behaviour.manoeuvre import LaneProposal, LaneScene, choose, gap_m, one_ahead
 from sdc_behaviour.roads import END_M, ROAD, SIDE_FROM_M, SIDE_M, WIDTH_M, crossing_road
@@ -135,8 +135,8 @@ class _Referee:
         self._look_at_crossing(self._world.elapsed_s, snapshot)
         self._look_behind(state.x_m, state.y_m, snapshot)
         scene = self._planner.scene
-        front = one_ahead(scene.own, scene.others, {scene.own.lane}) if scene else None
-        gap = math.inf if front is None or scene is None else gap_m(scene.own, front)
+        front = one_ahead(scene.own, scene.others, {scene.own.lane})
+        gap = math.inf if front is None else gap_m(scene.own, front)
         row = (self._world.elapsed_s, state.x_m, state.speed_mps, gap, state.y_m)
         self._rows.append(row)
         over = state.x_m > FINISH_M or result.collisions > 0 or row[0] > LONGEST_S
@@ -173,7 +173,7 @@ def drive_scene(
     name: str,
     seed: int,
     chooses: Callable[[LaneScene], LaneProposal] = choose,
-    settings: Settings | None = None,
+    **more: Any,
 ) -> Driven:
     """Drive one scene.
 
@@ -181,14 +181,14 @@ def drive_scene(
         name: name of the scene, a key of SCENES
         seed: of the road users
         chooses: what chooses the manoeuvre
-        settings: how the driver decides
+        more: how the driver decides, see BehaviourDriver
     """
     mission_m = np.array([(0.0, 0.0), (END_M, 0.0)])
     actors = SCENES[name](np.random.default_rng(seed))
     traffic = ScriptedTraffic(actors, mission_m, seed, TICK_S)
     vehicle = Vehicle(load_vehicle(config_path("vehicles/tesla_model3.yaml")))
     world = Simulation(vehicle, TICK_S, 0.5, start=(START_M, 0.0, 0.0), traffic=traffic)
-    planner = BehaviourDriver(LaneRoad(crossing_road(), ROAD), settings or Settings(), chooses)
+    planner = BehaviourDriver(LaneRoad(crossing_road(), ROAD), chooses, **more)
     referee = _Referee(world, planner)
     drive(world, LabCar(planner), referee)  # type: ignore[arg-type]
     return referee.result

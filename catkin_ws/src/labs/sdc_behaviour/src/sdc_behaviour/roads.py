@@ -14,7 +14,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from sdc_sim.road.network import BROKEN, YIELD, Connection, Junction, Network, RoadLane
+from sdc_sim.road.network import YIELD, Connection, Junction, Network, RoadLane
 
 WIDTH_M = 3.5
 # The junction, which begins with the line at which one gives way, and the end of the road [m].
@@ -26,11 +26,9 @@ ROAD = (("west_0", ":j_0_0", "east_0"), ("west_1", ":j_0_1", "east_1"))
 SIDE = ("north_0", ":j_2_0", "south_0")
 
 
-def _lane(name: str, points: list, speed_mps: float, **more: object) -> RoadLane:
-    junction = "j" if name.startswith(":") else ""
-    return RoadLane(
-        name, np.array(points, float), WIDTH_M, speed_mps, junction=junction, **more  # type: ignore[arg-type]
-    )  # fmt: skip
+def _lane(name: str, points: list, speed_mps: float, successors: tuple = ()) -> RoadLane:
+    junction, points_m = "j" if name.startswith(":") else "", np.array(points, float)
+    return RoadLane(name, points_m, WIDTH_M, speed_mps, successors=successors, junction=junction)
 
 
 @lru_cache(maxsize=1)
@@ -41,12 +39,10 @@ def crossing_road() -> Network:
         y = number * WIDTH_M
         # A car in the right lane may also turn right.
         following = (":j_1_0", inside) if number == 0 else (inside,)
-        beside = {"left": "west_1"} if number == 0 else {"right": "west_0"}
-        paint = {"left_marking": BROKEN} if number == 0 else {"right_marking": BROKEN}
         lanes += [
-            _lane(before, [(0, y), (LINE_M, y)], MAIN_MPS, successors=following, **beside, **paint),
+            _lane(before, [(0, y), (LINE_M, y)], MAIN_MPS, successors=following),
             _lane(inside, [(LINE_M, y), (BEHIND_M, y)], MAIN_MPS, successors=(after,)),
-            _lane(after, [(BEHIND_M, y), (END_M, y)], MAIN_MPS, **paint),
+            _lane(after, [(BEHIND_M, y), (END_M, y)], MAIN_MPS),
         ]
     side = [(SIDE_M, SIDE_FROM_M), (SIDE_M, WIDTH_M + 7.0), (SIDE_M, -7.0), (SIDE_M, -SIDE_FROM_M)]
     turn = [(LINE_M, 0.0), (LINE_M + 5.0, -2.0), (SIDE_M, -7.0)]

@@ -10,7 +10,6 @@ from typing import Iterator
 
 import numpy as np
 
-from sdc_behaviour.driver import Settings
 from sdc_behaviour.drives import drive_scene
 from sdc_behaviour.rss import Rss, safe_distance_m
 
@@ -21,7 +20,7 @@ _STEP_S = 0.01
 
 def polite(share: float) -> tuple[float, float]:
     """Return mean speed, and greatest braking of one behind, with a share of the safe distance."""
-    drives = [drive_scene("lorry", seed, settings=Settings(politeness=share)) for seed in SEEDS]
+    drives = [drive_scene("lorry", seed, politeness=share) for seed in SEEDS]
     speeds = [one.mean_mps for one in drives]
     return float(np.mean(speeds)), max(one.pushed_mps2 for one in drives)
 

@@ -15,7 +15,6 @@ import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 from matplotlib.axes import Axes  # noqa: E402
 
-from sdc_behaviour.driver import Settings  # noqa: E402
 from sdc_behaviour.drives import drive_scene  # noqa: E402
 from sdc_behaviour.monitor import always  # noqa: E402
 from sdc_behaviour.rss import Rss  # noqa: E402
@@ -53,8 +52,8 @@ def rss(left: Axes, right: Axes) -> None:
     left.legend(frameon=False)
     means = []
     for response_s in _RESPONSES_S:
-        settings = Settings(rss=Rss(response_s=response_s))
-        means.append([drive_scene("lorry", one, settings=settings).mean_mps for one in SEEDS])
+        worst = Rss(response_s=response_s)
+        means.append([drive_scene("lorry", one, rss=worst).mean_mps for one in SEEDS])
     right.plot(_RESPONSES_S, np.mean(means, axis=1), "o-", color=BLUE)
     right.set(xlabel="reaction time in the safe distance [s]", ylabel="mean speed [m/s]")
     right.set_title(f"{len(SEEDS)} drives behind a lorry")
