@@ -1,11 +1,12 @@
 """Proposed ways of the car, simulated a few seconds ahead among the others.
 
-The car follows whoever is in its way by the intelligent driver model (M. Treiber, A. Hennecke and
+The car follows who is in its way by the intelligent driver model (M. Treiber, A. Hennecke and
 D. Helbing, Phys. Rev. E 62, 2000); the others keep their speed and their lane.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -87,66 +88,89 @@ def forecast(
         line_m: (G,) place across the road beyond which the oncoming lane is, inf: none [m]
     """
     count, last = len(ways_m), ways_m.shape[1] - 1
-    every = np.arange(count)
+    every, grid = np.arange(count), np.arange(count)[:, None]
 
     def at(s: np.ndarray) -> np.ndarray:
         return np.clip(((s - from_m) / GRID_M).astype(int), 0, last)
 
     s, v = np.full(count, s_m), np.full(count, speed_mps)
-    side_m = np.where(np.abs(others.along_mps) > _AT_REST_MPS, _SIDE_M, _SIDE_AT_REST_M)
-    body_m = others.half_width_m + 0.5 * car.width_m
-    half_width_m = body_m + side_m
-    half_length_m = others.half_length_m + car.front_m
-    least_mps = np.maximum(_ACROSS_MPS, _ACROSS_SHARE * np.abs(others.along_mps))
-    across_mps = np.where(np.abs(others.left_mps) > least_mps, others.left_mps, 0.0)
-    aligned = others.along_mps > np.abs(others.left_mps)
-    oncoming = others.along_mps < -np.abs(others.left_mps)
-    near_m = half_length_m + np.where(oncoming, -_ONCOMING_S * margin * others.along_mps, _ALONG_M)
-    here = np.abs(others.y_m - ways_m[:, at(s)[0]][:, None]) < half_width_m
-    # One behind in the car's lane is responsible for its distance.
-    settled = here & aligned & (others.s_m < s_m)
-    soon_mps = v
+    judge = _Judge(others, margin, car, s_m, ways_m[:, at(s)[0]][:, None])
     contact_s, hardest, oncoming_s = np.full(count, np.inf), np.zeros(count), np.zeros(count)
     for step in range(STEPS):
         time_s = step * STEP_S
         its_s = others.s_m + time_s * others.along_mps
-        its_y = others.y_m + min(time_s, _ACROSS_S) * across_mps
+        its_y = others.y_m + min(time_s, _ACROSS_S) * judge.across_mps
         distance_m = its_s - s[:, None]
-        # On its place along the road, the way of the car passes this far from it.
-        beside_m = np.abs(its_y - ways_m[:, at(its_s)])
-        in_way = (beside_m < half_width_m) & (distance_m > 0.0)
-        gap_m = np.maximum(distance_m - half_length_m, 0.1)
-        v_row = v[:, None]
-        root = 2.0 * np.sqrt(car.acceleration_mps2 * car.braking_mps2)
-        wanted_m = _GAP_M + np.maximum(v_row * (_GAP_S + (v_row - others.along_mps) / root), 0.0)
-        push = np.where(in_way, (wanted_m / gap_m) ** 2, 0.0).max(axis=1, initial=0.0)
-        room_m = np.maximum(stop_m - s, 0.1)
-        push = np.maximum(push, np.where(room_m < 60.0, (v * (0.5 + v / root) / room_m) ** 2, 0.0))
+        in_way = np.abs(its_y - ways_m[:, at(its_s)]) < judge.half_width_m
+        gap_m = np.where(in_way & (distance_m > 0.0), distance_m - judge.half_length_m, np.inf)
+        push = np.maximum(
+            _push(v[:, None], others.along_mps, gap_m, car).max(axis=1, initial=0.0),
+            _push(v, 0.0, stop_m - s + _GAP_M, car),
+        )
         top = most_mps[every, at(s)]
-        free = (v / np.maximum(top, 0.1)) ** 4
-        a = np.clip(car.acceleration_mps2 * (1.0 - free - push), -_HARDEST_MPS2, None)
-        hardest = np.maximum(hardest, car.acceleration_mps2 * (push - 1.0) * (v > 0.5))
-        # Whom the car meets, or cuts in before.
-        # Its front is where its centre will be; towards those behind it is the rear that matters.
-        front_y, mine_y = (ways_m[every, at(s + far)][:, None] for far in (car.front_m, 0.0))
+        a = car.acceleration_mps2 * (1.0 - (v / np.maximum(top, 0.1)) ** 4 - push)
+        hardest = np.maximum(hardest, car.acceleration_mps2 * (push - 1.0) * (v > _AT_REST_MPS))
+        # The front is where the centre will be; towards those behind it is the rear that matters.
+        front_y, mine_y = ways_m[grid, at(s + car.front_m)[:, None]], ways_m[grid, at(s)[:, None]]
         away_m = np.abs(its_y - np.where(distance_m > 0.0, front_y, mine_y))
-        overlap = away_m < body_m + np.minimum(side_m, _SIDE_AT_REST_M + time_s * _SIDE_M)
-        behind = aligned & (distance_m < 0.0)
-        gap_m = -distance_m - half_length_m
-        closing_mps = np.maximum(others.along_mps - v_row, 0.0)
-        safe_m = 1.0 + 0.2 * others.along_mps + closing_mps**2 / (2.0 * _REAR_MPS2)
-        cut_in = overlap & behind & ~settled & (gap_m < margin * safe_m)
-        settled |= overlap & behind
-        met = overlap & (np.abs(distance_m) < near_m) & ~settled
-        met &= oncoming | (
-            v_row > 0.3
-        )  # at rest, the car is hit by those that come towards it only
-        oncoming_s += STEP_S * (mine_y[:, 0] > line_m[at(s)])
-        bad = (cut_in | met).any(axis=1)
+        bad = judge.contacts(time_s, distance_m, away_m, v[:, None])
         contact_s = np.where(bad & np.isinf(contact_s), time_s, contact_s)
-        v_next = np.minimum(np.maximum(v + STEP_S * a, 0.0), np.maximum(top, v - 2.0))
-        s = s + 0.5 * STEP_S * (v + v_next)
-        v = v_next
+        oncoming_s += STEP_S * (mine_y[:, 0] > line_m[at(s)])
+        v_next = np.clip(v + STEP_S * np.maximum(a, -_HARDEST_MPS2), 0.0, np.maximum(top, v - 2.0))
+        s, v = s + 0.5 * STEP_S * (v + v_next), v_next
         if step == _SOON_STEP:
             soon_mps = v
     return Forecast(s - s_m, contact_s, hardest, oncoming_s, soon_mps, v)
+
+
+def _push(v: np.ndarray, ahead_mps: np.ndarray | float, gap_m: np.ndarray, car: Body) -> np.ndarray:
+    """Return the interaction of the intelligent driver model with what is ahead."""
+    root = 2.0 * math.sqrt(car.acceleration_mps2 * car.braking_mps2)
+    wanted_m = _GAP_M + np.maximum(v * (_GAP_S + (v - ahead_mps) / root), 0.0)
+    return (wanted_m / np.maximum(gap_m, 0.1)) ** 2
+
+
+class _Judge:
+    """Finds contacts that the car would cause."""
+
+    def __init__(
+        self, others: Around, margin: np.ndarray, car: Body, s_m: float, way_m: np.ndarray
+    ):
+        along_mps, left_mps = others.along_mps, others.left_mps
+        self._along_mps, self._margin = along_mps, margin
+        self._side_m = np.where(np.abs(along_mps) > _AT_REST_MPS, _SIDE_M, _SIDE_AT_REST_M)
+        self._body_m = others.half_width_m + 0.5 * car.width_m
+        self.half_width_m = self._body_m + self._side_m
+        self.half_length_m = others.half_length_m + car.front_m
+        least_mps = np.maximum(_ACROSS_MPS, _ACROSS_SHARE * np.abs(along_mps))
+        self.across_mps = np.where(np.abs(left_mps) > least_mps, left_mps, 0.0)
+        self._aligned = along_mps > np.abs(left_mps)
+        self._oncoming = along_mps < -np.abs(left_mps)
+        clear_m = np.where(self._oncoming, -_ONCOMING_S * margin * along_mps, _ALONG_M)
+        self._near_m = self.half_length_m + clear_m
+        # One behind in the car's lane is responsible for its distance.
+        here = np.abs(others.y_m - way_m) < self.half_width_m
+        self._settled = here & self._aligned & (others.s_m < s_m)
+
+    def contacts(
+        self, time_s: float, distance_m: np.ndarray, away_m: np.ndarray, speed_mps: np.ndarray
+    ) -> np.ndarray:
+        """Return for which proposals (P,) the car meets one, or cuts in too closely before one.
+
+        Args:
+            time_s: time of the forecast; call it in order of time [s]
+            distance_m: (P, A) distance to each ahead along the road [m]
+            away_m: (P, A) distance across the road [m]
+            speed_mps: (P, 1) speed of the car [m/s]
+        """
+        side_m = np.minimum(self._side_m, _SIDE_AT_REST_M + time_s * _SIDE_M)
+        overlap = away_m < self._body_m + side_m
+        behind = self._aligned & (distance_m < 0.0)
+        closing_mps = np.maximum(self._along_mps - speed_mps, 0.0)
+        safe_m = 1.0 + 0.2 * self._along_mps + closing_mps**2 / (2.0 * _REAR_MPS2)
+        is_close = -distance_m - self.half_length_m < self._margin * safe_m
+        cut_in = overlap & behind & ~self._settled & is_close
+        self._settled |= overlap & behind
+        met = overlap & (np.abs(distance_m) < self._near_m) & ~self._settled
+        met &= self._oncoming | (speed_mps > _AT_REST_MPS)
+        return (cut_in | met).any(axis=1)

@@ -568,7 +568,8 @@ class _Situation:
             if others.along_mps[n] < _AT_REST_MPS:
                 rear_m = float(others.s_m[n] - others.half_length_m[n])
                 stop_m = min(stop_m, rear_m - self._plan.car.front_m - _WAIT_M)
-        return stop_m if stop_m > self._s_m else math.inf
+        # A car that has stopped a little too late stays.
+        return max(stop_m, self._s_m) if stop_m > self._s_m - _BEFORE_M else math.inf
 
 
 def shift_length_m(shift_m: float, speed_mps: float) -> float:
