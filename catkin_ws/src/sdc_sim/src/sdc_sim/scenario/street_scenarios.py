@@ -22,7 +22,7 @@ from sdc_sim.physics.obstacles import KINDS
 from sdc_sim.physics.traffic_lights import COLOURS
 from sdc_sim.road.lane_graph import LaneGraph, NoRouteError
 from sdc_sim.road.mission import plan_mission
-from sdc_sim.road.network import STOP, YIELD, Connection, Network, RoadLane, left_normals
+from sdc_sim.road.network import BROKEN, STOP, YIELD, Connection, Network, RoadLane, left_normals
 from sdc_sim.road.network_file import load_network
 from sdc_sim.traffic.actors import Actor
 from sdc_sim.traffic.lights import lights_of
@@ -329,7 +329,8 @@ def _is_street(network: Network, lane: RoadLane, s_m: float, where: Mapping[str,
     least, most = where.get("bend_deg", (0.0, 8.0))
     if not least <= np.degrees(np.ptp(bend)) <= most:
         return False
-    left = "same" if lane.left else "oncoming" if _oncoming_lane(network, lane, s_m) else "none"
+    may_cross = lane.left_marking == BROKEN and _oncoming_lane(network, lane, s_m)
+    left = "same" if lane.left else "oncoming" if may_cross else "none"
     return bool(where.get("left", left) == left)
 
 
