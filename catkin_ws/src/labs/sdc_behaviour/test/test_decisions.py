@@ -11,7 +11,7 @@ from sdc_behaviour.junction import may_enter, time_in_space
 from sdc_behaviour.lanes import predicted
 from sdc_behaviour.manoeuvre import LaneProposal, LaneScene, choose, simulate
 from sdc_behaviour.monitor import always, eventually, keeps_distance
-from sdc_behaviour.roads import LINE_M, ROAD, SIDE_M, crossing_road
+from sdc_behaviour.roads import ROAD, SIDE_M, crossing_road
 from sdc_behaviour.rss import Rss, following_mps2, safe_distance_m
 from sdc_common.driving import DetectedObstacle
 
@@ -58,13 +58,6 @@ def test_car_at_the_safe_distance_neither_accelerates_nor_brakes_hard():
     distance_m = safe_distance_m(12.0, 12.0, Rss())
     assert -1.0 < following_mps2(12.0, distance_m + 2.0, 12.0, 14.0, Rss()) < 0.0
     assert following_mps2(12.0, 0.4 * distance_m, 12.0, 14.0, Rss()) < -5.0
-
-
-def test_line_of_the_road_is_where_the_junction_begins():
-    (line,) = LaneRoad(crossing_road(), ROAD).lines
-    assert line.line_m == LINE_M
-    assert line.space_m == pytest.approx([SIDE_M, 0.0], abs=0.5)
-    assert line.meets_m == pytest.approx(SIDE_M, abs=0.5)
 
 
 def test_road_user_is_on_the_lane_that_it_drives_along():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Any, Callable, Iterator, NamedTuple, Sequence
+from typing import Any, Callable, Sequence
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from sdc_behaviour.gaps import OnLane
 from sdc_behaviour.junction import may_enter, time_in_space
 from sdc_behaviour.lanes import predicted
 from sdc_behaviour.manoeuvre import LaneProposal, LaneScene, acceleration_mps2, choose
+from sdc_behaviour.roads import GiveWayLine
 from sdc_common.driving import DetectedObstacle, Observation, Path
 from sdc_common.geometry.polyline import Polyline
 from sdc_sim.road.network import Network
@@ -33,48 +34,23 @@ _LATE_MPS2 = 5.0
 _LATEST, _AT_LINE_M = 0.6, 3.0
 
 
-class GiveWayLine(NamedTuple):
-    """A line at which the car gives way: its place on the road, and where it meets another way."""
-
-    line_m: float
-    meets_m: float
-    space_m: np.ndarray
-
-
 class LaneRoad:
     """The lanes of the car's road, which run beside one another, from right to left.
 
     Args:
         network: the streets
         lanes: ids of the parts of each lane, in order
+        lines: the lines at which the car gives way
     """
 
-    def __init__(self, network: Network, lanes: Sequence[Sequence[str]]):
-        self.network, self.names = network, [set(one) for one in lanes]
+    def __init__(
+        self, network: Network, lanes: Sequence[Sequence[str]], lines: Sequence[GiveWayLine] = ()
+    ):
+        self.network, self.lines, self.number = network, lines, len(lanes)
         parts = [network.lanes[name].points_m for name in lanes[0]]
         points = np.vstack([parts[0], *(one[1:] for one in parts[1:])])
         self.line = Polyline(points.tolist())
         self.width_m = network.lanes[lanes[0][0]].width_m
-        self.lines = sorted({one.line_m: one for one in self._lines(lanes[0])}.values())
-
-    def _lines(self, lanes: Sequence[str]) -> Iterator[GiveWayLine]:
-        s_m = 0.0
-        for name in lanes:
-            s_m += self.network.lanes[name].length_m
-            for way in self.network.ways.get(name, ()):
-                if way.connection.end not in lanes:
-                    continue
-                own = self.points(way.connection.through)
-                for first in way.first:
-                    its = self.points(first.through)
-                    apart = np.hypot(*(own[:, None] - its).transpose(2, 0, 1))
-                    at = own[np.unravel_index(apart.argmin(), apart.shape)[0]]
-                    yield GiveWayLine(s_m, self.line.nearest(*at.tolist()).s_m, at)
-
-    def points(self, lanes: Sequence[str]) -> np.ndarray:
-        """Return points (N, 2), 0.5 m apart, of lanes [m]."""
-        found = [self.network.lanes[name] for name in lanes]
-        return np.vstack([one.at(np.arange(0.0, one.length_m, 0.5)) for one in found])
 
     def on_lane(self, user: DetectedObstacle, near_m: float) -> OnLane | None:
         """Return a road user as one on a lane of this road, None if it is on none."""
@@ -82,7 +58,7 @@ class LaneRoad:
         number = round(place.cross_track_m / self.width_m)
         heading = math.remainder(user.yaw_rad - place.heading_rad, 2.0 * math.pi)
         aside = abs(place.cross_track_m - number * self.width_m)
-        if not 0 <= number < len(self.names) or aside > _ASIDE_M or abs(heading) > _ALONG_RAD:
+        if not 0 <= number < self.number or aside > _ASIDE_M or abs(heading) > _ALONG_RAD:
             return None
         return OnLane(place.s_m, user.speed_mps, user.length_m, number)
 
@@ -109,7 +85,7 @@ class BehaviourDriver:
     ):
         self._road, self._choose = road, chooses
         self._offset_m, self._ticks, self._entered_m = 0.0, 0, -math.inf
-        self.scene = LaneScene(OnLane(0.0, 0.0, CAR_M), lanes=len(road.names), **more)
+        self.scene = LaneScene(OnLane(0.0, 0.0, CAR_M), lanes=road.number, **more)
         self._proposal = LaneProposal(0, self.scene.limit_mps)
         self.reason, self.acceleration_mps2 = "", 0.0
 
@@ -169,12 +145,9 @@ class BehaviourDriver:
             # At the earliest, and at the latest.
             enters_s = self._time_s(own, line.meets_m - SPACE_M - 1.0, 1.0)
             leaves_s = self._time_s(own, line.meets_m + SPACE_M + 1.0, _LATEST)
-            others = [
-                time_in_space(
-                    predicted(self._road.network, one, _TIMES_S), _TIMES_S, line.space_m, SPACE_M
-                )
-                for one in users
-            ]
+            space_m, network = np.array(line.space_m), self._road.network
+            ways = (predicted(network, one, _TIMES_S) for one in users)
+            others = [time_in_space(one, _TIMES_S, space_m, SPACE_M) for one in ways]
             if not may_enter((enters_s, leaves_s), others, _MARGIN_S):
                 return line.line_m
             if to_line_m < _AT_LINE_M:

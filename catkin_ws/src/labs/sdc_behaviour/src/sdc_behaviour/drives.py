@@ -15,7 +15,7 @@ import numpy as np
 from sdc_behaviour.driver import SPACE_M, BehaviourDriver, LaneRoad
 from sdc_behaviour.junction import NEVER
 from sdc_behaviour.manoeuvre import LaneProposal, LaneScene, choose, gap_m, one_ahead
-from sdc_behaviour.roads import END_M, ROAD, SIDE_FROM_M, SIDE_M, WIDTH_M, crossing_road
+from sdc_behaviour.roads import END_M, LINES, ROAD, SIDE_FROM_M, SIDE_M, WIDTH_M, crossing_road
 from sdc_common.driving import Observation, Path
 from sdc_sim.physics.ackermann import AckermannTarget
 from sdc_sim.physics.obstacles import KINDS
@@ -188,7 +188,7 @@ def drive_scene(
     traffic = ScriptedTraffic(actors, mission_m, seed, TICK_S)
     vehicle = Vehicle(load_vehicle(config_path("vehicles/tesla_model3.yaml")))
     world = Simulation(vehicle, TICK_S, 0.5, start=(START_M, 0.0, 0.0), traffic=traffic)
-    planner = BehaviourDriver(LaneRoad(crossing_road(), ROAD), chooses, **more)
+    planner = BehaviourDriver(LaneRoad(crossing_road(), ROAD, LINES), chooses, **more)
     referee = _Referee(world, planner)
     drive(world, LabCar(planner), referee)  # type: ignore[arg-type]
     return referee.result

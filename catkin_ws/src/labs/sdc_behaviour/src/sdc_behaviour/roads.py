@@ -11,10 +11,11 @@ west_0 ------------------------> : -------------------> east_0
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
-from sdc_sim.road.network import YIELD, Connection, Junction, Network, RoadLane
+from sdc_sim.road.network import Network, RoadLane
 
 WIDTH_M = 3.5
 # The junction, which begins with the line at which one gives way, and the end of the road [m].
@@ -26,9 +27,19 @@ ROAD = (("west_0", ":j_0_0", "east_0"), ("west_1", ":j_0_1", "east_1"))
 SIDE = ("north_0", ":j_2_0", "south_0")
 
 
+class GiveWayLine(NamedTuple):
+    """A line at which the car gives way: its place on the road, and where it meets another way."""
+
+    line_m: float
+    meets_m: float
+    space_m: tuple[float, float]  # centre of the space that both need
+
+
+LINES = (GiveWayLine(LINE_M, SIDE_M, (SIDE_M, 0.0)),)
+
+
 def _lane(name: str, points: list, speed_mps: float, successors: tuple = ()) -> RoadLane:
-    junction, points_m = "j" if name.startswith(":") else "", np.array(points, float)
-    return RoadLane(name, points_m, WIDTH_M, speed_mps, successors=successors, junction=junction)
+    return RoadLane(name, np.array(points, float), WIDTH_M, speed_mps, successors=successors)
 
 
 @lru_cache(maxsize=1)
@@ -52,11 +63,4 @@ def crossing_road() -> Network:
         _lane(SIDE[2], side[2:], SIDE_MPS),
         _lane(":j_1_0", turn, SIDE_MPS, successors=SIDE[2:]),
     ]
-    ways = [
-        Connection("north_0", (SIDE[1],), "south_0", "s"),
-        *(Connection(one[0], one[1:2], one[2], "s", (0,), line=YIELD) for one in ROAD),
-        Connection("west_0", (":j_1_0",), "south_0", "r", (0,), line=YIELD),
-    ]
-    low, high = -7.0, WIDTH_M + 7.0
-    outline = np.array([(LINE_M, low), (BEHIND_M, low), (BEHIND_M, high), (LINE_M, high)])
-    return Network("lab", lanes, [Junction("j", "priority", outline, tuple(ways))])
+    return Network("lab", lanes)
