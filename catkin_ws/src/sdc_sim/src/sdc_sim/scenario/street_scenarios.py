@@ -30,6 +30,7 @@ from sdc_sim.yaml_document import packaged_config
 
 # A way of a road user begins so far before the event, and ends so far after it.
 _BACK_M, _ON_M = 160.0, 220.0
+_SINK = 70  # points, 1 m apart, of a way behind its junction
 # Least way before and after the event that does not lead through a further junction, and what
 # remains to the end of a lane.
 _LEAST_M, _MARGIN_M = 42.0, 5.0
@@ -228,7 +229,7 @@ class _Placer:
             fits = fits and way.get("first", one in mine.first) == (one in mine.first)
             if fits and abs(turned) < _SIDE_RAD:
                 before = _chain(network, start, on_m=0.0, own=self._own)
-                after = _chain(network, network.lanes[one.end], back_m=0.0, own=self._own)
+                after = _chain(network, network.lanes[one.end], back_m=0.0, own=self._own)[:_SINK]
                 inside = [network.lanes[name].points_m for name in one.through]
                 return _even(np.vstack([before, *inside, after])), float(arc_lengths(before)[-1])
         raise NoRouteError(_NO_WAY)
