@@ -54,9 +54,9 @@ def drive(network, others, duration_s, points=None, start=(0.0, 0.0, 8.0), lines
     """
     points = [(x, 0.0) for x in range(int(LENGTH_M))] if points is None else points
     route = road_route(np.array(points, float))
-    road = road_along(network, route, list(places_along(network, route)))
     speeds = np.full(len(route.s), MOST_MPS)
-    plan = Manoeuvres(road, route, speeds, np.array(lines_m, float), CAR)
+    road = road_along(network, route, list(places_along(network, route)), speeds)
+    plan = Manoeuvres(road, np.array(lines_m, float), CAR)
     s, y, v = start
     rows, until_m = [], min(lines_m, default=math.inf) - CAR.front_m
     for tick in range(round(duration_s / TICK_S)):
@@ -64,14 +64,14 @@ def drive(network, others, duration_s, points=None, start=(0.0, 0.0, 8.0), lines
         plan.decide(s, y, v, seen, math.inf)
         stop_m = min(plan.stop_m, until_m)
         for one in seen:
-            beside_m = abs(one.y_m - route_y(route, one.x_m) - plan.offset_at(one.x_m))
+            beside_m = abs(one.y_m - route_y(route, one.x_m) - plan.way.offset_at(one.x_m))
             if beside_m < 0.5 * one.width_m + 1.2 and one.x_m > s:
                 ahead_mps = one.speed_mps * math.cos(one.yaw_rad)
                 gap_m = one.x_m - 0.5 * one.length_m - s - CAR.front_m - 4.0
                 stop_m = min(stop_m, s + gap_m + max(ahead_mps, 0.0) ** 2 / 5.0)
         wanted = min(MOST_MPS, plan.most_mps, math.sqrt(5.0 * max(stop_m - s, 0.0)))
         v += min(max(wanted - v, -6.0 * TICK_S), 1.8 * TICK_S)
-        s, y = s + v * TICK_S, plan.offset_at(s)
+        s, y = s + v * TICK_S, plan.way.offset_at(s)
         rows.append((tick * TICK_S, s, route_y(route, s) + y, v))
         for one in seen:
             is_beside = abs(one.y_m - rows[-1][2]) > 0.5 * (one.width_m + CAR.width_m)
@@ -153,8 +153,9 @@ def test_car_pulls_out_after_the_one_that_comes():
 def test_way_is_the_route_when_the_road_is_free():
     network = two_way()
     route = road_route(np.column_stack([np.arange(300.0), np.zeros(300)]))
-    road = road_along(network, route, list(places_along(network, route)))
-    plan = Manoeuvres(road, route, np.full(300, MOST_MPS), np.array([]), CAR)
+    places = list(places_along(network, route))
+    road = road_along(network, route, places, np.full(300, MOST_MPS))
+    plan = Manoeuvres(road, np.array([]), CAR)
     rows = np.column_stack([route.points, np.full(300, MOST_MPS)])
     plan.decide(10.0, 0.0, 8.0, [Other(60.0, WIDTH_M, -8.0).at(0.0)], math.inf)
-    assert plan.moved(rows, slice(0, 300)) is rows and plan.most_mps == math.inf
+    assert plan.way.moved(rows, slice(0, 300)) is rows and plan.most_mps == math.inf

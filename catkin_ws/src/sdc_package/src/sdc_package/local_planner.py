@@ -183,7 +183,7 @@ class LocalPlanner:
         if streets is not None:
             obstacles = streets.relevant(self.place.s_m, obstacles)
             if streets.manoeuvres is not None:
-                rows = streets.manoeuvres.moved(rows, ahead)
+                rows = streets.manoeuvres.way.moved(rows, ahead)
         if not obstacles:
             return rows
         caps = speed_caps(

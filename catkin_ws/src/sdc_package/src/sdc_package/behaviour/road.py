@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple, Sequence
+from typing import Any, NamedTuple, Sequence
 
 import numpy as np
 
@@ -39,6 +39,8 @@ class RoadAlong:
     left: a road user that keeps its lane keeps this number, where the route changes lanes, too.
 
     Attributes:
+        route: the route
+        speed_mps: planned speed at the points of the route [m/s]
         s_m: arc length along the route [m]
         route_y_m: place of the route across the road [m]
         width_m: width of the lane [m]
@@ -48,6 +50,8 @@ class RoadAlong:
         in_junction: whether the place is in a junction
     """
 
+    route: Route
+    speed_mps: np.ndarray
     s_m: np.ndarray
     route_y_m: np.ndarray
     width_m: np.ndarray
@@ -56,13 +60,16 @@ class RoadAlong:
     edge_end_m: np.ndarray
     in_junction: np.ndarray
 
-    def at(self, s_m: float) -> int:
-        """Return the index of the place at an arc length."""
-        return min(int(np.searchsorted(self.s_m, s_m)), len(self.s_m) - 1)
+    def at(self, s_m: Any) -> Any:
+        """Return the index of the place at an arc length, or those at arc lengths."""
+        return np.minimum(np.searchsorted(self.s_m, s_m), len(self.s_m) - 1)
 
 
 def road_along(
-    network: Network, route: Route, places: Sequence[tuple[float, LanePlace]]
+    network: Network,
+    route: Route,
+    places: Sequence[tuple[float, LanePlace]],
+    speed_mps: np.ndarray,
 ) -> RoadAlong | None:
     """Return the road along a route, None if the route is on no lane.
 
@@ -70,6 +77,7 @@ def road_along(
         network: the lanes
         route: the route
         places: arc lengths along the route, and the places on the lanes there
+        speed_mps: (N,) planned speed at the points of the route [m/s]
     """
     if not places:
         return None
@@ -93,7 +101,7 @@ def road_along(
     end_m = np.full(len(s), s[-1])
     for (first, _), (after, at_m) in zip(ends_m, ends_m[1:]):
         end_m[first:after] = at_m
-    return RoadAlong(s, y, width, left_of, right_of, end_m, junction)
+    return RoadAlong(route, speed_mps, s, y, width, left_of, right_of, end_m, junction)
 
 
 def _index(lane: str) -> int:
@@ -117,7 +125,6 @@ def _oncoming(network: Network, route: Route, s_m: float, lane: RoadLane) -> int
 
 def around(
     road: RoadAlong,
-    route: Route,
     s_m: float,
     obstacles: Sequence[DetectedObstacle],
     back_m: float,
@@ -128,13 +135,13 @@ def around(
 
     Args:
         road: the road along the route
-        route: the route
         s_m: arc length of the car's centre [m]
         obstacles: the detected road users
         back_m: length of the stretch behind the car [m]
         ahead_m: length of the stretch ahead of it [m]
         beside_m: greatest distance from the route [m]
     """
+    route = road.route
     first, last = np.searchsorted(route.s, (s_m - back_m, s_m + ahead_m))
     first, last = min(int(first), len(route.s) - 2), max(int(last), int(first) + 2)
     line = route.points[first:last]

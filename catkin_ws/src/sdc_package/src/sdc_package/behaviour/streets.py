@@ -108,16 +108,16 @@ class StreetBehaviour:
         self._crosswalks = crosswalks_on(route, self._network.crosswalks)
         self._has_stopped = False
         self.manoeuvres: Manoeuvres | None = None
-        road, margins = road_along(self._network, route, places), self._margins
+        road, margins = road_along(self._network, route, places, speed_mps), self._margins
         if road is not None:
             lines_m = np.array([one.line_m for one in self._crossings])
             size = margins.car_front_m, _CAR_WIDTH_M
             car = Body(*size, margins.acceleration_mps2, braking_mps2)
-            self.manoeuvres = Manoeuvres(road, route, speed_mps, lines_m, car)
+            self.manoeuvres = Manoeuvres(road, lines_m, car)
 
     def offset_at(self, s_m: float) -> float:
         """Return how far the car's way is from the route at an arc length, positive left [m]."""
-        return 0.0 if self.manoeuvres is None else self.manoeuvres.offset_at(s_m)
+        return 0.0 if self.manoeuvres is None else self.manoeuvres.way.offset_at(s_m)
 
     def _beside_m(self, place: Place) -> float:
         """Return the distance from the car's way of what is at a place on the route [m]."""

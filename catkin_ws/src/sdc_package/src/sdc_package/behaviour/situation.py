@@ -1,0 +1,194 @@
+"""What a decision knows: who is in the way, who waits, who comes, and what a way costs."""
+
+from __future__ import annotations
+
+import math
+from typing import Sequence
+
+import numpy as np
+
+from sdc_common.driving import DetectedObstacle
+from sdc_package.behaviour.forecast import GRID_M, Body
+from sdc_package.behaviour.offset_path import SAME_M, OffsetPath
+from sdc_package.behaviour.road import BEHIND_LINE, SAME, RoadAlong, around
+
+AMBULANCE, PEDESTRIAN, OBSTACLE = "ambulance", "pedestrian", "obstacle"
+AT_REST_MPS = 0.5
+# The stretch of the route that is looked at [m].
+_BACK_M, _AHEAD_M, _SIDE_M = 70.0, 190.0, 8.0
+# A road user in the way ahead of the car so near may be passed [m].
+_LOOK_M = 70.0
+# It is slow below this share of the speed without it, for so many decisions. One that the car has
+# seen moving may drive on, so it waits longer behind it.
+_SLOW, _SLOW_DECISIONS, _STOPPED_DECISIONS = 0.7, 4, 32
+# One at rest or slow so near before a junction, or behind another one that waits, waits, too [m].
+_QUEUE_M, _QUEUE_MPS, _BEHIND_M = (8.0, 30.0), 3.0, 9.0
+_SIDE_FREE_M = 0.3
+# The route is looked at so far ahead for changes of lanes [m], and so much beside it is one.
+_CHANGE_AHEAD, _CHANGE_M = 60, 1.0
+# Behind one that is overtaken, the gap stays open if no one is so near behind the car [m].
+_FREE_BEHIND_M = 18.0
+# Costs in metres of progress: a solid line, and an emergency vehicle behind.
+_SOLID_M, _HINDERS_M = 6.0, 40.0
+
+
+class Memory:
+    """What the car remembers of the road users by their ids."""
+
+    def __init__(self):
+        self.slow: dict[int, int] = {}  # decisions for which they were slow before the car
+        self.moved: set[int] = set()  # those that have moved
+
+    def update(self, slow: Sequence[int], moving: Sequence[int], keep: bool) -> None:
+        """Count those that are slow; forget the others unless they are kept."""
+        self.moved.update(moving)
+        old = self.slow if keep else {one: self.slow.get(one, 0) for one in slow}
+        self.slow = {**old, **{one: self.slow.get(one, 0) + 1 for one in slow}}
+
+
+class Situation:
+    """The road around the car at one time, with places across the road as in RoadAlong.
+
+    Attributes:
+        others: the road users
+        grid_m: (G,) arc lengths of the grid [m]
+        here: index of the car on it
+        route_y: (G,) place of the route across the road [m]
+        line_y: (G,) place beyond which the car is on the oncoming lane, inf: there is none [m]
+        most_mps: (G,) planned speed [m/s]
+        top_mps: greatest planned speed ahead [m/s]
+        end_m: where the next junction, or the end of the route, is [m]
+        passable: those that the car may pass, in order along the route
+        emergency: those to which the car must give way
+    """
+
+    def __init__(
+        self,
+        road: RoadAlong,
+        way: OffsetPath,
+        car: Body,
+        memory: Memory,
+        lines_m: np.ndarray,
+        s_m: float,
+        speed_mps: float,
+        obstacles: Sequence[DetectedObstacle],
+    ):
+        self._road, self._way, self._car, self.s_m, self.speed_mps = road, way, car, s_m, speed_mps
+        route = road.route
+        self.others = others = around(road, s_m, obstacles, _BACK_M, _AHEAD_M, _SIDE_M)
+        self._kinds = [obstacles[row].kind for row in others.rows.tolist()]
+        ids = np.array([obstacles[row].id for row in others.rows.tolist()], int)
+        self.from_m, self.here = s_m - _BACK_M, int(_BACK_M / GRID_M)
+        self.grid_m = self.from_m + GRID_M * np.arange(int((_BACK_M + _AHEAD_M + 80.0) / GRID_M))
+        self.route_y = np.interp(self.grid_m, road.s_m, road.route_y_m)
+        self.most_mps = np.interp(self.grid_m, route.s, road.speed_mps)
+        self.top_mps = float(self.most_mps[self.here : self.here + 60].max())
+        self.end_m = float(min(lines_m[lines_m > s_m], default=route.length_m))
+        self.at = road.at(s_m)
+        self.width_m = float(road.width_m[self.at])
+        self.inside_m = 0.5 * (self.width_m - car.width_m)
+        left = road.left[road.at(self.grid_m)]
+        self.line_y = np.where(left == SAME, math.inf, self.route_y + self.inside_m + SAME_M)
+        self.way_y = self.ways([way.offset_m])[0]
+        self._touches_m = others.half_width_m + 0.5 * car.width_m + _SIDE_FREE_M
+        self._ahead = (others.s_m > s_m) & (others.s_m < s_m + _LOOK_M)
+        beside_m = np.abs(others.y_m - np.interp(others.s_m, self.grid_m, self.way_y))
+        top_mps = np.interp(others.s_m, self.grid_m, self.most_mps)
+        slow = (beside_m < self._touches_m) & self._ahead & (others.along_mps < _SLOW * top_mps)
+        moving = ids[others.along_mps > 2.0 * AT_REST_MPS]
+        memory.update(ids[slow].tolist(), moving.tolist(), way.until_m > 0.0)
+        free = self._on_route() & self._ahead & ~self._waiting(lines_m)
+        passable = [n for n in np.flatnonzero(free) if self._may_pass(n, int(ids[n]), memory)]
+        self.passable = sorted(passable, key=lambda n: others.s_m[n])
+        comes = (others.s_m < s_m) & (others.along_mps > speed_mps - 1.0)
+        self.emergency = [n for n in np.flatnonzero(comes) if self._kinds[n] == AMBULANCE]
+
+    def _may_pass(self, n: int, number: int, memory: Memory) -> bool:
+        along_mps, kind = self.others.along_mps[n], self._kinds[n]
+        if kind == PEDESTRIAN or along_mps < -AT_REST_MPS:
+            return False
+        stopped = along_mps < AT_REST_MPS and number in memory.moved
+        needed = _STOPPED_DECISIONS if stopped else 1 if kind == OBSTACLE else _SLOW_DECISIONS
+        return memory.slow.get(number, 0) >= needed
+
+    def _on_route(self) -> np.ndarray:
+        """Return which road users are on the lane of the route."""
+        return np.abs(self.beside_m()) < self._touches_m
+
+    def beside_m(self) -> np.ndarray:
+        """Return how far each road user is to the left of the route [m]."""
+        return self.others.y_m - np.interp(self.others.s_m, self.grid_m, self.route_y)
+
+    def _waiting(self, lines_m: np.ndarray) -> np.ndarray:
+        """Return which road users wait in a queue before a junction."""
+        others = self.others
+        waits, on_route, end_m = np.zeros(len(self._kinds), bool), self._on_route(), math.inf
+        front_m = others.s_m + others.half_length_m
+        for n in np.argsort(-others.s_m):
+            along_mps = others.along_mps[n]
+            if not on_route[n] or self._kinds[n] == OBSTACLE or along_mps < -AT_REST_MPS:
+                continue
+            to_line_m = lines_m - front_m[n]
+            near_m = min(to_line_m[to_line_m > -2.0], default=math.inf)
+            is_near = near_m < _QUEUE_M[int(along_mps > AT_REST_MPS)]
+            if along_mps < _QUEUE_MPS and (is_near or end_m - front_m[n] < _BEHIND_M):
+                waits[n], end_m = True, others.s_m[n] - others.half_length_m[n]
+        return waits
+
+    @property
+    def is_quiet(self) -> bool:
+        """Return whether nothing asks for another way."""
+        asks = self._way.until_m or self.passable or self.emergency or self.changes_lane
+        return not (asks or self.is_invaded)
+
+    @property
+    def changes_lane(self) -> bool:
+        """Whether the route changes lanes soon."""
+        return float(np.ptp(self.route_y[self.here : self.here + _CHANGE_AHEAD])) > _CHANGE_M
+
+    @property
+    def is_invaded(self) -> bool:
+        """Whether an oncoming one reaches into the lane of the car."""
+        reach_m = np.abs(self.beside_m()) - self.others.half_width_m
+        inside = (reach_m < 0.5 * self.width_m - _SIDE_FREE_M) & (self.others.s_m > self.s_m)
+        invades = inside & (self.others.along_mps < -AT_REST_MPS)
+        return bool(invades.any()) and not self._road.in_junction[self.at : self.at + 20].any()
+
+    @property
+    def is_on_oncoming_lane(self) -> bool:
+        """Whether the car is on the oncoming lane."""
+        return bool(self.way_y[self.here] > self.line_y[self.here])
+
+    @property
+    def is_free_behind(self) -> bool:
+        """Whether no one would close the gap from which the car overtakes."""
+        distance_m = self.s_m - self.others.s_m
+        return not (self._on_route() & (distance_m > 0.0) & (distance_m < _FREE_BEHIND_M)).any()
+
+    def ways(self, offsets_m: Sequence[np.ndarray]) -> np.ndarray:
+        """Return (P, G) places across the road on the grid."""
+        s = self._road.route.s
+        return np.array([self.route_y + np.interp(self.grid_m, s, one) for one in offsets_m])
+
+    def rear_m(self, n: int) -> float:
+        """Return the arc length of the rear of a road user [m]."""
+        return float(self.others.s_m[n] - self.others.half_length_m[n])
+
+    def needed_m(self, n: int, side: float, free_m: float) -> float:
+        """Return how far beside the route the car passes a road user on one side [m]."""
+        reach_m = self.others.half_width_m[n] + 0.5 * self._car.width_m + free_m
+        return float(max(side * self.beside_m()[n] + reach_m, 0.0))
+
+    def cost_m(self, offset_m: np.ndarray) -> float:
+        """Return what a way costs for the lines that it crosses, and for whom it hinders [m]."""
+        ahead = slice(self.here, self.here + 100, 4)
+        offset = np.interp(self.grid_m[ahead], self._road.route.s, offset_m)
+        left = self._road.left[self._road.at(self.grid_m[ahead])]
+        cost_m = _SOLID_M * float(((offset > self.inside_m) & (left == BEHIND_LINE)).any())
+        cost_m += float((np.abs(offset) > 0.1).mean())
+        later = self.here + int(40.0 / GRID_M)
+        for n in self.emergency[:1]:
+            y = self.ways([offset_m])[0][later]
+            free_m = self.others.half_width_m[n] + 0.5 * self._car.width_m
+            cost_m += _HINDERS_M * max(0.0, 1.0 - abs(y - self.others.y_m[n]) / free_m)
+        return cost_m
