@@ -30,7 +30,7 @@ from sdc_sim.yaml_document import packaged_config
 
 # A way of a road user begins so far before the event, and ends so far after it.
 _BACK_M, _ON_M = 160.0, 220.0
-_SINK = 70  # points, 1 m apart, of a way behind its junction
+_SINK = 80  # points, 1 m apart, of the way of a flow behind its meeting with the car
 # Least way before and after the event that does not lead through a further junction, and what
 # remains to the end of a lane.
 _LEAST_M, _MARGIN_M = 42.0, 5.0
@@ -162,7 +162,6 @@ class _Placer:
         """Return the placement."""
         row = self._row
         groups = (one if isinstance(one, list) else [one] for one in row.get("actors", ()))
-        values = row.get("parameters", {}).items()
         has_light = "light" in row and self._site.way and self._site.way.signal >= 0
         return Placement(
             self._start,
@@ -171,7 +170,7 @@ class _Placer:
             self._line.point_at(self._event_at_m),
             tuple(one for group in groups for each in group for one in self._actors(each)),
             self._lights_s(row["light"]) if has_light else 0.0,
-            {key: _drawn(one, self._draw) for key, one in values},
+            {key: _drawn(one, self._draw) for key, one in row.get("parameters", {}).items()},
             _LIMIT_S + _LIMIT_RATIO * self._mission.time_s + row.get("extra_s", 0.0),
         )
 
@@ -229,7 +228,7 @@ class _Placer:
             fits = fits and way.get("first", one in mine.first) == (one in mine.first)
             if fits and abs(turned) < _SIDE_RAD:
                 before = _chain(network, start, on_m=0.0, own=self._own)
-                after = _chain(network, network.lanes[one.end], back_m=0.0, own=self._own)[:_SINK]
+                after = _chain(network, network.lanes[one.end], back_m=0.0, own=self._own)
                 inside = [network.lanes[name].points_m for name in one.through]
                 return _even(np.vstack([before, *inside, after])), float(arc_lengths(before)[-1])
         raise NoRouteError(_NO_WAY)
@@ -269,6 +268,8 @@ class _Placer:
         same["at_m"] = meets_m if {"within_m", "within_s"} & {*same} else math.inf
         same["turned_rad"] = math.radians(row.get("turned_deg", 0.0))
         same["gaps_s"] = gaps_s = row.get("gaps_s", ())
+        if gaps_s and isinstance(way, dict):
+            points = points[: round(s_m) + _SINK]
         points, start_m = _shifted(points, s_m + at_m, row)
         for number in range(row.get("count", 1)):
             kind = _drawn(row["kind"], draw)
@@ -373,9 +374,8 @@ def _walk(
             raise NoRouteError(_NO_WAY)
         lane, room_m = following, room_m + following.length_m
     rest_m = max(room_m - far_m, _MARGIN_M)
-    at = np.array([lane.length_m - rest_m if ahead else rest_m])
-    x, y = np.round(lane.at(at)[0], 3).tolist()
-    return x, y
+    x, y = lane.line.point_at(lane.length_m - rest_m if ahead else rest_m)
+    return round(x, 3), round(y, 3)
 
 
 def _chain(
