@@ -11,6 +11,7 @@ LIMITS = SpeedControlLimits(
     hold_mps2=2.0,
     preview_s=0.5,
     preview_min_m=1.0,
+    emergency_jerk_mps3=20.0,
 )
 
 
@@ -21,11 +22,18 @@ def control():
 def test_acceleration_and_jerk_stay_within_the_limits():
     speed = control()
     last = 0.0
-    for target in [20.0] * 40 + [0.0] * 40 + [20.0] * 40:
+    for target in [20.0] * 40 + [5.5] * 40 + [20.0] * 40:
         now = speed.acceleration(target, 0.0, 8.0, 0.05)
         assert -4.0 <= now <= 2.0
         assert abs(now - last) <= 0.25 + 1e-9
         last = now
+
+
+def test_car_that_is_much_too_fast_brakes_at_once():
+    speed = control()
+    first = speed.acceleration(0.0, 0.0, 8.0, 0.05)
+    assert first == pytest.approx(-1.0)
+    assert speed.acceleration(20.0, 0.0, 8.0, 0.05) == pytest.approx(-0.75)
 
 
 def test_speed_settles_with_little_overshoot():

@@ -11,6 +11,7 @@ _STOP_WITHIN_M = 0.12
 # A car that is faster at a stop would pass it by more than the gap before a line.
 _TOO_FAST_MPS = 1.0
 _COASTING_MPS2 = 0.4
+_LATE_MPS = 3.0
 
 
 @dataclass(frozen=True)
@@ -26,6 +27,8 @@ class SpeedControlLimits:
     # bend and not in it [s]
     preview_s: float
     preview_min_m: float  # minimum length of that preview [m]
+    # The same change while the car brakes and is much too fast: it has seen something late [m/s^3]
+    emergency_jerk_mps3: float
 
     def __post_init__(self):
         check_positive(**vars(self))
@@ -75,7 +78,9 @@ class SpeedControl:
             # What a slow start has gathered must not push the car past a stop.
             self.pid.integral = min(self.pid.integral, 0.0)
         change = limits.jerk_mps3 * dt_s
-        lower = max(-limits.braking_mps2, self.acceleration_mps2 - change)
+        is_late = target_mps < speed_mps - _LATE_MPS
+        harder = limits.emergency_jerk_mps3 * dt_s if is_late else change
+        lower = max(-limits.braking_mps2, self.acceleration_mps2 - harder)
         upper = min(limits.acceleration_mps2, self.acceleration_mps2 + change)
         self.acceleration_mps2, _ = self.pid.update(
             target_mps, speed_mps, dt_s, planned_mps2, lower, upper

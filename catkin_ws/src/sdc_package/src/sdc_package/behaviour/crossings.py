@@ -28,6 +28,7 @@ class Conflict(NamedTuple):
     own_m: tuple[float, float]  # the space that both need, along the car's route
     its_m: tuple[float, float]  # the same along the other way, from where the junction begins
     is_first: bool  # whether it has right of way over that of the car
+    merges: bool  # whether it leads to the same road
 
 
 class Crossing(NamedTuple):
@@ -150,4 +151,5 @@ def _conflict(
         queue += [(one, distance_m + lane.length_m) for one in lane.predecessors]
     own_m = float(own_s[mine[0]]), float(own_s[mine[-1]])
     its_m = float(its_s[its[0]]), float(its_s[its[-1]])
-    return Conflict(lanes, inside_m, own_m, its_m, is_first)
+    merges = edge_of(way.end) == edge_of(own.end)
+    return Conflict(lanes, inside_m, own_m, its_m, is_first, merges)

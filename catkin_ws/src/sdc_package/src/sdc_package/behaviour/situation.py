@@ -36,11 +36,12 @@ class Memory:
     """What the car remembers of the road users by their ids."""
 
     def __init__(self):
-        self.slow: dict[int, int] = {}  # decisions for which they were slow before the car
+        # Decisions for which they were slow, or at rest, before the car.
+        self.slow: dict[tuple[int, bool], int] = {}
         self.moved: set[int] = set()  # those that have moved
 
-    def update(self, slow: Sequence[int], moving: Sequence[int], keep: bool) -> None:
-        """Count those that are slow; forget the others unless they are kept."""
+    def update(self, slow: Sequence[tuple[int, bool]], moving: Sequence[int], keep: bool) -> None:
+        """Count those that are slow, or at rest; forget the others unless they are kept."""
         self.moved.update(moving)
         old = self.slow if keep else {one: self.slow.get(one, 0) for one in slow}
         self.slow = {**old, **{one: self.slow.get(one, 0) + 1 for one in slow}}
@@ -96,7 +97,9 @@ class Situation:
         top_mps = np.interp(others.s_m, self.grid_m, self.most_mps)
         slow = (beside_m < self._touches_m) & self._ahead & (others.along_mps < _SLOW * top_mps)
         moving = ids[others.along_mps > 2.0 * AT_REST_MPS]
-        memory.update(ids[slow].tolist(), moving.tolist(), way.until_m > 0.0)
+        at_rest = others.along_mps < AT_REST_MPS
+        held_up = list(zip(ids[slow].tolist(), at_rest[slow].tolist()))
+        memory.update(held_up, moving.tolist(), way.until_m > 0.0)
         free = self._on_route() & self._ahead & ~self._waiting(lines_m)
         passable = [n for n in np.flatnonzero(free) if self._may_pass(n, int(ids[n]), memory)]
         self.passable = sorted(passable, key=lambda n: others.s_m[n])
@@ -107,9 +110,10 @@ class Situation:
         along_mps, kind = self.others.along_mps[n], self._kinds[n]
         if kind == PEDESTRIAN or along_mps < -AT_REST_MPS:
             return False
-        stopped = along_mps < AT_REST_MPS and number in memory.moved
+        at_rest = bool(along_mps < AT_REST_MPS)
+        stopped = at_rest and number in memory.moved
         needed = _STOPPED_DECISIONS if stopped else 1 if kind == OBSTACLE else _SLOW_DECISIONS
-        return memory.slow.get(number, 0) >= needed
+        return memory.slow.get((number, at_rest), 0) >= needed
 
     def _on_route(self) -> np.ndarray:
         """Return which road users are on the lane of the route."""

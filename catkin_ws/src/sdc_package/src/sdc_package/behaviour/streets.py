@@ -29,8 +29,10 @@ _STANDS_MPS, _WAITS_MPS = 0.5, 0.1
 _LANE_M = 2.5
 _KEPT_PLACES = 256
 # Road users so far from the stop line, or so much time from it, matter. The third one is the time
-# within which one that arrives at the junction has right of way there.
+# within which one that arrives at the junction has right of way there, the last one the time by
+# which one that merges must be later.
 _NEAR_M, _SOON_S, _ARRIVES_S = 40.0, 8.0, 3.5
+_MERGES_S = 2.0
 # A slow one is expected to be so fast when it enters the junction.
 _STARTS_MPS = 3.0
 # One without right of way that would have to brake harder than this does not give way.
@@ -349,11 +351,13 @@ class StreetBehaviour:
             return enters_s < end_s and leaves_s > max(begin_s, 0.0)
 
         its_from_m, its_to_m = conflict.its_m
-        if passes(its_from_m, its_to_m, first_s - clear_s, last_s + clear_s):
+        # One that merges behind the car follows it.
+        end_s = first_s + _MERGES_S if conflict.merges else last_s + clear_s
+        if passes(its_from_m, its_to_m, first_s - clear_s, end_s):
             return True
         if begin_s is None:
             return False
-        return passes(0.0, conflict.length_m, begin_s, begin_s + _ARRIVES_S)
+        return passes(0.0, its_to_m, begin_s, begin_s + _ARRIVES_S)
 
     def _time_s(self, distance_m: float, speed_mps: float, planned_mps: float) -> float:
         """Return the time in which the car drives a distance, accelerating up to a speed."""

@@ -194,7 +194,7 @@ class StreetRules:
             self._taken = {
                 edge_of(way.end)
                 for way, first, _ in ways
-                if any(self._arrives(*one, way) for one in arriving for way in first)
+                if any(self._arrives(*one, other, way) for one in arriving for other in first)
             }
         elif not junction:
             if lanes[last.lane].junction and edge_of(place.lane) in self._taken:
@@ -206,12 +206,17 @@ class StreetRules:
             self._slowest_mps = min(self._slowest_mps, car.speed_mps)
         return found
 
-    def _arrives(self, one: RoadUser, at: LanePlace, way: Connection) -> bool:
-        """Return whether a road user is on a way through the junction, or soon will be."""
-        if at.lane != way.start:
-            return at.lane in way.through
-        left_m = self._network.lanes[at.lane].length_m - at.s_m - 0.5 * one.body.length_m
-        return left_m < _ARRIVES_S * one.speed_mps
+    def _arrives(self, one: RoadUser, at: LanePlace, way: Connection, own: Connection) -> bool:
+        """Return whether a road user is on a way before that of the car, or soon will be."""
+        lane_m = self._network.lanes[at.lane].length_m
+        if at.lane == way.start:
+            return lane_m - at.s_m - 0.5 * one.body.length_m < _ARRIVES_S * one.speed_mps
+        if at.lane not in way.through:
+            return False
+        before = way.through[: way.through.index(at.lane)]
+        rear_m = sum(self._network.lanes[name].length_m for name in before)
+        rear_m += at.s_m - 0.5 * one.body.length_m
+        return rear_m < self._network.clear_m(way, own)
 
     def _near_misses(self, time_s: float, car: RoadUser, others: Sequence[RoadUser]) -> int:
         """Return with how many road users a near miss begins."""

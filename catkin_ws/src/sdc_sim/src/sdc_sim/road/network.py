@@ -32,6 +32,8 @@ _CANDIDATES = 24
 # A line that runs so close to another one of the same kind is the same line.
 _SAME_LINE_M = 0.4
 _MITRE = 2.0
+# Bodies on two ways are clear of each other when these are so far apart.
+_BODY_M = 3.0
 
 
 @dataclass(frozen=True)
@@ -160,6 +162,7 @@ class Network:
             for one in junction.connections:
                 first = tuple(junction.connections[index] for index in one.gives_way_to)
                 self.ways.setdefault(one.start, []).append(Way(one, first, junction.id))
+        self._clear_m: dict[tuple[Connection, Connection], float] = {}
         self.crosswalks = tuple(crosswalks)  # polygons (N, 2) [m]
         # Parking bays (4, 2), the first two corners at the lane, and areas of bus stops (4, 2), the
         # first two corners at the right edge of a lane [m].
@@ -183,6 +186,22 @@ class Network:
         headings = [_heading(lane.points_m, lane.s_m, s) for lane, s in zip(self.driving, samples)]
         self._heading_rad = np.concatenate(headings)
         self._tree = cKDTree(np.vstack(places))
+
+    def clear_m(self, way: Connection, other: Connection) -> float:
+        """Return the distance along a way through a junction after which it is clear of another."""
+        if (way, other) not in self._clear_m:
+            points, theirs = (
+                np.vstack([self._sampled(name) for name in one.through] or [(0.0, 0.0)])
+                for one in (way, other)
+            )
+            near = np.hypot(*(points[:, None] - theirs).transpose(2, 0, 1)).min(axis=1) < _BODY_M
+            s_m = arc_lengths(points)
+            self._clear_m[way, other] = float(s_m[near][-1] if near.any() else s_m[-1])
+        return self._clear_m[way, other]
+
+    def _sampled(self, name: str) -> np.ndarray:
+        length_m = self.lanes[name].length_m
+        return self.lanes[name].at(np.linspace(0.0, length_m, int(length_m / _SAMPLE_M) + 2))
 
     def straight_on(self, lane: RoadLane) -> RoadLane | None:
         """Return the lane after this one that turns least, None at a dead end."""
