@@ -33,6 +33,8 @@ _KEPT_PLACES = 256
 # which one that merges must be later.
 _NEAR_M, _SOON_S, _ARRIVES_S = 40.0, 8.0, 3.5
 _MERGES_S = 2.0
+# One that drives away from the space that both need is past it after this.
+_PAST_M = 5.0
 # A slow one is expected to be so fast when it enters the junction.
 _STARTS_MPS = 3.0
 # One without right of way that would have to brake harder than this does not give way.
@@ -357,7 +359,7 @@ class StreetBehaviour:
             return True
         if begin_s is None:
             return False
-        return passes(0.0, its_to_m, begin_s, begin_s + _ARRIVES_S)
+        return passes(0.0, its_to_m + _PAST_M, begin_s, begin_s + _ARRIVES_S)
 
     def _time_s(self, distance_m: float, speed_mps: float, planned_mps: float) -> float:
         """Return the time in which the car drives a distance, accelerating up to a speed."""
