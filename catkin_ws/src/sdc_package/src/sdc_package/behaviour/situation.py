@@ -18,9 +18,9 @@ AT_REST_MPS = 0.5
 _BACK_M, _AHEAD_M, _SIDE_M = 70.0, 190.0, 8.0
 # A road user in the way ahead of the car so near may be passed [m].
 _LOOK_M = 70.0
-# It is slow below this share of the speed without it, for so many decisions. One that the car has
-# seen moving may drive on, so it waits longer behind it.
-_SLOW, _SLOW_DECISIONS, _STOPPED_DECISIONS = 0.7, 4, 32
+# It is slow below this share of the speed without it. So many decisions count before the car
+# passes an object, one at rest, one that moves, and one that it has seen moving and may drive on.
+_SLOW, _OBJECT, _AT_REST, _MOVES, _STOPPED = 0.6, 1, 4, 12, 32
 # One at rest or slow so near before a junction, or behind another one that waits, waits, too [m].
 _QUEUE_M, _QUEUE_MPS, _BEHIND_M = (8.0, 30.0), 3.0, 9.0
 _SIDE_FREE_M = 0.3
@@ -111,8 +111,8 @@ class Situation:
         if kind == PEDESTRIAN or along_mps < -AT_REST_MPS:
             return False
         at_rest = bool(along_mps < AT_REST_MPS)
-        stopped = at_rest and number in memory.moved
-        needed = _STOPPED_DECISIONS if stopped else 1 if kind == OBSTACLE else _SLOW_DECISIONS
+        needed = _STOPPED if number in memory.moved else _AT_REST
+        needed = _OBJECT if kind == OBSTACLE else needed if at_rest else _MOVES
         return memory.slow.get((number, at_rest), 0) >= needed
 
     def _on_route(self) -> np.ndarray:
