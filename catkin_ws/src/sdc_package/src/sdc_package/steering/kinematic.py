@@ -21,6 +21,7 @@ curvature.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 from sdc_common.geometry.angles import wrap_angle
 from sdc_common.validation import check_non_negative, check_positive
@@ -88,31 +89,23 @@ class ChainedForm:
         return math.atan(self.wheelbase_m * cos**3 * bend / (scale * scale))
 
 
+@dataclass(eq=False)
 class KinematicSteering(Steering):
     """The kinematic controller, at the rear axle, while the car's centre follows the route.
 
-    The slip of the tyres is compensated.
+    The slip of the tyres is compensated. The error decreases over `convergence_m + convergence_s *
+    speed`. A constant distance would demand ever faster steering as the speed grows.
     """
 
-    def __init__(self, axles: Axles, convergence_m: float, convergence_s: float, preview_s: float):
-        """Set the parameters.
+    axles: Axles  # geometry and tyres of the car
+    convergence_m: float  # distance over which an error decreases at standstill [m]
+    convergence_s: float  # additional distance per speed [s]
+    preview_s: float  # delay over which the pose is predicted [s]
 
-        The error decreases over `convergence_m + convergence_s * speed`. A constant distance would
-        demand ever faster steering as the speed grows.
-
-        Args:
-            axles: geometry and tyres of the car
-            convergence_m: distance over which an error decreases at standstill [m]
-            convergence_s: additional distance per speed [s]
-            preview_s: delay over which the pose is predicted [s]
-        """
-        check_positive(convergence_m=convergence_m)
-        check_non_negative(convergence_s=convergence_s, preview_s=preview_s)
-        self.axles = axles
-        self.convergence_m = convergence_m
-        self.convergence_s = convergence_s
-        self.preview_s = preview_s
-        self.form = ChainedForm(axles.wheelbase_m)
+    def __post_init__(self):
+        check_positive(convergence_m=self.convergence_m)
+        check_non_negative(convergence_s=self.convergence_s, preview_s=self.preview_s)
+        self.form = ChainedForm(self.axles.wheelbase_m)
         self._last_xy: tuple[float, float] | None = None
 
     def wheel_angle(

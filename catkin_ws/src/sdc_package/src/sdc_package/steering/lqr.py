@@ -10,7 +10,8 @@ one tick.
 from __future__ import annotations
 
 import math
-from typing import Sequence
+from dataclasses import dataclass
+from typing import ClassVar, Sequence
 
 import numpy as np
 from scipy.linalg import expm, solve_discrete_are
@@ -23,7 +24,7 @@ from sdc_package.steering.method import Steering, predicted_pose
 
 # Below the first speed the tyres of the model are too stiff for a solution; no car drives faster
 # than the last one.
-_SPEEDS_MPS = [1.0 + 0.5 * i for i in range(79)]
+_SPEEDS_MPS = np.arange(1.0, 40.5, 0.5)
 
 
 def error_model(speed_mps: float, axles: Axles, gyration_m: float) -> tuple[np.ndarray, np.ndarray]:
@@ -96,40 +97,6 @@ def lqr_gains(
         ) from error
 
 
-def calmed(steer_weight: float, speed_mps: float, calm_above_mps: float) -> float:
-    """Return the cost of the wheel angle at a speed.
-
-    The lateral acceleration of a wheel angle grows with the square of the speed, and the model
-    knows neither the delay of the steering nor the true lateral speed. With a constant cost of the
-    wheel angle, the car of this project swings from 25 m/s on. Above `calm_above_mps` the cost
-    therefore grows with the fourth power of the speed, as the square of that acceleration does.
-    """
-    return steer_weight * max(1.0, speed_mps / calm_above_mps) ** 4
-
-
-class GainSchedule:
-    """Gains over speed, linear between the given speeds and constant beyond."""
-
-    def __init__(self, speeds_mps: Sequence[float], rows: Sequence[Sequence[float]]):
-        """Set the gains.
-
-        Args:
-            speeds_mps: two or more equidistant speeds, rising [m/s]
-            rows: gains at each speed
-        """
-        self.first_mps = speeds_mps[0]
-        self.step_mps = speeds_mps[1] - speeds_mps[0]
-        self.rows = rows
-
-    def gains(self, speed_mps: float) -> list[float]:
-        """Return the gains at this speed."""
-        position = (speed_mps - self.first_mps) / self.step_mps
-        position = min(max(position, 0.0), len(self.rows) - 1.0)
-        low = min(int(position), len(self.rows) - 2)
-        fraction = position - low
-        return [a + fraction * (b - a) for a, b in zip(self.rows[low], self.rows[low + 1])]
-
-
 def steady_state(curvature: float, speed_mps: float, axles: Axles) -> tuple[float, float]:
     """Return wheel angle and heading error of a car on a circle, with its centre on the path [rad].
 
@@ -152,69 +119,51 @@ def steady_state(curvature: float, speed_mps: float, axles: Axles) -> tuple[floa
     return wheel, -slip + axles.rear_compliance * acceleration
 
 
+@dataclass(eq=False)
 class LqrSteering(Steering):
     """State feedback at the car's centre without feed-forward; in a bend a steady error remains."""
 
-    feeds_forward = False
+    feeds_forward: ClassVar[bool] = False
 
-    def __init__(
-        self,
-        axles: Axles,
-        cross_track_weight: float,
-        cross_track_rate_weight: float,
-        heading_weight: float,
-        heading_rate_weight: float,
-        steer_weight: float,
-        gyration_m: float,
-        tick_s: float,
-        preview_s: float,
-        calm_above_mps: float = math.inf,
-    ):
-        """Compute the gains over speed.
+    axles: Axles  # geometry and tyres of the car
+    cross_track_weight: float  # cost of the cross-track error [1/m^2]
+    cross_track_rate_weight: float  # cost of its rate [s^2/m^2]
+    heading_weight: float  # cost of the heading error [1/rad^2]
+    heading_rate_weight: float  # cost of its rate [s^2/rad^2]
+    steer_weight: float  # cost of the wheel angle [1/rad^2]
+    gyration_m: float  # radius of gyration about the vertical axis [m]
+    tick_s: float  # time for which a command holds [s]
+    preview_s: float  # delay over which the pose is predicted [s]
+    # The lateral acceleration of a wheel angle grows with the square of the speed, and the model
+    # knows neither the delay of the steering nor the true lateral speed. With a constant cost of
+    # the wheel angle, the car of this project swings from 25 m/s on. Above this speed [m/s] the
+    # cost therefore grows with the fourth power, as the square of that acceleration does.
+    calm_above_mps: float = math.inf
 
-        Args:
-            axles: geometry and tyres of the car
-            cross_track_weight: cost of the cross-track error [1/m^2]
-            cross_track_rate_weight: cost of its rate [s^2/m^2]
-            heading_weight: cost of the heading error [1/rad^2]
-            heading_rate_weight: cost of its rate [s^2/rad^2]
-            steer_weight: cost of the wheel angle [1/rad^2]
-            gyration_m: radius of gyration about the vertical axis [m]
-            tick_s: time for which a command holds [s]
-            preview_s: delay over which the pose is predicted [s]
-            calm_above_mps: speed above which the wheel angle costs more, see `calmed` [m/s]
-        """
-        check_positive(
-            cross_track_weight=cross_track_weight,
-            steer_weight=steer_weight,
-            gyration_m=gyration_m,
-            tick_s=tick_s,
-        )
+    def __post_init__(self):
+        numbers = dict(vars(self))
+        axles, calm_above_mps = numbers.pop("axles"), numbers.pop("calm_above_mps")
         if not calm_above_mps > 0.0:
             raise ValueError(f"'calm_above_mps' must be positive, got {calm_above_mps}")
-        check_non_negative(
-            cross_track_rate_weight=cross_track_rate_weight,
-            heading_weight=heading_weight,
-            heading_rate_weight=heading_rate_weight,
-            preview_s=preview_s,
-        )
+        positive = "cross_track_weight", "steer_weight", "gyration_m", "tick_s"
+        check_positive(**{name: numbers.pop(name) for name in positive})
+        check_non_negative(**numbers)
         if not (axles.front_compliance > 0.0 and axles.rear_compliance > 0.0):
             raise ValueError(
                 "the dynamic bicycle model needs slipping tyres: set 'front_compliance' and "
                 "'rear_compliance' of 'axles' above 0"
             )
-        self.axles = axles
-        self.preview_s = preview_s
-        weights = cross_track_weight, cross_track_rate_weight, heading_weight, heading_rate_weight
-        self.schedule = GainSchedule(
-            _SPEEDS_MPS,
-            [
-                lqr_gains(
-                    v, axles, gyration_m, weights, calmed(steer_weight, v, calm_above_mps), tick_s
-                )
-                for v in _SPEEDS_MPS
-            ],
+        weights = (
+            self.cross_track_weight,
+            self.cross_track_rate_weight,
+            self.heading_weight,
+            self.heading_rate_weight,
         )
+        rows = []
+        for v in _SPEEDS_MPS.tolist():
+            steer_weight = self.steer_weight * max(1.0, v / calm_above_mps) ** 4
+            rows.append(lqr_gains(v, axles, self.gyration_m, weights, steer_weight, self.tick_s))
+        self._gains = np.transpose(rows)  # one row over the speeds for each error
 
     def wheel_angle(
         self,
@@ -262,7 +211,7 @@ class LqrSteering(Steering):
             curvature: curvature of the path [1/m]
             speed_mps: speed [m/s]
         """
-        k1, k2, k3, k4 = self.schedule.gains(speed_mps)
+        k1, k2, k3, k4 = (float(np.interp(speed_mps, _SPEEDS_MPS, k)) for k in self._gains)
         angle = (
             -k1 * cross_track_m
             - k2 * cross_track_rate_mps
@@ -278,4 +227,4 @@ class LqrSteering(Steering):
 class LqrFeedforwardSteering(LqrSteering):
     """LQR steering with the wheel angle of the bend as feed-forward: no error on a circle."""
 
-    feeds_forward = True
+    feeds_forward: ClassVar[bool] = True

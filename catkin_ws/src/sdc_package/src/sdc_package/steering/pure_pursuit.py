@@ -9,6 +9,7 @@ atan(2 L sin(alpha) / (k v)).
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 from sdc_common.geometry.polyline import Polyline
 from sdc_common.validation import check_non_negative, check_positive
@@ -82,45 +83,31 @@ def _circle_exit(
     return start[0] + along * step_x, start[1] + along * step_y
 
 
+@dataclass(eq=False)
 class PurePursuitSteering(Steering):
     """Pure pursuit of the rear axle, while the car's centre follows the route.
 
     The slip of the tyres is compensated.
     """
 
-    def __init__(
-        self,
-        axles: Axles,
-        look_ahead_s: float,
-        shortest_look_ahead_m: float,
-        longest_look_ahead_m: float,
-        preview_s: float,
-    ):
-        """Set the parameters.
+    axles: Axles  # geometry and tyres of the car
+    look_ahead_s: float  # look-ahead distance per speed, k in the report [s]
+    shortest_look_ahead_m: float  # minimum look-ahead distance [m]
+    longest_look_ahead_m: float  # maximum look-ahead distance [m]
+    preview_s: float  # delay over which the pose is predicted [s]
 
-        Args:
-            axles: geometry and tyres of the car
-            look_ahead_s: look-ahead distance per speed, k in the report [s]
-            shortest_look_ahead_m: minimum look-ahead distance [m]
-            longest_look_ahead_m: maximum look-ahead distance [m]
-            preview_s: delay over which the pose is predicted [s]
-        """
+    def __post_init__(self):
         check_positive(
-            look_ahead_s=look_ahead_s,
-            shortest_look_ahead_m=shortest_look_ahead_m,
-            longest_look_ahead_m=longest_look_ahead_m,
+            look_ahead_s=self.look_ahead_s,
+            shortest_look_ahead_m=self.shortest_look_ahead_m,
+            longest_look_ahead_m=self.longest_look_ahead_m,
         )
-        check_non_negative(preview_s=preview_s)
-        if shortest_look_ahead_m > longest_look_ahead_m:
+        check_non_negative(preview_s=self.preview_s)
+        if self.shortest_look_ahead_m > self.longest_look_ahead_m:
             raise ValueError(
-                f"shortest_look_ahead_m {shortest_look_ahead_m:g} exceeds longest_look_ahead_m "
-                f"{longest_look_ahead_m:g}"
+                f"shortest_look_ahead_m {self.shortest_look_ahead_m:g} exceeds "
+                f"longest_look_ahead_m {self.longest_look_ahead_m:g}"
             )
-        self.axles = axles
-        self.look_ahead_s = look_ahead_s
-        self.shortest_look_ahead_m = shortest_look_ahead_m
-        self.longest_look_ahead_m = longest_look_ahead_m
-        self.preview_s = preview_s
 
     def wheel_angle(
         self,

@@ -8,6 +8,7 @@ III.B.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 from sdc_common.geometry.angles import wrap_angle
 from sdc_common.validation import check_non_negative, check_positive
@@ -40,22 +41,17 @@ def stanley_angle(
     # ----------------------------------------------------------------------------
 
 
+@dataclass(eq=False)
 class StanleySteering(Steering):
     """Stanley's law at the front axle, as in the paper."""
 
-    def __init__(self, axles: Axles, k: float, softening_mps: float):
-        """Set the parameters.
+    axles: Axles  # geometry of the car
+    k: float  # gain of the cross-track error [1/s]
+    softening_mps: float  # keeps the steering calm at low speed [m/s]
 
-        Args:
-            axles: geometry of the car
-            k: gain of the cross-track error [1/s]
-            softening_mps: keeps the steering calm at low speed [m/s]
-        """
-        check_positive(k=k)
-        check_non_negative(softening_mps=softening_mps)
-        self.axles = axles
-        self.k = k
-        self.softening_mps = softening_mps
+    def __post_init__(self):
+        check_positive(k=self.k)
+        check_non_negative(softening_mps=self.softening_mps)
 
     def wheel_angle(
         self,

@@ -18,6 +18,7 @@ does not reduce the noise of the steering.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 from sdc_common.geometry.angles import wrap_angle
 from sdc_common.validation import check_non_negative, check_positive
@@ -30,24 +31,18 @@ from sdc_package.steering.stanley import stanley_angle
 _FRONT_WITHIN_M = 12.0
 
 
+@dataclass(eq=False)
 class CompensatedStanleySteering(Steering):
     """Stanley's law for the front axle's own path, a predicted pose and slipping tyres."""
 
-    def __init__(self, axles: Axles, k: float, softening_mps: float, preview_s: float):
-        """Set the parameters.
+    axles: Axles  # geometry and tyres of the car
+    k: float  # gain of the cross-track error [1/s]
+    softening_mps: float  # keeps the steering calm at low speed [m/s]
+    preview_s: float  # delay over which the pose is predicted [s]
 
-        Args:
-            axles: geometry and tyres of the car
-            k: gain of the cross-track error [1/s]
-            softening_mps: keeps the steering calm at low speed [m/s]
-            preview_s: delay over which the pose is predicted [s]
-        """
-        check_positive(k=k)
-        check_non_negative(softening_mps=softening_mps, preview_s=preview_s)
-        self.axles = axles
-        self.k = k
-        self.softening_mps = softening_mps
-        self.preview_s = preview_s
+    def __post_init__(self):
+        check_positive(k=self.k)
+        check_non_negative(softening_mps=self.softening_mps, preview_s=self.preview_s)
 
     def wheel_angle(
         self,
