@@ -19,18 +19,12 @@ class TrafficLightMargins:
 
     The car stops for yellow if its comfortable braking is enough, and for red if `hardest_mps2` is.
     A car that can no longer stop clears the crossing.
-
-    Attributes:
-        gap_m: distance between the car's front and the stop line [m]
-        reaction_s: time until the car begins to brake [s]
-        hardest_mps2: maximum deceleration for a red light [m/s^2]
-        car_front_m: distance from the car's centre to its front [m]
     """
 
-    gap_m: float
-    reaction_s: float
-    hardest_mps2: float
-    car_front_m: float
+    gap_m: float  # distance between the car's front and the stop line [m]
+    reaction_s: float  # time until the car begins to brake [s]
+    hardest_mps2: float  # maximum deceleration for a red light [m/s^2]
+    car_front_m: float  # distance from the car's centre to its front [m]
 
     def __post_init__(self):
         check_non_negative(

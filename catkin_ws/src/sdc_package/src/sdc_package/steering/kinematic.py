@@ -42,17 +42,12 @@ _MIN_SCALE = 0.3
 _MAX_EXCESS_CURVATURE = 0.3
 
 
+@dataclass
 class ChainedForm:
-    """The controller in path coordinates.
+    """The controller in path coordinates."""
 
-    Attributes:
-        wheelbase_m: distance between the axles [m]
-        x2: state of the chained form, the curvature beyond that of the path [1/m]
-    """
-
-    def __init__(self, wheelbase_m: float):
-        self.wheelbase_m = wheelbase_m
-        self.x2 = 0.0
+    wheelbase_m: float  # distance between the axles [m]
+    x2: float = 0.0  # state of the chained form, the curvature beyond that of the path [1/m]
 
     def wheel_angle(
         self,
