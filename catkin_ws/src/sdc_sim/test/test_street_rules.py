@@ -2,9 +2,11 @@
 
 import math
 
+import numpy as np
 import pytest
 from street_maps import needs_maps, town
 
+from sdc_sim.evaluation.lane_rules import ARTICLES
 from sdc_sim.evaluation.route_progress import DriveSample
 from sdc_sim.evaluation.street_rules import StreetRules
 
@@ -42,14 +44,14 @@ def stopping(x, y, yaw, speed, until_s, stands_s):
     return motion
 
 
-def counted(network, car, duration_s, other=None, late=0):
-    """Return the names of what is counted; the other one is seen some ticks late."""
+def counted(network, car, duration_s, other=None, late=0, kind="car", others=()):
+    """Return the names of what is counted; the other ones are seen some ticks late."""
     rules, found, waiting = StreetRules(network, FRONT_M), [], []
     for tick in range(1, round(duration_s / TICK_S)):
         t = tick * TICK_S
         found += rules.add_car(tick, DriveSample(t, *car(t), 0.0, 0.0, 0.0))
-        x, y, yaw, speed = other(t) if other else (0.0, 900.0, 0.0, 0.0)
-        waiting.append((tick, [(7, x, y, yaw, 4.7, 1.9, speed, "car")]))
+        places = enumerate(one(t) for one in [other or straight(0.0, 900.0, 0.0, 0.0), *others])
+        waiting.append((tick, [(7 + i, *at[:3], 4.7, 1.9, at[3], kind) for i, at in places]))
         if len(waiting) > late:
             found += rules.add_others(*waiting.pop(0))
     for one in waiting:
@@ -132,3 +134,73 @@ def test_post_encroachment_time(networks, behind_s, expected):
     left_s = (-79.05 + FRONT_M + 100.0) / 10.0
     other = straight(-80.0, -0.65 + 2.35 + 6.0 * (left_s + behind_s), SOUTH, 6.0)
     assert counted(networks["priority"], car, 6.0, other) == expected
+
+
+def shifting(x, speed, to_y, from_y=-1.6):
+    """Return a motion that goes over to another lane between 2 and 4 s."""
+    return lambda t: (x + speed * t, np.interp(t, [2, 4], [from_y, to_y]), EAST, speed)
+
+
+def of_lanes(networks, *drive, **others):
+    """Return what is counted of the rules about lanes."""
+    return [name for name in counted(networks["priority"], *drive, **others) if name in ARTICLES]
+
+
+# The crosswalk is at y from 6.4 to 10.4; the front of the car enters it after 3.7 s, at x = -1.6.
+@pytest.mark.parametrize(
+    ("x", "yaw", "speed_mps", "y", "expected"),
+    [
+        (-1.6, EAST, 0.0, 8.4, 1),  # in the strip of the car
+        (-1.6, EAST, 0.0, 12.0, 0),  # beside the crosswalk
+        (1.3, WEST, 0.0, 8.4, 0),  # beside the strip
+        (1.3 + 3.7, WEST, 1.0, 8.4, 1),  # 1.15 m from it, to it
+        (1.3 - 3.7, EAST, 1.0, 8.4, 0),  # away from it
+        (2.0 + 3.7, WEST, 1.0, 8.4, 0),  # 1.85 m from it
+    ],
+)
+def test_crosswalk_counts_once_for_a_pedestrian(networks, x, yaw, speed_mps, y, expected):
+    car, walker = straight(-1.6, 10.4 + FRONT_M + 25.9, SOUTH, 7.0), straight(x, y, yaw, speed_mps)
+    assert of_lanes(networks, car, 4.5, walker, kind="pedestrian") == ["crosswalk"] * expected
+    assert of_lanes(networks, car, 4.5, walker) == []
+
+
+@pytest.mark.parametrize(
+    ("gap_m", "y", "speed_mps", "duration_s", "expected"),
+    [
+        (9.5, -1.6, 10.0, 8.0, 1),
+        (9.5, -1.6, 10.0, 3.0, 0),
+        (10.5, -1.6, 10.0, 8.0, 0),
+        (9.5, -4.8, 10.0, 8.0, 0),
+        (4.0, -1.6, 4.9, 8.0, 0),
+    ],
+)
+def test_distance_counts_after_three_seconds(networks, gap_m, y, speed_mps, duration_s, expected):
+    car = straight(-145.0, -1.6, EAST, speed_mps)
+    ahead = straight(-145.0 + 4.7 + gap_m, y, EAST, speed_mps)
+    assert of_lanes(networks, car, duration_s, ahead) == ["distance"] * expected
+
+
+@pytest.mark.parametrize(("duration_s", "expected"), [(5.5, []), (7.5, ["distance"])])
+def test_distance_counts_from_when_another_one_cuts_in(networks, duration_s, expected):
+    car, cuts_in = straight(-145.0, -1.6, EAST, 10.0), shifting(-138.0, 10.0, -1.6, -4.8)
+    far = straight(-131.0, -1.6, EAST, 10.0)
+    assert of_lanes(networks, car, duration_s, far, others=[cuts_in]) == expected
+
+
+@pytest.mark.parametrize(
+    ("to_y", "other", "expected"),
+    [
+        (1.6, None, ["solid_line"]),
+        (-4.8, None, []),
+        (0.05, None, []),  # still on the line
+        (1.6, straight(-80.0, -1.6, EAST, 0.0), []),
+        (1.6, straight(-80.0, -1.6, EAST, 3.0), ["solid_line"]),
+        (-4.8, straight(-106.0, -4.8, EAST, 10.0), ["cut_in"]),  # 1.3 m behind
+        (-4.8, straight(-109.0, -4.8, EAST, 10.0), []),
+        (-4.8, straight(-106.0, -1.6, EAST, 10.0), []),  # behind on the lane that the car leaves
+        (-4.8, straight(-128.0, -4.8, EAST, 16.0), ["cut_in"]),  # needs more than 3 m/s^2
+        (-4.8, straight(-130.5, -4.8, EAST, 16.0), []),
+    ],
+)
+def test_changes_of_lane(networks, to_y, other, expected):
+    assert of_lanes(networks, shifting(-100.0, 10.0, to_y), 6.0, other) == expected

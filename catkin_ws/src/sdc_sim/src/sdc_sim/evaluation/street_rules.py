@@ -13,6 +13,7 @@ from collections import deque
 from typing import Iterator, NamedTuple, Sequence
 
 from sdc_sim.evaluation.emergency import EMERGENCY_LASTS_S, YIELD_EMERGENCY, holds_up
+from sdc_sim.evaluation.lane_rules import LaneRules
 from sdc_sim.evaluation.route_progress import DriveSample
 from sdc_sim.physics.collision import Rectangle, overlap
 from sdc_sim.road.network import STOP, Connection, LanePlace, Network, edge_of
@@ -63,6 +64,7 @@ class StreetRules:
 
     def __init__(self, network: Network, car_front_m: float):
         self._network, self._front_m = network, car_front_m
+        self._lane_rules = LaneRules(network)
         self._place: LanePlace | None = None
         self._slowest_mps = math.inf
         # The lane from which the car has entered a junction, and the edges to which it has taken
@@ -127,6 +129,7 @@ class StreetRules:
         self._has_joined |= nearest is not None
         if not (self._has_joined and (nearest is None or is_against)):
             self.on_lane_s.add(time_s)
+        found += self._lane_rules.update(time_s, car, nearest, others, self._passes_one_at_rest)
         emergency = YIELD_EMERGENCY, holds_up(car, others)
         for name, holds in [*self._conditions(car, place, is_against), emergency]:
             since_s = self._since_s.setdefault(name, time_s) if holds else None
@@ -168,6 +171,9 @@ class StreetRules:
             if beside and -_MOVING_MPS < along_mps < car.speed_mps + _MOVING_MPS:
                 return True
         return False
+
+    def _passes_one_at_rest(self, car: RoadUser, others: Sequence[RoadUser]) -> bool:
+        return self._passes(car, [one for one in others if one.speed_mps < _MOVING_MPS])
 
     def _at_junctions(
         self, car: RoadUser, place: LanePlace | None, others: Sequence[RoadUser]
