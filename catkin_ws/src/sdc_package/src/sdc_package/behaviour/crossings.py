@@ -24,7 +24,6 @@ class Conflict(NamedTuple):
     # Of each lane that leads to the way or is a part of it: the distance from the end of the lane
     # to the junction, negative inside [m].
     lanes: dict[str, float]
-    length_m: float  # of the way in the junction
     own_m: tuple[float, float]  # the space that both need, along the car's route
     its_m: tuple[float, float]  # the same along the other way, from where the junction begins
     is_first: bool  # whether it has right of way over that of the car
@@ -152,4 +151,4 @@ def _conflict(
     own_m = float(own_s[mine[0]]), float(own_s[mine[-1]])
     its_m = float(its_s[its[0]]), float(its_s[its[-1]])
     merges = edge_of(way.end) == edge_of(own.end)
-    return Conflict(lanes, inside_m, own_m, its_m, is_first, merges)
+    return Conflict(lanes, own_m, its_m, is_first, merges)

@@ -35,19 +35,12 @@ _ACROSS_S, _ACROSS_MPS, _ACROSS_SHARE = 1.5, 0.3, 0.07
 
 @dataclass(frozen=True)
 class Body:
-    """The car.
+    """The car."""
 
-    Attributes:
-        front_m: distance from its centre to its front [m]
-        width_m: its width [m]
-        acceleration_mps2: its acceleration [m/s^2]
-        braking_mps2: its usual deceleration [m/s^2]
-    """
-
-    front_m: float
+    front_m: float  # distance from its centre to its front [m]
     width_m: float
     acceleration_mps2: float
-    braking_mps2: float
+    braking_mps2: float  # its usual deceleration [m/s^2]
 
 
 class Forecast(NamedTuple):
@@ -157,11 +150,7 @@ class _Judge:
     ) -> np.ndarray:
         """Return for which proposals (P,) the car meets one, or cuts in too closely before one.
 
-        Args:
-            time_s: time of the forecast; call it in order of time [s]
-            distance_m: (P, A) distance to each ahead along the road [m]
-            away_m: (P, A) distance across the road [m]
-            speed_mps: (P, 1) speed of the car [m/s]
+        Distances along and across the road are (P, A), the speed of the car is (P, 1).
         """
         side_m = np.minimum(self._side_m, _SIDE_AT_REST_M + time_s * _SIDE_M)
         overlap = away_m < self._body_m + side_m

@@ -265,15 +265,7 @@ class Manoeuvres:
     def _may_overtake(
         self, now: Situation, stretch: np.ndarray, until_m: float, time_s: float, its_mps: float
     ) -> bool:
-        """Return whether the car may overtake one that moves.
-
-        Args:
-            now: the situation
-            stretch: what is beside the lane until then
-            until_m: where the overtaking ends [m]
-            time_s: how long it takes [s]
-            its_mps: speed of the other one [m/s]
-        """
+        """Return whether the car may overtake one at this speed, beside these lanes until then."""
         end_m = until_m + shift_length_m(now.width_m, now.top_mps)
         if (stretch == SAME).all():
             return end_m < now.end_m

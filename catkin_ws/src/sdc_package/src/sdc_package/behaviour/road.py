@@ -37,28 +37,17 @@ class RoadAlong:
 
     Places across the road are measured from the lane in which the route begins, positive to the
     left: a road user that keeps its lane keeps this number, where the route changes lanes, too.
-
-    Attributes:
-        route: the route
-        speed_mps: planned speed at the points of the route [m/s]
-        s_m: arc length along the route [m]
-        route_y_m: place of the route across the road [m]
-        width_m: width of the lane [m]
-        left: what is to the left of the lane
-        right: what is to its right
-        edge_end_m: where the lanes end, at a junction or before other ones [m]
-        in_junction: whether the place is in a junction
     """
 
     route: Route
-    speed_mps: np.ndarray
-    s_m: np.ndarray
-    route_y_m: np.ndarray
-    width_m: np.ndarray
-    left: np.ndarray
-    right: np.ndarray
-    edge_end_m: np.ndarray
-    in_junction: np.ndarray
+    speed_mps: np.ndarray  # planned speed at the points of the route [m/s]
+    s_m: np.ndarray  # arc length along the route [m]
+    route_y_m: np.ndarray  # place of the route across the road [m]
+    width_m: np.ndarray  # width of the lane [m]
+    left: np.ndarray  # what is to the left of the lane
+    right: np.ndarray  # what is to its right
+    edge_end_m: np.ndarray  # where the lanes end, at a junction or before other ones [m]
+    in_junction: np.ndarray  # whether the place is in a junction
 
     def at(self, s_m: Any) -> Any:
         """Return the index of the place at an arc length, or those at arc lengths."""

@@ -55,27 +55,16 @@ _FOLLOW_S = 2.0
 
 @dataclass(frozen=True)
 class StreetMargins:
-    """Margins of the car at junctions.
+    """Margins of the car at junctions."""
 
-    Attributes:
-        gap_m: distance between the car's front and the line at which it stops [m]
-        follow_gap_m: distance to the one ahead at standstill [m]
-        time_gap_s: additional time to the one ahead [s]
-        clear_s: time between the car and a road user with right of way at the junction [s]
-        hardest_mps2: greatest deceleration for a junction; a car that cannot stop drives on
-        acceleration_mps2: acceleration with which the car is expected to cross [m/s^2]
-        crossing_mps: greatest speed with which it is expected to cross [m/s]
-        car_front_m: distance from the car's centre to its front [m]
-    """
-
-    gap_m: float
-    follow_gap_m: float
-    time_gap_s: float
-    clear_s: float
-    hardest_mps2: float
-    acceleration_mps2: float
-    crossing_mps: float
-    car_front_m: float
+    gap_m: float  # distance between the car's front and the line at which it stops [m]
+    follow_gap_m: float  # distance to the one ahead at standstill [m]
+    time_gap_s: float  # additional time to the one ahead [s]
+    clear_s: float  # time between the car and a road user with right of way at the junction [s]
+    hardest_mps2: float  # greatest deceleration for it; a car that cannot stop drives on [m/s^2]
+    acceleration_mps2: float  # acceleration with which the car is expected to cross [m/s^2]
+    crossing_mps: float  # greatest speed with which it is expected to cross [m/s]
+    car_front_m: float  # distance from the car's centre to its front [m]
 
     def __post_init__(self):
         check_non_negative(**{f"streets/{name}": value for name, value in vars(self).items()})
@@ -333,15 +322,10 @@ class StreetBehaviour:
         first_s: float,
         last_s: float,
     ) -> bool:
-        """Return whether a road user is too near to the car in time.
+        """Return whether a road user, so far from the junction, is too near to the car in time.
 
-        Args:
-            one: the road user
-            away_m: its distance from the junction, negative inside [m]
-            conflict: its way through the junction
-            begin_s: time until the car enters the junction, None if that does not matter [s]
-            first_s: time until the car enters the space that both need [s]
-            last_s: time until it leaves this space [s]
+        The car enters the junction (None: that does not matter) and the space that both need, and
+        leaves this space, after these times.
         """
         half_m, clear_s = 0.5 * one.length_m, self._margins.clear_s
         soon_mps, late_mps = max(one.speed_mps, _STARTS_MPS), max(one.speed_mps, 1.0)
