@@ -22,8 +22,7 @@ _GAP_M, _GAP_S = 3.0, 1.0
 _HARDEST_MPS2 = 6.0
 # Distances to the side and along the road within which two bodies count as in contact [m], and the
 # time that an oncoming one must be away [s].
-_SIDE_M, _ALONG_M, _ONCOMING_S = 0.3, 0.5, 1.2
-_SIDE_AT_REST_M = 0.1
+_SIDE_M, _SIDE_AT_REST_M, _ALONG_M, _ONCOMING_S = 0.3, 0.1, 0.5, 1.2
 # One behind the car in the lane that it takes brakes no harder than this [m/s^2].
 _REAR_MPS2 = 1.5
 # A car at rest is only met by those that come towards it [m/s].

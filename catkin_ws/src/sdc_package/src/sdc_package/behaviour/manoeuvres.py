@@ -33,9 +33,8 @@ _PLANS = 5
 _SPEEDS = (1.0, 0.5, 0.0)
 # Distances to others are greater by this factor for what has not begun, and smaller for a nudge.
 _NEW_MARGIN, _NUDGE_MARGIN = 1.6, 0.4
-# Share of the speed without others at which the car shifts to the side and back, and of that when
-# it is in a hurry.
-_SHIFTS, _QUICK = 0.65, 0.6
+# Share of the usual speed at which the car shifts to the side and back when it is in a hurry.
+_QUICK = 0.6
 # On the oncoming lane the car overtakes who is so slow, in so short a time.
 _OVERTAKEN, _OVERTAKES_S = 0.6, 8.0
 _CRAWLS_MPS = 2.0
@@ -232,7 +231,7 @@ class Manoeuvres:
                 most_m = now.width_m + now.inside_m + _OVER_M
                 needed_m = min(max(needed_m, full * now.width_m), most_m)
             to_m, room_m = side * needed_m, front_m - begin_m
-            length_m = shift_length_m(to_m, self._shifts_mps(now))
+            length_m = shift_length_m(to_m, now.shifts_mps)
             ways = [
                 self._there_and_back(now, to_m, begin_m, until_m, room_m, quick)
                 for quick in (1.0, _QUICK)
@@ -273,10 +272,6 @@ class Manoeuvres:
         is_slow = its_mps < _OVERTAKEN * now.top_mps
         return bool((stretch != BEHIND_LINE).all() and is_short and is_slow and now.is_free_behind)
 
-    def _shifts_mps(self, now: Situation) -> float:
-        """Return the speed with which the car is expected to shift to the side."""
-        return max(now.speed_mps, _SHIFTS * now.top_mps)
-
     def _there_and_back(
         self,
         now: Situation,
@@ -288,7 +283,7 @@ class Manoeuvres:
     ) -> np.ndarray:
         """Return the way that is beside the route up to an arc length, and returns after it."""
         out = self.way.out_to(to_m, now.s_m, begin_m, now.speed_mps, room_m)
-        length_m = shift_length_m(to_m, quick * self._shifts_mps(now))
+        length_m = shift_length_m(to_m, quick * now.shifts_mps)
         return out * (1.0 - smooth_step(self._road.route.s, until_m, length_m))
 
     def _wait_m(self, now: Situation) -> float:

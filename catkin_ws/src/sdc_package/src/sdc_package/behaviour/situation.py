@@ -28,6 +28,8 @@ _SIDE_FREE_M = 0.3
 _CHANGE_AHEAD, _CHANGE_M = 60, 1.0
 # Behind one that is overtaken, the gap stays open if no one is so near behind the car [m].
 _FREE_BEHIND_M = 18.0
+# Share of the planned speed at which the car shifts to the side and back.
+_SHIFTS = 0.65
 # Costs in metres of progress: a solid line, and an emergency vehicle behind.
 _SOLID_M, _HINDERS_M = 6.0, 40.0
 
@@ -58,7 +60,9 @@ class Situation:
         line_y: (G,) place beyond which the car is on the oncoming lane, inf: there is none [m]
         most_mps: (G,) planned speed [m/s]
         top_mps: greatest planned speed ahead [m/s]
+        shifts_mps: speed with which the car is expected to shift to the side
         end_m: where the next junction, or the end of the route, is [m]
+        beside_m: how far each road user is to the left of the route [m]
         passable: those that the car may pass, in order along the route
         emergency: those to which the car must give way
     """
@@ -84,6 +88,7 @@ class Situation:
         self.route_y = np.interp(self.grid_m, road.s_m, road.route_y_m)
         self.most_mps = np.interp(self.grid_m, route.s, road.speed_mps)
         self.top_mps = float(self.most_mps[self.here : self.here + 60].max())
+        self.shifts_mps = max(speed_mps, _SHIFTS * self.top_mps)
         self.end_m = float(min(lines_m[lines_m > s_m], default=route.length_m))
         self.at = road.at(s_m)
         self.width_m = float(road.width_m[self.at])
@@ -91,6 +96,7 @@ class Situation:
         left = road.left[road.at(self.grid_m)]
         self.line_y = np.where(left == SAME, math.inf, self.route_y + self.inside_m + SAME_M)
         self.way_y = self.ways([way.offset_m])[0]
+        self.beside_m = others.y_m - np.interp(others.s_m, self.grid_m, self.route_y)
         self._touches_m = others.half_width_m + 0.5 * car.width_m + _SIDE_FREE_M
         self._ahead = (others.s_m > s_m) & (others.s_m < s_m + _LOOK_M)
         beside_m = np.abs(others.y_m - np.interp(others.s_m, self.grid_m, self.way_y))
@@ -117,11 +123,7 @@ class Situation:
 
     def _on_route(self) -> np.ndarray:
         """Return which road users are on the lane of the route."""
-        return np.abs(self.beside_m()) < self._touches_m
-
-    def beside_m(self) -> np.ndarray:
-        """Return how far each road user is to the left of the route [m]."""
-        return self.others.y_m - np.interp(self.others.s_m, self.grid_m, self.route_y)
+        return np.abs(self.beside_m) < self._touches_m
 
     def _waiting(self, lines_m: np.ndarray) -> np.ndarray:
         """Return which road users wait in a queue before a junction."""
@@ -153,7 +155,7 @@ class Situation:
     @property
     def is_invaded(self) -> bool:
         """Whether an oncoming one reaches into the lane of the car."""
-        reach_m = np.abs(self.beside_m()) - self.others.half_width_m
+        reach_m = np.abs(self.beside_m) - self.others.half_width_m
         inside = (reach_m < 0.5 * self.width_m - _SIDE_FREE_M) & (self.others.s_m > self.s_m)
         invades = inside & (self.others.along_mps < -AT_REST_MPS)
         return bool(invades.any()) and not self._road.in_junction[self.at : self.at + 20].any()
@@ -181,7 +183,7 @@ class Situation:
     def needed_m(self, n: int, side: float, free_m: float) -> float:
         """Return how far beside the route the car passes a road user on one side [m]."""
         reach_m = self.others.half_width_m[n] + 0.5 * self._car.width_m + free_m
-        return float(max(side * self.beside_m()[n] + reach_m, 0.0))
+        return float(max(side * self.beside_m[n] + reach_m, 0.0))
 
     def cost_m(self, offset_m: np.ndarray) -> float:
         """Return what a way costs for the lines that it crosses, and for whom it hinders [m]."""
