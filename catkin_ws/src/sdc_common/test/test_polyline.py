@@ -107,3 +107,9 @@ def test_line_whose_points_coincide_has_a_place():
     assert point.segment_at(0.0) == (0, 0.0)
     assert point.curvature_at(0.0) == 0.0
     assert Polyline([(0.0, 0.0), (5.0, 0.0), (5.0, 0.0)]).segment_at(5.0) == (0, 1.0)
+
+
+def test_place_where_points_coincide_has_a_heading():
+    line = Polyline([(0.0, 0.0), (1.0, 0.0), (1.0, 0.0), (1.0, 2.0)], extend=False)
+    for x, y in ((1.0, 0.0), (1.1, -0.1), (0.9, 0.0)):
+        assert math.isfinite(line.nearest(x, y).heading_rad)
