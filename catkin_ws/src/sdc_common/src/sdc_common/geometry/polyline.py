@@ -81,7 +81,8 @@ class Polyline:
         segment, along, cross_track = self.numbers.function(nearest_segment)(
             self.numbers.segments, x_m, y_m, first, last
         )
-        share = along / self.lengths[segment] if along else 0.0  # points may coincide
+        length = self.lengths[segment]
+        share = along / length if length else 0.0  # points may coincide
         heading = wrap_angle(self._heading_in(segment, share))
         return Place(segment, self.s[segment] + along, cross_track, heading)
 
