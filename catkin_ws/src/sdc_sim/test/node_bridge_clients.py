@@ -218,7 +218,7 @@ class BridgeClientsTest(unittest.TestCase):
         blueprints = rospy.ServiceProxy("/carla/get_blueprints", GetBlueprints)
         names = blueprints("vehicle.*").blueprints
         own = [name for name in names if ".pseudo." not in name]
-        self.assertEqual((len(own), names), (4, sorted(names)))
+        self.assertEqual((len(own), names), (5, sorted(names)))
         self.assertIn("vehicle.audi.a2", own)
         self.assertIn("sensor.other.gnss", blueprints("").blueprints)
         route = MessageListener(EGO + "/global_plan", CarlaRoute).wait_for()
