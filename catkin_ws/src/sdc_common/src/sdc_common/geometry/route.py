@@ -82,6 +82,12 @@ def interpolate(at_s_m: np.ndarray, s_m: np.ndarray, values: np.ndarray) -> np.n
     return np.column_stack([np.interp(at_s_m, s_m, column) for column in values.T])
 
 
+def smooth_step(s_m: np.ndarray, begin_m: float, length_m: float) -> np.ndarray:
+    """Return the smooth step from 0 to 1 over a stretch, at arc lengths (N,)."""
+    t = np.clip((s_m - begin_m) / length_m, 0.0, 1.0)
+    return t**3 * (10.0 - 15.0 * t + 6.0 * t * t)
+
+
 def chord_directions(
     points_m: np.ndarray, s_m: np.ndarray, at_s_m: np.ndarray, half_chord_m: float
 ) -> np.ndarray:

@@ -14,14 +14,9 @@ from typing import Iterator, NamedTuple, Sequence
 import numpy as np
 
 from sdc_common.driving import DetectedObstacle
+from sdc_common.geometry.route import smooth_step
 from sdc_package.behaviour.forecast import Body, Forecast, forecast
-from sdc_package.behaviour.offset_path import (
-    SAME_M,
-    OffsetPath,
-    bend_mps,
-    shift_length_m,
-    smooth_step,
-)
+from sdc_package.behaviour.offset_path import SAME_M, OffsetPath, bend_mps, shift_length_m
 from sdc_package.behaviour.road import BEHIND_LINE, NOTHING, SAME, RoadAlong
 from sdc_package.behaviour.situation import AT_REST_MPS, Memory, Situation
 

@@ -7,14 +7,14 @@ import math
 import numpy as np
 from scipy.ndimage import maximum_filter1d
 
-from sdc_common.geometry.route import Route
+from sdc_common.geometry.route import Route, smooth_step
 
 # Distances from the route that differ by less are the same [m].
 SAME_M = 0.15
 # A shift across the road takes this distance, a shorter one from rest [m], and as much as keeps
 # the lateral acceleration.
 _LEAST_SHIFT_M, _TIGHT_SHIFT_M, _LATERAL_MPS2 = 10.0, 8.0, 1.5
-# Peak of the second derivative of the smooth step t^3 (10 - 15 t + 6 t^2).
+# Peak of the second derivative of the smooth step.
 _PEAK = 5.7735
 # Points, 1 m apart, over which a bend of a shift limits the speed.
 _BEND_POINTS = 13
@@ -98,9 +98,3 @@ def bend_mps(offset_m: np.ndarray, s_m: np.ndarray) -> np.ndarray:
     # It brakes in time.
     before = 2.0 * _LATERAL_MPS2 * s_m
     return np.sqrt(np.minimum.accumulate((square + before)[::-1])[::-1] - before)
-
-
-def smooth_step(s_m: np.ndarray, begin_m: float, length_m: float) -> np.ndarray:
-    """Return the smooth step from 0 to 1 over a stretch."""
-    t = np.clip((s_m - begin_m) / length_m, 0.0, 1.0)
-    return t**3 * (10.0 - 15.0 * t + 6.0 * t * t)

@@ -8,7 +8,7 @@ from typing import AbstractSet, Iterator, Sequence
 import numpy as np
 
 from sdc_common.geometry.road_line import arc_lengths
-from sdc_common.geometry.route import interpolate
+from sdc_common.geometry.route import interpolate, smooth_step
 from sdc_sim.road.lane_graph import CHANGE_M, CHANGE_S, LaneGraph, NoRouteError
 from sdc_sim.road.network import Network, RoadLane
 
@@ -105,7 +105,7 @@ def _change(lane: RoadLane, other: RoadLane, start: float, end: float) -> np.nda
     """Return the points of a smooth change between lanes, between shares of their lengths."""
     t = np.linspace(0.0, 1.0, int((end - start) * lane.length_m / _STEP_M) + 2)
     share = start + (end - start) * t
-    weight = (t**3 * (10.0 - 15.0 * t + 6.0 * t * t))[:, None]
+    weight = smooth_step(t, 0.0, 1.0)[:, None]
     ways = (one.at(share * one.length_m) for one in (lane, other))
     return (1.0 - weight) * next(ways) + weight * next(ways)
 

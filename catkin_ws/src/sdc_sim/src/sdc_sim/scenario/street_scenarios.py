@@ -16,7 +16,7 @@ import numpy as np
 
 from sdc_common.geometry.polyline import Polyline
 from sdc_common.geometry.road_line import arc_lengths
-from sdc_common.geometry.route import interpolate
+from sdc_common.geometry.route import interpolate, smooth_step
 from sdc_common.validation import suggestion
 from sdc_sim.physics.obstacles import KINDS
 from sdc_sim.physics.traffic_lights import COLOURS
@@ -284,8 +284,8 @@ def _shifted(
 ) -> tuple[np.ndarray, float]:
     """Return a way beside a way, and a start on it; behind it, the distance beside may change."""
     left_m, s = row.get("left_m", 0.0), arc_lengths(points)
-    t = np.clip((s - start_m) / row.get("over_m", 1.0), 0.0, 1.0)
-    change = (row.get("to_left_m", left_m) - left_m) * t**3 * (10.0 - 15.0 * t + 6.0 * t * t)
+    change = smooth_step(s, start_m, row.get("over_m", 1.0))
+    change *= row.get("to_left_m", left_m) - left_m
     beside = points + (left_m + change)[:, None] * left_normals(points)
     longer_m = np.interp(start_m, s, arc_lengths(beside) - s)
     return beside, start_m + float(longer_m)
