@@ -100,14 +100,8 @@ def _index(lane: str) -> int:
 
 def _oncoming(network: Network, route: Route, s_m: float, lane: RoadLane) -> int:
     """Return whether an oncoming lane is to the left of a lane."""
-    if lane.junction:
-        return NOTHING
-    (x, y), heading = route.line.point_at(s_m), route.line.heading_at(s_m)
-    x, y = x - lane.width_m * math.sin(heading), y + lane.width_m * math.cos(heading)
-    other = network.nearest(x, y, heading + math.pi, _BESIDE_M)
-    if other is None or network.lanes[other.lane].junction:
-        return NOTHING
-    if abs(other.heading_error_rad) > _OPPOSITE_RAD:
+    pose = *route.line.point_at(s_m), route.line.heading_at(s_m)
+    if lane.junction or network.oncoming_lane(lane, pose, _BESIDE_M, _OPPOSITE_RAD) is None:
         return NOTHING
     return BEHIND_LINE if SOLID in lane.left_marking else ONCOMING
 

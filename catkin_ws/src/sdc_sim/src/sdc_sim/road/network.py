@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Iterable, Mapping, NamedTuple
+from typing import Iterable, Mapping, NamedTuple, Sequence
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -233,6 +233,25 @@ class Network:
         error = 0.0 if yaw_rad is None else yaw_rad - lane.heading_at(place.s_m)
         error = math.remainder(error, 2.0 * math.pi)
         return LanePlace(lane.id, place.s_m, place.cross_track_m, error)
+
+    def oncoming_lane(
+        self, lane: RoadLane, pose: Sequence[float], within_m: float, turned_rad: float
+    ) -> RoadLane | None:
+        """Return the lane of the other direction to the left of a lane, outside junctions.
+
+        Args:
+            lane: the lane
+            pose: x, y [m] and heading [rad] of a place on it
+            within_m: greatest distance of the other lane from a lane's width beside the place [m]
+            turned_rad: greatest difference from the opposite direction [rad]
+        """
+        x, y, yaw = pose
+        x, y = x - lane.width_m * math.sin(yaw), y + lane.width_m * math.cos(yaw)
+        found = self.nearest(x, y, yaw + math.pi, within_m)
+        if found is None or abs(found.heading_error_rad) > turned_rad:
+            return None
+        beside = self.lanes[found.lane]
+        return None if beside.junction else beside
 
     def lines(self) -> list[Line]:
         """Return what is painted along the lanes, and the kerbs; a shared line only once."""

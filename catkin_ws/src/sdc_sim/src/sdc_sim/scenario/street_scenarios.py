@@ -338,12 +338,8 @@ def _is_street(network: Network, lane: RoadLane, s_m: float, where: Mapping[str,
 
 def _oncoming_lane(network: Network, lane: RoadLane, s_m: float) -> RoadLane | None:
     """Return the lane of the other direction beside a place on a lane."""
-    (x, y), yaw = lane.at(np.array([s_m]))[0].tolist(), lane.heading_at(s_m)
-    x, y = x - lane.width_m * math.sin(yaw), y + lane.width_m * math.cos(yaw)
-    found = network.nearest(x, y, yaw + math.pi, _ONCOMING_M)
-    is_along = found is not None and abs(found.heading_error_rad) < _ONCOMING_RAD
-    beside = network.lanes[found.lane] if found is not None and is_along else None
-    return None if beside is None or beside.junction else beside
+    pose = *lane.at(np.array([s_m]))[0].tolist(), lane.heading_at(s_m)
+    return network.oncoming_lane(lane, pose, _ONCOMING_M, _ONCOMING_RAD)
 
 
 def _next(network: Network, lane: RoadLane, ahead: bool) -> RoadLane | None:
