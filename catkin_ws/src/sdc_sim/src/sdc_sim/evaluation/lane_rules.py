@@ -32,7 +32,12 @@ class LaneRules:
         self._follows, self._since_s = 0, math.inf  # the id of the one too close ahead, or 0
 
     def update(
-        self, time_s: float, car: Any, place: LanePlace | None, others: Sequence, passes: Callable
+        self,
+        time_s: float,
+        car: Any,
+        place: LanePlace | None,
+        others: Sequence,
+        passes_one_at_rest: Callable[[], bool],
     ) -> list[str]:
         """Return what counts now, for a car with its centre at this place."""
         x, y, yaw_rad, length_m, _ = car.body
@@ -51,7 +56,7 @@ class LaneRules:
         if follows and time_s - self._since_s > _LASTS_S:
             self._since_s = math.inf  # until another one is ahead, or the gap is restored
             found.append(DISTANCE)
-        return found + self._changes(car, place, near, lambda: passes(car, others))
+        return found + self._changes(car, place, near, passes_one_at_rest)
 
     def _enters_crosswalk(self, front_m: np.ndarray, yaw_rad: float, near: list[Any]) -> bool:
         walkers = []

@@ -129,9 +129,14 @@ class StreetRules:
         self._has_joined |= nearest is not None
         if not (self._has_joined and (nearest is None or is_against)):
             self.on_lane_s.add(time_s)
-        found += self._lane_rules.update(time_s, car, nearest, others, self._passes_one_at_rest)
-        emergency = YIELD_EMERGENCY, holds_up(car, others)
-        for name, holds in [*self._conditions(car, place, is_against), emergency]:
+        found += self._lane_rules.update(
+            time_s,
+            car,
+            nearest,
+            others,
+            lambda: self._passes(car, [one for one in others if one.speed_mps < _MOVING_MPS]),
+        )
+        for name, holds in self._conditions(car, place, is_against, others):
             since_s = self._since_s.setdefault(name, time_s) if holds else None
             if since_s is None:
                 self._since_s.pop(name, None)
@@ -141,7 +146,11 @@ class StreetRules:
         return found
 
     def _conditions(
-        self, car: RoadUser, place: LanePlace | None, is_against: bool
+        self,
+        car: RoadUser,
+        place: LanePlace | None,
+        is_against: bool,
+        others: Sequence[RoadUser],
     ) -> Iterator[tuple[str, bool]]:
         """Yield what counts if it lasts."""
         lane = self._network.lanes[place.lane] if place else None
@@ -150,6 +159,7 @@ class StreetRules:
         in_junction = bool(lane and lane.junction)
         yield BLOCKING, in_junction and car.speed_mps < _STOPPED_MPS
         yield WRONG_LANE, car.speed_mps > _MOVING_MPS and is_against
+        yield YIELD_EMERGENCY, holds_up(car, others)
 
     def _is_against(self, body: Rectangle, place: LanePlace | None) -> bool:
         """Return whether a body on this lane drives against its direction."""
@@ -171,9 +181,6 @@ class StreetRules:
             if beside and -_MOVING_MPS < along_mps < car.speed_mps + _MOVING_MPS:
                 return True
         return False
-
-    def _passes_one_at_rest(self, car: RoadUser, others: Sequence[RoadUser]) -> bool:
-        return self._passes(car, [one for one in others if one.speed_mps < _MOVING_MPS])
 
     def _at_junctions(
         self, car: RoadUser, place: LanePlace | None, others: Sequence[RoadUser]
