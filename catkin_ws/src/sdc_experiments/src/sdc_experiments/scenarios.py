@@ -186,10 +186,8 @@ def picture_of(name: str, path: str, seed: int, lacking: str) -> dict[str, Any]:
 
 def scores(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """Return success [%] with Wilson's interval, and mean driving score of some drives."""
-    good, mean = (
-        sum(row["success"] for row in rows),
-        estimate([row["driving_score"] for row in rows]),
-    )
+    good = sum(row["success"] for row in rows)
+    mean = estimate([row["driving_score"] for row in rows])
     low, high = stats.binomtest(good, len(rows)).proportion_ci(method="wilson")
     return {
         "drives": len(rows),

@@ -98,15 +98,15 @@ class Situation:
         self.way_y = self.ways([way.offset_m])[0]
         self.beside_m = others.y_m - np.interp(others.s_m, self.grid_m, self.route_y)
         self._touches_m = others.half_width_m + 0.5 * car.width_m + _SIDE_FREE_M
-        self._ahead = (others.s_m > s_m) & (others.s_m < s_m + _LOOK_M)
-        beside_m = np.abs(others.y_m - np.interp(others.s_m, self.grid_m, self.way_y))
-        top_mps = np.interp(others.s_m, self.grid_m, self.most_mps)
-        slow = (beside_m < self._touches_m) & self._ahead & (others.along_mps < _SLOW * top_mps)
+        ahead = (others.s_m > s_m) & (others.s_m < s_m + _LOOK_M)
+        apart_m = np.abs(others.y_m - np.interp(others.s_m, self.grid_m, self.way_y))
+        usual_mps = np.interp(others.s_m, self.grid_m, self.most_mps)
+        slow = (apart_m < self._touches_m) & ahead & (others.along_mps < _SLOW * usual_mps)
         moving = ids[others.along_mps > 2.0 * AT_REST_MPS]
         at_rest = others.along_mps < AT_REST_MPS
         held_up = list(zip(ids[slow].tolist(), at_rest[slow].tolist()))
         memory.update(held_up, moving.tolist(), way.until_m > 0.0)
-        free = self._on_route() & self._ahead & ~self._waiting(lines_m)
+        free = self._on_route() & ahead & ~self._waiting(lines_m)
         passable = [n for n in np.flatnonzero(free) if self._may_pass(n, int(ids[n]), memory)]
         self.passable = sorted(passable, key=lambda n: others.s_m[n])
         comes = (others.s_m < s_m) & (others.along_mps > speed_mps - 1.0)

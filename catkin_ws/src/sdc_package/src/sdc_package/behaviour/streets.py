@@ -29,9 +29,9 @@ _STANDS_MPS, _WAITS_MPS = 0.5, 0.1
 _LANE_M = 2.5
 _KEPT_PLACES = 256
 # Road users so far from the stop line, or so much time from it, matter. The third one is the time
-# within which one that arrives at the junction has right of way there, the last one the time by
-# which one that merges must be later.
+# within which one that arrives at the junction has right of way there.
 _NEAR_M, _SOON_S, _ARRIVES_S = 40.0, 8.0, 3.5
+# One that merges behind the car must be so much later.
 _MERGES_S = 2.0
 # One that drives away from the space that both need is past it after this.
 _PAST_M = 5.0
@@ -40,9 +40,9 @@ _STARTS_MPS = 3.0
 # One without right of way that would have to brake harder than this does not give way.
 _RUNS_MPS, _RUNS_MPS2, _EMERGENCY_MPS2 = 2.0, 4.0, 6.5
 _CAR_WIDTH_M = 2.0
-# Shorter road users are pedestrians; one that is more oblique than this changes lanes or turns.
 # One that drives off beside the lanes will be in the next one [m].
 _BAY_M = 1.5
+# Shorter road users are pedestrians; one that is more oblique than this changes lanes or turns.
 _VEHICLE_M, _ALONG_RAD = 1.2, math.radians(20.0)
 _BESIDE_M = 0.3
 # A pedestrian on a crosswalk is not on the lane.

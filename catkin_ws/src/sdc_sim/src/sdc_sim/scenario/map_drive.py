@@ -65,11 +65,9 @@ def launch_arguments(report: str, given: dict[str, str]) -> dict[str, str]:
         return given
     graph = LaneGraph(load_network(given["map"]))
     start, wanted = _points("start", given), _points("goal", given)
-    begin, drawn = (
-        start[0] if start else None,
-        (options.get("seed", 0), options.get("street_scenario", "")),
-    )
-    mission, goals = first_mission(graph, begin, wanted, *drawn)
+    begin, seed = start[0] if start else None, options.get("seed", 0)
+    name = options.get("street_scenario", "")
+    mission, goals = first_mission(graph, begin, wanted, seed, name)
     path = os.path.splitext(os.path.abspath(report))[0] + ".route.csv"
     os.makedirs(os.path.dirname(path), exist_ok=True)
     # The y axis of a waypoint file points to the right.
