@@ -159,3 +159,14 @@ def test_way_is_the_route_when_the_road_is_free():
     rows = np.column_stack([route.points, np.full(300, MOST_MPS)])
     plan.decide(10.0, 0.0, 8.0, [Other(60.0, WIDTH_M, -8.0).at(0.0)], math.inf)
     assert plan.way.moved(rows, slice(0, 300)) is rows and plan.most_mps == math.inf
+
+
+def test_car_alone_changes_lanes_with_its_route_without_braking():
+    network = two_lanes()
+    route = road_route(changing(120.0))
+    places = list(places_along(network, route))
+    road = road_along(network, route, places, np.linspace(MOST_MPS, 2.0, len(route.s)))
+    plan = Manoeuvres(road, np.array([]), CAR)
+    for s in range(400):
+        plan.decide(float(s), 0.0, MOST_MPS, (), math.inf)
+        assert plan.way.until_m == 0.0 and plan.most_mps == math.inf

@@ -113,6 +113,8 @@ class Manoeuvres:
         if self._plans % _PLANS != 1:
             return
         self.reason, self.most_mps, self.stop_m = "", math.inf, math.inf
+        if not (obstacles or self.way.until_m):
+            return
         road, way, lines_m = self._road, self.way, self._lines_m
         now = Situation(road, way, self._car, self._memory, lines_m, s_m, speed_mps, obstacles)
         if now.is_quiet:
