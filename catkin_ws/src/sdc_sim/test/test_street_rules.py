@@ -204,3 +204,39 @@ def test_distance_counts_from_when_another_one_cuts_in(networks, duration_s, exp
 )
 def test_changes_of_lane(networks, to_y, other, expected):
     assert of_lanes(networks, shifting(-100.0, 10.0, to_y), 6.0, other) == expected
+
+
+@pytest.mark.parametrize(
+    ("car", "other", "expected"),
+    [
+        (straight(-60.0, -1.6, EAST, 9.0), straight(-40.0, -1.6, EAST, 0.0), True),
+        (straight(-60.0, -1.6, EAST, 9.0), straight(-40.0, -1.6, EAST, 4.0), True),
+        (straight(-60.0, -1.6, EAST, 9.0), straight(-20.0, -1.6, WEST, 9.0), True),
+        (straight(-60.0, -3.2, EAST, 4.0), straight(-80.0, -3.2, EAST, 14.0), False),
+        (straight(-60.0, -1.6, EAST, 0.0), straight(-40.0, -1.6, WEST, 9.0), False),
+        (
+            lambda t: (-60.0 - 3.0 * t, -1.6, EAST, 3.0),  # backwards
+            straight(-80.0, -1.6, EAST, 0.0),
+            True,
+        ),
+        # Beside the car: the one that leaves its lane is at fault.
+        (straight(-60.0, -1.6, EAST, 9.0), straight(-60.0, -4.8, 0.1, 9.0), False),
+        (straight(-60.0, -1.6, -0.1, 9.0), straight(-64.0, -4.8, EAST, 9.0), True),
+        # Across the junction: the front of the car, and that of the other one.
+        (straight(-20.0, -1.6, EAST, 9.0), straight(-1.6, 15.0, SOUTH, 8.5), True),
+        (straight(-20.0, -1.6, EAST, 9.0), straight(-1.6, 24.0, SOUTH, 9.0), False),
+    ],
+)
+def test_fault_for_a_collision(networks, car, other, expected):
+    from sdc_sim.physics.collision import Rectangle, overlap
+
+    rules = StreetRules(networks["priority"], FRONT_M)
+    for tick in range(1, 200):
+        t = tick * TICK_S
+        here, there = car(t), other(t)
+        if overlap(Rectangle(*here[:3], 4.7, 1.9), Rectangle(*there[:3], 4.7, 1.9)):
+            break
+        rules.add_car(tick, DriveSample(t, *here, 0.0, 0.0, 0.0))
+        rules.add_others(tick, [(7, *there[:3], 4.7, 1.9, there[3], "car")])
+    assert rules.is_at_fault(7, t) == expected
+    assert rules.is_at_fault(0, t) == (here[3] > 0.0), "a building"

@@ -74,6 +74,7 @@ class DriveEvaluation:
             self._streets = StreetRules(load_network(rules.map), rules.car_front_m)
             self.progress.on_lane_s = self._streets.on_lane_s
         self._obstacle_kinds: dict = {}
+        self._collision: tuple[int, float] | None = None  # id of the obstacle, and time [s]
         self._last_ns = self._last_command_ns = self._last_reason_ns = 0
         self._commands = CommandTrace()
         self._reasons: list = []
@@ -140,6 +141,9 @@ class DriveEvaluation:
             world_restarts=0,
             assumed_limits=list(self.progress.rules.assumed),
         )
+        if self._streets:
+            hit = self._collision and self._streets.is_at_fault(*self._collision)
+            metrics["collisions_at_fault"] = int(bool(hit))
         if self._lane_offsets:
             metrics["lane_offset_rms_error_m"] = self._lane_offset_rms_error_m()
         return metrics
@@ -276,8 +280,9 @@ class DriveEvaluation:
             self.progress.add_infraction(name, sample)
 
     def _on_collision(self, stamp_ns: int, obstacle_id: int) -> None:
-        if self.over:
+        if self.over or self._collision:
             return
+        self._collision = obstacle_id, (stamp_ns or self._last_ns) / _NS_PER_S
         # CARLA gives static scenery the id 0. Another actor of unknown kind is likely a vehicle.
         kind = _COLLISION_KINDS.get(
             self._obstacle_kinds.get(obstacle_id, ""), "vehicle" if obstacle_id else "static"

@@ -13,6 +13,7 @@ from collections import deque
 from typing import Iterator, NamedTuple, Sequence
 
 from sdc_sim.evaluation.emergency import EMERGENCY_LASTS_S, YIELD_EMERGENCY, holds_up
+from sdc_sim.evaluation.fault import is_at_fault
 from sdc_sim.evaluation.lane_rules import LaneRules
 from sdc_sim.evaluation.route_progress import DriveSample
 from sdc_sim.physics.collision import Rectangle, overlap
@@ -76,8 +77,8 @@ class StreetRules:
         self.on_lane_s: set[float] = set()
         self._has_joined = False  # a drive may begin beside the lanes, such as in a parking bay
         self._seen_s: dict[int, float] = {}
-        # Outlines of the last second by id of the road user, 0 is the car: (time, rectangle).
-        self._trails: dict[int, deque[tuple[float, Rectangle]]] = {}
+        # The last second of each road user by its id, 0 is the car.
+        self._trails: dict[int, deque[tuple[float, RoadUser]]] = {}
         self._cars: deque[tuple[int, DriveSample]] = deque()
         self._others: dict[int, Sequence] = {}
         self._others_ns = 0
@@ -97,6 +98,12 @@ class StreetRules:
         self._others[stamp_ns] = rows
         self._others_ns = max(stamp_ns, self._others_ns)
         return self._judge()
+
+    def is_at_fault(self, other: int, time_s: float) -> bool:
+        """Return whether the car is at fault for a collision with a road user at this time [s]."""
+        trails = self._trails.get(0, ()), self._trails.get(other, ()) if other else ()
+        before = ([one for one in trail if one[0] < time_s] for trail in trails)
+        return is_at_fault(self._network, *before)
 
     def _judge(self) -> list[tuple[str, DriveSample]]:
         """Judge the odometries for which the others are known, or which have waited too long."""
@@ -253,7 +260,7 @@ class StreetRules:
         trail, rate = self._trails.get(one.id), 0.0
         if trail and len(trail) > 1:
             (before_s, before), (last_s, last) = trail[-2], trail[-1]
-            turned = math.remainder(last.yaw_rad - before.yaw_rad, 2.0 * math.pi)
+            turned = math.remainder(last.body.yaw_rad - before.body.yaw_rad, 2.0 * math.pi)
             rate = turned / max(last_s - before_s, 1e-3)
         x, y, yaw, *size = one.body
         for _ in range(round(_NEAR_S / _STEP_S)):
@@ -269,15 +276,15 @@ class StreetRules:
         angle = abs(math.remainder(mine.yaw_rad - other.yaw_rad, 2.0 * math.pi))
         if not _CROSSING_RAD < angle < math.pi - _CROSSING_RAD:
             return False
-        return any(overlap(other, past) for _, past in self._trails.get(0, ())) or any(
-            overlap(mine, past) for _, past in self._trails.get(one.id, ())
+        return any(overlap(other, past.body) for _, past in self._trails.get(0, ())) or any(
+            overlap(mine, past.body) for _, past in self._trails.get(one.id, ())
         )
 
     def _remember(self, time_s: float, everyone: Sequence[RoadUser]) -> None:
         trails = {}
         for one in everyone:
             trail = trails[one.id] = self._trails.get(one.id) or deque()
-            trail.append((time_s, one.body))
+            trail.append((time_s, one))
             while time_s - trail[0][0] > _NEAR_S:
                 trail.popleft()
         self._trails = trails
