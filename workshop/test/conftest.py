@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from sdc_workshop.exam.sandbox import SandboxError, require
+from sdc_experiments.sandbox import SandboxError
+from sdc_workshop.exam.sandbox import require
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 os.environ["LANGUAGE"] = "en"  # The tests read English hints on every machine.

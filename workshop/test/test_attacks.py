@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 import yaml
 
+from sdc_experiments.sandbox import user_id
 from sdc_workshop.exam.limits import control_groups, entering, kills
-from sdc_workshop.exam.sandbox import user_id
 from sdc_workshop.grading.grade import line
 from sdc_workshop.grading.grading import Conditions, grade
 from sdc_workshop.grading.handed_in import names

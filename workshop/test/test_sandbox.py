@@ -8,8 +8,8 @@ from concurrent.futures import ThreadPoolExecutor
 import psutil
 import pytest
 
+from sdc_experiments.sandbox import user_id
 from sdc_workshop.exam.answer import PASSED
-from sdc_workshop.exam.sandbox import user_id
 from sdc_workshop.grading.grading import Conditions, grade
 from sdc_workshop.grading.rubric import load_rubric
 from sdc_workshop.grading.summary import ranked, write_csv, write_pages

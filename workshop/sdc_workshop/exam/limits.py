@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Callable, Iterator
 
 MAX_MEMORY = 2 << 30  # bytes, all processes of a program
-MAX_DISK = 400 << 20  # bytes, all files of one folder that can be written, which is in memory
 MAX_CHECK_MEMORY = 3 << 30  # bytes, check, master and simulator of one student
 # Environment variable with the control group of the student's programs.
 GROUP = "SDC_WORKSHOP_GROUP"

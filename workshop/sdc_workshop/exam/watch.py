@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Callable
 import psutil
 
 from sdc_common.processes import matching
-from sdc_workshop.exam.limits import GROUP, MAX_DISK, MAX_MEMORY, kills
+from sdc_experiments.sandbox import MAX_DISK
+from sdc_workshop.exam.limits import GROUP, MAX_MEMORY, kills
 
 if TYPE_CHECKING:
     from sdc_workshop.exam.process import Program

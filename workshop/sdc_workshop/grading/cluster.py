@@ -8,8 +8,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Iterator, Sequence
 
+from sdc_experiments.sandbox import SandboxError
 from sdc_experiments.sweep.dask_engine import DaskEngine
-from sdc_workshop.exam.sandbox import SandboxError, require
+from sdc_workshop.exam.sandbox import require
 from sdc_workshop.grading.grading import Conditions, Grade, grade
 from sdc_workshop.workspace import PROJECT, WORLD_SETUP
 
