@@ -68,11 +68,7 @@ def build_simulation(
         placed = part_of_map("scenario.street_scenarios", values["map_path"], type_name, seed)
         lights = [replace(one, offset_s=one.offset_s + placed.lights_s) for one in lights]
         values = {**values, **placed.parameters}
-    vehicle = vehicle_class(
-        load_vehicle(os.path.join(values["vehicles_folder"], values["vehicle"] + ".yaml")),
-        friction=values["friction"],
-        side_wind_mps=values["side_wind_mps"],
-    )
+    vehicle = _vehicle(values, vehicle_class)
     if type_name:
         arguments = placed.actors, placed.mission_m, seed, tick_s, lights
         traffic = importlib.import_module("sdc_sim.traffic.actors").ScriptedTraffic(*arguments)
@@ -98,6 +94,14 @@ def build_simulation(
         sensors=suite,
         traffic=traffic,
     )
+
+
+def _vehicle(values: Mapping[str, Any], vehicle_class: type[Vehicle]) -> Vehicle:
+    path = os.path.join(values["vehicles_folder"], values["vehicle"] + ".yaml")
+    parameters, factors = load_vehicle(path), values["vehicle_factors"]
+    changed = {name: factor * getattr(parameters, name) for name, factor in factors.items()}
+    conditions = values["friction"], values["side_wind_mps"]
+    return vehicle_class(replace(parameters, **changed), *conditions)
 
 
 def _scenery(map_path: str, waypoints_m: np.ndarray) -> Scenery:
