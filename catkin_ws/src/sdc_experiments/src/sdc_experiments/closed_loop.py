@@ -13,6 +13,7 @@ import numpy as np
 
 from sdc_common.driving import Observation, Path
 from sdc_common.geometry.segments import use_machine_code
+from sdc_common.planning.stop_line import StopLine
 from sdc_experiments.configuration import node_parameters
 from sdc_experiments.recorder import DriveRecorder, stop_lines_of
 from sdc_package.behaviour.streets import streets_of
@@ -28,7 +29,6 @@ from sdc_sim.scenario.drive_setup import DriveSetup, RouteSource, drive_setup
 from sdc_sim.scenario.packaged import node_config, overridden
 from sdc_sim.scenario.reader import map_path
 from sdc_sim.simulation import loop
-from sdc_sim.simulation.simulation import Simulation
 from sdc_sim.simulation.snapshot import Snapshot
 
 if TYPE_CHECKING:
@@ -85,7 +85,7 @@ def drive_result(
             with its arguments; None for that of config/simple_controller.yaml
         planner: returns rows (x, y, target speed) for an observation; None for the local planner
         seed: seed of noise and traffic, in place of that of the scenario
-        traffic: number of other road users on the map, in place of that of the scenario
+        traffic: number of other road users on the map, also in its place
         sim_options: parameters that replace those of sdc_sim/config/sim.yaml
         planner_options: the same for sdc_package/config/local_planner.yaml
         controller_options: the same for sdc_package/config/simple_controller.yaml
@@ -96,22 +96,22 @@ def drive_result(
         lacking: what the car lacks, see LACKS
 
     Raises:
-        ValueError: an argument or a file is not valid; the message is one line that names it
+        ValueError: an argument or a file is not valid; the message names it
     """
     if compiled:
         use_machine_code()
-    own = {"seed": seed, "traffic": traffic}
-    options = {**sim_options, **{name: one for name, one in own.items() if one is not None}}
+    own = {"seed": seed, "traffic": traffic}.items()
+    options = {**sim_options, **{name: one for name, one in own if one is not None}}
     setup, missions = conditions(scenario, route, options, map, start, goal)
     world = setup.simulation(compiled)
-    limits = _limits(planner_options, lacking)
-    chosen, waypoints_m = _own_planner(setup, world, limits, missions, lacking)
-    chosen = chosen if planner is None else FunctionPlanner(planner)
-    car = car_with(chosen, steering, controller_options)
+    limits, lines = _limits(planner_options, lacking), stop_lines_of(world.lights)
+    known = lines, missions, world.observation, lacking
+    chosen, waypoints_m = own_planner(limits, setup.waypoints_m, *known)
+    car = car_with(FunctionPlanner(planner) if planner else chosen, steering, controller_options)
     rules = evaluation_rules(limits, {"map": setup.parameters["map_path"], **referee_options})
-    evaluation = DriveRecorder(rules, waypoints_m, world)
-    loop.drive(world, car, evaluation, longest_s, observe)
-    return evaluation.evaluator.result()
+    recorder = DriveRecorder(rules, waypoints_m, world)
+    loop.drive(world, car, recorder, longest_s, observe)
+    return recorder.evaluator.result()
 
 
 def _limits(options: Mapping[str, Any], lacking: str) -> dict[str, Any]:
@@ -141,18 +141,27 @@ def conditions(
     return drive_setup(scenario, waypoints_m, {**options, "map_path": map_file}), missions
 
 
-def _own_planner(
-    setup: DriveSetup,
-    world: Simulation,
-    limits: dict,
+def own_planner(
+    limits: Mapping[str, Any],
+    waypoints_m: np.ndarray,
+    lines: Mapping[int, StopLine],
     missions: GlobalPlanner | None,
-    lacking: str,
+    seen: Observation,
+    lacking: str = "",
 ) -> tuple[PathPlanner, np.ndarray]:
-    """Return the local planner, and the waypoints of its first mission."""
-    lines, settings = stop_lines_of(world.lights), PlannerSettings.read(limits.__getitem__)
+    """Return the local planner, and the waypoints of its first mission.
+
+    Args:
+        limits: parameters of the local planner
+        waypoints_m: (N, 2) waypoints without a map [m]
+        lines: stop line of each traffic light by its id
+        missions: plans the missions on a map, None without one
+        seen: the first observation
+        lacking: what the car lacks, see LACKS
+    """
+    settings = PlannerSettings.read(limits.__getitem__)
     if missions is None:
-        return MissionDriver(setup.waypoints_m, settings, lines), setup.waypoints_m
-    seen = world.observation
+        return MissionDriver(waypoints_m, settings, lines), waypoints_m
     mission = missions.update(seen.x_m, seen.y_m, seen.yaw_rad)
     assert mission is not None
     points_m = mission.points_m
