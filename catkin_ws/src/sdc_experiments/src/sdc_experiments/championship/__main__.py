@@ -1,0 +1,45 @@
+"""./championship: write a driver, try it, and hold a round; docs/championship.md describes it."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+
+from sdc_common.validation import suggestion
+from sdc_experiments.sandbox import SandboxError
+from sdc_experiments.sweep.dask_engine import ClusterError
+
+# The module of each command, whose function `run` gets its arguments and returns the exit status,
+# and its usage.
+COMMANDS = {
+    "new": ("attempt:new", "FILE.py"),
+    "try": (
+        "attempt:run",
+        "FILE.py|--stack FILE.launch [league:=control|driving|traffic] [drives:=200] "
+        "[seeds:=FIRST-LAST] [replay:=FILE.json] [sandbox:=false] [report:=report/championship] "
+        "[--scheduler tcp://HOST:PORT]",
+    ),
+    "baselines": ("attempt:drive_baselines", "[league:=control] [drives:=200] [NAME ...]"),
+}
+
+
+def main() -> int:
+    """Run the command line and return the exit status."""
+    name, arguments = (sys.argv[1:2] or ["--help"])[0], sys.argv[2:]
+    if name in ("-h", "--help") or "--help" in arguments:
+        print("\n".join(f"./championship {one} {usage}" for one, (_, usage) in COMMANDS.items()))
+        return 0
+    try:
+        if name not in COMMANDS:
+            raise ValueError(f"unknown command '{name}'; {suggestion(name, COMMANDS, '--help')}")
+        module, _, function = COMMANDS[name][0].partition(":")
+        return getattr(importlib.import_module(f"{__package__}.{module}"), function)(arguments)
+    except KeyboardInterrupt:
+        return 130
+    except (ValueError, ClusterError, SandboxError, OSError) as error:
+        print(f"championship: {error}", file=sys.stderr)
+        return 2
+
+
+if __name__ == "__main__":
+    sys.exit(main())

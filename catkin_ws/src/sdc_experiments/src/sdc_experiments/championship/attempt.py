@@ -1,0 +1,175 @@
+"""./championship new, try and baselines: one driver on public seeds."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import tempfile
+from pathlib import Path
+from typing import Any, Mapping, Sequence
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+from sdc_experiments.championship.command import (
+    BASELINES,
+    baseline,
+    drive_many,
+    options_of,
+    seeds_of,
+    source_of,
+    summary,
+)
+from sdc_experiments.championship.drive import drive
+from sdc_experiments.championship.driver_process import DriverServer
+from sdc_experiments.championship.league import LEAGUES, draw
+from sdc_experiments.sweep.dask_engine import DaskEngine
+from sdc_experiments.sweep.statistics import estimate
+
+OPTIONS = {
+    "league": "control",
+    "drives": "200",
+    "seeds": "",
+    "replay": "",  # results of an earlier run, whose late steps are repeated
+    "sandbox": "true",
+    "stack": "",
+    "report": "report/championship",
+    "scheduler": "",
+}
+# Scores of the baselines by league, name and public seed.
+STORED = Path(__file__).with_name("baselines.json")
+_NEW = '''"""A driver for ./championship: pure pursuit (Coulter, CMU-RI-TR-92-01) with our car."""
+
+from math import atan, atan2, hypot, sin
+
+
+class Driver:
+    def __init__(self, mission):  # what is known before the drive, such as mission.waypoints_m
+        self.mission = mission
+
+    def wheel_angle(self, path, x_m, y_m, yaw_rad, speed_mps, yaw_rate_radps):
+        ahead_m = path.place(x_m, y_m).s_m + 2.0 + 0.4 * speed_mps
+        to_x_m, to_y_m = (b - a for a, b in zip((x_m, y_m), path.line.point_at(ahead_m)))
+        angle = atan2(to_y_m, to_x_m) - yaw_rad
+        return atan(2.0 * 2.87 * sin(angle) / hypot(to_x_m, to_y_m))
+'''
+
+
+def new(arguments: Sequence[str]) -> int:
+    """Write a driver into a new file."""
+    _, words = options_of(arguments, {})
+    if len(words) != 1 or not words[0].endswith(".py"):
+        raise ValueError("new: name one file, such as ./championship new my_driver.py")
+    try:
+        with open(words[0], "x", encoding="utf-8") as file:
+            file.write(_NEW)
+    except FileExistsError:
+        raise ValueError(f"{words[0]}: exists already; name another file") from None
+    print(f"championship: wrote {words[0]}; drive it with ./championship try {words[0]}")
+    return 0
+
+
+def stored(league: str, seeds: Sequence[str]) -> dict[str, float]:
+    """Return the mean score of each baseline, on the same seeds where all are public."""
+    table = json.loads(STORED.read_text(encoding="utf-8")).get(league, {})
+    known = {
+        one: [scores[seed] for seed in seeds if seed in scores] for one, scores in table.items()
+    }
+    return {
+        one: estimate(part if len(part) == len(seeds) else [*table[one].values()]).mean
+        for one, part in known.items()
+    }
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Drive a driver on public seeds, print its score and write the page; see OPTIONS."""
+    options, words = options_of(arguments, OPTIONS)
+    if len(words) != 1 or not words[0].endswith(".py"):
+        raise ValueError("try: name one driver, such as ./championship try my_driver.py")
+    path, seeds, league = Path(words[0]), seeds_of(options), options["league"]
+    source, sandboxed = source_of(path), options["sandbox"] != "false"
+    late: Mapping[str, list] = {}
+    if options["replay"]:
+        earlier = json.loads(Path(options["replay"]).read_text(encoding="utf-8"))
+        late = {row["seed"]: row["late"] for row in earlier["rows"]}
+        seeds, league = list(late), earlier["league"]
+    with DaskEngine(options["scheduler"], len(os.sched_getaffinity(0))) as engine:
+        rows = drive_many(engine, source, league, seeds, sandboxed, late)
+    result: dict[str, Any] = {"name": path.stem, "league": league, **summary(rows)}
+    others = stored(league, seeds)
+    rank = 1 + sum(score > result["score"] for score in others.values())
+    folder = Path(options["report"])
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / path.name).write_text(source, encoding="utf-8")
+    record = folder / f"{path.stem}.json"
+    record.write_text(json.dumps({**result, "rows": rows}, indent=1) + "\n", encoding="utf-8")
+    worst = min(rows, key=lambda row: row["score"])
+    with DriverServer(source, sandboxed) as server:
+        shown = page_of(server, league, worst["seed"], worst["late"])
+    page = folder / f"{path.stem}.html"
+    table = sorted([*others.items(), (path.stem, result["score"])], key=lambda one: -one[1])
+    write_page(page, result=result, rows=rows, table=table, worst=worst, shown=shown)
+    for line in lines(result):
+        print(line)
+    print(
+        f"championship: see {page}; the file to submit is {folder / path.name}, its record {record}"
+    )
+    print(f"{last_line(result)}, rank {rank} of {len(others) + 1}")
+    return 1 if result["problems"] else 0
+
+
+def lines(result: Mapping[str, Any]) -> list[str]:
+    """Return a line for each part of a score, and for what went wrong."""
+    league = result["league"]
+    found = [
+        f"{league}: {name} {'-' if value is None else f'{value:.3f}'}: "
+        f"{result['points'][name]:.1f} of {LEAGUES[league]['score'][name][0]} points"
+        for name, value in result["values"].items()
+    ]
+    count = f"{result['completed']} drives completed, {result['late_steps']} steps late"
+    found.append(f"{league}: {count}, 99 of 100 steps within {result['step_p99_ms']:.2f} ms")
+    return [*found, *(f"championship: {result['name']}: {text}" for text in result["problems"])]
+
+
+def last_line(result: Mapping[str, Any]) -> str:
+    """Return the line with the score."""
+    width = result["half_width"]
+    interval = "" if math.isnan(width) else f" (+- {width:.1f})"
+    return f"championship: {result['league']}: score {result['score']:.1f} of 100{interval}"
+
+
+def page_of(server: DriverServer, league: str, seed: str, late: list) -> str:
+    """Repeat a drive, and return its page with plots and the slider."""
+    from sdc_sim.report.html_page import write_html  # Matplotlib is slow to import
+
+    result = drive(server, draw(league, seed), late)[1]
+    if len(result.rows) < 10:
+        return ""
+    with tempfile.TemporaryDirectory() as folder:
+        page = Path(folder) / "drive.html"
+        write_html(str(page), result)
+        return page.read_text(encoding="utf-8")
+
+
+def write_page(page: Path, template: str = "championship.html.jinja", **shown: Any) -> None:
+    """Write a page from a template of this package."""
+    loader = FileSystemLoader(Path(__file__).parents[1] / "templates")
+    environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined)
+    text = environment.get_template(template).render(leagues=LEAGUES, titles=BASELINES, **shown)
+    page.write_text(text, encoding="utf-8")
+
+
+def drive_baselines(arguments: Sequence[str]) -> int:
+    """Drive baselines on public seeds, and store their scores."""
+    options, names = options_of(arguments, {"league": "control", "drives": "200", "scheduler": ""})
+    league, seeds = options["league"], seeds_of(options)
+    found = json.loads(STORED.read_text(encoding="utf-8")) if STORED.exists() else {}
+    with DaskEngine(options["scheduler"], len(os.sched_getaffinity(0))) as engine:
+        for name in names or BASELINES:
+            rows = drive_many(engine, baseline(name), league, seeds)
+            result: dict[str, Any] = {"name": name, "league": league, **summary(rows)}
+            scores = {row["seed"]: round(row["score"], 6) for row in rows}
+            found.setdefault(league, {})[name] = scores
+            STORED.write_text(json.dumps(found, separators=(",", ":")) + "\n", encoding="utf-8")
+            print("\n".join([*lines(result), f"{last_line(result)}, {name}"]), flush=True)
+    return 0

@@ -1,0 +1,151 @@
+"""One drive of a driver: the world steps, the driver answers, and what is late acts late."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections import deque
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from sdc_common.driving import Command
+from sdc_experiments.championship.driver_process import DriverError, DriverServer
+from sdc_experiments.championship.league import LEAGUES, TABLE, Draw, draw, prepared
+from sdc_experiments.championship.score import points, score, values
+from sdc_experiments.closed_loop import evaluation_rules
+from sdc_experiments.recorder import DriveRecorder
+from sdc_sim.evaluation.drive_evaluation import OBSTACLES, DriveEvaluation
+
+_NS_PER_MS = 1_000_000
+_SCENE_TICKS = 10
+
+
+class Lateness:
+    """When the answers of a driver act, whose core computes one after the other.
+
+    Args:
+        tick_ns: duration of a tick [ns]
+        record: entries of an earlier drive to repeat, None to measure
+
+    Attributes:
+        record: tick of the observation, tick at which the answer acts, and tick of the next
+            observation, of each step that was late
+    """
+
+    def __init__(self, tick_ns: int, record: list[list[int]] | None = None):
+        self._tick_ns, self._given_ns = tick_ns, round(TABLE["step_cpu_ms"] * _NS_PER_MS)
+        self._repeated = None if record is None else {one[0]: one[1:] for one in record}
+        self._free_ns = 0
+        self.record: list[list[int]] = []
+
+    def step(self, tick: int, spent_ns: int) -> tuple[int, int]:
+        """Return when an answer acts, and which observation the driver gets next.
+
+        Args:
+            tick: tick of the observation
+            spent_ns: processor time of the answer [ns]
+        """
+        self._free_ns = max(self._free_ns, tick * self._tick_ns) + spent_ns
+        acts = max(tick, -((self._given_ns - self._free_ns) // self._tick_ns))
+        following = max(tick + 1, self._free_ns // self._tick_ns)
+        if self._repeated is not None:
+            acts, following = self._repeated.get(tick, (tick, tick + 1))
+        if (acts, following) != (tick, tick + 1):
+            self.record.append([tick, acts, following])
+        return acts, following
+
+
+def drive(
+    server: DriverServer, one: Draw, late: list | None = None
+) -> tuple[dict[str, Any], DriveEvaluation]:
+    """Drive, and return the row of the results and the evaluation of the true motion.
+
+    Args:
+        server: starts the driver
+        one: the conditions
+        late: the record of an earlier drive, which is repeated
+    """
+    setup, world, mission = prepared(one)
+    rules = evaluation_rules(mission.planner, {"map": setup.parameters["map_path"]})
+    recorder = DriveRecorder(rules, setup.waypoints_m, world)
+    tick_ns, problem, refused = round(1e9 * world.tick_s), "", []
+    lateness, first_ns = Lateness(tick_ns, late), world.observation.stamp_ns
+    waiting: deque[tuple[int, Command | None]] = deque()
+    tick = following = 0
+    spent_ms: list[float] = []
+    scene = []
+    try:
+        car = server.start(mission)
+    except DriverError as error:
+        return _row(
+            one, recorder, f"it did not start: {error}", [], [], []
+        ), recorder.evaluator.result()
+    try:
+        while True:
+            now = world.snapshot
+            if tick == following:
+                seen = world.observation
+                command = car.step(replace(seen, stamp_ns=seen.stamp_ns - first_ns + tick_ns))
+                acts, following = lateness.step(tick, car.spent_ns)
+                waiting.append((acts, command))
+                spent_ms.append(car.spent_ns / _NS_PER_MS)
+            command = None
+            while waiting and waiting[0][0] <= tick:
+                command = waiting.popleft()[1]
+            true = world.vehicle.state
+            now = now._replace(stamp_ns=world.stamp_ns, state=true, measured=true)
+            if command is not None:
+                command.stamp_ns = now.stamp_ns
+            if tick % _SCENE_TICKS == 0 and now.obstacles:
+                bodies = [[body.id, *body.rectangle] for body in now.obstacles]
+                scene.append((now.time_s, bodies))
+            over = recorder.add(now, command, car)
+            if over or (one.longest_s is not None and world.elapsed_s >= one.longest_s):
+                break
+            world.step(command)
+            tick += 1
+    except DriverError as error:
+        problem = str(error)
+    finally:
+        refused = car.close()
+    result = recorder.evaluator.result()
+    result.scene[OBSTACLES] = scene
+    return _row(one, recorder, problem, refused, lateness.record, spent_ms), result
+
+
+def _row(
+    one: Draw,
+    recorder: DriveRecorder,
+    problem: str,
+    refused: list[str],
+    late: list,
+    spent_ms: list[float],
+) -> dict[str, Any]:
+    """Return the row of a drive in the results; a driver that has ended has no points."""
+    result = recorder.evaluator.result()
+    row: dict[str, Any] = {"seed": one.seed, "problem": problem, "refused": refused, "late": late}
+    row["step_p99_ms"] = float(np.percentile(spent_ms, 99.0)) if spent_ms else 0.0
+    names = LEAGUES[one.league]["score"]
+    if problem or len(result.rows) < 10:
+        ended = {"status": "driver ended", "score": 0.0, "trace_sha256": ""}
+        return {**row, **ended, "values": {}, "points": dict.fromkeys(names, 0.0)}
+    metrics, found = result.metrics, values(result)
+    parts = points(one.league, found)
+    trace = np.ascontiguousarray(result.rows, dtype="<f8").tobytes()
+    return {
+        **row,
+        "status": metrics["status"],
+        "score": score(parts, metrics),
+        "driving_score": metrics["driving_score"],
+        "infractions": [name for name, count in metrics["infractions"].items() if count],
+        "values": {name: found[name] for name in names if math.isfinite(found[name])},
+        "points": parts,
+        "trace_sha256": hashlib.sha256(trace).hexdigest(),
+    }
+
+
+def drive_seed(server: DriverServer, league: str, seed: str, late: list | None = None) -> dict:
+    """Drive what a seed draws, and return its row."""
+    return drive(server, draw(league, seed), late)[0]

@@ -1,0 +1,231 @@
+"""Drivers in processes of their own: start them in a sandbox, ask them, and measure their time."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import pickle
+import re
+import select
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path as FilePath
+from typing import Any, Sequence
+
+import rospkg
+
+from sdc_common.driving import Command, Observation, Path
+from sdc_experiments.championship.host import ANSWER, MAX_MESSAGE, READY, REFUSED
+from sdc_experiments.championship.mission import DriverMission
+from sdc_experiments.sandbox import USER_IDS, SandboxError, as_user, bound, identity, system
+
+MAX_SOURCE = 200_000  # bytes
+# A drive ends when its driver sleeps for longer, or computes one answer for longer [s].
+_MAX_SLEEP_S, _MAX_STEP_S = 2.0, 5.0
+_START_S = 60.0  # processor time to load the file and to make the first calls
+_POLL_S, _SLOW_S = 0.1, 0.01
+_KEPT = ("LANG", "PATH", "ROS_PACKAGE_PATH", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
+_PACKAGES = ("sdc_common", "sdc_sim", "sdc_package", "sdc_experiments")
+_MAPS = (".maps", "catkin_ws/src/sdc_sim/maps")
+_ENDS = {-signal.SIGSYS: "it called the system for what is forbidden: a program, thread or socket"}
+_ENDS[-signal.SIGXCPU] = _ENDS[-signal.SIGKILL] = "it used up its memory or processor time"
+_ENDS[0] = "it exited early"
+
+
+class DriverError(Exception):
+    """The end of a driver before the end of its drive; the message is one line."""
+
+
+class DriverServer:
+    """Loads what a driver's file imports, in a sandbox, and starts a process for each drive.
+
+    Args:
+        source: the file
+        sandboxed: False without the sandbox of bubblewrap; all other limits remain
+
+    Raises:
+        SandboxError: there is no sandbox on this machine
+    """
+
+    def __init__(self, source: str, sandboxed: bool = True):
+        self._control, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        command = [sys.executable, "-B", "-m", "sdc_experiments.championship.host"]
+        command.append(str(theirs.fileno()))
+        environment = {name: os.environ[name] for name in _KEPT if name in os.environ}
+        environment.update(PYTHONHASHSEED="0", HOME="/tmp")
+        environment["PYTHONPATH"] = os.pathsep.join(filter(os.path.isdir, sys.path))
+        if sandboxed:
+            command = _in_sandbox(command)
+        with theirs:
+            self._process = subprocess.Popen(
+                command,
+                env=environment,
+                pass_fds=[theirs.fileno()],
+                stdin=subprocess.DEVNULL,
+                stderr=subprocess.PIPE,
+            )
+        try:
+            self._control.send(source.encode())
+            if self._control.recv(16) == READY:
+                return
+        except OSError:
+            pass
+        seen = (self._process.communicate()[1].decode().strip().splitlines() or ["it ended"])[-1]
+        raise SandboxError(f"no sandbox for drivers: {seen}; sandbox:=false drives without one")
+
+    def __enter__(self) -> DriverServer:
+        return self
+
+    def __exit__(self, *_error: object) -> None:
+        self._control.close()
+        self._process.kill()
+        self._process.communicate()
+
+    def start(self, mission: DriverMission) -> DriverProcess:
+        """Start the driver of a drive; see DriverProcess."""
+        return DriverProcess(self._control, mission)
+
+
+class DriverProcess:
+    """The driver of one drive, as the software of a car.
+
+    Args:
+        control: socket of the server
+        mission: what the driver gets
+
+    Attributes:
+        path: the start of the path that it follows, None if it is unknown
+        reason: what limited its speed, "" if unknown
+        spent_ns: processor time of the last step [ns]
+
+    Raises:
+        DriverError: the file cannot be loaded
+    """
+
+    def __init__(self, control: socket.socket, mission: DriverMission):
+        self.path: Path | None = None
+        self.reason = ""
+        self.spent_ns = self._clock = self._used_ns = 0
+        self._control, self._slept_s, self._pidfd = control, 0.0, -1
+        self._active_s, self._status = 0.0, 0
+        self._link, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        self._link.setsockopt(socket.SOL_SOCKET, socket.SO_PASSCRED, 1)
+        self._log: Any = tempfile.TemporaryFile()  # noqa: SIM115  it is closed with the drive
+        with theirs:
+            socket.send_fds(control, [b"drive"], [theirs.fileno(), self._log.fileno()])
+        _, ancillary, _, _ = self._link.recvmsg(16, socket.CMSG_SPACE(12))
+        # The number of the process outside of its sandbox.
+        number = int.from_bytes(ancillary[0][2][:4], "little")
+        self._clock, self._pidfd = (~number << 3) | 2, os.pidfd_open(number)
+        self._schedule = FilePath(f"/proc/{number}/schedstat")
+        self._send(pickle.dumps(mission))
+        if self._answer(_START_S) != READY:
+            raise self._error("it answered before the first observation")
+        self._slept_s, self._used_ns = 0.0, time.clock_gettime_ns(self._clock)
+
+    def step(self, observation: Observation) -> Command | None:
+        """Return the driver's answer; `spent_ns` is the processor time since the last one.
+
+        Raises:
+            DriverError: the driver has ended, or does not answer
+        """
+        if select.select([self._link], [], [], 0.0)[0]:
+            raise self._error("it answered twice or exited" if self._link.recv(1) else "")
+        self._send(pickle.dumps(observation))
+        message = self._answer(_MAX_STEP_S)
+        used_ns = time.clock_gettime_ns(self._clock)
+        self.spent_ns, self._used_ns = used_ns - self._used_ns, used_ns
+        if len(message) < ANSWER.size:
+            raise self._error("it wrote to the socket of its answers")
+        given, throttle, steer, brake, hand_brake, reverse, planned = ANSWER.unpack(
+            message[: ANSWER.size]
+        )
+        self.reason = message[ANSWER.size :].decode(errors="replace")
+        self.path = Path(((0.0, 0.0, planned),)) if planned == planned else None
+        if not given:
+            return None
+        try:
+            return Command(throttle, steer, brake, hand_brake, reverse).clamped()[0]
+        except ValueError as error:
+            raise self._error(str(error)) from None
+
+    def close(self) -> list[str]:
+        """End the process, and return what it was refused."""
+        if self._pidfd >= 0:
+            with contextlib.suppress(OSError):
+                signal.pidfd_send_signal(self._pidfd, signal.SIGKILL)
+            os.close(self._pidfd)
+            self._pidfd = -1
+            self._status = int.from_bytes(self._control.recv(4), "little", signed=True)
+        self._link.close()
+        lines = [one for one in self.output().splitlines() if one.startswith(REFUSED)]
+        return sorted(set(lines))[:9]
+
+    def output(self) -> str:
+        """Return what it has printed."""
+        self._log.seek(0)
+        return re.sub(r"[^\n -~]", "?", self._log.read().decode(errors="replace"))
+
+    def _send(self, message: bytes) -> None:
+        with contextlib.suppress(ConnectionError):
+            self._link.send(message)
+
+    def _answer(self, longest_s: float) -> bytes:
+        """Return the next message.
+
+        Args:
+            longest_s: limit of the processor time [s]
+        """
+        began_s = time.monotonic()
+        while not select.select([self._link], [], [], _POLL_S)[0]:
+            if 1e-9 * (time.clock_gettime_ns(self._clock) - self._used_ns) > longest_s:
+                raise self._error(f"it computed for more than {longest_s:g} s")
+            began_s = self._add_sleep(began_s)
+        self._add_sleep(began_s)
+        message = self._link.recv(MAX_MESSAGE)
+        if not message:
+            raise self._error("")
+        return message
+
+    def _add_sleep(self, began_s: float) -> float:
+        """Add the time since a moment in which the process neither ran nor could run [s]."""
+        now_s = time.monotonic()
+        if now_s - began_s > _SLOW_S:
+            ran_ns, waited_ns = map(int, self._schedule.read_text().split()[:2])
+            active_s, self._active_s = self._active_s, 1e-9 * (ran_ns + waited_ns)
+            self._slept_s += max(0.0, now_s - began_s - self._active_s + active_s)
+            if self._slept_s > _MAX_SLEEP_S:
+                raise self._error(f"it slept for more than {_MAX_SLEEP_S:g} s")
+        return now_s
+
+    def _error(self, text: str) -> DriverError:
+        """End the process; return what ended it: a text, or how it exited."""
+        self.close()
+        if not text:
+            last = (self.output().strip().splitlines() or [""])[-1]
+            text = _ENDS.get(self._status, last or f"it ended with status {self._status}")
+        return DriverError(text[:200])
+
+
+def _in_sandbox(command: Sequence[str]) -> list[str]:
+    """Return the command line that runs a command in the sandbox, without any file to write."""
+    if shutil.which("bwrap") is None:
+        raise SandboxError("no sandbox for drivers: bwrap is not installed; sandbox:=false")
+    folders = [*filter(os.path.isdir, sys.path)]
+    folders += [os.path.realpath(rospkg.RosPack().get_path(name)) for name in _PACKAGES]
+    folders += [os.path.realpath(one) for one in folders]
+    return [
+        *system(),
+        "--unshare-net",
+        *bound("--ro-bind-try", *dict.fromkeys(folders)),
+        *identity(),
+        *(word for name in ("/tmp", "/dev/shm", "/dev", "/") for word in ("--remount-ro", name)),
+        *("--chdir", "/", "--"),
+        *as_user(USER_IDS[os.getpid() % len(USER_IDS)]),
+        *command,
+    ]

@@ -1,0 +1,193 @@
+"""The process of a driver, in its sandbox: python3 -m sdc_experiments.championship.host SOCKET.
+
+The server imports the library and what the driver's file imports. For each drive it forks a
+process that gives up what a driver does not need, loads the file and answers observations. No
+drive shares anything with another one.
+"""
+
+from __future__ import annotations
+
+import ast
+import contextlib
+import ctypes
+import gc
+import importlib
+import linecache
+import os
+import pickle
+import random
+import resource
+import signal
+import socket
+import struct
+import sys
+import time
+import traceback
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import seccomp
+
+from sdc_common.driving import Command, Observation
+from sdc_experiments.championship.mission import DriverMission, car_of
+
+FILE = "driver.py"
+# Of an answer: whether there is a command, throttle, steer, brake, hand brake, reverse, and the
+# speed that the car plans [m/s], NaN if it is unknown. A reason follows.
+ANSWER = struct.Struct("<?fff??f")
+HELLO, READY = b"hello", b"ready"
+MAX_REASON = 40  # characters
+MAX_MESSAGE = 1 << 18  # bytes
+REFUSED = "refused:"
+_WARM_UPS = 5
+_PR_SET_DUMPABLE = 4
+_LIMITS = {
+    resource.RLIMIT_FSIZE: 1 << 16,  # bytes, of the log, the only file that can be written
+    resource.RLIMIT_AS: 4 << 30,  # bytes
+    resource.RLIMIT_CPU: 600,  # s
+    resource.RLIMIT_NOFILE: 64,
+    resource.RLIMIT_CORE: 0,
+}
+# System calls that end the process: other processes, threads, connections, memory of others.
+_FORBIDDEN = (
+    *(
+        "clone",
+        "fork",
+        "vfork",
+        "execve",
+        "execveat",
+        "kill",
+        "tkill",
+        "tgkill",
+        "ptrace",
+        "pidfd_open",
+    ),
+    *("pidfd_getfd", "pidfd_send_signal", "process_vm_readv", "process_vm_writev"),
+    *("rt_sigqueueinfo", "rt_tgsigqueueinfo", "socket", "socketpair", "connect", "bind"),
+    *("memfd_create", "memfd_secret", "shmget", "msgget", "semget", "mq_open", "unshare", "setns"),
+    *("mount", "bpf", "userfaultfd", "perf_event_open", "io_uring_setup", "add_key", "keyctl"),
+)
+_CLOCKS = ("time", "monotonic", "perf_counter", "process_time", "thread_time", "clock_gettime")
+# Audit events of Python that are refused and named before the kernel ends the process.
+_EVENTS = ("os.fork", "os.exec", "os.posix_spawn", "os.system", "os.kill", "subprocess", "socket")
+_FILE_EVENTS = ("open", "os.listdir", "os.scandir")
+_READABLE = ("/usr/", "/lib", "/opt/", "/dev/null", "/dev/urandom", "<")
+
+
+def main() -> None:
+    """Serve drives until the socket is closed: a source first, then a socket and a log for each."""
+    control = socket.socket(fileno=int(sys.argv[1]))
+    source = control.recv(MAX_MESSAGE).decode(errors="replace")
+    # The memory of this process is not readable or writable for those that it forks.
+    ctypes.CDLL(None).prctl(_PR_SET_DUMPABLE, 0, 0, 0, 0)
+    _import_what_it_imports(source)
+    rules = seccomp.SyscallFilter(seccomp.ALLOW)
+    for name in _FORBIDDEN:
+        rules.add_rule(seccomp.KILL_PROCESS, name)
+    control.send(READY)
+    while True:
+        message, files, _, _ = socket.recv_fds(control, 16, 2)
+        if not message:
+            return
+        child = os.fork()
+        if not child:
+            control.close()
+            _run(socket.socket(fileno=files[0]), files[1], source, rules)
+        for file in files:
+            os.close(file)
+        _, status = os.waitpid(child, 0)
+        control.send(struct.pack("<i", os.waitstatus_to_exitcode(status)))
+
+
+def _import_what_it_imports(source: str) -> None:
+    """Import installed modules once, not in each drive; the file itself does not run here."""
+    with contextlib.suppress(SyntaxError, ValueError):
+        for node in ast.walk(ast.parse(source)):
+            names = [node.module] if isinstance(node, ast.ImportFrom) else []
+            names += [
+                one.name for one in getattr(node, "names", ()) if isinstance(node, ast.Import)
+            ]
+            for name in filter(None, names):
+                with contextlib.suppress(Exception):
+                    importlib.import_module(name)
+
+
+def _run(link: socket.socket, log: int, source: str, rules: Any) -> None:
+    """Be the process of a drive; never return."""
+    for number in (1, 2):
+        os.dup2(log, number)
+    os.close(log)
+    for limit, value in _LIMITS.items():
+        resource.setrlimit(limit, (value, value))
+    status = 1
+    try:
+        link.send(HELLO)
+        mission: DriverMission = pickle.loads(link.recv(MAX_MESSAGE))
+        random.seed(0)
+        np.random.seed(0)  # noqa: NPY002  a driver may use it
+        rules.load()
+        sys.addaudithook(_refuse)
+        answer(link, mission, source)
+        status = 0
+    except BaseException:  # noqa: BLE001  it is the driver's, of any type
+        traceback.print_exc()
+        sys.stderr.flush()
+    os._exit(status)
+
+
+def answer(link: socket.socket, mission: DriverMission, source: str) -> None:
+    """Load the driver's file and answer observations until the socket is closed."""
+    module = ModuleType("driver")
+    linecache.cache[FILE] = len(source), None, source.splitlines(True), FILE
+    exec(compile(source, FILE, "exec"), vars(module))
+    now_s = [mission.first.stamp_s]
+    for name in _CLOCKS:
+        setattr(time, name, lambda *_: now_s[0])
+    # First calls are slow, so a car that does not drive makes them.
+    idle = car_of(module.Driver(mission), mission)
+    for _ in range(_WARM_UPS):
+        packed(idle.step(mission.first), idle)
+    car = car_of(module.Driver(mission), mission)
+    gc.collect()
+    gc.freeze()
+    link.send(READY)
+    while True:
+        message = link.recv(MAX_MESSAGE)
+        if not message:
+            return
+        observation: Observation = pickle.loads(message)
+        now_s[0] = observation.stamp_s
+        link.send(packed(car.step(observation), car))
+
+
+def packed(command: Command | None, car: Any) -> bytes:
+    """Return an answer."""
+    path, reason = getattr(car, "path", None), str(getattr(car, "reason", ""))[:MAX_REASON]
+    planned = path.points[0][2] if path is not None else float("nan")
+    one = command or Command()
+    pedals = one.throttle, one.steer, one.brake, one.hand_brake, one.reverse
+    return ANSWER.pack(command is not None, *pedals, planned) + reason.encode()
+
+
+def _refuse(event: str, arguments: tuple) -> None:
+    """Refuse what a driver has no reason to do, and name it in the log."""
+    text = ""
+    if event.startswith(_EVENTS):
+        text = event
+    elif event in _FILE_EVENTS and isinstance(arguments[0], (str, bytes)):
+        path = os.path.abspath(os.fsdecode(arguments[0]))
+        known = (*_READABLE, *filter(None, sys.path), *_packages())
+        text = "" if os.fsdecode(arguments[0]).startswith(known) else f"to read {path}"
+    if text:
+        os.write(2, f"{REFUSED} {text}\n".encode())
+        raise PermissionError(f"a driver is not allowed {text}")
+
+
+def _packages() -> tuple:
+    return tuple(os.environ.get("ROS_PACKAGE_PATH", "").split(":"))
+
+
+if __name__ == "__main__":
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    main()

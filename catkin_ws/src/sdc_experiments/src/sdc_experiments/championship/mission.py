@@ -1,0 +1,73 @@
+"""What a driver gets before a drive, and the car that it becomes a part of."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, Mapping
+
+import numpy as np
+
+from sdc_common.driving import Observation
+from sdc_common.planning.stop_line import StopLine
+from sdc_experiments.closed_loop import FunctionPlanner, SteeringSource, car_with, own_planner
+from sdc_package.car import Car, PathPlanner
+from sdc_package.global_planner import GlobalPlanner
+from sdc_sim.road.network_file import load_network
+
+# What a class Driver can have: the whole car, or a part of ours.
+PARTS = ("step", "plan", "wheel_angle")
+
+
+@dataclass(frozen=True)
+class DriverMission:
+    """What a driver knows about a drive.
+
+    Attributes:
+        league: control, driving or traffic
+        waypoints_m: (N, 2) points on the middle of the lane, in the map [m]
+        first: the first observation
+        planner: parameters of our local planner, such as planned_speed_mps
+        stop_lines: stop line of each traffic light by its id
+        map: path of the map of streets, "" without one
+        goals: places on the map to reach one after the other [m]
+    """
+
+    league: str
+    waypoints_m: np.ndarray
+    first: Observation
+    planner: Mapping[str, Any]
+    stop_lines: Mapping[int, StopLine] = field(default_factory=dict)
+    map: str = ""
+    goals: tuple = ()
+
+    def default_planner(self) -> PathPlanner:
+        """Return our planner for this mission."""
+        missions = None
+        if self.map:
+            missions = GlobalPlanner(load_network(self.map))
+            missions.drive_to(self.goals)
+        return own_planner(self.planner, self.waypoints_m, self.stop_lines, missions, self.first)[0]
+
+    def default_car(self, steering: SteeringSource | None = None, **options: Any) -> Car:
+        """Return our car for this mission, such as `mission.default_car("lqr_feedforward")`.
+
+        Args:
+            steering: steering method, None for that of config/simple_controller.yaml
+            options: parameters that replace those of this file
+        """
+        return car_with(self.default_planner(), steering, options)
+
+
+def car_of(driver: Any, mission: DriverMission) -> Any:
+    """Return the car that a driver is, or that it is a part of: an object with `step`.
+
+    Raises:
+        TypeError: the driver has no method of PARTS
+    """
+    if hasattr(driver, "step"):
+        return driver
+    has_plan, steers = hasattr(driver, "plan"), hasattr(driver, "wheel_angle")
+    if not (has_plan or steers):
+        raise TypeError(f"class Driver has none of the methods {', '.join(PARTS)}")
+    planner = FunctionPlanner(driver.plan) if has_plan else mission.default_planner()
+    return car_with(planner, driver if steers else None)
