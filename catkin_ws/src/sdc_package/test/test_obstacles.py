@@ -73,6 +73,11 @@ def test_obstacle_behind_the_car_or_beyond_the_horizon_is_ignored():
     assert not np.isfinite(caps(car(x=150.0), horizon=60.0)).any()
 
 
+def test_car_that_follows_does_not_limit_the_speed():
+    assert not np.isfinite(caps(car(x=45.0, speed=10.0), from_s=60.0)).any()
+    assert caps(car(x=57.0, speed=10.0), from_s=60.0).min() == pytest.approx(10.0), "it overtakes"
+
+
 def test_nearest_of_several_obstacles_limits_the_speed():
     np.testing.assert_array_equal(caps(car(), car(x=80.0), car(x=60.0, y=9.0)), caps(car()))
 

@@ -72,7 +72,10 @@ def speed_caps(
             if blocked is None:
                 continue
             rear_s_m, along_mps = blocked
-            stop_s_m = rear_s_m - along_mps * time_s - margins.gap_m - margins.car_front_m
+            rear_s_m -= along_mps * time_s
+            if rear_s_m + obstacle.length_m < from_s_m - margins.car_front_m:
+                break  # It follows this car.
+            stop_s_m = rear_s_m - margins.gap_m - margins.car_front_m
             if along_mps == 0.0:
                 stop_s_m = route.last_point_s(stop_s_m)
             room_m = np.maximum(stop_s_m - s_m, 0.0)
