@@ -53,7 +53,7 @@ def test_no_motion_is_too_fast_and_no_body_too_thin_for_a_contact(
     )
     if overlap(motion(0.0), other):
         return
-    contact = first_contact(motion, other)
+    contact = first_contact(motion, lambda _: other)
     assert contact is not None
     assert overlap(motion(contact.share), other) is None
     assert overlap(motion(min(1.0, contact.share + 1e-6)), other)
@@ -67,5 +67,5 @@ def test_body_that_overlaps_another_may_only_move_out(way_m, contact):
     def motion(share):
         return Rectangle(way_m * share, 0.0, 0.0, 2.0, 2.0)
 
-    found = first_contact(motion, Rectangle(1.5, 0.0, 0.0, 2.0, 2.0))
+    found = first_contact(motion, lambda _: Rectangle(1.5, 0.0, 0.0, 2.0, 2.0))
     assert found == contact

@@ -84,38 +84,41 @@ def _half_extent(body: Rectangle, direction_rad: float) -> float:
     return 0.5 * (body.length_m * abs(math.cos(turn)) + body.width_m * abs(math.sin(turn)))
 
 
-def first_contact(motion: Motion, other: Rectangle) -> Contact | None:
-    """Return the first contact of a moving body with `other`; None if its path is free.
+def first_contact(motion: Motion, other: Motion) -> Contact | None:
+    """Return the first contact of a moving body with another one; None if its path is free.
 
     The path between the ends is sampled: a body can be neither too thin nor too fast. A body that
     overlaps the other at the start may move as long as the overlap does not get deeper.
     """
     start, end = motion(0.0), motion(1.0)
+    there, then = other(0.0), other(1.0)
     travelled = math.hypot(end.x_m - start.x_m, end.y_m - start.y_m)
+    travelled += math.hypot(then.x_m - there.x_m, then.y_m - there.y_m)
     if (
-        math.hypot(start.x_m - other.x_m, start.y_m - other.y_m)
-        > start.reach_m + other.reach_m + travelled
+        math.hypot(start.x_m - there.x_m, start.y_m - there.y_m)
+        > start.reach_m + there.reach_m + travelled
     ):
         return None
-    inside = overlap(start, other)
+    inside = overlap(start, there)
     if inside:
-        deeper = overlap(end, other)
+        deeper = overlap(end, then)
         return Contact(0.0, inside[1], inside[2]) if deeper and deeper[0] > inside[0] else None
     travelled += start.reach_m * abs(end.yaw_rad - start.yaw_rad)
+    travelled += there.reach_m * abs(then.yaw_rad - there.yaw_rad)
     steps = max(1, math.ceil(travelled / _STEP_M))
     for step in range(1, steps + 1):
-        if overlap(motion(step / steps), other):
+        if overlap(motion(step / steps), other(step / steps)):
             return _bisected(motion, other, (step - 1) / steps, step / steps)
     return None
 
 
-def _bisected(motion: Motion, other: Rectangle, free: float, touching: float) -> Contact:
+def _bisected(motion: Motion, other: Motion, free: float, touching: float) -> Contact:
     for _ in range(_BISECTIONS):
         middle = 0.5 * (free + touching)
-        if overlap(motion(middle), other):
+        if overlap(motion(middle), other(middle)):
             touching = middle
         else:
             free = middle
-    contact = overlap(motion(touching), other)
+    contact = overlap(motion(touching), other(touching))
     assert contact is not None
     return Contact(free, contact[1], contact[2])

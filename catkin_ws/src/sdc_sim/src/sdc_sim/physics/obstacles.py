@@ -126,7 +126,7 @@ class SimulatedObstacle:
             ahead = distance = min(self.plan.speed_mps * step_s, self._path.s[-1] - here)
         if ahead > 0.0:
             contact = first_contact(
-                lambda share: self.body_at(here + share * distance).rectangle, ego
+                lambda share: self.body_at(here + share * distance).rectangle, lambda _: ego
             )
             ahead *= contact.share if contact else 1.0
             self.travelled_m += ahead
@@ -251,7 +251,7 @@ class Obstacles:
         way_m = math.hypot(end.x_m - start.x_m, end.y_m - start.y_m)
         near = [one for one in self.states if _is_within(way_m, one, start)]
         for body in near:
-            contact = first_contact(motion, body.rectangle)
+            contact = first_contact(motion, lambda _: body.rectangle)  # noqa: B023
             if contact and (first is None or contact.share < first[1].share):
                 first = body, contact
         return first

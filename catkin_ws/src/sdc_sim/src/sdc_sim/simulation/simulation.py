@@ -9,7 +9,7 @@ from typing import Any, Mapping, Sequence, Tuple
 from sdc_common.driving import Observation
 from sdc_common.validation import check_between
 from sdc_sim.physics.ackermann import AckermannControl, AckermannGains
-from sdc_sim.physics.collision import Contact, Rectangle
+from sdc_sim.physics.collision import Contact, Motion, Rectangle
 from sdc_sim.physics.obstacles import CollisionEvent, Obstacles
 from sdc_sim.physics.traffic_lights import TrafficLightPlan, light_states
 from sdc_sim.physics.vehicle import Vehicle, VehicleState
@@ -84,7 +84,7 @@ class Simulation:
         self._tick_ns = round(tick_s * _NANOSECONDS)
         self._noise = noise or OdometryNoise(0)
         self._sensors = sensors
-        self._traffic = traffic
+        self.traffic = traffic
         self._sensor_line = DelayLine(sensor_latency_s, tick_s)
         self._start = start
         # From the centre of gravity, the point of the state, forward to the centre of the body.
@@ -121,8 +121,8 @@ class Simulation:
         """
         self.obstacles.reset()
         self.place(*self._start)
-        if self._traffic is not None:
-            self.obstacles.move_others(self._traffic.reset(self.outline), self.outline)
+        if self.traffic is not None:
+            self.obstacles.move_others(self.traffic.reset(self.outline), self.outline)
         self._noise.reset()
         # The vehicle has been at its start for the time that the sensors are late.
         self._sensor_line.clear()
@@ -146,17 +146,25 @@ class Simulation:
         """
         if command is not None:
             self.accept(command)
+        return self.observe(self.move())
+
+    def move(self) -> list[CollisionEvent]:
+        """Advance all that moves by a tick, and return the contacts that began; call `observe`."""
         collisions: list[CollisionEvent] = []
         if self.obstacles.all:
             collisions = self.obstacles.advance(self.elapsed_s, self.tick_s, self.outline)
         before = self.vehicle.state
-        if self._traffic is not None:
+        if self.traffic is not None:
             braking, blocked = self.commands.executed.brake > 0.0, self.obstacles.blocked
-            moved = self._traffic.advance(self.outline, before.speed_mps, braking, blocked)
+            moved = self.traffic.advance(self.outline, before.speed_mps, braking, blocked)
             collisions += self.obstacles.move_others(moved, self.outline)
         self.vehicle.step(self.commands.select(self.tick, before, self.tick_s), self.tick_s)
         if self.obstacles.all or self.obstacles.others:
             collisions += self._collide(before)
+        return collisions
+
+    def observe(self, collisions: Sequence[CollisionEvent]) -> Observation:
+        """Start the next tick with an observation of what `move` has changed, and return it."""
         self.tick += 1
         self.snapshot = self._sense_all()
         if collisions:
@@ -274,13 +282,8 @@ class Simulation:
 
     def _collide(self, before: VehicleState) -> list[CollisionEvent]:
         """Stop the vehicle at the first obstacle on its way; return the contact that began."""
-        after = self.vehicle.state
-
-        def motion(share: float) -> Rectangle:
-            return self._outline_at(*_interpolated(before, after, share))
-
         events = []
-        met = self.obstacles.first_contact(motion)
+        met = self.obstacles.first_contact(self.motion_since(before))
         if met:
             obstacle, contact = met
             impulse = self.vehicle.parameters.mass_kg * self._stop(before, contact)
@@ -290,27 +293,52 @@ class Simulation:
         self.obstacles.end_contacts(self.outline)
         return events
 
+    def motion_since(self, before: VehicleState) -> Motion:
+        """Return the outline on the way from an earlier state to the present one."""
+        after = self.vehicle.state
+        return lambda share: self._outline_at(*_interpolated(before, after, share))
+
     def _stop(self, before: VehicleState, contact: Contact) -> float:
         """Move the vehicle back to the contact and remove the speed into it; return that speed."""
+        approach_mps = max(0.0, -self.speed_along(contact.normal_x, contact.normal_y))
+        self.push(before, contact, approach_mps)
+        return approach_mps
+
+    def speed_along(self, x: float, y: float) -> float:
+        """Return the speed of the vehicle along a unit vector of the map [m/s]."""
+        state = self.vehicle.state
+        along, across = _in_body(state.yaw_rad, x, y)
+        return state.speed_mps * along + state.lateral_speed_mps * across
+
+    def push(self, before: VehicleState, contact: Contact, change_mps: float) -> None:
+        """Move the vehicle back to a contact, and change its speed along the normal.
+
+        Args:
+            before: state at the start of the tick
+            contact: where on the way of the tick
+            change_mps: positive away from the other body [m/s]
+        """
         after = self.vehicle.state
         x, y, yaw = _interpolated(before, after, contact.share)
-        c, s = math.cos(after.yaw_rad), math.sin(after.yaw_rad)
-        along = contact.normal_x * c + contact.normal_y * s
-        across = contact.normal_y * c - contact.normal_x * s
-        approach_mps = max(0.0, -(after.speed_mps * along + after.lateral_speed_mps * across))
+        along, across = _in_body(after.yaw_rad, contact.normal_x, contact.normal_y)
         self.vehicle.state = replace(
             after,
             x_m=x,
             y_m=y,
             yaw_rad=yaw,
             yaw_rate_radps=0.0,
-            speed_mps=after.speed_mps + approach_mps * along,
-            lateral_speed_mps=after.lateral_speed_mps + approach_mps * across,
+            speed_mps=after.speed_mps + change_mps * along,
+            lateral_speed_mps=after.lateral_speed_mps + change_mps * across,
             longitudinal_acceleration_mps2=0.0,
             lateral_acceleration_mps2=0.0,
             load_transfer_mps2=0.0,
         )
-        return approach_mps
+
+
+def _in_body(yaw_rad: float, x: float, y: float) -> tuple[float, float]:
+    """Return a vector of the map in the frame of the vehicle."""
+    c, s = math.cos(yaw_rad), math.sin(yaw_rad)
+    return x * c + y * s, y * c - x * s
 
 
 def _interpolated(before: VehicleState, after: VehicleState, share: float) -> Pose:

@@ -1,0 +1,192 @@
+"""Several cars in one world: a simulation for each, in which the others are obstacles.
+
+All cars advance from the states before the tick, so their order has no influence. Then those that
+met exchange momentum, and each car observes where the others are.
+"""
+
+from __future__ import annotations
+
+import math
+from itertools import combinations
+from typing import AbstractSet, Any, Callable, Mapping, NamedTuple
+
+from sdc_sim.physics.collision import Contact, Rectangle, first_contact, overlap
+from sdc_sim.physics.obstacles import KINDS, CollisionEvent, ObstacleState
+from sdc_sim.physics.vehicle import VehicleState
+from sdc_sim.simulation.command_mux import AnyCommand
+from sdc_sim.simulation.loop import Driver, Evaluation
+from sdc_sim.simulation.simulation import OccupiedError, Simulation
+from sdc_sim.simulation.snapshot import Snapshot
+
+MOST_CARS = 8
+# A car that is at rest this close to the end of the way has arrived.
+_ARRIVED_M, _AT_REST_MPS = 2.0, 0.05
+
+
+class _Others(NamedTuple):
+    """What a simulation sees as its traffic: the other cars, which the world moves."""
+
+    states: Callable[[], list[ObstacleState]]
+
+    def reset(self, _ego: Rectangle) -> list[ObstacleState]:
+        """Return the other cars."""
+        return self.states()
+
+    def advance(
+        self, _ego: Rectangle, _speed_mps: float, _braking: bool, _blocked: AbstractSet[int]
+    ) -> list[ObstacleState]:
+        """Return no car: while all of them move, SharedWorld finds those that meet."""
+        return []
+
+
+class SharedWorld:
+    """Several cars on one road; equal commands give equal observations, bit for bit.
+
+    The id of a car is its place in `cars`, from 1. A car that has arrived or collided, which ends
+    its drive, leaves the road: the others neither see nor meet it.
+
+    Args:
+        cars: the simulations by the names of the cars, all with the same tick
+        end_m: end of the way, where cars arrive (x, y); None without an end [m]
+
+    Raises:
+        OccupiedError: two cars start at the same place
+    """
+
+    def __init__(
+        self, cars: Mapping[str, Simulation], end_m: tuple[float, float] | None = None
+    ) -> None:
+        self.cars = dict(cars)
+        self.first = next(iter(self.cars.values()))
+        self.tick_s = self.first.tick_s
+        self._end_m = end_m
+        self._ids = {name: number for number, name in enumerate(self.cars, 1)}
+        for name, car in self.cars.items():
+            car.traffic = _Others(lambda name=name: self._others(name))  # type: ignore[misc]
+        self.reset()
+        for one, other in combinations(self.cars, 2):
+            if overlap(self.cars[one].outline, self.cars[other].outline):
+                raise OccupiedError(f"{one} and {other} start at the same place; move one of them")
+
+    @property
+    def tick(self) -> int:
+        """Number of the tick."""
+        return self.first.tick
+
+    def reset(self) -> None:
+        """Restore the start; see Simulation.reset."""
+        self.on_road = dict.fromkeys(self.cars)  # names of the cars, in order
+        for car in (*self.cars.values(), *self.cars.values()):
+            car.reset()  # The second time, all others are at their start.
+
+    def leave(self, name: str) -> None:
+        """Take a car off the road; it may drive on where no other one is."""
+        self.on_road.pop(name, None)
+
+    def step(self, commands: Mapping[str, AnyCommand | None] | None = None) -> None:
+        """Advance by one tick.
+
+        Args:
+            commands: those that answer the last observations; see Simulation.step
+        """
+        for name, command in (commands or {}).items():
+            if command is not None:
+                self.cars[name].accept(command)
+        before = {name: car.vehicle.state for name, car in self.cars.items()}
+        events = {name: car.move() for name, car in self.cars.items()}
+        self._meet(before, events)
+        for name, car in self.cars.items():
+            car.obstacles.others = tuple(self._others(name))
+            car.observe(events[name])
+        for name, car in self.cars.items():
+            if events[name] or self._has_arrived(car):
+                self.leave(name)
+
+    def observe_again(self) -> None:
+        """Observe the present positions; see Simulation.observe_again."""
+        for name, car in self.cars.items():
+            car.obstacles.others = tuple(self._others(name))
+            car.observe_again()
+
+    def _has_arrived(self, car: Simulation) -> bool:
+        state = car.vehicle.state
+        speed_mps = math.hypot(state.speed_mps, state.lateral_speed_mps)
+        if self._end_m is None or speed_mps >= _AT_REST_MPS:
+            return False
+        return math.dist(self._end_m, (state.x_m, state.y_m)) < _ARRIVED_M
+
+    def _others(self, name: str) -> list[ObstacleState]:
+        on_road = [one for one in self.on_road if one != name] if name in self.on_road else []
+        return [self._state(one) for one in on_road]
+
+    def _state(self, name: str) -> ObstacleState:
+        car, (*_, height_m) = self.cars[name], KINDS["car"].size_m
+        speed_mps = car.vehicle.state.speed_mps
+        return ObstacleState(self._ids[name], "car", *car.outline, height_m, speed_mps)
+
+    def _meet(
+        self, before: Mapping[str, VehicleState], events: Mapping[str, list[CollisionEvent]]
+    ) -> None:
+        """Let cars that met stop at their contact; a car meets one other in a tick, the first."""
+        # Their places, which do not depend on the order of the cars, decide about equal contacts.
+        names = sorted(self.on_road, key=lambda name: _place(before[name]))
+        ways = {name: self.cars[name].motion_since(before[name]) for name in names}
+        contacts: list[tuple[float, int, str, str, Contact]] = []
+        for one, other in combinations(names, 2):
+            contact = first_contact(ways[one], ways[other])
+            if contact is not None:
+                contacts.append((contact.share, len(contacts), one, other, contact))
+        met: set[str] = set()
+        for *_, one, other, contact in sorted(contacts):
+            if not met & {one, other}:
+                met |= {one, other}
+                impulse_ns = self._impulse_ns(one, other, contact)
+                for name, seen, sign in ((one, other, 1.0), (other, one, -1.0)):
+                    car, push_ns = self.cars[name], sign * impulse_ns
+                    push = push_ns * contact.normal_x, push_ns * contact.normal_y
+                    events[name].append(CollisionEvent(self._ids[seen], *push))
+                    car.push(before[name], contact, push_ns / car.vehicle.parameters.mass_kg)
+
+    def _impulse_ns(self, one: str, other: str, contact: Contact) -> float:
+        """Return the impulse after which two cars have one speed along the normal of a contact."""
+        cars = self.cars[one], self.cars[other]
+        speeds = [car.speed_along(contact.normal_x, contact.normal_y) for car in cars]
+        masses = [car.vehicle.parameters.mass_kg for car in cars]
+        return max(0.0, speeds[1] - speeds[0]) * masses[0] * masses[1] / sum(masses)
+
+
+def _place(state: VehicleState) -> tuple[float, float]:
+    return state.x_m, state.y_m
+
+
+def race(
+    world: SharedWorld,
+    drivers: Mapping[str, Driver],
+    evaluations: Mapping[str, Evaluation],
+    longest_s: float | None = None,
+    observe: Callable[[Mapping[str, Snapshot]], Any] | None = None,
+) -> None:
+    """Drive several cars tick by tick until the drives of all of them have ended.
+
+    A car whose drive has ended leaves the road.
+
+    Args:
+        world: the world at its start
+        drivers: the software of each car, by its name
+        evaluations: each watches the drive of its car
+        longest_s: simulated time after which to stop, None for no limit [s]
+        observe: called with the true states of the cars whose drives have not ended, in each tick
+    """
+    driving = list(drivers)
+    while driving:
+        snapshots = {name: world.cars[name].snapshot for name in driving}
+        if observe is not None:
+            observe(snapshots)
+        commands = {name: drivers[name].step(one.observation()) for name, one in snapshots.items()}
+        for name, snapshot in snapshots.items():
+            if evaluations[name].add(snapshot, commands[name], drivers[name]):
+                driving.remove(name)
+                world.leave(name)
+        if longest_s is not None and world.first.elapsed_s >= longest_s:
+            return
+        world.step(commands)
