@@ -50,6 +50,7 @@ def code_of(package, node):
         if path.exists() and path not in texts:
             texts[path] = path.read_text(encoding="utf-8")
             modules = re.findall(rf"^from ({package}\.[a-z_.]+) import", texts[path], re.MULTILINE)
+            modules += re.findall(rf'import_module\("({package}\.[a-z_.]+)"\)', texts[path])
             paths += [
                 SRC / package / "src" / f"{module.replace('.', '/')}.py" for module in modules
             ]

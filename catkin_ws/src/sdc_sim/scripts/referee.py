@@ -32,6 +32,7 @@ from sdc_sim.report.writer import (
 from sdc_sim.ros.bridge_versions import BRIDGE_VERSIONS
 from sdc_sim.ros.connections import Connections
 from sdc_sim.ros.evaluator_input import PATH_TOPIC, ROUTE_TOPIC, EvaluatorInput
+from sdc_sim.scenario.several_cars import names_of_cars
 
 LAST_MESSAGES_S = 5.0
 PAUSE_TIMEOUT_S = 0.5
@@ -43,7 +44,7 @@ class Referee:
     def __init__(self):
         rospy.init_node("referee")
         self.report_path = os.path.expanduser(parameter("report"))
-        self.pictures = parameter("pictures")
+        self.pictures, self.cars = parameter("pictures"), parameter("cars")
         self.progress = ConsoleProgress(sys.stdout)
         role_name = parameter("role_name")
         image_topics = {f"/carla/{role_name}{one.front.image}" for one in BRIDGE_VERSIONS.values()}
@@ -88,7 +89,7 @@ class Referee:
             self.input.route(path)
             return
         # The local planner's own limits, where it has them.
-        own, rules = rospy.get_param("/local_planner", {}), self.evaluator.rules
+        own, rules = rospy.get_param("local_planner", {}), self.evaluator.rules
         planner = {name: own.get(name, value) for name, value in rules.planner.items()}
         assumed = [name for name in planner if name not in own]
         rules = rules._replace(planner=planner, assumed=assumed)
@@ -134,8 +135,9 @@ class Referee:
         self.mission_checked_s = now_s + CHECK_MISSION_EVERY_S
         with contextlib.suppress(OSError, rosgraph.MasterException):
             graph = Connections()
-            publishers = graph.publishers.get(ROUTE_TOPIC, ())
-            if not graph.publishers.get(PATH_TOPIC) or any(map(graph.is_reachable, publishers)):
+            route, path = map(rospy.resolve_name, (ROUTE_TOPIC, PATH_TOPIC))
+            publishers = graph.publishers.get(route, ())
+            if not graph.publishers.get(path) or any(map(graph.is_reachable, publishers)):
                 self.mission_seen_s = now_s
         if now_s - self.mission_seen_s > NO_MISSION_S:
             rospy.logerr("referee: no node publishes %s: is mission_planner running?", ROUTE_TOPIC)
@@ -157,11 +159,20 @@ class Referee:
             rospy.wait_for_service("/sim/pause", 0.1)
             rospy.ServiceProxy("/sim/pause", Trigger)()
 
+    def wait_for_other_cars(self):
+        """Wait until the referees of the other cars have ended."""
+        left = [f"/{name}/referee" for name in names_of_cars(self.cars)[1:]]
+        while left and not rospy.is_shutdown():
+            time.sleep(0.1)
+            with contextlib.suppress(OSError, rosgraph.MasterException):
+                graph = Connections()
+                left = [node for node in left if graph.is_reachable(node)]
+
     def finish(self):
         """Write the report; return the exit status."""
         self.wait_for_last_messages()
         self.snapshots.close()
-        if not rospy.is_shutdown():
+        if self.cars == 1 and not rospy.is_shutdown():
             # A simulator that does not respond must not delay the report.
             pausing = threading.Thread(target=self.pause_simulation, daemon=True)
             pausing.start()
@@ -173,7 +184,7 @@ class Referee:
                 self.events.remove()
                 return 1
             result = self.evaluator.result()
-        line = closing_line(result.metrics)
+        line = closing_line(result.metrics, rospy.get_name().lstrip("/"))
         try:
             write_report(self.report_path, result)
             self.progress.print_line(f"{line}; see {self.report_path}")
@@ -192,10 +203,13 @@ class Referee:
         while not (rospy.is_shutdown() or self.ended.wait(0.05)):
             now_s = time.monotonic()
             with self.lock:
-                self.progress.update(self.evaluator, now_s)
+                if self.cars:
+                    self.progress.update(self.evaluator, now_s)
             self.update_snapshots()
             self.check_mission(now_s)
-        return self.finish()
+        status = self.finish()
+        self.wait_for_other_cars()
+        return status
 
 
 if __name__ == "__main__":

@@ -22,14 +22,14 @@ class Sim:
     def __init__(self):
         rospy.init_node("sim", disable_rostime=True)  # This node publishes the time.
         setup = SimulationSetup()
-        self.simulation = setup.simulation
+        self.world = setup.world
         self.values = setup.values
         self.lockstep = setup.values.sync
         self.pause = PauseControl()
         self.lock = LoopLock()
-        self.commands = CommandInput(setup, self.lock)
-        self.answers = self.commands.answers
-        self.topics = SimulationTopics(setup)
+        self.cars = setup.cars
+        self.commands = [CommandInput(one, self.lock) for one in self.cars]
+        self.topics = [SimulationTopics(one) for one in self.cars]
         self.starting = True
         self.failure = None
         self.observed_s = 0.0  # wall time of the last observation
@@ -39,11 +39,11 @@ class Sim:
 
     def loop(self):
         with self.lock:
-            self.topics.start_clock()
+            self.topics[0].start_clock()
             if self.lockstep:
                 self.wait_for_connections()
             self.next_tick_s = time.monotonic()
-            self.answers.expect()  # An earlier command answers nothing.
+            self.expect_answers()  # An earlier command answers nothing.
             self.publish()
             if self.lockstep:
                 self.lock.proceed = self.proceed
@@ -58,9 +58,13 @@ class Sim:
 
     def advance(self):
         if self.pause.take():
-            self.simulation.step()
-            self.answers.expect()
+            self.world.step()
+            self.expect_answers()
             self.publish()
+
+    def expect_answers(self):
+        for commands in self.commands:
+            commands.answers.expect()
 
     def proceed(self):
         """Take the next tick, in the thread of the callback that received the answer."""
@@ -81,12 +85,17 @@ class Sim:
         self.start_deadline_s = started_s + min(limit_s, timeout_s)
 
     def missing_connections(self):
-        missing = [] if self.commands.has_publisher else [f"a publisher of {self.commands.topic}"]
-        if not self.topics.has_camera:
-            missing.append("front_camera, which takes the pictures")
-        odometry, topics = self.topics.odometry_topic, self.topics.tick_topics
-        nodes = set(self.values.wait_for_nodes)
-        return missing + missing_connections(Connections(), odometry, topics, nodes)
+        missing, graph = [], Connections()
+        for car, commands, topics in zip(self.cars, self.commands, self.topics):
+            missing += [] if commands.has_publisher else [f"a publisher of {commands.topic}"]
+            if not topics.has_camera:
+                missing.append("front_camera, which takes the pictures")
+            # The nodes of further cars are in groups with the names of the cars.
+            group = "/" + car.values.role_name if car.number > 1 else ""
+            nodes = {group + name for name in self.values.wait_for_nodes}
+            names = topics.odometry_topic, topics.tick_topics, nodes
+            missing += missing_connections(graph, *names)
+        return missing
 
     def wait_for_answer(self):
         """Wait until a command answers the last observation, or until the timeout."""
@@ -98,50 +107,66 @@ class Sim:
             if self.time_left_s() > 0.0:
                 continue
             if not self.starting or time.monotonic() > self.start_deadline_s:
-                self.commands.give_up()
+                for commands in self.unanswered:
+                    commands.give_up()
                 break
-            rospy.loginfo_once(f"sim: waiting for a command on {self.commands.topic}")
-            self.topics.publish()  # for a node that could not use the first odometry yet
-            self.topics.publish_picture(again=True)
+            names = " and ".join(commands.topic for commands in self.unanswered)
+            rospy.loginfo_once(f"sim: waiting for a command on {names}")
+            for topics in self.topics:
+                topics.publish()  # for a node that could not use the first odometry yet
+                topics.publish_picture(again=True)
             self.observed_s = time.monotonic()
         self.starting = False
 
     def time_left_s(self):
         values, limit_s = self.values, REPEAT_AFTER_S
         if not self.starting:
-            limit_s = values.patience_s if self.answers.by_stamp else values.unstamped_patience_s
+            by_stamp = any(one.answers.by_stamp for one in self.unanswered)
+            limit_s = values.patience_s if by_stamp else values.unstamped_patience_s
         return self.observed_s + limit_s - time.monotonic()
 
+    @property
+    def unanswered(self):
+        """Return the inputs of the cars whose last observation has no answer."""
+        return [one for one in self.commands if not one.answers.answered]
+
     def is_answered(self):
-        return self.answers.answered and not self.pause.waiting
+        return not self.unanswered and not self.pause.waiting
 
     def wait_for_clock(self):
         """Wait until the wall clock reaches the next tick."""
         if self.picture_due:
-            self.lock.wait_until(PICTURE_DELAY_S, lambda: self.answers.answered)
-            self.topics.publish_picture()
+            self.lock.wait_until(PICTURE_DELAY_S, lambda: not self.unanswered)
+            self.publish_pictures()
             self.picture_due = False
         # An overloaded machine slows the simulation down; it does not catch up.
-        self.next_tick_s = max(self.next_tick_s + self.simulation.tick_s, time.monotonic())
+        self.next_tick_s = max(self.next_tick_s + self.world.tick_s, time.monotonic())
         self.lock.wait_until(self.next_tick_s - time.monotonic())
 
     def publish(self):
         self.observed_s = time.monotonic()
-        self.topics.publish()
+        for topics in self.topics:
+            topics.publish()
         if self.lockstep:
-            self.topics.publish_picture()
+            self.publish_pictures()
         else:
             self.picture_due = True
-        if self.simulation.commands.timed_out(self.simulation.tick):
-            rospy.logwarn_throttle(5.0, f"sim: no command on {self.commands.topic}, braking")
+        for car, commands in zip(self.cars, self.commands):
+            if car.simulation.commands.timed_out(self.world.tick):
+                rospy.logwarn_throttle(5.0, f"sim: no command on {commands.topic}, braking")
+
+    def publish_pictures(self):
+        for topics in self.topics:
+            topics.publish_picture()
 
     def on_pause(self):
-        self.topics.publish_running(not self.pause.paused)
+        self.topics[0].publish_running(not self.pause.paused)
 
     def on_change(self):
-        self.topics.lane_invasions.reset()  # a vehicle that was placed crossed no line
+        for topics in self.topics:
+            topics.lane_invasions.reset()  # a vehicle that was placed crossed no line
         if self.pause.waiting:
-            self.simulation.observe_again()
+            self.world.observe_again()
             self.publish()
 
     def run(self):

@@ -8,11 +8,13 @@ import pytest
 from sdc_common.driving import Command
 from sdc_sim.physics.vehicle import Vehicle
 from sdc_sim.physics.vehicle_parameters import load_vehicle
+from sdc_sim.scenario.drive_setup import drive_setup
 from sdc_sim.sensors.errors import OdometryNoise
 from sdc_sim.simulation.shared_world import SharedWorld
 from sdc_sim.simulation.simulation import OccupiedError, Simulation
 
 TESLA = os.path.join(os.path.dirname(__file__), "..", "config", "vehicles", "tesla_model3.yaml")
+STRAIGHT = [{"straight_m": 120}]
 
 
 def world_of(end_m=None, **places):
@@ -137,3 +139,31 @@ def test_car_that_has_arrived_leaves_the_road_for_the_others():
 def test_cars_do_not_start_in_each_other():
     with pytest.raises(OccupiedError, match="a and b start at the same place"):
         world_of(a=(0.0, 0.0, 0.0), b=(3.0, 0.0, 0.0))
+
+
+def test_cars_start_one_behind_the_other_or_side_by_side_with_noise_of_their_own():
+    options = {"cars": 3, "odometry_noise": {"position_m": 0.1}}
+    world = drive_setup("", STRAIGHT, options).world()
+    assert list(world.cars) == ["ego_vehicle", "hero1", "hero2"]
+    assert [round(car.vehicle.state.x_m, 6) for car in world.cars.values()] == [0.0, 12.0, 24.0]
+    errors = {car.snapshot.measured.x_m - car.vehicle.state.x_m for car in world.cars.values()}
+    assert len(errors) == 3
+    beside = {"cars": 2, "next_car": {"along_m": 0.0, "left_m": 3.5}}
+    states = [car.vehicle.state for car in drive_setup("", STRAIGHT, beside).world().cars.values()]
+    assert [(one.x_m, round(one.y_m, 6)) for one in states] == [(0.0, 0.0), (0.0, 3.5)]
+
+
+@pytest.mark.parametrize(
+    ("scenario", "options", "message"),
+    [
+        ("", {"traffic": 3}, "traffic: not with cars:=2"),
+        ("", {"truth": False}, "truth: not with cars:=2"),
+        ("slow_leader", {}, "obstacles: not with cars:=2"),
+        ("", {"next_car": {"along_m": 500.0}}, "start along_m must be from 0 to"),
+        ("", {"cars": 9}, "cars must be a whole number from 1 to 8, got 9"),
+    ],
+)
+def test_what_is_for_one_car_is_refused(scenario, options, message):
+    route = None if scenario else STRAIGHT
+    with pytest.raises(ValueError, match=message):
+        drive_setup(scenario, route, {"cars": 2, **options}).world()

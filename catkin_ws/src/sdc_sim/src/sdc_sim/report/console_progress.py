@@ -77,12 +77,12 @@ def progress_line(drive: DriveEvaluation) -> str:
     )
 
 
-def closing_line(metrics: dict) -> str:
-    """Return the line that sums up a drive."""
+def closing_line(metrics: dict, node: str = "referee") -> str:
+    """Return the line that sums up a drive, by the name of the node that evaluates it."""
     factor = metrics["real_time_factor"]
     pace = "" if factor is None else f" ({factor:.1f} times real time)"
     return (
-        f"referee: {metrics['status']}: {metrics['route_completion_percent']:.1f} % of "
+        f"{node}: {metrics['status']}: {metrics['route_completion_percent']:.1f} % of "
         f"{metrics['route_length_m']:.0f} m in {metrics['duration_s']:.1f} s{pace}, "
         f"cross-track error {metrics['cross_track_rms_m']:.3f} m RMS, "
         f"{metrics['cross_track_max_m']:.3f} m at worst; "

@@ -25,7 +25,6 @@ from sdc_sim.sensors.motion_sensors import TRACK_SHARE, WHEEL_RADIUS_M
 from sdc_sim.simulation.simulation import Simulation
 from sdc_sim.simulation.snapshot import Snapshot
 
-EGO_ID = 1
 _EGO_HEIGHT_M = 1.5
 # Length along the lane and height of a traffic light's trigger volume.
 _LINE_DEPTH_M = 1.0
@@ -51,6 +50,7 @@ class World:
     preset: str  # name of the vehicle preset
     lockstep: bool = False
     running: bool = True  # not paused
+    id: int = 1  # of the vehicle
 
     @property
     def snapshot(self) -> Snapshot:
@@ -133,7 +133,7 @@ def vehicle_info(world: World) -> list[carla.CarlaEgoVehicleInfo]:
     """Return the description of the vehicle; the model has no motor and gears: they are zero."""
     p = world.simulation.vehicle.parameters
     message = carla.CarlaEgoVehicleInfo(
-        id=EGO_ID,
+        id=world.id,
         type=world.vehicle_type,
         rolename=world.role_name,
         mass=p.mass_kg,
@@ -217,7 +217,7 @@ def object_markers(world: World) -> list[Marker]:
     """Return the box of each object for RViz: green for the vehicle, red for others."""
     markers = []
     for one in (_own(world), *_others(world)):
-        colour = (0.0, 255.0, 0.0) if one.id == EGO_ID else (255.0, 0.0, 0.0)
+        colour = (0.0, 255.0, 0.0) if one.id == world.id else (255.0, 0.0, 0.0)
         size = one.shape.dimensions
         markers.append(_box(world, one.id, one.pose, size, (*colour, _MARKER_SHARE)))
         markers[-1].text = f"id = {one.id}"
@@ -229,7 +229,7 @@ def _own(world: World) -> Object:
     state, parameters = world.snapshot.state, world.simulation.vehicle.parameters
     place = state.x_m, state.y_m, state.yaw_rad
     size = parameters.length_m, parameters.width_m, _EGO_HEIGHT_M
-    message = _object(world, ObstacleState(EGO_ID, "car", *place, *size, state.speed_mps))
+    message = _object(world, ObstacleState(world.id, "car", *place, *size, state.speed_mps))
     message.twist.linear = map_vector(state.yaw_rad, state.speed_mps, state.lateral_speed_mps)
     message.twist.angular.z = state.yaw_rate_radps
     message.accel.linear = map_vector(
@@ -263,7 +263,7 @@ def _object(world: World, one: ObstacleState) -> Object:
 def actor_list(world: World) -> list[carla.CarlaActorList]:
     """Return the vehicle, the obstacles and the traffic lights as actors of CARLA."""
     observed = world.snapshot
-    actors = [carla.CarlaActorInfo(EGO_ID, 0, world.vehicle_type, world.role_name)]
+    actors = [carla.CarlaActorInfo(world.id, 0, world.vehicle_type, world.role_name)]
     actors += [
         carla.CarlaActorInfo(one.id, 0, KINDS[one.kind].blueprint, "") for one in observed.obstacles
     ]

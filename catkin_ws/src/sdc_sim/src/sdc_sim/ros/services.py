@@ -79,7 +79,8 @@ class SimulationServices:
         on_change: Callable[[], None],
     ):
         self._lock = lock
-        self._simulation = setup.simulation
+        self._simulation, self._world = setup.simulation, setup.world
+        self._simulations = [one.simulation for one in setup.cars]
         self._pause = pause
         self._route = setup.route
         self._clicked_obstacle = setup.values.clicked_obstacle
@@ -128,13 +129,14 @@ class SimulationServices:
         rospy.Subscriber(topic, message_class, self._lock.guarded(execute), queue_size=10)
 
     def _reset(self) -> None:
-        self._simulation.reset()
+        self._world.reset()
         self._on_change()
 
     def _reload(self) -> None:
         names = ("friction", "side_wind_mps", "odometry_noise")
         values = {name: checked(name, rospy.get_param("~" + name, None)) for name in names}
-        self._simulation.set_disturbances(**values)
+        for simulation in self._simulations:
+            simulation.set_disturbances(**values)
         text = ", ".join(f"{name} {value}" for name, value in values.items())
         rospy.loginfo("sim: from tick %d on: %s", self._simulation.tick, text)
 
@@ -142,6 +144,7 @@ class SimulationServices:
         one, number = request.obstacle, request.obstacle.id
         obstacles = self._simulation.obstacles
         try:
+            self._check_one_car()
             check_between(0.0, _MAX_OBSTACLE_MPS, speed=one.speed)
             if request.remove:
                 obstacles.change(number, None)
@@ -162,7 +165,12 @@ class SimulationServices:
             self._on_change()
         return number, ""
 
+    def _check_one_car(self) -> None:
+        if len(self._simulations) > 1:
+            raise ValueError("the obstacles of a world of several cars cannot be changed")
+
     def _on_click(self, message: PointStamped) -> None:
+        self._check_one_car()
         x, y = map_point(message.header.frame_id, message.point)
         heading = self._route.locate(x, y).heading_rad
         plan = ObstaclePlan.stationary(self._clicked_obstacle, x, y, heading)

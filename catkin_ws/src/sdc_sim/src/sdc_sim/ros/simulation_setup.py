@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import math
 from types import SimpleNamespace
 from typing import Any
@@ -51,14 +52,20 @@ class SimulationSetup:
         # The parameters by their names in config/sim.yaml.
         self.values = values = SimpleNamespace(**parameters)
         self.ego = f"/carla/{values.role_name}"  # prefix of the topics of the vehicle
+        self.number = 1  # id of the vehicle; the first one has the topics of the world, too
         # Whether any topic has the true state of the vehicle, or the map.
         self.shows_truth = values.ground_truth or values.truth
         self.bridge = BRIDGE_VERSIONS[values.bridge]
+        several: Any = None  # imported for several cars only
+        if values.cars > 1:
+            several = importlib.import_module("sdc_sim.ros.several_cars")
         try:
             self.route_m: np.ndarray = load_waypoints(values.waypoints_path)
             self.route = road_route(self.route_m)
             self.sensors = sensors_that_are_on(parameters)
-            self.simulation = build_simulation(parameters, self.route, self.route_m)
+            build: Any = several.build_world if several else build_simulation
+            self.world = build(parameters, self.route, self.route_m)
+            self.simulation = self.world.first if several else self.world
             self.drive_log = DriveLog(values.drive_log) if values.drive_log else None
         except (WaypointError, DocumentError, OccupiedError) as error:
             refuse(error)
@@ -78,6 +85,7 @@ class SimulationSetup:
                 values.weather,
                 values.sync,
             )
+        self.cars: list[SimulationSetup] = several.setups(self) if several else [self]
         _warn_of_tight_bends(self.route, self.simulation.vehicle.parameters, values.waypoints_path)
 
 

@@ -74,9 +74,8 @@ class SimulationTopics:
     def __init__(self, setup: SimulationSetup):
         self._setup = setup
         self._simulation = setup.simulation
-        self._world = World(
-            setup.simulation, setup.values.role_name, setup.values.vehicle, setup.values.sync
-        )
+        values, names = setup.values, (setup.values.role_name, setup.values.vehicle)
+        self._world = World(setup.simulation, *names, values.sync, id=setup.number)
         tick_s = setup.simulation.tick_s
         self._display_ticks = max(1, round(_DISPLAY_PERIOD_S / tick_s))
         self._no_obstacle_ticks = max(1, round(_NO_OBSTACLE_PERIOD_S / tick_s))
@@ -90,7 +89,7 @@ class SimulationTopics:
         self._odometry = None
         if setup.shows_truth:
             self._odometry = LoopPublisher(self.odometry_topic, Odometry, latch=True)
-        self._clock = LoopPublisher("/clock", Clock, latch=True)
+        self._clock = LoopPublisher("/clock", Clock, latch=True) if setup.number == 1 else None
         self._transform = rospy.Publisher("/tf", TFMessage, queue_size=10)
         # Topics that not every bridge has, and those of sensors that are on.
         optional = set().union(*(version.topics for version in BRIDGE_VERSIONS.values()))
@@ -157,7 +156,10 @@ class SimulationTopics:
         }
         table = {}
         for name, row in packaged_config("topics").items():
-            if name in left_out or (row.get("secret") and not self._setup.shows_truth):
+            is_of_world = name.startswith("/carla/")  # the first car publishes them
+            if name in left_out or (is_of_world and self._setup.number > 1):
+                continue
+            if row.get("secret") and not self._setup.shows_truth:
                 continue
             message_class = get_message_class(row["type"]) if "type" in row else bridge.map_class
             if message_class is not None:
@@ -189,7 +191,8 @@ class SimulationTopics:
 
     def start_clock(self) -> None:
         """Publish the time of the first observation: some nodes wait for it and then subscribe."""
-        self._clock.publish(rospy.Time(0, self._simulation.snapshot.stamp_ns))
+        if self._clock:
+            self._clock.publish(rospy.Time(0, self._simulation.snapshot.stamp_ns))
 
     def publish(self) -> None:
         """Publish all but the picture."""
@@ -205,7 +208,8 @@ class SimulationTopics:
         if self._odometry:
             self._odometry.publish(odometry)
         # The observation is older than the clock by the latency of the sensors.
-        self._clock.publish(rospy.Time(0, self._simulation.stamp_ns))
+        if self._clock:
+            self._clock.publish(rospy.Time(0, self._simulation.stamp_ns))
         if truth and self._transform.get_num_connections():
             self._transform.publish([vehicle_transform(odometry)])
         self._publish(CHANGE, TICK, STATUS)

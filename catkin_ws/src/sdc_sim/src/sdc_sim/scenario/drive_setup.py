@@ -25,6 +25,8 @@ from sdc_sim.scenario.packaged import (
     sim_options,
 )
 from sdc_sim.scenario.reader import Scenario, load_scenario
+from sdc_sim.scenario.several_cars import build_world
+from sdc_sim.simulation.shared_world import SharedWorld
 from sdc_sim.simulation.simulation import Simulation
 from sdc_sim.yaml_document import DocumentError
 
@@ -50,13 +52,26 @@ class DriveSetup:
         Raises:
             ValueError: a parameter is not valid; the message names it
         """
-        values = {
+        vehicle = CompiledVehicle if compiled else Vehicle
+        return build_simulation(self._values(), self.route, self.waypoints_m, vehicle)
+
+    def world(self, starts: Sequence[Mapping[str, float]] = ()) -> SharedWorld:
+        """Return the world of several cars at its start, as the sim node builds it.
+
+        Args:
+            starts: start of each car, in place of the parameters `start` and `next_car`
+
+        Raises:
+            ValueError: a parameter is not valid or is for one car alone; the message names it
+        """
+        return build_world(self._values(), self.route, self.waypoints_m, starts=starts)
+
+    def _values(self) -> dict[str, Any]:
+        return {
             **{name: checked(name, value) for name, value in self.parameters.items()},
             "vehicles_folder": folder_of("vehicle"),
             "obstacles_path": self.scenario.path if self.scenario is not None else "",
         }
-        vehicle = CompiledVehicle if compiled else Vehicle
-        return build_simulation(values, self.route, self.waypoints_m, vehicle)
 
 
 def drive_setup(
