@@ -10,13 +10,17 @@ from typing import Any
 
 import numpy as np
 
-from sdc_common.driving import Command
-from sdc_experiments.championship.driver_process import DriverError, DriverServer
+from sdc_common.driving import Command, Observation, Path
+from sdc_experiments.championship.driver_process import DriverError, DriverProcess, DriverServer
 from sdc_experiments.championship.league import LEAGUES, TABLE, Draw, draw, prepared
 from sdc_experiments.championship.score import points, score, values
 from sdc_experiments.closed_loop import evaluation_rules
 from sdc_experiments.recorder import DriveRecorder
 from sdc_sim.evaluation.drive_evaluation import OBSTACLES, DriveEvaluation
+from sdc_sim.evaluation.rules import EvaluationRules
+from sdc_sim.simulation import loop
+from sdc_sim.simulation.simulation import Simulation
+from sdc_sim.simulation.snapshot import Snapshot
 
 _NS_PER_MS = 1_000_000
 _SCENE_TICKS = 10
@@ -57,6 +61,76 @@ class Lateness:
         return acts, following
 
 
+class TimedDriver:
+    """A driver process whose answers act when its core has computed them, as the car's software.
+
+    Args:
+        process: the driver
+        tick_ns: duration of a tick [ns]
+        late: the record of an earlier drive, which is repeated
+
+    Attributes:
+        path, reason: see DriverProcess
+        problem: why the driver has ended, "" while it drives
+    """
+
+    def __init__(self, process: DriverProcess, tick_ns: int, late: list | None = None):
+        self.path: Path | None = None
+        self.reason = self.problem = ""
+        self.spent_ms: list[float] = []
+        self.lateness = Lateness(tick_ns, late)
+        self._process, self._tick_ns = process, tick_ns
+        self._waiting: deque[tuple[int, Command | None]] = deque()
+        self._tick = self._following = self._first_ns = 0
+
+    def step(self, observation: Observation) -> Command | None:
+        """Return the command that acts in this tick."""
+        tick, self._tick = self._tick, self._tick + 1
+        self._first_ns = self._first_ns or observation.stamp_ns
+        if tick == self._following and not self.problem:
+            stamp_ns = observation.stamp_ns - self._first_ns + self._tick_ns
+            try:
+                command = self._process.step(replace(observation, stamp_ns=stamp_ns))
+            except DriverError as error:
+                self.problem = str(error)
+                return None
+            self.path, self.reason = self._process.path, self._process.reason
+            acts, self._following = self.lateness.step(tick, self._process.spent_ns)
+            self._waiting.append((acts, command))
+            self.spent_ms.append(self._process.spent_ns / _NS_PER_MS)
+        command = None
+        while self._waiting and self._waiting[0][0] <= tick:
+            command = self._waiting.popleft()[1]
+        return command
+
+
+class TrueRecorder(DriveRecorder):
+    """Evaluates the true motion of a car, until its driver ends; see DriveRecorder."""
+
+    def __init__(self, rules: EvaluationRules, waypoints_m: np.ndarray, world: Simulation):
+        super().__init__(rules, waypoints_m, world)
+        self._world, self._ticks = world, 0
+        self.scene: list = []
+
+    def add(self, snapshot: Snapshot, command: Command | None, car: Any) -> bool:
+        """Add a tick of the world and the car's answer; return whether the drive is over."""
+        true = self._world.vehicle.state
+        now = snapshot._replace(stamp_ns=self._world.stamp_ns, state=true, measured=true)
+        if command is not None:
+            command.stamp_ns = now.stamp_ns
+        if self._ticks % _SCENE_TICKS == 0 and now.obstacles:
+            bodies = [[body.id, *body.rectangle] for body in now.obstacles]
+            self.scene.append((now.time_s, bodies))
+        self._ticks += 1
+        return super().add(now, command, car) or bool(car.problem)
+
+    def result(self) -> DriveEvaluation:
+        """Return the evaluation with its scene."""
+        result = self.evaluator.result()
+        result.scene[OBSTACLES] = self.scene
+        return result
+
+
 def drive(
     server: DriverServer, one: Draw, late: list | None = None
 ) -> tuple[dict[str, Any], DriveEvaluation]:
@@ -69,50 +143,18 @@ def drive(
     """
     setup, world, mission = prepared(one)
     rules = evaluation_rules(mission.planner, {"map": setup.parameters["map_path"]})
-    recorder = DriveRecorder(rules, setup.waypoints_m, world)
-    tick_ns, problem, refused = round(1e9 * world.tick_s), "", []
-    lateness, first_ns = Lateness(tick_ns, late), world.observation.stamp_ns
-    waiting: deque[tuple[int, Command | None]] = deque()
-    tick = following = 0
-    spent_ms: list[float] = []
-    scene = []
+    recorder = TrueRecorder(rules, setup.waypoints_m, world)
     try:
-        car = server.start(mission)
+        process = server.start(mission)
     except DriverError as error:
-        return _row(
-            one, recorder, f"it did not start: {error}", [], [], []
-        ), recorder.evaluator.result()
+        return _row(one, recorder, f"it did not start: {error}", [], [], []), recorder.result()
+    car = TimedDriver(process, round(1e9 * world.tick_s), late)
     try:
-        while True:
-            now = world.snapshot
-            if tick == following:
-                seen = world.observation
-                command = car.step(replace(seen, stamp_ns=seen.stamp_ns - first_ns + tick_ns))
-                acts, following = lateness.step(tick, car.spent_ns)
-                waiting.append((acts, command))
-                spent_ms.append(car.spent_ns / _NS_PER_MS)
-            command = None
-            while waiting and waiting[0][0] <= tick:
-                command = waiting.popleft()[1]
-            true = world.vehicle.state
-            now = now._replace(stamp_ns=world.stamp_ns, state=true, measured=true)
-            if command is not None:
-                command.stamp_ns = now.stamp_ns
-            if tick % _SCENE_TICKS == 0 and now.obstacles:
-                bodies = [[body.id, *body.rectangle] for body in now.obstacles]
-                scene.append((now.time_s, bodies))
-            over = recorder.add(now, command, car)
-            if over or (one.longest_s is not None and world.elapsed_s >= one.longest_s):
-                break
-            world.step(command)
-            tick += 1
-    except DriverError as error:
-        problem = str(error)
+        loop.drive(world, car, recorder, one.longest_s)
     finally:
-        refused = car.close()
-    result = recorder.evaluator.result()
-    result.scene[OBSTACLES] = scene
-    return _row(one, recorder, problem, refused, lateness.record, spent_ms), result
+        refused = process.close()
+    row = _row(one, recorder, car.problem, refused, car.lateness.record, car.spent_ms)
+    return row, recorder.result()
 
 
 def _row(
