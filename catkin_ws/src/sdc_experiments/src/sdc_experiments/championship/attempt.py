@@ -22,7 +22,7 @@ from sdc_experiments.championship.command import (
 )
 from sdc_experiments.championship.drive import drive
 from sdc_experiments.championship.driver_process import DriverServer
-from sdc_experiments.championship.league import LEAGUES, draw
+from sdc_experiments.championship.league import LEAGUES, draw, streets_of
 from sdc_experiments.sweep.dask_engine import DaskEngine
 from sdc_experiments.sweep.statistics import estimate
 
@@ -104,7 +104,7 @@ def run(arguments: Sequence[str]) -> int:
     record = folder / f"{path.stem}.json"
     record.write_text(json.dumps({**result, "rows": rows}, indent=1) + "\n", encoding="utf-8")
     worst = min(rows, key=lambda row: row["score"])
-    with DriverServer(source, sandboxed) as server:
+    with DriverServer(source, sandboxed, streets_of(league)) as server:
         shown = page_of(server, league, worst["seed"], worst["late"])
     page = folder / f"{path.stem}.html"
     table = sorted([*others.items(), (path.stem, result["score"])], key=lambda one: -one[1])

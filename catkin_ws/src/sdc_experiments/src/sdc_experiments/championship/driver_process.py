@@ -28,10 +28,9 @@ MAX_SOURCE = 200_000  # bytes
 # A drive ends when its driver sleeps for longer, or computes one answer for longer [s].
 _MAX_SLEEP_S, _MAX_STEP_S = 2.0, 5.0
 _START_S = 60.0  # processor time to load the file and to make the first calls
-_POLL_S, _SLOW_S = 0.1, 0.01
+_POLL_S = 0.01
 _KEPT = ("LANG", "PATH", "ROS_PACKAGE_PATH", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
 _PACKAGES = ("sdc_common", "sdc_sim", "sdc_package", "sdc_experiments")
-_MAPS = (".maps", "catkin_ws/src/sdc_sim/maps")
 _ENDS = {-signal.SIGSYS: "it called the system for what is forbidden: a program, thread or socket"}
 _ENDS[-signal.SIGXCPU] = _ENDS[-signal.SIGKILL] = "it used up its memory or processor time"
 _ENDS[0] = "it exited early"
@@ -47,18 +46,19 @@ class DriverServer:
     Args:
         source: the file
         sandboxed: False without the sandbox of bubblewrap; all other limits remain
+        streets: path of the map of the drives, "" without one
 
     Raises:
         SandboxError: there is no sandbox on this machine
     """
 
-    def __init__(self, source: str, sandboxed: bool = True):
+    def __init__(self, source: str, sandboxed: bool = True, streets: str = ""):
         self._control, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         command = [sys.executable, "-B", "-m", "sdc_experiments.championship.host"]
         command.append(str(theirs.fileno()))
         environment = {name: os.environ[name] for name in _KEPT if name in os.environ}
         environment.update(PYTHONHASHSEED="0", HOME="/tmp")
-        environment["PYTHONPATH"] = os.pathsep.join(filter(os.path.isdir, sys.path))
+        environment["PYTHONPATH"] = os.pathsep.join(_libraries())
         if sandboxed:
             command = _in_sandbox(command)
         with theirs:
@@ -70,7 +70,7 @@ class DriverServer:
                 stderr=subprocess.PIPE,
             )
         try:
-            self._control.send(source.encode())
+            self._control.send(f"{streets}\n{source}".encode())
             if self._control.recv(16) == READY:
                 return
         except OSError:
@@ -112,7 +112,7 @@ class DriverProcess:
         self.reason = ""
         self.spent_ns = self._clock = self._used_ns = 0
         self._control, self._slept_s, self._pidfd = control, 0.0, -1
-        self._active_s, self._status = 0.0, 0
+        self._status = 0
         self._link, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         self._link.setsockopt(socket.SOL_SOCKET, socket.SO_PASSCRED, 1)
         self._log: Any = tempfile.TemporaryFile()  # noqa: SIM115  it is closed with the drive
@@ -122,11 +122,11 @@ class DriverProcess:
         # The number of the process outside of its sandbox.
         number = int.from_bytes(ancillary[0][2][:4], "little")
         self._clock, self._pidfd = (~number << 3) | 2, os.pidfd_open(number)
-        self._schedule = FilePath(f"/proc/{number}/schedstat")
+        self._status_file = FilePath(f"/proc/{number}/stat")
         self._send(pickle.dumps(mission))
         if self._answer(_START_S) != READY:
             raise self._error("it answered before the first observation")
-        self._slept_s, self._used_ns = 0.0, time.clock_gettime_ns(self._clock)
+        self._slept_s, self._used_ns = 0.0, self._clock_ns()
 
     def step(self, observation: Observation) -> Command | None:
         """Return the driver's answer; `spent_ns` is the processor time since the last one.
@@ -135,10 +135,11 @@ class DriverProcess:
             DriverError: the driver has ended, or does not answer
         """
         if select.select([self._link], [], [], 0.0)[0]:
-            raise self._error("it answered twice or exited" if self._link.recv(1) else "")
+            text = "it wrote to the socket of its answers"
+            raise self._error(text if self._link.recv(1) else "")
         self._send(pickle.dumps(observation))
         message = self._answer(_MAX_STEP_S)
-        used_ns = time.clock_gettime_ns(self._clock)
+        used_ns = self._clock_ns()
         self.spent_ns, self._used_ns = used_ns - self._used_ns, used_ns
         if len(message) < ANSWER.size:
             raise self._error("it wrote to the socket of its answers")
@@ -181,27 +182,32 @@ class DriverProcess:
         Args:
             longest_s: limit of the processor time [s]
         """
-        began_s = time.monotonic()
         while not select.select([self._link], [], [], _POLL_S)[0]:
-            if 1e-9 * (time.clock_gettime_ns(self._clock) - self._used_ns) > longest_s:
+            if 1e-9 * (self._clock_ns() - self._used_ns) > longest_s:
                 raise self._error(f"it computed for more than {longest_s:g} s")
-            began_s = self._add_sleep(began_s)
-        self._add_sleep(began_s)
-        message = self._link.recv(MAX_MESSAGE)
+            self._slept_s += _POLL_S if self._sleeps() else 0.0
+            if self._slept_s > _MAX_SLEEP_S:
+                raise self._error(f"it slept for more than {_MAX_SLEEP_S:g} s")
+        message = b""
+        with contextlib.suppress(ConnectionError):
+            message = self._link.recv(MAX_MESSAGE)
         if not message:
             raise self._error("")
         return message
 
-    def _add_sleep(self, began_s: float) -> float:
-        """Add the time since a moment in which the process neither ran nor could run [s]."""
-        now_s = time.monotonic()
-        if now_s - began_s > _SLOW_S:
-            ran_ns, waited_ns = map(int, self._schedule.read_text().split()[:2])
-            active_s, self._active_s = self._active_s, 1e-9 * (ran_ns + waited_ns)
-            self._slept_s += max(0.0, now_s - began_s - self._active_s + active_s)
-            if self._slept_s > _MAX_SLEEP_S:
-                raise self._error(f"it slept for more than {_MAX_SLEEP_S:g} s")
-        return now_s
+    def _clock_ns(self) -> int:
+        """Return the processor time of all that the process has done, as its kernel counts it."""
+        try:
+            return time.clock_gettime_ns(self._clock)
+        except OSError:  # it has ended
+            return self._used_ns
+
+    def _sleeps(self) -> bool:
+        """Return whether it neither computes nor waits for a core, and has not answered."""
+        with contextlib.suppress(OSError):
+            state = self._status_file.read_text().rpartition(")")[2].split()[0]
+            return state == "S" and not select.select([self._link], [], [], 0.0)[0]
+        return False
 
     def _error(self, text: str) -> DriverError:
         """End the process; return what ended it: a text, or how it exited."""
@@ -212,13 +218,18 @@ class DriverProcess:
         return DriverError(text[:200])
 
 
+def _libraries() -> list[str]:
+    """Return the folders of Python modules, without the one of the command or of a test."""
+    folders = os.environ.get("PYTHONPATH", "").split(os.pathsep)
+    return [os.path.realpath(one) for one in folders if one and os.path.isdir(one)]
+
+
 def _in_sandbox(command: Sequence[str]) -> list[str]:
     """Return the command line that runs a command in the sandbox, without any file to write."""
     if shutil.which("bwrap") is None:
         raise SandboxError("no sandbox for drivers: bwrap is not installed; sandbox:=false")
-    folders = [*filter(os.path.isdir, sys.path)]
-    folders += [os.path.realpath(rospkg.RosPack().get_path(name)) for name in _PACKAGES]
-    folders += [os.path.realpath(one) for one in folders]
+    packages = [rospkg.RosPack().get_path(name) for name in _PACKAGES]
+    folders = [*_libraries(), *map(os.path.realpath, packages)]
     return [
         *system(),
         "--unshare-net",

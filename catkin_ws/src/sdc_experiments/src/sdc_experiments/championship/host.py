@@ -30,7 +30,9 @@ import numpy as np
 import seccomp
 
 from sdc_common.driving import Command, Observation
+from sdc_experiments.championship.league import TABLE
 from sdc_experiments.championship.mission import DriverMission, car_of
+from sdc_sim.road.network_file import load_network
 
 FILE = "driver.py"
 # Of an answer: whether there is a command, throttle, steer, brake, hand brake, reverse, and the
@@ -49,41 +51,25 @@ _LIMITS = {
     resource.RLIMIT_NOFILE: 64,
     resource.RLIMIT_CORE: 0,
 }
-# System calls that end the process: other processes, threads, connections, memory of others.
-_FORBIDDEN = (
-    *(
-        "clone",
-        "fork",
-        "vfork",
-        "execve",
-        "execveat",
-        "kill",
-        "tkill",
-        "tgkill",
-        "ptrace",
-        "pidfd_open",
-    ),
-    *("pidfd_getfd", "pidfd_send_signal", "process_vm_readv", "process_vm_writev"),
-    *("rt_sigqueueinfo", "rt_tgsigqueueinfo", "socket", "socketpair", "connect", "bind"),
-    *("memfd_create", "memfd_secret", "shmget", "msgget", "semget", "mq_open", "unshare", "setns"),
-    *("mount", "bpf", "userfaultfd", "perf_event_open", "io_uring_setup", "add_key", "keyctl"),
-)
 _CLOCKS = ("time", "monotonic", "perf_counter", "process_time", "thread_time", "clock_gettime")
 # Audit events of Python that are refused and named before the kernel ends the process.
 _EVENTS = ("os.fork", "os.exec", "os.posix_spawn", "os.system", "os.kill", "subprocess", "socket")
 _FILE_EVENTS = ("open", "os.listdir", "os.scandir")
-_READABLE = ("/usr/", "/lib", "/opt/", "/dev/null", "/dev/urandom", "<")
+_READABLE = ("/usr/", "/lib", "/opt/", "/dev/null", "/dev/urandom")
 
 
 def main() -> None:
-    """Serve drives until the socket is closed: a source first, then a socket and a log for each."""
+    """Serve drives: receive a map and the source, then for each drive a socket and a log."""
     control = socket.socket(fileno=int(sys.argv[1]))
-    source = control.recv(MAX_MESSAGE).decode(errors="replace")
+    sys.path.remove(os.getcwd())
+    streets, _, source = control.recv(MAX_MESSAGE).decode(errors="replace").partition("\n")
+    if streets:
+        load_network(streets)  # once, for all drives
     # The memory of this process is not readable or writable for those that it forks.
     ctypes.CDLL(None).prctl(_PR_SET_DUMPABLE, 0, 0, 0, 0)
     _import_what_it_imports(source)
     rules = seccomp.SyscallFilter(seccomp.ALLOW)
-    for name in _FORBIDDEN:
+    for name in TABLE["forbidden_calls"]:
         rules.add_rule(seccomp.KILL_PROCESS, name)
     control.send(READY)
     while True:
@@ -105,9 +91,7 @@ def _import_what_it_imports(source: str) -> None:
     with contextlib.suppress(SyntaxError, ValueError):
         for node in ast.walk(ast.parse(source)):
             names = [node.module] if isinstance(node, ast.ImportFrom) else []
-            names += [
-                one.name for one in getattr(node, "names", ()) if isinstance(node, ast.Import)
-            ]
+            names += [one.name for one in node.names] if isinstance(node, ast.Import) else []
             for name in filter(None, names):
                 with contextlib.suppress(Exception):
                     importlib.import_module(name)
@@ -177,15 +161,12 @@ def _refuse(event: str, arguments: tuple) -> None:
         text = event
     elif event in _FILE_EVENTS and isinstance(arguments[0], (str, bytes)):
         path = os.path.abspath(os.fsdecode(arguments[0]))
-        known = (*_READABLE, *filter(None, sys.path), *_packages())
-        text = "" if os.fsdecode(arguments[0]).startswith(known) else f"to read {path}"
+        packages = os.environ.get("ROS_PACKAGE_PATH", "").split(":")
+        known = (*_READABLE, *filter(None, [*sys.path, *packages]))
+        text = "" if path.startswith(known) else f"to open {path}"
     if text:
         os.write(2, f"{REFUSED} {text}\n".encode())
         raise PermissionError(f"a driver is not allowed {text}")
-
-
-def _packages() -> tuple:
-    return tuple(os.environ.get("ROS_PACKAGE_PATH", "").split(":"))
 
 
 if __name__ == "__main__":

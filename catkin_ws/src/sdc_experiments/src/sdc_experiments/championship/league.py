@@ -53,6 +53,11 @@ def generator(league: str, seed: str, name: str) -> np.random.Generator:
     return np.random.default_rng(int.from_bytes(digest, "big"))
 
 
+def streets_of(league: str) -> str:
+    """Return the path of the map of a league, "" without one."""
+    return map_file(LEAGUES[league]["map"]) if "map" in LEAGUES[league] else ""
+
+
 def draw(league: str, seed: str) -> Draw:
     """Return what a seed draws."""
     row = LEAGUES[league]
@@ -70,7 +75,7 @@ def draw(league: str, seed: str) -> Draw:
     if "map" not in row:
         route_m = long_route(generator(league, seed, "route"), **row["route"])
         return Draw(league, seed, route_m, sim, drawn(row["planner"]))
-    path, random = map_file(row["map"]), generator(league, seed, "type")
+    path, random = streets_of(league), generator(league, seed, "type")
     name = sorted(types())[int(random.integers(len(types())))]
     limit_s = of_map(path, name, number).limit_s
     return Draw(league, seed, None, {**sim, "street_scenario": name}, {}, path, limit_s)

@@ -24,6 +24,7 @@ def values(result: DriveEvaluation) -> dict[str, float]:
     steer = trace["steer"][np.isfinite(trace["steer"])]
     rates = np.diff(steer) / np.median(np.diff(time_s)) if len(steer) > 1 else np.zeros(1)
     metrics, ideal = result.metrics, result.ideal.speed_mps
+    cruise_mps = result.progress.rules.planner["planned_speed_mps"]
 
     def work(speeds: np.ndarray) -> float:
         return float(np.maximum(np.diff(speeds**2), 0.0).sum())
@@ -35,6 +36,8 @@ def values(result: DriveEvaluation) -> dict[str, float]:
         "jerk_rms_mps3": root_mean_square(np.concatenate(jerk)) if jerk else math.inf,
         "steer_rate_rms_per_s": root_mean_square(rates),
         "energy_ratio": work(speed) / work(ideal),
+        "over_limit_mps": max(0.0, float(speed.max()) - cruise_mps),
+        "lateral_max_mps2": metrics["lateral_acceleration_max_mps2"] or 0.0,
     }
 
 

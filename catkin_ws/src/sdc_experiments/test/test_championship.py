@@ -1,0 +1,235 @@
+"""Draws, lateness, scores and isolation of the championship."""
+
+import json
+import os
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from sdc_experiments.championship.attempt import STORED, new
+from sdc_experiments.championship.command import BASELINES, baseline, drive_seeds, options_of
+from sdc_experiments.championship.drive import Lateness, drive, drive_seed
+from sdc_experiments.championship.driver_process import DriverServer
+from sdc_experiments.championship.league import LEAGUES, draw
+from sdc_experiments.championship.mission import car_of
+from sdc_experiments.championship.score import points
+from sdc_experiments.sandbox import SandboxError
+
+TICK_NS, MS = 50_000_000, 1_000_000
+ATTACKS = yaml.safe_load(Path(__file__).with_name("championship_attacks.yaml").read_text())
+HONEST = """
+class Driver:
+    def __init__(self, mission):
+        self.car, self.count = mission.default_car("stanley"), 0
+
+    def step(self, observation):
+        self.count += 1
+        {}
+        return self.car.step(observation)
+"""
+PROJECT = Path(__file__).resolve().parents[4]
+
+
+class InProcess:
+    """A server whose drivers are objects of this process that take no time."""
+
+    def __init__(self, make):
+        self.make = make
+
+    def start(self, mission):
+        self.spent_ns, self.path, self.reason = 0, None, ""
+        self.car = car_of(self.make(mission), mission)
+        return self
+
+    def step(self, observation):
+        return self.car.step(observation)
+
+    def close(self):
+        return []
+
+
+@pytest.fixture(scope="module")
+def honest():
+    """Return the row of a plain driver on the first seed; skip where there is no sandbox."""
+    try:
+        with DriverServer(HONEST.format("")) as server:
+            return drive_seed(server, "control", "1")
+    except SandboxError as error:
+        pytest.skip(str(error))
+
+
+@pytest.mark.parametrize("league", LEAGUES)
+def test_equal_seeds_draw_equal_drives_and_others_draw_others(league):
+    one, same, other = (draw(league, seed) for seed in ("1", "1", "2"))
+    assert one.sim == same.sim != other.sim
+    assert np.array_equal(one.route_m, same.route_m) or one.route_m is None
+    assert {name.split("/")[0] for name in LEAGUES[league]["sim"]} <= set(one.sim)
+
+
+def test_answer_within_its_time_acts_at_once_and_a_late_one_later():
+    lateness = Lateness(TICK_NS)
+    assert lateness.step(0, 20 * MS) == (0, 1)
+    assert lateness.step(1, 21 * MS) == (2, 2)
+    assert lateness.step(2, 1 * MS) == (2, 3)
+    assert lateness.step(3, 71 * MS) == (5, 4), "it is busy until tick 4 and gets its observation"
+    assert lateness.record == [[1, 2, 2], [3, 5, 4]]
+
+
+def test_driver_slower_than_real_time_misses_observations():
+    lateness, tick = Lateness(TICK_NS), 0
+    seen = []
+    for _ in range(10):
+        seen.append(tick)
+        acts, tick = lateness.step(tick, 100 * MS)
+        assert acts >= seen[-1] + 2
+    assert np.diff(seen).max() == 2 and np.mean(np.diff(seen)) > 1.9
+
+
+def test_record_of_late_steps_repeats_them():
+    lateness = Lateness(TICK_NS, [[3, 5, 6]])
+    assert lateness.step(2, 900 * MS) == (2, 3)
+    assert lateness.step(3, 0) == (5, 6)
+
+
+@pytest.mark.parametrize("league", LEAGUES)
+def test_points_of_good_and_bad_values(league):
+    table = LEAGUES[league]["score"]
+    assert sum(row[0] for row in table.values()) == 100
+    good = points(league, {name: row[1] for name, row in table.items()})
+    bad = points(league, {name: row[2] for name, row in table.items()})
+    assert sum(good.values()) == pytest.approx(100.0) and sum(bad.values()) == 0.0
+
+
+def test_drive_in_the_sandbox_repeats_bit_for_bit(honest):
+    """The trace is that of the same driver in this process, in which no time is measured."""
+    here = drive_seed(InProcess(lambda mission: mission.default_car("stanley")), "control", "1")
+    assert honest["trace_sha256"] == here["trace_sha256"]
+    assert (honest["score"], honest["points"]) == (here["score"], here["points"])
+    assert honest["late"] == []
+
+
+def test_late_driver_is_worse_and_its_replay_is_equal(honest):
+    busy = "sum(range(3_000_000)) if self.count % 7 == 0 else None"
+    with DriverServer(HONEST.format(busy)) as server:
+        late = drive_seed(server, "control", "1")
+    assert late["late"] and late["points"]["error_rms_m"] < honest["points"]["error_rms_m"]
+    with DriverServer(HONEST.format("")) as server:
+        again = drive_seed(server, "control", "1", late["late"])
+    assert (again["score"], again["trace_sha256"]) == (late["score"], late["trace_sha256"])
+
+
+@pytest.mark.parametrize("name", ATTACKS)
+def test_attack_gains_nothing_and_is_named(name, honest):
+    row = ATTACKS[name]
+    code = f"if self.count == 40: exec({row['code']!r})"
+    with DriverServer(HONEST.format(code)) as server:
+        found = drive_seed(server, "control", "1")
+    assert row["named"] in " ".join([found["problem"], *found["refused"]])
+    assert found["score"] == (0.0 if found["problem"] else honest["score"])
+
+
+def test_no_drive_finds_what_another_one_left(honest):
+    code = HONEST.format(
+        "import numpy; assert not hasattr(numpy, 'left') or self.count; numpy.left = 1"
+    )
+    with DriverServer(code) as server:
+        rows = [drive_seed(server, "control", "1") for _ in range(2)]
+    assert rows[0]["trace_sha256"] == rows[1]["trace_sha256"] == honest["trace_sha256"]
+
+
+def test_observations_hold_nothing_about_the_seed():
+    stamps = []
+
+    class Watcher:
+        def __init__(self, mission):
+            self.car = mission.default_car()
+            stamps.append(mission.first.stamp_ns)
+            assert "seed" not in repr(mission)
+
+        def step(self, observation):
+            if len(stamps) % 2:
+                stamps.append(observation.stamp_ns)
+            return self.car.step(observation)
+
+    for seed in ("1", "2", "3"):
+        assert draw("control", seed).sim["sensor_latency_s"] > 0.0
+        drive(InProcess(Watcher), draw("control", seed))
+    assert set(stamps) == {TICK_NS}
+
+
+class Memory:
+    """Repeats the commands of the public drive whose road begins most like this one."""
+
+    def __init__(self, mission):
+        self.commands = min(
+            STORIES, key=lambda one: np.abs(one[0][:60] - mission.waypoints_m[:60]).sum()
+        )[1]
+        self.left = iter(self.commands)
+
+    def step(self, observation):
+        return next(self.left, self.commands[-1])
+
+
+STORIES = []
+
+
+def test_stored_actions_are_no_better_than_pid_and_stanley_on_fresh_seeds():
+    class Recorder:
+        def __init__(self, mission):
+            self.car = mission.default_car("stanley_compensated")
+            STORIES.append((mission.waypoints_m, []))
+
+        def step(self, observation):
+            STORIES[-1][1].append(self.car.step(observation))
+            return STORIES[-1][1][-1]
+
+    public = [drive_seed(InProcess(Recorder), "control", str(seed)) for seed in range(1, 7)]
+    known = drive_seed(InProcess(Memory), "control", "3")
+    assert known["score"] == public[2]["score"], "on a public seed the actions are as good"
+    plain = InProcess(lambda mission: mission.default_car("stanley"))
+    for seed in ("fresh 1", "fresh 2", "fresh 3"):
+        remembered = drive_seed(InProcess(Memory), "control", seed)["score"]
+        assert remembered < 0.2 * drive_seed(plain, "control", seed)["score"]
+
+
+def test_stored_scores_of_a_baseline_reproduce(honest):
+    stored = json.loads(STORED.read_text())["control"]
+    assert set(stored) == set(BASELINES)
+    rows = drive_seeds(baseline("pure_pursuit"), "control", ["1", "2"], True, {})
+    for row in rows:
+        assert row["score"] == pytest.approx(stored["pure_pursuit"][row["seed"]], abs=1e-6)
+
+
+def test_new_driver_is_tried_from_a_terminal(tmp_path, honest):
+    os.chdir(tmp_path)
+    assert new(["mine.py"]) == 0
+    assert len(Path("mine.py").read_text().split("class Driver")[1].splitlines()) <= 10
+    command = ["python3", "-m", "sdc_experiments.championship", "try", "mine.py", "drives:=3"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300)
+    last = done.stdout.splitlines()[-1]
+    assert done.returncode == 0, done.stderr
+    assert last.startswith("championship: control: score ") and f"of {len(BASELINES) + 1}" in last
+    page = Path("report/championship/mine.html").read_text()
+    assert "The worst drive" in page and "srcdoc" in page
+    again = subprocess.run(
+        [*command[:-1], "replay:=report/championship/mine.json"],
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
+    assert again.stdout.splitlines()[-1] == last
+
+
+@pytest.mark.parametrize(
+    "arguments, text",
+    [
+        (["leage:=control"], "did you mean 'league'"),
+        (["league:=contrl"], "did you mean 'control'"),
+    ],
+)
+def test_mistyped_argument_is_named(arguments, text):
+    with pytest.raises(ValueError, match=text):
+        options_of(arguments, {"league": "control"})
