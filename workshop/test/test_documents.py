@@ -13,6 +13,7 @@ GENERATED = {
     ".tools",
     ".browser",
     ".learning",
+    ".mpc",
     ".highway",
     ".maps",
     ".traffic",

@@ -1,5 +1,6 @@
 """Drive the packaged route with every steering method: planner, controller and physics, no ROS."""
 
+import importlib.util
 import math
 import os
 
@@ -19,6 +20,7 @@ from sdc_sim.physics.vehicle import Vehicle
 from sdc_sim.simulation.snapshot import Snapshot
 
 pytestmark = pytest.mark.slow(17)
+METHODS = [one for one in METHODS if one != "mpc" or importlib.util.find_spec("osqp")]
 
 CONFIG = node_parameters("simple_controller")
 TICK_S = 0.05
@@ -32,6 +34,7 @@ BOUNDS_M = {
     "kinematic": (0.035, 0.16),
     "lqr": (0.04, 0.12),
     "lqr_feedforward": (0.02, 0.10),
+    "mpc": (0.02, 0.10),
 }
 
 

@@ -43,6 +43,16 @@ def test_command_carries_the_stamp_of_its_observation_and_numbers_of_a_message(c
     assert command.steer == pytest.approx(controller.steer, abs=1e-7)
 
 
+def test_acceleration_of_a_steering_method_replaces_that_of_the_speed_control(controller):
+    controller.steering.acceleration_mps2 = -3.0
+    brake = controller.command(at(1.0, speed=1.0), PATH).brake
+    assert brake == pytest.approx(controller.pedal_map.pedals(-3.0)[1])
+    controller.steering.acceleration_mps2 = None
+    controller.command(at(1.05, speed=1.0), PATH)
+    jerk = controller.speed_control.limits.jerk_mps3
+    assert controller.speed_control.acceleration_mps2 == pytest.approx(-3.0 + jerk * 0.05)
+
+
 def test_yaw_rate_is_measured_from_the_last_answered_observation(controller):
     controller.command(at(1.0, yaw=3.1), PATH)
     controller.command(at(1.1, yaw=-3.1), PATH)

@@ -56,6 +56,10 @@ class Controller:
         )
         wheel_angle = self.steering.wheel_angle(path, x, y, yaw, speed, yaw_rate)
         # ------------------------------------------------------------------------
+        own_mps2 = getattr(self.steering, "acceleration_mps2", None)
+        if own_mps2 is not None:
+            acceleration = self.speed_control.acceleration_mps2 = own_mps2
+        # ------------------------------------------------------------------------
         # TODO 2.9: pedals for this acceleration, steer for this angle (until then: return None)
         throttle, brake = self.pedal_map.pedals(acceleration)
         self.steer, _ = self.steering_map.command(wheel_angle, speed)

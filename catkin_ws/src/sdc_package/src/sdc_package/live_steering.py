@@ -34,6 +34,11 @@ class LiveSteering(Steering):
         """See Steering.wheel_angle."""
         return self._method.wheel_angle(*arguments, **named)
 
+    @property
+    def acceleration_mps2(self) -> float | None:  # type: ignore[override]
+        """See Steering."""
+        return getattr(self._method, "acceleration_mps2", None)
+
     def _build(self, method: str) -> None:
         section = rospy.get_param("~" + section_of(method), None)
         self._method = load_steering(method, section, self._axles)

@@ -16,6 +16,7 @@ METHODS = {
     "kinematic": "sdc_package.steering.kinematic:KinematicSteering",
     "lqr": "sdc_package.steering.lqr:LqrSteering",
     "lqr_feedforward": "sdc_package.steering.lqr:LqrFeedforwardSteering",
+    "mpc": "sdc_package.steering.mpc:MpcSteering",
 }
 
 

@@ -21,7 +21,13 @@ class Steering:
     the method's section in config/simple_controller.yaml. The constructor raises ValueError for a
     parameter that is out of range. A method may keep state from call to call, but it reads no
     clock, no message and no file.
+
+    Attributes:
+        acceleration_mps2: the acceleration that goes with the last wheel angle, None to leave it to
+            the speed control [m/s^2]
     """
+
+    acceleration_mps2: float | None = None
 
     def wheel_angle(
         self,
