@@ -7,7 +7,14 @@ import rospy
 from nav_msgs.msg import Odometry
 from sdc_msgs.msg import BaseWaypoint, LaneOffset, Path, SpeedReason
 
-from sdc_cockpit.drive_view import LANE_OFFSET, MISSION, ODOMETRY, SPEED_REASON, DriveView
+from sdc_cockpit.drive_view import (
+    LANE_OFFSET,
+    MISSION,
+    ODOMETRY,
+    SPEED_DETAIL,
+    SPEED_REASON,
+    DriveView,
+)
 from sdc_common.ros.odometry import GROUND_TRUTH
 
 
@@ -50,6 +57,15 @@ def odometry(y_m=0.0):
 def test_reason_is_shown_in_words(view, reason, shown):
     receive(view, ODOMETRY, odometry(), 5.0)
     receive(view, SPEED_REASON, SpeedReason(reason=reason), 4.8)
+    assert view.state()["reason"] == shown
+
+
+def test_reason_names_because_of_whom(view):
+    receive(view, ODOMETRY, odometry(), 5.0)
+    receive(view, SPEED_DETAIL, SpeedReason(reason="yields to car 17 at junction 4"), 4.8)
+    assert view.state()["reason"] is None
+    receive(view, SPEED_REASON, SpeedReason(reason="right_of_way"), 4.8)
+    shown = "gives way at a junction: yields to car 17 at junction 4"
     assert view.state()["reason"] == shown
 
 

@@ -52,9 +52,9 @@ def test_drive_to_a_goal_is_complete_and_repeatable(path):
             marks=needs_traffic,
         ),
         (
-            {"map": "town", "sim_options": "{street_scenario: DynamicObjectCrossing}"},
-            {"map": "town", "sim_options": {"street_scenario": "DynamicObjectCrossing"}},
-            2,
+            {"map": "town", "sim_options": "{street_scenario: NonSignalizedJunctionRightTurn}"},
+            {"map": "town", "sim_options": {"street_scenario": "NonSignalizedJunctionRightTurn"}},
+            13,
         ),
     ],
     ids=["alone", "in traffic", "scenario type"],
@@ -63,14 +63,18 @@ def test_drive_through_ros_has_the_same_trace(path, tmp_path, given, same, count
     given = {"map": path, "seed": "4", **given}
     arguments = launch_arguments(str(tmp_path / "report.json"), given)
     assert "seed: 4" in arguments["sim_options"]
-    arguments.update(sync="true", camera="false")
+    arguments.update(sync="true", camera="false", referee_options="{pictures: true, snapshots: 0}")
     with isolated_drive("", arguments) as (drive, lines):
         assert lines == []
         with open(drive.report_path.replace(".json", ".csv"), encoding="utf-8") as file:
             trace = [[float(one) for one in row.split(",")[:8]] for row in file.readlines()[1:]]
+        with open(drive.report_path.replace(".json", ".html"), encoding="utf-8") as file:
+            page = file.read()
     seen = []
     drive = drive_result(**{"map": path, **same}, seed=4, observe=lambda one: seen.append(one))
     assert np.array_equal(np.array(trace), drive.rows[:, :8])
+    texts = {*drive.details} - {""}
+    assert all(f'"{text}"' in page for text in texts) and bool(texts) == (given["map"] == "town")
     assert max(len(one.obstacles) for one in seen) == count
 
 

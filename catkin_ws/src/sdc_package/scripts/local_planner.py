@@ -105,7 +105,7 @@ class LocalPlannerNode:
             if self.lane is not None:
                 rows = self.lane.moved(rows, odometry.header.stamp, self.planner.place)
             self.publish(self.planner.stop_for(self.inputs.traffic_lights, rows, speed))
-            self.reasons.update(odometry.header.stamp, self.planner.reason)
+            self.reasons.update(odometry.header.stamp, self.planner.reason, self.planner.detail)
 
     def publish(self, rows):
         # TODO 8: publish a LocalPath with one Waypoint for each row x, y, v (until then: pass)

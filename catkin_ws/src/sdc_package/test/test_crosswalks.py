@@ -30,4 +30,4 @@ def test_car_stops_for_those_who_will_cross_its_lane(x_m, y_m, yaw_rad, speed_mp
     (crosswalk,) = crosswalks_on(ROUTE, [STRIPES, STRIPES + (0.0, 40.0)])
     assert crosswalk.begin_m == pytest.approx(48.0) and crosswalk.end_m == pytest.approx(52.0)
     person = DetectedObstacle(x_m, y_m, yaw_rad, 0.5, 0.5, speed_mps, 1, kind)
-    assert crosswalk.is_used(ROUTE, [person]) == stops
+    assert (crosswalk.user(ROUTE, [person]) is person) == stops

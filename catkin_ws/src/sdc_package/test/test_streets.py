@@ -98,8 +98,13 @@ def test_car_gives_way_to_those_that_it_would_meet(crossing, away_m, speed_mps, 
         changes = {**changes, "yaw_rad": other.yaw_rad + np.pi / 2.0}
     other = dataclasses.replace(other, **changes)
     at_line(streets, one, 0.0)  # has stopped at the sign
+    other = dataclasses.replace(other, id=17, kind="car")
     decision = at_line(streets, one, 0.0, [other])
     assert (decision is not None and decision[1] == "right_of_way") == gives_way
+    text = f"yields to car 17 at junction {one.junction}"
+    assert streets.details == ({"right_of_way": text} if gives_way else {})
+    at_line(streets, one, 0.0)
+    assert streets.details == {}
 
 
 def test_car_that_waits_long_enough_starts_before_one_that_does_not_move(crossing):

@@ -37,6 +37,7 @@ def driven(ticks=200):
         evaluator.add("planned", 10.0 if tick <= 100 else 4.0)
         if tick % 5 == 1:
             evaluator.add("reason", tick * TICK_NS, "cruise" if tick <= 100 else "obstacle")
+            evaluator.add("detail", tick * TICK_NS, "" if tick <= 100 else "follows car 17")
         if tick % 20 == 1:
             x = 0.5 * tick
             evaluator.add("scene", PATH, None, [(x, 0.0, 10.0), (x + 25.0, 0.0, 8.0)])
@@ -119,7 +120,8 @@ def test_person_scrubs_to_a_tick_and_sees_the_reason(browser, tmp_path):
         assert (text("reason"), term("time")) == ("cruise", "time 5.00 s")
         slider.send_keys(Keys.ARROW_RIGHT)
         assert (text("reason"), term("time")) == ("obstacle", "time 5.05 s")
-        assert text("reason-meaning") == "stops behind an obstacle, or follows it"
+        meaning = "stops behind an obstacle, or follows it: follows car 17"
+        assert text("reason-meaning") == meaning
         assert term("target speed") == "target speed 4.00 m/s"
         assert term("cross-track error") == "cross-track error 0.250 m"
         assert term("steer") == "steer -0.125"

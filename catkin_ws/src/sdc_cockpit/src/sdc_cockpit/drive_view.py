@@ -22,6 +22,7 @@ from sdc_common.planning.speed_reasons import MEANINGS
 from sdc_common.ros.conversion import stop_lines
 from sdc_common.ros.odometry import GROUND_TRUTH, pose_and_speed, yaw_from_quaternion
 from sdc_common.ros.refusal import refusing
+from sdc_common.ros.speed_reason_publisher import DETAIL_TOPIC as SPEED_DETAIL
 from sdc_common.ros.speed_reason_publisher import TOPIC as SPEED_REASON
 from sdc_sim.ros.waypoint_messages import waypoint_rows
 
@@ -81,6 +82,7 @@ class DriveView:
             Feed(LIGHT_INFO),
             Feed(LIGHT_STATUS),
             Feed(SPEED_REASON),
+            Feed(SPEED_DETAIL),
             Feed(LANE_OFFSET),
         ]
         self._sensors = SensorView()
@@ -156,7 +158,7 @@ class DriveView:
             "command": self._value(STATUS, _command),
             "obstacles": self._value(OBSTACLES, _obstacles) or [],
             "lights": self._lights(),
-            "reason": self._recent(SPEED_REASON, _speed_reason),
+            "reason": self._reason(),
             "road": self.road_number,
             "progress": None,
         }
@@ -178,6 +180,10 @@ class DriveView:
             return None
         said_at_s, value = said
         return value if abs(seconds_of(self.stamp) - said_at_s) < _VALUE_LASTS_S else None
+
+    def _reason(self) -> str | None:
+        texts = [self._recent(topic, _speed_reason) for topic in (SPEED_REASON, SPEED_DETAIL)]
+        return ": ".join(text for text in texts if text) if texts[0] else None
 
     def _lights(self) -> list[list]:
         places = self._value(LIGHT_INFO, _light_places) or {}

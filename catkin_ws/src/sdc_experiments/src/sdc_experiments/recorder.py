@@ -58,6 +58,7 @@ class DriveRecorder:
             evaluator.add("planned", car.path.points[0][2])
         if car.reason:
             evaluator.add("reason", stamp_ns, car.reason)
+            evaluator.add("detail", stamp_ns, getattr(car, "detail", ""))
         return evaluator.over
 
 

@@ -82,6 +82,11 @@ class MissionDriver:
         """What limits the speed at the start of the last path."""
         return self._planner.reason
 
+    @property
+    def detail(self) -> str:
+        """Because of whom, "" if the reason says it all."""
+        return self._planner.detail
+
     def plan(self, observation: Observation) -> Path:
         """See PathPlanner; the same object as long as the path is the same."""
         x, y = observation.x_m, observation.y_m
@@ -109,11 +114,12 @@ class Car:
     Attributes:
         path: the path of the last step, None if there was none
         reason: what limited the speed in the last step, "" if unknown
+        detail: because of whom, "" if the reason says it all
     """
 
     def __init__(self, planner: PathPlanner, controller: Controller, path_timeout_s: float):
         self.path: Path | None = None
-        self.reason = ""
+        self.reason = self.detail = ""
         self._planner = planner
         self._controller = controller
         self._path_timeout_s = path_timeout_s
@@ -128,12 +134,13 @@ class Car:
         try:
             self.path = self._planner.plan(observation)
         except OffRouteError:
-            self.path, self.reason = None, ""
+            self.path, self.reason, self.detail = None, "", ""
             last = self._controller.last_answered
             if last is None or observation.stamp_s - last.stamp_s <= self._path_timeout_s:
                 return None
             self.reason = "path_timeout"
             return self._controller.stop(observation, self._reference)
         self.reason = self._planner.reason
+        self.detail = getattr(self._planner, "detail", "")
         self._reference.update(self.path.points)
         return self._controller.command(observation, self._reference)

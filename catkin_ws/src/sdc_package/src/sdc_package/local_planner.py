@@ -140,6 +140,11 @@ class LocalPlanner:
         return self._place
 
     @property
+    def detail(self) -> str:
+        """Because of whom the last reason limits the speed, "" if there is no more to say."""
+        return self._streets.details.get(self.reason, "") if self._streets else ""
+
+    @property
     def s_m(self) -> float:
         """Return the car's distance along the route [m]; negative: unknown yet."""
         return -1.0 if self._place is None else self._place.s_m

@@ -9,6 +9,7 @@ from sdc_common.planning.speed_reasons import REPEAT_NS
 from sdc_common.ros.node import LoopPublisher
 
 TOPIC = "/planner/speed_reason"
+DETAIL_TOPIC = TOPIC + "_detail"  # because of whom, in words
 
 
 class SpeedReasonPublisher:
@@ -16,18 +17,21 @@ class SpeedReasonPublisher:
 
     def __init__(self):
         self._publisher = LoopPublisher(TOPIC, SpeedReason, latch=True)
-        self._reason = ""
+        self._detail_publisher = LoopPublisher(DETAIL_TOPIC, SpeedReason, latch=True)
+        self._last = "", ""
         self._stamp_ns = 0
 
-    def update(self, stamp: rospy.Time, reason: str) -> None:
+    def update(self, stamp: rospy.Time, reason: str, detail: str = "") -> None:
         """Set the reason from the odometry with this stamp on; see speed_reasons."""
-        stamp_ns = stamp.to_nsec()
-        if reason == self._reason and 0 <= stamp_ns - self._stamp_ns < REPEAT_NS:
+        stamp_ns, last = stamp.to_nsec(), self._last
+        if (reason, detail) == last and 0 <= stamp_ns - self._stamp_ns < REPEAT_NS:
             return
-        self._reason, self._stamp_ns = reason, stamp_ns
-        message = SpeedReason(reason=reason)
-        message.header.stamp = stamp
-        self._publisher.publish(message)
+        self._last, self._stamp_ns = (reason, detail), stamp_ns
+        texts = (self._publisher, reason), (self._detail_publisher, detail)
+        for publisher, text in texts if detail or last[1] else texts[:1]:
+            message = SpeedReason(reason=text)
+            message.header.stamp = stamp
+            publisher.publish(message)
 
     def timed_out(self, missing: str, stamp: rospy.Time) -> None:
         """Log that an input of the controller is missing, `path` or `odometry`, and publish it."""

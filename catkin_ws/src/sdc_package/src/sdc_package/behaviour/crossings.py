@@ -38,6 +38,7 @@ class Crossing(NamedTuple):
     has_stop_sign: bool
     mean_mps: float  # planned speed in the junction, without others [m/s]
     conflicts: list[Conflict]
+    junction: str  # its name on the map
 
 
 Places = Sequence[Tuple[float, LanePlace]]
@@ -111,7 +112,8 @@ def _crossing(
     has_stop_sign = own.line == STOP and own.signal < 0
     inside = speed_mps[(route.s >= line_m) & (route.s <= end_m)]
     mean_mps = float(inside.mean()) if len(inside) else math.inf
-    return Crossing(line_m, end_m, has_stop_sign, mean_mps, [one for one in conflicts if one])
+    found = [one for one in conflicts if one]
+    return Crossing(line_m, end_m, has_stop_sign, mean_mps, found, way.junction)
 
 
 def _conflict(

@@ -24,8 +24,8 @@ class Crosswalk(NamedTuple):
     end_m: float
     polygon_m: np.ndarray  # (N, 2) corners, 32-bit floats [m]
 
-    def is_used(self, route: Route, obstacles: Sequence[DetectedObstacle]) -> bool:
-        """Return whether a pedestrian on it, or just before it, has yet to cross the lane."""
+    def user(self, route: Route, obstacles: Sequence[DetectedObstacle]) -> DetectedObstacle | None:
+        """Return a pedestrian on it, or just before it, who has yet to cross the lane."""
         middle_m = 0.5 * (self.begin_m + self.end_m)
         x, y = route.line.point_at(middle_m)
         heading = route.line.heading_at(middle_m)
@@ -38,8 +38,8 @@ class Crosswalk(NamedTuple):
             is_in_strip = abs(left_m) < _STRIP_M
             comes = left_m * left_mps < 0.0 and abs(left_mps) > _WALKS_MPS
             if inside_m > -_NEAR_M and (comes or (is_in_strip and inside_m > 0.0)):
-                return True
-        return False
+                return one
+        return None
 
 
 def crosswalks_on(route: Route, polygons_m: Sequence[np.ndarray]) -> list[Crosswalk]:

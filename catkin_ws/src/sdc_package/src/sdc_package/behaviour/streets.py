@@ -86,6 +86,7 @@ class StreetBehaviour:
         self._crossings: list[Crossing] = []
         self._has_stopped = False
         self._plans_at_line = 0
+        self.details: dict[str, str] = {}  # because of whom the car stops, by the reason
 
     def follow(self, route: Route, speed_mps: np.ndarray, braking_mps2: float) -> None:
         """Follow another route.
@@ -133,13 +134,15 @@ class StreetBehaviour:
             horizon_m: junctions that begin farther ahead are not looked at [m]
             is_red: whether the car already stops for a traffic light
         """
-        margins = self._margins
+        margins, details = self._margins, self.details
+        for reason in (CROSSWALK, JUNCTION_BLOCKED, RIGHT_OF_WAY):
+            details.pop(reason, None)
         soonest_m = s_m + speed_mps**2 / (2.0 * margins.hardest_mps2)
         for one in self._crosswalks:
             stop_m = one.begin_m - margins.car_front_m - margins.gap_m
-            if soonest_m <= stop_m + margins.gap_m <= s_m + horizon_m and one.is_used(
-                self._route, obstacles
-            ):
+            is_near = soonest_m <= stop_m + margins.gap_m <= s_m + horizon_m
+            if is_near and (user := one.user(self._route, obstacles)):
+                details[CROSSWALK] = f"yields to {_name(user)}"
                 return stop_m, CROSSWALK
         while self._crossings and s_m > self._last_stop_m(self._crossings[0]):
             del self._crossings[0]
@@ -222,6 +225,7 @@ class StreetBehaviour:
             horizon_m: those farther ahead are not looked at [m]
         """
         line, margins, least_mps = self._route.line, self._margins, math.inf
+        self.details.pop("obstacle", None)
         x, y = line.point_at(s_m)
         for one in obstacles:
             if math.dist((one.x_m, one.y_m), (x, y)) > horizon_m:
@@ -233,7 +237,9 @@ class StreetBehaviour:
             is_in_way = self._beside_m(place) < beside_m + self._pulls_out_m(one, along_mps)
             if is_in_way and along_mps >= _STANDS_MPS and place.s_m > s_m:
                 wanted_m = margins.follow_gap_m + margins.time_gap_s * along_mps
-                least_mps = min(least_mps, along_mps + (gap_m - wanted_m) / _FOLLOW_S)
+                mps = along_mps + (gap_m - wanted_m) / _FOLLOW_S
+                if mps < least_mps:
+                    least_mps, self.details["obstacle"] = mps, f"follows {_name(one)}"
         return max(least_mps, 0.0)
 
     def _pulls_out_m(self, one: DetectedObstacle, along_mps: float) -> float:
@@ -256,6 +262,9 @@ class StreetBehaviour:
             place = self._route.line.project(one.x_m, one.y_m, s_m, 0.0, until_m - s_m + 10.0)
             rear_m = place.s_m - 0.5 * one.length_m
             if place.distance_m < 0.5 * _LANE_M and crossing.line_m < rear_m < until_m:
+                self.details[JUNCTION_BLOCKED] = (
+                    f"{_name(one)} is behind junction {crossing.junction}"
+                )
                 return True
         return False
 
@@ -299,6 +308,9 @@ class StreetBehaviour:
                     continue
                 enters_s = begin_s if conflict.is_first and soonest_m <= line_m - front_m else None
                 if self._meet(one, away_m, conflict, enters_s, first_s, last_s):
+                    self.details[RIGHT_OF_WAY] = (
+                        f"yields to {_name(one)} at junction {crossing.junction}"
+                    )
                     return soonest_m
         return None
 
@@ -355,6 +367,10 @@ class StreetBehaviour:
         if distance_m <= until_m:
             return (math.sqrt(speed_mps**2 + 2.0 * a * distance_m) - speed_mps) / a
         return (most_mps - speed_mps) / a + (distance_m - until_m) / most_mps
+
+
+def _name(one: DetectedObstacle) -> str:
+    return f"{one.kind or 'obstacle'} {one.id}"
 
 
 def _runs(one: DetectedObstacle, away_m: float) -> bool:

@@ -31,7 +31,7 @@ _MAX_GAP_S = 1.0
 _MIN_PACE_S = 5.0
 # A reason applies until the next one, but no longer than this after its stamp.
 _REASON_VALID_NS = 1_000_000_000
-_MAX_REASON_LENGTH = 40
+_MAX_REASON_LENGTH, _MAX_DETAIL_LENGTH = 40, 80
 # Another mission begins so close to the car along the last one, and its first point is so far from
 # the last one that is kept.
 _JOIN_M, _APART_M = 30.0, 0.5
@@ -78,6 +78,7 @@ class DriveEvaluation:
         self._last_ns = self._last_command_ns = self._last_reason_ns = 0
         self._commands = CommandTrace()
         self._reasons: list = []
+        self._details: list = []
         self._lane_offsets: dict = {}  # offset in the lane that the camera measured [m] by stamp
         self.planned: list = []  # rows of arc length [m], planned speed [m/s] and time [s]
 
@@ -174,12 +175,20 @@ class DriveEvaluation:
 
         Of two reasons with the same stamp, the later one applies.
         """
+        return self._at_samples(self._reasons)
+
+    @property
+    def details(self) -> list[str]:
+        """Return because of whom, for each sample, "" if the reason says it all."""
+        return self._at_samples(self._details)
+
+    def _at_samples(self, texts: list) -> list[str]:
         stamps = self._commands.stamps[: len(self.progress.samples)]
-        reasons = [(-_REASON_VALID_NS, ""), *sorted(self._reasons, key=lambda reason: reason[0])]
-        since = np.array([stamp for stamp, _ in reasons])
+        texts = [(-_REASON_VALID_NS, ""), *sorted(texts, key=lambda text: text[0])]
+        since = np.array([stamp for stamp, _ in texts])
         places = np.searchsorted(since, stamps, side="right") - 1
         valid = np.subtract(stamps, since[places]) <= _REASON_VALID_NS
-        return [reasons[place][1] if is_valid else "" for place, is_valid in zip(places, valid)]
+        return [texts[place][1] if is_valid else "" for place, is_valid in zip(places, valid)]
 
     @property
     def stop_lines(self) -> dict:
@@ -242,6 +251,10 @@ class DriveEvaluation:
         self._last_reason_ns = max(stamp_ns, self._last_reason_ns)
         if self._keep_trace:
             self._reasons.append((stamp_ns, name[:_MAX_REASON_LENGTH]))
+
+    def _on_detail(self, stamp_ns: int, text: str) -> None:
+        if self._keep_trace:
+            self._details.append((stamp_ns, text[:_MAX_DETAIL_LENGTH]))
 
     def _on_lane_offset(self, stamp_ns: int, offset_m: float) -> None:
         if self._keep_trace and np.isfinite(offset_m):

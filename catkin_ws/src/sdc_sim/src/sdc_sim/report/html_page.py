@@ -107,10 +107,11 @@ def slider_data(result: DriveEvaluation) -> str:
     # The last planned speed at or before each tick, NaN where there is none.
     _, planned_mps, planned_s = np.array([(0.0, np.nan, -np.inf), *result.planned]).T
     ticks["target_mps"] = planned_mps[np.searchsorted(planned_s, time_s, side="right") - 1]
-    reasons = result.reasons[::step]
-    names = sorted(set(reasons) - {""}, key=reasons.index)
-    numbers = {name: number for number, name in enumerate(names)}
-    ticks["reason"] = np.array([numbers.get(reason, -1) for reason in reasons])
+    texts = {}
+    for key, words in (("reason", result.reasons[::step]), ("detail", result.details[::step])):
+        texts[key] = names = sorted(set(words) - {""}, key=words.index)
+        numbers = {name: number for number, name in enumerate(names)}
+        ticks[key] = np.array([numbers.get(word, -1) for word in words])
 
     def entries(kind: str, convert: Any) -> list:
         found = result.scene.get(kind, [])
@@ -126,7 +127,8 @@ def slider_data(result: DriveEvaluation) -> str:
     data = {
         "start_s": start_s,
         "ticks": {name: _packed(column) for name, column in ticks.items()},
-        "reasons": [[name, REASONS.get(name, "")] for name in names],
+        "reasons": [[name, REASONS.get(name, "")] for name in texts["reason"]],
+        "details": texts["detail"],
         "route": _rounded(route[:: len(route) // _MAX_ROUTE_POINTS + 1]),
         "paths": entries(PATH, _rounded),
         "obstacles": entries(OBSTACLES, _rounded),

@@ -19,6 +19,7 @@ from sdc_msgs.msg import CarlaVehicleControl, LaneOffset, Obstacle, ObstacleArra
 
 from sdc_common.ros.conversion import stop_lines
 from sdc_common.ros.odometry import pose_and_speed, yaw_from_quaternion
+from sdc_common.ros.speed_reason_publisher import DETAIL_TOPIC
 from sdc_common.ros.speed_reason_publisher import TOPIC as REASON_TOPIC
 from sdc_sim.evaluation.drive_evaluation import OBSTACLES, PATH
 from sdc_sim.evaluation.evaluator import Evaluator
@@ -67,6 +68,10 @@ class EvaluatorInput:
             REASON_TOPIC: (
                 SpeedReason,
                 lambda one: evaluator.add("reason", one.header.stamp.to_nsec(), one.reason),
+            ),
+            DETAIL_TOPIC: (
+                SpeedReason,
+                lambda one: evaluator.add("detail", one.header.stamp.to_nsec(), one.reason),
             ),
             "/camera/lane_offset": (
                 LaneOffset,

@@ -144,7 +144,8 @@ function show() {
   const [name, meaning] = number < 0 ? ["no reason", "the driving software publishes none"] : data.reasons[number];
   byId("reason").textContent = name.replaceAll("_", " ");
   byId("reason").style.color = number < 0 ? "#5f6368" : colourOf(number);
-  byId("reason-meaning").textContent = meaning;
+  const detail = data.details[columns.detail[tick]];
+  byId("reason-meaning").textContent = detail ? `${meaning}: ${detail}` : meaning;
   slider.setAttribute("aria-valuetext", `${(data.start_s + time).toFixed(2)} s: ${byId("reason").textContent}`);
   TERMS.forEach(([, text], row) => { values[row].textContent = text(columns, tick); });
   if (data.pictures.length) {
