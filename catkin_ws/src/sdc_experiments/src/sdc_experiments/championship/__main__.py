@@ -19,6 +19,11 @@ COMMANDS = {
         "[seeds:=FIRST-LAST] [replay:=FILE.json] [sandbox:=false] [report:=report/championship] "
         "[--scheduler tcp://HOST:PORT]",
     ),
+    "round": (
+        "rounds:run",
+        "FOLDER [league:=control] [drives:=200] [baselines:=false] [reveal:=false] "
+        "[secret:=HEX] [--scheduler tcp://HOST:PORT]",
+    ),
     "baselines": ("attempt:drive_baselines", "[league:=control] [drives:=200] [NAME ...]"),
 }
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, Iterable, Mapping, Sequence
 
 import numpy as np
+import rospkg
 
 from sdc_common.validation import suggestion
 from sdc_experiments.championship.drive import drive_seed
@@ -82,7 +83,8 @@ def baseline(name: str) -> str:
     """Return the file of a baseline."""
     row = BASELINES[name]
     if "file" in row:
-        return Path(__file__).with_name("drivers").joinpath(row["file"]).read_text("utf-8")
+        folder = Path(rospkg.RosPack().get_path("sdc_experiments"), "drivers")
+        return (folder / row["file"]).read_text(encoding="utf-8")
     return _STEERING.format(row["steering"])
 
 
@@ -92,6 +94,11 @@ def drive_seeds(
     """Drive what some seeds draw, and return their rows; `late` are records to repeat."""
     with DriverServer(source, sandboxed, streets_of(league)) as server:
         return [drive_seed(server, league, seed, late.get(seed)) for seed in seeds]
+
+
+def parts_of(seeds: Sequence[str]) -> list[Sequence[str]]:
+    """Return seeds in groups, each for one task."""
+    return [seeds[at : at + _DRIVES_A_TASK] for at in range(0, len(seeds), _DRIVES_A_TASK)]
 
 
 def drive_many(
@@ -107,8 +114,8 @@ def drive_many(
     Raises:
         ValueError: a task failed
     """
-    parts = [seeds[at : at + _DRIVES_A_TASK] for at in range(0, len(seeds), _DRIVES_A_TASK)]
-    tasks = ((part[0], (source, league, part, sandboxed, dict(late or {}))) for part in parts)
+    given = sandboxed, dict(late or {})
+    tasks = ((part[0], (source, league, part, *given)) for part in parts_of(seeds))
     progress, found = SweepProgress(sys.stdout, len(seeds), 0, "championship"), {}
     for outcome in engine.outcomes(drive_seeds, tasks):
         if outcome.error:

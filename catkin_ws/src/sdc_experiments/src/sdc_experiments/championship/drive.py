@@ -171,7 +171,7 @@ def _row(
     row["step_p99_ms"] = float(np.percentile(spent_ms, 99.0)) if spent_ms else 0.0
     names = LEAGUES[one.league]["score"]
     if problem or len(result.rows) < 10:
-        ended = {"status": "driver ended", "score": 0.0, "trace_sha256": ""}
+        ended = {"status": "driver ended", "score": 0.0, "trace_sha256": "", "infractions": []}
         return {**row, **ended, "values": {}, "points": dict.fromkeys(names, 0.0)}
     metrics, found = result.metrics, values(result)
     parts = points(one.league, found)

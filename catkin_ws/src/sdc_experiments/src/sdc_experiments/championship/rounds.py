@@ -1,0 +1,231 @@
+"""./championship round: grade a folder of drivers on hidden seeds, and write a static site."""
+
+from __future__ import annotations
+
+import contextlib
+import datetime
+import hashlib
+import json
+import os
+import re
+import secrets
+import sys
+from pathlib import Path
+from typing import Any, Iterator, Mapping, Sequence
+
+from sdc_experiments.championship.attempt import page_of, write_page
+from sdc_experiments.championship.command import (
+    BASELINES,
+    baseline,
+    drive_seeds,
+    options_of,
+    parts_of,
+    source_of,
+    summary,
+)
+from sdc_experiments.championship.driver_process import DriverServer
+from sdc_experiments.championship.league import streets_of
+from sdc_experiments.sandbox import SandboxError
+from sdc_experiments.sweep.cell_drive import code_version, worker_problem
+from sdc_experiments.sweep.dask_engine import DaskEngine
+from sdc_experiments.sweep.progress import SweepProgress
+
+OPTIONS = {
+    "league": "control",
+    "drives": "200",
+    "baselines": "true",
+    "secret": "",  # of a round that is repeated to check it; empty: draw one
+    "reveal": "true",  # false: keep the secret, until the round runs again
+    "scheduler": "",
+}
+_ROUND, _SECRET, _RESULTS, _SITE = "round.json", "secret", "results", "site"
+_PAGES = {"index.html": "round.html", "feed.xml": "feed.xml"}
+# A name is a file name and part of an address.
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,60}")
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Grade the drivers of a folder, write the site, and return the exit status."""
+    options, words = options_of(arguments, OPTIONS)
+    if len(words) != 1 or not Path(words[0]).is_dir():
+        raise ValueError("round: name the folder with the drivers, one file each")
+    folder = Path(words[0])
+    about = opened(folder, options)
+    entries = entries_of(folder, options["baselines"] == "true")
+    missing = [name for name, source in entries.items() if not _result(folder, about, name, source)]
+    if missing and about.get("secret"):
+        raise ValueError(
+            f"{folder}: the seeds of this round are public, and {missing[0]} is new or changed; "
+            "use a new folder for another round"
+        )
+    print(f"championship: the secret of the seeds has the SHA-256 {about['secret_sha256']}")
+    _write_site(folder, about, {})
+    with DaskEngine(options["scheduler"], len(os.sched_getaffinity(0))) as engine:
+        if missing:
+            engine.check(_worker_problem, code_version())
+        _grade(engine, folder, about, {name: entries[name] for name in missing})
+    if options["reveal"] == "true":
+        about["secret"] = (folder / _SECRET).read_text(encoding="utf-8")
+        _write(folder / _ROUND, about)
+    results = {name: _result(folder, about, name, source) for name, source in entries.items()}
+    table = _write_site(folder, about, results)
+    for rank, one in enumerate(table, 1):
+        problems = "".join(f"; {text}" for text in one["problems"])
+        print(f"{rank:3} {one['score']:6.2f} {one['name']}{problems}")
+    count, page = (
+        f"{len(table)} drivers, {about['drives']} drives each",
+        folder / _SITE / "index.html",
+    )
+    print(f"championship: {about['league']}: {count}, see {page}")
+    return 0
+
+
+def opened(folder: Path, options: Mapping[str, str]) -> dict[str, Any]:
+    """Return what the folder says about its round, which the first run writes.
+
+    Raises:
+        ValueError: an option is not that of the round
+    """
+    path = folder / _ROUND
+    if not options["drives"].isdecimal() or int(options["drives"]) < 1:
+        raise ValueError(f"drives:={options['drives']}: must be a number of at least 1")
+    given = {"league": options["league"], "drives": int(options["drives"])}
+    if path.is_file():
+        about = json.loads(path.read_text(encoding="utf-8"))
+        for name, value in given.items():
+            if about[name] != value:
+                text = f"the round of this folder has {name}:={about[name]}, not {value}"
+                raise ValueError(f"{folder}: {text}; use a new folder for another round")
+        return about
+    secret = options["secret"] or secrets.token_hex(32)
+    file = os.open(folder / _SECRET, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
+    with open(file, "w", encoding="utf-8") as stream:
+        stream.write(secret)
+    digest = hashlib.sha256(secret.encode()).hexdigest()
+    about = {**given, "secret_sha256": digest, "opened": _now()}
+    _write(path, about)
+    return about
+
+
+def seeds_of_secret(secret: str, league: str, drives: int) -> list[str]:
+    """Return the seeds of a round."""
+    texts = (f"{secret}/{league}/{number}" for number in range(drives))
+    return [hashlib.sha256(text.encode()).hexdigest() for text in texts]
+
+
+def entries_of(folder: Path, with_baselines: bool) -> dict[str, str]:
+    """Return the file of each driver by its name; of one that is no Python, the reason.
+
+    Raises:
+        ValueError: a file's name cannot be that of a page
+    """
+    found = {name: baseline(name) for name in (BASELINES if with_baselines else ())}
+    for path in sorted(folder.glob("*.py")):
+        if not _NAME.fullmatch(path.stem) or path.stem in {*found, "index"}:
+            raise ValueError(
+                f"{path}: rename it to letters, digits, - and _, not a baseline's name"
+            )
+        try:
+            found[path.stem] = source_of(path)
+        except (ValueError, OSError) as error:
+            found[path.stem] = f"raise SystemExit({str(error)!r})"
+    return found
+
+
+def _key(about: Mapping[str, Any], source: str) -> str:
+    """Return a text that differs where the score may differ."""
+    parts = about["secret_sha256"], about["league"], about["drives"], code_version(), source
+    return hashlib.sha256(repr(parts).encode()).hexdigest()
+
+
+def _result(folder: Path, about: Mapping[str, Any], name: str, source: str) -> dict[str, Any]:
+    """Return the stored result of a driver; an empty one if it was not graded or has changed."""
+    with contextlib.suppress(OSError, ValueError):
+        found = json.loads((folder / _RESULTS / f"{name}.json").read_text(encoding="utf-8"))
+        if found["key"] == _key(about, source):
+            return found
+    return {}
+
+
+def _grade(
+    engine: DaskEngine, folder: Path, about: Mapping[str, Any], entries: Mapping[str, str]
+) -> None:
+    """Drive all entries; the result of each is on the disk as soon as it is complete."""
+    league, secret = about["league"], (folder / _SECRET).read_text(encoding="utf-8")
+    seeds = seeds_of_secret(secret, league, about["drives"])
+    rows: dict[str, dict[str, Any]] = {name: {} for name in entries}
+    progress = SweepProgress(sys.stdout, len(entries) * len(seeds), 0, "championship")
+
+    def tasks() -> Iterator[tuple[str, tuple]]:
+        for name, source in entries.items():
+            for part in parts_of(seeds):
+                yield f"{name} {part[0]}", (source, league, part, True, {})
+
+    for outcome in engine.outcomes(drive_seeds, tasks()):
+        if outcome.error:
+            raise ValueError(f"{outcome.key.split()[0]}: {outcome.error}")
+        name = outcome.key.split()[0]
+        for row in outcome.result:
+            progress.add(bool(row["problem"]))
+            rows[name][row["seed"]] = row
+        if len(rows[name]) == len(seeds):
+            found = [rows[name][seed] for seed in seeds]
+            result = {"name": name, "league": league, "finished": _now(), **summary(found)}
+            (folder / _RESULTS).mkdir(exist_ok=True)
+            key = _key(about, entries[name])
+            _write(folder / _RESULTS / f"{name}.json", {**result, "key": key, "rows": found})
+    progress.close()
+
+
+def _worker_problem(version: str) -> str:
+    """Return why this process cannot drive, or ""."""
+    try:
+        with DriverServer(""):
+            return worker_problem(version, [])
+    except SandboxError as error:
+        return str(error)
+
+
+def _write_site(
+    folder: Path, about: Mapping[str, Any], results: Mapping[str, dict]
+) -> list[dict[str, Any]]:
+    """Write the site, and return the results, the best one first."""
+    site, table = folder / _SITE, sorted(results.values(), key=lambda one: -one["score"])
+    site.mkdir(exist_ok=True)
+    _write(site / _ROUND, about)
+    secret = about.get("secret", "")
+    seeds = seeds_of_secret(secret, about["league"], about["drives"]) if secret else []
+    number_of = {row["seed"]: at for one in table[:1] for at, row in enumerate(one["rows"], 1)}
+    for rank, one in enumerate(table, 1):
+        name, worst, shown = one["name"], min(one["rows"], key=lambda row: row["score"]), ""
+        path = folder / f"{name}.py"
+        source = path.read_text("utf-8", "replace") if path.exists() else baseline(name)
+        if secret:
+            _write(site / f"{name}.json", one)
+            with DriverServer(source, streets=streets_of(about["league"])) as server:
+                shown = page_of(server, about["league"], worst["seed"], worst["late"])
+        # A drive is known by its number: the seeds are public after the reveal only.
+        rows = [{**row, "seed": number_of[row["seed"]]} for row in one["rows"]]
+        worst = {**worst, "seed": number_of[worst["seed"]]}
+        values: dict[str, Any] = {
+            "rank": rank,
+            "count": len(table),
+            "about": about,
+            "source": source,
+        }
+        values.update(result=one, rows=rows, worst=worst, shown=shown)
+        write_page(site / f"{name}.html", "championship_entry.html.jinja", **values)
+    for name, template in _PAGES.items():
+        template = f"championship_{template}.jinja"
+        write_page(site / name, template, about=about, table=table, seeds=seeds)
+    return table
+
+
+def _write(path: Path, content: Mapping[str, Any]) -> None:
+    part = path.with_suffix(".part")
+    part.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    os.replace(part, path)
+
+
+def _now() -> str:
+    return datetime.datetime.now(datetime.timezone.utc).isoformat(timespec="seconds")
