@@ -59,7 +59,6 @@ class Controller:
         own_mps2 = getattr(self.steering, "acceleration_mps2", None)
         if own_mps2 is not None:
             acceleration = self.speed_control.acceleration_mps2 = own_mps2
-        # ------------------------------------------------------------------------
         # TODO 2.9: pedals for this acceleration, steer for this angle (until then: return None)
         throttle, brake = self.pedal_map.pedals(acceleration)
         self.steer, _ = self.steering_map.command(wheel_angle, speed)
