@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 import rospkg
+from distributed import LocalCluster
 
 from sdc_experiments.closed_loop import drive
 from sdc_experiments.scenarios import NAIVE, OWN, main, picture_of, row_of, run, summary
@@ -47,6 +48,38 @@ def test_types_are_driven_scored_and_shown_equally_each_time(tmp_path, capsys):
             "&#39;", "&#x27;"
         )
     assert text.count("<iframe") == 2 and text.count("slider-data") >= 2
+
+
+@needs_maps
+@pytest.mark.slow(15)
+def test_cluster_drives_the_same_as_this_machine(tmp_path):
+    def traces(name, *options):
+        page = tmp_path / f"{name}.html"
+        run(["ParkedObstacle", "seeds:=7-7", "naive:=0", f"report:={page}", *options])
+        return [
+            one["trace_sha256"] for one in json.loads(page.with_suffix(".json").read_text())["rows"]
+        ]
+
+    size = {"n_workers": 1, "threads_per_worker": 1, "dashboard_address": None}
+    with LocalCluster(**size, local_directory=str(tmp_path)) as cluster:
+        found = traces("cluster", "--scheduler", cluster.scheduler_address)
+        assert len(found) == 1 and cluster.scheduler.transition_log, "the cluster had the tasks"
+    assert found == traces("here")
+
+
+@needs_maps
+@pytest.mark.slow(30)
+def test_nodes_of_a_stack_are_driven_and_scored(tmp_path, capsys):
+    stack = Path(rospkg.RosPack().get_path("sdc_package")) / "launch" / "stack.launch"
+    name, page = "VanillaSignalizedTurnEncounterRedLight", tmp_path / "page.html"
+    assert run([name, "seeds:=1", "naive:=0", f"stack:={stack}", f"report:={page}"]) == 0
+    assert capsys.readouterr().out.splitlines()[-1].startswith("scenarios: 1 drives of 1 types")
+    (row,) = json.loads(page.with_suffix(".json").read_text())["rows"]
+    assert row["driver"] == str(stack) and row["status"] == "completed"
+    assert "red_light" not in row["infractions"] and row["route_completion_percent"] == 100.0
+    report = json.loads((tmp_path / f"{name}_1.json").read_text())
+    assert report["missed_ticks"] == 0 and report["ticks"] > 200
+    assert page.read_text(encoding="utf-8").count("<iframe") == 1
 
 
 def row(name, seed, driver, success):

@@ -162,8 +162,10 @@ def test_sigterm_ends_all_processes(environment, tmp_path):
         ("sinc:=true", "unknown argument 'sinc'"),
         (
             "perception:=lights",
-            "lights is unknown; use perception:=lane, perception:=all or perception:=imitation",
+            "lights is unknown; use perception:=lane, perception:=all, perception:=objects or "
+            "perception:=imitation",
         ),
+        ("perception:=objects", "perception:=objects needs a map, such as map:=town"),
         pytest.param(
             "perception:=imitation",
             "network must be an absolute path, got ''",

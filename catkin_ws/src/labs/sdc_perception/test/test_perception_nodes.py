@@ -60,6 +60,19 @@ def test_only_nodes_of_the_lab_and_the_controller_are_started(rospkg_path, perce
     assert sorted(done.stdout.split()) == sorted(f"/{name}" for name in [*both, *own])
 
 
+@pytest.mark.slow(3)
+def test_objects_in_the_picture_are_those_of_the_planner_on_a_map(rospkg_path):
+    launch = str(rospkg_path("sdc_package", "launch", "all.launch"))
+    options = ["map:=town", "goal:=[]", "perception:=objects", "headless:=true"]
+    command = ["roslaunch", "--nodes", launch, *options]
+    nodes = subprocess.run(command, capture_output=True, text=True, check=True).stdout.split()
+    assert {"/obstacle_detector", "/global_planner", "/local_planner"} <= {*nodes}
+    assert not {"/lane_detector", "/traffic_light_detector", "/dead_reckoning"} & {*nodes}
+    command = ["roslaunch", "--args=/local_planner", launch, *options]
+    line = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    assert "/carla/ego_vehicle/obstacles:=/perception/obstacles" in line
+
+
 def test_readme_lists_topics_and_parameters(rospkg_path):
     readme = rospkg_path("sdc_perception", "README.md").read_text(encoding="utf-8")
     for topic in ALLOWED:

@@ -59,7 +59,8 @@ class PlannerInputs:
         with self.lock:
             with refusing("/carla/ego_vehicle/obstacles"):
                 self.obstacles = detected_obstacles(message)
-            self.traffic_lights.set_states(message.traffic_lights, stamped=True)
+            if message.traffic_lights or self.traffic_lights.stamped:
+                self.traffic_lights.set_states(message.traffic_lights, stamped=True)
             self._obstacles_stamp = message.header.stamp
             self._answer_if_complete()
 
