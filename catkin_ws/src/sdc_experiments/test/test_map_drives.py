@@ -2,6 +2,8 @@
 
 import os
 import sys
+from itertools import islice
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,11 +11,12 @@ import rospkg
 
 from sdc_experiments.closed_loop import car_with, drive_result
 from sdc_experiments.configuration import node_parameters
-from sdc_experiments.map_drives import main
+from sdc_experiments.map_drives import had_emergency, main, seeds_of
+from sdc_experiments.slow_traffic import seconds_behind
 from sdc_package.car import MissionDriver
 from sdc_package.global_planner import GlobalPlanner
 from sdc_package.local_planner import PlannerSettings
-from sdc_sim.road.lane_graph import NoRouteError
+from sdc_sim.road.lane_graph import LaneGraph, NoRouteError
 from sdc_sim.road.network_file import load_network
 from sdc_sim.runner import isolated_drive, prepare
 from sdc_sim.scenario.drive_setup import drive_setup
@@ -172,4 +175,35 @@ def test_command_drives_between_random_places(path, monkeypatch, capsys):
     if has_libsumo:
         monkeypatch.setattr("sys.argv", ["map_drives", path, "2", "10"])
         main()
-        assert "2 completed" in capsys.readouterr().out
+        printed = capsys.readouterr().out
+        assert "2 completed" in printed and "drives without an emergency, " in printed
+
+
+def test_seeds_are_those_of_routes_about_as_long_as_wanted(path):
+    graph = LaneGraph(load_network(path))
+    seeds = list(islice(seeds_of(graph, 250), 3))
+    assert seeds[2] > 2 and list(islice(seeds_of(graph, 0), 3)) == [0, 1, 2]
+    for seed in seeds:
+        points_m = first_mission(graph, None, (), seed)[0].points_m
+        assert np.hypot(*np.diff(points_m, axis=0).T).sum() == pytest.approx(250.0, rel=0.2)
+
+
+@pytest.mark.parametrize(("planned_mps", "expected"), [(7.1, False), (6.9, True)])
+def test_emergency_is_a_plan_far_below_the_speed(planned_mps, expected):
+    rows = np.array([[t, 0.0, 0.0, 0.0, 10.0] for t in (0.0, 1.0, 2.0)])
+    planned = [(0.0, 10.0, 0.0), (5.0, planned_mps, 1.0), (9.0, 10.0, 2.0)]
+    assert had_emergency(SimpleNamespace(planned=planned, rows=rows)) == expected
+
+
+@pytest.mark.parametrize(
+    ("left_m", "speed_mps", "expected_s"), [(0.0, 4.0, 1.5), (2.5, 4.0, 0.0), (0.0, 0.2, 0.0)]
+)
+def test_time_behind_a_slow_one_ends_when_the_car_is_past_it(left_m, speed_mps, expected_s):
+    car = SimpleNamespace(x_m=0.0, y_m=0.0, yaw_rad=0.0)
+    snapshots = []
+    for tick in range(8):
+        x = 20.0 if tick in (2, 3, 4) else -5.0
+        one = SimpleNamespace(id=7, x_m=x, y_m=left_m, yaw_rad=0.0, speed_mps=speed_mps)
+        stamp_ns = tick * 500_000_000
+        snapshots.append(SimpleNamespace(state=car, obstacles=[one], stamp_ns=stamp_ns))
+    assert seconds_behind(snapshots) == pytest.approx(expected_s)

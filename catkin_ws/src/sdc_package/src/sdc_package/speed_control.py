@@ -11,7 +11,8 @@ _STOP_WITHIN_M = 0.12
 # A car that is faster at a stop would pass it by more than the gap before a line.
 _TOO_FAST_MPS = 1.0
 _COASTING_MPS2 = 0.4
-_LATE_MPS = 3.0
+# A car that is faster than planned by more than this has seen something late.
+LATE_MPS = 3.0
 
 
 @dataclass(frozen=True)
@@ -78,7 +79,7 @@ class SpeedControl:
             # What a slow start has gathered must not push the car past a stop.
             self.pid.integral = min(self.pid.integral, 0.0)
         change = limits.jerk_mps3 * dt_s
-        is_late = target_mps < speed_mps - _LATE_MPS
+        is_late = target_mps < speed_mps - LATE_MPS
         harder = limits.emergency_jerk_mps3 * dt_s if is_late else change
         lower = max(-limits.braking_mps2, self.acceleration_mps2 - harder)
         upper = min(limits.acceleration_mps2, self.acceleration_mps2 + change)
