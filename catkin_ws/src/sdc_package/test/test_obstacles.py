@@ -19,8 +19,8 @@ def car(x=50.0, y=0.0, yaw=0.0, speed=0.0):
     return DetectedObstacle(x, y, yaw, 4.7, 2.0, speed)
 
 
-def caps(*obstacles, from_s=0.0, horizon=100.0):
-    return speed_caps(STRAIGHT, STRAIGHT.s, from_s, obstacles, MARGINS, BRAKING, horizon)
+def caps(*obstacles, from_s=0.0, horizon=100.0, **options):
+    return speed_caps(STRAIGHT, STRAIGHT.s, from_s, obstacles, MARGINS, BRAKING, horizon, **options)
 
 
 def test_car_stops_a_gap_behind_a_standing_car():
@@ -42,6 +42,13 @@ def test_car_ahead_is_followed_at_its_speed():
     speed = caps(car(speed=4.0))
     assert speed.min() == pytest.approx(4.0)
     assert speed[30] == pytest.approx(math.sqrt(16.0 + 2.0 * BRAKING * (STOP - 30.0)))
+
+
+def test_car_that_is_closer_than_its_time_gap_falls_back():
+    far, near = (caps(car(speed=4.0), from_s=s, time_gap_s=1.5).min() for s in (STOP - 6.0, STOP))
+    assert (far, near) == (pytest.approx(4.0), pytest.approx(4.0 - 1.5 * 4.0 / 2.0))
+    standing = caps(car(), time_gap_s=1.5)
+    np.testing.assert_array_equal(standing, caps(car()))
 
 
 def test_car_stops_for_an_oncoming_car_on_its_lane():

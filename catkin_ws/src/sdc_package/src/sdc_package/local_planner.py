@@ -24,6 +24,8 @@ _WINDOW_BACK_M = 3.0
 _WINDOW_AHEAD_M = 8.0
 # The car brakes while its planner is started again, so that it moves less than this.
 _RESUME_WITHIN_M = 60.0
+# Additional time to a car that is followed on a road; on streets their rules decide about it [s].
+_TIME_GAP_S = 1.0
 # Below this share of the planned speed, the car's acceleration limits its speed.
 _REACHED = 0.9
 
@@ -200,6 +202,7 @@ class LocalPlanner:
             self.settings.limits.braking_mps2,
             self._horizon_m,
             streets.offset_at if streets else None,
+            0.0 if streets else _TIME_GAP_S,
         )
         return self._capped(rows, caps, "obstacle")
 

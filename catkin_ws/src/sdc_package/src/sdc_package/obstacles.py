@@ -18,6 +18,8 @@ from sdc_common.validation import check_non_negative
 _PREDICTION_TIMES_S = (0.0, 0.5, 1.0, 1.5, 2.0)
 # An obstacle that moves along the route more slowly than this is treated as standing.
 _MIN_FOLLOW_SPEED_MPS = 0.5
+# Time in which the car falls back to its time gap where it is closer [s].
+_FALL_BACK_S = 2.0
 
 
 @dataclass(frozen=True)
@@ -42,6 +44,7 @@ def speed_caps(
     braking_mps2: float,
     horizon_m: float,
     offset_at: Callable[[float], float] | None = None,
+    time_gap_s: float = 0.0,
 ) -> np.ndarray:
     """Return the maximum speeds with which the car stays behind every obstacle on its lane.
 
@@ -59,6 +62,7 @@ def speed_caps(
         horizon_m: length of the route ahead of the car that is searched for obstacles [m]
         offset_at: how far the way of the car is from the route at an arc length, positive to the
             left; None: it is the route [m]
+        time_gap_s: additional time to a car that is followed, in which this one begins to brake [s]
 
     Returns:
         (n,) speeds, infinite where no obstacle limits them [m/s]
@@ -78,6 +82,9 @@ def speed_caps(
             stop_s_m = rear_s_m - margins.gap_m - margins.car_front_m
             if along_mps == 0.0:
                 stop_s_m = route.last_point_s(stop_s_m)
+            elif time_gap_s:
+                stop_s_m -= along_mps * time_gap_s
+                along_mps = max(along_mps + min(stop_s_m - from_s_m, 0.0) / _FALL_BACK_S, 0.0)
             room_m = np.maximum(stop_s_m - s_m, 0.0)
             np.minimum(square, along_mps**2 + 2.0 * braking_mps2 * room_m, out=square)
             break
