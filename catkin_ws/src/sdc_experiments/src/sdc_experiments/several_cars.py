@@ -5,7 +5,7 @@ The drives and their reports are those of ./drive cars:=3 in lockstep, bit for b
 
 from __future__ import annotations
 
-from typing import Any, Callable, Mapping, Sequence
+from typing import Any, Callable, Mapping
 
 from sdc_experiments.closed_loop import car_with, evaluation_rules
 from sdc_experiments.configuration import node_parameters
@@ -26,7 +26,6 @@ def drive_cars(
     cars: int = 2,
     route: RouteSource | None = None,
     drivers: Mapping[str, Driver] | None = None,
-    starts: Sequence[Mapping[str, float]] = (),
     sim_options: Mapping[str, Any] | None = None,
     planner_options: Mapping[str, Any] | None = None,
     referee_options: Mapping[str, Any] | None = None,
@@ -40,7 +39,6 @@ def drive_cars(
         cars: number of cars, up to 8
         route: as that of `drive_result`
         drivers: what drives a car, by its name; others have planner and controller of sdc_package
-        starts: start of each car, parameters of `start` in config/sim.yaml; empty for `next_car`
         sim_options: parameters that replace those of sdc_sim/config/sim.yaml
         planner_options: the same for sdc_package/config/local_planner.yaml
         referee_options: the same for sdc_sim/config/referee.yaml
@@ -53,7 +51,7 @@ def drive_cars(
     setup = drive_setup(scenario, route, {**(sim_options or {}), "cars": cars})
     limits = overridden(node_parameters("local_planner"), planner_options or {}, "planner_options")
     rules = evaluation_rules(limits, referee_options or {})
-    world = setup.world(starts)
+    world = setup.world()
     given = drivers or {}
     drivers = {name: given.get(name) or _own_car(setup, world, limits) for name in world.cars}
     recorders = {

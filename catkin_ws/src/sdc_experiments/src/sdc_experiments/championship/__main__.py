@@ -24,6 +24,10 @@ COMMANDS = {
         "FOLDER [league:=control] [drives:=200] [baselines:=false] [reveal:=false] "
         "[secret:=HEX] [--scheduler tcp://HOST:PORT]",
     ),
+    "race": (
+        "race:run",
+        "A.py B.py [C.py ...] [seed:=1] [replay:=FILE.json] [sandbox:=false] [report:=report/race]",
+    ),
     "baselines": ("attempt:drive_baselines", "[league:=control] [drives:=200] [NAME ...]"),
 }
 

@@ -65,7 +65,7 @@ class TimedDriver:
     """A driver process whose answers act when its core has computed them, as the car's software.
 
     Args:
-        process: the driver
+        process: the driver, None if it has not started
         tick_ns: duration of a tick [ns]
         late: the record of an earlier drive, which is repeated
 
@@ -74,7 +74,7 @@ class TimedDriver:
         problem: why the driver has ended, "" while it drives
     """
 
-    def __init__(self, process: DriverProcess, tick_ns: int, late: list | None = None):
+    def __init__(self, process: DriverProcess | None, tick_ns: int, late: list | None = None):
         self.path: Path | None = None
         self.reason = self.problem = ""
         self.spent_ms: list[float] = []
@@ -87,7 +87,7 @@ class TimedDriver:
         """Return the command that acts in this tick."""
         tick, self._tick = self._tick, self._tick + 1
         self._first_ns = self._first_ns or observation.stamp_ns
-        if tick == self._following and not self.problem:
+        if self._process and tick == self._following and not self.problem:
             stamp_ns = observation.stamp_ns - self._first_ns + self._tick_ns
             try:
                 command = self._process.step(replace(observation, stamp_ns=stamp_ns))

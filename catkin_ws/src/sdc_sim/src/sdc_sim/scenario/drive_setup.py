@@ -55,16 +55,13 @@ class DriveSetup:
         vehicle = CompiledVehicle if compiled else Vehicle
         return build_simulation(self._values(), self.route, self.waypoints_m, vehicle)
 
-    def world(self, starts: Sequence[Mapping[str, float]] = ()) -> SharedWorld:
+    def world(self) -> SharedWorld:
         """Return the world of several cars at its start, as the sim node builds it.
-
-        Args:
-            starts: start of each car, in place of the parameters `start` and `next_car`
 
         Raises:
             ValueError: a parameter is not valid or is for one car alone; the message names it
         """
-        return build_world(self._values(), self.route, self.waypoints_m, starts=starts)
+        return build_world(self._values(), self.route, self.waypoints_m)
 
     def _values(self) -> dict[str, Any]:
         return {

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any, Mapping, Sequence
+from typing import Any, Mapping
 
 import numpy as np
 
 from sdc_common.geometry.route import Route
-from sdc_sim.physics.vehicle import Vehicle
 from sdc_sim.scenario.configuration import build_simulation
 from sdc_sim.simulation.shared_world import SharedWorld
 from sdc_sim.yaml_document import DocumentError
@@ -29,8 +28,6 @@ def build_world(
     values: Mapping[str, Any],
     route: Route,
     waypoints_m: np.ndarray,
-    vehicle_class: type[Vehicle] = Vehicle,
-    starts: Sequence[Mapping[str, float]] = (),
 ) -> SharedWorld:
     """Return a world of several cars at its start.
 
@@ -40,8 +37,6 @@ def build_world(
         values: as those of `build_simulation`, with `cars` and `next_car`
         route: the road, at whose end cars arrive
         waypoints_m: as that of `build_simulation`
-        vehicle_class: the same
-        starts: start of each car, in place of `start` and `next_car`
 
     Raises:
         DocumentError: a file is not valid, or a parameter is for one car alone
@@ -54,9 +49,8 @@ def build_world(
     cars, step = {}, values["next_car"]
     for number, name in enumerate(names_of_cars(values["cars"], values["role_name"])):
         start = {key: at + number * step.get(key, 0.0) for key, at in values["start"].items()}
-        own = {**values, "start": starts[number] if starts else start}
-        own["seed"] = values["seed"] + number
-        cars[name] = build_simulation(own, route, waypoints_m, vehicle_class)
+        own = {**values, "start": start, "seed": values["seed"] + number}
+        cars[name] = build_simulation(own, route, waypoints_m)
         if any(len(one.plan.points_m) > 1 for one in cars[name].obstacles.all):
             fix = "an obstacle that moves reacts to one car; let it stand still"
             raise DocumentError(f"obstacles: not with cars:={values['cars']}: {fix}")

@@ -7,10 +7,12 @@ met exchange momentum, and each car observes where the others are.
 from __future__ import annotations
 
 import math
+from functools import partial
 from itertools import combinations
-from typing import AbstractSet, Any, Callable, Mapping, NamedTuple
+from types import SimpleNamespace
+from typing import Any, Callable, Mapping
 
-from sdc_sim.physics.collision import Contact, Rectangle, first_contact, overlap
+from sdc_sim.physics.collision import Contact, first_contact, overlap
 from sdc_sim.physics.obstacles import KINDS, CollisionEvent, ObstacleState
 from sdc_sim.physics.vehicle import VehicleState
 from sdc_sim.simulation.command_mux import AnyCommand
@@ -21,22 +23,6 @@ from sdc_sim.simulation.snapshot import Snapshot
 MOST_CARS = 8
 # A car that is at rest this close to the end of the way has arrived.
 _ARRIVED_M, _AT_REST_MPS = 2.0, 0.05
-
-
-class _Others(NamedTuple):
-    """What a simulation sees as its traffic: the other cars, which the world moves."""
-
-    states: Callable[[], list[ObstacleState]]
-
-    def reset(self, _ego: Rectangle) -> list[ObstacleState]:
-        """Return the other cars."""
-        return self.states()
-
-    def advance(
-        self, _ego: Rectangle, _speed_mps: float, _braking: bool, _blocked: AbstractSet[int]
-    ) -> list[ObstacleState]:
-        """Return no car: while all of them move, SharedWorld finds those that meet."""
-        return []
 
 
 class SharedWorld:
@@ -62,7 +48,9 @@ class SharedWorld:
         self._end_m = end_m
         self._ids = {name: number for number, name in enumerate(self.cars, 1)}
         for name, car in self.cars.items():
-            car.traffic = _Others(lambda name=name: self._others(name))  # type: ignore[misc]
+            # While they move there is none: `_meet` finds those that meet.
+            start = partial(lambda name, _ego: self._others(name), name)
+            car.traffic = SimpleNamespace(reset=start, advance=lambda *_: [])
         self.reset()
         for one, other in combinations(self.cars, 2):
             if overlap(self.cars[one].outline, self.cars[other].outline):
@@ -129,7 +117,7 @@ class SharedWorld:
     ) -> None:
         """Let cars that met stop at their contact; a car meets one other in a tick, the first."""
         # Their places, which do not depend on the order of the cars, decide about equal contacts.
-        names = sorted(self.on_road, key=lambda name: _place(before[name]))
+        names = sorted(self.on_road, key=lambda name: (before[name].x_m, before[name].y_m))
         ways = {name: self.cars[name].motion_since(before[name]) for name in names}
         contacts: list[tuple[float, int, str, str, Contact]] = []
         for one, other in combinations(names, 2):
@@ -153,10 +141,6 @@ class SharedWorld:
         speeds = [car.speed_along(contact.normal_x, contact.normal_y) for car in cars]
         masses = [car.vehicle.parameters.mass_kg for car in cars]
         return max(0.0, speeds[1] - speeds[0]) * masses[0] * masses[1] / sum(masses)
-
-
-def _place(state: VehicleState) -> tuple[float, float]:
-    return state.x_m, state.y_m
 
 
 def race(

@@ -311,13 +311,7 @@ class Simulation:
         return state.speed_mps * along + state.lateral_speed_mps * across
 
     def push(self, before: VehicleState, contact: Contact, change_mps: float) -> None:
-        """Move the vehicle back to a contact, and change its speed along the normal.
-
-        Args:
-            before: state at the start of the tick
-            contact: where on the way of the tick
-            change_mps: positive away from the other body [m/s]
-        """
+        """Move the vehicle back to a contact since `before`; change its speed along the normal."""
         after = self.vehicle.state
         x, y, yaw = _interpolated(before, after, contact.share)
         along, across = _in_body(after.yaw_rad, contact.normal_x, contact.normal_y)

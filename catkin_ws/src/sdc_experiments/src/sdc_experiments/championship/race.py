@@ -1,0 +1,137 @@
+"""./championship race: up to eight drivers in one world; docs/several_cars.md describes it."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Mapping, Sequence
+
+import numpy as np
+
+from sdc_experiments.championship.attempt import write_page
+from sdc_experiments.championship.command import options_of, source_of
+from sdc_experiments.championship.drive import TimedDriver, TrueRecorder
+from sdc_experiments.championship.driver_process import DriverError, DriverServer
+from sdc_experiments.championship.league import draw, generator
+from sdc_experiments.championship.mission import DriverMission
+from sdc_experiments.closed_loop import evaluation_rules
+from sdc_experiments.configuration import node_parameters
+from sdc_sim.evaluation.route_progress import COMPLETED
+from sdc_sim.road.random_routes import long_route
+from sdc_sim.scenario.drive_setup import drive_setup
+from sdc_sim.scenario.packaged import overridden
+from sdc_sim.simulation import shared_world
+
+OPTIONS = {"seed": "1", "replay": "", "sandbox": "true", "report": "report/race"}
+_ROUTE = {"length_m": 600.0, "least_radius_m": 12.0}
+_SHOWN_TICKS = 2  # of so many ticks, the page shows one
+
+
+def drive_race(
+    servers: Mapping[str, DriverServer], seed: str, late: Mapping[str, list] | None = None
+) -> tuple[list[dict[str, Any]], np.ndarray]:
+    """Let drivers race, and return their rows in the order of the result, and the route.
+
+    Args:
+        servers: start the drivers, by their names, whose order has no influence
+        seed: draws road, conditions and places at the start
+        late: the records of an earlier race by driver, which are repeated
+    """
+    one = draw("driving", seed)
+    grid = generator("race", seed, "grid").permutation(sorted(servers)).tolist()
+    route_m = long_route(generator("race", seed, "route"), **_ROUTE)
+    setup = drive_setup("", route_m, {**one.sim, "cars": len(grid)})
+    world = setup.world()
+    limits = overridden(node_parameters("local_planner"), one.planner, "planner")
+    rules, tick_ns = evaluation_rules(limits), round(1e9 * world.tick_s)
+    drivers, recorders, rows = {}, {}, {}
+    with contextlib.ExitStack() as processes:
+        for place, (car, name) in enumerate(zip(world.cars, grid)):
+            first = replace(world.cars[car].observation, stamp_ns=tick_ns)
+            process, problem = None, ""
+            try:
+                process = servers[name].start(
+                    DriverMission(one.league, setup.waypoints_m, first, limits)
+                )
+                processes.callback(process.close)
+            except DriverError as error:
+                problem = f"it did not start: {error}"
+            drivers[car] = TimedDriver(process, tick_ns, late[name] if late else None)
+            drivers[car].problem = problem
+            recorders[car] = TrueRecorder(rules, setup.waypoints_m, world.cars[car])
+            rows[car] = {"driver": name, "car": car, "start_place": len(grid) - place, "track": []}
+
+        def observe(snapshots: Mapping[str, Any]) -> None:
+            if world.tick % _SHOWN_TICKS:
+                return
+            for car in snapshots:
+                state = world.cars[car].vehicle.state
+                place = state.x_m, state.y_m, state.yaw_rad, state.speed_mps
+                rows[car]["track"].append([round(value, 2) for value in place])
+
+        shared_world.race(world, drivers, recorders, observe=observe)
+    for car, row in rows.items():
+        result = recorders[car].result()
+        metrics = result.metrics
+        row["status"] = "driver ended" if drivers[car].problem else metrics["status"]
+        row["duration_s"], row["way_m"] = metrics["duration_s"], result.progress.progress_m
+        row["infractions"] = [key for key, count in metrics["infractions"].items() if count]
+        row["problem"], row["late"] = drivers[car].problem, drivers[car].lateness.record
+        trace = np.ascontiguousarray(result.rows, dtype="<f8").tobytes()
+        row["trace_sha256"] = hashlib.sha256(trace).hexdigest()
+    return sorted(rows.values(), key=_rank), setup.route.points
+
+
+def _rank(row: Mapping[str, Any]) -> tuple:
+    arrived = row["status"] == COMPLETED
+    return not arrived, row["duration_s"] if arrived else -row["way_m"], row["driver"]
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Let drivers race, print the result and write the page; see OPTIONS."""
+    options, words = options_of(arguments, OPTIONS)
+    paths = [Path(word) for word in words]
+    if not 2 <= len(paths) <= shared_world.MOST_CARS or {one.suffix for one in paths} != {".py"}:
+        raise ValueError("race: name two to eight drivers, such as ./championship race A.py B.py")
+    names = [
+        f"{path.stem}-{at}" if path.stem in {one.stem for one in paths[:at]} else path.stem
+        for at, path in enumerate(paths)
+    ]
+    late = None
+    if options["replay"]:
+        earlier = json.loads(Path(options["replay"]).read_text(encoding="utf-8"))
+        options["seed"] = earlier["seed"]
+        late = {row["driver"]: row["late"] for row in earlier["rows"]}
+        if set(late) != set(names):
+            raise ValueError(
+                f"replay: the drivers must be those of {options['replay']}: {', '.join(late)}"
+            )
+    with contextlib.ExitStack() as stack:
+        servers = {
+            name: stack.enter_context(DriverServer(source_of(path), options["sandbox"] != "false"))
+            for name, path in zip(names, paths)
+        }
+        rows, route_m = drive_race(servers, options["seed"], late)
+    page = Path(options["report"]).with_suffix(".html")
+    page.parent.mkdir(parents=True, exist_ok=True)
+    kept = [{key: row[key] for key in row if key != "track"} for row in rows]
+    text = json.dumps({"seed": options["seed"], "rows": kept}, indent=1)
+    page.with_suffix(".json").write_text(text + "\n", encoding="utf-8")
+    data = {
+        "step_s": 0.05 * _SHOWN_TICKS,
+        "route": route_m[::2].round(2).tolist(),
+        "tracks": [row["track"] for row in rows],
+    }
+    write_page(page, "race.html.jinja", rows=kept, seed=options["seed"], data=data)
+    for place, row in enumerate(rows, 1):
+        end = f"{row['status'].replace('_', ' ')} after {row['way_m']:.0f} m and "
+        end = f"{'' if row['status'] == COMPLETED else end}{row['duration_s']:.2f} s"
+        print(f"race: {place}. {row['driver']}: {end}, from place {row['start_place']}")
+        if row["problem"]:
+            print(f"race: {row['driver']}: {row['problem']}")
+    won = rows[0]["driver"] if rows[0]["status"] == COMPLETED else "no driver"
+    print(f"championship: race: {won} of {len(rows)} wins on seed {options['seed']}; see {page}")
+    return 1 if any(row["problem"] for row in rows) else 0
