@@ -147,17 +147,17 @@ def drive(
     try:
         process = server.start(mission)
     except DriverError as error:
-        return _row(one, recorder, f"it did not start: {error}", [], [], []), recorder.result()
+        return row_of(one, recorder, f"it did not start: {error}", [], [], []), recorder.result()
     car = TimedDriver(process, round(1e9 * world.tick_s), late)
     try:
         loop.drive(world, car, recorder, one.longest_s)
     finally:
         refused = process.close()
-    row = _row(one, recorder, car.problem, refused, car.lateness.record, car.spent_ms)
+    row = row_of(one, recorder, car.problem, refused, car.lateness.record, car.spent_ms)
     return row, recorder.result()
 
 
-def _row(
+def row_of(
     one: Draw,
     recorder: DriveRecorder,
     problem: str,

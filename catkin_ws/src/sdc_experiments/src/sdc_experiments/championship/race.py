@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -13,7 +12,7 @@ import numpy as np
 
 from sdc_experiments.championship.attempt import write_page
 from sdc_experiments.championship.command import options_of, source_of
-from sdc_experiments.championship.drive import TimedDriver, TrueRecorder
+from sdc_experiments.championship.drive import TimedDriver, TrueRecorder, row_of
 from sdc_experiments.championship.driver_process import DriverError, DriverServer
 from sdc_experiments.championship.league import draw, generator
 from sdc_experiments.championship.mission import DriverMission
@@ -47,42 +46,38 @@ def drive_race(
     world = setup.world()
     limits = overridden(node_parameters("local_planner"), one.planner, "planner")
     rules, tick_ns = evaluation_rules(limits), round(1e9 * world.tick_s)
-    drivers, recorders, rows = {}, {}, {}
-    with contextlib.ExitStack() as processes:
-        for place, (car, name) in enumerate(zip(world.cars, grid)):
-            first = replace(world.cars[car].observation, stamp_ns=tick_ns)
-            process, problem = None, ""
-            try:
-                process = servers[name].start(
-                    DriverMission(one.league, setup.waypoints_m, first, limits)
-                )
-                processes.callback(process.close)
-            except DriverError as error:
-                problem = f"it did not start: {error}"
-            drivers[car] = TimedDriver(process, tick_ns, late[name] if late else None)
-            drivers[car].problem = problem
-            recorders[car] = TrueRecorder(rules, setup.waypoints_m, world.cars[car])
-            rows[car] = {"driver": name, "car": car, "start_place": len(grid) - place, "track": []}
+    drivers, recorders, processes = {}, {}, {}
+    tracks: dict[str, list] = {car: [] for car in world.cars}
+    for car, name in zip(world.cars, grid):
+        first = replace(world.cars[car].observation, stamp_ns=tick_ns)
+        mission, problem = DriverMission(one.league, setup.waypoints_m, first, limits), ""
+        try:
+            processes[car] = servers[name].start(mission)
+        except DriverError as error:
+            problem = f"it did not start: {error}"
+        drivers[car] = TimedDriver(processes.get(car), tick_ns, late[name] if late else None)
+        drivers[car].problem = problem
+        recorders[car] = TrueRecorder(rules, setup.waypoints_m, world.cars[car])
 
-        def observe(snapshots: Mapping[str, Any]) -> None:
-            if world.tick % _SHOWN_TICKS:
-                return
-            for car in snapshots:
-                state = world.cars[car].vehicle.state
-                place = state.x_m, state.y_m, state.yaw_rad, state.speed_mps
-                rows[car]["track"].append([round(value, 2) for value in place])
+    def observe(snapshots: Mapping[str, Any]) -> None:
+        for car in () if world.tick % _SHOWN_TICKS else snapshots:
+            state = world.cars[car].vehicle.state
+            place = state.x_m, state.y_m, state.yaw_rad, state.speed_mps
+            tracks[car].append([round(value, 2) for value in place])
 
+    try:
         shared_world.race(world, drivers, recorders, observe=observe)
-    for car, row in rows.items():
-        result = recorders[car].result()
-        metrics = result.metrics
-        row["status"] = "driver ended" if drivers[car].problem else metrics["status"]
-        row["duration_s"], row["way_m"] = metrics["duration_s"], result.progress.progress_m
-        row["infractions"] = [key for key, count in metrics["infractions"].items() if count]
-        row["problem"], row["late"] = drivers[car].problem, drivers[car].lateness.record
-        trace = np.ascontiguousarray(result.rows, dtype="<f8").tobytes()
-        row["trace_sha256"] = hashlib.sha256(trace).hexdigest()
-    return sorted(rows.values(), key=_rank), setup.route.points
+    finally:
+        refused = {car: process.close() for car, process in processes.items()}
+    rows = []
+    for place, (car, name) in enumerate(zip(world.cars, grid)):
+        driver, progress = drivers[car], recorders[car].result().progress
+        ends = driver.problem, refused.get(car, []), driver.lateness.record, driver.spent_ms
+        row = {"driver": name, "car": car, "start_place": len(grid) - place, "track": tracks[car]}
+        row.update(row_of(one, recorders[car], *ends))
+        row.update(duration_s=progress.duration_s, way_m=progress.progress_m)
+        rows.append(row)
+    return sorted(rows, key=_rank), setup.route.points
 
 
 def _rank(row: Mapping[str, Any]) -> tuple:
@@ -130,8 +125,8 @@ def run(arguments: Sequence[str]) -> int:
         end = f"{row['status'].replace('_', ' ')} after {row['way_m']:.0f} m and "
         end = f"{'' if row['status'] == COMPLETED else end}{row['duration_s']:.2f} s"
         print(f"race: {place}. {row['driver']}: {end}, from place {row['start_place']}")
-        if row["problem"]:
-            print(f"race: {row['driver']}: {row['problem']}")
+        for text in filter(None, (row["problem"], *row["refused"])):
+            print(f"race: {row['driver']}: {text}")
     won = rows[0]["driver"] if rows[0]["status"] == COMPLETED else "no driver"
     print(f"championship: race: {won} of {len(rows)} wins on seed {options['seed']}; see {page}")
-    return 1 if any(row["problem"] for row in rows) else 0
+    return 1 if any(row["problem"] or row["refused"] for row in rows) else 0
