@@ -20,6 +20,7 @@ LAYERS = {
     "sdc_package": 3,
     "sdc_behaviour": 4,
     "sdc_localization": 4,
+    "sdc_mpc": 4,
     "sdc_perception": 4,
     "sdc_experiments": 5,
     "sdc_cockpit": 4,

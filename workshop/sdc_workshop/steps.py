@@ -14,7 +14,7 @@ import yaml
 
 FOLDER = Path(__file__).resolve().parents[1]
 # The labs and their packages. Their steps, hints and checks are in labs/NAME.
-LABS = {name: f"sdc_{name}" for name in ("localization", "perception", "behaviour")}
+LABS = {name: f"sdc_{name}" for name in ("localization", "perception", "behaviour", "mpc")}
 # The steps of the workshop itself.
 WORKSHOP = ""
 # So many steps are suggested for a wrong name.

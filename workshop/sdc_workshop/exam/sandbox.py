@@ -41,10 +41,13 @@ MAX_ADDRESS_SPACE = 6 << 30  # bytes, one process
 _CHECK_ADDRESS_SPACE = 3 << 30  # bytes, one process of the check
 MAX_FILE = 100 << 20  # bytes, one file
 MAX_CPU_S = 300  # one process
-_PROJECT_FOLDERS = ("catkin_ws", "world_ws", "workshop", "docker")
+_PROJECT_FOLDERS = ("catkin_ws", "world_ws", "workshop", "docker", ".mpc")
 # Of the project, a student's program sees the world, the configuration that students get, and the
 # programs that call its modules, but neither the solution nor the tables of the checks.
-_PARTS = (WORLD, SOLUTION / PACKAGE / "config", Path(__file__).with_name("probes"))
+_PARTS = (
+    *(WORLD, SOLUTION / PACKAGE / "config", Path(__file__).with_name("probes")),
+    PROJECT / ".mpc",  # the solver of the lab on MPC
+)
 # ROS gives a new folder the owner of the folder above, which only root may do. No program of the
 # student has a reason to kill the process that sleeps beside it.
 _START = f'mkdir -p "$HOME/ros/log"; ({" ".join(BYSTANDER)} >/dev/null 2>&1 &); exec "$@"'

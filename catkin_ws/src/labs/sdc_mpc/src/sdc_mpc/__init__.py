@@ -1,0 +1,1 @@
+"""The lab on model predictive control: what students write to plan the next second."""

@@ -1,0 +1,124 @@
+"""Drives on fast bends, in one process.
+
+python3 -m sdc_mpc.drives [SEED ...] [NAME ...] drives with what you have written; NAME is one of
+VARIANTS, the same driver with something else that it wants or knows.
+"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from sdc_mpc.driver import DELAY_TICKS, TICK_S, PredictiveDriver, Tuning
+from sdc_sim.physics.vehicle import Vehicle
+from sdc_sim.physics.vehicle_parameters import load_vehicle
+from sdc_sim.road.random_routes import long_route
+from sdc_sim.simulation.loop import drive
+from sdc_sim.simulation.simulation import Simulation
+from sdc_sim.simulation.snapshot import Snapshot
+from sdc_sim.yaml_document import config_path
+
+VARIANTS = {
+    "default": Tuning(),
+    "no-delay": Tuning(delay_ticks=0),
+    "short": Tuning(ticks=5),
+    "nervous": Tuning(change_weights=(0.01, 2.0)),
+    "lazy": Tuning(change_weights=(4000.0, 2.0)),
+    "only-speed": Tuning(weights=(0.001, 0.001, 0.3)),
+}
+_LENGTH_M, _LEAST_RADIUS_M = 600.0, 25.0
+_FASTEST_MPS, _LATERAL_MPS2, _BRAKING_MPS2 = 20.0, 3.0, 2.5
+_FINISH_M, _LOST_M, _LONGEST_S = 30.0, 5.0, 120.0
+
+
+@dataclass
+class DrivenBends:
+    """A drive on bends.
+
+    Attributes:
+        arrived: whether the car arrived, less than 5 m from the path all the time
+        rms_m: root mean square of the cross-track error
+        worst_m: greatest cross-track error
+        mean_mps: mean speed
+        rows: (T, 6) time [s], place [m], cross-track error [m], speed [m/s], wheel angle [rad],
+            acceleration [m/s^2]
+    """
+
+    arrived: bool = False
+    rms_m: float = np.inf
+    worst_m: float = np.inf
+    mean_mps: float = 0.0
+    rows: np.ndarray = field(default_factory=lambda: np.empty((0, 6)), repr=False)
+
+
+def planned_speeds(points_m: np.ndarray) -> np.ndarray:
+    """Return the speed at each point: slow enough in its bend, and braking gently before it."""
+    headings = np.unwrap(np.arctan2(*np.diff(points_m, axis=0).T[::-1]))
+    bends = np.abs(np.convolve(np.diff(headings), np.ones(3) / 3.0, "same"))
+    speeds = np.full(len(points_m), _FASTEST_MPS)
+    speeds[1:-1] = np.minimum(_FASTEST_MPS, np.sqrt(_LATERAL_MPS2 / np.maximum(bends, 1e-6)))
+    for i in range(len(speeds) - 2, -1, -1):
+        speeds[i] = min(speeds[i], np.sqrt(speeds[i + 1] ** 2 + 2.0 * _BRAKING_MPS2))
+    return speeds
+
+
+class _BendReferee:
+    """Measures the drive, and ends it."""
+
+    def __init__(self, driver: PredictiveDriver):
+        self._driver = driver
+        self._rows: list = []
+        self.result = DrivenBends()
+
+    def add(self, snapshot: Snapshot, command: Any, car: Any) -> bool:
+        """Add a tick; return whether the drive is over."""
+        driver, time_s = self._driver, TICK_S * len(self._rows)
+        speed = snapshot.state.speed_mps
+        self._rows.append((time_s, driver.place_m, driver.cross_track_m, speed, *driver.command))
+        arrived = driver.place_m > driver.line.s[-1] - _FINISH_M
+        lost = abs(driver.cross_track_m) > _LOST_M or time_s > _LONGEST_S
+        if arrived or lost:
+            rows = np.array(self._rows)
+            errors, result = rows[:, 2], self.result
+            result.rows, result.arrived = rows, not lost
+            result.rms_m, result.worst_m = np.sqrt(np.mean(errors**2)), np.abs(errors).max()
+            result.mean_mps = driver.place_m / time_s
+        return arrived or lost
+
+
+def drive_bends(seed: int, tuning: Tuning | None = None) -> DrivenBends:
+    """Drive a road of random bends, with commands that act 0.1 s late.
+
+    Args:
+        seed: of the road
+        tuning: what the driver wants and knows
+    """
+    points = long_route(seed, _LENGTH_M, _LEAST_RADIUS_M)
+    driver = PredictiveDriver(points, planned_speeds(points), tuning or Tuning())
+    vehicle = Vehicle(load_vehicle(config_path("vehicles/tesla_model3.yaml")))
+    start = (*points[0].tolist(), driver.line.headings[0])
+    world = Simulation(vehicle, TICK_S, 0.5, start=start, command_latency_s=DELAY_TICKS * TICK_S)
+    referee = _BendReferee(driver)
+    drive(world, driver, referee)  # type: ignore[arg-type]
+    return referee.result
+
+
+def main() -> None:
+    """Print a line for each drive."""
+    names = [one for one in sys.argv[1:] if one in VARIANTS] or ["default"]
+    seeds = [int(one) for one in sys.argv[1:] if one.isdecimal()] or [1, 2, 3]
+    for name in names:
+        for seed in seeds:
+            one = drive_bends(seed, VARIANTS[name])
+            errors = f"RMS {100 * one.rms_m:.1f} cm, worst {100 * one.worst_m:.1f} cm"
+            rate = np.sqrt(np.mean(np.diff(one.rows[:, 4]) ** 2)) / TICK_S
+            end = "arrived" if one.arrived else "lost the road"
+            line = f"{name} {seed}: {end}, {errors}, {one.mean_mps:.1f} m/s"
+            print(f"{line}, steering {rate:.2f} rad/s", flush=True)
+
+
+if __name__ == "__main__":
+    main()
