@@ -128,7 +128,8 @@ def entries_of(folder: Path, with_baselines: bool) -> dict[str, str]:
         try:
             found[path.stem] = source_of(path)
         except (ValueError, OSError) as error:
-            found[path.stem] = f"raise SystemExit({str(error)!r})"
+            text = str(error).replace(str(path), path.name)
+            found[path.stem] = f"raise SystemExit({text!r})"
     return found
 
 
