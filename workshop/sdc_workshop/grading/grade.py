@@ -7,7 +7,9 @@ import contextlib
 import json
 import os
 import secrets
+import shutil
 import signal
+import subprocess
 import sys
 import threading
 from concurrent.futures import ThreadPoolExecutor, as_completed
@@ -30,6 +32,7 @@ from sdc_workshop.grading.record import write_json, write_table
 from sdc_workshop.grading.rubric import PACKAGED, load_rubric
 from sdc_workshop.grading.summary import ranked, write_csv, write_pages
 from sdc_workshop.steps import LABS, WORKSHOP, load_steps
+from sdc_workshop.workspace import PROJECT
 
 _SETTINGS = "grading.json"
 _TYPES = {"Path": Path, "float": float, "int": int, "str": str}
@@ -104,6 +107,8 @@ def grade_class(options: argparse.Namespace, output: Path) -> list:
         for one in found:
             grades.append(one)
             print(line(one, total), flush=True)
+    if options.championship:
+        add_championship(grades, output, options.championship)
     rows = ranked(grades, rubric)
     pairs = copies({found.name: found.tokens for found in grades}, options.lab)
     write_csv(output / "grades.csv", rows, options.lab)
@@ -112,6 +117,23 @@ def grade_class(options: argparse.Namespace, output: Path) -> list:
     write_table(output / "copies.csv", Copy._fields, (pair._asdict() for pair in pairs))
     print(f"grade: {len(grades)} students, see {output / 'grades.html'} and grades.csv")
     return grades
+
+
+def add_championship(grades: list, output: Path, drives: int) -> None:
+    """Hold a round of the championship with the driver.py of each folder, and add the scores."""
+    folder = output / "championship"
+    folder.mkdir(exist_ok=True)
+    for found in grades:
+        if (Path(found.folder) / "driver.py").is_file():
+            shutil.copyfile(Path(found.folder) / "driver.py", folder / f"{found.name}.py")
+    command = [PROJECT / "championship", "round", folder, f"drives:={drives}", "reveal:=false"]
+    subprocess.run([*command, "baselines:=false"], check=False)
+    for found in grades:
+        with contextlib.suppress(FileNotFoundError):
+            path = folder / "results" / f"{found.name}.json"
+            result = json.loads(path.read_text(encoding="utf-8"))
+            found.championship = f"{result['score']:.1f}"
+            found.contained += result["problems"]
 
 
 def class_seed(output: Path, given: int | None) -> int:

@@ -58,6 +58,7 @@ class Grade:
     lab: str = WORKSHOP  # the lab, or WORKSHOP
     # The referee's report of the drive on the unknown route
     unknown: dict = field(default_factory=dict)
+    championship: str = ""  # score of its driver.py in the championship
     # IDs of the steps that `./workshop/check --solution` wrote
     solved: list = field(default_factory=list)
     # What the student has written, for the search for copies

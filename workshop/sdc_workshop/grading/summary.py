@@ -68,6 +68,7 @@ def cells(row: Row) -> dict:
         "driving_score": f"{found.score:.1f}" if found.report else "",
         "unknown_driving_score": f"{found.unknown_score:.1f}" if found.unknown else "",
         "unknown_status": found.unknown.get("status", ""),
+        "championship": found.championship,
         "note": found.note,
         "contained": "; ".join(found.contained),
     }

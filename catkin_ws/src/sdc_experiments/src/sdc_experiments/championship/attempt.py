@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import math
 import os
@@ -20,9 +21,10 @@ from sdc_experiments.championship.command import (
     source_of,
     summary,
 )
-from sdc_experiments.championship.drive import drive
+from sdc_experiments.championship.drive import drive, drive_seed
 from sdc_experiments.championship.driver_process import DriverServer
 from sdc_experiments.championship.league import LEAGUES, draw, streets_of
+from sdc_experiments.championship.stack import drive_stack
 from sdc_experiments.sweep.dask_engine import DaskEngine
 from sdc_experiments.sweep.statistics import estimate
 
@@ -84,36 +86,41 @@ def stored(league: str, seeds: Sequence[str]) -> dict[str, float]:
 def run(arguments: Sequence[str]) -> int:
     """Drive a driver on public seeds, print its score and write the page; see OPTIONS."""
     options, words = options_of(arguments, OPTIONS)
-    if len(words) != 1 or not words[0].endswith(".py"):
+    stack = options["stack"]
+    if len(words) != (0 if stack else 1):
         raise ValueError("try: name one driver, such as ./championship try my_driver.py")
-    path, seeds, league = Path(words[0]), seeds_of(options), options["league"]
-    source, sandboxed = source_of(path), options["sandbox"] != "false"
+    path, seeds, league = Path(stack or words[0]), seeds_of(options), options["league"]
+    source, sandboxed = "" if stack else source_of(path), options["sandbox"] != "false"
     late: Mapping[str, list] = {}
     if options["replay"]:
         earlier = json.loads(Path(options["replay"]).read_text(encoding="utf-8"))
         late = {row["seed"]: row["late"] for row in earlier["rows"]}
         seeds, league = list(late), earlier["league"]
-    with DaskEngine(options["scheduler"], len(os.sched_getaffinity(0))) as engine:
-        rows = drive_many(engine, source, league, seeds, sandboxed, late)
+    with contextlib.ExitStack() as opened:
+        if stack:
+            drivers: dict[str, Any] = {seed: drive_stack(stack, league, seed) for seed in seeds}
+            rows = [drive_seed(drivers[seed], league, seed) for seed in seeds]
+        else:
+            with DaskEngine(options["scheduler"], len(os.sched_getaffinity(0))) as engine:
+                rows = drive_many(engine, source, league, seeds, sandboxed, late)
+            server = opened.enter_context(DriverServer(source, sandboxed, streets_of(league)))
+            drivers = dict.fromkeys(seeds, server)
+        worst = min(rows, key=lambda row: row["score"])
+        shown = page_of(drivers[worst["seed"]], league, worst["seed"], worst["late"])
     result: dict[str, Any] = {"name": path.stem, "league": league, **summary(rows)}
     others = stored(league, seeds)
-    rank = 1 + sum(score > result["score"] for score in others.values())
+    table = sorted([*others.items(), (path.stem, result["score"])], key=lambda one: -one[1])
     folder = Path(options["report"])
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / path.name).write_text(source, encoding="utf-8")
-    record = folder / f"{path.stem}.json"
+    record, page = (folder / f"{path.stem}{ending}" for ending in (".json", ".html"))
     record.write_text(json.dumps({**result, "rows": rows}, indent=1) + "\n", encoding="utf-8")
-    worst = min(rows, key=lambda row: row["score"])
-    with DriverServer(source, sandboxed, streets_of(league)) as server:
-        shown = page_of(server, league, worst["seed"], worst["late"])
-    page = folder / f"{path.stem}.html"
-    table = sorted([*others.items(), (path.stem, result["score"])], key=lambda one: -one[1])
     write_page(page, result=result, rows=rows, table=table, worst=worst, shown=shown)
-    for line in lines(result):
-        print(line)
-    print(
-        f"championship: see {page}; the file to submit is {folder / path.name}, its record {record}"
-    )
+    submitted = ""
+    if source:
+        (folder / path.name).write_text(source, encoding="utf-8")
+        submitted = f"; the file to submit is {folder / path.name}"
+    print("\n".join([*lines(result), f"championship: see {page}, the record {record}{submitted}"]))
+    rank = 1 + sum(score > result["score"] for score in others.values())
     print(f"{last_line(result)}, rank {rank} of {len(others) + 1}")
     return 1 if result["problems"] else 0
 

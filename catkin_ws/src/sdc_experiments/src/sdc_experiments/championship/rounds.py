@@ -41,7 +41,7 @@ OPTIONS = {
 _ROUND, _SECRET, _RESULTS, _SITE = "round.json", "secret", "results", "site"
 _PAGES = {"index.html": "round.html", "feed.xml": "feed.xml"}
 # A name is a file name and part of an address.
-_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,60}")
+_NAME = re.compile(r"\w[\w-]{0,60}")
 
 
 def run(arguments: Sequence[str]) -> int:
@@ -60,12 +60,18 @@ def run(arguments: Sequence[str]) -> int:
         )
     print(f"championship: the secret of the seeds has the SHA-256 {about['secret_sha256']}")
     _write_site(folder, about, {})
+    secret = (folder / _SECRET).read_text(encoding="utf-8")
     with DaskEngine(options["scheduler"], len(os.sched_getaffinity(0))) as engine:
         if missing:
             engine.check(_worker_problem, code_version())
-        _grade(engine, folder, about, {name: entries[name] for name in missing})
+        (folder / _RESULTS).mkdir(exist_ok=True)
+        seeds = seeds_of_secret(secret, about["league"], about["drives"])
+        left = {name: entries[name] for name in missing}
+        for one in _graded(engine, left, about["league"], seeds):
+            key = {"finished": _now(), "key": _key(about, left[one["name"]])}
+            _write(folder / _RESULTS / f"{one['name']}.json", {**key, **one})
     if options["reveal"] == "true":
-        about["secret"] = (folder / _SECRET).read_text(encoding="utf-8")
+        about["secret"] = secret
         _write(folder / _ROUND, about)
     results = {name: _result(folder, about, name, source) for name, source in entries.items()}
     table = _write_site(folder, about, results)
@@ -148,33 +154,27 @@ def _result(folder: Path, about: Mapping[str, Any], name: str, source: str) -> d
     return {}
 
 
-def _grade(
-    engine: DaskEngine, folder: Path, about: Mapping[str, Any], entries: Mapping[str, str]
-) -> None:
-    """Drive all entries; the result of each is on the disk as soon as it is complete."""
-    league, secret = about["league"], (folder / _SECRET).read_text(encoding="utf-8")
-    seeds = seeds_of_secret(secret, league, about["drives"])
+def _graded(
+    engine: DaskEngine, entries: Mapping[str, str], league: str, seeds: Sequence[str]
+) -> Iterator[dict[str, Any]]:
+    """Drive all entries, and yield the result of each as soon as it is complete."""
     rows: dict[str, dict[str, Any]] = {name: {} for name in entries}
     progress = SweepProgress(sys.stdout, len(entries) * len(seeds), 0, "championship")
-
-    def tasks() -> Iterator[tuple[str, tuple]]:
-        for name, source in entries.items():
-            for part in parts_of(seeds):
-                yield f"{name} {part[0]}", (source, league, part, True, {})
-
-    for outcome in engine.outcomes(drive_seeds, tasks()):
-        if outcome.error:
-            raise ValueError(f"{outcome.key.split()[0]}: {outcome.error}")
+    tasks: Iterator[tuple[str, tuple]] = (
+        (f"{name} {part[0]}", (source, league, part, True, {}))
+        for name, source in entries.items()
+        for part in parts_of(seeds)
+    )
+    for outcome in engine.outcomes(drive_seeds, tasks):
         name = outcome.key.split()[0]
+        if outcome.error:
+            raise ValueError(f"{name}: {outcome.error}")
         for row in outcome.result:
             progress.add(bool(row["problem"]))
             rows[name][row["seed"]] = row
         if len(rows[name]) == len(seeds):
             found = [rows[name][seed] for seed in seeds]
-            result = {"name": name, "league": league, "finished": _now(), **summary(found)}
-            (folder / _RESULTS).mkdir(exist_ok=True)
-            key = _key(about, entries[name])
-            _write(folder / _RESULTS / f"{name}.json", {**result, "key": key, "rows": found})
+            yield {"name": name, "league": league, **summary(found), "rows": found}
     progress.close()
 
 
