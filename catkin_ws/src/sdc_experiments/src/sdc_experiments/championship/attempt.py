@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import json
 import math
-import os
 import tempfile
 from pathlib import Path
 from typing import Any, Mapping, Sequence
@@ -15,11 +14,13 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from sdc_experiments.championship.command import (
     BASELINES,
     baseline,
-    drive_many,
+    cores,
+    graded,
     options_of,
+    result_of,
     seeds_of,
     source_of,
-    summary,
+    worst_of,
 )
 from sdc_experiments.championship.drive import drive, drive_seed
 from sdc_experiments.championship.driver_process import DriverServer
@@ -72,15 +73,12 @@ def new(arguments: Sequence[str]) -> int:
 
 
 def stored(league: str, seeds: Sequence[str]) -> dict[str, float]:
-    """Return the mean score of each baseline, on the same seeds where all are public."""
-    table = json.loads(STORED.read_text(encoding="utf-8")).get(league, {})
-    known = {
-        one: [scores[seed] for seed in seeds if seed in scores] for one, scores in table.items()
-    }
-    return {
-        one: estimate(part if len(part) == len(seeds) else [*table[one].values()]).mean
-        for one, part in known.items()
-    }
+    """Return the mean score of each baseline, on the same seeds where all are stored."""
+    found = {}
+    for name, scores in json.loads(STORED.read_text(encoding="utf-8")).get(league, {}).items():
+        same = [scores[seed] for seed in seeds if seed in scores]
+        found[name] = estimate(same if len(same) == len(seeds) else [*scores.values()]).mean
+    return found
 
 
 def run(arguments: Sequence[str]) -> int:
@@ -100,21 +98,22 @@ def run(arguments: Sequence[str]) -> int:
         if stack:
             drivers: dict[str, Any] = {seed: drive_stack(stack, league, seed) for seed in seeds}
             rows = [drive_seed(drivers[seed], league, seed) for seed in seeds]
+            result = result_of(path.stem, league, rows)
         else:
-            with DaskEngine(options["scheduler"], len(os.sched_getaffinity(0))) as engine:
-                rows = drive_many(engine, source, league, seeds, sandboxed, late)
+            with DaskEngine(options["scheduler"], cores()) as engine:
+                entries = {path.stem: source}
+                result = [*graded(engine, entries, league, seeds, sandboxed, late)][0]
             server = opened.enter_context(DriverServer(source, sandboxed, streets_of(league)))
             drivers = dict.fromkeys(seeds, server)
-        worst = min(rows, key=lambda row: row["score"])
-        shown = page_of(drivers[worst["seed"]], league, worst["seed"], worst["late"])
-    result: dict[str, Any] = {"name": path.stem, "league": league, **summary(rows)}
+        worst = worst_of(result)
+        shown = page_of(drivers[worst["seed"]], league, worst)
     others = stored(league, seeds)
     table = sorted([*others.items(), (path.stem, result["score"])], key=lambda one: -one[1])
     folder = Path(options["report"])
     folder.mkdir(parents=True, exist_ok=True)
     record, page = (folder / f"{path.stem}{ending}" for ending in (".json", ".html"))
-    record.write_text(json.dumps({**result, "rows": rows}, indent=1) + "\n", encoding="utf-8")
-    write_page(page, result=result, rows=rows, table=table, worst=worst, shown=shown)
+    record.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    write_page(page, result=result, table=table, worst=worst, shown=shown)
     submitted = ""
     if source:
         (folder / path.name).write_text(source, encoding="utf-8")
@@ -145,11 +144,11 @@ def last_line(result: Mapping[str, Any]) -> str:
     return f"championship: {result['league']}: score {result['score']:.1f} of 100{interval}"
 
 
-def page_of(server: DriverServer, league: str, seed: str, late: list) -> str:
+def page_of(server: DriverServer, league: str, row: Mapping[str, Any]) -> str:
     """Repeat a drive, and return its page with plots and the slider."""
     from sdc_sim.report.html_page import write_html  # Matplotlib is slow to import
 
-    result = drive(server, draw(league, seed), late)[1]
+    result = drive(server, draw(league, row["seed"]), row["late"])[1]
     if len(result.rows) < 10:
         return ""
     with tempfile.TemporaryDirectory() as folder:
@@ -170,13 +169,12 @@ def drive_baselines(arguments: Sequence[str]) -> int:
     """Drive baselines on public seeds, and store their scores."""
     options, names = options_of(arguments, {"league": "control", "drives": "200", "scheduler": ""})
     league, seeds = options["league"], seeds_of(options)
-    found = json.loads(STORED.read_text(encoding="utf-8")) if STORED.exists() else {}
-    with DaskEngine(options["scheduler"], len(os.sched_getaffinity(0))) as engine:
-        for name in names or BASELINES:
-            rows = drive_many(engine, baseline(name), league, seeds)
-            result: dict[str, Any] = {"name": name, "league": league, **summary(rows)}
-            scores = {row["seed"]: round(row["score"], 6) for row in rows}
-            found.setdefault(league, {})[name] = scores
+    found = json.loads(STORED.read_text(encoding="utf-8"))
+    entries = {name: baseline(name) for name in names or BASELINES}
+    with DaskEngine(options["scheduler"], cores()) as engine:
+        for result in graded(engine, entries, league, seeds):
+            scores = {row["seed"]: round(row["score"], 6) for row in result["rows"]}
+            found.setdefault(league, {})[result["name"]] = scores
             STORED.write_text(json.dumps(found, separators=(",", ":")) + "\n", encoding="utf-8")
-            print("\n".join([*lines(result), f"{last_line(result)}, {name}"]), flush=True)
+            print("\n".join([*lines(result), f"{last_line(result)}, {result['name']}"]), flush=True)
     return 0

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import re
 import sys
 from pathlib import Path
-from typing import Any, Iterable, Mapping, Sequence
+from typing import Any, Iterator, Mapping, Sequence
 
 import numpy as np
 import rospkg
@@ -88,6 +89,11 @@ def baseline(name: str) -> str:
     return _STEERING.format(row["steering"])
 
 
+def cores() -> int:
+    """Return the number of cores for drives."""
+    return len(os.sched_getaffinity(0))
+
+
 def drive_seeds(
     source: str, league: str, seeds: Sequence[str], sandboxed: bool, late: Mapping[str, list]
 ) -> list[dict[str, Any]]:
@@ -96,50 +102,67 @@ def drive_seeds(
         return [drive_seed(server, league, seed, late.get(seed)) for seed in seeds]
 
 
-def parts_of(seeds: Sequence[str]) -> list[Sequence[str]]:
-    """Return seeds in groups, each for one task."""
-    return [seeds[at : at + _DRIVES_A_TASK] for at in range(0, len(seeds), _DRIVES_A_TASK)]
-
-
-def drive_many(
+def graded(
     engine: DaskEngine,
-    source: str,
+    entries: Mapping[str, str],
     league: str,
     seeds: Sequence[str],
     sandboxed: bool = True,
     late: Mapping[str, list] | None = None,
-) -> list[dict[str, Any]]:
-    """Drive what seeds draw on a cluster, and return their rows in the order of the seeds.
+) -> Iterator[dict[str, Any]]:
+    """Drive what seeds draw, and yield the result of each driver as soon as it is complete.
+
+    Args:
+        engine: runs the drives
+        entries: file of each driver by its name
+        league: the league
+        seeds: the seeds
+        sandboxed: see DriverServer
+        late: records of late steps to repeat, by seed
 
     Raises:
         ValueError: a task failed
     """
-    given = sandboxed, dict(late or {})
-    tasks = ((part[0], (source, league, part, *given)) for part in parts_of(seeds))
-    progress, found = SweepProgress(sys.stdout, len(seeds), 0, "championship"), {}
+    tasks: Iterator[tuple[str, tuple]] = (
+        (f"{seeds[at]} {name}", (source, league, part, sandboxed, dict(late or {})))
+        for name, source in entries.items()
+        for at in range(0, len(seeds), _DRIVES_A_TASK)
+        for part in [seeds[at : at + _DRIVES_A_TASK]]
+    )
+    rows: dict[str, dict[str, Any]] = {name: {} for name in entries}
+    progress = SweepProgress(sys.stdout, len(entries) * len(seeds), 0, "championship")
     for outcome in engine.outcomes(drive_seeds, tasks):
+        name = outcome.key.partition(" ")[2]
         if outcome.error:
-            raise ValueError(outcome.error)
+            raise ValueError(f"{name}: {outcome.error}")
         for row in outcome.result:
             progress.add(bool(row["problem"]))
-            found[row["seed"]] = row
+            rows[name][row["seed"]] = row
+        if len(rows[name]) == len(seeds):
+            yield result_of(name, league, [rows[name][seed] for seed in seeds])
     progress.close()
-    return [found[seed] for seed in seeds]
 
 
-def summary(rows: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
-    """Return the mean score with its interval, the mean of each part, and what went wrong."""
-    rows = list(rows)
-    score, names = estimate([row["score"] for row in rows]), rows[0]["points"]
-    good = {one: [row["values"][one] for row in rows if one in row["values"]] for one in names}
+def result_of(name: str, league: str, rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Return a driver's score with its interval, the means of its parts, and what went wrong."""
+    score, parts = estimate([row["score"] for row in rows]), rows[0]["points"]
+    good = {one: [row["values"][one] for row in rows if one in row["values"]] for one in parts}
     problems = {text for row in rows for text in (row["problem"], *row["refused"]) if text}
     return {
+        "name": name,
+        "league": league,
         "score": score.mean,
         "half_width": score.half_width,
-        "points": {one: float(np.mean([row["points"][one] for row in rows])) for one in names},
-        "values": {one: float(np.mean(good[one])) if good[one] else None for one in names},
+        "points": {one: float(np.mean([row["points"][one] for row in rows])) for one in parts},
+        "values": {one: float(np.mean(good[one])) if good[one] else None for one in parts},
         "completed": sum(row["status"] == "completed" for row in rows),
         "late_steps": sum(len(row["late"]) for row in rows),
         "step_p99_ms": max(row["step_p99_ms"] for row in rows),
         "problems": sorted(problems),
+        "rows": rows,
     }
+
+
+def worst_of(result: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the row of the worst drive."""
+    return min(result["rows"], key=lambda row: row["score"])

@@ -9,26 +9,24 @@ import json
 import os
 import re
 import secrets
-import sys
 from pathlib import Path
-from typing import Any, Iterator, Mapping, Sequence
+from typing import Any, Mapping, Sequence
 
 from sdc_experiments.championship.attempt import page_of, write_page
 from sdc_experiments.championship.command import (
     BASELINES,
     baseline,
-    drive_seeds,
+    cores,
+    graded,
     options_of,
-    parts_of,
     source_of,
-    summary,
+    worst_of,
 )
 from sdc_experiments.championship.driver_process import DriverServer
 from sdc_experiments.championship.league import streets_of
 from sdc_experiments.sandbox import SandboxError
 from sdc_experiments.sweep.cell_drive import code_version, worker_problem
 from sdc_experiments.sweep.dask_engine import DaskEngine
-from sdc_experiments.sweep.progress import SweepProgress
 
 OPTIONS = {
     "league": "control",
@@ -61,13 +59,13 @@ def run(arguments: Sequence[str]) -> int:
     print(f"championship: the secret of the seeds has the SHA-256 {about['secret_sha256']}")
     _write_site(folder, about, {})
     secret = (folder / _SECRET).read_text(encoding="utf-8")
-    with DaskEngine(options["scheduler"], len(os.sched_getaffinity(0))) as engine:
+    with DaskEngine(options["scheduler"], cores()) as engine:
         if missing:
             engine.check(_worker_problem, code_version())
         (folder / _RESULTS).mkdir(exist_ok=True)
         seeds = seeds_of_secret(secret, about["league"], about["drives"])
         left = {name: entries[name] for name in missing}
-        for one in _graded(engine, left, about["league"], seeds):
+        for one in graded(engine, left, about["league"], seeds):
             key = {"finished": _now(), "key": _key(about, left[one["name"]])}
             _write(folder / _RESULTS / f"{one['name']}.json", {**key, **one})
     if options["reveal"] == "true":
@@ -154,30 +152,6 @@ def _result(folder: Path, about: Mapping[str, Any], name: str, source: str) -> d
     return {}
 
 
-def _graded(
-    engine: DaskEngine, entries: Mapping[str, str], league: str, seeds: Sequence[str]
-) -> Iterator[dict[str, Any]]:
-    """Drive all entries, and yield the result of each as soon as it is complete."""
-    rows: dict[str, dict[str, Any]] = {name: {} for name in entries}
-    progress = SweepProgress(sys.stdout, len(entries) * len(seeds), 0, "championship")
-    tasks: Iterator[tuple[str, tuple]] = (
-        (f"{name} {part[0]}", (source, league, part, True, {}))
-        for name, source in entries.items()
-        for part in parts_of(seeds)
-    )
-    for outcome in engine.outcomes(drive_seeds, tasks):
-        name = outcome.key.split()[0]
-        if outcome.error:
-            raise ValueError(f"{name}: {outcome.error}")
-        for row in outcome.result:
-            progress.add(bool(row["problem"]))
-            rows[name][row["seed"]] = row
-        if len(rows[name]) == len(seeds):
-            found = [rows[name][seed] for seed in seeds]
-            yield {"name": name, "league": league, **summary(found), "rows": found}
-    progress.close()
-
-
 def _worker_problem(version: str) -> str:
     """Return why this process cannot drive, or ""."""
     try:
@@ -198,23 +172,23 @@ def _write_site(
     seeds = seeds_of_secret(secret, about["league"], about["drives"]) if secret else []
     number_of = {row["seed"]: at for one in table[:1] for at, row in enumerate(one["rows"], 1)}
     for rank, one in enumerate(table, 1):
-        name, worst, shown = one["name"], min(one["rows"], key=lambda row: row["score"]), ""
+        name, worst, shown = one["name"], worst_of(one), ""
         path = folder / f"{name}.py"
         source = path.read_text("utf-8", "replace") if path.exists() else baseline(name)
         if secret:
             _write(site / f"{name}.json", one)
             with DriverServer(source, streets=streets_of(about["league"])) as server:
-                shown = page_of(server, about["league"], worst["seed"], worst["late"])
+                shown = page_of(server, about["league"], worst)
         # A drive is known by its number: the seeds are public after the reveal only.
-        rows = [{**row, "seed": number_of[row["seed"]]} for row in one["rows"]]
-        worst = {**worst, "seed": number_of[worst["seed"]]}
+        numbered = [{**row, "seed": number_of[row["seed"]]} for row in one["rows"]]
+        worst, result = {**worst, "seed": number_of[worst["seed"]]}, {**one, "rows": numbered}
         values: dict[str, Any] = {
             "rank": rank,
             "count": len(table),
             "about": about,
             "source": source,
         }
-        values.update(result=one, rows=rows, worst=worst, shown=shown)
+        values.update(result=result, worst=worst, shown=shown)
         write_page(site / f"{name}.html", "championship_entry.html.jinja", **values)
     for name, template in _PAGES.items():
         template = f"championship_{template}.jinja"

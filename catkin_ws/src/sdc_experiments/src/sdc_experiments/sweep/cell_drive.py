@@ -26,7 +26,11 @@ from sdc_sim.runner import isolated_drive
 
 _PACKAGES = ("sdc_common", "sdc_sim", "sdc_package")
 _CODE_ENDINGS = (".py", ".yaml", ".launch", ".csv")
-_MODULES = ("configuration.py", "closed_loop.py", "scenarios.py", "sweep/cell_drive.py")
+_MODULES = (
+    *("configuration.py", "closed_loop.py", "scenarios.py", "sweep/cell_drive.py"),
+    *("championship/drive.py", "championship/league.py", "championship/score.py"),
+    "../../config/championship.yaml",
+)
 # On a busy machine a node may need long for its answer, which must not change the drive.
 _ROS_SIM_OPTIONS = {"start_patience_s": 120.0, "patience_s": 20.0}
 _ROS_REFEREE_OPTIONS = {"pictures": False}
