@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import math
 from collections import deque
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -79,18 +78,16 @@ class TimedDriver:
         self.reason = self.problem = ""
         self.spent_ms: list[float] = []
         self.lateness = Lateness(tick_ns, late)
-        self._process, self._tick_ns = process, tick_ns
+        self._process = process
         self._waiting: deque[tuple[int, Command | None]] = deque()
-        self._tick = self._following = self._first_ns = 0
+        self._tick = self._following = 0
 
     def step(self, observation: Observation) -> Command | None:
         """Return the command that acts in this tick."""
         tick, self._tick = self._tick, self._tick + 1
-        self._first_ns = self._first_ns or observation.stamp_ns
         if self._process and tick == self._following and not self.problem:
-            stamp_ns = observation.stamp_ns - self._first_ns + self._tick_ns
             try:
-                command = self._process.step(replace(observation, stamp_ns=stamp_ns))
+                command = self._process.step(observation)
             except DriverError as error:
                 self.problem = str(error)
                 return None

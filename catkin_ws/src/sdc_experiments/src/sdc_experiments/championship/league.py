@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -89,7 +89,5 @@ def prepared(one: Draw) -> tuple[DriveSetup, Simulation, DriverMission]:
     limits = overridden(node_parameters("local_planner"), one.planner, "planner")
     lines, seen = stop_lines_of(world.lights), world.observation
     goals = () if missions is None else tuple(missions.goals)
-    # All drives start at the same time, whatever the delay of the sensors.
-    first = replace(seen, stamp_ns=round(1e9 * world.tick_s))
-    mission = DriverMission(one.league, setup.waypoints_m, first, limits, lines, one.map, goals)
+    mission = DriverMission(one.league, setup.waypoints_m, seen, limits, lines, one.map, goals)
     return setup, world, mission
