@@ -32,7 +32,8 @@ pytestmark = pytest.mark.slow(100)
 LIMIT_S = 900
 # Columns of grades.csv that grades.html shows after the name.
 SHOWN = (
-    *("mark", "steps_done", "next_step", "driving_score", "unknown_driving_score", "status"),
+    *("mark", "steps_done", "next_step", "driving_score", "unknown_driving_score"),
+    *("championship", "status"),
     *("route_completion_percent", "duration_s", "time_ratio", "cross_track_rms_m"),
     *("cross_track_max_m", "lateral_acceleration_max_mps2", "jerk_max_mps3", "comfortable"),
 )
@@ -292,3 +293,22 @@ def test_equal_results_share_a_rank_and_page_and_table_have_the_same_texts(tmp_p
         own = (tmp_path / found.grade.name / "page.html").read_text(encoding="utf-8")
         assert f"{row['mark']} points" in own
         assert ("&lt;a &amp; b&gt;" in own) == (row["step hello"] == "wrong")
+
+
+def test_championship_adds_the_score_of_the_driver_of_each_folder(tmp_path, monkeypatch):
+    def hold(arguments, **_):
+        folder = arguments[2]
+        assert [path.name for path in folder.glob("*.py")] == ["ada.py"]
+        assert arguments[1:] == ["round", folder, "drives:=7", "reveal:=false", "baselines:=false"]
+        (folder / "results").mkdir()
+        result = {"score": 81.26, "problems": ["refused: os.fork"]}
+        (folder / "results" / "ada.json").write_text(json.dumps(result))
+
+    for name in ("ada", "bob"):
+        (tmp_path / name).mkdir()
+    (tmp_path / "ada" / "driver.py").write_text("class Driver: pass\n")
+    monkeypatch.setattr(command.subprocess, "run", hold)
+    grades = [Grade(name, tmp_path / name) for name in ("ada", "bob")]
+    command.add_championship(grades, tmp_path, 7)
+    assert [one.championship for one in grades] == ["81.3", ""]
+    assert grades[0].contained == ["refused: os.fork"]

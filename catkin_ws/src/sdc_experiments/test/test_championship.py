@@ -205,6 +205,16 @@ def test_stored_scores_of_a_baseline_reproduce(honest):
         assert row["score"] == pytest.approx(stored["pure_pursuit"][row["seed"]], abs=1e-6)
 
 
+def test_documentation_has_the_stored_scores():
+    stored = json.loads(STORED.read_text())
+    rows = (PROJECT / "docs/championship.md").read_text().splitlines()
+    for name in BASELINES:
+        cells = next(row for row in rows if f"(`{name}`)" in row).split("|")[2:5]
+        for league, cell in zip(LEAGUES, cells):
+            scores = stored.get(league, {}).get(name, {})
+            assert cell.split()[0] == (f"{np.mean([*scores.values()]):.1f}" if scores else "-")
+
+
 def test_new_driver_is_tried_from_a_terminal(tmp_path, honest):
     os.chdir(tmp_path)
     assert new(["mine.py"]) == 0
