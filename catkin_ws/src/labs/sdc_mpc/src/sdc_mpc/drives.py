@@ -99,8 +99,10 @@ def drive_bends(seed: int, tuning: Tuning | None = None) -> DrivenBends:
     points = long_route(seed, _LENGTH_M, _LEAST_RADIUS_M)
     driver = PredictiveDriver(points, planned_speeds(points), tuning or Tuning())
     vehicle = Vehicle(load_vehicle(config_path("vehicles/tesla_model3.yaml")))
-    start = (*points[0].tolist(), driver.line.headings[0])
-    world = Simulation(vehicle, TICK_S, 0.5, start=start, command_latency_s=DELAY_TICKS * TICK_S)
+    (x, y), yaw = points[0].tolist(), driver.line.headings[0]
+    world = Simulation(
+        vehicle, TICK_S, 0.5, start=(x, y, yaw), command_latency_s=DELAY_TICKS * TICK_S
+    )
     referee = _BendReferee(driver)
     drive(world, driver, referee)  # type: ignore[arg-type]
     return referee.result
