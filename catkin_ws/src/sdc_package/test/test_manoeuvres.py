@@ -10,7 +10,7 @@ from sdc_common.geometry.road_line import road_route
 from sdc_package.behaviour.crossings import places_along
 from sdc_package.behaviour.forecast import Body
 from sdc_package.behaviour.manoeuvres import Manoeuvres
-from sdc_package.behaviour.road import road_along
+from sdc_package.behaviour.road import around, road_along
 from sdc_sim.road.network import BROKEN, SOLID, Network, RoadLane
 
 WIDTH_M, LENGTH_M, TICK_S, MOST_MPS = 3.5, 700.0, 0.05, 12.0
@@ -101,6 +101,20 @@ def test_car_waits_for_the_oncoming_one():
     rows = drive(two_way(), others, 50.0)
     assert rows[-1, 1] > 150.0 and y_at(rows, 100.0) > 2.3
     assert rows[:, 3].min() < 4.0
+
+
+def test_oncoming_lane_is_known_after_a_bend_behind_the_end_of_the_route():
+    bend = np.array([[0.0, 0.0], [100.0, 0.0], [100.0, 150.0]])
+    beside = np.array([[96.5, 150.0], [96.5, WIDTH_M], [0.0, WIDTH_M]])
+    own = RoadLane("e_0", bend, WIDTH_M, 14.0, left_marking=BROKEN)
+    network = Network("bend", [own, RoadLane("w_0", beside, WIDTH_M, 14.0)])
+    route = road_route(np.array([(x, 0.0) for x in range(90)], float))
+    road = road_along(network, route, list(places_along(network, route)), np.full(90, 9.0))
+    coming = DetectedObstacle(96.5, 60.0, -0.5 * math.pi, 4.7, 1.9, 9.0, 7, "car")
+    others = around(road, 60.0, [coming], 70.0, 190.0, 8.0)
+    assert others.y_m == pytest.approx([WIDTH_M], abs=0.1)
+    assert others.s_m == pytest.approx([160.0], abs=2.0)
+    assert others.along_mps == pytest.approx([-9.0])
 
 
 def test_car_waits_in_a_queue_before_a_junction():

@@ -140,6 +140,22 @@ def test_lights_have_phases(streets):
     assert max(one.signal for one in light.connections) < states.pop()
 
 
+def test_one_at_red_has_no_right_of_way(streets):
+    light = streets.junctions["light"]
+    pairs = [
+        (way.connection, first)
+        for one in light.connections
+        for way in streets.ways[one.start]
+        for first in way.first
+    ]
+    assert pairs  # at green, one that turns left gives way to those that come
+    for one, first in pairs:
+        both = ({state[one.signal], state[first.signal]} for _, state in light.phases)
+        assert any(states <= {"G", "g"} for states in both)
+    against = sum(len(one.gives_way_to) for one in light.connections)
+    assert len({*pairs}) < against
+
+
 def test_nearest_lane_prefers_the_direction_of_the_car(streets):
     east = streets.nearest(60.0, 0.3, 0.1)
     west = streets.nearest(60.0, -0.3, math.pi)

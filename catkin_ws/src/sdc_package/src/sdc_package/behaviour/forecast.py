@@ -23,6 +23,8 @@ _HARDEST_MPS2 = 6.0
 # Distances to the side and along the road within which two bodies count as in contact [m], and the
 # time that an oncoming one must be away [s].
 _SIDE_M, _SIDE_AT_REST_M, _ALONG_M, _ONCOMING_S = 0.3, 0.1, 0.5, 1.2
+# The car stays behind one at rest that leaves it a narrower strip, as caution/side_m demands [m].
+_FREE_M = 0.4
 # One behind the car in the lane that it takes brakes no harder than this [m/s^2].
 _REAR_MPS2 = 1.5
 # A car at rest is only met by those that come towards it [m/s].
@@ -130,9 +132,10 @@ class _Judge:
     ):
         along_mps, left_mps = others.along_mps, others.left_mps
         self._along_mps, self._margin = along_mps, margin
-        self._side_m = np.where(np.abs(along_mps) > _AT_REST_MPS, _SIDE_M, _SIDE_AT_REST_M)
+        moves = np.abs(along_mps) > _AT_REST_MPS
+        self._side_m = np.where(moves, _SIDE_M, _SIDE_AT_REST_M)
         self._body_m = others.half_width_m + 0.5 * car.width_m
-        self.half_width_m = self._body_m + self._side_m
+        self.half_width_m = self._body_m + np.where(moves, _SIDE_M, _FREE_M)
         self.half_length_m = others.half_length_m + car.front_m
         least_mps = np.maximum(_ACROSS_MPS, _ACROSS_SHARE * np.abs(along_mps))
         self.across_mps = np.where(np.abs(left_mps) > least_mps, left_mps, 0.0)

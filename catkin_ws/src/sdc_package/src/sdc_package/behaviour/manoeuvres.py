@@ -51,7 +51,7 @@ _SOON_M, _LATER_M, _LANE_END_M = 12.0, 60.0, 8.0
 _BRAKES_MPS = 0.3
 # Values in metres of progress: another way than before, a second on the oncoming lane, each m/s^2
 # of braking beyond the usual, each m/s at the end, a slower speed, a contact.
-_NEW_M, _ONCOMING_M, _BRAKING_M, _END_S, _SLOWER_M, _CONTACT_M = 4.0, 5.0, 4.0, 1.0, 1.0, 1000.0
+_NEW_M, _ONCOMING_M, _BRAKING_M, _END_S, _SLOWER_M, _CONTACT_M = 4.0, 3.0, 4.0, 1.0, 1.0, 1000.0
 # A contact after this time may still be avoided; it costs this, divided by the time.
 _FAR_S, _FAR_M = 2.5, 300.0
 
@@ -62,8 +62,8 @@ class Proposal(NamedTuple):
     name: str
     offset_m: np.ndarray  # distance from the points of the route, positive to the left [m]
     cost_m: float
-    stop_m: float = math.inf  # where the centre of the car must stop [m]
     margin: float = _NEW_MARGIN  # factor of the distances to others
+    stop_m: float = math.inf  # where the centre of the car must stop [m]
 
 
 class Manoeuvres:
@@ -175,17 +175,19 @@ class Manoeuvres:
         wait_m = self._wait_m(now)
         # What has begun goes on with smaller distances, so that the car is not of two minds.
         margin = _NEW_MARGIN if speed_mps < AT_REST_MPS and self._waits else 1.0
-        yield Proposal(KEEP, way.offset_m, now.cost_m(way.offset_m), wait_m, margin)
+        yield Proposal(KEEP, way.offset_m, now.cost_m(way.offset_m), margin, wait_m)
         if abs(way.offset_at(s_m + _SOON_M)) > SAME_M:
             back = way.shifted(0.0, s_m + 0.5, speed_mps, 0.0)
-            yield Proposal(BACK, back, now.cost_m(back) + 1.0, wait_m)
-        yield from self._passes(now) if now.passable else ()
-        yield from self._asides(now) if now.emergency else ()
+            yield Proposal(BACK, back, now.cost_m(back) + 1.0, stop_m=wait_m)
+        for one in self._passes(now) if now.passable else ():
+            yield Proposal(PASS, one, now.cost_m(one) + _NEW_M)
+        for one in self._asides(now) if now.emergency else ():
+            yield Proposal(ASIDE, one, now.cost_m(one) + _NEW_M)
         if (now.is_invaded or now.passable) and not way.until_m:
             for to_m in (-_NUDGE_M, _NUDGE_M):
                 nudge = self._there_and_back(now, to_m, s_m, s_m + _NUDGED_M)
                 cost_m = now.cost_m(nudge) + _NEW_M
-                yield Proposal(NUDGE, nudge, cost_m, wait_m, _NUDGE_MARGIN)
+                yield Proposal(NUDGE, nudge, cost_m, _NUDGE_MARGIN, wait_m)
         if now.changes_lane:
             length_m = shift_length_m(now.width_m, speed_mps)
             last_m = float(self._road.edge_end_m[now.at]) - _LANE_END_M - length_m
@@ -196,19 +198,17 @@ class Manoeuvres:
                 stay = np.where(s < s_m - 1.0, way.offset_m, later)
                 yield Proposal(STAY, stay, now.cost_m(stay) + 1.0)
 
-    def _asides(self, now: Situation) -> Iterator[Proposal]:
+    def _asides(self, now: Situation) -> Iterator[np.ndarray]:
         """Yield the ways that make room for an emergency vehicle."""
         length_m = shift_length_m(now.width_m, now.speed_mps)
         until_m = min(now.s_m + _ASIDE_M, now.end_m - 1.5 * length_m)
         for side, beside in ((-1.0, self._road.right), (1.0, self._road.left)):
             if beside[now.at] == SAME and until_m > now.s_m + length_m:
-                aside = self._there_and_back(now, side * now.width_m, now.s_m, until_m)
-                yield Proposal(ASIDE, aside, now.cost_m(aside) + _NEW_M)
+                yield self._there_and_back(now, side * now.width_m, now.s_m, until_m)
         if not self.way.until_m:
-            edge = self._there_and_back(now, -_NUDGE_M, now.s_m, now.s_m + _ASIDE_M)
-            yield Proposal(ASIDE, edge, now.cost_m(edge) + _NEW_M)
+            yield self._there_and_back(now, -_NUDGE_M, now.s_m, now.s_m + _ASIDE_M)
 
-    def _passes(self, now: Situation) -> Iterator[Proposal]:
+    def _passes(self, now: Situation) -> Iterator[np.ndarray]:
         """Yield the ways around those that are passable, to the left and to the right."""
         group, until_m, time_s = self._group(now)
         fastest_mps = max(float(now.others.along_mps[n]) for n in group)
@@ -229,15 +229,11 @@ class Manoeuvres:
                 needed_m = min(max(needed_m, full * now.width_m), most_m)
             to_m, room_m = side * needed_m, front_m - begin_m
             length_m = shift_length_m(to_m, now.shifts_mps)
-            ways = [
-                self._there_and_back(now, to_m, begin_m, until_m, room_m, quick)
-                for quick in (1.0, _QUICK)
-            ]
+            for quick in (1.0, _QUICK):
+                yield self._there_and_back(now, to_m, begin_m, until_m, room_m, quick)
             if not moves and front_m - length_m > begin_m + 3.0:  # as late as possible
                 late_m = front_m - length_m
-                ways.append(self._there_and_back(now, to_m, late_m, until_m, length_m))
-            for one in ways:
-                yield Proposal(PASS, one, now.cost_m(one) + _NEW_M)
+                yield self._there_and_back(now, to_m, late_m, until_m, length_m)
 
     def _group(self, now: Situation) -> tuple[list[int], float, float]:
         """Return those that are passed together, where that ends [m], and the time for it [s]."""

@@ -17,6 +17,10 @@ from sdc_sim.road.network import SOLID, LanePlace, Network, RoadLane, edge_of
 NOTHING, SAME, ONCOMING, BEHIND_LINE = range(4)
 # Oncoming lanes are looked up so near to where they are expected [m].
 _BESIDE_M, _OPPOSITE_RAD = 1.5, math.radians(30.0)
+# Points, 1 m apart, of the road after the end of the route, on which others come.
+_BEYOND = 150
+# What comes faster than a pedestrian is on a lane [m/s].
+_COMES_MPS = 3.0
 
 
 class Around(NamedTuple):
@@ -40,12 +44,15 @@ class RoadAlong:
     """
 
     route: Route
+    # (M, 4) arc length, x, y and heading of the route and of the way straight on after it
+    line: np.ndarray
     speed_mps: np.ndarray  # planned speed at the points of the route [m/s]
     s_m: np.ndarray  # arc length along the route [m]
     route_y_m: np.ndarray  # place of the route across the road [m]
     width_m: np.ndarray  # width of the lane [m]
     left: np.ndarray  # what is to the left of the lane
     right: np.ndarray  # what is to its right
+    oncoming_m: np.ndarray  # how far to its left the first oncoming lane is, if there is one [m]
     edge_end_m: np.ndarray  # where the lanes end, at a junction or before other ones [m]
     in_junction: np.ndarray  # whether the place is in a junction
 
@@ -85,12 +92,41 @@ def road_along(
         right = SAME if lane.right else NOTHING
         if not lane.junction:  # in one, the nearest lane may be another way
             y_m = jump_m + place.cross_track_m
-        rows.append((s_m, y_m, lane.width_m, left, right, bool(lane.junction)))
-    s, y, width, left_of, right_of, junction = (np.array(one) for one in zip(*rows))
+        oncoming_m = lane.width_m + _left_m(network, lane)
+        rows.append((s_m, y_m, lane.width_m, left, right, oncoming_m, bool(lane.junction)))
+    s, y, width, left_of, right_of, oncoming, junction = (np.array(one) for one in zip(*rows))
     end_m = np.full(len(s), s[-1])
     for (first, _), (after, at_m) in zip(ends_m, ends_m[1:]):
         end_m[first:after] = at_m
-    return RoadAlong(route, speed_mps, s, y, width, left_of, right_of, end_m, junction)
+    line = np.vstack(
+        [
+            np.column_stack([route.s, route.points, route.heading]),
+            _beyond(network, places[-1][1], route.length_m),
+        ]
+    )
+    sides = left_of, right_of, oncoming
+    return RoadAlong(route, line, speed_mps, s, y, width, *sides, end_m, junction)
+
+
+def _beyond(network: Network, place: LanePlace, end_m: float) -> np.ndarray:
+    """Return the rows of RoadAlong.line after the last place on the route."""
+    lane: RoadLane | None = network.lanes[place.lane]
+    s_m, rows = place.s_m + 1.0, []
+    while lane is not None and len(rows) < _BEYOND:
+        for at_m in np.arange(s_m, lane.length_m, 1.0).tolist():
+            place_m = *lane.line.point_at(at_m), lane.heading_at(at_m)
+            rows.append((end_m + 1.0 + len(rows), *place_m))
+        s_m, lane = 0.5, network.straight_on(lane)
+    return np.array(rows[:_BEYOND]).reshape(-1, 4)
+
+
+def _left_m(network: Network, lane: RoadLane) -> float:
+    """Return the width of the lanes of the same direction to the left of a lane [m]."""
+    width_m = 0.0
+    while lane.left:
+        lane = network.lanes[lane.left]
+        width_m += lane.width_m
+    return width_m
 
 
 def _index(lane: str) -> int:
@@ -124,10 +160,9 @@ def around(
         ahead_m: length of the stretch ahead of it [m]
         beside_m: greatest distance from the route [m]
     """
-    route = road.route
-    first, last = np.searchsorted(route.s, (s_m - back_m, s_m + ahead_m))
-    first, last = min(int(first), len(route.s) - 2), max(int(last), int(first) + 2)
-    line = route.points[first:last]
+    first, last = np.searchsorted(road.line[:, 0], (s_m - back_m, s_m + ahead_m))
+    first, last = min(int(first), len(road.line) - 2), max(int(last), int(first) + 2)
+    line_s, line, line_yaw = np.split(road.line[first:last], [1, 3], axis=1)
     table = np.array(
         [(o.x_m, o.y_m, o.yaw_rad, o.speed_mps, o.length_m, o.width_m) for o in obstacles]
     ).reshape(-1, 6)
@@ -136,18 +171,22 @@ def around(
     reach = 0.5 * np.ptp(line, axis=0) + beside_m + max(back_m - s_m, 0.0)
     rows = np.flatnonzero((np.abs(table[:, :2] - middle) < reach).all(axis=1))
     x, y, yaw, speed, length, width = table[rows].T
-    points = np.argmin((x[:, None] - line[:, 0]) ** 2 + (y[:, None] - line[:, 1]) ** 2, axis=1)
-    at = points + first
-    heading = route.heading[at]
+    at = np.argmin((x[:, None] - line[:, 0]) ** 2 + (y[:, None] - line[:, 1]) ** 2, axis=1)
+    heading = line_yaw[at, 0]
     c, s = np.cos(heading), np.sin(heading)
-    dx, dy = x - route.points[at, 0], y - route.points[at, 1]
+    dx, dy = x - line[at, 0], y - line[at, 1]
     along, left = c * dx + s * dy, c * dy - s * dx
-    its_s = route.s[at] + along
+    its_s = line_s[at, 0] + along
     turned = yaw - heading
     cos, sin = np.cos(turned), np.sin(turned)
     near = (np.abs(left) < beside_m) & (its_s > s_m - back_m) & (its_s < s_m + ahead_m)
     half = 0.5 * (length * np.abs(cos) + width * np.abs(sin))
     across = 0.5 * (length * np.abs(sin) + width * np.abs(cos))
     its_y = left + np.interp(its_s, road.s_m, road.route_y_m)
-    every = rows, its_s, its_y, speed * cos, speed * sin, half, across
+    # Where oncoming ones have more lanes than here, they may come on the first one.
+    here = road.at(s_m)
+    first_y = road.route_y_m[here] + road.oncoming_m[here]
+    beyond = (speed * cos < -_COMES_MPS) & (its_y > first_y)
+    its_y, to_left = np.where(beyond, first_y, its_y), np.where(beyond, 0.0, speed * sin)
+    every = rows, its_s, its_y, speed * cos, to_left, half, across
     return Around(*(one[near] for one in every))

@@ -12,7 +12,7 @@ from sdc_package.behaviour.forecast import GRID_M, Body
 from sdc_package.behaviour.offset_path import SAME_M, OffsetPath
 from sdc_package.behaviour.road import BEHIND_LINE, SAME, RoadAlong, around
 
-AMBULANCE, PEDESTRIAN, OBSTACLE = "ambulance", "pedestrian", "obstacle"
+AMBULANCE, PEDESTRIAN, OBSTACLE, BICYCLE = "ambulance", "pedestrian", "obstacle", "bicycle"
 AT_REST_MPS = 0.5
 # The stretch of the route that is looked at [m].
 _BACK_M, _AHEAD_M, _SIDE_M = 70.0, 190.0, 8.0
@@ -137,6 +137,8 @@ class Situation:
             to_line_m = lines_m - front_m[n]
             near_m = min(to_line_m[to_line_m > -2.0], default=math.inf)
             is_near = near_m < _QUEUE_M[int(along_mps > AT_REST_MPS)]
+            if self._kinds[n] == BICYCLE and along_mps > AT_REST_MPS:
+                continue  # it is as slow where it need not wait
             if along_mps < _QUEUE_MPS and (is_near or end_m - front_m[n] < _BEHIND_M):
                 waits[n], end_m = True, others.s_m[n] - others.half_length_m[n]
         return waits

@@ -111,6 +111,16 @@ class Junction:
     phases: tuple[tuple[float, str], ...] = ()
     offset_s: float = 0.0  # time at which the first phase begins for the first time [s]
 
+    def first(self, way: Connection) -> tuple[Connection, ...]:
+        """Return the ways that have right of way over a way; of lights, those with green, too."""
+        others = (self.connections[index] for index in way.gives_way_to)
+        return tuple(one for one in others if self._may_meet(way, one))
+
+    def _may_meet(self, one: Connection, other: Connection) -> bool:
+        if not self.phases or min(one.signal, other.signal) < 0:
+            return True
+        return any({state[one.signal], state[other.signal]} <= {*"Gg"} for _, state in self.phases)
+
 
 class Way(NamedTuple):
     """A way on from the lane before a junction."""
@@ -160,8 +170,8 @@ class Network:
         self.ways: dict[str, list[Way]] = {}  # by the lane before a junction
         for junction in self.junctions.values():
             for one in junction.connections:
-                first = tuple(junction.connections[index] for index in one.gives_way_to)
-                self.ways.setdefault(one.start, []).append(Way(one, first, junction.id))
+                way = Way(one, junction.first(one), junction.id)
+                self.ways.setdefault(one.start, []).append(way)
         self._clear_m: dict[tuple[Connection, Connection], float] = {}
         self.crosswalks = tuple(crosswalks)  # polygons (N, 2) [m]
         # Parking bays (4, 2), the first two corners at the lane, and areas of bus stops (4, 2), the

@@ -198,6 +198,8 @@ class _Placer:
             parts = _chain(network, first, on_m=0.0), _chain(network, last, back_m=0.0)
             ends = self._mission_m[0], self._mission_m[-1]
             back, on = (np.argmin(np.hypot(*(one - end).T)) for one, end in zip(parts, ends))
+            if back < self._row["place"].get("behind_m", 0.0):  # points are 1 m apart
+                raise NoRouteError(_NO_WAY)
             points = np.vstack([parts[0][: max(back - 1, 0)], self._mission_m, parts[1][on + 2 :]])
             points = _even(points)
         else:
