@@ -18,6 +18,7 @@ from sdc_experiments.championship.mission import car_of
 from sdc_experiments.championship.score import points
 from sdc_experiments.sandbox import SandboxError
 
+pytestmark = pytest.mark.slow(40)
 TICK_NS, MS = 50_000_000, 1_000_000
 ATTACKS = yaml.safe_load(Path(__file__).with_name("championship_attacks.yaml").read_text())
 HONEST = """

@@ -16,6 +16,7 @@ from sdc_experiments.championship import rounds
 from sdc_experiments.championship.driver_process import DriverServer
 from sdc_experiments.sandbox import SandboxError
 
+pytestmark = pytest.mark.slow(60)
 COMMAND = ["python3", "-m", "sdc_experiments.championship", "round"]
 GOOD = """
 class Driver:

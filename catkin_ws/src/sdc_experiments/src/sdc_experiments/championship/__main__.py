@@ -40,12 +40,16 @@ def main() -> int:
         return 0
     try:
         if name not in COMMANDS:
-            raise ValueError(f"unknown command '{name}'; {suggestion(name, COMMANDS, '--help')}")
+            fix = suggestion(name, COMMANDS, "./championship --help lists the commands")
+            raise ValueError(f"unknown command '{name}'; {fix}")
         module, _, function = COMMANDS[name][0].partition(":")
         return getattr(importlib.import_module(f"{__package__}.{module}"), function)(arguments)
     except KeyboardInterrupt:
         return 130
-    except (ValueError, ClusterError, SandboxError, OSError) as error:
+    except OSError as error:
+        print(f"championship: {error.filename}: {error.strerror}", file=sys.stderr)
+        return 2
+    except (ValueError, ClusterError, SandboxError) as error:
         print(f"championship: {error}", file=sys.stderr)
         return 2
 
