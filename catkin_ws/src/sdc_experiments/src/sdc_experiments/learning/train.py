@@ -21,13 +21,8 @@ def act(weights: np.ndarray, seen: np.ndarray) -> np.ndarray:
     return np.clip(np.column_stack(actions), -1.0, 1.0).astype(np.float32)
 
 
-def train(
-    generations: int = 10, policies: int = 48, routes: int = 6, ticks: int = 800, delay: int = 0
-) -> tuple:
-    """Return the weights, and the mean return of the best policies of each generation.
-
-    An action acts `delay` ticks later.
-    """
+def train(generations: int = 10, policies: int = 48, routes: int = 6, ticks: int = 800) -> tuple:
+    """Return the weights, and the mean return of the best policies of each generation."""
     random = np.random.default_rng(0)
     mean, deviation, curve = np.zeros(11), np.array(DEVIATIONS), []
     cars = gymnasium.make_vec("SdcRandomRoutes-v0", policies * routes, routes=routes)
@@ -36,10 +31,8 @@ def train(
         every = np.repeat(weights, routes, axis=0)
         seen, _ = cars.reset(seed=routes * generation)
         total, lasts = np.zeros(len(every)), np.ones(len(every), bool)
-        waiting = [np.zeros((len(every), 2), np.float32)] * delay
         for _ in range(min(ticks, 200 + 100 * generation)):
-            waiting.append(act(every, seen))
-            seen, rewards, ended, truncated, _ = cars.step(waiting.pop(0))
+            seen, rewards, ended, truncated, _ = cars.step(act(every, seen))
             total += np.where(lasts, rewards, 0.0)
             lasts &= ~(ended | truncated)
         returns = total.reshape(policies, routes).mean(axis=1)
