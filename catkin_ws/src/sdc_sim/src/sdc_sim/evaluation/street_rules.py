@@ -41,6 +41,8 @@ _CAR_WIDTH_M = 1.9
 # One that the car passes is so far ahead of it, and so far on its right [m].
 _PASSED_M, _RIGHT_M = (-40.0, 60.0), (-2.0, 12.0)
 _LANE_M = 2.5
+# One so near to a way, and turned so little from it, drives along it.
+_SAME_WAY_M, _SAME_WAY = 1.0, math.cos(math.radians(30.0))
 # An odometry without road users at its time waits for so many later ones: where there are none,
 # the world says so once a second.
 _MOST_WAITING = 40
@@ -231,12 +233,20 @@ class StreetRules:
         lane_m = self._network.lanes[at.lane].length_m
         if at.lane == way.start:
             return lane_m - at.s_m - 0.5 * one.body.length_m < _ARRIVES_S * one.speed_mps
-        if at.lane not in way.through:
+        if at.lane not in way.through or self._is_on(one.body, own):
             return False
         before = way.through[: way.through.index(at.lane)]
         rear_m = sum(self._network.lanes[name].length_m for name in before)
         rear_m += at.s_m - 0.5 * one.body.length_m
         return rear_m < self._network.clear_m(way, own)
+
+    def _is_on(self, body: Rectangle, way: Connection) -> bool:
+        """Return whether a body drives along a way through a junction, where two overlap, too."""
+        places = (self._network.lanes[name].line.nearest(*body[:2]) for name in way.through)
+        return any(
+            one.distance_m < _SAME_WAY_M and math.cos(body.yaw_rad - one.heading_rad) > _SAME_WAY
+            for one in places
+        )
 
     def _near_misses(self, time_s: float, car: RoadUser, others: Sequence[RoadUser]) -> int:
         """Return with how many road users a near miss begins."""
