@@ -19,7 +19,7 @@ STEP_S, STEPS, _SOON_STEP = 0.4, 26, 1
 GRID_M = 1.0
 # Distance to the one ahead at standstill [m], and time to it [s].
 _GAP_M, _GAP_S = 3.0, 1.0
-_HARDEST_MPS2 = 6.0
+HARDEST_MPS2 = 6.0
 # Distances to the side and along the road within which two bodies count as in contact [m], and the
 # time that an oncoming one must be away [s].
 _SIDE_M, _SIDE_AT_REST_M, _ALONG_M, _ONCOMING_S = 0.3, 0.1, 0.5, 1.2
@@ -66,6 +66,7 @@ def forecast(
     margin: np.ndarray,
     car: Body,
     line_m: np.ndarray,
+    slows_mps2: np.ndarray,
 ) -> Forecast:
     """Simulate proposals.
 
@@ -80,6 +81,7 @@ def forecast(
         margin: (P, 1) factor of the distances to oncoming ones, and to those behind
         car: the car
         line_m: (G,) place across the road beyond which the oncoming lane is, inf: none [m]
+        slows_mps2: (P,) greatest deceleration for the greatest speed [m/s^2]
     """
     count, last = len(ways_m), ways_m.shape[1] - 1
     every, grid = np.arange(count), np.arange(count)[:, None]
@@ -90,8 +92,7 @@ def forecast(
     s, v = np.full(count, s_m), np.full(count, speed_mps)
     judge = _Judge(others, margin, car, s_m, ways_m[:, at(s)[0]][:, None])
     contact_s, hardest, oncoming_s = np.full(count, np.inf), np.zeros(count), np.zeros(count)
-    for step in range(STEPS):
-        time_s = step * STEP_S
+    for step, time_s in enumerate((STEP_S * np.arange(STEPS)).tolist()):
         its_s = others.s_m + time_s * others.along_mps
         its_y = others.y_m + min(time_s, _ACROSS_S) * judge.across_mps
         distance_m = its_s - s[:, None]
@@ -102,7 +103,6 @@ def forecast(
             _push(v, 0.0, stop_m - s + _GAP_M, car),
         )
         top = most_mps[every, at(s)]
-        a = car.acceleration_mps2 * (1.0 - (v / np.maximum(top, 0.1)) ** 4 - push)
         hardest = np.maximum(hardest, car.acceleration_mps2 * (push - 1.0) * (v > _AT_REST_MPS))
         # The front is where the centre will be; towards those behind it is the rear that matters.
         front_y, mine_y = ways_m[grid, at(s + car.front_m)[:, None]], ways_m[grid, at(s)[:, None]]
@@ -110,11 +110,21 @@ def forecast(
         bad = judge.contacts(time_s, distance_m, away_m, v[:, None])
         contact_s = np.where(bad & np.isinf(contact_s), time_s, contact_s)
         oncoming_s += STEP_S * (mine_y[:, 0] > line_m[at(s)])
-        v_next = np.clip(v + STEP_S * np.maximum(a, -_HARDEST_MPS2), 0.0, np.maximum(top, v - 2.0))
+        v_next = _next_mps(v, top, push, slows_mps2, car)
         s, v = s + 0.5 * STEP_S * (v + v_next), v_next
         if step == _SOON_STEP:
             soon_mps = v
     return Forecast(s - s_m, contact_s, hardest, oncoming_s, soon_mps, v)
+
+
+def _next_mps(
+    v: np.ndarray, top: np.ndarray, push: np.ndarray, slows_mps2: np.ndarray, car: Body
+) -> np.ndarray:
+    """Return the speeds after a step, by the intelligent driver model."""
+    free = car.acceleration_mps2 * (1.0 - (v / np.maximum(top, 0.1)) ** 4)
+    a = np.maximum(free, -slows_mps2) - car.acceleration_mps2 * push
+    most = np.maximum(top, v - STEP_S * slows_mps2)
+    return np.clip(v + STEP_S * np.maximum(a, -HARDEST_MPS2), 0.0, most)
 
 
 def _push(v: np.ndarray, ahead_mps: np.ndarray | float, gap_m: np.ndarray, car: Body) -> np.ndarray:
@@ -138,8 +148,10 @@ class _Judge:
         self.half_width_m = self._body_m + np.where(moves, _SIDE_M, _FREE_M)
         self.half_length_m = others.half_length_m + car.front_m
         least_mps = np.maximum(_ACROSS_MPS, _ACROSS_SHARE * np.abs(along_mps))
-        self.across_mps = np.where(np.abs(left_mps) > least_mps, left_mps, 0.0)
         self._aligned = along_mps > np.abs(left_mps)
+        # One that comes into the car's lane behind it sees the car.
+        across = (np.abs(left_mps) > least_mps) & ~(self._aligned & (others.s_m < s_m))
+        self.across_mps = np.where(across, left_mps, 0.0)
         self._oncoming = along_mps < -np.abs(left_mps)
         clear_m = np.where(self._oncoming, -_ONCOMING_S * margin * along_mps, _ALONG_M)
         self._near_m = self.half_length_m + clear_m

@@ -15,7 +15,7 @@ import numpy as np
 
 from sdc_common.driving import DetectedObstacle
 from sdc_common.geometry.route import smooth_step
-from sdc_package.behaviour.forecast import Body, Forecast, forecast
+from sdc_package.behaviour.forecast import HARDEST_MPS2, Body, Forecast, forecast
 from sdc_package.behaviour.offset_path import SAME_M, OffsetPath, bend_mps, shift_length_m
 from sdc_package.behaviour.road import BEHIND_LINE, NOTHING, SAME, RoadAlong
 from sdc_package.behaviour.situation import AT_REST_MPS, Memory, Situation
@@ -24,8 +24,8 @@ PASSING, MERGING = "passing", "merging"
 KEEP, BACK, STAY, PASS, ASIDE, NUDGE = "keep", "back", "stay", "pass", "aside", "nudge"
 # A decision in so many plans (20 a second).
 _PLANS = 5
-# Each way is simulated with these shares of the planned speed.
-_SPEEDS = (1.0, 0.5, 0.0)
+# Each way is simulated with these shares of the planned speed, and whether the car brakes hard.
+_SPEEDS = ((1.0, False), (0.5, False), (0.0, False), (0.0, True))
 # Distances to others are greater by this factor for what has not begun, and smaller for a nudge.
 _NEW_MARGIN, _NUDGE_MARGIN = 1.6, 0.4
 # Share of the usual speed at which the car shifts to the side and back when it is in a hurry.
@@ -124,9 +124,10 @@ class Manoeuvres:
     def _choose(self, now: Situation, proposals: list[Proposal], stop_m: float) -> None:
         ways = now.ways([one.offset_m for one in proposals])
         bends_mps = [bend_mps(one - now.route_y, now.grid_m) for one in ways]
-        pairs = [(n, share) for n in range(len(proposals)) for share in _SPEEDS]
-        rows = [n for n, _ in pairs]
-        shares = np.array([share for _, share in pairs])
+        count, usual_mps2 = len(proposals), self._car.braking_mps2
+        rows = np.repeat(np.arange(count), len(_SPEEDS))
+        shares = np.tile([share for share, _ in _SPEEDS], count)
+        slows_mps2 = np.tile([HARDEST_MPS2 if hard else usual_mps2 for _, hard in _SPEEDS], count)
         result = forecast(
             ways[rows],
             np.minimum(now.most_mps * shares[:, None], np.array(bends_mps)[rows]),
@@ -138,17 +139,21 @@ class Manoeuvres:
             np.array([[proposals[n].margin] for n in rows]),
             self._car,
             now.line_y,
+            slows_mps2,
         )
         costs_m = np.array([proposals[n].cost_m for n in rows]) + _SLOWER_M * (shares < 1.0)
+        costs_m += _BRAKING_M * (slows_mps2 - usual_mps2)
         best = int(np.argmax(self._values(result, now.is_on_oncoming_lane) - costs_m))
-        chosen, share = proposals[pairs[best][0]], pairs[best][1]
+        chosen, share = proposals[rows[best]], float(shares[best])
         if chosen.name != KEEP:
             self.way.follow(chosen.offset_m, now.s_m)
         self.stop_m = chosen.stop_m
         self._waits = share == 0.0 or math.isfinite(chosen.stop_m)
         soon_mps = float(result.soon_mps[best])
         if share < 1.0:
-            self.most_mps = share * float(now.most_mps[now.here])
+            slower_mps = share * float(now.most_mps[now.here])
+            is_hard = slows_mps2[best] > usual_mps2
+            self.most_mps = slower_mps if is_hard else max(slower_mps, soon_mps)
         if soon_mps < now.speed_mps - _BRAKES_MPS:
             self.most_mps = min(self.most_mps, soon_mps)
         if math.isfinite(self.most_mps):
@@ -246,9 +251,9 @@ class Manoeuvres:
                 break
             length_m = 2.0 * float(others.half_length_m[n])
             gap_m = max(rear_m - now.s_m - front_m, 0.0)
-            mean_mps = 0.5 * (max(now.speed_mps, speed_mps) + now.top_mps)
-            faster_mps = max(mean_mps - speed_mps, 1.0)
+            faster_mps = max(now.top_mps - speed_mps, 1.0)
             time_s = (gap_m + length_m + 2.0 * front_m + _BEFORE_M + _AFTER_M) / faster_mps
+            time_s += max(now.top_mps - now.speed_mps, 0.0) / (2.0 * self._car.acceleration_mps2)
             end_m = rear_m + length_m + front_m + _AFTER_M
             until_m = max(until_m, end_m + (speed_mps > AT_REST_MPS) * speed_mps * time_s)
             group.append(n)
