@@ -111,7 +111,8 @@ def road_along(
 def _beyond(network: Network, place: LanePlace, end_m: float) -> np.ndarray:
     """Return the rows of RoadAlong.line after the last place on the route."""
     lane: RoadLane | None = network.lanes[place.lane]
-    s_m, rows = place.s_m + 1.0, []
+    s_m = place.s_m + 1.0
+    rows: list[tuple[float, ...]] = []
     while lane is not None and len(rows) < _BEYOND:
         for at_m in np.arange(s_m, lane.length_m, 1.0).tolist():
             place_m = *lane.line.point_at(at_m), lane.heading_at(at_m)
