@@ -158,7 +158,9 @@ class Situation:
     def is_invaded(self) -> bool:
         """Whether an oncoming one reaches into the lane of the car."""
         reach_m = np.abs(self.beside_m) - self.others.half_width_m
-        inside = (reach_m < 0.5 * self.width_m - _SIDE_FREE_M) & (self.others.s_m > self.s_m)
+        its_s = self.others.s_m  # after the route, its lane is not known
+        inside = (its_s > self.s_m) & (its_s < self._road.route.length_m)
+        inside &= reach_m < 0.5 * self.width_m - _SIDE_FREE_M
         invades = inside & (self.others.along_mps < -AT_REST_MPS)
         return bool(invades.any()) and not self._road.in_junction[self.at : self.at + 20].any()
 

@@ -23,7 +23,7 @@ from sdc_sim.sensors.errors import OdometryNoise
 from sdc_sim.sensors.model import SENSORS, SensorSettings, sensor_settings
 from sdc_sim.sensors.suite import SensorSuite
 from sdc_sim.simulation.simulation import Simulation
-from sdc_sim.yaml_document import DocumentError, check_parameter, schema
+from sdc_sim.yaml_document import DocumentError, check_parameter, packaged_config, schema
 
 
 def checked(name: str, value: Any) -> Any:
@@ -88,7 +88,7 @@ def build_simulation(
         obstacles=Obstacles(obstacles),
         lights=lights,
         noise=OdometryNoise(seed, **values["odometry_noise"]),
-        ackermann=AckermannGains(**values["ackermann"]),
+        ackermann=AckermannGains(**{**packaged_config("sim")["ackermann"], **values["ackermann"]}),
         command_latency_s=values["command_latency_s"],
         sensor_latency_s=values["sensor_latency_s"],
         sensors=suite,
