@@ -12,7 +12,7 @@ from sdc_package.actuation import PedalMap, SteeringMap
 from sdc_package.local_path import ReferencePath
 from sdc_package.steering.axles import Axles
 from sdc_package.steering.loader import load_steering
-from sdc_package.steering.motion_estimator import TickModel
+from sdc_package.steering.motion_estimator import MotionFilter, OdometryErrors, TickModel, Y
 from sdc_sim.physics.vehicle import Vehicle
 from sdc_sim.physics.vehicle_parameters import load_vehicle
 from sdc_sim.scenario.packaged import folder_of, node_config
@@ -111,6 +111,21 @@ def test_tick_model_equals_small_steps_of_the_bicycle(speed):
         e, theta, v, r = np.array([e, theta, v, r]) + TICK_S / steps * np.array(change)
     held = TickModel(AXLES, CONFIG["mpc"]["gyration_m"], TICK_S).at(speed)
     assert held @ (*start, wheel) == pytest.approx([e, theta, v, r], abs=2e-3)
+
+
+def test_filter_trusts_positions_without_noise():
+    model = TickModel(AXLES, CONFIG["mpc"]["gyration_m"], TICK_S)
+    one, car, errors = (
+        MotionFilter(model, TICK_S, OdometryErrors(0.05, 0.001, 0.05)),
+        np.zeros(4),
+        [],
+    )
+    one.start((0.0, 0.0, 0.0), 10.0, (0.0, 0.0))
+    for tick in range(1, 301):  # wind comes up after 250 ticks
+        car = model.at(10.0) @ (*car, 0.005 if tick > 250 else 0.0)
+        one.update((0.0, 0.0), (10.0 * TICK_S * tick, car[0], car[1]), 10.0)
+        errors.append(abs(one.state[Y] - car[0]))
+    assert max(errors) < 0.0012  # with the greatest noise it is 0.0017
 
 
 @needs_osqp

@@ -36,6 +36,8 @@ _SPEEDS_MPS = np.arange(1.0, 60.5, _STEP_MPS)
 # count less by this factor a tick; a smaller gain than the margin is chance.
 _MEMORY = 0.98
 _MARGIN = 6.0
+# Share of the last innovation in the estimated noise of the positions, and its least value [m].
+_LEARNS, _LEAST_NOISE_M = 0.02, 0.006
 
 
 class TickModel:
@@ -68,7 +70,7 @@ class TickModel:
 
 @dataclass
 class OdometryErrors:
-    """Standard deviations of the odometry that the filter assumes."""
+    """Standard deviations of the odometry: the greatest of a position, those of the others."""
 
     position_noise_m: float
     heading_noise_rad: float
@@ -85,13 +87,15 @@ class MotionFilter:
         state: the estimate, see X, Y, ... (8,)
         surprise: squared error of the last prediction in standard deviations
 
-    Reference: S. Thrun, W. Burgard and D. Fox, Probabilistic Robotics, table 3.3.
+    Reference: S. Thrun, W. Burgard and D. Fox, Probabilistic Robotics, table 3.3; the noise of the
+    positions from the innovations by R. K. Mehra, IEEE Trans. Automatic Control 15, 1970.
     """
 
     def __init__(self, model: TickModel, tick_s: float, errors: OdometryErrors):
         self._model, self._tick_s = model, tick_s
         position, heading, speed = vars(errors).values()
         self._noise = np.diag(np.square([position, position, heading, speed]))
+        self._position_variance = self._most_variance = position**2
         self._measures = np.eye(8)[_MEASURED]
         self.state: np.ndarray = np.zeros(8)
         self.surprise = 0.0
@@ -131,6 +135,11 @@ class MotionFilter:
         innovation = np.array(
             [x - state[X], y - state[Y], wrap_angle(yaw - state[YAW]), speed_mps - expected_mps]
         )
+        # How much the positions scatter beyond the model's own error is their noise.
+        scatter = 0.5 * (innovation[:2] @ innovation[:2] - p[X, X] - p[Y, Y])
+        self._position_variance += _LEARNS * (scatter - self._position_variance)
+        least, most = _LEAST_NOISE_M**2, self._most_variance
+        self._noise[[0, 1], [0, 1]] = min(max(self._position_variance, least), most)
         innovation_covariance = p[np.ix_(_MEASURED, _MEASURED)] + self._noise
         gain = np.linalg.solve(innovation_covariance, p[_MEASURED]).T
         self.state = state + gain @ innovation
