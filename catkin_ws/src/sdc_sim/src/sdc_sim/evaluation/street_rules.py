@@ -41,8 +41,7 @@ _CAR_WIDTH_M = 1.9
 # One that the car passes is so far ahead of it, and so far on its right [m].
 _PASSED_M, _RIGHT_M = (-40.0, 60.0), (-2.0, 12.0)
 _LANE_M = 2.5
-# One so near to a way, and turned so little from it, drives along it.
-_SAME_WAY_M, _SAME_WAY = 1.0, math.cos(math.radians(30.0))
+_SAME_WAY_M = 1.0  # one so near to a way that it does not cross drives along it
 # An odometry without road users at its time waits for so many later ones: where there are none,
 # the world says so once a second.
 _MOST_WAITING = 40
@@ -244,7 +243,8 @@ class StreetRules:
         """Return whether a body drives along a way through a junction, where two overlap, too."""
         places = (self._network.lanes[name].line.nearest(*body[:2]) for name in way.through)
         return any(
-            one.distance_m < _SAME_WAY_M and math.cos(body.yaw_rad - one.heading_rad) > _SAME_WAY
+            one.distance_m < _SAME_WAY_M
+            and math.cos(body.yaw_rad - one.heading_rad) > math.cos(_CROSSING_RAD)
             for one in places
         )
 
