@@ -208,7 +208,7 @@ def main(arguments: Sequence[str]) -> int:
         if options.watch:
             return watch(folder, steps, Show(sys.stdout))
         return check(folder, steps, Show(sys.stdout), options.json, options.seed)
-    except (WorkspaceError, StepError, RegionError, OSError) as error:
+    except (WorkspaceError, StepError, RegionError, OSError, ImportError) as error:
         print(f"check: {error}", file=sys.stderr)
         return 2
 

@@ -5,6 +5,7 @@ from finished_workspace import differences, solved
 from guide_blocks import read
 from guide_student import Student
 
+from sdc_workshop import check
 from sdc_workshop.grading.copying import copy_workspace
 from sdc_workshop.grading.grading import Conditions, grade
 from sdc_workshop.steps import LABS, chosen, load_steps
@@ -55,6 +56,17 @@ def test_check_without_a_step_means_the_lab_of_the_workspace(tmp_path, lab):
     assert chosen([], lab_of(tmp_path / "ws")) == load_steps(lab)
     assert chosen([lab]) == load_steps(lab)
     assert not set(load_steps(lab)) & set(chosen([]))
+
+
+def test_missing_package_of_a_lab_is_one_line(tmp_path, monkeypatch, capsys):
+    def without_osqp(*_):
+        raise ImportError("osqp is not installed; run docker/prepare mpc")
+
+    make(tmp_path / "ws", "mpc")
+    monkeypatch.setenv("PWD", str(tmp_path / "ws"))
+    monkeypatch.setattr(check, "check", without_osqp)
+    assert check.main([]) == 2
+    assert capsys.readouterr().err == "check: osqp is not installed; run docker/prepare mpc\n"
 
 
 @pytest.mark.parametrize("lab", LABS)
