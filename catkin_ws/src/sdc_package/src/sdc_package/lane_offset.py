@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+import cv2
 import numpy as np
 
 from sdc_common.geometry.polyline import Place
@@ -14,7 +15,9 @@ from sdc_common.validation import check_positive
 # With fewer marked pixels that agree there is no lane.
 _LEAST_PIXELS, _MOST_PIXELS = 50, 2000  # the most that are looked at in a picture
 _TOLERANCE_M = 0.12
-_OFFSETS_M = np.arange(-1.6, 1.6, 0.1)
+_BIN_M = 0.1
+_OFFSETS_M, _SLOPES = np.arange(-1.6, 1.5, _BIN_M), np.linspace(-0.2, 0.2, 21)[:, None]
+_MOST_FITS = 5
 # Share by which one picture moves the path, and ticks whose places wait for their pictures.
 _GAIN, _KEPT_TICKS = 0.3, 60
 
@@ -45,25 +48,30 @@ class LaneFit:
         half_m = self.lane_width_m / 2.0
         x, offset = np.hstack([x, x]), np.hstack([-half_m - y, half_m - y])
         # Pixels of the lines agree about the offset: the fit begins with the fullest bin.
-        best = 0, 0.0, 0.0
-        for slope in np.linspace(-0.2, 0.2, 21):
-            counts, _ = np.histogram(offset - slope * x, _OFFSETS_M)
-            place = int(counts.argmax())
-            best = max(best, (int(counts[place]), _OFFSETS_M[place] + 0.05, slope))
-        agree = np.abs(offset - best[1] - best[2] * x) < 2.0 * _TOLERANCE_M
-        curve = np.zeros(3)
-        for _ in range(5):
+        bins = np.floor((offset - _SLOPES * x - _OFFSETS_M[0]) / _BIN_M).astype(int)
+        inside = (bins >= 0) & (bins < len(_OFFSETS_M))
+        numbers = (bins + len(_OFFSETS_M) * np.arange(len(_SLOPES))[:, None])[inside]
+        fullest = int(np.bincount(numbers, minlength=1).argmax())
+        slope, place = divmod(fullest, len(_OFFSETS_M))
+        middle_m = _OFFSETS_M[place] + _BIN_M / 2.0
+        agree = np.abs(offset - middle_m - _SLOPES[slope] * x) < 2.0 * _TOLERANCE_M
+        curve, fitted = np.zeros(3), None
+        for _ in range(_MOST_FITS):
             if np.count_nonzero(agree) < _LEAST_PIXELS:
                 return None
-            curve = np.polyfit(x[agree], offset[agree], 2)
+            if np.array_equal(agree, fitted):
+                break
+            curve, fitted = np.polyfit(x[agree], offset[agree], 2), agree
             agree = np.abs(offset - np.polyval(curve, x)) < _TOLERANCE_M
         return float(curve[2]) if abs(curve[1]) < self.steepest else None
 
     def _ground_points(self, mask: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return x (ahead) and y (left) of marked pixels on the road [m]."""
-        found = np.argwhere(mask)
+        found = cv2.findNonZero(mask)
+        if found is None:
+            return np.empty(0), np.empty(0)
         every = np.linspace(0, len(found) - 1, min(len(found), _MOST_PIXELS)).astype(int)
-        rows, columns = found[every].T
+        columns, rows = found[every, 0].T
         height, width = mask.shape
         c, s = math.cos(self.camera_pitch_rad), math.sin(self.camera_pitch_rad)
         below = (rows - height / 2.0) * 2.0 / width
