@@ -17,7 +17,7 @@ _LEAST_PIXELS, _MOST_PIXELS = 50, 2000  # the most that are looked at in a pictu
 _TOLERANCE_M = 0.12
 _BIN_M = 0.1
 _OFFSETS_M, _SLOPES = np.arange(-1.6, 1.5, _BIN_M), np.linspace(-0.2, 0.2, 21)[:, None]
-_MOST_FITS = 5
+_EVERY, _MOST_FITS = 2, 5
 # Share by which one picture moves the path, and ticks whose places wait for their pictures.
 _GAIN, _KEPT_TICKS = 0.3, 60
 
@@ -48,22 +48,22 @@ class LaneFit:
         half_m = self.lane_width_m / 2.0
         x, offset = np.hstack([x, x]), np.hstack([-half_m - y, half_m - y])
         # Pixels of the lines agree about the offset: the fit begins with the fullest bin.
-        bins = np.floor((offset - _SLOPES * x - _OFFSETS_M[0]) / _BIN_M).astype(int)
+        few = offset[::_EVERY] - _SLOPES * x[::_EVERY]
+        bins = np.floor((few - _OFFSETS_M[0]) / _BIN_M).astype(int)
         inside = (bins >= 0) & (bins < len(_OFFSETS_M))
         numbers = (bins + len(_OFFSETS_M) * np.arange(len(_SLOPES))[:, None])[inside]
         fullest = int(np.bincount(numbers, minlength=1).argmax())
         slope, place = divmod(fullest, len(_OFFSETS_M))
         middle_m = _OFFSETS_M[place] + _BIN_M / 2.0
         agree = np.abs(offset - middle_m - _SLOPES[slope] * x) < 2.0 * _TOLERANCE_M
-        curve, fitted = np.zeros(3), None
+        powers = np.column_stack([np.ones_like(x), x, x * x])
         for _ in range(_MOST_FITS):
             if np.count_nonzero(agree) < _LEAST_PIXELS:
                 return None
-            if np.array_equal(agree, fitted):
-                break
-            curve, fitted = np.polyfit(x[agree], offset[agree], 2), agree
-            agree = np.abs(offset - np.polyval(curve, x)) < _TOLERANCE_M
-        return float(curve[2]) if abs(curve[1]) < self.steepest else None
+            rows = powers[agree]
+            curve = np.linalg.lstsq(rows.T @ rows, rows.T @ offset[agree], rcond=None)[0]
+            agree = np.abs(offset - powers @ curve) < _TOLERANCE_M
+        return float(curve[0]) if abs(curve[1]) < self.steepest else None
 
     def _ground_points(self, mask: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return x (ahead) and y (left) of marked pixels on the road [m]."""
