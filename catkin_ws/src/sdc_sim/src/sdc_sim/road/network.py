@@ -73,7 +73,10 @@ class RoadLane:
 
     def heading_at(self, s_m: float) -> float:
         """Return the direction of the centre line at an arc length [rad]."""
-        return float(_heading(self.points_m, self.s_m, np.array([s_m]))[0])
+        found = int(np.searchsorted(self.s_m, s_m, side="right")) - 1
+        row = min(max(found, 0), len(self.points_m) - 2)
+        dx, dy = (self.points_m[row + 1] - self.points_m[row]).tolist()
+        return math.atan2(dy, dx)
 
     def beside(self, offset_m: float) -> np.ndarray:
         """Return the line (N, 2) parallel to the centre line, positive to the left [m]."""
