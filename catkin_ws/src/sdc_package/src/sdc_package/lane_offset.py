@@ -13,7 +13,7 @@ from sdc_common.geometry.polyline import Place
 from sdc_common.validation import check_positive
 
 # With fewer marked pixels that agree there is no lane.
-_LEAST_PIXELS, _MOST_PIXELS = 50, 2000  # the most that are looked at in a picture
+_LEAST_PIXELS, _MOST_PIXELS = 50, 1000  # the most that are looked at in a picture
 _TOLERANCE_M = 0.12
 _BIN_M = 0.1
 _OFFSETS_M, _SLOPES = np.arange(-1.6, 1.5, _BIN_M), np.linspace(-0.2, 0.2, 21)[:, None]
@@ -67,19 +67,19 @@ class LaneFit:
 
     def _ground_points(self, mask: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return x (ahead) and y (left) of marked pixels on the road [m]."""
-        found = cv2.findNonZero(mask)
+        height, width = mask.shape
+        c, s = math.cos(self.camera_pitch_rad), math.sin(self.camera_pitch_rad)
+        below = (np.arange(height) - height / 2.0) * 2.0 / width
+        down, ahead = np.maximum(c * below + s, 1e-6), c - s * below
+        x = self.camera_x_m + self.camera_z_m * ahead / down
+        seen = np.flatnonzero((self.near_m < x) & (x < self.far_m))
+        found = cv2.findNonZero(mask[seen[0] : seen[-1] + 1]) if len(seen) else None
         if found is None:
             return np.empty(0), np.empty(0)
         every = np.linspace(0, len(found) - 1, min(len(found), _MOST_PIXELS)).astype(int)
         columns, rows = found[every, 0].T
-        height, width = mask.shape
-        c, s = math.cos(self.camera_pitch_rad), math.sin(self.camera_pitch_rad)
-        below = (rows - height / 2.0) * 2.0 / width
-        down, ahead = np.maximum(c * below + s, 1e-6), c - s * below
-        x = self.camera_x_m + self.camera_z_m * ahead / down
-        y = self.camera_z_m * (1.0 - columns * 2.0 / width) / down
-        seen = (self.near_m < x) & (x < self.far_m)
-        return x[seen], y[seen]
+        y = self.camera_z_m * (1.0 - columns * 2.0 / width) / down[seen[rows]]
+        return x[seen[rows]], y
 
 
 class LaneHold:
