@@ -47,16 +47,20 @@ class Other:
         return DetectedObstacle(*place, abs(self.speed_mps), self.number, self.kind)
 
 
+def road_of(network, points, last_mps=MOST_MPS):
+    route = road_route(points)
+    speeds = np.linspace(MOST_MPS, last_mps, len(route.s))
+    return road_along(network, route, list(places_along(network, route)), speeds)
+
+
 def drive(network, others, duration_s, points=None, start=(0.0, 0.0, 8.0), lines_m=()):
     """Let a point drive as the manoeuvres demand; return rows of time, x, y and speed.
 
     It brakes for those in its way, as the planner does, and meets none of them.
     """
     points = [(x, 0.0) for x in range(int(LENGTH_M))] if points is None else points
-    route = road_route(np.array(points, float))
-    speeds = np.full(len(route.s), MOST_MPS)
-    road = road_along(network, route, list(places_along(network, route)), speeds)
-    plan = Manoeuvres(road, np.array(lines_m, float), CAR)
+    road = road_of(network, np.array(points, float))
+    plan, route = Manoeuvres(road, np.array(lines_m, float), CAR), road.route
     s, y, v = start
     rows, until_m = [], min(lines_m, default=math.inf) - CAR.front_m
     for tick in range(round(duration_s / TICK_S)):
@@ -138,6 +142,16 @@ def test_car_overtakes_on_the_next_lane_after_a_faster_one():
     assert rows[-1, 1] > 50.0 + 4.0 * 30.0 and len(overtaken) == 4
 
 
+def test_car_with_one_close_behind_it_brakes_no_harder_for_a_slow_one():
+    """The one behind would drive through the car in a forecast in which it does not brake."""
+    road = road_of(two_way(SOLID), np.column_stack([np.arange(300.0), np.zeros(300)]))
+    plan = Manoeuvres(road, np.array([]), CAR)
+    others = [Other(52.0, speed_mps=5.0).at(0.0), Other(-13.0, speed_mps=10.0, number=8).at(0.0)]
+    for _ in range(100):
+        plan.decide(0.0, 0.0, 10.0, others, math.inf)
+        assert plan.most_mps > 5.0
+
+
 def test_car_makes_room_for_an_ambulance():
     ambulance = Other(-60.0, 0.0, 18.0, kind="ambulance", size=(5.9, 2.0))
     rows = drive(two_lanes(), [ambulance], 20.0)
@@ -165,21 +179,15 @@ def test_car_pulls_out_after_the_one_that_comes():
 
 
 def test_way_is_the_route_when_the_road_is_free():
-    network = two_way()
-    route = road_route(np.column_stack([np.arange(300.0), np.zeros(300)]))
-    places = list(places_along(network, route))
-    road = road_along(network, route, places, np.full(300, MOST_MPS))
+    road = road_of(two_way(), np.column_stack([np.arange(300.0), np.zeros(300)]))
     plan = Manoeuvres(road, np.array([]), CAR)
-    rows = np.column_stack([route.points, np.full(300, MOST_MPS)])
+    rows = np.column_stack([road.route.points, np.full(300, MOST_MPS)])
     plan.decide(10.0, 0.0, 8.0, [Other(60.0, WIDTH_M, -8.0).at(0.0)], math.inf)
     assert plan.way.moved(rows, slice(0, 300)) is rows and plan.most_mps == math.inf
 
 
 def test_car_alone_changes_lanes_with_its_route_without_braking():
-    network = two_lanes()
-    route = road_route(changing(120.0))
-    places = list(places_along(network, route))
-    road = road_along(network, route, places, np.linspace(MOST_MPS, 2.0, len(route.s)))
+    road = road_of(two_lanes(), changing(120.0), last_mps=2.0)
     plan = Manoeuvres(road, np.array([]), CAR)
     for s in range(400):
         plan.decide(float(s), 0.0, MOST_MPS, (), math.inf)

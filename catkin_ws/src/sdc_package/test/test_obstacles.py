@@ -30,6 +30,12 @@ def test_car_stops_a_gap_behind_a_standing_car():
     assert speed[30] == pytest.approx(math.sqrt(2.0 * BRAKING * (point - 30.0)))
 
 
+def test_car_stops_behind_one_that_is_partly_after_the_end_of_the_route():
+    speed = caps(car(x=203.0, y=0.2), from_s=150.0)
+    assert speed[193] == 0.0 and speed[192] > 0.0
+    assert np.isinf(caps(car(x=203.0, y=3.0), from_s=150.0)).all()
+
+
 @pytest.mark.parametrize(
     ("offset", "blocks"),
     [(0.0, True), (2.3, True), (-2.3, True), (2.5, False), (-2.5, False), (5.0, False)],

@@ -6,7 +6,7 @@ import pytest
 from sdc_sim.evaluation.metrics import (
     COEFFICIENTS,
     accelerations,
-    comfortable,
+    comfort_breaks,
     drive_metrics,
     driving_score,
     off_lane_percent,
@@ -65,24 +65,24 @@ def test_driving_score_follows_the_leaderboard():
 
 
 @pytest.mark.parametrize(
-    ("name", "within", "beyond"),
+    ("broken", "step_mps2", "for_s", "turn_radps"),
     [
-        ("longitudinal_acceleration_max_mps2", 2.40, 2.41),
-        ("longitudinal_acceleration_min_mps2", -4.05, -4.06),
-        ("lateral_acceleration_max_mps2", 4.89, 4.90),
-        ("jerk_max_mps3", 8.37, 8.38),
+        ([], 2.3, 8.0, 0.0),
+        (["longitudinal_acceleration_mps2"], 2.5, 8.0, 0.0),
+        ([], -3.9, 4.0, 0.0),
+        (["longitudinal_acceleration_mps2"], -4.2, 4.0, 0.0),
+        (["lateral_acceleration_mps2"], 0.0, 0.0, 0.26),
+        (["yaw_rate_radps", "lateral_acceleration_mps2"], 0.0, 0.0, 1.0),
+        (["longitudinal_jerk_mps3", "longitudinal_acceleration_mps2"], -6.0, 0.9, 0.0),
     ],
 )
-def test_comfort_has_the_thresholds_of_nuplan(name, within, beyond):
-    calm = {
-        "longitudinal_acceleration_max_mps2": 1.0,
-        "longitudinal_acceleration_min_mps2": -1.0,
-        "lateral_acceleration_max_mps2": 1.0,
-        "jerk_max_mps3": 1.0,
-    }
-    assert comfortable({**calm, name: within}) is True
-    assert comfortable({**calm, name: beyond}) is False
-    assert comfortable({**calm, name: None}) is None
+def test_comfort_has_the_limits_of_nuplan(broken, step_mps2, for_s, turn_radps):
+    """The car changes its acceleration slowly, except for a short push."""
+    ramp_s = 2.0 if for_s > 1.0 else 0.05
+    ramp = np.minimum(TIME_S - 5.0, 5.0 + for_s + ramp_s - TIME_S) / ramp_s
+    speed = 20.0 + 0.05 * step_mps2 * np.cumsum(np.clip(ramp, 0.0, 1.0))
+    assert comfort_breaks(TIME_S, speed, turn_radps * TIME_S) == sorted(broken)
+    assert comfort_breaks(TIME_S[:20], speed[:20], 0.0 * TIME_S[:20]) is None
 
 
 def test_uneven_time_steps_give_the_same_accelerations():

@@ -3,10 +3,10 @@
     python3 -m sdc_experiments.map_drives MAP [COUNT [OTHERS [LENGTH_M]]]
 
 Prints the time to load the map, and of COUNT drives (100) with the seeds 0, 1, ...: how many are
-complete, the greatest errors, a sum of all traces, which is the same in each run, how the drives
-ended with which infractions, and the seeds of the first 20 that were not clean; among OTHERS road
-users also the time of a tick, and how many drives were comfortable. With LENGTH_M it takes the
-seeds whose routes are about as long.
+complete, the greatest errors, a sum of all traces, which is the same in each run, and how the
+drives ended with which infractions; each drive that is not clean has a line when it ends. Among
+OTHERS road users it also prints the collisions, those at fault, how many drives were comfortable,
+and the time of a tick. With LENGTH_M it takes the seeds whose routes are about as long.
 """
 
 from __future__ import annotations
@@ -14,24 +14,32 @@ from __future__ import annotations
 import functools
 import hashlib
 import itertools
+import math
 import os
 import sys
 import time
 from collections import Counter
 from concurrent.futures import ProcessPoolExecutor
-from typing import Any, Iterator
+from typing import Any, Iterator, Sequence
 
 import numpy as np
 
+from sdc_common.geometry.route import Route
 from sdc_experiments.closed_loop import drive_result
-from sdc_package.speed_control import LATE_MPS
-from sdc_sim.evaluation.drive_evaluation import DriveEvaluation
+from sdc_sim.evaluation.metrics import comfort_breaks
 from sdc_sim.road.lane_graph import LaneGraph
 from sdc_sim.road.network_file import MapError, load_network
 from sdc_sim.scenario.map_drive import first_mission
+from sdc_sim.simulation.snapshot import Snapshot
 
 # A route is about as long as wanted within this share.
 _ABOUT = 0.2
+# A line is printed at least after so many drives.
+_EVERY = 10
+# An emergency is looked for so far behind the car and ahead of it [m]. A stop is gentle by nuPlan's
+# limit [m/s^2], if the car has this time to react [s].
+_BACK_M, _AHEAD_M, _GENTLE_MPS2, _REACTS_S = 5.0, 50.0, 4.05, 0.5
+_CAR_FRONT_M, _CAR_WIDTH_M = 2.35, 2.0
 
 
 def seeds_of(graph: LaneGraph, length_m: int) -> Iterator[int]:
@@ -43,23 +51,54 @@ def seeds_of(graph: LaneGraph, length_m: int) -> Iterator[int]:
             yield seed
 
 
-def had_emergency(result: DriveEvaluation) -> bool:
-    """Return whether the car was so much faster than its plan that it braked with all jerk.
+def had_emergency(route: Route, snapshots: Sequence[Snapshot]) -> bool:
+    """Return whether another one came into the way of the car too late for a gentle stop.
 
-    This is the controller's condition for `emergency_jerk_mps3`: it has seen something late.
+    This is a fact of the world: a tick before, it was beside the route.
+
+    Args:
+        route: the route of the car
+        snapshots: the true states of all ticks
     """
-    _, planned_mps, time_s = np.array(result.planned).reshape(-1, 3).T
-    speed_mps = np.interp(time_s, *result.rows[:, [0, 4]].T)
-    return bool((planned_mps < speed_mps - LATE_MPS).any())
+    s_m = 0.0
+    known: set[int] = set()
+    inside: set[int] = set()
+    for one in snapshots:
+        car, last_known, last_inside = one.state, known, inside
+        known, inside = {other.id for other in one.obstacles}, set()
+        s_m = route.line.project(car.x_m, car.y_m, s_m, _BACK_M, _AHEAD_M).s_m
+        for other in one.obstacles:
+            if math.dist((car.x_m, car.y_m), (other.x_m, other.y_m)) > _AHEAD_M:
+                continue
+            at = route.line.project(other.x_m, other.y_m, s_m, 0.0, _AHEAD_M)
+            turned_rad = other.yaw_rad - at.heading_rad
+            cos, sin = math.cos(turned_rad), math.sin(turned_rad)
+            across_m = 0.5 * (other.length_m * abs(sin) + other.width_m * abs(cos) + _CAR_WIDTH_M)
+            along_m = 0.5 * (other.length_m * abs(cos) + other.width_m * abs(sin)) + _CAR_FRONT_M
+            if at.distance_m > across_m or at.s_m <= s_m:
+                continue
+            inside.add(other.id)
+            closing_mps = max(car.speed_mps - other.speed_mps * cos, 0.0)
+            room_m = max(at.s_m - s_m - along_m - _REACTS_S * closing_mps, 0.0)
+            comes = other.id in last_known and other.id not in last_inside
+            if comes and closing_mps**2 > 2.0 * _GENTLE_MPS2 * room_m:
+                return True
+    return False
 
 
 def one_drive(path: str, traffic: int, seed: int) -> tuple[dict[str, Any], str]:
     """Return the metrics of a drive between places drawn from a seed, and the sum of its trace."""
     started_s = time.process_time()
-    result = drive_result(map=path, seed=seed, traffic=traffic, compiled=True)
+    seen: list[Snapshot] = []
+    result = drive_result(map=path, seed=seed, traffic=traffic, compiled=True, observe=seen.append)
     tick_ms = 1000.0 * (time.process_time() - started_s) / len(result.rows)
     trace = hashlib.sha256(result.rows.tobytes()).hexdigest()
-    more = {"tick_ms": tick_ms, "emergency": had_emergency(result)}
+    breaks = comfort_breaks(*result.rows[:, [0, 4, 3]].T)
+    more = {
+        "tick_ms": tick_ms,
+        "emergency": had_emergency(result.route, seen),
+        "breaks": breaks or (),
+    }
     return {**result.metrics, **more}, trace
 
 
@@ -77,34 +116,51 @@ def main() -> None:
     graph = LaneGraph(network)
     print(f"{network.name}: loaded in {time.perf_counter() - started_s:.2f} s")
     seeds = list(itertools.islice(seeds_of(graph, length_m), count))
+    metrics, total = [], hashlib.sha256()
     with ProcessPoolExecutor(os.cpu_count()) as pool:
-        found = list(pool.map(functools.partial(one_drive, path, traffic), seeds, chunksize=4))
-    metrics = [one for one, _ in found]
-    clean = [
-        one for one in metrics if one["status"] == "completed" and one["driving_score"] >= 100.0
-    ]
+        drives = pool.map(functools.partial(one_drive, path, traffic), seeds)
+        for seed, (one, trace) in zip(seeds, drives):
+            metrics.append(one)
+            total.update(trace.encode())
+            if not _is_clean(one):
+                ends = {name: n for name, n in one["infractions"].items() if n}
+                fault = ", at fault" if one.get("collisions_at_fault") else ""
+                print(f"drive {len(metrics)}, seed {seed}: {one['status']}{fault} {ends}")
+            elif len(metrics) % _EVERY == 0:
+                print(f"drive {len(metrics)} of {count}", flush=True)
     print(
-        f"{len(clean)} of {count} drives complete without infraction, "
+        f"{sum(map(_is_clean, metrics))} of {count} drives complete without infraction, "
         f"{sum(one['route_length_m'] for one in metrics) / 1000.0:.1f} km; greatest RMS "
         f"{max(one['cross_track_rms_m'] for one in metrics):.4f} m, greatest error "
         f"{max(one['cross_track_max_m'] for one in metrics):.3f} m, off the lane "
-        f"{max(one['off_lane_percent'] for one in metrics):.1f} %; traces "
-        f"{hashlib.sha256(''.join(trace for _, trace in found).encode()).hexdigest()[:16]}"
+        f"{max(one['off_lane_percent'] for one in metrics):.1f} %; traces {total.hexdigest()[:16]}"
     )
     ends = Counter(one["status"] for one in metrics)
     for one in metrics:
         ends.update(one["infractions"])
-        ends["collisions at fault"] += one["collisions_at_fault"]
     print(", ".join(f"{count} {end}" for end, count in ends.items() if count))
-    others = [seed for seed, one in zip(seeds, metrics) if one not in clean]
-    print("seeds of the others:", ", ".join(map(str, others[:20])) or "none")
     if traffic:
-        calm = [bool(one["comfortable"]) for one in metrics if not one["emergency"]]
-        print(
-            f"comfortable: {sum(calm)} of {len(calm)} drives without an emergency, "
-            f"{sum(bool(one['comfortable']) for one in metrics)} of all"
-        )
-        print(f"a tick takes {np.median([one['tick_ms'] for one in metrics]):.2f} ms (median)")
+        _print_in_traffic(seeds, metrics)
+
+
+def _is_clean(one: dict[str, Any]) -> bool:
+    return one["status"] == "completed" and one["driving_score"] >= 100.0
+
+
+def _print_in_traffic(seeds: list[int], metrics: list[dict[str, Any]]) -> None:
+    faults = [seed for seed, one in zip(seeds, metrics) if one["collisions_at_fault"]]
+    print(
+        f"{sum(one['status'] == 'collision' for one in metrics)} collisions, {len(faults)} at "
+        f"fault; seeds of those: {', '.join(map(str, faults)) or 'none'}"
+    )
+    calm = [one for one in metrics if not one["emergency"]]
+    breaks = Counter(name for one in calm for name in one["breaks"])
+    print(
+        f"comfortable: {sum(not one['breaks'] for one in calm)} of {len(calm)} drives without an "
+        f"emergency, {sum(not one['breaks'] for one in metrics)} of all; limits that those break: "
+        f"{', '.join(f'{n} {name}' for name, n in breaks.most_common()) or 'none'}"
+    )
+    print(f"a tick takes {np.median([one['tick_ms'] for one in metrics]):.2f} ms (median)")
 
 
 if __name__ == "__main__":

@@ -13,7 +13,7 @@ from sdc_common.geometry.polyline import Place
 from sdc_common.geometry.road_line import LONGEST_STEP_M, road_route
 from sdc_common.planning.speed_profile import SpeedLimits, limited_speeds
 from sdc_common.validation import check_positive
-from sdc_package.obstacles import DetectedObstacle, ObstacleMargins, speed_caps
+from sdc_package.obstacles import FIRM_MPS2, DetectedObstacle, ObstacleMargins, speed_caps
 from sdc_package.traffic_lights import TrafficLightMargins, TrafficLightMonitor
 
 if TYPE_CHECKING:
@@ -221,7 +221,7 @@ class LocalPlanner:
         braking_mps2 = self.settings.limits.braking_mps2
         stop_s = lights.stop_s(self.route, self.place.s_m, speed_mps, braking_mps2, self._horizon_m)
         if stop_s is not None:
-            rows = self._stopped_at(rows, stop_s, "traffic_light")
+            rows = self._stopped_at(rows, stop_s, "traffic_light", speed_mps)
         if self._streets is not None:
             rows = self._on_streets(self._streets, rows, speed_mps, stop_s)
         return rows
@@ -250,7 +250,7 @@ class LocalPlanner:
         if following_mps < rows[0, 2]:
             rows = self._capped(rows, np.full(len(rows), following_mps), "obstacle")
         stop = streets.stop(s_m, speed_mps, seen, self._horizon_m, stop_s is not None)
-        rows = rows if stop is None else self._stopped_at(rows, *stop)
+        rows = rows if stop is None else self._stopped_at(rows, *stop, speed_mps)
         plan = streets.manoeuvres
         if plan is None:
             return rows
@@ -259,15 +259,20 @@ class LocalPlanner:
         if plan.most_mps < rows[0, 2]:
             rows = self._capped(rows, np.full(len(rows), plan.most_mps), plan.reason)
         if math.isfinite(plan.stop_m):
-            rows = self._stopped_at(rows, plan.stop_m, "obstacle")
+            rows = self._stopped_at(rows, plan.stop_m, "obstacle", speed_mps)
         elif plan.reason and self.reason in ("cruise", "bend", "accelerating"):
             self.reason = plan.reason
         return rows
 
-    def _stopped_at(self, rows: np.ndarray, stop_s: float, reason: str) -> np.ndarray:
+    def _stopped_at(
+        self, rows: np.ndarray, stop_s: float, reason: str, speed_mps: float
+    ) -> np.ndarray:
         """Return rows with which the car's centre stops at an arc length, for this reason."""
-        room_m = np.maximum(self.route.last_point_s(stop_s) - self.route.s[self._ahead], 0.0)
-        caps = np.sqrt(2.0 * self.settings.limits.braking_mps2 * room_m)
+        last_s, usual_mps2 = self.route.last_point_s(stop_s), self.settings.limits.braking_mps2
+        needed_mps2 = speed_mps**2 / max(2.0 * (last_s - self.place.s_m), 0.1)
+        braking_mps2 = max(usual_mps2, min(needed_mps2, FIRM_MPS2))
+        room_m = np.maximum(last_s - self.route.s[self._ahead], 0.0)
+        caps = np.sqrt(2.0 * braking_mps2 * room_m)
         return self._capped(rows, caps, reason)
 
     def _capped(self, path: np.ndarray, caps: np.ndarray, reason: str) -> np.ndarray:

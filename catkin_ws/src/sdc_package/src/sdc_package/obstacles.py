@@ -13,6 +13,8 @@ from sdc_common.geometry.road_line import LONGEST_STEP_M
 from sdc_common.geometry.route import Route
 from sdc_common.validation import check_non_negative
 
+# A car that is late for a stop brakes so hard, which is still comfortable by nuPlan's limits.
+FIRM_MPS2 = 3.0
 # Times ahead at which a moving obstacle is predicted, so that the car brakes before a pedestrian
 # steps onto the lane [s].
 _PREDICTION_TIMES_S = (0.0, 0.5, 1.0, 1.5, 2.0)
@@ -133,6 +135,11 @@ def _blocked_from(
     x = obstacle.x_m + travel_m * math.cos(obstacle.yaw_rad)
     y = obstacle.y_m + travel_m * math.sin(obstacle.yaw_rad)
     place = route.line.project(x, y, from_s_m, 0.0, horizon_m)
+    if place.s_m >= route.length_m:  # it may be on the lane after the end of the route
+        (end_x, end_y), yaw = route.line.point_at(place.s_m), place.heading_rad
+        left_m = (y - end_y) * math.cos(yaw) - (x - end_x) * math.sin(yaw)
+        after_m = (x - end_x) * math.cos(yaw) + (y - end_y) * math.sin(yaw)
+        place = place._replace(s_m=place.s_m + after_m, cross_track_m=left_m)
     relative_yaw = obstacle.yaw_rad - place.heading_rad
     cos, sin = abs(math.cos(relative_yaw)), abs(math.sin(relative_yaw))
     half_along = 0.5 * (obstacle.length_m * cos + obstacle.width_m * sin)

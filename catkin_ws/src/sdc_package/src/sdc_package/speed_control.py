@@ -12,7 +12,7 @@ _STOP_WITHIN_M = 0.12
 _TOO_FAST_MPS = 1.0
 _COASTING_MPS2 = 0.4
 # A car that is faster than planned by more than this has seen something late.
-LATE_MPS = 3.0
+_LATE_MPS = 3.0
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ class SpeedControl:
             # What a slow start has gathered must not push the car past a stop.
             self.pid.integral = min(self.pid.integral, 0.0)
         change = limits.jerk_mps3 * dt_s
-        is_late = target_mps < speed_mps - LATE_MPS
+        is_late = target_mps < speed_mps - _LATE_MPS
         harder = limits.emergency_jerk_mps3 * dt_s if is_late else change
         lower = max(-limits.braking_mps2, self.acceleration_mps2 - harder)
         upper = min(limits.acceleration_mps2, self.acceleration_mps2 + change)

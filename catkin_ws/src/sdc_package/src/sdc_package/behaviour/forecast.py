@@ -96,7 +96,7 @@ def forecast(
         its_s = others.s_m + time_s * others.along_mps
         its_y = others.y_m + min(time_s, _ACROSS_S) * judge.across_mps
         distance_m = its_s - s[:, None]
-        in_way = np.abs(its_y - ways_m[:, at(its_s)]) < judge.half_width_m
+        in_way = ~judge.settled & (np.abs(its_y - ways_m[:, at(its_s)]) < judge.half_width_m)
         gap_m = np.where(in_way & (distance_m > 0.0), distance_m - judge.half_length_m, np.inf)
         push = np.maximum(
             _push(v[:, None], others.along_mps, gap_m, car).max(axis=1, initial=0.0),
@@ -150,14 +150,16 @@ class _Judge:
         least_mps = np.maximum(_ACROSS_MPS, _ACROSS_SHARE * np.abs(along_mps))
         self._aligned = along_mps > np.abs(left_mps)
         # One that comes into the car's lane behind it sees the car.
-        across = (np.abs(left_mps) > least_mps) & ~(self._aligned & (others.s_m < s_m))
-        self.across_mps = np.where(across, left_mps, 0.0)
+        behind = self._aligned & (others.s_m < s_m)
+        moves_mps = np.where(np.abs(left_mps) > least_mps, left_mps, 0.0)
+        self.across_mps = np.where(behind, 0.0, moves_mps)
         self._oncoming = along_mps < -np.abs(left_mps)
         clear_m = np.where(self._oncoming, -_ONCOMING_S * margin * along_mps, _ALONG_M)
         self._near_m = self.half_length_m + clear_m
-        # One behind in the car's lane is responsible for its distance.
+        # One behind in the car's lane is responsible for its distance. Here, it does not brake.
         here = np.abs(others.y_m - way_m) < self.half_width_m
-        self._settled = here & self._aligned & (others.s_m < s_m)
+        stays = np.abs(others.y_m + _ACROSS_S * moves_mps - way_m) < self.half_width_m
+        self.settled = here & stays & behind
 
     def contacts(
         self, time_s: float, distance_m: np.ndarray, away_m: np.ndarray, speed_mps: np.ndarray
@@ -172,8 +174,8 @@ class _Judge:
         closing_mps = np.maximum(self._along_mps - speed_mps, 0.0)
         safe_m = 1.0 + 0.2 * self._along_mps + closing_mps**2 / (2.0 * _REAR_MPS2)
         is_close = -distance_m - self.half_length_m < self._margin * safe_m
-        cut_in = overlap & behind & ~self._settled & is_close
-        self._settled |= overlap & behind
-        met = overlap & (np.abs(distance_m) < self._near_m) & ~self._settled
+        cut_in = overlap & behind & ~self.settled & is_close
+        self.settled = self.settled | (overlap & behind)
+        met = overlap & (np.abs(distance_m) < self._near_m) & ~self.settled
         met &= self._oncoming | (speed_mps > _AT_REST_MPS)
         return (cut_in | met).any(axis=1)

@@ -18,6 +18,7 @@ from sdc_package.behaviour.crosswalks import crosswalks_on
 from sdc_package.behaviour.forecast import Body
 from sdc_package.behaviour.manoeuvres import Manoeuvres
 from sdc_package.behaviour.road import road_along
+from sdc_package.obstacles import FIRM_MPS2
 from sdc_sim.road.network import LanePlace, Network
 
 STOP_SIGN, RIGHT_OF_WAY, JUNCTION_BLOCKED = "stop_sign", "right_of_way", "junction_blocked"
@@ -27,7 +28,6 @@ _STOPPED_MPS, _STOPPED_WITHIN_M = 0.2, 2.5
 # A road user so slow is in a jam; at a junction, one so slow waits for the car.
 _STANDS_MPS, _WAITS_MPS = 0.5, 0.1
 _LANE_M = 2.5
-_KEPT_PLACES = 256
 # Road users so far from the stop line, or so much time from it, matter. The third one is the time
 # within which one that arrives at the junction has right of way there.
 _NEAR_M, _SOON_S, _ARRIVES_S = 40.0, 8.0, 3.5
@@ -80,7 +80,7 @@ class StreetBehaviour:
     def __init__(self, network: Network, margins: StreetMargins):
         self._network, self._margins = network, margins
         # Two decisions of a tick need the place of a road user, and many are at rest.
-        self._place_of = lru_cache(_KEPT_PLACES)(
+        self._place_of = lru_cache(256)(
             lambda one: network.nearest(one.x_m, one.y_m, one.yaw_rad, _LANE_M)
         )
         self._crossings: list[Crossing] = []
@@ -160,8 +160,8 @@ class StreetBehaviour:
                 return stop_m, STOP_SIGN
             if self._is_blocked(crossing, s_m, obstacles):
                 return stop_m, JUNCTION_BLOCKED
-        give_way_m = self._gives_way(crossing, s_m, speed_mps, obstacles) if obstacles else None
-        return None if give_way_m is None else (max(stop_m, give_way_m), RIGHT_OF_WAY)
+        give_way_m = self._give_way_m(crossing, s_m, speed_mps, obstacles, stop_m)
+        return None if math.isinf(give_way_m) else (give_way_m, RIGHT_OF_WAY)
 
     def _last_stop_m(self, crossing: Crossing) -> float:
         """Return where the car's centre is when it can stop no more without being in the way."""
@@ -252,8 +252,7 @@ class StreetBehaviour:
         self, crossing: Crossing, s_m: float, obstacles: Sequence[DetectedObstacle]
     ) -> bool:
         """Return whether a road user stands where the car would leave the junction."""
-        space_m = 2.0 * self._margins.car_front_m + self._margins.gap_m
-        until_m = crossing.end_m + space_m
+        until_m = crossing.end_m + 2.0 * self._margins.car_front_m + self._margins.gap_m
         x, y = self._route.line.point_at(crossing.end_m)
         for one in obstacles:
             reach_m = until_m - crossing.line_m + 0.5 * one.length_m
@@ -268,51 +267,51 @@ class StreetBehaviour:
                 return True
         return False
 
-    def _gives_way(
+    def _give_way_m(
         self,
         crossing: Crossing,
         s_m: float,
         speed_mps: float,
         obstacles: Sequence[DetectedObstacle],
-    ) -> float | None:
-        """Return where the car could stop for one that it would meet in the junction, if any."""
+        stop_m: float,
+    ) -> float:
+        """Return where the car stops for those that it would meet in the junction, inf: nowhere."""
         front_m, line_m = self._margins.car_front_m, crossing.line_m
-
-        def time_s(at_m: float) -> float:
-            return self._time_s(at_m - s_m, speed_mps, crossing.mean_mps)
-
-        begin_s = time_s(line_m - front_m)
-        spaces = []
+        pace = speed_mps, crossing.mean_mps
+        begin_s = self._time_s(line_m - front_m - s_m, *pace)
+        firm_m, spaces = s_m + speed_mps**2 / (2.0 * FIRM_MPS2), []
         for conflict in crossing.conflicts:
             hardest_mps2 = self._margins.hardest_mps2 if conflict.is_first else _EMERGENCY_MPS2
             soonest_m = s_m + speed_mps**2 / (2.0 * hardest_mps2)
-            if soonest_m <= max(line_m, conflict.own_m[0] - _BESIDE_M) - front_m:
-                times_s = time_s(conflict.own_m[0] - front_m), time_s(conflict.own_m[1] + front_m)
-                spaces.append((conflict, *times_s, soonest_m))
+            latest_m = max(line_m, conflict.own_m[0] - _BESIDE_M) - front_m
+            if soonest_m <= latest_m:
+                first_s = self._time_s(conflict.own_m[0] - front_m - s_m, *pace)
+                last_s = self._time_s(conflict.own_m[1] + front_m - s_m, *pace)
+                is_before = conflict.is_first and soonest_m <= line_m - front_m
+                # For one that runs, it waits as late as it can: most brake late.
+                wanted_m = min(latest_m, max(stop_m, firm_m)) if conflict.is_first else latest_m
+                times_s = begin_s if is_before else None, first_s, last_s
+                spaces.append((wanted_m, conflict, times_s))
         x, y = self._route.line.point_at(line_m)
-        self._plans_at_line += speed_mps < _STANDS_MPS
-        starts = 0 < self._plans_at_line <= _WAITS
-        for one in obstacles:
-            near = math.dist((one.x_m, one.y_m), (x, y)) < _NEAR_M + _SOON_S * one.speed_mps
-            waits = one.speed_mps < _WAITS_MPS
-            if not near or (waits and not starts):
+        self._plans_at_line += bool(obstacles) and speed_mps < _STANDS_MPS
+        starts, nearest_m = 0 < self._plans_at_line <= _WAITS, math.inf
+        for one in obstacles if spaces else ():
+            near_m, waits = _NEAR_M + _SOON_S * one.speed_mps, one.speed_mps < _WAITS_MPS
+            if math.dist((one.x_m, one.y_m), (x, y)) >= near_m or (waits and not starts):
                 continue
             place = self._place_of(one)
             if place is None or abs(place.heading_error_rad) > _ACROSS_RAD:
                 continue
-            for conflict, first_s, last_s, soonest_m in spaces:
+            for wanted_m, conflict, times_s in spaces:
                 away_m = self._away_m(place, conflict)
                 if away_m is None or not (conflict.is_first or _runs(one, away_m)):
                     continue
                 if waits and not 0.0 <= away_m - 0.5 * one.length_m < _AT_LINE_M:
                     continue
-                enters_s = begin_s if conflict.is_first and soonest_m <= line_m - front_m else None
-                if self._meet(one, away_m, conflict, enters_s, first_s, last_s):
-                    self.details[RIGHT_OF_WAY] = (
-                        f"yields to {_name(one)} at junction {crossing.junction}"
-                    )
-                    return soonest_m
-        return None
+                if wanted_m < nearest_m and self._meet(one, away_m, conflict, *times_s):
+                    nearest_m, text = wanted_m, f"yields to {_name(one)} at junction "
+                    self.details[RIGHT_OF_WAY] = text + crossing.junction
+        return nearest_m
 
     def _away_m(self, place: LanePlace, conflict: Conflict) -> float | None:
         """Return the distance of a place to the junction on a way with right of way, if on it."""

@@ -14,8 +14,12 @@ _SCORING = packaged_config("scoring")
 WITHOUT_STREETS: dict[str, float] = _SCORING["infractions"]
 COEFFICIENTS: dict[str, float] = {**WITHOUT_STREETS, **_SCORING["infractions_on_a_map"]}
 
-# Accelerations are slopes over this time and at least this many samples, with the smoothing of
-# nuPlan's comfort metrics (Savitzky-Golay, second order).
+# The limits of nuPlan's comfort metrics, and its filter (Savitzky-Golay, second order): samples so
+# far apart [s], and so many of them for yaw rate, acceleration, and jerk or yaw acceleration; it
+# has 8 for the acceleration, which has no middle (nuplan-devkit, metrics/utils/state_extractors).
+_COMFORT: dict[str, list[float]] = _SCORING["comfort"]
+_SAMPLE_S, _OF_RATE, _OF_ACCELERATION, _OF_JERK = 0.1, 5, 7, 15
+# The accelerations of the report are slopes over this time and at least this many samples.
 _SMOOTHING_S = 0.4
 _MIN_SAMPLES = 5
 # No slope is computed across a longer gap between two samples.
@@ -51,13 +55,14 @@ def drive_metrics(
             speed_max_mps=float(speed.max()),
         )
     metrics.update(peak_accelerations(time_s, speed, columns["yaw_rad"]))
+    breaks = comfort_breaks(time_s, speed, columns["yaw_rad"])
     beside = np.where(np.isin(time_s, list(on_lane_s)), 0.0, error)
     off_lane = off_lane_percent(time_s, speed, beside, lane_width_m)
     metrics.update(
         off_lane_percent=off_lane,
         infractions=dict(infractions),
         driving_score=driving_score(completion_percent, off_lane, infractions),
-        comfortable=comfortable(metrics),
+        comfortable=None if breaks is None else not breaks,
     )
     return metrics
 
@@ -98,12 +103,36 @@ def driving_score(completion_percent: float, off_lane: float, infractions: dict)
     return completion_percent * (1.0 - off_lane / 100.0) / (1.0 + penalty)
 
 
-def comfortable(metrics: dict) -> bool | None:
-    """Return whether accelerations and jerk keep nuPlan's thresholds; None if one is unknown."""
-    if any(metrics[name] is None for name in _SCORING["comfort"]):
-        return None
-    bounds = _SCORING["comfort"].items()
-    return all(low <= metrics[name] <= high for name, (low, high) in bounds)
+def comfort_breaks(
+    time_s: np.ndarray, speed_mps: np.ndarray, yaw_rad: np.ndarray
+) -> list[str] | None:
+    """Return the comfort limits of nuPlan that a drive breaks; None if it is too short.
+
+    Args:
+        time_s: (n,) time of each sample [s]
+        speed_mps: (n,) speed [m/s]
+        yaw_rad: (n,) heading [rad]
+    """
+
+    def slope(values: np.ndarray, window: int) -> np.ndarray:
+        return smoothed_slope(values, window) / _SAMPLE_S
+
+    broken: set[str] | None = None
+    for part in _parts(time_s):
+        even_s = np.arange(time_s[part[0]], time_s[part[-1]] + 1e-6, _SAMPLE_S)
+        if len(even_s) < _OF_JERK:
+            continue
+        speed = np.interp(even_s, time_s[part], speed_mps[part])
+        yaw = np.interp(even_s, time_s[part], np.unwrap(yaw_rad[part]))
+        along, rate = slope(speed, _OF_ACCELERATION), slope(yaw, _OF_RATE)
+        across = speed * slope(yaw, _OF_ACCELERATION)
+        jerks = (slope(one, _OF_JERK) for one in (along, np.hypot(along, across), rate))
+        values = zip(_COMFORT.items(), (along, across, rate, *jerks))
+        beyond = {
+            name for (name, (low, high)), one in values if one.min() < low or one.max() > high
+        }
+        broken = beyond | (broken or set())
+    return None if broken is None else sorted(broken)
 
 
 def peak_accelerations(time_s: np.ndarray, speed_mps: np.ndarray, yaw_rad: np.ndarray) -> dict:
@@ -143,10 +172,15 @@ def accelerations(time_s: np.ndarray, speed_mps: np.ndarray, yaw_rad: np.ndarray
         the jerk [m/s^3], (m,) each
     """
     parts = []
-    for part in np.split(np.arange(len(time_s)), np.flatnonzero(np.diff(time_s) > _MAX_GAP_S) + 1):
+    for part in _parts(time_s):
         if len(part) >= _MIN_SAMPLES:
             parts += _slopes(time_s[part], speed_mps[part], np.unwrap(yaw_rad[part]))
     return parts
+
+
+def _parts(time_s: np.ndarray) -> list[np.ndarray]:
+    """Return the indices of the samples between two gaps."""
+    return np.split(np.arange(len(time_s)), np.flatnonzero(np.diff(time_s) > _MAX_GAP_S) + 1)
 
 
 def _slopes(time_s: np.ndarray, speed_mps: np.ndarray, yaw_rad: np.ndarray) -> list:

@@ -40,6 +40,8 @@ _OPTIONS = (
     *("--no-step-log", "--no-warnings", "--xml-validation", "never", "--duration-log.disable"),
     # Road users neither vanish in a jam, nor stop where SUMO's own model sees a collision.
     *("--time-to-teleport", "-1", "--collision.action", "none", "--ignore-route-errors"),
+    # They move to the next lane in this time [s], and do not jump there in a tick.
+    *("--lanechange.duration", "2"),
 )
 
 
