@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from bisect import bisect_left
 from typing import Callable, Iterable, Sequence
 
 import numpy as np
@@ -25,9 +24,9 @@ class Course:
     Attributes:
         name: name of the course
         curvature_at: curvature at an arc length, positive left [1/m]
-        line: points of the road, 5 cm apart, with exact headings; it continues beyond its ends
         length_m: length of the road [m]
         measured: stretches (from, to) of arc length on which errors count [m]
+        line: points of the road, 5 cm apart, with exact headings; it continues beyond its ends
     """
 
     def __init__(
@@ -37,27 +36,16 @@ class Course:
         length_m: float,
         measured: Sequence[tuple[float, float]],
     ):
-        """Compute the points of a road.
-
-        Args:
-            name: name of the course
-            curvature_at: curvature at an arc length, positive left [1/m]
-            length_m: length of the road [m]
-            measured: stretches (from, to) of arc length on which errors count [m]
-        """
-        count = int(round(length_m / _SAMPLE_M)) + 1
-        s = np.arange(count) * _SAMPLE_M
+        self.name, self.curvature_at, self.measured = name, curvature_at, measured
+        s = np.arange(int(round(length_m / _SAMPLE_M)) + 1) * _SAMPLE_M
         middle = np.array([curvature_at(value) for value in s[:-1] + 0.5 * _SAMPLE_M])
         heading = np.concatenate([[0.0], np.cumsum(middle) * _SAMPLE_M])
         direction = heading[:-1] + 0.5 * middle * _SAMPLE_M
-        x = np.concatenate([[0.0], np.cumsum(np.cos(direction)) * _SAMPLE_M])
-        y = np.concatenate([[0.0], np.cumsum(np.sin(direction)) * _SAMPLE_M])
-        self.name = name
-        self.curvature_at = curvature_at
-        self.line = Polyline(list(zip(x.tolist(), y.tolist())))
+        steps = np.column_stack([np.cos(direction), np.sin(direction)])
+        points = np.vstack([[0.0, 0.0], np.cumsum(steps, axis=0) * _SAMPLE_M])
+        self.line = Polyline(list(map(tuple, points.tolist())))
         self.line.set_headings(heading.tolist())
         self.length_m = float(s[-1])
-        self.measured = measured
 
     def place(self, x_m: float, y_m: float, near_s_m: float) -> Place:
         """Return the place nearest to a point (x, y), searched from an arc length on [m]."""
@@ -85,19 +73,9 @@ def curvature_profile(
         the curvature as a function of the arc length, and the arc lengths of the pieces' ends,
         which begin with 0 [m]
     """
-    ends, values = [0.0], [0.0]
-    for length, curvature in pieces:
-        ends.append(ends[-1] + length)
-        values.append(curvature)
-
-    def curvature_at(s_m: float) -> float:
-        if s_m >= ends[-1]:
-            return values[-1]
-        i = max(0, bisect_left(ends, s_m) - 1)
-        fraction = (s_m - ends[i]) / (ends[i + 1] - ends[i])
-        return values[i] + fraction * (values[i + 1] - values[i])
-
-    return curvature_at, ends
+    lengths, values = np.array([(0.0, 0.0), *pieces]).T
+    ends = np.cumsum(lengths)
+    return lambda s_m: float(np.interp(s_m, ends, values)), ends.tolist()
 
 
 def lane_change() -> Course:
@@ -126,16 +104,9 @@ def figure_eight() -> Course:
 
     Errors count on the second half of each circle, where the car is in a steady state.
     """
-    circle = 64.0 * 1.5 * math.pi
-    pieces = [
-        (30.0, 0.0),
-        (40.0, 1.0 / 64.0),
-        (circle, 1.0 / 64.0),
-        (80.0, -1.0 / 64.0),
-        (circle, -1.0 / 64.0),
-        (40.0, 0.0),
-    ]
-    curvature_at, ends = curvature_profile(pieces)
+    circle, bend = 64.0 * 1.5 * math.pi, 1.0 / 64.0
+    pieces = [(30.0, 0.0), (40.0, bend), (circle, bend), (80.0, -bend), (circle, -bend)]
+    curvature_at, ends = curvature_profile([*pieces, (40.0, 0.0)])
     measured = [(ends[2] + 0.5 * circle, ends[3]), (ends[4] + 0.5 * circle, ends[5])]
     return Course("figure-eight", curvature_at, ends[-1], measured)
 
@@ -146,15 +117,10 @@ def road_course() -> Course:
     The paper uses a road of its own, which is not published.
     """
     pieces = [(40.0, 0.0)]
+    # Radius [m], positive left, angle [deg], and length of the straight after the bend [m].
     for radius, angle, straight in (
-        (80.0, 70.0, 30.0),
-        (-60.0, 90.0, 0.0),
-        (70.0, 60.0, 50.0),
-        (200.0, 40.0, 0.0),
-        (-100.0, 80.0, 20.0),
-        (-65.0, 45.0, 0.0),
-        (60.0, 100.0, 40.0),
-        (-150.0, 50.0, 0.0),
+        *((80.0, 70.0, 30.0), (-60.0, 90.0, 0.0), (70.0, 60.0, 50.0), (200.0, 40.0, 0.0)),
+        *((-100.0, 80.0, 20.0), (-65.0, 45.0, 0.0), (60.0, 100.0, 40.0), (-150.0, 50.0, 0.0)),
     ):
         entry = 25.0
         arc = abs(radius) * math.radians(angle) - entry

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import functools
 import math
-from dataclasses import dataclass
-from typing import Any, Callable, Mapping
+from typing import Any, Callable, Mapping, NamedTuple
 
 from sdc_common.geometry.angles import wrap_angle
+from sdc_common.geometry.polyline import Place
 from sdc_experiments.snider.courses import Course
 from sdc_package.local_path import ReferencePath
 from sdc_package.steering.axles import Axles
@@ -37,15 +37,13 @@ OWN_METHODS = ("stanley", "stanley_compensated")
 
 _TICK_S = 0.01
 _OWN_TICK_S = 0.05
-_OWN_LOOK_AHEAD_M = 25.0
-_OWN_STEP_M = 1.0
+_OWN_LOOK_AHEAD_M, _OWN_STEP_M = 25, 1.0
 
-# (course, state of the car, arc length at its centre) -> wheel angle, positive left [rad]
-SteeringFunction = Callable[[Course, VehicleState, float], float]
+# (course, state of the car, place of its controlled point) -> wheel angle, positive left [rad]
+SteeringFunction = Callable[[Course, VehicleState, Place], float]
 
 
-@dataclass(frozen=True)
-class Method:
+class Method(NamedTuple):
     """A way of steering."""
 
     name: str  # name in the tables
@@ -69,25 +67,23 @@ def all_methods(car: VehicleParameters, axles: Axles, config: Mapping[str, Any])
         axles: the axles as the controllers know them
         config: parameters of config/simple_controller.yaml
     """
-    lf, lr, wheelbase = car.front_axle_m, car.rear_axle_m, car.wheelbase_m
+    front, rear = car.front_axle_m, -car.rear_axle_m
     gyration_m = math.sqrt(car.yaw_inertia_kgm2 / car.mass_kg)
-    tyres = {"gyration_m": gyration_m, "tick_s": _TICK_S, "preview_s": 0.0}
-    lqr = LqrSteering(axles, **LQR_WEIGHTS, **tyres)
-    feedforward = LqrFeedforwardSteering(axles, **LQR_WEIGHTS, **tyres)
-    paper = [
-        Method(
-            "pure pursuit", -lr, _TICK_S, lambda: functools.partial(_pure_pursuit, lr, wheelbase)
+    model = {**LQR_WEIGHTS, "gyration_m": gyration_m, "tick_s": _TICK_S, "preview_s": 0.0}
+    pursuit = functools.partial(_pure_pursuit, rear, car.wheelbase_m)
+    lqr = functools.partial(_state_feedback, LqrSteering(axles, **model))
+    feedforward = functools.partial(_state_feedback, LqrFeedforwardSteering(axles, **model))
+    return [
+        Method("pure pursuit", rear, _TICK_S, lambda: pursuit),
+        Method("Stanley", front, _TICK_S, lambda: _stanley),
+        Method("kinematic", rear, _TICK_S, functools.partial(_kinematic, car.wheelbase_m)),
+        Method("LQR", 0.0, _TICK_S, lambda: lqr),
+        Method("LQR+FF", 0.0, _TICK_S, lambda: feedforward),
+        *(
+            Method(own_name(name), 0.0, _OWN_TICK_S, functools.partial(_own, name, axles, config))
+            for name in OWN_METHODS
         ),
-        Method("Stanley", lf, _TICK_S, lambda: functools.partial(_stanley, lf)),
-        Method("kinematic", -lr, _TICK_S, lambda: _kinematic(lr, wheelbase)),
-        Method("LQR", 0.0, _TICK_S, lambda: functools.partial(_state_feedback, lqr)),
-        Method("LQR+FF", 0.0, _TICK_S, lambda: functools.partial(_state_feedback, feedforward)),
     ]
-    own = [
-        Method(own_name(name), 0.0, _OWN_TICK_S, functools.partial(_own, name, axles, config))
-        for name in OWN_METHODS
-    ]
-    return [*paper, *own]
 
 
 def point_of(state: VehicleState, ahead_m: float) -> tuple[float, float]:
@@ -99,12 +95,12 @@ def point_of(state: VehicleState, ahead_m: float) -> tuple[float, float]:
 
 
 def _pure_pursuit(
-    rear_m: float, wheelbase_m: float, course: Course, state: VehicleState, near_s_m: float
+    rear_m: float, wheelbase_m: float, course: Course, state: VehicleState, rear: Place
 ) -> float:
     """Steer the rear axle to the point of the road at the look-ahead distance."""
-    x, y = point_of(state, -rear_m)
+    x, y = point_of(state, rear_m)
     look_ahead = PURE_PURSUIT_S * state.speed_mps
-    s = course.place(x, y, near_s_m - rear_m).s_m + look_ahead
+    s = rear.s_m + look_ahead
     # Three steps of Newton's method find the point of the road at this straight distance.
     for _ in range(3):
         goal_x, goal_y = course.line.point_at(s)
@@ -117,63 +113,42 @@ def _pure_pursuit(
     return pure_pursuit_angle(alpha, look_ahead, wheelbase_m)
 
 
-def _stanley(front_m: float, course: Course, state: VehicleState, near_s_m: float) -> float:
+def _stanley(_course: Course, state: VehicleState, front: Place) -> float:
     """Steer the front axle with Stanley's law."""
-    place = course.place(*point_of(state, front_m), near_s_m + front_m)
-    heading_error = wrap_angle(place.heading_rad - state.yaw_rad)
-    return stanley_angle(heading_error, place.cross_track_m, state.speed_mps, STANLEY_PER_S)
+    heading_error = wrap_angle(front.heading_rad - state.yaw_rad)
+    return stanley_angle(heading_error, front.cross_track_m, state.speed_mps, STANLEY_PER_S)
 
 
-def _kinematic(rear_m: float, wheelbase_m: float) -> SteeringFunction:
+def _kinematic(wheelbase_m: float) -> SteeringFunction:
     """Return the kinematic controller at the rear axle, which has a state."""
     form = ChainedForm(wheelbase_m)
 
-    def steer(course: Course, state: VehicleState, near_s_m: float) -> float:
-        place = course.place(*point_of(state, -rear_m), near_s_m - rear_m)
-        change = course.curvature_at(place.s_m + 0.1) - course.curvature_at(place.s_m - 0.1)
-        return form.wheel_angle(
-            state.speed_mps * _TICK_S,
-            place.cross_track_m,
-            wrap_angle(state.yaw_rad - place.heading_rad),
-            course.curvature_at(place.s_m),
-            change / 0.2,
-            KINEMATIC_PER_M,
-        )
+    def steer(course: Course, state: VehicleState, rear: Place) -> float:
+        before, here, after = (course.curvature_at(rear.s_m + ds) for ds in (-0.1, 0.0, 0.1))
+        error = wrap_angle(state.yaw_rad - rear.heading_rad)
+        driven_m, slope = state.speed_mps * _TICK_S, (after - before) / 0.2
+        return form.wheel_angle(driven_m, rear.cross_track_m, error, here, slope, KINEMATIC_PER_M)
 
     return steer
 
 
-def _state_feedback(
-    law: LqrSteering, course: Course, state: VehicleState, near_s_m: float
-) -> float:
+def _state_feedback(law: LqrSteering, course: Course, state: VehicleState, centre: Place) -> float:
     """Steer the centre of gravity with the full state of the car."""
-    place = course.place(state.x_m, state.y_m, near_s_m)
-    curvature = course.curvature_at(place.s_m)
-    error = wrap_angle(state.yaw_rad - place.heading_rad)
-    return law.feedback(
-        place.cross_track_m,
-        state.speed_mps * math.sin(error) + state.lateral_speed_mps * math.cos(error),
-        error,
-        state.yaw_rate_radps - state.speed_mps * curvature,
-        curvature,
-        state.speed_mps,
-    )
+    curvature = course.curvature_at(centre.s_m)
+    error = wrap_angle(state.yaw_rad - centre.heading_rad)
+    rate = state.speed_mps * math.sin(error) + state.lateral_speed_mps * math.cos(error)
+    turning = state.yaw_rate_radps - state.speed_mps * curvature
+    return law.feedback(centre.cross_track_m, rate, error, turning, curvature, state.speed_mps)
 
 
 def _own(name: str, axles: Axles, config: Mapping[str, Any]) -> SteeringFunction:
     """Return a method of this project, which follows points as the local planner publishes them."""
-    steering = load_steering(name, config[name], axles)
-    path = ReferencePath()
+    steering, path = load_steering(name, config[name], axles), ReferencePath()
 
-    def steer(course: Course, state: VehicleState, near_s_m: float) -> float:
-        first = math.ceil(course.place(state.x_m, state.y_m, near_s_m).s_m / _OWN_STEP_M)
-        steps = int(_OWN_LOOK_AHEAD_M / _OWN_STEP_M)
-        path.update(
-            [
-                (*course.line.point_at(i * _OWN_STEP_M), state.speed_mps)
-                for i in range(first, first + steps + 1)
-            ]
-        )
+    def steer(course: Course, state: VehicleState, centre: Place) -> float:
+        first = math.ceil(centre.s_m / _OWN_STEP_M)
+        ahead = (i * _OWN_STEP_M for i in range(first, first + _OWN_LOOK_AHEAD_M + 1))
+        path.update([(*course.line.point_at(s_m), state.speed_mps) for s_m in ahead])
         return steering.wheel_angle(
             path, state.x_m, state.y_m, state.yaw_rad, state.speed_mps, state.yaw_rate_radps
         )

@@ -6,10 +6,8 @@ There is no ROS and no clock: equal calls give equal numbers.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
-from typing import Iterable, Mapping
-
-import numpy as np
+from dataclasses import replace
+from typing import Iterable, Mapping, NamedTuple
 
 from sdc_common.driving import Command
 from sdc_experiments.configuration import node_parameters, vehicle_preset
@@ -56,61 +54,45 @@ _SPEED_KP = 0.5
 _SPEED_KI = 0.2
 
 
-@dataclass(frozen=True)
-class Trace:
-    """A drive on a course."""
+class PeakErrors(NamedTuple):
+    """The largest measured cross-track errors of a drive.
 
-    s_m: np.ndarray  # (N,) arc length of the method's point [m]
-    error_m: np.ndarray  # (N,) cross-track error of the method's point [m]
-    centre_error_m: np.ndarray  # (N,) cross-track error of the car's centre [m]
-    xy_m: np.ndarray  # (N, 2) position of the car's centre [m]
-    finished: bool  # whether the car stayed within 10 m of the road until its end
-    peak_m: float  # largest measured error of the method's point, infinite unless finished [m]
-    centre_peak_m: float  # largest measured error of the car's centre, infinite unless finished [m]
+    They are infinite where the car did not stay within 10 m of the road until its end.
+    """
+
+    point_m: float  # of the method's point [m]
+    centre_m: float  # of the car's centre [m]
 
 
-Traces = Mapping[tuple, Trace]
+# By name of the car, name of the course, name of the method, speed [m/s].
+Peaks = Mapping[tuple, PeakErrors]
 
 
-def drive(method: Method, course: Course, speed_mps: float, car: VehicleParameters) -> Trace:
+def drive(method: Method, course: Course, speed_mps: float, car: VehicleParameters) -> PeakErrors:
     """Drive a course from start to end at a constant speed [m/s]."""
-    vehicle = Vehicle(car)
+    vehicle, steer = Vehicle(car), method.build()
     start_x, start_y = course.line.point_at(_START_S_M)
     vehicle.reset(start_x, start_y, course.line.heading_at(_START_S_M), speed_mps)
-    steer = method.build()
-    near, integral, rows, counts = _START_S_M, 0.0, [], []
-    finished = False
+    near, integral, point_m, centre_m = _START_S_M, 0.0, 0.0, 0.0
     for _ in range(int(_MAX_TIME_RATIO * course.length_m / speed_mps / method.tick_s)):
         state = vehicle.state
         centre = course.place(state.x_m, state.y_m, near)
         near = centre.s_m
         point = course.place(*point_of(state, method.point_m), near + method.point_m)
-        rows.append((point.s_m, point.cross_track_m, centre.cross_track_m, state.x_m, state.y_m))
-        counts.append(course.is_measured(near))
+        if course.is_measured(near):
+            point_m = max(point_m, abs(point.cross_track_m))
+            centre_m = max(centre_m, abs(centre.cross_track_m))
         if near > course.length_m - _END_BEFORE_M:
-            finished = True
-            break
+            return PeakErrors(point_m, centre_m)
         if centre.distance_m > _MAX_OFFSET_M:
             break
-        wheel_angle = steer(course, state, near)
         speed_error = speed_mps - state.speed_mps
         integral += _SPEED_KI * speed_error * method.tick_s
         pedal = _SPEED_KP * speed_error + integral
-        full_angle = car.full_wheel_angle_rad(state.speed_mps)
-        command = Command(
-            throttle=min(max(pedal, 0.0), 1.0),
-            brake=min(max(-pedal, 0.0), 1.0),
-            steer=min(max(-wheel_angle / full_angle, -1.0), 1.0),
-        )
-        vehicle.step(command, method.tick_s)
-    return _trace(np.array(rows), np.array(counts, dtype=bool), finished)
-
-
-def _trace(table: np.ndarray, measured: np.ndarray, finished: bool) -> Trace:
-    peak = centre_peak = math.inf
-    if finished and measured.any():
-        peak, centre_peak = np.abs(table[measured, 1:3]).max(axis=0).tolist()
-    return Trace(table[:, 0], table[:, 1], table[:, 2], table[:, 3:], finished, peak, centre_peak)
+        steering = -steer(course, state, point) / car.full_wheel_angle_rad(state.speed_mps)
+        # The vehicle limits the command.
+        vehicle.step(Command(max(pedal, 0.0), steering, max(-pedal, 0.0)), method.tick_s)
+    return PeakErrors(math.inf, math.inf)
 
 
 def snider_car() -> tuple[VehicleParameters, Axles]:
@@ -142,7 +124,7 @@ def all_drives(
     cars: Mapping[str, VehicleParameters],
     courses: Iterable[Course],
     speeds_mps: Iterable[float] = SPEEDS_MPS,
-) -> Traces:
+) -> Peaks:
     """Drive every method with every car on every course at every speed.
 
     Args:
@@ -151,7 +133,7 @@ def all_drives(
         speeds_mps: the speeds [m/s]
 
     Returns:
-        trace of each (name of the car, name of the course, name of the method, speed)
+        peak errors of each (name of the car, name of the course, name of the method, speed)
     """
     courses, speeds = list(courses), list(speeds_mps)
     _, axles = snider_car()
