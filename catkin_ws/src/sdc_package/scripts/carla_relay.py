@@ -11,28 +11,14 @@ class CarlaRelay:
     def __init__(self):
         rospy.init_node("carla_relay")
         self.publisher = LoopPublisher("~vehicle_control_cmd", CarlaEgoVehicleControl)
-        rospy.Subscriber(
-            "~stack_control_cmd",
-            CarlaVehicleControl,
-            self.on_command,
-            queue_size=1,
-            tcp_nodelay=True,
-        )
+        asked = "~stack_control_cmd", CarlaVehicleControl, self.on_command
+        rospy.Subscriber(*asked, queue_size=1, tcp_nodelay=True)
 
     def on_command(self, command):
         # In lockstep the stamp of the header identifies the odometry that this command answers.
-        self.publisher.publish(
-            CarlaEgoVehicleControl(
-                header=command.header,
-                throttle=command.throttle,
-                steer=command.steer,
-                brake=command.brake,
-                hand_brake=command.hand_brake,
-                reverse=command.reverse,
-                gear=-1 if command.reverse else 1,
-                manual_gear_shift=False,
-            )
-        )
+        values = {name: getattr(command, name) for name in command.__slots__}
+        gear = -1 if command.reverse else 1
+        self.publisher.publish(CarlaEgoVehicleControl(**values, gear=gear))
 
     def run(self):
         watch_connections()

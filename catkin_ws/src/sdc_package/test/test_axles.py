@@ -5,7 +5,7 @@ import math
 import pytest
 
 from sdc_common.geometry.polyline import Polyline
-from sdc_package.steering.axles import Axles, front_axle_path, rear_axle_path
+from sdc_package.steering.axles import Axles, axle_path
 
 BEND = [(0, 0), (1, 0.1), (1.7, 0.22), (3, 0.54), (3.6, 0.72), (4.5, 1.06), (5, 1.3), (5.8, 1.74)]
 SOFT = Axles(front_m=1.2, rear_m=1.6, front_compliance=0.008, rear_compliance=0.006)
@@ -26,8 +26,8 @@ def slips(line, count, rear_m):
 
 @pytest.mark.parametrize("count", [2, 5, 8])
 @pytest.mark.parametrize("side", [1.0, -1.0])
-@pytest.mark.parametrize(("path", "ahead_m"), [(front_axle_path, 1.2), (rear_axle_path, -1.6)])
-def test_axle_follows_the_kinematic_bicycle_and_the_slip_of_its_tyres(path, ahead_m, side, count):
+@pytest.mark.parametrize("ahead_m", [SOFT.front_m, -SOFT.rear_m])
+def test_axle_follows_the_kinematic_bicycle_and_the_slip_of_its_tyres(ahead_m, side, count):
     """The points of the bend are at uneven distances. The tyres slip between its ends."""
     line = Polyline([(x, side * y) for x, y in BEND])
     wanted = []
@@ -39,7 +39,7 @@ def test_axle_follows_the_kinematic_bicycle_and_the_slip_of_its_tyres(path, ahea
         yaw = line.headings[i] - slip + tyre_slip
         x, y = line.points[i]
         wanted.append((x + ahead_m * math.cos(yaw), y + ahead_m * math.sin(yaw)))
-    got = path(line, count, 10.0, SOFT).points
+    got = axle_path(line, count, 10.0, SOFT, ahead_m).points
     assert len(got) == count
     for point, wanted_point in zip(got, wanted):
         assert point == pytest.approx(wanted_point, abs=1e-3)

@@ -20,7 +20,8 @@ class InputPairing:
     threads.
 
     While an input has timed out, `stop(missing, observation, path)` is called instead, with the
-    name of the input, the last observation (None if there is none) and the last path.
+    name of the input, the last observation (None if there is none) and the last path. The watchdog
+    measures the age of the inputs. Without `path_needed`, no odometry waits for its path.
     """
 
     def __init__(
@@ -30,14 +31,6 @@ class InputPairing:
         watchdog: InputWatchdog,
         path_needed: bool = True,
     ):
-        """Set the callbacks.
-
-        Args:
-            answer: called with each pair
-            stop: called while an input is missing
-            watchdog: measures the age of the inputs
-            path_needed: whether an odometry waits for its path
-        """
         self._answer = answer
         self._stop = stop
         self._watchdog = watchdog

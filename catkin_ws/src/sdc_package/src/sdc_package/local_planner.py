@@ -80,12 +80,21 @@ class LocalPlanner:
     The planner searches the whole route once, and from then on only around the last place, so that
     the car's place never jumps where a route passes close to itself.
 
-    Attributes:
+    Args:
         waypoints_m: (N, 2) waypoints of the mission [m]
         settings: parameters
+        road_mps: (N,) speed limit of the road at the waypoints, None for no limit [m/s]
+        start_mps: speed of the car that begins to follow it [m/s]
+        streets: what the car decides on a map, None elsewhere
+
+    Attributes:
         route: the line of the road that the waypoints describe
         speed: speed profile at the points of the route [m/s]
         reason: what limits the speed at the first point of the last plan, see speed_reasons
+
+    Raises:
+        ValueError: there are fewer than 2 waypoints, one is not finite, or one repeats the one
+            before it
     """
 
     def __init__(
@@ -96,19 +105,6 @@ class LocalPlanner:
         start_mps: float = 0.0,
         streets: StreetBehaviour | None = None,
     ):
-        """Plan the speed profile of a route.
-
-        Args:
-            waypoints_m: (N, 2) waypoints of the mission [m]
-            settings: parameters
-            road_mps: (N,) speed limit of the road at the waypoints, None for no limit [m/s]
-            start_mps: speed of the car that begins to follow it [m/s]
-            streets: what the car decides on a map, None elsewhere
-
-        Raises:
-            ValueError: there are fewer than 2 waypoints, one is not finite, or one repeats the one
-                before it
-        """
         self.waypoints_m = waypoints_m
         self.settings = settings
         self.route = route = road_route(waypoints_m)

@@ -45,42 +45,26 @@ class Axles:
         return self.front_compliance - self.rear_compliance
 
 
-def front_axle_path(line: Polyline, count: int, speed_mps: float, axles: Axles) -> Polyline:
-    """Return the path of the front axle while the car's centre follows a line.
+def axle_path(
+    line: Polyline, count: int, speed_mps: float, axles: Axles, ahead_m: float
+) -> Polyline:
+    """Return the path of an axle while the car's centre follows a line.
 
-    In a bend the front axle runs outside of the centre. A front axle on the centre's path would
-    make the car cut the corner, by 0.9 m in a bend of 4 m radius.
+    In a bend the front axle runs outside of the centre, and the rear axle inside. A front axle on
+    the centre's path would make the car cut the corner, by 0.9 m in a bend of 4 m radius.
 
     Args:
         line: path of the centre
         count: number of points of the line to use, from its start
         speed_mps: speed of the car [m/s]
         axles: geometry and tyres of the car
+        ahead_m: distance of the axle ahead of the centre, negative for the rear axle [m]
     """
-    return _axle_path(line, count, speed_mps, axles, axles.front_m)
-
-
-def rear_axle_path(line: Polyline, count: int, speed_mps: float, axles: Axles) -> Polyline:
-    """Return the path of the rear axle, inside of a bend; see `front_axle_path`."""
-    return _axle_path(line, count, speed_mps, axles, -axles.rear_m)
-
-
-def _axle_path(
-    line: Polyline, count: int, speed_mps: float, axles: Axles, ahead_m: float
-) -> Polyline:
-    """Return the path of the point `ahead_m` ahead of the centre."""
     numbers = line.numbers
     points = new_rows(count, numbers.are_arrays)
-    numbers.function(_fill_axle_path)(
-        points,
-        numbers.points,
-        numbers.lengths,
-        numbers.headings,
-        speed_mps,
-        axles.rear_m,
-        axles.rear_compliance,
-        ahead_m,
-    )
+    geometry = numbers.points, numbers.lengths, numbers.headings
+    rear = axles.rear_m, axles.rear_compliance
+    numbers.function(_fill_axle_path)(points, *geometry, speed_mps, *rear, ahead_m)
     return Polyline(points)
 
 

@@ -26,7 +26,7 @@ from dataclasses import dataclass
 from sdc_common.geometry.angles import wrap_angle
 from sdc_common.validation import check_non_negative, check_positive
 from sdc_package.local_path import ReferencePath
-from sdc_package.steering.axles import Axles, rear_axle_path
+from sdc_package.steering.axles import Axles, axle_path
 from sdc_package.steering.method import Steering, predicted_pose
 
 # The rear axle's path is computed up to this distance ahead of the car's centre.
@@ -117,7 +117,7 @@ class KinematicSteering(Steering):
         x, y, yaw = predicted_pose(x_m, y_m, yaw_rad, speed_mps, yaw_rate_radps, self.preview_s)
         centre_s = path.line.nearest(x, y).s_m
         count = path.line.count_until(centre_s + _PATH_AHEAD_M)
-        rear = rear_axle_path(path.line, count, speed_mps, axles)
+        rear = axle_path(path.line, count, speed_mps, axles, -axles.rear_m)
         place = rear.nearest(x - axles.rear_m * math.cos(yaw), y - axles.rear_m * math.sin(yaw))
         curvature = rear.curvature_at(place.s_m)
         slope = 0.5 * (rear.curvature_at(place.s_m + 1.0) - rear.curvature_at(place.s_m - 1.0))

@@ -153,12 +153,8 @@ class LqrSteering(Steering):
                 "the dynamic bicycle model needs slipping tyres: set 'front_compliance' and "
                 "'rear_compliance' of 'axles' above 0"
             )
-        weights = (
-            self.cross_track_weight,
-            self.cross_track_rate_weight,
-            self.heading_weight,
-            self.heading_rate_weight,
-        )
+        cross_track = self.cross_track_weight, self.cross_track_rate_weight
+        weights = *cross_track, self.heading_weight, self.heading_rate_weight
         rows = []
         for v in _SPEEDS_MPS.tolist():
             steer_weight = self.steer_weight * max(1.0, v / calm_above_mps) ** 4

@@ -36,19 +36,7 @@ from sdc_package.local_path import ReferencePath
 from sdc_package.steering.axles import MAX_SLIP_SINE, Axles
 from sdc_package.steering.lqr import steady_state
 from sdc_package.steering.method import Steering
-from sdc_package.steering.motion_estimator import (
-    LATERAL,
-    PULL,
-    RATE,
-    SPEED,
-    WHEEL_OFFSET,
-    YAW,
-    MotionEstimator,
-    OdometryErrors,
-    TickModel,
-    X,
-    Y,
-)
+from sdc_package.steering.motion_estimator import MotionEstimator, OdometryErrors, TickModel
 
 _E, _THETA, _V, _R, _U = range(5)
 _STATES = 5
@@ -203,14 +191,15 @@ class MpcSteering(Steering):
         """Return what lies ahead of a state on a path."""
         line, t = path.line, self.tick_s
         gain = self.max_acceleration_mps2 * t
-        place = line.nearest(float(state[X]), float(state[Y]))
+        x, y, yaw, lateral, rate, wheel_offset, speed, pull = state.tolist()
+        place = line.nearest(x, y)
         s, headings = np.array(line.s), np.array(line.headings)
         planned = np.array([row[2] for row in path.rows])
         # Behind its end the path goes on in its last bend, unless the car stops there.
         end = line.curvature_at(s[-1]) if planned[-1] > 0.0 else 0.0
         s, planned = np.append(s, s[-1] + _BEYOND_M), np.append(planned, planned[-1])
         headings = np.append(headings, headings[-1] + _BEYOND_M * end)
-        speeds = np.full(self.steps + 1, state[SPEED])
+        speeds = np.full(self.steps + 1, speed)
         for _ in range(2):  # the speeds depend on the places, and these on the speeds
             steps_m = speeds[:-1] * t
             places = place.s_m + np.concatenate([[0.0], np.cumsum(steps_m)])
@@ -223,13 +212,10 @@ class MpcSteering(Steering):
         slips = np.minimum(np.abs(self.axles.rear_m * curvatures), MAX_SLIP_SINE)
         places[1:] = place.s_m + np.cumsum(steps_m / np.sqrt(1.0 - slips**2))
         turns = np.diff(np.interp(places, s, headings))
-        heading_error = wrap_angle(float(state[YAW]) - place.heading_rad)
-        start = np.array(
-            [place.cross_track_m, heading_error, state[LATERAL], state[RATE], state[SPEED]]
-        )
+        heading_error = wrap_angle(yaw - place.heading_rad)
+        start = np.array([place.cross_track_m, heading_error, lateral, rate, speed])
         curvatures = turns / np.maximum(np.diff(places), 1e-3)
-        offsets = state[WHEEL_OFFSET], state[PULL]
-        return Horizon(start, *offsets, speeds, references, turns, curvatures)
+        return Horizon(start, wheel_offset, pull, speeds, references, turns, curvatures)
 
     def plan(self, horizon: Horizon) -> tuple[float, float]:
         """Return the wheel angle [rad] and the acceleration [m/s^2] of the next tick."""

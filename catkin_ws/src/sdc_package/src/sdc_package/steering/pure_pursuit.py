@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from sdc_common.geometry.polyline import Polyline
 from sdc_common.validation import check_non_negative, check_positive
 from sdc_package.local_path import ReferencePath
-from sdc_package.steering.axles import Axles, rear_axle_path
+from sdc_package.steering.axles import Axles, axle_path
 from sdc_package.steering.method import Steering, predicted_pose
 
 # The slip at the look-ahead point depends on the path this far beyond it.
@@ -128,7 +128,7 @@ class PurePursuitSteering(Steering):
         rear_x, rear_y = x - axles.rear_m * math.cos(yaw), y - axles.rear_m * math.sin(yaw)
         centre_s = path.line.nearest(x, y).s_m
         count = path.line.count_until(centre_s + look_ahead + axles.rear_m + _BEYOND_M)
-        rear = rear_axle_path(path.line, count, speed_mps, axles)
+        rear = axle_path(path.line, count, speed_mps, axles, -axles.rear_m)
         goal_x, goal_y = look_ahead_point(rear, rear_x, rear_y, look_ahead)
         acceleration = path.line.curvature_at(centre_s) * speed_mps * speed_mps
         direction = yaw - axles.rear_compliance * acceleration

@@ -23,7 +23,7 @@ from dataclasses import dataclass
 from sdc_common.geometry.angles import wrap_angle
 from sdc_common.validation import check_non_negative, check_positive
 from sdc_package.local_path import ReferencePath
-from sdc_package.steering.axles import Axles, front_axle_path
+from sdc_package.steering.axles import Axles, axle_path
 from sdc_package.steering.method import Steering, predicted_pose
 from sdc_package.steering.stanley import stanley_angle
 
@@ -59,7 +59,7 @@ class CompensatedStanleySteering(Steering):
         front_y = y + self.axles.front_m * math.sin(yaw)
         centre_s = path.place(x_m, y_m).s_m
         count = path.line.count_until(centre_s + speed_mps * self.preview_s + _FRONT_WITHIN_M)
-        front = front_axle_path(path.line, count, speed_mps, self.axles)
+        front = axle_path(path.line, count, speed_mps, self.axles, self.axles.front_m)
         place = front.nearest(front_x, front_y)
         i = place.segment
         curvature = (front.headings[i + 1] - front.headings[i]) / front.lengths[i]
