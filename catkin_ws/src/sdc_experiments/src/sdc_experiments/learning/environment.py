@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Mapping, Sequence
 
+import cv2
 import gymnasium
 import numpy as np
 
@@ -11,26 +12,11 @@ from sdc_common.driving import Command
 from sdc_common.geometry.angles import wrap_angle
 from sdc_common.geometry.polyline import Place
 from sdc_experiments.closed_loop import conditions
-from sdc_experiments.learning.observation import (
-    COMPLETED_REWARD,
-    ENTRIES,
-    FAILED_REWARD,
-    FINISH_WITHIN_M,
-    FULL_PROGRESS_M,
-    HORIZON_M,
-    MAX_STANDSTILL_S,
-    NO_OBSTACLE,
-    OFF_ROAD_M,
-    SPEEDING_WEIGHT,
-    STANDSTILL_MPS,
-    TICK_S,
-    longest_s,
-    random_route,
-    road_rows,
-)
-from sdc_experiments.learning.road_pictures import RoadPictures
+from sdc_experiments.learning import observation as obs
 from sdc_sim.camera.camera_model import CameraModel
+from sdc_sim.camera.renderer import Renderer
 from sdc_sim.physics.traffic_lights import RED, YELLOW
+from sdc_sim.road.road import Road
 from sdc_sim.scenario.drive_setup import DriveSetup, RouteSource, drive_setup
 from sdc_sim.simulation.snapshot import Snapshot
 from sdc_sim.yaml_document import map_file
@@ -40,8 +26,8 @@ _BACK_M, _AHEAD_M = 2.0, 4.0
 _NO_OPTIONS: Mapping[str, Any] = {}
 ACTIONS = gymnasium.spaces.Box(-1.0, 1.0, (2,), np.float32)
 VECTORS = gymnasium.spaces.Box(
-    np.array([low for _, low, _ in ENTRIES], np.float32),
-    np.array([high for _, _, high in ENTRIES], np.float32),
+    np.array([low for _, low, _ in obs.ENTRIES], np.float32),
+    np.array([high for _, _, high in obs.ENTRIES], np.float32),
 )
 
 
@@ -65,7 +51,7 @@ class SdcEnvironment(gymnasium.Env):
         ValueError: an argument is not valid
     """
 
-    metadata = {"render_modes": ["rgb_array"], "render_fps": round(1.0 / TICK_S)}
+    metadata = {"render_modes": ["rgb_array"], "render_fps": round(1.0 / obs.TICK_S)}
 
     def __init__(
         self,
@@ -99,9 +85,9 @@ class SdcEnvironment(gymnasium.Env):
         """Drive on another road."""
         self._setup = setup
         self._route = setup.route
-        self._rows = road_rows(setup.route).tolist()
-        self._longest_s = longest_s(setup.route)
-        self._pictures: RoadPictures | None = None
+        self._rows = obs.road_rows(setup.route).tolist()
+        self._longest_s = obs.longest_s(setup.route)
+        self._renderer: Renderer | None = None
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -109,7 +95,7 @@ class SdcEnvironment(gymnasium.Env):
         """Place the car at rest at its start; the seed decides about routes and noise."""
         super().reset(seed=seed)
         if self._random_routes:
-            self._use(drive_setup(route=random_route(self.np_random), options=self._options))
+            self._use(drive_setup(route=obs.random_route(self.np_random), options=self._options))
         drawn = int(self.np_random.integers(2**32)) if self._seed is None else self._seed
         if self._map:
             options = {**self._options, "seed": drawn}
@@ -140,18 +126,18 @@ class SdcEnvironment(gymnasium.Env):
         limit = self._rows[round(place.s_m)][len(self._rows[0]) // 2]
         speeding = max(state.speed_mps - limit, 0.0)
         reward = (
-            (place.s_m - before_m) / FULL_PROGRESS_M
+            (place.s_m - before_m) / obs.FULL_PROGRESS_M
             - place.cross_track_m**2
-            - SPEEDING_WEIGHT * speeding * speeding
+            - obs.SPEEDING_WEIGHT * speeding * speeding
         )
         status = self._status(observation, place)
         if status:
-            reward += COMPLETED_REWARD if status == "completed" else FAILED_REWARD
-        if state.speed_mps > STANDSTILL_MPS:
+            reward += obs.COMPLETED_REWARD if status == "completed" else obs.FAILED_REWARD
+        if state.speed_mps > obs.STANDSTILL_MPS:
             self._moved_s = simulation.elapsed_s
         truncated = not status and (
             simulation.elapsed_s >= self._longest_s
-            or simulation.elapsed_s - self._moved_s >= MAX_STANDSTILL_S
+            or simulation.elapsed_s - self._moved_s >= obs.MAX_STANDSTILL_S
         )
         return self._observe(observation), reward, bool(status), truncated, self._info(status)
 
@@ -159,10 +145,10 @@ class SdcEnvironment(gymnasium.Env):
         """Return how the drive has ended, "" while it lasts."""
         if observation.collisions:
             return "collision"
-        if abs(place.cross_track_m) > OFF_ROAD_M:
+        if abs(place.cross_track_m) > obs.OFF_ROAD_M:
             return "off_road"
         to_end_m = self._route.length_m - place.s_m
-        if to_end_m < FINISH_WITHIN_M and observation.state.speed_mps < STANDSTILL_MPS:
+        if to_end_m < obs.FINISH_WITHIN_M and observation.state.speed_mps < obs.STANDSTILL_MPS:
             return "completed"
         return ""
 
@@ -187,20 +173,21 @@ class SdcEnvironment(gymnasium.Env):
         if observation.obstacles or observation.traffic_lights:
             values += self._obstacle_ahead(observation, place.s_m)
         else:
-            values += NO_OBSTACLE
+            values += obs.NO_OBSTACLE
         return np.array(values, np.float32)
 
     def _obstacle_ahead(self, observation: Snapshot, s_m: float) -> tuple[float, float, float]:
         """Return distance, offset and speed of the nearest obstacle or stop line before a light."""
         front_m = 0.5 * self._simulation.vehicle.parameters.length_m
-        nearest = NO_OBSTACLE
+        nearest = obs.NO_OBSTACLE
         for one in observation.obstacles:
-            place = self._route.line.project(one.x_m, one.y_m, s_m, 0.0, HORIZON_M)
+            place = self._route.line.project(one.x_m, one.y_m, s_m, 0.0, obs.HORIZON_M)
             ahead_m = place.s_m - s_m - front_m - 0.5 * one.length_m
-            if place.s_m > s_m and abs(place.cross_track_m) < OFF_ROAD_M and ahead_m < nearest[0]:
+            is_ahead = place.s_m > s_m and ahead_m < nearest[0]
+            if is_ahead and abs(place.cross_track_m) < obs.OFF_ROAD_M:
                 nearest = ahead_m, place.cross_track_m, one.speed_mps
         for plan, light in zip(self._simulation.lights, observation.traffic_lights):
-            place = self._route.line.project(plan.x_m, plan.y_m, s_m, 0.0, HORIZON_M)
+            place = self._route.line.project(plan.x_m, plan.y_m, s_m, 0.0, obs.HORIZON_M)
             ahead_m = place.s_m - s_m - front_m
             if light.state in (RED, YELLOW) and place.s_m > s_m and 0.0 < ahead_m < nearest[0]:
                 nearest = ahead_m, 0.0, 0.0
@@ -213,8 +200,8 @@ class SdcEnvironment(gymnasium.Env):
         return self._picture(self._simulation.snapshot)
 
     def _picture(self, observation: Snapshot) -> np.ndarray:
-        if self._pictures is None:
-            self._pictures = RoadPictures(self._setup.waypoints_m, self._camera)
+        if self._renderer is None:
+            self._renderer = Renderer(Road(self._setup.waypoints_m), self._camera)
         state, boxes = observation.state, []
         if observation.obstacles or observation.traffic_lights:
             # It imports the node of the camera.
@@ -223,4 +210,5 @@ class SdcEnvironment(gymnasium.Env):
             boxes = [*map(obstacle_box, observation.obstacles)]
             boxes += map(traffic_light_box, observation.traffic_lights)
         light = self._setup.parameters["daylight"]
-        return self._pictures.draw(state.x_m, state.y_m, state.yaw_rad, boxes, light)
+        picture = self._renderer.render(state.x_m, state.y_m, state.yaw_rad, boxes, light)
+        return cv2.cvtColor(picture, cv2.COLOR_BGRA2RGB)

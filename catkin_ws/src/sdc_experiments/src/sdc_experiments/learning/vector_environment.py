@@ -6,6 +6,7 @@ import math
 import os
 from typing import Any
 
+import cv2
 import gymnasium
 import numpy as np
 from gymnasium.utils import seeding
@@ -16,23 +17,8 @@ from sdc_common.geometry.road_line import road_route
 from sdc_common.machine_code import compiled
 from sdc_experiments.configuration import vehicle_preset
 from sdc_experiments.fleet import VehicleFleet
+from sdc_experiments.learning import observation as obs
 from sdc_experiments.learning.environment import ACTIONS, VECTORS, SdcEnvironment
-from sdc_experiments.learning.observation import (
-    COMPLETED_REWARD,
-    ENTRIES,
-    FAILED_REWARD,
-    FINISH_WITHIN_M,
-    FULL_PROGRESS_M,
-    MAX_STANDSTILL_S,
-    NO_OBSTACLE,
-    OFF_ROAD_M,
-    ROAD_ENTRIES,
-    SPEEDING_WEIGHT,
-    STANDSTILL_MPS,
-    TICK_S,
-    random_route,
-)
-from sdc_experiments.learning.road_pictures import RoadPictures
 from sdc_experiments.learning.road_table import (
     CROSS_TRACK,
     HEADING,
@@ -42,6 +28,8 @@ from sdc_experiments.learning.road_table import (
     find_places,
 )
 from sdc_sim.camera.camera_model import CameraModel
+from sdc_sim.camera.renderer import Renderer
+from sdc_sim.road.road import Road
 from sdc_sim.scenario.drive_setup import RouteSource, drive_setup
 
 
@@ -105,8 +93,8 @@ class SdcVectorEnvironment(gymnasium.vector.VectorEnv):
         parameters = vehicle_preset(vehicle)
         self._fleet = VehicleFleet(parameters, num_envs, friction, threads or os.cpu_count() or 1)
         self._find_places = compiled(find_places)
-        self._observations = np.zeros((num_envs, len(ENTRIES)), np.float32)
-        self._observations[:, -len(NO_OBSTACLE) :] = NO_OBSTACLE
+        self._observations = np.zeros((num_envs, len(obs.ENTRIES)), np.float32)
+        self._observations[:, -len(obs.NO_OBSTACLE) :] = obs.NO_OBSTACLE
         self._elapsed_s, self._halted_s = np.zeros(num_envs), np.zeros(num_envs)
         self._ended = np.zeros(num_envs, bool)
 
@@ -120,7 +108,7 @@ class SdcVectorEnvironment(gymnasium.vector.VectorEnv):
             places[SEGMENT] -= self._table.ends[self._roads, 0]
         used, self._roads = np.unique(roads, return_inverse=True)
         self._waypoints_m = [waypoints_m[road] for road in used]
-        self._pictures: dict[int, RoadPictures] = {}
+        self._renderers: dict[int, Renderer] = {}
         self._table = RoadTable([road_route(points_m) for points_m in self._waypoints_m])
         if places is None:
             places = self._table.starts(self._roads)
@@ -147,7 +135,7 @@ class SdcVectorEnvironment(gymnasium.vector.VectorEnv):
             if not isinstance(seeds, list):
                 seeds = [None if first is None else first + i for i in range(self._route_count)]
             generators = [seeding.np_random(one)[0] for one in seeds[: self._route_count]]
-            self._set_roads([random_route(generator) for generator in generators], mask)
+            self._set_roads([obs.random_route(generator) for generator in generators], mask)
         self._start(np.flatnonzero(mask))
         self._ended = self._ended & ~mask
         return self._observe(), self._info(np.zeros(self.num_envs, int))
@@ -159,7 +147,7 @@ class SdcVectorEnvironment(gymnasium.vector.VectorEnv):
         self._places[:, cars] = self._table.starts(roads)
         self._elapsed_s[cars] = self._halted_s[cars] = 0.0
         rows = self._table.rows_ahead(roads, self._places[S, cars])
-        self._observations[cars, ROAD_ENTRIES] = rows
+        self._observations[cars, obs.ROAD_ENTRIES] = rows
 
     def step(
         self, actions: np.ndarray
@@ -170,24 +158,23 @@ class SdcVectorEnvironment(gymnasium.vector.VectorEnv):
                 "the drives of some cars have ended; call reset(options={'reset_mask': ended})"
             )
         pedals, steer = np.asarray(actions, float).T
-        self._fleet.step(
-            np.maximum(pedals, 0.0), np.maximum(-pedals, 0.0), np.ascontiguousarray(steer), TICK_S
-        )
+        throttle, brake = np.maximum(pedals, 0.0), np.maximum(-pedals, 0.0)
+        self._fleet.step(throttle, brake, np.ascontiguousarray(steer), obs.TICK_S)
         state, before = self._fleet.state, self._places
         places = self._places = np.empty_like(before)
         roads = self._table.segments, self._table.ends, self._roads
         self._fleet.share(self._find_places, *roads, state["x_m"], state["y_m"], before, places)
-        self._elapsed_s += TICK_S
+        self._elapsed_s += obs.TICK_S
         speed = state["speed_mps"]
-        self._halted_s = np.where(speed > STANDSTILL_MPS, 0.0, self._halted_s + TICK_S)
+        self._halted_s = np.where(speed > obs.STANDSTILL_MPS, 0.0, self._halted_s + obs.TICK_S)
         status = self._ends()
         terminated = status > 0
-        tolerance = 0.5 * TICK_S
+        tolerance = 0.5 * obs.TICK_S
         truncated = self._elapsed_s > self._table.longest_s[self._roads] - tolerance
-        truncated |= self._halted_s > MAX_STANDSTILL_S - tolerance
+        truncated |= self._halted_s > obs.MAX_STANDSTILL_S - tolerance
         truncated &= ~terminated
         rewards = self._rewards(before[S], speed)
-        rewards += COMPLETED_REWARD * (status == 1) + FAILED_REWARD * (status > 1)
+        rewards += obs.COMPLETED_REWARD * (status == 1) + obs.FAILED_REWARD * (status > 1)
         info: dict[str, Any] = {}
         if self._autoreset is AutoresetMode.NEXT_STEP and self._ended.any():
             again = self._ended
@@ -209,10 +196,10 @@ class SdcVectorEnvironment(gymnasium.vector.VectorEnv):
 
     def _ends(self) -> np.ndarray:
         """Return how the drives have ended (N,): indices of STATUSES."""
-        off_road = np.abs(self._places[CROSS_TRACK]) > OFF_ROAD_M
+        off_road = np.abs(self._places[CROSS_TRACK]) > obs.OFF_ROAD_M
         to_end_m = self._table.length_m[self._roads] - self._places[S]
-        at_rest = self._fleet.state["speed_mps"] < STANDSTILL_MPS
-        return np.where(off_road, 2, (to_end_m < FINISH_WITHIN_M) & at_rest)
+        at_rest = self._fleet.state["speed_mps"] < obs.STANDSTILL_MPS
+        return np.where(off_road, 2, (to_end_m < obs.FINISH_WITHIN_M) & at_rest)
 
     def _info(self, status: np.ndarray, cars: np.ndarray | None = None) -> dict[str, Any]:
         """Return the entries of info, and the same names after "_" for the cars that have them."""
@@ -223,12 +210,12 @@ class SdcVectorEnvironment(gymnasium.vector.VectorEnv):
 
     def _rewards(self, before_m: np.ndarray, speed: np.ndarray) -> np.ndarray:
         rows = self._table.rows_ahead(self._roads, self._places[S])
-        self._observations[:, ROAD_ENTRIES] = rows
+        self._observations[:, obs.ROAD_ENTRIES] = rows
         speeding = np.maximum(speed - rows[:, rows.shape[1] // 2], 0.0)
         return (
-            (self._places[S] - before_m) / FULL_PROGRESS_M
+            (self._places[S] - before_m) / obs.FULL_PROGRESS_M
             - self._places[CROSS_TRACK] ** 2
-            - SPEEDING_WEIGHT * speeding**2
+            - obs.SPEEDING_WEIGHT * speeding**2
         )
 
     def _observe(self) -> np.ndarray:
@@ -248,8 +235,9 @@ class SdcVectorEnvironment(gymnasium.vector.VectorEnv):
         state = self._fleet.state
         pictures = []
         for car, road in enumerate(self._roads.tolist()):
-            if road not in self._pictures:
-                self._pictures[road] = RoadPictures(self._waypoints_m[road], self._camera)
+            if road not in self._renderers:
+                self._renderers[road] = Renderer(Road(self._waypoints_m[road]), self._camera)
             pose = (state[name][car] for name in ("x_m", "y_m", "yaw_rad"))
-            pictures.append(self._pictures[road].draw(*pose))
+            picture = self._renderers[road].render(*pose)
+            pictures.append(cv2.cvtColor(picture, cv2.COLOR_BGRA2RGB))
         return tuple(pictures)
