@@ -134,9 +134,11 @@ def test_page_needs_no_other_file_and_shows_failures(tmp_path):
     ]
     (tmp_path / "logs").mkdir()
     (tmp_path / "logs" / "a.log").write_text("ValueError: k is <bad>")
-    rows[2]["log"] = "logs/a.log"
+    for one in rows:
+        one["log"] = "logs/a.log"
     page = write_page(tmp_path, study, rows, 1).read_text(encoding="utf-8")
-    for part in ("About &lt;b&gt;", "data:image/png;base64,", "k is &lt;bad&gt;", "logs/a.log"):
+    line = "<tr><td>town</td><td>2</td><td>4</td><td>1 of 1</td><td>6</td></tr>"
+    for part in ("About &lt;b&gt;", "image/png;base64,", "k is &lt;bad&gt;", "logs/a.log", line):
         assert part in page
     assert 'src="http' not in page
     assert (tmp_path / "heat_map_cross_track_rms_m.png").stat().st_size > 5000

@@ -32,9 +32,13 @@ _MODULES = (
     "../../config/championship.yaml",
 )
 # On a busy machine a node may need long for its answer, which must not change the drive.
-_ROS_SIM_OPTIONS = {"start_patience_s": 120.0, "patience_s": 20.0}
-_ROS_REFEREE_OPTIONS = {"pictures": False}
+_ROS_SETTINGS: dict[str, Any] = {
+    "sim_options/start_patience_s": 120.0,
+    "sim_options/patience_s": 20.0,
+    "referee_options/pictures": False,
+}
 _OPTIONS = ("sim_options", "planner_options", "referee_options")
+_SECTIONS = (*_OPTIONS, CONTROLLER)
 _MAX_LOG = 200_000
 
 
@@ -82,15 +86,8 @@ def drive_cell(cell: Sequence, stack: str, timeout_s: float, version: str) -> tu
     """
     driven = Cell(*cell)
     start = time.monotonic()
-    row = {
-        "key": driven.key,
-        "scenario": driven.scenario,
-        "settings": driven.settings,
-        "seed": driven.seed,
-        "status": FAILED,
-        "worker": f"{socket.gethostname()}/{os.getpid()}",
-        "metrics": {},
-    }
+    row: dict[str, Any] = {"key": driven.key, **driven._asdict()}
+    row.update(status=FAILED, worker=f"{socket.gethostname()}/{os.getpid()}", metrics={})
     log = worker_problem(version, ())
     try:
         if not log and stack == ROS:
@@ -128,22 +125,12 @@ def _drive_in_process(cell: Cell, row: dict[str, Any]) -> None:
 
 def _drive_nodes(cell: Cell, timeout_s: float, row: dict[str, Any]) -> str:
     """Drive with real nodes and complete the row; return the log of a drive without a report."""
-    given = {
-        name: text(value)
-        for name, value in cell.settings.items()
-        if name.split("/")[0] not in (*_OPTIONS, CONTROLLER)
-    }
-    sim: dict[str, Any] = {
-        **_ROS_SIM_OPTIONS,
-        **nested(cell.settings, "sim_options"),
-        "seed": cell.seed,
-    }
-    referee: dict[str, Any] = {**_ROS_REFEREE_OPTIONS, **nested(cell.settings, "referee_options")}
-    given.update(sim_options=text(sim), referee_options=text(referee))
-    if nested(cell.settings, "planner_options"):
-        given["planner_options"] = text(nested(cell.settings, "planner_options"))
-    controller = nested(cell.settings, CONTROLLER)
-    parameters = {CONTROLLER: controller} if controller else {}
+    settings: dict[str, Any] = {**_ROS_SETTINGS, **cell.settings, "sim_options/seed": cell.seed}
+    values: dict[str, Any] = {}
+    for name in (name.partition("/")[0] for name in settings):
+        values[name] = nested(settings, name) if name in _SECTIONS else settings[name]
+    parameters = {CONTROLLER: values.pop(CONTROLLER)} if CONTROLLER in values else {}
+    given = {name: text(value) for name, value in values.items()}
     with isolated_drive(cell.scenario, given, parameters, timeout_s=timeout_s) as (drive, lines):
         report = Path(drive.report_path)
         if not report.exists() or not is_complete(drive.report_path):

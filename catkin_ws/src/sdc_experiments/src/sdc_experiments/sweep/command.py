@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Sequence
 
 from sdc_experiments.sweep.cell_drive import code_version, drive_cell, worker_problem
-from sdc_experiments.sweep.dask_engine import ClusterError, DaskEngine, Outcome
+from sdc_experiments.sweep.dask_engine import ClusterError, DaskEngine
 from sdc_experiments.sweep.progress import SweepProgress
 from sdc_experiments.sweep.results import FAILED, Results, ResultsError, table, write_csv
 from sdc_experiments.sweep.settings import ROS
@@ -25,24 +25,12 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     """Parse the command line."""
     parser = argparse.ArgumentParser(prog="sweep.py", description=_DESCRIPTION)
     parser.add_argument("study", metavar="STUDY.yaml", type=Path)
-    parser.add_argument(
-        "--scheduler",
-        default="",
-        metavar="tcp://HOST:PORT",
-        help="scheduler of a Dask cluster (default: a cluster of processes on this machine)",
-    )
-    parser.add_argument(
-        "--output",
-        type=Path,
-        metavar="FOLDER",
-        help="folder of the results (default: the study's name, in the folder sweeps)",
-    )
-    parser.add_argument(
-        "--workers",
-        type=int,
-        metavar="N",
-        help="processes on this machine (default: number of cores; with nodes, half of it)",
-    )
+    about = "scheduler of a Dask cluster (default: a cluster of processes on this machine)"
+    parser.add_argument("--scheduler", default="", metavar="tcp://HOST:PORT", help=about)
+    about = "folder of the results (default: the study's name, in the folder sweeps)"
+    parser.add_argument("--output", type=Path, metavar="FOLDER", help=about)
+    about = "processes on this machine (default: number of cores; with nodes, half of it)"
+    parser.add_argument("--workers", type=int, metavar="N", help=about)
     options = parser.parse_args(arguments)
     if options.workers is not None and options.workers < 1:
         parser.error("--workers must be positive")
@@ -82,7 +70,9 @@ def _sweep(study: Study, results: Results, options: argparse.Namespace) -> int:
         _write(study, cells, results)
     failed = results.failed
     for row in failed[:_SHOWN_FAILURES]:
-        print(f"sweep: failed: {_last_line(results, row)}; see {results.folder / row['log']}")
+        log = results.folder / row["log"]
+        last = log.read_text(encoding="utf-8").strip().rpartition("\n")[2]
+        print(f"sweep: failed: {last or 'no output'}; see {log}")
     if failed:
         print(f"sweep: {len(failed)} drives failed; the same command drives them again")
     return 1 if failed else 0
@@ -97,46 +87,23 @@ def _drive(
 ) -> None:
     version = code_version()
     by_key = {cell.key: cell for cell in cells}
-    tasks = (
-        (key, (tuple(cell), study.stack, study.timeout_s, version)) for key, cell in by_key.items()
-    )
-    with DaskEngine(options.scheduler, options.workers or _default_workers(study)) as engine:
+    more = study.stack, study.timeout_s, version
+    tasks = ((key, (tuple(cell), *more)) for key, cell in by_key.items())
+    cores = len(os.sched_getaffinity(0))
+    workers = options.workers or (max(1, cores // 2) if study.stack == ROS else cores)
+    with DaskEngine(options.scheduler, workers) as engine:
         if options.scheduler:
-            _check_cluster(engine, version, study)
+            engine.check(worker_problem, version, study.files())
+            if not engine.workers:
+                print("sweep: the cluster has no worker yet; the drives wait for one", flush=True)
         try:
-            for outcome in engine.outcomes(drive_cell, tasks):
-                row, log = _row(by_key[outcome.key], outcome)
+            for key, result, error in engine.outcomes(drive_cell, tasks):
+                failed = {"key": key, **by_key[key]._asdict(), "status": FAILED, "metrics": {}}
+                row, log = (failed, error) if error else result
                 results.add(row, log)
                 progress.add(row["status"] == FAILED)
         finally:
             progress.close()
-
-
-def _default_workers(study: Study) -> int:
-    cores = len(os.sched_getaffinity(0))
-    return max(1, cores // 2) if study.stack == ROS else cores
-
-
-def _check_cluster(engine: DaskEngine, version: str, study: Study) -> None:
-    engine.check(worker_problem, version, study.files())
-    workers = engine.workers
-    if not workers:
-        print("sweep: the cluster has no worker yet; the drives wait for one", flush=True)
-    many = [address for address, info in workers.items() if info["nthreads"] > 1]
-    if many:
-        print(
-            f"sweep: worker {many[0]} has {workers[many[0]]['nthreads']} threads, and drives are "
-            "faster in processes: start it with --nthreads 1 --nworkers N",
-            flush=True,
-        )
-
-
-def _row(cell: Cell, outcome: Outcome) -> tuple[dict, str]:
-    """Return the row of a cell and its log."""
-    if not outcome.error:
-        return outcome.result
-    row = {"key": cell.key, **cell._asdict(), "status": FAILED, "metrics": {}}
-    return row, outcome.error
 
 
 def _write(study: Study, cells: list[Cell], results: Results) -> None:
@@ -149,11 +116,6 @@ def _write(study: Study, cells: list[Cell], results: Results) -> None:
     write_csv(results.folder / "results.csv", table(rows))
     page = write_page(results.folder, study, rows, len(cells) - len(rows))
     print(f"sweep: {len(rows)} of {len(cells)} drives, see {page} and results.csv", flush=True)
-
-
-def _last_line(results: Results, row: dict) -> str:
-    lines = (results.folder / row["log"]).read_text(encoding="utf-8").strip().splitlines()
-    return lines[-1] if lines else "no output"
 
 
 def main() -> None:

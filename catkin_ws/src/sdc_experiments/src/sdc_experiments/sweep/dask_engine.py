@@ -47,7 +47,7 @@ class Outcome(NamedTuple):
     error: str  # why it returned nothing, or ""
 
 
-class DaskEngine:
+class DaskEngine(contextlib.ExitStack):
     """Runs tasks, one at a time in each process of a worker.
 
     A lost worker's tasks run again on another worker. Nothing is stored: each outcome is yielded
@@ -67,7 +67,7 @@ class DaskEngine:
             import distributed
         except ImportError:
             raise ClusterError(_INSTALL) from None
-        self._stack = contextlib.ExitStack()
+        super().__init__()
         dask.config.set({"distributed.comm.timeouts.connect": _CONNECT_TIMEOUT_S})
         if not scheduler:
             dask.config.set(_OWN_CLUSTER)
@@ -76,26 +76,20 @@ class DaskEngine:
             resource_tracker.ensure_running()  # its start would end the block
             mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
             try:
-                scheduler = self._stack.enter_context(_local_cluster(distributed, workers))
+                scheduler = self.enter_context(_local_cluster(distributed, workers))
             finally:
                 signal.pthread_sigmask(signal.SIG_SETMASK, mask)
         try:
-            self._client = self._stack.enter_context(
+            self._client = self.enter_context(
                 distributed.Client(scheduler, timeout=_CONNECT_TIMEOUT_S)
             )
         except (OSError, TimeoutError, ValueError) as error:
-            self._stack.close()
+            self.close()
             reason = " ".join(str(error).split())[:120] or type(error).__name__
             raise ClusterError(
                 f"no Dask scheduler at {scheduler} ({reason}); start one with 'dask scheduler' "
                 "or correct --scheduler tcp://HOST:PORT"
             ) from None
-
-    def __enter__(self) -> DaskEngine:
-        return self
-
-    def __exit__(self, *_error: object) -> None:
-        self._stack.close()
 
     @property
     def workers(self) -> dict[str, Mapping]:

@@ -56,12 +56,9 @@ def heat_maps(found: Sequence[Combination], metric: str) -> HeatMaps | None:
         None where fewer than two factors vary
     """
     table = [{**one.values, SCENARIO: scenario_name(one.scenario)} for one in found]
-    values: dict[str, list] = {}
-    for row in table:
-        for name, value in row.items():
-            known = values.setdefault(name, [])
-            if value not in known:
-                known.append(value)
+    values = {
+        name: list({text(row[name]): row[name] for row in table}.values()) for name in table[0]
+    }
     varied = [name for name, options in values.items() if len(options) > 1]
     if len(varied) < 2:
         return None
@@ -79,13 +76,8 @@ def heat_maps(found: Sequence[Combination], metric: str) -> HeatMaps | None:
                 labels[i][j] = _label(one, metric)
         title = ", ".join(f"{names[name]} {text(value)}" for name, value in fixed.items())
         panels.append(Panel(title, means, labels))
-    return HeatMaps(
-        metric,
-        (names[x], values[x]),
-        (names[y], values[y]),
-        panels[:MAX_PANELS],
-        len(panels[MAX_PANELS:]),
-    )
+    axes = (names[x], values[x]), (names[y], values[y])
+    return HeatMaps(metric, *axes, panels[:MAX_PANELS], len(panels[MAX_PANELS:]))
 
 
 def _label(one: Combination, metric: str) -> str:
@@ -113,9 +105,8 @@ def draw(maps: HeatMaps, path: Path) -> None:
     all_means = np.concatenate([panel.means.ravel() for panel in maps.panels])
     known = all_means[np.isfinite(all_means)]
     low, high = (known.min(), known.max()) if len(known) else (0.0, 1.0)
-    norm: Any = Normalize(low, high if high > low else low + 1.0)
-    if low > 0.0 and high > 10.0 * low:
-        norm = LogNorm(low, high)
+    is_wide = low > 0.0 and high > 10.0 * low
+    norm = LogNorm(low, high) if is_wide else Normalize(low, high if high > low else low + 1.0)
     colours = "RdYlBu" if maps.metric in _MORE_IS_BETTER else "RdYlBu_r"
     axes: Any = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
     image: Any = None

@@ -10,16 +10,10 @@ from typing import Mapping, Sequence
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from sdc_experiments.sweep.heat_maps import draw, heat_maps, scenario_name, short_names
-from sdc_experiments.sweep.results import FAILED
 from sdc_experiments.sweep.settings import text
-from sdc_experiments.sweep.statistics import CONFIDENCE, Combination, MeanEstimate, combinations
+from sdc_experiments.sweep.statistics import CONFIDENCE, MeanEstimate, combinations
 from sdc_experiments.sweep.study import Study
 
-_TEMPLATES = Path(__file__).with_name("templates")
-_TEMPLATE = "study.html.jinja"
-# A longer table is in the CSV file.
-_MAX_TABLE_ROWS = 2000
-_MAX_FAILURES = 50
 _LOG_LINES = 15
 
 
@@ -41,52 +35,30 @@ def write_page(folder: Path, study: Study, rows: Sequence[Mapping], missing: int
             draw(maps, path)
             encoded = base64.b64encode(path.read_bytes()).decode()
             pictures.append((metric, encoded, maps.left_out))
+
+    def log(row: Mapping) -> str:
+        lines = (folder / row["log"]).read_text(encoding="utf-8", errors="replace").splitlines()
+        return "\n".join(lines[-_LOG_LINES:])
+
     environment = Environment(
-        loader=FileSystemLoader(_TEMPLATES),
+        loader=FileSystemLoader(Path(__file__).with_name("templates")),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    names = short_names(list(study.factors))
-    failures = [row for row in rows if row["status"] == FAILED]
-    page = environment.get_template(_TEMPLATE).render(
-        name=Path(study.path).stem,
-        about=study.about,
-        stack=study.stack,
-        settings=[(name, text(value)) for name, value in study.settings.items()],
-        counts={
-            "drives": len(rows) - len(failures),
-            "completed": sum(row["status"] == "completed" for row in rows),
-            "failed": len(failures),
-            "not driven": missing,
-            "combinations": len(found),
-            "seeds": len(study.seeds),
-        },
-        pictures=pictures,
-        headings=["scenario", *names.values(), "completed", *study.metrics],
-        percent=round(100.0 * CONFIDENCE),
-        table=[_table_row(one) for one in found[:_MAX_TABLE_ROWS]],
-        left_out=len(found[_MAX_TABLE_ROWS:]),
-        failures=[_failure(folder, row) for row in failures[:_MAX_FAILURES]],
-        more_failures=len(failures[_MAX_FAILURES:]),
-    )
+    for function in (text, log, estimate_text, scenario_name):
+        environment.filters[function.__name__] = function
+    shown = {"study": study, "rows": rows, "found": found, "missing": missing}
+    names, percent = short_names(list(study.factors)).values(), round(100.0 * CONFIDENCE)
+    template = environment.get_template("study.html.jinja")
+    page = template.render(**shown, pictures=pictures, names=names, percent=percent)
     path = folder / "study.html"
     path.write_text(page, encoding="utf-8")
     return path
 
 
-def _table_row(one: Combination) -> list[str]:
-    failed = f", {one.failed} failed" if one.failed else ""
-    return [
-        scenario_name(one.scenario),
-        *map(text, one.values.values()),
-        f"{one.completed} of {one.drives}{failed}",
-        *map(_estimate, one.metrics.values()),
-    ]
-
-
-def _estimate(found: MeanEstimate) -> str:
+def estimate_text(found: MeanEstimate) -> str:
     """Return a mean and half of its confidence interval, with the same number of decimals."""
     if math.isnan(found.mean):
         return "–"
@@ -96,18 +68,3 @@ def _estimate(found: MeanEstimate) -> str:
         return f"{found.mean:.4g} ± 0"
     decimals = max(0, 1 - math.floor(math.log10(found.half_width)))
     return f"{found.mean:.{decimals}f} ± {found.half_width:.{decimals}f}"
-
-
-def _failure(folder: Path, row: Mapping) -> dict[str, str]:
-    log = ""
-    path = folder / row.get("log", "")
-    if path.is_file():
-        log = "\n".join(
-            path.read_text(encoding="utf-8", errors="replace").splitlines()[-_LOG_LINES:]
-        )
-    settings = ", ".join(f"{name} {text(value)}" for name, value in row["settings"].items())
-    return {
-        "cell": f"{scenario_name(row['scenario'])}, {settings}, seed {row['seed']}",
-        "log": log,
-        "path": row.get("log", ""),
-    }

@@ -12,7 +12,6 @@ import yaml
 
 from sdc_common.validation import is_number, suggestion
 from sdc_sim.scenario.packaged import node_config, overridden
-from sdc_sim.yaml_document import DocumentError
 
 IN_PROCESS, ROS = "in_process", "ros"
 CONTROLLER = "simple_controller"
@@ -35,69 +34,60 @@ _ARGUMENT = re.compile(r'<arg name="([^"]*)" default=')
 _KINDS = {bool: "true or false", str: "a text", list: "a list"}
 
 
-class SettingError(ValueError):
-    """A setting that no drive has, or a value of a wrong type; the message is one line."""
-
-
-def check_setting(name: str, value: Any, stack: str) -> None:
-    """Check the name and the type of a setting.
+def checked(name: str, value: Any, stack: str, folder: str) -> Any:
+    """Check the name and the type of a setting; return its value, with a path made absolute.
 
     Args:
         name: argument of all.launch, or a parameter such as simple_controller/stanley/k
         value: its value
         stack: IN_PROCESS or ROS
+        folder: paths are relative to it
 
     Raises:
-        SettingError: there is no such setting, or its value has a wrong type
+        ValueError: there is no such setting, its value has a wrong type, or a path does not exist;
+            the message is one line
     """
     if name == "scenario" or name.startswith("sim_options/seed"):
-        raise SettingError(f"'{name}' is no setting; write '{name.split('/')[-1]}s: [...]'")
+        raise ValueError(f"'{name}' is no setting; write '{name.split('/')[-1]}s: [...]'")
     first, *keys = name.split("/")
     if first in _CONFIGURATIONS:
         if not keys and not isinstance(value, dict):
-            raise SettingError(f"'{name}' must be a mapping, got {text(value)[:40]}")
+            raise ValueError(f"'{name}' must be a mapping, got {text(value)[:40]}")
         present, given = node_config(*_CONFIGURATIONS[first]), nested({name: value}, first)
-        try:
-            overridden(present, given, first)
-        except DocumentError as error:
-            raise SettingError(str(error)) from None
+        overridden(present, given, first)
         _check_types(first, present, given)
-        return
+        return value
     known = _arguments() if stack == ROS else _IN_PROCESS_ARGUMENTS
     if name not in known:
         if name in _arguments():
-            raise SettingError(f"'{name}' needs nodes; add 'stack: ros' or remove it")
-        raise SettingError(f"unknown setting '{name}'; {_suggestion(name, known)}")
+            raise ValueError(f"'{name}' needs nodes; add 'stack: ros' or remove it")
+        fix = suggestion(name, known, f"use one of {', '.join(known)}")
+        raise ValueError(f"unknown setting '{name}'; {fix}")
     if isinstance(value, (dict, list)) or value is None:
-        raise SettingError(f"'{name}' must be one word or one number")
+        raise ValueError(f"'{name}' must be one word or one number")
+    if name not in _PATHS or not isinstance(value, str) or not value:
+        return value
+    path = os.path.normpath(os.path.join(folder, os.path.expanduser(value)))
+    if os.path.exists(path):
+        return path
+    if name != "stack":  # it can be the name of a launch file in the workspace
+        raise ValueError(f"'{name}': {path} does not exist; correct the path")
+    return value
 
 
 def check_together(names: Iterable[str]) -> None:
-    """Raise SettingError if two settings exclude each other."""
+    """Raise ValueError if two settings exclude each other."""
     names = list(names)
     own = [name for name in names if name.split("/")[0] in ("planner_options", CONTROLLER)]
     other = [name for name in names if name in ("workspace", "stack")]
     if own and other:
-        raise SettingError(
+        raise ValueError(
             f"'{own[0]}' is a parameter of this project's stack, and '{other[0]}' starts another "
             "one; remove one of them"
         )
     for name in names:
         if any(name != longer and longer.startswith(name + "/") for longer in names):
-            raise SettingError(f"'{name}' contains another setting; name each key of it alone")
-
-
-def is_path(name: str) -> bool:
-    """Return whether the value of a setting is always the path of a file or a folder."""
-    return name in ("waypoints_path", "workspace")
-
-
-def absolute(name: str, value: Any, folder: str) -> Any:
-    """Return the value of a setting, with a path relative to `folder` made absolute."""
-    if name not in _PATHS or not isinstance(value, str) or not value:
-        return value
-    path = os.path.normpath(os.path.join(folder, os.path.expanduser(value)))
-    return path if name != "stack" or os.path.exists(path) else value
+            raise ValueError(f"'{name}' contains another setting; name each key of it alone")
 
 
 def nested(settings: Mapping[str, Any], first: str) -> dict:
@@ -133,7 +123,7 @@ def _arguments() -> tuple[str, ...]:
 
 
 def _check_types(name: str, present: Any, value: Any) -> None:
-    """Raise SettingError unless a value has the type of the present one."""
+    """Raise ValueError unless a value has the type of the present one."""
     if isinstance(present, dict):
         for key, entry in value.items():
             _check_types(f"{name}/{key}", present[key], entry)
@@ -145,9 +135,4 @@ def _check_types(name: str, present: Any, value: Any) -> None:
         good, wanted = isinstance(value, kind), _KINDS[kind]
     # The parameter of some texts may also be true or false: ackermann_cmd.
     if not good and not (isinstance(present, str) and isinstance(value, bool)):
-        raise SettingError(f"'{name}' must be {wanted}, got {text(value)[:40]}")
-
-
-def _suggestion(word: str, known: Iterable[str]) -> str:
-    known = list(known)
-    return suggestion(word, known, f"use one of {', '.join(known)}")
+        raise ValueError(f"'{name}' must be {wanted}, got {text(value)[:40]}")

@@ -2,26 +2,19 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import itertools
 import json
 import math
 import os
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from pathlib import Path
+from typing import Any, Iterator, NamedTuple
 
-from sdc_experiments.configuration import packaged_config
-from sdc_experiments.sweep.settings import (
-    IN_PROCESS,
-    ROS,
-    SettingError,
-    absolute,
-    check_setting,
-    check_together,
-    is_path,
-)
+from sdc_experiments.sweep.settings import IN_PROCESS, ROS, check_together, checked
 from sdc_experiments.sweep.true_metrics import TRUE_METRICS
-from sdc_sim.scenario.packaged import find_route, find_scenario
+from sdc_sim.scenario.packaged import find_route, find_scenario, node_config
 from sdc_sim.scenario.reader import load_scenario
 from sdc_sim.yaml_document import YamlDocument, load_yaml, schema, validate
 
@@ -86,7 +79,11 @@ class Study:
             "settings": self.settings,
             "factors": {name: list(values) for name, values in self.factors.items()},
             "seeds": list(self.seeds),
-            "files": {path: _digest(path) for path in self.files() if os.path.isfile(path)},
+            "files": {
+                path: hashlib.sha256(Path(path).read_bytes()).hexdigest()
+                for path in self.files()
+                if os.path.isfile(path)
+            },
         }
 
 
@@ -100,28 +97,29 @@ def load_study(path: str) -> Study:
     if document.values is None:
         raise document.error((), "the file is empty; add 'scenarios: [town]' and 'factors:'")
     metrics = [*schema("scenario")["definitions"]["metrics"], *TRUE_METRICS]
-    study_schema = packaged_config("study")
+    study_schema = node_config("sdc_experiments", "study")
     study_schema["properties"]["metrics"]["items"] = {"enum": metrics}
     validate(document, study_schema)
     values = document.values
     folder = os.path.dirname(os.path.abspath(document.path))
     stack = values.get("stack", IN_PROCESS)
-    scenarios = range(len(values["scenarios"]))
     seeds = values.get("seeds", 1)
+
+    def setting(name: str, value: Any, *keys: Any) -> Any:
+        with _at(document, *keys):
+            return checked(name, value, stack, folder)
+
     study = Study(
         document.path,
         values.get("about", ""),
         stack,
-        tuple(_scenario(document, index, stack, folder) for index in scenarios),
+        tuple(_scenario(document, at, stack, folder) for at in range(len(values["scenarios"]))),
         {
-            name: _setting(document, ("settings", name), name, value, stack, folder)
+            name: setting(name, value, "settings", name)
             for name, value in values.get("settings", {}).items()
         },
         {
-            name: tuple(
-                _setting(document, ("factors", name, index), name, value, stack, folder)
-                for index, value in enumerate(options)
-            )
+            name: tuple(setting(name, one, "factors", name, at) for at, one in enumerate(options))
             for name, options in values.get("factors", {}).items()
         },
         tuple(map(int, seeds)) if isinstance(seeds, list) else tuple(range(1, int(seeds) + 1)),
@@ -132,55 +130,39 @@ def load_study(path: str) -> Study:
     return study
 
 
-def _check_whole(document: YamlDocument, study: Study) -> None:
-    twice = next((name for name in study.factors if name in study.settings), None)
-    if twice is not None:
-        raise document.error(("factors", twice), f"'{twice}' is a setting, too; remove one of them")
+@contextlib.contextmanager
+def _at(document: YamlDocument, *keys: Any) -> Iterator[None]:
+    """Add the file and the line of these keys to a ValueError of the block."""
     try:
-        check_together([*study.settings, *study.factors])
-    except SettingError as error:
-        raise document.error((), str(error)) from None
+        yield
+    except ValueError as error:
+        raise document.error(keys, str(error)) from None
+
+
+def _check_whole(document: YamlDocument, study: Study) -> None:
+    for name in study.factors:
+        if name in study.settings:
+            raise document.error(
+                ("factors", name), f"'{name}' is a setting, too; remove one of them"
+            )
     for index, metric in enumerate(study.metrics):
         if study.stack == ROS and metric in TRUE_METRICS:
-            raise document.error(
-                ("metrics", index),
-                f"'{metric}' is measured in process; remove it or 'stack: ros'",
-            )
-    count = math.prod([len(study.scenarios), len(study.seeds), *map(len, study.factors.values())])
-    if count > MAX_CELLS:
-        raise document.error(
-            (), f"these are {count} drives; at most {MAX_CELLS} are possible, remove some values"
-        )
+            problem = f"'{metric}' is measured in process; remove it or 'stack: ros'"
+            raise document.error(("metrics", index), problem)
+    with _at(document):
+        check_together([*study.settings, *study.factors])
+        factors = map(len, study.factors.values())
+        count = math.prod([len(study.scenarios), len(study.seeds), *factors])
+        if count > MAX_CELLS:
+            most = f"at most {MAX_CELLS} are possible, remove some values"
+            raise ValueError(f"these are {count} drives; {most}")
 
 
 def _scenario(document: YamlDocument, index: int, stack: str, folder: str) -> str:
     name = document.values["scenarios"][index]
     if name.endswith(".yaml"):
         name = os.path.normpath(os.path.join(folder, os.path.expanduser(name)))
-    try:
-        scenario = load_scenario(find_scenario(name))
-    except ValueError as error:
-        raise document.error(("scenarios", index), str(error)) from None
-    if scenario.stack is not None and stack != ROS:
-        raise document.error(
-            ("scenarios", index), f"'{name}' names a stack of nodes; add 'stack: ros' or remove it"
-        )
+    with _at(document, "scenarios", index):
+        if load_scenario(find_scenario(name)).stack is not None and stack != ROS:
+            raise ValueError(f"'{name}' names a stack of nodes; add 'stack: ros' or remove it")
     return name
-
-
-def _setting(
-    document: YamlDocument, keys: tuple, name: str, value: Any, stack: str, folder: str
-) -> Any:
-    try:
-        check_setting(name, value, stack)
-    except SettingError as error:
-        raise document.error(keys, str(error)) from None
-    path = absolute(name, value, folder)
-    if is_path(name) and not os.path.exists(path):
-        raise document.error(keys, f"'{name}': {path} does not exist; correct the path")
-    return path
-
-
-def _digest(path: str) -> str:
-    with open(path, "rb") as file:
-        return hashlib.sha256(file.read()).hexdigest()

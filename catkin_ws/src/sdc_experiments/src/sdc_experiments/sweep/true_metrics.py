@@ -7,9 +7,8 @@ from typing import Sequence
 
 import numpy as np
 
-from sdc_sim.evaluation.command_matching import COMMAND_FIELDS
+from sdc_sim.evaluation.drive_evaluation import COLUMNS
 from sdc_sim.evaluation.metrics import peak_accelerations, root_mean_square
-from sdc_sim.evaluation.route_progress import DriveSample
 from sdc_sim.physics.vehicle import VehicleState
 
 _PEAKS = ("lateral_acceleration_max_mps2", "jerk_max_mps3")
@@ -27,16 +26,15 @@ def true_metrics(rows: np.ndarray, states: Sequence[VehicleState]) -> dict[str, 
         rows: (n, 11) trace of the drive
         states: true state of the vehicle at each row
     """
-    names = (*DriveSample._fields, *COMMAND_FIELDS)
-    trace = dict(zip(names, rows.T))
-    states = states[: len(rows)]
-    x, y, yaw = (
-        np.array([getattr(state, name) for state in states]) for name in ("x_m", "y_m", "yaw_rad")
-    )
-    speed = np.array([math.hypot(state.speed_mps, state.lateral_speed_mps) for state in states])
+    trace = dict(zip(COLUMNS, rows.T))
     found: dict[str, float | None] = dict.fromkeys(TRUE_METRICS)
     if not len(rows):
         return found
+    motion = [
+        (one.x_m, one.y_m, one.yaw_rad, math.hypot(one.speed_mps, one.lateral_speed_mps))
+        for one in states[: len(rows)]
+    ]
+    x, y, yaw, speed = np.transpose(motion)
     heading = trace["yaw_rad"] - trace["heading_error_rad"]
     off_x, off_y = x - trace["x_m"], y - trace["y_m"]
     error = np.abs(trace["cross_track_m"] + off_y * np.cos(heading) - off_x * np.sin(heading))
