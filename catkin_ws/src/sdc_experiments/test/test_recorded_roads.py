@@ -10,10 +10,10 @@ import pytest
 from scipy.spatial import cKDTree
 
 from sdc_experiments.closed_loop import drive, drive_result
-from sdc_experiments.configuration import packaged_config
 from sdc_package.steering.loader import METHODS
 from sdc_sim.evaluation.route_progress import COMPLETED
 from sdc_sim.road.route_generator import generate_route
+from sdc_sim.scenario.packaged import node_config
 
 pytestmark = pytest.mark.slow(15)
 METHODS = [one for one in METHODS if one != "mpc" or importlib.util.find_spec("osqp")]
@@ -44,7 +44,7 @@ class Recording(NamedTuple):
 def road(course):
     """Return the points (M, 2) of a course, 0.05 m apart [m]."""
     start = {"x_m": 0.0, "y_m": 0.0, "heading_deg": 17.0}
-    spec = {"elements": packaged_config("recorded_roads")[course], "start": start}
+    spec = {"elements": node_config("sdc_experiments", "recorded_roads")[course], "start": start}
     spec["spacing_m"] = FINE_M
     return generate_route(spec)[:, :2]
 

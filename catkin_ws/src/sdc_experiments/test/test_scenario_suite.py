@@ -134,8 +134,8 @@ def test_success_is_a_route_completed_in_time_with_the_full_score(changed, statu
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["Acident"], "unknown type or argument 'Acident'; did you mean 'Accident'?"),
-        (["seed:=3"], "unknown type or argument 'seed:=3'"),
+        (["Acident"], "unknown type 'Acident'; did you mean 'Accident'?"),
+        (["seed:=3"], "unknown argument 'seed:=3'; did you mean 'seeds'?"),
         (["seeds:=x"], "seeds:=x: must be a number, or FIRST-LAST"),
         (["seeds:=5-4"], "seeds:=5-4: must be a number, or FIRST-LAST"),
         (["naive:=1-2"], "naive:=1-2: must be a number"),

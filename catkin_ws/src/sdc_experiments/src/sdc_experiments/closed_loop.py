@@ -7,7 +7,8 @@ examples.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Callable, Mapping, Sequence, Union
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any, Callable, Mapping, Sequence, Union, cast
 
 import numpy as np
 
@@ -107,7 +108,7 @@ def drive_result(
     limits, lines = _limits(planner_options, lacking), stop_lines_of(world.lights)
     known = lines, missions, world.observation, lacking
     chosen, waypoints_m = own_planner(limits, setup.waypoints_m, *known)
-    car = car_with(FunctionPlanner(planner) if planner else chosen, steering, controller_options)
+    car = car_with(function_planner(planner) if planner else chosen, steering, controller_options)
     rules = evaluation_rules(limits, {"map": setup.parameters["map_path"], **referee_options})
     recorder = DriveRecorder(rules, waypoints_m, world)
     loop.drive(world, car, recorder, longest_s, observe)
@@ -136,8 +137,16 @@ def conditions(
         map_file, goal = map_file or map_path(setup.scenario), goal or setup.scenario.goals or None
     if not map_file:
         return setup, None
+    from sdc_package.global_planner import GlobalPlanner
+    from sdc_sim.road.network_file import load_network
+    from sdc_sim.scenario.map_drive import file_points, first_mission
+
+    goals = () if goal is None else [goal] if np.ndim(goal) == 1 else goal
+    missions = GlobalPlanner(load_network(map_file))
     drawn = setup.parameters["seed"], setup.parameters["street_scenario"]
-    missions, waypoints_m = _on_map(map_file, start, goal, *drawn)
+    mission, goals = first_mission(missions.graph, start, goals, *drawn)
+    missions.drive_to(goals)
+    waypoints_m = file_points(mission.points_m)
     return drive_setup(scenario, waypoints_m, {**options, "map_path": map_file}), missions
 
 
@@ -173,26 +182,7 @@ def own_planner(
         streets.manoeuvres = None
     if not LACKS[lacking]:
         return driver, points_m
-    return FunctionPlanner(lambda one: driver.plan(replace(one, **LACKS[lacking]))), points_m
-
-
-def _on_map(
-    path: str,
-    start: Sequence[float] | None,
-    goal: Sequence | None,
-    seed: int,
-    street_scenario: str,
-) -> tuple[GlobalPlanner, np.ndarray]:
-    """Return the planner of missions on a map, and the waypoints of the first one."""
-    from sdc_package.global_planner import GlobalPlanner
-    from sdc_sim.road.network_file import load_network
-    from sdc_sim.scenario.map_drive import file_points, first_mission
-
-    goals = () if goal is None else [goal] if np.ndim(goal) == 1 else goal
-    planner = GlobalPlanner(load_network(path))
-    mission, goals = first_mission(planner.graph, start, goals, seed, street_scenario)
-    planner.drive_to(goals)
-    return planner, file_points(mission.points_m)
+    return function_planner(lambda one: driver.plan(replace(one, **LACKS[lacking]))), points_m
 
 
 def car_with(
@@ -210,21 +200,13 @@ def car_with(
     Raises:
         ValueError: the steering method cannot be built, or a parameter is not valid
     """
-    config, method = _controller_config(steering, options)
-    return Car(planner, Controller(config.__getitem__, method), config["patience_s"])
+    return Car(planner, *controller_with(steering, options))
 
 
 def controller_with(
     steering: SteeringSource | None = None, options: Mapping[str, Any] = _NO_OPTIONS
-) -> Controller:
-    """Return the controller of config/simple_controller.yaml; see `car_with`."""
-    config, method = _controller_config(steering, options)
-    return Controller(config.__getitem__, method)
-
-
-def _controller_config(
-    steering: SteeringSource | None, options: Mapping[str, Any]
-) -> tuple[dict[str, Any], Steering]:
+) -> tuple[Controller, float]:
+    """Return the controller of `car_with`, and its timeout of the path [s]."""
     config = node_parameters("simple_controller")
     method: Any = options.get("steering_method", config["steering_method"])
     method = method if steering is None else steering
@@ -236,9 +218,14 @@ def _controller_config(
     config = overridden(config, options, "controller_options")
     if isinstance(method, str):
         method = load_steering(method, config.get(section), Axles(**config["axles"]))
-    if not hasattr(method, "wheel_angle"):
-        method = _FunctionSteering(method)
-    return config, method
+    elif not hasattr(method, "wheel_angle"):
+        if not callable(method):
+            raise ValueError(
+                "steering: must be a name, an object with a method wheel_angle or a function, "
+                f"got {method!r}"
+            )
+        method = SimpleNamespace(wheel_angle=method)
+    return Controller(config.__getitem__, method), config["patience_s"]
 
 
 def evaluation_rules(
@@ -259,27 +246,11 @@ def evaluation_rules(
     return rules._replace(planner=planner, assumed=[])
 
 
-class FunctionPlanner:
-    """A function as a planner."""
+def function_planner(function: PlannerFunction) -> PathPlanner:
+    """Return a function as a planner."""
 
-    reason = ""
+    def plan(observation: Observation) -> Path:
+        rows: Any = function(observation)
+        return rows if isinstance(rows, Path) else Path([(x, y, v) for x, y, v in rows])
 
-    def __init__(self, function: PlannerFunction):
-        self._function = function
-
-    def plan(self, observation: Observation) -> Path:
-        """See PathPlanner."""
-        rows = self._function(observation)
-        return rows if isinstance(rows, Path) else Path(list(map(tuple, rows)))  # type: ignore[arg-type]
-
-
-class _FunctionSteering(Steering):
-    """A function as a steering method."""
-
-    def __init__(self, function: Any):
-        if not callable(function):
-            raise ValueError(
-                "steering: must be a name, an object with a method wheel_angle or a function, "
-                f"got {function!r}"
-            )
-        self.wheel_angle = function  # type: ignore[assignment,method-assign]
+    return cast("PathPlanner", SimpleNamespace(reason="", plan=plan))

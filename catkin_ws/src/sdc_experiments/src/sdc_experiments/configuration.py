@@ -5,9 +5,6 @@ from __future__ import annotations
 import os
 from typing import Any
 
-import rospkg
-import yaml
-
 from sdc_sim.physics.vehicle_parameters import VehicleParameters, load_vehicle
 from sdc_sim.scenario.packaged import folder_of, node_config
 
@@ -20,10 +17,3 @@ def node_parameters(node: str) -> dict[str, Any]:
 def vehicle_preset(name: str) -> VehicleParameters:
     """Return a vehicle of sdc_sim/config/vehicles."""
     return load_vehicle(os.path.join(folder_of("vehicle"), f"{name}.yaml"))
-
-
-def packaged_config(name: str) -> dict[str, Any]:
-    """Return the values of a file of config/ of this package, named without its ending."""
-    folder = rospkg.RosPack().get_path("sdc_experiments")
-    with open(os.path.join(folder, "config", name + ".yaml"), encoding="utf-8") as file:
-        return yaml.safe_load(file)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import os
 from collections import defaultdict
 
@@ -12,11 +13,8 @@ from sdc_common.processes import processes_with
 
 _NODE = "__name:="
 _MEGABYTE = 1024.0 * 1024.0
-
-
-def stack_processes(master_uri: str) -> list[psutil.Process]:
-    """Return the processes that were started with this ROS_MASTER_URI."""
-    return processes_with("ROS_MASTER_URI", master_uri)
+# Takes a ROS_MASTER_URI, and returns the processes that were started with it.
+stack_processes = functools.partial(processes_with, "ROS_MASTER_URI")
 
 
 def process_name(process: psutil.Process) -> str:

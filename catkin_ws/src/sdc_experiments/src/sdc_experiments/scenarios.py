@@ -20,10 +20,11 @@ from typing import Any, Callable, Iterable, Mapping, Sequence
 
 import numpy as np
 import rospkg
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from scipy import stats
 
 from sdc_common.validation import suggestion
+from sdc_experiments.championship import command as championship
+from sdc_experiments.championship.attempt import write_page
 from sdc_experiments.closed_loop import drive_result
 from sdc_experiments.sweep.cell_drive import code_version, worker_problem
 from sdc_experiments.sweep.dask_engine import ClusterError, DaskEngine
@@ -43,7 +44,7 @@ OPTIONS = {
     "stack": "",  # the nodes that drive through ROS, in place of our car in the library
     "workspace": "",  # that of the stack
     "report": "report/scenarios.html",
-    "--scheduler": "",
+    "scheduler": "",
 }
 OWN, NAIVE = "own", "naive"
 # A driver passes a type if more of its drives succeed.
@@ -59,17 +60,11 @@ def options_of(arguments: Sequence[str]) -> tuple[dict[str, str], list[str]]:
     Raises:
         ValueError: an argument is not valid; the message is one line
     """
-    options, names, words = dict(OPTIONS), [], iter(arguments)
-    for word in words:
-        word = f"{word}:={next(words, '')}" if word == "--scheduler" else word
-        name, is_option, value = word.partition(":=")
-        if is_option and name in OPTIONS:
-            options[name] = value
-        elif word in types():
-            names.append(word)
-        else:
-            fix = suggestion(word, types(), "./scenarios --list prints the types")
-            raise ValueError(f"unknown type or argument '{word}'; {fix}")
+    options, names = championship.options_of(arguments, OPTIONS)
+    for name in names:
+        if name not in types():
+            fix = suggestion(name, types(), "./scenarios --list prints the types")
+            raise ValueError(f"unknown type '{name}'; {fix}")
     if not re.fullmatch(r"(\d+-)?\d+", options["seeds"]) or not _seeds(options["seeds"]):
         raise ValueError(f"seeds:={options['seeds']}: must be a number, or FIRST-LAST")
     if not options["naive"].isdecimal():
@@ -224,10 +219,7 @@ def write(page: Path, rows: Sequence[Mapping], result: Mapping, **shown: Any) ->
     text = json.dumps({**result, "rows": rows}, indent=1)
     page.with_suffix(".json").write_text(text + "\n", encoding="utf-8")
     write_csv(page.with_suffix(".csv"), rows)
-    loader = FileSystemLoader(Path(__file__).with_name("templates"))
-    environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined)
-    template = environment.get_template("scenarios.html.jinja")
-    page.write_text(template.render(result=result, table=types(), **shown), encoding="utf-8")
+    write_page(page, "scenarios.html.jinja", result=result, table=types(), **shown)
 
 
 def _results(engine: DaskEngine, problems: list, function: Callable, drives: Iterable) -> list:
@@ -258,7 +250,7 @@ def run(arguments: Sequence[str]) -> int:
     places = [(name, path, seed) for name in names for seed in seeds]
     others = [(name, path, seed) for name in names for seed in seeds[: int(options["naive"])]]
     problems: list[str] = []
-    with DaskEngine(options["--scheduler"], cores) as engine:
+    with DaskEngine(options["scheduler"], cores) as engine:
         engine.check(worker_problem, code_version(), [path])
         results = partial(_results, engine, problems)
         began_s = time.monotonic()

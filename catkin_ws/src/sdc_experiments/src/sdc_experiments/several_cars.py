@@ -7,16 +7,14 @@ from __future__ import annotations
 
 from typing import Any, Callable, Mapping
 
-from sdc_experiments.closed_loop import car_with, evaluation_rules
+from sdc_experiments.closed_loop import car_with, evaluation_rules, own_planner
 from sdc_experiments.configuration import node_parameters
 from sdc_experiments.recorder import DriveRecorder, stop_lines_of
-from sdc_package.car import MissionDriver
-from sdc_package.local_planner import PlannerSettings
 from sdc_sim.evaluation.drive_evaluation import DriveEvaluation
-from sdc_sim.scenario.drive_setup import DriveSetup, RouteSource, drive_setup
+from sdc_sim.scenario.drive_setup import RouteSource, drive_setup
 from sdc_sim.scenario.packaged import overridden
 from sdc_sim.simulation.loop import Driver
-from sdc_sim.simulation.shared_world import SharedWorld, race
+from sdc_sim.simulation.shared_world import race
 from sdc_sim.simulation.snapshot import Snapshot
 
 
@@ -53,15 +51,11 @@ def drive_cars(
     rules = evaluation_rules(limits, referee_options or {})
     world = setup.world()
     given = drivers or {}
-    drivers = {name: given.get(name) or _own_car(setup, world, limits) for name in world.cars}
+    lines, seen = stop_lines_of(world.first.lights), world.first.observation
+    plan = limits, setup.waypoints_m, lines, None, seen
+    drivers = {name: given.get(name) or car_with(own_planner(*plan)[0]) for name in world.cars}
     recorders = {
         name: DriveRecorder(rules, setup.waypoints_m, car) for name, car in world.cars.items()
     }
     race(world, drivers, recorders, longest_s, observe)
     return {name: one.evaluator.result() for name, one in recorders.items()}
-
-
-def _own_car(setup: DriveSetup, world: SharedWorld, limits: Mapping[str, Any]) -> Driver:
-    settings = PlannerSettings.read(limits.__getitem__)
-    lines = stop_lines_of(world.first.lights)
-    return car_with(MissionDriver(setup.waypoints_m, settings, lines))

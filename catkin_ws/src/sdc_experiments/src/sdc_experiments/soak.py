@@ -9,7 +9,6 @@ more after the warm-up, and no file stayed open.
 from __future__ import annotations
 
 import contextlib
-import json
 import re
 import sys
 import tempfile
@@ -20,9 +19,8 @@ from pathlib import Path
 import numpy as np
 import psutil
 
-from sdc_common.processes import isolated_ros_environment
 from sdc_experiments.process_metrics import private_memory_mb, process_name, stack_processes
-from sdc_experiments.stack_launch import Program, running
+from sdc_experiments.stack_launch import Program, launched, report_of
 from sdc_sim.evaluation.route_progress import COMPLETED
 from sdc_sim.road.route_generator import generate_route
 
@@ -55,8 +53,7 @@ def laps(hours: float) -> np.ndarray:
 def judge(samples: np.ndarray) -> tuple[float, float, int] | None:
     """Return the verdict on a process, or None if it did not run during most of the drive.
 
-    Samples at the last percentage do not count: they may be from after the drive, when the report
-    is written.
+    Samples at the last percentage may be from after the drive, when the report is written.
 
     Args:
         samples: (N, 3) completed share of the drive [%], private memory [MB] and number of open
@@ -70,47 +67,41 @@ def judge(samples: np.ndarray) -> tuple[float, float, int] | None:
     driven = samples[(percent >= _WARM_UP_PERCENT) & (percent < percent[-1])]
     if len(driven) < _MIN_SAMPLES:
         return None
-    memory_mb, files = driven[:, 1], driven[:, 2]
+    _, memory_mb, files = driven.T
     # Each request to the master opens a file for a moment: medians ignore it.
     tenth = max(1, len(driven) // 10)
     leaked = round(float(np.median(files[-tenth:]) - np.median(files[:tenth])))
     return float(memory_mb[0]), float(memory_mb.max() - memory_mb[0]), max(0, leaked)
 
 
-def _sample(launch: Program, samples: dict[tuple[str, int], list], percent: float) -> float:
-    """Add one sample of each process by name and number; return the completed share [%]."""
+def _percent(launch: Program, last: float) -> float:
+    """Return the completed share of a drive [%] from the end of its log, the last one without."""
     with open(launch.log, "rb") as file:
         file.seek(max(0, launch.log.stat().st_size - 4096))
         printed = _PROGRESS.findall(file.read().decode(errors="replace"))
-    percent = float(printed[-1]) if printed else percent
-    for process in stack_processes(launch.environment["ROS_MASTER_URI"]):
-        with contextlib.suppress(psutil.Error):
-            row = percent, private_memory_mb(process), process.num_fds()
-            samples[process_name(process), process.pid].append(row)
-    return percent
+    return float(printed[-1]) if printed else last
 
 
 def soak(hours: float, camera: str, folder: Path) -> bool:
-    """Drive all laps, print the drive and a table of all processes; return whether all is good."""
-    route, report = folder / "laps.csv", folder / "report.json"
+    """Drive all laps, print the drive and a table of all processes; return whether all is good.
+
+    Raises:
+        RuntimeError: the drive wrote no report; the message contains the end of its output
+    """
+    route = folder / "laps.csv"
     np.savetxt(route, laps(hours), fmt="%.4f", delimiter=",")
-    command = [
-        *(sys.executable, "-m", "sdc_common.ros.safe_launch", "sdc_package", "all.launch"),
-        *("headless:=true", "sync:=true", f"camera:={camera}"),
-        *(f"waypoints_path:={route}", f"report:={report}", f"sim_options:={_SIM_OPTIONS}"),
-    ]
+    given = ["sync:=true", f"camera:={camera}", f"waypoints_path:={route}"]
     samples: dict[tuple[str, int], list] = defaultdict(list)
     percent = 0.0
-    with isolated_ros_environment(folder / "ros") as environment, running(
-        command, environment, folder
-    ) as launch:
+    with launched([*given, f"sim_options:={_SIM_OPTIONS}"]) as launch:
         while launch.process.poll() is None:
-            percent = _sample(launch, samples, percent)
+            percent = _percent(launch, percent)
+            for process in stack_processes(launch.environment["ROS_MASTER_URI"]):
+                with contextlib.suppress(psutil.Error):
+                    row = percent, private_memory_mb(process), process.num_fds()
+                    samples[process_name(process), process.pid].append(row)
             time.sleep(_SAMPLE_PERIOD_S)
-    if not report.exists():
-        print(f"no report:\n{launch.output[-3000:]}")
-        return False
-    metrics = json.loads(report.read_text(encoding="utf-8"))
+        metrics = report_of(launch)
     print(
         f"{metrics['status']}: {metrics['duration_s'] / 3600.0:.2f} simulated hours, "
         f"{metrics['ticks']} ticks, {metrics['missed_ticks']} missed, "
@@ -128,9 +119,7 @@ def soak(hours: float, camera: str, folder: Path) -> bool:
 
 def main() -> None:
     """Run the command."""
-    arguments = dict(
-        word.split(":=", 1) for word in sys.argv[1:] if ":=" in word and not word.startswith("__")
-    )
+    arguments = dict(word.split(":=", 1) for word in sys.argv[1:] if ":=" in word)
     hours, camera = float(arguments.pop("hours", "10")), arguments.pop("camera", "false")
     if arguments or not hours > 0.0 or camera not in ("true", "false"):
         sys.exit(__doc__)

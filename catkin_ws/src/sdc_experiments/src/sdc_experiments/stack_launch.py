@@ -88,9 +88,3 @@ def report_of(launch: Program) -> dict[str, Any]:
     except OSError:
         output = launch.output[-_SHOWN_CHARACTERS:]
         raise RuntimeError(f"the drive wrote no report:\n{output}") from None
-
-
-def drive_stack(given: Sequence[str], setup: str | None = None) -> dict[str, Any]:
-    """Drive, and return the content of report.json; the arguments are those of `launched`."""
-    with launched(given, setup) as launch:
-        return report_of(launch)

@@ -105,25 +105,19 @@ def bare_loop() -> Iterator[BareWorld]:
             rospy.signal_shutdown("all is measured")
 
 
-def run_planner() -> None:
-    """Answer each odometry with a constant path, and receive pictures."""
-    path = LocalPath([Waypoint(1.0, 2.0, 3.0)] * _PATH_POINTS)
-    publisher = LoopPublisher(PATH, LocalPath)
-    rospy.Subscriber(ODOMETRY, Odometry, lambda _: publisher.publish(path), **_NEWEST)
-    rospy.Subscriber(IMAGE, Image, lambda _: None, buff_size=_IMAGE_BUFFER_BYTES, **_NEWEST)
-    rospy.spin()
-
-
-def run_controller() -> None:
-    """Answer each path with a constant command, and receive odometry."""
-    command = CarlaVehicleControl()
-    publisher = LoopPublisher(COMMAND, CarlaVehicleControl)
-    rospy.Subscriber(ODOMETRY, Odometry, lambda _: None, **_NEWEST)
-    rospy.Subscriber(PATH, LocalPath, lambda _: publisher.publish(command), **_NEWEST)
+def run_node(name: str) -> None:
+    """Run a node that answers each message with a constant one, and only receives others."""
+    path, command = LocalPath([Waypoint(1.0, 2.0, 3.0)] * _PATH_POINTS), CarlaVehicleControl()
+    if name == "planner":
+        asked, answered, answer, other = (ODOMETRY, Odometry), PATH, path, (IMAGE, Image)
+    else:
+        asked, answered, answer, other = (PATH, LocalPath), COMMAND, command, (ODOMETRY, Odometry)
+    publisher = LoopPublisher(answered, type(answer))
+    rospy.Subscriber(*asked, lambda _: publisher.publish(answer), **_NEWEST)
+    rospy.Subscriber(*other, lambda _: None, buff_size=_IMAGE_BUFFER_BYTES, **_NEWEST)
     rospy.spin()
 
 
 if __name__ == "__main__":
-    NODES = {"planner": run_planner, "controller": run_controller}
     rospy.init_node(f"bare_{sys.argv[1]}")
-    NODES[sys.argv[1]]()
+    run_node(sys.argv[1])

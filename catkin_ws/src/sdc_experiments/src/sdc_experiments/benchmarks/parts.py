@@ -31,8 +31,8 @@ from sdc_package.waypoint_search import WaypointSearch
 from sdc_sim.camera.boxes import Box
 from sdc_sim.camera.renderer import Renderer
 from sdc_sim.physics.vehicle import Vehicle, VehicleState
+from sdc_sim.road.random_routes import long_route
 from sdc_sim.road.road import Road
-from sdc_sim.road.route_generator import generate_route
 from sdc_sim.ros.message_conversion import odometry_message
 from sdc_sim.ros.picture_messages import image_message
 from sdc_sim.sensors.lidar import PlanarLidar, RoofLidar
@@ -42,13 +42,6 @@ from sdc_sim.simulation.snapshot import Snapshot
 TICK_S, STEP_M = 0.05, 0.5  # 10 m/s at 20 Hz
 _TICKS, _WARPS, _FRAMES, _PLACES = 400, 300, 600, 300
 _WAYPOINTS = (1_000, 10_000, 100_000, 1_000_000)
-_BENDS = [
-    {"straight_m": 80},
-    {"left_deg": 69, "radius_m": 40, "transition_m": 0.01},
-    {"straight_m": 60},
-    {"right_deg": 92, "radius_m": 25, "transition_m": 0.01},
-    {"straight_m": 120},
-]
 # Distance ahead of the car and to the left of its route [m], and kind of each body; sizes [m].
 _BODIES = (
     *((14.0, 0.0, "car"), (27.0, 0.2, "car"), (18.0, 3.5, "car"), (40.0, 3.5, "car")),
@@ -81,7 +74,7 @@ def parts(_options: argparse.Namespace) -> Iterator[dict[str, float]]:
     route = packaged_route()
     settings = PlannerSettings.read(node_parameters("local_planner").__getitem__)
     planner = MissionDriver(route, settings)
-    controller, reference = controller_with(), ReferencePath()
+    (controller, _), reference = controller_with(), ReferencePath()
     vehicle, renderer = Vehicle(vehicle_preset("tesla_model3")), Renderer(Road(route))
     (x, y), (next_x, next_y) = route[:2].tolist()
     vehicle.reset(x, y, math.atan2(next_y - y, next_x - x))
@@ -120,9 +113,7 @@ def parts(_options: argparse.Namespace) -> Iterator[dict[str, float]]:
 
 def camera(_options: argparse.Namespace) -> Iterator[dict[str, float]]:
     """Yield the pictures of 640 x 480 per second, with the rasterization of the ground."""
-    start = {"x_m": 0.0, "y_m": 0.0, "heading_deg": 0.0}
-    points = generate_route({"elements": _BENDS, "start": start, "spacing_m": 1.0})[:, :2]
-    road, warp = Road(points * (1.0, -1.0)), perspective_warp()
+    road, warp = Road(long_route(0, 300.0)), perspective_warp()
 
     def pose(s_m: float, left_m: float = 0.0) -> tuple[float, float, float]:
         (point,), (left,) = road.at(np.array([s_m]))

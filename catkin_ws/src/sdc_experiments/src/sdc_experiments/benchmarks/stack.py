@@ -16,7 +16,7 @@ from sdc_package.msg import CarlaVehicleControl
 from sdc_common.processes import wait_until
 from sdc_experiments.benchmarks.bare_loop import COMMAND, ODOMETRY, bare_loop
 from sdc_experiments.process_metrics import cpu_ms, memory_mb
-from sdc_experiments.stack_launch import drive_stack, launched, report_of
+from sdc_experiments.stack_launch import launched, report_of
 
 _SAMPLE_PERIOD_S = 0.25
 # Start and end of a drive are left out of the CPU time.
@@ -37,7 +37,8 @@ def tick(options: argparse.Namespace, camera: bool) -> Iterator[dict[str, float]
         while True:
             round_ms = {"bare loop": world.tick_ms(camera)}
             for name, setup in stacks.items():
-                report = drive_stack(given, setup)
+                with launched(given, setup) as launch:
+                    report = report_of(launch)
                 round_ms[name] = 1e3 * report["wall_duration_s"] / report["ticks"]
             yield round_ms
 

@@ -11,16 +11,16 @@ import numpy as np
 from sdc_common.geometry.segments import use_machine_code
 from sdc_experiments.championship.mission import DriverMission
 from sdc_experiments.closed_loop import conditions
-from sdc_experiments.configuration import node_parameters, packaged_config
+from sdc_experiments.configuration import node_parameters
 from sdc_experiments.recorder import stop_lines_of
 from sdc_sim.road.random_routes import long_route
 from sdc_sim.scenario.drive_setup import DriveSetup
-from sdc_sim.scenario.packaged import overridden
+from sdc_sim.scenario.packaged import node_config, overridden
 from sdc_sim.scenario.street_scenarios import of_map, types
 from sdc_sim.simulation.simulation import Simulation
 from sdc_sim.yaml_document import map_file
 
-TABLE = packaged_config("championship")
+TABLE = node_config("sdc_experiments", "championship")
 LEAGUES: dict[str, dict[str, Any]] = TABLE["leagues"]
 
 

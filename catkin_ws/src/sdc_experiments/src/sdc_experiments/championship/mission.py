@@ -9,7 +9,7 @@ import numpy as np
 
 from sdc_common.driving import Observation
 from sdc_common.planning.stop_line import StopLine
-from sdc_experiments.closed_loop import FunctionPlanner, SteeringSource, car_with, own_planner
+from sdc_experiments.closed_loop import SteeringSource, car_with, function_planner, own_planner
 from sdc_package.car import Car, PathPlanner
 from sdc_package.global_planner import GlobalPlanner
 from sdc_sim.road.network_file import load_network
@@ -69,5 +69,5 @@ def car_of(driver: Any, mission: DriverMission) -> Any:
     has_plan, steers = hasattr(driver, "plan"), hasattr(driver, "wheel_angle")
     if not (has_plan or steers):
         raise TypeError(f"class Driver has none of the methods {', '.join(PARTS)}")
-    planner = FunctionPlanner(driver.plan) if has_plan else mission.default_planner()
+    planner = function_planner(driver.plan) if has_plan else mission.default_planner()
     return car_with(planner, driver if steers else None)

@@ -12,16 +12,8 @@ import secrets
 from pathlib import Path
 from typing import Any, Mapping, Sequence
 
+from sdc_experiments.championship import command
 from sdc_experiments.championship.attempt import page_of, write_page
-from sdc_experiments.championship.command import (
-    BASELINES,
-    baseline,
-    cores,
-    graded,
-    options_of,
-    source_of,
-    worst_of,
-)
 from sdc_experiments.championship.driver_process import DriverServer
 from sdc_experiments.championship.league import streets_of
 from sdc_experiments.sandbox import SandboxError
@@ -44,7 +36,7 @@ _NAME = re.compile(r"\w[\w-]{0,60}")
 
 def run(arguments: Sequence[str]) -> int:
     """Grade the drivers of a folder, write the site, and return the exit status."""
-    options, words = options_of(arguments, OPTIONS)
+    options, words = command.options_of(arguments, OPTIONS)
     if len(words) != 1 or not Path(words[0]).is_dir():
         raise ValueError("round: name the folder with the drivers, one file each")
     folder = Path(words[0])
@@ -59,13 +51,13 @@ def run(arguments: Sequence[str]) -> int:
     print(f"championship: the secret of the seeds has the SHA-256 {about['secret_sha256']}")
     _write_site(folder, about, {})
     secret = (folder / _SECRET).read_text(encoding="utf-8")
-    with DaskEngine(options["scheduler"], cores()) as engine:
+    with DaskEngine(options["scheduler"], command.cores()) as engine:
         if missing:
             engine.check(_worker_problem, code_version())
         (folder / _RESULTS).mkdir(exist_ok=True)
         seeds = seeds_of_secret(secret, about["league"], about["drives"])
         left = {name: entries[name] for name in missing}
-        for one in graded(engine, left, about["league"], seeds):
+        for one in command.graded(engine, left, about["league"], seeds):
             key = {"finished": _now(), "key": _key(about, left[one["name"]])}
             _write(folder / _RESULTS / f"{one['name']}.json", {**key, **one})
     if options["reveal"] == "true":
@@ -76,11 +68,8 @@ def run(arguments: Sequence[str]) -> int:
     for rank, one in enumerate(table, 1):
         problems = "".join(f"; {text}" for text in one["problems"])
         print(f"{rank:3} {one['score']:6.2f} {one['name']}{problems}")
-    count, page = (
-        f"{len(table)} drivers, {about['drives']} drives each",
-        folder / _SITE / "index.html",
-    )
-    print(f"championship: {about['league']}: {count}, see {page}")
+    count = f"{len(table)} drivers, {about['drives']} drives each"
+    print(f"championship: {about['league']}: {count}, see {folder / _SITE / 'index.html'}")
     return 0
 
 
@@ -123,14 +112,15 @@ def entries_of(folder: Path, with_baselines: bool) -> dict[str, str]:
     Raises:
         ValueError: a file's name cannot be that of a page
     """
-    found = {name: baseline(name) for name in (BASELINES if with_baselines else ())}
+    names = command.BASELINES if with_baselines else ()
+    found = {name: command.baseline(name) for name in names}
     for path in sorted(folder.glob("*.py")):
         if not _NAME.fullmatch(path.stem) or path.stem in {*found, "index"}:
             raise ValueError(
                 f"{path}: rename it to letters, digits, - and _, not a baseline's name"
             )
         try:
-            found[path.stem] = source_of(path)
+            found[path.stem] = command.source_of(path)
         except (ValueError, OSError) as error:
             text = str(error).replace(str(path), path.name)
             found[path.stem] = f"raise SystemExit({text!r})"
@@ -172,9 +162,9 @@ def _write_site(
     seeds = seeds_of_secret(secret, about["league"], about["drives"]) if secret else []
     number_of = {row["seed"]: at for one in table[:1] for at, row in enumerate(one["rows"], 1)}
     for rank, one in enumerate(table, 1):
-        name, worst, shown = one["name"], worst_of(one), ""
+        name, worst, shown = one["name"], command.worst_of(one), ""
         path = folder / f"{name}.py"
-        source = path.read_text("utf-8", "replace") if path.exists() else baseline(name)
+        source = path.read_text("utf-8", "replace") if path.exists() else command.baseline(name)
         if secret:
             _write(site / f"{name}.json", one)
             with DriverServer(source, streets=streets_of(about["league"])) as server:
@@ -182,13 +172,8 @@ def _write_site(
         # A drive is known by its number: the seeds are public after the reveal only.
         numbered = [{**row, "seed": number_of[row["seed"]]} for row in one["rows"]]
         worst, result = {**worst, "seed": number_of[worst["seed"]]}, {**one, "rows": numbered}
-        values: dict[str, Any] = {
-            "rank": rank,
-            "count": len(table),
-            "about": about,
-            "source": source,
-        }
-        values.update(result=result, worst=worst, shown=shown)
+        values = {"rank": rank, "count": len(table), "about": about, "source": source}
+        values = {**values, "result": result, "worst": worst, "shown": shown}
         write_page(site / f"{name}.html", "championship_entry.html.jinja", **values)
     for name, template in _PAGES.items():
         template = f"championship_{template}.jinja"
