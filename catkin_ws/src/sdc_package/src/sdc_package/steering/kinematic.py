@@ -123,14 +123,9 @@ class KinematicSteering(Steering):
         slope = 0.5 * (rear.curvature_at(place.s_m + 1.0) - rear.curvature_at(place.s_m - 1.0))
         acceleration = curvature * speed_mps * speed_mps
         heading_error = wrap_angle(yaw - axles.rear_compliance * acceleration - place.heading_rad)
-        angle = self.form.wheel_angle(
-            self._driven_m(x_m, y_m, yaw_rad),
-            place.cross_track_m,
-            heading_error,
-            curvature,
-            slope,
-            1.0 / (self.convergence_m + self.convergence_s * speed_mps),
-        )
+        errors, driven_m = (place.cross_track_m, heading_error), self._driven_m(x_m, y_m, yaw_rad)
+        k = 1.0 / (self.convergence_m + self.convergence_s * speed_mps)
+        angle = self.form.wheel_angle(driven_m, *errors, curvature, slope, k)
         return angle + axles.understeer_gradient * acceleration
 
     def _driven_m(self, x_m: float, y_m: float, yaw_rad: float) -> float:

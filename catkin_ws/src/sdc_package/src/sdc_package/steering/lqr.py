@@ -179,14 +179,9 @@ class LqrSteering(Steering):
         lever_m = self.axles.rear_m - self.axles.rear_compliance * speed_mps * speed_mps
         lateral_mps = lever_m * yaw_rate_radps
         rate = speed_mps * math.sin(heading_error) + lateral_mps * math.cos(heading_error)
-        return self.feedback(
-            place.cross_track_m,
-            rate,
-            heading_error,
-            yaw_rate_radps - speed_mps * curvature,
-            curvature,
-            speed_mps,
-        )
+        turning = yaw_rate_radps - speed_mps * curvature
+        errors = place.cross_track_m, rate, heading_error, turning
+        return self.feedback(*errors, curvature, speed_mps)
 
     def feedback(
         self,

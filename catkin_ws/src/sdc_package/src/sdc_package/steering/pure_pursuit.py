@@ -133,7 +133,5 @@ class PurePursuitSteering(Steering):
         acceleration = path.line.curvature_at(centre_s) * speed_mps * speed_mps
         direction = yaw - axles.rear_compliance * acceleration
         alpha = math.atan2(goal_y - rear_y, goal_x - rear_x) - direction
-        return (
-            pure_pursuit_angle(alpha, look_ahead, axles.wheelbase_m)
-            + axles.understeer_gradient * acceleration
-        )
+        angle = pure_pursuit_angle(alpha, look_ahead, axles.wheelbase_m)
+        return angle + axles.understeer_gradient * acceleration
