@@ -6,6 +6,7 @@ import rospy
 from nav_msgs.msg import Odometry
 from sdc_msgs.msg import CarlaVehicleControl
 
+from sdc_sim.physics.ackermann import AckermannTarget
 from sdc_sim.physics.obstacles import CollisionEvent
 from sdc_sim.physics.vehicle import VehicleState
 from sdc_sim.ros.drive_log import DriveLog
@@ -29,9 +30,11 @@ def test_each_line_is_an_event_of_the_evaluator_with_all_digits(tmp_path):
     command = CarlaVehicleControl(throttle=0.5, brake=0.25, steer=-1.0)
     command.header.stamp = rospy.Time(4, 50_000_000)
     log.add_command(command)
+    log.add_target(4_050_000_000, AckermannTarget(0.1, speed_mps=8.0))
     lines = [json.loads(line) for line in path.read_text().splitlines()]
     assert lines == [
         ["collision", 4_050_000_000, 7],
         ["odometry", 4_050_000_000, 1.0 / 3.0, 0.1 + 0.2, 0.0, 3.0],
         ["command", 4_050_000_000, 0.5, 0.25, -1.0],
+        ["target", 4_050_000_000, 0.1, 0.0, 8.0, 0.0, 0.0],
     ]

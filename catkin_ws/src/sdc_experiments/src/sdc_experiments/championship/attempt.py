@@ -36,6 +36,7 @@ OPTIONS = {
     "replay": "",  # results of an earlier run, whose late steps are repeated
     "sandbox": "true",
     "stack": "",
+    "workspace": "",  # that of the stack
     "report": "report/championship",
     "scheduler": "",
 }
@@ -96,7 +97,8 @@ def run(arguments: Sequence[str]) -> int:
         seeds, league = list(late), earlier["league"]
     with contextlib.ExitStack() as opened:
         if stack:
-            drivers: dict[str, Any] = {seed: drive_stack(stack, league, seed) for seed in seeds}
+            nodes = stack, options["workspace"], league
+            drivers: dict[str, Any] = {seed: drive_stack(*nodes, seed) for seed in seeds}
             rows = [drive_seed(drivers[seed], league, seed) for seed in seeds]
             result = result_of(path.stem, league, rows)
         else:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import math
 from collections import deque
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from sdc_experiments.closed_loop import evaluation_rules
 from sdc_experiments.recorder import DriveRecorder
 from sdc_sim.evaluation.drive_evaluation import OBSTACLES, DriveEvaluation
 from sdc_sim.evaluation.rules import EvaluationRules
+from sdc_sim.physics.ackermann import AckermannTarget
 from sdc_sim.simulation import loop
 from sdc_sim.simulation.simulation import Simulation
 from sdc_sim.simulation.snapshot import Snapshot
@@ -113,6 +115,8 @@ class TrueRecorder(DriveRecorder):
         """Add a tick of the world and the car's answer; return whether the drive is over."""
         true = self._world.vehicle.state
         now = snapshot._replace(stamp_ns=self._world.stamp_ns, state=true, measured=true)
+        if isinstance(command, AckermannTarget):  # of a stack; its steering rate counts, too
+            command = replace(self._world.commands.executed)
         if command is not None:
             command.stamp_ns = now.stamp_ns
         if self._ticks % _SCENE_TICKS == 0 and now.obstacles:

@@ -13,7 +13,9 @@ import rospkg
 from sdc_common.driving import Command, Observation
 from sdc_experiments.championship.league import draw
 from sdc_experiments.championship.mission import DriverMission
+from sdc_sim.physics.ackermann import AckermannTarget
 from sdc_sim.scenario.packaged import options_text
+from sdc_sim.simulation.command_mux import AnyCommand
 
 
 class LoggedDriver:
@@ -22,20 +24,22 @@ class LoggedDriver:
     spent_ns, path, reason = 0, None, ""
 
     def __init__(self, log: str):
-        self._commands: list[Command | None] = []
+        self._commands: list[AnyCommand | None] = []
         for name, _, *values in map(json.loads, log.splitlines()):
             if name == "odometry":
                 self._commands.append(None)
             elif name == "command" and self._commands:
                 throttle, brake, steer = values
                 self._commands[-1] = Command(throttle, steer, brake)
+            elif name == "target" and self._commands:
+                self._commands[-1] = AckermannTarget(*values)
 
     def start(self, _mission: DriverMission) -> LoggedDriver:
         """Return the driver."""
         self._left = iter(self._commands)
         return self
 
-    def step(self, _observation: Observation) -> Command | None:
+    def step(self, _observation: Observation) -> AnyCommand | None:
         """Return the command of the next tick, None after the last one."""
         return next(self._left, None)
 
@@ -44,7 +48,7 @@ class LoggedDriver:
         return []
 
 
-def drive_stack(stack: str, league: str, seed: str) -> LoggedDriver:
+def drive_stack(stack: str, workspace: str, league: str, seed: str) -> LoggedDriver:
     """Drive what a seed draws through ROS, and return a driver that repeats the commands.
 
     With them the world repeats the drive in this process, which gives the true motion.
@@ -57,7 +61,8 @@ def drive_stack(stack: str, league: str, seed: str) -> LoggedDriver:
     with tempfile.TemporaryDirectory(prefix="championship_") as name:
         folder = Path(name)
         options = {**one.sim, "drive_log": str(folder / "log")}
-        command = [str(project / "drive"), f"stack:={stack}", f"report:={folder / 'report.json'}"]
+        command = [str(project / "drive"), f"stack:={stack}", f"workspace:={workspace}"]
+        command.append(f"report:={folder / 'report.json'}")
         command += [f"sim_options:={options_text(options)}", f"map:={one.map}", "sync:=true"]
         command += [f"planner_options:={options_text(one.planner)}", "headless:=true"]
         command += ["camera:=false", "referee_options:={pictures: false}"]

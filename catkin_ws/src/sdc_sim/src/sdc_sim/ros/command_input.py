@@ -93,8 +93,11 @@ class CommandInput:
                 f"sim: ignored targets on {self._targets}: {self._arbiter.active} sends commands "
                 f"on {self.topic} (parameter ackermann_cmd)",
             )
-        elif self._accept(ackermann_target(message), self._targets):
-            self.answers.record(0, self._simulation.snapshot.stamp_ns)
+        elif self._accept(target := ackermann_target(message), self._targets):
+            observed_ns = self._simulation.snapshot.stamp_ns
+            if self._drive_log:
+                self._drive_log.add_target(observed_ns, target)
+            self.answers.record(0, observed_ns)
 
     def _on_manual_control(self, message: Any) -> None:
         self._accept(command_of(message), self.topic + "_manual", manual=True)

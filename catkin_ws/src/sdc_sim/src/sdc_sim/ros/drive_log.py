@@ -2,17 +2,20 @@
 
 Every node can publish on every topic; only the simulator writes this file. Each line is an event
 of DriveEvaluation as JSON: ["odometry", stamp, x, y, yaw, speed], ["command", stamp, throttle,
-brake, steer] or ["collision", stamp, obstacle].
+brake, steer], ["collision", stamp, obstacle], or, for none of its events, ["target", stamp] with
+the fields of AckermannTarget.
 """
 
 from __future__ import annotations
 
 import json
+from dataclasses import astuple
 from typing import Any
 
 from nav_msgs.msg import Odometry
 
 from sdc_common.ros.odometry import pose_and_speed
+from sdc_sim.physics.ackermann import AckermannTarget
 from sdc_sim.simulation.snapshot import Snapshot
 
 
@@ -39,6 +42,10 @@ class DriveLog:
         """Add a command that the simulator received."""
         stamp_ns = message.header.stamp.to_nsec()
         self._write(["command", stamp_ns, message.throttle, message.brake, message.steer])
+
+    def add_target(self, stamp_ns: int, target: AckermannTarget) -> None:
+        """Add a target that the simulator received in a tick."""
+        self._write(["target", stamp_ns, *astuple(target)])
 
     def _write(self, event: list) -> None:
         self._file.write(json.dumps(event) + "\n")
