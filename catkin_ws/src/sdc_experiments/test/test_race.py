@@ -60,7 +60,7 @@ def test_result_does_not_depend_on_the_order_and_a_record_repeats_it():
     assert again == rows
     assert [row["status"] for row in rows] == ["completed", "completed", "driver ended"]
     assert rows[0]["duration_s"] < rows[1]["duration_s"]
-    assert rows[2]["problem"] == "ValueError: no fuel"
+    assert rows[2]["problem"] == "line 8: ValueError: no fuel"
     assert {row["car"] for row in rows} == {"ego_vehicle", "hero1", "hero2"}
     assert sorted(row["start_place"] for row in rows) == [1, 2, 3]
 
@@ -73,9 +73,8 @@ def test_page_shows_all_cars_at_any_time(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("sys.argv", ["championship", "race", "ours.py", "ends.py", *options])
     assert main() == 1
     printed = capsys.readouterr().out.splitlines()
-    assert (
-        printed[0].startswith("race: 1. ours: ") and printed[2] == "race: ends: ValueError: no fuel"
-    )
+    assert printed[0].startswith("race: 1. ours: ")
+    assert printed[2] == "race: ends: line 8: ValueError: no fuel"
     page = tmp_path / "report" / "race.html"
     assert printed[-1] == "championship: race: ours of 2 wins on seed 3; see report/race.html"
     rows = json.loads(page.with_suffix(".json").read_text())["rows"]

@@ -114,9 +114,10 @@ def _run(link: socket.socket, log: int, source: str, rules: Any) -> None:
         sys.addaudithook(_refuse)
         answer(link, mission, source)
         status = 0
-    except BaseException:  # noqa: BLE001  it is the driver's, of any type
-        traceback.print_exc()
-        sys.stderr.flush()
+    except BaseException as error:  # noqa: BLE001  it is the driver's, of any type
+        frames = traceback.extract_tb(error.__traceback__)
+        place = [f"line {frame.lineno}: " for frame in frames if frame.filename == FILE][-1:]
+        print(*place, f"{type(error).__name__}: {error}", sep="", file=sys.stderr, flush=True)
     os._exit(status)
 
 
@@ -128,6 +129,8 @@ def answer(link: socket.socket, mission: DriverMission, source: str) -> None:
     now_s = [mission.first.stamp_s]
     for name in _CLOCKS:
         setattr(time, name, lambda *_: now_s[0])
+    if not hasattr(module, "Driver"):
+        raise TypeError("the file has no class Driver")
     # First calls are slow, so a car that does not drive makes them.
     idle = car_of(module.Driver(mission), mission)
     for _ in range(_WARM_UPS):
@@ -147,6 +150,8 @@ def answer(link: socket.socket, mission: DriverMission, source: str) -> None:
 
 def packed(command: Command | None, car: Any) -> bytes:
     """Return an answer."""
+    if not isinstance(command, (Command, type(None))):
+        raise TypeError(f"step must return a Command or None, got {command!r}")
     path, reason = getattr(car, "path", None), str(getattr(car, "reason", ""))[:MAX_REASON]
     planned = path.points[0][2] if path is not None else float("nan")
     one = command or Command()
