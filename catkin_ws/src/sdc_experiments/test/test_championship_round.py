@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 import yaml
+from distributed import LocalCluster
 
 from sdc_experiments.championship import rounds
 from sdc_experiments.championship.driver_process import DriverServer
@@ -85,7 +86,11 @@ def test_reveal_lets_anyone_repeat_the_round(held, tmp_path):
     assert secret in index and rounds.seeds_of_secret(secret, "control", 2)[1] in index
     for name in ("ada", "bob"):
         (tmp_path / f"{name}.py").write_text(DRIVERS[name])
-    assert run(tmp_path, f"secret:={secret}").returncode == 0
+    size = {"n_workers": 1, "threads_per_worker": 1, "dashboard_address": None}
+    with LocalCluster(**size, local_directory=str(tmp_path / "dask")) as cluster:
+        options = (f"secret:={secret}", "--scheduler", cluster.scheduler_address)
+        assert run(tmp_path, *options).returncode == 0
+        assert cluster.scheduler.transition_log, "the cluster had the tasks"
     assert scores(tmp_path) == {name: before[name] for name in ("ada", "bob")}
     (folder / "late.py").write_text(GOOD)
     refused = run(folder)
