@@ -11,8 +11,10 @@ from typing import Any, Mapping, Sequence
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
+from sdc_common.validation import suggestion
 from sdc_experiments.championship.command import (
     BASELINES,
+    FAST,
     baseline,
     cores,
     graded,
@@ -24,7 +26,7 @@ from sdc_experiments.championship.command import (
 )
 from sdc_experiments.championship.drive import drive, drive_seed
 from sdc_experiments.championship.driver_process import DriverServer
-from sdc_experiments.championship.league import LEAGUES, draw, streets_of
+from sdc_experiments.championship.league import LEAGUES, TABLE, draw, streets_of
 from sdc_experiments.championship.stack import drive_stack
 from sdc_experiments.sweep.dask_engine import DaskEngine
 from sdc_experiments.sweep.statistics import estimate
@@ -163,8 +165,8 @@ def write_page(page: Path, template: str = "championship.html.jinja", **shown: A
     """Write a page from a template of this package."""
     loader = FileSystemLoader(Path(__file__).parents[1] / "templates")
     environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined)
-    text = environment.get_template(template).render(leagues=LEAGUES, titles=BASELINES, **shown)
-    page.write_text(text, encoding="utf-8")
+    shown.update(leagues=LEAGUES, titles=BASELINES, names=TABLE["parts"])
+    page.write_text(environment.get_template(template).render(shown), encoding="utf-8")
 
 
 def drive_baselines(arguments: Sequence[str]) -> int:
@@ -172,11 +174,16 @@ def drive_baselines(arguments: Sequence[str]) -> int:
     options, names = options_of(arguments, {"league": "control", "drives": "200", "scheduler": ""})
     league, seeds = options["league"], seeds_of(options)
     found = json.loads(STORED.read_text(encoding="utf-8"))
-    entries = {name: baseline(name) for name in names or BASELINES}
+    for name in set(names) - set(BASELINES):
+        fix = suggestion(name, BASELINES, f"use one of {', '.join(BASELINES)}")
+        raise ValueError(f"unknown baseline '{name}'; {fix}")
+    entries = {name: baseline(name) for name in names or FAST}
     with DaskEngine(options["scheduler"], cores()) as engine:
         for result in graded(engine, entries, league, seeds):
-            scores = {row["seed"]: round(row["score"], 6) for row in result["rows"]}
-            found.setdefault(league, {})[result["name"]] = scores
-            STORED.write_text(json.dumps(found, separators=(",", ":")) + "\n", encoding="utf-8")
+            if not result["problems"]:  # such as a solver that is not installed
+                scores = {row["seed"]: round(row["score"], 6) for row in result["rows"]}
+                found.setdefault(league, {})[result["name"]] = scores
+                text = json.dumps(found, separators=(",", ":"))
+                STORED.write_text(text + "\n", encoding="utf-8")
             print("\n".join([*lines(result), f"{last_line(result)}, {result['name']}"]), flush=True)
     return 0

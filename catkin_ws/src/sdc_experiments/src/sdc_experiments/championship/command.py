@@ -19,7 +19,8 @@ from sdc_experiments.sweep.dask_engine import DaskEngine
 from sdc_experiments.sweep.progress import SweepProgress
 from sdc_experiments.sweep.statistics import estimate
 
-BASELINES: dict[str, dict[str, str]] = TABLE["baselines"]
+BASELINES: dict[str, dict[str, Any]] = TABLE["baselines"]
+FAST = [name for name, row in BASELINES.items() if not row.get("slow")]
 _DRIVES_A_TASK = 10
 _STEERING = """class Driver:
     def __init__(self, mission):

@@ -68,7 +68,7 @@ def run(arguments: Sequence[str]) -> int:
     for rank, one in enumerate(table, 1):
         problems = "".join(f"; {text}" for text in one["problems"])
         print(f"{rank:3} {one['score']:6.2f} {one['name']}{problems}")
-    count = f"{len(table)} drivers, {about['drives']} drives each"
+    count = f"{len(table)} driver{'s' * (len(table) != 1)}, {about['drives']} drives each"
     print(f"championship: {about['league']}: {count}, see {folder / _SITE / 'index.html'}")
     return 0
 
@@ -112,7 +112,7 @@ def entries_of(folder: Path, with_baselines: bool) -> dict[str, str]:
     Raises:
         ValueError: a file's name cannot be that of a page
     """
-    names = command.BASELINES if with_baselines else ()
+    names = command.FAST if with_baselines else ()
     found = {name: command.baseline(name) for name in names}
     for path in sorted(folder.glob("*.py")):
         if not _NAME.fullmatch(path.stem) or path.stem in {*found, "index"}:
