@@ -12,7 +12,6 @@ import os
 import re
 import subprocess
 import sys
-import tempfile
 import time
 from functools import partial
 from pathlib import Path
@@ -141,12 +140,9 @@ def row_of(name: str, seed: int, driver: str, limit_s: float, metrics: dict, tra
 
 def page_of(name: str, path: str, seed: int, lacking: str) -> str:
     """Drive a type, and return the page of the drive."""
-    from sdc_sim.report.html_page import write_html  # Matplotlib is slow to import
+    from sdc_sim.report.html_page import html_of  # Matplotlib is slow to import
 
-    with tempfile.TemporaryDirectory() as folder:
-        page = Path(folder) / "drive.html"
-        write_html(str(page), drive(name, path, seed, lacking)[1])
-        return page.read_text(encoding="utf-8")
+    return html_of(drive(name, path, seed, lacking)[1])
 
 
 def picture_of(name: str, path: str, seed: int, lacking: str) -> dict[str, Any]:

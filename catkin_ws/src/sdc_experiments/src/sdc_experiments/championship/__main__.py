@@ -15,9 +15,9 @@ COMMANDS = {
     "new": ("attempt:new", "FILE.py"),
     "try": (
         "attempt:run",
-        "FILE.py|--stack FILE.launch [league:=control|driving|traffic] [drives:=200] "
-        "[seeds:=FIRST-LAST] [replay:=FILE.json] [sandbox:=false] [report:=report/championship] "
-        "[--scheduler tcp://HOST:PORT]",
+        "FILE.py|--stack FILE.launch [workspace:=FOLDER] [league:=control|driving|traffic] "
+        "[drives:=200] [seeds:=FIRST-LAST] [replay:=FILE.json] [sandbox:=false] "
+        "[report:=report/championship] [--scheduler tcp://HOST:PORT]",
     ),
     "round": (
         "rounds:run",

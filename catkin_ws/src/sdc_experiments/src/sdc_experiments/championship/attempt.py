@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import json
 import math
-import tempfile
 from pathlib import Path
 from typing import Any, Mapping, Sequence
 
@@ -150,15 +149,10 @@ def last_line(result: Mapping[str, Any]) -> str:
 
 def page_of(server: DriverServer, league: str, row: Mapping[str, Any]) -> str:
     """Repeat a drive, and return its page with plots and the slider."""
-    from sdc_sim.report.html_page import write_html  # Matplotlib is slow to import
+    from sdc_sim.report.html_page import html_of  # Matplotlib is slow to import
 
     result = drive(server, draw(league, row["seed"]), row["late"])[1]
-    if len(result.rows) < 10:
-        return ""
-    with tempfile.TemporaryDirectory() as folder:
-        page = Path(folder) / "drive.html"
-        write_html(str(page), result)
-        return page.read_text(encoding="utf-8")
+    return html_of(result) if len(result.rows) >= 10 else ""
 
 
 def write_page(page: Path, template: str = "championship.html.jinja", **shown: Any) -> None:
@@ -178,12 +172,14 @@ def drive_baselines(arguments: Sequence[str]) -> int:
         fix = suggestion(name, BASELINES, f"use one of {', '.join(BASELINES)}")
         raise ValueError(f"unknown baseline '{name}'; {fix}")
     entries = {name: baseline(name) for name in names or FAST}
+    failed = False
     with DaskEngine(options["scheduler"], cores()) as engine:
         for result in graded(engine, entries, league, seeds):
+            failed = failed or bool(result["problems"])
             if not result["problems"]:  # such as a solver that is not installed
                 scores = {row["seed"]: round(row["score"], 6) for row in result["rows"]}
                 found.setdefault(league, {})[result["name"]] = scores
                 text = json.dumps(found, separators=(",", ":"))
                 STORED.write_text(text + "\n", encoding="utf-8")
             print("\n".join([*lines(result), f"{last_line(result)}, {result['name']}"]), flush=True)
-    return 0
+    return int(failed)

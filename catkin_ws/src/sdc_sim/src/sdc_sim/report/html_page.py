@@ -43,6 +43,12 @@ def write_html(path: str, result: DriveEvaluation) -> None:
     Raises:
         OSError: the file cannot be written
     """
+    with open(path, "w", encoding="utf-8") as file:
+        file.write(html_of(result))
+
+
+def html_of(result: DriveEvaluation) -> str:
+    """Return the page of an evaluated drive."""
     environment = Environment(
         loader=FileSystemLoader(os.path.join(os.path.dirname(__file__), "templates")),
         autoescape=True,
@@ -51,7 +57,7 @@ def write_html(path: str, result: DriveEvaluation) -> None:
     )
     metrics = result.metrics
     names = [*MEANINGS, *(name for name in metrics if name not in MEANINGS)]
-    text = environment.get_template("report.html.jinja").render(
+    return environment.get_template("report.html.jinja").render(
         status=metrics["status"].replace("_", " "),
         metrics=metrics,
         headline=headline(metrics),
@@ -65,8 +71,6 @@ def write_html(path: str, result: DriveEvaluation) -> None:
         rows=[(name, _shown(metrics[name])) for name in names if name in metrics],
         meanings=MEANINGS,
     )
-    with open(path, "w", encoding="utf-8") as file:
-        file.write(text)
 
 
 def _notable_events(result: DriveEvaluation) -> list[DriveEvent]:
