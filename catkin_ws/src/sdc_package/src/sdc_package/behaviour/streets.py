@@ -44,7 +44,7 @@ _CAR_WIDTH_M = 2.0
 _BAY_M = 1.5
 # Shorter road users are pedestrians; one that is more oblique than this changes lanes or turns.
 _VEHICLE_M, _ALONG_RAD = 1.2, math.radians(20.0)
-_BESIDE_M = 0.3
+_BESIDE_M, _OVER_M = 0.3, 1.0  # a stop so far into the space of both still lets others pass [m]
 # A pedestrian on a crosswalk is not on the lane.
 _ACROSS_RAD = math.radians(60.0)
 # A car that may start gives way to those that wait, too, for so many plans (20 a second).
@@ -166,7 +166,7 @@ class StreetBehaviour:
     def _last_stop_m(self, crossing: Crossing) -> float:
         """Return where the car's centre is when it can stop no more without being in the way."""
         spaces_m = [one.own_m[0] - _BESIDE_M for one in crossing.conflicts]
-        return max(crossing.line_m, *spaces_m, 0.0) - self._margins.car_front_m
+        return max(crossing.line_m, *spaces_m, 0.0) - self._margins.car_front_m + _OVER_M
 
     def relevant(self, s_m: float, obstacles: Sequence[DetectedObstacle]) -> list[DetectedObstacle]:
         """Return the obstacles without vehicles that stay on lanes beside the car's route.
@@ -284,7 +284,7 @@ class StreetBehaviour:
             hardest_mps2 = self._margins.hardest_mps2 if conflict.is_first else _EMERGENCY_MPS2
             soonest_m = s_m + speed_mps**2 / (2.0 * hardest_mps2)
             latest_m = max(line_m, conflict.own_m[0] - _BESIDE_M) - front_m
-            if soonest_m <= latest_m:
+            if soonest_m <= latest_m + _OVER_M:
                 first_s = self._time_s(conflict.own_m[0] - front_m - s_m, *pace)
                 last_s = self._time_s(conflict.own_m[1] + front_m - s_m, *pace)
                 is_before = conflict.is_first and soonest_m <= line_m - front_m
