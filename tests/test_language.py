@@ -9,7 +9,7 @@ ROOT = Path(__file__).resolve().parents[1]
 ENDINGS = (".py", ".md", ".yaml", ".launch", ".xml", ".txt", ".sh", ".msg", ".test")
 GENERATED = {
     *(".git", ".tools", ".browser", ".learning", ".maps", ".mpc"),
-    *(".traffic", ".highway", ".sb3", ".site"),
+    *(".traffic", ".sb3", ".site"),
     *("build", "devel", "world_ws", "report", "grades"),
 }
 SCRIPTS = ("drive", "test", "cockpit", "scenarios", "docker/prepare", "docker/environment")

@@ -14,7 +14,6 @@ GENERATED = {
     ".browser",
     ".learning",
     ".mpc",
-    ".highway",
     ".maps",
     ".traffic",
     ".sb3",

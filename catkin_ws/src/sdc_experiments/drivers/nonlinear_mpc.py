@@ -1,7 +1,7 @@
 """The MPC with the nonlinear model; some of its steps take longer than 20 ms, and act late."""
 
 from sdc_experiments.configuration import node_parameters
-from sdc_experiments.nonlinear_mpc import NonlinearMpc
+from sdc_mpc.nonlinear import NonlinearMpc
 from sdc_package.steering.axles import Axles
 
 

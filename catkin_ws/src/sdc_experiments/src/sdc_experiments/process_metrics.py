@@ -41,15 +41,6 @@ def cpu_ms(master_uri: str) -> dict[str, float]:
     return dict(used)
 
 
-def memory_mb(master_uri: str) -> float:
-    """Return the memory of the processes of a ROS master, shared pages counted once (PSS) [MB]."""
-    total = 0
-    for process in stack_processes(master_uri):
-        with contextlib.suppress(psutil.Error):
-            total += process.memory_full_info().pss
-    return total / _MEGABYTE
-
-
 def private_memory_mb(process: psutil.Process) -> float:
     """Return the resident memory of a process that is not shared [MB].
 

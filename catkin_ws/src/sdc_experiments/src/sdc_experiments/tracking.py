@@ -52,7 +52,7 @@ def method_of(name: str) -> Steering:
     config = node_parameters("simple_controller")
     axles = Axles(**config["axles"])
     if name == "nonlinear_mpc":
-        from sdc_experiments.nonlinear_mpc import NonlinearMpc
+        from sdc_mpc.nonlinear import NonlinearMpc
 
         return NonlinearMpc(axles, **config["mpc"])
     return load_steering(name, config.get(name), axles)

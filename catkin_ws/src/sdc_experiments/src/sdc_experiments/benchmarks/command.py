@@ -32,13 +32,9 @@ BENCHMARKS = {
     "tick_camera": Benchmark("the same with pictures", "stack.tick", "ms", _CAMERA[1]),
     "cpu": Benchmark("CPU time of each process in a tick", "stack.cpu", "ms", _CAMERA[0]),
     "cpu_camera": Benchmark("the same with pictures", "stack.cpu", "ms", _CAMERA[1]),
-    "delay": Benchmark("odometry to command in real time", "stack.delay", "ms"),
-    "memory": Benchmark("memory of all processes in real time", "stack.memory", "MB"),
     "parts": Benchmark("each part of a tick alone", "parts.parts", "ms"),
     "camera": Benchmark("pictures of the camera", "parts.camera", "pictures/s"),
     "lidar": Benchmark("a scan of each lidar", "parts.lidar", "ms"),
-    "planner": Benchmark("a tick of the local planner", "parts.planner", "us", {"shown": "tick"}),
-    "planner_load": Benchmark("start of the planner", "parts.planner", "s", {"shown": "load"}),
     "learning": Benchmark("the Gymnasium environments", "many_drives.learning", "steps/s"),
     "sweep": Benchmark("drives of a sweep", "many_drives.sweep", "drives/s"),
 }

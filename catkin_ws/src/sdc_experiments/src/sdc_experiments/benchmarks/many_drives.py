@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import math
-import os
-import subprocess
 import tempfile
 import time
 from collections.abc import Iterator
@@ -21,19 +18,6 @@ from sdc_experiments.sweep.settings import IN_PROCESS
 from sdc_experiments.sweep.study import Cell, load_study
 
 _CARS, _WORLDS, _TICKS = 16384, 4096, 400
-_HIGHWAY = """
-import time, gymnasium, highway_env
-gymnasium.register_envs(highway_env)
-environment = gymnasium.make("{name}", disable_env_checker=True)
-environment.reset(seed=0)
-steps, begin = 0, time.perf_counter()
-while time.perf_counter() - begin < 4.0:
-    _, _, ended, truncated, _ = environment.step(environment.action_space.sample())
-    steps += 1
-    if ended or truncated:
-        environment.reset()
-print(steps / (time.perf_counter() - begin))
-"""
 _DRIVES_PER_WORKER = 60
 _STUDY = """about: drives for a benchmark
 scenarios: [{scenario}]
@@ -45,7 +29,7 @@ seeds: 30
 
 
 def learning(_options: argparse.Namespace) -> Iterator[dict[str, float]]:
-    """Yield the steps per second of the environments, and of highway-env where it is installed."""
+    """Yield the steps per second of the environments."""
     import gymnasium
 
     import sdc_experiments.learning  # noqa: F401  registers the environments
@@ -69,11 +53,7 @@ def learning(_options: argparse.Namespace) -> Iterator[dict[str, float]]:
     }
     warm = False
     while True:
-        rates = {
-            f"highway-env, {name}": _highway(name) for name in ("highway-fast-v0", "highway-v0")
-        }
-        for name, (car, steps) in single.items():
-            rates[name] = _single_rate(car, steps)
+        rates = {name: _single_rate(car, steps) for name, (car, steps) in single.items()}
         for name, (cars, steps, count) in vectors.items():
             begin_s = time.perf_counter()
             for _ in range(steps):
@@ -94,18 +74,6 @@ def _single_rate(car: Any, steps: int) -> float:
         if ended or truncated:
             car.reset()
     return steps / (time.perf_counter() - begin_s)
-
-
-def _highway(name: str) -> float:
-    """Return the steps per second of an environment of highway-env; docker/prepare installs it."""
-    project = Path(rospkg.RosPack().get_path("sdc_experiments")).parents[2]
-    python = project / ".highway" / "bin" / "python"
-    if not python.exists():
-        return math.nan
-    variables = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
-    command = [str(python), "-W", "ignore", "-c", _HIGHWAY.format(name=name)]
-    done = subprocess.run(command, env=variables, stdout=subprocess.PIPE, check=True)
-    return float(done.stdout.split()[-1])
 
 
 def sweep(_options: argparse.Namespace) -> Iterator[dict[str, float]]:

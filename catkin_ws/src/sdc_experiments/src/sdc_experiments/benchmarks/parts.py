@@ -17,7 +17,6 @@ import rospy
 from rosgraph_msgs.msg import Clock
 from sdc_package.msg import CarlaVehicleControl, LocalPath, Waypoint
 
-from sdc_common.driving import DetectedObstacle
 from sdc_common.geometry.route import Route
 from sdc_common.ros.conversion import command_message
 from sdc_common.routes.waypoint_file import load_waypoints
@@ -26,8 +25,7 @@ from sdc_experiments.closed_loop import controller_with
 from sdc_experiments.configuration import node_parameters, vehicle_preset
 from sdc_package.car import MissionDriver
 from sdc_package.local_path import ReferencePath
-from sdc_package.local_planner import LocalPlanner, PlannerSettings
-from sdc_package.waypoint_search import WaypointSearch
+from sdc_package.local_planner import PlannerSettings
 from sdc_sim.camera.boxes import Box
 from sdc_sim.camera.renderer import Renderer
 from sdc_sim.physics.vehicle import Vehicle, VehicleState
@@ -41,7 +39,6 @@ from sdc_sim.simulation.snapshot import Snapshot
 
 TICK_S, STEP_M = 0.05, 0.5  # 10 m/s at 20 Hz
 _TICKS, _WARPS, _FRAMES, _PLACES = 400, 300, 600, 300
-_WAYPOINTS = (1_000, 10_000, 100_000, 1_000_000)
 # Distance ahead of the car and to the left of its route [m], and kind of each body; sizes [m].
 _BODIES = (
     *((14.0, 0.0, "car"), (27.0, 0.2, "car"), (18.0, 3.5, "car"), (40.0, 3.5, "car")),
@@ -158,39 +155,3 @@ def lidar(_options: argparse.Namespace) -> Iterator[dict[str, float]]:
             scans = (planar.read, moment, 0), (rings.read, moment, 0)
             times.append([duration_ms(*work) for work in ((np.sin, numbers), *scans)])
         yield dict(zip(names, np.median(times, axis=0).tolist()))
-
-
-def planner(_options: argparse.Namespace, shown: str) -> Iterator[dict[str, float]]:
-    """Yield what the local planner costs in the middle of routes of some lengths.
-
-    Args:
-        shown: "tick" [us] or "load" [s]
-    """
-    settings = PlannerSettings.read(node_parameters("local_planner").__getitem__)
-    while True:
-        found: dict[str, float] = {}
-        for count in _WAYPOINTS:
-            # Points 1 m apart on a winding road that does not cross itself.
-            heading = 0.9 * np.sin(np.arange(count) / 60.0)
-            points = np.column_stack([np.cumsum(np.cos(heading)), np.cumsum(np.sin(heading))])
-            start_s = time.perf_counter()
-            planner = LocalPlanner(points, settings)
-            search = WaypointSearch(planner.route.points)
-            x, y = points[count // 2].tolist()
-            planner.plan(search.first_ahead(x, y), x, y, 0.0)
-            load_s = time.perf_counter() - start_s
-            name = f"{count:,} waypoints"
-            if shown != "tick":
-                found[name] = load_s
-                continue
-            for obstacles in (False, True):
-                times = []
-                for tick in range(_TICKS):
-                    x, y = points[(count // 2 + tick // 4) % count].tolist()
-                    ahead = [DetectedObstacle(x + 30.0, y, 0.0, 4.7, 2.0, 0.0)] if obstacles else []
-                    start_s = time.perf_counter()
-                    planner.plan(search.first_ahead(x, y), x, y, 0.0, ahead)
-                    times.append(time.perf_counter() - start_s)
-                label = f"{name}, an obstacle" if obstacles else name
-                found[label] = 1e6 * float(np.median(times))
-        yield found

@@ -3,28 +3,17 @@
 from __future__ import annotations
 
 import argparse
-import contextlib
-import os
 import time
 from collections.abc import Iterator
 
-import numpy as np
-import rospy
-from nav_msgs.msg import Odometry
-from sdc_package.msg import CarlaVehicleControl
-
-from sdc_common.processes import wait_until
-from sdc_experiments.benchmarks.bare_loop import COMMAND, ODOMETRY, bare_loop
-from sdc_experiments.process_metrics import cpu_ms, memory_mb
+from sdc_experiments.benchmarks.bare_loop import bare_loop
+from sdc_experiments.process_metrics import cpu_ms
 from sdc_experiments.stack_launch import launched, report_of
 
 _SAMPLE_PERIOD_S = 0.25
 # Start and end of a drive are left out of the CPU time.
 _STEADY_FROM, _STEADY_UNTIL = 0.3, 0.8
 _LEAST_CPU_MS = 0.05
-# A drive on the packaged route has time for ten such rounds.
-_REAL_TIME_S = 5.0
-_START_TIMEOUT_S = 120.0
 
 
 def tick(options: argparse.Namespace, camera: bool) -> Iterator[dict[str, float]]:
@@ -68,45 +57,3 @@ def cpu(_options: argparse.Namespace, camera: bool) -> Iterator[dict[str, float]
             "all processes": sum(used.values()),
             **{name: value for name, value in shown if value >= _LEAST_CPU_MS},
         }
-
-
-def delay(_options: argparse.Namespace) -> Iterator[dict[str, float]]:
-    """Yield the time from odometry to command in a drive in real time, seen from outside [ms]."""
-    received_s: dict[int, float] = {}
-    delays_s: list[float] = []
-
-    def on_odometry(message: Odometry) -> None:
-        received_s[message.header.stamp.to_nsec()] = time.perf_counter()
-
-    def on_command(message: CarlaVehicleControl) -> None:
-        start_s = received_s.pop(message.header.stamp.to_nsec(), None)
-        if start_s is not None:
-            delays_s.append(time.perf_counter() - start_s)
-
-    with _real_time_drive():
-        rospy.init_node("benchmark", disable_signals=True)
-        rospy.Subscriber(ODOMETRY, Odometry, on_odometry, tcp_nodelay=True)
-        rospy.Subscriber(COMMAND, CarlaVehicleControl, on_command, tcp_nodelay=True)
-        while True:
-            del delays_s[:]
-            time.sleep(_REAL_TIME_S)
-            median_s, most_s = np.percentile(delays_s, [50, 99])
-            yield {"median": 1e3 * median_s, "99 % within": 1e3 * most_s}
-
-
-def memory(_options: argparse.Namespace) -> Iterator[dict[str, float]]:
-    """Yield the memory of all processes in a drive in real time, shared pages once [MB]."""
-    with _real_time_drive() as uri:
-        while True:
-            time.sleep(_REAL_TIME_S)
-            yield {"all processes": memory_mb(uri)}
-
-
-@contextlib.contextmanager
-def _real_time_drive() -> Iterator[str]:
-    """Run a drive that moves during a block; provide the address of its ROS master."""
-    with launched([]) as launch:
-        uri = launch.environment["ROS_MASTER_URI"]
-        os.environ.update(ROS_MASTER_URI=uri, ROS_IP=launch.environment["ROS_IP"])
-        wait_until(lambda: "cross-track error" in launch.output, _START_TIMEOUT_S, "the drive")
-        yield uri

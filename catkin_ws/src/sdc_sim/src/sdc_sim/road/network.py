@@ -73,10 +73,7 @@ class RoadLane:
 
     def heading_at(self, s_m: float) -> float:
         """Return the direction of the centre line at an arc length [rad]."""
-        found = int(np.searchsorted(self.s_m, s_m, side="right")) - 1
-        row = min(max(found, 0), len(self.points_m) - 2)
-        dx, dy = (self.points_m[row + 1] - self.points_m[row]).tolist()
-        return math.atan2(dy, dx)
+        return self.line.direction_at(s_m)
 
     def beside(self, offset_m: float) -> np.ndarray:
         """Return the line (N, 2) parallel to the centre line, positive to the left [m]."""
@@ -275,7 +272,8 @@ class Network:
                 if kind == NONE or len(lane.points_m) < 2:
                     continue
                 line = Line(lane.beside(side * lane.width_m), kind)
-                middle = _middle(line.points_m)
+                s_m = arc_lengths(line.points_m)
+                middle = interpolate(0.5 * s_m[-1:], s_m, line.points_m)[0]
                 others = found.setdefault(kind, [])
                 if not others or np.hypot(*(np.array(others) - middle).T).min() > _SAME_LINE_M:
                     others.append(middle)
@@ -311,8 +309,3 @@ def _heading(points: np.ndarray, s: np.ndarray, at: np.ndarray) -> np.ndarray:
     segment = np.clip(np.searchsorted(s, at, side="right") - 1, 0, len(points) - 2)
     step = points[segment + 1] - points[segment]
     return np.arctan2(step[:, 1], step[:, 0])
-
-
-def _middle(points: np.ndarray) -> np.ndarray:
-    s = arc_lengths(points)
-    return interpolate(0.5 * s[-1:], s, points)[0]

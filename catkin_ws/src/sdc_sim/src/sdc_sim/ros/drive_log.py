@@ -2,8 +2,7 @@
 
 Every node can publish on every topic; only the simulator writes this file. Each line is an event
 of DriveEvaluation as JSON: ["odometry", stamp, x, y, yaw, speed], ["command", stamp, throttle,
-brake, steer], ["collision", stamp, obstacle], or, for none of its events, ["target", stamp] with
-the fields of AckermannTarget.
+brake, steer], ["collision", stamp, obstacle]; or ["target", stamp, fields of AckermannTarget].
 """
 
 from __future__ import annotations
@@ -35,8 +34,7 @@ class DriveLog:
         """Add the pose and speed that the odometry holds, and the collisions of this tick."""
         for event in observation.collisions:
             self._write(["collision", observation.stamp_ns, event.id])
-        pose = map(float, pose_and_speed(odometry))
-        self._write(["odometry", observation.stamp_ns, *pose])
+        self._write(["odometry", observation.stamp_ns, *map(float, pose_and_speed(odometry))])
 
     def add_command(self, message: Any) -> None:
         """Add a command that the simulator received."""
