@@ -28,6 +28,7 @@ _PEDESTRIAN = "pedestrian"
 # At the start none is close to the car, and later they begin out of its sight where the streets
 # allow it.
 _NEAR_M, _FAR_M, _CLEAR_M, _SIGHT_M = 300.0, 500.0, 40.0, 100.0
+_GENTLE_MPS2 = 3.0
 # A route ends at a dead end, or after so many edges; a pedestrian walks to so many places.
 _ROUTE_EDGES, _PLACES = 80, 4
 _SHORTEST_EDGE_M = 15.0
@@ -233,7 +234,9 @@ class SumoTraffic:
                 if state.x_m < _NOWHERE_M:
                     continue  # It waits for room on its street.
                 distance_m = math.hypot(state.x_m - ego.x_m, state.y_m - ego.y_m)
-                if distance_m > _FAR_M or clear_m > distance_m:
+                # The car begins at rest: none comes who could not brake gently before it.
+                room_m = state.speed_mps**2 / (2.0 * _GENTLE_MPS2) if clear_m else 0.0
+                if distance_m > _FAR_M or clear_m + room_m > distance_m:
                     domain.unsubscribe(name)
                     domain.remove(name)
                     del self._users[name]
