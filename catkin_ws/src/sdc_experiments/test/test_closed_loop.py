@@ -149,3 +149,8 @@ def test_collision_with_a_pedestrian_that_came_during_the_drive_is_one_with_a_pe
     recorder.add(snapshot, None, SimpleNamespace(path=None, reason=""))
     infractions = recorder.evaluator.result().metrics["infractions"]
     assert infractions["collision_pedestrian"] == 1 and infractions["collision_vehicle"] == 0
+
+
+def test_planner_function_that_returns_no_rows_is_named():
+    with pytest.raises(TypeError, match="plan must return rows x, y, v or a Path, got None"):
+        drive(planner=lambda _: None)

@@ -251,6 +251,10 @@ def function_planner(function: PlannerFunction) -> PathPlanner:
 
     def plan(observation: Observation) -> Path:
         rows: Any = function(observation)
-        return rows if isinstance(rows, Path) else Path([(x, y, v) for x, y, v in rows])
+        try:
+            points = rows.points if isinstance(rows, Path) else [(x, y, v) for x, y, v in rows]
+        except (TypeError, ValueError):
+            raise TypeError(f"plan must return rows x, y, v or a Path, got {rows!r}") from None
+        return Path(points)
 
     return cast("PathPlanner", SimpleNamespace(reason="", plan=plan))
