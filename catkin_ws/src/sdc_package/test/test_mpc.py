@@ -160,7 +160,7 @@ def test_limits_hold_far_from_the_path():
         acceleration = method.acceleration_mps2
         turn = 2.0 * CONFIG["steering"]["max_wheel_angle_rad"] / CONFIG["mpc"]["steer_travel_s"]
         assert abs(wheel - last_wheel) < turn * TICK_S + 2e-3
-        change = CONFIG["limits"]["jerk_mps3"] * TICK_S
+        change = CONFIG["mpc"]["jerk_mps3"] * TICK_S
         assert last_acceleration < acceleration < last_acceleration + change + 1e-3
         last_wheel, last_acceleration = wheel, acceleration
     assert wheel < -0.1
