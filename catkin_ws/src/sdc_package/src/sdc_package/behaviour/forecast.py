@@ -91,12 +91,13 @@ def forecast(
 
     s, v = np.full(count, s_m), np.full(count, speed_mps)
     judge = _Judge(others, margin, car, s_m, ways_m[:, at(s)[0]][:, None])
+    follows = judge.settled
     contact_s, hardest, oncoming_s = np.full(count, np.inf), np.zeros(count), np.zeros(count)
     for step, time_s in enumerate((STEP_S * np.arange(STEPS)).tolist()):
         its_s = others.s_m + time_s * others.along_mps
         its_y = others.y_m + min(time_s, _ACROSS_S) * judge.across_mps
         distance_m = its_s - s[:, None]
-        in_way = ~judge.settled & (np.abs(its_y - ways_m[:, at(its_s)]) < judge.half_width_m)
+        in_way = ~follows & (np.abs(its_y - ways_m[:, at(its_s)]) < judge.half_width_m)
         gap_m = np.where(in_way & (distance_m > 0.0), distance_m - judge.half_length_m, np.inf)
         push = np.maximum(
             _push(v[:, None], others.along_mps, gap_m, car).max(axis=1, initial=0.0),
@@ -157,8 +158,9 @@ class _Judge:
         clear_m = np.where(self._oncoming, -_ONCOMING_S * margin * along_mps, _ALONG_M)
         self._near_m = self.half_length_m + clear_m
         # One behind in the car's lane is responsible for its distance. Here, it does not brake.
-        here = np.abs(others.y_m - way_m) < self.half_width_m
-        stays = np.abs(others.y_m + _ACROSS_S * moves_mps - way_m) < self.half_width_m
+        here_m = 0.5 * self._body_m
+        here = np.abs(others.y_m - way_m) < here_m
+        stays = np.abs(others.y_m + _ACROSS_S * moves_mps - way_m) < here_m
         self.settled = here & stays & behind
 
     def contacts(

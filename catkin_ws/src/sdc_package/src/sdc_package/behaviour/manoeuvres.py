@@ -183,7 +183,7 @@ class Manoeuvres:
         yield Proposal(KEEP, way.offset_m, now.cost_m(way.offset_m), margin, wait_m)
         if abs(way.offset_at(s_m + _SOON_M)) > SAME_M:
             back = way.shifted(0.0, s_m + 0.5, speed_mps, 0.0)
-            yield Proposal(BACK, back, now.cost_m(back) + _NEW_M, stop_m=wait_m)
+            yield Proposal(BACK, back, now.cost_m(back) + 1.0, stop_m=wait_m)
         for one in self._passes(now) if now.passable else ():
             yield Proposal(PASS, one, now.cost_m(one) + _NEW_M)
         for one in self._asides(now) if now.emergency else ():
