@@ -112,16 +112,6 @@ def test_right_of_way_is_that_of_who_arrives_soon(networks, late, arrives_s, exp
     assert [name for name in names if name != "near_miss"] == expected
 
 
-@pytest.mark.parametrize(("waits_s", "expected"), [(0.2, ["right_of_way"]), (4.5, [])])
-def test_car_that_waits_in_the_junction_takes_no_right_of_way(networks, waits_s, expected):
-    network = networks["priority"]
-    line_y, line_x = network.lanes["d_1"].points_m[-1][1], network.lanes["a_2"].points_m[-1][0]
-    car = stopping(-1.6, line_y + FRONT_M + 35.0, SOUTH, 7.0, 5.1, waits_s)
-    other = straight(line_x - 2.35 - 12.0 * 6.5, -1.6, EAST, 12.0)
-    names = counted(network, car, 14.0, other)
-    assert [name for name in names if name != "near_miss"] == expected
-
-
 @pytest.mark.parametrize(
     ("gap_m", "side_m", "speed_mps", "expected"),
     [

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from typing import Iterator, Mapping, NamedTuple, Sequence
+from typing import Iterator, NamedTuple, Sequence
 
 from sdc_sim.evaluation.emergency import EMERGENCY_LASTS_S, YIELD_EMERGENCY, holds_up
 from sdc_sim.evaluation.fault import is_at_fault
@@ -69,10 +69,10 @@ class StreetRules:
         self._lane_rules = LaneRules(network)
         self._place: LanePlace | None = None
         self._slowest_mps = math.inf
-        # The lane from which the car has entered a junction, and from whom it takes the right of
-        # way there: the edge to which it does, the id of the other one, and the ways of both.
+        # The lane from which the car has entered a junction, and the edges to which it has taken
+        # the right of way there.
         self._entered = ""
-        self._taken: list[tuple[str, int, Connection, Connection]] = []
+        self._taken: set[str] = set()
         self._since_s: dict[str, float] = {}
         # Times at which the car was on a lane, in its direction or around another road user [s].
         self.on_lane_s: set[float] = set()
@@ -212,21 +212,15 @@ class StreetRules:
                 for one, at in zip(near, places)
                 if at and abs(at.heading_error_rad) < _ALONG_RAD  # no pedestrian on a crosswalk
             ]
-            self._taken = [
-                (edge_of(way.end), one.id, other, way)
+            self._taken = {
+                edge_of(way.end)
                 for way, first, _ in ways
-                for other in first
-                for one, at in arriving
-                if self._arrives(one, at, other, way)
-            ]
+                if any(self._arrives(*one, other, way) for one in arriving for other in first)
+            }
         elif not junction:
-            taken = lanes[last.lane].junction and {edge for edge, *_ in self._taken}
-            if taken and edge_of(place.lane) in taken:
+            if lanes[last.lane].junction and edge_of(place.lane) in self._taken:
                 found.append(RIGHT_OF_WAY)
-            self._entered, self._taken = "", []
-        elif car.speed_mps < _MOVING_MPS:  # one that has waited in the junction took nothing
-            by_id = {one.id: one for one in others}
-            self._taken = [one for one in self._taken if self._is_before(by_id, *one[1:])]
+            self._entered, self._taken = "", set()
         if place.lane != last.lane:
             self._slowest_mps = math.inf
         if lanes[place.lane].length_m - place.s_m < _AT_LINE_M:
@@ -244,16 +238,6 @@ class StreetRules:
         rear_m = sum(self._network.lanes[name].length_m for name in before)
         rear_m += at.s_m - 0.5 * one.body.length_m
         return rear_m < self._network.clear_m(way, own)
-
-    def _is_before(
-        self, others: Mapping[int, RoadUser], number: int, way: Connection, own: Connection
-    ) -> bool:
-        """Return whether a road user has yet to leave the way of the car."""
-        one = others.get(number)
-        at = self._network.nearest(*one.body[:3], _LANE_M) if one else None
-        if one is None or at is None:
-            return False
-        return at.lane == way.start or self._arrives(one, at, way, own)
 
     def _is_on(self, body: Rectangle, way: Connection) -> bool:
         """Return whether a body drives along a way through a junction, where two overlap, too."""
