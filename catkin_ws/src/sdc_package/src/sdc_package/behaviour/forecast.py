@@ -158,10 +158,9 @@ class _Judge:
         clear_m = np.where(self._oncoming, -_ONCOMING_S * margin * along_mps, _ALONG_M)
         self._near_m = self.half_length_m + clear_m
         # One behind in the car's lane is responsible for its distance. Here, it does not brake.
-        here_m = 0.5 * self._body_m
-        here = np.abs(others.y_m - way_m) < here_m
-        stays = np.abs(others.y_m + _ACROSS_S * moves_mps - way_m) < here_m
-        self.settled = here & stays & behind
+        later_m = others.y_m + _ACROSS_S * moves_mps
+        away_m = np.maximum(np.abs(others.y_m - way_m), np.abs(later_m - way_m))
+        self.settled = (away_m < 0.5 * self._body_m) & behind
 
     def contacts(
         self, time_s: float, distance_m: np.ndarray, away_m: np.ndarray, speed_mps: np.ndarray
