@@ -103,7 +103,6 @@ def forecast(
             _push(v[:, None], others.along_mps, gap_m, car).max(axis=1, initial=0.0),
             _push(v, 0.0, stop_m - s + _GAP_M, car),
         )
-        top = most_mps[every, at(s)]
         hardest = np.maximum(hardest, car.acceleration_mps2 * (push - 1.0) * (v > _AT_REST_MPS))
         # The front is where the centre will be; towards those behind it is the rear that matters.
         front_y, mine_y = ways_m[grid, at(s + car.front_m)[:, None]], ways_m[grid, at(s)[:, None]]
@@ -111,7 +110,7 @@ def forecast(
         bad = judge.contacts(time_s, distance_m, away_m, v[:, None])
         contact_s = np.where(bad & np.isinf(contact_s), time_s, contact_s)
         oncoming_s += STEP_S * (mine_y[:, 0] > line_m[at(s)])
-        v_next = _next_mps(v, top, push, slows_mps2, car)
+        v_next = _next_mps(v, most_mps[every, at(s)], push, slows_mps2, car)
         s, v = s + 0.5 * STEP_S * (v + v_next), v_next
         if step == _SOON_STEP:
             soon_mps = v
