@@ -102,4 +102,5 @@ def test_worker_without_the_shared_folder_is_refused(tmp_path):
     problem = worker_problem(str(token), False)
     assert problem.startswith(f"it does not see {tmp_path}; put the workspaces and --output into")
     token.touch()
-    assert worker_problem(str(token), False) == ""
+    # The world may not be built yet, which is another problem.
+    assert not worker_problem(str(token), False).startswith("it does not see")
