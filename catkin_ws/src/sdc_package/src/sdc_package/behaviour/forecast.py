@@ -91,13 +91,13 @@ def forecast(
 
     s, v = np.full(count, s_m), np.full(count, speed_mps)
     judge = _Judge(others, margin, car, s_m, ways_m[:, at(s)[0]][:, None])
-    follows = judge.settled
     contact_s, hardest, oncoming_s = np.full(count, np.inf), np.zeros(count), np.zeros(count)
-    for step, time_s in enumerate((STEP_S * np.arange(STEPS)).tolist()):
+    for step in range(STEPS):
+        time_s = step * STEP_S
         its_s = others.s_m + time_s * others.along_mps
         its_y = others.y_m + min(time_s, _ACROSS_S) * judge.across_mps
         distance_m = its_s - s[:, None]
-        in_way = ~follows & (np.abs(its_y - ways_m[:, at(its_s)]) < judge.half_width_m)
+        in_way = ~judge.follows & (np.abs(its_y - ways_m[:, at(its_s)]) < judge.half_width_m)
         gap_m = np.where(in_way & (distance_m > 0.0), distance_m - judge.half_length_m, np.inf)
         push = np.maximum(
             _push(v[:, None], others.along_mps, gap_m, car).max(axis=1, initial=0.0),
@@ -159,7 +159,8 @@ class _Judge:
         # One behind in the car's lane is responsible for its distance. Here, it does not brake.
         later_m = others.y_m + _ACROSS_S * moves_mps
         away_m = np.maximum(np.abs(others.y_m - way_m), np.abs(later_m - way_m))
-        self.settled = (away_m < 0.5 * self._body_m) & behind
+        self.follows = (away_m < 0.5 * self._body_m) & behind
+        self._settled = self.follows
 
     def contacts(
         self, time_s: float, distance_m: np.ndarray, away_m: np.ndarray, speed_mps: np.ndarray
@@ -174,8 +175,8 @@ class _Judge:
         closing_mps = np.maximum(self._along_mps - speed_mps, 0.0)
         safe_m = 1.0 + 0.2 * self._along_mps + closing_mps**2 / (2.0 * _REAR_MPS2)
         is_close = -distance_m - self.half_length_m < self._margin * safe_m
-        cut_in = overlap & behind & ~self.settled & is_close
-        self.settled = self.settled | (overlap & behind)
-        met = overlap & (np.abs(distance_m) < self._near_m) & ~self.settled
+        cut_in = overlap & behind & ~self._settled & is_close
+        self._settled = self._settled | (overlap & behind)
+        met = overlap & (np.abs(distance_m) < self._near_m) & ~self._settled
         met &= self._oncoming | (speed_mps > _AT_REST_MPS)
         return (cut_in | met).any(axis=1)
