@@ -152,6 +152,15 @@ def test_car_with_one_close_behind_it_brakes_no_harder_for_a_slow_one():
         assert plan.most_mps > 5.0
 
 
+def test_one_beside_a_route_that_changes_lanes_drives_straight_on():
+    points = [(x, np.interp(x, [100.0, 140.0], [0.0, WIDTH_M])) for x in range(300)]
+    road = road_of(two_lanes(), np.array(points, float))
+    others = [Other(x, WIDTH_M, 12.0, int(x)).at(0.0) for x in (90.0, 120.0, 150.0)]
+    seen = around(road, 110.0, others, 40.0, 60.0, 10.0)
+    assert seen.y_m == pytest.approx([WIDTH_M] * 3, abs=0.1)
+    assert seen.left_mps == pytest.approx([0.0] * 3, abs=0.35)  # the route: 1.05 m/s
+
+
 def test_car_makes_room_for_an_ambulance():
     ambulance = Other(-60.0, 0.0, 18.0, kind="ambulance", size=(5.9, 2.0))
     rows = drive(two_lanes(), [ambulance], 20.0)

@@ -65,6 +65,16 @@ def test_car_that_stands_just_before_its_stop_does_not_start_again():
     assert max(control_.acceleration(1.0, -0.45, 0.0, 0.05) for _ in range(200)) > 0.5
 
 
+def test_car_that_has_waited_before_a_line_starts_no_faster_than_planned():
+    control_, v, top = control(), 0.0, 0.0
+    # 0.5 m before a line, between points of the path with 6 m/s and 0.
+    assert {control_.acceleration(5.8, -35.0, 0.0, 0.05) for _ in range(200)} == {-2.0}
+    for _ in range(300):
+        v += 0.05 * control_.acceleration(8.0, 0.0, v, 0.05)
+        top = max(top, v)
+    assert 7.9 < top < 8.8
+
+
 @pytest.mark.parametrize(("speed_mps", "planned_mps2"), [(0.6, 0.0), (1.3, -2.5)])
 def test_car_that_was_pushed_brakes_at_a_stop(speed_mps, planned_mps2):
     control_ = control()

@@ -59,10 +59,10 @@ def at_line(streets, crossing, speed_mps, obstacles=(), before_m=0.0, **kwds):
     return streets.stop(s_m, speed_mps, obstacles, HORIZON_M, **kwds)
 
 
-def coming(network, crossing, away_m, speed_mps, **changes):
-    """Return a car on the lane before the way with right of way, so far from the junction."""
-    first = next(way for way in crossing.conflicts if way.is_first)
-    name = next(name for name, distance in first.lanes.items() if distance == 0.0)
+def coming(network, crossing, away_m, speed_mps, is_first=True, **changes):
+    """Return a car on a lane before the way of another, so far from the junction."""
+    other = next(way for way in crossing.conflicts if way.is_first == is_first)
+    name = next(name for name, distance in other.lanes.items() if distance == 0.0)
     lane = network.lanes[name]
     s_m = lane.length_m - away_m
     x, y = lane.line.point_at(s_m)
@@ -105,6 +105,28 @@ def test_car_gives_way_to_those_that_it_would_meet(crossing, away_m, speed_mps, 
     assert streets.details == ({"right_of_way": text} if gives_way else {})
     at_line(streets, one, 0.0)
     assert streets.details == {}
+
+
+@pytest.mark.parametrize(("braking_mps2", "gives_way"), [(0.0, True), (3.0, False)])
+def test_car_gives_way_to_one_that_takes_it_without_braking(town, braking_mps2, gives_way):
+    network, graph = town
+    for seed in range(40):
+        start, goal = drawn_places(graph, seed)
+        route = road_route(plan_mission(graph, [goal], *start).points_m)
+        speeds = np.full(len(route.s), 9.0)
+        found = crossings(network, route, list(places_along(network, route)), speeds)
+        if found and found[0].conflicts and not any(way.is_first for way in found[0].conflicts):
+            break
+    streets = StreetBehaviour(network, MARGINS)
+    streets.follow(route, speeds, 2.5)
+    decisions = []
+    for tick in range(30):  # it comes from 25 m to 13 m, and needs 3.9 m/s^2 there to stop
+        speed_mps = 9.0 + braking_mps2 * (1.5 - 0.05 * tick)
+        away_m = 13.0 + 9.0 * (1.5 - 0.05 * tick)
+        other = coming(network, found[0], away_m, speed_mps, is_first=False, id=17)
+        s_m = found[0].line_m - FRONT_M - MARGINS.gap_m - 6.0
+        decisions.append(streets.stop(s_m, 6.0, [other], HORIZON_M))
+    assert any(one and one[1] == "right_of_way" for one in decisions[20:]) == gives_way
 
 
 def test_car_that_waits_long_enough_starts_before_one_that_does_not_move(crossing):

@@ -13,7 +13,13 @@ from sdc_common.geometry.polyline import Place
 from sdc_common.geometry.road_line import LONGEST_STEP_M, road_route
 from sdc_common.planning.speed_profile import SpeedLimits, limited_speeds
 from sdc_common.validation import check_positive
-from sdc_package.obstacles import FIRM_MPS2, DetectedObstacle, ObstacleMargins, speed_caps
+from sdc_package.obstacles import (
+    FIRM_MPS2,
+    HARD_MPS2,
+    DetectedObstacle,
+    ObstacleMargins,
+    speed_caps,
+)
 from sdc_package.traffic_lights import TrafficLightMargins, TrafficLightMonitor
 
 if TYPE_CHECKING:
@@ -28,6 +34,8 @@ _RESUME_WITHIN_M = 60.0
 _TIME_GAP_S = 1.0
 # Below this share of the planned speed, the car's acceleration limits its speed.
 _REACHED = 0.9
+# A stop that needs harder braking has come too late [m/s^2].
+_TOO_LATE_MPS2 = 5.0
 
 
 class OffRouteError(ValueError):
@@ -266,7 +274,9 @@ class LocalPlanner:
         """Return rows with which the car's centre stops at an arc length, for this reason."""
         last_s, usual_mps2 = self.route.last_point_s(stop_s), self.settings.limits.braking_mps2
         needed_mps2 = speed_mps**2 / max(2.0 * (last_s - self.place.s_m), 0.1)
-        braking_mps2 = max(usual_mps2, min(needed_mps2, FIRM_MPS2))
+        braking_mps2 = max(usual_mps2, min(needed_mps2, HARD_MPS2))
+        if needed_mps2 > _TOO_LATE_MPS2:
+            braking_mps2 = FIRM_MPS2  # so much too fast, the car brakes without delay
         room_m = np.maximum(last_s - self.route.s[self._ahead], 0.0)
         caps = np.sqrt(2.0 * braking_mps2 * room_m)
         return self._capped(rows, caps, reason)

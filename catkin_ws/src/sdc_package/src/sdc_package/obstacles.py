@@ -13,8 +13,8 @@ from sdc_common.geometry.road_line import LONGEST_STEP_M
 from sdc_common.geometry.route import Route
 from sdc_common.validation import check_non_negative
 
-# A car that is late for a stop brakes so hard, which is still comfortable by nuPlan's limits.
-FIRM_MPS2 = 3.0
+# A car that is late for a stop brakes so hard; the second is still comfortable by nuPlan's limits.
+FIRM_MPS2, HARD_MPS2 = 3.0, 3.9
 # Times ahead at which a moving obstacle is predicted, so that the car brakes before a pedestrian
 # steps onto the lane [s].
 _PREDICTION_TIMES_S = (0.0, 0.5, 1.0, 1.5, 2.0)

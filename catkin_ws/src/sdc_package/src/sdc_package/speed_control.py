@@ -71,6 +71,7 @@ class SpeedControl:
         # A car that stands this close to its stop stays: it would start too hard and pass it.
         is_at_stop = target_mps * target_mps < -2.0 * planned_mps2 * _STOP_WITHIN_M
         stays = target_mps < limits.standstill_mps or (is_at_stop and self.acceleration_mps2 >= 0.0)
+        stays |= planned_mps2 < -limits.braking_mps2  # a stop that it would pass
         if speed_mps < limits.standstill_mps and stays and planned_mps2 <= 0.0:
             self.reset()
             return -limits.hold_mps2

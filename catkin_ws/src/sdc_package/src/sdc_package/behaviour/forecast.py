@@ -15,6 +15,7 @@ import numpy as np
 from sdc_package.behaviour.road import Around
 
 STEP_S, STEPS, _SOON_STEP = 0.4, 26, 1
+SOON_S = STEP_S * (_SOON_STEP + 1)
 # Spacing of the places at which ways and speeds are given [m].
 GRID_M = 1.0
 # Distance to the one ahead at standstill [m], and time to it [s].
@@ -97,7 +98,7 @@ def forecast(
         its_s = others.s_m + time_s * others.along_mps
         its_y = others.y_m + min(time_s, _ACROSS_S) * judge.across_mps
         distance_m = its_s - s[:, None]
-        in_way = ~judge.follows & (np.abs(its_y - ways_m[:, at(its_s)]) < judge.half_width_m)
+        in_way = ~judge.settled & (np.abs(its_y - ways_m[:, at(its_s)]) < judge.half_width_m)
         gap_m = np.where(in_way & (distance_m > 0.0), distance_m - judge.half_length_m, np.inf)
         push = np.maximum(
             _push(v[:, None], others.along_mps, gap_m, car).max(axis=1, initial=0.0),
@@ -159,8 +160,7 @@ class _Judge:
         # One behind in the car's lane is responsible for its distance. Here, it does not brake.
         later_m = others.y_m + _ACROSS_S * moves_mps
         away_m = np.maximum(np.abs(others.y_m - way_m), np.abs(later_m - way_m))
-        self.follows = (away_m < 0.5 * self._body_m) & behind
-        self._settled = self.follows
+        self.settled = (away_m < 0.5 * self._body_m) & behind
 
     def contacts(
         self, time_s: float, distance_m: np.ndarray, away_m: np.ndarray, speed_mps: np.ndarray
@@ -175,8 +175,8 @@ class _Judge:
         closing_mps = np.maximum(self._along_mps - speed_mps, 0.0)
         safe_m = 1.0 + 0.2 * self._along_mps + closing_mps**2 / (2.0 * _REAR_MPS2)
         is_close = -distance_m - self.half_length_m < self._margin * safe_m
-        cut_in = overlap & behind & ~self._settled & is_close
-        self._settled = self._settled | (overlap & behind)
-        met = overlap & (np.abs(distance_m) < self._near_m) & ~self._settled
+        cut_in = overlap & behind & ~self.settled & is_close
+        self.settled = self.settled | (overlap & behind)
+        met = overlap & (np.abs(distance_m) < self._near_m) & ~self.settled
         met &= self._oncoming | (speed_mps > _AT_REST_MPS)
         return (cut_in | met).any(axis=1)

@@ -15,10 +15,11 @@ import numpy as np
 
 from sdc_common.driving import DetectedObstacle
 from sdc_common.geometry.route import smooth_step
-from sdc_package.behaviour.forecast import HARDEST_MPS2, Body, Forecast, forecast
+from sdc_package.behaviour.forecast import HARDEST_MPS2, SOON_S, Body, Forecast, forecast
 from sdc_package.behaviour.offset_path import SAME_M, OffsetPath, bend_mps, shift_length_m
 from sdc_package.behaviour.road import BEHIND_LINE, NOTHING, SAME, RoadAlong
 from sdc_package.behaviour.situation import AT_REST_MPS, Memory, Situation
+from sdc_package.obstacles import FIRM_MPS2
 
 PASSING, MERGING = "passing", "merging"
 KEEP, BACK, STAY, PASS, ASIDE, NUDGE = "keep", "back", "stay", "pass", "aside", "nudge"
@@ -142,7 +143,11 @@ class Manoeuvres:
             slows_mps2,
         )
         costs_m = np.array([proposals[n].cost_m for n in rows]) + _SLOWER_M * (shares < 1.0)
+        is_hard = slows_mps2 > usual_mps2
         costs_m += _BRAKING_M * (slows_mps2 - usual_mps2)
+        # The car brakes hard only if there is a contact soon on each gentle way.
+        if (result.contact_s[~is_hard] > _FAR_S).any():
+            costs_m[is_hard] = math.inf
         best = int(np.argmax(self._values(result, now.is_on_oncoming_lane) - costs_m))
         chosen, share = proposals[rows[best]], float(shares[best])
         if chosen.name != KEEP:
@@ -150,10 +155,11 @@ class Manoeuvres:
         self.stop_m = chosen.stop_m
         self._waits = share == 0.0 or math.isfinite(chosen.stop_m)
         soon_mps = float(result.soon_mps[best])
+        if not is_hard[best]:
+            soon_mps = max(soon_mps, now.speed_mps - SOON_S * FIRM_MPS2)
         if share < 1.0:
             slower_mps = share * float(now.most_mps[now.here])
-            is_hard = slows_mps2[best] > usual_mps2
-            self.most_mps = slower_mps if is_hard else max(slower_mps, soon_mps)
+            self.most_mps = slower_mps if is_hard[best] else max(slower_mps, soon_mps)
         if soon_mps < now.speed_mps - _BRAKES_MPS:
             self.most_mps = min(self.most_mps, soon_mps)
         if math.isfinite(self.most_mps):

@@ -19,8 +19,10 @@ NOTHING, SAME, ONCOMING, BEHIND_LINE = range(4)
 _BESIDE_M, _OPPOSITE_RAD = 1.5, math.radians(30.0)
 # Points, 1 m apart, of the road after the end of the route, on which others come.
 _BEYOND = 150
-# What comes faster than a pedestrian is on a lane [m/s].
-_COMES_MPS = 3.0
+# The slope of the route across the road is taken between places so far before and after [m].
+_SLOPE_M = 5.0
+# Longer ones that come are on a lane [m, m/s].
+_VEHICLE_M, _COMES_MPS = 1.2, 0.5
 
 
 class Around(NamedTuple):
@@ -52,7 +54,7 @@ class RoadAlong:
     width_m: np.ndarray  # width of the lane [m]
     left: np.ndarray  # what is to the left of the lane
     right: np.ndarray  # what is to its right
-    oncoming_m: np.ndarray  # how far to its left the first oncoming lane is, if there is one [m]
+    oncoming_y_m: np.ndarray  # place across the road of the first oncoming lane, if any [m]
     edge_end_m: np.ndarray  # where the lanes end, at a junction or before other ones [m]
     in_junction: np.ndarray  # whether the place is in a junction
 
@@ -92,7 +94,7 @@ def road_along(
         right = SAME if lane.right else NOTHING
         if not lane.junction:  # in one, the nearest lane may be another way
             y_m = jump_m + place.cross_track_m
-        oncoming_m = lane.width_m + _left_m(network, lane)
+        oncoming_m = jump_m + lane.width_m + _left_m(network, lane)
         rows.append((s_m, y_m, lane.width_m, left, right, oncoming_m, bool(lane.junction)))
     s, y, width, left_of, right_of, oncoming, junction = (np.array(one) for one in zip(*rows))
     end_m = np.full(len(s), s[-1])
@@ -183,11 +185,15 @@ def around(
     near = (np.abs(left) < beside_m) & (its_s > s_m - back_m) & (its_s < s_m + ahead_m)
     half = 0.5 * (length * np.abs(cos) + width * np.abs(sin))
     across = 0.5 * (length * np.abs(sin) + width * np.abs(cos))
-    its_y = left + np.interp(its_s, road.s_m, road.route_y_m)
+    before_y, route_y, after_y = (
+        np.interp(its_s + one, road.s_m, road.route_y_m) for one in (-_SLOPE_M, 0.0, _SLOPE_M)
+    )
+    its_y = left + route_y
+    # Where the route changes lanes, it is oblique to the road.
+    to_left = speed * (sin + cos * (after_y - before_y) / (2.0 * _SLOPE_M))
     # Where oncoming ones have more lanes than here, they may come on the first one.
-    here = road.at(s_m)
-    first_y = road.route_y_m[here] + road.oncoming_m[here]
-    beyond = (speed * cos < -_COMES_MPS) & (its_y > first_y)
-    its_y, to_left = np.where(beyond, first_y, its_y), np.where(beyond, 0.0, speed * sin)
+    first_y = road.oncoming_y_m[road.at(s_m)]
+    beyond = (length > _VEHICLE_M) & (speed * cos < -_COMES_MPS) & (its_y > first_y)
+    its_y, to_left = np.where(beyond, first_y, its_y), np.where(beyond, 0.0, to_left)
     every = rows, its_s, its_y, speed * cos, to_left, half, across
     return Around(*(one[near] for one in every))

@@ -38,12 +38,14 @@ _PAST_M = 5.0
 # A slow one is expected to be so fast when it enters the junction.
 _STARTS_MPS = 3.0
 # One without right of way that would have to brake harder than this does not give way.
-_RUNS_MPS, _RUNS_MPS2, _EMERGENCY_MPS2 = 2.0, 4.0, 6.5
+_RUNS_MPS, _RUNS_MPS2, _EMERGENCY_MPS2 = 2.0, 3.2, 6.5
+# One brakes that is slower by this than its mean speed, with the weight of the last plan.
+_BRAKES_MPS, _NEWEST = 0.3, 0.2
 _CAR_WIDTH_M = 2.0
 # One that drives off beside the lanes will be in the next one [m].
 _BAY_M = 1.5
 # Shorter road users are pedestrians; one that is more oblique than this changes lanes or turns.
-_VEHICLE_M, _ALONG_RAD = 1.2, math.radians(20.0)
+_VEHICLE_M, _ALONG_RAD = 1.2, math.radians(50.0)
 _BESIDE_M, _OVER_M = 0.3, 1.0  # a stop so far into the space of both still lets others pass [m]
 # A pedestrian on a crosswalk is not on the lane.
 _ACROSS_RAD = math.radians(60.0)
@@ -86,6 +88,7 @@ class StreetBehaviour:
         self._crossings: list[Crossing] = []
         self._has_stopped = False
         self._plans_at_line = 0
+        self._mean_mps: dict[int, float] = {}  # of the road users, by their ids
         self.details: dict[str, str] = {}  # because of whom the car stops, by the reason
 
     def follow(self, route: Route, speed_mps: np.ndarray, braking_mps2: float) -> None:
@@ -135,6 +138,8 @@ class StreetBehaviour:
             is_red: whether the car already stops for a traffic light
         """
         margins, details = self._margins, self.details
+        means = [(one, self._mean_mps.get(one.id, one.speed_mps)) for one in obstacles]
+        self._mean_mps = {one.id: mean + _NEWEST * (one.speed_mps - mean) for one, mean in means}
         for reason in (CROSSWALK, JUNCTION_BLOCKED, RIGHT_OF_WAY):
             details.pop(reason, None)
         soonest_m = s_m + speed_mps**2 / (2.0 * margins.hardest_mps2)
@@ -172,27 +177,27 @@ class StreetBehaviour:
         """Return the obstacles without vehicles that stay on lanes beside the car's route.
 
         On a bend or in a junction, the lane of a vehicle tells more than its heading where it will
-        be. Those with right of way in a junction are the matter of `stop`.
+        be. Those before the next junction are the matter of `stop`.
 
         Args:
             s_m: arc length of the car's centre along the route [m]
             obstacles: the detected road users
         """
-        line = self._route.line
+        line, kept = self._route.line, []
         x, y = line.point_at(s_m)
-        kept = []
         for one in obstacles:
             near_m = _NEAR_M + 2.0 * one.speed_mps
             is_near = math.dist((one.x_m, one.y_m), (x, y)) < near_m
-            if one.speed_mps < _STANDS_MPS or one.length_m < _VEHICLE_M or not is_near:
-                kept.append(one)
-                continue
-            place = self._place_of(one)
+            moves = one.speed_mps >= _STANDS_MPS and one.length_m >= _VEHICLE_M
+            place = self._place_of(one) if moves and is_near else None
             if place is None or abs(place.heading_error_rad) > _ALONG_RAD:
                 kept.append(one)
                 continue
+            ways = self._crossings[0].conflicts if self._crossings else ()
+            away_m = [away for way in ways if (away := self._away_m(place, way)) is not None]
+            stops = bool(away_m) and min(away_m) > 0.5 * one.length_m
             beside_m = 0.5 * (one.width_m + _CAR_WIDTH_M) + _BESIDE_M
-            points = [(one.x_m, one.y_m), *self._ahead(place, one.speed_mps)]
+            points = [(one.x_m, one.y_m), *self._ahead(place, 0.0 if stops else one.speed_mps)]
             if any(self._beside_m(line.project(*at, s_m, 0.0, near_m)) < beside_m for at in points):
                 kept.append(one)
         return kept
@@ -304,7 +309,7 @@ class StreetBehaviour:
                 continue
             for wanted_m, conflict, times_s in spaces:
                 away_m = self._away_m(place, conflict)
-                if away_m is None or not (conflict.is_first or _runs(one, away_m)):
+                if away_m is None or not (conflict.is_first or self._runs(one, away_m)):
                     continue
                 if waits and not 0.0 <= away_m - 0.5 * one.length_m < _AT_LINE_M:
                     continue
@@ -356,6 +361,13 @@ class StreetBehaviour:
             return False
         return passes(0.0, its_to_m + _PAST_M, begin_s, begin_s + _ARRIVES_S)
 
+    def _runs(self, one: DetectedObstacle, away_m: float) -> bool:
+        """Return whether a road user without right of way will not stop before the junction."""
+        brakes = one.speed_mps < self._mean_mps[one.id] - _BRAKES_MPS
+        hardest_mps2 = _EMERGENCY_MPS2 if brakes else _RUNS_MPS2
+        to_line_m = away_m - 0.5 * one.length_m
+        return one.speed_mps > _RUNS_MPS and to_line_m < one.speed_mps**2 / (2.0 * hardest_mps2)
+
     def _time_s(self, distance_m: float, speed_mps: float, planned_mps: float) -> float:
         """Return the time in which the car drives a distance, accelerating up to a speed."""
         distance_m = max(distance_m, 0.0)
@@ -370,12 +382,6 @@ class StreetBehaviour:
 
 def _name(one: DetectedObstacle) -> str:
     return f"{one.kind or 'obstacle'} {one.id}"
-
-
-def _runs(one: DetectedObstacle, away_m: float) -> bool:
-    """Return whether a road user without right of way will not stop before the junction."""
-    to_line_m = away_m - 0.5 * one.length_m
-    return one.speed_mps > _RUNS_MPS and to_line_m < one.speed_mps**2 / (2.0 * _RUNS_MPS2)
 
 
 def streets_of(

@@ -51,6 +51,8 @@ _SIDES = {"opposite": math.pi, "left": -0.5 * math.pi, "right": 0.5 * math.pi, "
 _graph = lru_cache(maxsize=2)(LaneGraph)
 # Time limit: so many times the time at the speed limits, and so much more.
 _LIMIT_RATIO, _LIMIT_S = 3.0, 40.0
+# Places are drawn so many times, until the routes of all road users are possible at one.
+_DRAWS = 20
 
 
 class _Site(NamedTuple):
@@ -93,13 +95,14 @@ def place(name: str, network: Network, seed: int) -> Placement:
         fix = suggestion(name, table, f"the types are {', '.join(sorted(table))}")
         raise ValueError(f"street_scenario: unknown type '{name}'; {fix}")
     row, draw = table[name], random.Random(f"{name} {seed}")
-    found = list(_sites(network, row["place"], draw))
-    draw.shuffle(found)
-    for site in found:
-        try:
-            return _Placer(row, network, site, draw).placement()
-        except NoRouteError:
-            continue
+    for _ in range(_DRAWS):
+        found = list(_sites(network, row["place"], draw))
+        draw.shuffle(found)
+        for site in found:
+            try:
+                return _Placer(row, network, site, draw).placement()
+            except NoRouteError:
+                continue
     raise ValueError(
         f"street_scenario: the map {network.name} has no place for {name}; "
         "choose another type or map, such as map:=town"

@@ -43,6 +43,8 @@ _OPTIONS = (
     *("--time-to-teleport", "-1", "--collision.action", "none", "--ignore-route-errors"),
     # They move to the next lane in this time [s], and do not jump there in a tick.
     *("--lanechange.duration", "2"),
+    # One that waits takes ever smaller gaps, the smallest ones after this time [s].
+    *("--time-to-impatience", "60"),
 )
 
 
