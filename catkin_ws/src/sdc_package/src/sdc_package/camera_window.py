@@ -15,17 +15,14 @@ class CameraWindow:
 
     The node's callbacks call `update`; its main thread calls `run`, because only one thread may use
     a window.
+
+    Args:
+        enabled: whether to open a window at all
+        show_mask: whether the window shows the lane mask first
     """
 
     def __init__(self, enabled: bool, show_mask: bool):
-        """Prepare the window.
-
-        Args:
-            enabled: whether to open a window at all
-            show_mask: whether the window shows the lane mask first
-        """
-        self._enabled = enabled
-        self._show_mask = show_mask
+        self._enabled, self._show_mask = enabled, show_mask
         self._lock = threading.Lock()
         self._picture: np.ndarray | None = None
 

@@ -31,15 +31,12 @@ class InputPairing:
         watchdog: InputWatchdog,
         path_needed: bool = True,
     ):
-        self._answer = answer
-        self._stop = stop
-        self._watchdog = watchdog
-        self._path_needed = path_needed
+        self._answer, self._stop = answer, stop
+        self._watchdog, self._path_needed = watchdog, path_needed
         self._lock = threading.Lock()
         self._path = ReferencePath()
         self._observation: Observation | None = None
-        self._odometry_waits = False
-        self._path_waits = False
+        self._odometry_waits = self._path_waits = False
 
     def add_odometry(self, odometry: Any) -> None:
         """Add a nav_msgs/Odometry.

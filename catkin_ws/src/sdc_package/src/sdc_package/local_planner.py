@@ -34,8 +34,7 @@ _RESUME_WITHIN_M = 60.0
 _TIME_GAP_S = 1.0
 # Below this share of the planned speed, the car's acceleration limits its speed.
 _REACHED = 0.9
-# A stop that needs harder braking has come too late [m/s^2].
-_TOO_LATE_MPS2 = 5.0
+_TOO_LATE_MPS2 = 5.0  # a stop that needs harder braking comes too late [m/s^2]
 
 
 class OffRouteError(ValueError):
@@ -274,9 +273,9 @@ class LocalPlanner:
         """Return rows with which the car's centre stops at an arc length, for this reason."""
         last_s, usual_mps2 = self.route.last_point_s(stop_s), self.settings.limits.braking_mps2
         needed_mps2 = speed_mps**2 / max(2.0 * (last_s - self.place.s_m), 0.1)
-        braking_mps2 = max(usual_mps2, min(needed_mps2, HARD_MPS2))
-        if needed_mps2 > _TOO_LATE_MPS2:
-            braking_mps2 = FIRM_MPS2  # so much too fast, the car brakes without delay
+        # Where a stop comes too late, a speed far below the present one ends the limit of the jerk.
+        hardest_mps2 = FIRM_MPS2 if needed_mps2 > _TOO_LATE_MPS2 else HARD_MPS2
+        braking_mps2 = max(usual_mps2, min(needed_mps2, hardest_mps2))
         room_m = np.maximum(last_s - self.route.s[self._ahead], 0.0)
         caps = np.sqrt(2.0 * braking_mps2 * room_m)
         return self._capped(rows, caps, reason)

@@ -43,9 +43,7 @@ class Pid:
         """
         if not lower < upper:
             raise ValueError(f"the lower limit must be below the upper limit, got {lower}, {upper}")
-        self.gains = gains
-        self.lower = lower
-        self.upper = upper
+        self.gains, self.lower, self.upper = gains, lower, upper
         self.reset()
 
     def reset(self) -> None:

@@ -32,8 +32,7 @@ class PlannerInputs:
         self.obstacles: Sequence[DetectedObstacle] = ()
         self.traffic_lights = TrafficLightMonitor(margins)
         self.lock = threading.RLock()
-        self._answer = answer
-        self._started = False
+        self._answer, self._started = answer, False
         self._waiting: Any = None
         self._last_stamp: Any = None
         self._obstacles_stamp = rospy.Time(0)

@@ -27,9 +27,8 @@ class TrafficLightMargins:
     car_front_m: float  # distance from the car's centre to its front [m]
 
     def __post_init__(self):
-        check_non_negative(
-            **{f"traffic_lights/{name}": value for name, value in vars(self).items()}
-        )
+        named = {f"traffic_lights/{name}": value for name, value in vars(self).items()}
+        check_non_negative(**named)
 
 
 class TrafficLightMonitor:
@@ -83,10 +82,8 @@ class TrafficLightMonitor:
                 self._stopping_for.discard(number)
                 continue
             stop_s_m = line_s_m - self.margins.car_front_m - self.margins.gap_m
-            room_m = stop_s_m - from_s_m
-            if number in self._stopping_for or self._can_stop(
-                state, room_m, speed_mps, braking_mps2
-            ):
+            can_stop = self._can_stop(state, stop_s_m - from_s_m, speed_mps, braking_mps2)
+            if number in self._stopping_for or can_stop:
                 self._stopping_for.add(number)
                 stops.append(stop_s_m)
         return min(stops, default=None)
@@ -95,8 +92,5 @@ class TrafficLightMonitor:
         """Return whether the car can stop, for red with its front at the line and hard braking."""
         if state == RED:
             room_m, braking_mps2 = room_m + self.margins.gap_m, self.margins.hardest_mps2
-        braking_room_m = max(room_m - self.margins.reaction_s * speed_mps, 0.0)
-        return (
-            speed_mps < _CREEP_SPEED_MPS
-            or speed_mps * speed_mps <= 2.0 * braking_mps2 * braking_room_m
-        )
+        free_m = max(room_m - self.margins.reaction_s * speed_mps, 0.0)
+        return speed_mps < _CREEP_SPEED_MPS or speed_mps**2 <= 2.0 * braking_mps2 * free_m

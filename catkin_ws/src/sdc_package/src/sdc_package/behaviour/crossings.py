@@ -89,12 +89,7 @@ def places_along(network: Network, route: Route) -> Iterator[tuple[float, LanePl
 
 
 def _crossing(
-    network: Network,
-    route: Route,
-    way: Way,
-    before_m: float,
-    after_m: float,
-    speed_mps: np.ndarray,
+    network: Network, route: Route, way: Way, before_m: float, after_m: float, speed_mps: np.ndarray
 ) -> Crossing:
     """Return a way between two places on the route, before its junction and after it [m]."""
     own, reach = way.connection, (before_m, 1.0, after_m - before_m + 1.0)

@@ -64,10 +64,7 @@ class RoadAlong:
 
 
 def road_along(
-    network: Network,
-    route: Route,
-    places: Sequence[tuple[float, LanePlace]],
-    speed_mps: np.ndarray,
+    network: Network, route: Route, places: Sequence[tuple[float, LanePlace]], speed_mps: np.ndarray
 ) -> RoadAlong | None:
     """Return the road along a route, None if the route is on no lane.
 

@@ -27,7 +27,7 @@ CROSSWALK = "crosswalk"
 _STOPPED_MPS, _STOPPED_WITHIN_M = 0.2, 2.5
 # A road user so slow is in a jam; at a junction, one so slow waits for the car.
 _STANDS_MPS, _WAITS_MPS = 0.5, 0.1
-_LANE_M = 2.5
+_LANE_M, _CAR_WIDTH_M = 2.5, 2.0
 # Road users so far from the stop line, or so much time from it, matter. The third one is the time
 # within which one that arrives at the junction has right of way there.
 _NEAR_M, _SOON_S, _ARRIVES_S = 40.0, 8.0, 3.5
@@ -41,7 +41,6 @@ _STARTS_MPS = 3.0
 _RUNS_MPS, _RUNS_MPS2, _EMERGENCY_MPS2 = 2.0, 3.2, 6.5
 # One brakes that is slower by this than its mean speed, with the weight of the last plan.
 _BRAKES_MPS, _NEWEST = 0.3, 0.2
-_CAR_WIDTH_M = 2.0
 # One that drives off beside the lanes will be in the next one [m].
 _BAY_M = 1.5
 # Shorter road users are pedestrians; one that is more oblique than this changes lanes or turns.
@@ -86,8 +85,7 @@ class StreetBehaviour:
             lambda one: network.nearest(one.x_m, one.y_m, one.yaw_rad, _LANE_M)
         )
         self._crossings: list[Crossing] = []
-        self._has_stopped = False
-        self._plans_at_line = 0
+        self._has_stopped, self._plans_at_line = False, 0
         self._mean_mps: dict[int, float] = {}  # of the road users, by their ids
         self.details: dict[str, str] = {}  # because of whom the car stops, by the reason
 
@@ -108,8 +106,7 @@ class StreetBehaviour:
         road, margins = road_along(self._network, route, places, speed_mps), self._margins
         if road is not None:
             lines_m = np.array([one.line_m for one in self._crossings])
-            size = margins.car_front_m, _CAR_WIDTH_M
-            car = Body(*size, margins.acceleration_mps2, braking_mps2)
+            car = Body(margins.car_front_m, _CAR_WIDTH_M, margins.acceleration_mps2, braking_mps2)
             self.manoeuvres = Manoeuvres(road, lines_m, car)
 
     def offset_at(self, s_m: float) -> float:
@@ -185,17 +182,17 @@ class StreetBehaviour:
         """
         line, kept = self._route.line, []
         x, y = line.point_at(s_m)
+        ways = self._crossings[0].conflicts if self._crossings else ()
         for one in obstacles:
             near_m = _NEAR_M + 2.0 * one.speed_mps
-            is_near = math.dist((one.x_m, one.y_m), (x, y)) < near_m
             moves = one.speed_mps >= _STANDS_MPS and one.length_m >= _VEHICLE_M
-            place = self._place_of(one) if moves and is_near else None
+            is_near = moves and math.dist((one.x_m, one.y_m), (x, y)) < near_m
+            place = self._place_of(one) if is_near else None
             if place is None or abs(place.heading_error_rad) > _ALONG_RAD:
                 kept.append(one)
                 continue
-            ways = self._crossings[0].conflicts if self._crossings else ()
             away_m = [away for way in ways if (away := self._away_m(place, way)) is not None]
-            stops = bool(away_m) and min(away_m) > 0.5 * one.length_m
+            stops = min(away_m, default=0.0) > 0.5 * one.length_m
             beside_m = 0.5 * (one.width_m + _CAR_WIDTH_M) + _BESIDE_M
             points = [(one.x_m, one.y_m), *self._ahead(place, 0.0 if stops else one.speed_mps)]
             if any(self._beside_m(line.project(*at, s_m, 0.0, near_m)) < beside_m for at in points):
@@ -249,9 +246,8 @@ class StreetBehaviour:
 
     def _pulls_out_m(self, one: DetectedObstacle, along_mps: float) -> float:
         """Return how far beside the car's way is one that leaves a parking bay into it [m]."""
-        if along_mps < _STANDS_MPS or one.length_m < _VEHICLE_M:
-            return 0.0
-        return 0.0 if self._place_of(one) else _BAY_M
+        drives = along_mps >= _STANDS_MPS and one.length_m >= _VEHICLE_M
+        return _BAY_M if drives and not self._place_of(one) else 0.0
 
     def _is_blocked(
         self, crossing: Crossing, s_m: float, obstacles: Sequence[DetectedObstacle]
@@ -266,9 +262,8 @@ class StreetBehaviour:
             place = self._route.line.project(one.x_m, one.y_m, s_m, 0.0, until_m - s_m + 10.0)
             rear_m = place.s_m - 0.5 * one.length_m
             if place.distance_m < 0.5 * _LANE_M and crossing.line_m < rear_m < until_m:
-                self.details[JUNCTION_BLOCKED] = (
-                    f"{_name(one)} is behind junction {crossing.junction}"
-                )
+                text = f"{_name(one)} is behind junction {crossing.junction}"
+                self.details[JUNCTION_BLOCKED] = text
                 return True
         return False
 

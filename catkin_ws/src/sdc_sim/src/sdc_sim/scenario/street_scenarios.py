@@ -51,8 +51,7 @@ _SIDES = {"opposite": math.pi, "left": -0.5 * math.pi, "right": 0.5 * math.pi, "
 _graph = lru_cache(maxsize=2)(LaneGraph)
 # Time limit: so many times the time at the speed limits, and so much more.
 _LIMIT_RATIO, _LIMIT_S = 3.0, 40.0
-# Places are drawn so many times, until the routes of all road users are possible at one.
-_DRAWS = 20
+_DRAWS = 20  # so often places are drawn, until all road users have a route at one
 
 
 class _Site(NamedTuple):
