@@ -32,16 +32,21 @@ def _town():
     return network, LaneGraph(network)
 
 
-@pytest.fixture(name="crossing", params=["sign", "way"])
-def _crossing(request, town):
-    """A drive to the first junction with a stop sign, or where another way has right of way."""
-    network, graph = town
+def drives(network, graph):
+    """Yield routes through the town with their crossings."""
     for seed in range(40):
         start, goal = drawn_places(graph, seed)
         route = road_route(plan_mission(graph, [goal], *start).points_m)
-        for one in crossings(
-            network, route, list(places_along(network, route)), np.full(len(route.s), 9.0)
-        ):
+        places = list(places_along(network, route))
+        yield route, crossings(network, route, places, np.full(len(route.s), 9.0))
+
+
+@pytest.fixture(name="crossing", params=["sign", "way"])
+def _crossing(request, town):
+    """A drive to the first junction with a stop sign, or where another way has right of way."""
+    network = town[0]
+    for route, found in drives(*town):
+        for one in found:
             if one.line_m < 30.0 or not any(way.is_first for way in one.conflicts):
                 continue
             if one.has_stop_sign == (request.param == "sign"):
@@ -109,22 +114,19 @@ def test_car_gives_way_to_those_that_it_would_meet(crossing, away_m, speed_mps, 
 
 @pytest.mark.parametrize(("braking_mps2", "gives_way"), [(0.0, True), (3.0, False)])
 def test_car_gives_way_to_one_that_takes_it_without_braking(town, braking_mps2, gives_way):
-    network, graph = town
-    for seed in range(40):
-        start, goal = drawn_places(graph, seed)
-        route = road_route(plan_mission(graph, [goal], *start).points_m)
-        speeds = np.full(len(route.s), 9.0)
-        found = crossings(network, route, list(places_along(network, route)), speeds)
-        if found and found[0].conflicts and not any(way.is_first for way in found[0].conflicts):
-            break
+    network, decisions = town[0], []
+    route, found = next(
+        one
+        for one in drives(*town)
+        if one[1] and {way.is_first for way in one[1][0].conflicts} == {False}
+    )
     streets = StreetBehaviour(network, MARGINS)
-    streets.follow(route, speeds, 2.5)
-    decisions = []
+    streets.follow(route, np.full(len(route.s), 9.0), 2.5)
+    s_m = found[0].line_m - FRONT_M - MARGINS.gap_m - 6.0
     for tick in range(30):  # it comes from 25 m to 13 m, and needs 3.9 m/s^2 there to stop
         speed_mps = 9.0 + braking_mps2 * (1.5 - 0.05 * tick)
         away_m = 13.0 + 9.0 * (1.5 - 0.05 * tick)
         other = coming(network, found[0], away_m, speed_mps, is_first=False, id=17)
-        s_m = found[0].line_m - FRONT_M - MARGINS.gap_m - 6.0
         decisions.append(streets.stop(s_m, 6.0, [other], HORIZON_M))
     assert any(one and one[1] == "right_of_way" for one in decisions[20:]) == gives_way
 

@@ -128,7 +128,8 @@ class Manoeuvres:
         count, usual_mps2 = len(proposals), self._car.braking_mps2
         rows = np.repeat(np.arange(count), len(_SPEEDS))
         shares = np.tile([share for share, _ in _SPEEDS], count)
-        slows_mps2 = np.tile([HARDEST_MPS2 if hard else usual_mps2 for _, hard in _SPEEDS], count)
+        is_hard = np.tile([hard for _, hard in _SPEEDS], count)
+        slows_mps2 = np.where(is_hard, HARDEST_MPS2, usual_mps2)
         result = forecast(
             ways[rows],
             np.minimum(now.most_mps * shares[:, None], np.array(bends_mps)[rows]),
@@ -143,7 +144,6 @@ class Manoeuvres:
             slows_mps2,
         )
         costs_m = np.array([proposals[n].cost_m for n in rows]) + _SLOWER_M * (shares < 1.0)
-        is_hard = slows_mps2 > usual_mps2
         costs_m += _BRAKING_M * (slows_mps2 - usual_mps2)
         # The car brakes hard only if there is a contact soon on each gentle way.
         if (result.contact_s[~is_hard] > _FAR_S).any():

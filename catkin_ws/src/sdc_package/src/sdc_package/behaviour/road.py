@@ -21,8 +21,8 @@ _BESIDE_M, _OPPOSITE_RAD = 1.5, math.radians(30.0)
 _BEYOND = 150
 # The slope of the route across the road is taken between places so far before and after [m].
 _SLOPE_M = 5.0
-# Longer ones that come are on a lane [m, m/s].
-_VEHICLE_M, _COMES_MPS = 1.2, 0.5
+# Shorter road users are pedestrians [m]; a vehicle that comes so fast at least is on a lane [m/s].
+VEHICLE_M, _COMES_MPS = 1.2, 0.5
 
 
 class Around(NamedTuple):
@@ -91,8 +91,8 @@ def road_along(
         right = SAME if lane.right else NOTHING
         if not lane.junction:  # in one, the nearest lane may be another way
             y_m = jump_m + place.cross_track_m
-        oncoming_m = jump_m + lane.width_m + _left_m(network, lane)
-        rows.append((s_m, y_m, lane.width_m, left, right, oncoming_m, bool(lane.junction)))
+        oncoming_y_m = jump_m + lane.width_m + _left_m(network, lane)
+        rows.append((s_m, y_m, lane.width_m, left, right, oncoming_y_m, bool(lane.junction)))
     s, y, width, left_of, right_of, oncoming, junction = (np.array(one) for one in zip(*rows))
     end_m = np.full(len(s), s[-1])
     for (first, _), (after, at_m) in zip(ends_m, ends_m[1:]):
@@ -190,7 +190,7 @@ def around(
     to_left = speed * (sin + cos * (after_y - before_y) / (2.0 * _SLOPE_M))
     # Where oncoming ones have more lanes than here, they may come on the first one.
     first_y = road.oncoming_y_m[road.at(s_m)]
-    beyond = (length > _VEHICLE_M) & (speed * cos < -_COMES_MPS) & (its_y > first_y)
+    beyond = (length > VEHICLE_M) & (speed * cos < -_COMES_MPS) & (its_y > first_y)
     its_y, to_left = np.where(beyond, first_y, its_y), np.where(beyond, 0.0, to_left)
     every = rows, its_s, its_y, speed * cos, to_left, half, across
     return Around(*(one[near] for one in every))

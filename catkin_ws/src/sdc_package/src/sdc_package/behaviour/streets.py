@@ -17,7 +17,7 @@ from sdc_package.behaviour.crossings import Conflict, Crossing, crossings, place
 from sdc_package.behaviour.crosswalks import crosswalks_on
 from sdc_package.behaviour.forecast import Body
 from sdc_package.behaviour.manoeuvres import Manoeuvres
-from sdc_package.behaviour.road import road_along
+from sdc_package.behaviour.road import VEHICLE_M, road_along
 from sdc_package.obstacles import FIRM_MPS2
 from sdc_sim.road.network import LanePlace, Network
 
@@ -43,8 +43,8 @@ _RUNS_MPS, _RUNS_MPS2, _EMERGENCY_MPS2 = 2.0, 3.2, 6.5
 _BRAKES_MPS, _NEWEST = 0.3, 0.2
 # One that drives off beside the lanes will be in the next one [m].
 _BAY_M = 1.5
-# Shorter road users are pedestrians; one that is more oblique than this changes lanes or turns.
-_VEHICLE_M, _ALONG_RAD = 1.2, math.radians(50.0)
+# One that is more oblique than this changes lanes or turns.
+_ALONG_RAD = math.radians(50.0)
 _BESIDE_M, _OVER_M = 0.3, 1.0  # a stop so far into the space of both still lets others pass [m]
 # A pedestrian on a crosswalk is not on the lane.
 _ACROSS_RAD = math.radians(60.0)
@@ -185,7 +185,7 @@ class StreetBehaviour:
         ways = self._crossings[0].conflicts if self._crossings else ()
         for one in obstacles:
             near_m = _NEAR_M + 2.0 * one.speed_mps
-            moves = one.speed_mps >= _STANDS_MPS and one.length_m >= _VEHICLE_M
+            moves = one.speed_mps >= _STANDS_MPS and one.length_m >= VEHICLE_M
             is_near = moves and math.dist((one.x_m, one.y_m), (x, y)) < near_m
             place = self._place_of(one) if is_near else None
             if place is None or abs(place.heading_error_rad) > _ALONG_RAD:
@@ -194,7 +194,7 @@ class StreetBehaviour:
             away_m = [away for way in ways if (away := self._away_m(place, way)) is not None]
             stops = min(away_m, default=0.0) > 0.5 * one.length_m
             beside_m = 0.5 * (one.width_m + _CAR_WIDTH_M) + _BESIDE_M
-            points = [(one.x_m, one.y_m), *self._ahead(place, 0.0 if stops else one.speed_mps)]
+            points = [(one.x_m, one.y_m), *(() if stops else self._ahead(place, one.speed_mps))]
             if any(self._beside_m(line.project(*at, s_m, 0.0, near_m)) < beside_m for at in points):
                 kept.append(one)
         return kept
@@ -246,7 +246,7 @@ class StreetBehaviour:
 
     def _pulls_out_m(self, one: DetectedObstacle, along_mps: float) -> float:
         """Return how far beside the car's way is one that leaves a parking bay into it [m]."""
-        drives = along_mps >= _STANDS_MPS and one.length_m >= _VEHICLE_M
+        drives = along_mps >= _STANDS_MPS and one.length_m >= VEHICLE_M
         return _BAY_M if drives and not self._place_of(one) else 0.0
 
     def _is_blocked(
