@@ -1,3 +1,5 @@
+import dataclasses
+
 import pytest
 
 from sdc_package.pid import PidGains
@@ -22,18 +24,30 @@ def control():
 def test_acceleration_and_jerk_stay_within_the_limits():
     speed = control()
     last = 0.0
-    for target in [20.0] * 40 + [5.5] * 40 + [20.0] * 40:
+    for target in [20.0] * 40 + [7.0] * 40 + [20.0] * 40:
         now = speed.acceleration(target, 0.0, 8.0, 0.05)
         assert -4.0 <= now <= 2.0
         assert abs(now - last) <= 0.25 + 1e-9
         last = now
 
 
-def test_car_that_is_much_too_fast_brakes_at_once():
+@pytest.mark.parametrize(
+    ("target_mps", "planned_mps2", "first_mps2"),
+    [(0.0, 0.0, -1.0), (8.0, -3.0, -1.0), (7.5, 0.0, -0.25)],
+)
+def test_car_that_has_just_seen_something_brakes_at_once(target_mps, planned_mps2, first_mps2):
     speed = control()
-    first = speed.acceleration(0.0, 0.0, 8.0, 0.05)
-    assert first == pytest.approx(-1.0)
-    assert speed.acceleration(20.0, 0.0, 8.0, 0.05) == pytest.approx(-0.75)
+    first = speed.acceleration(target_mps, planned_mps2, 8.0, 0.05)
+    assert first == pytest.approx(first_mps2)
+    assert speed.acceleration(20.0, 0.0, 8.0, 0.05) == pytest.approx(first_mps2 + 0.25)
+
+
+@pytest.mark.parametrize(("target_mps", "hardest_mps2"), [(5.5, -3.9), (4.0, -5.0)])
+def test_car_brakes_harder_than_is_comfortable_only_if_it_is_late(target_mps, hardest_mps2):
+    limits = dataclasses.replace(LIMITS, braking_mps2=5.0)
+    speed = SpeedControl(PidGains(kp=1.0, ki=0.3), limits)
+    now = [speed.acceleration(target_mps, -2.0, 8.0, 0.05) for _ in range(100)]
+    assert min(now) == pytest.approx(hardest_mps2)
 
 
 def test_speed_settles_with_little_overshoot():

@@ -35,6 +35,7 @@ _TIME_GAP_S = 1.0
 # Below this share of the planned speed, the car's acceleration limits its speed.
 _REACHED = 0.9
 _TOO_LATE_MPS2 = 5.0  # a stop that needs harder braking comes too late [m/s^2]
+_FALLS_BACK_MPS = 2.5  # so much slower at most the car plans to fall back behind another one
 
 
 class OffRouteError(ValueError):
@@ -250,6 +251,7 @@ class LocalPlanner:
         """Return rows that keep the distance to the one ahead, and stop at the next junction."""
         seen, s_m = self._obstacles, self.place.s_m
         following_mps = streets.following_mps(s_m, seen, self._horizon_m)
+        following_mps = max(following_mps, speed_mps - _FALLS_BACK_MPS)
         if following_mps < rows[0, 2]:
             rows = self._capped(rows, np.full(len(rows), following_mps), "obstacle")
         stop = streets.stop(s_m, speed_mps, seen, self._horizon_m, stop_s is not None)

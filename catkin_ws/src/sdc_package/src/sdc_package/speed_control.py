@@ -5,14 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from sdc_common.validation import check_positive
+from sdc_package.obstacles import HARD_MPS2
 from sdc_package.pid import Pid, PidGains
 
 _STOP_WITHIN_M = 0.12
 # A car that is faster at a stop would pass it by more than the gap before a line.
 _TOO_FAST_MPS = 1.0
 _COASTING_MPS2 = 0.4
-# A car that is faster than planned by more than this has seen something late.
-_LATE_MPS = 3.0
+# A car that is faster than planned by more than the first, or plans to brake harder than usual, has
+# just seen something; one that is faster by the second has seen it late.
+_NEW_MPS, _USUAL_MPS2, _LATE_MPS = 1.5, 2.6, 3.0
 
 
 @dataclass(frozen=True)
@@ -28,7 +30,7 @@ class SpeedControlLimits:
     # bend and not in it [s]
     preview_s: float
     preview_min_m: float  # minimum length of that preview [m]
-    # The same change while the car brakes and is much too fast: it has seen something late [m/s^3]
+    # The same change while the car brakes for what it has just seen [m/s^3]
     emergency_jerk_mps3: float
 
     def __post_init__(self):
@@ -80,10 +82,12 @@ class SpeedControl:
             # What a slow start has gathered must not push the car past a stop.
             self.pid.integral = min(self.pid.integral, 0.0)
         change = limits.jerk_mps3 * dt_s
-        is_late = target_mps < speed_mps - _LATE_MPS
-        harder = limits.emergency_jerk_mps3 * dt_s if is_late else change
-        lower = max(-limits.braking_mps2, self.acceleration_mps2 - harder)
-        upper = min(limits.acceleration_mps2, self.acceleration_mps2 + change)
+        last_mps2, faster_mps = self.acceleration_mps2, speed_mps - target_mps
+        hardest_mps2 = max(HARD_MPS2, -last_mps2, (faster_mps > _LATE_MPS) * limits.braking_mps2)
+        is_new = faster_mps > _NEW_MPS or planned_mps2 < -_USUAL_MPS2
+        harder = limits.emergency_jerk_mps3 * dt_s if is_new else change
+        lower = max(last_mps2 - harder, -min(hardest_mps2, limits.braking_mps2))
+        upper = min(limits.acceleration_mps2, last_mps2 + change)
         self.acceleration_mps2, _ = self.pid.update(
             target_mps, speed_mps, dt_s, planned_mps2, lower, upper
         )
