@@ -1,5 +1,6 @@
 """How the car passes, merges, pulls out and makes room, among others that keep their motion."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -133,6 +134,27 @@ def test_car_overtakes_a_slow_one_if_the_line_allows(marking, passes):
     rows = drive(two_way(marking), [lorry], 35.0)
     assert (rows[-1, 1] > 40.0 + 35.0 * 4.0 + 10.0) == passes
     assert rows[-1, 2] == pytest.approx(0.0, abs=0.1)
+
+
+@pytest.mark.parametrize(("limit_mps", "passes"), [(14.0, True), (30.0, False)])
+def test_car_overtakes_only_where_it_would_see_the_oncoming_ones_in_time(limit_mps, passes):
+    lanes = [
+        dataclasses.replace(one, speed_limit_mps=limit_mps) for one in two_way().lanes.values()
+    ]
+    rows = drive(Network("street", lanes), [Other(40.0, speed_mps=5.0)], 25.0)
+    assert (rows[-1, 1] > 40.0 + 25.0 * 5.0 + 10.0) == passes
+
+
+def test_car_that_passes_one_waits_with_room_before_the_next_one():
+    def cone(x_m, y_m, number, width_m=0.5):
+        return Other(x_m, y_m, number=number, kind="obstacle", size=(0.5, width_m))
+
+    cones = [cone(65.0, -1.2, 1), cone(72.0, -0.4, 2), cone(76.0, -0.2, 3, 2.0)]
+    stream = [Other(70.0 + 22.0 * n, WIDTH_M, -6.0, 10 + n) for n in range(12)]
+    rows = drive(two_way(), [*cones, *stream], 90.0)
+    at_rest = rows[rows[:, 3] < 0.1]
+    assert at_rest[0, 1] + CAR.front_m + 8.0 < 72.0 - 0.25
+    assert rows[-1, 1] > 150.0
 
 
 def test_car_overtakes_on_the_next_lane_after_a_faster_one():

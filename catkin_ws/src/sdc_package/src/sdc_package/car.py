@@ -60,13 +60,11 @@ class MissionDriver:
         road_mps: np.ndarray | None = None,
         streets: StreetBehaviour | None = None,
     ):
-        self._settings, self._missions = settings, missions
-        self._streets = streets
+        self._settings, self._missions, self._streets = settings, missions, streets
         self._follow(waypoints_m, road_mps)
         self._lights = TrafficLightMonitor(settings.traffic_lights)
         self._lights.lines = dict(stop_lines or {})
-        self._rows = np.empty((0, 3))
-        self._path = Path(())
+        self._rows, self._path = np.empty((0, 3)), Path(())
 
     def _follow(
         self, waypoints_m: np.ndarray, road_mps: np.ndarray | None, start_mps: float = 0.0
@@ -120,8 +118,7 @@ class Car:
     def __init__(self, planner: PathPlanner, controller: Controller, path_timeout_s: float):
         self.path: Path | None = None
         self.reason = self.detail = ""
-        self._planner = planner
-        self._controller = controller
+        self._planner, self._controller = planner, controller
         self._path_timeout_s = path_timeout_s
         self._reference = ReferencePath()
 

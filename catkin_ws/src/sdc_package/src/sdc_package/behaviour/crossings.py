@@ -64,16 +64,9 @@ def crossings(
             continue
         if last is not None and is_inside:
             before, before_m = last
+            ways, edge = network.ways.get(before.lane, ()), edge_of(place.lane)
             # Of some ways to the same road, which differ in the lane there, the first one.
-            way = next(
-                (
-                    one
-                    for one in network.ways.get(before.lane, ())
-                    if edge_of(one.connection.end) == edge_of(place.lane)
-                ),
-                None,
-            )
-            if way is not None:
+            for way in [one for one in ways if edge_of(one.connection.end) == edge][:1]:
                 found.append(_crossing(network, route, way, before_m, s_m, speed_mps))
         last, is_inside = (place, s_m), False
     return found
@@ -147,5 +140,4 @@ def _conflict(
         queue += [(one, distance_m + lane.length_m) for one in lane.predecessors]
     own_m = float(own_s[mine[0]]), float(own_s[mine[-1]])
     its_m = float(its_s[its[0]]), float(its_s[its[-1]])
-    merges = edge_of(way.end) == edge_of(own.end)
-    return Conflict(lanes, own_m, its_m, is_first, merges)
+    return Conflict(lanes, own_m, its_m, is_first, edge_of(way.end) == edge_of(own.end))

@@ -47,11 +47,10 @@ def crosswalks_on(route: Route, polygons_m: Sequence[np.ndarray]) -> list[Crossw
     found = []
     for polygon in polygons_m:
         corners = np.asarray(polygon, np.float32)
-        middle, reach_m = corners.mean(axis=0), np.ptp(corners, axis=0).max()
-        near = np.flatnonzero(np.hypot(*(route.points - middle).T) < reach_m)
-        on = [
-            n for n in near if cv2.pointPolygonTest(corners, route.points[n].tolist(), True) > -0.3
-        ]
+        away_m = np.hypot(*(route.points - corners.mean(axis=0)).T)
+        near = np.flatnonzero(away_m < np.ptp(corners, axis=0).max())
+        points = [(n, route.points[n].tolist()) for n in near]
+        on = [n for n, point in points if cv2.pointPolygonTest(corners, point, True) > -0.3]
         # A route may pass it more than once.
         for run in np.split(on, np.flatnonzero(np.diff(on) > 1) + 1) if on else ():
             found.append(Crosswalk(float(route.s[run[0]]), float(route.s[run[-1]]), corners))

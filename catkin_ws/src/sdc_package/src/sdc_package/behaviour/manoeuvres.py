@@ -18,7 +18,7 @@ from sdc_common.geometry.route import smooth_step
 from sdc_package.behaviour.forecast import HARDEST_MPS2, SOON_S, Body, Forecast, forecast
 from sdc_package.behaviour.offset_path import SAME_M, OffsetPath, bend_mps, shift_length_m
 from sdc_package.behaviour.road import BEHIND_LINE, NOTHING, SAME, RoadAlong
-from sdc_package.behaviour.situation import AT_REST_MPS, Memory, Situation
+from sdc_package.behaviour.situation import AHEAD_M, AT_REST_MPS, Memory, Situation
 from sdc_package.obstacles import FIRM_MPS2
 
 PASSING, MERGING = "passing", "merging"
@@ -46,8 +46,8 @@ _NUDGE_M, _NUDGED_M = 0.7, 40.0
 # The car makes room for so long [m].
 _ASIDE_M = 80.0
 # Whether the way leads back already is looked up so far ahead; a change of lanes may come so much
-# later, and so much before the lane ends [m].
-_SOON_M, _LATER_M, _LANE_END_M = 12.0, 60.0, 8.0
+# later, and so much before the lane ends [m], in the end at such a speed [m/s].
+_SOON_M, _LATER_M, _LANE_END_M, _CHANGES_MPS = 12.0, 60.0, 8.0, 4.0
 # The car brakes with the forecast if that is slower by this after 0.8 s [m/s].
 _BRAKES_MPS = 0.3
 # Values in metres of progress: another way than before, a second on the oncoming lane, each m/s^2
@@ -143,8 +143,10 @@ class Manoeuvres:
             now.line_y,
             slows_mps2,
         )
-        costs_m = np.array([proposals[n].cost_m for n in rows]) + _SLOWER_M * (shares < 1.0)
-        costs_m += _BRAKING_M * (slows_mps2 - usual_mps2)
+        costs_m = np.array([proposals[n].cost_m for n in rows])
+        # Who slows down for those beside it stays in its lane.
+        slower_m = np.where([proposals[n].name == STAY for n in rows], -_SLOWER_M, _SLOWER_M)
+        costs_m += slower_m * (shares < 1.0) + _BRAKING_M * (slows_mps2 - usual_mps2)
         # The car brakes hard only if there is a contact soon on each gentle way.
         if (result.contact_s[~is_hard] > _FAR_S).any():
             costs_m[is_hard] = math.inf
@@ -200,11 +202,12 @@ class Manoeuvres:
                 cost_m = now.cost_m(nudge) + _NEW_M
                 yield Proposal(NUDGE, nudge, cost_m, _NUDGE_MARGIN, wait_m)
         if now.changes_lane:
-            length_m = shift_length_m(now.width_m, speed_mps)
-            last_m = float(self._road.edge_end_m[now.at]) - _LANE_END_M - length_m
-            begin_m, s = min(s_m + _LATER_M, last_m), self._road.route.s
-            if begin_m > s_m:
+            s, end_m = self._road.route.s, float(self._road.edge_end_m[now.at]) - _LANE_END_M
+            speeds_mps = speed_mps, min(speed_mps, _CHANGES_MPS)
+            lengths_m = [shift_length_m(now.width_m, one) for one in speeds_mps]
+            for length_m in [one for one in lengths_m if end_m - one > s_m][:1]:
                 y = now.way_y[now.here] - np.interp(s, self._road.s_m, self._road.route_y_m)
+                begin_m = min(s_m + _LATER_M, end_m - length_m)
                 later = y * (1.0 - smooth_step(s, begin_m, length_m))
                 stay = np.where(s < s_m - 1.0, way.offset_m, later)
                 yield Proposal(STAY, stay, now.cost_m(stay) + 1.0)
@@ -272,7 +275,9 @@ class Manoeuvres:
         end_m = until_m + shift_length_m(now.width_m, now.top_mps)
         if (stretch == SAME).all():
             return end_m < now.end_m
-        is_short = time_s < _OVERTAKES_S and end_m < now.end_m - 10.0
+        # One that comes into sight now must not arrive before the car is back.
+        seen_s = AHEAD_M / (now.top_mps + float(self._road.limit_mps[now.at]))
+        is_short = time_s < min(_OVERTAKES_S, seen_s) and end_m < now.end_m - 10.0
         is_slow = its_mps < _OVERTAKEN * now.top_mps
         return bool((stretch != BEHIND_LINE).all() and is_short and is_slow and now.is_free_behind)
 
@@ -292,9 +297,8 @@ class Manoeuvres:
 
     def _wait_m(self, now: Situation) -> float:
         """Return where the car waits before one that it could pass, inf: nowhere [m]."""
-        if self.way.until_m:
-            return math.inf
-        at_rest = [n for n in now.passable if now.others.along_mps[n] < AT_REST_MPS]
-        stop_m = min(map(now.rear_m, at_rest), default=math.inf) - self._car.front_m - _WAIT_M
+        at_rest = now.blocks & (now.others.along_mps < AT_REST_MPS)
+        rears_m = [now.rear_m(n) for n in now.passable if at_rest[n]]
+        stop_m = min(rears_m, default=math.inf) - self._car.front_m - _WAIT_M
         # A car that has stopped a little too late stays.
         return max(stop_m, now.s_m) if stop_m > now.s_m - _BEFORE_M else math.inf

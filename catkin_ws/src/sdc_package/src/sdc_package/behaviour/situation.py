@@ -15,7 +15,7 @@ from sdc_package.behaviour.road import BEHIND_LINE, SAME, RoadAlong, around
 AMBULANCE, PEDESTRIAN, OBSTACLE, BICYCLE = "ambulance", "pedestrian", "obstacle", "bicycle"
 AT_REST_MPS = 0.5
 # The stretch of the route that is looked at [m].
-_BACK_M, _AHEAD_M, _SIDE_M = 70.0, 190.0, 8.0
+_BACK_M, AHEAD_M, _SIDE_M = 70.0, 190.0, 8.0
 # A road user in the way ahead of the car so near may be passed [m].
 _LOOK_M = 70.0
 # It is slow below this share of the speed without it. So many decisions count before the car
@@ -65,6 +65,7 @@ class Situation:
         beside_m: how far each road user is to the left of the route [m]
         passable: those that the car may pass, in order along the route
         emergency: those to which the car must give way
+        blocks: (A,) whether each is in the way of the car
     """
 
     def __init__(
@@ -80,11 +81,11 @@ class Situation:
     ):
         self._road, self._way, self._car, self.s_m, self.speed_mps = road, way, car, s_m, speed_mps
         route = road.route
-        self.others = others = around(road, s_m, obstacles, _BACK_M, _AHEAD_M, _SIDE_M)
+        self.others = others = around(road, s_m, obstacles, _BACK_M, AHEAD_M, _SIDE_M)
         self._kinds = [obstacles[row].kind for row in others.rows.tolist()]
         ids = np.array([obstacles[row].id for row in others.rows.tolist()], int)
         self.from_m, self.here = s_m - _BACK_M, int(_BACK_M / GRID_M)
-        self.grid_m = self.from_m + GRID_M * np.arange(int((_BACK_M + _AHEAD_M + 80.0) / GRID_M))
+        self.grid_m = self.from_m + GRID_M * np.arange(int((_BACK_M + AHEAD_M + 80.0) / GRID_M))
         self.route_y = np.interp(self.grid_m, road.s_m, road.route_y_m)
         self.most_mps = np.interp(self.grid_m, route.s, road.speed_mps)
         self.top_mps = float(self.most_mps[self.here : self.here + 60].max())
@@ -100,13 +101,15 @@ class Situation:
         self._touches_m = others.half_width_m + 0.5 * car.width_m + _SIDE_FREE_M
         ahead = (others.s_m > s_m) & (others.s_m < s_m + _LOOK_M)
         apart_m = np.abs(others.y_m - np.interp(others.s_m, self.grid_m, self.way_y))
+        self.blocks = apart_m < self._touches_m - _SIDE_FREE_M
         usual_mps = np.interp(others.s_m, self.grid_m, self.most_mps)
         slow = (apart_m < self._touches_m) & ahead & (others.along_mps < _SLOW * usual_mps)
         moving = ids[others.along_mps > 2.0 * AT_REST_MPS]
         at_rest = others.along_mps < AT_REST_MPS
         held_up = list(zip(ids[slow].tolist(), at_rest[slow].tolist()))
         memory.update(held_up, moving.tolist(), way.until_m > 0.0)
-        free = self._on_route() & ahead & ~self._waiting(lines_m)
+        self._on_route = np.abs(self.beside_m) < self._touches_m
+        free = self._on_route & ahead & ~self._waiting(lines_m)
         passable = [n for n in np.flatnonzero(free) if self._may_pass(n, int(ids[n]), memory)]
         self.passable = sorted(passable, key=lambda n: others.s_m[n])
         comes = (others.s_m < s_m) & (others.along_mps > speed_mps - 1.0)
@@ -121,25 +124,20 @@ class Situation:
         needed = _OBJECT if kind == OBSTACLE else needed if at_rest else _MOVES
         return memory.slow.get((number, at_rest), 0) >= needed
 
-    def _on_route(self) -> np.ndarray:
-        """Return which road users are on the lane of the route."""
-        return np.abs(self.beside_m) < self._touches_m
-
     def _waiting(self, lines_m: np.ndarray) -> np.ndarray:
         """Return which road users wait in a queue before a junction."""
         others = self.others
-        waits, on_route, end_m = np.zeros(len(self._kinds), bool), self._on_route(), math.inf
+        waits, end_m = np.zeros(len(self._kinds), bool), math.inf
         front_m = others.s_m + others.half_length_m
         for n in np.argsort(-others.s_m):
             along_mps = others.along_mps[n]
-            if not on_route[n] or self._kinds[n] == OBSTACLE or along_mps < -AT_REST_MPS:
+            if not self._on_route[n] or self._kinds[n] == OBSTACLE or along_mps < -AT_REST_MPS:
                 continue
             to_line_m = lines_m - front_m[n]
             near_m = min(to_line_m[to_line_m > -2.0], default=math.inf)
             is_near = near_m < _QUEUE_M[int(along_mps > AT_REST_MPS)]
-            if self._kinds[n] == BICYCLE and along_mps > AT_REST_MPS:
-                continue  # it is as slow where it need not wait
-            if along_mps < _QUEUE_MPS and (is_near or end_m - front_m[n] < _BEHIND_M):
+            rides = self._kinds[n] == BICYCLE and along_mps > AT_REST_MPS  # as slow elsewhere
+            if not rides and along_mps < _QUEUE_MPS and (is_near or end_m - front_m[n] < _BEHIND_M):
                 waits[n], end_m = True, others.s_m[n] - others.half_length_m[n]
         return waits
 
@@ -173,7 +171,7 @@ class Situation:
     def is_free_behind(self) -> bool:
         """Whether no one would close the gap from which the car overtakes."""
         distance_m = self.s_m - self.others.s_m
-        return not (self._on_route() & (distance_m > 0.0) & (distance_m < _FREE_BEHIND_M)).any()
+        return not (self._on_route & (distance_m > 0.0) & (distance_m < _FREE_BEHIND_M)).any()
 
     def ways(self, offsets_m: Sequence[np.ndarray]) -> np.ndarray:
         """Return (P, G) places across the road on the grid."""
