@@ -206,6 +206,14 @@ def test_stored_scores_of_a_baseline_reproduce(honest):
         assert row["score"] == pytest.approx(stored["pure_pursuit"][row["seed"]], abs=1e-6)
 
 
+@pytest.mark.parametrize("name", ["autoware_mini", "nonlinear_mpc", "policy"])
+def test_drivers_of_the_project_drive_in_the_sandbox(name, honest):
+    if name == "nonlinear_mpc":
+        pytest.importorskip("casadi")
+    (row,) = drive_seeds(baseline(name), "control", ["1"], True, {})
+    assert row["status"] == "completed", row["problem"]
+
+
 def test_documentation_has_the_stored_scores():
     stored = json.loads(STORED.read_text())
     rows = (PROJECT / "docs/championship.md").read_text().splitlines()
