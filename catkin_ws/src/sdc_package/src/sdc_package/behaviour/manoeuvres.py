@@ -28,12 +28,12 @@ _PLANS = 5
 # Each way is simulated with these shares of the planned speed, and whether the car brakes hard.
 _SPEEDS = ((1.0, False), (0.5, False), (0.0, False), (0.0, True))
 # Distances to others are greater by this factor for what has not begun, and smaller for a nudge.
-_NEW_MARGIN, _NUDGE_MARGIN = 1.6, 0.4
+_NEW_MARGIN, _NUDGE_MARGIN = 1.3, 0.4
 # Share of the usual speed at which the car shifts to the side and back when it is in a hurry.
 _QUICK = 0.6
 # On the oncoming lane the car overtakes who is so slow, in so short a time.
 _OVERTAKEN, _OVERTAKES_S = 0.6, 8.0
-_CRAWLS_MPS = 2.0
+_CRAWLS_MPS, _CLOSE_M = 2.0, 4.0
 # Free distance before and after one that is passed [m], and to its side; where the car waits for
 # the oncoming lane to be free, it keeps a distance from which it can get out.
 _BEFORE_M, _AFTER_M, _WAIT_M, _BESIDE_M = 3.0, 3.0, 9.0, 0.5
@@ -238,7 +238,8 @@ class Manoeuvres:
                 if moves and not self._may_overtake(now, stretch, until_m, time_s, fastest_mps):
                     continue
                 # From rest close behind it, only the middle of the next lane is far enough.
-                full = (stretch == SAME).all() or now.speed_mps < _CRAWLS_MPS
+                is_close = now.speed_mps < _CRAWLS_MPS and front_m - begin_m < _CLOSE_M
+                full = (stretch == SAME).all() or is_close
                 most_m = now.width_m + now.inside_m + _OVER_M
                 needed_m = min(max(needed_m, full * now.width_m), most_m)
             to_m, room_m = side * needed_m, front_m - begin_m
