@@ -156,5 +156,6 @@ def test_workflow_of_the_documentation_calls_commands_that_exist():
     lines = "\n".join(step.get("run", "") for step in steps)
     for word in re.findall(r"workshop/([\w/]+)", lines):
         assert (project / word).is_file(), word
+    assert {"learning", "mpc"} <= set(lines.split())  # a baseline needs each
     assert workflow["permissions"] == {"contents": "read"}
     assert all(re.search(r"@[0-9a-f]{40}", step["uses"]) for step in steps if "uses" in step)
