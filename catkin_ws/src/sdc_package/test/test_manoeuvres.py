@@ -136,7 +136,7 @@ def test_car_overtakes_a_slow_one_if_the_line_allows(marking, passes):
     assert rows[-1, 2] == pytest.approx(0.0, abs=0.1)
 
 
-@pytest.mark.parametrize(("limit_mps", "passes"), [(14.0, True), (30.0, False)])
+@pytest.mark.parametrize(("limit_mps", "passes"), [(14.0, True), (50.0, False)])
 def test_car_overtakes_only_where_it_would_see_the_oncoming_ones_in_time(limit_mps, passes):
     lanes = [
         dataclasses.replace(one, speed_limit_mps=limit_mps) for one in two_way().lanes.values()

@@ -15,7 +15,7 @@ from sdc_package.behaviour.road import BEHIND_LINE, SAME, RoadAlong, around
 AMBULANCE, PEDESTRIAN, OBSTACLE, BICYCLE = "ambulance", "pedestrian", "obstacle", "bicycle"
 AT_REST_MPS = 0.5
 # The stretch of the route that is looked at [m].
-_BACK_M, AHEAD_M, _SIDE_M = 70.0, 190.0, 8.0
+_BACK_M, AHEAD_M, _SIDE_M = 70.0, 300.0, 8.0
 # A road user in the way ahead of the car so near may be passed [m].
 _LOOK_M = 70.0
 # It is slow below this share of the speed without it. So many decisions count before the car
