@@ -206,10 +206,12 @@ def test_stored_scores_of_a_baseline_reproduce(honest):
         assert row["score"] == pytest.approx(stored["pure_pursuit"][row["seed"]], abs=1e-6)
 
 
-@pytest.mark.parametrize("name", ["autoware_mini", "nonlinear_mpc", "policy"])
-def test_drivers_of_the_project_drive_in_the_sandbox(name, honest):
-    if name == "nonlinear_mpc":
-        pytest.importorskip("casadi")
+@pytest.mark.parametrize(
+    ("name", "needed"),
+    [("autoware_mini", "numpy"), ("nonlinear_mpc", "casadi"), ("policy", "gymnasium")],
+)
+def test_drivers_of_the_project_drive_in_the_sandbox(name, needed, honest):
+    pytest.importorskip(needed)
     (row,) = drive_seeds(baseline(name), "control", ["1"], True, {})
     assert row["status"] == "completed", row["problem"]
 

@@ -83,7 +83,7 @@ class SpeedControl:
             self.pid.integral = min(self.pid.integral, 0.0)
         change = limits.jerk_mps3 * dt_s
         last_mps2, faster_mps = self.acceleration_mps2, speed_mps - target_mps
-        hardest_mps2 = max(HARD_MPS2, -last_mps2, (faster_mps > _LATE_MPS) * limits.braking_mps2)
+        hardest_mps2 = limits.braking_mps2 if faster_mps > _LATE_MPS else max(HARD_MPS2, -last_mps2)
         is_new = faster_mps > _NEW_MPS or planned_mps2 < -_USUAL_MPS2
         harder = limits.emergency_jerk_mps3 * dt_s if is_new else change
         lower = max(last_mps2 - harder, -min(hardest_mps2, limits.braking_mps2))

@@ -66,7 +66,8 @@ def crossings(
             before, before_m = last
             ways, edge = network.ways.get(before.lane, ()), edge_of(place.lane)
             # Of some ways to the same road, which differ in the lane there, the first one.
-            for way in [one for one in ways if edge_of(one.connection.end) == edge][:1]:
+            way = next((one for one in ways if edge_of(one.connection.end) == edge), None)
+            if way is not None:
                 found.append(_crossing(network, route, way, before_m, s_m, speed_mps))
         last, is_inside = (place, s_m), False
     return found

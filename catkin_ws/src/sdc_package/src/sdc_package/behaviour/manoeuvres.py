@@ -205,7 +205,8 @@ class Manoeuvres:
             s, end_m = self._road.route.s, float(self._road.edge_end_m[now.at]) - _LANE_END_M
             speeds_mps = speed_mps, min(speed_mps, _CHANGES_MPS)
             lengths_m = [shift_length_m(now.width_m, one) for one in speeds_mps]
-            for length_m in [one for one in lengths_m if end_m - one > s_m][:1]:
+            length_m = next((one for one in lengths_m if end_m - one > s_m), None)
+            if length_m is not None:
                 y = now.way_y[now.here] - np.interp(s, self._road.s_m, self._road.route_y_m)
                 begin_m = min(s_m + _LATER_M, end_m - length_m)
                 later = y * (1.0 - smooth_step(s, begin_m, length_m))
