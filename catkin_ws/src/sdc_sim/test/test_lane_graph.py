@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sdc_sim.road.lane_graph import CHANGE_M, CHANGE_S, LaneGraph, NoRouteError, drawn_places
+from sdc_sim.road.mission import plan_mission
 from sdc_sim.road.network import LanePlace, Network, RoadLane
 
 _COUNT = st.integers(2, 14)
@@ -40,7 +41,7 @@ def networks(draw):
     lengths = draw(st.lists(st.floats(1.0, 300.0), min_size=count, max_size=count))
     edges = draw(st.lists(st.tuples(number, number), max_size=3 * count))
     firsts = draw(st.lists(st.sampled_from(range(0, count - 1, 2)), unique=True, max_size=4))
-    return network_of(lengths, edges, [(i, i + 1) for i in firsts], faster=3)
+    return network_of(lengths, edges, [(i, i + 1) for i in firsts], speed_mps=4.0, faster=3)
 
 
 @given(networks(), _NUMBER, _NUMBER, st.sets(_NUMBER, max_size=2))
@@ -100,6 +101,25 @@ def test_goal_behind_or_beside_needs_a_loop(start, goal, way):
 def test_cost_counts_from_the_start_to_the_goal():
     _, cost = LaneGraph(_LOOP).route(place(0, 50.0), place(2, 30.0))
     assert cost == pytest.approx(150.0 / 5.0 + 30.0 / 5.0)
+
+
+@pytest.mark.parametrize(
+    ("lengths", "goal_m", "way"),
+    [((30.0, 200.0), 150.0, "023"), ((200.0, 30.0), 20.0, "013"), ((200.0, 300.0), 30.0, "013")],
+    ids=["short stretch first", "short stretch last", "goal near the begin of the last"],
+)
+def test_lanes_are_changed_where_there_is_room(lengths, goal_m, way):
+    both = [one for one in lengths for _ in range(2)]
+    network = network_of(both, [(0, 2), (1, 3)], [(0, 1), (2, 3)], speed_mps=20.0)
+    assert LaneGraph(network).route(place(0), place(3, goal_m))[0] == list(way)
+
+
+def test_lanes_are_changed_early():
+    mission = plan_mission(
+        LaneGraph(network_of((300.0, 300.0), [], [(0, 1)])), [(290.0, 9.0)], 10.0, 0.0, 0.0
+    )
+    beside = mission.points_m[:, 1] > 0.1
+    assert 30.0 < mission.points_m[beside, 0].min() < 60.0
 
 
 def test_closed_lane_is_avoided_and_unreachable_lane_is_named():

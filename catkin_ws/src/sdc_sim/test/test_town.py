@@ -16,6 +16,7 @@ from sdc_sim.physics.collision import Rectangle
 from sdc_sim.road import lane_invasion
 from sdc_sim.road.lane_graph import LaneGraph
 from sdc_sim.road.mission import plan_mission
+from sdc_sim.road.network import edge_of
 from sdc_sim.road.network_file import load_network
 from sdc_sim.road.network_markings import NetworkInvasionDetector, world_markings
 from sdc_sim.road.opendrive import opendrive_file
@@ -46,6 +47,13 @@ def test_packaged_route_is_a_way_through_the_town(town):
     assert cKDTree(dense(mission.points_m)).query(_ROUTE_M)[0].max() < 0.05
 
 
+def test_two_changes_of_lanes_are_on_two_stretches(town):
+    start, goal = (town.lanes[name].at(np.array([50.0]))[0] for name in ("-land_e_0", "ramp_off_0"))
+    lanes = plan_mission(LaneGraph(town), [goal], *start).lanes
+    outside = [name for name in lanes if not town.lanes[name].junction]
+    assert outside == ["-land_e_0", "m_w1_1", "m_w1_0", "m_w2_1", "m_w2_0", "ramp_off_0"]
+
+
 def test_town_has_all_kinds_of_junctions_and_streets(town):
     junctions = [one for one in town.junctions.values() if len(one.connections) > 2]
     kinds = {one.kind for one in junctions}
@@ -54,6 +62,21 @@ def test_town_has_all_kinds_of_junctions_and_streets(town):
     limits_kmh = {round(3.6 * lane.speed_limit_mps) for lane in town.driving if not lane.junction}
     assert limits_kmh >= {20, 30, 50, 60, 100, 130}
     assert town.lanes["avenue_n_1"].left == "avenue_n_2"
+
+
+def test_ways_that_no_one_yields_on_are_apart(town):
+    for junction in town.junctions.values():
+        points = [
+            np.vstack([dense(town.lanes[name].points_m) for name in one.through])
+            for one in junction.connections
+        ]
+        for i, one in enumerate(junction.connections):
+            for j, other in enumerate(junction.connections[:i]):
+                meets = j in one.gives_way_to or i in other.gives_way_to
+                beside = edge_of(one.start) == edge_of(other.start)
+                if not (meets or beside or edge_of(one.end) == edge_of(other.end)):
+                    apart_m = cKDTree(points[i]).query(points[j])[0].min()
+                    assert apart_m > 3.0, (junction.id, one.start, other.start)
 
 
 def test_bays_are_beside_lanes_and_bus_stops_on_them(town):

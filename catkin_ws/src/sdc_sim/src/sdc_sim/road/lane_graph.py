@@ -29,8 +29,9 @@ class LaneGraph:
     """The lanes for cars and the ways from one to the next.
 
     Leaving a lane at its end costs its length at its speed limit, and a change to a neighbour costs
-    CHANGE_S. The search is A* with landmarks: distances from and to a few lanes are computed once
-    and bound those between all others.
+    CHANGE_S, up to twice as much where it must be shorter than usual. The search is A* with
+    landmarks: distances from and to a few lanes are computed once and bound those between all
+    others.
 
     Reference: A. V. Goldberg and C. Harrelson, "Computing the Shortest Path: A* Search Meets Graph
     Theory", SODA 2005.
@@ -117,7 +118,8 @@ class LaneGraph:
                 if self._lanes[j].id in self._lanes[way[-1]].successors
             ]
         shut = {self._number[name] for name in closed if name in self._number}
-        found = self._search(sources, last, shut)
+        late_s = _change_s(end, max(goal.s_m, CHANGE_M)) - _change_s(end, end.length_m)
+        found = self._search(sources, last, shut, late_s)
         if found is None:
             raise NoRouteError("no way leads there" + (", past the closed lanes" if shut else ""))
         way, cost_s = found
@@ -135,9 +137,17 @@ class LaneGraph:
                 yield way, number
 
     def _search(
-        self, sources: list[tuple[list[int], float]], last: int, shut: AbstractSet[int]
+        self,
+        sources: list[tuple[list[int], float]],
+        last: int,
+        shut: AbstractSet[int],
+        late_s: float,
     ) -> tuple[list[int], float] | None:
-        """Return the lanes and the cost of the cheapest way from a source to the last lane."""
+        """Return the lanes and the cost of the cheapest way from a source to the last lane.
+
+        A change to the last lane costs so much more, since the goal is before its end.
+        """
+        beside = {number for _, number in self._beside(last)}
         bounds = self._outer_bounds - self._bounds[:, last : last + 1]
         left_s = np.append(np.max(bounds, axis=0, initial=0.0), 0.0)
         outer = self._outer
@@ -161,7 +171,7 @@ class LaneGraph:
                 if last >= outer and last in through:
                     through = through[: through.index(last)]
                     following, cost = last, self._cost(number, [*through, last])
-                total = best[number] + cost
+                total = best[number] + cost + late_s * (following == last and number in beside)
                 if total < best.get(following, np.inf) and (
                     not shut or shut.isdisjoint([*through, following])
                 ):
@@ -191,7 +201,17 @@ def _leads(lane: RoadLane, cars: Mapping[str, RoadLane]) -> Iterable[tuple[str, 
             yield name, lane.length_m / lane.speed_limit_mps
     for name in (lane.left, lane.right):
         if name in cars and lane.length_m >= CHANGE_M:
-            yield name, CHANGE_S
+            yield name, _change_s(lane, lane.length_m)
+
+
+def change_m(lane: RoadLane) -> float:
+    """Return the usual length of a change to a lane [m]."""
+    return max(CHANGE_M, CHANGE_S * lane.speed_limit_mps)
+
+
+def _change_s(lane: RoadLane, room_m: float) -> float:
+    """Return the cost of a change of lanes within a length [s]."""
+    return CHANGE_S * min(max(1.0, change_m(lane) / room_m), 2.0)
 
 
 def drawn_places(

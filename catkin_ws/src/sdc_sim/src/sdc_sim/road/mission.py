@@ -9,7 +9,7 @@ import numpy as np
 
 from sdc_common.geometry.road_line import arc_lengths
 from sdc_common.geometry.route import interpolate, smooth_step
-from sdc_sim.road.lane_graph import CHANGE_M, CHANGE_S, LaneGraph, NoRouteError
+from sdc_sim.road.lane_graph import CHANGE_M, LaneGraph, NoRouteError, change_m
 from sdc_sim.road.network import Network, RoadLane
 
 Point = Sequence[float]
@@ -17,6 +17,8 @@ Point = Sequence[float]
 # A goal or a car that is farther from all lanes is on none.
 NEAR_M = 20.0
 _STEP_M = 1.0
+# A change of lanes begins after this share of its stretch of road.
+_EARLY = 0.25
 
 
 @dataclass(frozen=True)
@@ -58,12 +60,29 @@ def plan_mission(
         except NoRouteError as error:
             text = f"{name} cannot be reached from lane {start.lane}: {error}"
             raise NoRouteError(text) from None
+        way = _spread(graph.network, way, closed)
         time_s += seconds
         lanes += way
         pieces += list(_pieces(graph.network, way, start.s_m, goal.s_m))
         ends_m.append(sum(float(arc_lengths(points)[-1]) for points, _ in pieces))
         start = goal
     return Mission(*_resampled(pieces), tuple(lanes), tuple(ends_m), time_s)
+
+
+def _spread(network: Network, way: list[str], closed: AbstractSet[str]) -> list[str]:
+    """Return a way whose first of two changes of lanes is on the stretch before, if it can be."""
+    lanes = network.lanes
+    for at in range(1, len(way) - 3):
+        before, through, lane, other = (lanes[name] for name in way[at : at + 4])
+        side = "left" if lane.left == other.id else "right"
+        early = lanes.get(getattr(before, side))
+        if getattr(lane, side) != other.id or not early or early.length_m < CHANGE_M:
+            continue
+        ways = [one for one in early.successors if other.id in lanes[one].successors]
+        again = way[at + 4 : at + 5] == [getattr(other, side)]
+        if through.junction and ways and again and closed.isdisjoint([early.id, *ways]):
+            return _spread(network, [*way[: at + 1], early.id, ways[0], *way[at + 3 :]], closed)
+    return way
 
 
 def _pieces(
@@ -81,16 +100,15 @@ def _pieces(
             last += 1
         begin = start_m / lanes[first].length_m if first == 0 else 0.0
         end = end_m / lanes[last].length_m if last == len(lanes) - 1 else 1.0
-        window = (end - begin) / (last - first + 1)
-        for number in range(first, last + 1):
-            at = begin + window * (number - first)
-            if number > first:
-                length_m = max(CHANGE_M, CHANGE_S * lanes[number].speed_limit_mps)
-                until = at + min(window, length_m / lanes[number].length_m)
-                points = _change(lanes[number - 1], lanes[number], at, until)
-                yield points, lanes[number].speed_limit_mps
-                at = until
-            yield _stretch(lanes[number], at, begin + window * (number - first + 1))
+        window, at = (end - begin) / max(last - first, 1), begin
+        for number in range(first, last):  # early, so that a car can still wait for a gap
+            lane, other = lanes[number : number + 2]
+            length = change_m(other) / other.length_m
+            start = begin + window * (number - first) + min(_EARLY * window, length)
+            yield _stretch(lane, at, start)
+            at = start + min((1.0 - _EARLY) * window, length)
+            yield _change(lane, other, start, at), other.speed_limit_mps
+        yield _stretch(lanes[last], at, end)
         first = last + 1
 
 

@@ -33,7 +33,7 @@ _BACK_M, _ON_M = 160.0, 220.0
 _SINK = 80  # points, 1 m apart, of the way of a flow behind its meeting with the car
 # Least way before and after the event that does not lead through a further junction, and what
 # remains to the end of a lane.
-_LEAST_M, _MARGIN_M = 42.0, 5.0
+_LEAST_M, _MARGIN_M, _MOST_M = 42.0, 5.0, 420.0
 _TRIES = 6  # places on each stretch
 # The street is looked at so far before and after the event for bends.
 _LOOK_BACK_M, _LOOK_ON_M = 35.0, 25.0
@@ -142,8 +142,8 @@ class _Placer:
         self._goal = _walk(network, *site.goal, after_m, True)
         self._mission = plan_mission(_graph(network), [self._goal], *self._start)
         core = site.way.through[:1] if site.way else (site.lane.id, site.goal[0].id)
-        if not {*core} <= {*self._mission.lanes}:
-            raise NoRouteError(_NO_WAY)
+        if not {*core} <= {*self._mission.lanes} or self._mission.ends_m[-1] > _MOST_M:
+            raise NoRouteError(_NO_WAY)  # or one that leads around a block
         lanes = self._mission.lanes  # those until the event are the car's own
         self._own = lanes[: lanes.index(site.lane.id) + 1] if site.lane.id in lanes else lanes[:1]
         self._mission_m = self._mission.points_m
@@ -317,12 +317,12 @@ def _sites(network: Network, where: Mapping[str, Any], draw: random.Random) -> I
                     yield _Site(lane, s_m, (lane, s_m))
         elif bool(lane.predecessors) != bool(lane.successors) and lane.left:
             # A lane that ends, or one that begins: from it the car changes, or to it.
-            far = network.lanes[lane.left]
-            if where.get("changes", 1) == 2:
-                far = network.lanes.get(far.left, far)
-            if where["at"] == "merge" and lane.predecessors:
+            far: RoadLane | None = network.lanes[lane.left]
+            if far and where.get("changes", 1) == 2:
+                far = network.lanes.get(far.left)
+            if far and where["at"] == "merge" and lane.predecessors:
                 yield _Site(lane, 0.0, (far, far.length_m))
-            elif where["at"] == "exit" and lane.successors:
+            elif far and where["at"] == "exit" and lane.successors:
                 yield _Site(lane, 0.0, (lane, lane.length_m), start=far)
 
 
