@@ -42,6 +42,7 @@ def test_drive_to_a_goal_is_complete_and_repeatable(path):
     assert first.metrics["status"] == "completed"
     assert first.metrics["cross_track_rms_m"] < 0.05 and first.metrics["off_lane_percent"] == 0.0
     assert np.hypot(*(first.rows[-1, [1, 2]] - SOUTH)) < 5.0
+    assert np.diff(first.rows[:60, 4]).max() < 0.05 * 1.9, "it starts gently"
     assert np.array_equal(first.rows, second.rows, equal_nan=True)
 
 
@@ -191,21 +192,28 @@ def test_seeds_are_those_of_routes_about_as_long_as_wanted(path):
 
 
 @pytest.mark.parametrize(
-    ("x_m", "from_m", "to_m", "expected"),
-    [(25.0, 3.0, 1.0, True), (40.0, 3.0, 1.0, False), (25.0, 1.0, 1.0, False)],
-    ids=["late", "early enough", "was there"],
+    ("x_m", "from_m", "braking_mps2", "is_first", "expected"),
+    [
+        (25.0, 3.0, 0.0, True, True),
+        (40.0, 3.0, 0.0, True, False),
+        (25.0, 1.0, 0.0, True, False),
+        (27.0, 3.0, 5.0, False, True),
+        (27.0, 3.0, 5.0, True, False),
+    ],
+    ids=["late", "early enough", "was there", "braked for it before", "gave way"],
 )
-def test_emergency_is_one_that_comes_late_into_the_way(x_m, from_m, to_m, expected):
+def test_emergency_is_one_that_comes_late_into_the_way(
+    x_m, from_m, braking_mps2, is_first, expected
+):
     route = Route(np.column_stack([np.arange(101.0), np.zeros(101)]))
     size = {"yaw_rad": 0.0, "length_m": 4.7, "width_m": 1.9, "speed_mps": 0.0, "id": 7}
-    snapshots = [
-        SimpleNamespace(
-            state=SimpleNamespace(x_m=10.0 + 0.5 * tick, y_m=0.0, speed_mps=10.0),
-            obstacles=[SimpleNamespace(x_m=x_m, y_m=from_m if tick < 3 else to_m, **size)],
-        )
-        for tick in range(4)
-    ]
-    assert had_emergency(route, snapshots) == expected
+    snapshots, x, speed = [], 0.0, 10.0
+    for tick in range(21):
+        car = SimpleNamespace(x_m=x, y_m=0.0, speed_mps=speed)
+        other = SimpleNamespace(x_m=x_m, y_m=from_m if tick < 20 else 1.0, **size)
+        snapshots.append(SimpleNamespace(state=car, obstacles=[other]))
+        x, speed = x + 0.05 * speed, speed - 0.05 * braking_mps2
+    assert had_emergency(route, snapshots, lambda _: is_first) == expected
 
 
 @pytest.mark.parametrize(

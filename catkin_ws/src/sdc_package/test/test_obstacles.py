@@ -88,7 +88,20 @@ def test_obstacle_behind_the_car_or_beyond_the_horizon_is_ignored():
 
 def test_car_that_follows_does_not_limit_the_speed():
     assert not np.isfinite(caps(car(x=45.0, speed=10.0), from_s=60.0)).any()
-    assert caps(car(x=57.0, speed=10.0), from_s=60.0).min() == pytest.approx(10.0), "it overtakes"
+    assert not np.isfinite(caps(car(x=57.0, speed=10.0), from_s=60.0)).any(), "just passed"
+    assert caps(car(x=61.0, speed=10.0), from_s=60.0).min() == pytest.approx(10.0), "it overtakes"
+
+
+def test_late_car_rather_uses_the_gap_than_brakes_hard():
+    late, slow = (caps(car(x=80.0), from_s=66.0, speed_mps=v) for v in (8.0, 0.0))
+    last_m = [float(STRAIGHT.s[np.flatnonzero(one > 0.0)[-1]]) for one in (slow, late)]
+    assert last_m[0] < 80.0 - 2.0 - 5.0 - 2.35 < last_m[1] < 80.0 - 2.0 - 2.35
+
+
+def test_car_does_not_brake_for_one_before_which_it_passes():
+    crossing = car(x=75.0, y=6.0, yaw=-math.pi / 2.0, speed=3.0)
+    assert not np.isfinite(caps(crossing, from_s=70.0, speed_mps=15.0)).any()
+    assert caps(crossing, from_s=70.0, speed_mps=3.0).min() == 0.0
 
 
 def test_nearest_of_several_obstacles_limits_the_speed():

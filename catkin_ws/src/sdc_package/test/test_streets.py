@@ -131,6 +131,32 @@ def test_car_gives_way_to_one_that_takes_it_without_braking(town, braking_mps2, 
     assert any(one and one[1] == "right_of_way" for one in decisions[20:]) == gives_way
 
 
+@pytest.mark.parametrize(("faster_mps2", "gives_way"), [(0.0, False), (2.0, True)])
+def test_car_expects_one_that_accelerates_sooner(crossing, faster_mps2, gives_way):
+    network, streets, _, one = crossing
+    at_line(streets, one, 0.0)  # has stopped at the sign
+    for tick in range(20):
+        other = coming(network, one, 39.0, 6.0 - faster_mps2 * 0.05 * (19 - tick), id=17)
+        s_m = one.line_m - FRONT_M - MARGINS.gap_m
+        decision = streets.stop(s_m, 0.0, [other], HORIZON_M)
+    assert (decision is not None and decision[1] == "right_of_way") == gives_way
+
+
+@pytest.mark.parametrize(
+    ("turned_rad", "speed_mps", "matters"), [(0.0, 8.0, False), (-0.3, 8.0, True)]
+)
+def test_one_that_comes_from_the_next_lane_matters(town, turned_rad, speed_mps, matters):
+    network, graph = town
+    lane, left = network.lanes["avenue_n_1"], network.lanes["avenue_n_2"]
+    goal = lane.line.point_at(lane.length_m - 2.0)
+    route = road_route(plan_mission(graph, [goal], *lane.line.point_at(2.0)).points_m)
+    streets = StreetBehaviour(network, MARGINS)
+    streets.follow(route, np.full(len(route.s), 9.0), 2.5)
+    yaw = left.heading_at(25.0) + turned_rad
+    beside = DetectedObstacle(*left.line.point_at(25.0), yaw, 4.5, 1.8, speed_mps)
+    assert bool(streets.relevant(10.0, [beside])) == matters
+
+
 def test_car_that_waits_long_enough_starts_before_one_that_does_not_move(crossing):
     network, streets, _, one = crossing
     waiting = [coming(network, one, 6.0, 0.0)]

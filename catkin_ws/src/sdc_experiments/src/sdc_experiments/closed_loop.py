@@ -179,7 +179,7 @@ def own_planner(
     road_mps = None if lacking == "speed" else mission.limits_mps
     driver = MissionDriver(points_m, settings, lines, missions, road_mps, streets)
     if streets is not None and lacking == "behaviour":
-        streets.manoeuvres = None
+        streets.manoeuvres.decide = lambda *_: None  # type: ignore[method-assign,assignment]
     if not LACKS[lacking]:
         return driver, points_m
     return function_planner(lambda one: driver.plan(replace(one, **LACKS[lacking]))), points_m

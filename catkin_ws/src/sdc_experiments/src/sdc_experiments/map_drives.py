@@ -20,25 +20,27 @@ import sys
 import time
 from collections import Counter
 from concurrent.futures import ProcessPoolExecutor
-from typing import Any, Iterator, Sequence
+from typing import Any, Callable, Iterator, Sequence
 
 import numpy as np
 
 from sdc_common.geometry.route import Route
 from sdc_experiments.closed_loop import drive_result
+from sdc_package.behaviour.crossings import crossings, places_along
+from sdc_package.behaviour.situation import PEDESTRIAN
 from sdc_sim.evaluation.metrics import comfort_breaks
 from sdc_sim.road.lane_graph import LaneGraph
 from sdc_sim.road.network_file import MapError, load_network
 from sdc_sim.scenario.map_drive import first_mission
-from sdc_sim.simulation.snapshot import Snapshot
+from sdc_sim.simulation.snapshot import ObstacleState, Snapshot
 
 # A route is about as long as wanted within this share.
 _ABOUT = 0.2
-# A line is printed at least after so many drives.
-_EVERY = 10
 # An emergency is looked for so far behind the car and ahead of it [m]. A stop is gentle by nuPlan's
 # limit [m/s^2], if the car has this time to react [s].
 _BACK_M, _AHEAD_M, _GENTLE_MPS2, _REACTS_S = 5.0, 50.0, 4.05, 0.5
+# So many ticks are a second. A road user is on a lane that is so near to it [m].
+_KEPT, _TICK_S, _NEAR_M = 20, 0.05, 2.5
 _CAR_FRONT_M, _CAR_WIDTH_M = 2.35, 2.0
 
 
@@ -51,22 +53,30 @@ def seeds_of(graph: LaneGraph, length_m: int) -> Iterator[int]:
             yield seed
 
 
-def had_emergency(route: Route, snapshots: Sequence[Snapshot]) -> bool:
+def had_emergency(
+    route: Route, snapshots: Sequence[Snapshot], is_first: Callable[[ObstacleState], bool]
+) -> bool:
     """Return whether another one came into the way of the car too late for a gentle stop.
 
-    This is a fact of the world: a tick before, it was beside the route.
+    This is a fact of the world: a tick before, it was beside the route. It is too late for the
+    car as it is then; and, if it had to give way, for the car as it would be then if it had kept
+    its speed for a second.
 
     Args:
         route: the route of the car
         snapshots: the true states of all ticks
+        is_first: whether another one has right of way over the car
     """
     s_m = 0.0
-    known: set[int] = set()
-    inside: set[int] = set()
+    cars: list[tuple[float, float]] = []  # arc length and speed of the car
+    known, inside = set[int](), set[int]()
     for one in snapshots:
         car, last_known, last_inside = one.state, known, inside
         known, inside = {other.id for other in one.obstacles}, set()
         s_m = route.line.project(car.x_m, car.y_m, s_m, _BACK_M, _AHEAD_M).s_m
+        cars = [*cars[-_KEPT:], (s_m, car.speed_mps)]
+        before_m, kept_mps = cars[0]
+        kept = before_m + (len(cars) - 1) * _TICK_S * kept_mps, kept_mps
         for other in one.obstacles:
             if math.dist((car.x_m, car.y_m), (other.x_m, other.y_m)) > _AHEAD_M:
                 continue
@@ -78,12 +88,27 @@ def had_emergency(route: Route, snapshots: Sequence[Snapshot]) -> bool:
             if at.distance_m > across_m or at.s_m <= s_m:
                 continue
             inside.add(other.id)
-            closing_mps = max(car.speed_mps - other.speed_mps * cos, 0.0)
-            room_m = max(at.s_m - s_m - along_m - _REACTS_S * closing_mps, 0.0)
-            comes = other.id in last_known and other.id not in last_inside
-            if comes and closing_mps**2 > 2.0 * _GENTLE_MPS2 * room_m:
-                return True
+            if other.id not in last_known or other.id in last_inside:
+                continue
+            for its_s_m, mps in cars[-1:] if is_first(other) else (cars[-1], kept):
+                closing_mps = max(mps - other.speed_mps * cos, 0.0)
+                room_m = max(at.s_m - its_s_m - along_m - _REACTS_S * closing_mps, 0.0)
+                if closing_mps**2 > 2.0 * _GENTLE_MPS2 * room_m:
+                    return True
     return False
+
+
+def _first_on(path: str, route: Route) -> Callable[[ObstacleState], bool]:
+    """Return a function that says whether another one may have right of way over the car."""
+    network = load_network(path)
+    met = crossings(network, route, list(places_along(network, route)), np.ones(len(route.s)))
+    lanes = {lane for one in met for way in one.conflicts if way.is_first for lane in way.lanes}
+
+    def is_first(other: ObstacleState) -> bool:
+        place = network.nearest(other.x_m, other.y_m, other.yaw_rad, _NEAR_M)
+        return other.kind == PEDESTRIAN or place is None or place.lane in lanes
+
+    return is_first
 
 
 def one_drive(path: str, traffic: int, seed: int) -> tuple[dict[str, Any], str]:
@@ -93,12 +118,9 @@ def one_drive(path: str, traffic: int, seed: int) -> tuple[dict[str, Any], str]:
     result = drive_result(map=path, seed=seed, traffic=traffic, compiled=True, observe=seen.append)
     tick_ms = 1000.0 * (time.process_time() - started_s) / len(result.rows)
     trace = hashlib.sha256(result.rows.tobytes()).hexdigest()
-    breaks = comfort_breaks(*result.rows[:, [0, 4, 3]].T)
-    more = {
-        "tick_ms": tick_ms,
-        "emergency": had_emergency(result.route, seen),
-        "breaks": breaks or (),
-    }
+    emergency = had_emergency(result.route, seen, _first_on(path, result.route))
+    breaks = comfort_breaks(*result.rows[:, [0, 4, 3]].T) or ()
+    more = {"tick_ms": tick_ms, "emergency": emergency, "breaks": breaks}
     return {**result.metrics, **more}, trace
 
 
@@ -126,8 +148,6 @@ def main() -> None:
                 ends = {name: n for name, n in one["infractions"].items() if n}
                 fault = ", at fault" if one.get("collisions_at_fault") else ""
                 print(f"drive {len(metrics)}, seed {seed}: {one['status']}{fault} {ends}")
-            elif len(metrics) % _EVERY == 0:
-                print(f"drive {len(metrics)} of {count}", flush=True)
     print(
         f"{sum(map(_is_clean, metrics))} of {count} drives complete without infraction, "
         f"{sum(one['route_length_m'] for one in metrics) / 1000.0:.1f} km; greatest RMS "

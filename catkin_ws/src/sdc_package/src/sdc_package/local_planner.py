@@ -13,13 +13,7 @@ from sdc_common.geometry.polyline import Place
 from sdc_common.geometry.road_line import LONGEST_STEP_M, road_route
 from sdc_common.planning.speed_profile import SpeedLimits, limited_speeds
 from sdc_common.validation import check_positive
-from sdc_package.obstacles import (
-    FIRM_MPS2,
-    HARD_MPS2,
-    DetectedObstacle,
-    ObstacleMargins,
-    speed_caps,
-)
+from sdc_package.obstacles import HARD_MPS2, DetectedObstacle, ObstacleMargins, speed_caps
 from sdc_package.traffic_lights import TrafficLightMargins, TrafficLightMonitor
 
 if TYPE_CHECKING:
@@ -34,7 +28,8 @@ _RESUME_WITHIN_M = 60.0
 _TIME_GAP_S = 1.0
 # Below this share of the planned speed, the car's acceleration limits its speed.
 _REACHED = 0.9
-_TOO_LATE_MPS2 = 5.0  # a stop that needs harder braking comes too late [m/s^2]
+# On streets the car accelerates by this, and aims at a speed so much greater, so far ahead.
+_STARTS_MPS2, _STARTS_MPS, _AIM_AHEAD_M = 1.2, 0.2, 0.3
 _FALLS_BACK_MPS = 2.5  # so much slower at most the car plans to fall back behind another one
 
 
@@ -132,11 +127,11 @@ class LocalPlanner:
         # The distance ahead within which an obstacle can limit the planned speeds.
         self._horizon_m = settings.lookahead_m + stopping_m + margins.gap_m + margins.car_front_m
         self._place: Place | None = None
+        self._speed_mps = start_mps
         self._xy = math.nan, math.nan
         self._obstacles: Sequence[DetectedObstacle] = ()
-        self._streets = streets
-        if streets is not None:
-            streets.follow(route, self.speed, limits.braking_mps2)
+        is_on_lanes = streets and streets.follow(route, self.speed, limits.braking_mps2)
+        self._streets = streets if is_on_lanes else None
         self._window_ahead_m = _WINDOW_AHEAD_M
 
     @property
@@ -193,8 +188,7 @@ class LocalPlanner:
         streets, rows = self._streets, self._rows
         if streets is not None:
             obstacles = streets.relevant(self.place.s_m, obstacles)
-            if streets.manoeuvres is not None:
-                rows = streets.manoeuvres.way.moved(rows, ahead)
+            rows = streets.manoeuvres.way.moved(rows, ahead)
         if not obstacles:
             return rows
         caps = speed_caps(
@@ -205,8 +199,9 @@ class LocalPlanner:
             self.settings.obstacles,
             self.settings.limits.braking_mps2,
             self._horizon_m,
-            streets.offset_at if streets else None,
+            streets.manoeuvres.way.offset_at if streets else None,
             0.0 if streets else _TIME_GAP_S,
+            self._speed_mps if streets else 0.0,
         )
         return self._capped(rows, caps, "obstacle")
 
@@ -220,8 +215,13 @@ class LocalPlanner:
             rows: the last result of `plan`
             speed_mps: speed of the car [m/s]
         """
+        self._speed_mps = speed_mps
         if self.reason in ("cruise", "bend") and speed_mps < _REACHED * rows[0, 2]:
             self.reason = "accelerating"  # after a stop; the profile does not know of it
+        if self._streets and not self._streets.manoeuvres.way.until_m and speed_mps < rows[0, 2]:
+            beyond_m = np.maximum(self.route.s[self._ahead] - self.place.s_m - _AIM_AHEAD_M, 0.0)
+            most_mps = np.sqrt((speed_mps + _STARTS_MPS) ** 2 + 2.0 * _STARTS_MPS2 * beyond_m)
+            rows = self._capped(rows, most_mps, "accelerating")
         braking_mps2 = self.settings.limits.braking_mps2
         stop_s = lights.stop_s(self.route, self.place.s_m, speed_mps, braking_mps2, self._horizon_m)
         if stop_s is not None:
@@ -257,8 +257,6 @@ class LocalPlanner:
         stop = streets.stop(s_m, speed_mps, seen, self._horizon_m, stop_s is not None)
         rows = rows if stop is None else self._stopped_at(rows, *stop, speed_mps)
         plan = streets.manoeuvres
-        if plan is None:
-            return rows
         stops_m = [math.inf if one is None else one for one in (stop_s, stop and stop[0])]
         plan.decide(s_m, self.place.cross_track_m, speed_mps, seen, min(stops_m))
         if plan.most_mps < rows[0, 2]:
@@ -275,9 +273,7 @@ class LocalPlanner:
         """Return rows with which the car's centre stops at an arc length, for this reason."""
         last_s, usual_mps2 = self.route.last_point_s(stop_s), self.settings.limits.braking_mps2
         needed_mps2 = speed_mps**2 / max(2.0 * (last_s - self.place.s_m), 0.1)
-        # Where a stop comes too late, a speed far below the present one ends the limit of the jerk.
-        hardest_mps2 = FIRM_MPS2 if needed_mps2 > _TOO_LATE_MPS2 else HARD_MPS2
-        braking_mps2 = max(usual_mps2, min(needed_mps2, hardest_mps2))
+        braking_mps2 = max(usual_mps2, min(needed_mps2, HARD_MPS2))
         room_m = np.maximum(last_s - self.route.s[self._ahead], 0.0)
         caps = np.sqrt(2.0 * braking_mps2 * room_m)
         return self._capped(rows, caps, reason)

@@ -9,12 +9,12 @@ from typing import Callable, Sequence
 import numpy as np
 
 from sdc_common.driving import DetectedObstacle
-from sdc_common.geometry.road_line import LONGEST_STEP_M
 from sdc_common.geometry.route import Route
 from sdc_common.validation import check_non_negative
 
 # A car that is late for a stop brakes so hard; the second is still comfortable by nuPlan's limits.
 FIRM_MPS2, HARD_MPS2 = 3.0, 3.9
+_LEAST_GAP_M = 1.0  # the gap that is left where the car stops late [m]
 # Times ahead at which a moving obstacle is predicted, so that the car brakes before a pedestrian
 # steps onto the lane [s].
 _PREDICTION_TIMES_S = (0.0, 0.5, 1.0, 1.5, 2.0)
@@ -47,12 +47,12 @@ def speed_caps(
     horizon_m: float,
     offset_at: Callable[[float], float] | None = None,
     time_gap_s: float = 0.0,
+    speed_mps: float = 0.0,
 ) -> np.ndarray:
     """Return the maximum speeds with which the car stays behind every obstacle on its lane.
 
     The car stops behind a standing obstacle, at the last point of the route before the gap. It
-    follows an obstacle that moves along the route at that obstacle's speed. The cost does not
-    depend on the length of the route.
+    follows an obstacle that moves along the route at that obstacle's speed.
 
     Args:
         route: the car's route
@@ -65,25 +65,30 @@ def speed_caps(
         offset_at: how far the way of the car is from the route at an arc length, positive to the
             left; None: it is the route [m]
         time_gap_s: additional time to a car that is followed, in which this one begins to brake [s]
+        speed_mps: speed of the car, which rather uses the gap than brakes harder than firmly [m/s]
 
     Returns:
         (n,) speeds, infinite where no obstacle limits them [m/s]
     """
-    square = np.full(len(s_m), np.inf)
-    for obstacle in _near_stretch(route, from_s_m, obstacles, margins, horizon_m):
+    square, given = np.full(len(s_m), np.inf), (margins, horizon_m, offset_at)
+    for obstacle in obstacles:
         for time_s in _PREDICTION_TIMES_S if obstacle.speed_mps else _PREDICTION_TIMES_S[:1]:
-            blocked = _blocked_from(
-                route, from_s_m, obstacle, time_s, margins, horizon_m, offset_at
-            )
+            blocked = _blocked_from(route, from_s_m, obstacle, time_s, *given)
             if blocked is None:
                 continue
             rear_s_m, along_mps = blocked
+            passes_m = speed_mps * time_s - margins.car_front_m
+            if time_s and along_mps == 0.0 and rear_s_m + obstacle.length_m < from_s_m + passes_m:
+                continue  # The car has passed before.
             rear_s_m -= along_mps * time_s
-            if rear_s_m + obstacle.length_m < from_s_m - margins.car_front_m:
-                break  # It follows this car.
+            ahead_m = rear_s_m + obstacle.length_m - from_s_m
+            if ahead_m < (margins.car_front_m if along_mps else -margins.car_front_m):
+                break  # It follows this car, or has just been passed.
             stop_s_m = rear_s_m - margins.gap_m - margins.car_front_m
             if along_mps == 0.0:
-                stop_s_m = route.last_point_s(stop_s_m)
+                latest_s_m = rear_s_m - _LEAST_GAP_M - margins.car_front_m
+                firm_s_m = from_s_m + speed_mps**2 / (2.0 * FIRM_MPS2)
+                stop_s_m = route.last_point_s(max(stop_s_m, min(firm_s_m, latest_s_m)))
             elif time_gap_s:
                 stop_s_m -= along_mps * time_gap_s
                 along_mps = max(along_mps + min(stop_s_m - from_s_m, 0.0) / _FALL_BACK_S, 0.0)
@@ -91,34 +96,6 @@ def speed_caps(
             np.minimum(square, along_mps**2 + 2.0 * braking_mps2 * room_m, out=square)
             break
     return np.sqrt(square)
-
-
-def _near_stretch(
-    route: Route,
-    from_s_m: float,
-    obstacles: Sequence[DetectedObstacle],
-    margins: ObstacleMargins,
-    horizon_m: float,
-) -> list[DetectedObstacle]:
-    """Return the obstacles without those that are certainly off the stretch ahead.
-
-    In traffic, these are most of them. A point of the route stands for the metres around it.
-    """
-    x_m, y_m = route.line.point_at(from_s_m)
-    beside_m = margins.car_width_m + margins.side_m + LONGEST_STEP_M
-    rows = [
-        (one.x_m, one.y_m, one.yaw_rad, one.speed_mps, one.length_m + one.width_m + beside_m)
-        for one in obstacles
-    ]
-    x, y, yaw, speed, free_m = np.array(rows).reshape(-1, 5).T[:, :, None]
-    travel_m = speed * _PREDICTION_TIMES_S
-    near = (np.hypot(x - x_m, y - y_m) < horizon_m + travel_m[:, -1:] + free_m)[:, 0]
-    first, last = np.searchsorted(route.s, (from_s_m - LONGEST_STEP_M, from_s_m + horizon_m))
-    line_x, line_y = route.points[first : last + 1].T
-    x = (x + travel_m * np.cos(yaw))[near][..., None] - line_x
-    y = (y + travel_m * np.sin(yaw))[near][..., None] - line_y
-    away_m = np.sqrt((x * x + y * y).min(axis=(1, 2), initial=math.inf))
-    return [obstacles[row] for row in np.flatnonzero(near)[away_m < free_m[near, 0]]]
 
 
 def _blocked_from(

@@ -16,6 +16,8 @@ _STEP_M, _LANE_M = 2.0, 2.5
 _UPSTREAM_M = 200.0
 # Points on two ways that are nearer than this are in the space that both need.
 _BODY_M, _SAMPLE_M = 3.0, 1.0
+# A car beside this space stops before it; a stop so far in it still lets others pass [m].
+BESIDE_M, OVER_M = 0.3, 1.0
 
 
 class Conflict(NamedTuple):
@@ -29,6 +31,17 @@ class Conflict(NamedTuple):
     is_first: bool  # whether it has right of way over that of the car
     merges: bool  # whether it leads to the same road
 
+    def away_m(self, network: Network, place: LanePlace) -> float | None:
+        """Return the distance of a place to the junction, None if it is on no lane to it [m]."""
+        lane = network.lanes[place.lane]
+        if lane.id in self.lanes:
+            return self.lanes[lane.id] + lane.length_m - place.s_m
+        # In another junction before this one, the nearest lane may lead elsewhere.
+        for name in lane.predecessors if lane.junction else ():
+            if self.lanes.get(name, 0.0) > 0.0:
+                return self.lanes[name] - place.s_m
+        return None
+
 
 class Crossing(NamedTuple):
     """A way of the route through a junction; arc lengths are those along the route [m]."""
@@ -39,6 +52,11 @@ class Crossing(NamedTuple):
     mean_mps: float  # planned speed in the junction, without others [m/s]
     conflicts: list[Conflict]
     junction: str  # its name on the map
+
+    def last_stop_m(self, front_m: float) -> float:
+        """Return where the centre of a car can stop last, without being in the way of others."""
+        spaces_m = [one.own_m[0] - BESIDE_M for one in self.conflicts]
+        return max(self.line_m, *spaces_m, 0.0) - front_m + OVER_M
 
 
 Places = Sequence[Tuple[float, LanePlace]]
@@ -96,7 +114,7 @@ def _crossing(
     conflicts = [
         _conflict(network, one, own, own_s, points, one in way.first)
         for one in network.junctions[way.junction].connections
-        if one.start != own.start
+        if edge_of(one.start) != edge_of(own.start)
     ]
     has_stop_sign = own.line == STOP and own.signal < 0
     inside = speed_mps[(route.s >= line_m) & (route.s <= end_m)]
@@ -142,3 +160,14 @@ def _conflict(
     own_m = float(own_s[mine[0]]), float(own_s[mine[-1]])
     its_m = float(its_s[its[0]]), float(its_s[its[-1]])
     return Conflict(lanes, own_m, its_m, is_first, edge_of(way.end) == edge_of(own.end))
+
+
+def time_s(distance_m: float, speed_mps: float, most_mps: float, mps2: float) -> float:
+    """Return the time for a distance, accelerating up to a speed."""
+    distance_m = max(distance_m, 0.0)
+    if speed_mps >= most_mps:
+        return distance_m / speed_mps
+    until_m = (most_mps**2 - speed_mps**2) / (2.0 * mps2)
+    if distance_m <= until_m:
+        return (math.sqrt(speed_mps**2 + 2.0 * mps2 * distance_m) - speed_mps) / mps2
+    return (most_mps - speed_mps) / mps2 + (distance_m - until_m) / most_mps

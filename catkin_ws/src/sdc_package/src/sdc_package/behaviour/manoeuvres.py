@@ -19,14 +19,14 @@ from sdc_package.behaviour.forecast import HARDEST_MPS2, SOON_S, Body, Forecast,
 from sdc_package.behaviour.offset_path import SAME_M, OffsetPath, bend_mps, shift_length_m
 from sdc_package.behaviour.road import BEHIND_LINE, NOTHING, SAME, RoadAlong
 from sdc_package.behaviour.situation import AHEAD_M, AT_REST_MPS, Memory, Situation
-from sdc_package.obstacles import FIRM_MPS2
+from sdc_package.obstacles import FIRM_MPS2, HARD_MPS2
 
 PASSING, MERGING = "passing", "merging"
 KEEP, BACK, STAY, PASS, ASIDE, NUDGE = "keep", "back", "stay", "pass", "aside", "nudge"
 # A decision in so many plans (20 a second).
 _PLANS = 5
-# Each way is simulated with these shares of the planned speed, and whether the car brakes hard.
-_SPEEDS = ((1.0, False), (0.5, False), (0.0, False), (0.0, True))
+# Each way is simulated with these shares of the planned speed, and decelerations, 0: usual [m/s^2].
+_SPEEDS = ((1.0, 0.0), (0.5, 0.0), (0.0, 0.0), (0.0, HARD_MPS2), (0.0, HARDEST_MPS2))
 # Distances to others are greater by this factor for what has not begun, and smaller for a nudge.
 _NEW_MARGIN, _NUDGE_MARGIN = 1.3, 0.4
 # Share of the usual speed at which the car shifts to the side and back when it is in a hurry.
@@ -128,8 +128,7 @@ class Manoeuvres:
         count, usual_mps2 = len(proposals), self._car.braking_mps2
         rows = np.repeat(np.arange(count), len(_SPEEDS))
         shares = np.tile([share for share, _ in _SPEEDS], count)
-        is_hard = np.tile([hard for _, hard in _SPEEDS], count)
-        slows_mps2 = np.where(is_hard, HARDEST_MPS2, usual_mps2)
+        slows_mps2 = np.tile([max(usual_mps2, harder_mps2) for _, harder_mps2 in _SPEEDS], count)
         result = forecast(
             ways[rows],
             np.minimum(now.most_mps * shares[:, None], np.array(bends_mps)[rows]),
@@ -147,9 +146,10 @@ class Manoeuvres:
         # Who slows down for those beside it stays in its lane.
         slower_m = np.where([proposals[n].name == STAY for n in rows], -_SLOWER_M, _SLOWER_M)
         costs_m += slower_m * (shares < 1.0) + _BRAKING_M * (slows_mps2 - usual_mps2)
-        # The car brakes hard only if there is a contact soon on each gentle way.
-        if (result.contact_s[~is_hard] > _FAR_S).any():
-            costs_m[is_hard] = math.inf
+        # The car brakes harder only if there is a contact soon on each gentler way.
+        for harder_mps2 in (HARD_MPS2, HARDEST_MPS2):
+            if (result.contact_s[slows_mps2 < harder_mps2] > _FAR_S).any():
+                costs_m[slows_mps2 >= harder_mps2] = math.inf
         best = int(np.argmax(self._values(result, now.is_on_oncoming_lane) - costs_m))
         chosen, share = proposals[rows[best]], float(shares[best])
         if chosen.name != KEEP:
@@ -157,11 +157,10 @@ class Manoeuvres:
         self.stop_m = chosen.stop_m
         self._waits = share == 0.0 or math.isfinite(chosen.stop_m)
         soon_mps = float(result.soon_mps[best])
-        if not is_hard[best]:
-            soon_mps = max(soon_mps, now.speed_mps - SOON_S * FIRM_MPS2)
+        if slows_mps2[best] < HARDEST_MPS2:
+            soon_mps = max(soon_mps, now.speed_mps - SOON_S * max(FIRM_MPS2, slows_mps2[best]))
         if share < 1.0:
-            slower_mps = share * float(now.most_mps[now.here])
-            self.most_mps = slower_mps if is_hard[best] else max(slower_mps, soon_mps)
+            self.most_mps = max(share * float(now.most_mps[now.here]), soon_mps)
         if soon_mps < now.speed_mps - _BRAKES_MPS:
             self.most_mps = min(self.most_mps, soon_mps)
         if math.isfinite(self.most_mps):

@@ -66,17 +66,15 @@ class RoadAlong:
 
 def road_along(
     network: Network, route: Route, places: Sequence[tuple[float, LanePlace]], speed_mps: np.ndarray
-) -> RoadAlong | None:
-    """Return the road along a route, None if the route is on no lane.
+) -> RoadAlong:
+    """Return the road along a route.
 
     Args:
         network: the lanes
         route: the route
-        places: arc lengths along the route, and the places on the lanes there
+        places: arc lengths along the route, and the places on the lanes there, one at least
         speed_mps: (N,) planned speed at the points of the route [m/s]
     """
-    if not places:
-        return None
     rows: list[tuple] = []
     ends_m: list[tuple[int, float]] = []
     jump_m, y_m, last = 0.0, 0.0, ""

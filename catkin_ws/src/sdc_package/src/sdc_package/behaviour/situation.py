@@ -14,8 +14,8 @@ from sdc_package.behaviour.road import BEHIND_LINE, SAME, RoadAlong, around
 
 AMBULANCE, PEDESTRIAN, OBSTACLE, BICYCLE = "ambulance", "pedestrian", "obstacle", "bicycle"
 AT_REST_MPS = 0.5
-# The stretch of the route that is looked at [m].
-_BACK_M, AHEAD_M, _SIDE_M = 70.0, 300.0, 8.0
+# The stretch of the route that is looked at, and where fast ones come from behind [m].
+_BACK_M, AHEAD_M, _SIDE_M, _FAST_M = 70.0, 300.0, 8.0, 150.0
 # A road user in the way ahead of the car so near may be passed [m].
 _LOOK_M = 70.0
 # It is slow below this share of the speed without it. So many decisions count before the car
@@ -81,7 +81,7 @@ class Situation:
     ):
         self._road, self._way, self._car, self.s_m, self.speed_mps = road, way, car, s_m, speed_mps
         route = road.route
-        self.others = others = around(road, s_m, obstacles, _BACK_M, AHEAD_M, _SIDE_M)
+        self.others = others = around(road, s_m, obstacles, _FAST_M, AHEAD_M, _SIDE_M)
         self._kinds = [obstacles[row].kind for row in others.rows.tolist()]
         ids = np.array([obstacles[row].id for row in others.rows.tolist()], int)
         self.from_m, self.here = s_m - _BACK_M, int(_BACK_M / GRID_M)

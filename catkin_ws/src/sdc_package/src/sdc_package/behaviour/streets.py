@@ -13,12 +13,20 @@ from sdc_common.driving import DetectedObstacle
 from sdc_common.geometry.polyline import Place
 from sdc_common.geometry.route import Route
 from sdc_common.validation import check_non_negative
-from sdc_package.behaviour.crossings import Conflict, Crossing, crossings, places_along
+from sdc_package.behaviour.crossings import (
+    BESIDE_M,
+    OVER_M,
+    Conflict,
+    Crossing,
+    crossings,
+    places_along,
+    time_s,
+)
 from sdc_package.behaviour.crosswalks import crosswalks_on
 from sdc_package.behaviour.forecast import Body
 from sdc_package.behaviour.manoeuvres import Manoeuvres
 from sdc_package.behaviour.road import VEHICLE_M, road_along
-from sdc_package.obstacles import FIRM_MPS2
+from sdc_package.obstacles import FIRM_MPS2, HARD_MPS2
 from sdc_sim.road.network import LanePlace, Network
 
 STOP_SIGN, RIGHT_OF_WAY, JUNCTION_BLOCKED = "stop_sign", "right_of_way", "junction_blocked"
@@ -31,21 +39,20 @@ _LANE_M, _CAR_WIDTH_M = 2.5, 2.0
 # Road users so far from the stop line, or so much time from it, matter. The third one is the time
 # within which one that arrives at the junction has right of way there.
 _NEAR_M, _SOON_S, _ARRIVES_S = 40.0, 8.0, 3.5
-# One that merges behind the car must be so much later.
-_MERGES_S = 2.0
-# One that drives away from the space that both need is past it after this.
-_PAST_M = 5.0
+# Time until the brakes act, and streets/clear_s where the car cannot stop firmly any more [s].
+_REACTS_S, _LATE_CLEAR_S = 0.3, 0.4
+_PAST_M = 5.0  # one that drives away from the space that both need is past it after this
 # A slow one is expected to be so fast when it enters the junction.
 _STARTS_MPS = 3.0
+# One that accelerates by more than the first is expected to go on with at most the second.
+_STEADY_MPS2, _FASTER_MPS2 = 0.3, 2.5
 # One without right of way that would have to brake harder than this does not give way.
 _RUNS_MPS, _RUNS_MPS2, _EMERGENCY_MPS2 = 2.0, 3.2, 6.5
-# One brakes that is slower by this than its mean speed, with the weight of the last plan.
-_BRAKES_MPS, _NEWEST = 0.3, 0.2
-# One that drives off beside the lanes will be in the next one [m].
-_BAY_M = 1.5
+# Slower by this than its mean, one brakes; weight of the newest speed, and age of the mean [s].
+_BRAKES_MPS, _NEWEST, _MEAN_S = 0.3, 0.2, 0.2
 # One that is more oblique than this changes lanes or turns.
 _ALONG_RAD = math.radians(50.0)
-_BESIDE_M, _OVER_M = 0.3, 1.0  # a stop so far into the space of both still lets others pass [m]
+_AROUND_M = 60.0  # others are looked at so near, and as far as they drive in two seconds
 # A pedestrian on a crosswalk is not on the lane.
 _ACROSS_RAD = math.radians(60.0)
 # A car that may start gives way to those that wait, too, for so many plans (20 a second).
@@ -85,37 +92,34 @@ class StreetBehaviour:
             lambda one: network.nearest(one.x_m, one.y_m, one.yaw_rad, _LANE_M)
         )
         self._crossings: list[Crossing] = []
+        self._entered: list[Crossing] = []  # that in which the car cannot stop any more
         self._has_stopped, self._plans_at_line = False, 0
         self._mean_mps: dict[int, float] = {}  # of the road users, by their ids
         self.details: dict[str, str] = {}  # because of whom the car stops, by the reason
 
-    def follow(self, route: Route, speed_mps: np.ndarray, braking_mps2: float) -> None:
-        """Follow another route.
+    def follow(self, route: Route, speed_mps: np.ndarray, braking_mps2: float) -> bool:
+        """Follow another route; return whether it is on lanes.
 
         Args:
             route: the route
             speed_mps: (N,) planned speed at its points [m/s]
             braking_mps2: usual deceleration of the car [m/s^2]
         """
-        self._route = route
+        self._route, margins = route, self._margins
         places = list(places_along(self._network, route))
-        self._crossings = crossings(self._network, route, places, speed_mps)
+        self._crossings, self._entered = crossings(self._network, route, places, speed_mps), []
         self._crosswalks = crosswalks_on(route, self._network.crosswalks)
         self._has_stopped = False
-        self.manoeuvres: Manoeuvres | None = None
-        road, margins = road_along(self._network, route, places, speed_mps), self._margins
-        if road is not None:
+        if places:
+            road = road_along(self._network, route, places, speed_mps)
             lines_m = np.array([one.line_m for one in self._crossings])
             car = Body(margins.car_front_m, _CAR_WIDTH_M, margins.acceleration_mps2, braking_mps2)
             self.manoeuvres = Manoeuvres(road, lines_m, car)
-
-    def offset_at(self, s_m: float) -> float:
-        """Return how far the car's way is from the route at an arc length, positive left [m]."""
-        return 0.0 if self.manoeuvres is None else self.manoeuvres.way.offset_at(s_m)
+        return bool(places)
 
     def _beside_m(self, place: Place) -> float:
         """Return the distance from the car's way of what is at a place on the route [m]."""
-        return abs(place.cross_track_m - self.offset_at(place.s_m))
+        return abs(place.cross_track_m - self.manoeuvres.way.offset_at(place.s_m))
 
     def stop(
         self,
@@ -146,8 +150,8 @@ class StreetBehaviour:
             if is_near and (user := one.user(self._route, obstacles)):
                 details[CROSSWALK] = f"yields to {_name(user)}"
                 return stop_m, CROSSWALK
-        while self._crossings and s_m > self._last_stop_m(self._crossings[0]):
-            del self._crossings[0]
+        while self._crossings and s_m > self._crossings[0].last_stop_m(margins.car_front_m):
+            self._entered = [self._crossings.pop(0)]
             self._has_stopped, self._plans_at_line = False, 0
         if not self._crossings or self._crossings[0].line_m > s_m + horizon_m:
             return None
@@ -165,53 +169,52 @@ class StreetBehaviour:
         give_way_m = self._give_way_m(crossing, s_m, speed_mps, obstacles, stop_m)
         return None if math.isinf(give_way_m) else (give_way_m, RIGHT_OF_WAY)
 
-    def _last_stop_m(self, crossing: Crossing) -> float:
-        """Return where the car's centre is when it can stop no more without being in the way."""
-        spaces_m = [one.own_m[0] - _BESIDE_M for one in crossing.conflicts]
-        return max(crossing.line_m, *spaces_m, 0.0) - self._margins.car_front_m + _OVER_M
-
     def relevant(self, s_m: float, obstacles: Sequence[DetectedObstacle]) -> list[DetectedObstacle]:
         """Return the obstacles without vehicles that stay on lanes beside the car's route.
 
         On a bend or in a junction, the lane of a vehicle tells more than its heading where it will
-        be. Those before the next junction are the matter of `stop`.
+        be. Those that cross in a junction are the matter of `stop`.
 
         Args:
             s_m: arc length of the car's centre along the route [m]
             obstacles: the detected road users
         """
         line, kept = self._route.line, []
-        x, y = line.point_at(s_m)
-        ways = self._crossings[0].conflicts if self._crossings else ()
+        (x, y), heading_rad = line.point_at(s_m), line.heading_at(s_m)
+        near = self._entered + self._crossings[:1]
+        ways = [way for one in near if s_m < one.end_m for way in one.conflicts]
         for one in obstacles:
-            near_m = _NEAR_M + 2.0 * one.speed_mps
-            moves = one.speed_mps >= _STANDS_MPS and one.length_m >= VEHICLE_M
-            is_near = moves and math.dist((one.x_m, one.y_m), (x, y)) < near_m
-            place = self._place_of(one) if is_near else None
+            near_m = _AROUND_M + 2.0 * one.speed_mps
+            if math.dist((one.x_m, one.y_m), (x, y)) > near_m:
+                continue
+            drives = one.speed_mps >= _STANDS_MPS and one.length_m >= VEHICLE_M
+            place = self._place_of(one) if drives else None
             if place is None or abs(place.heading_error_rad) > _ALONG_RAD:
                 kept.append(one)
                 continue
-            away_m = [away for way in ways if (away := self._away_m(place, way)) is not None]
-            stops = min(away_m, default=0.0) > 0.5 * one.length_m
-            beside_m = 0.5 * (one.width_m + _CAR_WIDTH_M) + _BESIDE_M
-            points = [(one.x_m, one.y_m), *(() if stops else self._ahead(place, one.speed_mps))]
+            away_m = [(way.away_m(self._network, place), way.its_m[1]) for way in ways]
+            crosses = any(m is not None and m + to_m > -0.5 * one.length_m for m, to_m in away_m)
+            beside_m = 0.5 * (one.width_m + _CAR_WIDTH_M) + BESIDE_M
+            # One that comes obliquely from beside the car cuts in; an oncoming one turns.
+            cuts_in = math.cos(one.yaw_rad - heading_rad) > 0.0
+            points = [(one.x_m, one.y_m), *(() if crosses else self._ahead(place, one, cuts_in))]
             if any(self._beside_m(line.project(*at, s_m, 0.0, near_m)) < beside_m for at in points):
                 kept.append(one)
         return kept
 
-    def _ahead(self, place: LanePlace, speed_mps: float) -> Iterator[tuple[float, float]]:
+    def _ahead(
+        self, place: LanePlace, one: DetectedObstacle, cuts_in: bool
+    ) -> Iterator[tuple[float, float]]:
         """Yield where a vehicle will be, straight on along the lanes, in the next two seconds."""
-        lane, s_m = self._network.lanes[place.lane], place.s_m
+        lane, s_m, left_m = self._network.lanes[place.lane], place.s_m, place.cross_track_m
         for _ in range(4):
-            s_m += 0.5 * speed_mps
+            s_m += 0.5 * one.speed_mps
+            left_m += 0.5 * one.speed_mps * math.sin(cuts_in * place.heading_error_rad)
             while s_m > lane.length_m and (following := self._network.straight_on(lane)):
                 s_m, lane = s_m - lane.length_m, following
             x, y = lane.line.point_at(s_m)
             heading = lane.heading_at(s_m)
-            yield (
-                x - place.cross_track_m * math.sin(heading),
-                y + place.cross_track_m * math.cos(heading),
-            )
+            yield x - left_m * math.sin(heading), y + left_m * math.cos(heading)
 
     def following_mps(
         self, s_m: float, obstacles: Sequence[DetectedObstacle], horizon_m: float
@@ -236,18 +239,12 @@ class StreetBehaviour:
             along_mps = one.speed_mps * math.cos(one.yaw_rad - place.heading_rad)
             gap_m = place.s_m - 0.5 * one.length_m - s_m - margins.car_front_m
             beside_m = 0.5 * (one.width_m + _CAR_WIDTH_M)
-            is_in_way = self._beside_m(place) < beside_m + self._pulls_out_m(one, along_mps)
-            if is_in_way and along_mps >= _STANDS_MPS and place.s_m > s_m:
+            if self._beside_m(place) < beside_m and along_mps >= _STANDS_MPS and place.s_m > s_m:
                 wanted_m = margins.follow_gap_m + margins.time_gap_s * along_mps
                 mps = along_mps + (gap_m - wanted_m) / _FOLLOW_S
                 if mps < least_mps:
                     least_mps, self.details["obstacle"] = mps, f"follows {_name(one)}"
         return max(least_mps, 0.0)
-
-    def _pulls_out_m(self, one: DetectedObstacle, along_mps: float) -> float:
-        """Return how far beside the car's way is one that leaves a parking bay into it [m]."""
-        drives = along_mps >= _STANDS_MPS and one.length_m >= VEHICLE_M
-        return _BAY_M if drives and not self._place_of(one) else 0.0
 
     def _is_blocked(
         self, crossing: Crossing, s_m: float, obstacles: Sequence[DetectedObstacle]
@@ -277,20 +274,30 @@ class StreetBehaviour:
     ) -> float:
         """Return where the car stops for those that it would meet in the junction, inf: nowhere."""
         front_m, line_m = self._margins.car_front_m, crossing.line_m
-        pace = speed_mps, crossing.mean_mps
-        begin_s = self._time_s(line_m - front_m - s_m, *pace)
-        firm_m, spaces = s_m + speed_mps**2 / (2.0 * FIRM_MPS2), []
+        pace = np.minimum([speed_mps, self._margins.crossing_mps], crossing.mean_mps).tolist()
+        pace.append(self._margins.acceleration_mps2)
+        begin_s = time_s(line_m - front_m - s_m, *pace)
+        firm_m = s_m + _REACTS_S * speed_mps + speed_mps**2 / (2.0 * FIRM_MPS2)
+        spaces = []
+        before_m = stop_m + 0.5 * self._margins.gap_m
+        stops_before = s_m + speed_mps**2 / (2.0 * HARD_MPS2) <= before_m
         for conflict in crossing.conflicts:
             hardest_mps2 = self._margins.hardest_mps2 if conflict.is_first else _EMERGENCY_MPS2
             soonest_m = s_m + speed_mps**2 / (2.0 * hardest_mps2)
-            latest_m = max(line_m, conflict.own_m[0] - _BESIDE_M) - front_m
-            if soonest_m <= latest_m + _OVER_M:
-                first_s = self._time_s(conflict.own_m[0] - front_m - s_m, *pace)
-                last_s = self._time_s(conflict.own_m[1] + front_m - s_m, *pace)
-                is_before = conflict.is_first and soonest_m <= line_m - front_m
+            latest_m = max(line_m, conflict.own_m[0] - BESIDE_M) - front_m
+            if soonest_m <= latest_m + OVER_M:
+                first_s = time_s(conflict.own_m[0] - front_m - s_m, *pace)
+                last_s = time_s(conflict.own_m[1] + front_m - s_m, *pace)
+                is_before, wanted_m = conflict.is_first and stops_before, latest_m
                 # For one that runs, it waits as late as it can: most brake late.
-                wanted_m = min(latest_m, max(stop_m, firm_m)) if conflict.is_first else latest_m
-                times_s = begin_s if is_before else None, first_s, last_s
+                if conflict.is_first:
+                    wanted_m = before_m if stops_before else latest_m
+                    wanted_m = min(wanted_m, max(stop_m, firm_m))
+                # One that merges behind the car follows it. Where only a hard stop is possible, it
+                # passes closely rather.
+                clear_s = self._margins.clear_s if firm_m <= latest_m else _LATE_CLEAR_S
+                until_s = first_s + 2.0 * clear_s if conflict.merges else last_s + clear_s
+                times_s = begin_s if is_before else None, first_s - clear_s, until_s
                 spaces.append((wanted_m, conflict, times_s))
         x, y = self._route.line.point_at(line_m)
         self._plans_at_line += bool(obstacles) and speed_mps < _STANDS_MPS
@@ -303,76 +310,60 @@ class StreetBehaviour:
             if place is None or abs(place.heading_error_rad) > _ACROSS_RAD:
                 continue
             for wanted_m, conflict, times_s in spaces:
-                away_m = self._away_m(place, conflict)
-                if away_m is None or not (conflict.is_first or self._runs(one, away_m)):
+                away_m = conflict.away_m(self._network, place)
+                if away_m is None or not (conflict.is_first or self._runs(one, away_m, conflict)):
                     continue
                 if waits and not 0.0 <= away_m - 0.5 * one.length_m < _AT_LINE_M:
                     continue
-                if wanted_m < nearest_m and self._meet(one, away_m, conflict, *times_s):
+                if wanted_m < nearest_m and self._meet(one, place, away_m, conflict, *times_s):
+                    self._plans_at_line *= waits  # who waits starts after those that pass
                     nearest_m, text = wanted_m, f"yields to {_name(one)} at junction "
                     self.details[RIGHT_OF_WAY] = text + crossing.junction
         return nearest_m
 
-    def _away_m(self, place: LanePlace, conflict: Conflict) -> float | None:
-        """Return the distance of a place to the junction on a way with right of way, if on it."""
-        lane = self._network.lanes[place.lane]
-        if lane.id in conflict.lanes:
-            return conflict.lanes[lane.id] + lane.length_m - place.s_m
-        # In another junction before this one, the nearest lane may lead elsewhere.
-        for name in lane.predecessors if lane.junction else ():
-            if conflict.lanes.get(name, 0.0) > 0.0:
-                return conflict.lanes[name] - place.s_m
-        return None
-
     def _meet(
         self,
         one: DetectedObstacle,
+        place: LanePlace,
         away_m: float,
         conflict: Conflict,
         begin_s: float | None,
-        first_s: float,
-        last_s: float,
+        from_s: float,
+        until_s: float,
     ) -> bool:
         """Return whether a road user, so far from the junction, is too near to the car in time.
 
-        The car enters the junction (None: that does not matter) and the space that both need, and
-        leaves this space, after these times.
+        The car enters the junction after a time (None: that does not matter), and needs the space
+        of both between the others.
         """
-        half_m, clear_s = 0.5 * one.length_m, self._margins.clear_s
+        half_m = 0.5 * one.length_m
         soon_mps, late_mps = max(one.speed_mps, _STARTS_MPS), max(one.speed_mps, 1.0)
+        limit_mps = self._network.lanes[place.lane].speed_limit_mps
+        faster_mps2 = min((one.speed_mps - self._mean_mps[one.id]) / _MEAN_S, _FASTER_MPS2)
 
-        def passes(from_m: float, to_m: float, begin_s: float, end_s: float) -> bool:
+        def passes(from_m: float, until_m: float, begin_s: float, end_s: float) -> bool:
             """Return whether it is between two places of its way at a time."""
-            enters_s = (from_m + away_m - half_m) / soon_mps
-            leaves_s = (to_m + away_m + half_m) / late_mps
+            to_m = from_m + away_m - half_m
+            enters_s = to_m / soon_mps
+            if faster_mps2 > _STEADY_MPS2:
+                enters_s = min(enters_s, time_s(to_m, one.speed_mps, limit_mps, faster_mps2))
+            leaves_s = (until_m + away_m + half_m) / late_mps
             return enters_s < end_s and leaves_s > max(begin_s, 0.0)
 
         its_from_m, its_to_m = conflict.its_m
-        # One that merges behind the car follows it.
-        end_s = first_s + _MERGES_S if conflict.merges else last_s + clear_s
-        if passes(its_from_m, its_to_m, first_s - clear_s, end_s):
+        if passes(its_from_m, its_to_m, from_s, until_s):
             return True
         if begin_s is None:
             return False
         return passes(0.0, its_to_m + _PAST_M, begin_s, begin_s + _ARRIVES_S)
 
-    def _runs(self, one: DetectedObstacle, away_m: float) -> bool:
+    def _runs(self, one: DetectedObstacle, away_m: float, conflict: Conflict) -> bool:
         """Return whether a road user without right of way will not stop before the junction."""
         brakes = one.speed_mps < self._mean_mps[one.id] - _BRAKES_MPS
+        # One that brakes may stop after its line.
         hardest_mps2 = _EMERGENCY_MPS2 if brakes else _RUNS_MPS2
-        to_line_m = away_m - 0.5 * one.length_m
-        return one.speed_mps > _RUNS_MPS and to_line_m < one.speed_mps**2 / (2.0 * hardest_mps2)
-
-    def _time_s(self, distance_m: float, speed_mps: float, planned_mps: float) -> float:
-        """Return the time in which the car drives a distance, accelerating up to a speed."""
-        distance_m = max(distance_m, 0.0)
-        a, most_mps = self._margins.acceleration_mps2, min(self._margins.crossing_mps, planned_mps)
-        if speed_mps >= most_mps:
-            return distance_m / min(speed_mps, planned_mps)
-        until_m = (most_mps**2 - speed_mps**2) / (2.0 * a)
-        if distance_m <= until_m:
-            return (math.sqrt(speed_mps**2 + 2.0 * a * distance_m) - speed_mps) / a
-        return (most_mps - speed_mps) / a + (distance_m - until_m) / most_mps
+        room_m = away_m - 0.5 * one.length_m + brakes * conflict.its_m[0]
+        return one.speed_mps > _RUNS_MPS and room_m < one.speed_mps**2 / (2.0 * hardest_mps2)
 
 
 def _name(one: DetectedObstacle) -> str:
