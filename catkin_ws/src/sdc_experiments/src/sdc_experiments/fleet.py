@@ -75,7 +75,7 @@ class VehicleFleet:
         threads = max(1, min(threads, count // _LEAST_BLOCK))
         bounds = np.linspace(0, count, threads + 1).astype(int).tolist()
         self._blocks = list(zip(bounds, bounds[1:]))
-        self._pool = ThreadPoolExecutor(threads) if threads > 1 else None
+        self._map: Any = ThreadPoolExecutor(threads).map if threads > 1 else map
 
     def reset(
         self, rows: np.ndarray, x_m: np.ndarray, y_m: np.ndarray, yaw_rad: np.ndarray
@@ -91,10 +91,8 @@ class VehicleFleet:
     ) -> None:
         """Drive all vehicles under one command each; see Command for the ranges."""
         goals = np.array([throttle, brake, steer])
-
-        self.share(
-            self._integrate, self._constants, self._values, goals, duration_s, INTERNAL_STEP_S
-        )
+        given = self._constants, self._values, goals, duration_s, INTERNAL_STEP_S
+        self.share(self._integrate, *given)
 
     def share(self, function: Callable[..., Any], *arguments: Any) -> None:
         """Call a function for all vehicles, on the threads of the fleet.
@@ -103,12 +101,5 @@ class VehicleFleet:
             function: called with `arguments`, the first vehicle and the one after the last
             arguments: its first arguments
         """
-
-        def call(block: tuple[int, int]) -> None:
-            function(*arguments, *block)
-
-        if self._pool is None:
-            for block in self._blocks:
-                call(block)
-        else:
-            list(self._pool.map(call, self._blocks))
+        for _ in self._map(lambda block: function(*arguments, *block), self._blocks):
+            pass

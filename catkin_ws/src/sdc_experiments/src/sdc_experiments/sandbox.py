@@ -71,10 +71,7 @@ def _above(path: object) -> list:
 
 def in_memory(folder: object) -> list:
     """Return the options that make a folder of limited size in memory."""
-    return [
-        *_above(folder),
-        *("--perms", "1777", "--size", str(MAX_DISK), "--tmpfs", str(folder)),
-    ]
+    return _above(folder) + ["--perms", "1777", "--size", str(MAX_DISK), "--tmpfs", str(folder)]
 
 
 def identity() -> list:

@@ -58,8 +58,7 @@ def run(arguments: Sequence[str]) -> int:
 
 def _sweep(study: Study, results: Results, options: argparse.Namespace) -> int:
     cells = study.cells()
-    keys = {cell.key for cell in cells}
-    finished = len(results.finished & keys)
+    finished = len(results.finished & {cell.key for cell in cells})
     left = [cell for cell in cells if cell.key not in results.finished]
     continued = f"; {finished} of them are finished" if finished else ""
     print(f"sweep: {len(cells)} drives{continued}; results in {results.folder}", flush=True)

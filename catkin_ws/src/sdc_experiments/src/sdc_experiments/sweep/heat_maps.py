@@ -125,9 +125,7 @@ def draw(maps: HeatMaps, path: Path) -> None:
     for place in axes.ravel():
         place.set_xticks(range(len(maps.x[1])), [text(value) for value in maps.x[1]])
         place.set_yticks(range(len(maps.y[1])), [text(value) for value in maps.y[1]])
-    for place in axes[-1]:
-        place.set_xlabel(maps.x[0])
-    for place in axes[:, 0]:
-        place.set_ylabel(maps.y[0])
+    figure.supxlabel(maps.x[0], fontsize="medium")
+    figure.supylabel(maps.y[0], fontsize="medium")
     figure.colorbar(image, ax=axes, label=maps.metric)
     figure.savefig(path, dpi=110, facecolor="white")

@@ -38,10 +38,8 @@ class Combination(NamedTuple):
 def estimate(values: Sequence[float]) -> MeanEstimate:
     """Return the mean of values, and its confidence interval by Student's t distribution."""
     count = len(values)
-    if count == 0:
-        return MeanEstimate(math.nan, math.nan)
-    mean = float(np.mean(values))
-    if count == 1:
+    mean = float(np.mean(values)) if count else math.nan
+    if count < 2:
         return MeanEstimate(mean, math.nan)
     quantile = float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE, count - 1))
     return MeanEstimate(mean, quantile * float(np.std(values, ddof=1)) / math.sqrt(count))
