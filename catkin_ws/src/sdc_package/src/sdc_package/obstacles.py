@@ -17,7 +17,7 @@ FIRM_MPS2, HARD_MPS2 = 3.0, 3.9
 _LEAST_GAP_M = 1.0  # the gap that is left where the car stops late [m]
 # Times ahead at which a moving obstacle is predicted, so that the car brakes before a pedestrian
 # steps onto the lane [s].
-_PREDICTION_TIMES_S = (0.0, 0.5, 1.0, 1.5, 2.0)
+_PREDICTION_TIMES_S, _STEP_S = (0.0, 0.5, 1.0, 1.5, 2.0), 0.5
 # An obstacle that moves along the route more slowly than this is treated as standing.
 _MIN_FOLLOW_SPEED_MPS = 0.5
 # Time in which the car falls back to its time gap where it is closer [s].
@@ -77,9 +77,9 @@ def speed_caps(
             if blocked is None:
                 continue
             rear_s_m, along_mps = blocked
-            passes_m = speed_mps * time_s - margins.car_front_m
+            passes_m = speed_mps * (time_s - _STEP_S) - margins.car_front_m
             if time_s and along_mps == 0.0 and rear_s_m + obstacle.length_m < from_s_m + passes_m:
-                continue  # The car has passed before.
+                continue  # The car has passed before, even if it came just after the last time.
             rear_s_m -= along_mps * time_s
             ahead_m = rear_s_m + obstacle.length_m - from_s_m
             if ahead_m < (margins.car_front_m if along_mps else -margins.car_front_m):
