@@ -33,7 +33,7 @@ def test_acceleration_and_jerk_stay_within_the_limits():
 
 @pytest.mark.parametrize(
     ("target_mps", "planned_mps2", "first_mps2"),
-    [(0.0, 0.0, -1.0), (8.0, -3.5, -0.35), (7.5, 0.0, -0.25)],
+    [(0.0, 0.0, -1.0), (8.0, -3.5, -1.0), (7.5, 0.0, -0.25)],
 )
 def test_car_that_has_just_seen_something_brakes_at_once(target_mps, planned_mps2, first_mps2):
     speed = control()

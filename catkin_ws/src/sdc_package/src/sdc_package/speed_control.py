@@ -14,7 +14,7 @@ _TOO_FAST_MPS = 1.0
 _COASTING_MPS2 = 0.4
 # A car that is faster than planned by more than the first, or plans to brake harder than usual, has
 # just seen something; one that is faster by the second has seen it late.
-_NEW_MPS, _USUAL_MPS2, _LATE_MPS, _NEW_MPS3 = 1.5, 3.05, 3.3, 7.0
+_NEW_MPS, _USUAL_MPS2, _LATE_MPS = 1.5, 3.05, 3.3
 
 
 @dataclass(frozen=True)
@@ -87,8 +87,7 @@ class SpeedControl:
         last_mps2, faster_mps = self.acceleration_mps2, speed_mps - target_mps
         hardest_mps2 = limits.braking_mps2 if faster_mps > _LATE_MPS else max(HARD_MPS2, -last_mps2)
         is_new = faster_mps > _NEW_MPS or planned_mps2 < -_USUAL_MPS2
-        new_mps3 = limits.emergency_jerk_mps3 if faster_mps > _LATE_MPS else _NEW_MPS3
-        harder = new_mps3 * dt_s if is_new else change
+        harder = limits.emergency_jerk_mps3 * dt_s if is_new else change
         lower = max(last_mps2 - harder, -min(hardest_mps2, limits.braking_mps2))
         upper = min(limits.acceleration_mps2, last_mps2 + change)
         self.acceleration_mps2, _ = self.pid.update(
