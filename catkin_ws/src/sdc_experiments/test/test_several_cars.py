@@ -132,7 +132,7 @@ def test_group_of_a_car_replaces_all_topics_of_its_nodes_and_its_referee():
     with open(os.path.join(world, "config", "record.yaml"), encoding="utf-8") as file:
         topics = set(yaml.safe_load(file)["topics"])
     for folder, _, files in os.walk(os.path.join(package, "scripts")):
-        for file in files:
+        for file in (one for one in files if one.endswith(".py")):
             with open(os.path.join(folder, file), encoding="utf-8") as script:
                 topics |= set(re.findall(r'"(/[a-z_]+/[a-z_/]+)"', script.read()))
     of_world = {one for one in topics if re.match("/carla/traffic|/sim/|/stack/", one)}
