@@ -13,7 +13,7 @@ from sdc_common.geometry.polyline import Place
 from sdc_common.geometry.road_line import LONGEST_STEP_M, road_route
 from sdc_common.planning.speed_profile import SpeedLimits, limited_speeds
 from sdc_common.validation import check_positive
-from sdc_package.obstacles import HARD_MPS2, DetectedObstacle, ObstacleMargins, speed_caps
+from sdc_package.obstacles import HARD_MPS2, DetectedObstacle, ObstacleMargins, nearby, speed_caps
 from sdc_package.traffic_lights import TrafficLightMargins, TrafficLightMonitor
 
 if TYPE_CHECKING:
@@ -186,6 +186,7 @@ class LocalPlanner:
         self.reason = self._reasons[ahead.start]
         self._obstacles = obstacles
         streets, rows = self._streets, self._rows
+        obstacles = nearby(self.route, self.place.s_m, obstacles, self._horizon_m)
         if streets is not None:
             obstacles = streets.relevant(self.place.s_m, obstacles)
             rows = streets.manoeuvres.way.moved(rows, ahead)

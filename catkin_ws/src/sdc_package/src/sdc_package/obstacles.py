@@ -98,6 +98,15 @@ def speed_caps(
     return np.sqrt(square)
 
 
+def nearby(
+    route: Route, from_s_m: float, obstacles: Sequence[DetectedObstacle], horizon_m: float
+) -> list[DetectedObstacle]:
+    """Return those that may be so near to a place within two seconds: in traffic, few."""
+    at, last_s = route.line.point_at(from_s_m), _PREDICTION_TIMES_S[-1]
+    reach = [(one, horizon_m + last_s * one.speed_mps + one.length_m) for one in obstacles]
+    return [one for one, far_m in reach if math.dist((one.x_m, one.y_m), at) < far_m]
+
+
 def _blocked_from(
     route: Route,
     from_s_m: float,
