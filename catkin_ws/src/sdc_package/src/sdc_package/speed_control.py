@@ -81,7 +81,7 @@ class SpeedControl:
         if target_mps == 0.0 and (coasts or speed_mps > _TOO_FAST_MPS):
             # What a slow start has gathered must not push the car past a stop.
             self.pid.integral = min(self.pid.integral, 0.0)
-        if target_mps == 0.0 and speed_mps > _TOO_FAST_MPS:
+        if target_mps == 0.0 and speed_mps > _TOO_FAST_MPS:  # after a stop, nothing is planned
             planned_mps2 = min(planned_mps2, -FIRM_MPS2)
         change = limits.jerk_mps3 * dt_s
         last_mps2, faster_mps = self.acceleration_mps2, speed_mps - target_mps

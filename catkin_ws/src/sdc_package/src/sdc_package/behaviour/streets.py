@@ -180,13 +180,11 @@ class StreetBehaviour:
             obstacles: the detected road users
         """
         line, kept = self._route.line, []
-        (x, y), heading_rad = line.point_at(s_m), line.heading_at(s_m)
+        heading_rad = line.heading_at(s_m)
         near = self._entered + self._crossings[:1]
         ways = [way for one in near if s_m < one.end_m for way in one.conflicts]
         for one in obstacles:
             near_m = _AROUND_M + 2.0 * one.speed_mps
-            if math.dist((one.x_m, one.y_m), (x, y)) > near_m:
-                continue
             drives = one.speed_mps >= _STANDS_MPS and one.length_m >= VEHICLE_M
             place = self._place_of(one) if drives else None
             if place is None or abs(place.heading_error_rad) > _ALONG_RAD:
@@ -207,9 +205,10 @@ class StreetBehaviour:
     ) -> Iterator[tuple[float, float]]:
         """Yield where a vehicle will be, straight on along the lanes, in the next two seconds."""
         lane, s_m, left_m = self._network.lanes[place.lane], place.s_m, place.cross_track_m
+        left_mps = one.speed_mps * math.sin(place.heading_error_rad) if cuts_in else 0.0
         for _ in range(4):
             s_m += 0.5 * one.speed_mps
-            left_m += 0.5 * one.speed_mps * math.sin(cuts_in * place.heading_error_rad)
+            left_m += 0.5 * left_mps
             while s_m > lane.length_m and (following := self._network.straight_on(lane)):
                 s_m, lane = s_m - lane.length_m, following
             x, y = lane.line.point_at(s_m)
@@ -274,11 +273,10 @@ class StreetBehaviour:
     ) -> float:
         """Return where the car stops for those that it would meet in the junction, inf: nowhere."""
         front_m, line_m = self._margins.car_front_m, crossing.line_m
-        pace = np.minimum([speed_mps, self._margins.crossing_mps], crossing.mean_mps).tolist()
-        pace.append(self._margins.acceleration_mps2)
+        most_mps = min(self._margins.crossing_mps, crossing.mean_mps)
+        pace = min(speed_mps, crossing.mean_mps), most_mps, self._margins.acceleration_mps2
         begin_s = time_s(line_m - front_m - s_m, *pace)
-        firm_m = s_m + _REACTS_S * speed_mps + speed_mps**2 / (2.0 * FIRM_MPS2)
-        spaces = []
+        firm_m, spaces = s_m + _REACTS_S * speed_mps + speed_mps**2 / (2.0 * FIRM_MPS2), []
         before_m = stop_m + 0.5 * self._margins.gap_m
         stops_before = s_m + speed_mps**2 / (2.0 * HARD_MPS2) <= before_m
         for conflict in crossing.conflicts:
@@ -288,11 +286,10 @@ class StreetBehaviour:
             if soonest_m <= latest_m + OVER_M:
                 first_s = time_s(conflict.own_m[0] - front_m - s_m, *pace)
                 last_s = time_s(conflict.own_m[1] + front_m - s_m, *pace)
-                is_before, wanted_m = conflict.is_first and stops_before, latest_m
+                is_before = conflict.is_first and stops_before
                 # For one that runs, it waits as late as it can: most brake late.
-                if conflict.is_first:
-                    wanted_m = before_m if stops_before else latest_m
-                    wanted_m = min(wanted_m, max(stop_m, firm_m))
+                most_m = before_m if is_before else latest_m
+                wanted_m = min(most_m, max(stop_m, firm_m)) if conflict.is_first else latest_m
                 # One that merges behind the car follows it. Where only a hard stop is possible, it
                 # passes closely rather.
                 clear_s = self._margins.clear_s if firm_m <= latest_m else _LATE_CLEAR_S
@@ -316,7 +313,8 @@ class StreetBehaviour:
                 if waits and not 0.0 <= away_m - 0.5 * one.length_m < _AT_LINE_M:
                     continue
                 if wanted_m < nearest_m and self._meet(one, place, away_m, conflict, *times_s):
-                    self._plans_at_line *= waits  # who waits starts after those that pass
+                    if not waits:
+                        self._plans_at_line = 0  # who waits starts after those that pass
                     nearest_m, text = wanted_m, f"yields to {_name(one)} at junction "
                     self.details[RIGHT_OF_WAY] = text + crossing.junction
         return nearest_m
@@ -360,9 +358,9 @@ class StreetBehaviour:
     def _runs(self, one: DetectedObstacle, away_m: float, conflict: Conflict) -> bool:
         """Return whether a road user without right of way will not stop before the junction."""
         brakes = one.speed_mps < self._mean_mps[one.id] - _BRAKES_MPS
-        # One that brakes may stop after its line.
-        hardest_mps2 = _EMERGENCY_MPS2 if brakes else _RUNS_MPS2
-        room_m = away_m - 0.5 * one.length_m + brakes * conflict.its_m[0]
+        hardest_mps2, room_m = _RUNS_MPS2, away_m - 0.5 * one.length_m
+        if brakes:  # it may stop after its line
+            hardest_mps2, room_m = _EMERGENCY_MPS2, room_m + conflict.its_m[0]
         return one.speed_mps > _RUNS_MPS and room_m < one.speed_mps**2 / (2.0 * hardest_mps2)
 
 

@@ -317,9 +317,8 @@ def _sites(network: Network, where: Mapping[str, Any], draw: random.Random) -> I
                     yield _Site(lane, s_m, (lane, s_m))
         elif bool(lane.predecessors) != bool(lane.successors) and lane.left:
             # A lane that ends, or one that begins: from it the car changes, or to it.
-            far: RoadLane | None = network.lanes[lane.left]
-            if far and where.get("changes", 1) == 2:
-                far = network.lanes.get(far.left)
+            beside = network.lanes[lane.left]
+            far = network.lanes.get(beside.left) if where.get("changes", 1) == 2 else beside
             if far and where["at"] == "merge" and lane.predecessors:
                 yield _Site(lane, 0.0, (far, far.length_m))
             elif far and where["at"] == "exit" and lane.successors:
