@@ -14,7 +14,7 @@ from sdc_sim.road.network import WALKING
 from sdc_sim.road.network_file import load_network
 from sdc_sim.scenario.drive_setup import drive_setup
 from sdc_sim.traffic import lights
-from sdc_sim.yaml_document import DocumentError
+from sdc_sim.yaml_document import DocumentError, map_file
 
 if has_libsumo:
     from sdc_sim.traffic.sumo_traffic import SumoTraffic
@@ -69,12 +69,13 @@ def test_number_of_road_users_is_kept_and_those_that_arrive_are_replaced(path, n
     assert len({one.kind for tick in ticks for one in tick}) >= 4
 
 
-def test_none_begins_close_to_our_car(path, network):
-    ego, seen = car_on(network, "a_0", 60.0), set()
-    for tick in standing(start(path, network, 40), ego, 1200):
+def test_none_begins_where_it_could_not_brake_gently_before_our_car():
+    network, way = load_network("town"), ("land_e_0", "land_n_0")
+    ego, seen = car_on(network, way[0], network.lanes[way[0]].length_m - 5.0), set()
+    for tick in standing(start(map_file("town"), network, 40, mission=way), ego, 1200):
         for one in tick:
-            near = math.hypot(one.x_m - ego.x_m, one.y_m - ego.y_m) < 35.0
-            assert one.id in seen or not near
+            distance_m = math.hypot(one.x_m - ego.x_m, one.y_m - ego.y_m)
+            assert one.id in seen or distance_m > 40.0 + one.speed_mps**2 / 6.0
         seen = {one.id for one in tick}
 
 
@@ -106,6 +107,23 @@ def test_those_behind_our_standing_car_stop_and_do_not_hit_it(path, network):
         assert min(front for front in fronts if front > -1e6) > ego.y_m + 0.5 * ego.length_m
     assert sorted(fronts) == fronts and max(map(libsumo.vehicle.getSpeed, kinds)) < 0.1
     assert fronts[0] < ego.y_m + 8.0
+
+
+def test_one_that_our_car_has_passed_is_before_those_behind_it(path, network):
+    import libsumo
+
+    traffic, vehicle = start(path, network, 0, mission=("d_0", "e_0")), libsumo.vehicle
+    traffic.reset(car_on(network, "d_0", 10.0))
+    libsumo.route.add("from the north", ["d", "e"])
+    vehicle.add("slow", "from the north", "bicycle", departPos="25", departSpeed="4")
+    for tick in range(160):
+        s_m = min(10.0 + 0.5 * tick, network.lanes["d_0"].length_m - 5.0)
+        traffic.advance(car_on(network, "d_0", s_m), 10.0, False, FREE)
+        if tick == 60:
+            vehicle.add("fast", "from the north", "car.calm", departPos="0", departSpeed="10")
+        if tick > 80 and {vehicle.getLaneID(one) for one in ("slow", "fast")} == {"d_0"}:
+            assert vehicle.getLanePosition("fast") < vehicle.getLanePosition("slow")
+    assert vehicle.getSpeed("fast") < 6.0
 
 
 @pytest.mark.parametrize("mission", [("a_0", "b_0"), ("e_0",)], ids=["on its mission", "elsewhere"])

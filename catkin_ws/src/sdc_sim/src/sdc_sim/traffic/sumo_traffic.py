@@ -25,8 +25,8 @@ from sdc_sim.yaml_document import DocumentError, config_path
 _EGO = "ego"
 _PEDESTRIAN = "pedestrian"
 # Road users begin within the first distance of the car, and are replaced beyond the second one.
-# At the start none is close to the car, and later they begin out of its sight where the streets
-# allow it.
+# None begins close to the car, nor where it could not brake gently before the car; while the car
+# drives, they begin on streets out of its sight where there are any.
 _NEAR_M, _FAR_M, _CLEAR_M, _SIGHT_M = 300.0, 500.0, 40.0, 100.0
 _GENTLE_MPS2 = 3.0
 # A route ends at a dead end, or after so many edges; a pedestrian walks to so many places.
@@ -219,13 +219,14 @@ class SumoTraffic:
         return route or self._streets["passenger"].edges[:1]
 
     def _step(
-        self, ego: Rectangle, speed_mps: float, braking: bool, clear_m: float = 0.0
+        self, ego: Rectangle, speed_mps: float, braking: bool, sight_m: float = _SIGHT_M
     ) -> list[ObstacleState]:
         self._move_ego(ego, speed_mps, braking)
         for _ in range(self._count - len(self._users)):
-            self._add(ego, clear_m or _SIGHT_M)
+            self._add(ego, sight_m)
         self._sumo.simulationStep()
         simulation, states = self._sumo.simulation, []
+        begun = {*simulation.getDepartedIDList(), *simulation.getDepartedPersonIDList()}
         for name in (*simulation.getArrivedIDList(), *simulation.getArrivedPersonIDList()):
             if name == _EGO:
                 self._add_ego(ego)  # at the end of its route
@@ -236,9 +237,8 @@ class SumoTraffic:
                 if state.x_m < _NOWHERE_M:
                     continue  # It waits for room on its street.
                 distance_m = math.hypot(state.x_m - ego.x_m, state.y_m - ego.y_m)
-                # The car begins at rest: none comes who could not brake gently before it.
-                room_m = state.speed_mps**2 / (2.0 * _GENTLE_MPS2) if clear_m else 0.0
-                if distance_m > _FAR_M or clear_m + room_m > distance_m:
+                room_m = _CLEAR_M + state.speed_mps**2 / (2.0 * _GENTLE_MPS2)
+                if distance_m > _FAR_M or (name in begun and distance_m < room_m):
                     domain.unsubscribe(name)
                     domain.remove(name)
                     del self._users[name]
@@ -271,6 +271,9 @@ class SumoTraffic:
             with contextlib.suppress(self._sumo.TraCIException):  # between two edges
                 vehicle.setRoute(_EGO, route)
         place = "", -1, x_m, y_m, 90.0 - math.degrees(ego.yaw_rad)
+        if self._has_passed_one():  # for a tick, it is nowhere, and then inserted in the new order
+            vehicle.moveToXY(_EGO, "", -1, _NOWHERE_M, _NOWHERE_M, 0.0, 2)
+            return
         try:
             vehicle.moveToXY(_EGO, *place, 1, _ON_ROUTE_M)
             self._off_route = False
@@ -279,6 +282,14 @@ class SumoTraffic:
             self._off_route = True
         vehicle.setPreviousSpeed(_EGO, max(speed_mps, 0.0))
         vehicle.setSignals(_EGO, _BRAKE_LIGHT if braking else 0)
+
+    def _has_passed_one(self) -> bool:
+        """Return whether the car is before one on its lane that SUMO has still before the car."""
+        vehicle = self._sumo.vehicle
+        lane = vehicle.getLaneID(_EGO)
+        names = self._sumo.lane.getLastStepVehicleIDs(lane) if lane else ()
+        places_m = [vehicle.getLanePosition(name) for name in names]
+        return places_m != sorted(places_m)
 
     def _state(self, number: int, kind: Kind, front: Any, angle: float, mps: float) -> Any:
         yaw_rad = math.radians(90.0 - angle)
