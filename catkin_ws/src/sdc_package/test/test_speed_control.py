@@ -72,6 +72,14 @@ def test_brake_holds_a_waiting_car_and_the_start_is_smooth():
     assert speed.acceleration(1.0, 1.8, 0.0, 0.05) == pytest.approx(0.25)
 
 
+def test_car_that_has_just_braked_to_a_stop_stays_for_a_moment():
+    speed = control()
+    for v in (1.0, 0.5, 0.1):
+        speed.acceleration(0.0, 0.0, v, 0.05)
+    results = [speed.acceleration(5.0, 1.0, 0.0, 0.05) for _ in range(30)]
+    assert set(results[:10]) == {-2.0} and min(results[12:]) > 0.0
+
+
 def test_car_that_stands_just_before_its_stop_does_not_start_again():
     control_ = control()
     # 0.1 m before a stop, the planned speed is still 0.3 m/s.

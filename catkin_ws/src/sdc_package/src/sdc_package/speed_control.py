@@ -12,6 +12,8 @@ _STOP_WITHIN_M = 0.12
 # A car that is faster at a stop would pass it by more than the gap before a line.
 _TOO_FAST_MPS = 1.0
 _COASTING_MPS2 = 0.4
+# A car that has just stopped stays so long [s].
+_STAYS_S = 0.6
 # A car that is faster than planned by more than the first, or plans to brake harder than usual, has
 # just seen something; one that is faster by the second has seen it late.
 _NEW_MPS, _USUAL_MPS2, _LATE_MPS = 1.5, 3.05, 3.3
@@ -47,6 +49,7 @@ class SpeedControl:
     def __init__(self, gains: PidGains, limits: SpeedControlLimits):
         self.limits = limits
         self.pid = Pid(gains, -limits.braking_mps2, limits.acceleration_mps2)
+        self._stays_s = 0.0
         self.reset()
 
     def reset(self) -> None:
@@ -74,8 +77,12 @@ class SpeedControl:
         is_at_stop = target_mps * target_mps < -2.0 * planned_mps2 * _STOP_WITHIN_M
         stays = target_mps < limits.standstill_mps or (is_at_stop and self.acceleration_mps2 >= 0.0)
         stays |= planned_mps2 < -limits.braking_mps2  # a stop that it would pass
-        if speed_mps < limits.standstill_mps and stays and planned_mps2 <= 0.0:
+        stands = speed_mps < limits.standstill_mps and stays and planned_mps2 <= 0.0
+        if stands and self.acceleration_mps2 < -_COASTING_MPS2:
+            self._stays_s = _STAYS_S
+        if stands or self._stays_s > 0.0:
             self.reset()
+            self._stays_s -= dt_s
             return -limits.hold_mps2
         coasts = self.acceleration_mps2 > -_COASTING_MPS2
         if target_mps == 0.0 and (coasts or speed_mps > _TOO_FAST_MPS):
