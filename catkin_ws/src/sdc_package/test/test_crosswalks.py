@@ -19,6 +19,8 @@ UP, DOWN = math.pi / 2.0, -math.pi / 2.0
     [
         (50.0, 5.0, DOWN, 1.2, "pedestrian", True),
         (50.0, -7.0, UP, 1.2, "pedestrian", True),  # about to step on it
+        (56.0, 9.0, 1.25 * math.pi, 1.5, "pedestrian", False),  # is on the way to it
+        (54.8, 7.0, 1.25 * math.pi, 1.5, "pedestrian", True),  # is there in a second
         (50.0, 1.0, UP, 0.0, "pedestrian", True),  # stands before the car
         (50.0, 3.0, UP, 1.2, "pedestrian", False),  # has crossed
         (50.0, 7.0, UP, 0.0, "pedestrian", False),  # waits for something else

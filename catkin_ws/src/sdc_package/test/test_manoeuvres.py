@@ -38,9 +38,11 @@ def two_lanes():
 class Other:
     """One that keeps its speed and its way, from a place at time 0."""
 
-    def __init__(self, x_m, y_m=0.0, speed_mps=0.0, number=7, kind="car", size=(4.7, 1.9)):
+    def __init__(
+        self, x_m, y_m=0.0, speed_mps=0.0, number=7, kind="car", size=(4.7, 1.9), gain=0.0
+    ):
         self.x_m, self.y_m, self.speed_mps, self.number = x_m, y_m, speed_mps, number
-        self.kind, self.size = kind, size
+        self.kind, self.size, self.gain_mps2 = kind, size, gain
 
     def at(self, time_s):
         yaw = 0.0 if self.speed_mps >= 0.0 else math.pi
@@ -201,6 +203,16 @@ def test_car_lets_those_beside_it_go_first_where_its_route_changes_lanes(speed_m
     flow = [Other(x, WIDTH_M, speed_mps, 8 - x) for x in (-14, 4, 22)]
     rows = drive(two_lanes(), flow, 40.0, changing(120.0))
     assert rows[-1, 1] > 250.0 and rows[-1, 2] == pytest.approx(WIDTH_M, abs=0.1)
+
+
+@pytest.mark.parametrize(("gain_mps2", "waits"), [(0.0, False), (2.4, True)])
+def test_car_expects_one_behind_it_that_accelerates_on_the_next_lane(gain_mps2, waits):
+    plan = Manoeuvres(road_of(two_lanes(), changing(105.0)), np.array([]), CAR)
+    for tick in range(11):
+        before_s = 0.05 * (10 - tick)
+        other = Other(80.0 - 10.0 * before_s, WIDTH_M, 10.0 - gain_mps2 * before_s)
+        plan.decide(100.0 - 10.0 * before_s, 0.0, 10.0, [other.at(0.0)], math.inf)
+    assert (plan.most_mps < 10.0 or plan.way.until_m > 0.0) == waits
 
 
 def test_car_pulls_out_after_the_one_that_comes():

@@ -53,6 +53,10 @@ def test_car_ahead_is_followed_at_its_speed():
 def test_car_that_is_closer_than_its_time_gap_falls_back():
     far, near = (caps(car(speed=4.0), from_s=s, time_gap_s=1.5).min() for s in (STOP - 6.0, STOP))
     assert (far, near) == (pytest.approx(4.0), pytest.approx(4.0 - 1.5 * 4.0 / 2.0))
+    closer = caps(car(speed=4.0), from_s=STOP, time_gap_s=1.5, follow_gap_m=4.0).min()
+    assert closer == pytest.approx(near + 0.5)
+    gently = caps(car(speed=9.0), from_s=STOP, time_gap_s=1.5, speed_mps=9.0).min()
+    assert gently == pytest.approx(9.0 - 2.5)
     standing = caps(car(), time_gap_s=1.5)
     np.testing.assert_array_equal(standing, caps(car()))
 

@@ -11,6 +11,7 @@ import rospkg
 from sdc_common.driving import DetectedObstacle
 from sdc_common.geometry.road_line import road_route
 from sdc_package.behaviour.crossings import crossings, places_along
+from sdc_package.behaviour.crosswalks import crosswalks_on
 from sdc_package.behaviour.streets import StreetBehaviour, StreetMargins
 from sdc_sim.road.lane_graph import LaneGraph, drawn_places
 from sdc_sim.road.mission import plan_mission
@@ -175,18 +176,56 @@ def test_car_enters_no_junction_that_it_could_not_leave(crossing):
     assert at_line(streets, one, 0.0, [moving]) is None
 
 
-def test_car_keeps_its_distance_to_the_one_ahead(crossing):
-    _, streets, route, one = crossing
-    s_m = one.line_m - 25.0
+def test_one_on_the_way_of_the_car_is_followed_and_not_given_way(town):
+    network, seen = town[0], 0
+    for route, found in drives(*town):
+        streets = StreetBehaviour(network, MARGINS)
+        streets.follow(route, np.full(len(route.s), 9.0), 2.5)
+        for one in found:
+            for way in one.conflicts:
+                if not (way.merges and way.is_first):
+                    continue
+                s_m = one.line_m - FRONT_M - MARGINS.gap_m - 6.0
+                for at_m in np.arange(way.own_m[0] + 1.0, way.own_m[1], 1.0):
+                    heading = route.line.heading_at(at_m)
+                    x, y = route.line.point_at(at_m)
+                    for left_m in (-0.5, 0.5):
+                        place = x - left_m * np.sin(heading), y + left_m * np.cos(heading)
+                        ahead = DetectedObstacle(*place, heading, 4.5, 1.8, 5.0)
+                        streets.stop(s_m - 0.01, 6.0, (), HORIZON_M)
+                        decision = streets.stop(s_m, 6.0, [ahead], HORIZON_M)
+                        assert decision is None or decision[1] != "right_of_way"
+                        seen += 1
+    assert seen > 50
 
-    def following(gap_m, speed_mps):
-        at_m = s_m + FRONT_M + gap_m + 2.25
-        car = DetectedObstacle(
-            *route.line.point_at(at_m), route.line.heading_at(at_m), 4.5, 1.8, speed_mps
-        )
-        return streets.following_mps(s_m, [car], HORIZON_M)
 
-    assert following(3.0 + 1.5 * 5.0, 5.0) == pytest.approx(5.0, abs=0.2)
-    assert following(4.0, 5.0) < 4.0  # falls back
-    assert following(15.0, 5.0) > 6.0
-    assert streets.following_mps(s_m, [], HORIZON_M) == np.inf
+@pytest.mark.parametrize(("after_m", "gives_way"), [(40.0, True), (-3.0, False)])
+def test_red_light_after_a_junction_hides_no_one_with_right_of_way(crossing, after_m, gives_way):
+    network, streets, _, one = crossing
+    at_line(streets, one, 0.0)  # has stopped at the sign
+    other, red_m = coming(network, one, 12.0, 8.0), one.line_m + after_m
+    decision = at_line(streets, one, 0.0, [other], red_m=red_m)
+    assert (decision is not None and decision[1] == "right_of_way") == gives_way
+
+
+def test_pedestrian_after_a_junction_hides_no_one_with_right_of_way(town):
+    network = town[0]
+    for route, found in drives(*town):
+        walks = crosswalks_on(route, network.crosswalks)
+        for one in found:
+            after = [walk for walk in walks if 3.0 < walk.begin_m - one.line_m < 40.0]
+            if not after or not any(way.is_first for way in one.conflicts):
+                continue
+            streets = StreetBehaviour(network, MARGINS)
+            streets.follow(route, np.full(len(route.s), 9.0), 2.5)
+            middle_m = 0.5 * (after[0].begin_m + after[0].end_m)
+            yaw = route.line.heading_at(middle_m) + np.pi / 2.0
+            walker = DetectedObstacle(
+                *route.line.point_at(middle_m), yaw, 0.5, 0.5, 1.2, 3, "pedestrian"
+            )
+            assert at_line(streets, one, 3.0, [walker], before_m=3.0)[1] == "crosswalk"
+            other = coming(network, one, 12.0, 8.0)
+            decision = at_line(streets, one, 3.0, [walker, other], before_m=3.0)
+            assert decision[1] == "right_of_way"
+            return
+    raise AssertionError("the town has no such junction")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_left, bisect_right
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Callable, Sequence
+from typing import TYPE_CHECKING, Any, Callable
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from sdc_common.geometry.polyline import Place
 from sdc_common.geometry.road_line import LONGEST_STEP_M, road_route
 from sdc_common.planning.speed_profile import SpeedLimits, limited_speeds
 from sdc_common.validation import check_positive
-from sdc_package.obstacles import HARD_MPS2, DetectedObstacle, ObstacleMargins, nearby, speed_caps
+from sdc_package.obstacles import HARD_MPS2, ObstacleMargins, Obstacles, nearby, speed_caps
 from sdc_package.traffic_lights import TrafficLightMargins, TrafficLightMonitor
 
 if TYPE_CHECKING:
@@ -30,7 +30,6 @@ _TIME_GAP_S = 1.0
 _REACHED = 0.9
 # On streets the car accelerates by this, and aims at a speed so much greater, so far ahead.
 _STARTS_MPS2, _STARTS_MPS, _AIM_AHEAD_M = 1.2, 0.2, 0.3
-_FALLS_BACK_MPS = 2.5  # so much slower at most the car plans to fall back behind another one
 
 
 class OffRouteError(ValueError):
@@ -129,7 +128,7 @@ class LocalPlanner:
         self._place: Place | None = None
         self._speed_mps = start_mps
         self._xy = math.nan, math.nan
-        self._obstacles: Sequence[DetectedObstacle] = ()
+        self._obstacles: Obstacles = ()
         is_on_lanes = streets and streets.follow(route, self.speed, limits.braking_mps2)
         self._streets = streets if is_on_lanes else None
         self._window_ahead_m = _WINDOW_AHEAD_M
@@ -151,12 +150,7 @@ class LocalPlanner:
         return -1.0 if self._place is None else self._place.s_m
 
     def plan(
-        self,
-        first: int,
-        x_m: float,
-        y_m: float,
-        yaw_rad: float,
-        obstacles: Sequence[DetectedObstacle] = (),
+        self, first: int, x_m: float, y_m: float, yaw_rad: float, obstacles: Obstacles = ()
     ) -> np.ndarray:
         """Return the path ahead of the car.
 
@@ -187,23 +181,21 @@ class LocalPlanner:
         self._obstacles = obstacles
         streets, rows = self._streets, self._rows
         obstacles = nearby(self.route, self.place.s_m, obstacles, self._horizon_m)
+        follows: tuple = None, _TIME_GAP_S
         if streets is not None:
             obstacles = streets.relevant(self.place.s_m, obstacles)
-            rows = streets.manoeuvres.way.moved(rows, ahead)
+            way, margins = streets.manoeuvres.way, streets.margins
+            rows = way.moved(rows, ahead)
+            follows = way.offset_at, margins.time_gap_s, self._speed_mps, margins.follow_gap_m
         if not obstacles:
             return rows
-        caps = speed_caps(
-            self.route,
-            self.route.s[self._ahead],
-            self.place.s_m,
-            obstacles,
-            self.settings.obstacles,
-            self.settings.limits.braking_mps2,
-            self._horizon_m,
-            streets.manoeuvres.way.offset_at if streets else None,
-            0.0 if streets else _TIME_GAP_S,
-            self._speed_mps if streets else 0.0,
-        )
+        own = self.settings
+        given = own.obstacles, own.limits.braking_mps2, self._horizon_m, *follows
+        at = self.route, self.route.s[ahead], self.place.s_m
+        caps = speed_caps(*at, obstacles, *given)
+        if streets is not None and caps[0] < rows[0, 2]:
+            nearest = min(obstacles, key=lambda one: speed_caps(*at, [one], *given)[0])
+            streets.details["obstacle"] = f"{nearest.kind or 'one'} {nearest.id}"
         return self._capped(rows, caps, "obstacle")
 
     def stop_for(
@@ -251,14 +243,11 @@ class LocalPlanner:
     ) -> np.ndarray:
         """Return rows that keep the distance to the one ahead, and stop at the next junction."""
         seen, s_m = self._obstacles, self.place.s_m
-        following_mps = streets.following_mps(s_m, seen, self._horizon_m)
-        following_mps = max(following_mps, speed_mps - _FALLS_BACK_MPS)
-        if following_mps < rows[0, 2]:
-            rows = self._capped(rows, np.full(len(rows), following_mps), "obstacle")
-        stop = streets.stop(s_m, speed_mps, seen, self._horizon_m, stop_s is not None)
+        red_m = math.inf if stop_s is None else stop_s
+        stop = streets.stop(s_m, speed_mps, seen, self._horizon_m, red_m)
         rows = rows if stop is None else self._stopped_at(rows, *stop, speed_mps)
         plan = streets.manoeuvres
-        stops_m = [math.inf if one is None else one for one in (stop_s, stop and stop[0])]
+        stops_m = red_m, stop[0] if stop else math.inf
         plan.decide(s_m, self.place.cross_track_m, speed_mps, seen, min(stops_m))
         if plan.most_mps < rows[0, 2]:
             rows = self._capped(rows, np.full(len(rows), plan.most_mps), plan.reason)

@@ -20,8 +20,11 @@ _LEAST_GAP_M = 1.0  # the gap that is left where the car stops late [m]
 _PREDICTION_TIMES_S, _STEP_S = (0.0, 0.5, 1.0, 1.5, 2.0), 0.5
 # An obstacle that moves along the route more slowly than this is treated as standing.
 _MIN_FOLLOW_SPEED_MPS = 0.5
-# Time in which the car falls back to its time gap where it is closer [s].
-_FALL_BACK_S = 2.0
+# Time in which the car falls back to its time gap where it is closer [s], and how much slower it
+# becomes for that at most [m/s].
+_FALL_BACK_S, _SLOWER_MPS = 2.0, 2.5
+
+Obstacles = Sequence[DetectedObstacle]
 
 
 @dataclass(frozen=True)
@@ -41,13 +44,14 @@ def speed_caps(
     route: Route,
     s_m: np.ndarray,
     from_s_m: float,
-    obstacles: Sequence[DetectedObstacle],
+    obstacles: Obstacles,
     margins: ObstacleMargins,
     braking_mps2: float,
     horizon_m: float,
     offset_at: Callable[[float], float] | None = None,
     time_gap_s: float = 0.0,
     speed_mps: float = 0.0,
+    follow_gap_m: float | None = None,
 ) -> np.ndarray:
     """Return the maximum speeds with which the car stays behind every obstacle on its lane.
 
@@ -66,6 +70,7 @@ def speed_caps(
             left; None: it is the route [m]
         time_gap_s: additional time to a car that is followed, in which this one begins to brake [s]
         speed_mps: speed of the car, which rather uses the gap than brakes harder than firmly [m/s]
+        follow_gap_m: distance to a car that is followed, None: that to obstacles [m]
 
     Returns:
         (n,) speeds, infinite where no obstacle limits them [m/s]
@@ -90,8 +95,10 @@ def speed_caps(
                 firm_s_m = from_s_m + speed_mps**2 / (2.0 * FIRM_MPS2)
                 stop_s_m = route.last_point_s(max(stop_s_m, min(firm_s_m, latest_s_m)))
             elif time_gap_s:
-                stop_s_m -= along_mps * time_gap_s
-                along_mps = max(along_mps + min(stop_s_m - from_s_m, 0.0) / _FALL_BACK_S, 0.0)
+                follow_m = margins.gap_m if follow_gap_m is None else follow_gap_m
+                stop_s_m += margins.gap_m - follow_m - along_mps * time_gap_s
+                falls_back_mps = along_mps + min(stop_s_m - from_s_m, 0.0) / _FALL_BACK_S
+                along_mps = min(along_mps, max(falls_back_mps, speed_mps - _SLOWER_MPS, 0.0))
             room_m = np.maximum(stop_s_m - s_m, 0.0)
             np.minimum(square, along_mps**2 + 2.0 * braking_mps2 * room_m, out=square)
             break
@@ -99,7 +106,7 @@ def speed_caps(
 
 
 def nearby(
-    route: Route, from_s_m: float, obstacles: Sequence[DetectedObstacle], horizon_m: float
+    route: Route, from_s_m: float, obstacles: Obstacles, horizon_m: float
 ) -> list[DetectedObstacle]:
     """Return those that may be so near to a place within two seconds: in traffic, few."""
     at, last_s = route.line.point_at(from_s_m), _PREDICTION_TIMES_S[-1]

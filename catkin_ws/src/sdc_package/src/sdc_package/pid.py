@@ -36,11 +36,7 @@ class Pid:
     """
 
     def __init__(self, gains: PidGains, lower: float, upper: float):
-        """Set gains and limits of the output.
-
-        Raises:
-            ValueError: `lower` is not below `upper`
-        """
+        """Set gains and limits; raises ValueError if `lower` is not below `upper`."""
         if not lower < upper:
             raise ValueError(f"the lower limit must be below the upper limit, got {lower}, {upper}")
         self.gains, self.lower, self.upper = gains, lower, upper

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import threading
-from typing import Any, Callable, Sequence
+from typing import Any, Callable
 
 import rospy
 
-from sdc_common.driving import DetectedObstacle
 from sdc_common.ros.conversion import detected_obstacles, stop_lines
 from sdc_common.ros.refusal import refusing
+from sdc_package.obstacles import Obstacles
 from sdc_package.traffic_lights import TrafficLightMargins, TrafficLightMonitor
 
 
@@ -29,7 +29,7 @@ class PlannerInputs:
 
     def __init__(self, answer: Callable[[Any], None], margins: TrafficLightMargins):
         """Collect inputs; `answer` is not called before `start()`."""
-        self.obstacles: Sequence[DetectedObstacle] = ()
+        self.obstacles: Obstacles = ()
         self.traffic_lights = TrafficLightMonitor(margins)
         self.lock = threading.RLock()
         self._answer, self._started = answer, False

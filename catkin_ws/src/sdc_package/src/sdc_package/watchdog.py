@@ -13,17 +13,12 @@ class InputWatchdog:
     Times are stamps in integer nanoseconds, so that ages are exact. The age of the path is measured
     from odometry to odometry: the clock arrives on a separate connection and may be ahead of the
     odometry or behind it.
+
+    Args:
+        timeout_s: maximum age of an input, positive, or a ValueError names patience_s [s]
     """
 
     def __init__(self, timeout_s: float):
-        """Set the timeout.
-
-        Args:
-            timeout_s: maximum age of an input [s]
-
-        Raises:
-            ValueError: the timeout is not a positive number; the message names its key, patience_s
-        """
         check_positive(patience_s=timeout_s)
         self._timeout_ns = round(timeout_s * 1e9)
         self._odometry_ns = 0
@@ -43,12 +38,7 @@ class InputWatchdog:
         return self._path_ns > 0 and self._odometry_ns - self._path_ns > self._timeout_ns
 
     def timed_out(self, now_ns: int, path_needed: bool = True) -> str | None:
-        """Return the name of the input that timed out, `odometry` before `path`, or None.
-
-        Args:
-            now_ns: simulated time [ns]
-            path_needed: whether to check the path
-        """
+        """Return the input that has timed out by now [ns], `odometry` before `path`, or None."""
         if now_ns - self._odometry_ns > self._timeout_ns:
             return ODOMETRY
         if path_needed and self._odometry_ns - self._path_ns > self._timeout_ns:

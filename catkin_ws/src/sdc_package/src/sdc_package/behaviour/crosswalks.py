@@ -10,9 +10,11 @@ import numpy as np
 
 from sdc_common.driving import DetectedObstacle
 from sdc_common.geometry.route import Route
+from sdc_package.obstacles import Obstacles
 
-# A pedestrian so near to a crosswalk, who walks so fast at least towards the lane, will use it.
-_NEAR_M, _WALKS_MPS = 2.0, 0.3
+# A pedestrian who is so near to a crosswalk now or soon, and walks so fast at least towards the
+# lane, will use it.
+_NEAR_M, _SOON_S, _WALKS_MPS = 2.0, 1.0, 0.3
 # One who has left the strip of the car's lane by so much does not come back [m].
 _STRIP_M = 2.2
 
@@ -24,7 +26,7 @@ class Crosswalk(NamedTuple):
     end_m: float
     polygon_m: np.ndarray  # (N, 2) corners, 32-bit floats [m]
 
-    def user(self, route: Route, obstacles: Sequence[DetectedObstacle]) -> DetectedObstacle | None:
+    def user(self, route: Route, obstacles: Obstacles) -> DetectedObstacle | None:
         """Return a pedestrian on it, or just before it, who has yet to cross the lane."""
         middle_m = 0.5 * (self.begin_m + self.end_m)
         x, y = route.line.point_at(middle_m)
@@ -32,12 +34,16 @@ class Crosswalk(NamedTuple):
         for one in obstacles:
             if one.kind != "pedestrian" or math.dist((one.x_m, one.y_m), (x, y)) > 15.0:
                 continue
-            inside_m = cv2.pointPolygonTest(self.polygon_m, (one.x_m, one.y_m), True)
+            c, s = math.cos(one.yaw_rad), math.sin(one.yaw_rad)
+            walks_m = (0.0, _SOON_S * one.speed_mps)
+            places = [(one.x_m + c * m, one.y_m + s * m) for m in walks_m]
+            inside_m, soon_m = (cv2.pointPolygonTest(self.polygon_m, at, True) for at in places)
             left_m = (one.y_m - y) * math.cos(heading) - (one.x_m - x) * math.sin(heading)
             left_mps = one.speed_mps * math.sin(one.yaw_rad - heading)
             is_in_strip = abs(left_m) < _STRIP_M
             comes = left_m * left_mps < 0.0 and abs(left_mps) > _WALKS_MPS
-            if inside_m > -_NEAR_M and (comes or (is_in_strip and inside_m > 0.0)):
+            comes &= max(inside_m, soon_m) > -_NEAR_M
+            if comes or (is_in_strip and inside_m > 0.0):
                 return one
         return None
 

@@ -1,7 +1,7 @@
 """Proposed ways of the car, simulated a few seconds ahead among the others.
 
 The car follows who is in its way by the intelligent driver model (M. Treiber, A. Hennecke and
-D. Helbing, Phys. Rev. E 62, 2000); the others keep their speed and their lane.
+D. Helbing, Phys. Rev. E 62, 2000); the others keep their lane, and their speed or acceleration.
 """
 
 from __future__ import annotations
@@ -26,13 +26,14 @@ HARDEST_MPS2 = 6.0
 _SIDE_M, _SIDE_AT_REST_M, _ALONG_M, _ONCOMING_S = 0.3, 0.1, 0.5, 1.2
 # The car stays behind one at rest that leaves it a narrower strip, as caution/side_m demands [m].
 _FREE_M = 0.4
-# One behind the car in the lane that it takes brakes no harder than this [m/s^2].
-_REAR_MPS2 = 1.5
+# Who is behind the car in the lane that it takes brakes so hard [m/s^2], after so many steps.
+_REAR_MPS2, _REACTS_STEPS = 1.5, 2
 # A car at rest is only met by those that come towards it [m/s].
 _AT_REST_MPS = 0.3
 # Who moves across the road does so for this time [s]; slower motion across is none, nor is a
 # smaller share of the speed along it.
 _ACROSS_S, _ACROSS_MPS, _ACROSS_SHARE = 1.5, 0.3, 0.07
+_FASTER_S = 3.0  # who accelerates does so for this time [s]
 
 
 @dataclass(frozen=True)
@@ -95,7 +96,8 @@ def forecast(
     contact_s, hardest, oncoming_s = np.full(count, np.inf), np.zeros(count), np.zeros(count)
     for step in range(STEPS):
         time_s = step * STEP_S
-        its_s = others.s_m + time_s * others.along_mps
+        its_s = others.s_m + time_s * judge.speeds_mps(time_s)
+        its_s -= 0.5 * min(time_s, _FASTER_S) ** 2 * others.faster_mps2
         its_y = others.y_m + min(time_s, _ACROSS_S) * judge.across_mps
         distance_m = its_s - s[:, None]
         in_way = ~judge.settled & (np.abs(its_y - ways_m[:, at(its_s)]) < judge.half_width_m)
@@ -142,7 +144,7 @@ class _Judge:
         self, others: Around, margin: np.ndarray, car: Body, s_m: float, way_m: np.ndarray
     ):
         along_mps, left_mps = others.along_mps, others.left_mps
-        self._along_mps, self._margin = along_mps, margin
+        self._others, self._margin, self._steps = others, margin, np.zeros((1, 1), int)
         moves = np.abs(along_mps) > _AT_REST_MPS
         self._side_m = np.where(moves, _SIDE_M, _SIDE_AT_REST_M)
         self._body_m = others.half_width_m + 0.5 * car.width_m
@@ -162,6 +164,10 @@ class _Judge:
         away_m = np.maximum(np.abs(others.y_m - way_m), np.abs(later_m - way_m))
         self.settled = (away_m < 0.5 * self._body_m) & behind
 
+    def speeds_mps(self, time_s: float) -> np.ndarray:
+        """Return (A,) speeds of the others along the road."""
+        return self._others.along_mps + min(time_s, _FASTER_S) * self._others.faster_mps2
+
     def contacts(
         self, time_s: float, distance_m: np.ndarray, away_m: np.ndarray, speed_mps: np.ndarray
     ) -> np.ndarray:
@@ -172,11 +178,13 @@ class _Judge:
         side_m = np.minimum(self._side_m, _SIDE_AT_REST_M + time_s * _SIDE_M)
         overlap = away_m < self._body_m + side_m
         behind = self._aligned & (distance_m < 0.0)
-        closing_mps = np.maximum(self._along_mps - speed_mps, 0.0)
-        safe_m = 1.0 + 0.2 * self._along_mps + closing_mps**2 / (2.0 * _REAR_MPS2)
+        its_mps = self.speeds_mps(time_s)
+        closing_mps = np.maximum(its_mps - speed_mps, 0.0)
+        safe_m = 1.0 + 0.2 * its_mps + closing_mps**2 / (2.0 * _REAR_MPS2)
         is_close = -distance_m - self.half_length_m < self._margin * safe_m
         cut_in = overlap & behind & ~self.settled & is_close
-        self.settled = self.settled | (overlap & behind)
+        self._steps = (self._steps + 1) * (overlap & behind)
+        self.settled = self.settled | (self._steps > _REACTS_STEPS)
         met = overlap & (np.abs(distance_m) < self._near_m) & ~self.settled
         met &= self._oncoming | (speed_mps > _AT_REST_MPS)
         return (cut_in | met).any(axis=1)

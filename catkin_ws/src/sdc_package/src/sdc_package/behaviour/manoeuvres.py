@@ -9,17 +9,16 @@ simulated and scored, and the best one is taken: the recipe of PDM-Closed (D. Da
 from __future__ import annotations
 
 import math
-from typing import Iterator, NamedTuple, Sequence
+from typing import Iterator, NamedTuple
 
 import numpy as np
 
-from sdc_common.driving import DetectedObstacle
 from sdc_common.geometry.route import smooth_step
-from sdc_package.behaviour.forecast import HARDEST_MPS2, SOON_S, Body, Forecast, forecast
+from sdc_package.behaviour.forecast import GRID_M, HARDEST_MPS2, SOON_S, Body, Forecast, forecast
 from sdc_package.behaviour.offset_path import SAME_M, OffsetPath, bend_mps, shift_length_m
 from sdc_package.behaviour.road import BEHIND_LINE, NOTHING, SAME, RoadAlong
 from sdc_package.behaviour.situation import AHEAD_M, AT_REST_MPS, Memory, Situation
-from sdc_package.obstacles import FIRM_MPS2, HARD_MPS2
+from sdc_package.obstacles import FIRM_MPS2, HARD_MPS2, Obstacles
 
 PASSING, MERGING = "passing", "merging"
 KEEP, BACK, STAY, PASS, ASIDE, NUDGE = "keep", "back", "stay", "pass", "aside", "nudge"
@@ -53,8 +52,11 @@ _BRAKES_MPS = 0.3
 # Values in metres of progress: another way than before, a second on the oncoming lane, each m/s^2
 # of braking beyond the usual, each m/s at the end, a slower speed, a contact.
 _NEW_M, _ONCOMING_M, _BRAKING_M, _END_S, _SLOWER_M, _CONTACT_M = 4.0, 3.0, 4.0, 1.0, 1.0, 1000.0
+# Share of a lane so far from its middle at which the car is between two, and what that costs [m].
+_BETWEEN, _BETWEEN_M = 0.2, 5.0
 # A contact after this time may still be avoided; it costs this, divided by the time.
 _FAR_S, _FAR_M = 2.5, 300.0
+_LATER_S, _LATER_COST_M = 4.5, 100.0
 
 
 class Proposal(NamedTuple):
@@ -94,7 +96,7 @@ class Manoeuvres:
         s_m: float,
         cross_track_m: float,
         speed_mps: float,
-        obstacles: Sequence[DetectedObstacle],
+        obstacles: Obstacles,
         stop_m: float,
     ) -> None:
         """Choose the way; call it in each plan.
@@ -129,28 +131,26 @@ class Manoeuvres:
         rows = np.repeat(np.arange(count), len(_SPEEDS))
         shares = np.tile([share for share, _ in _SPEEDS], count)
         slows_mps2 = np.tile([max(usual_mps2, harder_mps2) for _, harder_mps2 in _SPEEDS], count)
-        result = forecast(
-            ways[rows],
-            np.minimum(now.most_mps * shares[:, None], np.array(bends_mps)[rows]),
-            now.from_m,
-            now.s_m,
-            now.speed_mps,
-            now.others,
-            np.minimum([proposals[n].stop_m for n in rows], stop_m),
-            np.array([[proposals[n].margin] for n in rows]),
-            self._car,
-            now.line_y,
-            slows_mps2,
-        )
+        most_mps = np.minimum(now.most_mps * shares[:, None], np.array(bends_mps)[rows])
+        stops_m = np.minimum([proposals[n].stop_m for n in rows], stop_m)
+        margins = np.array([[proposals[n].margin] for n in rows])
+        here, car = (now.from_m, now.s_m, now.speed_mps, now.others), (self._car, now.line_y)
+        result = forecast(ways[rows], most_mps, *here, stops_m, margins, *car, slows_mps2)
         costs_m = np.array([proposals[n].cost_m for n in rows])
         # Who slows down for those beside it stays in its lane.
         slower_m = np.where([proposals[n].name == STAY for n in rows], -_SLOWER_M, _SLOWER_M)
         costs_m += slower_m * (shares < 1.0) + _BRAKING_M * (slows_mps2 - usual_mps2)
+        # Others do not expect one that stands between two lanes.
+        ends = np.minimum((now.s_m - now.from_m + result.progress_m) / GRID_M, ways.shape[1] - 1)
+        lanes = ways[rows, ends.astype(int)] / now.width_m
+        between = np.abs(lanes - np.round(lanes)) > _BETWEEN
+        costs_m += _BETWEEN_M * (between & (result.end_mps < AT_REST_MPS) & now.changes_lane)
         # The car brakes harder only if there is a contact soon on each gentler way.
         for harder_mps2 in (HARD_MPS2, HARDEST_MPS2):
             if (result.contact_s[slows_mps2 < harder_mps2] > _FAR_S).any():
                 costs_m[slows_mps2 >= harder_mps2] = math.inf
-        best = int(np.argmax(self._values(result, now.is_on_oncoming_lane) - costs_m))
+        keeps = np.array([proposals[n].name == KEEP for n in rows])
+        best = int(np.argmax(self._values(result, keeps, now.is_on_oncoming_lane) - costs_m))
         chosen, share = proposals[rows[best]], float(shares[best])
         if chosen.name != KEEP:
             self.way.follow(chosen.offset_m, now.s_m)
@@ -168,14 +168,17 @@ class Manoeuvres:
         elif self.way.until_m:
             self.reason = PASSING
 
-    def _values(self, result: Forecast, is_on_oncoming_lane: bool) -> np.ndarray:
+    def _values(self, result: Forecast, keeps: np.ndarray, is_on_oncoming_lane: bool) -> np.ndarray:
         """Return the value of each proposal without its cost [m]."""
         value = result.progress_m + _END_S * result.end_mps - _ONCOMING_M * result.oncoming_s
         value -= _BRAKING_M * np.maximum(result.braking_mps2 - self._car.braking_mps2, 0.0)
         contact = np.isfinite(result.contact_s)
-        # On the oncoming lane, to stop is worse than a contact that is far away.
-        far = contact & (result.contact_s > _FAR_S) & is_on_oncoming_lane
-        value[far] -= _FAR_M / result.contact_s[far]
+        # On the oncoming lane, to stop is worse than a contact that is far away; on its own one,
+        # the car waits with braking for it.
+        own_side = keeps & (result.oncoming_s == 0.0)
+        far_s, far_m = (_FAR_S, _FAR_M) if is_on_oncoming_lane else (_LATER_S, _LATER_COST_M)
+        far = contact & (result.contact_s > far_s) & (own_side | is_on_oncoming_lane)
+        value[far] -= far_m / result.contact_s[far]
         contact &= ~far
         first = 10.0 * result.contact_s[contact] - 0.1 * result.progress_m[contact]
         value[contact] = first - _CONTACT_M

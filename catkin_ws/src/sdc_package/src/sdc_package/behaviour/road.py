@@ -8,8 +8,8 @@ from typing import Any, NamedTuple, Sequence
 
 import numpy as np
 
-from sdc_common.driving import DetectedObstacle
 from sdc_common.geometry.route import Route
+from sdc_package.obstacles import Obstacles
 from sdc_sim.road.network import SOLID, LanePlace, Network, RoadLane, edge_of
 
 # What is beside a lane: nothing, a lane of the same direction, an oncoming lane, and one behind a
@@ -35,6 +35,7 @@ class Around(NamedTuple):
     left_mps: np.ndarray  # speed across the road [m/s]
     half_length_m: np.ndarray  # half of the size along the route [m]
     half_width_m: np.ndarray  # half of the size across it [m]
+    faster_mps2: np.ndarray | float = 0.0  # acceleration along the route [m/s^2]
 
 
 @dataclass(frozen=True)
@@ -145,7 +146,7 @@ def _oncoming(network: Network, route: Route, s_m: float, lane: RoadLane) -> int
 def around(
     road: RoadAlong,
     s_m: float,
-    obstacles: Sequence[DetectedObstacle],
+    obstacles: Obstacles,
     back_m: float,
     ahead_m: float,
     beside_m: float,

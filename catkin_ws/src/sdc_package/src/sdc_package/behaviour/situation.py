@@ -7,10 +7,10 @@ from typing import Sequence
 
 import numpy as np
 
-from sdc_common.driving import DetectedObstacle
 from sdc_package.behaviour.forecast import GRID_M, Body
 from sdc_package.behaviour.offset_path import SAME_M, OffsetPath
 from sdc_package.behaviour.road import BEHIND_LINE, SAME, RoadAlong, around
+from sdc_package.obstacles import Obstacles
 
 AMBULANCE, PEDESTRIAN, OBSTACLE, BICYCLE = "ambulance", "pedestrian", "obstacle", "bicycle"
 AT_REST_MPS = 0.5
@@ -30,6 +30,8 @@ _CHANGE_AHEAD, _CHANGE_M = 60, 1.0
 _FREE_BEHIND_M = 18.0
 # Share of the planned speed at which the car shifts to the side and back.
 _SHIFTS = 0.65
+# Time between decisions [s], and the accelerations that count, at least and at most [m/s^2].
+DECISION_S, _STEADY_MPS2, _FASTER_MPS2 = 0.25, 0.5, 2.5
 # Costs in metres of progress: a solid line, and an emergency vehicle behind.
 _SOLID_M, _HINDERS_M = 6.0, 40.0
 
@@ -41,12 +43,21 @@ class Memory:
         # Decisions for which they were slow, or at rest, before the car.
         self.slow: dict[tuple[int, bool], int] = {}
         self.moved: set[int] = set()  # those that have moved
+        self._mps: dict[int, float] = {}  # their speeds along the route
 
     def update(self, slow: Sequence[tuple[int, bool]], moving: Sequence[int], keep: bool) -> None:
         """Count those that are slow, or at rest; forget the others unless they are kept."""
         self.moved.update(moving)
         old = self.slow if keep else {one: self.slow.get(one, 0) for one in slow}
         self.slow = {**old, **{one: self.slow.get(one, 0) + 1 for one in slow}}
+
+    def faster_mps2(self, ids: Sequence[int], speeds_mps: Sequence[float]) -> np.ndarray:
+        """Return by how much each accelerates since the last decision, 0 for those that brake."""
+        gains = [mps - self._mps.get(one, mps) for one, mps in zip(ids, speeds_mps)]
+        self._mps = dict(zip(ids, speeds_mps))
+        faster_mps2 = np.array(gains) / DECISION_S
+        steady = (faster_mps2 < _STEADY_MPS2) | (np.array(speeds_mps) < AT_REST_MPS)
+        return np.where(steady, 0.0, np.minimum(faster_mps2, _FASTER_MPS2))
 
 
 class Situation:
@@ -77,13 +88,15 @@ class Situation:
         lines_m: np.ndarray,
         s_m: float,
         speed_mps: float,
-        obstacles: Sequence[DetectedObstacle],
+        obstacles: Obstacles,
     ):
         self._road, self._way, self._car, self.s_m, self.speed_mps = road, way, car, s_m, speed_mps
         route = road.route
-        self.others = others = around(road, s_m, obstacles, _FAST_M, AHEAD_M, _SIDE_M)
+        others = around(road, s_m, obstacles, _FAST_M, AHEAD_M, _SIDE_M)
         self._kinds = [obstacles[row].kind for row in others.rows.tolist()]
         ids = np.array([obstacles[row].id for row in others.rows.tolist()], int)
+        faster_mps2 = memory.faster_mps2(ids.tolist(), others.along_mps.tolist())
+        self.others = others = others._replace(faster_mps2=faster_mps2)
         self.from_m, self.here = s_m - _BACK_M, int(_BACK_M / GRID_M)
         self.grid_m = self.from_m + GRID_M * np.arange(int((_BACK_M + AHEAD_M + 80.0) / GRID_M))
         self.route_y = np.interp(self.grid_m, road.s_m, road.route_y_m)

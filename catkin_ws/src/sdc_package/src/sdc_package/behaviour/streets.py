@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, Callable, Iterator, Sequence
+from typing import Any, Callable, Iterator, Optional, Tuple
 
 import numpy as np
 
@@ -26,7 +26,7 @@ from sdc_package.behaviour.crosswalks import crosswalks_on
 from sdc_package.behaviour.forecast import Body
 from sdc_package.behaviour.manoeuvres import Manoeuvres
 from sdc_package.behaviour.road import VEHICLE_M, road_along
-from sdc_package.obstacles import FIRM_MPS2, HARD_MPS2
+from sdc_package.obstacles import FIRM_MPS2, HARD_MPS2, Obstacles
 from sdc_sim.road.network import LanePlace, Network
 
 STOP_SIGN, RIGHT_OF_WAY, JUNCTION_BLOCKED = "stop_sign", "right_of_way", "junction_blocked"
@@ -34,7 +34,7 @@ CROSSWALK = "crosswalk"
 # The car has stopped if it was so slow, so close to the place at which it should stop.
 _STOPPED_MPS, _STOPPED_WITHIN_M = 0.2, 2.5
 # A road user so slow is in a jam; at a junction, one so slow waits for the car.
-_STANDS_MPS, _WAITS_MPS = 0.5, 0.1
+_STANDS_MPS, _WAITS_MPS = 0.5, 0.4
 _LANE_M, _CAR_WIDTH_M = 2.5, 2.0
 # Road users so far from the stop line, or so much time from it, matter. The third one is the time
 # within which one that arrives at the junction has right of way there.
@@ -44,8 +44,9 @@ _REACTS_S, _LATE_CLEAR_S = 0.3, 0.4
 _PAST_M = 5.0  # one that drives away from the space that both need is past it after this
 # A slow one is expected to be so fast when it enters the junction.
 _STARTS_MPS = 3.0
-# One that accelerates by more than the first is expected to go on with at most the second.
-_STEADY_MPS2, _FASTER_MPS2 = 0.3, 2.5
+# One that accelerates by more than the first is expected to go on with at most the second; one that
+# brakes, for a time [s].
+_STEADY_MPS2, _FASTER_MPS2, _SLOWER_S = 0.3, 2.5, 1.0
 # One without right of way that would have to brake harder than this does not give way.
 _RUNS_MPS, _RUNS_MPS2, _EMERGENCY_MPS2 = 2.0, 3.2, 6.5
 # Slower by this than its mean, one brakes; weight of the newest speed, and age of the mean [s].
@@ -53,12 +54,15 @@ _BRAKES_MPS, _NEWEST, _MEAN_S = 0.3, 0.2, 0.2
 # One that is more oblique than this changes lanes or turns.
 _ALONG_RAD = math.radians(50.0)
 _AROUND_M = 60.0  # others are looked at so near, and as far as they drive in two seconds
+# One so near to the way of the car, and so little oblique to it, is followed.
+_ON_WAY_M, _ON_WAY_RAD = 0.7, math.radians(20.0)
 # A pedestrian on a crosswalk is not on the lane.
 _ACROSS_RAD = math.radians(60.0)
 # A car that may start gives way to those that wait, too, for so many plans (20 a second).
 _WAITS, _AT_LINE_M = 30, 5.0
-# Time in which a distance that is too short or too long is corrected.
-_FOLLOW_S = 2.0
+
+Span = Tuple[float, float]
+Times = Tuple[Optional[float], float, float]
 
 
 @dataclass(frozen=True)
@@ -86,7 +90,7 @@ class StreetBehaviour:
     """
 
     def __init__(self, network: Network, margins: StreetMargins):
-        self._network, self._margins = network, margins
+        self._network, self.margins = network, margins
         # Two decisions of a tick need the place of a road user, and many are at rest.
         self._place_of = lru_cache(256)(
             lambda one: network.nearest(one.x_m, one.y_m, one.yaw_rad, _LANE_M)
@@ -105,7 +109,7 @@ class StreetBehaviour:
             speed_mps: (N,) planned speed at its points [m/s]
             braking_mps2: usual deceleration of the car [m/s^2]
         """
-        self._route, margins = route, self._margins
+        self._route, margins = route, self.margins
         places = list(places_along(self._network, route))
         self._crossings, self._entered = crossings(self._network, route, places, speed_mps), []
         self._crosswalks = crosswalks_on(route, self._network.crosswalks)
@@ -125,9 +129,9 @@ class StreetBehaviour:
         self,
         s_m: float,
         speed_mps: float,
-        obstacles: Sequence[DetectedObstacle],
+        obstacles: Obstacles,
         horizon_m: float,
-        is_red: bool = False,
+        red_m: float = math.inf,
     ) -> tuple[float, str] | None:
         """Return where the car's centre must stop, and why; None if it may drive on.
 
@@ -136,32 +140,40 @@ class StreetBehaviour:
             speed_mps: its speed [m/s]
             obstacles: the detected road users
             horizon_m: junctions that begin farther ahead are not looked at [m]
-            is_red: whether the car already stops for a traffic light
+            red_m: where the car already stops for a traffic light, inf: nowhere [m]
         """
-        margins, details = self._margins, self.details
+        margins, details = self.margins, self.details
         means = [(one, self._mean_mps.get(one.id, one.speed_mps)) for one in obstacles]
         self._mean_mps = {one.id: mean + _NEWEST * (one.speed_mps - mean) for one, mean in means}
         for reason in (CROSSWALK, JUNCTION_BLOCKED, RIGHT_OF_WAY):
             details.pop(reason, None)
         soonest_m = s_m + speed_mps**2 / (2.0 * margins.hardest_mps2)
+        stops = [self._at_junction(s_m, speed_mps, obstacles, horizon_m, red_m)]
         for one in self._crosswalks:
             stop_m = one.begin_m - margins.car_front_m - margins.gap_m
-            is_near = soonest_m <= stop_m + margins.gap_m <= s_m + horizon_m
+            is_near = soonest_m - OVER_M <= stop_m + margins.gap_m <= s_m + horizon_m
             if is_near and (user := one.user(self._route, obstacles)):
                 details[CROSSWALK] = f"yields to {_name(user)}"
-                return stop_m, CROSSWALK
-        while self._crossings and s_m > self._crossings[0].last_stop_m(margins.car_front_m):
+                stops.append((stop_m, CROSSWALK))
+                break
+        return min(filter(None, stops), default=None)
+
+    def _at_junction(
+        self, s_m: float, speed_mps: float, obstacles: Obstacles, horizon_m: float, red_m: float
+    ) -> tuple[float, str] | None:
+        """Return where the car must stop for the next junction, if it must, and why."""
+        while self._crossings and s_m > self._crossings[0].last_stop_m(self.margins.car_front_m):
             self._entered = [self._crossings.pop(0)]
             self._has_stopped, self._plans_at_line = False, 0
         if not self._crossings or self._crossings[0].line_m > s_m + horizon_m:
             return None
-        crossing = self._crossings[0]
-        if is_red:
+        crossing, gap_m = self._crossings[0], self.margins.gap_m
+        if red_m < crossing.line_m:
             self._plans_at_line = 0
             return None
-        stop_m = crossing.line_m - margins.car_front_m - margins.gap_m
+        stop_m = crossing.line_m - self.margins.car_front_m - gap_m
         self._has_stopped |= speed_mps < _STOPPED_MPS and stop_m - s_m < _STOPPED_WITHIN_M
-        if soonest_m <= stop_m + margins.gap_m:
+        if s_m + speed_mps**2 / (2.0 * self.margins.hardest_mps2) <= stop_m + gap_m:
             if crossing.has_stop_sign and not self._has_stopped:
                 return stop_m, STOP_SIGN
             if self._is_blocked(crossing, s_m, obstacles):
@@ -169,7 +181,7 @@ class StreetBehaviour:
         give_way_m = self._give_way_m(crossing, s_m, speed_mps, obstacles, stop_m)
         return None if math.isinf(give_way_m) else (give_way_m, RIGHT_OF_WAY)
 
-    def relevant(self, s_m: float, obstacles: Sequence[DetectedObstacle]) -> list[DetectedObstacle]:
+    def relevant(self, s_m: float, obstacles: Obstacles) -> list[DetectedObstacle]:
         """Return the obstacles without vehicles that stay on lanes beside the car's route.
 
         On a bend or in a junction, the lane of a vehicle tells more than its heading where it will
@@ -192,6 +204,7 @@ class StreetBehaviour:
                 continue
             away_m = [(way.away_m(self._network, place), way.its_m[1]) for way in ways]
             crosses = any(m is not None and m + to_m > -0.5 * one.length_m for m, to_m in away_m)
+            crosses &= not self._is_ahead(one, s_m)
             beside_m = 0.5 * (one.width_m + _CAR_WIDTH_M) + BESIDE_M
             # One that comes obliquely from beside the car cuts in; an oncoming one turns.
             cuts_in = math.cos(one.yaw_rad - heading_rad) > 0.0
@@ -215,41 +228,9 @@ class StreetBehaviour:
             heading = lane.heading_at(s_m)
             yield x - left_m * math.sin(heading), y + left_m * math.cos(heading)
 
-    def following_mps(
-        self, s_m: float, obstacles: Sequence[DetectedObstacle], horizon_m: float
-    ) -> float:
-        """Return the speed with which the car keeps its distance to the one ahead, inf if none.
-
-        A linear time-gap law: the speed of the one ahead, and the difference of the distance from
-        gap_m + time_gap_s times this speed, divided by a time.
-
-        Args:
-            s_m: arc length of the car's centre along the route [m]
-            obstacles: the detected road users
-            horizon_m: those farther ahead are not looked at [m]
-        """
-        line, margins, least_mps = self._route.line, self._margins, math.inf
-        self.details.pop("obstacle", None)
-        x, y = line.point_at(s_m)
-        for one in obstacles:
-            if math.dist((one.x_m, one.y_m), (x, y)) > horizon_m:
-                continue
-            place = line.project(one.x_m, one.y_m, s_m, 0.0, horizon_m)
-            along_mps = one.speed_mps * math.cos(one.yaw_rad - place.heading_rad)
-            gap_m = place.s_m - 0.5 * one.length_m - s_m - margins.car_front_m
-            beside_m = 0.5 * (one.width_m + _CAR_WIDTH_M)
-            if self._beside_m(place) < beside_m and along_mps >= _STANDS_MPS and place.s_m > s_m:
-                wanted_m = margins.follow_gap_m + margins.time_gap_s * along_mps
-                mps = along_mps + (gap_m - wanted_m) / _FOLLOW_S
-                if mps < least_mps:
-                    least_mps, self.details["obstacle"] = mps, f"follows {_name(one)}"
-        return max(least_mps, 0.0)
-
-    def _is_blocked(
-        self, crossing: Crossing, s_m: float, obstacles: Sequence[DetectedObstacle]
-    ) -> bool:
+    def _is_blocked(self, crossing: Crossing, s_m: float, obstacles: Obstacles) -> bool:
         """Return whether a road user stands where the car would leave the junction."""
-        until_m = crossing.end_m + 2.0 * self._margins.car_front_m + self._margins.gap_m
+        until_m = crossing.end_m + 2.0 * self.margins.car_front_m + self.margins.gap_m
         x, y = self._route.line.point_at(crossing.end_m)
         for one in obstacles:
             reach_m = until_m - crossing.line_m + 0.5 * one.length_m
@@ -264,23 +245,18 @@ class StreetBehaviour:
         return False
 
     def _give_way_m(
-        self,
-        crossing: Crossing,
-        s_m: float,
-        speed_mps: float,
-        obstacles: Sequence[DetectedObstacle],
-        stop_m: float,
+        self, crossing: Crossing, s_m: float, speed_mps: float, obstacles: Obstacles, stop_m: float
     ) -> float:
         """Return where the car stops for those that it would meet in the junction, inf: nowhere."""
-        front_m, line_m = self._margins.car_front_m, crossing.line_m
-        most_mps = min(self._margins.crossing_mps, crossing.mean_mps)
-        pace = min(speed_mps, crossing.mean_mps), most_mps, self._margins.acceleration_mps2
+        front_m, line_m = self.margins.car_front_m, crossing.line_m
+        most_mps = min(self.margins.crossing_mps, crossing.mean_mps)
+        pace = min(speed_mps, crossing.mean_mps), most_mps, self.margins.acceleration_mps2
         begin_s = time_s(line_m - front_m - s_m, *pace)
         firm_m, spaces = s_m + _REACTS_S * speed_mps + speed_mps**2 / (2.0 * FIRM_MPS2), []
-        before_m = stop_m + 0.5 * self._margins.gap_m
+        before_m = stop_m + 0.5 * self.margins.gap_m
         stops_before = s_m + speed_mps**2 / (2.0 * HARD_MPS2) <= before_m
         for conflict in crossing.conflicts:
-            hardest_mps2 = self._margins.hardest_mps2 if conflict.is_first else _EMERGENCY_MPS2
+            hardest_mps2 = self.margins.hardest_mps2 if conflict.is_first else _EMERGENCY_MPS2
             soonest_m = s_m + speed_mps**2 / (2.0 * hardest_mps2)
             latest_m = max(line_m, conflict.own_m[0] - BESIDE_M) - front_m
             if soonest_m <= latest_m + OVER_M:
@@ -292,7 +268,7 @@ class StreetBehaviour:
                 wanted_m = min(most_m, max(stop_m, firm_m)) if conflict.is_first else latest_m
                 # One that merges behind the car follows it. Where only a hard stop is possible, it
                 # passes closely rather.
-                clear_s = self._margins.clear_s if firm_m <= latest_m else _LATE_CLEAR_S
+                clear_s = self.margins.clear_s if firm_m <= latest_m else _LATE_CLEAR_S
                 until_s = first_s + 2.0 * clear_s if conflict.merges else last_s + clear_s
                 times_s = begin_s if is_before else None, first_s - clear_s, until_s
                 spaces.append((wanted_m, conflict, times_s))
@@ -304,7 +280,8 @@ class StreetBehaviour:
             if math.dist((one.x_m, one.y_m), (x, y)) >= near_m or (waits and not starts):
                 continue
             place = self._place_of(one)
-            if place is None or abs(place.heading_error_rad) > _ACROSS_RAD:
+            is_across = place is None or abs(place.heading_error_rad) > _ACROSS_RAD
+            if place is None or is_across or self._is_ahead(one, s_m):
                 continue
             for wanted_m, conflict, times_s in spaces:
                 away_m = conflict.away_m(self._network, place)
@@ -312,32 +289,34 @@ class StreetBehaviour:
                     continue
                 if waits and not 0.0 <= away_m - 0.5 * one.length_m < _AT_LINE_M:
                     continue
-                if wanted_m < nearest_m and self._meet(one, place, away_m, conflict, *times_s):
+                if wanted_m < nearest_m and self._meet(one, place, away_m, conflict.its_m, times_s):
                     if not waits:
                         self._plans_at_line = 0  # who waits starts after those that pass
                     nearest_m, text = wanted_m, f"yields to {_name(one)} at junction "
                     self.details[RIGHT_OF_WAY] = text + crossing.junction
         return nearest_m
 
+    def _is_ahead(self, one: DetectedObstacle, s_m: float) -> bool:
+        """Return whether a road user drives on the way of the car already."""
+        place = self._route.line.project(one.x_m, one.y_m, s_m, 0.0, _AROUND_M)
+        turned_rad = math.remainder(one.yaw_rad - place.heading_rad, 2.0 * math.pi)
+        is_near = self._beside_m(place) < _ON_WAY_M and abs(turned_rad) < _ON_WAY_RAD
+        return is_near and place.s_m > s_m
+
     def _meet(
-        self,
-        one: DetectedObstacle,
-        place: LanePlace,
-        away_m: float,
-        conflict: Conflict,
-        begin_s: float | None,
-        from_s: float,
-        until_s: float,
+        self, one: DetectedObstacle, place: LanePlace, away_m: float, its_m: Span, times_s: Times
     ) -> bool:
         """Return whether a road user, so far from the junction, is too near to the car in time.
 
         The car enters the junction after a time (None: that does not matter), and needs the space
         of both between the others.
         """
+        (its_from_m, its_to_m), (begin_s, from_s, until_s) = its_m, times_s
         half_m = 0.5 * one.length_m
-        soon_mps, late_mps = max(one.speed_mps, _STARTS_MPS), max(one.speed_mps, 1.0)
         limit_mps = self._network.lanes[place.lane].speed_limit_mps
         faster_mps2 = min((one.speed_mps - self._mean_mps[one.id]) / _MEAN_S, _FASTER_MPS2)
+        soon_mps = max(one.speed_mps, _STARTS_MPS)
+        late_mps = max(one.speed_mps + _SLOWER_S * min(faster_mps2, 0.0), 1.0)
 
         def passes(from_m: float, until_m: float, begin_s: float, end_s: float) -> bool:
             """Return whether it is between two places of its way at a time."""
@@ -348,7 +327,6 @@ class StreetBehaviour:
             leaves_s = (until_m + away_m + half_m) / late_mps
             return enters_s < end_s and leaves_s > max(begin_s, 0.0)
 
-        its_from_m, its_to_m = conflict.its_m
         if passes(its_from_m, its_to_m, from_s, until_s):
             return True
         if begin_s is None:
