@@ -53,7 +53,7 @@ def speed_caps(
     speed_mps: float = 0.0,
     follow_gap_m: float | None = None,
 ) -> np.ndarray:
-    """Return the maximum speeds with which the car stays behind every obstacle on its lane.
+    """Return (n,) greatest speeds behind all obstacles on the lane, inf where there is none [m/s].
 
     The car stops behind a standing obstacle, at the last point of the route before the gap. It
     follows an obstacle that moves along the route at that obstacle's speed.
@@ -71,9 +71,6 @@ def speed_caps(
         time_gap_s: additional time to a car that is followed, in which this one begins to brake [s]
         speed_mps: speed of the car, which rather uses the gap than brakes harder than firmly [m/s]
         follow_gap_m: distance to a car that is followed, None: that to obstacles [m]
-
-    Returns:
-        (n,) speeds, infinite where no obstacle limits them [m/s]
     """
     square, given = np.full(len(s_m), np.inf), (margins, horizon_m, offset_at)
     for obstacle in obstacles:

@@ -102,10 +102,8 @@ def forecast(
         distance_m = its_s - s[:, None]
         in_way = ~judge.settled & (np.abs(its_y - ways_m[:, at(its_s)]) < judge.half_width_m)
         gap_m = np.where(in_way & (distance_m > 0.0), distance_m - judge.half_length_m, np.inf)
-        push = np.maximum(
-            _push(v[:, None], others.along_mps, gap_m, car).max(axis=1, initial=0.0),
-            _push(v, 0.0, stop_m - s + _GAP_M, car),
-        )
+        push = _push(v[:, None], others.along_mps, gap_m, car).max(axis=1, initial=0.0)
+        push = np.maximum(push, _push(v, 0.0, stop_m - s + _GAP_M, car))
         hardest = np.maximum(hardest, car.acceleration_mps2 * (push - 1.0) * (v > _AT_REST_MPS))
         # The front is where the centre will be; towards those behind it is the rear that matters.
         front_y, mine_y = ways_m[grid, at(s + car.front_m)[:, None]], ways_m[grid, at(s)[:, None]]
