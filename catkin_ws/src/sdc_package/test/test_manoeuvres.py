@@ -38,11 +38,9 @@ def two_lanes():
 class Other:
     """One that keeps its speed and its way, from a place at time 0."""
 
-    def __init__(
-        self, x_m, y_m=0.0, speed_mps=0.0, number=7, kind="car", size=(4.7, 1.9), gain=0.0
-    ):
+    def __init__(self, x_m, y_m=0.0, speed_mps=0.0, number=7, kind="car", size=(4.7, 1.9)):
         self.x_m, self.y_m, self.speed_mps, self.number = x_m, y_m, speed_mps, number
-        self.kind, self.size, self.gain_mps2 = kind, size, gain
+        self.kind, self.size = kind, size
 
     def at(self, time_s):
         yaw = 0.0 if self.speed_mps >= 0.0 else math.pi

@@ -192,11 +192,11 @@ class LocalPlanner:
         own = self.settings
         given = own.obstacles, own.limits.braking_mps2, self._horizon_m, *follows
         at = self.route, self.route.s[ahead], self.place.s_m
-        caps = speed_caps(*at, obstacles, *given)
-        if streets is not None and caps[0] < rows[0, 2]:
-            nearest = min(obstacles, key=lambda one: speed_caps(*at, [one], *given)[0])
+        each = np.array([speed_caps(*at, [one], *given) for one in obstacles])
+        if streets is not None:
+            nearest = obstacles[int(np.argmin(each[:, 0]))]
             streets.details["obstacle"] = f"{nearest.kind or 'one'} {nearest.id}"
-        return self._capped(rows, caps, "obstacle")
+        return self._capped(rows, each.min(axis=0), "obstacle")
 
     def stop_for(
         self, lights: TrafficLightMonitor, rows: np.ndarray, speed_mps: float

@@ -17,13 +17,18 @@ from sdc_common.geometry.route import smooth_step
 from sdc_package.behaviour.forecast import GRID_M, HARDEST_MPS2, SOON_S, Body, Forecast, forecast
 from sdc_package.behaviour.offset_path import SAME_M, OffsetPath, bend_mps, shift_length_m
 from sdc_package.behaviour.road import BEHIND_LINE, NOTHING, SAME, RoadAlong
-from sdc_package.behaviour.situation import AHEAD_M, AT_REST_MPS, Memory, Situation
+from sdc_package.behaviour.situation import (
+    AHEAD_M,
+    AT_REST_MPS,
+    DECISION_S,
+    Memory,
+    Situation,
+)
 from sdc_package.obstacles import FIRM_MPS2, HARD_MPS2, Obstacles
 
 PASSING, MERGING = "passing", "merging"
 KEEP, BACK, STAY, PASS, ASIDE, NUDGE = "keep", "back", "stay", "pass", "aside", "nudge"
-# A decision in so many plans (20 a second).
-_PLANS = 5
+_PLANS = round(20 * DECISION_S)  # a decision in so many plans, 20 a second
 # Each way is simulated with these shares of the planned speed, and decelerations, 0: usual [m/s^2].
 _SPEEDS = ((1.0, 0.0), (0.5, 0.0), (0.0, 0.0), (0.0, HARD_MPS2), (0.0, HARDEST_MPS2))
 # Distances to others are greater by this factor for what has not begun, and smaller for a nudge.

@@ -204,7 +204,7 @@ class StreetBehaviour:
                 continue
             away_m = [(way.away_m(self._network, place), way.its_m[1]) for way in ways]
             crosses = any(m is not None and m + to_m > -0.5 * one.length_m for m, to_m in away_m)
-            crosses &= not self._is_ahead(one, s_m)
+            crosses = crosses and not self._is_ahead(one, s_m)
             beside_m = 0.5 * (one.width_m + _CAR_WIDTH_M) + BESIDE_M
             # One that comes obliquely from beside the car cuts in; an oncoming one turns.
             cuts_in = math.cos(one.yaw_rad - heading_rad) > 0.0
@@ -280,8 +280,9 @@ class StreetBehaviour:
             if math.dist((one.x_m, one.y_m), (x, y)) >= near_m or (waits and not starts):
                 continue
             place = self._place_of(one)
-            is_across = place is None or abs(place.heading_error_rad) > _ACROSS_RAD
-            if place is None or is_across or self._is_ahead(one, s_m):
+            if place is None or abs(place.heading_error_rad) > _ACROSS_RAD:
+                continue
+            if self._is_ahead(one, s_m):
                 continue
             for wanted_m, conflict, times_s in spaces:
                 away_m = conflict.away_m(self._network, place)
