@@ -9,6 +9,7 @@ from street_maps import needs_maps, town
 from sdc_sim.evaluation.lane_rules import ARTICLES
 from sdc_sim.evaluation.route_progress import DriveSample
 from sdc_sim.evaluation.street_rules import StreetRules
+from sdc_sim.yaml_document import map_file
 
 pytestmark = needs_maps
 
@@ -204,6 +205,28 @@ def test_distance_counts_from_when_another_one_cuts_in(networks, duration_s, exp
 )
 def test_changes_of_lane(networks, to_y, other, expected):
     assert of_lanes(networks, shifting(-100.0, 10.0, to_y), 6.0, other) == expected
+
+
+# In our town, the lane m_w4_0 ends at x = 213 on y = -289.25, beside m_w4_1 on y = -292.75.
+ENDING, THROUGH = -289.25, -292.75
+
+
+@pytest.mark.parametrize(
+    ("ahead", "waits_m", "expected"),
+    [
+        (straight(240.0, THROUGH, WEST, 4.0), 4.0, ["zip_merge"]),
+        (straight(900.0, THROUGH, WEST, 4.0), 4.0, []),  # no queue
+        (straight(240.0, THROUGH, WEST, 4.0), 900.0, []),
+        (straight(240.0, THROUGH, WEST, 4.0), 8.0, []),  # it is still behind the car at the end
+        (lambda t: (240 - 4 * t, ENDING if t < 3.5 else THROUGH, WEST, 4.0), 4.0, []),  # let in
+    ],
+)
+def test_where_a_lane_ends_they_take_turns(ahead, waits_m, expected):
+    from sdc_sim.road.network_file import load_network
+
+    network, car = load_network(map_file("town")), straight(252.0, THROUGH, WEST, 4.0)
+    others = [ahead, straight(213.0 + waits_m, ENDING, WEST, 0.0)]
+    assert counted(network, car, 11.0, others=others) == expected
 
 
 @pytest.mark.parametrize(

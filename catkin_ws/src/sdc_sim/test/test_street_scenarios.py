@@ -9,7 +9,7 @@ import pytest
 from street_maps import needs_maps
 
 from sdc_common.geometry.polyline import Polyline
-from sdc_sim.evaluation.emergency import holds_up
+from sdc_sim.evaluation.lane_rules import holds_up
 from sdc_sim.evaluation.street_rules import RoadUser
 from sdc_sim.physics.collision import Rectangle, overlap
 from sdc_sim.physics.obstacles import KINDS

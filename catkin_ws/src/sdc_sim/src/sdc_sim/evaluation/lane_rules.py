@@ -1,17 +1,19 @@
-"""Rules about those on the lane and about changes of it, for `RoadUser`s of `street_rules`."""
+"""Rules about those on the lanes and about changes of lane, for `RoadUser`s of `street_rules`."""
 
 from __future__ import annotations
 
 import math
-from typing import Any, Callable, Sequence
+from typing import Any, Callable, Iterable, Sequence
 
 import numpy as np
 
 from sdc_sim.road.network import DOUBLE, SOLID, LanePlace, Network, edge_of
 
 CROSSWALK, DISTANCE, SOLID_LINE, CUT_IN = "crosswalk", "distance", "solid_line", "cut_in"
-# Articles of the Vienna Convention on Road Traffic, 1968.
+YIELD_EMERGENCY, ZIP_MERGE = "yield_emergency_vehicle", "zip_merge"
+# Articles of the Vienna Convention on Road Traffic, 1968; the zip merge is in the German StVO.
 ARTICLES = {CROSSWALK: "21.2", DISTANCE: "13.5", SOLID_LINE: "26.2", CUT_IN: "14.1"}
+ARTICLES |= {YIELD_EMERGENCY: "34.1", ZIP_MERGE: "StVO 7 (4)"}
 # Half of the strip of a crosswalk that the car uses, and how near one is who walks to it.
 _STRIP_M, _NEAR_M, _WALKS_MPS = 1.75, 1.5, 0.3
 # Half of the two seconds of the rule of thumb [s], the speed above which they count, and how long.
@@ -20,6 +22,10 @@ _HEADWAY_S, _FOLLOWS_MPS, _LASTS_S = 1.0, 5.0, 3.0
 _ROOM_M, _BRAKES_MPS2, _MOVING_MPS = 2.0, 3.0, 1.0
 # A change of lane is complete when the centre is so far behind the line; a lane has this width [m].
 _OVER_M, _LANE_M = 0.1, 2.5
+# An emergency vehicle is held up for so long, so near behind the car without such a way past it.
+EMERGENCY_LASTS_S, _BEHIND_M, _FREE_M = 6.0, 30.0, 0.3
+# The zip merge begins so near before the end of a lane; who is beside the car is so near [m].
+_ZIP_M, _BESIDE_M = 30.0, 5.0
 
 
 class LaneRules:
@@ -30,6 +36,7 @@ class LaneRules:
         self._front_m: np.ndarray | None = None
         self._place: LanePlace | None = None  # of the centre, on the lane that it has not left
         self._follows, self._since_s = 0, math.inf  # the id of the one too close ahead, or 0
+        self._to_end_m, self._ending = math.inf, set[int]()  # ids of those whose lane ends
 
     def update(
         self,
@@ -56,6 +63,7 @@ class LaneRules:
         if follows and time_s - self._since_s > _LASTS_S:
             self._since_s = math.inf  # until another one is ahead, or the gap is restored
             found.append(DISTANCE)
+        found += [ZIP_MERGE] * bool(place and self._out_of_turn(car, place, near))
         return found + self._changes(car, place, near, passes_one_at_rest)
 
     def _enters_crosswalk(self, front_m: np.ndarray, yaw_rad: float, near: list[Any]) -> bool:
@@ -80,6 +88,22 @@ class LaneRules:
                 found, gap_m = one.id, least_m
         return found
 
+    def _out_of_turn(self, car: Any, place: LanePlace, near: list[Any]) -> bool:
+        """Return whether the car passes the end of a lane beside it before one whose turn it is."""
+        lanes, lane = self._network.lanes, self._network.lanes[place.lane]
+        ends = [one for one in (lane.left, lane.right) if one and not lanes[one].successors]
+        if not ends:
+            return False
+        last_m, self._to_end_m = self._to_end_m, lane.length_m - place.s_m - 0.5 * car.body.length_m
+        if self._to_end_m > _ZIP_M:
+            self._ending.clear()
+        waits = {one.id for m, _, one in near if m > -_BESIDE_M and self._is_on(one, ends)}
+        self._ending |= waits
+        side_m = 0.5 * lane.width_m
+        ahead = [(m, one.id) for m, left_m, one in near if 0 < m < _ZIP_M and abs(left_m) < side_m]
+        passes = self._to_end_m < 0.0 <= last_m
+        return bool(passes and waits and ahead) and min(ahead)[1] not in self._ending
+
     def _changes(self, car: Any, place: Any, near: list[Any], passes: Callable) -> list[str]:
         """Return what is wrong with a change of lane that is complete now."""
         last, self._place = self._place, place
@@ -103,6 +127,17 @@ class LaneRules:
     def _is_on(self, one: Any, lanes: Sequence[str]) -> bool:
         at = self._network.nearest(one.body.x_m, one.body.y_m, one.body.yaw_rad, _LANE_M)
         return at is not None and at.lane in lanes
+
+
+def holds_up(car: Any, others: Iterable[Any]) -> bool:
+    """Return whether the car is on the way of an ambulance close behind; they are RoadUsers."""
+    for body in (one.body for one in others if one.kind == "ambulance"):
+        x, y = car.body.x_m - body.x_m, car.body.y_m - body.y_m
+        c, s = math.cos(body.yaw_rad), math.sin(body.yaw_rad)
+        width_m = 0.5 * (car.body.width_m + body.width_m) + _FREE_M
+        if 0.0 < c * x + s * y < _BEHIND_M and abs(c * y - s * x) < width_m:
+            return True
+    return False
 
 
 def _is_cut_off(car: Any, ahead_m: float, one: Any) -> bool:

@@ -12,9 +12,8 @@ import math
 from collections import deque
 from typing import Iterator, NamedTuple, Sequence
 
-from sdc_sim.evaluation.emergency import EMERGENCY_LASTS_S, YIELD_EMERGENCY, holds_up
 from sdc_sim.evaluation.fault import is_at_fault
-from sdc_sim.evaluation.lane_rules import LaneRules
+from sdc_sim.evaluation.lane_rules import EMERGENCY_LASTS_S, YIELD_EMERGENCY, LaneRules, holds_up
 from sdc_sim.evaluation.route_progress import DriveSample
 from sdc_sim.physics.collision import Rectangle, overlap
 from sdc_sim.road.network import STOP, Connection, LanePlace, Network, edge_of

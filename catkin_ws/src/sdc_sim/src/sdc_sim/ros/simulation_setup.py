@@ -58,7 +58,7 @@ class SimulationSetup:
         self.bridge = BRIDGE_VERSIONS[values.bridge]
         several: Any = None  # imported for several cars only
         if values.cars > 1:
-            several = importlib.import_module("sdc_sim.ros.several_cars")
+            several = importlib.import_module("sdc_sim.scenario.several_cars")
         try:
             self.route_m: np.ndarray = load_waypoints(values.waypoints_path)
             self.route = road_route(self.route_m)

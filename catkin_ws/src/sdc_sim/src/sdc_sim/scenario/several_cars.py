@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from typing import Any, Mapping
 
 import numpy as np
@@ -56,3 +57,17 @@ def build_world(
             raise DocumentError(f"obstacles: not with cars:={values['cars']}: {fix}")
     x_m, y_m = route.points[-1].tolist()
     return SharedWorld(cars, (x_m, y_m))
+
+
+def setups(first: Any) -> list[Any]:
+    """Return the SimulationSetup of the first car, and those of the other cars of its world."""
+    found = [first]
+    for name, simulation in list(first.world.cars.items())[1:]:
+        one = copy.copy(first)
+        one.number, one.simulation, one.ego = len(found) + 1, simulation, "/carla/" + name
+        one.values = copy.copy(first.values)
+        one.values.role_name, one.drive_log = name, None
+        one.values.picture_feed += "_" + name
+        one.pictures = first.pictures and first.pictures._replace(role_name=name)
+        found.append(one)
+    return found
