@@ -1,6 +1,5 @@
 """How the car passes, merges, pulls out and makes room, among others that keep their motion."""
 
-import dataclasses
 import math
 
 import numpy as np
@@ -136,12 +135,9 @@ def test_car_overtakes_a_slow_one_if_the_line_allows(marking, passes):
     assert rows[-1, 2] == pytest.approx(0.0, abs=0.1)
 
 
-@pytest.mark.parametrize(("limit_mps", "passes"), [(14.0, True), (50.0, False)])
-def test_car_overtakes_only_where_it_would_see_the_oncoming_ones_in_time(limit_mps, passes):
-    lanes = [
-        dataclasses.replace(one, speed_limit_mps=limit_mps) for one in two_way().lanes.values()
-    ]
-    rows = drive(Network("street", lanes), [Other(40.0, speed_mps=5.0)], 25.0)
+@pytest.mark.parametrize(("length_m", "passes"), [(4.7, True), (40.0, False)])
+def test_car_overtakes_only_whom_it_passes_in_a_short_time(length_m, passes):
+    rows = drive(two_way(), [Other(40.0, speed_mps=5.0, size=(length_m, 1.8))], 25.0)
     assert (rows[-1, 1] > 40.0 + 25.0 * 5.0 + 10.0) == passes
 
 

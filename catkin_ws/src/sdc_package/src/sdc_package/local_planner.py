@@ -28,8 +28,9 @@ _RESUME_WITHIN_M = 60.0
 _TIME_GAP_S = 1.0
 # Below this share of the planned speed, the car's acceleration limits its speed.
 _REACHED = 0.9
-# On streets the car accelerates by this, and aims at a speed so much greater, so far ahead.
-_STARTS_MPS2, _STARTS_MPS, _AIM_AHEAD_M = 1.2, 0.2, 0.3
+# On streets the car accelerates by this, and aims at a speed so much greater, so far ahead, unless
+# it passes someone: its way is so far to the left of the route.
+_STARTS_MPS2, _STARTS_MPS, _AIM_AHEAD_M, _PASSES_M = 1.2, 0.2, 0.3, 1.0
 
 
 class OffRouteError(ValueError):
@@ -211,7 +212,8 @@ class LocalPlanner:
         self._speed_mps = speed_mps
         if self.reason in ("cruise", "bend") and speed_mps < _REACHED * rows[0, 2]:
             self.reason = "accelerating"  # after a stop; the profile does not know of it
-        if self._streets and not self._streets.manoeuvres.way.until_m and speed_mps < rows[0, 2]:
+        way = self._streets.manoeuvres.way if self._streets else None
+        if way and way.offset_m.max() < _PASSES_M and speed_mps < rows[0, 2]:
             beyond_m = np.maximum(self.route.s[self._ahead] - self.place.s_m - _AIM_AHEAD_M, 0.0)
             most_mps = np.sqrt((speed_mps + _STARTS_MPS) ** 2 + 2.0 * _STARTS_MPS2 * beyond_m)
             rows = self._capped(rows, most_mps, "accelerating")

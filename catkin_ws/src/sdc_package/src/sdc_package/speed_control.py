@@ -18,6 +18,10 @@ _STAYS_S = 0.6
 # just seen something; one that is faster by the second has seen it late.
 _NEW_MPS, _USUAL_MPS2, _LATE_MPS = 1.5, 3.05, 3.3
 
+# For some time after it has accelerated by more than the second, a car brakes no harder than by the
+# third: a comfortable jerk is an average over 1.5 s. One that is faster by the last one does.
+_EASES_S, _PUSHES_MPS2, _EASED_MPS2, _SOON_LATE_MPS = 0.8, 0.5, 1.8, 2.6
+
 
 @dataclass(frozen=True)
 class SpeedControlLimits:
@@ -49,7 +53,7 @@ class SpeedControl:
     def __init__(self, gains: PidGains, limits: SpeedControlLimits):
         self.limits = limits
         self.pid = Pid(gains, -limits.braking_mps2, limits.acceleration_mps2)
-        self._stays_s = 0.0
+        self._stays_s = self._eases_s = 0.0
         self.reset()
 
     def reset(self) -> None:
@@ -92,7 +96,10 @@ class SpeedControl:
             planned_mps2 = min(planned_mps2, -FIRM_MPS2)
         change = limits.jerk_mps3 * dt_s
         last_mps2, faster_mps = self.acceleration_mps2, speed_mps - target_mps
-        hardest_mps2 = limits.braking_mps2 if faster_mps > _LATE_MPS else max(HARD_MPS2, -last_mps2)
+        self._eases_s = _EASES_S if last_mps2 > _PUSHES_MPS2 else self._eases_s - dt_s
+        eases = self._eases_s > 0.0 and faster_mps < _SOON_LATE_MPS
+        hardest_mps2 = max(_EASED_MPS2 if eases else HARD_MPS2, -last_mps2)
+        hardest_mps2 = limits.braking_mps2 if faster_mps > _LATE_MPS else hardest_mps2
         is_new = faster_mps > _NEW_MPS or planned_mps2 < -_USUAL_MPS2
         harder = limits.emergency_jerk_mps3 * dt_s if is_new else change
         lower = max(last_mps2 - harder, -min(hardest_mps2, limits.braking_mps2))

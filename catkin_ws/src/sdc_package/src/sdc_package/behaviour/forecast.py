@@ -105,9 +105,9 @@ def forecast(
         push = _push(v[:, None], others.along_mps, gap_m, car).max(axis=1, initial=0.0)
         push = np.maximum(push, _push(v, 0.0, stop_m - s + _GAP_M, car))
         hardest = np.maximum(hardest, car.acceleration_mps2 * (push - 1.0) * (v > _AT_REST_MPS))
-        # The front is where the centre will be; towards those behind it is the rear that matters.
+        # The front is where the centre will be; towards those behind, the rear matters.
         front_y, mine_y = ways_m[grid, at(s + car.front_m)[:, None]], ways_m[grid, at(s)[:, None]]
-        away_m = np.abs(its_y - np.where(distance_m > 0.0, front_y, mine_y))
+        away_m = np.abs(its_y - np.where(distance_m > -judge.half_length_m, front_y, mine_y))
         bad = judge.contacts(time_s, distance_m, away_m, v[:, None])
         contact_s = np.where(bad & np.isinf(contact_s), time_s, contact_s)
         oncoming_s += STEP_S * (mine_y[:, 0] > line_m[at(s)])

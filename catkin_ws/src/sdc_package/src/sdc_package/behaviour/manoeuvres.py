@@ -17,13 +17,7 @@ from sdc_common.geometry.route import smooth_step
 from sdc_package.behaviour.forecast import GRID_M, HARDEST_MPS2, SOON_S, Body, Forecast, forecast
 from sdc_package.behaviour.offset_path import SAME_M, OffsetPath, bend_mps, shift_length_m
 from sdc_package.behaviour.road import BEHIND_LINE, NOTHING, SAME, RoadAlong
-from sdc_package.behaviour.situation import (
-    AHEAD_M,
-    AT_REST_MPS,
-    DECISION_S,
-    Memory,
-    Situation,
-)
+from sdc_package.behaviour.situation import AT_REST_MPS, DECISION_S, Memory, Situation
 from sdc_package.obstacles import FIRM_MPS2, HARD_MPS2, Obstacles
 
 PASSING, MERGING = "passing", "merging"
@@ -284,9 +278,7 @@ class Manoeuvres:
         end_m = until_m + shift_length_m(now.width_m, now.top_mps)
         if (stretch == SAME).all():
             return end_m < now.end_m
-        # One that comes into sight now must not arrive before the car is back.
-        seen_s = AHEAD_M / (now.top_mps + float(self._road.limit_mps[now.at]))
-        is_short = time_s < min(_OVERTAKES_S, seen_s) and end_m < now.end_m - 10.0
+        is_short = time_s < _OVERTAKES_S and end_m < now.end_m - 10.0
         is_slow = its_mps < _OVERTAKEN * now.top_mps
         return bool((stretch != BEHIND_LINE).all() and is_short and is_slow and now.is_free_behind)
 

@@ -53,7 +53,6 @@ class RoadAlong:
     s_m: np.ndarray  # arc length along the route [m]
     route_y_m: np.ndarray  # place of the route across the road [m]
     width_m: np.ndarray  # width of the lane [m]
-    limit_mps: np.ndarray  # speed limit of the lane [m/s]
     left: np.ndarray  # what is to the left of the lane
     right: np.ndarray  # what is to its right
     oncoming_y_m: np.ndarray  # place across the road of the first oncoming lane, if any [m]
@@ -92,9 +91,8 @@ def road_along(
         if not lane.junction:  # in one, the nearest lane may be another way
             y_m = jump_m + place.cross_track_m
         oncoming_y_m = jump_m + lane.width_m + _left_m(network, lane)
-        its = lane.width_m, lane.speed_limit_mps, left, right, oncoming_y_m
-        rows.append((s_m, y_m, *its, bool(lane.junction)))
-    s, y, width, limit, left_of, right_of, oncoming, junction = map(np.array, zip(*rows))
+        rows.append((s_m, y_m, lane.width_m, left, right, oncoming_y_m, bool(lane.junction)))
+    s, y, width, *sides, junction = map(np.array, zip(*rows))
     end_m = np.full(len(s), s[-1])
     for (first, _), (after, at_m) in zip(ends_m, ends_m[1:]):
         end_m[first:after] = at_m
@@ -104,8 +102,7 @@ def road_along(
             _beyond(network, places[-1][1], route.length_m),
         ]
     )
-    sides = left_of, right_of, oncoming
-    return RoadAlong(route, line, speed_mps, s, y, width, limit, *sides, end_m, junction)
+    return RoadAlong(route, line, speed_mps, s, y, width, *sides, end_m, junction)
 
 
 def _beyond(network: Network, place: LanePlace, end_m: float) -> np.ndarray:

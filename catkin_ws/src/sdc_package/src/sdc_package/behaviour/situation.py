@@ -15,7 +15,7 @@ from sdc_package.obstacles import Obstacles
 AMBULANCE, PEDESTRIAN, OBSTACLE, BICYCLE = "ambulance", "pedestrian", "obstacle", "bicycle"
 AT_REST_MPS = 0.5
 # The stretch of the route that is looked at, and where fast ones come from behind [m].
-_BACK_M, AHEAD_M, _SIDE_M, _FAST_M = 70.0, 300.0, 8.0, 150.0
+_BACK_M, _AHEAD_M, _SIDE_M, _FAST_M = 70.0, 300.0, 8.0, 150.0
 # A road user in the way ahead of the car so near may be passed [m].
 _LOOK_M = 70.0
 # It is slow below this share of the speed without it. So many decisions count before the car
@@ -92,13 +92,13 @@ class Situation:
     ):
         self._road, self._way, self._car, self.s_m, self.speed_mps = road, way, car, s_m, speed_mps
         route = road.route
-        others = around(road, s_m, obstacles, _FAST_M, AHEAD_M, _SIDE_M)
+        others = around(road, s_m, obstacles, _FAST_M, _AHEAD_M, _SIDE_M)
         self._kinds = [obstacles[row].kind for row in others.rows.tolist()]
         ids = np.array([obstacles[row].id for row in others.rows.tolist()], int)
         faster_mps2 = memory.faster_mps2(ids.tolist(), others.along_mps.tolist())
         self.others = others = others._replace(faster_mps2=faster_mps2)
         self.from_m, self.here = s_m - _BACK_M, int(_BACK_M / GRID_M)
-        self.grid_m = self.from_m + GRID_M * np.arange(int((_BACK_M + AHEAD_M + 80.0) / GRID_M))
+        self.grid_m = self.from_m + GRID_M * np.arange(int((_BACK_M + _AHEAD_M + 80.0) / GRID_M))
         self.route_y = np.interp(self.grid_m, road.s_m, road.route_y_m)
         self.most_mps = np.interp(self.grid_m, route.s, road.speed_mps)
         self.top_mps = float(self.most_mps[self.here : self.here + 60].max())

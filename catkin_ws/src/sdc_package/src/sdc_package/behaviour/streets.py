@@ -41,9 +41,11 @@ _LANE_M, _CAR_WIDTH_M = 2.5, 2.0
 _NEAR_M, _SOON_S, _ARRIVES_S = 40.0, 8.0, 3.5
 # Time until the brakes act, and streets/clear_s where the car cannot stop firmly any more [s].
 _REACTS_S, _LATE_CLEAR_S = 0.3, 0.4
+_NEARER = 0.8  # share of the gap before a crosswalk that the car uses rather than brake hard
 _PAST_M = 5.0  # one that drives away from the space that both need is past it after this
-# A slow one is expected to be so fast when it enters the junction.
-_STARTS_MPS = 3.0
+# A slow one is expected to be so fast when it enters the junction; one that is slower than the
+# second and hardly accelerates still waits, and creeps.
+_STARTS_MPS, _CREEPS_MPS, _CREEPS_MPS2, _CREEPING_MPS = 3.0, 1.0, 0.5, 1.5
 # One that accelerates by more than the first is expected to go on with at most the second; one that
 # brakes, for a time [s].
 _STEADY_MPS2, _FASTER_MPS2, _SLOWER_S = 0.3, 2.5, 1.0
@@ -154,6 +156,8 @@ class StreetBehaviour:
             is_near = soonest_m - OVER_M <= stop_m + margins.gap_m <= s_m + horizon_m
             if is_near and (user := one.user(self._route, obstacles)):
                 details[CROSSWALK] = f"yields to {_name(user)}"
+                firm_m = s_m + _REACTS_S * speed_mps + speed_mps**2 / (2.0 * FIRM_MPS2)
+                stop_m = min(max(stop_m, firm_m), stop_m + _NEARER * margins.gap_m)
                 stops.append((stop_m, CROSSWALK))
                 break
         return min(filter(None, stops), default=None)
@@ -231,10 +235,8 @@ class StreetBehaviour:
     def _is_blocked(self, crossing: Crossing, s_m: float, obstacles: Obstacles) -> bool:
         """Return whether a road user stands where the car would leave the junction."""
         until_m = crossing.end_m + 2.0 * self.margins.car_front_m + self.margins.gap_m
-        x, y = self._route.line.point_at(crossing.end_m)
         for one in obstacles:
-            reach_m = until_m - crossing.line_m + 0.5 * one.length_m
-            if one.speed_mps > _STANDS_MPS or math.dist((one.x_m, one.y_m), (x, y)) > reach_m:
+            if one.speed_mps > _STANDS_MPS:
                 continue
             place = self._route.line.project(one.x_m, one.y_m, s_m, 0.0, until_m - s_m + 10.0)
             rear_m = place.s_m - 0.5 * one.length_m
@@ -316,7 +318,8 @@ class StreetBehaviour:
         half_m = 0.5 * one.length_m
         limit_mps = self._network.lanes[place.lane].speed_limit_mps
         faster_mps2 = min((one.speed_mps - self._mean_mps[one.id]) / _MEAN_S, _FASTER_MPS2)
-        soon_mps = max(one.speed_mps, _STARTS_MPS)
+        creeps = _WAITS_MPS < one.speed_mps < _CREEPS_MPS and faster_mps2 < _CREEPS_MPS2
+        soon_mps = max(one.speed_mps, _CREEPING_MPS if creeps else _STARTS_MPS)
         late_mps = max(one.speed_mps + _SLOWER_S * min(faster_mps2, 0.0), 1.0)
 
         def passes(from_m: float, until_m: float, begin_s: float, end_s: float) -> bool:
