@@ -8,9 +8,9 @@ import pytest
 from sdc_common.driving import DetectedObstacle
 from sdc_common.geometry.road_line import road_route
 from sdc_package.behaviour.crossings import places_along
-from sdc_package.behaviour.forecast import Body
+from sdc_package.behaviour.forecast import Body, forecast
 from sdc_package.behaviour.manoeuvres import Manoeuvres
-from sdc_package.behaviour.road import around, road_along
+from sdc_package.behaviour.road import Around, around, road_along
 from sdc_sim.road.network import BROKEN, SOLID, Network, RoadLane
 
 WIDTH_M, LENGTH_M, TICK_S, MOST_MPS = 3.5, 700.0, 0.05, 12.0
@@ -229,3 +229,13 @@ def test_car_alone_changes_lanes_with_its_route_without_braking():
     for s in range(400):
         plan.decide(float(s), 0.0, MOST_MPS, (), math.inf)
         assert plan.way.until_m == 0.0 and plan.most_mps == math.inf
+
+
+@pytest.mark.parametrize(("behind_m", "meets"), [(0.5, True), (6.0, False)])
+def test_front_corner_of_a_car_that_stands_oblique_counts_for_one_beside_it(behind_m, meets):
+    way = np.clip(0.25 * (np.arange(100.0) - 20.0), 0.0, 0.7)[None]
+    rows = (np.array([one]) for one in (0, -behind_m, 2.4, 1.0, 0.0, 2.3, 0.9))
+    speeds, ends, far = np.full((1, 100), 1.0), np.array([math.inf]), np.full(100, math.inf)
+    here = way, speeds, -20.0, 0.0, 1.0, Around(*rows), ends
+    result = forecast(*here, np.array([[1.0]]), CAR, far, np.array([2.5]))
+    assert (result.contact_s[0] == 0.0) == meets

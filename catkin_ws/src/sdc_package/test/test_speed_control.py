@@ -50,6 +50,16 @@ def test_car_brakes_harder_than_is_comfortable_only_if_it_is_late(target_mps, ha
     assert min(now) == pytest.approx(hardest_mps2)
 
 
+@pytest.mark.parametrize(("target_mps", "eases"), [(6.0, True), (5.0, False)])
+def test_car_that_has_pushed_brakes_gently_at_first_unless_it_is_late(target_mps, eases):
+    speed = control()
+    for _ in range(20):
+        speed.acceleration(20.0, 0.0, 8.0, 0.05)
+    now = [speed.acceleration(target_mps, -2.0, 8.0, 0.05) for _ in range(40)]
+    assert (min(now[:16]) >= -1.8) == eases
+    assert min(now) == pytest.approx(-3.9)
+
+
 def test_speed_settles_with_little_overshoot():
     speed, v, top = control(), 0.0, 0.0
     for _ in range(600):

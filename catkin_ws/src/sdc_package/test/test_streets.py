@@ -76,6 +76,12 @@ def coming(network, crossing, away_m, speed_mps, is_first=True, **changes):
     return dataclasses.replace(car, **changes)
 
 
+def walker_at(route, s_m):
+    """Return a pedestrian who walks across a route."""
+    yaw = route.line.heading_at(s_m) + np.pi / 2.0
+    return DetectedObstacle(*route.line.point_at(s_m), yaw, 0.5, 0.5, 1.2, 3, "pedestrian")
+
+
 def test_car_stops_once_at_a_stop_sign(crossing):
     _, streets, _, one = crossing
     reason = "stop_sign" if one.has_stop_sign else None
@@ -141,6 +147,36 @@ def test_car_expects_one_that_accelerates_sooner(crossing, faster_mps2, gives_wa
         s_m = one.line_m - FRONT_M - MARGINS.gap_m
         decision = streets.stop(s_m, 0.0, [other], HORIZON_M)
     assert (decision is not None and decision[1] == "right_of_way") == gives_way
+
+
+@pytest.mark.parametrize("crossing", ["way"], indirect=True)
+@pytest.mark.parametrize(("faster_mps2", "gives_way"), [(0.2, False), (2.0, True)])
+def test_one_that_creeps_still_waits(crossing, faster_mps2, gives_way):
+    network, streets, _, one = crossing
+    at_line(streets, one, 0.0)  # has stopped at the sign
+    s_m = one.line_m - FRONT_M
+    for tick in range(8):
+        speed_mps = 0.5 - faster_mps2 * 0.05 * (7 - tick)
+        other = coming(network, one, 3.5, max(speed_mps, 0.0), id=17)
+        decision = streets.stop(s_m, 2.5, [other], HORIZON_M)
+    assert (decision is not None and decision[1] == "right_of_way") == gives_way
+
+
+@pytest.mark.parametrize(("ahead_m", "nearer_m"), [(30.0, 0.0), (11.7, 0.5), (11.0, 0.8)])
+def test_car_stops_nearer_to_a_crosswalk_rather_than_harder(town, ahead_m, nearer_m):
+    network = town[0]
+    for route, _ in drives(*town):
+        for walk in crosswalks_on(route, network.crosswalks):
+            streets = StreetBehaviour(network, MARGINS)
+            streets.follow(route, np.full(len(route.s), 9.0), 2.5)
+            middle_m = 0.5 * (walk.begin_m + walk.end_m)
+            walker = walker_at(route, middle_m)
+            stop_m = walk.begin_m - FRONT_M - MARGINS.gap_m
+            decision = streets.stop(stop_m - ahead_m, 7.7, [walker], HORIZON_M)
+            if decision is not None and decision[1] == "crosswalk":
+                assert decision[0] - stop_m == pytest.approx(nearer_m, abs=0.1)
+                return
+    raise AssertionError("the town has no such crosswalk")
 
 
 @pytest.mark.parametrize(
@@ -218,11 +254,7 @@ def test_pedestrian_after_a_junction_hides_no_one_with_right_of_way(town):
                 continue
             streets = StreetBehaviour(network, MARGINS)
             streets.follow(route, np.full(len(route.s), 9.0), 2.5)
-            middle_m = 0.5 * (after[0].begin_m + after[0].end_m)
-            yaw = route.line.heading_at(middle_m) + np.pi / 2.0
-            walker = DetectedObstacle(
-                *route.line.point_at(middle_m), yaw, 0.5, 0.5, 1.2, 3, "pedestrian"
-            )
+            walker = walker_at(route, 0.5 * (after[0].begin_m + after[0].end_m))
             assert at_line(streets, one, 3.0, [walker], before_m=3.0)[1] == "crosswalk"
             other = coming(network, one, 12.0, 8.0)
             decision = at_line(streets, one, 3.0, [walker, other], before_m=3.0)
