@@ -17,9 +17,8 @@ _STAYS_S = 0.6
 # A car that is faster than planned by more than the first, or plans to brake harder than usual, has
 # just seen something; one that is faster by the second has seen it late.
 _NEW_MPS, _USUAL_MPS2, _LATE_MPS = 1.5, 3.05, 3.3
-
-# For some time after it has accelerated by more than the second, a car brakes no harder than by the
-# third: a comfortable jerk is an average over 1.5 s. One that is faster by the last one does.
+# For some time after it has accelerated by more than the second, it brakes no harder than by the
+# third at first: a comfortable jerk is an average over 1.5 s. One that is faster by the last does.
 _EASES_S, _PUSHES_MPS2, _EASED_MPS2, _SOON_LATE_MPS = 0.8, 0.5, 1.8, 2.6
 
 
@@ -97,10 +96,10 @@ class SpeedControl:
         change = limits.jerk_mps3 * dt_s
         last_mps2, faster_mps = self.acceleration_mps2, speed_mps - target_mps
         self._eases_s = _EASES_S if last_mps2 > _PUSHES_MPS2 else self._eases_s - dt_s
-        eases = self._eases_s > 0.0 and faster_mps < _SOON_LATE_MPS
+        is_new = faster_mps > _NEW_MPS or planned_mps2 < -_USUAL_MPS2
+        eases = is_new and self._eases_s > 0.0 and faster_mps < _SOON_LATE_MPS
         hardest_mps2 = max(_EASED_MPS2 if eases else HARD_MPS2, -last_mps2)
         hardest_mps2 = limits.braking_mps2 if faster_mps > _LATE_MPS else hardest_mps2
-        is_new = faster_mps > _NEW_MPS or planned_mps2 < -_USUAL_MPS2
         harder = limits.emergency_jerk_mps3 * dt_s if is_new else change
         lower = max(last_mps2 - harder, -min(hardest_mps2, limits.braking_mps2))
         upper = min(limits.acceleration_mps2, last_mps2 + change)

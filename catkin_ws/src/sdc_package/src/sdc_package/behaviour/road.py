@@ -92,7 +92,7 @@ def road_along(
             y_m = jump_m + place.cross_track_m
         oncoming_y_m = jump_m + lane.width_m + _left_m(network, lane)
         rows.append((s_m, y_m, lane.width_m, left, right, oncoming_y_m, bool(lane.junction)))
-    s, y, width, *sides, junction = map(np.array, zip(*rows))
+    s, y, width, left_of, right_of, oncoming, junction = map(np.array, zip(*rows))
     end_m = np.full(len(s), s[-1])
     for (first, _), (after, at_m) in zip(ends_m, ends_m[1:]):
         end_m[first:after] = at_m
@@ -102,6 +102,7 @@ def road_along(
             _beyond(network, places[-1][1], route.length_m),
         ]
     )
+    sides = left_of, right_of, oncoming
     return RoadAlong(route, line, speed_mps, s, y, width, *sides, end_m, junction)
 
 

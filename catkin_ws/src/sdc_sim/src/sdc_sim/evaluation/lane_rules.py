@@ -99,8 +99,7 @@ class LaneRules:
             self._ending.clear()
         waits = {one.id for m, _, one in near if m > -_BESIDE_M and self._is_on(one, ends)}
         self._ending |= waits
-        side_m = 0.5 * lane.width_m
-        ahead = [(m, one.id) for m, left_m, one in near if 0 < m < _ZIP_M and abs(left_m) < side_m]
+        ahead = [(m, one.id) for m, y, one in near if 0 < m < _ZIP_M and 2 * abs(y) < lane.width_m]
         passes = self._to_end_m < 0.0 <= last_m
         return bool(passes and waits and ahead) and min(ahead)[1] not in self._ending
 

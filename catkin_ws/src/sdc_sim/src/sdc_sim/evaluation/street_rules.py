@@ -116,8 +116,7 @@ class StreetRules:
                 for number, *body, speed_mps, kind in others.get(stamp_ns, ())
             ]
             found += [(name, sample) for name in self._update(sample, around)]
-            for old_ns in [one for one in others if one <= stamp_ns]:
-                del others[old_ns]
+            others = self._others = {ns: rows for ns, rows in others.items() if ns > stamp_ns}
         return found
 
     def _update(self, sample: DriveSample, others: Sequence[RoadUser]) -> list[str]:
@@ -260,9 +259,8 @@ class StreetRules:
 
     def _is_within_reach(self, car: RoadUser, one: RoadUser) -> bool:
         mine, other = car.body, one.body
-        distance_m = math.hypot(other.x_m - mine.x_m, other.y_m - mine.y_m)
         reach_m = mine.length_m + other.length_m + _NEAR_S * (car.speed_mps + one.speed_mps)
-        return distance_m <= reach_m
+        return math.dist(mine[:2], other[:2]) <= reach_m
 
     def _way_ahead(self, one: RoadUser) -> Iterator[Rectangle]:
         """Yield the outlines of the next second at constant speed and turn rate."""

@@ -30,7 +30,9 @@ from sdc_sim.yaml_document import packaged_config
 
 # A way of a road user begins so far before the event, and ends so far after it.
 _BACK_M, _ON_M = 160.0, 220.0
-_SINK = 80  # points, 1 m apart, of the way of a flow behind its meeting with the car
+# Points, 1 m apart, of the way of a flow behind its meeting with the car, and the time before the
+# junction at which it comes into the world at least [s].
+_SINK, _SEEN_S = 80, 4.0
 # Least way before and after the event that does not lead through a further junction, and what
 # remains to the end of a lane.
 _LEAST_M, _MARGIN_M, _MOST_M = 42.0, 5.0, 420.0
@@ -273,6 +275,8 @@ class _Placer:
         same["turned_rad"] = math.radians(row.get("turned_deg", 0.0))
         same["gaps_s"] = gaps_s = row.get("gaps_s", ())
         if gaps_s and isinstance(way, dict):
+            if line_m < _SEEN_S * speed:
+                raise NoRouteError(_NO_WAY)
             points = points[: round(s_m) + _SINK]
         points, start_m = _shifted(points, s_m + at_m, row)
         for number in range(row.get("count", 1)):
@@ -291,8 +295,7 @@ def _shifted(
     change = smooth_step(s, start_m, row.get("over_m", 1.0))
     change *= row.get("to_left_m", left_m) - left_m
     beside = points + (left_m + change)[:, None] * left_normals(points)
-    longer_m = np.interp(start_m, s, arc_lengths(beside) - s)
-    return beside, start_m + float(longer_m)
+    return beside, start_m + float(np.interp(start_m, s, arc_lengths(beside) - s))
 
 
 def _sites(network: Network, where: Mapping[str, Any], draw: random.Random) -> Iterator[_Site]:
