@@ -109,6 +109,15 @@ def test_type_is_placed_in_the_town_the_same_each_time(town, name):
     assert len(drawn) > 1 or not placed.actors
 
 
+@pytest.mark.parametrize("name", ["InterurbanActorFlow", "InterurbanAdvancedActorFlow"])
+def test_flow_comes_into_the_world_long_before_the_junction(town, name):
+    for seed in range(1, 30):
+        placement = place(name, town, seed)
+        for one in placement.actors:
+            line = Polyline(one.path_m.tolist())
+            assert line.nearest(*placement.event_m).s_m > 5.0 * one.speed_mps, seed
+
+
 def test_world_has_road_users_conditions_and_lights_of_the_type(town):
     placed = place("SignalizedJunctionLeftTurn", town, 2)
     options = {"map_path": "town", "street_scenario": "SignalizedJunctionLeftTurn", "seed": 2}
