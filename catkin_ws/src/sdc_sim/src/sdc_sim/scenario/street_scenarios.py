@@ -30,8 +30,7 @@ from sdc_sim.yaml_document import packaged_config
 
 # A way of a road user begins so far before the event, and ends so far after it.
 _BACK_M, _ON_M = 160.0, 220.0
-# Points, 1 m apart, of the way of a flow behind its meeting with the car, and the time before the
-# junction at which it comes into the world at least [s].
+# Way of a flow behind its meeting with the car [m], and least time to the junction before it [s].
 _SINK, _SEEN_S = 80, 4.0
 # Least way before and after the event that does not lead through a further junction, and what
 # remains to the end of a lane.
@@ -308,9 +307,8 @@ def _sites(network: Network, where: Mapping[str, Any], draw: random.Random) -> I
             for way, _, name in network.ways.get(lane.id, ()):
                 has_sign = way.signal < 0 and way.line in (STOP, YIELD)
                 control = way.line if has_sign else network.junctions[name].kind
-                count = len(network.junctions[name].connections)
                 fits = control in where["control"] and way.direction.lower() in where["turn"]
-                if fits and count >= where.get("ways", 3):
+                if fits and len(network.junctions[name].connections) >= where.get("ways", 3):
                     yield _Site(lane, lane.length_m, (network.lanes[way.end], 0.0), way)
         elif where["at"] == "stretch":
             last_m = lane.length_m - where.get("end_m", 20.0)
