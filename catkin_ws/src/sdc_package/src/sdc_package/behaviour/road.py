@@ -96,12 +96,8 @@ def road_along(
     end_m = np.full(len(s), s[-1])
     for (first, _), (after, at_m) in zip(ends_m, ends_m[1:]):
         end_m[first:after] = at_m
-    line = np.vstack(
-        [
-            np.column_stack([route.s, route.points, route.heading]),
-            _beyond(network, places[-1][1], route.length_m),
-        ]
-    )
+    own = np.column_stack([route.s, route.points, route.heading])
+    line = np.vstack([own, _beyond(network, places[-1][1], route.length_m)])
     sides = left_of, right_of, oncoming
     return RoadAlong(route, line, speed_mps, s, y, width, *sides, end_m, junction)
 

@@ -156,8 +156,8 @@ class StreetBehaviour:
             is_near = soonest_m - OVER_M <= stop_m + margins.gap_m <= s_m + horizon_m
             if is_near and (user := one.user(self._route, obstacles)):
                 details[CROSSWALK] = f"yields to {_name(user)}"
-                firm_m = s_m + _REACTS_S * speed_mps + speed_mps**2 / (2.0 * FIRM_MPS2)
-                stop_m = min(max(stop_m, firm_m), stop_m + _NEARER * margins.gap_m)
+                nearest_m = stop_m + _NEARER * margins.gap_m
+                stop_m = min(nearest_m, max(stop_m, _firm_stop_m(s_m, speed_mps)))
                 stops.append((stop_m, CROSSWALK))
                 break
         return min(filter(None, stops), default=None)
@@ -235,9 +235,7 @@ class StreetBehaviour:
     def _is_blocked(self, crossing: Crossing, s_m: float, obstacles: Obstacles) -> bool:
         """Return whether a road user stands where the car would leave the junction."""
         until_m = crossing.end_m + 2.0 * self.margins.car_front_m + self.margins.gap_m
-        for one in obstacles:
-            if one.speed_mps > _STANDS_MPS:
-                continue
+        for one in (one for one in obstacles if one.speed_mps <= _STANDS_MPS):
             place = self._route.line.project(one.x_m, one.y_m, s_m, 0.0, until_m - s_m + 10.0)
             rear_m = place.s_m - 0.5 * one.length_m
             if place.distance_m < 0.5 * _LANE_M and crossing.line_m < rear_m < until_m:
@@ -254,7 +252,7 @@ class StreetBehaviour:
         most_mps = min(self.margins.crossing_mps, crossing.mean_mps)
         pace = min(speed_mps, crossing.mean_mps), most_mps, self.margins.acceleration_mps2
         begin_s = time_s(line_m - front_m - s_m, *pace)
-        firm_m, spaces = s_m + _REACTS_S * speed_mps + speed_mps**2 / (2.0 * FIRM_MPS2), []
+        firm_m, spaces = _firm_stop_m(s_m, speed_mps), []
         before_m = stop_m + 0.5 * self.margins.gap_m
         stops_before = s_m + speed_mps**2 / (2.0 * HARD_MPS2) <= before_m
         for conflict in crossing.conflicts:
@@ -344,6 +342,11 @@ class StreetBehaviour:
         if brakes:  # it may stop after its line
             hardest_mps2, room_m = _EMERGENCY_MPS2, room_m + conflict.its_m[0]
         return one.speed_mps > _RUNS_MPS and room_m < one.speed_mps**2 / (2.0 * hardest_mps2)
+
+
+def _firm_stop_m(s_m: float, speed_mps: float) -> float:
+    """Return where a car at an arc length can stop without braking hard [m]."""
+    return s_m + _REACTS_S * speed_mps + speed_mps**2 / (2.0 * FIRM_MPS2)
 
 
 def _name(one: DetectedObstacle) -> str:

@@ -97,11 +97,13 @@ class LaneRules:
         last_m, self._to_end_m = self._to_end_m, lane.length_m - place.s_m - 0.5 * car.body.length_m
         if self._to_end_m > _ZIP_M:
             self._ending.clear()
+            return False
         waits = {one.id for m, _, one in near if m > -_BESIDE_M and self._is_on(one, ends)}
         self._ending |= waits
+        if not waits or not self._to_end_m < 0.0 <= last_m:
+            return False
         ahead = [(m, one.id) for m, y, one in near if 0 < m < _ZIP_M and 2 * abs(y) < lane.width_m]
-        passes = self._to_end_m < 0.0 <= last_m
-        return bool(passes and waits and ahead) and min(ahead)[1] not in self._ending
+        return bool(ahead) and min(ahead)[1] not in self._ending
 
     def _changes(self, car: Any, place: Any, near: list[Any], passes: Callable) -> list[str]:
         """Return what is wrong with a change of lane that is complete now."""

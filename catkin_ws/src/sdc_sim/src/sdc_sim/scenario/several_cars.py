@@ -1,4 +1,4 @@
-"""Build a world of several cars from the parameters of config/sim.yaml: docs/several_cars.md."""
+"""A world of several cars, and the setup of each in the sim node: docs/several_cars.md."""
 
 from __future__ import annotations
 
