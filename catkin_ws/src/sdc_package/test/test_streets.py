@@ -191,7 +191,20 @@ def test_one_that_comes_from_the_next_lane_matters(town, turned_rad, speed_mps, 
     streets.follow(route, np.full(len(route.s), 9.0), 2.5)
     yaw = left.heading_at(25.0) + turned_rad
     beside = DetectedObstacle(*left.line.point_at(25.0), yaw, 4.5, 1.8, speed_mps)
-    assert bool(streets.relevant(10.0, [beside])) == matters
+    assert bool(streets.relevant(10.0, 8.0, [beside])) == matters
+
+
+@pytest.mark.parametrize("crossing", ["way"], indirect=True)
+@pytest.mark.parametrize(("speed_mps", "matters"), [(8.0, False), (1.5, True)])
+def test_a_slow_car_stops_for_one_that_crosses_where_it_is_already(crossing, speed_mps, matters):
+    network, streets, _, one = crossing
+    at_line(streets, one, 0.0)
+    other = next(way for way in one.conflicts if way.is_first and not way.merges)
+    lane = network.lanes[min(other.lanes, key=other.lanes.get)]
+    x, y = lane.line.point_at(other.its_m[0] - 4.0)
+    crosses = DetectedObstacle(x, y, lane.heading_at(other.its_m[0] - 4.0), 4.5, 1.8, 6.0)
+    inside_m = other.own_m[0] + 0.5 - FRONT_M
+    assert bool(streets.relevant(inside_m, speed_mps, [crosses])) == matters
 
 
 def test_car_that_waits_long_enough_starts_before_one_that_does_not_move(crossing):

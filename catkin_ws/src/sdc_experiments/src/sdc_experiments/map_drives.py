@@ -1,8 +1,8 @@
 """Drive between random places of a map.
 
-    python3 -m sdc_experiments.map_drives MAP [COUNT [OTHERS [LENGTH_M]]]
+    python3 -m sdc_experiments.map_drives MAP [COUNT [OTHERS [LENGTH_M [FIRST]]]]
 
-Prints the time to load the map, and of COUNT drives (100) with the seeds 0, 1, ...: how many are
+Prints the time to load the map, and of COUNT drives (100) with seeds from FIRST (0): how many are
 complete, the greatest errors, a sum of all traces, which is the same in each run, and how the
 drives ended with which infractions; each drive that is not clean has a line when it ends. Among
 OTHERS road users it also prints the collisions, those at fault, how many drives were comfortable,
@@ -44,9 +44,9 @@ _KEPT, _TICK_S, _NEAR_M = 20, 0.05, 2.5
 _CAR_FRONT_M, _CAR_WIDTH_M = 2.35, 2.0
 
 
-def seeds_of(graph: LaneGraph, length_m: int) -> Iterator[int]:
-    """Yield the seeds, those whose routes are about this long; 0: all."""
-    for seed in itertools.count():
+def seeds_of(graph: LaneGraph, length_m: int, first: int = 0) -> Iterator[int]:
+    """Yield the seeds from a first one whose routes are about this long; 0: all."""
+    for seed in itertools.count(first):
         points_m = first_mission(graph, None, (), seed)[0].points_m if length_m else ()
         away_m = np.hypot(*np.diff(points_m, axis=0).T).sum() - length_m if length_m else 0.0
         if abs(away_m) <= _ABOUT * length_m:
@@ -126,10 +126,10 @@ def one_drive(path: str, traffic: int, seed: int) -> tuple[dict[str, Any], str]:
 
 def main() -> None:
     """Run the command line."""
-    if len(sys.argv) not in range(2, 6) or not all(one.isdecimal() for one in sys.argv[2:]):
-        sys.exit("Usage: python3 -m sdc_experiments.map_drives MAP [COUNT [OTHERS [LENGTH_M]]]")
+    if len(sys.argv) not in range(2, 7) or not all(one.isdecimal() for one in sys.argv[2:]):
+        sys.exit("Usage: map_drives MAP [COUNT [OTHERS [LENGTH_M [FIRST]]]]")
     path, given = sys.argv[1], [int(one) for one in sys.argv[2:]]
-    count, traffic, length_m = (*given, *(100, 0, 0)[len(given) :])
+    count, traffic, length_m, first = (*given, *(100, 0, 0, 0)[len(given) :])
     started_s = time.perf_counter()
     try:
         network = load_network(path)
@@ -137,7 +137,7 @@ def main() -> None:
         sys.exit(f"map_drives: {error}")
     graph = LaneGraph(network)
     print(f"{network.name}: loaded in {time.perf_counter() - started_s:.2f} s")
-    seeds = list(itertools.islice(seeds_of(graph, length_m), count))
+    seeds = list(itertools.islice(seeds_of(graph, length_m, first), count))
     metrics, total = [], hashlib.sha256()
     with ProcessPoolExecutor(os.cpu_count()) as pool:
         drives = pool.map(functools.partial(one_drive, path, traffic), seeds)

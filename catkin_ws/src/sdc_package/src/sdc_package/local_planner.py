@@ -184,7 +184,7 @@ class LocalPlanner:
         obstacles = nearby(self.route, self.place.s_m, obstacles, self._horizon_m)
         follows: tuple = None, _TIME_GAP_S
         if streets is not None:
-            obstacles = streets.relevant(self.place.s_m, obstacles)
+            obstacles = streets.relevant(self.place.s_m, self._speed_mps, obstacles)
             way, margins = streets.manoeuvres.way, streets.margins
             rows = way.moved(rows, ahead)
             follows = way.offset_at, margins.time_gap_s, self._speed_mps, margins.follow_gap_m

@@ -33,8 +33,8 @@ STOP_SIGN, RIGHT_OF_WAY, JUNCTION_BLOCKED = "stop_sign", "right_of_way", "juncti
 CROSSWALK = "crosswalk"
 # The car has stopped if it was so slow, so close to the place at which it should stop.
 _STOPPED_MPS, _STOPPED_WITHIN_M = 0.2, 2.5
-# A road user so slow is in a jam; at a junction, one so slow waits for the car.
-_STANDS_MPS, _WAITS_MPS = 0.5, 0.4
+# A road user so slow is in a jam; at a junction, one so slow waits; the car can stop at once.
+_STANDS_MPS, _WAITS_MPS, _SLOW_MPS = 0.5, 0.4, 3.0
 _LANE_M, _CAR_WIDTH_M = 2.5, 2.0
 # Road users so far from the stop line, or so much time from it, matter. The third one is the time
 # within which one that arrives at the junction has right of way there.
@@ -185,20 +185,23 @@ class StreetBehaviour:
         give_way_m = self._give_way_m(crossing, s_m, speed_mps, obstacles, stop_m)
         return None if math.isinf(give_way_m) else (give_way_m, RIGHT_OF_WAY)
 
-    def relevant(self, s_m: float, obstacles: Obstacles) -> list[DetectedObstacle]:
+    def relevant(self, s_m: float, speed_mps: float, obstacles: Obstacles) -> Obstacles:
         """Return the obstacles without vehicles that stay on lanes beside the car's route.
 
         On a bend or in a junction, the lane of a vehicle tells more than its heading where it will
-        be. Those that cross in a junction are the matter of `stop`.
+        be. Those that cross in a junction are the matter of `stop`, until the car is slow there.
 
         Args:
             s_m: arc length of the car's centre along the route [m]
+            speed_mps: its speed [m/s]
             obstacles: the detected road users
         """
         line, kept = self._route.line, []
         heading_rad = line.heading_at(s_m)
         near = self._entered + self._crossings[:1]
         ways = [way for one in near if s_m < one.end_m for way in one.conflicts]
+        if speed_mps < _SLOW_MPS:
+            ways = [way for way in ways if s_m + self.margins.car_front_m < way.own_m[0]]
         for one in obstacles:
             near_m = _AROUND_M + 2.0 * one.speed_mps
             drives = one.speed_mps >= _STANDS_MPS and one.length_m >= VEHICLE_M
@@ -279,10 +282,8 @@ class StreetBehaviour:
             near_m, waits = _NEAR_M + _SOON_S * one.speed_mps, one.speed_mps < _WAITS_MPS
             if math.dist((one.x_m, one.y_m), (x, y)) >= near_m or (waits and not starts):
                 continue
-            place = self._place_of(one)
+            place = None if self._is_ahead(one, s_m) else self._place_of(one)
             if place is None or abs(place.heading_error_rad) > _ACROSS_RAD:
-                continue
-            if self._is_ahead(one, s_m):
                 continue
             for wanted_m, conflict, times_s in spaces:
                 away_m = conflict.away_m(self._network, place)
