@@ -96,3 +96,11 @@ def test_of_several_limits_the_lowest_is_the_reason():
     assert reason_at(local, 80.0, speed=5.0, obstacles=[near], light=red) == "obstacle"
     assert reason_at(local, 80.0, speed=5.0, obstacles=[far], light=red) == "traffic_light"
     assert reason_at(local, 199.0, speed=1.0, light=lights(260.0, RED)) == "end_of_route"
+
+
+@pytest.mark.parametrize(("x", "stop_x_m"), [(80.0, 97.0), (89.2, 97.75)])
+def test_car_that_stops_late_stops_between_two_points_of_the_route(x, stop_x_m):
+    local, light = planner(straight(200.0)), lights(101.1, RED)
+    first = WaypointSearch(local.route.points).first_ahead(x, 0.0)
+    rows = local.stop_for(light, local.plan(first, x, 0.0, 0.0, ()), 8.0)
+    assert rows[rows[:, 2] == 0.0][0, 0] == pytest.approx(stop_x_m)

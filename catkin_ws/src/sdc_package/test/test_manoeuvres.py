@@ -209,6 +209,25 @@ def test_car_expects_one_behind_it_that_accelerates_on_the_next_lane(gain_mps2, 
     assert (plan.most_mps < 10.0 or plan.way.until_m > 0.0) == waits
 
 
+def test_car_does_not_change_lanes_before_one_that_goes_to_the_next_lane_behind_it():
+    plan = Manoeuvres(road_of(two_lanes(), changing(99.0)), np.array([]), CAR)
+    for tick in range(-5, 1):
+        speed_mps = 5.5 + 0.12 * tick
+        other = DetectedObstacle(88.0 + 0.275 * tick, 1.6, 0.4, 4.7, 1.9, speed_mps, 7, "car")
+        plan.decide(100.0 + 0.15 * tick, 0.0, 3.0, [other], math.inf)
+    assert plan.way.until_m > 150.0  # it changes later
+
+
+def test_car_brakes_hardest_only_if_it_decides_so_twice():
+    plan = Manoeuvres(road_of(two_lanes(), changing(105.0)), np.array([]), CAR)
+    cuts_in = DetectedObstacle(112.0, 5.4, -0.85, 4.7, 1.9, 2.2, 7, "car")
+    limits = []
+    for _ in range(6):
+        plan.decide(100.0, 0.0, 10.0, [cuts_in], math.inf)
+        limits.append(plan.most_mps)
+    assert 10.0 - 0.8 * 4.0 < limits[0] < 7.0 and limits[-1] < 6.0
+
+
 def test_car_pulls_out_after_the_one_that_comes():
     coming = [Other(-25.0, 0.0, 8.0), Other(-40.0, 0.0, 8.0, 8)]
     rows = drive(two_way(), coming, 30.0, start=(5.0, -2.8, 0.0))

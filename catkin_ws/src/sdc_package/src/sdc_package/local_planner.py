@@ -263,10 +263,16 @@ class LocalPlanner:
         self, rows: np.ndarray, stop_s: float, reason: str, speed_mps: float
     ) -> np.ndarray:
         """Return rows with which the car's centre stops at an arc length, for this reason."""
-        last_s, usual_mps2 = self.route.last_point_s(stop_s), self.settings.limits.braking_mps2
-        needed_mps2 = speed_mps**2 / max(2.0 * (last_s - self.place.s_m), 0.1)
-        braking_mps2 = max(usual_mps2, min(needed_mps2, HARD_MPS2))
-        room_m = np.maximum(last_s - self.route.s[self._ahead], 0.0)
+        s, s_m = self.route.s[self._ahead], self.place.s_m
+        last_s, after = self.route.last_point_s(stop_s), int(np.searchsorted(s, stop_s))
+        if last_s - s_m < speed_mps**2 / (2.0 * HARD_MPS2) and 0 < after < len(s):
+            # It needs all the room that there is: it stops between two points.
+            rows, share = rows.copy(), (s[after] - stop_s) / (s[after] - s[after - 1])
+            rows[after, :2] += share * (rows[after - 1, :2] - rows[after, :2])
+            last_s = stop_s
+        needed_mps2 = speed_mps**2 / max(2.0 * (last_s - s_m), 0.1)
+        braking_mps2 = max(self.settings.limits.braking_mps2, min(needed_mps2, HARD_MPS2))
+        room_m = np.maximum(last_s - s, 0.0)
         caps = np.sqrt(2.0 * braking_mps2 * room_m)
         return self._capped(rows, caps, reason)
 

@@ -27,7 +27,7 @@ _SIDE_M, _SIDE_AT_REST_M, _ALONG_M, _ONCOMING_S = 0.3, 0.1, 0.5, 1.2
 # The car stays behind one at rest that leaves it a narrower strip, as caution/side_m demands [m].
 _FREE_M = 0.4
 # Who is behind the car in the lane that it takes brakes so hard [m/s^2], after so many steps.
-_REAR_MPS2, _REACTS_STEPS = 1.5, 2
+_REAR_MPS2, _REACTS_STEPS = 2.0, 2
 # A car at rest is only met by those that come towards it [m/s].
 _AT_REST_MPS = 0.3
 # Who moves across the road does so for this time [s]; slower motion across is none, nor is a
@@ -150,10 +150,11 @@ class _Judge:
         self.half_length_m = others.half_length_m + car.front_m
         least_mps = np.maximum(_ACROSS_MPS, _ACROSS_SHARE * np.abs(along_mps))
         self._aligned = along_mps > np.abs(left_mps)
-        # One that comes into the car's lane behind it sees the car.
+        # One behind that comes nearer to the car's side sees the car.
         behind = self._aligned & (others.s_m < s_m)
         moves_mps = np.where(np.abs(left_mps) > least_mps, left_mps, 0.0)
-        self.across_mps = np.where(behind, 0.0, moves_mps)
+        comes = behind & (moves_mps * (way_m - others.y_m) >= 0.0)
+        self.across_mps = np.where(comes, 0.0, moves_mps)
         self._oncoming = along_mps < -np.abs(left_mps)
         clear_m = np.where(self._oncoming, -_ONCOMING_S * margin * along_mps, _ALONG_M)
         self._near_m = self.half_length_m + clear_m

@@ -88,7 +88,7 @@ class Manoeuvres:
         self.way = OffsetPath(road.route, float(road.speed_mps.max()))
         self.reason, self.most_mps, self.stop_m = "", math.inf, math.inf
         self._memory = Memory()
-        self._plans, self._waits = 0, True
+        self._plans, self._waits, self._brakes_hardest = 0, True, False
 
     def decide(
         self,
@@ -155,9 +155,11 @@ class Manoeuvres:
             self.way.follow(chosen.offset_m, now.s_m)
         self.stop_m = chosen.stop_m
         self._waits = share == 0.0 or math.isfinite(chosen.stop_m)
-        soon_mps = float(result.soon_mps[best])
-        if slows_mps2[best] < HARDEST_MPS2:
-            soon_mps = max(soon_mps, now.speed_mps - SOON_S * max(FIRM_MPS2, slows_mps2[best]))
+        soon_mps, was_hardest = float(result.soon_mps[best]), self._brakes_hardest
+        self._brakes_hardest = slows_mps2[best] == HARDEST_MPS2
+        if not (was_hardest and self._brakes_hardest):  # often, only one decision is so hard
+            most_mps2 = max(FIRM_MPS2, min(slows_mps2[best], HARD_MPS2))
+            soon_mps = max(soon_mps, now.speed_mps - SOON_S * most_mps2)
         if share < 1.0:
             self.most_mps = max(share * float(now.most_mps[now.here]), soon_mps)
         if soon_mps < now.speed_mps - _BRAKES_MPS:

@@ -120,10 +120,8 @@ class PurePursuitSteering(Steering):
     ) -> float:
         """See Steering.wheel_angle."""
         axles = self.axles
-        look_ahead = min(
-            max(self.look_ahead_s * speed_mps, self.shortest_look_ahead_m),
-            self.longest_look_ahead_m,
-        )
+        least_m, most_m = self.shortest_look_ahead_m, self.longest_look_ahead_m
+        look_ahead = min(max(self.look_ahead_s * speed_mps, least_m), most_m)
         x, y, yaw = predicted_pose(x_m, y_m, yaw_rad, speed_mps, yaw_rate_radps, self.preview_s)
         rear_x, rear_y = x - axles.rear_m * math.cos(yaw), y - axles.rear_m * math.sin(yaw)
         centre_s = path.line.nearest(x, y).s_m

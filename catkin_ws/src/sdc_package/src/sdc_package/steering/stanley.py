@@ -66,10 +66,5 @@ class StanleySteering(Steering):
         front_x = x_m + self.axles.front_m * math.cos(yaw_rad)
         front_y = y_m + self.axles.front_m * math.sin(yaw_rad)
         place = path.line.nearest(front_x, front_y)
-        return stanley_angle(
-            wrap_angle(place.heading_rad - yaw_rad),
-            place.cross_track_m,
-            speed_mps,
-            self.k,
-            self.softening_mps,
-        )
+        errors = wrap_angle(place.heading_rad - yaw_rad), place.cross_track_m
+        return stanley_angle(*errors, speed_mps, self.k, self.softening_mps)

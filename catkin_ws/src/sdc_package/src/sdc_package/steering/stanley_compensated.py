@@ -64,8 +64,5 @@ class CompensatedStanleySteering(Steering):
         i = place.segment
         curvature = (front.headings[i + 1] - front.headings[i]) / front.lengths[i]
         slip = self.axles.front_compliance * curvature * speed_mps * speed_mps
-        heading_error = wrap_angle(place.heading_rad - yaw)
-        angle = stanley_angle(
-            heading_error, place.cross_track_m, speed_mps, self.k, self.softening_mps
-        )
-        return angle + slip
+        errors = wrap_angle(place.heading_rad - yaw), place.cross_track_m
+        return stanley_angle(*errors, speed_mps, self.k, self.softening_mps) + slip
