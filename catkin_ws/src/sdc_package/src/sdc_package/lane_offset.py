@@ -48,12 +48,12 @@ class LaneFit:
         half_m = self.lane_width_m / 2.0
         x, offset = np.hstack([x, x]), np.hstack([-half_m - y, half_m - y])
         # Pixels of the lines agree about the offset: the fit begins with the fullest bin.
-        few = offset[::_EVERY] - _SLOPES * x[::_EVERY]
-        bins = np.floor((few - _OFFSETS_M[0]) / _BIN_M).astype(int)
-        inside = (bins >= 0) & (bins < len(_OFFSETS_M))
-        numbers = (bins + len(_OFFSETS_M) * np.arange(len(_SLOPES))[:, None])[inside]
-        fullest = int(np.bincount(numbers, minlength=1).argmax())
-        slope, place = divmod(fullest, len(_OFFSETS_M))
+        few = (offset[::_EVERY] - _OFFSETS_M[0]) / _BIN_M + 1.0 - _SLOPES / _BIN_M * x[::_EVERY]
+        bins = np.clip(few, 0.0, len(_OFFSETS_M) + 1.0).astype(np.int32)
+        bins += (len(_OFFSETS_M) + 2) * np.arange(len(_SLOPES), dtype=np.int32)[:, None]
+        counts = np.bincount(bins.ravel(), minlength=len(_SLOPES) * (len(_OFFSETS_M) + 2))
+        inside = counts.reshape(len(_SLOPES), -1)[:, 1:-1]
+        slope, place = divmod(int(inside.argmax()), len(_OFFSETS_M))
         middle_m = _OFFSETS_M[place] + _BIN_M / 2.0
         agree = np.abs(offset - middle_m - _SLOPES[slope] * x) < 2.0 * _TOLERANCE_M
         powers = np.column_stack([np.ones_like(x), x, x * x])

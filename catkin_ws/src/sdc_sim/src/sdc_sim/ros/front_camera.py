@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import queue
 import threading
@@ -72,15 +73,11 @@ class CameraTopics:
         header = Header(frame_id=self._vehicle_frame)
         self._static_tf.sendTransform(TransformStamped(header, self._frame, Transform(*place)))
 
-    def message(self, picture: np.ndarray, stamp: rospy.Time) -> Image:
-        """Return the message of a picture, which is copied."""
-        return image_message(picture, stamp, self._frame)
-
-    def publish(self, image: Image) -> None:
+    def publish(self, picture: np.ndarray, stamp_ns: int) -> None:
         """Publish a picture and the description of its camera."""
-        self._info.header.stamp = image.header.stamp
+        self._info.header.stamp = stamp = rospy.Time(0, stamp_ns)
         self._camera_info.publish(self._info)
-        self._image.publish(image)
+        self._image.publish(image_message(picture, stamp, self._frame))
 
 
 class OtherCamera:
@@ -108,15 +105,11 @@ class OtherCamera:
             self._topics.mount(camera, mount)
             self._last_mount = mount
         c, s = math.cos(state.yaw_rad), math.sin(state.yaw_rad)
-        picture = self._renderer.render(
-            state.x_m + c * mount.x_m - s * mount.y_m,
-            state.y_m + s * mount.x_m + c * mount.y_m,
-            state.yaw_rad + mount.yaw_rad,
-            [*boxes, ego_box(state)],
-            light,
-            time_s=observation.time_s,
-        )
-        self._topics.publish(self._topics.message(picture, rospy.Time(0, observation.stamp_ns)))
+        x = state.x_m + c * mount.x_m - s * mount.y_m
+        y = state.y_m + s * mount.x_m + c * mount.y_m
+        place, seen = (x, y, state.yaw_rad + mount.yaw_rad), [*boxes, ego_box(state)]
+        picture = self._renderer.render(*place, seen, light, time_s=observation.time_s)
+        self._topics.publish(picture, observation.stamp_ns)
 
 
 class FrontCamera:
@@ -144,8 +137,7 @@ class FrontCamera:
         weather = Weather(**settings.weather)
         self._renderer = Renderer(road, weather=weather)
         camera = self._renderer.camera
-        self._picture = np.empty((camera.height, camera.width, 4), np.uint8)
-        self._rendered: queue.Queue[Image | None] = queue.Queue(1)
+        self._rendered: queue.Queue[tuple[np.ndarray, int] | None] = queue.Queue(1)
 
         bridge, self._role_name = BRIDGE_VERSIONS[settings.bridge], settings.role_name
         self._topics = CameraTopics(self._role_name, bridge.front)
@@ -170,14 +162,17 @@ class FrontCamera:
     def loop(self) -> None:
         """Publish a picture of each observation until the simulator ends."""
         threading.Thread(target=self._render, daemon=True).start()
-        while (image := self._rendered.get()) is not None:
-            self._topics.publish(image)
+        while (rendered := self._rendered.get()) is not None:
+            self._topics.publish(*rendered)
 
     def _render(self) -> None:
         try:
+            self._connection.send_bytes(b"")  # the request of an observation
             while True:
-                self._connection.send_bytes(b"")  # the request of an observation
-                self._take_pictures(self._connection.recv())
+                observation = self._connection.recv()
+                with contextlib.suppress(OSError):  # the next one comes while this one is painted
+                    self._connection.send_bytes(b"")
+                self._take_pictures(observation)
         except (EOFError, OSError):
             rospy.loginfo("front_camera: the simulator has ended")
         finally:
@@ -189,8 +184,8 @@ class FrontCamera:
         boxes = [obstacle_box(obstacle) for obstacle in observation.obstacles]
         boxes += [traffic_light_box(one) for one in observation.traffic_lights]
         place = state.x_m, state.y_m, state.yaw_rad
-        picture = self._renderer.render(*place, boxes, light, self._picture, observation.time_s)
-        self._rendered.put(self._topics.message(picture, rospy.Time(0, observation.stamp_ns)))
+        picture = self._renderer.render(*place, boxes, light, time_s=observation.time_s)
+        self._rendered.put((picture, observation.stamp_ns))
         for camera in self._others:
             camera.publish(observation, boxes, light)
 

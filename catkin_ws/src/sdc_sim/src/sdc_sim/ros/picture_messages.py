@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple, Sequence
+from typing import IO, NamedTuple, Sequence
 
 import numpy as np
 import rospy
 from geometry_msgs.msg import Pose, PoseStamped
 from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import CameraInfo, Image
+from std_msgs.msg import Header
 
 from sdc_sim.camera.camera_model import CameraModel
 
@@ -29,6 +30,17 @@ class CameraMount(NamedTuple):
     pitch_rad: float
 
 
+class _Picture(Image):
+    """An Image whose data is an array, which is written without the copies of each field."""
+
+    def serialize(self, buff: IO[bytes]) -> None:
+        fields = self.header, self.height, self.width, self.encoding, self.is_bigendian, self.step
+        Image(*fields, b"").serialize(buff)
+        buff.seek(-4, 1)  # back over the length of the empty last field
+        buff.write(len(self.data).to_bytes(4, "little"))
+        buff.write(self.data)
+
+
 def image_message(picture: np.ndarray, stamp: rospy.Time, frame: str = "") -> Image:
     """Return a picture as an Image.
 
@@ -37,26 +49,18 @@ def image_message(picture: np.ndarray, stamp: rospy.Time, frame: str = "") -> Im
         stamp: time of the picture
         frame: optical frame of the camera
     """
-    message = Image()
-    message.header.stamp = stamp
-    message.header.frame_id = frame
-    message.height, message.width = picture.shape[:2]
-    message.encoding = "bgra8"
-    message.step = picture.shape[1] * 4
-    message.data = picture.tobytes()
-    return message
+    (height, width), header = picture.shape[:2], Header(0, stamp, frame)
+    pixels = memoryview(picture).cast("B")
+    return _Picture(header, height, width, "bgra8", 0, 4 * width, pixels)
 
 
 def camera_info_message(camera: CameraModel, frame: str = "") -> CameraInfo:
     """Return the description of a pinhole camera without distortion; the caller sets the stamp."""
     k = np.asarray(camera.intrinsic_matrix())
-    message = CameraInfo(height=camera.height, width=camera.width, distortion_model="plumb_bob")
-    message.header.frame_id = frame
-    message.D = [0.0] * 5
-    message.K = k.ravel().tolist()
-    message.R = np.eye(3).ravel().tolist()
-    message.P = np.column_stack([k, np.zeros(3)]).ravel().tolist()
-    return message
+    matrices = {"K": k, "R": np.eye(3), "P": np.column_stack([k, np.zeros(3)])}
+    lists = {name: matrix.ravel().tolist() for name, matrix in matrices.items()}
+    size = {"height": camera.height, "width": camera.width, "distortion_model": "plumb_bob"}
+    return CameraInfo(header=Header(frame_id=frame), D=[0.0] * 5, **size, **lists)
 
 
 def daylight(sun_altitude_deg: float) -> float:
