@@ -258,3 +258,13 @@ def test_front_corner_of_a_car_that_stands_oblique_counts_for_one_beside_it(behi
     here = way, speeds, -20.0, 0.0, 1.0, Around(*rows), ends
     result = forecast(*here, np.array([[1.0]]), CAR, far, np.array([2.5]))
     assert (result.contact_s[0] == 0.0) == meets
+
+
+@pytest.mark.parametrize(("aside", "cuts_in"), [(0.0, False), (0.25, True), (-0.25, False)])
+def test_only_a_car_that_moves_to_the_side_of_one_behind_cuts_in(aside, cuts_in):
+    way = np.clip(aside * (np.arange(100.0) - 30.0), -1.0, 1.0)[None]
+    rows = (np.array([one]) for one in (0, -25.0, 1.6, 15.0, 0.0, 2.3, 0.9))
+    speeds, ends, far = np.full((1, 100), 5.0), np.array([math.inf]), np.full(100, math.inf)
+    here = way, speeds, -30.0, 0.0, 5.0, Around(*rows), ends
+    result = forecast(*here, np.array([[1.0]]), CAR, far, np.array([2.5]))
+    assert np.isfinite(result.contact_s[0]) == cuts_in

@@ -272,8 +272,7 @@ class LocalPlanner:
             last_s = stop_s
         needed_mps2 = speed_mps**2 / max(2.0 * (last_s - s_m), 0.1)
         braking_mps2 = max(self.settings.limits.braking_mps2, min(needed_mps2, HARD_MPS2))
-        room_m = np.maximum(last_s - s, 0.0)
-        caps = np.sqrt(2.0 * braking_mps2 * room_m)
+        caps = np.sqrt(2.0 * braking_mps2 * np.maximum(last_s - s, 0.0))
         return self._capped(rows, caps, reason)
 
     def _capped(self, path: np.ndarray, caps: np.ndarray, reason: str) -> np.ndarray:

@@ -28,6 +28,7 @@ _SIDE_M, _SIDE_AT_REST_M, _ALONG_M, _ONCOMING_S = 0.3, 0.1, 0.5, 1.2
 _FREE_M = 0.4
 # Who is behind the car in the lane that it takes brakes so hard [m/s^2], after so many steps.
 _REAR_MPS2, _REACTS_STEPS = 2.0, 2
+_CUTS_IN_M = 0.3  # a car that moves less to the side does not cut in before one in its lane
 # A car at rest is only met by those that come towards it [m/s].
 _AT_REST_MPS = 0.3
 # Who moves across the road does so for this time [s]; slower motion across is none, nor is a
@@ -85,15 +86,15 @@ def forecast(
         line_m: (G,) place across the road beyond which the oncoming lane is, inf: none [m]
         slows_mps2: (P,) greatest deceleration for the greatest speed [m/s^2]
     """
-    count, last = len(ways_m), ways_m.shape[1] - 1
-    every, grid = np.arange(count), np.arange(count)[:, None]
+    grid, last = np.arange(len(ways_m))[:, None], ways_m.shape[1] - 1
 
     def at(s: np.ndarray) -> np.ndarray:
         return np.clip(((s - from_m) / GRID_M).astype(int), 0, last)
 
-    s, v = np.full(count, s_m), np.full(count, speed_mps)
-    judge = _Judge(others, margin, car, s_m, ways_m[:, at(s)[0]][:, None])
-    contact_s, hardest, oncoming_s = np.full(count, np.inf), np.zeros(count), np.zeros(count)
+    s, v = np.full(len(grid), s_m), np.full(len(grid), speed_mps)
+    way_m = ways_m[:, at(s)[:1]]
+    judge = _Judge(others, margin, car, s_m, way_m)
+    contact_s, hardest, oncoming_s = np.full_like(s, np.inf), np.zeros_like(s), np.zeros_like(s)
     for step in range(STEPS):
         time_s = step * STEP_S
         its_s = others.s_m + time_s * judge.speeds_mps(time_s)
@@ -108,10 +109,11 @@ def forecast(
         # The front is where the centre will be; towards those behind, the rear matters.
         front_y, mine_y = ways_m[grid, at(s + car.front_m)[:, None]], ways_m[grid, at(s)[:, None]]
         away_m = np.abs(its_y - np.where(distance_m > -judge.half_length_m, front_y, mine_y))
-        bad = judge.contacts(time_s, distance_m, away_m, v[:, None])
-        contact_s = np.where(bad & np.isinf(contact_s), time_s, contact_s)
+        cut_in, met = judge.contacts(time_s, distance_m, away_m, v[:, None])
+        cut_in &= ~judge.follows | (np.abs(mine_y - way_m) > _CUTS_IN_M)
+        contact_s[(cut_in | met).any(axis=1) & np.isinf(contact_s)] = time_s
         oncoming_s += STEP_S * (mine_y[:, 0] > line_m[at(s)])
-        v_next = _next_mps(v, most_mps[every, at(s)], push, slows_mps2, car)
+        v_next = _next_mps(v, most_mps[grid[:, 0], at(s)], push, slows_mps2, car)
         s, v = s + 0.5 * STEP_S * (v + v_next), v_next
         if step == _SOON_STEP:
             soon_mps = v
@@ -160,8 +162,8 @@ class _Judge:
         self._near_m = self.half_length_m + clear_m
         # One behind in the car's lane is responsible for its distance. Here, it does not brake.
         later_m = others.y_m + _ACROSS_S * moves_mps
-        away_m = np.maximum(np.abs(others.y_m - way_m), np.abs(later_m - way_m))
-        self.settled = (away_m < 0.5 * self._body_m) & behind
+        self.follows = (np.abs(others.y_m - way_m) < 0.5 * self._body_m) & behind
+        self.settled = self.follows & (np.abs(later_m - way_m) < 0.5 * self._body_m)
 
     def speeds_mps(self, time_s: float) -> np.ndarray:
         """Return (A,) speeds of the others along the road."""
@@ -169,8 +171,8 @@ class _Judge:
 
     def contacts(
         self, time_s: float, distance_m: np.ndarray, away_m: np.ndarray, speed_mps: np.ndarray
-    ) -> np.ndarray:
-        """Return for which proposals (P,) the car meets one, or cuts in too closely before one.
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return (P, A) whether the car would be too close before one behind, or meets one.
 
         Distances along and across the road are (P, A), the speed of the car is (P, 1).
         """
@@ -186,4 +188,4 @@ class _Judge:
         self.settled = self.settled | (self._steps > _REACTS_STEPS)
         met = overlap & (np.abs(distance_m) < self._near_m) & ~self.settled
         met &= self._oncoming | (speed_mps > _AT_REST_MPS)
-        return (cut_in | met).any(axis=1)
+        return cut_in, met
