@@ -186,6 +186,14 @@ def test_car_makes_room_for_an_ambulance():
     assert beside[2] > 2.5
 
 
+def test_car_makes_room_again_for_the_next_one_that_invades_its_lane():
+    invaders = [Other(x, 2.2, -8.0, number) for number, x in enumerate((60.0, 95.0, 130.0), 7)]
+    rows = drive(two_way(), invaders, 12.0)
+    for one in invaders:
+        meets = np.argmin(np.abs(rows[:, 1] - one.x_m + 8.0 * rows[:, 0]))
+        assert rows[meets, 2] < -0.6
+
+
 def changing(at_m):
     """Return points of a route that changes from the right lane to the left one."""
     t = np.clip((np.arange(LENGTH_M) - at_m) / 40.0, 0.0, 1.0)
@@ -260,10 +268,10 @@ def test_front_corner_of_a_car_that_stands_oblique_counts_for_one_beside_it(behi
     assert (result.contact_s[0] == 0.0) == meets
 
 
-@pytest.mark.parametrize(("aside", "cuts_in"), [(0.0, False), (0.25, True), (-0.25, False)])
-def test_only_a_car_that_moves_to_the_side_of_one_behind_cuts_in(aside, cuts_in):
-    way = np.clip(aside * (np.arange(100.0) - 30.0), -1.0, 1.0)[None]
-    rows = (np.array([one]) for one in (0, -25.0, 1.6, 15.0, 0.0, 2.3, 0.9))
+@pytest.mark.parametrize(("aside", "cuts_in"), [(0.0, False), (0.25, True)])
+def test_car_in_its_lane_does_not_cut_in_before_one_behind_that_leaves_the_lane(aside, cuts_in):
+    way = np.clip(aside * (np.arange(100.0) - 30.0), 0.0, 1.0)[None]
+    rows = (np.array([one]) for one in (0, -25.0, 0.3, 15.0, 2.0, 2.3, 0.9))
     speeds, ends, far = np.full((1, 100), 5.0), np.array([math.inf]), np.full(100, math.inf)
     here = way, speeds, -30.0, 0.0, 5.0, Around(*rows), ends
     result = forecast(*here, np.array([[1.0]]), CAR, far, np.array([2.5]))

@@ -39,8 +39,8 @@ _BEFORE_M, _AFTER_M, _WAIT_M, _BESIDE_M = 3.0, 3.0, 9.0, 0.5
 _OVER_M = 0.15
 # A car so far beside its route at the start pulls out: it begins after, and takes [m].
 _PULLS_OUT_M, _OUT_AFTER_M, _OUT_M = 1.0, 0.5, 8.0
-# Within its lane the car moves to the side by so much, over so much [m].
-_NUDGE_M, _NUDGED_M = 0.7, 40.0
+# Within its lane the car moves aside by so much, for so far, and again so far before its end [m].
+_NUDGE_M, _NUDGED_M, _AGAIN_M = 0.7, 40.0, 30.0
 # The car makes room for so long [m].
 _ASIDE_M = 80.0
 # Whether the way leads back already is looked up so far ahead; a change of lanes may come so much
@@ -199,11 +199,11 @@ class Manoeuvres:
             yield Proposal(PASS, one, now.cost_m(one) + _NEW_M)
         for one in self._asides(now) if now.emergency else ():
             yield Proposal(ASIDE, one, now.cost_m(one) + _NEW_M)
-        if (now.is_invaded or now.passable) and not way.until_m:
+        is_free = way.until_m < s_m + _AGAIN_M and abs(way.offset_at(s_m)) < _PULLS_OUT_M
+        if (now.is_invaded or now.passable) and is_free:
             for to_m in (-_NUDGE_M, _NUDGE_M):
                 nudge = self._there_and_back(now, to_m, s_m, s_m + _NUDGED_M)
-                cost_m = now.cost_m(nudge) + _NEW_M
-                yield Proposal(NUDGE, nudge, cost_m, _NUDGE_MARGIN, wait_m)
+                yield Proposal(NUDGE, nudge, now.cost_m(nudge) + _NEW_M, _NUDGE_MARGIN, wait_m)
         if now.changes_lane:
             s, end_m = self._road.route.s, float(self._road.edge_end_m[now.at]) - _LANE_END_M
             speeds_mps = speed_mps, min(speed_mps, _CHANGES_MPS)
