@@ -185,7 +185,8 @@ def test_command_drives_between_random_places(path, monkeypatch, capsys):
 def test_seeds_are_those_of_routes_about_as_long_as_wanted(path):
     graph = LaneGraph(load_network(path))
     seeds = list(islice(seeds_of(graph, 250), 3))
-    assert seeds[2] > 2 and list(islice(seeds_of(graph, 0, 7), 3)) == [7, 8, 9]
+    assert seeds[2] > 2 and list(islice(seeds_of(graph, 0), 3)) == [0, 1, 2]
+    assert list(islice(seeds_of(graph, 0, 7), 3)) == [7, 8, 9]
     for seed in seeds:
         points_m = first_mission(graph, None, (), seed)[0].points_m
         assert np.hypot(*np.diff(points_m, axis=0).T).sum() == pytest.approx(250.0, rel=0.2)

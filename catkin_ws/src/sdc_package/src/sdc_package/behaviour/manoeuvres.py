@@ -199,8 +199,8 @@ class Manoeuvres:
             yield Proposal(PASS, one, now.cost_m(one) + _NEW_M)
         for one in self._asides(now) if now.emergency else ():
             yield Proposal(ASIDE, one, now.cost_m(one) + _NEW_M)
-        is_free = way.until_m < s_m + _AGAIN_M and abs(way.offset_at(s_m)) < _PULLS_OUT_M
-        if (now.is_invaded or now.passable) and is_free:
+        may_nudge = way.until_m < s_m + _AGAIN_M and abs(way.offset_at(s_m)) < _PULLS_OUT_M
+        if (now.is_invaded or now.passable) and may_nudge:
             for to_m in (-_NUDGE_M, _NUDGE_M):
                 nudge = self._there_and_back(now, to_m, s_m, s_m + _NUDGED_M)
                 yield Proposal(NUDGE, nudge, now.cost_m(nudge) + _NEW_M, _NUDGE_MARGIN, wait_m)

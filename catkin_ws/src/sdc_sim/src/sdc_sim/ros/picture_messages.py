@@ -42,7 +42,7 @@ class _Picture(Image):
 
 
 def image_message(picture: np.ndarray, stamp: rospy.Time, frame: str = "") -> Image:
-    """Return a picture as an Image.
+    """Return a picture as an Image, which shares its pixels.
 
     Args:
         picture: (H, W, 4) array of BGRA uint8
@@ -57,10 +57,11 @@ def image_message(picture: np.ndarray, stamp: rospy.Time, frame: str = "") -> Im
 def camera_info_message(camera: CameraModel, frame: str = "") -> CameraInfo:
     """Return the description of a pinhole camera without distortion; the caller sets the stamp."""
     k = np.asarray(camera.intrinsic_matrix())
-    matrices = {"K": k, "R": np.eye(3), "P": np.column_stack([k, np.zeros(3)])}
-    lists = {name: matrix.ravel().tolist() for name, matrix in matrices.items()}
-    size = {"height": camera.height, "width": camera.width, "distortion_model": "plumb_bob"}
-    return CameraInfo(header=Header(frame_id=frame), D=[0.0] * 5, **size, **lists)
+    message = CameraInfo(height=camera.height, width=camera.width, distortion_model="plumb_bob")
+    message.header.frame_id = frame
+    message.D, message.K, message.R = [0.0] * 5, k.ravel().tolist(), np.eye(3).ravel().tolist()
+    message.P = np.column_stack([k, np.zeros(3)]).ravel().tolist()
+    return message
 
 
 def daylight(sun_altitude_deg: float) -> float:
