@@ -152,11 +152,11 @@ class _Judge:
         self.half_length_m = others.half_length_m + car.front_m
         least_mps = np.maximum(_ACROSS_MPS, _ACROSS_SHARE * np.abs(along_mps))
         self._aligned = along_mps > np.abs(left_mps)
-        # One behind that comes nearer to the car's side sees the car.
+        # One behind sees the car, unless it leaves for another lane.
         behind = self._aligned & (others.s_m < s_m)
         moves_mps = np.where(np.abs(left_mps) > least_mps, left_mps, 0.0)
-        comes = behind & (moves_mps * (way_m - others.y_m) >= 0.0)
-        self.across_mps = np.where(comes, 0.0, moves_mps)
+        self._leaves = behind & (moves_mps * (way_m - others.y_m) < 0.0)
+        self.across_mps = np.where(behind & ~self._leaves, 0.0, moves_mps)
         self._oncoming = along_mps < -np.abs(left_mps)
         clear_m = np.where(self._oncoming, -_ONCOMING_S * margin * along_mps, _ALONG_M)
         self._near_m = self.half_length_m + clear_m
@@ -184,7 +184,7 @@ class _Judge:
         safe_m = 1.0 + 0.2 * its_mps + closing_mps**2 / (2.0 * _REAR_MPS2)
         is_close = -distance_m - self.half_length_m < self._margin * safe_m
         cut_in = overlap & behind & ~self.settled & is_close
-        self._steps = (self._steps + 1) * (overlap & behind)
+        self._steps = (self._steps + 1) * (overlap & behind & ~self._leaves)
         self.settled = self.settled | (self._steps > _REACTS_STEPS)
         met = overlap & (np.abs(distance_m) < self._near_m) & ~self.settled
         met &= self._oncoming | (speed_mps > _AT_REST_MPS)
