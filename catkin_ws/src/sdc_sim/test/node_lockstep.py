@@ -1,8 +1,10 @@
 #!/usr/bin/python3
 """Lockstep: pause, step and resume; a picture of every tick, also after a crash of the camera."""
 
+import contextlib
 import os
 import signal
+import subprocess
 import threading
 import time
 import unittest
@@ -97,6 +99,23 @@ class LockstepTest(unittest.TestCase):
         )
         stamps = self.stamps()
         self.assertEqual({b - a for a, b in zip(stamps[5:], stamps[6:])}, {TICK_NS})
+
+    def test_nodes_that_only_watch_receive_the_odometry_last(self):
+        topic, order = EGO + "/odometry", []
+        echo = ["rostopic", "echo", "-n", "1000000", topic]
+
+        def is_connected(name):
+            listed = ServerProxy(rospy.get_master().lookupNode("/sim")[2]).getBusInfo("/lockstep")
+            order[:] = [one[1] for one in listed[2] if one[4] == topic]
+            return name in order
+
+        with contextlib.ExitStack() as stack:
+            for name in ("/referee", "/planner"):
+                command = [*echo, "__name:=" + name[1:]]
+                node = stack.enter_context(subprocess.Popen(command, stdout=subprocess.DEVNULL))
+                stack.callback(node.terminate)
+                wait_until(lambda name=name: is_connected(name), 30.0, name)
+        self.assertEqual((order[0], order[-1]), ("/planner", "/referee"))
 
     def test_late_subscriber_receives_each_tick_once_from_the_first_one(self):
         first = self.stamps()[:15]

@@ -57,9 +57,7 @@ class ImageWindow:
             ) from error
 
     def show(
-        self,
-        picture: np.ndarray | None,
-        overlay: Callable[[pygame.Surface], None] | None = None,
+        self, picture: np.ndarray | None, overlay: Callable[[pygame.Surface], None] | None = None
     ) -> list[str]:
         """Show a picture until the next one is due.
 

@@ -15,7 +15,7 @@ from typing import Any, Iterator, Mapping, NamedTuple, Sequence
 from sdc_common.processes import isolated_ros_environment
 from sdc_sim.catkin_workspace import PATH_VARIABLES
 
-_REPORT = "report.json"
+REPORT = "report.json"
 _SHOWN_CHARACTERS = 3000
 _DRIVE_TIMEOUT_S = 200.0
 
@@ -65,7 +65,7 @@ def launched(given: Sequence[str], setup: str | None = None) -> Iterator[Program
     """
     with tempfile.TemporaryDirectory() as name, isolated_ros_environment(name) as environment:
         command = ["roslaunch", "sdc_package", "all.launch", "headless:=true"]
-        command += [f"report:={Path(name) / _REPORT}", *given]
+        command += [f"report:={Path(name) / REPORT}", *given]
         if setup is not None:
             command = ["bash", "-c", '. "$0" && exec "$@"', os.path.abspath(setup), *command]
             # The setup of another workspace must not find that of this one.
@@ -84,7 +84,7 @@ def report_of(launch: Program) -> dict[str, Any]:
     """
     launch.process.wait(_DRIVE_TIMEOUT_S)
     try:
-        return json.loads(launch.log.with_name(_REPORT).read_text(encoding="utf-8"))
+        return json.loads(launch.log.with_name(REPORT).read_text(encoding="utf-8"))
     except OSError:
         output = launch.output[-_SHOWN_CHARACTERS:]
         raise RuntimeError(f"the drive wrote no report:\n{output}") from None

@@ -19,6 +19,7 @@ from rospy.impl.registration import get_topic_manager
 from std_srvs.srv import Trigger
 
 _CHECK_EVERY_S = 5.0
+_WATCH = ("/referee", "/record", "/cockpit", "/show")  # nodes that only watch a drive
 
 
 def parameter(name: str) -> Any:
@@ -49,18 +50,26 @@ def _end_launch() -> None:
                 os.kill(os.getppid(), signal.SIGINT)
 
 
-class LoopPublisher(rospy.Publisher):
+class LoopPublisher(rospy.Publisher, rospy.SubscribeListener):
     """A publisher for the driving loop: it writes to its subscribers in the caller's thread.
 
     With a queue (rospy's `queue_size`), another thread sends each message, which about doubles the
     latency. Without one, a subscriber that stops reading for minutes blocks the publisher when the
-    system's buffers are full.
+    system's buffers are full. The newest one, in a drive the planner, is served first.
     """
 
     def __init__(self, topic: str, message_class: type, latch: bool = False):
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", SyntaxWarning)  # rospy recommends a queue
             super().__init__(topic, message_class, queue_size=None, latch=latch, tcp_nodelay=True)
+        self.impl.add_subscriber_listener(self)
+
+    def peer_subscribe(self, *_: Any) -> None:
+        """Sort the connections, those that only watch last; rospy calls this for a new one."""
+        with self.impl.c_lock:
+            newest = self.impl.connections[::-1]
+            newest.sort(key=lambda connection: connection.endpoint_id.endswith(_WATCH))
+            self.impl.connections = newest
 
     def publish(self, *args: Any, **kwds: Any) -> None:
         """Publish a message as rospy does; while the node shuts down, drop it."""
@@ -72,9 +81,7 @@ class LoopPublisher(rospy.Publisher):
 
 
 def every(seconds: float, function: Callable[[], object]) -> None:
-    """Call a function periodically, in wall time, in a thread of its own.
-
-    Where it needs the master and no master responds, the call has no effect.
+    """Call a function periodically, in wall time; it may fail for want of a master.
 
     rospy's Timer wakes up for each message on /clock, which is once a tick in lockstep.
     """

@@ -18,12 +18,8 @@ import yaml
 
 def refuse_expression(_loader: yaml.SafeLoader, node: yaml.ScalarNode) -> None:
     """Raise ConstructorError with the line of the expression."""
-    raise yaml.constructor.ConstructorError(
-        None,
-        None,
-        f"the expression {node.value!r} is not evaluated; write the number",
-        node.start_mark,
-    )
+    what = f"the expression {node.value!r} is not evaluated; write the number"
+    raise yaml.constructor.ConstructorError(None, None, what, node.start_mark)
 
 
 def one_line(argument: str) -> str:

@@ -8,9 +8,9 @@ from collections.abc import Iterator
 
 from sdc_experiments.benchmarks.bare_loop import bare_loop
 from sdc_experiments.process_metrics import cpu_ms
-from sdc_experiments.stack_launch import launched, report_of
+from sdc_experiments.stack_launch import REPORT, launched, report_of
 
-_SAMPLE_PERIOD_S = 0.25
+_SAMPLE_PERIOD_S = 0.1
 # Start and end of a drive are left out of the CPU time.
 _STEADY_FROM, _STEADY_UNTIL = 0.3, 0.8
 _LEAST_CPU_MS = 0.05
@@ -37,7 +37,7 @@ def cpu(_options: argparse.Namespace, camera: bool) -> Iterator[dict[str, float]
     while True:
         with launched(["sync:=true", f"camera:={str(camera).lower()}"]) as launch:
             uri, samples = launch.environment["ROS_MASTER_URI"], []
-            while launch.process.poll() is None:
+            while launch.process.poll() is None and not launch.log.with_name(REPORT).exists():
                 samples.append((time.monotonic(), cpu_ms(uri)))
                 time.sleep(_SAMPLE_PERIOD_S)
             end_s = time.monotonic()

@@ -59,10 +59,7 @@ class Vehicle:
     """
 
     def __init__(
-        self,
-        parameters: VehicleParameters,
-        friction: float = 1.0,
-        side_wind_mps: float = 0.0,
+        self, parameters: VehicleParameters, friction: float = 1.0, side_wind_mps: float = 0.0
     ):
         if not INTERNAL_STEP_S * fastest_rate_per_s(parameters) <= 2.0:
             raise ValueError(

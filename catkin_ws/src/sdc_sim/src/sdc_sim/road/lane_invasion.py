@@ -11,11 +11,7 @@ from sdc_sim.physics.traffic_lights import LANE_WIDTH_M
 OTHER, BROKEN, SOLID = 0, 1, 2
 
 # Lateral offsets from the route, the middle of the right lane, and kinds of the lines.
-_LINES = (
-    (-0.5 * LANE_WIDTH_M, SOLID),
-    (0.5 * LANE_WIDTH_M, BROKEN),
-    (1.5 * LANE_WIDTH_M, SOLID),
-)
+_LINES = ((-0.5 * LANE_WIDTH_M, SOLID), (0.5 * LANE_WIDTH_M, BROKEN), (1.5 * LANE_WIDTH_M, SOLID))
 _LOST_M = 2.5 * LANE_WIDTH_M
 # A crossed line counts again after the whole car was this far off it.
 CLEAR_M = 0.1

@@ -53,12 +53,7 @@ class Connections:
         try:
             with xmlrpc.client.ServerProxy(self._master.lookupNode(node), _Transport()) as proxy:
                 return getattr(proxy, method)(rospy.get_name())[2]
-        except (
-            OSError,
-            http.client.HTTPException,
-            xmlrpc.client.Error,
-            rosgraph.MasterException,
-        ):
+        except (OSError, http.client.HTTPException, xmlrpc.client.Error, rosgraph.MasterException):
             return None
 
 
