@@ -26,8 +26,9 @@ HARDEST_MPS2 = 6.0
 _SIDE_M, _SIDE_AT_REST_M, _ALONG_M, _ONCOMING_S = 0.3, 0.1, 0.5, 1.2
 # The car stays behind one at rest that leaves it a narrower strip, as caution/side_m demands [m].
 _FREE_M = 0.4
-# Who is behind the car in the lane that it takes brakes so hard [m/s^2], after so many steps.
-_REAR_MPS2, _REACTS_STEPS = 2.0, 2
+# Who is behind the car in the lane that it takes brakes so hard [m/s^2], after so many steps, but
+# not one that pulls out to that lane, too, while the car is slower than this [m/s].
+_REAR_MPS2, _REACTS_STEPS, _STARTS_MPS = 2.0, 2, 3.0
 _CUTS_IN_M = 0.3  # a car that moves less to the side does not cut in before one in its lane
 # A car at rest is only met by those that come towards it [m/s].
 _AT_REST_MPS = 0.3
@@ -178,13 +179,13 @@ class _Judge:
         """
         side_m = np.minimum(self._side_m, _SIDE_AT_REST_M + time_s * _SIDE_M)
         overlap = away_m < self._body_m + side_m
-        behind = self._aligned & (distance_m < 0.0)
+        behind = overlap & self._aligned & (distance_m < 0.0)
         its_mps = self.speeds_mps(time_s)
         closing_mps = np.maximum(its_mps - speed_mps, 0.0)
         safe_m = 1.0 + 0.2 * its_mps + closing_mps**2 / (2.0 * _REAR_MPS2)
         is_close = -distance_m - self.half_length_m < self._margin * safe_m
-        cut_in = overlap & behind & ~self.settled & is_close
-        self._steps = (self._steps + 1) * (overlap & behind & ~self._leaves)
+        cut_in = behind & ~self.settled & is_close
+        self._steps = (self._steps + 1) * (behind & ~(self._leaves & (speed_mps < _STARTS_MPS)))
         self.settled = self.settled | (self._steps > _REACTS_STEPS)
         met = overlap & (np.abs(distance_m) < self._near_m) & ~self.settled
         met &= self._oncoming | (speed_mps > _AT_REST_MPS)

@@ -119,9 +119,8 @@ class Manoeuvres:
             return
         road, way, lines_m = self._road, self.way, self._lines_m
         now = Situation(road, way, self._car, self._memory, lines_m, s_m, speed_mps, obstacles)
-        if now.is_quiet:
-            return
-        self._choose(now, list(self._proposals(now)), stop_m)
+        if not now.is_quiet:
+            self._choose(now, list(self._proposals(now)), stop_m)
 
     def _choose(self, now: Situation, proposals: list[Proposal], stop_m: float) -> None:
         ways = now.ways([one.offset_m for one in proposals])
