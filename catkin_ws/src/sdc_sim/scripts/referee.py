@@ -42,7 +42,7 @@ CHECK_MISSION_EVERY_S = 1.0
 
 class Referee:
     def __init__(self):
-        rospy.init_node("referee", disable_rostime=True)  # Its time is that of the odometry.
+        rospy.init_node("referee")
         self.report_path = os.path.expanduser(parameter("report"))
         self.pictures, self.cars = parameter("pictures"), parameter("cars")
         self.progress = ConsoleProgress(sys.stdout)
