@@ -102,7 +102,6 @@ class LockstepTest(unittest.TestCase):
 
     def test_nodes_that_only_watch_receive_the_odometry_last(self):
         topic, order = EGO + "/odometry", []
-        echo = ["rostopic", "echo", "-n", "1000000", topic]
 
         def is_connected(name):
             listed = ServerProxy(rospy.get_master().lookupNode("/sim")[2]).getBusInfo("/lockstep")
@@ -111,7 +110,7 @@ class LockstepTest(unittest.TestCase):
 
         with contextlib.ExitStack() as stack:
             for name in ("/referee", "/planner"):
-                command = [*echo, "__name:=" + name[1:]]
+                command = ["rostopic", "echo", topic, "__name:=" + name[1:]]
                 node = stack.enter_context(subprocess.Popen(command, stdout=subprocess.DEVNULL))
                 stack.callback(node.terminate)
                 wait_until(lambda name=name: is_connected(name), 30.0, name)

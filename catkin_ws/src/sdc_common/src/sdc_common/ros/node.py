@@ -81,7 +81,7 @@ class LoopPublisher(rospy.Publisher, rospy.SubscribeListener):
 
 
 def every(seconds: float, function: Callable[[], object]) -> None:
-    """Call a function periodically, in wall time; it may fail for want of a master.
+    """Call a function periodically in a thread, in wall time; without a master it has no effect.
 
     rospy's Timer wakes up for each message on /clock, which is once a tick in lockstep.
     """
