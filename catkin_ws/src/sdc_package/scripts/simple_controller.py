@@ -5,15 +5,15 @@ import rospy
 from nav_msgs.msg import Odometry
 from sdc_common.driving import Command
 from sdc_common.ros.conversion import stamp_of
-from sdc_common.ros.node import LoopPublisher, every, parameter, refuse, watch_connections
+from sdc_common.ros.node import LoopPublisher, every, offer_reload, parameter, refuse
+from sdc_common.ros.node import watch_connections
 from sdc_common.ros.refusal import refusing
 from sdc_common.ros.speed_reason_publisher import SpeedReasonPublisher
 from sdc_common.validation import check_between
 from sdc_package.controller import Controller
 from sdc_package.input_pairing import InputPairing
-from sdc_package.live_steering import LiveSteering
 from sdc_package.steering.axles import Axles
-from sdc_package.watchdog import InputWatchdog
+from sdc_package.steering.loader import load_steering, section_of
 
 # TODO 1.1: the message that drives the car
 from sdc_package.msg import CarlaVehicleControl
@@ -35,12 +35,13 @@ class SimpleController:
         try:
             check_between(0.0, 1.0, basic_throttle=self.basic_throttle)
             check_between(-1.0, 1.0, basic_steer=self.basic_steer)
-            steering = LiveSteering(parameter("steering_method"), Axles(**parameter("axles")))
-            self.controller = Controller(parameter, steering)
-            watchdog = InputWatchdog(parameter("patience_s"))
+            self.axles = Axles(**parameter("axles"))
+            self.controller = Controller(parameter, self.steering(parameter("steering_method")))
+            given = parameter("patience_s"), not self.basic_control
+            self.inputs = InputPairing(self.answer, self.stop, *given)
         except (TypeError, ValueError) as error:
             refuse(f"config/simple_controller.yaml: {error}")
-        self.inputs = InputPairing(self.answer, self.stop, watchdog, not self.basic_control)
+        offer_reload(self.reload)
         self.reasons = SpeedReasonPublisher()
 
         # TODO 1.3: a publisher of commands to the car
@@ -55,6 +56,16 @@ class SimpleController:
         topic = "/planner/local_waypoints"
         rospy.Subscriber(topic, LocalPath, self.on_path, queue_size=1, tcp_nodelay=True)
         # ------------------------------------------------------------------------
+
+    def steering(self, method):
+        """Return a steering method with the parameters of its section."""
+        section = rospy.get_param("~" + section_of(method), None)
+        return load_steering(method, section, self.axles)
+
+    def reload(self):
+        """Steer with the parameters as they are now, from the next odometry on."""
+        self.controller.steering = self.steering(rospy.get_param("~steering_method", ""))
+        rospy.loginfo("simple_controller: the steering has new parameters")
 
     def on_odometry(self, odometry):
         with refusing("/carla/ego_vehicle/odometry"):

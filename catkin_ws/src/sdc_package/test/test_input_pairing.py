@@ -5,7 +5,6 @@ import rospy
 from nav_msgs.msg import Odometry
 
 from sdc_package.input_pairing import InputPairing
-from sdc_package.watchdog import InputWatchdog
 
 
 def odometry(seconds, x=0.0):
@@ -22,8 +21,7 @@ class Record:
     def __init__(self, path_needed=True):
         self.answers = []
         self.stops = []
-        watchdog = InputWatchdog(0.25)
-        self.inputs = InputPairing(self.answer, self.stop, watchdog, path_needed)
+        self.inputs = InputPairing(self.answer, self.stop, 0.25, path_needed)
 
     def answer(self, observation, path):
         self.answers.append((observation.stamp_s, path.rows[0][2] if path.rows else None))

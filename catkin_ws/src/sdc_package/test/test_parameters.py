@@ -14,13 +14,13 @@ from hypothesis import strategies as st
 from sdc_common.driving import Command, Observation
 from sdc_common.geometry.route import Route
 from sdc_package.controller import Controller
+from sdc_package.input_pairing import InputPairing
 from sdc_package.lane_filter import LaneFilter, LaneFilterThresholds
 from sdc_package.local_path import ReferencePath
 from sdc_package.local_planner import LocalPlanner, PlannerSettings
 from sdc_package.obstacles import DetectedObstacle
 from sdc_package.steering.axles import Axles
 from sdc_package.steering.loader import METHODS, load_steering
-from sdc_package.watchdog import InputWatchdog
 from sdc_package.waypoint_search import WaypointSearch
 from sdc_sim.physics.ackermann import AckermannTarget
 from sdc_sim.physics.vehicle import Vehicle
@@ -53,7 +53,7 @@ def plan(parameters, _folder):
 
 
 def control(parameters, _folder):
-    InputWatchdog(parameters["patience_s"])
+    InputPairing(print, print, parameters["patience_s"])
     path = ReferencePath()
     path.update([(x, y, 5.0) for x, y in ROUTE[:25].tolist()])
     results = []

@@ -6,9 +6,9 @@ import threading
 from typing import Any, Callable, Sequence
 
 from sdc_common.driving import Observation
+from sdc_common.validation import check_positive
 from sdc_package.local_path import ReferencePath, Row
 from sdc_package.odometry import pose_and_speed
-from sdc_package.watchdog import PATH, InputWatchdog
 
 
 class InputPairing:
@@ -19,20 +19,27 @@ class InputPairing:
     the next one. An odometry that arrives twice is ignored. A lock serializes the calls of several
     threads.
 
-    While an input has timed out, `stop(missing, observation, path)` is called instead, with the
-    name of the input, the last observation (None if there is none) and the last path. The watchdog
-    measures the age of the inputs. Without `path_needed`, no odometry waits for its path.
+    While an input is older than the timeout, `stop(missing, observation, path)` is called instead,
+    with the name of the input, the last observation (None if there is none) and the last path.
+    Times are stamps in integer nanoseconds. The age of the path is measured from odometry to
+    odometry: the clock arrives on a separate connection. Without `path_needed`, no odometry waits
+    for its path.
+
+    Raises:
+        ValueError: the timeout is not positive
     """
 
     def __init__(
         self,
         answer: Callable[[Observation, ReferencePath], None],
         stop: Callable[[str, Observation | None, ReferencePath], None],
-        watchdog: InputWatchdog,
+        timeout_s: float,
         path_needed: bool = True,
     ):
         self._answer, self._stop = answer, stop
-        self._watchdog, self._path_needed = watchdog, path_needed
+        check_positive(patience_s=timeout_s)
+        self._timeout_ns, self._path_needed = round(timeout_s * 1e9), path_needed
+        self._odometry_ns = self._path_ns = 0  # of the last odometry, and of the last answered one
         self._lock = threading.Lock()
         self._path = ReferencePath()
         self._observation: Observation | None = None
@@ -49,12 +56,11 @@ class InputPairing:
             if self._observation is not None and stamp_ns == self._observation.stamp_ns:
                 return
             self._observation = Observation(stamp_ns, *pose_and_speed(odometry))
-            self._watchdog.odometry_received(stamp_ns)
-            self._odometry_waits = True
+            self._odometry_ns, self._odometry_waits = stamp_ns, True
             if self._path_waits or not self._path_needed:
                 self._answer_pair(self._observation)
-            elif self._watchdog.path_timed_out:
-                self._stop(PATH, self._observation, self._path)
+            elif self._path_ns and self._path_is_old:
+                self._stop("path", self._observation, self._path)
 
     def add_path(self, rows: Sequence[Row]) -> None:
         """Add the (x, y, v) points of a path [m, m, m/s].
@@ -71,11 +77,16 @@ class InputPairing:
     def check(self, now_ns: int) -> None:
         """Stop the car if an input has timed out at this time [ns]."""
         with self._lock:
-            missing = self._watchdog.timed_out(now_ns, self._path_needed)
-            if missing is not None:
-                self._stop(missing, self._observation, self._path)
+            if now_ns - self._odometry_ns > self._timeout_ns:
+                self._stop("odometry", self._observation, self._path)
+            elif self._path_needed and self._path_is_old:
+                self._stop("path", self._observation, self._path)
+
+    @property
+    def _path_is_old(self) -> bool:
+        return self._odometry_ns - self._path_ns > self._timeout_ns
 
     def _answer_pair(self, observation: Observation) -> None:
         self._odometry_waits = self._path_waits = False
-        self._watchdog.path_received()
+        self._path_ns = self._odometry_ns
         self._answer(observation, self._path)
