@@ -12,7 +12,7 @@ from sdc_package.actuation import PedalMap, SteeringMap
 from sdc_package.local_path import ReferencePath
 from sdc_package.steering.axles import Axles
 from sdc_package.steering.loader import load_steering
-from sdc_package.steering.motion_estimator import MotionFilter, OdometryErrors, TickModel, Y
+from sdc_package.steering.motion_estimator import MotionFilter, TickModel, Y
 from sdc_sim.physics.vehicle import Vehicle
 from sdc_sim.physics.vehicle_parameters import load_vehicle
 from sdc_sim.scenario.packaged import folder_of, node_config
@@ -116,7 +116,7 @@ def test_tick_model_equals_small_steps_of_the_bicycle(speed):
 def test_filter_trusts_positions_without_noise():
     model = TickModel(AXLES, CONFIG["mpc"]["gyration_m"], TICK_S)
     one, car, errors = (
-        MotionFilter(model, TICK_S, OdometryErrors(0.05, 0.001, 0.05)),
+        MotionFilter(model, TICK_S, (0.05, 0.001, 0.05)),
         np.zeros(4),
         [],
     )

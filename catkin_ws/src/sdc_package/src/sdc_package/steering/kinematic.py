@@ -76,11 +76,8 @@ class ChainedForm:
         goal = -(k * k * cross_track_m + 3.0 * k * x3) / 3.0
         self.x2 = goal + (self.x2 - goal) * math.exp(-3.0 * k * driven_m * cos / scale)
         self.x2 = min(max(self.x2, -_MAX_EXCESS_CURVATURE), _MAX_EXCESS_CURVATURE)
-        bend = (
-            self.x2
-            + curvature_slope * cross_track_m * tan
-            + curvature * scale * (1.0 + math.sin(theta) ** 2) / (cos * cos)
-        )
+        bend = self.x2 + curvature_slope * cross_track_m * tan
+        bend += curvature * scale * (1.0 + math.sin(theta) ** 2) / (cos * cos)
         return math.atan(self.wheelbase_m * cos**3 * bend / (scale * scale))
 
 

@@ -110,12 +110,9 @@ def steady_state(curvature: float, speed_mps: float, axles: Axles) -> tuple[floa
         axles: geometry and tyres of the car
     """
     sine = min(max(axles.rear_m * curvature, -MAX_SLIP_SINE), MAX_SLIP_SINE)
-    slip = math.asin(sine)
-    acceleration = curvature * speed_mps * speed_mps
-    wheel = (
-        math.atan(axles.wheelbase_m / axles.rear_m * math.tan(slip))
-        + axles.understeer_gradient * acceleration
-    )
+    slip, acceleration = math.asin(sine), curvature * speed_mps * speed_mps
+    rolling = math.atan(axles.wheelbase_m / axles.rear_m * math.tan(slip))
+    wheel = rolling + axles.understeer_gradient * acceleration
     return wheel, -slip + axles.rear_compliance * acceleration
 
 
@@ -203,12 +200,8 @@ class LqrSteering(Steering):
             speed_mps: speed [m/s]
         """
         k1, k2, k3, k4 = (float(np.interp(speed_mps, _SPEEDS_MPS, k)) for k in self._gains)
-        angle = (
-            -k1 * cross_track_m
-            - k2 * cross_track_rate_mps
-            - k3 * heading_error_rad
-            - k4 * heading_rate_radps
-        )
+        angle = -k1 * cross_track_m - k2 * cross_track_rate_mps
+        angle = angle - k3 * heading_error_rad - k4 * heading_rate_radps
         if self.feeds_forward:
             wheel, heading_error = steady_state(curvature, speed_mps, self.axles)
             angle += wheel + k3 * heading_error

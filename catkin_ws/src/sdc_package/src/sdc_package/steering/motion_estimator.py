@@ -7,14 +7,12 @@ commands that were sent. Between two poses the model moves the car, and a Kalman
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any, Sequence
 
 import numpy as np
 from scipy.linalg import expm
 
 from sdc_common.geometry.angles import wrap_angle
-from sdc_common.validation import check_positive
 from sdc_package.steering.axles import Axles
 from sdc_package.steering.lqr import error_model
 
@@ -68,20 +66,14 @@ class TickModel:
         return self._held[i] + share * (self._held[i + 1] - self._held[i])
 
 
-@dataclass
-class OdometryErrors:
-    """Standard deviations of the odometry: the greatest of a position, those of the others."""
-
-    position_noise_m: float
-    heading_noise_rad: float
-    speed_noise_mps: float
-
-    def __post_init__(self):
-        check_positive(**vars(self))
-
-
 class MotionFilter:
     """An extended Kalman filter of the car's motion.
+
+    Args:
+        model: how the car moves in a tick
+        tick_s: time between two poses [s]
+        noises: standard deviations of the odometry: the greatest of a position, those of the
+            heading and of the speed [m, rad, m/s]
 
     Attributes:
         state: the estimate, see X, Y, ... (8,)
@@ -91,9 +83,9 @@ class MotionFilter:
     positions from the innovations by R. K. Mehra, IEEE Trans. Automatic Control 15, 1970.
     """
 
-    def __init__(self, model: TickModel, tick_s: float, errors: OdometryErrors):
+    def __init__(self, model: TickModel, tick_s: float, noises: Sequence[float]):
         self._model, self._tick_s = model, tick_s
-        position, heading, speed = vars(errors).values()
+        position, heading, speed = noises
         self._noise = np.diag(np.square([position, position, heading, speed]))
         self._position_variance = self._most_variance = position**2
         self._measures = np.eye(8)[_MEASURED]
@@ -158,7 +150,7 @@ class MotionEstimator:
     Args:
         model: how the car moves in a tick
         tick_s: time between two poses [s]
-        errors: errors of the odometry
+        noises: standard deviations of the odometry, see MotionFilter
         delay_s: the delay that is assumed at the start [s]
         longest_delay_s: the longest delay that is tried [s]
 
@@ -170,14 +162,14 @@ class MotionEstimator:
         self,
         model: TickModel,
         tick_s: float,
-        errors: OdometryErrors,
+        noises: Sequence[float],
         delay_s: float,
         longest_delay_s: float,
     ):
         self._tick_s = tick_s
         self.delay = round(delay_s / tick_s)
         count = max(self.delay, round(longest_delay_s / tick_s)) + 1
-        self._filters = [MotionFilter(model, tick_s, errors) for _ in range(count)]
+        self._filters = [MotionFilter(model, tick_s, noises) for _ in range(count)]
         self._surprises = np.zeros(count)
         self._sent: list[tuple[float, float]] = []
         self._last_xy: tuple[float, float] | None = None

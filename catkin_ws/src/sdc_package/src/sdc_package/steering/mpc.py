@@ -36,7 +36,7 @@ from sdc_package.local_path import ReferencePath
 from sdc_package.steering.axles import MAX_SLIP_SINE, Axles
 from sdc_package.steering.lqr import steady_state
 from sdc_package.steering.method import Steering
-from sdc_package.steering.motion_estimator import MotionEstimator, OdometryErrors, TickModel
+from sdc_package.steering.motion_estimator import MotionEstimator, TickModel
 
 _E, _THETA, _V, _R, _U = range(5)
 _STATES = 5
@@ -112,11 +112,8 @@ class QuadraticProgram:
         return self._solver.solve(raise_error=False).x
 
 
-_NOISES = "position_noise_m", "heading_noise_rad", "speed_noise_mps"
-_CAN_BE_ZERO = (
-    *("heading_weight", "wheel_change_weight", "lateral_change_weight", "slow_mps"),
-    *("delay_s", "longest_delay_s"),
-)
+_CAN_BE_ZERO = ["heading_weight", "wheel_change_weight", "lateral_change_weight", "slow_mps"]
+_CAN_BE_ZERO += ["delay_s", "longest_delay_s"]
 
 
 @dataclass(eq=False)
@@ -138,7 +135,7 @@ class MpcSteering(Steering):
     max_wheel_angle_rad: float  # [rad]
     steer_travel_s: float  # time of the steering from end to end [s]
     slow_mps: float  # below it, or before a stop, the speed control drives [m/s]
-    position_noise_m: float  # see OdometryErrors
+    position_noise_m: float  # see MotionFilter
     heading_noise_rad: float
     speed_noise_mps: float
     delay_s: float  # see MotionEstimator
@@ -148,7 +145,6 @@ class MpcSteering(Steering):
 
     def __post_init__(self):
         numbers = dict(vars(self))
-        self._odometry = OdometryErrors(*(numbers.pop(name) for name in _NOISES))
         axles = numbers.pop("axles")
         check_positive(compliance=min(axles.front_compliance, axles.rear_compliance))
         check_between(2, 100, steps=numbers.pop("steps"))
@@ -156,9 +152,9 @@ class MpcSteering(Steering):
         check_non_negative(**{name: numbers.pop(name) for name in _CAN_BE_ZERO})
         check_positive(**numbers)
         model = TickModel(axles, self.gyration_m, self.tick_s)
-        self.estimator = MotionEstimator(
-            model, self.tick_s, self._odometry, self.delay_s, self.longest_delay_s
-        )
+        noises = self.position_noise_m, self.heading_noise_rad, self.speed_noise_mps
+        delays_s = self.delay_s, self.longest_delay_s
+        self.estimator = MotionEstimator(model, self.tick_s, noises, *delays_s)
         self._model = model
         # Each entry that can differ from zero does so in a bend.
         bend = np.full(self.steps + 1, 10.0), np.full(self.steps, 0.1)
@@ -235,10 +231,8 @@ class MpcSteering(Steering):
         # The cost of the difference to the references, and to the last command.
         last = np.array(self.estimator.last_sent)
         references = np.zeros((n, _STATES))
-        references[:, _THETA] = [
-            steady_state(curvature, speed, self.axles)[1]
-            for curvature, speed in zip(horizon.curvatures.tolist(), speeds[1:].tolist())
-        ]
+        bends = zip(horizon.curvatures.tolist(), speeds[1:].tolist())
+        references[:, _THETA] = [steady_state(*bend, self.axles)[1] for bend in bends]
         references[:, _U] = horizon.references_mps
         q = np.zeros((n, _STATES + 2))
         q[:, :_STATES] = -self._weights * references
@@ -255,10 +249,8 @@ class MpcSteering(Steering):
         lower = np.hstack([c, least_change, np.tile((-most, -self.braking_mps2), (n, 1))])
         x = self._program.solve(q.ravel(), lower.ravel(), upper.ravel(), **matrices)
         wheel, acceleration = x[_STATES : _STATES + 2]
-        return (
-            float(min(max(wheel, -most), most)),
-            float(min(max(acceleration, -self.braking_mps2), self.max_acceleration_mps2)),
-        )
+        acceleration = min(max(acceleration, -self.braking_mps2), self.max_acceleration_mps2)
+        return float(min(max(wheel, -most), most)), float(acceleration)
 
     def _linearize(self, speeds: np.ndarray, curvatures: np.ndarray) -> dict[str, np.ndarray]:
         """Return the matrices of the program about these speeds and curvatures.
@@ -272,14 +264,11 @@ class MpcSteering(Steering):
         self._a[:, _U, _U], self._b[:, _U, 1] = 1.0, t
         self._a[:, _THETA, _U] = -curvatures * t
         # A wheel angle costs as the lateral acceleration that it causes: little at low speed.
-        gains = 1.0 / (
-            self.axles.wheelbase_m / np.maximum(speeds[:-1], 0.1) ** 2
-            + self.axles.understeer_gradient
-        )
+        square, axles = np.maximum(speeds[:-1], 0.1) ** 2, self.axles
+        gains = 1.0 / (axles.wheelbase_m / square + axles.understeer_gradient)
         self._change_weights = np.full((n, 2), self.acceleration_change_weight)
-        self._change_weights[:, 0] = (
-            self.wheel_change_weight + self.lateral_change_weight * gains**2
-        )
+        lateral_weights = self.lateral_change_weight * gains**2
+        self._change_weights[:, 0] = self.wheel_change_weight + lateral_weights
         weights = self.cross_track_weight, self.heading_weight, 0.0, 0.0, self.speed_weight
         self._weights = np.tile(weights, (n, 1))
         self._weights[-1, : _THETA + 1] *= _TERMINAL
