@@ -278,18 +278,19 @@ def test_car_in_its_lane_does_not_cut_in_before_one_behind_that_leaves_the_lane(
     assert np.isfinite(result.contact_s[0]) == cuts_in
 
 
-# One behind, with distance, speed and acceleration, beside a car that pulls out.
-BEHIND = {0.6: (-6.7, 0.8, 2.2), 5.0: (-10.0, 6.0, 0.0)}
-
-
 @pytest.mark.parametrize(
-    ("speed_mps", "left_mps", "meets"), [(0.6, 0.0, False), (0.6, -0.5, True), (5.0, -0.5, False)]
+    ("speed_mps", "behind", "left_mps", "meets"),  # the place, speed and acceleration of one behind
+    [
+        (0.6, (-6.7, 0.8, 2.2), 0.0, False),
+        (0.6, (-6.7, 0.8, 2.2), -0.5, True),
+        (5.0, (-10.0, 6.0, 0.0), -0.5, False),
+    ],
 )
 def test_car_that_starts_does_not_expect_one_behind_to_wait_that_pulls_out_too(
-    speed_mps, left_mps, meets
+    speed_mps, behind, left_mps, meets
 ):
     way = np.clip(-1.0 - 0.2 * (np.arange(100.0) - 20.0), -3.3, -1.0)[None]
-    s_m, its_mps, faster_mps2 = BEHIND[speed_mps]
+    s_m, its_mps, faster_mps2 = behind
     rows = 0, s_m, -1.8, its_mps, left_mps, 2.35, 0.95, faster_mps2
     others = Around(*(np.array([one]) for one in rows))
     most_mps = 10.0 if speed_mps < 1.0 else speed_mps
