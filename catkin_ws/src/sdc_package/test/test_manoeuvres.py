@@ -226,14 +226,31 @@ def test_car_does_not_change_lanes_before_one_that_goes_to_the_next_lane_behind_
     assert plan.way.until_m > 150.0  # it changes later
 
 
-def test_car_brakes_hardest_only_if_it_decides_so_twice():
+def test_car_stays_at_its_speed_while_one_behind_it_passes_on_the_next_lane():
     plan = Manoeuvres(road_of(two_lanes(), changing(105.0)), np.array([]), CAR)
-    cuts_in = DetectedObstacle(112.0, 5.4, -0.85, 4.7, 1.9, 2.2, 7, "car")
-    limits = []
-    for _ in range(6):
-        plan.decide(100.0, 0.0, 10.0, [cuts_in], math.inf)
-        limits.append(plan.most_mps)
-    assert 10.0 - 0.8 * 4.0 < limits[0] < 7.0 and limits[-1] < 6.0
+    for tick in range(16):
+        time_s = 0.05 * (tick - 15)
+        other = Other(80.0 + 12.0 * time_s, WIDTH_M, 12.0 + 2.2 * time_s)
+        plan.decide(100.0 + 10.0 * time_s, 0.0, 10.0, [other.at(0.0)], math.inf)
+    assert plan.most_mps > 9.0 and abs(plan.way.offset_at(150.0)) > 3.0
+
+
+def test_car_beside_a_dense_flow_drives_on_to_where_it_waits_for_a_gap_before_its_lane_ends():
+    plan = Manoeuvres(road_of(two_lanes(), changing(600.0)), np.array([]), CAR)
+    flow = [Other(x, WIDTH_M, 10.0, x).at(0.0) for x in range(500, 700, 12)]
+    plan.decide(600.0, 0.0, 10.0, flow, math.inf)
+    assert plan.most_mps > 9.0 and 640.0 < plan.stop_m < LENGTH_M - 8.0
+
+
+@pytest.mark.parametrize(("place_m", "lane_y_m"), [(114.0, 0.0), (126.0, WIDTH_M)])
+def test_change_of_lanes_that_has_begun_is_taken_back_or_completed(place_m, lane_y_m):
+    points = changing(100.0)
+    plan = Manoeuvres(road_of(two_lanes(), points), np.array([]), CAR)
+    other = Other(place_m - 14.0, WIDTH_M - lane_y_m, 14.0).at(0.0)
+    plan.decide(place_m, 0.0, 8.0, [other], math.inf)
+    ends_m = place_m + 30.0
+    y_m = plan.way.offset_at(ends_m) + np.interp(ends_m, *points.T)
+    assert y_m == pytest.approx(lane_y_m, abs=0.1)
 
 
 def test_car_pulls_out_after_the_one_that_comes():
@@ -264,7 +281,7 @@ def test_front_corner_of_a_car_that_stands_oblique_counts_for_one_beside_it(behi
     rows = (np.array([one]) for one in (0, -behind_m, 2.4, 1.0, 0.0, 2.3, 0.9))
     speeds, ends, far = np.full((1, 100), 1.0), np.array([math.inf]), np.full(100, math.inf)
     here = way, speeds, -20.0, 0.0, 1.0, Around(*rows), ends
-    result = forecast(*here, np.array([[1.0]]), CAR, far, np.array([2.5]))
+    result = forecast(*here, np.array([[1.0]]), CAR, far)
     assert (result.contact_s[0] == 0.0) == meets
 
 
@@ -274,27 +291,5 @@ def test_car_in_its_lane_does_not_cut_in_before_one_behind_that_leaves_the_lane(
     rows = (np.array([one]) for one in (0, -25.0, 0.3, 15.0, 2.0, 2.3, 0.9))
     speeds, ends, far = np.full((1, 100), 5.0), np.array([math.inf]), np.full(100, math.inf)
     here = way, speeds, -30.0, 0.0, 5.0, Around(*rows), ends
-    result = forecast(*here, np.array([[1.0]]), CAR, far, np.array([2.5]))
+    result = forecast(*here, np.array([[1.0]]), CAR, far)
     assert np.isfinite(result.contact_s[0]) == cuts_in
-
-
-@pytest.mark.parametrize(
-    ("speed_mps", "behind", "left_mps", "meets"),  # the place, speed and acceleration of one behind
-    [
-        (0.6, (-6.7, 0.8, 2.2), 0.0, False),
-        (0.6, (-6.7, 0.8, 2.2), -0.5, True),
-        (5.0, (-10.0, 6.0, 0.0), -0.5, False),
-    ],
-)
-def test_car_that_starts_does_not_expect_one_behind_to_wait_that_pulls_out_too(
-    speed_mps, behind, left_mps, meets
-):
-    way = np.clip(-1.0 - 0.2 * (np.arange(100.0) - 20.0), -3.3, -1.0)[None]
-    s_m, its_mps, faster_mps2 = behind
-    rows = 0, s_m, -1.8, its_mps, left_mps, 2.35, 0.95, faster_mps2
-    others = Around(*(np.array([one]) for one in rows))
-    most_mps = 10.0 if speed_mps < 1.0 else speed_mps
-    speeds, ends, far = np.full((1, 100), most_mps), np.array([math.inf]), np.full(100, math.inf)
-    here = way, speeds, -20.0, 0.0, speed_mps, others, ends
-    result = forecast(*here, np.array([[1.0]]), CAR, far, np.array([2.5]))
-    assert np.isfinite(result.contact_s[0]) == meets

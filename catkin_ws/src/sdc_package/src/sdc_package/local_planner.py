@@ -68,13 +68,9 @@ class PlannerSettings:
             braking_mps2=parameter("braking_mps2"),
             lateral_jerk_mps3=parameter("lateral_jerk_mps3"),
         )
-        return cls(
-            limits,
-            parameter("lookahead_m"),
-            parameter("join_within_m"),
-            ObstacleMargins(**parameter("caution")),
-            TrafficLightMargins(**parameter("traffic_lights")),
-        )
+        obstacles = ObstacleMargins(**parameter("caution"))
+        lights = TrafficLightMargins(**parameter("traffic_lights"))
+        return cls(limits, parameter("lookahead_m"), parameter("join_within_m"), obstacles, lights)
 
 
 class LocalPlanner:
@@ -257,6 +253,8 @@ class LocalPlanner:
             rows = self._stopped_at(rows, plan.stop_m, "obstacle", speed_mps)
         elif plan.reason and self.reason in ("cruise", "bend", "accelerating"):
             self.reason = plan.reason
+        if streets.must_brake_hard(s_m, speed_mps, seen):
+            rows = self._capped(rows, np.zeros(len(rows)), "obstacle")
         return rows
 
     def _stopped_at(

@@ -20,15 +20,14 @@ SOON_S = STEP_S * (_SOON_STEP + 1)
 GRID_M = 1.0
 # Distance to the one ahead at standstill [m], and time to it [s].
 _GAP_M, _GAP_S = 3.0, 1.0
-HARDEST_MPS2 = 6.0
+_HARDEST_MPS2 = 6.0
 # Distances to the side and along the road within which two bodies count as in contact [m], and the
 # time that an oncoming one must be away [s].
 _SIDE_M, _SIDE_AT_REST_M, _ALONG_M, _ONCOMING_S = 0.3, 0.1, 0.5, 1.2
 # The car stays behind one at rest that leaves it a narrower strip, as caution/side_m demands [m].
 _FREE_M = 0.4
-# Who is behind the car in the lane that it takes brakes so hard [m/s^2], after so many steps, but
-# not one that pulls out to that lane, too, while the car is slower than this [m/s].
-_REAR_MPS2, _REACTS_STEPS, _STARTS_MPS = 2.0, 2, 3.0
+# Who is behind the car in the lane that it takes brakes so hard [m/s^2], after so many steps.
+_REAR_MPS2, _REACTS_STEPS = 2.0, 2
 _CUTS_IN_M = 0.3  # a car that moves less to the side does not cut in before one in its lane
 # A car at rest is only met by those that come towards it [m/s].
 _AT_REST_MPS = 0.3
@@ -70,7 +69,6 @@ def forecast(
     margin: np.ndarray,
     car: Body,
     line_m: np.ndarray,
-    slows_mps2: np.ndarray,
 ) -> Forecast:
     """Simulate proposals.
 
@@ -85,7 +83,6 @@ def forecast(
         margin: (P, 1) factor of the distances to oncoming ones, and to those behind
         car: the car
         line_m: (G,) place across the road beyond which the oncoming lane is, inf: none [m]
-        slows_mps2: (P,) greatest deceleration for the greatest speed [m/s^2]
     """
     grid, last = np.arange(len(ways_m))[:, None], ways_m.shape[1] - 1
 
@@ -114,21 +111,19 @@ def forecast(
         cut_in &= ~judge.follows | (np.abs(mine_y - way_m) > _CUTS_IN_M)
         contact_s[(cut_in | met).any(axis=1) & np.isinf(contact_s)] = time_s
         oncoming_s += STEP_S * (mine_y[:, 0] > line_m[at(s)])
-        v_next = _next_mps(v, most_mps[grid[:, 0], at(s)], push, slows_mps2, car)
+        v_next = _next_mps(v, most_mps[grid[:, 0], at(s)], push, car)
         s, v = s + 0.5 * STEP_S * (v + v_next), v_next
         if step == _SOON_STEP:
             soon_mps = v
     return Forecast(s - s_m, contact_s, hardest, oncoming_s, soon_mps, v)
 
 
-def _next_mps(
-    v: np.ndarray, top: np.ndarray, push: np.ndarray, slows_mps2: np.ndarray, car: Body
-) -> np.ndarray:
+def _next_mps(v: np.ndarray, top: np.ndarray, push: np.ndarray, car: Body) -> np.ndarray:
     """Return the speeds after a step, by the intelligent driver model."""
     free = car.acceleration_mps2 * (1.0 - (v / np.maximum(top, 0.1)) ** 4)
-    a = np.maximum(free, -slows_mps2) - car.acceleration_mps2 * push
-    most = np.maximum(top, v - STEP_S * slows_mps2)
-    return np.clip(v + STEP_S * np.maximum(a, -HARDEST_MPS2), 0.0, most)
+    a = np.maximum(free, -car.braking_mps2) - car.acceleration_mps2 * push
+    most = np.maximum(top, v - STEP_S * car.braking_mps2)
+    return np.clip(v + STEP_S * np.maximum(a, -_HARDEST_MPS2), 0.0, most)
 
 
 def _push(v: np.ndarray, ahead_mps: np.ndarray | float, gap_m: np.ndarray, car: Body) -> np.ndarray:
@@ -185,7 +180,7 @@ class _Judge:
         safe_m = 1.0 + 0.2 * its_mps + closing_mps**2 / (2.0 * _REAR_MPS2)
         is_close = -distance_m - self.half_length_m < self._margin * safe_m
         cut_in = behind & ~self.settled & is_close
-        self._steps = (self._steps + 1) * (behind & ~(self._leaves & (speed_mps < _STARTS_MPS)))
+        self._steps = (self._steps + 1) * behind
         self.settled = self.settled | (self._steps > _REACTS_STEPS)
         met = overlap & (np.abs(distance_m) < self._near_m) & ~self.settled
         met &= self._oncoming | (speed_mps > _AT_REST_MPS)

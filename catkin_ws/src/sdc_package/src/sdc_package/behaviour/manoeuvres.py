@@ -14,17 +14,16 @@ from typing import Iterator, NamedTuple
 import numpy as np
 
 from sdc_common.geometry.route import smooth_step
-from sdc_package.behaviour.forecast import GRID_M, HARDEST_MPS2, SOON_S, Body, Forecast, forecast
+from sdc_package.behaviour.forecast import SOON_S, Body, Forecast, forecast
 from sdc_package.behaviour.offset_path import SAME_M, OffsetPath, bend_mps, shift_length_m
 from sdc_package.behaviour.road import BEHIND_LINE, NOTHING, SAME, RoadAlong
 from sdc_package.behaviour.situation import AT_REST_MPS, DECISION_S, Memory, Situation
-from sdc_package.obstacles import FIRM_MPS2, HARD_MPS2, Obstacles
+from sdc_package.obstacles import FIRM_MPS2, Obstacles
 
 PASSING, MERGING = "passing", "merging"
 KEEP, BACK, STAY, PASS, ASIDE, NUDGE = "keep", "back", "stay", "pass", "aside", "nudge"
 _PLANS = round(20 * DECISION_S)  # a decision in so many plans, 20 a second
-# Each way is simulated with these shares of the planned speed, and decelerations, 0: usual [m/s^2].
-_SPEEDS = ((1.0, 0.0), (0.5, 0.0), (0.0, 0.0), (0.0, HARD_MPS2), (0.0, HARDEST_MPS2))
+_SHARES = (1.0, 0.5, 0.0)  # each way is simulated with these shares of the planned speed
 # Distances to others are greater by this factor for what has not begun, and smaller for a nudge.
 _NEW_MARGIN, _NUDGE_MARGIN = 1.3, 0.4
 # Share of the usual speed at which the car shifts to the side and back when it is in a hurry.
@@ -45,14 +44,13 @@ _NUDGE_M, _NUDGED_M, _AGAIN_M = 0.7, 40.0, 30.0
 _ASIDE_M = 80.0
 # Whether the way leads back already is looked up so far ahead; a change of lanes may come so much
 # later, and so much before the lane ends [m], in the end at such a speed [m/s].
-_SOON_M, _LATER_M, _LANE_END_M, _CHANGES_MPS = 12.0, 60.0, 8.0, 4.0
+_SOON_M, _LATER_M, _LANE_END_M, _CHANGES_MPS = 12.0, 100.0, 8.0, 4.0
+_BETWEEN = 0.3  # nearer than this share of a lane to where two meet, the car is between them
 # The car brakes with the forecast if that is slower by this after 0.8 s [m/s].
 _BRAKES_MPS = 0.3
 # Values in metres of progress: another way than before, a second on the oncoming lane, each m/s^2
 # of braking beyond the usual, each m/s at the end, a slower speed, a contact.
 _NEW_M, _ONCOMING_M, _BRAKING_M, _END_S, _SLOWER_M, _CONTACT_M = 4.0, 3.0, 4.0, 1.0, 1.0, 1000.0
-# Share of a lane so far from its middle at which the car is between two, and what that costs [m].
-_BETWEEN, _BETWEEN_M = 0.2, 5.0
 # A contact after this time may still be avoided; it costs this, divided by the time.
 _FAR_S, _FAR_M = 2.5, 300.0
 _LATER_S, _LATER_COST_M = 4.5, 100.0
@@ -88,7 +86,7 @@ class Manoeuvres:
         self.way = OffsetPath(road.route, float(road.speed_mps.max()))
         self.reason, self.most_mps, self.stop_m = "", math.inf, math.inf
         self._memory = Memory()
-        self._plans, self._waits, self._brakes_hardest = 0, True, False
+        self._plans, self._waits = 0, True
 
     def decide(
         self,
@@ -125,28 +123,17 @@ class Manoeuvres:
     def _choose(self, now: Situation, proposals: list[Proposal], stop_m: float) -> None:
         ways = now.ways([one.offset_m for one in proposals])
         bends_mps = [bend_mps(one - now.route_y, now.grid_m) for one in ways]
-        count, usual_mps2 = len(proposals), self._car.braking_mps2
-        rows = np.repeat(np.arange(count), len(_SPEEDS))
-        shares = np.tile([share for share, _ in _SPEEDS], count)
-        slows_mps2 = np.tile([max(usual_mps2, harder_mps2) for _, harder_mps2 in _SPEEDS], count)
+        rows = np.repeat(np.arange(len(proposals)), len(_SHARES))
+        shares = np.tile(_SHARES, len(proposals))
         most_mps = np.minimum(now.most_mps * shares[:, None], np.array(bends_mps)[rows])
         stops_m = np.minimum([proposals[n].stop_m for n in rows], stop_m)
         margins = np.array([[proposals[n].margin] for n in rows])
-        here, car = (now.from_m, now.s_m, now.speed_mps, now.others), (self._car, now.line_y)
-        result = forecast(ways[rows], most_mps, *here, stops_m, margins, *car, slows_mps2)
+        here = now.from_m, now.s_m, now.speed_mps, now.others
+        result = forecast(ways[rows], most_mps, *here, stops_m, margins, self._car, now.line_y)
         costs_m = np.array([proposals[n].cost_m for n in rows])
         # Who slows down for those beside it stays in its lane.
         slower_m = np.where([proposals[n].name == STAY for n in rows], -_SLOWER_M, _SLOWER_M)
-        costs_m += slower_m * (shares < 1.0) + _BRAKING_M * (slows_mps2 - usual_mps2)
-        # Others do not expect one that stands between two lanes.
-        ends = np.minimum((now.s_m - now.from_m + result.progress_m) / GRID_M, ways.shape[1] - 1)
-        lanes = ways[rows, ends.astype(int)] / now.width_m
-        between = np.abs(lanes - np.round(lanes)) > _BETWEEN
-        costs_m += _BETWEEN_M * (between & (result.end_mps < AT_REST_MPS) & now.changes_lane)
-        # The car brakes harder only if there is a contact soon on each gentler way.
-        for harder_mps2 in (HARD_MPS2, HARDEST_MPS2):
-            if (result.contact_s[slows_mps2 < harder_mps2] > _FAR_S).any():
-                costs_m[slows_mps2 >= harder_mps2] = math.inf
+        costs_m += slower_m * (shares < 1.0)
         keeps = np.array([proposals[n].name == KEEP for n in rows])
         best = int(np.argmax(self._values(result, keeps, now.is_on_oncoming_lane) - costs_m))
         chosen, share = proposals[rows[best]], float(shares[best])
@@ -154,11 +141,7 @@ class Manoeuvres:
             self.way.follow(chosen.offset_m, now.s_m)
         self.stop_m = chosen.stop_m
         self._waits = share == 0.0 or math.isfinite(chosen.stop_m)
-        soon_mps, was_hardest = float(result.soon_mps[best]), self._brakes_hardest
-        self._brakes_hardest = slows_mps2[best] == HARDEST_MPS2
-        if not (was_hardest and self._brakes_hardest):  # often, only one decision is so hard
-            most_mps2 = max(FIRM_MPS2, min(slows_mps2[best], HARD_MPS2))
-            soon_mps = max(soon_mps, now.speed_mps - SOON_S * most_mps2)
+        soon_mps = max(float(result.soon_mps[best]), now.speed_mps - SOON_S * FIRM_MPS2)
         if share < 1.0:
             self.most_mps = max(share * float(now.most_mps[now.here]), soon_mps)
         if soon_mps < now.speed_mps - _BRAKES_MPS:
@@ -204,16 +187,24 @@ class Manoeuvres:
                 nudge = self._there_and_back(now, to_m, s_m, s_m + _NUDGED_M)
                 yield Proposal(NUDGE, nudge, now.cost_m(nudge) + _NEW_M, _NUDGE_MARGIN, wait_m)
         if now.changes_lane:
-            s, end_m = self._road.route.s, float(self._road.edge_end_m[now.at]) - _LANE_END_M
-            speeds_mps = speed_mps, min(speed_mps, _CHANGES_MPS)
-            lengths_m = [shift_length_m(now.width_m, one) for one in speeds_mps]
-            length_m = next((one for one in lengths_m if end_m - one > s_m), None)
-            if length_m is not None:
-                y = now.way_y[now.here] - np.interp(s, self._road.s_m, self._road.route_y_m)
-                begin_m = min(s_m + _LATER_M, end_m - length_m)
-                later = y * (1.0 - smooth_step(s, begin_m, length_m))
-                stay = np.where(s < s_m - 1.0, way.offset_m, later)
-                yield Proposal(STAY, stay, now.cost_m(stay) + 1.0)
+            yield from self._stays(now)
+
+    def _stays(self, now: Situation) -> Iterator[Proposal]:
+        """Yield the ways that stay in a lane and wait for the change of lanes before it ends."""
+        road, s, s_m = self._road, self._road.route.s, now.s_m
+        length_m = shift_length_m(now.width_m, min(now.speed_mps, _CHANGES_MPS))
+        begin_m = min(s_m + _LATER_M, float(road.edge_end_m[now.at]) - _LANE_END_M - length_m)
+        if begin_m < s_m:
+            return
+        y, route_y = float(now.way_y[now.here]), np.interp(s, road.s_m, road.route_y_m)
+        lane, later = y / now.width_m, 1.0 - smooth_step(s, begin_m, length_m)
+        # What has begun is taken back or completed.
+        for to_y in {now.width_m * round(lane - _BETWEEN), now.width_m * round(lane + _BETWEEN)}:
+            over = smooth_step(s, s_m, shift_length_m(to_y - y, now.speed_mps))
+            held = y + (to_y - y) * over - route_y
+            stay = np.where(s < s_m - 1.0, self.way.offset_m, held * later)
+            stop_m = math.inf if abs(np.interp(begin_m, s, held)) < SAME_M else begin_m
+            yield Proposal(STAY, stay, now.cost_m(stay) + 1.0, stop_m=stop_m)
 
     def _asides(self, now: Situation) -> Iterator[np.ndarray]:
         """Yield the ways that make room for an emergency vehicle."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, Callable, Iterator, Optional, Tuple
+from typing import Any, Callable, Iterator, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -23,6 +23,7 @@ from sdc_package.behaviour.crossings import (
     time_s,
 )
 from sdc_package.behaviour.crosswalks import crosswalks_on
+from sdc_package.behaviour.emergency import Motions, meets
 from sdc_package.behaviour.forecast import Body
 from sdc_package.behaviour.manoeuvres import Manoeuvres
 from sdc_package.behaviour.road import VEHICLE_M, road_along
@@ -51,8 +52,7 @@ _STARTS_MPS, _CREEPS_MPS, _CREEPS_MPS2, _CREEPING_MPS = 3.0, 1.0, 0.5, 1.5
 _STEADY_MPS2, _FASTER_MPS2, _SLOWER_S = 0.3, 2.5, 1.0
 # One without right of way that would have to brake harder than this does not give way.
 _RUNS_MPS, _RUNS_MPS2, _EMERGENCY_MPS2 = 2.0, 3.2, 6.5
-# Slower by this than its mean, one brakes; weight of the newest speed, and age of the mean [s].
-_BRAKES_MPS, _NEWEST, _MEAN_S = 0.3, 0.2, 0.2
+_BRAKES_MPS2 = 1.5  # one that slows down so much brakes
 # One that is more oblique than this changes lanes or turns.
 _ALONG_RAD = math.radians(50.0)
 _AROUND_M = 60.0  # others are looked at so near, and as far as they drive in two seconds
@@ -100,7 +100,7 @@ class StreetBehaviour:
         self._crossings: list[Crossing] = []
         self._entered: list[Crossing] = []  # that in which the car cannot stop any more
         self._has_stopped, self._plans_at_line = False, 0
-        self._mean_mps: dict[int, float] = {}  # of the road users, by their ids
+        self._motions = Motions()
         self.details: dict[str, str] = {}  # because of whom the car stops, by the reason
 
     def follow(self, route: Route, speed_mps: np.ndarray, braking_mps2: float) -> bool:
@@ -145,8 +145,7 @@ class StreetBehaviour:
             red_m: where the car already stops for a traffic light, inf: nowhere [m]
         """
         margins, details = self.margins, self.details
-        means = [(one, self._mean_mps.get(one.id, one.speed_mps)) for one in obstacles]
-        self._mean_mps = {one.id: mean + _NEWEST * (one.speed_mps - mean) for one, mean in means}
+        self._motions.update(obstacles)
         for reason in (CROSSWALK, JUNCTION_BLOCKED, RIGHT_OF_WAY):
             details.pop(reason, None)
         soonest_m = s_m + speed_mps**2 / (2.0 * margins.hardest_mps2)
@@ -185,40 +184,56 @@ class StreetBehaviour:
         give_way_m = self._give_way_m(crossing, s_m, speed_mps, obstacles, stop_m)
         return None if math.isinf(give_way_m) else (give_way_m, RIGHT_OF_WAY)
 
-    def relevant(self, s_m: float, speed_mps: float, obstacles: Obstacles) -> Obstacles:
-        """Return the obstacles without vehicles that stay on lanes beside the car's route.
+    def must_brake_hard(self, s_m: float, speed_mps: float, obstacles: Obstacles) -> bool:
+        """Return whether the car meets one even if it brakes firmly; call it after `stop`."""
+        others = self._motions.near(self._route.line.point_at(s_m), speed_mps, obstacles)
+        way_m, size = self.manoeuvres.way.offset_m, (self.margins.car_front_m, 0.5 * _CAR_WIDTH_M)
+        for share in (1.0, 0.0):  # also if they turn no more
+            if len(others):
+                others[:, 8] *= share
+                others = others[meets(self._route, way_m, s_m, speed_mps, others, *size)]
+        for one in (obstacles[int(number)] for number in others[:, 0]):
+            if self._comes(one, s_m, ()):
+                self.details["obstacle"] = _name(one)
+                return True
+        return False
 
-        On a bend or in a junction, the lane of a vehicle tells more than its heading where it will
-        be. Those that cross in a junction are the matter of `stop`, until the car is slow there.
+    def relevant(self, s_m: float, speed_mps: float, obstacles: Obstacles) -> Obstacles:
+        """Return the obstacles without vehicles that stay on lanes beside the car's way.
+
+        Those that cross in a junction are the matter of `stop`, until the car is slow there.
 
         Args:
             s_m: arc length of the car's centre along the route [m]
             speed_mps: its speed [m/s]
             obstacles: the detected road users
         """
-        line, kept = self._route.line, []
-        heading_rad = line.heading_at(s_m)
         near = self._entered + self._crossings[:1]
         ways = [way for one in near if s_m < one.end_m for way in one.conflicts]
         if speed_mps < _SLOW_MPS:
             ways = [way for way in ways if s_m + self.margins.car_front_m < way.own_m[0]]
-        for one in obstacles:
-            near_m = _AROUND_M + 2.0 * one.speed_mps
-            drives = one.speed_mps >= _STANDS_MPS and one.length_m >= VEHICLE_M
-            place = self._place_of(one) if drives else None
-            if place is None or abs(place.heading_error_rad) > _ALONG_RAD:
-                kept.append(one)
-                continue
-            away_m = [(way.away_m(self._network, place), way.its_m[1]) for way in ways]
-            crosses = any(m is not None and m + to_m > -0.5 * one.length_m for m, to_m in away_m)
-            crosses = crosses and not self._is_ahead(one, s_m)
-            beside_m = 0.5 * (one.width_m + _CAR_WIDTH_M) + BESIDE_M
-            # One that comes obliquely from beside the car cuts in; an oncoming one turns.
-            cuts_in = math.cos(one.yaw_rad - heading_rad) > 0.0
-            points = [(one.x_m, one.y_m), *(() if crosses else self._ahead(place, one, cuts_in))]
-            if any(self._beside_m(line.project(*at, s_m, 0.0, near_m)) < beside_m for at in points):
-                kept.append(one)
-        return kept
+        return [one for one in obstacles if self._comes(one, s_m, ways)]
+
+    def _comes(self, one: DetectedObstacle, s_m: float, ways: Sequence[Conflict]) -> bool:
+        """Return whether a road user is or comes beside its lane or on the way of the car.
+
+        On a bend or in a junction, the lane of a vehicle tells more than its heading where it will
+        be. How one goes on that crosses on one of these ways does not matter.
+        """
+        drives = one.speed_mps >= _STANDS_MPS and one.length_m >= VEHICLE_M
+        place = self._place_of(one) if drives else None
+        if place is None or abs(place.heading_error_rad) > _ALONG_RAD:
+            return True
+        line, near_m = self._route.line, _AROUND_M + 2.0 * one.speed_mps
+        away_m = [(way.away_m(self._network, place), way.its_m[1]) for way in ways]
+        crosses = any(m is not None and m + to_m > -0.5 * one.length_m for m, to_m in away_m)
+        crosses = crosses and not self._is_ahead(one, s_m)
+        beside_m = 0.5 * (one.width_m + _CAR_WIDTH_M) + BESIDE_M
+        # One that comes obliquely from beside the car cuts in; an oncoming one turns.
+        cuts_in = math.cos(one.yaw_rad - line.heading_at(s_m)) > 0.0
+        points = [(one.x_m, one.y_m), *(() if crosses else self._ahead(place, one, cuts_in))]
+        places = (line.project(*at, s_m, 0.0, near_m) for at in points)
+        return any(self._beside_m(at) < beside_m for at in places)
 
     def _ahead(
         self, place: LanePlace, one: DetectedObstacle, cuts_in: bool
@@ -316,7 +331,7 @@ class StreetBehaviour:
         (its_from_m, its_to_m), (begin_s, from_s, until_s) = its_m, times_s
         half_m = 0.5 * one.length_m
         limit_mps = self._network.lanes[place.lane].speed_limit_mps
-        faster_mps2 = min((one.speed_mps - self._mean_mps[one.id]) / _MEAN_S, _FASTER_MPS2)
+        faster_mps2 = min(self._motions.changes(one)[0], _FASTER_MPS2)
         creeps = _WAITS_MPS < one.speed_mps < _CREEPS_MPS and faster_mps2 < _CREEPS_MPS2
         soon_mps = max(one.speed_mps, _CREEPING_MPS if creeps else _STARTS_MPS)
         late_mps = max(one.speed_mps + _SLOWER_S * min(faster_mps2, 0.0), 1.0)
@@ -338,7 +353,7 @@ class StreetBehaviour:
 
     def _runs(self, one: DetectedObstacle, away_m: float, conflict: Conflict) -> bool:
         """Return whether a road user without right of way will not stop before the junction."""
-        brakes = one.speed_mps < self._mean_mps[one.id] - _BRAKES_MPS
+        brakes = self._motions.changes(one)[0] < -_BRAKES_MPS2
         hardest_mps2, room_m = _RUNS_MPS2, away_m - 0.5 * one.length_m
         if brakes:  # it may stop after its line
             hardest_mps2, room_m = _EMERGENCY_MPS2, room_m + conflict.its_m[0]
