@@ -151,8 +151,8 @@ class _Judge:
         # One behind sees the car, unless it leaves for another lane.
         behind = self._aligned & (others.s_m < s_m)
         moves_mps = np.where(np.abs(left_mps) > least_mps, left_mps, 0.0)
-        self._leaves = behind & (moves_mps * (way_m - others.y_m) < 0.0)
-        self.across_mps = np.where(behind & ~self._leaves, 0.0, moves_mps)
+        leaves = behind & (moves_mps * (way_m - others.y_m) < 0.0)
+        self.across_mps = np.where(behind & ~leaves, 0.0, moves_mps)
         self._oncoming = along_mps < -np.abs(left_mps)
         clear_m = np.where(self._oncoming, -_ONCOMING_S * margin * along_mps, _ALONG_M)
         self._near_m = self.half_length_m + clear_m

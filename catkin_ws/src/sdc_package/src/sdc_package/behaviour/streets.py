@@ -215,7 +215,7 @@ class StreetBehaviour:
         return [one for one in obstacles if self._comes(one, s_m, ways)]
 
     def _comes(self, one: DetectedObstacle, s_m: float, ways: Sequence[Conflict]) -> bool:
-        """Return whether a road user is or comes beside its lane or on the way of the car.
+        """Return whether a road user is off the lanes, or is or comes on the way of the car.
 
         On a bend or in a junction, the lane of a vehicle tells more than its heading where it will
         be. How one goes on that crosses on one of these ways does not matter.
