@@ -84,34 +84,32 @@ def forecast(
         car: the car
         line_m: (G,) place across the road beyond which the oncoming lane is, inf: none [m]
     """
-    grid, last = np.arange(len(ways_m))[:, None], ways_m.shape[1] - 1
+    grid, last = np.arange(len(ways_m)), ways_m.shape[1] - 1
 
     def at(s: np.ndarray) -> np.ndarray:
-        return np.clip(((s - from_m) / GRID_M).astype(int), 0, last)
+        return np.minimum(np.maximum((s - from_m) / GRID_M, 0).astype(int), last)
 
     s, v = np.full(len(grid), s_m), np.full(len(grid), speed_mps)
     way_m = ways_m[:, at(s)[:1]]
     judge = _Judge(others, margin, car, s_m, way_m)
+    its_way_m = ways_m[grid[:, None], at(judge.its_s)[:, None]]
+    in_way = np.abs(judge.its_y - its_way_m) < judge.half_width_m
     contact_s, hardest, oncoming_s = np.full_like(s, np.inf), np.zeros_like(s), np.zeros_like(s)
-    for step in range(STEPS):
-        time_s = step * STEP_S
-        its_s = others.s_m + time_s * judge.speeds_mps(time_s)
-        its_s -= 0.5 * min(time_s, _FASTER_S) ** 2 * others.faster_mps2
-        its_y = others.y_m + min(time_s, _ACROSS_S) * judge.across_mps
-        distance_m = its_s - s[:, None]
-        in_way = ~judge.settled & (np.abs(its_y - ways_m[:, at(its_s)]) < judge.half_width_m)
-        gap_m = np.where(in_way & (distance_m > 0.0), distance_m - judge.half_length_m, np.inf)
+    for step, its_s in enumerate(judge.its_s):
+        here, distance_m = at(s), its_s - s[:, None]
+        ahead = in_way[step] & ~judge.settled & (distance_m > 0.0)
+        gap_m = np.where(ahead, distance_m - judge.half_length_m, np.inf)
         push = _push(v[:, None], others.along_mps, gap_m, car).max(axis=1, initial=0.0)
         push = np.maximum(push, _push(v, 0.0, stop_m - s + _GAP_M, car))
         hardest = np.maximum(hardest, car.acceleration_mps2 * (push - 1.0) * (v > _AT_REST_MPS))
         # The front is where the centre will be; towards those behind, the rear matters.
-        front_y, mine_y = ways_m[grid, at(s + car.front_m)[:, None]], ways_m[grid, at(s)[:, None]]
-        away_m = np.abs(its_y - np.where(distance_m > -judge.half_length_m, front_y, mine_y))
-        cut_in, met = judge.contacts(time_s, distance_m, away_m, v[:, None])
+        front_y, mine_y = ways_m[grid, at(s + car.front_m), None], ways_m[grid, here, None]
+        near_y = np.where(distance_m > -judge.half_length_m, front_y, mine_y)
+        cut_in, met = judge.contacts(step, distance_m, near_y, v[:, None])
         cut_in &= ~judge.follows | (np.abs(mine_y - way_m) > _CUTS_IN_M)
-        contact_s[(cut_in | met).any(axis=1) & np.isinf(contact_s)] = time_s
-        oncoming_s += STEP_S * (mine_y[:, 0] > line_m[at(s)])
-        v_next = _next_mps(v, most_mps[grid[:, 0], at(s)], push, car)
+        contact_s[(cut_in | met).any(axis=1) & np.isinf(contact_s)] = step * STEP_S
+        oncoming_s += STEP_S * (mine_y[:, 0] > line_m[here])
+        v_next = _next_mps(v, most_mps[grid, here], push, car)
         s, v = s + 0.5 * STEP_S * (v + v_next), v_next
         if step == _SOON_STEP:
             soon_mps = v
@@ -123,7 +121,7 @@ def _next_mps(v: np.ndarray, top: np.ndarray, push: np.ndarray, car: Body) -> np
     free = car.acceleration_mps2 * (1.0 - (v / np.maximum(top, 0.1)) ** 4)
     a = np.maximum(free, -car.braking_mps2) - car.acceleration_mps2 * push
     most = np.maximum(top, v - STEP_S * car.braking_mps2)
-    return np.clip(v + STEP_S * np.maximum(a, -_HARDEST_MPS2), 0.0, most)
+    return np.minimum(np.maximum(v + STEP_S * np.maximum(a, -_HARDEST_MPS2), 0.0), most)
 
 
 def _push(v: np.ndarray, ahead_mps: np.ndarray | float, gap_m: np.ndarray, car: Body) -> np.ndarray:
@@ -140,11 +138,11 @@ class _Judge:
         self, others: Around, margin: np.ndarray, car: Body, s_m: float, way_m: np.ndarray
     ):
         along_mps, left_mps = others.along_mps, others.left_mps
-        self._others, self._margin, self._steps = others, margin, np.zeros((1, 1), int)
+        self._margin, self._steps = margin, np.zeros((1, 1), int)
         moves = np.abs(along_mps) > _AT_REST_MPS
-        self._side_m = np.where(moves, _SIDE_M, _SIDE_AT_REST_M)
-        self._body_m = others.half_width_m + 0.5 * car.width_m
-        self.half_width_m = self._body_m + np.where(moves, _SIDE_M, _FREE_M)
+        side_m = np.where(moves, _SIDE_M, _SIDE_AT_REST_M)
+        body_m = others.half_width_m + 0.5 * car.width_m
+        self.half_width_m = body_m + np.where(moves, _SIDE_M, _FREE_M)
         self.half_length_m = others.half_length_m + car.front_m
         least_mps = np.maximum(_ACROSS_MPS, _ACROSS_SHARE * np.abs(along_mps))
         self._aligned = along_mps > np.abs(left_mps)
@@ -152,30 +150,31 @@ class _Judge:
         behind = self._aligned & (others.s_m < s_m)
         moves_mps = np.where(np.abs(left_mps) > least_mps, left_mps, 0.0)
         leaves = behind & (moves_mps * (way_m - others.y_m) < 0.0)
-        self.across_mps = np.where(behind & ~leaves, 0.0, moves_mps)
+        across_mps = np.where(behind & ~leaves, 0.0, moves_mps)
         self._oncoming = along_mps < -np.abs(left_mps)
         clear_m = np.where(self._oncoming, -_ONCOMING_S * margin * along_mps, _ALONG_M)
         self._near_m = self.half_length_m + clear_m
         # One behind in the car's lane is responsible for its distance. Here, it does not brake.
         later_m = others.y_m + _ACROSS_S * moves_mps
-        self.follows = (np.abs(others.y_m - way_m) < 0.5 * self._body_m) & behind
-        self.settled = self.follows & (np.abs(later_m - way_m) < 0.5 * self._body_m)
-
-    def speeds_mps(self, time_s: float) -> np.ndarray:
-        """Return (A,) speeds of the others along the road."""
-        return self._others.along_mps + min(time_s, _FASTER_S) * self._others.faster_mps2
+        self.follows = (np.abs(others.y_m - way_m) < 0.5 * body_m) & behind
+        self.settled = self.follows & (np.abs(later_m - way_m) < 0.5 * body_m)
+        # For each step, (STEPS, A); the places across the road, (STEPS, P, A).
+        time_s = STEP_S * np.arange(STEPS)[:, None]
+        faster_s, across_s = np.minimum(time_s, _FASTER_S), np.minimum(time_s, _ACROSS_S)
+        self._mps = along_mps + faster_s * others.faster_mps2
+        self.its_s = others.s_m + time_s * self._mps - 0.5 * faster_s**2 * others.faster_mps2
+        self.its_y = others.y_m + across_s[..., None] * across_mps
+        self._reach_m = body_m + np.minimum(side_m, _SIDE_AT_REST_M + time_s * _SIDE_M)
 
     def contacts(
-        self, time_s: float, distance_m: np.ndarray, away_m: np.ndarray, speed_mps: np.ndarray
+        self, step: int, distance_m: np.ndarray, way_m: np.ndarray, speed_mps: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return (P, A) whether the car would be too close before one behind, or meets one.
 
-        Distances along and across the road are (P, A), the speed of the car is (P, 1).
+        Distances along the road and places of the car across it are (P, A), its speed is (P, 1).
         """
-        side_m = np.minimum(self._side_m, _SIDE_AT_REST_M + time_s * _SIDE_M)
-        overlap = away_m < self._body_m + side_m
-        behind = overlap & self._aligned & (distance_m < 0.0)
-        its_mps = self.speeds_mps(time_s)
+        overlap = np.abs(self.its_y[step] - way_m) < self._reach_m[step]
+        behind, its_mps = overlap & self._aligned & (distance_m < 0.0), self._mps[step]
         closing_mps = np.maximum(its_mps - speed_mps, 0.0)
         safe_m = 1.0 + 0.2 * its_mps + closing_mps**2 / (2.0 * _REAR_MPS2)
         is_close = -distance_m - self.half_length_m < self._margin * safe_m
