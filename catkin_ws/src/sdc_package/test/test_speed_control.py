@@ -107,6 +107,12 @@ def test_car_that_has_waited_before_a_line_starts_no_faster_than_planned():
     assert 7.9 < top < 8.8
 
 
+def test_car_at_rest_starts_where_the_path_behind_it_was_planned_faster():
+    control_ = control()
+    # From 6.6 m/s at the car to 1.5 m/s after 1 m, which is no stop.
+    assert min(control_.acceleration(6.6, -20.7, 0.0, 0.05) for _ in range(20)) > 0.0
+
+
 @pytest.mark.parametrize(
     ("speed_mps", "planned_mps2", "expected_mps2"), [(0.6, 0.0, -0.78), (1.3, -2.5, -3.9)]
 )

@@ -75,7 +75,9 @@ class SpeedControl:
             speed_mps: measured speed [m/s]
             dt_s: time since the last call [s]
         """
-        limits = self.limits
+        limits, ends = self.limits, target_mps**2 + 2.0 * planned_mps2 * self.preview_m(speed_mps)
+        if ends > speed_mps**2 and planned_mps2 < -limits.braking_mps2:
+            target_mps, planned_mps2 = ends**0.5, 0.0  # the plan behind the car is an older one
         # A car that stands this close to its stop stays: it would start too hard and pass it.
         is_at_stop = target_mps * target_mps < -2.0 * planned_mps2 * _STOP_WITHIN_M
         stays = target_mps < limits.standstill_mps or (is_at_stop and self.acceleration_mps2 >= 0.0)
