@@ -84,15 +84,15 @@ def forecast(
         car: the car
         line_m: (G,) place across the road beyond which the oncoming lane is, inf: none [m]
     """
-    grid, last = np.arange(len(ways_m)), ways_m.shape[1] - 1
+    rows, last = np.arange(len(ways_m)), ways_m.shape[1] - 1
 
     def at(s: np.ndarray) -> np.ndarray:
         return np.minimum(np.maximum((s - from_m) / GRID_M, 0).astype(int), last)
 
-    s, v = np.full(len(grid), s_m), np.full(len(grid), speed_mps)
+    s, v = np.full(len(rows), s_m), np.full(len(rows), speed_mps)
     way_m = ways_m[:, at(s)[:1]]
     judge = _Judge(others, margin, car, s_m, way_m)
-    its_way_m = ways_m[grid[:, None], at(judge.its_s)[:, None]]
+    its_way_m = ways_m[rows[:, None], at(judge.its_s)[:, None]]
     in_way = np.abs(judge.its_y - its_way_m) < judge.half_width_m
     contact_s, hardest, oncoming_s = np.full_like(s, np.inf), np.zeros_like(s), np.zeros_like(s)
     for step, its_s in enumerate(judge.its_s):
@@ -103,13 +103,13 @@ def forecast(
         push = np.maximum(push, _push(v, 0.0, stop_m - s + _GAP_M, car))
         hardest = np.maximum(hardest, car.acceleration_mps2 * (push - 1.0) * (v > _AT_REST_MPS))
         # The front is where the centre will be; towards those behind, the rear matters.
-        front_y, mine_y = ways_m[grid, at(s + car.front_m), None], ways_m[grid, here, None]
+        front_y, mine_y = ways_m[rows, at(s + car.front_m), None], ways_m[rows, here, None]
         near_y = np.where(distance_m > -judge.half_length_m, front_y, mine_y)
         cut_in, met = judge.contacts(step, distance_m, near_y, v[:, None])
         cut_in &= ~judge.follows | (np.abs(mine_y - way_m) > _CUTS_IN_M)
         contact_s[(cut_in | met).any(axis=1) & np.isinf(contact_s)] = step * STEP_S
         oncoming_s += STEP_S * (mine_y[:, 0] > line_m[here])
-        v_next = _next_mps(v, most_mps[grid, here], push, car)
+        v_next = _next_mps(v, most_mps[rows, here], push, car)
         s, v = s + 0.5 * STEP_S * (v + v_next), v_next
         if step == _SOON_STEP:
             soon_mps = v
